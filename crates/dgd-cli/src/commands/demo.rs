@@ -1,0 +1,102 @@
+//! `dgd demo`: the main job on an embedded recording.
+
+use crate::args::{Demo, Global, Source};
+use crate::commands::{fit, simulate};
+use crate::failure::Failure;
+use crate::progress::Progress;
+use crate::say::{self, number};
+use crate::{figures, load, output, page};
+use dgd_export::{CsvOptions, McapOptions};
+use dgd_identify::IdentifyOptions;
+use dgd_replay::ReplayOptions;
+use serde_json::json;
+
+/// A stand-in recording of two hours; `fixtures/demo/README.md` says how it was made.
+const RECORDING: &[u8] = include_bytes!("../../../../fixtures/demo/recording.mat");
+const WELL: &str = include_str!("../../../../fixtures/demo/well.toml");
+
+pub(crate) fn run(arguments: &Demo, global: &Global) -> Result<String, Failure> {
+    let progress = Progress::new(global.json || global.quiet);
+    let out = &arguments.out;
+    // The user gets the input as files, to repeat every step by hand.
+    let (recording_path, well_path) = (out.join("recording.mat"), out.join("well.toml"));
+    output::replace_bytes(&recording_path, RECORDING)?;
+    output::replace_bytes(&well_path, WELL.as_bytes())?;
+    let well = load::read_well(&well_path)?;
+    let source = Source {
+        recordings: vec![recording_path.clone()],
+        well: well_path,
+        thesis_screening: false,
+    };
+    let loaded = load::read_recordings(&source.recordings, &well, &progress)?;
+    let fitted = fit::fit(
+        loaded,
+        well,
+        &source,
+        &IdentifyOptions::default(),
+        true,
+        &progress,
+    )?;
+    let model = &fitted.identification.model;
+    output::replace_bytes(
+        &out.join("model.toml"),
+        dgd_documents::write_model(model).as_bytes(),
+    )?;
+    progress.stage("simulating");
+    let options = ReplayOptions {
+        delay_s: model.delay_s,
+        ..ReplayOptions::default()
+    };
+    let recording = fitted.prepared.clone().averaged();
+    let runs = simulate::all_kinds(model, &recording, &options, &recording_path)?;
+    let table = simulate::as_table(&runs[3]);
+    output::replace(&out.join("simulation.csv"), |w| {
+        dgd_export::write_csv(&table, &CsvOptions::default(), w).map_err(|e| e.to_string())
+    })?;
+    output::replace(&out.join("simulation.mcap"), |w| {
+        dgd_export::write_mcap(&table, &McapOptions::default(), w).map_err(|e| e.to_string())
+    })?;
+    progress.stage("drawing figures");
+    let folder = out.join("figures");
+    let mut drawn = figures::draw_identification(&folder, &fitted)?;
+    drawn.extend(figures::draw_simulations(&folder, &runs)?);
+    let provenance = "This recording is a stand-in: two hours of a simulated dual-gradient rig of higher fidelity than \
+                      the model, with the faults that field data have. No field data are shown.";
+    let html = page::identified(
+        "A return line identified from its recording",
+        provenance,
+        &fitted,
+        &runs,
+    )
+    .map_err(|e| Failure::Write {
+        path: out.clone(),
+        reason: e.to_string(),
+    })?;
+    output::replace_bytes(&out.join("report.html"), html.as_bytes())?;
+    let seconds = progress.seconds();
+    drop(progress);
+    let [level, flow] = [&runs[3].level_m, &runs[3].pump_flow_m3_s]
+        .map(|p| p.deviation().map_or(f64::NAN, |d| d.rmse));
+    if global.json {
+        return Ok(say::json(&json!({
+            "schema": "dgd.demo/1",
+            "out": out,
+            "delay_s": model.delay_s,
+            "level_rmse_m": level,
+            "flow_rmse_m3_s": flow,
+            "figures": drawn,
+            "seconds": seconds,
+        })));
+    }
+    let shown = out.display();
+    Ok(format!(
+        "{}\nfree run of level and flow: {} m and {} l/min off (root mean square)\n\n\
+         open {shown}/report.html; pictures are in {shown}/figures\n\
+         next: dgd inspect {shown}/recording.mat\n      \
+         dgd fit {shown}/recording.mat --well {shown}/well.toml --out {shown}/model.toml\n      \
+         dgd simulate {shown}/recording.mat --well {shown}/well.toml --model {shown}/model.toml --out {shown}/run.csv\n",
+        fit::tell(&fitted),
+        number(level),
+        number(flow * 6e4),
+    ))
+}

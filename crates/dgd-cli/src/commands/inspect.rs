@@ -1,0 +1,234 @@
+//! `dgd inspect`: what is in a file.
+
+use crate::args::{Global, Inspect};
+use crate::failure::Failure;
+use crate::load;
+use crate::output;
+use crate::progress::Progress;
+use crate::say::{self, TextTable, count, number};
+use dgd_ingest::Format;
+use dgd_recording::{ColumnSurvey, Proposal, Table, TableSurvey, propose_channels, survey};
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+
+/// Issues and gaps shown before the rest is only counted.
+const SHOWN: usize = 12;
+
+pub(crate) fn run(arguments: &Inspect, global: &Global) -> Result<String, Failure> {
+    let progress = Progress::new(global.json || global.quiet);
+    let (format, table) = load::read_table(&arguments.recording, &progress)?;
+    progress.stage("surveying the columns");
+    let found = survey(&table);
+    let proposal = propose_channels(&found);
+    if let Some(path) = &arguments.propose {
+        output::replace_bytes(path, proposed_well(&proposal).as_bytes())?;
+    }
+    drop(progress);
+    if global.json {
+        return Ok(say::json(&as_json(format, &table, &found, &proposal)));
+    }
+    let mut text = format!(
+        "{}: {format}, {} columns, {} rows\n",
+        arguments.recording.display(),
+        table.columns.len(),
+        count(table.rows())
+    );
+    // Writing to a String cannot fail.
+    let _ = tell(&mut text, &table, &found, &proposal);
+    if let Some(path) = &arguments.propose {
+        let _ = writeln!(
+            text,
+            "\nwrote {}: fill in the geometry and check the channels",
+            path.display()
+        );
+    }
+    Ok(text)
+}
+
+fn tell(
+    text: &mut String,
+    table: &Table,
+    found: &TableSurvey,
+    proposal: &Proposal,
+) -> std::fmt::Result {
+    match (&found.clock, found.time_column) {
+        (Some(Ok(clock)), Some(index)) => {
+            let hours = (clock.span_s.1 - clock.span_s.0) / 3600.0;
+            let tag = &found.columns[index].tag;
+            writeln!(
+                text,
+                "clock: `{tag}`, every {} s, {} h",
+                number(clock.step_s),
+                number(hours)
+            )?;
+            for issue in clock.issues() {
+                writeln!(text, "  {issue}")?;
+            }
+            for gap in clock.gaps.iter().take(SHOWN) {
+                writeln!(
+                    text,
+                    "  gap from {} s to {} s",
+                    number(gap.from_s),
+                    number(gap.to_s)
+                )?;
+            }
+            more(text, clock.gaps.len(), "gaps")?;
+        }
+        (Some(Err(error)), _) => writeln!(text, "clock: {error}")?,
+        _ => writeln!(
+            text,
+            "clock: no column looks like time; say `time = {{ interval = \"1 s\" }}` in the well description"
+        )?,
+    }
+    if let Some(origin) = &table.origin {
+        writeln!(text, "begins at {origin}")?;
+    }
+    let mut columns = TextTable::new([
+        "column",
+        "unit",
+        "samples",
+        "missing",
+        "min",
+        "median",
+        "max",
+        "step",
+        "repeats",
+        "longest run",
+    ]);
+    for column in &found.columns {
+        let (low, median, high) = column.range.unwrap_or((f64::NAN, f64::NAN, f64::NAN));
+        columns.row([
+            column.tag.clone(),
+            column.unit_written.clone().unwrap_or_else(|| "?".into()),
+            count(column.samples),
+            count(column.missing),
+            number(low),
+            number(median),
+            number(high),
+            column.quantum.map_or(String::new(), number),
+            format!("{:.0} %", 100.0 * column.repeated_share),
+            column.longest_run.map_or(String::new(), |r| {
+                format!("{} x {}", count(r.length), number(r.value))
+            }),
+        ]);
+    }
+    write!(text, "\n{}", columns.render())?;
+    if !table.issues.is_empty() {
+        writeln!(text, "\nissues:")?;
+        for issue in table.issues.iter().take(SHOWN) {
+            writeln!(text, "  {issue}")?;
+        }
+        more(text, table.issues.len(), "issues")?;
+    }
+    writeln!(text, "\nproposed channels (read them before use):")?;
+    for channel in &proposal.channels {
+        let tag = &channel.tag;
+        writeln!(
+            text,
+            "  {:<22} {tag} [{}]: {}",
+            channel.channel, channel.unit, channel.reason
+        )?;
+    }
+    if !proposal.missing.is_empty() {
+        writeln!(text, "  nothing found for: {}", proposal.missing.join(", "))?;
+    }
+    proposal
+        .doubts
+        .iter()
+        .try_for_each(|doubt| writeln!(text, "  doubt: {doubt}"))
+}
+
+fn more(text: &mut String, all: usize, what: &str) -> std::fmt::Result {
+    if all > SHOWN {
+        writeln!(text, "  and {} more {what}", all - SHOWN)
+    } else {
+        Ok(())
+    }
+}
+
+fn as_json(format: Format, table: &Table, found: &TableSurvey, proposal: &Proposal) -> Value {
+    let column = |c: &ColumnSurvey| {
+        json!({
+            "tag": c.tag,
+            "unit_written": c.unit_written,
+            "unit": c.unit.map(|u| u.symbol),
+            "samples": c.samples,
+            "missing": c.missing,
+            "min": c.range.map(|r| r.0),
+            "median": c.range.map(|r| r.1),
+            "max": c.range.map(|r| r.2),
+            "quantum": c.quantum,
+            "repeated_share": c.repeated_share,
+            "longest_run": c.longest_run.map(|r| json!({ "start": r.start, "length": r.length, "value": r.value })),
+        })
+    };
+    let clock = match &found.clock {
+        None => Value::Null,
+        Some(Err(error)) => json!({ "error": error.to_string() }),
+        Some(Ok(clock)) => json!({
+            "column": found.time_column.map(|i| &found.columns[i].tag),
+            "step_s": clock.step_s,
+            "from_s": clock.span_s.0,
+            "to_s": clock.span_s.1,
+            "missing": clock.missing,
+            "duplicates": clock.duplicates,
+            "backward": clock.backward,
+            "jitter_s": clock.jitter_s,
+            "gaps": clock.gaps.iter().map(|g| json!([g.from_s, g.to_s])).collect::<Vec<_>>(),
+        }),
+    };
+    let channels = proposal.channels.iter();
+    json!({
+        "schema": "dgd.inspect/1",
+        "format": format.to_string(),
+        "rows": table.rows(),
+        "origin": table.origin,
+        "clock": clock,
+        "columns": found.columns.iter().map(column).collect::<Vec<_>>(),
+        "issues": table.issues.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        "proposal": {
+            "channels": channels.map(|c| json!({ "channel": c.channel, "tag": c.tag, "unit": c.unit, "reason": c.reason })).collect::<Vec<_>>(),
+            "missing": proposal.missing,
+            "doubts": proposal.doubts,
+        },
+    })
+}
+
+/// The channel map as TOML, under a geometry to fill in.
+fn proposed_well(proposal: &Proposal) -> String {
+    let mut text = String::from(
+        "# Proposed from the recording: fill in mud and geometry, and check every channel.
+[mud]
+density = \"? sg\"
+
+[geometry]
+riser_id = \"? in\"
+drillpipe_od = \"? in\"
+return_line_id = \"? in\"
+pump_inlet_depth = \"? m\"
+pump_outlet_depth = \"? m\"
+
+[channels]
+",
+    );
+    let mut names: Vec<&str> = proposal.channels.iter().map(|c| c.channel).collect();
+    names.dedup();
+    let quote = |s: &str| Value::from(s).to_string();
+    for name in names {
+        let of_name = proposal.channels.iter().filter(|c| c.channel == name);
+        let sources: Vec<String> = of_name
+            .map(|c| format!("{{ tag = {}, unit = {} }}", quote(&c.tag), quote(&c.unit)))
+            .collect();
+        let several = name.starts_with("pump_inlet") || name.starts_with("pump_outlet");
+        let list = sources.join(", ");
+        let _ = if several {
+            writeln!(text, "{name} = [{list}]")
+        } else {
+            writeln!(text, "{name} = {list}")
+        };
+    }
+    for missing in &proposal.missing {
+        let _ = writeln!(text, "# {missing} = ?");
+    }
+    text
+}

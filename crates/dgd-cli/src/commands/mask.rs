@@ -1,0 +1,154 @@
+//! `dgd mask`: what may be passed on, in percent of references that stay behind.
+
+use crate::args::{Global, Mask};
+use crate::commands::fit;
+use crate::commands::simulate::read_model;
+use crate::failure::Failure;
+use crate::progress::Progress;
+use crate::say::{self, count};
+use crate::{load, output, page};
+use dgd_export::CsvOptions;
+use dgd_identify::{IdentifyOptions, Series};
+use dgd_mask::{MaskedRecording, choose_references, mask_model, mask_recording};
+use dgd_recording::{Column, Table};
+use dgd_units::MaskReferences;
+use serde_json::json;
+use std::path::Path;
+
+pub(crate) fn run(arguments: &Mask, global: &Global) -> Result<String, Failure> {
+    refuse_references_inside(&arguments.references, &arguments.out)?;
+    let progress = Progress::new(global.json || global.quiet);
+    let well = load::read_well(&arguments.source.well)?;
+    let first = arguments.source.recordings[0].clone();
+    let loaded = load::read_recordings(&arguments.source.recordings, &well, &progress)?;
+    let mut fitted = fit::fit(
+        loaded,
+        well,
+        &arguments.source,
+        &IdentifyOptions::default(),
+        false,
+        &progress,
+    )?;
+    if let Some(path) = &arguments.model {
+        fitted.identification.model = read_model(path)?;
+    }
+    progress.stage("masking");
+    let series = &fitted.identification.series;
+    let chosen =
+        choose_references(&fitted.prepared, series).map_err(|e| Failure::input(&first, e))?;
+    let (references, kept_before) = references(&arguments.references, chosen)?;
+    let recording = mask_recording(&fitted.prepared, series, &references);
+    let table = as_table(&recording);
+    output::replace(&arguments.out.join("recording.csv"), |w| {
+        dgd_export::write_csv(&table, &CsvOptions::default(), w).map_err(|e| e.to_string())
+    })?;
+    let model = mask_model(&fitted.identification.model, &references);
+    output::replace_bytes(
+        &arguments.out.join("model.toml"),
+        dgd_documents::write_masked_model(&model).as_bytes(),
+    )?;
+    // Figures are drawn from the dithered series: a figure's coordinates are data too.
+    fitted.identification.series = unmasked(&recording, &references);
+    fitted.prepared.recording.return_flow_m3_s = recording
+        .return_flow_pct
+        .iter()
+        .map(|p| references.unmask_flow(*p))
+        .collect();
+    fitted.identification.pump_flow_m3_s = shifted_flow(&fitted);
+    let html = page::masked(&fitted, &references).map_err(|e| Failure::Write {
+        path: arguments.out.clone(),
+        reason: e.to_string(),
+    })?;
+    output::replace_bytes(&arguments.out.join("report.html"), html.as_bytes())?;
+    drop(progress);
+    if global.json {
+        return Ok(say::json(&json!({
+            "schema": "dgd.mask/1",
+            "out": arguments.out,
+            "samples": recording.time_s.len(),
+            "references": arguments.references,
+            "references_read": kept_before,
+        })));
+    }
+    let verb = if kept_before {
+        "read"
+    } else {
+        "chosen and written to"
+    };
+    Ok(format!(
+        "masked {} samples into {}: recording.csv, model.toml, report.html\nreferences {verb} {}: keep that file, it undoes the masking\n",
+        count(recording.time_s.len()),
+        arguments.out.display(),
+        arguments.references.display()
+    ))
+}
+
+/// The references must not travel with what they unmask.
+fn refuse_references_inside(references: &Path, out: &Path) -> Result<(), Failure> {
+    let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    if absolute(references).starts_with(absolute(out)) {
+        return Err(Failure::Arguments {
+            reason: format!(
+                "--references {} lies in the folder {} that is passed on; choose another place",
+                references.display(),
+                out.display()
+            ),
+        });
+    }
+    Ok(())
+}
+
+/// The references in the file, or the chosen ones, written there.
+fn references(path: &Path, chosen: MaskReferences) -> Result<(MaskReferences, bool), Failure> {
+    if path.exists() {
+        let source = load::read_text(path)?;
+        return match dgd_documents::read_references(&source) {
+            Ok((references, _)) => Ok((references, true)),
+            // Not rendered with its source: the lines hold what must stay secret.
+            Err(error) => Err(Failure::input(path, error)),
+        };
+    }
+    output::replace_private(path, dgd_documents::write_references(&chosen).as_bytes())?;
+    Ok((chosen, false))
+}
+
+fn as_table(recording: &MaskedRecording) -> Table {
+    let column = |(tag, values): (&str, &[f64])| Column {
+        tag: tag.to_owned(),
+        unit: Some(if tag == "t" { "s" } else { "%" }.to_owned()),
+        values: values.to_vec(),
+    };
+    let mut columns: Vec<Column> = recording.columns().into_iter().map(column).collect();
+    let usable = recording
+        .keep
+        .iter()
+        .map(|k| f64::from(u8::from(*k)))
+        .collect();
+    columns.push(Column {
+        tag: "usable".into(),
+        unit: Some("1".into()),
+        values: usable,
+    });
+    Table {
+        columns,
+        ..Table::default()
+    }
+}
+
+/// The dithered series, back in SI for the figures' own scaling.
+fn unmasked(recording: &MaskedRecording, references: &MaskReferences) -> Series {
+    let back = |values: &[f64], f: &dyn Fn(f64) -> f64| values.iter().map(|v| f(*v)).collect();
+    Series {
+        level_m: back(&recording.level_pct, &|p| references.unmask_level(p)),
+        friction_pa: back(&recording.friction_pct, &|p| references.unmask_friction(p)),
+        head_m: back(&recording.head_pct, &|p| references.unmask_head(p)),
+    }
+}
+
+fn shifted_flow(fitted: &fit::Fitted) -> Vec<f64> {
+    let id = &fitted.identification;
+    dgd_identify::read_ahead(
+        &fitted.prepared.recording.return_flow_m3_s,
+        id.sweep.best_delay_samples,
+    )
+}

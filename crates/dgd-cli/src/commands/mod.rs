@@ -1,0 +1,8 @@
+//! One module a command.
+
+pub(crate) mod convert;
+pub(crate) mod demo;
+pub(crate) mod fit;
+pub(crate) mod inspect;
+pub(crate) mod mask;
+pub(crate) mod simulate;

@@ -1,0 +1,321 @@
+//! `dgd simulate`: an identified model beside a recording.
+
+use crate::args::{Global, KindArg, Simulate, SolverArg};
+use crate::commands::convert::Target;
+use crate::commands::fit::screening;
+use crate::failure::Failure;
+use crate::progress::Progress;
+use crate::say::{self, TextTable, count, number};
+use crate::{figures, load, output};
+use dgd_dynamics::integrate::{Method, Status};
+use dgd_dynamics::return_line::SimulationOptions;
+use dgd_export::{CsvOptions, McapOptions};
+use dgd_identify::{Model, prepare};
+use dgd_recording::{Column, Recording, Table};
+use dgd_replay::{Deviation, Kind, Pair, Replay, ReplayOptions, Start, replay};
+use dgd_units::{FlowRate, Length, UnitError};
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+use std::path::Path;
+
+pub(crate) fn run(arguments: &Simulate, global: &Global) -> Result<String, Failure> {
+    let progress = Progress::new(global.json || global.quiet);
+    let target = Target::of(&arguments.out, false)?;
+    let options_given = options(arguments)?;
+    let well = load::read_well(&arguments.source.well)?;
+    let model = read_model(&arguments.model)?;
+    if !model.fits_well(&well) {
+        tracing::warn!(
+            "{} was identified on a well of another mud or geometry than {}; the model's are used",
+            arguments.model.display(),
+            arguments.source.well.display()
+        );
+    }
+    let loaded = load::read_recordings(&arguments.source.recordings, &well, &progress)?;
+    let first = &arguments.source.recordings[0];
+    progress.stage("screening");
+    let prepared = prepare(
+        loaded.recording,
+        loaded.step_s,
+        &screening(&arguments.source),
+    );
+    let recording = prepared.map_err(|e| Failure::input(first, e))?.averaged();
+    progress.stage("simulating");
+    let options = ReplayOptions {
+        delay_s: model.delay_s,
+        ..options_given
+    };
+    let run =
+        replay(&model.return_line(), &recording, &options).map_err(|e| Failure::input(first, e))?;
+    progress.stage(&format!("writing {}", arguments.out.display()));
+    let table = as_table(&run);
+    output::replace(&arguments.out, |writer| {
+        match target {
+            Target::Csv => dgd_export::write_csv(&table, &CsvOptions::default(), writer),
+            Target::Mcap => dgd_export::write_mcap(&table, &McapOptions::default(), writer),
+            Target::Mat5 | Target::Mat73 => dgd_export::write_mat5(&table, "simulation", writer),
+        }
+        .map_err(|e| e.to_string())
+    })?;
+    let mut drawn = Vec::new();
+    if let Some(folder) = &arguments.figures {
+        progress.stage("drawing figures");
+        let runs = all_kinds(&model, &recording, &options, first)?;
+        drawn = figures::draw_simulations(folder, &runs)?;
+    }
+    let seconds = progress.seconds();
+    drop(progress);
+    if global.json {
+        return Ok(say::json(&as_json(&run, arguments, &drawn, seconds)));
+    }
+    Ok(tell(&run, arguments, drawn.len()))
+}
+
+pub(crate) fn read_model(path: &Path) -> Result<Model, Failure> {
+    let source = load::read_text(path)?;
+    match dgd_documents::read_model(&source) {
+        Ok((model, warnings)) => {
+            for problem in warnings {
+                let (line, _) = dgd_documents::line_and_column(&source, problem.span.start);
+                tracing::warn!("{}:{line}: {}", path.display(), problem.message);
+            }
+            Ok(model)
+        }
+        Err(error) => Err(Failure::Document {
+            path: path.to_owned(),
+            source,
+            error,
+        }),
+    }
+}
+
+fn options(arguments: &Simulate) -> Result<ReplayOptions, Failure> {
+    if !(arguments.tolerance > 0.0 && arguments.tolerance < 1.0) {
+        let reason = format!(
+            "--tolerance is {}, expected between 0 and 1",
+            arguments.tolerance
+        );
+        return Err(Failure::Arguments { reason });
+    }
+    let wrong = |name: &str| {
+        let name = name.to_owned();
+        move |e: UnitError| Failure::Arguments {
+            reason: format!("--{name}: {e}"),
+        }
+    };
+    let level = arguments
+        .level
+        .as_deref()
+        .map(Length::parse)
+        .transpose()
+        .map_err(wrong("level"))?;
+    let flow = arguments
+        .flow
+        .as_deref()
+        .map(FlowRate::parse)
+        .transpose()
+        .map_err(wrong("flow"))?;
+    let kind = match arguments.kind {
+        KindArg::Coupled => Kind::Coupled,
+        KindArg::Riser => Kind::Riser,
+        KindArg::Flow => Kind::Flow,
+        KindArg::Steady => Kind::Steady,
+    };
+    let method = match arguments.solver {
+        SolverArg::Rodas => Method::Rodas,
+        SolverArg::DormandPrince => Method::DormandPrince,
+    };
+    Ok(ReplayOptions {
+        kind,
+        window_s: arguments.window,
+        start: Start {
+            level_m: level.map(Length::si),
+            flow_m3_s: flow.map(FlowRate::si),
+        },
+        delay_s: 0.0,
+        solver: SimulationOptions {
+            method,
+            relative: arguments.tolerance,
+            ..SimulationOptions::default()
+        },
+    })
+}
+
+/// The four simulations of chapter 4 on the same window: riser, flow, steady, coupled.
+pub(crate) fn all_kinds(
+    model: &Model,
+    recording: &Recording,
+    options: &ReplayOptions,
+    path: &Path,
+) -> Result<[Replay; 4], Failure> {
+    let one = |kind| {
+        let options = ReplayOptions {
+            kind,
+            ..options.clone()
+        };
+        replay(&model.return_line(), recording, &options).map_err(|e| Failure::input(path, e))
+    };
+    Ok([
+        one(Kind::Riser)?,
+        one(Kind::Flow)?,
+        one(Kind::Steady)?,
+        one(Kind::Coupled)?,
+    ])
+}
+
+/// Signals with their names and units, measured beside simulated.
+fn signals(run: &Replay) -> [(&'static str, &'static str, &Pair); 6] {
+    [
+        ("riser_level_m", "m", &run.level_m),
+        ("return_flow_m3_s", "m3/s", &run.return_flow_m3_s),
+        ("pump_flow_m3_s", "m3/s", &run.pump_flow_m3_s),
+        ("pump_inlet_pressure_pa", "Pa", &run.inlet_pressure_pa),
+        ("pump_outlet_pressure_pa", "Pa", &run.outlet_pressure_pa),
+        ("pump_head_m", "m", &run.head_m),
+    ]
+}
+
+pub(crate) fn as_table(run: &Replay) -> Table {
+    let column = |tag: String, unit: &str, values: &[f64]| Column {
+        tag,
+        unit: Some(unit.to_owned()),
+        values: values.to_vec(),
+    };
+    let mut columns = vec![column("t_s".into(), "s", &run.time_s)];
+    for (name, unit, pair) in signals(run) {
+        columns.push(column(format!("{name}_measured"), unit, &pair.measured));
+        if !pair.simulated.is_empty() {
+            columns.push(column(format!("{name}_simulated"), unit, &pair.simulated));
+        }
+    }
+    columns.push(column("inflow_m3_s".into(), "m3/s", &run.inflow_m3_s));
+    columns.push(column("pump_speed_pct".into(), "%", &run.speed_pct));
+    Table {
+        columns,
+        ..Table::default()
+    }
+}
+
+/// What went wrong or deserves notice in the run.
+fn notes(run: &Replay) -> Vec<String> {
+    let mut notes = Vec::new();
+    match run.status {
+        None | Some(Status::Finished) => {}
+        Some(status) => notes.push(format!("the integration stopped early: {status}")),
+    }
+    if run.filled > 0 {
+        notes.push(format!(
+            "{} input values were missing or not trusted and were interpolated",
+            count(run.filled)
+        ));
+    }
+    if let Some(at) = run.bounds.full_s {
+        notes.push(format!("the simulated riser was full at {} s", number(at)));
+    }
+    if let Some(at) = run.bounds.empty_s {
+        notes.push(format!(
+            "the simulated riser was empty down to the pump at {} s",
+            number(at)
+        ));
+    }
+    if run.unsolved > 0 {
+        notes.push(format!(
+            "no steady flow was found at {} samples",
+            count(run.unsolved)
+        ));
+    }
+    notes
+}
+
+fn tell(run: &Replay, arguments: &Simulate, drawn: usize) -> String {
+    let mut text = String::new();
+    let (from, to) = (run.time_s[0], run.time_s[run.time_s.len() - 1]);
+    let _ = writeln!(
+        text,
+        "{:?} simulation, {} s to {} s, {} samples",
+        arguments.kind,
+        number(from),
+        number(to),
+        count(run.time_s.len())
+    );
+    let s = &run.statistics;
+    let _ = writeln!(
+        text,
+        "{} steps, {} rejected, {} evaluations\n",
+        count(s.steps),
+        count(s.rejected),
+        count(s.rhs)
+    );
+    let mut table = TextTable::new([
+        "simulated less measured",
+        "root mean square",
+        "mean",
+        "largest",
+        "unit",
+    ]);
+    for (name, unit, pair) in signals(run) {
+        let Some(Deviation {
+            rmse,
+            bias,
+            largest,
+            ..
+        }) = pair.deviation()
+        else {
+            continue;
+        };
+        let scale = if unit == "Pa" {
+            (1e-5, "bar")
+        } else if unit == "m3/s" {
+            (6e4, "l/min")
+        } else {
+            (1.0, unit)
+        };
+        let stem = name
+            .trim_end_matches("_m3_s")
+            .trim_end_matches("_pa")
+            .trim_end_matches("_m");
+        table.row([
+            stem.replace('_', " "),
+            number(rmse * scale.0),
+            number(bias * scale.0),
+            number(largest * scale.0),
+            scale.1.into(),
+        ]);
+    }
+    text.push_str(&table.render());
+    for note in notes(run) {
+        let _ = writeln!(text, "note: {note}");
+    }
+    let _ = writeln!(text, "\nwrote {}", arguments.out.display());
+    if let Some(folder) = &arguments.figures {
+        let _ = writeln!(text, "drew {} figures into {}", drawn / 2, folder.display());
+    }
+    text
+}
+
+fn as_json(
+    run: &Replay,
+    arguments: &Simulate,
+    drawn: &[std::path::PathBuf],
+    seconds: f64,
+) -> Value {
+    let deviation = |pair: &Pair| {
+        pair.deviation().map(|d| json!({ "rmse": d.rmse, "bias": d.bias, "largest": d.largest, "samples": d.samples }))
+    };
+    let s = &run.statistics;
+    json!({
+        "schema": "dgd.simulate/1",
+        "kind": format!("{:?}", arguments.kind).to_lowercase(),
+        "from_s": run.time_s.first(),
+        "to_s": run.time_s.last(),
+        "samples": run.time_s.len(),
+        "finished": matches!(run.status, None | Some(Status::Finished)),
+        "deviation": signals(run).iter().map(|(name, _, pair)| ((*name).to_owned(), json!(deviation(pair)))).collect::<serde_json::Map<_, _>>(),
+        "filled": run.filled,
+        "notes": notes(run),
+        "statistics": { "steps": s.steps, "rejected": s.rejected, "rhs": s.rhs, "jacobians": s.jacobians },
+        "out": arguments.out,
+        "figures": drawn,
+        "seconds": seconds,
+    })
+}

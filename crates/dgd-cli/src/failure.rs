@@ -1,0 +1,139 @@
+//! What a person is told when a command cannot do its work.
+
+use dgd_documents::DocumentError;
+use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, NamedSource};
+use std::fmt;
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+
+/// Why a command stopped.
+#[derive(Debug)]
+pub(crate) enum Failure {
+    /// The input cannot be used: the file, the place in it, and the mend.
+    Input {
+        path: PathBuf,
+        reason: String,
+        help: Option<String>,
+    },
+    /// A document is wrong; its lines are shown.
+    Document {
+        path: PathBuf,
+        source: String,
+        error: DocumentError,
+    },
+    /// The arguments do not go together.
+    Arguments { reason: String },
+    /// An output file cannot be written.
+    Write { path: PathBuf, reason: String },
+}
+
+impl Failure {
+    pub(crate) fn input(path: &Path, reason: impl fmt::Display) -> Self {
+        Self::Input {
+            path: path.to_owned(),
+            reason: reason.to_string(),
+            help: None,
+        }
+    }
+
+    pub(crate) fn read(path: &Path, error: &std::io::Error) -> Self {
+        let help = match error.kind() {
+            std::io::ErrorKind::NotFound => {
+                "check the path; it is taken from the current folder".into()
+            }
+            std::io::ErrorKind::PermissionDenied => "ask for read permission on the file".into(),
+            _ => String::new(),
+        };
+        let help = (!help.is_empty()).then_some(help);
+        Self::Input {
+            path: path.to_owned(),
+            reason: format!("cannot be read: {error}"),
+            help,
+        }
+    }
+
+    pub(crate) fn write(path: &Path, error: &std::io::Error) -> Self {
+        Self::Write {
+            path: path.to_owned(),
+            reason: error.to_string(),
+        }
+    }
+
+    /// 2 for input that cannot be used, 1 for output that cannot be written.
+    pub(crate) fn status(&self) -> u8 {
+        match self {
+            Self::Write { .. } => 1,
+            Self::Input { .. } | Self::Document { .. } | Self::Arguments { .. } => 2,
+        }
+    }
+
+    /// The message for standard error.
+    pub(crate) fn render(&self) -> String {
+        match self {
+            Self::Document {
+                path,
+                source,
+                error,
+            } => render_document(path, source, error),
+            other => format!("error: {other}\n"),
+        }
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Input { path, reason, help } => {
+                write!(f, "{}: {reason}", path.display())?;
+                help.iter()
+                    .try_for_each(|help| write!(f, "\n  help: {help}"))
+            }
+            Self::Document { path, error, .. } => write!(f, "{}: {error}", path.display()),
+            Self::Arguments { reason } => f.write_str(reason),
+            Self::Write { path, reason } => {
+                write!(
+                    f,
+                    "{} cannot be written: {reason}\n  help: nothing was left half-written; ",
+                    path.display()
+                )?;
+                f.write_str("free space or choose another place with --out")
+            }
+        }
+    }
+}
+
+fn render_document(path: &Path, source: &str, error: &DocumentError) -> String {
+    let mut rendered = String::new();
+    let terminal = std::io::stderr().is_terminal();
+    let theme = if terminal {
+        GraphicalTheme::unicode()
+    } else {
+        GraphicalTheme::unicode_nocolor()
+    };
+    let handler = GraphicalReportHandler::new_themed(theme).with_links(false);
+    for (problem, (line, column)) in error.problems.iter().zip(&error.places) {
+        let mut diagnostic = MietteDiagnostic::new(format!(
+            "{}:{line}:{column}: {}",
+            path.display(),
+            problem.message
+        ))
+        .with_label(LabeledSpan::new_with_span(
+            Some("here".into()),
+            problem.span.clone(),
+        ));
+        if let Some(help) = &problem.help {
+            diagnostic = diagnostic.with_help(help.clone());
+        }
+        let name = path.display().to_string();
+        let report = miette::Report::new(diagnostic)
+            .with_source_code(NamedSource::new(name, source.to_owned()));
+        // Rendering into a String cannot fail; the plain text is the fallback all the same.
+        if handler
+            .render_report(&mut rendered, report.as_ref())
+            .is_err()
+        {
+            rendered.push_str(&problem.message);
+        }
+    }
+    rendered
+}

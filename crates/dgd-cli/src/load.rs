@@ -1,0 +1,135 @@
+//! Files in: recordings, wells, models.
+
+use crate::failure::Failure;
+use crate::progress::Progress;
+use dgd_ingest::{Format, ReadOptions};
+use dgd_recording::{Issue, Recording, Table, Well};
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use tracing::{debug, warn};
+
+/// A recording on its even clock, and what was met on the way.
+pub(crate) struct Loaded {
+    pub(crate) recording: Recording,
+    pub(crate) step_s: f64,
+    pub(crate) formats: Vec<Format>,
+    pub(crate) issues: Vec<(PathBuf, Issue)>,
+    /// First sample and length of each file's part.
+    pub(crate) parts: Vec<(usize, usize)>,
+}
+
+/// Reads a file whole; recordings are decoded from memory in one pass.
+pub(crate) fn read_bytes(path: &Path, progress: &Progress) -> Result<Vec<u8>, Failure> {
+    let mut file = File::open(path).map_err(|e| Failure::read(path, &e))?;
+    let size = file.metadata().map(|m| m.len()).unwrap_or(0);
+    if file.metadata().is_ok_and(|m| m.is_dir()) {
+        return Err(Failure::input(
+            path,
+            "is a folder; name the recording in it",
+        ));
+    }
+    progress.stage(&format!("reading {}", path.display()));
+    debug!(size, "reading {}", path.display());
+    let mut bytes = Vec::new();
+    file.read_to_end(&mut bytes)
+        .map_err(|e| Failure::read(path, &e))?;
+    Ok(bytes)
+}
+
+/// Reads a text document.
+pub(crate) fn read_text(path: &Path) -> Result<String, Failure> {
+    let bytes = std::fs::read(path).map_err(|e| Failure::read(path, &e))?;
+    String::from_utf8(bytes).map_err(|e| {
+        let at = e.utf8_error().valid_up_to();
+        Failure::input(
+            path,
+            format!("is not UTF-8 text at byte {at}; save it as UTF-8"),
+        )
+    })
+}
+
+/// Reads a table of any format.
+pub(crate) fn read_table(path: &Path, progress: &Progress) -> Result<(Format, Table), Failure> {
+    let bytes = read_bytes(path, progress)?;
+    progress.stage(&format!("decoding {}", path.display()));
+    let name = path.file_name().map(|n| n.to_string_lossy().into_owned());
+    let options = ReadOptions {
+        name_hint: name,
+        ..ReadOptions::default()
+    };
+    dgd_ingest::read(&bytes, &options).map_err(|e| Failure::input(path, e))
+}
+
+/// Reads `well.toml`, telling of keys that nobody reads.
+pub(crate) fn read_well(path: &Path) -> Result<Well, Failure> {
+    let source = read_text(path)?;
+    match dgd_documents::read_well(&source) {
+        Ok((well, warnings)) => {
+            for problem in warnings {
+                let (line, _) = dgd_documents::line_and_column(&source, problem.span.start);
+                warn!("{}:{line}: {}", path.display(), problem.message);
+            }
+            Ok(well)
+        }
+        Err(error) => Err(Failure::Document {
+            path: path.to_owned(),
+            source,
+            error,
+        }),
+    }
+}
+
+/// Reads one or more consecutive recordings of a well onto one even clock.
+pub(crate) fn read_recordings(
+    paths: &[PathBuf],
+    well: &Well,
+    progress: &Progress,
+) -> Result<Loaded, Failure> {
+    let mut loaded: Option<Loaded> = None;
+    for path in paths {
+        let (format, mut table) = read_table(path, progress)?;
+        let mut issues = std::mem::take(&mut table.issues);
+        let (recording, mapping) =
+            Recording::from_table(table, well).map_err(|e| Failure::input(path, e))?;
+        let (recording, step_s, clock) =
+            recording.onto_grid().map_err(|e| Failure::input(path, e))?;
+        issues.extend(mapping.into_iter().chain(clock));
+        let issues: Vec<_> = issues
+            .into_iter()
+            .map(|issue| (path.clone(), issue))
+            .collect();
+        match &mut loaded {
+            None => {
+                let parts = vec![(0, recording.len())];
+                loaded = Some(Loaded {
+                    recording,
+                    step_s,
+                    formats: vec![format],
+                    issues,
+                    parts,
+                });
+            }
+            Some(all) => {
+                if (step_s - all.step_s).abs() > 1e-6 * all.step_s {
+                    let first = paths[0].display();
+                    let reason = format!(
+                        "is sampled every {step_s} s, {first} every {} s; fit them one by one",
+                        all.step_s
+                    );
+                    return Err(Failure::input(path, reason));
+                }
+                let start = all.recording.append(recording, all.step_s);
+                all.parts.push((start, all.recording.len() - start));
+                all.formats.push(format);
+                all.issues.extend(issues);
+            }
+        }
+    }
+    for (path, issue) in loaded.iter().flat_map(|l| &l.issues) {
+        warn!("{}: {issue}", path.display());
+    }
+    loaded.ok_or_else(|| Failure::Arguments {
+        reason: "no recording was named".into(),
+    })
+}

@@ -1,0 +1,64 @@
+//! The `dgd` command line: reads arguments, calls the libraries, tells the result.
+
+mod args;
+mod commands;
+mod failure;
+mod figures;
+mod load;
+mod output;
+mod page;
+mod progress;
+mod say;
+
+use args::{Arguments, Command, Global};
+use clap::Parser;
+use failure::Failure;
+use std::io::{IsTerminal, Write};
+use std::process::ExitCode;
+use tracing_subscriber::filter::LevelFilter;
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    start_tracing(&arguments.global);
+    match run(&arguments) {
+        Ok(said) => {
+            // A closed pipe (`dgd inspect x | head`) is no failure.
+            let _ = std::io::stdout().write_all(said.as_bytes());
+            ExitCode::SUCCESS
+        }
+        Err(failure) => {
+            let _ = std::io::stderr().write_all(failure.render().as_bytes());
+            ExitCode::from(failure.status())
+        }
+    }
+}
+
+/// Runs a command; its result is the text for standard output.
+fn run(arguments: &Arguments) -> Result<String, Failure> {
+    let global = &arguments.global;
+    match &arguments.command {
+        Command::Inspect(inspect) => commands::inspect::run(inspect, global),
+        Command::Fit(fit) => commands::fit::run(fit, global),
+        Command::Simulate(simulate) => commands::simulate::run(simulate, global),
+        Command::Mask(mask) => commands::mask::run(mask, global),
+        Command::Convert(convert) => commands::convert::run(convert, global),
+        Command::Demo(demo) => commands::demo::run(demo, global),
+    }
+}
+
+fn start_tracing(global: &Global) {
+    let level = match (global.quiet, global.verbose) {
+        (true, _) => LevelFilter::ERROR,
+        (false, 0) => LevelFilter::WARN,
+        (false, 1) => LevelFilter::INFO,
+        (false, 2) => LevelFilter::DEBUG,
+        (false, _) => LevelFilter::TRACE,
+    };
+    tracing_subscriber::fmt()
+        .with_max_level(level)
+        .with_writer(std::io::stderr)
+        .with_ansi(std::io::stderr().is_terminal())
+        .with_target(false)
+        .without_time()
+        .init();
+}

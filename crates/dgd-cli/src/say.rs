@@ -1,0 +1,128 @@
+//! Text for people: aligned tables, numbers at a readable length, JSON for machines.
+
+use serde_json::Value;
+
+/// Columns of text, aligned; numbers to the right.
+#[derive(Default)]
+pub(crate) struct TextTable {
+    rows: Vec<Vec<String>>,
+}
+
+impl TextTable {
+    /// A table with these headings.
+    pub(crate) fn new<const N: usize>(headings: [&str; N]) -> Self {
+        Self {
+            rows: vec![headings.iter().map(|h| (*h).to_owned()).collect()],
+        }
+    }
+
+    /// Adds a row.
+    pub(crate) fn row<const N: usize>(&mut self, cells: [String; N]) {
+        self.rows.push(cells.to_vec());
+    }
+
+    /// The table, indented by two spaces.
+    pub(crate) fn render(&self) -> String {
+        let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0);
+        let width = |column: usize| {
+            self.rows
+                .iter()
+                .filter_map(|r| r.get(column))
+                .map(|c| c.chars().count())
+                .max()
+                .unwrap_or(0)
+        };
+        let widths: Vec<usize> = (0..columns).map(width).collect();
+        let numeric = |column: usize| {
+            let cells = self.rows.iter().skip(1).filter_map(|r| r.get(column));
+            cells.clone().count() > 0
+                && cells
+                    .filter(|c| !c.is_empty())
+                    .all(|c| c.starts_with(|c: char| c.is_ascii_digit() || "-+.".contains(c)))
+        };
+        let right: Vec<bool> = (0..columns).map(numeric).collect();
+        let mut text = String::new();
+        for row in &self.rows {
+            let mut line = String::from("  ");
+            for (index, cell) in row.iter().enumerate() {
+                let pad = " ".repeat(widths[index] - cell.chars().count());
+                let (before, after) = if right[index] {
+                    (pad, String::new())
+                } else {
+                    (String::new(), pad)
+                };
+                line.push_str(&format!("{before}{cell}{after}  "));
+            }
+            text.push_str(line.trim_end());
+            text.push('\n');
+        }
+        text
+    }
+}
+
+/// A number with about five significant figures.
+pub(crate) fn number(value: f64) -> String {
+    let size = value.abs();
+    if value == 0.0 || !value.is_finite() {
+        format!("{value}")
+    } else if !(1e-3..1e6).contains(&size) {
+        format!("{value:.3e}")
+    } else {
+        // Bounded by the range above: -3 to 6.
+        #[expect(clippy::cast_possible_truncation, reason = "between -3 and 6")]
+        let digits = 4 - size.log10().floor() as i32;
+        let text = format!("{value:.*}", usize::try_from(digits).unwrap_or(0));
+        if text.contains('.') {
+            text.trim_end_matches('0').trim_end_matches('.').to_owned()
+        } else {
+            text
+        }
+    }
+}
+
+/// A count with thousands apart.
+pub(crate) fn count(n: usize) -> String {
+    let digits = n.to_string();
+    let mut text = String::new();
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index) % 3 == 0 {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// Pretty JSON with a closing line break.
+pub(crate) fn json(value: &Value) -> String {
+    format!("{value:#}\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_are_grouped_by_thousands() {
+        assert_eq!(count(7), "7");
+        assert_eq!(count(305_820), "305,820");
+        assert_eq!(count(1_000_000), "1,000,000");
+    }
+
+    #[test]
+    fn numbers_keep_five_figures_whatever_their_size() {
+        assert_eq!(number(0.0688), "0.0688");
+        assert_eq!(number(264_740.26), "264740");
+        assert_eq!(number(1.6243), "1.6243");
+        assert_eq!(number(1.2e8), "1.200e8");
+        assert_eq!(number(-0.000_012_345), "-1.234e-5");
+    }
+
+    #[test]
+    fn columns_of_numbers_are_set_to_the_right() {
+        let mut table = TextTable::new(["name", "n"]);
+        table.row(["a".into(), "1".into()]);
+        table.row(["bb".into(), "10".into()]);
+        assert_eq!(table.render(), "  name   n\n  a      1\n  bb    10\n");
+    }
+}

@@ -1,0 +1,367 @@
+//! `model.toml`: an identified model with its doubt and its provenance.
+
+use crate::reader::{Notes, Section, parse};
+use crate::well::{lengths_of, quoted, read_geometry};
+use crate::{DocumentError, Problem};
+use dgd_identify::{DataUsed, Estimate, FrictionModel, FrictionTerm, Model, PumpModel};
+use dgd_units::Dimension;
+use std::fmt::Write as _;
+
+/// Schema of the document that [`write_model`] writes and [`read_model`] reads.
+pub const MODEL_SCHEMA: &str = "dgd.model/1";
+
+/// Letters and units of the friction law's terms (Eqs. 3.14, 3.26), by power.
+const TERMS: [(&str, &str); 4] = [
+    ("B", "Pa"),
+    ("C", "Pa/(m3/s)"),
+    ("D", "Pa/(m3/s)^2"),
+    ("E", "Pa/(m3/s)^3"),
+];
+
+/// Writes a model; [`read_model`] gives the same model back, to the last bit.
+///
+/// That holds for every model that can be simulated: finite parameters, exponents of at
+/// least 1, distinct powers of 0 to 3 by rising power, distinct reasons in
+/// [`DataUsed::rejected`]. Statistics may be NaN or infinite.
+pub fn write_model(model: &Model) -> String {
+    let mut text = String::new();
+    // Writing to a String cannot fail.
+    let _ = write_into(&mut text, model);
+    text
+}
+
+fn write_into(text: &mut String, model: &Model) -> std::fmt::Result {
+    writeln!(
+        text,
+        "# Identified return-line model: `dgd simulate` reads it."
+    )?;
+    writeln!(
+        text,
+        "# h' = (q - q_in)/A_a,  M q' = rho g H(w, q) - F(q) - rho g h   (Eqs. 3.45-3.46)"
+    )?;
+    writeln!(text, "schema = \"{MODEL_SCHEMA}\"\n\n[well]")?;
+    writeln!(text, "density = \"{} kg/m3\"", model.density_kg_m3)?;
+    for (key, length_m) in lengths_of(&model.geometry) {
+        writeln!(text, "{key} = \"{length_m} m\"")?;
+    }
+    let friction = &model.friction;
+    writeln!(
+        text,
+        "\n# F(q) = sum of value * q^power, Pa with q in m3/s; odd in q, but for B"
+    )?;
+    writeln!(
+        text,
+        "[friction]\nmse_pa2 = {}\nr2 = {}",
+        float(friction.mse_pa2),
+        float(friction.r2)
+    )?;
+    writeln!(
+        text,
+        "samples = {}\ncondition = {}",
+        friction.samples,
+        float(friction.condition)
+    )?;
+    if friction.terms.is_empty() {
+        writeln!(text, "term = []")?;
+    }
+    for term in &friction.terms {
+        let (letter, unit) = TERMS
+            .get(usize::from(term.power))
+            .copied()
+            .unwrap_or(("?", "?"));
+        writeln!(
+            text,
+            "\n[[friction.term]] # {letter}, {unit}\npower = {}",
+            term.power
+        )?;
+        write_estimate(text, &term.coefficient)?;
+    }
+    writeln!(
+        text,
+        "\n# The meter shows the flow through the pump this late: q_meter(t) = q(t - delay)"
+    )?;
+    writeln!(
+        text,
+        "[return_flow_meter]\ndelay_s = {}",
+        float(model.delay_s)
+    )?;
+    let pump = &model.pump;
+    writeln!(
+        text,
+        "\n# H = c0 w^n0 - c1 w q - c2 q^n2, m of mud with w in % and q in m3/s"
+    )?;
+    writeln!(
+        text,
+        "[pump]\nn0 = {}\nn2 = {}",
+        float(pump.n0),
+        float(pump.n2)
+    )?;
+    let active: Vec<String> = pump.active_constraints.iter().map(|c| quoted(c)).collect();
+    writeln!(text, "active_constraints = [{}]", active.join(", "))?;
+    writeln!(
+        text,
+        "mse_m2 = {}\nr2 = {}",
+        float(pump.mse_m2),
+        float(pump.r2)
+    )?;
+    writeln!(
+        text,
+        "samples = {}\ncondition = {}",
+        pump.samples,
+        float(pump.condition)
+    )?;
+    for (name, estimate) in [("c0", &pump.c0), ("c1", &pump.c1), ("c2", &pump.c2)] {
+        writeln!(text, "\n[pump.{name}]")?;
+        write_estimate(text, estimate)?;
+    }
+    let data = &model.data;
+    let recordings: Vec<String> = data.recordings.iter().map(|r| quoted(r)).collect();
+    writeln!(
+        text,
+        "\n[data]\nrecordings = [{}]\nsamples = {}",
+        recordings.join(", "),
+        data.samples
+    )?;
+    writeln!(
+        text,
+        "kept = {}\nstep_s = {}",
+        data.kept,
+        float(data.step_s)
+    )?;
+    if !data.rejected.is_empty() {
+        writeln!(
+            text,
+            "\n[data.rejected] # a sample may be counted under several reasons"
+        )?;
+        for (reason, count) in &data.rejected {
+            writeln!(text, "{} = {count}", quoted(reason))?;
+        }
+    }
+    Ok(())
+}
+
+fn write_estimate(text: &mut String, estimate: &Estimate) -> std::fmt::Result {
+    writeln!(text, "value = {}", float(estimate.value))?;
+    match estimate.standard_error {
+        Some(error) => writeln!(text, "standard_error = {}", float(error)),
+        None => Ok(()),
+    }
+}
+
+/// Shortest digits that read back the same, as a TOML float.
+pub(crate) fn float(value: f64) -> String {
+    // Rust writes `NaN`, TOML `nan`; `inf` and exponents are the same in both.
+    format!("{value:?}").to_lowercase()
+}
+
+/// Reads `model.toml` (its schema is in this crate's README).
+///
+/// Returns the model and warnings about keys that are not read.
+///
+/// # Errors
+/// [`DocumentError`] with every problem found, each at its place in `source`.
+pub fn read_model(source: &str) -> Result<(Model, Vec<Problem>), DocumentError> {
+    let document = parse(source)?;
+    let notes = Notes::default();
+    let root = Section::new("", 0..source.len(), document.get_ref(), &notes);
+    check_schema(&root);
+    let well = root.need_section("well");
+    let friction = root.need_section("friction");
+    let meter = root.need_section("return_flow_meter");
+    let pump = root.need_section("pump");
+    let data = root.section("data");
+    root.warn_of_unread();
+    let well = well.and_then(|section| {
+        let density = section.need_positive("density", Dimension::Density, "1.08 sg");
+        let geometry = read_geometry(&section);
+        Some((density?, geometry?))
+    });
+    let friction = friction.and_then(|section| read_friction(&section));
+    let delay_s = meter.and_then(|section| {
+        let delay = section.need_number("delay_s");
+        section.warn_of_unread();
+        delay
+    });
+    let pump = pump.and_then(|section| read_pump(&section));
+    let data = data.map_or_else(DataUsed::default, |section| read_data(&section));
+    let model = match (well, friction, delay_s, pump) {
+        (Some((density_kg_m3, geometry)), Some(friction), Some(delay_s), Some(pump)) => {
+            Some(Model {
+                density_kg_m3,
+                geometry,
+                friction,
+                pump,
+                delay_s,
+                data,
+            })
+        }
+        _ => None,
+    };
+    notes.conclude(source, model)
+}
+
+fn check_schema(root: &Section<'_, '_>) {
+    let Some(value) = root.need("schema", &format!("\"{MODEL_SCHEMA}\"")) else {
+        return;
+    };
+    if root
+        .text("schema", value)
+        .is_some_and(|schema| schema != MODEL_SCHEMA)
+    {
+        let found = value.get_ref().as_str().unwrap_or_default();
+        let help = Some("fit the recording again with this version".to_owned());
+        root.problem(
+            value,
+            format!("the schema is `{found}`, expected `{MODEL_SCHEMA}`"),
+            help,
+        );
+    }
+}
+
+fn read_estimate(section: &Section<'_, '_>) -> Option<Estimate> {
+    let value = section.need_number("value");
+    let standard_error = section.optional_statistic("standard_error");
+    Some(Estimate {
+        value: value?,
+        standard_error,
+    })
+}
+
+fn read_friction(section: &Section<'_, '_>) -> Option<FrictionModel> {
+    let statistics = Statistics::read(section, "mse_pa2");
+    let list = section.need("term", "[[friction.term]]")?;
+    let Some(items) = list.get_ref().as_array() else {
+        section.wrong_type("term", list, "a list of terms, [[friction.term]]");
+        return None;
+    };
+    section.warn_of_unread();
+    let mut terms = Vec::new();
+    for item in items.iter() {
+        let Some(table) = item.get_ref().as_table() else {
+            section.wrong_type("term", item, "a table with `power` and `value`");
+            continue;
+        };
+        let inner = Section::new("friction.term", item.span(), table, section.notes());
+        let place = inner.need("power", "2");
+        let power = place.and_then(|value| inner.number("power", value));
+        let coefficient = read_estimate(&inner);
+        inner.warn_of_unread();
+        let (Some(place), Some(power), Some(coefficient)) = (place, power, coefficient) else {
+            continue;
+        };
+        match [0_u8, 1, 2, 3].into_iter().find(|p| f64::from(*p) == power) {
+            Some(power) if terms.iter().any(|t: &FrictionTerm| t.power == power) => {
+                inner.problem(
+                    place,
+                    format!("`power` {power} has two terms, expected one"),
+                    None,
+                );
+            }
+            Some(power) => terms.push(FrictionTerm { power, coefficient }),
+            None => inner.problem(
+                place,
+                format!("`power` is {power}, expected 0, 1, 2 or 3"),
+                None,
+            ),
+        }
+    }
+    let complete = terms.len() == items.len();
+    terms.sort_by_key(|t| t.power);
+    complete.then_some(FrictionModel {
+        terms,
+        mse_pa2: statistics.mse,
+        r2: statistics.r2,
+        samples: statistics.samples,
+        condition: statistics.condition,
+    })
+}
+
+fn read_pump(section: &Section<'_, '_>) -> Option<PumpModel> {
+    let statistics = Statistics::read(section, "mse_m2");
+    let exponent = |key| {
+        let value = section.need(key, "2.0")?;
+        let n = section.number(key, value)?;
+        if n >= 1.0 {
+            return Some(n);
+        }
+        section.problem(value, format!("`{key}` is {n}, expected at least 1"), None);
+        None
+    };
+    let (n0, n2) = (exponent("n0"), exponent("n2"));
+    let active_constraints = section
+        .get("active_constraints")
+        .map(|value| texts(section, "active_constraints", value));
+    let coefficient = |key| {
+        let inner = section.need_section(key)?;
+        let estimate = read_estimate(&inner);
+        inner.warn_of_unread();
+        estimate
+    };
+    let (c0, c1, c2) = (coefficient("c0"), coefficient("c1"), coefficient("c2"));
+    section.warn_of_unread();
+    Some(PumpModel {
+        c0: c0?,
+        c1: c1?,
+        c2: c2?,
+        n0: n0?,
+        n2: n2?,
+        mse_m2: statistics.mse,
+        r2: statistics.r2,
+        samples: statistics.samples,
+        condition: statistics.condition,
+        active_constraints: active_constraints.unwrap_or_default(),
+    })
+}
+
+fn read_data(section: &Section<'_, '_>) -> DataUsed {
+    let recordings = section
+        .get("recordings")
+        .map(|value| texts(section, "recordings", value));
+    let samples = section.optional_count("samples");
+    let kept = section.optional_count("kept");
+    let step_s = section.optional_statistic("step_s");
+    let rejected = section.section("rejected").map(|inner| inner.counts());
+    section.warn_of_unread();
+    let count = |n: Option<u64>| n.and_then(|n| usize::try_from(n).ok()).unwrap_or(0);
+    DataUsed {
+        recordings: recordings.unwrap_or_default(),
+        samples: count(samples),
+        kept: count(kept),
+        step_s: step_s.unwrap_or(f64::NAN),
+        rejected: rejected
+            .unwrap_or_default()
+            .into_iter()
+            .map(|(k, n)| (k, count(Some(n))))
+            .collect(),
+    }
+}
+
+fn texts(section: &Section<'_, '_>, key: &str, value: &crate::reader::Value<'_>) -> Vec<String> {
+    let Some(list) = value.get_ref().as_array() else {
+        section.wrong_type(key, value, "a list of texts");
+        return Vec::new();
+    };
+    list.iter()
+        .filter_map(|item| section.text(key, item).map(str::to_owned))
+        .collect()
+}
+
+struct Statistics {
+    mse: f64,
+    r2: f64,
+    samples: u64,
+    condition: f64,
+}
+
+impl Statistics {
+    /// How good the fit was: told on, but not needed to simulate, so all may be absent.
+    fn read(section: &Section<'_, '_>, mse: &'static str) -> Self {
+        let number = |key| section.optional_statistic(key).unwrap_or(f64::NAN);
+        Self {
+            mse: number(mse),
+            r2: number("r2"),
+            condition: number("condition"),
+            samples: section.optional_count("samples").unwrap_or(0),
+        }
+    }
+}

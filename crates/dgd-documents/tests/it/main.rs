@@ -1,0 +1,7 @@
+//! Claims about `well.toml`, `model.toml` and the references of a mask.
+#![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+mod fuzz;
+mod masked;
+mod model;
+mod readme;
+mod well;

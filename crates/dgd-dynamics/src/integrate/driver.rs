@@ -1,0 +1,331 @@
+//! The loop both methods share: segments between breaks, step control, guards, dense output.
+
+use super::vector::Vector;
+use super::{Options, Plan, Statistics, Status, System, Trajectory};
+
+/// One-step method with an error estimate and a continuous extension.
+pub(super) trait Stepper<V: Vector> {
+    /// Forgets what was known about the right-hand side at the current point.
+    fn restart(&mut self);
+    /// Tries a step of `h` from `(t, x)`, writes the result to `next` and the error estimate to
+    /// `error`. False if the linear algebra broke down.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "the step's data, passed flat for speed"
+    )]
+    fn attempt<S: System + ?Sized>(
+        &mut self,
+        system: &S,
+        t: f64,
+        x: &V,
+        h: f64,
+        next: &mut V,
+        error: &mut V,
+        count: &mut Statistics,
+    ) -> bool;
+    /// Takes over the last attempted step.
+    fn accept(&mut self);
+    /// State at the fraction `theta` of the last attempted step, from `x` to `next`.
+    fn dense(&self, theta: f64, h: f64, x: &V, next: &V, out: &mut [f64]);
+    /// By what to multiply the step after a scaled error of `error`; `previous` is that of the
+    /// last accepted step.
+    fn factor(error: f64, previous: f64) -> f64;
+}
+
+/// A step cut short by a break says nothing against the longer proposal if its error is below
+/// this.
+const CUT_IS_FINE: f64 = 0.5;
+/// Guard crossings at one and the same instant before we call it a deadlock.
+const MAX_STALLED: usize = 16;
+
+pub(super) fn drive<V: Vector, M: Stepper<V>, S: System + ?Sized>(
+    mut method: M,
+    system: &mut S,
+    initial: &[f64],
+    plan: &Plan<'_>,
+    options: &Options,
+) -> Trajectory {
+    let n = initial.len();
+    let mut x = V::zeros(n);
+    x.get_mut().copy_from_slice(initial);
+    let mut next = V::zeros(n);
+    let mut error = V::zeros(n);
+    let mut absolute = V::zeros(n);
+    absolute
+        .get_mut()
+        .copy_from_slice(&options.tolerances.absolute);
+    let relative = options.tolerances.relative;
+
+    let mut count = Statistics::default();
+    let mut times = Vec::with_capacity(plan.outputs.len());
+    let mut states = Vec::with_capacity(plan.outputs.len() * n);
+    let mut pending = plan.outputs;
+    let mut breaks = plan.breaks;
+    let mut t = plan.start;
+    let mut h = 0.0;
+    let mut previous_error = 1e-4;
+    let mut status = Status::Finished;
+    let mut stalled = 0;
+
+    while let [first, rest @ ..] = pending
+        && *first <= t
+    {
+        times.push(t);
+        states.extend_from_slice(x.get());
+        pending = rest;
+    }
+
+    'segments: while t < plan.end {
+        while let [first, rest @ ..] = breaks
+            && *first <= t
+        {
+            breaks = rest;
+        }
+        let stop = breaks.first().map_or(plan.end, |b| b.min(plan.end));
+        system.begin_segment(t, stop, x.get());
+        method.restart();
+        let begin = t;
+        let shortest = 16.0 * f64::EPSILON * t.abs().max(stop.abs());
+        settle(system, t, x.get_mut(), &mut count);
+        if h == 0.0 {
+            h = options.first_step.unwrap_or_else(|| {
+                first_step(
+                    system,
+                    t,
+                    x.get(),
+                    error.get_mut(),
+                    &options.tolerances,
+                    &mut count,
+                )
+            });
+            h = h.min(options.max_step).max(shortest);
+        }
+        while t < stop {
+            if count.steps + count.rejected >= options.max_steps {
+                status = Status::TooManySteps { t };
+                break 'segments;
+            }
+            let remaining = stop - t;
+            let (trial, last) = if h >= remaining * (1.0 - 1e-12) {
+                (remaining, true)
+            } else if 2.0 * h > remaining {
+                (0.5 * remaining, false) // no sliver before the break
+            } else {
+                (h, false)
+            };
+            let solved = method.attempt(system, t, &x, trial, &mut next, &mut error, &mut count);
+            let scaled = if solved {
+                norm(error.get(), x.get(), next.get(), absolute.get(), relative)
+            } else {
+                f64::NAN
+            };
+            if scaled.is_nan() || scaled > 1.0 {
+                count.rejected += 1;
+                let finite = scaled.is_finite();
+                h = trial
+                    * if finite {
+                        M::factor(scaled, previous_error).min(0.9)
+                    } else {
+                        0.25
+                    };
+                if h < shortest {
+                    status = if finite {
+                        Status::StepTooSmall { t }
+                    } else {
+                        Status::NonFinite { t }
+                    };
+                    break 'segments;
+                }
+                continue;
+            }
+            count.steps += 1;
+            let reached = if last { stop } else { t + trial };
+            let crossed = crossing(system, reached, next.get());
+            if let Some(found) = crossed {
+                let (index, theta) =
+                    locate(&method, system, found, t, trial, &x, &next, error.get_mut());
+                let event = (t + theta * trial).min(reached);
+                method.dense(theta, trial, &x, &next, error.get_mut());
+                write_dense(
+                    &method,
+                    event,
+                    t,
+                    trial,
+                    (&x, &next),
+                    &mut pending,
+                    &mut times,
+                    &mut states,
+                );
+                stalled = if event > t + shortest { 0 } else { stalled + 1 };
+                x.get_mut().copy_from_slice(error.get());
+                t = event;
+                count.events += 1;
+                system.cross(index, t, x.get_mut());
+                settle(system, t, x.get_mut(), &mut count);
+                method.restart();
+                emit_at(t, x.get(), &mut pending, &mut times, &mut states);
+                if stalled > MAX_STALLED {
+                    status = Status::StepTooSmall { t };
+                    break 'segments;
+                }
+                continue;
+            }
+            if let Some(&due) = pending.first()
+                && due < reached
+            {
+                write_dense(
+                    &method,
+                    reached,
+                    t,
+                    trial,
+                    (&x, &next),
+                    &mut pending,
+                    &mut times,
+                    &mut states,
+                );
+            }
+            let cut = trial < h && scaled <= CUT_IS_FINE;
+            // A proposal that spans the segment already need not grow, which saves the power
+            // function of the controller.
+            if !(cut && h >= stop - begin) {
+                let new = (trial * M::factor(scaled, previous_error)).min(options.max_step);
+                h = if cut { h.max(new) } else { new };
+                previous_error = scaled.max(1e-4);
+            }
+            t = reached;
+            std::mem::swap(&mut x, &mut next);
+            method.accept();
+            emit_at(t, x.get(), &mut pending, &mut times, &mut states);
+        }
+    }
+    Trajectory {
+        dimension: n,
+        times,
+        states,
+        end: t,
+        end_state: x.get().to_vec(),
+        status,
+        statistics: count,
+    }
+}
+
+/// Writes the outputs due at exactly `t`.
+#[inline(always)]
+fn emit_at(t: f64, x: &[f64], pending: &mut &[f64], times: &mut Vec<f64>, states: &mut Vec<f64>) {
+    while let [first, rest @ ..] = *pending
+        && *first <= t
+    {
+        times.push(*first);
+        states.extend_from_slice(x);
+        *pending = rest;
+    }
+}
+
+/// Writes the outputs due before `until` from the step of `h` that started at `t`.
+#[expect(clippy::too_many_arguments, reason = "the step's data and three sinks")]
+fn write_dense<V: Vector, M: Stepper<V>>(
+    method: &M,
+    until: f64,
+    t: f64,
+    h: f64,
+    (x, next): (&V, &V),
+    pending: &mut &[f64],
+    times: &mut Vec<f64>,
+    states: &mut Vec<f64>,
+) {
+    while let [due, rest @ ..] = *pending
+        && *due < until
+    {
+        times.push(*due);
+        let from = states.len();
+        states.resize(from + x.get().len(), 0.0);
+        method.dense((due - t) / h, h, x, next, &mut states[from..]);
+        *pending = rest;
+    }
+}
+
+/// Root mean square of the error in units of the tolerance.
+#[inline(always)]
+fn norm(error: &[f64], x: &[f64], next: &[f64], absolute: &[f64], relative: f64) -> f64 {
+    let n = error.len();
+    let mut sum = 0.0;
+    for i in 0..n {
+        let scale = absolute[i] + relative * x[i].abs().max(next[i].abs());
+        let part = error[i] / scale;
+        sum += part * part;
+        // `max` above drops a NaN, and an infinite state would make its own error vanish.
+        if !next[i].is_finite() {
+            return f64::NAN;
+        }
+    }
+    #[expect(clippy::cast_precision_loss, reason = "a handful of states")]
+    let n = n as f64;
+    (sum / n).sqrt()
+}
+
+/// Crosses the guards that are negative already (an input jumped).
+#[inline(always)]
+fn settle<S: System + ?Sized>(system: &mut S, t: f64, x: &mut [f64], count: &mut Statistics) {
+    for _ in 0..2 * system.guards() {
+        let Some(index) = crossing(system, t, x) else {
+            return;
+        };
+        system.cross(index, t, x);
+        count.events += 1;
+    }
+}
+
+#[inline(always)]
+fn crossing<S: System + ?Sized>(system: &S, t: f64, x: &[f64]) -> Option<usize> {
+    (0..system.guards()).find(|&index| system.guard(index, t, x) < 0.0)
+}
+
+/// Bisects for the earliest crossing in the step; returns the guard and the fraction of the step
+/// at which it is just negative.
+#[expect(clippy::too_many_arguments, reason = "the step's data, passed flat")]
+fn locate<V: Vector, M: Stepper<V>, S: System + ?Sized>(
+    method: &M,
+    system: &S,
+    found: usize,
+    t: f64,
+    h: f64,
+    x: &V,
+    next: &V,
+    scratch: &mut [f64],
+) -> (usize, f64) {
+    let (mut index, mut low, mut high) = (found, 0.0_f64, 1.0_f64);
+    // 52 halvings exhaust the fraction's bits.
+    for _ in 0..52 {
+        let middle = 0.5 * (low + high);
+        method.dense(middle, h, x, next, scratch);
+        match crossing(system, t + middle * h, scratch) {
+            Some(now) => (index, high) = (now, middle),
+            None => low = middle,
+        }
+        if (high - low) * h <= f64::EPSILON * t.abs() {
+            break;
+        }
+    }
+    (index, high)
+}
+
+/// A hundredth of the time in which the state would change by its own size.
+fn first_step<S: System + ?Sized>(
+    system: &S,
+    t: f64,
+    x: &[f64],
+    rate: &mut [f64],
+    tolerances: &super::Tolerances,
+    count: &mut Statistics,
+) -> f64 {
+    system.rhs(t, x, rate);
+    count.rhs += 1;
+    let (mut size, mut speed) = (0.0_f64, 0.0_f64);
+    for i in 0..x.len() {
+        let scale = tolerances.absolute[i] + tolerances.relative * x[i].abs();
+        size = size.max((x[i] / scale).abs());
+        speed = speed.max((rate[i] / scale).abs());
+    }
+    let h = 0.01 * size / speed;
+    if h.is_finite() && h > 1e-6 { h } else { 1e-6 }
+}

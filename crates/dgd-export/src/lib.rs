@@ -1,0 +1,44 @@
+//! Recordings out: one [`Table`] to CSV, MCAP, MAT v5 or MAT v7.3.
+//!
+//! Start at [`write_csv`], [`write_mcap`], [`write_mat5`] or [`write_mat73`]. Numbers are written with
+//! the digits that read back to the same `f64`, and the same table gives the same bytes
+//! on every machine. Values keep their units; nothing is converted, and this crate
+//! opens no file.
+#![deny(missing_docs)]
+
+mod csv;
+mod error;
+mod mat;
+mod mat5;
+mod mat73;
+mod mcap;
+mod number;
+mod origin;
+
+pub use csv::{CsvOptions, write_csv};
+pub use error::ExportError;
+pub use mat::field_names;
+pub use mat5::write_mat5;
+pub use mat73::write_mat73;
+pub use mcap::{McapOptions, write_mcap};
+
+use dgd_recording::Table;
+use std::collections::BTreeSet;
+
+/// Readers find a channel by its name.
+pub(crate) fn check_names(table: &Table) -> Result<(), ExportError> {
+    if table.columns.is_empty() {
+        return Err(ExportError::NoColumns);
+    }
+    let mut seen = BTreeSet::new();
+    match table.columns.iter().find(|c| !seen.insert(c.tag.as_str())) {
+        Some(column) => Err(ExportError::NameTaken {
+            tag: column.tag.clone(),
+        }),
+        None => Ok(()),
+    }
+}
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -1,0 +1,93 @@
+//! The wall-clock time of the first sample.
+
+/// Nanoseconds from 1970 of an RFC 3339 time, such as readers put into a table's origin.
+pub(crate) fn nanoseconds(text: &str) -> Option<u64> {
+    let bytes = text.as_bytes();
+    let number = |range: std::ops::Range<usize>| -> Option<i64> {
+        let digits = bytes.get(range)?;
+        let all = digits.iter().all(u8::is_ascii_digit);
+        all.then(|| digits.iter().fold(0, |n, b| n * 10 + i64::from(b - b'0')))
+    };
+    let signs = [(4, b'-'), (7, b'-'), (13, b':'), (16, b':')];
+    let shaped = signs.iter().all(|(at, sign)| bytes.get(*at) == Some(sign));
+    if !shaped || !matches!(bytes.get(10), Some(b'T' | b't' | b' ')) {
+        return None;
+    }
+    let (year, month, day) = (number(0..4)?, number(5..7)?, number(8..10)?);
+    let (hour, minute, second) = (number(11..13)?, number(14..16)?, number(17..19)?);
+    let in_range = (1970..2200).contains(&year)
+        && (1..=12).contains(&month)
+        && (1..=31).contains(&day)
+        && hour < 24
+        && minute < 60
+        && second <= 60;
+    if !in_range {
+        return None;
+    }
+    let rest = &bytes[19..];
+    let decimals = match rest {
+        [b'.', digits @ ..] => digits.iter().take_while(|b| b.is_ascii_digit()).count(),
+        _ => 0,
+    };
+    let point = usize::from(decimals > 0);
+    let fraction_ns = number(20 - 1 + point..19 + point + decimals.min(9))
+        .unwrap_or(0)
+        .checked_mul(10_i64.pow(9 - u32::try_from(decimals.min(9)).ok()?))?;
+    let offset_s = match &rest[point + decimals..] {
+        b"Z" | b"z" => 0,
+        [sign @ (b'+' | b'-'), _, _, b':', _, _] => {
+            let at = 19 + point + decimals;
+            let seconds = number(at + 1..at + 3)? * 3600 + number(at + 4..at + 6)? * 60;
+            if *sign == b'-' { -seconds } else { seconds }
+        }
+        _ => return None,
+    };
+    let seconds = days(year, month, day) * 86_400 + hour * 3600 + minute * 60 + second - offset_s;
+    u64::try_from(
+        seconds
+            .checked_mul(1_000_000_000)?
+            .checked_add(fraction_ns)?,
+    )
+    .ok()
+}
+
+/// Days from 1970-01-01 (Howard Hinnant's `days_from_civil`, for years after 0).
+fn days(year: i64, month: i64, day: i64) -> i64 {
+    let year = if month <= 2 { year - 1 } else { year };
+    let (era, year_of_era) = (year / 400, year % 400);
+    let day_of_year = (153 * ((month + 9) % 12) + 2) / 5 + day - 1;
+    era * 146_097 + year_of_era * 365 + year_of_era / 4 - year_of_era / 100 + day_of_year - 719_468
+}
+
+#[cfg(test)]
+mod tests {
+    use super::nanoseconds;
+
+    #[test]
+    fn offsets_and_fractions_name_one_instant() {
+        let expected = Some(1_412_640_000_500_000_000);
+        for text in [
+            "2014-10-07T00:00:00.5Z",
+            "2014-10-07T02:00:00.500+02:00",
+            "2014-10-07T00:00:00.500000000-00:00",
+        ] {
+            assert_eq!(nanoseconds(text), expected, "{text}");
+        }
+        assert_eq!(nanoseconds("1970-01-01T00:00:00Z"), Some(0));
+    }
+
+    #[test]
+    fn what_is_no_instant_is_none() {
+        for text in [
+            "",
+            "2014-10-07",
+            "2014-10-07T00:00:00",
+            "2014-13-07T00:00:00Z",
+            "1969-12-31T23:59:59Z",
+            "2014-10-07T00:00:00.Z",
+            "2014-10-07T00:00:0éZ",
+        ] {
+            assert_eq!(nanoseconds(text), None, "{text}");
+        }
+    }
+}

@@ -1,0 +1,75 @@
+use dgd_friction::{Loss, Terms, fit};
+use dgd_lsq::{RobustOptions, RobustStatus};
+
+use crate::Recording;
+
+#[test]
+fn a_known_offset_cubic_law_is_recovered_through_gaps() {
+    let law = |q: f64| 1.2e4 + 1.28e8 * q * q + 2.3e8 * q * q * q;
+    let recording = Recording::new(6000, 9, law, 0.0).damaged();
+    let found = fit(&recording.samples(), 9, &Terms::OffsetCubic, Loss::Squared).unwrap();
+    for (power, truth) in [(0.0, 1.2e4), (2.0, 1.28e8), (3.0, 2.3e8)] {
+        let c = found.law.coefficient(power).unwrap();
+        assert!((c / truth - 1.0).abs() < 1e-9, "power {power}: {c}");
+    }
+    assert!((found.r2 - 1.0).abs() < 1e-12);
+    assert!(found.n > 4000 && found.n < 6000);
+}
+
+#[test]
+fn a_power_that_is_not_whole_is_recovered() {
+    let recording = Recording::new(2000, 0, |q| 5e3 + 3e7 * q.powf(1.75), 0.0);
+    let terms = Terms::Powers(vec![0.0, 1.75]);
+    let found = fit(&recording.samples(), 0, &terms, Loss::Squared).unwrap();
+    assert!((found.law.coefficient(1.75).unwrap() / 3e7 - 1.0).abs() < 1e-10);
+}
+
+#[test]
+fn errors_are_the_size_their_standard_errors_say() {
+    let recording = Recording::new(6000, 0, |q| 1e6 * q + 9.5e7 * q * q, 5e3);
+    let found = fit(&recording.samples(), 0, &Terms::Quadratic, Loss::Squared).unwrap();
+    // Uniform noise of ±5 kPa has a variance of 25/3 kPa².
+    assert!((found.mse_pa2 / (25e6 / 3.0) - 1.0).abs() < 0.1);
+    for (j, truth) in [1e6, 9.5e7].into_iter().enumerate() {
+        let off = (found.law.coefficients[j] - truth).abs() / found.standard_errors[j];
+        assert!(off < 3.5, "{off} standard errors");
+        assert!(found.standard_errors[j] < 0.1 * truth);
+    }
+    assert_eq!(found.robust, None);
+}
+
+#[test]
+fn reversing_flow_and_drop_leaves_the_law_unchanged() {
+    let mut recording = Recording::new(3000, 4, |q| 1e6 * q + 9.5e7 * q * q, 5e3);
+    let forth = fit(&recording.samples(), 4, &Terms::Quadratic, Loss::Squared).unwrap();
+    for x in recording.flow.iter_mut().chain(&mut recording.friction) {
+        *x = -*x;
+    }
+    let back = fit(&recording.samples(), 4, &Terms::Quadratic, Loss::Squared).unwrap();
+    assert_eq!(forth, back);
+}
+
+#[test]
+fn a_negative_delay_pairs_earlier_flow() {
+    let recording = Recording::new(3000, -6, |q| 1e6 * q + 9.5e7 * q * q, 0.0);
+    let found = fit(&recording.samples(), -6, &Terms::Quadratic, Loss::Squared).unwrap();
+    assert!((found.law.coefficients[1] / 9.5e7 - 1.0).abs() < 1e-9);
+    assert_eq!(found.n, 2994);
+}
+
+#[test]
+fn spikes_move_least_squares_and_not_huber() {
+    let mut recording = Recording::new(6000, 0, |q| 1e6 * q + 9.5e7 * q * q, 2e3);
+    for f in recording.friction.iter_mut().step_by(20) {
+        *f += 4e5;
+    }
+    let of = |loss| fit(&recording.samples(), 0, &Terms::Quadratic, loss).unwrap();
+    let (plain, robust) = (of(Loss::Squared), of(Loss::Huber(RobustOptions::default())));
+    let off = |c: &[f64]| (c[0] * 0.05 + c[1] * 0.0025 - (5e4 + 9.5e7 * 0.0025)).abs();
+    assert!(off(&plain.law.coefficients) > 1e4);
+    assert!(off(&robust.law.coefficients) < 500.0);
+    let how = robust.robust.unwrap();
+    assert_eq!(how.status, RobustStatus::Converged);
+    assert!(how.weight_share > 0.93 && how.weight_share < 0.96);
+    assert!(robust.r2 < plain.r2, "spikes cost the robust law squares");
+}

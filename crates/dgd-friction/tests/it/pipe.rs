@@ -1,0 +1,81 @@
+use dgd_friction::{
+    Pipe, RE_CRIT, bit_loss, darcy_weisbach, friction_factor, observed_friction, reynolds,
+};
+
+const WATER: Pipe = Pipe {
+    length_m: 100.0,
+    diameter_m: 0.1,
+    roughness_m: 0.0,
+    density_kg_m3: 1000.0,
+    viscosity_pa_s: 1e-3,
+};
+
+#[test]
+fn reynolds_is_velocity_times_diameter_over_kinematic_viscosity() {
+    let velocity = 0.01 / (std::f64::consts::FRAC_PI_4 * 0.01);
+    assert!((reynolds(1000.0, 0.1, 1e-3, 0.01) / (velocity * 0.1 / 1e-6) - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn laminar_drop_is_hagen_poiseuille() {
+    let q = 1e-5;
+    assert!(reynolds(1000.0, 0.1, 1e-3, q) < RE_CRIT);
+    let expected = 8.0 * 1e-3 * 100.0 * q / (std::f64::consts::PI * 0.05_f64.powi(4));
+    assert!((darcy_weisbach(&WATER, q) / expected - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn haaland_stays_within_two_percent_of_colebrook() {
+    for re in [1e4, 1e5, 1e6, 1e7] {
+        for roughness in [1e-5, 1e-3, 1e-2] {
+            let f = friction_factor(re, roughness);
+            // One fixed-point step of Colebrook from Haaland is Colebrook to 0.1 %.
+            let mut c = f;
+            for _ in 0..20 {
+                let inner = roughness / 3.7 + 2.51 / (re * c.sqrt());
+                c = (-2.0 * inner.log10()).powi(-2);
+            }
+            assert!(
+                (f / c - 1.0).abs() < 0.02,
+                "Re {re}, ε/d {roughness}: {f} against {c}"
+            );
+        }
+    }
+}
+
+#[test]
+fn turbulent_drop_is_f_l_over_d_dynamic_pressure() {
+    let q = 0.02;
+    let v = q / (std::f64::consts::FRAC_PI_4 * 0.01);
+    let f = friction_factor(reynolds(1000.0, 0.1, 1e-3, q), 0.0);
+    let expected = f * 100.0 / 0.1 * 0.5 * 1000.0 * v * v;
+    assert!((darcy_weisbach(&WATER, q) / expected - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn reversing_flow_reverses_drop_and_rest_has_none() {
+    for q in [1e-6, 1e-5, 0.02, 0.1] {
+        assert_eq!(darcy_weisbach(&WATER, -q), -darcy_weisbach(&WATER, q));
+        assert_eq!(
+            bit_loss(1200.0, 0.95, 1e-3, -q),
+            -bit_loss(1200.0, 0.95, 1e-3, q)
+        );
+    }
+    assert_eq!(darcy_weisbach(&WATER, 0.0), 0.0);
+}
+
+#[test]
+fn bit_loss_is_the_orifice_equation() {
+    let loss = bit_loss(1200.0, 0.95, 1e-3, 0.03);
+    let jet: f64 = 0.03 / (0.95 * 1e-3);
+    assert!((loss / (0.5 * 1200.0 * jet * jet) - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn a_still_column_has_no_friction_and_nan_stays_nan() {
+    let still = 1080.0 * 9.80665 * 350.0 + 101_325.0;
+    let found = observed_friction(&[still, still + 5e4, f64::NAN], 1080.0, 350.0, 101_325.0);
+    assert_eq!(found[0], 0.0);
+    assert!((found[1] - 5e4).abs() < 1e-6);
+    assert!(found[2].is_nan());
+}

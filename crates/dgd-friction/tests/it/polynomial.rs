@@ -1,0 +1,53 @@
+use dgd_friction::{FrictionError, Polynomial, Terms};
+
+fn law() -> Polynomial {
+    Polynomial {
+        powers: vec![0.0, 1.0, 1.75, 2.0, 3.0],
+        coefficients: vec![2e4, 1e6, 3e7, 9e7, -2e8],
+    }
+}
+
+#[test]
+fn terms_other_than_the_offset_are_odd() {
+    for q in [0.01, 0.03, 0.07] {
+        let offset = 2e4;
+        assert!((law().eval(-q) - offset + (law().eval(q) - offset)).abs() < 1e-9);
+        assert_eq!(law().derivative(-q), law().derivative(q));
+    }
+    assert_eq!(law().eval(0.0), 2e4);
+}
+
+#[test]
+fn the_derivative_is_that_of_the_law() {
+    let step = 1e-6;
+    for q in [-0.05, -0.01, 0.02, 0.06] {
+        let slope = (law().eval(q + step) - law().eval(q - step)) / (2.0 * step);
+        assert!((law().derivative(q) / slope - 1.0).abs() < 1e-7);
+    }
+}
+
+#[test]
+fn coefficients_are_found_by_power() {
+    assert_eq!(law().coefficient(2.0), Some(9e7));
+    assert_eq!(law().coefficient(4.0), None);
+}
+
+#[test]
+fn the_thesis_models_have_their_powers() {
+    assert_eq!(Terms::Quadratic.powers().unwrap(), [1.0, 2.0]);
+    assert_eq!(Terms::OffsetCubic.powers().unwrap(), [0.0, 2.0, 3.0]);
+}
+
+#[test]
+fn senseless_powers_are_refused() {
+    for powers in [
+        vec![],
+        vec![1.0, 1.0],
+        vec![-1.0],
+        vec![f64::NAN],
+        (0..9).map(f64::from).collect(),
+    ] {
+        let refused = Terms::Powers(powers).powers();
+        assert!(matches!(refused, Err(FrictionError::Powers { .. })));
+    }
+}

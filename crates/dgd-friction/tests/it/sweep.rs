@@ -1,0 +1,130 @@
+use dgd_friction::{Loss, Minimum, Samples, SweepOptions, Terms, delay_sweep, fit};
+
+use crate::Recording;
+
+fn quadratic(q: f64) -> f64 {
+    1e6 * q + 9.5e7 * q * q
+}
+
+fn over(delays: std::ops::RangeInclusive<i64>) -> SweepOptions {
+    SweepOptions {
+        delays,
+        ..SweepOptions::default()
+    }
+}
+
+#[test]
+fn every_delay_agrees_with_its_own_qr_fit() {
+    let recording = Recording::new(4000, 13, quadratic, 3e3).damaged();
+    let all = [
+        Terms::Quadratic,
+        Terms::OffsetCubic,
+        Terms::Powers(vec![1.75]),
+        Terms::Powers(vec![0.0, 1.0, 2.0, 3.0]),
+    ];
+    for keep_delayed in [false, true] {
+        let samples = Samples {
+            keep_delayed,
+            ..recording.samples()
+        };
+        for terms in &all {
+            for delays in [0..=30, -20..=25, 5..=22, -40..=-3, 7..=7, -130..=130] {
+                let first = *delays.start();
+                let sweep = delay_sweep(&samples, terms, &over(delays)).unwrap();
+                for (d, mse) in sweep.mse_pa2.iter().enumerate() {
+                    let delay = first + i64::try_from(d).unwrap();
+                    let exact = fit(&samples, delay, terms, Loss::Squared).unwrap();
+                    assert_eq!(sweep.n[d], exact.n, "{terms:?} at {delay}");
+                    assert!(
+                        (mse / exact.mse_pa2 - 1.0).abs() < 1e-9,
+                        "{terms:?} at {delay}: {mse} against {}",
+                        exact.mse_pa2
+                    );
+                }
+                let least = sweep.mse_pa2.iter().copied().fold(f64::INFINITY, f64::min);
+                assert_eq!(sweep.mse_pa2[sweep.best], least);
+                let at_best = fit(&samples, sweep.best_delay_samples, terms, Loss::Squared);
+                assert_eq!(sweep.fit, at_best.unwrap());
+            }
+        }
+    }
+}
+
+#[test]
+fn a_known_delay_is_found_inside_the_range() {
+    for delay in [-7, 0, 13] {
+        let recording = Recording::new(5000, delay, quadratic, 3e3).damaged();
+        let sweep = delay_sweep(&recording.samples(), &Terms::Quadratic, &over(-20..=30)).unwrap();
+        assert_eq!(sweep.best_delay_samples, delay);
+        assert_eq!(sweep.minimum, Minimum::Interior);
+        let delay = f64::from(i32::try_from(delay).unwrap());
+        assert!((sweep.refined_delay_s - delay).abs() < 0.2);
+    }
+}
+
+#[test]
+fn a_delay_between_samples_is_refined() {
+    // Flow sampled at 2 Hz while the true delay is 6.5 samples: every second sample of a finer record.
+    let fine = Recording::new(10_000, 13, quadratic, 0.0);
+    let half = |x: &[f64]| x.iter().copied().step_by(2).collect::<Vec<_>>();
+    let coarse = Recording {
+        flow: half(&fine.flow),
+        friction: half(&fine.friction),
+        keep: vec![true; 5000],
+    };
+    let options = SweepOptions {
+        dt_s: 2.0,
+        ..SweepOptions::default()
+    };
+    let sweep = delay_sweep(&coarse.samples(), &Terms::Quadratic, &options).unwrap();
+    assert!(
+        (sweep.refined_delay_s - 13.0).abs() < 0.25,
+        "{}",
+        sweep.refined_delay_s
+    );
+    assert_eq!(sweep.delays_s[3], 6.0);
+}
+
+#[test]
+fn a_minimum_at_the_edge_is_reported() {
+    let recording = Recording::new(5000, 13, quadratic, 3e3);
+    let edge = |delays| {
+        delay_sweep(&recording.samples(), &Terms::Quadratic, &over(delays))
+            .unwrap()
+            .minimum
+    };
+    assert_eq!(edge(0..=10), Minimum::AtLast);
+    assert_eq!(edge(15..=20), Minimum::AtFirst);
+}
+
+#[test]
+fn shifting_the_meter_shifts_the_answer() {
+    let law = |q: f64| 1e4 + 1.2e8 * q * q + 1e8 * q * q * q;
+    let at = |delay| {
+        let recording = Recording::new(5000, delay, law, 3e3);
+        delay_sweep(&recording.samples(), &Terms::OffsetCubic, &over(0..=30))
+            .unwrap()
+            .best_delay_samples
+    };
+    assert_eq!(at(4) + 9, at(13));
+}
+
+#[test]
+fn the_same_recording_gives_the_same_bytes() {
+    let recording = Recording::new(5000, 13, quadratic, 3e3).damaged();
+    let sweep = || delay_sweep(&recording.samples(), &Terms::OffsetCubic, &over(-5..=30)).unwrap();
+    assert_eq!(sweep(), sweep());
+}
+
+#[test]
+fn excitation_that_a_thinned_basis_misses_is_still_used() {
+    // Flow stands still but for one sample in sixteen, never one that the basis looks at first.
+    let mut recording = Recording::new(8000, 0, quadratic, 0.0);
+    for (i, q) in recording.flow.iter_mut().enumerate() {
+        *q = if i % 16 == 5 { *q } else { 0.05 };
+        recording.friction[i] = quadratic(*q);
+    }
+    let sweep = delay_sweep(&recording.samples(), &Terms::Quadratic, &over(0..=5)).unwrap();
+    assert_eq!(sweep.best_delay_samples, 0);
+    assert!((sweep.fit.law.coefficients[1] / 9.5e7 - 1.0).abs() < 1e-9);
+}

@@ -1,0 +1,194 @@
+//! The ladder from the textbook model to one that replicates the recording.
+
+use crate::friction::{final_friction, sweep, warn_of_sweep};
+use crate::prepare::Prepared;
+use crate::pump::{PumpRungs, fit_pump};
+use crate::series::read_ahead;
+use crate::{DataUsed, Model, Series};
+use dgd_friction::{DelaySweep, FrictionError, Loss, PolynomialFit, Terms};
+use dgd_pump::{PumpError, SearchOptions};
+use dgd_recording::Well;
+use std::ops::RangeInclusive;
+
+/// What to try.
+#[derive(Debug, Clone, PartialEq)]
+pub struct IdentifyOptions {
+    /// Delays of the flow meter to try, whole samples; 0 to 30 as in the thesis by default.
+    pub delays: RangeInclusive<i64>,
+    /// What residuals of the friction fits cost; squared by default.
+    pub loss: Loss,
+    /// Search for the pump's exponents (Eq. 3.39); else 2 and 2 (Eq. 3.31), constrained.
+    pub free_exponents: bool,
+    /// Settings of that search; n0 from 1 by default, below which nothing can be simulated.
+    pub search: SearchOptions,
+}
+
+impl Default for IdentifyOptions {
+    fn default() -> Self {
+        Self {
+            delays: 0..=30,
+            loss: Loss::Squared,
+            free_exponents: true,
+            search: SearchOptions {
+                n0: 1.0..=4.0,
+                ..SearchOptions::default()
+            },
+        }
+    }
+}
+
+/// The model and every rung that led to it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Identification {
+    /// The final model.
+    pub model: Model,
+    /// `C q + D q²`, no delay (Eq. 3.14).
+    pub undelayed: Result<PolynomialFit, FrictionError>,
+    /// The same at every delay (Eq. 3.23); its fit is the one at the best delay.
+    pub sweep: DelaySweep,
+    /// `B + D q² + E q³` at that delay (Eq. 3.26).
+    pub cubic: Result<PolynomialFit, FrictionError>,
+    /// The head curve's rungs.
+    pub pump: PumpRungs,
+    /// Level, friction and head of the screened recording.
+    pub series: Series,
+    /// Flow through the pump, m³/s: the meter's, read ahead by the delay (Eq. 3.30).
+    pub pump_flow_m3_s: Vec<f64>,
+    /// Samples that the pump's fits used.
+    pub pump_keep: Vec<bool>,
+    /// What a person should know before using the model.
+    pub warnings: Vec<String>,
+}
+
+/// Why no model was identified.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum IdentifyError {
+    /// Nothing passed the screening.
+    #[error("none of {samples} samples passed the screening; most were rejected for: {most}")]
+    NothingKept {
+        /// Samples on the clock.
+        samples: usize,
+        /// The commonest reason.
+        most: String,
+    },
+    /// No friction law could be fitted.
+    #[error("return line friction: {0}")]
+    Friction(#[from] FrictionError),
+    /// No head curve could be fitted.
+    #[error("pump head: {0}")]
+    Pump(#[from] PumpError),
+}
+
+/// Identifies friction, delay and head curve of a screened recording.
+///
+/// Where the recording excites too little for a law, a poorer one takes its place and
+/// a warning says so: the offset and cube of Eq. 3.26 give way to `B + D q²`, and that to
+/// `D q²`, where a law with an offset explains less than half of the friction's variance
+/// or its terms are not told apart; free exponents that fit no better than 2 and 2 give
+/// way to the constrained fit at those, and that to `c0 w²`.
+///
+/// # Errors
+/// [`IdentifyError`] if no sample is usable or even the poorest law is not excited.
+///
+/// # Source
+/// Sections 3.3 and 3.4 of the thesis.
+pub fn identify(
+    prepared: &Prepared,
+    well: &Well,
+    options: &IdentifyOptions,
+) -> Result<Identification, IdentifyError> {
+    let Prepared {
+        recording,
+        step_s,
+        keep,
+        ..
+    } = prepared;
+    let kept = prepared.kept();
+    if kept == 0 {
+        return Err(nothing_kept(prepared));
+    }
+    let mut warnings = Vec::new();
+    let series = Series::of(
+        well,
+        &prepared.inlet_pressure_pa,
+        &prepared.outlet_pressure_pa,
+    );
+    let samples = dgd_friction::Samples {
+        flow_m3_s: &recording.return_flow_m3_s,
+        friction_pa: &series.friction_pa,
+        keep,
+        keep_delayed: false,
+    };
+    let undelayed = dgd_friction::fit(&samples, 0, &Terms::Quadratic, options.loss);
+    let (sweep, sweep_terms) = sweep(&samples, *step_s, options)?;
+    if sweep_terms != Terms::Quadratic {
+        warnings.push(
+            "the flow varies too little to tell C from D: the delay was found with D alone".into(),
+        );
+    }
+    warn_of_sweep(&sweep, &mut warnings);
+    let delay = sweep.best_delay_samples;
+    let cubic = dgd_friction::fit(&samples, delay, &Terms::OffsetCubic, options.loss);
+    let friction = final_friction(&samples, delay, &cubic, options.loss, &mut warnings)?;
+
+    let pump_flow_m3_s = read_ahead(&recording.return_flow_m3_s, delay);
+    // The meter may read a little below zero around standstill; no power of that is defined.
+    let pump_keep: Vec<bool> = keep
+        .iter()
+        .zip(&pump_flow_m3_s)
+        .map(|(keep, q)| *keep && *q >= 0.0)
+        .collect();
+    let pump_samples = dgd_pump::Samples {
+        speed_pct: &recording.pump_speed_pct,
+        flow_m3_s: &pump_flow_m3_s,
+        head_m: &series.head_m,
+        keep: &pump_keep,
+    };
+    let (pump_model, pump) = fit_pump(&pump_samples, options, &mut warnings)?;
+    let model = Model {
+        density_kg_m3: well.mud_density_kg_m3,
+        geometry: well.geometry.clone(),
+        friction,
+        pump: pump_model,
+        delay_s: sweep.delays_s[sweep.best],
+        data: DataUsed {
+            recordings: Vec::new(),
+            samples: recording.len(),
+            kept,
+            step_s: *step_s,
+            rejected: prepared
+                .tally
+                .iter()
+                .filter(|t| t.total > 0)
+                .map(|t| (t.name.to_owned(), t.total))
+                .collect(),
+        },
+    };
+    Ok(Identification {
+        model,
+        undelayed,
+        sweep,
+        cubic,
+        pump,
+        series,
+        pump_flow_m3_s,
+        pump_keep,
+        warnings,
+    })
+}
+
+fn nothing_kept(prepared: &Prepared) -> IdentifyError {
+    let most = prepared
+        .tally
+        .iter()
+        .max_by_key(|t| t.total)
+        .filter(|t| t.total > 0);
+    let most = most.map_or("no samples at all".to_owned(), |t| {
+        format!("{} ({} samples)", t.name, t.total)
+    });
+    IdentifyError::NothingKept {
+        samples: prepared.keep.len(),
+        most,
+    }
+}

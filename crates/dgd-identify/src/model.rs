@@ -1,0 +1,139 @@
+//! The identified model, with its doubt.
+
+use dgd_dynamics::return_line::{Friction, PumpHead, ReturnLine};
+use dgd_recording::{Geometry, Well};
+
+/// An estimated parameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    /// Its value.
+    pub value: f64,
+    /// Its standard error; `None` if the parameter was held (at a bound, or given).
+    pub standard_error: Option<f64>,
+}
+
+/// Friction of the return line (Eq. 3.26 or another sum of powers).
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrictionModel {
+    /// Terms, by rising power; powers are 0 (B), 1 (C), 2 (D) and 3 (E).
+    pub terms: Vec<FrictionTerm>,
+    /// Mean squared error, Pa², over n - p.
+    pub mse_pa2: f64,
+    /// Share of the variance explained.
+    pub r2: f64,
+    /// Samples used.
+    pub samples: u64,
+    /// Condition number of the scaled regressors: 1 is richly excited.
+    pub condition: f64,
+}
+
+/// One term `coefficient · q^power`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FrictionTerm {
+    /// 0, 1, 2 or 3.
+    pub power: u8,
+    /// Pa/(m³/s)^power.
+    pub coefficient: Estimate,
+}
+
+/// Head curve of the subsea pump (Eq. 3.39).
+#[derive(Debug, Clone, PartialEq)]
+pub struct PumpModel {
+    /// c0, m/%^n0.
+    pub c0: Estimate,
+    /// c1, m/(%·m³/s).
+    pub c1: Estimate,
+    /// c2, m/(m³/s)^n2.
+    pub c2: Estimate,
+    /// Exponent of the speed.
+    pub n0: f64,
+    /// Exponent of the flow.
+    pub n2: f64,
+    /// Mean squared error, m².
+    pub mse_m2: f64,
+    /// Share of the variance explained.
+    pub r2: f64,
+    /// Samples used.
+    pub samples: u64,
+    /// Condition number of the scaled regressors.
+    pub condition: f64,
+    /// Constraints of Eq. 3.44 that hold the fit, such as `c2 > 0`; empty if none does.
+    pub active_constraints: Vec<String>,
+}
+
+/// What the model was identified from.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct DataUsed {
+    /// Recordings, as the user names them.
+    pub recordings: Vec<String>,
+    /// Samples on the even clock.
+    pub samples: usize,
+    /// Samples that passed the screening.
+    pub kept: usize,
+    /// Step of the clock, s.
+    pub step_s: f64,
+    /// Samples rejected for each reason; a sample may have several.
+    pub rejected: Vec<(String, usize)>,
+}
+
+/// An identified return line: the parameters of Eqs. 3.45-3.46.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Model {
+    /// Mud density, kg/m³.
+    pub density_kg_m3: f64,
+    /// Diameters and depths.
+    pub geometry: Geometry,
+    /// Friction law.
+    pub friction: FrictionModel,
+    /// Head curve.
+    pub pump: PumpModel,
+    /// How late the return flow meter is, s (Eq. 3.21).
+    pub delay_s: f64,
+    /// What it was identified from.
+    pub data: DataUsed,
+}
+
+impl FrictionModel {
+    /// Coefficient of a power, 0 if the law does not have it.
+    pub fn coefficient(&self, power: u8) -> f64 {
+        self.terms
+            .iter()
+            .find(|t| t.power == power)
+            .map_or(0.0, |t| t.coefficient.value)
+    }
+}
+
+impl Model {
+    /// The model as the simulations take it.
+    pub fn return_line(&self) -> ReturnLine {
+        let geometry = &self.geometry;
+        ReturnLine {
+            density_kg_m3: self.density_kg_m3,
+            riser_area_m2: geometry.riser_area_m2(),
+            line_area_m2: geometry.line_area_m2(),
+            inlet_depth_m: geometry.pump_inlet_depth_m,
+            outlet_depth_m: geometry.pump_outlet_depth_m,
+            friction: Friction {
+                b_pa: self.friction.coefficient(0),
+                c_pa_s_m3: self.friction.coefficient(1),
+                d_pa_s2_m6: self.friction.coefficient(2),
+                e_pa_s3_m9: self.friction.coefficient(3),
+            },
+            pump: PumpHead {
+                c0: self.pump.c0.value,
+                c1: self.pump.c1.value,
+                c2: self.pump.c2.value,
+                n0: self.pump.n0,
+                n2: self.pump.n2,
+            },
+            non_return_valve: true,
+            // The head curve is fitted with the same transmitters, so B belongs into the balance (3.46).
+            b_is_offset: false,
+        }
+    }
+
+    /// Whether the model was identified on a well of this mud and geometry.
+    pub fn fits_well(&self, well: &Well) -> bool {
+        self.density_kg_m3 == well.mud_density_kg_m3 && self.geometry == well.geometry
+    }
+}

@@ -1,0 +1,70 @@
+//! A recording with its untrusted values blanked and its usable samples marked.
+
+use dgd_recording::Recording;
+use dgd_screen::{ScreenError, ScreenOptions, Tally, screen};
+
+/// A screened recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prepared {
+    /// The recording, NaN wherever a transmitter cannot be trusted.
+    pub recording: Recording,
+    /// Step of its even clock, s.
+    pub step_s: f64,
+    /// Samples that identification may use, shape of the recording.
+    pub keep: Vec<bool>,
+    /// Mean of the trusted inlet transmitters, Pa absolute; it does not step where one is left out.
+    pub inlet_pressure_pa: Vec<f64>,
+    /// The same at the outlet.
+    pub outlet_pressure_pa: Vec<f64>,
+    /// Samples rejected, by reason.
+    pub tally: Vec<Tally>,
+}
+
+/// Screens a recording on an even clock and blanks what cannot be trusted.
+///
+/// One transmitter's fault costs only that transmitter: the mean of redundant ones
+/// is then taken over the rest.
+///
+/// # Errors
+/// [`ScreenError`] if a series is not as long as the clock, or an option is off.
+pub fn prepare(
+    mut recording: Recording,
+    step_s: f64,
+    options: &ScreenOptions,
+) -> Result<Prepared, ScreenError> {
+    let screening = screen(&recording, step_s, options)?;
+    for channel in &screening.channels {
+        let Some(values) = recording.channel_mut(channel.channel) else {
+            continue;
+        };
+        let faulty = values
+            .iter_mut()
+            .zip(&channel.faults)
+            .filter(|(_, faults)| !faults.trusted());
+        faulty.for_each(|(value, _)| *value = f64::NAN);
+    }
+    Ok(Prepared {
+        keep: screening.keep(),
+        tally: screening.tally(),
+        inlet_pressure_pa: screening.inlet_pressure_pa,
+        outlet_pressure_pa: screening.outlet_pressure_pa,
+        recording,
+        step_s,
+    })
+}
+
+impl Prepared {
+    /// The recording with one series a pump side: the trusted mean.
+    pub fn averaged(self) -> Recording {
+        Recording {
+            pump_inlet_pressure_pa: vec![self.inlet_pressure_pa],
+            pump_outlet_pressure_pa: vec![self.outlet_pressure_pa],
+            ..self.recording
+        }
+    }
+
+    /// Samples that identification may use.
+    pub fn kept(&self) -> usize {
+        self.keep.iter().filter(|k| **k).count()
+    }
+}

@@ -1,0 +1,242 @@
+//! The pump's rungs: the head curve at fixed and at free exponents.
+
+use crate::{Estimate, IdentifyOptions, PumpModel};
+use dgd_pump::{
+    ConstrainedFit, ConstrainedOptions, CurveFit, ExponentSearch, HeadCurve, Limit, PumpError,
+    Samples, SearchStatus, ShapeCheck, SolverStatus, check_shape, fit_constrained,
+    fit_unconstrained, search_exponents,
+};
+use std::ops::RangeInclusive;
+
+/// Above this the sums of the search are not to be trusted (see [`ExponentSearch::table_error`]).
+const TABLE_ERROR: f64 = 1e-6;
+
+/// Sum of squares, in units of the noise, that exponents other than 2 and 2 must gain: by noise
+/// alone it exceeds 20 once in twenty thousand recordings (χ² of two degrees of freedom).
+const GAIN: f64 = 20.0;
+
+/// The pump's rungs of the ladder.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PumpRungs {
+    /// Exponents 2 and 2, signs as they come (Eq. 3.31).
+    pub plain: Result<CurveFit, PumpError>,
+    /// Exponents 2 and 2, c1, c2 > 0.
+    pub constrained: Result<ConstrainedFit, PumpError>,
+    /// Exponents searched for (Eqs. 3.39-3.44); `None` if not asked for.
+    pub search: Option<Result<ExponentSearch, PumpError>>,
+    /// Whether the final curve falls and is concave over the speeds and flows recorded.
+    pub shape: Result<ShapeCheck, PumpError>,
+}
+
+pub(crate) fn fit_pump(
+    samples: &Samples<'_>,
+    options: &IdentifyOptions,
+    warnings: &mut Vec<String>,
+) -> Result<(PumpModel, PumpRungs), PumpError> {
+    let plain = fit_unconstrained(samples, 2.0, 2.0);
+    let constrained = fit_constrained(samples, 2.0, 2.0, &ConstrainedOptions::default());
+    let search = options
+        .free_exponents
+        .then(|| search_exponents(samples, &options.search));
+    let (fit, active) = match &search {
+        Some(Ok(search)) if gains(samples, search, &constrained) => {
+            warn_of_search(search, warnings);
+            let limits = search.limits.iter().map(|limit| name_of(*limit).to_owned());
+            let limits: Vec<String> = limits.collect();
+            warn_of_bounds(&limits, warnings);
+            (search.fit.clone(), limits)
+        }
+        poorer => {
+            match poorer {
+                Some(Err(reason)) => warnings.push(format!(
+                    "the exponents were not found ({reason}); 2 and 2 are used"
+                )),
+                Some(Ok(_)) => warnings.push(
+                    "the exponents were not found (others than 2 and 2 fit no better); 2 and 2 are used".into(),
+                ),
+                None => {}
+            }
+            at_two_and_two(samples, &constrained, warnings)?
+        }
+    };
+    let speeds = range_of(samples.speed_pct, samples.keep);
+    let flows = range_of(samples.flow_m3_s, samples.keep);
+    let shape = check_shape(&fit.curve, speeds, flows);
+    if shape
+        .as_ref()
+        .is_ok_and(|s| !(s.falls_with_flow && s.concave))
+    {
+        warnings.push(
+            "the head curve does not fall and bend down over the whole recorded range".into(),
+        );
+    }
+    let estimate = |value, index: usize| Estimate {
+        value,
+        standard_error: fit.standard_errors[index],
+    };
+    let model = PumpModel {
+        c0: estimate(fit.curve.c0, 0),
+        c1: estimate(fit.curve.c1, 1),
+        c2: estimate(fit.curve.c2, 2),
+        n0: fit.curve.n0,
+        n2: fit.curve.n2,
+        mse_m2: fit.mse_m2,
+        r2: fit.r2,
+        samples: fit.n,
+        condition: fit.condition,
+        active_constraints: active,
+    };
+    Ok((
+        model,
+        PumpRungs {
+            plain,
+            constrained,
+            search,
+            shape,
+        },
+    ))
+}
+
+/// Whether the exponents found fit better than 2 and 2 by more than two numbers fitted to noise
+/// would: where speed and flow rest, any exponents fit alike.
+fn gains(
+    samples: &Samples<'_>,
+    search: &ExponentSearch,
+    constrained: &Result<ConstrainedFit, PumpError>,
+) -> bool {
+    let fit = &search.fit;
+    let poorer = match constrained {
+        Ok(constrained) => Some(constrained.fit.mse_m2),
+        Err(_) => fit_speed_alone(samples).map(|fit| fit.mse_m2),
+    };
+    poorer.is_none_or(|mse_m2| (mse_m2 / fit.mse_m2 - 1.0) * fit.n as f64 > GAIN)
+}
+
+fn warn_of_search(search: &ExponentSearch, warnings: &mut Vec<String>) {
+    match search.status {
+        SearchStatus::Converged => {}
+        SearchStatus::RestartLimit => {
+            warnings
+                .push("the search for exponents was still gaining when its restarts ended".into());
+        }
+        SearchStatus::IterationLimit => {
+            warnings.push("the search for exponents ran into its iteration limit".into());
+        }
+        _ => warnings.push("the search for exponents stopped early".into()),
+    }
+    if search.table_error > TABLE_ERROR {
+        warnings.push(format!(
+            "the search for exponents saw its errors only to {:.0e} of their size",
+            search.table_error
+        ));
+    }
+}
+
+fn warn_of_bounds(active: &[String], warnings: &mut Vec<String>) {
+    if !active.is_empty() {
+        warnings.push(format!(
+            "the head curve lies on the bound {}",
+            active.join(", ")
+        ));
+    }
+}
+
+/// The constrained fit at exponents 2 and 2, or `c0 w²` where even that is not excited.
+fn at_two_and_two(
+    samples: &Samples<'_>,
+    constrained: &Result<ConstrainedFit, PumpError>,
+    warnings: &mut Vec<String>,
+) -> Result<(CurveFit, Vec<String>), PumpError> {
+    match constrained {
+        Ok(constrained) => {
+            match constrained.status {
+                SolverStatus::Solved | SolverStatus::AlmostSolved => {}
+                status => warnings.push(format!(
+                    "the constrained head curve was not solved ({status:?})"
+                )),
+            }
+            let names = ["c0 > 0", "c1 > 0", "c2 > 0"].into_iter();
+            let held = names.zip(constrained.active).filter(|(_, active)| *active);
+            let held: Vec<String> = held.map(|(name, _)| name.to_owned()).collect();
+            warn_of_bounds(&held, warnings);
+            Ok((constrained.fit.clone(), held))
+        }
+        Err(refusal @ PumpError::Fit(_)) => {
+            let fit = fit_speed_alone(samples).ok_or_else(|| refusal.clone())?;
+            warnings.push(format!(
+                "c0 w^2 - c1 w q - c2 q^2 was refused ({refusal}); c0 w^2 alone was fitted"
+            ));
+            Ok((fit, vec!["c1 > 0".to_owned(), "c2 > 0".to_owned()]))
+        }
+        Err(refusal) => Err(refusal.clone()),
+    }
+}
+
+/// `H = c0 w²` by least squares; `None` with fewer than two samples or a pump at rest.
+fn fit_speed_alone(samples: &Samples<'_>) -> Option<CurveFit> {
+    let kept = || {
+        let rows = samples.speed_pct.iter().zip(samples.head_m);
+        let kept = rows.zip(samples.keep).filter(|(_, keep)| **keep);
+        kept.map(|((w, head), _)| (w * w, *head))
+    };
+    let (mut n, mut xx, mut xh, mut sum) = (0_u64, 0.0, 0.0, 0.0);
+    for (x, head) in kept() {
+        n += 1;
+        xx += x * x;
+        xh += x * head;
+        sum += head;
+    }
+    if n < 2 || xx <= 0.0 {
+        return None;
+    }
+    let (c0, mean) = (xh / xx, sum / n as f64);
+    let (mut rss, mut total) = (0.0, 0.0);
+    for (x, head) in kept() {
+        rss += (head - c0 * x).powi(2);
+        total += (head - mean).powi(2);
+    }
+    let mse_m2 = rss / (n - 1) as f64;
+    Some(CurveFit {
+        curve: HeadCurve {
+            c0,
+            c1: 0.0,
+            c2: 0.0,
+            n0: 2.0,
+            n2: 2.0,
+        },
+        standard_errors: [Some((mse_m2 / xx).sqrt()), None, None],
+        mse_m2,
+        r2: if total > 0.0 {
+            1.0 - rss / total
+        } else {
+            f64::NAN
+        },
+        n,
+        condition: 1.0,
+    })
+}
+
+/// The constraint that a limit of the search stands for.
+fn name_of(limit: Limit) -> &'static str {
+    match limit {
+        Limit::C1Zero => "c1 > 0",
+        Limit::C2Zero => "c2 > 0",
+        Limit::N2Lower => "n2 > 1",
+        Limit::N2Upper => "n2 at the top of its range",
+        Limit::N0Lower => "n0 at the bottom of its range",
+        Limit::N0Upper => "n0 at the top of its range",
+        _ => "another limit of the search",
+    }
+}
+
+fn range_of(values: &[f64], keep: &[bool]) -> RangeInclusive<f64> {
+    let kept = values
+        .iter()
+        .zip(keep)
+        .filter(|(_, keep)| **keep)
+        .map(|(value, _)| *value);
+    let (low, high) = kept.fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), v| {
+        (low.min(v), high.max(v))
+    });
+    low.max(0.0).min(high)..=high
+}

@@ -1,0 +1,380 @@
+//! Delimiter, header, units and the sort of each column, from a sample of the lines.
+
+use super::text::{Line, lines, words};
+use super::{MAX_COLUMNS, number, stamp};
+use crate::IngestError;
+use dgd_units::Unit;
+
+/// Lines looked at from the start and again from the middle of the file.
+const SAMPLED: usize = 200;
+/// Bytes in which those lines must begin.
+const SAMPLED_BYTES: usize = 1 << 20;
+
+/// How a file is laid out.
+#[derive(Debug)]
+pub(super) struct Layout {
+    pub(super) delimiter: u8,
+    pub(super) columns: Vec<Head>,
+    /// Byte and line of the first row of values.
+    pub(super) start: usize,
+    pub(super) line: u64,
+}
+
+/// What is known of a column before its values are read.
+#[derive(Debug, Default, Clone)]
+pub(super) struct Head {
+    pub(super) tag: String,
+    pub(super) unit: Option<String>,
+    /// Whether the file names it.
+    pub(super) named: bool,
+    pub(super) stamps: bool,
+    /// A clock whose date stands in another column.
+    pub(super) dated: bool,
+    /// Cells such as `14:11` are hours and minutes.
+    pub(super) two_are_hours: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Sort {
+    Empty,
+    Number,
+    Stamp(stamp::Stamp),
+    Text,
+}
+
+impl Sort {
+    fn readable(self) -> bool {
+        matches!(self, Self::Number | Self::Stamp(_))
+    }
+}
+
+fn sort(cell: &[u8], delimiter: u8) -> Sort {
+    if cell.is_empty() {
+        return Sort::Empty;
+    }
+    let as_number = match delimiter {
+        b',' => number::parse(cell).is_some(),
+        _ => number::parse_with_comma(cell).is_some(),
+    };
+    if as_number || number::is_missing(cell) {
+        return Sort::Number;
+    }
+    stamp::parse(cell).map_or(Sort::Text, Sort::Stamp)
+}
+
+/// Looks at the lines of a text.
+///
+/// # Errors
+/// [`IngestError::NotTabular`], [`IngestError::NothingNumeric`] or too many columns.
+pub(super) fn layout(text: &[u8]) -> Result<Layout, IngestError> {
+    let delimiter = sniff(text).ok_or_else(|| nothing_numeric(text))?;
+    let sampled = sample(text, delimiter);
+    let head: Vec<Line<'_>> = sampled.head;
+    // The sample's second half is values, whatever stands above it.
+    let rows = || head[head.len() / 2..].iter().chain(&sampled.middle);
+    let width = head
+        .iter()
+        .chain(&sampled.middle)
+        .map(|l| l.cells.len())
+        .max()
+        .unwrap_or(0);
+    if width > MAX_COLUMNS {
+        return Err(IngestError::TooLarge {
+            what: format!(
+                "the longest of the first lines ({} or more columns)",
+                MAX_COLUMNS + 1
+            ),
+            claimed: width as u64,
+            limit: MAX_COLUMNS as u64,
+        });
+    }
+    let mut heads = vec![Head::default(); width];
+    let mut numeric = vec![false; width];
+    let mut kinds = vec![None; width];
+    for (index, head) in heads.iter_mut().enumerate() {
+        let sorts = || {
+            rows()
+                .filter_map(|l| l.cells.get(index))
+                .map(|c| sort(c, delimiter))
+        };
+        let count = |test: fn(Sort) -> bool| sorts().filter(|s| test(*s)).count();
+        let stamps = count(|s| matches!(s, Sort::Stamp(_)));
+        let texts = count(|s| s == Sort::Text);
+        let numbers = count(|s| s == Sort::Number);
+        head.stamps = stamps > numbers;
+        kinds[index] = sorts().find_map(|s| match s {
+            Sort::Stamp(stamp) if head.stamps => Some(stamp.kind),
+            _ => None,
+        });
+        head.two_are_hours = sorts().all(two_may_be_hours);
+        numeric[index] = stamps + numbers > 0 && stamps + numbers >= texts;
+    }
+    let at = |kind: stamp::StampKind| kinds.iter().position(|k| *k == Some(kind));
+    if let (Some(_), Some(clock)) = (at(stamp::StampKind::Date), at(stamp::StampKind::Clock)) {
+        heads[clock].dated = true;
+    }
+    let first_row = head.iter().position(|line| {
+        let of = |test: fn(Sort) -> bool| {
+            let cells = line
+                .cells
+                .iter()
+                .zip(&numeric)
+                .filter(|(_, numeric)| **numeric);
+            cells
+                .filter(|(cell, _)| test(sort(cell, delimiter)))
+                .count()
+        };
+        of(Sort::readable) > of(|s| s == Sort::Text)
+    });
+    let first_row = first_row.ok_or_else(|| nothing_numeric(text))?;
+    if first_row > 0 {
+        // One long line makes no column, most of them do.
+        let mut lengths: Vec<usize> = rows().map(|l| l.cells.len()).collect();
+        lengths.sort_unstable();
+        let usual = lengths[lengths.len() / 2];
+        heads.truncate(usual.max(head[first_row - 1].cells.len()));
+    }
+    name(&mut heads, &head[..first_row], &numeric);
+    let (start, line) = (head[first_row].start, head[first_row].number);
+    Ok(Layout {
+        delimiter,
+        columns: heads,
+        start,
+        line,
+    })
+}
+
+/// `14:11` is hours and minutes as in ISO 8601; a fraction, or more than 23, speaks against it.
+fn two_may_be_hours(sort: Sort) -> bool {
+    match sort {
+        Sort::Stamp(stamp) => match stamp.kind {
+            stamp::StampKind::Two { fraction } => !fraction && stamp.ns < 24 * 60_000_000_000,
+            _ => true,
+        },
+        _ => true,
+    }
+}
+
+struct Sample<'a> {
+    head: Vec<Line<'a>>,
+    middle: Vec<Line<'a>>,
+}
+
+fn sample(text: &[u8], delimiter: u8) -> Sample<'_> {
+    let from = |at: usize| {
+        lines(text, at, 1, delimiter)
+            .take_while(move |line| line.start < at + SAMPLED_BYTES)
+            .take(SAMPLED)
+            .collect::<Vec<_>>()
+    };
+    let head = from(0);
+    let seen = head.last().map_or(0, |l| l.start);
+    let half = text.len() / 2;
+    let next_line = text[half..]
+        .iter()
+        .position(|b| *b == b'\n')
+        .map(|n| half + n + 1);
+    let middle = next_line
+        .filter(|at| *at > seen)
+        .map_or_else(Vec::new, from);
+    Sample { head, middle }
+}
+
+/// The delimiter that makes most of the cells numbers or times.
+fn sniff(text: &[u8]) -> Option<u8> {
+    let score = |delimiter: &u8| {
+        let sampled = sample(text, *delimiter);
+        let rows = sampled.head[sampled.head.len() / 2..]
+            .iter()
+            .chain(&sampled.middle);
+        // Lines of words alone, such as headers, speak for no delimiter.
+        let line = |line: &Line<'_>| {
+            let count = |test: fn(Sort) -> bool| {
+                let cells = line.cells.iter().filter(|c| test(sort(c, *delimiter)));
+                i64::try_from(cells.count()).unwrap_or(i64::MAX / 1024)
+            };
+            let readable = count(Sort::readable);
+            (readable > 0).then(|| 2 * readable - 3 * count(|s| s == Sort::Text))
+        };
+        rows.filter_map(line).reduce(|a, b| a.saturating_add(b))
+    };
+    // The first of equals wins, so a file of one column is comma separated.
+    let scored = b",;\t".iter().filter_map(|d| Some((score(d)?, *d)));
+    scored
+        .rev()
+        .max_by_key(|(score, _)| *score)
+        .map(|(_, delimiter)| delimiter)
+}
+
+fn nothing_numeric(text: &[u8]) -> IngestError {
+    let Some(line) = lines(text, 0, 1, 0).next() else {
+        return IngestError::Empty;
+    };
+    let shown = words(line.cells[0]);
+    let shown: String = shown.chars().take(60).collect();
+    let by_blanks = |line: &Line<'_>| {
+        let fields = line.cells[0]
+            .split(u8::is_ascii_whitespace)
+            .filter(|f| !f.is_empty());
+        fields.filter(|f| number::parse(f).is_some()).count() > 1
+    };
+    if lines(text, 0, 1, 0).take(SAMPLED).any(|l| by_blanks(&l)) {
+        return IngestError::NotTabular {
+            place: format!("line {}", line.number),
+            reason: format!("`{shown}` has numbers between blanks"),
+            mend: "separate the cells by comma, semicolon or tab".into(),
+        };
+    }
+    IngestError::NothingNumeric {
+        format: "CSV",
+        found: format!("it begins with `{shown}`, and no row of numbers follows"),
+    }
+}
+
+/// Names and units from the lines above the values.
+fn name(heads: &mut [Head], above: &[Line<'_>], numeric: &[bool]) {
+    let is_units = above.len() > 1
+        && is_unit_row(
+            above[above.len() - 1].cells.as_slice(),
+            &above[above.len() - 2],
+            numeric,
+        );
+    let names = match (is_units, above) {
+        (true, [.., names, _]) | (false, [.., names]) => Some(names),
+        _ => None,
+    };
+    let units = above.last().filter(|_| is_units);
+    for (index, head) in heads.iter_mut().enumerate() {
+        let text = |line: &Line<'_>| line.cells.get(index).map(|c| words(c)).unwrap_or_default();
+        let mut written = names.map(text).unwrap_or_default();
+        if index == 0 && written.starts_with('#') {
+            // A header behind a comment sign.
+            written = written.trim_start_matches(['#', ' ']).to_owned();
+        }
+        let (tag, unit) = split_unit(&written);
+        head.named = !tag.is_empty();
+        head.tag = if head.named {
+            tag.to_owned()
+        } else {
+            format!("c{}", index + 1)
+        };
+        let below = units
+            .map(text)
+            .map(|u| bare(&u).to_owned())
+            .filter(|u| !u.is_empty());
+        head.unit = below.or(unit.map(str::to_owned));
+    }
+    // Channels are found by name, so no two columns may share one.
+    let mut seen = std::collections::BTreeMap::<String, u32>::new();
+    for head in heads.iter_mut() {
+        let count = seen.entry(head.tag.clone()).or_default();
+        *count += 1;
+        if *count > 1 {
+            let mut next = *count;
+            while seen.contains_key(&format!("{}_{next}", head.tag)) {
+                next += 1;
+            }
+            head.tag = format!("{}_{next}", head.tag);
+            seen.insert(head.tag.clone(), 1);
+        }
+    }
+}
+
+fn is_unit_row(cells: &[&[u8]], names: &Line<'_>, numeric: &[bool]) -> bool {
+    let filled: Vec<String> = cells
+        .iter()
+        .map(|c| words(c))
+        .filter(|c| !c.is_empty())
+        .collect();
+    let known = filled
+        .iter()
+        .filter(|c| Unit::parse(bare(c)).is_ok())
+        .count();
+    let bracketed = filled.iter().filter(|c| bare(c).len() < c.len()).count();
+    let named: Vec<String> = names
+        .cells
+        .iter()
+        .map(|c| words(c))
+        .filter(|c| !c.is_empty())
+        .collect();
+    let distinct = |texts: &[String]| {
+        texts
+            .iter()
+            .collect::<std::collections::BTreeSet<_>>()
+            .len()
+            == texts.len()
+    };
+    // Titles rarely fill every column with words of their own; names do.
+    let names_complete = named.len() > 1
+        && distinct(&named)
+        && numeric.iter().enumerate().all(|(index, numeric)| {
+            !numeric || names.cells.get(index).is_some_and(|c| !c.is_empty())
+        });
+    let units_of_their_own = filled.iter().any(|c| split_unit(c).1.is_some());
+    if named.len() < filled.len() || units_of_their_own {
+        return false;
+    }
+    2 * known.max(bracketed) >= filled.len() || names_complete
+}
+
+/// Without the brackets around it.
+fn bare(unit: &str) -> &str {
+    let unit = unit.trim();
+    let inner = unit.strip_prefix('[').and_then(|u| u.strip_suffix(']'));
+    inner
+        .or_else(|| unit.strip_prefix('(').and_then(|u| u.strip_suffix(')')))
+        .unwrap_or(unit)
+        .trim()
+}
+
+/// `FT1 [gpm]` or `FT1 (gpm)` to name and unit.
+///
+/// Square brackets always hold a unit. Round ones must hold a known unit or a word that
+/// starts as one, since names have them too: `ROP (1 ft)`, `Flow (in)`.
+fn split_unit(written: &str) -> (&str, Option<&str>) {
+    let split = |open: char, close: char| {
+        let (name, unit) = written.strip_suffix(close)?.rsplit_once(open)?;
+        let (name, unit) = (name.trim(), unit.trim());
+        (!name.is_empty() && !unit.is_empty()).then_some((name, unit))
+    };
+    if let Some((name, unit)) = split('[', ']') {
+        return (name, Some(unit));
+    }
+    // The longest opening first: `PT1 (psi(g))`.
+    let nested = written.strip_suffix(')').and_then(|w| w.split_once('('));
+    let nested = nested
+        .map(|(n, u)| (n.trim(), u.trim()))
+        .filter(|(n, u)| !n.is_empty() && Unit::parse(u).is_ok());
+    match nested.or_else(|| split('(', ')')) {
+        Some((name, unit)) if is_unit_word(unit) => (name, Some(unit)),
+        _ => (written, None),
+    }
+}
+
+fn is_unit_word(text: &str) -> bool {
+    const NAME_WORDS: [&str; 12] = [
+        "in", "out", "1", "-", "a", "b", "raw", "abs", "avg", "min", "max", "none",
+    ];
+    if NAME_WORDS.iter().any(|w| text.eq_ignore_ascii_case(w)) {
+        return false;
+    }
+    Unit::parse(text).is_ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn brackets_hold_units_and_parentheses_hold_them_when_known() {
+        assert_eq!(split_unit("FT1 [gpm]"), ("FT1", Some("gpm")));
+        assert_eq!(split_unit("FT1 (gpm)"), ("FT1", Some("gpm")));
+        assert_eq!(split_unit("PT1 (psi(g))"), ("PT1", Some("psi(g)")));
+        assert_eq!(split_unit("Temp Out( degF)"), ("Temp Out", Some("degF")));
+        assert_eq!(split_unit("WOB [k-lbs]"), ("WOB", Some("k-lbs")));
+        assert_eq!(split_unit("ROP(1 ft)"), ("ROP(1 ft)", None));
+        assert_eq!(split_unit("Flow (in)"), ("Flow (in)", None));
+        assert_eq!(split_unit("[gpm]"), ("[gpm]", None));
+        assert_eq!(split_unit(""), ("", None));
+    }
+}

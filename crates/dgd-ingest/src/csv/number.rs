@@ -1,0 +1,147 @@
+//! Decimal numbers in cells, exactly rounded.
+
+/// Powers of ten that `f64` holds exactly.
+const EXACT_POWERS: [f64; 23] = [
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
+    1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
+];
+/// Digits whose integer is below 2⁵³ whatever they are.
+const EXACT_DIGITS: usize = 15;
+
+/// A plain decimal such as `-597.25` at the start of `bytes`, with its length.
+///
+/// Integer and power of ten are both exact in `f64`, so their one division rounds
+/// correctly (Clinger 1990). `None` for everything else: exponents, long numbers, text.
+#[inline]
+pub(crate) fn plain(bytes: &[u8]) -> Option<(f64, usize)> {
+    let negative = bytes.first() == Some(&b'-');
+    let start = usize::from(negative);
+    let mut at = start;
+    let mut integer: u64 = 0;
+    let mut point = None;
+    while let Some(&byte) = bytes.get(at) {
+        match byte {
+            b'0'..=b'9' => {
+                integer = integer
+                    .wrapping_mul(10)
+                    .wrapping_add(u64::from(byte - b'0'))
+            }
+            b'.' if point.is_none() => point = Some(at),
+            _ => break,
+        }
+        at += 1;
+        if at - start > EXACT_DIGITS + 1 {
+            return None;
+        }
+    }
+    let digits = at - start - usize::from(point.is_some());
+    if digits == 0 || digits > EXACT_DIGITS {
+        return None;
+    }
+    let decimals = point.map_or(0, |p| at - p - 1);
+    let value = integer as f64 / EXACT_POWERS[decimals];
+    Some((if negative { -value } else { value }, at))
+}
+
+/// The number that a trimmed cell holds, decimal point, exponent and `inf` included.
+pub(crate) fn parse(cell: &[u8]) -> Option<f64> {
+    match plain(cell) {
+        Some((value, length)) if length == cell.len() => Some(value),
+        // The standard parser would take any of these as a number too: `nan`, `infinity`.
+        _ => std::str::from_utf8(cell).ok()?.parse().ok(),
+    }
+}
+
+/// The number in a cell of a file whose delimiter leaves the comma free; says whether
+/// a comma was its decimal sign.
+pub(super) fn parse_with_comma(cell: &[u8]) -> Option<(f64, bool)> {
+    if let Some(value) = parse(cell) {
+        return Some((value, false));
+    }
+    let mut commas = cell.iter().enumerate().filter(|(_, b)| **b == b',');
+    let (Some((at, _)), None) = (commas.next(), commas.next()) else {
+        return None;
+    };
+    // A point beside the comma means thousands are grouped; which is which is a guess.
+    if cell.len() > 64 || cell.contains(&b'.') {
+        return None;
+    }
+    let mut copy = [0; 64];
+    let copy = &mut copy[..cell.len()];
+    copy.copy_from_slice(cell);
+    copy[at] = b'.';
+    parse(copy).map(|value| (value, true))
+}
+
+/// Words that instruments and spreadsheets write where there is no value.
+pub(super) fn is_missing(cell: &[u8]) -> bool {
+    const WORDS: [&str; 14] = [
+        "nan", "null", "na", "n/a", "#n/a", "#na", "none", "nil", "-", "--", "#value!", "#div/0!",
+        "#null!", "#nv",
+    ];
+    cell.len() <= 8
+        && WORDS
+            .iter()
+            .any(|word| cell.eq_ignore_ascii_case(word.as_bytes()))
+}
+
+/// Values that well logs write for "no value" (LAS and WITS conventions).
+pub(super) fn is_log_null(value: f64) -> bool {
+    const LOG_NULLS: [f64; 2] = [-999.25, -9999.0];
+    value < 0.0 && LOG_NULLS.contains(&value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn plain_decimals_equal_the_standard_parser_to_the_bit() {
+        let mut state = 1_u64;
+        for _ in 0..200_000 {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            let decimals = (state >> 40) % 9;
+            let whole = (state >> 20) % 1_000_000;
+            let text = format!(
+                "-{whole}.{:0width$}",
+                state % 10_u64.pow(decimals as u32 + 1),
+                width = decimals as usize
+            );
+            let expected: f64 = text.parse().expect("a decimal");
+            assert_eq!(
+                parse(text.as_bytes()).map(f64::to_bits),
+                Some(expected.to_bits()),
+                "{text}"
+            );
+        }
+    }
+
+    #[test]
+    fn edges_of_numbers() {
+        assert_eq!(parse(b".5"), Some(0.5));
+        assert_eq!(parse(b"5."), Some(5.0));
+        assert_eq!(parse(b"+1e-3"), Some(1e-3));
+        assert_eq!(
+            parse(b"12345678901234567890.5"),
+            Some(12_345_678_901_234_567_890.5)
+        );
+        assert_eq!(
+            parse(b"0.1234567890123456789"),
+            Some(0.123_456_789_012_345_68)
+        );
+        assert_eq!(parse(b"-0").map(f64::to_bits), Some((-0.0_f64).to_bits()));
+        for text in ["", "-", ".", "1.2.3", "12a", "0x10", "1 2", "1_0"] {
+            assert_eq!(parse(text.as_bytes()), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_comma_is_a_decimal_sign_only_when_nothing_speaks_against_it() {
+        assert_eq!(parse_with_comma(b"1,5"), Some((1.5, true)));
+        assert_eq!(parse_with_comma(b"1.5"), Some((1.5, false)));
+        assert_eq!(parse_with_comma(b"1.234,5"), None);
+        assert_eq!(parse_with_comma(b"1,234,5"), None);
+    }
+}

@@ -1,0 +1,339 @@
+//! Time stamps in cells: ISO 8601 dates and times, clock times, `mm:ss.s`.
+
+const NS_PER_S: i64 = 1_000_000_000;
+const S_PER_DAY: i64 = 86_400;
+
+/// What a cell with a time in it says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Stamp {
+    /// From 1970-01-01 if there is a date, else from midnight or from the full hour.
+    pub(super) ns: i64,
+    pub(super) kind: StampKind,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum StampKind {
+    /// `2024-10-22T15:27:49.648`; `zoned` if it says its offset, which is then applied.
+    DateTime { zoned: bool },
+    /// `2024-10-22`.
+    Date,
+    /// `15:27:49.648`.
+    Clock,
+    /// `14:11.6` or `14:11`: which two of hours, minutes, seconds is for the column to decide.
+    /// `ns` takes them for minutes and seconds.
+    Two { fraction: bool },
+}
+
+/// Reads a trimmed cell.
+pub(super) fn parse(cell: &[u8]) -> Option<Stamp> {
+    let mut text = Text(cell);
+    if cell.len() > 40 || !cell.first()?.is_ascii_digit() {
+        return None;
+    }
+    if let Some(days) = text.date() {
+        if text.0.is_empty() {
+            let ns = days * S_PER_DAY * NS_PER_S;
+            return Some(Stamp {
+                ns,
+                kind: StampKind::Date,
+            });
+        }
+        text.any(b"T t")?;
+        let hour = text.digits(1, 2).filter(|h| *h <= 24)?;
+        text.any(b":")?;
+        let minute = text.digits(2, 2).filter(|m| *m < 60)?;
+        let mut ns = 0;
+        if text.any(b":").is_some() {
+            (ns, _) = text.seconds(2)?;
+        }
+        let offset_s = text.zone()?;
+        let seconds = days * S_PER_DAY + hour * 3600 + minute * 60 - offset_s.unwrap_or(0);
+        let kind = StampKind::DateTime {
+            zoned: offset_s.is_some(),
+        };
+        return Some(Stamp {
+            ns: seconds * NS_PER_S + ns,
+            kind,
+        });
+    }
+    let first = text.digits(1, 4)?;
+    text.any(b":")?;
+    let (second_ns, fraction) = text.seconds(2)?;
+    if text.0.is_empty() {
+        let ns = first * 60 * NS_PER_S + second_ns;
+        return Some(Stamp {
+            ns,
+            kind: StampKind::Two { fraction },
+        });
+    }
+    text.any(b":").filter(|_| !fraction)?;
+    let (third_ns, _) = text.seconds(2)?;
+    let ns = first * 3600 * NS_PER_S + second_ns * 60 + third_ns;
+    (text.0.is_empty() && second_ns < 60 * NS_PER_S).then_some(Stamp {
+        ns,
+        kind: StampKind::Clock,
+    })
+}
+
+struct Text<'a>(&'a [u8]);
+
+impl Text<'_> {
+    fn any(&mut self, of: &[u8]) -> Option<u8> {
+        let (first, rest) = self.0.split_first().filter(|(b, _)| of.contains(b))?;
+        self.0 = rest;
+        Some(*first)
+    }
+
+    fn digits(&mut self, least: usize, most: usize) -> Option<i64> {
+        let count = self
+            .0
+            .iter()
+            .take(most)
+            .take_while(|b| b.is_ascii_digit())
+            .count();
+        if count < least {
+            return None;
+        }
+        let (digits, rest) = self.0.split_at(count);
+        self.0 = rest;
+        Some(digits.iter().fold(0, |n, b| n * 10 + i64::from(b - b'0')))
+    }
+
+    /// `2024-10-22`, `2024/10/22` or `22.10.2024` to days from 1970; nothing is eaten otherwise.
+    /// Slashes with the year last are day first here and month first there: not read.
+    fn date(&mut self) -> Option<i64> {
+        let mut text = Text(self.0);
+        let first = text.digits(1, 4)?;
+        let sign = text.any(b"-/.")?;
+        let month = text.digits(1, 2)?;
+        text.any(&[sign])?;
+        let last = text.digits(1, 4)?;
+        let (year, day) = match sign {
+            b'.' => (last, first),
+            _ => (first, last),
+        };
+        let leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
+        let most = match month {
+            2 => 28 + i64::from(leap),
+            4 | 6 | 9 | 11 => 30,
+            _ => 31,
+        };
+        // Years that 64-bit nanoseconds can hold.
+        if !(1900..2200).contains(&year) || !(1..=12).contains(&month) || !(1..=most).contains(&day)
+        {
+            return None;
+        }
+        self.0 = text.0;
+        Some(days_from_civil(year, month, day))
+    }
+
+    /// Seconds with an optional fraction, ns; says whether there was a fraction.
+    /// 60 is a leap second.
+    fn seconds(&mut self, digits: usize) -> Option<(i64, bool)> {
+        let whole = self.digits(digits, digits).filter(|s| *s <= 60)?;
+        if self.any(b".,").is_none() {
+            return Some((whole * NS_PER_S, false));
+        }
+        let before = self.0.len();
+        let mut ns = self.digits(1, 9)?;
+        for _ in before - self.0.len()..9 {
+            ns *= 10;
+        }
+        while self.any(b"0123456789").is_some() {} // finer than a nanosecond
+        Some((whole * NS_PER_S + ns, true))
+    }
+
+    /// The rest of the cell: `Some(None)` without a zone, else its offset in seconds.
+    fn zone(&mut self) -> Option<Option<i64>> {
+        while self.any(b" ").is_some() {}
+        if self.0.is_empty() {
+            return Some(None);
+        }
+        if matches!(self.0, b"Z" | b"z" | b"UTC" | b"GMT") {
+            return Some(Some(0));
+        }
+        let sign = if self.any(b"+-")? == b'-' { -1 } else { 1 };
+        let hours = self.digits(2, 2).filter(|h| *h < 24)?;
+        let _ = self.any(b":");
+        let minutes = if self.0.is_empty() {
+            0
+        } else {
+            self.digits(2, 2)?
+        };
+        self.0
+            .is_empty()
+            .then_some(Some(sign * (hours * 3600 + minutes * 60)))
+    }
+}
+
+/// Days from 1970-01-01 (Howard Hinnant's `days_from_civil`).
+fn days_from_civil(year: i64, month: i64, day: i64) -> i64 {
+    let year = if month <= 2 { year - 1 } else { year };
+    let era = year.div_euclid(400);
+    let year_of_era = year.rem_euclid(400);
+    let day_of_year = (153 * ((month + 9) % 12) + 2) / 5 + day - 1;
+    era * 146_097 + year_of_era * 365 + year_of_era / 4 - year_of_era / 100 + day_of_year - 719_468
+}
+
+/// RFC 3339 of nanoseconds from 1970; `-00:00` is its sign for an unknown offset.
+pub(crate) fn rfc3339(ns: i64, zoned: bool) -> String {
+    let (seconds, fraction) = (ns.div_euclid(NS_PER_S), ns.rem_euclid(NS_PER_S));
+    let (days, of_day) = (seconds.div_euclid(S_PER_DAY), seconds.rem_euclid(S_PER_DAY));
+    let shifted = days + 719_468;
+    let (era, day_of_era) = (shifted.div_euclid(146_097), shifted.rem_euclid(146_097));
+    let year_of_era =
+        (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
+    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let shifted_month = (5 * day_of_year + 2) / 153;
+    let day = day_of_year - (153 * shifted_month + 2) / 5 + 1;
+    let month = (shifted_month + 2) % 12 + 1;
+    let year = year_of_era + era * 400 + i64::from(month <= 2);
+    let (hour, minute, second) = (of_day / 3600, of_day / 60 % 60, of_day % 60);
+    let mut text = format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}");
+    if fraction != 0 {
+        let digits = format!(".{fraction:09}");
+        text.push_str(digits.trim_end_matches('0'));
+    }
+    text.push_str(if zoned { "Z" } else { "-00:00" });
+    text
+}
+
+/// Turns the stamps of one column into seconds from the first, as they come.
+#[derive(Debug, Default)]
+pub(super) struct Clock {
+    first_ns: Option<i64>,
+    /// Added since the clock passed midnight, or the full hour.
+    carried_ns: i64,
+    last_ns: i64,
+    /// Two fields are hours and minutes, not minutes and seconds.
+    two_are_hours: bool,
+    /// Another column has the date, so midnight needs no guess.
+    pub(super) dated: bool,
+    first: Option<Stamp>,
+}
+
+impl Clock {
+    pub(super) fn new(two_are_hours: bool, dated: bool) -> Self {
+        Self {
+            two_are_hours,
+            dated,
+            ..Self::default()
+        }
+    }
+
+    /// Seconds from the first stamp of the column.
+    pub(super) fn seconds(&mut self, stamp: Stamp) -> f64 {
+        let hours = matches!(stamp.kind, StampKind::Two { .. }) && self.two_are_hours;
+        let mut ns = if hours { stamp.ns * 60 } else { stamp.ns };
+        let period_s = match stamp.kind {
+            StampKind::Clock => S_PER_DAY,
+            StampKind::Two { .. } if hours => S_PER_DAY,
+            StampKind::Two { .. } => 3600,
+            StampKind::DateTime { .. } | StampKind::Date => 0,
+        };
+        let period_ns = period_s * NS_PER_S;
+        let first_ns = *self.first_ns.get_or_insert(ns);
+        if self.first.is_none() {
+            self.first = Some(stamp);
+            self.last_ns = ns;
+        }
+        if period_ns > 0 && !self.dated {
+            ns = ns.saturating_add(self.carried_ns);
+            // Back by more than half the dial is a new day; less is a clock put back.
+            // A dial that counts past its period (`75:02.5`) never comes here.
+            if ns < self.last_ns.saturating_sub(period_ns / 2) {
+                self.carried_ns = self.carried_ns.saturating_add(period_ns);
+                ns = ns.saturating_add(period_ns);
+            }
+            self.last_ns = ns;
+        }
+        ns.saturating_sub(first_ns) as f64 / 1e9
+    }
+
+    /// Nanoseconds and whether the zone is known, if the first stamp has a date.
+    pub(super) fn origin(&self) -> Option<(i64, bool)> {
+        let first = self.first?;
+        match first.kind {
+            StampKind::DateTime { zoned } => Some((first.ns, zoned)),
+            StampKind::Date => Some((first.ns, false)),
+            _ => None,
+        }
+    }
+
+    pub(super) fn first(&self) -> Option<Stamp> {
+        self.first
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ns(text: &str) -> Option<i64> {
+        parse(text.as_bytes()).map(|s| s.ns)
+    }
+
+    #[test]
+    fn dates_and_zones_name_the_same_instant() {
+        let expected = Some(1_729_610_869_648_000_000);
+        for text in [
+            "2024-10-22T15:27:49.648Z",
+            "2024/10/22 15:27:49.648",
+            "22.10.2024 15:27:49,648",
+            "2024-10-22T17:27:49.648+02:00",
+            "2024-10-22 10:57:49.648-0430",
+            "2024-10-22 15:27:49.648 UTC",
+        ] {
+            assert_eq!(ns(text), expected, "{text}");
+        }
+    }
+
+    #[test]
+    fn instants_print_as_they_were_read() {
+        for text in [
+            "1999-12-31T23:59:59Z",
+            "2024-02-29T00:00:00.000000001Z",
+            "1969-12-31T23:59:59.5Z",
+        ] {
+            assert_eq!(rfc3339(ns(text).expect("a stamp"), true), text);
+        }
+    }
+
+    #[test]
+    fn what_is_no_time_is_none() {
+        for text in [
+            "58-32",
+            "2024-13-01",
+            "2023-02-29",
+            "14",
+            "14:",
+            "14:61",
+            "1:2:3:4",
+            "10/22/2024",
+            "14:11.6:12",
+            "14:11 x",
+            "2024-10-22T",
+            "2024-10-22T15:00+",
+            "",
+            ":1",
+        ] {
+            assert_eq!(ns(text), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_clock_runs_on_past_midnight_and_past_the_hour() {
+        let run = |texts: &[&str]| {
+            let mut clock = Clock::default();
+            let stamps = texts.iter().filter_map(|t| parse(t.as_bytes()));
+            stamps.map(|s| clock.seconds(s)).collect::<Vec<_>>()
+        };
+        assert_eq!(
+            run(&["23:59:59.5", "00:00:00", "00:00:00.5"]),
+            [0.0, 0.5, 1.0]
+        );
+        assert_eq!(run(&["59:59.9", "00:00.1", "00:00.2"]), [0.0, 0.2, 0.3]);
+        assert_eq!(run(&["10:00:00", "09:59:00"]), [0.0, -60.0]);
+        assert_eq!(run(&["59:59.9", "60:00.0", "60:00.1"]), [0.0, 0.1, 0.2]);
+    }
+}

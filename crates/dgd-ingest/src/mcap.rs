@@ -1,0 +1,348 @@
+//! MCAP logs with JSON messages.
+//!
+//! The outer records are walked here and each chunk is handed to the library's reader
+//! on its own, checksum first, so that damage costs one chunk. The clock is the log
+//! time less the first log time.
+
+mod json;
+mod records;
+mod streams;
+mod units;
+mod walk;
+
+use crate::csv::stamp;
+use crate::{IngestError, count};
+use dgd_recording::{Column, Issue, IssueKind, Table};
+use records::{Channel, Message, Schema, op};
+use std::collections::{BTreeMap, HashMap};
+use streams::{Budget, Stream};
+use units::Units;
+
+/// Log times from 2001 on are wall-clock times; smaller ones count from the start of something.
+const EPOCH_NS: u64 = 978_307_200_000_000_000;
+
+/// What the records said so far.
+#[derive(Default)]
+struct Log {
+    schemas: HashMap<u16, Units>,
+    channels: HashMap<u16, Source>,
+    streams: Vec<Stream>,
+    /// Units of each stream's members.
+    units: Vec<Units>,
+    by_topic: HashMap<String, usize>,
+    budget: Budget,
+    /// Messages that are no JSON, by topic and encoding.
+    foreign: BTreeMap<(String, String), u64>,
+    homeless: u64,
+}
+
+enum Source {
+    Stream(usize),
+    Foreign((String, String)),
+}
+
+/// Reads an MCAP log.
+///
+/// # Errors
+/// [`IngestError`] if no message with a number in it can be had.
+pub(crate) fn read(bytes: &[u8]) -> Result<Table, IngestError> {
+    let mut log = Log::default();
+    let walked = walk::walk(bytes, &mut |opcode, record| log.take(opcode, record))?;
+    let mut issues = walked.issues;
+    let Log {
+        mut streams,
+        units,
+        mut budget,
+        foreign,
+        homeless,
+        ..
+    } = log;
+    let mut messages = 0;
+    for stream in &mut streams {
+        stream.close(&mut budget)?;
+        messages += stream.log_ns.len();
+        tell(stream, &mut issues);
+    }
+    for ((topic, encoding), messages) in &foreign {
+        issues.push(Issue {
+            kind: IssueKind::Skipped,
+            place: format!("topic `{topic}`"),
+            message: format!(
+                "{} in `{encoding}`, not in `json`; passed over",
+                count(*messages, "message")
+            ),
+        });
+    }
+    if homeless > 0 {
+        issues.push(Issue {
+            kind: IssueKind::Damaged,
+            place: "log".into(),
+            message: format!(
+                "{} of a channel that the log does not describe; left out",
+                count(homeless, "message")
+            ),
+        });
+    }
+    if let Some(at) = walked.truncated_at {
+        issues.push(Issue {
+            kind: IssueKind::Truncated,
+            place: format!("byte {at}"),
+            message: format!(
+                "the log ends without its closing records; {} recovered",
+                count(messages as u64, "message")
+            ),
+        });
+    }
+    let mut numeric: Vec<(Stream, Units)> = streams
+        .into_iter()
+        .zip(units)
+        .filter(|(s, _)| !s.members.is_empty())
+        .collect();
+    if numeric.is_empty() {
+        return Err(nothing(&issues, messages, walked.truncated_at));
+    }
+    // The busiest topic is the clock; of equals the first in the log.
+    let busiest = (0..numeric.len())
+        .rev()
+        .max_by_key(|i| numeric[*i].0.log_ns.len())
+        .unwrap_or(0);
+    let log_ns = numeric[busiest].0.log_ns.clone();
+    let starts = numeric
+        .iter()
+        .filter_map(|(s, _)| s.log_ns.first().copied());
+    let start_ns = starts.min().unwrap_or(0);
+    let mut columns = vec![Column {
+        tag: "t".into(),
+        unit: Some("s".into()),
+        values: log_ns
+            .iter()
+            .map(|ns| (ns - start_ns) as f64 / 1e9)
+            .collect(),
+    }];
+    let several = numeric.len() > 1;
+    for (index, (stream, units)) in numeric.iter_mut().enumerate() {
+        let sources = (index != busiest).then(|| nearest(&stream.log_ns, &log_ns));
+        if let Some((_, moved_ns)) = sources.as_ref().filter(|(_, moved_ns)| *moved_ns > 0) {
+            issues.push(Issue {
+                kind: IssueKind::Jitter,
+                place: format!("topic `{}`", stream.topic),
+                message: format!(
+                    "each of its messages was moved to the nearest one of the busiest topic, by up to {} s",
+                    *moved_ns as f64 / 1e9
+                ),
+            });
+        }
+        let topic = stream.topic.trim_matches('/').replace('/', ".");
+        for member in std::mem::take(&mut stream.members) {
+            let path = String::from_utf8_lossy(&member.path).into_owned();
+            let path = if path.is_empty() {
+                "value".to_owned()
+            } else {
+                path
+            };
+            // `t` is the log's clock; a message's own stays beside it.
+            let tag = match several || path == "t" {
+                true => format!("{topic}.{path}"),
+                false => path.clone(),
+            };
+            let values = match &sources {
+                None => member.values,
+                Some((sources, _)) => {
+                    let at = |source: &Option<usize>| source.map_or(f64::NAN, |i| member.values[i]);
+                    sources.iter().map(at).collect()
+                }
+            };
+            columns.push(Column {
+                tag,
+                unit: units.remove(&path),
+                values,
+            });
+        }
+    }
+    let wall_clock = (start_ns >= EPOCH_NS)
+        .then(|| i64::try_from(start_ns).ok())
+        .flatten();
+    Ok(Table {
+        columns,
+        issues,
+        origin: wall_clock.map(|ns| stamp::rfc3339(ns, true)),
+    })
+}
+
+impl Log {
+    fn take(&mut self, opcode: u8, record: &[u8]) -> Result<(), IngestError> {
+        match opcode {
+            op::SCHEMA => {
+                if let Some(schema) = Schema::read(record)
+                    && !self.schemas.contains_key(&schema.id)
+                {
+                    let is_json = schema.encoding.eq_ignore_ascii_case("jsonschema");
+                    let units = if is_json {
+                        units::from_schema(schema.data)
+                    } else {
+                        Units::new()
+                    };
+                    self.schemas.insert(schema.id, units);
+                }
+            }
+            op::CHANNEL => {
+                if let Some(channel) = Channel::read(record)
+                    && !self.channels.contains_key(&channel.id)
+                {
+                    let source = self.announce(&channel);
+                    self.channels.insert(channel.id, source);
+                }
+            }
+            op::MESSAGE => {
+                let message = Message::read(record);
+                let source = message.and_then(|m| self.channels.get(&m.channel));
+                match (message, source) {
+                    (Some(message), Some(Source::Stream(index))) => {
+                        let stream = &mut self.streams[*index];
+                        stream.add(message.log_ns, message.data, &mut self.budget)?;
+                    }
+                    (Some(_), Some(Source::Foreign(key))) => {
+                        // Looked up first: the key is cloned once, not for every message.
+                        match self.foreign.get_mut(key) {
+                            Some(count) => *count += 1,
+                            None => _ = self.foreign.insert(key.clone(), 1),
+                        }
+                    }
+                    _ => self.homeless += 1,
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn announce(&mut self, channel: &Channel<'_>) -> Source {
+        if !channel.encoding.eq_ignore_ascii_case("json") {
+            return Source::Foreign((channel.topic.to_owned(), channel.encoding.to_owned()));
+        }
+        let mut units = self
+            .schemas
+            .get(&channel.schema)
+            .cloned()
+            .unwrap_or_default();
+        units::add_metadata(channel, &mut units);
+        if let Some(index) = self.by_topic.get(channel.topic) {
+            self.units[*index].extend(units);
+            return Source::Stream(*index);
+        }
+        self.by_topic
+            .insert(channel.topic.to_owned(), self.streams.len());
+        self.streams.push(Stream::new(channel.topic.to_owned()));
+        self.units.push(units);
+        Source::Stream(self.streams.len() - 1)
+    }
+}
+
+/// Puts a stream in order and says what was wrong with it.
+fn tell(stream: &mut Stream, issues: &mut Vec<Issue>) {
+    let place = format!("topic `{}`", stream.topic);
+    let mut tell = |kind, message| {
+        issues.push(Issue {
+            kind,
+            place: place.clone(),
+            message,
+        })
+    };
+    let backward = stream.sort();
+    if backward > 0 {
+        tell(
+            IssueKind::BackwardTime,
+            format!(
+                "log time runs backwards in {}; the messages were put in order",
+                count(backward as u64, "place")
+            ),
+        );
+    }
+    if let Some((number, byte)) = stream.first_refused {
+        tell(
+            IssueKind::Damaged,
+            format!(
+                "{} not in JSON, the first is number {number}, wrong at its byte {byte}; left out",
+                count(stream.refused, "message")
+            ),
+        );
+    }
+    if stream.cut_arrays > 0 {
+        tell(
+            IssueKind::Skipped,
+            format!(
+                "{} with arrays of more than {} elements; the rest of those was passed over",
+                count(stream.cut_arrays, "message"),
+                json::MAX_ELEMENTS
+            ),
+        );
+    }
+}
+
+/// For each stamp of the busiest topic the nearest message, and the farthest move in ns.
+///
+/// Nearest, not last: holding the last value would delay one topic against the other by
+/// up to a step, which looks like a slow instrument. A message farther than 0.6 steps of
+/// the slower topic is no neighbour.
+fn nearest(of_ns: &[u64], at_ns: &[u64]) -> (Vec<Option<usize>>, u64) {
+    let reach = median_step(of_ns).max(median_step(at_ns)) / 5 * 3;
+    let mut farthest = 0;
+    let mut next = 0;
+    let sources = at_ns.iter().map(|at| {
+        while of_ns
+            .get(next + 1)
+            .is_some_and(|ns| ns.abs_diff(*at) < of_ns[next].abs_diff(*at))
+        {
+            next += 1;
+        }
+        let distance = of_ns.get(next)?.abs_diff(*at);
+        if distance > reach {
+            return None;
+        }
+        farthest = farthest.max(distance);
+        Some(next)
+    });
+    let sources = sources.collect();
+    (sources, farthest)
+}
+
+fn median_step(ns: &[u64]) -> u64 {
+    let mut steps: Vec<u64> = ns
+        .windows(2)
+        .map(|w| w[1] - w[0])
+        .filter(|s| *s > 0)
+        .collect();
+    if steps.is_empty() {
+        return 0;
+    }
+    let middle = steps.len() / 2;
+    *steps.select_nth_unstable(middle).1
+}
+
+fn nothing(issues: &[Issue], messages: usize, truncated_at: Option<usize>) -> IngestError {
+    let damaged = issues.iter().find(|i| i.kind == IssueKind::Damaged);
+    if let Some(issue) = damaged {
+        return IngestError::Damaged {
+            format: "MCAP",
+            place: issue.place.clone(),
+            reason: issue.message.clone(),
+            mend: "copy the log from the recorder again".into(),
+        };
+    }
+    if let Some(at) = truncated_at {
+        return IngestError::Damaged {
+            format: "MCAP",
+            place: format!("byte {at}"),
+            reason: "the log ends before its first message with a number".into(),
+            mend: "copy the log from the recorder again".into(),
+        };
+    }
+    let skipped = issues.iter().find(|i| i.kind == IssueKind::Skipped);
+    IngestError::NothingNumeric {
+        format: "MCAP",
+        found: skipped.map_or_else(
+            || format!("{messages} JSON messages without a number"),
+            |issue| format!("{issue}; record them as JSON"),
+        ),
+    }
+}

@@ -1,0 +1,376 @@
+//! CSV text as rigs, laboratories and spreadsheets write it.
+
+use crate::{assert_same, issue, table_of, unit, values};
+use dgd_ingest::IngestError;
+use dgd_recording::{IssueKind, Table};
+
+const NAN: f64 = f64::NAN;
+
+fn read(text: &str) -> Table {
+    table_of(text.as_bytes()).unwrap()
+}
+
+fn tags(table: &Table) -> Vec<&str> {
+    table.columns.iter().map(|c| c.tag.as_str()).collect()
+}
+
+#[test]
+fn header_and_unit_row_name_the_columns() {
+    let table = read("t,FT1,SPM\ns,gpm,%\n0,597,58.2\n1,598,58.3\n");
+    assert_eq!(tags(&table), ["t", "FT1", "SPM"]);
+    assert_eq!(unit(&table, "FT1"), Some("gpm"));
+    assert_eq!(unit(&table, "SPM"), Some("%"));
+    assert_eq!(values(&table, "FT1"), [597.0, 598.0]);
+    assert!(table.issues.is_empty());
+}
+
+#[test]
+fn a_header_alone_is_no_unit_row_even_if_its_names_are_units() {
+    let table = read("t,m,s\n0,1,2\n1,2,3\n");
+    assert_eq!(tags(&table), ["t", "m", "s"]);
+    assert_eq!(unit(&table, "m"), None);
+}
+
+#[test]
+fn unknown_units_below_a_full_header_are_units() {
+    let table = read("t,WOB\nsek,k-lbs\n0,1\n");
+    assert_eq!(tags(&table), ["t", "WOB"]);
+    assert_eq!(unit(&table, "WOB"), Some("k-lbs"));
+}
+
+#[test]
+fn units_stand_in_brackets_behind_names() {
+    let table = read("t [s],FT1 (gpm),ROP(1 ft),Flow (in)\n0,1,2,3\n1,2,3,4\n");
+    assert_eq!(tags(&table), ["t", "FT1", "ROP(1 ft)", "Flow (in)"]);
+    assert_eq!(unit(&table, "t"), Some("s"));
+    assert_eq!(unit(&table, "FT1"), Some("gpm"));
+    assert_eq!(unit(&table, "Flow (in)"), None);
+}
+
+#[test]
+fn title_lines_and_trailing_delimiters_are_no_columns() {
+    let text = "U,of,U,,,\nMU,ESW1,58-32,,,\nDepth,Pump Press (psi),Flow %,,,\n85.18,463.72,101.6,,,\n86.18,459.53,101.7,,,\n,,,,,\n,,,,,\n";
+    let table = read(text);
+    assert_eq!(tags(&table), ["Depth", "Pump Press", "Flow %"]);
+    assert_eq!(values(&table, "Depth"), [85.18, 86.18]);
+    assert!(table.issues.is_empty(), "{:?}", table.issues);
+}
+
+#[test]
+fn a_column_without_a_name_that_fills_later_is_kept() {
+    let table = read("a,b,\n1,2,\n2,3,\n3,4,7\n");
+    assert_eq!(tags(&table), ["a", "b", "c3"]);
+    assert_same(values(&table, "c3"), &[NAN, NAN, 7.0]);
+}
+
+#[test]
+fn without_a_header_columns_are_numbered() {
+    let table = read("0,1.5\n1,2.5\n");
+    assert_eq!(tags(&table), ["c1", "c2"]);
+    assert_eq!(values(&table, "c2"), [1.5, 2.5]);
+}
+
+#[test]
+fn delimiters_and_decimal_signs_give_one_table() {
+    let expected = read("t,a\n0.5,-1.25\n1.5,1e3\n");
+    for text in [
+        "t;a\n0.5;-1.25\n1.5;1e3\n",
+        "t;a\n0,5;-1,25\n1,5;1e3\n",
+        "t\ta\r\n0,5\t-1,25\r\n1,5\t1000\r\n",
+        "\u{feff}t,a\r\n 0.5 , -1.25 \r\n\"1.5\",\"1e3\"\r\n",
+        "t,a\r0.5,-1.25\r1.5,1e3\r",
+        "# t,a\n0.5,-1.25\n\n1.5,1e3",
+    ] {
+        assert_eq!(read(text), expected, "{text:?}");
+    }
+}
+
+#[test]
+fn commas_and_points_in_one_file_are_told() {
+    let table = read("t;a\n0;1.5\n1;2,5\n2;3.5\n");
+    assert_eq!(values(&table, "a"), [1.5, 2.5, 3.5]);
+    assert_eq!(issue(&table, IssueKind::UnreadableValue).place, "line 3");
+}
+
+#[test]
+fn grouped_thousands_are_not_guessed() {
+    let table = read("t;a\n0;1,5\n1;1.234,5\n2;2,5\n");
+    assert_same(values(&table, "a"), &[1.5, NAN, 2.5]);
+    assert_eq!(
+        issue(&table, IssueKind::UnreadableValue).place,
+        "line 3, column `a`"
+    );
+}
+
+#[test]
+fn quoted_names_may_hold_delimiters_quotes_and_line_ends() {
+    let table = read("t,\"Flow, \"\"out\"\"\n(gpm)\"\n0,1\n1,x\n");
+    assert_eq!(tags(&table), ["t", "Flow, \"out\""]);
+    assert_eq!(unit(&table, "Flow, \"out\""), Some("gpm"));
+    // The line end inside the header counts.
+    assert!(
+        issue(&table, IssueKind::UnreadableValue)
+            .place
+            .starts_with("line 4")
+    );
+}
+
+#[test]
+fn latin_1_headers_are_read() {
+    let table = table_of(b"t,T [\xb0C]\n0,20\n1,21\n").unwrap();
+    assert_eq!(unit(&table, "T"), Some("°C"));
+}
+
+#[test]
+fn words_for_nothing_are_missing_values() {
+    let table = read("t,a\n0,NaN\n1,\n2,NULL\n3,#N/A\n4,n/a\n5,1\n");
+    assert_same(values(&table, "a"), &[NAN, NAN, NAN, NAN, NAN, 1.0]);
+    assert!(table.issues.is_empty());
+}
+
+#[test]
+fn log_nulls_become_missing_and_are_told() {
+    let table = read("t,a,b\n0,-999.25,1\n1,5,-9999\n2,-999.2500,-999\n");
+    assert_same(values(&table, "a"), &[NAN, 5.0, NAN]);
+    assert_same(values(&table, "b"), &[1.0, NAN, -999.0]);
+    let places: Vec<&str> = table.issues.iter().map(|i| i.place.as_str()).collect();
+    assert_eq!(places, ["line 2, column `a`", "line 3, column `b`"]);
+    assert!(table.issues[0].message.starts_with("2 cells with -999.25"));
+}
+
+#[test]
+fn unreadable_cells_are_counted_with_their_first_place() {
+    let table = read("t,a\n0,1\n1,bad\n2,3\n3,worse\n");
+    assert_same(values(&table, "a"), &[1.0, NAN, 3.0, NAN]);
+    let issue = issue(&table, IssueKind::UnreadableValue);
+    assert_eq!(issue.place, "line 3, column `a`");
+    assert_eq!(
+        issue.message,
+        "2 cells cannot be read as numbers, the first is `bad`; NaN stands there"
+    );
+}
+
+#[test]
+fn a_column_of_words_is_passed_over() {
+    let table = read("t,state,a\n0,drilling,1\n1,tripping,2\n");
+    assert_eq!(tags(&table), ["t", "a"]);
+    assert_eq!(
+        issue(&table, IssueKind::Skipped).place,
+        "line 2, column `state`"
+    );
+}
+
+#[test]
+fn ragged_lines_are_told_with_their_number() {
+    let table = read("t,a,b\n0,1,2\n1\n2,3,4,5\n3,4,5\n");
+    assert_same(values(&table, "a"), &[1.0, NAN, 3.0, 4.0]);
+    let places: Vec<&str> = table.issues.iter().map(|i| i.place.as_str()).collect();
+    assert_eq!(places, ["line 3", "line 4"]);
+}
+
+#[test]
+fn a_last_line_that_is_cut_off_is_left_out() {
+    let table = read("t,a,b\n0,1,2\n1,2,3\n2,5");
+    assert_eq!(values(&table, "a"), [1.0, 2.0]);
+    assert_eq!(issue(&table, IssueKind::Truncated).place, "line 4");
+    let whole = read("t,a,b\n0,1,2\n1,2,3\n2,5,6");
+    assert_eq!(values(&whole, "a"), [1.0, 2.0, 5.0]);
+    assert!(whole.issues.is_empty());
+}
+
+#[test]
+fn a_header_repeated_in_the_middle_is_left_out() {
+    let table = read("t,a\ns,gpm\n0,1\n1,2\nt,a\ns,gpm\n2,3\n");
+    assert_eq!(values(&table, "t"), [0.0, 1.0, 2.0]);
+    assert_eq!(issue(&table, IssueKind::Skipped).place, "line 5");
+}
+
+#[test]
+fn an_empty_row_counts_between_values_but_not_at_the_end() {
+    let table = read("a,b\n1,2\n,\n3,4\n,\n,\n");
+    assert_same(values(&table, "a"), &[1.0, NAN, 3.0]);
+}
+
+#[test]
+fn zeros_of_a_power_loss_are_cut_off() {
+    let mut bytes = b"t,a\n0,1\n1,2\n2,3\n".to_vec();
+    bytes.extend([0; 512]);
+    let table = table_of(&bytes).unwrap();
+    assert_eq!(values(&table, "a"), [1.0, 2.0, 3.0]);
+    assert_eq!(issue(&table, IssueKind::Truncated).place, "byte 16");
+}
+
+#[test]
+fn equal_names_are_told_apart() {
+    let table = read("a,a,a_2,a\n1,2,3,4\n");
+    let mut tags = tags(&table);
+    assert_eq!(tags[0], "a");
+    tags.sort_unstable();
+    tags.dedup();
+    assert_eq!(tags.len(), 4);
+}
+
+#[test]
+fn iso_stamps_become_seconds_from_the_first() {
+    let expected = [0.0, 0.1, 0.5, 86_400.0];
+    for stamps in [
+        [
+            "2024-10-22T15:27:49Z",
+            "2024-10-22T15:27:49.1Z",
+            "2024-10-22T15:27:49.5Z",
+            "2024-10-23T15:27:49Z",
+        ],
+        [
+            "2024/10/22 15:27:49",
+            "2024/10/22 15:27:49.100",
+            "2024/10/22 15:27:49.500",
+            "2024/10/23 15:27:49",
+        ],
+        [
+            "2024-10-22 17:27:49+02:00",
+            "2024-10-22 17:27:49.1+02:00",
+            "2024-10-22 15:27:49.5+00:00",
+            "2024-10-23 17:27:49+0200",
+        ],
+    ] {
+        let rows: String = stamps.iter().map(|s| format!("{s},1\n")).collect();
+        let table = read(&format!("time,a\n{rows}"));
+        assert_same(values(&table, "time"), &expected);
+        assert_eq!(unit(&table, "time"), Some("s"));
+        let origin = table.origin.unwrap();
+        assert!(origin.starts_with("2024-10-22T15:27:49"), "{origin}");
+    }
+}
+
+#[test]
+fn a_stamp_without_a_zone_says_so_in_the_origin() {
+    let origin = |text: &str| read(text).origin;
+    assert_eq!(
+        origin("time,a\n2024-10-22 15:27:49.648,1\n").as_deref(),
+        Some("2024-10-22T15:27:49.648-00:00")
+    );
+    assert_eq!(
+        origin("time,a\n2024-10-22T15:27:49+02:00,1\n").as_deref(),
+        Some("2024-10-22T13:27:49Z")
+    );
+    assert_eq!(origin("time,a\n15:27:49,1\n"), None);
+}
+
+#[test]
+fn clocks_run_on_past_midnight_and_past_the_hour() {
+    assert_same(
+        values(
+            &read("time,a\n23:59:59,1\n00:00:00,2\n00:00:01,3\n"),
+            "time",
+        ),
+        &[0.0, 1.0, 2.0],
+    );
+    assert_same(
+        values(&read("time,a\n59:59.9,1\n00:00.0,2\n00:00.1,3\n"), "time"),
+        &[0.0, 0.1, 0.2],
+    );
+    assert_same(
+        values(&read("time,a\n14:11,1\n14:12,2\n"), "time"),
+        &[0.0, 60.0],
+    );
+}
+
+#[test]
+fn date_and_clock_columns_are_one_clock() {
+    let table =
+        read("Date,Time,a\n2024/10/22,23:59:59,1\n2024/10/23,00:00:00,2\n2024/10/25,00:00:00,3\n");
+    assert_eq!(tags(&table), ["Time", "a"]);
+    assert_same(values(&table, "Time"), &[0.0, 1.0, 172_801.0]);
+    assert_eq!(table.origin.as_deref(), Some("2024-10-22T23:59:59-00:00"));
+}
+
+#[test]
+fn a_bad_stamp_is_missing_and_told() {
+    let table =
+        read("time,a\n2024-10-22 00:00:00,1\n2024-10-32 00:00:01,2\n2024-10-22 00:00:02,3\n");
+    assert_same(values(&table, "time"), &[0.0, NAN, 2.0]);
+    assert_eq!(
+        issue(&table, IssueKind::UnreadableValue).place,
+        "line 3, column `time`"
+    );
+}
+
+#[test]
+fn epoch_numbers_become_seconds_from_the_first() {
+    for scale in [1.0, 1e3, 1e6] {
+        let row = |s: f64| format!("{},1\n", 1_412_640_000.0 * scale + s * scale);
+        let table = read(&format!("timestamp,a\n{}{}", row(0.0), row(2.0)));
+        assert_same(values(&table, "timestamp"), &[0.0, 2.0]);
+        assert_eq!(table.origin.as_deref(), Some("2014-10-07T00:00:00Z"));
+    }
+    // Large numbers under another name stay as they are.
+    assert_eq!(
+        values(&read("count,a\n1412640000,1\n"), "count"),
+        [1_412_640_000.0]
+    );
+}
+
+#[test]
+fn every_cell_agrees_with_an_independent_parser() {
+    let mut dice = crate::Dice(7);
+    let mut text = String::from("t,a,b\n");
+    for row in 0..500 {
+        let mut number = || {
+            let size = 10_f64.powi(dice.below(30) as i32 - 15);
+            (dice.next() as f64 - 1e9) * size
+        };
+        text += &format!("{row},{:e},\"{}\"\n", number(), number());
+    }
+    let table = read(&text);
+    let mut oracle = ::csv::Reader::from_reader(text.as_bytes());
+    for (row, record) in oracle.records().enumerate() {
+        for (column, cell) in table.columns.iter().zip(&record.unwrap()) {
+            assert_eq!(
+                column.values[row].to_bits(),
+                cell.parse::<f64>().unwrap().to_bits()
+            );
+        }
+    }
+}
+
+#[test]
+fn utf_16_is_refused_with_the_mend() {
+    let text = "t,a\n0,1\n1,2\n";
+    let little: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    let marked = [vec![0xff, 0xfe], little.clone()].concat();
+    for bytes in [little, marked] {
+        let error = table_of(&bytes).unwrap_err();
+        assert!(
+            matches!(
+                error,
+                IngestError::Unsupported {
+                    format: "UTF-16 text",
+                    ..
+                }
+            ),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn blanks_between_numbers_are_refused_with_the_mend() {
+    let error = table_of(b"t a\n0 1.5\n1 2.5\n").unwrap_err();
+    assert!(matches!(error, IngestError::NotTabular { .. }), "{error}");
+}
+
+#[test]
+fn text_without_numbers_is_refused() {
+    for text in [
+        "t,FT1,FT2\n",
+        "t,a\ns,gpm\n",
+        "just words\nand more\n",
+        "a,b\n,\n,\n",
+    ] {
+        let error = table_of(text.as_bytes()).unwrap_err();
+        assert!(
+            matches!(error, IngestError::NothingNumeric { format: "CSV", .. }),
+            "{text:?}: {error}"
+        );
+    }
+}

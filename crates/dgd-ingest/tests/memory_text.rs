@@ -1,0 +1,91 @@
+//! How much memory CSV and MCAP files can make the readers take.
+//!
+//! Apart from the other tests, for it counts all that its process allocates.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+#[path = "it/mutate.rs"]
+mod mutate;
+
+use dgd_export::{CsvOptions, McapOptions, write_csv, write_mcap};
+use dgd_ingest::{ReadOptions, read};
+use dgd_recording::{Column, Table};
+use mutate::{apply, damage};
+use peak_alloc::PeakAlloc;
+use proptest::strategy::{Strategy, ValueTree};
+use proptest::test_runner::TestRunner;
+use std::io::Cursor;
+
+#[global_allocator]
+static MEMORY: PeakAlloc = PeakAlloc;
+
+const MIB: usize = 1 << 20;
+
+/// Bytes allocated at the same time while `bytes` are read.
+fn peak(bytes: &[u8]) -> usize {
+    let before = MEMORY.current_usage();
+    MEMORY.reset_peak_usage();
+    let table = read(bytes, &ReadOptions::default());
+    let peak = MEMORY.peak_usage();
+    drop(table);
+    peak - before
+}
+
+fn both(rows: i32) -> [Vec<u8>; 2] {
+    let column = |tag: &str, unit: &str, slope: f64| Column {
+        tag: tag.into(),
+        unit: Some(unit.into()),
+        values: (0..rows).map(|i| f64::from(i) * slope).collect(),
+    };
+    let columns = vec![
+        column("t", "s", 1.0),
+        column("FT4", "gpm", 0.7),
+        column("PT1", "psia", -3.1),
+    ];
+    let table = Table {
+        columns,
+        ..Table::default()
+    };
+    let mut text = Vec::new();
+    write_csv(&table, &CsvOptions::default(), &mut text).unwrap();
+    let mut log = Cursor::new(Vec::new());
+    write_mcap(&table, &McapOptions::default(), &mut log).unwrap();
+    [text, log.into_inner()]
+}
+
+#[test]
+fn memory_is_bounded_by_the_file_whatever_it_claims() {
+    let small = both(60);
+    small.iter().for_each(|bytes| _ = peak(bytes));
+    let mut runner = TestRunner::deterministic();
+    let damage = damage();
+    for round in 0..4000 {
+        let acts = damage.new_tree(&mut runner).unwrap().current();
+        let bytes = apply(&small[round % 2], &acts, 8);
+        let found = peak(&bytes);
+        assert!(
+            found < 20 * MIB + 64 * bytes.len(),
+            "{found} bytes for {}: {acts:?}",
+            bytes.len()
+        );
+    }
+
+    // The worst that short rows of a wide table can do before they are refused or filled.
+    let wide = format!("{}1\n{}", "1,".repeat(900), "1\n".repeat(1100));
+    let found = peak(wide.as_bytes());
+    assert!(found < 20 * MIB, "{found} bytes");
+
+    // Sound files: the columns, for MCAP with room to grow, and little else.
+    let rows = 200_000;
+    let decoded = 3 * 8 * 200_000;
+    let [text, log] = both(rows);
+    let found = peak(&text);
+    assert!(
+        found < decoded + decoded / 10,
+        "{found} bytes for {decoded} decoded"
+    );
+    let found = peak(&log);
+    assert!(
+        found < 2 * decoded + 4 * MIB,
+        "{found} bytes for {decoded} decoded"
+    );
+}

@@ -1,0 +1,23 @@
+//! Recordings and models in percent of undisclosed references.
+//!
+//! [`choose_references`] picks what stands for 100 %, [`mask_recording`] and
+//! [`mask_model`] express a screened recording and its model in it (Eqs. 3.9-3.12).
+//! What they return holds no geometry, density, absolute pressure, tag or time of
+//! day, and no quantisation step that would give a reference away. This crate opens
+//! no file.
+//!
+//! # What a reader of the masked data can and cannot find
+//! Ratios of references are in the data and cannot be hidden: the mass balance
+//! (Eq. 3.45) fixes q₁₀₀/(A_a h₁₀₀), the pressure balance (Eq. 4.2) fixes h₁₀₀/H₁₀₀
+//! and F₁₀₀/(ρ g H₁₀₀). The scale itself is in none of them. It would be in the
+//! transmitters' quantisation (0.5 gpm is a fixed share of q₁₀₀), so every value is
+//! dithered over one step of its transmitter before it is written.
+#![deny(missing_docs)]
+
+mod model;
+mod recording;
+mod references;
+
+pub use model::{MaskedEstimate, MaskedModel, MaskedTerm, mask_model};
+pub use recording::{MaskedRecording, mask_recording};
+pub use references::{MaskingError, choose_references};

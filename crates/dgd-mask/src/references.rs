@@ -1,0 +1,70 @@
+//! What stands for 100 %.
+
+use dgd_identify::{Prepared, Series};
+use dgd_recording::Recording;
+use dgd_units::MaskReferences;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use sha2::{Digest, Sha256};
+
+/// Why a recording was not masked.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MaskingError {
+    /// No positive value to take a percentage of.
+    #[error(
+        "the recording has no positive {quantity} among its kept samples to take a percentage of"
+    )]
+    NothingPositive {
+        /// Which quantity.
+        quantity: &'static str,
+    },
+    /// The model has a law that percentages are not defined for.
+    #[error(transparent)]
+    Reference(#[from] dgd_units::MaskError),
+}
+
+/// Chooses references between 1.05 and 1.6 times the largest kept value of each quantity.
+///
+/// The factors are drawn from a generator seeded by the recording itself, so the same
+/// recording always gets the same references, and nobody without it can repeat the draw.
+///
+/// # Errors
+/// [`MaskingError::NothingPositive`] if a quantity is nowhere positive.
+pub fn choose_references(
+    prepared: &Prepared,
+    series: &Series,
+) -> Result<MaskReferences, MaskingError> {
+    let mut random = secret_generator(&prepared.recording, b"references");
+    let mut reference = |quantity, values: &[f64]| {
+        let kept = values
+            .iter()
+            .zip(&prepared.keep)
+            .filter(|(_, keep)| **keep)
+            .map(|(v, _)| *v);
+        let largest = kept.fold(0.0, f64::max);
+        let factor = random.random_range(1.05..1.6);
+        if largest > 0.0 {
+            Ok(largest * factor)
+        } else {
+            Err(MaskingError::NothingPositive { quantity })
+        }
+    };
+    let flow = reference("return flow", &prepared.recording.return_flow_m3_s)?;
+    let friction = reference("friction", &series.friction_pa)?;
+    let head = reference("pump head", &series.head_m)?;
+    let level = reference("riser level", &series.level_m)?;
+    Ok(MaskReferences::new(flow, friction, head, level)?)
+}
+
+/// A generator that only the owner of the recording can seed.
+pub(crate) fn secret_generator(recording: &Recording, purpose: &[u8]) -> ChaCha8Rng {
+    let mut digest = Sha256::new();
+    digest.update(purpose);
+    for (_, values) in recording.series() {
+        for value in values {
+            digest.update(value.to_le_bytes());
+        }
+    }
+    ChaCha8Rng::from_seed(digest.finalize().into())
+}

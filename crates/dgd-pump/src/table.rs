@@ -1,0 +1,470 @@
+//! The cost of a pair of exponents without touching the rows again.
+//!
+//! Every sum in the normal equations is a smooth function of the exponents, for example
+//! `Σ w^n0 q^n2`. One pass over the rows takes these sums at Chebyshev nodes over the allowed
+//! exponents; between nodes they are interpolated, to rounding, so that a search costs the same
+//! for a minute and for a month of data. Speed and flow are quantised by their instruments, so
+//! powers are taken per distinct value, not per row.
+
+use crate::{PumpError, Samples};
+use std::ops::RangeInclusive;
+
+/// Nodes per exponent. Interpolating `x^n = exp(-n t)` over `n` from `lo` to `lo + 2h` with K nodes
+/// leaves about `exp(-lo t - K²/(2 h t))`: 1e-13 for values down to 1 % of the largest, squared.
+const NODES: usize = 28;
+
+/// Distinct values held before the sums are folded: bounds the memory when nothing repeats.
+const DISTINCT: usize = 1 << DISTINCT_BITS;
+const DISTINCT_BITS: u32 = 14;
+
+/// Least squared sine between columns that counts as telling them apart.
+const PIVOT: f64 = 1e-10;
+
+/// Sums of the normal equations of `[w^n0, -w q, -q^n2 | H]` over a range of exponents.
+pub(crate) struct Table {
+    n0: Nodes,
+    n2: Nodes,
+    n: u64,
+    sums: Sums,
+}
+
+/// `a` stands for the scaled `w^n0`, `b` for `w q`, `d` for `q^n2`, `y` for the head.
+struct Sums {
+    aa: [f64; NODES],
+    ab: [f64; NODES],
+    ay: [f64; NODES],
+    dd: [f64; NODES],
+    bd: [f64; NODES],
+    dy: [f64; NODES],
+    /// By node of n0, then of n2.
+    ad: Vec<[f64; NODES]>,
+    bb: f64,
+    by: f64,
+    yy: f64,
+}
+
+/// Cosines between columns `w^n0`, `-w q`, `-q^n2` (first with second, first with third, second with
+/// third), and between each and the head.
+struct Normal {
+    inner: [f64; 3],
+    y: [f64; 3],
+}
+
+/// The least-squares answer for one pair of exponents.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Answer {
+    pub(crate) mse: f64,
+    /// The c1 and the c2 term over the head, in root mean square; 0 where held there.
+    pub(crate) share1: f64,
+    pub(crate) share2: f64,
+}
+
+impl Table {
+    /// One pass over the kept rows.
+    pub(crate) fn new(
+        samples: &Samples,
+        n0: &RangeInclusive<f64>,
+        n2: &RangeInclusive<f64>,
+    ) -> Result<Self, PumpError> {
+        // Powers are taken of values scaled by the largest, so they lie in 0..1.
+        let mut scale = (0.0_f64, 0.0_f64);
+        for (w, q, _) in samples.rows() {
+            scale = (scale.0.max(w), scale.1.max(q));
+        }
+        for (name, found) in [("speed_pct", scale.0), ("flow_m3_s", scale.1)] {
+            if found == 0.0 {
+                return Err(PumpError::Domain {
+                    name,
+                    found,
+                    expected: "kept samples above 0",
+                });
+            }
+        }
+        let (n0, n2) = (Nodes::over(n0), Nodes::over(n2));
+        let mut sums = Sums::zero();
+        let mut pass = Pass::new();
+        let mut n = 0;
+        for (w, q, h) in samples.rows() {
+            n += 1;
+            if pass.is_full() {
+                sums.fold(&mut pass, &n2);
+            }
+            pass.add(w / scale.0, q / scale.1, h, &n0);
+        }
+        sums.fold(&mut pass, &n2);
+        Ok(Self { n0, n2, n, sums })
+    }
+
+    /// Mean of the squared heads: the error of no model at all.
+    pub(crate) fn mean_square_head(&self) -> f64 {
+        self.sums.yy / count(self.n)
+    }
+
+    /// The least-squares answer at exponents inside the ranges; `None` if it cannot be solved.
+    pub(crate) fn solve(&self, n0: f64, n2: f64) -> Option<Answer> {
+        let normal = self.normal(n0, n2);
+        let [ab, ad, bd] = normal.inner;
+        let y = normal.y;
+        // Cholesky of a matrix with unit diagonal.
+        let p2 = 1.0 - ab * ab;
+        let r22 = p2.sqrt();
+        let r23 = (bd - ab * ad) / r22;
+        let p3 = 1.0 - ad * ad - r23 * r23;
+        let r33 = p3.sqrt();
+        let z1 = y[0];
+        let z2 = (y[1] - ab * z1) / r22;
+        let z3 = (y[2] - ad * z1 - r23 * z2) / r33;
+        let share2 = z3 / r33;
+        let share1 = (z2 - r23 * share2) / r22;
+        // Pivots near rounding mean that the columns cannot be told apart.
+        let sound = p2 > PIVOT && p3 > PIVOT;
+        self.answer(1.0 - z1 * z1 - z2 * z2 - z3 * z3, share1, share2)
+            .filter(|_| sound)
+    }
+
+    /// The answer under `c1, c2 >= 0`: the best of the subsets of terms whose estimates comply.
+    pub(crate) fn solve_bounded(&self, n0: f64, n2: f64) -> Option<Answer> {
+        let free = self.solve(n0, n2);
+        if free.is_some_and(|free| free.share1 > 0.0 && free.share2 > 0.0) {
+            return free;
+        }
+        let normal = self.normal(n0, n2);
+        let y = normal.y;
+        let with = |inner: f64, other: f64| {
+            let pivot = 1.0 - inner * inner;
+            let z = (other - inner * y[0]) / pivot.sqrt();
+            (1.0 - y[0] * y[0] - z * z, z / pivot.sqrt(), pivot > PIVOT)
+        };
+        let (rest1, share1, sound1) = with(normal.inner[0], y[1]);
+        let (rest2, share2, sound2) = with(normal.inner[1], y[2]);
+        let mut best = self.answer(1.0 - y[0] * y[0], 0.0, 0.0)?;
+        let candidates = [
+            (sound1 && share1 > 0.0, rest1, share1, 0.0),
+            (sound2 && share2 > 0.0, rest2, 0.0, share2),
+        ];
+        for (legal, rest, share1, share2) in candidates {
+            if let Some(answer) = self.answer(rest, share1, share2)
+                && legal
+                && answer.mse < best.mse
+            {
+                best = answer;
+            }
+        }
+        Some(best)
+    }
+
+    fn answer(&self, rest: f64, share1: f64, share2: f64) -> Option<Answer> {
+        (rest.is_finite() && self.n > 3).then(|| Answer {
+            mse: rest.max(0.0) * self.sums.yy / count(self.n - 3),
+            share1,
+            share2,
+        })
+    }
+
+    /// Normal equations with columns and head scaled to unit length.
+    fn normal(&self, n0: f64, n2: f64) -> Normal {
+        let (l0, l2) = (self.n0.weights(n0), self.n2.weights(n2));
+        let s = &self.sums;
+        let ad: f64 = l0.iter().zip(&s.ad).map(|(l, row)| l * dot(row, &l2)).sum();
+        let size = [dot(&s.aa, &l0), s.bb, dot(&s.dd, &l2), s.yy].map(f64::sqrt);
+        // Signs of the model: the second and third column are negative.
+        let inner = [
+            -dot(&s.ab, &l0) / (size[0] * size[1]),
+            -ad / (size[0] * size[2]),
+            dot(&s.bd, &l2) / (size[1] * size[2]),
+        ];
+        let y = [dot(&s.ay, &l0), -s.by, -dot(&s.dy, &l2)];
+        Normal {
+            inner,
+            y: [0, 1, 2].map(|j| y[j] / (size[j] * size[3])),
+        }
+    }
+
+    /// Kept rows.
+    pub(crate) fn rows(&self) -> u64 {
+        self.n
+    }
+}
+
+#[expect(clippy::cast_precision_loss, reason = "row counts stay far below 2^53")]
+fn count(n: u64) -> f64 {
+    n as f64
+}
+
+impl Sums {
+    fn zero() -> Self {
+        let none = [0.0; NODES];
+        Self {
+            aa: none,
+            ab: none,
+            ay: none,
+            dd: none,
+            bd: none,
+            dy: none,
+            ad: vec![none; NODES],
+            bb: 0.0,
+            by: 0.0,
+            yy: 0.0,
+        }
+    }
+
+    /// Adds the sums per distinct value to the sums per node, and empties the former.
+    fn fold(&mut self, pass: &mut Pass, n2: &Nodes) {
+        for ((w, at), a) in pass.speeds.values.iter().zip(&pass.at_speed).zip(&pass.a) {
+            for (k, a) in a.iter().enumerate() {
+                self.aa[k] += at.rows * a * a;
+                self.ab[k] += a * w * at.other;
+                self.ay[k] += a * at.head;
+            }
+        }
+        for ((q, at), v) in pass.flows.values.iter().zip(&pass.at_flow).zip(&pass.v) {
+            let d = n2.powers(*q);
+            for (k, d) in d.iter().enumerate() {
+                self.dd[k] += at.rows * d * d;
+                self.bd[k] += d * q * at.other;
+                self.dy[k] += d * at.head;
+            }
+            for (ad, v) in self.ad.iter_mut().zip(v) {
+                for (ad, d) in ad.iter_mut().zip(&d) {
+                    *ad += v * d;
+                }
+            }
+        }
+        self.bb += pass.bb;
+        self.by += pass.by;
+        self.yy += pass.yy;
+        *pass = Pass::new();
+    }
+}
+
+/// Sums of the rows that share a distinct value.
+#[derive(Clone, Copy, Default)]
+struct Group {
+    rows: f64,
+    /// Of the other variable.
+    other: f64,
+    head: f64,
+}
+
+/// What the pass over the rows gathers, per distinct speed and per distinct flow.
+struct Pass {
+    speeds: Distinct,
+    flows: Distinct,
+    at_speed: Vec<Group>,
+    at_flow: Vec<Group>,
+    /// Powers of each distinct speed at the nodes of n0.
+    a: Vec<[f64; NODES]>,
+    /// Per distinct flow, `Σ w^n0` of its rows at the nodes of n0.
+    v: Vec<[f64; NODES]>,
+    bb: f64,
+    by: f64,
+    yy: f64,
+}
+
+impl Pass {
+    fn new() -> Self {
+        Self {
+            speeds: Distinct::new(),
+            flows: Distinct::new(),
+            at_speed: Vec::new(),
+            at_flow: Vec::new(),
+            a: Vec::new(),
+            v: Vec::new(),
+            bb: 0.0,
+            by: 0.0,
+            yy: 0.0,
+        }
+    }
+
+    fn is_full(&self) -> bool {
+        self.speeds.values.len() == DISTINCT || self.flows.values.len() == DISTINCT
+    }
+
+    #[inline]
+    fn add(&mut self, w: f64, q: f64, h: f64, n0: &Nodes) {
+        let i = self.speeds.index(w);
+        let j = self.flows.index(q);
+        if i == self.a.len() {
+            self.a.push(n0.powers(w));
+            self.at_speed.push(Group::default());
+        }
+        if j == self.v.len() {
+            self.v.push([0.0; NODES]);
+            self.at_flow.push(Group::default());
+        }
+        for (group, other) in [(&mut self.at_speed[i], q), (&mut self.at_flow[j], w)] {
+            group.rows += 1.0;
+            group.other += other;
+            group.head += h;
+        }
+        for (v, a) in self.v[j].iter_mut().zip(&self.a[i]) {
+            *v += a;
+        }
+        let b = w * q;
+        self.bb += b * b;
+        self.by += b * h;
+        self.yy += h * h;
+    }
+}
+
+/// Distinct values in order of appearance, found by hashing their bits.
+struct Distinct {
+    values: Vec<f64>,
+    /// Index plus 1 by hash, 0 where empty; at most half full.
+    slots: Vec<u32>,
+}
+
+impl Distinct {
+    fn new() -> Self {
+        Self {
+            values: Vec::new(),
+            slots: vec![0; 2 * DISTINCT],
+        }
+    }
+
+    #[inline]
+    fn index(&mut self, value: f64) -> usize {
+        let mask = self.slots.len() - 1;
+        let mut slot = hash(value, DISTINCT_BITS + 1);
+        loop {
+            let found = self.slots[slot] as usize;
+            if found == 0 {
+                self.values.push(value);
+                self.slots[slot] = u32::try_from(self.values.len()).unwrap_or(0);
+                return self.values.len() - 1;
+            }
+            if self.values[found - 1] == value {
+                return found - 1;
+            }
+            slot = (slot + 1) & mask;
+        }
+    }
+}
+
+/// Fibonacci hashing to `2^bits` places: the high bits of the product mix all bits of the value.
+#[inline]
+pub(crate) fn hash(value: f64, bits: u32) -> usize {
+    let mixed = value.to_bits().wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    usize::try_from(mixed >> (64 - bits)).unwrap_or(0)
+}
+
+/// Chebyshev nodes of an exponent, and interpolation between them.
+struct Nodes {
+    at: [f64; NODES],
+    /// Barycentric weights.
+    bary: [f64; NODES],
+}
+
+impl Nodes {
+    fn over(range: &RangeInclusive<f64>) -> Self {
+        let (middle, half) = (
+            0.5 * (range.start() + range.end()),
+            0.5 * (range.end() - range.start()),
+        );
+        let mut nodes = Self {
+            at: [0.0; NODES],
+            bary: [0.0; NODES],
+        };
+        #[expect(clippy::cast_precision_loss, reason = "28 nodes")]
+        for k in 0..NODES {
+            let angle = std::f64::consts::PI * (2 * k + 1) as f64 / (2 * NODES) as f64;
+            nodes.at[k] = middle + half * angle.cos();
+            nodes.bary[k] = if k % 2 == 0 {
+                angle.sin()
+            } else {
+                -angle.sin()
+            };
+        }
+        nodes
+    }
+
+    /// `x^n` at every node, for x in 0..1.
+    fn powers(&self, x: f64) -> [f64; NODES] {
+        if x == 0.0 {
+            return [0.0; NODES];
+        }
+        let log = x.ln();
+        self.at.map(|n| (n * log).exp())
+    }
+
+    /// Weights of the nodes in the interpolant at n (Berrut and Trefethen 2004, Eq. 4.2).
+    fn weights(&self, n: f64) -> [f64; NODES] {
+        let mut weights = [0.0; NODES];
+        let mut sum = 0.0;
+        for k in 0..NODES {
+            let distance = n - self.at[k];
+            if distance == 0.0 {
+                weights = [0.0; NODES];
+                weights[k] = 1.0;
+                return weights;
+            }
+            weights[k] = self.bary[k] / distance;
+            sum += weights[k];
+        }
+        weights.map(|w| w / sum)
+    }
+}
+
+fn dot(a: &[f64; NODES], b: &[f64; NODES]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit_unconstrained;
+
+    #[test]
+    fn the_table_agrees_with_qr_between_its_nodes() {
+        // Speed down to 1 % and flow to 0.1 % of the largest: harder than a rig.
+        let rows = 4000_u32;
+        let speed: Vec<f64> = (0..rows).map(|i| 1.0 + f64::from(i * 37 % 100)).collect();
+        let flow: Vec<f64> = (0..rows).map(|i| 1e-4 * f64::from(i * 71 % 997)).collect();
+        let head: Vec<f64> = (0..rows as usize)
+            .map(|i| 0.05 * speed[i].powf(1.9) - 3.0 * speed[i] * flow[i] + (i % 13) as f64)
+            .collect();
+        let samples = Samples {
+            speed_pct: &speed,
+            flow_m3_s: &flow,
+            head_m: &head,
+            keep: &vec![true; rows as usize],
+        };
+        let table = Table::new(&samples, &(0.5..=4.0), &(1.0..=4.0)).expect("rows flow");
+        for (n0, n2) in [(0.5, 1.1), (1.9, 1.6), (2.0, 2.0), (3.3, 3.9), (4.0, 4.0)] {
+            let exact = fit_unconstrained(&samples, n0, n2).expect("rich data");
+            let found = table.solve(n0, n2).expect("rich data");
+            assert!(
+                (found.mse / exact.mse_m2 - 1.0).abs() < 1e-9,
+                "{n0}, {n2}: {} against {}",
+                found.mse,
+                exact.mse_m2
+            );
+            assert_eq!(found.share1 > 0.0, exact.curve.c1 > 0.0);
+            assert_eq!(found.share2 > 0.0, exact.curve.c2 > 0.0);
+        }
+    }
+
+    #[test]
+    fn folding_often_changes_nothing_but_rounding() {
+        // More distinct flows than one pass holds.
+        let rows = 40_000_u32;
+        let speed: Vec<f64> = (0..rows).map(|i| 30.0 + f64::from(i % 50)).collect();
+        let flow: Vec<f64> = (0..rows)
+            .map(|i| 1e-6 * f64::from(i * 7919 % 50_021))
+            .collect();
+        let head: Vec<f64> = (0..rows as usize)
+            .map(|i| 0.05 * speed[i].powi(2) - 2e4 * flow[i].powi(2) + (i % 7) as f64)
+            .collect();
+        let samples = Samples {
+            speed_pct: &speed,
+            flow_m3_s: &flow,
+            head_m: &head,
+            keep: &vec![true; rows as usize],
+        };
+        let table = Table::new(&samples, &(0.5..=4.0), &(1.0..=4.0)).expect("rows flow");
+        let exact = fit_unconstrained(&samples, 1.7, 2.2).expect("rich data");
+        let found = table.solve(1.7, 2.2).expect("rich data");
+        assert!((found.mse / exact.mse_m2 - 1.0).abs() < 1e-9);
+        assert_eq!(table.rows(), 40_000);
+    }
+}

@@ -1,0 +1,157 @@
+use dgd_lsq::{Accumulator, Reduced};
+use dgd_pump::{
+    ConstrainedOptions, HeadCurve, PumpError, SolverStatus, fit_constrained, fit_unconstrained,
+};
+
+use crate::{CONVEX, PUMP, Recording};
+
+fn triangle(recording: &Recording, n0: f64, n2: f64) -> Reduced {
+    let mut rows = Accumulator::new(["c0", "c1", "c2"]).unwrap();
+    for ((w, q), h) in recording
+        .speed
+        .iter()
+        .zip(&recording.flow)
+        .zip(&recording.head)
+    {
+        rows.push(&[w.powf(n0), -w * q, -q.powf(n2)], *h).unwrap();
+    }
+    rows.reduce()
+}
+
+fn rss(triangle: &Reduced, c: [f64; 3]) -> f64 {
+    (0..4)
+        .map(|i| {
+            let fitted: f64 = (0..3).map(|j| triangle.r(i, j) * c[j]).sum();
+            (triangle.r(i, 3) - fitted).powi(2)
+        })
+        .sum()
+}
+
+/// Best of all eight active sets that is feasible.
+fn enumerate(triangle: &Reduced, floors: [f64; 3]) -> ([f64; 3], f64) {
+    let mut best = (floors, rss(triangle, floors));
+    for set in 0..7_u32 {
+        let held: Vec<(usize, f64)> = (0..3)
+            .filter(|j| set & (1 << j) != 0)
+            .map(|j| (j, floors[j]))
+            .collect();
+        let free = triangle.hold(&held).unwrap().solve(1e12).unwrap();
+        let mut values = free.coefficients.iter();
+        let mut c = floors;
+        for (j, c) in c.iter_mut().enumerate() {
+            if set & (1 << j) == 0 {
+                *c = *values.next().unwrap();
+            }
+        }
+        if c.iter().zip(floors).all(|(c, floor)| *c >= floor) && rss(triangle, c) < best.1 {
+            best = (c, rss(triangle, c));
+        }
+    }
+    best
+}
+
+#[test]
+fn the_programme_agrees_with_every_active_set_enumerated() {
+    let flat = HeadCurve { c1: -2.0, ..PUMP };
+    let none = HeadCurve {
+        c1: -1.0,
+        c2: -1e3,
+        ..PUMP
+    };
+    let upside_down = HeadCurve {
+        c0: -0.05,
+        c1: -20.0,
+        ..PUMP
+    };
+    let cases = [PUMP, CONVEX, flat, none, upside_down];
+    let mut sets = Vec::new();
+    for truth in cases {
+        let recording = Recording::new(3000, &truth, 1.0);
+        for share in [1e-9, 1e-6, 1e-3] {
+            let options = ConstrainedOptions {
+                floor_share: share,
+                ..ConstrainedOptions::default()
+            };
+            let found = fit_constrained(&recording.samples(), 2.0, 2.0, &options).unwrap();
+            let (expected, least) = enumerate(&triangle(&recording, 2.0, 2.0), found.floors);
+            let c = [found.fit.curve.c0, found.fit.curve.c1, found.fit.curve.c2];
+            for (a, b) in c.iter().zip(expected) {
+                assert!(
+                    (a - b).abs() <= 1e-8 * b.abs(),
+                    "{c:?} against {expected:?}"
+                );
+            }
+            let degrees = 3000.0 - f64::from(found.active.map(|a| u8::from(!a)).iter().sum::<u8>());
+            assert!((found.fit.mse_m2 * degrees / least - 1.0).abs() < 1e-9);
+            assert!(found.kkt_residual < 1e-9, "{found:?}");
+            assert!(found.polished);
+            assert_eq!(found.status, SolverStatus::Solved);
+            for j in 0..3 {
+                assert!(c[j] >= found.floors[j]);
+                assert_eq!(found.active[j], c[j] == found.floors[j]);
+                assert_eq!(found.fit.standard_errors[j].is_none(), found.active[j]);
+            }
+            sets.push(found.active);
+        }
+    }
+    sets.dedup();
+    assert!(
+        sets.len() >= 4,
+        "the cases reach several active sets: {sets:?}"
+    );
+}
+
+#[test]
+fn a_curve_of_good_shape_is_the_unconstrained_fit() {
+    let recording = Recording::new(3000, &PUMP, 1.0);
+    let free = fit_unconstrained(&recording.samples(), 2.0, 2.0).unwrap();
+    let options = ConstrainedOptions::default();
+    let bound = fit_constrained(&recording.samples(), 2.0, 2.0, &options).unwrap();
+    assert_eq!(bound.active, [false; 3]);
+    assert!((bound.fit.curve.c2 / free.curve.c2 - 1.0).abs() < 1e-9);
+    assert!((bound.fit.mse_m2 / free.mse_m2 - 1.0).abs() < 1e-12);
+    assert!((bound.fit.r2 - free.r2).abs() < 1e-12);
+    assert_eq!(bound.fit.standard_errors, free.standard_errors);
+}
+
+#[test]
+fn a_convex_fit_is_held_at_the_bound_and_costs_more() {
+    let recording = Recording::new(3000, &CONVEX, 1.0);
+    let free = fit_unconstrained(&recording.samples(), 2.0, 2.0).unwrap();
+    assert!(free.curve.c2 < 0.0);
+    let options = ConstrainedOptions::default();
+    let bound = fit_constrained(&recording.samples(), 2.0, 2.0, &options).unwrap();
+    assert_eq!(bound.active, [false, false, true]);
+    assert_eq!(bound.fit.curve.c2, bound.floors[2]);
+    assert!(bound.floors[2] > 0.0);
+    assert!(bound.fit.mse_m2 > free.mse_m2);
+}
+
+#[test]
+fn an_iteration_limit_is_a_status_not_an_error() {
+    let recording = Recording::new(500, &CONVEX, 1.0);
+    let options = ConstrainedOptions {
+        max_iterations: 1,
+        ..ConstrainedOptions::default()
+    };
+    let found = fit_constrained(&recording.samples(), 2.0, 2.0, &options).unwrap();
+    assert_eq!(found.status, SolverStatus::IterationLimit);
+}
+
+#[test]
+fn a_floor_of_zero_is_refused() {
+    let recording = Recording::new(500, &PUMP, 1.0);
+    for floor_share in [0.0, 1.0, f64::NAN] {
+        let options = ConstrainedOptions {
+            floor_share,
+            ..ConstrainedOptions::default()
+        };
+        assert!(matches!(
+            fit_constrained(&recording.samples(), 2.0, 2.0, &options),
+            Err(PumpError::Domain {
+                name: "floor_share",
+                ..
+            })
+        ));
+    }
+}

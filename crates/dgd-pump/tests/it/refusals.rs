@@ -1,0 +1,183 @@
+use dgd_lsq::LsqError;
+use dgd_pump::{
+    ConstrainedOptions, CurveFit, HeadCurve, PumpError, Rule, Samples, SearchOptions,
+    fit_constrained, fit_unconstrained, search_exponents,
+};
+
+use crate::{PUMP, Recording};
+
+/// The refusal is the same whichever fit is asked.
+fn refusals(samples: &Samples) -> PumpError {
+    let plain: Result<CurveFit, _> = fit_unconstrained(samples, 2.0, 2.0);
+    let bound = fit_constrained(samples, 2.0, 2.0, &ConstrainedOptions::default());
+    let search = search_exponents(samples, &SearchOptions::default());
+    let refusal = plain.unwrap_err();
+    assert_eq!(
+        std::mem::discriminant(&bound.unwrap_err()),
+        std::mem::discriminant(&refusal)
+    );
+    assert_eq!(
+        std::mem::discriminant(&search.unwrap_err()),
+        std::mem::discriminant(&refusal)
+    );
+    refusal
+}
+
+#[test]
+fn unequal_lengths_are_refused_by_name() {
+    let recording = Recording::new(100, &PUMP, 1.0);
+    let samples = Samples {
+        head_m: &recording.head[..99],
+        ..recording.samples()
+    };
+    assert_eq!(
+        refusals(&samples),
+        PumpError::Length {
+            name: "head_m",
+            found: 99,
+            expected: 100
+        }
+    );
+}
+
+#[test]
+fn kept_nan_is_refused_with_its_index() {
+    let mut recording = Recording::new(100, &PUMP, 1.0);
+    recording.flow[42] = f64::NAN;
+    assert_eq!(
+        refusals(&recording.samples()),
+        PumpError::NonFinite {
+            name: "flow_m3_s",
+            index: 42
+        }
+    );
+}
+
+#[test]
+fn kept_backflow_is_refused_with_its_value() {
+    let mut recording = Recording::new(100, &PUMP, 1.0);
+    recording.flow[42] = -0.01;
+    assert_eq!(
+        refusals(&recording.samples()),
+        PumpError::Negative {
+            name: "flow_m3_s",
+            index: 42,
+            found: -0.01
+        }
+    );
+}
+
+#[test]
+fn too_few_samples_are_refused() {
+    let recording = Recording::new(3, &PUMP, 1.0);
+    assert!(matches!(
+        refusals(&recording.samples()),
+        PumpError::Fit(LsqError::TooFewRows {
+            found: 3,
+            columns: 3
+        })
+    ));
+}
+
+#[test]
+fn flow_tied_to_speed_excites_nothing_and_the_terms_are_named() {
+    let mut recording = Recording::new(1000, &PUMP, 1.0);
+    for i in 0..1000 {
+        recording.flow[i] = 7e-4 * recording.speed[i];
+    }
+    match fit_unconstrained(&recording.samples(), 2.0, 2.0) {
+        Err(PumpError::Fit(LsqError::NotExcited { columns, .. })) => {
+            assert_eq!(columns, ["w^n0", "-w q", "-q^n2"]);
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_pump_that_stands_is_refused() {
+    let mut recording = Recording::new(100, &PUMP, 1.0);
+    recording.speed.fill(0.0);
+    assert!(matches!(
+        search_exponents(&recording.samples(), &SearchOptions::default()),
+        Err(PumpError::Domain {
+            name: "speed_pct",
+            ..
+        })
+    ));
+    assert!(matches!(
+        fit_unconstrained(&recording.samples(), 2.0, 2.0),
+        Err(PumpError::Fit(LsqError::NotExcited { .. }))
+    ));
+}
+
+#[test]
+fn refusing_a_head_that_only_rises_leaves_no_exponents() {
+    let rising = HeadCurve {
+        c1: -5.0,
+        c2: -1e4,
+        ..PUMP
+    };
+    let recording = Recording::new(2000, &rising, 0.1);
+    let options = SearchOptions {
+        rule: Rule::Refuse,
+        ..SearchOptions::default()
+    };
+    match search_exponents(&recording.samples(), &options) {
+        Err(PumpError::NoFeasibleExponents { tried }) => assert_eq!(tried, 170),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn exponents_ranges_and_tolerances_out_of_domain_are_refused() {
+    let recording = Recording::new(100, &PUMP, 1.0);
+    let samples = recording.samples();
+    assert!(matches!(
+        fit_unconstrained(&samples, 0.0, 2.0),
+        Err(PumpError::Domain { name: "n0", .. })
+    ));
+    let plain = SearchOptions::default();
+    let cases = [
+        (
+            "n2",
+            SearchOptions {
+                n2: 0.5..=4.0,
+                ..plain.clone()
+            },
+        ),
+        (
+            "n0",
+            SearchOptions {
+                n0: 2.0..=2.0,
+                ..plain.clone()
+            },
+        ),
+        (
+            "n0",
+            SearchOptions {
+                n0: 1.0..=f64::NAN,
+                ..plain.clone()
+            },
+        ),
+        (
+            "start.1",
+            SearchOptions {
+                start: (2.0, f64::NAN),
+                ..plain.clone()
+            },
+        ),
+        (
+            "tolerance",
+            SearchOptions {
+                tolerance: 0.0,
+                ..plain.clone()
+            },
+        ),
+    ];
+    for (expected, options) in cases {
+        match search_exponents(&samples, &options) {
+            Err(PumpError::Domain { name, .. }) => assert_eq!(name, expected),
+            other => panic!("{expected}: {other:?}"),
+        }
+    }
+}

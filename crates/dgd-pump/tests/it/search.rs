@@ -1,0 +1,236 @@
+use dgd_pump::{
+    ConstrainedOptions, HeadCurve, Limit, Rule, SearchOptions, SearchStatus, fit_constrained,
+    fit_unconstrained, search_exponents,
+};
+
+use crate::{PUMP, Recording};
+
+const TRUTH: HeadCurve = HeadCurve {
+    c0: 0.08,
+    c1: 2.0,
+    c2: 6e3,
+    n0: 1.93,
+    n2: 1.64,
+};
+
+#[test]
+fn known_exponents_are_recovered() {
+    let recording = Recording::new(8000, &TRUTH, 0.1);
+    let found = search_exponents(&recording.samples(), &SearchOptions::default()).unwrap();
+    assert_eq!(found.status, SearchStatus::Converged);
+    assert!(found.limits.is_empty());
+    assert!((found.fit.curve.n0 - 1.93).abs() < 2e-3, "{:?}", found.fit);
+    assert!((found.fit.curve.n2 - 1.64).abs() < 2e-2, "{:?}", found.fit);
+    assert!((found.fit.mse_m2 / (0.01 / 3.0) - 1.0).abs() < 0.05);
+    assert!(found.table_error < 1e-6);
+}
+
+#[test]
+fn no_neighbour_is_better_and_the_fit_is_that_of_qr() {
+    let recording = Recording::new(8000, &TRUTH, 1.0);
+    let found = search_exponents(&recording.samples(), &SearchOptions::default()).unwrap();
+    let HeadCurve { n0, n2, .. } = found.fit.curve;
+    let at = |n0, n2| fit_unconstrained(&recording.samples(), n0, n2).unwrap();
+    let same = at(n0, n2);
+    assert!((same.curve.c1 / found.fit.curve.c1 - 1.0).abs() < 1e-9);
+    assert!((same.mse_m2 / found.fit.mse_m2 - 1.0).abs() < 1e-12);
+    for (d0, d2) in [
+        (1e-3, 0.0),
+        (-1e-3, 0.0),
+        (0.0, 2e-2),
+        (0.0, -2e-2),
+        (1e-3, 2e-2),
+    ] {
+        assert!(at(n0 + d0, n2 + d2).mse_m2 > same.mse_m2);
+    }
+}
+
+#[test]
+fn the_start_does_not_matter() {
+    let recording = Recording::new(8000, &TRUTH, 1.0);
+    let mut ends = Vec::new();
+    for start in [(1.9, 1.6), (2.0, 2.0), (2.5, 3.0), (50.0, -3.0)] {
+        let options = SearchOptions {
+            start,
+            ..SearchOptions::default()
+        };
+        let found = search_exponents(&recording.samples(), &options).unwrap();
+        ends.push((found.fit.curve.n0, found.fit.curve.n2, found.start));
+    }
+    for (n0, n2, _) in &ends {
+        assert!(
+            (n0 - ends[0].0).abs() < 1e-4 && (n2 - ends[0].1).abs() < 1e-3,
+            "{ends:?}"
+        );
+    }
+    assert_ne!(ends[3].2, (50.0, -3.0), "an impossible guess is replaced");
+}
+
+#[test]
+fn the_path_falls_and_the_trials_hold_every_cost() {
+    let recording = Recording::new(2000, &TRUTH, 1.0);
+    let found = search_exponents(&recording.samples(), &SearchOptions::default()).unwrap();
+    let first: Vec<_> = found.path.iter().filter(|p| p.search == 0).collect();
+    assert!(first.len() > 10);
+    assert!(
+        first
+            .windows(2)
+            .all(|pair| pair[1].mse_m2 <= pair[0].mse_m2)
+    );
+    assert!(
+        first
+            .iter()
+            .enumerate()
+            .all(|(i, p)| p.iteration == i as u64)
+    );
+    let last = first.last().unwrap();
+    assert_eq!((last.n0, last.n2), (found.first.n0, found.first.n2));
+    for p in &found.path {
+        let tried = |t: &&dgd_pump::Trial| t.n0 == p.n0 && t.n2 == p.n2;
+        let trial = found.trials.iter().find(tried).unwrap();
+        assert_eq!(trial.mse_m2, Some(p.mse_m2));
+    }
+}
+
+#[test]
+fn refused_trials_break_a_condition_and_the_others_do_not() {
+    let recording = Recording::new(2000, &TRUTH, 1.0);
+    let options = SearchOptions {
+        start: (1.7, 1.05),
+        rule: Rule::Refuse,
+        ..SearchOptions::default()
+    };
+    let found = search_exponents(&recording.samples(), &options).unwrap();
+    let refused = found.trials.iter().filter(|t| t.mse_m2.is_none()).count();
+    assert!(refused > 0);
+    for trial in &found.trials {
+        let outside = trial.n2 <= 1.0 || trial.n2 > 4.0 || trial.n0 < 0.5 || trial.n0 > 4.0;
+        if outside {
+            assert_eq!(trial.mse_m2, None);
+            continue;
+        }
+        let exact = fit_unconstrained(&recording.samples(), trial.n0, trial.n2).unwrap();
+        let falls = exact.curve.c1 > 0.0 && exact.curve.c2 > 0.0;
+        assert_eq!(trial.mse_m2.is_some(), falls, "{trial:?} {exact:?}");
+        if let Some(mse) = trial.mse_m2 {
+            assert!((mse / exact.mse_m2 - 1.0).abs() < 1e-8);
+        }
+    }
+}
+
+#[test]
+fn both_rules_agree_on_an_optimum_in_the_open() {
+    let recording = Recording::new(4000, &TRUTH, 1.0);
+    let by = |rule| {
+        let options = SearchOptions {
+            rule,
+            start: (1.93, 1.8),
+            ..SearchOptions::default()
+        };
+        search_exponents(&recording.samples(), &options).unwrap()
+    };
+    let (hold, refuse) = (by(Rule::Hold), by(Rule::Refuse));
+    assert_eq!(refuse.status, SearchStatus::Converged);
+    assert!((hold.fit.curve.n0 - refuse.fit.curve.n0).abs() < 1e-4);
+    assert!((hold.fit.mse_m2 / refuse.fit.mse_m2 - 1.0).abs() < 1e-8);
+}
+
+#[test]
+fn data_that_want_a_rising_curve_end_at_the_best_of_the_limit() {
+    // Head that rises with speed times flow: c1 < 0 at the exponents of the truth.
+    let rising = HeadCurve { c1: -1.0, ..PUMP };
+    let recording = Recording::new(4000, &rising, 1.0);
+    let samples = recording.samples();
+    let found = search_exponents(&samples, &SearchOptions::default()).unwrap();
+    assert_eq!(found.status, SearchStatus::Converged);
+    assert_eq!(found.limits, [Limit::C1Zero]);
+    assert_eq!(found.fit.curve.c1, 0.0);
+    assert_eq!(found.fit.standard_errors[1], None);
+    assert!(found.table_error < 1e-6);
+    let HeadCurve { n0, n2, .. } = found.fit.curve;
+    let bounds = ConstrainedOptions {
+        floor_share: 1e-12,
+        ..ConstrainedOptions::default()
+    };
+    for (d0, d2) in [
+        (2e-3, 0.0),
+        (-2e-3, 0.0),
+        (0.0, 3e-2),
+        (0.0, -3e-2),
+        (2e-3, 3e-2),
+    ] {
+        let near = fit_constrained(&samples, n0 + d0, n2 + d2, &bounds).unwrap();
+        assert!(near.fit.mse_m2 > found.fit.mse_m2, "{d0} {d2}");
+    }
+}
+
+#[test]
+fn refusing_as_the_thesis_does_stops_at_the_wall_and_says_so() {
+    let rising = HeadCurve { c1: -1.0, ..PUMP };
+    let recording = Recording::new(4000, &rising, 1.0);
+    let options = SearchOptions {
+        rule: Rule::Refuse,
+        ..SearchOptions::default()
+    };
+    let refuse = search_exponents(&recording.samples(), &options).unwrap();
+    assert_eq!(refuse.status, SearchStatus::AtWall);
+    assert_eq!(refuse.limits, [Limit::C1Zero]);
+    let hold = search_exponents(&recording.samples(), &SearchOptions::default()).unwrap();
+    assert!(hold.fit.mse_m2 < refuse.fit.mse_m2);
+}
+
+#[test]
+fn a_head_that_only_rises_loses_both_terms() {
+    let rising = HeadCurve {
+        c1: -5.0,
+        c2: -1e4,
+        ..PUMP
+    };
+    let recording = Recording::new(2000, &rising, 0.1);
+    let found = search_exponents(&recording.samples(), &SearchOptions::default()).unwrap();
+    assert!(found.limits.contains(&Limit::C1Zero) && found.limits.contains(&Limit::C2Zero));
+    assert_eq!((found.fit.curve.c1, found.fit.curve.c2), (0.0, 0.0));
+}
+
+#[test]
+fn a_truth_below_the_concave_range_ends_at_its_lower_end() {
+    let below = HeadCurve {
+        n2: 0.6,
+        c2: 200.0,
+        c1: 2.0,
+        ..PUMP
+    };
+    let recording = Recording::new(4000, &below, 0.1);
+    let found = search_exponents(&recording.samples(), &SearchOptions::default()).unwrap();
+    assert!(found.fit.curve.n2 > 1.0);
+    assert!(
+        found.limits.contains(&Limit::N2Lower),
+        "{:?} {:?}",
+        found.fit,
+        found.limits
+    );
+}
+
+#[test]
+fn limits_of_iterations_and_restarts_are_statuses() {
+    let recording = Recording::new(2000, &TRUTH, 1.0);
+    let with = |max_iterations, restarts| {
+        let options = SearchOptions {
+            max_iterations,
+            restarts,
+            ..SearchOptions::default()
+        };
+        search_exponents(&recording.samples(), &options)
+            .unwrap()
+            .status
+    };
+    assert_eq!(with(3, 0), SearchStatus::IterationLimit);
+    assert_eq!(with(400, 0), SearchStatus::RestartLimit);
+}
+
+#[test]
+fn the_same_recording_gives_the_same_bytes() {
+    let recording = Recording::new(2000, &TRUTH, 1.0);
+    let search = || search_exponents(&recording.samples(), &SearchOptions::default()).unwrap();
+    assert_eq!(search(), search());
+}

@@ -1,0 +1,23 @@
+//! A rig recording in SI units on one clock, the raw table it came from, and
+//! the well it was taken on.
+//!
+//! Readers produce a [`Table`]: columns as the file has them. A [`Well`] says
+//! which column is which channel, in which unit. [`Recording::from_table`] joins
+//! the two, and [`Recording::onto_grid`] puts the samples on an even clock.
+//! [`survey`] and [`propose_channels`] look at a table that nobody has described yet.
+//! This crate opens no file and prints nothing.
+#![deny(missing_docs)]
+
+mod clock;
+mod propose;
+mod recording;
+mod survey;
+mod table;
+mod well;
+
+pub use clock::{ClockError, ClockSurvey, Gap, survey_clock};
+pub use propose::{Proposal, ProposedChannel, propose_channels};
+pub use recording::{Channel, Recording, RecordingError, SEAM_S};
+pub use survey::{ColumnSurvey, Run, TableSurvey, quantum, stuck_runs, survey};
+pub use table::{Column, Issue, IssueKind, Table};
+pub use well::{ChannelMap, ChannelSource, Geometry, TimeSource, Well};

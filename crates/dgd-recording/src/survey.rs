@@ -1,0 +1,184 @@
+//! What is in a table that nobody has described yet.
+
+use crate::{ClockError, ClockSurvey, Table, survey_clock};
+use dgd_units::{Dimension, Unit};
+
+/// Summary of a table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TableSurvey {
+    /// One entry a column, in the table's order.
+    pub columns: Vec<ColumnSurvey>,
+    /// Index of the column taken for the clock, if one looks like it.
+    pub time_column: Option<usize>,
+    /// Its survey, or why it is none.
+    pub clock: Option<Result<ClockSurvey, ClockError>>,
+}
+
+/// Summary of a column; values are in the column's own unit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ColumnSurvey {
+    /// Name in the file.
+    pub tag: String,
+    /// Unit as written.
+    pub unit_written: Option<String>,
+    /// The unit, if it is a known one.
+    pub unit: Option<Unit>,
+    /// Values, missing ones included.
+    pub samples: usize,
+    /// Values that are not finite.
+    pub missing: usize,
+    /// Smallest, median and largest finite value.
+    pub range: Option<(f64, f64, f64)>,
+    /// Smallest step between different neighbouring values that occurs often: the quantisation.
+    pub quantum: Option<f64>,
+    /// Longest run of one and the same value, while the channel otherwise moves.
+    pub longest_run: Option<Run>,
+    /// Share of samples that repeat their predecessor exactly.
+    pub repeated_share: f64,
+}
+
+/// A run of equal values.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Run {
+    /// First sample.
+    pub start: usize,
+    /// Samples, at least 2.
+    pub length: usize,
+    /// The value.
+    pub value: f64,
+}
+
+/// Summarises every column and the clock. Linear in the samples.
+pub fn survey(table: &Table) -> TableSurvey {
+    let columns: Vec<ColumnSurvey> = table
+        .columns
+        .iter()
+        .map(|column| ColumnSurvey {
+            tag: column.tag.clone(),
+            unit_written: column.unit.clone(),
+            unit: column.unit.as_deref().and_then(|u| Unit::parse(u).ok()),
+            samples: column.values.len(),
+            missing: column.values.iter().filter(|v| !v.is_finite()).count(),
+            range: range(&column.values),
+            quantum: quantum(&column.values),
+            longest_run: stuck_runs(&column.values, 2).max_by_key(|run| run.length),
+            repeated_share: repeated_share(&column.values),
+        })
+        .collect();
+    let time_column = find_time(table, &columns);
+    let clock = time_column.map(|index| {
+        let unit = columns[index]
+            .unit
+            .filter(|u| u.dimension == Dimension::Time);
+        let factor = unit.map_or(1.0, |u| u.factor);
+        let time_s: Vec<f64> = table.columns[index]
+            .values
+            .iter()
+            .map(|t| t * factor)
+            .collect();
+        survey_clock(&time_s)
+    });
+    TableSurvey {
+        columns,
+        time_column,
+        clock,
+    }
+}
+
+/// Runs of at least `least` equal finite values, in order.
+pub fn stuck_runs(values: &[f64], least: usize) -> impl Iterator<Item = Run> {
+    let mut start = 0;
+    std::iter::from_fn(move || {
+        while start < values.len() {
+            let value = values[start];
+            let length = values[start..]
+                .iter()
+                .take_while(|v| **v == value)
+                .count()
+                .max(1);
+            let run = Run {
+                start,
+                length,
+                value,
+            };
+            start += length;
+            if length >= least && value.is_finite() {
+                return Some(run);
+            }
+        }
+        None
+    })
+}
+
+/// The quantisation step: the smallest difference of neighbours that at least one in
+/// a hundred of the changes shows. `None` if the values hardly change.
+///
+/// Differences are compared within a relative 1e-6 of the range, so that decimal
+/// steps (0.1 %) are found although they are no binary numbers.
+pub fn quantum(values: &[f64]) -> Option<f64> {
+    const LOOKED_AT: usize = 20_000;
+    let mut steps: Vec<f64> = values
+        .windows(2)
+        .map(|w| (w[1] - w[0]).abs())
+        .filter(|d| *d > 0.0 && d.is_finite())
+        .take(LOOKED_AT)
+        .collect();
+    if steps.len() < 20 {
+        return None;
+    }
+    steps.sort_by(f64::total_cmp);
+    let tolerance = 1e-6 * steps[steps.len() / 2];
+    let often = steps.len().div_ceil(100);
+    let mut start = 0;
+    for index in 0..steps.len() {
+        while steps[index] - steps[start] > tolerance {
+            start += 1;
+        }
+        if index + 1 - start >= often && steps[start] > 1e-12 * steps[steps.len() - 1] {
+            return Some(steps[start]);
+        }
+    }
+    None
+}
+
+fn range(values: &[f64]) -> Option<(f64, f64, f64)> {
+    let mut finite: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+    if finite.is_empty() {
+        return None;
+    }
+    let middle = finite.len() / 2;
+    let median = *finite.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let (low, high) = finite
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
+            (l.min(*v), h.max(*v))
+        });
+    Some((low, median, high))
+}
+
+fn repeated_share(values: &[f64]) -> f64 {
+    let repeats = values.windows(2).filter(|w| w[0] == w[1]).count();
+    repeats as f64 / values.len().saturating_sub(1).max(1) as f64
+}
+
+/// A column named or measured like time, or else one that only ever increases.
+fn find_time(table: &Table, columns: &[ColumnSurvey]) -> Option<usize> {
+    let named = |c: &ColumnSurvey| {
+        let tag = c.tag.rsplit('.').next().unwrap_or_default().to_lowercase();
+        let stem = tag.split(['[', '(', ' ', '_']).next().unwrap_or_default();
+        matches!(
+            stem,
+            "t" | "time" | "timestamp" | "tid" | "seconds" | "elapsed" | "datetime" | "date"
+        )
+    };
+    let measured = |c: &ColumnSurvey| c.unit.is_some_and(|u| u.dimension == Dimension::Time);
+    let increases = |index: usize| {
+        let values = &table.columns[index].values;
+        values.len() > 2 && values.windows(2).all(|w| w[1] > w[0])
+    };
+    let long = |index: usize| table.columns[index].values.len() > 1;
+    let find = |test: &dyn Fn(usize) -> bool| (0..columns.len()).find(|i| long(*i) && test(*i));
+    find(&|i| named(&columns[i]))
+        .or_else(|| find(&|i| measured(&columns[i])))
+        .or_else(|| find(&increases))
+}

@@ -1,0 +1,129 @@
+//! The well a recording was taken on (Table 2.2) and its channel map (Table 2.1).
+
+use dgd_units::{STANDARD_ATMOSPHERE_PA, STANDARD_GRAVITY_M_S2, Unit};
+use std::f64::consts::PI;
+
+/// A well: its mud, its geometry and the channels of its recordings.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Well {
+    /// Mud density ρ, kg/m³.
+    pub mud_density_kg_m3: f64,
+    /// Diameters and depths.
+    pub geometry: Geometry,
+    /// Which column of the recording is which channel.
+    pub channels: ChannelMap,
+}
+
+/// Diameters and depths of Table 2.2, m. Depths are below the rotary table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Geometry {
+    /// Inner diameter of the riser.
+    pub riser_id_m: f64,
+    /// Outer diameter of the drill pipe in it.
+    pub drillpipe_od_m: f64,
+    /// Outer diameter of the casing below, where known.
+    pub casing_od_m: Option<f64>,
+    /// Inner diameter of the mud return line.
+    pub return_line_id_m: f64,
+    /// Inner diameter of the booster line, where known.
+    pub booster_line_id_m: Option<f64>,
+    /// Depth of the subsea pump's inlet, h_SPMin.
+    pub pump_inlet_depth_m: f64,
+    /// Depth of the subsea pump's outlet, h_SPMout.
+    pub pump_outlet_depth_m: f64,
+    /// Depth of the riser pressure transmitter PT 5, where there is one.
+    pub riser_pressure_sensor_depth_m: Option<f64>,
+}
+
+impl Geometry {
+    /// Cross-section A_a of the annulus between riser and drill pipe, m².
+    pub fn riser_area_m2(&self) -> f64 {
+        PI / 4.0 * (self.riser_id_m.powi(2) - self.drillpipe_od_m.powi(2))
+    }
+
+    /// Cross-section A_MRL of the return line, m².
+    pub fn line_area_m2(&self) -> f64 {
+        PI / 4.0 * self.return_line_id_m.powi(2)
+    }
+}
+
+impl Well {
+    /// Riser level h_r, m below the rotary table, from the inlet pressure, Pa absolute (Eq. 4.1).
+    pub fn level_m(&self, inlet_pressure_pa: f64) -> f64 {
+        let head = (inlet_pressure_pa - STANDARD_ATMOSPHERE_PA) / self.weight_pa_m();
+        self.geometry.pump_inlet_depth_m - head
+    }
+
+    /// Pump head ΔH, m of mud, from the pressures at its two sides, Pa (Eq. 2.27).
+    pub fn head_m(&self, inlet_pressure_pa: f64, outlet_pressure_pa: f64) -> f64 {
+        (outlet_pressure_pa - inlet_pressure_pa) / self.weight_pa_m()
+    }
+
+    /// Friction of the full return line, Pa, from the outlet pressure, Pa absolute (Eq. 3.13).
+    pub fn line_friction_pa(&self, outlet_pressure_pa: f64) -> f64 {
+        let column = self.weight_pa_m() * self.geometry.pump_outlet_depth_m;
+        outlet_pressure_pa - column - STANDARD_ATMOSPHERE_PA
+    }
+
+    /// ρg, the pressure of a metre of mud, Pa/m.
+    pub fn weight_pa_m(&self) -> f64 {
+        self.mud_density_kg_m3 * STANDARD_GRAVITY_M_S2
+    }
+}
+
+/// Which columns hold the channels of Table 2.1.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChannelMap {
+    /// The clock.
+    pub time: TimeSource,
+    /// q_p, flow of the mud pumps (FT 1).
+    pub mud_pump_flow: ChannelSource,
+    /// q_bp, flow of the booster pump (FT 2).
+    pub booster_flow: ChannelSource,
+    /// q_tf, flow filled in at the riser's top (FT 3).
+    pub topfill_flow: ChannelSource,
+    /// q_MRL, flow out of the return line at the rig (FT 4).
+    pub return_flow: ChannelSource,
+    /// Pressure at the subsea pump's inlet; redundant transmitters (PT 1, PT 2).
+    pub pump_inlet_pressure: Vec<ChannelSource>,
+    /// Pressure at the subsea pump's outlet; redundant transmitters (PT 3, PT 4).
+    pub pump_outlet_pressure: Vec<ChannelSource>,
+    /// Riser pressure (PT 5), where there is a transmitter.
+    pub riser_pressure: Option<ChannelSource>,
+    /// ω_ssp, speed (set-point) of the subsea pump, %.
+    pub pump_speed: ChannelSource,
+}
+
+/// Where the clock comes from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum TimeSource {
+    /// A column.
+    Column {
+        /// Its name in the file.
+        tag: String,
+        /// Its unit.
+        unit: Unit,
+    },
+    /// The recording has no time stamps; its samples are this far apart, s.
+    Interval {
+        /// Seconds from sample to sample.
+        step_s: f64,
+    },
+}
+
+/// Where a channel comes from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ChannelSource {
+    /// A column.
+    Column {
+        /// Its name in the file.
+        tag: String,
+        /// Its unit.
+        unit: Unit,
+    },
+    /// No transmitter: this SI value throughout.
+    Constant {
+        /// The value, SI.
+        si: f64,
+    },
+}

@@ -1,0 +1,133 @@
+use crate::wells::{table, well};
+use dgd_recording::{ClockError, IssueKind, Recording, RecordingError, survey_clock};
+
+fn recording(time_s: &[f64]) -> Recording {
+    Recording::from_table(table(time_s), &well()).unwrap().0
+}
+
+fn kinds(issues: &[dgd_recording::Issue]) -> Vec<IssueKind> {
+    issues.iter().map(|i| i.kind).collect()
+}
+
+#[test]
+fn an_even_recording_is_returned_untouched() {
+    let stamps: Vec<f64> = (0..100).map(|i| 0.1 * f64::from(i)).collect();
+    let recording = recording(&stamps);
+    let before = (recording.clone(), recording.return_flow_m3_s.as_ptr());
+    let (gridded, step_s, issues) = recording.onto_grid().unwrap();
+    assert_eq!(gridded.return_flow_m3_s.as_ptr(), before.1);
+    assert_eq!(gridded, before.0);
+    assert!((step_s - 0.1).abs() < 1e-12);
+    assert_eq!(issues, []);
+}
+
+#[test]
+fn gaps_are_filled_with_nan_in_every_series() {
+    let (gridded, step_s, issues) = recording(&[0.0, 2.0, 4.0, 12.0, 14.0]).onto_grid().unwrap();
+    assert_eq!(step_s, 2.0);
+    assert_eq!(gridded.time_s, [0.0, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0, 14.0]);
+    for (channel, values) in gridded.series() {
+        let missing: Vec<usize> = (0..8).filter(|i| values[*i].is_nan()).collect();
+        assert_eq!(missing, [3, 4, 5], "{channel}");
+    }
+    assert_eq!(kinds(&issues), [IssueKind::Gap]);
+    assert_eq!(
+        issues[0].to_string(),
+        "time: 1 gaps, 3 samples missing; filled with NaN"
+    );
+}
+
+#[test]
+fn duplicates_keep_the_first_and_backward_time_is_put_in_order() {
+    let (gridded, _, issues) = recording(&[0.0, 1.0, 1.0, 4.0, 3.0, 2.0, f64::NAN, 5.0])
+        .onto_grid()
+        .unwrap();
+    assert_eq!(gridded.time_s, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
+    // Speed counts the samples of the file by hundredths.
+    let order: Vec<f64> = gridded
+        .pump_speed_pct
+        .iter()
+        .map(|w| ((w - 50.0) * 100.0).round())
+        .collect();
+    assert_eq!(order, [0.0, 1.0, 5.0, 4.0, 3.0, 7.0]);
+    assert_eq!(
+        kinds(&issues),
+        [
+            IssueKind::MissingTime,
+            IssueKind::BackwardTime,
+            IssueKind::DuplicateTime
+        ]
+    );
+}
+
+#[test]
+fn jitter_moves_each_sample_to_its_own_step_however_long_the_recording() {
+    let mut state = 1u64;
+    let stamps: Vec<f64> = (0..20_000)
+        .map(|i| {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            let jitter = (state >> 40) as f64 / f64::from(1u32 << 24) - 0.5;
+            f64::from(i) + 0.4 * jitter
+        })
+        .collect();
+    let (gridded, step_s, issues) = recording(&stamps).onto_grid().unwrap();
+    assert!((step_s - 1.0).abs() < 1e-4, "{step_s}");
+    assert_eq!(gridded.len(), 20_000);
+    assert!(gridded.pump_speed_pct.iter().all(|w| w.is_finite()));
+    assert_eq!(kinds(&issues), [IssueKind::Jitter]);
+}
+
+#[test]
+fn rounded_stamps_of_an_odd_step_keep_their_samples() {
+    // A step of 1.1 s written in whole seconds.
+    let stamps: Vec<f64> = (0..5000).map(|i| (1.1 * f64::from(i)).round()).collect();
+    let (gridded, step_s, _) = recording(&stamps).onto_grid().unwrap();
+    let kept = gridded.pump_speed_pct.iter().filter(|w| w.is_finite());
+    // Which even clock fits is open; the samples must survive on it.
+    assert!(kept.count() == 5000, "step {step_s}");
+}
+
+#[test]
+fn a_clock_jump_is_refused_before_memory_is_taken() {
+    let mut stamps: Vec<f64> = (0..1000).map(f64::from).collect();
+    stamps.extend((0..1000).map(|i| 1.7e9 + f64::from(i)));
+    let error = recording(&stamps).onto_grid().unwrap_err();
+    let RecordingError::Clock(ClockError::Jump {
+        jump_s, samples, ..
+    }) = &error
+    else {
+        panic!("{error}");
+    };
+    assert_eq!((*jump_s, *samples), (999.0, 2000));
+    assert!(
+        error
+            .to_string()
+            .contains("split the file there, or mend its clock")
+    );
+}
+
+#[test]
+fn the_even_clock_is_never_longer_than_its_bound() {
+    // The widest gap that is still let through.
+    let stamps = [0.0, 1.0, 2.0, 100_000.0];
+    assert_eq!(survey_clock(&stamps).unwrap().steps(), 100_001);
+    assert!(survey_clock(&[0.0, 1.0, 2.0, 100_002.0]).is_err());
+    assert!(survey_clock(&[f64::MIN, 0.0, f64::MAX]).is_err());
+}
+
+#[test]
+fn too_few_stamps_are_no_clock() {
+    for (stamps, found) in [
+        (&[][..], 0),
+        (&[f64::NAN, f64::INFINITY], 0),
+        (&[3.0, 3.0, 3.0], 1),
+    ] {
+        let expected = ClockError::TooFew {
+            found,
+            samples: stamps.len(),
+        };
+        assert_eq!(survey_clock(stamps), Err(expected));
+    }
+}

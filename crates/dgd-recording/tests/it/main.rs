@@ -1,0 +1,8 @@
+//! Claims about recordings, clocks and tables nobody has described.
+#![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+mod grid;
+mod mapping;
+mod propose;
+mod robust;
+mod survey;
+mod wells;

@@ -1,0 +1,187 @@
+use crate::wells::{column, source, table, unit, well};
+use dgd_recording::{Channel, ChannelSource, IssueKind, Recording, RecordingError, TimeSource};
+use dgd_units::STANDARD_ATMOSPHERE_PA;
+
+const GPM: f64 = 6.3090e-5;
+const PSI: f64 = 6894.75729;
+
+#[test]
+fn columns_are_found_by_name_or_by_their_last_part_and_become_si() {
+    let mut fits = table(&[10.0, 11.0, 12.0]);
+    fits.columns[1].tag = "FT1".into();
+    let (recording, issues) = Recording::from_table(fits, &well()).unwrap();
+    assert_eq!(issues, []);
+    assert_eq!(recording.time_s, [0.0, 1.0, 2.0]);
+    assert_eq!(recording.mud_pump_flow_m3_s[0], 500.0 * GPM);
+    assert_eq!(recording.pump_outlet_pressure_pa[1][0], 592.0 * PSI);
+    assert_eq!(recording.pump_speed_pct[0], 50.0);
+    assert_eq!(recording.series().len(), 10);
+    assert!((recording.mean_inlet_pressure_pa()[0] - 351.0 * PSI).abs() < 1e-6);
+    assert!((recording.inflow_m3_s()[0] - 730.0 * GPM).abs() < 1e-12);
+}
+
+#[test]
+fn an_exact_name_wins_and_an_ambiguous_suffix_is_none() {
+    let mut two = table(&[0.0, 1.0]);
+    two.columns.push(column("other.FT4", "gpm", &[1.0, 1.0]));
+    let error = Recording::from_table(two.clone(), &well()).unwrap_err();
+    assert!(matches!(error, RecordingError::NoColumn { .. }), "{error}");
+    two.columns.push(column("FT4", "gpm", &[7.0, 7.0]));
+    let (recording, _) = Recording::from_table(two, &well()).unwrap();
+    assert_eq!(recording.return_flow_m3_s, [7.0 * GPM, 7.0 * GPM]);
+}
+
+#[test]
+fn a_missing_tag_is_told_with_what_the_file_has() {
+    let mut well = well();
+    well.channels.return_flow = source("FT9", "gpm");
+    let error = Recording::from_table(table(&[0.0, 1.0]), &well).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "channel `return_flow` is mapped to the tag `FT9`, which the recording does not have; it has \
+         gom.t, gom.FT1, gom.FT2, gom.FT3, gom.FT4, gom.PT1, gom.PT2, gom.PT3, gom.PT4, gom.PT5, gom.SPM"
+    );
+    let mut wide = table(&[0.0, 1.0]);
+    wide.columns
+        .extend((0..100).map(|n| column(&format!("extra{n}"), "1", &[])));
+    let error = Recording::from_table(wide, &well).unwrap_err().to_string();
+    assert!(error.ends_with("extra12, and 87 more"), "{error}");
+}
+
+#[test]
+fn two_channels_cannot_share_a_column() {
+    let mut well = well();
+    well.channels.pump_inlet_pressure[1] = source("PT1", "psia");
+    let error = Recording::from_table(table(&[0.0, 1.0]), &well).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "tag `PT1` is mapped to both `pump_inlet_pressure 1` and `pump_inlet_pressure 2`"
+    );
+}
+
+#[test]
+fn a_column_of_another_length_is_refused() {
+    let mut short = table(&[0.0, 1.0, 2.0]);
+    short.columns[4].values.pop();
+    let error = Recording::from_table(short, &well()).unwrap_err();
+    let expected = RecordingError::Length {
+        tag: "FT4".into(),
+        found: 2,
+        expected: 3,
+    };
+    assert_eq!(error, expected);
+}
+
+#[test]
+fn no_samples_are_no_recording() {
+    let error = Recording::from_table(table(&[]), &well()).unwrap_err();
+    assert_eq!(error, RecordingError::Empty);
+}
+
+#[test]
+fn the_description_s_unit_wins_and_only_real_disagreement_is_told() {
+    let told = |in_file: &str| {
+        let mut table = table(&[0.0, 1.0]);
+        table.columns[5].unit = Some(in_file.into());
+        let (recording, issues) = Recording::from_table(table, &well()).unwrap();
+        assert_eq!(recording.pump_inlet_pressure_pa[0][0], 350.0 * PSI);
+        issues
+    };
+    // `psi` leaves open what `psia` says, and an unknown unit says nothing.
+    for silent in ["psia", "PSI", "psi(a)", "wombat"] {
+        assert_eq!(told(silent), [], "{silent}");
+    }
+    for loud in ["psig", "bar", "gpm"] {
+        let issues = told(loud);
+        assert_eq!(issues.len(), 1, "{loud}");
+        assert_eq!(issues[0].kind, IssueKind::UnitDisagrees);
+        assert_eq!(
+            issues[0].to_string(),
+            format!(
+                "pump_inlet_pressure 1: the file says `{loud}`, the well description `psia`; the description was used"
+            )
+        );
+    }
+}
+
+#[test]
+fn gauge_pressures_become_absolute() {
+    let mut well = well();
+    well.channels.pump_inlet_pressure = vec![source("PT1", "psig")];
+    let (recording, _) = Recording::from_table(table(&[0.0, 1.0]), &well).unwrap();
+    assert_eq!(
+        recording.pump_inlet_pressure_pa,
+        [[350.0, 350.01].map(|p| p * PSI + STANDARD_ATMOSPHERE_PA)]
+    );
+}
+
+#[test]
+fn a_channel_without_transmitter_is_constant() {
+    let mut well = well();
+    well.channels.topfill_flow = ChannelSource::Constant { si: 0.002 };
+    well.channels.riser_pressure = None;
+    let (recording, _) = Recording::from_table(table(&[0.0, 1.0]), &well).unwrap();
+    assert_eq!(recording.topfill_flow_m3_s, [0.002, 0.002]);
+    assert_eq!(recording.riser_pressure_pa, None);
+    assert_eq!(recording.series().len(), 9);
+}
+
+#[test]
+fn without_stamps_the_interval_is_the_clock() {
+    let mut well = well();
+    well.channels.time = TimeSource::Interval { step_s: 0.5 };
+    let (recording, _) = Recording::from_table(table(&[9.0, 9.0, 9.0]), &well).unwrap();
+    assert_eq!(recording.time_s, [0.0, 0.5, 1.0]);
+    well.channels.return_flow = source("FT9", "gpm");
+    let error = Recording::from_table(table(&[9.0, 9.0]), &well).unwrap_err();
+    assert!(matches!(error, RecordingError::NoColumn { .. }), "{error}");
+}
+
+#[test]
+fn stamps_in_hours_start_at_zero_seconds() {
+    let mut well = well();
+    well.channels.time = TimeSource::Column {
+        tag: "t".into(),
+        unit: unit("h"),
+    };
+    let (recording, _) = Recording::from_table(table(&[1.0, 1.5, 2.0]), &well).unwrap();
+    assert_eq!(recording.time_s, [0.0, 1800.0, 3600.0]);
+}
+
+#[test]
+fn the_mean_of_redundant_transmitters_leaves_the_silent_one_out() {
+    let recording = Recording {
+        time_s: vec![0.0, 1.0, 2.0],
+        pump_inlet_pressure_pa: vec![vec![1.0, f64::NAN, f64::NAN], vec![3.0, 3.0, f64::NAN]],
+        pump_outlet_pressure_pa: vec![
+            vec![1.0, f64::NAN, 1.0],
+            vec![2.0, 2.0, f64::NAN],
+            vec![6.0, 4.0, 3.0],
+        ],
+        ..Recording::default()
+    };
+    let inlet = recording.mean_inlet_pressure_pa();
+    assert_eq!(inlet[..2], [2.0, 3.0]);
+    assert!(inlet[2].is_nan());
+    assert_eq!(recording.mean_outlet_pressure_pa(), [3.0, 3.0, 2.0]);
+}
+
+#[test]
+fn channels_are_counted_from_one_for_people() {
+    assert_eq!(
+        Channel::PumpInletPressure(1).to_string(),
+        "pump_inlet_pressure 2"
+    );
+    assert_eq!(Channel::ReturnFlow.to_string(), "return_flow");
+}
+
+#[test]
+fn level_head_and_friction_follow_the_hydrostatic_column() {
+    let well = well();
+    let full = STANDARD_ATMOSPHERE_PA + 1080.0 * 9.80665 * 350.3;
+    assert!(well.level_m(full).abs() < 1e-9);
+    assert!(well.line_friction_pa(full).abs() < 1e-6);
+    assert!((well.head_m(full, full + 1080.0 * 9.80665 * 12.0) - 12.0).abs() < 1e-9);
+    let area = std::f64::consts::PI / 4.0 * (0.4953f64.powi(2) - 0.168_275f64.powi(2));
+    assert!((well.geometry.riser_area_m2() - area).abs() < 1e-12);
+}

@@ -1,0 +1,195 @@
+use crate::wells::{column, table};
+use dgd_recording::{Proposal, Table, propose_channels, survey};
+
+fn proposed(table: &Table) -> Proposal {
+    propose_channels(&survey(table))
+}
+
+fn tags(proposal: &Proposal) -> Vec<(&str, &str)> {
+    proposal
+        .channels
+        .iter()
+        .map(|c| (c.channel, c.tag.as_str()))
+        .collect()
+}
+
+fn stamps() -> Vec<f64> {
+    (0..50).map(f64::from).collect()
+}
+
+#[test]
+fn the_names_of_table_2_1_need_no_help() {
+    let proposal = proposed(&table(&stamps()));
+    assert_eq!(
+        tags(&proposal),
+        [
+            ("time", "gom.t"),
+            ("mud_pump_flow", "gom.FT1"),
+            ("booster_flow", "gom.FT2"),
+            ("topfill_flow", "gom.FT3"),
+            ("return_flow", "gom.FT4"),
+            ("pump_inlet_pressure", "gom.PT1"),
+            ("pump_inlet_pressure", "gom.PT2"),
+            ("pump_outlet_pressure", "gom.PT3"),
+            ("pump_outlet_pressure", "gom.PT4"),
+            ("riser_pressure", "gom.PT5"),
+            ("pump_speed", "gom.SPM"),
+        ]
+    );
+    assert_eq!(proposal.missing, [] as [&str; 0]);
+    assert_eq!(proposal.doubts, [] as [&str; 0]);
+    assert!(proposal.channels.iter().all(|c| !c.reason.is_empty()));
+}
+
+#[test]
+fn other_spellings_are_understood() {
+    let spellings: [[&str; 8]; 2] = [
+        [
+            "Boost line flow",
+            "Flow In",
+            "Top fill flow",
+            "Return flow line",
+            "Suction pressure",
+            "Discharge pressure",
+            "Riser pressure",
+            "Pump speed",
+        ],
+        [
+            "BoosterPumpFlow",
+            "MudPumpFlow",
+            "TopFillFlow",
+            "FlowOut",
+            "PumpInletPressure",
+            "PumpOutletPressure",
+            "RiserPressure",
+            "PumpSpeed",
+        ],
+    ];
+    let from = [2, 1, 3, 4, 5, 7, 9, 10];
+    let channels = [
+        "booster_flow",
+        "mud_pump_flow",
+        "topfill_flow",
+        "return_flow",
+        "pump_inlet_pressure",
+        "pump_outlet_pressure",
+        "riser_pressure",
+        "pump_speed",
+    ];
+    for names in spellings {
+        let whole = table(&stamps());
+        let mut columns = vec![whole.columns[0].clone()];
+        for (name, from) in names.iter().zip(from) {
+            let mut column = whole.columns[from].clone();
+            column.tag = (*name).into();
+            columns.push(column);
+        }
+        let proposal = proposed(&Table {
+            columns,
+            ..Table::default()
+        });
+        for (name, channel) in names.iter().zip(channels) {
+            assert!(
+                tags(&proposal).contains(&(channel, name)),
+                "{name}: {:?}",
+                tags(&proposal)
+            );
+        }
+        assert_eq!(proposal.missing, [] as [&str; 0]);
+    }
+}
+
+#[test]
+fn what_is_not_there_is_missing_and_not_guessed() {
+    let mut table = table(&stamps());
+    table.columns.truncate(4);
+    let proposal = proposed(&table);
+    assert_eq!(
+        proposal.missing,
+        [
+            "return_flow",
+            "pump_inlet_pressure",
+            "pump_outlet_pressure",
+            "pump_speed"
+        ]
+    );
+    // A column without a value, or of another dimension, is no candidate.
+    let mut empty = crate::wells::table(&stamps());
+    empty.columns[4].values.fill(f64::NAN);
+    empty.columns[10].unit = Some("psi".into());
+    assert_eq!(proposed(&empty).missing, ["return_flow", "pump_speed"]);
+}
+
+#[test]
+fn a_file_without_units_gets_the_thesis_s_and_says_so() {
+    let mut bare = table(&stamps());
+    bare.columns.iter_mut().for_each(|c| c.unit = None);
+    let proposal = proposed(&bare);
+    let flow = &proposal.channels[1];
+    assert_eq!(flow.unit, "gpm");
+    assert!(
+        flow.reason.contains("no unit in the file, `gpm` assumed"),
+        "{}",
+        flow.reason
+    );
+    let mut open = table(&stamps());
+    open.columns[5].unit = Some("psi".into());
+    let inlet = proposed(&open).channels[5].clone();
+    assert_eq!(
+        (inlet.tag.as_str(), inlet.unit.as_str()),
+        ("gom.PT1", "psia")
+    );
+}
+
+#[test]
+fn swapped_pump_sides_raise_a_doubt() {
+    let mut swapped = table(&stamps());
+    for pair in [(5, 7), (6, 8)] {
+        let tag = swapped.columns[pair.0].tag.clone();
+        swapped.columns[pair.0].tag = swapped.columns[pair.1].tag.clone();
+        swapped.columns[pair.1].tag = tag;
+    }
+    let doubts = proposed(&swapped).doubts;
+    assert_eq!(
+        doubts,
+        ["`gom.PT3` is below `gom.PT1` in the median: are inlet and outlet swapped?"]
+    );
+}
+
+#[test]
+fn values_that_do_not_fit_their_unit_raise_a_doubt() {
+    let doubt = |index: usize, factor: f64| {
+        let mut wrong = table(&stamps());
+        wrong.columns[index]
+            .values
+            .iter_mut()
+            .for_each(|v| *v *= factor);
+        proposed(&wrong).doubts
+    };
+    // bar in a column that says psi; l/s that say gpm; rpm that say percent.
+    let inlet = doubt(5, 1.0 / 14.5 / 10.0);
+    assert!(
+        inlet
+            .iter()
+            .any(|d| d.contains("gom.PT1") && d.contains("is the unit right?"))
+    );
+    let flow = doubt(4, 1.0 / 60.0);
+    assert!(flow.iter().any(|d| d.contains("gom.FT4")), "{flow:?}");
+    let speed = doubt(10, 30.0);
+    assert!(
+        speed.iter().any(|d| d.contains("expected 0 to 100 %")),
+        "{speed:?}"
+    );
+}
+
+#[test]
+fn a_table_without_columns_has_everything_missing() {
+    let proposal = proposed(&Table::default());
+    assert_eq!(proposal.channels, []);
+    assert_eq!(proposal.missing.len(), 8);
+    let only = Table {
+        columns: vec![column("x", "1", &[])],
+        ..Table::default()
+    };
+    assert_eq!(proposed(&only).channels, []);
+}

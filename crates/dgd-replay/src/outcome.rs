@@ -1,0 +1,81 @@
+//! What came out of a replay.
+
+use dgd_dynamics::integrate::{Statistics, Status};
+use dgd_dynamics::return_line::RiserBounds;
+
+/// Measured and simulated values of one signal on the same clock.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Pair {
+    /// Measured; NaN where the recording has nothing to be trusted.
+    pub measured: Vec<f64>,
+    /// Simulated; empty if the simulation does not give this signal.
+    pub simulated: Vec<f64>,
+}
+
+/// How far simulated lies from measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Deviation {
+    /// Root of the mean squared difference.
+    pub rmse: f64,
+    /// Mean of simulated less measured.
+    pub bias: f64,
+    /// Largest difference, either way.
+    pub largest: f64,
+    /// Samples compared.
+    pub samples: usize,
+}
+
+impl Pair {
+    /// Compares the two where both have values.
+    pub fn deviation(&self) -> Option<Deviation> {
+        let both = self.measured.iter().zip(&self.simulated);
+        let differences = both.map(|(m, s)| s - m).filter(|d| d.is_finite());
+        let (mut squares, mut sum, mut largest, mut samples) = (0.0, 0.0, 0.0_f64, 0_usize);
+        for d in differences {
+            squares += d * d;
+            sum += d;
+            largest = largest.max(d.abs());
+            samples += 1;
+        }
+        let n = samples as f64;
+        (samples > 0).then(|| Deviation {
+            rmse: (squares / n).sqrt(),
+            bias: sum / n,
+            largest,
+            samples,
+        })
+    }
+}
+
+/// A simulation beside its recording, all series of the length of `time_s`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Replay {
+    /// Seconds from the start of the recording.
+    pub time_s: Vec<f64>,
+    /// Riser level h_r, m below the rotary table (measured: Eq. 4.1).
+    pub level_m: Pair,
+    /// Flow at the rig's meter, m³/s: the simulated one is late by the model's delay.
+    pub return_flow_m3_s: Pair,
+    /// Flow through the pump, m³/s: the measured one is the meter's, read ahead (Eq. 3.30).
+    pub pump_flow_m3_s: Pair,
+    /// Pressure at the pump's inlet, Pa absolute.
+    pub inlet_pressure_pa: Pair,
+    /// Pressure at the pump's outlet, Pa absolute.
+    pub outlet_pressure_pa: Pair,
+    /// Pump head, m of mud.
+    pub head_m: Pair,
+    /// Inflow into the riser, m³/s; without gaps if the simulation reads it.
+    pub inflow_m3_s: Vec<f64>,
+    /// Pump speed, %; without gaps if the simulation reads it.
+    pub speed_pct: Vec<f64>,
+    /// Values of the inputs read that were interpolated.
+    pub filled: usize,
+    /// When the model left its range.
+    pub bounds: RiserBounds,
+    /// How the integration ended; `None` for the steady state, which integrates nothing.
+    pub status: Option<Status>,
+    /// What it cost.
+    pub statistics: Statistics,
+    /// Samples at which no steady state was found (steady state only).
+    pub unsolved: usize,
+}

@@ -1,0 +1,33 @@
+//! Why a recording was not screened.
+
+/// Why a recording was not screened.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ScreenError {
+    /// A series is not as long as the clock.
+    #[error("`{channel}` has {found} samples, expected {expected} as the time has")]
+    Length {
+        /// The odd series.
+        channel: String,
+        /// Its length.
+        found: usize,
+        /// Length of the time.
+        expected: usize,
+    },
+    /// The step of the clock is no step.
+    #[error("the step is {found} s, expected a positive number")]
+    Step {
+        /// The step given, s.
+        found: f64,
+    },
+    /// An option that cannot be.
+    #[error("option `{name}` is {found}, expected {expected}")]
+    Option {
+        /// Name of the field.
+        name: &'static str,
+        /// Its value.
+        found: f64,
+        /// What it may be.
+        expected: &'static str,
+    },
+}

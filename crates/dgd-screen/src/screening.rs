@@ -1,0 +1,376 @@
+//! The screening of a whole recording.
+
+use crate::options::samples;
+use crate::redundant::{self, DisagreeRule};
+use crate::spike::{self, SpikeRule};
+use crate::stuck::{self, StuckRule};
+use crate::{
+    ChannelScreen, Faults, Reasons, ScreenError, ScreenOptions, Tally, reasons, scan, speed,
+};
+use dgd_recording::{Channel, Recording, Run};
+
+/// What may be used of a recording, and why the rest may not.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Screening {
+    /// Why each sample may not be used for identification; empty if it may. Shape `(n,)`.
+    pub reasons: Vec<Reasons>,
+    /// Every transmitter, in the order of [`Recording::series`].
+    pub channels: Vec<ChannelScreen>,
+    /// Mean of the inlet transmitters that may be trusted, Pa absolute; NaN where none
+    /// may. Shape `(n,)`.
+    ///
+    /// Where one of two is left out, the other has half their slow difference (a running
+    /// median over some five minutes) taken off, so that the mean does not step. With
+    /// three or more it is their plain mean.
+    pub inlet_pressure_pa: Vec<f64>,
+    /// The same of the outlet transmitters.
+    pub outlet_pressure_pa: Vec<f64>,
+}
+
+impl Screening {
+    /// Mask of the samples that may be used for identification of friction and pump.
+    pub fn keep(&self) -> Vec<bool> {
+        self.reasons.iter().map(|r| r.is_empty()).collect()
+    }
+
+    /// Mask of the samples against which nothing but `tolerated` speaks.
+    pub fn keep_despite(&self, tolerated: Reasons) -> Vec<bool> {
+        let usable = |r: &Reasons| r.without(tolerated).is_empty();
+        self.reasons.iter().map(usable).collect()
+    }
+
+    /// Counts by reason, for a report's table; the column `first` adds up.
+    pub fn tally(&self) -> Vec<Tally> {
+        reasons::tally(&self.reasons)
+    }
+
+    /// The screening of one transmitter; `None` if the recording has no such.
+    pub fn channel(&self, channel: Channel) -> Option<&ChannelScreen> {
+        self.channels.iter().find(|c| c.channel == channel)
+    }
+}
+
+/// Screens a recording that lies on an even clock (see [`Recording::onto_grid`]).
+///
+/// - `recording`: every series SI, NaN where nothing was recorded; shape `(n,)`, which
+///   may be 0. Transmitters may be missing: without any at the inlet or the outlet
+///   every sample is a gap.
+/// - `step_s`: step of the clock, s.
+///
+/// A sample is rejected when the return flow, the pump speed, or every transmitter of a
+/// pump side is missing or at fault, and by the rules of the thesis. One faulty
+/// transmitter of two rejects nothing. Faults of the inflows and of the riser pressure
+/// are told by [`Screening::channel`] and reject nothing either.
+///
+/// Stuck runs: see [`ScreenOptions::stuck_chance`]; a return flow that rests while the
+/// pump is off, an inflow that rests at zero and an inflow that never changes are
+/// not stuck. The time is linear in the samples.
+///
+/// # Errors
+/// [`ScreenError::Length`] on unequal series, [`ScreenError::Step`] and
+/// [`ScreenError::Option`] on numbers that cannot be.
+///
+/// # Source
+/// Thesis, section 3.3.1 (rules of usable data, stuck runs).
+pub fn screen(
+    recording: &Recording,
+    step_s: f64,
+    options: &ScreenOptions,
+) -> Result<Screening, ScreenError> {
+    options.check()?;
+    if !(step_s > 0.0 && step_s.is_finite()) {
+        return Err(ScreenError::Step { found: step_s });
+    }
+    let n = recording.len();
+    for (channel, values) in recording.series() {
+        if values.len() != n {
+            return Err(ScreenError::Length {
+                channel: channel.to_string(),
+                found: values.len(),
+                expected: n,
+            });
+        }
+    }
+    let job = Job {
+        recording,
+        step_s,
+        options,
+    };
+    let mut channels: Vec<ChannelScreen> = recording
+        .series()
+        .into_iter()
+        .map(|(channel, values)| job.channel(channel, values))
+        .collect();
+    let inlet_pressure_pa = job.side(&mut channels, &recording.pump_inlet_pressure_pa, |c| {
+        matches!(c, Channel::PumpInletPressure(_))
+    });
+    let outlet_pressure_pa = job.side(&mut channels, &recording.pump_outlet_pressure_pa, |c| {
+        matches!(c, Channel::PumpOutletPressure(_))
+    });
+    job.resting_speed(&mut channels, &outlet_pressure_pa);
+    let reasons = job.reasons(&channels, &inlet_pressure_pa, &outlet_pressure_pa);
+    Ok(Screening {
+        reasons,
+        channels,
+        inlet_pressure_pa,
+        outlet_pressure_pa,
+    })
+}
+
+struct Job<'a> {
+    recording: &'a Recording,
+    step_s: f64,
+    options: &'a ScreenOptions,
+}
+
+impl Job<'_> {
+    /// Gaps, impossible values, spikes and stuck runs of one transmitter.
+    fn channel(&self, channel: Channel, values: &[f64]) -> ChannelScreen {
+        let options = self.options;
+        let pressure = matches!(
+            channel,
+            Channel::PumpInletPressure(_) | Channel::PumpOutletPressure(_) | Channel::RiserPressure
+        );
+        let limits = match channel {
+            Channel::PumpSpeed => options.speed_pct,
+            _ if pressure => options.pressure_pa,
+            _ => options.flow_m3_s,
+        };
+        let mut faults = vec![Faults::NONE; values.len()];
+        let steps = scan::steps(values);
+        let rule = SpikeRule {
+            sigmas: options.spike_sigmas,
+            longest: samples(options.spike_longest_s, self.step_s, 1).min(spike::LONGEST),
+        };
+        let scan = scan::scan(values, limits, spike::least(steps, rule), &mut faults);
+        let twins = self.twins(channel);
+        for spike in spike::find(values, &faults, &scan.jumps, steps, rule, &twins) {
+            mark(&mut faults, spike.range, Faults::SPIKE);
+        }
+        let (floor, chance) = match channel {
+            Channel::ReturnFlow => (options.stuck_flow_samples, options.stuck_chance),
+            // Rest is no fault, so chance has no say in it.
+            Channel::PumpSpeed => (samples(options.constant_speed_s, self.step_s, 3), 1.0),
+            _ if pressure => (
+                samples(options.stuck_pressure_s, self.step_s, 3),
+                options.stuck_chance,
+            ),
+            _ => (
+                samples(options.stuck_inflow_s, self.step_s, 3),
+                options.stuck_chance,
+            ),
+        };
+        let found = stuck::find(values, &scan, StuckRule { floor, chance }, |run| {
+            let whole = run.length == values.len();
+            match channel {
+                Channel::ReturnFlow => run.value.abs() <= steps.quantum || self.mostly_off(run),
+                Channel::PumpSpeed => run.value <= options.pump_on_above_pct,
+                _ if pressure => false,
+                _ => whole || run.value.abs() <= steps.quantum,
+            }
+        });
+        let fault = if channel == Channel::PumpSpeed {
+            Faults::CONSTANT
+        } else {
+            Faults::STUCK
+        };
+        for run in &found.runs {
+            mark(&mut faults, run.start..run.start + run.length, fault);
+        }
+        let (stuck, constant) = if channel == Channel::PumpSpeed {
+            (Vec::new(), found.runs)
+        } else {
+            (found.runs, Vec::new())
+        };
+        ChannelScreen {
+            channel,
+            faults,
+            stuck,
+            constant,
+            shortest_stuck: found.shortest,
+            quantum: steps.quantum,
+            noise: steps.noise,
+            repeat_share: found.repeat_share,
+        }
+    }
+
+    /// The other transmitters of the same pump side.
+    fn twins(&self, channel: Channel) -> Vec<&[f64]> {
+        let (side, n) = match channel {
+            Channel::PumpInletPressure(n) => (&self.recording.pump_inlet_pressure_pa, n),
+            Channel::PumpOutletPressure(n) => (&self.recording.pump_outlet_pressure_pa, n),
+            _ => return Vec::new(),
+        };
+        let others = side.iter().enumerate().filter(|(m, _)| *m != n);
+        others.map(|(_, v)| v.as_slice()).collect()
+    }
+
+    /// Whether the pump was off for more than half of a run: nothing need move then.
+    fn mostly_off(&self, run: &Run) -> bool {
+        let speed = &self.recording.pump_speed_pct[run.start..run.start + run.length];
+        let off = speed
+            .iter()
+            .filter(|w| **w <= self.options.pump_on_above_pct)
+            .count();
+        2 * off > run.length
+    }
+
+    /// Short disagreement of the transmitters of one pump side, and the mean of the trusted.
+    fn side(
+        &self,
+        channels: &mut [ChannelScreen],
+        side: &[Vec<f64>],
+        ours: fn(Channel) -> bool,
+    ) -> Vec<f64> {
+        let mut here: Vec<&mut ChannelScreen> =
+            channels.iter_mut().filter(|c| ours(c.channel)).collect();
+        let series: Vec<&[f64]> = side.iter().map(Vec::as_slice).collect();
+        let mut faults: Vec<Vec<Faults>> = here
+            .iter_mut()
+            .map(|c| std::mem::take(&mut c.faults))
+            .collect();
+        let quantum = here.iter().map(|c| c.quantum).fold(0.0, f64::max);
+        let rule = DisagreeRule {
+            sigmas: self.options.disagree_sigmas,
+            longest: samples(self.options.disagree_longest_s, self.step_s, 1),
+            block: samples(60.0, self.step_s, 5),
+            least: 4.0 * quantum,
+        };
+        let slow = redundant::mark(&series, &mut faults, rule);
+        for (channel, faults) in here.iter_mut().zip(faults) {
+            channel.faults = faults;
+        }
+        let faults: Vec<&[Faults]> = here.iter().map(|c| c.faults.as_slice()).collect();
+        redundant::trusted_mean(&series, &faults, slow.as_ref(), self.recording.len())
+    }
+
+    /// Tells the frozen runs of speed from honest rest.
+    fn resting_speed(&self, channels: &mut [ChannelScreen], outlet_pa: &[f64]) {
+        let Some(channel) = channels
+            .iter_mut()
+            .find(|c| c.channel == Channel::PumpSpeed)
+        else {
+            return;
+        };
+        let readings = self.recording.pump_speed_pct.iter().zip(&channel.faults);
+        let speed_pct: Vec<f64> = readings
+            .map(|(w, f)| if f.trusted() { *w } else { f64::NAN })
+            .collect();
+        let floor = samples(self.options.frozen_speed_s, self.step_s, 3);
+        let on = self.options.pump_on_above_pct;
+        let mut runs = stuck::long_runs(&self.recording.pump_speed_pct, floor);
+        runs.retain(|run| run.value > on);
+        let steps = scan::steps(&self.recording.pump_speed_pct);
+        let window = speed::window(self.step_s);
+        channel.stuck = speed::frozen(&speed_pct, outlet_pa, steps, &runs, window);
+        for run in &channel.stuck {
+            mark(
+                &mut channel.faults,
+                run.start..run.start + run.length,
+                Faults::STUCK,
+            );
+        }
+    }
+
+    fn reasons(
+        &self,
+        channels: &[ChannelScreen],
+        inlet_pa: &[f64],
+        outlet_pa: &[f64],
+    ) -> Vec<Reasons> {
+        let n = self.recording.len();
+        let mut reasons = vec![Reasons::NONE; n];
+        for (i, reason) in reasons.iter_mut().enumerate() {
+            let q = self.recording.return_flow_m3_s[i];
+            let w = self.recording.pump_speed_pct[i];
+            *reason = Reasons::PUMP_OFF.when(w <= self.options.pump_on_above_pct)
+                | Reasons::NO_PRESSURE_RISE.when(outlet_pa[i] <= inlet_pa[i])
+                | Reasons::NO_FLOW.when(q <= 0.0);
+        }
+        self.settling(&mut reasons);
+        for channel in channels {
+            let causes = match channel.channel {
+                Channel::ReturnFlow => Reasons::STUCK_RETURN_FLOW,
+                Channel::PumpSpeed => Reasons::STUCK_PUMP_SPEED,
+                _ => continue,
+            };
+            let constant = Reasons::CONSTANT_PUMP_SPEED.when(self.options.reject_constant_speed);
+            for (reason, faults) in reasons.iter_mut().zip(&channel.faults) {
+                if *faults != Faults::NONE {
+                    *reason |= of_faults(*faults, causes, Reasons::NONE)
+                        | constant.when(faults.contains(Faults::CONSTANT));
+                }
+            }
+        }
+        let side = |ours: fn(Channel) -> bool| -> Vec<&ChannelScreen> {
+            channels.iter().filter(|c| ours(c.channel)).collect()
+        };
+        let inlets = side(|c| matches!(c, Channel::PumpInletPressure(_)));
+        let outlets = side(|c| matches!(c, Channel::PumpOutletPressure(_)));
+        for (here, mean, stuck, disagree) in [
+            (
+                inlets,
+                inlet_pa,
+                Reasons::STUCK_INLET_PRESSURE,
+                Reasons::INLETS_DISAGREE,
+            ),
+            (
+                outlets,
+                outlet_pa,
+                Reasons::STUCK_OUTLET_PRESSURE,
+                Reasons::OUTLETS_DISAGREE,
+            ),
+        ] {
+            for (i, reason) in reasons
+                .iter_mut()
+                .enumerate()
+                .filter(|(i, _)| mean[*i].is_nan())
+            {
+                let mut why = Reasons::GAP.when(here.is_empty());
+                for channel in &here {
+                    why |= of_faults(channel.faults[i], stuck, disagree);
+                }
+                *reason |= why;
+            }
+        }
+        reasons
+    }
+
+    /// Marks the seconds after each start of the pump.
+    fn settling(&self, reasons: &mut [Reasons]) {
+        let settle = samples(self.options.settle_s, self.step_s, 0);
+        if settle == 0 {
+            return;
+        }
+        let mut left = 0usize;
+        let mut was_off = false;
+        for (reason, w) in reasons.iter_mut().zip(&self.recording.pump_speed_pct) {
+            // A gap says nothing about the pump.
+            if w.is_finite() {
+                let off = *w <= self.options.pump_on_above_pct;
+                if was_off && !off {
+                    left = settle;
+                }
+                was_off = off;
+            }
+            if left > 0 {
+                left -= 1;
+                *reason |= Reasons::SETTLING.when(!was_off);
+            }
+        }
+    }
+}
+
+fn of_faults(faults: Faults, stuck: Reasons, disagree: Reasons) -> Reasons {
+    Reasons::GAP.when(faults.contains(Faults::MISSING))
+        | Reasons::OUT_OF_RANGE.when(faults.contains(Faults::OUT_OF_RANGE))
+        | Reasons::SPIKE.when(faults.contains(Faults::SPIKE))
+        | stuck.when(faults.contains(Faults::STUCK))
+        | disagree.when(faults.contains(Faults::DISAGREES))
+}
+
+fn mark(faults: &mut [Faults], range: std::ops::Range<usize>, fault: Faults) {
+    for f in &mut faults[range] {
+        *f |= fault;
+    }
+}

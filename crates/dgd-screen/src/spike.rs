@@ -1,0 +1,154 @@
+//! Spikes: a few samples far off, with the same level before and after.
+//!
+//! A Hampel filter (median of the neighbours, k robust standard deviations), but
+//! only looked at where the series jumps, so that the cost is one cheap pass.
+
+use crate::Faults;
+use crate::scan::{Steps, level, median};
+use std::ops::Range;
+
+/// How large and how long a spike is.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SpikeRule {
+    pub(crate) sigmas: f64,
+    pub(crate) longest: usize,
+}
+
+/// No spike is longer, whatever the clock: it bounds the work at each jump.
+pub(crate) const LONGEST: usize = 50;
+/// Neighbours looked at on either side.
+const BESIDE: usize = 7;
+/// Fewer neighbours than this on a side say nothing about its level.
+const FEWEST: usize = 3;
+/// The levels before and after may differ by this share of the excursion.
+const RETURN_SHARE: f64 = 1.0 / 3.0;
+
+/// An excursion and how far it leads off the level around it.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Excursion {
+    pub(crate) range: Range<usize>,
+    pub(crate) height: f64,
+}
+
+/// Smallest jump into a spike; infinite for a series that never moves.
+pub(crate) fn least(steps: Steps, rule: SpikeRule) -> f64 {
+    let least = (rule.sigmas * steps.noise).max(4.0 * steps.quantum);
+    if least > 0.0 { least } else { f64::INFINITY }
+}
+
+/// Spikes of a series in order, from its jumps of more than [`least`]; `twins` are its redundant transmitters, and what one of
+/// them shows too has happened.
+pub(crate) fn find(
+    values: &[f64],
+    faults: &[Faults],
+    jumps: &[usize],
+    steps: Steps,
+    rule: SpikeRule,
+    twins: &[&[f64]],
+) -> Vec<Excursion> {
+    let mut found: Vec<Excursion> = Vec::new();
+    let least = least(steps, rule);
+    for &at in jumps {
+        if found.last().is_some_and(|last| at < last.range.end) {
+            continue;
+        }
+        // A jump is the way in of a spike, or the way out of one that begins at a gap.
+        let after_gap = (1..=rule.longest.min(at))
+            .find(|l| at == *l || !values[at - l - 1].is_finite())
+            .map(|l| at - l..at);
+        let forward = (1..=rule.longest)
+            .map(|l| at..at + l)
+            .take_while(|r| r.end <= values.len());
+        let spike = forward.chain(after_gap).find_map(|range| {
+            let height = excursion(values, faults, &range, least, rule.sigmas)?;
+            let shared = twins.iter().any(|twin| {
+                shows(twin, &range).is_some_and(|h| h * height.signum() > 0.5 * height.abs())
+            });
+            (!shared).then_some(Excursion { range, height })
+        });
+        found.extend(spike);
+    }
+    found
+}
+
+/// Height of `range` over the level around it, if it is a spike.
+fn excursion(
+    values: &[f64],
+    faults: &[Faults],
+    range: &Range<usize>,
+    least: f64,
+    sigmas: f64,
+) -> Option<f64> {
+    // It must leave as abruptly as it came; a gap or the end is no way out to judge by.
+    let exit = values
+        .get(range.end)
+        .map(|v| (v - values[range.end - 1]).abs());
+    if exit.is_some_and(|e| e <= least) {
+        return None;
+    }
+    let inside = &values[range.clone()];
+    if !near(values, range, inside, least) {
+        return None;
+    }
+    let usable = |i: &usize| faults[*i] == Faults::NONE && values[*i].is_finite();
+    let mut before: Vec<f64> = (0..range.start)
+        .rev()
+        .take(3 * BESIDE)
+        .filter(usable)
+        .take(BESIDE)
+        .map(|i| values[i])
+        .collect();
+    let mut after: Vec<f64> = (range.end..values.len())
+        .take(3 * BESIDE)
+        .filter(usable)
+        .take(BESIDE)
+        .map(|i| values[i])
+        .collect();
+    if before.len() < FEWEST || after.len() < FEWEST {
+        return None;
+    }
+    let (before, spread_before) = level(&mut before)?;
+    let (after, spread_after) = level(&mut after)?;
+    let base = 0.5 * (before + after);
+    let smallest = smallest_over(inside, base)?;
+    let enough = least.max(sigmas * spread_before.max(spread_after));
+    let returns = (after - before).abs() <= RETURN_SHARE * smallest.abs();
+    (returns && smallest.abs() > enough).then_some(smallest)
+}
+
+/// The value nearest to `base`, less it; `None` if they lie on both sides.
+fn smallest_over(inside: &[f64], base: f64) -> Option<f64> {
+    let smallest = inside
+        .iter()
+        .map(|v| v - base)
+        .min_by(|a, b| a.abs().total_cmp(&b.abs()))?;
+    let one_sided = inside.iter().all(|v| (v - base) * smallest > 0.0);
+    one_sided.then_some(smallest)
+}
+
+/// A cheap look at the two neighbours alone, with slack: most jumps are steps or ramps.
+fn near(values: &[f64], range: &Range<usize>, inside: &[f64], least: f64) -> bool {
+    let before = range.start.checked_sub(1).and_then(|i| values.get(i));
+    let (Some(before), Some(after)) = (before, values.get(range.end)) else {
+        return true;
+    };
+    if !(before.is_finite() && after.is_finite()) {
+        return true;
+    }
+    smallest_over(inside, 0.5 * (before + after)).is_some_and(|height| {
+        height.abs() > 0.5 * least && (after - before).abs() <= 2.0 * RETURN_SHARE * height.abs()
+    })
+}
+
+/// How far a twin's mean over `range` lies off its own level around it.
+fn shows(twin: &[f64], range: &Range<usize>) -> Option<f64> {
+    let finite = |r: Range<usize>| -> Vec<f64> {
+        twin[r].iter().copied().filter(|v| v.is_finite()).collect()
+    };
+    let before = median(&mut finite(range.start.saturating_sub(BESIDE)..range.start))?;
+    let after = median(&mut finite(
+        range.end..(range.end + BESIDE).min(twin.len()).max(range.end),
+    ))?;
+    let inside = median(&mut finite(range.clone()))?;
+    Some(inside - 0.5 * (before + after))
+}

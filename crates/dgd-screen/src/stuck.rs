@@ -1,0 +1,181 @@
+//! Stuck runs: one value repeated for longer than the channel repeats by chance.
+
+use crate::scan::{Scan, repeats};
+use dgd_recording::Run;
+
+/// What makes a run of equal values a stuck one.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct StuckRule {
+    /// Never fewer samples than this.
+    pub(crate) floor: usize,
+    /// Chance of an honest run of the length, at a given sample.
+    pub(crate) chance: f64,
+}
+
+/// Stuck runs and the statistics they were judged by.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Stuck {
+    pub(crate) runs: Vec<Run>,
+    pub(crate) shortest: usize,
+    pub(crate) repeat_share: f64,
+}
+
+/// Samples on either side of a run that tell how often the channel repeats there.
+const NEIGHBOURHOOD: usize = 300;
+/// Weight of the whole recording's share against the neighbourhood's, samples.
+const PRIOR: f64 = 30.0;
+/// Long runs that are more than this share of all runs are how the channel always is: it
+/// is updated slowly, or its quantum is coarse against its noise.
+const HABIT: f64 = 0.01;
+/// So few runs are no habit.
+const FEW: usize = 10;
+/// A share of 1 would make every run honest.
+const MOST_SHARE: f64 = 0.999;
+
+/// Finds stuck runs. `honest` says of a run that its quantity may well be constant
+/// (a flow of zero); it is neither stuck nor counted.
+///
+/// Under a share `p` of honest repeats, a run of `m` equal samples begins at a given
+/// sample with chance `p^(m-1)`. The share is counted outside runs that are too long
+/// already (unless those are many), and again when that moved the limit; a run must pass by the share of its
+/// own neighbourhood too, because a quiet stretch repeats more.
+pub(crate) fn find(
+    values: &[f64],
+    scan: &Scan,
+    rule: StuckRule,
+    honest: impl Fn(&Run) -> bool,
+) -> Stuck {
+    let (equal, pairs) = (scan.equal, scan.pairs);
+    let mut shortest = rule.floor.max(3);
+    let mut share = 0.0;
+    let mut runs: Vec<Run> = Vec::new();
+    // Each turn can only lengthen the limit; a few turns settle it.
+    for _ in 0..6 {
+        runs = long_runs(values, shortest);
+        let habit = runs.len() > FEW && runs.len() as f64 > HABIT * (pairs - equal) as f64;
+        let in_runs: usize = match habit {
+            true => 0,
+            false => runs.iter().map(|r| r.length - 1).sum(),
+        };
+        share = (equal - in_runs) as f64 / (pairs - in_runs).max(1) as f64;
+        let wanted = limit(share, rule);
+        if wanted <= shortest {
+            break;
+        }
+        shortest = wanted;
+    }
+    runs.retain(|run| run.length >= shortest && !honest(run));
+    let local: Vec<bool> = runs
+        .iter()
+        .map(|run| run.length >= limit(local_share(values, &runs, run, share), rule))
+        .collect();
+    let mut passed = local.iter();
+    runs.retain(|_| passed.next().copied().unwrap_or(false));
+    Stuck {
+        runs,
+        shortest,
+        repeat_share: share,
+    }
+}
+
+/// Fewest equal samples less likely than the rule's chance at this share of repeats.
+fn limit(share: f64, rule: StuckRule) -> usize {
+    let share = share.clamp(1e-9, MOST_SHARE);
+    let most = 1.0 + rule.chance.ln() / share.ln();
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "between 1 and a few thousand times the logarithm of the chance"
+    )]
+    let samples = most.ceil() as usize;
+    samples.max(rule.floor).max(3)
+}
+
+/// Share of repeats around a run, stuck runs left out, drawn towards the whole's.
+fn local_share(values: &[f64], runs: &[Run], run: &Run, share: f64) -> f64 {
+    let end = run.start + run.length;
+    let from = run.start.saturating_sub(NEIGHBOURHOOD);
+    let to = (end + NEIGHBOURHOOD).min(values.len());
+    let (mut equal, mut pairs) = (0usize, 0usize);
+    let mut count = |start: usize, end: usize| {
+        let (e, p) = repeats(&values[start..end.max(start)]);
+        (equal, pairs) = (equal + e, pairs + p);
+    };
+    // The other runs are cut out of both sides.
+    for (mut start, end) in [(from, run.start), (end, to)] {
+        let first = runs.partition_point(|r| r.start + r.length <= start);
+        for other in runs[first..].iter().take_while(|r| r.start < end) {
+            count(start, other.start);
+            start = (other.start + other.length).min(end);
+        }
+        count(start, end);
+    }
+    ((equal as f64 + PRIOR * share) / (pairs as f64 + PRIOR)).max(share)
+}
+
+/// Runs of at least `least` (2 or more) equal values: a run that long covers two
+/// neighbours at one of every `least - 1` samples, so only those are looked at.
+pub(crate) fn long_runs(values: &[f64], least: usize) -> Vec<Run> {
+    let least = least.max(2);
+    let mut runs = Vec::new();
+    let mut at = least - 1;
+    while at < values.len() {
+        let value = values[at];
+        let mut next = at + least - 1;
+        // The run, if there is one, holds `at` and the sample before it.
+        if values[at - 1] == value && value.is_finite() {
+            let start = values[..at]
+                .iter()
+                .rposition(|v| *v != value)
+                .map_or(0, |i| i + 1);
+            let end = values[at..]
+                .iter()
+                .position(|v| *v != value)
+                .map_or(values.len(), |i| at + i);
+            if end - start >= least {
+                runs.push(Run {
+                    start,
+                    length: end - start,
+                    value,
+                });
+            }
+            next = next.max(end + least - 1);
+        }
+        at = next;
+    }
+    runs
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn striding_finds_the_same_runs_as_looking_at_every_sample() {
+        let mut state = 1u64;
+        let values: Vec<f64> = (0..20_000)
+            .map(|_| {
+                state = state
+                    .wrapping_mul(6_364_136_223_846_793_005)
+                    .wrapping_add(1_442_695_040_888_963_407);
+                f64::from(u8::from(state >> 62 != 0))
+            })
+            .collect();
+        for least in 2..12 {
+            let slow: Vec<Run> = dgd_recording::stuck_runs(&values, least).collect();
+            assert_eq!(long_runs(&values, least), slow, "least {least}");
+        }
+    }
+
+    #[test]
+    fn more_honest_repeats_ask_for_longer_runs() {
+        let rule = StuckRule {
+            floor: 5,
+            chance: 1e-6,
+        };
+        assert_eq!(limit(0.0, rule), 5);
+        // 0.5^20 is just below one in a million.
+        assert_eq!(limit(0.5, rule), 21);
+        assert!(limit(1.0, rule) > 10_000);
+    }
+}

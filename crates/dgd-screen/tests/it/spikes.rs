@@ -1,0 +1,92 @@
+use crate::synthetic::{PSI, steady};
+use dgd_recording::Channel;
+use dgd_screen::{Faults, Reasons, ScreenOptions, screen};
+
+fn spikes(recording: &dgd_recording::Recording, channel: Channel) -> Vec<usize> {
+    let screening = screen(recording, 1.0, &ScreenOptions::default()).unwrap();
+    let faults = &screening.channel(channel).unwrap().faults;
+    (0..faults.len())
+        .filter(|i| faults[*i].contains(Faults::SPIKE))
+        .collect()
+}
+
+#[test]
+fn dropouts_to_zero_and_leaps_to_full_scale_are_spikes() {
+    let mut recording = steady(3000, 1.0);
+    recording.return_flow_m3_s[500..503].fill(0.0);
+    recording.return_flow_m3_s[800] = 0.09;
+    recording.pump_outlet_pressure_pa[1][900..902].fill(0.0);
+    recording.pump_outlet_pressure_pa[1][1200] *= 1.6;
+    assert_eq!(
+        spikes(&recording, Channel::ReturnFlow),
+        [500, 501, 502, 800]
+    );
+    assert_eq!(
+        spikes(&recording, Channel::PumpOutletPressure(1)),
+        [900, 901, 1200]
+    );
+    let screening = screen(&recording, 1.0, &ScreenOptions::default()).unwrap();
+    assert_eq!(screening.reasons[800], Reasons::SPIKE);
+    // The other outlet transmitter stands in.
+    assert!(screening.reasons[900].is_empty() && screening.reasons[1200].is_empty());
+    assert_eq!(screening.keep().iter().filter(|k| !**k).count(), 4);
+}
+
+#[test]
+fn a_spike_beside_a_gap_is_found() {
+    let mut recording = steady(1000, 1.0);
+    recording.return_flow_m3_s[500..510].fill(f64::NAN);
+    recording.return_flow_m3_s[510] = 0.2;
+    recording.return_flow_m3_s[300] = 0.2;
+    recording.return_flow_m3_s[301..310].fill(f64::NAN);
+    let found = spikes(&recording, Channel::ReturnFlow);
+    assert_eq!(found, [300, 510]);
+}
+
+#[test]
+fn what_both_transmitters_show_has_happened() {
+    let mut recording = steady(3000, 1.0);
+    for outlet in &mut recording.pump_outlet_pressure_pa {
+        outlet[700..702].iter_mut().for_each(|p| *p -= 40.0 * PSI);
+    }
+    assert_eq!(
+        spikes(&recording, Channel::PumpOutletPressure(0)),
+        [] as [usize; 0]
+    );
+    recording.pump_outlet_pressure_pa.truncate(1);
+    assert_eq!(
+        spikes(&recording, Channel::PumpOutletPressure(0)),
+        [700, 701]
+    );
+}
+
+#[test]
+fn steps_and_long_excursions_are_no_spikes() {
+    let mut recording = steady(3000, 1.0);
+    recording.return_flow_m3_s[1000..]
+        .iter_mut()
+        .for_each(|q| *q += 0.01);
+    recording.return_flow_m3_s[2000..2010]
+        .iter_mut()
+        .for_each(|q| *q -= 0.02);
+    assert_eq!(spikes(&recording, Channel::ReturnFlow), [] as [usize; 0]);
+}
+
+#[test]
+fn turning_a_recording_around_turns_its_spikes_around() {
+    let mut recording = steady(3000, 1.0);
+    for (at, length, height) in [(400, 1, 0.02), (900, 2, -0.03), (1500, 3, 0.05)] {
+        for q in &mut recording.return_flow_m3_s[at..at + length] {
+            *q += height;
+        }
+    }
+    let forward = spikes(&recording, Channel::ReturnFlow);
+    assert_eq!(forward, [400, 900, 901, 1500, 1501, 1502]);
+    recording.return_flow_m3_s.reverse();
+    let mut back: Vec<usize> = spikes(&recording, Channel::ReturnFlow)
+        .iter()
+        .map(|i| 2999 - i)
+        .collect();
+    back.sort_unstable();
+    assert_eq!(back, forward);
+}

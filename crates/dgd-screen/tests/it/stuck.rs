@@ -1,0 +1,102 @@
+use crate::synthetic::{GPM, PSI, steady, with_speed};
+use dgd_recording::Channel;
+use dgd_screen::{Faults, Reasons, ScreenOptions, screen};
+
+#[test]
+fn a_frozen_flow_meter_is_found_from_its_first_to_its_last_sample() {
+    for step_s in [0.1, 1.0, 10.0] {
+        let mut recording = steady(4000, step_s);
+        let held = recording.return_flow_m3_s[1000];
+        recording.return_flow_m3_s[1000..1080].fill(held);
+        recording.return_flow_m3_s[999] += 50.0 * GPM / 10.0;
+        recording.return_flow_m3_s[1080] += 50.0 * GPM / 10.0;
+        let screening = screen(&recording, step_s, &ScreenOptions::default()).unwrap();
+        let flow = screening.channel(Channel::ReturnFlow).unwrap();
+        assert_eq!(flow.stuck.len(), 1, "{step_s} s");
+        assert_eq!((flow.stuck[0].start, flow.stuck[0].length), (1000, 80));
+        let rejected = screening.keep().iter().filter(|k| !**k).count();
+        assert_eq!(rejected, 80, "{step_s} s");
+    }
+}
+
+#[test]
+fn a_flow_at_rest_while_the_pump_is_off_is_not_stuck() {
+    let recording = with_speed(3000, 1.0, |t| if t < 1500.0 { 55.0 } else { 0.0 });
+    let screening = screen(&recording, 1.0, &ScreenOptions::default()).unwrap();
+    let flow = screening.channel(Channel::ReturnFlow).unwrap();
+    assert_eq!(flow.stuck, []);
+}
+
+#[test]
+fn coarse_quantisation_repeats_honestly() {
+    let mut recording = steady(20_000, 1.0);
+    // A meter that shows only every 100 gpm repeats itself most of the time.
+    for q in &mut recording.return_flow_m3_s {
+        *q = (*q / (100.0 * GPM)).round() * 100.0 * GPM;
+    }
+    let screening = screen(&recording, 1.0, &ScreenOptions::default()).unwrap();
+    let flow = screening.channel(Channel::ReturnFlow).unwrap();
+    assert!(flow.repeat_share > 0.5, "{}", flow.repeat_share);
+    assert!(flow.shortest_stuck > 20, "{}", flow.shortest_stuck);
+    assert_eq!(flow.stuck, []);
+}
+
+#[test]
+fn a_slowly_updated_meter_is_not_stuck_until_it_stops() {
+    let mut recording = steady(20_000, 1.0);
+    for i in 0..20_000 {
+        recording.return_flow_m3_s[i] = recording.return_flow_m3_s[i - i % 10];
+    }
+    let screening = screen(&recording, 1.0, &ScreenOptions::default()).unwrap();
+    assert!(screening.keep().iter().all(|k| *k));
+    recording.return_flow_m3_s[5000..5300].fill(0.0451);
+    let screening = screen(&recording, 1.0, &ScreenOptions::default()).unwrap();
+    assert_eq!(screening.keep().iter().filter(|k| !**k).count(), 300);
+}
+
+#[test]
+fn a_stuck_transmitter_of_two_leaves_sample_and_mean_alone() {
+    let mut recording = steady(6000, 1.0);
+    for p in &mut recording.pump_outlet_pressure_pa[1] {
+        *p += 6.0 * PSI;
+    }
+    let whole = recording.mean_outlet_pressure_pa();
+    recording.pump_outlet_pressure_pa[0][2000..2200].fill(590.0 * PSI);
+    let screening = screen(&recording, 1.0, &ScreenOptions::default()).unwrap();
+    assert!(screening.keep().iter().all(|k| *k));
+    let stuck = screening.channel(Channel::PumpOutletPressure(0)).unwrap();
+    assert_eq!(stuck.count(Faults::STUCK), 200);
+    // Leaving the stuck one out plainly would have put the mean 3 psi too high.
+    for (i, p) in whole.iter().enumerate().take(2200).skip(2000) {
+        assert!(
+            (screening.outlet_pressure_pa[i] - p).abs() < 1.5 * PSI,
+            "{i}"
+        );
+    }
+}
+
+#[test]
+fn a_lone_stuck_transmitter_costs_its_samples() {
+    let mut recording = steady(6000, 1.0);
+    recording.pump_inlet_pressure_pa.truncate(1);
+    recording.pump_outlet_pressure_pa.truncate(1);
+    recording.pump_inlet_pressure_pa[0][1000..1100].fill(352.2 * PSI);
+    recording.pump_outlet_pressure_pa[0][2000..2200].fill(590.0 * PSI);
+    let screening = screen(&recording, 1.0, &ScreenOptions::default()).unwrap();
+    assert!((1000..1100).all(|i| screening.reasons[i] == Reasons::STUCK_INLET_PRESSURE));
+    assert!((2000..2200).all(|i| screening.reasons[i] == Reasons::STUCK_OUTLET_PRESSURE));
+    assert_eq!(screening.keep().iter().filter(|k| !**k).count(), 300);
+}
+
+#[test]
+fn an_idle_inflow_is_not_stuck_and_a_frozen_one_rejects_nothing() {
+    let mut recording = steady(6000, 1.0);
+    recording.booster_flow_m3_s[3000..4000].fill(0.0);
+    recording.mud_pump_flow_m3_s[1000..1300].fill(500.0 * GPM);
+    let screening = screen(&recording, 1.0, &ScreenOptions::default()).unwrap();
+    let stuck = |channel| screening.channel(channel).unwrap().count(Faults::STUCK);
+    assert_eq!(stuck(Channel::TopfillFlow), 0);
+    assert_eq!(stuck(Channel::BoosterFlow), 0);
+    assert!((300..310).contains(&stuck(Channel::MudPumpFlow)));
+    assert!(screening.keep().iter().all(|k| *k));
+}

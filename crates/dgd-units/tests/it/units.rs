@@ -1,0 +1,137 @@
+use dgd_units::{Density, Dimension, FlowRate, Length, Pressure, Unit, UnitError, split_number};
+use proptest::prelude::*;
+
+#[test]
+fn table_2_3_is_met_exactly() {
+    assert_eq!(Unit::parse("gpm").unwrap().to_si(1.0), 6.3090e-5);
+    assert_eq!(Unit::parse("psi").unwrap().to_si(1.0), 6894.75729);
+    assert_eq!(Unit::parse("inch").unwrap().to_si(1.0), 0.0254);
+}
+
+#[test]
+fn the_units_of_the_rig_floor_have_their_defined_values() {
+    let cases = [
+        ("sg", 1.08, 1080.0),
+        ("m", 350.3, 350.3),
+        ("ft", 10.0, 3.048),
+        ("bar", 2.0, 2e5),
+        ("kPa", 3.0, 3e3),
+        ("l/min", 60_000.0, 1.0),
+        ("bbl", 1.0, 0.158_987_294_928),
+        ("%", 65.2, 65.2),
+        ("ppg", 8.345_404_452_021, 1000.0),
+        ("degF", 212.0, 373.15),
+        ("klb", 1.0, 4_448.221_615_260_5),
+    ];
+    for (unit, value, si) in cases {
+        let got = Unit::parse(unit).unwrap().to_si(value);
+        assert!(
+            (got - si).abs() <= 1e-9 * si.abs(),
+            "{value} {unit} = {got}, expected {si}"
+        );
+    }
+}
+
+#[test]
+fn gauge_pressure_adds_one_atmosphere_and_absolute_does_not() {
+    assert_eq!(Unit::parse("psig").unwrap().to_si(0.0), 101_325.0);
+    assert_eq!(Unit::parse("psia").unwrap().to_si(0.0), 0.0);
+    assert_eq!(Unit::parse("bar(g)").unwrap().to_si(1.0), 201_325.0);
+}
+
+#[test]
+fn case_spaces_brackets_and_superscripts_do_not_count() {
+    for (written, symbol) in [
+        ("[PSI]", "psi"),
+        ("L / min", "l/min"),
+        ("m³/s", "m3/s"),
+        ("KG/M3", "kg/m3"),
+    ] {
+        assert_eq!(Unit::parse(written).unwrap().symbol, symbol);
+    }
+}
+
+#[test]
+fn millipascal_is_refused_because_megapascal_differs_by_case_alone() {
+    let error = Unit::parse("mPa").unwrap_err();
+    assert!(error.to_string().contains("`MPa`"), "{error}");
+    assert_eq!(Unit::parse("MPa").unwrap().factor, 1e6);
+}
+
+#[test]
+fn a_misspelt_unit_is_refused_with_the_nearest_one() {
+    let error = Unit::parse("gmp").unwrap_err();
+    assert!(matches!(error, UnitError::UnknownUnit { .. }));
+    assert_eq!(
+        Unit::parse("psiaa").unwrap_err(),
+        UnitError::UnknownUnit {
+            found: "psiaa".into(),
+            suggestion: Some("psia")
+        }
+    );
+}
+
+#[test]
+fn a_unit_of_something_else_is_refused_with_both_dimensions() {
+    let error = Unit::parse_as("psi", Dimension::FlowRate).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "`psi` is a unit of pressure, expected a unit of flow rate such as `gpm`"
+    );
+}
+
+#[test]
+fn written_values_are_read_with_decimals_and_fractions() {
+    let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-12 * b.abs().max(1.0), "{a} {b}");
+    close(Length::parse("19.5 in").unwrap().si(), 0.4953);
+    close(Length::parse("13 5/8 in").unwrap().si(), 0.346_075);
+    close(Length::parse("5/8in").unwrap().si(), 0.015_875);
+    close(Length::parse("350.30 mRKB").unwrap().si(), 350.3);
+    close(Density::parse("1.080 sg").unwrap().si(), 1080.0);
+    close(FlowRate::parse("1e3 l/min").unwrap().si(), 1.0 / 60.0);
+    close(Pressure::parse("1 bar(g)").unwrap().si(), 201_325.0);
+}
+
+#[test]
+fn a_bare_number_and_a_bare_unit_are_refused() {
+    assert!(matches!(
+        Length::parse("19.5"),
+        Err(UnitError::NoUnit { .. })
+    ));
+    assert!(matches!(
+        Length::parse("in"),
+        Err(UnitError::NoNumber { .. })
+    ));
+    assert!(matches!(
+        Length::parse("1e999 in"),
+        Err(UnitError::NoNumber { .. })
+    ));
+    assert!(matches!(Length::parse(""), Err(UnitError::NoNumber { .. })));
+}
+
+#[test]
+fn a_quantity_converts_to_units_of_its_own_dimension_only() {
+    let length = Length::from_si(0.254);
+    assert!((length.to_unit(Unit::parse("in").unwrap()).unwrap() - 10.0).abs() < 1e-12);
+    assert!(length.to_unit(Unit::parse("psi").unwrap()).is_err());
+    assert_eq!(length.to_string(), "0.254 m");
+}
+
+proptest! {
+    #[test]
+    fn to_si_and_back_is_the_identity(value in -1e6f64..1e6, index in 0usize..60) {
+        let units: Vec<Unit> = Unit::known().collect();
+        let unit = units[index % units.len()];
+        let back = unit.from_si(unit.to_si(value));
+        // An offset (gauge, degrees) costs the digits below its own size.
+        let scale = value.abs() + (unit.offset / unit.factor).abs();
+        prop_assert!((back - value).abs() <= 4.0 * f64::EPSILON * scale);
+    }
+
+    #[test]
+    fn no_text_makes_the_parsers_panic(text in "\\PC{0,24}") {
+        let _ = Unit::parse(&text);
+        let _ = Length::parse(&text);
+        let _ = split_number(&text);
+    }
+}
