@@ -54,10 +54,7 @@ pub(crate) fn read_table(path: &Path, progress: &Progress) -> Result<(Format, Ta
     let bytes = read_bytes(path, progress)?;
     progress.stage(&format!("decoding {}", path.display()));
     let name = path.file_name().map(|n| n.to_string_lossy().into_owned());
-    let options = ReadOptions {
-        name_hint: name,
-        ..ReadOptions::default()
-    };
+    let options = ReadOptions { name_hint: name };
     dgd_ingest::read(&bytes, &options).map_err(|e| Failure::input(path, e))
 }
 

@@ -31,7 +31,7 @@ pub(crate) fn run(arguments: &Demo, global: &Global) -> Result<String, Failure> 
     let loaded = load::read_recordings(&source.recordings, &well, &progress)?;
     let fitted = fit::fit(
         loaded,
-        well,
+        &well,
         &source,
         &IdentifyOptions::default(),
         true,

@@ -20,7 +20,6 @@ use std::path::{Path, PathBuf};
 
 /// A recording read, screened and identified.
 pub(crate) struct Fitted {
-    pub(crate) well: Well,
     pub(crate) prepared: Prepared,
     /// Before the screening, for the figures that show what it rejects.
     pub(crate) unscreened: Option<(Series, Vec<f64>)>,
@@ -46,7 +45,7 @@ pub(crate) fn run(arguments: &Fit, global: &Global) -> Result<String, Failure> {
     let keep_unscreened = arguments.figures.is_some();
     let fitted = fit(
         loaded,
-        well,
+        &well,
         &arguments.source,
         &options,
         keep_unscreened,
@@ -85,7 +84,7 @@ pub(crate) fn run(arguments: &Fit, global: &Global) -> Result<String, Failure> {
 /// Screens and identifies what was read.
 pub(crate) fn fit(
     loaded: Loaded,
-    well: Well,
+    well: &Well,
     source: &Source,
     options: &IdentifyOptions,
     keep_unscreened: bool,
@@ -96,7 +95,7 @@ pub(crate) fn fit(
     let unscreened = keep_unscreened.then(|| {
         let recording = &loaded.recording;
         let series = Series::of(
-            &well,
+            well,
             &recording.mean_inlet_pressure_pa(),
             &recording.mean_outlet_pressure_pa(),
         );
@@ -106,7 +105,7 @@ pub(crate) fn fit(
         .map_err(|e| Failure::input(first, e))?;
     progress.stage("identifying friction, delay and pump");
     let mut identification =
-        identify(&prepared, &well, options).map_err(|e| Failure::input(first, e))?;
+        identify(&prepared, well, options).map_err(|e| Failure::input(first, e))?;
     identification.model.data.recordings = names(&source.recordings);
     for warning in &identification.warnings {
         tracing::warn!("{warning}");
@@ -118,7 +117,6 @@ pub(crate) fn fit(
         .collect();
     let formats = loaded.formats.iter().map(ToString::to_string).collect();
     Ok(Fitted {
-        well,
         prepared,
         unscreened,
         identification,

@@ -23,7 +23,7 @@ pub(crate) fn run(arguments: &Mask, global: &Global) -> Result<String, Failure> 
     let loaded = load::read_recordings(&arguments.source.recordings, &well, &progress)?;
     let mut fitted = fit::fit(
         loaded,
-        well,
+        &well,
         &arguments.source,
         &IdentifyOptions::default(),
         false,

@@ -196,12 +196,30 @@ pub(crate) fn as_table(run: &Replay) -> Table {
     }
 }
 
+fn why(status: Status) -> String {
+    match status {
+        Status::Finished => "it had finished".into(),
+        Status::StepTooSmall { t } => format!(
+            "at {} s no step meets the tolerance; raise --tolerance",
+            number(t)
+        ),
+        Status::TooManySteps { t } => {
+            format!("at {} s the steps ran out; raise --tolerance", number(t))
+        }
+        Status::NonFinite { t } => format!(
+            "at {} s the model gives no finite rate; check model.toml",
+            number(t)
+        ),
+        _ => format!("{status:?}"),
+    }
+}
+
 /// What went wrong or deserves notice in the run.
 fn notes(run: &Replay) -> Vec<String> {
     let mut notes = Vec::new();
     match run.status {
         None | Some(Status::Finished) => {}
-        Some(status) => notes.push(format!("the integration stopped early: {status}")),
+        Some(status) => notes.push(format!("the integration stopped early: {}", why(status))),
     }
     if run.filled > 0 {
         notes.push(format!(

@@ -1,0 +1,10 @@
+//! What the plant's recordings promise.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod binary;
+mod faults;
+mod files;
+mod ladder;
+mod physics;
+mod refusals;
+mod solver;
