@@ -4,6 +4,8 @@
 //! needs of the product it asks the `dgd` command line for.
 #![allow(clippy::print_stdout, reason = "a command line prints")]
 
+mod bench;
+mod ci;
 mod figures;
 mod layers;
 mod tools;
@@ -22,6 +24,23 @@ struct Arguments {
 enum Command {
     /// Fails on a dependency that points up or sideways
     Layers,
+    /// Measures time and memory of fit and simulation, beside SciPy where Python is present
+    Bench {
+        /// A recording of about 85 h; the stand-in if absent
+        #[arg(long, requires = "well")]
+        recording: Option<PathBuf>,
+        /// Its well description
+        #[arg(long, requires = "recording")]
+        well: Option<PathBuf>,
+        /// A Python script that does the same with SciPy and prints its timings as one JSON line
+        #[arg(long)]
+        peer: Option<PathBuf>,
+        /// Folder for what is written on the way
+        #[arg(long, default_value = "target/bench")]
+        out: PathBuf,
+    },
+    /// Everything a submission must pass: `.ci/run`
+    Ci,
     /// Reproduces the thesis's figures on the stand-in recording
     Figures {
         /// Folder for figures, data and the comparison
@@ -32,6 +51,18 @@ enum Command {
 
 fn main() -> anyhow::Result<()> {
     match Arguments::parse().command {
+        Command::Bench {
+            recording,
+            well,
+            peer,
+            out,
+        } => bench::measure(&bench::Bench {
+            recording,
+            well,
+            peer,
+            out,
+        }),
+        Command::Ci => ci::run(),
         Command::Layers => layers::check(),
         Command::Figures { out } => figures::draw(&out),
     }

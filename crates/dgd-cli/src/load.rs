@@ -29,7 +29,7 @@ pub(crate) fn read_bytes(path: &Path, progress: &Progress) -> Result<Vec<u8>, Fa
             "is a folder; name the recording in it",
         ));
     }
-    progress.stage(&format!("reading {}", path.display()));
+    progress.stage("reading", &path.display().to_string());
     debug!(size, "reading {}", path.display());
     let mut bytes = Vec::new();
     file.read_to_end(&mut bytes)
@@ -52,7 +52,7 @@ pub(crate) fn read_text(path: &Path) -> Result<String, Failure> {
 /// Reads a table of any format.
 pub(crate) fn read_table(path: &Path, progress: &Progress) -> Result<(Format, Table), Failure> {
     let bytes = read_bytes(path, progress)?;
-    progress.stage(&format!("decoding {}", path.display()));
+    progress.stage("decoding", &path.display().to_string());
     let name = path.file_name().map(|n| n.to_string_lossy().into_owned());
     let options = ReadOptions { name_hint: name };
     dgd_ingest::read(&bytes, &options).map_err(|e| Failure::input(path, e))

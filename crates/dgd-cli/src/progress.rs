@@ -1,6 +1,8 @@
 //! A progress line for work that takes over a second.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde_json::{Map, Value};
+use std::cell::RefCell;
 use std::time::{Duration, Instant};
 
 /// Shows the present stage once the work has taken a second; silent when
@@ -8,6 +10,8 @@ use std::time::{Duration, Instant};
 pub(crate) struct Progress {
     bar: ProgressBar,
     started: Instant,
+    /// Name and start of each kind of stage, in order.
+    stages: RefCell<Vec<(&'static str, f64)>>,
 }
 
 impl Progress {
@@ -31,13 +35,32 @@ impl Progress {
         Self {
             bar,
             started: Instant::now(),
+            stages: RefCell::default(),
         }
     }
 
-    /// Says what is being done.
-    pub(crate) fn stage(&self, what: &str) {
-        tracing::debug!("{what} at {:.3} s", self.started.elapsed().as_secs_f64());
-        self.bar.set_message(what.to_owned());
+    /// Says what is being done; `kind` is what its time is booked under.
+    pub(crate) fn stage(&self, kind: &'static str, what: &str) {
+        let now = self.seconds();
+        tracing::debug!("{kind} {what} at {now:.3} s");
+        self.stages.borrow_mut().push((kind, now));
+        self.bar.set_message(format!("{kind} {what}"));
+    }
+
+    /// Seconds spent in each kind of stage so far.
+    pub(crate) fn seconds_by_stage(&self) -> Value {
+        let stages = self.stages.borrow();
+        let ends = stages
+            .iter()
+            .skip(1)
+            .map(|(_, start)| *start)
+            .chain([self.seconds()]);
+        let mut spent: Map<String, Value> = Map::new();
+        for ((kind, start), end) in stages.iter().zip(ends) {
+            let before = spent.get(*kind).and_then(Value::as_f64).unwrap_or(0.0);
+            spent.insert((*kind).to_owned(), Value::from(before + end - start));
+        }
+        Value::Object(spent)
     }
 
     /// Seconds since the start.

@@ -19,7 +19,7 @@ pub(crate) fn run(arguments: &Convert, global: &Global) -> Result<String, Failur
     for issue in &table.issues {
         tracing::warn!("{}: {issue}", arguments.input.display());
     }
-    progress.stage(&format!("writing {}", arguments.output.display()));
+    progress.stage("writing", &arguments.output.display().to_string());
     output::replace(&arguments.output, |writer| {
         match target {
             Target::Csv => dgd_export::write_csv(&table, &CsvOptions::default(), writer),

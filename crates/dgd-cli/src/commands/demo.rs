@@ -42,7 +42,7 @@ pub(crate) fn run(arguments: &Demo, global: &Global) -> Result<String, Failure> 
         &out.join("model.toml"),
         dgd_documents::write_model(model).as_bytes(),
     )?;
-    progress.stage("simulating");
+    progress.stage("simulating", "");
     let options = ReplayOptions {
         delay_s: model.delay_s,
         ..ReplayOptions::default()
@@ -56,7 +56,7 @@ pub(crate) fn run(arguments: &Demo, global: &Global) -> Result<String, Failure> 
     output::replace(&out.join("simulation.mcap"), |w| {
         dgd_export::write_mcap(&table, &McapOptions::default(), w).map_err(|e| e.to_string())
     })?;
-    progress.stage("drawing figures");
+    progress.stage("drawing", "figures");
     let folder = out.join("figures");
     let mut drawn = figures::draw_identification(&folder, &fitted)?;
     drawn.extend(figures::draw_simulations(&folder, &runs)?);

@@ -51,22 +51,20 @@ pub(crate) fn run(arguments: &Fit, global: &Global) -> Result<String, Failure> {
         keep_unscreened,
         &progress,
     )?;
+    progress.stage("writing", &arguments.out.display().to_string());
     let model = dgd_documents::write_model(&fitted.identification.model);
     output::replace_bytes(&arguments.out, model.as_bytes())?;
     let mut drawn = Vec::new();
     if let Some(folder) = &arguments.figures {
-        progress.stage("drawing figures");
+        progress.stage("drawing", "figures");
         drawn = figures::draw_identification(folder, &fitted)?;
     }
-    let seconds = progress.seconds();
+    let (seconds, stages) = (progress.seconds(), progress.seconds_by_stage());
     drop(progress);
     if global.json {
-        return Ok(say::json(&as_json(
-            &fitted,
-            &arguments.out,
-            &drawn,
-            seconds,
-        )));
+        let mut value = as_json(&fitted, &arguments.out, &drawn, seconds);
+        value["seconds_by_stage"] = stages;
+        return Ok(say::json(&value));
     }
     let mut text = tell(&fitted);
     let _ = writeln!(text, "\nwrote {}", arguments.out.display());
@@ -91,7 +89,7 @@ pub(crate) fn fit(
     progress: &Progress,
 ) -> Result<Fitted, Failure> {
     let first = &source.recordings[0];
-    progress.stage("screening");
+    progress.stage("screening", "");
     let unscreened = keep_unscreened.then(|| {
         let recording = &loaded.recording;
         let series = Series::of(
@@ -103,7 +101,7 @@ pub(crate) fn fit(
     });
     let prepared = prepare(loaded.recording, loaded.step_s, &screening(source))
         .map_err(|e| Failure::input(first, e))?;
-    progress.stage("identifying friction, delay and pump");
+    progress.stage("identifying", "friction, delay and pump");
     let mut identification =
         identify(&prepared, well, options).map_err(|e| Failure::input(first, e))?;
     identification.model.data.recordings = names(&source.recordings);

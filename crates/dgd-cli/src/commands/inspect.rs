@@ -17,7 +17,7 @@ const SHOWN: usize = 12;
 pub(crate) fn run(arguments: &Inspect, global: &Global) -> Result<String, Failure> {
     let progress = Progress::new(global.json || global.quiet);
     let (format, table) = load::read_table(&arguments.recording, &progress)?;
-    progress.stage("surveying the columns");
+    progress.stage("surveying", "the columns");
     let found = survey(&table);
     let proposal = propose_channels(&found);
     if let Some(path) = &arguments.propose {

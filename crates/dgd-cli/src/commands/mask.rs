@@ -32,7 +32,7 @@ pub(crate) fn run(arguments: &Mask, global: &Global) -> Result<String, Failure> 
     if let Some(path) = &arguments.model {
         fitted.identification.model = read_model(path)?;
     }
-    progress.stage("masking");
+    progress.stage("masking", "");
     let series = &fitted.identification.series;
     let chosen =
         choose_references(&fitted.prepared, series).map_err(|e| Failure::input(&first, e))?;

@@ -33,21 +33,21 @@ pub(crate) fn run(arguments: &Simulate, global: &Global) -> Result<String, Failu
     }
     let loaded = load::read_recordings(&arguments.source.recordings, &well, &progress)?;
     let first = &arguments.source.recordings[0];
-    progress.stage("screening");
+    progress.stage("screening", "");
     let prepared = prepare(
         loaded.recording,
         loaded.step_s,
         &screening(&arguments.source),
     );
     let recording = prepared.map_err(|e| Failure::input(first, e))?.averaged();
-    progress.stage("simulating");
+    progress.stage("simulating", "");
     let options = ReplayOptions {
         delay_s: model.delay_s,
         ..options_given
     };
     let run =
         replay(&model.return_line(), &recording, &options).map_err(|e| Failure::input(first, e))?;
-    progress.stage(&format!("writing {}", arguments.out.display()));
+    progress.stage("writing", &arguments.out.display().to_string());
     let table = as_table(&run);
     output::replace(&arguments.out, |writer| {
         match target {
@@ -59,14 +59,16 @@ pub(crate) fn run(arguments: &Simulate, global: &Global) -> Result<String, Failu
     })?;
     let mut drawn = Vec::new();
     if let Some(folder) = &arguments.figures {
-        progress.stage("drawing figures");
+        progress.stage("drawing", "figures");
         let runs = all_kinds(&model, &recording, &options, first)?;
         drawn = figures::draw_simulations(folder, &runs)?;
     }
-    let seconds = progress.seconds();
+    let (seconds, stages) = (progress.seconds(), progress.seconds_by_stage());
     drop(progress);
     if global.json {
-        return Ok(say::json(&as_json(&run, arguments, &drawn, seconds)));
+        let mut value = as_json(&run, arguments, &drawn, seconds);
+        value["seconds_by_stage"] = stages;
+        return Ok(say::json(&value));
     }
     Ok(tell(&run, arguments, drawn.len()))
 }

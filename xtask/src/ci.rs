@@ -1,0 +1,14 @@
+//! `cargo xtask ci`: the same script that guards submissions.
+
+use crate::tools;
+use anyhow::Result;
+use std::process::Command;
+
+/// Runs `.ci/run`.
+pub(crate) fn run() -> Result<()> {
+    tools::run(
+        Command::new("bash")
+            .arg(".ci/run")
+            .current_dir(tools::root()),
+    )
+}
