@@ -69,7 +69,7 @@ fn stand_in(dgd: &Path, out: &Path) -> Result<(PathBuf, PathBuf)> {
     println!("recording the 85 h stand-in into {}", out.display());
     tools::run(
         Command::new(plant)
-            .args(["gom", "--seed", "2015", "--out"])
+            .args(["gom", "--seed", "5", "--out"])
             .arg(out),
     )?;
     let recording = out.join("gom1.mat");

@@ -200,13 +200,13 @@ pub(crate) fn identification(fitted: &Fitted, units: &Units) -> Result<Vec<Figur
         )?);
     }
     if let Some(Ok(search)) = &id.pump.search {
-        let trial =
-            |f: fn(&dgd_pump::Trial) -> f64| -> Vec<f64> { search.trials.iter().map(f).collect() };
-        let (n0, n2) = (trial(|t| t.n0), trial(|t| t.n2));
-        let cost = scaled(
-            &trial(|t| t.mse_m2.unwrap_or(f64::NAN)),
-            units.head.0.powi(2),
-        );
+        // The first search is the thesis's; its restarts only confirm the end.
+        let first: Vec<_> = search.path.iter().filter(|p| p.search == 0).collect();
+        let corner = |f: fn(&dgd_pump::PathPoint) -> f64| -> Vec<f64> {
+            first.iter().map(|p| f(p)).collect()
+        };
+        let (n0, n2) = (corner(|p| p.n0), corner(|p| p.n2));
+        let cost = scaled(&corner(|p| p.mse_m2), units.head.0.powi(2));
         let path = SearchPath {
             n0: &n0,
             n2: &n2,

@@ -2,7 +2,7 @@
 
 use crate::commands::fit::Fitted;
 use crate::figures::{self, Units};
-use crate::say::{count, number};
+use crate::say::{brief, count, number};
 use dgd_identify::Estimate;
 use dgd_replay::{Deviation, Pair, Replay};
 use dgd_report::{Page, ReportError, Table};
@@ -89,14 +89,14 @@ fn lead(fitted: &Fitted, coupled: &Replay) -> String {
     let kept = 100.0 * model.data.kept as f64 / model.data.samples.max(1) as f64;
     let level = coupled.level_m.deviation().map_or(String::new(), |d| {
         format!(" In a free run over {} h the riser level stays within {} m (root mean square) of the measured one.",
-            number((coupled.time_s.len() as f64 * model.data.step_s) / 3600.0), number(d.rmse))
+            brief((coupled.time_s.len() as f64 * model.data.step_s) / 3600.0), brief(d.rmse))
     });
     format!(
         "The return flow meter is {} s late; friction is known to {} bar and pump head to {} m (root mean square) \
          from {} samples, {kept:.0} % of the recording.{level}",
-        number(model.delay_s),
-        number(model.friction.mse_pa2.sqrt() * 1e-5),
-        number(model.pump.mse_m2.sqrt()),
+        brief(model.delay_s),
+        brief(model.friction.mse_pa2.sqrt() * 1e-5),
+        brief(model.pump.mse_m2.sqrt()),
         count(model.data.kept),
     )
 }
@@ -107,7 +107,7 @@ fn screening_sentence(fitted: &Fitted) -> String {
         "{} samples, one every {} s. {} can be used: pump on, pressure rising over it, flow positive, no stuck or \
          spiking transmitter.",
         count(data.samples),
-        number(data.step_s),
+        brief(data.step_s),
         count(data.kept)
     )
 }
@@ -129,7 +129,7 @@ fn rejected(fitted: &Fitted) -> Table {
 
 fn friction_sentence(fitted: &Fitted) -> String {
     let id = &fitted.identification;
-    let root = |mse: f64| number(mse.sqrt() * 1e-5);
+    let root = |mse: f64| brief(mse.sqrt() * 1e-5);
     let first = id.undelayed.as_ref().map_or(String::new(), |f| {
         format!(
             "With the flow as the meter shows it, C q + D q² leaves {} bar. ",
@@ -144,7 +144,7 @@ fn friction_sentence(fitted: &Fitted) -> String {
     });
     format!(
         "{first}Read {} s later it leaves {} bar.{last}",
-        number(id.sweep.delays_s[id.sweep.best]),
+        brief(id.sweep.delays_s[id.sweep.best]),
         root(id.sweep.fit.mse_pa2)
     )
 }
@@ -159,15 +159,15 @@ fn pump_sentence(fitted: &Fitted) -> String {
         };
         format!(
             "With exponents 2 and 2 the fit leaves {} m {shape}. ",
-            number(f.mse_m2.sqrt())
+            brief(f.mse_m2.sqrt())
         )
     });
     match &pump.search {
         Some(Ok(search)) => format!(
             "{plain}With exponents {} and {}, found under c1, c2 > 0 and n2 > 1, it leaves {} m.",
-            number(search.fit.curve.n0),
-            number(search.fit.curve.n2),
-            number(search.fit.mse_m2.sqrt())
+            brief(search.fit.curve.n0),
+            brief(search.fit.curve.n2),
+            brief(search.fit.mse_m2.sqrt())
         ),
         _ => plain,
     }

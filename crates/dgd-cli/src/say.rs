@@ -60,8 +60,17 @@ impl TextTable {
     }
 }
 
-/// A number with about five significant figures.
+/// A number with about five significant figures, for tables.
 pub(crate) fn number(value: f64) -> String {
+    rounded(value, 5)
+}
+
+/// A number with about three significant figures, for sentences.
+pub(crate) fn brief(value: f64) -> String {
+    rounded(value, 3)
+}
+
+fn rounded(value: f64, figures: i32) -> String {
     let size = value.abs();
     if value == 0.0 || !value.is_finite() {
         format!("{value}")
@@ -70,7 +79,7 @@ pub(crate) fn number(value: f64) -> String {
     } else {
         // Bounded by the range above: -3 to 6.
         #[expect(clippy::cast_possible_truncation, reason = "between -3 and 6")]
-        let digits = 4 - size.log10().floor() as i32;
+        let digits = figures - 1 - size.log10().floor() as i32;
         let text = format!("{value:.*}", usize::try_from(digits).unwrap_or(0));
         if text.contains('.') {
             text.trim_end_matches('0').trim_end_matches('.').to_owned()
@@ -116,6 +125,13 @@ mod tests {
         assert_eq!(number(1.6243), "1.6243");
         assert_eq!(number(1.2e8), "1.200e8");
         assert_eq!(number(-0.000_012_345), "-1.234e-5");
+    }
+
+    #[test]
+    fn a_sentence_has_three_figures() {
+        assert_eq!(brief(0.079_66), "0.0797");
+        assert_eq!(brief(2.541), "2.54");
+        assert_eq!(brief(13.0), "13");
     }
 
     #[test]

@@ -10,8 +10,8 @@
 //! Ratios of references are in the data and cannot be hidden: the mass balance
 //! (Eq. 3.45) fixes q₁₀₀/(A_a h₁₀₀), the pressure balance (Eq. 4.2) fixes h₁₀₀/H₁₀₀
 //! and F₁₀₀/(ρ g H₁₀₀). The scale itself is in none of them. It would be in the
-//! transmitters' quantisation (0.5 gpm is a fixed share of q₁₀₀), so every value is
-//! dithered over one step of its transmitter before it is written.
+//! transmitters' quantisation (0.5 gpm is a fixed share of q₁₀₀), so every flow and every
+//! pressure is dithered over one step of its transmitter before anything is worked out of it.
 #![deny(missing_docs)]
 
 mod model;

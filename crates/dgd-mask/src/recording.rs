@@ -2,7 +2,7 @@
 
 use crate::references::secret_generator;
 use dgd_identify::{Prepared, Series};
-use dgd_recording::{Recording, quantum};
+use dgd_recording::quantum;
 use dgd_units::MaskReferences;
 use rand::{Rng, RngExt};
 
@@ -64,43 +64,39 @@ pub fn mask_recording(
     let recording = &prepared.recording;
     let mut random = secret_generator(recording, b"dither");
     let mut flow = |values: &[f64]| {
-        let step = quantum(values).unwrap_or(0.0);
+        let step = quantum(values).map(|step| references.mask_flow(step));
         let masked = values
             .iter()
             .map(|v| references.mask_flow(*v))
             .map(|p| if p.abs() > 200.0 { f64::NAN } else { p });
-        dithered(masked.collect(), references.mask_flow(step), &mut random)
+        let noise = dither(values.len(), step.as_slice(), &mut random);
+        masked.zip(noise).map(|(p, d)| p + d).collect()
     };
     let mud_pump_flow_pct = flow(&recording.mud_pump_flow_m3_s);
     let booster_flow_pct = flow(&recording.booster_flow_m3_s);
     let topfill_flow_pct = flow(&recording.topfill_flow_m3_s);
     let return_flow_pct = flow(&recording.return_flow_m3_s);
-    let step_pa = pressure_step_pa(recording);
-    // A metre of mud in Pa is what friction and head differ by; the steps of level and head follow from their own
-    // series, which are the pressures' but for that factor.
-    let mut derived = |values: &[f64], mask: &dyn Fn(f64) -> f64, step: f64| {
-        dithered(
-            values.iter().map(|v| mask(*v)).collect(),
-            mask(step),
-            &mut random,
-        )
+    // Level, friction and head are three views of two pressures. It is the pressures that are dithered: noise of its
+    // own on each view would average out of a combination of them, and the steps would show again.
+    let mut side = |transmitters: &[Vec<f64>]| {
+        let steps: Vec<f64> = transmitters.iter().filter_map(|t| quantum(t)).collect();
+        dither(recording.len(), &steps, &mut random)
     };
+    let inlet_pa = side(&recording.pump_inlet_pressure_pa);
+    let outlet_pa = side(&recording.pump_outlet_pressure_pa);
     let weight_pa_m = weight_pa_m(prepared, series);
-    let friction_pct = derived(
-        &series.friction_pa,
-        &|v| references.mask_friction(v),
-        step_pa,
-    );
-    let head_pct = derived(
-        &series.head_m,
-        &|v| references.mask_head(v),
-        step_pa / weight_pa_m,
-    );
-    let level_pct = derived(
-        &series.level_m,
-        &|v| references.mask_level(v),
-        step_pa / weight_pa_m,
-    );
+    let friction = series.friction_pa.iter().zip(&outlet_pa);
+    let friction_pct = friction
+        .map(|(f, outlet)| references.mask_friction(f + outlet))
+        .collect();
+    let head = series.head_m.iter().zip(inlet_pa.iter().zip(&outlet_pa));
+    let head_pct = head
+        .map(|(h, (inlet, outlet))| references.mask_head(h + (outlet - inlet) / weight_pa_m))
+        .collect();
+    let level = series.level_m.iter().zip(&inlet_pa);
+    let level_pct = level
+        .map(|(h, inlet)| references.mask_level(h - inlet / weight_pa_m))
+        .collect();
     let first = recording.time_s.first().copied().unwrap_or(0.0);
     MaskedRecording {
         time_s: recording.time_s.iter().map(|t| t - first).collect(),
@@ -116,39 +112,29 @@ pub fn mask_recording(
     }
 }
 
-/// Coarsest step of the pressure transmitters, Pa.
-fn pressure_step_pa(recording: &Recording) -> f64 {
-    let sides = recording
-        .pump_inlet_pressure_pa
-        .iter()
-        .chain(&recording.pump_outlet_pressure_pa);
-    sides
-        .filter_map(|values| quantum(values))
-        .fold(0.0, f64::max)
-}
-
-/// ρg, Pa/m, out of the series themselves: inlet pressure against level.
+/// ρg, Pa/m, out of the series themselves: pressure across the pump against head.
 fn weight_pa_m(prepared: &Prepared, series: &Series) -> f64 {
-    let inlet = &prepared.inlet_pressure_pa;
-    let pairs = || {
-        inlet
-            .iter()
-            .zip(&series.level_m)
-            .filter(|(p, _)| p.is_finite())
-    };
-    let far = |a: (&f64, &f64), b: (&f64, &f64)| (a.0 - b.0).abs() > 1.0;
-    let Some(first) = pairs().next() else {
-        return f64::INFINITY;
-    };
-    let other = pairs().find(|pair| far(first, *pair));
-    other.map_or(f64::INFINITY, |(p, h)| (p - first.0) / (first.1 - h))
+    let sides = prepared
+        .outlet_pressure_pa
+        .iter()
+        .zip(&prepared.inlet_pressure_pa);
+    let across = sides.map(|(outlet, inlet)| outlet - inlet);
+    // Of the largest head, whose digits are the best.
+    across
+        .zip(&series.head_m)
+        .filter(|(_, head)| head.abs() > 0.0)
+        .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
+        .map_or(f64::INFINITY, |(across_pa, head_m)| across_pa / head_m)
 }
 
-/// Adds noise uniform over one step: the mean stays, the steps are gone.
-fn dithered(mut values: Vec<f64>, step: f64, random: &mut impl Rng) -> Vec<f64> {
-    for value in &mut values {
-        // Drawn for missing values too, so that a gap does not shift the rest.
-        *value += step * (random.random::<f64>() - 0.5);
-    }
-    values
+/// Noise uniform over one step of each transmitter: the mean stays, the steps are gone.
+///
+/// One draw a transmitter, not one over the coarsest: noise as wide as another's step
+/// does not fill one's own.
+fn dither(len: usize, steps: &[f64], random: &mut impl Rng) -> Vec<f64> {
+    // Drawn for missing values too, so that a gap does not shift the rest.
+    let mut draw = |step: &f64| step * (random.random::<f64>() - 0.5);
+    (0..len)
+        .map(|_| steps.iter().map(&mut draw).sum())
+        .collect()
 }

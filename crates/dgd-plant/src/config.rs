@@ -277,7 +277,7 @@ impl Plan {
             transmitters: transmitters(),
             faults: faults(),
             historian: Historian {
-                poll_s: [15.0, 15.0, 15.0, 40.0, 1.0, 1.0, 1.0, 1.0, 1.0, 5.0],
+                poll_s: [15.0, 15.0, 15.0, 600.0, 1.0, 1.0, 1.0, 1.0, 1.0, 5.0],
                 deadband: [4.0, 4.0, 3.0, 8.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.3],
                 silence_s: 1800.0,
                 gaps_s: vec![

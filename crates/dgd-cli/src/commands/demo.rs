@@ -4,7 +4,7 @@ use crate::args::{Demo, Global, Source};
 use crate::commands::{fit, simulate};
 use crate::failure::Failure;
 use crate::progress::Progress;
-use crate::say::{self, number};
+use crate::say::{self, brief};
 use crate::{figures, load, output, page};
 use dgd_export::{CsvOptions, McapOptions};
 use dgd_identify::IdentifyOptions;
@@ -96,7 +96,7 @@ pub(crate) fn run(arguments: &Demo, global: &Global) -> Result<String, Failure> 
          dgd fit {shown}/recording.mat --well {shown}/well.toml --out {shown}/model.toml\n      \
          dgd simulate {shown}/recording.mat --well {shown}/well.toml --model {shown}/model.toml --out {shown}/run.csv\n",
         fit::tell(&fitted),
-        number(level),
-        number(flow * 6e4),
+        brief(level),
+        brief(flow * 6e4),
     ))
 }

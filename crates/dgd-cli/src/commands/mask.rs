@@ -13,7 +13,7 @@ use dgd_mask::{MaskedRecording, choose_references, mask_model, mask_recording};
 use dgd_recording::{Column, Table};
 use dgd_units::MaskReferences;
 use serde_json::json;
-use std::path::Path;
+use std::path::{Component, Path, PathBuf};
 
 pub(crate) fn run(arguments: &Mask, global: &Global) -> Result<String, Failure> {
     refuse_references_inside(&arguments.references, &arguments.out)?;
@@ -85,8 +85,7 @@ pub(crate) fn run(arguments: &Mask, global: &Global) -> Result<String, Failure> 
 
 /// The references must not travel with what they unmask.
 fn refuse_references_inside(references: &Path, out: &Path) -> Result<(), Failure> {
-    let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-    if absolute(references).starts_with(absolute(out)) {
+    if resolved(references).starts_with(resolved(out)) {
         return Err(Failure::Arguments {
             reason: format!(
                 "--references {} lies in the folder {} that is passed on; choose another place",
@@ -96,6 +95,23 @@ fn refuse_references_inside(references: &Path, out: &Path) -> Result<(), Failure
         });
     }
     Ok(())
+}
+
+/// Where a path leads, links and `..` followed as far as it exists.
+fn resolved(path: &Path) -> PathBuf {
+    let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    let mut place = PathBuf::new();
+    for part in absolute.components() {
+        match part {
+            Component::ParentDir => {
+                place.pop();
+            }
+            part => place.push(part),
+        }
+        // What does not exist yet is no link.
+        place = std::fs::canonicalize(&place).unwrap_or(place);
+    }
+    place
 }
 
 /// The references in the file, or the chosen ones, written there.

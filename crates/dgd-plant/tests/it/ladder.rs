@@ -81,7 +81,7 @@ fn short_recording_has_the_same_ladder() {
 }
 
 #[test]
-fn signs_do_not_hang_on_the_seed() {
+fn signs_hold_for_the_first_eight_seeds() {
     for seed in 1..=8 {
         let s = screen(&record(&Plan::gom(seed)).unwrap());
         assert!(

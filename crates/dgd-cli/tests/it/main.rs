@@ -1,0 +1,10 @@
+//! Claims about the `dgd` binary: what it writes, what it refuses, what it never tells.
+#![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+mod bench;
+mod demo;
+mod exam;
+mod formats;
+mod masking;
+mod outputs;
+mod refusals;
+mod simulating;
