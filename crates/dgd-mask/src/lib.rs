@@ -21,3 +21,8 @@ mod references;
 pub use model::{MaskedEstimate, MaskedModel, MaskedTerm, mask_model};
 pub use recording::{MaskedRecording, mask_recording};
 pub use references::{MaskingError, choose_references};
+
+/// The README's examples are tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
