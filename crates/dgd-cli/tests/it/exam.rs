@@ -59,11 +59,13 @@ fn exam(recording: &std::path::Path, well: &std::path::Path) -> Result<(), Strin
         if said["schema"] != schema {
             return Err(format!("{} said {}", arguments[0], said["schema"]));
         }
-        let deviation = &said["deviation"]["riser_level_m"]["rmse"];
-        println!(
-            "{recording}: {schema} delay {} level rmse {deviation}",
-            said["delay"]["best_s"]
-        );
+        let found = [
+            &said["delay"]["best_s"],
+            &said["deviation"]["riser_level_m"]["rmse"],
+        ];
+        for number in found.iter().filter(|n| !n.is_null()) {
+            println!("{recording}: {} {number}", arguments[0]);
+        }
     }
     Ok(())
 }
