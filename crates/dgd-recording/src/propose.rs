@@ -163,7 +163,10 @@ pub fn propose_channels(survey: &TableSurvey) -> Proposal {
         for words in wanted.names {
             for (index, column) in survey.columns.iter().enumerate() {
                 let full = proposal.channels.len() - before >= wanted.most;
-                let other_dimension = column.unit.is_some_and(|u| u.dimension != wanted.dimension);
+                // A name may say the unit that the file does not: `Flow Out %` is no flow rate.
+                let percent = column.unit.is_none() && column.tag.contains('%');
+                let other_dimension = column.unit.is_some_and(|u| u.dimension != wanted.dimension)
+                    || (percent && wanted.dimension != Dimension::Percent);
                 if full
                     || taken[index]
                     || other_dimension

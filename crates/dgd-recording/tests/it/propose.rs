@@ -193,3 +193,11 @@ fn a_table_without_columns_has_everything_missing() {
     };
     assert_eq!(proposed(&only).channels, []);
 }
+
+#[test]
+fn a_name_in_percent_is_no_flow_rate() {
+    let mut log = table(&stamps());
+    log.columns[4].tag = "Flow Out %".into();
+    log.columns[4].unit = None;
+    assert_eq!(proposed(&log).missing, ["return_flow"]);
+}
