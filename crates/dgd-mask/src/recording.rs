@@ -13,12 +13,8 @@ use rand::{Rng, RngExt};
 pub struct MaskedRecording {
     /// Seconds from the start.
     pub time_s: Vec<f64>,
-    /// q_p, % of the flow reference.
-    pub mud_pump_flow_pct: Vec<f64>,
-    /// q_bp, % of the flow reference.
-    pub booster_flow_pct: Vec<f64>,
-    /// q_tf, % of the flow reference.
-    pub topfill_flow_pct: Vec<f64>,
+    /// q_in = q_p + q_bp + q_tf, % of the flow reference.
+    pub inflow_pct: Vec<f64>,
     /// q_MRL, % of the flow reference.
     pub return_flow_pct: Vec<f64>,
     /// F_MRL, % of the friction reference (Eq. 3.9).
@@ -35,12 +31,10 @@ pub struct MaskedRecording {
 
 impl MaskedRecording {
     /// Every series with its name, time first.
-    pub fn columns(&self) -> [(&'static str, &[f64]); 9] {
+    pub fn columns(&self) -> [(&'static str, &[f64]); 7] {
         [
             ("t", &self.time_s),
-            ("mud_pump_flow", &self.mud_pump_flow_pct),
-            ("booster_flow", &self.booster_flow_pct),
-            ("topfill_flow", &self.topfill_flow_pct),
+            ("inflow", &self.inflow_pct),
             ("return_flow", &self.return_flow_pct),
             ("friction", &self.friction_pct),
             ("pump_head", &self.head_pct),
@@ -55,7 +49,9 @@ impl MaskedRecording {
 /// - `series`: level, friction and head of the same recording.
 ///
 /// Flows are blanked where they are beyond twice the reference: an instrument's full
-/// scale is a number that people know.
+/// scale is a number that people know. Of the flows into the riser only the sum is told,
+/// which is all that the model reads (Eq. 3.45): a topfill that rests on a round number
+/// would be a guess away from the reference.
 pub fn mask_recording(
     prepared: &Prepared,
     series: &Series,
@@ -70,11 +66,13 @@ pub fn mask_recording(
             .map(|v| references.mask_flow(*v))
             .map(|p| if p.abs() > 200.0 { f64::NAN } else { p });
         let noise = dither(values.len(), step.as_slice(), &mut random);
-        masked.zip(noise).map(|(p, d)| p + d).collect()
+        masked.zip(noise).map(|(p, d)| p + d).collect::<Vec<f64>>()
     };
-    let mud_pump_flow_pct = flow(&recording.mud_pump_flow_m3_s);
-    let booster_flow_pct = flow(&recording.booster_flow_m3_s);
-    let topfill_flow_pct = flow(&recording.topfill_flow_m3_s);
+    let inflow_pct = sum([
+        flow(&recording.mud_pump_flow_m3_s),
+        flow(&recording.booster_flow_m3_s),
+        flow(&recording.topfill_flow_m3_s),
+    ]);
     let return_flow_pct = flow(&recording.return_flow_m3_s);
     // Level, friction and head are three views of two pressures. It is the pressures that are dithered: noise of its
     // own on each view would average out of a combination of them, and the steps would show again.
@@ -100,9 +98,7 @@ pub fn mask_recording(
     let first = recording.time_s.first().copied().unwrap_or(0.0);
     MaskedRecording {
         time_s: recording.time_s.iter().map(|t| t - first).collect(),
-        mud_pump_flow_pct,
-        booster_flow_pct,
-        topfill_flow_pct,
+        inflow_pct,
         return_flow_pct,
         friction_pct,
         head_pct,
@@ -110,6 +106,14 @@ pub fn mask_recording(
         pump_speed_pct: recording.pump_speed_pct.clone(),
         keep: prepared.keep.clone(),
     }
+}
+
+/// Sample by sample; NaN where any is.
+fn sum([mut total, b, c]: [Vec<f64>; 3]) -> Vec<f64> {
+    for (total, (b, c)) in total.iter_mut().zip(b.iter().zip(&c)) {
+        *total += b + c;
+    }
+    total
 }
 
 /// ρg, Pa/m, out of the series themselves: pressure across the pump against head.

@@ -55,21 +55,9 @@ fn cases(rig: &Rig, references: &MaskReferences) -> Vec<Case> {
     let (inlet, outlet) = (rig.inlet_steps_pa[0], rig.outlet_steps_pa[0]);
     vec![
         (
-            "mud pump",
-            masked.mud_pump_flow_pct,
-            plain(&r.mud_pump_flow_m3_s, &flow),
-            flow_step,
-        ),
-        (
-            "booster",
-            masked.booster_flow_pct,
-            plain(&r.booster_flow_m3_s, &flow),
-            flow_step,
-        ),
-        (
-            "topfill",
-            masked.topfill_flow_pct,
-            plain(&r.topfill_flow_m3_s, &flow),
+            "inflow",
+            masked.inflow_pct,
+            plain(&r.inflow_m3_s(), &flow),
             flow_step,
         ),
         (

@@ -31,14 +31,19 @@ fn every_channel_is_a_percentage_of_its_reference_to_half_a_step() {
     let [flow, friction, head, level] = rig.references().disclose();
     let recording = &prepared.recording;
     let half_flow = rig.flow_step_m3_s / 2.0;
-    for (pct, si) in [
-        (&masked.mud_pump_flow_pct, &recording.mud_pump_flow_m3_s),
-        (&masked.booster_flow_pct, &recording.booster_flow_m3_s),
-        (&masked.topfill_flow_pct, &recording.topfill_flow_m3_s),
-        (&masked.return_flow_pct, &recording.return_flow_m3_s),
-    ] {
-        assert_percent(pct, si, flow, half_flow);
-    }
+    assert_percent(
+        &masked.return_flow_pct,
+        &recording.return_flow_m3_s,
+        flow,
+        half_flow,
+    );
+    // Three meters, three half steps.
+    assert_percent(
+        &masked.inflow_pct,
+        &recording.inflow_m3_s(),
+        flow,
+        3.0 * half_flow,
+    );
     let half_m = 345.0 / rig.well().weight_pa_m();
     assert_percent(&masked.friction_pct, &series.friction_pa, friction, 345.0);
     assert_percent(&masked.level_pct, &series.level_m, level, half_m);
@@ -109,8 +114,8 @@ fn a_meter_at_its_full_scale_is_blanked() {
     let (mut prepared, series) = rig.voyage();
     prepared.recording.mud_pump_flow_m3_s[5] = 2.1 * rig.references().disclose()[0];
     let masked = mask_recording(&prepared, &series, &rig.references());
-    assert!(masked.mud_pump_flow_pct[5].is_nan());
-    assert!(masked.mud_pump_flow_pct[6].is_finite());
+    assert!(masked.inflow_pct[5].is_nan());
+    assert!(masked.inflow_pct[6].is_finite());
 }
 
 #[test]
