@@ -112,11 +112,7 @@ fn compare(inspected: &Value, fitted: &Value, runs: &Runs) -> Result<String> {
     let kept = number(fitted, "/kept")?;
     let measured = number(fitted, "/samples")?;
     let rows = [
-        row(
-            "samples",
-            "305,820",
-            &format!("{measured:.0}, with the seams between the four series"),
-        ),
+        row("samples", "305,820", &format!("{measured:.0}")),
         row(
             "kept by the screening",
             "52,579 (17.2 %)",

@@ -126,10 +126,13 @@ pub(crate) fn identification(fitted: &Fitted, units: &Units) -> Result<Vec<Figur
     };
     let mut figures = Vec::new();
     if let Some((Series { friction_pa, .. }, flow)) = &fitted.unscreened {
-        let (all_q, all_f) = (
-            scaled(flow, units.flow.0),
-            scaled(friction_pa, units.friction.0),
-        );
+        // What fills gaps and seams of the even clock was never measured.
+        let (all_q, all_f): (Vec<f64>, Vec<f64>) = flow
+            .iter()
+            .zip(friction_pa)
+            .filter(|(q, f)| q.is_finite() || f.is_finite())
+            .map(|(q, f)| (q * units.flow.0, f * units.friction.0))
+            .unzip();
         let all = Scatter {
             x: &all_q,
             y: &all_f,

@@ -15,8 +15,8 @@ pub(crate) struct Loaded {
     pub(crate) step_s: f64,
     pub(crate) formats: Vec<Format>,
     pub(crate) issues: Vec<(PathBuf, Issue)>,
-    /// First sample and length of each file's part.
-    pub(crate) parts: Vec<(usize, usize)>,
+    /// Samples in the files, without those that fill gaps and seams of the even clock.
+    pub(crate) samples: usize,
 }
 
 /// Reads a file whole; recordings are decoded from memory in one pass.
@@ -89,6 +89,7 @@ pub(crate) fn read_recordings(
         let mut issues = std::mem::take(&mut table.issues);
         let (recording, mapping) =
             Recording::from_table(table, well).map_err(|e| Failure::input(path, e))?;
+        let samples = recording.len();
         let (recording, step_s, clock) =
             recording.onto_grid().map_err(|e| Failure::input(path, e))?;
         issues.extend(mapping.into_iter().chain(clock));
@@ -98,13 +99,12 @@ pub(crate) fn read_recordings(
             .collect();
         match &mut loaded {
             None => {
-                let parts = vec![(0, recording.len())];
                 loaded = Some(Loaded {
                     recording,
                     step_s,
                     formats: vec![format],
                     issues,
-                    parts,
+                    samples,
                 });
             }
             Some(all) => {
@@ -116,8 +116,8 @@ pub(crate) fn read_recordings(
                     );
                     return Err(Failure::input(path, reason));
                 }
-                let start = all.recording.append(recording, all.step_s);
-                all.parts.push((start, all.recording.len() - start));
+                all.recording.append(recording, all.step_s);
+                all.samples += samples;
                 all.formats.push(format);
                 all.issues.extend(issues);
             }

@@ -66,7 +66,7 @@ pub struct PumpModel {
 pub struct DataUsed {
     /// Recordings, as the user names them.
     pub recordings: Vec<String>,
-    /// Samples on the even clock.
+    /// Samples recorded; `identify` counts those on the even clock, gaps included, until told better.
     pub samples: usize,
     /// Samples that passed the screening.
     pub kept: usize,

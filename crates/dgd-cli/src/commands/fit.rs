@@ -104,6 +104,7 @@ pub(crate) fn fit(
     progress.stage("identifying", "friction, delay and pump");
     let mut identification =
         identify(&prepared, well, options).map_err(|e| Failure::input(first, e))?;
+    identification.model.data.samples = loaded.samples;
     identification.model.data.recordings = names(&source.recordings);
     for warning in &identification.warnings {
         tracing::warn!("{warning}");
