@@ -123,16 +123,16 @@ pub(crate) struct Simulate {
     #[arg(long, value_name = "FILE", default_value = "simulation.csv")]
     pub(crate) out: PathBuf,
     /// Seconds from:to; the whole recording if absent
-    #[arg(long, value_name = "FROM:TO", value_parser = parse_range)]
+    #[arg(long, value_name = "FROM:TO", value_parser = parse_range, allow_hyphen_values = true)]
     pub(crate) window: Option<(f64, f64)>,
     /// Which equations are simulated, and which are driven by the recording
     #[arg(long, value_enum, default_value_t = KindArg::Coupled)]
     pub(crate) kind: KindArg,
     /// Riser level at the start, such as "140 m"; measured if absent
-    #[arg(long, value_name = "LENGTH")]
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
     pub(crate) level: Option<String>,
     /// Flow through the pump at the start, such as "800 gpm"; measured if absent
-    #[arg(long, value_name = "FLOW")]
+    #[arg(long, value_name = "FLOW", allow_hyphen_values = true)]
     pub(crate) flow: Option<String>,
     /// Integration method
     #[arg(long, value_enum, default_value_t = SolverArg::Rodas)]
@@ -205,6 +205,9 @@ pub(crate) struct Convert {
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  dgd demo
+  dgd demo --out elsewhere --json")]
 pub(crate) struct Demo {
     /// Folder for the report, its pictures and the model
     #[arg(long, value_name = "DIR", default_value = "dgd-demo")]

@@ -1,6 +1,7 @@
 //! Files in: recordings, wells, models.
 
 use crate::failure::Failure;
+use crate::output;
 use crate::progress::Progress;
 use dgd_ingest::{Format, ReadOptions};
 use dgd_recording::{Issue, Recording, Table, Well};
@@ -22,6 +23,7 @@ pub(crate) struct Loaded {
 /// Reads a file whole; recordings are decoded from memory in one pass.
 pub(crate) fn read_bytes(path: &Path, progress: &Progress) -> Result<Vec<u8>, Failure> {
     let mut file = File::open(path).map_err(|e| Failure::read(path, &e))?;
+    output::protect(path);
     let size = file.metadata().map(|m| m.len()).unwrap_or(0);
     if file.metadata().is_ok_and(|m| m.is_dir()) {
         return Err(Failure::input(
@@ -40,6 +42,7 @@ pub(crate) fn read_bytes(path: &Path, progress: &Progress) -> Result<Vec<u8>, Fa
 /// Reads a text document.
 pub(crate) fn read_text(path: &Path) -> Result<String, Failure> {
     let bytes = std::fs::read(path).map_err(|e| Failure::read(path, &e))?;
+    output::protect(path);
     String::from_utf8(bytes).map_err(|e| {
         let at = e.utf8_error().valid_up_to();
         Failure::input(

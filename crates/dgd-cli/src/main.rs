@@ -22,9 +22,18 @@ fn main() -> ExitCode {
     start_tracing(&arguments.global);
     match run(&arguments) {
         Ok(said) => {
-            // A closed pipe (`dgd inspect x | head`) is no failure.
-            let _ = std::io::stdout().write_all(said.as_bytes());
-            ExitCode::SUCCESS
+            let mut stdout = std::io::stdout();
+            let written = stdout
+                .write_all(said.as_bytes())
+                .and_then(|()| stdout.flush());
+            match written {
+                // A closed pipe (`dgd inspect x | head`) is no failure.
+                Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+                    let _ = writeln!(std::io::stderr(), "error: standard output: {error}");
+                    ExitCode::from(1)
+                }
+                _ => ExitCode::SUCCESS,
+            }
         }
         Err(failure) => {
             let _ = std::io::stderr().write_all(failure.render().as_bytes());

@@ -1,9 +1,20 @@
-//! Output files appear whole or not at all.
+//! Output files appear whole or not at all, and never in the place of an input.
 
 use crate::failure::Failure;
-use std::fs::File;
+use std::fs::{File, Permissions};
 use std::io::{BufWriter, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+/// What this run has read: results must not replace it.
+static INPUTS: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// Notes a file that was read.
+pub(crate) fn protect(path: &Path) {
+    if let (Ok(path), Ok(mut inputs)) = (path.canonicalize(), INPUTS.lock()) {
+        inputs.push(path);
+    }
+}
 
 /// Writes a file through a temporary one beside it, then renames: a reader sees
 /// the old file or the new one, never a half.
@@ -11,21 +22,41 @@ pub(crate) fn replace(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> Result<(), String>,
 ) -> Result<(), Failure> {
-    persist(path, write)?;
-    make_readable(path)
+    persist(path, shared(), write)
+}
+
+/// [`replace`] with bytes at hand.
+pub(crate) fn replace_bytes(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    replace(path, |writer| {
+        writer.write_all(bytes).map_err(|e| e.to_string())
+    })
+}
+
+/// [`replace_bytes`] for what only its owner may read.
+pub(crate) fn replace_private(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    // Temporary files are private to their owner as they are.
+    persist(path, None, |writer| {
+        writer.write_all(bytes).map_err(|e| e.to_string())
+    })
 }
 
 fn persist(
     path: &Path,
+    permissions: Option<Permissions>,
     write: impl FnOnce(&mut BufWriter<File>) -> Result<(), String>,
 ) -> Result<(), Failure> {
-    let folder = match path.parent() {
+    let target = target(path)?;
+    let folder = match target.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     };
     std::fs::create_dir_all(folder).map_err(|e| Failure::write(path, &e))?;
-    let temporary = tempfile::Builder::new()
-        .prefix(".dgd-")
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".dgd-");
+    if let Some(permissions) = permissions {
+        builder.permissions(permissions);
+    }
+    let temporary = builder
         .tempfile_in(folder)
         .map_err(|e| Failure::write(path, &e))?;
     let (file, hidden) = temporary.into_parts();
@@ -37,37 +68,48 @@ fn persist(
     let file = writer
         .into_inner()
         .map_err(|e| Failure::write(path, e.error()))?;
+    // A file that its owner has closed to others stays closed.
+    if let Ok(before) = std::fs::metadata(&target) {
+        file.set_permissions(before.permissions())
+            .map_err(|e| Failure::write(path, &e))?;
+    }
     file.sync_all().map_err(|e| Failure::write(path, &e))?;
     drop(file);
     hidden
-        .persist(path)
+        .persist(&target)
         .map(drop)
         .map_err(|e| Failure::write(path, &e.error))
 }
 
-/// [`replace_bytes`] for what only its owner may read.
-pub(crate) fn replace_private(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    persist(path, |writer| {
-        writer.write_all(bytes).map_err(|e| e.to_string())
-    })
+/// The file behind links, if it may be replaced: a regular one that was not read.
+fn target(path: &Path) -> Result<PathBuf, Failure> {
+    let Ok(target) = path.canonicalize() else {
+        return Ok(path.to_owned());
+    };
+    if !target.is_file() {
+        return Err(Failure::Write {
+            path: path.to_owned(),
+            reason: "it is no regular file".into(),
+        });
+    }
+    if INPUTS.lock().is_ok_and(|inputs| inputs.contains(&target)) {
+        let reason = format!(
+            "{} is an input of this run and would be replaced; name another output",
+            path.display()
+        );
+        return Err(Failure::Arguments { reason });
+    }
+    Ok(target)
 }
 
-/// Temporary files are private to their owner; results are meant to be shared.
+/// Results are shared as the user's umask says.
 #[cfg(unix)]
-fn make_readable(path: &Path) -> Result<(), Failure> {
+fn shared() -> Option<Permissions> {
     use std::os::unix::fs::PermissionsExt;
-    let permissions = std::fs::Permissions::from_mode(0o644);
-    std::fs::set_permissions(path, permissions).map_err(|e| Failure::write(path, &e))
+    Some(Permissions::from_mode(0o666))
 }
 
 #[cfg(not(unix))]
-fn make_readable(_: &Path) -> Result<(), Failure> {
-    Ok(())
-}
-
-/// [`replace`] with bytes at hand.
-pub(crate) fn replace_bytes(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    replace(path, |writer| {
-        writer.write_all(bytes).map_err(|e| e.to_string())
-    })
+fn shared() -> Option<Permissions> {
+    None
 }

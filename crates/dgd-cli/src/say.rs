@@ -107,6 +107,11 @@ pub(crate) fn json(value: &Value) -> String {
     format!("{value:#}\n")
 }
 
+/// Paths for JSON, which knows no others than text.
+pub(crate) fn paths(paths: &[std::path::PathBuf]) -> Vec<String> {
+    paths.iter().map(|p| p.display().to_string()).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

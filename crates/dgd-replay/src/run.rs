@@ -363,7 +363,7 @@ pub fn replay(
         Kind::Riser => vec![0.0; rows],
         _ => Vec::new(),
     };
-    let outputs = derive_outputs(
+    let mut outputs = derive_outputs(
         line,
         &simulated.level_m,
         &simulated.flow_m3_s,
@@ -379,6 +379,12 @@ pub fn replay(
         values
     };
     let weight = line.density_kg_m3 * GRAVITY_M_S2;
+    // Across a shut valve stands the difference of the columns, whatever the pump's curve says.
+    for (i, flow) in simulated.flow_m3_s.iter().enumerate() {
+        if line.non_return_valve && *flow <= 0.0 {
+            outputs.head_m[i] = (outputs.outlet_pa[i] - outputs.inlet_pa[i]) / weight;
+        }
+    }
     let measured_head = window
         .inlet_pa
         .iter()

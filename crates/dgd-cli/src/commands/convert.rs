@@ -38,7 +38,7 @@ pub(crate) fn run(arguments: &Convert, global: &Global) -> Result<String, Failur
         return Ok(say::json(&json!({
             "schema": "dgd.convert/1",
             "input_format": format.to_string(),
-            "output": arguments.output,
+            "output": arguments.output.display().to_string(),
             "rows": rows,
             "columns": columns,
             "issues": table.issues.iter().map(ToString::to_string).collect::<Vec<_>>(),

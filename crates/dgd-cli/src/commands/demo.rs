@@ -80,11 +80,11 @@ pub(crate) fn run(arguments: &Demo, global: &Global) -> Result<String, Failure> 
     if global.json {
         return Ok(say::json(&json!({
             "schema": "dgd.demo/1",
-            "out": out,
+            "out": out.display().to_string(),
             "delay_s": model.delay_s,
             "level_rmse_m": level,
             "flow_rmse_m3_s": flow,
-            "figures": drawn,
+            "figures": say::paths(&drawn),
             "seconds": seconds,
         })));
     }

@@ -424,8 +424,8 @@ fn as_json(fitted: &Fitted, out: &Path, drawn: &[PathBuf], seconds: f64) -> Valu
             "active_constraints": model.pump.active_constraints,
         },
         "warnings": id.warnings,
-        "model_file": out,
-        "figures": drawn,
+        "model_file": out.display().to_string(),
+        "figures": say::paths(drawn),
         "seconds": seconds,
     })
 }

@@ -64,9 +64,9 @@ pub(crate) fn run(arguments: &Mask, global: &Global) -> Result<String, Failure> 
     if global.json {
         return Ok(say::json(&json!({
             "schema": "dgd.mask/1",
-            "out": arguments.out,
+            "out": arguments.out.display().to_string(),
             "samples": recording.time_s.len(),
-            "references": arguments.references,
+            "references": arguments.references.display().to_string(),
             "references_read": kept_before,
         })));
     }

@@ -334,8 +334,8 @@ fn as_json(
         "filled": run.filled,
         "notes": notes(run),
         "statistics": { "steps": s.steps, "rejected": s.rejected, "rhs": s.rhs, "jacobians": s.jacobians },
-        "out": arguments.out,
-        "figures": drawn,
+        "out": arguments.out.display().to_string(),
+        "figures": say::paths(drawn),
         "seconds": seconds,
     })
 }

@@ -27,6 +27,40 @@ fn a_done_fit_replaces_the_old_model_and_leaves_no_temporary_file() {
 }
 
 #[test]
+fn no_result_replaces_what_it_was_made_from() {
+    let bench = Bench::new();
+    let (recording, well) = (bench.bytes("rig.mat"), bench.text("well.toml"));
+    for arguments in [
+        "fit rig.mat --well well.toml --out rig.mat",
+        "fit rig.mat --well well.toml --out ./well.toml",
+        "convert rig.mat rig.mat",
+    ] {
+        bench.dgd(arguments).refused(&["input of this run"]);
+    }
+    assert_eq!(bench.bytes("rig.mat"), recording);
+    assert_eq!(bench.text("well.toml"), well);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_closed_file_stays_closed_and_a_link_stays_a_link() {
+    use std::os::unix::fs::{PermissionsExt, symlink};
+    let bench = Bench::new();
+    bench.write("real.toml", "old");
+    let closed = std::fs::Permissions::from_mode(0o600);
+    std::fs::set_permissions(bench.path("real.toml"), closed).unwrap();
+    symlink("real.toml", bench.path("model.toml")).unwrap();
+    bench.dgd("fit rig.mat --well well.toml").done();
+    assert!(bench.path("model.toml").is_symlink());
+    assert!(bench.text("real.toml").contains("schema"));
+    let mode = std::fs::metadata(bench.path("real.toml"))
+        .unwrap()
+        .permissions()
+        .mode();
+    assert_eq!(mode & 0o777, 0o600);
+}
+
+#[test]
 fn an_output_that_cannot_be_written_gives_status_1_and_leaves_nothing() {
     let bench = Bench::new();
     // Not by permission: a test may be run by a user who may write everywhere.

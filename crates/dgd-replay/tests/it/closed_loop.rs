@@ -162,3 +162,20 @@ fn the_order_of_the_transmitters_changes_no_bit() {
     // As text: the last values read ahead are NaN.
     assert_eq!(format!("{there:?}"), format!("{here:?}"));
 }
+
+#[test]
+fn across_a_shut_valve_stands_the_difference_of_the_columns() {
+    let mut stopped = recording(200);
+    stopped.pump_speed_pct.fill(0.0);
+    let mut steady = options(Kind::Steady);
+    steady.window_s = None;
+    let run = run(&stopped, &steady);
+    let line = line();
+    assert!(run.pump_flow_m3_s.simulated.iter().all(|q| *q == 0.0));
+    let columns =
+        |inlet_pa: f64| (line.outlet_pressure_pa(0.0) - inlet_pa) / (line.density_kg_m3 * 9.80665);
+    let inlet = stopped.mean_inlet_pressure_pa();
+    for (head_m, inlet_pa) in run.head_m.simulated.iter().zip(inlet) {
+        assert!((head_m - columns(inlet_pa)).abs() < 1e-6, "{head_m}");
+    }
+}
