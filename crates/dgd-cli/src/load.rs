@@ -87,6 +87,11 @@ pub(crate) fn read_recordings(
     progress: &Progress,
 ) -> Result<Loaded, Failure> {
     let mut loaded: Option<Loaded> = None;
+    for (index, path) in paths.iter().enumerate() {
+        if paths[..index].contains(path) {
+            warn!("{} is named twice: its samples count twice", path.display());
+        }
+    }
     for path in paths {
         let (format, mut table) = read_table(path, progress)?;
         let mut issues = std::mem::take(&mut table.issues);

@@ -24,6 +24,7 @@ pub(crate) fn run(arguments: &Simulate, global: &Global) -> Result<String, Failu
     let options_given = options(arguments)?;
     let well = load::read_well(&arguments.source.well)?;
     let model = read_model(&arguments.model)?;
+    check_start(&options_given.start, &model)?;
     if !model.fits_well(&well) {
         tracing::warn!(
             "{} was identified on a well of another mud or geometry than {}; the model's are used",
@@ -47,6 +48,9 @@ pub(crate) fn run(arguments: &Simulate, global: &Global) -> Result<String, Failu
     };
     let run =
         replay(&model.return_line(), &recording, &options).map_err(|e| Failure::input(first, e))?;
+    if let Some(status) = run.status.filter(|s| *s != Status::Finished) {
+        tracing::warn!("the integration stopped early: {}", why(status));
+    }
     progress.stage("writing", &arguments.out.display().to_string());
     let table = as_table(&run);
     output::replace(&arguments.out, |writer| {
@@ -89,6 +93,21 @@ pub(crate) fn read_model(path: &Path) -> Result<Model, Failure> {
             error,
         }),
     }
+}
+
+/// A level in the riser, and no flow against the valve.
+fn check_start(start: &Start, model: &Model) -> Result<(), Failure> {
+    let deepest = model.geometry.pump_inlet_depth_m;
+    let reason = match (start.level_m, start.flow_m3_s) {
+        (Some(level), _) if !(0.0..=deepest).contains(&level) => {
+            format!("--level is {level} m, expected between 0 m and the pump inlet at {deepest} m")
+        }
+        (_, Some(flow)) if !(0.0..=1.0).contains(&flow) => {
+            format!("--flow is {flow} m3/s, expected between 0 and 1 m3/s")
+        }
+        _ => return Ok(()),
+    };
+    Err(Failure::Arguments { reason })
 }
 
 fn options(arguments: &Simulate) -> Result<ReplayOptions, Failure> {

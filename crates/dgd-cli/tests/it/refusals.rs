@@ -188,3 +188,18 @@ fn arguments_that_go_together_badly_are_refused() {
     bench.dgd("fit").refused(&["Usage"]);
     bench.dgd("").refused(&["Usage"]);
 }
+
+#[test]
+fn a_start_that_no_riser_has_is_refused() {
+    let bench = Bench::new();
+    bench.dgd("fit rig.mat --well well.toml").done();
+    for (start, part) in [
+        ("--level=-5m", "--level"),
+        ("--level=99999m", "--level"),
+        ("--flow=-800gpm", "--flow"),
+    ] {
+        bench
+            .dgd(&format!("simulate rig.mat --well well.toml {start}"))
+            .refused(&[part, "expected between"]);
+    }
+}
