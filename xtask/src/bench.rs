@@ -8,7 +8,7 @@ use std::process::Command;
 
 /// A run is timed this often; the best counts, as the machine has other things to do.
 const REPEATS: usize = 5;
-/// Copies of the 85 h recording joined for the table of growth: 3.5, 11 and 99 days.
+/// Copies of the recording joined for the table of growth: of 85 h, 3.5, 11 and 99 days.
 const COPIES: [usize; 3] = [1, 3, 28];
 /// Seconds simulated: 6,000 with the pump on throughout in most recordings.
 const WINDOW: &str = "10000:16000";
@@ -63,10 +63,13 @@ pub(crate) fn measure(bench: &Bench) -> Result<()> {
     growth(&fit)
 }
 
-/// The 85 h stand-in as one MAT file.
+/// The first of the stand-in's four series, some 22 h, as one MAT file.
 fn stand_in(dgd: &Path, out: &Path) -> Result<(PathBuf, PathBuf)> {
     let plant = tools::build("dgd-plant", "dgd-plant")?;
-    println!("recording the 85 h stand-in into {}", out.display());
+    println!(
+        "recording the stand-in into {}; its first series is measured",
+        out.display()
+    );
     tools::run(
         Command::new(plant)
             .args(["gom", "--seed", "5", "--out"])
@@ -147,7 +150,7 @@ fn stages(ours: &Value, simulated: &Value, peer: Option<&Value>) {
         theirs(&["load", "screen", "friction", "pump"]),
     );
     line(
-        "simulate 6,000 s",
+        "simulate 6,000 s (the peer: 6,000 s of its own choice)",
         stage(simulated, &["simulating"]),
         theirs(&["simulate"]),
     );

@@ -26,7 +26,7 @@ enum Command {
     Layers,
     /// Measures time and memory of fit and simulation, beside SciPy where Python is present
     Bench {
-        /// A recording of about 85 h; the stand-in if absent
+        /// A long recording; the first series of the stand-in if absent
         #[arg(long, requires = "well")]
         recording: Option<PathBuf>,
         /// Its well description

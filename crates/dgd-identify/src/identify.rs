@@ -2,7 +2,7 @@
 
 use crate::friction::{final_friction, sweep, warn_of_sweep};
 use crate::prepare::Prepared;
-use crate::pump::{PumpRungs, final_pump, pump_rungs};
+use crate::pump::{PumpRungs, fit_pump};
 use crate::series::read_ahead;
 use crate::{DataUsed, Model, Series};
 use dgd_friction::{DelaySweep, FrictionError, Loss, PolynomialFit, Terms};
@@ -120,11 +120,8 @@ pub fn identify(
         keep,
         keep_delayed: false,
     };
-    let (undelayed, swept) = rayon::join(
-        || dgd_friction::fit(&samples, 0, &Terms::Quadratic, options.loss),
-        || sweep(&samples, *step_s, options),
-    );
-    let (sweep, sweep_terms) = swept?;
+    let undelayed = dgd_friction::fit(&samples, 0, &Terms::Quadratic, options.loss);
+    let (sweep, sweep_terms) = sweep(&samples, *step_s, options)?;
     if sweep_terms != Terms::Quadratic {
         warnings.push(
             "the flow varies too little to tell C from D: the delay was found with D alone".into(),
@@ -132,6 +129,9 @@ pub fn identify(
     }
     warn_of_sweep(&sweep, &mut warnings);
     let delay = sweep.best_delay_samples;
+    let cubic = dgd_friction::fit(&samples, delay, &Terms::OffsetCubic, options.loss);
+    let friction = final_friction(&samples, delay, &cubic, options.loss, &mut warnings)?;
+
     let pump_flow_m3_s = read_ahead(&recording.return_flow_m3_s, delay);
     // The meter may read a little below zero around standstill; no power of that is defined.
     let pump_keep: Vec<bool> = keep
@@ -145,12 +145,7 @@ pub fn identify(
         head_m: &series.head_m,
         keep: &pump_keep,
     };
-    let (cubic, rungs) = rayon::join(
-        || dgd_friction::fit(&samples, delay, &Terms::OffsetCubic, options.loss),
-        || pump_rungs(&pump_samples, options),
-    );
-    let friction = final_friction(&samples, delay, &cubic, options.loss, &mut warnings)?;
-    let (pump_model, pump) = final_pump(&pump_samples, rungs, &mut warnings)?;
+    let (pump_model, pump) = fit_pump(&pump_samples, options, &mut warnings)?;
     let model = Model {
         density_kg_m3: well.mud_density_kg_m3,
         geometry: well.geometry.clone(),

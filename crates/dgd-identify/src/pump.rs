@@ -28,32 +28,16 @@ pub struct PumpRungs {
     pub shape: Result<ShapeCheck, PumpError>,
 }
 
-/// The fits that do not depend on each other: plain, constrained, searched.
-type Rungs = (
-    Result<CurveFit, PumpError>,
-    Result<ConstrainedFit, PumpError>,
-    Option<Result<ExponentSearch, PumpError>>,
-);
-
-pub(crate) fn pump_rungs(samples: &Samples<'_>, options: &IdentifyOptions) -> Rungs {
-    let searched = options.free_exponents;
-    let ((plain, constrained), search) = rayon::join(
-        || {
-            let plain = fit_unconstrained(samples, 2.0, 2.0);
-            let constrained = fit_constrained(samples, 2.0, 2.0, &ConstrainedOptions::default());
-            (plain, constrained)
-        },
-        || searched.then(|| search_exponents(samples, &options.search)),
-    );
-    (plain, constrained, search)
-}
-
-/// The richest curve that the recording supports.
-pub(crate) fn final_pump(
+pub(crate) fn fit_pump(
     samples: &Samples<'_>,
-    (plain, constrained, search): Rungs,
+    options: &IdentifyOptions,
     warnings: &mut Vec<String>,
 ) -> Result<(PumpModel, PumpRungs), PumpError> {
+    let plain = fit_unconstrained(samples, 2.0, 2.0);
+    let constrained = fit_constrained(samples, 2.0, 2.0, &ConstrainedOptions::default());
+    let search = options
+        .free_exponents
+        .then(|| search_exponents(samples, &options.search));
     let (fit, active) = match &search {
         Some(Ok(search)) if gains(samples, search, &constrained) => {
             warn_of_search(search, warnings);

@@ -8,7 +8,6 @@ use crate::{
     ChannelScreen, Faults, Reasons, ScreenError, ScreenOptions, Tally, reasons, scan, speed,
 };
 use dgd_recording::{Channel, Recording, Run};
-use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 /// What may be used of a recording, and why the rest may not.
 #[derive(Debug, Clone, PartialEq)]
@@ -99,7 +98,7 @@ pub fn screen(
     };
     let mut channels: Vec<ChannelScreen> = recording
         .series()
-        .into_par_iter()
+        .into_iter()
         .map(|(channel, values)| job.channel(channel, values))
         .collect();
     let inlet_pressure_pa = job.side(&mut channels, &recording.pump_inlet_pressure_pa, |c| {
