@@ -1,5 +1,6 @@
 //! Everything about a recording that can be chosen, and the two presets.
 
+use crate::cause::Cause;
 use crate::instrument::{FaultRates, Transmitter};
 use crate::line::LineParameters;
 use crate::mud::Rheology;
@@ -40,6 +41,12 @@ pub struct Physics {
     pub cuttings_kg_m3: f64,
     /// Loss coefficient of the suction line on the return line's velocity head.
     pub suction_loss: f64,
+    /// How fast the mud pump is brought up and down, US gallons a minute per second.
+    pub mud_pump_ramp_gpm_s: (f64, f64),
+    /// How the outlet pressure trembles at the usual flow, Pa, in both outlet transmitters alike.
+    pub tremble_pa: f64,
+    /// Volume of mud that turns over when its weight changes, m³; used with the causes that change it.
+    pub turnover_m3: f64,
 }
 
 /// The level controller.
@@ -95,6 +102,8 @@ pub struct Plan {
     pub historian: Historian,
     /// What the crew does; the last segment lasts until the recording ends.
     pub schedule: Vec<Segment>,
+    /// What the plant conceals: physics beyond the clean plant. Empty in the presets.
+    pub causes: Vec<Cause>,
 }
 
 fn flow(gain: f64, bias: f64, lag_s: f64, noise: f64, quantum: f64, low_cut: f64) -> Transmitter {
@@ -180,6 +189,9 @@ fn physics() -> Physics {
         pit_density_sd_kg_m3: 5.5,
         cuttings_kg_m3: 7.0,
         suction_loss: 1.5,
+        mud_pump_ramp_gpm_s: (4.0, 6.0),
+        tremble_pa: 0.0,
+        turnover_m3: 20.0,
     }
 }
 
@@ -290,6 +302,7 @@ impl Plan {
                 ],
             },
             schedule: schedule::gom(seed),
+            causes: Vec::new(),
         }
     }
 

@@ -6,10 +6,15 @@
 //!
 //! Nothing here knows the two-state model, its polynomials or its estimators: the line is an elastic column of
 //! cells with a free surface, friction is Herschel-Bulkley with a transition to turbulence, head comes from
-//! velocity triangles and losses. So a fit on this data commits no inverse crime. Absent: temperature, gas, heave, the hole below
-//! the wellhead. This library opens no file and prints nothing.
+//! velocity triangles and losses. So a fit on this data commits no inverse crime.
+//!
+//! For the proof, [`conceal`] draws a case: another well, another crew, and in its physics one or two [`Cause`]s that a
+//! model leaves out; [`write_truth`] says which. Absent: temperature as a state, free gas, the hole below the wellhead. This
+//! library opens no file and prints nothing.
 #![deny(missing_docs)]
 
+mod cause;
+mod conceal;
 mod config;
 mod constants;
 mod control;
@@ -25,6 +30,11 @@ mod schedule;
 mod well;
 mod write;
 
+pub use cause::{Cause, Foreign};
+pub use conceal::{
+    Case, Dialect, EFFECTS, FOREIGN, Form, Hidden, Kind, Level, Order, Severity, conceal,
+    write_case, write_case_well_toml, write_truth,
+};
 pub use config::{CHANNELS, Controller, Historian, Physics, Plan, UNITS};
 pub use instrument::{Fault, FaultKind, FaultRates, Transmitter};
 pub use line::LineParameters;

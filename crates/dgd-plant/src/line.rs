@@ -33,6 +33,10 @@ pub(crate) struct ReturnLine {
     density_kg_m3: f64,
     stiffness_pa: f64,
     minor_pa_s2_m6: f64,
+    /// Resistance of flowing mud that hardly hangs on the flow, Pa/m.
+    stubborn_pa_m: f64,
+    /// Share of `stubborn_pa_m` that full flow leaves.
+    stubborn_share: f64,
     inlet_inertance: f64,
     friction: FrictionTable,
     pressure_pa: Vec<f64>,
@@ -81,6 +85,8 @@ impl ReturnLine {
             density_kg_m3,
             stiffness_pa,
             minor_pa_s2_m6: p.minor_loss * density_kg_m3 / (2.0 * area_m2.powi(2)),
+            stubborn_pa_m: 0.0,
+            stubborn_share: 1.0,
             // Six metres of suction and pump passages at the line's bore.
             inlet_inertance: density_kg_m3 * 6.0 / area_m2,
             friction,
@@ -106,17 +112,49 @@ impl ReturnLine {
         self.wet_m
     }
 
+    pub(crate) fn set_friction(&mut self, friction: FrictionTable) {
+        self.friction = friction;
+    }
+
+    /// Sets the loss coefficient of bends, hoses, valves and restrictions, on the line's velocity head.
+    pub(crate) fn set_minor_loss(&mut self, k: f64) {
+        self.minor_pa_s2_m6 = k * self.density_kg_m3 / (2.0 * self.area_m2.powi(2));
+    }
+
+    /// Sets a resistance, Pa/m, that wakes within a litre a second, of which `share` is left at 1.5 m/s and more.
+    pub(crate) fn set_stubborn(&mut self, pa_m: f64, share: f64) {
+        self.stubborn_pa_m = pa_m;
+        self.stubborn_share = share;
+    }
+
+    /// Wall friction at `flow_m3_s` with its slope, Pa/m and Pa/m per m³/s.
+    fn resistance(&self, flow_m3_s: f64) -> (f64, f64) {
+        const AWAKE_M3_S: f64 = 5e-4;
+        let (loss, slope) = self.friction.at(flow_m3_s);
+        if self.stubborn_pa_m == 0.0 {
+            return (loss, slope);
+        }
+        let size = flow_m3_s.abs();
+        let awake = size / (size + AWAKE_M3_S);
+        let fast = (size / self.area_m2 / 1.5).powi(2);
+        let kept = self.stubborn_share + (1.0 - self.stubborn_share) / (1.0 + fast);
+        let extra = self.stubborn_pa_m * kept * awake;
+        let steep = self.stubborn_pa_m * AWAKE_M3_S / (size + AWAKE_M3_S).powi(2);
+        (loss + extra.copysign(flow_m3_s), slope + steep)
+    }
+
     /// Pressure that standing mud puts on the line's foot, Pa.
     pub(crate) fn static_foot_pa(&self) -> f64 {
         let mean = self.excess_kg_m3.iter().sum::<f64>() / self.excess_kg_m3.len() as f64;
         ATMOSPHERE_PA + (self.density_kg_m3 + mean) * GRAVITY_M_S2 * self.wet_m
     }
 
-    /// One step of `dt_s`. `drive(q)` is the pressure at the line's foot when `q` passes pump and valve.
+    /// One step of `dt_s`, in which `bled_m3_s` leaves at the foot besides. `drive(q)` is the pressure at the line's foot when `q` passes pump and valve.
     pub(crate) fn step(
         &mut self,
         dt_s: f64,
         inlet_excess_kg_m3: f64,
+        bled_m3_s: f64,
         drive: impl Fn(f64) -> f64,
     ) -> Passed {
         let n = self.pressure_pa.len();
@@ -130,7 +168,7 @@ impl ReturnLine {
             let last = j == n;
             let share = if last { 0.5 } else { 1.0 };
             let old = self.flow_m3_s[j];
-            let (loss, slope) = self.friction.at(old);
+            let (loss, slope) = self.resistance(old);
             let (mut loss, mut slope) = (loss * dx * share, slope * dx * share);
             if last && full {
                 loss += self.minor_pa_s2_m6 * old * old.abs();
@@ -154,7 +192,7 @@ impl ReturnLine {
             self.gain[j] = kappa / diagonal;
         }
         let old = self.flow_m3_s[0];
-        let (loss, slope) = self.friction.at(old);
+        let (loss, slope) = self.resistance(old);
         let carry = 0.5 * inertance + self.inlet_inertance / dt_s + 0.5 * dx * slope;
         let weight = (self.density_kg_m3 + self.excess_kg_m3[0]) * GRAVITY_M_S2 * 0.5 * dx;
         let right =
@@ -167,18 +205,19 @@ impl ReturnLine {
         for i in 0..n {
             self.pressure_pa[i] += kappa * (self.flow_m3_s[i] - self.flow_m3_s[i + 1]);
         }
-        self.settle(dt_s, inlet_excess_kg_m3)
+        self.settle(dt_s, inlet_excess_kg_m3, bled_m3_s)
     }
 
     /// Moves the surface, spills what does not fit, and carries the composition along.
-    fn settle(&mut self, dt_s: f64, inlet_excess_kg_m3: f64) -> Passed {
+    fn settle(&mut self, dt_s: f64, inlet_excess_kg_m3: f64, bled_m3_s: f64) -> Passed {
         let n = self.pressure_pa.len();
         let inflow = self.flow_m3_s[0];
         let mean = self.pressure_pa.iter().sum::<f64>() / n as f64;
         let squeeze = 1.0 + mean / self.stiffness_pa;
         let capacity = self.area_m2 * self.length_m * squeeze;
         let before = self.volume_m3;
-        let mut after = before + dt_s * inflow;
+        let entered = inflow - bled_m3_s;
+        let mut after = before + dt_s * entered;
         let mut outflow = 0.0;
         if after >= capacity {
             outflow = (after - capacity) / dt_s;
@@ -192,7 +231,7 @@ impl ReturnLine {
         let top_excess_kg_m3 = self.excess_kg_m3[n - 1];
         // Cells of equal, moving size: through[j] is what passes face j relative to the grid.
         let (cell_before, cell_after) = (before / n as f64, after / n as f64);
-        let mut through = dt_s * inflow;
+        let mut through = dt_s * entered;
         let mut carried = through
             * if through >= 0.0 {
                 inlet_excess_kg_m3
@@ -275,7 +314,7 @@ mod tests {
         let mut line = line();
         let foot = line.static_foot_pa();
         for _ in 0..4000 {
-            line.step(0.25, 0.0, |_| foot + 2.0e5);
+            line.step(0.25, 0.0, 0.0, |_| foot + 2.0e5);
         }
         let q = line.inflow_m3_s();
         let expected = 350.0 * line.friction.at(q).0 + line.minor_pa_s2_m6 * q * q;
@@ -297,7 +336,7 @@ mod tests {
             } else {
                 2.0e5
             };
-            let passed = line.step(0.25, 7.0, |q| foot + push - 3e7 * q);
+            let passed = line.step(0.25, 7.0, 0.0, |q| foot + push - 3e7 * q);
             volume += 0.25 * (passed.inflow_m3_s - passed.outflow_m3_s);
             let inlet = if passed.inflow_m3_s >= 0.0 {
                 7.0

@@ -5,12 +5,16 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+mod conceal_command;
+
 use dgd_plant::{Plan, record, write_csv, write_provenance, write_well_toml};
 
 const USAGE: &str = "\
 Writes a simulated dual-gradient drilling recording.
 
 usage: dgd-plant <gom|short> --out DIR [--seed N] [--hours H]
+       dgd-plant conceal --out DIR [--truth DIR] [--seed N] [--count N] [--level 1|2]
+                 [--kind single|pair|clean|foreign|mix] [--severity S] [--effect ID] [--sealed]
 
   gom          four series, 305,820 samples at 1 Hz: gom1.csv .. gom4.csv
   short        one series, 7,200 samples at 1 Hz: short.csv
@@ -18,7 +22,18 @@ usage: dgd-plant <gom|short> --out DIR [--seed N] [--hours H]
   --seed N     seed of noise and timing; default 5 for gom, 3 for short
   --hours H    another length than the preset's
 
-Beside the series it writes well.toml and PROVENANCE.md. The same arguments give the same bytes.
+Beside the series it writes well.toml and PROVENANCE.md.
+
+  conceal      cases for the proof: DIR/cNNN/recording.mat|csv|mcap, DIR/cNNN/well.toml
+  --truth DIR  folder for cNNN.truth.json; default the folder of the cases
+  --count N    number of cases; default 1
+  --level 1|2  clean base physics (default), or what a model meets only approximately
+  --kind K     what is concealed; default mix
+  --severity S trace, faint, subtle, moderate or strong; default all in turn
+  --effect ID  only this effect
+  --sealed     print the SHA-256 of all truths, one after the other
+
+The same arguments give the same bytes.
 ";
 
 struct Arguments {
@@ -117,6 +132,18 @@ fn run(a: &Arguments) -> Result<(), String> {
 }
 
 fn main() -> ExitCode {
+    if std::env::args().nth(1).as_deref() == Some("conceal") {
+        let asked_help = std::env::args().any(|a| a == "-h" || a == "--help");
+        if !asked_help {
+            let done = conceal_command::parse(std::env::args().skip(2))
+                .map_err(|message| format!("{message}\n\n{USAGE}"))
+                .and_then(|asked| conceal_command::run(&asked));
+            return match done {
+                Ok(()) => ExitCode::SUCCESS,
+                Err(message) => refuse(&message),
+            };
+        }
+    }
     let arguments = match parse(std::env::args().skip(1)) {
         Ok(Some(a)) => a,
         Ok(None) => {

@@ -80,6 +80,11 @@ impl FrictionTable {
         }
     }
 
+    /// Multiplies every gradient by `factor`.
+    pub(crate) fn scale(&mut self, factor: f64) {
+        self.gradient_pa_m.iter_mut().for_each(|g| *g *= factor);
+    }
+
     /// Gradient at `flow_m3_s` (odd in flow) with its slope, Pa/m and Pa/m per m³/s.
     pub(crate) fn at(&self, flow_m3_s: f64) -> (f64, f64) {
         let x = flow_m3_s.abs() / self.step_m3_s;

@@ -21,6 +21,11 @@ impl Noise {
         Self { rng, spare: None }
     }
 
+    /// A whole number, all of which are as likely.
+    pub(crate) fn whole(&mut self) -> u64 {
+        self.rng.next_u64()
+    }
+
     /// Uniform in `[0, 1)`.
     pub(crate) fn unit(&mut self) -> f64 {
         (self.rng.next_u64() >> 11) as f64 / (1_u64 << 53) as f64

@@ -1,5 +1,6 @@
 //! The plant at work: supply, riser, pump and line, advanced together.
 
+use crate::cause::{Active, Foreign};
 use crate::config::Physics;
 use crate::constants::{ATMOSPHERE_PA, GPM_M3_S, GRAVITY_M_S2};
 use crate::line::ReturnLine;
@@ -72,11 +73,44 @@ pub(crate) struct Plant {
     pit_kg_m3: f64,
     stroke_factor: f64,
     drilling: f64,
+    causes: Active,
+    friction: FrictionAt,
+    /// Seconds the mud pump has stood.
+    connection_s: f64,
+    /// Gel in the line, share of its full strength.
+    gel: f64,
+    cushion_m3_s: f64,
+    heave_rad: f64,
+    swell: f64,
+    sense: f64,
+    choke: (f64, f64),
+    seconds: f64,
+    shiver: Noise,
+    trembling: Wander,
+    tremble_pa: f64,
     state: TrueState,
 }
 
+/// Which friction table is in use.
+#[derive(Debug, Clone, Copy)]
+struct FrictionAt {
+    viscosity: f64,
+    swelled: f64,
+}
+
 impl Plant {
-    pub(crate) fn new(well: &Well, physics: &Physics, seed: u64, level_m: f64) -> Self {
+    pub(crate) fn new(
+        well: &Well,
+        physics: &Physics,
+        causes: &Active,
+        seed: u64,
+        level_m: f64,
+    ) -> Self {
+        let mut physics = physics.clone();
+        physics.string_lag_s = causes.string_lag_s.unwrap_or(physics.string_lag_s);
+        physics.booster_lag_s = causes.booster_lag_s.unwrap_or(physics.booster_lag_s);
+        physics.flow_meter_delay_s += causes.delay_s;
+        let physics = &physics;
         let area = well.return_line_area_m2();
         let density = well.mud_density_kg_m3;
         let friction = FrictionTable::new(
@@ -95,6 +129,9 @@ impl Plant {
         let mut noise = Noise::new(seed, 2);
         let pit = Wander::new(physics.pit_density_sd_kg_m3, 9000.0, &mut noise);
         let stroke = Wander::new(0.0015, 600.0, &mut noise);
+        // A stream of its own: what trembles must not move what is drawn after it.
+        let mut shiver = Noise::new(seed, 4);
+        let trembling = Wander::new(physics.tremble_pa, 2.0, &mut shiver);
         let slots = crate::constants::index(
             (physics.flow_meter_delay_s * STEPS as f64).round(),
             600 * STEPS,
@@ -105,15 +142,19 @@ impl Plant {
             line_volume_m3: line.volume_m3(),
             ..TrueState::default()
         };
+        let mut riser = Riser::new(
+            causes.area_m2.unwrap_or(well.annulus_area_m2()),
+            well.pump_inlet_depth_m,
+            well.wellhead_depth_m,
+            level_m,
+        );
+        if causes.turns_over() {
+            riser.turn_over(physics.turnover_m3);
+        }
         Self {
             well: well.clone(),
             physics: physics.clone(),
-            riser: Riser::new(
-                well.annulus_area_m2(),
-                well.pump_inlet_depth_m,
-                well.wellhead_depth_m,
-                level_m,
-            ),
+            riser,
             drive: Drive::default(),
             valve: NonReturnValve::new(
                 physics.line.valve_leak,
@@ -133,6 +174,22 @@ impl Plant {
             pit_kg_m3: 0.0,
             stroke_factor: 1.0,
             drilling: 0.0,
+            causes: causes.clone(),
+            friction: FrictionAt {
+                viscosity: 1.0,
+                swelled: 1.0,
+            },
+            connection_s: 0.0,
+            gel: 0.0,
+            cushion_m3_s: 0.0,
+            heave_rad: 0.0,
+            swell: 0.0,
+            sense: 0.0,
+            choke: (0.0, 0.0),
+            seconds: 0.0,
+            shiver,
+            trembling,
+            tremble_pa: 0.0,
             state,
         }
     }
@@ -146,67 +203,224 @@ impl Plant {
         ]
     }
 
-    /// One second under the crew's orders and the pump's set-point.
-    pub(crate) fn second(&mut self, orders: &Segment, speed_pct: f64) -> TrueState {
+    /// One second under the crew's orders and the pump's set-point; `clock_s` counts from the recording's start.
+    pub(crate) fn second(&mut self, orders: &Segment, speed_pct: f64, clock_s: f64) -> TrueState {
         self.pit_kg_m3 = self.pit.step(1.0, &mut self.noise);
         self.stroke_factor = 1.0 + self.stroke.step(1.0, &mut self.noise);
         // Rig pumps are brought up and down by hand, stroke by stroke.
-        approach(&mut self.mud_pump_gpm, orders.mud_pump_gpm, 4.0, 6.0);
+        let (up, down) = self.physics.mud_pump_ramp_gpm_s;
+        approach(&mut self.mud_pump_gpm, orders.mud_pump_gpm, up, down);
         approach(&mut self.booster_gpm, orders.booster_gpm, 5.0, 8.0);
         approach(&mut self.topfill_gpm, orders.topfill_gpm, 2.0, 2.0);
         // The bit reaches bottom and leaves it over some minutes.
         let bottom = if orders.drilling { 1.0 } else { 0.0 };
         self.drilling += (bottom - self.drilling) / 180.0;
+        self.connection_s = if self.mud_pump_gpm > 0.0 {
+            0.0
+        } else {
+            self.connection_s + 1.0
+        };
+        self.seconds = clock_s;
+        self.age(clock_s);
+        let usual = 2.5 * self.well.return_line_area_m2();
+        self.tremble_pa = self.trembling.step(1.0, &mut self.shiver)
+            * (self.line.inflow_m3_s() / usual).clamp(0.0, 1.5);
         for _ in 0..STEPS {
             self.step(speed_pct);
         }
         self.state
     }
 
+    /// What changes slowly: gel, viscosity, restrictions and their like, once a second.
+    fn age(&mut self, t_s: f64) {
+        let c = &self.causes;
+        let q = self.line.inflow_m3_s();
+        let flows = q > 1e-3;
+        let mut stubborn = 0.0;
+        let mut share = 1.0;
+        let diameter = self.well.return_line_id_m;
+        if let Some((tau, turbulent)) = c.yield_stress {
+            stubborn = 16.0 / 3.0 * tau / diameter;
+            share = turbulent;
+        }
+        if let Some((tau, build_s, break_m3)) = c.gel {
+            if flows {
+                self.gel *= (-q / break_m3).exp();
+            } else {
+                self.gel += (1.0 - self.gel) / build_s;
+            }
+            let gel = 4.0 * tau * self.gel / diameter;
+            share = (share * stubborn + gel) / (stubborn + gel).max(1e-9);
+            stubborn += gel;
+        }
+        let mut k = self.physics.line.minor_loss + c.restriction_k(t_s);
+        let mut swelled = 1.0;
+        match c.foreign {
+            Some(Foreign::FrictionSwell(size, tau_s)) => {
+                self.swell = if flows {
+                    self.swell + (1.0 - self.swell) / tau_s
+                } else {
+                    0.0
+                };
+                swelled = 1.0 + size * self.swell;
+            }
+            Some(Foreign::FrictionHysteresis(size_pa)) => {
+                let slope = q - self.choke.0;
+                self.choke.0 = q;
+                let push = (slope / 2e-4).clamp(-1.0, 1.0);
+                // It remembers the last clear movement and forgets it over half an hour.
+                self.sense += (push - self.sense) * 0.1 * push.abs() - self.sense / 1800.0;
+                if flows {
+                    stubborn += (1.0 + self.sense) * 0.5 * size_pa / self.well.pump_outlet_depth_m;
+                }
+            }
+            Some(Foreign::ChokeStick(low, high)) => {
+                // Stuck where it is until the flow has moved by a tenth; then it jumps to the other seat.
+                if (q - self.choke.0).abs() > 0.1 * self.choke.0.abs().max(0.01) {
+                    self.choke.0 = q;
+                    self.choke.1 = if self.noise.unit() < 0.5 { low } else { high };
+                }
+                k += self.choke.1;
+            }
+            _ => {}
+        }
+        self.line.set_minor_loss(k);
+        self.line.set_stubborn(stubborn, share);
+        let viscosity = c.viscosity_factor(t_s);
+        let moved = (viscosity - self.friction.viscosity).abs() > 0.002
+            || (swelled - self.friction.swelled).abs() > 0.002;
+        if moved {
+            self.friction = FrictionAt { viscosity, swelled };
+            let mut mud = self.physics.rheology.clone();
+            mud.consistency_pa_sn *= viscosity;
+            let mut table = FrictionTable::new(
+                &mud,
+                diameter,
+                self.physics.line.roughness_m,
+                self.well.mud_density_kg_m3,
+            );
+            table.scale(swelled);
+            self.line.set_friction(table);
+        }
+    }
+
+    /// Height of the rig above its mean, m.
+    fn heave_m(&mut self, dt_s: f64) -> f64 {
+        let Some((period, amplitude)) = self.causes.heave else {
+            return 0.0;
+        };
+        self.heave_rad += std::f64::consts::TAU / period * dt_s;
+        // Waves come in groups: two neighbouring periods beat.
+        let group = 0.75 + 0.25 * (self.heave_rad / 11.3).sin();
+        amplitude * group * self.heave_rad.sin()
+    }
+
+    /// Speed the shaft is asked for, %, when the set-point says `speed_pct`.
+    fn asked_pct(&self, speed_pct: f64) -> f64 {
+        match self.causes.foreign {
+            Some(Foreign::SpeedBand(size, centre)) if speed_pct > 0.0 => {
+                let deep = self.riser.level_m() / self.well.pump_inlet_depth_m;
+                speed_pct + size * deep * (-((speed_pct - centre) / 4.0).powi(2)).exp()
+            }
+            _ => speed_pct,
+        }
+    }
+
     fn step(&mut self, speed_pct: f64) {
         let dt = 1.0 / STEPS as f64;
+        let t_s = self.seconds;
+        let heave_m = self.heave_m(dt);
+        let asked_pct = self.asked_pct(speed_pct);
         let p = &self.physics;
-        let [mud, boost, topfill] = self.rig_pumps_m3_s();
+        let c = &self.causes;
+        let [mud, boost, mut topfill] = self.rig_pumps_m3_s();
+        if let Some(Foreign::TopfillOffset(more)) = c.foreign {
+            topfill += more;
+        }
         let s = &mut self.state;
         s.bit_flow_m3_s += (mud - s.bit_flow_m3_s) * lag(dt, p.string_lag_s);
         s.booster_flow_m3_s += (boost - s.booster_flow_m3_s) * lag(dt, p.booster_lag_s);
         s.topfill_m3_s = topfill;
-        let below = s.bit_flow_m3_s + s.booster_flow_m3_s;
-        let cuttings = p.cuttings_kg_m3 * self.drilling * s.bit_flow_m3_s / below.max(1e-6);
-
-        self.drive.step(dt, speed_pct, p.pump.slew_pct_s);
-        let shaft = p.pump.shaft(self.drive.speed_pct);
         let density = self.well.mud_density_kg_m3;
         let column = density + self.riser.upper_kg_m3();
         let inlet_depth = self.well.pump_inlet_depth_m;
-        let level = self.riser.level_m();
+        let level = self.riser.level_m() - heave_m / 3.0;
         let static_pa = ATMOSPHERE_PA + column * GRAVITY_M_S2 * (inlet_depth - level).max(0.0);
+        let pipe = if (30.0..70.0).contains(&self.connection_s) {
+            c.pipe_m3 / 40.0
+        } else {
+            0.0
+        };
+        let gained = c.influx_m3_s(t_s) + pipe;
+        let lost = c.loss_m3_s(t_s, static_pa);
+        let pumped = s.bit_flow_m3_s + s.booster_flow_m3_s;
+        let below = pumped + gained - lost;
+        let cuttings = p.cuttings_kg_m3 * self.drilling * s.bit_flow_m3_s / pumped.max(1e-6)
+            + c.cuttings_kg_m3 * self.drilling
+            + c.new_mud_kg_m3(t_s);
+
+        if c.speed_lag_s > 0.0 {
+            self.drive.follow(dt, asked_pct, c.speed_lag_s);
+        } else {
+            self.drive.step(dt, asked_pct, p.pump.slew_pct_s);
+        }
+        let shaft = p.pump.shaft(self.drive.speed_pct);
         let drawn = self.line.inflow_m3_s();
-        let suction_kg_m3 = self.riser.suction_kg_m3(below, drawn);
+        let suction_kg_m3 = self.riser.suction_kg_m3(below.max(0.0), drawn);
         let weight = (density + suction_kg_m3) * GRAVITY_M_S2;
         let area = self.well.return_line_area_m2();
-        let suction_pa = p.suction_loss * density / (2.0 * area * area);
+        let mut suction_pa = p.suction_loss * density / (2.0 * area * area);
+        let mut head_factor = 1.0 - c.gas_share(t_s);
+        match c.foreign {
+            Some(Foreign::InletFilterClog(most, period_s)) => {
+                suction_pa += most * (t_s / period_s).rem_euclid(1.0).powi(2);
+            }
+            Some(Foreign::HeadRippleLevel(size, wave_m)) => {
+                head_factor += size * (std::f64::consts::TAU * level / wave_m).sin();
+            }
+            _ => {}
+        }
         let lift_pa = weight * (inlet_depth - self.well.pump_outlet_depth_m);
+        let tip2 = p.pump.head_m(shaft, 0.0).max(0.0);
+        let leak = c.leak_growth_m3_s2 * t_s.max(0.0) * (tip2 / 100.0).sqrt();
         let inlet_pa = |q: f64| static_pa - suction_pa * q * q.abs();
-        let before_valve = |q: f64| inlet_pa(q) + lift_pa + weight * p.pump.head_m(shaft, q);
+        let before_valve = |q: f64| {
+            let head = if q > -leak && leak > 0.0 {
+                p.pump.head_m(shaft, q + leak)
+            } else {
+                p.pump.head_m(shaft, q)
+            };
+            inlet_pa(q) + lift_pa + weight * head * head_factor
+        };
+        // The line's upper end moves with the rig, the foot does not.
+        let swing_pa = density * GRAVITY_M_S2 * heave_m;
 
-        let forward = drawn > 1e-5 || before_valve(0.0) > self.line.static_foot_pa();
+        let standing_pa = self.line.static_foot_pa() + swing_pa;
+        let forward = drawn > 1e-5 || before_valve(0.0) > standing_pa;
         self.valve.step(dt, forward);
         let valve = &self.valve;
         let drive = |q: f64| before_valve(q) - valve.loss_pa(q);
-        let passed = self.line.step(dt, suction_kg_m3, drive);
+        let drains = speed_pct <= 0.0 && drawn < 1e-4 && self.line.wet_m() > 0.1 * inlet_depth;
+        let bled = if drains { c.drain_m_s * area } else { 0.0 };
+        let passed = self
+            .line
+            .step(dt, suction_kg_m3, bled, |q| drive(q) - swing_pa);
 
         let q = passed.inflow_m3_s;
         let spilled = self.riser.step(
             dt,
             (below, self.pit_kg_m3 + cuttings),
             (topfill, self.pit_kg_m3),
-            q,
+            q - bled,
             passed.bottom_excess_kg_m3,
         );
         // Over the shaker trough to the meter: two tanks, then a stretch of pipe.
+        let gauge_pa = drive(q) - ATMOSPHERE_PA;
+        let leaked = c.leak_m3_s(t_s, gauge_pa).min(passed.outflow_m3_s.max(0.0));
         let k = lag(dt, p.flow_line_lag_s);
-        self.flow_line[0] += (passed.outflow_m3_s - self.flow_line[0]) * k;
+        self.cushion_m3_s +=
+            (passed.outflow_m3_s - leaked - self.cushion_m3_s) * lag(dt, c.cushion_s);
+        self.flow_line[0] += (self.cushion_m3_s - self.flow_line[0]) * k;
         self.flow_line[1] += (self.flow_line[0] - self.flow_line[1]) * k;
         let slot = &mut self.on_the_way[self.next_out];
         s.metered_flow_m3_s = std::mem::replace(slot, self.flow_line[1]);
@@ -224,8 +438,42 @@ impl Plant {
         s.line_volume_m3 = self.line.volume_m3();
         s.suction_density_kg_m3 = density + suction_kg_m3;
         s.line_top_density_kg_m3 = density + passed.top_excess_kg_m3;
-        s.came_in_m3 += dt * (below + topfill);
-        s.went_out_m3 += dt * (passed.outflow_m3_s + spilled);
+        s.came_in_m3 += dt * (pumped + gained + topfill);
+        s.went_out_m3 += dt * (passed.outflow_m3_s + spilled + lost);
+    }
+
+    /// What the instruments add of their own, in the order of the channels: flows m³/s, pressures Pa.
+    pub(crate) fn instrument_errors(&self) -> [f64; 10] {
+        let c = &self.causes;
+        let t_s = self.seconds;
+        let s = &self.state;
+        let [mud, _, _] = self.rig_pumps_m3_s();
+        let [first, second] = c.outlet_error_pa(t_s);
+        let mut e = [0.0; 10];
+        e[0] = c.inflow_gain.map_or(0.0, |g| (g - 1.0) * mud);
+        e[3] = c
+            .return_gain
+            .map_or(0.0, |g| (g - 1.0) * s.metered_flow_m3_s);
+        e[6] = first + self.tremble_pa;
+        e[7] = second + self.tremble_pa;
+        match c.foreign {
+            Some(Foreign::BoosterCrosstalk(size)) => {
+                e[6] += size * s.booster_flow_m3_s;
+                e[7] += size * s.booster_flow_m3_s;
+            }
+            Some(Foreign::MeterFouling(size, centre, length_s)) => {
+                let q = s.metered_flow_m3_s;
+                let near = (-((q - centre) / 0.012).powi(2)).exp();
+                e[3] += size * (0.3 + 0.7 * (t_s / length_s).clamp(0.0, 1.0)) * near * q;
+            }
+            Some(Foreign::InletTemperature(size, period_s)) => {
+                let swing = size * (std::f64::consts::TAU * t_s / period_s).sin();
+                e[4] += swing;
+                e[5] += swing;
+            }
+            _ => {}
+        }
+        e
     }
 }
 

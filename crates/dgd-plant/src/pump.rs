@@ -81,6 +81,14 @@ impl Drive {
         let most = slew_pct_s * dt_s;
         self.speed_pct += (setpoint_pct - self.speed_pct).clamp(-most, most);
     }
+
+    /// Follows the set-point with a first-order lag instead; stands once it hardly turns.
+    pub(crate) fn follow(&mut self, dt_s: f64, setpoint_pct: f64, tau_s: f64) {
+        self.speed_pct += (setpoint_pct - self.speed_pct) * (1.0 - (-dt_s / tau_s).exp());
+        if setpoint_pct <= 0.0 && self.speed_pct < 0.1 {
+            self.speed_pct = 0.0;
+        }
+    }
 }
 
 /// The non-return valve behind the pump.

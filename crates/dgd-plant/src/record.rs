@@ -1,5 +1,6 @@
 //! Runs a plan and files what the instruments say.
 
+use crate::cause::Active;
 use crate::config::{CHANNELS, Plan};
 use crate::constants::{ATMOSPHERE_PA, GPM_M3_S, GRAVITY_M_S2, PSI_PA};
 use crate::control::PumpDesk;
@@ -118,7 +119,8 @@ pub fn record(plan: &Plan) -> Result<Recording, PlantError> {
             }
         })
         .unwrap_or(0.4 * plan.well.pump_inlet_depth_m);
-    let mut plant = Plant::new(&plan.well, &plan.physics, plan.seed, begin_m);
+    let causes = Active::new(&plan.causes);
+    let mut plant = Plant::new(&plan.well, &plan.physics, &causes, plan.seed, begin_m);
     let mut desk = PumpDesk::new(&plan.controller, begin_m);
     let mut readers: Vec<Working> = plan
         .transmitters
@@ -155,7 +157,7 @@ pub fn record(plan: &Plan) -> Result<Recording, PlantError> {
             left_s -= 1.0;
         }
         let order_pct = desk.order(orders.control, level_seen_m);
-        let state = plant.second(orders, order_pct);
+        let state = plant.second(orders, order_pct, clock_s);
         let reading = read_all(&mut readers, &plant, &state, order_pct);
         level_seen_m = plan.well.riser_sensor_depth_m
             - (reading[8] * PSI_PA - ATMOSPHERE_PA) / (plan.well.mud_density_kg_m3 * GRAVITY_M_S2);
@@ -251,9 +253,11 @@ fn read_all(
         state.riser_sensor_pa / PSI_PA,
         order_pct,
     ];
+    let errors = plant.instrument_errors();
+    let unit = |c: usize| if c < 4 { GPM_M3_S } else { PSI_PA };
     let mut out = [0.0; 10];
-    for ((o, r), t) in out.iter_mut().zip(readers).zip(truth) {
-        *o = r.read(t);
+    for (c, (o, r)) in out.iter_mut().zip(readers).enumerate() {
+        *o = r.read(truth[c] + errors[c] / unit(c));
     }
     out
 }

@@ -11,6 +11,8 @@ pub(crate) struct Riser {
     lower_kg_m3: Vec<f64>,
     lower_cell_m3: f64,
     upper_kg_m3: f64,
+    /// With a turnover volume the whole riser takes on what comes in, as if mixed in it, m³.
+    turnover_m3: Option<f64>,
 }
 
 impl Riser {
@@ -29,7 +31,16 @@ impl Riser {
             lower_kg_m3: vec![0.0; CELLS],
             lower_cell_m3: lower / CELLS as f64,
             upper_kg_m3: 0.0,
+            turnover_m3: None,
         }
+    }
+
+    /// Mixes what comes in within `volume_m3` instead of letting it travel up from the wellhead.
+    pub(crate) fn turn_over(&mut self, volume_m3: f64) {
+        const CELLS: usize = 2;
+        self.lower_kg_m3 = vec![0.0; CELLS];
+        self.lower_cell_m3 = volume_m3 / CELLS as f64;
+        self.turnover_m3 = Some(volume_m3);
     }
 
     pub(crate) fn level_m(&self) -> f64 {
@@ -46,7 +57,7 @@ impl Riser {
         if drawn_m3_s <= from_below_m3_s || drawn_m3_s <= 0.0 {
             return below;
         }
-        let share = from_below_m3_s / drawn_m3_s;
+        let share = (from_below_m3_s / drawn_m3_s).max(0.0);
         share * below + (1.0 - share) * self.upper_kg_m3
     }
 
@@ -75,7 +86,11 @@ impl Riser {
         let gain = lifted * (inlet - self.upper_kg_m3)
             + topfill_m3_s * (topfill_kg_m3 - self.upper_kg_m3)
             + back * (returned_kg_m3 - self.upper_kg_m3);
-        self.upper_kg_m3 += dt_s * gain / pool_m3;
+        if self.turnover_m3.is_some() {
+            self.upper_kg_m3 = self.lower_kg_m3[self.lower_kg_m3.len() - 1];
+        } else {
+            self.upper_kg_m3 += dt_s * gain / pool_m3;
+        }
 
         self.level_m += dt_s * (drawn_m3_s - below_m3_s - topfill_m3_s) / self.area_m2;
         if self.level_m < 0.0 {

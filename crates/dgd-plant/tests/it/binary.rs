@@ -98,3 +98,93 @@ fn help_goes_to_standard_output() {
             .contains("usage: dgd-plant")
     );
 }
+
+#[test]
+fn conceal_writes_cases_apart_from_their_truths_and_seals_them() {
+    let out = folder("plant-cases");
+    let truth = folder("plant-truths");
+    let arguments = [
+        "conceal",
+        "--out",
+        out.to_str().unwrap(),
+        "--truth",
+        truth.to_str().unwrap(),
+        "--seed",
+        "4",
+        "--count",
+        "5",
+        "--level",
+        "2",
+        "--sealed",
+    ];
+    let done = run(&arguments);
+    assert!(done.status.success(), "{done:?}");
+    let mut names: Vec<String> = fs::read_dir(&truth)
+        .unwrap()
+        .map(|f| f.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    assert_eq!(names.len(), 5);
+    assert_eq!(names[0], "c000.truth.json");
+    let mut all = Vec::new();
+    for name in &names {
+        let id = &name[..4];
+        let mut files: Vec<String> = fs::read_dir(out.join(id))
+            .unwrap()
+            .map(|f| f.unwrap().file_name().into_string().unwrap())
+            .collect();
+        files.sort();
+        assert!(files.len() == 2 && files[0].starts_with("recording."));
+        assert_eq!(files[1], "well.toml");
+        all.extend(fs::read(truth.join(name)).unwrap());
+    }
+    use sha2::{Digest, Sha256};
+    let seal: String = Sha256::digest(&all)
+        .iter()
+        .map(|b| format!("{b:02x}"))
+        .collect();
+    assert_eq!(String::from_utf8(done.stdout).unwrap().trim(), seal);
+    assert_eq!(
+        run(&arguments).stdout,
+        run(&arguments).stdout,
+        "the same arguments give another seal"
+    );
+}
+
+#[test]
+fn conceal_refuses_what_it_does_not_know() {
+    for (arguments, part) in [
+        (vec!["conceal"], "expected `--out DIR`"),
+        (
+            vec!["conceal", "--out", "x", "--level", "3"],
+            "expected 1 or 2",
+        ),
+        (
+            vec!["conceal", "--out", "x", "--kind", "some"],
+            "expected single, pair",
+        ),
+        (
+            vec!["conceal", "--out", "x", "--severity", "huge"],
+            "expected trace",
+        ),
+        (
+            vec!["conceal", "--out", "x", "--effect", "gremlins"],
+            "expected one of return_flow_delay",
+        ),
+        (
+            vec![
+                "conceal", "--out", "x", "--effect", "influx", "--kind", "foreign",
+            ],
+            "does not go with",
+        ),
+        (
+            vec!["conceal", "--out", "x", "--fast"],
+            "not an option of conceal",
+        ),
+    ] {
+        let done = run(&arguments);
+        assert_eq!(done.status.code(), Some(2), "{arguments:?}");
+        let message = String::from_utf8(done.stderr).unwrap();
+        assert!(message.contains(part), "{message}");
+    }
+}

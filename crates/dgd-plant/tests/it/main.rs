@@ -2,6 +2,8 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod binary;
+mod cases;
+mod conceal;
 mod faults;
 mod files;
 mod ladder;

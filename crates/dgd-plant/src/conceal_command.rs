@@ -1,0 +1,159 @@
+//! `dgd-plant conceal`: writes cases and their truths.
+
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use dgd_plant::{
+    Case, EFFECTS, FOREIGN, Kind, Level, Order, Severity, conceal, record, write_case,
+    write_case_well_toml, write_truth,
+};
+use sha2::{Digest, Sha256};
+
+/// What the command is asked for.
+pub(crate) struct Conceal {
+    order: Order,
+    count: usize,
+    out: PathBuf,
+    truth: PathBuf,
+    sealed: bool,
+}
+
+/// Reads the words after `conceal`.
+pub(crate) fn parse(mut words: impl Iterator<Item = String>) -> Result<Conceal, String> {
+    let (mut out, mut truth, mut sealed, mut count) = (None, None, false, 1);
+    let mut order = Order {
+        seed: 1,
+        level: Level::One,
+        kind: Kind::Mix,
+        severity: None,
+        effect: None,
+    };
+    while let Some(word) = words.next() {
+        if word == "--sealed" {
+            sealed = true;
+            continue;
+        }
+        let mut value = || words.next().ok_or(format!("`{word}` needs a value"));
+        match word.as_str() {
+            "--out" => out = Some(PathBuf::from(value()?)),
+            "--truth" => truth = Some(PathBuf::from(value()?)),
+            "--seed" => order.seed = whole(&word, &value()?)?,
+            "--count" => {
+                let n = whole(&word, &value()?)?;
+                count = usize::try_from(n.min(100_000)).unwrap_or(100_000);
+            }
+            "--level" => {
+                let text = value()?;
+                order.level = match text.as_str() {
+                    "1" => Level::One,
+                    "2" => Level::Two,
+                    _ => return Err(format!("`--level` is `{text}`, expected 1 or 2")),
+                };
+            }
+            "--kind" => {
+                let text = value()?;
+                order.kind = match text.as_str() {
+                    "single" => Kind::Single,
+                    "pair" => Kind::Pair,
+                    "clean" => Kind::Clean,
+                    "foreign" => Kind::Foreign,
+                    "mix" => Kind::Mix,
+                    _ => {
+                        return Err(format!(
+                            "`--kind` is `{text}`, expected single, pair, clean, foreign or mix"
+                        ));
+                    }
+                };
+            }
+            "--severity" => {
+                let text = value()?;
+                order.severity = Some(Severity::named(&text).ok_or(format!(
+                    "`--severity` is `{text}`, expected trace, faint, subtle, moderate or strong"
+                ))?);
+            }
+            "--effect" => {
+                let text = value()?;
+                let known = EFFECTS.iter().chain(&FOREIGN).find(|e| **e == text);
+                order.effect = Some(*known.ok_or(format!(
+                    "`--effect` is `{text}`, expected one of {}, or {}",
+                    EFFECTS.join(", "),
+                    FOREIGN.join(", ")
+                ))?);
+            }
+            _ => return Err(format!("`{word}` is not an option of conceal")),
+        }
+    }
+    let out = out.ok_or("no folder given, expected `--out DIR`")?;
+    if let Some(effect) = order.effect {
+        // A chosen effect says what kind of case it is.
+        let foreign = FOREIGN.contains(&effect);
+        match order.kind {
+            Kind::Mix if foreign => order.kind = Kind::Foreign,
+            Kind::Mix => order.kind = Kind::Single,
+            Kind::Foreign if foreign => {}
+            Kind::Single | Kind::Pair if !foreign => {}
+            _ => return Err(format!("`{effect}` does not go with that `--kind`")),
+        }
+    }
+    Ok(Conceal {
+        truth: truth.unwrap_or_else(|| out.clone()),
+        order,
+        count,
+        out,
+        sealed,
+    })
+}
+
+fn whole(option: &str, text: &str) -> Result<u64, String> {
+    text.parse()
+        .map_err(|_| format!("`{option}` is `{text}`, expected a whole number"))
+}
+
+fn save(path: &Path, bytes: &[u8]) -> Result<(), String> {
+    fs::write(path, bytes).map_err(|e| format!("{}: {e}", path.display()))
+}
+
+fn folder(path: &Path) -> Result<(), String> {
+    fs::create_dir_all(path).map_err(|e| format!("{}: {e}", path.display()))
+}
+
+/// Writes the cases; with the seal asked for, the SHA-256 of all truths goes to standard output.
+pub(crate) fn run(asked: &Conceal) -> Result<(), String> {
+    folder(&asked.out)?;
+    folder(&asked.truth)?;
+    let mut seal = Sha256::new();
+    for index in 0..asked.count {
+        let case = conceal(&asked.order, index);
+        let truth = write(&case, asked)?;
+        seal.update(&truth);
+        // Progress is a courtesy: nothing is lost if nobody listens.
+        let _ = write!(io::stderr(), "\r{} of {}", index + 1, asked.count);
+    }
+    let _ = writeln!(io::stderr());
+    if asked.sealed {
+        let text: String = seal.finalize().iter().map(|b| format!("{b:02x}")).collect();
+        writeln!(io::stdout(), "{text}").map_err(|e| format!("standard output: {e}"))?;
+    }
+    Ok(())
+}
+
+fn write(case: &Case, asked: &Conceal) -> Result<Vec<u8>, String> {
+    let recording = record(&case.plan).map_err(|e| format!("{}: {e}", case.id))?;
+    let dir = asked.out.join(&case.id);
+    folder(&dir)?;
+    let in_memory = |e: io::Error| format!("{}: {e}", case.id);
+    let mut bytes = Vec::new();
+    write_case(case, &recording, &mut bytes).map_err(in_memory)?;
+    save(
+        &dir.join(format!("recording.{}", case.form.ending())),
+        &bytes,
+    )?;
+    bytes.clear();
+    write_case_well_toml(case, &mut bytes).map_err(in_memory)?;
+    save(&dir.join("well.toml"), &bytes)?;
+    let mut truth = Vec::new();
+    write_truth(case, &recording, &mut truth).map_err(in_memory)?;
+    save(&asked.truth.join(format!("{}.truth.json", case.id)), &truth)?;
+    Ok(truth)
+}
