@@ -16,6 +16,7 @@ use std::path::PathBuf;
   dgd demo                                     the whole job on an embedded recording, with pictures
   dgd inspect rig.mat                          what is in a file, and a proposed channel map
   dgd fit rig.mat --well well.toml             identify friction, delay and pump: writes model.toml
+  dgd diagnose rig.mat --well well.toml --out diagnosis    what the model leaves out, and the report
   dgd simulate rig.mat --well well.toml --model model.toml --window 14000:20000
 
 Exit status: 0 done, 2 the input cannot be used, 1 an output cannot be written.")]
@@ -46,13 +47,15 @@ pub(crate) enum Command {
     Inspect(Inspect),
     /// Identify friction, meter delay and pump of a recording
     Fit(Fit),
+    /// Locate where model and recording differ, name the physics left out, show the fit improve
+    Diagnose(Diagnose),
     /// Run an identified model beside a recording
     Simulate(Simulate),
     /// Write a recording and its model in percent of undisclosed references
     Mask(Mask),
     /// Write a recording in another format
     Convert(Convert),
-    /// Run the main job on an embedded recording and draw its report
+    /// Fit one embedded recording, diagnose another, and draw the reports
     Demo(Demo),
 }
 
@@ -110,9 +113,34 @@ pub(crate) struct Fit {
 
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
+  dgd diagnose rig.mat --well well.toml --out diagnosis
+  dgd diagnose rig.mat --well well.toml --out again --model diagnosis/model.toml
+  dgd diagnose day1.csv day2.csv --well well.toml --out both --json | jq .verdict
+  dgd simulate rig.mat --well well.toml --model diagnosis/model.toml --window 9000:12000
+
+Writes diagnosis.json, simulation.csv (measured beside the model before and after), report.html and model.toml
+(with the effects found; `dgd simulate` runs it) into the folder. Exit status is 0 whatever the verdict:
+consistent, explained, partly_explained or unexplained.")]
+pub(crate) struct Diagnose {
+    #[command(flatten)]
+    pub(crate) source: Source,
+    /// Folder for diagnosis.json, simulation.csv, report.html and model.toml
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// Start from the effects of this model; only what is left out of it too is a finding
+    #[arg(long, value_name = "FILE")]
+    pub(crate) model: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
   dgd simulate rig.mat --well well.toml --model model.toml
   dgd simulate rig.mat --well well.toml --model model.toml --window 14000:20000 --kind riser
-  dgd simulate rig.mat --well well.toml --model model.toml --out run.mcap --figures figures")]
+  dgd simulate rig.mat --well well.toml --model model.toml --out run.mcap --figures figures
+  dgd simulate rig.mat --well well.toml --model diagnosis/model.toml
+
+A model that `dgd diagnose` wrote runs with its effects, level and flow together: --kind, --solver and --tolerance
+are for models that `dgd fit` wrote, and --figures draws Figure 4.4 alone.")]
 pub(crate) struct Simulate {
     #[command(flatten)]
     pub(crate) source: Source,

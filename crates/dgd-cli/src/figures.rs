@@ -70,6 +70,20 @@ pub(crate) fn draw_simulations(folder: &Path, runs: &[Replay; 4]) -> Result<Vec<
     save(folder, &figures)
 }
 
+/// Draws Figure 4.4 of a model that runs level and flow together and nothing else.
+pub(crate) fn draw_free_run(folder: &Path, run: &Replay) -> Result<Vec<PathBuf>, Failure> {
+    let units = Units::plain();
+    let level = ScaledPair::of(run, &run.level_m, units.level.0);
+    let flow = ScaledPair::of(run, &run.return_flow_m3_s, units.flow.0);
+    let figure = complete_dynamics(
+        &level.compared(),
+        &flow.compared(),
+        &Units::axis("Riser level", units.level),
+        &Units::axis("Flow", units.flow),
+    );
+    save(folder, &[figure.map_err(|e| undrawn(folder, &e))?])
+}
+
 fn undrawn(folder: &Path, error: &ReportError) -> Failure {
     Failure::Write {
         path: folder.to_owned(),

@@ -3,6 +3,8 @@
 use crate::failure::Failure;
 use crate::output;
 use crate::progress::Progress;
+use dgd_documents::{DocumentError, ModelDocument, Problem};
+use dgd_identify::Model;
 use dgd_ingest::{Format, ReadOptions};
 use dgd_recording::{Issue, Recording, Table, Well};
 use std::fs::File;
@@ -64,13 +66,37 @@ pub(crate) fn read_table(path: &Path, progress: &Progress) -> Result<(Format, Ta
 /// Reads `well.toml`, telling of keys that nobody reads.
 pub(crate) fn read_well(path: &Path) -> Result<Well, Failure> {
     let source = read_text(path)?;
-    match dgd_documents::read_well(&source) {
-        Ok((well, warnings)) => {
+    let read = dgd_documents::read_well(&source);
+    told(path, source, read)
+}
+
+/// Reads `model.toml` with the effects it may hold, telling of keys that nobody reads.
+pub(crate) fn read_model(path: &Path) -> Result<ModelDocument, Failure> {
+    let source = read_text(path)?;
+    let read = dgd_documents::read_model_document(&source);
+    told(path, source, read)
+}
+
+/// Reads the two-state model of `model.toml`; one with effects is refused.
+pub(crate) fn read_base_model(path: &Path) -> Result<Model, Failure> {
+    let source = read_text(path)?;
+    let read = dgd_documents::read_model(&source);
+    told(path, source, read)
+}
+
+/// Warns of what was not read, or shows what is wrong.
+fn told<T>(
+    path: &Path,
+    source: String,
+    read: Result<(T, Vec<Problem>), DocumentError>,
+) -> Result<T, Failure> {
+    match read {
+        Ok((value, warnings)) => {
             for problem in warnings {
                 let (line, _) = dgd_documents::line_and_column(&source, problem.span.start);
                 warn!("{}:{line}: {}", path.display(), problem.message);
             }
-            Ok(well)
+            Ok(value)
         }
         Err(error) => Err(Failure::Document {
             path: path.to_owned(),

@@ -48,6 +48,7 @@ fn run(arguments: &Arguments) -> Result<String, Failure> {
     match &arguments.command {
         Command::Inspect(inspect) => commands::inspect::run(inspect, global),
         Command::Fit(fit) => commands::fit::run(fit, global),
+        Command::Diagnose(diagnose) => commands::diagnose::run(diagnose, global),
         Command::Simulate(simulate) => commands::simulate::run(simulate, global),
         Command::Mask(mask) => commands::mask::run(mask, global),
         Command::Convert(convert) => commands::convert::run(convert, global),

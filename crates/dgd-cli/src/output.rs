@@ -45,6 +45,49 @@ fn persist(
     permissions: Option<Permissions>,
     write: impl FnOnce(&mut BufWriter<File>) -> Result<(), String>,
 ) -> Result<(), Failure> {
+    stage_with(path, permissions, write)?.keep()
+}
+
+/// A file that is written and waits under a hidden name; dropped, it is gone.
+pub(crate) struct Staged {
+    path: PathBuf,
+    target: PathBuf,
+    hidden: tempfile::TempPath,
+}
+
+impl Staged {
+    /// Puts it in its place.
+    pub(crate) fn keep(self) -> Result<(), Failure> {
+        let Self {
+            path,
+            target,
+            hidden,
+        } = self;
+        hidden
+            .persist(&target)
+            .map_err(|e| Failure::write(&path, &e.error))
+    }
+}
+
+/// Writes a file beside its place, for files that must appear together: whatever can fail but the renaming has
+/// then been done.
+pub(crate) fn stage(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<File>) -> Result<(), String>,
+) -> Result<Staged, Failure> {
+    stage_with(path, shared(), write)
+}
+
+/// Refuses early what [`replace`] would refuse after the work: call it when all inputs have been read.
+pub(crate) fn check(path: &Path) -> Result<(), Failure> {
+    target(path).map(drop)
+}
+
+fn stage_with(
+    path: &Path,
+    permissions: Option<Permissions>,
+    write: impl FnOnce(&mut BufWriter<File>) -> Result<(), String>,
+) -> Result<Staged, Failure> {
     let target = target(path)?;
     let folder = match target.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -74,11 +117,11 @@ fn persist(
             .map_err(|e| Failure::write(path, &e))?;
     }
     file.sync_all().map_err(|e| Failure::write(path, &e))?;
-    drop(file);
-    hidden
-        .persist(&target)
-        .map(drop)
-        .map_err(|e| Failure::write(path, &e.error))
+    Ok(Staged {
+        path: path.to_owned(),
+        target,
+        hidden,
+    })
 }
 
 /// The file behind links, if it may be replaced: a regular one that was not read.

@@ -1,9 +1,12 @@
-//! `model.toml`: an identified model with its doubt and its provenance.
+//! `model.toml`: an identified model with its doubt and its provenance, and what a diagnosis added to it.
 
+use crate::augmented::{read_augmented, write_augmented};
 use crate::reader::{Notes, Section, parse};
 use crate::well::{lengths_of, quoted, read_geometry};
 use crate::{DocumentError, Problem};
+use dgd_effects::AugmentedModel;
 use dgd_identify::{DataUsed, Estimate, FrictionModel, FrictionTerm, Model, PumpModel};
+use dgd_recording::Geometry;
 use dgd_units::Dimension;
 use std::fmt::Write as _;
 
@@ -18,6 +21,71 @@ const TERMS: [(&str, &str); 4] = [
     ("E", "Pa/(m3/s)^3"),
 ];
 
+/// A whole `model.toml`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelDocument {
+    /// The model of Eqs. 3.45-3.46, or the well alone where it could not be identified.
+    pub base: Base,
+    /// The model of a diagnosis: curves of free shape, and effects.
+    pub augmented: Option<AugmentedModel>,
+}
+
+/// What an augmented model stands on.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Base {
+    /// An identified two-state model.
+    Identified(Box<Model>),
+    /// Mud and geometry only; there must be an augmented model then.
+    WellOnly {
+        /// Mud density, kg/m³.
+        density_kg_m3: f64,
+        /// Diameters and depths.
+        geometry: Geometry,
+    },
+}
+
+impl ModelDocument {
+    /// The two-state model, if there is one.
+    pub fn model(&self) -> Option<&Model> {
+        match &self.base {
+            Base::Identified(model) => Some(model),
+            Base::WellOnly { .. } => None,
+        }
+    }
+
+    /// Mud density, kg/m³, and geometry of the well that the model was identified on.
+    pub fn well(&self) -> (f64, &Geometry) {
+        match &self.base {
+            Base::Identified(model) => (model.density_kg_m3, &model.geometry),
+            Base::WellOnly {
+                density_kg_m3,
+                geometry,
+            } => (*density_kg_m3, geometry),
+        }
+    }
+}
+
+/// Writes a model document; [`read_model_document`] gives the same one back, to the last bit.
+///
+/// That holds for what can be simulated: see [`write_model`] for the base; scales above 0, finite
+/// coefficients, ranges with their lower end first, effects of the catalogue with as many
+/// finite parameters as it says.
+pub fn write_model_document(document: &ModelDocument) -> String {
+    let mut text = String::new();
+    // Writing to a String cannot fail.
+    let _ = match &document.base {
+        Base::Identified(model) => write_into(&mut text, model),
+        Base::WellOnly {
+            density_kg_m3,
+            geometry,
+        } => write_head(&mut text, *density_kg_m3, geometry),
+    };
+    if let Some(augmented) = &document.augmented {
+        let _ = write_augmented(&mut text, augmented);
+    }
+    text
+}
+
 /// Writes a model; [`read_model`] gives the same model back, to the last bit.
 ///
 /// That holds for every model that can be simulated: finite parameters, exponents of at
@@ -30,7 +98,7 @@ pub fn write_model(model: &Model) -> String {
     text
 }
 
-fn write_into(text: &mut String, model: &Model) -> std::fmt::Result {
+fn write_head(text: &mut String, density_kg_m3: f64, geometry: &Geometry) -> std::fmt::Result {
     writeln!(
         text,
         "# Identified return-line model: `dgd simulate` reads it."
@@ -40,10 +108,15 @@ fn write_into(text: &mut String, model: &Model) -> std::fmt::Result {
         "# h' = (q - q_in)/A_a,  M q' = rho g H(w, q) - F(q) - rho g h   (Eqs. 3.45-3.46)"
     )?;
     writeln!(text, "schema = \"{MODEL_SCHEMA}\"\n\n[well]")?;
-    writeln!(text, "density = \"{} kg/m3\"", model.density_kg_m3)?;
-    for (key, length_m) in lengths_of(&model.geometry) {
+    writeln!(text, "density = \"{density_kg_m3} kg/m3\"")?;
+    for (key, length_m) in lengths_of(geometry) {
         writeln!(text, "{key} = \"{length_m} m\"")?;
     }
+    Ok(())
+}
+
+fn write_into(text: &mut String, model: &Model) -> std::fmt::Result {
+    write_head(text, model.density_kg_m3, &model.geometry)?;
     let friction = &model.friction;
     writeln!(
         text,
@@ -154,28 +227,95 @@ pub(crate) fn float(value: f64) -> String {
     format!("{value:?}").to_lowercase()
 }
 
-/// Reads `model.toml` (its schema is in this crate's README).
+/// Reads the two-state model of `model.toml` (its schema is in this crate's README).
 ///
-/// Returns the model and warnings about keys that are not read.
+/// Returns the model and warnings about keys that are not read. For whoever knows nothing of effects:
+/// a document whose `[augmented]` model has effects is refused, as the two-state model alone would not be
+/// what its owner means.
 ///
 /// # Errors
 /// [`DocumentError`] with every problem found, each at its place in `source`.
 pub fn read_model(source: &str) -> Result<(Model, Vec<Problem>), DocumentError> {
+    let (document, warnings) = read_model_document(source)?;
+    let place = || {
+        let at = source.find("[augmented").unwrap_or(0);
+        at..source[at..].find('\n').map_or(source.len(), |end| at + end)
+    };
+    let refused = |message: String, help: &str| {
+        let help = Some(help.to_owned());
+        let problem = Problem {
+            span: place(),
+            message,
+            help,
+        };
+        Err(DocumentError::new(source, vec![problem]))
+    };
+    let effects = document.augmented.map_or(Vec::new(), |a| a.effects);
+    if !effects.is_empty() {
+        let ids: Vec<&str> = effects.iter().map(|e| e.id.as_str()).collect();
+        return refused(
+            format!(
+                "the model holds effects ({}), expected a two-state model without",
+                ids.join(", ")
+            ),
+            "take the model that `dgd fit` writes",
+        );
+    }
+    match document.base {
+        Base::Identified(model) => Ok((*model, warnings)),
+        Base::WellOnly { .. } => refused(
+            "the model has no [friction], [return_flow_meter] and [pump], expected a two-state model".into(),
+            "take the model that `dgd fit` writes",
+        ),
+    }
+}
+
+/// Reads `model.toml` with what a diagnosis added to it (its schema is in this crate's README).
+///
+/// Returns the document and warnings about keys that are not read.
+///
+/// # Errors
+/// [`DocumentError`] with every problem found, each at its place in `source`.
+pub fn read_model_document(source: &str) -> Result<(ModelDocument, Vec<Problem>), DocumentError> {
     let document = parse(source)?;
     let notes = Notes::default();
     let root = Section::new("", 0..source.len(), document.get_ref(), &notes);
     check_schema(&root);
-    let well = root.need_section("well");
-    let friction = root.need_section("friction");
-    let meter = root.need_section("return_flow_meter");
-    let pump = root.need_section("pump");
-    let data = root.section("data");
-    root.warn_of_unread();
-    let well = well.and_then(|section| {
+    let well = root.need_section("well").and_then(|section| {
         let density = section.need_positive("density", Dimension::Density, "1.08 sg");
         let geometry = read_geometry(&section);
         Some((density?, geometry?))
     });
+    let augmented = root.section("augmented");
+    let keys = ["friction", "return_flow_meter", "pump"];
+    // An augmented model stands without a two-state one, but not with half of one.
+    let alone = augmented.is_some() && keys.iter().all(|key| root.get(key).is_none());
+    let base = if alone {
+        well.map(|(density_kg_m3, geometry)| Base::WellOnly {
+            density_kg_m3,
+            geometry,
+        })
+    } else {
+        read_base(&root, well).map(|model| Base::Identified(Box::new(model)))
+    };
+    root.warn_of_unread();
+    let augmented = match augmented {
+        Some(section) => read_augmented(&section).map(Some),
+        None => Some(None),
+    };
+    let document = match (base, augmented) {
+        (Some(base), Some(augmented)) => Some(ModelDocument { base, augmented }),
+        _ => None,
+    };
+    notes.conclude(source, document)
+}
+
+/// The sections of the two-state model.
+fn read_base(root: &Section<'_, '_>, well: Option<(f64, Geometry)>) -> Option<Model> {
+    let friction = root.need_section("friction");
+    let meter = root.need_section("return_flow_meter");
+    let pump = root.need_section("pump");
+    let data = root.section("data");
     let friction = friction.and_then(|section| read_friction(&section));
     let delay_s = meter.and_then(|section| {
         let delay = section.need_number("delay_s");
@@ -184,20 +324,15 @@ pub fn read_model(source: &str) -> Result<(Model, Vec<Problem>), DocumentError> 
     });
     let pump = pump.and_then(|section| read_pump(&section));
     let data = data.map_or_else(DataUsed::default, |section| read_data(&section));
-    let model = match (well, friction, delay_s, pump) {
-        (Some((density_kg_m3, geometry)), Some(friction), Some(delay_s), Some(pump)) => {
-            Some(Model {
-                density_kg_m3,
-                geometry,
-                friction,
-                pump,
-                delay_s,
-                data,
-            })
-        }
-        _ => None,
-    };
-    notes.conclude(source, model)
+    let (density_kg_m3, geometry) = well?;
+    Some(Model {
+        density_kg_m3,
+        geometry,
+        friction: friction?,
+        pump: pump?,
+        delay_s: delay_s?,
+        data,
+    })
 }
 
 fn check_schema(root: &Section<'_, '_>) {

@@ -250,6 +250,15 @@ impl<'a, 'i> Section<'a, 'i> {
             .collect()
     }
 
+    /// Every key with its place, in the order of the document.
+    pub(crate) fn keys(&self) -> Vec<(&'a str, Range<usize>)> {
+        let mut keys: Vec<_> = self.table.iter().collect();
+        keys.sort_by_key(|(k, _)| k.span().start);
+        keys.into_iter()
+            .map(|(k, _)| (k.get_ref().as_ref(), k.span()))
+            .collect()
+    }
+
     /// A needed finite number.
     pub(crate) fn need_number(&self, key: &'static str) -> Option<f64> {
         self.need(key, "<number>")

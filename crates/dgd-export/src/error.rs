@@ -21,6 +21,16 @@ pub enum ExportError {
         /// The name.
         tag: String,
     },
+    /// A series that is not as long as the clock.
+    #[error("`{name}` has {found} samples, expected {expected} as the time has")]
+    Length {
+        /// The series.
+        name: String,
+        /// Length of the time.
+        expected: usize,
+        /// Its length.
+        found: usize,
+    },
     /// The column that is to be the clock is not there.
     #[error("no time column `{tag}`; the table has {present}")]
     NoTime {

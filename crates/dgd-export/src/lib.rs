@@ -1,11 +1,13 @@
 //! Recordings out: one [`Table`] to CSV, MCAP, MAT v5 or MAT v7.3.
 //!
-//! Start at [`write_csv`], [`write_mcap`], [`write_mat5`] or [`write_mat73`]. Numbers are written with
+//! Start at [`write_csv`], [`write_mcap`], [`write_mat5`] or [`write_mat73`]; [`write_comparison_csv`] sets
+//! measured beside two simulations, rounded. Elsewhere numbers are written with
 //! the digits that read back to the same `f64`, and the same table gives the same bytes
 //! on every machine. Values keep their units; nothing is converted, and this crate
 //! opens no file.
 #![deny(missing_docs)]
 
+mod comparison;
 mod csv;
 mod error;
 mod mat;
@@ -15,6 +17,7 @@ mod mcap;
 mod number;
 mod origin;
 
+pub use comparison::{ComparedSignal, Comparison, write_comparison_csv};
 pub use csv::{CsvOptions, write_csv};
 pub use error::ExportError;
 pub use mat::field_names;

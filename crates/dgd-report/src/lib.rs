@@ -2,9 +2,9 @@
 //!
 //! Start at the function of the figure wanted, such as [`all_samples`] or [`complete_dynamics`]; each takes plain
 //! slices and [`Axis`] labels and returns a [`Figure`]. [`Page`] sets figures, tables and formulas as one
-//! self-contained HTML file.
+//! self-contained HTML file. [`diagnosis_page`] writes the report of a diagnosis.
 //!
-//! Absent: no estimation and no unit conversion (what is given is drawn, the axis label names its unit), no files, no
+//! Absent: no estimation, and no unit conversion in the figures (what is given is drawn, the axis label names its unit), no files, no
 //! fonts of the machine. A value that is not finite is never drawn, an axis is not stretched by far outliers, and the
 //! caption says how many samples a figure leaves out.
 //!
@@ -22,6 +22,7 @@
 mod axis;
 mod color;
 mod data;
+mod diagnosis;
 mod error;
 mod figure;
 mod font;
@@ -42,6 +43,7 @@ mod xml;
 pub use axis::Axis;
 pub use color::Role;
 pub use data::{Curve, Interval, Scatter, Series};
+pub use diagnosis::diagnosis_page;
 pub use error::ReportError;
 pub use figure::Figure;
 pub use friction::{

@@ -47,6 +47,7 @@ pub struct Page {
     lead: String,
     sections: Vec<String>,
     body: String,
+    style: &'static str,
 }
 
 impl Page {
@@ -57,7 +58,20 @@ impl Page {
             lead: lead.into(),
             sections: Vec::new(),
             body: String::new(),
+            style: "",
         }
+    }
+
+    /// Further CSS of ours, after the page's own.
+    pub(crate) fn styled(mut self, style: &'static str) -> Self {
+        self.style = style;
+        self
+    }
+
+    /// HTML of ours, in which all text is escaped already.
+    pub(crate) fn raw(&mut self, html: &str) -> &mut Self {
+        self.body.push_str(html);
+        self
     }
 
     /// Starts a section; what follows belongs to it.
@@ -182,8 +196,9 @@ impl Page {
         let mut out = format!(
             "<!DOCTYPE html>\n<html lang=\"en\" xmlns=\"http://www.w3.org/1999/xhtml\">\n<head>\n\
              <meta charset=\"utf-8\"/>\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
-             <title>{title}</title>\n<style>\n{}{STYLE}</style>\n</head>\n<body>\n<main>\n<header>\n<h1>{title}</h1>\n",
-            font::css()
+             <title>{title}</title>\n<style>\n{}{STYLE}{}</style>\n</head>\n<body>\n<main>\n<header>\n<h1>{title}</h1>\n",
+            font::css(),
+            self.style,
         );
         if !self.lead.is_empty() {
             push(

@@ -1,7 +1,7 @@
-//! `dgd demo`: the main job on an embedded recording.
+//! `dgd demo`: one embedded recording is fitted, another is diagnosed.
 
 use crate::args::{Demo, Global, Source};
-use crate::commands::{fit, simulate};
+use crate::commands::{diagnose, fit, simulate};
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::say::{self, brief};
@@ -10,10 +10,15 @@ use dgd_export::{CsvOptions, McapOptions};
 use dgd_identify::IdentifyOptions;
 use dgd_replay::ReplayOptions;
 use serde_json::json;
+use std::path::{Path, PathBuf};
 
 /// A stand-in recording of two hours; `fixtures/demo/README.md` says how it was made.
 const RECORDING: &[u8] = include_bytes!("../../../../fixtures/demo/recording.mat");
 const WELL: &str = include_str!("../../../../fixtures/demo/well.toml");
+
+/// Five hours in which something is concealed; `fixtures/demo-concealed/README.md` says what.
+const CONCEALED: &[u8] = include_bytes!("../../../../fixtures/demo-concealed/recording.mat");
+const CONCEALED_WELL: &str = include_str!("../../../../fixtures/demo-concealed/well.toml");
 
 pub(crate) fn run(arguments: &Demo, global: &Global) -> Result<String, Failure> {
     let progress = Progress::new(global.json || global.quiet);
@@ -73,6 +78,7 @@ pub(crate) fn run(arguments: &Demo, global: &Global) -> Result<String, Failure> 
         reason: e.to_string(),
     })?;
     output::replace_bytes(&out.join("report.html"), html.as_bytes())?;
+    let (diagnosis_out, diagnosed) = diagnose_concealed(out, &progress)?;
     let seconds = progress.seconds();
     drop(progress);
     let [level, flow] = [&runs[3].level_m, &runs[3].pump_flow_m3_s]
@@ -85,18 +91,44 @@ pub(crate) fn run(arguments: &Demo, global: &Global) -> Result<String, Failure> 
             "level_rmse_m": level,
             "flow_rmse_m3_s": flow,
             "figures": say::paths(&drawn),
+            "diagnosis": {
+                "verdict": diagnosed.diagnosis.verdict.name(),
+                "effects": diagnosed.diagnosis.findings.iter().map(|f| &f.effect).collect::<Vec<_>>(),
+                "report": diagnosis_out.join("report.html").display().to_string(),
+            },
             "seconds": seconds,
         })));
     }
-    let shown = out.display();
+    let (shown, there) = (out.display(), diagnosis_out.display());
     Ok(format!(
         "{}\nfree run of level and flow: {} m and {} l/min off (root mean square)\n\n\
-         open {shown}/report.html; pictures are in {shown}/figures\n\
+         A second recording, in which something is concealed, is diagnosed:\n\n{}\n\
          next: dgd inspect {shown}/recording.mat\n      \
          dgd fit {shown}/recording.mat --well {shown}/well.toml --out {shown}/model.toml\n      \
-         dgd simulate {shown}/recording.mat --well {shown}/well.toml --model {shown}/model.toml --out {shown}/run.csv\n",
+         dgd simulate {shown}/recording.mat --well {shown}/well.toml --model {shown}/model.toml --out {shown}/run.csv\n      \
+         dgd diagnose {there}/recording.mat --well {there}/well.toml --out {there}\n\
+         the fit: {shown}/report.html, with pictures in {shown}/figures\n\
+         the diagnosis, to open first: {there}/report.html\n",
         fit::tell(&fitted),
         brief(level),
         brief(flow * 6e4),
+        diagnose::tell(&diagnosed, &diagnosis_out),
     ))
+}
+
+/// Diagnoses the recording in which something is concealed, in a folder of its own.
+fn diagnose_concealed(
+    out: &Path,
+    progress: &Progress,
+) -> Result<(PathBuf, diagnose::Diagnosed), Failure> {
+    let out = out.join("diagnosis");
+    let source = Source {
+        recordings: vec![out.join("recording.mat")],
+        well: out.join("well.toml"),
+        thesis_screening: false,
+    };
+    output::replace_bytes(&source.recordings[0], CONCEALED)?;
+    output::replace_bytes(&source.well, CONCEALED_WELL.as_bytes())?;
+    let diagnosed = diagnose::carry_out(&source, None, &out, progress)?;
+    Ok((out, diagnosed))
 }

@@ -134,7 +134,7 @@ pub(crate) fn screening(source: &Source) -> ScreenOptions {
 }
 
 /// File names without their folders: a model travels, its author's folders do not.
-fn names(paths: &[PathBuf]) -> Vec<String> {
+pub(crate) fn names(paths: &[PathBuf]) -> Vec<String> {
     paths
         .iter()
         .filter_map(|p| p.file_name())

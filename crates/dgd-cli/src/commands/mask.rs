@@ -2,7 +2,6 @@
 
 use crate::args::{Global, Mask};
 use crate::commands::fit;
-use crate::commands::simulate::read_model;
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::say::{self, count};
@@ -30,7 +29,7 @@ pub(crate) fn run(arguments: &Mask, global: &Global) -> Result<String, Failure> 
         &progress,
     )?;
     if let Some(path) = &arguments.model {
-        fitted.identification.model = read_model(path)?;
+        fitted.identification.model = load::read_base_model(path)?;
     }
     progress.stage("masking", "");
     let series = &fitted.identification.series;

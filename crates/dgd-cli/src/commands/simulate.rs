@@ -3,15 +3,17 @@
 use crate::args::{Global, KindArg, Simulate, SolverArg};
 use crate::commands::convert::Target;
 use crate::commands::fit::screening;
+use crate::commands::free_run;
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::say::{self, TextTable, count, number};
 use crate::{figures, load, output};
+use dgd_documents::Base;
 use dgd_dynamics::integrate::{Method, Status};
 use dgd_dynamics::return_line::SimulationOptions;
 use dgd_export::{CsvOptions, McapOptions};
 use dgd_identify::{Model, prepare};
-use dgd_recording::{Column, Recording, Table};
+use dgd_recording::{Column, Geometry, Recording, Table};
 use dgd_replay::{Deviation, Kind, Pair, Replay, ReplayOptions, Start, replay};
 use dgd_units::{FlowRate, Length, UnitError};
 use serde_json::{Value, json};
@@ -23,9 +25,13 @@ pub(crate) fn run(arguments: &Simulate, global: &Global) -> Result<String, Failu
     let target = Target::of(&arguments.out, false)?;
     let options_given = options(arguments)?;
     let well = load::read_well(&arguments.source.well)?;
-    let model = read_model(&arguments.model)?;
-    check_start(&options_given.start, &model)?;
-    if !model.fits_well(&well) {
+    let document = load::read_model(&arguments.model)?;
+    if document.augmented.is_some() {
+        free_run::check(arguments)?;
+    }
+    let (density_kg_m3, geometry) = document.well();
+    check_start(&options_given.start, geometry)?;
+    if density_kg_m3 != well.mud_density_kg_m3 || *geometry != well.geometry {
         tracing::warn!(
             "{} was identified on a well of another mud or geometry than {}; the model's are used",
             arguments.model.display(),
@@ -39,15 +45,28 @@ pub(crate) fn run(arguments: &Simulate, global: &Global) -> Result<String, Failu
         loaded.recording,
         loaded.step_s,
         &screening(&arguments.source),
-    );
-    let recording = prepared.map_err(|e| Failure::input(first, e))?.averaged();
+    )
+    .map_err(|e| Failure::input(first, e))?;
     progress.stage("simulating", "");
     let options = ReplayOptions {
-        delay_s: model.delay_s,
+        delay_s: document.model().map_or(0.0, |model| model.delay_s),
         ..options_given
     };
-    let run =
-        replay(&model.return_line(), &recording, &options).map_err(|e| Failure::input(first, e))?;
+    let (run, recording) = match (&document.augmented, &document.base) {
+        (Some(model), _) => {
+            let run = free_run::run(&document, model, &well, &prepared, &options, first)?;
+            (run, None)
+        }
+        (None, Base::Identified(model)) => {
+            let recording = prepared.averaged();
+            let run = replay(&model.return_line(), &recording, &options)
+                .map_err(|e| Failure::input(first, e))?;
+            (run, Some((recording, model)))
+        }
+        (None, Base::WellOnly { .. }) => {
+            return Err(Failure::input(&arguments.model, "holds no model"));
+        }
+    };
     if let Some(status) = run.status.filter(|s| *s != Status::Finished) {
         tracing::warn!("the integration stopped early: {}", why(status));
     }
@@ -64,40 +83,34 @@ pub(crate) fn run(arguments: &Simulate, global: &Global) -> Result<String, Failu
     let mut drawn = Vec::new();
     if let Some(folder) = &arguments.figures {
         progress.stage("drawing", "figures");
-        let runs = all_kinds(&model, &recording, &options, first)?;
-        drawn = figures::draw_simulations(folder, &runs)?;
+        drawn = match &recording {
+            Some((recording, model)) => {
+                let runs = all_kinds(model, recording, &options, first)?;
+                figures::draw_simulations(folder, &runs)?
+            }
+            None => figures::draw_free_run(folder, &run)?,
+        };
     }
+    let effects = document.augmented.as_ref().map(|model| {
+        let ids = model.effects.iter().map(|e| e.id.clone());
+        ids.collect::<Vec<String>>()
+    });
     let (seconds, stages) = (progress.seconds(), progress.seconds_by_stage());
     drop(progress);
     if global.json {
         let mut value = as_json(&run, arguments, &drawn, seconds);
+        if let Some(effects) = effects {
+            value["effects"] = json!(effects);
+        }
         value["seconds_by_stage"] = stages;
         return Ok(say::json(&value));
     }
-    Ok(tell(&run, arguments, drawn.len()))
-}
-
-pub(crate) fn read_model(path: &Path) -> Result<Model, Failure> {
-    let source = load::read_text(path)?;
-    match dgd_documents::read_model(&source) {
-        Ok((model, warnings)) => {
-            for problem in warnings {
-                let (line, _) = dgd_documents::line_and_column(&source, problem.span.start);
-                tracing::warn!("{}:{line}: {}", path.display(), problem.message);
-            }
-            Ok(model)
-        }
-        Err(error) => Err(Failure::Document {
-            path: path.to_owned(),
-            source,
-            error,
-        }),
-    }
+    Ok(tell(&run, arguments, effects.as_deref(), drawn.len()))
 }
 
 /// A level in the riser, and no flow against the valve.
-fn check_start(start: &Start, model: &Model) -> Result<(), Failure> {
-    let deepest = model.geometry.pump_inlet_depth_m;
+fn check_start(start: &Start, geometry: &Geometry) -> Result<(), Failure> {
+    let deepest = geometry.pump_inlet_depth_m;
     let reason = match (start.level_m, start.flow_m3_s) {
         (Some(level), _) if !(0.0..=deepest).contains(&level) => {
             format!("--level is {level} m, expected between 0 m and the pump inlet at {deepest} m")
@@ -266,7 +279,7 @@ fn notes(run: &Replay) -> Vec<String> {
     notes
 }
 
-fn tell(run: &Replay, arguments: &Simulate, drawn: usize) -> String {
+fn tell(run: &Replay, arguments: &Simulate, effects: Option<&[String]>, drawn: usize) -> String {
     let mut text = String::new();
     let (from, to) = (run.time_s[0], run.time_s[run.time_s.len() - 1]);
     let _ = writeln!(
@@ -278,13 +291,17 @@ fn tell(run: &Replay, arguments: &Simulate, drawn: usize) -> String {
         count(run.time_s.len())
     );
     let s = &run.statistics;
-    let _ = writeln!(
-        text,
-        "{} steps, {} rejected, {} evaluations\n",
-        count(s.steps),
-        count(s.rejected),
-        count(s.rhs)
-    );
+    let _ = match effects {
+        Some([]) => writeln!(text, "model of a diagnosis, without effects\n"),
+        Some(effects) => writeln!(text, "with {}\n", effects.join(", ")),
+        None => writeln!(
+            text,
+            "{} steps, {} rejected, {} evaluations\n",
+            count(s.steps),
+            count(s.rejected),
+            count(s.rhs)
+        ),
+    };
     let mut table = TextTable::new([
         "simulated less measured",
         "root mean square",

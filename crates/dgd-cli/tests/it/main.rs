@@ -3,6 +3,7 @@
 #![allow(clippy::print_stdout, reason = "a skipped test says so")]
 mod bench;
 mod demo;
+mod diagnosing;
 mod exam;
 mod formats;
 mod masking;

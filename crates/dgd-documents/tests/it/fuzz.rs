@@ -1,7 +1,9 @@
 //! No document makes a reader panic, and a refusal always says why and where.
 
-use super::{model::MODEL, well::GOM};
-use dgd_documents::{DocumentError, Problem, read_model, read_references, read_well};
+use super::{augmented::example, model::MODEL, well::GOM};
+use dgd_documents::{
+    DocumentError, Problem, read_model, read_model_document, read_references, read_well,
+};
 use proptest::prelude::*;
 
 /// Values of every type, right and wrong, to put in the place of others.
@@ -54,7 +56,17 @@ fn refusal_is_told<T>(
 fn read_all(source: &str) -> Result<(), TestCaseError> {
     refusal_is_told(source, read_well(source))?;
     refusal_is_told(source, read_model(source))?;
+    refusal_is_told(source, read_model_document(source))?;
     refusal_is_told(source, read_references(source))
+}
+
+/// One document of each kind.
+fn source(which: usize) -> String {
+    match which {
+        0 => GOM.to_owned(),
+        1 => MODEL.to_owned(),
+        _ => example(),
+    }
 }
 
 proptest! {
@@ -67,10 +79,10 @@ proptest! {
 
     #[test]
     fn no_damaged_bytes_make_a_reader_panic(
-        of_well: bool,
+        which in 0..3_usize,
         damage in proptest::collection::vec((0usize..4000, any::<u8>()), 1..4),
     ) {
-        let mut bytes = if of_well { GOM } else { MODEL }.as_bytes().to_vec();
+        let mut bytes = source(which).into_bytes();
         for (at, byte) in damage {
             let at = at % bytes.len();
             bytes[at] = byte;
@@ -80,10 +92,10 @@ proptest! {
 
     #[test]
     fn no_exchanged_value_makes_a_reader_panic(
-        of_well: bool,
-        damage in proptest::collection::vec((0usize..60, 0..VALUES.len()), 1..4),
+        which in 0..3_usize,
+        damage in proptest::collection::vec((0usize..90, 0..VALUES.len()), 1..4),
     ) {
-        let source = if of_well { GOM } else { MODEL };
+        let source = source(which);
         let mut lines: Vec<String> = source.lines().map(str::to_owned).collect();
         for (line, value) in damage {
             let line = line % lines.len();
@@ -96,10 +108,10 @@ proptest! {
 
     #[test]
     fn no_lost_or_doubled_line_makes_a_reader_panic(
-        of_well: bool,
-        damage in proptest::collection::vec((0usize..60, 0usize..60, any::<bool>()), 1..4),
+        which in 0..3_usize,
+        damage in proptest::collection::vec((0usize..90, 0usize..90, any::<bool>()), 1..4),
     ) {
-        let source = if of_well { GOM } else { MODEL };
+        let source = source(which);
         let mut lines: Vec<&str> = source.lines().collect();
         for (from, to, copy) in damage {
             let (from, to) = (from % lines.len(), to % lines.len());

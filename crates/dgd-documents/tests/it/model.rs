@@ -292,7 +292,7 @@ fn statistic() -> impl Strategy<Value = f64> {
     ]
 }
 
-fn finite() -> impl Strategy<Value = f64> {
+pub(crate) fn finite() -> impl Strategy<Value = f64> {
     use proptest::num::f64::{NEGATIVE, NORMAL, POSITIVE, SUBNORMAL, ZERO};
     NORMAL | SUBNORMAL | ZERO | POSITIVE | NEGATIVE
 }
@@ -305,7 +305,7 @@ fn estimate() -> impl Strategy<Value = Estimate> {
     })
 }
 
-fn geometry() -> impl Strategy<Value = Geometry> {
+pub(crate) fn geometry() -> impl Strategy<Value = Geometry> {
     let length = || 1e-3..1e4_f64;
     let known = || proptest::option::of(1e-3..1e4_f64);
     (
@@ -397,7 +397,7 @@ fn data() -> impl Strategy<Value = DataUsed> {
         })
 }
 
-fn model() -> impl Strategy<Value = Model> {
+pub(crate) fn model() -> impl Strategy<Value = Model> {
     (
         1e-3..1e5_f64,
         geometry(),

@@ -1,14 +1,16 @@
-//! Writes every figure as SVG and PNG, and a page of all of them, into the folder named first:
+//! Writes every figure as SVG and PNG, a page of all of them, and a report of each kind of diagnosis, into the folder
+//! named first:
 //! `cargo run -p dgd-report --example gallery -- FOLDER`.
 #![allow(clippy::unwrap_used, reason = "an example that fails should say where")]
 
+mod diagnoses;
 mod figures;
 mod synthetic;
 
 use std::error::Error;
 use std::path::PathBuf;
 
-use dgd_report::{Page, Table};
+use dgd_report::{Page, Table, diagnosis_page};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = PathBuf::from(
@@ -56,5 +58,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         "A page has one column.",
     ]);
     std::fs::write(folder.join("gallery.html"), page.html())?;
+    for (name, diagnosis) in diagnoses::all(8) {
+        let html = diagnosis_page(
+            &diagnosis,
+            "synthetic-8h.mat",
+            "dgd diagnose synthetic-8h.mat --well well.toml --out report",
+        );
+        std::fs::write(folder.join(format!("diagnosis-{name}.html")), html)?;
+    }
     Ok(())
 }

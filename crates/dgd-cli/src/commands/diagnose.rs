@@ -1,0 +1,212 @@
+//! `dgd diagnose`: where model and recording differ, what was left out, and the fit with it.
+
+mod tell;
+#[cfg(test)]
+mod tests;
+
+use crate::args::{Diagnose, Global, Source};
+use crate::commands::fit::{names, screening};
+use crate::failure::Failure;
+use crate::progress::Progress;
+use crate::{load, output};
+use dgd_diagnose::{Diagnosis, Options, Simulation, Stage, diagnose};
+use dgd_documents::{Base, ModelDocument, write_diagnosis, write_model_document};
+use dgd_export::{ComparedSignal, Comparison, ExportError, write_comparison_csv};
+use dgd_identify::{IdentifyOptions, Prepared, identify, prepare};
+use dgd_recording::Well;
+use std::io::Write;
+use std::path::Path;
+
+const DIAGNOSIS: &str = "diagnosis.json";
+const SIMULATION: &str = "simulation.csv";
+const REPORT: &str = "report.html";
+const MODEL: &str = "model.toml";
+
+/// A diagnosis and its document.
+pub(crate) struct Diagnosed {
+    pub(crate) diagnosis: Diagnosis,
+    pub(crate) json: String,
+    recording: String,
+}
+
+pub(crate) fn run(arguments: &Diagnose, global: &Global) -> Result<String, Failure> {
+    let progress = Progress::new(global.json || global.quiet);
+    let done = carry_out(
+        &arguments.source,
+        arguments.model.as_deref(),
+        &arguments.out,
+        &progress,
+    )?;
+    tracing::info!("seconds by stage: {}", progress.seconds_by_stage());
+    drop(progress);
+    Ok(if global.json {
+        done.json
+    } else {
+        tell(&done, &arguments.out)
+    })
+}
+
+/// The answer for people.
+pub(crate) fn tell(done: &Diagnosed, out: &Path) -> String {
+    tell::tell(&done.diagnosis, &done.recording, out)
+}
+
+/// Reads, diagnoses and writes the four files.
+pub(crate) fn carry_out(
+    source: &Source,
+    model: Option<&Path>,
+    out: &Path,
+    progress: &Progress,
+) -> Result<Diagnosed, Failure> {
+    let well = load::read_well(&source.well)?;
+    let start = model.map(|path| start(path, &well)).transpose()?;
+    let loaded = load::read_recordings(&source.recordings, &well, progress)?;
+    if out.exists() && !out.is_dir() {
+        return Err(Failure::Write {
+            path: out.to_owned(),
+            reason: "it is no folder".into(),
+        });
+    }
+    for name in [DIAGNOSIS, SIMULATION, REPORT, MODEL] {
+        output::check(&out.join(name))?;
+    }
+    let first = &source.recordings[0];
+    progress.stage("screening", "");
+    let samples = loaded.samples;
+    let prepared = prepare(loaded.recording, loaded.step_s, &screening(source))
+        .map_err(|e| Failure::input(first, e))?;
+    let recordings = names(&source.recordings);
+    progress.stage("identifying", "friction, delay and pump");
+    let base = base(&prepared, &well, samples, &recordings);
+    let options = Options {
+        start: start.unwrap_or_default(),
+        ..Options::default()
+    };
+    let mut said = |stage: Stage| {
+        let (kind, what) = words(stage);
+        progress.stage(kind, &what);
+    };
+    let diagnosis =
+        diagnose(&well, &prepared, &options, &mut said).map_err(|e| Failure::input(first, e))?;
+    progress.stage("writing", &out.display().to_string());
+    let recording = recordings.join(", ");
+    let page = dgd_report::diagnosis_page(&diagnosis, &recording, &command(source, model));
+    let json = write(&diagnosis, base, &page, out)?;
+    Ok(Diagnosed {
+        diagnosis,
+        json,
+        recording,
+    })
+}
+
+/// Writes the four files beside their places, then puts them there together; returns diagnosis.json.
+fn write(diagnosis: &Diagnosis, base: Base, page: &str, out: &Path) -> Result<String, Failure> {
+    let document = ModelDocument {
+        base,
+        augmented: Some(diagnosis.after.clone()),
+    };
+    let text = |name: &str, text: &str| {
+        output::stage(&out.join(name), |writer| {
+            writer.write_all(text.as_bytes()).map_err(|e| e.to_string())
+        })
+    };
+    let json = write_diagnosis(diagnosis);
+    let staged = [
+        text(MODEL, &write_model_document(&document))?,
+        output::stage(&out.join(SIMULATION), |writer| {
+            simulation_csv(&diagnosis.simulation, writer).map_err(|e| e.to_string())
+        })?,
+        text(REPORT, page)?,
+        text(DIAGNOSIS, &json)?,
+    ];
+    staged.into_iter().try_for_each(output::Staged::keep)?;
+    Ok(json)
+}
+
+/// The effects that a diagnosis starts from.
+fn start(path: &Path, well: &Well) -> Result<Vec<dgd_effects::AppliedEffect>, Failure> {
+    let document = load::read_model(path)?;
+    let (density_kg_m3, geometry) = document.well();
+    if density_kg_m3 != well.mud_density_kg_m3 || *geometry != well.geometry {
+        tracing::warn!(
+            "{} was identified on a well of another mud or geometry; --well counts",
+            path.display()
+        );
+    }
+    let Some(augmented) = document.augmented else {
+        tracing::warn!(
+            "{} holds no effects, so the diagnosis starts as without it",
+            path.display()
+        );
+        return Ok(Vec::new());
+    };
+    Ok(augmented.effects)
+}
+
+/// The two-state model; a recording that gives none can still be diagnosed.
+fn base(prepared: &Prepared, well: &Well, samples: usize, recordings: &[String]) -> Base {
+    match identify(prepared, well, &IdentifyOptions::default()) {
+        Ok(identification) => {
+            for warning in &identification.warnings {
+                tracing::info!("two-state model: {warning}");
+            }
+            let mut model = identification.model;
+            model.data.samples = samples;
+            model.data.recordings = recordings.to_vec();
+            Base::Identified(Box::new(model))
+        }
+        Err(error) => {
+            tracing::warn!("model.toml gets no two-state model: {error}");
+            Base::WellOnly {
+                density_kg_m3: well.mud_density_kg_m3,
+                geometry: well.geometry.clone(),
+            }
+        }
+    }
+}
+
+fn words(stage: Stage) -> (&'static str, String) {
+    match stage {
+        Stage::Baseline => ("re-fitting", "the base model".into()),
+        Stage::Screening(round) => ("screening", format!("the catalogue, round {round}")),
+        Stage::Fitting => ("fitting", "the best hypotheses together".into()),
+        Stage::Confirming => ("confirming", "on held-out data".into()),
+    }
+}
+
+/// The command line that repeats the diagnosis, without the folders of whoever ran it: the report does not depend on them.
+fn command(source: &Source, model: Option<&Path>) -> String {
+    let name = |path: &Path| {
+        let name = path.file_name().unwrap_or(path.as_os_str());
+        name.to_string_lossy().into_owned()
+    };
+    let mut words: Vec<String> = vec!["dgd diagnose".into()];
+    words.extend(source.recordings.iter().map(|path| name(path)));
+    words.push(format!("--well {}", name(&source.well)));
+    words.extend(model.map(|path| format!("--model {}", name(path))));
+    if source.thesis_screening {
+        words.push("--thesis-screening".into());
+    }
+    words.push("--out diagnosis".into());
+    words.join(" ")
+}
+
+fn simulation_csv(simulation: &Simulation, writer: impl Write) -> Result<(), ExportError> {
+    let signals: Vec<ComparedSignal<'_>> = simulation
+        .signals
+        .iter()
+        .map(|signal| ComparedSignal {
+            name: signal.name,
+            measured: &signal.measured,
+            before: &signal.before,
+            after: &signal.after,
+        })
+        .collect();
+    let comparison = Comparison {
+        time_s: &simulation.t_s,
+        held_out: &simulation.held_out,
+        valid: &simulation.valid,
+        signals: &signals,
+    };
+    write_comparison_csv(&comparison, writer)
+}

@@ -1,0 +1,277 @@
+//! The answer of a diagnosis for the terminal: one sentence, the findings, what was tested, the files.
+
+use crate::say::{TextTable, brief, count};
+use dgd_diagnose::{Diagnosis, Finding, HeldOut, Outcome, Signal, Tested, Verdict};
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// The whole answer.
+pub(super) fn tell(diagnosis: &Diagnosis, recording: &str, out: &Path) -> String {
+    let mut text = String::new();
+    // Writing to a String cannot fail.
+    let _ = tell_into(&mut text, diagnosis, recording, out);
+    text
+}
+
+fn tell_into(
+    text: &mut String,
+    diagnosis: &Diagnosis,
+    recording: &str,
+    out: &Path,
+) -> std::fmt::Result {
+    writeln!(text, "{recording}: {}\n", sentence(diagnosis))?;
+    for (index, finding) in diagnosis.findings.iter().enumerate() {
+        tell_finding(text, index + 1, finding, diagnosis.setting.span_s)?;
+    }
+    tell_tested(text, diagnosis)?;
+    let (passed, all) = (
+        diagnosis.checks.iter().filter(|c| c.passed).count(),
+        diagnosis.checks.len(),
+    );
+    if all > 0 {
+        writeln!(text, "checks: {passed} of {all} passed")?;
+    }
+    for check in diagnosis.checks.iter().filter(|c| !c.passed) {
+        writeln!(text, "  failed: {}: {}", check.name, check.detail)?;
+    }
+    let shown = out.display();
+    writeln!(
+        text,
+        "\nwrote {shown}/diagnosis.json, simulation.csv and model.toml; open {shown}/report.html"
+    )
+}
+
+/// The answer in one sentence with numbers.
+fn sentence(diagnosis: &Diagnosis) -> String {
+    let windows: f64 = diagnosis
+        .held_out_s
+        .iter()
+        .map(|(from, to)| to - from)
+        .sum();
+    let hours = brief(windows / 3600.0);
+    let Some(first) = diagnosis.findings.first() else {
+        let off: Vec<String> = ["riser_level_m", "return_flow_m3_s"]
+            .iter()
+            .filter_map(|name| {
+                let signal = diagnosis
+                    .simulation
+                    .signals
+                    .iter()
+                    .find(|s| s.name == *name)?;
+                let rmse = held_out_rmse(diagnosis, signal)?;
+                Some(format!("{} {}", stem(name), quantity(name, rmse)))
+            })
+            .collect();
+        let off = if off.is_empty() {
+            String::new()
+        } else {
+            format!(
+                "; over {hours} h held out the model runs free within {} (root mean square)",
+                off.join(", ")
+            )
+        };
+        return format!("consistent, nothing is left out that this recording could show{off}");
+    };
+    let lead = match diagnosis.verdict {
+        Verdict::Consistent => "consistent",
+        Verdict::Explained => "explained",
+        Verdict::PartlyExplained => "partly explained",
+        Verdict::Unexplained => "unexplained",
+    };
+    let strength = first.parameters.first().map_or(String::new(), |p| {
+        format!(
+            ", {} {} [{}, {}]",
+            p.name,
+            brief(p.estimate),
+            brief(p.ci95.0),
+            brief(p.ci95.1)
+        )
+    });
+    let more = match diagnosis.findings.len() - 1 {
+        0 => String::new(),
+        n => format!(", and {n} more"),
+    };
+    let gain = first.held_out.as_ref().map_or(String::new(), |g| {
+        format!(
+            "; over {hours} h held out the {} in a free run is {} off with it, {} without",
+            stem(&g.signal),
+            quantity(&g.signal, g.rmse_after),
+            quantity(&g.signal, g.rmse_before)
+        )
+    });
+    format!(
+        "{lead}, {} ({}, probability {}{strength}){more}{gain}",
+        first.title,
+        first.effect,
+        probability(first.probability)
+    )
+}
+
+fn tell_finding(
+    text: &mut String,
+    number: usize,
+    finding: &Finding,
+    span_s: (f64, f64),
+) -> std::fmt::Result {
+    writeln!(
+        text,
+        "{number}. {} ({}), probability {}",
+        finding.title,
+        finding.effect,
+        probability(finding.probability)
+    )?;
+    let mut line = |name: &str, what: String| writeln!(text, "   {name:<9}{what}");
+    line(
+        "where",
+        format!(
+            "{}, {}",
+            finding.relation.name(),
+            intervals(&finding.intervals_s, span_s)
+        ),
+    )?;
+    if !finding.region.is_empty() {
+        line("", finding.region.clone())?;
+    }
+    for p in &finding.parameters {
+        let doubt = if p.ci95.0.is_finite() && p.ci95.1.is_finite() {
+            format!(" [{}, {}]", brief(p.ci95.0), brief(p.ci95.1))
+        } else {
+            String::new()
+        };
+        line(
+            "size",
+            format!("{} {}{doubt}: {}", p.name, brief(p.estimate), p.meaning),
+        )?;
+    }
+    let others: Vec<String> = finding
+        .alternatives
+        .iter()
+        .take(4)
+        .map(|(effect, p)| format!("{effect} {}", probability(*p)))
+        .collect();
+    if !others.is_empty() {
+        line("or", others.join(", "))?;
+    }
+    if let Some(test) = finding
+        .separating_test
+        .as_ref()
+        .filter(|_| !others.is_empty())
+    {
+        line("apart by", test.clone())?;
+    }
+    if let Some(gain) = &finding.held_out {
+        line("held out", gained(gain))?;
+    }
+    writeln!(text)
+}
+
+/// What a finding gains where no fit has looked.
+fn gained(gain: &HeldOut) -> String {
+    let percent = |share: f64| brief((1000.0 * share).round() / 10.0);
+    format!(
+        "{} off by {} without, {} with it: {} to {} % less (95 %)",
+        stem(&gain.signal),
+        quantity(&gain.signal, gain.rmse_before),
+        quantity(&gain.signal, gain.rmse_after),
+        percent(gain.improvement_ci95.0),
+        percent(gain.improvement_ci95.1)
+    )
+}
+
+fn intervals(intervals_s: &[(f64, f64)], span_s: (f64, f64)) -> String {
+    const SHOWN: usize = 3;
+    if let [(from, to)] = intervals_s
+        && *from <= span_s.0
+        && *to >= span_s.1
+    {
+        return "the whole recording".into();
+    }
+    let mut told: Vec<String> = intervals_s
+        .iter()
+        .take(SHOWN)
+        .map(|(from, to)| format!("{from:.0} to {to:.0} s"))
+        .collect();
+    if intervals_s.len() > SHOWN {
+        told.push(format!("and {} more", intervals_s.len() - SHOWN));
+    }
+    if told.is_empty() {
+        return "at no time of its own".into();
+    }
+    told.join(", ")
+}
+
+/// What was looked for: in full where nothing was found, for then that is the answer.
+fn tell_tested(text: &mut String, diagnosis: &Diagnosis) -> std::fmt::Result {
+    let of =
+        |wanted: fn(&Outcome) -> bool| diagnosis.tested.iter().filter(move |t| wanted(&t.outcome));
+    let found = of(|o| matches!(o, Outcome::Found)).count();
+    let unseen = || of(|o| matches!(o, Outcome::NotSeen));
+    let blind: Vec<&Tested> = of(|o| matches!(o, Outcome::NotTestable(_))).collect();
+    if diagnosis.tested.is_empty() {
+        return Ok(());
+    }
+    if diagnosis.findings.is_empty() {
+        let mut table = TextTable::new(["looked for, not seen", "would have been seen from", ""]);
+        for one in unseen() {
+            let limit = one.limit.filter(|l| l.is_finite());
+            let (size, unit) = limit.map_or((String::new(), ""), |l| (brief(l), one.strength));
+            table.row([one.effect.to_owned(), size, unit.to_owned()]);
+        }
+        writeln!(text, "{}", table.render())?;
+    }
+    writeln!(
+        text,
+        "tested {} effects: {found} found, {} not seen, {} that this recording cannot show",
+        count(diagnosis.tested.len()),
+        unseen().count(),
+        blind.len()
+    )?;
+    for one in blind {
+        if let Outcome::NotTestable(reason) = &one.outcome {
+            writeln!(text, "  cannot be shown: {}: {reason}", one.effect)?;
+        }
+    }
+    Ok(())
+}
+
+/// Error of the model without findings on the held-out samples that the screening trusts.
+fn held_out_rmse(diagnosis: &Diagnosis, signal: &Signal) -> Option<f64> {
+    let simulation = &diagnosis.simulation;
+    let used = simulation.held_out.iter().zip(&simulation.valid);
+    let pairs = signal.measured.iter().zip(&signal.before);
+    let squares: Vec<f64> = used
+        .zip(pairs)
+        .filter(|((held, valid), _)| **held && **valid)
+        .map(|(_, (m, b))| (m - b) * (m - b))
+        .filter(|square| square.is_finite())
+        .collect();
+    (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
+}
+
+/// A signal's name without its unit.
+fn stem(signal: &str) -> String {
+    let stem = ["_m3_s", "_pa", "_m"]
+        .iter()
+        .find_map(|unit| signal.strip_suffix(unit));
+    stem.unwrap_or(signal).replace('_', " ")
+}
+
+/// A size of a signal in a unit that people read.
+fn quantity(signal: &str, value: f64) -> String {
+    if signal.ends_with("_m3_s") {
+        format!("{} l/min", brief(value * 6e4))
+    } else if signal.ends_with("_pa") {
+        format!("{} bar", brief(value * 1e-5))
+    } else {
+        format!("{} m", brief(value))
+    }
+}
+
+/// A probability in percent would hide the last step to certainty: two figures, and three near the ends.
+fn probability(p: f64) -> String {
+    if (0.1..=0.99).contains(&p) {
+        format!("{p:.2}")
+    } else {
+        format!("{p:.3}")
+    }
+}

@@ -1,0 +1,268 @@
+//! The writers and the words, on a diagnosis made by hand.
+#![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+
+use super::{DIAGNOSIS, MODEL, REPORT, SIMULATION, command, tell, write};
+use crate::args::Source;
+use crate::failure::Failure;
+use dgd_diagnose::{
+    Check, Diagnosis, Finding, HeldOut, Outcome, ParameterEstimate, Signal, Simulation, Tested,
+    Verdict,
+};
+use dgd_documents::{Base, read_model_document};
+use dgd_effects::{
+    AppliedEffect, AugmentedModel, Curves, FRICTION_TERMS, HEAD_TERMS, Noise, Relation, Scale,
+    Setting, find,
+};
+use dgd_recording::Geometry;
+use std::path::Path;
+
+const GEOMETRY: Geometry = Geometry {
+    riser_id_m: 0.495,
+    drillpipe_od_m: 0.168,
+    casing_od_m: None,
+    return_line_id_m: 0.152,
+    booster_line_id_m: None,
+    pump_inlet_depth_m: 350.0,
+    pump_outlet_depth_m: 350.0,
+    riser_pressure_sensor_depth_m: None,
+};
+
+fn base() -> Base {
+    Base::WellOnly {
+        density_kg_m3: 1080.0,
+        geometry: GEOMETRY,
+    }
+}
+
+fn kick() -> Finding {
+    Finding {
+        effect: "influx".into(),
+        title: "formation fluid enters the well".into(),
+        probability: 0.97,
+        alternatives: vec![("line_leak".into(), 0.02)],
+        relation: Relation::RiserMassBalance,
+        intervals_s: vec![(10.0, 20.0)],
+        region: "at every flow".into(),
+        parameters: vec![ParameterEstimate {
+            name: "rate_m3_s".into(),
+            meaning: "rate of the plateau".into(),
+            estimate: 0.0021,
+            ci95: (0.0019, 0.0023),
+        }],
+        held_out: Some(HeldOut {
+            signal: "riser_level_m".into(),
+            rmse_before: 1.9,
+            rmse_after: 0.12,
+            improvement_ci95: (0.9, 0.95),
+        }),
+        equation_before: "A dh/dt = q_in - q".into(),
+        equation_after: "A dh/dt = q_in + rate s(t) - q".into(),
+        source: "Eq. 3.45".into(),
+        evidence: 100.0,
+        separating_test: Some("a flow check".into()),
+    }
+}
+
+fn diagnosis(findings: Vec<Finding>) -> Diagnosis {
+    let applied = |finding: &Finding| AppliedEffect {
+        id: finding.effect.clone(),
+        parameters: vec![0.5; find(&finding.effect).unwrap().about().parameters.len()],
+    };
+    let before = AugmentedModel {
+        curves: Curves {
+            scale: Scale {
+                flow_m3_s: 0.06,
+                speed_pct: 55.0,
+            },
+            friction: [1.0; FRICTION_TERMS],
+            head: [2.0; HEAD_TERMS],
+        },
+        speed_range_pct: (20.0, 80.0),
+        ratio_range: (0.0, 0.001),
+        effects: Vec::new(),
+    };
+    let after = AugmentedModel {
+        effects: findings.iter().map(applied).collect(),
+        ..before.clone()
+    };
+    let held_out: Vec<bool> = (0..30).map(|i| i >= 20).collect();
+    let signal = |name| Signal {
+        name,
+        measured: vec![1.0; 30],
+        before: vec![1.5; 30],
+        after: (0..30)
+            .map(|i| if i < 5 { f64::NAN } else { 1.25 })
+            .collect(),
+    };
+    Diagnosis {
+        verdict: if findings.is_empty() {
+            Verdict::Consistent
+        } else {
+            Verdict::Explained
+        },
+        findings,
+        tested: vec![
+            Tested {
+                effect: "heave",
+                title: "rig motion",
+                outcome: Outcome::NotSeen,
+                evidence: -3.0,
+                strength: "Pa",
+                limit: Some(900.0),
+            },
+            Tested {
+                effect: "gel_strength",
+                title: "gel",
+                outcome: Outcome::NotTestable("the mud never stood".into()),
+                evidence: 0.0,
+                strength: "Pa",
+                limit: None,
+            },
+        ],
+        checks: vec![Check {
+            name: "placebo".into(),
+            passed: false,
+            detail: "gains 4 %".into(),
+        }],
+        before,
+        after,
+        setting: Setting {
+            density_kg_m3: 1080.0,
+            riser_area_m2: 0.17,
+            line_area_m2: 0.018,
+            line_diameter_m: 0.152,
+            line_length_m: 350.0,
+            riser_volume_m3: 30.0,
+            span_s: (0.0, 30.0),
+            inlet_range_pa: (2e6, 3e6),
+            connections: Vec::new(),
+            noise: Noise::default(),
+        },
+        simulation: Simulation {
+            t_s: (0..30).map(f64::from).collect(),
+            held_out,
+            valid: vec![true; 30],
+            signals: [
+                "return_flow_m3_s",
+                "riser_level_m",
+                "pump_outlet_pressure_pa",
+                "pump_head_m",
+            ]
+            .map(signal)
+            .to_vec(),
+        },
+        traces: Vec::new(),
+        held_out_s: vec![(20.0, 29.0)],
+        settings: Vec::new(),
+    }
+}
+
+fn text(folder: &Path, name: &str) -> String {
+    std::fs::read_to_string(folder.join(name)).unwrap()
+}
+
+#[test]
+fn the_four_files_are_written_and_the_model_reads_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("new");
+    let diagnosis = diagnosis(vec![kick()]);
+    let json = write(&diagnosis, base(), "<html/>", &out).unwrap();
+    let mut names: Vec<String> = std::fs::read_dir(&out)
+        .unwrap()
+        .map(|e| e.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    assert_eq!(names, [DIAGNOSIS, MODEL, REPORT, SIMULATION]);
+    assert_eq!(text(&out, DIAGNOSIS), json);
+    assert_eq!(text(&out, REPORT), "<html/>");
+    let (document, warnings) = read_model_document(&text(&out, MODEL)).unwrap();
+    assert!(warnings.is_empty());
+    assert_eq!(document.augmented, Some(diagnosis.after));
+    let csv = text(&out, SIMULATION);
+    let mut lines = csv.lines();
+    assert_eq!(
+        lines.next().unwrap(),
+        "t_s,held_out,valid,\
+         return_flow_m3_s_measured,return_flow_m3_s_before,return_flow_m3_s_after,\
+         riser_level_m_measured,riser_level_m_before,riser_level_m_after,\
+         pump_outlet_pressure_pa_measured,pump_outlet_pressure_pa_before,pump_outlet_pressure_pa_after,\
+         pump_head_m_measured,pump_head_m_before,pump_head_m_after"
+    );
+    assert_eq!(lines.next(), Some("0,0,1,1,1.5,,1,1.5,,1,1.5,,1,1.5,"));
+    assert_eq!(
+        lines.next_back(),
+        Some("29,1,1,1,1.5,1.25,1,1.5,1.25,1,1.5,1.25,1,1.5,1.25")
+    );
+    assert_eq!(csv.lines().count(), 31);
+}
+
+#[test]
+fn if_one_file_cannot_be_written_the_others_stay_as_they_were() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path();
+    std::fs::write(out.join(MODEL), "old").unwrap();
+    std::fs::create_dir(out.join(REPORT)).unwrap();
+    let failed = write(&diagnosis(vec![kick()]), base(), "", out).unwrap_err();
+    assert!(matches!(failed, Failure::Write { .. }), "{failed}");
+    assert_eq!(text(out, MODEL), "old");
+    // No file under a final or a hidden name has come.
+    assert_eq!(std::fs::read_dir(out).unwrap().count(), 2);
+}
+
+#[test]
+fn a_finding_is_told_in_one_sentence_with_its_numbers() {
+    let told = tell::tell(&diagnosis(vec![kick()]), "rig.mat", Path::new("out"));
+    let first = told.lines().next().unwrap();
+    assert_eq!(
+        first,
+        "rig.mat: explained, formation fluid enters the well (influx, probability 0.97, rate_m3_s 0.0021 \
+         [0.0019, 0.0023]); over 0.0025 h held out the riser level in a free run is 0.12 m off with it, 1.9 m without"
+    );
+    for part in [
+        "1. formation fluid enters the well (influx), probability 0.97",
+        "riser_mass_balance, 10 to 20 s",
+        "line_leak 0.020",
+        "a flow check",
+        "90 to 95 % less",
+        "tested 2 effects: 0 found, 1 not seen, 1 that this recording cannot show",
+        "gel_strength: the mud never stood",
+        "failed: placebo: gains 4 %",
+        "open out/report.html",
+    ] {
+        assert!(told.contains(part), "`{part}` is not in:\n{told}");
+    }
+}
+
+#[test]
+fn a_consistent_recording_is_told_with_what_would_have_been_seen() {
+    let told = tell::tell(&diagnosis(Vec::new()), "rig.mat", Path::new("out"));
+    let first = told.lines().next().unwrap();
+    assert!(
+        first.starts_with("rig.mat: consistent, nothing is left out"),
+        "{first}"
+    );
+    assert!(first.contains("riser level 0.5 m"), "{first}");
+    assert!(told.contains("heave"), "{told}");
+    assert!(told.contains("900"), "{told}");
+}
+
+#[test]
+fn an_effect_that_is_always_there_has_the_whole_recording() {
+    let mut always = kick();
+    always.intervals_s = vec![(0.0, 30.0)];
+    let told = tell::tell(&diagnosis(vec![always]), "rig.mat", Path::new("out"));
+    assert!(told.contains("the whole recording"), "{told}");
+}
+
+#[test]
+fn the_command_in_the_report_names_files_without_their_folders() {
+    let source = Source {
+        recordings: vec!["/home/me/a.csv".into(), "b.csv".into()],
+        well: "wells/w.toml".into(),
+        thesis_screening: true,
+    };
+    assert_eq!(
+        command(&source, Some(Path::new("old/model.toml"))),
+        "dgd diagnose a.csv b.csv --well w.toml --model model.toml --thesis-screening --out diagnosis"
+    );
+}

@@ -1,0 +1,196 @@
+//! A model with effects beside a recording: level and flow run free.
+
+use crate::args::{KindArg, Simulate};
+use crate::failure::Failure;
+use dgd_documents::ModelDocument;
+use dgd_dynamics::integrate::{Statistics, Status};
+use dgd_dynamics::return_line::RiserBounds;
+use dgd_effects::{AugmentedModel, Inputs, Setting, find};
+use dgd_identify::Prepared;
+use dgd_recording::Well;
+use dgd_replay::{Pair, Replay, ReplayError, ReplayOptions, fill_gaps};
+use dgd_units::{STANDARD_ATMOSPHERE_PA, STANDARD_GRAVITY_M_S2};
+use std::ops::Range;
+use std::path::Path;
+
+/// Refuses what only a two-state model can do.
+pub(crate) fn check(arguments: &Simulate) -> Result<(), Failure> {
+    if arguments.kind == KindArg::Coupled {
+        return Ok(());
+    }
+    let kind = format!("{:?}", arguments.kind).to_lowercase();
+    let reason = format!(
+        "--kind {kind} needs a two-state model as `dgd fit` writes it; {} is a model with effects, which runs coupled",
+        arguments.model.display()
+    );
+    Err(Failure::Arguments { reason })
+}
+
+/// Runs the model over the window; effects live from the start of the recording.
+///
+/// Mud and geometry are the model's. What the two-state replay measures is measured here in the same way; the
+/// flow through the pump is not compared, as effects may stand between it and its meter.
+pub(crate) fn run(
+    document: &ModelDocument,
+    model: &AugmentedModel,
+    well: &Well,
+    prepared: &Prepared,
+    options: &ReplayOptions,
+    path: &Path,
+) -> Result<Replay, Failure> {
+    replay(document, model, well, prepared, options).map_err(|reason| Failure::input(path, reason))
+}
+
+fn replay(
+    document: &ModelDocument,
+    model: &AugmentedModel,
+    well: &Well,
+    prepared: &Prepared,
+    options: &ReplayOptions,
+) -> Result<Replay, String> {
+    let recording = &prepared.recording;
+    let time = &recording.time_s;
+    let window = window(time, options).map_err(|e| e.to_string())?;
+    let (density_kg_m3, geometry) = document.well();
+    let well = Well {
+        mud_density_kg_m3: density_kg_m3,
+        geometry: geometry.clone(),
+        ..well.clone()
+    };
+    let setting = Setting::of(&well, recording, &prepared.inlet_pressure_pa);
+    let mut filled = 0;
+    let mut input = |name: &'static str, values: &[f64]| {
+        filled += values[window.clone()]
+            .iter()
+            .filter(|v| !v.is_finite())
+            .count();
+        let mut values = values.to_vec();
+        fill_gaps(&mut values)
+            .map(|_| values)
+            .ok_or_else(|| none(name, time, &window))
+    };
+    let mud_pump = input("mud_pump_flow", &recording.mud_pump_flow_m3_s)?;
+    let booster = input("booster_flow", &recording.booster_flow_m3_s)?;
+    let topfill = input("topfill_flow", &recording.topfill_flow_m3_s)?;
+    let mut speed = input("pump_speed", &recording.pump_speed_pct)?;
+    speed.iter_mut().for_each(|w| *w = w.max(0.0));
+    let weight = density_kg_m3 * STANDARD_GRAVITY_M_S2;
+    let depth = geometry.pump_inlet_depth_m;
+    let level_of = |inlet_pa: f64| depth - (inlet_pa - STANDARD_ATMOSPHERE_PA) / weight;
+    let inlet = &prepared.inlet_pressure_pa[window.clone()];
+    let outlet = &prepared.outlet_pressure_pa[window.clone()];
+    let flow = &recording.return_flow_m3_s[window.clone()];
+    let first_of = |name: &'static str, values: &[f64]| {
+        let first = values.iter().copied().find(|v| v.is_finite());
+        first.ok_or_else(|| none(name, time, &window))
+    };
+    let start_inlet = match options.start.level_m {
+        Some(level) => STANDARD_ATMOSPHERE_PA + weight * (depth - level),
+        None => first_of("pump_inlet_pressure", inlet)?,
+    };
+    let start_flow = match options.start.flow_m3_s {
+        Some(flow) => flow,
+        None => first_of("return_flow", flow)?,
+    };
+    let inputs = Inputs {
+        time_s: time,
+        step_s: prepared.step_s,
+        mud_pump_m3_s: &mud_pump,
+        booster_m3_s: &booster,
+        topfill_m3_s: &topfill,
+        speed_pct: &speed,
+    };
+    let ran = model
+        .free_run(&setting, inputs, window.clone(), (start_inlet, start_flow))
+        .map_err(|e| e.to_string())?;
+    let head = |outlet: &[f64], inlet: &[f64]| -> Vec<f64> {
+        let both = outlet.iter().zip(inlet);
+        both.map(|(o, i)| (o - i) / weight).collect()
+    };
+    let pair = |measured: Vec<f64>, simulated: Vec<f64>| Pair {
+        measured,
+        simulated,
+    };
+    let level: Vec<f64> = ran.inlet_pa.iter().map(|p| level_of(*p)).collect();
+    let at = |reached: fn(f64, f64) -> bool| {
+        let index = level.iter().position(|h| reached(*h, depth));
+        index.map(|i| time[window.start + i])
+    };
+    Ok(Replay {
+        bounds: RiserBounds {
+            full_s: at(|level, _| level <= 0.0),
+            empty_s: at(|level, depth| level >= depth),
+            valve_shut_s: None,
+        },
+        time_s: time[window.clone()].to_vec(),
+        level_m: pair(inlet.iter().map(|p| level_of(*p)).collect(), level),
+        pump_flow_m3_s: pair(
+            ahead(&recording.return_flow_m3_s, &window, model, prepared.step_s),
+            Vec::new(),
+        ),
+        return_flow_m3_s: pair(flow.to_vec(), ran.return_flow_m3_s),
+        head_m: pair(head(outlet, inlet), head(&ran.outlet_pa, &ran.inlet_pa)),
+        inlet_pressure_pa: pair(inlet.to_vec(), ran.inlet_pa),
+        outlet_pressure_pa: pair(outlet.to_vec(), ran.outlet_pa),
+        inflow_m3_s: window
+            .clone()
+            .map(|i| mud_pump[i] + booster[i] + topfill[i])
+            .collect(),
+        speed_pct: speed[window.clone()].to_vec(),
+        filled,
+        status: Some(Status::Finished),
+        statistics: Statistics::default(),
+        unsolved: 0,
+    })
+}
+
+/// Samples of the window.
+fn window(time: &[f64], options: &ReplayOptions) -> Result<Range<usize>, ReplayError> {
+    let ends = (
+        time.first().copied().unwrap_or(0.0),
+        time.last().copied().unwrap_or(0.0),
+    );
+    let (from_s, to_s) = options.window_s.unwrap_or(ends);
+    let first = time.partition_point(|t| !(*t >= from_s));
+    let last = time.partition_point(|t| *t <= to_s);
+    let samples = last.saturating_sub(first);
+    if samples >= 2 {
+        return Ok(first..last);
+    }
+    Err(ReplayError::Window {
+        from_s,
+        to_s,
+        samples,
+        start_s: ends.0,
+        end_s: ends.1,
+    })
+}
+
+fn none(name: &'static str, time: &[f64], window: &Range<usize>) -> String {
+    let error = ReplayError::NoInput {
+        name,
+        from_s: time[window.start],
+        to_s: time[window.end - 1],
+    };
+    error.to_string()
+}
+
+/// The meter's flow, read ahead by the delay that the model's effects put before it.
+fn ahead(flow: &[f64], window: &Range<usize>, model: &AugmentedModel, step_s: f64) -> Vec<f64> {
+    let delays = model.effects.iter().filter_map(|applied| {
+        let effect = find(&applied.id)?;
+        let known = effect.about().parameters.len() == applied.parameters.len();
+        known.then(|| effect.meter_path(&applied.parameters).delay_s)
+    });
+    let steps = (delays.sum::<f64>() / step_s).round();
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "clamped to the length of the series"
+    )]
+    let steps = steps.clamp(0.0, flow.len() as f64) as usize;
+    window
+        .clone()
+        .map(|i| flow.get(i + steps).copied().unwrap_or(f64::NAN))
+        .collect()
+}

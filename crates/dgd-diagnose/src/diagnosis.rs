@@ -1,0 +1,241 @@
+//! What a diagnosis says.
+
+use dgd_effects::{AugmentedModel, Relation, Setting};
+
+/// The whole answer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Diagnosis {
+    /// The answer in a word.
+    pub verdict: Verdict,
+    /// What was found, most certain first; empty when consistent.
+    pub findings: Vec<Finding>,
+    /// Every effect of the catalogue: seen, not seen and down to which size, or not testable here.
+    pub tested: Vec<Tested>,
+    /// Checks on the findings, passed and failed.
+    pub checks: Vec<Check>,
+    /// The model without the findings, fitted on the training samples.
+    pub before: AugmentedModel,
+    /// The model with them, fitted on the training samples.
+    pub after: AugmentedModel,
+    /// What both models know of well and recording.
+    pub setting: Setting,
+    /// Measured and simulated series, one row a sample of the recording.
+    pub simulation: Simulation,
+    /// Residuals of each relation in blocks, before and after.
+    pub traces: Vec<Trace>,
+    /// The windows that no fit has seen, s.
+    pub held_out_s: Vec<(f64, f64)>,
+    /// Settings and facts of the run, name and value.
+    pub settings: Vec<(String, String)>,
+}
+
+/// The answer in a word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// Nothing is left out that this recording could show.
+    Consistent,
+    /// What was left out is named.
+    Explained,
+    /// Something is named, something else is not.
+    PartlyExplained,
+    /// Something is left out that the catalogue does not hold.
+    Unexplained,
+}
+
+impl Verdict {
+    /// Its name in machine-readable output.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Consistent => "consistent",
+            Self::Explained => "explained",
+            Self::PartlyExplained => "partly_explained",
+            Self::Unexplained => "unexplained",
+        }
+    }
+}
+
+/// One thing that was left out.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Finding {
+    /// Id of the effect in the catalogue, or `unknown`.
+    pub effect: String,
+    /// A few words for people.
+    pub title: String,
+    /// Calibrated probability that this effect was left out.
+    pub probability: f64,
+    /// Other causes and their probabilities, likeliest first.
+    pub alternatives: Vec<(String, f64)>,
+    /// Where in the model it sits.
+    pub relation: Relation,
+    /// When it acts, s.
+    pub intervals_s: Vec<(f64, f64)>,
+    /// Where in the operating space, in words with numbers.
+    pub region: String,
+    /// Estimates.
+    pub parameters: Vec<ParameterEstimate>,
+    /// Gain on the held-out windows, on the signal that gains most.
+    pub held_out: Option<HeldOut>,
+    /// The relation as the base model has it, in plain notation.
+    pub equation_before: String,
+    /// The relation with the effect.
+    pub equation_after: String,
+    /// Where the equation comes from.
+    pub source: String,
+    /// Natural logarithm of the Bayes factor against the model without it.
+    pub evidence: f64,
+    /// The cheapest test that would tell it from its nearest alternative.
+    pub separating_test: Option<String>,
+}
+
+/// An estimated parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ParameterEstimate {
+    /// Name with its SI unit.
+    pub name: String,
+    /// What it is.
+    pub meaning: String,
+    /// Estimate.
+    pub estimate: f64,
+    /// 95 % interval.
+    pub ci95: (f64, f64),
+}
+
+/// Gain of one signal on the held-out windows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HeldOut {
+    /// Name of the signal with its SI unit.
+    pub signal: String,
+    /// Free-run RMSE without the finding.
+    pub rmse_before: f64,
+    /// Free-run RMSE with it.
+    pub rmse_after: f64,
+    /// 95 % interval of 1 - after/before, by a paired bootstrap over blocks.
+    pub improvement_ci95: (f64, f64),
+}
+
+/// How an effect of the catalogue fared.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tested {
+    /// Its id.
+    pub effect: &'static str,
+    /// A few words.
+    pub title: &'static str,
+    /// Outcome.
+    pub outcome: Outcome,
+    /// Natural logarithm of its Bayes factor against nothing, when it was first weighed.
+    pub evidence: f64,
+    /// Name of its strength, with the unit.
+    pub strength: &'static str,
+    /// The smallest strength that this recording would have shown, if it can show any.
+    pub limit: Option<f64>,
+}
+
+/// Outcome of a test.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Outcome {
+    /// It is among the findings.
+    Found,
+    /// It was looked for and not seen.
+    NotSeen,
+    /// The recording does not excite it.
+    NotTestable(String),
+}
+
+/// A check on the findings.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Check {
+    /// What was checked.
+    pub name: String,
+    /// Whether it passed.
+    pub passed: bool,
+    /// Numbers.
+    pub detail: String,
+}
+
+/// Measured beside simulated.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Simulation {
+    /// Time from the recording's start, s.
+    pub t_s: Vec<f64>,
+    /// Whether a sample is held out from every fit.
+    pub held_out: Vec<bool>,
+    /// Whether the screening trusts the sample.
+    pub valid: Vec<bool>,
+    /// `return_flow_m3_s`, `riser_level_m`, `pump_outlet_pressure_pa`, `pump_head_m`.
+    pub signals: Vec<Signal>,
+}
+
+/// One signal; NaN where there is nothing to compare.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Signal {
+    /// Name with its SI unit.
+    pub name: &'static str,
+    /// As recorded.
+    pub measured: Vec<f64>,
+    /// By the model without the findings.
+    pub before: Vec<f64>,
+    /// By the model with them.
+    pub after: Vec<f64>,
+}
+
+/// Residual of one relation over time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trace {
+    /// The relation.
+    pub relation: Relation,
+    /// Unit of the residual: `Pa` or `m3/s`.
+    pub unit: &'static str,
+    /// Middle of each block, s.
+    pub t_s: Vec<f64>,
+    /// Residual of the model without the findings; NaN where the block is not used.
+    pub before: Vec<f64>,
+    /// Residual with them.
+    pub after: Vec<f64>,
+    /// Standard deviation of a block's residual when nothing is left out.
+    pub noise: f64,
+}
+
+/// Where the diagnosis stands, for progress bars.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage {
+    /// Base parameters are re-fitted and the noise is measured.
+    Baseline,
+    /// The catalogue is held against the residuals; the round, from 1.
+    Screening(usize),
+    /// The best hypotheses are fitted together.
+    Fitting,
+    /// Free runs on the held-out windows.
+    Confirming,
+}
+
+/// Options of a diagnosis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// Effects already in the model that the diagnosis starts from.
+    pub start: Vec<dgd_effects::AppliedEffect>,
+    /// Most effects that are fitted together.
+    pub most_effects: usize,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { start: Vec::new(), most_effects: 4 }
+    }
+}
+
+/// Why there is no diagnosis.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum DiagnoseError {
+    /// Too little of the recording can be used.
+    #[error("{usable} blocks of 10 s with flow and pressure can be used, a diagnosis needs {needed}: check the screening with `dgd inspect`")]
+    TooShort {
+        /// Blocks that can be used.
+        usable: usize,
+        /// Blocks needed.
+        needed: usize,
+    },
+    /// The model to start from holds an effect that the catalogue does not.
+    #[error(transparent)]
+    UnknownEffect(#[from] dgd_effects::UnknownEffect),
+}

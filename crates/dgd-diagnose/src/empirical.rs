@@ -1,0 +1,96 @@
+//! The competitor: a correction of one relation along one quantity, with no physics in it.
+
+use crate::record::Record;
+use crate::relations::{Applied, Blocks};
+use crate::scan::joined;
+use crate::tangent::{Tangent, dot};
+use dgd_effects::{KNOTS, QUANTITIES, RELATIONS, unknown};
+use nalgebra::{DMatrix, DVector};
+
+/// Prior width of a knot, in the unit of the relation.
+const WIDTHS: [f64; 3] = [1.5e4, 2.0e4, 8e-4];
+
+/// A correction, weighed.
+#[derive(Clone)]
+pub(crate) struct Correction {
+    pub applied: Applied,
+    /// Logarithm of the Bayes factor against nothing.
+    pub evidence: f64,
+    pub relation: usize,
+    pub quantity: usize,
+}
+
+/// The range of a quantity in the recording.
+fn range(record: &Record, quantity: usize) -> (f64, f64) {
+    let f = &record.filled;
+    let quantiles = |values: &[f64]| -> (f64, f64) {
+        let mut v: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();
+        v.sort_unstable_by(f64::total_cmp);
+        match v.len() {
+            0 => (0.0, 0.0),
+            n => (v[n / 50], v[n - 1 - n / 50]),
+        }
+    };
+    match quantity {
+        0 => record.setting.span_s,
+        1 => quantiles(&f.inlet),
+        2 => quantiles(&f.mud_pump),
+        3 => quantiles(&f.booster),
+        4 => {
+            let moving: Vec<f64> = f.flow.iter().copied().filter(|q| *q > 2e-3).collect();
+            quantiles(&moving)
+        }
+        5 => {
+            let turning: Vec<f64> = f.speed.iter().copied().filter(|w| *w > 10.0).collect();
+            quantiles(&turning)
+        }
+        6 => (0.0, 4.5),
+        _ => (-2e-4, 2e-4),
+    }
+}
+
+/// Every correction that the recording excites, best first.
+pub(crate) fn corrections(record: &Record, tangent: &Tangent, state: &[Applied]) -> Vec<Correction> {
+    let effect = unknown();
+    let mut out = Vec::new();
+    for quantity in 0..QUANTITIES.len() {
+        let (from, to) = range(record, quantity);
+        if to - from <= 1e-9 * to.abs().max(1e-3) {
+            continue;
+        }
+        for relation in 0..RELATIONS.len() {
+            // A curve of flow and speed is the relation itself there: identification, no finding.
+            let own = matches!((relation, quantity), (0, 4) | (1, 4 | 5));
+            if own {
+                continue;
+            }
+            let mut columns: Vec<Vec<f64>> = Vec::with_capacity(KNOTS);
+            let unit = WIDTHS[relation];
+            for k in 0..KNOTS {
+                let mut parameters = vec![relation as f64, quantity as f64, from, to];
+                parameters.extend((0..KNOTS).map(|j| if j == k { unit } else { 0.0 }));
+                let one = Applied { effect, parameters, allowance: false };
+                columns.push(tangent.signature(record, &joined(state, &one)));
+            }
+            let gram = DMatrix::from_fn(KNOTS, KNOTS, |a, b| {
+                dot(&columns[a], &columns[b]) + if a == b { 1.0 } else { 0.0 }
+            });
+            let right = DVector::from_fn(KNOTS, |a, _| dot(&columns[a], &tangent.off));
+            let Some(factor) = gram.cholesky() else { continue };
+            let coefficients = factor.solve(&right);
+            let determinant: f64 = factor.l().diagonal().iter().map(|d| d.ln()).sum();
+            let evidence = 0.5 * right.dot(&coefficients) - determinant;
+            let mut parameters = vec![relation as f64, quantity as f64, from, to];
+            parameters.extend(coefficients.iter().map(|c| c * unit));
+            out.push(Correction {
+                applied: Applied { effect, parameters, allowance: false },
+                evidence,
+                relation,
+                quantity,
+            });
+        }
+    }
+    out.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+    let _ = Blocks::under;
+    out
+}

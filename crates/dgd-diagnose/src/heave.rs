@@ -1,0 +1,119 @@
+//! Rig motion: a narrow peak of swell in the spectrum of the inlet pressure.
+
+use dgd_units::STANDARD_GRAVITY_M_S2;
+
+/// A peak found.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Swell {
+    pub period_s: f64,
+    /// One standard deviation of the period.
+    pub period_sd_s: f64,
+    pub amplitude_m: f64,
+    /// Power of the peak over the floor about it.
+    pub ratio: f64,
+}
+
+/// Length of a segment of the periodogram, s.
+const SEGMENT_S: f64 = 512.0;
+
+/// Looks for swell between 5 and 20 s; `None` if the sampling cannot show it.
+pub(crate) fn swell(pressure_pa: &[f64], step_s: f64, density_kg_m3: f64) -> Option<Swell> {
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small count")]
+    let m = (SEGMENT_S / step_s).round() as usize;
+    let highest = (1.0 / 5.0_f64).min(0.48 / step_s);
+    let lowest = 1.0 / 20.0;
+    if m < 32 || highest < 1.5 * lowest {
+        return None;
+    }
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small count")]
+    let bins: Vec<usize> = ((lowest * SEGMENT_S).ceil() as usize..=(highest * SEGMENT_S).floor() as usize).collect();
+    let mut spectra: Vec<Vec<f64>> = Vec::new();
+    for segment in pressure_pa.chunks_exact(m) {
+        if segment.iter().any(|v| !v.is_finite()) {
+            continue;
+        }
+        // A level in motion is no swell: the difference of neighbours whitens it, and its gain is known.
+        let rate: Vec<f64> = segment.windows(2).map(|w| w[1] - w[0]).collect();
+        let mut size: Vec<f64> = rate.iter().map(|v| v.abs()).collect();
+        let middle = size.len() / 2;
+        let typical = *size.select_nth_unstable_by(middle, f64::total_cmp).1 / 0.6745;
+        if typical <= 0.0 {
+            continue;
+        }
+        let n = rate.len() as f64;
+        let power = bins
+            .iter()
+            .map(|k| {
+                let angle = 2.0 * std::f64::consts::PI * *k as f64 / m as f64;
+                let (mut re, mut im) = (0.0, 0.0);
+                for (i, v) in rate.iter().enumerate() {
+                    let window = 0.5 - 0.5 * (2.0 * std::f64::consts::PI * i as f64 / n).cos();
+                    let clipped = v.clamp(-6.0 * typical, 6.0 * typical) * window;
+                    let (s, c) = (angle * i as f64).sin_cos();
+                    re += clipped * c;
+                    im += clipped * s;
+                }
+                let gain = 2.0 * (angle / 2.0).sin();
+                (re * re + im * im) / (gain * gain)
+            })
+            .collect();
+        spectra.push(power);
+    }
+    if spectra.len() < 6 {
+        return None;
+    }
+    let mean: Vec<f64> = (0..bins.len())
+        .map(|b| spectra.iter().map(|s| s[b]).sum::<f64>() / spectra.len() as f64)
+        .collect();
+    let smooth: Vec<f64> = (0..mean.len())
+        .map(|b| {
+            let r = b.saturating_sub(1)..(b + 2).min(mean.len());
+            mean[r.clone()].iter().sum::<f64>() / r.len() as f64
+        })
+        .collect();
+    // The floor falls with frequency where noise is coloured: a straight line through the logarithms, peak left out.
+    let top = (0..smooth.len()).max_by(|a, b| {
+        let floor = |b: usize| mean_floor(&smooth, b);
+        (smooth[*a] / floor(*a)).total_cmp(&(smooth[*b] / floor(*b)))
+    })?;
+    let floor = mean_floor(&smooth, top);
+    let ratio = smooth[top] / floor;
+    let near = top.saturating_sub(4)..(top + 5).min(mean.len());
+    let (mut weight, mut moment, mut second) = (0.0, 0.0, 0.0);
+    for b in near {
+        let above = (mean[b] - floor).max(0.0);
+        let f = bins[b] as f64 / SEGMENT_S;
+        weight += above;
+        moment += above * f;
+        second += above * f * f;
+    }
+    if weight <= 0.0 {
+        return None;
+    }
+    let frequency = moment / weight;
+    let width = (second / weight - frequency * frequency).max(0.0).sqrt();
+    let sd = (width / (spectra.len() as f64).sqrt()).max(0.1 / SEGMENT_S);
+    // Power of a windowed sine of amplitude a: a² (sum of window)² / 4, spread over the peak.
+    let window = 0.5 * (m - 1) as f64;
+    let energy = weight / 1.5;
+    let amplitude = 2.0 * energy.sqrt() / window;
+    Some(Swell {
+        period_s: 1.0 / frequency,
+        period_sd_s: sd / (frequency * frequency),
+        amplitude_m: amplitude / (density_kg_m3 * STANDARD_GRAVITY_M_S2),
+        ratio,
+    })
+}
+
+/// Median of the bins a little away from one.
+fn mean_floor(power: &[f64], b: usize) -> f64 {
+    let mut around: Vec<f64> = (0..power.len())
+        .filter(|k| (6..=22).contains(&k.abs_diff(b)))
+        .map(|k| power[k])
+        .collect();
+    if around.is_empty() {
+        return f64::INFINITY;
+    }
+    let middle = around.len() / 2;
+    *around.select_nth_unstable_by(middle, f64::total_cmp).1
+}

@@ -1,0 +1,435 @@
+//! What the residuals of a right model look like: their size, memory and kinship, estimated from the recording.
+
+use crate::relations::Rows;
+
+/// Where each relation's rows begin in a stacked vector.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Layout {
+    pub blocks: usize,
+    pub difference: usize,
+    pub mass: usize,
+}
+
+impl Layout {
+    pub(crate) fn len(self) -> usize {
+        2 * self.blocks + self.difference + self.mass
+    }
+    pub(crate) fn head(self) -> usize {
+        self.blocks
+    }
+    pub(crate) fn difference_at(self) -> usize {
+        2 * self.blocks
+    }
+    pub(crate) fn mass_at(self) -> usize {
+        2 * self.blocks + self.difference
+    }
+}
+
+/// A whitening of stacked residuals: head less its share of friction, then an autoregression, then a scale.
+#[derive(Debug, Clone)]
+pub(crate) struct Whitening {
+    pub layout: Layout,
+    pub valid: Vec<bool>,
+    /// Share of the friction row in the head row of the same block: both hold the outlet's noise.
+    pub kinship: f64,
+    /// Two coefficients for friction, head, difference, mass.
+    pub memory: [[f64; 2]; 4],
+    /// 1 over the standard deviation of each row's innovation, wander left out.
+    pub weight: Vec<f64>,
+    still: Vec<bool>,
+    /// Factor on a row that lacks predecessors.
+    start: Vec<f64>,
+    /// Share of an innovation by which the filter moves its estimate of the wander, by row.
+    gain: Vec<[f64; 2]>,
+    /// Decay of the wander since the section's previous row, by row.
+    decay: Vec<[f64; 2]>,
+    /// 1 over the standard deviation of the filter's innovation, by row.
+    scale: Vec<f64>,
+}
+
+/// How far instruments wander within their accuracy, by section (one standard deviation, in the section's unit).
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Wander {
+    pub friction_pa: f64,
+    pub head_pa: f64,
+    pub difference_pa: f64,
+    pub mass_m3_s: f64,
+    /// Correlation time over the length of a block.
+    pub blocks: f64,
+    /// Movements of the flow that its meter's noise hides, as they come through the friction curve.
+    pub hidden_friction_pa: f64,
+    /// The same through the head curve.
+    pub hidden_head_pa: f64,
+    /// Their correlation time over the length of a block.
+    pub hidden_blocks: f64,
+}
+
+/// Median absolute value over 0.6745: the standard deviation of a clean core.
+pub(crate) fn spread(values: &mut [f64]) -> f64 {
+    if values.is_empty() {
+        return f64::NAN;
+    }
+    values.iter_mut().for_each(|v| *v = v.abs());
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1 / 0.6745
+}
+
+/// Residuals less their mean over half an hour: what is slower is drift or an effect, not noise.
+fn high_pass(values: &[f64], valid: &[bool], half: usize) -> Vec<f64> {
+    let n = values.len();
+    let mut sums = vec![(0.0_f64, 0.0_f64); n + 1];
+    for i in 0..n {
+        let (s, c) = sums[i];
+        sums[i + 1] = if valid[i] { (s + values[i], c + 1.0) } else { (s, c) };
+    }
+    (0..n)
+        .map(|i| {
+            let (a, b) = (i.saturating_sub(half), (i + half + 1).min(n));
+            let count: f64 = sums[b].1 - sums[a].1;
+            values[i] - (sums[b].0 - sums[a].0) / count.max(1.0)
+        })
+        .collect()
+}
+
+/// Autoregression of order 2 over clipped residuals; stationary by construction.
+fn autoregression(values: &[f64], valid: &[bool], scale: f64) -> [f64; 2] {
+    let clip = |v: f64| v.clamp(-3.0 * scale, 3.0 * scale);
+    let mut r = [0.0_f64; 3];
+    let mut counts = [0.0_f64; 3];
+    for lag in 0..3 {
+        for i in lag..values.len() {
+            if valid[i] && valid[i - lag] {
+                r[lag] += clip(values[i]) * clip(values[i - lag]);
+                counts[lag] += 1.0;
+            }
+        }
+        r[lag] /= f64::max(counts[lag], 1.0);
+    }
+    if counts[2] < 30.0 || r[0] <= 0.0 {
+        return [0.0; 2];
+    }
+    let (p1, p2) = (r[1] / r[0], r[2] / r[0]);
+    // A longer memory is not noise: it is a drift or an effect.
+    let k1 = p1.clamp(-0.6, 0.35);
+    let k2 = ((p2 - k1 * k1) / (1.0 - k1 * k1)).clamp(-0.4, 0.15);
+    [k1 * (1.0 - k2), k2]
+}
+
+impl Whitening {
+    /// Estimates the noise from residuals of a robust fit. `unrest` is each row's further standard deviation from
+    /// its timing: what half a second is worth while things move.
+    pub(crate) fn of(layout: Layout, rows: &Rows, residual: &[f64], unrest: &[f64], wander: Wander) -> Self {
+        let mut valid = vec![false; layout.len()];
+        valid[..layout.blocks].copy_from_slice(&rows.friction);
+        valid[layout.head()..layout.difference_at()].copy_from_slice(&rows.head);
+        valid[layout.difference_at()..layout.mass_at()].copy_from_slice(&rows.difference);
+        valid[layout.mass_at()..].copy_from_slice(&rows.mass);
+        for (v, r) in valid.iter_mut().zip(residual) {
+            *v &= r.is_finite();
+        }
+        let mut whitening = Self {
+            layout,
+            valid,
+            kinship: 0.0,
+            memory: [[0.0; 2]; 4],
+            weight: vec![0.0; layout.len()],
+            still: rows.still.clone(),
+            start: Vec::new(),
+            gain: Vec::new(),
+            decay: Vec::new(),
+            scale: Vec::new(),
+        };
+        let n = layout.blocks;
+        let flowing: Vec<bool> = (0..n).map(|b| whitening.valid[b] && !rows.still[b]).collect();
+        let heads: Vec<bool> = whitening.valid[n..2 * n].to_vec();
+        let friction = high_pass(&residual[..n], &flowing, 15);
+        let head = high_pass(&residual[n..2 * n], &heads, 15);
+        let calm = |k: usize, limit: f64| unrest[k] < limit;
+        let pick = |values: &[f64], valid: &[bool], from: usize, limit: f64| -> Vec<f64> {
+            (0..values.len())
+                .filter(|&b| valid[b] && calm(from + b, limit))
+                .map(|b| values[b])
+                .collect()
+        };
+        let scale_f = spread(&mut pick(&friction, &flowing, 0, 1500.0)).clamp(500.0, 1e5);
+        let scale_h = spread(&mut pick(&head, &heads, n, 1500.0)).clamp(500.0, 1e5);
+        let (mut sff, mut sfh) = (0.0, 0.0);
+        for b in 0..n {
+            if flowing[b] && heads[b] && friction[b].abs() < 4.0 * scale_f && head[b].abs() < 4.0 * scale_h {
+                sff += friction[b] * friction[b];
+                sfh += friction[b] * head[b];
+            }
+        }
+        whitening.kinship = if sff > 0.0 { (sfh / sff).clamp(0.0, 1.5) } else { 0.0 };
+        let kin = whitening.kinship;
+        let own: Vec<f64> = (0..n)
+            .map(|b| if flowing[b] { head[b] - kin * friction[b] } else { head[b] })
+            .collect();
+        whitening.section(0, &friction, &flowing, (scale_f, 1500.0), &unrest[..n]);
+        let scale = spread(&mut pick(&own, &heads, n, 1500.0)).clamp(2500.0, 1e5);
+        whitening.section(1, &own, &heads, (scale, 2500.0), &unrest[n..2 * n]);
+        // Standing mud: no ripple, its own noise.
+        let standing: Vec<bool> = (0..n).map(|b| whitening.valid[b] && rows.still[b]).collect();
+        let still = high_pass(&residual[..n], &standing, 6);
+        let scale = spread(&mut pick(&still, &standing, 0, f64::INFINITY)).max(800.0);
+        let scale = if scale.is_finite() { scale.min(scale_f) } else { scale_f };
+        for b in 0..n {
+            if standing[b] {
+                whitening.weight[b] = 1.0 / scale;
+            }
+        }
+        if layout.difference > 0 {
+            let at = layout.difference_at();
+            let valid = whitening.valid[at..at + layout.difference].to_vec();
+            let values = high_pass(&residual[at..at + layout.difference], &valid, 30);
+            let zero = vec![0.0; layout.difference];
+            let scale = spread(&mut pick(&values, &valid, at, f64::INFINITY)).clamp(200.0, 1e5);
+            whitening.section(2, &values, &valid, (scale, 200.0), &zero);
+        }
+        let at = layout.mass_at();
+        let valid = whitening.valid[at..].to_vec();
+        let values = high_pass(&residual[at..], &valid, 30);
+        let limit = 2e-4;
+        let scale = spread(&mut pick(&values, &valid, at, limit)).clamp(2e-5, 1e-2);
+        whitening.section(3, &values, &valid, (scale, 2e-5), &unrest[at..]);
+        whitening.starts();
+        whitening.filter(wander);
+        whitening
+    }
+
+    /// Prepares the filter that takes the wander (an Ornstein-Uhlenbeck process) out of white rows: gains and
+    /// innovation variances of a scalar Kalman filter, which do not depend on the data.
+    fn filter(&mut self, wander: Wander) {
+        let l = self.layout;
+        let total = l.len();
+        self.gain = vec![[0.0; 2]; total];
+        self.decay = vec![[1.0; 2]; total];
+        self.scale = vec![0.0; total];
+        let sections = [
+            (0, l.blocks, [wander.friction_pa, wander.hidden_friction_pa], 1.0),
+            (l.blocks, l.blocks, [wander.head_pa, wander.hidden_head_pa], 1.0),
+            (l.difference_at(), l.difference, [wander.difference_pa, 0.0], 1.0),
+            (l.mass_at(), l.mass, [wander.mass_m3_s, 0.0], crate::record::MASS_BLOCKS as f64),
+        ];
+        for (k, (from, len, sd, blocks)) in sections.into_iter().enumerate() {
+            // The autoregression lets slow things pass with this gain.
+            let pass = 1.0 - self.memory[k][0] - self.memory[k][1];
+            let stationary = sd.map(|s| (s * pass).powi(2));
+            let mut p = [[stationary[0], 0.0], [0.0, stationary[1]]];
+            let mut last: Option<usize> = None;
+            for i in 0..len {
+                let row = from + i;
+                if !self.valid[row] || self.weight[row] <= 0.0 {
+                    continue;
+                }
+                let gap = last.map_or(f64::INFINITY, |j| (i - j) as f64) * blocks;
+                let d = [(-gap / wander.blocks).exp(), (-gap / wander.hidden_blocks).exp()];
+                p = [
+                    [d[0] * d[0] * p[0][0] + (1.0 - d[0] * d[0]) * stationary[0], d[0] * d[1] * p[0][1]],
+                    [d[0] * d[1] * p[1][0], d[1] * d[1] * p[1][1] + (1.0 - d[1] * d[1]) * stationary[1]],
+                ];
+                let seen = [p[0][0] + p[0][1], p[1][0] + p[1][1]];
+                let total = seen[0] + seen[1] + 1.0 / (self.weight[row] * self.weight[row]);
+                let gain = [seen[0] / total, seen[1] / total];
+                for a in 0..2 {
+                    for b in 0..2 {
+                        p[a][b] -= gain[a] * seen[b];
+                    }
+                }
+                self.decay[row] = d;
+                self.gain[row] = gain;
+                self.scale[row] = 1.0 / total.sqrt();
+                last = Some(i);
+            }
+        }
+    }
+
+    /// Memory and weights of one section.
+    fn section(&mut self, k: usize, values: &[f64], valid: &[bool], scale: (f64, f64), unrest: &[f64]) {
+        let (scale, floor) = scale;
+        let scale = if scale.is_finite() { scale } else { floor };
+        let calm: Vec<bool> =
+            valid.iter().zip(unrest).map(|(v, u)| *v && *u < 0.5 * scale).collect();
+        let memory = autoregression(values, &calm, scale);
+        let mut innovations: Vec<f64> = (2..values.len())
+            .filter(|&i| calm[i] && calm[i - 1] && calm[i - 2])
+            .map(|i| values[i] - memory[0] * values[i - 1] - memory[1] * values[i - 2])
+            .collect();
+        let sd = spread(&mut innovations);
+        let sd = if sd.is_finite() { sd.max(floor) } else { scale };
+        self.memory[k] = memory;
+        let from = [0, self.layout.head(), self.layout.difference_at(), self.layout.mass_at()][k];
+        for i in 0..values.len() {
+            if valid[i] {
+                self.weight[from + i] = 1.0 / (sd * sd + unrest[i] * unrest[i]).sqrt();
+            }
+        }
+    }
+
+    /// Whitens a stacked vector; rows that may not be used become 0.
+    pub(crate) fn apply(&self, stacked: &[f64]) -> Vec<f64> {
+        let l = self.layout;
+        let n = l.blocks;
+        let mut out = vec![0.0; l.len()];
+        for b in 0..n {
+            if !self.valid[b] {
+                continue;
+            }
+            out[b] = stacked[b];
+            for (back, weight) in self.memory_of(0, b) {
+                out[b] -= weight * stacked[b - back];
+            }
+            out[b] *= self.start[b];
+        }
+        let own = |b: usize| stacked[n + b] - if self.kin(b) { self.kinship * stacked[b] } else { 0.0 };
+        for b in 0..n {
+            if self.valid[n + b] {
+                let mut v = own(b);
+                for (back, weight) in self.memory_of(1, b) {
+                    v -= weight * own(b - back);
+                }
+                out[n + b] = v * self.start[n + b];
+            }
+        }
+        for (k, from, len) in [(2, l.difference_at(), l.difference), (3, l.mass_at(), l.mass)] {
+            for i in 0..len {
+                if self.valid[from + i] {
+                    let mut v = stacked[from + i];
+                    for (back, weight) in self.memory_of(k, i) {
+                        v -= weight * stacked[from + i - back];
+                    }
+                    out[from + i] = v * self.start[from + i];
+                }
+            }
+        }
+        for (from, to) in [
+            (0, n),
+            (n, 2 * n),
+            (l.difference_at(), l.mass_at()),
+            (l.mass_at(), l.len()),
+        ] {
+            let mut wander = [0.0; 2];
+            for row in from..to {
+                if self.scale[row] <= 0.0 {
+                    out[row] = 0.0;
+                    continue;
+                }
+                let (decay, gain) = (self.decay[row], self.gain[row]);
+                wander = [wander[0] * decay[0], wander[1] * decay[1]];
+                let innovation = out[row] - wander[0] - wander[1];
+                if !innovation.is_finite() {
+                    out[row] = 0.0;
+                    continue;
+                }
+                wander = [wander[0] + gain[0] * innovation, wander[1] + gain[1] * innovation];
+                out[row] = innovation * self.scale[row];
+            }
+        }
+        out
+    }
+
+    /// Whether the head row of a block holds the friction row's noise.
+    fn kin(&self, b: usize) -> bool {
+        self.valid[b] && !self.still[b]
+    }
+
+    /// Whether row `i` of section `k` can stand in an autoregression.
+    fn linked(&self, k: usize, i: usize) -> bool {
+        let l = self.layout;
+        match k {
+            0 => self.valid[i] && !self.still[i],
+            1 => self.valid[l.blocks + i],
+            2 => self.valid[l.difference_at() + i],
+            _ => self.valid[l.mass_at() + i],
+        }
+    }
+
+    /// The predecessors of a row with their weights; at the start of a run there are fewer.
+    fn memory_of(&self, k: usize, i: usize) -> impl Iterator<Item = (usize, f64)> + use<> {
+        let [a, b] = self.memory[k];
+        let one = i >= 1 && self.linked(k, i) && self.linked(k, i - 1);
+        let two = one && i >= 2 && self.linked(k, i - 2);
+        let pair = match (one, two) {
+            (true, true) => [(1, a), (2, b)],
+            (true, false) => [(1, (a / (1.0 - b)).clamp(-0.95, 0.95)), (0, 0.0)],
+            _ => [(0, 0.0), (0, 0.0)],
+        };
+        pair.into_iter().filter(|(back, _)| *back > 0)
+    }
+
+    /// Factors that bring the first rows of a run, which have no full memory, to the size of the others.
+    fn starts(&mut self) {
+        let l = self.layout;
+        let mut start = vec![1.0; l.len()];
+        for (k, from, len) in [
+            (0, 0, l.blocks),
+            (1, l.blocks, l.blocks),
+            (2, l.difference_at(), l.difference),
+            (3, l.mass_at(), l.mass),
+        ] {
+            let [a, b] = self.memory[k];
+            let r = (a / (1.0 - b)).clamp(-0.95, 0.95);
+            for i in 0..len {
+                if k == 0 && self.still[i] {
+                    continue;
+                }
+                start[from + i] = match self.memory_of(k, i).count() {
+                    0 => ((1.0 - b * b) * (1.0 - r * r)).max(0.05).sqrt(),
+                    1 => (1.0 - b * b).max(0.1).sqrt(),
+                    _ => 1.0,
+                };
+            }
+        }
+        self.start = start;
+    }
+
+    /// The transpose of [`Self::apply`]: what each raw row adds to the product with a whitened vector.
+    ///
+    /// With it the score of an effect that switches on at any block is one running sum.
+    pub(crate) fn transpose(&self, white: &[f64]) -> Vec<f64> {
+        let l = self.layout;
+        let n = l.blocks;
+        let mut grad = vec![0.0; l.len()];
+        for (from, to) in
+            [(0, n), (n, 2 * n), (l.difference_at(), l.mass_at()), (l.mass_at(), l.len())]
+        {
+            let mut wander = [0.0; 2];
+            for row in (from..to).rev() {
+                if self.scale[row] <= 0.0 {
+                    continue;
+                }
+                let (decay, gain) = (self.decay[row], self.gain[row]);
+                let innovation =
+                    white[row] * self.scale[row] + wander[0] * gain[0] + wander[1] * gain[1];
+                grad[row] = innovation;
+                wander = [decay[0] * (wander[0] - innovation), decay[1] * (wander[1] - innovation)];
+            }
+        }
+        let mut out = vec![0.0; l.len()];
+        for (k, from, len) in [
+            (0, 0, n),
+            (1, n, n),
+            (2, l.difference_at(), l.difference),
+            (3, l.mass_at(), l.mass),
+        ] {
+            for i in 0..len {
+                let row = from + i;
+                if !self.valid[row] {
+                    continue;
+                }
+                let g = grad[row] * self.start[row];
+                let mut send = |j: usize, weight: f64| {
+                    out[from + j] += weight * g;
+                    if k == 1 && self.kin(j) {
+                        out[j] -= self.kinship * weight * g;
+                    }
+                };
+                send(i, 1.0);
+                for (back, weight) in self.memory_of(k, i) {
+                    send(i - back, -weight);
+                }
+            }
+        }
+        out
+    }
+}

@@ -1,0 +1,181 @@
+//! The recording as the engine uses it: one even working clock, gaps bridged for states, masks for evidence.
+
+use dgd_identify::Prepared;
+use dgd_recording::Well;
+use dgd_effects::Setting;
+use dgd_units::{STANDARD_ATMOSPHERE_PA, STANDARD_GRAVITY_M_S2};
+
+/// Length of a block of relation residuals, s.
+pub(crate) const BLOCK_S: f64 = 10.0;
+/// Blocks in one row of the mass balance: differences of pressure need a longer base.
+pub(crate) const MASS_BLOCKS: usize = 3;
+/// Below this speed, %, the pump stands.
+const STANDING_PCT: f64 = 5.0;
+/// Below this flow, m³/s, the line stands.
+pub(crate) const STANDING_M3_S: f64 = 1e-3;
+
+/// Series on the working clock. NaN where a transmitter cannot be trusted.
+#[derive(Debug, Clone)]
+pub(crate) struct Record {
+    pub setting: Setting,
+    pub inlet_depth_m: f64,
+    pub t_s: Vec<f64>,
+    pub dt_s: f64,
+    pub mud_pump: Vec<f64>,
+    pub booster: Vec<f64>,
+    pub topfill: Vec<f64>,
+    pub flow: Vec<f64>,
+    pub speed: Vec<f64>,
+    pub inlet: Vec<f64>,
+    pub outlet: Vec<f64>,
+    /// Each outlet transmitter, where there are two.
+    pub outlets: Vec<Vec<f64>>,
+    /// The same with gaps bridged, for the states of effects.
+    pub filled: Filled,
+    /// Samples in a block.
+    pub per_block: usize,
+    pub blocks: usize,
+}
+
+/// Series without gaps.
+#[derive(Debug, Clone)]
+pub(crate) struct Filled {
+    pub mud_pump: Vec<f64>,
+    pub booster: Vec<f64>,
+    pub topfill: Vec<f64>,
+    pub flow: Vec<f64>,
+    pub speed: Vec<f64>,
+    pub inlet: Vec<f64>,
+    pub outlet: Vec<f64>,
+    pub pumping: Vec<bool>,
+}
+
+impl Record {
+    /// Brings a screened recording onto the working clock.
+    pub(crate) fn new(well: &Well, prepared: &Prepared) -> Self {
+        let recording = &prepared.recording;
+        let step = prepared.step_s;
+        // Samples are averaged in pairs and more where the clock is finer than 2 s.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small ratio")]
+        let fold = ((2.0 / step).floor() as usize).max(1);
+        let dt_s = step * fold as f64;
+        let thin = |values: &[f64]| -> Vec<f64> { values.chunks(fold).map(mean).collect() };
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small ratio")]
+        let per_block = ((BLOCK_S / dt_s).round() as usize).max(1);
+        let t_s: Vec<f64> = recording.time_s.chunks(fold).map(mean).collect();
+        let [mud_pump, booster, topfill, flow, speed, inlet, outlet] = [
+            &recording.mud_pump_flow_m3_s,
+            &recording.booster_flow_m3_s,
+            &recording.topfill_flow_m3_s,
+            &recording.return_flow_m3_s,
+            &recording.pump_speed_pct,
+            &prepared.inlet_pressure_pa,
+            &prepared.outlet_pressure_pa,
+        ]
+        .map(|values| thin(values));
+        let outlets: Vec<Vec<f64>> = recording
+            .pump_outlet_pressure_pa
+            .iter()
+            .take(2)
+            .map(|values| thin(values))
+            .collect();
+        let pumping = bridged(&speed).iter().map(|w| *w > STANDING_PCT).collect();
+        let filled = Filled {
+            mud_pump: bridged(&mud_pump),
+            booster: bridged(&booster),
+            topfill: bridged(&topfill),
+            flow: bridged(&flow),
+            speed: bridged(&speed),
+            // Effects see pressures without their noise, which the residuals hold (errors in variables).
+            inlet: smoothed(&bridged(&inlet), dt_s),
+            outlet: smoothed(&bridged(&outlet), dt_s),
+            pumping,
+        };
+        Self {
+            setting: Setting::of(well, recording, &prepared.inlet_pressure_pa),
+            inlet_depth_m: well.geometry.pump_inlet_depth_m,
+            blocks: t_s.len() / per_block,
+            per_block,
+            t_s,
+            dt_s,
+            mud_pump,
+            booster,
+            topfill,
+            flow,
+            speed,
+            inlet,
+            outlet,
+            outlets,
+            filled,
+        }
+    }
+
+    /// Pressure of the full, unmixed return line, Pa absolute.
+    pub(crate) fn column_pa(&self) -> f64 {
+        STANDARD_ATMOSPHERE_PA
+            + self.setting.density_kg_m3 * STANDARD_GRAVITY_M_S2 * self.setting.line_length_m
+    }
+
+    /// Inertia of the line, Pa/(m³/s²).
+    pub(crate) fn inertia(&self) -> f64 {
+        self.setting.density_kg_m3 * self.setting.line_length_m / self.setting.line_area_m2
+    }
+}
+
+/// Moving mean over a minute.
+fn smoothed(values: &[f64], dt_s: f64) -> Vec<f64> {
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small count")]
+    let half = ((30.0 / dt_s).round() as usize).max(1);
+    let mut sums = Vec::with_capacity(values.len() + 1);
+    let mut sum = 0.0;
+    sums.push(0.0);
+    for v in values {
+        sum += v;
+        sums.push(sum);
+    }
+    (0..values.len())
+        .map(|i| {
+            let (a, b) = (i.saturating_sub(half), (i + half + 1).min(values.len()));
+            (sums[b] - sums[a]) / (b - a) as f64
+        })
+        .collect()
+}
+
+/// Mean of the finite values, NaN if none is.
+pub(crate) fn mean(values: &[f64]) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for v in values.iter().filter(|v| v.is_finite()) {
+        sum += v;
+        count += 1.0;
+    }
+    sum / count
+}
+
+/// Gaps bridged by straight lines, ends held; all 0 if nothing is finite.
+pub(crate) fn bridged(values: &[f64]) -> Vec<f64> {
+    let mut out = values.to_vec();
+    let mut last: Option<usize> = None;
+    for i in 0..out.len() {
+        if !out[i].is_finite() {
+            continue;
+        }
+        match last {
+            None => out[..i].iter_mut().for_each(|v| *v = values[i]),
+            Some(j) => {
+                for k in j + 1..i {
+                    let share = (k - j) as f64 / (i - j) as f64;
+                    out[k] = values[j] + share * (values[i] - values[j]);
+                }
+            }
+        }
+        last = Some(i);
+    }
+    match last {
+        None => out.iter_mut().for_each(|v| *v = 0.0),
+        Some(j) => {
+            let held = values[j];
+            out[j + 1..].iter_mut().for_each(|v| *v = held);
+        }
+    }
+    out
+}

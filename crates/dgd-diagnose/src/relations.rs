@@ -1,0 +1,421 @@
+//! The four relations in block form, under a hypothesis.
+//!
+//! Rows: line friction (Eq. 3.13 with the inertia of Eq. 3.46), pump head (Eq. 2.27), the redundant outlet
+//! transmitters, and the riser's mass balance (Eq. 3.45) in integral form over half a minute.
+
+use crate::record::{MASS_BLOCKS, Record, STANDING_M3_S, mean};
+use dgd_effects::{Action, Changes, Effect, MeterPath, Moment, shrunk};
+use dgd_units::STANDARD_GRAVITY_M_S2;
+
+/// An effect with its parameters.
+#[derive(Clone)]
+pub(crate) struct Applied {
+    pub effect: &'static dyn Effect,
+    pub parameters: Vec<f64>,
+    /// Whether it only allows for timing: no finding.
+    pub allowance: bool,
+}
+
+/// Block means under a hypothesis, before any curve.
+#[derive(Debug, Clone)]
+pub(crate) struct Blocks {
+    /// Flow through the line, m³/s.
+    pub flow: Vec<f64>,
+    /// Blocks averaged in each value of the flow.
+    pub averaged: Vec<f64>,
+    /// Flow through the pump's impeller, m³/s.
+    pub through: Vec<f64>,
+    /// True speed, %.
+    pub speed: Vec<f64>,
+    /// Outlet pressure less column, inertia and further drops, Pa.
+    pub drop: Vec<f64>,
+    /// Factor on the friction curve.
+    pub friction_factor: Vec<f64>,
+    /// Outlet less inlet pressure, Pa.
+    pub lift: Vec<f64>,
+    /// Factor on the head curve.
+    pub head_factor: Vec<f64>,
+    /// First less second outlet transmitter, Pa.
+    pub difference: Vec<f64>,
+    /// Imbalance of the riser, m³/s, one a [`MASS_BLOCKS`] blocks.
+    pub imbalance: Vec<f64>,
+}
+
+/// Which rows may be used, and how they were excited; from the bare recording.
+#[derive(Debug, Clone)]
+pub(crate) struct Rows {
+    /// Row of the friction relation, by block.
+    pub friction: Vec<bool>,
+    /// Whether that row is static: no flow.
+    pub still: Vec<bool>,
+    pub head: Vec<bool>,
+    pub difference: Vec<bool>,
+    pub mass: Vec<bool>,
+}
+
+/// Value at a fractional index, NaN beyond the ends or beside a gap.
+fn at(values: &[f64], position: f64) -> f64 {
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked below")]
+    let low = position.floor().max(0.0) as usize;
+    let share = position - low as f64;
+    match (values.get(low), values.get(low + 1)) {
+        (Some(a), _) if share < 1e-9 => *a,
+        (Some(a), Some(b)) => a + share * (b - a),
+        _ => f64::NAN,
+    }
+}
+
+/// The line's flow from its meter: the meter path inverted, a lag through the slope over some seconds.
+///
+/// What is added is judged on a smoothed meter and cleared of noise: the relation's residual holds the meter's noise too.
+fn line_flow(meter: &[f64], path: MeterPath, dt_s: f64, noise: f64) -> Vec<f64> {
+    let n = meter.len();
+    let shift = path.delay_s / dt_s;
+    let half = whole(4.0 / dt_s).max(1);
+    let smooth: Vec<f64> = (0..n)
+        .map(|i| mean(&meter[i.saturating_sub(half)..(i + half + 1).min(n)]))
+        .collect();
+    let reach = whole(path.lag_s.min(8.0) / dt_s).max(1);
+    let slope = |i: usize| -> f64 {
+        let (a, b) = (i.saturating_sub(reach), (i + reach).min(n - 1));
+        (smooth[b] - smooth[a]) / ((b - a).max(1) as f64 * dt_s)
+    };
+    let noise = noise * (2.0 / (2 * half + 1) as f64).sqrt();
+    (0..n)
+        .map(|i| {
+            let mut ahead = at(&smooth, i as f64 + shift) - smooth[i];
+            if path.lag_s > 0.0 && meter[i] > STANDING_M3_S {
+                // Standing mud has no store to fill: the meter's 0 is a valve's.
+                let here = whole(i as f64 + shift).min(n - 1);
+                ahead += path.lag_s * slope(here);
+            }
+            let floor = noise * (1.0 + path.lag_s / (2.0 * reach as f64 * dt_s));
+            meter[i] + shrunk(ahead, floor)
+        })
+        .collect()
+}
+
+/// The nearest whole number of samples.
+fn whole(value: f64) -> usize {
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+    let count = value.round().clamp(0.0, 1e9) as usize;
+    count
+}
+
+impl Blocks {
+    /// Runs a hypothesis over the recording.
+    pub(crate) fn under(record: &Record, applied: &[Applied]) -> Self {
+        let setting = &record.setting;
+        let n = record.t_s.len();
+        let mut path = MeterPath::default();
+        let mut actions: Vec<Action> = Vec::with_capacity(applied.len());
+        for one in applied {
+            let p = one.effect.meter_path(&one.parameters);
+            path.delay_s += p.delay_s;
+            path.lag_s += p.lag_s;
+            actions.push(one.effect.begin(&one.parameters, setting));
+        }
+        let plain = path == MeterPath::default();
+        let shifted;
+        let flow: &[f64] = if plain {
+            &record.flow
+        } else {
+            shifted = line_flow(&record.flow, path, record.dt_s, setting.noise.flow_m3_s);
+            &shifted
+        };
+        let refilled;
+        let filled_flow: &[f64] = if plain {
+            &record.filled.flow
+        } else {
+            refilled = crate::record::bridged(flow);
+            &refilled
+        };
+        let rho = setting.density_kg_m3;
+        let g = STANDARD_GRAVITY_M_S2;
+        let column = record.column_pa();
+        let single = record.outlets.len() < 2;
+        let mut native = Native::with(n);
+        for i in 0..n {
+            let moment = Moment {
+                index: i,
+                t_s: record.t_s[i],
+                dt_s: record.dt_s,
+                mud_pump_m3_s: record.filled.mud_pump[i],
+                booster_m3_s: record.filled.booster[i],
+                topfill_m3_s: record.filled.topfill[i],
+                flow_m3_s: filled_flow[i],
+                speed_pct: record.filled.speed[i],
+                inlet_pa: record.filled.inlet[i],
+                outlet_pa: record.filled.outlet[i],
+                pumping: record.filled.pumping[i],
+            };
+            let mut c = Changes::default();
+            for action in &mut actions {
+                action(&moment, &mut c);
+            }
+            let bias = if single {
+                c.outlet_bias_pa[0]
+            } else {
+                0.5 * (c.outlet_bias_pa[0] + c.outlet_bias_pa[1])
+            };
+            let q = flow[i] / c.meter_gain;
+            let through = q + c.leak_m3_s;
+            native.flow.push(through);
+            native.through.push(through + c.recirculation_m3_s);
+            native.speed.push(record.speed[i] + c.speed_pct);
+            let outlet = record.outlet[i] - bias;
+            native.drop.push(
+                outlet - column - c.line_kg_m3 * g * setting.line_length_m + rho * g * c.line_fall_m
+                    - c.line_drop_pa,
+            );
+            native.friction_factor.push(c.friction_factor * (1.0 + c.line_kg_m3 / rho));
+            native.lift.push(outlet - record.inlet[i] - c.head_pa);
+            native.head_factor.push(c.head_factor * (1.0 + c.riser_kg_m3 / rho));
+            let inflow = record.filled.mud_pump[i] + record.filled.booster[i] + record.filled.topfill[i];
+            native.net.push(
+                inflow * (1.0 + c.entering_kg_m3 / rho) + c.inflow_m3_s
+                    - through * (1.0 + c.riser_kg_m3 / rho),
+            );
+            native.area.push(c.area_factor * setting.riser_area_m2 / (rho * g));
+            native.bias.push(c.outlet_bias_pa[0] - c.outlet_bias_pa[1]);
+        }
+        native.averaged(record)
+    }
+}
+
+/// Mean of a block without its greatest and least value, so that a spike costs nothing.
+fn trimmed(values: &[f64]) -> f64 {
+    let (mut sum, mut count, mut low, mut high) = (0.0, 0.0, f64::INFINITY, f64::NEG_INFINITY);
+    for v in values.iter().filter(|v| v.is_finite()) {
+        sum += v;
+        count += 1.0;
+        low = low.min(*v);
+        high = high.max(*v);
+    }
+    if count >= 4.0 { (sum - low - high) / (count - 2.0) } else { sum / count }
+}
+
+/// A series averaged over its calm surroundings, up to a minute on either side, and left alone where it moves.
+///
+/// A curve fitted to noisy flow leans towards the mean (errors in variables); in steady operation, where flow varies by
+/// noise alone, it would lose its slope altogether.
+///
+/// Returns the averages and the number of blocks in each.
+fn calmed(values: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    const REACH: usize = 6;
+    let mut steps: Vec<f64> = values
+        .windows(2)
+        .map(|w| w[1] - w[0])
+        .filter(|v| v.is_finite())
+        .collect();
+    let noise = crate::noise::spread(&mut steps);
+    if !noise.is_finite() {
+        return (values.to_vec(), vec![1.0; values.len()]);
+    }
+    // The median step is calm: its spread is that of a difference of two.
+    let gate = 2.2 * noise.max(1e-9);
+    (0..values.len())
+        .map(|b| {
+            let (mut sum, mut count) = (values[b], 1.0);
+            for k in 1..=REACH {
+                let (Some(a), Some(z)) = (b.checked_sub(k).map(|i| values[i]), values.get(b + k)) else { break };
+                if !((a - values[b]).abs() < gate && (z - values[b]).abs() < gate) {
+                    break;
+                }
+                sum += a + z;
+                count += 2.0;
+            }
+            (sum / count, count)
+        })
+        .unzip()
+}
+
+/// The same by sample.
+struct Native {
+    flow: Vec<f64>,
+    through: Vec<f64>,
+    speed: Vec<f64>,
+    drop: Vec<f64>,
+    friction_factor: Vec<f64>,
+    lift: Vec<f64>,
+    head_factor: Vec<f64>,
+    net: Vec<f64>,
+    area: Vec<f64>,
+    bias: Vec<f64>,
+}
+
+impl Native {
+    fn with(n: usize) -> Self {
+        let empty = || Vec::with_capacity(n);
+        Self {
+            flow: empty(),
+            through: empty(),
+            speed: empty(),
+            drop: empty(),
+            friction_factor: empty(),
+            lift: empty(),
+            head_factor: empty(),
+            net: empty(),
+            area: empty(),
+            bias: empty(),
+        }
+    }
+
+    fn averaged(self, record: &Record) -> Blocks {
+        let m = record.per_block;
+        let blocks = record.blocks;
+        let by = |values: &[f64]| -> Vec<f64> {
+            values.chunks_exact(m).take(blocks).map(trimmed).collect()
+        };
+        let (flow, averaged) = calmed(&by(&self.flow));
+        let inertia = record.inertia();
+        let seconds = record.dt_s * m as f64;
+        let mut drop = by(&self.drop);
+        for b in 0..blocks {
+            // Rate across the block from its neighbours; one-sided where one is missing.
+            let before = b.checked_sub(1).map_or(f64::NAN, |k| flow[k]);
+            let after = flow.get(b + 1).copied().unwrap_or(f64::NAN);
+            let rate = match (before.is_finite(), after.is_finite()) {
+                (true, true) => (after - before) / (2.0 * seconds),
+                (true, false) => (flow[b] - before) / seconds,
+                (false, true) => (after - flow[b]) / seconds,
+                _ => 0.0,
+            };
+            if rate.is_finite() {
+                drop[b] -= inertia * rate;
+            }
+        }
+        let difference = match record.outlets.as_slice() {
+            [first, second] => (0..blocks)
+                .map(|b| {
+                    let r = b * m..(b + 1) * m;
+                    mean(&first[r.clone()]) - mean(&second[r.clone()]) - mean(&self.bias[r])
+                })
+                .collect(),
+            _ => Vec::new(),
+        };
+        let per_mass = m * MASS_BLOCKS;
+        let mass_seconds = record.dt_s * per_mass as f64;
+        let edge = |i: usize| -> f64 {
+            // The level is smooth: a few samples about the edge tell it.
+            let half = ((2.0 / record.dt_s).round().max(1.0)) as usize;
+            mean(&record.inlet[i.saturating_sub(half)..(i + half).min(record.inlet.len())])
+        };
+        let plain_area = record.setting.riser_area_m2
+            / (record.setting.density_kg_m3 * STANDARD_GRAVITY_M_S2);
+        let imbalance = (0..blocks / MASS_BLOCKS)
+            .map(|k| {
+                let r = k * per_mass..(k + 1) * per_mass;
+                let net = &self.net[r.clone()];
+                let bad = net.iter().filter(|v| !v.is_finite()).count();
+                if bad * 10 > net.len() {
+                    return f64::NAN;
+                }
+                let rate = (edge(r.end) - edge(r.start)) / mass_seconds;
+                let noise = record.setting.noise.inlet_pa / mass_seconds;
+                let area = mean(&self.area[r.clone()]);
+                mean(net) - plain_area * rate - (area - plain_area) * shrunk(rate, noise)
+            })
+            .collect();
+        Blocks {
+            through: calmed(&by(&self.through)).0,
+            speed: calmed(&by(&self.speed)).0,
+            averaged,
+            friction_factor: by(&self.friction_factor),
+            lift: by(&self.lift),
+            head_factor: by(&self.head_factor),
+            flow,
+            drop,
+            difference,
+            imbalance,
+        }
+    }
+}
+
+impl Rows {
+    /// Which rows the recording supports.
+    pub(crate) fn of(record: &Record, base: &Blocks) -> Self {
+        let m = record.per_block;
+        let full = |values: &[f64], b: usize| {
+            values[b * m..(b + 1) * m].iter().all(|v| v.is_finite())
+        };
+        let pumping = &record.filled.pumping;
+        let n = record.blocks;
+        // In the first half minute after a start, and across a stop, the check valve decides.
+        let mut settled = vec![0.0_f64; n];
+        let mut rested = vec![0.0_f64; n];
+        let (mut on, mut off) = (0.0, 0.0);
+        for b in 0..n {
+            let r = b * m..(b + 1) * m;
+            let turning = pumping[r.clone()].iter().all(|p| *p)
+                && record.filled.flow[r.clone()].iter().all(|q| *q > 2.0 * STANDING_M3_S);
+            let standing = pumping[r.clone()].iter().all(|p| !*p)
+                && record.filled.flow[r].iter().all(|q| *q < STANDING_M3_S);
+            on = if turning { on + 1.0 } else { 0.0 };
+            off = if standing { off + 1.0 } else { 0.0 };
+            settled[b] = on;
+            rested[b] = off;
+        }
+        // Near shut-off the curve folds and the check valve flutters: no evidence there.
+        let least_flow = 0.08 * base.flow.iter().copied().fold(0.0, f64::max);
+        let head: Vec<bool> = (0..n)
+            .map(|b| {
+                settled[b] > 1.0
+                    && base.flow[b] > least_flow
+                    && settled.get(b + 1).is_none_or(|s| *s > 0.0)
+                    && full(&record.flow, b)
+                    && full(&record.speed, b)
+                    && base.lift[b].is_finite()
+                    && base.drop[b].is_finite()
+            })
+            .collect();
+        let still: Vec<bool> = (0..n)
+            .map(|b| {
+                rested[b] > 2.0
+                    && rested.get(b + 1).is_none_or(|s| *s > 0.0)
+                    && base.drop[b].is_finite()
+            })
+            .collect();
+        let friction: Vec<bool> = (0..n)
+            .map(|b| {
+                still[b]
+                    || (settled[b] > 1.0
+                        && settled.get(b + 1).is_none_or(|s| *s > 0.0)
+                        && full(&record.flow, b)
+                        && base.drop[b].is_finite())
+            })
+            .collect();
+        // A transmitter that repeats one value through its noise is stuck, whatever the screening made of it.
+        let mut frozen = vec![false; n];
+        for outlet in &record.outlets {
+            let mut run = 0_usize;
+            for i in 1..outlet.len() {
+                run = if outlet[i] == outlet[i - 1] { run + 1 } else { 0 };
+                let flowing = settled.get(i / m).is_some_and(|s| *s > 0.0);
+                if run as f64 * record.dt_s >= if flowing { 24.0 } else { 60.0 } {
+                    for b in (i - run) / m..=(i / m + 2).min(n - 1) {
+                        frozen[b] = true;
+                    }
+                }
+            }
+        }
+        let friction: Vec<bool> =
+            friction.iter().zip(&frozen).map(|(v, f)| *v && !f).collect();
+        let head: Vec<bool> = head.iter().zip(&frozen).map(|(v, f)| *v && !f).collect();
+        let difference = base
+            .difference
+            .iter()
+            .zip(&frozen)
+            .map(|(d, f)| d.is_finite() && !f)
+            .collect();
+        let mass = (0..n / MASS_BLOCKS)
+            .map(|k| {
+                let inputs = (k * MASS_BLOCKS..(k + 1) * MASS_BLOCKS).all(|b| {
+                    full(&record.mud_pump, b) && full(&record.booster, b) && (settled[b] > 1.0 || rested[b] > 0.0)
+                });
+                inputs && base.imbalance[k].is_finite()
+            })
+            .collect();
+        Self { friction, still, head, difference, mass }
+    }
+}

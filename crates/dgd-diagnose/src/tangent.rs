@@ -1,0 +1,508 @@
+//! The model linearised about a hypothesis, and evidence measured off its tangent.
+//!
+//! All base parameters (friction and head curves, the offset between redundant transmitters) and the slow wander of
+//! instruments within their accuracy span the tangent. Evidence for an effect is what its signature explains beyond it.
+
+use crate::noise::{Layout, Wander, Whitening};
+use crate::record::{MASS_BLOCKS, Record};
+use crate::relations::{Applied, Blocks, Rows};
+use dgd_effects::{Curves, FRICTION_TERMS, HEAD_TERMS, Scale, friction_terms, head_terms};
+
+/// Wander of a pressure transmitter that is still within its accuracy, Pa (one standard deviation).
+pub(crate) const PRESSURE_WANDER_PA: f64 = 2.5e3;
+/// The same of a flow meter, relative.
+pub(crate) const FLOW_WANDER: f64 = 0.0025;
+/// The same of the pump's speed, relative.
+pub(crate) const SPEED_WANDER: f64 = 0.0025;
+/// Correlation time of a wander, s.
+const WANDER_S: f64 = 3000.0;
+/// Prior width of the head's lean on inlet pressure.
+const LEAN_PRIOR: f64 = 0.1;
+/// How long such movements last, s.
+const HIDDEN_S: f64 = 300.0;
+/// Share of the meter's block noise up to which true movements of the flow hide in it.
+const HIDDEN_SHARE: f64 = 0.4;
+/// Prior widths of the friction terms, Pa at the scale's flow: intercept and linear term are physics, not curve.
+const FRICTION_PRIOR_PA: [f64; FRICTION_TERMS] =
+    [3.0e3, 6.0e3, 1e8, 1e8, 6.0e3, 3e3, 3e3, 3e3, 3e3, 3e3];
+/// Prior widths of the head terms, Pa at the scale: an offset within accuracy, then the curve.
+const HEAD_PRIOR_PA: [f64; HEAD_TERMS] = {
+    let mut widths = [3.0e4; HEAD_TERMS];
+    let powers = [3.0e3, 1e8, 1e8, 1e8, 3e5, 3e5, 3e5, 3e5];
+    let mut k = 0;
+    while k < powers.len() {
+        widths[k] = powers[k];
+        k += 1;
+    }
+    widths
+};
+
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
+/// The linearised model.
+#[derive(Debug, Clone)]
+pub(crate) struct Tangent {
+    pub rows: Rows,
+    pub layout: Layout,
+    pub whitening: Whitening,
+    pub curves: Curves,
+    /// Other coefficients: offset of the outlets, wanders.
+    rest: Vec<f64>,
+    /// Columns of `rest`, stacked rows.
+    nuisance: Vec<Vec<f64>>,
+    /// Orthonormal columns, over whitened rows followed by prior rows.
+    basis: Vec<Vec<f64>>,
+    /// Whitened residual off the tangent, the same shape.
+    pub off: Vec<f64>,
+    /// Raw residual of the curves alone (wanders not taken out), stacked.
+    pub residual: Vec<f64>,
+    /// Whether the head may lean on the inlet pressure.
+    pub lean: bool,
+}
+
+/// Stacked residuals of the curves under a hypothesis.
+pub(crate) fn residual_of(curves: &Curves, layout: Layout, b: &Blocks) -> Vec<f64> {
+    let mut out = Vec::with_capacity(layout.len());
+    out.extend((0..layout.blocks).map(|k| b.drop[k] - b.friction_factor[k] * curves.friction_pa(b.flow[k])));
+    out.extend((0..layout.blocks).map(|k| b.lift[k] - b.head_factor[k] * curves.head_pa(b.speed[k], b.through[k])));
+    out.extend_from_slice(&b.difference);
+    out.extend_from_slice(&b.imbalance);
+    out
+}
+
+/// A robust straight least-squares fit; returns the coefficients.
+fn robust(columns: &[Vec<f64>], y: &[f64], priors: &[f64]) -> Vec<f64> {
+    let p = columns.len();
+    let mut weight = vec![1.0; y.len()];
+    let mut beta = vec![0.0; p];
+    for _ in 0..8 {
+        let mut normal = nalgebra::DMatrix::<f64>::zeros(p, p);
+        let mut right = nalgebra::DVector::<f64>::zeros(p);
+        for i in 0..y.len() {
+            for a in 0..p {
+                let wa = weight[i] * columns[a][i];
+                right[a] += wa * y[i];
+                for b in 0..=a {
+                    normal[(a, b)] += wa * columns[b][i];
+                }
+            }
+        }
+        for a in 0..p {
+            for b in a + 1..p {
+                normal[(a, b)] = normal[(b, a)];
+            }
+            // A noise of 5 kPa stands against the prior; a whisper keeps collinear terms apart.
+            normal[(a, a)] += (5e3 / priors[a]).powi(2) + 1e-10 * normal[(a, a)].max(1e-12);
+        }
+        let Some(factor) = normal.cholesky() else { break };
+        let solved = factor.solve(&right);
+        beta.copy_from_slice(solved.as_slice());
+        let residual: Vec<f64> = (0..y.len())
+            .map(|i| y[i] - (0..p).map(|a| columns[a][i] * beta[a]).sum::<f64>())
+            .collect();
+        let scale = crate::noise::spread(&mut residual.clone()).max(200.0);
+        for (w, r) in weight.iter_mut().zip(&residual) {
+            let u = r.abs() / scale;
+            *w = if u < 2.0 { 1.0 } else { 2.0 / u };
+            if u > 8.0 {
+                *w *= 8.0 / u;
+            }
+        }
+    }
+    beta
+}
+
+/// Fits both curves robustly to the valid rows.
+fn curves_of(rows: &Rows, b: &Blocks, scale: Scale) -> Curves {
+    let fit = |valid: &[bool], y: &[f64], terms: &dyn Fn(usize) -> Vec<f64>, priors: &[f64]| -> Vec<f64> {
+        let use_: Vec<usize> = (0..valid.len()).filter(|&k| valid[k] && y[k].is_finite()).collect();
+        let table: Vec<Vec<f64>> = use_.iter().map(|&k| terms(k)).collect();
+        let columns: Vec<Vec<f64>> =
+            (0..priors.len()).map(|a| table.iter().map(|r| r[a]).collect()).collect();
+        let values: Vec<f64> = use_.iter().map(|&k| y[k]).collect();
+        robust(&columns, &values, priors)
+    };
+    let friction = fit(
+        &rows.friction,
+        &b.drop,
+        &|k| friction_terms(b.flow[k], scale).iter().map(|v| v * b.friction_factor[k]).collect(),
+        &FRICTION_PRIOR_PA,
+    );
+    let head = fit(
+        &rows.head,
+        &b.lift,
+        &|k| head_terms(b.speed[k], b.through[k], scale).iter().map(|v| v * b.head_factor[k]).collect(),
+        &HEAD_PRIOR_PA,
+    );
+    let mut curves = Curves { scale, friction: [0.0; FRICTION_TERMS], head: [0.0; HEAD_TERMS] };
+    curves.friction.copy_from_slice(&friction);
+    curves.head.copy_from_slice(&head);
+    curves
+}
+
+impl Tangent {
+    /// Linearises about a hypothesis. `excluded` blocks (held out) carry no weight.
+    pub(crate) fn at(record: &Record, applied: &[Applied], excluded: &[bool], lean: bool) -> Option<Self> {
+        let blocks = Blocks::under(record, applied);
+        let mut rows = Rows::of(record, &blocks);
+        for b in 0..record.blocks {
+            if excluded.get(b).copied().unwrap_or(false) {
+                rows.friction[b] = false;
+                rows.head[b] = false;
+                if let Some(d) = rows.difference.get_mut(b) {
+                    *d = false;
+                }
+                if let Some(m) = rows.mass.get_mut(b / MASS_BLOCKS) {
+                    *m = false;
+                }
+            }
+        }
+        let scale = Scale {
+            flow_m3_s: upper(&record.flow)?.max(5e-3),
+            speed_pct: upper(&record.speed)?.max(10.0),
+        };
+        let count = rows.friction.iter().filter(|v| **v).count();
+        if count < 60 || rows.head.iter().filter(|v| **v).count() < 60 {
+            return None;
+        }
+        let curves = curves_of(&rows, &blocks, scale);
+        let layout = Layout {
+            blocks: record.blocks,
+            difference: blocks.difference.len(),
+            mass: blocks.imbalance.len(),
+        };
+        let residual = residual_of(&curves, layout, &blocks);
+        let unrest = unrest(record, &curves, &blocks, layout);
+        let whitening = Whitening::of(layout, &rows, &residual, &unrest, wander(record, &curves));
+        let first = Self::with(record, &blocks, rows, curves, layout, whitening, lean);
+        // A row that stands out alone is a glitch: no effect of minutes looks like that.
+        let lonely = first.lonely(record);
+        let residual = first.residual.clone();
+        let Self { mut rows, curves, .. } = first;
+        for row in lonely {
+            let n = layout.blocks;
+            if row < n {
+                rows.friction[row] = false;
+                rows.head[row] = false;
+            } else if row < 2 * n {
+                rows.head[row - n] = false;
+            } else if row < layout.mass_at() {
+                rows.difference[row - layout.difference_at()] = false;
+            } else {
+                rows.mass[row - layout.mass_at()] = false;
+            }
+        }
+        let unrest = self::unrest(record, &curves, &blocks, layout);
+        let whitening = Whitening::of(layout, &rows, &residual, &unrest, wander(record, &curves));
+        Some(Self::with(record, &blocks, rows, curves, layout, whitening, lean))
+    }
+
+    /// Rows more than 4.5 deviations off between calm neighbours, away from starts of the pump.
+    fn lonely(&self, record: &Record) -> Vec<usize> {
+        let l = self.layout;
+        let n = l.blocks;
+        let m = record.per_block;
+        let starting = |b: usize| {
+            let r = (b.saturating_sub(9) * m)..((b + 2) * m).min(record.filled.pumping.len());
+            record.filled.pumping[r].iter().any(|p| !*p)
+        };
+        let mut out = Vec::new();
+        for (k, from, to) in [(0, 0, n), (1, n, 2 * n), (2, l.difference_at(), l.mass_at()), (3, l.mass_at(), l.len())] {
+            for row in from..to {
+                let block = if k == 3 { (row - from) * MASS_BLOCKS } else { row - from };
+                if self.off[row].abs() < 4.5 || (k < 2 && starting(block)) {
+                    continue;
+                }
+                // The memory of the filter lets a glitch ring for two rows; before it all is calm.
+                let calm = |i: usize| i < from || i >= to || self.off[i].abs() < 3.0;
+                let before = row == from || (calm(row - 1) && (row < from + 2 || calm(row - 2)));
+                let after = calm(row + 2) && calm(row + 3) && calm(row + 4);
+                if before && after {
+                    out.push(row);
+                }
+            }
+        }
+        out
+    }
+
+    /// The model re-fitted under another hypothesis, its noise and rows as here.
+    pub(crate) fn refitted(&self, record: &Record, applied: &[Applied]) -> Self {
+        let blocks = Blocks::under(record, applied);
+        Self::with(record, &blocks, self.rows.clone(), self.curves.clone(), self.layout, self.whitening.clone(), self.lean)
+    }
+
+    /// The tangent for a known noise.
+    fn with(
+        record: &Record,
+        blocks: &Blocks,
+        rows: Rows,
+        curves: Curves,
+        layout: Layout,
+        whitening: Whitening,
+        lean: bool,
+    ) -> Self {
+        let scale = curves.scale;
+        let n = layout.blocks;
+        let total = layout.len();
+        let mut columns: Vec<Vec<f64>> = Vec::new();
+        let mut priors: Vec<f64> = Vec::new();
+        for a in 0..FRICTION_TERMS {
+            let mut column = vec![0.0; total];
+            for b in 0..n {
+                column[b] = friction_terms(blocks.flow[b], scale)[a] * blocks.friction_factor[b];
+            }
+            columns.push(column);
+            priors.push(FRICTION_PRIOR_PA[a]);
+        }
+        for a in 0..HEAD_TERMS {
+            let mut column = vec![0.0; total];
+            for b in 0..n {
+                column[n + b] =
+                    head_terms(blocks.speed[b], blocks.through[b], scale)[a] * blocks.head_factor[b];
+            }
+            columns.push(column);
+            priors.push(HEAD_PRIOR_PA[a]);
+        }
+        let mut nuisance: Vec<Vec<f64>> = Vec::new();
+        if layout.difference > 0 {
+            let mut column = vec![0.0; total];
+            column[layout.difference_at()..layout.mass_at()].fill(1.0);
+            nuisance.push(column);
+            priors.push(2e4);
+        }
+        if lean {
+            // Within the meter's noise, what the level tells of the flow is better than the meter: head leans towards
+            // the line (lift = line pressure - inlet pressure), as any regression in a noisy flow must.
+            let typical = crate::record::mean(&record.filled.inlet);
+            let mut column = vec![0.0; total];
+            for b in 0..n {
+                let samples = b * record.per_block..(b + 1) * record.per_block;
+                column[n + b] = crate::record::mean(&record.filled.inlet[samples]) - typical;
+            }
+            nuisance.push(column);
+            priors.push(LEAN_PRIOR);
+        }
+        columns.extend(nuisance.iter().cloned());
+        let mut y = vec![0.0; total];
+        y[..n].copy_from_slice(&blocks.drop);
+        y[n..2 * n].copy_from_slice(&blocks.lift);
+        y[layout.difference_at()..layout.mass_at()].copy_from_slice(&blocks.difference);
+        y[layout.mass_at()..].copy_from_slice(&blocks.imbalance);
+        let p = columns.len();
+        let mut basis: Vec<Vec<f64>> = columns
+            .iter()
+            .enumerate()
+            .map(|(a, c)| {
+                let mut w = whitening.apply(c);
+                w.resize(total + p, 0.0);
+                w[total + a] = 1.0 / priors[a];
+                w
+            })
+            .collect();
+        let mut off = whitening.apply(&y);
+        off.resize(total + p, 0.0);
+        let triangle = orthonormal(&mut basis);
+        let mut right = vec![0.0; p];
+        for (q, r) in basis.iter().zip(&mut right) {
+            *r = dot(q, &off);
+            off.iter_mut().zip(q).for_each(|(v, q)| *v -= *r * q);
+        }
+        let beta = back_substitute(&triangle, right);
+        let mut fitted = curves;
+        fitted.friction.copy_from_slice(&beta[..FRICTION_TERMS]);
+        fitted.head.copy_from_slice(&beta[FRICTION_TERMS..FRICTION_TERMS + HEAD_TERMS]);
+        let residual = residual_of(&fitted, layout, blocks);
+        Self {
+            rows,
+            layout,
+            whitening,
+            curves: fitted,
+            rest: beta[FRICTION_TERMS + HEAD_TERMS..].to_vec(),
+            nuisance,
+            basis,
+            off,
+            residual,
+            lean,
+        }
+    }
+
+    /// The whitened part of a stacked vector off the tangent.
+    pub(crate) fn project(&self, stacked: &[f64]) -> Vec<f64> {
+        let mut w = self.whitening.apply(stacked);
+        w.resize(self.off.len(), 0.0);
+        for q in &self.basis {
+            let r = dot(q, &w);
+            w.iter_mut().zip(q).for_each(|(v, q)| *v -= r * q);
+        }
+        w
+    }
+
+    /// What a hypothesis takes out of the residuals of these curves: whitened, off the tangent.
+    pub(crate) fn signature(&self, record: &Record, applied: &[Applied]) -> Vec<f64> {
+        self.project(&self.change(record, applied))
+    }
+
+    /// The same before whitening.
+    pub(crate) fn change(&self, record: &Record, applied: &[Applied]) -> Vec<f64> {
+        let with = residual_of(&self.curves, self.layout, &Blocks::under(record, applied));
+        self.residual.iter().zip(&with).map(|(a, b)| a - b).collect()
+    }
+
+    pub(crate) fn check(&self) -> String {
+        let mut worst = 0.0_f64;
+        for a in 0..self.basis.len() {
+            for b in 0..a {
+                worst = worst.max(dot(&self.basis[a], &self.basis[b]).abs());
+            }
+        }
+        let off: f64 = self.basis.iter().map(|q| dot(q, &self.off).abs()).fold(0.0, f64::max);
+        let n = self.layout.len();
+        format!("worst {worst:e} off {off:e} rest {:.4?} chi2 {:.0} prior {:.1?}", self.rest, dot(&self.off[..n], &self.off[..n]), &self.off[n..])
+    }
+
+    /// Stacked residual with wanders and offsets taken out, in physical units.
+    pub(crate) fn clean_residual(&self) -> Vec<f64> {
+        let mut out = self.residual.clone();
+        for (column, beta) in self.nuisance.iter().zip(&self.rest) {
+            for (r, c) in out.iter_mut().zip(column) {
+                *r -= beta * c;
+            }
+        }
+        out
+    }
+}
+
+/// How far the sections wander while every instrument keeps its accuracy.
+fn wander(record: &Record, curves: &Curves) -> Wander {
+    let middle = |values: &[f64]| -> f64 {
+        let mut finite: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+        if finite.is_empty() {
+            return 0.0;
+        }
+        let rank = finite.len() / 2;
+        *finite.select_nth_unstable_by(rank, f64::total_cmp).1
+    };
+    let (q, w, pump) = (middle(&record.flow), middle(&record.speed), middle(&record.mud_pump));
+    let slope = |f: &dyn Fn(f64) -> f64| (f(1.01 * q) - f(0.99 * q)) / 0.02;
+    let friction = FLOW_WANDER * slope(&|q| curves.friction_pa(q));
+    let head = (FLOW_WANDER * slope(&|q| curves.head_pa(w, q)))
+        .hypot(2.0 * SPEED_WANDER * curves.head_pa(w, q));
+    // Movements of the flow below its meter's noise last minutes and come through the slope of the curves.
+    let hidden = HIDDEN_SHARE * record.setting.noise.flow_m3_s / (record.per_block as f64).sqrt() / q.max(1e-3);
+    Wander {
+        friction_pa: PRESSURE_WANDER_PA.hypot(friction),
+        head_pa: PRESSURE_WANDER_PA.hypot(head),
+        difference_pa: 1.5 * PRESSURE_WANDER_PA,
+        mass_m3_s: FLOW_WANDER * q.hypot(pump),
+        blocks: WANDER_S / (record.dt_s * record.per_block as f64),
+        hidden_friction_pa: hidden * slope(&|q| curves.friction_pa(q)).abs(),
+        hidden_head_pa: hidden * slope(&|q| curves.head_pa(w, q)).abs(),
+        hidden_blocks: HIDDEN_S / (record.dt_s * record.per_block as f64),
+    }
+}
+
+/// 95th percentile of the finite values.
+fn upper(values: &[f64]) -> Option<f64> {
+    let mut finite: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+    if finite.is_empty() {
+        return None;
+    }
+    let rank = (finite.len() - 1) * 95 / 100;
+    Some(*finite.select_nth_unstable_by(rank, f64::total_cmp).1)
+}
+
+/// What half a second of timing is worth in each row, in its unit.
+fn unrest(record: &Record, curves: &Curves, b: &Blocks, layout: Layout) -> Vec<f64> {
+    const TIMING_S: f64 = 0.5;
+    let n = layout.blocks;
+    let seconds = record.dt_s * record.per_block as f64;
+    let rate = |f: &dyn Fn(usize) -> f64, k: usize, last: usize| -> f64 {
+        let (a, z) = (k.saturating_sub(1), (k + 1).min(last));
+        let change = (f(z) - f(a)) / ((z - a).max(1) as f64 * seconds);
+        if change.is_finite() { TIMING_S * change.abs() } else { 0.0 }
+    };
+    let inertia = record.inertia();
+    let mut out = vec![0.0; layout.len()];
+    for k in 0..n {
+        let bend = match (k.checked_sub(1), b.flow.get(k + 1)) {
+            (Some(a), Some(z)) => (z - 2.0 * b.flow[k] + b.flow[a]).abs() / seconds * inertia * 0.3,
+            _ => 0.0,
+        };
+        out[k] = rate(&|i| curves.friction_pa(b.flow[i]), k, n - 1) + if bend.is_finite() { bend } else { 0.0 };
+        out[n + k] = rate(&|i| curves.head_pa(b.speed[i], b.through[i]), k, n - 1);
+    }
+    // The meter's noise, where calm surroundings do not average it out, comes through the slope of the curves.
+    let noise = record.setting.noise.flow_m3_s / (record.per_block as f64).sqrt();
+    for k in 0..n {
+        let q = b.flow[k];
+        let left = noise / b.averaged[k].sqrt() / q.max(1e-3) / 0.02;
+        let through = |f: &dyn Fn(f64) -> f64| (f(1.01 * q) - f(0.99 * q)).abs() * left;
+        out[k] = out[k].hypot(through(&|q| curves.friction_pa(q)));
+        out[n + k] = out[n + k].hypot(through(&|q| curves.head_pa(b.speed[k], q)));
+        for row in [k, n + k] {
+            if !out[row].is_finite() {
+                out[row] = 0.0;
+            }
+        }
+    }
+    let m = record.per_block;
+    for k in 0..layout.mass {
+        let inside = |f: &dyn Fn(usize) -> f64| -> f64 {
+            let mut sum = 0.0_f64;
+            for i in k * m * MASS_BLOCKS..(k + 1) * m * MASS_BLOCKS {
+                let change = f(i + 1) - f(i);
+                sum += if change.is_finite() { change.abs() } else { 0.0 };
+            }
+            sum
+        };
+        let last = record.t_s.len() - 1;
+        let f = &record.filled;
+        let pumps = inside(&|i| f.mud_pump[i.min(last)]);
+        let booster = inside(&|i| f.booster[i.min(last)]);
+        let blocks: f64 = (k * MASS_BLOCKS..(k + 1) * MASS_BLOCKS)
+            .map(|i| (b.flow[(i + 1).min(n - 1)] - b.flow[i]).abs())
+            .filter(|v| v.is_finite())
+            .sum();
+        // Noise adds up in a sum of absolute steps: only what exceeds it moves.
+        let quiet = 3.0e-4;
+        out[layout.mass_at() + k] = TIMING_S * ((pumps - quiet).max(0.0) + (booster - quiet).max(0.0) + blocks)
+            / (seconds * MASS_BLOCKS as f64);
+    }
+    out
+}
+
+/// Makes columns orthonormal in place (modified Gram-Schmidt, twice); returns the upper triangle by columns.
+pub(crate) fn orthonormal(columns: &mut [Vec<f64>]) -> Vec<Vec<f64>> {
+    let p = columns.len();
+    let mut triangle = vec![vec![0.0; p]; p];
+    for a in 0..p {
+        let (done, rest) = columns.split_at_mut(a);
+        let column = &mut rest[0];
+        for _ in 0..2 {
+            for (b, q) in done.iter().enumerate() {
+                let r = dot(q, column);
+                triangle[a][b] += r;
+                column.iter_mut().zip(q).for_each(|(v, q)| *v -= r * q);
+            }
+        }
+        let norm = dot(column, column).sqrt();
+        triangle[a][a] = norm;
+        if norm > 0.0 {
+            column.iter_mut().for_each(|v| *v /= norm);
+        }
+    }
+    triangle
+}
+
+fn back_substitute(triangle: &[Vec<f64>], mut right: Vec<f64>) -> Vec<f64> {
+    for a in (0..right.len()).rev() {
+        let pivot = triangle[a][a];
+        right[a] = if pivot > 0.0 { right[a] / pivot } else { 0.0 };
+        for b in 0..a {
+            right[b] -= triangle[a][b] * right[a];
+        }
+    }
+    right
+}

@@ -1,0 +1,254 @@
+//! The `[augmented]` table of `model.toml`: general curves and the effects that act.
+
+use crate::model::float;
+use crate::reader::{Section, Value};
+use dgd_effects::{AppliedEffect, AugmentedModel, Curves, Effect, Scale, catalogue, find};
+use std::fmt::Write as _;
+
+/// More effects than a diagnosis fits by far; bounds the work on a hostile document.
+const MOST_EFFECTS: usize = 64;
+
+/// Writes the table; parameters go by their names in the catalogue.
+pub(crate) fn write_augmented(text: &mut String, model: &AugmentedModel) -> std::fmt::Result {
+    let curves = &model.curves;
+    writeln!(
+        text,
+        "\n# What a diagnosis made of it: base curves of free shape, and the effects that act. `dgd simulate` runs this."
+    )?;
+    writeln!(
+        text,
+        "[augmented]\nflow_scale_m3_s = {}\nspeed_scale_pct = {}",
+        float(curves.scale.flow_m3_s),
+        float(curves.scale.speed_pct)
+    )?;
+    writeln!(text, "friction = {} # Pa", list(&curves.friction))?;
+    writeln!(text, "head = {} # Pa", list(&curves.head))?;
+    let range = |(low, high): (f64, f64)| list(&[low, high]);
+    writeln!(text, "speed_range_pct = {}", range(model.speed_range_pct))?;
+    writeln!(text, "ratio_range = {} # m3/s/%", range(model.ratio_range))?;
+    if model.effects.is_empty() {
+        return writeln!(text, "effects = []");
+    }
+    for effect in &model.effects {
+        write_effect(text, effect)?;
+    }
+    Ok(())
+}
+
+fn list(values: &[f64]) -> String {
+    let values: Vec<String> = values.iter().map(|v| float(*v)).collect();
+    format!("[{}]", values.join(", "))
+}
+
+fn write_effect(text: &mut String, applied: &AppliedEffect) -> std::fmt::Result {
+    let names = find(&applied.id).map_or(&[][..], |effect| effect.about().parameters);
+    if let Some(effect) = find(&applied.id) {
+        writeln!(text, "\n[[augmented.effects]] # {}", effect.about().title)?;
+    } else {
+        writeln!(text, "\n[[augmented.effects]]")?;
+    }
+    writeln!(text, "id = {}", crate::well::quoted(&applied.id))?;
+    let values = applied.parameters.iter().enumerate().map(|(i, value)| {
+        let name = names
+            .get(i)
+            .map_or_else(|| format!("p{i}"), |p| p.name.to_owned());
+        format!("{name} = {}", float(*value))
+    });
+    let values: Vec<String> = values.collect();
+    if values.is_empty() {
+        writeln!(text, "parameters = {{}}")
+    } else {
+        writeln!(text, "parameters = {{ {} }}", values.join(", "))
+    }
+}
+
+/// Reads the table, noting every problem.
+pub(crate) fn read_augmented(section: &Section<'_, '_>) -> Option<AugmentedModel> {
+    let scale = |key| {
+        let value = section.need(key, "<number>")?;
+        let number = section.number(key, value)?;
+        if number > 0.0 {
+            return Some(number);
+        }
+        let message = format!("`{key}` is {number}, expected more than 0");
+        section.problem(value, message, None);
+        None
+    };
+    let (flow_m3_s, speed_pct) = (scale("flow_scale_m3_s"), scale("speed_scale_pct"));
+    let friction = numbers(section, "friction");
+    let head = numbers(section, "head");
+    let range = |key| {
+        let [low, high] = numbers(section, key)?;
+        if low <= high {
+            return Some((low, high));
+        }
+        let message = format!("`{key}` runs from {low} to {high}, expected the lower one first");
+        section.problem(section.get(key)?, message, None);
+        None
+    };
+    let (speed_range_pct, ratio_range) = (range("speed_range_pct"), range("ratio_range"));
+    let effects = read_effects(section);
+    section.warn_of_unread();
+    Some(AugmentedModel {
+        curves: Curves {
+            scale: Scale {
+                flow_m3_s: flow_m3_s?,
+                speed_pct: speed_pct?,
+            },
+            friction: friction?,
+            head: head?,
+        },
+        speed_range_pct: speed_range_pct?,
+        ratio_range: ratio_range?,
+        effects: effects?,
+    })
+}
+
+/// A needed list of so many finite numbers.
+fn numbers<const N: usize>(section: &Section<'_, '_>, key: &'static str) -> Option<[f64; N]> {
+    let value = section.need(key, "[<number>, ...]")?;
+    let Some(items) = value.get_ref().as_array() else {
+        section.wrong_type(key, value, &format!("a list of {N} numbers"));
+        return None;
+    };
+    if items.len() != N {
+        let found = items.len();
+        section.problem(
+            value,
+            format!("`{key}` has {found} numbers, expected {N}"),
+            Some("it was written by another version: diagnose the recording again".into()),
+        );
+        return None;
+    }
+    // Every number that is none is told, not only the first.
+    let read: Vec<Option<f64>> = items.iter().map(|v| section.number(key, v)).collect();
+    let read: Option<Vec<f64>> = read.into_iter().collect();
+    read?.try_into().ok()
+}
+
+/// `[[augmented.effects]]`; none if it is absent.
+fn read_effects(section: &Section<'_, '_>) -> Option<Vec<AppliedEffect>> {
+    let Some(list) = section.get("effects") else {
+        return Some(Vec::new());
+    };
+    let Some(items) = list.get_ref().as_array() else {
+        section.wrong_type("effects", list, "a list of effects, [[augmented.effects]]");
+        return None;
+    };
+    if items.len() > MOST_EFFECTS {
+        let found = items.len();
+        let message = format!("`effects` has {found} effects, expected at most {MOST_EFFECTS}");
+        section.problem(list, message, None);
+        return None;
+    }
+    let read: Vec<Option<AppliedEffect>> = items
+        .iter()
+        .map(|item| read_effect(section, item))
+        .collect();
+    read.into_iter().collect()
+}
+
+fn read_effect(section: &Section<'_, '_>, item: &Value<'_>) -> Option<AppliedEffect> {
+    let Some(table) = item.get_ref().as_table() else {
+        section.wrong_type("effects", item, "a table with `id` and `parameters`");
+        return None;
+    };
+    let inner = Section::new("augmented.effects", item.span(), table, section.notes());
+    let id = inner.need("id", "\"influx\"");
+    let parameters = inner.need_section("parameters");
+    inner.warn_of_unread();
+    let id = id?;
+    let name = inner.text("id", id)?;
+    let Some(effect) = find(name) else {
+        let ids = catalogue().iter().map(|e| e.about().id);
+        let help = nearest(name, ids).map_or_else(
+            || "the effects stand in the catalogue's README".to_owned(),
+            |near| format!("did you mean `{near}`?"),
+        );
+        inner.problem(
+            id,
+            format!("effect `{}` is not in the catalogue", short(name)),
+            Some(help),
+        );
+        return None;
+    };
+    Some(AppliedEffect {
+        id: name.to_owned(),
+        parameters: read_parameters(effect, &parameters?)?,
+    })
+}
+
+/// The parameters of an effect, in the order of its description; what it does not take is refused, as a
+/// misspelt name would otherwise go unseen.
+fn read_parameters(effect: &dyn Effect, section: &Section<'_, '_>) -> Option<Vec<f64>> {
+    let about = effect.about();
+    let known = || about.parameters.iter().map(|p| p.name);
+    let mut right = true;
+    let keys = section.keys().into_iter();
+    let foreign = keys.filter(|(key, _)| !known().any(|name| name == *key));
+    for (key, span) in foreign.take(MOST_EFFECTS) {
+        let names: Vec<&str> = known().collect();
+        let help = nearest(key, known()).map_or_else(
+            || format!("it takes `{}`", names.join("`, `")),
+            |near| format!("did you mean `{near}`?"),
+        );
+        let message = format!("effect `{}` has no parameter `{}`", about.id, short(key));
+        section.notes().problem(span, message, Some(help));
+        right = false;
+    }
+    let values: Vec<Option<f64>> = known().map(|name| section.need_number(name)).collect();
+    let values: Option<Vec<f64>> = values.into_iter().collect();
+    values.filter(|_| right)
+}
+
+/// A name of a length that a message can hold.
+fn short(name: &str) -> String {
+    const MOST: usize = 60;
+    if name.chars().count() <= MOST {
+        return name.to_owned();
+    }
+    name.chars().take(MOST).chain(['…']).collect()
+}
+
+/// The candidate that a misspelling of it most likely meant, if one is near.
+fn nearest<'a>(name: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    // Compared at a bounded length: a document may hold anything.
+    let name: Vec<char> = name.chars().take(64).collect();
+    let (distance, near) = candidates
+        .map(|candidate| (distance(&name, candidate), candidate))
+        .min_by_key(|(distance, _)| *distance)?;
+    (distance <= 2.max(near.len() / 3)).then_some(near)
+}
+
+/// Insertions, deletions and replacements from one text to the other (Levenshtein).
+fn distance(a: &[char], b: &str) -> usize {
+    let mut row: Vec<usize> = (0..=a.len()).collect();
+    for (i, cb) in b.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, ca) in a.iter().enumerate() {
+            let replaced = diagonal + usize::from(*ca != cb);
+            diagonal = row[j + 1];
+            row[j + 1] = replaced.min(diagonal + 1).min(row[j] + 1);
+        }
+    }
+    row[a.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearest_name_is_a_few_letters_away_or_none() {
+        let names = ["influx", "gas_in_pump", "return_flow_delay"];
+        assert_eq!(nearest("inflx", names.into_iter()), Some("influx"));
+        assert_eq!(nearest("gas_in_the_pump", names.into_iter()), None);
+        assert_eq!(
+            nearest("return_flow_dealy", names.into_iter()),
+            Some("return_flow_delay")
+        );
+        assert_eq!(nearest("volcano", names.into_iter()), None);
+        assert_eq!(distance(&['a', 'b'], "ba"), 2);
+    }
+}

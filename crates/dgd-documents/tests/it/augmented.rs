@@ -1,0 +1,302 @@
+//! What a diagnosis adds to `model.toml`.
+
+use crate::model::{MODEL, finite, geometry, model};
+use dgd_documents::{
+    Base, ModelDocument, read_model, read_model_document, write_model, write_model_document,
+};
+use dgd_effects::{
+    AppliedEffect, AugmentedModel, Curves, FRICTION_TERMS, HEAD_TERMS, Scale, catalogue, find,
+};
+use proptest::prelude::*;
+
+fn kick() -> AppliedEffect {
+    let parameters = find("influx").unwrap().about().parameters;
+    AppliedEffect {
+        id: "influx".into(),
+        parameters: parameters.iter().map(|p| p.usual + 0.1).collect(),
+    }
+}
+
+fn augmented(effects: Vec<AppliedEffect>) -> AugmentedModel {
+    AugmentedModel {
+        curves: Curves {
+            scale: Scale {
+                flow_m3_s: 0.06,
+                speed_pct: 55.0,
+            },
+            friction: [1e4; FRICTION_TERMS],
+            head: [-2.5e3; HEAD_TERMS],
+        },
+        speed_range_pct: (20.0, 80.0),
+        ratio_range: (0.0, 0.001),
+        effects,
+    }
+}
+
+/// The example of the two-state model, with a kick.
+pub(crate) fn example() -> String {
+    let (model, _) = read_model(MODEL).unwrap();
+    write_model_document(&ModelDocument {
+        base: Base::Identified(Box::new(model)),
+        augmented: Some(augmented(vec![kick()])),
+    })
+}
+
+/// The one problem of the example with `from` replaced, which must be told at its line, and its help.
+#[track_caller]
+fn told_once(from: &str, to: &str) -> (String, String) {
+    let source = example();
+    let (before, _) = source.split_once(from).unwrap();
+    let line = before.matches('\n').count() + 1;
+    let error = read_model_document(&source.replacen(from, to, 1)).unwrap_err();
+    assert_eq!(error.problems.len(), 1, "{error}");
+    assert_eq!(error.places[0].0, line, "{error}");
+    let problem = &error.problems[0];
+    (
+        problem.message.clone(),
+        problem.help.clone().unwrap_or_default(),
+    )
+}
+
+#[test]
+fn a_document_without_effects_is_the_model_alone() {
+    let (model, _) = read_model(MODEL).unwrap();
+    let (document, warnings) = read_model_document(&write_model(&model)).unwrap();
+    assert!(warnings.is_empty());
+    assert_eq!(document.augmented, None);
+    assert_eq!(write_model_document(&document), write_model(&model));
+    assert_eq!(write_model(document.model().unwrap()), write_model(&model));
+}
+
+#[test]
+fn an_effect_goes_by_the_names_of_its_parameters() {
+    let source = example();
+    let table: toml::Table = source.parse().unwrap();
+    let effect = &table["augmented"]["effects"][0];
+    assert_eq!(effect["id"].as_str(), Some("influx"));
+    let parameters = effect["parameters"].as_table().unwrap();
+    for p in find("influx").unwrap().about().parameters {
+        assert_eq!(parameters[p.name].as_float(), Some(p.usual + 0.1));
+    }
+}
+
+#[test]
+fn an_augmented_model_stands_without_a_two_state_one() {
+    let (model, _) = read_model(MODEL).unwrap();
+    let document = ModelDocument {
+        base: Base::WellOnly {
+            density_kg_m3: model.density_kg_m3,
+            geometry: model.geometry,
+        },
+        augmented: Some(augmented(Vec::new())),
+    };
+    let written = write_model_document(&document);
+    let (again, warnings) = read_model_document(&written).unwrap();
+    assert!(warnings.is_empty(), "{warnings:?}");
+    assert_eq!(again, document);
+    assert_eq!(again.well().0, 1080.0);
+    let error = read_model(&written).unwrap_err();
+    assert!(error.to_string().contains("expected a two-state model"));
+}
+
+#[test]
+fn half_a_two_state_model_is_told_as_ever() {
+    let source = example().replacen("[return_flow_meter]", "[meter]", 1);
+    let error = read_model_document(&source).unwrap_err();
+    assert!(
+        error
+            .to_string()
+            .contains("the section [return_flow_meter] is missing"),
+        "{error}"
+    );
+}
+
+#[test]
+fn whoever_knows_no_effects_is_told_that_there_are_some() {
+    let source = example();
+    let error = read_model(&source).unwrap_err();
+    assert_eq!(
+        error.problems[0].message,
+        "the model holds effects (influx), expected a two-state model without"
+    );
+    let line = source.lines().nth(error.places[0].0 - 1).unwrap();
+    assert_eq!(line, "[augmented]");
+    // Without effects the two-state model is what it says.
+    let (model, _) = read_model(MODEL).unwrap();
+    let clean = write_model_document(&ModelDocument {
+        base: Base::Identified(Box::new(model.clone())),
+        augmented: Some(augmented(Vec::new())),
+    });
+    assert_eq!(
+        write_model(&read_model(&clean).unwrap().0),
+        write_model(&model)
+    );
+}
+
+#[test]
+fn an_unknown_effect_is_told_with_the_nearest() {
+    let (message, help) = told_once("id = \"influx\"", "id = \"inflx\"");
+    assert_eq!(message, "effect `inflx` is not in the catalogue");
+    assert_eq!(help, "did you mean `influx`?");
+    let (_, help) = told_once("id = \"influx\"", "id = \"Flying Dutchman\"");
+    assert_eq!(help, "the effects stand in the catalogue's README");
+}
+
+#[test]
+fn a_parameter_that_the_effect_does_not_take_is_told_with_the_nearest() {
+    let source = example().replacen("rate_m3_s =", "rate =", 1);
+    let error = read_model_document(&source).unwrap_err();
+    let told: Vec<&str> = error.problems.iter().map(|p| p.message.as_str()).collect();
+    assert!(
+        told.contains(&"effect `influx` has no parameter `rate`"),
+        "{told:?}"
+    );
+    assert!(
+        told.contains(&"[augmented.effects.parameters] has no `rate_m3_s`"),
+        "{told:?}"
+    );
+    let lines: Vec<&str> = error
+        .places
+        .iter()
+        .map(|(line, _)| source.lines().nth(line - 1).unwrap())
+        .collect();
+    assert!(
+        lines.iter().all(|l| l.starts_with("parameters = {")),
+        "{lines:?}"
+    );
+    let (message, help) = told_once("onset_s =", "onset_s = 1.0, onsets =");
+    assert_eq!(message, "effect `influx` has no parameter `onsets`");
+    assert_eq!(help, "did you mean `onset_s`?");
+}
+
+#[test]
+fn lists_of_another_length_and_ranges_the_wrong_way_are_told() {
+    let (message, help) = told_once("friction = [10000.0, ", "friction = [");
+    assert_eq!(
+        message,
+        format!(
+            "`friction` has {} numbers, expected {FRICTION_TERMS}",
+            FRICTION_TERMS - 1
+        )
+    );
+    assert!(help.contains("another version"));
+    let (message, _) = told_once("head = [-2500.0, ", "head = [0.0, 1.0, ");
+    assert_eq!(
+        message,
+        format!(
+            "`head` has {} numbers, expected {HEAD_TERMS}",
+            HEAD_TERMS + 1
+        )
+    );
+    let (message, _) = told_once(
+        "speed_range_pct = [20.0, 80.0]",
+        "speed_range_pct = [80, 20]",
+    );
+    assert_eq!(
+        message,
+        "`speed_range_pct` runs from 80 to 20, expected the lower one first"
+    );
+    let (message, _) = told_once("head = [-2500.0, ", "head = [nan, ");
+    assert_eq!(message, "`head` is a float, expected a finite number");
+    let (message, _) = told_once("flow_scale_m3_s = 0.06", "flow_scale_m3_s = 0");
+    assert_eq!(message, "`flow_scale_m3_s` is 0, expected more than 0");
+    let source = example().replacen("speed_scale_pct = 55.0\n", "", 1);
+    let error = read_model_document(&source).unwrap_err().to_string();
+    assert!(
+        error.contains("[augmented] has no `speed_scale_pct`"),
+        "{error}"
+    );
+}
+
+#[test]
+fn keys_nobody_reads_are_warnings_here_too() {
+    let source = example()
+        .replacen("ratio_range", "note = 1\nratio_range", 1)
+        .replacen("id = \"influx\"", "id = \"influx\"\nwhy = \"so\"", 1);
+    let (_, warnings) = read_model_document(&source).unwrap();
+    let told: Vec<&str> = warnings.iter().map(|w| w.message.as_str()).collect();
+    assert_eq!(
+        told,
+        [
+            "`why` in [augmented.effects] is not read",
+            "`note` in [augmented] is not read"
+        ]
+    );
+}
+
+#[test]
+fn no_document_makes_the_reader_try_endless_effects() {
+    let one = "\n[[augmented.effects]]\nid = \"inflx\"\nparameters = {}\n";
+    let error = read_model_document(&(example() + &one.repeat(64))).unwrap_err();
+    assert_eq!(error.problems.len(), 1);
+    assert_eq!(
+        error.problems[0].message,
+        "`effects` has 65 effects, expected at most 64"
+    );
+}
+
+fn applied() -> impl Strategy<Value = AppliedEffect> {
+    (0..catalogue().len()).prop_flat_map(|index| {
+        let about = catalogue()[index].about();
+        proptest::collection::vec(finite(), about.parameters.len()).prop_map(move |parameters| {
+            AppliedEffect {
+                id: about.id.to_owned(),
+                parameters,
+            }
+        })
+    })
+}
+
+fn any_augmented() -> impl Strategy<Value = AugmentedModel> {
+    let range = || (finite(), finite()).prop_map(|(a, b)| if a <= b { (a, b) } else { (b, a) });
+    (
+        (1e-300..1e300_f64, 1e-300..1e300_f64),
+        proptest::collection::vec(finite(), FRICTION_TERMS),
+        proptest::collection::vec(finite(), HEAD_TERMS),
+        range(),
+        range(),
+        proptest::collection::vec(applied(), 0..4),
+    )
+        .prop_map(
+            |((flow_m3_s, speed_pct), friction, head, speed_range_pct, ratio_range, effects)| {
+                AugmentedModel {
+                    curves: Curves {
+                        scale: Scale {
+                            flow_m3_s,
+                            speed_pct,
+                        },
+                        friction: friction.try_into().unwrap(),
+                        head: head.try_into().unwrap(),
+                    },
+                    speed_range_pct,
+                    ratio_range,
+                    effects,
+                }
+            },
+        )
+}
+
+fn base() -> impl Strategy<Value = Base> {
+    prop_oneof![
+        model().prop_map(|m| Base::Identified(Box::new(m))),
+        (1e-3..1e5_f64, geometry()).prop_map(|(density_kg_m3, geometry)| Base::WellOnly {
+            density_kg_m3,
+            geometry
+        }),
+    ]
+}
+
+proptest! {
+    #[test]
+    fn every_augmented_model_is_read_back_to_the_last_bit(base in base(), augmented in any_augmented()) {
+        let document = ModelDocument { base, augmented: Some(augmented) };
+        let written = write_model_document(&document);
+        let (again, warnings) = match read_model_document(&written) {
+            Ok(read) => read,
+            Err(error) => return Err(TestCaseError::fail(format!("{error}\n{written}"))),
+        };
+        prop_assert!(warnings.is_empty(), "{warnings:?}\n{written}");
+        prop_assert_eq!(format!("{again:?}"), format!("{document:?}"));
+        prop_assert_eq!(write_model_document(&again), written);
+    }
+}

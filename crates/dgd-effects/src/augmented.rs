@@ -1,0 +1,255 @@
+//! The two-state model with effects, and its free run.
+
+use crate::curves::Curves;
+use crate::{Action, Changes, Effect, MeterPath, Moment, Setting, find};
+use dgd_units::{STANDARD_ATMOSPHERE_PA, STANDARD_GRAVITY_M_S2};
+
+/// An effect with its parameters, in the order of its description.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AppliedEffect {
+    /// Id in the catalogue.
+    pub id: String,
+    /// Parameters.
+    pub parameters: Vec<f64>,
+}
+
+/// The return-line model (Eqs. 3.45-3.46) with general curves and effects.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AugmentedModel {
+    /// Base curves.
+    pub curves: Curves,
+    /// Ranges of speed, %, and of flow over speed, m³/s/%, in which the head curve was identified.
+    pub speed_range_pct: (f64, f64),
+    /// See `speed_range_pct`.
+    pub ratio_range: (f64, f64),
+    /// Effects that act.
+    pub effects: Vec<AppliedEffect>,
+}
+
+/// An effect that the catalogue does not hold.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("effect `{id}` is not in the catalogue, or takes another number of parameters than {given}")]
+pub struct UnknownEffect {
+    /// The id asked for.
+    pub id: String,
+    /// Number of parameters given.
+    pub given: usize,
+}
+
+/// What drives a free run: flow meters and the set-point of the pump, without gaps.
+#[derive(Debug, Clone, Copy)]
+pub struct Inputs<'a> {
+    /// Time from the recording's start, s, on an even clock.
+    pub time_s: &'a [f64],
+    /// Step of the clock, s.
+    pub step_s: f64,
+    /// Mud pump, m³/s.
+    pub mud_pump_m3_s: &'a [f64],
+    /// Booster, m³/s.
+    pub booster_m3_s: &'a [f64],
+    /// Topfill, m³/s.
+    pub topfill_m3_s: &'a [f64],
+    /// Speed set-point, %.
+    pub speed_pct: &'a [f64],
+}
+
+/// What a free run gives, one value a sample of its window.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct FreeRun {
+    /// Return flow as its meter would read, m³/s.
+    pub return_flow_m3_s: Vec<f64>,
+    /// Inlet pressure, Pa absolute.
+    pub inlet_pa: Vec<f64>,
+    /// Outlet pressure as the mean of its meters would read, Pa absolute.
+    pub outlet_pa: Vec<f64>,
+}
+
+impl AugmentedModel {
+    /// Pressure rise over the pump, Pa; beyond the identified ranges by affinity and straight on.
+    pub fn head_pa(&self, speed_pct: f64, flow_m3_s: f64) -> f64 {
+        let (low, high) = self.speed_range_pct;
+        let held = speed_pct.clamp(low, high.max(low));
+        let share = speed_pct / held.max(1e-3);
+        // Affinity: head goes with the square of the speed at the same flow over speed.
+        let flow = if share > 1e-3 { flow_m3_s / share } else { flow_m3_s };
+        let (least, most) = (self.ratio_range.0 * held, self.ratio_range.1 * held);
+        let inside = flow.clamp(least, most.max(least));
+        let mut head = self.curves.head_pa(held, inside);
+        if flow != inside {
+            let span = 0.1 * (most - least).max(1e-4);
+            let inner = if flow > inside { inside - span } else { inside + span };
+            let slope = (head - self.curves.head_pa(held, inner)) / (inside - inner);
+            head += slope.min(0.0) * (flow - inside);
+        }
+        head * share * share
+    }
+
+    /// Simulates samples `window` from a measured state: inlet pressure, Pa, and line flow, m³/s, at its first sample.
+    ///
+    /// Effects live through the recording from its start, so that those with an onset before the window are in force;
+    /// before the window they see the inputs and the start's state. Implicit in the flow (its time constant is a
+    /// second), trapezoidal in the level.
+    ///
+    /// # Errors
+    /// [`UnknownEffect`] if an effect is not in the catalogue.
+    pub fn free_run(
+        &self,
+        setting: &Setting,
+        inputs: Inputs<'_>,
+        window: std::ops::Range<usize>,
+        start: (f64, f64),
+    ) -> Result<FreeRun, UnknownEffect> {
+        let (mut actions, path) = self.begin(setting)?;
+        let g = STANDARD_GRAVITY_M_S2;
+        let rho = setting.density_kg_m3;
+        let inertia = rho * setting.line_length_m / setting.line_area_m2;
+        let weight = rho * g;
+        let column = STANDARD_ATMOSPHERE_PA + weight * setting.line_length_m;
+        let (mut inlet, mut flow) = start;
+        let mut outlet = column + self.curves.friction_pa(flow);
+        let steps = (inputs.step_s / 1.0).ceil().clamp(1.0, 20.0);
+        let dt = inputs.step_s / steps;
+        let mut run = FreeRun::default();
+        let mut lagged = flow;
+        let mut past: Vec<f64> = Vec::with_capacity(window.len());
+        // The meter still shows what flowed before the window: the start's flow.
+        for i in 0..window.end.min(inputs.time_s.len()) {
+            let speed = inputs.speed_pct[i];
+            let inside = i >= window.start;
+            let moment = Moment {
+                index: i,
+                t_s: inputs.time_s[i],
+                dt_s: inputs.step_s,
+                mud_pump_m3_s: inputs.mud_pump_m3_s[i],
+                booster_m3_s: inputs.booster_m3_s[i],
+                topfill_m3_s: inputs.topfill_m3_s[i],
+                flow_m3_s: if inside || speed > 5.0 { flow } else { 0.0 },
+                speed_pct: speed,
+                inlet_pa: inlet,
+                outlet_pa: outlet,
+                pumping: speed > 5.0,
+            };
+            let mut c = Changes::default();
+            for action in &mut actions {
+                action(&moment, &mut c);
+            }
+            if !inside {
+                continue;
+            }
+            let inflow = moment.mud_pump_m3_s + moment.booster_m3_s + moment.topfill_m3_s;
+            let still = column + c.line_kg_m3 * g * setting.line_length_m - weight * c.line_fall_m;
+            let rate = g * rho / (setting.riser_area_m2 * c.area_factor.max(0.05));
+            let friction = c.friction_factor * (1.0 + c.line_kg_m3 / rho);
+            let lift = c.head_factor * (1.0 + c.riser_kg_m3 / rho);
+            let mut speeding = 0.0;
+            if i > window.start {
+                let true_speed = speed + c.speed_pct;
+                let before = flow;
+                for _ in 0..steps as usize {
+                    let old = flow;
+                    flow = if moment.pumping {
+                        let balance = |q: f64| {
+                            inlet + c.head_pa + lift * self.head_pa(true_speed, q + c.recirculation_m3_s)
+                                - still
+                                - friction * self.curves.friction_pa(q)
+                                - if q > 1e-6 { c.line_drop_pa } else { 0.0 }
+                        };
+                        implicit(old, dt, inertia, balance)
+                    } else {
+                        0.0
+                    };
+                    let out = 0.5 * (old + flow);
+                    let net = inflow * (1.0 + c.entering_kg_m3 / rho) + c.inflow_m3_s
+                        - out * (1.0 + c.riser_kg_m3 / rho);
+                    inlet = (inlet + rate * net * dt).clamp(5e4, 1e8);
+                }
+                speeding = (flow - before) / inputs.step_s;
+            }
+            outlet = if moment.pumping && flow > 0.0 {
+                still + friction * self.curves.friction_pa(flow) + c.line_drop_pa + inertia * speeding
+            } else {
+                still
+            };
+            let seen = (flow - c.leak_m3_s).max(0.0) * c.meter_gain;
+            lagged = if path.lag_s > 0.0 {
+                lagged + (1.0 - (-inputs.step_s / path.lag_s).exp()) * (seen - lagged)
+            } else {
+                seen
+            };
+            past.push(lagged);
+            let late = delayed(&past, path.delay_s / inputs.step_s);
+            run.return_flow_m3_s.push(late);
+            run.inlet_pa.push(inlet);
+            run.outlet_pa.push(outlet + 0.5 * (c.outlet_bias_pa[0] + c.outlet_bias_pa[1]));
+        }
+        Ok(run)
+    }
+
+    /// Starts every effect.
+    fn begin(&self, setting: &Setting) -> Result<(Vec<Action>, MeterPath), UnknownEffect> {
+        let mut path = MeterPath::default();
+        let mut actions = Vec::new();
+        for one in &self.effects {
+            let effect = self.look_up(one)?;
+            let p = effect.meter_path(&one.parameters);
+            path.delay_s += p.delay_s;
+            path.lag_s += p.lag_s;
+            actions.push(effect.begin(&one.parameters, setting));
+        }
+        Ok((actions, path))
+    }
+
+    fn look_up(&self, one: &AppliedEffect) -> Result<&'static dyn Effect, UnknownEffect> {
+        find(&one.id)
+            .filter(|e| e.about().parameters.len() == one.parameters.len())
+            .ok_or_else(|| UnknownEffect { id: one.id.clone(), given: one.parameters.len() })
+    }
+}
+
+/// The value some samples back, the first one before that.
+fn delayed(past: &[f64], samples: f64) -> f64 {
+    let position = (past.len() - 1) as f64 - samples;
+    if position <= 0.0 {
+        return past[0];
+    }
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 < position < len")]
+    let low = position.floor() as usize;
+    let share = position - low as f64;
+    match past.get(low + 1) {
+        Some(next) => past[low] + share * (next - past[low]),
+        None => past[low],
+    }
+}
+
+/// One step of implicit Euler for `inertia dq/dt = balance(q)`, q >= 0: bisection on a bracket, as the balance falls with q.
+fn implicit(old: f64, dt: f64, inertia: f64, balance: impl Fn(f64) -> f64) -> f64 {
+    let f = |q: f64| q - old - dt / inertia * balance(q);
+    let (mut low, mut high) = (0.0, 0.3);
+    if f(low) >= 0.0 {
+        return 0.0;
+    }
+    if f(high) <= 0.0 {
+        return high;
+    }
+    // The secant's point, kept inside the bracket.
+    let (mut flow, mut fhigh) = (f(low), f(high));
+    for _ in 0..30 {
+        let secant = low - flow * (high - low) / (fhigh - flow);
+        let middle = 0.5 * (low + high);
+        let q = if secant > low && secant < high { secant } else { middle };
+        let fq = f(q);
+        if fq.abs() < 1e-9 || high - low < 1e-9 {
+            return q;
+        }
+        if fq < 0.0 {
+            low = q;
+            flow = fq;
+            fhigh *= 0.5;
+        } else {
+            high = q;
+            fhigh = fq;
+            flow *= 0.5;
+        }
+    }
+    0.5 * (low + high)
+}

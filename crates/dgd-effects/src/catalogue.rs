@@ -1,0 +1,74 @@
+//! The list of effects: one line each.
+
+use crate::Effect;
+
+mod annulus_area;
+mod booster_line_storage;
+mod cuttings_loading;
+mod gas_in_pump;
+mod gel_strength;
+mod heave;
+mod inflow_gain;
+mod influx;
+mod line_drainage;
+mod line_gas_storage;
+mod line_leak;
+mod line_restriction;
+mod lost_circulation;
+mod mud_density_change;
+mod outlet_pressure_bias;
+mod outlet_pressure_bias_step;
+mod pipe_displacement;
+mod pump_speed_lag;
+mod pump_wear;
+mod return_flow_delay;
+mod return_flow_gain;
+mod u_tube;
+mod unknown;
+mod viscosity_drift;
+mod yield_stress;
+
+/// Every effect, in a fixed order.
+pub fn catalogue() -> &'static [&'static dyn Effect] {
+    &[
+        &return_flow_delay::ReturnFlowDelay,
+        &return_flow_gain::ReturnFlowGain,
+        &inflow_gain::InflowGain,
+        &outlet_pressure_bias::OutletPressureBias,
+        &outlet_pressure_bias_step::OutletPressureBiasStep,
+        &mud_density_change::MudDensityChange,
+        &cuttings_loading::CuttingsLoading,
+        &yield_stress::YieldStress,
+        &gel_strength::GelStrength,
+        &line_drainage::LineDrainage,
+        &pump_wear::PumpWear,
+        &gas_in_pump::GasInPump,
+        &pump_speed_lag::PumpSpeedLag,
+        &influx::Influx,
+        &lost_circulation::LostCirculation,
+        &u_tube::UTube,
+        &booster_line_storage::BoosterLineStorage,
+        &annulus_area::AnnulusArea,
+        &pipe_displacement::PipeDisplacement,
+        &heave::Heave,
+        &viscosity_drift::ViscosityDrift,
+        &line_restriction::LineRestriction,
+        &line_leak::LineLeak,
+        &line_gas_storage::LineGasStorage,
+    ]
+}
+
+pub use unknown::{KNOTS, QUANTITIES, RELATIONS};
+
+/// The empirical correction, which stands for what the catalogue does not hold.
+pub fn unknown() -> &'static dyn Effect {
+    &unknown::Unknown
+}
+
+/// The effect of an id; `unknown` is the empirical correction.
+pub fn find(id: &str) -> Option<&'static dyn Effect> {
+    if id == "unknown" {
+        return Some(unknown());
+    }
+    catalogue().iter().copied().find(|e| e.about().id == id)
+}

@@ -1,0 +1,40 @@
+//! A riser annulus of another area than the well file says.
+
+use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+
+/// See the module.
+pub(super) struct AnnulusArea;
+
+static ABOUT: About = About {
+    id: "annulus_area",
+    title: "the riser annulus has another area than the well file says",
+    component: Component::Tank,
+    relation: Relation::RiserMassBalance,
+    equation: "(1 + x) A dh/dt = q_in - q",
+    source: "Slettebø 2015, Eq. 3.45",
+    excited_by: "level that moves",
+    confusable: &[(
+        "return_flow_gain",
+        "hold the level: an area shows only while it moves",
+    )],
+    parameters: &[Parameter {
+        name: "area_m2",
+        meaning: "true area over the file, less 1",
+        role: Role::Amplitude,
+        low: -0.6,
+        high: 1.5,
+        usual: 0.1,
+    }],
+    extent: Extent::Always,
+};
+
+impl Effect for AnnulusArea {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn begin(&self, p: &[f64], _: &Setting) -> Action {
+        let factor = 1.0 + p[0];
+        Box::new(move |_, changes| changes.area_factor *= factor)
+    }
+}

@@ -1,0 +1,45 @@
+//! A booster line that stores mud, so that its outflow lags.
+
+use crate::moment::Lag;
+use crate::shrunk;
+use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+
+/// See the module.
+pub(super) struct BoosterLineStorage;
+
+static ABOUT: About = About {
+    id: "booster_line_storage",
+    title: "the booster line stores mud and gives it late",
+    component: Component::Line,
+    relation: Relation::RiserMassBalance,
+    equation: "tau dq_out/dt = q_booster - q_out",
+    source: "Slettebø 2015, section 2.3 (booster line state)",
+    excited_by: "starts and stops of the booster pump",
+    confusable: &[("u_tube", "step the booster alone")],
+    parameters: &[Parameter {
+        name: "tau_s",
+        meaning: "time constant of the line",
+        role: Role::Grid(&[
+            3.0, 5.0, 8.0, 12.0, 17.0, 23.0, 30.0, 38.0, 48.0, 60.0, 80.0,
+        ]),
+        low: 0.0,
+        high: 400.0,
+        usual: 25.0,
+    }],
+    extent: Extent::Always,
+};
+
+impl Effect for BoosterLineStorage {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn begin(&self, p: &[f64], setting: &Setting) -> Action {
+        let mut lag = Lag::new(p[0]);
+        let noise = setting.noise.booster_m3_s;
+        Box::new(move |at, changes| {
+            let behind = lag.step(at.booster_m3_s, at.dt_s) - at.booster_m3_s;
+            changes.inflow_m3_s += shrunk(behind, noise);
+        })
+    }
+}

@@ -1,0 +1,101 @@
+//! Cuttings that raise the density in riser and line while the well is drilled.
+
+use crate::moment::Stirred;
+use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+
+/// The drilled part of each stand between connections.
+fn drilled_spans(setting: &Setting, lag: f64, share: f64) -> Vec<(f64, f64)> {
+    let mut spans = Vec::new();
+    let mut start = setting.span_s.0;
+    let ends = setting.connections.iter().map(|c| (c.from_s, c.to_s));
+    for (end, next) in ends.chain([(setting.span_s.1, f64::INFINITY)]) {
+        let stand = end - start;
+        if stand > 0.0 {
+            spans.push((start + lag * stand, start + share * stand));
+        }
+        start = next;
+    }
+    spans
+}
+
+/// See the module.
+pub(super) struct CuttingsLoading;
+
+static ABOUT: About = About {
+    id: "cuttings_loading",
+    title: "cuttings raise the density while the well is drilled",
+    component: Component::Tank,
+    relation: Relation::ReturnLineFriction,
+    equation: "V d(rho)/dt = q (rho_c s(t) - rho), s = 1 while drilling",
+    source: "cuttings concentration: Bourgoyne et al. 1986, chapter 4",
+    excited_by: "connections: between them the load builds and washes out",
+    confusable: &[(
+        "mud_density_change",
+        "watch a connection: new mud stays, cuttings wash out",
+    )],
+    parameters: &[
+        Parameter {
+            name: "delta_rho_kg_m3",
+            meaning: "added density while drilling",
+            role: Role::Amplitude,
+            low: 0.0,
+            high: 200.0,
+            usual: 15.0,
+        },
+        Parameter {
+            name: "drilled",
+            meaning: "share of a stand that is drilled, the rest circulated clean",
+            role: Role::Shape(&[0.7, 0.78, 0.82, 0.86, 1.0]),
+            low: 0.4,
+            high: 1.0,
+            usual: 0.82,
+        },
+        Parameter {
+            name: "mixing",
+            meaning: "mixed volume over mud in the riser",
+            role: Role::Shape(&[0.15, 0.3, 0.6]),
+            low: 0.03,
+            high: 2.0,
+            usual: 0.3,
+        },
+        Parameter {
+            name: "lag",
+            meaning: "wait before drilling after a connection, share of a stand",
+            role: Role::Shape(&[0.0, 0.06, 0.12]),
+            low: 0.0,
+            high: 0.4,
+            usual: 0.05,
+        },
+    ],
+    extent: Extent::Always,
+};
+
+impl Effect for CuttingsLoading {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn begin(&self, p: &[f64], setting: &Setting) -> Action {
+        let load = p[0];
+        let spans = drilled_spans(setting, p[3], p[1]);
+        let mut riser = Stirred::new(p[2] * setting.riser_volume_m3);
+        let mut line = Stirred::new(0.5 * setting.line_volume_m3());
+        let mut next = 0;
+    // A recording that begins amid a stand begins loaded.
+    riser.value = load;
+    line.value = load;
+        Box::new(move |at, changes| {
+            while spans.get(next).is_some_and(|s| at.t_s >= s.1) {
+                next += 1;
+            }
+            let drilling = spans.get(next).is_some_and(|s| at.t_s >= s.0);
+            let entering = if drilling { load } else { 0.0 };
+            let flow = at.flow_m3_s;
+            let leaving = riser.step(entering, flow, at.dt_s);
+            changes.riser_kg_m3 += leaving;
+            // Cuttings come from the hole with the mud: the mass is theirs, not the mud pump's.
+            changes.entering_kg_m3 += leaving;
+            changes.line_kg_m3 += line.step(leaving, flow, at.dt_s);
+        })
+    }
+}

@@ -1,0 +1,63 @@
+//! Gas that lowers the pump head for a while.
+
+use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+
+/// See the module.
+pub(super) struct GasInPump;
+
+static ABOUT: About = About {
+    id: "gas_in_pump",
+    title: "gas lowers the head for a while",
+    component: Component::Pump,
+    relation: Relation::PumpHead,
+    equation: "H = (1 - loss) H(w, q)",
+    source: "two-phase degradation: Gülich 2010, chapter 13",
+    excited_by: "steady running on both sides of the event",
+    confusable: &[("pump_wear", "wait: gas passes, wear grows")],
+    parameters: &[
+        Parameter {
+            name: "head_loss_fraction",
+            meaning: "head lost",
+            role: Role::Amplitude,
+            low: 0.0,
+            high: 0.9,
+            usual: 0.05,
+        },
+        Parameter {
+            name: "onset_s",
+            meaning: "when it sets in",
+            role: Role::Onset,
+            low: 0.0,
+            high: f64::INFINITY,
+            usual: 0.0,
+        },
+        Parameter {
+            name: "duration_s",
+            meaning: "how long",
+            role: Role::Duration,
+            low: 1200.0,
+            high: f64::INFINITY,
+            usual: 2400.0,
+        },
+    ],
+    extent: Extent::Passing,
+};
+
+impl Effect for GasInPump {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn begin(&self, p: &[f64], _: &Setting) -> Action {
+        let (loss, from, to) = (p[0], p[1], p[1] + p[2]);
+        Box::new(move |at, changes| {
+            if (from..to).contains(&at.t_s) {
+                changes.head_factor *= 1.0 - loss;
+            }
+        })
+    }
+
+    fn is_switch(&self) -> bool {
+        true
+    }
+}

@@ -1,0 +1,68 @@
+//! Gel that builds while the mud stands and breaks with the volume pumped on restart.
+
+use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+
+/// See the module.
+pub(super) struct GelStrength;
+
+static ABOUT: About = About {
+    id: "gel_strength",
+    title: "gel builds in standing mud and breaks on restart",
+    component: Component::Line,
+    relation: Relation::ReturnLineFriction,
+    equation: "dp = 4 tau L / d, grown at rest, decaying with the volume pumped",
+    source: "API RP 13D, gel-breaking pressure",
+    excited_by: "restarts of the subsea pump after minutes of rest",
+    confusable: &[(
+        "line_drainage",
+        "look at the pressure at rest: it falls when the line drains",
+    )],
+    parameters: &[
+        Parameter {
+            name: "tau_gel_pa",
+            meaning: "gel strength",
+            role: Role::Amplitude,
+            low: 0.0,
+            high: 200.0,
+            usual: 8.0,
+        },
+        Parameter {
+            name: "broken",
+            meaning: "volume pumped to break it, share of the line",
+            role: Role::Shape(&[0.08, 0.15, 0.3, 0.6]),
+            low: 0.01,
+            high: 3.0,
+            usual: 0.2,
+        },
+        Parameter {
+            name: "growth_s",
+            meaning: "time to build at rest",
+            role: Role::Shape(&[60.0, 300.0, 900.0]),
+            low: 10.0,
+            high: 7200.0,
+            usual: 300.0,
+        },
+    ],
+    extent: Extent::Always,
+};
+
+impl Effect for GelStrength {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn begin(&self, p: &[f64], setting: &Setting) -> Action {
+        let full = 4.0 * p[0] * setting.line_length_m / setting.line_diameter_m;
+        let breaking = p[1] * setting.line_volume_m3();
+        let growth = p[2];
+        let mut gelled = 0.0_f64;
+        Box::new(move |at, changes| {
+            if at.flow_m3_s < 1e-3 {
+                gelled += (1.0 - (-at.dt_s / growth).exp()) * (1.0 - gelled);
+            } else {
+                changes.line_drop_pa += full * gelled;
+                gelled *= (-at.flow_m3_s * at.dt_s / breaking).exp();
+            }
+        })
+    }
+}

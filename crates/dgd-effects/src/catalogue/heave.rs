@@ -1,0 +1,47 @@
+//! Rig motion that modulates the pressures with the period of the swell.
+
+use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+
+/// See the module.
+pub(super) struct Heave;
+
+static ABOUT: About = About {
+    id: "heave",
+    title: "rig motion modulates the pressures",
+    component: Component::Boundary,
+    relation: Relation::PumpHead,
+    equation: "p_in = p + rho g a cos(2 pi t / T)",
+    source: "rigid motion of the string and riser: hydrostatic pressure of the heave",
+    excited_by: "sampling faster than half the period",
+    confusable: &[],
+    parameters: &[
+        Parameter {
+            name: "period_s",
+            meaning: "period of the motion",
+            role: Role::Grid(&[]),
+            low: 3.0,
+            high: 30.0,
+            usual: 10.0,
+        },
+        Parameter {
+            name: "amplitude_m",
+            meaning: "amplitude, metres of mud",
+            role: Role::Shape(&[]),
+            low: 0.0,
+            high: 20.0,
+            usual: 0.5,
+        },
+    ],
+    extent: Extent::Always,
+};
+
+impl Effect for Heave {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn begin(&self, _: &[f64], _: &Setting) -> Action {
+        // Its phase wanders from wave to wave: it changes the spectrum of the pressures, not their course.
+        Box::new(|_, _| {})
+    }
+}

@@ -1,0 +1,46 @@
+//! A mud pump flow, counted from strokes, that is off in proportion.
+
+use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+
+/// See the module.
+pub(super) struct InflowGain;
+
+static ABOUT: About = About {
+    id: "inflow_gain",
+    title: "the mud pump flow (from strokes) is off in proportion",
+    component: Component::Instrument,
+    relation: Relation::RiserMassBalance,
+    equation: "q_meter = gain q_mud_pump",
+    source: "volumetric efficiency of piston pumps: Bourgoyne et al. 1986, chapter 1",
+    excited_by: "mud pump flow that changes while other inflows do not",
+    confusable: &[
+        (
+            "return_flow_gain",
+            "run the booster alone: the mud pump then cannot be at fault",
+        ),
+        (
+            "lost_circulation",
+            "stop the mud pump: a loss goes on, a gain does not",
+        ),
+    ],
+    parameters: &[Parameter {
+        name: "gain",
+        meaning: "reading over truth",
+        role: Role::Amplitude,
+        low: -0.2,
+        high: 0.2,
+        usual: 0.03,
+    }],
+    extent: Extent::Always,
+};
+
+impl Effect for InflowGain {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn begin(&self, p: &[f64], _: &Setting) -> Action {
+        let excess = 1.0 / (1.0 + p[0]) - 1.0;
+        Box::new(move |at, changes| changes.inflow_m3_s += excess * at.mud_pump_m3_s)
+    }
+}

@@ -1,0 +1,73 @@
+//! Formation fluid that enters for a while: a kick.
+
+use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+
+/// See the module.
+pub(super) struct Influx;
+
+static ABOUT: About = About {
+    id: "influx",
+    title: "formation fluid enters the well",
+    component: Component::Boundary,
+    relation: Relation::RiserMassBalance,
+    equation: "A dh/dt = q_in + rate s(t) - q",
+    source: "kick in the two-state mass balance (Eq. 3.45)",
+    excited_by: "flow at any rate",
+    confusable: &[
+        ("lost_circulation", "the sign"),
+        (
+            "line_leak",
+            "look at head and line friction: a leak moves both",
+        ),
+    ],
+    parameters: &[
+        Parameter {
+            name: "rate_m3_s",
+            meaning: "rate of the plateau",
+            role: Role::Amplitude,
+            low: 0.0,
+            high: 0.05,
+            usual: 0.0015,
+        },
+        Parameter {
+            name: "onset_s",
+            meaning: "when it sets in",
+            role: Role::Onset,
+            low: 0.0,
+            high: f64::INFINITY,
+            usual: 0.0,
+        },
+        Parameter {
+            name: "duration_s",
+            meaning: "from first to last",
+            role: Role::Duration,
+            low: 120.0,
+            high: f64::INFINITY,
+            usual: 3000.0,
+        },
+        Parameter {
+            name: "ramp",
+            meaning: "share of the duration in which it rises, and in which it dies away",
+            role: Role::Shape(&[0.1, 0.2]),
+            low: 0.01,
+            high: 0.5,
+            usual: 0.15,
+        },
+    ],
+    extent: Extent::Passing,
+};
+
+impl Effect for Influx {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn begin(&self, p: &[f64], _: &Setting) -> Action {
+        let (rate, from, lasts, ramp) = (p[0], p[1], p[2].max(1.0), p[3].max(1e-3));
+        Box::new(move |at, changes| {
+            let x = (at.t_s - from) / lasts;
+            let shape = (x / ramp).min((1.0 - x) / ramp).clamp(0.0, 1.0);
+            changes.inflow_m3_s += rate * shape;
+        })
+    }
+}

@@ -1,0 +1,49 @@
+//! Gas trapped in the return line, which stores mud and rounds the flow at the meter.
+
+use crate::MeterPath;
+use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+
+/// See the module.
+pub(super) struct LineGasStorage;
+
+static ABOUT: About = About {
+    id: "line_gas_storage",
+    title: "trapped gas makes the return line store mud",
+    component: Component::Line,
+    relation: Relation::ReturnLineFriction,
+    equation: "tau dq_meter/dt = q - q_meter",
+    source: "lumped gas cushion: C dp/dt = q - q_meter with tau = C dp/dq",
+    excited_by: "changes of return flow",
+    confusable: &[(
+        "return_flow_delay",
+        "a step of the pump speed: a delay moves the whole response, a store rounds it",
+    )],
+    parameters: &[Parameter {
+        name: "tau_s",
+        meaning: "time constant of the store",
+        role: Role::Grid(&[
+            2.0, 3.0, 4.0, 5.0, 7.0, 9.0, 12.0, 15.0, 18.0, 22.0, 27.0, 33.0, 40.0,
+        ]),
+        low: 0.0,
+        high: 90.0,
+        usual: 15.0,
+    }],
+    extent: Extent::Always,
+};
+
+impl Effect for LineGasStorage {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn begin(&self, _: &[f64], _: &Setting) -> Action {
+        Box::new(|_, _| {})
+    }
+
+    fn meter_path(&self, p: &[f64]) -> MeterPath {
+        MeterPath {
+            delay_s: 0.0,
+            lag_s: p[0],
+        }
+    }
+}

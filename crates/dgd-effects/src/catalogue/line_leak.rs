@@ -1,0 +1,63 @@
+//! A return line that loses mud before its meter from some time on.
+
+use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+use dgd_units::STANDARD_ATMOSPHERE_PA;
+
+/// See the module.
+pub(super) struct LineLeak;
+
+static ABOUT: About = About {
+    id: "line_leak",
+    title: "the return line loses mud before its meter",
+    component: Component::Line,
+    relation: Relation::RiserMassBalance,
+    equation: "q_meter = q - C sqrt(p_out - p_0)",
+    source: "orifice flow",
+    excited_by: "flow and pressure on both sides of the onset",
+    confusable: &[
+        (
+            "lost_circulation",
+            "look at head and line friction: a leak moves both",
+        ),
+        ("return_flow_gain", "look at the time before the onset"),
+    ],
+    parameters: &[
+        Parameter {
+            name: "leak_m3_s",
+            meaning: "leak at 10 bar above the air",
+            role: Role::Amplitude,
+            low: 0.0,
+            high: 0.05,
+            usual: 0.0015,
+        },
+        Parameter {
+            name: "onset_s",
+            meaning: "when it sets in",
+            role: Role::Onset,
+            low: 0.0,
+            high: f64::INFINITY,
+            usual: 0.0,
+        },
+    ],
+    extent: Extent::FromOnset,
+};
+
+impl Effect for LineLeak {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn begin(&self, p: &[f64], _: &Setting) -> Action {
+        let (leak, onset) = (p[0], p[1]);
+        Box::new(move |at, changes| {
+            if at.t_s >= onset && at.flow_m3_s > 1e-3 {
+                let over = (at.outlet_pa - STANDARD_ATMOSPHERE_PA).max(0.0) / 1e6;
+                changes.leak_m3_s += leak * over.sqrt();
+            }
+        })
+    }
+
+    fn is_switch(&self) -> bool {
+        true
+    }
+}

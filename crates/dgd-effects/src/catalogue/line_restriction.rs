@@ -1,0 +1,66 @@
+//! A restriction in the return line from some time on.
+
+use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+
+/// See the module.
+pub(super) struct LineRestriction;
+
+static ABOUT: About = About {
+    id: "line_restriction",
+    title: "a restriction in the return line from some time on",
+    component: Component::Line,
+    relation: Relation::ReturnLineFriction,
+    equation: "dp = K rho v^2 / 2",
+    source: "minor losses: Crane TP-410",
+    excited_by: "flow that changes after the onset, and a pump stop",
+    confusable: &[
+        (
+            "mud_density_change",
+            "stop the pump: weight stays, a restriction goes",
+        ),
+        (
+            "viscosity_drift",
+            "low flow: a restriction fades with the square, a viscosity more slowly",
+        ),
+    ],
+    parameters: &[
+        Parameter {
+            name: "K",
+            meaning: "loss coefficient on the velocity head of the line",
+            role: Role::Amplitude,
+            low: 0.0,
+            high: 500.0,
+            usual: 10.0,
+        },
+        Parameter {
+            name: "onset_s",
+            meaning: "when it sets in",
+            role: Role::Onset,
+            low: 0.0,
+            high: f64::INFINITY,
+            usual: 0.0,
+        },
+    ],
+    extent: Extent::FromOnset,
+};
+
+impl Effect for LineRestriction {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn begin(&self, p: &[f64], setting: &Setting) -> Action {
+        let (k, onset) = (p[0], p[1]);
+        let (rho, area) = (setting.density_kg_m3, setting.line_area_m2);
+        Box::new(move |at, changes| {
+            if at.t_s >= onset {
+                let v = at.flow_m3_s / area;
+                changes.line_drop_pa += 0.5 * k * rho * v * v.abs();
+            }
+        })
+    }
+
+    fn is_switch(&self) -> bool {
+        true
+    }
+}

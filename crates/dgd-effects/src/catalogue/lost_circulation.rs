@@ -1,0 +1,74 @@
+//! Mud lost to the formation, driven by pressure, from some time on.
+
+use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+
+/// See the module.
+pub(super) struct LostCirculation;
+
+static ABOUT: About = About {
+    id: "lost_circulation",
+    title: "mud is lost to the formation, driven by pressure",
+    component: Component::Boundary,
+    relation: Relation::RiserMassBalance,
+    equation: "A dh/dt = q_in - J max(p_in - p_frac, 0) - q",
+    source: "productivity-index loss: Bourgoyne et al. 1986, chapter 6",
+    excited_by: "riser level that moves after the onset",
+    confusable: &[
+        (
+            "inflow_gain",
+            "stop the mud pump: a loss goes on, a gain does not",
+        ),
+        (
+            "line_leak",
+            "look at head and line friction: a leak moves both",
+        ),
+    ],
+    parameters: &[
+        Parameter {
+            name: "J_m3_s_pa",
+            meaning: "loss for each pascal above the fracture pressure",
+            role: Role::Amplitude,
+            low: 0.0,
+            high: 1e-5,
+            usual: 1.5e-8,
+        },
+        Parameter {
+            name: "onset_s",
+            meaning: "when it sets in",
+            role: Role::Onset,
+            low: 0.0,
+            high: f64::INFINITY,
+            usual: 0.0,
+        },
+        Parameter {
+            name: "fracture",
+            meaning: "fracture pressure, share of the recorded inlet range",
+            role: Role::Shape(&[-1.0, -0.3, 0.0, 0.2, 0.4]),
+            low: -30.0,
+            high: 0.95,
+            usual: 0.0,
+        },
+    ],
+    extent: Extent::FromOnset,
+};
+
+impl Effect for LostCirculation {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn begin(&self, p: &[f64], setting: &Setting) -> Action {
+        let (index, onset) = (p[0], p[1]);
+        let (low, high) = setting.inlet_range_pa;
+        let fracture = low + p[2] * (high - low);
+        Box::new(move |at, changes| {
+            if at.t_s >= onset && at.inlet_pa.is_finite() {
+                changes.inflow_m3_s -= index * (at.inlet_pa - fracture).max(0.0);
+            }
+        })
+    }
+
+    fn is_switch(&self) -> bool {
+        true
+    }
+}

@@ -1,0 +1,74 @@
+//! Mud of another weight, which fills riser and line from some time on.
+
+use crate::moment::Stirred;
+use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+
+/// See the module.
+pub(super) struct MudDensityChange;
+
+static ABOUT: About = About {
+    id: "mud_density_change",
+    title: "mud of another weight fills riser and line",
+    component: Component::Tank,
+    relation: Relation::ReturnLineFriction,
+    equation: "V d(rho)/dt = q (rho_in - rho); p_out gains rho g L",
+    source: "stirred-tank mixing: Levenspiel 1999, chapter 11",
+    excited_by: "any flow after the change; a pump stop shows the column alone",
+    confusable: &[
+        (
+            "line_restriction",
+            "stop the pump: weight stays, a restriction goes",
+        ),
+        (
+            "outlet_pressure_bias_step",
+            "compare two outlet transmitters",
+        ),
+    ],
+    parameters: &[
+        Parameter {
+            name: "delta_rho_kg_m3",
+            meaning: "new less old density",
+            role: Role::Amplitude,
+            low: -400.0,
+            high: 400.0,
+            usual: 25.0,
+        },
+        Parameter {
+            name: "onset_s",
+            meaning: "when it sets in",
+            role: Role::Onset,
+            low: 0.0,
+            high: f64::INFINITY,
+            usual: 0.0,
+        },
+        Parameter {
+            name: "mixing",
+            meaning: "mixed volume over mud in the riser",
+            role: Role::Shape(&[0.35, 0.7, 1.2]),
+            low: 0.1,
+            high: 3.0,
+            usual: 0.7,
+        },
+    ],
+    extent: Extent::FromOnset,
+};
+
+impl Effect for MudDensityChange {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn begin(&self, p: &[f64], setting: &Setting) -> Action {
+        let (step, onset) = (p[0], p[1]);
+        let mut riser = Stirred::new(p[2] * setting.riser_volume_m3);
+        let mut line = Stirred::new(0.5 * setting.line_volume_m3());
+        Box::new(move |at, changes| {
+            let entering = if at.t_s >= onset { step } else { 0.0 };
+            let inflow = at.mud_pump_m3_s + at.booster_m3_s + at.topfill_m3_s;
+            let leaving = riser.step(entering, inflow, at.dt_s);
+            changes.entering_kg_m3 += entering;
+            changes.riser_kg_m3 += leaving;
+            changes.line_kg_m3 += line.step(leaving, at.flow_m3_s, at.dt_s);
+        })
+    }
+}

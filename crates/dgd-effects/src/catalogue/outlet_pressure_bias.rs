@@ -1,0 +1,49 @@
+//! A constant offset of the pump outlet pressure.
+
+use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+
+/// See the module.
+pub(super) struct OutletPressureBias;
+
+static ABOUT: About = About {
+    id: "outlet_pressure_bias",
+    title: "the pump outlet pressure carries a constant offset",
+    component: Component::Instrument,
+    relation: Relation::ReturnLineFriction,
+    equation: "p_meter = p_out + bias",
+    source: "Slettebø 2015, section 3.2 (the constant B of Eq. 3.26)",
+    excited_by: "stretches with the pump stopped and stretches with flow",
+    confusable: &[
+        (
+            "yield_stress",
+            "stop the pump: a bias stays, a yield stress goes",
+        ),
+        (
+            "outlet_pressure_bias_step",
+            "look at the redundant transmitter",
+        ),
+    ],
+    parameters: &[Parameter {
+        name: "bias_pa",
+        meaning: "reading less truth",
+        role: Role::Amplitude,
+        low: -5e5,
+        high: 5e5,
+        usual: 4e4,
+    }],
+    extent: Extent::Always,
+};
+
+impl Effect for OutletPressureBias {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn begin(&self, p: &[f64], _: &Setting) -> Action {
+        let bias = p[0];
+        Box::new(move |_, changes| {
+            changes.outlet_bias_pa[0] += bias;
+            changes.outlet_bias_pa[1] += bias;
+        })
+    }
+}

@@ -1,0 +1,72 @@
+//! One of the outlet transmitters shifts at some time and stays.
+
+use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+
+/// See the module.
+pub(super) struct OutletPressureBiasStep;
+
+static ABOUT: About = About {
+    id: "outlet_pressure_bias_step",
+    title: "one outlet transmitter shifts at some time",
+    component: Component::Instrument,
+    relation: Relation::ReturnLineFriction,
+    equation: "p_meter,i = p_out + bias for t > onset",
+    source: "transmitter shift: IEC 61298-2",
+    excited_by: "two outlet transmitters, or a calm stretch on both sides of the shift",
+    confusable: &[
+        (
+            "mud_density_change",
+            "look at the redundant transmitter: density moves both",
+        ),
+        (
+            "line_restriction",
+            "stop the pump: a shift stays, a restriction goes",
+        ),
+    ],
+    parameters: &[
+        Parameter {
+            name: "bias_pa",
+            meaning: "reading less truth",
+            role: Role::Amplitude,
+            low: -5e5,
+            high: 5e5,
+            usual: 4e4,
+        },
+        Parameter {
+            name: "onset_s",
+            meaning: "when it sets in",
+            role: Role::Onset,
+            low: 0.0,
+            high: f64::INFINITY,
+            usual: 0.0,
+        },
+        Parameter {
+            name: "sensor",
+            meaning: "which transmitter, from 1",
+            role: Role::Shape(&[1.0, 2.0]),
+            low: 1.0,
+            high: 2.0,
+            usual: 1.0,
+        },
+    ],
+    extent: Extent::FromOnset,
+};
+
+impl Effect for OutletPressureBiasStep {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn begin(&self, p: &[f64], _: &Setting) -> Action {
+        let (bias, onset, sensor) = (p[0], p[1], usize::from(p[2] > 1.5));
+        Box::new(move |at, changes| {
+            if at.t_s >= onset {
+                changes.outlet_bias_pa[sensor] += bias;
+            }
+        })
+    }
+
+    fn is_switch(&self) -> bool {
+        true
+    }
+}

@@ -1,0 +1,68 @@
+//! Pipe moved at connections, which displaces mud.
+
+use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+
+/// See the module.
+pub(super) struct PipeDisplacement;
+
+static ABOUT: About = About {
+    id: "pipe_displacement",
+    title: "pipe moved at connections displaces mud",
+    component: Component::Boundary,
+    relation: Relation::RiserMassBalance,
+    equation: "A dh/dt = q_in + V/T - q for T s at each connection",
+    source: "closed-end displacement: Bourgoyne et al. 1986, chapter 4",
+    excited_by: "connections",
+    confusable: &[("u_tube", "a connection without moving pipe")],
+    parameters: &[
+        Parameter {
+            name: "volume_m3",
+            meaning: "mud displaced at each connection",
+            role: Role::Amplitude,
+            low: -3.0,
+            high: 3.0,
+            usual: 0.2,
+        },
+        Parameter {
+            name: "after_s",
+            meaning: "start after the mud pump has stopped",
+            role: Role::Shape(&[0.0, 30.0, 60.0, 90.0]),
+            low: -60.0,
+            high: 600.0,
+            usual: 45.0,
+        },
+        Parameter {
+            name: "lasts_s",
+            meaning: "how long the pipe moves",
+            role: Role::Shape(&[60.0, 120.0]),
+            low: 10.0,
+            high: 600.0,
+            usual: 60.0,
+        },
+    ],
+    extent: Extent::Always,
+};
+
+impl Effect for PipeDisplacement {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn begin(&self, p: &[f64], setting: &Setting) -> Action {
+        let (volume, after, lasts) = (p[0], p[1], p[2].max(1.0));
+        let starts: Vec<f64> = setting
+            .connections
+            .iter()
+            .map(|c| c.from_s + after)
+            .collect();
+        let mut next = 0;
+        Box::new(move |at, changes| {
+            while starts.get(next).is_some_and(|s| at.t_s >= s + lasts) {
+                next += 1;
+            }
+            if starts.get(next).is_some_and(|s| at.t_s >= *s) {
+                changes.inflow_m3_s += volume / lasts;
+            }
+        })
+    }
+}

@@ -1,0 +1,50 @@
+//! Pump wear: internal leakage grows and head is lost slowly.
+
+use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+
+/// See the module.
+pub(super) struct PumpWear;
+
+static ABOUT: About = About {
+    id: "pump_wear",
+    title: "internal leakage of the pump grows and head is lost",
+    component: Component::Pump,
+    relation: Relation::PumpHead,
+    equation: "H = H(w, q + k t sqrt(dp))",
+    source: "leakage through wear rings: Gülich 2010, chapter 3.6",
+    excited_by: "hours at speed",
+    confusable: &[
+        ("gas_in_pump", "wait: gas passes, wear grows"),
+        (
+            "viscosity_drift",
+            "outlet pressure against flow: a viscosity moves it, wear does not",
+        ),
+    ],
+    parameters: &[Parameter {
+        name: "leak_m3_s",
+        meaning: "internal leakage at the end at 10 bar",
+        role: Role::Amplitude,
+        low: 0.0,
+        high: 0.05,
+        usual: 0.004,
+    }],
+    extent: Extent::Always,
+};
+
+impl Effect for PumpWear {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn begin(&self, p: &[f64], setting: &Setting) -> Action {
+        let leak = p[0];
+        let (from, to) = setting.span_s;
+        Box::new(move |at, changes| {
+            let worn = (at.t_s - from) / (to - from).max(1.0);
+            let lift = (at.outlet_pa - at.inlet_pa).max(0.0) / 1e6;
+            if at.pumping {
+                changes.recirculation_m3_s += leak * worn * lift.sqrt();
+            }
+        })
+    }
+}

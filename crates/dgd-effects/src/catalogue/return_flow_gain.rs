@@ -1,0 +1,46 @@
+//! A return flow meter that reads too much or too little, in proportion.
+
+use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+
+/// See the module.
+pub(super) struct ReturnFlowGain;
+
+static ABOUT: About = About {
+    id: "return_flow_gain",
+    title: "the return flow meter reads in proportion too much or too little",
+    component: Component::Instrument,
+    relation: Relation::RiserMassBalance,
+    equation: "q_meter = gain q",
+    source: "Slettebø 2015, section 3.2: D, E, c1 and c2 absorb it, only the mass balance sees it",
+    excited_by: "flow through the riser at any rate",
+    confusable: &[
+        (
+            "inflow_gain",
+            "run the booster alone: the mud pump then cannot be at fault",
+        ),
+        (
+            "annulus_area",
+            "hold the level: an area shows only while it moves",
+        ),
+    ],
+    parameters: &[Parameter {
+        name: "gain",
+        meaning: "reading over truth",
+        role: Role::Amplitude,
+        low: -0.2,
+        high: 0.2,
+        usual: 0.03,
+    }],
+    extent: Extent::Always,
+};
+
+impl Effect for ReturnFlowGain {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn begin(&self, p: &[f64], _: &Setting) -> Action {
+        let gain = 1.0 + p[0];
+        Box::new(move |_, changes| changes.meter_gain *= gain)
+    }
+}

@@ -1,0 +1,145 @@
+//! What no effect of the catalogue explains: an empirical correction of one relation along one quantity.
+
+use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+
+/// See the module.
+pub(super) struct Unknown;
+
+/// Knots of the correction.
+pub const KNOTS: usize = 6;
+
+/// Relations that can be corrected, in the order of their codes.
+pub const RELATIONS: [Relation; 3] = [
+    Relation::ReturnLineFriction,
+    Relation::PumpHead,
+    Relation::RiserMassBalance,
+];
+
+/// Quantities along which a relation is corrected, in the order of their codes.
+pub const QUANTITIES: [&str; 8] = [
+    "time",
+    "inlet pressure",
+    "mud pump flow",
+    "booster flow",
+    "return flow",
+    "pump speed",
+    "time since the pump started",
+    "rate of the return flow",
+];
+
+const fn knot(name: &'static str) -> Parameter {
+    Parameter {
+        name,
+        meaning: "correction at a knot, Pa or m3/s",
+        role: Role::Shape(&[]),
+        low: f64::NEG_INFINITY,
+        high: f64::INFINITY,
+        usual: 0.0,
+    }
+}
+
+static ABOUT: About = About {
+    id: "unknown",
+    title: "none of the catalogue's effects",
+    component: Component::Boundary,
+    relation: Relation::Momentum,
+    equation: "relation + sum c_k hat_k(x)",
+    source: "piecewise linear discrepancy along the quantity that explains most: Kennedy and O'Hagan 2001",
+    excited_by: "any recording",
+    confusable: &[],
+    parameters: &[
+        Parameter {
+            name: "relation",
+            meaning: "0 line friction, 1 pump head, 2 riser mass balance",
+            role: Role::Shape(&[]),
+            low: 0.0,
+            high: 2.0,
+            usual: 0.0,
+        },
+        Parameter {
+            name: "quantity",
+            meaning: "code of the quantity",
+            role: Role::Shape(&[]),
+            low: 0.0,
+            high: 7.0,
+            usual: 0.0,
+        },
+        Parameter {
+            name: "from",
+            meaning: "first knot",
+            role: Role::Shape(&[]),
+            low: f64::NEG_INFINITY,
+            high: f64::INFINITY,
+            usual: 0.0,
+        },
+        Parameter {
+            name: "to",
+            meaning: "last knot",
+            role: Role::Shape(&[]),
+            low: f64::NEG_INFINITY,
+            high: f64::INFINITY,
+            usual: 0.0,
+        },
+        knot("c0"),
+        knot("c1"),
+        knot("c2"),
+        knot("c3"),
+        knot("c4"),
+        knot("c5"),
+    ],
+    extent: Extent::Always,
+};
+
+impl Effect for Unknown {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn begin(&self, p: &[f64], _: &Setting) -> Action {
+        let mut values = [0.0; KNOTS];
+        values.copy_from_slice(&p[4..4 + KNOTS]);
+        let (relation, quantity, from, to) = (p[0], p[1], p[2], p[3]);
+        let mut since = 3600.0_f64;
+        let mut slow: Option<f64> = None;
+        Box::new(move |at, changes| {
+            since = if at.pumping { since + at.dt_s } else { 0.0 };
+            let before = slow.unwrap_or(at.flow_m3_s);
+            let now = before + (at.dt_s / 20.0).min(1.0) * (at.flow_m3_s - before);
+            slow = Some(now);
+            #[allow(clippy::cast_possible_truncation, reason = "a small code")]
+            let x = match quantity as i64 {
+                0 => at.t_s,
+                1 => at.inlet_pa,
+                2 => at.mud_pump_m3_s,
+                3 => at.booster_m3_s,
+                4 => at.flow_m3_s,
+                5 => at.speed_pct,
+                6 => (since / 60.0).ln_1p(),
+                _ => (at.flow_m3_s - now) / 20.0,
+            };
+            let position = ((x - from) / (to - from) * (KNOTS - 1) as f64)
+                .clamp(0.0, (KNOTS - 1) as f64);
+            #[allow(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "clamped; a NaN becomes 0"
+            )]
+            let low = (position.floor() as usize).min(KNOTS - 2);
+            let share = position - low as f64;
+            let value = values[low] + share * (values[low + 1] - values[low]);
+            if !value.is_finite() {
+                return;
+            }
+            #[allow(clippy::cast_possible_truncation, reason = "a small code")]
+            match relation as i64 {
+                0 => {
+                    if at.flow_m3_s > 1e-3 {
+                        changes.line_drop_pa += value;
+                    }
+                }
+                1 => changes.head_pa += value,
+                _ => changes.inflow_m3_s += value,
+            }
+        })
+    }
+}

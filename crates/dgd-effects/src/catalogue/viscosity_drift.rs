@@ -1,0 +1,81 @@
+//! Viscosity, and with it friction, drifts over hours.
+
+use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+
+/// Viscosity of a drilling mud at pipe shear rates; the well file does not tell it.
+const USUAL_VISCOSITY_PA_S: f64 = 0.02;
+/// Roughness of drill pipe over its bore.
+const USUAL_ROUGHNESS: f64 = 3e-4;
+
+/// Darcy's friction factor by Haaland, blended into the laminar 64/Re.
+fn haaland(reynolds: f64) -> f64 {
+    let re = reynolds.max(1.0);
+    let root = -1.8 * ((USUAL_ROUGHNESS / 3.7).powf(1.11) + 6.9 / re.max(2000.0)).log10();
+    (64.0 / re).max(1.0 / (root * root))
+}
+
+/// See the module.
+pub(super) struct ViscosityDrift;
+
+static ABOUT: About = About {
+    id: "viscosity_drift",
+    title: "viscosity, and so friction, drifts over hours",
+    component: Component::Line,
+    relation: Relation::ReturnLineFriction,
+    equation: "dp = f(Re(mu(t)), eps/d) L rho v^2 / (2 d)",
+    source: "Haaland 1983; Slettebø 2015, Eqs. 2.11-2.13",
+    excited_by: "hours of flow at several rates",
+    confusable: &[
+        (
+            "line_restriction",
+            "low flow: a restriction fades with the square, a viscosity more slowly",
+        ),
+        (
+            "mud_density_change",
+            "stop the pump: weight stays, friction goes",
+        ),
+    ],
+    parameters: &[
+        Parameter {
+            name: "relative_mu_change",
+            meaning: "change of viscosity at the end, relative",
+            role: Role::Amplitude,
+            low: -0.9,
+            high: 4.0,
+            usual: 0.5,
+        },
+        Parameter {
+            name: "bend",
+            meaning: "0: even drift; positive: slow at first; negative: fast at first",
+            role: Role::Shape(&[-0.5, 0.0, 0.7]),
+            low: -0.9,
+            high: 3.0,
+            usual: 0.0,
+        },
+    ],
+    extent: Extent::Always,
+};
+
+impl Effect for ViscosityDrift {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn begin(&self, p: &[f64], setting: &Setting) -> Action {
+        let (change, power) = (p[0], 1.0 + p[1]);
+        let (from, to) = setting.span_s;
+        let (area, d) = (setting.line_area_m2, setting.line_diameter_m);
+        let rho = setting.density_kg_m3;
+        Box::new(move |at, changes| {
+            let x = ((at.t_s - from) / (to - from).max(1.0))
+                .max(0.0)
+                .powf(power);
+            let q = at.flow_m3_s.max(0.0);
+            if q > 1e-4 {
+                let reynolds = rho * q / area * d / USUAL_VISCOSITY_PA_S;
+                let mu = (1.0 + change * x).max(0.05);
+                changes.friction_factor *= haaland(reynolds / mu) / haaland(reynolds);
+            }
+        })
+    }
+}

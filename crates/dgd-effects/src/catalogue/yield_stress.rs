@@ -1,0 +1,56 @@
+//! A yield-stress mud: friction does not vanish with the flow, and standing mud shows none of it.
+
+use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+
+/// See the module.
+pub(super) struct YieldStress;
+
+static ABOUT: About = About {
+    id: "yield_stress",
+    title: "flowing friction does not vanish with the flow",
+    component: Component::Line,
+    relation: Relation::ReturnLineFriction,
+    equation: "dp = 16 tau_y L / (3 d) f(q), 0 at rest",
+    source: "Herschel and Bulkley 1926; Buckingham 1921 for 16/3",
+    excited_by: "low flow, high flow and pump stops",
+    confusable: &[(
+        "outlet_pressure_bias",
+        "stop the pump: a bias stays, a yield stress goes",
+    )],
+    parameters: &[
+        Parameter {
+            name: "drop_pa",
+            meaning: "friction in the limit of slow flow",
+            role: Role::Amplitude,
+            low: 0.0,
+            high: 1e6,
+            usual: 3e4,
+        },
+        Parameter {
+            name: "fade",
+            meaning: "flow at which turbulence has halved it, share of the largest",
+            role: Role::Shape(&[0.3, 1.0, 10.0]),
+            low: 0.05,
+            high: 100.0,
+            usual: 1.0,
+        },
+    ],
+    extent: Extent::Always,
+};
+
+impl Effect for YieldStress {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn begin(&self, p: &[f64], setting: &Setting) -> Action {
+        let drop = p[0];
+        // A pipe of this bore carries about 3.5 m/s at the most.
+        let fade = p[1] * 3.5 * setting.line_area_m2;
+        Box::new(move |at, changes| {
+            let q = at.flow_m3_s.max(0.0);
+            let moving = (q / 1e-3).min(1.0);
+            changes.line_drop_pa += drop * moving / (1.0 + q / fade);
+        })
+    }
+}

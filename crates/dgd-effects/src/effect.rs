@@ -1,0 +1,181 @@
+//! What an effect is: physics beside its description.
+
+use crate::{Changes, Moment, Setting};
+
+/// The component of an assembly that an effect alters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Component {
+    /// A vessel with a free surface: the riser annulus.
+    Tank,
+    /// A pipe: the return line, the drill string, the booster line.
+    Line,
+    /// The subsea pump.
+    Pump,
+    /// A transmitter or meter.
+    Instrument,
+    /// What crosses the border of the model: formation, rig motion, pipe.
+    Boundary,
+}
+
+/// The equation of the model in which an effect sits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Relation {
+    /// Outlet pressure against return flow (Eq. 3.13).
+    ReturnLineFriction,
+    /// Pump head against speed and flow (Eq. 2.27).
+    PumpHead,
+    /// Riser level against flows in and out (Eq. 3.45).
+    RiserMassBalance,
+    /// Acceleration of the mud (Eq. 3.46).
+    Momentum,
+    /// One transmitter against its neighbours.
+    Instrument,
+}
+
+impl Relation {
+    /// Its name in machine-readable output.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ReturnLineFriction => "return_line_friction",
+            Self::PumpHead => "pump_head",
+            Self::RiserMassBalance => "riser_mass_balance",
+            Self::Momentum => "momentum",
+            Self::Instrument => "instrument",
+        }
+    }
+}
+
+/// How a search goes about a parameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Role {
+    /// The effect's strength: the changes are near enough proportional to it, and 0 is no effect.
+    Amplitude,
+    /// A strength that is no proportion; it is tried on a grid, and the effect is absent at 0.
+    Grid(&'static [f64]),
+    /// Shape, tried on a grid.
+    Shape(&'static [f64]),
+    /// The time at which the effect sets in, s from the recording's start.
+    Onset,
+    /// How long it lasts, s.
+    Duration,
+    /// A pressure within the recorded range of the pump's inlet, as a fraction of that range.
+    InletQuantile,
+}
+
+/// A parameter of an effect.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parameter {
+    /// Name with its SI unit, such as `rate_m3_s`.
+    pub name: &'static str,
+    /// What it is.
+    pub meaning: &'static str,
+    /// How it is searched.
+    pub role: Role,
+    /// Least plausible value.
+    pub low: f64,
+    /// Greatest plausible value.
+    pub high: f64,
+    /// A usual magnitude, the width of the prior on an amplitude.
+    pub usual: f64,
+}
+
+/// What is known of an effect before any data.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct About {
+    /// Its id in the catalogue.
+    pub id: &'static str,
+    /// A few words for people.
+    pub title: &'static str,
+    /// The component it alters.
+    pub component: Component,
+    /// The relation it sits in.
+    pub relation: Relation,
+    /// Governing equation, in plain notation.
+    pub equation: &'static str,
+    /// Where the equation comes from.
+    pub source: &'static str,
+    /// What a recording must contain to show it.
+    pub excited_by: &'static str,
+    /// Ids of effects that look alike, and the test that tells them apart.
+    pub confusable: &'static [(&'static str, &'static str)],
+    /// Its parameters: the strength first.
+    pub parameters: &'static [Parameter],
+    /// Whether it begins at an onset and stays, passes, or is always there.
+    pub extent: Extent,
+}
+
+/// When an effect acts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Extent {
+    /// The whole recording.
+    Always,
+    /// From its onset to the end.
+    FromOnset,
+    /// From its onset for its duration.
+    Passing,
+}
+
+/// How the flow meter sees the line's flow, when an effect puts something between them.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct MeterPath {
+    /// Pure delay, s.
+    pub delay_s: f64,
+    /// First-order lag, s.
+    pub lag_s: f64,
+}
+
+/// The running effect: reads the moment, writes its changes. Called once a sample, in order.
+pub type Action = Box<dyn FnMut(&Moment, &mut Changes) + Send>;
+
+/// One effect of the catalogue.
+pub trait Effect: Send + Sync {
+    /// Its description.
+    fn about(&self) -> &'static About;
+
+    /// Starts the effect with parameters in the order of [`About::parameters`].
+    ///
+    /// The action is causal, so that the same code serves the relations (driven by what was
+    /// measured) and the simulation (driven by what was simulated).
+    fn begin(&self, parameters: &[f64], setting: &Setting) -> Action;
+
+    /// Whether the action depends on the moment alone, so that its onset is a switch.
+    fn is_switch(&self) -> bool {
+        false
+    }
+
+    /// What the effect puts between the line and its flow meter.
+    fn meter_path(&self, _parameters: &[f64]) -> MeterPath {
+        MeterPath::default()
+    }
+}
+
+impl About {
+    /// Position of a parameter, by role or name.
+    pub fn position(&self, name: &str) -> Option<usize> {
+        self.parameters.iter().position(|p| p.name == name)
+    }
+
+    /// Position of the onset, if the effect has one.
+    pub fn onset(&self) -> Option<usize> {
+        self.parameters.iter().position(|p| p.role == Role::Onset)
+    }
+
+    /// Position of the duration, if the effect has one.
+    pub fn duration(&self) -> Option<usize> {
+        self.parameters
+            .iter()
+            .position(|p| p.role == Role::Duration)
+    }
+
+    /// The interval in which the effect acts, s, in a recording of the given span.
+    pub fn interval_s(&self, parameters: &[f64], span_s: (f64, f64)) -> (f64, f64) {
+        let onset = self
+            .onset()
+            .map_or(span_s.0, |k| parameters[k].max(span_s.0));
+        let end = match (self.extent, self.duration()) {
+            (Extent::Passing, Some(k)) => (onset + parameters[k]).min(span_s.1),
+            _ => span_s.1,
+        };
+        (onset, end)
+    }
+}

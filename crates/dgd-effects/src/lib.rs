@@ -1,0 +1,22 @@
+//! What hydraulic models of rigs leave out: a catalogue, one small module an effect.
+//!
+//! [`catalogue`] lists the effects, [`find`] looks one up. An [`Effect`] describes itself ([`About`]: equation, source,
+//! parameters, place, what excites it, what it is mistaken for) and acts: sample by sample it reads the [`Moment`] and writes its
+//! [`Changes`]. The action is causal and knows neither whether the moment was measured nor simulated: the
+//! diagnosis drives it with measurements, [`AugmentedModel::free_run`] with its own states.
+//!
+//! Adding an effect is one file in `catalogue/` and one line in `catalogue.rs`; the README shows it. Absent: any search
+//! or statistics, which are the diagnosis's.
+#![deny(missing_docs)]
+
+mod augmented;
+mod catalogue;
+mod curves;
+mod effect;
+mod moment;
+
+pub use augmented::{AppliedEffect, AugmentedModel, FreeRun, Inputs, UnknownEffect};
+pub use curves::{Curves, FRICTION_TERMS, HEAD_TERMS, STANDING_M3_S, Scale, friction_terms, head_terms};
+pub use catalogue::{KNOTS, QUANTITIES, RELATIONS, catalogue, find, unknown};
+pub use effect::{About, Action, Component, Effect, Extent, MeterPath, Parameter, Relation, Role};
+pub use moment::{Changes, Connection, Moment, Noise, Setting, shrunk};

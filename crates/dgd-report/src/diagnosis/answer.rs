@@ -1,0 +1,309 @@
+//! The answer: one sentence with numbers, then each finding on a card with the rung it reaches.
+
+use dgd_diagnose::{Diagnosis, Finding, Outcome, Verdict};
+
+use super::html::Html;
+use super::letter;
+use super::quantity::{percent, percent_interval, split};
+use super::words::{
+    self, RUNGS, Rung, capital, estimated, improvement, is_unknown, listed, serious, strength,
+    title, title_of,
+};
+
+/// The whole diagnosis in a sentence.
+pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
+    let span = words::span(diagnosis);
+    match diagnosis.findings.as_slice() {
+        [] if diagnosis.verdict == Verdict::Consistent => nothing(diagnosis),
+        [] => "Model and recording differ, and the difference could not be placed.".to_owned(),
+        [only] => format!("{}.{}", clause(only, span), unnamed(diagnosis)),
+        many => {
+            let number = match many.len() {
+                2 => "Two things".to_owned(),
+                3 => "Three things".to_owned(),
+                4 => "Four things".to_owned(),
+                n => format!("{n} things"),
+            };
+            let each: Vec<String> = many
+                .iter()
+                .enumerate()
+                .map(|(i, f)| format!("{}, {}", letter(i), brief(f, span)))
+                .collect();
+            let best = many
+                .iter()
+                .filter_map(|f| {
+                    let h = f.held_out.as_ref()?;
+                    Some((improvement(h.rmse_before, h.rmse_after)?, f))
+                })
+                .max_by(|a, b| a.0.total_cmp(&b.0))
+                .and_then(|(_, f)| words::gain(f))
+                .map_or_else(String::new, |gain| format!(" {}.", capital(&gain)));
+            format!(
+                "{number} are left out: {}.{best}{}",
+                each.join("; "),
+                unnamed(diagnosis)
+            )
+        }
+    }
+}
+
+/// The consistent verdict with its numbers.
+fn nothing(diagnosis: &Diagnosis) -> String {
+    let all = diagnosis.tested.len();
+    let untestable = diagnosis
+        .tested
+        .iter()
+        .filter(|t| matches!(t.outcome, Outcome::NotTestable(_)))
+        .count();
+    let numbers = match (all - untestable, untestable) {
+        (0, _) => String::new(),
+        (seen, 0) => format!(": {seen} effects were looked for, none was seen"),
+        (seen, not) => format!(
+            ": {seen} effects were looked for, none was seen, and {not} could not be tested on it"
+        ),
+    };
+    format!("Nothing is left out that this recording could show{numbers}.")
+}
+
+/// What a partial verdict adds where no finding says it.
+fn unnamed(diagnosis: &Diagnosis) -> &'static str {
+    if diagnosis.verdict == Verdict::PartlyExplained && !diagnosis.findings.iter().any(is_unknown) {
+        " Something else is left out that is not named."
+    } else {
+        ""
+    }
+}
+
+/// What, how strong, where and when.
+fn brief(finding: &Finding, span: (f64, f64)) -> String {
+    let place = words::relation(finding.relation);
+    let when = words::when(&finding.intervals_s, span);
+    match Rung::of(finding) {
+        Rung::Located => {
+            format!("something that the catalogue does not hold, in the {place}, {when}")
+        }
+        Rung::Class => format!("{} ({when})", class(finding)),
+        Rung::Cause => format!("{}, {when}", title(finding)),
+        Rung::Measured => match strength(finding) {
+            Some(p) => format!(
+                "{}: {} {}, {when}",
+                title(finding),
+                name_of(p),
+                estimated(p)
+            ),
+            None => title(finding),
+        },
+    }
+}
+
+fn clause(finding: &Finding, span: (f64, f64)) -> String {
+    let place = words::relation(finding.relation);
+    let when = words::when(&finding.intervals_s, span);
+    let gain = words::gain(finding).map_or_else(String::new, |gain| format!("; {gain}"));
+    match Rung::of(finding) {
+        Rung::Located => format!(
+            "Something is left out of the {place}, {when}, that is none of the {} effects of the catalogue; it is \
+             modelled by an empirical correction{gain}",
+            dgd_effects::catalogue().len()
+        ),
+        Rung::Class => format!("Left out of the {place}, {when}: {}{gain}", class(finding)),
+        Rung::Cause => format!("Left out of the {place}, {when}: {}{gain}", title(finding)),
+        Rung::Measured => {
+            let strong = strength(finding).map_or_else(String::new, |p| {
+                format!("; {} {}", name_of(p), estimated(p))
+            });
+            format!(
+                "Left out of the {place}, {when}: {}{strong}{gain}",
+                title(finding)
+            )
+        }
+    }
+}
+
+fn name_of(p: &dgd_diagnose::ParameterEstimate) -> String {
+    if p.meaning.trim().is_empty() {
+        split(&p.name).0
+    } else {
+        p.meaning.clone()
+    }
+}
+
+/// The causes that cannot be told apart, with their probabilities.
+fn class(finding: &Finding) -> String {
+    let mut causes = vec![format!(
+        "{} ({})",
+        title(finding),
+        percent(finding.probability)
+    )];
+    causes.extend(
+        serious(finding)
+            .map(|(id, probability)| format!("{} ({})", title_of(id), percent(*probability))),
+    );
+    if causes.len() == 1 {
+        format!("probably {}", causes[0])
+    } else {
+        format!(
+            "either {}; this recording cannot tell which",
+            listed(&causes, "or")
+        )
+    }
+}
+
+pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
+    let (class, word) = match diagnosis.verdict {
+        Verdict::Consistent => ("good", "Consistent"),
+        Verdict::Explained => ("found", "Explained"),
+        Verdict::PartlyExplained => ("part", "Partly explained"),
+        Verdict::Unexplained => ("open", "Unexplained"),
+    };
+    let says = if diagnosis.verdict == Verdict::Explained
+        && diagnosis
+            .findings
+            .iter()
+            .any(|f| Rung::of(f) == Rung::Class)
+    {
+        "the place is known, the cause is one of a few"
+    } else {
+        meaning(diagnosis.verdict)
+    };
+    html.open("p", "verdict")
+        .element("span", &format!("mark {class}"), word)
+        .element("span", "says", says)
+        .close("p");
+    if diagnosis.findings.is_empty() {
+        consistent(diagnosis, html);
+    }
+    for (index, finding) in diagnosis.findings.iter().enumerate() {
+        card(diagnosis, index, finding, html);
+    }
+    let failed = diagnosis.checks.iter().filter(|c| !c.passed).count();
+    match failed {
+        0 => {}
+        1 => {
+            html.note("One check on this answer failed; it is listed in the last section.");
+        }
+        n => {
+            html.note(&format!(
+                "{n} checks on this answer failed; they are listed in the last section."
+            ));
+        }
+    }
+}
+
+fn meaning(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Consistent => "model and recording differ by no more than noise",
+        Verdict::Explained => "what was left out is named",
+        Verdict::PartlyExplained => "something is named, something else is not",
+        Verdict::Unexplained => "something is left out that the catalogue does not hold",
+    }
+}
+
+fn consistent(diagnosis: &Diagnosis, html: &mut Html) {
+    let count = |wanted: fn(&Outcome) -> bool| {
+        diagnosis
+            .tested
+            .iter()
+            .filter(|t| wanted(&t.outcome))
+            .count()
+            .to_string()
+    };
+    html.open("dl", "facts")
+        .fact(
+            "Effects looked for",
+            &count(|o| !matches!(o, Outcome::NotTestable(_))),
+            "each with the smallest size that would have been seen",
+        )
+        .fact(
+            "Not testable here",
+            &count(|o| matches!(o, Outcome::NotTestable(_))),
+            "the recording does not excite them",
+        )
+        .fact(
+            "Held out from every fit",
+            &held_out_share(diagnosis),
+            &format!("{} windows", diagnosis.held_out_s.len()),
+        )
+        .close("dl");
+}
+
+/// Share of the recording that no fit has seen.
+fn held_out_share(diagnosis: &Diagnosis) -> String {
+    let (from, to) = words::span(diagnosis);
+    let held: f64 = diagnosis.held_out_s.iter().map(|(a, b)| b - a).sum();
+    percent(held / (to - from))
+}
+
+fn card(diagnosis: &Diagnosis, index: usize, finding: &Finding, html: &mut Html) {
+    let span = words::span(diagnosis);
+    let rung = Rung::of(finding);
+    html.open("div", "card")
+        .element(
+            "h3",
+            "",
+            &format!("{}. {}", letter(index), capital(&title(finding))),
+        )
+        .element("code", "name", &finding.effect);
+    html.open("ol", "ladder");
+    for (step, word) in RUNGS {
+        // An empirical correction reaches the first rung only; the others stay open.
+        let class = if step < rung {
+            "below"
+        } else if step == rung {
+            "here"
+        } else {
+            "ahead"
+        };
+        html.element("li", class, word);
+    }
+    html.close("ol").open("dl", "facts");
+    let among: Vec<String> = serious(finding).map(|(id, _)| id.clone()).collect();
+    let more = match (among.len(), is_unknown(finding)) {
+        (0, true) => "that it is none of the catalogue's".to_owned(),
+        (0, false) => "no serious alternative".to_owned(),
+        (1, _) => "one alternative".to_owned(),
+        (n, _) => format!("{n} alternatives"),
+    };
+    html.fact("Probability", &percent(finding.probability), &more);
+    if let Some(p) = strength(finding) {
+        let (_, unit) = split(&p.name);
+        let interval = unit
+            .interval(p.estimate, p.ci95)
+            .map_or_else(|| "no interval".to_owned(), |i| format!("95\u{a0}%: {i}"));
+        html.fact(
+            &capital(&name_of(p)),
+            &unit.estimate(p.estimate, p.ci95),
+            &interval,
+        );
+    }
+    html.fact(
+        "Where",
+        &capital(words::relation(finding.relation)),
+        &words::when(&finding.intervals_s, span),
+    );
+    match &finding.held_out {
+        Some(held) => {
+            let share = improvement(held.rmse_before, held.rmse_after);
+            let value = share.map_or_else(
+                || "–".to_owned(),
+                |s| {
+                    if s >= 0.0 {
+                        format!("−{}", percent(s))
+                    } else {
+                        format!("+{}", percent(-s))
+                    }
+                },
+            );
+            html.fact(
+                &format!("Held-out error, {}", words::signal(&held.signal)),
+                &value,
+                &format!(
+                    "95\u{a0}%: {} less",
+                    percent_interval(held.improvement_ci95)
+                ),
+            )
+        }
+        None => html.fact("Held-out error", "–", "no window to confirm on"),
+    };
+    html.close("dl").close("div");
+}

@@ -1,0 +1,173 @@
+//! Candidates with their probabilities and evidence, and the test that would separate them.
+
+use dgd_diagnose::{Diagnosis, Finding, Outcome};
+
+use super::html::{Cell, Html};
+use super::letter;
+use super::quantity::{evidence, percent};
+use super::words::{Rung, capital, is_unknown, listed, serious, title, title_of};
+
+const MOST_ALTERNATIVES: usize = 8;
+
+pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
+    if diagnosis.findings.is_empty() {
+        nothing(diagnosis, html);
+        return;
+    }
+    for (index, finding) in diagnosis.findings.iter().enumerate() {
+        html.heading(&format!("{}. {}", letter(index), capital(&title(finding))));
+        candidates(diagnosis, finding, html);
+        apart(finding, html);
+    }
+    html.small(
+        "Evidence is the natural logarithm of the Bayes factor: 1 to 3 is positive, 3 to 5 strong, above 5 very strong \
+         (Kass and Raftery 1995). The final fit is weighed with all findings in the model, the first weighing is each \
+         effect alone against none. Probabilities are calibrated.",
+    );
+}
+
+/// Without a finding: what came nearest.
+fn nothing(diagnosis: &Diagnosis, html: &mut Html) {
+    html.paragraph("No cause is claimed. The effects that came nearest, each alone against none:");
+    let mut nearest: Vec<_> = diagnosis
+        .tested
+        .iter()
+        .filter(|t| !matches!(t.outcome, Outcome::NotTestable(_)) && t.evidence.is_finite())
+        .collect();
+    nearest.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+    nearest.truncate(5);
+    if nearest.is_empty() {
+        html.small("No effect could be weighed.");
+        return;
+    }
+    let rows: Vec<Vec<Cell>> = nearest
+        .iter()
+        .map(|t| {
+            vec![
+                Cell::Named(capital(t.title), t.effect.to_owned()),
+                Cell::Number(evidence(t.evidence)),
+                Cell::Text(in_words(t.evidence).to_owned()),
+            ]
+        })
+        .collect();
+    html.table(
+        "Evidence for the nearest effects.",
+        &["Effect", "ln Bayes factor", "In words"],
+        &rows,
+        "wide-first",
+    );
+    html.small(
+        "Natural logarithm of the Bayes factor against nothing; negative speaks for nothing (Kass and Raftery 1995). \
+         Many effects were tried, so the hurdle for a finding is higher than one effect alone would need.",
+    );
+}
+
+fn in_words(evidence: f64) -> &'static str {
+    if !evidence.is_finite() {
+        "–"
+    } else if evidence < 0.0 {
+        "speaks against it"
+    } else if evidence < 1.0 {
+        "not worth a mention"
+    } else if evidence < 3.0 {
+        "positive"
+    } else if evidence < 5.0 {
+        "strong"
+    } else {
+        "very strong"
+    }
+}
+
+fn candidates(diagnosis: &Diagnosis, finding: &Finding, html: &mut Html) {
+    let first_weighed = |id: &str| {
+        diagnosis
+            .tested
+            .iter()
+            .find(|t| t.effect == id && !matches!(t.outcome, Outcome::NotTestable(_)))
+            .map_or_else(|| "–".to_owned(), |t| evidence(t.evidence))
+    };
+    let row = |words: String, id: &str, probability: f64, fitted: String, first: bool| {
+        vec![
+            Cell::Named(capital(&words), id.to_owned()),
+            Cell::Bar(probability, percent(probability), first),
+            Cell::Number(fitted),
+            Cell::Number(first_weighed(id)),
+        ]
+    };
+    let mut rows = vec![row(
+        title(finding),
+        &finding.effect,
+        finding.probability,
+        evidence(finding.evidence),
+        true,
+    )];
+    let shown = finding.alternatives.iter().take(MOST_ALTERNATIVES);
+    rows.extend(
+        shown
+            .clone()
+            .map(|(id, p)| row(title_of(id), id, *p, "–".to_owned(), false)),
+    );
+    let told: f64 = finding.probability + shown.map(|a| a.1).sum::<f64>();
+    if told.is_finite() && told < 0.995 {
+        rows.push(vec![
+            Cell::Text("Something else, or nothing".to_owned()),
+            Cell::Bar(1.0 - told, percent(1.0 - told), false),
+            Cell::Number("–".to_owned()),
+            Cell::Number("–".to_owned()),
+        ]);
+    }
+    html.table(
+        "Candidates, likeliest first.",
+        &[
+            "Candidate",
+            "Probability",
+            "ln Bayes factor, final fit",
+            "ln Bayes factor, first weighing",
+        ],
+        &rows,
+        "candidates",
+    );
+}
+
+/// What cannot be told apart, and how it could be.
+fn apart(finding: &Finding, html: &mut Html) {
+    let rivals: Vec<String> = serious(finding)
+        .map(|(id, _)| format!("“{}”", title_of(id)))
+        .collect();
+    if rivals.is_empty() {
+        if !is_unknown(finding) {
+            html.labelled(
+                "Told apart.",
+                "No alternative has a probability of 5 % or more on this recording.",
+            );
+        }
+    } else {
+        let rivals = listed(&rivals, "or");
+        if Rung::of(finding) == Rung::Class {
+            html.labelled(
+                "Cannot be told apart on this recording:",
+                &format!("“{}” from {rivals}.", title(finding)),
+            );
+        } else {
+            html.labelled("Less likely, but not ruled out:", &format!("{rivals}."));
+        }
+    }
+    let known = || {
+        let about = dgd_effects::find(&finding.effect)?.about();
+        let (id, _) = serious(finding).next()?;
+        about
+            .confusable
+            .iter()
+            .find(|(other, _)| other == id)
+            .map(|(_, test)| (*test).to_owned())
+    };
+    if let Some(test) = finding.separating_test.clone().or_else(known) {
+        let test = test.trim().trim_end_matches('.').to_owned();
+        html.open("div", "todo")
+            .labelled(
+                "The cheapest test that would separate them:",
+                &format!("{test}."),
+            )
+            .close("div");
+    }
+}

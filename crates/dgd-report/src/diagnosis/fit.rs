@@ -1,0 +1,358 @@
+//! The fit before and after on windows that no fit has seen: small multiples and errors.
+
+use dgd_diagnose::{Diagnosis, Signal};
+
+use super::draw::{
+    ACTS, TEXT, WIDTH, border, grid, keys, line, pen, range, stretches, time_label, time_units,
+};
+use super::html::{Cell, Html};
+use super::letter;
+use super::quantity::{clock, percent, percent_interval, significant, split};
+use super::words::{self, capital, improvement, title};
+use crate::axis::{Scale, Units};
+use crate::color::{INK, Role, SOFT_INK, tone};
+use crate::panel::Sign;
+use crate::scene::{Anchor, Pen, Scene};
+use crate::thin::Frame;
+
+const LEFT: f64 = 58.0;
+const RIGHT: f64 = WIDTH - 10.0;
+const GAP: f64 = 14.0;
+const ROW: f64 = 96.0;
+const MOST_WINDOWS: usize = 4;
+const MOST_SIGNALS: usize = 6;
+
+pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
+    let twofold = !diagnosis.findings.is_empty();
+    html.paragraph(if twofold {
+        "On windows that no fit has seen, both models run freely: from the measured state at the window's start, driven \
+         only by the flows into the well and the set-point of the pump's speed."
+    } else {
+        "On windows that no fit has seen, the model runs freely: from the measured state at the window's start, driven \
+         only by the flows into the well and the set-point of the pump's speed."
+    });
+    let windows = windows(diagnosis);
+    if windows.is_empty() || diagnosis.simulation.signals.is_empty() {
+        html.small("There is no held-out window to show.");
+    } else {
+        multiples(diagnosis, &windows, twofold, html);
+    }
+    errors(diagnosis, twofold, html);
+    gains(diagnosis, html);
+}
+
+/// Measured: wide and grey, so that a model that fits is seen on it.
+fn under() -> Pen {
+    Pen::new(tone(Role::Measured.color(), 0.5), 3.4)
+}
+
+/// Windows to draw, those in which a finding acts first, spread over the recording.
+fn windows(diagnosis: &Diagnosis) -> Vec<(f64, f64)> {
+    let sound = diagnosis
+        .held_out_s
+        .iter()
+        .copied()
+        .filter(|(from, to)| from.is_finite() && to.is_finite() && to > from);
+    let acts = |&(from, to): &(f64, f64)| {
+        diagnosis
+            .findings
+            .iter()
+            .flat_map(|f| &f.intervals_s)
+            .any(|&(a, b)| a < to && b > from)
+    };
+    let (touched, other): (Vec<_>, Vec<_>) = sound.partition(acts);
+    let mut out = spread(&touched, MOST_WINDOWS);
+    out.extend(spread(&other, MOST_WINDOWS - out.len()));
+    out.sort_by(|a, b| a.0.total_cmp(&b.0));
+    out
+}
+
+/// At most `most` of them, evenly by number.
+fn spread(all: &[(f64, f64)], most: usize) -> Vec<(f64, f64)> {
+    match (all.len(), most) {
+        (_, 0) | (0, _) => Vec::new(),
+        (n, _) if n <= most => all.to_vec(),
+        (n, 1) => vec![all[n / 2]],
+        (n, _) => (0..most).map(|i| all[i * (n - 1) / (most - 1)]).collect(),
+    }
+}
+
+fn multiples(diagnosis: &Diagnosis, windows: &[(f64, f64)], twofold: bool, html: &mut Html) {
+    let simulation = &diagnosis.simulation;
+    let indices: Vec<Vec<usize>> = windows
+        .iter()
+        .map(|(from, to)| {
+            let inside = |(_, t): &(usize, &f64)| (*from..=*to).contains(*t);
+            let times = simulation.t_s.iter().enumerate();
+            times.filter(inside).map(|(i, _)| i).collect()
+        })
+        .collect();
+    let mut scene = Scene {
+        width: WIDTH,
+        ..Scene::default()
+    };
+    let mut legend = vec![(Sign::Line(under()), "Measured")];
+    if twofold {
+        legend.push((Sign::Line(pen(Role::Before)), "Before"));
+        legend.push((Sign::Line(pen(Role::Model)), "After"));
+    } else {
+        legend.push((Sign::Line(pen(Role::Model)), "Model"));
+    }
+    #[expect(clippy::cast_precision_loss, reason = "at most four windows")]
+    let columns = windows.len() as f64;
+    let width = (RIGHT - LEFT - GAP * (columns - 1.0)) / columns;
+    let (units, label) = time_units(words::span(diagnosis));
+    // What acts throughout would shade everything and tell nothing.
+    let (start, end) = words::span(diagnosis);
+    let spans: Vec<(f64, f64)> = diagnosis
+        .findings
+        .iter()
+        .flat_map(|f| f.intervals_s.iter().copied())
+        .filter(|(from, to)| to - from < 0.98 * (end - start))
+        .collect();
+    if !spans.is_empty() {
+        legend.push((Sign::Box(ACTS), "A finding acts"));
+    }
+    let mut top = keys(&mut scene, LEFT, RIGHT, 4.0, &legend) + 2.0;
+    let signals: Vec<&Signal> = simulation.signals.iter().take(MOST_SIGNALS).collect();
+    for (row, signal) in signals.iter().enumerate() {
+        let (name, unit) = split(signal.name);
+        let heading = format!("{} [{}]", capital(&name), unit.symbol);
+        scene.bold([LEFT, top + 13.0], &heading, 13.0, INK, Anchor::Start);
+        let told = told_error(diagnosis, signal, twofold);
+        scene.text([RIGHT, top + 13.0], &told, TEXT, SOFT_INK, Anchor::End);
+        top += 19.0;
+        let y = y_range(signal, &indices, twofold, unit.factor);
+        let y_scale = Scale::new(y, 3.0, Units::Plain);
+        let mut left = LEFT;
+        for (column, (window, index)) in windows.iter().zip(&indices).enumerate() {
+            let frame = Frame {
+                left,
+                top,
+                width,
+                height: ROW,
+                x: [window.0, window.1],
+                y,
+            };
+            let x_scale = Scale::new(frame.x, (width / 70.0).max(2.0), units);
+            stretches(&mut scene, &frame, &spans, ACTS);
+            grid(&mut scene, &frame, &x_scale, &y_scale);
+            let mut draw = |values: &[f64], role: Role| {
+                let points = index
+                    .iter()
+                    .filter_map(|&i| Some((*simulation.t_s.get(i)?, values.get(i)? * unit.factor)));
+                let measured = role == Role::Measured;
+                let pen = if measured { under() } else { pen(role) };
+                line(&mut scene, &frame, points, pen, measured);
+            };
+            draw(&signal.measured, Role::Measured);
+            if twofold {
+                draw(&signal.before, Role::Before);
+            }
+            draw(&signal.after, Role::Model);
+            let last = row + 1 == signals.len();
+            border(&mut scene, &frame, &x_scale, &y_scale, last, column == 0);
+            left += width + GAP;
+        }
+        top += ROW + 10.0;
+    }
+    time_label(&mut scene, LEFT, RIGHT, top + 24.0, label);
+    scene.height = (top + 32.0).round();
+    let shown = windows
+        .iter()
+        .map(|(from, to)| format!("{} to {}", clock(*from), clock(*to)))
+        .collect::<Vec<_>>();
+    let all = diagnosis.held_out_s.len();
+    let which = if all > windows.len() {
+        format!("{} of the {all} held-out windows", windows.len())
+    } else {
+        "the held-out windows".to_owned()
+    };
+    let first = if twofold && all > windows.len() {
+        " Windows in which a finding acts come first; the errors below are those of all windows."
+    } else {
+        ""
+    };
+    html.picture(
+        &scene,
+        "Free runs on held-out windows",
+        &format!(
+            "Each column is one of {which} ({}), each row a signal on one scale. The pale band behind a line spans the \
+             measured samples.{first}",
+            words::listed(&shown, "and")
+        ),
+    );
+}
+
+/// Range of a signal over the windows shown.
+fn y_range(signal: &Signal, indices: &[Vec<usize>], twofold: bool, factor: f64) -> [f64; 2] {
+    let mut values = Vec::new();
+    for &i in indices.iter().flatten() {
+        let before = signal.before.get(i).filter(|_| twofold);
+        let three = [signal.measured.get(i), before, signal.after.get(i)];
+        values.extend(
+            three
+                .into_iter()
+                .flatten()
+                .map(|v| v * factor)
+                .filter(|v| v.is_finite()),
+        );
+    }
+    range(&mut values)
+}
+
+/// Errors of a signal over the held-out samples that the screening trusts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Errors {
+    before: f64,
+    after: f64,
+    samples: usize,
+    /// Windows in which the error fell or grew by a hundredth or more.
+    better: usize,
+    worse: usize,
+}
+
+fn errors_of(diagnosis: &Diagnosis, signal: &Signal) -> Errors {
+    let s = &diagnosis.simulation;
+    // Per window: sum of squares before and after, number.
+    let mut sums = vec![(0.0, 0.0, 0_usize); diagnosis.held_out_s.len() + 1];
+    let mut window = 0;
+    for (i, t) in s.t_s.iter().enumerate() {
+        let flag = |flags: &[bool]| flags.get(i).copied().unwrap_or(false);
+        if !flag(&s.held_out) || !flag(&s.valid) {
+            continue;
+        }
+        let at = |values: &[f64]| values.get(i).copied().unwrap_or(f64::NAN);
+        let (y, b, a) = (at(&signal.measured), at(&signal.before), at(&signal.after));
+        if !(y.is_finite() && b.is_finite() && a.is_finite()) {
+            continue;
+        }
+        let holds = |w: usize| {
+            diagnosis
+                .held_out_s
+                .get(w)
+                .is_some_and(|(from, to)| (*from..=*to).contains(t))
+        };
+        if !holds(window) {
+            // Samples that no window holds are gathered behind the last.
+            window = (0..diagnosis.held_out_s.len())
+                .find(|&w| holds(w))
+                .unwrap_or(diagnosis.held_out_s.len());
+        }
+        let sum = &mut sums[window];
+        *sum = (sum.0 + (b - y).powi(2), sum.1 + (a - y).powi(2), sum.2 + 1);
+    }
+    let samples: usize = sums.iter().map(|s| s.2).sum();
+    #[expect(clippy::cast_precision_loss, reason = "a number of samples")]
+    let mean = |total: f64| (total / samples as f64).sqrt();
+    let filled = || sums.iter().filter(|s| s.2 > 0);
+    Errors {
+        before: mean(sums.iter().map(|s| s.0).sum()),
+        after: mean(sums.iter().map(|s| s.1).sum()),
+        samples,
+        better: filled()
+            .filter(|s| s.1.sqrt() <= 0.99 * s.0.sqrt() && s.1 < s.0)
+            .count(),
+        worse: filled()
+            .filter(|s| s.0.sqrt() <= 0.99 * s.1.sqrt() && s.0 < s.1)
+            .count(),
+    }
+}
+
+fn told_error(diagnosis: &Diagnosis, signal: &Signal, twofold: bool) -> String {
+    let errors = errors_of(diagnosis, signal);
+    let factor = split(signal.name).1.factor;
+    let [before, after] = [errors.before, errors.after].map(|v| significant(v * factor, 3));
+    if errors.samples == 0 {
+        "nothing to compare".to_owned()
+    } else if twofold {
+        format!("RMSE {before} before, {after} after")
+    } else {
+        format!("RMSE {after}")
+    }
+}
+
+fn errors(diagnosis: &Diagnosis, twofold: bool, html: &mut Html) {
+    let rows: Vec<Vec<Cell>> = diagnosis
+        .simulation
+        .signals
+        .iter()
+        .map(|signal| {
+            let e = errors_of(diagnosis, signal);
+            let (name, unit) = split(signal.name);
+            let name = Cell::Named(
+                format!("{} [{}]", capital(&name), unit.symbol),
+                signal.name.to_owned(),
+            );
+            let after = Cell::Number(unit.number(e.after));
+            let samples = Cell::Number(crate::axis::count(e.samples));
+            if !twofold {
+                return vec![name, after, samples];
+            }
+            vec![
+                name,
+                Cell::Number(unit.number(e.before)),
+                after,
+                Cell::Number(
+                    improvement(e.before, e.after).map_or_else(|| "–".to_owned(), percent),
+                ),
+                Cell::Number(format!("{} better, {} worse", e.better, e.worse)),
+                samples,
+            ]
+        })
+        .collect();
+    if rows.is_empty() {
+        return;
+    }
+    let head: &[&str] = if twofold {
+        &[
+            "Signal",
+            "RMSE before",
+            "RMSE after",
+            "Improvement",
+            "Windows",
+            "Samples",
+        ]
+    } else {
+        &["Signal", "RMSE", "Samples"]
+    };
+    let caption = if twofold {
+        "Error of the free runs over all held-out windows, all findings together."
+    } else {
+        "Error of the free runs over all held-out windows."
+    };
+    html.table(caption, head, &rows, "wide-first");
+}
+
+/// What each finding brings, with its interval.
+fn gains(diagnosis: &Diagnosis, html: &mut Html) {
+    let rows: Vec<Vec<Cell>> = diagnosis
+        .findings
+        .iter()
+        .enumerate()
+        .filter_map(|(index, finding)| {
+            let held = finding.held_out.as_ref()?;
+            let (name, unit) = split(&held.signal);
+            Some(vec![
+                Cell::Text(format!("{}. {}", letter(index), capital(&title(finding)))),
+                Cell::Text(format!("{} [{}]", capital(&name), unit.symbol)),
+                Cell::Number(unit.number(held.rmse_before)),
+                Cell::Number(unit.number(held.rmse_after)),
+                Cell::Number(
+                    improvement(held.rmse_before, held.rmse_after)
+                        .map_or_else(|| "–".to_owned(), percent),
+                ),
+                Cell::Number(percent_interval(held.improvement_ci95)),
+            ])
+        })
+        .collect();
+    if rows.is_empty() {
+        return;
+    }
+    html.table(
+        "What each finding brings, on the signal that gains most; intervals by a paired bootstrap over blocks.",
+        &["Finding", "Signal", "RMSE without", "RMSE with", "Improvement", "95 % interval"],
+        &rows,
+        "",
+    );
+}

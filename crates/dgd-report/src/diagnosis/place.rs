@@ -1,0 +1,241 @@
+//! Where: residuals of each relation over time, with noise, findings and held-out windows, and the region in words.
+
+use dgd_diagnose::{Diagnosis, Trace};
+
+use super::draw::{
+    ACTS, ACTS_INK, HELD, HELD_INK, TEXT, WIDTH, border, grid, keys, line, pen, range, stretches,
+    time_label, time_units,
+};
+use super::html::{Cell, Html};
+use super::letter;
+use super::quantity::significant;
+use super::words::{self, capital, title};
+use crate::axis::{Scale, count, to_ticks};
+use crate::color::{Color, INK, Role, SOFT_INK};
+use crate::panel::Sign;
+use crate::scene::{Anchor, Scene};
+use crate::thin::Frame;
+
+const LEFT: f64 = 62.0;
+const RIGHT: f64 = WIDTH - 10.0;
+const LANE: f64 = 92.0;
+const NOISE: Color = Color(0xe3, 0xe6, 0xea);
+const MOST_TRACES: usize = 8;
+const MOST_FINDINGS: usize = 8;
+
+pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
+    let span = words::span(diagnosis);
+    if diagnosis.findings.is_empty() {
+        html.paragraph(
+            "No relation shows a mismatch that stands out from the noise. The timeline shows what each of them leaves.",
+        );
+    }
+    timeline(diagnosis, span, html);
+    if !diagnosis.findings.is_empty() {
+        let rows: Vec<Vec<Cell>> = diagnosis
+            .findings
+            .iter()
+            .enumerate()
+            .map(|(index, finding)| {
+                let region = finding.region.trim();
+                vec![
+                    Cell::Text(format!("{}. {}", letter(index), capital(&title(finding)))),
+                    Cell::Named(
+                        capital(words::relation(finding.relation)),
+                        finding.relation.name().to_owned(),
+                    ),
+                    Cell::Text(capital(&words::when(&finding.intervals_s, span))),
+                    Cell::Text(if region.is_empty() {
+                        "–".to_owned()
+                    } else {
+                        capital(region)
+                    }),
+                ]
+            })
+            .collect();
+        html.table(
+            "Where each finding sits: in the model, in time, in the operating space.",
+            &["Finding", "Relation", "When", "Operating region"],
+            &rows,
+            "",
+        );
+    }
+}
+
+/// Shown unit and factor of a residual.
+fn shown(unit: &str) -> (&str, f64) {
+    match unit {
+        "Pa" => ("bar", 1e-5),
+        "m3/s" => ("L/s", 1e3),
+        other => (other, 1.0),
+    }
+}
+
+fn timeline(diagnosis: &Diagnosis, span: (f64, f64), html: &mut Html) {
+    let traces: Vec<&Trace> = diagnosis.traces.iter().take(MOST_TRACES).collect();
+    if traces.is_empty() {
+        html.small("There are no residuals to draw.");
+        return;
+    }
+    // Without findings the two models are one.
+    let twofold = !diagnosis.findings.is_empty();
+    let (units, label) = time_units(span);
+    let x_scale = {
+        let x = to_ticks([span.0, span.1], 8.0, units);
+        Scale::new(x, 8.0, units)
+    };
+    let mut scene = Scene {
+        width: WIDTH,
+        ..Scene::default()
+    };
+    let after = if twofold { "After" } else { "Residual" };
+    let mut legend = Vec::new();
+    if twofold {
+        legend.push((Sign::Line(pen(Role::Before)), "Before"));
+    }
+    legend.push((Sign::Line(pen(Role::Model)), after));
+    legend.push((Sign::Box(NOISE), "Noise, ±2 σ of a block"));
+    if twofold {
+        legend.push((Sign::Box(ACTS), "Where a finding acts"));
+    }
+    legend.push((Sign::Box(HELD), "Held out"));
+    let mut top = keys(&mut scene, LEFT, RIGHT, 4.0, &legend) + 4.0;
+    let frame = |top: f64, height: f64, y: [f64; 2]| Frame {
+        left: LEFT,
+        top,
+        width: RIGHT - LEFT,
+        height,
+        x: [x_scale.low, x_scale.high],
+        y,
+    };
+    for (index, finding) in diagnosis.findings.iter().take(MOST_FINDINGS).enumerate() {
+        let lane = frame(top, 12.0, [0.0, 1.0]);
+        stretches(
+            &mut scene,
+            &lane,
+            &[(lane.x[0], lane.x[1])],
+            Color(0xf6, 0xf5, 0xfb),
+        );
+        stretches(&mut scene, &lane, &finding.intervals_s, ACTS_INK);
+        let name = letter(index).to_string();
+        scene.bold([LEFT - 7.0, top + 10.5], &name, TEXT, ACTS_INK, Anchor::End);
+        top += 18.0;
+    }
+    let lane = frame(top, 6.0, [0.0, 1.0]);
+    stretches(&mut scene, &lane, &diagnosis.held_out_s, HELD_INK);
+    scene.text(
+        [LEFT - 7.0, top + 7.0],
+        "held out",
+        11.0,
+        SOFT_INK,
+        Anchor::End,
+    );
+    top += 16.0;
+    let mut outside = 0;
+    for (index, trace) in traces.iter().enumerate() {
+        top = head(&mut scene, trace, twofold, top);
+        let (_, factor) = shown(trace.unit);
+        let y = y_range(trace, twofold, factor);
+        let lane = frame(top, LANE, y);
+        let y_scale = Scale::new(y, 3.0, crate::axis::Units::Plain);
+        stretches(&mut scene, &lane, &diagnosis.held_out_s, HELD);
+        for finding in diagnosis.findings.iter().filter(|f| {
+            f.relation == trace.relation || !traces.iter().any(|t| t.relation == f.relation)
+        }) {
+            stretches(&mut scene, &lane, &finding.intervals_s, ACTS);
+        }
+        let noise = 2.0 * trace.noise * factor;
+        if noise.is_finite() && noise > 0.0 {
+            let [high, low] =
+                [noise, -noise].map(|v| lane.place(lane.x[0], v)[1].clamp(lane.top, lane.bottom()));
+            scene.shapes.push(crate::scene::Shape::Polygon {
+                points: vec![[LEFT, high], [RIGHT, high], [RIGHT, low], [LEFT, low]],
+                fill: Color(0x5b, 0x63, 0x6e),
+                opacity: 0.17,
+            });
+        }
+        grid(&mut scene, &lane, &x_scale, &y_scale);
+        let mut draw = |values: &[f64], role: Role| {
+            let points = trace.t_s.iter().zip(values).map(|(&t, &v)| (t, v * factor));
+            outside += line(&mut scene, &lane, points, pen(role), role == Role::Model);
+        };
+        if twofold {
+            draw(&trace.before, Role::Before);
+        }
+        draw(&trace.after, Role::Model);
+        border(
+            &mut scene,
+            &lane,
+            &x_scale,
+            &y_scale,
+            index + 1 == traces.len(),
+            true,
+        );
+        top = lane.bottom() + 10.0;
+    }
+    time_label(&mut scene, LEFT, RIGHT, top + 24.0, label);
+    scene.height = (top + 32.0).round();
+    html.picture(
+        &scene,
+        "Residuals by relation over time",
+        &caption(twofold, outside),
+    );
+}
+
+fn caption(twofold: bool, outside: usize) -> String {
+    let mut text = if twofold {
+        "Measured minus model in blocks, before and after the findings. A relation that is complete stays within the \
+         grey band; a violet stretch is where a finding acts, in the lane of the relation it sits in. "
+            .to_owned()
+    } else {
+        "Measured minus model in blocks. A relation that is complete stays within the grey band. "
+            .to_owned()
+    };
+    text.push_str("Where blocks crowd, a line is their mean; the pale band spans them all.");
+    if outside > 0 {
+        text.push_str(&format!(
+            " {} blocks lie outside the frame.",
+            count(outside)
+        ));
+    }
+    text
+}
+
+/// Name, unit and how the residual stands to the noise, above a lane.
+fn head(scene: &mut Scene, trace: &Trace, twofold: bool, top: f64) -> f64 {
+    let (unit, _) = shown(trace.unit);
+    let name = format!("{} [{unit}]", capital(words::relation(trace.relation)));
+    scene.bold([LEFT, top + 13.0], &name, 13.0, INK, Anchor::Start);
+    let ratio = |values: &[f64]| significant(rms(values) / trace.noise, 2);
+    let text = if twofold {
+        format!(
+            "RMS {} σ before, {} σ after",
+            ratio(&trace.before),
+            ratio(&trace.after)
+        )
+    } else {
+        format!("RMS {} σ", ratio(&trace.after))
+    };
+    scene.text([RIGHT, top + 13.0], &text, TEXT, SOFT_INK, Anchor::End);
+    top + 19.0
+}
+
+fn rms(values: &[f64]) -> f64 {
+    let (sum, n) = values
+        .iter()
+        .filter(|v| v.is_finite())
+        .fold((0.0, 0.0), |(sum, n), v| (sum + v * v, n + 1.0));
+    (sum / n).sqrt()
+}
+
+fn y_range(trace: &Trace, twofold: bool, factor: f64) -> [f64; 2] {
+    let before = trace.before.iter().filter(|_| twofold);
+    let noise = [2.2 * trace.noise, -2.2 * trace.noise];
+    let mut values: Vec<f64> = before
+        .chain(&trace.after)
+        .chain(&noise)
+        .map(|v| v * factor)
+        .filter(|v| v.is_finite())
+        .collect();
+    range(&mut values)
+}

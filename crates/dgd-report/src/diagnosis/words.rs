@@ -1,0 +1,248 @@
+//! What things are called, and how much may be said of a finding.
+
+use dgd_diagnose::{Diagnosis, Finding, ParameterEstimate};
+use dgd_effects::Relation;
+
+use super::quantity::{clock, percent, percent_interval, split};
+
+/// How much a finding says; each rung holds those below it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Rung {
+    /// Something is left out here; its cause is none of the catalogue's.
+    Located,
+    /// One of a few causes that the recording cannot tell apart.
+    Class,
+    /// One cause.
+    Cause,
+    /// One cause, with its strength and interval.
+    Measured,
+}
+
+/// The rungs in words, lowest first.
+pub(super) const RUNGS: [(Rung, &str); 4] = [
+    (Rung::Located, "located"),
+    (Rung::Class, "narrowed to a class"),
+    (Rung::Cause, "single cause"),
+    (Rung::Measured, "cause with strength and interval"),
+];
+
+/// A single cause is claimed from here on.
+const SURE: f64 = 0.8;
+/// An alternative below this is no serious one.
+const SERIOUS: f64 = 0.05;
+
+impl Rung {
+    pub(super) fn of(finding: &Finding) -> Self {
+        if is_unknown(finding) {
+            return Self::Located;
+        }
+        if !(finding.probability >= SURE) {
+            return Self::Class;
+        }
+        match strength(finding) {
+            Some(p) if p.estimate.is_finite() && p.ci95.0.is_finite() && p.ci95.1.is_finite() => {
+                Self::Measured
+            }
+            _ => Self::Cause,
+        }
+    }
+}
+
+pub(super) fn is_unknown(finding: &Finding) -> bool {
+    finding.effect == "unknown"
+}
+
+/// The parameter that says how strong an effect is: the first one of the catalogue, otherwise the first one given.
+pub(super) fn strength(finding: &Finding) -> Option<&ParameterEstimate> {
+    let first = dgd_effects::find(&finding.effect)
+        .and_then(|effect| effect.about().parameters.first())
+        .map(|p| p.name);
+    finding
+        .parameters
+        .iter()
+        .find(|p| Some(p.name.as_str()) == first)
+        .or_else(|| finding.parameters.first())
+}
+
+/// `2.10 L/s (95 % interval 1.90 to 2.30 L/s)`.
+pub(super) fn estimated(p: &ParameterEstimate) -> String {
+    let (_, unit) = split(&p.name);
+    let value = unit.estimate(p.estimate, p.ci95);
+    match unit.interval(p.estimate, p.ci95) {
+        Some(interval) => format!("{value} (95\u{a0}% interval {interval})"),
+        None => value,
+    }
+}
+
+/// Alternatives that deserve to be named.
+pub(super) fn serious(finding: &Finding) -> impl Iterator<Item = &(String, f64)> {
+    finding
+        .alternatives
+        .iter()
+        .filter(|(_, probability)| *probability >= SERIOUS)
+}
+
+/// An effect of the catalogue in words; its id where the catalogue does not hold it.
+pub(super) fn title_of(id: &str) -> String {
+    if id == "unknown" {
+        return "none of the catalogue's effects".to_owned();
+    }
+    dgd_effects::find(id).map_or_else(
+        || id.replace('_', " "),
+        |effect| effect.about().title.to_owned(),
+    )
+}
+
+/// The finding's own words, or those of the catalogue.
+pub(super) fn title(finding: &Finding) -> String {
+    if finding.title.trim().is_empty() {
+        title_of(&finding.effect)
+    } else {
+        finding.title.clone()
+    }
+}
+
+pub(super) fn relation(relation: Relation) -> &'static str {
+    match relation {
+        Relation::ReturnLineFriction => "friction of the return line",
+        Relation::PumpHead => "pump head",
+        Relation::RiserMassBalance => "mass balance of the riser",
+        Relation::Momentum => "momentum of the mud",
+        Relation::Instrument => "instruments",
+    }
+}
+
+/// A signal of the simulation, or any name with a unit, in words.
+pub(super) fn signal(name: &str) -> String {
+    split(name).0
+}
+
+/// When, as an adverb: `throughout`, `from 2 h to 3 h`.
+pub(super) fn when(intervals_s: &[(f64, f64)], span_s: (f64, f64)) -> String {
+    let slack = 0.01 * (span_s.1 - span_s.0).abs();
+    let stretch = |&(from, to): &(f64, f64)| {
+        let (start, end) = (from <= span_s.0 + slack, to >= span_s.1 - slack);
+        match (start, end) {
+            (true, true) => "throughout the recording".to_owned(),
+            (true, false) => format!("from the start to {}", clock(to)),
+            (false, true) => format!("from {} to the end", clock(from)),
+            (false, false) => format!("from {} to {}", clock(from), clock(to)),
+        }
+    };
+    let given: Vec<(f64, f64)> = intervals_s
+        .iter()
+        .copied()
+        .filter(|(from, to)| from.is_finite() && to.is_finite())
+        .collect();
+    match given.as_slice() {
+        [] => "at a time that is not told".to_owned(),
+        [first @ .., last] if given.len() <= 3 => {
+            let mut words: Vec<String> = first.iter().map(stretch).collect();
+            words.push(stretch(last));
+            listed(&words, "and")
+        }
+        all => {
+            let sum: f64 = all.iter().map(|(from, to)| to - from).sum();
+            let (from, to) = all
+                .iter()
+                .fold((f64::MAX, f64::MIN), |(l, h), s| (l.min(s.0), h.max(s.1)));
+            format!(
+                "in {} stretches of {} in all, between {} and {}",
+                all.len(),
+                clock(sum),
+                clock(from),
+                clock(to)
+            )
+        }
+    }
+}
+
+/// `a, b and c`.
+pub(super) fn listed(words: &[String], last_word: &str) -> String {
+    match words {
+        [] => String::new(),
+        [one] => one.clone(),
+        [first @ .., last] => format!("{} {last_word} {last}", first.join(", ")),
+    }
+}
+
+/// The held-out gain of a finding as a clause.
+pub(super) fn gain(finding: &Finding) -> Option<String> {
+    let held = finding.held_out.as_ref()?;
+    let share = improvement(held.rmse_before, held.rmse_after)?;
+    let (low, high) = held.improvement_ci95;
+    let interval = if low.is_finite() && high.is_finite() {
+        format!(" (95\u{a0}% interval {})", percent_interval((low, high)))
+    } else {
+        String::new()
+    };
+    let signal = signal(&held.signal);
+    Some(if share >= 0.0 {
+        format!(
+            "on windows that no fit has seen it takes {}{interval} off the error of the {signal}",
+            percent(share)
+        )
+    } else {
+        format!(
+            "on windows that no fit has seen the error of the {signal} grows by {}{interval}",
+            percent(-share)
+        )
+    })
+}
+
+/// 1 - after/before.
+pub(super) fn improvement(before: f64, after: f64) -> Option<f64> {
+    let share = 1.0 - after / before;
+    (share.is_finite() && before > 0.0).then_some(share)
+}
+
+/// First letter in upper case.
+pub(super) fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| {
+        first.to_uppercase().chain(letters).collect()
+    })
+}
+
+/// Ends of the recording, s.
+pub(super) fn span(diagnosis: &Diagnosis) -> (f64, f64) {
+    let (from, to) = diagnosis.setting.span_s;
+    if from.is_finite() && to.is_finite() && to > from {
+        return (from, to);
+    }
+    let blocks = diagnosis.traces.iter().flat_map(|t| &t.t_s);
+    let times = diagnosis.simulation.t_s.iter().chain(blocks);
+    let (low, high) = times
+        .copied()
+        .filter(|t| t.is_finite())
+        .fold((f64::MAX, f64::MIN), |(l, h), t| (l.min(t), h.max(t)));
+    if high > low { (low, high) } else { (0.0, 1.0) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn intervals_are_told_by_where_they_reach() {
+        let span = (0.0, 20_000.0);
+        let when = |given: &[(f64, f64)], span| when(given, span).replace('\u{a0}', " ");
+        assert_eq!(when(&[(0.0, 20_000.0)], span), "throughout the recording");
+        assert_eq!(when(&[(3600.0, 19_990.0)], span), "from 1 h to the end");
+        assert_eq!(
+            when(&[(3600.0, 7200.0), (10_800.0, 14_400.0)], span),
+            "from 1 h to 2 h and from 3 h to 4 h"
+        );
+        let many: Vec<(f64, f64)> = (1..8)
+            .map(|i| (f64::from(i) * 2000.0, f64::from(i) * 2000.0 + 900.0))
+            .collect();
+        assert!(when(&many, span).starts_with("in 7 stretches of 1 h 45 min in all"));
+        assert_eq!(when(&[(f64::NAN, 1.0)], span), "at a time that is not told");
+    }
+
+    #[test]
+    fn words_are_listed_with_commas() {
+        let words = ["a", "b", "c"].map(str::to_owned);
+        assert_eq!(listed(&words, "or"), "a, b or c");
+    }
+}
