@@ -80,17 +80,27 @@ fn replay(
     let inlet = &prepared.inlet_pressure_pa[window.clone()];
     let outlet = &prepared.outlet_pressure_pa[window.clone()];
     let flow = &recording.return_flow_m3_s[window.clone()];
-    let first_of = |name: &'static str, values: &[f64]| {
-        let first = values.iter().copied().find(|v| v.is_finite());
-        first.ok_or_else(|| none(name, time, &window))
-    };
-    let start_inlet = match options.start.level_m {
+    let given = &options.start;
+    // From the first sample at which level and flow are given or measured.
+    let first = inlet.iter().zip(flow).position(|(inlet, flow)| {
+        (given.level_m.is_some() || inlet.is_finite())
+            && (given.flow_m3_s.is_some() || flow.is_finite())
+    });
+    let first = first.ok_or_else(|| {
+        let name = if inlet.iter().any(|p| p.is_finite()) {
+            "return_flow"
+        } else {
+            "pump_inlet_pressure"
+        };
+        none(name, time, &window)
+    })?;
+    let start_inlet = match given.level_m {
         Some(level) => STANDARD_ATMOSPHERE_PA + weight * (depth - level),
-        None => first_of("pump_inlet_pressure", inlet)?,
+        None => start_of(&inlet[first..]),
     };
-    let start_flow = match options.start.flow_m3_s {
+    let start_flow = match given.flow_m3_s {
         Some(flow) => flow,
-        None => first_of("return_flow", flow)?,
+        None => start_of(&flow[first..]).max(0.0),
     };
     let inputs = Inputs {
         time_s: time,
@@ -100,9 +110,22 @@ fn replay(
         topfill_m3_s: &topfill,
         speed_pct: &speed,
     };
-    let ran = model
-        .free_run(&setting, inputs, window.clone(), (start_inlet, start_flow))
+    let from = window.start + first;
+    let mut ran = model
+        .free_run(
+            &setting,
+            inputs,
+            from..window.end,
+            (start_inlet, start_flow),
+        )
         .map_err(|e| e.to_string())?;
+    for series in [
+        &mut ran.return_flow_m3_s,
+        &mut ran.inlet_pa,
+        &mut ran.outlet_pa,
+    ] {
+        series.splice(0..0, std::iter::repeat_n(f64::NAN, first));
+    }
     let head = |outlet: &[f64], inlet: &[f64]| -> Vec<f64> {
         let both = outlet.iter().zip(inlet);
         both.map(|(o, i)| (o - i) / weight).collect()
@@ -142,6 +165,13 @@ fn replay(
         statistics: Statistics::default(),
         unsolved: 0,
     })
+}
+
+/// Mean of the first few samples, as a diagnosis starts its free runs: one alone would start the run on its noise.
+fn start_of(values: &[f64]) -> f64 {
+    const FEW: usize = 5;
+    let few = values.iter().take(FEW).filter(|v| v.is_finite());
+    few.clone().sum::<f64>() / few.count() as f64
 }
 
 /// Samples of the window.

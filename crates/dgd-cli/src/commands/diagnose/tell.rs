@@ -79,15 +79,10 @@ fn sentence(diagnosis: &Diagnosis) -> String {
         Verdict::Unexplained => "unexplained",
     };
     let strength = first.parameters.first().map_or(String::new(), |p| {
-        format!(
-            ", {} {} [{}, {}]",
-            p.name,
-            brief(p.estimate),
-            brief(p.ci95.0),
-            brief(p.ci95.1)
-        )
+        format!(", {} {}", p.name, estimate(p.estimate, p.ci95))
     });
-    let more = match diagnosis.findings.len() - 1 {
+    let others = diagnosis.findings.iter().skip(1);
+    let more = match others.filter(|f| f.probability >= 0.5).count() {
         0 => String::new(),
         n => format!(", and {n} more"),
     };
@@ -133,14 +128,9 @@ fn tell_finding(
         line("", finding.region.clone())?;
     }
     for p in &finding.parameters {
-        let doubt = if p.ci95.0.is_finite() && p.ci95.1.is_finite() {
-            format!(" [{}, {}]", brief(p.ci95.0), brief(p.ci95.1))
-        } else {
-            String::new()
-        };
         line(
             "size",
-            format!("{} {}{doubt}: {}", p.name, brief(p.estimate), p.meaning),
+            format!("{} {}: {}", p.name, estimate(p.estimate, p.ci95), p.meaning),
         )?;
     }
     let others: Vec<String> = finding
@@ -267,11 +257,52 @@ fn quantity(signal: &str, value: f64) -> String {
     }
 }
 
+/// An estimate with its interval, to the digits that the interval leaves.
+fn estimate(value: f64, (low, high): (f64, f64)) -> String {
+    let width = high - low;
+    if !width.is_finite() {
+        return brief(value);
+    }
+    let largest = low.abs().max(high.abs());
+    if !(width > 0.0 && (1e-3..1e6).contains(&largest)) {
+        return format!("{} [{}, {}]", brief(value), brief(low), brief(high));
+    }
+    // Two figures of the width.
+    let decimals = (1.0 - width.log10().floor()).clamp(0.0, 9.0);
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "between 0 and 9"
+    )]
+    let decimals = decimals as usize;
+    format!("{value:.decimals$} [{low:.decimals$}, {high:.decimals$}]")
+}
+
 /// A probability in percent would hide the last step to certainty: two figures, and three near the ends.
 fn probability(p: f64) -> String {
     if (0.1..=0.99).contains(&p) {
         format!("{p:.2}")
     } else {
         format!("{p:.3}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::estimate;
+
+    #[test]
+    fn an_estimate_has_the_digits_that_its_interval_leaves() {
+        assert_eq!(
+            estimate(1.04123, (1.0386, 1.0439)),
+            "1.0412 [1.0386, 1.0439]"
+        );
+        assert_eq!(estimate(9714.83, (9650.2, 9779.5)), "9715 [9650, 9780]");
+        assert_eq!(
+            estimate(2.5e-8, (2e-8, 3e-8)),
+            "2.500e-8 [2.000e-8, 3.000e-8]"
+        );
+        assert_eq!(estimate(3.0, (f64::NAN, 4.0)), "3");
+        assert_eq!(estimate(3.0, (3.0, 3.0)), "3 [3, 3]");
     }
 }

@@ -215,8 +215,8 @@ fn a_finding_is_told_in_one_sentence_with_its_numbers() {
     let first = told.lines().next().unwrap();
     assert_eq!(
         first,
-        "rig.mat: explained, formation fluid enters the well (influx, probability 0.97, rate_m3_s 0.0021 \
-         [0.0019, 0.0023]); over 0.0025 h held out the riser level in a free run is 0.12 m off with it, 1.9 m without"
+        "rig.mat: explained, formation fluid enters the well (influx, probability 0.97, rate_m3_s 0.00210 \
+         [0.00190, 0.00230]); over 0.0025 h held out the riser level in a free run is 0.12 m off with it, 1.9 m without"
     );
     for part in [
         "1. formation fluid enters the well (influx), probability 0.97",
