@@ -8,6 +8,7 @@ mod bench;
 mod ci;
 mod figures;
 mod layers;
+mod prove;
 mod tools;
 
 use clap::{Parser, Subcommand};
@@ -39,8 +40,11 @@ enum Command {
         #[arg(long, default_value = "target/bench")]
         out: PathBuf,
     },
-    /// Everything a submission must pass: `.ci/run`
+    /// Everything a submission must pass: `.ci/run`, then the short proof
     Ci,
+    /// Conceals effects in recordings, diagnoses them blind, and scores the answers
+    #[command(after_help = PROVE_HELP)]
+    Prove(prove::Settings),
     /// Reproduces the thesis's figures on the stand-in recording
     Figures {
         /// Folder for figures, data and the comparison
@@ -48,6 +52,16 @@ enum Command {
         out: PathBuf,
     },
 }
+
+const PROVE_HELP: &str = "\
+Writes proof.html (the page), proof.json (every score and case) and failures.md (every case that was not answered rightly, with \
+the command that repeats it) into the folder. The SHA-256 of what is concealed is printed before the first diagnosis and checked \
+after the last. Exit status is 1 on a broken rule (a crash, a bad form, a touched truth), whatever the scores.
+
+Examples:
+  cargo xtask prove --short
+  cargo xtask prove --level 2 --count 200 --seed 4711 --out target/proof-4711
+  cargo xtask prove --level 2 --count 200 --seed 4711 --only c017 --keep --out target/proof-again";
 
 fn main() -> anyhow::Result<()> {
     match Arguments::parse().command {
@@ -64,6 +78,7 @@ fn main() -> anyhow::Result<()> {
         }),
         Command::Ci => ci::run(),
         Command::Layers => layers::check(),
+        Command::Prove(settings) => prove::run(settings),
         Command::Figures { out } => figures::draw(&out),
     }
 }

@@ -515,7 +515,7 @@ fn estimates(record: &Record, selection: &Selection, k: usize, full: &Tangent) -
 }
 
 /// Factor on standard errors: residuals are whiter in the model than on a rig.
-const WIDENING: f64 = 1.6;
+const WIDENING: f64 = 2.2;
 
 /// Error of an effect's form, as a share of its strength.
 fn form_error(id: &str) -> f64 {
@@ -524,7 +524,7 @@ fn form_error(id: &str) -> f64 {
         "viscosity_drift" | "gel_strength" => 0.15,
         "u_tube" | "booster_line_storage" => 0.1,
         "lost_circulation" => 0.1,
-        _ => 0.03,
+        _ => 0.05,
     }
 }
 

@@ -1,7 +1,7 @@
 //! The competitor: a correction of one relation along one quantity, with no physics in it.
 
 use crate::record::Record;
-use crate::relations::{Applied, Blocks};
+use crate::relations::Applied;
 use crate::scan::joined;
 use crate::tangent::{Tangent, dot};
 use dgd_effects::{KNOTS, QUANTITIES, RELATIONS, unknown};
@@ -51,6 +51,16 @@ fn range(record: &Record, quantity: usize) -> (f64, f64) {
 
 /// Every correction that the recording excites, best first.
 pub(crate) fn corrections(record: &Record, tangent: &Tangent, state: &[Applied]) -> Vec<Correction> {
+    corrections_where(record, tangent, state, |_, _| true)
+}
+
+/// Those of some relations and quantities.
+pub(crate) fn corrections_where(
+    record: &Record,
+    tangent: &Tangent,
+    state: &[Applied],
+    wanted: impl Fn(usize, usize) -> bool,
+) -> Vec<Correction> {
     let effect = unknown();
     let mut out = Vec::new();
     for quantity in 0..QUANTITIES.len() {
@@ -59,9 +69,10 @@ pub(crate) fn corrections(record: &Record, tangent: &Tangent, state: &[Applied])
             continue;
         }
         for relation in 0..RELATIONS.len() {
-            // A curve of flow and speed is the relation itself there: identification, no finding.
-            let own = matches!((relation, quantity), (0, 4) | (1, 4 | 5));
-            if own {
+            // A curve of flow and speed is the relation itself there: identification, no finding. A mass balance
+            // along the rate of the flow is timing.
+            let own = matches!((relation, quantity), (0, 4) | (1, 4 | 5) | (2, 7));
+            if own || !wanted(relation, quantity) {
                 continue;
             }
             let mut columns: Vec<Vec<f64>> = Vec::with_capacity(KNOTS);
@@ -91,6 +102,5 @@ pub(crate) fn corrections(record: &Record, tangent: &Tangent, state: &[Applied])
         }
     }
     out.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-    let _ = Blocks::under;
     out
 }

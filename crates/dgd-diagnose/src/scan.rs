@@ -26,7 +26,8 @@ pub(crate) fn on_grid(about: &About) -> bool {
 }
 
 /// Grid values of each parameter; the strength of a proportional effect stands at a third of its usual size.
-fn grids(about: &About, record: &Record) -> Vec<Vec<f64>> {
+fn grids(effect: &dyn Effect, record: &Record) -> Vec<Vec<f64>> {
+    let (about, switch) = (effect.about(), effect.is_switch());
     let (from, to) = record.setting.span_s;
     let span = to - from;
     about
@@ -37,14 +38,16 @@ fn grids(about: &About, record: &Record) -> Vec<Vec<f64>> {
             Role::Grid(values) | Role::Shape(values) => values.to_vec(),
             Role::Onset => {
                 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-                let count = (span / 500.0).clamp(12.0, 60.0) as usize;
+                // A switch is sharpened to the block later: its grid only measures energies.
+                let every = if switch { 1200.0 } else { 600.0 };
+                let count = (span / every).clamp(10.0, 60.0) as usize;
                 let last = if about.duration().is_some() { 0.96 } else { 0.92 };
                 let first = if about.duration().is_some() { 0.01 } else { 0.06 };
                 (0..count)
                     .map(|k| from + span * (first + (last - first) * k as f64 / (count - 1) as f64))
                     .collect()
             }
-            Role::Duration => [1200.0, 1900.0, 2700.0, 3600.0, 5400.0]
+            Role::Duration => [1300.0, 2300.0, 3600.0]
                 .into_iter()
                 .filter(|d| *d < 0.7 * span)
                 .collect(),
@@ -92,7 +95,7 @@ pub(crate) fn evidence(energy: f64, score: f64, width: f64, one_sided: bool) -> 
 /// One effect, everywhere on its grid.
 pub(crate) fn scan(record: &Record, tangent: &Tangent, pull: &[f64], state: &[Applied], effect: &'static dyn Effect) -> Vec<Candidate> {
     let about = effect.about();
-    let mut out: Vec<Candidate> = product(&grids(about, record))
+    let mut out: Vec<Candidate> = product(&grids(effect, record))
         .into_iter()
         .map(|parameters| weigh(record, tangent, state, Applied { effect, parameters, allowance: false }))
         .collect();
@@ -164,6 +167,8 @@ pub(crate) fn allowances_with(record: &Record, start: &[Applied], lean: bool) ->
     for (id, values) in [
         ("return_flow_delay", &[0.5, 1.0, 1.5, 2.0, 2.5][..]),
         ("pump_speed_lag", &[1.0, 2.0, 3.0, 4.0, 5.0][..]),
+        ("u_tube", &[1.0, 2.0, 3.0, 4.0][..]),
+        ("booster_line_storage", &[1.5, 3.0, 4.5][..]),
     ] {
         let Some(effect) = dgd_effects::find(id) else { continue };
         if start.iter().any(|a| a.effect.about().id == id) {

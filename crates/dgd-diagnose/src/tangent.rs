@@ -16,6 +16,8 @@ pub(crate) const FLOW_WANDER: f64 = 0.0025;
 pub(crate) const SPEED_WANDER: f64 = 0.0025;
 /// Correlation time of a wander, s.
 const WANDER_S: f64 = 3000.0;
+/// What the model lacks right after a start of the pump, Pa.
+const START_PA: f64 = 2.5e4;
 /// Prior width of the head's lean on inlet pressure.
 const LEAN_PRIOR: f64 = 0.1;
 /// How long such movements last, s.
@@ -24,7 +26,7 @@ const HIDDEN_S: f64 = 300.0;
 const HIDDEN_SHARE: f64 = 0.4;
 /// Prior widths of the friction terms, Pa at the scale's flow: intercept and linear term are physics, not curve.
 const FRICTION_PRIOR_PA: [f64; FRICTION_TERMS] =
-    [3.0e3, 6.0e3, 1e8, 1e8, 6.0e3, 3e3, 3e3, 3e3, 3e3, 3e3];
+    [3.0e3, 4.0e3, 1e8, 1e8, 4.0e3, 2e3, 2e3, 2e3, 2e3, 2e3];
 /// Prior widths of the head terms, Pa at the scale: an offset within accuracy, then the curve.
 const HEAD_PRIOR_PA: [f64; HEAD_TERMS] = {
     let mut widths = [3.0e4; HEAD_TERMS];
@@ -37,8 +39,19 @@ const HEAD_PRIOR_PA: [f64; HEAD_TERMS] = {
     widths
 };
 
+/// Product of two vectors, in four sums that the processor adds side by side.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
+    let n = a.len().min(b.len());
+    let (a, b) = (&a[..n], &b[..n]);
+    let mut sums = [0.0; 8];
+    let (fours_a, fours_b) = (a.chunks_exact(8), b.chunks_exact(8));
+    let rest: f64 = fours_a.remainder().iter().zip(fours_b.remainder()).map(|(x, y)| x * y).sum();
+    for (x, y) in fours_a.zip(fours_b) {
+        for k in 0..8 {
+            sums[k] += x[k] * y[k];
+        }
+    }
+    sums.iter().sum::<f64>() + rest
 }
 
 /// The linearised model.
@@ -331,10 +344,20 @@ impl Tangent {
     /// The whitened part of a stacked vector off the tangent.
     pub(crate) fn project(&self, stacked: &[f64]) -> Vec<f64> {
         let mut w = self.whitening.apply(stacked);
+        // Most effects touch one relation: only the columns and rows that meet it cost anything.
+        let first = w.iter().position(|v| *v != 0.0);
+        let last = w.iter().rposition(|v| *v != 0.0);
         w.resize(self.off.len(), 0.0);
-        for q in &self.basis {
-            let r = dot(q, &w);
-            w.iter_mut().zip(q).for_each(|(v, q)| *v -= r * q);
+        let (Some(first), Some(last)) = (first, last) else { return w };
+        let touched = first..last + 1;
+        let scale = dot(&w[touched.clone()], &w[touched.clone()]).sqrt();
+        // Columns are orthonormal: the products need not wait for one another.
+        let products: Vec<f64> =
+            self.basis.iter().map(|q| dot(&q[touched.clone()], &w[touched.clone()])).collect();
+        for (q, r) in self.basis.iter().zip(products) {
+            if r.abs() > 1e-9 * scale {
+                w.iter_mut().zip(q).for_each(|(v, q)| *v -= r * q);
+            }
         }
         w
     }
@@ -432,6 +455,17 @@ fn unrest(record: &Record, curves: &Curves, b: &Blocks, layout: Layout) -> Vec<f
         };
         out[k] = rate(&|i| curves.friction_pa(b.flow[i]), k, n - 1) + if bend.is_finite() { bend } else { 0.0 };
         out[n + k] = rate(&|i| curves.head_pa(b.speed[i], b.through[i]), k, n - 1);
+    }
+    // In the first minute after a start the line fills and the check valve opens: the model does not hold there.
+    let mut running = f64::INFINITY;
+    for k in 0..n {
+        let r = k * record.per_block..(k + 1) * record.per_block;
+        let turning = record.filled.pumping[r.clone()].iter().all(|p| *p)
+            && record.filled.flow[r].iter().all(|q| *q > dgd_effects::STANDING_M3_S);
+        running = if turning { running + seconds } else { 0.0 };
+        let start = START_PA * (-running / 25.0).exp();
+        out[k] = out[k].hypot(start);
+        out[n + k] = out[n + k].hypot(start);
     }
     // The meter's noise, where calm surroundings do not average it out, comes through the slope of the curves.
     let noise = record.setting.noise.flow_m3_s / (record.per_block as f64).sqrt();

@@ -83,11 +83,15 @@ impl Answer {
         let mut wrong = Vec::new();
         let schema = value["schema"].as_str().unwrap_or("");
         if schema != "dgd.diagnosis/1" {
-            wrong.push(format!("`schema` is `{schema}`, expected `dgd.diagnosis/1`"));
+            wrong.push(format!(
+                "`schema` is `{schema}`, expected `dgd.diagnosis/1`"
+            ));
         }
         let verdict = value["verdict"].as_str().unwrap_or("").to_owned();
         if !VERDICTS.contains(&verdict.as_str()) {
-            wrong.push(format!("`verdict` is `{verdict}`, expected one of {VERDICTS:?}"));
+            wrong.push(format!(
+                "`verdict` is `{verdict}`, expected one of {VERDICTS:?}"
+            ));
         }
         if verdict == "consistent" && !list.is_empty() {
             wrong.push(format!("`consistent` with {} findings", list.len()));
@@ -207,7 +211,9 @@ fn ordered(value: &Value, key: &str, wrong: &mut dyn FnMut(String)) -> Option<(f
     let pair = value.as_array().filter(|a| a.len() == 2);
     let pair = pair.and_then(|a| Some((a[0].as_f64()?, a[1].as_f64()?)));
     if pair.is_none_or(|(a, b)| a > b) {
-        wrong(format!("`{key}` is `{value}`, expected two numbers in order"));
+        wrong(format!(
+            "`{key}` is `{value}`, expected two numbers in order"
+        ));
         return None;
     }
     pair
@@ -257,7 +263,11 @@ mod tests {
             ("/findings/0/probability", json!(1.2), "0 to 1"),
             ("/findings/0/relation", json!("riser"), "relation"),
             ("/findings/0/intervals_s/0", json!([5, 4]), "in order"),
-            ("/findings/0/parameters/rate_m3_s/ci95", json!([1, null]), "ci95"),
+            (
+                "/findings/0/parameters/rate_m3_s/ci95",
+                json!([1, null]),
+                "ci95",
+            ),
             ("/findings/0/held_out/signal", json!("level"), "signal"),
         ];
         for (at, what, said) in spoilt {
@@ -267,7 +277,11 @@ mod tests {
             assert_eq!(wrong.len(), 1, "{at}: {wrong:?}");
             assert!(wrong[0].contains(said), "{at}: {wrong:?}");
         }
-        assert_eq!(breaches(&json!({"schema": "dgd.diagnosis/1", "verdict": "explained", "findings": []})).len(), 1);
+        assert_eq!(
+            breaches(&json!({"schema": "dgd.diagnosis/1", "verdict": "explained", "findings": []}))
+                .len(),
+            1
+        );
         assert!(Answer::read(b"{}").is_err());
     }
 }

@@ -6,7 +6,7 @@ use super::targets::PATIENCE_S;
 use anyhow::{Context, Result, bail};
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Command, ExitStatus, Stdio};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
@@ -54,7 +54,7 @@ pub(crate) fn sit(dgd: &Path, time: Option<&Path>, case: &Path, out: &Path, keep
         },
         Err(error) => exam.broken.push(format!("simulation.csv: {error}")),
     }
-    exam.broken.extend(documents(out));
+    exam.broken.extend(report(&out.join("report.html")));
     if !keep {
         // Megabytes a case, and all that is asked of it is known by now.
         let _ = fs::remove_file(table);
@@ -82,7 +82,8 @@ fn attempt(
         }
         None => Command::new(dgd),
     };
-    command.arg("diagnose").arg(folder.path().join(recording));
+    let recording = folder.path().join(recording);
+    command.arg("diagnose").arg(&recording);
     command.arg("--well").arg(folder.path().join("well.toml"));
     command.arg("--out").arg(out).current_dir(folder.path());
     let file = File::create(&log).with_context(|| format!("cannot write {}", log.display()))?;
@@ -94,14 +95,43 @@ fn attempt(
     let status = patiently(&mut command)?;
     exam.wall_s = begun.elapsed().as_secs_f64();
     let text = fs::read_to_string(&peak).unwrap_or_default();
-    let kib = text.lines().last().and_then(|l| l.trim().parse::<f64>().ok());
+    let kib = text
+        .lines()
+        .last()
+        .and_then(|l| l.trim().parse::<f64>().ok());
     exam.peak_mib = kib.map(|kib| kib / 1024.0);
     let _ = fs::remove_file(peak);
     if !status.success() {
         let text = fs::read_to_string(&log).unwrap_or_default();
         bail!("dgd diagnose: {status}: {}", last_words(&text));
     }
+    if let Some(word) = unreadable(dgd, folder.path(), &recording, &out.join("model.toml")) {
+        exam.broken.push(word);
+    }
     Ok(())
+}
+
+/// Why `dgd simulate` does not run the model that was written; `None` if it does.
+fn unreadable(dgd: &Path, folder: &Path, recording: &Path, model: &Path) -> Option<String> {
+    let mut command = Command::new(dgd);
+    command.arg("simulate").arg(recording).arg("--well");
+    command
+        .arg(folder.join("well.toml"))
+        .arg("--model")
+        .arg(model);
+    command.arg("--out").arg(folder.join("simulated.csv"));
+    match command.stdin(Stdio::null()).output() {
+        Ok(output) if output.status.success() => None,
+        Ok(output) => {
+            let text = String::from_utf8_lossy(&output.stderr);
+            let word = last_words(&text);
+            Some(format!(
+                "model.toml: dgd simulate: {}: {word}",
+                output.status
+            ))
+        }
+        Err(error) => Some(format!("model.toml: dgd simulate: {error}")),
+    }
 }
 
 /// Copies the recording and its well description; gives the recording's name.
@@ -158,19 +188,12 @@ fn last_words(text: &str) -> String {
     line.unwrap_or("no word").trim().chars().take(300).collect()
 }
 
-/// The model and the report must be there, and the report must need no network.
-fn documents(out: &Path) -> Vec<String> {
-    let mut broken = Vec::new();
-    if let Err(error) = fs::metadata(out.join("model.toml")) {
-        broken.push(format!("model.toml: {error}"));
+/// The report must be there, and need no network.
+fn report(path: &Path) -> Option<String> {
+    match fs::read_to_string(path) {
+        Ok(text) => foreign_part(&text).map(|p| format!("report.html fetches something: `{p}`")),
+        Err(error) => Some(format!("report.html: {error}")),
     }
-    match fs::read_to_string(out.join("report.html")) {
-        Ok(text) => broken.extend(
-            foreign_part(&text).map(|p| format!("report.html fetches something: `{p}`")),
-        ),
-        Err(error) => broken.push(format!("report.html: {error}")),
-    }
-    broken
 }
 
 /// What a page would fetch from elsewhere; links to be followed by hand are none of it.
@@ -230,6 +253,8 @@ mod tests {
         assert!(exam.answer.is_none());
         assert_eq!(exam.broken.len(), 1);
         assert!(exam.broken[0].starts_with("dgd diagnose: exit status"));
-        assert!(exam.broken[0].contains("No such file"), "{:?}", exam.broken);
+        assert_eq!(last_words("first\n  the reason \n\n"), "the reason");
+        assert_eq!(last_words(&"x".repeat(1000)).len(), 300);
+        assert_eq!(last_words("\n"), "no word");
     }
 }

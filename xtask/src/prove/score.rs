@@ -332,8 +332,14 @@ mod tests {
     fn overlap_is_intersection_over_union_and_counts_nothing_twice() {
         let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} {b}");
         close(overlap((100.0, 200.0), &[(100.0, 200.0)], 1e4), 1.0);
-        close(overlap((100.0, 200.0), &[(150.0, 250.0)], 1e4), 50.0 / 150.0);
-        close(overlap((100.0, 200.0), &[(150.0, 200.0), (100.0, 160.0)], 1e4), 1.0);
+        close(
+            overlap((100.0, 200.0), &[(150.0, 250.0)], 1e4),
+            50.0 / 150.0,
+        );
+        close(
+            overlap((100.0, 200.0), &[(150.0, 200.0), (100.0, 160.0)], 1e4),
+            1.0,
+        );
         close(overlap((100.0, 200.0), &[(300.0, 400.0)], 1e4), 0.0);
         close(overlap((100.0, 200.0), &[], 1e4), 0.0);
         // An end beyond the recording means its end.

@@ -78,7 +78,10 @@ impl Simulation {
                     names.len()
                 );
             }
-            if [fields[held], fields[valid]].iter().any(|f| *f != 0.0 && *f != 1.0) {
+            if [fields[held], fields[valid]]
+                .iter()
+                .any(|f| *f != 0.0 && *f != 1.0)
+            {
                 bail!(
                     "simulation.csv line {}: `held_out` and `valid` are 0 or 1",
                     number + 1
@@ -205,10 +208,22 @@ mod tests {
 
     #[test]
     fn short_windows_and_too_few_of_them_break_the_rules() {
-        assert!(!Simulation::read(&file(2000..3100, 5000)).unwrap().keeps_rules());
-        assert!(!Simulation::read(&file(2000..3300, 9000)).unwrap().keeps_rules());
+        assert!(
+            !Simulation::read(&file(2000..3100, 5000))
+                .unwrap()
+                .keeps_rules()
+        );
+        assert!(
+            !Simulation::read(&file(2000..3300, 9000))
+                .unwrap()
+                .keeps_rules()
+        );
         assert!(!Simulation::read(&file(0..0, 5000)).unwrap().keeps_rules());
-        assert!(Simulation::read(&file(4000..5400, 5400)).unwrap().keeps_rules());
+        assert!(
+            Simulation::read(&file(4000..5400, 5400))
+                .unwrap()
+                .keeps_rules()
+        );
     }
 
     #[test]

@@ -13,12 +13,6 @@ impl Tally {
         self.of += 1;
     }
 
-    pub(crate) fn from_iter(marks: impl IntoIterator<Item = bool>) -> Tally {
-        let mut tally = Tally::default();
-        marks.into_iter().for_each(|m| tally.add(m));
-        tally
-    }
-
     /// `None` where nothing was counted.
     pub(crate) fn share(self) -> Option<f64> {
         (self.of > 0).then(|| self.right as f64 / self.of as f64)
@@ -31,11 +25,14 @@ impl Tally {
         let n = self.of as f64;
         let denominator = 1.0 + Z * Z / n;
         let centre = (share + Z * Z / (2.0 * n)) / denominator;
-        let half =
-            Z * (share * (1.0 - share) / n + Z * Z / (4.0 * n * n)).sqrt() / denominator;
+        let half = Z * (share * (1.0 - share) / n + Z * Z / (4.0 * n * n)).sqrt() / denominator;
         // At none and at all of n the formula meets 0 and 1 but for rounding.
         let low = if self.right == 0 { 0.0 } else { centre - half };
-        let high = if self.right == self.of { 1.0 } else { centre + half };
+        let high = if self.right == self.of {
+            1.0
+        } else {
+            centre + half
+        };
         Some((low, high))
     }
 }

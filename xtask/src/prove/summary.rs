@@ -63,6 +63,8 @@ pub(crate) struct Named {
     pub(crate) hit: Tally,
     /// The effect is found or a stated alternative.
     pub(crate) within: Tally,
+    /// Something else is claimed, beside it or in its place.
+    pub(crate) wrong: Tally,
 }
 
 impl Named {
@@ -70,6 +72,7 @@ impl Named {
         self.exact.add(marks.exact);
         self.hit.add(marks.hit.iter().all(|h| *h));
         self.within.add(marks.within.iter().all(|h| *h));
+        self.wrong.add(!marks.extra.is_empty());
     }
 }
 
@@ -290,7 +293,7 @@ pub(crate) const SIGNAL_TITLES: [&str; SIGNALS.len()] = [
 ];
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may")]
     use super::super::answer::Finding;
     use super::super::simulation::Gain;
@@ -311,7 +314,12 @@ mod tests {
             effects: effects.collect(),
         };
         let answer = said.map(|said| Answer {
-            verdict: if said.is_empty() { "consistent" } else { "explained" }.into(),
+            verdict: if said.is_empty() {
+                "consistent"
+            } else {
+                "explained"
+            }
+            .into(),
             findings: said
                 .iter()
                 .map(|(effect, probability)| Finding {
@@ -341,12 +349,19 @@ mod tests {
             row(&[], None),
             row(&["unknown"], Some(&[("unknown", 0.9)])),
             row(&["unknown"], Some(&[("influx", 0.7)])),
-            row(&["influx", "heave"], Some(&[("heave", 0.9), ("influx", 0.8)])),
-            row(&["influx", "heave"], Some(&[("heave", 0.9), ("influx", 0.3)])),
+            row(
+                &["influx", "heave"],
+                Some(&[("heave", 0.9), ("influx", 0.8)]),
+            ),
+            row(
+                &["influx", "heave"],
+                Some(&[("heave", 0.9), ("influx", 0.3)]),
+            ),
         ];
         let s = Summary::of(2, &rows);
         assert_eq!(s.ran, tally(9, 11));
         assert_eq!(s.singles.exact, tally(1, 4));
+        assert_eq!(s.singles.wrong, tally(1, 4));
         assert_eq!(s.by_severity[3].exact, tally(1, 4));
         assert_eq!(s.by_effect["influx"].exact, tally(1, 2));
         assert_eq!(s.false_alarms, tally(1, 2), "no answer is no alarm");
@@ -425,8 +440,16 @@ mod tests {
         };
         let rows = [
             simulated(row(&[], Some(&[])), gain(1.0, 1.0), gain(1.0, 1.03)),
-            simulated(row(&["influx"], Some(&[("influx", 0.9)])), gain(2.0, 1.0), gain(1.0, 1.1)),
-            simulated(row(&["heave"], Some(&[("influx", 0.9)])), gain(2.0, 2.0), None),
+            simulated(
+                row(&["influx"], Some(&[("influx", 0.9)])),
+                gain(2.0, 1.0),
+                gain(1.0, 1.1),
+            ),
+            simulated(
+                row(&["heave"], Some(&[("influx", 0.9)])),
+                gain(2.0, 2.0),
+                None,
+            ),
         ];
         let s = Summary::of(2, &rows);
         assert_eq!(s.clean_worse, tally(1, 2));

@@ -38,7 +38,9 @@ pub(crate) enum Sort {
 impl Truth {
     pub(crate) fn read(bytes: &[u8]) -> Result<Truth> {
         let value: Value = serde_json::from_slice(bytes).context("no JSON")?;
-        let effects = value["effects"].as_array().context("`effects` is missing")?;
+        let effects = value["effects"]
+            .as_array()
+            .context("`effects` is missing")?;
         Ok(Truth {
             hours: value["hours"].as_f64().context("`hours` is missing")?,
             well: value["well"].as_str().unwrap_or("").to_owned(),
@@ -118,7 +120,10 @@ mod tests {
         let foreign = of(r#"{"effect":"unknown","kind":"sticky_choke","severity":"strong"}"#);
         assert_eq!(foreign.sort(), Sort::Foreign);
         assert_eq!(foreign.effects[0].kind.as_deref(), Some("sticky_choke"));
-        assert_eq!(of(r#"{"effect":"heave","severity":"trace"}"#).sort(), Sort::Single);
+        assert_eq!(
+            of(r#"{"effect":"heave","severity":"trace"}"#).sort(),
+            Sort::Single
+        );
         assert!(Truth::read(br#"{"hours":4}"#).is_err());
     }
 }

@@ -45,7 +45,7 @@ static ABOUT: About = About {
         Parameter {
             name: "drilled",
             meaning: "share of a stand that is drilled, the rest circulated clean",
-            role: Role::Shape(&[0.7, 0.78, 0.82, 0.86, 1.0]),
+            role: Role::Shape(&[0.74, 0.82, 0.9]),
             low: 0.4,
             high: 1.0,
             usual: 0.82,
@@ -61,7 +61,7 @@ static ABOUT: About = About {
         Parameter {
             name: "lag",
             meaning: "wait before drilling after a connection, share of a stand",
-            role: Role::Shape(&[0.0, 0.06, 0.12]),
+            role: Role::Shape(&[0.0, 0.08]),
             low: 0.0,
             high: 0.4,
             usual: 0.05,

@@ -48,7 +48,7 @@ static ABOUT: About = About {
         Parameter {
             name: "ramp",
             meaning: "share of the duration in which it rises, and in which it dies away",
-            role: Role::Shape(&[0.1, 0.2]),
+            role: Role::Shape(&[0.15]),
             low: 0.01,
             high: 0.5,
             usual: 0.15,

@@ -43,7 +43,7 @@ static ABOUT: About = About {
         Parameter {
             name: "fracture",
             meaning: "fracture pressure, share of the recorded inlet range",
-            role: Role::Shape(&[-1.0, -0.3, 0.0, 0.2, 0.4]),
+            role: Role::Shape(&[-1.0, -0.1, 0.3]),
             low: -30.0,
             high: 0.95,
             usual: 0.0,

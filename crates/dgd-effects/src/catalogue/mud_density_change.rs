@@ -44,7 +44,7 @@ static ABOUT: About = About {
         Parameter {
             name: "mixing",
             meaning: "mixed volume over mud in the riser",
-            role: Role::Shape(&[0.35, 0.7, 1.2]),
+            role: Role::Shape(&[0.25, 0.7]),
             low: 0.1,
             high: 3.0,
             usual: 0.7,
