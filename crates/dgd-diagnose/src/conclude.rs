@@ -9,7 +9,7 @@ use crate::record::{MASS_BLOCKS, Record, bridged, mean};
 use crate::relations::Applied;
 use crate::scan::{allowances_with, joined, on_grid, scan, weigh};
 use crate::select::{Named, Selection, hurdle, refine, select};
-use crate::tangent::{Tangent, dot};
+use crate::tangent::{Bend, Tangent, dot};
 use dgd_effects::{AppliedEffect, AugmentedModel, Inputs, QUANTITIES, RELATIONS, Relation, catalogue, find};
 use dgd_identify::Prepared;
 use dgd_recording::Well;
@@ -64,10 +64,10 @@ pub fn diagnose(
             windows.iter().any(|w| from < w.1 && to > w.0)
         })
         .collect();
-    let before_state = allowances_with(&record, &start, false).ok_or_else(short)?.0;
+    let before_state = allowances_with(&record, &start, Bend::Free).ok_or_else(short)?.0;
     let after_state = trained(&record, &selection, &excluded);
-    let before_fit = Tangent::at(&record, &before_state, &excluded, false).ok_or_else(short)?;
-    let after_fit = Tangent::at(&record, &after_state, &excluded, false).ok_or_else(short)?;
+    let before_fit = Tangent::at(&record, &before_state, &excluded, Bend::Free).ok_or_else(short)?;
+    let after_fit = Tangent::at(&record, &after_state, &excluded, Bend::Free).ok_or_else(short)?;
     let before = model(&record, &before_state, &before_fit);
     let mut after = model(&record, &after_state, &after_fit);
     progress(Stage::Confirming);
@@ -89,7 +89,7 @@ pub fn diagnose(
             signal.after = signal.before.clone();
         }
     }
-    let full = Tangent::at(&record, &selection.state(), &[], false).ok_or_else(short)?;
+    let full = Tangent::at(&record, &selection.state(), &[], Bend::Free).ok_or_else(short)?;
     let mut findings: Vec<Finding> =
         selection.named.iter().enumerate().map(|(k, n)| finding(&record, &selection, k, n, &full, &simulation)).collect();
     if let Some(s) = swell.filter(|s| s.ratio > SWELL_RATIO && !start.iter().any(|a| a.effect.about().id == "heave")) {
@@ -155,7 +155,7 @@ fn trained(record: &Record, selection: &Selection, excluded: &[bool]) -> Vec<App
     for named in &selection.named {
         let mut chosen = named.applied.clone();
         if named.correction.is_none() {
-            if let Some(tangent) = Tangent::at(record, &state, excluded, false) {
+            if let Some(tangent) = Tangent::at(record, &state, excluded, Bend::Free) {
                 let pull = tangent.whitening.transpose(&tangent.off[..tangent.layout.len()]);
                 let best = scan(record, &tangent, &pull, &state, named.applied.effect)
                     .into_iter()
@@ -575,7 +575,7 @@ fn placebo(record: &Record, selection: &Selection) -> Vec<Check> {
                 others = joined(&others, &n.applied);
             }
         }
-        let Some(tangent) = Tangent::at(record, &others, &[], false) else { continue };
+        let Some(tangent) = Tangent::at(record, &others, &[], Bend::Free) else { continue };
         let span = record.setting.span_s;
         let shift = 0.33 * (span.1 - span.0);
         let mut moved = named.applied.clone();

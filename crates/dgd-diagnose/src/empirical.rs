@@ -51,16 +51,6 @@ fn range(record: &Record, quantity: usize) -> (f64, f64) {
 
 /// Every correction that the recording excites, best first.
 pub(crate) fn corrections(record: &Record, tangent: &Tangent, state: &[Applied]) -> Vec<Correction> {
-    corrections_where(record, tangent, state, |_, _| true)
-}
-
-/// Those of some relations and quantities.
-pub(crate) fn corrections_where(
-    record: &Record,
-    tangent: &Tangent,
-    state: &[Applied],
-    wanted: impl Fn(usize, usize) -> bool,
-) -> Vec<Correction> {
     let effect = unknown();
     let mut out = Vec::new();
     for quantity in 0..QUANTITIES.len() {
@@ -72,7 +62,7 @@ pub(crate) fn corrections_where(
             // A curve of flow and speed is the relation itself there: identification, no finding. A mass balance
             // along the rate of the flow is timing.
             let own = matches!((relation, quantity), (0, 4) | (1, 4 | 5) | (2, 7));
-            if own || !wanted(relation, quantity) {
+            if own {
                 continue;
             }
             let mut columns: Vec<Vec<f64>> = Vec::with_capacity(KNOTS);

@@ -2,7 +2,7 @@
 
 use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::Applied;
-use crate::tangent::{Tangent, dot};
+use crate::tangent::{Bend, Tangent, dot};
 use dgd_effects::{About, Effect, Role, catalogue};
 use dgd_identify::Prepared;
 use dgd_recording::Well;
@@ -157,11 +157,11 @@ pub(crate) fn joined(state: &[Applied], one: &Applied) -> Vec<Applied> {
 
 /// Delays and lags that clocks, rotors and block edges make in a sound rig: allowed for before anything is accused.
 pub(crate) fn allowances(record: &Record) -> Option<(Vec<Applied>, Tangent)> {
-    allowances_with(record, &[], std::env::var("LEAN").is_ok())
+    allowances_with(record, &[], Bend::Lean)
 }
 
 /// The same on top of a hypothesis.
-pub(crate) fn allowances_with(record: &Record, start: &[Applied], lean: bool) -> Option<(Vec<Applied>, Tangent)> {
+pub(crate) fn allowances_with(record: &Record, start: &[Applied], lean: Bend) -> Option<(Vec<Applied>, Tangent)> {
     let mut state: Vec<Applied> = start.to_vec();
     let mut tangent = Tangent::at(record, &state, &[], lean)?;
     for (id, values) in [

@@ -1,10 +1,10 @@
 //! From residuals to named effects: screening, acceptance one by one, joint refinement, second thoughts.
 
-use crate::empirical::{Correction, corrections, corrections_where};
+use crate::empirical::{Correction, corrections};
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::scan::{Candidate, allowances_with, joined, ln_mean_exp, on_grid, scan, sharpen, weigh};
-use crate::tangent::{Tangent, dot};
+use crate::tangent::{Bend, Tangent, dot};
 use dgd_effects::{Effect, Relation, Role, catalogue};
 
 /// A named effect.
@@ -41,16 +41,19 @@ impl Selection {
 /// belief grows beyond it. Measured on clean recordings of the independent plant.
 pub(crate) fn hurdle(id: &str) -> (f64, f64) {
     match id {
-        "gas_in_pump" => (45.0, 10.0),
-        "pump_wear" => (20.0, 8.0),
-        "pump_speed_lag" => (20.0, 6.0),
+        "gas_in_pump" => (58.0, 12.0),
+        "pump_wear" => (90.0, 20.0),
+        "pump_speed_lag" => (35.0, 10.0),
         "gel_strength" => (15.0, 6.0),
         "return_flow_delay" | "line_gas_storage" => (25.0, 6.0),
         "outlet_pressure_bias_step" => (20.0, 6.0),
-        "mud_density_change" | "line_leak" | "line_restriction" => (12.0, 4.0),
+        "line_leak" | "line_restriction" => (30.0, 6.0),
+        "pipe_displacement" => (24.0, 6.0),
+        "influx" => (14.0, 4.0),
+        "mud_density_change" => (14.0, 4.0),
         "annulus_area" => (12.0, 4.0),
         "yield_stress" => (5.0, 2.0),
-        "outlet_pressure_bias" => (14.0, 4.0),
+        "outlet_pressure_bias" => (22.0, 5.0),
         _ => (9.0, 3.0),
     }
 }
@@ -68,7 +71,8 @@ fn material(c: &Applied) -> bool {
         "mud_density_change" | "cuttings_loading" => a > 1.5,
         "gas_in_pump" => a > 8e-3,
         "viscosity_drift" => a > 0.05,
-        "u_tube" | "booster_line_storage" => a > 5.0,
+        "u_tube" => a > 7.5,
+        "booster_line_storage" => a > 5.0,
         "pipe_displacement" => a > 0.045,
         _ => true,
     }
@@ -112,7 +116,7 @@ fn contest(record: &Record, gate: &Tangent, state: &[Applied], taken: &[&str]) -
             // A lean of the head on the inlet pressure takes most of a pump's effects with it, and all of what the
             // curves only seem to lack. Without it they must stand out as well, with it they must not vanish.
             if free.is_none() {
-                free = Tangent::at(record, state, &[], false);
+                free = Tangent::at(record, state, &[], Bend::Free);
             }
             if let Some(free) = &free {
                 let apart = if on_grid(about) {
@@ -124,14 +128,7 @@ fn contest(record: &Record, gate: &Tangent, state: &[Applied], taken: &[&str]) -
                     Some(if effect.is_switch() { sharpen(record, free, state, start) } else { start })
                 };
                 if let Some(apart) = apart {
-                    if about.id == "pump_wear" {
-                        // With a lean the curves bend about a wear; its course in time remains.
-                        let course = corrections_where(record, gate, state, |r, q| r == 1 && q == 0)
-                            .first()
-                            .map_or(0.0, |c| 0.25 * c.evidence);
-                        evidence = evidence.max(course);
-                    }
-                    evidence = (4.0 * evidence).min(apart.evidence - places);
+                    evidence = evidence.min(apart.evidence - places);
                     best = apart;
                 }
             }
@@ -160,7 +157,7 @@ pub(crate) fn refine(record: &Record, state: &mut [Applied], from: usize, exclud
             if state[k].allowance || state[k].effect.about().id == "unknown" {
                 continue;
             }
-            let Some(tangent) = Tangent::at(record, state, excluded, false) else { return };
+            let Some(tangent) = Tangent::at(record, state, excluded, Bend::Free) else { return };
             refine_one(record, &tangent, state, k);
         }
     }
@@ -256,12 +253,12 @@ fn refine_one(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usiz
 
 /// The search.
 pub(crate) fn select(record: &Record, start: &[Applied], most: usize, mut round_begins: impl FnMut(usize)) -> Option<Selection> {
-    let (allowances, _) = allowances_with(record, start, true)?;
+    let (allowances, _) = allowances_with(record, start, Bend::Lean)?;
     let mut selection = Selection { allowances, named: Vec::new(), first: Vec::new() };
     for round in 0..most {
         round_begins(round + 1);
         let state = selection.state();
-        let gate = Tangent::at(record, &state, &[], true)?;
+        let gate = Tangent::at(record, &state, &[], Bend::Lean)?;
         // Delay and store come together or not at all: what one leaves over looks like the other.
         let timed = state.iter().any(|a| !a.allowance && is_timing(a.effect.about().id));
         let taken: Vec<&str> = state.iter().filter(|a| !a.allowance).map(|a| a.effect.about().id).collect();
@@ -277,26 +274,23 @@ pub(crate) fn select(record: &Record, start: &[Applied], most: usize, mut round_
             selection
                 .named
                 .iter()
-                .filter(|n| {
+                .map(|n| {
                     let about = n.applied.effect.about();
-                    about.relation == relation || is_timing(about.id)
+                    let share = if about.relation == relation || is_timing(about.id) { 0.02 } else { 0.005 };
+                    share * n.evidence
                 })
-                .map(|n| 0.02 * n.evidence)
                 .sum()
         };
         let passes = |c: &&Contender| {
             let about = c.effect.about();
             c.evidence > hurdle(about.id).0 + left_over(about.relation)
+                && !at_bound(&solved(&c.best))
                 && !(timed && is_timing(about.id))
                 && material(&solved(&c.best))
                 && stands(record, &solved(&c.best))
         };
-        if std::env::var("CONTEST").is_ok() {
-            for c in contenders.iter().take(6) {
-                eprintln!("round {round} {} {:.1} {:?}", c.effect.about().id, c.evidence, solved(&c.best).parameters);
-            }
-        }
-        let rival = corrections(record, &gate, &state).into_iter().find(plausible);
+        let loose = Tangent::at(record, &state, &[], Bend::Loose)?;
+        let rival = corrections(record, &loose, &state).into_iter().find(plausible);
         let best = contenders.iter().filter(passes).max_by(|a, b| a.evidence.total_cmp(&b.evidence));
         let Some(best) = best else {
             if let Some(rival) = rival.filter(|r| {
@@ -322,6 +316,7 @@ pub(crate) fn select(record: &Record, start: &[Applied], most: usize, mut round_
         let mut others: Vec<(String, f64)> = contenders
             .iter()
             .filter(|c| c.effect.about().id != id && c.evidence > 0.0)
+            .filter(|c| alike(&best.best, &c.best) && stands(record, &solved(&c.best)))
             .map(|c| (c.effect.about().id.to_owned(), weight(c.evidence)))
             .collect();
         let same = |r: &&Correction| {
@@ -338,7 +333,16 @@ pub(crate) fn select(record: &Record, start: &[Applied], most: usize, mut round_
         others.retain(|o| o.1 > 0.01);
         others.sort_by(|a, b| b.1.total_cmp(&a.1));
         let applied = solved(&best.best);
-        if matches!(id, "return_flow_delay" | "line_gas_storage")
+        // Where the empirical correction is the likelier cause, it stands as the finding.
+        if let Some(r) = rival.as_ref().filter(same)
+            && let Some(share) = others.iter().find(|o| o.0 == "unknown").map(|o| o.1)
+            && share > real / total
+            && r.evidence > empirical_hurdle(r)
+        {
+            selection.named.push(unnamed(r, &contenders));
+            break;
+        }
+        if is_timing(id)
             && let Some((delay, store, gained)) = timing_pair(record, &gate, &state, best.best.evidence)
         {
             for (one, other) in [(delay, "line_gas_storage"), (store, "return_flow_delay")] {
@@ -412,7 +416,7 @@ fn reconsider(record: &Record, selection: &mut Selection) -> Option<()> {
         let mut others = Selection { allowances: selection.allowances.clone(), named: selection.named.clone(), first: Vec::new() };
         others.named.remove(k);
         let state = others.state();
-        let tangent = Tangent::at(record, &state, &[], !is_pump(one.applied.effect))?;
+        let tangent = Tangent::at(record, &state, &[], if is_pump(one.applied.effect) { Bend::Free } else { Bend::Lean })?;
         let again = weigh(record, &tangent, &state, one.applied.clone());
         if again.evidence < 0.6 * hurdle(one.applied.effect.about().id).0 || !material(&one.applied) {
             selection.named.remove(k);
@@ -426,11 +430,24 @@ fn reconsider(record: &Record, selection: &mut Selection) -> Option<()> {
 /// Evidence that corrections reach on sound recordings.
 fn empirical_hurdle(c: &Correction) -> f64 {
     match c.relation {
-        1 if c.quantity == 1 => 75.0,
-        1 => 60.0,
+        1 if c.quantity == 1 => 150.0,
+        1 => 95.0,
         0 => 80.0,
         _ => 60.0,
     }
+}
+
+/// Whether two effects explain the same residuals: the cosine between their signatures.
+fn alike(a: &Candidate, b: &Candidate) -> bool {
+    let size = (a.energy * b.energy).sqrt();
+    size > 0.0 && (dot(&a.signature, &b.signature) / size).abs() > 0.5
+}
+
+/// Whether the strength stands at a bound of what is plausible: then something else is the cause.
+fn at_bound(one: &Applied) -> bool {
+    let p = &one.effect.about().parameters[0];
+    let v = one.parameters[0];
+    (v <= p.low && p.low != 0.0) || v >= p.high
 }
 
 /// Whether a shift of one transmitter is there to see: the two differ by it before and after, for a while.

@@ -29,8 +29,9 @@ const FRICTION_PRIOR_PA: [f64; FRICTION_TERMS] =
     [3.0e3, 4.0e3, 1e8, 1e8, 4.0e3, 2e3, 2e3, 2e3, 2e3, 2e3];
 /// Prior widths of the head terms, Pa at the scale: an offset within accuracy, then the curve.
 const HEAD_PRIOR_PA: [f64; HEAD_TERMS] = {
-    let mut widths = [3.0e4; HEAD_TERMS];
-    let powers = [3.0e3, 1e8, 1e8, 1e8, 3e5, 3e5, 3e5, 3e5];
+    let mut widths = [4.0e4; HEAD_TERMS];
+    // Terms of another degree than the second break the affinity laws: small.
+    let powers = [3.0e3, 1e8, 1e8, 1e8, 5e4, 5e4, 5e4, 5e4];
     let mut k = 0;
     while k < powers.len() {
         widths[k] = powers[k];
@@ -71,8 +72,19 @@ pub(crate) struct Tangent {
     pub off: Vec<f64>,
     /// Raw residual of the curves alone (wanders not taken out), stacked.
     pub residual: Vec<f64>,
-    /// Whether the head may lean on the inlet pressure.
-    pub lean: bool,
+    /// How freely the curves may bend.
+    pub lean: Bend,
+}
+
+/// How freely the curves may bend.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Bend {
+    /// As pumps and lines do: for estimates.
+    Free,
+    /// The head may also lean on the inlet pressure: a gate for effects of the pump.
+    Lean,
+    /// Every smooth shape, and a lean: what is left over then is no curve.
+    Loose,
 }
 
 /// Stacked residuals of the curves under a hypothesis.
@@ -157,7 +169,7 @@ fn curves_of(rows: &Rows, b: &Blocks, scale: Scale) -> Curves {
 
 impl Tangent {
     /// Linearises about a hypothesis. `excluded` blocks (held out) carry no weight.
-    pub(crate) fn at(record: &Record, applied: &[Applied], excluded: &[bool], lean: bool) -> Option<Self> {
+    pub(crate) fn at(record: &Record, applied: &[Applied], excluded: &[bool], lean: Bend) -> Option<Self> {
         let blocks = Blocks::under(record, applied);
         let mut rows = Rows::of(record, &blocks);
         for b in 0..record.blocks {
@@ -254,20 +266,21 @@ impl Tangent {
         curves: Curves,
         layout: Layout,
         whitening: Whitening,
-        lean: bool,
+        lean: Bend,
     ) -> Self {
         let scale = curves.scale;
         let n = layout.blocks;
         let total = layout.len();
         let mut columns: Vec<Vec<f64>> = Vec::new();
         let mut priors: Vec<f64> = Vec::new();
+        let slack = if lean == Bend::Loose { 6.0 } else { 1.0 };
         for a in 0..FRICTION_TERMS {
             let mut column = vec![0.0; total];
             for b in 0..n {
                 column[b] = friction_terms(blocks.flow[b], scale)[a] * blocks.friction_factor[b];
             }
             columns.push(column);
-            priors.push(FRICTION_PRIOR_PA[a]);
+            priors.push(FRICTION_PRIOR_PA[a] * if a == 0 { 1.0 } else { slack });
         }
         for a in 0..HEAD_TERMS {
             let mut column = vec![0.0; total];
@@ -276,7 +289,7 @@ impl Tangent {
                     head_terms(blocks.speed[b], blocks.through[b], scale)[a] * blocks.head_factor[b];
             }
             columns.push(column);
-            priors.push(HEAD_PRIOR_PA[a]);
+            priors.push(HEAD_PRIOR_PA[a] * if a == 0 { 1.0 } else { slack });
         }
         let mut nuisance: Vec<Vec<f64>> = Vec::new();
         if layout.difference > 0 {
@@ -285,7 +298,7 @@ impl Tangent {
             nuisance.push(column);
             priors.push(2e4);
         }
-        if lean {
+        if lean != Bend::Free {
             // Within the meter's noise, what the level tells of the flow is better than the meter: head leans towards
             // the line (lift = line pressure - inlet pressure), as any regression in a noisy flow must.
             let typical = crate::record::mean(&record.filled.inlet);

@@ -9,7 +9,7 @@ use dgd_units::{STANDARD_ATMOSPHERE_PA, STANDARD_GRAVITY_M_S2};
 pub struct AppliedEffect {
     /// Id in the catalogue.
     pub id: String,
-    /// Parameters.
+    /// Parameters in the order of [`About::parameters`](crate::About::parameters), SI.
     pub parameters: Vec<f64>,
 }
 
@@ -18,17 +18,19 @@ pub struct AppliedEffect {
 pub struct AugmentedModel {
     /// Base curves.
     pub curves: Curves,
-    /// Ranges of speed, %, and of flow over speed, m³/s/%, in which the head curve was identified.
+    /// Least and greatest speed, %, at which the head curve was identified.
     pub speed_range_pct: (f64, f64),
-    /// See `speed_range_pct`.
+    /// Least and greatest flow over speed, m³/s/%, at which the head curve was identified.
     pub ratio_range: (f64, f64),
     /// Effects that act.
     pub effects: Vec<AppliedEffect>,
 }
 
-/// An effect that the catalogue does not hold.
+/// An effect that the catalogue does not hold, or with another number of parameters than it takes.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("effect `{id}` is not in the catalogue, or takes another number of parameters than {given}")]
+#[error(
+    "effect `{id}` is not in the catalogue, or takes another number of parameters than {given}"
+)]
 pub struct UnknownEffect {
     /// The id asked for.
     pub id: String,
@@ -37,6 +39,8 @@ pub struct UnknownEffect {
 }
 
 /// What drives a free run: flow meters and the set-point of the pump, without gaps.
+///
+/// Slices of shape `(n,)` on one clock; of unequal ones the run uses what all of them have.
 #[derive(Debug, Clone, Copy)]
 pub struct Inputs<'a> {
     /// Time from the recording's start, s, on an even clock.
@@ -53,7 +57,7 @@ pub struct Inputs<'a> {
     pub speed_pct: &'a [f64],
 }
 
-/// What a free run gives, one value a sample of its window.
+/// What a free run gives: shape `(window,)`, one value a sample of its window.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct FreeRun {
     /// Return flow as its meter would read, m³/s.
@@ -65,33 +69,50 @@ pub struct FreeRun {
 }
 
 impl AugmentedModel {
-    /// Pressure rise over the pump, Pa; beyond the identified ranges by affinity and straight on.
+    /// Pressure rise over the pump, Pa, at a speed, %, and a flow, m³/s.
+    ///
+    /// Beyond the range of speeds by affinity (head over speed squared is a function of flow over speed); beyond the range of
+    /// flow over speed straight on with the slope at its end, or level where that slope would rise.
     pub fn head_pa(&self, speed_pct: f64, flow_m3_s: f64) -> f64 {
         let (low, high) = self.speed_range_pct;
-        let held = speed_pct.clamp(low, high.max(low));
+        let held = within(speed_pct, low, high);
         let share = speed_pct / held.max(1e-3);
         // Affinity: head goes with the square of the speed at the same flow over speed.
-        let flow = if share > 1e-3 { flow_m3_s / share } else { flow_m3_s };
+        let flow = if share > 1e-3 {
+            flow_m3_s / share
+        } else {
+            flow_m3_s
+        };
         let (least, most) = (self.ratio_range.0 * held, self.ratio_range.1 * held);
-        let inside = flow.clamp(least, most.max(least));
+        let inside = within(flow, least, most);
         let mut head = self.curves.head_pa(held, inside);
         if flow != inside {
             let span = 0.1 * (most - least).max(1e-4);
-            let inner = if flow > inside { inside - span } else { inside + span };
+            let inner = if flow > inside {
+                inside - span
+            } else {
+                inside + span
+            };
             let slope = (head - self.curves.head_pa(held, inner)) / (inside - inner);
             head += slope.min(0.0) * (flow - inside);
         }
         head * share * share
     }
 
-    /// Simulates samples `window` from a measured state: inlet pressure, Pa, and line flow, m³/s, at its first sample.
+    /// Simulates samples `window` from a measured state: inlet pressure, Pa absolute, and line flow, m³/s, at its first
+    /// sample.
+    ///
+    /// The model is `rho L/A dq/dt = p_in + H(w, q) - p_0 - rho g L - F(q)` and `A dh/dt = q_in - q` (Slettebø 2015,
+    /// Eqs. 3.46 and 3.45, with the line's inertia alone), each term as the effects' [`Changes`] alter it. Below 5 % of
+    /// speed the pump stands and a check valve holds the line: no flow, and the outlet shows the column.
     ///
     /// Effects live through the recording from its start, so that those with an onset before the window are in force;
     /// before the window they see the inputs and the start's state. Implicit in the flow (its time constant is a
-    /// second), trapezoidal in the level.
+    /// second), trapezoidal in the level, in steps of at most 1 s up to a clock of 20 s. Flow stays within 0 to 0.3 m³/s,
+    /// inlet pressure within 0.5 to 1000 bar.
     ///
     /// # Errors
-    /// [`UnknownEffect`] if an effect is not in the catalogue.
+    /// [`UnknownEffect`] if an effect is not in the catalogue or takes another number of parameters.
     pub fn free_run(
         &self,
         setting: &Setting,
@@ -107,14 +128,21 @@ impl AugmentedModel {
         let column = STANDARD_ATMOSPHERE_PA + weight * setting.line_length_m;
         let (mut inlet, mut flow) = start;
         let mut outlet = column + self.curves.friction_pa(flow);
-        let steps = (inputs.step_s / 1.0).ceil().clamp(1.0, 20.0);
+        let steps = inputs.step_s.ceil().clamp(1.0, 20.0);
         let dt = inputs.step_s / steps;
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "1 to 20; a NaN becomes 0"
+        )]
+        let steps = steps as usize;
+        let end = window.end.min(inputs.samples());
         let mut run = FreeRun::default();
         let mut lagged = flow;
-        let mut past: Vec<f64> = Vec::with_capacity(window.len());
-        // The meter still shows what flowed before the window: the start's flow.
-        for i in 0..window.end.min(inputs.time_s.len()) {
+        let mut past: Vec<f64> = Vec::with_capacity(end.saturating_sub(window.start));
+        for i in 0..end {
             let speed = inputs.speed_pct[i];
+            let pumping = speed > STANDING_PCT;
             let inside = i >= window.start;
             let moment = Moment {
                 index: i,
@@ -123,11 +151,11 @@ impl AugmentedModel {
                 mud_pump_m3_s: inputs.mud_pump_m3_s[i],
                 booster_m3_s: inputs.booster_m3_s[i],
                 topfill_m3_s: inputs.topfill_m3_s[i],
-                flow_m3_s: if inside || speed > 5.0 { flow } else { 0.0 },
+                flow_m3_s: if inside || pumping { flow } else { 0.0 },
                 speed_pct: speed,
                 inlet_pa: inlet,
                 outlet_pa: outlet,
-                pumping: speed > 5.0,
+                pumping,
             };
             let mut c = Changes::default();
             for action in &mut actions {
@@ -145,11 +173,13 @@ impl AugmentedModel {
             if i > window.start {
                 let true_speed = speed + c.speed_pct;
                 let before = flow;
-                for _ in 0..steps as usize {
+                for _ in 0..steps {
                     let old = flow;
                     flow = if moment.pumping {
                         let balance = |q: f64| {
-                            inlet + c.head_pa + lift * self.head_pa(true_speed, q + c.recirculation_m3_s)
+                            inlet
+                                + c.head_pa
+                                + lift * self.head_pa(true_speed, q + c.recirculation_m3_s)
                                 - still
                                 - friction * self.curves.friction_pa(q)
                                 - if q > 1e-6 { c.line_drop_pa } else { 0.0 }
@@ -166,7 +196,10 @@ impl AugmentedModel {
                 speeding = (flow - before) / inputs.step_s;
             }
             outlet = if moment.pumping && flow > 0.0 {
-                still + friction * self.curves.friction_pa(flow) + c.line_drop_pa + inertia * speeding
+                still
+                    + friction * self.curves.friction_pa(flow)
+                    + c.line_drop_pa
+                    + inertia * speeding
             } else {
                 still
             };
@@ -177,10 +210,12 @@ impl AugmentedModel {
                 seen
             };
             past.push(lagged);
+            // Before the window the meter is taken to have shown what it shows at its start.
             let late = delayed(&past, path.delay_s / inputs.step_s);
             run.return_flow_m3_s.push(late);
             run.inlet_pa.push(inlet);
-            run.outlet_pa.push(outlet + 0.5 * (c.outlet_bias_pa[0] + c.outlet_bias_pa[1]));
+            run.outlet_pa
+                .push(outlet + 0.5 * (c.outlet_bias_pa[0] + c.outlet_bias_pa[1]));
         }
         Ok(run)
     }
@@ -202,17 +237,56 @@ impl AugmentedModel {
     fn look_up(&self, one: &AppliedEffect) -> Result<&'static dyn Effect, UnknownEffect> {
         find(&one.id)
             .filter(|e| e.about().parameters.len() == one.parameters.len())
-            .ok_or_else(|| UnknownEffect { id: one.id.clone(), given: one.parameters.len() })
+            .ok_or_else(|| UnknownEffect {
+                id: one.id.clone(),
+                given: one.parameters.len(),
+            })
     }
 }
 
-/// The value some samples back, the first one before that.
+/// Set-point below which the pump is taken to stand, %.
+const STANDING_PCT: f64 = 5.0;
+
+impl Inputs<'_> {
+    /// Samples that every channel has.
+    fn samples(&self) -> usize {
+        [
+            self.time_s,
+            self.mud_pump_m3_s,
+            self.booster_m3_s,
+            self.topfill_m3_s,
+            self.speed_pct,
+        ]
+        .iter()
+        .map(|channel| channel.len())
+        .fold(usize::MAX, usize::min)
+    }
+}
+
+/// `f64::clamp` without its panic on a range that is none.
+fn within(value: f64, low: f64, high: f64) -> f64 {
+    if value < low {
+        low
+    } else if value > high && high >= low {
+        high
+    } else if value > high {
+        low
+    } else {
+        value
+    }
+}
+
+/// The value some samples back, the first one before that; a meter cannot show what is to come.
 fn delayed(past: &[f64], samples: f64) -> f64 {
-    let position = (past.len() - 1) as f64 - samples;
+    let position = (past.len() - 1) as f64 - samples.max(0.0);
     if position <= 0.0 {
         return past[0];
     }
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 < position < len")]
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "0 < position < len"
+    )]
     let low = position.floor() as usize;
     let share = position - low as f64;
     match past.get(low + 1) {
@@ -236,7 +310,11 @@ fn implicit(old: f64, dt: f64, inertia: f64, balance: impl Fn(f64) -> f64) -> f6
     for _ in 0..30 {
         let secant = low - flow * (high - low) / (fhigh - flow);
         let middle = 0.5 * (low + high);
-        let q = if secant > low && secant < high { secant } else { middle };
+        let q = if secant > low && secant < high {
+            secant
+        } else {
+            middle
+        };
         let fq = f(q);
         if fq.abs() < 1e-9 || high - low < 1e-9 {
             return q;

@@ -5,16 +5,15 @@
 /// Below this flow, m³/s, the line stands.
 pub const STANDING_M3_S: f64 = 1e-3;
 
-/// Bumps by which a smooth curve may differ from its polynomial.
+/// Bumps by which a smooth curve may differ from its polynomial: in flow, and in flow over speed by speed.
 const FRICTION_BUMPS: usize = 5;
-const HEAD_BUMPS_S: usize = 7;
-const HEAD_BUMPS_X: usize = 4;
-const HEAD_BUMPS: usize = HEAD_BUMPS_S * HEAD_BUMPS_X;
-/// Terms of [`friction_terms`] and [`head_terms`].
+const HEAD_BUMPS: usize = 9;
+/// Terms of [`friction_terms`].
 pub const FRICTION_TERMS: usize = 5 + FRICTION_BUMPS;
 const HEAD_POWERS: usize = 8;
-/// Terms of the head curve.
+/// Terms of [`head_terms`].
 pub const HEAD_TERMS: usize = HEAD_POWERS + HEAD_BUMPS;
+
 /// Flow and speed that the curves are scaled by.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scale {
@@ -30,7 +29,7 @@ fn bump(x: f64, centre: f64, width: f64) -> f64 {
     (-0.5 * u * u).exp()
 }
 
-/// Friction of the line: B, and q to the powers 1, 1.75 (Blasius), 2, 3; then bumps in flow.
+/// Friction of the line at a flow q, m³/s: B while the mud moves, and q to the powers 1, 1.75 (Blasius), 2, 3; then bumps in flow.
 pub fn friction_terms(q: f64, scale: Scale) -> [f64; FRICTION_TERMS] {
     let z = (q / scale.flow_m3_s).max(0.0);
     let moving = if q > STANDING_M3_S { 1.0 } else { 0.0 };
@@ -42,7 +41,7 @@ pub fn friction_terms(q: f64, scale: Scale) -> [f64; FRICTION_TERMS] {
     out
 }
 
-/// Head of the pump: an offset, powers of speed and flow to the third, and bumps in speed and in flow over speed.
+/// Head of the pump at a speed w, % and a flow q, m³/s: an offset, powers of speed and flow to the third, and bumps in flow over speed.
 pub fn head_terms(w: f64, q: f64, scale: Scale) -> [f64; HEAD_TERMS] {
     let x = (w / scale.speed_pct).max(0.05);
     let z = q / scale.flow_m3_s;
@@ -50,21 +49,9 @@ pub fn head_terms(w: f64, q: f64, scale: Scale) -> [f64; HEAD_TERMS] {
     let x2 = x * x;
     let mut out = [0.0; HEAD_TERMS];
     let z2 = z * z;
-    out[..HEAD_POWERS].copy_from_slice(&[
-        1.0,
-        x2,
-        x * z,
-        z2,
-        x2 * x,
-        x2 * z,
-        x * z2,
-        z2 * z,
-    ]);
-    for j in 0..HEAD_BUMPS_X {
-        let along = x2 * bump(x, 0.6 + 0.2 * j as f64, 0.17);
-        for k in 0..HEAD_BUMPS_S {
-            out[HEAD_POWERS + j * HEAD_BUMPS_S + k] = along * bump(s, 0.22 * k as f64, 0.19);
-        }
+    out[..HEAD_POWERS].copy_from_slice(&[1.0, x2, x * z, z2, x2 * x, x2 * z, x * z2, z2 * z]);
+    for k in 0..HEAD_BUMPS {
+        out[HEAD_POWERS + k] = x2 * bump(s, 0.17 * k as f64, 0.16);
     }
     out
 }

@@ -65,15 +65,15 @@ pub enum Role {
 /// A parameter of an effect.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameter {
-    /// Name with its SI unit, such as `rate_m3_s`.
+    /// Name with its SI unit, such as `rate_m3_s`; without unit where it is a share.
     pub name: &'static str,
-    /// What it is.
+    /// What it is, as it is reported. The two gains and the area are reported whole and carried as their excess over 1.
     pub meaning: &'static str,
     /// How it is searched.
     pub role: Role,
-    /// Least plausible value.
+    /// Least plausible value, the lower bound of a search.
     pub low: f64,
-    /// Greatest plausible value.
+    /// Greatest plausible value, the upper bound of a search.
     pub high: f64,
     /// A usual magnitude, the width of the prior on an amplitude.
     pub usual: f64,
@@ -90,7 +90,7 @@ pub struct About {
     pub component: Component,
     /// The relation it sits in.
     pub relation: Relation,
-    /// Governing equation, in plain notation.
+    /// Governing equation, in plain notation: `A dh/dt = q_in`, a slash between spaces divides the whole product before it.
     pub equation: &'static str,
     /// Where the equation comes from.
     pub source: &'static str,
@@ -135,22 +135,27 @@ pub trait Effect: Send + Sync {
     /// Starts the effect with parameters in the order of [`About::parameters`].
     ///
     /// The action is causal, so that the same code serves the relations (driven by what was
-    /// measured) and the simulation (driven by what was simulated).
+    /// measured) and the simulation (driven by what was simulated). A moment that is not finite must leave no trace in
+    /// its state.
+    ///
+    /// # Panics
+    /// May panic if there are fewer parameters than described; [`AugmentedModel::free_run`](crate::AugmentedModel::free_run)
+    /// refuses those before. Their values, whatever they are, never panic.
     fn begin(&self, parameters: &[f64], setting: &Setting) -> Action;
 
-    /// Whether the action depends on the moment alone, so that its onset is a switch.
+    /// Whether the action keeps no state and is in force at once, so that a search can move its onset like a switch.
     fn is_switch(&self) -> bool {
         false
     }
 
-    /// What the effect puts between the line and its flow meter.
+    /// What the effect puts between the line and its flow meter; delays and lags of several effects add up.
     fn meter_path(&self, _parameters: &[f64]) -> MeterPath {
         MeterPath::default()
     }
 }
 
 impl About {
-    /// Position of a parameter, by role or name.
+    /// Position of a parameter, by name.
     pub fn position(&self, name: &str) -> Option<usize> {
         self.parameters.iter().position(|p| p.name == name)
     }
@@ -167,7 +172,10 @@ impl About {
             .position(|p| p.role == Role::Duration)
     }
 
-    /// The interval in which the effect acts, s, in a recording of the given span.
+    /// The interval in which the effect acts, s, in a recording that spans from, to, s.
+    ///
+    /// # Panics
+    /// If there are fewer parameters than described.
     pub fn interval_s(&self, parameters: &[f64], span_s: (f64, f64)) -> (f64, f64) {
         let onset = self
             .onset()

@@ -16,7 +16,14 @@ mod effect;
 mod moment;
 
 pub use augmented::{AppliedEffect, AugmentedModel, FreeRun, Inputs, UnknownEffect};
-pub use curves::{Curves, FRICTION_TERMS, HEAD_TERMS, STANDING_M3_S, Scale, friction_terms, head_terms};
 pub use catalogue::{KNOTS, QUANTITIES, RELATIONS, catalogue, find, unknown};
+pub use curves::{
+    Curves, FRICTION_TERMS, HEAD_TERMS, STANDING_M3_S, Scale, friction_terms, head_terms,
+};
 pub use effect::{About, Action, Component, Effect, Extent, MeterPath, Parameter, Relation, Role};
 pub use moment::{Changes, Connection, Moment, Noise, Setting, shrunk};
+
+/// The examples of the README compile.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

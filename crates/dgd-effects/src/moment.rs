@@ -33,7 +33,7 @@ pub struct Moment {
 /// What effects change at one moment; the default changes nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Changes {
-    /// Flow into the riser that the flow meters do not tell of, m³/s.
+    /// Flow into the riser that the flow meters do not tell of, m³/s; negative is a loss.
     pub inflow_m3_s: f64,
     /// True riser area over the area of the well file.
     pub area_factor: f64,
@@ -45,7 +45,7 @@ pub struct Changes {
     pub line_kg_m3: f64,
     /// Further pressure drop along the line, Pa.
     pub line_drop_pa: f64,
-    /// Factor on the turbulent part of the line's friction.
+    /// Factor on the line's friction.
     pub friction_factor: f64,
     /// Height by which the mud surface in the line has fallen, m.
     pub line_fall_m: f64,
@@ -61,7 +61,7 @@ pub struct Changes {
     pub leak_m3_s: f64,
     /// Return flow by the meter over the true one.
     pub meter_gain: f64,
-    /// Reading less truth of each outlet transmitter, Pa.
+    /// Reading less truth of either outlet transmitter, Pa.
     pub outlet_bias_pa: [f64; 2],
 }
 
@@ -138,12 +138,17 @@ pub struct Noise {
 
 /// A change with what noise makes of it taken away.
 ///
-/// The difference of a channel from its delayed self holds the channel's noise, which its relation's residual
+/// `x³ / (x² + 9 s²)` for a change x and noise s: small changes vanish, large ones stay. The difference of a channel
+/// from its delayed self holds the channel's noise, which its relation's residual
 /// holds too; left in, noise would pass for a delay (errors in variables).
 pub fn shrunk(change: f64, noise: f64) -> f64 {
     let gate = 3.0 * noise;
     let square = change * change;
-    if square > 0.0 { change * square / (square + gate * gate) } else { 0.0 }
+    if square > 0.0 {
+        change * square / (square + gate * gate)
+    } else {
+        0.0
+    }
 }
 
 /// Noise of a series: the median absolute second difference, as a standard deviation.
@@ -174,6 +179,10 @@ fn quantile(values: &[f64], fraction: f64) -> f64 {
 
 impl Setting {
     /// Reads the setting off a well and its recording on an even clock.
+    ///
+    /// `inlet_pa`: pump inlet pressure, Pa absolute, shape `(n,)`, as the mean of its transmitters. Values that are not
+    /// finite are passed over. The riser's volume follows from the median inlet pressure; a connection is a minute or
+    /// more with less than a tenth of the mud pump's 80th percentile.
     pub fn of(well: &Well, recording: &Recording, inlet_pa: &[f64]) -> Self {
         let geometry = &well.geometry;
         let weight = well.mud_density_kg_m3 * STANDARD_GRAVITY_M_S2;

@@ -45,8 +45,8 @@ impl Target {
             Score::Number(_, _, unit) => format!("{}{unit}", plain(v, unit)),
         };
         match self {
-            Target::AtLeast(v) => format!("at least {}", number(v)),
-            Target::AtMost(v) => format!("at most {}", number(v)),
+            Target::AtLeast(v) => format!("≥ {}", number(v)),
+            Target::AtMost(v) => format!("≤ {}", number(v)),
             Target::Between(a, b) => format!("{} to {}", number(a), number(b)),
         }
     }
@@ -188,7 +188,7 @@ pub(crate) fn measures(s: &Summary) -> Vec<Measure> {
     );
     put("transmitter right, where named", share(s.sensor), None);
     put(
-        "confidently wrong, of findings with probability 0.9 or more",
+        "confidently wrong (probability 0.9 or more)",
         share(s.confidently_wrong),
         Some(Target::AtMost(targets::CONFIDENTLY_WRONG)),
     );
@@ -196,7 +196,7 @@ pub(crate) fn measures(s: &Summary) -> Vec<Measure> {
     put("Brier score", Score::Number(s.brier, judged, ""), None);
     put("verdict right", share(s.verdict), None);
     for (title, ratios) in SIGNAL_TITLES.iter().zip(&s.gains) {
-        let title = format!("held-out {title}, error after / before, median");
+        let title = format!("held-out {title}, after / before, median");
         put(&title, number(ratios, ""), None);
     }
     put(

@@ -38,8 +38,10 @@ use truth::Truth;
 const CALIBRATION_SEEDS: u64 = 999;
 /// So many hold each single effect in each severity once.
 const WHOLE: usize = 200;
-/// A level of the short form: singles, clean ones, a pair and a foreign effect.
+/// A level of the short form diagnoses this many: eight singles, two clean, a pair and a foreign effect.
 const SHORT: usize = 12;
+/// Of so many: level one takes the first, level two the last, so that they meet other effects.
+const SHORT_OF: usize = 32;
 /// Folders of an earlier proof carry this file; no others are cleared.
 const MARKER: &str = ".dgd-proof";
 
@@ -55,7 +57,7 @@ pub(crate) struct Settings {
     /// Seed of the recordings; 1 to 999 are for calibrating and refused
     #[arg(long, default_value_t = 2015)]
     seed: u64,
-    /// Twelve recordings a level, for continuous integration
+    /// Twelve of 32 recordings a level, others at each, for continuous integration
     #[arg(long, conflicts_with = "count")]
     short: bool,
     /// Folder for recordings, answers, proof.html, proof.json and failures.md
@@ -92,11 +94,21 @@ impl Levels {
 }
 
 impl Settings {
+    /// Whether the case with that number is diagnosed.
+    fn wants(&self, level: u8, index: usize, id: &String) -> bool {
+        let turn = match (self.short, level) {
+            (false, _) => true,
+            (true, 1) => index < SHORT,
+            (true, _) => (SHORT_OF - SHORT..SHORT_OF).contains(&index),
+        };
+        turn && (self.only.is_empty() || self.only.contains(id))
+    }
+
     /// The short form, as continuous integration runs it.
     pub(crate) fn short(out: PathBuf) -> Settings {
         Settings {
             level: Levels::Both,
-            count: SHORT,
+            count: SHORT_OF,
             seed: 2015,
             short: true,
             out,
@@ -110,6 +122,8 @@ impl Settings {
 /// What the page says about how it came to be.
 struct Origin {
     version: String,
+    /// SHA-256 of the program.
+    program: String,
     commit: Option<String>,
     cores: usize,
     /// Level and SHA-256 of its truths.
@@ -125,12 +139,16 @@ pub(crate) fn run(mut settings: Settings) -> Result<()> {
         );
     }
     if settings.short {
-        settings.count = SHORT;
+        settings.count = SHORT_OF;
     }
     let (plant, dgd) = (
         tools::build("dgd-plant", "dgd-plant")?,
         tools::build("dgd-cli", "dgd")?,
     );
+    // A copy, so that a build meanwhile does not change what is proved.
+    let shelf = tempfile::tempdir().context("cannot make a temporary folder")?;
+    let (program, dgd) = (dgd, shelf.path().join("dgd"));
+    fs::copy(&program, &dgd).with_context(|| format!("cannot copy {}", program.display()))?;
     fs::create_dir_all(&settings.out)
         .with_context(|| format!("cannot make {}", settings.out.display()))?;
     settings.out = fs::canonicalize(&settings.out).context("cannot resolve the folder")?;
@@ -149,6 +167,7 @@ pub(crate) fn run(mut settings: Settings) -> Result<()> {
         );
     }
     let origin = Origin {
+        program: seal::sha256(&fs::read(&dgd).context("cannot read the program")?),
         version: first_line(Command::new(&dgd).arg("--version")).unwrap_or_default(),
         commit: first_line(
             Command::new("git")
@@ -233,11 +252,12 @@ fn examine(
     dgd: &Path,
     sealed: &[Sealed],
 ) -> Result<Vec<((u8, String), Exam)>> {
-    let wanted = |id: &&String| settings.only.is_empty() || settings.only.contains(id);
-    let todo: Vec<(&Sealed, &String)> = sealed
-        .iter()
-        .flat_map(|s| s.ids.iter().filter(wanted).map(move |id| (s, id)))
-        .collect();
+    let mut todo: Vec<(&Sealed, &String)> = Vec::new();
+    for s in sealed {
+        let ids = s.ids.iter().enumerate();
+        let ids = ids.filter(|(i, id)| settings.wants(s.level, *i, id));
+        todo.extend(ids.map(|(_, id)| (s, id)));
+    }
     if todo.is_empty() {
         bail!(
             "none of {:?} is a case, expected c000 and so on",
@@ -391,7 +411,7 @@ fn json_of(settings: &Settings, origin: &Origin, summaries: &[Summary], rows: &[
     json!({
         "schema": "dgd.proof/1",
         "seed": settings.seed, "count": settings.count, "only": settings.only, "jobs": settings.jobs,
-        "dgd": origin.version, "commit": origin.commit, "cores": origin.cores,
+        "short": settings.short, "dgd": origin.version, "dgd_sha256": origin.program, "commit": origin.commit, "cores": origin.cores,
         "seals": origin.seals.iter().map(|(l, h)| json!({"level": l, "sha256": h})).collect::<Vec<_>>(),
         "levels": summaries.iter().map(level).collect::<Vec<_>>(),
         "cases": rows.iter().map(case).collect::<Vec<_>>(),
@@ -414,6 +434,26 @@ mod tests {
             let error = run(settings).unwrap_err().to_string();
             assert!(error.contains("for calibrating"), "{error}");
         }
+    }
+
+    #[test]
+    fn the_short_form_meets_other_cases_at_each_level() {
+        let short = Settings::short("proof".into());
+        let of = |settings: &Settings, level| -> Vec<usize> {
+            let id = String::from("c000");
+            (0..SHORT_OF)
+                .filter(|i| settings.wants(level, *i, &id))
+                .collect()
+        };
+        let (one, two) = (of(&short, 1), of(&short, 2));
+        assert_eq!((one.len(), two.len()), (SHORT, SHORT));
+        assert!(one.iter().all(|i| !two.contains(i)));
+        let whole = Settings {
+            short: false,
+            only: vec!["c001".into()],
+            ..short
+        };
+        assert_eq!(of(&whole, 1), [0; 0]);
     }
 
     #[test]

@@ -30,7 +30,8 @@ svg{max-width:100%;height:auto;font-family:inherit}
 code{font:.84em ui-monospace,SFMono-Regular,Menlo,Consolas,monospace;overflow-wrap:anywhere}
 .case{margin:.9rem 0;break-inside:avoid;font-size:.88rem}
 .case p{margin:.1rem 0;max-width:none}
-@media print{body{margin:0;max-width:none;font-size:10.5pt}h2,h3{break-after:avoid}figure,tr{break-inside:avoid}@page{margin:16mm 14mm}}
+@media(max-width:860px){table{font-size:.74rem}th,td{padding-right:.4rem}}
+@media print{body{margin:0;padding:0;max-width:none;font-size:10pt}table{font-size:7.5pt}th,td{padding-right:.4rem}h2,h3{break-after:avoid}figure,tr{break-inside:avoid}@page{margin:16mm 14mm}}
 ";
 
 /// The page.
@@ -306,18 +307,16 @@ fn method(html: &mut String, settings: &Settings, origin: &Origin) {
     } else {
         levels.join("")
     };
-    let only = if settings.only.is_empty() {
-        String::new()
-    } else {
-        format!(" --only {}", settings.only.join(","))
+    let mut command = format!("cargo xtask prove --seed {} --level {level}", settings.seed);
+    // Writing into a string cannot fail.
+    let _ = match settings.short {
+        true => write!(command, " --short"),
+        false => write!(command, " --count {}", settings.count),
     };
-    put!(
-        html,
-        "<p><code>cargo xtask prove --seed {} --level {level} --count {}{}</code></p>",
-        settings.seed,
-        settings.count,
-        escape(&only)
-    );
+    if !settings.only.is_empty() {
+        let _ = write!(command, " --only {}", settings.only.join(","));
+    }
+    put!(html, "<p><code>{}</code></p>", escape(&command));
     put!(
         html,
         "<p><code>dgd-plant</code>, which shares no code with what is judged, made the recordings and printed the SHA-256 of what it had concealed before the \
@@ -334,12 +333,13 @@ fn method(html: &mut String, settings: &Settings, origin: &Origin) {
     }
     put!(
         html,
-        "<tr><th scope=\"row\">program</th><td>{}{}</td></tr><tr><th scope=\"row\">cores</th><td>{}</td></tr></tbody></table>",
+        "<tr><th scope=\"row\">program</th><td>{}{}; SHA-256 <code>{}</code></td></tr><tr><th scope=\"row\">cores</th><td>{}</td></tr></tbody></table>",
         escape(&origin.version),
         origin
             .commit
             .as_ref()
             .map_or_else(String::new, |c| format!(", {}", escape(c))),
+        escape(&origin.program),
         origin.cores
     );
 }
@@ -353,6 +353,7 @@ mod tests {
         let settings = Settings::short("proof".into());
         let origin = Origin {
             version: "dgd <0>".into(),
+            program: "ef56".into(),
             commit: None,
             cores: 2,
             seals: vec![(1, "ab12".into()), (2, "cd34".into())],
@@ -396,7 +397,7 @@ mod tests {
         let mut right = row(&["heave"], Some(&[("heave", 0.95)]));
         right.id = "c008".into();
         let html = page(&[wrong, right]);
-        assert!(html.contains("--seed 2015 --level 2 --count 12 --only c007"));
+        assert!(html.contains("--seed 2015 --level 2 --count 32 --only c007"));
         assert!(!html.contains("c008"));
     }
 

@@ -1,4 +1,7 @@
 //! A riser annulus of another area than the well file says.
+//!
+//! The parameter is carried as x, the excess over the well file relative to it, so that 0 changes nothing; it is reported as
+//! an area.
 
 use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
 
@@ -19,7 +22,7 @@ static ABOUT: About = About {
     )],
     parameters: &[Parameter {
         name: "area_m2",
-        meaning: "true area over the file, less 1",
+        meaning: "true area of the riser annulus",
         role: Role::Amplitude,
         low: -0.6,
         high: 1.5,

@@ -13,7 +13,7 @@ static ABOUT: About = About {
     component: Component::Line,
     relation: Relation::RiserMassBalance,
     equation: "tau dq_out/dt = q_booster - q_out",
-    source: "Slettebø 2015, section 2.3 (booster line state)",
+    source: "Slettebø 2015, Eqs. 2.30 and 2.38, reduced to one time constant",
     excited_by: "starts and stops of the booster pump",
     confusable: &[("u_tube", "step the booster alone")],
     parameters: &[Parameter {

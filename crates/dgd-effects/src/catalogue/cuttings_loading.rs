@@ -81,9 +81,9 @@ impl Effect for CuttingsLoading {
         let mut riser = Stirred::new(p[2] * setting.riser_volume_m3);
         let mut line = Stirred::new(0.5 * setting.line_volume_m3());
         let mut next = 0;
-    // A recording that begins amid a stand begins loaded.
-    riser.value = load;
-    line.value = load;
+        // A recording that begins amid a stand begins loaded.
+        riser.value = load;
+        line.value = load;
         Box::new(move |at, changes| {
             while spans.get(next).is_some_and(|s| at.t_s >= s.1) {
                 next += 1;

@@ -10,7 +10,7 @@ static ABOUT: About = About {
     title: "gas lowers the head for a while",
     component: Component::Pump,
     relation: Relation::PumpHead,
-    equation: "H = (1 - loss) H(w, q)",
+    equation: "p_out - p_in = (1 - loss) H(w, q)",
     source: "two-phase degradation: Gülich 2010, chapter 13",
     excited_by: "steady running on both sides of the event",
     confusable: &[("pump_wear", "wait: gas passes, wear grows")],

@@ -10,7 +10,7 @@ static ABOUT: About = About {
     title: "gel builds in standing mud and breaks on restart",
     component: Component::Line,
     relation: Relation::ReturnLineFriction,
-    equation: "dp = 4 tau L / d, grown at rest, decaying with the volume pumped",
+    equation: "dp = s 4 tau L / d; at rest T ds/dt = 1 - s, in flow V_b ds/dt = -s q",
     source: "API RP 13D, gel-breaking pressure",
     excited_by: "restarts of the subsea pump after minutes of rest",
     confusable: &[(
@@ -28,7 +28,7 @@ static ABOUT: About = About {
         },
         Parameter {
             name: "broken",
-            meaning: "volume pumped to break it, share of the line",
+            meaning: "volume pumped that breaks it to 1/e, share of the line's",
             role: Role::Shape(&[0.08, 0.15, 0.3, 0.6]),
             low: 0.01,
             high: 3.0,
@@ -36,7 +36,7 @@ static ABOUT: About = About {
         },
         Parameter {
             name: "growth_s",
-            meaning: "time to build at rest",
+            meaning: "time constant of its growth at rest",
             role: Role::Shape(&[60.0, 300.0, 900.0]),
             low: 10.0,
             high: 7200.0,
@@ -59,7 +59,7 @@ impl Effect for GelStrength {
         Box::new(move |at, changes| {
             if at.flow_m3_s < 1e-3 {
                 gelled += (1.0 - (-at.dt_s / growth).exp()) * (1.0 - gelled);
-            } else {
+            } else if at.flow_m3_s.is_finite() {
                 changes.line_drop_pa += full * gelled;
                 gelled *= (-at.flow_m3_s * at.dt_s / breaking).exp();
             }

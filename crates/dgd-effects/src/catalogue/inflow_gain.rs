@@ -1,4 +1,6 @@
 //! A mud pump flow, counted from strokes, that is off in proportion.
+//!
+//! The parameter is carried as the gain less 1, so that 0 changes nothing; it is reported as the gain.
 
 use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
 

@@ -10,7 +10,7 @@ static ABOUT: About = About {
     title: "the return line drains while the pump is off",
     component: Component::Line,
     relation: Relation::ReturnLineFriction,
-    equation: "dz/dt = rate at rest; p_out loses rho g z, the riser gains A z",
+    equation: "dz/dt = rate at rest; p_out loses rho g z, the riser gains A_line dz/dt",
     source: "backflow through a pump without check valve",
     excited_by: "pump stops",
     confusable: &[(

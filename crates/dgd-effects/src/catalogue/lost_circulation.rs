@@ -11,7 +11,7 @@ static ABOUT: About = About {
     component: Component::Boundary,
     relation: Relation::RiserMassBalance,
     equation: "A dh/dt = q_in - J max(p_in - p_frac, 0) - q",
-    source: "productivity-index loss: Bourgoyne et al. 1986, chapter 6",
+    source: "loss in proportion to the overpressure; fracture pressure: Bourgoyne et al. 1986, chapter 6",
     excited_by: "riser level that moves after the onset",
     confusable: &[
         (

@@ -11,7 +11,7 @@ static ABOUT: About = About {
     component: Component::Instrument,
     relation: Relation::ReturnLineFriction,
     equation: "p_meter = p_out + bias",
-    source: "Slettebø 2015, section 3.2 (the constant B of Eq. 3.26)",
+    source: "Slettebø 2015, section 3.3.2 (the constant B of Eq. 3.26)",
     excited_by: "stretches with the pump stopped and stretches with flow",
     confusable: &[
         (

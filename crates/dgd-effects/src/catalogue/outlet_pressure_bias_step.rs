@@ -10,7 +10,7 @@ static ABOUT: About = About {
     title: "one outlet transmitter shifts at some time",
     component: Component::Instrument,
     relation: Relation::ReturnLineFriction,
-    equation: "p_meter,i = p_out + bias for t > onset",
+    equation: "p_meter,i = p_out + bias for t ≥ onset",
     source: "transmitter shift: IEC 61298-2",
     excited_by: "two outlet transmitters, or a calm stretch on both sides of the shift",
     confusable: &[

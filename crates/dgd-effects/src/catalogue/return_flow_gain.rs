@@ -1,4 +1,6 @@
 //! A return flow meter that reads too much or too little, in proportion.
+//!
+//! The parameter is carried as the gain less 1, so that 0 changes nothing; it is reported as the gain.
 
 use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
 
@@ -11,7 +13,7 @@ static ABOUT: About = About {
     component: Component::Instrument,
     relation: Relation::RiserMassBalance,
     equation: "q_meter = gain q",
-    source: "Slettebø 2015, section 3.2: D, E, c1 and c2 absorb it, only the mass balance sees it",
+    source: "proportional error of a meter; D, E, c1 and c2 of Slettebø 2015, Eqs. 2.28 and 3.26, absorb it, the mass balance (Eq. 3.45) does not",
     excited_by: "flow through the riser at any rate",
     confusable: &[
         (

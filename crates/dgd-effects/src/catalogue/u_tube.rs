@@ -13,7 +13,7 @@ static ABOUT: About = About {
     component: Component::Line,
     relation: Relation::RiserMassBalance,
     equation: "tau dq_string/dt = q_mud_pump - q_string",
-    source: "Slettebø 2015, section 2.3 (drill string state)",
+    source: "Slettebø 2015, Eqs. 2.29 and 2.34, reduced to one time constant",
     excited_by: "starts and stops of the mud pump",
     confusable: &[
         ("booster_line_storage", "step the booster alone"),

@@ -105,7 +105,10 @@ impl Effect for Unknown {
             since = if at.pumping { since + at.dt_s } else { 0.0 };
             let before = slow.unwrap_or(at.flow_m3_s);
             let now = before + (at.dt_s / 20.0).min(1.0) * (at.flow_m3_s - before);
-            slow = Some(now);
+            // A gap in the flow must not stay in the memory.
+            if now.is_finite() {
+                slow = Some(now);
+            }
             #[allow(clippy::cast_possible_truncation, reason = "a small code")]
             let x = match quantity as i64 {
                 0 => at.t_s,
@@ -117,8 +120,8 @@ impl Effect for Unknown {
                 6 => (since / 60.0).ln_1p(),
                 _ => (at.flow_m3_s - now) / 20.0,
             };
-            let position = ((x - from) / (to - from) * (KNOTS - 1) as f64)
-                .clamp(0.0, (KNOTS - 1) as f64);
+            let position =
+                ((x - from) / (to - from) * (KNOTS - 1) as f64).clamp(0.0, (KNOTS - 1) as f64);
             #[allow(
                 clippy::cast_possible_truncation,
                 clippy::cast_sign_loss,

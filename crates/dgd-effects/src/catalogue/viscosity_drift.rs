@@ -7,7 +7,7 @@ const USUAL_VISCOSITY_PA_S: f64 = 0.02;
 /// Roughness of drill pipe over its bore.
 const USUAL_ROUGHNESS: f64 = 3e-4;
 
-/// Darcy's friction factor by Haaland, blended into the laminar 64/Re.
+/// Darcy's friction factor: the greater of Haaland's, held below Re = 2000, and the laminar 64/Re.
 fn haaland(reynolds: f64) -> f64 {
     let re = reynolds.max(1.0);
     let root = -1.8 * ((USUAL_ROUGHNESS / 3.7).powf(1.11) + 6.9 / re.max(2000.0)).log10();
@@ -22,8 +22,8 @@ static ABOUT: About = About {
     title: "viscosity, and so friction, drifts over hours",
     component: Component::Line,
     relation: Relation::ReturnLineFriction,
-    equation: "dp = f(Re(mu(t)), eps/d) L rho v^2 / (2 d)",
-    source: "Haaland 1983; Slettebø 2015, Eqs. 2.11-2.13",
+    equation: "F(q, t) = F(q) f(Re(mu(t))) / f(Re(mu_0)), f by Haaland or 64/Re",
+    source: "Haaland 1983; Slettebø 2015, Eqs. 2.21-2.24",
     excited_by: "hours of flow at several rates",
     confusable: &[
         (

@@ -10,8 +10,8 @@ static ABOUT: About = About {
     title: "flowing friction does not vanish with the flow",
     component: Component::Line,
     relation: Relation::ReturnLineFriction,
-    equation: "dp = 16 tau_y L / (3 d) f(q), 0 at rest",
-    source: "Herschel and Bulkley 1926; Buckingham 1921 for 16/3",
+    equation: "dp = dp_0 / (1 + q/q_f), 0 at rest; dp_0 = 16 tau_y L / (3 d)",
+    source: "Herschel and Bulkley 1926; Buckingham 1921 for 16/3; the fading with flow is empirical",
     excited_by: "low flow, high flow and pump stops",
     confusable: &[(
         "outlet_pressure_bias",

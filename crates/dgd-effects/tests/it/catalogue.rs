@@ -1,0 +1,239 @@
+//! The list itself: ids, parameters, what is said of them.
+
+use crate::{SPAN_S, drive, members, moments, setting, usual};
+use dgd_effects::{Changes, Extent, KNOTS, MeterPath, Relation, Role, catalogue, find, unknown};
+use std::collections::BTreeSet;
+
+/// Ids with the parameter that carries the strength, or names the effect's size, as they stand in written diagnoses.
+const CONTRACT: [(&str, &str); 24] = [
+    ("return_flow_delay", "delay_s"),
+    ("return_flow_gain", "gain"),
+    ("inflow_gain", "gain"),
+    ("outlet_pressure_bias", "bias_pa"),
+    ("outlet_pressure_bias_step", "bias_pa"),
+    ("mud_density_change", "delta_rho_kg_m3"),
+    ("cuttings_loading", "delta_rho_kg_m3"),
+    ("yield_stress", "drop_pa"),
+    ("gel_strength", "tau_gel_pa"),
+    ("line_drainage", "rate_m_s"),
+    ("pump_wear", "leak_m3_s"),
+    ("gas_in_pump", "head_loss_fraction"),
+    ("pump_speed_lag", "tau_s"),
+    ("influx", "rate_m3_s"),
+    ("lost_circulation", "J_m3_s_pa"),
+    ("u_tube", "tau_s"),
+    ("booster_line_storage", "tau_s"),
+    ("annulus_area", "area_m2"),
+    ("pipe_displacement", "volume_m3"),
+    ("heave", "period_s"),
+    ("viscosity_drift", "relative_mu_change"),
+    ("line_restriction", "K"),
+    ("line_leak", "leak_m3_s"),
+    ("line_gas_storage", "tau_s"),
+];
+
+#[test]
+fn ids_and_first_parameters_are_those_of_written_diagnoses() {
+    let listed: Vec<(&str, &str)> = catalogue()
+        .iter()
+        .map(|e| (e.about().id, e.about().parameters[0].name))
+        .collect();
+    assert_eq!(listed, CONTRACT);
+    let ids: BTreeSet<&str> = listed.iter().map(|(id, _)| *id).collect();
+    assert_eq!(ids.len(), CONTRACT.len());
+    let sensor = find("outlet_pressure_bias_step").unwrap().about();
+    assert!(sensor.position("sensor").is_some());
+}
+
+#[test]
+fn every_id_is_found_and_the_correction_by_its_own() {
+    for effect in catalogue() {
+        let id = effect.about().id;
+        assert_eq!(find(id).unwrap().about().id, id);
+    }
+    assert_eq!(find("unknown").unwrap().about(), unknown().about());
+    assert!(find("").is_none() && find("Influx").is_none());
+}
+
+#[test]
+fn descriptions_are_whole() {
+    for effect in catalogue() {
+        let about = effect.about();
+        for text in [about.title, about.equation, about.source, about.excited_by] {
+            assert!(!text.trim().is_empty(), "{}", about.id);
+        }
+        let names: BTreeSet<&str> = about.parameters.iter().map(|p| p.name).collect();
+        assert_eq!(names.len(), about.parameters.len(), "{}", about.id);
+        for p in about.parameters {
+            assert!(p.low < p.high, "{} {}", about.id, p.name);
+            assert!(
+                (p.low..=p.high).contains(&p.usual),
+                "{} {}",
+                about.id,
+                p.name
+            );
+            if let Role::Grid(values) | Role::Shape(values) = p.role {
+                assert!(values.is_sorted(), "{} {}", about.id, p.name);
+                assert!(
+                    values.iter().all(|v| (p.low..=p.high).contains(v)),
+                    "{} {}",
+                    about.id,
+                    p.name
+                );
+            }
+        }
+        for (other, test) in about.confusable {
+            assert!(
+                find(other).is_some() && *other != about.id,
+                "{}: {other}",
+                about.id
+            );
+            assert!(!test.is_empty());
+        }
+        assert_eq!(
+            about.onset().is_some(),
+            about.extent != Extent::Always,
+            "{}",
+            about.id
+        );
+        assert_eq!(
+            about.duration().is_some(),
+            about.extent == Extent::Passing,
+            "{}",
+            about.id
+        );
+    }
+}
+
+#[test]
+fn an_effect_without_strength_changes_nothing() {
+    let (setting, moments) = (setting(), moments());
+    for effect in catalogue() {
+        let about = effect.about();
+        let mut p = usual(about);
+        p[0] = match about.parameters[0].role {
+            Role::Amplitude => 0.0,
+            _ => 1e-9,
+        };
+        let proportional = about.parameters[0].role == Role::Amplitude;
+        for (i, c) in drive(about.id, &p, &setting, &moments).iter().enumerate() {
+            for ((name, found, size), (_, none, _)) in
+                members(c).iter().zip(members(&Changes::default()))
+            {
+                let allowed = if proportional { 0.0 } else { 1e-9 * size };
+                assert!(
+                    (found - none).abs() <= allowed,
+                    "{} {name} at {i}: {found}",
+                    about.id
+                );
+            }
+        }
+        p[0] = 0.0;
+        assert_eq!(effect.meter_path(&p), MeterPath::default(), "{}", about.id);
+    }
+    let none = vec![0.0; 4 + KNOTS];
+    assert!(
+        drive("unknown", &none, &setting, &moments)
+            .iter()
+            .all(|c| *c == Changes::default())
+    );
+}
+
+#[test]
+fn every_effect_but_heave_changes_something_when_it_has_strength() {
+    let (setting, moments) = (setting(), moments());
+    for effect in catalogue() {
+        let about = effect.about();
+        let p = usual(about);
+        let changed = drive(about.id, &p, &setting, &moments)
+            .iter()
+            .any(|c| *c != Changes::default());
+        let seen = changed || effect.meter_path(&p) != MeterPath::default();
+        assert_eq!(seen, about.id != "heave", "{}", about.id);
+    }
+}
+
+#[test]
+fn nothing_changes_outside_the_interval_of_an_effect() {
+    let (setting, moments) = (setting(), moments());
+    for effect in catalogue() {
+        let about = effect.about();
+        let p = usual(about);
+        let (from, to) = about.interval_s(&p, setting.span_s);
+        let expected = match about.extent {
+            Extent::Always => (0.0, SPAN_S),
+            Extent::FromOnset => (1500.0, SPAN_S),
+            Extent::Passing => (1500.0, 3500.0),
+        };
+        assert_eq!((from, to), expected, "{}", about.id);
+        let changes = drive(about.id, &p, &setting, &moments);
+        for (m, c) in moments.iter().zip(&changes) {
+            if m.t_s < from || m.t_s > to {
+                assert_eq!(*c, Changes::default(), "{} at {}", about.id, m.t_s);
+            }
+        }
+    }
+}
+
+#[test]
+fn an_interval_stays_within_the_recording() {
+    let influx = find("influx").unwrap().about();
+    assert_eq!(
+        influx.interval_s(&[1e-3, -50.0, 100.0, 0.1], (0.0, 40.0)),
+        (0.0, 40.0)
+    );
+    assert_eq!(
+        influx.interval_s(&[1e-3, 10.0, 20.0, 0.1], (0.0, 40.0)),
+        (10.0, 30.0)
+    );
+}
+
+#[test]
+fn names_of_relations_are_those_of_written_diagnoses() {
+    let names = [
+        (Relation::ReturnLineFriction, "return_line_friction"),
+        (Relation::PumpHead, "pump_head"),
+        (Relation::RiserMassBalance, "riser_mass_balance"),
+        (Relation::Momentum, "momentum"),
+        (Relation::Instrument, "instrument"),
+    ];
+    for (relation, name) in names {
+        assert_eq!(relation.name(), name);
+    }
+}
+
+#[test]
+fn a_switch_depends_on_the_moment_alone() {
+    let (setting, moments) = (setting(), moments());
+    for effect in catalogue().iter().filter(|e| e.is_switch()) {
+        let about = effect.about();
+        let p = usual(about);
+        let whole = drive(about.id, &p, &setting, &moments);
+        // Started late it does what it would have done anyway.
+        let late = drive(about.id, &p, &setting, &moments[2500..]);
+        assert_eq!(whole[2500..], late[..], "{}", about.id);
+    }
+}
+
+#[test]
+fn the_readme_has_a_row_for_every_effect() {
+    let readme = include_str!("../../README.md");
+    let quoted = |names: Vec<&str>| match names.as_slice() {
+        [] => "-".to_owned(),
+        names => format!("`{}`", names.join("`, `")),
+    };
+    for effect in catalogue() {
+        let about = effect.about();
+        let row = format!(
+            "| `{}` | {} | {} | `{}` | {} | {} | {} |",
+            about.id,
+            format!("{:?}", about.component).to_lowercase(),
+            about.relation.name().replace('_', " "),
+            about.equation,
+            quoted(about.parameters.iter().map(|p| p.name).collect()),
+            about.excited_by,
+            quoted(about.confusable.iter().map(|c| c.0).collect()),
+        );
+        assert!(readme.contains(&row), "the README lacks\n{row}");
+    }
+}

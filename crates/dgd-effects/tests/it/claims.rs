@@ -1,0 +1,359 @@
+//! What each effect changes: where, in which direction, how much.
+
+use crate::{AIR_PA, RHO, close, drive, moments, setting};
+use dgd_effects::{Changes, MeterPath, Moment, find, shrunk};
+
+fn at(t_s: f64) -> Moment {
+    moments().into_iter().find(|m| m.t_s >= t_s).unwrap()
+}
+
+fn run(id: &str, p: &[f64]) -> Vec<Changes> {
+    drive(id, p, &setting(), &moments())
+}
+
+fn sum(changes: &[Changes], of: impl Fn(&Changes) -> f64) -> f64 {
+    changes.iter().map(of).sum()
+}
+
+#[test]
+fn return_flow_delay_puts_its_seconds_before_the_meter() {
+    let path = find("return_flow_delay").unwrap().meter_path(&[7.0]);
+    assert_eq!(
+        path,
+        MeterPath {
+            delay_s: 7.0,
+            lag_s: 0.0
+        }
+    );
+}
+
+#[test]
+fn line_gas_storage_puts_a_lag_before_the_meter() {
+    let path = find("line_gas_storage").unwrap().meter_path(&[15.0]);
+    assert_eq!(
+        path,
+        MeterPath {
+            delay_s: 0.0,
+            lag_s: 15.0
+        }
+    );
+}
+
+#[test]
+fn return_flow_gain_multiplies_the_reading() {
+    assert!(
+        run("return_flow_gain", &[0.03])
+            .iter()
+            .all(|c| c.meter_gain == 1.03)
+    );
+}
+
+#[test]
+fn inflow_gain_takes_back_what_the_meter_reads_too_much() {
+    for (m, c) in moments().iter().zip(run("inflow_gain", &[0.25])) {
+        close(
+            m.mud_pump_m3_s + c.inflow_m3_s,
+            m.mud_pump_m3_s / 1.25,
+            1e-12,
+        );
+    }
+}
+
+#[test]
+fn outlet_pressure_bias_moves_both_transmitters_flowing_or_not() {
+    assert!(
+        run("outlet_pressure_bias", &[-2e4])
+            .iter()
+            .all(|c| c.outlet_bias_pa == [-2e4; 2])
+    );
+}
+
+#[test]
+fn outlet_pressure_bias_step_moves_one_transmitter_from_its_onset() {
+    for (sensor, expected) in [(1.0, [3e4, 0.0]), (2.0, [0.0, 3e4])] {
+        let c = run("outlet_pressure_bias_step", &[3e4, 1500.0, sensor]);
+        assert_eq!(c[1499].outlet_bias_pa, [0.0; 2]);
+        assert_eq!(c[1500].outlet_bias_pa, expected);
+    }
+}
+
+#[test]
+fn mud_density_change_fills_the_riser_as_a_stirred_tank_then_the_line() {
+    let setting = setting();
+    let c = run("mud_density_change", &[40.0, 1500.0, 0.25]);
+    assert_eq!(c[1499], Changes::default());
+    assert_eq!(c[1500].entering_kg_m3, 40.0);
+    // 500 samples at 0.036 m³/s and one at 0.043 m³/s into a quarter of the riser.
+    let turned = (500.0 * 0.036 + 0.043) / (0.25 * setting.riser_volume_m3);
+    close(c[2000].riser_kg_m3, 40.0 * (1.0 - (-turned).exp()), 1e-9);
+    assert!(
+        c[1501..2900]
+            .iter()
+            .all(|c| 0.0 < c.line_kg_m3 && c.line_kg_m3 < c.riser_kg_m3)
+    );
+    close(c[6000].line_kg_m3, 40.0, 0.2);
+}
+
+#[test]
+fn cuttings_loading_washes_out_before_the_connection_and_keeps_the_mass_balance() {
+    let setting = setting();
+    let c = run("cuttings_loading", &[30.0, 0.8, 0.15, 0.0]);
+    assert_eq!(c[0].riser_kg_m3, 30.0);
+    assert_eq!(c[2399].riser_kg_m3, 30.0);
+    // From the end of drilling to that of the stand: 600 s at 0.04 m³/s.
+    let turned = 600.0 * 0.04 / (0.15 * setting.riser_volume_m3);
+    close(c[2999].riser_kg_m3, 30.0 * (-turned).exp(), 1e-9);
+    assert!(c[2999].line_kg_m3 > c[2999].riser_kg_m3);
+    // The next stand loads it again: 83 m³ by the end of drilling.
+    assert!(c[5479].riser_kg_m3 > 28.0);
+    assert!(c.iter().all(|c| c.entering_kg_m3 == c.riser_kg_m3));
+}
+
+#[test]
+fn yield_stress_is_there_at_slow_flow_fades_and_is_gone_at_rest() {
+    let setting = setting();
+    let drop = |q: f64| {
+        let m = Moment {
+            flow_m3_s: q,
+            ..at(100.0)
+        };
+        drive("yield_stress", &[3e4, 1.0], &setting, &[m])[0].line_drop_pa
+    };
+    assert_eq!(drop(0.0), 0.0);
+    close(drop(1e-3), 3e4, 0.02);
+    close(drop(3.5 * setting.line_area_m2), 1.5e4, 1e-9);
+    assert!(drop(0.02) > drop(0.04));
+}
+
+#[test]
+fn gel_strength_grows_at_rest_and_breaks_with_the_volume_pumped() {
+    let setting = setting();
+    let c = run("gel_strength", &[8.0, 0.2, 100.0]);
+    assert!(c[..3300].iter().all(|c| c.line_drop_pa == 0.0));
+    let full = 4.0 * 8.0 * setting.line_length_m / setting.line_diameter_m;
+    close(c[3300].line_drop_pa, full * (1.0 - (-2.0_f64).exp()), 1e-9);
+    // 0.2 of the line, 6 m³, takes 150 s at 0.04 m³/s.
+    close(
+        c[3450].line_drop_pa / c[3300].line_drop_pa,
+        (-1.0_f64).exp(),
+        1e-9,
+    );
+    // A second rest makes it grow again.
+    let mut again = moments();
+    for m in &mut again[4000..5000] {
+        m.flow_m3_s = 0.0;
+    }
+    let c = drive("gel_strength", &[8.0, 0.2, 100.0], &setting, &again);
+    close(c[5000].line_drop_pa, full, 1e-4);
+}
+
+#[test]
+fn line_drainage_lowers_the_column_at_rest_into_the_riser_and_refills_at_restart() {
+    let setting = setting();
+    let c = run("line_drainage", &[0.1]);
+    close(c[3199].line_fall_m, 10.0, 1e-9);
+    close(c[3199].inflow_m3_s, 0.1 * setting.line_area_m2, 1e-9);
+    assert_eq!(c[3300], Changes::default());
+    // No more than the line holds.
+    let c = run("line_drainage", &[20.0]);
+    assert_eq!(c[3299].line_fall_m, setting.line_length_m);
+    close(sum(&c, |c| c.inflow_m3_s), setting.line_volume_m3(), 1e-9);
+}
+
+#[test]
+fn pump_wear_grows_evenly_goes_with_the_root_of_the_lift_and_rests_with_the_pump() {
+    let c = run("pump_wear", &[0.004]);
+    for (i, m) in moments().iter().enumerate().filter(|(i, _)| i % 97 == 0) {
+        let lift = (m.outlet_pa - m.inlet_pa) / 1e6;
+        let expected = if m.pumping {
+            0.004 * m.t_s / 6000.0 * lift.sqrt()
+        } else {
+            0.0
+        };
+        close(c[i].recirculation_m3_s, expected, 1e-12);
+    }
+    assert!(c[3200].recirculation_m3_s == 0.0 && c[6000].recirculation_m3_s > 0.003);
+}
+
+#[test]
+fn gas_in_pump_takes_its_share_of_the_head_for_its_time() {
+    let c = run("gas_in_pump", &[0.1, 1500.0, 2000.0]);
+    for (t, factor) in [(1499, 1.0), (1500, 0.9), (3499, 0.9), (3500, 1.0)] {
+        assert_eq!(c[t].head_factor, factor, "{t}");
+    }
+}
+
+#[test]
+fn pump_speed_lag_follows_a_step_exponentially() {
+    let c = run("pump_speed_lag", &[12.0]);
+    assert_eq!(c[999].speed_pct, 0.0);
+    // The set-point rises by 4 % at 1000 s; the sample there holds for its step.
+    close(c[1023].speed_pct, -4.0 * (-2.0_f64).exp(), 1e-9);
+}
+
+#[test]
+fn influx_brings_its_volume_and_its_plateau() {
+    let c = run("influx", &[0.002, 1500.0, 1000.0, 0.2]);
+    assert_eq!(c[2000].inflow_m3_s, 0.002);
+    close(c[1600].inflow_m3_s, 0.001, 1e-9);
+    close(sum(&c, |c| c.inflow_m3_s), 0.002 * 1000.0 * 0.8, 1e-3);
+}
+
+#[test]
+fn lost_circulation_goes_with_the_pressure_above_the_fracture_pressure() {
+    let setting = setting();
+    let (low, high) = setting.inlet_range_pa;
+    let loss = |inlet_pa: f64| {
+        let m = Moment {
+            inlet_pa,
+            ..at(2000.0)
+        };
+        drive("lost_circulation", &[2e-8, 1500.0, 0.5], &setting, &[m])[0].inflow_m3_s
+    };
+    assert_eq!(loss(0.5 * (low + high)), 0.0);
+    close(loss(high), -2e-8 * 0.5 * (high - low), 1e-12);
+    assert_eq!(
+        run("lost_circulation", &[2e-8, 1500.0, -1.0])[1499],
+        Changes::default()
+    );
+}
+
+#[test]
+fn u_tube_gives_after_a_stop_what_it_takes_after_a_start() {
+    let c = run("u_tube", &[40.0]);
+    // Each holds flow times time constant, less half a sample.
+    close(sum(&c[3000..3400], |c| c.inflow_m3_s), 0.03 * 39.5, 1e-3);
+    close(sum(&c[3400..], |c| c.inflow_m3_s), -0.03 * 39.5, 1e-3);
+    assert!(c[..3000].iter().all(|c| c.inflow_m3_s == 0.0));
+}
+
+#[test]
+fn booster_line_storage_takes_after_a_step_up_and_knows_only_the_booster() {
+    let c = run("booster_line_storage", &[25.0]);
+    close(sum(&c[2000..], |c| c.inflow_m3_s), -0.007 * 24.5, 1e-3);
+    assert!(c[..2000].iter().all(|c| c.inflow_m3_s == 0.0));
+    assert!(c[3000].inflow_m3_s.abs() < 1e-12);
+}
+
+#[test]
+fn annulus_area_is_a_factor_on_the_area() {
+    assert!(
+        run("annulus_area", &[-0.2])
+            .iter()
+            .all(|c| c.area_factor == 0.8)
+    );
+}
+
+#[test]
+fn pipe_displacement_brings_its_volume_at_each_connection() {
+    let c = run("pipe_displacement", &[0.3, 60.0, 120.0]);
+    close(sum(&c, |c| c.inflow_m3_s), 0.3, 1e-9);
+    assert_eq!(c[3059].inflow_m3_s, 0.0);
+    close(c[3060].inflow_m3_s, 0.3 / 120.0, 1e-12);
+    assert_eq!(c[3180].inflow_m3_s, 0.0);
+}
+
+#[test]
+fn heave_leaves_the_course_of_the_pressures_alone() {
+    assert!(
+        run("heave", &[10.0, 1.0])
+            .iter()
+            .all(|c| *c == Changes::default())
+    );
+}
+
+#[test]
+fn viscosity_drift_raises_friction_less_than_blasius_and_more_than_a_rough_pipe() {
+    let c = run("viscosity_drift", &[0.5, 0.0]);
+    assert_eq!(c[0].friction_factor, 1.0);
+    // Blasius: a quarter power of the viscosity.
+    let end = c[6000].friction_factor;
+    assert!(1.03 < end && end < 1.5_f64.powf(0.25), "{end}");
+    assert!(c[1000].friction_factor < c[2000].friction_factor);
+    // Bent: late or early.
+    let late = run("viscosity_drift", &[0.5, 0.7])[2000].friction_factor;
+    let early = run("viscosity_drift", &[0.5, -0.5])[2000].friction_factor;
+    assert!(late < c[2000].friction_factor && c[2000].friction_factor < early);
+    assert!(run("viscosity_drift", &[-0.5, 0.0])[6000].friction_factor < 1.0);
+}
+
+#[test]
+fn viscosity_drift_in_laminar_flow_is_in_proportion() {
+    let setting = setting();
+    let m = Moment {
+        flow_m3_s: 2.2e-3,
+        ..at(6000.0)
+    };
+    // Re = rho q d / (A mu) is 1056 at 0.02 Pa s.
+    close(
+        drive("viscosity_drift", &[0.5, 0.0], &setting, &[m])[0].friction_factor,
+        1.5,
+        1e-9,
+    );
+}
+
+#[test]
+fn line_restriction_adds_its_velocity_heads_from_its_onset() {
+    let setting = setting();
+    let c = run("line_restriction", &[10.0, 1500.0]);
+    let v = 0.04 / setting.line_area_m2;
+    assert_eq!(c[1499].line_drop_pa, 0.0);
+    close(c[1500].line_drop_pa, 10.0 * RHO * v * v / 2.0, 1e-12);
+    assert_eq!(c[3200].line_drop_pa, 0.0);
+}
+
+#[test]
+fn line_leak_goes_with_the_root_of_the_pressure_and_stops_with_the_flow() {
+    let setting = setting();
+    let leak = |outlet_pa: f64| {
+        let m = Moment {
+            outlet_pa,
+            ..at(2000.0)
+        };
+        drive("line_leak", &[0.002, 1500.0], &setting, &[m])[0].leak_m3_s
+    };
+    close(leak(AIR_PA + 1e6), 0.002, 1e-12);
+    close(leak(AIR_PA + 4e6), 0.004, 1e-12);
+    assert_eq!(leak(AIR_PA - 1e3), 0.0);
+    let c = run("line_leak", &[0.002, 1500.0]);
+    assert!(c[1499].leak_m3_s == 0.0 && c[1500].leak_m3_s > 0.0 && c[3200].leak_m3_s == 0.0);
+}
+
+#[test]
+fn unknown_is_piecewise_linear_in_its_relation_and_held_beyond_its_knots() {
+    let setting = setting();
+    let knots = [1.0, 2.0, 4.0, 3.0, 0.0, -1.0];
+    for (relation, quantity) in [(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)] {
+        let mut p = vec![relation, quantity, 1000.0, 2000.0];
+        p.extend(knots);
+        let c = drive("unknown", &p, &setting, &moments());
+        let value = |i: usize| match relation {
+            0.0 => c[i].line_drop_pa,
+            1.0 => c[i].head_pa,
+            _ => c[i].inflow_m3_s,
+        };
+        for (t, expected) in [
+            (0, 1.0),
+            (1000, 1.0),
+            (1300, 3.0),
+            (1400, 4.0),
+            (2000, -1.0),
+            (5000, -1.0),
+        ] {
+            assert!(
+                (value(t) - expected).abs() < 1e-12,
+                "{relation} at {t}: {}",
+                value(t)
+            );
+        }
+    }
+}
+
+#[test]
+fn changes_below_the_noise_vanish_and_large_ones_stay() {
+    assert_eq!(shrunk(0.0, 0.0), 0.0);
+    assert_eq!(shrunk(0.5, 0.0), 0.5);
+    close(shrunk(3.0, 1.0), 1.5, 1e-12);
+    assert!(shrunk(0.3, 1.0) < 0.01 * 0.3);
+    close(shrunk(-100.0, 1.0), -100.0, 1e-3);
+}

@@ -1,0 +1,306 @@
+//! The two-state model with effects.
+
+use crate::{AIR_PA, G, RHO, close, model, setting, usual};
+use dgd_effects::{AugmentedModel, FreeRun, Inputs, UnknownEffect, catalogue};
+
+/// Inputs on an even clock: mud pump and speed as functions of time, booster and topfill shut.
+#[derive(Clone)]
+struct Drive {
+    step_s: f64,
+    time: Vec<f64>,
+    mud: Vec<f64>,
+    none: Vec<f64>,
+    speed: Vec<f64>,
+}
+
+impl Drive {
+    fn new(n: usize, step_s: f64, mud: impl Fn(f64) -> f64, speed: impl Fn(f64) -> f64) -> Self {
+        let time: Vec<f64> = (0..n).map(|i| i as f64 * step_s).collect();
+        Self {
+            step_s,
+            mud: time.iter().map(|t| mud(*t)).collect(),
+            speed: time.iter().map(|t| speed(*t)).collect(),
+            none: vec![0.0; n],
+            time,
+        }
+    }
+
+    fn inputs(&self) -> Inputs<'_> {
+        Inputs {
+            time_s: &self.time,
+            step_s: self.step_s,
+            mud_pump_m3_s: &self.mud,
+            booster_m3_s: &self.none,
+            topfill_m3_s: &self.none,
+            speed_pct: &self.speed,
+        }
+    }
+
+    fn run(&self, model: &AugmentedModel, start: (f64, f64)) -> FreeRun {
+        model
+            .free_run(&setting(), self.inputs(), 0..self.time.len(), start)
+            .unwrap()
+    }
+}
+
+const Q: f64 = 0.04;
+const W: f64 = 80.0;
+
+fn column_pa() -> f64 {
+    AIR_PA + RHO * G * setting().line_length_m
+}
+
+/// Inlet pressure at which flow `Q` at speed `W` is steady.
+fn balanced() -> (f64, f64) {
+    let model = model(&[]);
+    (
+        column_pa() + model.curves.friction_pa(Q) - model.head_pa(W, Q),
+        Q,
+    )
+}
+
+fn steady(n: usize) -> Drive {
+    Drive::new(n, 1.0, |_| Q, |_| W)
+}
+
+#[test]
+fn a_balanced_state_stays() {
+    let start = balanced();
+    let run = steady(2000).run(&model(&[]), start);
+    for i in [0, 1, 500, 1999] {
+        close(run.return_flow_m3_s[i], Q, 1e-6);
+        close(run.inlet_pa[i], start.0, 1e-7);
+        close(
+            run.outlet_pa[i],
+            column_pa() + model(&[]).curves.friction_pa(Q),
+            1e-6,
+        );
+    }
+}
+
+#[test]
+fn a_disturbed_level_returns_to_the_balance() {
+    let start = balanced();
+    let run = steady(20_000).run(&model(&[]), (start.0 + 1e5, Q));
+    close(run.inlet_pa[19_999], start.0, 1e-5);
+    close(run.return_flow_m3_s[19_999], Q, 1e-4);
+}
+
+#[test]
+fn the_riser_keeps_what_flows_in_and_not_out() {
+    let start = balanced();
+    let drive = Drive::new(
+        1200,
+        1.0,
+        |t| if t < 300.0 { Q } else { 0.02 },
+        |t| if t < 600.0 { W } else { 84.0 },
+    );
+    let run = drive.run(&model(&[]), start);
+    let mut volume = 0.0;
+    for i in 1..1200 {
+        volume += drive.mud[i] - 0.5 * (run.return_flow_m3_s[i] + run.return_flow_m3_s[i - 1]);
+    }
+    let gained = (run.inlet_pa[1199] - start.0) * setting().riser_area_m2 / (RHO * G);
+    close(gained, volume, 1e-6);
+}
+
+#[test]
+fn with_the_pump_at_rest_the_riser_fills_in_proportion() {
+    let drive = Drive::new(101, 1.0, |_| 0.02, |_| 0.0);
+    let rise = |m: &AugmentedModel| drive.run(m, (150e5, 0.0)).inlet_pa[100] - 150e5;
+    let plain = rise(&model(&[]));
+    close(
+        plain,
+        RHO * G / setting().riser_area_m2 * 0.02 * 100.0,
+        1e-9,
+    );
+    close(rise(&model(&[("annulus_area", &[0.5])])), plain / 1.5, 1e-9);
+}
+
+#[test]
+fn momentum_converges_with_first_order() {
+    let start = (balanced().0, 0.5 * Q);
+    let at = |step_s: f64, n: usize| {
+        let drive = Drive::new(n + 1, step_s, |_| Q, |_| W);
+        drive.run(&model(&[]), start).return_flow_m3_s[n]
+    };
+    let fine = at(1.0 / 256.0, 1024);
+    let (a, b) = ((at(0.25, 16) - fine).abs(), (at(0.125, 32) - fine).abs());
+    assert!((1.8..2.25).contains(&(a / b)), "errors {a:e} and {b:e}");
+}
+
+#[test]
+fn a_coarse_clock_is_divided_into_steps_of_a_second() {
+    let start = (balanced().0, 0.5 * Q);
+    let fine = Drive::new(21, 1.0, |_| Q, |_| W).run(&model(&[]), start);
+    let coarse = Drive::new(5, 5.0, |_| Q, |_| W).run(&model(&[]), start);
+    for i in 1..5 {
+        close(
+            coarse.return_flow_m3_s[i],
+            fine.return_flow_m3_s[5 * i],
+            1e-9,
+        );
+    }
+}
+
+#[test]
+fn a_delay_shifts_the_meter_by_its_seconds() {
+    let drive = Drive::new(400, 1.0, |_| Q, |t| if t < 100.0 { W } else { 90.0 });
+    let plain = drive.run(&model(&[]), balanced());
+    let late = drive.run(&model(&[("return_flow_delay", &[7.0])]), balanced());
+    for i in 7..400 {
+        close(
+            late.return_flow_m3_s[i],
+            plain.return_flow_m3_s[i - 7],
+            1e-12,
+        );
+    }
+    assert_eq!(
+        (&late.inlet_pa, &late.outlet_pa),
+        (&plain.inlet_pa, &plain.outlet_pa)
+    );
+    // Half a sample lies between its neighbours.
+    let half = drive.run(&model(&[("return_flow_delay", &[2.5])]), balanced());
+    let between = 0.5 * (plain.return_flow_m3_s[107] + plain.return_flow_m3_s[108]);
+    close(half.return_flow_m3_s[110], between, 1e-12);
+}
+
+#[test]
+fn gas_in_the_line_rounds_the_meter_and_keeps_the_volume() {
+    let drive = Drive::new(900, 1.0, |_| Q, |t| if t < 100.0 { W } else { 90.0 });
+    let plain = drive.run(&model(&[]), balanced()).return_flow_m3_s;
+    let round = drive
+        .run(&model(&[("line_gas_storage", &[15.0])]), balanced())
+        .return_flow_m3_s;
+    let highest = |v: &[f64]| v.iter().copied().fold(0.0, f64::max);
+    assert!(highest(&round) < highest(&plain));
+    // What it holds back is flow times time constant.
+    let held: f64 = plain.iter().zip(&round).map(|(a, b)| a - b).sum();
+    close(held, 14.5 * (plain[899] - plain[0]), 0.05);
+}
+
+#[test]
+fn a_leak_lowers_the_meter_and_not_the_pump() {
+    let drive = steady(300);
+    let plain = drive.run(&model(&[]), balanced());
+    let leaky = drive.run(&model(&[("line_leak", &[0.002, 100.0])]), balanced());
+    assert_eq!(leaky.inlet_pa, plain.inlet_pa);
+    assert_eq!(leaky.return_flow_m3_s[99], plain.return_flow_m3_s[99]);
+    let expected = 0.002 * ((plain.outlet_pa[200] - AIR_PA) / 1e6).sqrt();
+    close(
+        plain.return_flow_m3_s[200] - leaky.return_flow_m3_s[200],
+        expected,
+        1e-6,
+    );
+}
+
+#[test]
+fn a_draining_line_loses_its_column_to_the_riser() {
+    let s = setting();
+    let drive = Drive::new(101, 1.0, |_| 0.0, |_| 0.0);
+    let run = drive.run(&model(&[("line_drainage", &[0.1])]), (150e5, 0.0));
+    // The first sample drains as well, its inflow lies before the start.
+    close(column_pa() - run.outlet_pa[100], RHO * G * 10.1, 1e-6);
+    close(
+        run.inlet_pa[100] - 150e5,
+        RHO * G / s.riser_area_m2 * s.line_area_m2 * 10.0,
+        1e-6,
+    );
+}
+
+#[test]
+fn a_heavier_line_weighs_on_the_outlet_at_rest() {
+    let drive = Drive::new(8000, 1.0, |_| Q, |t| if t < 7990.0 { W } else { 0.0 });
+    let run = drive.run(
+        &model(&[("mud_density_change", &[30.0, 0.0, 0.1])]),
+        balanced(),
+    );
+    close(
+        run.outlet_pa[7999] - column_pa(),
+        30.0 * G * setting().line_length_m,
+        0.01,
+    );
+}
+
+#[test]
+fn effects_with_an_onset_before_the_window_are_in_force_in_it() {
+    let drive = steady(3000);
+    let model = model(&[("mud_density_change", &[30.0, 0.0, 0.1])]);
+    let run = model
+        .free_run(&setting(), drive.inputs(), 2900..3000, balanced())
+        .unwrap();
+    assert_eq!(run.outlet_pa.len(), 100);
+    assert!(run.outlet_pa[0] - column_pa() > 0.9 * 30.0 * G * setting().line_length_m);
+}
+
+#[test]
+fn the_future_of_the_inputs_changes_nothing_before() {
+    let drive = Drive::new(
+        4000,
+        1.0,
+        |t| if t < 1800.0 { Q } else { 0.0 },
+        |t| if t < 2100.0 { W } else { 0.0 },
+    );
+    let mut other = drive.clone();
+    for i in 2500..4000 {
+        other.mud[i] = 0.06;
+        other.none[i] = 0.01;
+        other.speed[i] = 95.0;
+    }
+    for effect in catalogue() {
+        let about = effect.about();
+        let p = usual(about);
+        let model = model(&[(about.id, p.as_slice())]);
+        let (a, b) = (drive.run(&model, balanced()), other.run(&model, balanced()));
+        assert_eq!(
+            a.return_flow_m3_s[..2500],
+            b.return_flow_m3_s[..2500],
+            "{}",
+            about.id
+        );
+        assert_eq!(a.inlet_pa[..2500], b.inlet_pa[..2500], "{}", about.id);
+        assert_eq!(a.outlet_pa[..2500], b.outlet_pa[..2500], "{}", about.id);
+        assert_ne!(a.inlet_pa[3999], b.inlet_pa[3999], "{}", about.id);
+    }
+}
+
+#[test]
+fn an_unknown_effect_is_refused_with_its_name() {
+    let drive = steady(10);
+    let run = |id: &str, p: &[f64]| {
+        model(&[(id, p)]).free_run(&setting(), drive.inputs(), 0..10, balanced())
+    };
+    let refused = UnknownEffect {
+        id: "leprechaun".into(),
+        given: 1,
+    };
+    assert_eq!(run("leprechaun", &[1.0]), Err(refused.clone()));
+    assert_eq!(
+        refused.to_string(),
+        "effect `leprechaun` is not in the catalogue, or takes another number of parameters than 1"
+    );
+    assert_eq!(
+        run("influx", &[1e-3]),
+        Err(UnknownEffect {
+            id: "influx".into(),
+            given: 1
+        })
+    );
+}
+
+#[test]
+fn a_window_beyond_the_inputs_ends_with_the_shortest_of_them() {
+    let mut drive = steady(10);
+    let model = model(&[]);
+    let samples = |drive: &Drive, window| {
+        model
+            .free_run(&setting(), drive.inputs(), window, balanced())
+            .unwrap()
+            .inlet_pa
+            .len()
+    };
+    assert_eq!(samples(&drive, 4..usize::MAX), 6);
+    assert_eq!(samples(&drive, 20..30), 0);
+    drive.none.truncate(7);
+    assert_eq!(samples(&drive, 0..10), 7);
+}
