@@ -219,7 +219,10 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { start: Vec::new(), most_effects: 4 }
+        Self {
+            start: Vec::new(),
+            most_effects: 4,
+        }
     }
 }
 
@@ -228,7 +231,9 @@ impl Default for Options {
 #[non_exhaustive]
 pub enum DiagnoseError {
     /// Too little of the recording can be used.
-    #[error("{usable} blocks of 10 s with flow and pressure can be used, a diagnosis needs {needed}: check the screening with `dgd inspect`")]
+    #[error(
+        "{usable} blocks of 10 s with flow and pressure can be used, a diagnosis needs {needed}: check the screening with `dgd inspect`"
+    )]
     TooShort {
         /// Blocks that can be used.
         usable: usize,

@@ -50,7 +50,11 @@ fn range(record: &Record, quantity: usize) -> (f64, f64) {
 }
 
 /// Every correction that the recording excites, best first.
-pub(crate) fn corrections(record: &Record, tangent: &Tangent, state: &[Applied]) -> Vec<Correction> {
+pub(crate) fn corrections(
+    record: &Record,
+    tangent: &Tangent,
+    state: &[Applied],
+) -> Vec<Correction> {
     let effect = unknown();
     let mut out = Vec::new();
     for quantity in 0..QUANTITIES.len() {
@@ -70,21 +74,31 @@ pub(crate) fn corrections(record: &Record, tangent: &Tangent, state: &[Applied])
             for k in 0..KNOTS {
                 let mut parameters = vec![relation as f64, quantity as f64, from, to];
                 parameters.extend((0..KNOTS).map(|j| if j == k { unit } else { 0.0 }));
-                let one = Applied { effect, parameters, allowance: false };
+                let one = Applied {
+                    effect,
+                    parameters,
+                    allowance: false,
+                };
                 columns.push(tangent.signature(record, &joined(state, &one)));
             }
             let gram = DMatrix::from_fn(KNOTS, KNOTS, |a, b| {
                 dot(&columns[a], &columns[b]) + if a == b { 1.0 } else { 0.0 }
             });
             let right = DVector::from_fn(KNOTS, |a, _| dot(&columns[a], &tangent.off));
-            let Some(factor) = gram.cholesky() else { continue };
+            let Some(factor) = gram.cholesky() else {
+                continue;
+            };
             let coefficients = factor.solve(&right);
             let determinant: f64 = factor.l().diagonal().iter().map(|d| d.ln()).sum();
             let evidence = 0.5 * right.dot(&coefficients) - determinant;
             let mut parameters = vec![relation as f64, quantity as f64, from, to];
             parameters.extend(coefficients.iter().map(|c| c * unit));
             out.push(Correction {
-                applied: Applied { effect, parameters, allowance: false },
+                applied: Applied {
+                    effect,
+                    parameters,
+                    allowance: false,
+                },
                 evidence,
                 relation,
                 quantity,

@@ -1,5 +1,6 @@
 //! Rig motion: a narrow peak of swell in the spectrum of the inlet pressure.
 
+use crate::record::whole;
 use dgd_units::STANDARD_GRAVITY_M_S2;
 
 /// A peak found.
@@ -18,15 +19,14 @@ const SEGMENT_S: f64 = 512.0;
 
 /// Looks for swell between 5 and 20 s; `None` if the sampling cannot show it.
 pub(crate) fn swell(pressure_pa: &[f64], step_s: f64, density_kg_m3: f64) -> Option<Swell> {
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small count")]
-    let m = (SEGMENT_S / step_s).round() as usize;
+    let m = whole(SEGMENT_S / step_s);
     let highest = (1.0 / 5.0_f64).min(0.48 / step_s);
     let lowest = 1.0 / 20.0;
     if m < 32 || highest < 1.5 * lowest {
         return None;
     }
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small count")]
-    let bins: Vec<usize> = ((lowest * SEGMENT_S).ceil() as usize..=(highest * SEGMENT_S).floor() as usize).collect();
+    let bins: Vec<usize> =
+        (whole((lowest * SEGMENT_S).ceil())..=whole((highest * SEGMENT_S).floor())).collect();
     let mut spectra: Vec<Vec<f64>> = Vec::new();
     for segment in pressure_pa.chunks_exact(m) {
         if segment.iter().any(|v| !v.is_finite()) {
@@ -116,4 +116,56 @@ fn mean_floor(power: &[f64], b: usize) -> f64 {
     }
     let middle = around.len() / 2;
     *around.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+
+    use super::swell;
+    use crate::draws::normals;
+    use dgd_units::STANDARD_GRAVITY_M_S2;
+
+    const DENSITY: f64 = 1080.0;
+
+    /// Two hours of inlet pressure with swell of the given amplitude, m, and 1 kPa of noise.
+    fn pressure(seed: u64, amplitude_m: f64, period_s: f64) -> Vec<f64> {
+        let a = DENSITY * STANDARD_GRAVITY_M_S2 * amplitude_m;
+        normals(seed, 7200)
+            .iter()
+            .enumerate()
+            .map(|(i, v)| {
+                let angle = 2.0 * std::f64::consts::PI * i as f64 / period_s;
+                2e6 + a * angle.sin() + 1e3 * v
+            })
+            .collect()
+    }
+
+    #[test]
+    fn swell_is_found_with_its_period_and_amplitude() {
+        for (seed, amplitude, period) in [(1, 0.5, 10.0), (2, 0.3, 7.3), (3, 1.0, 13.1)] {
+            let found = swell(&pressure(seed, amplitude, period), 1.0, DENSITY).unwrap();
+            assert!(found.ratio > 6.0, "{found:?}");
+            assert!((found.period_s / period - 1.0).abs() < 0.02, "{found:?}");
+            assert!((found.amplitude_m / amplitude - 1.0).abs() < 0.3, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn white_noise_has_no_swell() {
+        for seed in 10..30 {
+            let found = swell(&pressure(seed, 0.0, 10.0), 1.0, DENSITY);
+            assert!(found.is_none_or(|s| s.ratio < 3.0), "seed {seed}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn a_slow_clock_and_a_short_or_empty_series_show_none() {
+        let values = pressure(1, 0.5, 10.0);
+        assert!(swell(&values, 10.0, DENSITY).is_none());
+        assert!(swell(&values[..2000], 1.0, DENSITY).is_none());
+        assert!(swell(&[], 1.0, DENSITY).is_none());
+        assert!(swell(&[f64::NAN; 7200], 1.0, DENSITY).is_none());
+        assert!(swell(&[2e6; 7200], 1.0, DENSITY).is_none());
+    }
 }

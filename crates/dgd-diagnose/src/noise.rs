@@ -80,7 +80,11 @@ fn high_pass(values: &[f64], valid: &[bool], half: usize) -> Vec<f64> {
     let mut sums = vec![(0.0_f64, 0.0_f64); n + 1];
     for i in 0..n {
         let (s, c) = sums[i];
-        sums[i + 1] = if valid[i] { (s + values[i], c + 1.0) } else { (s, c) };
+        sums[i + 1] = if valid[i] {
+            (s + values[i], c + 1.0)
+        } else {
+            (s, c)
+        };
     }
     (0..n)
         .map(|i| {
@@ -118,7 +122,13 @@ fn autoregression(values: &[f64], valid: &[bool], scale: f64) -> [f64; 2] {
 impl Whitening {
     /// Estimates the noise from residuals of a robust fit. `unrest` is each row's further standard deviation from
     /// its timing: what half a second is worth while things move.
-    pub(crate) fn of(layout: Layout, rows: &Rows, residual: &[f64], unrest: &[f64], wander: Wander) -> Self {
+    pub(crate) fn of(
+        layout: Layout,
+        rows: &Rows,
+        residual: &[f64],
+        unrest: &[f64],
+        wander: Wander,
+    ) -> Self {
         let mut valid = vec![false; layout.len()];
         valid[..layout.blocks].copy_from_slice(&rows.friction);
         valid[layout.head()..layout.difference_at()].copy_from_slice(&rows.head);
@@ -140,7 +150,9 @@ impl Whitening {
             scale: Vec::new(),
         };
         let n = layout.blocks;
-        let flowing: Vec<bool> = (0..n).map(|b| whitening.valid[b] && !rows.still[b]).collect();
+        let flowing: Vec<bool> = (0..n)
+            .map(|b| whitening.valid[b] && !rows.still[b])
+            .collect();
         let heads: Vec<bool> = whitening.valid[n..2 * n].to_vec();
         let friction = high_pass(&residual[..n], &flowing, 15);
         let head = high_pass(&residual[n..2 * n], &heads, 15);
@@ -155,24 +167,44 @@ impl Whitening {
         let scale_h = spread(&mut pick(&head, &heads, n, 1500.0)).clamp(500.0, 1e5);
         let (mut sff, mut sfh) = (0.0, 0.0);
         for b in 0..n {
-            if flowing[b] && heads[b] && friction[b].abs() < 4.0 * scale_f && head[b].abs() < 4.0 * scale_h {
+            if flowing[b]
+                && heads[b]
+                && friction[b].abs() < 4.0 * scale_f
+                && head[b].abs() < 4.0 * scale_h
+            {
                 sff += friction[b] * friction[b];
                 sfh += friction[b] * head[b];
             }
         }
-        whitening.kinship = if sff > 0.0 { (sfh / sff).clamp(0.0, 1.5) } else { 0.0 };
+        whitening.kinship = if sff > 0.0 {
+            (sfh / sff).clamp(0.0, 1.5)
+        } else {
+            0.0
+        };
         let kin = whitening.kinship;
         let own: Vec<f64> = (0..n)
-            .map(|b| if flowing[b] { head[b] - kin * friction[b] } else { head[b] })
+            .map(|b| {
+                if flowing[b] {
+                    head[b] - kin * friction[b]
+                } else {
+                    head[b]
+                }
+            })
             .collect();
         whitening.section(0, &friction, &flowing, (scale_f, 1500.0), &unrest[..n]);
         let scale = spread(&mut pick(&own, &heads, n, 1500.0)).clamp(2500.0, 1e5);
         whitening.section(1, &own, &heads, (scale, 2500.0), &unrest[n..2 * n]);
         // Standing mud: no ripple, its own noise.
-        let standing: Vec<bool> = (0..n).map(|b| whitening.valid[b] && rows.still[b]).collect();
+        let standing: Vec<bool> = (0..n)
+            .map(|b| whitening.valid[b] && rows.still[b])
+            .collect();
         let still = high_pass(&residual[..n], &standing, 6);
         let scale = spread(&mut pick(&still, &standing, 0, f64::INFINITY)).max(800.0);
-        let scale = if scale.is_finite() { scale.min(scale_f) } else { scale_f };
+        let scale = if scale.is_finite() {
+            scale.min(scale_f)
+        } else {
+            scale_f
+        };
         for b in 0..n {
             if standing[b] {
                 whitening.weight[b] = 1.0 / scale;
@@ -206,10 +238,30 @@ impl Whitening {
         self.decay = vec![[1.0; 2]; total];
         self.scale = vec![0.0; total];
         let sections = [
-            (0, l.blocks, [wander.friction_pa, wander.hidden_friction_pa], 1.0),
-            (l.blocks, l.blocks, [wander.head_pa, wander.hidden_head_pa], 1.0),
-            (l.difference_at(), l.difference, [wander.difference_pa, 0.0], 1.0),
-            (l.mass_at(), l.mass, [wander.mass_m3_s, 0.0], crate::record::MASS_BLOCKS as f64),
+            (
+                0,
+                l.blocks,
+                [wander.friction_pa, wander.hidden_friction_pa],
+                1.0,
+            ),
+            (
+                l.blocks,
+                l.blocks,
+                [wander.head_pa, wander.hidden_head_pa],
+                1.0,
+            ),
+            (
+                l.difference_at(),
+                l.difference,
+                [wander.difference_pa, 0.0],
+                1.0,
+            ),
+            (
+                l.mass_at(),
+                l.mass,
+                [wander.mass_m3_s, 0.0],
+                crate::record::MASS_BLOCKS as f64,
+            ),
         ];
         for (k, (from, len, sd, blocks)) in sections.into_iter().enumerate() {
             // The autoregression lets slow things pass with this gain.
@@ -223,10 +275,19 @@ impl Whitening {
                     continue;
                 }
                 let gap = last.map_or(f64::INFINITY, |j| (i - j) as f64) * blocks;
-                let d = [(-gap / wander.blocks).exp(), (-gap / wander.hidden_blocks).exp()];
+                let d = [
+                    (-gap / wander.blocks).exp(),
+                    (-gap / wander.hidden_blocks).exp(),
+                ];
                 p = [
-                    [d[0] * d[0] * p[0][0] + (1.0 - d[0] * d[0]) * stationary[0], d[0] * d[1] * p[0][1]],
-                    [d[0] * d[1] * p[1][0], d[1] * d[1] * p[1][1] + (1.0 - d[1] * d[1]) * stationary[1]],
+                    [
+                        d[0] * d[0] * p[0][0] + (1.0 - d[0] * d[0]) * stationary[0],
+                        d[0] * d[1] * p[0][1],
+                    ],
+                    [
+                        d[0] * d[1] * p[1][0],
+                        d[1] * d[1] * p[1][1] + (1.0 - d[1] * d[1]) * stationary[1],
+                    ],
                 ];
                 let seen = [p[0][0] + p[0][1], p[1][0] + p[1][1]];
                 let total = seen[0] + seen[1] + 1.0 / (self.weight[row] * self.weight[row]);
@@ -245,11 +306,21 @@ impl Whitening {
     }
 
     /// Memory and weights of one section.
-    fn section(&mut self, k: usize, values: &[f64], valid: &[bool], scale: (f64, f64), unrest: &[f64]) {
+    fn section(
+        &mut self,
+        k: usize,
+        values: &[f64],
+        valid: &[bool],
+        scale: (f64, f64),
+        unrest: &[f64],
+    ) {
         let (scale, floor) = scale;
         let scale = if scale.is_finite() { scale } else { floor };
-        let calm: Vec<bool> =
-            valid.iter().zip(unrest).map(|(v, u)| *v && *u < 0.5 * scale).collect();
+        let calm: Vec<bool> = valid
+            .iter()
+            .zip(unrest)
+            .map(|(v, u)| *v && *u < 0.5 * scale)
+            .collect();
         let memory = autoregression(values, &calm, scale);
         let mut innovations: Vec<f64> = (2..values.len())
             .filter(|&i| calm[i] && calm[i - 1] && calm[i - 2])
@@ -258,7 +329,12 @@ impl Whitening {
         let sd = spread(&mut innovations);
         let sd = if sd.is_finite() { sd.max(floor) } else { scale };
         self.memory[k] = memory;
-        let from = [0, self.layout.head(), self.layout.difference_at(), self.layout.mass_at()][k];
+        let from = [
+            0,
+            self.layout.head(),
+            self.layout.difference_at(),
+            self.layout.mass_at(),
+        ][k];
         for i in 0..values.len() {
             if valid[i] {
                 self.weight[from + i] = 1.0 / (sd * sd + unrest[i] * unrest[i]).sqrt();
@@ -281,7 +357,14 @@ impl Whitening {
             }
             out[b] *= self.start[b];
         }
-        let own = |b: usize| stacked[n + b] - if self.kin(b) { self.kinship * stacked[b] } else { 0.0 };
+        let own = |b: usize| {
+            stacked[n + b]
+                - if self.kin(b) {
+                    self.kinship * stacked[b]
+                } else {
+                    0.0
+                }
+        };
         for b in 0..n {
             if self.valid[n + b] {
                 let mut v = own(b);
@@ -291,7 +374,10 @@ impl Whitening {
                 out[n + b] = v * self.start[n + b];
             }
         }
-        for (k, from, len) in [(2, l.difference_at(), l.difference), (3, l.mass_at(), l.mass)] {
+        for (k, from, len) in [
+            (2, l.difference_at(), l.difference),
+            (3, l.mass_at(), l.mass),
+        ] {
             for i in 0..len {
                 if self.valid[from + i] {
                     let mut v = stacked[from + i];
@@ -321,7 +407,10 @@ impl Whitening {
                     out[row] = 0.0;
                     continue;
                 }
-                wander = [wander[0] + gain[0] * innovation, wander[1] + gain[1] * innovation];
+                wander = [
+                    wander[0] + gain[0] * innovation,
+                    wander[1] + gain[1] * innovation,
+                ];
                 out[row] = innovation * self.scale[row];
             }
         }
@@ -390,9 +479,12 @@ impl Whitening {
         let l = self.layout;
         let n = l.blocks;
         let mut grad = vec![0.0; l.len()];
-        for (from, to) in
-            [(0, n), (n, 2 * n), (l.difference_at(), l.mass_at()), (l.mass_at(), l.len())]
-        {
+        for (from, to) in [
+            (0, n),
+            (n, 2 * n),
+            (l.difference_at(), l.mass_at()),
+            (l.mass_at(), l.len()),
+        ] {
             let mut wander = [0.0; 2];
             for row in (from..to).rev() {
                 if self.scale[row] <= 0.0 {
@@ -402,7 +494,10 @@ impl Whitening {
                 let innovation =
                     white[row] * self.scale[row] + wander[0] * gain[0] + wander[1] * gain[1];
                 grad[row] = innovation;
-                wander = [decay[0] * (wander[0] - innovation), decay[1] * (wander[1] - innovation)];
+                wander = [
+                    decay[0] * (wander[0] - innovation),
+                    decay[1] * (wander[1] - innovation),
+                ];
             }
         }
         let mut out = vec![0.0; l.len()];
@@ -433,3 +528,6 @@ impl Whitening {
         out
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,8 +1,8 @@
 //! The recording as the engine uses it: one even working clock, gaps bridged for states, masks for evidence.
 
+use dgd_effects::Setting;
 use dgd_identify::Prepared;
 use dgd_recording::Well;
-use dgd_effects::Setting;
 use dgd_units::{STANDARD_ATMOSPHERE_PA, STANDARD_GRAVITY_M_S2};
 
 /// Length of a block of relation residuals, s.
@@ -18,12 +18,10 @@ pub(crate) const STANDING_M3_S: f64 = 1e-3;
 #[derive(Debug, Clone)]
 pub(crate) struct Record {
     pub setting: Setting,
-    pub inlet_depth_m: f64,
     pub t_s: Vec<f64>,
     pub dt_s: f64,
     pub mud_pump: Vec<f64>,
     pub booster: Vec<f64>,
-    pub topfill: Vec<f64>,
     pub flow: Vec<f64>,
     pub speed: Vec<f64>,
     pub inlet: Vec<f64>,
@@ -56,12 +54,10 @@ impl Record {
         let recording = &prepared.recording;
         let step = prepared.step_s;
         // Samples are averaged in pairs and more where the clock is finer than 2 s.
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small ratio")]
-        let fold = ((2.0 / step).floor() as usize).max(1);
+        let fold = whole((2.0 / step).floor()).max(1);
         let dt_s = step * fold as f64;
         let thin = |values: &[f64]| -> Vec<f64> { values.chunks(fold).map(mean).collect() };
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small ratio")]
-        let per_block = ((BLOCK_S / dt_s).round() as usize).max(1);
+        let per_block = whole(BLOCK_S / dt_s).max(1);
         let t_s: Vec<f64> = recording.time_s.chunks(fold).map(mean).collect();
         let [mud_pump, booster, topfill, flow, speed, inlet, outlet] = [
             &recording.mud_pump_flow_m3_s,
@@ -93,14 +89,12 @@ impl Record {
         };
         Self {
             setting: Setting::of(well, recording, &prepared.inlet_pressure_pa),
-            inlet_depth_m: well.geometry.pump_inlet_depth_m,
             blocks: t_s.len() / per_block,
             per_block,
             t_s,
             dt_s,
             mud_pump,
             booster,
-            topfill,
             flow,
             speed,
             inlet,
@@ -124,8 +118,7 @@ impl Record {
 
 /// Moving mean over a minute.
 fn smoothed(values: &[f64], dt_s: f64) -> Vec<f64> {
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small count")]
-    let half = ((30.0 / dt_s).round() as usize).max(1);
+    let half = whole(30.0 / dt_s).max(1);
     let mut sums = Vec::with_capacity(values.len() + 1);
     let mut sum = 0.0;
     sums.push(0.0);
@@ -139,6 +132,17 @@ fn smoothed(values: &[f64], dt_s: f64) -> Vec<f64> {
             (sums[b] - sums[a]) / (b - a) as f64
         })
         .collect()
+}
+
+/// The nearest whole number, at least 0.
+pub(crate) fn whole(value: f64) -> usize {
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "clamped; NaN becomes 0"
+    )]
+    let count = value.round().clamp(0.0, 1e12) as usize;
+    count
 }
 
 /// Mean of the finite values, NaN if none is.

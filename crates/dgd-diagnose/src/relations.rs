@@ -3,7 +3,7 @@
 //! Rows: line friction (Eq. 3.13 with the inertia of Eq. 3.46), pump head (Eq. 2.27), the redundant outlet
 //! transmitters, and the riser's mass balance (Eq. 3.45) in integral form over half a minute.
 
-use crate::record::{MASS_BLOCKS, Record, STANDING_M3_S, mean};
+use crate::record::{MASS_BLOCKS, Record, STANDING_M3_S, mean, whole};
 use dgd_effects::{Action, Changes, Effect, MeterPath, Moment, shrunk};
 use dgd_units::STANDARD_GRAVITY_M_S2;
 
@@ -55,8 +55,7 @@ pub(crate) struct Rows {
 
 /// Value at a fractional index, NaN beyond the ends or beside a gap.
 fn at(values: &[f64], position: f64) -> f64 {
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked below")]
-    let low = position.floor().max(0.0) as usize;
+    let low = whole(position.floor());
     let share = position - low as f64;
     match (values.get(low), values.get(low + 1)) {
         (Some(a), _) if share < 1e-9 => *a,
@@ -93,13 +92,6 @@ fn line_flow(meter: &[f64], path: MeterPath, dt_s: f64, noise: f64) -> Vec<f64> 
             meter[i] + shrunk(ahead, floor)
         })
         .collect()
-}
-
-/// The nearest whole number of samples.
-fn whole(value: f64) -> usize {
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-    let count = value.round().clamp(0.0, 1e9) as usize;
-    count
 }
 
 impl Blocks {
@@ -165,18 +157,26 @@ impl Blocks {
             native.speed.push(record.speed[i] + c.speed_pct);
             let outlet = record.outlet[i] - bias;
             native.drop.push(
-                outlet - column - c.line_kg_m3 * g * setting.line_length_m + rho * g * c.line_fall_m
+                outlet - column - c.line_kg_m3 * g * setting.line_length_m
+                    + rho * g * c.line_fall_m
                     - c.line_drop_pa,
             );
-            native.friction_factor.push(c.friction_factor * (1.0 + c.line_kg_m3 / rho));
+            native
+                .friction_factor
+                .push(c.friction_factor * (1.0 + c.line_kg_m3 / rho));
             native.lift.push(outlet - record.inlet[i] - c.head_pa);
-            native.head_factor.push(c.head_factor * (1.0 + c.riser_kg_m3 / rho));
-            let inflow = record.filled.mud_pump[i] + record.filled.booster[i] + record.filled.topfill[i];
+            native
+                .head_factor
+                .push(c.head_factor * (1.0 + c.riser_kg_m3 / rho));
+            let inflow =
+                record.filled.mud_pump[i] + record.filled.booster[i] + record.filled.topfill[i];
             native.net.push(
                 inflow * (1.0 + c.entering_kg_m3 / rho) + c.inflow_m3_s
                     - through * (1.0 + c.riser_kg_m3 / rho),
             );
-            native.area.push(c.area_factor * setting.riser_area_m2 / (rho * g));
+            native
+                .area
+                .push(c.area_factor * setting.riser_area_m2 / (rho * g));
             native.bias.push(c.outlet_bias_pa[0] - c.outlet_bias_pa[1]);
         }
         native.averaged(record)
@@ -192,7 +192,11 @@ fn trimmed(values: &[f64]) -> f64 {
         low = low.min(*v);
         high = high.max(*v);
     }
-    if count >= 4.0 { (sum - low - high) / (count - 2.0) } else { sum / count }
+    if count >= 4.0 {
+        (sum - low - high) / (count - 2.0)
+    } else {
+        sum / count
+    }
 }
 
 /// A series averaged over its calm surroundings, up to a minute on either side, and left alone where it moves.
@@ -218,7 +222,10 @@ fn calmed(values: &[f64]) -> (Vec<f64>, Vec<f64>) {
         .map(|b| {
             let (mut sum, mut count) = (values[b], 1.0);
             for k in 1..=REACH {
-                let (Some(a), Some(z)) = (b.checked_sub(k).map(|i| values[i]), values.get(b + k)) else { break };
+                let (Some(a), Some(z)) = (b.checked_sub(k).map(|i| values[i]), values.get(b + k))
+                else {
+                    break;
+                };
                 if !((a - values[b]).abs() < gate && (z - values[b]).abs() < gate) {
                     break;
                 }
@@ -298,11 +305,11 @@ impl Native {
         let mass_seconds = record.dt_s * per_mass as f64;
         let edge = |i: usize| -> f64 {
             // The level is smooth: a few samples about the edge tell it.
-            let half = ((2.0 / record.dt_s).round().max(1.0)) as usize;
+            let half = whole(2.0 / record.dt_s).max(1);
             mean(&record.inlet[i.saturating_sub(half)..(i + half).min(record.inlet.len())])
         };
-        let plain_area = record.setting.riser_area_m2
-            / (record.setting.density_kg_m3 * STANDARD_GRAVITY_M_S2);
+        let plain_area =
+            record.setting.riser_area_m2 / (record.setting.density_kg_m3 * STANDARD_GRAVITY_M_S2);
         let imbalance = (0..blocks / MASS_BLOCKS)
             .map(|k| {
                 let r = k * per_mass..(k + 1) * per_mass;
@@ -336,9 +343,8 @@ impl Rows {
     /// Which rows the recording supports.
     pub(crate) fn of(record: &Record, base: &Blocks) -> Self {
         let m = record.per_block;
-        let full = |values: &[f64], b: usize| {
-            values[b * m..(b + 1) * m].iter().all(|v| v.is_finite())
-        };
+        let full =
+            |values: &[f64], b: usize| values[b * m..(b + 1) * m].iter().all(|v| v.is_finite());
         let pumping = &record.filled.pumping;
         let n = record.blocks;
         // In the first half minute after a start, and across a stop, the check valve decides.
@@ -348,7 +354,9 @@ impl Rows {
         for b in 0..n {
             let r = b * m..(b + 1) * m;
             let turning = pumping[r.clone()].iter().all(|p| *p)
-                && record.filled.flow[r.clone()].iter().all(|q| *q > 2.0 * STANDING_M3_S);
+                && record.filled.flow[r.clone()]
+                    .iter()
+                    .all(|q| *q > 2.0 * STANDING_M3_S);
             let standing = pumping[r.clone()].iter().all(|p| !*p)
                 && record.filled.flow[r].iter().all(|q| *q < STANDING_M3_S);
             on = if turning { on + 1.0 } else { 0.0 };
@@ -390,7 +398,11 @@ impl Rows {
         for outlet in &record.outlets {
             let mut run = 0_usize;
             for i in 1..outlet.len() {
-                run = if outlet[i] == outlet[i - 1] { run + 1 } else { 0 };
+                run = if outlet[i] == outlet[i - 1] {
+                    run + 1
+                } else {
+                    0
+                };
                 let flowing = settled.get(i / m).is_some_and(|s| *s > 0.0);
                 if run as f64 * record.dt_s >= if flowing { 24.0 } else { 60.0 } {
                     for b in (i - run) / m..=(i / m + 2).min(n - 1) {
@@ -399,8 +411,11 @@ impl Rows {
                 }
             }
         }
-        let friction: Vec<bool> =
-            friction.iter().zip(&frozen).map(|(v, f)| *v && !f).collect();
+        let friction: Vec<bool> = friction
+            .iter()
+            .zip(&frozen)
+            .map(|(v, f)| *v && !f)
+            .collect();
         let head: Vec<bool> = head.iter().zip(&frozen).map(|(v, f)| *v && !f).collect();
         let difference = base
             .difference
@@ -411,11 +426,65 @@ impl Rows {
         let mass = (0..n / MASS_BLOCKS)
             .map(|k| {
                 let inputs = (k * MASS_BLOCKS..(k + 1) * MASS_BLOCKS).all(|b| {
-                    full(&record.mud_pump, b) && full(&record.booster, b) && (settled[b] > 1.0 || rested[b] > 0.0)
+                    full(&record.mud_pump, b)
+                        && full(&record.booster, b)
+                        && (settled[b] > 1.0 || rested[b] > 0.0)
                 });
                 inputs && base.imbalance[k].is_finite()
             })
             .collect();
-        Self { friction, still, head, difference, mass }
+        Self {
+            friction,
+            still,
+            head,
+            difference,
+            mass,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{calmed, trimmed};
+    use crate::draws::normals;
+
+    const NOISE: f64 = 1e-4;
+
+    fn stepping() -> Vec<f64> {
+        normals(4, 400)
+            .iter()
+            .enumerate()
+            .map(|(i, v)| if i < 200 { 0.03 } else { 0.04 } + NOISE * v)
+            .collect()
+    }
+
+    #[test]
+    fn calm_stretches_are_averaged_and_steps_are_kept() {
+        let (out, count) = calmed(&stepping());
+        for (i, v) in out.iter().enumerate() {
+            let truth = if i < 200 { 0.03 } else { 0.04 };
+            assert!((v - truth).abs() < 4.5 * NOISE, "block {i}: {v}");
+        }
+        // The last block before the step has a neighbour that is not alike: it stands alone.
+        assert_eq!((count[199], count[200]), (1.0, 1.0));
+        let left: f64 = (20..180).map(|i| (out[i] - 0.03).powi(2)).sum::<f64>() / 160.0;
+        assert!(left.sqrt() < 0.6 * NOISE, "{}", left.sqrt());
+    }
+
+    #[test]
+    fn a_gap_is_not_averaged_into_its_neighbours() {
+        let mut values = stepping();
+        values[100] = f64::NAN;
+        let (out, count) = calmed(&values);
+        assert!(out[100].is_nan());
+        assert!(out.iter().enumerate().all(|(i, v)| i == 100 || v.is_finite()));
+        assert_eq!((count[99], count[101]), (1.0, 1.0));
+    }
+
+    #[test]
+    fn a_spike_in_a_block_costs_nothing() {
+        assert_eq!(trimmed(&[1.0, 1.0, 1e9, 1.0, 1.0]), 1.0);
+        assert_eq!(trimmed(&[1.0, f64::NAN, 3.0]), 2.0);
+        assert!(trimmed(&[f64::NAN]).is_nan());
     }
 }

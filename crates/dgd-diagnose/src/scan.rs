@@ -1,11 +1,9 @@
 //! The catalogue held against the residuals: a grid over shapes, strengths solved exactly.
 
-use crate::record::{MASS_BLOCKS, Record};
+use crate::record::{MASS_BLOCKS, Record, whole};
 use crate::relations::Applied;
 use crate::tangent::{Bend, Tangent, dot};
-use dgd_effects::{About, Effect, Role, catalogue};
-use dgd_identify::Prepared;
-use dgd_recording::Well;
+use dgd_effects::{About, Effect, Role};
 
 /// An effect at one point of its grid.
 #[derive(Clone)]
@@ -37,12 +35,19 @@ fn grids(effect: &dyn Effect, record: &Record) -> Vec<Vec<f64>> {
             Role::Amplitude => vec![p.usual / 3.0],
             Role::Grid(values) | Role::Shape(values) => values.to_vec(),
             Role::Onset => {
-                #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
                 // A switch is sharpened to the block later: its grid only measures energies.
                 let every = if switch { 1200.0 } else { 600.0 };
-                let count = (span / every).clamp(10.0, 60.0) as usize;
-                let last = if about.duration().is_some() { 0.96 } else { 0.92 };
-                let first = if about.duration().is_some() { 0.01 } else { 0.06 };
+                let count = whole((span / every).clamp(10.0, 60.0));
+                let last = if about.duration().is_some() {
+                    0.96
+                } else {
+                    0.92
+                };
+                let first = if about.duration().is_some() {
+                    0.01
+                } else {
+                    0.06
+                };
                 (0..count)
                     .map(|k| from + span * (first + (last - first) * k as f64 / (count - 1) as f64))
                     .collect()
@@ -80,7 +85,10 @@ pub(crate) fn ln_phi(x: f64) -> f64 {
     }
     // Abramowitz and Stegun 26.2.17.
     let t = 1.0 / (1.0 + 0.231_641_9 * x.abs());
-    let poly = t * (0.319_381_530 + t * (-0.356_563_782 + t * (1.781_477_937 + t * (-1.821_255_978 + t * 1.330_274_429))));
+    let poly = t
+        * (0.319_381_530
+            + t * (-0.356_563_782
+                + t * (1.781_477_937 + t * (-1.821_255_978 + t * 1.330_274_429))));
     let tail = poly * (-0.5 * x * x).exp() / (2.0 * std::f64::consts::PI).sqrt();
     (if x >= 0.0 { 1.0 - tail } else { tail }).max(1e-300).ln()
 }
@@ -89,19 +97,48 @@ pub(crate) fn ln_phi(x: f64) -> f64 {
 pub(crate) fn evidence(energy: f64, score: f64, width: f64, one_sided: bool) -> f64 {
     let v = 1.0 / (energy + 1.0 / (width * width));
     let ln = 0.5 * score * score * v - 0.5 * (1.0 + width * width * energy).ln();
-    if one_sided { ln + std::f64::consts::LN_2 + ln_phi(score * v.sqrt()) } else { ln }
+    if one_sided {
+        ln + std::f64::consts::LN_2 + ln_phi(score * v.sqrt())
+    } else {
+        ln
+    }
 }
 
 /// One effect, everywhere on its grid.
-pub(crate) fn scan(record: &Record, tangent: &Tangent, pull: &[f64], state: &[Applied], effect: &'static dyn Effect) -> Vec<Candidate> {
-    let about = effect.about();
+pub(crate) fn scan(
+    record: &Record,
+    tangent: &Tangent,
+    pull: &[f64],
+    state: &[Applied],
+    effect: &'static dyn Effect,
+) -> Vec<Candidate> {
     let mut out: Vec<Candidate> = product(&grids(effect, record))
         .into_iter()
-        .map(|parameters| weigh(record, tangent, state, Applied { effect, parameters, allowance: false }))
+        .map(|parameters| {
+            weigh(
+                record,
+                tangent,
+                state,
+                Applied {
+                    effect,
+                    parameters,
+                    allowance: false,
+                },
+            )
+        })
         .collect();
     if effect.is_switch() {
         for parameters in switches(record, tangent, pull, state, effect, &out) {
-            let start = weigh(record, tangent, state, Applied { effect, parameters, allowance: false });
+            let start = weigh(
+                record,
+                tangent,
+                state,
+                Applied {
+                    effect,
+                    parameters,
+                    allowance: false,
+                },
+            );
             out.push(sharpen(record, tangent, state, start));
         }
     }
@@ -109,9 +146,16 @@ pub(crate) fn scan(record: &Record, tangent: &Tangent, pull: &[f64], state: &[Ap
 }
 
 /// Moves the ends of a candidate's interval, block by block, to where they explain most.
-pub(crate) fn sharpen(record: &Record, tangent: &Tangent, state: &[Applied], start: Candidate) -> Candidate {
+pub(crate) fn sharpen(
+    record: &Record,
+    tangent: &Tangent,
+    state: &[Applied],
+    start: Candidate,
+) -> Candidate {
     let about = start.applied.effect.about();
-    let Some(onset) = about.onset() else { return start };
+    let Some(onset) = about.onset() else {
+        return start;
+    };
     let mut best = start;
     for step_s in [40.0, 20.0, 10.0] {
         for _ in 0..4 {
@@ -129,7 +173,16 @@ pub(crate) fn sharpen(record: &Record, tangent: &Tangent, state: &[Applied], sta
                     (_, Some(d)) => p[d] += sign * step_s,
                     _ => continue,
                 }
-                let next = weigh(record, tangent, state, Applied { effect: best.applied.effect, parameters: p, allowance: false });
+                let next = weigh(
+                    record,
+                    tangent,
+                    state,
+                    Applied {
+                        effect: best.applied.effect,
+                        parameters: p,
+                        allowance: false,
+                    },
+                );
                 if next.evidence > best.evidence + 0.1 {
                     best = next;
                     moved = true;
@@ -155,13 +208,13 @@ pub(crate) fn joined(state: &[Applied], one: &Applied) -> Vec<Applied> {
     out
 }
 
-/// Delays and lags that clocks, rotors and block edges make in a sound rig: allowed for before anything is accused.
-pub(crate) fn allowances(record: &Record) -> Option<(Vec<Applied>, Tangent)> {
-    allowances_with(record, &[], Bend::Lean)
-}
-
-/// The same on top of a hypothesis.
-pub(crate) fn allowances_with(record: &Record, start: &[Applied], lean: Bend) -> Option<(Vec<Applied>, Tangent)> {
+/// Delays and lags that clocks, rotors and block edges make in a sound rig, on top of a hypothesis: allowed for before
+/// anything is accused.
+pub(crate) fn allowances_with(
+    record: &Record,
+    start: &[Applied],
+    lean: Bend,
+) -> Option<(Vec<Applied>, Tangent)> {
     let mut state: Vec<Applied> = start.to_vec();
     let mut tangent = Tangent::at(record, &state, &[], lean)?;
     for (id, values) in [
@@ -170,13 +223,26 @@ pub(crate) fn allowances_with(record: &Record, start: &[Applied], lean: Bend) ->
         ("u_tube", &[1.0, 2.0, 3.0, 4.0][..]),
         ("booster_line_storage", &[1.5, 3.0, 4.5][..]),
     ] {
-        let Some(effect) = dgd_effects::find(id) else { continue };
+        let Some(effect) = dgd_effects::find(id) else {
+            continue;
+        };
         if start.iter().any(|a| a.effect.about().id == id) {
             continue;
         }
         let best = values
             .iter()
-            .map(|v| weigh(record, &tangent, &state, Applied { effect, parameters: vec![*v], allowance: true }))
+            .map(|v| {
+                weigh(
+                    record,
+                    &tangent,
+                    &state,
+                    Applied {
+                        effect,
+                        parameters: vec![*v],
+                        allowance: true,
+                    },
+                )
+            })
             .max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
         if best.evidence > 2.0 {
             state.push(best.applied);
@@ -187,17 +253,33 @@ pub(crate) fn allowances_with(record: &Record, start: &[Applied], lean: Bend) ->
 }
 
 /// One point of the grid.
-pub(crate) fn weigh(record: &Record, tangent: &Tangent, state: &[Applied], one: Applied) -> Candidate {
+pub(crate) fn weigh(
+    record: &Record,
+    tangent: &Tangent,
+    state: &[Applied],
+    one: Applied,
+) -> Candidate {
     let about = one.effect.about();
     let applied = joined(state, &one);
     if on_grid(about) && about.relation != dgd_effects::Relation::RiserMassBalance {
         // A late meter or pump bends the curves that were fitted without it: they are fitted again.
         let refitted = tangent.refitted(record, &applied);
-        let signature: Vec<f64> = tangent.off.iter().zip(&refitted.off).map(|(a, b)| a - b).collect();
+        let signature: Vec<f64> = tangent
+            .off
+            .iter()
+            .zip(&refitted.off)
+            .map(|(a, b)| a - b)
+            .collect();
         let energy = dot(&signature, &signature);
         let score = dot(&signature, &tangent.off);
         let evidence = 0.5 * (dot(&tangent.off, &tangent.off) - dot(&refitted.off, &refitted.off));
-        return Candidate { applied: one, signature, energy, score, evidence };
+        return Candidate {
+            applied: one,
+            signature,
+            energy,
+            score,
+            evidence,
+        };
     }
     let mut signature = tangent.signature(record, &applied);
     let (energy, score, evidence_ln);
@@ -210,17 +292,37 @@ pub(crate) fn weigh(record: &Record, tangent: &Tangent, state: &[Applied], one: 
         signature.iter_mut().for_each(|v| *v *= unit);
         energy = dot(&signature, &signature);
         score = dot(&signature, &tangent.off);
-        evidence_ln = evidence(energy, score, about.parameters[0].usual, about.parameters[0].low >= 0.0);
+        evidence_ln = evidence(
+            energy,
+            score,
+            about.parameters[0].usual,
+            about.parameters[0].low >= 0.0,
+        );
     }
-    Candidate { applied: one, signature, energy, score, evidence: evidence_ln }
+    Candidate {
+        applied: one,
+        signature,
+        energy,
+        score,
+        evidence: evidence_ln,
+    }
 }
 
 /// Switching times, to the block, at which a switch would explain most: peaks of the running sum of its score.
 ///
 /// The wander of instruments leaves a step's evidence in the minutes about it, which a coarse grid passes over.
-fn switches(record: &Record, tangent: &Tangent, pull: &[f64], state: &[Applied], effect: &'static dyn Effect, coarse: &[Candidate]) -> Vec<Vec<f64>> {
+fn switches(
+    record: &Record,
+    tangent: &Tangent,
+    pull: &[f64],
+    state: &[Applied],
+    effect: &'static dyn Effect,
+    coarse: &[Candidate],
+) -> Vec<Vec<f64>> {
     let about = effect.about();
-    let (Some(onset), duration) = (about.onset(), about.duration()) else { return Vec::new() };
+    let (Some(onset), duration) = (about.onset(), about.duration()) else {
+        return Vec::new();
+    };
     let l = tangent.layout;
     let n = l.blocks;
     let seconds = record.dt_s * record.per_block as f64;
@@ -238,7 +340,11 @@ fn switches(record: &Record, tangent: &Tangent, pull: &[f64], state: &[Applied],
     let mut out = Vec::new();
     for shape in shapes {
         let mut applied = state.to_vec();
-        applied.push(Applied { effect, parameters: shape.clone(), allowance: false });
+        applied.push(Applied {
+            effect,
+            parameters: shape.clone(),
+            allowance: false,
+        });
         let change = tangent.change(record, &applied);
         let product = |row: usize| {
             let v = change[row] * pull[row];
@@ -258,7 +364,11 @@ fn switches(record: &Record, tangent: &Tangent, pull: &[f64], state: &[Applied],
             tail[b] = tail[b + 1] + here / shape[0];
         }
         let same = |c: &&Candidate| {
-            c.applied.parameters.iter().enumerate().all(|(k, v)| k == onset || Some(k) == duration || *v == shape[k])
+            c.applied
+                .parameters
+                .iter()
+                .enumerate()
+                .all(|(k, v)| k == onset || Some(k) == duration || *v == shape[k])
         };
         let like: Vec<&Candidate> = coarse.iter().filter(same).collect();
         let energy = |t: f64, d: f64| -> f64 {
@@ -282,13 +392,16 @@ fn switches(record: &Record, tangent: &Tangent, pull: &[f64], state: &[Applied],
             }
             let z2 = score * score / energy;
             // Peaks stand five minutes apart.
-            match peaks.iter_mut().find(|p| p.1.abs_diff(from) < 30 && p.2.abs_diff(to) < 30) {
+            match peaks
+                .iter_mut()
+                .find(|p| p.1.abs_diff(from) < 30 && p.2.abs_diff(to) < 30)
+            {
                 Some(p) if p.0 < z2 => *p = (z2, from, to),
                 Some(_) => {}
                 None => peaks.push((z2, from, to)),
             }
         };
-        let edge = (0.02 * n as f64) as usize;
+        let edge = whole(0.02 * n as f64);
         if duration.is_some() {
             let step = (n / 600).max(1);
             for from in (edge..n - edge).step_by(step) {
@@ -332,119 +445,81 @@ pub(crate) fn ln_mean_exp(values: impl Iterator<Item = f64> + Clone) -> f64 {
     top + (sum / f64::max(count, 1.0)).ln()
 }
 
-/// For exploration.
-pub fn explore(well: &Well, prepared: &Prepared) -> String {
-    let clock = std::time::Instant::now();
-    let record = Record::new(well, prepared);
-    let Some((state, tangent)) = allowances(&record) else { return "no tangent".into() };
-    let t1 = clock.elapsed();
-    let l = tangent.layout;
-    let pull = tangent.whitening.transpose(&tangent.off[..l.len()]);
-    let rms = |a: usize, b: usize| {
-        let v: Vec<f64> = (a..b).filter(|&i| tangent.whitening.weight[i] > 0.0).map(|i| tangent.off[i]).collect();
-        let big = v.iter().filter(|x| x.abs() > 5.0).count();
-        format!("{:.2}({}/{})", (v.iter().map(|x| x * x).sum::<f64>() / v.len().max(1) as f64).sqrt(), big, v.len())
-    };
-    let mut text = format!("allow {:?} ", state.iter().map(|a| (a.effect.about().id, a.parameters[0])).collect::<Vec<_>>());
-    text += &format!(
-        "rms F {} H {} O {} M {} kin {:.2} mem {:?} sd {:.0} {:.0} {:.1e}",
-        rms(0, l.blocks), rms(l.blocks, 2 * l.blocks), rms(l.difference_at(), l.mass_at()), rms(l.mass_at(), l.len()),
-        tangent.whitening.kinship,
-        tangent.whitening.memory.map(|m| [(m[0] * 100.0).round() / 100.0, (m[1] * 100.0).round() / 100.0]),
-        1.0 / tangent.whitening.weight[..l.blocks].iter().fold(0.0_f64, |a, b| a.max(*b)),
-        1.0 / tangent.whitening.weight[l.blocks..2 * l.blocks].iter().fold(0.0_f64, |a, b| a.max(*b)),
-        1.0 / tangent.whitening.weight[l.mass_at()..].iter().fold(0.0_f64, |a, b| a.max(*b)),
-    );
-    let mut table: Vec<(f64, &str, Vec<f64>, f64, f64)> = Vec::new();
-    let mut count = 0;
-    for effect in catalogue() {
-        let found = scan(&record, &tangent, &pull, &state, *effect);
-        count += found.len();
-        let total = ln_mean_exp(found.iter().map(|c| c.evidence));
-        if let Some(best) = found.iter().max_by(|a, b| a.evidence.total_cmp(&b.evidence)) {
-            let strength = if on_grid(effect.about()) { best.applied.parameters[0] } else { best.score / best.energy };
-            table.push((total, effect.about().id, best.applied.parameters.clone(), strength, best.score / best.energy.sqrt()));
+#[cfg(test)]
+mod tests {
+    use super::{evidence, ln_mean_exp, ln_phi};
+
+    /// ln of the integral of likelihood ratio times prior, by the trapezoidal rule.
+    fn integrated(energy: f64, score: f64, width: f64, one_sided: bool) -> f64 {
+        let v = 1.0 / (energy + 1.0 / (width * width));
+        let (mode, sd) = (score * v, v.sqrt());
+        let n = 40_000;
+        let (mut from, to) = (mode - 12.0 * sd, (mode + 12.0 * sd).max(12.0 * sd));
+        if one_sided {
+            from = from.max(0.0);
+        }
+        let step = (to - from) / f64::from(n);
+        let prior = if one_sided { 2.0 } else { 1.0 } / (width * (2.0 * std::f64::consts::PI).sqrt());
+        let ln = |a: f64| score * a - 0.5 * a * a / v;
+        let top = ln(if one_sided { mode.max(0.0) } else { mode });
+        let sum: f64 = (0..=n)
+            .map(|i| {
+                let share = if i == 0 || i == n { 0.5 } else { 1.0 };
+                share * (ln(from + f64::from(i) * step) - top).exp()
+            })
+            .sum();
+        top + (prior * sum * step).ln()
+    }
+
+    #[test]
+    fn evidence_is_the_integral_over_the_prior() {
+        for (energy, score, width) in [
+            (40.0, 25.0, 1.0),
+            (40.0, 0.0, 1.0),
+            (3.0, 12.0, 0.3),
+            (900.0, 300.0, 2.0),
+            (0.0, 0.0, 5.0),
+        ] {
+            for one_sided in [false, true] {
+                let off = evidence(energy, score, width, one_sided)
+                    - integrated(energy, score, width, one_sided);
+                assert!(off.abs() < 1e-5, "{energy} {score} {width} {one_sided}: {off}");
+            }
         }
     }
-    table.sort_by(|a, b| b.0.total_cmp(&a.0));
-    for (total, id, p, strength, z) in table.iter().take(7) {
-        let p: Vec<String> = p.iter().skip(1).map(|v| format!("{v:.4}")).collect();
-        text += &format!("\n    {total:9.1} {id} {strength:.4e} z {z:.1} {p:?}");
+
+    #[test]
+    fn the_wrong_sign_counts_against_an_effect_of_one_sign() {
+        let (energy, width) = (40.0, 1.0);
+        let (wrong, right) = (
+            evidence(energy, -15.0, width, true),
+            evidence(energy, 15.0, width, true),
+        );
+        assert!(wrong < 0.0 && right > 0.0);
+        assert!((wrong - integrated(energy, -15.0, width, true)).abs() < 1e-3);
+        // A prior of both signs does not ask.
+        let both = |score| evidence(energy, score, width, false);
+        assert_eq!(both(-15.0), both(15.0));
     }
-    for c in crate::empirical::corrections(&record, &tangent, &state).iter().take(2) {
-        text += &format!("\n    {:9.1} UNKNOWN {} along {}", c.evidence, dgd_effects::RELATIONS[c.relation].name(), dgd_effects::QUANTITIES[c.quantity]);
-    }
-    text += &format!("\n    {count} candidates, {t1:?} {:?}", clock.elapsed());
-    text
-}
 
-/// For exploration: head rows.
-pub fn dump(well: &Well, prepared: &Prepared, from: f64, to: f64) -> String {
-    let record = Record::new(well, prepared);
-    let Some((state, tangent)) = allowances(&record) else { return "no tangent".into() };
-    let blocks = crate::relations::Blocks::under(&record, &[]);
-    let l = tangent.layout;
-    let r = tangent.clean_residual();
-    let mut text = String::new();
-    for b in 0..l.blocks {
-        let t = b as f64 * 10.0;
-        if t < from || t > to { continue; }
-        text += &format!("{t:.0} w {:.2} q {:.5} F {:.1} ({:.1}) H {:.1} ({:.1}) v {} {} unrest {:.1} {:.1}\n", blocks.speed[b], blocks.flow[b], r[b] / 1e3, tangent.off[b], r[l.blocks + b] / 1e3, tangent.off[l.blocks + b], tangent.rows.friction[b], tangent.rows.head[b], 1e-3 / tangent.whitening.weight[b], 1e-3 / tangent.whitening.weight[l.blocks + b]);
-    }
-    text
-}
-
-/// For exploration: coefficients.
-pub fn betas(well: &Well, prepared: &Prepared) -> String {
-    let record = Record::new(well, prepared);
-    let Some((state, tangent)) = allowances(&record) else { return "no tangent".into() };
-    format!("friction {:.0?}\nhead {:.0?}\n{}", tangent.curves.friction, tangent.curves.head, tangent.check())
-}
-
-/// For exploration: one effect at given parameters.
-pub fn try_one(well: &Well, prepared: &Prepared, id: &str, parameters: Vec<f64>) -> String {
-    let record = Record::new(well, prepared);
-    let Some((state, tangent)) = allowances(&record) else { return "no tangent".into() };
-    let l = tangent.layout;
-    let c = weigh(&record, &tangent, &state, Applied { effect: dgd_effects::find(id).unwrap_or(catalogue()[0]), parameters, allowance: false });
-    let part = |a: usize, b: usize| (dot(&c.signature[a..b], &c.signature[a..b]), dot(&c.signature[a..b], &tangent.off[a..b]));
-    let pull = tangent.whitening.transpose(&tangent.off[..l.len()]);
-    let mut applied = Vec::new();
-    applied.push(c.applied.clone());
-    let change = tangent.change(&record, &applied);
-    let adj: f64 = change.iter().zip(&pull).map(|(a, b)| if a.is_finite() { a * b } else { 0.0 }).sum::<f64>() / c.applied.parameters[0];
-    format!("ev {:.1} est {:.4e} z {:.1} adjoint {:.3e} score {:.3e} F {:?} H {:?} O {:?} M {:?}", c.evidence, c.score / c.energy, c.score / c.energy.sqrt(), adj, c.score, part(0, l.blocks), part(l.blocks, 2 * l.blocks), part(l.difference_at(), l.mass_at()), part(l.mass_at(), l.len()))
-}
-
-/// For exploration: where a grid effect gains.
-pub fn gains(well: &Well, prepared: &Prepared, id: &str, parameters: Vec<f64>) -> String {
-    let record = Record::new(well, prepared);
-    let Some((state, tangent)) = allowances(&record) else { return "no tangent".into() };
-    let l = tangent.layout;
-    let one = Applied { effect: dgd_effects::find(id).unwrap_or(catalogue()[0]), parameters, allowance: false };
-    let refitted = tangent.refitted(&record, &joined(&state, &one));
-    let mut text = String::new();
-    let part = |a: usize, b: usize| -> f64 { (a..b).map(|i| 0.5 * (tangent.off[i].powi(2) - refitted.off[i].powi(2))).sum() };
-    text += &format!("F {:.1} H {:.1} O {:.1} M {:.1} prior {:.1}\n", part(0, l.blocks), part(l.blocks, 2 * l.blocks), part(l.difference_at(), l.mass_at()), part(l.mass_at(), l.len()), part(l.len(), tangent.off.len()));
-    for b in (0..l.blocks).step_by(12) {
-        let g = part(l.blocks + b, l.blocks + (b + 12).min(l.blocks - b));
-        if g.abs() > 4.0 {
-            let r = tangent.residual[l.blocks + b..l.blocks + (b + 12).min(l.blocks - b)].iter().sum::<f64>() / 12e3;
-            let bl = crate::relations::Blocks::under(&record, &state);
-            text += &format!("  t {} gain {g:.1} H {r:.1} w {:.1}..{:.1} q {:.4}..{:.4}\n", b * 10, bl.speed[b], bl.speed[(b + 11).min(l.blocks - 1)], bl.flow[b], bl.flow[(b + 11).min(l.blocks - 1)]);
+    #[test]
+    fn the_tail_of_the_normal_distribution_goes_on_below_five_deviations() {
+        // Abramowitz and Stegun, table 26.1, and the asymptotic series.
+        for (x, expected, within) in [
+            (0.0, -std::f64::consts::LN_2, 1e-6),
+            (1.0, 0.841_344_746_f64.ln(), 1e-6),
+            (-2.0, 0.022_750_132_f64.ln(), 1e-4),
+            (-6.0, 9.865_876e-10_f64.ln(), 0.03),
+            (-20.0, -203.917_155, 0.003),
+        ] {
+            assert!((ln_phi(x) - expected).abs() < within, "{x}: {}", ln_phi(x));
         }
     }
-    text
-}
 
-/// For exploration: the selection.
-pub fn choose(well: &Well, prepared: &Prepared) -> String {
-    let clock = std::time::Instant::now();
-    let record = Record::new(well, prepared);
-    let Some(s) = crate::select::select(&record, &[], 4, |_| {}) else { return "none".into() };
-    let mut text = format!("{:?} ", clock.elapsed());
-    for n in &s.named {
-        text += &format!("\n   {} p {:.2} ev {:.1} {:.4?} alt {:.2?} {:?}", n.applied.effect.about().id, n.probability, n.evidence, n.applied.parameters, n.alternatives.iter().take(3).collect::<Vec<_>>(), n.correction.map(|(r, q)| (dgd_effects::RELATIONS[r].name(), dgd_effects::QUANTITIES[q])));
+    #[test]
+    fn a_mean_of_exponentials_stands_what_overflows() {
+        let found = ln_mean_exp([1000.0, 1000.0, f64::NEG_INFINITY, f64::NEG_INFINITY].into_iter());
+        assert!((found - (1000.0 - std::f64::consts::LN_2)).abs() < 1e-9);
+        assert_eq!(ln_mean_exp(std::iter::empty()), f64::NEG_INFINITY);
     }
-    text
 }

@@ -1,11 +1,11 @@
 //! From residuals to named effects: screening, acceptance one by one, joint refinement, second thoughts.
 
 use crate::empirical::{Correction, corrections};
-use crate::record::Record;
+use crate::record::{Record, whole};
 use crate::relations::Applied;
 use crate::scan::{Candidate, allowances_with, joined, ln_mean_exp, on_grid, scan, sharpen, weigh};
 use crate::tangent::{Bend, Tangent, dot};
-use dgd_effects::{Effect, Relation, Role, catalogue};
+use dgd_effects::{Effect, RELATIONS, Relation, Role, catalogue};
 
 /// A named effect.
 #[derive(Clone)]
@@ -104,13 +104,23 @@ fn contest(record: &Record, gate: &Tangent, state: &[Applied], taken: &[&str]) -
             continue;
         }
         let found = scan(record, gate, &pull, state, *effect);
-        let Some(best) = found.iter().filter(|c| c.evidence.is_finite()).max_by(|a, b| a.evidence.total_cmp(&b.evidence)) else {
+        let Some(best) = found
+            .iter()
+            .filter(|c| c.evidence.is_finite())
+            .max_by(|a, b| a.evidence.total_cmp(&b.evidence))
+        else {
             continue;
         };
         // A sharp peak falls between the points of a grid: it pays for the places it could have been.
         let places = (found.len() as f64).ln() + if effect.is_switch() { 4.0 } else { 0.0 };
-        let mut evidence = ln_mean_exp(found.iter().map(|c| if c.evidence.is_finite() { c.evidence } else { -1e3 }))
-            .max(best.evidence - places);
+        let mut evidence = ln_mean_exp(found.iter().map(|c| {
+            if c.evidence.is_finite() {
+                c.evidence
+            } else {
+                -1e3
+            }
+        }))
+        .max(best.evidence - places);
         let mut best = best.clone();
         if is_pump(*effect) && evidence > 1.0 {
             // A lean of the head on the inlet pressure takes most of a pump's effects with it, and all of what the
@@ -125,7 +135,11 @@ fn contest(record: &Record, gate: &Tangent, state: &[Applied], taken: &[&str]) -
                         .max_by(|a, b| a.evidence.total_cmp(&b.evidence))
                 } else {
                     let start = weigh(record, free, state, best.applied.clone());
-                    Some(if effect.is_switch() { sharpen(record, free, state, start) } else { start })
+                    Some(if effect.is_switch() {
+                        sharpen(record, free, state, start)
+                    } else {
+                        start
+                    })
                 };
                 if let Some(apart) = apart {
                     evidence = evidence.min(apart.evidence - places);
@@ -133,7 +147,11 @@ fn contest(record: &Record, gate: &Tangent, state: &[Applied], taken: &[&str]) -
                 }
             }
         }
-        out.push(Contender { effect: *effect, best, evidence });
+        out.push(Contender {
+            effect: *effect,
+            best,
+            evidence,
+        });
     }
     out.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     out
@@ -151,13 +169,21 @@ fn solved(c: &Candidate) -> Applied {
 }
 
 /// Sharpens every parameter of the effects at and after `from`, about the whole hypothesis.
-pub(crate) fn refine(record: &Record, state: &mut [Applied], from: usize, excluded: &[bool], rounds: usize) {
+pub(crate) fn refine(
+    record: &Record,
+    state: &mut [Applied],
+    from: usize,
+    excluded: &[bool],
+    rounds: usize,
+) {
     for _ in 0..rounds {
         for k in from..state.len() {
             if state[k].allowance || state[k].effect.about().id == "unknown" {
                 continue;
             }
-            let Some(tangent) = Tangent::at(record, state, excluded, Bend::Free) else { return };
+            let Some(tangent) = Tangent::at(record, state, excluded, Bend::Free) else {
+                return;
+            };
             refine_one(record, &tangent, state, k);
         }
     }
@@ -191,7 +217,8 @@ fn refine_one(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usiz
         let mut least = misfit(best[0], state);
         for step in [3.0, 1.5, 0.7] {
             for _ in 0..4 {
-                let tries = [best[0] + step, best[0] - step].map(|p| p.clamp(0.5, about.parameters[0].high));
+                let tries = [best[0] + step, best[0] - step]
+                    .map(|p| p.clamp(0.5, about.parameters[0].high));
                 let found = tries.map(|p| misfit(p, state));
                 let k = usize::from(found[1] < found[0]);
                 if found[k] >= least - 0.05 {
@@ -252,21 +279,46 @@ fn refine_one(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usiz
 }
 
 /// The search.
-pub(crate) fn select(record: &Record, start: &[Applied], most: usize, mut round_begins: impl FnMut(usize)) -> Option<Selection> {
+pub(crate) fn select(
+    record: &Record,
+    start: &[Applied],
+    most: usize,
+    mut round_begins: impl FnMut(usize),
+) -> Option<Selection> {
     let (allowances, _) = allowances_with(record, start, Bend::Lean)?;
-    let mut selection = Selection { allowances, named: Vec::new(), first: Vec::new() };
+    let mut selection = Selection {
+        allowances,
+        named: Vec::new(),
+        first: Vec::new(),
+    };
     for round in 0..most {
         round_begins(round + 1);
         let state = selection.state();
         let gate = Tangent::at(record, &state, &[], Bend::Lean)?;
         // Delay and store come together or not at all: what one leaves over looks like the other.
-        let timed = state.iter().any(|a| !a.allowance && is_timing(a.effect.about().id));
-        let taken: Vec<&str> = state.iter().filter(|a| !a.allowance).map(|a| a.effect.about().id).collect();
+        let timed = state
+            .iter()
+            .any(|a| !a.allowance && is_timing(a.effect.about().id));
+        let taken: Vec<&str> = state
+            .iter()
+            .filter(|a| !a.allowance)
+            .map(|a| a.effect.about().id)
+            .collect();
         let contenders = contest(record, &gate, &state, &taken);
         if round == 0 {
             selection.first = contenders
                 .iter()
-                .map(|c| (c.effect.about().id, c.evidence, if on_grid(c.effect.about()) { 0.0 } else { c.best.energy }))
+                .map(|c| {
+                    (
+                        c.effect.about().id,
+                        c.evidence,
+                        if on_grid(c.effect.about()) {
+                            0.0
+                        } else {
+                            c.best.energy
+                        },
+                    )
+                })
                 .collect();
         }
         // What a strong effect leaves over for want of form is no second effect in its relation.
@@ -276,7 +328,11 @@ pub(crate) fn select(record: &Record, start: &[Applied], most: usize, mut round_
                 .iter()
                 .map(|n| {
                     let about = n.applied.effect.about();
-                    let share = if about.relation == relation || is_timing(about.id) { 0.02 } else { 0.005 };
+                    let share = if about.relation == relation || is_timing(about.id) {
+                        0.02
+                    } else {
+                        0.005
+                    };
                     share * n.evidence
                 })
                 .sum()
@@ -290,22 +346,28 @@ pub(crate) fn select(record: &Record, start: &[Applied], most: usize, mut round_
                 && stands(record, &solved(&c.best))
         };
         let loose = Tangent::at(record, &state, &[], Bend::Loose)?;
-        let rival = corrections(record, &loose, &state).into_iter().find(plausible);
-        let best = contenders.iter().filter(passes).max_by(|a, b| a.evidence.total_cmp(&b.evidence));
+        let rival = corrections(record, &loose, &state)
+            .into_iter()
+            .find(plausible);
+        let best = contenders
+            .iter()
+            .filter(passes)
+            .max_by(|a, b| a.evidence.total_cmp(&b.evidence));
         let Some(best) = best else {
             if let Some(rival) = rival.filter(|r| {
-                r.evidence > empirical_hurdle(r) + 3.0 * left_over(dgd_effects::RELATIONS[r.relation])
+                r.evidence
+                    > empirical_hurdle(r) + 3.0 * left_over(RELATIONS[r.relation])
             }) {
-                selection.named.push(unnamed(&rival, &contenders));
+                selection.named.push(unnamed(record, &rival, &contenders));
             }
             break;
         };
         if let Some(rival) = &rival
-            && dgd_effects::RELATIONS[rival.relation] == best.effect.about().relation
+            && RELATIONS[rival.relation] == best.effect.about().relation
             && rival.evidence > 1.35 * best.evidence + 40.0
             && rival.evidence > empirical_hurdle(rival)
         {
-            selection.named.push(unnamed(rival, &contenders));
+            selection.named.push(unnamed(record, rival, &contenders));
             break;
         }
         let id = best.effect.about().id;
@@ -321,7 +383,7 @@ pub(crate) fn select(record: &Record, start: &[Applied], most: usize, mut round_
             .collect();
         let same = |r: &&Correction| {
             let relation = best.effect.about().relation;
-            dgd_effects::RELATIONS[r.relation] == relation
+            RELATIONS[r.relation] == relation
         };
         if let Some(r) = rival.as_ref().filter(same) {
             others.push(("unknown".to_owned(), weight(0.8 * r.evidence)));
@@ -339,11 +401,12 @@ pub(crate) fn select(record: &Record, start: &[Applied], most: usize, mut round_
             && share > real / total
             && r.evidence > empirical_hurdle(r)
         {
-            selection.named.push(unnamed(r, &contenders));
+            selection.named.push(unnamed(record, r, &contenders));
             break;
         }
         if is_timing(id)
-            && let Some((delay, store, gained)) = timing_pair(record, &gate, &state, best.best.evidence)
+            && let Some((delay, store, gained)) =
+                timing_pair(record, &gate, &state, best.best.evidence)
         {
             for (one, other) in [(delay, "line_gas_storage"), (store, "return_flow_delay")] {
                 selection.named.push(Named {
@@ -381,16 +444,31 @@ pub(crate) fn select(record: &Record, start: &[Applied], most: usize, mut round_
 }
 
 /// A late meter and a line that stores, together, where the two beat either alone.
-fn timing_pair(record: &Record, gate: &Tangent, state: &[Applied], single: f64) -> Option<(Applied, Applied, f64)> {
+fn timing_pair(
+    record: &Record,
+    gate: &Tangent,
+    state: &[Applied],
+    single: f64,
+) -> Option<(Applied, Applied, f64)> {
     let delay = dgd_effects::find("return_flow_delay")?;
     let store = dgd_effects::find("line_gas_storage")?;
     let before = dot(&gate.off, &gate.off);
     let mut best: Option<(f64, Applied, Applied)> = None;
     for d in [8.0, 11.0, 14.0, 18.0] {
         for tau in [8.0, 13.0, 18.0, 25.0] {
-            let one = Applied { effect: delay, parameters: vec![d], allowance: false };
-            let two = Applied { effect: store, parameters: vec![tau], allowance: false };
-            let off = gate.refitted(record, &joined(&joined(state, &one), &two)).off;
+            let one = Applied {
+                effect: delay,
+                parameters: vec![d],
+                allowance: false,
+            };
+            let two = Applied {
+                effect: store,
+                parameters: vec![tau],
+                allowance: false,
+            };
+            let off = gate
+                .refitted(record, &joined(&joined(state, &one), &two))
+                .off;
             let evidence = 0.5 * (before - dot(&off, &off)) - 3.0;
             if best.as_ref().is_none_or(|b| evidence > b.0) {
                 best = Some((evidence, one, two));
@@ -398,7 +476,7 @@ fn timing_pair(record: &Record, gate: &Tangent, state: &[Applied], single: f64) 
         }
     }
     let (evidence, one, two) = best?;
-    (evidence > single + 20.0 + 0.03 * single).then(|| (one, two, evidence - single))
+    (evidence > single + 20.0 + 0.03 * single).then_some((one, two, evidence - single))
 }
 
 /// Drops what the others made superfluous.
@@ -413,12 +491,26 @@ fn reconsider(record: &Record, selection: &mut Selection) -> Option<()> {
             continue;
         }
         let one = selection.named[k].clone();
-        let mut others = Selection { allowances: selection.allowances.clone(), named: selection.named.clone(), first: Vec::new() };
+        let mut others = Selection {
+            allowances: selection.allowances.clone(),
+            named: selection.named.clone(),
+            first: Vec::new(),
+        };
         others.named.remove(k);
         let state = others.state();
-        let tangent = Tangent::at(record, &state, &[], if is_pump(one.applied.effect) { Bend::Free } else { Bend::Lean })?;
+        let tangent = Tangent::at(
+            record,
+            &state,
+            &[],
+            if is_pump(one.applied.effect) {
+                Bend::Free
+            } else {
+                Bend::Lean
+            },
+        )?;
         let again = weigh(record, &tangent, &state, one.applied.clone());
-        if again.evidence < 0.6 * hurdle(one.applied.effect.about().id).0 || !material(&one.applied) {
+        if again.evidence < 0.6 * hurdle(one.applied.effect.about().id).0 || !material(&one.applied)
+        {
             selection.named.remove(k);
         } else {
             k += 1;
@@ -453,14 +545,19 @@ fn at_bound(one: &Applied) -> bool {
 /// Whether a shift of one transmitter is there to see: the two differ by it before and after, for a while.
 fn stands(record: &Record, one: &Applied) -> bool {
     let about = one.effect.about();
-    let (Some(onset), [first, second]) = (about.onset(), record.outlets.as_slice()) else { return true };
+    let (Some(onset), [first, second]) = (about.onset(), record.outlets.as_slice()) else {
+        return true;
+    };
     if about.id != "outlet_pressure_bias_step" {
         return true;
     }
     let at = record.t_s.partition_point(|t| *t < one.parameters[onset]);
-    let reach = (1200.0 / record.dt_s) as usize;
+    let reach = whole(1200.0 / record.dt_s);
     let middle = |range: std::ops::Range<usize>| -> f64 {
-        let mut d: Vec<f64> = range.map(|i| first[i] - second[i]).filter(|v| v.is_finite()).collect();
+        let mut d: Vec<f64> = range
+            .map(|i| first[i] - second[i])
+            .filter(|v| v.is_finite())
+            .collect();
         if d.len() < 20 {
             return f64::NAN;
         }
@@ -477,16 +574,25 @@ fn stands(record: &Record, one: &Applied) -> bool {
 fn plausible(c: &Correction) -> bool {
     let knots = &c.applied.parameters[4..];
     let mean = knots.iter().sum::<f64>() / knots.len() as f64;
-    let spread = (knots.iter().map(|k| (k - mean).powi(2)).sum::<f64>() / knots.len() as f64).sqrt();
+    let spread =
+        (knots.iter().map(|k| (k - mean).powi(2)).sum::<f64>() / knots.len() as f64).sqrt();
     spread > [3e3, 6e3, 1.5e-4][c.relation]
 }
 
-fn unnamed(c: &Correction, contenders: &[Contender]) -> Named {
+fn unnamed(record: &Record, c: &Correction, contenders: &[Contender]) -> Named {
     let temperature = (0.08 * c.evidence).max(6.0);
     let mut others: Vec<(String, f64)> = contenders
         .iter()
-        .filter(|o| o.evidence > 0.0)
-        .map(|o| (o.effect.about().id.to_owned(), ((1.2 * o.evidence - c.evidence) / temperature).exp().min(1.0)))
+        .filter(|o| o.evidence > 0.0 && stands(record, &solved(&o.best)))
+        .filter(|o| o.effect.about().relation == RELATIONS[c.relation])
+        .map(|o| {
+            (
+                o.effect.about().id.to_owned(),
+                ((1.2 * o.evidence - c.evidence) / temperature)
+                    .exp()
+                    .min(1.0),
+            )
+        })
         .collect();
     let total: f64 = 1.0 + others.iter().map(|o| o.1).sum::<f64>();
     let real = 1.0 / (1.0 + (-(c.evidence - empirical_hurdle(c)) / 15.0 - 0.7).exp());

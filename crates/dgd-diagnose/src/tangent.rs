@@ -3,27 +3,16 @@
 //! All base parameters (friction and head curves, the offset between redundant transmitters) and the slow wander of
 //! instruments within their accuracy span the tangent. Evidence for an effect is what its signature explains beyond it.
 
-use crate::noise::{Layout, Wander, Whitening};
+use crate::noise::{Layout, Whitening};
 use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::{Applied, Blocks, Rows};
+use crate::unrest::{unrest, wander};
+pub(crate) use crate::vectors::dot;
+use crate::vectors::{back_substitute, orthonormal};
 use dgd_effects::{Curves, FRICTION_TERMS, HEAD_TERMS, Scale, friction_terms, head_terms};
 
-/// Wander of a pressure transmitter that is still within its accuracy, Pa (one standard deviation).
-pub(crate) const PRESSURE_WANDER_PA: f64 = 2.5e3;
-/// The same of a flow meter, relative.
-pub(crate) const FLOW_WANDER: f64 = 0.0025;
-/// The same of the pump's speed, relative.
-pub(crate) const SPEED_WANDER: f64 = 0.0025;
-/// Correlation time of a wander, s.
-const WANDER_S: f64 = 3000.0;
-/// What the model lacks right after a start of the pump, Pa.
-const START_PA: f64 = 2.5e4;
 /// Prior width of the head's lean on inlet pressure.
 const LEAN_PRIOR: f64 = 0.1;
-/// How long such movements last, s.
-const HIDDEN_S: f64 = 300.0;
-/// Share of the meter's block noise up to which true movements of the flow hide in it.
-const HIDDEN_SHARE: f64 = 0.4;
 /// Prior widths of the friction terms, Pa at the scale's flow: intercept and linear term are physics, not curve.
 const FRICTION_PRIOR_PA: [f64; FRICTION_TERMS] =
     [3.0e3, 4.0e3, 1e8, 1e8, 4.0e3, 2e3, 2e3, 2e3, 2e3, 2e3];
@@ -39,21 +28,6 @@ const HEAD_PRIOR_PA: [f64; HEAD_TERMS] = {
     }
     widths
 };
-
-/// Product of two vectors, in four sums that the processor adds side by side.
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let n = a.len().min(b.len());
-    let (a, b) = (&a[..n], &b[..n]);
-    let mut sums = [0.0; 8];
-    let (fours_a, fours_b) = (a.chunks_exact(8), b.chunks_exact(8));
-    let rest: f64 = fours_a.remainder().iter().zip(fours_b.remainder()).map(|(x, y)| x * y).sum();
-    for (x, y) in fours_a.zip(fours_b) {
-        for k in 0..8 {
-            sums[k] += x[k] * y[k];
-        }
-    }
-    sums.iter().sum::<f64>() + rest
-}
 
 /// The linearised model.
 #[derive(Debug, Clone)]
@@ -90,8 +64,14 @@ pub(crate) enum Bend {
 /// Stacked residuals of the curves under a hypothesis.
 pub(crate) fn residual_of(curves: &Curves, layout: Layout, b: &Blocks) -> Vec<f64> {
     let mut out = Vec::with_capacity(layout.len());
-    out.extend((0..layout.blocks).map(|k| b.drop[k] - b.friction_factor[k] * curves.friction_pa(b.flow[k])));
-    out.extend((0..layout.blocks).map(|k| b.lift[k] - b.head_factor[k] * curves.head_pa(b.speed[k], b.through[k])));
+    out.extend(
+        (0..layout.blocks)
+            .map(|k| b.drop[k] - b.friction_factor[k] * curves.friction_pa(b.flow[k])),
+    );
+    out.extend(
+        (0..layout.blocks)
+            .map(|k| b.lift[k] - b.head_factor[k] * curves.head_pa(b.speed[k], b.through[k])),
+    );
     out.extend_from_slice(&b.difference);
     out.extend_from_slice(&b.imbalance);
     out
@@ -121,7 +101,9 @@ fn robust(columns: &[Vec<f64>], y: &[f64], priors: &[f64]) -> Vec<f64> {
             // A noise of 5 kPa stands against the prior; a whisper keeps collinear terms apart.
             normal[(a, a)] += (5e3 / priors[a]).powi(2) + 1e-10 * normal[(a, a)].max(1e-12);
         }
-        let Some(factor) = normal.cholesky() else { break };
+        let Some(factor) = normal.cholesky() else {
+            break;
+        };
         let solved = factor.solve(&right);
         beta.copy_from_slice(solved.as_slice());
         let residual: Vec<f64> = (0..y.len())
@@ -141,27 +123,48 @@ fn robust(columns: &[Vec<f64>], y: &[f64], priors: &[f64]) -> Vec<f64> {
 
 /// Fits both curves robustly to the valid rows.
 fn curves_of(rows: &Rows, b: &Blocks, scale: Scale) -> Curves {
-    let fit = |valid: &[bool], y: &[f64], terms: &dyn Fn(usize) -> Vec<f64>, priors: &[f64]| -> Vec<f64> {
-        let use_: Vec<usize> = (0..valid.len()).filter(|&k| valid[k] && y[k].is_finite()).collect();
+    let fit = |valid: &[bool],
+               y: &[f64],
+               terms: &dyn Fn(usize) -> Vec<f64>,
+               priors: &[f64]|
+     -> Vec<f64> {
+        let use_: Vec<usize> = (0..valid.len())
+            .filter(|&k| valid[k] && y[k].is_finite())
+            .collect();
         let table: Vec<Vec<f64>> = use_.iter().map(|&k| terms(k)).collect();
-        let columns: Vec<Vec<f64>> =
-            (0..priors.len()).map(|a| table.iter().map(|r| r[a]).collect()).collect();
+        let columns: Vec<Vec<f64>> = (0..priors.len())
+            .map(|a| table.iter().map(|r| r[a]).collect())
+            .collect();
         let values: Vec<f64> = use_.iter().map(|&k| y[k]).collect();
         robust(&columns, &values, priors)
     };
     let friction = fit(
         &rows.friction,
         &b.drop,
-        &|k| friction_terms(b.flow[k], scale).iter().map(|v| v * b.friction_factor[k]).collect(),
+        &|k| {
+            friction_terms(b.flow[k], scale)
+                .iter()
+                .map(|v| v * b.friction_factor[k])
+                .collect()
+        },
         &FRICTION_PRIOR_PA,
     );
     let head = fit(
         &rows.head,
         &b.lift,
-        &|k| head_terms(b.speed[k], b.through[k], scale).iter().map(|v| v * b.head_factor[k]).collect(),
+        &|k| {
+            head_terms(b.speed[k], b.through[k], scale)
+                .iter()
+                .map(|v| v * b.head_factor[k])
+                .collect()
+        },
         &HEAD_PRIOR_PA,
     );
-    let mut curves = Curves { scale, friction: [0.0; FRICTION_TERMS], head: [0.0; HEAD_TERMS] };
+    let mut curves = Curves {
+        scale,
+        friction: [0.0; FRICTION_TERMS],
+        head: [0.0; HEAD_TERMS],
+    };
     curves.friction.copy_from_slice(&friction);
     curves.head.copy_from_slice(&head);
     curves
@@ -169,7 +172,12 @@ fn curves_of(rows: &Rows, b: &Blocks, scale: Scale) -> Curves {
 
 impl Tangent {
     /// Linearises about a hypothesis. `excluded` blocks (held out) carry no weight.
-    pub(crate) fn at(record: &Record, applied: &[Applied], excluded: &[bool], lean: Bend) -> Option<Self> {
+    pub(crate) fn at(
+        record: &Record,
+        applied: &[Applied],
+        excluded: &[bool],
+        lean: Bend,
+    ) -> Option<Self> {
         let blocks = Blocks::under(record, applied);
         let mut rows = Rows::of(record, &blocks);
         for b in 0..record.blocks {
@@ -205,7 +213,9 @@ impl Tangent {
         // A row that stands out alone is a glitch: no effect of minutes looks like that.
         let lonely = first.lonely(record);
         let residual = first.residual.clone();
-        let Self { mut rows, curves, .. } = first;
+        let Self {
+            mut rows, curves, ..
+        } = first;
         for row in lonely {
             let n = layout.blocks;
             if row < n {
@@ -219,9 +229,11 @@ impl Tangent {
                 rows.mass[row - layout.mass_at()] = false;
             }
         }
-        let unrest = self::unrest(record, &curves, &blocks, layout);
+        let unrest = unrest(record, &curves, &blocks, layout);
         let whitening = Whitening::of(layout, &rows, &residual, &unrest, wander(record, &curves));
-        Some(Self::with(record, &blocks, rows, curves, layout, whitening, lean))
+        Some(Self::with(
+            record, &blocks, rows, curves, layout, whitening, lean,
+        ))
     }
 
     /// Rows more than 4.5 deviations off between calm neighbours, away from starts of the pump.
@@ -234,9 +246,18 @@ impl Tangent {
             record.filled.pumping[r].iter().any(|p| !*p)
         };
         let mut out = Vec::new();
-        for (k, from, to) in [(0, 0, n), (1, n, 2 * n), (2, l.difference_at(), l.mass_at()), (3, l.mass_at(), l.len())] {
+        for (k, from, to) in [
+            (0, 0, n),
+            (1, n, 2 * n),
+            (2, l.difference_at(), l.mass_at()),
+            (3, l.mass_at(), l.len()),
+        ] {
             for row in from..to {
-                let block = if k == 3 { (row - from) * MASS_BLOCKS } else { row - from };
+                let block = if k == 3 {
+                    (row - from) * MASS_BLOCKS
+                } else {
+                    row - from
+                };
                 if self.off[row].abs() < 4.5 || (k < 2 && starting(block)) {
                     continue;
                 }
@@ -255,7 +276,15 @@ impl Tangent {
     /// The model re-fitted under another hypothesis, its noise and rows as here.
     pub(crate) fn refitted(&self, record: &Record, applied: &[Applied]) -> Self {
         let blocks = Blocks::under(record, applied);
-        Self::with(record, &blocks, self.rows.clone(), self.curves.clone(), self.layout, self.whitening.clone(), self.lean)
+        Self::with(
+            record,
+            &blocks,
+            self.rows.clone(),
+            self.curves.clone(),
+            self.layout,
+            self.whitening.clone(),
+            self.lean,
+        )
     }
 
     /// The tangent for a known noise.
@@ -285,8 +314,8 @@ impl Tangent {
         for a in 0..HEAD_TERMS {
             let mut column = vec![0.0; total];
             for b in 0..n {
-                column[n + b] =
-                    head_terms(blocks.speed[b], blocks.through[b], scale)[a] * blocks.head_factor[b];
+                column[n + b] = head_terms(blocks.speed[b], blocks.through[b], scale)[a]
+                    * blocks.head_factor[b];
             }
             columns.push(column);
             priors.push(HEAD_PRIOR_PA[a] * if a == 0 { 1.0 } else { slack });
@@ -338,7 +367,9 @@ impl Tangent {
         let beta = back_substitute(&triangle, right);
         let mut fitted = curves;
         fitted.friction.copy_from_slice(&beta[..FRICTION_TERMS]);
-        fitted.head.copy_from_slice(&beta[FRICTION_TERMS..FRICTION_TERMS + HEAD_TERMS]);
+        fitted
+            .head
+            .copy_from_slice(&beta[FRICTION_TERMS..FRICTION_TERMS + HEAD_TERMS]);
         let residual = residual_of(&fitted, layout, blocks);
         Self {
             rows,
@@ -361,12 +392,17 @@ impl Tangent {
         let first = w.iter().position(|v| *v != 0.0);
         let last = w.iter().rposition(|v| *v != 0.0);
         w.resize(self.off.len(), 0.0);
-        let (Some(first), Some(last)) = (first, last) else { return w };
+        let (Some(first), Some(last)) = (first, last) else {
+            return w;
+        };
         let touched = first..last + 1;
         let scale = dot(&w[touched.clone()], &w[touched.clone()]).sqrt();
         // Columns are orthonormal: the products need not wait for one another.
-        let products: Vec<f64> =
-            self.basis.iter().map(|q| dot(&q[touched.clone()], &w[touched.clone()])).collect();
+        let products: Vec<f64> = self
+            .basis
+            .iter()
+            .map(|q| dot(&q[touched.clone()], &w[touched.clone()]))
+            .collect();
         for (q, r) in self.basis.iter().zip(products) {
             if r.abs() > 1e-9 * scale {
                 w.iter_mut().zip(q).for_each(|(v, q)| *v -= r * q);
@@ -383,19 +419,11 @@ impl Tangent {
     /// The same before whitening.
     pub(crate) fn change(&self, record: &Record, applied: &[Applied]) -> Vec<f64> {
         let with = residual_of(&self.curves, self.layout, &Blocks::under(record, applied));
-        self.residual.iter().zip(&with).map(|(a, b)| a - b).collect()
-    }
-
-    pub(crate) fn check(&self) -> String {
-        let mut worst = 0.0_f64;
-        for a in 0..self.basis.len() {
-            for b in 0..a {
-                worst = worst.max(dot(&self.basis[a], &self.basis[b]).abs());
-            }
-        }
-        let off: f64 = self.basis.iter().map(|q| dot(q, &self.off).abs()).fold(0.0, f64::max);
-        let n = self.layout.len();
-        format!("worst {worst:e} off {off:e} rest {:.4?} chi2 {:.0} prior {:.1?}", self.rest, dot(&self.off[..n], &self.off[..n]), &self.off[n..])
+        self.residual
+            .iter()
+            .zip(&with)
+            .map(|(a, b)| a - b)
+            .collect()
     }
 
     /// Stacked residual with wanders and offsets taken out, in physical units.
@@ -410,35 +438,6 @@ impl Tangent {
     }
 }
 
-/// How far the sections wander while every instrument keeps its accuracy.
-fn wander(record: &Record, curves: &Curves) -> Wander {
-    let middle = |values: &[f64]| -> f64 {
-        let mut finite: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
-        if finite.is_empty() {
-            return 0.0;
-        }
-        let rank = finite.len() / 2;
-        *finite.select_nth_unstable_by(rank, f64::total_cmp).1
-    };
-    let (q, w, pump) = (middle(&record.flow), middle(&record.speed), middle(&record.mud_pump));
-    let slope = |f: &dyn Fn(f64) -> f64| (f(1.01 * q) - f(0.99 * q)) / 0.02;
-    let friction = FLOW_WANDER * slope(&|q| curves.friction_pa(q));
-    let head = (FLOW_WANDER * slope(&|q| curves.head_pa(w, q)))
-        .hypot(2.0 * SPEED_WANDER * curves.head_pa(w, q));
-    // Movements of the flow below its meter's noise last minutes and come through the slope of the curves.
-    let hidden = HIDDEN_SHARE * record.setting.noise.flow_m3_s / (record.per_block as f64).sqrt() / q.max(1e-3);
-    Wander {
-        friction_pa: PRESSURE_WANDER_PA.hypot(friction),
-        head_pa: PRESSURE_WANDER_PA.hypot(head),
-        difference_pa: 1.5 * PRESSURE_WANDER_PA,
-        mass_m3_s: FLOW_WANDER * q.hypot(pump),
-        blocks: WANDER_S / (record.dt_s * record.per_block as f64),
-        hidden_friction_pa: hidden * slope(&|q| curves.friction_pa(q)).abs(),
-        hidden_head_pa: hidden * slope(&|q| curves.head_pa(w, q)).abs(),
-        hidden_blocks: HIDDEN_S / (record.dt_s * record.per_block as f64),
-    }
-}
-
 /// 95th percentile of the finite values.
 fn upper(values: &[f64]) -> Option<f64> {
     let mut finite: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
@@ -447,109 +446,4 @@ fn upper(values: &[f64]) -> Option<f64> {
     }
     let rank = (finite.len() - 1) * 95 / 100;
     Some(*finite.select_nth_unstable_by(rank, f64::total_cmp).1)
-}
-
-/// What half a second of timing is worth in each row, in its unit.
-fn unrest(record: &Record, curves: &Curves, b: &Blocks, layout: Layout) -> Vec<f64> {
-    const TIMING_S: f64 = 0.5;
-    let n = layout.blocks;
-    let seconds = record.dt_s * record.per_block as f64;
-    let rate = |f: &dyn Fn(usize) -> f64, k: usize, last: usize| -> f64 {
-        let (a, z) = (k.saturating_sub(1), (k + 1).min(last));
-        let change = (f(z) - f(a)) / ((z - a).max(1) as f64 * seconds);
-        if change.is_finite() { TIMING_S * change.abs() } else { 0.0 }
-    };
-    let inertia = record.inertia();
-    let mut out = vec![0.0; layout.len()];
-    for k in 0..n {
-        let bend = match (k.checked_sub(1), b.flow.get(k + 1)) {
-            (Some(a), Some(z)) => (z - 2.0 * b.flow[k] + b.flow[a]).abs() / seconds * inertia * 0.3,
-            _ => 0.0,
-        };
-        out[k] = rate(&|i| curves.friction_pa(b.flow[i]), k, n - 1) + if bend.is_finite() { bend } else { 0.0 };
-        out[n + k] = rate(&|i| curves.head_pa(b.speed[i], b.through[i]), k, n - 1);
-    }
-    // In the first minute after a start the line fills and the check valve opens: the model does not hold there.
-    let mut running = f64::INFINITY;
-    for k in 0..n {
-        let r = k * record.per_block..(k + 1) * record.per_block;
-        let turning = record.filled.pumping[r.clone()].iter().all(|p| *p)
-            && record.filled.flow[r].iter().all(|q| *q > dgd_effects::STANDING_M3_S);
-        running = if turning { running + seconds } else { 0.0 };
-        let start = START_PA * (-running / 25.0).exp();
-        out[k] = out[k].hypot(start);
-        out[n + k] = out[n + k].hypot(start);
-    }
-    // The meter's noise, where calm surroundings do not average it out, comes through the slope of the curves.
-    let noise = record.setting.noise.flow_m3_s / (record.per_block as f64).sqrt();
-    for k in 0..n {
-        let q = b.flow[k];
-        let left = noise / b.averaged[k].sqrt() / q.max(1e-3) / 0.02;
-        let through = |f: &dyn Fn(f64) -> f64| (f(1.01 * q) - f(0.99 * q)).abs() * left;
-        out[k] = out[k].hypot(through(&|q| curves.friction_pa(q)));
-        out[n + k] = out[n + k].hypot(through(&|q| curves.head_pa(b.speed[k], q)));
-        for row in [k, n + k] {
-            if !out[row].is_finite() {
-                out[row] = 0.0;
-            }
-        }
-    }
-    let m = record.per_block;
-    for k in 0..layout.mass {
-        let inside = |f: &dyn Fn(usize) -> f64| -> f64 {
-            let mut sum = 0.0_f64;
-            for i in k * m * MASS_BLOCKS..(k + 1) * m * MASS_BLOCKS {
-                let change = f(i + 1) - f(i);
-                sum += if change.is_finite() { change.abs() } else { 0.0 };
-            }
-            sum
-        };
-        let last = record.t_s.len() - 1;
-        let f = &record.filled;
-        let pumps = inside(&|i| f.mud_pump[i.min(last)]);
-        let booster = inside(&|i| f.booster[i.min(last)]);
-        let blocks: f64 = (k * MASS_BLOCKS..(k + 1) * MASS_BLOCKS)
-            .map(|i| (b.flow[(i + 1).min(n - 1)] - b.flow[i]).abs())
-            .filter(|v| v.is_finite())
-            .sum();
-        // Noise adds up in a sum of absolute steps: only what exceeds it moves.
-        let quiet = 3.0e-4;
-        out[layout.mass_at() + k] = TIMING_S * ((pumps - quiet).max(0.0) + (booster - quiet).max(0.0) + blocks)
-            / (seconds * MASS_BLOCKS as f64);
-    }
-    out
-}
-
-/// Makes columns orthonormal in place (modified Gram-Schmidt, twice); returns the upper triangle by columns.
-pub(crate) fn orthonormal(columns: &mut [Vec<f64>]) -> Vec<Vec<f64>> {
-    let p = columns.len();
-    let mut triangle = vec![vec![0.0; p]; p];
-    for a in 0..p {
-        let (done, rest) = columns.split_at_mut(a);
-        let column = &mut rest[0];
-        for _ in 0..2 {
-            for (b, q) in done.iter().enumerate() {
-                let r = dot(q, column);
-                triangle[a][b] += r;
-                column.iter_mut().zip(q).for_each(|(v, q)| *v -= r * q);
-            }
-        }
-        let norm = dot(column, column).sqrt();
-        triangle[a][a] = norm;
-        if norm > 0.0 {
-            column.iter_mut().for_each(|v| *v /= norm);
-        }
-    }
-    triangle
-}
-
-fn back_substitute(triangle: &[Vec<f64>], mut right: Vec<f64>) -> Vec<f64> {
-    for a in (0..right.len()).rev() {
-        let pivot = triangle[a][a];
-        right[a] = if pivot > 0.0 { right[a] / pivot } else { 0.0 };
-        for b in 0..a {
-            right[b] -= triangle[a][b] * right[a];
-        }
-    }
-    right
 }

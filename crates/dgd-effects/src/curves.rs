@@ -5,7 +5,7 @@
 /// Below this flow, m³/s, the line stands.
 pub const STANDING_M3_S: f64 = 1e-3;
 
-/// Bumps by which a smooth curve may differ from its polynomial: in flow, and in flow over speed by speed.
+/// Bumps by which a smooth curve may differ from its polynomial: in flow, and in flow over speed.
 const FRICTION_BUMPS: usize = 5;
 const HEAD_BUMPS: usize = 9;
 /// Terms of [`friction_terms`].

@@ -1,6 +1,6 @@
 //! What hydraulic models of rigs leave out: a catalogue, one small module an effect.
 //!
-//! [`catalogue`] lists the effects, [`find`] looks one up. An [`Effect`] describes itself ([`About`]: equation, source,
+//! [`catalogue()`] lists the effects, [`find`] looks one up. An [`Effect`] describes itself ([`About`]: equation, source,
 //! parameters, place, what excites it, what it is mistaken for) and acts: sample by sample it reads the [`Moment`] and writes its
 //! [`Changes`]. The action is causal and knows neither whether the moment was measured nor simulated: the
 //! diagnosis drives it with measurements, [`AugmentedModel::free_run`] with its own states.

@@ -166,6 +166,16 @@ fn a_delay_shifts_the_meter_by_its_seconds() {
 }
 
 #[test]
+fn a_meter_cannot_show_what_is_to_come() {
+    let drive = Drive::new(200, 1.0, |_| Q, |t| if t < 100.0 { W } else { 90.0 });
+    let plain = drive.run(&model(&[]), balanced());
+    assert_eq!(
+        drive.run(&model(&[("return_flow_delay", &[-5.0])]), balanced()),
+        plain
+    );
+}
+
+#[test]
 fn gas_in_the_line_rounds_the_meter_and_keeps_the_volume() {
     let drive = Drive::new(900, 1.0, |_| Q, |t| if t < 100.0 { W } else { 90.0 });
     let plain = drive.run(&model(&[]), balanced()).return_flow_m3_s;

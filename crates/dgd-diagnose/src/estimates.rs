@@ -1,0 +1,126 @@
+//! Estimates of parameters and their intervals.
+
+use crate::diagnosis::ParameterEstimate;
+use crate::record::Record;
+use crate::scan::on_grid;
+use crate::select::Selection;
+use crate::tangent::{Tangent, dot};
+
+/// Factor on standard errors: residuals are whiter in the model than on a rig.
+const WIDENING: f64 = 2.2;
+
+/// Error of an effect's form, as a share of its strength.
+fn form_error(id: &str) -> f64 {
+    match id {
+        "return_flow_delay" | "line_gas_storage" => 0.08,
+        "viscosity_drift" | "gel_strength" => 0.15,
+        "u_tube" | "booster_line_storage" => 0.1,
+        "lost_circulation" => 0.1,
+        _ => 0.05,
+    }
+}
+
+/// Estimates of the effect's parameters; intervals from the joint curvature of every continuous parameter, widened for
+/// what the forms lack.
+pub(crate) fn estimates(
+    record: &Record,
+    selection: &Selection,
+    k: usize,
+    full: &Tangent,
+) -> Vec<ParameterEstimate> {
+    let named = &selection.named[k];
+    let about = named.applied.effect.about();
+    if named.correction.is_some() {
+        return Vec::new();
+    }
+    let state = selection.state();
+    // One direction a continuous parameter of every effect.
+    let mut directions: Vec<(usize, usize, Vec<f64>)> = Vec::new();
+    for (e, one) in state.iter().enumerate() {
+        if one.allowance || one.effect.about().id == "unknown" {
+            continue;
+        }
+        for (j, parameter) in one.effect.about().parameters.iter().enumerate() {
+            let value = one.parameters[j];
+            if parameter.name == "sensor"
+                || matches!(
+                    parameter.role,
+                    dgd_effects::Role::Onset | dgd_effects::Role::Duration
+                )
+            {
+                continue;
+            }
+            let step = if j == 0 && !on_grid(one.effect.about()) {
+                (0.03 * value.abs()).max(0.02 * parameter.usual)
+            } else {
+                (0.05 * value.abs()).max(0.02)
+            };
+            let mut next = state.clone();
+            next[e].parameters[j] = value + step;
+            let s = full
+                .signature(record, &next)
+                .iter()
+                .map(|v| v / step)
+                .collect();
+            directions.push((e, j, s));
+        }
+    }
+    let n = directions.len();
+    let gram = nalgebra::DMatrix::from_fn(n, n, |a, b| {
+        let (e, j, s) = &directions[a];
+        let prior = if a == b {
+            let p = &state[*e].effect.about().parameters[*j];
+            let width = if p.usual > 0.0 {
+                3.0 * p.usual
+            } else {
+                state[*e].parameters[*j].abs().max(0.1)
+            };
+            1.0 / (width * width)
+        } else {
+            0.0
+        };
+        dot(s, &directions[b].2) + prior
+    });
+    let covariance = gram.try_inverse();
+    let index = state
+        .iter()
+        .position(|a| !a.allowance && a.effect.about().id == about.id);
+    about
+        .parameters
+        .iter()
+        .enumerate()
+        .map(|(j, parameter)| {
+            let value = named.applied.parameters[j];
+            let found = directions
+                .iter()
+                .position(|(e, i, _)| Some(*e) == index && *i == j);
+            let sd = match (&covariance, found) {
+                (Some(c), Some(a)) => c[(a, a)].max(0.0).sqrt() * WIDENING,
+                _ => match parameter.role {
+                    dgd_effects::Role::Onset | dgd_effects::Role::Duration => 30.0,
+                    _ => 0.0,
+                },
+            };
+            // A floor for what the form lacks, as a share of the estimate.
+            let sd = if j == 0 {
+                sd.hypot(form_error(about.id) * value.abs())
+            } else {
+                sd
+            };
+            let (shift, factor) = match (about.id, parameter.name) {
+                ("return_flow_gain" | "inflow_gain", "gain") => (1.0, 1.0),
+                ("annulus_area", "area_m2") => {
+                    (record.setting.riser_area_m2, record.setting.riser_area_m2)
+                }
+                _ => (0.0, 1.0),
+            };
+            let shown = |v: f64| shift + factor * v;
+            ParameterEstimate {
+                name: parameter.name.to_owned(),
+                meaning: parameter.meaning.to_owned(),
+                estimate: shown(value),
+                ci95: (shown(value - 1.96 * sd), shown(value + 1.96 * sd)),
+            }
+        })
+        .collect()
+}

@@ -1,0 +1,137 @@
+//! A finding in words and numbers.
+
+use crate::diagnosis::{Finding, ParameterEstimate, Simulation};
+use crate::estimates::estimates;
+use crate::free_run::best_gain;
+use crate::heave::Swell;
+use crate::record::Record;
+use crate::select::{Named, Selection};
+use crate::tangent::Tangent;
+use dgd_effects::{QUANTITIES, RELATIONS, Relation, find};
+
+/// One named effect, or the correction that no effect explains.
+pub(crate) fn finding(
+    record: &Record,
+    selection: &Selection,
+    k: usize,
+    named: &Named,
+    full: &Tangent,
+    simulation: &Simulation,
+) -> Finding {
+    let about = named.applied.effect.about();
+    let relation = named
+        .correction
+        .map_or(about.relation, |(r, _)| RELATIONS[r]);
+    let held_out = best_gain(simulation);
+    let title = match named.correction {
+        Some((r, q)) => format!(
+            "something outside the catalogue: {} depends on {}",
+            RELATIONS[r].name().replace('_', " "),
+            QUANTITIES[q]
+        ),
+        None => about.title.to_owned(),
+    };
+    let span = record.setting.span_s;
+    let interval = about.interval_s(&named.applied.parameters, span);
+    Finding {
+        effect: about.id.to_owned(),
+        title,
+        probability: named.probability.clamp(0.01, 0.99),
+        alternatives: named.alternatives.clone(),
+        relation,
+        intervals_s: vec![(interval.0 - span.0, interval.1 - span.0)],
+        region: region(record, interval),
+        parameters: estimates(record, selection, k, full),
+        held_out,
+        equation_before: base_equation(relation).to_owned(),
+        equation_after: match named.correction {
+            Some((_, q)) => format!("{} + f({})", base_equation(relation), QUANTITIES[q]),
+            None => about.equation.to_owned(),
+        },
+        source: about.source.to_owned(),
+        evidence: named.evidence,
+        separating_test: named
+            .alternatives
+            .iter()
+            .find_map(|(id, _)| about.confusable.iter().find(|(other, _)| other == id))
+            .or(about.confusable.first())
+            .map(|(_, test)| (*test).to_owned()),
+    }
+}
+
+/// The relation as the base model has it.
+fn base_equation(relation: Relation) -> &'static str {
+    match relation {
+        Relation::ReturnLineFriction => "p_out = p_0 + rho g L + phi(q) + rho L/A dq/dt",
+        Relation::PumpHead => "p_out - p_in = H(w, q)",
+        Relation::RiserMassBalance => "A dh/dt = q_in - q",
+        Relation::Momentum => "rho L/A dq/dt = p_out - p_0 - rho g L - phi(q)",
+        Relation::Instrument => "p_meter = p",
+    }
+}
+
+/// The operating region in which an effect acts.
+fn region(record: &Record, interval: (f64, f64)) -> String {
+    let inside: Vec<usize> = (0..record.t_s.len())
+        .filter(|i| record.t_s[*i] >= interval.0 && record.t_s[*i] <= interval.1)
+        .collect();
+    let range = |values: &[f64], least: f64| -> Option<(f64, f64)> {
+        let mut v: Vec<f64> = inside
+            .iter()
+            .map(|i| values[*i])
+            .filter(|x| x.is_finite() && *x > least)
+            .collect();
+        v.sort_unstable_by(f64::total_cmp);
+        (!v.is_empty()).then(|| (v[v.len() / 20], v[v.len() - 1 - v.len() / 20]))
+    };
+    let flow = range(&record.flow, 1e-3);
+    let speed = range(&record.speed, 5.0);
+    match (flow, speed) {
+        (Some(q), Some(w)) => format!(
+            "return flow {:.0} to {:.0} L/min, pump speed {:.0} to {:.0} %",
+            q.0 * 6e4,
+            q.1 * 6e4,
+            w.0,
+            w.1
+        ),
+        _ => "pump at rest".to_owned(),
+    }
+}
+
+/// Rig motion as a finding: it comes from a spectrum, not from the relations.
+pub(crate) fn heaving(record: &Record, s: Swell, simulation: &Simulation) -> Option<Finding> {
+    let about = find("heave")?.about();
+    let span = record.setting.span_s;
+    Some(Finding {
+        effect: about.id.to_owned(),
+        title: about.title.to_owned(),
+        probability: (1.0 - 1.5 / s.ratio).clamp(0.5, 0.98),
+        alternatives: Vec::new(),
+        relation: about.relation,
+        intervals_s: vec![(0.0, span.1 - span.0)],
+        region: region(record, span),
+        parameters: vec![
+            ParameterEstimate {
+                name: "period_s".into(),
+                meaning: "period of the motion".into(),
+                estimate: s.period_s,
+                ci95: (
+                    s.period_s - 1.96 * s.period_sd_s.max(0.05),
+                    s.period_s + 1.96 * s.period_sd_s.max(0.05),
+                ),
+            },
+            ParameterEstimate {
+                name: "amplitude_m".into(),
+                meaning: "amplitude, metres of mud".into(),
+                estimate: s.amplitude_m,
+                ci95: (0.7 * s.amplitude_m, 1.3 * s.amplitude_m),
+            },
+        ],
+        held_out: best_gain(simulation),
+        equation_before: base_equation(Relation::PumpHead).to_owned(),
+        equation_after: about.equation.to_owned(),
+        source: about.source.to_owned(),
+        evidence: s.ratio,
+        separating_test: None,
+    })
+}

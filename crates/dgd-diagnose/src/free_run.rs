@@ -1,0 +1,196 @@
+//! Free runs of both models, and what the findings gain on held-out windows.
+
+use crate::diagnosis::{DiagnoseError, HeldOut, Signal, Simulation};
+use crate::record::{Record, bridged, mean};
+use dgd_effects::{AugmentedModel, Inputs};
+use dgd_identify::Prepared;
+use dgd_recording::Well;
+
+/// Free runs over the whole recording, window by window.
+pub(crate) fn simulate(
+    well: &Well,
+    record: &Record,
+    prepared: &Prepared,
+    windows: &[(f64, f64)],
+    before: &AugmentedModel,
+    after: &AugmentedModel,
+) -> Result<Simulation, DiagnoseError> {
+    let recording = &prepared.recording;
+    let n = recording.time_s.len();
+    let t0 = recording.time_s.first().copied().unwrap_or(0.0);
+    let t_s: Vec<f64> = recording.time_s.iter().map(|t| t - t0).collect();
+    let held: Vec<bool> = t_s
+        .iter()
+        .map(|t| windows.iter().any(|w| *t >= w.0 - t0 && *t < w.1 - t0))
+        .collect();
+    let [mud, booster, topfill, speed] = [
+        &recording.mud_pump_flow_m3_s,
+        &recording.booster_flow_m3_s,
+        &recording.topfill_flow_m3_s,
+        &recording.pump_speed_pct,
+    ]
+    .map(|v| bridged(v));
+    let inputs = Inputs {
+        time_s: &recording.time_s,
+        step_s: prepared.step_s,
+        mud_pump_m3_s: &mud,
+        booster_m3_s: &booster,
+        topfill_m3_s: &topfill,
+        speed_pct: &speed,
+    };
+    let weight = well.weight_pa_m();
+    let depth = well.geometry.pump_inlet_depth_m;
+    let air = dgd_units::STANDARD_ATMOSPHERE_PA;
+    let level = |p: f64| depth - (p - air) / weight;
+    let nan = || vec![f64::NAN; n];
+    let mut runs = [(nan(), nan(), nan()), (nan(), nan(), nan())];
+    let mut i = 0;
+    while i < n {
+        let mut end = i;
+        while end < n && held[end] == held[i] && t_s[end] - t_s[i] < 3600.0 {
+            end += 1;
+        }
+        let end = end.max(i + 1);
+        // From the first sample with a state to start from.
+        let first = (i..end).find(|k| {
+            prepared.inlet_pressure_pa[*k].is_finite() && recording.return_flow_m3_s[*k].is_finite()
+        });
+        if let Some(first) = first {
+            let few = first..(first + 5).min(end);
+            let state = (
+                mean(&prepared.inlet_pressure_pa[few.clone()]),
+                mean(&recording.return_flow_m3_s[few]).max(0.0),
+            );
+            for (model, out) in [before, after].into_iter().zip(&mut runs) {
+                let run = model.free_run(&record.setting, inputs, first..end, state)?;
+                out.0[first..end].copy_from_slice(&run.return_flow_m3_s);
+                out.1[first..end].copy_from_slice(&run.inlet_pa);
+                out.2[first..end].copy_from_slice(&run.outlet_pa);
+            }
+        }
+        i = end;
+    }
+    let inlet = &prepared.inlet_pressure_pa;
+    let outlet = &prepared.outlet_pressure_pa;
+    let signals = vec![
+        Signal {
+            name: "return_flow_m3_s",
+            measured: recording.return_flow_m3_s.clone(),
+            before: runs[0].0.clone(),
+            after: runs[1].0.clone(),
+        },
+        Signal {
+            name: "riser_level_m",
+            measured: inlet.iter().map(|p| level(*p)).collect(),
+            before: runs[0].1.iter().map(|p| level(*p)).collect(),
+            after: runs[1].1.iter().map(|p| level(*p)).collect(),
+        },
+        Signal {
+            name: "pump_outlet_pressure_pa",
+            measured: outlet.clone(),
+            before: runs[0].2.clone(),
+            after: runs[1].2.clone(),
+        },
+        Signal {
+            name: "pump_head_m",
+            measured: outlet
+                .iter()
+                .zip(inlet)
+                .map(|(o, i)| (o - i) / weight)
+                .collect(),
+            before: runs[0]
+                .2
+                .iter()
+                .zip(&runs[0].1)
+                .map(|(o, i)| (o - i) / weight)
+                .collect(),
+            after: runs[1]
+                .2
+                .iter()
+                .zip(&runs[1].1)
+                .map(|(o, i)| (o - i) / weight)
+                .collect(),
+        },
+    ];
+    Ok(Simulation {
+        t_s,
+        held_out: held,
+        valid: prepared.keep.clone(),
+        signals,
+    })
+}
+
+/// RMSE before and after on held-out samples by signal; with a signal, its bootstrap interval too.
+pub(crate) fn gains(simulation: &Simulation) -> Vec<(f64, f64, (f64, f64))> {
+    simulation
+        .signals
+        .iter()
+        .map(|s| {
+            // Sums by stretches of five minutes, for a bootstrap that keeps what hangs together.
+            let mut blocks: Vec<(f64, f64, f64)> = Vec::new();
+            let mut last = f64::NEG_INFINITY;
+            for i in 0..simulation.t_s.len() {
+                let (m, b, a) = (s.measured[i], s.before[i], s.after[i]);
+                if !(simulation.held_out[i] && simulation.valid[i] && (m + b + a).is_finite()) {
+                    continue;
+                }
+                if simulation.t_s[i] - last > 300.0 {
+                    blocks.push((0.0, 0.0, 0.0));
+                    last = simulation.t_s[i];
+                }
+                if let Some(block) = blocks.last_mut() {
+                    block.0 += (m - b).powi(2);
+                    block.1 += (m - a).powi(2);
+                    block.2 += 1.0;
+                }
+            }
+            let rmse = |pick: &dyn Fn(usize) -> usize| -> (f64, f64) {
+                let (mut b, mut a, mut n) = (0.0, 0.0, 0.0);
+                for k in 0..blocks.len() {
+                    let block = blocks[pick(k)];
+                    b += block.0;
+                    a += block.1;
+                    n += block.2;
+                }
+                ((b / f64::max(n, 1.0)).sqrt(), (a / f64::max(n, 1.0)).sqrt())
+            };
+            if blocks.is_empty() {
+                return (f64::NAN, f64::NAN, (f64::NAN, f64::NAN));
+            }
+            let (before, after) = rmse(&|k| k);
+            // A xorshift: the draws need no more, and are the same on every run.
+            let mut seed = 88_172_645_463_325_252_u64;
+            let mut draws: Vec<f64> = (0..400)
+                .map(|_| {
+                    let picks: Vec<usize> = (0..blocks.len())
+                        .map(|_| {
+                            seed ^= seed << 13;
+                            seed ^= seed >> 7;
+                            seed ^= seed << 17;
+                            usize::try_from(seed % blocks.len() as u64).unwrap_or(0)
+                        })
+                        .collect();
+                    let (b, a) = rmse(&|k| picks[k]);
+                    1.0 - a / b.max(1e-12)
+                })
+                .collect();
+            draws.sort_unstable_by(f64::total_cmp);
+            (before, after, (draws[10], draws[389]))
+        })
+        .collect()
+}
+
+/// The signal that gains most on the held-out windows.
+pub(crate) fn best_gain(simulation: &Simulation) -> Option<HeldOut> {
+    gains(simulation)
+        .into_iter()
+        .zip(&simulation.signals)
+        .filter(|(g, _)| g.0.is_finite() && g.1.is_finite())
+        .min_by(|(a, _), (b, _)| (a.1 / a.0.max(1e-12)).total_cmp(&(b.1 / b.0.max(1e-12))))
+        .map(|((before, after, ci), signal)| HeldOut {
+            signal: signal.name.to_owned(),
+            rmse_before: before,
+            rmse_after: after,
+            improvement_ci95: ci,
+        })
+}

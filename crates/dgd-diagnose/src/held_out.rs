@@ -1,0 +1,119 @@
+//! The held-out windows, and both models fitted without them.
+
+use crate::record::{Record, mean, whole};
+use crate::relations::Applied;
+use crate::scan::{joined, on_grid, scan};
+use crate::select::{Selection, refine};
+use crate::tangent::{Bend, Tangent};
+use dgd_effects::{AppliedEffect, AugmentedModel};
+
+/// Length of a held-out window, s, at the least; a diagnosis promises 1200.
+const WINDOW_S: f64 = 1260.0;
+/// Share of the recording held out.
+const HELD_SHARE: f64 = 0.215;
+
+/// The windows that no fit may see: evenly spread.
+pub(crate) fn held_out(span: (f64, f64)) -> Vec<(f64, f64)> {
+    let total = span.1 - span.0;
+    let count = whole((total * HELD_SHARE / WINDOW_S).floor()).max(1);
+    let length = (total * HELD_SHARE / count as f64).max(WINDOW_S).min(total);
+    (0..count)
+        .map(|k| {
+            let middle = span.0 + total * (k as f64 + 0.55) / count as f64;
+            let from = (middle - 0.5 * length).max(span.0);
+            (from, (from + length).min(span.1))
+        })
+        .collect()
+}
+
+/// The named effects fitted again on the training blocks alone: grid, then refinement.
+pub(crate) fn trained(record: &Record, selection: &Selection, excluded: &[bool]) -> Vec<Applied> {
+    let mut state = selection.allowances.clone();
+    for named in &selection.named {
+        let mut chosen = named.applied.clone();
+        if named.correction.is_none()
+            && let Some(tangent) = Tangent::at(record, &state, excluded, Bend::Free)
+        {
+            {
+                let pull = tangent
+                    .whitening
+                    .transpose(&tangent.off[..tangent.layout.len()]);
+                let best = scan(record, &tangent, &pull, &state, named.applied.effect)
+                    .into_iter()
+                    .filter(|c| c.evidence.is_finite())
+                    .max_by(|a, b| a.evidence.total_cmp(&b.evidence));
+                if let Some(best) = best {
+                    chosen = best.applied.clone();
+                    if !on_grid(best.applied.effect.about()) && best.energy > 0.0 {
+                        let p = &best.applied.effect.about().parameters[0];
+                        chosen.parameters[0] = (best.score / best.energy).clamp(p.low, p.high);
+                    }
+                }
+            }
+        }
+        state = joined(&state, &chosen);
+    }
+    let from = state.len() - selection.named.len();
+    refine(record, &mut state, from, excluded, 2);
+    state
+}
+
+/// The model that runs: curves, the range they were fitted on, effects.
+pub(crate) fn model(record: &Record, state: &[Applied], fit: &Tangent) -> AugmentedModel {
+    let mut speeds = Vec::new();
+    let mut ratios = Vec::new();
+    for b in 0..record.blocks {
+        if fit.rows.head[b] {
+            let r = b * record.per_block..(b + 1) * record.per_block;
+            let (w, q) = (
+                mean(&record.filled.speed[r.clone()]),
+                mean(&record.filled.flow[r]),
+            );
+            speeds.push(w);
+            ratios.push(q / w.max(1.0));
+        }
+    }
+    let range = |mut v: Vec<f64>| -> (f64, f64) {
+        v.sort_unstable_by(f64::total_cmp);
+        match v.len() {
+            0 => (0.0, 0.0),
+            n => (v[n / 200], v[n - 1 - n / 200]),
+        }
+    };
+    AugmentedModel {
+        curves: fit.curves.clone(),
+        speed_range_pct: range(speeds),
+        ratio_range: range(ratios),
+        effects: state
+            .iter()
+            .map(|a| AppliedEffect {
+                id: a.effect.about().id.to_owned(),
+                parameters: a.parameters.clone(),
+            })
+            .collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::held_out;
+
+    #[test]
+    fn every_window_lasts_twenty_minutes_and_all_a_fifth_of_one_to_a_hundred_hours() {
+        for quarter in 4..=400 {
+            let (from, total) = (17.0, 900.0 * f64::from(quarter));
+            let windows = held_out((from, from + total));
+            let mut last = from;
+            for w in &windows {
+                assert!(w.1 - w.0 >= 1200.0, "{total} s: window {w:?}");
+                assert!(w.0 >= last, "{total} s: {w:?} begins before {last}");
+                last = w.1;
+            }
+            assert!(last <= from + total);
+            let held: f64 = windows.iter().map(|w| w.1 - w.0).sum();
+            assert!(held >= 0.2 * total, "{total} s: {held} s held out");
+            // Something must be left to fit on.
+            assert!(held <= 0.36 * total, "{total} s: {held} s held out");
+        }
+    }
+}

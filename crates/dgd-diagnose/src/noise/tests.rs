@@ -1,0 +1,181 @@
+//! Claims about the whitening.
+
+use super::{Layout, Wander, Whitening};
+use crate::draws::normals;
+use crate::relations::Rows;
+
+const NO_WANDER: Wander = Wander {
+    friction_pa: 0.0,
+    head_pa: 0.0,
+    difference_pa: 0.0,
+    mass_m3_s: 0.0,
+    blocks: 300.0,
+    hidden_friction_pa: 0.0,
+    hidden_head_pa: 0.0,
+    hidden_blocks: 30.0,
+};
+const WANDER: Wander = Wander {
+    friction_pa: 2.5e3,
+    head_pa: 4e3,
+    difference_pa: 3e3,
+    mass_m3_s: 2e-4,
+    hidden_friction_pa: 1e3,
+    hidden_head_pa: 2e3,
+    ..NO_WANDER
+};
+/// Size of the made noise by section.
+const SIZES: [f64; 4] = [6e3, 7e3, 5e3, 8e-4];
+
+fn layout(blocks: usize) -> Layout {
+    Layout {
+        blocks,
+        difference: blocks,
+        mass: blocks / 3,
+    }
+}
+
+fn sections(l: Layout) -> [std::ops::Range<usize>; 4] {
+    [
+        0..l.head(),
+        l.head()..l.difference_at(),
+        l.difference_at()..l.mass_at(),
+        l.mass_at()..l.len(),
+    ]
+}
+
+/// Everything valid and flowing.
+fn full(l: Layout) -> Rows {
+    Rows {
+        friction: vec![true; l.blocks],
+        still: vec![false; l.blocks],
+        head: vec![true; l.blocks],
+        difference: vec![true; l.difference],
+        mass: vec![true; l.mass],
+    }
+}
+
+/// Gaps, stands and their edges, not the same in any two sections.
+fn patchy(l: Layout) -> Rows {
+    let mut rows = full(l);
+    for b in 0..l.blocks {
+        rows.still[b] = b % 97 < 12;
+        rows.friction[b] = b % 31 > 1;
+        rows.head[b] = !rows.still[b] && b % 23 != 4;
+        rows.difference[b] = b % 41 > 2;
+    }
+    (0..l.mass).for_each(|k| rows.mass[k] = k % 19 != 3);
+    rows
+}
+
+fn white(l: Layout, seed: u64) -> Vec<f64> {
+    let mut out = normals(seed, l.len());
+    for (range, size) in sections(l).into_iter().zip(SIZES) {
+        out[range].iter_mut().for_each(|v| *v *= size);
+    }
+    out
+}
+
+/// An Ornstein-Uhlenbeck process of unit size.
+fn wandering(seed: u64, n: usize, blocks: f64) -> Vec<f64> {
+    let decay = (-1.0 / blocks).exp();
+    let mut now = 0.0;
+    normals(seed, n)
+        .into_iter()
+        .enumerate()
+        .map(|(i, v)| {
+            now = if i == 0 {
+                v
+            } else {
+                decay * now + (1.0 - decay * decay).sqrt() * v
+            };
+            now
+        })
+        .collect()
+}
+
+fn moments(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let power = values.iter().map(|v| v * v).sum::<f64>() / n;
+    let next: f64 = values.windows(2).map(|w| w[0] * w[1]).sum();
+    (power, next / n / power)
+}
+
+#[test]
+fn the_transpose_is_the_transpose_of_apply() {
+    let l = layout(600);
+    let mut residual = white(l, 1);
+    // A memory and a kinship to be whitened, and values that are not there.
+    for range in sections(l) {
+        for i in range.start + 1..range.end {
+            residual[i] += 0.3 * residual[i - 1];
+        }
+    }
+    for b in 0..l.blocks {
+        residual[l.head() + b] += 0.8 * residual[b];
+    }
+    residual[77] = f64::NAN;
+    let unrest: Vec<f64> = normals(2, l.len()).iter().map(|v| 1e-5 * v.abs()).collect();
+    let w = Whitening::of(l, &patchy(l), &residual, &unrest, WANDER);
+    assert!(w.kinship > 0.1 && w.memory.iter().all(|m| m[0] != 0.0));
+    for seed in 3..13 {
+        let (x, y) = (normals(seed, l.len()), normals(seed + 100, l.len()));
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(p, q)| p * q).sum::<f64>();
+        let (white, back) = (w.apply(&x), w.transpose(&y));
+        let size = (dot(&white, &white) * dot(&y, &y)).sqrt();
+        let off = dot(&white, &y) - dot(&x, &back);
+        assert!(off.abs() < 1e-9 * size, "seed {seed}: {off} of {size}");
+    }
+}
+
+#[test]
+fn white_noise_comes_out_with_unit_variance_in_every_section() {
+    let l = layout(6000);
+    let noise = white(l, 5);
+    let w = Whitening::of(l, &full(l), &noise, &vec![0.0; l.len()], NO_WANDER);
+    let out = w.apply(&noise);
+    for (k, range) in sections(l).into_iter().enumerate() {
+        let (power, next) = moments(&out[range]);
+        assert!((power - 1.0).abs() < 0.1, "section {k}: power {power}");
+        assert!(next.abs() < 0.05, "section {k}: lag-one correlation {next}");
+    }
+}
+
+#[test]
+fn wander_within_accuracy_is_filtered_to_white() {
+    let l = layout(6000);
+    let mut noise = white(l, 6);
+    let sizes = [
+        (WANDER.friction_pa, WANDER.hidden_friction_pa, 1.0),
+        (WANDER.head_pa, WANDER.hidden_head_pa, 1.0),
+        (WANDER.difference_pa, 0.0, 1.0),
+        (WANDER.mass_m3_s, 0.0, 3.0),
+    ];
+    let w = Whitening::of(l, &full(l), &noise, &vec![0.0; l.len()], WANDER);
+    for (k, (range, (slow, hidden, blocks))) in sections(l).into_iter().zip(sizes).enumerate() {
+        let n = range.len();
+        let a = wandering(20 + k as u64, n, WANDER.blocks / blocks);
+        let b = wandering(30 + k as u64, n, WANDER.hidden_blocks / blocks);
+        for (i, row) in range.enumerate() {
+            noise[row] += slow * a[i] + hidden * b[i];
+        }
+    }
+    let out = w.apply(&noise);
+    for (k, range) in sections(l).into_iter().enumerate() {
+        let (power, next) = moments(&out[range]);
+        assert!((power - 1.0).abs() < 0.1, "section {k}: power {power}");
+        assert!(next.abs() < 0.05, "section {k}: lag-one correlation {next}");
+    }
+}
+
+#[test]
+fn rows_that_may_not_be_used_weigh_nothing() {
+    let l = layout(300);
+    let noise = white(l, 7);
+    let mut rows = full(l);
+    rows.friction[100..120].fill(false);
+    let w = Whitening::of(l, &rows, &noise, &vec![0.0; l.len()], WANDER);
+    let mut spoilt = noise.clone();
+    spoilt[100..120].fill(1e9);
+    assert_eq!(w.apply(&noise), w.apply(&spoilt));
+    assert!(w.apply(&noise)[100..120].iter().all(|v| *v == 0.0));
+}

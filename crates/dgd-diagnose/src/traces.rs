@@ -1,0 +1,86 @@
+//! Residuals of each relation over time.
+
+use crate::diagnosis::Trace;
+use crate::record::{MASS_BLOCKS, Record};
+use crate::tangent::Tangent;
+use dgd_effects::Relation;
+
+/// Residuals by relation, before and after.
+pub(crate) fn traces(record: &Record, before: &Tangent, after: &Tangent) -> Vec<Trace> {
+    let l = before.layout;
+    let seconds = record.dt_s * record.per_block as f64;
+    let (b, a) = (before.clean_residual(), after.clean_residual());
+    let section = |relation: Relation,
+                   unit: &'static str,
+                   from: usize,
+                   len: usize,
+                   step: f64,
+                   valid: &dyn Fn(&Tangent, usize) -> bool| {
+        let pick = |values: &[f64], t: &Tangent| -> Vec<f64> {
+            (0..len)
+                .map(|i| {
+                    if valid(t, i) {
+                        values[from + i]
+                    } else {
+                        f64::NAN
+                    }
+                })
+                .collect()
+        };
+        let mut weights: Vec<f64> = (from..from + len)
+            .map(|i| after.whitening.weight[i])
+            .filter(|w| *w > 0.0)
+            .collect();
+        let noise = if weights.is_empty() {
+            f64::NAN
+        } else {
+            let middle = weights.len() / 2;
+            1.0 / *weights.select_nth_unstable_by(middle, f64::total_cmp).1
+        };
+        Trace {
+            relation,
+            unit,
+            t_s: (0..len).map(|i| (i as f64 + 0.5) * step).collect(),
+            before: pick(&b, before),
+            after: pick(&a, after),
+            noise,
+        }
+    };
+    let mut out = vec![
+        section(
+            Relation::ReturnLineFriction,
+            "Pa",
+            0,
+            l.blocks,
+            seconds,
+            &|t, i| t.rows.friction[i],
+        ),
+        section(
+            Relation::PumpHead,
+            "Pa",
+            l.head(),
+            l.blocks,
+            seconds,
+            &|t, i| t.rows.head[i],
+        ),
+        section(
+            Relation::RiserMassBalance,
+            "m3/s",
+            l.mass_at(),
+            l.mass,
+            seconds * MASS_BLOCKS as f64,
+            &|t, i| t.rows.mass[i],
+        ),
+    ];
+    if l.difference > 0 {
+        out.push(section(
+            Relation::Instrument,
+            "Pa",
+            l.difference_at(),
+            l.difference,
+            seconds,
+            &|t, i| t.rows.difference[i],
+        ));
+    }
+    out
+}

@@ -1,0 +1,139 @@
+//! What stands between a sound model and a sound recording besides white noise: wander, timing, starts.
+
+use crate::noise::{Layout, Wander};
+use crate::record::{MASS_BLOCKS, Record};
+use crate::relations::Blocks;
+use dgd_effects::Curves;
+
+/// Wander of a pressure transmitter that is still within its accuracy, Pa (one standard deviation).
+const PRESSURE_WANDER_PA: f64 = 2.5e3;
+/// The same of a flow meter, relative.
+const FLOW_WANDER: f64 = 0.0025;
+/// The same of the pump's speed, relative.
+const SPEED_WANDER: f64 = 0.0025;
+/// Correlation time of a wander, s.
+const WANDER_S: f64 = 3000.0;
+/// What the model lacks right after a start of the pump, Pa.
+const START_PA: f64 = 2.5e4;
+/// How long such movements last, s.
+const HIDDEN_S: f64 = 300.0;
+/// Share of the meter's block noise up to which true movements of the flow hide in it.
+const HIDDEN_SHARE: f64 = 0.4;
+
+/// How far the sections wander while every instrument keeps its accuracy.
+pub(crate) fn wander(record: &Record, curves: &Curves) -> Wander {
+    let middle = |values: &[f64]| -> f64 {
+        let mut finite: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+        if finite.is_empty() {
+            return 0.0;
+        }
+        let rank = finite.len() / 2;
+        *finite.select_nth_unstable_by(rank, f64::total_cmp).1
+    };
+    let (q, w, pump) = (
+        middle(&record.flow),
+        middle(&record.speed),
+        middle(&record.mud_pump),
+    );
+    let slope = |f: &dyn Fn(f64) -> f64| (f(1.01 * q) - f(0.99 * q)) / 0.02;
+    let friction = FLOW_WANDER * slope(&|q| curves.friction_pa(q));
+    let head = (FLOW_WANDER * slope(&|q| curves.head_pa(w, q)))
+        .hypot(2.0 * SPEED_WANDER * curves.head_pa(w, q));
+    // Movements of the flow below its meter's noise last minutes and come through the slope of the curves.
+    let hidden = HIDDEN_SHARE * record.setting.noise.flow_m3_s
+        / (record.per_block as f64).sqrt()
+        / q.max(1e-3);
+    Wander {
+        friction_pa: PRESSURE_WANDER_PA.hypot(friction),
+        head_pa: PRESSURE_WANDER_PA.hypot(head),
+        difference_pa: 1.5 * PRESSURE_WANDER_PA,
+        mass_m3_s: FLOW_WANDER * q.hypot(pump),
+        blocks: WANDER_S / (record.dt_s * record.per_block as f64),
+        hidden_friction_pa: hidden * slope(&|q| curves.friction_pa(q)).abs(),
+        hidden_head_pa: hidden * slope(&|q| curves.head_pa(w, q)).abs(),
+        hidden_blocks: HIDDEN_S / (record.dt_s * record.per_block as f64),
+    }
+}
+
+/// What half a second of timing is worth in each row, in its unit.
+pub(crate) fn unrest(record: &Record, curves: &Curves, b: &Blocks, layout: Layout) -> Vec<f64> {
+    const TIMING_S: f64 = 0.5;
+    let n = layout.blocks;
+    let seconds = record.dt_s * record.per_block as f64;
+    let rate = |f: &dyn Fn(usize) -> f64, k: usize, last: usize| -> f64 {
+        let (a, z) = (k.saturating_sub(1), (k + 1).min(last));
+        let change = (f(z) - f(a)) / ((z - a).max(1) as f64 * seconds);
+        if change.is_finite() {
+            TIMING_S * change.abs()
+        } else {
+            0.0
+        }
+    };
+    let inertia = record.inertia();
+    let mut out = vec![0.0; layout.len()];
+    for k in 0..n {
+        let bend = match (k.checked_sub(1), b.flow.get(k + 1)) {
+            (Some(a), Some(z)) => (z - 2.0 * b.flow[k] + b.flow[a]).abs() / seconds * inertia * 0.3,
+            _ => 0.0,
+        };
+        out[k] = rate(&|i| curves.friction_pa(b.flow[i]), k, n - 1)
+            + if bend.is_finite() { bend } else { 0.0 };
+        out[n + k] = rate(&|i| curves.head_pa(b.speed[i], b.through[i]), k, n - 1);
+    }
+    // In the first minute after a start the line fills and the check valve opens: the model does not hold there.
+    let mut running = f64::INFINITY;
+    for k in 0..n {
+        let r = k * record.per_block..(k + 1) * record.per_block;
+        let turning = record.filled.pumping[r.clone()].iter().all(|p| *p)
+            && record.filled.flow[r]
+                .iter()
+                .all(|q| *q > dgd_effects::STANDING_M3_S);
+        running = if turning { running + seconds } else { 0.0 };
+        let start = START_PA * (-running / 25.0).exp();
+        out[k] = out[k].hypot(start);
+        out[n + k] = out[n + k].hypot(start);
+    }
+    // The meter's noise, where calm surroundings do not average it out, comes through the slope of the curves.
+    let noise = record.setting.noise.flow_m3_s / (record.per_block as f64).sqrt();
+    for k in 0..n {
+        let q = b.flow[k];
+        let left = noise / b.averaged[k].sqrt() / q.max(1e-3) / 0.02;
+        let through = |f: &dyn Fn(f64) -> f64| (f(1.01 * q) - f(0.99 * q)).abs() * left;
+        out[k] = out[k].hypot(through(&|q| curves.friction_pa(q)));
+        out[n + k] = out[n + k].hypot(through(&|q| curves.head_pa(b.speed[k], q)));
+        for row in [k, n + k] {
+            if !out[row].is_finite() {
+                out[row] = 0.0;
+            }
+        }
+    }
+    let m = record.per_block;
+    for k in 0..layout.mass {
+        let inside = |f: &dyn Fn(usize) -> f64| -> f64 {
+            let mut sum = 0.0_f64;
+            for i in k * m * MASS_BLOCKS..(k + 1) * m * MASS_BLOCKS {
+                let change = f(i + 1) - f(i);
+                sum += if change.is_finite() {
+                    change.abs()
+                } else {
+                    0.0
+                };
+            }
+            sum
+        };
+        let last = record.t_s.len() - 1;
+        let f = &record.filled;
+        let pumps = inside(&|i| f.mud_pump[i.min(last)]);
+        let booster = inside(&|i| f.booster[i.min(last)]);
+        let blocks: f64 = (k * MASS_BLOCKS..(k + 1) * MASS_BLOCKS)
+            .map(|i| (b.flow[(i + 1).min(n - 1)] - b.flow[i]).abs())
+            .filter(|v| v.is_finite())
+            .sum();
+        // Noise adds up in a sum of absolute steps: only what exceeds it moves.
+        let quiet = 3.0e-4;
+        out[layout.mass_at() + k] = TIMING_S
+            * ((pumps - quiet).max(0.0) + (booster - quiet).max(0.0) + blocks)
+            / (seconds * MASS_BLOCKS as f64);
+    }
+    out
+}
