@@ -40,7 +40,7 @@ enum Command {
         #[arg(long, default_value = "target/bench")]
         out: PathBuf,
     },
-    /// Everything a submission must pass: `.ci/run`, then the short proof
+    /// Everything a submission must pass: `.ci/run`, which ends with the short proof
     Ci,
     /// Conceals effects in recordings, diagnoses them blind, and scores the answers
     #[command(after_help = PROVE_HELP)]

@@ -23,7 +23,7 @@ pub struct Diagnosis {
     pub simulation: Simulation,
     /// Residuals of each relation in blocks, before and after.
     pub traces: Vec<Trace>,
-    /// The windows that no fit has seen, s.
+    /// The windows that the fits of `before` and `after` have not seen, s from the recording's start.
     pub held_out_s: Vec<(f64, f64)>,
     /// Settings and facts of the run, name and value.
     pub settings: Vec<(String, String)>,
@@ -61,13 +61,13 @@ pub struct Finding {
     pub effect: String,
     /// A few words for people.
     pub title: String,
-    /// Calibrated probability that this effect was left out.
+    /// Probability that this effect was left out, by evidence above the hurdle that sound recordings do not reach.
     pub probability: f64,
     /// Other causes and their probabilities, likeliest first.
     pub alternatives: Vec<(String, f64)>,
     /// Where in the model it sits.
     pub relation: Relation,
-    /// When it acts, s.
+    /// When it acts, s from the recording's start.
     pub intervals_s: Vec<(f64, f64)>,
     /// Where in the operating space, in words with numbers.
     pub region: String,
@@ -235,7 +235,7 @@ pub enum DiagnoseError {
         "{usable} blocks of 10 s with flow and pressure can be used, a diagnosis needs {needed}: check the screening with `dgd inspect`"
     )]
     TooShort {
-        /// Blocks that can be used.
+        /// Blocks in which both line and pump can be judged.
         usable: usize,
         /// Blocks needed.
         needed: usize,

@@ -7,16 +7,16 @@ use crate::select::Selection;
 use crate::tangent::{Tangent, dot};
 
 /// Factor on standard errors: residuals are whiter in the model than on a rig.
-const WIDENING: f64 = 2.2;
+const WIDENING: f64 = 2.5;
 
 /// Error of an effect's form, as a share of its strength.
 fn form_error(id: &str) -> f64 {
     match id {
-        "return_flow_delay" | "line_gas_storage" => 0.08,
+        "return_flow_delay" | "line_gas_storage" => 0.15,
         "viscosity_drift" | "gel_strength" => 0.15,
         "u_tube" | "booster_line_storage" => 0.1,
-        "lost_circulation" => 0.1,
-        _ => 0.05,
+        "lost_circulation" => 0.15,
+        _ => 0.06,
     }
 }
 

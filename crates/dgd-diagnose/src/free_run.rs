@@ -121,7 +121,7 @@ pub(crate) fn simulate(
 }
 
 /// RMSE before and after on held-out samples by signal; with a signal, its bootstrap interval too.
-pub(crate) fn gains(simulation: &Simulation) -> Vec<(f64, f64, (f64, f64))> {
+pub(crate) fn gains(simulation: &Simulation, held_out: bool) -> Vec<(f64, f64, (f64, f64))> {
     simulation
         .signals
         .iter()
@@ -131,7 +131,8 @@ pub(crate) fn gains(simulation: &Simulation) -> Vec<(f64, f64, (f64, f64))> {
             let mut last = f64::NEG_INFINITY;
             for i in 0..simulation.t_s.len() {
                 let (m, b, a) = (s.measured[i], s.before[i], s.after[i]);
-                if !(simulation.held_out[i] && simulation.valid[i] && (m + b + a).is_finite()) {
+                let chosen = simulation.held_out[i] == held_out && simulation.valid[i];
+                if !(chosen && (m + b + a).is_finite()) {
                     continue;
                 }
                 if simulation.t_s[i] - last > 300.0 {
@@ -182,7 +183,7 @@ pub(crate) fn gains(simulation: &Simulation) -> Vec<(f64, f64, (f64, f64))> {
 
 /// The signal that gains most on the held-out windows.
 pub(crate) fn best_gain(simulation: &Simulation) -> Option<HeldOut> {
-    gains(simulation)
+    gains(simulation, true)
         .into_iter()
         .zip(&simulation.signals)
         .filter(|(g, _)| g.0.is_finite() && g.1.is_finite())

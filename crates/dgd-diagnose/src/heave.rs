@@ -147,7 +147,10 @@ mod tests {
             let found = swell(&pressure(seed, amplitude, period), 1.0, DENSITY).unwrap();
             assert!(found.ratio > 6.0, "{found:?}");
             assert!((found.period_s / period - 1.0).abs() < 0.02, "{found:?}");
-            assert!((found.amplitude_m / amplitude - 1.0).abs() < 0.3, "{found:?}");
+            assert!(
+                (found.amplitude_m / amplitude - 1.0).abs() < 0.3,
+                "{found:?}"
+            );
         }
     }
 
@@ -155,7 +158,10 @@ mod tests {
     fn white_noise_has_no_swell() {
         for seed in 10..30 {
             let found = swell(&pressure(seed, 0.0, 10.0), 1.0, DENSITY);
-            assert!(found.is_none_or(|s| s.ratio < 3.0), "seed {seed}: {found:?}");
+            assert!(
+                found.is_none_or(|s| s.ratio < 3.0),
+                "seed {seed}: {found:?}"
+            );
         }
     }
 

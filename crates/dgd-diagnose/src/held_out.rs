@@ -1,5 +1,6 @@
 //! The held-out windows, and both models fitted without them.
 
+use crate::empirical::corrections;
 use crate::record::{Record, mean, whole};
 use crate::relations::Applied;
 use crate::scan::{joined, on_grid, scan};
@@ -31,23 +32,34 @@ pub(crate) fn trained(record: &Record, selection: &Selection, excluded: &[bool])
     let mut state = selection.allowances.clone();
     for named in &selection.named {
         let mut chosen = named.applied.clone();
-        if named.correction.is_none()
-            && let Some(tangent) = Tangent::at(record, &state, excluded, Bend::Free)
-        {
-            {
-                let pull = tangent
-                    .whitening
-                    .transpose(&tangent.off[..tangent.layout.len()]);
-                let best = scan(record, &tangent, &pull, &state, named.applied.effect)
-                    .into_iter()
-                    .filter(|c| c.evidence.is_finite())
-                    .max_by(|a, b| a.evidence.total_cmp(&b.evidence));
-                if let Some(best) = best {
-                    chosen = best.applied.clone();
-                    if !on_grid(best.applied.effect.about()) && best.energy > 0.0 {
-                        let p = &best.applied.effect.about().parameters[0];
-                        chosen.parameters[0] = (best.score / best.energy).clamp(p.low, p.high);
+        match named.correction {
+            None => {
+                if let Some(tangent) = Tangent::at(record, &state, excluded, Bend::Free) {
+                    let pull = tangent
+                        .whitening
+                        .transpose(&tangent.off[..tangent.layout.len()]);
+                    let best = scan(record, &tangent, &pull, &state, named.applied.effect)
+                        .into_iter()
+                        .filter(|c| c.evidence.is_finite())
+                        .max_by(|a, b| a.evidence.total_cmp(&b.evidence));
+                    if let Some(best) = best {
+                        chosen = best.applied.clone();
+                        if !on_grid(best.applied.effect.about()) && best.energy > 0.0 {
+                            let p = &best.applied.effect.about().parameters[0];
+                            chosen.parameters[0] = (best.score / best.energy).clamp(p.low, p.high);
+                        }
                     }
+                }
+            }
+            Some(place) => {
+                let tangent = Tangent::at(record, &state, excluded, Bend::Loose);
+                let again = tangent.and_then(|t| {
+                    corrections(record, &t, &state)
+                        .into_iter()
+                        .find(|c| (c.relation, c.quantity) == place)
+                });
+                if let Some(again) = again {
+                    chosen = again.applied;
                 }
             }
         }

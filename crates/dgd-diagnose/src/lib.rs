@@ -1,4 +1,25 @@
 //! Locates the mismatch between a model and a recording, names the physics left out, or abstains.
+//!
+//! Start at [`diagnose`]: a well and a screened recording in, a [`Diagnosis`] out. Its chain, each step with its reason:
+//!
+//! 1. **Record and relations**: the recording on one clock, friction, head, redundant instruments and mass balance in blocks of
+//!    10 s, or 20 s beyond 40 h. Relations are linear in most effects and say where a mismatch sits; a free run tells neither.
+//! 2. **Noise**: spread, memory, kinship of relations and wander of instruments within their accuracy. Drift that every sound
+//!    instrument has would otherwise be the first thing found.
+//! 3. **Tangent**: all base parameters fitted again, and only what lies off their tangent counted. What a re-fit removes
+//!    needs no new physics.
+//! 4. **Scan**: each effect of the catalogue as a Bayes factor, its strength integrated out, so that freedom is paid for.
+//! 5. **Selection**: one effect a round above a hurdle that sound recordings do not reach, refined together with those
+//!    before it. Two effects can hide each other, and a strong one leaves something over.
+//! 6. **Empirical corrections** compete in each round: where a curve with no physics is clearly likelier, the cause is `unknown`.
+//! 7. **Free runs** of the models without and with the findings, both fitted without the held-out windows, and a placebo. Evidence in
+//!    relations may not pay in the simulation that the model is for.
+//! 8. **Detection limits**: what was not seen, and how small it would have been seen. Without them `consistent` says nothing.
+//!
+//! The README tells the method in full, and its limits. Absent: reading and screening (`dgd-ingest`, `dgd-identify`), the effects
+//! themselves (`dgd-effects`), documents and reports. This crate opens no file and prints nothing.
+#![deny(missing_docs)]
+
 mod conclude;
 mod diagnosis;
 #[cfg(test)]
@@ -19,8 +40,14 @@ mod tested;
 mod traces;
 mod unrest;
 mod vectors;
+
 pub use conclude::diagnose;
 pub use diagnosis::{
     Check, DiagnoseError, Diagnosis, Finding, HeldOut, Options, Outcome, ParameterEstimate, Signal,
     Simulation, Stage, Tested, Trace, Verdict,
 };
+
+/// The README's examples are tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

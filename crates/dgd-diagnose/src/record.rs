@@ -7,6 +7,10 @@ use dgd_units::{STANDARD_ATMOSPHERE_PA, STANDARD_GRAVITY_M_S2};
 
 /// Length of a block of relation residuals, s.
 pub(crate) const BLOCK_S: f64 = 10.0;
+/// Step of the working clock, s, where the recording is finer.
+const CLOCK_S: f64 = 2.0;
+/// From this length on, s, clock and blocks are twice as long.
+const LONG_S: f64 = 40.0 * 3600.0;
 /// Blocks in one row of the mass balance: differences of pressure need a longer base.
 pub(crate) const MASS_BLOCKS: usize = 3;
 /// Below this speed, %, the pump stands.
@@ -53,11 +57,18 @@ impl Record {
     pub(crate) fn new(well: &Well, prepared: &Prepared) -> Self {
         let recording = &prepared.recording;
         let step = prepared.step_s;
-        // Samples are averaged in pairs and more where the clock is finer than 2 s.
-        let fold = whole((2.0 / step).floor()).max(1);
+        // Days are searched at half the resolution: their evidence is in numbers.
+        let span_s = step * recording.time_s.len() as f64;
+        let (clock_s, block_s) = if span_s > LONG_S {
+            (2.0 * CLOCK_S, 2.0 * BLOCK_S)
+        } else {
+            (CLOCK_S, BLOCK_S)
+        };
+        // Samples are averaged where the recording is finer than the working clock.
+        let fold = whole((clock_s / step).floor()).max(1);
         let dt_s = step * fold as f64;
         let thin = |values: &[f64]| -> Vec<f64> { values.chunks(fold).map(mean).collect() };
-        let per_block = whole(BLOCK_S / dt_s).max(1);
+        let per_block = whole(block_s / dt_s).max(1);
         let t_s: Vec<f64> = recording.time_s.chunks(fold).map(mean).collect();
         let [mud_pump, booster, topfill, flow, speed, inlet, outlet] = [
             &recording.mud_pump_flow_m3_s,

@@ -477,7 +477,11 @@ mod tests {
         values[100] = f64::NAN;
         let (out, count) = calmed(&values);
         assert!(out[100].is_nan());
-        assert!(out.iter().enumerate().all(|(i, v)| i == 100 || v.is_finite()));
+        assert!(
+            out.iter()
+                .enumerate()
+                .all(|(i, v)| i == 100 || v.is_finite())
+        );
         assert_eq!((count[99], count[101]), (1.0, 1.0));
     }
 

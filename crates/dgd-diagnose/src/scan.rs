@@ -459,7 +459,8 @@ mod tests {
             from = from.max(0.0);
         }
         let step = (to - from) / f64::from(n);
-        let prior = if one_sided { 2.0 } else { 1.0 } / (width * (2.0 * std::f64::consts::PI).sqrt());
+        let prior =
+            if one_sided { 2.0 } else { 1.0 } / (width * (2.0 * std::f64::consts::PI).sqrt());
         let ln = |a: f64| score * a - 0.5 * a * a / v;
         let top = ln(if one_sided { mode.max(0.0) } else { mode });
         let sum: f64 = (0..=n)
@@ -483,7 +484,10 @@ mod tests {
             for one_sided in [false, true] {
                 let off = evidence(energy, score, width, one_sided)
                     - integrated(energy, score, width, one_sided);
-                assert!(off.abs() < 1e-5, "{energy} {score} {width} {one_sided}: {off}");
+                assert!(
+                    off.abs() < 1e-5,
+                    "{energy} {score} {width} {one_sided}: {off}"
+                );
             }
         }
     }

@@ -41,8 +41,8 @@ impl Selection {
 /// belief grows beyond it. Measured on clean recordings of the independent plant.
 pub(crate) fn hurdle(id: &str) -> (f64, f64) {
     match id {
-        "gas_in_pump" => (58.0, 12.0),
-        "pump_wear" => (90.0, 20.0),
+        "gas_in_pump" => (58.0, 40.0),
+        "pump_wear" => (90.0, 40.0),
         "pump_speed_lag" => (35.0, 10.0),
         "gel_strength" => (15.0, 6.0),
         "return_flow_delay" | "line_gas_storage" => (25.0, 6.0),
@@ -53,7 +53,7 @@ pub(crate) fn hurdle(id: &str) -> (f64, f64) {
         "mud_density_change" => (14.0, 4.0),
         "annulus_area" => (12.0, 4.0),
         "yield_stress" => (5.0, 2.0),
-        "outlet_pressure_bias" => (22.0, 5.0),
+        "outlet_pressure_bias" => (29.0, 5.0),
         _ => (9.0, 3.0),
     }
 }
@@ -355,8 +355,7 @@ pub(crate) fn select(
             .max_by(|a, b| a.evidence.total_cmp(&b.evidence));
         let Some(best) = best else {
             if let Some(rival) = rival.filter(|r| {
-                r.evidence
-                    > empirical_hurdle(r) + 3.0 * left_over(RELATIONS[r.relation])
+                r.evidence > empirical_hurdle(r) + 3.0 * left_over(RELATIONS[r.relation])
             }) {
                 selection.named.push(unnamed(record, &rival, &contenders));
             }

@@ -6,7 +6,7 @@
 use crate::noise::{Layout, Whitening};
 use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::{Applied, Blocks, Rows};
-use crate::unrest::{unrest, wander};
+use crate::unrest::wander;
 pub(crate) use crate::vectors::dot;
 use crate::vectors::{back_substitute, orthonormal};
 use dgd_effects::{Curves, FRICTION_TERMS, HEAD_TERMS, Scale, friction_terms, head_terms};
@@ -207,7 +207,7 @@ impl Tangent {
             mass: blocks.imbalance.len(),
         };
         let residual = residual_of(&curves, layout, &blocks);
-        let unrest = unrest(record, &curves, &blocks, layout);
+        let unrest = crate::unrest::unrest(record, &curves, &blocks, layout);
         let whitening = Whitening::of(layout, &rows, &residual, &unrest, wander(record, &curves));
         let first = Self::with(record, &blocks, rows, curves, layout, whitening, lean);
         // A row that stands out alone is a glitch: no effect of minutes looks like that.
@@ -229,7 +229,7 @@ impl Tangent {
                 rows.mass[row - layout.mass_at()] = false;
             }
         }
-        let unrest = unrest(record, &curves, &blocks, layout);
+        let unrest = crate::unrest::unrest(record, &curves, &blocks, layout);
         let whitening = Whitening::of(layout, &rows, &residual, &unrest, wander(record, &curves));
         Some(Self::with(
             record, &blocks, rows, curves, layout, whitening, lean,

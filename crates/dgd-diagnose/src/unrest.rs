@@ -15,7 +15,7 @@ const SPEED_WANDER: f64 = 0.0025;
 const WANDER_S: f64 = 3000.0;
 /// What the model lacks right after a start of the pump, Pa.
 const START_PA: f64 = 2.5e4;
-/// How long such movements last, s.
+/// How long movements of the flow last that its meter's noise hides, s.
 const HIDDEN_S: f64 = 300.0;
 /// Share of the meter's block noise up to which true movements of the flow hide in it.
 const HIDDEN_SHARE: f64 = 0.4;

@@ -1,1 +1,117 @@
+//! What cannot be diagnosed is refused with a reason.
 
+use super::rig::{case, cut, recorded, screened, tried};
+use dgd_diagnose::{DiagnoseError, Options, diagnose};
+use dgd_effects::AppliedEffect;
+use dgd_recording::{Recording, Well};
+
+fn clean() -> (Well, Recording, f64) {
+    recorded(&case(303, None))
+}
+
+fn channels(recording: &mut Recording) -> Vec<&mut Vec<f64>> {
+    let mut out = vec![
+        &mut recording.mud_pump_flow_m3_s,
+        &mut recording.booster_flow_m3_s,
+        &mut recording.topfill_flow_m3_s,
+        &mut recording.return_flow_m3_s,
+        &mut recording.pump_speed_pct,
+    ];
+    out.extend(&mut recording.pump_inlet_pressure_pa);
+    out.extend(&mut recording.pump_outlet_pressure_pa);
+    out.extend(&mut recording.riser_pressure_pa);
+    out
+}
+
+#[test]
+fn a_recording_of_any_length_below_half_an_hour_is_refused() {
+    let (well, recording, step_s) = clean();
+    for samples in [1, 2, 9, 10, 11, 59, 119, 300, 601, 1199, 1800] {
+        let error = tried(&well, cut(&recording, 3000..3000 + samples), step_s).unwrap_err();
+        let DiagnoseError::TooShort { usable, needed } = error else {
+            panic!("{samples} samples: {error}");
+        };
+        assert_eq!(needed, 190);
+        assert!(
+            usable <= samples.div_ceil(10),
+            "{usable} blocks in {samples} samples"
+        );
+    }
+}
+
+#[test]
+fn the_message_tells_how_much_can_be_used() {
+    let (well, recording, step_s) = clean();
+    let mut standing = cut(&recording, 0..5400);
+    standing.pump_speed_pct.fill(0.0);
+    standing.return_flow_m3_s.fill(0.0);
+    let error = tried(&well, standing, step_s).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "0 blocks of 10 s with flow and pressure can be used, a diagnosis needs 190: check the screening with `dgd inspect`"
+    );
+}
+
+#[test]
+fn a_storm_of_gaps_is_refused_in_every_channel_and_in_each() {
+    let (well, recording, step_s) = clean();
+    let recording = cut(&recording, 0..5400);
+    let storm = |values: &mut Vec<f64>, salt: usize| {
+        for (i, v) in values.iter_mut().enumerate() {
+            if (i + salt).wrapping_mul(2_654_435_761) % 65_536 < 60_000 {
+                *v = f64::NAN;
+            }
+        }
+    };
+    let mut all = recording.clone();
+    for (salt, values) in channels(&mut all).into_iter().enumerate() {
+        storm(values, 7919 * salt);
+    }
+    let refused = tried(&well, all, step_s);
+    assert!(matches!(refused, Err(DiagnoseError::TooShort { .. })));
+    // In one channel alone the rest may carry the diagnosis, or not: it does not panic, and never names anything
+    // in a clean recording.
+    for k in 0..channels(&mut recording.clone()).len() {
+        let mut one = recording.clone();
+        storm(channels(&mut one)[k], 0);
+        if let Ok(found) = tried(&well, one, step_s) {
+            assert!(
+                found.findings.is_empty(),
+                "channel {k}: {:?}",
+                found.findings
+            );
+        }
+    }
+}
+
+#[test]
+fn nothing_but_gaps_or_constants_is_refused() {
+    let (well, recording, step_s) = clean();
+    for value in [f64::NAN, 0.0, 1.0] {
+        let mut flat = cut(&recording, 0..5400);
+        channels(&mut flat).into_iter().for_each(|v| v.fill(value));
+        let refused = tried(&well, flat, step_s);
+        assert!(
+            matches!(refused, Err(DiagnoseError::TooShort { .. })),
+            "{value}"
+        );
+    }
+}
+
+#[test]
+fn a_start_from_an_effect_that_is_not_known_is_refused_by_name() {
+    let (well, recording, step_s) = clean();
+    let prepared = screened(cut(&recording, 0..3600), step_s);
+    for (id, parameters) in [("poltergeist", vec![1.0]), ("influx", vec![1e-3])] {
+        let options = Options {
+            start: vec![AppliedEffect {
+                id: id.to_owned(),
+                parameters,
+            }],
+            ..Options::default()
+        };
+        let error = diagnose(&well, &prepared, &options, &mut |_| {}).unwrap_err();
+        assert!(matches!(error, DiagnoseError::UnknownEffect(_)));
+        assert!(error.to_string().contains(id), "{error}");
+    }
+}
