@@ -65,7 +65,13 @@ pub fn diagnose(
     // What is more likely not there is weighed under what was tested, and neither claimed nor modelled.
     selection.named.retain(|n| n.probability >= 0.5);
     progress(Stage::Fitting);
-    let windows = held_out(record.setting.span_s);
+    let span = record.setting.span_s;
+    let intervals: Vec<(f64, f64)> = selection
+        .named
+        .iter()
+        .map(|n| n.applied.effect.about().interval_s(&n.applied.parameters, span))
+        .collect();
+    let windows = held_out(span, &intervals);
     let seconds = record.dt_s * record.per_block as f64;
     let excluded: Vec<bool> = (0..record.blocks)
         .map(|b| {

@@ -13,15 +13,37 @@ const WINDOW_S: f64 = 1260.0;
 /// Share of the recording held out.
 const HELD_SHARE: f64 = 0.215;
 
-/// The windows that no fit may see: evenly spread.
-pub(crate) fn held_out(span: (f64, f64)) -> Vec<(f64, f64)> {
+/// The windows that no fit may see: evenly spread, one in each equal part of the recording.
+///
+/// A window does not straddle the beginning or the end of a finding (`intervals`), which the samples outside it could
+/// not tell, and lies within a finding where it fits: there is something to show.
+pub(crate) fn held_out(span: (f64, f64), intervals: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    /// What lies this near, s, a fit on the rest cannot place.
+    const MARGIN_S: f64 = 180.0;
     let total = span.1 - span.0;
     let count = whole((total * HELD_SHARE / WINDOW_S).floor()).max(1);
-    let length = (total * HELD_SHARE / count as f64).max(WINDOW_S).min(total);
+    let length = (total * HELD_SHARE / count as f64)
+        .max(WINDOW_S)
+        .min(total);
+    let part = total / count as f64;
     (0..count)
         .map(|k| {
-            let middle = span.0 + total * (k as f64 + 0.55) / count as f64;
-            let from = (middle - 0.5 * length).max(span.0);
+            let first = span.0 + part * k as f64;
+            let usual = first + (0.55 * part - 0.5 * length).max(0.0);
+            let steps = whole(((part - length) / 60.0).floor().max(0.0));
+            let cost = |from: f64| -> f64 {
+                let to = from + length;
+                let near = |t: f64| t > span.0 && t < span.1 && t > from - MARGIN_S && t < to + MARGIN_S;
+                let cut = intervals.iter().filter(|i| near(i.0) || near(i.1)).count();
+                let within = intervals.iter().filter(|i| i.0 <= from && i.1 >= to).count();
+                1e6 * cut as f64 - 1e5 * within as f64 + (from - usual).abs()
+            };
+            let from = (0..=steps)
+                .map(|j| first + 60.0 * j as f64)
+                .chain([usual])
+                .min_by(|a, b| cost(*a).total_cmp(&cost(*b)))
+                .unwrap_or(usual);
+            let from = from.max(span.0);
             (from, (from + length).min(span.1))
         })
         .collect()
@@ -114,7 +136,7 @@ mod tests {
     fn every_window_lasts_twenty_minutes_and_all_a_fifth_of_one_to_a_hundred_hours() {
         for quarter in 4..=400 {
             let (from, total) = (17.0, 900.0 * f64::from(quarter));
-            let windows = held_out((from, from + total));
+            let windows = held_out((from, from + total), &[]);
             let mut last = from;
             for w in &windows {
                 assert!(w.1 - w.0 >= 1200.0, "{total} s: window {w:?}");
