@@ -69,7 +69,12 @@ pub fn diagnose(
     let intervals: Vec<(f64, f64)> = selection
         .named
         .iter()
-        .map(|n| n.applied.effect.about().interval_s(&n.applied.parameters, span))
+        .map(|n| {
+            n.applied
+                .effect
+                .about()
+                .interval_s(&n.applied.parameters, span)
+        })
         .collect();
     let windows = held_out(span, &intervals);
     let seconds = record.dt_s * record.per_block as f64;

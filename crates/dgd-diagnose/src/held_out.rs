@@ -22,9 +22,7 @@ pub(crate) fn held_out(span: (f64, f64), intervals: &[(f64, f64)]) -> Vec<(f64, 
     const MARGIN_S: f64 = 180.0;
     let total = span.1 - span.0;
     let count = whole((total * HELD_SHARE / WINDOW_S).floor()).max(1);
-    let length = (total * HELD_SHARE / count as f64)
-        .max(WINDOW_S)
-        .min(total);
+    let length = (total * HELD_SHARE / count as f64).max(WINDOW_S).min(total);
     let part = total / count as f64;
     (0..count)
         .map(|k| {
@@ -33,9 +31,13 @@ pub(crate) fn held_out(span: (f64, f64), intervals: &[(f64, f64)]) -> Vec<(f64, 
             let steps = whole(((part - length) / 60.0).floor().max(0.0));
             let cost = |from: f64| -> f64 {
                 let to = from + length;
-                let near = |t: f64| t > span.0 && t < span.1 && t > from - MARGIN_S && t < to + MARGIN_S;
+                let near =
+                    |t: f64| t > span.0 && t < span.1 && t > from - MARGIN_S && t < to + MARGIN_S;
                 let cut = intervals.iter().filter(|i| near(i.0) || near(i.1)).count();
-                let within = intervals.iter().filter(|i| i.0 <= from && i.1 >= to).count();
+                let within = intervals
+                    .iter()
+                    .filter(|i| i.0 <= from && i.1 >= to)
+                    .count();
                 1e6 * cut as f64 - 1e5 * within as f64 + (from - usual).abs()
             };
             let from = (0..=steps)

@@ -416,6 +416,7 @@ pub(crate) fn select(
                     correction: None,
                 });
             }
+            allow_again(record, start, &mut selection)?;
             let mut joint = selection.state();
             let fixed = joint.len() - selection.named.len();
             refine(record, &mut joint, fixed, &[], 2);
@@ -431,6 +432,9 @@ pub(crate) fn select(
             alternatives: others,
             correction: None,
         });
+        if is_timing(id) || id == "pump_speed_lag" {
+            allow_again(record, start, &mut selection)?;
+        }
         let mut joint = selection.state();
         let fixed = joint.len() - selection.named.len();
         refine(record, &mut joint, fixed, &[], 2);
@@ -476,6 +480,19 @@ fn timing_pair(
     }
     let (evidence, one, two) = best?;
     (evidence > single + 20.0 + 0.03 * single).then_some((one, two, evidence - single))
+}
+
+/// Chooses the timing allowances again beside the named effects: without a late meter in the model, a late pump had to
+/// stand in for it.
+fn allow_again(record: &Record, start: &[Applied], selection: &mut Selection) -> Option<()> {
+    let mut fixed = start.to_vec();
+    fixed.extend(selection.named.iter().map(|n| n.applied.clone()));
+    let (state, _) = allowances_with(record, &fixed, Bend::Lean)?;
+    selection.allowances = start.to_vec();
+    selection
+        .allowances
+        .extend(state.into_iter().filter(|a| a.allowance));
+    Some(())
 }
 
 /// Drops what the others made superfluous.
