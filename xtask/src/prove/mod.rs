@@ -104,6 +104,7 @@ impl Settings {
         turn && (self.only.is_empty() || self.only.contains(id))
     }
 
+    #[cfg(test)]
     /// The short form, as continuous integration runs it.
     pub(crate) fn short(out: PathBuf) -> Settings {
         Settings {
