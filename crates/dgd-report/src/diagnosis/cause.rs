@@ -22,7 +22,8 @@ pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
     html.small(
         "Evidence is the natural logarithm of the Bayes factor: 1 to 3 is positive, 3 to 5 strong, above 5 very strong \
          (Kass and Raftery 1995). The final fit is weighed with all findings in the model, the first weighing is each \
-         effect alone against none. Probabilities are calibrated.",
+         effect alone against none. Probabilities grow with what \
+         exceeds the evidence that sound simulated recordings reach; the proof measures how well.",
     );
 }
 

@@ -87,7 +87,7 @@ fn one(index: usize, finding: &Finding, html: &mut Html) {
         })
         .collect();
     html.table(
-        "What was estimated, on the training samples alone.",
+        "What was estimated, on the whole recording; the runs below use estimates without the held-out windows.",
         &["Parameter", "Estimate", "95 % interval"],
         &rows,
         "wide-first",
