@@ -74,11 +74,7 @@ pub(crate) fn corrections(
             for k in 0..KNOTS {
                 let mut parameters = vec![relation as f64, quantity as f64, from, to];
                 parameters.extend((0..KNOTS).map(|j| if j == k { unit } else { 0.0 }));
-                let one = Applied {
-                    effect,
-                    parameters,
-                    allowance: false,
-                };
+                let one = Applied::new(effect, parameters);
                 columns.push(tangent.signature(record, &joined(state, &one)));
             }
             let gram = DMatrix::from_fn(KNOTS, KNOTS, |a, b| {
@@ -94,11 +90,7 @@ pub(crate) fn corrections(
             let mut parameters = vec![relation as f64, quantity as f64, from, to];
             parameters.extend(coefficients.iter().map(|c| c * unit));
             out.push(Correction {
-                applied: Applied {
-                    effect,
-                    parameters,
-                    allowance: false,
-                },
+                applied: Applied::new(effect, parameters),
                 evidence,
                 relation,
                 quantity,

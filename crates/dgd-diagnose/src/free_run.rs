@@ -38,10 +38,11 @@ pub(crate) fn simulate(
         topfill_m3_s: &topfill,
         speed_pct: &speed,
     };
-    let weight = well.weight_pa_m();
-    let depth = well.geometry.pump_inlet_depth_m;
-    let air = dgd_units::STANDARD_ATMOSPHERE_PA;
-    let level = |p: f64| depth - (p - air) / weight;
+    let levels = |inlet: &[f64]| -> Vec<f64> { inlet.iter().map(|p| well.level_m(*p)).collect() };
+    let heads = |outlet: &[f64], inlet: &[f64]| -> Vec<f64> {
+        let pairs = outlet.iter().zip(inlet);
+        pairs.map(|(o, i)| well.head_m(*i, *o)).collect()
+    };
     let nan = || vec![f64::NAN; n];
     let mut runs = [(nan(), nan(), nan()), (nan(), nan(), nan())];
     let mut i = 0;
@@ -81,9 +82,9 @@ pub(crate) fn simulate(
         },
         Signal {
             name: "riser_level_m",
-            measured: inlet.iter().map(|p| level(*p)).collect(),
-            before: runs[0].1.iter().map(|p| level(*p)).collect(),
-            after: runs[1].1.iter().map(|p| level(*p)).collect(),
+            measured: levels(inlet),
+            before: levels(&runs[0].1),
+            after: levels(&runs[1].1),
         },
         Signal {
             name: "pump_outlet_pressure_pa",
@@ -93,23 +94,9 @@ pub(crate) fn simulate(
         },
         Signal {
             name: "pump_head_m",
-            measured: outlet
-                .iter()
-                .zip(inlet)
-                .map(|(o, i)| (o - i) / weight)
-                .collect(),
-            before: runs[0]
-                .2
-                .iter()
-                .zip(&runs[0].1)
-                .map(|(o, i)| (o - i) / weight)
-                .collect(),
-            after: runs[1]
-                .2
-                .iter()
-                .zip(&runs[1].1)
-                .map(|(o, i)| (o - i) / weight)
-                .collect(),
+            measured: heads(outlet, inlet),
+            before: heads(&runs[0].2, &runs[0].1),
+            after: heads(&runs[1].2, &runs[1].1),
         },
     ];
     Ok(Simulation {

@@ -3,6 +3,7 @@
 use dgd_effects::Setting;
 use dgd_identify::Prepared;
 use dgd_recording::Well;
+use dgd_replay::fill_gaps;
 use dgd_units::{STANDARD_ATMOSPHERE_PA, STANDARD_GRAVITY_M_S2};
 
 /// Length of a block of relation residuals, s.
@@ -15,8 +16,6 @@ const LONG_S: f64 = 40.0 * 3600.0;
 pub(crate) const MASS_BLOCKS: usize = 3;
 /// Below this speed, %, the pump stands.
 const STANDING_PCT: f64 = 5.0;
-/// Below this flow, m³/s, the line stands.
-pub(crate) const STANDING_M3_S: f64 = 1e-3;
 
 /// Series on the working clock. NaN where a transmitter cannot be trusted.
 #[derive(Debug, Clone)]
@@ -169,28 +168,8 @@ pub(crate) fn mean(values: &[f64]) -> f64 {
 /// Gaps bridged by straight lines, ends held; all 0 if nothing is finite.
 pub(crate) fn bridged(values: &[f64]) -> Vec<f64> {
     let mut out = values.to_vec();
-    let mut last: Option<usize> = None;
-    for i in 0..out.len() {
-        if !out[i].is_finite() {
-            continue;
-        }
-        match last {
-            None => out[..i].iter_mut().for_each(|v| *v = values[i]),
-            Some(j) => {
-                for k in j + 1..i {
-                    let share = (k - j) as f64 / (i - j) as f64;
-                    out[k] = values[j] + share * (values[i] - values[j]);
-                }
-            }
-        }
-        last = Some(i);
-    }
-    match last {
-        None => out.iter_mut().for_each(|v| *v = 0.0),
-        Some(j) => {
-            let held = values[j];
-            out[j + 1..].iter_mut().for_each(|v| *v = held);
-        }
+    if fill_gaps(&mut out).is_none() {
+        out.fill(0.0);
     }
     out
 }

@@ -3,8 +3,8 @@
 //! Rows: line friction (Eq. 3.13 with the inertia of Eq. 3.46), pump head (Eq. 2.27), the redundant outlet
 //! transmitters, and the riser's mass balance (Eq. 3.45) in integral form over half a minute.
 
-use crate::record::{MASS_BLOCKS, Record, STANDING_M3_S, mean, whole};
-use dgd_effects::{Action, Changes, Effect, MeterPath, Moment, shrunk};
+use crate::record::{MASS_BLOCKS, Record, mean, whole};
+use dgd_effects::{Action, Changes, Effect, MeterPath, Moment, STANDING_M3_S, shrunk};
 use dgd_units::STANDARD_GRAVITY_M_S2;
 
 /// An effect with its parameters.
@@ -14,6 +14,17 @@ pub(crate) struct Applied {
     pub parameters: Vec<f64>,
     /// Whether it only allows for timing: no finding.
     pub allowance: bool,
+}
+
+impl Applied {
+    /// An effect that counts as a finding.
+    pub(crate) fn new(effect: &'static dyn Effect, parameters: Vec<f64>) -> Self {
+        Self {
+            effect,
+            parameters,
+            allowance: false,
+        }
+    }
 }
 
 /// Block means under a hypothesis, before any curve.

@@ -56,7 +56,6 @@ fn grids(effect: &dyn Effect, record: &Record) -> Vec<Vec<f64>> {
                 .into_iter()
                 .filter(|d| *d < 0.7 * span)
                 .collect(),
-            Role::InletQuantile => vec![0.0],
         })
         .collect()
 }
@@ -114,31 +113,11 @@ pub(crate) fn scan(
 ) -> Vec<Candidate> {
     let mut out: Vec<Candidate> = product(&grids(effect, record))
         .into_iter()
-        .map(|parameters| {
-            weigh(
-                record,
-                tangent,
-                state,
-                Applied {
-                    effect,
-                    parameters,
-                    allowance: false,
-                },
-            )
-        })
+        .map(|parameters| weigh(record, tangent, state, Applied::new(effect, parameters)))
         .collect();
     if effect.is_switch() {
         for parameters in switches(record, tangent, pull, state, effect, &out) {
-            let start = weigh(
-                record,
-                tangent,
-                state,
-                Applied {
-                    effect,
-                    parameters,
-                    allowance: false,
-                },
-            );
+            let start = weigh(record, tangent, state, Applied::new(effect, parameters));
             out.push(sharpen(record, tangent, state, start));
         }
     }
@@ -173,16 +152,7 @@ pub(crate) fn sharpen(
                     (_, Some(d)) => p[d] += sign * step_s,
                     _ => continue,
                 }
-                let next = weigh(
-                    record,
-                    tangent,
-                    state,
-                    Applied {
-                        effect: best.applied.effect,
-                        parameters: p,
-                        allowance: false,
-                    },
-                );
+                let next = weigh(record, tangent, state, Applied::new(best.applied.effect, p));
                 if next.evidence > best.evidence + 0.1 {
                     best = next;
                     moved = true;
@@ -339,13 +309,8 @@ fn switches(
     }
     let mut out = Vec::new();
     for shape in shapes {
-        let mut applied = state.to_vec();
-        applied.push(Applied {
-            effect,
-            parameters: shape.clone(),
-            allowance: false,
-        });
-        let change = tangent.change(record, &applied);
+        let one = Applied::new(effect, shape.clone());
+        let change = tangent.change(record, &joined(state, &one));
         let product = |row: usize| {
             let v = change[row] * pull[row];
             if v.is_finite() { v } else { 0.0 }

@@ -1,18 +1,18 @@
 //! Small dense linear algebra over long columns.
 
-/// Product of two vectors, in four sums that the processor adds side by side.
+/// Product of two vectors, in eight sums that the processor adds side by side.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let n = a.len().min(b.len());
     let (a, b) = (&a[..n], &b[..n]);
     let mut sums = [0.0; 8];
-    let (fours_a, fours_b) = (a.chunks_exact(8), b.chunks_exact(8));
-    let rest: f64 = fours_a
+    let (parts_a, parts_b) = (a.chunks_exact(8), b.chunks_exact(8));
+    let rest: f64 = parts_a
         .remainder()
         .iter()
-        .zip(fours_b.remainder())
+        .zip(parts_b.remainder())
         .map(|(x, y)| x * y)
         .sum();
-    for (x, y) in fours_a.zip(fours_b) {
+    for (x, y) in parts_a.zip(parts_b) {
         for k in 0..8 {
             sums[k] += x[k] * y[k];
         }

@@ -58,8 +58,6 @@ pub enum Role {
     Onset,
     /// How long it lasts, s.
     Duration,
-    /// A pressure within the recorded range of the pump's inlet, as a fraction of that range.
-    InletQuantile,
 }
 
 /// A parameter of an effect.

@@ -14,7 +14,10 @@ static ABOUT: About = About {
     source: "kick in the two-state mass balance (Eq. 3.45)",
     excited_by: "flow at any rate",
     confusable: &[
-        ("lost_circulation", "the sign"),
+        (
+            "lost_circulation",
+            "the sign of the imbalance: an influx raises the level, a loss lowers it",
+        ),
         (
             "line_leak",
             "look at head and line friction: a leak moves both",
