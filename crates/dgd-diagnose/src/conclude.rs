@@ -85,10 +85,8 @@ pub fn diagnose(
             windows.iter().any(|w| from < w.1 && to > w.0)
         })
         .collect();
-    let before_state = allowances_with(&record, &start, Bend::Free)
-        .ok_or_else(short)?
-        .0;
-    let after_state = trained(&record, &selection, &excluded);
+    let before_state = allowances_with(&record, &start, &excluded, Bend::Free).ok_or_else(short)?;
+    let after_state = trained(&record, &start, &selection, &excluded).ok_or_else(short)?;
     let before_fit =
         Tangent::at(&record, &before_state, &excluded, Bend::Free).ok_or_else(short)?;
     let after_fit = Tangent::at(&record, &after_state, &excluded, Bend::Free).ok_or_else(short)?;

@@ -4,7 +4,7 @@ use crate::empirical::corrections;
 use crate::record::{Record, mean, whole};
 use crate::relations::Applied;
 use crate::scan::{joined, on_grid, scan};
-use crate::select::{Selection, refine};
+use crate::select::{Selection, allowed_beside, refine};
 use crate::tangent::{Bend, Tangent};
 use dgd_effects::{AppliedEffect, AugmentedModel};
 
@@ -52,8 +52,13 @@ pub(crate) fn held_out(span: (f64, f64), intervals: &[(f64, f64)]) -> Vec<(f64, 
 }
 
 /// The named effects fitted again on the training blocks alone: grid, then refinement.
-pub(crate) fn trained(record: &Record, selection: &Selection, excluded: &[bool]) -> Vec<Applied> {
-    let mut state = selection.allowances.clone();
+pub(crate) fn trained(
+    record: &Record,
+    start: &[Applied],
+    selection: &Selection,
+    excluded: &[bool],
+) -> Option<Vec<Applied>> {
+    let mut state = allowed_beside(record, start, &selection.named, excluded)?;
     for named in &selection.named {
         let mut chosen = named.applied.clone();
         match named.correction {
@@ -91,7 +96,7 @@ pub(crate) fn trained(record: &Record, selection: &Selection, excluded: &[bool])
     }
     let from = state.len() - selection.named.len();
     refine(record, &mut state, from, excluded, 2);
-    state
+    Some(state)
 }
 
 /// The model that runs: curves, the range they were fitted on, effects.

@@ -183,10 +183,11 @@ pub(crate) fn joined(state: &[Applied], one: &Applied) -> Vec<Applied> {
 pub(crate) fn allowances_with(
     record: &Record,
     start: &[Applied],
+    excluded: &[bool],
     lean: Bend,
-) -> Option<(Vec<Applied>, Tangent)> {
+) -> Option<Vec<Applied>> {
     let mut state: Vec<Applied> = start.to_vec();
-    let mut tangent = Tangent::at(record, &state, &[], lean)?;
+    let mut tangent = Tangent::at(record, &state, excluded, lean)?;
     for (id, values) in [
         ("return_flow_delay", &[0.5, 1.0, 1.5, 2.0, 2.5][..]),
         ("pump_speed_lag", &[1.0, 2.0, 3.0, 4.0, 5.0][..]),
@@ -216,10 +217,10 @@ pub(crate) fn allowances_with(
             .max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
         if best.evidence > 2.0 {
             state.push(best.applied);
-            tangent = Tangent::at(record, &state, &[], lean)?;
+            tangent = Tangent::at(record, &state, excluded, lean)?;
         }
     }
-    Some((state, tangent))
+    Some(state)
 }
 
 /// One point of the grid.

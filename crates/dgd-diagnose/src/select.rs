@@ -286,7 +286,7 @@ pub(crate) fn select(
     most: usize,
     mut round_begins: impl FnMut(usize),
 ) -> Option<Selection> {
-    let (allowances, _) = allowances_with(record, start, Bend::Lean)?;
+    let allowances = allowances_with(record, start, &[], Bend::Lean)?;
     let mut selection = Selection {
         allowances,
         named: Vec::new(),
@@ -478,14 +478,23 @@ fn timing_pair(
 /// Chooses the timing allowances again beside the named effects: without a late meter in the model, a late pump had to
 /// stand in for it.
 fn allow_again(record: &Record, start: &[Applied], selection: &mut Selection) -> Option<()> {
-    let mut fixed = start.to_vec();
-    fixed.extend(selection.named.iter().map(|n| n.applied.clone()));
-    let (state, _) = allowances_with(record, &fixed, Bend::Lean)?;
-    selection.allowances = start.to_vec();
-    selection
-        .allowances
-        .extend(state.into_iter().filter(|a| a.allowance));
+    selection.allowances = allowed_beside(record, start, &selection.named, &[])?;
     Some(())
+}
+
+/// What `start` holds, with the timing allowances that the named effects leave to be made.
+pub(crate) fn allowed_beside(
+    record: &Record,
+    start: &[Applied],
+    named: &[Named],
+    excluded: &[bool],
+) -> Option<Vec<Applied>> {
+    let mut fixed = start.to_vec();
+    fixed.extend(named.iter().map(|n| n.applied.clone()));
+    let state = allowances_with(record, &fixed, excluded, Bend::Lean)?;
+    let mut out = start.to_vec();
+    out.extend(state.into_iter().filter(|a| a.allowance));
+    Some(out)
 }
 
 /// Drops what the others made superfluous.
