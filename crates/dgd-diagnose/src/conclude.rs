@@ -1,6 +1,7 @@
 //! From a selection to an answer.
 
 use crate::diagnosis::{Check, DiagnoseError, Diagnosis, Finding, Options, Stage, Verdict};
+use crate::empirical::is_correction;
 use crate::finding::{finding, heaving};
 use crate::free_run::{gains, simulate};
 use crate::heave::swell;
@@ -12,7 +13,7 @@ use crate::select::select;
 use crate::tangent::{Bend, Tangent};
 use crate::tested::{placebo, tested};
 use crate::traces::traces;
-use dgd_effects::{AppliedEffect, find};
+use dgd_effects::{About, AppliedEffect, Method, catalogue, find};
 use dgd_identify::Prepared;
 use dgd_recording::Well;
 
@@ -108,7 +109,7 @@ pub fn diagnose(
     if selection.named.iter().any(|n| n.correction.is_some()) && gained(&simulation) > 0.0 {
         let plain: Vec<Applied> = after_state
             .iter()
-            .filter(|a| a.effect.about().id != "unknown")
+            .filter(|a| !is_correction(a.effect))
             .cloned()
             .collect();
         if let Some(fit) = Tangent::at(&record, &plain, &excluded, Bend::Free) {
@@ -150,10 +151,15 @@ pub fn diagnose(
         .enumerate()
         .map(|(k, n)| finding(&record, &selection, k, n, &full, &simulation))
         .collect();
-    if let Some(s) = swell
-        .filter(|s| s.ratio > SWELL_RATIO && !start.iter().any(|a| a.effect.about().id == "heave"))
-    {
-        findings.extend(heaving(&record, s, &simulation));
+    if let Some(s) = swell.filter(|s| s.ratio > SWELL_RATIO) {
+        let held = |about: &About| start.iter().any(|a| a.effect.about().id == about.id);
+        findings.extend(
+            catalogue()
+                .iter()
+                .map(|effect| effect.about())
+                .filter(|about| about.search.method == Method::Spectrum && !held(about))
+                .map(|about| heaving(&record, about, s, &simulation)),
+        );
     }
     checks.extend(placebo(&record, &selection));
     findings.sort_by(|a, b| b.probability.total_cmp(&a.probability));

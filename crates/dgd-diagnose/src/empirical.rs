@@ -1,10 +1,10 @@
 //! The competitor: a correction of one relation along one quantity, with no physics in it.
 
-use crate::record::Record;
+use crate::record::{Record, tails};
 use crate::relations::Applied;
 use crate::scan::joined;
 use crate::tangent::{Tangent, dot};
-use dgd_effects::{KNOTS, QUANTITIES, RELATIONS, unknown};
+use dgd_effects::{Effect, KNOTS, Method, QUANTITIES, RELATIONS, unknown};
 use nalgebra::{DMatrix, DVector};
 
 /// Prior width of a knot, in the unit of the relation.
@@ -23,14 +23,7 @@ pub(crate) struct Correction {
 /// The range of a quantity in the recording.
 fn range(record: &Record, quantity: usize) -> (f64, f64) {
     let f = &record.filled;
-    let quantiles = |values: &[f64]| -> (f64, f64) {
-        let mut v: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();
-        v.sort_unstable_by(f64::total_cmp);
-        match v.len() {
-            0 => (0.0, 0.0),
-            n => (v[n / 50], v[n - 1 - n / 50]),
-        }
-    };
+    let quantiles = |values: &[f64]| tails(values, 50).unwrap_or((0.0, 0.0));
     match quantity {
         0 => record.setting.span_s,
         1 => quantiles(&f.inlet),
@@ -99,4 +92,28 @@ pub(crate) fn corrections(
     }
     out.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     out
+}
+
+/// Whether an effect is the empirical correction itself.
+pub(crate) fn is_correction(effect: &dyn Effect) -> bool {
+    effect.about().search.method == Method::Correction
+}
+
+/// Evidence that corrections reach on sound recordings.
+pub(crate) fn hurdle(c: &Correction) -> f64 {
+    match c.relation {
+        1 if c.quantity == 1 => 150.0,
+        1 => 95.0,
+        0 => 80.0,
+        _ => 60.0,
+    }
+}
+
+/// Whether a correction is more than the accuracy of instruments: its spread over the recording.
+pub(crate) fn plausible(c: &Correction) -> bool {
+    let knots = &c.applied.parameters[4..];
+    let mean = knots.iter().sum::<f64>() / knots.len() as f64;
+    let spread =
+        (knots.iter().map(|k| (k - mean).powi(2)).sum::<f64>() / knots.len() as f64).sqrt();
+    spread > [3e3, 6e3, 1.5e-4][c.relation]
 }

@@ -1,24 +1,15 @@
 //! Estimates of parameters and their intervals.
 
 use crate::diagnosis::ParameterEstimate;
+use crate::empirical::is_correction;
 use crate::record::Record;
 use crate::scan::on_grid;
 use crate::select::Selection;
 use crate::tangent::{Tangent, dot};
+use dgd_effects::Role;
 
 /// Factor on standard errors: residuals are whiter in the model than on a rig.
 const WIDENING: f64 = 2.5;
-
-/// Error of an effect's form, as a share of its strength.
-fn form_error(id: &str) -> f64 {
-    match id {
-        "return_flow_delay" | "line_gas_storage" => 0.15,
-        "viscosity_drift" | "gel_strength" => 0.15,
-        "u_tube" | "booster_line_storage" => 0.1,
-        "lost_circulation" => 0.15,
-        _ => 0.06,
-    }
-}
 
 /// Estimates of the effect's parameters; intervals from the joint curvature of every continuous parameter, widened for
 /// what the forms lack.
@@ -37,17 +28,15 @@ pub(crate) fn estimates(
     // One direction a continuous parameter of every effect.
     let mut directions: Vec<(usize, usize, Vec<f64>)> = Vec::new();
     for (e, one) in state.iter().enumerate() {
-        if one.allowance || one.effect.about().id == "unknown" {
+        if one.allowance || is_correction(one.effect) {
             continue;
         }
         for (j, parameter) in one.effect.about().parameters.iter().enumerate() {
             let value = one.parameters[j];
-            if parameter.name == "sensor"
-                || matches!(
-                    parameter.role,
-                    dgd_effects::Role::Onset | dgd_effects::Role::Duration
-                )
-            {
+            if matches!(
+                parameter.role,
+                Role::Sensor(_) | Role::Onset | Role::Duration
+            ) {
                 continue;
             }
             let step = if j == 0 && !on_grid(one.effect.about()) {
@@ -97,23 +86,17 @@ pub(crate) fn estimates(
             let sd = match (&covariance, found) {
                 (Some(c), Some(a)) => c[(a, a)].max(0.0).sqrt() * WIDENING,
                 _ => match parameter.role {
-                    dgd_effects::Role::Onset | dgd_effects::Role::Duration => 30.0,
+                    Role::Onset | Role::Duration => 30.0,
                     _ => 0.0,
                 },
             };
             // A floor for what the form lacks, as a share of the estimate.
             let sd = if j == 0 {
-                sd.hypot(form_error(about.id) * value.abs())
+                sd.hypot(about.search.form_error * value.abs())
             } else {
                 sd
             };
-            let (shift, factor) = match (about.id, parameter.name) {
-                ("return_flow_gain" | "inflow_gain", "gain") => (1.0, 1.0),
-                ("annulus_area", "area_m2") => {
-                    (record.setting.riser_area_m2, record.setting.riser_area_m2)
-                }
-                _ => (0.0, 1.0),
-            };
+            let (shift, factor) = parameter.shown.scale(&record.setting);
             let shown = |v: f64| shift + factor * v;
             ParameterEstimate {
                 name: parameter.name.to_owned(),

@@ -4,10 +4,10 @@ use crate::diagnosis::{Finding, ParameterEstimate, Simulation};
 use crate::estimates::estimates;
 use crate::free_run::best_gain;
 use crate::heave::Swell;
-use crate::record::Record;
+use crate::record::{Record, tails};
 use crate::select::{Named, Selection};
 use crate::tangent::Tangent;
-use dgd_effects::{QUANTITIES, RELATIONS, Relation, find};
+use dgd_effects::{About, QUANTITIES, RELATIONS, Relation};
 
 /// One named effect, or the correction that no effect explains.
 pub(crate) fn finding(
@@ -76,13 +76,12 @@ fn region(record: &Record, interval: (f64, f64)) -> String {
         .filter(|i| record.t_s[*i] >= interval.0 && record.t_s[*i] <= interval.1)
         .collect();
     let range = |values: &[f64], least: f64| -> Option<(f64, f64)> {
-        let mut v: Vec<f64> = inside
+        let v: Vec<f64> = inside
             .iter()
             .map(|i| values[*i])
-            .filter(|x| x.is_finite() && *x > least)
+            .filter(|x| *x > least)
             .collect();
-        v.sort_unstable_by(f64::total_cmp);
-        (!v.is_empty()).then(|| (v[v.len() / 20], v[v.len() - 1 - v.len() / 20]))
+        tails(&v, 20)
     };
     let flow = range(&record.flow, 1e-3);
     let speed = range(&record.speed, 5.0);
@@ -98,11 +97,21 @@ fn region(record: &Record, interval: (f64, f64)) -> String {
     }
 }
 
-/// Rig motion as a finding: it comes from a spectrum, not from the relations.
-pub(crate) fn heaving(record: &Record, s: Swell, simulation: &Simulation) -> Option<Finding> {
-    let about = find("heave")?.about();
+/// An effect that comes from a spectrum, not from the relations.
+pub(crate) fn heaving(
+    record: &Record,
+    about: &About,
+    s: Swell,
+    simulation: &Simulation,
+) -> Finding {
     let span = record.setting.span_s;
-    Some(Finding {
+    let half = 1.96 * s.period_sd_s.max(0.05);
+    // Period, then amplitude.
+    let found = [
+        (s.period_s, (s.period_s - half, s.period_s + half)),
+        (s.amplitude_m, (0.7 * s.amplitude_m, 1.3 * s.amplitude_m)),
+    ];
+    Finding {
         effect: about.id.to_owned(),
         title: about.title.to_owned(),
         probability: (1.0 - 1.5 / s.ratio).clamp(0.5, 0.98),
@@ -110,28 +119,22 @@ pub(crate) fn heaving(record: &Record, s: Swell, simulation: &Simulation) -> Opt
         relation: about.relation,
         intervals_s: vec![(0.0, span.1 - span.0)],
         region: region(record, span),
-        parameters: vec![
-            ParameterEstimate {
-                name: "period_s".into(),
-                meaning: "period of the motion".into(),
-                estimate: s.period_s,
-                ci95: (
-                    s.period_s - 1.96 * s.period_sd_s.max(0.05),
-                    s.period_s + 1.96 * s.period_sd_s.max(0.05),
-                ),
-            },
-            ParameterEstimate {
-                name: "amplitude_m".into(),
-                meaning: "amplitude, metres of mud".into(),
-                estimate: s.amplitude_m,
-                ci95: (0.7 * s.amplitude_m, 1.3 * s.amplitude_m),
-            },
-        ],
+        parameters: about
+            .parameters
+            .iter()
+            .zip(found)
+            .map(|(p, (estimate, ci95))| ParameterEstimate {
+                name: p.name.to_owned(),
+                meaning: p.meaning.to_owned(),
+                estimate,
+                ci95,
+            })
+            .collect(),
         held_out: best_gain(simulation),
-        equation_before: base_equation(Relation::PumpHead).to_owned(),
+        equation_before: base_equation(about.relation).to_owned(),
         equation_after: about.equation.to_owned(),
         source: about.source.to_owned(),
         evidence: s.ratio,
         separating_test: None,
-    })
+    }
 }

@@ -1,6 +1,8 @@
 //! Rig motion: a narrow peak of swell in the spectrum of the inlet pressure.
 
+use crate::noise::spread;
 use crate::record::whole;
+use dgd_effects::{Rank, quantile};
 use dgd_units::STANDARD_GRAVITY_M_S2;
 
 /// A peak found.
@@ -34,10 +36,8 @@ pub(crate) fn swell(pressure_pa: &[f64], step_s: f64, density_kg_m3: f64) -> Opt
         }
         // A level in motion is no swell: the difference of neighbours whitens it, and its gain is known.
         let rate: Vec<f64> = segment.windows(2).map(|w| w[1] - w[0]).collect();
-        let mut size: Vec<f64> = rate.iter().map(|v| v.abs()).collect();
-        let middle = size.len() / 2;
-        let typical = *size.select_nth_unstable_by(middle, f64::total_cmp).1 / 0.6745;
-        if typical <= 0.0 {
+        let typical = spread(rate.iter().copied());
+        if !(typical > 0.0) {
             continue;
         }
         let n = rate.len() as f64;
@@ -107,15 +107,10 @@ pub(crate) fn swell(pressure_pa: &[f64], step_s: f64, density_kg_m3: f64) -> Opt
 
 /// Median of the bins a little away from one.
 fn mean_floor(power: &[f64], b: usize) -> f64 {
-    let mut around: Vec<f64> = (0..power.len())
+    let around = (0..power.len())
         .filter(|k| (6..=22).contains(&k.abs_diff(b)))
-        .map(|k| power[k])
-        .collect();
-    if around.is_empty() {
-        return f64::INFINITY;
-    }
-    let middle = around.len() / 2;
-    *around.select_nth_unstable_by(middle, f64::total_cmp).1
+        .map(|k| power[k]);
+    quantile(around, Rank::MEDIAN).unwrap_or(f64::INFINITY)
 }
 
 #[cfg(test)]

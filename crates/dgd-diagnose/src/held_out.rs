@@ -1,10 +1,12 @@
 //! The held-out windows, and both models fitted without them.
 
+use crate::contest::solved;
 use crate::empirical::corrections;
-use crate::record::{Record, mean, whole};
+use crate::record::{Record, mean, tails, whole};
+use crate::refine::refine;
 use crate::relations::Applied;
-use crate::scan::{joined, on_grid, scan};
-use crate::select::{Selection, allowed_beside, refine};
+use crate::scan::{joined, scan};
+use crate::select::{Selection, allowed_beside};
 use crate::tangent::{Bend, Tangent};
 use dgd_effects::{AppliedEffect, AugmentedModel};
 
@@ -72,11 +74,7 @@ pub(crate) fn trained(
                         .filter(|c| c.evidence.is_finite())
                         .max_by(|a, b| a.evidence.total_cmp(&b.evidence));
                     if let Some(best) = best {
-                        chosen = best.applied.clone();
-                        if !on_grid(best.applied.effect.about()) && best.energy > 0.0 {
-                            let p = &best.applied.effect.about().parameters[0];
-                            chosen.parameters[0] = (best.score / best.energy).clamp(p.low, p.high);
-                        }
+                        chosen = solved(&best);
                     }
                 }
             }
@@ -114,17 +112,11 @@ pub(crate) fn model(record: &Record, state: &[Applied], fit: &Tangent) -> Augmen
             ratios.push(q / w.max(1.0));
         }
     }
-    let range = |mut v: Vec<f64>| -> (f64, f64) {
-        v.sort_unstable_by(f64::total_cmp);
-        match v.len() {
-            0 => (0.0, 0.0),
-            n => (v[n / 200], v[n - 1 - n / 200]),
-        }
-    };
+    let range = |values: &[f64]| tails(values, 200).unwrap_or((0.0, 0.0));
     AugmentedModel {
         curves: fit.curves.clone(),
-        speed_range_pct: range(speeds),
-        ratio_range: range(ratios),
+        speed_range_pct: range(&speeds),
+        ratio_range: range(&ratios),
         effects: state
             .iter()
             .map(|a| AppliedEffect {

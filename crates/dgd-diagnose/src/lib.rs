@@ -21,6 +21,7 @@
 #![deny(missing_docs)]
 
 mod conclude;
+mod contest;
 mod diagnosis;
 #[cfg(test)]
 mod draws;
@@ -32,7 +33,9 @@ mod heave;
 mod held_out;
 mod noise;
 mod record;
+mod refine;
 mod relations;
+mod round;
 mod scan;
 mod select;
 mod tangent;

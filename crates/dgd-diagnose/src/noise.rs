@@ -1,6 +1,7 @@
 //! What the residuals of a right model look like: their size, memory and kinship, estimated from the recording.
 
 use crate::relations::Rows;
+use dgd_effects::{Rank, quantile};
 
 /// Where each relation's rows begin in a stacked vector.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,14 +65,10 @@ pub(crate) struct Wander {
     pub hidden_blocks: f64,
 }
 
-/// Median absolute value over 0.6745: the standard deviation of a clean core.
-pub(crate) fn spread(values: &mut [f64]) -> f64 {
-    if values.is_empty() {
-        return f64::NAN;
-    }
-    values.iter_mut().for_each(|v| *v = v.abs());
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1 / 0.6745
+/// Median absolute value of the finite values over 0.6745: the standard deviation of a clean core; NaN if there is none.
+pub(crate) fn spread(values: impl IntoIterator<Item = f64>) -> f64 {
+    let sizes = values.into_iter().map(f64::abs);
+    quantile(sizes, Rank::MEDIAN).map_or(f64::NAN, |v| v / 0.6745)
 }
 
 /// Residuals less their mean over half an hour: what is slower is drift or an effect, not noise.
@@ -163,8 +160,8 @@ impl Whitening {
                 .map(|b| values[b])
                 .collect()
         };
-        let scale_f = spread(&mut pick(&friction, &flowing, 0, 1500.0)).clamp(500.0, 1e5);
-        let scale_h = spread(&mut pick(&head, &heads, n, 1500.0)).clamp(500.0, 1e5);
+        let scale_f = spread(pick(&friction, &flowing, 0, 1500.0)).clamp(500.0, 1e5);
+        let scale_h = spread(pick(&head, &heads, n, 1500.0)).clamp(500.0, 1e5);
         let (mut sff, mut sfh) = (0.0, 0.0);
         for b in 0..n {
             if flowing[b]
@@ -192,14 +189,14 @@ impl Whitening {
             })
             .collect();
         whitening.section(0, &friction, &flowing, (scale_f, 1500.0), &unrest[..n]);
-        let scale = spread(&mut pick(&own, &heads, n, 1500.0)).clamp(2500.0, 1e5);
+        let scale = spread(pick(&own, &heads, n, 1500.0)).clamp(2500.0, 1e5);
         whitening.section(1, &own, &heads, (scale, 2500.0), &unrest[n..2 * n]);
         // Standing mud: no ripple, its own noise.
         let standing: Vec<bool> = (0..n)
             .map(|b| whitening.valid[b] && rows.still[b])
             .collect();
         let still = high_pass(&residual[..n], &standing, 6);
-        let scale = spread(&mut pick(&still, &standing, 0, f64::INFINITY)).max(800.0);
+        let scale = spread(pick(&still, &standing, 0, f64::INFINITY)).max(800.0);
         let scale = if scale.is_finite() {
             scale.min(scale_f)
         } else {
@@ -215,14 +212,14 @@ impl Whitening {
             let valid = whitening.valid[at..at + layout.difference].to_vec();
             let values = high_pass(&residual[at..at + layout.difference], &valid, 30);
             let zero = vec![0.0; layout.difference];
-            let scale = spread(&mut pick(&values, &valid, at, f64::INFINITY)).clamp(200.0, 1e5);
+            let scale = spread(pick(&values, &valid, at, f64::INFINITY)).clamp(200.0, 1e5);
             whitening.section(2, &values, &valid, (scale, 200.0), &zero);
         }
         let at = layout.mass_at();
         let valid = whitening.valid[at..].to_vec();
         let values = high_pass(&residual[at..], &valid, 30);
         let limit = 2e-4;
-        let scale = spread(&mut pick(&values, &valid, at, limit)).clamp(2e-5, 1e-2);
+        let scale = spread(pick(&values, &valid, at, limit)).clamp(2e-5, 1e-2);
         whitening.section(3, &values, &valid, (scale, 2e-5), &unrest[at..]);
         whitening.starts();
         whitening.filter(wander);
@@ -322,11 +319,10 @@ impl Whitening {
             .map(|(v, u)| *v && *u < 0.5 * scale)
             .collect();
         let memory = autoregression(values, &calm, scale);
-        let mut innovations: Vec<f64> = (2..values.len())
+        let innovations = (2..values.len())
             .filter(|&i| calm[i] && calm[i - 1] && calm[i - 2])
-            .map(|i| values[i] - memory[0] * values[i - 1] - memory[1] * values[i - 2])
-            .collect();
-        let sd = spread(&mut innovations);
+            .map(|i| values[i] - memory[0] * values[i - 1] - memory[1] * values[i - 2]);
+        let sd = spread(innovations);
         let sd = if sd.is_finite() { sd.max(floor) } else { scale };
         self.memory[k] = memory;
         let from = [

@@ -1,6 +1,6 @@
 //! The recording as the engine uses it: one even working clock, gaps bridged for states, masks for evidence.
 
-use dgd_effects::Setting;
+use dgd_effects::{Rank, Setting, quantile};
 use dgd_identify::Prepared;
 use dgd_recording::Well;
 use dgd_replay::fill_gaps;
@@ -163,6 +163,12 @@ pub(crate) fn mean(values: &[f64]) -> f64 {
         count += 1.0;
     }
     sum / count
+}
+
+/// The values that a `k`-th of the finite ones lies below and above; `None` if none is finite.
+pub(crate) fn tails(values: &[f64], k: usize) -> Option<(f64, f64)> {
+    let at = |rank| quantile(values.iter().copied(), rank);
+    Some((at(Rank::Lower(k))?, at(Rank::Upper(k))?))
 }
 
 /// Gaps bridged by straight lines, ends held; all 0 if nothing is finite.

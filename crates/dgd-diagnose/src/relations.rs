@@ -218,12 +218,7 @@ fn trimmed(values: &[f64]) -> f64 {
 /// Returns the averages and the number of blocks in each.
 fn calmed(values: &[f64]) -> (Vec<f64>, Vec<f64>) {
     const REACH: usize = 6;
-    let mut steps: Vec<f64> = values
-        .windows(2)
-        .map(|w| w[1] - w[0])
-        .filter(|v| v.is_finite())
-        .collect();
-    let noise = crate::noise::spread(&mut steps);
+    let noise = crate::noise::spread(values.windows(2).map(|w| w[1] - w[0]));
     if !noise.is_finite() {
         return (values.to_vec(), vec![1.0; values.len()]);
     }

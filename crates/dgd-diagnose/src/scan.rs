@@ -3,7 +3,7 @@
 use crate::record::{MASS_BLOCKS, Record, whole};
 use crate::relations::Applied;
 use crate::tangent::{Bend, Tangent, dot};
-use dgd_effects::{About, Effect, Role};
+use dgd_effects::{About, Effect, Role, catalogue};
 
 /// An effect at one point of its grid.
 #[derive(Clone)]
@@ -33,7 +33,7 @@ fn grids(effect: &dyn Effect, record: &Record) -> Vec<Vec<f64>> {
         .iter()
         .map(|p| match p.role {
             Role::Amplitude => vec![p.usual / 3.0],
-            Role::Grid(values) | Role::Shape(values) => values.to_vec(),
+            Role::Grid(values) | Role::Shape(values) | Role::Sensor(values) => values.to_vec(),
             Role::Onset => {
                 // A switch is sharpened to the block later: its grid only measures energies.
                 let every = if switch { 1200.0 } else { 600.0 };
@@ -188,19 +188,15 @@ pub(crate) fn allowances_with(
 ) -> Option<Vec<Applied>> {
     let mut state: Vec<Applied> = start.to_vec();
     let mut tangent = Tangent::at(record, &state, excluded, lean)?;
-    for (id, values) in [
-        ("return_flow_delay", &[0.5, 1.0, 1.5, 2.0, 2.5][..]),
-        ("pump_speed_lag", &[1.0, 2.0, 3.0, 4.0, 5.0][..]),
-        ("u_tube", &[1.0, 2.0, 3.0, 4.0][..]),
-        ("booster_line_storage", &[1.5, 3.0, 4.5][..]),
-    ] {
-        let Some(effect) = dgd_effects::find(id) else {
-            continue;
-        };
-        if start.iter().any(|a| a.effect.about().id == id) {
+    for effect in catalogue().iter().copied() {
+        let about = effect.about();
+        let held = start.iter().any(|a| a.effect.about().id == about.id);
+        if held || about.search.allowance.is_empty() {
             continue;
         }
-        let best = values
+        let best = about
+            .search
+            .allowance
             .iter()
             .map(|v| {
                 weigh(
@@ -232,7 +228,7 @@ pub(crate) fn weigh(
 ) -> Candidate {
     let about = one.effect.about();
     let applied = joined(state, &one);
-    if on_grid(about) && about.relation != dgd_effects::Relation::RiserMassBalance {
+    if about.search.timing.is_some() {
         // A late meter or pump bends the curves that were fitted without it: they are fitted again.
         let refitted = tangent.refitted(record, &applied);
         let signature: Vec<f64> = tangent

@@ -9,7 +9,9 @@ use crate::relations::{Applied, Blocks, Rows};
 use crate::unrest::wander;
 pub(crate) use crate::vectors::dot;
 use crate::vectors::{back_substitute, orthonormal};
-use dgd_effects::{Curves, FRICTION_TERMS, HEAD_TERMS, Scale, friction_terms, head_terms};
+use dgd_effects::{
+    Curves, FRICTION_TERMS, HEAD_TERMS, Rank, Scale, friction_terms, head_terms, quantile,
+};
 
 /// Prior width of the head's lean on inlet pressure.
 const LEAN_PRIOR: f64 = 0.1;
@@ -109,7 +111,7 @@ fn robust(columns: &[Vec<f64>], y: &[f64], priors: &[f64]) -> Vec<f64> {
         let residual: Vec<f64> = (0..y.len())
             .map(|i| y[i] - (0..p).map(|a| columns[a][i] * beta[a]).sum::<f64>())
             .collect();
-        let scale = crate::noise::spread(&mut residual.clone()).max(200.0);
+        let scale = crate::noise::spread(residual.iter().copied()).max(200.0);
         for (w, r) in weight.iter_mut().zip(&residual) {
             let u = r.abs() / scale;
             *w = if u < 2.0 { 1.0 } else { 2.0 / u };
@@ -440,10 +442,5 @@ impl Tangent {
 
 /// 95th percentile of the finite values.
 fn upper(values: &[f64]) -> Option<f64> {
-    let mut finite: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
-    if finite.is_empty() {
-        return None;
-    }
-    let rank = (finite.len() - 1) * 95 / 100;
-    Some(*finite.select_nth_unstable_by(rank, f64::total_cmp).1)
+    quantile(values.iter().copied(), Rank::Before(0.95))
 }

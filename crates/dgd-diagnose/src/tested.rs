@@ -4,9 +4,9 @@ use crate::diagnosis::{Check, Finding, Outcome, Tested};
 use crate::heave::Swell;
 use crate::record::Record;
 use crate::scan::{joined, weigh};
-use crate::select::{Selection, hurdle};
+use crate::select::Selection;
 use crate::tangent::{Bend, Tangent};
-use dgd_effects::catalogue;
+use dgd_effects::{Excitation, Method, catalogue};
 
 /// The same effect at a shifted time, or with a foreign driver, must not gain: the strongest finding with its onset
 /// moved by a third of the recording.
@@ -57,37 +57,12 @@ pub(crate) fn tested(
     findings: &[Finding],
     swell: Option<Swell>,
 ) -> Vec<Tested> {
-    let connections = record.setting.connections.len();
-    let stops = record
-        .filled
-        .pumping
-        .windows(2)
-        .filter(|w| w[0] && !w[1])
-        .count();
-    let booster = {
-        let v = &record.filled.booster;
-        let (low, high) = v
-            .iter()
-            .fold((f64::INFINITY, 0.0_f64), |(a, b), x| (a.min(*x), b.max(*x)));
-        high - low > 1e-3
-    };
     catalogue()
         .iter()
         .map(|effect| {
             let about = effect.about();
             let first = selection.first.iter().find(|f| f.0 == about.id);
-            let missing = match about.id {
-                "gel_strength" | "line_drainage" if stops == 0 => {
-                    Some("the subsea pump never stops")
-                }
-                "pipe_displacement" | "u_tube" | "cuttings_loading" if connections == 0 => {
-                    Some("the mud pump never stops")
-                }
-                "booster_line_storage" if !booster => Some("the booster flow does not change"),
-                "heave" if swell.is_none() => Some("the sampling is too slow to show swell"),
-                "outlet_pressure_bias_step" if record.outlets.len() < 2 => None,
-                _ => None,
-            };
+            let missing = missing(record, swell, about.search.needs);
             let found = findings
                 .iter()
                 .any(|f| f.effect == about.id && f.probability >= 0.5);
@@ -95,26 +70,49 @@ pub(crate) fn tested(
                 Outcome::Found
             } else if let Some(why) = missing {
                 Outcome::NotTestable(why.to_owned())
-            } else if first.is_none() && about.id != "heave" {
+            } else if first.is_none() && about.search.method == Method::Relations {
                 Outcome::NotTestable("nothing in the recording excites it".to_owned())
             } else {
                 Outcome::NotSeen
             };
             let energy = first.map_or(0.0, |f| f.2);
-            let limit =
-                (energy > 0.0).then(|| (2.0 * (hurdle(about.id).0 + 3.0)).sqrt() / energy.sqrt());
-            let shown = |v: f64| match about.id {
-                "annulus_area" => v * record.setting.riser_area_m2,
-                _ => v,
-            };
+            let enough = (2.0 * (about.search.belief.hurdle + 3.0)).sqrt();
+            let limit = (energy > 0.0).then(|| enough / energy.sqrt());
+            let (_, factor) = about.parameters[0].shown.scale(&record.setting);
             Tested {
                 effect: about.id,
                 title: about.title,
                 outcome,
                 evidence: first.map_or(0.0, |f| f.1),
                 strength: about.parameters[0].name,
-                limit: limit.filter(|l| l.is_finite()).map(shown),
+                limit: limit.filter(|l| l.is_finite()).map(|l| factor * l),
             }
         })
         .collect()
+}
+
+/// Why a recording cannot show an effect with these needs.
+fn missing(record: &Record, swell: Option<Swell>, needs: &[Excitation]) -> Option<&'static str> {
+    let stops = || record.filled.pumping.windows(2).any(|w| w[0] && !w[1]);
+    let booster_steps = || {
+        let (low, high) = record
+            .filled
+            .booster
+            .iter()
+            .fold((f64::INFINITY, 0.0_f64), |(a, b), x| (a.min(*x), b.max(*x)));
+        high - low > 1e-3
+    };
+    needs.iter().find_map(|need| match need {
+        Excitation::PumpStops => (!stops()).then_some("the subsea pump never stops"),
+        Excitation::Connections => {
+            let none = record.setting.connections.is_empty();
+            none.then_some("the mud pump never stops")
+        }
+        Excitation::BoosterSteps => {
+            (!booster_steps()).then_some("the booster flow does not change")
+        }
+        Excitation::FastSampling => swell
+            .is_none()
+            .then_some("the sampling is too slow to show swell"),
+    })
 }

@@ -3,7 +3,7 @@
 use crate::diagnosis::Trace;
 use crate::record::{MASS_BLOCKS, Record};
 use crate::tangent::Tangent;
-use dgd_effects::Relation;
+use dgd_effects::{Rank, Relation, quantile};
 
 /// Residuals by relation, before and after.
 pub(crate) fn traces(record: &Record, before: &Tangent, after: &Tangent) -> Vec<Trace> {
@@ -27,16 +27,9 @@ pub(crate) fn traces(record: &Record, before: &Tangent, after: &Tangent) -> Vec<
                 })
                 .collect()
         };
-        let mut weights: Vec<f64> = (from..from + len)
-            .map(|i| after.whitening.weight[i])
-            .filter(|w| *w > 0.0)
-            .collect();
-        let noise = if weights.is_empty() {
-            f64::NAN
-        } else {
-            let middle = weights.len() / 2;
-            1.0 / *weights.select_nth_unstable_by(middle, f64::total_cmp).1
-        };
+        let weights = after.whitening.weight[from..from + len].iter().copied();
+        let noise =
+            quantile(weights.filter(|w| *w > 0.0), Rank::MEDIAN).map_or(f64::NAN, |w| 1.0 / w);
         Trace {
             relation,
             unit,

@@ -3,7 +3,7 @@
 use crate::noise::{Layout, Wander};
 use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::Blocks;
-use dgd_effects::Curves;
+use dgd_effects::{Curves, Rank, quantile};
 
 /// Wander of a pressure transmitter that is still within its accuracy, Pa (one standard deviation).
 const PRESSURE_WANDER_PA: f64 = 2.5e3;
@@ -22,14 +22,8 @@ const HIDDEN_SHARE: f64 = 0.4;
 
 /// How far the sections wander while every instrument keeps its accuracy.
 pub(crate) fn wander(record: &Record, curves: &Curves) -> Wander {
-    let middle = |values: &[f64]| -> f64 {
-        let mut finite: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
-        if finite.is_empty() {
-            return 0.0;
-        }
-        let rank = finite.len() / 2;
-        *finite.select_nth_unstable_by(rank, f64::total_cmp).1
-    };
+    let middle =
+        |values: &[f64]| -> f64 { quantile(values.iter().copied(), Rank::MEDIAN).unwrap_or(0.0) };
     let (q, w, pump) = (
         middle(&record.flow),
         middle(&record.speed),

@@ -1,6 +1,6 @@
 //! What an effect is: physics beside its description.
 
-use crate::{Changes, Moment, Setting};
+use crate::{Changes, Moment, Search, Setting, Shown};
 
 /// The component of an assembly that an effect alters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -54,18 +54,20 @@ pub enum Role {
     Grid(&'static [f64]),
     /// Shape, tried on a grid.
     Shape(&'static [f64]),
+    /// The outlet transmitter in which the effect sits, 1 or 2: each is tried, and the two must differ by the strength.
+    Sensor(&'static [f64]),
     /// The time at which the effect sets in, s from the recording's start.
     Onset,
     /// How long it lasts, s.
     Duration,
 }
 
-/// A parameter of an effect.
+/// A parameter of an effect; [`Parameter::BASE`] fills in what is usual.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameter {
     /// Name with its SI unit, such as `rate_m3_s`; without unit where it is a share.
     pub name: &'static str,
-    /// What it is, as it is reported. The two gains and the area are reported whole and carried as their excess over 1.
+    /// What it is, as it is reported.
     pub meaning: &'static str,
     /// How it is searched.
     pub role: Role,
@@ -75,6 +77,29 @@ pub struct Parameter {
     pub high: f64,
     /// A usual magnitude, the width of the prior on an amplitude.
     pub usual: f64,
+    /// How it is reported.
+    pub shown: Shown,
+}
+
+impl Parameter {
+    /// What is usual: any value from 0, reported as it is carried. Name, meaning and role are for each to say.
+    pub const BASE: Self = Self {
+        name: "",
+        meaning: "",
+        role: Role::Shape(&[]),
+        low: 0.0,
+        high: f64::INFINITY,
+        usual: 0.0,
+        shown: Shown::AsCarried,
+    };
+
+    /// The onset, as every effect that sets in has it.
+    pub const ONSET: Self = Self {
+        name: "onset_s",
+        meaning: "when it sets in",
+        role: Role::Onset,
+        ..Self::BASE
+    };
 }
 
 /// What is known of an effect before any data.
@@ -100,6 +125,8 @@ pub struct About {
     pub parameters: &'static [Parameter],
     /// Whether it begins at an onset and stays, passes, or is always there.
     pub extent: Extent,
+    /// How a diagnosis looks for it, and what it must show to be believed.
+    pub search: Search,
 }
 
 /// When an effect acts.
@@ -168,6 +195,13 @@ impl About {
         self.parameters
             .iter()
             .position(|p| p.role == Role::Duration)
+    }
+
+    /// Position of the outlet transmitter, if the effect sits in one of them.
+    pub fn sensor(&self) -> Option<usize> {
+        self.parameters
+            .iter()
+            .position(|p| matches!(p.role, Role::Sensor(_)))
     }
 
     /// The interval in which the effect acts, s, in a recording that spans from, to, s.

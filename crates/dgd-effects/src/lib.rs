@@ -1,12 +1,12 @@
 //! What hydraulic models of rigs leave out: a catalogue, one small module an effect.
 //!
 //! [`catalogue()`] lists the effects, [`find`] looks one up. An [`Effect`] describes itself ([`About`]: equation, source,
-//! parameters, place, what excites it, what it is mistaken for) and acts: sample by sample it reads the [`Moment`] and writes its
+//! parameters, place, what excites it, what it is mistaken for, how it is sought) and acts: sample by sample it reads the [`Moment`] and writes its
 //! [`Changes`]. The action is causal and knows neither whether the moment was measured nor simulated: the
 //! diagnosis drives it with measurements, [`AugmentedModel::free_run`] with its own states.
 //!
-//! Adding an effect is one file in `catalogue/` and one line in `catalogue.rs`; the README shows it. Absent: any search
-//! or statistics, which are the diagnosis's.
+//! Adding an effect is one file in `catalogue/` and one line in `catalogue.rs`; the README shows it. Absent: the search and its
+//! statistics, which are the diagnosis's; an effect only says what it must show there ([`Search`]).
 #![deny(missing_docs)]
 
 mod augmented;
@@ -14,6 +14,8 @@ mod catalogue;
 mod curves;
 mod effect;
 mod moment;
+mod order;
+mod search;
 
 pub use augmented::{AppliedEffect, AugmentedModel, FreeRun, Inputs, UnknownEffect};
 pub use catalogue::{KNOTS, QUANTITIES, RELATIONS, catalogue, find, unknown};
@@ -22,6 +24,8 @@ pub use curves::{
 };
 pub use effect::{About, Action, Component, Effect, Extent, MeterPath, Parameter, Relation, Role};
 pub use moment::{Changes, Connection, Moment, Noise, Setting, shrunk};
+pub use order::{Rank, quantile};
+pub use search::{Belief, Excitation, Method, Search, Shown, Timing};
 
 /// The examples of the README compile.
 #[cfg(doctest)]

@@ -1,5 +1,6 @@
 //! The rig at one moment, what effects change in it, and what they know beforehand.
 
+use crate::order::{Rank, quantile};
 use dgd_recording::{Recording, Well};
 use dgd_units::{STANDARD_ATMOSPHERE_PA, STANDARD_GRAVITY_M_S2};
 
@@ -153,28 +154,14 @@ pub fn shrunk(change: f64, noise: f64) -> f64 {
 
 /// Noise of a series: the median absolute second difference, as a standard deviation.
 fn noise(values: &[f64]) -> f64 {
-    let second: Vec<f64> = values
-        .windows(3)
-        .map(|w| (w[0] - 2.0 * w[1] + w[2]).abs())
-        .filter(|v| v.is_finite())
-        .collect();
+    let second = values.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs());
     // 0.6745 turns a median absolute value into a deviation, 6 is 1 + 4 + 1.
-    quantile(&second, 0.5) / 0.6745 / 6.0_f64.sqrt()
+    quantile(second, Rank::Nearest(0.5)).unwrap_or(0.0) / 0.6745 / 6.0_f64.sqrt()
 }
 
 /// Value at a fraction of the sorted finite values, 0 if there are none.
-fn quantile(values: &[f64], fraction: f64) -> f64 {
-    let mut finite: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
-    if finite.is_empty() {
-        return 0.0;
-    }
-    #[allow(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "0 <= fraction <= 1"
-    )]
-    let rank = ((finite.len() - 1) as f64 * fraction).round() as usize;
-    *finite.select_nth_unstable_by(rank, f64::total_cmp).1
+fn fraction(values: &[f64], fraction: f64) -> f64 {
+    quantile(values.iter().copied(), Rank::Nearest(fraction)).unwrap_or(0.0)
 }
 
 impl Setting {
@@ -186,7 +173,7 @@ impl Setting {
     pub fn of(well: &Well, recording: &Recording, inlet_pa: &[f64]) -> Self {
         let geometry = &well.geometry;
         let weight = well.mud_density_kg_m3 * STANDARD_GRAVITY_M_S2;
-        let level = ((quantile(inlet_pa, 0.5) - STANDARD_ATMOSPHERE_PA) / weight).max(1.0);
+        let level = ((fraction(inlet_pa, 0.5) - STANDARD_ATMOSPHERE_PA) / weight).max(1.0);
         let time = &recording.time_s;
         Self {
             density_kg_m3: well.mud_density_kg_m3,
@@ -199,7 +186,7 @@ impl Setting {
                 time.first().copied().unwrap_or(0.0),
                 time.last().copied().unwrap_or(0.0),
             ),
-            inlet_range_pa: (quantile(inlet_pa, 0.02), quantile(inlet_pa, 0.98)),
+            inlet_range_pa: (fraction(inlet_pa, 0.02), fraction(inlet_pa, 0.98)),
             connections: connections(time, &recording.mud_pump_flow_m3_s),
             noise: Noise {
                 mud_pump_m3_s: noise(&recording.mud_pump_flow_m3_s),
@@ -219,7 +206,7 @@ impl Setting {
 
 /// Stretches of a minute or more with less than a tenth of the usual mud pump flow.
 fn connections(time_s: &[f64], flow_m3_s: &[f64]) -> Vec<Connection> {
-    let threshold = 0.1 * quantile(flow_m3_s, 0.8);
+    let threshold = 0.1 * fraction(flow_m3_s, 0.8);
     let mut found: Vec<Connection> = Vec::new();
     let mut from: Option<f64> = None;
     for (&t, &q) in time_s.iter().zip(flow_m3_s) {

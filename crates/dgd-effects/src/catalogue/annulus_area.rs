@@ -3,7 +3,10 @@
 //! The parameter is carried as x, the excess over the well file relative to it, so that 0 changes nothing; it is reported as
 //! an area.
 
-use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+use crate::{
+    About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
+    Shown,
+};
 
 /// See the module.
 pub(super) struct AnnulusArea;
@@ -27,8 +30,17 @@ static ABOUT: About = About {
         low: -0.6,
         high: 1.5,
         usual: 0.1,
+        shown: Shown::RiserArea,
     }],
     extent: Extent::Always,
+    search: Search {
+        belief: Belief {
+            hurdle: 12.0,
+            scale: 4.0,
+        },
+        least: Some(0.05),
+        ..Search::BASE
+    },
 };
 
 impl Effect for AnnulusArea {

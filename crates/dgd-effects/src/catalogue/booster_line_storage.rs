@@ -2,7 +2,10 @@
 
 use crate::moment::Lag;
 use crate::shrunk;
-use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+use crate::{
+    About, Action, Component, Effect, Excitation, Extent, Parameter, Relation, Role, Search,
+    Setting,
+};
 
 /// See the module.
 pub(super) struct BoosterLineStorage;
@@ -25,8 +28,16 @@ static ABOUT: About = About {
         low: 0.0,
         high: 400.0,
         usual: 25.0,
+        ..Parameter::BASE
     }],
     extent: Extent::Always,
+    search: Search {
+        least: Some(5.0),
+        form_error: 0.1,
+        needs: &[Excitation::BoosterSteps],
+        allowance: &[1.5, 3.0, 4.5],
+        ..Search::BASE
+    },
 };
 
 impl Effect for BoosterLineStorage {

@@ -1,7 +1,10 @@
 //! Cuttings that raise the density in riser and line while the well is drilled.
 
 use crate::moment::Stirred;
-use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+use crate::{
+    About, Action, Component, Effect, Excitation, Extent, Parameter, Relation, Role, Search,
+    Setting,
+};
 
 /// The drilled part of each stand between connections.
 fn drilled_spans(setting: &Setting, lag: f64, share: f64) -> Vec<(f64, f64)> {
@@ -41,6 +44,7 @@ static ABOUT: About = About {
             low: 0.0,
             high: 200.0,
             usual: 15.0,
+            ..Parameter::BASE
         },
         Parameter {
             name: "drilled",
@@ -49,6 +53,7 @@ static ABOUT: About = About {
             low: 0.4,
             high: 1.0,
             usual: 0.82,
+            ..Parameter::BASE
         },
         Parameter {
             name: "mixing",
@@ -57,6 +62,7 @@ static ABOUT: About = About {
             low: 0.03,
             high: 2.0,
             usual: 0.3,
+            ..Parameter::BASE
         },
         Parameter {
             name: "lag",
@@ -65,9 +71,15 @@ static ABOUT: About = About {
             low: 0.0,
             high: 0.4,
             usual: 0.05,
+            ..Parameter::BASE
         },
     ],
     extent: Extent::Always,
+    search: Search {
+        least: Some(1.5),
+        needs: &[Excitation::Connections],
+        ..Search::BASE
+    },
 };
 
 impl Effect for CuttingsLoading {

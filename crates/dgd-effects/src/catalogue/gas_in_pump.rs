@@ -1,6 +1,8 @@
 //! Gas that lowers the pump head for a while.
 
-use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+use crate::{
+    About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
+};
 
 /// See the module.
 pub(super) struct GasInPump;
@@ -22,15 +24,9 @@ static ABOUT: About = About {
             low: 0.0,
             high: 0.9,
             usual: 0.05,
+            ..Parameter::BASE
         },
-        Parameter {
-            name: "onset_s",
-            meaning: "when it sets in",
-            role: Role::Onset,
-            low: 0.0,
-            high: f64::INFINITY,
-            usual: 0.0,
-        },
+        Parameter::ONSET,
         Parameter {
             name: "duration_s",
             meaning: "how long",
@@ -38,9 +34,18 @@ static ABOUT: About = About {
             low: 1200.0,
             high: f64::INFINITY,
             usual: 2400.0,
+            ..Parameter::BASE
         },
     ],
     extent: Extent::Passing,
+    search: Search {
+        belief: Belief {
+            hurdle: 58.0,
+            scale: 40.0,
+        },
+        least: Some(8e-3),
+        ..Search::BASE
+    },
 };
 
 impl Effect for GasInPump {

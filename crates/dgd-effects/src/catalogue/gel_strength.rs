@@ -1,6 +1,9 @@
 //! Gel that builds while the mud stands and breaks with the volume pumped on restart.
 
-use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+use crate::{
+    About, Action, Belief, Component, Effect, Excitation, Extent, Parameter, Relation, Role,
+    Search, Setting,
+};
 
 /// See the module.
 pub(super) struct GelStrength;
@@ -25,6 +28,7 @@ static ABOUT: About = About {
             low: 0.0,
             high: 200.0,
             usual: 8.0,
+            ..Parameter::BASE
         },
         Parameter {
             name: "broken",
@@ -33,6 +37,7 @@ static ABOUT: About = About {
             low: 0.01,
             high: 3.0,
             usual: 0.2,
+            ..Parameter::BASE
         },
         Parameter {
             name: "growth_s",
@@ -41,9 +46,19 @@ static ABOUT: About = About {
             low: 10.0,
             high: 7200.0,
             usual: 300.0,
+            ..Parameter::BASE
         },
     ],
     extent: Extent::Always,
+    search: Search {
+        belief: Belief {
+            hurdle: 15.0,
+            scale: 6.0,
+        },
+        form_error: 0.15,
+        needs: &[Excitation::PumpStops],
+        ..Search::BASE
+    },
 };
 
 impl Effect for GelStrength {

@@ -1,6 +1,9 @@
 //! Rig motion that modulates the pressures with the period of the swell.
 
-use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+use crate::{
+    About, Action, Component, Effect, Excitation, Extent, Method, Parameter, Relation, Role,
+    Search, Setting,
+};
 
 /// See the module.
 pub(super) struct Heave;
@@ -22,6 +25,7 @@ static ABOUT: About = About {
             low: 3.0,
             high: 30.0,
             usual: 10.0,
+            ..Parameter::BASE
         },
         Parameter {
             name: "amplitude_m",
@@ -30,9 +34,15 @@ static ABOUT: About = About {
             low: 0.0,
             high: 20.0,
             usual: 0.5,
+            ..Parameter::BASE
         },
     ],
     extent: Extent::Always,
+    search: Search {
+        method: Method::Spectrum,
+        needs: &[Excitation::FastSampling],
+        ..Search::BASE
+    },
 };
 
 impl Effect for Heave {

@@ -1,6 +1,8 @@
 //! Formation fluid that enters for a while: a kick.
 
-use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+use crate::{
+    About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
+};
 
 /// See the module.
 pub(super) struct Influx;
@@ -31,15 +33,9 @@ static ABOUT: About = About {
             low: 0.0,
             high: 0.05,
             usual: 0.0015,
+            ..Parameter::BASE
         },
-        Parameter {
-            name: "onset_s",
-            meaning: "when it sets in",
-            role: Role::Onset,
-            low: 0.0,
-            high: f64::INFINITY,
-            usual: 0.0,
-        },
+        Parameter::ONSET,
         Parameter {
             name: "duration_s",
             meaning: "from first to last",
@@ -47,6 +43,7 @@ static ABOUT: About = About {
             low: 120.0,
             high: f64::INFINITY,
             usual: 3000.0,
+            ..Parameter::BASE
         },
         Parameter {
             name: "ramp",
@@ -55,9 +52,17 @@ static ABOUT: About = About {
             low: 0.01,
             high: 0.5,
             usual: 0.15,
+            ..Parameter::BASE
         },
     ],
     extent: Extent::Passing,
+    search: Search {
+        belief: Belief {
+            hurdle: 14.0,
+            scale: 4.0,
+        },
+        ..Search::BASE
+    },
 };
 
 impl Effect for Influx {

@@ -1,6 +1,9 @@
 //! A return line that drains back into the riser while the pump is off.
 
-use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+use crate::{
+    About, Action, Component, Effect, Excitation, Extent, Parameter, Relation, Role, Search,
+    Setting,
+};
 
 /// See the module.
 pub(super) struct LineDrainage;
@@ -24,8 +27,13 @@ static ABOUT: About = About {
         low: 0.0,
         high: 2.0,
         usual: 0.1,
+        ..Parameter::BASE
     }],
     extent: Extent::Always,
+    search: Search {
+        needs: &[Excitation::PumpStops],
+        ..Search::BASE
+    },
 };
 
 impl Effect for LineDrainage {

@@ -1,7 +1,10 @@
 //! Gas trapped in the return line, which stores mud and rounds the flow at the meter.
 
 use crate::MeterPath;
-use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+use crate::{
+    About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
+    Timing,
+};
 
 /// See the module.
 pub(super) struct LineGasStorage;
@@ -27,8 +30,21 @@ static ABOUT: About = About {
         low: 0.0,
         high: 90.0,
         usual: 15.0,
+        ..Parameter::BASE
     }],
     extent: Extent::Always,
+    search: Search {
+        belief: Belief {
+            hurdle: 25.0,
+            scale: 6.0,
+        },
+        least: Some(3.5),
+        form_error: 0.15,
+        timing: Some(Timing::Meter {
+            beside: &[8.0, 13.0, 18.0, 25.0],
+        }),
+        ..Search::BASE
+    },
 };
 
 impl Effect for LineGasStorage {

@@ -1,6 +1,8 @@
 //! A return line that loses mud before its meter from some time on.
 
-use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+use crate::{
+    About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
+};
 use dgd_units::STANDARD_ATMOSPHERE_PA;
 
 /// See the module.
@@ -29,17 +31,18 @@ static ABOUT: About = About {
             low: 0.0,
             high: 0.05,
             usual: 0.0015,
+            ..Parameter::BASE
         },
-        Parameter {
-            name: "onset_s",
-            meaning: "when it sets in",
-            role: Role::Onset,
-            low: 0.0,
-            high: f64::INFINITY,
-            usual: 0.0,
-        },
+        Parameter::ONSET,
     ],
     extent: Extent::FromOnset,
+    search: Search {
+        belief: Belief {
+            hurdle: 30.0,
+            scale: 6.0,
+        },
+        ..Search::BASE
+    },
 };
 
 impl Effect for LineLeak {

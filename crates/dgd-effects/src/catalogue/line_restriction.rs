@@ -1,6 +1,8 @@
 //! A restriction in the return line from some time on.
 
-use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+use crate::{
+    About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
+};
 
 /// See the module.
 pub(super) struct LineRestriction;
@@ -31,17 +33,18 @@ static ABOUT: About = About {
             low: 0.0,
             high: 500.0,
             usual: 10.0,
+            ..Parameter::BASE
         },
-        Parameter {
-            name: "onset_s",
-            meaning: "when it sets in",
-            role: Role::Onset,
-            low: 0.0,
-            high: f64::INFINITY,
-            usual: 0.0,
-        },
+        Parameter::ONSET,
     ],
     extent: Extent::FromOnset,
+    search: Search {
+        belief: Belief {
+            hurdle: 30.0,
+            scale: 6.0,
+        },
+        ..Search::BASE
+    },
 };
 
 impl Effect for LineRestriction {

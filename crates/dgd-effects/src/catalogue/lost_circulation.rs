@@ -1,6 +1,6 @@
 //! Mud lost to the formation, driven by pressure, from some time on.
 
-use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting};
 
 /// See the module.
 pub(super) struct LostCirculation;
@@ -31,15 +31,9 @@ static ABOUT: About = About {
             low: 0.0,
             high: 1e-5,
             usual: 1.5e-8,
+            ..Parameter::BASE
         },
-        Parameter {
-            name: "onset_s",
-            meaning: "when it sets in",
-            role: Role::Onset,
-            low: 0.0,
-            high: f64::INFINITY,
-            usual: 0.0,
-        },
+        Parameter::ONSET,
         Parameter {
             name: "fracture",
             meaning: "fracture pressure, share of the recorded inlet range",
@@ -47,9 +41,14 @@ static ABOUT: About = About {
             low: -30.0,
             high: 0.95,
             usual: 0.0,
+            ..Parameter::BASE
         },
     ],
     extent: Extent::FromOnset,
+    search: Search {
+        form_error: 0.15,
+        ..Search::BASE
+    },
 };
 
 impl Effect for LostCirculation {

@@ -1,7 +1,9 @@
 //! Mud of another weight, which fills riser and line from some time on.
 
 use crate::moment::Stirred;
-use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+use crate::{
+    About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
+};
 
 /// See the module.
 pub(super) struct MudDensityChange;
@@ -32,15 +34,9 @@ static ABOUT: About = About {
             low: -400.0,
             high: 400.0,
             usual: 25.0,
+            ..Parameter::BASE
         },
-        Parameter {
-            name: "onset_s",
-            meaning: "when it sets in",
-            role: Role::Onset,
-            low: 0.0,
-            high: f64::INFINITY,
-            usual: 0.0,
-        },
+        Parameter::ONSET,
         Parameter {
             name: "mixing",
             meaning: "mixed volume over mud in the riser",
@@ -48,9 +44,18 @@ static ABOUT: About = About {
             low: 0.1,
             high: 3.0,
             usual: 0.7,
+            ..Parameter::BASE
         },
     ],
     extent: Extent::FromOnset,
+    search: Search {
+        belief: Belief {
+            hurdle: 14.0,
+            scale: 4.0,
+        },
+        least: Some(1.5),
+        ..Search::BASE
+    },
 };
 
 impl Effect for MudDensityChange {

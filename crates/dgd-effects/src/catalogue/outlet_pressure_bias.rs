@@ -1,6 +1,8 @@
 //! A constant offset of the pump outlet pressure.
 
-use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+use crate::{
+    About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
+};
 
 /// See the module.
 pub(super) struct OutletPressureBias;
@@ -30,8 +32,17 @@ static ABOUT: About = About {
         low: -5e5,
         high: 5e5,
         usual: 4e4,
+        ..Parameter::BASE
     }],
     extent: Extent::Always,
+    search: Search {
+        belief: Belief {
+            hurdle: 29.0,
+            scale: 5.0,
+        },
+        least: Some(1.05e4),
+        ..Search::BASE
+    },
 };
 
 impl Effect for OutletPressureBias {

@@ -1,6 +1,8 @@
 //! One of the outlet transmitters shifts at some time and stays.
 
-use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+use crate::{
+    About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
+};
 
 /// See the module.
 pub(super) struct OutletPressureBiasStep;
@@ -31,25 +33,28 @@ static ABOUT: About = About {
             low: -5e5,
             high: 5e5,
             usual: 4e4,
+            ..Parameter::BASE
         },
-        Parameter {
-            name: "onset_s",
-            meaning: "when it sets in",
-            role: Role::Onset,
-            low: 0.0,
-            high: f64::INFINITY,
-            usual: 0.0,
-        },
+        Parameter::ONSET,
         Parameter {
             name: "sensor",
             meaning: "which transmitter, from 1",
-            role: Role::Shape(&[1.0, 2.0]),
+            role: Role::Sensor(&[1.0, 2.0]),
             low: 1.0,
             high: 2.0,
             usual: 1.0,
+            ..Parameter::BASE
         },
     ],
     extent: Extent::FromOnset,
+    search: Search {
+        belief: Belief {
+            hurdle: 20.0,
+            scale: 6.0,
+        },
+        least: Some(1.05e4),
+        ..Search::BASE
+    },
 };
 
 impl Effect for OutletPressureBiasStep {

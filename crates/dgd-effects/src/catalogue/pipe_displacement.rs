@@ -1,6 +1,9 @@
 //! Pipe moved at connections, which displaces mud.
 
-use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+use crate::{
+    About, Action, Belief, Component, Effect, Excitation, Extent, Parameter, Relation, Role,
+    Search, Setting,
+};
 
 /// See the module.
 pub(super) struct PipeDisplacement;
@@ -22,6 +25,7 @@ static ABOUT: About = About {
             low: -3.0,
             high: 3.0,
             usual: 0.2,
+            ..Parameter::BASE
         },
         Parameter {
             name: "after_s",
@@ -30,6 +34,7 @@ static ABOUT: About = About {
             low: -60.0,
             high: 600.0,
             usual: 45.0,
+            ..Parameter::BASE
         },
         Parameter {
             name: "lasts_s",
@@ -38,9 +43,19 @@ static ABOUT: About = About {
             low: 10.0,
             high: 600.0,
             usual: 60.0,
+            ..Parameter::BASE
         },
     ],
     extent: Extent::Always,
+    search: Search {
+        belief: Belief {
+            hurdle: 24.0,
+            scale: 6.0,
+        },
+        least: Some(0.045),
+        needs: &[Excitation::Connections],
+        ..Search::BASE
+    },
 };
 
 impl Effect for PipeDisplacement {

@@ -2,7 +2,10 @@
 
 use crate::moment::Lag;
 use crate::shrunk;
-use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+use crate::{
+    About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
+    Timing,
+};
 
 /// See the module.
 pub(super) struct PumpSpeedLag;
@@ -28,8 +31,19 @@ static ABOUT: About = About {
         low: 0.0,
         high: 120.0,
         usual: 12.0,
+        ..Parameter::BASE
     }],
     extent: Extent::Always,
+    search: Search {
+        belief: Belief {
+            hurdle: 35.0,
+            scale: 10.0,
+        },
+        least: Some(5.5),
+        allowance: &[1.0, 2.0, 3.0, 4.0, 5.0],
+        timing: Some(Timing::Pump),
+        ..Search::BASE
+    },
 };
 
 impl Effect for PumpSpeedLag {

@@ -1,6 +1,8 @@
 //! Pump wear: internal leakage grows and head is lost slowly.
 
-use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+use crate::{
+    About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
+};
 
 /// See the module.
 pub(super) struct PumpWear;
@@ -27,8 +29,16 @@ static ABOUT: About = About {
         low: 0.0,
         high: 0.05,
         usual: 0.004,
+        ..Parameter::BASE
     }],
     extent: Extent::Always,
+    search: Search {
+        belief: Belief {
+            hurdle: 90.0,
+            scale: 40.0,
+        },
+        ..Search::BASE
+    },
 };
 
 impl Effect for PumpWear {

@@ -1,7 +1,10 @@
 //! A return flow meter that is late by a pure transport delay.
 
 use crate::MeterPath;
-use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+use crate::{
+    About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
+    Timing,
+};
 
 /// See the module.
 pub(super) struct ReturnFlowDelay;
@@ -34,8 +37,22 @@ static ABOUT: About = About {
         low: 0.0,
         high: 60.0,
         usual: 10.0,
+        ..Parameter::BASE
     }],
     extent: Extent::Always,
+    search: Search {
+        belief: Belief {
+            hurdle: 25.0,
+            scale: 6.0,
+        },
+        least: Some(3.5),
+        form_error: 0.15,
+        allowance: &[0.5, 1.0, 1.5, 2.0, 2.5],
+        timing: Some(Timing::Meter {
+            beside: &[8.0, 11.0, 14.0, 18.0],
+        }),
+        ..Search::BASE
+    },
 };
 
 impl Effect for ReturnFlowDelay {

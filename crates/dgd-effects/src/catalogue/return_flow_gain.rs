@@ -2,7 +2,9 @@
 //!
 //! The parameter is carried as the gain less 1, so that 0 changes nothing; it is reported as the gain.
 
-use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+use crate::{
+    About, Action, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting, Shown,
+};
 
 /// See the module.
 pub(super) struct ReturnFlowGain;
@@ -32,8 +34,13 @@ static ABOUT: About = About {
         low: -0.2,
         high: 0.2,
         usual: 0.03,
+        shown: Shown::Gain,
     }],
     extent: Extent::Always,
+    search: Search {
+        least: Some(6e-3),
+        ..Search::BASE
+    },
 };
 
 impl Effect for ReturnFlowGain {

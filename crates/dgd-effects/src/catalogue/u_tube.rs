@@ -2,7 +2,10 @@
 
 use crate::moment::Lag;
 use crate::shrunk;
-use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+use crate::{
+    About, Action, Component, Effect, Excitation, Extent, Parameter, Relation, Role, Search,
+    Setting,
+};
 
 /// See the module.
 pub(super) struct UTube;
@@ -28,8 +31,16 @@ static ABOUT: About = About {
         low: 0.0,
         high: 600.0,
         usual: 40.0,
+        ..Parameter::BASE
     }],
     extent: Extent::Always,
+    search: Search {
+        least: Some(7.5),
+        form_error: 0.1,
+        needs: &[Excitation::Connections],
+        allowance: &[1.0, 2.0, 3.0, 4.0],
+        ..Search::BASE
+    },
 };
 
 impl Effect for UTube {

@@ -1,6 +1,8 @@
 //! What no effect of the catalogue explains: an empirical correction of one relation along one quantity.
 
-use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+use crate::{
+    About, Action, Component, Effect, Extent, Method, Parameter, Relation, Role, Search, Setting,
+};
 
 /// See the module.
 pub(super) struct Unknown;
@@ -35,6 +37,7 @@ const fn knot(name: &'static str) -> Parameter {
         low: f64::NEG_INFINITY,
         high: f64::INFINITY,
         usual: 0.0,
+        ..Parameter::BASE
     }
 }
 
@@ -55,6 +58,7 @@ static ABOUT: About = About {
             low: 0.0,
             high: 2.0,
             usual: 0.0,
+            ..Parameter::BASE
         },
         Parameter {
             name: "quantity",
@@ -63,6 +67,7 @@ static ABOUT: About = About {
             low: 0.0,
             high: 7.0,
             usual: 0.0,
+            ..Parameter::BASE
         },
         Parameter {
             name: "from",
@@ -71,6 +76,7 @@ static ABOUT: About = About {
             low: f64::NEG_INFINITY,
             high: f64::INFINITY,
             usual: 0.0,
+            ..Parameter::BASE
         },
         Parameter {
             name: "to",
@@ -79,6 +85,7 @@ static ABOUT: About = About {
             low: f64::NEG_INFINITY,
             high: f64::INFINITY,
             usual: 0.0,
+            ..Parameter::BASE
         },
         knot("c0"),
         knot("c1"),
@@ -88,6 +95,10 @@ static ABOUT: About = About {
         knot("c5"),
     ],
     extent: Extent::Always,
+    search: Search {
+        method: Method::Correction,
+        ..Search::BASE
+    },
 };
 
 impl Effect for Unknown {

@@ -1,6 +1,6 @@
 //! Viscosity, and with it friction, drifts over hours.
 
-use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting};
 
 /// Viscosity of a drilling mud at pipe shear rates; the well file does not tell it.
 const USUAL_VISCOSITY_PA_S: f64 = 0.02;
@@ -43,6 +43,7 @@ static ABOUT: About = About {
             low: -0.9,
             high: 4.0,
             usual: 0.5,
+            ..Parameter::BASE
         },
         Parameter {
             name: "bend",
@@ -51,9 +52,15 @@ static ABOUT: About = About {
             low: -0.9,
             high: 3.0,
             usual: 0.0,
+            ..Parameter::BASE
         },
     ],
     extent: Extent::Always,
+    search: Search {
+        least: Some(0.05),
+        form_error: 0.15,
+        ..Search::BASE
+    },
 };
 
 impl Effect for ViscosityDrift {

@@ -1,6 +1,8 @@
 //! A yield-stress mud: friction does not vanish with the flow, and standing mud shows none of it.
 
-use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Setting};
+use crate::{
+    About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
+};
 
 /// See the module.
 pub(super) struct YieldStress;
@@ -25,6 +27,7 @@ static ABOUT: About = About {
             low: 0.0,
             high: 1e6,
             usual: 3e4,
+            ..Parameter::BASE
         },
         Parameter {
             name: "fade",
@@ -33,9 +36,17 @@ static ABOUT: About = About {
             low: 0.05,
             high: 100.0,
             usual: 1.0,
+            ..Parameter::BASE
         },
     ],
     extent: Extent::Always,
+    search: Search {
+        belief: Belief {
+            hurdle: 5.0,
+            scale: 2.0,
+        },
+        ..Search::BASE
+    },
 };
 
 impl Effect for YieldStress {

@@ -1,7 +1,10 @@
 //! The list itself: ids, parameters, what is said of them.
 
 use crate::{SPAN_S, drive, members, moments, setting, usual};
-use dgd_effects::{Changes, Extent, KNOTS, MeterPath, Relation, Role, catalogue, find, unknown};
+use dgd_effects::{
+    Changes, Extent, KNOTS, MeterPath, Method, Relation, Role, Search, Shown, Timing, catalogue,
+    find, unknown,
+};
 use std::collections::BTreeSet;
 
 /// Ids with the parameter that carries the strength, or names the effect's size, as they stand in written diagnoses.
@@ -42,7 +45,8 @@ fn ids_and_first_parameters_are_those_of_written_diagnoses() {
     let ids: BTreeSet<&str> = listed.iter().map(|(id, _)| *id).collect();
     assert_eq!(ids.len(), CONTRACT.len());
     let sensor = find("outlet_pressure_bias_step").unwrap().about();
-    assert!(sensor.position("sensor").is_some());
+    assert_eq!(sensor.sensor(), sensor.position("sensor"));
+    assert!(sensor.sensor().is_some());
 }
 
 #[test]
@@ -65,6 +69,7 @@ fn descriptions_are_whole() {
         let names: BTreeSet<&str> = about.parameters.iter().map(|p| p.name).collect();
         assert_eq!(names.len(), about.parameters.len(), "{}", about.id);
         for p in about.parameters {
+            assert!(!p.name.is_empty() && !p.meaning.is_empty(), "{}", about.id);
             assert!(p.low < p.high, "{} {}", about.id, p.name);
             assert!(
                 (p.low..=p.high).contains(&p.usual),
@@ -72,7 +77,7 @@ fn descriptions_are_whole() {
                 about.id,
                 p.name
             );
-            if let Role::Grid(values) | Role::Shape(values) = p.role {
+            if let Role::Grid(values) | Role::Shape(values) | Role::Sensor(values) = p.role {
                 assert!(values.is_sorted(), "{} {}", about.id, p.name);
                 assert!(
                     values.iter().all(|v| (p.low..=p.high).contains(v)),
@@ -102,6 +107,97 @@ fn descriptions_are_whole() {
             "{}",
             about.id
         );
+    }
+}
+
+#[test]
+fn what_is_allowed_for_is_too_small_to_be_named() {
+    let mut some = 0;
+    for effect in catalogue() {
+        let (about, search) = (effect.about(), effect.about().search);
+        let least = search.least.unwrap_or(f64::INFINITY);
+        for strength in search.allowance {
+            assert!(
+                *strength > 0.0 && *strength <= least,
+                "{} {strength}",
+                about.id
+            );
+            // An allowance is given by its strength alone.
+            assert_eq!(about.parameters.len(), 1, "{}", about.id);
+            some += 1;
+        }
+    }
+    assert!(some > 0);
+}
+
+#[test]
+fn what_makes_the_meter_late_is_what_stands_between_it_and_the_line() {
+    for effect in catalogue() {
+        let about = effect.about();
+        let path = effect.meter_path(&usual(about)) != MeterPath::default();
+        let timing = about.search.timing;
+        assert_eq!(
+            path,
+            matches!(timing, Some(Timing::Meter { .. })),
+            "{}",
+            about.id
+        );
+        let Role::Grid(_) = about.parameters[0].role else {
+            assert_eq!(timing, None, "{}", about.id);
+            continue;
+        };
+        if let Some(Timing::Meter { beside }) = timing {
+            let p = &about.parameters[0];
+            assert!(!beside.is_empty() && beside.iter().all(|v| (p.low..=p.high).contains(v)));
+            assert_eq!(about.parameters.len(), 1, "{}", about.id);
+        }
+        // What is tried on a grid and bends a curve must have the curves fitted again.
+        let bends = about.relation != Relation::RiserMassBalance;
+        let sought = about.search.method == Method::Relations;
+        assert_eq!(timing.is_some(), bends && sought, "{}", about.id);
+    }
+}
+
+#[test]
+fn what_it_takes_to_believe_an_effect_is_positive() {
+    for effect in catalogue().iter().copied().chain([unknown()]) {
+        let (about, search) = (effect.about(), effect.about().search);
+        let strength = &about.parameters[0];
+        assert!(search.belief.hurdle > 0.0 && search.belief.scale > 0.0);
+        assert!((0.0..1.0).contains(&search.form_error), "{}", about.id);
+        if let Some(least) = search.least {
+            assert!(least > 0.0 && least < strength.high, "{}", about.id);
+        }
+        if about.sensor().is_some() {
+            assert!(about.onset().is_some(), "{}", about.id);
+        }
+        if search.method == Method::Spectrum {
+            assert_eq!(about.parameters.len(), 2, "{}", about.id);
+        }
+        assert_eq!(search.method == Method::Correction, about.id == "unknown");
+    }
+    assert_eq!(unknown().about().search.belief, Search::BASE.belief);
+}
+
+#[test]
+fn gains_and_areas_are_shown_whole() {
+    let setting = setting();
+    let shown = |id: &str, carried: f64| {
+        let (offset, factor) = find(id).unwrap().about().parameters[0]
+            .shown
+            .scale(&setting);
+        offset + factor * carried
+    };
+    assert_eq!(shown("return_flow_gain", 0.03), 1.03);
+    assert_eq!(shown("inflow_gain", -0.03), 0.97);
+    assert_eq!(shown("annulus_area", 0.5), 1.5 * setting.riser_area_m2);
+    assert_eq!(shown("influx", 1e-3), 1e-3);
+    for effect in catalogue() {
+        let about = effect.about();
+        // Whole is only what is carried as an excess: at its strength of 0 it is no zero.
+        for p in &about.parameters[1..] {
+            assert_eq!(p.shown, Shown::AsCarried, "{} {}", about.id, p.name);
+        }
     }
 }
 

@@ -1,0 +1,158 @@
+//! Every effect of the catalogue against what is left over, and the conditions on those that stand out.
+
+use crate::record::{Record, whole};
+use crate::relations::Applied;
+use crate::scan::{Candidate, ln_mean_exp, on_grid, scan, sharpen, weigh};
+use crate::tangent::{Bend, Tangent, dot};
+use dgd_effects::{Effect, Method, Rank, Relation, catalogue, quantile};
+
+/// One effect in one round.
+pub(crate) struct Contender {
+    pub effect: &'static dyn Effect,
+    pub best: Candidate,
+    pub evidence: f64,
+}
+
+/// Evidence of every effect that a state does not hold, best first.
+pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec<Contender> {
+    let taken: Vec<&str> = state
+        .iter()
+        .filter(|a| !a.allowance)
+        .map(|a| a.effect.about().id)
+        .collect();
+    let pull = gate.whitening.transpose(&gate.off[..gate.layout.len()]);
+    let mut free: Option<Tangent> = None;
+    let mut out = Vec::new();
+    for effect in catalogue() {
+        let about = effect.about();
+        if about.search.method != Method::Relations || taken.contains(&about.id) {
+            continue;
+        }
+        let found = scan(record, gate, &pull, state, *effect);
+        let Some(best) = found
+            .iter()
+            .filter(|c| c.evidence.is_finite())
+            .max_by(|a, b| a.evidence.total_cmp(&b.evidence))
+        else {
+            continue;
+        };
+        // A sharp peak falls between the points of a grid: it pays for the places it could have been.
+        let places = (found.len() as f64).ln() + if effect.is_switch() { 4.0 } else { 0.0 };
+        let mut evidence = ln_mean_exp(found.iter().map(|c| {
+            if c.evidence.is_finite() {
+                c.evidence
+            } else {
+                -1e3
+            }
+        }))
+        .max(best.evidence - places);
+        let mut best = best.clone();
+        if is_pump(*effect) && evidence > 1.0 {
+            if free.is_none() {
+                free = Tangent::at(record, state, &[], Bend::Free);
+            }
+            if let Some(apart) = free
+                .as_ref()
+                .and_then(|free| without_lean(record, free, state, &best))
+            {
+                evidence = evidence.min(apart.evidence - places);
+                best = apart;
+            }
+        }
+        out.push(Contender {
+            effect: *effect,
+            best,
+            evidence,
+        });
+    }
+    out.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+    out
+}
+
+/// The best of a pump's effect where the head may not lean on the inlet pressure.
+///
+/// That lean takes most of a pump's effects with it, and all of what the curves only seem to lack. Without it they must
+/// stand out as well, with it they must not vanish.
+fn without_lean(
+    record: &Record,
+    free: &Tangent,
+    state: &[Applied],
+    best: &Candidate,
+) -> Option<Candidate> {
+    let effect = best.applied.effect;
+    if on_grid(effect.about()) {
+        return scan(record, free, &[], state, effect)
+            .into_iter()
+            .max_by(|a, b| a.evidence.total_cmp(&b.evidence));
+    }
+    let start = weigh(record, free, state, best.applied.clone());
+    Some(if effect.is_switch() {
+        sharpen(record, free, state, start)
+    } else {
+        start
+    })
+}
+
+/// Whether an effect sits in the pump's head.
+pub(crate) fn is_pump(effect: &dyn Effect) -> bool {
+    effect.about().relation == Relation::PumpHead
+}
+
+/// A candidate with its strength solved for.
+pub(crate) fn solved(c: &Candidate) -> Applied {
+    let about = c.applied.effect.about();
+    let mut one = c.applied.clone();
+    if !on_grid(about) && c.energy > 0.0 {
+        let p = &about.parameters[0];
+        one.parameters[0] = (c.score / c.energy).clamp(p.low, p.high);
+    }
+    one
+}
+
+/// Whether the strength is more than an instrument's accuracy.
+pub(crate) fn material(one: &Applied) -> bool {
+    let least = one.effect.about().search.least;
+    least.is_none_or(|least| one.parameters[0].abs() > least)
+}
+
+/// Whether the strength stands at a bound of what is plausible: then something else is the cause.
+pub(crate) fn at_bound(one: &Applied) -> bool {
+    let p = &one.effect.about().parameters[0];
+    let v = one.parameters[0];
+    (v <= p.low && p.low != 0.0) || v >= p.high
+}
+
+/// Whether a shift of one transmitter is there to see: the two differ by it before and after, for a while.
+pub(crate) fn stands(record: &Record, one: &Applied) -> bool {
+    let about = one.effect.about();
+    let (Some(onset), Some(sensor), [first, second]) =
+        (about.onset(), about.sensor(), record.outlets.as_slice())
+    else {
+        return true;
+    };
+    let at = record.t_s.partition_point(|t| *t < one.parameters[onset]);
+    let reach = whole(1200.0 / record.dt_s);
+    let middle = |range: std::ops::Range<usize>| -> f64 {
+        let apart = range
+            .map(|i| first[i] - second[i])
+            .filter(|v| v.is_finite());
+        if apart.clone().count() < 20 {
+            return f64::NAN;
+        }
+        quantile(apart, Rank::MEDIAN).unwrap_or(f64::NAN)
+    };
+    let step = middle(at..(at + reach).min(first.len())) - middle(at.saturating_sub(reach)..at);
+    let sign = if one.parameters[sensor] > 1.5 {
+        -1.0
+    } else {
+        1.0
+    };
+    let share = sign * step / one.parameters[0];
+    (0.5..1.6).contains(&share)
+}
+
+/// Whether two effects explain the same residuals: the cosine between their signatures.
+pub(crate) fn alike(a: &Candidate, b: &Candidate) -> bool {
+    let size = (a.energy * b.energy).sqrt();
+    size > 0.0 && (dot(&a.signature, &b.signature) / size).abs() > 0.5
+}

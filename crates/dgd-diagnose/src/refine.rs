@@ -1,0 +1,125 @@
+//! Parameters of named effects, moved to where all of them together explain most.
+
+use crate::empirical::is_correction;
+use crate::record::Record;
+use crate::relations::Applied;
+use crate::scan::on_grid;
+use crate::tangent::{Bend, Tangent, dot};
+use dgd_effects::Role;
+
+/// Sharpens every parameter of the effects at and after `from`, about the whole hypothesis.
+pub(crate) fn refine(
+    record: &Record,
+    state: &mut [Applied],
+    from: usize,
+    excluded: &[bool],
+    rounds: usize,
+) {
+    for _ in 0..rounds {
+        for k in from..state.len() {
+            if state[k].allowance || is_correction(state[k].effect) {
+                continue;
+            }
+            let Some(tangent) = Tangent::at(record, state, excluded, Bend::Free) else {
+                return;
+            };
+            if state[k].effect.about().search.timing.is_some() {
+                slide(record, &tangent, state, k);
+            } else {
+                climb(record, &tangent, state, k);
+            }
+        }
+    }
+}
+
+/// Moves what makes something late along its time, the curves fitted again at each step.
+fn slide(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usize) {
+    let longest = state[k].effect.about().parameters[0].high;
+    let misfit = |time: f64, state: &[Applied]| -> f64 {
+        let mut next = state.to_vec();
+        next[k].parameters[0] = time;
+        let off = tangent.refitted(record, &next).off;
+        dot(&off, &off)
+    };
+    let mut best = state[k].parameters[0];
+    let mut least = misfit(best, state);
+    for step in [3.0, 1.5, 0.7] {
+        for _ in 0..4 {
+            let tries = [best + step, best - step].map(|time| time.clamp(0.5, longest));
+            let found = tries.map(|time| misfit(time, state));
+            let nearer = usize::from(found[1] < found[0]);
+            if found[nearer] >= least - 0.05 {
+                break;
+            }
+            (least, best) = (found[nearer], tries[nearer]);
+        }
+    }
+    state[k].parameters[0] = best;
+}
+
+/// Moves every parameter but the strength in ever smaller steps, the strength solved for beside them.
+fn climb(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usize) {
+    let about = state[k].effect.about();
+    let moved = |parameters: Vec<f64>, state: &[Applied]| -> Vec<f64> {
+        let mut next = state.to_vec();
+        next[k].parameters = parameters;
+        tangent.signature(record, &next)
+    };
+    let base = state[k].parameters.clone();
+    let mut best = base.clone();
+    // The direction of a little more strength.
+    let along = (!on_grid(about)).then(|| {
+        let step = (0.05 * base[0].abs()).max(0.02 * about.parameters[0].usual);
+        let mut p = base.clone();
+        p[0] += step;
+        let s: Vec<f64> = moved(p, state).iter().map(|v| v / step).collect();
+        let energy = dot(&s, &s).max(1e-300);
+        (s, energy)
+    });
+    // What is left over when the parameters move, with the strength free: (misfit, change of strength).
+    let left = |parameters: &[f64]| -> (f64, f64) {
+        let shift = moved(parameters.to_vec(), state);
+        let rest: Vec<f64> = tangent.off.iter().zip(&shift).map(|(a, b)| a - b).collect();
+        let total = dot(&rest, &rest);
+        match &along {
+            Some((s, energy)) => {
+                let c = dot(&rest, s);
+                (total - c * c / energy, c / energy)
+            }
+            None => (total, 0.0),
+        }
+    };
+    let (mut misfit, mut gain) = left(&best);
+    for scale in [1.0, 0.5, 0.25, 0.12] {
+        for (j, parameter) in about.parameters.iter().enumerate() {
+            if j == 0 && along.is_some() || matches!(parameter.role, Role::Sensor(_)) {
+                continue;
+            }
+            for _ in 0..3 {
+                let mut better = false;
+                for sign in [1.0, -1.0] {
+                    let mut p = best.clone();
+                    let step = match parameter.role {
+                        Role::Onset | Role::Duration => 80.0 * scale,
+                        Role::Grid(_) => 0.15 * scale * best[j].abs().max(1.0),
+                        _ => 0.2 * scale * best[j].abs().max(0.1),
+                    };
+                    p[j] = (p[j] + sign * step).clamp(parameter.low, parameter.high);
+                    let (m, g) = left(&p);
+                    if m < misfit - 0.05 {
+                        (best, misfit, gain, better) = (p, m, g, true);
+                    }
+                }
+                if !better {
+                    break;
+                }
+            }
+        }
+    }
+    if along.is_some() {
+        let p = &about.parameters[0];
+        let limit = best[0].abs().max(p.usual);
+        best[0] = (best[0] + gain.clamp(-limit, limit)).clamp(p.low, p.high);
+    }
+    state[k].parameters = best;
+}

@@ -1,0 +1,262 @@
+//! One round of the search: what stands out is named, or shown to be nothing in the catalogue, or nothing is.
+
+use crate::contest::{Contender, alike, at_bound, contest, material, solved, stands};
+use crate::empirical::{Correction, corrections, hurdle, plausible};
+use crate::record::Record;
+use crate::relations::Applied;
+use crate::scan::joined;
+use crate::select::{Named, Selection};
+use crate::tangent::{Bend, Tangent, dot};
+use dgd_effects::{About, Effect, RELATIONS, Relation, Timing, catalogue};
+
+/// What a round comes to.
+pub(crate) enum Ruling {
+    /// An effect, or two that only show together.
+    Named(Vec<Named>),
+    /// Something that the catalogue does not hold: the search ends.
+    Unnamed(Named),
+    /// Nothing more that sound recordings do not show.
+    Nothing,
+}
+
+/// Effects and the best correction, weighed about a state.
+pub(crate) struct Round<'a> {
+    record: &'a Record,
+    state: Vec<Applied>,
+    gate: Tangent,
+    pub contenders: Vec<Contender>,
+    rival: Option<Correction>,
+}
+
+impl<'a> Round<'a> {
+    /// Weighs everything about what has been named so far.
+    pub(crate) fn about(record: &'a Record, selection: &Selection) -> Option<Self> {
+        let state = selection.state();
+        let gate = Tangent::at(record, &state, &[], Bend::Lean)?;
+        let contenders = contest(record, &gate, &state);
+        let loose = Tangent::at(record, &state, &[], Bend::Loose)?;
+        let rival = corrections(record, &loose, &state)
+            .into_iter()
+            .find(plausible);
+        Some(Self {
+            record,
+            state,
+            gate,
+            contenders,
+            rival,
+        })
+    }
+
+    /// Decides between the best effect and the best correction.
+    pub(crate) fn ruling(&self, named: &[Named]) -> Ruling {
+        let Some(best) = self.best(named) else {
+            return match &self.rival {
+                Some(r)
+                    if r.evidence > hurdle(r) + 3.0 * left_over(named, RELATIONS[r.relation]) =>
+                {
+                    Ruling::Unnamed(self.unnamed(r))
+                }
+                _ => Ruling::Nothing,
+            };
+        };
+        let about = best.effect.about();
+        // A correction of another relation is no rival of this cause.
+        let rival = self
+            .rival
+            .as_ref()
+            .filter(|r| RELATIONS[r.relation] == about.relation);
+        let standing = rival.filter(|r| r.evidence > hurdle(r));
+        if let Some(r) = standing
+            && r.evidence > 1.35 * best.evidence + 40.0
+        {
+            return Ruling::Unnamed(self.unnamed(r));
+        }
+        let belief = about.search.belief;
+        let real = logistic((best.evidence - belief.hurdle) / belief.scale + 1.0);
+        let (probability, alternatives) = shared(real, self.others(best, rival));
+        // Where the empirical correction is the likelier cause, it stands as the finding.
+        let unknown = alternatives.iter().find(|o| o.0 == "unknown");
+        if let (Some(r), Some(unknown)) = (standing, unknown)
+            && unknown.1 > probability
+        {
+            return Ruling::Unnamed(self.unnamed(r));
+        }
+        if late_meter(about)
+            && let Some(pair) = self.pair(best.best.evidence, 0.9 * real)
+        {
+            return Ruling::Named(pair);
+        }
+        Ruling::Named(vec![Named {
+            applied: solved(&best.best),
+            evidence: best.evidence,
+            probability,
+            alternatives,
+            correction: None,
+        }])
+    }
+
+    /// The likeliest effect that may be named.
+    fn best(&self, named: &[Named]) -> Option<&Contender> {
+        // Effects of the meter's timing come together or not at all: what one leaves over looks like the other.
+        let timed = self
+            .state
+            .iter()
+            .any(|a| !a.allowance && late_meter(a.effect.about()));
+        self.contenders
+            .iter()
+            .filter(|c| {
+                let about = c.effect.about();
+                let one = solved(&c.best);
+                c.evidence > about.search.belief.hurdle + left_over(named, about.relation)
+                    && !at_bound(&one)
+                    && !(timed && late_meter(about))
+                    && material(&one)
+                    && stands(self.record, &one)
+            })
+            .max_by(|a, b| a.evidence.total_cmp(&b.evidence))
+    }
+
+    /// What else may be the cause, each with its weight against that of the best, which is 1.
+    fn others(&self, best: &Contender, rival: Option<&Correction>) -> Vec<(String, f64)> {
+        let temperature = (0.08 * best.evidence).max(3.0);
+        let weight = |e: f64| ((e - best.evidence) / temperature).exp();
+        let id = best.effect.about().id;
+        let mut others: Vec<(String, f64)> = self
+            .contenders
+            .iter()
+            .filter(|c| c.effect.about().id != id && c.evidence > 0.0)
+            .filter(|c| alike(&best.best, &c.best) && stands(self.record, &solved(&c.best)))
+            .map(|c| (c.effect.about().id.to_owned(), weight(c.evidence)))
+            .collect();
+        if let Some(r) = rival {
+            others.push(("unknown".to_owned(), weight(0.8 * r.evidence)));
+        }
+        others
+    }
+
+    /// Two effects of the meter's timing, together, where they beat either alone.
+    fn pair(&self, single: f64, probability: f64) -> Option<Vec<Named>> {
+        let late: Vec<(&'static dyn Effect, &[f64])> = catalogue()
+            .iter()
+            .filter_map(|effect| match effect.about().search.timing {
+                Some(Timing::Meter { beside }) => Some((*effect, beside)),
+                _ => None,
+            })
+            .collect();
+        let before = dot(&self.gate.off, &self.gate.off);
+        let mut best: Option<(f64, [Applied; 2])> = None;
+        for (k, (first, times)) in late.iter().enumerate() {
+            for (second, others) in &late[k + 1..] {
+                for (a, b) in times
+                    .iter()
+                    .flat_map(|a| others.iter().map(move |b| (a, b)))
+                {
+                    let one = Applied::new(*first, vec![*a]);
+                    let two = Applied::new(*second, vec![*b]);
+                    let state = joined(&joined(&self.state, &one), &two);
+                    let off = self.gate.refitted(self.record, &state).off;
+                    let evidence = 0.5 * (before - dot(&off, &off)) - 3.0;
+                    if best.as_ref().is_none_or(|b| evidence > b.0) {
+                        best = Some((evidence, [one, two]));
+                    }
+                }
+            }
+        }
+        let (evidence, [one, two]) = best?;
+        if evidence <= single + 20.0 + 0.03 * single {
+            return None;
+        }
+        let ids = [&two, &one].map(|a| a.effect.about().id.to_owned());
+        let pair = [one, two]
+            .into_iter()
+            .zip(ids)
+            .map(|(applied, other)| Named {
+                applied,
+                evidence: evidence - single,
+                probability,
+                alternatives: vec![(other, 0.05)],
+                correction: None,
+            });
+        Some(pair.collect())
+    }
+
+    /// A correction as the finding, with the effects of its relation as alternatives.
+    fn unnamed(&self, c: &Correction) -> Named {
+        let temperature = (0.08 * c.evidence).max(6.0);
+        let weight = |e: f64| ((1.2 * e - c.evidence) / temperature).exp().min(1.0);
+        let others = self
+            .contenders
+            .iter()
+            .filter(|o| o.evidence > 0.0 && stands(self.record, &solved(&o.best)))
+            .filter(|o| o.effect.about().relation == RELATIONS[c.relation])
+            .map(|o| (o.effect.about().id.to_owned(), weight(o.evidence)))
+            .collect();
+        let real = logistic((c.evidence - hurdle(c)) / 15.0 + 0.7);
+        let (probability, alternatives) = shared(real, others);
+        Named {
+            applied: c.applied.clone(),
+            evidence: c.evidence,
+            probability,
+            alternatives,
+            correction: Some((c.relation, c.quantity)),
+        }
+    }
+}
+
+/// Whether an effect makes the return flow's meter late.
+fn late_meter(about: &About) -> bool {
+    matches!(about.search.timing, Some(Timing::Meter { .. }))
+}
+
+/// Evidence that strong effects leave over in a relation for want of form: it is no second effect.
+fn left_over(named: &[Named], relation: Relation) -> f64 {
+    named
+        .iter()
+        .map(|n| {
+            let about = n.applied.effect.about();
+            let share = if about.relation == relation || late_meter(about) {
+                0.02
+            } else {
+                0.005
+            };
+            share * n.evidence
+        })
+        .sum()
+}
+
+fn logistic(x: f64) -> f64 {
+    1.0 / (1.0 + (-x).exp())
+}
+
+/// Shares a probability between a cause of weight 1 and others of theirs: its own part, and those that count, likeliest
+/// first.
+fn shared(real: f64, mut others: Vec<(String, f64)>) -> (f64, Vec<(String, f64)>) {
+    let total: f64 = 1.0 + others.iter().map(|o| o.1).sum::<f64>();
+    for other in &mut others {
+        other.1 *= real / total;
+    }
+    others.retain(|o| o.1 > 0.01);
+    others.sort_by(|a, b| b.1.total_cmp(&a.1));
+    (real / total, others)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::shared;
+
+    #[test]
+    fn what_is_shared_adds_up_and_what_does_not_count_is_dropped() {
+        let others = [("a", 0.25), ("b", 0.5), ("c", 1e-3)].map(|(id, w)| (id.to_owned(), w));
+        let (own, others) = shared(0.9, others.to_vec());
+        let ids: Vec<&str> = others.iter().map(|o| o.0.as_str()).collect();
+        assert_eq!(ids, ["b", "a"]);
+        assert!((others[0].1 / own - 0.5).abs() < 1e-12);
+        let sum = own + others[0].1 + others[1].1;
+        assert!((sum + 1e-3 * own - 0.9).abs() < 1e-12, "{sum}");
+    }
+
+    #[test]
+    fn a_cause_without_rivals_keeps_the_whole() {
+        assert_eq!(shared(0.7, Vec::new()), (0.7, Vec::new()));
+    }
+}
