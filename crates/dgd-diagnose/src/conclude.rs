@@ -64,7 +64,9 @@ pub fn diagnose(
     })
     .ok_or_else(short)?;
     // What is more likely not there is weighed under what was tested, and neither claimed nor modelled.
-    selection.named.retain(|n| n.probability >= 0.5);
+    selection
+        .named
+        .retain(|n| with_alternatives(n.probability, &n.alternatives) >= 0.5);
     progress(Stage::Fitting);
     let span = record.setting.span_s;
     let intervals: Vec<(f64, f64)> = selection
@@ -86,7 +88,8 @@ pub fn diagnose(
             windows.iter().any(|w| from < w.1 && to > w.0)
         })
         .collect();
-    let before_state = allowances_with(&record, &start, &excluded, Bend::Free).ok_or_else(short)?;
+    let before_state =
+        allowances_with(&record, &start, &excluded, Bend::Free, None).ok_or_else(short)?;
     let after_state = trained(&record, &start, &selection, &excluded).ok_or_else(short)?;
     let before_fit =
         Tangent::at(&record, &before_state, &excluded, Bend::Free).ok_or_else(short)?;
@@ -164,7 +167,10 @@ pub fn diagnose(
     checks.extend(placebo(&record, &selection));
     findings.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     let tested = tested(&record, &selection, &findings, swell);
-    let strong: Vec<&Finding> = findings.iter().filter(|f| f.probability >= 0.5).collect();
+    let strong: Vec<&Finding> = findings
+        .iter()
+        .filter(|f| with_alternatives(f.probability, &f.alternatives) >= 0.5)
+        .collect();
     let verdict = if strong.is_empty() {
         Verdict::Consistent
     } else if strong.iter().all(|f| f.effect == "unknown") {
@@ -223,6 +229,11 @@ pub fn diagnose(
             .collect(),
         settings,
     })
+}
+
+/// How likely it is that there is anything: the cause named, or one that cannot be told from it.
+fn with_alternatives(probability: f64, alternatives: &[(String, f64)]) -> f64 {
+    probability + alternatives.iter().map(|a| a.1).sum::<f64>()
 }
 
 /// Blocks in which both the line and the pump can be judged.

@@ -10,8 +10,14 @@ use dgd_effects::{Effect, Method, Rank, Relation, catalogue, quantile};
 pub(crate) struct Contender {
     pub effect: &'static dyn Effect,
     pub best: Candidate,
+    /// Logarithm of the Bayes factor against nothing.
     pub evidence: f64,
+    /// The same with the effect's form within its error: how much of the residuals is its own. Only for the likeliest few.
+    pub formed: f64,
 }
+
+/// Contenders whose form is freed.
+const LIKELIEST: usize = 6;
 
 /// Evidence of every effect that a state does not hold, best first.
 pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec<Contender> {
@@ -49,7 +55,7 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
         let mut best = best.clone();
         if is_pump(*effect) && evidence > 1.0 {
             if free.is_none() {
-                free = Tangent::at(record, state, &[], Bend::Free);
+                free = Tangent::beside(record, state, &[], Bend::Free);
             }
             if let Some(apart) = free
                 .as_ref()
@@ -59,13 +65,28 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
                 best = apart;
             }
         }
+        if evidence > 0.5 * about.search.belief.hurdle
+            && let Some(sustained) = sustained(record, state, &best)
+        {
+            evidence = evidence.min(sustained);
+        }
         out.push(Contender {
             effect: *effect,
             best,
             evidence,
+            formed: evidence,
         });
     }
     out.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+    let most = out.first().map_or(0.0, |c| c.evidence);
+    for c in out.iter_mut().take(LIKELIEST) {
+        if c.evidence > 0.3 * most && most > 0.0 {
+            // It pays for the places it could have been, as the evidence does.
+            let places = (c.best.evidence - c.evidence).max(0.0);
+            let formed = gate.formed(record, state, &solved(&c.best)) - places;
+            c.formed = formed.max(c.evidence);
+        }
+    }
     out
 }
 
@@ -91,6 +112,28 @@ fn without_lean(
     } else {
         start
     })
+}
+
+/// Evidence without the minutes about the edges of a candidate's interval.
+///
+/// A reading that freezes or jumps makes edges, as an effect does, and nothing between them. An effect is there as well
+/// when its beginning and end are not looked at.
+fn sustained(record: &Record, state: &[Applied], c: &Candidate) -> Option<f64> {
+    const HOLE_S: f64 = 300.0;
+    let about = c.applied.effect.about();
+    about.onset()?;
+    let (from, to) = about.interval_s(&c.applied.parameters, record.setting.span_s);
+    let hole = HOLE_S.min(0.2 * (to - from));
+    let seconds = record.dt_s * record.per_block as f64;
+    let start = record.setting.span_s.0;
+    let excluded: Vec<bool> = (0..record.blocks)
+        .map(|b| {
+            let middle = start + (b as f64 + 0.5) * seconds;
+            (middle - from).abs() < hole || (middle - to).abs() < hole
+        })
+        .collect();
+    let tangent = Tangent::beside(record, state, &excluded, Bend::Lean)?;
+    Some(weigh(record, &tangent, state, c.applied.clone()).evidence)
 }
 
 /// Whether an effect sits in the pump's head.
@@ -154,5 +197,5 @@ pub(crate) fn stands(record: &Record, one: &Applied) -> bool {
 /// Whether two effects explain the same residuals: the cosine between their signatures.
 pub(crate) fn alike(a: &Candidate, b: &Candidate) -> bool {
     let size = (a.energy * b.energy).sqrt();
-    size > 0.0 && (dot(&a.signature, &b.signature) / size).abs() > 0.5
+    size > 0.0 && (dot(&a.signature, &b.signature) / size).abs() > 0.35
 }

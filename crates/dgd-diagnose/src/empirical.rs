@@ -1,6 +1,6 @@
 //! The competitor: a correction of one relation along one quantity, with no physics in it.
 
-use crate::record::{Record, tails};
+use crate::record::{MASS_BLOCKS, Record, tails, whole};
 use crate::relations::Applied;
 use crate::scan::joined;
 use crate::tangent::{Tangent, dot};
@@ -14,6 +14,8 @@ const WIDTHS: [f64; 3] = [1.5e4, 2.0e4, 8e-4];
 #[derive(Clone)]
 pub(crate) struct Correction {
     pub applied: Applied,
+    /// What it takes out of the residuals, off the tangent.
+    pub signature: Vec<f64>,
     /// Logarithm of the Bayes factor against nothing.
     pub evidence: f64,
     pub relation: usize,
@@ -80,10 +82,20 @@ pub(crate) fn corrections(
             let coefficients = factor.solve(&right);
             let determinant: f64 = factor.l().diagonal().iter().map(|d| d.ln()).sum();
             let evidence = 0.5 * right.dot(&coefficients) - determinant;
+            let signature: Vec<f64> = (0..columns[0].len())
+                .map(|i| {
+                    (columns.iter().zip(&coefficients))
+                        .map(|(c, w)| w * c[i])
+                        .sum()
+                })
+                .collect();
+            let at_most = busiest(record, tangent, &signature);
+            let evidence = evidence - at_most;
             let mut parameters = vec![relation as f64, quantity as f64, from, to];
             parameters.extend(coefficients.iter().map(|c| c * unit));
             out.push(Correction {
                 applied: Applied::new(effect, parameters),
+                signature,
                 evidence,
                 relation,
                 quantity,
@@ -107,6 +119,30 @@ pub(crate) fn hurdle(c: &Correction) -> f64 {
         0 => 80.0,
         _ => 60.0,
     }
+}
+
+/// Evidence that a signature owes to its busiest ten minutes: a reading that freezes once is no law of the rig.
+fn busiest(record: &Record, tangent: &Tangent, signature: &[f64]) -> f64 {
+    const WINDOW_S: f64 = 600.0;
+    let mut by_block = vec![0.0; record.blocks];
+    for (k, section) in tangent.layout.sections().into_iter().enumerate() {
+        for (i, row) in section.enumerate() {
+            let block = if k == 3 { i * MASS_BLOCKS } else { i };
+            let (s, off) = (signature[row], tangent.off[row]);
+            by_block[block] += s * (off - 0.5 * s);
+        }
+    }
+    let reach = whole(WINDOW_S / (record.dt_s * record.per_block as f64)).max(1);
+    let mut most = 0.0_f64;
+    let mut sum = 0.0;
+    for b in 0..by_block.len() {
+        sum += by_block[b];
+        if let Some(gone) = b.checked_sub(reach) {
+            sum -= by_block[gone];
+        }
+        most = most.max(sum);
+    }
+    most
 }
 
 /// Whether a correction is more than the accuracy of instruments: its spread over the recording.

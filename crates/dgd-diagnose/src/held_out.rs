@@ -6,8 +6,9 @@ use crate::record::{Record, mean, tails, whole};
 use crate::refine::refine;
 use crate::relations::Applied;
 use crate::scan::{joined, scan};
-use crate::select::{Selection, allowed_beside};
+use crate::select::Selection;
 use crate::tangent::{Bend, Tangent};
+use crate::timing::allowed_beside;
 use dgd_effects::{AppliedEffect, AugmentedModel};
 
 /// Length of a held-out window, s, at the least; a diagnosis promises 1200.
@@ -60,10 +61,11 @@ pub(crate) fn trained(
     selection: &Selection,
     excluded: &[bool],
 ) -> Option<Vec<Applied>> {
-    let mut state = allowed_beside(record, start, &selection.named, excluded)?;
-    for named in &selection.named {
-        let mut chosen = named.applied.clone();
+    let mut timed: Vec<Applied> = selection.named.iter().map(|n| n.applied.clone()).collect();
+    let mut state = allowed_beside(record, start, &mut timed, excluded)?;
+    for (named, mut chosen) in selection.named.iter().zip(timed) {
         match named.correction {
+            None if named.applied.effect.about().search.timing.is_some() => {}
             None => {
                 if let Some(tangent) = Tangent::at(record, &state, excluded, Bend::Free) {
                     let pull = tangent

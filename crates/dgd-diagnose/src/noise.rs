@@ -24,6 +24,15 @@ impl Layout {
     pub(crate) fn mass_at(self) -> usize {
         2 * self.blocks + self.difference
     }
+    /// Rows of friction, head, difference, mass.
+    pub(crate) fn sections(self) -> [std::ops::Range<usize>; 4] {
+        [
+            0..self.head(),
+            self.head()..self.difference_at(),
+            self.difference_at()..self.mass_at(),
+            self.mass_at()..self.len(),
+        ]
+    }
 }
 
 /// A whitening of stacked residuals: head less its share of friction, then an autoregression, then a scale.

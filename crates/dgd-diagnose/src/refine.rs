@@ -32,6 +32,27 @@ pub(crate) fn refine(
     }
 }
 
+/// Where the time of a late effect explains most, and the misfit there; steps in s, the curves fitted again at each.
+pub(crate) fn nearest_time(
+    longest: f64,
+    from: f64,
+    misfit: &mut dyn FnMut(f64) -> f64,
+) -> (f64, f64) {
+    let (mut best, mut least) = (from, misfit(from));
+    for step in [3.0, 1.5, 0.7, 0.35] {
+        for _ in 0..6 {
+            let tries = [best + step, best - step].map(|time| time.clamp(0.5, longest));
+            let found = tries.map(&mut *misfit);
+            let nearer = usize::from(found[1] < found[0]);
+            if found[nearer] >= least - 0.05 {
+                break;
+            }
+            (least, best) = (found[nearer], tries[nearer]);
+        }
+    }
+    (best, least)
+}
+
 /// Moves what makes something late along its time, the curves fitted again at each step.
 fn slide(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usize) {
     let longest = state[k].effect.about().parameters[0].high;
@@ -41,19 +62,9 @@ fn slide(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usize) {
         let off = tangent.refitted(record, &next).off;
         dot(&off, &off)
     };
-    let mut best = state[k].parameters[0];
-    let mut least = misfit(best, state);
-    for step in [3.0, 1.5, 0.7] {
-        for _ in 0..4 {
-            let tries = [best + step, best - step].map(|time| time.clamp(0.5, longest));
-            let found = tries.map(|time| misfit(time, state));
-            let nearer = usize::from(found[1] < found[0]);
-            if found[nearer] >= least - 0.05 {
-                break;
-            }
-            (least, best) = (found[nearer], tries[nearer]);
-        }
-    }
+    let (best, _) = nearest_time(longest, state[k].parameters[0], &mut |time| {
+        misfit(time, state)
+    });
     state[k].parameters[0] = best;
 }
 

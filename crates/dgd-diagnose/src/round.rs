@@ -7,7 +7,11 @@ use crate::relations::Applied;
 use crate::scan::joined;
 use crate::select::{Named, Selection};
 use crate::tangent::{Bend, Tangent, dot};
-use dgd_effects::{About, Effect, RELATIONS, Relation, Timing, catalogue};
+use dgd_effects::{About, Effect, QUANTITIES, RELATIONS, Timing, catalogue};
+use tracing::debug;
+
+/// Share of a correction's evidence that counts: six free knots fit what a stiffer form leaves, and must be well ahead.
+const AHEAD: f64 = 0.8;
 
 /// What a round comes to.
 pub(crate) enum Ruling {
@@ -25,6 +29,7 @@ pub(crate) struct Round<'a> {
     state: Vec<Applied>,
     gate: Tangent,
     pub contenders: Vec<Contender>,
+    footprints: Vec<Footprint>,
     rival: Option<Correction>,
 }
 
@@ -32,13 +37,35 @@ impl<'a> Round<'a> {
     /// Weighs everything about what has been named so far.
     pub(crate) fn about(record: &'a Record, selection: &Selection) -> Option<Self> {
         let state = selection.state();
-        let gate = Tangent::at(record, &state, &[], Bend::Lean)?;
+        let gate = Tangent::beside(record, &state, &[], Bend::Lean)?;
         let contenders = contest(record, &gate, &state);
-        let loose = Tangent::at(record, &state, &[], Bend::Loose)?;
+        let loose = Tangent::beside(record, &state, &[], Bend::Loose)?;
         let rival = corrections(record, &loose, &state)
             .into_iter()
             .find(plausible);
+        for c in contenders.iter().take(9) {
+            let about = c.effect.about();
+            debug!(
+                "round {}: {} {:.1} ({:.1} within its form) of {:.0}, {:?}",
+                selection.named.len() + 1,
+                about.id,
+                c.evidence,
+                c.formed,
+                about.search.belief.hurdle,
+                solved(&c.best).parameters
+            );
+        }
+        if let Some(r) = &rival {
+            let (relation, quantity) = (RELATIONS[r.relation].name(), QUANTITIES[r.quantity]);
+            debug!(
+                "correction of {relation} by {quantity} {:.1} of {:.0}",
+                r.evidence,
+                hurdle(r)
+            );
+        }
+        let footprints = Footprint::all(record, &gate, &state, &selection.named);
         Some(Self {
+            footprints,
             record,
             state,
             gate,
@@ -48,14 +75,10 @@ impl<'a> Round<'a> {
     }
 
     /// Decides between the best effect and the best correction.
-    pub(crate) fn ruling(&self, named: &[Named]) -> Ruling {
-        let Some(best) = self.best(named) else {
+    pub(crate) fn ruling(&self) -> Ruling {
+        let Some(best) = self.best() else {
             return match &self.rival {
-                Some(r)
-                    if r.evidence > hurdle(r) + 3.0 * left_over(named, RELATIONS[r.relation]) =>
-                {
-                    Ruling::Unnamed(self.unnamed(r))
-                }
+                Some(r) if r.evidence > self.unknown_hurdle(r) => Ruling::Unnamed(self.unnamed(r)),
                 _ => Ruling::Nothing,
             };
         };
@@ -65,9 +88,11 @@ impl<'a> Round<'a> {
             .rival
             .as_ref()
             .filter(|r| RELATIONS[r.relation] == about.relation);
+        let rival = rival
+            .filter(|r| AHEAD * r.evidence < best.formed - 10.0 || !self.two_do(best, r.evidence));
         let standing = rival.filter(|r| r.evidence > hurdle(r));
         if let Some(r) = standing
-            && r.evidence > 1.35 * best.evidence + 40.0
+            && r.evidence > 1.2 * best.formed + 30.0
         {
             return Ruling::Unnamed(self.unnamed(r));
         }
@@ -95,8 +120,31 @@ impl<'a> Round<'a> {
         }])
     }
 
+    /// Whether the best effect and a second one beside it do what a correction does.
+    fn two_do(&self, best: &Contender, rival: f64) -> bool {
+        let state = joined(&self.state, &solved(&best.best));
+        let Some(gate) = Tangent::beside(self.record, &state, &[], Bend::Lean) else {
+            return false;
+        };
+        let second = contest(self.record, &gate, &state).into_iter().find(|c| {
+            c.evidence > c.effect.about().search.belief.hurdle && material(&solved(&c.best))
+        });
+        second.is_some_and(|c| best.formed + c.formed > 0.9 * rival)
+    }
+
+    /// What a correction must show beside what has been named: knots fit the want of form of another effect with ease.
+    fn unknown_hurdle(&self, r: &Correction) -> f64 {
+        let first = if self.footprints.is_empty() { 1.0 } else { 1.5 };
+        first * hurdle(r) + 5.0 * self.left_over(&r.signature)
+    }
+
+    /// Evidence that what has been named leaves over for a candidate.
+    fn left_over(&self, signature: &[f64]) -> f64 {
+        self.footprints.iter().map(|f| f.left_over(signature)).sum()
+    }
+
     /// The likeliest effect that may be named.
-    fn best(&self, named: &[Named]) -> Option<&Contender> {
+    fn best(&self) -> Option<&Contender> {
         // Effects of the meter's timing come together or not at all: what one leaves over looks like the other.
         let timed = self
             .state
@@ -107,29 +155,29 @@ impl<'a> Round<'a> {
             .filter(|c| {
                 let about = c.effect.about();
                 let one = solved(&c.best);
-                c.evidence > about.search.belief.hurdle + left_over(named, about.relation)
+                c.evidence > about.search.belief.hurdle + self.left_over(&c.best.signature)
                     && !at_bound(&one)
                     && !(timed && late_meter(about))
                     && material(&one)
                     && stands(self.record, &one)
             })
-            .max_by(|a, b| a.evidence.total_cmp(&b.evidence))
+            .max_by(|a, b| a.formed.total_cmp(&b.formed))
     }
 
     /// What else may be the cause, each with its weight against that of the best, which is 1.
     fn others(&self, best: &Contender, rival: Option<&Correction>) -> Vec<(String, f64)> {
-        let temperature = (0.08 * best.evidence).max(3.0);
-        let weight = |e: f64| ((e - best.evidence) / temperature).exp();
+        let temperature = (0.03 * best.formed).max(3.0);
+        let weight = |e: f64| ((e - best.formed) / temperature).exp();
         let id = best.effect.about().id;
         let mut others: Vec<(String, f64)> = self
             .contenders
             .iter()
             .filter(|c| c.effect.about().id != id && c.evidence > 0.0)
             .filter(|c| alike(&best.best, &c.best) && stands(self.record, &solved(&c.best)))
-            .map(|c| (c.effect.about().id.to_owned(), weight(c.evidence)))
+            .map(|c| (c.effect.about().id.to_owned(), weight(c.formed)))
             .collect();
         if let Some(r) = rival {
-            others.push(("unknown".to_owned(), weight(0.8 * r.evidence)));
+            others.push(("unknown".to_owned(), weight(AHEAD * r.evidence)));
         }
         others
     }
@@ -208,20 +256,59 @@ fn late_meter(about: &About) -> bool {
     matches!(about.search.timing, Some(Timing::Meter { .. }))
 }
 
-/// Evidence that strong effects leave over in a relation for want of form: it is no second effect.
-fn left_over(named: &[Named], relation: Relation) -> f64 {
-    named
-        .iter()
-        .map(|n| {
-            let about = n.applied.effect.about();
-            let share = if about.relation == relation || late_meter(about) {
-                0.02
-            } else {
-                0.005
-            };
-            share * n.evidence
-        })
-        .sum()
+/// Evidence that an effect's want of form leaves over where it acts, over the root of the effect's own.
+const LEFT_OVER: f64 = 0.5;
+
+/// Where a named effect acts, and how strongly it showed.
+struct Footprint {
+    rows: Vec<bool>,
+    evidence: f64,
+}
+
+impl Footprint {
+    /// Of each named effect, which stand last in the state.
+    fn all(record: &Record, gate: &Tangent, state: &[Applied], named: &[Named]) -> Vec<Self> {
+        let first = state.len() - named.len();
+        named
+            .iter()
+            .enumerate()
+            .map(|(k, n)| {
+                let mut without = state.to_vec();
+                without.remove(first + k);
+                let trace = gate.change(record, &without);
+                let most = |rows: std::ops::Range<usize>| -> f64 {
+                    trace[rows].iter().fold(0.0, |m, v| v.abs().max(m))
+                };
+                let rows = (gate.layout.sections().into_iter())
+                    .flat_map(|section| {
+                        let least = 0.05 * most(section.clone());
+                        trace[section]
+                            .iter()
+                            .map(move |v| least > 0.0 && v.abs() > least)
+                    })
+                    .collect();
+                Self {
+                    rows,
+                    evidence: n.evidence,
+                }
+            })
+            .collect()
+    }
+
+    /// Evidence that it leaves over for a candidate: what its form lacks is no second effect.
+    fn left_over(&self, signature: &[f64]) -> f64 {
+        let energy = |(v, _): (&f64, &bool)| v * v;
+        let shared: f64 = (signature.iter().zip(&self.rows))
+            .filter(|(_, acts)| **acts)
+            .map(energy)
+            .sum();
+        let whole: f64 = signature.iter().zip(&self.rows).map(energy).sum();
+        if whole > 0.0 {
+            LEFT_OVER * self.evidence.max(0.0).sqrt() * shared / whole
+        } else {
+            0.0
+        }
+    }
 }
 
 fn logistic(x: f64) -> f64 {

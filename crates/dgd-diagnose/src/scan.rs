@@ -3,7 +3,7 @@
 use crate::record::{MASS_BLOCKS, Record, whole};
 use crate::relations::Applied;
 use crate::tangent::{Bend, Tangent, dot};
-use dgd_effects::{About, Effect, Role, catalogue};
+use dgd_effects::{About, Effect, Role, Timing, catalogue};
 
 /// An effect at one point of its grid.
 #[derive(Clone)]
@@ -179,19 +179,21 @@ pub(crate) fn joined(state: &[Applied], one: &Applied) -> Vec<Applied> {
 }
 
 /// Delays and lags that clocks, rotors and block edges make in a sound rig, on top of a hypothesis: allowed for before
-/// anything is accused.
+/// anything is accused. `settled` are effects whose lateness has been decided upon.
 pub(crate) fn allowances_with(
     record: &Record,
     start: &[Applied],
     excluded: &[bool],
     lean: Bend,
+    settled: Option<Timing>,
 ) -> Option<Vec<Applied>> {
     let mut state: Vec<Applied> = start.to_vec();
     let mut tangent = Tangent::at(record, &state, excluded, lean)?;
     for effect in catalogue().iter().copied() {
         let about = effect.about();
         let held = start.iter().any(|a| a.effect.about().id == about.id);
-        if held || about.search.allowance.is_empty() {
+        let decided = settled.is_some() && about.search.timing == settled;
+        if held || decided || about.search.allowance.is_empty() {
             continue;
         }
         let best = about

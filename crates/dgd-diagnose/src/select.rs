@@ -7,6 +7,8 @@ use crate::relations::Applied;
 use crate::round::{Round, Ruling};
 use crate::scan::{allowances_with, joined, on_grid, weigh};
 use crate::tangent::{Bend, Tangent};
+use crate::timing::allowed_beside;
+use tracing::debug;
 
 /// A named effect.
 #[derive(Clone)]
@@ -39,12 +41,12 @@ impl Selection {
 
     /// Takes findings in and refines all of them together.
     fn accept(&mut self, record: &Record, start: &[Applied], found: Vec<Named>) -> Option<()> {
-        // Without a late meter in the model, a late pump had to stand in for it: what is allowed for is chosen again.
-        let late = |n: &Named| n.applied.effect.about().search.timing.is_some();
-        let again = found.iter().any(late);
         self.named.extend(found);
-        if again {
-            self.allowances = allowed_beside(record, start, &self.named, &[])?;
+        // What a named effect hid, or stood in for it, is allowed for anew: a lag of the pump for a late meter.
+        let mut applied: Vec<Applied> = self.named.iter().map(|n| n.applied.clone()).collect();
+        self.allowances = allowed_beside(record, start, &mut applied, &[])?;
+        for (named, applied) in self.named.iter_mut().zip(applied) {
+            named.applied = applied;
         }
         let mut joint = self.state();
         let fixed = joint.len() - self.named.len();
@@ -64,17 +66,21 @@ pub(crate) fn select(
     mut round_begins: impl FnMut(usize),
 ) -> Option<Selection> {
     let mut selection = Selection {
-        allowances: allowances_with(record, start, &[], Bend::Lean)?,
+        allowances: allowances_with(record, start, &[], Bend::Lean, None)?,
         named: Vec::new(),
         first: Vec::new(),
     };
     for number in 1..=most {
         round_begins(number);
+        for one in selection.state() {
+            let kind = if one.allowance { "allowed" } else { "named" };
+            debug!("{kind} {} {:?}", one.effect.about().id, one.parameters);
+        }
         let round = Round::about(record, &selection)?;
         if number == 1 {
             selection.first = first(&round);
         }
-        match round.ruling(&selection.named) {
+        match round.ruling() {
             Ruling::Nothing => break,
             Ruling::Unnamed(correction) => {
                 selection.named.push(correction);
@@ -97,21 +103,6 @@ fn first(round: &Round) -> Vec<(&'static str, f64, f64)> {
     round.contenders.iter().map(of).collect()
 }
 
-/// What `start` holds, with the timing allowances that the named effects leave to be made.
-pub(crate) fn allowed_beside(
-    record: &Record,
-    start: &[Applied],
-    named: &[Named],
-    excluded: &[bool],
-) -> Option<Vec<Applied>> {
-    let mut fixed = start.to_vec();
-    fixed.extend(named.iter().map(|n| n.applied.clone()));
-    let state = allowances_with(record, &fixed, excluded, Bend::Lean)?;
-    let mut out = start.to_vec();
-    out.extend(state.into_iter().filter(|a| a.allowance));
-    Some(out)
-}
-
 /// Drops what the others made superfluous.
 fn reconsider(record: &Record, selection: &mut Selection) -> Option<()> {
     if selection.named.len() < 2 {
@@ -131,7 +122,7 @@ fn reconsider(record: &Record, selection: &mut Selection) -> Option<()> {
         };
         others.named.remove(k);
         let state = others.state();
-        let tangent = Tangent::at(
+        let tangent = Tangent::beside(
             record,
             &state,
             &[],

@@ -6,11 +6,14 @@
 use crate::noise::{Layout, Whitening};
 use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::{Applied, Blocks, Rows};
+use crate::scan::joined;
+use crate::slack::{Slack, slack};
 use crate::unrest::wander;
 pub(crate) use crate::vectors::dot;
 use crate::vectors::{back_substitute, orthonormal};
 use dgd_effects::{
-    Curves, FRICTION_TERMS, HEAD_TERMS, Rank, Scale, friction_terms, head_terms, quantile,
+    Curves, FRICTION_TERMS, HEAD_POWERS, HEAD_TERMS, Rank, Scale, friction_terms, head_terms,
+    quantile,
 };
 
 /// Prior width of the head's lean on inlet pressure.
@@ -18,18 +21,11 @@ const LEAN_PRIOR: f64 = 0.1;
 /// Prior widths of the friction terms, Pa at the scale's flow: intercept and linear term are physics, not curve.
 const FRICTION_PRIOR_PA: [f64; FRICTION_TERMS] =
     [3.0e3, 4.0e3, 1e8, 1e8, 4.0e3, 2e3, 2e3, 2e3, 2e3, 2e3];
-/// Prior widths of the head terms, Pa at the scale: an offset within accuracy, then the curve.
-const HEAD_PRIOR_PA: [f64; HEAD_TERMS] = {
-    let mut widths = [4.0e4; HEAD_TERMS];
-    // Terms of another degree than the second break the affinity laws: small.
-    let powers = [3.0e3, 1e8, 1e8, 1e8, 5e4, 5e4, 5e4, 5e4];
-    let mut k = 0;
-    while k < powers.len() {
-        widths[k] = powers[k];
-        k += 1;
-    }
-    widths
-};
+/// Prior widths of the head terms, Pa at the scale: an offset within accuracy, the parabola as a share of the lift, terms of
+/// another degree than the second, which break the affinity laws, small, then bumps.
+const HEAD_OFFSET_PA: f64 = 3.0e3;
+const HEAD_ODD_PA: f64 = 5.0e4;
+const HEAD_BUMP_PA: f64 = 4.0e4;
 
 /// The linearised model.
 #[derive(Debug, Clone)]
@@ -50,6 +46,31 @@ pub(crate) struct Tangent {
     pub residual: Vec<f64>,
     /// How freely the curves may bend.
     pub lean: Bend,
+    /// What the named effects may be wrong by.
+    slack: Vec<Slack>,
+    /// Logarithm of the prior's volume over the posterior's: the price of all freedom.
+    ln_volume: f64,
+}
+
+/// Median lift of the pump where its head may be judged, Pa.
+fn typical_lift(rows: &Rows, blocks: &Blocks) -> f64 {
+    let lifts =
+        (blocks.lift.iter().zip(&rows.head)).filter_map(|(lift, head)| head.then_some(*lift));
+    quantile(lifts, Rank::MEDIAN).unwrap_or(1e6).max(1e5)
+}
+
+/// Mean and width of each head term at the scale, Pa.
+///
+/// Radial pumps of any make: a shut-off head somewhat above the usual lift, which falls with flow (Gülich 2010, chapter
+/// 4). Where speed and flow hardly vary it is this that keeps a curve of any slope from hiding gas or wear.
+fn head_priors(lift: f64) -> [(f64, f64); HEAD_TERMS] {
+    let mut out = [(0.0, HEAD_BUMP_PA); HEAD_TERMS];
+    out[0].1 = HEAD_OFFSET_PA;
+    out[1] = (1.3 * lift, 0.25 * lift);
+    out[2] = (0.0, 0.2 * lift);
+    out[3] = (-0.3 * lift, 0.2 * lift);
+    out[4..HEAD_POWERS].fill((0.0, HEAD_ODD_PA));
+    out
 }
 
 /// How freely the curves may bend.
@@ -140,6 +161,8 @@ fn curves_of(rows: &Rows, b: &Blocks, scale: Scale) -> Curves {
         let values: Vec<f64> = use_.iter().map(|&k| y[k]).collect();
         robust(&columns, &values, priors)
     };
+    // The curves fitted here only lead to the linearisation: their priors need no means.
+    let head_widths = head_priors(typical_lift(rows, b)).map(|(mean, width)| mean.hypot(width));
     let friction = fit(
         &rows.friction,
         &b.drop,
@@ -160,7 +183,7 @@ fn curves_of(rows: &Rows, b: &Blocks, scale: Scale) -> Curves {
                 .map(|v| v * b.head_factor[k])
                 .collect()
         },
-        &HEAD_PRIOR_PA,
+        &head_widths,
     );
     let mut curves = Curves {
         scale,
@@ -211,7 +234,16 @@ impl Tangent {
         let residual = residual_of(&curves, layout, &blocks);
         let unrest = crate::unrest::unrest(record, &curves, &blocks, layout);
         let whitening = Whitening::of(layout, &rows, &residual, &unrest, wander(record, &curves));
-        let first = Self::with(record, &blocks, rows, curves, layout, whitening, lean);
+        let first = Self::with(
+            record,
+            &blocks,
+            rows,
+            curves,
+            layout,
+            whitening,
+            lean,
+            Vec::new(),
+        );
         // A row that stands out alone is a glitch: no effect of minutes looks like that.
         let lonely = first.lonely(record);
         let residual = first.residual.clone();
@@ -234,7 +266,14 @@ impl Tangent {
         let unrest = crate::unrest::unrest(record, &curves, &blocks, layout);
         let whitening = Whitening::of(layout, &rows, &residual, &unrest, wander(record, &curves));
         Some(Self::with(
-            record, &blocks, rows, curves, layout, whitening, lean,
+            record,
+            &blocks,
+            rows,
+            curves,
+            layout,
+            whitening,
+            lean,
+            Vec::new(),
         ))
     }
 
@@ -286,6 +325,50 @@ impl Tangent {
             self.layout,
             self.whitening.clone(),
             self.lean,
+            self.slack.clone(),
+        )
+    }
+
+    /// Linearises about a hypothesis whose own effects may be wrong by their slack: what a further effect must stand out from.
+    pub(crate) fn beside(
+        record: &Record,
+        applied: &[Applied],
+        excluded: &[bool],
+        lean: Bend,
+    ) -> Option<Self> {
+        let bare = Self::at(record, applied, excluded, lean)?;
+        let slack: Vec<Slack> = (0..applied.len())
+            .flat_map(|k| slack(record, &bare, applied, k))
+            .collect();
+        Some(if slack.is_empty() {
+            bare
+        } else {
+            bare.slackened(record, applied, slack)
+        })
+    }
+
+    /// Evidence (ln of the Bayes factor) of an effect whose parameters are free and whose form is within its error.
+    pub(crate) fn formed(&self, record: &Record, state: &[Applied], one: &Applied) -> f64 {
+        let applied = joined(state, one);
+        let plain = self.refitted(record, &applied);
+        let mut free = self.slack.clone();
+        free.extend(slack(record, &plain, &applied, applied.len() - 1));
+        let with = plain.slackened(record, &applied, free);
+        let misfit = |t: &Self| 0.5 * dot(&t.off, &t.off) + t.ln_volume;
+        misfit(self) - misfit(&with)
+    }
+
+    /// The same tangent with other slack.
+    fn slackened(self, record: &Record, applied: &[Applied], slack: Vec<Slack>) -> Self {
+        Self::with(
+            record,
+            &Blocks::under(record, applied),
+            self.rows,
+            self.curves,
+            self.layout,
+            self.whitening,
+            self.lean,
+            slack,
         )
     }
 
@@ -298,29 +381,35 @@ impl Tangent {
         layout: Layout,
         whitening: Whitening,
         lean: Bend,
+        slack: Vec<Slack>,
     ) -> Self {
         let scale = curves.scale;
         let n = layout.blocks;
         let total = layout.len();
         let mut columns: Vec<Vec<f64>> = Vec::new();
         let mut priors: Vec<f64> = Vec::new();
-        let slack = if lean == Bend::Loose { 6.0 } else { 1.0 };
+        let wide = if lean == Bend::Loose { 6.0 } else { 1.0 };
         for a in 0..FRICTION_TERMS {
             let mut column = vec![0.0; total];
             for b in 0..n {
                 column[b] = friction_terms(blocks.flow[b], scale)[a] * blocks.friction_factor[b];
             }
             columns.push(column);
-            priors.push(FRICTION_PRIOR_PA[a] * if a == 0 { 1.0 } else { slack });
+            priors.push(FRICTION_PRIOR_PA[a] * if a == 0 { 1.0 } else { wide });
         }
-        for a in 0..HEAD_TERMS {
+        let mut means = vec![0.0; FRICTION_TERMS];
+        for (a, (mean, width)) in head_priors(typical_lift(&rows, blocks))
+            .into_iter()
+            .enumerate()
+        {
+            means.push(mean);
             let mut column = vec![0.0; total];
             for b in 0..n {
                 column[n + b] = head_terms(blocks.speed[b], blocks.through[b], scale)[a]
                     * blocks.head_factor[b];
             }
             columns.push(column);
-            priors.push(HEAD_PRIOR_PA[a] * if a == 0 { 1.0 } else { slack });
+            priors.push(width * if a == 0 { 1.0 } else { wide });
         }
         let mut nuisance: Vec<Vec<f64>> = Vec::new();
         if layout.difference > 0 {
@@ -341,6 +430,10 @@ impl Tangent {
             nuisance.push(column);
             priors.push(LEAN_PRIOR);
         }
+        for free in &slack {
+            nuisance.push(free.column.clone());
+            priors.push(free.width);
+        }
         columns.extend(nuisance.iter().cloned());
         let mut y = vec![0.0; total];
         y[..n].copy_from_slice(&blocks.drop);
@@ -360,12 +453,18 @@ impl Tangent {
             .collect();
         let mut off = whitening.apply(&y);
         off.resize(total + p, 0.0);
+        for (a, mean) in means.iter().enumerate() {
+            off[total + a] = mean / priors[a];
+        }
         let triangle = orthonormal(&mut basis);
         let mut right = vec![0.0; p];
         for (q, r) in basis.iter().zip(&mut right) {
             *r = dot(q, &off);
             off.iter_mut().zip(q).for_each(|(v, q)| *v -= *r * q);
         }
+        let ln_volume = (triangle.iter().zip(&priors).enumerate())
+            .map(|(a, (row, prior))| (row[a].abs() * prior).ln())
+            .sum();
         let beta = back_substitute(&triangle, right);
         let mut fitted = curves;
         fitted.friction.copy_from_slice(&beta[..FRICTION_TERMS]);
@@ -384,6 +483,8 @@ impl Tangent {
             off,
             residual,
             lean,
+            slack,
+            ln_volume,
         }
     }
 

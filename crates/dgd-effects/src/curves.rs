@@ -10,7 +10,8 @@ const FRICTION_BUMPS: usize = 5;
 const HEAD_BUMPS: usize = 9;
 /// Terms of [`friction_terms`].
 pub const FRICTION_TERMS: usize = 5 + FRICTION_BUMPS;
-const HEAD_POWERS: usize = 8;
+/// Terms of [`head_terms`] that are powers; bumps follow.
+pub const HEAD_POWERS: usize = 8;
 /// Terms of [`head_terms`].
 pub const HEAD_TERMS: usize = HEAD_POWERS + HEAD_BUMPS;
 

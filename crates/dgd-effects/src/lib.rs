@@ -20,7 +20,8 @@ mod search;
 pub use augmented::{AppliedEffect, AugmentedModel, FreeRun, Inputs, UnknownEffect};
 pub use catalogue::{KNOTS, QUANTITIES, RELATIONS, catalogue, find, unknown};
 pub use curves::{
-    Curves, FRICTION_TERMS, HEAD_TERMS, STANDING_M3_S, Scale, friction_terms, head_terms,
+    Curves, FRICTION_TERMS, HEAD_POWERS, HEAD_TERMS, STANDING_M3_S, Scale, friction_terms,
+    head_terms,
 };
 pub use effect::{About, Action, Component, Effect, Extent, MeterPath, Parameter, Relation, Role};
 pub use moment::{Changes, Connection, Moment, Noise, Setting, shrunk};

@@ -15,6 +15,8 @@ pub struct Search {
     pub least: Option<f64>,
     /// Error of the effect's form, as a share of its strength; it widens the interval of the strength.
     pub form_error: f64,
+    /// Share by which its strength differs from stand to stand, if each stand has its own.
+    pub stand_error: Option<f64>,
     /// What a recording must hold, or the effect cannot be tested on it.
     pub needs: &'static [Excitation],
     /// Strengths at which a sound rig shows it: one of them may be allowed for before anything is accused.
@@ -33,6 +35,7 @@ impl Search {
         },
         least: None,
         form_error: 0.06,
+        stand_error: None,
         needs: &[],
         allowance: &[],
         timing: None,

@@ -27,7 +27,7 @@ static ABOUT: About = About {
         name: "area_m2",
         meaning: "true area of the riser annulus",
         role: Role::Amplitude,
-        low: -0.6,
+        low: -0.85,
         high: 1.5,
         usual: 0.1,
         shown: Shown::RiserArea,

@@ -49,7 +49,7 @@ static ABOUT: About = About {
         Parameter {
             name: "drilled",
             meaning: "share of a stand that is drilled, the rest circulated clean",
-            role: Role::Shape(&[0.74, 0.82, 0.9]),
+            role: Role::Shape(&[0.76, 0.9]),
             low: 0.4,
             high: 1.0,
             usual: 0.82,
@@ -73,10 +73,20 @@ static ABOUT: About = About {
             usual: 0.05,
             ..Parameter::BASE
         },
+        Parameter {
+            name: "begun",
+            meaning: "load of the mud as the recording begins, over that while drilling",
+            role: Role::Shape(&[0.0, 1.0]),
+            low: 0.0,
+            high: 1.0,
+            usual: 1.0,
+            ..Parameter::BASE
+        },
     ],
     extent: Extent::Always,
     search: Search {
         least: Some(1.5),
+        stand_error: Some(0.3),
         needs: &[Excitation::Connections],
         ..Search::BASE
     },
@@ -93,9 +103,9 @@ impl Effect for CuttingsLoading {
         let mut riser = Stirred::new(p[2] * setting.riser_volume_m3);
         let mut line = Stirred::new(0.5 * setting.line_volume_m3());
         let mut next = 0;
-        // A recording that begins amid a stand begins loaded.
-        riser.value = load;
-        line.value = load;
+        // A recording may begin amid a stand, or on clean mud.
+        riser.value = load * p[4];
+        line.value = load * p[4];
         Box::new(move |at, changes| {
             while spans.get(next).is_some_and(|s| at.t_s >= s.1) {
                 next += 1;

@@ -97,7 +97,7 @@ fn mud_density_change_fills_the_riser_as_a_stirred_tank_then_the_line() {
 #[test]
 fn cuttings_loading_washes_out_before_the_connection_and_keeps_the_mass_balance() {
     let setting = setting();
-    let c = run("cuttings_loading", &[30.0, 0.8, 0.15, 0.0]);
+    let c = run("cuttings_loading", &[30.0, 0.8, 0.15, 0.0, 1.0]);
     assert_eq!(c[0].riser_kg_m3, 30.0);
     assert_eq!(c[2399].riser_kg_m3, 30.0);
     // From the end of drilling to that of the stand: 600 s at 0.04 m³/s.

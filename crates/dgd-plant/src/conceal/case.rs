@@ -102,7 +102,14 @@ pub fn conceal(order: &Order, index: usize) -> Case {
     let mut plan = rig.plan(plant_seed);
     plan.schedule = schedule;
     plan.causes = hidden.iter().map(|h| h.cause.clone()).collect();
-    let (sampling_s, absent, dialect, form) = filing;
+    let (sampling_s, mut absent, dialect, form) = filing;
+    // A shift of a transmitter that is not recorded would conceal nothing.
+    if hidden
+        .iter()
+        .any(|h| h.effect == "outlet_pressure_bias_step")
+    {
+        absent[6..8].fill(false);
+    }
     Case {
         id: format!("c{index:03}"),
         plan,

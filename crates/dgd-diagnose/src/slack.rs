@@ -1,0 +1,145 @@
+//! What named effects may still be wrong by: their parameters, and a form that no rig follows to the letter.
+//!
+//! A second effect must stand out from all of it; what a first one leaves over for want of form is no finding.
+
+use crate::empirical::is_correction;
+use crate::record::{MASS_BLOCKS, Record, mean};
+use crate::relations::{Applied, Blocks};
+use crate::tangent::Tangent;
+use dgd_effects::{Role, STANDING_M3_S};
+
+/// A direction in which the model may be off: a column in the units of the rows, and the prior width of its coefficient.
+#[derive(Debug, Clone)]
+pub(crate) struct Slack {
+    pub column: Vec<f64>,
+    pub width: f64,
+}
+
+/// Stands that are told apart at the most; in days of drilling the later ones share the last column.
+const MOST_STANDS: usize = 24;
+/// Prior width of an onset, s.
+const ONSET_WIDTH_S: f64 = 120.0;
+
+/// The slack of effect `k` of a hypothesis, about the tangent of that hypothesis.
+pub(crate) fn slack(
+    record: &Record,
+    tangent: &Tangent,
+    applied: &[Applied],
+    k: usize,
+) -> Vec<Slack> {
+    let one = &applied[k];
+    if one.allowance || is_correction(one.effect) {
+        return Vec::new();
+    }
+    let mut out = parameters(record, tangent, applied, k);
+    out.extend(form(record, tangent, applied, k));
+    out
+}
+
+/// One direction a parameter.
+fn parameters(record: &Record, tangent: &Tangent, applied: &[Applied], k: usize) -> Vec<Slack> {
+    let one = &applied[k];
+    let along = |j: usize, step: f64, width: f64| -> Slack {
+        let mut next = applied.to_vec();
+        next[k].parameters[j] += step;
+        let change = tangent.change(record, &next);
+        Slack {
+            column: change.iter().map(|v| finite(v / step)).collect(),
+            width,
+        }
+    };
+    one.effect
+        .about()
+        .parameters
+        .iter()
+        .enumerate()
+        .filter_map(|(j, parameter)| {
+            let size = one.parameters[j].abs();
+            match parameter.role {
+                Role::Sensor(_) => None,
+                Role::Onset | Role::Duration => Some(along(j, 30.0, ONSET_WIDTH_S)),
+                Role::Amplitude => Some(along(
+                    j,
+                    (0.05 * size).max(0.01 * parameter.usual),
+                    size.max(parameter.usual),
+                )),
+                Role::Grid(_) | Role::Shape(_) => {
+                    Some(along(j, (0.1 * size).max(0.1), (0.3 * size).max(1.0)))
+                }
+            }
+        })
+        .collect()
+}
+
+/// The effect's own trace, swelling and fading with time and load, and from stand to stand where each has its own.
+fn form(record: &Record, tangent: &Tangent, applied: &[Applied], k: usize) -> Vec<Slack> {
+    let about = applied[k].effect.about();
+    let mut without = applied.to_vec();
+    without.remove(k);
+    let trace: Vec<f64> = tangent
+        .change(record, &without)
+        .iter()
+        .map(|v| finite(-v))
+        .collect();
+    let span = record.setting.span_s;
+    let seconds = record.dt_s * record.per_block as f64;
+    let layout = tangent.layout;
+    let block = |row: usize| match row.checked_sub(layout.mass_at()) {
+        Some(k) => k * MASS_BLOCKS,
+        None => row % layout.blocks.max(1),
+    };
+    let time = |row: usize| span.0 + block(row) as f64 * seconds;
+    let modulated = |by: &dyn Fn(usize) -> f64, width: f64| Slack {
+        column: trace
+            .iter()
+            .enumerate()
+            .map(|(row, v)| v * by(row))
+            .collect(),
+        width,
+    };
+    let interval = about.interval_s(&applied[k].parameters, span);
+    let through = |row: usize| {
+        let share = (time(row) - interval.0) / (interval.1 - interval.0).max(1.0);
+        2.0 * share.clamp(0.0, 1.0) - 1.0
+    };
+    let flow = Blocks::under(record, applied).flow;
+    let moving: Vec<f64> = flow
+        .iter()
+        .copied()
+        .filter(|q| *q > STANDING_M3_S)
+        .collect();
+    let typical = finite(mean(&moving)).max(STANDING_M3_S);
+    let load = |row: usize| {
+        let q = flow.get(block(row)).copied().unwrap_or(f64::NAN);
+        finite((q / typical - 1.0).clamp(-1.0, 1.0))
+    };
+    // Narrower than a tenth, and what a strong effect leaves over would count.
+    let error = about.search.form_error.max(0.1);
+    let mut out = vec![
+        modulated(&through, error),
+        modulated(&|row| 2.0 * through(row).powi(2) - 1.0, error),
+        modulated(&load, error),
+    ];
+    if let Some(error) = about.search.stand_error {
+        let mut edges = vec![f64::NEG_INFINITY];
+        let ends = record.setting.connections.iter().map(|c| c.to_s);
+        edges.extend(ends.take(MOST_STANDS - 1));
+        edges.push(f64::INFINITY);
+        for w in edges.windows(2) {
+            let (from, to) = (w[0].max(span.0), w[1].min(span.1));
+            let inside = |row: usize| (w[0]..w[1]).contains(&time(row));
+            let along = |row: usize| (2.0 * time(row) - from - to) / (to - from).max(1.0);
+            out.push(modulated(&|row| if inside(row) { 1.0 } else { 0.0 }, error));
+            out.push(modulated(
+                &|row| if inside(row) { along(row) } else { 0.0 },
+                error,
+            ));
+        }
+    }
+    out
+}
+
+/// A row that holds nothing moves nothing.
+fn finite(v: f64) -> f64 {
+    if v.is_finite() { v } else { 0.0 }
+}
