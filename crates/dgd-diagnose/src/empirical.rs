@@ -4,7 +4,7 @@ use crate::record::{MASS_BLOCKS, Record, tails, whole};
 use crate::relations::Applied;
 use crate::scan::joined;
 use crate::tangent::{Tangent, dot};
-use dgd_effects::{Effect, KNOTS, Method, QUANTITIES, RELATIONS, unknown};
+use dgd_effects::{Effect, KNOTS, Method, QUANTITIES, RELATIONS, Relation, unknown};
 use nalgebra::{DMatrix, DVector};
 
 /// Prior width of a knot, in the unit of the relation.
@@ -145,10 +145,16 @@ fn busiest(record: &Record, tangent: &Tangent, signature: &[f64]) -> f64 {
     most
 }
 
-/// Whether a correction is more than the accuracy of instruments: its spread over the recording.
+/// Whether a correction is more than the accuracy of instruments: its spread over the recording, and in the mass balance, which
+/// holds no constant of its own, its size.
 pub(crate) fn plausible(c: &Correction) -> bool {
     let knots = &c.applied.parameters[4..];
-    let mean = knots.iter().sum::<f64>() / knots.len() as f64;
+    let balance = RELATIONS[c.relation] == Relation::RiserMassBalance;
+    let mean = if balance {
+        0.0
+    } else {
+        knots.iter().sum::<f64>() / knots.len() as f64
+    };
     let spread =
         (knots.iter().map(|k| (k - mean).powi(2)).sum::<f64>() / knots.len() as f64).sqrt();
     spread > [3e3, 6e3, 1.5e-4][c.relation]

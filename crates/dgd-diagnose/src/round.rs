@@ -10,6 +10,9 @@ use crate::tangent::{Bend, Tangent, dot};
 use dgd_effects::{About, Effect, QUANTITIES, RELATIONS, Timing, catalogue};
 use tracing::debug;
 
+/// Evidence that a first, second, third effect must show beyond its hurdle: causes seldom come together.
+const FURTHER: [f64; 3] = [0.0, 8.0, 40.0];
+
 /// Share of a correction's evidence that counts: six free knots fit what a stiffer form leaves, and must be well ahead.
 const AHEAD: f64 = 0.8;
 
@@ -96,8 +99,7 @@ impl<'a> Round<'a> {
         {
             return Ruling::Unnamed(self.unnamed(r));
         }
-        let belief = about.search.belief;
-        let real = logistic((best.evidence - belief.hurdle) / belief.scale + 1.0);
+        let real = logistic((best.evidence - self.hurdle(best)) / about.search.belief.scale + 1.0);
         let (probability, alternatives) = shared(real, self.others(best, rival));
         // Where the empirical correction is the likelier cause, it stands as the finding.
         let unknown = alternatives.iter().find(|o| o.0 == "unknown");
@@ -129,13 +131,19 @@ impl<'a> Round<'a> {
         let second = contest(self.record, &gate, &state).into_iter().find(|c| {
             c.evidence > c.effect.about().search.belief.hurdle && material(&solved(&c.best))
         });
-        second.is_some_and(|c| best.formed + c.formed > 0.9 * rival)
+        second.is_some_and(|c| best.evidence + c.evidence > 0.9 * rival)
     }
 
     /// What a correction must show beside what has been named: knots fit the want of form of another effect with ease.
     fn unknown_hurdle(&self, r: &Correction) -> f64 {
         let first = if self.footprints.is_empty() { 1.0 } else { 1.5 };
         first * hurdle(r) + 5.0 * self.left_over(&r.signature)
+    }
+
+    /// What an effect must show beside what has been named.
+    fn hurdle(&self, c: &Contender) -> f64 {
+        let further = FURTHER[self.footprints.len().min(FURTHER.len() - 1)];
+        c.effect.about().search.belief.hurdle + further + self.left_over(&c.best.signature)
     }
 
     /// Evidence that what has been named leaves over for a candidate.
@@ -155,7 +163,7 @@ impl<'a> Round<'a> {
             .filter(|c| {
                 let about = c.effect.about();
                 let one = solved(&c.best);
-                c.evidence > about.search.belief.hurdle + self.left_over(&c.best.signature)
+                c.evidence > self.hurdle(c)
                     && !at_bound(&one)
                     && !(timed && late_meter(about))
                     && material(&one)
@@ -166,7 +174,7 @@ impl<'a> Round<'a> {
 
     /// What else may be the cause, each with its weight against that of the best, which is 1.
     fn others(&self, best: &Contender, rival: Option<&Correction>) -> Vec<(String, f64)> {
-        let temperature = (0.03 * best.formed).max(3.0);
+        let temperature = (0.08 * best.formed).max(4.0);
         let weight = |e: f64| ((e - best.formed) / temperature).exp();
         let id = best.effect.about().id;
         let mut others: Vec<(String, f64)> = self

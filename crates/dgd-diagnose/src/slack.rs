@@ -17,6 +17,8 @@ pub(crate) struct Slack {
 
 /// Stands that are told apart at the most; in days of drilling the later ones share the last column.
 const MOST_STANDS: usize = 24;
+/// One direction's share of the error of a form.
+const FORM_SHARE: f64 = 0.5;
 /// Prior width of an onset, s.
 const ONSET_WIDTH_S: f64 = 120.0;
 
@@ -113,8 +115,7 @@ fn form(record: &Record, tangent: &Tangent, applied: &[Applied], k: usize) -> Ve
         let q = flow.get(block(row)).copied().unwrap_or(f64::NAN);
         finite((q / typical - 1.0).clamp(-1.0, 1.0))
     };
-    // Narrower than a tenth, and what a strong effect leaves over would count.
-    let error = about.search.form_error.max(0.1);
+    let error = FORM_SHARE * about.search.form_error;
     let mut out = vec![
         modulated(&through, error),
         modulated(&|row| 2.0 * through(row).powi(2) - 1.0, error),

@@ -3,8 +3,8 @@
 use crate::moment::Lag;
 use crate::shrunk;
 use crate::{
-    About, Action, Component, Effect, Excitation, Extent, Parameter, Relation, Role, Search,
-    Setting,
+    About, Action, Belief, Component, Effect, Excitation, Extent, Parameter, Relation, Role,
+    Search, Setting,
 };
 
 /// See the module.
@@ -36,6 +36,10 @@ static ABOUT: About = About {
         form_error: 0.1,
         needs: &[Excitation::BoosterSteps],
         allowance: &[1.5, 3.0, 4.5],
+        belief: Belief {
+            hurdle: 8.0,
+            scale: 3.0,
+        },
         ..Search::BASE
     },
 };

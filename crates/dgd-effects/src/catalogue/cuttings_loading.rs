@@ -88,6 +88,7 @@ static ABOUT: About = About {
         least: Some(1.5),
         stand_error: Some(0.3),
         needs: &[Excitation::Connections],
+        form_error: 0.2,
         ..Search::BASE
     },
 };

@@ -40,10 +40,11 @@ static ABOUT: About = About {
     extent: Extent::Passing,
     search: Search {
         belief: Belief {
-            hurdle: 58.0,
-            scale: 40.0,
+            hurdle: 30.0,
+            scale: 8.0,
         },
         least: Some(8e-3),
+        form_error: 0.15,
         ..Search::BASE
     },
 };

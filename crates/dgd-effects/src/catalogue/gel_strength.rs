@@ -52,8 +52,8 @@ static ABOUT: About = About {
     extent: Extent::Always,
     search: Search {
         belief: Belief {
-            hurdle: 15.0,
-            scale: 6.0,
+            hurdle: 12.0,
+            scale: 4.0,
         },
         form_error: 0.15,
         needs: &[Excitation::PumpStops],

@@ -58,9 +58,10 @@ static ABOUT: About = About {
     extent: Extent::Passing,
     search: Search {
         belief: Belief {
-            hurdle: 14.0,
-            scale: 4.0,
+            hurdle: 8.0,
+            scale: 3.0,
         },
+        form_error: 0.15,
         ..Search::BASE
     },
 };

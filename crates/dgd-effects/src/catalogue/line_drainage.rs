@@ -1,8 +1,8 @@
 //! A return line that drains back into the riser while the pump is off.
 
 use crate::{
-    About, Action, Component, Effect, Excitation, Extent, Parameter, Relation, Role, Search,
-    Setting,
+    About, Action, Belief, Component, Effect, Excitation, Extent, Parameter, Relation, Role,
+    Search, Setting,
 };
 
 /// See the module.
@@ -32,6 +32,11 @@ static ABOUT: About = About {
     extent: Extent::Always,
     search: Search {
         needs: &[Excitation::PumpStops],
+        form_error: 0.1,
+        belief: Belief {
+            hurdle: 11.0,
+            scale: 3.0,
+        },
         ..Search::BASE
     },
 };

@@ -38,8 +38,8 @@ static ABOUT: About = About {
     extent: Extent::FromOnset,
     search: Search {
         belief: Belief {
-            hurdle: 30.0,
-            scale: 6.0,
+            hurdle: 18.0,
+            scale: 5.0,
         },
         ..Search::BASE
     },

@@ -40,7 +40,7 @@ static ABOUT: About = About {
     extent: Extent::FromOnset,
     search: Search {
         belief: Belief {
-            hurdle: 30.0,
+            hurdle: 26.0,
             scale: 6.0,
         },
         ..Search::BASE

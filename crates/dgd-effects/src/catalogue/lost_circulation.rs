@@ -1,6 +1,8 @@
 //! Mud lost to the formation, driven by pressure, from some time on.
 
-use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting};
+use crate::{
+    About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
+};
 
 /// See the module.
 pub(super) struct LostCirculation;
@@ -47,6 +49,10 @@ static ABOUT: About = About {
     extent: Extent::FromOnset,
     search: Search {
         form_error: 0.15,
+        belief: Belief {
+            hurdle: 10.0,
+            scale: 4.0,
+        },
         ..Search::BASE
     },
 };

@@ -50,10 +50,11 @@ static ABOUT: About = About {
     extent: Extent::FromOnset,
     search: Search {
         belief: Belief {
-            hurdle: 14.0,
-            scale: 4.0,
+            hurdle: 18.0,
+            scale: 5.0,
         },
         least: Some(1.5),
+        form_error: 0.15,
         ..Search::BASE
     },
 };

@@ -49,11 +49,12 @@ static ABOUT: About = About {
     extent: Extent::Always,
     search: Search {
         belief: Belief {
-            hurdle: 24.0,
-            scale: 6.0,
+            hurdle: 13.0,
+            scale: 5.0,
         },
         least: Some(0.045),
         needs: &[Excitation::Connections],
+        form_error: 0.1,
         ..Search::BASE
     },
 };

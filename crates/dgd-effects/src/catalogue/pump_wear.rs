@@ -34,8 +34,8 @@ static ABOUT: About = About {
     extent: Extent::Always,
     search: Search {
         belief: Belief {
-            hurdle: 90.0,
-            scale: 40.0,
+            hurdle: 75.0,
+            scale: 20.0,
         },
         ..Search::BASE
     },

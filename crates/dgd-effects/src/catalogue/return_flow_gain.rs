@@ -3,7 +3,8 @@
 //! The parameter is carried as the gain less 1, so that 0 changes nothing; it is reported as the gain.
 
 use crate::{
-    About, Action, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting, Shown,
+    About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
+    Shown,
 };
 
 /// See the module.
@@ -39,6 +40,10 @@ static ABOUT: About = About {
     extent: Extent::Always,
     search: Search {
         least: Some(6e-3),
+        belief: Belief {
+            hurdle: 7.0,
+            scale: 3.0,
+        },
         ..Search::BASE
     },
 };

@@ -3,8 +3,8 @@
 use crate::moment::Lag;
 use crate::shrunk;
 use crate::{
-    About, Action, Component, Effect, Excitation, Extent, Parameter, Relation, Role, Search,
-    Setting,
+    About, Action, Belief, Component, Effect, Excitation, Extent, Parameter, Relation, Role,
+    Search, Setting,
 };
 
 /// See the module.
@@ -39,6 +39,10 @@ static ABOUT: About = About {
         form_error: 0.1,
         needs: &[Excitation::Connections],
         allowance: &[1.0, 2.0, 3.0, 4.0],
+        belief: Belief {
+            hurdle: 13.0,
+            scale: 4.0,
+        },
         ..Search::BASE
     },
 };

@@ -1,6 +1,8 @@
 //! Viscosity, and with it friction, drifts over hours.
 
-use crate::{About, Action, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting};
+use crate::{
+    About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
+};
 
 /// Viscosity of a drilling mud at pipe shear rates; the well file does not tell it.
 const USUAL_VISCOSITY_PA_S: f64 = 0.02;
@@ -59,6 +61,10 @@ static ABOUT: About = About {
     search: Search {
         least: Some(0.05),
         form_error: 0.15,
+        belief: Belief {
+            hurdle: 20.0,
+            scale: 5.0,
+        },
         ..Search::BASE
     },
 };

@@ -42,9 +42,10 @@ static ABOUT: About = About {
     extent: Extent::Always,
     search: Search {
         belief: Belief {
-            hurdle: 5.0,
-            scale: 2.0,
+            hurdle: 3.0,
+            scale: 1.5,
         },
+        form_error: 0.15,
         ..Search::BASE
     },
 };

@@ -1,0 +1,136 @@
+//! The states and how they start.
+
+use crate::build::listed;
+use crate::error::Problem;
+use crate::network::{Chain, Location, Network, NodeKind, Reading, Start, StateInfo};
+use crate::spec::{Initial, Kind, System};
+use dgd_units::{Dimension, Unit};
+
+pub(super) fn states(system: &System, net: &mut Network, problems: &mut Vec<Problem>) {
+    let mut used: Vec<String> = Vec::new();
+    let mut list: Vec<StateInfo> = Vec::new();
+    for (number, &part) in net.tanks.iter().enumerate() {
+        let path = format!("{}.level", net.parts[part].name);
+        let meter = net
+            .meters
+            .iter()
+            .position(|m| m.reading == Reading::Level(number));
+        let start = start(system, net, &path, Dimension::Length, &mut used, problems)
+            .or(meter.map(Start::Measured));
+        let size = net.parts[part].scale.level_m;
+        list.push(StateInfo {
+            start: needed(start, &path, problems),
+            path,
+            size,
+        });
+    }
+    for (number, &part) in net.volumes.iter().enumerate() {
+        let path = format!("{}.pressure", net.parts[part].name);
+        let meter = net.meters.iter().position(|m| matches!(m.reading, Reading::Pressure(Location::Node(n)) if net.nodes[n].kind == NodeKind::Volume(number)));
+        let start = start(system, net, &path, Dimension::Pressure, &mut used, problems)
+            .or(meter.map(Start::Measured));
+        let size = net.parts[part].scale.pressure_pa;
+        list.push(StateInfo {
+            start: needed(start, &path, problems),
+            path,
+            size,
+        });
+    }
+    for &chain in &net.inertial {
+        let Chain { members, .. } = &net.chains[chain];
+        let mut found = None;
+        let mut name = String::new();
+        for member in members {
+            let part = &net.parts[member.part];
+            let path = format!("{}.flow", part.name);
+            if name.is_empty() && part.kind == Kind::Line {
+                name.clone_from(&path);
+            }
+            if let Some(start) = start(system, net, &path, Dimension::FlowRate, &mut used, problems)
+            {
+                (found, name) = (Some(start), path);
+            }
+        }
+        let size = net.parts[members[0].part].scale.flow_m3_s;
+        list.push(StateInfo {
+            path: name,
+            start: found.unwrap_or(Start::Steady),
+            size,
+        });
+    }
+    for attached in &mut net.effects {
+        let count = attached.effect.states();
+        attached.states = list.len()..list.len() + count;
+        let part = &net.parts[attached.part];
+        for k in 0..count {
+            list.push(StateInfo {
+                path: format!("{}.{}.x{k}", part.name, attached.effect.about().id),
+                start: Start::Effect,
+                size: 1.0,
+            });
+        }
+    }
+    for path in system.initial.keys().filter(|p| !used.contains(p)) {
+        let known = listed(list.iter().map(|s| s.path.as_str()));
+        problems.push(Problem::new(
+            path,
+            "in [initial] is no state",
+            format!("states: {known}; a path is quoted, \"tank.level\""),
+        ));
+    }
+    net.states = list;
+}
+
+fn needed(start: Option<Start>, path: &str, problems: &mut Vec<Problem>) -> Start {
+    start.unwrap_or_else(|| {
+        problems.push(Problem::new(path, "has no start", "add it to [initial] as a number, `{ measured = \"instrument\" }` or `{ start = .., low = .., high = .. }`"));
+        Start::Steady
+    })
+}
+
+fn start(
+    system: &System,
+    net: &Network,
+    path: &str,
+    dimension: Dimension,
+    used: &mut Vec<String>,
+    problems: &mut Vec<Problem>,
+) -> Option<Start> {
+    let initial = system.initial.get(path)?;
+    used.push(path.to_owned());
+    match initial {
+        Initial::Given(value) => Some(Start::Given(*value)),
+        Initial::Written(text) => match dgd_units::split_number(text)
+            .and_then(|(v, u)| Unit::parse_as(u, dimension).map(|u| u.to_si(v)))
+        {
+            Ok(value) => Some(Start::Given(value)),
+            Err(error) => {
+                problems.push(Problem::new(path, error.to_string(), ""));
+                None
+            }
+        },
+        Initial::Measured(m) => {
+            let meter = net.meters.iter().position(|k| k.name == m.measured);
+            if meter.is_none() {
+                let known = listed(net.meters.iter().map(|m| m.name.as_str()));
+                problems.push(Problem::new(
+                    path,
+                    format!("there is no instrument `{}`", m.measured),
+                    format!("instruments: {known}"),
+                ));
+            }
+            Some(Start::Measured(meter.unwrap_or_default()))
+        }
+        Initial::Free(bounds) => {
+            if !(bounds.low < bounds.high
+                && bounds.start >= bounds.low
+                && bounds.start <= bounds.high
+                && bounds.low.is_finite()
+                && bounds.high.is_finite())
+            {
+                problems.push(Problem::new(path, format!("has start {}, low {}, high {}, expected finite low <= start <= high, low < high", bounds.start, bounds.low, bounds.high), ""));
+            }
+            Some(Start::Free(*bounds))
+        }
+    }
+}

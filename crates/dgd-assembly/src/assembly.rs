@@ -1,0 +1,350 @@
+//! The front door: a checked assembly, its parameters and states.
+
+use crate::assemble;
+use crate::error::{AssemblyError, Problem};
+use crate::network::{Network, NodeKind, Start};
+use crate::spec::{Bounds, EffectSetting, System};
+
+/// A system that was found to be well posed, compiled.
+///
+/// Parameters go by one vector `theta`: the free properties in the order of their paths, then, for each training
+/// window, the free initial states ([`parameters`](Self::parameters) names them).
+#[derive(Clone)]
+pub struct Assembly {
+    pub(crate) system: System,
+    pub(crate) net: Network,
+}
+
+impl std::fmt::Debug for Assembly {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Assembly")
+            .field("system", &self.system)
+            .finish_non_exhaustive()
+    }
+}
+
+/// An entry of `theta`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameter {
+    /// `"line.roughness"`; `"tank.level"` for a free initial state, with `@2` for the second window and so on.
+    pub path: String,
+    /// First guess.
+    pub start: f64,
+    /// Least value.
+    pub low: f64,
+    /// Greatest value.
+    pub high: f64,
+    /// Whether it is an initial state.
+    pub initial: bool,
+}
+
+impl Assembly {
+    /// Reads and checks a `system.toml`.
+    ///
+    /// # Errors
+    /// [`AssemblyError::Syntax`] if it is no TOML or holds keys or types no system has, [`AssemblyError::IllPosed`] with
+    /// every problem, its line and how to mend it.
+    ///
+    /// ```
+    /// let text = r#"
+    /// connections = ["tank -> valve -> atmosphere"]
+    /// [components]
+    /// tank = { kind = "tank", area = 1.0 }
+    /// valve = { kind = "valve", flow_coefficient = 1e-3 }
+    /// gauge = { kind = "instrument", measures = "level", of = "tank" }
+    /// [initial]
+    /// "tank.level" = 2.0
+    /// "#;
+    /// let assembly = dgd_assembly::Assembly::parse(text)?;
+    /// assert_eq!(assembly.states(), ["tank.level"]);
+    /// # Ok::<(), dgd_assembly::AssemblyError>(())
+    /// ```
+    pub fn parse(text: &str) -> Result<Self, AssemblyError> {
+        let system = parse_system(text)?;
+        Self::new(system).map_err(|error| match error {
+            AssemblyError::IllPosed(mut problems) => {
+                for problem in &mut problems.0 {
+                    problem.line = crate::locate::line_of(text, &problem.path);
+                }
+                problems.0.sort_by_key(|p| p.line);
+                AssemblyError::IllPosed(problems)
+            }
+            other => other,
+        })
+    }
+
+    /// Checks and compiles a description.
+    ///
+    /// # Errors
+    /// [`AssemblyError::IllPosed`] with every problem found.
+    pub fn new(system: System) -> Result<Self, AssemblyError> {
+        let net = assemble::compile(&system)?;
+        Ok(Self { system, net })
+    }
+
+    /// The description it was compiled from.
+    #[must_use]
+    pub fn system(&self) -> &System {
+        &self.system
+    }
+
+    /// The description as TOML.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        // Every value of a `System` is representable; an empty text would be seen at once.
+        toml::to_string(&self.system).unwrap_or_default()
+    }
+
+    /// Paths of the states, in order.
+    #[must_use]
+    pub fn states(&self) -> Vec<String> {
+        self.net.states.iter().map(|s| s.path.clone()).collect()
+    }
+
+    /// Names of the instruments, in order of the outputs.
+    #[must_use]
+    pub fn outputs(&self) -> Vec<String> {
+        self.net.meters.iter().map(|m| m.name.clone()).collect()
+    }
+
+    /// Paths of the inputs, in order.
+    #[must_use]
+    pub fn inputs(&self) -> Vec<String> {
+        self.net.driven.iter().map(|d| d.path.clone()).collect()
+    }
+
+    /// Number of training windows: one if none is given.
+    #[must_use]
+    pub fn training_windows(&self) -> usize {
+        self.system.record.train.windows.len().max(1)
+    }
+
+    /// Number of free properties, which come first in `theta`.
+    #[must_use]
+    pub fn free_properties(&self) -> usize {
+        self.net.free.len()
+    }
+
+    /// The entries of `theta`.
+    #[must_use]
+    pub fn parameters(&self) -> Vec<Parameter> {
+        let entry = |path: String, b: &Bounds, initial| Parameter {
+            path,
+            start: b.start,
+            low: b.low,
+            high: b.high,
+            initial,
+        };
+        let mut all: Vec<Parameter> = self
+            .net
+            .free
+            .iter()
+            .map(|f| entry(f.path.clone(), &f.bounds, false))
+            .collect();
+        for window in 0..self.training_windows() {
+            for state in &self.net.states {
+                if let Start::Free(bounds) = &state.start {
+                    let path = if window == 0 {
+                        state.path.clone()
+                    } else {
+                        format!("{}@{}", state.path, window + 1)
+                    };
+                    all.push(entry(path, bounds, true));
+                }
+            }
+        }
+        all
+    }
+
+    /// The starts of all parameters.
+    #[must_use]
+    pub fn start(&self) -> Vec<f64> {
+        self.parameters().iter().map(|p| p.start).collect()
+    }
+
+    /// The same system with free values set to `theta` as its starts, so that it can be written down as fitted.
+    ///
+    /// # Errors
+    /// [`AssemblyError::Length`] if `theta` is of another length; [`AssemblyError::IllPosed`] if a value is out of bounds.
+    pub fn with_values(&self, theta: &[f64]) -> Result<Self, AssemblyError> {
+        self.check_theta(theta)?;
+        let mut system = self.system.clone();
+        for (free, &value) in self.net.free.iter().zip(theta) {
+            if let Some(bounds) = system.free.get_mut(&free.path) {
+                bounds.start = value;
+            }
+        }
+        let free_states = self
+            .net
+            .states
+            .iter()
+            .filter(|s| matches!(s.start, Start::Free(_)));
+        for (state, &value) in free_states.zip(&theta[self.net.free.len()..]) {
+            if let Some(crate::spec::Initial::Free(bounds)) = system.initial.get_mut(&state.path) {
+                bounds.start = value;
+            }
+        }
+        Self::new(system)
+    }
+
+    /// The same system with an effect on a component. Its parameters named in `free` become free between their bounds,
+    /// the strength starting at its usual value; the others stand at their neutral or usual value.
+    ///
+    /// # Errors
+    /// [`AssemblyError::Effect`] if the effect does not attach there, [`AssemblyError::IllPosed`] if the system with it
+    /// contradicts itself.
+    pub fn with_effect(
+        &self,
+        component: &str,
+        effect: &str,
+        free: &[&str],
+    ) -> Result<Self, AssemblyError> {
+        let attached = crate::catalogue::effects_for(self);
+        let Some(found) = attached
+            .iter()
+            .find(|a| a.component == component && a.effect == effect)
+        else {
+            let known = attached
+                .iter()
+                .filter(|a| a.component == component)
+                .map(|a| a.effect);
+            return Err(AssemblyError::Effect {
+                component: component.into(),
+                effect: effect.into(),
+                known: crate::build::listed(known),
+            });
+        };
+        let mut system = self.system.clone();
+        system.effects.push(EffectSetting {
+            component: component.into(),
+            effect: effect.into(),
+            parameters: Default::default(),
+        });
+        for parameter in found.parameters.iter().filter(|p| free.contains(&p.name)) {
+            let bounds = Bounds {
+                start: parameter.usual,
+                low: parameter.low,
+                high: parameter.high,
+            };
+            system
+                .free
+                .insert(format!("{component}.{effect}.{}", parameter.name), bounds);
+        }
+        Self::new(system)
+    }
+
+    /// What is odd about the system although it can be run: inputs that drive nothing measured, free parameters that no
+    /// output depends on, tanks that nothing fills.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<Problem> {
+        crate::reach::warnings(self)
+    }
+
+    /// The equations in the order they are solved, in words: for people and for drawing.
+    #[must_use]
+    pub fn edges(&self) -> Vec<Edge> {
+        let net = &self.net;
+        let place = |node: usize| net.nodes[node].name.clone();
+        let mut edges = Vec::new();
+        for chain in &net.chains {
+            for (k, member) in chain.members.iter().enumerate() {
+                let last = chain.members.len() - 1;
+                let side = |k: usize| {
+                    format!(
+                        "{}/{}",
+                        net.parts[chain.members[k].part].name,
+                        net.parts[chain.members[k + 1].part].name
+                    )
+                };
+                let from = if k == 0 {
+                    place(chain.from)
+                } else {
+                    side(k - 1)
+                };
+                let to = if k == last { place(chain.to) } else { side(k) };
+                let part = &net.parts[member.part];
+                let (from, to) = if member.sign < 0.0 {
+                    (to, from)
+                } else {
+                    (from, to)
+                };
+                edges.push(Edge {
+                    component: part.name.clone(),
+                    kind: part.kind,
+                    from,
+                    to,
+                });
+            }
+        }
+        for node in &net.nodes {
+            for &source in &node.sources {
+                let part = &net.parts[source];
+                edges.push(Edge {
+                    component: part.name.clone(),
+                    kind: part.kind,
+                    from: part.name.clone(),
+                    to: node.name.clone(),
+                });
+            }
+        }
+        edges
+    }
+
+    pub(crate) fn check_theta(&self, theta: &[f64]) -> Result<(), AssemblyError> {
+        let expected = self.parameters().len();
+        if theta.len() != expected {
+            return Err(AssemblyError::Length {
+                name: "theta".into(),
+                expected,
+                found: theta.len(),
+            });
+        }
+        if let Some((p, &found)) = self
+            .parameters()
+            .iter()
+            .zip(theta)
+            .find(|(_, t)| !t.is_finite())
+        {
+            return Err(AssemblyError::Value {
+                name: p.path.clone(),
+                found,
+                expected: "a finite number",
+            });
+        }
+        Ok(())
+    }
+
+    /// Whether `node` is a port of tank number `tank`.
+    pub(crate) fn is_port(&self, node: usize, tank: usize) -> bool {
+        matches!(self.net.nodes[node].kind, NodeKind::Port { tank: k, .. } if k == tank)
+    }
+}
+
+/// A branch or flow boundary between two places, for drawing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Edge {
+    /// Component.
+    pub component: String,
+    /// Its kind.
+    pub kind: crate::Kind,
+    /// Where its inlet is: `"tank.outlet"`, a node, or `"pump/line"` between two branches.
+    pub from: String,
+    /// Where its outlet is.
+    pub to: String,
+}
+
+/// Reads the types of a `system.toml` without checking what they say.
+///
+/// # Errors
+/// [`AssemblyError::Syntax`].
+pub fn parse_system(text: &str) -> Result<System, AssemblyError> {
+    toml::from_str(text).map_err(|error| {
+        let offset = error.span().map_or(0, |s| s.start);
+        let (line, column) = crate::locate::line_and_column(text, offset);
+        AssemblyError::Syntax {
+            line,
+            column,
+            message: error.message().trim().replace('\n', "; "),
+        }
+    })
+}

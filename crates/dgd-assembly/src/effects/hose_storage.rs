@@ -1,0 +1,55 @@
+//! The hose behind the pump fills and drains: what arrives lags.
+
+use crate::effect::{About, Drive, Effect, Now, ParameterAbout, Place, Size};
+use crate::spec::Kind;
+
+pub(crate) struct This;
+
+static ABOUT: About = About {
+    id: "hose_storage",
+    title: "the hose behind the pump fills and drains: what arrives lags",
+    kinds: &[Kind::DisplacementPump],
+    equation: "τ dq_out/dt = q − q_out",
+    source: "Wylie, E. B. and Streeter, V. L., Fluid Transients in Systems (1993), on lumped capacitance",
+    excited_by: "changes of input",
+    confusable: &[
+        ("pump_lag", "a meter at the pump separates"),
+        ("inflow_lag", "the same seen from the tank: not separable"),
+    ],
+    parameters: &[ParameterAbout {
+        name: "tau",
+        meaning: "time constant",
+        size: Size::Time,
+        low: 0.0,
+        high: 20.0,
+        neutral: 0.0,
+        usual: 1.0,
+    }],
+};
+
+impl Effect for This {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn fits(&self, place: &Place<'_>) -> bool {
+        place.in_time && place.outlet_stores
+    }
+
+    fn states(&self) -> usize {
+        1
+    }
+
+    fn start(&self, _: &Now<'_>, drive: &Drive, x: &mut [f64]) {
+        x[0] = drive.flow_m3_s;
+    }
+
+    fn rates(&self, now: &Now<'_>, drive: &Drive, rate: &mut [f64]) {
+        rate[0] = super::lag(now.p[0], now.x[0], drive.flow_m3_s, now.scale.time_s);
+    }
+
+    fn outlet(&self, now: &Now<'_>, q: f64, _: f64) -> f64 {
+        let state = now.x.first().copied().unwrap_or(q);
+        super::lagged(now.p[0], state, q, now.scale.time_s)
+    }
+}

@@ -1,0 +1,40 @@
+//! The discharge coefficient falls at low Reynolds number.
+
+use crate::Dual;
+use crate::effect::{About, Effect, Now, ParameterAbout, Size};
+use crate::spec::Kind;
+
+pub(crate) struct This;
+
+static ABOUT: About = About {
+    id: "reynolds_coefficient",
+    title: "the discharge coefficient falls at low Reynolds number",
+    kinds: &[Kind::Valve, Kind::Orifice],
+    equation: "C = C_0 / (1 + fall/(1 + 10 |q|/Q))",
+    source: "ISO 5167-2 (2003), discharge coefficient; Lichtarowicz, A., Duggins, R. K. and Markland, E., J. Mech. Eng. Sci. 7 (1965)",
+    excited_by: "low and high flow",
+    confusable: &[
+        ("laminar_resistance", "two ways to bend the same curve"),
+        ("discharge_exponent", "likewise"),
+    ],
+    parameters: &[ParameterAbout {
+        name: "fall",
+        meaning: "relative change of the coefficient at low flow",
+        size: Size::One,
+        low: -0.4,
+        high: 2.0,
+        neutral: 0.0,
+        usual: 0.2,
+    }],
+};
+
+impl Effect for This {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn drop(&self, now: &Now<'_>, q: Dual, drop: Dual) -> Dual {
+        let factor = 1.0 + now.p[0] / (1.0 + (10.0 / now.scale.flow_m3_s) * q.abs());
+        factor * factor * drop
+    }
+}

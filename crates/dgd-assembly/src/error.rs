@@ -1,0 +1,141 @@
+//! What is wrong with a system or a call, and how to mend it.
+
+use std::fmt;
+
+/// One thing wrong with a description.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Problem {
+    /// Where: a component, a property (`tank.area`), a connection, a table (`[free]`).
+    pub path: String,
+    /// What is wrong, with what was found and what was expected.
+    pub message: String,
+    /// How to mend it; empty if that is not known.
+    pub mend: String,
+    /// Line in the text it was read from, from 1.
+    pub line: Option<usize>,
+}
+
+impl Problem {
+    pub(crate) fn new(
+        path: impl Into<String>,
+        message: impl Into<String>,
+        mend: impl Into<String>,
+    ) -> Self {
+        Self {
+            path: path.into(),
+            message: message.into(),
+            mend: mend.into(),
+            line: None,
+        }
+    }
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(line) = self.line {
+            write!(f, "line {line}: ")?;
+        }
+        write!(f, "{}: {}", self.path, self.message)?;
+        if !self.mend.is_empty() {
+            write!(f, " ({})", self.mend)?;
+        }
+        Ok(())
+    }
+}
+
+/// Everything wrong with a description; never empty.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Problems(pub Vec<Problem>);
+
+impl fmt::Display for Problems {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, problem) in self.0.iter().enumerate() {
+            let separator = if index == 0 { "" } else { "\n" };
+            write!(f, "{separator}{problem}")?;
+        }
+        Ok(())
+    }
+}
+
+/// Why a system was refused, or a call on it.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum AssemblyError {
+    /// The text is no TOML, or a key or type is not one of a system.
+    #[error("line {line}, column {column}: {message}")]
+    Syntax {
+        /// Line, from 1.
+        line: usize,
+        /// Column in characters, from 1.
+        column: usize,
+        /// What the reader said.
+        message: String,
+    },
+    /// The description is not well posed; every problem found is listed.
+    #[error("{0}")]
+    IllPosed(Problems),
+    /// A column that the record layout names is not in the record.
+    #[error("the record has no column `{name}` for {use_}, expected one of: {known}")]
+    Column {
+        /// Column asked for.
+        name: String,
+        /// What it was wanted for.
+        use_: String,
+        /// Columns there are.
+        known: String,
+    },
+    /// A column or slice has the wrong length.
+    #[error("`{name}` has {found} entries, expected {expected}")]
+    Length {
+        /// Argument or column.
+        name: String,
+        /// Entries expected.
+        expected: usize,
+        /// Entries found.
+        found: usize,
+    },
+    /// A number is not usable.
+    #[error("`{name}` is {found}, expected {expected}")]
+    Value {
+        /// Argument, parameter or column.
+        name: String,
+        /// Value found.
+        found: f64,
+        /// What would have been accepted.
+        expected: &'static str,
+    },
+    /// No sample of the record lies in the window.
+    #[error("no sample of `{part}` lies within {from} to {to}, expected at least {expected}")]
+    Window {
+        /// Part of the record.
+        part: String,
+        /// Window's start.
+        from: f64,
+        /// Window's end.
+        to: f64,
+        /// Samples needed.
+        expected: usize,
+    },
+    /// An effect is not in the catalogue or does not attach to the component.
+    #[error("effect `{effect}` does not attach to `{component}`, expected one of: {known}")]
+    Effect {
+        /// Component.
+        component: String,
+        /// Effect.
+        effect: String,
+        /// Effects that attach to it.
+        known: String,
+    },
+    /// An input was refused.
+    #[error(transparent)]
+    Input(#[from] dgd_dynamics::inputs::InputError),
+    /// The integrator refused its settings.
+    #[error(transparent)]
+    Integrate(#[from] dgd_dynamics::integrate::IntegrateError),
+}
+
+impl AssemblyError {
+    pub(crate) fn ill(problems: Vec<Problem>) -> Self {
+        Self::IllPosed(Problems(problems))
+    }
+}

@@ -1,0 +1,109 @@
+//! Areas, balances and brims of tanks.
+
+use super::{Mode, Work};
+use crate::effect::Balance;
+use crate::kinds::{boundary, tank};
+use crate::network::{Network, NodeKind};
+
+impl Work {
+    /// Area of a tank's surface at a level.
+    pub(super) fn area(&self, net: &Network, number: usize, level: f64, x: &[f64]) -> f64 {
+        let part = &net.parts[net.tanks[number]];
+        let mut area = if part.profile.is_empty() {
+            self.values[part.base + tank::AREA]
+        } else {
+            profile_area(&part.profile, level)
+        };
+        for attached in net.effects_of(net.tanks[number]) {
+            area = attached
+                .effect
+                .area(&self.now(net, attached, x), level, area);
+        }
+        area.max(1e-12)
+    }
+
+    pub(crate) fn balance(&mut self, net: &Network, x: &[f64]) {
+        self.inflow.fill(0.0);
+        self.outflow.fill(0.0);
+        self.caught.fill(0.0);
+        for node in &net.nodes {
+            let NodeKind::Port { tank, .. } = node.kind else {
+                continue;
+            };
+            for &source in &node.sources {
+                self.inflow[tank] += self.values[net.parts[source].base + boundary::FLOW];
+            }
+            for &(c, sign) in &node.chains {
+                let q = if sign > 0.0 {
+                    self.leaving[c]
+                } else {
+                    -self.flow[c]
+                };
+                if q > 0.0 {
+                    self.inflow[tank] += q
+                } else {
+                    self.outflow[tank] -= q
+                }
+            }
+        }
+        for &k in &net.tank_order {
+            self.inflow[k] += self.caught[k];
+            let effects = net.effects_of(net.tanks[k]);
+            if effects.is_empty() {
+                self.net_flow[k] = self.inflow[k] - self.outflow[k];
+                continue;
+            }
+            let mut flows = Balance {
+                level_m: x[k],
+                brim_m: self.brim(net, k, x),
+                area_m2: self.area(net, k, x[k], x),
+                inflow_m3_s: self.inflow[k],
+                outflow_m3_s: self.outflow[k],
+                ..Balance::default()
+            };
+            for attached in effects {
+                attached
+                    .effect
+                    .balance(&self.now(net, attached, x), &mut flows);
+            }
+            let filling = flows.inflow_m3_s
+                - flows.outflow_m3_s
+                - flows.overflow_m3_s
+                - flows.lost_m3_s
+                - flows.passed_on_m3_s;
+            self.net_flow[k] = filling;
+            let spilled = flows.overflow_m3_s
+                + if self.mode[k] == Mode::Full {
+                    filling.max(0.0)
+                } else {
+                    0.0
+                };
+            if let Some(below) = net.below[k] {
+                self.caught[below] += flows.passed_on_m3_s + flows.caught * spilled;
+            }
+        }
+    }
+
+    /// Height at which what comes is spilled at once.
+    pub(crate) fn brim(&self, net: &Network, k: usize, x: &[f64]) -> f64 {
+        let part = &net.parts[net.tanks[k]];
+        let mut brim = self.values[part.base + tank::BRIM];
+        for attached in net.effects_of(net.tanks[k]) {
+            brim = attached.effect.brim(&self.now(net, attached, x), brim);
+        }
+        brim
+    }
+}
+
+fn profile_area(profile: &[[f64; 2]], level: f64) -> f64 {
+    let above = profile.partition_point(|p| p[0] <= level);
+    match (above.checked_sub(1), profile.get(above)) {
+        (None, Some(first)) => first[1],
+        (Some(i), Some(next)) => {
+            let [h, a] = profile[i];
+            a + (next[1] - a) * (level - h) / (next[0] - h)
+        }
+        (Some(i), None) => profile[i][1],
+        (None, None) => 1.0,
+    }
+}

@@ -1,0 +1,181 @@
+//! From the columns of a recording to windows of inputs and readings.
+
+use crate::assembly::Assembly;
+use crate::build::listed;
+use crate::error::AssemblyError;
+use crate::spec::PartLayout;
+use dgd_units::{Dimension, Unit};
+
+/// Columns of a recording by name, all of one length; borrowed.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Record<'a> {
+    /// Name and values; NaN where there is none.
+    pub columns: Vec<(&'a str, &'a [f64])>,
+}
+
+/// Which part of the record.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Portion {
+    /// The training windows.
+    #[default]
+    Train,
+    /// The held-out windows.
+    Test,
+    /// All samples, with the training part's channels.
+    All,
+}
+
+/// One stretch of samples, in the units of the assembly.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Window {
+    /// Times (or the independent variable), ascending, shape `(n,)`.
+    pub time: Vec<f64>,
+    /// Values of each input, in the order of [`Assembly::inputs`], each of shape `(n,)`.
+    pub inputs: Vec<Vec<f64>>,
+    /// Readings of each instrument, in the order of [`Assembly::outputs`]: shape `(n,)`, NaN where there is none; empty if
+    /// the record has no such column.
+    pub readings: Vec<Vec<f64>>,
+}
+
+impl Assembly {
+    /// Takes the samples of a part out of a record, in SI units where a unit is given.
+    ///
+    /// An instrument without a column is taken as not recorded. A sample without a value of an input keeps the last one;
+    /// samples before the first are left out.
+    ///
+    /// # Errors
+    /// [`AssemblyError::Column`] on a missing input, [`AssemblyError::Length`] on unequal columns,
+    /// [`AssemblyError::Value`] on times that do not ascend, [`AssemblyError::Window`] on a window with fewer than 2 samples.
+    pub fn windows(
+        &self,
+        record: &Record<'_>,
+        portion: Portion,
+    ) -> Result<Vec<Window>, AssemblyError> {
+        let layout = &self.system.record;
+        let none = PartLayout::default();
+        let (part, name) = match (portion, &layout.test) {
+            (Portion::Test, Some(test)) => (test, "record.test"),
+            (Portion::Test, None) => return Ok(Vec::new()),
+            (Portion::Train | Portion::All, _) => (&layout.train, "record.train"),
+        };
+        let spans = if portion == Portion::All {
+            &none.windows
+        } else {
+            &part.windows
+        };
+        let length = record.columns.first().map_or(0, |c| c.1.len());
+        if let Some((name, column)) = record.columns.iter().find(|c| c.1.len() != length) {
+            return Err(AssemblyError::Length {
+                name: (*name).into(),
+                expected: length,
+                found: column.len(),
+            });
+        }
+        let time = self.times(record, length)?;
+        let column = |channel: &str| -> Option<&[f64]> {
+            let wanted = part.channels.get(channel).map_or(channel, String::as_str);
+            record.columns.iter().find(|c| c.0 == wanted).map(|c| c.1)
+        };
+        let missing = |channel: &str, use_: &str| AssemblyError::Column {
+            name: part
+                .channels
+                .get(channel)
+                .cloned()
+                .unwrap_or_else(|| channel.into()),
+            use_: use_.into(),
+            known: listed(record.columns.iter().map(|c| c.0)),
+        };
+        let mut inputs = Vec::new();
+        for driven in &self.net.driven {
+            let raw =
+                column(&driven.channel).ok_or_else(|| missing(&driven.channel, &driven.path))?;
+            inputs.push(convert(raw, driven.unit));
+        }
+        let readings: Vec<Vec<f64>> = self
+            .net
+            .meters
+            .iter()
+            .map(|m| column(&m.channel).map_or_else(Vec::new, |raw| convert(raw, m.unit)))
+            .collect();
+        let whole = [[f64::NEG_INFINITY, f64::INFINITY]];
+        let spans: &[[f64; 2]] = if spans.is_empty() { &whole } else { spans };
+        let mut windows = Vec::new();
+        for &[from, to] in spans {
+            let mut window = Window {
+                inputs: vec![Vec::new(); inputs.len()],
+                readings: vec![Vec::new(); readings.len()],
+                ..Window::default()
+            };
+            let mut last = vec![f64::NAN; inputs.len()];
+            for i in 0..length {
+                for (value, column) in last.iter_mut().zip(&inputs) {
+                    if column[i].is_finite() {
+                        *value = column[i];
+                    }
+                }
+                if !(time[i] >= from && time[i] <= to) || last.iter().any(|v| v.is_nan()) {
+                    continue;
+                }
+                window.time.push(time[i]);
+                for (out, &value) in window.inputs.iter_mut().zip(&last) {
+                    out.push(value);
+                }
+                for (out, column) in window.readings.iter_mut().zip(&readings) {
+                    out.extend(column.get(i));
+                }
+            }
+            if window.time.len() < 2 {
+                return Err(AssemblyError::Window {
+                    part: name.into(),
+                    from,
+                    to,
+                    expected: 2,
+                });
+            }
+            windows.push(window);
+        }
+        Ok(windows)
+    }
+
+    fn times(&self, record: &Record<'_>, length: usize) -> Result<Vec<f64>, AssemblyError> {
+        let layout = &self.system.record;
+        let Some(name) = &layout.time else {
+            let step = layout.step.unwrap_or(1.0);
+            #[expect(clippy::cast_precision_loss, reason = "sample numbers")]
+            return Ok((0..length).map(|i| i as f64 * step).collect());
+        };
+        let found =
+            record
+                .columns
+                .iter()
+                .find(|c| c.0 == name)
+                .ok_or_else(|| AssemblyError::Column {
+                    name: name.clone(),
+                    use_: self.system.independent.clone(),
+                    known: listed(record.columns.iter().map(|c| c.0)),
+                })?;
+        let mut before = f64::NEG_INFINITY;
+        for &t in found.1 {
+            // A relation between samples needs no order.
+            if !t.is_finite() || (self.net.in_time && t <= before) {
+                return Err(AssemblyError::Value {
+                    name: name.clone(),
+                    found: t,
+                    expected: "finite ascending times",
+                });
+            }
+            before = t;
+        }
+        Ok(found.1.to_vec())
+    }
+}
+
+/// A column in SI units. Voltages and bare numbers stay as they are.
+fn convert(raw: &[f64], unit: Option<Unit>) -> Vec<f64> {
+    match unit {
+        Some(unit) if unit.dimension != Dimension::Number => {
+            raw.iter().map(|&v| unit.to_si(v)).collect()
+        }
+        _ => raw.to_vec(),
+    }
+}

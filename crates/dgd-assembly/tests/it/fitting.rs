@@ -1,0 +1,231 @@
+//! Fits recover what made the record.
+
+use crate::common::{Noise, TWO_TANKS, clock, steps};
+use dgd_assembly::{
+    Assembly, AssemblyError, FitOptions, FitStatus, Loss, Portion, Record, SimulationOptions,
+    Window, fit,
+};
+
+/// The cascade with its truth, and its record with noise of `sigma` on both levels.
+fn cascade(sigma: f64) -> (Assembly, Vec<f64>, Window) {
+    let assembly = Assembly::parse(TWO_TANKS).unwrap();
+    let truth: Vec<f64> = assembly
+        .parameters()
+        .iter()
+        .map(|p| match p.path.as_str() {
+            "lower_outlet.discharge_coefficient" => 0.71,
+            "upper_outlet.discharge_coefficient" => 0.55,
+            "pump.coefficient" => 1.7e-5,
+            "lower.level" => 0.21,
+            _ => p.start,
+        })
+        .collect();
+    let u = steps(600, 15, 2.0, 6.0);
+    let mut window = assembly
+        .windows(
+            &Record {
+                columns: vec![("u", &u)],
+            },
+            Portion::Train,
+        )
+        .unwrap()
+        .remove(0);
+    let options = SimulationOptions {
+        relative: 1e-8,
+        ..Default::default()
+    };
+    let run = assembly.simulate(&truth, &window, 0, &options).unwrap();
+    let mut noise = Noise(3);
+    window.readings = run
+        .outputs
+        .iter()
+        .map(|o| {
+            o.iter()
+                .map(|v| v + sigma * 12.0_f64.sqrt() * noise.next())
+                .collect()
+        })
+        .collect();
+    (assembly, truth, window)
+}
+
+#[test]
+fn parameters_and_initial_state_are_recovered_from_an_exact_record() {
+    let (assembly, truth, window) = cascade(0.0);
+    let found = fit(&assembly, &[window], &FitOptions::default()).unwrap();
+    assert_eq!(found.status, FitStatus::Converged);
+    for ((p, found), truth) in assembly.parameters().iter().zip(&found.theta).zip(&truth) {
+        assert!(
+            (found / truth - 1.0).abs() < 1e-4,
+            "{}: {found} instead of {truth}",
+            p.path
+        );
+    }
+}
+
+#[test]
+fn standard_errors_hold_the_truth_in_noise() {
+    let (assembly, truth, window) = cascade(2e-3);
+    let found = fit(&assembly, &[window], &FitOptions::default()).unwrap();
+    for i in 0..truth.len() {
+        let off = (found.theta[i] - truth[i]) / found.standard_error[i];
+        assert!(
+            off.abs() < 3.5 && found.standard_error[i] < 0.1 * truth[i],
+            "{i}: {off}"
+        );
+    }
+    assert!(found.inflation < 1.2);
+}
+
+#[test]
+fn a_robust_loss_is_not_pulled_by_spikes() {
+    let (assembly, truth, mut window) = cascade(1e-3);
+    for k in (0..600).step_by(17) {
+        window.readings[0][k] += 0.5;
+    }
+    let error = |loss| {
+        let found = fit(
+            &assembly,
+            &[window.clone()],
+            &FitOptions {
+                loss,
+                ..Default::default()
+            },
+        )
+        .unwrap();
+        (found.theta[0] / truth[0] - 1.0).abs()
+    };
+    assert!(error(Loss::Huber(1.5)) < 0.2 * error(Loss::Square));
+}
+
+#[test]
+fn missing_readings_are_left_out() {
+    let (assembly, truth, mut window) = cascade(0.0);
+    window.readings[0][100..400].fill(f64::NAN);
+    window.readings[1].clear();
+    let found = fit(&assembly, &[window], &FitOptions::default()).unwrap();
+    assert!(
+        (found.theta[0] / truth[0] - 1.0).abs() < 1e-3,
+        "{:?}",
+        found.theta
+    );
+}
+
+#[test]
+fn a_record_in_twice_the_unit_gives_the_same_parameters() {
+    let (assembly, _, window) = cascade(1e-3);
+    let first = fit(
+        &assembly,
+        std::slice::from_ref(&window),
+        &FitOptions::default(),
+    )
+    .unwrap();
+    let text = TWO_TANKS
+        .replace("of = \"upper\"", "of = \"upper\", gain = 2.0")
+        .replace("of = \"lower\"", "of = \"lower\", gain = 2.0");
+    let doubled = Assembly::parse(&text).unwrap();
+    let mut twice = window;
+    twice.readings.iter_mut().flatten().for_each(|r| *r *= 2.0);
+    let second = fit(&doubled, &[twice], &FitOptions::default()).unwrap();
+    for (a, b) in first.theta.iter().zip(&second.theta) {
+        assert!((a / b - 1.0).abs() < 1e-6, "{a} {b}");
+    }
+}
+
+#[test]
+fn more_starts_find_the_minimum_from_a_bad_first_guess() {
+    let (assembly, truth, window) = cascade(0.0);
+    let bad: Vec<f64> = assembly.parameters().iter().map(|p| p.high).collect();
+    let options = FitOptions {
+        start: Some(bad),
+        more_starts: 4,
+        ..Default::default()
+    };
+    let found = fit(&assembly, &[window], &options).unwrap();
+    assert!((found.theta[0] / truth[0] - 1.0).abs() < 1e-3, "{found:?}");
+}
+
+#[test]
+fn wrong_calls_are_refused() {
+    let (assembly, _, window) = cascade(0.0);
+    let refused =
+        |windows: &[Window], options: FitOptions| fit(&assembly, windows, &options).unwrap_err();
+    assert!(matches!(
+        refused(&[], FitOptions::default()),
+        AssemblyError::Length { .. }
+    ));
+    let short = FitOptions {
+        start: Some(vec![1.0]),
+        ..Default::default()
+    };
+    assert!(matches!(
+        refused(std::slice::from_ref(&window), short),
+        AssemblyError::Length { .. }
+    ));
+    let unknown = FitOptions {
+        outputs: vec!["colour".into()],
+        ..Default::default()
+    };
+    assert!(matches!(
+        refused(std::slice::from_ref(&window), unknown),
+        AssemblyError::Column { .. }
+    ));
+    let held = FitOptions {
+        held: vec!["colour".into()],
+        ..Default::default()
+    };
+    assert!(matches!(
+        refused(std::slice::from_ref(&window), held),
+        AssemblyError::Column { .. }
+    ));
+    let blind = Window {
+        readings: vec![Vec::new(); 2],
+        ..window
+    };
+    assert!(matches!(
+        refused(&[blind], FitOptions::default()),
+        AssemblyError::Column { .. }
+    ));
+}
+
+#[test]
+fn the_static_relation_between_flow_and_standpipe_pressure_is_fitted_sample_by_sample() {
+    let text = r#"
+        independent = "depth"
+        connections = ["pump -> string -> bit -> annulus -> atmosphere"]
+        [fluid]
+        viscosity = 0.02
+        [components]
+        pump = { kind = "boundary" }
+        string = { kind = "line", bore = 0.1 }
+        bit = { kind = "orifice", discharge_coefficient = 0.95 }
+        annulus = { kind = "line", bore = 0.22, inner_diameter = 0.127 }
+        standpipe = { kind = "instrument", measures = "pressure", of = "string.inlet", channel = "p" }
+        [inputs]
+        "pump.flow" = { channel = "q" }
+        "string.length" = { channel = "depth" }
+        "annulus.length" = { channel = "depth" }
+        [free]
+        "string.roughness" = { start = 1e-5, low = 0.0, high = 1e-3 }
+        "bit.area" = { start = 5e-4, low = 1e-4, high = 2e-3 }
+        [record]
+        time = "depth"
+    "#;
+    let assembly = Assembly::parse(text).unwrap();
+    assert!(assembly.states().is_empty());
+    let depth = clock(200, 10.0);
+    let q: Vec<f64> = steps(200, 3, 0.02, 0.05);
+    let record = Record {
+        columns: vec![("depth", &depth), ("q", &q)],
+    };
+    let mut window = assembly.windows(&record, Portion::Train).unwrap().remove(0);
+    let truth = [6e-4, 1e-4];
+    let run = assembly
+        .simulate(&truth, &window, 0, &SimulationOptions::default())
+        .unwrap();
+    assert!(run.outputs[0][199] > run.outputs[0][2]);
+    window.readings = run.outputs;
+    let found = fit(&assembly, &[window], &FitOptions::default()).unwrap();
+    for (a, b) in found.theta.iter().zip(truth) {
+        assert!((a / b - 1.0).abs() < 1e-5, "{:?}", found.theta);
+    }
+}

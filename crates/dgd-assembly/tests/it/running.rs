@@ -1,0 +1,208 @@
+//! Simulations against closed forms, balances and the two-state model of `dgd-dynamics`.
+
+use crate::common::{PUMP_LOOP, RETURN_LINE, TWO_TANKS, apart, clock, steps, window};
+use dgd_assembly::{Assembly, RunStatus, SimulationOptions};
+use dgd_dynamics::inputs::{Interpolation, Signal};
+use dgd_dynamics::return_line;
+
+fn tight() -> SimulationOptions {
+    SimulationOptions {
+        relative: 1e-9,
+        ..SimulationOptions::default()
+    }
+}
+
+#[test]
+fn the_return_line_agrees_with_the_two_state_model() {
+    let assembly = Assembly::parse(RETURN_LINE).unwrap();
+    let t = clock(600, 1.0);
+    let inflow: Vec<f64> = t.iter().map(|t| 0.05 + 0.004 * (t * 0.03).sin()).collect();
+    let speed: Vec<f64> = t.iter().map(|t| 62.0 + 3.0 * (t * 0.02).cos()).collect();
+    let window = window(&assembly, &[("t", &t), ("q_in", &inflow), ("w", &speed)]);
+    let run = assembly.simulate(&[], &window, 0, &tight()).unwrap();
+    assert_eq!(run.status, RunStatus::Finished);
+    let line = return_line::ReturnLine {
+        density_kg_m3: 1080.0,
+        riser_area_m2: 0.17044,
+        line_area_m2: 0.018_241,
+        inlet_depth_m: 350.3,
+        outlet_depth_m: 350.3,
+        friction: return_line::Friction {
+            b_pa: 12_650.0,
+            c_pa_s_m3: 2e5,
+            d_pa_s2_m6: 1.28e8,
+            e_pa_s3_m9: -2.3e8,
+        },
+        pump: return_line::PumpHead {
+            c0: 0.068_78,
+            c1: 0.05,
+            c2: 8926.0,
+            n0: 1.9546,
+            n2: 1.6243,
+        },
+        non_return_valve: true,
+        b_is_offset: false,
+    };
+    let start = return_line::LineState {
+        level_m: 140.0,
+        flow_m3_s: 0.05,
+    };
+    let options = return_line::SimulationOptions {
+        relative: 1e-9,
+        level_m: 1e-8,
+        flow_m3_s: 1e-10,
+        ..Default::default()
+    };
+    let u = Signal::new("q", &t, &inflow, Interpolation::Linear).unwrap();
+    let w = Signal::new("w", &t, &speed, Interpolation::Linear).unwrap();
+    let known = return_line::simulate_coupled(&line, start, &u, &w, &t, &options).unwrap();
+    let level: Vec<f64> = known.level_m.iter().map(|h| 350.3 - h).collect();
+    assert!(
+        apart(&run.outputs[2], &level) < 1e-6 * 210.0,
+        "{}",
+        apart(&run.outputs[2], &level)
+    );
+    assert!(
+        apart(&run.outputs[0], &known.flow_m3_s) < 1e-6 * 0.05,
+        "{}",
+        apart(&run.outputs[0], &known.flow_m3_s)
+    );
+    let inlet: Vec<f64> = known
+        .level_m
+        .iter()
+        .map(|&h| line.inlet_pressure_pa(h))
+        .collect();
+    assert!(apart(&run.outputs[1], &inlet) < 1e-6 * 2e6);
+}
+
+#[test]
+fn a_tank_drains_as_torricelli_says() {
+    let text = r#"
+        connections = ["tank -> hole -> atmosphere"]
+        [components]
+        tank = { kind = "tank", area = 0.5 }
+        hole = { kind = "orifice", discharge_coefficient = 0.6, area = 1e-3 }
+        gauge = { kind = "instrument", measures = "level", of = "tank" }
+        [initial]
+        "tank.level" = 2.0
+    "#;
+    let assembly = Assembly::parse(text).unwrap();
+    let t = clock(400, 1.0);
+    let run = assembly
+        .simulate(&[], &window(&assembly, &[("t", &t)]), 0, &tight())
+        .unwrap();
+    // √h falls evenly: d√h/dt = −(C a / A) √(g/2).
+    let fall = 0.6e-3 / 0.5 * (9.80665_f64 / 2.0).sqrt();
+    let expected: Vec<f64> = t
+        .iter()
+        .map(|t| (2.0_f64.sqrt() - fall * t).max(0.0).powi(2))
+        .collect();
+    assert!(
+        apart(&run.outputs[0], &expected) < 1e-6,
+        "{}",
+        apart(&run.outputs[0], &expected)
+    );
+}
+
+#[test]
+fn volume_is_conserved_in_the_cascade_below_the_brim() {
+    let assembly = Assembly::parse(TWO_TANKS).unwrap();
+    let u = steps(500, 20, 2.0, 5.0);
+    let window = window(&assembly, &[("u", &u)]);
+    let theta = assembly.start();
+    let run = assembly.simulate(&theta, &window, 0, &tight()).unwrap();
+    assert!(run.held.is_empty());
+    // What the pump gave less what left through the lower outlet, by Simpson's rule within each sample.
+    let (upper, lower) = (&run.states[1], &run.states[0]);
+    let stored = 0.02 * (upper[499] + lower[499] - upper[0] - lower[0]);
+    let given: f64 = u[..499].iter().sum::<f64>()
+        * 4.0
+        * theta[assembly
+            .parameters()
+            .iter()
+            .position(|p| p.path == "pump.coefficient")
+            .unwrap()];
+    let coefficient = theta[assembly
+        .parameters()
+        .iter()
+        .position(|p| p.path == "lower_outlet.discharge_coefficient")
+        .unwrap()];
+    let out = |h: f64| coefficient * 1.2e-4 * (2.0 * 9.80665 * h).sqrt();
+    let left: f64 = lower
+        .windows(2)
+        .map(|h| 2.0 * (out(h[0]) + out(h[1])))
+        .sum();
+    assert!(
+        (stored - (given - left)).abs() < 1e-3 * given,
+        "{stored} {given} {left}"
+    );
+}
+
+#[test]
+fn a_full_tank_stays_at_the_brim_until_it_drains() {
+    let assembly = Assembly::parse(TWO_TANKS).unwrap();
+    let u: Vec<f64> = (0..300).map(|i| if i < 150 { 12.0 } else { 1.0 }).collect();
+    let window = window(&assembly, &[("u", &u)]);
+    let run = assembly
+        .simulate(&assembly.start(), &window, 0, &SimulationOptions::default())
+        .unwrap();
+    assert_eq!(run.status, RunStatus::Finished);
+    assert!(
+        run.held
+            .iter()
+            .any(|(path, _, full)| path == "upper.level" && *full),
+        "{:?}",
+        run.held
+    );
+    assert!(run.states[1].iter().all(|h| *h <= 0.4 + 1e-9));
+    assert!((run.states[1][140] - 0.4).abs() < 1e-12);
+    assert!(run.states[1][299] < 0.1);
+}
+
+#[test]
+fn the_pump_loop_settles_where_head_meets_losses_and_shuts_when_the_pump_stops() {
+    let assembly = Assembly::parse(PUMP_LOOP).unwrap();
+    let t = clock(120, 1.0);
+    let w: Vec<f64> = t
+        .iter()
+        .map(|t| if *t < 60.0 { 80.0 } else { 0.0 })
+        .collect();
+    let z = vec![1.0; 120];
+    let window = window(&assembly, &[("t", &t), ("w", &w), ("z", &z)]);
+    let run = assembly
+        .simulate(&assembly.start(), &window, 0, &tight())
+        .unwrap();
+    assert_eq!(run.status, RunStatus::Finished);
+    let at = |name: &str, i: usize| {
+        run.outputs[assembly.outputs().iter().position(|o| o == name).unwrap()][i]
+    };
+    let q = at("flow", 55);
+    assert!(q > 1e-3);
+    assert!((at("rise", 55) - (0.004 * 6400.0 - 2e4 * q * q)).abs() < 1e-6);
+    assert!((at("discharge", 55) - (101_325.0 + 9806.65 * (1.5 + at("rise", 55)))).abs() < 1.0);
+    assert!(at("flow", 119).abs() < 1e-12);
+}
+
+#[test]
+fn explicit_and_implicit_methods_agree() {
+    let assembly = Assembly::parse(TWO_TANKS).unwrap();
+    let u = steps(200, 5, 1.0, 10.0);
+    let window = window(&assembly, &[("u", &u)]);
+    let runs: Vec<_> = [
+        dgd_dynamics::integrate::Method::Rodas,
+        dgd_dynamics::integrate::Method::DormandPrince,
+    ]
+    .into_iter()
+    .map(|method| {
+        assembly
+            .simulate(
+                &assembly.start(),
+                &window,
+                0,
+                &SimulationOptions { method, ..tight() },
+            )
+            .unwrap()
+    })
+    .collect();
+    assert!(apart(&runs[0].states[0], &runs[1].states[0]) < 1e-7);
+}

@@ -1,0 +1,212 @@
+//! What is told about systems that are not well posed.
+
+use dgd_assembly::{Assembly, AssemblyError};
+
+fn problems(text: &str) -> String {
+    match Assembly::parse(text) {
+        Err(error @ AssemblyError::IllPosed(_)) => error.to_string(),
+        other => format!("{other:?}"),
+    }
+}
+
+const HEAD: &str = r#"
+[components]
+tank = { kind = "tank", area = 1.0 }
+valve = { kind = "valve", flow_coefficient = 1e-3 }
+gauge = { kind = "instrument", measures = "level", of = "tank" }
+[initial]
+"tank.level" = 2.0
+"#;
+
+#[test]
+fn a_loose_end_is_named_with_its_mend() {
+    let found = problems(&format!("connections = [\"tank -> valve\"]{HEAD}"));
+    assert!(
+        found.contains("valve.outlet: leads nowhere") && found.contains("atmosphere"),
+        "{found}"
+    );
+}
+
+#[test]
+fn two_pumps_in_series_are_an_equation_in_excess() {
+    let text = r#"connections = ["atmosphere -> a -> b -> atmosphere"]
+[components]
+a = { kind = "displacement_pump", input = 1.0 }
+b = { kind = "displacement_pump", input = 1.0 }
+"#;
+    let found = problems(text);
+    assert!(
+        found.contains("too many equations: law of a, law of b, mass balance at a.outlet/b.inlet"),
+        "{found}"
+    );
+    assert!(found.contains("pressure at a.outlet/b.inlet"), "{found}");
+}
+
+#[test]
+fn a_closed_loop_without_pressure_hangs_on_nothing() {
+    let text = r#"connections = ["pump -> line -> pump"]
+[components]
+pump = { kind = "centrifugal_pump", speed = 1.0, c0 = 1.0, c2 = 1.0 }
+line = { kind = "line", quadratic = 1.0 }
+"#;
+    assert!(
+        problems(text).contains("hangs on no pressure"),
+        "{}",
+        problems(text)
+    );
+}
+
+#[test]
+fn two_tanks_with_nothing_between_are_refused() {
+    let text = format!(
+        "connections = [\"tank -> valve -> atmosphere\", \"other.outlet -> tank.outlet\"]{HEAD}\"other.level\" = 1.0\n[components.other]\nkind = \"tank\"\narea = 1.0\n"
+    );
+    assert!(
+        problems(&text).contains("joined with nothing between"),
+        "{}",
+        problems(&text)
+    );
+}
+
+#[test]
+fn three_heavy_lines_at_a_junction_are_a_balance_in_excess() {
+    let text = r#"connections = ["atmosphere -> a -> j", "j -> b -> atmosphere", "j -> c -> atmosphere"]
+[components]
+j = { kind = "junction" }
+a = { kind = "line", length = 10.0, bore = 0.1, inertia = true }
+b = { kind = "line", length = 10.0, bore = 0.1, inertia = true }
+c = { kind = "line", length = 10.0, bore = 0.1, inertia = true }
+"#;
+    assert!(
+        problems(text).contains("j: mass balance in excess"),
+        "{}",
+        problems(text)
+    );
+}
+
+#[test]
+fn each_mistake_in_a_document_is_told_with_its_line() {
+    let text = r#"connections = ["tank -> valve -> atmosphre"]
+[components]
+tank = { kind = "tank", are = 1.0 }
+valve = { kind = "valve" }
+[inputs]
+"valve.opening" = { channel = "" }
+[free]
+"valve.colour" = { start = 0.0, low = 1.0, high = 2.0 }
+"#;
+    let found = problems(text);
+    for expected in [
+        "line 1: connections[0]: there is no component `atmosphre`",
+        "line 3: tank.are: is not a property here",
+        "line 3: tank.area: has no value",
+        "line 4: valve: has no or several flow laws",
+        "line 6: valve.opening: is an input without a channel",
+        "line 8: valve.colour: in [free] is no property",
+    ] {
+        assert!(found.contains(expected), "`{expected}` is not in:\n{found}");
+    }
+}
+
+#[test]
+fn an_unknown_key_and_bad_toml_are_told_with_line_and_column() {
+    for text in [
+        "connections = []\ncolour = 1\n[components]\n",
+        "connections = [\n",
+        "connections = []\n[components]\nx = { kind = \"pipe\" }\n",
+    ] {
+        let error = Assembly::parse(text).unwrap_err();
+        assert!(
+            matches!(error, AssemblyError::Syntax { line: 1..=3, .. }),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn free_parameters_and_inputs_that_reach_no_output_are_warned_of() {
+    let text = r#"connections = ["atmosphere -> pump -> upper -> hole -> lower -> drain -> atmosphere"]
+[components]
+pump = { kind = "displacement_pump" }
+upper = { kind = "tank", area = 1.0 }
+lower = { kind = "tank", area = 1.0 }
+hole = { kind = "valve", flow_coefficient = 1e-3 }
+drain = { kind = "valve" }
+gauge = { kind = "instrument", measures = "level", of = "upper" }
+[inputs]
+"pump.input" = { channel = "u" }
+[initial]
+"upper.level" = 1.0
+"lower.level" = 1.0
+[free]
+"drain.flow_coefficient" = { start = 1e-3, low = 1e-4, high = 1e-2 }
+"hole.flow_coefficient" = { start = 1e-3, low = 1e-4, high = 1e-2 }
+"#;
+    let assembly = Assembly::parse(text).unwrap();
+    let paths: Vec<String> = assembly.warnings().into_iter().map(|w| w.path).collect();
+    assert_eq!(paths, ["drain.flow_coefficient"]);
+}
+
+#[test]
+fn instruments_that_measure_nothing_or_nonsense_are_refused() {
+    let head = HEAD.replace("measures = \"level\", of = \"tank\"", "OF");
+    let text = format!("connections = [\"tank -> valve -> atmosphere\"]{head}");
+    for (of, expected) in [
+        ("channel = \"y\"", "gauge: measures nothing"),
+        (
+            "measures = \"level\", of = \"valve\"",
+            "`level` of `valve` is not measurable",
+        ),
+        (
+            "measures = \"flow\", of = \"vlave\"",
+            "there is no component `vlave`",
+        ),
+        (
+            "measures = \"level\", of = \"tank\", unit = \"furlong\"",
+            "furlong",
+        ),
+    ] {
+        let found = problems(&text.replace("OF", of));
+        assert!(found.contains(expected), "`{expected}` is not in:\n{found}");
+    }
+}
+
+#[test]
+fn starts_that_are_missing_or_of_no_state_are_told() {
+    let text = format!("connections = [\"tank -> valve -> atmosphere\"]{HEAD}");
+    let found = problems(&text.replace("\"tank.level\" = 2.0", "\"tank.height\" = 2.0"));
+    assert!(
+        found.contains("tank.height: in [initial] is no state (states: tank.level"),
+        "{found}"
+    );
+    let unmeasured = text
+        .replace("\"tank.level\" = 2.0", "")
+        .replace("\"level\", of = \"tank\"", "\"flow\", of = \"valve\"");
+    assert!(
+        problems(&unmeasured).contains("tank.level: has no start"),
+        "{}",
+        problems(&unmeasured)
+    );
+}
+
+#[test]
+fn a_tank_in_a_relation_without_time_is_refused() {
+    let text =
+        format!("independent = \"depth\"\nconnections = [\"tank -> valve -> atmosphere\"]{HEAD}");
+    assert!(
+        problems(&text).contains("independent: is no time, but tank would fill"),
+        "{}",
+        problems(&text)
+    );
+}
+
+#[test]
+fn values_out_of_range_and_units_of_another_kind_are_refused() {
+    let text = format!("connections = [\"tank -> valve -> atmosphere\"]{HEAD}");
+    assert!(
+        problems(&text.replace("area = 1.0", "area = -1.0"))
+            .contains("tank.area: is -1 m2, expected")
+    );
+    let found = problems(&text.replace("area = 1.0", "area = \"3 bar\""));
+    assert!(found.contains("tank.area"), "{found}");
+}
