@@ -1,10 +1,11 @@
 //! From a selection to an answer.
 
+use crate::belief::calibrate;
 use crate::diagnosis::{Check, DiagnoseError, Diagnosis, Finding, Options, Stage, Verdict};
 use crate::empirical::is_correction;
 use crate::finding::{finding, heaving};
 use crate::free_run::{gains, simulate};
-use crate::heave::swell;
+use crate::heave::{SWELL_RATIO, swell};
 use crate::held_out::{held_out, model, trained};
 use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::{Applied, Blocks, Rows};
@@ -17,8 +18,6 @@ use dgd_effects::{About, AppliedEffect, Method, catalogue, find};
 use dgd_identify::Prepared;
 use dgd_recording::Well;
 
-/// Peak over floor from which swell is believed.
-const SWELL_RATIO: f64 = 6.0;
 /// Blocks that a diagnosis needs: a held-out window and ten minutes to fit on.
 const LEAST_BLOCKS: usize = 190;
 
@@ -63,6 +62,7 @@ pub fn diagnose(
         progress(Stage::Screening(round))
     })
     .ok_or_else(short)?;
+    calibrate(&mut selection.named);
     // What is more likely not there is weighed under what was tested, and neither claimed nor modelled.
     selection
         .named

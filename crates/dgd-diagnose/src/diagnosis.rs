@@ -83,6 +83,8 @@ pub struct Finding {
     pub source: String,
     /// Natural logarithm of the Bayes factor against the model without it.
     pub evidence: f64,
+    /// What it had to show: evidence that sound recordings, and what else was named, do not reach.
+    pub hurdle: f64,
     /// The cheapest test that would tell it from its nearest alternative.
     pub separating_test: Option<String>,
 }

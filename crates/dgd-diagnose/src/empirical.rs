@@ -114,10 +114,10 @@ pub(crate) fn is_correction(effect: &dyn Effect) -> bool {
 /// Evidence that corrections reach on sound recordings.
 pub(crate) fn hurdle(c: &Correction) -> f64 {
     match c.relation {
-        1 if c.quantity == 1 => 150.0,
-        1 => 95.0,
-        0 => 80.0,
-        _ => 60.0,
+        1 if c.quantity == 1 => 110.0,
+        1 => 55.0,
+        0 => 50.0,
+        _ => 30.0,
     }
 }
 

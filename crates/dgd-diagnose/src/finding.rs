@@ -3,7 +3,7 @@
 use crate::diagnosis::{Finding, ParameterEstimate, Simulation};
 use crate::estimates::estimates;
 use crate::free_run::best_gain;
-use crate::heave::Swell;
+use crate::heave::{SWELL_RATIO, Swell};
 use crate::record::{Record, tails};
 use crate::select::{Named, Selection};
 use crate::tangent::Tangent;
@@ -50,6 +50,7 @@ pub(crate) fn finding(
         },
         source: about.source.to_owned(),
         evidence: named.evidence,
+        hurdle: named.hurdle,
         separating_test: named
             .alternatives
             .iter()
@@ -135,6 +136,7 @@ pub(crate) fn heaving(
         equation_after: about.equation.to_owned(),
         source: about.source.to_owned(),
         evidence: s.ratio,
+        hurdle: SWELL_RATIO,
         separating_test: None,
     }
 }

@@ -5,6 +5,8 @@ use crate::record::whole;
 use dgd_effects::{Rank, quantile};
 use dgd_units::STANDARD_GRAVITY_M_S2;
 
+/// Peak over floor from which swell is believed.
+pub(crate) const SWELL_RATIO: f64 = 6.0;
 /// A peak found.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Swell {

@@ -10,7 +10,7 @@
 //!    needs no new physics.
 //! 4. **Scan**: each effect of the catalogue as a Bayes factor, its strength integrated out, so that freedom is paid for.
 //! 5. **Selection**: one effect a round above a hurdle that sound recordings do not reach, refined together with those
-//!    before it. Two effects can hide each other, and a strong one leaves something over.
+//!    before it. Two effects can hide each other, and a strong one leaves something over: a second must stand out from its slack.
 //! 6. **Empirical corrections** compete in each round: where a curve with no physics is clearly likelier, the cause is `unknown`.
 //! 7. **Free runs** of the models without and with the findings, both fitted without the held-out windows, and a placebo. Evidence in
 //!    relations may not pay in the simulation that the model is for.
@@ -20,6 +20,7 @@
 //! themselves (`dgd-effects`), documents and reports. This crate opens no file and prints nothing.
 #![deny(missing_docs)]
 
+mod belief;
 mod conclude;
 mod contest;
 mod diagnosis;

@@ -1,5 +1,6 @@
 //! One round of the search: what stands out is named, or shown to be nothing in the catalogue, or nothing is.
 
+use crate::belief::{logistic, shared};
 use crate::contest::{Contender, alike, at_bound, contest, material, solved, stands};
 use crate::empirical::{Correction, corrections, hurdle, plausible};
 use crate::record::Record;
@@ -86,11 +87,11 @@ impl<'a> Round<'a> {
             };
         };
         let about = best.effect.about();
-        // A correction of another relation is no rival of this cause.
-        let rival = self
-            .rival
-            .as_ref()
-            .filter(|r| RELATIONS[r.relation] == about.relation);
+        // A correction of another relation is no rival of this cause, unless nothing in the catalogue comes near it.
+        let rival = self.rival.as_ref().filter(|r| {
+            let own = RELATIONS[r.relation] == about.relation && r.evidence > 0.5 * hurdle(r);
+            own || r.evidence > hurdle(r).max(2.0 * best.formed)
+        });
         let rival = rival
             .filter(|r| AHEAD * r.evidence < best.formed - 10.0 || !self.two_do(best, r.evidence));
         let standing = rival.filter(|r| r.evidence > hurdle(r));
@@ -103,7 +104,7 @@ impl<'a> Round<'a> {
         let (probability, alternatives) = shared(real, self.others(best, rival));
         // Where the empirical correction is the likelier cause, it stands as the finding.
         let unknown = alternatives.iter().find(|o| o.0 == "unknown");
-        if let (Some(r), Some(unknown)) = (standing, unknown)
+        if let (Some(r), Some(unknown)) = (rival, unknown)
             && unknown.1 > probability
         {
             return Ruling::Unnamed(self.unnamed(r));
@@ -116,6 +117,7 @@ impl<'a> Round<'a> {
         Ruling::Named(vec![Named {
             applied: solved(&best.best),
             evidence: best.evidence,
+            hurdle: self.hurdle(best),
             probability,
             alternatives,
             correction: None,
@@ -174,7 +176,8 @@ impl<'a> Round<'a> {
 
     /// What else may be the cause, each with its weight against that of the best, which is 1.
     fn others(&self, best: &Contender, rival: Option<&Correction>) -> Vec<(String, f64)> {
-        let temperature = (0.08 * best.formed).max(4.0);
+        // A Bayes factor counts in full near the noise; far above it, forms decide, and they are rough.
+        let temperature = (0.06 * best.formed).hypot(1.5);
         let weight = |e: f64| ((e - best.formed) / temperature).exp();
         let id = best.effect.about().id;
         let mut others: Vec<(String, f64)> = self
@@ -185,7 +188,8 @@ impl<'a> Round<'a> {
             .map(|c| (c.effect.about().id.to_owned(), weight(c.formed)))
             .collect();
         if let Some(r) = rival {
-            others.push(("unknown".to_owned(), weight(AHEAD * r.evidence)));
+            let form = form_broken(best).exp();
+            others.push(("unknown".to_owned(), weight(AHEAD * r.evidence).max(form)));
         }
         others
     }
@@ -219,6 +223,13 @@ impl<'a> Round<'a> {
             }
         }
         let (evidence, [one, two]) = best?;
+        debug!(
+            "pair {} {:?} and {} {:?}: {evidence:.1} for {single:.1}",
+            one.effect.about().id,
+            one.parameters,
+            two.effect.about().id,
+            two.parameters
+        );
         if evidence <= single + 20.0 + 0.03 * single {
             return None;
         }
@@ -229,6 +240,7 @@ impl<'a> Round<'a> {
             .map(|(applied, other)| Named {
                 applied,
                 evidence: evidence - single,
+                hurdle: 20.0 + 0.03 * single,
                 probability,
                 alternatives: vec![(other, 0.05)],
                 correction: None,
@@ -239,24 +251,40 @@ impl<'a> Round<'a> {
     /// A correction as the finding, with the effects of its relation as alternatives.
     fn unnamed(&self, c: &Correction) -> Named {
         let temperature = (0.08 * c.evidence).max(6.0);
-        let weight = |e: f64| ((1.2 * e - c.evidence) / temperature).exp().min(1.0);
+        let weight = |o: &Contender| {
+            let likely = ((1.2 * o.evidence - c.evidence) / temperature).min(0.0);
+            (likely - form_broken(o).max(0.0)).exp()
+        };
         let others = self
             .contenders
             .iter()
             .filter(|o| o.evidence > 0.0 && stands(self.record, &solved(&o.best)))
             .filter(|o| o.effect.about().relation == RELATIONS[c.relation])
-            .map(|o| (o.effect.about().id.to_owned(), weight(o.evidence)))
+            .map(|o| (o.effect.about().id.to_owned(), weight(o)))
             .collect();
-        let real = logistic((c.evidence - hurdle(c)) / 15.0 + 0.7);
+        let real = logistic((c.evidence - self.unknown_hurdle(c)) / 15.0 + 0.7);
         let (probability, alternatives) = shared(real, others);
         Named {
             applied: c.applied.clone(),
             evidence: c.evidence,
+            hurdle: self.unknown_hurdle(c),
             probability,
             alternatives,
             correction: Some((c.relation, c.quantity)),
         }
     }
+}
+
+/// Logarithm of the odds that an effect only lends its name to something of another form: how much its slack gains beyond
+/// what the error of its form accounts for.
+fn form_broken(c: &Contender) -> f64 {
+    let search = &c.effect.about().search;
+    if search.stand_error.is_some() {
+        // Each stand has its own strength anyway.
+        return f64::NEG_INFINITY;
+    }
+    let accounted = 3.0 + 0.5 * search.form_error * c.evidence;
+    ((c.formed - c.evidence - accounted) / 4.0).min(50.0)
 }
 
 /// Whether an effect makes the return flow's meter late.
@@ -316,42 +344,5 @@ impl Footprint {
         } else {
             0.0
         }
-    }
-}
-
-fn logistic(x: f64) -> f64 {
-    1.0 / (1.0 + (-x).exp())
-}
-
-/// Shares a probability between a cause of weight 1 and others of theirs: its own part, and those that count, likeliest
-/// first.
-fn shared(real: f64, mut others: Vec<(String, f64)>) -> (f64, Vec<(String, f64)>) {
-    let total: f64 = 1.0 + others.iter().map(|o| o.1).sum::<f64>();
-    for other in &mut others {
-        other.1 *= real / total;
-    }
-    others.retain(|o| o.1 > 0.01);
-    others.sort_by(|a, b| b.1.total_cmp(&a.1));
-    (real / total, others)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::shared;
-
-    #[test]
-    fn what_is_shared_adds_up_and_what_does_not_count_is_dropped() {
-        let others = [("a", 0.25), ("b", 0.5), ("c", 1e-3)].map(|(id, w)| (id.to_owned(), w));
-        let (own, others) = shared(0.9, others.to_vec());
-        let ids: Vec<&str> = others.iter().map(|o| o.0.as_str()).collect();
-        assert_eq!(ids, ["b", "a"]);
-        assert!((others[0].1 / own - 0.5).abs() < 1e-12);
-        let sum = own + others[0].1 + others[1].1;
-        assert!((sum + 1e-3 * own - 0.9).abs() < 1e-12, "{sum}");
-    }
-
-    #[test]
-    fn a_cause_without_rivals_keeps_the_whole() {
-        assert_eq!(shared(0.7, Vec::new()), (0.7, Vec::new()));
     }
 }

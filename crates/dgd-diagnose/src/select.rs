@@ -15,6 +15,8 @@ use tracing::debug;
 pub(crate) struct Named {
     pub applied: Applied,
     pub evidence: f64,
+    /// Evidence that sound recordings, and what was named before, do not reach.
+    pub hurdle: f64,
     pub probability: f64,
     pub alternatives: Vec<(String, f64)>,
     /// Relation and quantity, where it is an empirical correction.

@@ -234,16 +234,7 @@ impl Tangent {
         let residual = residual_of(&curves, layout, &blocks);
         let unrest = crate::unrest::unrest(record, &curves, &blocks, layout);
         let whitening = Whitening::of(layout, &rows, &residual, &unrest, wander(record, &curves));
-        let first = Self::with(
-            record,
-            &blocks,
-            rows,
-            curves,
-            layout,
-            whitening,
-            lean,
-            Vec::new(),
-        );
+        let first = Self::with(record, &blocks, rows, curves, whitening, lean, Vec::new());
         // A row that stands out alone is a glitch: no effect of minutes looks like that.
         let lonely = first.lonely(record);
         let residual = first.residual.clone();
@@ -270,7 +261,6 @@ impl Tangent {
             &blocks,
             rows,
             curves,
-            layout,
             whitening,
             lean,
             Vec::new(),
@@ -322,7 +312,6 @@ impl Tangent {
             &blocks,
             self.rows.clone(),
             self.curves.clone(),
-            self.layout,
             self.whitening.clone(),
             self.lean,
             self.slack.clone(),
@@ -365,7 +354,6 @@ impl Tangent {
             &Blocks::under(record, applied),
             self.rows,
             self.curves,
-            self.layout,
             self.whitening,
             self.lean,
             slack,
@@ -378,11 +366,11 @@ impl Tangent {
         blocks: &Blocks,
         rows: Rows,
         curves: Curves,
-        layout: Layout,
         whitening: Whitening,
         lean: Bend,
         slack: Vec<Slack>,
     ) -> Self {
+        let layout = whitening.layout;
         let scale = curves.scale;
         let n = layout.blocks;
         let total = layout.len();

@@ -66,6 +66,7 @@ fn finding(finding: &Finding) -> Json {
     members.text("equation_after", &finding.equation_after);
     members.text("source", &finding.source);
     members.put("evidence_ln", Json::finite(finding.evidence));
+    members.put("hurdle_ln", Json::finite(finding.hurdle));
     members.put(
         "separating_test",
         finding.separating_test.as_ref().map(Json::text),

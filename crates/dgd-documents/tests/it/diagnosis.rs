@@ -35,6 +35,7 @@ fn finding() -> Finding {
         equation_after: "A dh/dt = q_in + rate s(t) - q".into(),
         source: "Eq. 3.45".into(),
         evidence: 120.5,
+        hurdle: 9.0,
         separating_test: Some("flow check".into()),
     }
 }

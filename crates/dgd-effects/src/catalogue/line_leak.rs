@@ -41,6 +41,7 @@ static ABOUT: About = About {
             hurdle: 18.0,
             scale: 5.0,
         },
+        form_error: 0.15,
         ..Search::BASE
     },
 };

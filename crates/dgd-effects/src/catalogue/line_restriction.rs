@@ -40,9 +40,10 @@ static ABOUT: About = About {
     extent: Extent::FromOnset,
     search: Search {
         belief: Belief {
-            hurdle: 26.0,
+            hurdle: 30.0,
             scale: 6.0,
         },
+        form_error: 0.1,
         ..Search::BASE
     },
 };

@@ -34,9 +34,10 @@ static ABOUT: About = About {
     extent: Extent::Always,
     search: Search {
         belief: Belief {
-            hurdle: 75.0,
+            hurdle: 90.0,
             scale: 20.0,
         },
+        form_error: 1.0,
         ..Search::BASE
     },
 };

@@ -59,6 +59,7 @@ pub(crate) fn class(hours: u32) -> Diagnosis {
         equation_after: "q_meter = q - C sqrt(p_out - p_0)".to_owned(),
         source: "orifice flow".to_owned(),
         evidence: 6.2,
+        hurdle: 9.0,
         separating_test: Some(
             "hold the pump speed for ten minutes and compare head and line friction: a leak moves both, a loss neither"
                 .to_owned(),
@@ -99,6 +100,7 @@ pub(crate) fn unknown(hours: u32) -> Diagnosis {
         equation_after: "p_out = p_0 + rho g L + F(q) + s(q, w)".to_owned(),
         source: "empirical, smooth in flow and speed".to_owned(),
         evidence: 31.4,
+        hurdle: 9.0,
         separating_test: Some("step the flow from 10 to 30 L/s and back at one speed".to_owned()),
     };
     let mut diagnosis = made(hours, Verdict::Unexplained, vec![finding]);
@@ -142,6 +144,7 @@ pub(crate) fn two(hours: u32) -> Diagnosis {
         equation_after: "q_meter(t) = q(t - tau)".to_owned(),
         source: "Slettebø 2015, Eq. 3.21".to_owned(),
         evidence: 412.0,
+        hurdle: 9.0,
         separating_test: None,
     };
     made(hours, Verdict::PartlyExplained, vec![delay, influx(hours)])
@@ -190,6 +193,7 @@ fn influx(hours: u32) -> Finding {
         equation_after: "A dh/dt = q_in + rate s(t) - q".to_owned(),
         source: "kick in the two-state mass balance (Eq. 3.45)".to_owned(),
         evidence: 148.3,
+        hurdle: 9.0,
         separating_test: None,
     }
 }

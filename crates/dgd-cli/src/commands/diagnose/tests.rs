@@ -59,6 +59,7 @@ fn kick() -> Finding {
         equation_after: "A dh/dt = q_in + rate s(t) - q".into(),
         source: "Eq. 3.45".into(),
         evidence: 100.0,
+        hurdle: 9.0,
         separating_test: Some("a flow check".into()),
     }
 }
