@@ -1,7 +1,7 @@
 //! The command line's grammar.
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Hydraulic models of drilling rigs, identified from recordings.
 #[derive(Debug, Parser)]
@@ -18,6 +18,8 @@ use std::path::PathBuf;
   dgd fit rig.mat --well well.toml             identify friction, delay and pump: writes model.toml
   dgd diagnose rig.mat --well well.toml --out diagnosis    what the model leaves out, and the report
   dgd simulate rig.mat --well well.toml --model model.toml --window 14000:20000
+  dgd system check system.toml --draw system.svg           is a system of one's own well posed, and how does it look
+  dgd fit bench.csv --system system.toml                   identify it; then simulate, linearise, sensitivities
 
 Exit status: 0 done, 2 the input cannot be used, 1 an output cannot be written.")]
 pub(crate) struct Arguments {
@@ -51,6 +53,12 @@ pub(crate) enum Command {
     Diagnose(Diagnose),
     /// Run an identified model beside a recording
     Simulate(Simulate),
+    /// Check and draw the description of a system
+    System(SystemCommand),
+    /// A, B, C, D around an operating point, with poles and time constants
+    Linearise(Linearise),
+    /// What moves the readings: parameters ranked, and which of them a recording tells apart
+    Sensitivities(Sensitivities),
     /// Write a recording and its model in percent of undisclosed references
     Mask(Mask),
     /// Write a recording in another format
@@ -86,29 +94,86 @@ pub(crate) struct Source {
     pub(crate) thesis_screening: bool,
 }
 
+/// What the recordings were taken on.
+#[derive(Debug, Clone, Args)]
+#[group(required = true, multiple = false)]
+pub(crate) struct Described {
+    /// The well description: the built-in return line
+    #[arg(long, value_name = "FILE")]
+    pub(crate) well: Option<PathBuf>,
+    /// The description of any system by its components, or what a fit of it wrote
+    #[arg(long, value_name = "FILE")]
+    pub(crate) system: Option<PathBuf>,
+}
+
+/// Recordings, and a well or a system.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct AnySource {
+    /// Recordings in order of time: MAT v5 or v7.3, CSV or MCAP; one with --system
+    #[arg(required = true)]
+    pub(crate) recordings: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) described: Described,
+    /// Screen as the thesis does: every long run of one speed rejected, restarts kept
+    #[arg(long, conflicts_with = "system")]
+    pub(crate) thesis_screening: bool,
+}
+
+/// What a command works on.
+pub(crate) enum Subject<'a> {
+    /// The built-in return line.
+    Well(Source),
+    /// A system of any components: its description and the recordings.
+    System(&'a Path, &'a [PathBuf]),
+}
+
+impl AnySource {
+    pub(crate) fn subject(&self) -> Subject<'_> {
+        match &self.described {
+            Described {
+                system: Some(system),
+                ..
+            } => Subject::System(system, &self.recordings),
+            Described { well, .. } => Subject::Well(Source {
+                recordings: self.recordings.clone(),
+                // One of the two is required.
+                well: well.clone().unwrap_or_default(),
+                thesis_screening: self.thesis_screening,
+            }),
+        }
+    }
+}
+
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   dgd fit rig.mat --well well.toml
+  dgd fit bench.mat --system system.toml --out bench.toml    writes bench.csv, bench.html, bench.json beside it
   dgd fit gom1.csv gom2.csv gom3.csv gom4.csv --well well.toml --figures figures
-  dgd fit rig.mcap --well well.toml --delays 0:60 --robust --json")]
+  dgd fit rig.mcap --well well.toml --delays 0:60 --robust --json
+
+With --system the model is a system.toml with the fitted values, which --system takes again; beside it, under its name, stand
+the simulation of all windows (.csv), the report (.html) and what it says for machines (.json).")]
 pub(crate) struct Fit {
     #[command(flatten)]
-    pub(crate) source: Source,
+    pub(crate) source: AnySource,
     /// Where the model goes
     #[arg(long, value_name = "FILE", default_value = "model.toml")]
     pub(crate) out: PathBuf,
     /// Draw Figures 3.2-3.7 and 3.9-3.11 into this folder, as SVG and PNG
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", conflicts_with = "system")]
     pub(crate) figures: Option<PathBuf>,
     /// Delays of the return flow meter to try, seconds from:to
-    #[arg(long, value_name = "FROM:TO", default_value = "0:30", value_parser = parse_range, allow_hyphen_values = true)]
+    #[arg(long, value_name = "FROM:TO", default_value = "0:30", value_parser = parse_range, allow_hyphen_values = true, conflicts_with = "system")]
     pub(crate) delays: (f64, f64),
-    /// Weigh outliers down in the friction fits (Huber)
+    /// Weigh outliers down (Huber): in the friction fits, or of a system's readings
     #[arg(long)]
     pub(crate) robust: bool,
     /// Keep the pump's exponents at 2 and 2 (Eq. 3.31), with c1, c2 > 0
-    #[arg(long)]
+    #[arg(long, conflicts_with = "system")]
     pub(crate) fixed_exponents: bool,
+    /// Further starts of a system's fit, spread over the bounds
+    #[arg(long, value_name = "N", default_value_t = 4, conflicts_with = "well")]
+    pub(crate) starts: usize,
 }
 
 #[derive(Debug, Args)]
@@ -117,18 +182,19 @@ pub(crate) struct Fit {
   dgd diagnose rig.mat --well well.toml --out again --model diagnosis/model.toml
   dgd diagnose day1.csv day2.csv --well well.toml --out both --json | jq .verdict
   dgd simulate rig.mat --well well.toml --model diagnosis/model.toml --window 9000:12000
+  dgd diagnose bench.mat --system system.toml --out diagnosis    then simulate --system diagnosis/model.toml
 
 Writes diagnosis.json, simulation.csv (measured beside the model before and after), report.html and model.toml
 (with the effects found; `dgd simulate` runs it) into the folder. Exit status is 0 whatever the verdict:
 consistent, explained, partly_explained or unexplained.")]
 pub(crate) struct Diagnose {
     #[command(flatten)]
-    pub(crate) source: Source,
+    pub(crate) source: AnySource,
     /// Folder for diagnosis.json, simulation.csv, report.html and model.toml
     #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,
     /// Start from the effects of this model; only what is left out of it too is a finding
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "system")]
     pub(crate) model: Option<PathBuf>,
 }
 
@@ -138,38 +204,54 @@ pub(crate) struct Diagnose {
   dgd simulate rig.mat --well well.toml --model model.toml --window 14000:20000 --kind riser
   dgd simulate rig.mat --well well.toml --model model.toml --out run.mcap --figures figures
   dgd simulate rig.mat --well well.toml --model diagnosis/model.toml
+  dgd simulate bench.mat --system bench.toml --out run.csv     also writes run.html and run.json
 
 A model that `dgd diagnose` wrote runs with its effects, level and flow together: --kind, --solver and --tolerance
 are for models that `dgd fit` wrote, and --figures draws Figure 4.4 alone.")]
 pub(crate) struct Simulate {
     #[command(flatten)]
-    pub(crate) source: Source,
+    pub(crate) source: AnySource,
     /// The identified model
-    #[arg(long, value_name = "FILE", default_value = "model.toml")]
+    #[arg(
+        long,
+        value_name = "FILE",
+        default_value = "model.toml",
+        conflicts_with = "system"
+    )]
     pub(crate) model: PathBuf,
-    /// Measured beside simulated: .csv or .mcap
+    /// Measured beside simulated: .csv, .mcap or .mat
     #[arg(long, value_name = "FILE", default_value = "simulation.csv")]
     pub(crate) out: PathBuf,
     /// Seconds from:to; the whole recording if absent
-    #[arg(long, value_name = "FROM:TO", value_parser = parse_range, allow_hyphen_values = true)]
+    #[arg(long, value_name = "FROM:TO", value_parser = parse_range, allow_hyphen_values = true, conflicts_with = "system")]
     pub(crate) window: Option<(f64, f64)>,
     /// Which equations are simulated, and which are driven by the recording
-    #[arg(long, value_enum, default_value_t = KindArg::Coupled)]
+    #[arg(long, value_enum, default_value_t = KindArg::Coupled, conflicts_with = "system")]
     pub(crate) kind: KindArg,
     /// Riser level at the start, such as "140 m"; measured if absent
-    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "LENGTH",
+        allow_hyphen_values = true,
+        conflicts_with = "system"
+    )]
     pub(crate) level: Option<String>,
     /// Flow through the pump at the start, such as "800 gpm"; measured if absent
-    #[arg(long, value_name = "FLOW", allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "FLOW",
+        allow_hyphen_values = true,
+        conflicts_with = "system"
+    )]
     pub(crate) flow: Option<String>,
     /// Integration method
     #[arg(long, value_enum, default_value_t = SolverArg::Rodas)]
     pub(crate) solver: SolverArg,
-    /// Relative tolerance of a step
-    #[arg(long, value_name = "NUMBER", default_value_t = 1e-4)]
-    pub(crate) tolerance: f64,
+    /// Relative tolerance of a step; 1e-4, with --system 1e-5
+    #[arg(long, value_name = "NUMBER")]
+    pub(crate) tolerance: Option<f64>,
     /// Draw Figures 4.1-4.4 of the window into this folder, as SVG and PNG
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", conflicts_with = "system")]
     pub(crate) figures: Option<PathBuf>,
 }
 
@@ -240,6 +322,95 @@ pub(crate) struct Demo {
     /// Folder for the report, its pictures and the model
     #[arg(long, value_name = "DIR", default_value = "dgd-demo")]
     pub(crate) out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SystemCommand {
+    #[command(subcommand)]
+    pub(crate) action: SystemAction,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum SystemAction {
+    /// Is it well posed; its states, inputs, free parameters, and the effects that could sit on it
+    Check(Check),
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  dgd system check system.toml
+  dgd system check system.toml --draw system.svg
+  dgd system check system.toml --json | jq .effects
+
+What is not well posed is refused with status 2: every problem with its line, what is in excess, and how to mend it. It is drawn
+all the same.")]
+pub(crate) struct Check {
+    /// The description of the system
+    pub(crate) system: PathBuf,
+    /// Draw it: .svg or .png
+    #[arg(long, value_name = "FILE")]
+    pub(crate) draw: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  dgd linearise --system bench.toml --at pump.input=5 --step 4 --out linear
+  dgd linearise --system bench.toml --at-time 1200 --recording bench.mat --out linear
+  dgd linearise --well well.toml --model model.toml --at 'inflow.flow=800 gpm' pump.speed=72 --out linear
+
+Inputs and states go by their paths (`dgd system check` lists them), in SI units or with a unit. What is not given of the
+states is sought as the steady state. Writes linear.json and linear.mat, in MATLAB: l = load('linear.mat').linear;
+ss(l.A, l.B, l.C, l.D). With --well it also writes the model as system.toml.")]
+pub(crate) struct Linearise {
+    #[command(flatten)]
+    pub(crate) described: Described,
+    /// The identified model of the well
+    #[arg(
+        long,
+        value_name = "FILE",
+        default_value = "model.toml",
+        conflicts_with = "system"
+    )]
+    pub(crate) model: PathBuf,
+    /// Inputs and states of the operating point
+    #[arg(long, value_name = "KEY=VALUE", num_args = 1.., value_parser = parse_pair)]
+    pub(crate) at: Vec<(String, String)>,
+    /// Operating point of a recording at this time
+    #[arg(long, value_name = "TIME", requires = "recording", conflicts_with_all = ["at", "well"], allow_hyphen_values = true)]
+    pub(crate) at_time: Option<f64>,
+    /// The recording of --at-time
+    #[arg(long, value_name = "FILE", requires = "at_time")]
+    pub(crate) recording: Option<PathBuf>,
+    /// Also the discrete model with inputs held over this step, s
+    #[arg(long, value_name = "SECONDS")]
+    pub(crate) step: Option<f64>,
+    /// Folder for linear.json and linear.mat
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  dgd sensitivities bench.mat --system bench.toml --out sensitivities
+  dgd sensitivities inputs.csv --system system.toml --out plan    instruments need not have been recorded
+
+Writes sensitivities.json, sensitivities.csv (along the run) and sensitivities.html into the folder.")]
+pub(crate) struct Sensitivities {
+    /// MAT v5 or v7.3, CSV or MCAP
+    pub(crate) recording: PathBuf,
+    /// The description of the system, or what a fit of it wrote
+    #[arg(long, value_name = "FILE")]
+    pub(crate) system: PathBuf,
+    /// Folder for sensitivities.json, sensitivities.csv and sensitivities.html
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+}
+
+fn parse_pair(text: &str) -> Result<(String, String), String> {
+    let (key, value) = text
+        .split_once('=')
+        .ok_or("write a path and its value, such as pump.speed=72 or 'tank.level=1.2 m'")?;
+    Ok((key.trim().to_owned(), value.trim().to_owned()))
 }
 
 fn parse_range(text: &str) -> Result<(f64, f64), String> {

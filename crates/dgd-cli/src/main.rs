@@ -9,8 +9,9 @@ mod output;
 mod page;
 mod progress;
 mod say;
+mod system;
 
-use args::{Arguments, Command, Global};
+use args::{Arguments, Command, Global, SystemAction};
 use clap::Parser;
 use failure::Failure;
 use std::io::{IsTerminal, Write};
@@ -50,6 +51,11 @@ fn run(arguments: &Arguments) -> Result<String, Failure> {
         Command::Fit(fit) => commands::fit::run(fit, global),
         Command::Diagnose(diagnose) => commands::diagnose::run(diagnose, global),
         Command::Simulate(simulate) => commands::simulate::run(simulate, global),
+        Command::System(system) => match &system.action {
+            SystemAction::Check(check) => commands::system_check::run(check, global),
+        },
+        Command::Linearise(linearise) => commands::linearise::run(linearise, global),
+        Command::Sensitivities(asked) => commands::sensitivities::run(asked, global),
         Command::Mask(mask) => commands::mask::run(mask, global),
         Command::Convert(convert) => commands::convert::run(convert, global),
         Command::Demo(demo) => commands::demo::run(demo, global),

@@ -89,6 +89,32 @@ fn rounded(value: f64, figures: i32) -> String {
     }
 }
 
+/// A value and the ends of its interval, with two figures of the interval's half.
+pub(crate) fn with_interval(value: f64, (low, high): (f64, f64)) -> [String; 3] {
+    let half = 0.5 * (high - low);
+    if !(half > 0.0 && half.is_finite()) {
+        return [value, low, high].map(number);
+    }
+    let largest = value.abs().max(low.abs()).max(high.abs());
+    // Decimals of the number as it is written: after its first figure if it has a power of ten.
+    let powers = !(1e-3..1e6).contains(&largest);
+    let lead = if powers { largest.log10().floor() } else { 0.0 };
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "clamped"
+    )]
+    let decimals = (lead + 1.0 - half.log10().floor()).clamp(0.0, 12.0) as usize;
+    [value, low, high].map(|v| {
+        if powers {
+            let scaled = v / 10f64.powf(lead);
+            format!("{scaled:.decimals$}e{lead}")
+        } else {
+            format!("{v:.decimals$}")
+        }
+    })
+}
+
 /// A count with thousands apart.
 pub(crate) fn count(n: usize) -> String {
     let digits = n.to_string();
@@ -100,6 +126,12 @@ pub(crate) fn count(n: usize) -> String {
         text.push(digit);
     }
     text
+}
+
+/// `1 state`, `2 states`.
+pub(crate) fn counted(n: usize, noun: &str) -> String {
+    let plural = if n == 1 { "" } else { "s" };
+    format!("{} {noun}{plural}", count(n))
 }
 
 /// Pretty JSON with a closing line break.
@@ -137,6 +169,16 @@ mod tests {
         assert_eq!(brief(0.079_66), "0.0797");
         assert_eq!(brief(2.541), "2.54");
         assert_eq!(brief(13.0), "13");
+    }
+
+    #[test]
+    fn an_interval_decides_how_many_figures_are_written() {
+        let written = with_interval(1.500_03e-5, (1.4995e-5, 1.5005e-5));
+        assert_eq!(written, ["1.50003e-5", "1.49950e-5", "1.50050e-5"]);
+        let written = with_interval(210.458, (210.34, 210.58));
+        assert_eq!(written, ["210.46", "210.34", "210.58"]);
+        let written = with_interval(2.0, (f64::NEG_INFINITY, f64::INFINITY));
+        assert_eq!(written, ["2", "-inf", "inf"]);
     }
 
     #[test]

@@ -185,7 +185,8 @@ impl<'a> Round<'a> {
             .iter()
             .filter(|c| c.effect.about().id != id && c.evidence > 0.0)
             .filter(|c| alike(&best.best, &c.best) && stands(self.record, &solved(&c.best)))
-            .map(|c| (c.effect.about().id.to_owned(), weight(c.formed)))
+            // One that may not be named itself is no likelier than the one that may.
+            .map(|c| (c.effect.about().id.to_owned(), weight(c.formed).min(1.0)))
             .collect();
         if let Some(r) = rival {
             let form = form_broken(best).exp();
@@ -275,16 +276,15 @@ impl<'a> Round<'a> {
     }
 }
 
-/// Logarithm of the odds that an effect only lends its name to something of another form: how much its slack gains beyond
-/// what the error of its form accounts for.
+/// Logarithm of the odds that an effect of exact form (a gain, an area, a loss on the velocity head) only lends its name to
+/// something of another form: how much its slack gains beyond what the error of its form accounts for.
 fn form_broken(c: &Contender) -> f64 {
-    let search = &c.effect.about().search;
-    if search.stand_error.is_some() {
-        // Each stand has its own strength anyway.
+    const EXACT: f64 = 0.1;
+    let error = c.effect.about().search.form_error;
+    if error > EXACT {
         return f64::NEG_INFINITY;
     }
-    let accounted = 3.0 + 0.5 * search.form_error * c.evidence;
-    ((c.formed - c.evidence - accounted) / 4.0).min(50.0)
+    ((c.formed - c.evidence - 3.0 - 0.5 * error * c.evidence) / 4.0).min(50.0)
 }
 
 /// Whether an effect makes the return flow's meter late.

@@ -50,6 +50,8 @@ pub(crate) struct Tangent {
     slack: Vec<Slack>,
     /// Logarithm of the prior's volume over the posterior's: the price of all freedom.
     ln_volume: f64,
+    /// The curves at this hypothesis.
+    evaluated: Evaluated,
 }
 
 /// Median lift of the pump where its head may be judged, Pa.
@@ -84,20 +86,50 @@ pub(crate) enum Bend {
     Loose,
 }
 
-/// Stacked residuals of the curves under a hypothesis.
-pub(crate) fn residual_of(curves: &Curves, layout: Layout, b: &Blocks) -> Vec<f64> {
-    let mut out = Vec::with_capacity(layout.len());
-    out.extend(
-        (0..layout.blocks)
-            .map(|k| b.drop[k] - b.friction_factor[k] * curves.friction_pa(b.flow[k])),
-    );
-    out.extend(
-        (0..layout.blocks)
-            .map(|k| b.lift[k] - b.head_factor[k] * curves.head_pa(b.speed[k], b.through[k])),
-    );
-    out.extend_from_slice(&b.difference);
-    out.extend_from_slice(&b.imbalance);
-    out
+/// Both curves at the blocks of one hypothesis: others share most of its blocks, and bumps are dear.
+#[derive(Debug, Clone)]
+struct Evaluated {
+    flow: Vec<f64>,
+    friction_pa: Vec<f64>,
+    speed: Vec<f64>,
+    through: Vec<f64>,
+    head_pa: Vec<f64>,
+}
+
+impl Evaluated {
+    fn of(curves: &Curves, b: &Blocks, known: Option<&Self>) -> Self {
+        let n = b.flow.len();
+        let friction_pa = (0..n)
+            .map(|k| match known {
+                Some(v) if v.flow[k] == b.flow[k] => v.friction_pa[k],
+                _ => curves.friction_pa(b.flow[k]),
+            })
+            .collect();
+        let head_pa = (0..n)
+            .map(|k| match known {
+                Some(v) if v.speed[k] == b.speed[k] && v.through[k] == b.through[k] => v.head_pa[k],
+                _ => curves.head_pa(b.speed[k], b.through[k]),
+            })
+            .collect();
+        Self {
+            flow: b.flow.clone(),
+            friction_pa,
+            speed: b.speed.clone(),
+            through: b.through.clone(),
+            head_pa,
+        }
+    }
+
+    /// Stacked residuals of the curves under the same hypothesis.
+    fn residual(&self, layout: Layout, b: &Blocks) -> Vec<f64> {
+        let mut out = Vec::with_capacity(layout.len());
+        let n = layout.blocks;
+        out.extend((0..n).map(|k| b.drop[k] - b.friction_factor[k] * self.friction_pa[k]));
+        out.extend((0..n).map(|k| b.lift[k] - b.head_factor[k] * self.head_pa[k]));
+        out.extend_from_slice(&b.difference);
+        out.extend_from_slice(&b.imbalance);
+        out
+    }
 }
 
 /// A robust straight least-squares fit; returns the coefficients.
@@ -231,7 +263,7 @@ impl Tangent {
             difference: blocks.difference.len(),
             mass: blocks.imbalance.len(),
         };
-        let residual = residual_of(&curves, layout, &blocks);
+        let residual = Evaluated::of(&curves, &blocks, None).residual(layout, &blocks);
         let unrest = crate::unrest::unrest(record, &curves, &blocks, layout);
         let whitening = Whitening::of(layout, &rows, &residual, &unrest, wander(record, &curves));
         let first = Self::with(record, &blocks, rows, curves, whitening, lean, Vec::new());
@@ -377,26 +409,25 @@ impl Tangent {
         let mut columns: Vec<Vec<f64>> = Vec::new();
         let mut priors: Vec<f64> = Vec::new();
         let wide = if lean == Bend::Loose { 6.0 } else { 1.0 };
-        for a in 0..FRICTION_TERMS {
-            let mut column = vec![0.0; total];
-            for b in 0..n {
-                column[b] = friction_terms(blocks.flow[b], scale)[a] * blocks.friction_factor[b];
-            }
-            columns.push(column);
-            priors.push(FRICTION_PRIOR_PA[a] * if a == 0 { 1.0 } else { wide });
-        }
-        let mut means = vec![0.0; FRICTION_TERMS];
-        for (a, (mean, width)) in head_priors(typical_lift(&rows, blocks))
+        let friction_columns = by_column(total, 0, n, |b| {
+            friction_terms(blocks.flow[b], scale).map(|v| v * blocks.friction_factor[b])
+        });
+        for (a, (column, prior)) in friction_columns
             .into_iter()
+            .zip(FRICTION_PRIOR_PA)
             .enumerate()
         {
-            means.push(mean);
-            let mut column = vec![0.0; total];
-            for b in 0..n {
-                column[n + b] = head_terms(blocks.speed[b], blocks.through[b], scale)[a]
-                    * blocks.head_factor[b];
-            }
             columns.push(column);
+            priors.push(prior * if a == 0 { 1.0 } else { wide });
+        }
+        let mut means = vec![0.0; FRICTION_TERMS];
+        let head_columns = by_column(total, n, n, |b| {
+            head_terms(blocks.speed[b], blocks.through[b], scale).map(|v| v * blocks.head_factor[b])
+        });
+        let head_priors = head_priors(typical_lift(&rows, blocks));
+        for (a, (column, (mean, width))) in head_columns.into_iter().zip(head_priors).enumerate() {
+            columns.push(column);
+            means.push(mean);
             priors.push(width * if a == 0 { 1.0 } else { wide });
         }
         let mut nuisance: Vec<Vec<f64>> = Vec::new();
@@ -459,7 +490,8 @@ impl Tangent {
         fitted
             .head
             .copy_from_slice(&beta[FRICTION_TERMS..FRICTION_TERMS + HEAD_TERMS]);
-        let residual = residual_of(&fitted, layout, blocks);
+        let evaluated = Evaluated::of(&fitted, blocks, None);
+        let residual = evaluated.residual(layout, blocks);
         Self {
             rows,
             layout,
@@ -473,6 +505,7 @@ impl Tangent {
             lean,
             slack,
             ln_volume,
+            evaluated,
         }
     }
 
@@ -509,7 +542,9 @@ impl Tangent {
 
     /// The same before whitening.
     pub(crate) fn change(&self, record: &Record, applied: &[Applied]) -> Vec<f64> {
-        let with = residual_of(&self.curves, self.layout, &Blocks::under(record, applied));
+        let blocks = Blocks::under(record, applied);
+        let with = Evaluated::of(&self.curves, &blocks, Some(&self.evaluated))
+            .residual(self.layout, &blocks);
         self.residual
             .iter()
             .zip(&with)
@@ -527,6 +562,22 @@ impl Tangent {
         }
         out
     }
+}
+
+/// Columns of `total` rows from the terms of each of `count` rows after `first`.
+fn by_column<const K: usize>(
+    total: usize,
+    first: usize,
+    count: usize,
+    terms: impl Fn(usize) -> [f64; K],
+) -> Vec<Vec<f64>> {
+    let mut columns = vec![vec![0.0; total]; K];
+    for b in 0..count {
+        for (column, v) in columns.iter_mut().zip(terms(b)) {
+            column[first + b] = v;
+        }
+    }
+    columns
 }
 
 /// 95th percentile of the finite values.

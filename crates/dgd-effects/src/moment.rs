@@ -236,15 +236,26 @@ fn connections(time_s: &[f64], flow_m3_s: &[f64]) -> Vec<Connection> {
 pub(crate) struct Lag {
     value: Option<f64>,
     tau_s: f64,
+    /// The last step, s, and its share of the way: the clock is even, and exponentials are dear.
+    step_s: f64,
+    share: f64,
 }
 
 impl Lag {
     pub(crate) fn new(tau_s: f64) -> Self {
-        Self { value: None, tau_s }
+        Self {
+            value: None,
+            tau_s,
+            step_s: 0.0,
+            share: 0.0,
+        }
     }
 
     pub(crate) fn step(&mut self, input: f64, dt_s: f64) -> f64 {
-        let share = 1.0 - (-dt_s / self.tau_s.max(1e-9)).exp();
+        if self.step_s != dt_s {
+            (self.step_s, self.share) = (dt_s, 1.0 - (-dt_s / self.tau_s.max(1e-9)).exp());
+        }
+        let share = self.share;
         let value = match self.value {
             Some(value) if input.is_finite() => value + share * (input - value),
             Some(value) => value,

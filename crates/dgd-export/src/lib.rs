@@ -1,7 +1,7 @@
 //! Recordings out: one [`Table`] to CSV, MCAP, MAT v5 or MAT v7.3.
 //!
 //! Start at [`write_csv`], [`write_mcap`], [`write_mat5`] or [`write_mat73`]; [`write_comparison_csv`] sets
-//! measured beside two simulations, rounded. Elsewhere numbers are written with
+//! measured beside two simulations, rounded; [`write_mat5_values`] writes matrices and names. Elsewhere numbers are written with
 //! the digits that read back to the same `f64`, and the same table gives the same bytes
 //! on every machine. Values keep their units; nothing is converted, and this crate
 //! opens no file.
@@ -21,7 +21,7 @@ pub use comparison::{ComparedSignal, Comparison, write_comparison_csv};
 pub use csv::{CsvOptions, write_csv};
 pub use error::ExportError;
 pub use mat::field_names;
-pub use mat5::write_mat5;
+pub use mat5::{MatValue, write_mat5, write_mat5_values};
 pub use mat73::write_mat73;
 pub use mcap::{McapOptions, write_mcap};
 

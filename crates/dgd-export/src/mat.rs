@@ -7,7 +7,7 @@ use dgd_recording::Table;
 use crate::error::ExportError;
 
 /// Longest name that MATLAB takes.
-const MAX_NAME: usize = 63;
+pub(crate) const MAX_NAME: usize = 63;
 pub(crate) const UNITS: &str = "units";
 pub(crate) const ORIGIN: &str = "origin";
 
@@ -50,7 +50,7 @@ pub fn field_names(table: &Table, root: &str) -> Vec<String> {
         .collect()
 }
 
-fn plain_name(tag: &str) -> String {
+pub(crate) fn plain_name(tag: &str) -> String {
     let mut name = String::new();
     for c in tag.chars().take(MAX_NAME) {
         if name.is_empty() && !c.is_ascii_alphabetic() {

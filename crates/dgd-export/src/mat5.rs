@@ -1,5 +1,7 @@
 //! MAT v5 out: one compressed struct of columns.
 
+use std::borrow::Cow;
+use std::collections::BTreeSet;
 use std::io::Write;
 
 use dgd_recording::Table;
@@ -7,7 +9,7 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 
 use crate::error::ExportError;
-use crate::mat::{ORIGIN, Struct, UNITS};
+use crate::mat::{MAX_NAME, ORIGIN, Struct, UNITS, plain_name};
 
 const MI_INT8: u32 = 1;
 const MI_INT32: u32 = 5;
@@ -16,6 +18,7 @@ const MI_DOUBLE: u32 = 9;
 const MI_MATRIX: u32 = 14;
 const MI_COMPRESSED: u32 = 15;
 const MI_UTF8: u32 = 16;
+const MX_CELL: u32 = 1;
 const MX_STRUCT: u32 = 2;
 const MX_CHAR: u32 = 4;
 const MX_DOUBLE: u32 = 6;
@@ -35,7 +38,58 @@ const BLOCK: usize = 4096;
 /// [`ExportError::TooLarge`] from 4 GiB on, [`ExportError::Io`] from `out`.
 pub fn write_mat5(table: &Table, root: &str, out: &mut impl Write) -> Result<(), ExportError> {
     let table = Struct::new(table, root)?;
-    let root = struct_of(root, &table)?;
+    write_root(&struct_of(root, &table)?, out)
+}
+
+/// A value of a MATLAB struct.
+#[derive(Debug, Clone, PartialEq)]
+pub enum MatValue {
+    /// A matrix of doubles.
+    Matrix {
+        /// Number of rows.
+        rows: usize,
+        /// Number of columns.
+        columns: usize,
+        /// `rows * columns` values, row by row.
+        values: Vec<f64>,
+    },
+    /// A text.
+    Text(String),
+    /// A column cell array of texts, such as the names of states.
+    Texts(Vec<String>),
+    /// A struct.
+    Fields(Vec<(String, MatValue)>),
+}
+
+/// Writes named values as one struct named `root`, as MATLAB's `save -v7` would: `s = load(file).root` and then
+/// `ss(s.A, s.B, s.C, s.D)`.
+///
+/// # Errors
+/// [`ExportError::NoColumns`] without values, [`ExportError::Name`] if MATLAB would not take a name,
+/// [`ExportError::NameTaken`] on two fields of one name, [`ExportError::Length`] on a matrix with another number of values than
+/// its shape has, [`ExportError::TooLarge`] from 4 GiB on, [`ExportError::Io`] from `out`.
+///
+/// ```
+/// use dgd_export::{MatValue, write_mat5_values};
+/// let a = MatValue::Matrix { rows: 1, columns: 2, values: vec![-0.5, 0.25] };
+/// let mut bytes = Vec::new();
+/// write_mat5_values(&[("A".into(), a)], "linear", &mut bytes)?;
+/// assert!(bytes.starts_with(b"MATLAB 5.0 MAT-file"));
+/// # Ok::<(), dgd_export::ExportError>(())
+/// ```
+pub fn write_mat5_values(
+    values: &[(String, MatValue)],
+    root: &str,
+    out: &mut impl Write,
+) -> Result<(), ExportError> {
+    if values.is_empty() {
+        return Err(ExportError::NoColumns);
+    }
+    check_name(root)?;
+    write_root(&fields_of(root.to_owned(), value_fields(values)?), out)
+}
+
+fn write_root(root: &Matrix<'_>, out: &mut impl Write) -> Result<(), ExportError> {
     let mut zlib = ZlibEncoder::new(Vec::new(), Compression::new(6));
     root.write(&mut zlib)?;
     let squashed = zlib.finish()?;
@@ -61,9 +115,76 @@ struct Matrix<'t> {
 }
 
 enum Body<'t> {
-    Values(&'t [f64]),
+    Values(Cow<'t, [f64]>),
     Text(&'t str),
+    Cells(Vec<Matrix<'t>>),
     Fields(Vec<(String, Matrix<'t>)>),
+}
+
+fn check_name(name: &str) -> Result<(), ExportError> {
+    if name.len() > MAX_NAME || plain_name(name) != name {
+        return Err(ExportError::Name { name: name.into() });
+    }
+    Ok(())
+}
+
+fn value_fields(values: &[(String, MatValue)]) -> Result<Vec<(String, Matrix<'_>)>, ExportError> {
+    let mut seen = BTreeSet::new();
+    values
+        .iter()
+        .map(|(name, value)| {
+            check_name(name)?;
+            if !seen.insert(name) {
+                return Err(ExportError::NameTaken { tag: name.clone() });
+            }
+            Ok((name.clone(), value_of(name, value)?))
+        })
+        .collect()
+}
+
+fn value_of<'t>(name: &str, value: &'t MatValue) -> Result<Matrix<'t>, ExportError> {
+    let side = |length: usize| {
+        u32::try_from(length)
+            .ok()
+            .filter(|length| i32::try_from(*length).is_ok())
+            .ok_or_else(|| too_large(name, 8 * length as u64))
+    };
+    Ok(match value {
+        MatValue::Matrix {
+            rows,
+            columns,
+            values,
+        } => {
+            let expected = rows.saturating_mul(*columns);
+            if values.len() != expected {
+                return Err(ExportError::Length {
+                    name: name.into(),
+                    expected,
+                    found: values.len(),
+                });
+            }
+            // MATLAB goes down the columns.
+            let turned = (0..*columns)
+                .flat_map(|j| (0..*rows).map(move |i| values[i * columns + j]))
+                .collect();
+            Matrix {
+                class: MX_DOUBLE,
+                rows: side(*rows)?,
+                columns: side(*columns)?,
+                name: String::new(),
+                body: Body::Values(Cow::Owned(turned)),
+            }
+        }
+        MatValue::Text(text) => text_of(text)?,
+        MatValue::Texts(texts) => Matrix {
+            class: MX_CELL,
+            rows: side(texts.len())?,
+            columns: 1,
+            name: String::new(),
+            body: Body::Cells(texts.iter().map(|t| text_of(t)).collect::<Result<_, _>>()?),
+        },
+        MatValue::Fields(fields) => fields_of(String::new(), value_fields(fields)?),
+    })
 }
 
 fn struct_of<'t>(root: &str, table: &Struct<'t>) -> Result<Matrix<'t>, ExportError> {
@@ -80,7 +201,7 @@ fn struct_of<'t>(root: &str, table: &Struct<'t>) -> Result<Matrix<'t>, ExportErr
                 rows,
                 columns: 1,
                 name: String::new(),
-                body: Body::Values(values),
+                body: Body::Values(Cow::Borrowed(values)),
             },
         ));
     }
@@ -156,6 +277,7 @@ impl Matrix<'_> {
         head + match &self.body {
             Body::Values(values) => padded(8 * values.len() as u64),
             Body::Text(text) => padded(text.len() as u64),
+            Body::Cells(cells) => cells.iter().map(|child| 8 + child.length()).sum(),
             Body::Fields(fields) => {
                 let width = u64::from(name_width(fields));
                 let children: u64 = fields.iter().map(|(_, child)| 8 + child.length()).sum();
@@ -189,6 +311,7 @@ impl Matrix<'_> {
                 }
             }
             Body::Text(text) => data(out, MI_UTF8, text.as_bytes())?,
+            Body::Cells(cells) => cells.iter().try_for_each(|child| child.write(out))?,
             Body::Fields(fields) => {
                 // The width of the names is a small element: length and type share a word.
                 let width = name_width(fields);

@@ -34,6 +34,15 @@ impl Figure {
         }
     }
 
+    /// A picture that is no panel.
+    pub(crate) fn of_scene(caption: String, scene: Scene) -> Self {
+        Self {
+            number: String::new(),
+            caption,
+            scene,
+        }
+    }
+
     /// Number in the thesis, like `3.2`; empty for a figure that has none.
     #[must_use]
     pub fn number(&self) -> &str {

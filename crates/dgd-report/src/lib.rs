@@ -2,7 +2,8 @@
 //!
 //! Start at the function of the figure wanted, such as [`all_samples`] or [`complete_dynamics`]; each takes plain
 //! slices and [`Axis`] labels and returns a [`Figure`]. [`Page`] sets figures, tables and formulas as one
-//! self-contained HTML file. [`diagnosis_page`] writes the report of a diagnosis.
+//! self-contained HTML file. [`diagnosis_page`] writes the report of a diagnosis. [`assembly_drawing`] draws components
+//! and their connections.
 //!
 //! Absent: no estimation, and no unit conversion in the figures (what is given is drawn, the axis label names its unit), no files, no
 //! fonts of the machine. A value that is not finite is never drawn, an axis is not stretched by far outliers, and the
@@ -23,6 +24,7 @@ mod axis;
 mod color;
 mod data;
 mod diagnosis;
+mod drawing;
 mod error;
 mod figure;
 mod font;
@@ -31,6 +33,7 @@ mod friction;
 mod page;
 mod panel;
 mod pump;
+mod ranking;
 mod raster;
 mod scene;
 mod search;
@@ -44,6 +47,7 @@ pub use axis::Axis;
 pub use color::Role;
 pub use data::{Curve, Interval, Scatter, Series};
 pub use diagnosis::diagnosis_page;
+pub use drawing::{Diagram, DrawnComponent, DrawnInstrument, DrawnLink, Symbol, assembly_drawing};
 pub use error::ReportError;
 pub use figure::Figure;
 pub use friction::{
@@ -51,9 +55,10 @@ pub use friction::{
 };
 pub use page::{Page, Table};
 pub use pump::{SpeedFamily, final_pump_curves, first_pump_curves};
+pub use ranking::{Ranked, WithinBounds, ranking, within_bounds};
 pub use raster::MAX_PIXELS;
 pub use search::{CostGrid, SearchPath, exponent_search};
-pub use series::{Residuals, TimePanel, residual_histogram, time_series};
+pub use series::{Residuals, TimePanel, residual_histogram, series_over, time_series};
 pub use simulation::{Compared, complete_dynamics, dynamic_and_static, return_flow, riser_level};
 
 /// The example of the README is compiled and run with the tests.

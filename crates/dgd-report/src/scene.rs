@@ -98,6 +98,33 @@ impl Scene {
         }
     }
 
+    pub(crate) fn dot(&mut self, centre: [f64; 2], radius: f64, fill: Color) {
+        self.shapes.push(Shape::Circle {
+            centre,
+            radius,
+            fill: Some(fill),
+            pen: None,
+        });
+    }
+
+    /// A circle with an outline on white paper.
+    pub(crate) fn ring(&mut self, centre: [f64; 2], radius: f64, pen: Pen) {
+        self.shapes.push(Shape::Circle {
+            centre,
+            radius,
+            fill: Some(crate::color::PAPER),
+            pen: Some(pen),
+        });
+    }
+
+    pub(crate) fn polygon(&mut self, points: Vec<[f64; 2]>, fill: Color) {
+        self.shapes.push(Shape::Polygon {
+            points,
+            fill,
+            opacity: 1.0,
+        });
+    }
+
     pub(crate) fn text(
         &mut self,
         at: [f64; 2],

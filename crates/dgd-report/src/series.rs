@@ -68,12 +68,44 @@ pub fn time_series(
     stacked("", caption, panels, intervals, &vec![height; panels.len()])
 }
 
+/// As [`time_series`], over any independent variable: `time_s` of the series then holds its values, which `x` labels.
+///
+/// # Errors
+/// As [`time_series`].
+pub fn series_over(
+    x: &Axis,
+    panels: &[TimePanel<'_>],
+    intervals: &[Interval<'_>],
+    caption: &str,
+) -> Result<Figure, ReportError> {
+    let height = match panels.len() {
+        0 | 1 => 260.0,
+        2 => 180.0,
+        3 => 150.0,
+        _ => 120.0,
+    };
+    let heights = vec![height; panels.len()];
+    laid_out("", caption.to_owned(), panels, intervals, &heights, Some(x))
+}
+
 pub(crate) fn stacked(
     number: &str,
     caption: String,
     panels: &[TimePanel<'_>],
     intervals: &[Interval<'_>],
     heights: &[f64],
+) -> Result<Figure, ReportError> {
+    laid_out(number, caption, panels, intervals, heights, None)
+}
+
+/// `x`: the label of the independent variable, if it is not time in seconds.
+fn laid_out(
+    number: &str,
+    caption: String,
+    panels: &[TimePanel<'_>],
+    intervals: &[Interval<'_>],
+    heights: &[f64],
+    x: Option<&Axis>,
 ) -> Result<Figure, ReportError> {
     at_most("panels", panels.len(), MOST_PANELS)?;
     at_most("intervals", intervals.len(), MOST_INTERVALS)?;
@@ -109,11 +141,9 @@ pub(crate) fn stacked(
         .copied()
         .filter(|t| t.is_finite());
     let (low, high) = times.fold((f64::MAX, f64::MIN), |(l, h), t| (l.min(t), h.max(t)));
-    let hours = high - low >= HOURS_FROM_S;
-    let mut stack = Stack::new(
-        &Axis::new(if hours { "Time [h]" } else { "Time [s]" }),
-        drawn,
-    );
+    let hours = x.is_none() && high - low >= HOURS_FROM_S;
+    let clock = Axis::new(if hours { "Time [h]" } else { "Time [s]" });
+    let mut stack = Stack::new(x.unwrap_or(&clock), drawn);
     stack.units = if hours { Units::Hours } else { Units::Plain };
     stack.tight_x = true;
     stack.shades = intervals

@@ -4,8 +4,9 @@ mod tell;
 #[cfg(test)]
 mod tests;
 
-use crate::args::{Diagnose, Global, Source};
+use crate::args::{Diagnose, Global, Source, Subject};
 use crate::commands::fit::{names, screening};
+use crate::commands::system_diagnose;
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::{load, output};
@@ -30,9 +31,15 @@ pub(crate) struct Diagnosed {
 }
 
 pub(crate) fn run(arguments: &Diagnose, global: &Global) -> Result<String, Failure> {
+    let source = match arguments.source.subject() {
+        Subject::Well(source) => source,
+        Subject::System(system, recordings) => {
+            return system_diagnose::run(&arguments.out, system, recordings, global);
+        }
+    };
     let progress = Progress::new(global.json || global.quiet);
     let done = carry_out(
-        &arguments.source,
+        &source,
         arguments.model.as_deref(),
         &arguments.out,
         &progress,

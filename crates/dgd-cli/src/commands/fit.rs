@@ -1,6 +1,7 @@
 //! `dgd fit`: from recordings to an identified model.
 
-use crate::args::{Fit, Global, Source};
+use crate::args::{Fit, Global, Source, Subject};
+use crate::commands::system_fit;
 use crate::failure::Failure;
 use crate::figures;
 use crate::load::{self, Loaded};
@@ -29,9 +30,15 @@ pub(crate) struct Fitted {
 }
 
 pub(crate) fn run(arguments: &Fit, global: &Global) -> Result<String, Failure> {
+    let source = match arguments.source.subject() {
+        Subject::Well(source) => source,
+        Subject::System(system, recordings) => {
+            return system_fit::run(arguments, system, recordings, global);
+        }
+    };
     let progress = Progress::new(global.json || global.quiet);
-    let well = load::read_well(&arguments.source.well)?;
-    let loaded = load::read_recordings(&arguments.source.recordings, &well, &progress)?;
+    let well = load::read_well(&source.well)?;
+    let loaded = load::read_recordings(&source.recordings, &well, &progress)?;
     let options = IdentifyOptions {
         delays: delays_in_samples(arguments.delays, loaded.step_s)?,
         loss: if arguments.robust {
@@ -43,14 +50,7 @@ pub(crate) fn run(arguments: &Fit, global: &Global) -> Result<String, Failure> {
         ..IdentifyOptions::default()
     };
     let keep_unscreened = arguments.figures.is_some();
-    let fitted = fit(
-        loaded,
-        &well,
-        &arguments.source,
-        &options,
-        keep_unscreened,
-        &progress,
-    )?;
+    let fitted = fit(loaded, &well, &source, &options, keep_unscreened, &progress)?;
     progress.stage("writing", &arguments.out.display().to_string());
     let model = dgd_documents::write_model(&fitted.identification.model);
     output::replace_bytes(&arguments.out, model.as_bytes())?;

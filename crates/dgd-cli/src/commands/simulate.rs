@@ -1,9 +1,9 @@
 //! `dgd simulate`: an identified model beside a recording.
 
-use crate::args::{Global, KindArg, Simulate, SolverArg};
+use crate::args::{Global, KindArg, Simulate, SolverArg, Subject};
 use crate::commands::convert::Target;
 use crate::commands::fit::screening;
-use crate::commands::free_run;
+use crate::commands::{free_run, system_simulate};
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::say::{self, TextTable, count, number};
@@ -21,10 +21,16 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 pub(crate) fn run(arguments: &Simulate, global: &Global) -> Result<String, Failure> {
+    let source = match arguments.source.subject() {
+        Subject::Well(source) => source,
+        Subject::System(system, recordings) => {
+            return system_simulate::run(arguments, system, recordings, global);
+        }
+    };
     let progress = Progress::new(global.json || global.quiet);
     let target = Target::of(&arguments.out, false)?;
     let options_given = options(arguments)?;
-    let well = load::read_well(&arguments.source.well)?;
+    let well = load::read_well(&source.well)?;
     let document = load::read_model(&arguments.model)?;
     if document.augmented.is_some() {
         free_run::check(arguments)?;
@@ -35,18 +41,14 @@ pub(crate) fn run(arguments: &Simulate, global: &Global) -> Result<String, Failu
         tracing::warn!(
             "{} was identified on a well of another mud or geometry than {}; the model's are used",
             arguments.model.display(),
-            arguments.source.well.display()
+            source.well.display()
         );
     }
-    let loaded = load::read_recordings(&arguments.source.recordings, &well, &progress)?;
-    let first = &arguments.source.recordings[0];
+    let loaded = load::read_recordings(&source.recordings, &well, &progress)?;
+    let first = &source.recordings[0];
     progress.stage("screening", "");
-    let prepared = prepare(
-        loaded.recording,
-        loaded.step_s,
-        &screening(&arguments.source),
-    )
-    .map_err(|e| Failure::input(first, e))?;
+    let prepared = prepare(loaded.recording, loaded.step_s, &screening(&source))
+        .map_err(|e| Failure::input(first, e))?;
     progress.stage("simulating", "");
     let options = ReplayOptions {
         delay_s: document.model().map_or(0.0, |model| model.delay_s),
@@ -123,14 +125,24 @@ fn check_start(start: &Start, geometry: &Geometry) -> Result<(), Failure> {
     Err(Failure::Arguments { reason })
 }
 
-fn options(arguments: &Simulate) -> Result<ReplayOptions, Failure> {
-    if !(arguments.tolerance > 0.0 && arguments.tolerance < 1.0) {
-        let reason = format!(
-            "--tolerance is {}, expected between 0 and 1",
-            arguments.tolerance
-        );
-        return Err(Failure::Arguments { reason });
+/// A relative tolerance that can be one.
+pub(crate) fn tolerance(relative: f64) -> Result<f64, Failure> {
+    if relative > 0.0 && relative < 1.0 {
+        return Ok(relative);
     }
+    let reason = format!("--tolerance is {relative}, expected between 0 and 1");
+    Err(Failure::Arguments { reason })
+}
+
+pub(crate) fn method(solver: SolverArg) -> Method {
+    match solver {
+        SolverArg::Rodas => Method::Rodas,
+        SolverArg::DormandPrince => Method::DormandPrince,
+    }
+}
+
+fn options(arguments: &Simulate) -> Result<ReplayOptions, Failure> {
+    let relative = tolerance(arguments.tolerance.unwrap_or(1e-4))?;
     let wrong = |name: &str| {
         let name = name.to_owned();
         move |e: UnitError| Failure::Arguments {
@@ -155,10 +167,6 @@ fn options(arguments: &Simulate) -> Result<ReplayOptions, Failure> {
         KindArg::Flow => Kind::Flow,
         KindArg::Steady => Kind::Steady,
     };
-    let method = match arguments.solver {
-        SolverArg::Rodas => Method::Rodas,
-        SolverArg::DormandPrince => Method::DormandPrince,
-    };
     Ok(ReplayOptions {
         kind,
         window_s: arguments.window,
@@ -168,8 +176,8 @@ fn options(arguments: &Simulate) -> Result<ReplayOptions, Failure> {
         },
         delay_s: 0.0,
         solver: SimulationOptions {
-            method,
-            relative: arguments.tolerance,
+            method: method(arguments.solver),
+            relative,
             ..SimulationOptions::default()
         },
     })

@@ -10,3 +10,4 @@ mod masking;
 mod outputs;
 mod refusals;
 mod simulating;
+mod systems;

@@ -6,4 +6,5 @@ mod fuzz;
 mod masked;
 mod model;
 mod readme;
+mod system;
 mod well;

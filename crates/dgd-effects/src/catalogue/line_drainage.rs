@@ -32,7 +32,7 @@ static ABOUT: About = About {
     extent: Extent::Always,
     search: Search {
         needs: &[Excitation::PumpStops],
-        form_error: 0.1,
+        form_error: 0.15,
         belief: Belief {
             hurdle: 11.0,
             scale: 3.0,

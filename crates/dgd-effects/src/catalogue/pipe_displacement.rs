@@ -54,7 +54,7 @@ static ABOUT: About = About {
         },
         least: Some(0.045),
         needs: &[Excitation::Connections],
-        form_error: 0.1,
+        form_error: 0.15,
         ..Search::BASE
     },
 };

@@ -97,3 +97,62 @@ fn a_writer_that_fails_is_told() {
     let found = write_mat5(&table(&["t"]), "gom", &mut small.as_mut_slice());
     assert!(matches!(found, Err(ExportError::Io(_))));
 }
+
+mod values {
+    use dgd_export::{ExportError, MatValue, write_mat5_values};
+    use dgd_ingest::{ReadOptions, read};
+
+    fn matrix(rows: usize, columns: usize, values: &[f64]) -> MatValue {
+        MatValue::Matrix {
+            rows,
+            columns,
+            values: values.to_vec(),
+        }
+    }
+
+    fn written(values: &[(&str, MatValue)]) -> Result<Vec<u8>, ExportError> {
+        let values: Vec<(String, MatValue)> = values
+            .iter()
+            .map(|(name, value)| ((*name).to_owned(), value.clone()))
+            .collect();
+        let mut bytes = Vec::new();
+        write_mat5_values(&values, "linear", &mut bytes).map(|()| bytes)
+    }
+
+    #[test]
+    fn a_matrix_given_by_rows_reads_back_with_its_columns() {
+        let names = MatValue::Texts(vec!["tank.level".into(), "line.flow".into()]);
+        let inner = MatValue::Fields(vec![("B".into(), matrix(3, 1, &[7.0, 8.0, 9.0]))]);
+        let a = matrix(3, 2, &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        let bytes = written(&[("A", a), ("states", names), ("discrete", inner)]).unwrap();
+        let (_, table) = read(&bytes, &ReadOptions::default()).unwrap();
+        let column = |tag: &str| table.column(tag).unwrap().values.clone();
+        assert_eq!(column("A(:,1)"), [1.0, 3.0, 5.0]);
+        assert_eq!(column("A(:,2)"), [2.0, 4.0, 6.0]);
+        assert_eq!(column("discrete.B"), [7.0, 8.0, 9.0]);
+    }
+
+    #[test]
+    fn what_matlab_would_not_take_is_refused() {
+        let one = || matrix(1, 1, &[1.0]);
+        assert!(matches!(written(&[]), Err(ExportError::NoColumns)));
+        assert!(matches!(
+            written(&[("a b", one())]),
+            Err(ExportError::Name { .. })
+        ));
+        let twice = [("A", one()), ("A", one())];
+        assert!(matches!(
+            written(&twice),
+            Err(ExportError::NameTaken { .. })
+        ));
+        let short = matrix(2, 2, &[1.0]);
+        assert!(matches!(
+            written(&[("A", short)]),
+            Err(ExportError::Length {
+                expected: 4,
+                found: 1,
+                ..
+            })
+        ));
+    }
+}

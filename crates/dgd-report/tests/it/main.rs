@@ -11,6 +11,7 @@ mod figures;
 #[path = "../../examples/gallery/synthetic.rs"]
 mod synthetic;
 
+mod assembly;
 mod caption;
 mod diagnosis;
 mod hostile;

@@ -1,0 +1,264 @@
+//! `dgd system check`: is it well posed, and what is in it.
+
+use crate::args::{Check, Global};
+use crate::failure::Failure;
+use crate::load::read_text;
+use crate::output;
+use crate::say::{self, TextTable, number};
+use crate::system::diagram::{self, OPEN_AIR};
+use crate::system::{self, gauges, unit_of};
+use dgd_assembly::{Assembly, Hypothesis, Kind, effects_for};
+use dgd_documents::SystemDocument;
+use serde_json::{Value, json};
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+
+pub(crate) fn run(arguments: &Check, global: &Global) -> Result<String, Failure> {
+    let path = &arguments.system;
+    let source = read_text(path)?;
+    if let Some(draw) = &arguments.draw {
+        diagram::is_png(draw)?;
+        output::check(draw)?;
+        // What is not well posed is drawn too: a picture shows what is loose.
+        let types = dgd_documents::read_system_types(&source);
+        diagram::save(
+            &types.map_err(|e| system::told(path, source.clone(), e))?,
+            draw,
+        )?;
+    }
+    let document =
+        dgd_documents::read_system(&source).map_err(|e| system::told(path, source, e))?;
+    let found = Found::of(&document.assembly);
+    if global.json {
+        return Ok(say::json(&as_json(arguments, &document, &found)));
+    }
+    Ok(tell(arguments, &document, &found))
+}
+
+/// The equations that the check matched, and what could sit on the system.
+struct Found {
+    branches: Vec<String>,
+    meetings: Vec<String>,
+    effects: Vec<Hypothesis>,
+}
+
+impl Found {
+    fn of(assembly: &Assembly) -> Self {
+        let components = &assembly.system().components;
+        let kind = |place: &str| {
+            let name = place.split('.').next().unwrap_or(place);
+            components.get(name).map(|c| c.kind)
+        };
+        let mut branches = Vec::new();
+        let mut meetings = BTreeSet::new();
+        for edge in assembly.edges() {
+            let mut places = vec![edge.to];
+            if edge.kind.is_branch() {
+                branches.push(edge.component);
+                places.push(edge.from);
+            }
+            // Tanks, volumes and boundaries give their pressure.
+            let free = |place: &String| {
+                place != OPEN_AIR
+                    && !matches!(
+                        kind(place),
+                        Some(Kind::Tank | Kind::Volume | Kind::Boundary)
+                    )
+            };
+            meetings.extend(places.into_iter().filter(free));
+        }
+        Self {
+            branches,
+            meetings: meetings.into_iter().collect(),
+            effects: effects_for(assembly),
+        }
+    }
+}
+
+fn tell(arguments: &Check, document: &SystemDocument, found: &Found) -> String {
+    let mut text = String::new();
+    // Writing to a String cannot fail.
+    let _ = tell_into(&mut text, arguments, document, found);
+    text
+}
+
+fn tell_into(
+    text: &mut String,
+    arguments: &Check,
+    document: &SystemDocument,
+    found: &Found,
+) -> std::fmt::Result {
+    let assembly = &document.assembly;
+    let described = assembly.system();
+    let (branches, meetings) = (found.branches.len(), found.meetings.len());
+    let all = branches + meetings;
+    writeln!(
+        text,
+        "{}: well posed",
+        system::title(assembly, &arguments.system)
+    )?;
+    writeln!(
+        text,
+        "{all} unknowns (flows through {branches} branches, pressures at {meetings} meetings) match \
+         {all} equations\n(a law a branch, a mass balance a meeting); none is in excess.\n"
+    )?;
+    let states = assembly.states();
+    if described.independent == "time" {
+        let mut table = TextTable::new(["state", "starts at", "unit"]);
+        for state in &states {
+            table.row([
+                state.clone(),
+                start(assembly, state),
+                unit_of(described, state),
+            ]);
+        }
+        writeln!(
+            text,
+            "{}\n{}",
+            say::counted(states.len(), "state"),
+            table.render()
+        )?;
+    } else {
+        writeln!(
+            text,
+            "static: each sample along {} is a steady state\n",
+            described.independent
+        )?;
+    }
+    let mut table = TextTable::new(["input", "channel", "between samples", "unit"]);
+    for (path, input) in &described.inputs {
+        let unit = input
+            .unit
+            .clone()
+            .unwrap_or_else(|| unit_of(described, path));
+        let between = format!("{:?}", input.between).to_lowercase();
+        table.row([path.clone(), input.channel.clone(), between, unit]);
+    }
+    writeln!(
+        text,
+        "{}\n{}",
+        say::counted(described.inputs.len(), "input"),
+        table.render()
+    )?;
+    let mut table = TextTable::new(["output", "measures", "channel", "unit"]);
+    let gauges = gauges(assembly);
+    for gauge in &gauges {
+        table.row([
+            gauge.name.clone(),
+            gauge.measures.clone(),
+            gauge.channel.clone(),
+            gauge.symbol.clone(),
+        ]);
+    }
+    writeln!(
+        text,
+        "{}\n{}",
+        say::counted(gauges.len(), "output"),
+        table.render()
+    )?;
+    let parameters = assembly.parameters();
+    let mut table = TextTable::new(["free", "starts at", "from", "to", "unit"]);
+    for p in &parameters {
+        let name = if p.initial {
+            format!("{} at the start", p.path)
+        } else {
+            p.path.clone()
+        };
+        table.row([
+            name,
+            number(p.start),
+            number(p.low),
+            number(p.high),
+            unit_of(described, &p.path),
+        ]);
+    }
+    writeln!(
+        text,
+        "{}\n{}",
+        say::counted(parameters.len(), "free parameter"),
+        table.render()
+    )?;
+    writeln!(
+        text,
+        "{} could sit on it",
+        say::counted(found.effects.len(), "effect")
+    )?;
+    let mut table = TextTable::new(["component", "effects"]);
+    for (component, ids) in by_component(found) {
+        for (row, some) in ids.chunks(4).enumerate() {
+            let name = if row == 0 {
+                component.to_owned()
+            } else {
+                String::new()
+            };
+            table.row([name, some.join(", ")]);
+        }
+    }
+    write!(text, "{}", table.render())?;
+    let warnings = assembly.warnings();
+    if !warnings.is_empty() {
+        writeln!(text)?;
+    }
+    for warning in warnings {
+        writeln!(text, "warning: {warning}")?;
+    }
+    if let Some(draw) = &arguments.draw {
+        writeln!(text, "\ndrew {}", draw.display())?;
+    }
+    Ok(())
+}
+
+fn by_component(found: &Found) -> Vec<(&str, Vec<&'static str>)> {
+    let mut groups: Vec<(&str, Vec<&'static str>)> = Vec::new();
+    for effect in &found.effects {
+        match groups.iter_mut().find(|g| g.0 == effect.component) {
+            Some(group) => group.1.push(effect.effect),
+            None => groups.push((&effect.component, vec![effect.effect])),
+        }
+    }
+    groups
+}
+
+/// Where a state starts, in words.
+fn start(assembly: &Assembly, state: &str) -> String {
+    use dgd_assembly::Initial;
+    match assembly.system().initial.get(state) {
+        Some(Initial::Given(value)) => number(*value),
+        Some(Initial::Written(text)) => text.clone(),
+        Some(Initial::Measured(measured)) => format!("as {} reads", measured.measured),
+        Some(Initial::Free(bounds)) => {
+            format!("free, {} to {}", number(bounds.low), number(bounds.high))
+        }
+        None if state.ends_with(".level") => "as measured".into(),
+        None => "at rest with its surroundings".into(),
+    }
+}
+
+fn as_json(arguments: &Check, document: &SystemDocument, found: &Found) -> Value {
+    let assembly = &document.assembly;
+    let described = assembly.system();
+    let parameters = assembly.parameters();
+    json!({
+        "schema": "dgd.system-check/1",
+        "system": system::title(assembly, &arguments.system),
+        "independent": described.independent,
+        "well_posed": true,
+        "equations": found.branches.len() + found.meetings.len(),
+        "unknowns": {
+            "flows": found.branches,
+            "pressures": found.meetings,
+        },
+        "states": assembly.states(),
+        "inputs": assembly.inputs(),
+        "outputs": gauges(assembly).iter()
+            .map(|g| json!({ "name": g.name, "measures": g.measures, "channel": g.channel, "unit": g.symbol })).collect::<Vec<_>>(),
+        "free": parameters.iter()
+            .map(|p| json!({ "path": p.path, "start": p.start, "low": p.low, "high": p.high, "initial": p.initial,
+                             "unit": unit_of(described, &p.path) })).collect::<Vec<_>>(),
+        "fitted": document.fitted.is_some(),
+        "effects": found.effects.iter()
+            .map(|h| json!({ "component": h.component, "effect": h.effect, "title": h.law.about().title })).collect::<Vec<_>>(),
+        "warnings": assembly.warnings().iter().map(ToString::to_string).collect::<Vec<_>>(),
+        "drawing": arguments.draw.as_ref().map(|d| d.display().to_string()),
+    })
+}

@@ -1,0 +1,392 @@
+//! `dgd diagnose --system`: what a system of any components leaves out.
+
+mod report;
+
+use crate::args::Global;
+use crate::failure::Failure;
+use crate::output;
+use crate::progress::Progress;
+use crate::say::{self, TextTable, brief, number};
+use crate::system::page::TWO_SIDED_95;
+use crate::system::{self, Gauge, columns, failed, gauges, unit_of};
+use dgd_assembly::{Assembly, Record};
+use dgd_documents::{FittedParameter, FittedSystem, write_fitted_system};
+use dgd_export::CsvOptions;
+use dgd_recording::{Column, Table};
+use dgd_revise::{
+    Estimate, Finding, Model, Options, Outcome, OutputGain, ReviseError, Revision, Stage, Trace,
+    Verdict, revise,
+};
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+/// A revision and what it is told with.
+struct Done {
+    title: String,
+    recording: String,
+    revision: Revision,
+    gauges: Vec<Gauge>,
+}
+
+pub(crate) fn run(
+    out: &Path,
+    path: &Path,
+    recordings: &[PathBuf],
+    global: &Global,
+) -> Result<String, Failure> {
+    let progress = Progress::new(global.json || global.quiet);
+    let recording = system::single(recordings)?;
+    let document = system::read(path)?;
+    let assembly = &document.assembly;
+    let held = columns::whole(recording, path, assembly, &progress)?;
+    if out.exists() && !out.is_dir() {
+        return Err(Failure::Write {
+            path: out.to_owned(),
+            reason: "it is no folder".into(),
+        });
+    }
+    let names = [
+        "model.toml",
+        "simulation.csv",
+        "report.html",
+        "diagnosis.json",
+    ];
+    let files = names.map(|name| out.join(name));
+    files.iter().try_for_each(|file| output::check(file))?;
+    let record = Record {
+        columns: held
+            .iter()
+            .map(|(n, v)| (n.as_str(), v.as_slice()))
+            .collect(),
+    };
+    let mut said = |stage: Stage| {
+        let (kind, what) = words(stage);
+        progress.stage(kind, &what);
+    };
+    let revision =
+        revise(assembly, &record, &Options::default(), &mut said).map_err(|e| match e {
+            ReviseError::Assembly(error) => failed(path, recording, &error),
+            other => Failure::input(recording, other),
+        })?;
+    progress.stage("writing", &out.display().to_string());
+    let done = Done {
+        title: system::title(assembly, path),
+        recording: system::file_name(recording),
+        gauges: gauges(assembly),
+        revision,
+    };
+    let fitted = fitted(&done);
+    let model = write_fitted_system(&done.revision.after.assembly, &fitted)
+        .map_err(|e| failed(path, recording, &e))?;
+    let html = report::html(&done, &fitted).map_err(|e| Failure::Write {
+        path: files[2].clone(),
+        reason: e.to_string(),
+    })?;
+    let value = as_json(&done);
+    let table = table(&done, assembly);
+    let text = |path: &Path, text: &str| {
+        output::stage(path, |w| {
+            w.write_all(text.as_bytes()).map_err(|e| e.to_string())
+        })
+    };
+    let staged = [
+        text(&files[0], &model)?,
+        output::stage(&files[1], |w| {
+            dgd_export::write_csv(&table, &CsvOptions::default(), w).map_err(|e| e.to_string())
+        })?,
+        text(&files[2], &html)?,
+        text(&files[3], &say::json(&value))?,
+    ];
+    staged.into_iter().try_for_each(output::Staged::keep)?;
+    tracing::info!("seconds by stage: {}", progress.seconds_by_stage());
+    drop(progress);
+    if global.json {
+        return Ok(say::json(&value));
+    }
+    let mut said = String::new();
+    // Writing to a String cannot fail.
+    let _ = tell(&mut said, &done, out);
+    Ok(said)
+}
+
+fn words(stage: Stage) -> (&'static str, String) {
+    match stage {
+        Stage::Baseline => ("re-fitting", "the system as described".into()),
+        Stage::Screening => ("screening", "the catalogue".into()),
+        Stage::Fitting(size) => ("fitting", format!("sets of {size}")),
+        Stage::Exchanging => ("exchanging", "what was found for its rivals".into()),
+        Stage::Confirming => ("confirming", "on the test part".into()),
+    }
+}
+
+fn fitted(done: &Done) -> FittedSystem {
+    let parameter = |e: &Estimate| FittedParameter {
+        path: e.path.clone(),
+        value: e.value,
+        standard_error: (e.ci95.1 - e.ci95.0) / (2.0 * TWO_SIDED_95),
+        at_bound: e.at_bound,
+    };
+    let Model { parameters, .. } = &done.revision.after;
+    let traces = done.revision.traces.iter().filter(|t| !t.test);
+    FittedSystem {
+        recording: done.recording.clone(),
+        status: done.revision.verdict.name().into(),
+        samples: traces
+            .flat_map(|t| &t.outputs)
+            .map(|s| s.measured.iter().filter(|v| v.is_finite()).count())
+            .sum(),
+        parameters: parameters.iter().map(parameter).collect(),
+    }
+}
+
+/// `upper.unseen_brim`
+fn name(finding: &Finding) -> String {
+    format!("{}.{}", finding.component, finding.effect)
+}
+
+/// The answer in one sentence.
+fn sentence(done: &Done) -> String {
+    let revision = &done.revision;
+    let found: Vec<String> = revision
+        .findings
+        .iter()
+        .map(|f| format!("{} ({})", name(f), f.title))
+        .collect();
+    let answer = match revision.verdict {
+        Verdict::Consistent => "nothing is left out that this recording could show".to_owned(),
+        Verdict::Unexplained if found.is_empty() => {
+            "something is left out that no effect of the catalogue explains".to_owned()
+        }
+        _ => format!("left out: {}", found.join("; ")),
+    };
+    let gains: Vec<String> = revision
+        .outputs
+        .iter()
+        .zip(&done.gauges)
+        .filter_map(|(gain, gauge)| gained(gain, gauge))
+        .collect();
+    if gains.is_empty() || revision.verdict == Verdict::Consistent {
+        return format!("{answer}.");
+    }
+    format!("{answer}. Root mean square {}.", gains.join("; "))
+}
+
+/// `of level from 0.7 to 0.2 cm on held-out data`
+fn gained(gain: &OutputGain, gauge: &Gauge) -> Option<String> {
+    let tested = gain.test.0.is_finite();
+    let (before, after) = if tested { gain.test } else { gain.left_out };
+    let part = if tested {
+        "held-out data"
+    } else {
+        "left-out blocks"
+    };
+    let shown = |v: f64| brief(gauge.difference(v));
+    before.is_finite().then(|| {
+        let after = gauge.with_unit(&shown(after));
+        format!(
+            "of {} from {} to {after} on {part}",
+            gain.output,
+            shown(before)
+        )
+    })
+}
+
+fn outcome(outcome: Outcome) -> &'static str {
+    match outcome {
+        Outcome::Found => "found",
+        Outcome::Alternative => "alternative",
+        Outcome::NotSeen => "not_seen",
+        Outcome::Absorbed => "absorbed",
+        Outcome::NotTestable => "not_testable",
+    }
+}
+
+fn tell(text: &mut String, done: &Done, out: &Path) -> std::fmt::Result {
+    let revision = &done.revision;
+    writeln!(
+        text,
+        "{} on {}: {}",
+        done.title,
+        done.recording,
+        revision.verdict.name()
+    )?;
+    writeln!(text, "{}\n", sentence(done))?;
+    for finding in &revision.findings {
+        writeln!(text, "{}: {}", name(finding), finding.title)?;
+        writeln!(text, "  {}", finding.equation)?;
+        for p in &finding.parameters {
+            let [value, low, high] = say::with_interval(p.value, p.ci95);
+            writeln!(
+                text,
+                "  {} = {value} ({low} to {high}): {}",
+                p.path, p.meaning
+            )?;
+        }
+        if !finding.region.is_empty() {
+            writeln!(text, "  {}", finding.region)?;
+        }
+        let alternatives: Vec<&str> = finding.alternatives.iter().map(|a| a.0.as_str()).collect();
+        if !alternatives.is_empty() {
+            writeln!(text, "  not told apart from: {}", alternatives.join(", "))?;
+        }
+        if let Some(test) = finding
+            .separating_test
+            .as_ref()
+            .filter(|_| !alternatives.is_empty())
+        {
+            writeln!(text, "  what would tell them apart: {test}")?;
+        }
+        writeln!(text)?;
+    }
+    let mut table = TextTable::new([
+        "off by, rms",
+        "training",
+        "after",
+        "held out",
+        "after",
+        "unit",
+    ]);
+    for (gain, gauge) in revision.outputs.iter().zip(&done.gauges) {
+        let cell = |v: f64| {
+            if v.is_finite() {
+                number(gauge.difference(v))
+            } else {
+                String::new()
+            }
+        };
+        table.row([
+            gain.output.clone(),
+            cell(gain.training.0),
+            cell(gain.training.1),
+            cell(gain.test.0),
+            cell(gain.test.1),
+            gauge.symbol.clone(),
+        ]);
+    }
+    write!(text, "{}", table.render())?;
+    let passed = revision.checks.iter().filter(|c| c.passed).count();
+    if revision.verdict == Verdict::Consistent {
+        // The gate stayed shut: that is the answer, no failure.
+        for check in revision.checks.iter().filter(|c| !c.passed) {
+            writeln!(text, "\nnot seen: {} ({})", check.name, check.detail)?;
+        }
+    } else {
+        writeln!(
+            text,
+            "\nchecks: {passed} of {} passed",
+            revision.checks.len()
+        )?;
+        for check in revision.checks.iter().filter(|c| !c.passed) {
+            writeln!(text, "  failed: {}: {}", check.name, check.detail)?;
+        }
+    }
+    let shown = out.display();
+    writeln!(
+        text,
+        "\nwrote {shown}/diagnosis.json, simulation.csv and model.toml; open {shown}/report.html"
+    )
+}
+
+fn as_json(done: &Done) -> Value {
+    let revision = &done.revision;
+    let system = revision.after.assembly.system();
+    let estimate = |e: &Estimate| {
+        json!({ "path": e.path, "meaning": e.meaning, "value": e.value, "ci95": [e.ci95.0, e.ci95.1],
+                "at_bound": e.at_bound, "unit": unit_of(system, &e.path) })
+    };
+    let model = |m: &Model| m.parameters.iter().map(estimate).collect::<Vec<_>>();
+    json!({
+        "schema": "dgd.system-diagnosis/1",
+        "system": done.title,
+        "recording": done.recording,
+        "verdict": revision.verdict.name(),
+        "findings": revision.findings.iter().map(|f| json!({
+            "effect": f.effect,
+            "component": f.component,
+            "title": f.title,
+            "equation": f.equation,
+            "source": f.source,
+            "parameters": f.parameters.iter().map(estimate).collect::<Vec<_>>(),
+            "intervals": f.intervals.iter().map(|(a, b)| json!([a, b])).collect::<Vec<_>>(),
+            "region": f.region,
+            "left_out_loss": f.left_out_loss,
+            "standard_errors": f.standard_errors,
+            "alternatives": f.alternatives.iter().map(|(n, worse)| json!({ "effect": n, "worse_by": worse })).collect::<Vec<_>>(),
+            "separating_test": f.separating_test,
+            "shape": f.shape.as_ref().map(|s| json!({ "of": s.of, "along": s.along, "knots": s.knots, "values": s.values })),
+        })).collect::<Vec<_>>(),
+        "classes": revision.classes.iter().map(|c| json!({
+            "members": c.members, "apart": c.apart, "separating_test": c.separating_test,
+        })).collect::<Vec<_>>(),
+        "outputs": revision.outputs.iter().zip(&done.gauges).map(|(o, gauge)| {
+            let pair = |(a, b): (f64, f64)| json!([gauge.difference(a), gauge.difference(b)]);
+            json!({ "name": o.output, "unit": gauge.symbol, "training": pair(o.training), "left_out": pair(o.left_out),
+                    "test": pair(o.test), "test_gain_ci95": [o.test_gain_ci95.0, o.test_gain_ci95.1] })
+        }).collect::<Vec<_>>(),
+        "tested": revision.tested.iter().map(|t| json!({
+            "component": t.component, "effect": t.effect, "title": t.title, "outcome": outcome(t.outcome),
+            "gain": t.gain, "score": t.score, "limit": t.limit,
+        })).collect::<Vec<_>>(),
+        "contenders": revision.contenders.iter().map(|c| json!({
+            "members": c.members, "training": c.training, "left_out": c.left_out, "standard_error": c.standard_error,
+        })).collect::<Vec<_>>(),
+        "sections": revision.sections.iter().map(|s| json!({
+            "from": s.from, "to": s.to, "cause": s.cause, "common": s.common, "own": s.own,
+            "parameters": s.parameters.iter().map(|(p, v)| json!({ "path": p, "value": v })).collect::<Vec<_>>(),
+        })).collect::<Vec<_>>(),
+        "checks": revision.checks.iter().map(|c| json!({ "name": c.name, "passed": c.passed, "detail": c.detail })).collect::<Vec<_>>(),
+        "parameters": { "before": model(&revision.before), "after": model(&revision.after) },
+        "settings": revision.settings.iter().map(|(n, v)| json!({ "name": n, "value": v })).collect::<Vec<_>>(),
+    })
+}
+
+/// Measured, before and after along all windows.
+fn table(done: &Done, assembly: &Assembly) -> Table {
+    let traces = &done.revision.traces;
+    let (clock, unit) = match assembly.system().independent.as_str() {
+        "time" => ("t", Some("s".to_owned())),
+        other => (other, None),
+    };
+    let column = |tag: &str, unit: Option<String>, values: Vec<f64>| Column {
+        tag: tag.to_owned(),
+        unit,
+        values,
+    };
+    let held = |t: &Trace| std::iter::repeat_n(f64::from(u8::from(t.test)), t.time.len());
+    let mut columns = vec![
+        column(
+            clock,
+            unit,
+            traces.iter().flat_map(|t| t.time.clone()).collect(),
+        ),
+        column("held_out", None, traces.iter().flat_map(held).collect()),
+    ];
+    for (output, gauge) in done.gauges.iter().enumerate() {
+        for (k, what) in ["measured", "before", "after"].into_iter().enumerate() {
+            let values = traces
+                .iter()
+                .flat_map(|t| curve(t, output, k, gauge))
+                .collect();
+            let unit = (!gauge.symbol.is_empty()).then(|| gauge.symbol.clone());
+            columns.push(column(&format!("{}_{what}", gauge.name), unit, values));
+        }
+    }
+    Table {
+        columns,
+        ..Table::default()
+    }
+}
+
+/// Measured (0), before (1) or after (2) in the instrument's unit.
+fn curve(trace: &Trace, output: usize, which: usize, gauge: &Gauge) -> Vec<f64> {
+    let Some(signal) = trace.outputs.get(output) else {
+        return vec![f64::NAN; trace.time.len()];
+    };
+    let values = [&signal.measured, &signal.before, &signal.after][which];
+    if values.len() != trace.time.len() {
+        return vec![f64::NAN; trace.time.len()];
+    }
+    values.iter().map(|v| gauge.shown(*v)).collect()
+}

@@ -1,0 +1,275 @@
+//! A recording's columns by tag, as the windows of a system.
+
+use super::{Gauge, failed, gauges};
+use crate::failure::Failure;
+use crate::load;
+use crate::progress::Progress;
+use dgd_assembly::{Assembly, Initial, PartLayout, Portion, Record, Window};
+use dgd_recording::{Column, Table};
+use dgd_units::{Dimension, Unit};
+use std::borrow::Cow;
+use std::path::Path;
+
+/// A recording cut into the windows of a system.
+pub(crate) struct Recorded {
+    pub(crate) train: Vec<Window>,
+    pub(crate) test: Vec<HeldOut>,
+    /// What was wrong in the file and lived with.
+    pub(crate) issues: Vec<String>,
+}
+
+/// A window that no fit has seen.
+pub(crate) struct HeldOut {
+    pub(crate) window: Window,
+    /// The training window before it in the same recording, by number, and all samples from its start to the end of this one: a run
+    /// through these says where this one starts without a look at its readings.
+    pub(crate) through: Option<(usize, Window)>,
+}
+
+impl Recorded {
+    /// Samples in all windows.
+    pub(crate) fn samples(&self) -> usize {
+        let all = self.train.iter().chain(self.test.iter().map(|t| &t.window));
+        all.map(|w| w.time.len()).sum()
+    }
+}
+
+/// Reads a recording of any format; only the columns that the system names count.
+pub(crate) fn read(
+    path: &Path,
+    system: &Path,
+    assembly: &Assembly,
+    progress: &Progress,
+) -> Result<Recorded, Failure> {
+    let (_, table) = load::read_table(path, progress)?;
+    let issues: Vec<String> = table.issues.iter().map(ToString::to_string).collect();
+    for issue in &issues {
+        tracing::warn!("{}: {issue}", path.display());
+    }
+    let files = Files {
+        path,
+        system,
+        assembly,
+        table: &table,
+    };
+    let train = files.windows(Portion::Train)?;
+    let test = files.windows(Portion::Test)?;
+    let whole = if runs_through(assembly) && !test.is_empty() {
+        files.windows(Portion::All)?.into_iter().next()
+    } else {
+        None
+    };
+    let test = test
+        .into_iter()
+        .map(|window| HeldOut {
+            through: whole
+                .as_ref()
+                .and_then(|whole| through(whole, &train, &window)),
+            window,
+        })
+        .collect();
+    Ok(Recorded {
+        train,
+        test,
+        issues,
+    })
+}
+
+/// Whether the held-out part is a later stretch of the recording that is trained on, and its start is not simply measured.
+fn runs_through(assembly: &Assembly) -> bool {
+    let system = assembly.system();
+    let same = system.record.test.as_ref().is_some_and(|test| {
+        test.channels.is_empty() || test.channels == system.record.train.channels
+    });
+    let measured = |state: &String| {
+        matches!(system.initial.get(state), Some(Initial::Measured(_)))
+            || (state.ends_with(".level") && !system.initial.contains_key(state))
+    };
+    same && system.independent == "time" && !assembly.states().iter().all(measured)
+}
+
+/// All samples from the start of the last training window before `window` to its end.
+fn through(whole: &Window, train: &[Window], window: &Window) -> Option<(usize, Window)> {
+    let (&from, &to) = (window.time.first()?, window.time.last()?);
+    let starts = train.iter().map(|w| w.time.first().copied());
+    let (number, start) = starts
+        .enumerate()
+        .filter_map(|(k, start)| Some((k, start?)))
+        .filter(|(_, start)| *start < from)
+        .max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let first = whole.time.partition_point(|t| *t < start);
+    let last = whole.time.partition_point(|t| *t <= to);
+    let cut = |values: &Vec<f64>| values.get(first..last).unwrap_or_default().to_vec();
+    let run = Window {
+        time: cut(&whole.time),
+        inputs: whole.inputs.iter().map(cut).collect(),
+        readings: whole.readings.iter().map(cut).collect(),
+    };
+    (run.time.len() >= window.time.len()).then_some((number, run))
+}
+
+/// The columns of both parts that the system names, under the names it knows them by.
+pub(crate) fn whole(
+    path: &Path,
+    system: &Path,
+    assembly: &Assembly,
+    progress: &Progress,
+) -> Result<Vec<(String, Vec<f64>)>, Failure> {
+    let (_, table) = load::read_table(path, progress)?;
+    for issue in &table.issues {
+        tracing::warn!("{}: {issue}", path.display());
+    }
+    let files = Files {
+        path,
+        system,
+        assembly,
+        table: &table,
+    };
+    let mut columns = files.named(Portion::Train)?;
+    if assembly.system().record.test.is_some() {
+        for (name, values) in files.named(Portion::Test)? {
+            if !columns.iter().any(|c| c.0 == name) {
+                columns.push((name, values));
+            }
+        }
+    }
+    Ok(columns)
+}
+
+struct Files<'a> {
+    path: &'a Path,
+    system: &'a Path,
+    assembly: &'a Assembly,
+    table: &'a Table,
+}
+
+impl Files<'_> {
+    fn windows(&self, portion: Portion) -> Result<Vec<Window>, Failure> {
+        if portion == Portion::Test && self.assembly.system().record.test.is_none() {
+            return Ok(Vec::new());
+        }
+        let columns = self.named(portion)?;
+        let record = Record {
+            columns: columns.iter().map(|(n, v)| (n.as_str(), &**v)).collect(),
+        };
+        self.assembly
+            .windows(&record, portion)
+            .map_err(|e| failed(self.system, self.path, &e))
+    }
+
+    /// The columns that a part of the recording is made of.
+    fn named(&self, portion: Portion) -> Result<Vec<(String, Vec<f64>)>, Failure> {
+        let layout = &self.assembly.system().record;
+        let (part, name) = match (portion, &layout.test) {
+            (Portion::Test, Some(test)) => (test, "record.test"),
+            _ => (&layout.train, "record.train"),
+        };
+        // Both parts are told of what they lack, units once.
+        let first = portion == Portion::Train;
+        let mut columns: Vec<(String, Vec<f64>)> = Vec::new();
+        let mut add = |name: &str, values: &[f64]| {
+            if !columns.iter().any(|c| c.0 == name) {
+                columns.push((name.to_owned(), values.to_vec()));
+            }
+        };
+        if let Some(time) = &layout.time {
+            let found = self.found(time, "the time", "`time` under [record]")?;
+            add(time, &self.in_seconds(found));
+        }
+        for (path, input) in &self.assembly.system().inputs {
+            let wanted = stands_for(part, &input.channel);
+            let mend =
+                format!("`channel` of \"{path}\" under [inputs], or `channels` under [{name}]");
+            let found = self.found(wanted, &format!("the input `{path}`"), &mend)?;
+            if first {
+                self.check_unit(found, input.unit.as_deref(), path);
+            }
+            add(wanted, &found.values);
+        }
+        for gauge in gauges(self.assembly) {
+            let wanted = stands_for(part, &gauge.channel);
+            let Some(found) = self.table.column(wanted) else {
+                if portion != Portion::All {
+                    tracing::warn!(
+                        "{}: no column `{wanted}`, so `{}` counts as not recorded in [{name}]",
+                        self.path.display(),
+                        gauge.name
+                    );
+                }
+                continue;
+            };
+            if first {
+                self.check_gauge(found, &gauge);
+            }
+            add(wanted, &found.values);
+        }
+        if columns.is_empty() {
+            return Err(Failure::input(
+                self.path,
+                format!("holds no column that {} names", self.system.display()),
+            ));
+        }
+        Ok(columns)
+    }
+
+    fn found(&self, tag: &str, what: &str, mend: &str) -> Result<&Column, Failure> {
+        self.table.column(tag).ok_or_else(|| {
+            const SHOWN: usize = 20;
+            let tags = self.table.columns.iter().map(|c| c.tag.as_str());
+            let mut known = tags.take(SHOWN).collect::<Vec<_>>().join(", ");
+            if self.table.columns.len() > SHOWN {
+                known.push_str(", ...");
+            }
+            Failure::Input {
+                path: self.path.to_owned(),
+                reason: format!("has no column `{tag}` for {what}; it has {known}"),
+                help: Some(format!("set {mend} in {}", self.system.display())),
+            }
+        })
+    }
+
+    /// Times of the file in seconds where it says its unit.
+    fn in_seconds<'c>(&self, column: &'c Column) -> Cow<'c, [f64]> {
+        let unit = column.unit.as_deref().and_then(|u| Unit::parse(u).ok());
+        match unit {
+            Some(unit)
+                if unit.dimension == Dimension::Time
+                    && unit.factor != 1.0
+                    && self.assembly.system().independent == "time" =>
+            {
+                column.values.iter().map(|v| unit.to_si(*v)).collect()
+            }
+            _ => Cow::Borrowed(&column.values),
+        }
+    }
+
+    fn check_gauge(&self, column: &Column, gauge: &Gauge) {
+        // A reading with a gain of its own is in no unit.
+        if !gauge.symbol.is_empty() {
+            self.check_unit(column, Some(&gauge.symbol), &gauge.name);
+        }
+    }
+
+    /// Warns where the file says another unit than the system.
+    fn check_unit(&self, column: &Column, said: Option<&str>, of: &str) {
+        let (Some(written), Some(said)) = (column.unit.as_deref(), said) else {
+            return;
+        };
+        let (Ok(file), Ok(system)) = (Unit::parse(written), Unit::parse(said)) else {
+            return;
+        };
+        if file != system {
+            tracing::warn!(
+                "{}: column `{}` is written in {written}, `{of}` of {} reads it in {said}",
+                self.path.display(),
+                column.tag,
+                self.system.display()
+            );
+        }
+    }
+}
+
+/// The column that stands for a channel in a part.
+fn stands_for<'a>(part: &'a PartLayout, channel: &'a str) -> &'a str {
+    part.channels.get(channel).map_or(channel, String::as_str)
+}

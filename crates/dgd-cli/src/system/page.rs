@@ -1,0 +1,382 @@
+//! Parts of the pages on systems: runs beside the recording, residuals, parameters.
+
+use super::runs::{self, Run};
+use super::{Gauge, gauges, unit_of};
+use crate::say::{self, brief, count, number};
+use dgd_assembly::{Assembly, Identifiability};
+use dgd_documents::FittedParameter;
+use dgd_report::{
+    Axis, Figure, Page, Ranked, ReportError, Residuals, Role, Series, Table, TimePanel,
+    WithinBounds, ranking, residual_histogram, series_over, time_series, within_bounds,
+};
+
+/// Panels of one figure.
+const PANELS: usize = 4;
+/// 97.5 % point of the normal distribution.
+pub(crate) const TWO_SIDED_95: f64 = 1.959_963_984_540_054;
+
+/// A 95 % interval; infinite where the recording does not tell.
+pub(crate) fn interval(p: &FittedParameter) -> (f64, f64) {
+    let half = TWO_SIDED_95 * p.standard_error;
+    (p.value - half, p.value + half)
+}
+
+/// A curve over the windows of a part, parted by a gap that is not drawn.
+struct Joined {
+    time: Vec<f64>,
+    curves: Vec<Vec<f64>>,
+}
+
+/// A curve of a run.
+type CurveOf<'a> = &'a dyn Fn(&Run) -> Vec<f64>;
+
+fn join(runs: &[&Run], curves: &[CurveOf<'_>]) -> Joined {
+    let mut joined = Joined {
+        time: Vec::new(),
+        curves: vec![Vec::new(); curves.len()],
+    };
+    for run in runs {
+        // Samples of a static relation may come in any order.
+        let mut order: Vec<usize> = (0..run.window.time.len()).collect();
+        order.sort_by(|&a, &b| run.window.time[a].total_cmp(&run.window.time[b]));
+        let gap = !joined.time.is_empty();
+        joined.time.extend(gap.then(|| run.window.time[order[0]]));
+        joined
+            .time
+            .extend(order.iter().map(|&i| run.window.time[i]));
+        for (out, curve) in joined.curves.iter_mut().zip(curves) {
+            let values = curve(run);
+            out.extend(gap.then_some(f64::NAN));
+            out.extend(order.iter().map(|&i| values[i]));
+        }
+    }
+    joined
+}
+
+/// Label of the independent variable, if it is not time.
+fn independent(assembly: &Assembly) -> Option<Axis> {
+    let name = assembly.system().independent.as_str();
+    let mut letters = name.chars();
+    let first = letters.next()?.to_uppercase();
+    (name != "time").then(|| Axis::new(first.chain(letters).collect::<String>()))
+}
+
+fn figure(
+    assembly: &Assembly,
+    panels: &[TimePanel<'_>],
+    caption: &str,
+) -> Result<Figure, ReportError> {
+    match independent(assembly) {
+        Some(axis) => series_over(&axis, panels, &[], caption),
+        None => Ok(time_series(panels, &[])?.with_caption(caption)),
+    }
+}
+
+/// Readings beside the simulation, some instruments a figure.
+pub(crate) fn beside(
+    assembly: &Assembly,
+    runs: &[Run],
+    held_out: bool,
+) -> Result<Vec<Figure>, ReportError> {
+    let gauges = gauges(assembly);
+    let part: Vec<&Run> = runs.iter().filter(|r| r.held_out == held_out).collect();
+    let mut figures = Vec::new();
+    if part.is_empty() {
+        return Ok(figures);
+    }
+    let which = if held_out { "held-out" } else { "training" };
+    let all: Vec<usize> = (0..gauges.len()).collect();
+    for some in all.chunks(PANELS) {
+        let joined: Vec<Joined> = some
+            .iter()
+            .map(|&o| {
+                join(
+                    &part,
+                    &[&|r: &Run| runs::measured(r, o, &gauges[o]), &|r: &Run| {
+                        runs::simulated(r, o, &gauges[o])
+                    }],
+                )
+            })
+            .collect();
+        let series: Vec<Vec<Series<'_>>> = joined
+            .iter()
+            .map(|j| {
+                let line = |label, role, k: usize| Series {
+                    label,
+                    role,
+                    time_s: &j.time,
+                    value: &j.curves[k],
+                };
+                let mut lines = Vec::new();
+                if j.curves[0].iter().any(|v| v.is_finite()) {
+                    lines.push(line("Measured", Role::Measured, 0));
+                }
+                lines.push(line("Simulated", Role::Model, 1));
+                lines
+            })
+            .collect();
+        let panels: Vec<TimePanel<'_>> = some
+            .iter()
+            .zip(&series)
+            .map(|(&o, series)| TimePanel {
+                axis: Axis::new(gauges[o].label()),
+                title: "",
+                series,
+            })
+            .collect();
+        let said: Vec<String> = some
+            .iter()
+            .filter_map(|&o| off(runs, held_out, o, &gauges[o]))
+            .collect();
+        let caption = format!(
+            "Measured and simulated in the {which} part. Root mean square of the difference: {}.",
+            if said.is_empty() {
+                "nothing was recorded".to_owned()
+            } else {
+                said.join("; ")
+            }
+        );
+        figures.push(figure(assembly, &panels, &caption)?);
+    }
+    Ok(figures)
+}
+
+/// `level 0.012 m`, if it was recorded.
+pub(crate) fn off(runs: &[Run], held_out: bool, output: usize, gauge: &Gauge) -> Option<String> {
+    let (rms, samples) = runs::rms(runs, held_out, output);
+    let rms = brief(gauge.difference(rms));
+    (samples > 0).then(|| format!("{} {}", gauge.name, gauge.with_unit(&rms)))
+}
+
+/// Residuals along the runs and their distribution.
+pub(crate) fn residuals(assembly: &Assembly, runs: &[Run]) -> Result<Vec<Figure>, ReportError> {
+    let gauges = gauges(assembly);
+    let known: Vec<usize> = (0..gauges.len())
+        .filter(|&o| runs::recorded(runs, o))
+        .collect();
+    let of = |r: &Run, o: usize| -> Vec<f64> {
+        let residual = runs::residual(r, o).into_iter();
+        residual.map(|v| gauges[o].difference(v)).collect()
+    };
+    let mut figures = Vec::new();
+    for (held_out, which) in [(false, "training"), (true, "held-out")] {
+        let part: Vec<&Run> = runs.iter().filter(|r| r.held_out == held_out).collect();
+        for some in known.chunks(PANELS).filter(|_| !part.is_empty()) {
+            let joined: Vec<Joined> = some
+                .iter()
+                .map(|&o| join(&part, &[&|r: &Run| of(r, o)]))
+                .collect();
+            let series: Vec<[Series<'_>; 1]> = joined
+                .iter()
+                .map(|j| {
+                    [Series {
+                        label: "Simulated less measured",
+                        role: Role::Model,
+                        time_s: &j.time,
+                        value: &j.curves[0],
+                    }]
+                })
+                .collect();
+            let panels: Vec<TimePanel<'_>> = some
+                .iter()
+                .zip(&series)
+                .map(|(&o, series)| TimePanel {
+                    axis: Axis::new(gauges[o].label()),
+                    title: "",
+                    series,
+                })
+                .collect();
+            let caption = format!("Residuals of the {which} part: what the model leaves.");
+            figures.push(figure(assembly, &panels, &caption)?);
+        }
+    }
+    for &o in known.iter().take(PANELS) {
+        let values = |held_out: bool| -> Vec<f64> {
+            let part = runs.iter().filter(|r| r.held_out == held_out);
+            part.flat_map(|r| of(r, o))
+                .filter(|v| v.is_finite())
+                .collect()
+        };
+        let (train, test) = (values(false), values(true));
+        let mut sets = Vec::new();
+        for (label, role, value) in [
+            ("Training", Role::Model, &train),
+            ("Held out", Role::Before, &test),
+        ] {
+            if !value.is_empty() {
+                sets.push(Residuals { label, role, value });
+            }
+        }
+        let axis = Axis::new(format!("Residual of {}", gauges[o].label()));
+        figures.push(residual_histogram(&sets, &axis)?);
+    }
+    Ok(figures)
+}
+
+/// Errors by instrument and part.
+pub(crate) fn errors(assembly: &Assembly, runs: &[Run]) -> Table {
+    let cells = |o: usize, gauge: &Gauge, held_out: bool| {
+        let (rms, samples) = runs::rms(runs, held_out, o);
+        if samples == 0 {
+            ["—".to_owned(), "0".to_owned()]
+        } else {
+            [number(gauge.difference(rms)), count(samples)]
+        }
+    };
+    let rows = gauges(assembly).into_iter().enumerate().map(|(o, gauge)| {
+        let (train, test) = (cells(o, &gauge, false), cells(o, &gauge, true));
+        let mut row = vec![gauge.name.clone(), gauge.symbol.clone()];
+        row.extend(train.into_iter().chain(test));
+        row
+    });
+    Table {
+        caption: "Root mean square of simulated less measured".into(),
+        head: [
+            "Instrument",
+            "Unit",
+            "Training",
+            "Readings",
+            "Held out",
+            "Readings",
+        ]
+        .map(Into::into)
+        .to_vec(),
+        rows: rows.collect(),
+    }
+}
+
+/// Parameters with their doubt, as a table and drawn between their bounds.
+pub(crate) fn parameters(
+    page: &mut Page,
+    assembly: &Assembly,
+    fitted: &[FittedParameter],
+) -> Result<(), ReportError> {
+    let known = assembly.parameters();
+    let mut rows = Vec::new();
+    let mut drawn = Vec::new();
+    for p in fitted {
+        let Some(bounds) = known.iter().find(|k| k.path == p.path) else {
+            continue;
+        };
+        let unit = unit_of(assembly.system(), &p.path);
+        let (low, high) = interval(p);
+        let [value, from, to] = say::with_interval(p.value, (low, high));
+        let between = if p.at_bound {
+            "on its bound".to_owned()
+        } else if low.is_finite() {
+            format!("{from} to {to}")
+        } else {
+            "not told".to_owned()
+        };
+        rows.push(vec![
+            p.path.clone(),
+            value,
+            between,
+            format!("{} to {}", number(bounds.low), number(bounds.high)),
+            unit.clone(),
+        ]);
+        drawn.push(WithinBounds {
+            label: p.path.clone(),
+            value: p.value,
+            interval: (low, high),
+            bounds: (bounds.low, bounds.high),
+            note: format!("{} {unit}", brief(p.value)).trim_end().to_owned(),
+        });
+    }
+    page.table(&Table {
+        caption: "Parameters; intervals know the noise and its memory, not a wrong model".into(),
+        head: [
+            "Parameter",
+            "Estimate",
+            "95 % interval",
+            "Sought within",
+            "Unit",
+        ]
+        .map(Into::into)
+        .to_vec(),
+        rows,
+    });
+    page.figure(&within_bounds(&drawn)?);
+    Ok(())
+}
+
+/// What the sensitivities tell of the parameters.
+pub(crate) fn identifiable(page: &mut Page, found: &Identifiability) -> Result<(), ReportError> {
+    let rows: Vec<Ranked> = found
+        .parameters
+        .iter()
+        .zip(&found.importance)
+        .map(|(label, value)| Ranked {
+            label: label.clone(),
+            value: *value,
+            note: String::new(),
+        })
+        .collect();
+    let axis = Axis::new("Change of the readings over the range of a parameter [usual sizes]");
+    page.paragraph(&rank_sentence(found));
+    page.figure(&ranking(&rows, &axis)?);
+    let alike: Vec<String> = found.near_null.iter().map(near_null_sentence).collect();
+    if !alike.is_empty() {
+        page.paragraph(
+            "Combinations (in shares of each range) that move the readings least, weakest first:",
+        )
+        .list(&alike);
+    }
+    let pairs: Vec<String> = found
+        .pairs
+        .iter()
+        .map(|(a, b, index)| format!("{a} and {b}: collinearity index {}", brief(*index)))
+        .collect();
+    if !pairs.is_empty() {
+        page.paragraph("Pairs that move the readings in nearly the same way (index above 5):")
+            .list(&pairs);
+    }
+    Ok(())
+}
+
+/// `3 of 4 directions are told; collinearity index 12.`
+pub(crate) fn rank_sentence(found: &Identifiability) -> String {
+    let (rank, all) = (found.rank, found.parameters.len());
+    let told = match all {
+        0 => return "Nothing is free.".into(),
+        _ if rank == all => {
+            format!("All {all} parameters move the readings, each in a way of its own")
+        }
+        _ => format!("Of {all} parameters only {rank} combinations move the readings"),
+    };
+    let index = found.collinearity;
+    let apart = if index.is_finite() && index < 1e6 {
+        format!(
+            " (collinearity index {}; above 10 to 15 some can stand in for others).",
+            brief(index)
+        )
+    } else {
+        ".".to_owned()
+    };
+    told + &apart
+}
+
+/// `not told: 0.71 a − 0.70 b`
+pub(crate) fn near_null_sentence(direction: &dgd_assembly::NearNull) -> String {
+    // Where the rank leaves off.
+    const NOTHING: f64 = 1e-10;
+    let mut text = String::new();
+    for (index, (path, share)) in direction.shares.iter().enumerate() {
+        let sign = match (index, *share < 0.0) {
+            (0, false) => "",
+            (0, true) => "−",
+            (_, false) => " + ",
+            (_, true) => " − ",
+        };
+        text.push_str(&format!("{sign}{:.2} {path}", share.abs()));
+    }
+    if direction.relative <= NOTHING {
+        format!("not told: {text}")
+    } else {
+        let strength = direction.relative.sqrt();
+        format!(
+            "told least: {text}, {} times weaker than the strongest",
+            brief(1.0 / strength)
+        )
+    }
+}

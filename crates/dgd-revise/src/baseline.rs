@@ -1,0 +1,167 @@
+//! A fair base: all free parameters and initial states fitted again, the noise it leaves, the space a re-fit reaches.
+
+use crate::context::{Context, Trial, Values};
+use crate::error::ReviseError;
+use crate::lm::{self, Effort};
+use crate::noise::Noise;
+use crate::stack::Runner;
+use crate::tangent::Tangent;
+use nalgebra::DMatrix;
+
+/// A fitted model, linearised.
+#[derive(Debug, Clone)]
+pub(crate) struct Baseline {
+    pub members: Vec<usize>,
+    pub values: Values,
+    /// Simulated less measured, scaled.
+    pub residual: Vec<f64>,
+    pub tangent: Tangent,
+    /// The residual off the tangent.
+    pub off: Vec<f64>,
+    pub noise: Noise,
+    pub white_tangent: Tangent,
+    pub white_off: Vec<f64>,
+}
+
+/// To the end.
+pub(crate) const FULL: Effort = Effort {
+    steps: 80,
+    tolerance: 1e-6,
+    fresh: 20,
+};
+/// Near enough to be scored.
+pub(crate) const NEAR: Effort = Effort {
+    steps: 25,
+    tolerance: 1e-4,
+    fresh: 6,
+};
+/// To see what leads anywhere.
+pub(crate) const QUICK: Effort = Effort {
+    steps: 7,
+    tolerance: 1e-3,
+    fresh: 2,
+};
+
+impl Baseline {
+    /// Linearises a fitted set.
+    pub(crate) fn of(context: &Context<'_>, trial: &Trial) -> Option<Self> {
+        let jacobian = fresh_jacobian(context, trial)?;
+        let residual = trial.minimum.residuals.clone();
+        let outputs = context.scale.len();
+        let noise = Noise::of(context.data, &residual, outputs);
+        let tangent = Tangent::of_matrix(&jacobian);
+        let white = |v: &[f64]| noise.whiten(context.data, v);
+        let white_tangent = Tangent::of(
+            jacobian
+                .column_iter()
+                .map(|c| white(&c.iter().copied().collect::<Vec<_>>())),
+        );
+        Some(Self {
+            members: trial.members.clone(),
+            values: trial.values(),
+            off: tangent.off(&residual),
+            white_off: white_tangent.off(&white(&residual)),
+            residual,
+            tangent,
+            noise,
+            white_tangent,
+        })
+    }
+}
+
+/// Jacobian at a trial's parameters, by differences.
+pub(crate) fn fresh_jacobian(context: &Context<'_>, trial: &Trial) -> Option<DMatrix<f64>> {
+    let built = context.build(&trial.members)?;
+    let mut runner = Runner::new(&built, context.data, &context.simulation).ok()?;
+    let m = &trial.minimum;
+    Some(lm::jacobian(
+        &mut |t| runner.run(t).map(|s| context.residual(s)),
+        &m.theta,
+        &m.residuals,
+        &trial.bounds,
+    ))
+}
+
+/// Fits the base from its own start and from `more` others, and sets the scale of each output to what is left of it.
+pub(crate) fn fit_base(context: &mut Context<'_>, more: usize) -> Result<Trial, ReviseError> {
+    let parameters = context.assembly.parameters();
+    for (o, scale) in context.scale.iter_mut().enumerate() {
+        let rows = context.data.of_output(o);
+        let values: Vec<f64> = rows.iter().map(|&i| context.data.measured[i]).collect();
+        let n = values.len().max(1) as f64;
+        let mean = values.iter().sum::<f64>() / n;
+        let deviation = (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt();
+        *scale = if deviation > 0.0 {
+            deviation
+        } else {
+            mean.abs().max(1.0)
+        };
+    }
+    let starts: Vec<Values> = (0..=more)
+        .map(|k| {
+            parameters
+                .iter()
+                .enumerate()
+                .map(|(d, p)| {
+                    let value = if k == 0 {
+                        p.start
+                    } else {
+                        spread(p.low, p.high, p.start, k, d)
+                    };
+                    (p.path.clone(), value)
+                })
+                .collect()
+        })
+        .collect();
+    let shared: &Context<'_> = context;
+    let effort = Effort {
+        steps: 15,
+        fresh: 4,
+        ..QUICK
+    };
+    let tried = crate::parallel::map(&starts, shared.threads, |s| shared.fit(&[], s, effort));
+    let mut best: Option<Trial> = None;
+    for trial in tried.into_iter().flatten() {
+        if best
+            .as_ref()
+            .is_none_or(|b| trial.cost() < (1.0 - 1e-6) * b.cost())
+        {
+            best = Some(trial);
+        }
+    }
+    let best = best.ok_or(ReviseError::NotRun)?;
+    let trial = shared.refine(&best, FULL).unwrap_or(best);
+    let least: Vec<f64> = context.scale.iter().map(|s| 1e-6 * s).collect();
+    let fitted: Vec<f64> = (0..context.scale.len())
+        .map(|o| context.data.rms(&trial.minimum.residuals, o))
+        .collect();
+    for ((scale, fitted), least) in context.scale.iter_mut().zip(&fitted).zip(least) {
+        if fitted.is_finite() {
+            *scale = (*scale * fitted).max(least);
+        }
+    }
+    // With several outputs the weights have changed.
+    context
+        .fit(&[], &trial.values(), FULL)
+        .ok_or(ReviseError::NotRun)
+}
+
+/// Start number `k` of parameter `d`: Halton's points, in the logarithm where the bounds span decades.
+fn spread(low: f64, high: f64, start: f64, k: usize, d: usize) -> f64 {
+    const PRIMES: [usize; 12] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37];
+    if !(low.is_finite() && high.is_finite()) {
+        return start;
+    }
+    let base = PRIMES[d % PRIMES.len()];
+    let (mut i, mut share, mut sum) = (k + 17 * (d / PRIMES.len()), 1.0, 0.0);
+    while i > 0 {
+        share /= base as f64;
+        sum += share * (i % base) as f64;
+        i /= base;
+    }
+    if low > 0.0 && high / low > 100.0 {
+        low * (high / low).powf(sum)
+    } else {
+        low + (high - low) * sum
+    }
+}

@@ -1,0 +1,348 @@
+//! The chain, step by step.
+
+use crate::baseline::{self, Baseline};
+use crate::blocks::{Blocks, null_probability};
+use crate::conclude::{self, Evidence};
+use crate::context::{Context, Trial};
+use crate::empirical::{self, Corrected};
+use crate::error::ReviseError;
+use crate::noise;
+use crate::parallel;
+use crate::revision::{Options, Revision, Stage};
+use crate::screen::{Screened, screen};
+use crate::sets::{self, Scored, Width};
+use crate::stack::Data;
+use crate::validate::{Folds, LeftOut};
+use dgd_assembly::{Assembly, Portion, Record, effects_for};
+
+/// What is claimed before the test part is seen.
+#[derive(Default)]
+pub(crate) struct Claim {
+    /// Number of the chosen set among those scored.
+    pub set: Option<usize>,
+    /// A correction, on top of that set, or of the base.
+    pub correction: Option<Corrected>,
+    /// It did not stand on the test part.
+    pub withdrawn: bool,
+}
+
+/// Fewest readings of the training part.
+const FEWEST: usize = 40;
+/// Corrections that are fitted, of all that were weighed.
+const CORRECTIONS: usize = 8;
+
+/// Says what `assembly` leaves out of `record`.
+///
+/// - `record`: the columns, of which the description names the training and the test part.
+/// - `watch`: told each [`Stage`] as it begins.
+///
+/// The test part is simulated once, after everything was chosen. The answer depends on its input alone, not on
+/// [`Options::threads`].
+///
+/// # Errors
+/// [`ReviseError::Assembly`] if record and assembly do not fit, [`ReviseError::TooShort`], [`ReviseError::NotRun`] if no
+/// parameters within the bounds can be simulated, [`ReviseError::Option`].
+///
+/// ```
+/// use dgd_assembly::{Assembly, Record};
+/// use dgd_revise::{Options, Verdict, revise};
+/// let text = r#"
+/// connections = ["tank -> valve -> atmosphere"]
+/// [components]
+/// tank = { kind = "tank", area = 1.0 }
+/// valve = { kind = "valve" }
+/// gauge = { kind = "instrument", measures = "level", of = "tank", channel = "h" }
+/// [initial]
+/// "tank.level" = 1.0
+/// [free]
+/// "valve.flow_coefficient" = { start = 3e-5, low = 1e-6, high = 1e-3 }
+/// "#;
+/// // A tank that empties evenly in its root, as the textbook says; a millimetre of jitter.
+/// let fall = 0.5e-4 * (1000.0f64 * 9.80665).sqrt();
+/// let h: Vec<f64> = (0..120u32)
+///     .map(|t| (1.0 - fall * f64::from(t)).powi(2) + 1e-3 * (f64::from(t * t % 97) / 48.0 - 1.0))
+///     .collect();
+/// let found = revise(
+///     &Assembly::parse(text)?,
+///     &Record { columns: vec![("h", &h)] },
+///     &Options::default(),
+///     &mut |_stage| {},
+/// )?;
+/// assert_eq!(found.verdict, Verdict::Consistent);
+/// # Ok::<(), dgd_revise::ReviseError>(())
+/// ```
+pub fn revise(
+    assembly: &Assembly,
+    record: &Record<'_>,
+    options: &Options,
+    watch: &mut dyn FnMut(Stage),
+) -> Result<Revision, ReviseError> {
+    check(options)?;
+    let train = Data::new(assembly.windows(record, Portion::Train)?, true);
+    let test = Data::new(assembly.windows(record, Portion::Test)?, false);
+    if train.rows.len() < FEWEST {
+        return Err(ReviseError::TooShort {
+            expected: FEWEST,
+            found: train.rows.len(),
+        });
+    }
+    let threads = match options.threads {
+        0 => std::thread::available_parallelism().map_or(1, usize::from),
+        n => n,
+    };
+    let mut context = Context {
+        assembly,
+        data: &train,
+        scale: vec![1.0; assembly.outputs().len()],
+        simulation: options.simulation,
+        threads,
+        hypotheses: effects_for(assembly),
+    };
+    watch(Stage::Baseline);
+    let base_trial = baseline::fit_base(&mut context, options.more_starts)?;
+    let context = context;
+    let base = Baseline::of(&context, &base_trial).ok_or(ReviseError::NotRun)?;
+
+    watch(Stage::Screening);
+    let memory = base
+        .noise
+        .of
+        .iter()
+        .map(noise::Ar::memory)
+        .max()
+        .unwrap_or(1);
+    let blocks = Blocks::new(&train, memory);
+    let numbers: Vec<usize> = (0..context.hypotheses.len()).collect();
+    let screened = screen(&context, &base, &blocks, &numbers);
+    let corrections = empirical::survey(&context, &base, &base_trial, &blocks);
+    let gate = gate(&context, &base, &screened, &corrections);
+    tracing::debug!(?gate, memory, "gate");
+    let in_time = assembly.system().independent == "time";
+    let folds = Folds::new(&train, in_time, memory);
+    let base_left = folds
+        .of_trial(&context, &base_trial)
+        .ok_or(ReviseError::NotRun)?;
+    let mut evidence = Evidence {
+        context: &context,
+        options,
+        test: &test,
+        in_time,
+        memory,
+        base: &base,
+        base_trial: &base_trial,
+        base_left,
+        screened: &screened,
+        gate,
+        scored: Vec::new(),
+        claim: Claim::default(),
+    };
+    let open = gate.iter().any(|p| gate.len() as f64 * p <= options.gate);
+    if !open {
+        return conclude::conclude(evidence, &folds, watch);
+    }
+    let width = Width {
+        pool: options.pool,
+        scored: options.scored,
+        beam: 2,
+        most: options.most_effects,
+    };
+    let mut scored = sets::search(
+        &context,
+        &folds,
+        &blocks,
+        (
+            &base,
+            Scored {
+                trial: base_trial.clone(),
+                left: evidence.base_left.clone(),
+            },
+        ),
+        &screened,
+        width,
+        &mut |size| watch(Stage::Fitting(size)),
+    );
+    watch(Stage::Exchanging);
+    let hypotheses = context.hypotheses.len();
+    let mut chosen = None;
+    // What does as well in a member's place may do better, and have others of its own.
+    for _ in 0..3 {
+        let Some(best) = sets::choose(&scored, hypotheses) else {
+            break;
+        };
+        let now = sets::prune(&context, &folds, &mut scored, best);
+        if chosen == Some(now) || scored[now].trial.members.is_empty() {
+            chosen = Some(now);
+            break;
+        }
+        chosen = Some(now);
+        let set = scored[now].clone();
+        scored.extend(sets::swaps(
+            &context,
+            &folds,
+            &set,
+            &scored,
+            &screened,
+            options.scored,
+        ));
+    }
+    if let Some(k) = chosen
+        && let Some(trial) = context.refine(&scored[k].trial, baseline::FULL)
+        && let Some(left) = folds.of_trial(&context, &trial)
+    {
+        scored[k] = Scored { trial, left };
+    }
+    let pays = |s: &Scored| {
+        let gain = 1.0 - (s.left.mean() / scored[0].left.mean()).sqrt();
+        !s.trial.members.is_empty() && gain >= options.least_gain
+    };
+    let chosen = chosen.filter(|&c| pays(&scored[c]));
+    evidence.claim = claim(
+        &context,
+        &folds,
+        &blocks,
+        &base_trial,
+        &corrections,
+        &scored,
+        chosen,
+    );
+    evidence.scored = scored;
+    conclude::conclude(evidence, &folds, watch)
+}
+
+fn check(options: &Options) -> Result<(), ReviseError> {
+    let refuse = |name, found, expected| {
+        Err(ReviseError::Option {
+            name,
+            found,
+            expected,
+        })
+    };
+    if !(options.gate > 0.0 && options.gate < 1.0) {
+        return refuse("gate", options.gate, "more than 0 and less than 1");
+    }
+    if !(options.least_gain >= 0.0 && options.least_gain < 1.0) {
+        return refuse(
+            "least_gain",
+            options.least_gain,
+            "at least 0 and less than 1",
+        );
+    }
+    if let crate::TestStart::FirstSamples(share) = options.test_start
+        && !(share > 0.0 && share <= 1.0)
+    {
+        return refuse("test_start", share, "more than 0 and at most 1");
+    }
+    for (name, n) in [
+        ("most_effects", options.most_effects),
+        ("scored", options.scored),
+    ] {
+        if n == 0 {
+            return refuse(name, 0.0, "at least 1");
+        }
+    }
+    if options.pool < 2 {
+        return refuse("pool", options.pool as f64, "at least 2");
+    }
+    Ok(())
+}
+
+/// Probabilities of what is seen if nothing but noise is left: of the greatest scores, catalogue whitened and plain,
+/// corrections whitened and plain; and of the residual's memory, if the noise is white.
+fn gate(
+    context: &Context<'_>,
+    base: &Baseline,
+    screened: &[Screened],
+    corrections: &[empirical::Candidate],
+) -> [f64; 5] {
+    let sums = || {
+        screened
+            .iter()
+            .filter(|s| s.usable())
+            .flat_map(|s| s.sums.iter())
+    };
+    let fine = sums().map(|s| vec![s.0.as_slice()]);
+    let coarse = sums().map(|s| vec![s.1.as_slice()]);
+    let free_fine = corrections
+        .iter()
+        .map(|c| c.sums.0.iter().map(Vec::as_slice).collect::<Vec<_>>());
+    let free_coarse = corrections
+        .iter()
+        .map(|c| c.sums.1.iter().map(Vec::as_slice).collect::<Vec<_>>());
+    [
+        null_probability(fine, 1),
+        null_probability(coarse, 2),
+        null_probability(free_fine, 3),
+        null_probability(free_coarse, 4),
+        memory_probability(context, base),
+    ]
+}
+
+/// The least of the instruments' probabilities by Ljung and Box, times their number.
+fn memory_probability(context: &Context<'_>, base: &Baseline) -> f64 {
+    let outputs = context.scale.len();
+    (0..outputs)
+        .map(|o| {
+            let rows = context.data.of_output(o);
+            let values: Vec<f64> = rows.iter().map(|&i| base.residual[i]).collect();
+            let (_, deviate) = noise::portmanteau(&values, noise::lags(values.len()));
+            outputs as f64 * noise::upper_tail(deviate)
+        })
+        .fold(1.0, f64::min)
+}
+
+/// Mean square that must go for a correction to be preferred to a name, or claimed beside it.
+const CLEAR: f64 = 0.75;
+/// The same where there is no name to prefer.
+const ENOUGH: f64 = 0.5;
+
+/// The chosen set, unless a correction without physics clearly beats it; and a correction beside it that still takes much
+/// away.
+fn claim(
+    context: &Context<'_>,
+    folds: &Folds,
+    blocks: &Blocks,
+    base_trial: &Trial,
+    corrections: &[empirical::Candidate],
+    scored: &[Scored],
+    chosen: Option<usize>,
+) -> Claim {
+    let best = |trial: &Trial, candidates: &[empirical::Candidate]| -> Option<Corrected> {
+        let few: Vec<&empirical::Candidate> = candidates.iter().take(CORRECTIONS).collect();
+        parallel::map(&few, context.threads, |c| {
+            empirical::fit(context, folds, trial, c)
+        })
+        .into_iter()
+        .flatten()
+        .min_by(|a, b| a.left.mean().total_cmp(&b.left.mean()))
+    };
+    let clearly = |c: &Corrected, than: &LeftOut, share: f64| {
+        let (more, error) = c.left.less(than);
+        tracing::debug!(
+            place = ?c.candidate.place, along = c.candidate.along,
+            ratio = (c.left.mean() / than.mean()).sqrt(), "correction"
+        );
+        c.left.mean() < share * than.mean() && more < -2.0 * error
+    };
+    let mut claim = Claim {
+        set: chosen,
+        ..Claim::default()
+    };
+    let alone = best(base_trial, corrections);
+    let Some(set) = chosen.map(|k| &scored[k]) else {
+        claim.correction = alone.filter(|c| clearly(c, &scored[0].left, ENOUGH));
+        return claim;
+    };
+    if let Some(c) = alone
+        && clearly(&c, &set.left, CLEAR)
+    {
+        return Claim {
+            correction: Some(c),
+            ..Claim::default()
+        };
+    }
+    if let Some(beside) = Baseline::of(context, &set.trial) {
+        let candidates = empirical::survey(context, &beside, &set.trial, blocks);
+        claim.correction = best(&set.trial, &candidates).filter(|c| clearly(c, &set.left, CLEAR));
+    }
+    claim
+}

@@ -1,0 +1,208 @@
+//! Checks on what is claimed, passed or failed.
+
+use crate::baseline::Baseline;
+use crate::conclude::{Evidence, Told};
+use crate::confirm::{self};
+use crate::context::Trial;
+use crate::noise::{lags, portmanteau};
+use crate::revision::Check;
+use crate::screen::screen;
+use crate::tangent::dot;
+use crate::validate::LeftOut;
+
+pub(crate) fn gate_checks(e: &Evidence<'_, '_>) -> Vec<Check> {
+    let words = [
+        "catalogue, whitened residual",
+        "catalogue, plain residual",
+        "corrections, whitened residual",
+        "corrections, plain residual",
+        "memory of the residual",
+    ];
+    let detail: Vec<String> = words
+        .iter()
+        .zip(e.gate)
+        .map(|(w, p)| format!("{w}: p = {p:.3}"))
+        .collect();
+    let least = e.gate.iter().copied().fold(1.0, f64::min);
+    vec![Check {
+        name: "more than noise is left of the re-fitted base".into(),
+        passed: words.len() as f64 * least <= e.options.gate,
+        detail: detail.join("; "),
+    }]
+}
+
+/// Whether the claim stands on the test part; without one it does.
+pub(crate) fn confirmation(
+    e: &Evidence<'_, '_>,
+    before: &Told,
+    after: &Told,
+    checks: &mut Vec<Check>,
+) -> bool {
+    let (Some(b), Some(a)) = (&before.test, &after.test) else {
+        if e.test.windows.is_empty() {
+            checks.push(Check {
+                name: "stands on the test part".into(),
+                passed: true,
+                detail:
+                    "there is none: what is claimed rests on left-out blocks of the training part"
+                        .into(),
+            });
+            return true;
+        }
+        checks.push(Check {
+            name: "stands on the test part".into(),
+            passed: false,
+            detail: "a model cannot be simulated there".into(),
+        });
+        return false;
+    };
+    let (mut stands, mut best, mut worst, mut sum) = (false, Vec::new(), Vec::new(), 0.0);
+    for (o, name) in e.context.assembly.outputs().iter().enumerate() {
+        let (rb, ra) = (confirm::rms(b, e.test, o), confirm::rms(a, e.test, o));
+        if !rb.is_finite() {
+            continue;
+        }
+        let (low, high) = confirm::gain_interval(b, a, e.test, o, e.memory);
+        let line = format!("{name}: {rb:.4} to {ra:.4}, gain {low:.2} to {high:.2}");
+        sum += (ra / e.context.scale[o]).powi(2) - (rb / e.context.scale[o]).powi(2);
+        stands |= low > 0.0;
+        // A worsening counts that is more than chance and more than a twentieth of what noise there is.
+        if high < 0.0 && ra > 1.05 * rb {
+            worst.push(line.clone());
+        }
+        best.push(line);
+    }
+    // The sum over outputs, each in its own scale, must fall as well.
+    stands &= sum < 0.0;
+    checks.push(Check {
+        name: "stands on the test part".into(),
+        passed: stands,
+        detail: best.join("; "),
+    });
+    checks.push(Check {
+        name: "no instrument is met worse on the test part".into(),
+        passed: worst.is_empty(),
+        detail: if worst.is_empty() {
+            "none".into()
+        } else {
+            worst.join("; ")
+        },
+    });
+    stands
+}
+
+pub(crate) fn whiteness(e: &Evidence<'_, '_>, rows: &[f64], checks: &mut Vec<Check>) {
+    for (o, name) in e.context.assembly.outputs().iter().enumerate() {
+        let values: Vec<f64> = e
+            .context
+            .data
+            .of_output(o)
+            .iter()
+            .map(|&i| rows[i])
+            .collect();
+        if values.len() < 30 {
+            continue;
+        }
+        let (q, deviate) = portmanteau(&values, lags(values.len()));
+        checks.push(Check {
+            name: format!("residual of {name} is white"),
+            passed: deviate < 2.33,
+            detail: format!("Ljung-Box {q:.0}, {deviate:.1} standard deviations"),
+        });
+    }
+}
+
+pub(crate) fn bounds_check(
+    e: &Evidence<'_, '_>,
+    trial: &Trial,
+    left: &LeftOut,
+    checks: &mut Vec<Check>,
+) {
+    let mut at: Vec<String> = Vec::new();
+    let mut turning: Vec<String> = Vec::new();
+    for &m in &trial.members {
+        let h = &e.context.hypotheses[m];
+        for (k, p) in h.parameters.iter().enumerate() {
+            let path = crate::context::path(h, p);
+            let Some(i) = trial.paths.iter().position(|q| *q == path) else {
+                continue;
+            };
+            let value = trial.minimum.theta[i];
+            let near = 1e-6 * (p.high - p.low);
+            if value - p.low <= near || p.high - value <= near {
+                at.push(format!("{path} = {value:.4e}"));
+            }
+            let side = |t: &Vec<f64>| (t[i] - p.neutral).signum();
+            if k == 0
+                && p.neutral.is_finite()
+                && left
+                    .thetas
+                    .iter()
+                    .any(|t| side(t) != (value - p.neutral).signum())
+            {
+                turning.push(path);
+            }
+        }
+    }
+    checks.push(Check {
+        name: "effects lie within their bounds".into(),
+        passed: at.is_empty(),
+        detail: if at.is_empty() {
+            "all".into()
+        } else {
+            at.join("; ")
+        },
+    });
+    checks.push(Check {
+        name: "effects keep their sign in every fold".into(),
+        passed: turning.is_empty(),
+        detail: if turning.is_empty() {
+            "all".into()
+        } else {
+            turning.join("; ")
+        },
+    });
+}
+
+/// The same change of the readings, shifted along the record, must explain less of what the member explains.
+pub(crate) fn placebo(e: &Evidence<'_, '_>, without: &Trial, member: usize) -> Check {
+    let c = e.context;
+    let name = e.name(member);
+    let failed = |detail: &str| Check {
+        name: format!("placebo of {name}"),
+        passed: false,
+        detail: detail.into(),
+    };
+    let blocks = crate::blocks::Blocks::new(c.data, e.memory);
+    let Some(base) = Baseline::of(c, without) else {
+        return failed("cannot be linearised");
+    };
+    let screened = screen(c, &base, &blocks, &[member]);
+    let Some(point) = screened.first().and_then(|s| s.points.first()) else {
+        return failed("nothing to shift");
+    };
+    let total = dot(&base.off, &base.off).max(1e-300);
+    let gain = |d: &[f64]| dot(d, &base.off).powi(2) / dot(d, d).max(1e-300) / total;
+    let own = gain(&point.direction);
+    let mut greatest = 0.0_f64;
+    for shift in 1..=7 {
+        let mut moved = vec![0.0; point.direction.len()];
+        for o in 0..c.scale.len() {
+            let rows = c.data.of_output(o);
+            let n = rows.len();
+            for (k, &i) in rows.iter().enumerate() {
+                moved[i] = point.direction[rows[(k + shift * n / 8) % n]];
+            }
+        }
+        greatest = greatest.max(gain(&base.tangent.off(&moved)));
+    }
+    Check {
+        name: format!("placebo of {name}"),
+        passed: own > greatest,
+        detail: format!(
+            "takes {:.1} % of the squares at its place, {:.1} % at most when shifted",
+            100.0 * own,
+            100.0 * greatest
+        ),
+    }
+}

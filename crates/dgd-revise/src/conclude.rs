@@ -1,0 +1,304 @@
+//! From what was weighed to what is said.
+
+use crate::baseline::{Baseline, fresh_jacobian};
+use crate::chain::Claim;
+use crate::checks::{bounds_check, confirmation, gate_checks, whiteness};
+use crate::confirm::{self, Readings};
+use crate::context::{Context, Trial};
+use crate::error::ReviseError;
+use crate::estimates::estimates;
+use crate::findings::{classes, findings, tested};
+use crate::revision::{
+    Check, Contender, Model, Options, OutputGain, Revision, Signal, Stage, Trace, Verdict,
+};
+use crate::screen::Screened;
+use crate::sets::Scored;
+use crate::stack::{Data, Runner};
+use crate::validate::{Folds, LeftOut};
+use crate::{empirical, sections};
+
+/// Everything weighed.
+pub(crate) struct Evidence<'c, 'a> {
+    pub context: &'c Context<'a>,
+    pub options: &'c Options,
+    pub test: &'c Data,
+    pub in_time: bool,
+    pub memory: usize,
+    pub base: &'c Baseline,
+    pub base_trial: &'c Trial,
+    pub base_left: LeftOut,
+    pub screened: &'c [Screened],
+    pub gate: [f64; 5],
+    /// All sets that were scored; the base first, if any.
+    pub scored: Vec<Scored>,
+    pub claim: Claim,
+}
+
+/// What a model says over both parts.
+pub(crate) struct Told {
+    pub train: Readings,
+    pub test: Option<Readings>,
+    /// Training residuals in rows, scaled.
+    pub rows: Vec<f64>,
+}
+
+impl Evidence<'_, '_> {
+    /// Whether a score of the gate alone is more than chance; memory alone may be the noise's own.
+    pub(crate) fn stands_out(&self) -> bool {
+        let n = self.gate.len();
+        self.gate[..n - 1]
+            .iter()
+            .any(|p| n as f64 * p <= self.options.gate)
+    }
+
+    pub(crate) fn name(&self, m: usize) -> String {
+        let h = &self.context.hypotheses[m];
+        format!("{}.{}", h.component, h.effect)
+    }
+
+    pub(crate) fn names(&self, members: &[usize]) -> Vec<String> {
+        members.iter().map(|&m| self.name(m)).collect()
+    }
+
+    fn tell(&self, trial: &Trial, claim: &Claim) -> Option<Told> {
+        let c = self.context;
+        let how = self.options.test_start;
+        // Beside names a correction is told, not run: the model after is the one that can be written down.
+        let correction = claim.correction.as_ref().filter(|_| claim.set.is_none());
+        let train = match correction {
+            None => {
+                let built = c.build(&trial.members)?;
+                Runner::new(&built, c.data, &c.simulation)
+                    .ok()?
+                    .outputs(&trial.minimum.theta)?
+            }
+            Some(k) => {
+                let theta = &k.minimum.theta[..trial.paths.len()];
+                empirical::run_corrected(c, c.data, &trial.members, theta, &k.candidate, &k.values)?
+            }
+        };
+        let test = if self.test.windows.is_empty() {
+            None
+        } else {
+            match correction {
+                None => confirm::run_test(c, trial, None, self.test, how),
+                Some(k) => {
+                    let mut own = trial.clone();
+                    own.minimum.theta = k.minimum.theta[..trial.paths.len()].to_vec();
+                    confirm::run_test(c, &own, Some((k, trial)), self.test, how)
+                }
+            }
+        };
+        let simulated = c
+            .data
+            .rows
+            .iter()
+            .map(|row| train[row.window][row.output][row.sample])
+            .collect();
+        Some(Told {
+            train,
+            test,
+            rows: c.residual(simulated),
+        })
+    }
+}
+
+pub(crate) fn conclude(
+    mut evidence: Evidence<'_, '_>,
+    folds: &Folds,
+    watch: &mut dyn FnMut(Stage),
+) -> Result<Revision, ReviseError> {
+    watch(Stage::Confirming);
+    let c = evidence.context;
+    let nothing = Claim::default();
+    let before = evidence
+        .tell(evidence.base_trial, &nothing)
+        .ok_or(ReviseError::NotRun)?;
+    let mut claim = std::mem::take(&mut evidence.claim);
+    let set = |claim: &Claim| -> Trial {
+        claim.set.map_or_else(
+            || evidence.base_trial.clone(),
+            |k| evidence.scored[k].trial.clone(),
+        )
+    };
+    let mut trial = set(&claim);
+    let mut after = evidence.tell(&trial, &claim).ok_or(ReviseError::NotRun)?;
+    let mut checks = gate_checks(&evidence);
+    let found_something = claim.set.is_some() || claim.correction.is_some();
+    let mut withdrawn = Vec::new();
+    if found_something {
+        let stands = confirmation(&evidence, &before, &after, &mut checks);
+        if !stands {
+            withdrawn = evidence.names(&trial.members);
+            claim = Claim {
+                withdrawn: true,
+                ..Claim::default()
+            };
+            trial = set(&claim);
+            after = evidence.tell(&trial, &claim).ok_or(ReviseError::NotRun)?;
+        }
+    }
+    let left_after = match (claim.set, &claim.correction) {
+        (Some(k), _) => evidence.scored[k].left.clone(),
+        (None, Some(k)) => k.left.clone(),
+        _ => evidence.base_left.clone(),
+    };
+    let findings = findings(&evidence, &claim, &trial, folds, &mut checks);
+    if claim.set.is_some() {
+        bounds_check(&evidence, &trial, &left_after, &mut checks);
+    }
+    let verdict = match (claim.set.is_some(), claim.correction.is_some()) {
+        (true, true) => Verdict::PartlyExplained,
+        (true, false) => Verdict::Explained,
+        (false, true) => Verdict::Unexplained,
+        (false, false) if evidence.stands_out() => Verdict::Unexplained,
+        (false, false) => Verdict::Consistent,
+    };
+    whiteness(&evidence, &after.rows, &mut checks);
+    let sections = if evidence.in_time {
+        Vec::new()
+    } else {
+        sections::sections(c, &trial, &evidence.scored, &evidence)
+    };
+    if sections.len() > 1 {
+        checks.push(Check {
+            name: "one cause holds throughout".into(),
+            passed: false,
+            detail: format!("{} sections with parameters of their own", sections.len()),
+        });
+    }
+    let outputs = gains(&evidence, &before, &after, &left_after);
+    let classes = classes(&evidence, &claim);
+    Ok(Revision {
+        verdict,
+        tested: tested(&evidence, &claim, &findings),
+        findings,
+        classes,
+        checks,
+        contenders: contenders(&evidence),
+        before: model(&evidence, evidence.base_trial, &evidence.base_left)?,
+        after: model(&evidence, &trial, &left_after)?,
+        outputs,
+        traces: traces(&evidence, &before, &after),
+        sections,
+        settings: settings(&evidence, &withdrawn),
+    })
+}
+
+fn contenders(e: &Evidence<'_, '_>) -> Vec<Contender> {
+    let Some(first) = e.scored.first() else {
+        return Vec::new();
+    };
+    let mut order: Vec<&Scored> = e.scored.iter().collect();
+    order.sort_by(|a, b| a.left.mean().total_cmp(&b.left.mean()));
+    let best = order[0];
+    let base = first.left.mean();
+    order
+        .iter()
+        .map(|s| Contender {
+            members: e.names(&s.trial.members),
+            training: (s.trial.cost() / first.trial.cost()).sqrt(),
+            left_out: (s.left.mean() / base).sqrt(),
+            standard_error: s.left.less(&best.left).1 / base,
+        })
+        .collect()
+}
+
+fn model(e: &Evidence<'_, '_>, trial: &Trial, left: &LeftOut) -> Result<Model, ReviseError> {
+    let built = e.context.build(&trial.members).ok_or(ReviseError::NotRun)?;
+    let jacobian = fresh_jacobian(e.context, trial).ok_or(ReviseError::NotRun)?;
+    // With a correction the folds hold its coefficients too.
+    let mut left = left.clone();
+    left.thetas
+        .iter_mut()
+        .for_each(|t| t.truncate(trial.paths.len()));
+    left.thetas.retain(|t| t.len() == trial.paths.len());
+    Ok(Model {
+        assembly: built.with_values(&trial.minimum.theta)?,
+        theta: trial.minimum.theta.clone(),
+        parameters: estimates(e.context, trial, &jacobian, &left),
+    })
+}
+
+fn gains(e: &Evidence<'_, '_>, before: &Told, after: &Told, left: &LeftOut) -> Vec<OutputGain> {
+    let c = e.context;
+    c.assembly
+        .outputs()
+        .into_iter()
+        .enumerate()
+        .map(|(o, output)| {
+            let test = |t: &Told| {
+                t.test
+                    .as_ref()
+                    .map_or(f64::NAN, |r| confirm::rms(r, e.test, o))
+            };
+            let by = |l: &LeftOut| (l.by_output[o].0 / l.by_output[o].1).sqrt() * c.scale[o];
+            OutputGain {
+                output,
+                training: (
+                    c.data.rms(&before.rows, o) * c.scale[o],
+                    c.data.rms(&after.rows, o) * c.scale[o],
+                ),
+                left_out: (by(&e.base_left), by(left)),
+                test: (test(before), test(after)),
+                test_gain_ci95: match (&before.test, &after.test) {
+                    (Some(b), Some(a)) => confirm::gain_interval(b, a, e.test, o, e.memory),
+                    _ => (f64::NAN, f64::NAN),
+                },
+            }
+        })
+        .collect()
+}
+
+fn traces(e: &Evidence<'_, '_>, before: &Told, after: &Told) -> Vec<Trace> {
+    let names = e.context.assembly.outputs();
+    let part = |data: &Data, before: &Readings, after: &Readings, test: bool| -> Vec<Trace> {
+        data.windows
+            .iter()
+            .enumerate()
+            .map(|(w, window)| Trace {
+                test,
+                time: window.time.clone(),
+                outputs: names
+                    .iter()
+                    .enumerate()
+                    .map(|(o, name)| Signal {
+                        output: name.clone(),
+                        measured: window.readings[o].clone(),
+                        before: before[w][o].clone(),
+                        after: after[w][o].clone(),
+                    })
+                    .collect(),
+            })
+            .collect()
+    };
+    let mut all = part(e.context.data, &before.train, &after.train, false);
+    if let (Some(b), Some(a)) = (&before.test, &after.test) {
+        all.extend(part(e.test, b, a, true));
+    }
+    all
+}
+
+fn settings(e: &Evidence<'_, '_>, withdrawn: &[String]) -> Vec<(String, String)> {
+    let mut all = vec![
+        (
+            "training readings".into(),
+            e.context.data.rows.len().to_string(),
+        ),
+        ("test readings".into(), e.test.rows.len().to_string()),
+        ("hypotheses".into(), e.context.hypotheses.len().to_string()),
+        ("sets fitted to the end".into(), e.scored.len().to_string()),
+        (
+            "memory of the base's residual, samples".into(),
+            e.memory.to_string(),
+        ),
+    ];
+    for (name, ar) in e.context.assembly.outputs().iter().zip(&e.base.noise.of) {
+        let a: Vec<String> = ar.a.iter().map(|a| format!("{a:.3}")).collect();
+        all.push((format!("autoregression of {name}"), a.join(" ")));
+    }
+    if !withdrawn.is_empty() {
+        all.push(("withdrawn after the test part".into(), withdrawn.join(", ")));
+    }
+    all
+}

@@ -1,0 +1,125 @@
+//! What every step works on: the assembly, its samples in rows, its hypotheses; and the fit of a set of effects.
+
+use crate::lm::{self, Box_, Effort, Minimum};
+use crate::stack::{Data, Runner};
+use dgd_assembly::{Assembly, EffectParameter, Hypothesis, SimulationOptions};
+use std::collections::BTreeMap;
+
+/// Values by path; what is not named starts where the assembly says.
+pub(crate) type Values = BTreeMap<String, f64>;
+
+pub(crate) struct Context<'a> {
+    pub assembly: &'a Assembly,
+    pub data: &'a Data,
+    /// Size by which residuals are divided, by output.
+    pub scale: Vec<f64>,
+    pub simulation: SimulationOptions,
+    pub threads: usize,
+    pub hypotheses: Vec<Hypothesis>,
+}
+
+/// A set of effects, fitted.
+#[derive(Debug, Clone)]
+pub(crate) struct Trial {
+    /// Numbers of hypotheses, ascending.
+    pub members: Vec<usize>,
+    pub paths: Vec<String>,
+    pub bounds: Box_,
+    pub minimum: Minimum,
+}
+
+impl Trial {
+    pub(crate) fn cost(&self) -> f64 {
+        self.minimum.cost
+    }
+
+    pub(crate) fn values(&self) -> Values {
+        self.paths
+            .iter()
+            .cloned()
+            .zip(self.minimum.theta.iter().copied())
+            .collect()
+    }
+}
+
+pub(crate) fn path(h: &Hypothesis, p: &EffectParameter) -> String {
+    format!("{}.{}.{}", h.component, h.effect, p.name)
+}
+
+impl Context<'_> {
+    /// The assembly with a set of effects, all their parameters free; `None` if they contradict each other.
+    pub(crate) fn build(&self, members: &[usize]) -> Option<Assembly> {
+        let mut built = self.assembly.clone();
+        for &m in members {
+            let h = &self.hypotheses[m];
+            let names: Vec<&str> = h.parameters.iter().map(|p| p.name).collect();
+            built = built.with_effect(&h.component, h.effect, &names).ok()?;
+        }
+        Some(built)
+    }
+
+    /// `(simulated − measured)/scale` from simulated readings.
+    pub(crate) fn residual(&self, mut simulated: Vec<f64>) -> Vec<f64> {
+        for ((s, row), measured) in simulated
+            .iter_mut()
+            .zip(&self.data.rows)
+            .zip(&self.data.measured)
+        {
+            *s = (*s - measured) / self.scale[row.output];
+        }
+        simulated
+    }
+
+    /// Start and bounds of an assembly's parameters.
+    pub(crate) fn start(assembly: &Assembly, values: &Values) -> (Vec<String>, Vec<f64>, Box_) {
+        let mut bounds = Box_::default();
+        let (mut paths, mut theta) = (Vec::new(), Vec::new());
+        for p in assembly.parameters() {
+            theta.push(values.get(&p.path).copied().unwrap_or(p.start));
+            bounds.low.push(p.low);
+            bounds.high.push(p.high);
+            paths.push(p.path);
+        }
+        bounds.clamp(&mut theta);
+        (paths, theta, bounds)
+    }
+
+    /// Fits a set from a start. `None` if it cannot be built or run.
+    pub(crate) fn fit(&self, members: &[usize], values: &Values, effort: Effort) -> Option<Trial> {
+        let built = self.build(members)?;
+        let (paths, theta, bounds) = Self::start(&built, values);
+        let mut runner = Runner::new(&built, self.data, &self.simulation).ok()?;
+        let minimum = lm::minimise(
+            &mut |t| runner.run(t).map(|s| self.residual(s)),
+            &theta,
+            &bounds,
+            None,
+            None,
+            effort,
+        );
+        minimum.cost.is_finite().then(|| Trial {
+            members: members.to_vec(),
+            paths,
+            bounds,
+            minimum,
+        })
+    }
+
+    /// Goes on with a trial.
+    pub(crate) fn refine(&self, trial: &Trial, effort: Effort) -> Option<Trial> {
+        let built = self.build(&trial.members)?;
+        let mut runner = Runner::new(&built, self.data, &self.simulation).ok()?;
+        let minimum = lm::minimise(
+            &mut |t| runner.run(t).map(|s| self.residual(s)),
+            &trial.minimum.theta,
+            &trial.bounds,
+            None,
+            None,
+            effort,
+        );
+        (minimum.cost <= trial.cost()).then(|| Trial {
+            minimum,
+            ..trial.clone()
+        })
+    }
+}

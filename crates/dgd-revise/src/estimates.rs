@@ -1,0 +1,81 @@
+//! Parameters with their doubt.
+
+use crate::context::{Context, Trial};
+use crate::noise::Noise;
+use crate::revision::Estimate;
+use crate::validate::LeftOut;
+use nalgebra::{DMatrix, SymmetricEigen};
+
+/// Estimates of all parameters of a fitted set: the interval is the wider of curvature with the residual's memory and of
+/// the jackknife over the validation's folds.
+pub(crate) fn estimates(
+    context: &Context<'_>,
+    trial: &Trial,
+    jacobian: &DMatrix<f64>,
+    left: &LeftOut,
+) -> Vec<Estimate> {
+    let r = &trial.minimum.residuals;
+    let p = trial.paths.len();
+    let noise = Noise::of(context.data, r, context.scale.len());
+    // Variance of a mean of correlated residuals against that of white ones.
+    let inflation = noise
+        .of
+        .iter()
+        .map(|ar| {
+            let sum: f64 = ar.a.iter().sum();
+            let first = ar.a.first().copied().unwrap_or(0.0);
+            ((1.0 + first.clamp(0.0, 0.99)) / (1.0 - sum.clamp(0.0, 0.99))).max(1.0)
+        })
+        .fold(1.0, f64::max);
+    let free = r.len().saturating_sub(p).max(1) as f64;
+    let variance = 2.0 * trial.cost() / free * inflation;
+    let at_bound: Vec<bool> = (0..p)
+        .map(|i| {
+            let (low, high) = (trial.bounds.low[i], trial.bounds.high[i]);
+            let theta = trial.minimum.theta[i];
+            theta - low <= 1e-6 * (high - low) || high - theta <= 1e-6 * (high - low)
+        })
+        .collect();
+    let loose: Vec<usize> = (0..p).filter(|&i| !at_bound[i]).collect();
+    let mut curvature = vec![0.0; p];
+    if !loose.is_empty() && jacobian.ncols() == p {
+        let j = jacobian.select_columns(&loose);
+        let eigen = SymmetricEigen::new(j.transpose() * &j);
+        let top = eigen.eigenvalues.max();
+        for (value, vector) in eigen
+            .eigenvalues
+            .iter()
+            .zip(eigen.eigenvectors.column_iter())
+        {
+            for (k, &i) in loose.iter().enumerate() {
+                // A direction that nothing tells leaves its parameters anywhere within their bounds.
+                curvature[i] += if *value > 1e-12 * top {
+                    vector[k].powi(2) * variance / value
+                } else if vector[k].abs() > 1e-3 {
+                    1.0
+                } else {
+                    0.0
+                };
+            }
+        }
+    }
+    (0..p)
+        .map(|i| {
+            let (low, high) = (trial.bounds.low[i], trial.bounds.high[i]);
+            let value = trial.minimum.theta[i];
+            let folds: Vec<f64> = left.thetas.iter().take(5).map(|t| t[i]).collect();
+            let n = folds.len().max(1) as f64;
+            let mean = folds.iter().sum::<f64>() / n;
+            let jackknife =
+                ((n - 1.0) / n * folds.iter().map(|f| (f - mean).powi(2)).sum::<f64>()).sqrt();
+            let half = 1.96 * (curvature[i].sqrt() * (high - low)).max(jackknife);
+            Estimate {
+                path: trial.paths[i].clone(),
+                meaning: String::new(),
+                value,
+                ci95: ((value - half).max(low), (value + half).min(high)),
+                at_bound: at_bound[i],
+            }
+        })
+        .collect()
+}

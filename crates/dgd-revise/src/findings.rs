@@ -1,0 +1,316 @@
+//! Findings in words and numbers, what cannot be told apart, and how every effect fared.
+
+use crate::baseline::fresh_jacobian;
+use crate::chain::Claim;
+use crate::checks::placebo;
+use crate::conclude::Evidence;
+use crate::context::Trial;
+use crate::empirical;
+use crate::estimates::estimates;
+use crate::locate;
+use crate::revision::{Check, Class, Finding, Outcome, Shape, Tested};
+use crate::sets::{Scored, alike};
+use crate::tangent::dot;
+use crate::validate::Folds;
+
+pub(crate) fn findings(
+    e: &Evidence<'_, '_>,
+    claim: &Claim,
+    trial: &Trial,
+    folds: &Folds,
+    checks: &mut Vec<Check>,
+) -> Vec<Finding> {
+    let c = e.context;
+    let mut all = Vec::new();
+    let quantities = empirical::quantities(
+        c,
+        c.data,
+        &e.base_trial.members,
+        &e.base_trial.minimum.theta,
+    )
+    .unwrap_or_default();
+    if let Some(k) = claim.set {
+        let chosen = &e.scored[k];
+        let estimates = fresh_jacobian(c, trial)
+            .map_or_else(Vec::new, |j| estimates(c, trial, &j, &chosen.left));
+        for &m in &trial.members {
+            let h = &c.hypotheses[m];
+            let about = h.law.about();
+            let without = e.without(k, m, folds);
+            let (loss, error) = without
+                .as_ref()
+                .map_or((f64::NAN, f64::NAN), |w| w.left.less(&chosen.left));
+            let rows = &chosen.trial.minimum.residuals;
+            let reduced = without.as_ref().map(|w| &w.trial.minimum.residuals);
+            let alternatives = e.alternatives(k, m);
+            let separating = alternatives
+                .iter()
+                .find_map(|(name, _)| {
+                    let id = name.rsplit('.').next()?;
+                    about.confusable.iter().find(|(other, _)| *other == id)
+                })
+                .or(about.confusable.first())
+                .map(|(_, test)| (*test).to_owned());
+            if let Some(w) = &without {
+                checks.push(placebo(e, &w.trial, m));
+            }
+            let prefix = format!("{}.{}.", h.component, h.effect);
+            all.push(Finding {
+                effect: h.effect.into(),
+                component: h.component.clone(),
+                title: about.title.into(),
+                equation: about.equation.into(),
+                source: about.source.into(),
+                parameters: estimates
+                    .iter()
+                    .filter(|p| p.path.starts_with(&prefix))
+                    .map(|p| {
+                        let name = &p.path[prefix.len()..];
+                        let meaning = about
+                            .parameters
+                            .iter()
+                            .find(|a| a.name == name)
+                            .map_or("", |a| a.meaning);
+                        crate::Estimate {
+                            meaning: meaning.into(),
+                            ..p.clone()
+                        }
+                    })
+                    .collect(),
+                intervals: reduced.map_or_else(Vec::new, |b| locate::intervals(c.data, b, rows)),
+                region: reduced.map_or_else(String::new, |b| {
+                    locate::region(c.data, b, rows, &quantities)
+                }),
+                left_out_loss: loss / chosen.left.mean(),
+                standard_errors: loss / error,
+                alternatives,
+                separating_test: separating,
+                shape: None,
+            });
+        }
+        all.sort_by(|a, b| b.left_out_loss.total_cmp(&a.left_out_loss));
+    }
+    if let Some(k) = &claim.correction {
+        let of = match &k.candidate.place {
+            empirical::Place::Output(o) => c.assembly.outputs()[*o].clone(),
+            empirical::Place::Inflow(component) => component.clone(),
+        };
+        let before = claim.set.map_or(&e.base_left, |k| &e.scored[k].left);
+        let (loss, error) = before.less(&k.left);
+        let rows = &k.minimum.residuals;
+        let plain = &trial.minimum.residuals;
+        let what = match k.candidate.place {
+            empirical::Place::Output(_) => "reading",
+            empirical::Place::Inflow(_) => "balance",
+        };
+        all.push(Finding {
+            effect: "unknown".into(),
+            component: of.clone(),
+            title: format!(
+                "something outside the catalogue: the {what} of {of} depends on {}",
+                k.candidate.along
+            ),
+            equation: match k.candidate.place {
+                empirical::Place::Output(_) => format!("{of} = model + f({})", k.candidate.along),
+                empirical::Place::Inflow(_) => {
+                    format!("inflow of {of} = model + f({})", k.candidate.along)
+                }
+            },
+            source: "piecewise linear, no physics".into(),
+            parameters: Vec::new(),
+            intervals: locate::intervals(c.data, plain, rows),
+            region: locate::region(c.data, plain, rows, &quantities),
+            left_out_loss: loss / k.left.mean(),
+            standard_errors: loss / error,
+            alternatives: Vec::new(),
+            separating_test: None,
+            shape: Some(Shape {
+                of,
+                along: k.candidate.along.clone(),
+                knots: k.candidate.knots.clone(),
+                values: k.values.clone(),
+            }),
+        });
+    }
+    if all.is_empty() && e.stands_out() {
+        all.push(Finding {
+            effect: "unknown".into(),
+            component: String::new(),
+            title: if claim.withdrawn {
+                "something is left out, but what explains the training part does not hold on the test part"
+            } else {
+                "something is left out, but no effect and no correction pays on left-out blocks"
+            }
+            .into(),
+            equation: String::new(),
+            source: String::new(),
+            parameters: Vec::new(),
+            intervals: Vec::new(),
+            region: String::new(),
+            left_out_loss: f64::NAN,
+            standard_errors: f64::NAN,
+            alternatives: Vec::new(),
+            separating_test: None,
+            shape: None,
+        });
+    }
+    all
+}
+
+impl Evidence<'_, '_> {
+    /// The chosen set without one member, fitted and scored.
+    fn without(&self, chosen: usize, member: usize, folds: &Folds) -> Option<Scored> {
+        let set = &self.scored[chosen].trial;
+        let rest: Vec<usize> = set
+            .members
+            .iter()
+            .copied()
+            .filter(|m| *m != member)
+            .collect();
+        if let Some(known) = self.scored.iter().find(|s| s.trial.members == rest) {
+            return Some(known.clone());
+        }
+        let trial = self
+            .context
+            .fit(&rest, &set.values(), crate::baseline::FULL)?;
+        let left = folds.of_trial(self.context, &trial)?;
+        Some(Scored { trial, left })
+    }
+
+    /// What does as well in a member's place: within one standard error on left-out blocks.
+    fn alternatives(&self, chosen: usize, member: usize) -> Vec<(String, f64)> {
+        let set = &self.scored[chosen];
+        let rest: Vec<usize> = set
+            .trial
+            .members
+            .iter()
+            .copied()
+            .filter(|m| *m != member)
+            .collect();
+        let mut found: Vec<(String, f64)> = Vec::new();
+        for s in &self.scored {
+            let m = &s.trial.members;
+            if m.len() != set.trial.members.len() || !rest.iter().all(|r| m.contains(r)) {
+                continue;
+            }
+            let Some(&other) = m.iter().find(|o| !rest.contains(o) && **o != member) else {
+                continue;
+            };
+            let (more, _) = s.left.less(&set.left);
+            let name = self.name(other);
+            if alike(s, set) && found.iter().all(|f| f.0 != name) {
+                found.push((name, more / set.left.mean()));
+            }
+        }
+        found.sort_by(|a, b| a.1.total_cmp(&b.1));
+        found
+    }
+}
+
+pub(crate) fn classes(e: &Evidence<'_, '_>, claim: &Claim) -> Vec<Class> {
+    let Some(k) = claim.set else {
+        return Vec::new();
+    };
+    let chosen = &e.scored[k];
+    let size = chosen.trial.members.len();
+    let residual = chosen.trial.minimum.residuals.as_slice();
+    let rms = dot(residual, residual).sqrt();
+    let mut alike: Vec<&Scored> = e
+        .scored
+        .iter()
+        .filter(|s| s.trial.members.len() == size && s.trial.members != chosen.trial.members)
+        .filter(|s| alike(s, chosen))
+        .collect();
+    if alike.is_empty() {
+        return Vec::new();
+    }
+    alike.sort_by(|a, b| a.left.mean().total_cmp(&b.left.mean()));
+    let mut class = Class {
+        members: vec![e.names(&chosen.trial.members)],
+        apart: vec![0.0],
+        separating_test: None,
+    };
+    for s in alike {
+        let names = e.names(&s.trial.members);
+        if class.members.contains(&names) {
+            continue;
+        }
+        let d: Vec<f64> = s
+            .trial
+            .minimum
+            .residuals
+            .iter()
+            .zip(residual)
+            .map(|(a, b)| a - b)
+            .collect();
+        class.members.push(names);
+        class.apart.push(dot(&d, &d).sqrt() / rms);
+        if class.separating_test.is_none() {
+            class.separating_test = separating(e, &chosen.trial.members, &s.trial.members);
+        }
+    }
+    vec![class]
+}
+
+/// What the catalogue says of telling a member of one set from a member of the other.
+pub(crate) fn separating(e: &Evidence<'_, '_>, a: &[usize], b: &[usize]) -> Option<String> {
+    let law = |m: &usize| e.context.hypotheses[*m].law.about();
+    let own = a.iter().filter(|m| !b.contains(m));
+    for m in own {
+        for n in b.iter().filter(|n| !a.contains(n)) {
+            let ways = [(m, n), (n, m)];
+            let named = ways.iter().find_map(|(x, y)| {
+                law(x)
+                    .confusable
+                    .iter()
+                    .find(|(id, _)| *id == law(y).id)
+                    .map(|(_, test)| *test)
+            });
+            if let Some(test) = named {
+                return Some(test.to_owned());
+            }
+        }
+    }
+    // Not foreseen by the catalogue: what shows the claimed effect best.
+    a.iter()
+        .find(|m| !b.contains(m))
+        .map(|m| format!("more of: {}", law(m).excited_by))
+}
+
+pub(crate) fn tested(e: &Evidence<'_, '_>, claim: &Claim, findings: &[Finding]) -> Vec<Tested> {
+    let members: &[usize] = claim.set.map_or(&[], |k| &e.scored[k].trial.members);
+    e.screened
+        .iter()
+        .map(|s| {
+            let h = &e.context.hypotheses[s.number];
+            let name = e.name(s.number);
+            let first = h.parameters.first();
+            let reach = first.map_or(0.0, |p| {
+                (p.high - p.neutral).abs().max((p.neutral - p.low).abs())
+            });
+            let outcome = if members.contains(&s.number) {
+                Outcome::Found
+            } else if findings
+                .iter()
+                .any(|f| f.alternatives.iter().any(|a| a.0 == name))
+            {
+                Outcome::Alternative
+            } else if s.absorbed() {
+                Outcome::Absorbed
+            } else if !s.moves || (s.limit.is_finite() && s.limit > reach) {
+                Outcome::NotTestable
+            } else {
+                Outcome::NotSeen
+            };
+            Tested {
+                component: h.component.clone(),
+                effect: h.effect,
+                title: h.law.about().title,
+                outcome,
+                gain: s.gain,
+                score: s.score.sqrt(),
+                limit: (s.usable() && s.limit.is_finite()).then_some(s.limit),
+            }
+        })
+        .collect()
+}

@@ -1,0 +1,231 @@
+//! What is left over when nothing is left out: an autoregression for each output, with a robust scale.
+
+use crate::stack::Data;
+use nalgebra::{DMatrix, DVector};
+
+/// Noise of each output.
+#[derive(Debug, Clone)]
+pub(crate) struct Noise {
+    /// By output.
+    pub of: Vec<Ar>,
+}
+
+/// Autoregression of one output's residual.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Ar {
+    /// Coefficients, the last sample's first; none for white noise.
+    pub a: Vec<f64>,
+    /// Robust standard deviation of the innovations.
+    pub sigma: f64,
+    /// Rows.
+    pub rows: usize,
+}
+
+/// Longest memory tried, in samples.
+const LONGEST: usize = 4;
+
+impl Noise {
+    /// Order by Akaike's criterion from no memory up to four samples, coefficients by least squares, scale by the median.
+    pub(crate) fn of(data: &Data, residual: &[f64], outputs: usize) -> Self {
+        let of = (0..outputs)
+            .map(|o| {
+                let runs = runs(data, o);
+                let mut best = (f64::INFINITY, Ar::default());
+                for order in 0..=LONGEST {
+                    if let Some(ar) = Ar::fit(residual, &runs, order) {
+                        let n = ar.rows as f64;
+                        let square: f64 = innovations(&ar.a, residual, &runs)
+                            .iter()
+                            .map(|e| e * e)
+                            .sum();
+                        let aic = n * (square / n).max(1e-300).ln() + 2.0 * order as f64;
+                        if aic < best.0 - 4.0 {
+                            best = (aic, ar);
+                        }
+                    }
+                }
+                best.1
+            })
+            .collect();
+        Self { of }
+    }
+
+    /// Rows turned into innovations in standard deviations; 0 where there is no past.
+    pub(crate) fn whiten(&self, data: &Data, values: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; values.len()];
+        for (o, ar) in self.of.iter().enumerate() {
+            if !(ar.sigma > 0.0) {
+                continue;
+            }
+            let p = ar.a.len();
+            for run in runs(data, o) {
+                for i in run.start + p..run.end {
+                    let past: f64 = (0..p).map(|k| ar.a[k] * values[i - 1 - k]).sum();
+                    out[i] = (values[i] - past) / ar.sigma;
+                }
+            }
+        }
+        out
+    }
+}
+
+/// Rows of an output without a gap.
+pub(crate) fn runs(data: &Data, output: usize) -> Vec<std::ops::Range<usize>> {
+    let mut all: Vec<std::ops::Range<usize>> = Vec::new();
+    for (i, row) in data
+        .rows
+        .iter()
+        .enumerate()
+        .filter(|(_, r)| r.output == output)
+    {
+        match all.last_mut() {
+            Some(last)
+                if last.end == i
+                    && data.rows[i - 1].window == row.window
+                    && data.rows[i - 1].sample + 1 == row.sample =>
+            {
+                last.end = i + 1;
+            }
+            _ => all.push(i..i + 1),
+        }
+    }
+    all
+}
+
+fn innovations(a: &[f64], r: &[f64], runs: &[std::ops::Range<usize>]) -> Vec<f64> {
+    let p = a.len();
+    let mut all = Vec::new();
+    for run in runs {
+        // The same rows for every order, so that orders can be compared.
+        for i in run.start + LONGEST..run.end {
+            all.push(r[i] - (0..p).map(|k| a[k] * r[i - 1 - k]).sum::<f64>());
+        }
+    }
+    all
+}
+
+impl Ar {
+    fn fit(r: &[f64], runs: &[std::ops::Range<usize>], order: usize) -> Option<Self> {
+        let mut normal = DMatrix::zeros(order, order);
+        let mut right = DVector::zeros(order);
+        for run in runs {
+            for i in run.start + LONGEST..run.end {
+                for k in 0..order {
+                    right[k] += r[i] * r[i - 1 - k];
+                    for l in 0..order {
+                        normal[(k, l)] += r[i - 1 - k] * r[i - 1 - l];
+                    }
+                }
+            }
+        }
+        let a = if order == 0 {
+            Vec::new()
+        } else {
+            normal.cholesky()?.solve(&right).as_slice().to_vec()
+        };
+        let innovations = innovations(&a, r, runs);
+        if innovations.len() < 2 * LONGEST {
+            return None;
+        }
+        Some(Self {
+            sigma: robust(&innovations),
+            rows: innovations.len(),
+            a,
+        })
+    }
+
+    /// Samples over which the residual remembers itself, from the AR's own correlation; at most 200.
+    pub(crate) fn memory(&self) -> usize {
+        let mut past = vec![0.0; self.a.len().max(1)];
+        past[0] = 1.0;
+        let mut last = 1;
+        for k in 1..200 {
+            let next: f64 = self.a.iter().zip(&past).map(|(a, p)| a * p).sum();
+            past.rotate_right(1);
+            past[0] = next;
+            if next.abs() > 0.2 {
+                last = k + 1;
+            }
+        }
+        last
+    }
+}
+
+/// 1.4826 times the median size; the root mean square where more than half are nought.
+pub(crate) fn robust(values: &[f64]) -> f64 {
+    let mut sizes: Vec<f64> = values.iter().map(|v| v.abs()).collect();
+    sizes.sort_by(f64::total_cmp);
+    let median = 1.4826 * sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
+    if median > 0.0 {
+        median
+    } else {
+        (values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64).sqrt()
+    }
+}
+
+/// Ljung and Box's portmanteau statistic over `lags` lags, and its normal deviate under white noise
+/// (Wilson and Hilferty's root of the chi-square).
+pub(crate) fn portmanteau(values: &[f64], lags: usize) -> (f64, f64) {
+    let n = values.len() as f64;
+    let square: f64 = values.iter().map(|v| v * v).sum();
+    if !(square > 0.0) || values.len() <= lags + 1 {
+        return (0.0, 0.0);
+    }
+    let q: f64 = (1..=lags)
+        .map(|k| {
+            let r = values.windows(k + 1).map(|w| w[0] * w[k]).sum::<f64>() / square;
+            r * r / (n - k as f64)
+        })
+        .sum::<f64>()
+        * n
+        * (n + 2.0);
+    let d = lags as f64;
+    let deviate = ((q / d).cbrt() - (1.0 - 2.0 / (9.0 * d))) / (2.0 / (9.0 * d)).sqrt();
+    (q, deviate)
+}
+
+/// Probability that a standard normal number exceeds `z` (Abramowitz and Stegun 26.2.17).
+pub(crate) fn upper_tail(z: f64) -> f64 {
+    let t = 1.0 / (1.0 + 0.231_641_9 * z.abs());
+    let polynomial = t
+        * (0.319_381_530
+            + t * (-0.356_563_782
+                + t * (1.781_477_937 + t * (-1.821_255_978 + t * 1.330_274_429))));
+    let tail = polynomial * (-0.5 * z * z).exp() / (2.0 * std::f64::consts::PI).sqrt();
+    if z < 0.0 { 1.0 - tail } else { tail }
+}
+
+/// Lags of the portmanteau test.
+pub(crate) fn lags(rows: usize) -> usize {
+    20.min(rows / 5)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tails_are_those_of_the_table() {
+        assert!((upper_tail(1.959_964) - 0.025).abs() < 1e-6);
+        assert!((upper_tail(-1.0) - 0.841_345).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_remembering_residual_is_not_white_and_its_memory_is_seen() {
+        let mut x = 0.0;
+        let r: Vec<f64> = (0..400_u32)
+            .map(|i| {
+                x = 0.9 * x + f64::from(i * i % 101) / 50.0 - 1.0;
+                x
+            })
+            .collect();
+        assert!(portmanteau(&r, 20).1 > 5.0);
+        let ar = Ar {
+            a: vec![0.9],
+            sigma: 1.0,
+            rows: 400,
+        };
+        // 0.9^15 = 0.206
+        assert_eq!(ar.memory(), 16);
+    }
+}

@@ -1,0 +1,244 @@
+//! Every effect of the catalogue as a direction off the tangent of the re-fitted base.
+
+use crate::baseline::Baseline;
+use crate::blocks::Blocks;
+use crate::context::{Context, Values, path};
+use crate::parallel;
+use crate::stack::Runner;
+use crate::tangent::dot;
+use dgd_assembly::{EffectParameter, Hypothesis};
+
+/// An effect at one strength and shape.
+#[derive(Debug, Clone)]
+pub(crate) struct Point {
+    /// Parameters from which a fit would start.
+    pub values: Vec<f64>,
+    /// Share of the residual's square that goes, linearly, strength within its bounds.
+    pub gain: f64,
+    /// Square of the whitened score: chi-square of 1 if nothing is left out.
+    pub score: f64,
+    /// Change of the readings off the tangent, scaled.
+    pub direction: Vec<f64>,
+}
+
+/// How an effect fared.
+#[derive(Debug, Clone)]
+pub(crate) struct Screened {
+    /// Number of the hypothesis.
+    pub number: usize,
+    /// The best by gain, then by score; at most three.
+    pub points: Vec<Point>,
+    /// Greatest share of a change that a re-fit cannot make.
+    pub kept: f64,
+    /// Smallest strength, as distance from neutral, that would show at five standard deviations.
+    pub limit: f64,
+    /// Whether anything moved at any strength.
+    pub moves: bool,
+    /// Greatest whitened score.
+    pub score: f64,
+    /// Greatest linear gain.
+    pub gain: f64,
+    /// For the gate: by grid point, block sums of direction times residual, whitened and plain.
+    pub sums: Vec<(Vec<f64>, Vec<f64>)>,
+}
+
+impl Screened {
+    /// Whether a re-fit of the base takes up nearly all that it does.
+    pub(crate) fn absorbed(&self) -> bool {
+        self.moves && self.kept < 1e-4
+    }
+
+    /// Whether it is worth a fit.
+    pub(crate) fn usable(&self) -> bool {
+        self.moves && self.kept >= 1e-4 && !self.points.is_empty()
+    }
+}
+
+/// Most strengths and shapes of one effect.
+const MOST: usize = 48;
+
+/// Strengths and shapes at which an effect is looked at.
+pub(crate) fn grid(h: &Hypothesis) -> Vec<Vec<f64>> {
+    let Some(first) = h.parameters.first() else {
+        return Vec::new();
+    };
+    let mut grid: Vec<Vec<f64>> = strengths(first).into_iter().map(|s| vec![s]).collect();
+    let per = match h.parameters.len() {
+        0..=2 => 4,
+        _ => 3,
+    };
+    for p in &h.parameters[1..] {
+        let shapes = shapes(p, per);
+        grid = grid
+            .iter()
+            .flat_map(|g| {
+                shapes.iter().map(move |s| {
+                    let mut v = g.clone();
+                    v.push(*s);
+                    v
+                })
+            })
+            .collect();
+    }
+    let stride = grid.len().div_ceil(MOST).max(1);
+    grid.into_iter().step_by(stride).collect()
+}
+
+fn strengths(p: &EffectParameter) -> Vec<f64> {
+    if !p.neutral.is_finite() {
+        return (0..11)
+            .map(|k| p.low + (p.high - p.low) * (f64::from(k) + 0.5) / 11.0)
+            .collect();
+    }
+    let away = p.usual - p.neutral;
+    let away = if away == 0.0 {
+        0.1 * (p.high - p.low)
+    } else {
+        away
+    };
+    let mut all = Vec::new();
+    for factor in [1.0, 4.0, -1.0, -4.0] {
+        let s = (p.neutral + factor * away).clamp(p.low, p.high);
+        let known = all
+            .iter()
+            .any(|a: &f64| (a - s).abs() < 1e-9 * (p.high - p.low));
+        if !known && (s - p.neutral).abs() > 1e-6 * (p.high - p.low) {
+            all.push(s);
+        }
+    }
+    all
+}
+
+fn shapes(p: &EffectParameter, n: i32) -> Vec<f64> {
+    let share = |k: i32| (f64::from(k) + 0.5) / f64::from(n);
+    if p.low > 0.0 && p.high / p.low > 20.0 {
+        return (0..n)
+            .map(|k| p.low * (p.high / p.low).powf(share(k)))
+            .collect();
+    }
+    (0..n)
+        .map(|k| p.low + (p.high - p.low) * share(k))
+        .collect()
+}
+
+/// Screens all hypotheses, beside `members` that are in the base already.
+pub(crate) fn screen(
+    context: &Context<'_>,
+    base: &Baseline,
+    blocks: &Blocks,
+    numbers: &[usize],
+) -> Vec<Screened> {
+    parallel::map(numbers, context.threads, |&number| {
+        one(context, base, blocks, number)
+    })
+}
+
+fn one(context: &Context<'_>, base: &Baseline, blocks: &Blocks, number: usize) -> Screened {
+    let mut screened = Screened {
+        number,
+        points: Vec::new(),
+        kept: 0.0,
+        limit: f64::INFINITY,
+        moves: false,
+        score: 0.0,
+        gain: 0.0,
+        sums: Vec::new(),
+    };
+    let h = &context.hypotheses[number];
+    let mut members = base.members.clone();
+    members.push(number);
+    let Some(built) = context.build(&members) else {
+        return screened;
+    };
+    let Ok(mut runner) = Runner::new(&built, context.data, &context.simulation) else {
+        return screened;
+    };
+    let total = dot(&base.off, &base.off).max(1e-300);
+    let mut by_score: Option<Point> = None;
+    let mut by_gain: Vec<Point> = Vec::new();
+    for values in grid(h) {
+        let mut all: Values = base.values.clone();
+        all.extend(
+            h.parameters
+                .iter()
+                .zip(&values)
+                .map(|(p, v)| (path(h, p), *v)),
+        );
+        let (_, theta, _) = Context::start(&built, &all);
+        let Some(simulated) = runner.run(&theta) else {
+            continue;
+        };
+        let there = context.residual(simulated);
+        let change: Vec<f64> = there
+            .iter()
+            .zip(&base.residual)
+            .map(|(a, b)| a - b)
+            .collect();
+        let size = dot(&change, &change);
+        let white_change = base.noise.whiten(context.data, &change);
+        // A thousandth of the noise in all is nothing.
+        if !(size > 0.0) || dot(&white_change, &white_change) < 1e-6 {
+            continue;
+        }
+        screened.moves = true;
+        let off = base.tangent.off(&change);
+        let square = dot(&off, &off);
+        screened.kept = screened.kept.max(square / size);
+        let white = base.white_tangent.off(&white_change);
+        let white_square = dot(&white, &white);
+        if square < 1e-6 * size || !(white_square > 0.0) {
+            continue;
+        }
+        let first = &h.parameters[0];
+        let strength = values[0];
+        // The residual is simulated less measured: the effect must take it away.
+        let slope = -dot(&off, &base.off);
+        let (low, high) = if first.neutral.is_finite() {
+            let away = strength - first.neutral;
+            let a = (first.low - first.neutral) / away;
+            let b = (first.high - first.neutral) / away;
+            (a.min(b), a.max(b))
+        } else {
+            (0.3, 2.0)
+        };
+        let times = (slope / square).clamp(low, high);
+        let gain = (2.0 * times * slope - times * times * square) / total;
+        let score = dot(&white, &base.white_off).powi(2) / white_square;
+        if first.neutral.is_finite() {
+            let limit = 5.0 * (strength - first.neutral).abs() / white_square.sqrt();
+            screened.limit = screened.limit.min(limit);
+        }
+        screened.sums.push((
+            blocks.fine(&white, &base.white_off, 1.0 / white_square.sqrt()),
+            blocks.coarse(&off, &base.off, 1.0 / square.sqrt()),
+        ));
+        screened.score = screened.score.max(score);
+        screened.gain = screened.gain.max(gain);
+        let mut start = values.clone();
+        if first.neutral.is_finite() {
+            start[0] = first.neutral + times * (strength - first.neutral);
+            if start[0] == first.neutral {
+                start[0] = first.neutral + 0.1 * (strength - first.neutral);
+            }
+        }
+        let point = Point {
+            values: start,
+            gain,
+            score,
+            direction: off,
+        };
+        if by_score.as_ref().is_none_or(|b| point.score > b.score) {
+            by_score = Some(point.clone());
+        }
+        by_gain.push(point);
+        by_gain.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        by_gain.truncate(2);
+    }
+    screened.points = by_gain;
+    if let Some(point) = by_score
+        && screened.points.iter().all(|p| p.values != point.values)
+    {
+        screened.points.push(point);
+    }
+    screened
+}

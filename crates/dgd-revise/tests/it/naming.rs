@@ -1,0 +1,194 @@
+//! What was put into a bench comes out by name.
+
+use crate::benches::{Tanks, names, pump_loop, told, two_tanks, well};
+use dgd_revise::{Outcome, Verdict};
+
+const OVERFLOW: Tanks = Tanks {
+    caught: 0.4,
+    brim_known: true,
+    siphon: 0.0,
+    sigma: 1e-3,
+    memory: 0.0,
+};
+
+#[test]
+fn overflow_that_falls_into_the_lower_tank_is_named_with_its_share() {
+    let found = two_tanks(OVERFLOW, 400);
+    assert_eq!(found.verdict, Verdict::Explained, "{}", told(&found));
+    assert_eq!(names(&found), ["upper.overflow_caught"], "{}", told(&found));
+    let share = &found.findings[0].parameters[0];
+    assert!((share.value - 0.4).abs() < 0.02, "{}", told(&found));
+    assert!(share.ci95.0 < 0.4 && share.ci95.1 > 0.4, "{}", told(&found));
+    // A brim that was not stated, at the height of the one that was, does the same.
+    assert!(
+        found.findings[0]
+            .alternatives
+            .iter()
+            .any(|a| a.0 == "upper.unseen_brim"),
+        "{}",
+        told(&found)
+    );
+    let level = &found.outputs[0];
+    assert!(
+        level.test.1 < 1.1e-3 && level.test.0 > 5e-3,
+        "{}",
+        told(&found)
+    );
+}
+
+#[test]
+fn an_unstated_brim_is_named_with_its_height() {
+    let found = two_tanks(
+        Tanks {
+            brim_known: false,
+            ..OVERFLOW
+        },
+        400,
+    );
+    assert_eq!(names(&found), ["upper.unseen_brim"], "{}", told(&found));
+    let height = &found.findings[0].parameters[0];
+    assert!((height.value - 0.3).abs() < 0.01, "{}", told(&found));
+}
+
+#[test]
+fn nothing_is_found_on_a_clean_bench() {
+    let found = two_tanks(
+        Tanks {
+            caught: 0.0,
+            ..OVERFLOW
+        },
+        400,
+    );
+    assert_eq!(found.verdict, Verdict::Consistent, "{}", told(&found));
+    assert!(found.findings.is_empty() && found.classes.is_empty());
+    // It says how small an effect it would have seen.
+    let limit = |component: &str, effect: &str| {
+        found
+            .tested
+            .iter()
+            .find(|t| t.component == component && t.effect == effect)
+            .and_then(|t| t.limit)
+    };
+    assert!(
+        limit("upper", "overflow_caught").unwrap() < 0.1,
+        "{:?}",
+        found.tested
+    );
+    assert!(found.tested.iter().all(|t| t.outcome != Outcome::Found));
+}
+
+#[test]
+fn a_siphon_that_no_catalogue_holds_is_unknown_with_its_place() {
+    let found = two_tanks(
+        Tanks {
+            caught: 0.0,
+            siphon: 2e-5,
+            ..OVERFLOW
+        },
+        500,
+    );
+    assert_eq!(found.verdict, Verdict::Unexplained, "{}", told(&found));
+    assert_eq!(names(&found), ["lower.unknown"], "{}", told(&found));
+    let shape = found.findings[0].shape.as_ref().unwrap();
+    assert_eq!(
+        (shape.of.as_str(), shape.along.as_str()),
+        ("lower", "lower.level")
+    );
+    // The outflow is strongest at 0.12 m.
+    let least = (0..shape.knots.len()).min_by(|a, b| shape.values[*a].total_cmp(&shape.values[*b]));
+    assert!(
+        (shape.knots[least.unwrap()] - 0.12).abs() < 0.02,
+        "{shape:?}"
+    );
+}
+
+#[test]
+fn slip_and_clogging_that_hide_each_other_are_named_together() {
+    let found = pump_loop(2e-10, 0.25, 400);
+    let mut names = names(&found);
+    names.sort();
+    assert_eq!(
+        names,
+        ["pump.pump_slip", "valve.clogging"],
+        "{}",
+        told(&found)
+    );
+    // Each alone leaves more than half of the error; together next to nothing.
+    let of = |n: usize| {
+        found
+            .contenders
+            .iter()
+            .filter(move |c| c.members.len() == n)
+    };
+    assert!(of(1).all(|c| c.left_out > 0.5), "{}", told(&found));
+    assert!(of(2).any(|c| c.left_out < 0.05), "{}", told(&found));
+    let held =
+        |c: &&dgd_revise::Check| c.name.starts_with("placebo") || c.name.contains("test part");
+    assert_eq!(
+        found
+            .checks
+            .iter()
+            .filter(held)
+            .filter(|c| c.passed)
+            .count(),
+        4,
+        "{}",
+        told(&found)
+    );
+}
+
+#[test]
+fn a_loss_left_out_of_a_relation_is_named_and_holds_where_it_was_not_fitted() {
+    let found = well(6e4, 6e4, 0.0, 300);
+    assert_eq!(found.verdict, Verdict::Explained, "{}", told(&found));
+    // String and bit are in series: the same loss in either cannot be told apart.
+    let class = &found.classes[0];
+    for name in ["string.line_laminar", "bit.laminar_resistance"] {
+        assert!(
+            class.members.iter().any(|m| *m == [name]),
+            "{}",
+            told(&found)
+        );
+    }
+    assert_eq!(found.sections.len(), 1, "{}", told(&found));
+}
+
+#[test]
+fn a_cause_that_changes_along_the_depth_is_given_in_sections() {
+    let found = well(3e4, 9e4, 800.0, 300);
+    assert!(found.sections.len() > 1, "{}", told(&found));
+    assert!(
+        found
+            .sections
+            .iter()
+            .any(|s| (s.from - 800.0).abs() < 100.0),
+        "{}",
+        told(&found)
+    );
+}
+
+#[test]
+fn what_does_not_hold_on_the_test_part_is_withdrawn() {
+    let found = well(6e4, -6e4, 1500.0, 300);
+    assert_eq!(found.verdict, Verdict::Unexplained, "{}", told(&found));
+    let stands = found
+        .checks
+        .iter()
+        .find(|c| c.name == "stands on the test part")
+        .unwrap();
+    assert!(!stands.passed, "{}", told(&found));
+    assert_eq!(found.after.theta, found.before.theta);
+}
+
+#[test]
+fn noise_that_remembers_itself_is_no_finding() {
+    let found = two_tanks(
+        Tanks {
+            caught: 0.0,
+            memory: 0.95,
+            ..OVERFLOW
+        },
+        400,
+    );
+    assert_eq!(found.verdict, Verdict::Consistent, "{}", told(&found));
+}
