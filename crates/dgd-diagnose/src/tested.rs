@@ -63,9 +63,7 @@ pub(crate) fn tested(
             let about = effect.about();
             let first = selection.first.iter().find(|f| f.0 == about.id);
             let missing = missing(record, swell, about.search.needs);
-            let found = findings
-                .iter()
-                .any(|f| f.effect == about.id && f.probability >= 0.5);
+            let found = findings.iter().any(|f| f.effect == about.id);
             let outcome = if found {
                 Outcome::Found
             } else if let Some(why) = missing {

@@ -37,7 +37,7 @@ static ABOUT: About = About {
             hurdle: 90.0,
             scale: 20.0,
         },
-        form_error: 1.0,
+        form_error: 0.4,
         ..Search::BASE
     },
 };
