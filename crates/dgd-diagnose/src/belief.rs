@@ -10,14 +10,23 @@ use tracing::debug;
 /// proof's seeds are others.
 const CALIBRATION: [f64; 4] = [-0.9, 0.55, 0.5, -2.5];
 
+/// E-folds of evidence over its hurdle from which a finding is clear.
+const CLEAR: f64 = 3.0;
+
 /// Brings the probabilities of findings to the share of such findings that are right.
 pub(crate) fn calibrate(named: &mut [Named]) {
     let [constant, margin, share, crowd] = CALIBRATION;
-    let crowded = if named.len() > 2 { crowd } else { 0.0 };
+    let crowded = named.len() > 2;
     for one in named.iter_mut().filter(|n| n.correction.is_none()) {
         let raw = one.probability.clamp(0.01, 0.99);
         let over = (one.evidence / one.hurdle.max(1.0)).max(1.0).ln();
-        let own = logistic(constant + margin * over + share * (raw / (1.0 - raw)).ln() + crowded);
+        // What stands far above its hurdle stands in any company.
+        let doubt = if crowded {
+            crowd * (1.0 - over / CLEAR).max(0.0)
+        } else {
+            0.0
+        };
+        let own = logistic(constant + margin * over + share * (raw / (1.0 - raw)).ln() + doubt);
         debug!(
             "{} share {raw:.3}, e-folds over its hurdle {over:.2}: {own:.3}",
             one.applied.effect.about().id
@@ -80,13 +89,16 @@ mod tests {
     }
 
     #[test]
-    fn of_three_findings_none_is_sure() {
-        let mut three = [(); 3].map(|()| named(500.0, 0.99, 0.0));
-        let mut one = [named(500.0, 0.99, 0.0)];
+    fn of_three_findings_near_their_hurdles_none_is_sure() {
+        let mut three = [(); 3].map(|()| named(20.0, 0.99, 0.0));
+        let mut one = [named(20.0, 0.99, 0.0)];
         calibrate(&mut three);
         calibrate(&mut one);
-        assert!(one[0].probability > 0.9);
-        assert!(three.iter().all(|n| n.probability < 0.9));
+        assert!(
+            three
+                .iter()
+                .all(|n| n.probability < 0.8 * one[0].probability)
+        );
     }
 
     #[test]

@@ -65,17 +65,24 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
                 best = apart;
             }
         }
-        if evidence > 0.5 * about.search.belief.hurdle
-            && let Some(sustained) = sustained(record, state, &best)
-        {
-            evidence = evidence.min(sustained);
-        }
         out.push(Contender {
             effect: *effect,
             best,
             evidence,
             formed: evidence,
         });
+    }
+    out.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+    let most = out.first().map_or(0.0, |c| c.evidence);
+    for c in &mut out {
+        // What the leader dwarfs is looked at again in the next round, beside it.
+        let hurdle = c.effect.about().search.belief.hurdle;
+        if c.evidence > (0.5 * hurdle).max(0.02 * most)
+            && let Some(sustained) = sustained(record, state, &c.best)
+        {
+            c.evidence = c.evidence.min(sustained);
+            c.formed = c.evidence;
+        }
     }
     out.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     let most = out.first().map_or(0.0, |c| c.evidence);
