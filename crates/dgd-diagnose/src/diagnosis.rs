@@ -223,7 +223,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             start: Vec::new(),
-            most_effects: 4,
+            most_effects: 3,
         }
     }
 }

@@ -352,7 +352,12 @@ impl Whitening {
         let l = self.layout;
         let n = l.blocks;
         let mut out = vec![0.0; l.len()];
-        for b in 0..n {
+        // Most columns and effects live in one relation; what is 0 stays 0.
+        let moves = l
+            .sections()
+            .map(|rows| stacked[rows].iter().any(|v| *v != 0.0));
+        let live = [moves[0], moves[0] || moves[1], moves[2], moves[3]];
+        for b in 0..if live[0] { n } else { 0 } {
             if !self.valid[b] {
                 continue;
             }
@@ -370,7 +375,7 @@ impl Whitening {
                     0.0
                 }
         };
-        for b in 0..n {
+        for b in 0..if live[1] { n } else { 0 } {
             if self.valid[n + b] {
                 let mut v = own(b);
                 for (back, weight) in self.memory_of(1, b) {
@@ -383,7 +388,7 @@ impl Whitening {
             (2, l.difference_at(), l.difference),
             (3, l.mass_at(), l.mass),
         ] {
-            for i in 0..len {
+            for i in 0..if live[k] { len } else { 0 } {
                 if self.valid[from + i] {
                     let mut v = stacked[from + i];
                     for (back, weight) in self.memory_of(k, i) {
@@ -393,14 +398,12 @@ impl Whitening {
                 }
             }
         }
-        for (from, to) in [
-            (0, n),
-            (n, 2 * n),
-            (l.difference_at(), l.mass_at()),
-            (l.mass_at(), l.len()),
-        ] {
+        for (rows, live) in l.sections().into_iter().zip(live) {
+            if !live {
+                continue;
+            }
             let mut wander = [0.0; 2];
-            for row in from..to {
+            for row in rows {
                 if self.scale[row] <= 0.0 {
                     out[row] = 0.0;
                     continue;
