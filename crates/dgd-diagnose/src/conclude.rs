@@ -10,7 +10,7 @@ use crate::held_out::{held_out, model, trained};
 use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::{Applied, Blocks, Rows};
 use crate::scan::allowances_with;
-use crate::select::select;
+use crate::select::{Named, select};
 use crate::tangent::{Bend, Tangent};
 use crate::tested::{placebo, tested};
 use crate::traces::traces;
@@ -64,9 +64,7 @@ pub fn diagnose(
     .ok_or_else(short)?;
     calibrate(&mut selection.named);
     // What is more likely not there is weighed under what was tested, and neither claimed nor modelled.
-    selection
-        .named
-        .retain(|n| with_alternatives(n.probability, &n.alternatives) >= 0.5);
+    selection.named.retain(|n| likely(n) >= 0.5);
     progress(Stage::Fitting);
     let span = record.setting.span_s;
     let intervals: Vec<(f64, f64)> = selection
@@ -167,24 +165,15 @@ pub fn diagnose(
     checks.extend(placebo(&record, &selection));
     findings.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     let tested = tested(&record, &selection, &findings, swell);
-    let strong: Vec<&Finding> = findings
-        .iter()
-        .filter(|f| with_alternatives(f.probability, &f.alternatives) >= 0.5)
-        .collect();
-    let verdict = if strong.is_empty() {
+    let unknown = |f: &Finding| f.effect == "unknown";
+    let verdict = if findings.is_empty() {
         Verdict::Consistent
-    } else if strong.iter().all(|f| f.effect == "unknown") {
+    } else if findings.iter().all(unknown) {
         Verdict::Unexplained
-    } else if strong.iter().any(|f| f.effect == "unknown") {
+    } else if findings.iter().any(unknown) {
         Verdict::PartlyExplained
     } else {
         Verdict::Explained
-    };
-    // `consistent` goes with no findings; what was weighed and not believed stands under what was tested.
-    let findings = if verdict == Verdict::Consistent {
-        Vec::new()
-    } else {
-        findings
     };
     let traces = traces(&record, &before_fit, &full);
     let settings = vec![
@@ -232,8 +221,8 @@ pub fn diagnose(
 }
 
 /// How likely it is that there is anything: the cause named, or one that cannot be told from it.
-fn with_alternatives(probability: f64, alternatives: &[(String, f64)]) -> f64 {
-    probability + alternatives.iter().map(|a| a.1).sum::<f64>()
+fn likely(one: &Named) -> f64 {
+    one.probability + one.alternatives.iter().map(|a| a.1).sum::<f64>()
 }
 
 /// Blocks in which both the line and the pump can be judged.

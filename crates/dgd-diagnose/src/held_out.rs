@@ -8,7 +8,7 @@ use crate::relations::Applied;
 use crate::scan::{joined, scan};
 use crate::select::Selection;
 use crate::tangent::{Bend, Tangent};
-use crate::timing::allowed_beside;
+use crate::timing::{allowed_beside, is_late_meter};
 use dgd_effects::{AppliedEffect, AugmentedModel};
 
 /// Length of a held-out window, s, at the least; a diagnosis promises 1200.
@@ -65,7 +65,8 @@ pub(crate) fn trained(
     let mut state = allowed_beside(record, start, &mut timed, excluded)?;
     for (named, mut chosen) in selection.named.iter().zip(timed) {
         match named.correction {
-            None if named.applied.effect.about().search.timing.is_some() => {}
+            // Timed beside the pump's lag a moment ago.
+            None if is_late_meter(named.applied.effect.about()) => {}
             None => {
                 if let Some(tangent) = Tangent::at(record, &state, excluded, Bend::Free) {
                     let pull = tangent

@@ -8,7 +8,8 @@ use crate::relations::Applied;
 use crate::scan::joined;
 use crate::select::{Named, Selection};
 use crate::tangent::{Bend, Tangent, dot};
-use dgd_effects::{About, Effect, QUANTITIES, RELATIONS, Timing, catalogue};
+use crate::timing::is_late_meter;
+use dgd_effects::{Effect, QUANTITIES, RELATIONS, Timing, catalogue};
 use tracing::debug;
 
 /// Evidence that a first, second, third effect must show beyond its hurdle: causes seldom come together.
@@ -109,7 +110,7 @@ impl<'a> Round<'a> {
         {
             return Ruling::Unnamed(self.unnamed(r));
         }
-        if late_meter(about)
+        if is_late_meter(about)
             && let Some(pair) = self.pair(best.best.evidence, 0.9 * real)
         {
             return Ruling::Named(pair);
@@ -159,7 +160,7 @@ impl<'a> Round<'a> {
         let timed = self
             .state
             .iter()
-            .any(|a| !a.allowance && late_meter(a.effect.about()));
+            .any(|a| !a.allowance && is_late_meter(a.effect.about()));
         self.contenders
             .iter()
             .filter(|c| {
@@ -167,7 +168,7 @@ impl<'a> Round<'a> {
                 let one = solved(&c.best);
                 c.evidence > self.hurdle(c)
                     && !at_bound(&one)
-                    && !(timed && late_meter(about))
+                    && !(timed && is_late_meter(about))
                     && material(&one)
                     && stands(self.record, &one)
             })
@@ -285,11 +286,6 @@ fn form_broken(c: &Contender) -> f64 {
         return f64::NEG_INFINITY;
     }
     ((c.formed - c.evidence - 3.0 - 0.5 * error * c.evidence) / 4.0).min(50.0)
-}
-
-/// Whether an effect makes the return flow's meter late.
-fn late_meter(about: &About) -> bool {
-    matches!(about.search.timing, Some(Timing::Meter { .. }))
 }
 
 /// Evidence that an effect's want of form leaves over where it acts, over the root of the effect's own.

@@ -5,7 +5,7 @@ use crate::refine::nearest_time;
 use crate::relations::Applied;
 use crate::scan::allowances_with;
 use crate::tangent::{Bend, Tangent, dot};
-use dgd_effects::{Effect, Timing, catalogue};
+use dgd_effects::{About, Effect, Timing, catalogue};
 
 /// Misfit that an allowance of the pump must save.
 const EARNED: f64 = 3.0;
@@ -20,7 +20,7 @@ pub(crate) fn allowed_beside(
     named: &mut [Applied],
     excluded: &[bool],
 ) -> Option<Vec<Applied>> {
-    let late = |a: &Applied| matches!(a.effect.about().search.timing, Some(Timing::Meter { .. }));
+    let late = |a: &Applied| is_late_meter(a.effect.about());
     let meter = named.iter().filter(|a| late(a)).count();
     let mut fixed = start.to_vec();
     let mut settled = None;
@@ -36,6 +36,11 @@ pub(crate) fn allowed_beside(
     let mut out = fixed[..held].to_vec();
     out.extend(state.into_iter().skip(fixed.len()));
     Some(out)
+}
+
+/// Whether an effect makes the return flow's meter late.
+pub(crate) fn is_late_meter(about: &About) -> bool {
+    matches!(about.search.timing, Some(Timing::Meter { .. }))
 }
 
 /// The time of the late meter `named[k]` and the pump's lag beside it, if one earns its place.

@@ -1,9 +1,10 @@
 //! The boundary follows its channel late.
 
-use crate::effect::{About, Drive, Effect, Now, ParameterAbout, Place, Size};
+use super::input_lag::InputLag;
+use crate::effect::{About, ParameterAbout, Size};
 use crate::spec::Kind;
 
-pub(crate) struct This;
+pub(crate) static THIS: InputLag = InputLag(&ABOUT);
 
 static ABOUT: About = About {
     id: "boundary_lag",
@@ -26,30 +27,3 @@ static ABOUT: About = About {
         usual: 1.0,
     }],
 };
-
-impl Effect for This {
-    fn about(&self) -> &'static About {
-        &ABOUT
-    }
-
-    fn fits(&self, place: &Place<'_>) -> bool {
-        place.driven && place.in_time
-    }
-
-    fn states(&self) -> usize {
-        1
-    }
-
-    fn start(&self, _: &Now<'_>, drive: &Drive, x: &mut [f64]) {
-        x[0] = drive.input;
-    }
-
-    fn rates(&self, now: &Now<'_>, drive: &Drive, rate: &mut [f64]) {
-        rate[0] = super::lag(now.p[0], now.x[0], drive.input, now.scale.time_s);
-    }
-
-    fn input(&self, now: &Now<'_>, value: f64) -> f64 {
-        let state = now.x.first().copied().unwrap_or(value);
-        super::lagged(now.p[0], state, value, now.scale.time_s)
-    }
-}

@@ -1,9 +1,10 @@
 //! Gas in the line stores fluid: what leaves lags what enters.
 
-use crate::effect::{About, Drive, Effect, Now, ParameterAbout, Place, Size};
+use super::outlet_lag::OutletLag;
+use crate::effect::{About, ParameterAbout, Size};
 use crate::spec::Kind;
 
-pub(crate) struct This;
+pub(crate) static THIS: OutletLag = OutletLag(&ABOUT);
 
 static ABOUT: About = About {
     id: "gas_pocket",
@@ -29,30 +30,3 @@ static ABOUT: About = About {
         usual: 1.0,
     }],
 };
-
-impl Effect for This {
-    fn about(&self) -> &'static About {
-        &ABOUT
-    }
-
-    fn fits(&self, place: &Place<'_>) -> bool {
-        place.in_time && place.outlet_stores
-    }
-
-    fn states(&self) -> usize {
-        1
-    }
-
-    fn start(&self, _: &Now<'_>, drive: &Drive, x: &mut [f64]) {
-        x[0] = drive.flow_m3_s;
-    }
-
-    fn rates(&self, now: &Now<'_>, drive: &Drive, rate: &mut [f64]) {
-        rate[0] = super::lag(now.p[0], now.x[0], drive.flow_m3_s, now.scale.time_s);
-    }
-
-    fn outlet(&self, now: &Now<'_>, q: f64, _: f64) -> f64 {
-        let state = now.x.first().copied().unwrap_or(q);
-        super::lagged(now.p[0], state, q, now.scale.time_s)
-    }
-}

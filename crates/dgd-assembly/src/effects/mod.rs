@@ -31,6 +31,7 @@ mod inflow_gain;
 mod inflow_lag;
 mod inflow_offset;
 mod inflow_step;
+mod input_lag;
 mod internal_leakage;
 mod laminar_resistance;
 mod line_exponent;
@@ -43,6 +44,7 @@ mod low_flow_cutoff;
 mod opening_characteristic;
 mod opening_lag;
 mod opening_leak;
+mod outlet_lag;
 mod outlet_offset;
 mod overflow_caught;
 mod pressure_drift;
@@ -104,7 +106,7 @@ static ALL: &[&dyn Effect] = &[
     &tail_head::This,
     &reynolds_coefficient::This,
     &opening_characteristic::This,
-    &opening_lag::This,
+    &opening_lag::THIS,
     &opening_leak::This,
     &choking::This,
     // Lines.
@@ -113,7 +115,7 @@ static ALL: &[&dyn Effect] = &[
     &line_laminar::This,
     &line_exponent::This,
     &static_head_error::This,
-    &gas_pocket::This,
+    &gas_pocket::THIS,
     &line_yield::This,
     &eccentricity::This,
     &friction_drift::This,
@@ -126,7 +128,7 @@ static ALL: &[&dyn Effect] = &[
     &pump_wear::This,
     &gas_head_loss::This,
     &viscosity_derating::This,
-    &speed_lag::This,
+    &speed_lag::THIS,
     &cavitation::This,
     &speed_offset::This,
     &speed_drift::This,
@@ -135,12 +137,12 @@ static ALL: &[&dyn Effect] = &[
     &pump_turbulent_slip::This,
     &pump_dead_band::This,
     &pump_saturation::This,
-    &pump_lag::This,
+    &pump_lag::THIS,
     &pump_nonlinear_gain::This,
     &pump_offset::This,
     &stroke_ripple::This,
     &pump_drift::This,
-    &hose_storage::This,
+    &hose_storage::THIS,
     // Boundaries.
     &pressure_offset::This,
     &pressure_drift::This,
@@ -150,7 +152,7 @@ static ALL: &[&dyn Effect] = &[
     &inflow_offset::This,
     &inflow_step::This,
     &inflow_drift::This,
-    &boundary_lag::This,
+    &boundary_lag::THIS,
     // Instruments.
     &reading_gain::This,
     &reading_offset::This,

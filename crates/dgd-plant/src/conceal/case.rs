@@ -108,7 +108,7 @@ pub fn conceal(order: &Order, index: usize) -> Case {
         .iter()
         .any(|h| h.effect == "outlet_pressure_bias_step")
     {
-        absent[6..8].fill(false);
+        absent[OUTLETS].fill(false);
     }
     Case {
         id: format!("c{index:03}"),
@@ -180,6 +180,9 @@ fn hide(order: &Order, kind: Kind, turn: usize, rig: &Rig, noise: &mut Noise) ->
     }
     hidden
 }
+
+/// Channels of the two outlet transmitters.
+const OUTLETS: std::ops::Range<usize> = 6..8;
 
 fn filing(level: Level, noise: &mut Noise) -> (usize, [bool; 10], Dialect, Form) {
     let sampling_s = match level {
