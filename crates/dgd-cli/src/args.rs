@@ -1,6 +1,7 @@
 //! The command line's grammar.
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use dgd_diagnose::Step;
 use std::path::{Path, PathBuf};
 
 /// Hydraulic models of drilling rigs, identified from recordings.
@@ -182,6 +183,7 @@ pub(crate) struct Fit {
   dgd diagnose rig.mat --well well.toml --out again --model diagnosis/model.toml
   dgd diagnose day1.csv day2.csv --well well.toml --out both --json | jq .verdict
   dgd simulate rig.mat --well well.toml --model diagnosis/model.toml --window 9000:12000
+  dgd diagnose rig.mat --well well.toml --out gas --suspect gas_in_pump,line_leak
   dgd diagnose bench.mat --system system.toml --out diagnosis    then simulate --system diagnosis/model.toml
 
 Writes diagnosis.json, simulation.csv (measured beside the model before and after), report.html and model.toml
@@ -196,6 +198,18 @@ pub(crate) struct Diagnose {
     /// Start from the effects of this model; only what is left out of it too is a finding
     #[arg(long, value_name = "FILE", conflicts_with = "system")]
     pub(crate) model: Option<PathBuf>,
+    /// Take these effects for given: fit them, whatever their evidence, and search for nothing else
+    #[arg(
+        long,
+        value_name = "EFFECT",
+        value_delimiter = ',',
+        conflicts_with = "system"
+    )]
+    pub(crate) suspect: Vec<String>,
+    /// Leave steps of the search out, to see what each buys: projection, edges, form, slack, footprints, corrections, busiest,
+    /// two-do, pairs, second-thoughts, calibration
+    #[arg(long, value_name = "STEP", value_delimiter = ',', value_parser = parse_step, conflicts_with = "system")]
+    pub(crate) without: Vec<Step>,
 }
 
 #[derive(Debug, Args)]
@@ -411,6 +425,12 @@ fn parse_pair(text: &str) -> Result<(String, String), String> {
         .split_once('=')
         .ok_or("write a path and its value, such as pump.speed=72 or 'tank.level=1.2 m'")?;
     Ok((key.trim().to_owned(), value.trim().to_owned()))
+}
+
+fn parse_step(text: &str) -> Result<Step, String> {
+    let known = || Step::ALL.iter().map(|s| s.name()).collect::<Vec<_>>();
+    (Step::ALL.into_iter().find(|s| s.name() == text))
+        .ok_or_else(|| format!("the steps are {}", known().join(", ")))
 }
 
 fn parse_range(text: &str) -> Result<(f64, f64), String> {

@@ -10,7 +10,8 @@ use crate::held_out::{held_out, model, trained};
 use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::{Applied, Blocks, Rows};
 use crate::scan::allowances_with;
-use crate::select::{Named, select};
+use crate::select::{Named, Sought, select};
+use crate::step::Step;
 use crate::tangent::{Bend, Tangent};
 use crate::tested::{placebo, tested};
 use crate::traces::traces;
@@ -45,7 +46,7 @@ pub fn diagnose(
     progress: &mut dyn FnMut(Stage),
 ) -> Result<Diagnosis, DiagnoseError> {
     progress(Stage::Baseline);
-    let record = Record::new(well, prepared);
+    let record = Record::new(well, prepared, &options.without);
     let short = || DiagnoseError::TooShort {
         usable: usable(&record),
         needed: LEAST_BLOCKS,
@@ -55,16 +56,31 @@ pub fn diagnose(
         .iter()
         .map(applied)
         .collect::<Result<Vec<_>, _>>()?;
+    for id in &options.suspects {
+        let known = catalogue().iter().any(|e| e.about().id == id);
+        if !known {
+            return Err(DiagnoseError::NotInCatalogue { id: id.clone() });
+        }
+    }
     if record.blocks < LEAST_BLOCKS {
         return Err(short());
     }
-    let mut selection = select(&record, &start, options.most_effects, |round| {
+    let sought = if options.suspects.is_empty() {
+        Sought::Any(options.most_effects)
+    } else {
+        Sought::Given(&options.suspects)
+    };
+    let mut selection = select(&record, &start, sought, |round| {
         progress(Stage::Screening(round))
     })
     .ok_or_else(short)?;
-    calibrate(&mut selection.named);
-    // What is more likely not there is weighed under what was tested, and neither claimed nor modelled.
-    selection.named.retain(|n| likely(n) >= 0.5);
+    if record.takes(Step::Calibration) {
+        calibrate(&mut selection.named);
+    }
+    if let Sought::Any(_) = sought {
+        // What is more likely not there is weighed under what was tested, and neither claimed nor modelled.
+        selection.named.retain(|n| likely(n) >= 0.5);
+    }
     progress(Stage::Fitting);
     let span = record.setting.span_s;
     let intervals: Vec<(f64, f64)> = selection

@@ -3,6 +3,7 @@
 use crate::record::{Record, whole};
 use crate::relations::Applied;
 use crate::scan::{Candidate, ln_mean_exp, on_grid, scan, sharpen, weigh};
+use crate::step::Step;
 use crate::tangent::{Bend, Tangent, dot};
 use dgd_effects::{Effect, Method, Rank, Relation, catalogue, quantile};
 
@@ -77,7 +78,8 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
     for c in &mut out {
         // What the leader dwarfs is looked at again in the next round, beside it.
         let hurdle = c.effect.about().search.belief.hurdle;
-        if c.evidence > (0.5 * hurdle).max(0.02 * most)
+        if record.takes(Step::Edges)
+            && c.evidence > (0.5 * hurdle).max(0.02 * most)
             && let Some(sustained) = sustained(record, state, &c.best)
         {
             c.evidence = c.evidence.min(sustained);
@@ -87,7 +89,7 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
     out.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     let most = out.first().map_or(0.0, |c| c.evidence);
     for c in out.iter_mut().take(LIKELIEST) {
-        if c.evidence > 0.3 * most && most > 0.0 {
+        if record.takes(Step::Form) && c.evidence > 0.3 * most && most > 0.0 {
             // It pays for the places it could have been, as the evidence does.
             let places = (c.best.evidence - c.evidence).max(0.0);
             let formed = gate.formed(record, state, &solved(&c.best)) - places;

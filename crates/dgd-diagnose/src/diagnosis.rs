@@ -1,5 +1,6 @@
 //! What a diagnosis says.
 
+use crate::step::Step;
 use dgd_effects::{AugmentedModel, Relation, Setting};
 
 /// The whole answer.
@@ -128,6 +129,10 @@ pub struct Tested {
     pub evidence: f64,
     /// Name of its strength, with the unit.
     pub strength: &'static str,
+    /// Evidence that it must show to be named first.
+    pub hurdle: f64,
+    /// Standard error that a fit of its strength has on this recording beside the base model (Cramér-Rao), if it has one.
+    pub standard_error: Option<f64>,
     /// The smallest strength that this recording would have shown, if it can show any.
     pub limit: Option<f64>,
 }
@@ -217,6 +222,10 @@ pub struct Options {
     pub start: Vec<dgd_effects::AppliedEffect>,
     /// Most effects that are fitted together.
     pub most_effects: usize,
+    /// Ids of effects that are taken for given: they are fitted and nothing is searched for. Empty for a search.
+    pub suspects: Vec<String>,
+    /// Steps of the chain that are left out; for measuring what each buys.
+    pub without: Vec<Step>,
 }
 
 impl Default for Options {
@@ -224,6 +233,8 @@ impl Default for Options {
         Self {
             start: Vec::new(),
             most_effects: 3,
+            suspects: Vec::new(),
+            without: Vec::new(),
         }
     }
 }
@@ -241,6 +252,15 @@ pub enum DiagnoseError {
         usable: usize,
         /// Blocks needed.
         needed: usize,
+    },
+    /// A suspect is no effect of the catalogue.
+    #[error(
+        "the catalogue holds no effect `{id}`; it holds {}",
+        dgd_effects::catalogue().iter().map(|e| e.about().id).collect::<Vec<_>>().join(", ")
+    )]
+    NotInCatalogue {
+        /// As given.
+        id: String,
     },
     /// The model to start from holds an effect that the catalogue does not.
     #[error(transparent)]

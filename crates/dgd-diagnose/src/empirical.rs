@@ -3,6 +3,7 @@
 use crate::record::{MASS_BLOCKS, Record, tails, whole};
 use crate::relations::Applied;
 use crate::scan::joined;
+use crate::step::Step;
 use crate::tangent::{Tangent, dot};
 use dgd_effects::{Effect, KNOTS, Method, QUANTITIES, RELATIONS, Relation, unknown};
 use nalgebra::{DMatrix, DVector};
@@ -89,8 +90,11 @@ pub(crate) fn corrections(
                         .sum()
                 })
                 .collect();
-            let at_most = busiest(record, tangent, &signature);
-            let evidence = evidence - at_most;
+            let evidence = if record.takes(Step::Busiest) {
+                evidence - busiest(record, tangent, &signature)
+            } else {
+                evidence
+            };
             let mut parameters = vec![relation as f64, quantity as f64, from, to];
             parameters.extend(coefficients.iter().map(|c| c * unit));
             out.push(Correction {

@@ -40,6 +40,7 @@ mod round;
 mod scan;
 mod select;
 mod slack;
+mod step;
 mod tangent;
 mod tested;
 mod timing;
@@ -52,6 +53,7 @@ pub use diagnosis::{
     Check, DiagnoseError, Diagnosis, Finding, HeldOut, Options, Outcome, ParameterEstimate, Signal,
     Simulation, Stage, Tested, Trace, Verdict,
 };
+pub use step::Step;
 
 /// The README's examples are tests.
 #[cfg(doctest)]

@@ -1,5 +1,6 @@
 //! The recording as the engine uses it: one even working clock, gaps bridged for states, masks for evidence.
 
+use crate::step::Step;
 use dgd_effects::{Rank, Setting, quantile};
 use dgd_identify::Prepared;
 use dgd_recording::Well;
@@ -33,6 +34,8 @@ pub(crate) struct Record {
     pub outlets: Vec<Vec<f64>>,
     /// The same with gaps bridged, for the states of effects.
     pub filled: Filled,
+    /// Steps of the chain that are left out.
+    pub without: Vec<Step>,
     /// Samples in a block.
     pub per_block: usize,
     pub blocks: usize,
@@ -53,7 +56,7 @@ pub(crate) struct Filled {
 
 impl Record {
     /// Brings a screened recording onto the working clock.
-    pub(crate) fn new(well: &Well, prepared: &Prepared) -> Self {
+    pub(crate) fn new(well: &Well, prepared: &Prepared, without: &[Step]) -> Self {
         let recording = &prepared.recording;
         let step = prepared.step_s;
         // Days are searched at half the resolution: their evidence is in numbers.
@@ -100,6 +103,7 @@ impl Record {
         Self {
             setting: Setting::of(well, recording, &prepared.inlet_pressure_pa),
             blocks: t_s.len() / per_block,
+            without: without.to_vec(),
             per_block,
             t_s,
             dt_s,
@@ -112,6 +116,11 @@ impl Record {
             outlets,
             filled,
         }
+    }
+
+    /// Whether a step of the chain is taken.
+    pub(crate) fn takes(&self, step: Step) -> bool {
+        !self.without.contains(&step)
     }
 
     /// Pressure of the full, unmixed return line, Pa absolute.

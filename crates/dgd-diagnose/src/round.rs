@@ -7,6 +7,7 @@ use crate::record::Record;
 use crate::relations::Applied;
 use crate::scan::joined;
 use crate::select::{Named, Selection};
+use crate::step::Step;
 use crate::tangent::{Bend, Tangent, dot};
 use crate::timing::is_late_meter;
 use dgd_effects::{Effect, QUANTITIES, RELATIONS, Timing, catalogue};
@@ -34,6 +35,8 @@ pub(crate) struct Round<'a> {
     state: Vec<Applied>,
     gate: Tangent,
     pub contenders: Vec<Contender>,
+    /// How many effects have been named.
+    known: usize,
     footprints: Vec<Footprint>,
     rival: Option<Correction>,
 }
@@ -45,9 +48,10 @@ impl<'a> Round<'a> {
         let gate = Tangent::beside(record, &state, &[], Bend::Lean)?;
         let contenders = contest(record, &gate, &state);
         let loose = Tangent::beside(record, &state, &[], Bend::Loose)?;
-        let rival = corrections(record, &loose, &state)
-            .into_iter()
-            .find(plausible);
+        let rival = record
+            .takes(Step::Corrections)
+            .then(|| corrections(record, &loose, &state))
+            .and_then(|all| all.into_iter().find(plausible));
         for c in contenders.iter().take(9) {
             let about = c.effect.about();
             debug!(
@@ -68,8 +72,13 @@ impl<'a> Round<'a> {
                 hurdle(r)
             );
         }
-        let footprints = Footprint::all(record, &gate, &state, &selection.named);
+        let footprints = if record.takes(Step::Footprints) {
+            Footprint::all(record, &gate, &state, &selection.named)
+        } else {
+            Vec::new()
+        };
         Some(Self {
+            known: selection.named.len(),
             footprints,
             record,
             state,
@@ -101,32 +110,53 @@ impl<'a> Round<'a> {
         {
             return Ruling::Unnamed(self.unnamed(r));
         }
-        let real = logistic((best.evidence - self.hurdle(best)) / about.search.belief.scale + 1.0);
-        let (probability, alternatives) = shared(real, self.others(best, rival));
+        let named = self.named(best, rival);
         // Where the empirical correction is the likelier cause, it stands as the finding.
-        let unknown = alternatives.iter().find(|o| o.0 == "unknown");
+        let unknown = named.alternatives.iter().find(|o| o.0 == "unknown");
         if let (Some(r), Some(unknown)) = (rival, unknown)
-            && unknown.1 > probability
+            && unknown.1 > named.probability
         {
             return Ruling::Unnamed(self.unnamed(r));
         }
         if is_late_meter(about)
-            && let Some(pair) = self.pair(best.best.evidence, 0.9 * real)
+            && self.record.takes(Step::Pairs)
+            && let Some(pair) = self.pair(best.best.evidence, 0.9 * self.real(best))
         {
             return Ruling::Named(pair);
         }
-        Ruling::Named(vec![Named {
+        Ruling::Named(vec![named])
+    }
+
+    /// The one of some effects that explains most, named whatever its evidence; `None` if the recording excites none of them.
+    pub(crate) fn given(&self, ids: &[String]) -> Option<Named> {
+        let given = |c: &&Contender| ids.iter().any(|id| id == c.effect.about().id);
+        Some(self.named(self.contenders.iter().find(given)?, None))
+    }
+
+    /// An effect as a finding, beside the alternatives to it.
+    fn named(&self, best: &Contender, rival: Option<&Correction>) -> Named {
+        let (probability, alternatives) = shared(self.real(best), self.others(best, rival));
+        Named {
             applied: solved(&best.best),
             evidence: best.evidence,
             hurdle: self.hurdle(best),
             probability,
             alternatives,
             correction: None,
-        }])
+        }
+    }
+
+    /// Whether there is anything, by how far the evidence stands above the hurdle.
+    fn real(&self, best: &Contender) -> f64 {
+        let scale = best.effect.about().search.belief.scale;
+        logistic((best.evidence - self.hurdle(best)) / scale + 1.0)
     }
 
     /// Whether the best effect and a second one beside it do what a correction does.
     fn two_do(&self, best: &Contender, rival: f64) -> bool {
+        if !self.record.takes(Step::TwoDo) {
+            return false;
+        }
         let state = joined(&self.state, &solved(&best.best));
         let Some(gate) = Tangent::beside(self.record, &state, &[], Bend::Lean) else {
             return false;
@@ -139,13 +169,13 @@ impl<'a> Round<'a> {
 
     /// What a correction must show beside what has been named: knots fit the want of form of another effect with ease.
     fn unknown_hurdle(&self, r: &Correction) -> f64 {
-        let first = if self.footprints.is_empty() { 1.0 } else { 1.5 };
+        let first = if self.known == 0 { 1.0 } else { 1.5 };
         first * hurdle(r) + 5.0 * self.left_over(&r.signature)
     }
 
     /// What an effect must show beside what has been named.
     fn hurdle(&self, c: &Contender) -> f64 {
-        let further = FURTHER[self.footprints.len().min(FURTHER.len() - 1)];
+        let further = FURTHER[self.known.min(FURTHER.len() - 1)];
         c.effect.about().search.belief.hurdle + further + self.left_over(&c.best.signature)
     }
 

@@ -6,6 +6,7 @@ use crate::refine::refine;
 use crate::relations::Applied;
 use crate::round::{Round, Ruling};
 use crate::scan::{allowances_with, joined, on_grid, weigh};
+use crate::step::Step;
 use crate::tangent::{Bend, Tangent};
 use crate::timing::allowed_beside;
 use tracing::debug;
@@ -60,17 +61,30 @@ impl Selection {
     }
 }
 
-/// The search: rounds until nothing more stands out, `most` of them at the most.
+/// What a search may find.
+#[derive(Clone, Copy)]
+pub(crate) enum Sought<'a> {
+    /// Whatever stands out, this many effects at the most.
+    Any(usize),
+    /// These effects, whatever their evidence.
+    Given(&'a [String]),
+}
+
+/// The search: rounds until nothing more stands out.
 pub(crate) fn select(
     record: &Record,
     start: &[Applied],
-    most: usize,
+    sought: Sought,
     mut round_begins: impl FnMut(usize),
 ) -> Option<Selection> {
     let mut selection = Selection {
         allowances: allowances_with(record, start, &[], Bend::Lean, None)?,
         named: Vec::new(),
         first: Vec::new(),
+    };
+    let most = match sought {
+        Sought::Any(most) => most,
+        Sought::Given(ids) => ids.len(),
     };
     for number in 1..=most {
         round_begins(number);
@@ -82,7 +96,13 @@ pub(crate) fn select(
         if number == 1 {
             selection.first = first(&round);
         }
-        match round.ruling() {
+        let ruling = match sought {
+            Sought::Any(_) => round.ruling(),
+            Sought::Given(ids) => round
+                .given(ids)
+                .map_or(Ruling::Nothing, |one| Ruling::Named(vec![one])),
+        };
+        match ruling {
             Ruling::Nothing => break,
             Ruling::Unnamed(correction) => {
                 selection.named.push(correction);
@@ -91,7 +111,9 @@ pub(crate) fn select(
             Ruling::Named(named) => selection.accept(record, start, named)?,
         }
     }
-    reconsider(record, &mut selection)?;
+    if record.takes(Step::SecondThoughts) && matches!(sought, Sought::Any(_)) {
+        reconsider(record, &mut selection)?;
+    }
     Some(selection)
 }
 

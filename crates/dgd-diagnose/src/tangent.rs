@@ -8,6 +8,7 @@ use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::{Applied, Blocks, Rows};
 use crate::scan::joined;
 use crate::slack::{Slack, slack};
+use crate::step::Step;
 use crate::unrest::wander;
 pub(crate) use crate::vectors::dot;
 use crate::vectors::{back_substitute, orthonormal};
@@ -358,6 +359,9 @@ impl Tangent {
         lean: Bend,
     ) -> Option<Self> {
         let bare = Self::at(record, applied, excluded, lean)?;
+        if !record.takes(Step::Slack) {
+            return Some(bare);
+        }
         let slack: Vec<Slack> = (0..applied.len())
             .flat_map(|k| slack(record, &bare, applied, k))
             .collect();
@@ -537,7 +541,13 @@ impl Tangent {
 
     /// What a hypothesis takes out of the residuals of these curves: whitened, off the tangent.
     pub(crate) fn signature(&self, record: &Record, applied: &[Applied]) -> Vec<f64> {
-        self.project(&self.change(record, applied))
+        let change = self.change(record, applied);
+        if !record.takes(Step::Projection) {
+            let mut whole = self.whitening.apply(&change);
+            whole.resize(self.off.len(), 0.0);
+            return whole;
+        }
+        self.project(&change)
     }
 
     /// The same before whitening.

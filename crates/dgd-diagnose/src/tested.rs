@@ -74,16 +74,21 @@ pub(crate) fn tested(
                 Outcome::NotSeen
             };
             let energy = first.map_or(0.0, |f| f.2);
-            let enough = (2.0 * (about.search.belief.hurdle + 3.0)).sqrt();
-            let limit = (energy > 0.0).then(|| enough / energy.sqrt());
             let (_, factor) = about.parameters[0].shown.scale(&record.setting);
+            let standard_error = (energy > 0.0)
+                .then(|| factor / energy.sqrt())
+                .filter(|e| e.is_finite());
+            let hurdle = about.search.belief.hurdle;
+            let enough = (2.0 * (hurdle + 3.0)).sqrt();
             Tested {
                 effect: about.id,
                 title: about.title,
                 outcome,
                 evidence: first.map_or(0.0, |f| f.1),
                 strength: about.parameters[0].name,
-                limit: limit.filter(|l| l.is_finite()).map(|l| factor * l),
+                hurdle,
+                standard_error,
+                limit: standard_error.map(|e| enough * e),
             }
         })
         .collect()

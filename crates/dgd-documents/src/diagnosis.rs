@@ -112,7 +112,12 @@ fn tested(tested: &Tested) -> Json {
     members.text("outcome", outcome);
     members.put("reason", reason.map(Json::text));
     members.put("evidence_ln", Json::finite(tested.evidence));
+    members.put("hurdle_ln", Json::finite(tested.hurdle));
     members.text("strength", tested.strength);
+    members.put(
+        "standard_error",
+        tested.standard_error.and_then(Json::finite),
+    );
     members.put("detection_limit", tested.limit.and_then(Json::finite));
     members.object()
 }

@@ -129,6 +129,6 @@ fn diagnose_concealed(
     };
     output::replace_bytes(&source.recordings[0], CONCEALED)?;
     output::replace_bytes(&source.well, CONCEALED_WELL.as_bytes())?;
-    let diagnosed = diagnose::carry_out(&source, None, &out, progress)?;
+    let diagnosed = diagnose::carry_out(&source, diagnose::Search::default(), &out, progress)?;
     Ok((out, diagnosed))
 }

@@ -10,7 +10,7 @@ use crate::commands::system_diagnose;
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::{load, output};
-use dgd_diagnose::{Diagnosis, Options, Simulation, Stage, diagnose};
+use dgd_diagnose::{Diagnosis, Options, Simulation, Stage, Step, diagnose};
 use dgd_documents::{Base, ModelDocument, write_diagnosis, write_model_document};
 use dgd_export::{ComparedSignal, Comparison, ExportError, write_comparison_csv};
 use dgd_identify::{IdentifyOptions, Prepared, identify, prepare};
@@ -30,6 +30,14 @@ pub(crate) struct Diagnosed {
     recording: String,
 }
 
+/// What a diagnosis starts from and looks for.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Search<'a> {
+    pub(crate) model: Option<&'a Path>,
+    pub(crate) suspects: &'a [String],
+    pub(crate) without: &'a [Step],
+}
+
 pub(crate) fn run(arguments: &Diagnose, global: &Global) -> Result<String, Failure> {
     let source = match arguments.source.subject() {
         Subject::Well(source) => source,
@@ -38,12 +46,12 @@ pub(crate) fn run(arguments: &Diagnose, global: &Global) -> Result<String, Failu
         }
     };
     let progress = Progress::new(global.json || global.quiet);
-    let done = carry_out(
-        &source,
-        arguments.model.as_deref(),
-        &arguments.out,
-        &progress,
-    )?;
+    let search = Search {
+        model: arguments.model.as_deref(),
+        suspects: &arguments.suspect,
+        without: &arguments.without,
+    };
+    let done = carry_out(&source, search, &arguments.out, &progress)?;
     tracing::info!("seconds by stage: {}", progress.seconds_by_stage());
     drop(progress);
     Ok(if global.json {
@@ -61,12 +69,12 @@ pub(crate) fn tell(done: &Diagnosed, out: &Path) -> String {
 /// Reads, diagnoses and writes the four files.
 pub(crate) fn carry_out(
     source: &Source,
-    model: Option<&Path>,
+    search: Search<'_>,
     out: &Path,
     progress: &Progress,
 ) -> Result<Diagnosed, Failure> {
     let well = load::read_well(&source.well)?;
-    let start = model.map(|path| start(path, &well)).transpose()?;
+    let start = search.model.map(|path| start(path, &well)).transpose()?;
     let loaded = load::read_recordings(&source.recordings, &well, progress)?;
     if out.exists() && !out.is_dir() {
         return Err(Failure::Write {
@@ -87,6 +95,8 @@ pub(crate) fn carry_out(
     let base = base(&prepared, &well, samples, &recordings);
     let options = Options {
         start: start.unwrap_or_default(),
+        suspects: search.suspects.to_vec(),
+        without: search.without.to_vec(),
         ..Options::default()
     };
     let mut said = |stage: Stage| {
@@ -97,7 +107,7 @@ pub(crate) fn carry_out(
         diagnose(&well, &prepared, &options, &mut said).map_err(|e| Failure::input(first, e))?;
     progress.stage("writing", &out.display().to_string());
     let recording = recordings.join(", ");
-    let page = dgd_report::diagnosis_page(&diagnosis, &recording, &command(source, model));
+    let page = dgd_report::diagnosis_page(&diagnosis, &recording, &command(source, search));
     let json = write(&diagnosis, base, &page, out)?;
     Ok(Diagnosed {
         diagnosis,
@@ -182,7 +192,7 @@ fn words(stage: Stage) -> (&'static str, String) {
 }
 
 /// The command line that repeats the diagnosis, without the folders of whoever ran it: the report does not depend on them.
-fn command(source: &Source, model: Option<&Path>) -> String {
+fn command(source: &Source, search: Search<'_>) -> String {
     let name = |path: &Path| {
         let name = path.file_name().unwrap_or(path.as_os_str());
         name.to_string_lossy().into_owned()
@@ -190,7 +200,14 @@ fn command(source: &Source, model: Option<&Path>) -> String {
     let mut words: Vec<String> = vec!["dgd diagnose".into()];
     words.extend(source.recordings.iter().map(|path| name(path)));
     words.push(format!("--well {}", name(&source.well)));
-    words.extend(model.map(|path| format!("--model {}", name(path))));
+    words.extend(search.model.map(|path| format!("--model {}", name(path))));
+    if !search.suspects.is_empty() {
+        words.push(format!("--suspect {}", search.suspects.join(",")));
+    }
+    if !search.without.is_empty() {
+        let steps: Vec<&str> = search.without.iter().map(|s| s.name()).collect();
+        words.push(format!("--without {}", steps.join(",")));
+    }
     if source.thesis_screening {
         words.push("--thesis-screening".into());
     }

@@ -312,6 +312,7 @@ fn readings(
         time: vec![0.0, 1e-6],
         inputs: inputs.iter().map(|u| vec![*u; 2]).collect(),
         readings: vec![Vec::new(); assembly.outputs().len()],
+        origin: None,
     };
     let run = Assembly::new(system)?.simulate(
         &theta[..assembly.free_properties()],

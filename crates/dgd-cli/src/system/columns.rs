@@ -104,6 +104,7 @@ fn through(whole: &Window, train: &[Window], window: &Window) -> Option<(usize, 
         time: cut(&whole.time),
         inputs: whole.inputs.iter().map(cut).collect(),
         readings: whole.readings.iter().map(cut).collect(),
+        origin: whole.origin,
     };
     (run.time.len() >= window.time.len()).then_some((number, run))
 }

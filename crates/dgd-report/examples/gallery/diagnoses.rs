@@ -306,7 +306,9 @@ fn tested(findings: &[Finding]) -> Vec<Tested> {
                 effect: about.id,
                 title: about.title,
                 evidence: found.map_or(-2.0 + 1.2 * noise.normal(), |f| 0.93 * f.evidence),
+                hurdle: about.search.belief.hurdle,
                 strength: first.map_or("", |p| p.name),
+                standard_error: None,
                 limit: match outcome {
                     Outcome::NotTestable(_) => None,
                     _ => first.map(|p| p.usual * (0.1 + 0.2 * noise.even())),

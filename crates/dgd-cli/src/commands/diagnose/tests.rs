@@ -1,12 +1,12 @@
 //! The writers and the words, on a diagnosis made by hand.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::{DIAGNOSIS, MODEL, REPORT, SIMULATION, command, tell, write};
+use super::{DIAGNOSIS, MODEL, REPORT, SIMULATION, Search, command, tell, write};
 use crate::args::Source;
 use crate::failure::Failure;
 use dgd_diagnose::{
-    Check, Diagnosis, Finding, HeldOut, Outcome, ParameterEstimate, Signal, Simulation, Tested,
-    Verdict,
+    Check, Diagnosis, Finding, HeldOut, Outcome, ParameterEstimate, Signal, Simulation, Step,
+    Tested, Verdict,
 };
 use dgd_documents::{Base, read_model_document};
 use dgd_effects::{
@@ -108,7 +108,9 @@ fn diagnosis(findings: Vec<Finding>) -> Diagnosis {
                 title: "rig motion",
                 outcome: Outcome::NotSeen,
                 evidence: -3.0,
+                hurdle: 12.0,
                 strength: "Pa",
+                standard_error: None,
                 limit: Some(900.0),
             },
             Tested {
@@ -116,7 +118,9 @@ fn diagnosis(findings: Vec<Finding>) -> Diagnosis {
                 title: "gel",
                 outcome: Outcome::NotTestable("the mud never stood".into()),
                 evidence: 0.0,
+                hurdle: 12.0,
                 strength: "Pa",
+                standard_error: None,
                 limit: None,
             },
         ],
@@ -262,8 +266,15 @@ fn the_command_in_the_report_names_files_without_their_folders() {
         well: "wells/w.toml".into(),
         thesis_screening: true,
     };
+    let suspects = ["influx".to_owned(), "line_leak".to_owned()];
+    let search = Search {
+        model: Some(Path::new("old/model.toml")),
+        suspects: &suspects,
+        without: &[Step::Edges],
+    };
     assert_eq!(
-        command(&source, Some(Path::new("old/model.toml"))),
-        "dgd diagnose a.csv b.csv --well w.toml --model model.toml --thesis-screening --out diagnosis"
+        command(&source, search),
+        "dgd diagnose a.csv b.csv --well w.toml --model model.toml --suspect influx,line_leak --without edges \
+         --thesis-screening --out diagnosis"
     );
 }

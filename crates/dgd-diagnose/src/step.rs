@@ -1,0 +1,63 @@
+//! Steps of the chain that can be left out, so that what each buys can be measured.
+
+/// A step of the chain. `cargo xtask prove --ablate` runs a proof without each in turn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Step {
+    /// What sets in or passes must show without the minutes about its edges.
+    Edges,
+    /// Likely causes are compared with their forms within error.
+    Form,
+    /// A further effect must stand out from the slack of those named before.
+    Slack,
+    /// What the form of a named effect leaves over raises the hurdle of the next.
+    Footprints,
+    /// Signatures are projected off the tangent of the base model, which is fitted again.
+    Projection,
+    /// Empirical corrections compete: without them nothing is called `unknown`.
+    Corrections,
+    /// A correction loses what its busiest ten minutes bring.
+    Busiest,
+    /// Before `unknown`, a second effect beside the best is tried.
+    TwoDo,
+    /// Two effects of the meter's timing are weighed together.
+    Pairs,
+    /// What later effects made superfluous is dropped.
+    SecondThoughts,
+    /// Probabilities are brought to the share of findings that are right.
+    Calibration,
+}
+
+impl Step {
+    /// Every step, in the order of the chain.
+    pub const ALL: [Self; 11] = [
+        Self::Projection,
+        Self::Edges,
+        Self::Form,
+        Self::Slack,
+        Self::Footprints,
+        Self::Corrections,
+        Self::Busiest,
+        Self::TwoDo,
+        Self::Pairs,
+        Self::SecondThoughts,
+        Self::Calibration,
+    ];
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Edges => "edges",
+            Self::Form => "form",
+            Self::Slack => "slack",
+            Self::Footprints => "footprints",
+            Self::Projection => "projection",
+            Self::Corrections => "corrections",
+            Self::Busiest => "busiest",
+            Self::TwoDo => "two-do",
+            Self::Pairs => "pairs",
+            Self::SecondThoughts => "second-thoughts",
+            Self::Calibration => "calibration",
+        }
+    }
+}
