@@ -5,10 +5,13 @@
 #![allow(clippy::print_stdout, reason = "a command line prints")]
 
 mod bench;
+mod benches;
+mod calibrate;
 mod ci;
 mod figures;
 mod layers;
 mod prove;
+mod real;
 mod tools;
 
 use clap::{Parser, Subcommand};
@@ -40,11 +43,23 @@ enum Command {
         #[arg(long, default_value = "target/bench")]
         out: PathBuf,
     },
+    /// Derives hurdles and probabilities from ensembles that prove nothing, beside the constants now
+    #[command(after_help = CALIBRATE_HELP)]
+    Calibrate(calibrate::Settings),
     /// Everything a submission must pass: `.ci/run`, which ends with the short proof
     Ci,
     /// Conceals effects in recordings, diagnoses them blind, and scores the answers
     #[command(after_help = PROVE_HELP)]
-    Prove(prove::Settings),
+    Prove {
+        #[command(flatten)]
+        settings: prove::Settings,
+        /// Diagnose the real recordings below this folder instead (fixtures/real/README.md says where they come from)
+        #[arg(long, value_name = "DIR", conflicts_with_all = ["short", "ablate", "only"])]
+        real: Option<PathBuf>,
+        /// Diagnose the plant's two benches instead, 40 recordings each unless told otherwise
+        #[arg(long, conflicts_with_all = ["real", "short", "level", "ablate", "blind"])]
+        benches: bool,
+    },
     /// Reproduces the thesis's figures on the stand-in recording
     Figures {
         /// Folder for figures, data and the comparison
@@ -61,7 +76,20 @@ after the last. Exit status is 1 on a broken rule (a crash, a bad form, a touche
 Examples:
   cargo xtask prove --short
   cargo xtask prove --level 2 --count 200 --seed 4711 --out target/proof-4711
-  cargo xtask prove --level 2 --count 200 --seed 4711 --only c017 --keep --out target/proof-again";
+  cargo xtask prove --level 2 --count 200 --seed 4711 --only c017 --keep --out target/proof-again
+  cargo xtask prove --level 2 --count 200 --seed 4711 --ablate --steps edges,form --out target/ablation
+  cargo xtask prove --real ~/recordings --out target/proof
+  cargo xtask prove --benches --count 10 --seed 5005 --out target/benches";
+
+const CALIBRATE_HELP: &str = "\
+Hurdles: the evidence that clean recordings exceed at the rate given, each effect its even part of it, by an exponential tail above \
+the 80 % quantile. Probabilities: the logistic regression behind dgd-diagnose's belief.rs, checked seed by seed on the others. \
+Prints both beside the constants now, writes calibration.html and calibration.json, and edits no source. Every seed is one ensemble: \
+give several.
+
+Examples:
+  cargo xtask calibrate --seeds 11,12,13
+  cargo xtask calibrate --seeds 11,12,13 --level 2 --count 200 --clean 100 --jobs 2 --out target/calibration-2";
 
 fn main() -> anyhow::Result<()> {
     match Arguments::parse().command {
@@ -76,9 +104,20 @@ fn main() -> anyhow::Result<()> {
             peer,
             out,
         }),
+        Command::Calibrate(settings) => calibrate::run(settings),
         Command::Ci => ci::run(),
         Command::Layers => layers::check(),
-        Command::Prove(settings) => prove::run(settings),
+        Command::Prove {
+            settings,
+            real: Some(from),
+            ..
+        } => real::run(&from, settings.out()),
+        Command::Prove {
+            settings,
+            benches: true,
+            ..
+        } => benches::run(settings.for_benches()),
+        Command::Prove { settings, .. } => prove::run(settings),
         Command::Figures { out } => figures::draw(&out),
     }
 }

@@ -107,6 +107,16 @@ impl Assembly {
         self.net.meters.iter().map(|m| m.name.clone()).collect()
     }
 
+    /// Accuracy that is stated of each instrument, as it reads; `None` where none is.
+    #[must_use]
+    pub fn accuracies(&self) -> Vec<Option<f64>> {
+        let stated = |m: &crate::network::Meter| {
+            let slot = self.net.parts[m.part].base + crate::kinds::instrument::ACCURACY;
+            Some(self.net.values[slot]).filter(|a| a.is_finite())
+        };
+        self.net.meters.iter().map(stated).collect()
+    }
+
     /// Paths of the inputs, in order.
     #[must_use]
     pub fn inputs(&self) -> Vec<String> {

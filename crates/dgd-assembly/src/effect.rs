@@ -93,7 +93,7 @@ impl Scale {
 /// The moment as a component sees it.
 #[derive(Debug, Clone, Copy)]
 pub struct Now<'a> {
-    /// Time since the window's start (or the independent variable), s.
+    /// Time (or independent variable) since the start of the record: [`Window::origin`](crate::Window::origin), s.
     pub t_s: f64,
     /// Density of the fluid, kg/m³.
     pub density_kg_m3: f64,
@@ -247,7 +247,7 @@ pub trait Effect: Sync {
         brim
     }
 
-    /// Changes an instrument's readings at the times `t_s`; both of shape `(n,)`.
+    /// Changes an instrument's readings at the times `t_s` since the start of the record; both of shape `(n,)`.
     fn reading(&self, now: &Now<'_>, t_s: &[f64], values: &mut [f64]) {
         let _ = (now, t_s, values);
     }

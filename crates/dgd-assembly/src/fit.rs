@@ -2,10 +2,10 @@
 
 use crate::assembly::Assembly;
 use crate::error::AssemblyError;
-use crate::lm::{self, Ending, Minimum, Residuals};
 use crate::record::Window;
 use crate::residual::Residual;
 use crate::simulate::{RunStatus, SimulationOptions};
+use dgd_lsq::lm::{self, Bounds, Effort, Ending, Minimum, Residuals};
 use nalgebra::{DMatrix, SymmetricEigen};
 
 /// How residuals count.
@@ -178,10 +178,11 @@ pub fn fit(
             0.5 * r.iter().map(|r| r * r).sum::<f64>()
         });
         let minimum = Minimum {
-            z: first,
+            theta: first,
             residuals: residuals.unwrap_or_default(),
             cost,
-            iterations: 0,
+            jacobian: DMatrix::zeros(0, 0),
+            steps: 0,
             ending: Ending::Converged,
         };
         return Ok(Fit {
@@ -198,7 +199,7 @@ pub fn fit(
         12.min(options.iterations)
     };
     for start in starts {
-        let found = lm::minimise(&mut problem, &start, short, options.tolerance);
+        let found = minimise(&mut problem, &start, short, options.tolerance);
         if best.as_ref().is_none_or(|b| found.cost < b.cost) {
             best = Some(found);
         }
@@ -211,40 +212,59 @@ pub fn fit(
             found: 0,
         });
     };
-    if minimum.ending == Ending::IterationLimit && short < options.iterations {
-        let used = minimum.iterations;
-        minimum = lm::minimise(
+    if minimum.ending == Ending::StepLimit && short < options.iterations {
+        let used = minimum.steps;
+        minimum = minimise(
             &mut problem,
-            &minimum.z,
+            &minimum.theta,
             options.iterations - short,
             options.tolerance,
         );
-        minimum.iterations += used;
+        minimum.steps += used;
     }
     Ok(conclude(assembly, problem, &minimum))
 }
 
+/// Scaled parameters lie between 0 and 1.
+fn unit_box(p: usize) -> Bounds {
+    Bounds {
+        low: vec![0.0; p],
+        high: vec![1.0; p],
+    }
+}
+
+/// Minimises from scaled parameters.
+fn minimise(problem: &mut Residual<'_>, start: &[f64], steps: usize, tolerance: f64) -> Minimum {
+    let effort = Effort {
+        steps,
+        tolerance,
+        ..Effort::default()
+    };
+    lm::minimise(problem, start, &unit_box(start.len()), None, None, effort)
+}
+
 fn conclude(assembly: &Assembly, mut problem: Residual<'_>, minimum: &Minimum) -> Fit {
     let all = assembly.parameters().len();
-    let theta = problem.theta(&minimum.z);
-    let p = minimum.z.len();
+    let theta = problem.theta(&minimum.theta);
+    let p = minimum.theta.len();
     let residuals = problem.differences(&theta).unwrap_or_default();
     let on_bound: Vec<bool> = minimum
-        .z
+        .theta
         .iter()
         .map(|z| *z <= 1e-9 || *z >= 1.0 - 1e-9)
         .collect();
     let loose: Vec<usize> = (0..p).filter(|&i| !on_bound[i]).collect();
-    let (covariance, inflation) = match problem.jacobian(&minimum.z, &minimum.residuals) {
-        Some(jacobian) if !minimum.residuals.is_empty() => {
-            let inflation = inflation(&residuals);
-            (covariance(&jacobian, &loose, minimum, inflation), inflation)
-        }
-        _ => (
-            DMatrix::from_element(loose.len(), loose.len(), f64::INFINITY),
-            1.0,
-        ),
-    };
+    let (covariance, inflation) =
+        match problem.jacobian(&minimum.theta, &minimum.residuals, &unit_box(p)) {
+            Some(jacobian) if !minimum.residuals.is_empty() => {
+                let inflation = inflation(&residuals);
+                (covariance(&jacobian, &loose, minimum, inflation), inflation)
+            }
+            _ => (
+                DMatrix::from_element(loose.len(), loose.len(), f64::INFINITY),
+                1.0,
+            ),
+        };
     let mut full = vec![0.0; all * all];
     let mut standard_error = vec![0.0; all];
     for (a, &i) in loose.iter().enumerate() {
@@ -286,11 +306,11 @@ fn conclude(assembly: &Assembly, mut problem: Residual<'_>, minimum: &Minimum) -
         samples: minimum.residuals.len(),
         status: match minimum.ending {
             Ending::Converged => FitStatus::Converged,
-            Ending::IterationLimit => FitStatus::IterationLimit,
-            Ending::NoProgress => FitStatus::NoProgress,
+            Ending::StepLimit => FitStatus::IterationLimit,
             Ending::NoStart => FitStatus::NoStart,
+            _ => FitStatus::NoProgress,
         },
-        iterations: minimum.iterations,
+        iterations: minimum.steps,
         runs: problem.runs,
     }
 }

@@ -436,7 +436,7 @@ static INSTRUMENT: &[Property] = &[
         "as the reading",
         Some(f64::NAN),
         POSITIVE,
-        "standard deviation that weighs it in a fit; from the record if absent",
+        "standard deviation by which it is off: weighs it in a fit (from the record if absent); what a model is off by less is not a mismatch",
     ),
     p(
         "low",

@@ -20,7 +20,6 @@ mod identify;
 mod kinds;
 mod laws;
 mod linear;
-mod lm;
 mod locate;
 mod model;
 mod network;
@@ -34,6 +33,7 @@ mod structure;
 
 pub use assembly::{Assembly, Edge, Parameter, parse_system};
 pub use catalogue::{EffectParameter, Hypothesis, effects_for};
+pub use dgd_dynamics::integrate::Method;
 pub use dual::Dual;
 pub use effect::{About, Balance, Drive, Effect, Now, ParameterAbout, Place, Scale, Size};
 pub use error::{AssemblyError, Problem, Problems};

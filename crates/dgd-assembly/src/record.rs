@@ -35,6 +35,19 @@ pub struct Window {
     /// Readings of each instrument, in the order of [`Assembly::outputs`]: shape `(n,)`, NaN where there is none; empty if
     /// the record has no such column.
     pub readings: Vec<Vec<f64>>,
+    /// Where drifts and whatever else goes by the clock count from; the first of `time` if absent. [`Assembly::windows`] gives
+    /// the start of the first training window to all windows of the same record, so that a drift goes on in a held-out
+    /// one, and nothing to a part with channels of its own, which is another run.
+    pub origin: Option<f64>,
+}
+
+impl Window {
+    /// Where drifts count from.
+    #[must_use]
+    pub fn origin(&self) -> f64 {
+        let first = self.time.first().copied().unwrap_or_default();
+        self.origin.unwrap_or(first)
+    }
 }
 
 impl Assembly {
@@ -133,6 +146,26 @@ impl Assembly {
                 });
             }
             windows.push(window);
+        }
+        let another_run = portion == Portion::Test
+            && !part.channels.is_empty()
+            && part.channels != layout.train.channels;
+        if !another_run {
+            // Samples before the first value of an input are in no window.
+            let first = inputs
+                .iter()
+                .map(|column| column.iter().position(|v| v.is_finite()))
+                .try_fold(0, |latest, first| first.map(|f| latest.max(f)));
+            let start = layout
+                .train
+                .windows
+                .first()
+                .map_or(f64::NEG_INFINITY, |w| w[0]);
+            let origin =
+                first.and_then(|first| time[first..].iter().copied().find(|t| *t >= start));
+            for window in &mut windows {
+                window.origin = origin;
+            }
         }
         Ok(windows)
     }

@@ -4,9 +4,9 @@ use crate::assembly::Assembly;
 use crate::error::AssemblyError;
 use crate::fit::{FitOptions, Loss};
 use crate::kinds;
-use crate::lm::Residuals;
 use crate::record::Window;
 use crate::simulate::{RunStatus, Simulator};
+use dgd_lsq::lm::{Bounds, Residuals};
 use nalgebra::DMatrix;
 
 /// The residuals of all windows as a function of the scaled parameters.
@@ -172,7 +172,7 @@ impl Residuals for Residual<'_> {
         self.flat(&differences)
     }
 
-    fn jacobian(&mut self, z: &[f64], r: &[f64]) -> Option<DMatrix<f64>> {
+    fn jacobian(&mut self, z: &[f64], r: &[f64], _: &Bounds) -> Option<DMatrix<f64>> {
         let mut jacobian = DMatrix::zeros(r.len(), z.len());
         let mut moved = z.to_vec();
         for (j, mut column) in jacobian.column_iter_mut().enumerate() {

@@ -166,7 +166,7 @@ impl<'a> Simulator<'a> {
             cursors: vec![Cursor::default(); signals.len()],
             pieces: vec![Piece::default(); signals.len()],
             signals,
-            start,
+            start: window.origin(),
             frozen: false,
             moves: !net.effects.is_empty(),
             held: Vec::new(),

@@ -206,7 +206,7 @@ pub(crate) struct Diagnose {
         conflicts_with = "system"
     )]
     pub(crate) suspect: Vec<String>,
-    /// Leave steps of the search out, to see what each buys: projection, edges, form, slack, footprints, corrections, busiest,
+    /// Leave steps of the search out, to see what each buys: projection, edges, duty, form, slack, footprints, corrections, busiest,
     /// two-do, pairs, second-thoughts, calibration
     #[arg(long, value_name = "STEP", value_delimiter = ',', value_parser = parse_step, conflicts_with = "system")]
     pub(crate) without: Vec<Step>,

@@ -7,7 +7,9 @@ pub(crate) mod runs;
 
 use crate::failure::Failure;
 use crate::load::read_text;
-use dgd_assembly::{Assembly, AssemblyError, Component, FitStatus, RunStatus, Setting, System};
+use dgd_assembly::{
+    Assembly, AssemblyError, Component, FitStatus, RunStatus, Setting, Size, System,
+};
 use dgd_documents::{DocumentError, SystemDocument};
 use dgd_units::{Dimension, Unit};
 use std::path::{Path, PathBuf};
@@ -173,8 +175,8 @@ pub(crate) fn unit_of(system: &System, path: &str) -> String {
     let (Some(component), Some(property)) = (keys.next(), keys.next()) else {
         return String::new();
     };
-    if keys.next().is_some() {
-        return String::new(); // of an effect: its equation says
+    if let Some(parameter) = keys.next() {
+        return unit_of_effect(system, component, property, parameter);
     }
     let kind = system.components.get(component).map(|c| c.kind);
     let known = kind.and_then(|k| k.properties().iter().find(|p| p.name == property));
@@ -190,6 +192,33 @@ pub(crate) fn unit_of(system: &System, path: &str) -> String {
     } else {
         symbol.to_owned()
     }
+}
+
+/// Unit of a parameter of an effect; empty for a bare number.
+fn unit_of_effect(system: &System, component: &str, effect: &str, parameter: &str) -> String {
+    let about = dgd_assembly::effects::find(effect).map(dgd_assembly::Effect::about);
+    let parameter = about.and_then(|a| a.parameters.iter().find(|p| p.name == parameter));
+    let si = match parameter.map(|p| p.size) {
+        Some(Size::Level) => "m",
+        Some(Size::Flow) => "m3/s",
+        Some(Size::Pressure) => "Pa",
+        Some(Size::Time) => "s",
+        Some(Size::Reading) => {
+            let gauge = gauge(system, component, system.components.get(component));
+            let own = match (gauge.unit, gauge.measures.as_str()) {
+                (None, _) => gauge.symbol,
+                (Some(_), "level" | "head") => "m".into(),
+                (Some(_), "pressure" | "drop") => "Pa".into(),
+                (Some(_), "flow") => "m3/s".into(),
+                (Some(_), _) => String::new(),
+            };
+            return own;
+        }
+        Some(Size::One) | None => "",
+    };
+    // Times and lengths along something else than time are in its own unit.
+    let elsewhere = si == "s" && system.independent != "time";
+    if elsewhere { String::new() } else { si.into() }
 }
 
 /// Dimension of a state by the last part of its path.

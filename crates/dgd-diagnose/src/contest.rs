@@ -1,7 +1,7 @@
 //! Every effect of the catalogue against what is left over, and the conditions on those that stand out.
 
 use crate::record::{Record, whole};
-use crate::relations::Applied;
+use crate::relations::{Applied, Blocks};
 use crate::scan::{Candidate, ln_mean_exp, on_grid, scan, sharpen, weigh};
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent, dot};
@@ -15,6 +15,14 @@ pub(crate) struct Contender {
     pub evidence: f64,
     /// The same with the effect's form within its error: how much of the residuals is its own. Only for the likeliest few.
     pub formed: f64,
+}
+
+impl Contender {
+    /// What it may claim for its own: a form that must bend by much more than its error only lends its name.
+    pub(crate) fn claim(&self) -> f64 {
+        let error = self.effect.about().search.form_error;
+        self.formed.min((1.0 + 4.0 * error) * self.evidence + 5.0)
+    }
 }
 
 /// Contenders whose form is freed.
@@ -78,8 +86,7 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
     for c in &mut out {
         // What the leader dwarfs is looked at again in the next round, beside it.
         let hurdle = c.effect.about().search.belief.hurdle;
-        if record.takes(Step::Edges)
-            && c.evidence > (0.5 * hurdle).max(0.02 * most)
+        if c.evidence > (0.5 * hurdle).max(0.02 * most)
             && let Some(sustained) = sustained(record, state, &c.best)
         {
             c.evidence = c.evidence.min(sustained);
@@ -123,10 +130,12 @@ fn without_lean(
     })
 }
 
-/// Evidence without the minutes about the edges of a candidate's interval.
+/// Evidence without the minutes about the edges of a candidate's interval, and for what a pump loses in passing without the
+/// blocks whose duty it has at no other time.
 ///
 /// A reading that freezes or jumps makes edges, as an effect does, and nothing between them. An effect is there as well
-/// when its beginning and end are not looked at.
+/// when its beginning and end are not looked at. And a pump that turns faster for a flow and a lift which it has only then
+/// tells of its curve.
 fn sustained(record: &Record, state: &[Applied], c: &Candidate) -> Option<f64> {
     const HOLE_S: f64 = 300.0;
     let about = c.applied.effect.about();
@@ -135,14 +144,44 @@ fn sustained(record: &Record, state: &[Applied], c: &Candidate) -> Option<f64> {
     let hole = HOLE_S.min(0.2 * (to - from));
     let seconds = record.dt_s * record.per_block as f64;
     let start = record.setting.span_s.0;
-    let excluded: Vec<bool> = (0..record.blocks)
-        .map(|b| {
-            let middle = start + (b as f64 + 0.5) * seconds;
-            (middle - from).abs() < hole || (middle - to).abs() < hole
-        })
-        .collect();
+    let middle = |b: usize| start + (b as f64 + 0.5) * seconds;
+    let mut excluded = vec![false; record.blocks];
+    if record.takes(Step::Edges) {
+        for (b, out) in excluded.iter_mut().enumerate() {
+            *out = (middle(b) - from).abs() < hole || (middle(b) - to).abs() < hole;
+        }
+    }
+    if record.takes(Step::Duty) && is_pump(c.applied.effect) && about.duration().is_some() {
+        let inside: Vec<bool> = (0..record.blocks)
+            .map(|b| (from..to).contains(&middle(b)))
+            .collect();
+        exclude_strange_duty(&Blocks::under(record, state), &inside, &mut excluded);
+    }
     let tangent = Tangent::beside(record, state, &excluded, Bend::Lean)?;
     Some(weigh(record, &tangent, state, c.applied.clone()).evidence)
+}
+
+/// Excludes the blocks inside an interval at a flow and a lift that none outside has.
+fn exclude_strange_duty(blocks: &Blocks, inside: &[bool], excluded: &mut [bool]) {
+    /// Duties this near, relative to their own size, are the same.
+    const NEAR: f64 = 0.05;
+    /// Blocks that make a duty known.
+    const KNOWN: usize = 6;
+    let duty = |b: usize| (blocks.flow[b], blocks.lift[b]);
+    let mut others: Vec<(f64, f64)> = (0..inside.len())
+        .filter(|&b| !inside[b] && !excluded[b])
+        .map(duty)
+        .filter(|(flow, lift)| flow.is_finite() && lift.is_finite())
+        .collect();
+    others.sort_by(|a, b| a.0.total_cmp(&b.0));
+    for b in (0..inside.len()).filter(|&b| inside[b]) {
+        let (flow, lift) = duty(b);
+        let from = others.partition_point(|o| o.0 < flow - NEAR * flow.abs());
+        let to = others.partition_point(|o| o.0 <= flow + NEAR * flow.abs());
+        let same = |o: &&(f64, f64)| (o.1 - lift).abs() <= NEAR * lift.abs();
+        let known = (others[from.min(to)..to].iter()).filter(same).take(KNOWN);
+        excluded[b] |= known.count() < KNOWN;
+    }
 }
 
 /// Whether an effect sits in the pump's head.

@@ -129,6 +129,8 @@ pub struct Tested {
     pub evidence: f64,
     /// Name of its strength, with the unit.
     pub strength: &'static str,
+    /// Whether it might be named but for its evidence: its strength material, within bounds, and there to see.
+    pub admissible: bool,
     /// Evidence that it must show to be named first.
     pub hurdle: f64,
     /// Standard error that a fit of its strength has on this recording beside the base model (Cramér-Rao), if it has one.
@@ -232,7 +234,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             start: Vec::new(),
-            most_effects: 3,
+            most_effects: 6,
             suspects: Vec::new(),
             without: Vec::new(),
         }

@@ -2,11 +2,11 @@
 
 use crate::record::{MASS_BLOCKS, Record, tails, whole};
 use crate::relations::Applied;
-use crate::scan::joined;
+use crate::scan::{joined, ln_mean_exp};
 use crate::step::Step;
-use crate::tangent::{Tangent, dot};
+use crate::tangent::Tangent;
 use dgd_effects::{Effect, KNOTS, Method, QUANTITIES, RELATIONS, Relation, unknown};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 /// Prior width of a knot, in the unit of the relation.
 const WIDTHS: [f64; 3] = [1.5e4, 2.0e4, 8e-4];
@@ -19,8 +19,59 @@ pub(crate) struct Correction {
     pub signature: Vec<f64>,
     /// Logarithm of the Bayes factor against nothing.
     pub evidence: f64,
+    /// How many straight parameters its curve is worth.
+    pub freedom: f64,
     pub relation: usize,
     pub quantity: usize,
+}
+
+impl Correction {
+    /// What it may claim against an effect: a curve fits what a stiffer form leaves, and must be well ahead; one of no more
+    /// freedom than an effect has none of that, but is less likely beforehand.
+    pub(crate) fn claim(&self) -> f64 {
+        const AHEAD: f64 = 0.8;
+        const LN_PRIOR: f64 = 3.0;
+        if self.freedom < 1.5 {
+            self.evidence - LN_PRIOR
+        } else {
+            AHEAD * self.evidence
+        }
+    }
+}
+
+/// Correlation lengths of the curve, in knots: constant, which only the mass balance has no term for; rough, smooth, nearly
+/// straight.
+const SMOOTHNESS: [f64; 4] = [f64::INFINITY, 1.2, 2.5, 5.0];
+
+/// A smooth curve through the knots: a Gaussian process of one correlation length (Rasmussen and Williams 2006, chapter 2).
+struct Smooth {
+    coefficients: DVector<f64>,
+    evidence: f64,
+    freedom: f64,
+}
+
+impl Smooth {
+    /// From normal equations of knots of unit prior width; `None` if they cannot be solved.
+    fn fit(gram: &DMatrix<f64>, right: &DVector<f64>, reach: f64) -> Option<Self> {
+        let n = right.len();
+        let covariance = DMatrix::from_fn(n, n, |a, b| {
+            let apart = a.abs_diff(b) as f64 / reach;
+            (-0.5 * apart * apart).exp()
+        });
+        let eigen = SymmetricEigen::try_new(covariance, 1e-12, 1000)?;
+        let root = &eigen.eigenvectors
+            * DMatrix::from_diagonal(&eigen.eigenvalues.map(|v| v.max(0.0).sqrt()));
+        let own = root.transpose() * gram * &root;
+        let pull = root.transpose() * right;
+        let factor = (&own + DMatrix::identity(n, n)).cholesky()?;
+        let solved = factor.solve(&pull);
+        let ln_volume: f64 = factor.l().diagonal().iter().map(|d| d.ln()).sum();
+        Some(Self {
+            evidence: 0.5 * pull.dot(&solved) - ln_volume,
+            freedom: factor.solve(&own).trace(),
+            coefficients: root * solved,
+        })
+    }
 }
 
 /// The range of a quantity in the recording.
@@ -52,6 +103,7 @@ pub(crate) fn corrections(
     state: &[Applied],
 ) -> Vec<Correction> {
     let effect = unknown();
+    let mut constants: [Option<Vec<f64>>; 3] = [None, None, None];
     let mut out = Vec::new();
     for quantity in 0..QUANTITIES.len() {
         let (from, to) = range(record, quantity);
@@ -65,31 +117,48 @@ pub(crate) fn corrections(
             if own {
                 continue;
             }
-            let mut columns: Vec<Vec<f64>> = Vec::with_capacity(KNOTS);
             let unit = WIDTHS[relation];
-            for k in 0..KNOTS {
+            let change = |knots: &dyn Fn(usize) -> f64| -> Vec<f64> {
                 let mut parameters = vec![relation as f64, quantity as f64, from, to];
-                parameters.extend((0..KNOTS).map(|j| if j == k { unit } else { 0.0 }));
-                let one = Applied::new(effect, parameters);
-                columns.push(tangent.signature(record, &joined(state, &one)));
-            }
-            let gram = DMatrix::from_fn(KNOTS, KNOTS, |a, b| {
-                dot(&columns[a], &columns[b]) + if a == b { 1.0 } else { 0.0 }
-            });
-            let right = DVector::from_fn(KNOTS, |a, _| dot(&columns[a], &tangent.off));
-            let Some(factor) = gram.cholesky() else {
+                parameters.extend((0..KNOTS).map(knots));
+                tangent.change(record, &joined(state, &Applied::new(effect, parameters)))
+            };
+            // A row's share of each knot follows from how it answers a constant and a straight line: the quantity hardly
+            // moves within a row.
+            let constant = constants[relation].get_or_insert_with(|| change(&|_| unit));
+            let place: Vec<f64> = (change(&|k| unit * k as f64).iter().zip(constant.iter()))
+                .map(|(line, whole)| line / whole)
+                .collect();
+            let columns: Vec<Vec<f64>> = (0..KNOTS)
+                .map(|k| {
+                    let hat = |(place, whole): (&f64, &f64)| {
+                        let share = (1.0 - (place - k as f64).abs()).max(0.0);
+                        if *whole == 0.0 { 0.0 } else { share * whole }
+                    };
+                    place.iter().zip(constant.iter()).map(hat).collect()
+                })
+                .collect();
+            let (gram, right) = tangent.normal_equations(record, &columns);
+            let balanced = RELATIONS[relation] == Relation::RiserMassBalance && quantity == 0;
+            let curves: Vec<Smooth> = SMOOTHNESS
+                .iter()
+                .skip(usize::from(!balanced))
+                .filter_map(|reach| Smooth::fit(&gram, &right, *reach))
+                .collect();
+            let Some(best) = (curves.iter()).max_by(|a, b| a.evidence.total_cmp(&b.evidence))
+            else {
                 continue;
             };
-            let coefficients = factor.solve(&right);
-            let determinant: f64 = factor.l().diagonal().iter().map(|d| d.ln()).sum();
-            let evidence = 0.5 * right.dot(&coefficients) - determinant;
-            let signature: Vec<f64> = (0..columns[0].len())
+            let evidence = ln_mean_exp(curves.iter().map(|c| c.evidence));
+            let (coefficients, freedom) = (&best.coefficients, best.freedom);
+            let curve: Vec<f64> = (0..columns[0].len())
                 .map(|i| {
-                    (columns.iter().zip(&coefficients))
+                    (columns.iter().zip(coefficients))
                         .map(|(c, w)| w * c[i])
                         .sum()
                 })
                 .collect();
+            let signature = tangent.beyond(record, &curve);
             let evidence = if record.takes(Step::Busiest) {
                 evidence - busiest(record, tangent, &signature)
             } else {
@@ -101,6 +170,7 @@ pub(crate) fn corrections(
                 applied: Applied::new(effect, parameters),
                 signature,
                 evidence,
+                freedom,
                 relation,
                 quantity,
             });

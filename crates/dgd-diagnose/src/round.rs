@@ -5,19 +5,19 @@ use crate::contest::{Contender, alike, at_bound, contest, material, solved, stan
 use crate::empirical::{Correction, corrections, hurdle, plausible};
 use crate::record::Record;
 use crate::relations::Applied;
-use crate::scan::joined;
+use crate::scan::{joined, weigh};
 use crate::select::{Named, Selection};
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent, dot};
 use crate::timing::is_late_meter;
-use dgd_effects::{Effect, QUANTITIES, RELATIONS, Timing, catalogue};
+use dgd_effects::{Effect, QUANTITIES, RELATIONS, Relation, Timing, catalogue};
 use tracing::debug;
 
-/// Evidence that a first, second, third effect must show beyond its hurdle: causes seldom come together.
-const FURTHER: [f64; 3] = [0.0, 8.0, 40.0];
+/// Evidence that a first, second, third effect and so on must show beyond its hurdle: causes seldom come together.
+const FURTHER: [f64; 6] = [0.0, 8.0, 40.0, 200.0, 400.0, 800.0];
 
-/// Share of a correction's evidence that counts: six free knots fit what a stiffer form leaves, and must be well ahead.
-const AHEAD: f64 = 0.8;
+/// Share of its evidence, and a little more, that an effect which sets in owes to the time before.
+const SEEN: f64 = 0.03;
 
 /// What a round comes to.
 pub(crate) enum Ruling {
@@ -38,7 +38,8 @@ pub(crate) struct Round<'a> {
     /// How many effects have been named.
     known: usize,
     footprints: Vec<Footprint>,
-    rival: Option<Correction>,
+    /// Plausible corrections, best first.
+    rivals: Vec<Correction>,
 }
 
 impl<'a> Round<'a> {
@@ -48,10 +49,12 @@ impl<'a> Round<'a> {
         let gate = Tangent::beside(record, &state, &[], Bend::Lean)?;
         let contenders = contest(record, &gate, &state);
         let loose = Tangent::beside(record, &state, &[], Bend::Loose)?;
-        let rival = record
-            .takes(Step::Corrections)
-            .then(|| corrections(record, &loose, &state))
-            .and_then(|all| all.into_iter().find(plausible));
+        let mut rivals = if record.takes(Step::Corrections) {
+            corrections(record, &loose, &state)
+        } else {
+            Vec::new()
+        };
+        rivals.retain(plausible);
         for c in contenders.iter().take(9) {
             let about = c.effect.about();
             debug!(
@@ -64,12 +67,13 @@ impl<'a> Round<'a> {
                 solved(&c.best).parameters
             );
         }
-        if let Some(r) = &rival {
+        for r in rivals.iter().take(3) {
             let (relation, quantity) = (RELATIONS[r.relation].name(), QUANTITIES[r.quantity]);
             debug!(
-                "correction of {relation} by {quantity} {:.1} of {:.0}",
+                "correction of {relation} by {quantity} {:.1} of {:.0}, freedom {:.1}",
                 r.evidence,
-                hurdle(r)
+                hurdle(r),
+                r.freedom
             );
         }
         let footprints = if record.takes(Step::Footprints) {
@@ -84,31 +88,36 @@ impl<'a> Round<'a> {
             state,
             gate,
             contenders,
-            rival,
+            rivals,
         })
     }
 
     /// Decides between the best effect and the best correction.
     pub(crate) fn ruling(&self) -> Ruling {
-        let Some(best) = self.best() else {
-            return match &self.rival {
-                Some(r) if r.evidence > self.unknown_hurdle(r) => Ruling::Unnamed(self.unnamed(r)),
+        let best = self.best();
+        if let Some(beyond) = self.beyond()
+            && best.is_none_or(|b| beyond.evidence > 2.0 * b.claim() + 10.0)
+            && let Some(r) = self.rival_in(beyond.effect.about().relation)
+        {
+            return Ruling::Unnamed(self.unnamed(r, beyond.evidence));
+        }
+        let Some(best) = best else {
+            return match self.rivals.first() {
+                Some(r) if r.evidence > self.unknown_hurdle(r) => {
+                    Ruling::Unnamed(self.unnamed(r, r.evidence))
+                }
                 _ => Ruling::Nothing,
             };
         };
         let about = best.effect.about();
-        // A correction of another relation is no rival of this cause, unless nothing in the catalogue comes near it.
-        let rival = self.rival.as_ref().filter(|r| {
-            let own = RELATIONS[r.relation] == about.relation && r.evidence > 0.5 * hurdle(r);
-            own || r.evidence > hurdle(r).max(2.0 * best.formed)
-        });
-        let rival = rival
-            .filter(|r| AHEAD * r.evidence < best.formed - 10.0 || !self.two_do(best, r.evidence));
+        let rival = self
+            .rival(best)
+            .filter(|r| r.claim() < best.claim() - 10.0 || !self.two_do(best, r.evidence));
         let standing = rival.filter(|r| r.evidence > hurdle(r));
         if let Some(r) = standing
-            && r.evidence > 1.2 * best.formed + 30.0
+            && r.evidence > 1.2 * best.claim() + 30.0
         {
-            return Ruling::Unnamed(self.unnamed(r));
+            return Ruling::Unnamed(self.unnamed(r, r.evidence));
         }
         let named = self.named(best, rival);
         // Where the empirical correction is the likelier cause, it stands as the finding.
@@ -116,7 +125,7 @@ impl<'a> Round<'a> {
         if let (Some(r), Some(unknown)) = (rival, unknown)
             && unknown.1 > named.probability
         {
-            return Ruling::Unnamed(self.unnamed(r));
+            return Ruling::Unnamed(self.unnamed(r, r.evidence.max(best.evidence)));
         }
         if is_late_meter(about)
             && self.record.takes(Step::Pairs)
@@ -184,6 +193,50 @@ impl<'a> Round<'a> {
         self.footprints.iter().map(|f| f.left_over(signature)).sum()
     }
 
+    /// The correction that competes with an effect: of its own relation, or one that nothing in the catalogue comes near.
+    fn rival(&self, best: &Contender) -> Option<&Correction> {
+        let relation = best.effect.about().relation;
+        let far = (self.rivals.iter()).find(|r| r.evidence > hurdle(r).max(2.0 * best.claim()));
+        let own = self.rival_in(relation).filter(|r| {
+            r.evidence > 0.5 * hurdle(r) || (r.evidence > 0.0 && form_broken(best) > 0.0)
+        });
+        match (far, own) {
+            (Some(far), Some(own)) if own.evidence > far.evidence => Some(own),
+            (far, own) => far.or(own),
+        }
+    }
+
+    /// The best correction of a relation.
+    fn rival_in(&self, relation: Relation) -> Option<&Correction> {
+        (self.rivals.iter()).find(|r| RELATIONS[r.relation] == relation)
+    }
+
+    /// What would explain most, were it not at the bound of what is plausible: something else does what it would do.
+    fn beyond(&self) -> Option<&Contender> {
+        self.contenders
+            .iter()
+            .filter(|c| c.evidence > self.hurdle(c) && at_bound(&solved(&c.best)))
+            .max_by(|a, b| a.evidence.total_cmp(&b.evidence))
+    }
+
+    /// Whether what is there from some time on was not there before: always there, it would explain less.
+    fn sets_in(&self, c: &Contender) -> bool {
+        let about = c.effect.about();
+        let (Some(onset), None) = (about.onset(), about.duration()) else {
+            return true;
+        };
+        let mut always = c.best.applied.clone();
+        always.parameters[onset] = self.record.setting.span_s.0 - 1e6;
+        let always = weigh(self.record, &self.gate, &self.state, always);
+        (1.0 - SEEN) * c.best.evidence > always.evidence + 3.0
+    }
+
+    /// Whether an effect may be named if its evidence suffices.
+    pub(crate) fn admissible(&self, c: &Contender) -> bool {
+        let one = solved(&c.best);
+        !at_bound(&one) && material(&one) && stands(self.record, &one) && self.sets_in(c)
+    }
+
     /// The likeliest effect that may be named.
     fn best(&self) -> Option<&Contender> {
         // Effects of the meter's timing come together or not at all: what one leaves over looks like the other.
@@ -194,13 +247,9 @@ impl<'a> Round<'a> {
         self.contenders
             .iter()
             .filter(|c| {
-                let about = c.effect.about();
-                let one = solved(&c.best);
                 c.evidence > self.hurdle(c)
-                    && !at_bound(&one)
-                    && !(timed && is_late_meter(about))
-                    && material(&one)
-                    && stands(self.record, &one)
+                    && !(timed && is_late_meter(c.effect.about()))
+                    && self.admissible(c)
             })
             .max_by(|a, b| a.formed.total_cmp(&b.formed))
     }
@@ -221,7 +270,8 @@ impl<'a> Round<'a> {
             .collect();
         if let Some(r) = rival {
             let form = form_broken(best).exp();
-            others.push(("unknown".to_owned(), weight(AHEAD * r.evidence).max(form)));
+            let ahead = ((r.claim() - best.claim()) / temperature).exp();
+            others.push(("unknown".to_owned(), ahead.max(form)));
         }
         others
     }
@@ -280,25 +330,27 @@ impl<'a> Round<'a> {
         Some(pair.collect())
     }
 
-    /// A correction as the finding, with the effects of its relation as alternatives.
-    fn unnamed(&self, c: &Correction) -> Named {
-        let temperature = (0.08 * c.evidence).max(6.0);
+    /// A correction as the finding, with the effects of its relation as alternatives; `evidence` tells that there is something.
+    fn unnamed(&self, c: &Correction, evidence: f64) -> Named {
+        let temperature = (0.08 * evidence).max(6.0);
         let weight = |o: &Contender| {
-            let likely = ((1.2 * o.evidence - c.evidence) / temperature).min(0.0);
+            let likely = ((1.2 * o.evidence - evidence) / temperature).min(0.0);
             (likely - form_broken(o).max(0.0)).exp()
         };
         let others = self
             .contenders
             .iter()
             .filter(|o| o.evidence > 0.0 && stands(self.record, &solved(&o.best)))
-            .filter(|o| o.effect.about().relation == RELATIONS[c.relation])
+            .filter(|o| {
+                o.effect.about().relation == RELATIONS[c.relation] && !at_bound(&solved(&o.best))
+            })
             .map(|o| (o.effect.about().id.to_owned(), weight(o)))
             .collect();
-        let real = logistic((c.evidence - self.unknown_hurdle(c)) / 15.0 + 0.7);
+        let real = logistic((evidence - self.unknown_hurdle(c)) / 15.0 + 0.7);
         let (probability, alternatives) = shared(real, others);
         Named {
             applied: c.applied.clone(),
-            evidence: c.evidence,
+            evidence,
             hurdle: self.unknown_hurdle(c),
             probability,
             alternatives,

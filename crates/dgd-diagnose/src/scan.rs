@@ -52,6 +52,7 @@ fn grids(effect: &dyn Effect, record: &Record) -> Vec<Vec<f64>> {
                     .map(|k| from + span * (first + (last - first) * k as f64 / (count - 1) as f64))
                     .collect()
             }
+            Role::Edge(values) => values[..1].to_vec(),
             Role::Duration => [1300.0, 2300.0, 3600.0]
                 .into_iter()
                 .filter(|d| *d < 0.7 * span)
@@ -118,10 +119,45 @@ pub(crate) fn scan(
     if effect.is_switch() {
         for parameters in switches(record, tangent, pull, state, effect, &out) {
             let start = weigh(record, tangent, state, Applied::new(effect, parameters));
-            out.push(sharpen(record, tangent, state, start));
+            let sharp = sharpen(record, tangent, state, start);
+            out.extend(softened(record, tangent, state, &sharp));
+            out.push(sharp);
         }
     }
     out
+}
+
+/// A candidate whose edges take longer, their middles kept, for each length of edge that its effect may have.
+fn softened(
+    record: &Record,
+    tangent: &Tangent,
+    state: &[Applied],
+    sharp: &Candidate,
+) -> Vec<Candidate> {
+    let about = sharp.applied.effect.about();
+    let edge = about.parameters.iter().enumerate();
+    let Some((k, values)) = edge.into_iter().find_map(|(k, p)| match p.role {
+        Role::Edge(values) => Some((k, values)),
+        _ => None,
+    }) else {
+        return Vec::new();
+    };
+    (values.iter().skip(1))
+        .map(|value| {
+            let mut p = sharp.applied.parameters.clone();
+            let longer = value - p[k];
+            p[k] = *value;
+            if let Some(onset) = about.onset() {
+                p[onset] -= 0.5 * longer;
+            }
+            if let Some(duration) = about.duration() {
+                p[duration] += longer;
+            }
+            let one = Applied::new(sharp.applied.effect, p);
+            let soft = weigh(record, tangent, state, one);
+            sharpen(record, tangent, state, soft)
+        })
+        .collect()
 }
 
 /// Moves the ends of a candidate's interval, block by block, to where they explain most.

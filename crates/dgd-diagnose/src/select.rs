@@ -24,12 +24,22 @@ pub(crate) struct Named {
     pub correction: Option<(usize, usize)>,
 }
 
+/// An effect in the first round.
+pub(crate) struct First {
+    pub id: &'static str,
+    pub evidence: f64,
+    /// Energy of a unit of strength, 0 where the strength is on a grid.
+    pub energy: f64,
+    /// Whether it might be named but for its evidence.
+    pub admissible: bool,
+}
+
 /// The outcome of the search.
 pub(crate) struct Selection {
     pub allowances: Vec<Applied>,
     pub named: Vec<Named>,
-    /// First-round evidence and the energy of a unit of strength, by effect.
-    pub first: Vec<(&'static str, f64, f64)>,
+    /// How each effect fared before anything was named.
+    pub first: Vec<First>,
 }
 
 impl Selection {
@@ -118,11 +128,16 @@ pub(crate) fn select(
 }
 
 /// What each effect showed before anything was named.
-fn first(round: &Round) -> Vec<(&'static str, f64, f64)> {
+fn first(round: &Round) -> Vec<First> {
     let of = |c: &Contender| {
         let about = c.effect.about();
         let energy = if on_grid(about) { 0.0 } else { c.best.energy };
-        (about.id, c.evidence, energy)
+        First {
+            id: about.id,
+            evidence: c.evidence,
+            energy,
+            admissible: round.admissible(c),
+        }
     };
     round.contenders.iter().map(of).collect()
 }

@@ -65,7 +65,7 @@ fn parameters(record: &Record, tangent: &Tangent, applied: &[Applied], k: usize)
                     (0.05 * size).max(0.01 * parameter.usual),
                     size.max(parameter.usual),
                 )),
-                Role::Grid(_) | Role::Shape(_) => {
+                Role::Grid(_) | Role::Shape(_) | Role::Edge(_) => {
                     Some(along(j, (0.1 * size).max(0.1), (0.3 * size).max(1.0)))
                 }
             }

@@ -6,6 +6,8 @@
 pub enum Step {
     /// What sets in or passes must show without the minutes about its edges.
     Edges,
+    /// What a pump loses in passing must show at a flow and a lift that it has at other times too.
+    Duty,
     /// Likely causes are compared with their forms within error.
     Form,
     /// A further effect must stand out from the slack of those named before.
@@ -30,9 +32,10 @@ pub enum Step {
 
 impl Step {
     /// Every step, in the order of the chain.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Projection,
         Self::Edges,
+        Self::Duty,
         Self::Form,
         Self::Slack,
         Self::Footprints,
@@ -48,6 +51,7 @@ impl Step {
     pub fn name(self) -> &'static str {
         match self {
             Self::Edges => "edges",
+            Self::Duty => "duty",
             Self::Form => "form",
             Self::Slack => "slack",
             Self::Footprints => "footprints",

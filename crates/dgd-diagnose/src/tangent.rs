@@ -16,6 +16,7 @@ use dgd_effects::{
     Curves, FRICTION_TERMS, HEAD_POWERS, HEAD_TERMS, Rank, Scale, friction_terms, head_terms,
     quantile,
 };
+use nalgebra::{DMatrix, DVector};
 
 /// Prior width of the head's lean on inlet pressure.
 const LEAN_PRIOR: f64 = 0.1;
@@ -539,15 +540,51 @@ impl Tangent {
         w
     }
 
+    /// Inner products of changes of the stacked residuals, whitened and off the tangent, and those with the residual itself.
+    pub(crate) fn normal_equations(
+        &self,
+        record: &Record,
+        changes: &[Vec<f64>],
+    ) -> (DMatrix<f64>, DVector<f64>) {
+        let whitened: Vec<Vec<f64>> = changes.iter().map(|c| self.whitening.apply(c)).collect();
+        let rows = self.layout.len();
+        let within: Vec<Vec<f64>> = whitened
+            .iter()
+            .map(|w| {
+                match (
+                    w.iter().position(|v| *v != 0.0),
+                    w.iter().rposition(|v| *v != 0.0),
+                ) {
+                    (Some(first), Some(last)) if record.takes(Step::Projection) => {
+                        let touched = first..last + 1;
+                        let product = |q: &Vec<f64>| dot(&q[touched.clone()], &w[touched.clone()]);
+                        self.basis.iter().map(product).collect()
+                    }
+                    _ => vec![0.0; self.basis.len()],
+                }
+            })
+            .collect();
+        let n = changes.len();
+        let gram = DMatrix::from_fn(n, n, |a, b| {
+            dot(&whitened[a], &whitened[b]) - dot(&within[a], &within[b])
+        });
+        let right = DVector::from_fn(n, |a, _| dot(&whitened[a], &self.off[..rows]));
+        (gram, right)
+    }
+
     /// What a hypothesis takes out of the residuals of these curves: whitened, off the tangent.
     pub(crate) fn signature(&self, record: &Record, applied: &[Applied]) -> Vec<f64> {
-        let change = self.change(record, applied);
+        self.beyond(record, &self.change(record, applied))
+    }
+
+    /// What a change of the stacked residuals amounts to: whitened, off the tangent.
+    pub(crate) fn beyond(&self, record: &Record, change: &[f64]) -> Vec<f64> {
         if !record.takes(Step::Projection) {
-            let mut whole = self.whitening.apply(&change);
+            let mut whole = self.whitening.apply(change);
             whole.resize(self.off.len(), 0.0);
             return whole;
         }
-        self.project(&change)
+        self.project(change)
     }
 
     /// The same before whitening.

@@ -61,7 +61,7 @@ pub(crate) fn tested(
         .iter()
         .map(|effect| {
             let about = effect.about();
-            let first = selection.first.iter().find(|f| f.0 == about.id);
+            let first = selection.first.iter().find(|f| f.id == about.id);
             let missing = missing(record, swell, about.search.needs);
             let found = findings.iter().any(|f| f.effect == about.id);
             let outcome = if found {
@@ -73,7 +73,7 @@ pub(crate) fn tested(
             } else {
                 Outcome::NotSeen
             };
-            let energy = first.map_or(0.0, |f| f.2);
+            let energy = first.map_or(0.0, |f| f.energy);
             let (_, factor) = about.parameters[0].shown.scale(&record.setting);
             let standard_error = (energy > 0.0)
                 .then(|| factor / energy.sqrt())
@@ -84,7 +84,8 @@ pub(crate) fn tested(
                 effect: about.id,
                 title: about.title,
                 outcome,
-                evidence: first.map_or(0.0, |f| f.1),
+                evidence: first.map_or(0.0, |f| f.evidence),
+                admissible: first.is_some_and(|f| f.admissible),
                 strength: about.parameters[0].name,
                 hurdle,
                 standard_error,

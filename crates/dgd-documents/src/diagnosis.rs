@@ -112,6 +112,7 @@ fn tested(tested: &Tested) -> Json {
     members.text("outcome", outcome);
     members.put("reason", reason.map(Json::text));
     members.put("evidence_ln", Json::finite(tested.evidence));
+    members.put("admissible", Some(Json::Bool(tested.admissible)));
     members.put("hurdle_ln", Json::finite(tested.hurdle));
     members.text("strength", tested.strength);
     members.put(

@@ -60,6 +60,8 @@ pub enum Role {
     Onset,
     /// How long it lasts, s.
     Duration,
+    /// How long it takes to set in, and to pass, s: tried where its interval has been found.
+    Edge(&'static [f64]),
 }
 
 /// A parameter of an effect; [`Parameter::BASE`] fills in what is usual.
@@ -168,7 +170,7 @@ pub trait Effect: Send + Sync {
     /// refuses those before. Their values, whatever they are, never panic.
     fn begin(&self, parameters: &[f64], setting: &Setting) -> Action;
 
-    /// Whether the action keeps no state and is in force at once, so that a search can move its onset like a switch.
+    /// Whether the action keeps no state and is in force at once, but for an edge, so that a search can move its onset like a switch.
     fn is_switch(&self) -> bool {
         false
     }

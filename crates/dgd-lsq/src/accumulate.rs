@@ -297,8 +297,13 @@ fn all_finite(values: &[f64]) -> bool {
     values.iter().fold(true, |all, x| all & x.is_finite())
 }
 
-/// Eight partial sums: the compiler may not reorder a sum, so the order is spelled out.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+/// Sum of the products of two slices, as far as the shorter one goes.
+///
+/// In eight partial sums: the compiler may not reorder a sum, so the order is spelled out.
+#[must_use]
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let n = a.len().min(b.len());
+    let (a, b) = (&a[..n], &b[..n]);
     let mut sums = [0.0; 8];
     let (a8, b8) = (a.chunks_exact(8), b.chunks_exact(8));
     let rest: f64 = a8

@@ -6,9 +6,10 @@
 //! [`fit_robust`] is the Huber variant for data with outliers; it replays the rows.
 //!
 //! A fit that is not persistently excited (thesis Eq. 3.8: the inverse must exist) is refused
-//! with the names of the columns that cannot be told apart. This crate opens no file, prints
-//! nothing and holds no model: what the columns mean is the caller's affair. Absent: sparse
-//! problems, bounds and constraints, regularisation.
+//! with the names of the columns that cannot be told apart. [`lm`] is for what is not linear:
+//! Levenberg-Marquardt within a box. This crate opens no file, prints nothing and holds no model:
+//! what the columns mean is the caller's affair. Absent: sparse problems, constraints other than
+//! bounds, regularisation.
 //!
 //! ```
 //! use dgd_lsq::Accumulator;
@@ -26,9 +27,10 @@
 mod accumulate;
 mod error;
 mod fit;
+pub mod lm;
 mod robust;
 
-pub use accumulate::{Accumulator, MAX_COLUMNS};
+pub use accumulate::{Accumulator, MAX_COLUMNS, dot};
 pub use error::LsqError;
 pub use fit::{CONDITION_LIMIT, Fit, Reduced};
 pub use robust::{RobustFit, RobustOptions, RobustStatus, fit_robust};

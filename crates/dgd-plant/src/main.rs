@@ -5,6 +5,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+mod bench_command;
 mod conceal_command;
 
 use dgd_plant::{Plan, record, write_csv, write_provenance, write_well_toml};
@@ -15,6 +16,7 @@ Writes a simulated dual-gradient drilling recording.
 usage: dgd-plant <gom|short> --out DIR [--seed N] [--hours H]
        dgd-plant conceal --out DIR [--truth DIR] [--seed N] [--count N] [--level 1|2]
                  [--kind single|pair|clean|foreign|mix] [--severity S] [--effect ID] [--sealed]
+       dgd-plant bench --out DIR ...      (two benches that are no rig: `dgd-plant bench --help`)
 
   gom          four series, 305,820 samples at 1 Hz: gom1.csv .. gom4.csv
   short        one series, 7,200 samples at 1 Hz: short.csv
@@ -143,6 +145,21 @@ fn main() -> ExitCode {
                 Err(message) => refuse(&message),
             };
         }
+    }
+    if std::env::args().nth(1).as_deref() == Some("bench") {
+        if std::env::args().any(|a| a == "-h" || a == "--help") {
+            return match io::stdout().write_all(bench_command::USAGE.as_bytes()) {
+                Ok(()) => ExitCode::SUCCESS,
+                Err(_) => ExitCode::FAILURE,
+            };
+        }
+        let done = bench_command::parse(std::env::args().skip(2))
+            .map_err(|message| format!("{message}\n\n{}", bench_command::USAGE))
+            .and_then(|asked| bench_command::run(&asked));
+        return match done {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(message) => refuse(&message),
+        };
     }
     let arguments = match parse(std::env::args().skip(1)) {
         Ok(Some(a)) => a,

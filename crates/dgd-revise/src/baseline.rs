@@ -2,10 +2,10 @@
 
 use crate::context::{Context, Trial, Values};
 use crate::error::ReviseError;
-use crate::lm::{self, Effort};
 use crate::noise::Noise;
 use crate::stack::Runner;
 use crate::tangent::Tangent;
+use dgd_lsq::lm::{self, Bounds, Effort, Minimum};
 use nalgebra::DMatrix;
 
 /// A fitted model, linearised.
@@ -23,23 +23,34 @@ pub(crate) struct Baseline {
     pub white_off: Vec<f64>,
 }
 
+/// Two steps on one Jacobian, which costs a run for each parameter.
+pub(crate) const SPARING: Effort = Effort {
+    steps: 0,
+    tolerance: 1e-6,
+    fresh: 1,
+    stale: 2,
+    patience: 5,
+};
 /// To the end.
 pub(crate) const FULL: Effort = Effort {
     steps: 80,
     tolerance: 1e-6,
     fresh: 20,
+    ..SPARING
 };
 /// Near enough to be scored.
 pub(crate) const NEAR: Effort = Effort {
     steps: 25,
     tolerance: 1e-4,
     fresh: 6,
+    ..SPARING
 };
 /// To see what leads anywhere.
 pub(crate) const QUICK: Effort = Effort {
     steps: 7,
     tolerance: 1e-3,
     fresh: 2,
+    ..SPARING
 };
 
 impl Baseline {
@@ -69,13 +80,61 @@ impl Baseline {
     }
 }
 
+/// The base with the parameters that a fit has driven to a bound put back where the description starts them, and the others
+/// fitted beside them; `None` if none sits on a bound.
+pub(crate) fn inside(context: &Context<'_>, trial: &Trial) -> Option<Baseline> {
+    let built = context.build(&trial.members)?;
+    let declared = Context::start(&built, &Values::new()).1;
+    let bounds = &trial.bounds;
+    let at_bound = |theta: &[f64], i: usize| {
+        let near = 1e-6 * (bounds.high[i] - bounds.low[i]);
+        theta[i] - bounds.low[i] <= near || bounds.high[i] - theta[i] <= near
+    };
+    let fitted = &trial.minimum.theta;
+    let (held, moving): (Vec<usize>, Vec<usize>) =
+        (0..fitted.len()).partition(|&i| at_bound(fitted, i) && !at_bound(&declared, i));
+    if held.is_empty() {
+        return None;
+    }
+    let mut theta = fitted.clone();
+    held.iter().for_each(|&i| theta[i] = declared[i]);
+    let of = |all: &[f64]| moving.iter().map(|&i| all[i]).collect::<Vec<f64>>();
+    let mut runner = Runner::new(&built, context.data, &context.simulation).ok()?;
+    let mut all = theta.clone();
+    let found = lm::minimise(
+        &mut |t: &[f64]| {
+            for (&i, v) in moving.iter().zip(t) {
+                all[i] = *v;
+            }
+            runner.run(&all).map(|s| context.residual(s))
+        },
+        &of(&theta),
+        &Bounds {
+            low: of(&bounds.low),
+            high: of(&bounds.high),
+        },
+        None,
+        None,
+        NEAR,
+    );
+    if !found.cost.is_finite() {
+        return None;
+    }
+    for (&i, v) in moving.iter().zip(&found.theta) {
+        theta[i] = *v;
+    }
+    let mut there = trial.clone();
+    there.minimum = Minimum { theta, ..found };
+    Baseline::of(context, &there)
+}
+
 /// Jacobian at a trial's parameters, by differences.
 pub(crate) fn fresh_jacobian(context: &Context<'_>, trial: &Trial) -> Option<DMatrix<f64>> {
     let built = context.build(&trial.members)?;
     let mut runner = Runner::new(&built, context.data, &context.simulation).ok()?;
     let m = &trial.minimum;
-    Some(lm::jacobian(
-        &mut |t| runner.run(t).map(|s| context.residual(s)),
+    Some(lm::differences(
+        &mut |t: &[f64]| runner.run(t).map(|s| context.residual(s)),
         &m.theta,
         &m.residuals,
         &trial.bounds,

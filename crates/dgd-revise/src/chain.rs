@@ -9,11 +9,12 @@ use crate::error::ReviseError;
 use crate::noise;
 use crate::parallel;
 use crate::revision::{Options, Revision, Stage};
-use crate::screen::{Screened, screen};
+use crate::screen::{Screened, screen, screen_inside};
 use crate::sets::{self, Scored, Width};
 use crate::stack::Data;
 use crate::validate::{Folds, LeftOut};
 use dgd_assembly::{Assembly, Portion, Record, effects_for};
+use std::collections::BTreeSet;
 
 /// What is claimed before the test part is seen.
 #[derive(Default)]
@@ -28,6 +29,8 @@ pub(crate) struct Claim {
 
 /// Fewest readings of the training part.
 const FEWEST: usize = 40;
+/// Sets that are given up for their placebo before nothing is claimed.
+const REFUSED: usize = 60;
 /// Corrections that are fitted, of all that were weighed.
 const CORRECTIONS: usize = 8;
 
@@ -113,10 +116,14 @@ pub fn revise(
         .unwrap_or(1);
     let blocks = Blocks::new(&train, memory);
     let numbers: Vec<usize> = (0..context.hypotheses.len()).collect();
-    let screened = screen(&context, &base, &blocks, &numbers);
+    let mut screened = screen(&context, &base, &blocks, &numbers);
     let corrections = empirical::survey(&context, &base, &base_trial, &blocks);
     let gate = gate(&context, &base, &screened, &corrections);
-    tracing::debug!(?gate, memory, "gate");
+    let within_accuracy = within_accuracy(&context, &base);
+    tracing::debug!(?gate, memory, within_accuracy, "gate");
+    if let Some(inside) = baseline::inside(&context, &base_trial) {
+        screen_inside(&context, &inside, &blocks, &mut screened);
+    }
     let in_time = assembly.system().independent == "time";
     let folds = Folds::new(&train, in_time, memory);
     let base_left = folds
@@ -133,11 +140,13 @@ pub fn revise(
         base_left,
         screened: &screened,
         gate,
+        within_accuracy,
         scored: Vec::new(),
+        refused: BTreeSet::new(),
         claim: Claim::default(),
     };
     let open = gate.iter().any(|p| gate.len() as f64 * p <= options.gate);
-    if !open {
+    if !open || within_accuracy {
         return conclude::conclude(evidence, &folds, watch);
     }
     let width = Width {
@@ -163,13 +172,26 @@ pub fn revise(
     );
     watch(Stage::Exchanging);
     let hypotheses = context.hypotheses.len();
-    let mut chosen = None;
+    let (mut chosen, mut refused, mut stood) = (None, BTreeSet::new(), BTreeSet::new());
+    let mut rounds = 0;
     // What does as well in a member's place may do better, and have others of its own.
-    for _ in 0..3 {
-        let Some(best) = sets::choose(&scored, hypotheses) else {
+    while rounds < 3 {
+        let Some(best) = sets::choose(&scored, hypotheses, &refused) else {
             break;
         };
         let now = sets::prune(&context, &folds, &mut scored, best);
+        if !scored[now].trial.members.is_empty() && !stood.contains(&now) {
+            if !sets::stand(&context, memory, &folds, &mut scored, now) {
+                // What it was pruned from stands no better.
+                refused.extend([best, now]);
+                if refused.len() > REFUSED {
+                    break;
+                }
+                continue;
+            }
+            stood.insert(now);
+        }
+        rounds += 1;
         if chosen == Some(now) || scored[now].trial.members.is_empty() {
             chosen = Some(now);
             break;
@@ -206,6 +228,7 @@ pub fn revise(
         chosen,
     );
     evidence.scored = scored;
+    evidence.refused = refused;
     conclude::conclude(evidence, &folds, watch)
 }
 
@@ -277,6 +300,24 @@ fn gate(
     ]
 }
 
+/// Whether each recorded instrument says how accurate it is, and the re-fitted base is off by no more: then what is left, be it
+/// ever so systematic, is none that these instruments could show.
+fn within_accuracy(context: &Context<'_>, base: &Baseline) -> bool {
+    context
+        .assembly
+        .accuracies()
+        .iter()
+        .enumerate()
+        .map(|(o, accuracy)| {
+            (
+                accuracy,
+                context.data.rms(&base.residual, o) * context.scale[o],
+            )
+        })
+        .filter(|(_, off)| off.is_finite())
+        .all(|(accuracy, off)| accuracy.is_some_and(|a| off <= a))
+}
+
 /// The least of the instruments' probabilities by Ljung and Box, times their number.
 fn memory_probability(context: &Context<'_>, base: &Baseline) -> f64 {
     let outputs = context.scale.len();
@@ -306,15 +347,16 @@ fn claim(
     scored: &[Scored],
     chosen: Option<usize>,
 ) -> Claim {
-    let best = |trial: &Trial, candidates: &[empirical::Candidate]| -> Option<Corrected> {
-        let few: Vec<&empirical::Candidate> = candidates.iter().take(CORRECTIONS).collect();
-        parallel::map(&few, context.threads, |c| {
-            empirical::fit(context, folds, trial, c)
-        })
-        .into_iter()
-        .flatten()
-        .min_by(|a, b| a.left.mean().total_cmp(&b.left.mean()))
-    };
+    let best =
+        |trial: &Trial, candidates: &[empirical::Candidate], enough: f64| -> Option<Corrected> {
+            let few: Vec<&empirical::Candidate> = candidates.iter().take(CORRECTIONS).collect();
+            parallel::map(&few, context.threads, |c| {
+                empirical::fit(context, folds, trial, c, enough)
+            })
+            .into_iter()
+            .flatten()
+            .min_by(|a, b| a.left.mean().total_cmp(&b.left.mean()))
+        };
     let clearly = |c: &Corrected, than: &LeftOut, share: f64| {
         let (more, error) = c.left.less(than);
         tracing::debug!(
@@ -327,7 +369,11 @@ fn claim(
         set: chosen,
         ..Claim::default()
     };
-    let alone = best(base_trial, corrections);
+    let enough = match chosen {
+        Some(k) => CLEAR * scored[k].left.mean(),
+        None => ENOUGH * scored[0].left.mean(),
+    };
+    let alone = best(base_trial, corrections, enough);
     let Some(set) = chosen.map(|k| &scored[k]) else {
         claim.correction = alone.filter(|c| clearly(c, &scored[0].left, ENOUGH));
         return claim;
@@ -342,7 +388,8 @@ fn claim(
     }
     if let Some(beside) = Baseline::of(context, &set.trial) {
         let candidates = empirical::survey(context, &beside, &set.trial, blocks);
-        claim.correction = best(&set.trial, &candidates).filter(|c| clearly(c, &set.left, CLEAR));
+        claim.correction = best(&set.trial, &candidates, CLEAR * set.left.mean())
+            .filter(|c| clearly(c, &set.left, CLEAR));
     }
     claim
 }

@@ -1,9 +1,9 @@
 //! Checks on what is claimed, passed or failed.
 
-use crate::baseline::Baseline;
+use crate::baseline::{self, Baseline};
 use crate::conclude::{Evidence, Told};
 use crate::confirm::{self};
-use crate::context::Trial;
+use crate::context::{Context, Trial};
 use crate::noise::{lags, portmanteau};
 use crate::revision::Check;
 use crate::screen::screen;
@@ -24,11 +24,43 @@ pub(crate) fn gate_checks(e: &Evidence<'_, '_>) -> Vec<Check> {
         .map(|(w, p)| format!("{w}: p = {p:.3}"))
         .collect();
     let least = e.gate.iter().copied().fold(1.0, f64::min);
-    vec![Check {
-        name: "more than noise is left of the re-fitted base".into(),
-        passed: words.len() as f64 * least <= e.options.gate,
+    let open = words.len() as f64 * least <= e.options.gate;
+    // A gate that stays shut is the answer, not a failure.
+    let mut checks = vec![Check {
+        name: if open {
+            "more than noise is left of the re-fitted base"
+        } else {
+            "no more than noise is left of the re-fitted base"
+        }
+        .into(),
+        passed: true,
         detail: detail.join("; "),
-    }]
+    }];
+    if e.within_accuracy {
+        let c = e.context;
+        let names = c.assembly.outputs();
+        let off = |o: usize| c.data.rms(&e.base.residual, o) * c.scale[o];
+        let detail: Vec<String> = c
+            .assembly
+            .accuracies()
+            .iter()
+            .enumerate()
+            .filter_map(|(o, a)| {
+                Some(format!(
+                    "{}: off by {:.4e} of {:.4e}",
+                    names[o],
+                    off(o),
+                    (*a)?
+                ))
+            })
+            .collect();
+        checks.push(Check {
+            name: "the re-fitted base is off by no more than the accuracy stated".into(),
+            passed: true,
+            detail: detail.join("; "),
+        });
+    }
+    checks
 }
 
 /// Whether the claim stands on the test part; without one it does.
@@ -63,7 +95,13 @@ pub(crate) fn confirmation(
             continue;
         }
         let (low, high) = confirm::gain_interval(b, a, e.test, o, e.memory);
-        let line = format!("{name}: {rb:.4} to {ra:.4}, gain {low:.2} to {high:.2}");
+        // In no unit: whoever shows it has units of its own.
+        let line = format!(
+            "{name}: {:.3} of what it was, 95 % {:.3} to {:.3}",
+            ra / rb,
+            1.0 - high,
+            1.0 - low
+        );
         sum += (ra / e.context.scale[o]).powi(2) - (rb / e.context.scale[o]).powi(2);
         stands |= low > 0.0;
         // A worsening counts that is more than chance and more than a twentieth of what noise there is.
@@ -166,24 +204,50 @@ pub(crate) fn bounds_check(
 
 /// The same change of the readings, shifted along the record, must explain less of what the member explains.
 pub(crate) fn placebo(e: &Evidence<'_, '_>, without: &Trial, member: usize) -> Check {
-    let c = e.context;
-    let name = e.name(member);
-    let failed = |detail: &str| Check {
-        name: format!("placebo of {name}"),
-        passed: false,
-        detail: detail.into(),
+    let name = format!("placebo of {}", e.name(member));
+    match shifted(e.context, e.memory, without, member) {
+        Some((own, greatest)) => Check {
+            name,
+            passed: own > greatest,
+            detail: format!(
+                "takes {:.1} % of the squares at its place, {:.1} % at most when shifted",
+                100.0 * own,
+                100.0 * greatest
+            ),
+        },
+        None => Check {
+            name,
+            passed: false,
+            detail: "nothing to shift".into(),
+        },
+    }
+}
+
+/// Share of the squares left by `without` that a member's change takes at its place, and at most when it is shifted along the
+/// record by eighths.
+pub(crate) fn shifted(
+    c: &Context<'_>,
+    memory: usize,
+    without: &Trial,
+    member: usize,
+) -> Option<(f64, f64)> {
+    let blocks = crate::blocks::Blocks::new(c.data, memory);
+    let own = |base: &Baseline| {
+        let screened = screen(c, base, &blocks, &[member]);
+        screened.into_iter().next()?.points.into_iter().next()
     };
-    let blocks = crate::blocks::Blocks::new(c.data, e.memory);
-    let Some(base) = Baseline::of(c, without) else {
-        return failed("cannot be linearised");
-    };
-    let screened = screen(c, &base, &blocks, &[member]);
-    let Some(point) = screened.first().and_then(|s| s.points.first()) else {
-        return failed("nothing to shift");
+    let fitted = Baseline::of(c, without)?;
+    let (base, point) = match own(&fitted) {
+        Some(point) => (fitted, point),
+        // On its bounds the rest may leave it nothing to act on.
+        None => {
+            let inside = baseline::inside(c, without)?;
+            let point = own(&inside)?;
+            (inside, point)
+        }
     };
     let total = dot(&base.off, &base.off).max(1e-300);
     let gain = |d: &[f64]| dot(d, &base.off).powi(2) / dot(d, d).max(1e-300) / total;
-    let own = gain(&point.direction);
     let mut greatest = 0.0_f64;
     for shift in 1..=7 {
         let mut moved = vec![0.0; point.direction.len()];
@@ -196,13 +260,5 @@ pub(crate) fn placebo(e: &Evidence<'_, '_>, without: &Trial, member: usize) -> C
         }
         greatest = greatest.max(gain(&base.tangent.off(&moved)));
     }
-    Check {
-        name: format!("placebo of {name}"),
-        passed: own > greatest,
-        detail: format!(
-            "takes {:.1} % of the squares at its place, {:.1} % at most when shifted",
-            100.0 * own,
-            100.0 * greatest
-        ),
-    }
+    Some((gain(&point.direction), greatest))
 }

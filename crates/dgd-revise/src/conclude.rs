@@ -16,6 +16,7 @@ use crate::sets::Scored;
 use crate::stack::{Data, Runner};
 use crate::validate::{Folds, LeftOut};
 use crate::{empirical, sections};
+use std::collections::BTreeSet;
 
 /// Everything weighed.
 pub(crate) struct Evidence<'c, 'a> {
@@ -29,8 +30,12 @@ pub(crate) struct Evidence<'c, 'a> {
     pub base_left: LeftOut,
     pub screened: &'c [Screened],
     pub gate: [f64; 5],
+    /// The re-fitted base is off by no more than the instruments may be.
+    pub within_accuracy: bool,
     /// All sets that were scored; the base first, if any.
     pub scored: Vec<Scored>,
+    /// Those of them that did not stand their placebo.
+    pub refused: BTreeSet<usize>,
     pub claim: Claim,
 }
 
@@ -46,9 +51,8 @@ impl Evidence<'_, '_> {
     /// Whether a score of the gate alone is more than chance; memory alone may be the noise's own.
     pub(crate) fn stands_out(&self) -> bool {
         let n = self.gate.len();
-        self.gate[..n - 1]
-            .iter()
-            .any(|p| n as f64 * p <= self.options.gate)
+        let scores = &self.gate[..n - 1];
+        !self.within_accuracy && scores.iter().any(|p| n as f64 * p <= self.options.gate)
     }
 
     pub(crate) fn name(&self, m: usize) -> String {
@@ -155,7 +159,8 @@ pub(crate) fn conclude(
         (false, false) => Verdict::Consistent,
     };
     whiteness(&evidence, &after.rows, &mut checks);
-    let sections = if evidence.in_time {
+    // What is consistent holds throughout.
+    let sections = if evidence.in_time || verdict == Verdict::Consistent {
         Vec::new()
     } else {
         sections::sections(c, &trial, &evidence.scored, &evidence)

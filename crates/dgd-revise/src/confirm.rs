@@ -3,9 +3,9 @@
 use crate::context::{Context, Trial};
 use crate::draws::Draws;
 use crate::empirical::{self, Corrected};
-use crate::lm::{self, Box_, Effort};
 use crate::revision::TestStart;
 use crate::stack::{Data, Runner};
+use dgd_lsq::lm::{self, Bounds, Effort};
 
 /// Readings of a fitted set over windows, by window, output and sample.
 pub(crate) type Readings = Vec<Vec<Vec<f64>>>;
@@ -35,7 +35,7 @@ fn starts(
     let (Some(share), false) = (share, moving.is_empty()) else {
         return Some(vec![theta.clone(); test.windows.len()]);
     };
-    let bounds = Box_ {
+    let bounds = Bounds {
         low: moving.iter().map(|&i| parameters[i].low).collect(),
         high: moving.iter().map(|&i| parameters[i].high).collect(),
     };
@@ -43,6 +43,7 @@ fn starts(
         steps: 30,
         tolerance: 1e-6,
         fresh: 30,
+        ..crate::baseline::SPARING
     };
     test.windows
         .iter()
@@ -65,7 +66,7 @@ fn starts(
             let mut full = theta.clone();
             let start: Vec<f64> = moving.iter().map(|&i| theta[i]).collect();
             let found = lm::minimise(
-                &mut |t| {
+                &mut |t: &[f64]| {
                     for (&i, v) in moving.iter().zip(t) {
                         full[i] = *v;
                     }

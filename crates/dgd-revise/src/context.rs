@@ -1,8 +1,8 @@
 //! What every step works on: the assembly, its samples in rows, its hypotheses; and the fit of a set of effects.
 
-use crate::lm::{self, Box_, Effort, Minimum};
 use crate::stack::{Data, Runner};
 use dgd_assembly::{Assembly, EffectParameter, Hypothesis, SimulationOptions};
+use dgd_lsq::lm::{self, Bounds, Effort, Minimum};
 use std::collections::BTreeMap;
 
 /// Values by path; what is not named starts where the assembly says.
@@ -24,7 +24,7 @@ pub(crate) struct Trial {
     /// Numbers of hypotheses, ascending.
     pub members: Vec<usize>,
     pub paths: Vec<String>,
-    pub bounds: Box_,
+    pub bounds: Bounds,
     pub minimum: Minimum,
 }
 
@@ -71,8 +71,8 @@ impl Context<'_> {
     }
 
     /// Start and bounds of an assembly's parameters.
-    pub(crate) fn start(assembly: &Assembly, values: &Values) -> (Vec<String>, Vec<f64>, Box_) {
-        let mut bounds = Box_::default();
+    pub(crate) fn start(assembly: &Assembly, values: &Values) -> (Vec<String>, Vec<f64>, Bounds) {
+        let mut bounds = Bounds::default();
         let (mut paths, mut theta) = (Vec::new(), Vec::new());
         for p in assembly.parameters() {
             theta.push(values.get(&p.path).copied().unwrap_or(p.start));
@@ -90,7 +90,7 @@ impl Context<'_> {
         let (paths, theta, bounds) = Self::start(&built, values);
         let mut runner = Runner::new(&built, self.data, &self.simulation).ok()?;
         let minimum = lm::minimise(
-            &mut |t| runner.run(t).map(|s| self.residual(s)),
+            &mut |t: &[f64]| runner.run(t).map(|s| self.residual(s)),
             &theta,
             &bounds,
             None,
@@ -110,7 +110,7 @@ impl Context<'_> {
         let built = self.build(&trial.members)?;
         let mut runner = Runner::new(&built, self.data, &self.simulation).ok()?;
         let minimum = lm::minimise(
-            &mut |t| runner.run(t).map(|s| self.residual(s)),
+            &mut |t: &[f64]| runner.run(t).map(|s| self.residual(s)),
             &trial.minimum.theta,
             &trial.bounds,
             None,

@@ -22,6 +22,13 @@ impl Draws {
         }
     }
 
+    /// An exponential number of mean 1.
+    pub(crate) fn exponential(&mut self) -> f64 {
+        // 53 bits, never 0.
+        let unit = ((self.0.next_u64() >> 11) + 1) as f64 / (1_u64 << 53) as f64;
+        -unit.ln()
+    }
+
     /// A whole number below `n`, which is at least 1.
     pub(crate) fn below(&mut self, n: usize) -> usize {
         let n = n.max(1) as u64;

@@ -4,12 +4,12 @@
 use crate::baseline::Baseline;
 use crate::blocks::Blocks;
 use crate::context::{Context, Trial};
-use crate::lm::{self, Box_, Effort, Minimum};
 use crate::parallel;
-use crate::stack::{Data, Runner};
+use crate::stack::{Data, Runner, run_once};
 use crate::tangent::{Tangent, dot};
 use crate::validate::{Folds, LeftOut};
 use dgd_assembly::{Assembly, Between, Component, Input, Kind, Setting, Window};
+use dgd_lsq::lm::{self, Bounds, Effort, Minimum};
 use std::collections::BTreeMap;
 
 /// Where a correction acts.
@@ -190,6 +190,7 @@ struct Problem<'c, 'a> {
     candidate: &'c Candidate,
     windows: Vec<Window>,
     parameters: usize,
+    stiff: bool,
 }
 
 impl<'c, 'a> Problem<'c, 'a> {
@@ -213,6 +214,7 @@ impl<'c, 'a> Problem<'c, 'a> {
             candidate,
             windows,
             parameters,
+            stiff: false,
         })
     }
 
@@ -236,13 +238,14 @@ impl<'c, 'a> Problem<'c, 'a> {
         let data = self.context.data;
         let mut outputs = Vec::with_capacity(self.windows.len());
         for (number, window) in self.windows.iter().enumerate() {
-            let run = self
-                .built
-                .simulate(theta, window, number, &self.context.simulation)
-                .ok()?;
-            if run.status != dgd_assembly::RunStatus::Finished {
-                return None;
-            }
+            let run = run_once(
+                &self.built,
+                window,
+                number,
+                theta,
+                &self.context.simulation,
+                &mut self.stiff,
+            )?;
             outputs.push(run.outputs);
         }
         let simulated: Vec<f64> = data
@@ -406,44 +409,71 @@ fn weigh(
     Some(candidate)
 }
 
+/// Times the mean square it must get below at which a candidate is given up after a few steps.
+const FAR: f64 = 2.0;
 /// Rounds in which the quantity is taken anew from the corrected run.
 const ROUNDS: usize = 3;
 
 /// Fits a candidate on top of a set and scores it on left-out blocks. The quantity is that of the corrected run itself, by
 /// a few rounds.
+///
+/// `enough`: the mean square on left-out blocks that it must get below; one that is far off after a few steps is given up.
 pub(crate) fn fit(
     context: &Context<'_>,
     folds: &Folds,
     trial: &Trial,
     candidate: &Candidate,
+    enough: f64,
 ) -> Option<Corrected> {
     let n = candidate.knots.len();
     let p = trial.minimum.theta.len();
-    let mut bounds: Box_ = trial.bounds.clone();
+    let mut bounds: Bounds = trial.bounds.clone();
     bounds.low.extend(std::iter::repeat_n(-1e3, n));
     bounds.high.extend(std::iter::repeat_n(1e3, n));
     let effort = Effort {
         steps: 16,
         tolerance: 1e-3,
         fresh: 6,
+        ..crate::baseline::SPARING
+    };
+    let brief = Effort {
+        steps: 6,
+        fresh: 2,
+        ..effort
     };
     let given = candidate;
-    let mut best: Option<(Candidate, Minimum)> = None;
+    let mut first: Option<Minimum> = None;
     // From the fit without the correction, and from where that began: what it did to make up for the lack may be far from
     // what is right with the correction.
     let declared = Context::start(&context.build(&trial.members)?, &Default::default()).1;
-    for from in [&trial.minimum.theta, &declared] {
-        let found = settle(context, trial, given, from, &bounds, effort);
-        if let Some(found) = found
-            && best.as_ref().is_none_or(|b| found.1.cost < b.1.cost)
-        {
-            best = Some(found);
+    let mut problem = Problem::new(context, &trial.members, given)?;
+    // Beside effects that fit, the fit itself is start enough.
+    let starts = if trial.members.is_empty() { 2 } else { 1 };
+    for from in [&trial.minimum.theta, &declared].into_iter().take(starts) {
+        let mut start = from.clone();
+        start.extend(std::iter::repeat_n(0.0, n));
+        let found = lm::minimise(
+            &mut |t: &[f64]| problem.run(t),
+            &start,
+            &bounds,
+            None,
+            None,
+            brief,
+        );
+        if first.as_ref().is_none_or(|b| found.cost < b.cost) {
+            first = Some(found);
         }
     }
+    let first = first?;
+    let mean = 2.0 * first.cost / first.residuals.len().max(1) as f64;
+    if !(mean < FAR * enough) {
+        return None;
+    }
+    let best = settle(context, trial, given, &first.theta, &bounds, effort);
     let (candidate, mut minimum) = best?;
     let mut problem = Problem::new(context, &trial.members, &candidate)?;
-    minimum.jacobian = lm::jacobian(
-        &mut |t| problem.run(t),
+    minimum.jacobian = lm::differences(
+        &mut |t: &[f64]| problem.run(t),
         &minimum.theta,
         &minimum.residuals,
         &bounds,
@@ -451,7 +481,7 @@ pub(crate) fn fit(
     let left = folds.score(
         context.data,
         context.scale.len(),
-        &mut |t| problem.run(t),
+        &mut |t: &[f64]| problem.run(t),
         &minimum.theta,
         &bounds,
         (&minimum.residuals, &minimum.jacobian),
@@ -465,24 +495,30 @@ pub(crate) fn fit(
     })
 }
 
-/// Rounds of fits, each with the quantity that the last one's run shows.
+/// Rounds of fits, each with the quantity that the last one's run shows; `from` holds the coefficients as well.
 fn settle(
     context: &Context<'_>,
     trial: &Trial,
     candidate: &Candidate,
     from: &[f64],
-    bounds: &Box_,
+    bounds: &Bounds,
     effort: Effort,
 ) -> Option<(Candidate, Minimum)> {
     let n = candidate.knots.len();
     let p = trial.minimum.theta.len();
     let mut candidate = candidate.clone();
     let mut start = from.to_vec();
-    start.extend(std::iter::repeat_n(0.0, n));
     let mut best: Option<(Candidate, Minimum)> = None;
     for _ in 0..ROUNDS {
         let mut problem = Problem::new(context, &trial.members, &candidate)?;
-        let minimum = lm::minimise(&mut |t| problem.run(t), &start, bounds, None, None, effort);
+        let minimum = lm::minimise(
+            &mut |t: &[f64]| problem.run(t),
+            &start,
+            bounds,
+            None,
+            None,
+            effort,
+        );
         if !minimum.cost.is_finite() {
             break;
         }

@@ -1,6 +1,7 @@
 //! Findings in words and numbers, what cannot be told apart, and how every effect fared.
 
 use crate::baseline::fresh_jacobian;
+use crate::belief;
 use crate::chain::Claim;
 use crate::checks::placebo;
 use crate::conclude::Evidence;
@@ -31,6 +32,7 @@ pub(crate) fn findings(
     .unwrap_or_default();
     if let Some(k) = claim.set {
         let chosen = &e.scored[k];
+        let weights = belief::weights(&e.scored, k, &e.refused);
         let estimates = fresh_jacobian(c, trial)
             .map_or_else(Vec::new, |j| estimates(c, trial, &j, &chosen.left));
         for &m in &trial.members {
@@ -83,6 +85,15 @@ pub(crate) fn findings(
                 }),
                 left_out_loss: loss / chosen.left.mean(),
                 standard_errors: loss / error,
+                probability: Some(
+                    e.scored
+                        .iter()
+                        .zip(&weights)
+                        .filter(|(s, _)| s.trial.members.contains(&m))
+                        .map(|(_, w)| w)
+                        .sum::<f64>()
+                        .min(1.0),
+                ),
                 alternatives,
                 separating_test: separating,
                 shape: None,
@@ -122,6 +133,7 @@ pub(crate) fn findings(
             region: locate::region(c.data, plain, rows, &quantities),
             left_out_loss: loss / k.left.mean(),
             standard_errors: loss / error,
+            probability: None,
             alternatives: Vec::new(),
             separating_test: None,
             shape: Some(Shape {
@@ -149,6 +161,7 @@ pub(crate) fn findings(
             region: String::new(),
             left_out_loss: f64::NAN,
             standard_errors: f64::NAN,
+            probability: None,
             alternatives: Vec::new(),
             separating_test: None,
             shape: None,

@@ -28,6 +28,7 @@
 )]
 
 mod baseline;
+mod belief;
 mod blocks;
 mod chain;
 mod checks;
@@ -39,7 +40,6 @@ mod empirical;
 mod error;
 mod estimates;
 mod findings;
-mod lm;
 mod locate;
 mod noise;
 mod parallel;

@@ -7,12 +7,15 @@ use crate::parallel;
 use crate::stack::Runner;
 use crate::tangent::dot;
 use dgd_assembly::{EffectParameter, Hypothesis};
+use std::sync::Arc;
 
 /// An effect at one strength and shape.
 #[derive(Debug, Clone)]
 pub(crate) struct Point {
     /// Parameters from which a fit would start.
     pub values: Vec<f64>,
+    /// Those of the base beside it.
+    pub from: Arc<Values>,
     /// Share of the residual's square that goes, linearly, strength within its bounds.
     pub gain: f64,
     /// Square of the whitened score: chi-square of 1 if nothing is left out.
@@ -55,10 +58,12 @@ impl Screened {
 }
 
 /// Most strengths and shapes of one effect.
-const MOST: usize = 48;
+pub(crate) const MOST: usize = 48;
+/// The same beside effects that are in already, besides those that were best without.
+pub(crate) const FEWER: usize = 10;
 
 /// Strengths and shapes at which an effect is looked at.
-pub(crate) fn grid(h: &Hypothesis) -> Vec<Vec<f64>> {
+pub(crate) fn grid(h: &Hypothesis, most: usize) -> Vec<Vec<f64>> {
     let Some(first) = h.parameters.first() else {
         return Vec::new();
     };
@@ -80,7 +85,7 @@ pub(crate) fn grid(h: &Hypothesis) -> Vec<Vec<f64>> {
             })
             .collect();
     }
-    let stride = grid.len().div_ceil(MOST).max(1);
+    let stride = grid.len().div_ceil(most).max(1);
     grid.into_iter().step_by(stride).collect()
 }
 
@@ -121,19 +126,69 @@ fn shapes(p: &EffectParameter, n: i32) -> Vec<f64> {
         .collect()
 }
 
-/// Screens all hypotheses, beside `members` that are in the base already.
+/// Screens hypotheses beside what is in the base already.
 pub(crate) fn screen(
     context: &Context<'_>,
     base: &Baseline,
     blocks: &Blocks,
     numbers: &[usize],
 ) -> Vec<Screened> {
+    let from = Arc::new(base.values.clone());
     parallel::map(numbers, context.threads, |&number| {
-        one(context, base, blocks, number)
+        let grid = grid(&context.hypotheses[number], MOST);
+        one(context, base, &from, blocks, number, &grid)
     })
 }
 
-fn one(context: &Context<'_>, base: &Baseline, blocks: &Blocks, number: usize) -> Screened {
+/// Screens again what was screened before, on a coarser grid and where it was best.
+pub(crate) fn screen_again(
+    context: &Context<'_>,
+    base: &Baseline,
+    blocks: &Blocks,
+    known: &[&Screened],
+) -> Vec<Screened> {
+    let from = Arc::new(base.values.clone());
+    parallel::map(known, context.threads, |s| {
+        let mut grid = grid(&context.hypotheses[s.number], FEWER);
+        grid.extend(s.points.iter().map(|p| p.values.clone()));
+        one(context, base, &from, blocks, s.number, &grid)
+    })
+}
+
+/// Screens again, from inside the bounds, what the re-fitted base on its bounds could not show: an effect on friction does
+/// nothing where the fit has made friction zero.
+pub(crate) fn screen_inside(
+    context: &Context<'_>,
+    inside: &Baseline,
+    blocks: &Blocks,
+    screened: &mut [Screened],
+) {
+    let numbers: Vec<usize> = screened
+        .iter()
+        .filter(|s| !s.usable())
+        .map(|s| s.number)
+        .collect();
+    for again in screen(context, inside, blocks, &numbers) {
+        if let Some(s) = screened.iter_mut().find(|s| s.number == again.number)
+            && again.usable()
+        {
+            // The gate asks what is left of the base as fitted: there this one has no say.
+            *s = Screened {
+                sums: Vec::new(),
+                ..again
+            };
+        }
+    }
+}
+
+fn one(
+    context: &Context<'_>,
+    base: &Baseline,
+    from: &Arc<Values>,
+    blocks: &Blocks,
+    number: usize,
+    grid: &[Vec<f64>],
+) -> Screened {
     let mut screened = Screened {
         number,
         points: Vec::new(),
@@ -156,12 +211,12 @@ fn one(context: &Context<'_>, base: &Baseline, blocks: &Blocks, number: usize) -
     let total = dot(&base.off, &base.off).max(1e-300);
     let mut by_score: Option<Point> = None;
     let mut by_gain: Vec<Point> = Vec::new();
-    for values in grid(h) {
+    for values in grid {
         let mut all: Values = base.values.clone();
         all.extend(
             h.parameters
                 .iter()
-                .zip(&values)
+                .zip(values)
                 .map(|(p, v)| (path(h, p), *v)),
         );
         let (_, theta, _) = Context::start(&built, &all);
@@ -223,6 +278,7 @@ fn one(context: &Context<'_>, base: &Baseline, blocks: &Blocks, number: usize) -
         }
         let point = Point {
             values: start,
+            from: Arc::clone(from),
             gain,
             score,
             direction: off,

@@ -7,11 +7,11 @@ use crate::baseline::fresh_jacobian;
 use crate::blocks::{Blocks, null_probability};
 use crate::conclude::Evidence;
 use crate::context::{Context, Trial};
-use crate::lm::{self, Effort};
 use crate::revision::Section;
 use crate::sets::Scored;
 use crate::stack::Runner;
 use crate::tangent::{Tangent, dot};
+use dgd_lsq::lm::{self, Effort};
 use nalgebra::DMatrix;
 
 /// Cuts tried within a stretch.
@@ -39,7 +39,8 @@ pub(crate) fn sections(
             .map(|s| &s.trial)
             .filter(|t| t.members.len() <= size.min(1)),
     );
-    let n = context.data.rows.len() as f64;
+    // A residual that remembers itself says less than its readings are many.
+    let n = context.data.rows.len() as f64 / evidence.memory.max(1) as f64;
     let divided = crate::parallel::map(&trials, context.threads, |trial| {
         let stretches = divide(context, trial)?;
         let all: Vec<(Section, f64)> = stretches
@@ -165,11 +166,12 @@ fn describe(
         steps: 30,
         tolerance: 1e-5,
         fresh: 10,
+        ..crate::baseline::SPARING
     };
     let own = context.build(&trial.members).and_then(|built| {
         let mut runner = Runner::new(&built, data, &context.simulation).ok()?;
         Some(lm::minimise(
-            &mut |x| runner.run(x).map(|s| context.residual(s)),
+            &mut |x: &[f64]| runner.run(x).map(|s| context.residual(s)),
             &trial.minimum.theta,
             &trial.bounds,
             Some(&keep),

@@ -3,12 +3,13 @@
 
 use crate::baseline::{Baseline, NEAR, QUICK};
 use crate::blocks::Blocks;
+use crate::checks::shifted;
 use crate::context::{Context, Trial, Values, path};
-use crate::lm::Effort;
 use crate::parallel;
-use crate::screen::{Point, Screened, screen};
+use crate::screen::{Point, Screened, screen_again};
 use crate::tangent::dot;
 use crate::validate::{Folds, LeftOut};
+use dgd_lsq::lm::Effort;
 use std::collections::BTreeSet;
 
 /// A set with its score on left-out blocks.
@@ -37,6 +38,7 @@ struct Task {
     values: Values,
 }
 
+/// Start of a fit with an effect at one of its strengths beside `values`.
 fn with(values: &Values, context: &Context<'_>, number: usize, point: &Point) -> Values {
     let mut all = values.clone();
     let h = &context.hypotheses[number];
@@ -118,11 +120,12 @@ pub(crate) fn search(
         .flat_map(|s| {
             s.points.iter().map(|point| Task {
                 members: vec![s.number],
-                values: with(&base.values, context, s.number, point),
+                values: with(&point.from, context, s.number, point),
             })
         })
         .collect();
-    let singles = try_all(context, &tasks, QUICK);
+    // All are followed to the end of the quick fit, from the best of their strengths and shapes.
+    let singles = try_best(context, &tasks, usable.len());
     report(context, "singles", &singles, base_trial);
     let top: Vec<Trial> = singles.iter().take(width.scored).cloned().collect();
     all.extend(finish(context, folds, &top));
@@ -135,7 +138,8 @@ pub(crate) fn search(
     for size in 3..=width.most {
         all.append(&mut last);
         // Two or three hide each other at times; beyond that, more of what is worth nothing is not tried.
-        let chosen = choose(&all, usable.len()).map_or(0, |k| all[k].trial.members.len());
+        let chosen =
+            choose(&all, usable.len(), &BTreeSet::new()).map_or(0, |k| all[k].trial.members.len());
         if chosen + 3 < size {
             break;
         }
@@ -147,7 +151,7 @@ pub(crate) fn search(
         beam.sort_by(|a, b| a.left.mean().total_cmp(&b.left.mean()));
         beam.truncate(width.beam);
         let tasks = additions(context, blocks, &beam, &usable, width.pool);
-        let found = try_all(context, &tasks, QUICK);
+        let found = try_best(context, &tasks, 3 * width.scored);
         report(context, "more", &found, base_trial);
         let top: Vec<Trial> = found.iter().take(width.scored).cloned().collect();
         last = finish(context, folds, &top);
@@ -193,10 +197,16 @@ fn pairs(
         }
     }
     promising.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let moved = |point: &Point| *point.from != base.values;
     let mut tasks = Vec::new();
     for (_, a, p, b, q) in promising.iter().take(2 * width.pool) {
         let values = with(
-            &with(&base.values, context, a.number, p),
+            &with(
+                if moved(q) { &q.from } else { &p.from },
+                context,
+                a.number,
+                p,
+            ),
             context,
             b.number,
             q,
@@ -227,14 +237,18 @@ fn pairs(
             });
         }
     }
+    try_best(context, &tasks, 2 * width.pool)
+}
+
+/// A few steps with each task; what is far behind after them is not followed.
+fn try_best(context: &Context<'_>, tasks: &[Task], follow: usize) -> Vec<Trial> {
     let brief = Effort {
         steps: 3,
         fresh: 1,
         ..QUICK
     };
-    let mut found = try_all(context, &tasks, brief);
-    // What is far behind after three steps is not followed.
-    let rest = found.split_off(found.len().min(2 * width.pool));
+    let mut found = try_all(context, tasks, brief);
+    let rest = found.split_off(found.len().min(follow));
     let mut found: Vec<Trial> = parallel::map(&found, context.threads, |t| {
         context.refine(t, QUICK).unwrap_or_else(|| t.clone())
     });
@@ -256,12 +270,12 @@ fn additions(
         let Some(base) = Baseline::of(context, &set.trial) else {
             continue;
         };
-        let numbers: Vec<usize> = usable
+        let others: Vec<&Screened> = usable
             .iter()
-            .map(|s| s.number)
-            .filter(|n| !set.trial.members.contains(n))
+            .copied()
+            .filter(|s| !set.trial.members.contains(&s.number))
             .collect();
-        let found = screen(context, &base, blocks, &numbers);
+        let found = screen_again(context, &base, blocks, &others);
         let mut by_gain: Vec<&Screened> = found.iter().filter(|s| s.usable()).collect();
         by_gain.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         let mut chosen: Vec<&Screened> = by_gain.iter().take(pool).copied().collect();
@@ -332,7 +346,7 @@ pub(crate) fn swaps(
             values: with(&chosen.trial.values(), context, s.number, &s.points[0]),
         }));
     }
-    let near: Vec<Trial> = try_all(context, &tasks, QUICK)
+    let near: Vec<Trial> = try_best(context, &tasks, 2 * scored)
         .into_iter()
         .filter(|t| t.cost() < 1.3 * chosen.trial.cost())
         .take(scored)
@@ -386,7 +400,7 @@ pub(crate) fn worth(smaller: &Scored, larger: &Scored, hypotheses: usize) -> boo
 }
 
 /// Readings that count as independent, by the residual's lag-one correlation (Bartlett).
-fn independent(trial: &Trial) -> f64 {
+pub(crate) fn independent(trial: &Trial) -> f64 {
     let r = &trial.minimum.residuals;
     let lagged: f64 = r.windows(2).map(|w| w[0] * w[1]).sum();
     let memory = (lagged / dot(r, r).max(1e-300)).clamp(0.0, 0.99);
@@ -400,10 +414,13 @@ pub(crate) fn alike(set: &Scored, chosen: &Scored) -> bool {
     more <= error.max(2.0 / independent(&chosen.trial).max(2.0) * chosen.left.mean())
 }
 
-/// The best of a size; of sets that do alike the one with fewer parameters, by Akaike's price of one.
-fn best_of(scored: &[Scored], size: usize) -> Option<usize> {
-    let of: Vec<usize> = (0..scored.len())
-        .filter(|&i| scored[i].trial.members.len() == size)
+/// Prices that differ by less are equal: which of two that do the same comes first is left to their order, not to round-off.
+const TIE: f64 = 0.01;
+
+/// The sets of a size that do alike, the best one included, by what their parameters cost at Akaike's price.
+fn best_of(scored: &[Scored], size: usize, refused: &BTreeSet<usize>) -> Vec<usize> {
+    let mut of: Vec<usize> = (0..scored.len())
+        .filter(|i| scored[*i].trial.members.len() == size && !refused.contains(i))
         .collect();
     let readings = of
         .iter()
@@ -412,22 +429,73 @@ fn best_of(scored: &[Scored], size: usize) -> Option<usize> {
     let price = |i: usize| {
         0.5 * readings * scored[i].left.mean().max(1e-300).ln() + scored[i].trial.paths.len() as f64
     };
-    of.into_iter()
-        .min_by(|a, b| price(*a).total_cmp(&price(*b)))
+    let least = of.iter().map(|&i| price(i)).fold(f64::INFINITY, f64::min) + TIE;
+    of.sort_by(|&a, &b| {
+        let [pa, pb] = [a, b].map(|i| price(i).max(least));
+        let members = |i: usize| &scored[i].trial.members;
+        pa.total_cmp(&pb).then_with(|| members(a).cmp(members(b)))
+    });
+    let best = of.first().copied();
+    of.retain(|&i| best.is_some_and(|b| alike(&scored[i], &scored[b])));
+    of
 }
 
-/// Up the sizes: the best of a size takes the place of what stood before if it is worth it.
-pub(crate) fn choose(scored: &[Scored], hypotheses: usize) -> Option<usize> {
+/// Up the sizes: the first of those that do best in a size and are worth it takes the place of what stood before. `refused`
+/// are not looked at.
+pub(crate) fn choose(
+    scored: &[Scored],
+    hypotheses: usize,
+    refused: &BTreeSet<usize>,
+) -> Option<usize> {
     let most = scored.iter().map(|s| s.trial.members.len()).max()?;
-    let mut now = best_of(scored, 0)?;
+    let mut now = *best_of(scored, 0, refused).first()?;
     for size in 1..=most {
-        if let Some(next) = best_of(scored, size)
-            && worth(&scored[now], &scored[next], hypotheses)
+        let next = best_of(scored, size, refused);
+        if let Some(next) = next
+            .into_iter()
+            .find(|&i| worth(&scored[now], &scored[i], hypotheses))
         {
             now = next;
         }
     }
     Some(now)
+}
+
+/// Whether each member of a set takes more of what the others leave at its place than shifted along the record. One whose like
+/// is as good anywhere is none, be its left-out score what it may.
+pub(crate) fn stand(
+    context: &Context<'_>,
+    memory: usize,
+    folds: &Folds,
+    scored: &mut Vec<Scored>,
+    set: usize,
+) -> bool {
+    let trial = scored[set].trial.clone();
+    // A single one stands beside the base, which was scored first.
+    for &m in &trial.members {
+        let rest: Vec<usize> = trial.members.iter().copied().filter(|o| *o != m).collect();
+        if scored.iter().all(|s| s.trial.members != rest) {
+            let Some(fitted) = context.fit(&rest, &trial.values(), NEAR) else {
+                return false;
+            };
+            let Some(left) = folds.of_trial(context, &fitted) else {
+                return false;
+            };
+            scored.push(Scored {
+                trial: fitted,
+                left,
+            });
+        }
+        let Some(without) = scored.iter().find(|s| s.trial.members == rest) else {
+            return false;
+        };
+        let shares = shifted(context, memory, &without.trial, m);
+        tracing::debug!(?shares, member = m, set = ?trial.members, "placebo");
+        if !shares.is_some_and(|(own, moved)| own > moved) {
+            return false;
+        }
+    }
+    true
 }
 
 /// Takes away what the others make superfluous, the least first; adds the sets it had to fit.

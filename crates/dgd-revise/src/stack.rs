@@ -1,6 +1,8 @@
 //! The samples of all windows in one column: what is compared, and what a run leaves over.
 
-use dgd_assembly::{Assembly, AssemblyError, RunStatus, SimulationOptions, Simulator, Window};
+use dgd_assembly::{
+    Assembly, AssemblyError, Method, RunStatus, Simulation, SimulationOptions, Simulator, Window,
+};
 
 /// Where a row comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -83,9 +85,83 @@ impl Data {
     }
 }
 
+/// Runs one assembly over one window, again and again.
+///
+/// Explicit steps (Dormand and Prince) take half the time where nothing is stiff; what needs more of them than there are
+/// samples is run by the method asked for from then on.
+struct Pace<'a> {
+    explicit: Option<Simulator<'a>>,
+    asked: Simulator<'a>,
+}
+
+/// Steps a sample that explicit runs may take, besides a hundred.
+const STEPS: usize = 2;
+
+/// Settings of explicit runs; `None` if nothing else was asked for.
+fn explicit(asked: &SimulationOptions, window: &Window) -> Option<SimulationOptions> {
+    (asked.method != Method::DormandPrince).then(|| SimulationOptions {
+        method: Method::DormandPrince,
+        max_steps: (STEPS * window.time.len() + 100).min(asked.max_steps),
+        ..*asked
+    })
+}
+
+fn finished(run: Simulation) -> Option<Simulation> {
+    (run.status == RunStatus::Finished).then_some(run)
+}
+
+impl<'a> Pace<'a> {
+    fn new(
+        assembly: &'a Assembly,
+        window: &'a Window,
+        number: usize,
+        options: &SimulationOptions,
+    ) -> Result<Self, AssemblyError> {
+        Ok(Self {
+            explicit: explicit(options, window)
+                .map(|o| Simulator::new(assembly, window, number, &o))
+                .transpose()?,
+            asked: Simulator::new(assembly, window, number, options)?,
+        })
+    }
+
+    /// A run that finished.
+    fn run(&mut self, theta: &[f64]) -> Option<Simulation> {
+        if let Some(explicit) = &mut self.explicit
+            && let Some(run) = explicit.run(theta).ok().and_then(finished)
+        {
+            return Some(run);
+        }
+        let run = self.asked.run(theta).ok().and_then(finished)?;
+        self.explicit = None;
+        Some(run)
+    }
+}
+
+/// One run of one window as [`Runner`] makes it; `stiff` is set once explicit steps have not sufficed.
+pub(crate) fn run_once(
+    assembly: &Assembly,
+    window: &Window,
+    number: usize,
+    theta: &[f64],
+    options: &SimulationOptions,
+    stiff: &mut bool,
+) -> Option<Simulation> {
+    let one = |o: &SimulationOptions| {
+        let run = assembly.simulate(theta, window, number, o).ok()?;
+        finished(run)
+    };
+    if !*stiff && let Some(run) = explicit(options, window).and_then(|o| one(&o)) {
+        return Some(run);
+    }
+    let run = one(options)?;
+    *stiff = true;
+    Some(run)
+}
+
 /// Runs an assembly over all windows.
 pub(crate) struct Runner<'a> {
-    simulators: Vec<Simulator<'a>>,
+    simulators: Vec<Pace<'a>>,
     data: &'a Data,
 }
 
@@ -100,59 +176,39 @@ impl<'a> Runner<'a> {
             .iter()
             .enumerate()
             .map(|(number, window)| {
-                Simulator::new(
-                    assembly,
-                    window,
-                    if data.training { number } else { 0 },
-                    options,
-                )
+                let number = if data.training { number } else { 0 };
+                Pace::new(assembly, window, number, options)
             })
             .collect::<Result<_, _>>()?;
         Ok(Self { simulators, data })
     }
 
+    /// All windows; `None` if a run did not finish.
+    fn windows(&mut self, theta: &[f64]) -> Option<Vec<Simulation>> {
+        self.simulators.iter_mut().map(|s| s.run(theta)).collect()
+    }
+
     /// Simulated readings of each row; `None` if a run did not finish.
     pub(crate) fn run(&mut self, theta: &[f64]) -> Option<Vec<f64>> {
-        let mut outputs = Vec::with_capacity(self.simulators.len());
-        for simulator in &mut self.simulators {
-            let run = simulator.run(theta).ok()?;
-            if run.status != RunStatus::Finished {
-                return None;
-            }
-            outputs.push(run.outputs);
-        }
+        let runs = self.windows(theta)?;
         let all: Vec<f64> = self
             .data
             .rows
             .iter()
-            .map(|row| outputs[row.window][row.output][row.sample])
+            .map(|row| runs[row.window].outputs[row.output][row.sample])
             .collect();
         all.iter().all(|v| v.is_finite()).then_some(all)
     }
 
     /// States by window, state and sample; `None` if a run did not finish.
     pub(crate) fn states(&mut self, theta: &[f64]) -> Option<Vec<Vec<Vec<f64>>>> {
-        let mut all = Vec::new();
-        for simulator in &mut self.simulators {
-            let run = simulator.run(theta).ok()?;
-            if run.status != RunStatus::Finished {
-                return None;
-            }
-            all.push(run.states);
-        }
-        Some(all)
+        let runs = self.windows(theta)?;
+        Some(runs.into_iter().map(|r| r.states).collect())
     }
 
     /// Outputs by window, output and sample; `None` if a run did not finish.
     pub(crate) fn outputs(&mut self, theta: &[f64]) -> Option<Vec<Vec<Vec<f64>>>> {
-        let mut all = Vec::new();
-        for simulator in &mut self.simulators {
-            let run = simulator.run(theta).ok()?;
-            if run.status != RunStatus::Finished {
-                return None;
-            }
-            all.push(run.outputs);
-        }
-        Some(all)
+        let runs = self.windows(theta)?;
+        Some(runs.into_iter().map(|r| r.outputs).collect())
     }
 }

@@ -1,5 +1,6 @@
 //! The space of changes that a re-fit of the base parameters can make.
 
+pub(crate) use dgd_lsq::dot;
 use nalgebra::DMatrix;
 
 /// Orthonormal columns that span it.
@@ -57,10 +58,6 @@ impl Tangent {
     pub(crate) fn within(&self, v: &[f64]) -> f64 {
         self.columns.iter().map(|c| dot(c, v).powi(2)).sum()
     }
-}
-
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 #[cfg(test)]

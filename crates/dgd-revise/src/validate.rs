@@ -6,8 +6,8 @@
 
 use crate::baseline::fresh_jacobian;
 use crate::context::{Context, Trial};
-use crate::lm::{self, Box_, Effort, Residuals};
 use crate::stack::{Data, Runner};
+use dgd_lsq::lm::{self, Bounds, Effort};
 use nalgebra::DMatrix;
 
 /// What each fold fits and scores.
@@ -78,9 +78,9 @@ impl Folds {
         &self,
         data: &Data,
         outputs: usize,
-        f: &mut Residuals<'_>,
+        f: &mut dyn FnMut(&[f64]) -> Option<Vec<f64>>,
         theta: &[f64],
-        bounds: &Box_,
+        bounds: &Bounds,
         known: (&[f64], &DMatrix<f64>),
     ) -> LeftOut {
         let mut left = LeftOut {
@@ -94,6 +94,7 @@ impl Folds {
             steps: 6,
             tolerance: 1e-4,
             fresh: 0,
+            ..crate::baseline::SPARING
         };
         for (keep, scored) in &self.folds {
             if scored.is_empty() {
@@ -121,7 +122,7 @@ impl Folds {
         Some(self.score(
             context.data,
             context.scale.len(),
-            &mut |t| runner.run(t).map(|s| context.residual(s)),
+            &mut |t: &[f64]| runner.run(t).map(|s| context.residual(s)),
             &m.theta,
             &trial.bounds,
             (&m.residuals, &jacobian),

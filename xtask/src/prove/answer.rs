@@ -51,6 +51,26 @@ pub(crate) const SIGNALS: [&str; 4] = [
 pub(crate) struct Answer {
     pub(crate) verdict: String,
     pub(crate) findings: Vec<Finding>,
+    /// What was looked for, with what each effect showed before anything was named.
+    pub(crate) tested: Vec<Tested>,
+}
+
+/// An effect of the catalogue that was looked for; of what is not told there is nothing.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Tested {
+    pub(crate) effect: String,
+    /// Whether the recording can show it.
+    pub(crate) testable: bool,
+    /// Whether it may be named at all, whatever its evidence: its size, bounds and place are plausible. Taken for yes where it
+    /// is not told.
+    pub(crate) admissible: bool,
+    /// Name of its strength.
+    pub(crate) strength: String,
+    /// Natural logarithm of its Bayes factor.
+    pub(crate) evidence: Option<f64>,
+    pub(crate) hurdle: Option<f64>,
+    /// Of the strength, SI.
+    pub(crate) standard_error: Option<f64>,
 }
 
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -61,6 +81,8 @@ pub(crate) struct Finding {
     pub(crate) relation: String,
     pub(crate) intervals_s: Vec<(f64, f64)>,
     pub(crate) parameters: Vec<Estimate>,
+    pub(crate) evidence: Option<f64>,
+    pub(crate) hurdle: Option<f64>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -104,13 +126,33 @@ impl Answer {
             .enumerate()
             .map(|(i, f)| finding(f, &mut |what| wrong.push(format!("finding {i}: {what}"))))
             .collect();
-        Ok((Answer { verdict, findings }, wrong))
+        // No part of the form, only read where it is there.
+        let tested = value["tested"].as_array().into_iter().flatten();
+        let answer = Answer {
+            verdict,
+            findings,
+            tested: tested.map(tested_of).collect(),
+        };
+        Ok((answer, wrong))
     }
 
     /// The findings that count as claimed.
     pub(crate) fn claimed(&self) -> impl Iterator<Item = &Finding> {
         let claimed = |f: &&Finding| f.probability >= super::targets::CLAIMED;
         self.findings.iter().filter(claimed)
+    }
+}
+
+fn tested_of(value: &Value) -> Tested {
+    let text = |key: &str| value[key].as_str().unwrap_or("").to_owned();
+    Tested {
+        effect: text("effect"),
+        testable: value["outcome"] != "not_testable",
+        admissible: value["admissible"].as_bool().unwrap_or(true),
+        strength: text("strength"),
+        evidence: value["evidence_ln"].as_f64(),
+        hurdle: value["hurdle_ln"].as_f64(),
+        standard_error: value["standard_error"].as_f64(),
     }
 }
 
@@ -134,18 +176,21 @@ fn finding(value: &Value, wrong: &mut dyn FnMut(String)) -> Finding {
     if !value["region"].is_string() {
         wrong("`region` is no text".into());
     }
+    let mut finding = Finding {
+        effect,
+        probability,
+        alternatives,
+        relation,
+        intervals_s,
+        parameters: Vec::new(),
+        evidence: value["evidence_ln"].as_f64(),
+        hurdle: value["hurdle_ln"].as_f64(),
+    };
     let Some(parameters) = value["parameters"].as_object() else {
         wrong("`parameters` is no table".into());
-        return Finding {
-            effect,
-            probability,
-            alternatives,
-            relation,
-            intervals_s,
-            parameters: Vec::new(),
-        };
+        return finding;
     };
-    let parameters = parameters
+    finding.parameters = parameters
         .iter()
         .filter_map(|(name, p)| {
             let ci95 = ordered(&p["ci95"], &format!("parameters.{name}.ci95"), wrong);
@@ -161,14 +206,7 @@ fn finding(value: &Value, wrong: &mut dyn FnMut(String)) -> Finding {
         })
         .collect();
     held_out(&value["held_out"], wrong);
-    Finding {
-        effect,
-        probability,
-        alternatives,
-        relation,
-        intervals_s,
-        parameters,
-    }
+    finding
 }
 
 /// What shows the gain; the numbers themselves are recomputed from simulation.csv.
@@ -255,6 +293,22 @@ mod tests {
         assert_eq!(f.intervals_s, [(10230.0, 14012.0)]);
         assert_eq!(f.parameters[0].ci95, Some((0.0019, 0.0023)));
         assert_eq!(f.alternatives, [("u_tube".to_owned(), 0.02)]);
+    }
+
+    #[test]
+    fn what_was_tested_is_read_where_it_is_told_and_never_asked_for() {
+        let mut value = good();
+        assert!(breaches(&value).is_empty());
+        value["tested"] = json!([
+            {"effect": "influx", "outcome": "not_seen", "evidence_ln": 3.5, "hurdle_ln": 8, "strength": "rate_m3_s", "standard_error": 2e-4},
+            {"effect": "gel_strength", "outcome": "not_testable", "standard_error": null, "admissible": false},
+        ]);
+        let tested = Answer::read(value.to_string().as_bytes()).unwrap().0.tested;
+        assert_eq!(tested[0].evidence, Some(3.5));
+        assert_eq!(tested[0].standard_error, Some(2e-4));
+        assert!(tested[0].testable && !tested[1].testable);
+        assert_eq!(tested[1].standard_error, None);
+        assert!(tested[0].admissible && !tested[1].admissible);
     }
 
     #[test]

@@ -29,13 +29,37 @@ pub(crate) fn gnu_time() -> Option<PathBuf> {
     kib.is_ok().then_some(path)
 }
 
-/// Diagnoses `case` into `out`; whatever goes wrong is a broken rule, not an error.
-pub(crate) fn sit(dgd: &Path, time: Option<&Path>, case: &Path, out: &Path, keep: bool) -> Exam {
+/// A case to be diagnosed.
+pub(crate) struct Paper {
+    /// Folder with the recording and its well description.
+    pub(crate) case: PathBuf,
+    /// Folder for the answer.
+    pub(crate) out: PathBuf,
+    /// Further options of `dgd diagnose`.
+    pub(crate) options: Vec<String>,
+    /// What is held against the rules.
+    pub(crate) scope: Scope,
+}
+
+/// How much of an answer is read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Scope {
+    /// Everything that is written; the simulation is kept or not.
+    Whole { keep: bool },
+    /// `diagnosis.json` and the simulation, which is not kept.
+    Fit,
+    /// `diagnosis.json` alone.
+    Names,
+}
+
+/// Diagnoses a case; whatever goes wrong is a broken rule, not an error.
+pub(crate) fn sit(dgd: &Path, time: Option<&Path>, paper: &Paper) -> Exam {
     let mut exam = Exam::default();
-    if let Err(error) = attempt(dgd, time, case, out, &mut exam) {
+    if let Err(error) = attempt(dgd, time, paper, &mut exam) {
         exam.broken.push(format!("{error:#}"));
         return exam;
     }
+    let out = &paper.out;
     match fs::read(out.join("diagnosis.json")) {
         Ok(bytes) => match Answer::read(&bytes) {
             Ok((answer, wrong)) => {
@@ -47,30 +71,29 @@ pub(crate) fn sit(dgd: &Path, time: Option<&Path>, case: &Path, out: &Path, keep
         Err(error) => exam.broken.push(format!("diagnosis.json: {error}")),
     }
     let table = out.join("simulation.csv");
-    match fs::read_to_string(&table) {
-        Ok(text) => match Simulation::read(&text) {
-            Ok(simulation) => exam.simulation = Some(simulation),
-            Err(error) => exam.broken.push(format!("{error:#}")),
-        },
-        Err(error) => exam.broken.push(format!("simulation.csv: {error}")),
+    if paper.scope != Scope::Names {
+        match fs::read_to_string(&table) {
+            Ok(text) => match Simulation::read(&text) {
+                Ok(simulation) => exam.simulation = Some(simulation),
+                Err(error) => exam.broken.push(format!("{error:#}")),
+            },
+            Err(error) => exam.broken.push(format!("simulation.csv: {error}")),
+        }
     }
-    exam.broken.extend(report(&out.join("report.html")));
-    if !keep {
+    if let Scope::Whole { .. } = paper.scope {
+        exam.broken.extend(report(&out.join("report.html")));
+    }
+    if paper.scope != (Scope::Whole { keep: true }) {
         // Megabytes a case, and all that is asked of it is known by now.
         let _ = fs::remove_file(table);
     }
     exam
 }
 
-fn attempt(
-    dgd: &Path,
-    time: Option<&Path>,
-    case: &Path,
-    out: &Path,
-    exam: &mut Exam,
-) -> Result<()> {
+fn attempt(dgd: &Path, time: Option<&Path>, paper: &Paper, exam: &mut Exam) -> Result<()> {
     let folder = tempfile::tempdir().context("cannot make a temporary folder")?;
-    let recording = copy(case, folder.path())?;
+    let recording = copy(&paper.case, folder.path())?;
+    let out = &paper.out;
     let parent = out.parent().context("no folder for answers")?;
     fs::create_dir_all(parent).with_context(|| format!("cannot make {}", parent.display()))?;
     let (log, peak) = (out.with_extension("log"), out.with_extension("peak"));
@@ -85,7 +108,8 @@ fn attempt(
     let recording = folder.path().join(recording);
     command.arg("diagnose").arg(&recording);
     command.arg("--well").arg(folder.path().join("well.toml"));
-    command.arg("--out").arg(out).current_dir(folder.path());
+    command.arg("--out").arg(out).args(&paper.options);
+    command.current_dir(folder.path());
     let file = File::create(&log).with_context(|| format!("cannot write {}", log.display()))?;
     command
         .stdin(Stdio::null())
@@ -105,7 +129,9 @@ fn attempt(
         let text = fs::read_to_string(&log).unwrap_or_default();
         bail!("dgd diagnose: {status}: {}", last_words(&text));
     }
-    if let Some(word) = unreadable(dgd, folder.path(), &recording, &out.join("model.toml")) {
+    if let Scope::Whole { .. } = paper.scope
+        && let Some(word) = unreadable(dgd, folder.path(), &recording, &out.join("model.toml"))
+    {
         exam.broken.push(word);
     }
     Ok(())
@@ -243,13 +269,13 @@ mod tests {
         let (case, out) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
         fs::write(case.path().join("recording.csv"), "t\ns\n").unwrap();
         // Any program that does not know `diagnose` will do.
-        let exam = sit(
-            Path::new("/bin/ls"),
-            None,
-            case.path(),
-            &out.path().join("c000"),
-            false,
-        );
+        let paper = Paper {
+            case: case.path().to_owned(),
+            out: out.path().join("c000"),
+            options: Vec::new(),
+            scope: Scope::Whole { keep: false },
+        };
+        let exam = sit(Path::new("/bin/ls"), None, &paper);
         assert!(exam.answer.is_none());
         assert_eq!(exam.broken.len(), 1);
         assert!(exam.broken[0].starts_with("dgd diagnose: exit status"));

@@ -145,6 +145,16 @@ pub(crate) fn measures(s: &Summary) -> Vec<Measure> {
         None,
     );
     put(
+        "effects named within twice the limit of their recordings",
+        share(s.within_limit),
+        Some(Target::AtLeast(1.0)),
+    );
+    put(
+        "size of even odds over that limit, median of effects",
+        number(&s.factors, " times"),
+        None,
+    );
+    put(
         "clean: false alarms",
         share(s.false_alarms),
         Some(Target::AtMost(targets::FALSE_ALARMS)),
@@ -199,6 +209,11 @@ pub(crate) fn measures(s: &Summary) -> Vec<Measure> {
         let title = format!("held-out {title}, after / before, median");
         put(&title, number(ratios, ""), None);
     }
+    put(
+        "held-out gain over that of a fit that knows the truth, median",
+        number(&s.truth_shares, ""),
+        Some(Target::AtLeast(targets::TRUTH_SHARE)),
+    );
     put(
         "held-out signals made worse, effect concealed",
         share(s.worse),

@@ -4,46 +4,54 @@
 //! recording and its well description; only after the last run are the truths opened. Both are run
 //! as programs: nothing here shares code with what is judged.
 
-mod answer;
+pub(crate) mod ablation;
+mod ablation_page;
+pub(crate) mod answer;
+pub(crate) mod batch;
 mod charts;
-mod exam;
+mod detection;
+mod detection_page;
+pub(crate) mod exam;
 mod failures;
+mod informed;
 mod measures;
-mod page;
-mod score;
-mod seal;
+pub(crate) mod page;
+mod proof_page;
+mod record;
+pub(crate) mod score;
+pub(crate) mod seal;
 mod simulation;
-mod stats;
+pub(crate) mod stats;
+mod strength;
 mod summary;
-mod svg;
-mod targets;
-mod truth;
+pub(crate) mod svg;
+pub(crate) mod targets;
+pub(crate) mod truth;
 
 use crate::tools;
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
-use exam::Exam;
+use exam::{Exam, Paper, Scope};
 use seal::Sealed;
-use serde_json::{Value, json};
 use std::fs;
-use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::Mutex;
-use std::time::Instant;
 use summary::{Row, Summary};
-use truth::Truth;
+use truth::{Sort, Truth};
 
 /// Seeds up to this one are for calibrating, and prove nothing.
-const CALIBRATION_SEEDS: u64 = 999;
+pub(crate) const CALIBRATION_SEEDS: u64 = 999;
 /// So many hold each single effect in each severity once.
 const WHOLE: usize = 200;
 /// A level of the short form diagnoses this many: eight singles, two clean, a pair and a foreign effect.
 const SHORT: usize = 12;
 /// Of so many: level one takes the first, level two the last, so that they meet other effects.
 const SHORT_OF: usize = 32;
-/// Folders of an earlier proof carry this file; no others are cleared.
+/// Folders of an earlier proof carry this file.
 const MARKER: &str = ".dgd-proof";
+
+/// What they hold besides the page.
+const FOLDERS: [&str; 5] = ["cases", "sealed", "answers", "ablation", "informed"];
 
 /// What to prove, and how.
 #[derive(Args)]
@@ -52,7 +60,7 @@ pub(crate) struct Settings {
     #[arg(long, value_enum, default_value = "both")]
     level: Levels,
     /// Recordings a level; 200 hold each single effect in each severity once
-    #[arg(long, default_value_t = WHOLE, value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..=10_000))]
+    #[arg(long, default_value_t = WHOLE, default_value_if("benches", "true", "40"), value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..=10_000))]
     count: usize,
     /// Seed of the recordings; 1 to 999 are for calibrating and refused
     #[arg(long, default_value_t = 2015)]
@@ -61,7 +69,11 @@ pub(crate) struct Settings {
     #[arg(long, conflicts_with = "count")]
     short: bool,
     /// Folder for recordings, answers, proof.html, proof.json and failures.md
-    #[arg(long, default_value = "target/proof")]
+    #[arg(
+        long,
+        default_value = "target/proof",
+        default_value_if("benches", "true", "target/benches")
+    )]
     out: PathBuf,
     /// Diagnoses at a time; with more than one the wall times tell less
     #[arg(long, default_value_t = 1, value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..=256))]
@@ -72,10 +84,20 @@ pub(crate) struct Settings {
     /// Keep the simulation.csv of every case, some megabytes each
     #[arg(long)]
     keep: bool,
+    /// Diagnose all again without each step of the chain in turn, to see what it buys
+    #[arg(long)]
+    ablate: bool,
+    /// Only these steps, such as edges,form; `dgd diagnose --help` lists them
+    #[arg(long, value_name = "STEPS", value_delimiter = ',', requires = "ablate")]
+    steps: Vec<String>,
+    /// Leave out the fits that know the truth, which are as many runs again; the short form does
+    #[arg(long)]
+    blind: bool,
 }
 
+/// Which levels of base physics.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Levels {
+pub(crate) enum Levels {
     #[value(name = "1")]
     One,
     #[value(name = "2")]
@@ -84,7 +106,7 @@ enum Levels {
 }
 
 impl Levels {
-    fn list(self) -> &'static [u8] {
+    pub(crate) fn list(self) -> &'static [u8] {
         match self {
             Levels::One => &[1],
             Levels::Two => &[2],
@@ -94,6 +116,23 @@ impl Levels {
 }
 
 impl Settings {
+    /// What of it goes for `--benches`.
+    pub(crate) fn for_benches(self) -> crate::benches::Settings {
+        crate::benches::Settings {
+            count: self.count,
+            seed: self.seed,
+            out: self.out,
+            jobs: self.jobs,
+            only: self.only,
+            keep: self.keep,
+        }
+    }
+
+    /// Folder for what is written.
+    pub(crate) fn out(&self) -> &Path {
+        &self.out
+    }
+
     /// Whether the case with that number is diagnosed.
     fn wants(&self, level: u8, index: usize, id: &String) -> bool {
         let turn = match (self.short, level) {
@@ -116,6 +155,9 @@ impl Settings {
             jobs: 1,
             only: Vec::new(),
             keep: false,
+            ablate: false,
+            steps: Vec::new(),
+            blind: false,
         }
     }
 }
@@ -131,6 +173,40 @@ struct Origin {
     seals: Vec<(u8, String)>,
 }
 
+/// All that is told of a proof.
+struct Proof<'a> {
+    settings: &'a Settings,
+    origin: &'a Origin,
+    summaries: &'a [Summary],
+    rows: &'a [Row],
+    /// What each step buys; empty without `--ablate`.
+    steps: &'a [ablation::OfStep],
+}
+
+/// The programs, put where a build meanwhile does not change them.
+pub(crate) struct Shelf {
+    pub(crate) plant: PathBuf,
+    pub(crate) dgd: PathBuf,
+    _folder: tempfile::TempDir,
+}
+
+impl Shelf {
+    /// Builds and copies them.
+    pub(crate) fn stock() -> Result<Shelf> {
+        let folder = tempfile::tempdir().context("cannot make a temporary folder")?;
+        let put = |package, name| -> Result<PathBuf> {
+            let (from, to) = (tools::build(package, name)?, folder.path().join(name));
+            fs::copy(&from, &to).with_context(|| format!("cannot copy {}", from.display()))?;
+            Ok(to)
+        };
+        Ok(Shelf {
+            plant: put("dgd-plant", "dgd-plant")?,
+            dgd: put("dgd-cli", "dgd")?,
+            _folder: folder,
+        })
+    }
+}
+
 /// Runs the proof; fails on broken rules, never on a score.
 pub(crate) fn run(mut settings: Settings) -> Result<()> {
     if settings.seed <= CALIBRATION_SEEDS {
@@ -142,22 +218,26 @@ pub(crate) fn run(mut settings: Settings) -> Result<()> {
     if settings.short {
         settings.count = SHORT_OF;
     }
-    let (plant, dgd) = (
-        tools::build("dgd-plant", "dgd-plant")?,
-        tools::build("dgd-cli", "dgd")?,
-    );
-    // A copy, so that a build meanwhile does not change what is proved.
-    let shelf = tempfile::tempdir().context("cannot make a temporary folder")?;
-    let (program, dgd) = (dgd, shelf.path().join("dgd"));
-    fs::copy(&program, &dgd).with_context(|| format!("cannot copy {}", program.display()))?;
+    let shelf = Shelf::stock()?;
     fs::create_dir_all(&settings.out)
         .with_context(|| format!("cannot make {}", settings.out.display()))?;
     settings.out = fs::canonicalize(&settings.out).context("cannot resolve the folder")?;
-    clear(&settings.out)?;
+    clear(&settings.out, MARKER, &FOLDERS)?;
 
+    let steps = match settings.ablate {
+        true => ablation::chosen(ablation::steps(&shelf.dgd)?, &settings.steps)?,
+        false => Vec::new(),
+    };
     let levels = settings.level.list();
-    let make =
-        |level: &u8| seal::conceal(&plant, &settings.out, *level, settings.seed, settings.count);
+    let make = |level: &u8| {
+        let order = seal::Order {
+            level: *level,
+            seed: settings.seed,
+            count: settings.count,
+            kind: "mix",
+        };
+        seal::conceal(&shelf.plant, &settings.out, &order)
+    };
     let sealed = levels.iter().map(make).collect::<Result<Vec<_>>>()?;
     for s in &sealed {
         println!(
@@ -168,8 +248,8 @@ pub(crate) fn run(mut settings: Settings) -> Result<()> {
         );
     }
     let origin = Origin {
-        program: seal::sha256(&fs::read(&dgd).context("cannot read the program")?),
-        version: first_line(Command::new(&dgd).arg("--version")).unwrap_or_default(),
+        program: seal::sha256(&fs::read(&shelf.dgd).context("cannot read the program")?),
+        version: first_line(Command::new(&shelf.dgd).arg("--version")).unwrap_or_default(),
         commit: first_line(
             Command::new("git")
                 .args(["describe", "--always", "--dirty"])
@@ -179,26 +259,39 @@ pub(crate) fn run(mut settings: Settings) -> Result<()> {
         seals: sealed.iter().map(|s| (s.level, s.sha256.clone())).collect(),
     };
 
-    let exams = examine(&settings, &dgd, &sealed)?;
+    let todo = asked(&settings, &sealed)?;
+    let exams = examine(&settings, &shelf.dgd, &todo);
+    let without = ablation::ask(&shelf.dgd, settings.jobs, &settings.out, &todo, steps);
 
     for s in &sealed {
         s.check().context("the seal is broken")?;
         println!("seal of level {} holds", s.level);
     }
-    let rows = open(&sealed, exams)?;
+    let mut rows = open(&todo, exams)?;
+    if !settings.blind && !settings.short {
+        informed::ask(&shelf.dgd, settings.jobs, &settings.out, &sealed, &mut rows)?;
+    }
+    let without = without
+        .into_iter()
+        .map(|w| Ok((w.step, open(&todo, w.exams)?)))
+        .collect::<Result<Vec<_>>>()?;
+    let steps = ablation::compare(&rows, &without, levels);
     let summaries: Vec<Summary> = levels.iter().map(|l| Summary::of(*l, &rows)).collect();
     let save = |name: &str, text: String| {
         let path = settings.out.join(name);
         fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))
     };
     save("failures.md", failures::write(&settings, &rows))?;
-    let record = json_of(&settings, &origin, &summaries, &rows);
-    save("proof.json", format!("{record:#}\n"))?;
-    save(
-        "proof.html",
-        page::write(&settings, &origin, &summaries, &rows),
-    )?;
-    tell(&summaries);
+    let proof = Proof {
+        settings: &settings,
+        origin: &origin,
+        summaries: &summaries,
+        rows: &rows,
+        steps: &steps,
+    };
+    save("proof.json", format!("{:#}\n", record::json_of(&proof)))?;
+    save("proof.html", proof_page::write(&proof))?;
+    record::tell(&proof);
     println!("\n{}", settings.out.join("proof.html").display());
     verdict(&rows)
 }
@@ -219,18 +312,18 @@ fn verdict(rows: &[Row]) -> Result<()> {
     bail!("{text}\nall are in failures.md")
 }
 
-/// Removes what an earlier proof left; a folder that holds anything else is left alone.
-fn clear(out: &Path) -> Result<()> {
+/// Removes the folders that an earlier run left; one that holds anything else but its marker is left alone.
+pub(crate) fn clear(out: &Path, marker: &str, folders: &[&str]) -> Result<()> {
     let mut entries =
         fs::read_dir(out).with_context(|| format!("cannot read {}", out.display()))?;
-    let marker = out.join(MARKER);
+    let marker = out.join(marker);
     if entries.next().is_some() && !marker.exists() {
         bail!(
-            "{} holds files that are of no earlier proof: give an empty folder",
+            "{} holds files that are of no earlier run: give an empty folder",
             out.display()
         );
     }
-    for folder in ["cases", "sealed", "answers"] {
+    for folder in folders {
         let path = out.join(folder);
         if path.exists() {
             fs::remove_dir_all(&path)
@@ -241,18 +334,14 @@ fn clear(out: &Path) -> Result<()> {
 }
 
 /// The first line a command prints, if it can be run.
-fn first_line(command: &mut Command) -> Option<String> {
+pub(crate) fn first_line(command: &mut Command) -> Option<String> {
     let output = command.output().ok().filter(|o| o.status.success())?;
     let text = String::from_utf8_lossy(&output.stdout);
     text.lines().next().map(|l| l.trim().to_owned())
 }
 
-/// Diagnoses all cases; results in the order of the cases, however many run at a time.
-fn examine(
-    settings: &Settings,
-    dgd: &Path,
-    sealed: &[Sealed],
-) -> Result<Vec<((u8, String), Exam)>> {
+/// The cases to diagnose.
+fn asked<'a>(settings: &Settings, sealed: &'a [Sealed]) -> Result<Vec<(&'a Sealed, &'a String)>> {
     let mut todo: Vec<(&Sealed, &String)> = Vec::new();
     for s in sealed {
         let ids = s.ids.iter().enumerate();
@@ -265,158 +354,54 @@ fn examine(
             settings.only
         );
     }
-    let time = exam::gnu_time();
-    let begun = Instant::now();
-    let state = Mutex::new((0_usize, Vec::new()));
-    let work = || {
-        loop {
-            let next = {
-                let mut state = state
-                    .lock()
-                    .unwrap_or_else(std::sync::PoisonError::into_inner);
-                state.0 += 1;
-                state.0 - 1
-            };
-            let Some((sealed, id)) = todo.get(next) else {
-                return;
-            };
-            let level = format!("level-{}", sealed.level);
-            let out = settings.out.join("answers").join(level).join(id);
-            let case = sealed.cases.join(id);
-            let exam = exam::sit(dgd, time.as_deref(), &case, &out, settings.keep);
-            let mut state = state
-                .lock()
-                .unwrap_or_else(std::sync::PoisonError::into_inner);
-            state.1.push((next, exam));
-            progress(state.1.len(), todo.len(), begun);
-        }
-    };
-    std::thread::scope(|scope| {
-        for _ in 0..settings.jobs {
-            scope.spawn(work);
-        }
-    });
-    let (_, mut exams) = state
-        .into_inner()
-        .unwrap_or_else(std::sync::PoisonError::into_inner);
-    exams.sort_by_key(|(index, _)| *index);
-    let name = |(sealed, id): &(&Sealed, &String)| (sealed.level, (*id).clone());
-    Ok(todo
-        .iter()
-        .map(name)
-        .zip(exams.into_iter().map(|(_, e)| e))
-        .collect())
+    Ok(todo)
 }
 
-/// How far, and how long still, on standard error; one line that renews itself on a terminal.
-fn progress(done: usize, of: usize, begun: Instant) {
-    let spent = begun.elapsed().as_secs_f64();
-    let left = spent / done as f64 * (of - done) as f64;
-    let mut to = std::io::stderr();
-    let line = format!("{done} of {of} diagnosed, {spent:.0} s, {left:.0} s to go");
-    // Progress is a courtesy: nothing is lost if nobody listens.
-    let _ = if to.is_terminal() {
-        write!(to, "\r\x1b[2K{line}{}", if done == of { "\n" } else { "" })
-    } else if done == of || done.is_multiple_of(10) {
-        writeln!(to, "{line}")
-    } else {
-        Ok(())
+/// Diagnoses them blind.
+fn examine(settings: &Settings, dgd: &Path, todo: &[(&Sealed, &String)]) -> Vec<Exam> {
+    let paper = |(sealed, id): &(&Sealed, &String)| Paper {
+        case: sealed.cases.join(id),
+        out: settings
+            .out
+            .join("answers")
+            .join(format!("level-{}", sealed.level))
+            .join(id),
+        options: Vec::new(),
+        scope: Scope::Whole {
+            keep: settings.keep,
+        },
     };
+    let papers: Vec<Paper> = todo.iter().map(paper).collect();
+    batch::all(dgd, settings.jobs, &papers, "")
 }
 
 /// Opens the truths, and holds the answers against them.
-fn open(sealed: &[Sealed], exams: Vec<((u8, String), Exam)>) -> Result<Vec<Row>> {
+fn open(todo: &[(&Sealed, &String)], exams: Vec<Exam>) -> Result<Vec<Row>> {
     let mut rows = Vec::with_capacity(exams.len());
-    for ((level, id), exam) in exams {
-        let own = sealed.iter().find(|s| s.level == level);
-        let bytes = own.context("a case of no level")?.truth(&id)?;
+    for ((sealed, id), exam) in todo.iter().zip(exams) {
+        let bytes = sealed.truth(id)?;
         let truth = Truth::read(&bytes).with_context(|| format!("{id}.truth.json"))?;
-        let mut row = Row::new((level, id), truth, exam.answer, exam.simulation);
+        let well = fs::read_to_string(sealed.cases.join(id).join("well.toml"));
+        let well = strength::Well::read(&well.unwrap_or_default());
+        let single = truth
+            .effects
+            .first()
+            .filter(|_| truth.sort() == Sort::Single);
+        let size = single.zip(well);
+        let size = size.and_then(|(effect, well)| strength::strength(effect, well, truth.hours));
+        let mut row = Row::new(
+            (sealed.level, (*id).clone()),
+            truth,
+            exam.answer,
+            exam.simulation,
+        );
+        row.strength = size;
         row.broken = exam.broken;
         row.wall_s = exam.wall_s;
         row.peak_mib = exam.peak_mib;
         rows.push(row);
     }
     Ok(rows)
-}
-
-/// The table on standard output.
-fn tell(summaries: &[Summary]) {
-    let columns: Vec<Vec<measures::Measure>> = summaries.iter().map(measures::measures).collect();
-    let Some(first) = columns.first() else { return };
-    print!("\n{:<62}", "");
-    for s in summaries {
-        print!("level {:<38}", s.level);
-    }
-    println!();
-    for (i, measure) in first.iter().enumerate() {
-        print!("{:<62}", measure.title);
-        for column in &columns {
-            let m = &column[i];
-            let score = format!("{:>9}  {}", m.score.value(), m.score.basis());
-            let target = m.target.map(|t| {
-                let sign = match t.met(m.score) {
-                    Some(true) => "+",
-                    Some(false) => "-",
-                    None => " ",
-                };
-                format!("{sign} {}", t.text(m.score))
-            });
-            print!("{score:<28}{:<16}", target.unwrap_or_default());
-        }
-        println!();
-    }
-}
-
-/// `proof.json`
-fn json_of(settings: &Settings, origin: &Origin, summaries: &[Summary], rows: &[Row]) -> Value {
-    let target = |m: &measures::Measure| m.target.map(|t| t.text(m.score));
-    let level = |s: &Summary| {
-        let scores: Vec<Value> = measures::measures(s)
-            .iter()
-            .map(|m| {
-                json!({"measure": m.title, "score": m.score.json(), "target": target(m),
-                       "met": m.target.and_then(|t| t.met(m.score))})
-            })
-            .collect();
-        json!({"level": s.level, "scores": scores})
-    };
-    let case = |r: &Row| {
-        let gains: serde_json::Map<String, Value> = answer::SIGNALS
-            .iter()
-            .zip(r.simulation.iter().flat_map(|s| &s.gains))
-            .filter_map(|(name, g)| Some((name, (*g)?)))
-            .map(|(name, g)| {
-                let value = json!({"rmse_before": g.rmse_before, "rmse_after": g.rmse_after, "samples": g.samples});
-                ((*name).to_owned(), value)
-            })
-            .collect();
-        let parameters: Vec<Value> = r
-            .marks
-            .parameters
-            .iter()
-            .map(|p| json!({"effect": p.effect, "name": p.name, "relative_error": p.error, "covered": p.covered}))
-            .collect();
-        json!({
-            "level": r.level, "id": r.id, "hours": r.truth.hours, "well": r.truth.well,
-            "concealed": r.truth.effects.iter().map(|e| json!({"effect": e.effect, "kind": e.kind, "severity": e.severity})).collect::<Vec<_>>(),
-            "verdict": r.answer.as_ref().map(|a| &a.verdict),
-            "findings": r.marks.forecasts.iter().zip(r.answer.iter().flat_map(|a| &a.findings))
-                .map(|((p, right), f)| json!({"effect": f.effect, "probability": p, "right": right})).collect::<Vec<_>>(),
-            "exact": r.marks.exact, "within": r.marks.within, "relation_right": r.marks.relation,
-            "overlap": r.marks.overlap, "parameters": parameters, "held_out": gains,
-            "held_share": r.simulation.as_ref().map(|s| s.held_share),
-            "broken": r.broken, "wall_s": r.wall_s, "peak_mib": r.peak_mib,
-        })
-    };
-    json!({
-        "schema": "dgd.proof/1",
-        "seed": settings.seed, "count": settings.count, "only": settings.only, "jobs": settings.jobs,
-        "short": settings.short, "dgd": origin.version, "dgd_sha256": origin.program, "commit": origin.commit, "cores": origin.cores,
-        "seals": origin.seals.iter().map(|(l, h)| json!({"level": l, "sha256": h})).collect::<Vec<_>>(),
-        "levels": summaries.iter().map(level).collect::<Vec<_>>(),
-        "cases": rows.iter().map(case).collect::<Vec<_>>(),
-    })
 }
 
 #[cfg(test)]
@@ -462,10 +447,10 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let cases = folder.path().join("cases");
         fs::create_dir(&cases).unwrap();
-        assert!(clear(folder.path()).is_err());
+        assert!(clear(folder.path(), MARKER, &FOLDERS).is_err());
         assert!(cases.exists());
         fs::write(folder.path().join(MARKER), "").unwrap();
-        clear(folder.path()).unwrap();
+        clear(folder.path(), MARKER, &FOLDERS).unwrap();
         assert!(!cases.exists());
     }
 }

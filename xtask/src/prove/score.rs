@@ -203,6 +203,7 @@ mod tests {
         Answer {
             verdict: verdict.into(),
             findings,
+            ..Answer::default()
         }
     }
 

@@ -14,23 +14,32 @@ pub(crate) struct Sealed {
     pub(crate) ids: Vec<String>,
 }
 
-/// Lets the plant make `count` cases below `out`.
-pub(crate) fn conceal(
-    plant: &Path,
-    out: &Path,
-    level: u8,
-    seed: u64,
-    count: usize,
-) -> Result<Sealed> {
+/// What the plant is to make.
+pub(crate) struct Order {
+    pub(crate) level: u8,
+    pub(crate) seed: u64,
+    pub(crate) count: usize,
+    /// As `dgd-plant conceal --kind` knows them.
+    pub(crate) kind: &'static str,
+}
+
+/// Lets the plant make cases below `out`.
+pub(crate) fn conceal(plant: &Path, out: &Path, order: &Order) -> Result<Sealed> {
+    let (level, count) = (order.level, order.count);
     let below = |folder: &str| out.join(folder).join(format!("level-{level}"));
     let (cases, truths) = (below("cases"), below("sealed"));
     let output = Command::new(plant)
-        .args(["conceal", "--kind", "mix", "--sealed"])
+        .args(["conceal", "--kind", order.kind, "--sealed"])
         .arg("--out")
         .arg(&cases)
         .arg("--truth")
         .arg(&truths)
-        .args(["--seed", &seed.to_string(), "--count", &count.to_string()])
+        .args([
+            "--seed",
+            &order.seed.to_string(),
+            "--count",
+            &count.to_string(),
+        ])
         .args(["--level", &level.to_string()])
         .stderr(Stdio::null())
         .output()

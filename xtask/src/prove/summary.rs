@@ -1,8 +1,10 @@
 //! All answers together.
 
 use super::answer::SIGNALS;
+use super::detection;
+use super::informed::Informed;
 use super::score::{Marks, mark};
-use super::stats::{Tally, mean};
+use super::stats::{Even, Tally, mean, reliability};
 use super::targets::CONFIDENT;
 use super::truth::{SEVERITIES, Sort, Truth};
 use super::{answer::Answer, simulation::Simulation};
@@ -21,6 +23,10 @@ pub(crate) struct Row {
     pub(crate) broken: Vec<String>,
     pub(crate) wall_s: f64,
     pub(crate) peak_mib: Option<f64>,
+    /// Of a single effect of the catalogue, SI, in the terms of its strength.
+    pub(crate) strength: Option<f64>,
+    /// What a fit that knows the truth makes of it.
+    pub(crate) informed: Option<Informed>,
 }
 
 impl Row {
@@ -40,6 +46,8 @@ impl Row {
             broken: Vec::new(),
             wall_s: 0.0,
             peak_mib: None,
+            strength: None,
+            informed: None,
         }
     }
 
@@ -133,6 +141,12 @@ pub(crate) struct Summary {
     pub(crate) walls_s: Vec<f64>,
     pub(crate) by_hours: BTreeMap<u32, Vec<f64>>,
     pub(crate) peaks_mib: Vec<f64>,
+    /// Effects that are named within twice the limit of their recordings, of those of which it can be told.
+    pub(crate) within_limit: Tally,
+    /// Size of even odds over that limit, of the effects of which some cases were named and some were not.
+    pub(crate) factors: Vec<f64>,
+    /// Shares of the held-out gain of fits that know the truth.
+    pub(crate) truth_shares: Vec<f64>,
 }
 
 impl Summary {
@@ -141,7 +155,19 @@ impl Summary {
             level,
             ..Summary::default()
         };
+        let seen = detection::seen(rows);
+        for effect in detection::by_effect(&seen) {
+            if effect.level == level {
+                if let Even::At(_) = effect.even {
+                    summary.factors.push(effect.factor());
+                }
+                let within = effect.within();
+                within.iter().for_each(|w| summary.within_limit.add(*w));
+            }
+        }
         let rows: Vec<&Row> = rows.iter().filter(|r| r.level == level).collect();
+        let informed = rows.iter().filter_map(|r| r.informed.as_ref()?.share);
+        summary.truth_shares = informed.map(|s| s.whole).collect();
         rows.iter().for_each(|row| summary.add(row));
         let squares: Vec<f64> = rows.iter().flat_map(|r| r.marks.squares()).collect();
         summary.brier = mean(&squares);
@@ -247,17 +273,7 @@ impl Summary {
 
     /// Findings by tenth of probability: their mean probability and how many are right.
     pub(crate) fn reliability(&self) -> Vec<(f64, Tally)> {
-        let mut bins = vec![(0.0, Tally::default()); 10];
-        for (p, right) in &self.forecasts {
-            let bin = (1..10).rfind(|i| *p >= f64::from(*i) / 10.0).unwrap_or(0);
-            let bin = &mut bins[usize::try_from(bin).unwrap_or(0)];
-            bin.0 += p;
-            bin.1.add(*right);
-        }
-        bins.retain(|(_, tally)| tally.of > 0);
-        bins.iter_mut()
-            .for_each(|(sum, tally)| *sum /= tally.of as f64);
-        bins
+        reliability(&self.forecasts)
     }
 }
 
@@ -329,6 +345,7 @@ pub(crate) mod tests {
                     ..Finding::default()
                 })
                 .collect(),
+            ..Answer::default()
         });
         Row::new((2, "c000".into()), truth, answer, None)
     }

@@ -21,9 +21,15 @@ pub(crate) const OVERLAP: f64 = 0.85;
 pub(crate) const PARAMETER_ERROR: f64 = 0.05;
 /// Share of the 95 % intervals that hold the truth.
 pub(crate) const COVERAGE: (f64, f64) = (0.90, 0.98);
+/// Smallest effect named over the Neyman-Pearson limit of its recording, at most.
+pub(crate) const LIMIT_FACTOR: f64 = 2.0;
+/// Share of the held-out gain of a fit that knows the truth.
+pub(crate) const TRUTH_SHARE: f64 = 0.95;
 /// Seconds for 6 h at 1 Hz on two cores, at most.
 pub(crate) const SECONDS_SIX_HOURS: f64 = 5.0;
 
+/// Effects of the catalogue, each of which may raise a false alarm.
+pub(crate) const CATALOGUE: f64 = 24.0;
 /// From this probability on a finding counts as claimed.
 pub(crate) const CLAIMED: f64 = 0.5;
 /// From this probability on an alternative counts as stated.

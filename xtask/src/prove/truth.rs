@@ -21,7 +21,10 @@ pub(crate) struct Concealed {
     /// What a foreign effect really is.
     pub(crate) kind: Option<String>,
     pub(crate) severity: String,
+    /// Scored.
     pub(crate) parameters: Vec<(String, f64)>,
+    /// More about it, not scored.
+    pub(crate) extra: Vec<(String, f64)>,
     pub(crate) interval_s: Option<(f64, f64)>,
     pub(crate) relations: Vec<String>,
 }
@@ -72,16 +75,19 @@ impl Truth {
 
 fn concealed(value: &Value) -> Result<Concealed> {
     let text = |key: &str| value[key].as_str().map(str::to_owned);
-    let parameters = value["params"].as_object().into_iter().flatten();
+    let numbers = |key: &str| -> Vec<(String, f64)> {
+        let all = value[key].as_object().into_iter().flatten();
+        all.filter_map(|(name, v)| Some((name.clone(), v.as_f64()?)))
+            .collect()
+    };
     let relations = value["relation"].as_array().into_iter().flatten();
     let interval = value["interval"].as_array();
     Ok(Concealed {
         effect: text("effect").context("an effect without a name")?,
         kind: text("kind"),
         severity: text("severity").context("an effect without a severity")?,
-        parameters: parameters
-            .filter_map(|(name, v)| Some((name.clone(), v.as_f64()?)))
-            .collect(),
+        parameters: numbers("params"),
+        extra: numbers("extra"),
         interval_s: interval.and_then(|i| Some((i.first()?.as_f64()?, i.get(1)?.as_f64()?))),
         relations: relations
             .filter_map(|r| r.as_str().map(str::to_owned))

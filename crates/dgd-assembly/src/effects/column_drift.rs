@@ -14,9 +14,15 @@ static ABOUT: About = About {
     source: "Bourgoyne, A. T. et al., Applied Drilling Engineering, SPE (1986), on cuttings",
     excited_by: "rest or flow, early and late",
     confusable: &[
-        ("friction_drift", "see there"),
-        ("reading_drift", "the same at one gauge"),
-        ("tool_joints", "separate by flow"),
+        ("friction_drift", "a drifting column is felt at rest too"),
+        (
+            "reading_drift",
+            "the same at one gauge; a second gauge on the line separates",
+        ),
+        (
+            "tool_joints",
+            "a column is felt at rest, joints only with flow",
+        ),
     ],
     parameters: &[ParameterAbout {
         name: "change",

@@ -14,7 +14,10 @@ static ABOUT: About = About {
     source: "Bos, M. G. (ed.), Discharge Measurement Structures, ILRI 20 (1989), on discharge exponents",
     excited_by: "flow over a wide range",
     confusable: &[
-        ("laminar_resistance", "see there"),
+        (
+            "laminar_resistance",
+            "two ways to bend the same curve: low flow by decades separates",
+        ),
         ("taper", "a taper acts only on moving levels"),
     ],
     parameters: &[ParameterAbout {

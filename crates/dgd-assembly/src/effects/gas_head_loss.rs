@@ -14,8 +14,14 @@ static ABOUT: About = About {
     source: "Gülich, J. F., Centrifugal Pumps (2010), on two-phase flow",
     excited_by: "any flow at speed, if the curve is not fitted already",
     confusable: &[
-        ("affinity_exponent", "several speeds"),
-        ("pump_wear", "several flows"),
+        (
+            "affinity_exponent",
+            "gas takes the same share at any speed: several speeds separate",
+        ),
+        (
+            "pump_wear",
+            "wear shifts the curve along the flow: several flows separate",
+        ),
     ],
     parameters: &[ParameterAbout {
         name: "share",

@@ -14,7 +14,10 @@ static ABOUT: About = About {
     source: "Wylie, E. B. and Streeter, V. L., Fluid Transients in Systems (1993), on lumped capacitance and gas",
     excited_by: "changes of flow",
     confusable: &[
-        ("line_inertia", "see there"),
+        (
+            "line_inertia",
+            "inertia delays the whole line, gas only what leaves",
+        ),
         (
             "reading_lag",
             "a late meter leaves the tank behind it on time",

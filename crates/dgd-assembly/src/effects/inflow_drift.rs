@@ -13,7 +13,10 @@ static ABOUT: About = About {
     source: "Lipták, B. G. (ed.), Instrument Engineers' Handbook, vol. 1 (2003), on flow meters",
     excited_by: "the same reading early and late",
     confusable: &[
-        ("inflow_gain", "early and late"),
+        (
+            "inflow_gain",
+            "the same flow early and late: a gain stays as it is",
+        ),
         ("pump_drift", "the same at a pump"),
     ],
     parameters: &[ParameterAbout {

@@ -14,7 +14,10 @@ static ABOUT: About = About {
     excited_by: "stretches before and after",
     confusable: &[
         ("inflow_offset", "a stretch before the onset separates"),
-        ("inflow_drift", "the shape in time"),
+        (
+            "inflow_drift",
+            "the balance before and after: a step jumps, a drift grows",
+        ),
     ],
     parameters: &[
         ParameterAbout {

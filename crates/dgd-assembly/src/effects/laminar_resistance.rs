@@ -18,7 +18,10 @@ static ABOUT: About = About {
             "discharge_exponent",
             "two ways to bend the same curve: low flow by decades separates",
         ),
-        ("reynolds_coefficient", "likewise"),
+        (
+            "reynolds_coefficient",
+            "two ways to bend the same curve: low flow by decades separates",
+        ),
     ],
     parameters: &[ParameterAbout {
         name: "drop",

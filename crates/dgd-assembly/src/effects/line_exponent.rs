@@ -14,8 +14,14 @@ static ABOUT: About = About {
     source: "Dodge, D. W. and Metzner, A. B., AIChE J. 5 (1959); Blasius, Forschg. Ing.-Wes. 131 (1913)",
     excited_by: "flow over a wide range",
     confusable: &[
-        ("line_laminar", "two ways to bend the same curve"),
-        ("line_fittings", "likewise"),
+        (
+            "line_laminar",
+            "two ways to bend the same curve: low flow by decades separates",
+        ),
+        (
+            "line_fittings",
+            "two ways to bend the same curve: high flow by decades separates",
+        ),
     ],
     parameters: &[ParameterAbout {
         name: "exponent",

@@ -14,8 +14,14 @@ static ABOUT: About = About {
     source: "White, F. M., Fluid Mechanics (2011), 6.4 (laminar pipe flow)",
     excited_by: "low and high flow",
     confusable: &[
-        ("line_fittings", "see there"),
-        ("line_exponent", "two ways to bend the same curve"),
+        (
+            "line_fittings",
+            "fittings go with the square of the flow: low and high flow separate",
+        ),
+        (
+            "line_exponent",
+            "two ways to bend the same curve: low flow by decades separates",
+        ),
     ],
     parameters: &[ParameterAbout {
         name: "drop",

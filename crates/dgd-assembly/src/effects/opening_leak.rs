@@ -12,7 +12,10 @@ static ABOUT: About = About {
     equation: "z = z_set + leak",
     source: "IEC 60534-4 (2021), seat leakage classes",
     excited_by: "a drop over the shut valve",
-    confusable: &[("opening_characteristic", "see there")],
+    confusable: &[(
+        "opening_characteristic",
+        "a leak is felt at the shut valve only",
+    )],
     parameters: &[ParameterAbout {
         name: "leak",
         meaning: "opening that remains",

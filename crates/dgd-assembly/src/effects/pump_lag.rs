@@ -14,7 +14,10 @@ static ABOUT: About = About {
     source: "Smith, C. A. and Corripio, A. B., Principles and Practice of Automatic Process Control (2006), on first-order systems",
     excited_by: "changes of input",
     confusable: &[
-        ("inflow_lag", "see there"),
+        (
+            "inflow_lag",
+            "the same order and place: only a flow meter between them separates",
+        ),
         ("reading_lag", "a late reading delays draining as well"),
     ],
     parameters: &[ParameterAbout {

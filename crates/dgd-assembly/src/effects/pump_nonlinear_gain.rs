@@ -14,8 +14,14 @@ static ABOUT: About = About {
     source: "Ivantysyn, J. and Ivantysynova, M., Hydrostatic Pumps and Motors (2003), on filling losses",
     excited_by: "low and high inputs",
     confusable: &[
-        ("pump_dead_band", "very low inputs separate"),
-        ("splash", "the lower tanks"),
+        (
+            "pump_dead_band",
+            "very low inputs separate: within a dead band the pump stands",
+        ),
+        (
+            "splash",
+            "splashing is lost behind the pump: a meter at the pump separates",
+        ),
     ],
     parameters: &[ParameterAbout {
         name: "bend",

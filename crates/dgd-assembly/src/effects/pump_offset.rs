@@ -13,8 +13,14 @@ static ABOUT: About = About {
     source: "Ivantysyn, J. and Ivantysynova, M., Hydrostatic Pumps and Motors (2003), on losses; zero error of the set-point",
     excited_by: "low and high inputs",
     confusable: &[
-        ("pump_dead_band", "see there"),
-        ("pump_slip", "see there"),
+        (
+            "pump_dead_band",
+            "an offset acts at any input, a dead band only by size: inputs through zero separate",
+        ),
+        (
+            "pump_slip",
+            "slip goes with the pressure: one input against several pressures separates",
+        ),
         (
             "evaporation",
             "a constant loss of the first tank is the same",

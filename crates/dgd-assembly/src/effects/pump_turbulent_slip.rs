@@ -13,7 +13,7 @@ static ABOUT: About = About {
     equation: "q = c u − slip sqrt((p_out − p_in)/P)",
     source: "Schlösser, W. M. J., Hydraulic Power Transmission 7 (1961); Ivantysyn and Ivantysynova (2003), on losses",
     excited_by: "like inputs against several pressures",
-    confusable: &[("pump_slip", "see there")],
+    confusable: &[("pump_slip", "low and high pressure separate")],
     parameters: &[ParameterAbout {
         name: "slip",
         meaning: "flow lost at the usual pressure",

@@ -12,7 +12,10 @@ static ABOUT: About = About {
     equation: "y = min(y_true, limit)",
     source: "Lipták, B. G. (ed.), Instrument Engineers' Handbook, vol. 1 (2003), on range and span",
     excited_by: "readings near the limit",
-    confusable: &[("unseen_brim", "see there")],
+    confusable: &[(
+        "unseen_brim",
+        "a clipped reading leaves the flow out of the tank as it is",
+    )],
     parameters: &[ParameterAbout {
         name: "limit",
         meaning: "greatest reading",

@@ -13,7 +13,7 @@ static ABOUT: About = About {
     source: "IEC 61298-2 (2008), terminal-based linearity",
     excited_by: "readings over the whole range at rest",
     confusable: &[
-        ("taper", "see there"),
+        ("taper", "compare static levels: a taper leaves them alone"),
         ("discharge_exponent", "static levels separate"),
     ],
     parameters: &[ParameterAbout {

@@ -13,7 +13,10 @@ static ABOUT: About = About {
     source: "Lipták, B. G. (ed.), Instrument Engineers' Handbook, vol. 1 (2003), on dead time",
     excited_by: "changes of any kind",
     confusable: &[
-        ("reading_lag", "see there"),
+        (
+            "reading_lag",
+            "a step: a late reading stays, then jumps; a slow one sets off at once",
+        ),
         ("gas_pocket", "the mass balance separates"),
     ],
     parameters: &[ParameterAbout {

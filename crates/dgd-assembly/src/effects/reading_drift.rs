@@ -12,7 +12,16 @@ static ABOUT: About = About {
     equation: "y = y_true + change t/1000 T",
     source: "IEC 61298-2 (2008), long-term drift; Lipták, B. G. (ed.), Instrument Engineers' Handbook, vol. 1 (2003), on errors of instruments",
     excited_by: "like states early and late",
-    confusable: &[("clogging", "see there"), ("column_drift", "see there")],
+    confusable: &[
+        (
+            "clogging",
+            "clogging changes the dynamics as well as the level",
+        ),
+        (
+            "column_drift",
+            "the same at one gauge; a second gauge on the line separates",
+        ),
+    ],
     parameters: &[ParameterAbout {
         name: "change",
         meaning: "change in a thousand usual times",

@@ -13,7 +13,10 @@ static ABOUT: About = About {
     source: "IEC 61298-2 (2008), measured error; Lipták, B. G. (ed.), Instrument Engineers' Handbook, vol. 1 (2003), on errors of instruments",
     excited_by: "a reading that varies",
     confusable: &[
-        ("reading_offset", "low and high readings"),
+        (
+            "reading_offset",
+            "low and high readings separate: an offset is the same at both",
+        ),
         ("eccentricity", "a drop alone cannot tell them apart"),
     ],
     parameters: &[ParameterAbout {

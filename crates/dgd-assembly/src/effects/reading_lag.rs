@@ -13,8 +13,11 @@ static ABOUT: About = About {
     source: "IEC 61298-2 (2008), dynamic response; Lipták, B. G. (ed.), Instrument Engineers' Handbook, vol. 1 (2003), on errors of instruments",
     excited_by: "fast changes",
     confusable: &[
-        ("reading_delay", "steps separate"),
-        ("pump_lag", "see there"),
+        (
+            "reading_delay",
+            "a step: a late reading stays, then jumps; a slow one sets off at once",
+        ),
+        ("pump_lag", "a late reading delays draining as well"),
     ],
     parameters: &[ParameterAbout {
         name: "tau",

@@ -13,8 +13,14 @@ static ABOUT: About = About {
     source: "IEC 61298-2 (2008), zero error; Lipták, B. G. (ed.), Instrument Engineers' Handbook, vol. 1 (2003), on errors of instruments",
     excited_by: "a reading at rest or at a known value",
     confusable: &[
-        ("outlet_offset", "see there"),
-        ("static_head_error", "see there"),
+        (
+            "outlet_offset",
+            "an outlet's offset acts on the flow, a reading's does not: run the tank dry",
+        ),
+        (
+            "static_head_error",
+            "the same at one gauge; two gauges or another meter separate",
+        ),
     ],
     parameters: &[ParameterAbout {
         name: "offset",

@@ -14,8 +14,14 @@ static ABOUT: About = About {
     source: "ISO 5167-2 (2003), discharge coefficient; Lichtarowicz, A., Duggins, R. K. and Markland, E., J. Mech. Eng. Sci. 7 (1965)",
     excited_by: "low and high flow",
     confusable: &[
-        ("laminar_resistance", "two ways to bend the same curve"),
-        ("discharge_exponent", "likewise"),
+        (
+            "laminar_resistance",
+            "two ways to bend the same curve: low flow by decades separates",
+        ),
+        (
+            "discharge_exponent",
+            "two ways to bend the same curve: low and high flow by decades separate",
+        ),
     ],
     parameters: &[ParameterAbout {
         name: "fall",

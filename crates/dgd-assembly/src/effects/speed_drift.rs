@@ -12,7 +12,7 @@ static ABOUT: About = About {
     equation: "w_felt = w (1 + change t/1000 T)",
     source: "Lipták, B. G. (ed.), Instrument Engineers' Handbook, vol. 1 (2003), on tachometers",
     excited_by: "the same set-point early and late",
-    confusable: &[("pump_wear", "see there")],
+    confusable: &[("pump_wear", "a drifting speed acts at shut-off too")],
     parameters: &[ParameterAbout {
         name: "change",
         meaning: "relative change in a thousand usual times",

@@ -18,7 +18,10 @@ static ABOUT: About = About {
             "reading_offset",
             "the same at one gauge; two gauges or another meter separate",
         ),
-        ("pressure_offset", "likewise at the line's end"),
+        (
+            "pressure_offset",
+            "the same at the line's end; a gauge there separates",
+        ),
     ],
     parameters: &[ParameterAbout {
         name: "head",

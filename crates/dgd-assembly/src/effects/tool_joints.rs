@@ -16,7 +16,10 @@ static ABOUT: About = About {
     excited_by: "length that varies, or low and high flow",
     confusable: &[
         ("line_fittings", "those do not grow with length"),
-        ("eccentricity", "see there"),
+        (
+            "eccentricity",
+            "joints grow with length and with the square of flow, an eccentric pipe scales all friction",
+        ),
     ],
     parameters: &[ParameterAbout {
         name: "drop",

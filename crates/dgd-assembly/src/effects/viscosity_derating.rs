@@ -13,7 +13,10 @@ static ABOUT: About = About {
     equation: "H = H(w, q) − p_v q/(Q ρ g)",
     source: "ANSI/HI 9.6.7 (2015); Gülich, J. F., Centrifugal Pumps (2010), on viscous fluids",
     excited_by: "low and high flow",
-    confusable: &[("internal_leakage", "see there")],
+    confusable: &[(
+        "internal_leakage",
+        "leakage shifts the curve along the flow, viscosity turns it",
+    )],
     parameters: &[ParameterAbout {
         name: "drop",
         meaning: "pressure lost at the usual flow",

@@ -252,6 +252,7 @@ fn effects_of_any_strength_within_their_bounds_end_in_a_status_and_never_in_a_pa
             time: window.time[..40].to_vec(),
             inputs: window.inputs.iter().map(|i| i[..40].to_vec()).collect(),
             readings: window.readings.clone(),
+            origin: None,
         };
         for h in effects_for(&assembly) {
             let with = assembly

@@ -18,7 +18,7 @@ proptest! {
         match Assembly::parse(&format!("{head}{put}{tail}")) {
             Ok(assembly) => {
                 let n = assembly.inputs().len();
-                let window = Window { time: clock(5, 1.0), inputs: vec![vec![1.0; 5]; n], readings: Vec::new() };
+                let window = Window { time: clock(5, 1.0), inputs: vec![vec![1.0; 5]; n], readings: Vec::new(), origin: None };
                 let options = SimulationOptions { max_steps: 2000, ..Default::default() };
                 let _ = assembly.simulate(&assembly.start(), &window, 0, &options);
             }
@@ -290,6 +290,7 @@ fn an_empty_window_and_an_input_that_is_no_number_are_refused() {
         time: clock(3, 1.0),
         inputs: vec![vec![1.0, f64::NAN, 1.0]],
         readings: Vec::new(),
+        origin: None,
     };
     let error = tanks()
         .simulate(&tanks().start(), &bad, 0, &SimulationOptions::default())

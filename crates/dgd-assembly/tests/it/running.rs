@@ -1,7 +1,7 @@
 //! Simulations against closed forms, balances and the two-state model of `dgd-dynamics`.
 
 use crate::common::{PUMP_LOOP, RETURN_LINE, TWO_TANKS, apart, clock, steps, window};
-use dgd_assembly::{Assembly, RunStatus, SimulationOptions};
+use dgd_assembly::{ATMOSPHERE, Assembly, Portion, Record, RunStatus, SimulationOptions};
 use dgd_dynamics::inputs::{Interpolation, Signal};
 use dgd_dynamics::return_line;
 
@@ -205,4 +205,58 @@ fn explicit_and_implicit_methods_agree() {
     })
     .collect();
     assert!(apart(&runs[0].states[0], &runs[1].states[0]) < 1e-7);
+}
+
+/// A relation over depth whose friction grows along the record.
+const GROWING: &str = r#"
+independent = "depth"
+connections = ["mud -> string -> atmosphere"]
+[components]
+mud = { kind = "boundary" }
+string = { kind = "line", length = 1.0, bore = 0.1, friction = "polynomial", quadratic = 1e8 }
+standpipe = { kind = "instrument", measures = "pressure", of = "string.inlet", channel = "p" }
+[scale]
+time = 0.1
+[[effects]]
+component = "string"
+effect = "friction_drift"
+parameters = { change = 1.0 }
+[inputs]
+"mud.flow" = { channel = "q" }
+[record]
+time = "depth"
+train = { windows = [[20.0, 59.0]] }
+test = { windows = [[60.0, 99.0]] }
+"#;
+
+#[test]
+fn a_drift_goes_on_in_a_held_out_window_of_the_same_record_and_starts_anew_in_another() {
+    let depth = clock(100, 1.0);
+    let q = vec![0.03; 100];
+    let record = Record {
+        columns: vec![("depth", &depth), ("q", &q), ("q2", &q)],
+    };
+    let first = |text: &str, portion: Portion| {
+        let assembly = Assembly::parse(text).unwrap();
+        let window = assembly.windows(&record, portion).unwrap().remove(0);
+        let run = assembly
+            .simulate(&[], &window, 0, &SimulationOptions::default())
+            .unwrap();
+        (window.origin, run.outputs[0][0] - ATMOSPHERE)
+    };
+    let still = 1e8 * 0.03 * 0.03;
+    let close = |a: f64, b: f64| (a - b).abs() < 1e-6 * b;
+    let (origin, train) = first(GROWING, Portion::Train);
+    assert!(origin == Some(20.0) && close(train, still));
+    let (origin, test) = first(GROWING, Portion::Test);
+    assert!(
+        origin == Some(20.0) && close(test, still * f64::exp(0.4)),
+        "{test}"
+    );
+    let other = GROWING.replace(
+        "test = { windows = [[60.0, 99.0]] }",
+        "test = { windows = [[60.0, 99.0]], channels = { q = \"q2\" } }",
+    );
+    let (origin, test) = first(&other, Portion::Test);
+    assert!(origin.is_none() && close(test, still), "{test}");
 }

@@ -143,6 +143,9 @@ fn fitted(done: &Done) -> FittedSystem {
 
 /// `upper.unseen_brim`
 fn name(finding: &Finding) -> String {
+    if finding.component.is_empty() {
+        return finding.effect.clone();
+    }
     format!("{}.{}", finding.component, finding.effect)
 }
 
@@ -152,12 +155,19 @@ fn sentence(done: &Done) -> String {
     let found: Vec<String> = revision
         .findings
         .iter()
-        .map(|f| format!("{} ({})", name(f), f.title))
+        .map(|f| match f.component.as_str() {
+            // Nothing is named.
+            "" => f.title.clone(),
+            _ => format!("{} ({})", name(f), f.title),
+        })
         .collect();
     let answer = match revision.verdict {
         Verdict::Consistent => "nothing is left out that this recording could show".to_owned(),
         Verdict::Unexplained if found.is_empty() => {
             "something is left out that no effect of the catalogue explains".to_owned()
+        }
+        Verdict::Unexplained if revision.findings.iter().all(|f| f.component.is_empty()) => {
+            found.join("; ")
         }
         _ => format!("left out: {}", found.join("; ")),
     };
@@ -203,8 +213,14 @@ fn outcome(outcome: Outcome) -> &'static str {
     }
 }
 
+/// Two digits; never a certainty.
+fn probability(p: f64) -> String {
+    format!("{:.2}", p.clamp(0.01, 0.99))
+}
+
 fn tell(text: &mut String, done: &Done, out: &Path) -> std::fmt::Result {
     let revision = &done.revision;
+    let system = revision.after.assembly.system();
     writeln!(
         text,
         "{} on {}: {}",
@@ -215,12 +231,23 @@ fn tell(text: &mut String, done: &Done, out: &Path) -> std::fmt::Result {
     writeln!(text, "{}\n", sentence(done))?;
     for finding in &revision.findings {
         writeln!(text, "{}: {}", name(finding), finding.title)?;
-        writeln!(text, "  {}", finding.equation)?;
-        for p in &finding.parameters {
-            let [value, low, high] = say::with_interval(p.value, p.ci95);
+        if !finding.equation.is_empty() {
+            writeln!(text, "  {}", finding.equation)?;
+        }
+        if let Some(p) = finding.probability {
             writeln!(
                 text,
-                "  {} = {value} ({low} to {high}): {}",
+                "  weight {} among the sets that were fitted",
+                probability(p)
+            )?;
+        }
+        for p in &finding.parameters {
+            let [value, low, high] = say::with_interval(p.value, p.ci95);
+            let unit = unit_of(system, &p.path);
+            let gap = if unit.is_empty() { "" } else { " " };
+            writeln!(
+                text,
+                "  {} = {value}{gap}{unit} ({low} to {high}): {}",
                 p.path, p.meaning
             )?;
         }
@@ -268,9 +295,9 @@ fn tell(text: &mut String, done: &Done, out: &Path) -> std::fmt::Result {
     write!(text, "{}", table.render())?;
     let passed = revision.checks.iter().filter(|c| c.passed).count();
     if revision.verdict == Verdict::Consistent {
-        // The gate stayed shut: that is the answer, no failure.
-        for check in revision.checks.iter().filter(|c| !c.passed) {
-            writeln!(text, "\nnot seen: {} ({})", check.name, check.detail)?;
+        for check in &revision.checks {
+            let said = if check.passed { "" } else { "not so: " };
+            writeln!(text, "\n{said}{} ({})", check.name, check.detail)?;
         }
     } else {
         writeln!(
@@ -313,6 +340,7 @@ fn as_json(done: &Done) -> Value {
             "region": f.region,
             "left_out_loss": f.left_out_loss,
             "standard_errors": f.standard_errors,
+            "probability": f.probability,
             "alternatives": f.alternatives.iter().map(|(n, worse)| json!({ "effect": n, "worse_by": worse })).collect::<Vec<_>>(),
             "separating_test": f.separating_test,
             "shape": f.shape.as_ref().map(|s| json!({ "of": s.of, "along": s.along, "knots": s.knots, "values": s.values })),

@@ -117,9 +117,12 @@ fn diagram(system: &System) -> Diagram {
     } else {
         &system.name
     };
+    let count = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
     diagram.caption = format!(
-        "{title}: {parts} components, {instruments} instruments, {} connections. Blue: what is free.",
-        diagram.links.len()
+        "{title}: {}, {}, {}. Blue: what is free.",
+        count(parts, "component"),
+        count(instruments, "instrument"),
+        count(diagram.links.len(), "connection")
     );
     diagram
 }

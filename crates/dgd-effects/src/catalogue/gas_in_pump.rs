@@ -12,7 +12,7 @@ static ABOUT: About = About {
     title: "gas lowers the head for a while",
     component: Component::Pump,
     relation: Relation::PumpHead,
-    equation: "p_out - p_in = (1 - loss) H(w, q)",
+    equation: "p_out - p_in = (1 - loss s(t)) H(w, q), s a trapezium",
     source: "two-phase degradation: Gülich 2010, chapter 13",
     excited_by: "steady running on both sides of the event",
     confusable: &[("pump_wear", "wait: gas passes, wear grows")],
@@ -36,6 +36,15 @@ static ABOUT: About = About {
             usual: 2400.0,
             ..Parameter::BASE
         },
+        Parameter {
+            name: "edge_s",
+            meaning: "how long it takes to come, and to go",
+            role: Role::Edge(&[20.0, 150.0, 400.0]),
+            low: 1.0,
+            high: 1800.0,
+            usual: 150.0,
+            ..Parameter::BASE
+        },
     ],
     extent: Extent::Passing,
     search: Search {
@@ -56,10 +65,10 @@ impl Effect for GasInPump {
 
     fn begin(&self, p: &[f64], _: &Setting) -> Action {
         let (loss, from, to) = (p[0], p[1], p[1] + p[2]);
+        let edge = p[3].min(0.5 * p[2]).max(1e-3);
         Box::new(move |at, changes| {
-            if (from..to).contains(&at.t_s) {
-                changes.head_factor *= 1.0 - loss;
-            }
+            let inside = (at.t_s - from).min(to - at.t_s);
+            changes.head_factor *= 1.0 - loss * (inside / edge).clamp(0.0, 1.0);
         })
     }
 

@@ -8,7 +8,7 @@ use crate::{
 pub(super) struct Unknown;
 
 /// Knots of the correction.
-pub const KNOTS: usize = 6;
+pub const KNOTS: usize = 12;
 
 /// Relations that can be corrected, in the order of their codes.
 pub const RELATIONS: [Relation; 3] = [
@@ -93,6 +93,12 @@ static ABOUT: About = About {
         knot("c3"),
         knot("c4"),
         knot("c5"),
+        knot("c6"),
+        knot("c7"),
+        knot("c8"),
+        knot("c9"),
+        knot("c10"),
+        knot("c11"),
     ],
     extent: Extent::Always,
     search: Search {

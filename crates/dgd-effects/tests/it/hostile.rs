@@ -1,7 +1,7 @@
 //! Nothing panics, whatever the numbers.
 
 use crate::{model, moments, setting};
-use dgd_effects::{Changes, Effect, Inputs, Noise, catalogue, unknown};
+use dgd_effects::{Changes, Effect, Inputs, KNOTS, Noise, catalogue, unknown};
 use proptest::prelude::*;
 
 /// Numbers that break arithmetic, and any other.
@@ -30,8 +30,8 @@ proptest! {
 
     #[test]
     fn effects_take_any_parameters_in_any_setting(
-        p in prop::collection::vec(number(), 10),
-        s in prop::collection::vec(number(), 10),
+        p in prop::collection::vec(number(), 4 + KNOTS),
+        s in prop::collection::vec(number(), 4 + KNOTS),
         m in prop::collection::vec(number(), 9),
     ) {
         let mut setting = setting();
@@ -61,7 +61,7 @@ proptest! {
 
     #[test]
     fn a_free_run_takes_any_effect_and_gives_every_sample(
-        p in prop::collection::vec(number(), 10),
+        p in prop::collection::vec(number(), 4 + KNOTS),
         which in 0..25_usize,
         step_s in number(),
         start in (number(), number()),

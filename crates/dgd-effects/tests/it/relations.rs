@@ -70,7 +70,8 @@ fn plain() -> Vec<(&'static str, Vec<f64>)> {
         .map(|a| (a.id, usual(a)))
         .collect();
     for (relation, size) in [(0.0, 4e4), (1.0, 4e4), (2.0, 1e-3)] {
-        let knots = [0.0, 1.0, 2.0, 2.0, -1.0, 0.0].map(|k: f64| k * size);
+        let knots =
+            [0.0, 0.5, 1.0, 1.5, 2.0, 2.0, 2.0, 0.5, -1.0, -0.5, 0.0, 0.0].map(|k: f64| k * size);
         all.push((
             "unknown",
             [&[relation, 0.0, 0.0, SPAN_S][..], &knots[..]].concat(),

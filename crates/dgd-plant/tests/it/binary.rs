@@ -188,3 +188,97 @@ fn conceal_refuses_what_it_does_not_know() {
         assert!(message.contains(part), "{message}");
     }
 }
+
+#[test]
+fn bench_writes_recordings_apart_from_their_truths_and_seals_them() {
+    let (out, truth) = (folder("plant-benches"), folder("plant-bench-truths"));
+    let (out_text, truth_text) = (out.to_str().unwrap(), truth.to_str().unwrap());
+    let arguments = [
+        "bench", "--out", out_text, "--truth", truth_text, "--seed", "3", "--count", "2",
+        "--sealed",
+    ];
+    let done = run(&arguments);
+    assert!(done.status.success(), "{done:?}");
+    let mut all = Vec::new();
+    for bench in ["surge-shaft", "glycol-loop"] {
+        for id in ["c000", "c001"] {
+            let case = out.join(bench).join(id);
+            let mut files: Vec<String> = fs::read_dir(&case)
+                .unwrap()
+                .map(|f| f.unwrap().file_name().into_string().unwrap())
+                .collect();
+            files.sort();
+            assert_eq!(files, ["recording.csv", "system.toml"]);
+            all.extend(fs::read(truth.join(bench).join(format!("{id}.truth.json"))).unwrap());
+        }
+    }
+    use sha2::{Digest, Sha256};
+    let seal: String = Sha256::digest(&all)
+        .iter()
+        .map(|b| format!("{b:02x}"))
+        .collect();
+    assert_eq!(String::from_utf8(done.stdout).unwrap().trim(), seal);
+    assert_eq!(run(&arguments).stdout, run(&arguments).stdout);
+}
+
+#[test]
+fn bench_refuses_what_it_does_not_know() {
+    for (arguments, part) in [
+        (vec!["bench"], "expected `--out DIR`"),
+        (
+            vec!["bench", "--out", "x", "--bench", "tank"],
+            "expected surge-shaft or glycol-loop",
+        ),
+        (
+            vec!["bench", "--out", "x", "--thing", "pump_slip"],
+            "needs `--bench`",
+        ),
+        (
+            vec![
+                "bench",
+                "--out",
+                "x",
+                "--bench",
+                "surge-shaft",
+                "--thing",
+                "pump_slip",
+            ],
+            "expected one of crest_overflow",
+        ),
+        (
+            vec![
+                "bench",
+                "--out",
+                "x",
+                "--bench",
+                "glycol-loop",
+                "--thing",
+                "pump_slip",
+                "--kind",
+                "clean",
+            ],
+            "does not go with",
+        ),
+        (
+            vec!["bench", "--out", "x", "--severity", "huge"],
+            "expected subtle, moderate or strong",
+        ),
+        (
+            vec!["bench", "--out", "x", "--kind", "pair"],
+            "expected single, clean, foreign or mix",
+        ),
+        (
+            vec!["bench", "--out", "x", "--count", "two"],
+            "expected a whole number",
+        ),
+        (
+            vec!["bench", "--out", "x", "--fast"],
+            "not an option of bench",
+        ),
+    ] {
+        let done = run(&arguments);
+        assert_eq!(done.status.code(), Some(2), "{arguments:?}");
+        let message = String::from_utf8(done.stderr).unwrap();
+        assert!(message.contains(part), "{message}");
+    }
+}

@@ -1,6 +1,7 @@
 //! What the plant's recordings promise.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
+mod benches;
 mod binary;
 mod cases;
 mod conceal;

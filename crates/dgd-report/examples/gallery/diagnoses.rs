@@ -306,6 +306,7 @@ fn tested(findings: &[Finding]) -> Vec<Tested> {
                 effect: about.id,
                 title: about.title,
                 evidence: found.map_or(-2.0 + 1.2 * noise.normal(), |f| 0.93 * f.evidence),
+                admissible: true,
                 hurdle: about.search.belief.hurdle,
                 strength: first.map_or("", |p| p.name),
                 standard_error: None,

@@ -328,3 +328,49 @@ test.windows = [[1500.5, 1e9]]
         ],
     )
 }
+
+/// Standpipe pressure while the string grows with the depth and the flow is taken back, so that a fit of B + D q² ends at D = 0: what
+/// grows with the string's length is left out. `accuracy` (Pa) is what the gauge is said to be good for.
+pub(crate) fn growing_string(accuracy: Option<f64>, n: usize) -> Revision {
+    let depth: Vec<f64> = (0..n)
+        .map(|i| 100.0 + 2000.0 * i as f64 / n as f64)
+        .collect();
+    let mut draws = Draws::new(31);
+    let q: Vec<f64> = depth
+        .iter()
+        .map(|d| 0.06 - 0.012 * d / 1000.0 + 0.004 * (draws.unit() - 0.5))
+        .collect();
+    let p = noisy(
+        depth
+            .iter()
+            .zip(&q)
+            .map(|(d, q)| 1e6 + 1e8 * q * q + 3e6 * d / 1000.0 * (q / 0.05).powi(2)),
+        2e4,
+        32,
+    );
+    let accuracy = accuracy.map_or_else(String::new, |a| format!(", accuracy = {a:.1}"));
+    let text = r#"
+independent = "depth"
+connections = ["pump -> string -> atmosphere"]
+[components]
+pump = { kind = "boundary" }
+string = { kind = "line", friction = "polynomial" }
+standpipe = { kind = "instrument", measures = "pressure", of = "string.inlet", channel = "p"ACCURACY }
+[inputs]
+"pump.flow" = { channel = "q" }
+"string.length" = { channel = "depth" }
+[free]
+"string.constant" = { start = 0.0, low = -1e7, high = 1e7 }
+"string.quadratic" = { start = 2e9, low = 0.0, high = 2e10 }
+[scale]
+flow = 0.05
+pressure = 5e6
+time = 2.0
+[record]
+time = "depth"
+train.windows = [[0.0, 1500.0]]
+test.windows = [[1500.5, 1e9]]
+"#
+    .replace("ACCURACY", &accuracy);
+    run(&text, &[("depth", &depth), ("q", &q), ("p", &p)])
+}

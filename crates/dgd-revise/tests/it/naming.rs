@@ -1,6 +1,6 @@
 //! What was put into a bench comes out by name.
 
-use crate::benches::{Tanks, names, pump_loop, told, two_tanks, well};
+use crate::benches::{Tanks, growing_string, names, pump_loop, told, two_tanks, well};
 use dgd_revise::{Outcome, Verdict};
 
 const OVERFLOW: Tanks = Tanks {
@@ -191,4 +191,28 @@ fn noise_that_remembers_itself_is_no_finding() {
         400,
     );
     assert_eq!(found.verdict, Verdict::Consistent, "{}", told(&found));
+}
+
+#[test]
+fn a_cause_that_the_base_hides_by_fitting_its_friction_away_is_named() {
+    let found = growing_string(None, 600);
+    let friction = &found.before.parameters[1];
+    assert!(
+        friction.path == "string.quadratic" && friction.at_bound,
+        "{friction:?}"
+    );
+    assert_eq!(names(&found), ["string.tool_joints"], "{}", told(&found));
+    let weight = found.findings[0].probability.unwrap();
+    assert!((0.5..=1.0).contains(&weight), "{weight}");
+    let (before, after) = found.outputs[0].test;
+    assert!(after < 0.1 * before, "{before} {after}");
+}
+
+#[test]
+fn what_the_instruments_are_not_good_for_is_no_mismatch() {
+    let found = growing_string(Some(5e6), 600);
+    assert_eq!(found.verdict, Verdict::Consistent, "{}", told(&found));
+    assert!(found.findings.is_empty() && found.sections.is_empty());
+    let check = |c: &&dgd_revise::Check| c.name.contains("accuracy");
+    assert!(found.checks.iter().find(check).is_some_and(|c| c.passed));
 }

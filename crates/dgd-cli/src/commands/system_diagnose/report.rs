@@ -1,8 +1,8 @@
 //! The page of a diagnosis of a system: what was left out, before and after, what was tested.
 
-use super::{Done, curve, name, outcome, sentence};
+use super::{Done, curve, name, outcome, probability, sentence};
 use crate::say::{self, brief, number};
-use crate::system::{diagram, page};
+use crate::system::{diagram, page, unit_of};
 use dgd_documents::FittedSystem;
 use dgd_report::{Axis, Page, ReportError, Role, Series, TimePanel, series_over, time_series};
 use dgd_revise::Trace;
@@ -22,26 +22,41 @@ pub(super) fn html(done: &Done, fitted: &FittedSystem) -> Result<String, ReportE
     }
     for finding in &revision.findings {
         page.paragraph(&format!("{}: {}.", name(finding), finding.title));
-        let mut points = vec![format!(
-            "Equation: {} ({})",
-            finding.equation, finding.source
-        )];
+        let mut points = Vec::new();
+        if !finding.equation.is_empty() {
+            points.push(format!(
+                "Equation: {} ({})",
+                finding.equation, finding.source
+            ));
+        }
+        if let Some(p) = finding.probability {
+            points.push(format!(
+                "Weight {} among the sets of effects that were fitted, by their scores on left-out blocks; not calibrated.",
+                probability(p)
+            ));
+        }
         points.extend(finding.parameters.iter().map(|p| {
             let [value, low, high] = say::with_interval(p.value, p.ci95);
+            let unit = unit_of(revision.after.assembly.system(), &p.path);
+            let gap = if unit.is_empty() { "" } else { " " };
             format!(
-                "{} = {value}, 95 % interval {low} to {high}: {}",
+                "{} = {value}{gap}{unit}, 95 % interval {low} to {high}: {}",
                 p.path, p.meaning
             )
         }));
         if !finding.region.is_empty() {
             points.push(format!("Where: {}", finding.region));
         }
-        points.push(format!(
-            "Without it the left-out error is {} times the present one's square, {} standard errors.",
-            brief(1.0 + finding.left_out_loss),
-            brief(finding.standard_errors)
-        ));
-        page.list(&points);
+        if finding.left_out_loss.is_finite() {
+            points.push(format!(
+                "Without it the mean square on left-out blocks is {} times the present one, {} standard errors more.",
+                brief(1.0 + finding.left_out_loss),
+                brief(finding.standard_errors)
+            ));
+        }
+        if !points.is_empty() {
+            page.list(&points);
+        }
     }
     let classes: Vec<String> = revision
         .classes

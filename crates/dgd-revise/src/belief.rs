@@ -1,0 +1,83 @@
+//! How much weight the sets that were fitted deserve beside each other.
+//!
+//! Pseudo-Bayesian model averaging with the Bayesian bootstrap: Yao, Y., Vehtari, A., Simpson, D. and Gelman, A., *Bayesian
+//! Analysis* 13 (2018), Eqs. 8-9, with the logarithmic score of left-out blocks and the readings counted by the residual's
+//! memory. It knows the sets that were fitted and no others, and it is not calibrated.
+
+use crate::draws::Draws;
+use crate::sets::{Scored, independent};
+use std::collections::BTreeSet;
+
+/// Draws of the bootstrap.
+const DRAWS: usize = 500;
+
+/// Weight of each set that is no larger than the chosen one and was not `refused`; they sum to one, the others have none.
+pub(crate) fn weights(scored: &[Scored], chosen: usize, refused: &BTreeSet<usize>) -> Vec<f64> {
+    let mut weights = vec![0.0; scored.len()];
+    let Some(set) = scored.get(chosen) else {
+        return weights;
+    };
+    let most = set.trial.members.len();
+    // What is larger did not clear its hurdle.
+    let rivals: Vec<usize> = (0..scored.len())
+        .filter(|i| scored[*i].trial.members.len() <= most && !refused.contains(i))
+        .collect();
+    let of = |&i: &usize| scored[i].left.blocks.as_slice();
+    let blocks: Vec<&[f64]> = rivals.iter().map(of).collect();
+    let freedom = rivals.iter().map(|&i| scored[i].trial.paths.len() as f64);
+    let readings = independent(&set.trial).max(2.0);
+    let found = average(&blocks, &freedom.collect::<Vec<_>>(), readings);
+    for (i, w) in rivals.into_iter().zip(found) {
+        weights[i] = w;
+    }
+    weights
+}
+
+/// - `blocks`: squares of each set by block, of equal lengths.
+/// - `freedom`: parameters of each.
+fn average(blocks: &[&[f64]], freedom: &[f64], readings: f64) -> Vec<f64> {
+    let count = blocks.first().map_or(0, |b| b.len());
+    let mut sum = vec![0.0; blocks.len()];
+    let mut draws = Draws::new(13, 0);
+    for _ in 0..DRAWS {
+        let share: Vec<f64> = (0..count).map(|_| draws.exponential()).collect();
+        let price: Vec<f64> = blocks
+            .iter()
+            .zip(freedom)
+            .map(|(b, p)| {
+                let square: f64 = b.iter().zip(&share).map(|(b, s)| b * s).sum();
+                0.5 * readings * square.max(1e-300).ln() + p
+            })
+            .collect();
+        let least = price.iter().copied().fold(f64::INFINITY, f64::min);
+        let likely: Vec<f64> = price.iter().map(|p| (least - p).exp()).collect();
+        let total: f64 = likely.iter().sum();
+        for (s, l) in sum.iter_mut().zip(&likely) {
+            *s += l / total / DRAWS as f64;
+        }
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_set_that_is_better_everywhere_has_all_the_weight_and_twins_share_it() {
+        let (good, bad) = (vec![1.0; 24], vec![4.0; 24]);
+        let found = average(&[&good, &bad], &[2.0, 2.0], 100.0);
+        assert!(found[0] > 0.999 && (found.iter().sum::<f64>() - 1.0).abs() < 1e-9);
+        let twins = average(&[&good, &good], &[2.0, 2.0], 100.0);
+        assert!((twins[0] - 0.5).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_set_that_is_better_in_one_block_only_is_not_sure() {
+        let plain = vec![1.0; 24];
+        let mut lucky = vec![1.01; 24];
+        lucky[7] = 0.2;
+        let found = average(&[&lucky, &plain], &[2.0, 2.0], 200.0);
+        assert!(found[0] > 0.5 && found[0] < 0.95, "{found:?}");
+    }
+}

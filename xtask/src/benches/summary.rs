@@ -1,0 +1,213 @@
+//! The scores: for the page, for standard output, and as JSON.
+
+use super::score::{Outcome, Row, Sort, said};
+use super::{BENCHES, Origin, Settings, counterparts};
+use crate::prove::stats::{Tally, median};
+use serde_json::{Value, json};
+use std::fmt::Write;
+
+/// A score.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Score {
+    /// So many of so many.
+    Share(Tally),
+    /// The median of so many values, as a factor.
+    Factor(Option<f64>, usize),
+    /// As a share of one.
+    Percent(Option<f64>, usize),
+    /// In s.
+    Seconds(Option<f64>, usize),
+}
+
+impl Score {
+    pub(crate) fn value(self) -> String {
+        let or = |v: Option<f64>, text: fn(f64) -> String| v.map_or("–".into(), text);
+        match self {
+            Score::Share(t) => format!("{} of {}", t.right, t.of),
+            Score::Factor(v, _) => or(v, |v| format!("{v:.2}")),
+            Score::Percent(v, _) => or(v, |v| format!("{:.0} %", 100.0 * v)),
+            Score::Seconds(v, _) => or(v, |v| format!("{v:.0} s")),
+        }
+    }
+
+    pub(crate) fn basis(self) -> String {
+        match self {
+            Score::Share(t) => t.interval().map_or(String::new(), |(low, high)| {
+                format!("{:.0} to {:.0} %", 100.0 * low, 100.0 * high)
+            }),
+            Score::Factor(_, n) | Score::Percent(_, n) | Score::Seconds(_, n) => {
+                format!("{n} cases")
+            }
+        }
+    }
+
+    fn json(self) -> Value {
+        match self {
+            Score::Share(t) => json!({"right": t.right, "of": t.of, "interval95": t.interval()}),
+            Score::Factor(v, n) | Score::Percent(v, n) | Score::Seconds(v, n) => {
+                json!({"value": v, "of": n})
+            }
+        }
+    }
+}
+
+/// The scores of some cases, by title.
+pub(crate) fn measures(rows: &[&Row]) -> Vec<(&'static str, Score)> {
+    let some = |sorts: &[Sort]| -> Vec<&Row> {
+        rows.iter()
+            .copied()
+            .filter(|r| sorts.contains(&r.sort()))
+            .collect()
+    };
+    let share = |of: &[&Row], is: &dyn Fn(&Row) -> bool| {
+        let mut tally = Tally::default();
+        of.iter().for_each(|r| tally.add(is(r)));
+        Score::Share(tally)
+    };
+    let held = some(&[Sort::Held]);
+    let lacking = some(&[Sort::Lacking]);
+    let foreign = some(&[Sort::Foreign]);
+    let clean = some(&[Sort::Clean]);
+    let known = some(&[Sort::Held, Sort::Lacking]);
+    let there = some(&[Sort::Held, Sort::Lacking, Sort::Foreign]);
+    let collect = |of: &[&Row], f: &dyn Fn(&Row) -> Option<f64>| -> Vec<f64> {
+        of.iter().filter_map(|r| f(r)).collect()
+    };
+    let factor = |v: Vec<f64>| Score::Factor(median(&v), v.len());
+    let percent = |v: Vec<f64>| Score::Percent(median(&v), v.len());
+    let walls = collect(rows, &|r| Some(r.wall_s));
+    let longest = walls.iter().copied().reduce(f64::max);
+    let mut sure = Tally::default();
+    rows.iter()
+        .flat_map(|r| r.confident())
+        .for_each(|right| sure.add(!right));
+    let named = |r: &Row| matches!(r.outcome, Outcome::Right | Outcome::Beside);
+    vec![
+        (
+            "something concealed, something found",
+            share(&there, &Row::detected),
+        ),
+        (
+            "in the catalogue: named, and nothing else",
+            share(&held, &|r| r.outcome == Outcome::Right),
+        ),
+        (
+            "the same, findings of probability 0.5 or more alone",
+            share(&held, &|r| r.outcome_from(0.5) == Outcome::Right),
+        ),
+        ("in the catalogue: named", share(&held, &named)),
+        (
+            "in the catalogue: named or among the alternatives",
+            share(&held, &|r| named(r) || r.outcome == Outcome::Within),
+        ),
+        (
+            "in no catalogue, but in textbooks: called unknown",
+            share(&lacking, &|r| r.outcome == Outcome::Right),
+        ),
+        (
+            "foreign: called unknown",
+            share(&foreign, &|r| r.outcome == Outcome::Right),
+        ),
+        (
+            "a finding on the right component",
+            share(&there, &|r| r.located),
+        ),
+        (
+            "a finding on the right kind of component",
+            share(&known, &|r| r.kind),
+        ),
+        ("clean: false alarms", share(&clean, &Row::detected)),
+        (
+            "findings of probability 0.9 or more: wrong",
+            Score::Share(sure),
+        ),
+        (
+            "held-out error over the noise, before (median)",
+            factor(collect(&there, &|r| r.off().map(|o| o.0))),
+        ),
+        (
+            "held-out error over the noise, after (median)",
+            factor(collect(&there, &|r| r.off().map(|o| o.1))),
+        ),
+        (
+            "share of the gain that knowing the truth allows (median)",
+            percent(collect(&there, &Row::share)),
+        ),
+        (
+            "the same, in the catalogue (median)",
+            percent(collect(&held, &Row::share)),
+        ),
+        (
+            "an instrument made worse on held-out samples",
+            share(rows, &|r| !r.worse().is_empty()),
+        ),
+        (
+            "wall time, median",
+            Score::Seconds(median(&walls), walls.len()),
+        ),
+        ("wall time, longest", Score::Seconds(longest, walls.len())),
+    ]
+}
+
+/// The rows of a bench; of both for `None`.
+pub(crate) fn of<'a>(rows: &'a [Row], bench: Option<&str>) -> Vec<&'a Row> {
+    let is = |r: &&Row| bench.is_none_or(|b| r.truth.bench == b);
+    rows.iter().filter(is).collect()
+}
+
+/// The table on standard output.
+pub(crate) fn table(rows: &[Row]) -> String {
+    let benches = [Some(BENCHES[0]), Some(BENCHES[1]), None];
+    let columns = benches.map(|b| measures(&of(rows, b)));
+    let mut text = format!("{:<58}{:<14}{:<14}both\n", "", BENCHES[0], BENCHES[1]);
+    for (i, (title, _)) in columns[0].iter().enumerate() {
+        let cells = columns.iter().map(|c| format!("{:<14}", c[i].1.value()));
+        // Writing into a string cannot fail.
+        let _ = writeln!(text, "{title:<58}{}", cells.collect::<String>().trim_end());
+    }
+    text
+}
+
+/// `benches.json`
+pub(crate) fn json_of(settings: &Settings, origin: &Origin, rows: &[Row]) -> Value {
+    let scores = |bench| -> Value {
+        let list = measures(&of(rows, bench));
+        let list = list
+            .iter()
+            .map(|(title, score)| json!({"measure": title, "score": score.json()}));
+        list.collect()
+    };
+    let case = |r: &Row| {
+        let off = r.off();
+        let instruments: serde_json::Map<String, Value> = r
+            .held_out
+            .iter()
+            .map(|(name, o)| {
+                let floor = r.truth.floor.get(name);
+                (
+                    name.clone(),
+                    json!({"rmse_before": o.before, "rmse_after": o.after, "noise": floor}),
+                )
+            })
+            .collect();
+        json!({
+            "bench": r.truth.bench, "id": r.truth.id,
+            "concealed": r.truth.concealed.as_ref().map(|c| json!({"thing": c.thing, "severity": c.severity, "kind": c.kind})),
+            "verdict": r.answer.as_ref().map(|a| &a.verdict),
+            "said": said(r), "outcome": r.outcome.word(), "located": r.located, "kind_right": r.kind,
+            "over_noise_before": off.map(|o| o.0), "over_noise_after": off.map(|o| o.1), "share_of_gain": r.share(),
+            "held_out": instruments, "wall_s": r.wall_s, "broken": r.broken,
+        })
+    };
+    let names = counterparts::COUNTERPARTS.iter().map(|c| {
+        let names: Vec<String> = c.names.iter().map(|(k, e)| format!("{k}.{e}")).collect();
+        json!({"thing": c.thing, "names": names})
+    });
+    json!({
+        "seed": settings.seed, "count": settings.count, "only": settings.only, "jobs": settings.jobs,
+        "truths_sha256": origin.seal, "program": origin.version, "program_sha256": origin.program, "commit": origin.commit,
+        "surge-shaft": scores(Some(BENCHES[0])), "glycol-loop": scores(Some(BENCHES[1])), "both": scores(None),
+        "counterparts": names.collect::<Vec<_>>(),
+        "cases": rows.iter().map(case).collect::<Vec<_>>(),
+    })
+}
