@@ -187,10 +187,12 @@ pub(crate) fn is_correction(effect: &dyn Effect) -> bool {
 
 /// Evidence that corrections reach on sound recordings.
 pub(crate) fn hurdle(c: &Correction) -> f64 {
-    match c.relation {
-        1 if c.quantity == 1 => 110.0,
-        1 => 55.0,
-        0 => 50.0,
+    match (RELATIONS[c.relation], QUANTITIES[c.quantity]) {
+        (Relation::PumpHead, "inlet pressure") => 100.0,
+        (Relation::PumpHead, "mud pump flow") => 85.0,
+        (Relation::PumpHead, _) => 60.0,
+        (Relation::ReturnLineFriction, "mud pump flow") => 70.0,
+        (Relation::ReturnLineFriction, _) => 50.0,
         _ => 30.0,
     }
 }

@@ -179,7 +179,8 @@ impl<'a> Round<'a> {
     /// What a correction must show beside what has been named: knots fit the want of form of another effect with ease.
     fn unknown_hurdle(&self, r: &Correction) -> f64 {
         let first = if self.known == 0 { 1.0 } else { 1.5 };
-        first * hurdle(r) + 5.0 * self.left_over(&r.signature)
+        let further = 2.0 * FURTHER[self.known.min(FURTHER.len() - 1)];
+        first * hurdle(r) + further + 5.0 * self.left_over(&r.signature)
     }
 
     /// What an effect must show beside what has been named.
@@ -213,6 +214,10 @@ impl<'a> Round<'a> {
 
     /// What would explain most, were it not at the bound of what is plausible: something else does what it would do.
     fn beyond(&self) -> Option<&Contender> {
+        // Later it may be the want of form of what has been named.
+        if self.known > 0 {
+            return None;
+        }
         self.contenders
             .iter()
             .filter(|c| c.evidence > self.hurdle(c) && at_bound(&solved(&c.best)))
@@ -234,7 +239,19 @@ impl<'a> Round<'a> {
     /// Whether an effect may be named if its evidence suffices.
     pub(crate) fn admissible(&self, c: &Contender) -> bool {
         let one = solved(&c.best);
-        !at_bound(&one) && material(&one) && stands(self.record, &one) && self.sets_in(c)
+        let wanting = if at_bound(&one) {
+            "stands at the bound of what is plausible"
+        } else if !material(&one) {
+            "is within an instrument's accuracy"
+        } else if !stands(self.record, &one) {
+            "does not part the two transmitters"
+        } else if !self.sets_in(c) {
+            "is as good when it is always there"
+        } else {
+            return true;
+        };
+        debug!("{} {wanting}", c.effect.about().id);
+        false
     }
 
     /// The likeliest effect that may be named.
@@ -367,7 +384,8 @@ fn form_broken(c: &Contender) -> f64 {
     if error > EXACT {
         return f64::NEG_INFINITY;
     }
-    ((c.formed - c.evidence - 3.0 - 0.5 * error * c.evidence) / 4.0).min(50.0)
+    let gain = c.formed - c.evidence;
+    ((gain - 3.0 - error * c.evidence) / (4.0 + 0.02 * c.evidence)).min(50.0)
 }
 
 /// Evidence that an effect's want of form leaves over where it acts, over the root of the effect's own.
