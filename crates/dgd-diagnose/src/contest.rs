@@ -2,7 +2,7 @@
 
 use crate::record::{Record, whole};
 use crate::relations::{Applied, Blocks};
-use crate::scan::{Candidate, ln_mean_exp, on_grid, scan, sharpen, weigh};
+use crate::scan::{Candidate, joined, ln_mean_exp, on_grid, scan, sharpen, weigh};
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent, dot};
 use dgd_effects::{Effect, Method, Rank, Relation, catalogue, quantile};
@@ -91,6 +91,11 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
         {
             c.evidence = c.evidence.min(sustained);
             c.formed = c.evidence;
+        }
+    }
+    for c in &mut out {
+        if c.evidence > c.effect.about().search.belief.hurdle {
+            settle(record, gate, state, &mut c.best);
         }
     }
     out.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
@@ -187,6 +192,36 @@ fn exclude_strange_duty(blocks: &Blocks, inside: &[bool], excluded: &mut [bool])
 /// Whether an effect sits in the pump's head.
 pub(crate) fn is_pump(effect: &dyn Effect) -> bool {
     effect.about().relation == Relation::PumpHead
+}
+
+/// Looks within the bounds for the strength of a candidate that a straight line carries beyond them: a large change of
+/// viscosity is no small one many times over.
+fn settle(record: &Record, gate: &Tangent, state: &[Applied], c: &mut Candidate) {
+    let about = c.applied.effect.about();
+    if on_grid(about) || about.search.timing.is_some() || c.energy <= 0.0 {
+        return;
+    }
+    let p = &about.parameters[0];
+    let straight = c.score / c.energy;
+    if straight > p.low && straight < p.high {
+        return;
+    }
+    let bound = straight.clamp(p.low, p.high);
+    let tries = [0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 1.0].map(|share| {
+        let mut one = c.applied.clone();
+        one.parameters[0] = share * bound;
+        let signature = gate.signature(record, &joined(state, &one));
+        let apart = |(off, s): (&f64, &f64)| (off - s).powi(2);
+        let misfit: f64 = gate.off.iter().zip(&signature).map(apart).sum();
+        (misfit, share * bound, signature)
+    });
+    let best = tries.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+    if let Some((_, strength, mut signature)) = best.filter(|b| b.1 != bound && b.1 != 0.0) {
+        signature.iter_mut().for_each(|v| *v /= strength);
+        c.energy = dot(&signature, &signature);
+        c.score = strength * c.energy;
+        c.signature = signature;
+    }
 }
 
 /// A candidate with its strength solved for.

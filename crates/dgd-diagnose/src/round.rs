@@ -268,14 +268,14 @@ impl<'a> Round<'a> {
                     && !(timed && is_late_meter(c.effect.about()))
                     && self.admissible(c)
             })
-            .max_by(|a, b| a.formed.total_cmp(&b.formed))
+            .max_by(|a, b| a.claim().total_cmp(&b.claim()))
     }
 
     /// What else may be the cause, each with its weight against that of the best, which is 1.
     fn others(&self, best: &Contender, rival: Option<&Correction>) -> Vec<(String, f64)> {
         // A Bayes factor counts in full near the noise; far above it, forms decide, and they are rough.
-        let temperature = (0.06 * best.formed).hypot(1.5);
-        let weight = |e: f64| ((e - best.formed) / temperature).exp();
+        let temperature = (0.06 * best.claim()).hypot(1.5);
+        let weight = |e: f64| ((e - best.claim()) / temperature).exp();
         let id = best.effect.about().id;
         let mut others: Vec<(String, f64)> = self
             .contenders
@@ -283,12 +283,11 @@ impl<'a> Round<'a> {
             .filter(|c| c.effect.about().id != id && c.evidence > 0.0)
             .filter(|c| alike(&best.best, &c.best) && stands(self.record, &solved(&c.best)))
             // One that may not be named itself is no likelier than the one that may.
-            .map(|c| (c.effect.about().id.to_owned(), weight(c.formed).min(1.0)))
+            .map(|c| (c.effect.about().id.to_owned(), weight(c.claim()).min(1.0)))
             .collect();
         if let Some(r) = rival {
             let form = form_broken(best).exp();
-            let ahead = ((r.claim() - best.claim()) / temperature).exp();
-            others.push(("unknown".to_owned(), ahead.max(form)));
+            others.push(("unknown".to_owned(), weight(r.claim()).max(form)));
         }
         others
     }
