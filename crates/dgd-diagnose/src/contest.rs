@@ -160,19 +160,20 @@ fn sustained(record: &Record, state: &[Applied], c: &Candidate) -> Option<f64> {
         let inside: Vec<bool> = (0..record.blocks)
             .map(|b| (from..to).contains(&middle(b)))
             .collect();
-        exclude_strange_duty(&Blocks::under(record, state), &inside, &mut excluded);
+        let blocks = Blocks::under(record, state);
+        exclude_strange_duty((&blocks.flow, &blocks.lift), &inside, &mut excluded);
     }
     let tangent = Tangent::beside(record, state, &excluded, Bend::Lean)?;
     Some(weigh(record, &tangent, state, c.applied.clone()).evidence)
 }
 
 /// Excludes the blocks inside an interval at a flow and a lift that none outside has.
-fn exclude_strange_duty(blocks: &Blocks, inside: &[bool], excluded: &mut [bool]) {
+fn exclude_strange_duty((flows, lifts): (&[f64], &[f64]), inside: &[bool], excluded: &mut [bool]) {
     /// Duties this near, relative to their own size, are the same.
     const NEAR: f64 = 0.05;
     /// Blocks that make a duty known.
     const KNOWN: usize = 6;
-    let duty = |b: usize| (blocks.flow[b], blocks.lift[b]);
+    let duty = |b: usize| (flows[b], lifts[b]);
     let mut others: Vec<(f64, f64)> = (0..inside.len())
         .filter(|&b| !inside[b] && !excluded[b])
         .map(duty)
@@ -281,4 +282,33 @@ pub(crate) fn stands(record: &Record, one: &Applied) -> bool {
 pub(crate) fn alike(a: &Candidate, b: &Candidate) -> bool {
     let size = (a.energy * b.energy).sqrt();
     size > 0.0 && (dot(&a.signature, &b.signature) / size).abs() > 0.35
+}
+
+#[cfg(test)]
+mod tests {
+    use super::exclude_strange_duty;
+
+    #[test]
+    fn a_duty_that_the_pump_has_only_inside_an_interval_tells_nothing_of_it() {
+        // Forty blocks of one duty, in the middle ten at another flow and ten at another lift.
+        let mut flows = vec![0.04; 40];
+        let mut lifts = vec![4e6; 40];
+        flows[10..20].fill(0.06);
+        lifts[20..30].fill(5e6);
+        let inside: Vec<bool> = (0..40).map(|b| (8..32).contains(&b)).collect();
+        let mut excluded = vec![false; 40];
+        exclude_strange_duty((&flows, &lifts), &inside, &mut excluded);
+        let expected: Vec<bool> = (0..40).map(|b| (10..30).contains(&b)).collect();
+        assert_eq!(excluded, expected);
+    }
+
+    #[test]
+    fn a_duty_within_a_twentieth_is_the_same_and_a_gap_is_none() {
+        let flows = [0.040, 0.041, 0.040, 0.041, 0.040, 0.041, 0.0415, f64::NAN];
+        let lifts = [4e6; 8];
+        let inside = [false, false, false, false, false, false, true, true];
+        let mut excluded = [false; 8];
+        exclude_strange_duty((&flows, &lifts), &inside, &mut excluded);
+        assert_eq!(excluded[6..], [false, true]);
+    }
 }

@@ -235,3 +235,35 @@ pub(crate) fn plausible(c: &Correction) -> bool {
         (knots.iter().map(|k| (k - mean).powi(2)).sum::<f64>() / knots.len() as f64).sqrt();
     spread > [3e3, 6e3, 1.5e-4][c.relation]
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+
+    use super::{DMatrix, DVector, Smooth};
+
+    #[test]
+    fn a_constant_curve_is_one_straight_parameter() {
+        let gram = DMatrix::from_diagonal(&DVector::from_vec(vec![4.0, 9.0, 2.0]));
+        let right = DVector::from_vec(vec![1.0, 5.0, 2.0]);
+        let curve = Smooth::fit(&gram, &right, f64::INFINITY).unwrap();
+        let (energy, score): (f64, f64) = (15.0, 8.0);
+        let expected = 0.5 * score * score / (1.0 + energy) - 0.5 * (1.0 + energy).ln();
+        assert!((curve.evidence - expected).abs() < 1e-9);
+        assert!((curve.freedom - energy / (1.0 + energy)).abs() < 1e-9);
+        assert!(curve.coefficients.iter().all(|c| (c - 0.5).abs() < 1e-9));
+    }
+
+    #[test]
+    fn knots_far_apart_are_free_and_a_smooth_curve_has_less_freedom() {
+        let gram = DMatrix::identity(6, 6) * 50.0;
+        let right = DVector::from_fn(6, |k, _| 10.0 * k as f64);
+        let free = Smooth::fit(&gram, &right, 1e-3).unwrap();
+        assert!((free.freedom - 6.0 * 50.0 / 51.0).abs() < 1e-9);
+        assert!((free.coefficients[5] - 50.0 / 51.0).abs() < 1e-9);
+        let smooth = Smooth::fit(&gram, &right, 4.0).unwrap();
+        assert!(smooth.freedom < 0.7 * free.freedom);
+        // A straight line is smooth: the stiffer curve explains it at a lower price.
+        assert!(smooth.evidence > free.evidence);
+    }
+}

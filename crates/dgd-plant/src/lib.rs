@@ -9,7 +9,7 @@
 //! velocity triangles and losses. So a fit on this data commits no inverse crime.
 //!
 //! For the proof, [`conceal`] draws a case: another well, another crew, and in its physics one or two [`Cause`]s that a
-//! model leaves out; [`write_truth`] says which. [`bench`] does the same on two benches that are no rig. Absent: temperature as a state, free gas, the hole below the wellhead. This
+//! model leaves out; [`write_truth`] says which. [`mod@bench`] does the same on two benches that are no rig. Absent: temperature as a state, free gas, the hole below the wellhead. This
 //! library opens no file and prints nothing.
 #![deny(missing_docs)]
 

@@ -103,3 +103,21 @@ fn a_late_return_flow_is_named_with_its_delay() {
         gains_on_held_out_windows(finding);
     }
 }
+
+#[test]
+fn a_suspect_is_fitted_whatever_its_evidence_and_nothing_else_is_looked_for() {
+    let clean = case(301, None);
+    let (well, recording, step_s) = recorded(&clean);
+    let prepared = screened(recording, step_s);
+    let options = Options {
+        suspects: vec!["influx".to_owned()],
+        ..Options::default()
+    };
+    let found = diagnose(&well, &prepared, &options, &mut |_| {}).unwrap();
+    let names: Vec<&str> = found.findings.iter().map(|f| f.effect.as_str()).collect();
+    assert_eq!(names, ["influx"]);
+    // Nothing flows in: the rate is small beside a moderate kick, and it is not believed.
+    let rate = &found.findings[0].parameters[0];
+    assert!(rate.estimate.abs() < 0.0008, "{rate:?}");
+    assert!(found.findings[0].probability < 0.5);
+}

@@ -115,3 +115,20 @@ fn a_start_from_an_effect_that_is_not_known_is_refused_by_name() {
         assert!(error.to_string().contains(id), "{error}");
     }
 }
+
+#[test]
+fn a_suspect_that_the_catalogue_does_not_hold_is_refused_with_what_it_holds() {
+    let (well, recording, step_s) = clean();
+    let prepared = screened(recording, step_s);
+    let options = Options {
+        suspects: vec!["gremlins".to_owned()],
+        ..Options::default()
+    };
+    let error = diagnose(&well, &prepared, &options, &mut |_| {}).unwrap_err();
+    let said = error.to_string();
+    assert!(matches!(error, DiagnoseError::NotInCatalogue { .. }));
+    assert!(
+        said.contains("`gremlins`") && said.contains("gas_in_pump"),
+        "{said}"
+    );
+}
