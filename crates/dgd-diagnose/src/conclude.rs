@@ -29,8 +29,8 @@ const LEAST_BLOCKS: usize = 190;
 /// - `options`: effects that the model already holds, and how many are fitted together at most.
 /// - `progress`: called as each [`Stage`] begins.
 ///
-/// The same arguments give the same [`Diagnosis`], bit by bit. Nothing runs on other threads; memory grows in
-/// proportion to the samples.
+/// The same arguments give the same [`Diagnosis`], bit by bit, on however many threads of rayon's
+/// pool the catalogue is weighed; memory grows in proportion to the samples.
 ///
 /// # Errors
 /// [`DiagnoseError::TooShort`] below 190 blocks of 10 s, or where fewer than sixty outside the held-out windows show the line

@@ -6,6 +6,8 @@ use crate::scan::{Candidate, joined, ln_mean_exp, on_grid, scan, sharpen, weigh}
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent, dot};
 use dgd_effects::{Effect, Method, Rank, Relation, catalogue, quantile};
+use rayon::prelude::*;
+use std::sync::OnceLock;
 
 /// One effect in one round.
 pub(crate) struct Contender {
@@ -36,54 +38,52 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
         .map(|a| a.effect.about().id)
         .collect();
     let pull = gate.whitening.transpose(&gate.off[..gate.layout.len()]);
-    let mut free: Option<Tangent> = None;
-    let mut out = Vec::new();
-    for effect in catalogue() {
-        let about = effect.about();
-        if about.search.method != Method::Relations || taken.contains(&about.id) {
-            continue;
-        }
-        let found = scan(record, gate, &pull, state, *effect);
-        let Some(best) = found
-            .iter()
-            .filter(|c| c.evidence.is_finite())
-            .max_by(|a, b| a.evidence.total_cmp(&b.evidence))
-        else {
-            continue;
-        };
-        // A sharp peak falls between the points of a grid: it pays for the places it could have been.
-        let places = (found.len() as f64).ln() + if effect.is_switch() { 4.0 } else { 0.0 };
-        let mut evidence = ln_mean_exp(found.iter().map(|c| {
-            if c.evidence.is_finite() {
-                c.evidence
-            } else {
-                -1e3
-            }
-        }))
-        .max(best.evidence - places);
-        let mut best = best.clone();
-        if is_pump(*effect) && evidence > 1.0 {
-            if free.is_none() {
-                free = Tangent::beside(record, state, &[], Bend::Free);
-            }
-            if let Some(apart) = free
-                .as_ref()
-                .and_then(|free| without_lean(record, free, state, &best))
+    let free = OnceLock::new();
+    let free = || free.get_or_init(|| Tangent::beside(record, state, &[], Bend::Free));
+    // Effects are weighed on all cores: each by itself, so that their number changes no digit.
+    let mut out: Vec<Contender> = catalogue()
+        .par_iter()
+        .filter(|effect| {
+            let about = effect.about();
+            about.search.method == Method::Relations && !taken.contains(&about.id)
+        })
+        .filter_map(|effect| {
+            let found = scan(record, gate, &pull, state, *effect);
+            let mut best = found
+                .iter()
+                .filter(|c| c.evidence.is_finite())
+                .max_by(|a, b| a.evidence.total_cmp(&b.evidence))?
+                .clone();
+            // A sharp peak falls between the points of a grid: it pays for the places it could have been.
+            let places = (found.len() as f64).ln() + if effect.is_switch() { 4.0 } else { 0.0 };
+            let weighed = |c: &Candidate| {
+                if c.evidence.is_finite() {
+                    c.evidence
+                } else {
+                    -1e3
+                }
+            };
+            let mut evidence = ln_mean_exp(found.iter().map(weighed)).max(best.evidence - places);
+            if is_pump(*effect)
+                && evidence > 1.0
+                && let Some(apart) = free()
+                    .as_ref()
+                    .and_then(|free| without_lean(record, free, state, &best))
             {
                 evidence = evidence.min(apart.evidence - places);
                 best = apart;
             }
-        }
-        out.push(Contender {
-            effect: *effect,
-            best,
-            evidence,
-            formed: evidence,
-        });
-    }
+            Some(Contender {
+                effect: *effect,
+                best,
+                evidence,
+                formed: evidence,
+            })
+        })
+        .collect();
     out.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     let most = out.first().map_or(0.0, |c| c.evidence);
-    for c in &mut out {
+    out.par_iter_mut().for_each(|c| {
         // What the leader dwarfs is looked at again in the next round, beside it.
         let hurdle = c.effect.about().search.belief.hurdle;
         if c.evidence > (0.5 * hurdle).max(0.02 * most)
@@ -92,7 +92,7 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
             c.evidence = c.evidence.min(sustained);
             c.formed = c.evidence;
         }
-    }
+    });
     for c in &mut out {
         if c.evidence > c.effect.about().search.belief.hurdle {
             settle(record, gate, state, &mut c.best);
@@ -100,14 +100,14 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
     }
     out.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     let most = out.first().map_or(0.0, |c| c.evidence);
-    for c in out.iter_mut().take(LIKELIEST) {
+    out.par_iter_mut().take(LIKELIEST).for_each(|c| {
         if record.takes(Step::Form) && c.evidence > 0.3 * most && most > 0.0 {
             // It pays for the places it could have been, as the evidence does.
             let places = (c.best.evidence - c.evidence).max(0.0);
             let formed = gate.formed(record, state, &solved(&c.best)) - places;
             c.formed = formed.max(c.evidence);
         }
-    }
+    });
     out
 }
 

@@ -7,6 +7,7 @@ use crate::step::Step;
 use crate::tangent::Tangent;
 use dgd_effects::{Effect, KNOTS, Method, QUANTITIES, RELATIONS, Relation, unknown};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use rayon::prelude::*;
 
 /// Prior width of a knot, in the unit of the relation.
 const WIDTHS: [f64; 3] = [1.5e4, 2.0e4, 8e-4];
@@ -102,82 +103,86 @@ pub(crate) fn corrections(
     tangent: &Tangent,
     state: &[Applied],
 ) -> Vec<Correction> {
-    let effect = unknown();
-    let mut constants: [Option<Vec<f64>>; 3] = [None, None, None];
-    let mut out = Vec::new();
-    for quantity in 0..QUANTITIES.len() {
-        let (from, to) = range(record, quantity);
-        if to - from <= 1e-9 * to.abs().max(1e-3) {
-            continue;
-        }
-        for relation in 0..RELATIONS.len() {
-            // A curve of flow and speed is the relation itself there: identification, no finding. A mass balance
-            // along the rate of the flow is timing.
-            let own = matches!((relation, quantity), (0, 4) | (1, 4 | 5) | (2, 7));
-            if own {
-                continue;
-            }
-            let unit = WIDTHS[relation];
-            let change = |knots: &dyn Fn(usize) -> f64| -> Vec<f64> {
-                let mut parameters = vec![relation as f64, quantity as f64, from, to];
-                parameters.extend((0..KNOTS).map(knots));
-                tangent.change(record, &joined(state, &Applied::new(effect, parameters)))
-            };
-            // A row's share of each knot follows from how it answers a constant and a straight line: the quantity hardly
-            // moves within a row.
-            let constant = constants[relation].get_or_insert_with(|| change(&|_| unit));
-            let place: Vec<f64> = (change(&|k| unit * k as f64).iter().zip(constant.iter()))
-                .map(|(line, whole)| line / whole)
-                .collect();
-            let columns: Vec<Vec<f64>> = (0..KNOTS)
-                .map(|k| {
-                    let hat = |(place, whole): (&f64, &f64)| {
-                        let share = (1.0 - (place - k as f64).abs()).max(0.0);
-                        if *whole == 0.0 { 0.0 } else { share * whole }
-                    };
-                    place.iter().zip(constant.iter()).map(hat).collect()
-                })
-                .collect();
-            let (gram, right) = tangent.normal_equations(record, &columns);
-            let balanced = RELATIONS[relation] == Relation::RiserMassBalance && quantity == 0;
-            let curves: Vec<Smooth> = SMOOTHNESS
-                .iter()
-                .skip(usize::from(!balanced))
-                .filter_map(|reach| Smooth::fit(&gram, &right, *reach))
-                .collect();
-            let Some(best) = (curves.iter()).max_by(|a, b| a.evidence.total_cmp(&b.evidence))
-            else {
-                continue;
-            };
-            let evidence = ln_mean_exp(curves.iter().map(|c| c.evidence));
-            let (coefficients, freedom) = (&best.coefficients, best.freedom);
-            let curve: Vec<f64> = (0..columns[0].len())
-                .map(|i| {
-                    (columns.iter().zip(coefficients))
-                        .map(|(c, w)| w * c[i])
-                        .sum()
-                })
-                .collect();
-            let signature = tangent.beyond(record, &curve);
-            let evidence = if record.takes(Step::Busiest) {
-                evidence - busiest(record, tangent, &signature)
-            } else {
-                evidence
-            };
-            let mut parameters = vec![relation as f64, quantity as f64, from, to];
-            parameters.extend(coefficients.iter().map(|c| c * unit));
-            out.push(Correction {
-                applied: Applied::new(effect, parameters),
-                signature,
-                evidence,
-                freedom,
-                relation,
-                quantity,
-            });
-        }
-    }
+    // A curve of flow and speed is the relation itself there: identification, no finding. A mass balance along the rate of
+    // the flow is timing.
+    let own = |relation, quantity| matches!((relation, quantity), (0, 4) | (1, 4 | 5) | (2, 7));
+    let places: Vec<(usize, usize)> = (0..QUANTITIES.len())
+        .flat_map(|quantity| (0..RELATIONS.len()).map(move |relation| (relation, quantity)))
+        .filter(|(relation, quantity)| !own(*relation, *quantity))
+        .collect();
+    let mut out: Vec<Correction> = places
+        .par_iter()
+        .filter_map(|place| correction(record, tangent, state, *place))
+        .collect();
     out.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     out
+}
+
+/// The correction of one relation along one quantity; `None` if the recording does not move the quantity.
+fn correction(
+    record: &Record,
+    tangent: &Tangent,
+    state: &[Applied],
+    (relation, quantity): (usize, usize),
+) -> Option<Correction> {
+    let (from, to) = range(record, quantity);
+    if to - from <= 1e-9 * to.abs().max(1e-3) {
+        return None;
+    }
+    let unit = WIDTHS[relation];
+    let change = |knots: &dyn Fn(usize) -> f64| -> Vec<f64> {
+        let mut parameters = vec![relation as f64, quantity as f64, from, to];
+        parameters.extend((0..KNOTS).map(knots));
+        tangent.change(record, &joined(state, &Applied::new(unknown(), parameters)))
+    };
+    // A row's share of each knot follows from how it answers a constant and a straight line: the quantity hardly
+    // moves within a row.
+    let constant = change(&|_| unit);
+    let place: Vec<f64> = (change(&|k| unit * k as f64).iter().zip(constant.iter()))
+        .map(|(line, whole)| line / whole)
+        .collect();
+    let columns: Vec<Vec<f64>> = (0..KNOTS)
+        .map(|k| {
+            let hat = |(place, whole): (&f64, &f64)| {
+                let share = (1.0 - (place - k as f64).abs()).max(0.0);
+                if *whole == 0.0 { 0.0 } else { share * whole }
+            };
+            place.iter().zip(constant.iter()).map(hat).collect()
+        })
+        .collect();
+    let (gram, right) = tangent.normal_equations(record, &columns);
+    let balanced = RELATIONS[relation] == Relation::RiserMassBalance && quantity == 0;
+    let curves: Vec<Smooth> = SMOOTHNESS
+        .iter()
+        .skip(usize::from(!balanced))
+        .filter_map(|reach| Smooth::fit(&gram, &right, *reach))
+        .collect();
+    let best = (curves.iter()).max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
+    let evidence = ln_mean_exp(curves.iter().map(|c| c.evidence));
+    let (coefficients, freedom) = (&best.coefficients, best.freedom);
+    let curve: Vec<f64> = (0..columns[0].len())
+        .map(|i| {
+            (columns.iter().zip(coefficients))
+                .map(|(c, w)| w * c[i])
+                .sum()
+        })
+        .collect();
+    let signature = tangent.beyond(record, &curve);
+    let evidence = if record.takes(Step::Busiest) {
+        evidence - busiest(record, tangent, &signature)
+    } else {
+        evidence
+    };
+    let mut parameters = vec![relation as f64, quantity as f64, from, to];
+    parameters.extend(coefficients.iter().map(|c| c * unit));
+    Some(Correction {
+        applied: Applied::new(unknown(), parameters),
+        signature,
+        evidence,
+        freedom,
+        relation,
+        quantity,
+    })
 }
 
 /// Whether an effect is the empirical correction itself.
