@@ -107,12 +107,14 @@ impl Assembly {
         self.net.meters.iter().map(|m| m.name.clone()).collect()
     }
 
-    /// Accuracy that is stated of each instrument, as it reads; `None` where none is.
+    /// Accuracy that is stated of each instrument, as its [`Window::readings`](crate::Window) are: a description gives it
+    /// in the instrument's unit, and it is converted as a difference, without a gauge's zero; `None` where none is.
     #[must_use]
     pub fn accuracies(&self) -> Vec<Option<f64>> {
         let stated = |m: &crate::network::Meter| {
             let slot = self.net.parts[m.part].base + crate::kinds::instrument::ACCURACY;
-            Some(self.net.values[slot]).filter(|a| a.is_finite())
+            let accuracy = Some(self.net.values[slot]).filter(|a| a.is_finite())?;
+            Some(crate::record::difference(accuracy, m.unit))
         };
         self.net.meters.iter().map(stated).collect()
     }

@@ -7,7 +7,7 @@ use crate::kinds::{self, Property};
 use crate::laws::Friction;
 use crate::network::{Attached, Driven, FLUID_SLOTS, FreeSlot, Part};
 use crate::spec::{Component, Kind, Setting, System};
-use dgd_units::{Unit, split_number};
+use dgd_units::{Dimension, Unit, split_number};
 use std::collections::BTreeMap;
 
 /// What the first pass over a description gives.
@@ -501,6 +501,13 @@ fn effect_slots(slots: &mut Slots, system: &System) {
     }
 }
 
+/// The property of a component that a path stands for.
+fn property_of(system: &System, path: &str) -> Option<&'static Property> {
+    let (name, key) = path.split_once('.')?;
+    let table = system.components.get(name)?.kind.properties();
+    table.iter().find(|p| p.name == key)
+}
+
 fn inputs(slots: &mut Slots, system: &System) {
     for (path, input) in &system.inputs {
         let Some(&slot) = slots.paths.get(path) else {
@@ -521,6 +528,16 @@ fn inputs(slots: &mut Slots, system: &System) {
                 None
             }
         };
+        // A bare number is a share: per cent are hundredths of it.
+        let share =
+            property_of(system, path).is_some_and(|p| p.dimension == Some(Dimension::Number));
+        let unit = unit.map(|u| match u.dimension {
+            Dimension::Percent if share => Unit {
+                factor: 0.01 * u.factor,
+                ..u
+            },
+            _ => u,
+        });
         slots.driven.push(Driven {
             path: path.clone(),
             slot,

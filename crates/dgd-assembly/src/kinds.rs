@@ -436,7 +436,7 @@ static INSTRUMENT: &[Property] = &[
         "as the reading",
         Some(f64::NAN),
         POSITIVE,
-        "standard deviation by which it is off: weighs it in a fit (from the record if absent); what a model is off by less is not a mismatch",
+        "standard deviation by which it is off, in the instrument's unit: weighs it in a fit (from the record if absent); what a model is off by less is not a mismatch",
     ),
     p(
         "low",

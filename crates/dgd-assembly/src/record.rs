@@ -203,6 +203,14 @@ impl Assembly {
     }
 }
 
+/// A difference of readings in SI units: no zero counts.
+pub(crate) fn difference(raw: f64, unit: Option<Unit>) -> f64 {
+    match unit {
+        Some(unit) if unit.dimension != Dimension::Number => raw * unit.factor,
+        _ => raw,
+    }
+}
+
 /// A column in SI units. Voltages and bare numbers stay as they are.
 fn convert(raw: &[f64], unit: Option<Unit>) -> Vec<f64> {
     match unit {

@@ -3,7 +3,6 @@
 use crate::assembly::Assembly;
 use crate::error::AssemblyError;
 use crate::fit::{FitOptions, Loss};
-use crate::kinds;
 use crate::record::Window;
 use crate::simulate::{RunStatus, Simulator};
 use dgd_lsq::lm::{Bounds, Residuals};
@@ -65,6 +64,7 @@ impl<'a> Residual<'a> {
                 known: names.join(", "),
             });
         }
+        let accuracies = assembly.accuracies();
         let mut scale = Vec::new();
         for (m, name) in names.iter().enumerate() {
             let wanted = options.outputs.is_empty() || options.outputs.contains(name);
@@ -76,12 +76,7 @@ impl<'a> Residual<'a> {
                 .filter(|v| v.is_finite())
                 .collect();
             let part = &assembly.net.parts[assembly.net.meters[m].part];
-            let accuracy = assembly.net.values[part.base + kinds::instrument::ACCURACY];
-            let sigma = if accuracy.is_finite() {
-                accuracy
-            } else {
-                deviation(&read)
-            };
+            let sigma = accuracies[m].unwrap_or_else(|| deviation(&read));
             scale.push((wanted && !read.is_empty()).then_some(if sigma > 0.0 {
                 sigma
             } else {

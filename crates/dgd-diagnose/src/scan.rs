@@ -104,7 +104,7 @@ pub(crate) fn evidence(energy: f64, score: f64, width: f64, one_sided: bool) -> 
     }
 }
 
-/// One effect, everywhere on its grid.
+/// One effect, everywhere on its grid; of the candidates the best has its signature.
 pub(crate) fn scan(
     record: &Record,
     tangent: &Tangent,
@@ -112,19 +112,44 @@ pub(crate) fn scan(
     state: &[Applied],
     effect: &'static dyn Effect,
 ) -> Vec<Candidate> {
-    let mut out: Vec<Candidate> = product(&grids(effect, record))
-        .into_iter()
-        .map(|parameters| weigh(record, tangent, state, Applied::new(effect, parameters)))
-        .collect();
+    let mut found = Found::default();
+    for parameters in product(&grids(effect, record)) {
+        let one = Applied::new(effect, parameters);
+        found.take(weigh(record, tangent, state, one));
+    }
     if effect.is_switch() {
-        for parameters in switches(record, tangent, pull, state, effect, &out) {
+        for parameters in switches(record, tangent, pull, state, effect, &found.all) {
             let start = weigh(record, tangent, state, Applied::new(effect, parameters));
             let sharp = sharpen(record, tangent, state, start);
-            out.extend(softened(record, tangent, state, &sharp));
-            out.push(sharp);
+            for soft in softened(record, tangent, state, &sharp) {
+                found.take(soft);
+            }
+            found.take(sharp);
         }
     }
-    out
+    found.all
+}
+
+/// Candidates of one effect. Signatures are as long as the recording: only the best one keeps its own.
+#[derive(Default)]
+struct Found {
+    all: Vec<Candidate>,
+    best: Option<usize>,
+}
+
+impl Found {
+    fn take(&mut self, mut c: Candidate) {
+        let better = |k: usize| c.evidence >= self.all[k].evidence;
+        if c.evidence.is_finite() && self.best.is_none_or(better) {
+            if let Some(k) = self.best {
+                self.all[k].signature = Vec::new();
+            }
+            self.best = Some(self.all.len());
+        } else {
+            c.signature = Vec::new();
+        }
+        self.all.push(c);
+    }
 }
 
 /// A candidate whose edges take longer, their middles kept, for each length of edge that its effect may have.

@@ -5,9 +5,11 @@
 //! memory. It knows the sets that were fitted and no others, and it is not calibrated.
 
 use crate::draws::Draws;
-use crate::sets::{Scored, independent};
+use crate::sets::{Scored, independent, stand_ins};
 use std::collections::BTreeSet;
 
+/// Weight below which an effect, what does as well in its place included, is not claimed.
+pub(crate) const LIKELY: f64 = 0.5;
 /// Draws of the bootstrap.
 const DRAWS: usize = 500;
 
@@ -31,6 +33,29 @@ pub(crate) fn weights(scored: &[Scored], chosen: usize, refused: &BTreeSet<usize
         weights[i] = w;
     }
     weights
+}
+
+/// Weight of each member of the chosen set, what does as well in its place included.
+pub(crate) fn of_members(
+    scored: &[Scored],
+    chosen: usize,
+    refused: &BTreeSet<usize>,
+) -> Vec<(usize, f64)> {
+    let weights = weights(scored, chosen, refused);
+    let members = &scored[chosen].trial.members;
+    let of = |&member: &usize| {
+        let mut names = stand_ins(scored, chosen, member);
+        names.push(member);
+        let holds = |s: &Scored| s.trial.members.iter().any(|m| names.contains(m));
+        let weight: f64 = scored
+            .iter()
+            .zip(&weights)
+            .filter(|(s, _)| holds(s))
+            .map(|(_, w)| w)
+            .sum();
+        (member, weight.min(1.0))
+    };
+    members.iter().map(of).collect()
 }
 
 /// - `blocks`: squares of each set by block, of equal lengths.
@@ -70,6 +95,59 @@ mod tests {
         assert!(found[0] > 0.999 && (found.iter().sum::<f64>() - 1.0).abs() < 1e-9);
         let twins = average(&[&good, &good], &[2.0, 2.0], 100.0);
         assert!((twins[0] - 0.5).abs() < 1e-9);
+    }
+
+    /// A set with the same square in each of 24 blocks.
+    fn set(members: &[usize], square: f64) -> Scored {
+        use crate::validate::LeftOut;
+        use dgd_lsq::lm::{Bounds, Ending, Minimum};
+        let residuals: Vec<f64> = (0..480u32).map(|i| f64::from(i * i % 7) - 3.0).collect();
+        Scored {
+            trial: crate::context::Trial {
+                members: members.to_vec(),
+                paths: vec![String::new(); members.len()],
+                bounds: Bounds::default(),
+                minimum: Minimum {
+                    theta: Vec::new(),
+                    residuals,
+                    cost: square,
+                    jacobian: nalgebra::DMatrix::zeros(0, 0),
+                    steps: 0,
+                    ending: Ending::Converged,
+                },
+            },
+            left: LeftOut {
+                blocks: vec![square; 24],
+                count: 480.0,
+                by_output: Vec::new(),
+                thetas: Vec::new(),
+            },
+        }
+    }
+
+    #[test]
+    fn what_does_as_well_in_a_members_place_lends_it_its_weight_and_what_does_better_takes_it() {
+        let weight = |scored: &[Scored], chosen: usize, member: usize| {
+            let all = of_members(scored, chosen, &BTreeSet::new());
+            all.into_iter()
+                .find(|m| m.0 == member)
+                .map_or(f64::NAN, |m| m.1)
+        };
+        let twins = [set(&[], 4.0), set(&[1], 1.0), set(&[2], 1.0)];
+        assert!(weight(&twins, 1, 1) > 0.99);
+        // Another that does clearly better without 2, beside something else.
+        let beaten = [
+            set(&[], 4.0),
+            set(&[1], 1.0),
+            set(&[1, 2], 0.9),
+            set(&[1, 3], 0.95),
+            set(&[3, 4], 0.6),
+        ];
+        assert!(weight(&beaten, 2, 2) < LIKELY);
+        // Where it is at best a tie with the smaller set.
+        let idle = [set(&[], 4.0), set(&[1], 1.0), set(&[1, 2], 1.0)];
+        assert!(weight(&idle, 2, 1) > 0.99);
+        assert!(weight(&idle, 2, 2) < LIKELY);
     }
 
     #[test]

@@ -1,11 +1,13 @@
 //! The chain, step by step.
 
 use crate::baseline::{self, Baseline};
+use crate::belief;
 use crate::blocks::{Blocks, null_probability};
 use crate::conclude::{self, Evidence};
 use crate::context::{Context, Trial};
 use crate::empirical::{self, Corrected};
 use crate::error::ReviseError;
+use crate::floor;
 use crate::noise;
 use crate::parallel;
 use crate::revision::{Options, Revision, Stage};
@@ -119,8 +121,9 @@ pub fn revise(
     let mut screened = screen(&context, &base, &blocks, &numbers);
     let corrections = empirical::survey(&context, &base, &base_trial, &blocks);
     let gate = gate(&context, &base, &screened, &corrections);
-    let within_accuracy = within_accuracy(&context, &base);
-    tracing::debug!(?gate, memory, within_accuracy, "gate");
+    let levels = floor::levels(&context, &base_trial, &base.noise, &base.residual);
+    let excuse = excuse(&context, &levels);
+    tracing::debug!(?gate, memory, ?excuse, ?levels, "gate");
     if let Some(inside) = baseline::inside(&context, &base_trial) {
         screen_inside(&context, &inside, &blocks, &mut screened);
     }
@@ -140,13 +143,15 @@ pub fn revise(
         base_left,
         screened: &screened,
         gate,
-        within_accuracy,
+        levels,
+        excuse,
+        unlikely: Vec::new(),
         scored: Vec::new(),
         refused: BTreeSet::new(),
         claim: Claim::default(),
     };
     let open = gate.iter().any(|p| gate.len() as f64 * p <= options.gate);
-    if !open || within_accuracy {
+    if !open || evidence.excuse.is_some_and(|e| e != Excuse::Small) {
         return conclude::conclude(evidence, &folds, watch);
     }
     let width = Width {
@@ -206,6 +211,16 @@ pub fn revise(
             &screened,
             options.scored,
         ));
+    }
+    if let Some(k) = chosen {
+        let (now, unlikely) = likely(&context, &folds, &mut scored, &refused, k);
+        // The others must stand without what was taken away.
+        chosen = now.filter(|&set| {
+            unlikely.is_empty()
+                || scored[set].trial.members.is_empty()
+                || sets::stand(&context, memory, &folds, &mut scored, set)
+        });
+        evidence.unlikely = unlikely;
     }
     if let Some(k) = chosen
         && let Some(trial) = context.refine(&scored[k].trial, baseline::FULL)
@@ -300,22 +315,51 @@ fn gate(
     ]
 }
 
-/// Whether each recorded instrument says how accurate it is, and the re-fitted base is off by no more: then what is left, be it
-/// ever so systematic, is none that these instruments could show.
-fn within_accuracy(context: &Context<'_>, base: &Baseline) -> bool {
-    context
-        .assembly
-        .accuracies()
-        .iter()
-        .enumerate()
-        .map(|(o, accuracy)| {
-            (
-                accuracy,
-                context.data.rms(&base.residual, o) * context.scale[o],
-            )
-        })
-        .filter(|(_, off)| off.is_finite())
-        .all(|(accuracy, off)| accuracy.is_some_and(|a| off <= a))
+/// Why what is left of the re-fitted base is none that these instruments could show, be it ever so systematic.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Excuse {
+    /// Each recorded instrument says how accurate it is, and is met within that.
+    Accuracy,
+    /// Each is, or what is left of it is its noise.
+    Noise,
+    /// The same to a few per cent, in which an effect may still be seen, but where nothing else is worth a word.
+    Small,
+}
+
+fn excuse(context: &Context<'_>, levels: &[floor::Level]) -> Option<Excuse> {
+    let accuracies = context.assembly.accuracies();
+    let within = |l: &&floor::Level| {
+        let off = l.rms * context.scale[l.output];
+        accuracies[l.output].is_some_and(|a| off <= a)
+    };
+    let others: Vec<&floor::Level> = levels.iter().filter(|l| !within(l)).collect();
+    if others.is_empty() {
+        return Some(Excuse::Accuracy);
+    }
+    [
+        (floor::NOTHING, Excuse::Noise),
+        (floor::SMALL, Excuse::Small),
+    ]
+    .into_iter()
+    .find(|(share, _)| floor::too_small(&others, *share))
+    .map(|(_, excuse)| excuse)
+}
+
+/// The chosen set without the members of low weight, and those with their weights.
+fn likely(
+    context: &Context<'_>,
+    folds: &Folds,
+    scored: &mut Vec<Scored>,
+    refused: &BTreeSet<usize>,
+    chosen: usize,
+) -> (Option<usize>, Vec<(usize, f64)>) {
+    let mut unlikely = belief::of_members(scored, chosen, refused);
+    unlikely.retain(|(_, weight)| *weight < belief::LIKELY);
+    let mut now = Some(chosen);
+    for &(member, _) in &unlikely {
+        now = now.and_then(|set| sets::without(context, folds, scored, set, member));
+    }
+    (now, unlikely)
 }
 
 /// The least of the instruments' probabilities by Ljung and Box, times their number.

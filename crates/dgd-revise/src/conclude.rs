@@ -1,19 +1,20 @@
 //! From what was weighed to what is said.
 
 use crate::baseline::{Baseline, fresh_jacobian};
-use crate::chain::Claim;
-use crate::checks::{bounds_check, confirmation, gate_checks, whiteness};
+use crate::chain::{Claim, Excuse};
+use crate::checks::{bounds_check, confirmation, gate_checks, remainder, whiteness};
 use crate::confirm::{self, Readings};
 use crate::context::{Context, Trial};
 use crate::error::ReviseError;
 use crate::estimates::estimates;
-use crate::findings::{classes, findings, tested};
+use crate::findings::{classes, findings, tested, unnamed};
+use crate::floor::{self, Level};
 use crate::revision::{
     Check, Contender, Model, Options, OutputGain, Revision, Signal, Stage, Trace, Verdict,
 };
 use crate::screen::Screened;
 use crate::sets::Scored;
-use crate::stack::{Data, Runner};
+use crate::stack::{Data, Row, Runner};
 use crate::validate::{Folds, LeftOut};
 use crate::{empirical, sections};
 use std::collections::BTreeSet;
@@ -30,8 +31,12 @@ pub(crate) struct Evidence<'c, 'a> {
     pub base_left: LeftOut,
     pub screened: &'c [Screened],
     pub gate: [f64; 5],
-    /// The re-fitted base is off by no more than the instruments may be.
-    pub within_accuracy: bool,
+    /// The re-fitted base beside the noise, by instrument.
+    pub levels: Vec<Level>,
+    /// Why what is left of the base does not matter, if it does not.
+    pub excuse: Option<Excuse>,
+    /// What was chosen and has too little weight to be claimed.
+    pub unlikely: Vec<(usize, f64)>,
     /// All sets that were scored; the base first, if any.
     pub scored: Vec<Scored>,
     /// Those of them that did not stand their placebo.
@@ -48,11 +53,36 @@ pub(crate) struct Told {
 }
 
 impl Evidence<'_, '_> {
-    /// Whether a score of the gate alone is more than chance; memory alone may be the noise's own.
+    /// Whether a score of the gate is more than chance, or the memory is none that an instrument has of its own.
     pub(crate) fn stands_out(&self) -> bool {
         let n = self.gate.len();
         let scores = &self.gate[..n - 1];
-        !self.within_accuracy && scores.iter().any(|p| n as f64 * p <= self.options.gate)
+        let open = scores.iter().any(|p| n as f64 * p <= self.options.gate);
+        self.excuse.is_none() && (open || self.levels.iter().any(Level::unexcused))
+    }
+
+    /// Instruments that a named set leaves far above their noise, on the training or the test part, worst first.
+    fn poor(&self, after: &Told) -> Vec<Level> {
+        let c = self.context;
+        let outputs = c.scale.len();
+        let accuracies = c.assembly.accuracies();
+        let mut all = floor::plain(c.data, &after.rows, outputs, &c.scale, &[]);
+        if let Some(test) = &after.test {
+            let of = |row: &Row| test[row.window][row.output][row.sample];
+            let rows = self.test.rows.iter().zip(&self.test.measured);
+            let off: Vec<f64> = rows
+                .map(|(row, m)| (of(row) - m) / c.scale[row.output])
+                .collect();
+            all.extend(floor::plain(self.test, &off, outputs, &c.scale, &[]));
+        }
+        all.retain(|l| {
+            let off = l.rms * c.scale[l.output];
+            l.poor() && accuracies[l.output].is_none_or(|a| off > a)
+        });
+        all.sort_by(|a, b| b.ratio().total_cmp(&a.ratio()));
+        let mut seen = BTreeSet::new();
+        all.retain(|l| seen.insert(l.output));
+        all
     }
 
     pub(crate) fn name(&self, m: usize) -> String {
@@ -147,17 +177,31 @@ pub(crate) fn conclude(
         (None, Some(k)) => k.left.clone(),
         _ => evidence.base_left.clone(),
     };
-    let findings = findings(&evidence, &claim, &trial, folds, &mut checks);
+    let mut findings = findings(&evidence, &claim, &trial, folds, &mut checks);
     if claim.set.is_some() {
         bounds_check(&evidence, &trial, &left_after, &mut checks);
     }
-    let verdict = match (claim.set.is_some(), claim.correction.is_some()) {
+    let mut verdict = match (claim.set.is_some(), claim.correction.is_some()) {
         (true, true) => Verdict::PartlyExplained,
         (true, false) => Verdict::Explained,
         (false, true) => Verdict::Unexplained,
         (false, false) if evidence.stands_out() => Verdict::Unexplained,
         (false, false) => Verdict::Consistent,
     };
+    if verdict == Verdict::Explained {
+        let poor = evidence.poor(&after);
+        checks.push(remainder(&evidence, &poor));
+        if !poor.is_empty() {
+            verdict = Verdict::PartlyExplained;
+            findings.push(unnamed(
+                &evidence,
+                &trial,
+                &after.rows,
+                &poor.iter().collect::<Vec<_>>(),
+                "something else is left out",
+            ));
+        }
+    }
     whiteness(&evidence, &after.rows, &mut checks);
     // What is consistent holds throughout.
     let sections = if evidence.in_time || verdict == Verdict::Consistent {

@@ -8,9 +8,11 @@ use crate::conclude::Evidence;
 use crate::context::Trial;
 use crate::empirical;
 use crate::estimates::estimates;
+use crate::floor::Level;
 use crate::locate;
 use crate::revision::{Check, Class, Finding, Outcome, Shape, Tested};
 use crate::sets::{Scored, alike};
+use crate::stack::Row;
 use crate::tangent::dot;
 use crate::validate::Folds;
 
@@ -145,29 +147,75 @@ pub(crate) fn findings(
         });
     }
     if all.is_empty() && e.stands_out() {
-        all.push(Finding {
-            effect: "unknown".into(),
-            component: String::new(),
-            title: if claim.withdrawn {
-                "something is left out, but what explains the training part does not hold on the test part"
-            } else {
-                "something is left out, but no effect and no correction pays on left-out blocks"
-            }
-            .into(),
-            equation: String::new(),
-            source: String::new(),
-            parameters: Vec::new(),
-            intervals: Vec::new(),
-            region: String::new(),
-            left_out_loss: f64::NAN,
-            standard_errors: f64::NAN,
-            probability: None,
-            alternatives: Vec::new(),
-            separating_test: None,
-            shape: None,
-        });
+        let mut far: Vec<&Level> = e.levels.iter().filter(|l| l.far()).collect();
+        far.sort_by(|a, b| b.ratio().total_cmp(&a.ratio()));
+        let title = if claim.withdrawn {
+            "something is left out, but what explains the training part does not hold on the test part"
+        } else {
+            "something is left out, but no effect and no correction pays on left-out blocks"
+        };
+        all.push(unnamed(
+            e,
+            e.base_trial,
+            &e.base_trial.minimum.residuals,
+            &far,
+            title,
+        ));
     }
     all
+}
+
+/// An `unknown` at the instruments that lie far above their noise; nowhere if there are none.
+///
+/// - `rows`: training residuals of the fitted `trial`.
+pub(crate) fn unnamed(
+    e: &Evidence<'_, '_>,
+    trial: &Trial,
+    rows: &[f64],
+    far: &[&Level],
+    title: &str,
+) -> Finding {
+    let c = e.context;
+    let names = c.assembly.outputs();
+    let said: Vec<String> = far
+        .iter()
+        .map(|l| format!("{} {:.1} times", names[l.output], l.ratio()))
+        .collect();
+    let (mut intervals, mut region) = (Vec::new(), String::new());
+    if !far.is_empty() {
+        let of = |(row, r): (&Row, &f64)| {
+            let there = far.iter().any(|l| l.output == row.output);
+            if there { *r } else { 0.0 }
+        };
+        let before: Vec<f64> = c.data.rows.iter().zip(rows).map(of).collect();
+        let after = vec![0.0; before.len()];
+        intervals = locate::intervals(c.data, &before, &after);
+        let (members, theta) = (&trial.members, &trial.minimum.theta);
+        let quantities = empirical::quantities(c, c.data, members, theta).unwrap_or_default();
+        region = locate::region(c.data, &before, &after, &quantities);
+    }
+    Finding {
+        effect: "unknown".into(),
+        component: far
+            .first()
+            .map_or_else(String::new, |l| names[l.output].clone()),
+        title: if said.is_empty() {
+            title.into()
+        } else {
+            format!("{title}: off by more than the noise, {}", said.join(", "))
+        },
+        equation: String::new(),
+        source: String::new(),
+        parameters: Vec::new(),
+        intervals,
+        region,
+        left_out_loss: f64::NAN,
+        standard_errors: f64::NAN,
+        probability: None,
+        alternatives: Vec::new(),
+        separating_test: None,
+        shape: None,
+    }
 }
 
 impl Evidence<'_, '_> {

@@ -40,6 +40,7 @@ mod empirical;
 mod error;
 mod estimates;
 mod findings;
+mod floor;
 mod locate;
 mod noise;
 mod parallel;

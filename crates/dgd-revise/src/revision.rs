@@ -63,7 +63,7 @@ impl Verdict {
 pub struct Finding {
     /// Id of the effect in the catalogue, or `unknown`.
     pub effect: String,
-    /// Component it sits on; the instrument or state of an `unknown`.
+    /// Component it sits on; the instrument or state of an `unknown`, empty if it has no place.
     pub component: String,
     /// A few words for people.
     pub title: String,
@@ -158,7 +158,7 @@ pub enum Outcome {
     Found,
     /// As good as one of the findings.
     Alternative,
-    /// Looked for and not seen.
+    /// Looked for and not seen, or with too little weight to be claimed; the checks name those.
     NotSeen,
     /// A re-fit of the free parameters does the same: it cannot be seen here, and it does not matter here.
     Absorbed,

@@ -414,6 +414,48 @@ pub(crate) fn alike(set: &Scored, chosen: &Scored) -> bool {
     more <= error.max(2.0 / independent(&chosen.trial).max(2.0) * chosen.left.mean())
 }
 
+/// What does as well in the place of a member of the chosen set, the others kept.
+pub(crate) fn stand_ins(scored: &[Scored], chosen: usize, member: usize) -> Vec<usize> {
+    let set = &scored[chosen];
+    let members = &set.trial.members;
+    let mut found = Vec::new();
+    for s in scored.iter().filter(|s| alike(s, set)) {
+        let m = &s.trial.members;
+        if m.len() != members.len() || members.iter().any(|o| *o != member && !m.contains(o)) {
+            continue;
+        }
+        found.extend(m.iter().copied().filter(|o| !members.contains(o)));
+    }
+    found
+}
+
+/// The set without one member; fitted and scored if it was not.
+pub(crate) fn without(
+    context: &Context<'_>,
+    folds: &Folds,
+    scored: &mut Vec<Scored>,
+    set: usize,
+    member: usize,
+) -> Option<usize> {
+    let trial = scored[set].trial.clone();
+    let rest: Vec<usize> = trial
+        .members
+        .iter()
+        .copied()
+        .filter(|o| *o != member)
+        .collect();
+    if let Some(known) = scored.iter().position(|s| s.trial.members == rest) {
+        return Some(known);
+    }
+    let fitted = context.fit(&rest, &trial.values(), NEAR)?;
+    let left = folds.of_trial(context, &fitted)?;
+    scored.push(Scored {
+        trial: fitted,
+        left,
+    });
+    Some(scored.len() - 1)
+}
+
 /// Prices that differ by less are equal: which of two that do the same comes first is left to their order, not to round-off.
 const TIE: f64 = 0.01;
 
@@ -473,22 +515,10 @@ pub(crate) fn stand(
     let trial = scored[set].trial.clone();
     // A single one stands beside the base, which was scored first.
     for &m in &trial.members {
-        let rest: Vec<usize> = trial.members.iter().copied().filter(|o| *o != m).collect();
-        if scored.iter().all(|s| s.trial.members != rest) {
-            let Some(fitted) = context.fit(&rest, &trial.values(), NEAR) else {
-                return false;
-            };
-            let Some(left) = folds.of_trial(context, &fitted) else {
-                return false;
-            };
-            scored.push(Scored {
-                trial: fitted,
-                left,
-            });
-        }
-        let Some(without) = scored.iter().find(|s| s.trial.members == rest) else {
+        let Some(rest) = without(context, folds, scored, set, m) else {
             return false;
         };
+        let without = &scored[rest];
         let shares = shifted(context, memory, &without.trial, m);
         tracing::debug!(?shares, member = m, set = ?trial.members, "placebo");
         if !shares.is_some_and(|(own, moved)| own > moved) {

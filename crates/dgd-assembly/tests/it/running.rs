@@ -260,3 +260,62 @@ fn a_drift_goes_on_in_a_held_out_window_of_the_same_record_and_starts_anew_in_an
     let (origin, test) = first(&other, Portion::Test);
     assert!(origin.is_none() && close(test, still), "{test}");
 }
+
+/// A valve between a kept pressure and the open, its opening and the pressure before it recorded.
+const THROTTLE: &str = r#"
+connections = ["main -> valve -> atmosphere"]
+[components]
+main = { kind = "boundary", pressure = 201325.0 }
+valve = { kind = "valve", flow_coefficient = 1e-5 }
+before = { kind = "instrument", measures = "pressure", of = "valve.inlet", channel = "p", unit = "kPag", accuracy = 0.165 }
+flow = { kind = "instrument", measures = "flow", of = "valve", channel = "q" }
+[inputs]
+"valve.opening" = { channel = "z", unit = "%" }
+"#;
+
+#[test]
+fn an_accuracy_is_a_difference_in_the_unit_of_its_instrument() {
+    let stated = |unit: &str| {
+        let text = THROTTLE.replace("unit = \"kPag\"", unit);
+        Assembly::parse(&text).unwrap().accuracies()
+    };
+    assert_eq!(stated("unit = \"kPag\""), [Some(165.0), None]);
+    assert_eq!(stated("unit = \"bar\""), [Some(16_500.0), None]);
+    // No unit, no conversion.
+    assert_eq!(stated("gain = 2.0"), [Some(0.165), None]);
+    // What is written down again is what was read.
+    let again = Assembly::parse(THROTTLE).unwrap().to_toml();
+    assert_eq!(
+        Assembly::parse(&again).unwrap().accuracies(),
+        [Some(165.0), None]
+    );
+}
+
+#[test]
+fn an_opening_in_per_cent_is_a_share() {
+    let per_cent = [0.0, 50.0, 100.0];
+    let share = [0.0, 0.5, 1.0];
+    let flow = |text: &str, z: &[f64]| {
+        let record = Record {
+            columns: vec![("z", z)],
+        };
+        let assembly = Assembly::parse(text).unwrap();
+        let window = assembly.windows(&record, Portion::Train).unwrap().remove(0);
+        let run = assembly
+            .simulate(&[], &window, 0, &SimulationOptions::default())
+            .unwrap();
+        run.outputs[1].clone()
+    };
+    let found = flow(THROTTLE, &per_cent);
+    assert_eq!(
+        found,
+        flow(&THROTTLE.replace("unit = \"%\"", "unit = \"1\""), &share)
+    );
+    assert!((found[2] - 1e-5 * 1e5_f64.sqrt()).abs() < 1e-9, "{found:?}");
+    // A pump's speed is in per cent by itself.
+    let text = PUMP_LOOP.replace("channel = \"w\"", "channel = \"w\", unit = \"%\"");
+    let assembly = Assembly::parse(&text).unwrap();
+    let (t, w, z) = (clock(3, 1.0), [80.0; 3], [0.7; 3]);
+    let loop_window = window(&assembly, &[("t", &t), ("w", &w), ("z", &z)]);
+    assert_eq!(loop_window.inputs, [w, z]);
+}

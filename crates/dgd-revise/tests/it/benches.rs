@@ -150,6 +150,8 @@ pub(crate) struct Tanks {
     pub sigma: f64,
     /// How much of the reading's noise is kept from sample to sample.
     pub memory: f64,
+    /// Standard deviation by which the pump's delivery wanders, as a share: not in the catalogue.
+    pub wander: f64,
 }
 
 const AREA: f64 = 0.02;
@@ -159,6 +161,12 @@ const BRIM: f64 = 0.3;
 pub(crate) fn two_tanks(case: Tanks, n: usize) -> Revision {
     let dt = 4.0;
     let simulate = |u: &[f64], seed: u64| {
+        let wander = wandering(n, 0.9, seed + 20);
+        let fed: Vec<f64> = u
+            .iter()
+            .zip(wander)
+            .map(|(u, w)| u * (1.0 + case.wander * w))
+            .collect();
         let rate = |x: &[f64; 2], u: f64, _: f64| {
             let inflow = 2e-5 * u;
             let between = 0.62 * 1e-4 * (2.0 * G * x[0].max(0.0)).sqrt();
@@ -175,7 +183,7 @@ pub(crate) fn two_tanks(case: Tanks, n: usize) -> Revision {
                 (between + case.caught * over - out - hidden) / AREA,
             ]
         };
-        let x = rk4([0.1, 0.08], u, dt, rate);
+        let x = rk4([0.1, 0.08], &fed, dt, rate);
         let mut draws = Draws::new(seed);
         let mut noise = 0.0;
         x.iter()
@@ -217,14 +225,42 @@ test.channels = {{ u = "uv", y = "yv" }}
     run(&text, &[("ue", &ue), ("ye", &ye), ("uv", &uv), ("yv", &yv)])
 }
 
+/// What differs from the textbook's loop.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Loop {
+    /// Laminar slip of the pump, m³/s/Pa.
+    pub slip: f64,
+    /// Share of its opening, as a logarithm, that the valve loses.
+    pub clogging: f64,
+    /// Standard deviation by which the pump's delivery wanders, as a share: not in the catalogue.
+    pub wander: f64,
+    /// How much of each gauge's noise is kept from sample to sample.
+    pub memory: f64,
+}
+
+/// Wanders about nought with a standard deviation of one, forgetting `1 - kept` at each step.
+pub(crate) fn wandering(n: usize, kept: f64, seed: u64) -> Vec<f64> {
+    let mut draws = Draws::new(seed);
+    let mut x = draws.normal();
+    (0..n)
+        .map(|_| {
+            x = kept * x + (1.0 - kept * kept).sqrt() * draws.normal();
+            x
+        })
+        .collect()
+}
+
 /// A pump with laminar slip, a line and a valve that clogs; pressure and flow measured; two runs from a clean valve.
-pub(crate) fn pump_loop(slip: f64, clogging: f64, n: usize) -> Revision {
+pub(crate) fn pump_loop(case: Loop, n: usize) -> Revision {
+    let Loop { slip, clogging, .. } = case;
     let (c, k, r) = (2e-5, 4e-6, 2.5e10);
     let simulate = |seed: u64| {
         let u = steps(n, 7, 60.0, 160.0, seed);
         let z = steps(n, 11, 0.4, 1.0, seed + 1);
+        let wander = wandering(n, 0.9, seed + 4);
         let (mut flow, mut pressure) = (Vec::new(), Vec::new());
         for i in 0..n {
+            let c = c * (1.0 + case.wander * wander[i]);
             let coefficient = k * z[i] * (-clogging * i as f64 / n as f64).exp();
             let drop = |q: f64| r * q * q + q * q / (coefficient * coefficient);
             // A metre of water helps the pump.
@@ -242,8 +278,16 @@ pub(crate) fn pump_loop(slip: f64, clogging: f64, n: usize) -> Revision {
             flow.push(low);
             pressure.push(101_325.0 + drop(low));
         }
-        let q = noisy(flow.into_iter(), 5e-6, seed + 2);
-        let p = noisy(pressure.into_iter(), 2e3, seed + 3);
+        let noise = |values: Vec<f64>, sigma: f64, seed: u64| -> Vec<f64> {
+            let noise = wandering(n, case.memory, seed);
+            values
+                .iter()
+                .zip(noise)
+                .map(|(v, e)| v + sigma * e)
+                .collect()
+        };
+        let q = noise(flow, 5e-6, seed + 2);
+        let p = noise(pressure, 2e3, seed + 3);
         [u, z, q, p]
     };
     let ([ue, ze, qe, pe], [uv, zv, qv, pv]) = (simulate(11), simulate(31));

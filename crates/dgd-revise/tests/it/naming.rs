@@ -1,6 +1,6 @@
 //! What was put into a bench comes out by name.
 
-use crate::benches::{Tanks, growing_string, names, pump_loop, told, two_tanks, well};
+use crate::benches::{Loop, Tanks, growing_string, names, pump_loop, told, two_tanks, well};
 use dgd_revise::{Outcome, Verdict};
 
 const OVERFLOW: Tanks = Tanks {
@@ -9,6 +9,7 @@ const OVERFLOW: Tanks = Tanks {
     siphon: 0.0,
     sigma: 1e-3,
     memory: 0.0,
+    wander: 0.0,
 };
 
 #[test]
@@ -104,7 +105,14 @@ fn a_siphon_that_no_catalogue_holds_is_unknown_with_its_place() {
 
 #[test]
 fn slip_and_clogging_that_hide_each_other_are_named_together() {
-    let found = pump_loop(2e-10, 0.25, 400);
+    let found = pump_loop(
+        Loop {
+            slip: 2e-10,
+            clogging: 0.25,
+            ..Loop::default()
+        },
+        400,
+    );
     let mut names = names(&found);
     names.sort();
     assert_eq!(
@@ -215,4 +223,73 @@ fn what_the_instruments_are_not_good_for_is_no_mismatch() {
     assert!(found.findings.is_empty() && found.sections.is_empty());
     let check = |c: &&dgd_revise::Check| c.name.contains("accuracy");
     assert!(found.checks.iter().find(check).is_some_and(|c| c.passed));
+}
+
+#[test]
+fn what_is_less_than_a_few_per_cent_of_the_noise_is_too_small_to_matter() {
+    let found = two_tanks(
+        Tanks {
+            caught: 0.0,
+            siphon: 2e-7,
+            ..OVERFLOW
+        },
+        400,
+    );
+    assert_eq!(found.verdict, Verdict::Consistent, "{}", told(&found));
+    let check = |c: &&dgd_revise::Check| c.name.contains("the noise to a few per cent");
+    let check = found.checks.iter().find(check);
+    assert!(check.is_some_and(|c| c.passed), "{}", told(&found));
+}
+
+#[test]
+fn what_several_instruments_remember_is_the_systems_and_what_each_does_for_itself_is_not() {
+    let wandering = pump_loop(
+        Loop {
+            wander: 0.02,
+            ..Loop::default()
+        },
+        400,
+    );
+    assert_eq!(
+        wandering.verdict,
+        Verdict::Unexplained,
+        "{}",
+        told(&wandering)
+    );
+    let unknown = &wandering.findings[0];
+    assert!(
+        unknown.effect == "unknown" && ["discharge", "flow"].contains(&unknown.component.as_str()),
+        "{}",
+        told(&wandering)
+    );
+    let gauges = pump_loop(
+        Loop {
+            memory: 0.9,
+            ..Loop::default()
+        },
+        400,
+    );
+    assert_eq!(gauges.verdict, Verdict::Consistent, "{}", told(&gauges));
+}
+
+#[test]
+fn what_a_named_cause_leaves_far_above_the_noise_is_unknown_beside_it() {
+    let found = two_tanks(
+        Tanks {
+            caught: 0.6,
+            wander: 0.015,
+            ..OVERFLOW
+        },
+        400,
+    );
+    assert_eq!(found.verdict, Verdict::PartlyExplained, "{}", told(&found));
+    let names = names(&found);
+    assert_eq!(
+        names.first().map(String::as_str),
+        Some("upper.overflow_caught")
+    );
+    assert_eq!(names.last().map(String::as_str), Some("level.unknown"));
+    let check = |c: &&dgd_revise::Check| c.name.contains("twice the noise");
+    let check = found.checks.iter().find(check);
+    assert!(check.is_some_and(|c| !c.passed), "{}", told(&found));
 }
