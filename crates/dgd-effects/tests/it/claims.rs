@@ -332,7 +332,9 @@ fn line_leak_goes_with_the_root_of_the_pressure_and_stops_with_the_flow() {
 #[test]
 fn unknown_is_piecewise_linear_in_its_relation_and_held_beyond_its_knots() {
     let setting = setting();
-    let knots = [1.0, 2.0, 4.0, 3.0, 0.0, -1.0, -1.0, -1.0, 0.0, 0.0, 2.0, 5.0];
+    let knots = [
+        1.0, 2.0, 4.0, 3.0, 0.0, -1.0, -1.0, -1.0, 0.0, 0.0, 2.0, 5.0,
+    ];
     for (relation, quantity) in [(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)] {
         let mut p = vec![relation, quantity, 1000.0, 2100.0];
         p.extend(knots);
