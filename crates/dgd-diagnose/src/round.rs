@@ -179,14 +179,17 @@ impl<'a> Round<'a> {
     /// What a correction must show beside what has been named: knots fit the want of form of another effect with ease.
     fn unknown_hurdle(&self, r: &Correction) -> f64 {
         let first = if self.known == 0 { 1.0 } else { 1.5 };
-        let further = 2.0 * FURTHER[self.known.min(FURTHER.len() - 1)];
-        first * hurdle(r) + further + 5.0 * self.left_over(&r.signature)
+        first * hurdle(r) + 2.0 * self.further() + 5.0 * self.left_over(&r.signature)
     }
 
     /// What an effect must show beside what has been named.
     fn hurdle(&self, c: &Contender) -> f64 {
-        let further = FURTHER[self.known.min(FURTHER.len() - 1)];
-        c.effect.about().search.belief.hurdle + further + self.left_over(&c.best.signature)
+        c.effect.about().search.belief.hurdle + self.further() + self.left_over(&c.best.signature)
+    }
+
+    /// What one more cause must show beyond its hurdle.
+    fn further(&self) -> f64 {
+        FURTHER[self.known.min(FURTHER.len() - 1)]
     }
 
     /// Evidence that what has been named leaves over for a candidate.

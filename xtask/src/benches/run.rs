@@ -2,13 +2,12 @@
 
 use super::Settings;
 use super::answer::{Answer, Off, held_out};
+use crate::prove::batch;
 use anyhow::{Context, Result, bail};
 use std::collections::BTreeMap;
 use std::fs::{self, File};
-use std::io::Write;
 use std::path::Path;
 use std::process::{Command, ExitStatus, Stdio};
-use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// A run of more than this is stopped, s.
@@ -25,43 +24,13 @@ pub(crate) struct Exam {
 
 /// Diagnoses all cases; results in their order, however many run at a time.
 pub(crate) fn all(dgd: &Path, settings: &Settings, todo: &[(&'static str, String)]) -> Vec<Exam> {
-    let begun = Instant::now();
-    let state = Mutex::new((0_usize, Vec::new()));
-    let lock = || state.lock().unwrap_or_else(PoisonError::into_inner);
-    let work = || {
-        loop {
-            let next = {
-                let mut state = lock();
-                state.0 += 1;
-                state.0 - 1
-            };
-            let Some((bench, id)) = todo.get(next) else {
-                return;
-            };
-            let mut exam = Exam::default();
-            if let Err(error) = sit(dgd, settings, bench, id, &mut exam) {
-                exam.broken.push(format!("{error:#}"));
-            }
-            let mut state = lock();
-            state.1.push((next, exam));
-            let (done, spent) = (state.1.len(), begun.elapsed().as_secs_f64());
-            let left = spent / done as f64 * (todo.len() - done) as f64;
-            let line = format!(
-                "{done} of {} diagnosed, {spent:.0} s, {left:.0} s to go",
-                todo.len()
-            );
-            // Progress is a courtesy: nothing is lost if nobody listens.
-            let _ = writeln!(std::io::stderr(), "{line}");
+    batch::each(settings.jobs, todo, "", |(bench, id)| {
+        let mut exam = Exam::default();
+        if let Err(error) = sit(dgd, settings, bench, id, &mut exam) {
+            exam.broken.push(format!("{error:#}"));
         }
-    };
-    std::thread::scope(|scope| {
-        for _ in 0..settings.jobs.clamp(1, todo.len().max(1)) {
-            scope.spawn(work);
-        }
-    });
-    let (_, mut exams) = state.into_inner().unwrap_or_else(PoisonError::into_inner);
-    exams.sort_by_key(|(index, _)| *index);
-    exams.into_iter().map(|(_, exam)| exam).collect()
+        exam
+    })
 }
 
 fn sit(dgd: &Path, settings: &Settings, bench: &str, id: &str, exam: &mut Exam) -> Result<()> {

@@ -11,6 +11,18 @@ use std::time::Instant;
 /// `what` says on standard error how they are diagnosed.
 pub(crate) fn all(dgd: &Path, jobs: usize, papers: &[Paper], what: &str) -> Vec<Exam> {
     let time = exam::gnu_time();
+    each(jobs, papers, what, |paper| {
+        exam::sit(dgd, time.as_deref(), paper)
+    })
+}
+
+/// `sit` of each item, `jobs` at a time; results in their order.
+pub(crate) fn each<T: Sync, R: Send>(
+    jobs: usize,
+    items: &[T],
+    what: &str,
+    sit: impl Fn(&T) -> R + Sync,
+) -> Vec<R> {
     let begun = Instant::now();
     let state = Mutex::new((0_usize, Vec::new()));
     let lock = || state.lock().unwrap_or_else(PoisonError::into_inner);
@@ -21,23 +33,23 @@ pub(crate) fn all(dgd: &Path, jobs: usize, papers: &[Paper], what: &str) -> Vec<
                 state.0 += 1;
                 state.0 - 1
             };
-            let Some(paper) = papers.get(next) else {
+            let Some(item) = items.get(next) else {
                 return;
             };
-            let exam = exam::sit(dgd, time.as_deref(), paper);
+            let result = sit(item);
             let mut state = lock();
-            state.1.push((next, exam));
-            progress(state.1.len(), papers.len(), what, begun);
+            state.1.push((next, result));
+            progress(state.1.len(), items.len(), what, begun);
         }
     };
     std::thread::scope(|scope| {
-        for _ in 0..jobs.min(papers.len()) {
+        for _ in 0..jobs.clamp(1, items.len().max(1)) {
             scope.spawn(work);
         }
     });
-    let (_, mut exams) = state.into_inner().unwrap_or_else(PoisonError::into_inner);
-    exams.sort_by_key(|(index, _)| *index);
-    exams.into_iter().map(|(_, exam)| exam).collect()
+    let (_, mut results) = state.into_inner().unwrap_or_else(PoisonError::into_inner);
+    results.sort_by_key(|(index, _)| *index);
+    results.into_iter().map(|(_, result)| result).collect()
 }
 
 /// How far, and how long still, on standard error; one line that renews itself on a terminal.

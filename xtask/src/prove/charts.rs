@@ -253,19 +253,7 @@ pub(crate) fn reliability(levels: &[Summary]) -> String {
             INK,
             &format!("level {}", summary.level),
         );
-        for p in [0.0, 0.25, 0.5, 0.75, 1.0] {
-            svg.line((x(0.0), y(p)), (x(1.0), y(p)), GRID, 1.0);
-            svg.line((x(p), y(0.0)), (x(p), y(1.0)), GRID, 1.0);
-            svg.text((left - 6.0, y(p) + 4.0), Anchor::End, FAINT, &p.to_string());
-            svg.text((x(p), y(0.0) + 16.0), Anchor::Middle, FAINT, &p.to_string());
-        }
-        svg.line((x(0.0), y(0.0)), (x(1.0), y(1.0)), FAINT, 1.0);
-        svg.text(
-            (x(0.5), y(0.0) + 34.0),
-            Anchor::Middle,
-            INK,
-            "probability stated",
-        );
+        svg.reliability_frame(x, y);
         svg.turned(
             (left - 36.0, y(0.5)),
             -90.0,

@@ -35,6 +35,20 @@ impl Svg {
         }
     }
 
+    /// Grid, ticks and diagonal of a reliability diagram, whose places on the page `x` and `y` tell.
+    pub(crate) fn reliability_frame(&mut self, x: impl Fn(f64) -> f64, y: impl Fn(f64) -> f64) {
+        for p in [0.0, 0.25, 0.5, 0.75, 1.0] {
+            self.line((x(0.0), y(p)), (x(1.0), y(p)), GRID, 1.0);
+            self.line((x(p), y(0.0)), (x(p), y(1.0)), GRID, 1.0);
+            let tick = p.to_string();
+            self.text((x(0.0) - 6.0, y(p) + 4.0), Anchor::End, FAINT, &tick);
+            self.text((x(p), y(0.0) + 16.0), Anchor::Middle, FAINT, &tick);
+        }
+        self.line((x(0.0), y(0.0)), (x(1.0), y(1.0)), FAINT, 1.0);
+        let under = (x(0.5), y(0.0) + 34.0);
+        self.text(under, Anchor::Middle, INK, "probability stated");
+    }
+
     pub(crate) fn rect(&mut self, (x, y): (f64, f64), (w, h): (f64, f64), fill: &str) {
         self.put(format_args!(
             "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{w:.1}\" height=\"{h:.1}\" fill=\"{fill}\"/>"
