@@ -160,15 +160,22 @@ impl Job<'_> {
                 options.stuck_chance,
             ),
         };
-        let found = stuck::find(values, &scan, StuckRule { floor, chance }, |run| {
-            let whole = run.length == values.len();
-            match channel {
-                Channel::ReturnFlow => run.value.abs() <= steps.quantum || self.mostly_off(run),
-                Channel::PumpSpeed => run.value <= options.pump_on_above_pct,
-                _ if pressure => false,
-                _ => whole || run.value.abs() <= steps.quantum,
-            }
-        });
+        let found = stuck::find(
+            values,
+            &scan,
+            StuckRule { floor, chance },
+            |run, shortest| {
+                let whole = run.length == values.len();
+                match channel {
+                    Channel::ReturnFlow => {
+                        run.value.abs() <= steps.quantum || self.at_rest(run, shortest)
+                    }
+                    Channel::PumpSpeed => run.value <= options.pump_on_above_pct,
+                    _ if pressure => false,
+                    _ => whole || run.value.abs() <= steps.quantum,
+                }
+            },
+        );
         let fault = if channel == Channel::PumpSpeed {
             Faults::CONSTANT
         } else {
@@ -205,14 +212,12 @@ impl Job<'_> {
         others.map(|(_, v)| v.as_slice()).collect()
     }
 
-    /// Whether the pump was off for more than half of a run: nothing need move then.
-    fn mostly_off(&self, run: &Run) -> bool {
+    /// Whether the pump was off throughout a run but for fewer samples than a stuck run has: nothing need move then.
+    /// A meter that froze while the pump still turned is not at rest.
+    fn at_rest(&self, run: &Run, shortest: usize) -> bool {
         let speed = &self.recording.pump_speed_pct[run.start..run.start + run.length];
-        let off = speed
-            .iter()
-            .filter(|w| **w <= self.options.pump_on_above_pct)
-            .count();
-        2 * off > run.length
+        let turning = |w: &&f64| **w > self.options.pump_on_above_pct;
+        speed.iter().filter(turning).count() < shortest
     }
 
     /// Short disagreement of the transmitters of one pump side, and the mean of the trusted.

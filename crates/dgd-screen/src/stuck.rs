@@ -32,8 +32,8 @@ const FEW: usize = 10;
 /// A share of 1 would make every run honest.
 const MOST_SHARE: f64 = 0.999;
 
-/// Finds stuck runs. `honest` says of a run that its quantity may well be constant
-/// (a flow of zero); it is neither stuck nor counted.
+/// Finds stuck runs. `honest` says of a run, and of the fewest equal samples that are no chance,
+/// that its quantity may well be constant (a flow of zero); it is not stuck.
 ///
 /// Under a share `p` of honest repeats, a run of `m` equal samples begins at a given
 /// sample with chance `p^(m-1)`. The share is counted outside runs that are too long
@@ -43,7 +43,7 @@ pub(crate) fn find(
     values: &[f64],
     scan: &Scan,
     rule: StuckRule,
-    honest: impl Fn(&Run) -> bool,
+    honest: impl Fn(&Run, usize) -> bool,
 ) -> Stuck {
     let (equal, pairs) = (scan.equal, scan.pairs);
     let mut shortest = rule.floor.max(3);
@@ -64,7 +64,7 @@ pub(crate) fn find(
         }
         shortest = wanted;
     }
-    runs.retain(|run| run.length >= shortest && !honest(run));
+    runs.retain(|run| run.length >= shortest && !honest(run, shortest));
     let local: Vec<bool> = runs
         .iter()
         .map(|run| run.length >= limit(local_share(values, &runs, run, share), rule))

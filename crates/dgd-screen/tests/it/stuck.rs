@@ -28,6 +28,17 @@ fn a_flow_at_rest_while_the_pump_is_off_is_not_stuck() {
 }
 
 #[test]
+fn a_meter_that_freezes_before_the_pump_stops_is_stuck_from_its_first_sample() {
+    let mut recording = with_speed(3000, 1.0, |t| if t < 1500.0 { 55.0 } else { 0.0 });
+    let held = recording.return_flow_m3_s[1440];
+    recording.return_flow_m3_s[1440..1700].fill(held);
+    let screening = screen(&recording, 1.0, &ScreenOptions::default()).unwrap();
+    let flow = screening.channel(Channel::ReturnFlow).unwrap();
+    assert_eq!(flow.stuck.len(), 1);
+    assert_eq!((flow.stuck[0].start, flow.stuck[0].length), (1440, 260));
+}
+
+#[test]
 fn coarse_quantisation_repeats_honestly() {
     let mut recording = steady(20_000, 1.0);
     // A meter that shows only every 100 gpm repeats itself most of the time.
