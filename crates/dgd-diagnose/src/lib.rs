@@ -36,6 +36,7 @@ mod noise;
 mod record;
 mod refine;
 mod relations;
+mod rest;
 mod round;
 mod scan;
 mod select;

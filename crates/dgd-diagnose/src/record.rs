@@ -1,5 +1,6 @@
 //! The recording as the engine uses it: one even working clock, gaps bridged for states, masks for evidence.
 
+use crate::rest::{quantum, without_seldom_rest};
 use crate::step::Step;
 use dgd_effects::{Rank, Setting, quantile};
 use dgd_identify::Prepared;
@@ -16,7 +17,10 @@ const LONG_S: f64 = 40.0 * 3600.0;
 /// Blocks in one row of the mass balance: differences of pressure need a longer base.
 pub(crate) const MASS_BLOCKS: usize = 3;
 /// Below this speed, %, the pump stands.
-const STANDING_PCT: f64 = 5.0;
+pub(crate) const STANDING_PCT: f64 = 5.0;
+
+/// Share of its quantum that a block of the pump's speed may be off by: rounding alone is 0.29, and the drive rounds too.
+const SPEED_QUANTA: f64 = 0.5;
 
 /// Series on the working clock. NaN where a transmitter cannot be trusted.
 #[derive(Debug, Clone)]
@@ -27,7 +31,10 @@ pub(crate) struct Record {
     pub mud_pump: Vec<f64>,
     pub booster: Vec<f64>,
     pub flow: Vec<f64>,
+    /// Without the rests in which the reading may be frozen.
     pub speed: Vec<f64>,
+    /// What a block of the reading may be off by, %: part of its quantum, and its noise.
+    pub speed_error_pct: f64,
     pub inlet: Vec<f64>,
     pub outlet: Vec<f64>,
     /// Each outlet transmitter, where there are two.
@@ -89,6 +96,9 @@ impl Record {
             .map(|values| thin(values))
             .collect();
         let pumping = bridged(&speed).iter().map(|w| *w > STANDING_PCT).collect();
+        let setting = Setting::of(well, recording, &prepared.inlet_pressure_pa);
+        let native = &recording.pump_speed_pct;
+        let noise = setting.noise.speed_pct / (per_block as f64).sqrt();
         let filled = Filled {
             mud_pump: bridged(&mud_pump),
             booster: bridged(&booster),
@@ -101,7 +111,7 @@ impl Record {
             pumping,
         };
         Self {
-            setting: Setting::of(well, recording, &prepared.inlet_pressure_pa),
+            setting,
             blocks: t_s.len() / per_block,
             without: without.to_vec(),
             per_block,
@@ -110,7 +120,8 @@ impl Record {
             mud_pump,
             booster,
             flow,
-            speed,
+            speed: thin(&without_seldom_rest(native, step)),
+            speed_error_pct: noise.hypot(SPEED_QUANTA * quantum(native)),
             inlet,
             outlet,
             outlets,

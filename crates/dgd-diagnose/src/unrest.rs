@@ -9,10 +9,10 @@ use dgd_effects::{Curves, Rank, quantile};
 const PRESSURE_WANDER_PA: f64 = 2.5e3;
 /// The same of a flow meter, relative.
 const FLOW_WANDER: f64 = 0.0025;
-/// The same of the pump's speed, relative.
-const SPEED_WANDER: f64 = 0.0025;
-/// Correlation time of a wander, s.
-const WANDER_S: f64 = 3000.0;
+/// The same of the pump's speed, relative: it is a set-point, whose drive hardly slips.
+const SPEED_WANDER: f64 = 0.0005;
+/// Correlation time of a wander, s: hours, and shorter than most recordings.
+const WANDER_S: f64 = 8000.0;
 /// What the model lacks right after a start of the pump, Pa.
 const START_PA: f64 = 2.5e4;
 /// How long movements of the flow last that its meter's noise hides, s.
@@ -87,14 +87,19 @@ pub(crate) fn unrest(record: &Record, curves: &Curves, b: &Blocks, layout: Layou
         out[k] = out[k].hypot(start);
         out[n + k] = out[n + k].hypot(start);
     }
-    // The meter's noise, where calm surroundings do not average it out, comes through the slope of the curves.
+    // The meter's noise, where calm surroundings do not average it out, comes through the slope of the curves; so does
+    // what the speed may be off by. Without it the head's slope would be lost to errors in variables.
     let noise = record.setting.noise.flow_m3_s / (record.per_block as f64).sqrt();
     for k in 0..n {
         let q = b.flow[k];
         let left = noise / b.averaged[k].sqrt() / q.max(1e-3) / 0.02;
         let through = |f: &dyn Fn(f64) -> f64| (f(1.01 * q) - f(0.99 * q)).abs() * left;
         out[k] = out[k].hypot(through(&|q| curves.friction_pa(q)));
-        out[n + k] = out[n + k].hypot(through(&|q| curves.head_pa(b.speed[k], q)));
+        let w = b.speed[k];
+        let by_speed =
+            (curves.head_pa(1.01 * w, q) - curves.head_pa(0.99 * w, q)).abs() / (0.02 * w);
+        out[n + k] = (out[n + k].hypot(through(&|q| curves.head_pa(w, q))))
+            .hypot(record.speed_error_pct * by_speed);
         for row in [k, n + k] {
             if !out[row].is_finite() {
                 out[row] = 0.0;
