@@ -190,15 +190,21 @@ pub(crate) fn is_correction(effect: &dyn Effect) -> bool {
     effect.about().search.method == Method::Correction
 }
 
+/// The quantity that what answers late leaves its trace in.
+pub(crate) const FLOW_RATE: &str = "rate of the return flow";
+
 /// Evidence that corrections reach on sound recordings.
 pub(crate) fn hurdle(c: &Correction) -> f64 {
     match (RELATIONS[c.relation], QUANTITIES[c.quantity]) {
-        (Relation::PumpHead, "inlet pressure") => 100.0,
-        (Relation::PumpHead, "mud pump flow") => 85.0,
-        (Relation::PumpHead, _) => 60.0,
-        (Relation::ReturnLineFriction, "mud pump flow") => 70.0,
-        (Relation::ReturnLineFriction, _) => 50.0,
-        _ => 30.0,
+        // Transmitters and drives answer late: what is left follows how fast things move.
+        (Relation::PumpHead, "rate of the return flow") => 100.0,
+        (Relation::PumpHead, "inlet pressure" | "mud pump flow") => 60.0,
+        (Relation::PumpHead, _) => 30.0,
+        // Speed stands for flow without its meter's noise.
+        (Relation::ReturnLineFriction, "pump speed") => 110.0,
+        (Relation::ReturnLineFriction, "rate of the return flow") => 45.0,
+        (Relation::ReturnLineFriction, _) => 30.0,
+        _ => 15.0,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::belief::{logistic, shared};
 use crate::contest::{Contender, alike, at_bound, contest, material, solved, stands};
-use crate::empirical::{Correction, corrections, hurdle, plausible};
+use crate::empirical::{Correction, FLOW_RATE, corrections, hurdle, plausible};
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::scan::{joined, weigh};
@@ -54,7 +54,9 @@ impl<'a> Round<'a> {
         } else {
             Vec::new()
         };
-        rivals.retain(plausible);
+        // What a late meter's form leaves over follows the rate of the flow: it is no second thing.
+        let timed = timed(&state);
+        rivals.retain(|r| plausible(r) && !(timed && QUANTITIES[r.quantity] == FLOW_RATE));
         for c in contenders.iter().take(9) {
             let about = c.effect.about();
             debug!(
@@ -260,10 +262,7 @@ impl<'a> Round<'a> {
     /// The likeliest effect that may be named.
     fn best(&self) -> Option<&Contender> {
         // Effects of the meter's timing come together or not at all: what one leaves over looks like the other.
-        let timed = self
-            .state
-            .iter()
-            .any(|a| !a.allowance && is_late_meter(a.effect.about()));
+        let timed = timed(&self.state);
         self.contenders
             .iter()
             .filter(|c| {
@@ -376,6 +375,12 @@ impl<'a> Round<'a> {
             correction: Some((c.relation, c.quantity)),
         }
     }
+}
+
+/// Whether a late meter has been named.
+fn timed(state: &[Applied]) -> bool {
+    let late = |a: &Applied| !a.allowance && is_late_meter(a.effect.about());
+    state.iter().any(late)
 }
 
 /// Logarithm of the odds that an effect of exact form (a gain, an area, a loss on the velocity head) only lends its name to

@@ -49,8 +49,8 @@ static ABOUT: About = About {
     extent: Extent::Passing,
     search: Search {
         belief: Belief {
-            hurdle: 45.0,
-            scale: 12.0,
+            hurdle: 8.0,
+            scale: 4.0,
         },
         least: Some(8e-3),
         form_error: 0.15,

@@ -34,7 +34,7 @@ static ABOUT: About = About {
         needs: &[Excitation::PumpStops],
         form_error: 0.15,
         belief: Belief {
-            hurdle: 11.0,
+            hurdle: 6.0,
             scale: 3.0,
         },
         ..Search::BASE

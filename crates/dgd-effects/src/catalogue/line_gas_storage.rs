@@ -35,8 +35,8 @@ static ABOUT: About = About {
     extent: Extent::Always,
     search: Search {
         belief: Belief {
-            hurdle: 25.0,
-            scale: 6.0,
+            hurdle: 10.0,
+            scale: 4.0,
         },
         least: Some(3.5),
         form_error: 0.15,

@@ -40,8 +40,8 @@ static ABOUT: About = About {
     extent: Extent::FromOnset,
     search: Search {
         belief: Belief {
-            hurdle: 30.0,
-            scale: 6.0,
+            hurdle: 24.0,
+            scale: 5.0,
         },
         form_error: 0.1,
         ..Search::BASE

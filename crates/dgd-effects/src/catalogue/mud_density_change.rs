@@ -50,7 +50,7 @@ static ABOUT: About = About {
     extent: Extent::FromOnset,
     search: Search {
         belief: Belief {
-            hurdle: 18.0,
+            hurdle: 12.0,
             scale: 5.0,
         },
         least: Some(1.5),

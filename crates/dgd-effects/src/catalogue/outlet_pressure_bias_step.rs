@@ -49,8 +49,8 @@ static ABOUT: About = About {
     extent: Extent::FromOnset,
     search: Search {
         belief: Belief {
-            hurdle: 20.0,
-            scale: 6.0,
+            hurdle: 10.0,
+            scale: 4.0,
         },
         least: Some(1.05e4),
         ..Search::BASE

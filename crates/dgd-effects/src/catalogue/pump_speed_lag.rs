@@ -36,8 +36,8 @@ static ABOUT: About = About {
     extent: Extent::Always,
     search: Search {
         belief: Belief {
-            hurdle: 18.0,
-            scale: 6.0,
+            hurdle: 10.0,
+            scale: 4.0,
         },
         least: Some(5.5),
         allowance: &[1.0, 2.0, 3.0, 4.0, 5.0],

@@ -34,8 +34,8 @@ static ABOUT: About = About {
     extent: Extent::Always,
     search: Search {
         belief: Belief {
-            hurdle: 90.0,
-            scale: 20.0,
+            hurdle: 6.0,
+            scale: 4.0,
         },
         form_error: 0.4,
         ..Search::BASE

@@ -42,8 +42,8 @@ static ABOUT: About = About {
     extent: Extent::Always,
     search: Search {
         belief: Belief {
-            hurdle: 3.0,
-            scale: 1.5,
+            hurdle: 6.0,
+            scale: 2.0,
         },
         form_error: 0.15,
         ..Search::BASE
