@@ -27,16 +27,10 @@ pub(crate) struct Correction {
 }
 
 impl Correction {
-    /// What it may claim against an effect: a curve fits what a stiffer form leaves, and must be well ahead; one of no more
-    /// freedom than an effect has none of that, but is less likely beforehand.
+    /// What it may claim against an effect: its evidence pays for its freedom, and it is less likely beforehand.
     pub(crate) fn claim(&self) -> f64 {
-        const AHEAD: f64 = 0.8;
         const LN_PRIOR: f64 = 3.0;
-        if self.freedom < 1.5 {
-            self.evidence - LN_PRIOR
-        } else {
-            AHEAD * self.evidence
-        }
+        self.evidence - LN_PRIOR
     }
 }
 
