@@ -5,7 +5,11 @@ mod bench;
 mod demo;
 mod diagnosing;
 mod exam;
+#[cfg(unix)]
+mod faults;
 mod formats;
+#[cfg(unix)]
+mod killed;
 mod masking;
 mod outputs;
 mod refusals;
