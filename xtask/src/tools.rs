@@ -15,10 +15,20 @@ pub(crate) fn root() -> PathBuf {
 
 /// Builds a package in release and gives its binary.
 pub(crate) fn build(package: &str, binary: &str) -> Result<PathBuf> {
+    build_as("release", package, binary)
+}
+
+/// Builds a package as tests do and gives its binary.
+pub(crate) fn build_debug(package: &str, binary: &str) -> Result<PathBuf> {
+    build_as("dev", package, binary)
+}
+
+fn build_as(profile: &str, package: &str, binary: &str) -> Result<PathBuf> {
     let mut command = Command::new(env!("CARGO"));
     command.args([
         "build",
-        "--release",
+        "--profile",
+        profile,
         "--quiet",
         "--package",
         package,
