@@ -24,7 +24,7 @@ pub(crate) struct Loaded {
 
 /// Reads a file whole; recordings are decoded from memory in one pass.
 pub(crate) fn read_bytes(path: &Path, progress: &Progress) -> Result<Vec<u8>, Failure> {
-    let mut file = File::open(path).map_err(|e| Failure::read(path, &e))?;
+    let file = File::open(path).map_err(|e| Failure::read(path, &e))?;
     output::protect(path);
     let size = file.metadata().map(|m| m.len()).unwrap_or(0);
     if file.metadata().is_ok_and(|m| m.is_dir()) {
@@ -35,16 +35,41 @@ pub(crate) fn read_bytes(path: &Path, progress: &Progress) -> Result<Vec<u8>, Fa
     }
     progress.stage("reading", &path.display().to_string());
     debug!(size, "reading {}", path.display());
+    read_steady(path, &file, &file)
+}
+
+/// Reads to the end, and refuses what somebody wrote into meanwhile: half of it would be of one file, half of another.
+fn read_steady(path: &Path, mut reader: impl Read, file: &File) -> Result<Vec<u8>, Failure> {
+    // Pipes and devices have no state to compare.
+    let state = || {
+        let metadata = file.metadata().ok().filter(std::fs::Metadata::is_file);
+        metadata.map(|m| (m.len(), m.modified().ok()))
+    };
+    let before = state();
     let mut bytes = Vec::new();
-    file.read_to_end(&mut bytes)
-        .map_err(|e| Failure::read(path, &e))?;
-    Ok(bytes)
+    (reader.read_to_end(&mut bytes)).map_err(|e| Failure::read(path, &e))?;
+    let after = state();
+    if before == after {
+        return Ok(bytes);
+    }
+    let [from, to] = [before, after].map(|s| s.map_or(0, |(len, _)| len));
+    let sizes = if from == to {
+        String::new()
+    } else {
+        format!(" (from {from} to {to} bytes)")
+    };
+    Err(Failure::Input {
+        path: path.to_owned(),
+        reason: format!("changed while it was read{sizes}"),
+        help: Some("wait until it is complete, or read a copy of it".into()),
+    })
 }
 
 /// Reads a text document.
 pub(crate) fn read_text(path: &Path) -> Result<String, Failure> {
-    let bytes = std::fs::read(path).map_err(|e| Failure::read(path, &e))?;
+    let file = File::open(path).map_err(|e| Failure::read(path, &e))?;
     output::protect(path);
+    let bytes = read_steady(path, &file, &file)?;
     String::from_utf8(bytes).map_err(|e| {
         let at = e.utf8_error().valid_up_to();
         Failure::input(
@@ -163,4 +188,67 @@ pub(crate) fn read_recordings(
     loaded.ok_or_else(|| Failure::Arguments {
         reason: "no recording was named".into(),
     })
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+mod tests {
+    use super::*;
+    use std::io::Write;
+
+    /// Writes into the file before the first bytes are read.
+    struct Meddled<'a> {
+        file: &'a File,
+        by: &'a [u8],
+    }
+
+    impl Read for Meddled<'_> {
+        fn read(&mut self, into: &mut [u8]) -> std::io::Result<usize> {
+            if !self.by.is_empty() {
+                self.file.write_all(self.by)?;
+                self.by = &[];
+            }
+            self.file.read(into)
+        }
+    }
+
+    #[test]
+    fn a_file_that_grows_while_it_is_read_is_refused_with_both_sizes() {
+        let mut file = tempfile::tempfile().unwrap();
+        file.write_all(b"t,q\n0,1\n").unwrap();
+        let meddled = Meddled {
+            file: &file,
+            by: b"1,2\n",
+        };
+        let failed = read_steady(Path::new("rig.csv"), meddled, &file).unwrap_err();
+        assert_eq!(failed.status(), 2);
+        let said = failed.to_string();
+        for part in ["rig.csv", "changed while it was read", "8 to 12", "copy"] {
+            assert!(said.contains(part), "{said}");
+        }
+    }
+
+    #[test]
+    fn a_file_that_is_left_alone_is_read_whole() {
+        let mut file = tempfile::tempfile().unwrap();
+        file.write_all(b"t,q\n0,1\n").unwrap();
+        std::io::Seek::rewind(&mut file).unwrap();
+        let bytes = read_steady(Path::new("rig.csv"), &file, &file).unwrap();
+        assert_eq!(bytes, b"t,q\n0,1\n");
+    }
+
+    #[test]
+    fn a_file_written_over_at_the_same_length_is_refused_by_its_time() {
+        let mut file = tempfile::tempfile().unwrap();
+        file.write_all(b"t,q\n0,1\n").unwrap();
+        let long_ago = std::time::SystemTime::UNIX_EPOCH;
+        file.set_modified(long_ago).unwrap();
+        std::io::Seek::rewind(&mut file).unwrap();
+        let meddled = Meddled {
+            file: &file,
+            by: b"t,q\n9,1\n",
+        };
+        let failed = read_steady(Path::new("rig.csv"), meddled, &file).unwrap_err();
+        assert!(failed.to_string().contains("read\n"), "{failed}");
+    }
 }

@@ -8,8 +8,9 @@ use crate::args::{Diagnose, Global, Source, Subject};
 use crate::commands::fit::{names, screening};
 use crate::commands::system_diagnose;
 use crate::failure::Failure;
+use crate::load;
+use crate::output::{self, Outputs};
 use crate::progress::Progress;
-use crate::{load, output};
 use dgd_diagnose::{Diagnosis, Options, Simulation, Stage, Step, diagnose};
 use dgd_documents::{Base, ModelDocument, write_diagnosis, write_model_document};
 use dgd_export::{ComparedSignal, Comparison, ExportError, write_comparison_csv};
@@ -77,10 +78,7 @@ pub(crate) fn carry_out(
     let start = search.model.map(|path| start(path, &well)).transpose()?;
     let loaded = load::read_recordings(&source.recordings, &well, progress)?;
     if out.exists() && !out.is_dir() {
-        return Err(Failure::Write {
-            path: out.to_owned(),
-            reason: "it is no folder".into(),
-        });
+        return Err(Failure::unwritten(out, "it is no folder"));
     }
     for name in [DIAGNOSIS, SIMULATION, REPORT, MODEL] {
         output::check(&out.join(name))?;
@@ -122,21 +120,15 @@ fn write(diagnosis: &Diagnosis, base: Base, page: &str, out: &Path) -> Result<St
         base,
         augmented: Some(diagnosis.after.clone()),
     };
-    let text = |name: &str, text: &str| {
-        output::stage(&out.join(name), |writer| {
-            writer.write_all(text.as_bytes()).map_err(|e| e.to_string())
-        })
-    };
     let json = write_diagnosis(diagnosis);
-    let staged = [
-        text(MODEL, &write_model_document(&document))?,
-        output::stage(&out.join(SIMULATION), |writer| {
-            simulation_csv(&diagnosis.simulation, writer).map_err(|e| e.to_string())
-        })?,
-        text(REPORT, page)?,
-        text(DIAGNOSIS, &json)?,
-    ];
-    staged.into_iter().try_for_each(output::Staged::keep)?;
+    let mut outputs = Outputs::new();
+    outputs.add_bytes(&out.join(MODEL), write_model_document(&document))?;
+    outputs.add(&out.join(SIMULATION), |writer| {
+        Ok(simulation_csv(&diagnosis.simulation, writer)?)
+    })?;
+    outputs.add_bytes(&out.join(REPORT), page)?;
+    outputs.add_bytes(&out.join(DIAGNOSIS), &json)?;
+    outputs.keep()?;
     Ok(json)
 }
 

@@ -5,7 +5,7 @@ use crate::commands::system_fit;
 use crate::failure::Failure;
 use crate::figures;
 use crate::load::{self, Loaded};
-use crate::output;
+use crate::output::{self, Outputs};
 use crate::progress::Progress;
 use crate::say::{self, TextTable, count, number};
 use dgd_friction::{Loss, PolynomialFit};
@@ -49,16 +49,22 @@ pub(crate) fn run(arguments: &Fit, global: &Global) -> Result<String, Failure> {
         free_exponents: !arguments.fixed_exponents,
         ..IdentifyOptions::default()
     };
+    output::check(&arguments.out)?;
+    if let Some(folder) = &arguments.figures {
+        figures::check(folder)?;
+    }
     let keep_unscreened = arguments.figures.is_some();
     let fitted = fit(loaded, &well, &source, &options, keep_unscreened, &progress)?;
     progress.stage("writing", &arguments.out.display().to_string());
     let model = dgd_documents::write_model(&fitted.identification.model);
-    output::replace_bytes(&arguments.out, model.as_bytes())?;
+    let mut outputs = Outputs::new();
+    outputs.add_bytes(&arguments.out, model)?;
     let mut drawn = Vec::new();
     if let Some(folder) = &arguments.figures {
         progress.stage("drawing", "figures");
-        drawn = figures::draw_identification(folder, &fitted)?;
+        drawn = figures::draw_identification(&mut outputs, folder, &fitted)?;
     }
+    outputs.keep()?;
     let (seconds, stages) = (progress.seconds(), progress.seconds_by_stage());
     drop(progress);
     if global.json {
