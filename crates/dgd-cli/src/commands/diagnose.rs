@@ -5,7 +5,7 @@ mod tell;
 mod tests;
 
 use crate::args::{Diagnose, Global, Source, Subject};
-use crate::commands::fit::{names, screening};
+use crate::commands::fit::{delays_in_samples, names, screening};
 use crate::commands::system_diagnose;
 use crate::failure::Failure;
 use crate::progress::Progress;
@@ -27,6 +27,7 @@ const MODEL: &str = "model.toml";
 pub(crate) struct Diagnosed {
     pub(crate) diagnosis: Diagnosis,
     pub(crate) json: String,
+    warnings: Vec<String>,
     recording: String,
 }
 
@@ -63,7 +64,8 @@ pub(crate) fn run(arguments: &Diagnose, global: &Global) -> Result<String, Failu
 
 /// The answer for people.
 pub(crate) fn tell(done: &Diagnosed, out: &Path) -> String {
-    tell::tell(&done.diagnosis, &done.recording, out)
+    let warned = done.warnings.iter().map(|w| format!("warning: {w}\n"));
+    warned.collect::<String>() + &tell::tell(&done.diagnosis, &done.recording, out)
 }
 
 /// Reads, diagnoses and writes the four files.
@@ -86,13 +88,15 @@ pub(crate) fn carry_out(
         output::check(&out.join(name))?;
     }
     let first = &source.recordings[0];
+    loaded.warn_of_suspicions();
     progress.stage("screening", "");
     let samples = loaded.samples;
     let prepared = prepare(loaded.recording, loaded.step_s, &screening(source))
         .map_err(|e| Failure::input(first, e))?;
+    let warnings = loaded.suspicions;
     let recordings = names(&source.recordings);
     progress.stage("identifying", "friction, delay and pump");
-    let base = base(&prepared, &well, samples, &recordings);
+    let base = base(&prepared, &well, samples, &recordings)?;
     let options = Options {
         start: start.unwrap_or_default(),
         suspects: search.suspects.to_vec(),
@@ -107,17 +111,25 @@ pub(crate) fn carry_out(
         diagnose(&well, &prepared, &options, &mut said).map_err(|e| Failure::input(first, e))?;
     progress.stage("writing", &out.display().to_string());
     let recording = recordings.join(", ");
-    let page = dgd_report::diagnosis_page(&diagnosis, &recording, &command(source, search));
-    let json = write(&diagnosis, base, &page, out)?;
+    let page =
+        dgd_report::diagnosis_page(&diagnosis, &recording, &command(source, search), &warnings);
+    let json = write(&diagnosis, &warnings, base, &page, out)?;
     Ok(Diagnosed {
         diagnosis,
         json,
+        warnings,
         recording,
     })
 }
 
 /// Writes the four files beside their places, then puts them there together; returns diagnosis.json.
-fn write(diagnosis: &Diagnosis, base: Base, page: &str, out: &Path) -> Result<String, Failure> {
+fn write(
+    diagnosis: &Diagnosis,
+    warnings: &[String],
+    base: Base,
+    page: &str,
+    out: &Path,
+) -> Result<String, Failure> {
     let document = ModelDocument {
         base,
         augmented: Some(diagnosis.after.clone()),
@@ -127,7 +139,7 @@ fn write(diagnosis: &Diagnosis, base: Base, page: &str, out: &Path) -> Result<St
             writer.write_all(text.as_bytes()).map_err(|e| e.to_string())
         })
     };
-    let json = write_diagnosis(diagnosis);
+    let json = write_diagnosis(diagnosis, warnings);
     let staged = [
         text(MODEL, &write_model_document(&document))?,
         output::stage(&out.join(SIMULATION), |writer| {
@@ -161,8 +173,18 @@ fn start(path: &Path, well: &Well) -> Result<Vec<dgd_effects::AppliedEffect>, Fa
 }
 
 /// The two-state model; a recording that gives none can still be diagnosed.
-fn base(prepared: &Prepared, well: &Well, samples: usize, recordings: &[String]) -> Base {
-    match identify(prepared, well, &IdentifyOptions::default()) {
+fn base(
+    prepared: &Prepared,
+    well: &Well,
+    samples: usize,
+    recordings: &[String],
+) -> Result<Base, Failure> {
+    // The default is thirty samples, which are thirty seconds at 1 Hz alone.
+    let options = IdentifyOptions {
+        delays: delays_in_samples((0.0, 30.0), prepared.step_s)?,
+        ..IdentifyOptions::default()
+    };
+    Ok(match identify(prepared, well, &options) {
         Ok(identification) => {
             for warning in &identification.warnings {
                 tracing::info!("two-state model: {warning}");
@@ -179,7 +201,7 @@ fn base(prepared: &Prepared, well: &Well, samples: usize, recordings: &[String])
                 geometry: well.geometry.clone(),
             }
         }
-    }
+    })
 }
 
 fn words(stage: Stage) -> (&'static str, String) {
