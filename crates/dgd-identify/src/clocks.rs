@@ -123,7 +123,7 @@ pub(crate) fn warn_of_speed(samples: &PumpSamples<'_>, step_s: f64, warnings: &m
     /// Seconds that are tried: enough to tell, few enough to cost nothing.
     const LATE_S: [f64; 7] = [5.0, 10.0, 15.0, 20.0, 30.0, 45.0, 60.0];
     /// Mean square that a late speed must leave at the most, of the one now.
-    const LEFT: f64 = 0.5;
+    const LEFT: f64 = 0.125;
     let n = samples.keep.len();
     let every = n.div_ceil(LOOKED_AT / 4).max(1);
     let left = |late: usize| {
