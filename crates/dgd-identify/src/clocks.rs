@@ -24,15 +24,16 @@ pub(crate) fn warn_of_clocks(
         return; // the caller knows the delay
     }
     let best_s = sweep.delays_s[sweep.best];
-    if best_s == 0.0 && *options.delays.start() == 0 {
-        if let Some(ahead_s) = ahead(samples, step_s) {
-            warnings.push(format!(
-                "the return flow is {} s ahead of the pressures, which no meter is: \
-                 do the channels share one clock?",
-                -ahead_s
-            ));
-            return;
-        }
+    if best_s == 0.0
+        && *options.delays.start() == 0
+        && let Some(ahead_s) = ahead(samples, step_s)
+    {
+        warnings.push(format!(
+            "the return flow is {} s ahead of the pressures, which no meter is: \
+             do the channels share one clock?",
+            -ahead_s
+        ));
+        return;
     }
     let halves = [0, 1].map(|half| in_half(samples, half, step_s, options));
     if let [Some(early), Some(late)] = &halves {

@@ -4,6 +4,7 @@
 
 use crate::bench::{Bench, Ran, mat5};
 use dgd_ingest::ReadOptions;
+use dgd_plant::{Kind, Level, Order, Severity, conceal, record, write_case, write_case_well_toml};
 use dgd_recording::Table;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -226,6 +227,52 @@ fn a_sound_recording_is_not_suspected() {
     Rig::sound().fitted().suspects_nothing();
     let ran: Value = serde_json::from_str(&Rig::sound().simulate().done()).unwrap();
     assert_eq!(ran["warnings"], serde_json::json!([]));
+}
+
+#[test]
+fn neither_a_fixture_nor_a_concealed_effect_is_suspected() {
+    let fixture = include_bytes!("../../../../fixtures/demo-concealed/recording.mat");
+    let well = include_str!("../../../../fixtures/demo-concealed/well.toml");
+    unsuspected("demo-concealed", fixture, well);
+    for level in [Level::One, Level::Two] {
+        for effect in [
+            None,
+            Some("return_flow_gain"),
+            Some("inflow_gain"),
+            Some("outlet_pressure_bias"),
+            Some("mud_density_change"),
+            Some("annulus_area"),
+            Some("line_leak"),
+        ] {
+            let order = Order {
+                seed: 77,
+                level,
+                kind: effect.map_or(Kind::Clean, |_| Kind::Single),
+                severity: Some(Severity::Strong),
+                effect,
+            };
+            let mut case = conceal(&order, 0);
+            // Four hours: effects have set in by then.
+            let samples = case.plan.samples().min(14_400);
+            case.plan.series = vec![samples];
+            let (mut file, mut toml) = (Vec::new(), Vec::new());
+            write_case(&case, &record(&case.plan).unwrap(), &mut file).unwrap();
+            write_case_well_toml(&case, &mut toml).unwrap();
+            let what = format!("{level:?} {effect:?}");
+            unsuspected(&what, &file, std::str::from_utf8(&toml).unwrap());
+        }
+    }
+}
+
+#[track_caller]
+fn unsuspected(what: &str, recording: &[u8], well: &str) {
+    let bench = Bench::bare();
+    bench.write("rig", recording);
+    bench.write("well.toml", well);
+    let fit = bench.json("fit rig --well well.toml", "dgd.fit/1");
+    let told = strings(&fit["warnings"]);
+    let suspected = |w: &&str| w.starts_with("well.toml:") || w.contains("clock");
+    assert!(!told.iter().any(suspected), "{what}: {told:#?}");
 }
 
 #[test]
