@@ -7,8 +7,10 @@ use dgd_documents::{DocumentError, ModelDocument, Problem};
 use dgd_identify::Model;
 use dgd_ingest::{Format, ReadOptions};
 use dgd_recording::{Issue, Recording, Table, Well};
+use dgd_screen::Suspicion;
 use std::fs::File;
 use std::io::Read;
+use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use tracing::{debug, warn};
 
@@ -18,8 +20,25 @@ pub(crate) struct Loaded {
     pub(crate) step_s: f64,
     pub(crate) formats: Vec<Format>,
     pub(crate) issues: Vec<(PathBuf, Issue)>,
+    /// What the recordings make unlikely in the well description, with the line.
+    pub(crate) suspicions: Vec<String>,
     /// Samples in the files, without those that fill gaps and seams of the even clock.
     pub(crate) samples: usize,
+}
+
+/// A well description with its text, so that a warning can name the line.
+pub(crate) struct Described {
+    well: Well,
+    path: PathBuf,
+    text: String,
+}
+
+impl Deref for Described {
+    type Target = Well;
+
+    fn deref(&self) -> &Well {
+        &self.well
+    }
 }
 
 /// Reads a file whole; recordings are decoded from memory in one pass.
@@ -89,10 +108,15 @@ pub(crate) fn read_table(path: &Path, progress: &Progress) -> Result<(Format, Ta
 }
 
 /// Reads `well.toml`, telling of keys that nobody reads.
-pub(crate) fn read_well(path: &Path) -> Result<Well, Failure> {
-    let source = read_text(path)?;
-    let read = dgd_documents::read_well(&source);
-    told(path, source, read)
+pub(crate) fn read_well(path: &Path) -> Result<Described, Failure> {
+    let text = read_text(path)?;
+    let read = dgd_documents::read_well(&text);
+    let well = told(path, text.clone(), read)?;
+    Ok(Described {
+        well,
+        path: path.to_owned(),
+        text,
+    })
 }
 
 /// Reads `model.toml` with the effects it may hold, telling of keys that nobody reads.
@@ -134,10 +158,11 @@ fn told<T>(
 /// Reads one or more consecutive recordings of a well onto one even clock.
 pub(crate) fn read_recordings(
     paths: &[PathBuf],
-    well: &Well,
+    well: &Described,
     progress: &Progress,
 ) -> Result<Loaded, Failure> {
     let mut loaded: Option<Loaded> = None;
+    let mut suspected: Vec<Suspicion> = Vec::new();
     for (index, path) in paths.iter().enumerate() {
         if paths[..index].contains(path) {
             warn!("{} is named twice: its samples count twice", path.display());
@@ -152,6 +177,12 @@ pub(crate) fn read_recordings(
         let (recording, step_s, clock) =
             recording.onto_grid().map_err(|e| Failure::input(path, e))?;
         issues.extend(mapping.into_iter().chain(clock));
+        for suspicion in dgd_screen::suspect(&recording, step_s, well) {
+            // One line of the description is told once, however many recordings show it.
+            if suspected.iter().all(|s| s.place != suspicion.place) {
+                suspected.push(suspicion);
+            }
+        }
         let issues: Vec<_> = issues
             .into_iter()
             .map(|issue| (path.clone(), issue))
@@ -163,6 +194,7 @@ pub(crate) fn read_recordings(
                     step_s,
                     formats: vec![format],
                     issues,
+                    suspicions: Vec::new(),
                     samples,
                 });
             }
@@ -185,9 +217,35 @@ pub(crate) fn read_recordings(
     for (path, issue) in loaded.iter().flat_map(|l| &l.issues) {
         warn!("{}: {issue}", path.display());
     }
-    loaded.ok_or_else(|| Failure::Arguments {
+    let mut loaded = loaded.ok_or_else(|| Failure::Arguments {
         reason: "no recording was named".into(),
-    })
+    })?;
+    loaded.suspicions = suspected.iter().map(|s| well.pointing(s)).collect();
+    Ok(loaded)
+}
+
+impl Loaded {
+    /// Warns of what is suspected, before anything is made of it.
+    pub(crate) fn warn_of_suspicions(&self) {
+        for suspicion in &self.suspicions {
+            warn!("{suspicion}");
+        }
+    }
+}
+
+impl Described {
+    /// A suspicion with the line that it is about.
+    fn pointing(&self, suspicion: &Suspicion) -> String {
+        let place = suspicion.place;
+        let at = dgd_documents::well_line(&self.text, place.section, place.key, place.transmitter);
+        // The name without its folder: reports travel, folders do not.
+        let name = self.path.file_name().unwrap_or(self.path.as_os_str());
+        let name = name.to_string_lossy();
+        match at {
+            Some(line) => format!("{name}:{line}: {suspicion}"),
+            None => format!("{name}: {suspicion}"),
+        }
+    }
 }
 
 #[cfg(test)]

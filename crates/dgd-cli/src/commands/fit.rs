@@ -95,6 +95,7 @@ pub(crate) fn fit(
     progress: &Progress,
 ) -> Result<Fitted, Failure> {
     let first = &source.recordings[0];
+    loaded.warn_of_suspicions();
     progress.stage("screening", "");
     let unscreened = keep_unscreened.then(|| {
         let recording = &loaded.recording;
@@ -115,6 +116,8 @@ pub(crate) fn fit(
     for warning in &identification.warnings {
         tracing::warn!("{warning}");
     }
+    // They come first in the answer: what follows may rest on a wrong unit.
+    identification.warnings.splice(0..0, loaded.suspicions);
     let issues = loaded
         .issues
         .iter()
@@ -148,7 +151,8 @@ pub(crate) fn names(paths: &[PathBuf]) -> Vec<String> {
         .collect()
 }
 
-fn delays_in_samples(
+/// A range of delays in whole samples.
+pub(crate) fn delays_in_samples(
     (from_s, to_s): (f64, f64),
     step_s: f64,
 ) -> Result<std::ops::RangeInclusive<i64>, Failure> {

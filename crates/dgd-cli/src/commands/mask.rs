@@ -19,7 +19,12 @@ pub(crate) fn run(arguments: &Mask, global: &Global) -> Result<String, Failure> 
     let progress = Progress::new(global.json || global.quiet);
     let well = load::read_well(&arguments.source.well)?;
     let first = arguments.source.recordings[0].clone();
-    let loaded = load::read_recordings(&arguments.source.recordings, &well, &progress)?;
+    let mut loaded = load::read_recordings(&arguments.source.recordings, &well, &progress)?;
+    if !loaded.suspicions.is_empty() {
+        // What is suspected holds values and tags, which this command tells nobody.
+        loaded.suspicions =
+            vec!["the recording hardly fits its well description: `dgd fit` says where".into()];
+    }
     output::check(&arguments.out.join("recording.csv"))?;
     let mut fitted = fit::fit(
         loaded,

@@ -50,9 +50,11 @@ pub(crate) fn run(arguments: &Simulate, global: &Global) -> Result<String, Failu
         figures::check(folder)?;
     }
     let first = &source.recordings[0];
+    loaded.warn_of_suspicions();
     progress.stage("screening", "");
     let prepared = prepare(loaded.recording, loaded.step_s, &screening(&source))
         .map_err(|e| Failure::input(first, e))?;
+    let warnings = loaded.suspicions;
     progress.stage("simulating", "");
     let options = ReplayOptions {
         delay_s: document.model().map_or(0.0, |model| model.delay_s),
@@ -105,10 +107,12 @@ pub(crate) fn run(arguments: &Simulate, global: &Global) -> Result<String, Failu
         if let Some(effects) = effects {
             value["effects"] = json!(effects);
         }
+        value["warnings"] = json!(warnings);
         value["seconds_by_stage"] = stages;
         return Ok(say::json(&value));
     }
-    Ok(tell(&run, arguments, effects.as_deref(), drawn.len()))
+    let warned: String = warnings.iter().map(|w| format!("warning: {w}\n")).collect();
+    Ok(warned + &tell(&run, arguments, effects.as_deref(), drawn.len()))
 }
 
 /// A level in the riser, and no flow against the valve.

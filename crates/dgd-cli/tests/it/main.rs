@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 #![allow(clippy::print_stdout, reason = "a skipped test says so")]
 mod adversary;
+mod bad_data;
 mod bench;
 mod demo;
 mod determinism;
