@@ -45,7 +45,7 @@ fn hold(folder: &str, claim: fn(&str) -> bool, count: usize) {
     // Else they test nothing.
     assert!(2 * texts > count, "{texts} texts");
     assert!(
-        documents > count / 50 && documents < texts,
+        documents > 100 && documents < texts,
         "{documents} documents of {texts} texts"
     );
 }
