@@ -154,7 +154,7 @@ fn a_clock_that_was_set_back_is_refused_with_the_place() {
         back_s: 49.0,
         samples: 50,
     };
-    assert_eq!(error, expected);
+    assert_eq!(error, RecordingError::Clock(expected));
 }
 
 #[test]
