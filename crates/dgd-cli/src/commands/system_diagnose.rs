@@ -221,7 +221,7 @@ fn tell(text: &mut String, done: &Done, out: &Path) -> std::fmt::Result {
         if let Some(p) = finding.probability {
             writeln!(
                 text,
-                "  weight {} among the sets that were fitted",
+                "  weight {} among the sets that were fitted, less what stays unexplained",
                 probability(p)
             )?;
         }
