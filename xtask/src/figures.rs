@@ -75,7 +75,7 @@ pub(crate) fn draw(out: &Path) -> Result<()> {
     println!("5/5 comparing");
     let table = compare(&inspected, &fitted, &runs)?;
     let page = out.join("comparison.md");
-    std::fs::write(&page, &table).with_context(|| format!("cannot write {}", page.display()))?;
+    tools::replace(&page, &table)?;
     println!(
         "\n{table}\nfigures and comparison.md are in {}",
         out.display()

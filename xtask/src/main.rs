@@ -8,6 +8,7 @@ mod bench;
 mod benches;
 mod calibrate;
 mod ci;
+mod determinism;
 mod figures;
 mod layers;
 mod prove;
@@ -48,6 +49,8 @@ enum Command {
     Calibrate(calibrate::Settings),
     /// Everything a submission must pass: `.ci/run`, which ends with the short proof
     Ci,
+    /// Runs every command in debug and release, on one thread and on two, and compares the bytes
+    Determinism,
     /// Conceals effects in recordings, diagnoses them blind, and scores the answers
     #[command(after_help = PROVE_HELP)]
     Prove {
@@ -106,6 +109,7 @@ fn main() -> anyhow::Result<()> {
         }),
         Command::Calibrate(settings) => calibrate::run(settings),
         Command::Ci => ci::run(),
+        Command::Determinism => determinism::check(),
         Command::Layers => layers::check(),
         Command::Prove {
             settings,

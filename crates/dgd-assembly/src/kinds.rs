@@ -339,6 +339,8 @@ pub(crate) mod valve {
     pub(crate) const DISCHARGE: usize = 2;
     pub(crate) const AREA: usize = 3;
     pub(crate) const LOSS: usize = 4;
+    /// Of them.
+    pub(crate) const COUNT: usize = 5;
 }
 static VALVE: &[Property] = &[
     p(
@@ -417,10 +419,10 @@ static INSTRUMENT: &[Property] = &[
     p(
         "gain",
         None,
-        "reading per SI",
+        "reading per true",
         Some(1.0),
         ANY,
-        "reading = gain * quantity + offset",
+        "reading = gain * quantity + offset, all three in the instrument's unit (SI without one)",
     ),
     p(
         "offset",
@@ -428,7 +430,7 @@ static INSTRUMENT: &[Property] = &[
         "as the reading",
         Some(0.0),
         ANY,
-        "offset of the reading",
+        "offset of the reading, in the instrument's unit",
     ),
     p(
         "accuracy",
@@ -444,7 +446,7 @@ static INSTRUMENT: &[Property] = &[
         "as the reading",
         Some(f64::NEG_INFINITY),
         ANY,
-        "lower end of its range",
+        "lower end of its range, in the instrument's unit; for the reader, nothing is computed from it",
     ),
     p(
         "high",
@@ -452,7 +454,7 @@ static INSTRUMENT: &[Property] = &[
         "as the reading",
         Some(INF),
         ANY,
-        "upper end of its range",
+        "upper end of its range, in the instrument's unit; for the reader, nothing is computed from it",
     ),
 ];
 

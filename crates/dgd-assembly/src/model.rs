@@ -6,7 +6,8 @@ mod tanks;
 
 use crate::Dual;
 use crate::effect::{Drive, Now};
-use crate::kinds::{boundary, fluid, tank, volume};
+use crate::kinds::{boundary, fluid, tank, valve, volume};
+use crate::laws;
 use crate::network::{ATMOSPHERE_PA, Attached, Flow, Location, Member, Network, NodeKind, Step};
 use crate::spec::Kind;
 
@@ -16,6 +17,14 @@ pub(crate) enum Mode {
     Between,
     Full,
     Empty,
+}
+
+/// `dp = k q|q|` of a valve or orifice.
+#[derive(Debug, Clone, Copy)]
+struct Square {
+    part: usize,
+    of: [f64; valve::COUNT + 1],
+    k: f64,
 }
 
 /// Everything an evaluation writes.
@@ -47,6 +56,12 @@ pub(crate) struct Work {
     matrix: Vec<f64>,
     step: Vec<f64>,
     trial: Vec<f64>,
+    /// Valves and orifices with the properties at which their square was last found, and that square.
+    squares: Vec<Square>,
+    /// Place of each part in `squares`.
+    square_of: Vec<usize>,
+    /// Surface of each tank with effects, by [`balance`](Self::balance).
+    surface: Vec<f64>,
     /// A scalar or nodal solution did not converge.
     pub failed: bool,
 }
@@ -54,6 +69,18 @@ pub(crate) struct Work {
 impl Work {
     pub(crate) fn new(net: &Network) -> Self {
         let tanks = net.tanks.len();
+        let mut squares = Vec::new();
+        let mut square_of = vec![0; net.parts.len()];
+        for (part, p) in net.parts.iter().enumerate() {
+            if matches!(p.kind, Kind::Valve | Kind::Orifice) {
+                square_of[part] = squares.len();
+                squares.push(Square {
+                    part,
+                    of: [f64::NAN; valve::COUNT + 1],
+                    k: f64::NAN,
+                });
+            }
+        }
         let widest = net.islands.iter().map(|i| i.nodes.len()).max().unwrap_or(0);
         Self {
             values: net.values.clone(),
@@ -75,6 +102,9 @@ impl Work {
             matrix: vec![0.0; widest * widest],
             step: vec![0.0; widest],
             trial: vec![0.0; widest],
+            squares,
+            square_of,
+            surface: vec![0.0; tanks],
             failed: false,
         }
     }
@@ -88,6 +118,22 @@ impl Work {
         self.failed = false;
     }
 
+    /// Finds the squares of valves anew whose properties have changed: mostly none has.
+    #[inline]
+    fn refresh(&mut self, net: &Network) {
+        let density = self.values[fluid::DENSITY];
+        for square in &mut self.squares {
+            let base = net.parts[square.part].base;
+            let own = &self.values[base..base + valve::COUNT];
+            if square.of[..valve::COUNT] != *own || square.of[valve::COUNT] != density {
+                square.of[..valve::COUNT].copy_from_slice(own);
+                square.of[valve::COUNT] = density;
+                square.k = laws::valve_square(own, density);
+            }
+        }
+    }
+
+    #[inline(always)]
     pub(crate) fn now<'a>(
         &'a self,
         net: &'a Network,
@@ -120,6 +166,7 @@ impl Work {
             }
             self.values[slot] = value;
         }
+        self.refresh(net);
         for k in 0..net.tanks.len() {
             let part = &net.parts[net.tanks[k]];
             let own = &self.values[part.base..];
@@ -164,7 +211,11 @@ impl Work {
                 Step::Direct(c) => {
                     let chain = &net.chains[c];
                     let dp = self.pressure[chain.from] - self.pressure[chain.to];
-                    self.flow[c] = self.flow_at(net, c, dp, x).v;
+                    self.flow[c] = if chain.plain_valve {
+                        laws::square_inverse(self.square(chain.members[0].part), dp).v
+                    } else {
+                        self.flow_at(net, c, dp, x).v
+                    };
                 }
                 Step::Forced { node, chain, sign } => {
                     self.flow[chain] = 0.0;
@@ -192,7 +243,7 @@ impl Work {
         self.balance(net, x);
         for k in 0..net.tanks.len() {
             rate[k] = if self.mode[k] == Mode::Between {
-                self.net_flow[k] / self.area(net, k, x[k], x)
+                self.net_flow[k] / self.surface[k]
             } else {
                 0.0
             };

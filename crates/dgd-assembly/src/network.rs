@@ -1,8 +1,10 @@
 //! The compiled form of a system: slots, nodes, chains, and the order in which they are solved.
 
 use crate::effect::{Effect, Scale};
+use crate::kinds::instrument;
 use crate::laws::Friction;
 use crate::spec::{Between, Bounds, Kind};
+use dgd_units::Dimension;
 use std::ops::Range;
 
 /// Slots of the fluid come first.
@@ -176,6 +178,27 @@ pub(crate) struct Meter {
     pub channel: String,
     pub unit: Option<dgd_units::Unit>,
     pub reading: Reading,
+}
+
+impl Meter {
+    /// SI units in one of the instrument's, and the SI value of its zero. Voltages and bare numbers stay as they are.
+    fn map(&self) -> (f64, f64) {
+        let unit = self.unit.filter(|u| u.dimension != Dimension::Number);
+        unit.map_or((1.0, 0.0), |u| (u.factor, u.offset))
+    }
+
+    /// What the instrument says of a quantity, both in SI units; gain and offset of its properties `own` are in its own.
+    #[inline]
+    pub(crate) fn said(&self, own: &[f64], quantity: f64) -> f64 {
+        let (factor, zero) = self.map();
+        own[instrument::GAIN] * (quantity - zero) + factor * own[instrument::OFFSET] + zero
+    }
+
+    /// The quantity of which it says `reading`, both in SI units.
+    pub(crate) fn quantity(&self, own: &[f64], reading: f64) -> f64 {
+        let (factor, zero) = self.map();
+        (reading - zero - factor * own[instrument::OFFSET]) / own[instrument::GAIN] + zero
+    }
 }
 
 /// A channel that drives a slot.

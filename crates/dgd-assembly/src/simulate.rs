@@ -286,10 +286,8 @@ impl<'a> Simulator<'a> {
                         .and_then(|r| r.iter().find(|v| v.is_finite()));
                     let m = &net.meters[meter];
                     let own = &work.values[net.parts[m.part].base..];
-                    let (gain, offset) =
-                        (own[kinds::instrument::GAIN], own[kinds::instrument::OFFSET]);
                     reading
-                        .map(|r| (r - offset) / gain)
+                        .map(|&r| m.quantity(own, r))
                         .filter(|v| v.is_finite())
                         .ok_or_else(|| AssemblyError::Value {
                             name: state.path.clone(),
@@ -465,7 +463,7 @@ impl Work {
             Reading::Speed(slot) => self.values[slot],
         };
         let own = &self.values[net.parts[meter.part].base..];
-        own[kinds::instrument::GAIN] * quantity + own[kinds::instrument::OFFSET]
+        meter.said(own, quantity)
     }
 }
 

@@ -2,8 +2,9 @@
 
 use dgd_documents::DocumentError;
 use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, NamedSource};
+use std::error::Error;
 use std::fmt;
-use std::io::IsTerminal;
+use std::io::{ErrorKind, IsTerminal};
 use std::path::{Path, PathBuf};
 
 /// Why a command stopped.
@@ -23,8 +24,12 @@ pub(crate) enum Failure {
     },
     /// The arguments do not go together.
     Arguments { reason: String },
-    /// An output file cannot be written.
-    Write { path: PathBuf, reason: String },
+    /// An output file cannot be written: why, and the mend.
+    Write {
+        path: PathBuf,
+        reason: String,
+        help: &'static str,
+    },
 }
 
 impl Failure {
@@ -38,10 +43,8 @@ impl Failure {
 
     pub(crate) fn read(path: &Path, error: &std::io::Error) -> Self {
         let help = match error.kind() {
-            std::io::ErrorKind::NotFound => {
-                "check the path; it is taken from the current folder".into()
-            }
-            std::io::ErrorKind::PermissionDenied => "ask for read permission on the file".into(),
+            ErrorKind::NotFound => "check the path; it is taken from the current folder".into(),
+            ErrorKind::PermissionDenied => "ask for read permission on the file".into(),
             _ => String::new(),
         };
         let help = (!help.is_empty()).then_some(help);
@@ -56,6 +59,33 @@ impl Failure {
         Self::Write {
             path: path.to_owned(),
             reason: error.to_string(),
+            help: mend(error.kind()),
+        }
+    }
+
+    /// An error whose cause may be one of the disk.
+    pub(crate) fn write_source(path: &Path, error: &(dyn Error + 'static)) -> Self {
+        let mut kind = ErrorKind::Other;
+        let mut cause = Some(error);
+        while let Some(error) = cause {
+            if let Some(disk) = error.downcast_ref::<std::io::Error>() {
+                kind = disk.kind();
+            }
+            cause = error.source();
+        }
+        Self::Write {
+            path: path.to_owned(),
+            reason: error.to_string(),
+            help: mend(kind),
+        }
+    }
+
+    /// An output that stands in its own way.
+    pub(crate) fn unwritten(path: &Path, reason: impl fmt::Display) -> Self {
+        Self::Write {
+            path: path.to_owned(),
+            reason: reason.to_string(),
+            help: mend(ErrorKind::Other),
         }
     }
 
@@ -90,15 +120,27 @@ impl fmt::Display for Failure {
             }
             Self::Document { path, error, .. } => write!(f, "{}: {error}", path.display()),
             Self::Arguments { reason } => f.write_str(reason),
-            Self::Write { path, reason } => {
-                write!(
-                    f,
-                    "{} cannot be written: {reason}\n  help: nothing was left half-written; ",
-                    path.display()
-                )?;
-                f.write_str("free space or choose another place with --out")
-            }
+            Self::Write { path, reason, help } => write!(
+                f,
+                "{} cannot be written: {reason}\n  help: nothing was left half-written; {help}",
+                path.display()
+            ),
         }
+    }
+}
+
+/// What to do about an output that the disk refuses.
+fn mend(kind: ErrorKind) -> &'static str {
+    match kind {
+        ErrorKind::StorageFull => "free space or choose another disk",
+        ErrorKind::QuotaExceeded => "free some of your quota or choose another disk",
+        ErrorKind::FileTooLarge => {
+            "raise the limit on the size of files (`ulimit -f`) or choose another disk"
+        }
+        ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
+            "ask for permission to write there or choose another place"
+        }
+        _ => "choose another place",
     }
 }
 

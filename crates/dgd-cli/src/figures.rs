@@ -2,7 +2,7 @@
 
 use crate::commands::fit::Fitted;
 use crate::failure::Failure;
-use crate::output;
+use crate::output::{self, Outputs};
 use dgd_friction::Polynomial;
 use dgd_identify::Series;
 use dgd_pump::HeadCurve;
@@ -59,19 +59,31 @@ impl Units {
 }
 
 /// Draws Figures 3.2-3.7 and 3.9-3.11 into a folder.
-pub(crate) fn draw_identification(folder: &Path, fitted: &Fitted) -> Result<Vec<PathBuf>, Failure> {
+pub(crate) fn draw_identification(
+    outputs: &mut Outputs,
+    folder: &Path,
+    fitted: &Fitted,
+) -> Result<Vec<PathBuf>, Failure> {
     let figures = identification(fitted, &Units::plain()).map_err(|e| undrawn(folder, &e))?;
-    save(folder, &figures)
+    save(outputs, folder, &figures)
 }
 
 /// Draws Figures 4.1-4.4 into a folder; runs are riser, flow, steady, coupled.
-pub(crate) fn draw_simulations(folder: &Path, runs: &[Replay; 4]) -> Result<Vec<PathBuf>, Failure> {
+pub(crate) fn draw_simulations(
+    outputs: &mut Outputs,
+    folder: &Path,
+    runs: &[Replay; 4],
+) -> Result<Vec<PathBuf>, Failure> {
     let figures = simulations(runs, &Units::plain()).map_err(|e| undrawn(folder, &e))?;
-    save(folder, &figures)
+    save(outputs, folder, &figures)
 }
 
 /// Draws Figure 4.4 of a model that runs level and flow together and nothing else.
-pub(crate) fn draw_free_run(folder: &Path, run: &Replay) -> Result<Vec<PathBuf>, Failure> {
+pub(crate) fn draw_free_run(
+    outputs: &mut Outputs,
+    folder: &Path,
+    run: &Replay,
+) -> Result<Vec<PathBuf>, Failure> {
     let units = Units::plain();
     let level = ScaledPair::of(run, &run.level_m, units.level.0);
     let flow = ScaledPair::of(run, &run.return_flow_m3_s, units.flow.0);
@@ -81,18 +93,24 @@ pub(crate) fn draw_free_run(folder: &Path, run: &Replay) -> Result<Vec<PathBuf>,
         &Units::axis("Riser level", units.level),
         &Units::axis("Flow", units.flow),
     );
-    save(folder, &[figure.map_err(|e| undrawn(folder, &e))?])
+    save(outputs, folder, &[figure.map_err(|e| undrawn(folder, &e))?])
+}
+
+/// Refuses early what drawing into the folder would refuse.
+pub(crate) fn check(folder: &Path) -> Result<(), Failure> {
+    output::check(&folder.join("figure.svg"))
 }
 
 fn undrawn(folder: &Path, error: &ReportError) -> Failure {
-    Failure::Write {
-        path: folder.to_owned(),
-        reason: error.to_string(),
-    }
+    Failure::unwritten(folder, error)
 }
 
 /// Writes each figure as SVG and PNG, named by its number.
-pub(crate) fn save(folder: &Path, figures: &[Figure]) -> Result<Vec<PathBuf>, Failure> {
+pub(crate) fn save(
+    outputs: &mut Outputs,
+    folder: &Path,
+    figures: &[Figure],
+) -> Result<Vec<PathBuf>, Failure> {
     let mut written = Vec::new();
     for figure in figures {
         let stem = format!("figure-{}", figure.number().replace('.', "-"));
@@ -100,8 +118,8 @@ pub(crate) fn save(folder: &Path, figures: &[Figure]) -> Result<Vec<PathBuf>, Fa
             folder.join(format!("{stem}.svg")),
             folder.join(format!("{stem}.png")),
         );
-        output::replace_bytes(&svg, figure.svg().as_bytes())?;
-        output::replace_bytes(&png, &figure.png(PNG_SCALE).map_err(|e| undrawn(&png, &e))?)?;
+        outputs.add_bytes(&svg, figure.svg())?;
+        outputs.add_bytes(&png, figure.png(PNG_SCALE).map_err(|e| undrawn(&png, &e))?)?;
         written.extend([svg, png]);
     }
     Ok(written)

@@ -7,8 +7,10 @@ use dgd_documents::{DocumentError, ModelDocument, Problem};
 use dgd_identify::Model;
 use dgd_ingest::{Format, ReadOptions};
 use dgd_recording::{Issue, Recording, Table, Well};
+use dgd_screen::Suspicion;
 use std::fs::File;
 use std::io::Read;
+use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use tracing::{debug, warn};
 
@@ -18,13 +20,30 @@ pub(crate) struct Loaded {
     pub(crate) step_s: f64,
     pub(crate) formats: Vec<Format>,
     pub(crate) issues: Vec<(PathBuf, Issue)>,
+    /// What the recordings make unlikely in the well description, with the line.
+    pub(crate) suspicions: Vec<String>,
     /// Samples in the files, without those that fill gaps and seams of the even clock.
     pub(crate) samples: usize,
 }
 
+/// A well description with its text, so that a warning can name the line.
+pub(crate) struct Described {
+    well: Well,
+    path: PathBuf,
+    text: String,
+}
+
+impl Deref for Described {
+    type Target = Well;
+
+    fn deref(&self) -> &Well {
+        &self.well
+    }
+}
+
 /// Reads a file whole; recordings are decoded from memory in one pass.
 pub(crate) fn read_bytes(path: &Path, progress: &Progress) -> Result<Vec<u8>, Failure> {
-    let mut file = File::open(path).map_err(|e| Failure::read(path, &e))?;
+    let file = File::open(path).map_err(|e| Failure::read(path, &e))?;
     output::protect(path);
     let size = file.metadata().map(|m| m.len()).unwrap_or(0);
     if file.metadata().is_ok_and(|m| m.is_dir()) {
@@ -35,16 +54,41 @@ pub(crate) fn read_bytes(path: &Path, progress: &Progress) -> Result<Vec<u8>, Fa
     }
     progress.stage("reading", &path.display().to_string());
     debug!(size, "reading {}", path.display());
+    read_steady(path, &file, &file)
+}
+
+/// Reads to the end, and refuses what somebody wrote into meanwhile: half of it would be of one file, half of another.
+fn read_steady(path: &Path, mut reader: impl Read, file: &File) -> Result<Vec<u8>, Failure> {
+    // Pipes and devices have no state to compare.
+    let state = || {
+        let metadata = file.metadata().ok().filter(std::fs::Metadata::is_file);
+        metadata.map(|m| (m.len(), m.modified().ok()))
+    };
+    let before = state();
     let mut bytes = Vec::new();
-    file.read_to_end(&mut bytes)
-        .map_err(|e| Failure::read(path, &e))?;
-    Ok(bytes)
+    (reader.read_to_end(&mut bytes)).map_err(|e| Failure::read(path, &e))?;
+    let after = state();
+    if before == after {
+        return Ok(bytes);
+    }
+    let [from, to] = [before, after].map(|s| s.map_or(0, |(len, _)| len));
+    let sizes = if from == to {
+        String::new()
+    } else {
+        format!(" (from {from} to {to} bytes)")
+    };
+    Err(Failure::Input {
+        path: path.to_owned(),
+        reason: format!("changed while it was read{sizes}"),
+        help: Some("wait until it is complete, or read a copy of it".into()),
+    })
 }
 
 /// Reads a text document.
 pub(crate) fn read_text(path: &Path) -> Result<String, Failure> {
-    let bytes = std::fs::read(path).map_err(|e| Failure::read(path, &e))?;
+    let file = File::open(path).map_err(|e| Failure::read(path, &e))?;
     output::protect(path);
+    let bytes = read_steady(path, &file, &file)?;
     String::from_utf8(bytes).map_err(|e| {
         let at = e.utf8_error().valid_up_to();
         Failure::input(
@@ -64,10 +108,15 @@ pub(crate) fn read_table(path: &Path, progress: &Progress) -> Result<(Format, Ta
 }
 
 /// Reads `well.toml`, telling of keys that nobody reads.
-pub(crate) fn read_well(path: &Path) -> Result<Well, Failure> {
-    let source = read_text(path)?;
-    let read = dgd_documents::read_well(&source);
-    told(path, source, read)
+pub(crate) fn read_well(path: &Path) -> Result<Described, Failure> {
+    let text = read_text(path)?;
+    let read = dgd_documents::read_well(&text);
+    let well = told(path, text.clone(), read)?;
+    Ok(Described {
+        well,
+        path: path.to_owned(),
+        text,
+    })
 }
 
 /// Reads `model.toml` with the effects it may hold, telling of keys that nobody reads.
@@ -109,10 +158,11 @@ fn told<T>(
 /// Reads one or more consecutive recordings of a well onto one even clock.
 pub(crate) fn read_recordings(
     paths: &[PathBuf],
-    well: &Well,
+    well: &Described,
     progress: &Progress,
 ) -> Result<Loaded, Failure> {
     let mut loaded: Option<Loaded> = None;
+    let mut suspected: Vec<Suspicion> = Vec::new();
     for (index, path) in paths.iter().enumerate() {
         if paths[..index].contains(path) {
             warn!("{} is named twice: its samples count twice", path.display());
@@ -127,6 +177,12 @@ pub(crate) fn read_recordings(
         let (recording, step_s, clock) =
             recording.onto_grid().map_err(|e| Failure::input(path, e))?;
         issues.extend(mapping.into_iter().chain(clock));
+        for suspicion in dgd_screen::suspect(&recording, step_s, well) {
+            // One line of the description is told once, however many recordings show it.
+            if suspected.iter().all(|s| s.place != suspicion.place) {
+                suspected.push(suspicion);
+            }
+        }
         let issues: Vec<_> = issues
             .into_iter()
             .map(|issue| (path.clone(), issue))
@@ -138,6 +194,7 @@ pub(crate) fn read_recordings(
                     step_s,
                     formats: vec![format],
                     issues,
+                    suspicions: Vec::new(),
                     samples,
                 });
             }
@@ -160,7 +217,96 @@ pub(crate) fn read_recordings(
     for (path, issue) in loaded.iter().flat_map(|l| &l.issues) {
         warn!("{}: {issue}", path.display());
     }
-    loaded.ok_or_else(|| Failure::Arguments {
+    let mut loaded = loaded.ok_or_else(|| Failure::Arguments {
         reason: "no recording was named".into(),
-    })
+    })?;
+    loaded.suspicions = suspected.iter().map(|s| well.pointing(s)).collect();
+    Ok(loaded)
+}
+
+impl Loaded {
+    /// Warns of what is suspected, before anything is made of it.
+    pub(crate) fn warn_of_suspicions(&self) {
+        for suspicion in &self.suspicions {
+            warn!("{suspicion}");
+        }
+    }
+}
+
+impl Described {
+    /// A suspicion with the line that it is about.
+    fn pointing(&self, suspicion: &Suspicion) -> String {
+        let place = suspicion.place;
+        let at = dgd_documents::well_line(&self.text, place.section, place.key, place.transmitter);
+        // The name without its folder: reports travel, folders do not.
+        let name = self.path.file_name().unwrap_or(self.path.as_os_str());
+        let name = name.to_string_lossy();
+        match at {
+            Some(line) => format!("{name}:{line}: {suspicion}"),
+            None => format!("{name}: {suspicion}"),
+        }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+mod tests {
+    use super::*;
+    use std::io::Write;
+
+    /// Writes into the file before the first bytes are read.
+    struct Meddled<'a> {
+        file: &'a File,
+        by: &'a [u8],
+    }
+
+    impl Read for Meddled<'_> {
+        fn read(&mut self, into: &mut [u8]) -> std::io::Result<usize> {
+            if !self.by.is_empty() {
+                self.file.write_all(self.by)?;
+                self.by = &[];
+            }
+            self.file.read(into)
+        }
+    }
+
+    #[test]
+    fn a_file_that_grows_while_it_is_read_is_refused_with_both_sizes() {
+        let mut file = tempfile::tempfile().unwrap();
+        file.write_all(b"t,q\n0,1\n").unwrap();
+        let meddled = Meddled {
+            file: &file,
+            by: b"1,2\n",
+        };
+        let failed = read_steady(Path::new("rig.csv"), meddled, &file).unwrap_err();
+        assert_eq!(failed.status(), 2);
+        let said = failed.to_string();
+        for part in ["rig.csv", "changed while it was read", "8 to 12", "copy"] {
+            assert!(said.contains(part), "{said}");
+        }
+    }
+
+    #[test]
+    fn a_file_that_is_left_alone_is_read_whole() {
+        let mut file = tempfile::tempfile().unwrap();
+        file.write_all(b"t,q\n0,1\n").unwrap();
+        std::io::Seek::rewind(&mut file).unwrap();
+        let bytes = read_steady(Path::new("rig.csv"), &file, &file).unwrap();
+        assert_eq!(bytes, b"t,q\n0,1\n");
+    }
+
+    #[test]
+    fn a_file_written_over_at_the_same_length_is_refused_by_its_time() {
+        let mut file = tempfile::tempfile().unwrap();
+        file.write_all(b"t,q\n0,1\n").unwrap();
+        let long_ago = std::time::SystemTime::UNIX_EPOCH;
+        file.set_modified(long_ago).unwrap();
+        std::io::Seek::rewind(&mut file).unwrap();
+        let meddled = Meddled {
+            file: &file,
+            by: b"t,q\n9,1\n",
+        };
+        let failed = read_steady(Path::new("rig.csv"), meddled, &file).unwrap_err();
+        assert!(failed.to_string().contains("read\n"), "{failed}");
+    }
 }

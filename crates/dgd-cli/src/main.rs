@@ -4,6 +4,7 @@ mod args;
 mod commands;
 mod failure;
 mod figures;
+mod interrupt;
 mod load;
 mod output;
 mod page;
@@ -21,6 +22,7 @@ use tracing_subscriber::filter::LevelFilter;
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     start_tracing(&arguments.global);
+    interrupt::watch();
     match run(&arguments) {
         Ok(said) => {
             let mut stdout = std::io::stdout();

@@ -1,7 +1,18 @@
-//! Output files appear whole or not at all, and never in the place of an input.
+//! Output files appear whole or not at all, those of one run together, and never in the place of an input.
+//!
+//! The one place that writes: every file goes under a hidden name beside its place ([`Outputs::add`]), and
+//! [`Outputs::keep`] renames all of them at the end. A hidden file is locked while its run lives, so what a killed run
+//! left is known by its open lock and removed by the next run that writes into the folder.
+
+mod hidden;
 
 use crate::failure::Failure;
-use std::fs::{File, Permissions};
+use crate::interrupt;
+use dgd_export::CsvOptions;
+use dgd_recording::Table;
+use hidden::{Hidden, Locked};
+use std::error::Error;
+use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -16,112 +27,194 @@ pub(crate) fn protect(path: &Path) {
     }
 }
 
-/// Writes a file through a temporary one beside it, then renames: a reader sees
-/// the old file or the new one, never a half.
-pub(crate) fn replace(
-    path: &Path,
-    write: impl FnOnce(&mut BufWriter<File>) -> Result<(), String>,
-) -> Result<(), Failure> {
-    persist(path, shared(), write)
+/// Refuses early what [`Outputs`] would refuse after the work: call it when all inputs have been read.
+pub(crate) fn check(path: &Path) -> Result<(), Failure> {
+    let target = target(path)?;
+    // The folder need not be there yet; then the one above it that is must take it.
+    let mut above = folder_of(&target).ancestors();
+    let folder = match above.find(|f| f.exists()) {
+        Some(folder) => folder,
+        // `deep/file` in the current folder.
+        None => Path::new("."),
+    };
+    if !folder.is_dir() {
+        let reason = format!("{} is no folder", folder.display());
+        return Err(Failure::unwritten(path, reason));
+    }
+    Hidden::create(folder, true)
+        .map(drop)
+        .map_err(|e| Failure::write(path, &e))
 }
 
-/// [`replace`] with bytes at hand.
-pub(crate) fn replace_bytes(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    replace(path, |writer| {
-        writer.write_all(bytes).map_err(|e| e.to_string())
-    })
+/// The files of one run, written and waiting; dropped, they are gone.
+#[derive(Default)]
+pub(crate) struct Outputs {
+    staged: Vec<Staged>,
+    /// Folders that have been cleared of what killed runs left.
+    cleared: Vec<PathBuf>,
 }
 
-/// [`replace_bytes`] for what only its owner may read.
-pub(crate) fn replace_private(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    // Temporary files are private to their owner as they are.
-    persist(path, None, |writer| {
-        writer.write_all(bytes).map_err(|e| e.to_string())
-    })
-}
-
-fn persist(
-    path: &Path,
-    permissions: Option<Permissions>,
-    write: impl FnOnce(&mut BufWriter<File>) -> Result<(), String>,
-) -> Result<(), Failure> {
-    stage_with(path, permissions, write)?.keep()
-}
-
-/// A file that is written and waits under a hidden name; dropped, it is gone.
-pub(crate) struct Staged {
+struct Staged {
     path: PathBuf,
     target: PathBuf,
-    hidden: tempfile::TempPath,
+    hidden: Hidden,
+    /// It must not be there yet.
+    fresh: bool,
+}
+
+impl Outputs {
+    pub(crate) fn new() -> Self {
+        Self::default()
+    }
+
+    /// Writes a file beside its place. Whatever can fail but the renaming has then been done.
+    pub(crate) fn add(
+        &mut self,
+        path: &Path,
+        write: impl FnOnce(&mut BufWriter<&File>) -> Result<(), Box<dyn Error>>,
+    ) -> Result<(), Failure> {
+        self.stage(path, false, write)
+    }
+
+    /// [`Self::add`] with bytes at hand.
+    pub(crate) fn add_bytes(
+        &mut self,
+        path: &Path,
+        bytes: impl AsRef<[u8]>,
+    ) -> Result<(), Failure> {
+        self.add(path, |writer| Ok(writer.write_all(bytes.as_ref())?))
+    }
+
+    /// [`Self::add`] with a table as CSV.
+    pub(crate) fn add_csv(&mut self, path: &Path, table: &Table) -> Result<(), Failure> {
+        self.add(path, |writer| {
+            Ok(dgd_export::write_csv(
+                table,
+                &CsvOptions::default(),
+                writer,
+            )?)
+        })
+    }
+
+    /// A new file that only its owner may read; another run's is never replaced.
+    pub(crate) fn add_private(&mut self, path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+        self.stage(path, true, |writer| Ok(writer.write_all(bytes)?))
+    }
+
+    fn stage(
+        &mut self,
+        path: &Path,
+        private: bool,
+        write: impl FnOnce(&mut BufWriter<&File>) -> Result<(), Box<dyn Error>>,
+    ) -> Result<(), Failure> {
+        let failed = |e: &std::io::Error| Failure::write(path, e);
+        let target = target(path)?;
+        let folder = folder_of(&target);
+        std::fs::create_dir_all(folder).map_err(|e| failed(&e))?;
+        if !self.cleared.iter().any(|f| f == folder) {
+            hidden::clear(folder);
+            self.cleared.push(folder.to_owned());
+        }
+        let hidden = Hidden::create(folder, private).map_err(|e| failed(&e))?;
+        let mut writer = BufWriter::new(hidden.file());
+        write(&mut writer).map_err(|e| Failure::write_source(path, e.as_ref()))?;
+        writer.flush().map_err(|e| failed(&e))?;
+        drop(writer);
+        // A file that its owner has closed to others stays closed.
+        if let Ok(before) = std::fs::metadata(&target) {
+            let permissions = before.permissions();
+            let set = hidden.file().set_permissions(permissions);
+            set.map_err(|e| failed(&e))?;
+        }
+        hidden.file().sync_all().map_err(|e| failed(&e))?;
+        self.staged.push(Staged {
+            path: path.to_owned(),
+            target,
+            hidden,
+            fresh: private,
+        });
+        Ok(())
+    }
+
+    /// Puts all files in their places.
+    ///
+    /// The folders are locked meanwhile and a Ctrl-C waits, so that the files that stand side by side are one run's.
+    /// If one cannot take its place, those before it are put back.
+    pub(crate) fn keep(self) -> Result<(), Failure> {
+        let mut folders: Vec<&Path> = self.staged.iter().map(|s| folder_of(&s.target)).collect();
+        folders.sort_unstable();
+        folders.dedup();
+        // In the order of their names: two runs cannot each wait for the other.
+        let locks: Vec<Locked> = folders.iter().map(|f| Locked::folder(f)).collect();
+        let held = interrupt::hold();
+        let mut undo = Vec::new();
+        for staged in &self.staged {
+            match staged.put() {
+                Ok(before) => undo.push(before),
+                Err(failure) => {
+                    undo.into_iter().rev().for_each(Before::restore);
+                    drop(held);
+                    return Err(failure);
+                }
+            }
+        }
+        undo.into_iter().for_each(Before::forget);
+        held.written(self.staged.len());
+        folders.iter().for_each(|folder| hidden::sync(folder));
+        drop(locks);
+        Ok(())
+    }
+}
+
+/// What stood in the place of a file, until the whole set stands.
+struct Before {
+    target: PathBuf,
+    /// A second name of the old file; `None` if there was none, or if the disk has no second names.
+    old: Option<PathBuf>,
+    was_there: bool,
 }
 
 impl Staged {
-    /// Puts it in its place.
-    pub(crate) fn keep(self) -> Result<(), Failure> {
-        let Self {
-            path,
-            target,
-            hidden,
-        } = self;
-        hidden
-            .persist(&target)
-            .map_err(|e| Failure::write(&path, &e.error))
+    fn put(&self) -> Result<Before, Failure> {
+        let was_there = self.target.exists();
+        if self.fresh && was_there {
+            let reason = "another run has written it meanwhile; run again to use it";
+            return Err(Failure::unwritten(&self.path, reason));
+        }
+        let second = hidden::second_name(self.hidden.path());
+        let old = std::fs::hard_link(&self.target, &second)
+            .is_ok()
+            .then_some(second);
+        let before = Before {
+            target: self.target.clone(),
+            old,
+            was_there,
+        };
+        match std::fs::rename(self.hidden.path(), &self.target) {
+            Ok(()) => Ok(before),
+            Err(error) => {
+                before.forget();
+                Err(Failure::write(&self.path, &error))
+            }
+        }
     }
 }
 
-/// Writes a file beside its place, for files that must appear together: whatever can fail but the renaming has
-/// then been done.
-pub(crate) fn stage(
-    path: &Path,
-    write: impl FnOnce(&mut BufWriter<File>) -> Result<(), String>,
-) -> Result<Staged, Failure> {
-    stage_with(path, shared(), write)
-}
-
-/// Refuses early what [`replace`] would refuse after the work: call it when all inputs have been read.
-pub(crate) fn check(path: &Path) -> Result<(), Failure> {
-    target(path).map(drop)
-}
-
-fn stage_with(
-    path: &Path,
-    permissions: Option<Permissions>,
-    write: impl FnOnce(&mut BufWriter<File>) -> Result<(), String>,
-) -> Result<Staged, Failure> {
-    let target = target(path)?;
-    let folder = match target.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    std::fs::create_dir_all(folder).map_err(|e| Failure::write(path, &e))?;
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".dgd-");
-    if let Some(permissions) = permissions {
-        builder.permissions(permissions);
+impl Before {
+    fn restore(self) {
+        // Nothing more can be done about what cannot be put back.
+        let _ = match &self.old {
+            Some(old) => std::fs::rename(old, &self.target),
+            None if self.was_there => Ok(()),
+            None => std::fs::remove_file(&self.target),
+        };
     }
-    let temporary = builder
-        .tempfile_in(folder)
-        .map_err(|e| Failure::write(path, &e))?;
-    let (file, hidden) = temporary.into_parts();
-    let mut writer = BufWriter::new(file);
-    write(&mut writer).map_err(|e| Failure::Write {
-        path: path.to_owned(),
-        reason: e,
-    })?;
-    let file = writer
-        .into_inner()
-        .map_err(|e| Failure::write(path, e.error()))?;
-    // A file that its owner has closed to others stays closed.
-    if let Ok(before) = std::fs::metadata(&target) {
-        file.set_permissions(before.permissions())
-            .map_err(|e| Failure::write(path, &e))?;
+
+    fn forget(self) {
+        if let Some(old) = &self.old {
+            let _ = std::fs::remove_file(old);
+        }
     }
-    file.sync_all().map_err(|e| Failure::write(path, &e))?;
-    Ok(Staged {
-        path: path.to_owned(),
-        target,
-        hidden,
-    })
 }
 
 /// The file behind links, if it may be replaced: a regular one that was not read.
@@ -130,10 +223,7 @@ fn target(path: &Path) -> Result<PathBuf, Failure> {
         return Ok(path.to_owned());
     };
     if !target.is_file() {
-        return Err(Failure::Write {
-            path: path.to_owned(),
-            reason: "it is no regular file".into(),
-        });
+        return Err(Failure::unwritten(path, "it is no regular file"));
     }
     if INPUTS.lock().is_ok_and(|inputs| inputs.contains(&target)) {
         let reason = format!(
@@ -145,14 +235,91 @@ fn target(path: &Path) -> Result<PathBuf, Failure> {
     Ok(target)
 }
 
-/// Results are shared as the user's umask says.
-#[cfg(unix)]
-fn shared() -> Option<Permissions> {
-    use std::os::unix::fs::PermissionsExt;
-    Some(Permissions::from_mode(0o666))
+fn folder_of(target: &Path) -> &Path {
+    match target.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
 }
 
-#[cfg(not(unix))]
-fn shared() -> Option<Permissions> {
-    None
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = std::fs::read_dir(folder).unwrap();
+        let mut names: Vec<String> = entries
+            .map(|e| e.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+
+    fn two(folder: &Path) -> Outputs {
+        let mut outputs = Outputs::new();
+        outputs.add_bytes(&folder.join("a"), "new a").unwrap();
+        outputs.add_bytes(&folder.join("b"), "new b").unwrap();
+        outputs
+    }
+
+    #[test]
+    fn nothing_stands_until_all_are_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        let outputs = two(folder.path());
+        assert!(names(folder.path()).iter().all(|n| n.starts_with(".dgd-")));
+        outputs.keep().unwrap();
+        assert_eq!(names(folder.path()), ["a", "b"]);
+        drop(two(folder.path()));
+        assert_eq!(names(folder.path()), ["a", "b"]);
+    }
+
+    #[test]
+    fn if_one_cannot_take_its_place_the_others_are_put_back() {
+        let folder = tempfile::tempdir().unwrap();
+        for old in [true, false] {
+            if old {
+                std::fs::write(folder.path().join("a"), "old a").unwrap();
+            }
+            let outputs = two(folder.path());
+            std::fs::create_dir(folder.path().join("b")).unwrap();
+            let failed = outputs.keep().unwrap_err();
+            assert_eq!(failed.status(), 1);
+            if old {
+                assert_eq!(names(folder.path()), ["a", "b"]);
+                let text = std::fs::read_to_string(folder.path().join("a")).unwrap();
+                assert_eq!(text, "old a");
+                std::fs::remove_file(folder.path().join("a")).unwrap();
+            } else {
+                assert_eq!(names(folder.path()), ["b"]);
+            }
+            std::fs::remove_dir(folder.path().join("b")).unwrap();
+        }
+    }
+
+    #[test]
+    fn what_a_killed_run_left_is_removed_and_what_a_living_run_writes_is_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let living = two(folder.path());
+        std::fs::write(folder.path().join(".dgd-killed.part"), "half").unwrap();
+        std::fs::write(folder.path().join(".dgd-notes"), "somebody's").unwrap();
+        let mut next = Outputs::new();
+        next.add_bytes(&folder.path().join("c"), "c").unwrap();
+        next.keep().unwrap();
+        living.keep().unwrap();
+        assert_eq!(names(folder.path()), [".dgd-notes", "a", "b", "c"]);
+    }
+
+    #[test]
+    fn a_private_file_that_came_meanwhile_is_not_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("references.toml");
+        let mut outputs = Outputs::new();
+        outputs.add_private(&path, b"mine").unwrap();
+        std::fs::write(&path, "theirs").unwrap();
+        let failed = outputs.keep().unwrap_err().to_string();
+        assert!(failed.contains("another run"), "{failed}");
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "theirs");
+        assert_eq!(names(folder.path()), ["references.toml"]);
+    }
 }

@@ -30,7 +30,7 @@ pub use system::{
     FITTED_SCHEMA, FittedParameter, FittedSystem, SystemDocument, read_system, read_system_types,
     return_line_system, write_fitted_system,
 };
-pub use well::{read_well, write_well};
+pub use well::{read_well, well_line, write_well};
 
 /// The README's examples are tests.
 #[cfg(doctest)]

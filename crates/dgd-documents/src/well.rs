@@ -5,6 +5,7 @@ use crate::{DocumentError, Problem};
 use dgd_recording::{ChannelMap, ChannelSource, Geometry, TimeSource, Well};
 use dgd_units::{Dimension, Unit};
 use std::fmt::Write as _;
+use toml::de::DeTable;
 
 /// Reads `well.toml` (its schema is in this crate's README).
 ///
@@ -42,6 +43,34 @@ pub fn read_well(source: &str) -> Result<(Well, Vec<Problem>), DocumentError> {
         _ => None,
     };
     notes.conclude(source, well)
+}
+
+/// Line of `well.toml` in which a key of a section stands, counted from 1; of several transmitters
+/// the one with this number, counted from 0. `None` where the text has no such.
+///
+/// ```
+/// let text = "[mud]\ndensity = \"1.08 sg\"\n";
+/// assert_eq!(dgd_documents::well_line(text, "mud", "density", None), Some(2));
+/// assert_eq!(dgd_documents::well_line(text, "mud", "viscosity", None), None);
+/// ```
+pub fn well_line(
+    source: &str,
+    section: &str,
+    key: &str,
+    transmitter: Option<usize>,
+) -> Option<usize> {
+    let document = parse(source).ok()?;
+    let section = entry(document.get_ref(), section)?;
+    let value = entry(section.get_ref().as_table()?, key)?;
+    let list = value.get_ref().as_array();
+    let one = transmitter.and_then(|n| list.and_then(|list| list.get(n)));
+    let span = one.unwrap_or(value).span();
+    Some(crate::line_and_column(source, span.start).0)
+}
+
+fn entry<'a, 'i>(table: &'a DeTable<'i>, key: &str) -> Option<&'a Value<'i>> {
+    let mut entries = table.iter();
+    entries.find(|(k, _)| k.get_ref() == key).map(|(_, v)| v)
 }
 
 pub(crate) fn read_geometry(section: &Section<'_, '_>) -> Option<Geometry> {

@@ -1,5 +1,6 @@
 //! The ladder from the textbook model to one that replicates the recording.
 
+use crate::clocks::{warn_of_clocks, warn_of_speed};
 use crate::friction::{final_friction, sweep, warn_of_sweep};
 use crate::prepare::Prepared;
 use crate::pump::{PumpRungs, fit_pump};
@@ -37,6 +38,9 @@ impl Default for IdentifyOptions {
     }
 }
 
+/// Fewest samples from which anything is identified: a few a parameter.
+const FEWEST: usize = 20;
+
 /// The model and every rung that led to it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Identification {
@@ -69,6 +73,21 @@ pub enum IdentifyError {
     NothingKept {
         /// Samples on the clock.
         samples: usize,
+        /// The commonest reason.
+        most: String,
+    },
+    /// Too little passed the screening.
+    #[error(
+        "only {kept} of {samples} samples passed the screening, expected at least {fewest}; \
+         most were rejected for: {most}"
+    )]
+    TooFewKept {
+        /// Samples that passed.
+        kept: usize,
+        /// Samples on the clock.
+        samples: usize,
+        /// Samples needed.
+        fewest: usize,
         /// The commonest reason.
         most: String,
     },
@@ -108,6 +127,14 @@ pub fn identify(
     if kept == 0 {
         return Err(nothing_kept(prepared));
     }
+    if kept < FEWEST {
+        return Err(IdentifyError::TooFewKept {
+            kept,
+            samples: prepared.keep.len(),
+            fewest: FEWEST,
+            most: commonest(prepared),
+        });
+    }
     let mut warnings = Vec::new();
     let series = Series::of(
         well,
@@ -128,6 +155,7 @@ pub fn identify(
         );
     }
     warn_of_sweep(&sweep, &mut warnings);
+    warn_of_clocks(&samples, *step_s, &sweep, options, &mut warnings);
     let delay = sweep.best_delay_samples;
     let cubic = dgd_friction::fit(&samples, delay, &Terms::OffsetCubic, options.loss);
     let friction = final_friction(&samples, delay, &cubic, options.loss, &mut warnings)?;
@@ -145,6 +173,7 @@ pub fn identify(
         head_m: &series.head_m,
         keep: &pump_keep,
     };
+    warn_of_speed(&pump_samples, *step_s, &mut warnings);
     let (pump_model, pump) = fit_pump(&pump_samples, options, &mut warnings)?;
     let model = Model {
         density_kg_m3: well.mud_density_kg_m3,
@@ -179,16 +208,20 @@ pub fn identify(
 }
 
 fn nothing_kept(prepared: &Prepared) -> IdentifyError {
+    IdentifyError::NothingKept {
+        samples: prepared.keep.len(),
+        most: commonest(prepared),
+    }
+}
+
+/// The reason for which most samples were rejected.
+fn commonest(prepared: &Prepared) -> String {
     let most = prepared
         .tally
         .iter()
         .max_by_key(|t| t.total)
         .filter(|t| t.total > 0);
-    let most = most.map_or("no samples at all".to_owned(), |t| {
+    most.map_or("no samples at all".to_owned(), |t| {
         format!("{} ({} samples)", t.name, t.total)
-    });
-    IdentifyError::NothingKept {
-        samples: prepared.keep.len(),
-        most,
-    }
+    })
 }

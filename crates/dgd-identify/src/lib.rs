@@ -7,6 +7,7 @@
 //! second fit. This crate opens no file and prints nothing.
 #![deny(missing_docs)]
 
+mod clocks;
 mod friction;
 mod identify;
 mod model;

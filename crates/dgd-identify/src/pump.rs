@@ -15,6 +15,9 @@ const TABLE_ERROR: f64 = 1e-6;
 /// alone it exceeds 20 once in twenty thousand recordings (χ² of two degrees of freedom).
 const GAIN: f64 = 20.0;
 
+/// Share of the head's variance below which speed and flow do not explain it.
+const EXPLAINED: f64 = 0.5;
+
 /// The pump's rungs of the ladder.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PumpRungs {
@@ -59,6 +62,13 @@ pub(crate) fn fit_pump(
             at_two_and_two(samples, &constrained, warnings)?
         }
     };
+    if fit.r2 < EXPLAINED {
+        warnings.push(format!(
+            "the head curve explains only {:.0} % of the head's variance: speed and flow hardly move, \
+             or are not those of the pump",
+            100.0 * fit.r2.max(0.0)
+        ));
+    }
     let speeds = range_of(samples.speed_pct, samples.keep);
     let flows = range_of(samples.flow_m3_s, samples.keep);
     let shape = check_shape(&fit.curve, speeds, flows);

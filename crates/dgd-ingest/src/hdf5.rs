@@ -22,7 +22,7 @@ use crate::mat::{
     Collector, Fault, FaultKind, Layout, MAX_DEPTH, MAX_TEXT, Number, NumberKind, Sink, join,
 };
 use chunks::{Chunk, Filters, Unfilter};
-use dataset::{Chunked, Datatype, Storage};
+use dataset::{Chunked, Datatype, Index, Storage};
 use file::File;
 use object::{Attribute, Object, Value, to_usize};
 
@@ -331,6 +331,13 @@ impl<'a> Reader<'a> {
                 chunk_bytes,
                 MAX_CHUNK_BYTES,
             ));
+        }
+        if chunked.index == Index::Implicit {
+            // Nothing is stored of such a chunk but its values; its place in the list costs more.
+            let grid = dims.iter().zip(&chunked.sides).map(|(d, s)| d.div_ceil(*s));
+            let cells = grid.fold(1_u64, |n, g| n.saturating_mul(g));
+            let each = 10 + dims.len() as u64;
+            self.collector.charge(tag, cells.saturating_mul(each))?;
         }
         let list = chunks::list(&self.file, chunked, dims, chunk_bytes, !filters.is_empty())?;
         let stored = list.iter().fold(0_u64, |n, c| n.saturating_add(c.size));

@@ -18,7 +18,11 @@ const MAX_VALUES: u64 = 1 << 28;
 /// Deflate cannot expand more than 1032 times; the rest is for small files.
 const MAX_EXPANSION: u64 = 1040;
 const SMALL_FILE_VALUES: u64 = 1 << 16;
-const MAX_COLUMNS: usize = 16_384;
+/// Beyond 64 MiB of doubles, most values for each byte of the file: 200 times its size. Rig
+/// data reach about 20; what expands more is a bomb.
+const MAX_VALUES_A_BYTE: u64 = 25;
+const SPARE_VALUES: u64 = 1 << 23;
+pub(crate) const MAX_COLUMNS: usize = 16_384;
 /// Most fields, cells, groups and data sets of one file.
 const MAX_PARTS: u64 = 1 << 20;
 const MAX_ISSUES: usize = 200;
@@ -27,8 +31,10 @@ const MAX_TEXTS: usize = 16_384;
 pub(crate) const MAX_DEPTH: usize = 24;
 /// Longest joined name in bytes.
 const MAX_NAME: usize = 1024;
-/// Longest text that is looked at; units are shorter.
+/// Longest text that is looked at.
 pub(crate) const MAX_TEXT: u64 = 4096;
+/// Longest unit in bytes; every column of an array gets its own copy.
+const MAX_UNIT: usize = 64;
 
 /// Trouble at one place of the file, before it is known whether anything is usable.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -122,6 +128,7 @@ impl Collector {
         let limit = (file_bytes as u64)
             .saturating_mul(MAX_EXPANSION)
             .saturating_add(SMALL_FILE_VALUES)
+            .min(SPARE_VALUES + MAX_VALUES_A_BYTE.saturating_mul(file_bytes as u64))
             .min(MAX_VALUES);
         Self {
             format,
@@ -141,7 +148,11 @@ impl Collector {
     /// Takes `values` from what this file may still ask for.
     pub(crate) fn charge(&mut self, tag: &str, values: u64) -> Result<(), Fault> {
         if values > self.values_left {
-            return Err(Fault::too_large(format!("`{tag}`"), values, self.limit));
+            return Err(Fault::too_large(
+                format!("`{tag}` (values)"),
+                values,
+                self.limit,
+            ));
         }
         self.values_left -= values;
         Ok(())
@@ -210,14 +221,16 @@ impl Collector {
     }
 
     pub(crate) fn text(&mut self, tag: &str, text: String) {
-        if self.texts.len() < MAX_TEXTS {
+        // A text deflates as well as values do, and takes room as they do.
+        let room = (tag.len() + text.len()) as u64 / 8 + 8;
+        if self.texts.len() < MAX_TEXTS && self.charge(tag, room).is_ok() {
             self.texts.push((tag.to_owned(), text));
         }
     }
 
     /// A unit that the file ties to the array `tag` itself.
     pub(crate) fn unit(&mut self, tag: &str, unit: String) {
-        if self.units.len() < MAX_COLUMNS {
+        if self.units.len() < MAX_COLUMNS && unit.len() <= MAX_UNIT {
             self.units.insert(tag.to_owned(), unit);
         }
     }

@@ -18,6 +18,9 @@ use std::collections::{BTreeMap, HashMap};
 use streams::{Budget, Stream};
 use units::Units;
 
+/// Bytes of a topic's name; with several topics every column's name begins with it.
+const MAX_TOPIC: usize = 1024;
+
 /// Log times from 2001 on are wall-clock times; smaller ones count from the start of something.
 const EPOCH_NS: u64 = 978_307_200_000_000_000;
 
@@ -29,6 +32,9 @@ struct Log {
     streams: Vec<Stream>,
     /// Units of each stream's members.
     units: Vec<Units>,
+    shelf: units::Shelf,
+    /// Schemas that are too long to look for units in them.
+    long_schemas: u64,
     by_topic: HashMap<String, usize>,
     budget: Budget,
     /// Messages that are no JSON, by topic and encoding.
@@ -55,6 +61,8 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Table, IngestError> {
         mut budget,
         foreign,
         homeless,
+        shelf,
+        long_schemas,
         ..
     } = log;
     let mut messages = 0;
@@ -78,9 +86,27 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Table, IngestError> {
             kind: IssueKind::Damaged,
             place: "log".into(),
             message: format!(
-                "{} of a channel that the log does not describe; left out",
+                "{} of a channel that the log does not describe, or with more than {MAX_TOPIC} bytes of topic; left out",
                 count(homeless, "message")
             ),
+        });
+    }
+    if long_schemas > 0 {
+        issues.push(Issue {
+            kind: IssueKind::Skipped,
+            place: "log".into(),
+            message: format!(
+                "{} above the limit of {} bytes; their units were left out",
+                count(long_schemas, "schema"),
+                units::MAX_SCHEMA
+            ),
+        });
+    }
+    if let Some(message) = shelf.message() {
+        issues.push(Issue {
+            kind: IssueKind::Skipped,
+            place: "log".into(),
+            message,
         });
     }
     if let Some(at) = walked.truncated_at {
@@ -177,8 +203,10 @@ impl Log {
                     && !self.schemas.contains_key(&schema.id)
                 {
                     let is_json = schema.encoding.eq_ignore_ascii_case("jsonschema");
-                    let units = if is_json {
-                        units::from_schema(schema.data)
+                    let is_short = schema.data.len() <= units::MAX_SCHEMA;
+                    self.long_schemas += u64::from(is_json && !is_short);
+                    let units = if is_json && is_short {
+                        units::from_schema(schema.data, &mut self.shelf)
                     } else {
                         Units::new()
                     };
@@ -187,6 +215,7 @@ impl Log {
             }
             op::CHANNEL => {
                 if let Some(channel) = Channel::read(record)
+                    && channel.topic.len() <= MAX_TOPIC
                     && !self.channels.contains_key(&channel.id)
                 {
                     let source = self.announce(&channel);
@@ -220,12 +249,11 @@ impl Log {
         if !channel.encoding.eq_ignore_ascii_case("json") {
             return Source::Foreign((channel.topic.to_owned(), channel.encoding.to_owned()));
         }
-        let mut units = self
-            .schemas
-            .get(&channel.schema)
-            .cloned()
-            .unwrap_or_default();
-        units::add_metadata(channel, &mut units);
+        let mut units = Units::new();
+        if let Some(schema) = self.schemas.get(&channel.schema) {
+            self.shelf.copy(schema, &mut units);
+        }
+        units::add_metadata(channel, &mut units, &mut self.shelf);
         if let Some(index) = self.by_topic.get(channel.topic) {
             self.units[*index].extend(units);
             return Source::Stream(*index);

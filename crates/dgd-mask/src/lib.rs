@@ -11,9 +11,11 @@
 //! (Eq. 3.45) fixes q₁₀₀/(A_a h₁₀₀), the pressure balance (Eq. 4.2) fixes h₁₀₀/H₁₀₀
 //! and F₁₀₀/(ρ g H₁₀₀). The scale itself is in none of them. It would be in the
 //! transmitters' quantisation (0.5 gpm is a fixed share of q₁₀₀), so every flow and every
-//! pressure is dithered over one step of its transmitter before anything is worked out of it.
+//! pressure gets noise before anything is worked out of it: a share of the reference, on all
+//! time scales, and always the same for the same samples. The README has the whole threat model.
 #![deny(missing_docs)]
 
+mod dither;
 mod model;
 mod recording;
 mod references;

@@ -1,10 +1,8 @@
-//! Every channel as a percentage, dithered over its transmitter's step.
+//! Every channel as a percentage, its transmitter's step hidden by noise.
 
-use crate::references::secret_generator;
+use crate::dither::{flicker, share};
 use dgd_identify::{Prepared, Series};
-use dgd_recording::quantum;
 use dgd_units::MaskReferences;
-use rand::{Rng, RngExt};
 
 /// A recording that may be passed on: percentages and seconds from its start.
 ///
@@ -48,8 +46,8 @@ impl MaskedRecording {
 ///
 /// - `series`: level, friction and head of the same recording.
 ///
-/// Flows are blanked where they are beyond twice the reference: an instrument's full
-/// scale is a number that people know. Of the flows into the riser only the sum is told,
+/// What no usable sample shows is left out: a meter at its full scale or a dead transmitter reads a number that people know.
+/// Flows are also blanked beyond twice the reference. Of the flows into the riser only the sum is told,
 /// which is all that the model reads (Eq. 3.45): a topfill that rests on a round number
 /// would be a guess away from the reference.
 pub fn mask_recording(
@@ -58,43 +56,61 @@ pub fn mask_recording(
     references: &MaskReferences,
 ) -> MaskedRecording {
     let recording = &prepared.recording;
-    let mut random = secret_generator(recording, b"dither");
-    let mut flow = |values: &[f64]| {
-        let step = quantum(values).map(|step| references.mask_flow(step));
-        let masked = values
-            .iter()
-            .map(|v| references.mask_flow(*v))
-            .map(|p| if p.abs() > 200.0 { f64::NAN } else { p });
-        let noise = dither(values.len(), step.as_slice(), &mut random);
-        masked.zip(noise).map(|(p, d)| p + d).collect::<Vec<f64>>()
+    let [inflow, outflow, inlet, outlet] = flicker(recording, prepared.step_s, references);
+    let [flow_m3_s, _, _, level_m] = references.disclose();
+
+    let inflows = [
+        recording.mud_pump_flow_m3_s.as_slice(),
+        &recording.booster_flow_m3_s,
+        &recording.topfill_flow_m3_s,
+    ];
+    let flow = |values: &[f64]| -> Vec<f64> {
+        let told = known(values, &prepared.keep);
+        let masked = told.map(|v| references.mask_flow(v));
+        masked
+            .map(|p| if p.abs() > 200.0 { f64::NAN } else { p })
+            .collect()
     };
-    let inflow_pct = sum([
-        flow(&recording.mud_pump_flow_m3_s),
-        flow(&recording.booster_flow_m3_s),
-        flow(&recording.topfill_flow_m3_s),
-    ]);
-    let return_flow_pct = flow(&recording.return_flow_m3_s);
+    let sums = sum(inflows.map(flow));
+    let inflow_pct = with(sums, &inflow, 100.0 * share(&inflows, flow_m3_s));
+    let outflows = [recording.return_flow_m3_s.as_slice()];
+    let return_flow_pct = with(
+        flow(outflows[0]),
+        &outflow,
+        100.0 * share(&outflows, flow_m3_s),
+    );
+
     // Level, friction and head are three views of two pressures. It is the pressures that are dithered: noise of its
     // own on each view would average out of a combination of them, and the steps would show again.
-    let mut side = |transmitters: &[Vec<f64>]| {
-        let steps: Vec<f64> = transmitters.iter().filter_map(|t| quantum(t)).collect();
-        dither(recording.len(), &steps, &mut random)
-    };
-    let inlet_pa = side(&recording.pump_inlet_pressure_pa);
-    let outlet_pa = side(&recording.pump_outlet_pressure_pa);
     let weight_pa_m = weight_pa_m(prepared, series);
-    let friction = series.friction_pa.iter().zip(&outlet_pa);
-    let friction_pct = friction
-        .map(|(f, outlet)| references.mask_friction(f + outlet))
-        .collect();
-    let head = series.head_m.iter().zip(inlet_pa.iter().zip(&outlet_pa));
-    let head_pct = head
-        .map(|(h, (inlet, outlet))| references.mask_head(h + (outlet - inlet) / weight_pa_m))
-        .collect();
-    let level = series.level_m.iter().zip(&inlet_pa);
-    let level_pct = level
-        .map(|(h, inlet)| references.mask_level(h - inlet / weight_pa_m))
-        .collect();
+    let side = |transmitters: &[Vec<f64>], noise: &[f64]| -> Vec<f64> {
+        let all: Vec<&[f64]> = transmitters.iter().map(Vec::as_slice).collect();
+        let size_m = level_m * share(&all, level_m * weight_pa_m);
+        noise.iter().map(|n| size_m * n).collect()
+    };
+    let inlet_m = side(&recording.pump_inlet_pressure_pa, &inlet);
+    let outlet_m = side(&recording.pump_outlet_pressure_pa, &outlet);
+    let view = |values: &[f64], noise: &dyn Fn(usize) -> f64, mask: &dyn Fn(f64) -> f64| {
+        let told = known(values, &prepared.keep).enumerate();
+        told.map(|(i, v)| mask(v + noise(i)))
+            // Without a weight there is no noise either, and bare steps are not passed on.
+            .map(|p| if p.is_finite() { p } else { f64::NAN })
+            .collect()
+    };
+    let at = |values: &[f64], i: usize| values.get(i).copied().unwrap_or(f64::NAN);
+    let friction_pct = view(
+        &series.friction_pa,
+        &|i| at(&outlet_m, i) * weight_pa_m,
+        &|v| references.mask_friction(v),
+    );
+    let head_pct = view(
+        &series.head_m,
+        &|i| at(&outlet_m, i) - at(&inlet_m, i),
+        &|v| references.mask_head(v),
+    );
+    let level_pct = view(&series.level_m, &|i| -at(&inlet_m, i), &|v| {
+        references.mask_level(v)
+    });
     let first = recording.time_s.first().copied().unwrap_or(0.0);
     MaskedRecording {
         time_s: recording.time_s.iter().map(|t| t - first).collect(),
@@ -106,6 +122,27 @@ pub fn mask_recording(
         pump_speed_pct: recording.pump_speed_pct.clone(),
         keep: prepared.keep.clone(),
     }
+}
+
+/// Values within the range of the usable ones and nothing, a twentieth of it added; NaN beyond.
+fn known<'a>(values: &'a [f64], keep: &[bool]) -> impl Iterator<Item = f64> + use<'a> {
+    let kept = values.iter().zip(keep).filter(|(_, keep)| **keep);
+    let (low, high) = kept.fold((0.0f64, 0.0f64), |(low, high), (v, _)| {
+        (low.min(*v), high.max(*v))
+    });
+    let margin = 0.05 * (high - low);
+    let told = low - margin..=high + margin;
+    values
+        .iter()
+        .map(move |v| if told.contains(v) { *v } else { f64::NAN })
+}
+
+/// Noise of a size, added.
+fn with(mut values: Vec<f64>, noise: &[f64], size: f64) -> Vec<f64> {
+    for (value, noise) in values.iter_mut().zip(noise) {
+        *value += size * noise;
+    }
+    values
 }
 
 /// Sample by sample; NaN where any is.
@@ -129,16 +166,4 @@ fn weight_pa_m(prepared: &Prepared, series: &Series) -> f64 {
         .filter(|(_, head)| head.abs() > 0.0)
         .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
         .map_or(f64::INFINITY, |(across_pa, head_m)| across_pa / head_m)
-}
-
-/// Noise uniform over one step of each transmitter: the mean stays, the steps are gone.
-///
-/// One draw a transmitter, not one over the coarsest: noise as wide as another's step
-/// does not fill one's own.
-fn dither(len: usize, steps: &[f64], random: &mut impl Rng) -> Vec<f64> {
-    // Drawn for missing values too, so that a gap does not shift the rest.
-    let mut draw = |step: &f64| step * (random.random::<f64>() - 0.5);
-    (0..len)
-        .map(|_| steps.iter().map(&mut draw).sum())
-        .collect()
 }

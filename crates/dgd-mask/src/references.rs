@@ -35,7 +35,7 @@ pub fn choose_references(
     prepared: &Prepared,
     series: &Series,
 ) -> Result<MaskReferences, MaskingError> {
-    let mut random = secret_generator(&prepared.recording, b"references");
+    let mut random = secret_generator(&prepared.recording);
     let mut reference = |quantity, values: &[f64]| {
         let kept = values
             .iter()
@@ -58,9 +58,8 @@ pub fn choose_references(
 }
 
 /// A generator that only the owner of the recording can seed.
-pub(crate) fn secret_generator(recording: &Recording, purpose: &[u8]) -> ChaCha8Rng {
-    let mut digest = Sha256::new();
-    digest.update(purpose);
+fn secret_generator(recording: &Recording) -> ChaCha8Rng {
+    let mut digest = Sha256::new_with_prefix(b"references");
     for (_, values) in recording.series() {
         for value in values {
             digest.update(value.to_le_bytes());

@@ -64,12 +64,31 @@ pub enum ClockError {
         /// Stamp before the longest gap, s.
         jump_s: f64,
     },
+    /// The clock was set back, so that two stretches of the recording bear the same stamps.
+    #[error(
+        "the clock jumps back by {back_s} s after {jump_s} s, and {samples} samples repeat stamps with other values: \
+         two stretches share one time; split the file there, or mend its clock"
+    )]
+    SetBack {
+        /// Stamp before the jump, s.
+        jump_s: f64,
+        /// How far it jumps, s.
+        back_s: f64,
+        /// Samples whose step of the clock was taken by another one of other values.
+        samples: usize,
+    },
 }
+
+/// Samples in a row that share their step with others of other values, from which they are another
+/// stretch of time and not stamps that were rounded or sent twice.
+pub(crate) const STRETCH: usize = 10;
 
 /// An even clock longer than this many times the samples is a broken clock, not a gap.
 const MOST_STEPS_A_SAMPLE: f64 = 20.0;
 /// Short recordings may have proportionally longer gaps.
 const STEPS_ALWAYS_ALLOWED: f64 = 100_000.0;
+/// One odd step in so many is no jitter.
+const ODD_STEPS: usize = 1000;
 /// A stamp within this share of a step counts as on the clock.
 const ON_CLOCK: f64 = 1e-6;
 
@@ -145,7 +164,9 @@ pub fn survey_clock(time_s: &[f64]) -> Result<ClockSurvey, ClockError> {
 /// recording, so the mean of the steps around it is taken, in which jitter cancels.
 fn refined_step(ordered: &[f64], steps: &[f64], median_s: f64) -> f64 {
     let off = |step: &f64| (step / median_s - (step / median_s).round()).abs();
-    if ordered.len() < 3 || steps.iter().all(|step| off(step) <= ON_CLOCK) {
+    // A clock that was set once or twice has an odd step there and runs evenly besides.
+    let odd = steps.iter().filter(|step| off(step) > ON_CLOCK).count();
+    if ordered.len() < 3 || odd * ODD_STEPS <= steps.len() {
         return median_s;
     }
     let near = steps
@@ -227,6 +248,17 @@ impl ClockSurvey {
         )]
         let steps = ((self.span_s.1 - self.span_s.0) / self.step_s).round() as usize;
         steps + 1
+    }
+
+    /// Step of the even clock that a stamp is nearest to; `None` for none.
+    pub(crate) fn step_of(&self, stamp_s: f64) -> Option<usize> {
+        let step = ((stamp_s - self.span_s.0) / self.step_s).round();
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "bounded and non-negative"
+        )]
+        (step >= 0.0 && step < self.steps() as f64).then_some(step as usize)
     }
 
     /// Source sample for each step of the even clock; `None` in gaps.

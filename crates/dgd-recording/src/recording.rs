@@ -1,6 +1,9 @@
 //! The channels of Table 2.1 in SI units.
 
-use crate::{ChannelSource, ClockError, Issue, IssueKind, Table, TimeSource, Well, survey_clock};
+use crate::clock::STRETCH;
+use crate::{
+    ChannelSource, ClockError, ClockSurvey, Issue, IssueKind, Table, TimeSource, Well, survey_clock,
+};
 use dgd_units::{PressureReference, Unit};
 use std::fmt;
 
@@ -365,13 +368,16 @@ impl Recording {
     /// and what had to be mended.
     ///
     /// # Errors
-    /// [`RecordingError::Clock`] if there is no clock to be found.
+    /// [`RecordingError::Clock`] if there is no clock to be found, or it was set back on the way.
     pub fn onto_grid(mut self) -> Result<(Self, f64, Vec<Issue>), RecordingError> {
         let clock = survey_clock(&self.time_s)?;
         if clock.even {
             return Ok((self, clock.step_s, Vec::new()));
         }
         let sources = clock.sources(&self.time_s);
+        if clock.backward > 0 {
+            self.refuse_set_back(&clock, &sources)?;
+        }
         for values in self.series_mut() {
             *values = sources
                 .iter()
@@ -382,6 +388,53 @@ impl Recording {
             .map(|i| clock.span_s.0 + i as f64 * clock.step_s)
             .collect();
         Ok((self, clock.step_s, clock.issues()))
+    }
+
+    /// Refuses a recording of which two stretches lie on the same steps of the clock with other values.
+    ///
+    /// A stretch that is there twice alike, as where files overlap, is no trouble.
+    fn refuse_set_back(
+        &self,
+        clock: &ClockSurvey,
+        sources: &[Option<u32>],
+    ) -> Result<(), ClockError> {
+        let series = self.series();
+        let other = |i: usize| {
+            let taken = clock
+                .step_of(self.time_s[i])
+                .and_then(|step| sources.get(step).copied());
+            let Some(first) = taken.flatten().map(|first| first as usize) else {
+                return false;
+            };
+            let differs = |(_, values): &(Channel, &[f64])| {
+                let (a, b) = (values[first], values[i]);
+                a.is_finite() && b.is_finite() && a != b
+            };
+            first != i && series.iter().any(differs)
+        };
+        let (mut run, mut longest, mut samples) = (0, 0, 0);
+        for i in 0..self.len() {
+            run = if other(i) { run + 1 } else { 0 };
+            longest = longest.max(run);
+            samples += usize::from(run > 0);
+        }
+        if longest < STRETCH {
+            return Ok(());
+        }
+        let finite: Vec<f64> = self
+            .time_s
+            .iter()
+            .copied()
+            .filter(|t| t.is_finite())
+            .collect();
+        let jumps = finite.windows(2).map(|w| (w[0], w[0] - w[1]));
+        let furthest = jumps.max_by(|a, b| a.1.total_cmp(&b.1));
+        let (jump_s, back_s) = furthest.unwrap_or_default();
+        Err(ClockError::SetBack {
+            jump_s,
+            back_s,
+            samples,
+        })
     }
 
     /// Appends a recording taken later on the same well and step, after a seam of

@@ -28,6 +28,7 @@ type Write = fn(&Diagnosis, &mut Html);
 ///
 /// - `recording`: name of the recording, for people.
 /// - `command`: the command line that repeats the diagnosis.
+/// - `warnings`: what makes the answer doubtful before it is read, such as units that cannot be; told first.
 ///
 /// Six sections whatever the verdict: the answer in a sentence, where (a timeline by relation), what (candidates and
 /// what would separate them), the equation before and after, the fit on the held-out windows, and the checks with
@@ -59,11 +60,16 @@ type Write = fn(&Diagnosis, &mut Html);
 /// #     before: model.clone(), after: model, setting, simulation, traces: Vec::new(),
 /// #     held_out_s: Vec::new(), settings: Vec::new(),
 /// # };
-/// let html = dgd_report::diagnosis_page(&diagnosis, "rig.csv", "dgd diagnose rig.csv --well well.toml");
+/// let html = dgd_report::diagnosis_page(&diagnosis, "rig.csv", "dgd diagnose rig.csv --well well.toml", &[]);
 /// assert!(html.contains("Nothing is left out that this recording could show"));
 /// ```
 #[must_use]
-pub fn diagnosis_page(diagnosis: &Diagnosis, recording: &str, command: &str) -> String {
+pub fn diagnosis_page(
+    diagnosis: &Diagnosis,
+    recording: &str,
+    command: &str,
+    warnings: &[String],
+) -> String {
     let mut page = Page::new(
         format!("Diagnosis of {recording}"),
         answer::sentence(diagnosis),
@@ -77,6 +83,14 @@ pub fn diagnosis_page(diagnosis: &Diagnosis, recording: &str, command: &str) -> 
         ("The fit, before and after", fit::write),
         ("Checks, limits and settings", checks::write),
     ];
+    if !warnings.is_empty() {
+        page.section("Before you read on")
+            .paragraph(
+                "The recording hardly fits its well description. If a line below is right, what follows is not: \
+                 mend the description and diagnose again.",
+            )
+            .list(warnings);
+    }
     for (heading, write) in sections {
         let mut html = Html::default();
         write(diagnosis, &mut html);

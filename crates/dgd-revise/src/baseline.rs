@@ -178,7 +178,7 @@ pub(crate) fn fit_base(context: &mut Context<'_>, more: usize) -> Result<Trial, 
         fresh: 4,
         ..QUICK
     };
-    let tried = crate::parallel::map(&starts, shared.threads, |s| shared.fit(&[], s, effort));
+    let tried = shared.threads.map(&starts, |s| shared.fit(&[], s, effort));
     let mut best: Option<Trial> = None;
     for trial in tried.into_iter().flatten() {
         if best

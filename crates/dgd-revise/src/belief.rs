@@ -2,9 +2,11 @@
 //!
 //! Pseudo-Bayesian model averaging with the Bayesian bootstrap: Yao, Y., Vehtari, A., Simpson, D. and Gelman, A., *Bayesian
 //! Analysis* 13 (2018), Eqs. 8-9, with the logarithmic score of left-out blocks and the readings counted by the residual's
-//! memory. It knows the sets that were fitted and no others, and it is not calibrated.
+//! memory. It knows the sets that were fitted and no others: that the truth is among them is what [`tempered`] doubts, by what
+//! the best of them leaves unexplained.
 
 use crate::draws::Draws;
+use crate::noise;
 use crate::sets::{Scored, independent, stand_ins};
 use std::collections::BTreeSet;
 
@@ -56,6 +58,24 @@ pub(crate) fn of_members(
         (member, weight.min(1.0))
     };
     members.iter().map(of).collect()
+}
+
+/// Surest that anything is said to be.
+const SUREST: f64 = 0.98;
+
+/// A weight among the fitted sets, less what speaks against all of them: that the gain is chance, and that the truth is none of
+/// them. The latter by squares: what the effect takes, beside that and what stays unexplained.
+///
+/// - `loss`: square that comes back without it, and its standard error, as shares of what is left.
+/// - `unexplained`: share of what is left that is no noise.
+pub(crate) fn tempered(weight: f64, loss: (f64, f64), unexplained: f64) -> f64 {
+    let (loss, error) = loss;
+    if !(loss > 0.0) {
+        return 0.0;
+    }
+    let surely = 1.0 - noise::upper_tail(loss / error.max(1e-12 * loss));
+    let share = loss / (loss + unexplained.max(0.0));
+    (weight * surely * share).min(SUREST)
 }
 
 /// - `blocks`: squares of each set by block, of equal lengths.
@@ -148,6 +168,16 @@ mod tests {
         let idle = [set(&[], 4.0), set(&[1], 1.0), set(&[1, 2], 1.0)];
         assert!(weight(&idle, 2, 1) > 0.99);
         assert!(weight(&idle, 2, 2) < LIKELY);
+    }
+
+    #[test]
+    fn what_is_outweighed_by_what_stays_unexplained_is_not_sure_however_it_beats_the_other_sets() {
+        assert_eq!(tempered(1.0, (2.0, 0.2), 0.0), SUREST);
+        assert!((tempered(1.0, (2.0, 0.2), 0.5) - 0.8).abs() < 1e-9);
+        assert!(tempered(1.0, (0.1, 0.01), 0.9) < 0.2);
+        // Its gain is one standard error.
+        assert!((tempered(1.0, (1.0, 1.0), 0.0) - 0.841_345).abs() < 1e-5);
+        assert_eq!(tempered(1.0, (-0.1, 1.0), 0.0), 0.0);
     }
 
     #[test]

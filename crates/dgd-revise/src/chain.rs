@@ -9,7 +9,7 @@ use crate::empirical::{self, Corrected};
 use crate::error::ReviseError;
 use crate::floor;
 use crate::noise;
-use crate::parallel;
+use crate::parallel::Threads;
 use crate::revision::{Options, Revision, Stage};
 use crate::screen::{Screened, screen, screen_inside};
 use crate::sets::{self, Scored, Width};
@@ -25,8 +25,17 @@ pub(crate) struct Claim {
     pub set: Option<usize>,
     /// A correction, on top of that set, or of the base.
     pub correction: Option<Corrected>,
-    /// It did not stand on the test part.
-    pub withdrawn: bool,
+    /// Why it is withdrawn after all, if it is.
+    pub withdrawn: Option<Withdrawn>,
+}
+
+/// Why something that was chosen is not claimed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Withdrawn {
+    /// It does not stand on the test part.
+    Test,
+    /// It is outweighed by what it leaves unexplained.
+    Outweighed,
 }
 
 /// Fewest readings of the training part.
@@ -91,16 +100,12 @@ pub fn revise(
             found: train.rows.len(),
         });
     }
-    let threads = match options.threads {
-        0 => std::thread::available_parallelism().map_or(1, usize::from),
-        n => n,
-    };
     let mut context = Context {
         assembly,
         data: &train,
         scale: vec![1.0; assembly.outputs().len()],
         simulation: options.simulation,
-        threads,
+        threads: Threads::new(options.threads),
         hypotheses: effects_for(assembly),
     };
     watch(Stage::Baseline);
@@ -322,7 +327,7 @@ pub(crate) enum Excuse {
     Accuracy,
     /// Each is, or what is left of it is its noise.
     Noise,
-    /// The same to a few per cent, in which an effect may still be seen, but where nothing else is worth a word.
+    /// The same to ten per cent, in which an effect may still be seen, but where nothing else is worth a word.
     Small,
 }
 
@@ -394,12 +399,12 @@ fn claim(
     let best =
         |trial: &Trial, candidates: &[empirical::Candidate], enough: f64| -> Option<Corrected> {
             let few: Vec<&empirical::Candidate> = candidates.iter().take(CORRECTIONS).collect();
-            parallel::map(&few, context.threads, |c| {
-                empirical::fit(context, folds, trial, c, enough)
-            })
-            .into_iter()
-            .flatten()
-            .min_by(|a, b| a.left.mean().total_cmp(&b.left.mean()))
+            context
+                .threads
+                .map(&few, |c| empirical::fit(context, folds, trial, c, enough))
+                .into_iter()
+                .flatten()
+                .min_by(|a, b| a.left.mean().total_cmp(&b.left.mean()))
         };
     let clearly = |c: &Corrected, than: &LeftOut, share: f64| {
         let (more, error) = c.left.less(than);

@@ -5,6 +5,7 @@ use crate::chain::Excuse;
 use crate::conclude::{Evidence, Told};
 use crate::confirm::{self};
 use crate::context::{Context, Trial};
+use crate::findings::Standing;
 use crate::floor::Level;
 use crate::noise::{lags, portmanteau};
 use crate::revision::Check;
@@ -59,7 +60,7 @@ pub(crate) fn gate_checks(e: &Evidence<'_, '_>) -> Vec<Check> {
             }),
         }),
         Some(Excuse::Noise | Excuse::Small) => checks.push(Check {
-            name: "the re-fitted base is off by the noise to a few per cent".into(),
+            name: "the re-fitted base is off by the noise to ten per cent".into(),
             passed: true,
             detail: each(&of_noise),
         }),
@@ -99,6 +100,29 @@ pub(crate) fn remainder(e: &Evidence<'_, '_>, poor: &[Level]) -> Check {
         } else {
             said.join("; ")
         },
+    }
+}
+
+/// Whether a named effect takes more than stays unexplained.
+pub(crate) fn outweighs(
+    e: &Evidence<'_, '_>,
+    standing: &[Standing],
+    unexplained: f64,
+    passed: bool,
+) -> Check {
+    let each = standing.iter().map(|s| {
+        let name = e.name(s.member);
+        format!("{name}: {:.2} with its alternatives", s.together)
+    });
+    let said: Vec<String> = each.collect();
+    Check {
+        name: "what is named is not outweighed by what stays unexplained".into(),
+        passed,
+        detail: format!(
+            "{}; {:.0} % of the squares left are no noise",
+            said.join("; "),
+            100.0 * unexplained
+        ),
     }
 }
 

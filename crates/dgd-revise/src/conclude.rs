@@ -1,13 +1,14 @@
 //! From what was weighed to what is said.
 
 use crate::baseline::{Baseline, fresh_jacobian};
-use crate::chain::{Claim, Excuse};
-use crate::checks::{bounds_check, confirmation, gate_checks, remainder, whiteness};
+use crate::belief;
+use crate::chain::{Claim, Excuse, Withdrawn};
+use crate::checks::{bounds_check, confirmation, gate_checks, outweighs, remainder, whiteness};
 use crate::confirm::{self, Readings};
 use crate::context::{Context, Trial};
 use crate::error::ReviseError;
 use crate::estimates::estimates;
-use crate::findings::{classes, findings, tested, unnamed};
+use crate::findings::{Standing, classes, findings, standings, tested, unnamed};
 use crate::floor::{self, Level};
 use crate::revision::{
     Check, Contender, Model, Options, OutputGain, Revision, Signal, Stage, Trace, Verdict,
@@ -61,20 +62,40 @@ impl Evidence<'_, '_> {
         self.excuse.is_none() && (open || self.levels.iter().any(Level::unexcused))
     }
 
-    /// Instruments that a named set leaves far above their noise, on the training or the test part, worst first.
-    fn poor(&self, after: &Told) -> Vec<Level> {
+    /// What a model leaves of each instrument, on the training and on the test part.
+    fn left(&self, after: &Told) -> [Vec<Level>; 2] {
         let c = self.context;
         let outputs = c.scale.len();
-        let accuracies = c.assembly.accuracies();
-        let mut all = floor::plain(c.data, &after.rows, outputs, &c.scale, &[]);
+        let train = floor::plain(c.data, &after.rows, outputs, &c.scale, &[]);
+        let mut held = Vec::new();
         if let Some(test) = &after.test {
             let of = |row: &Row| test[row.window][row.output][row.sample];
             let rows = self.test.rows.iter().zip(&self.test.measured);
             let off: Vec<f64> = rows
                 .map(|(row, m)| (of(row) - m) / c.scale[row.output])
                 .collect();
-            all.extend(floor::plain(self.test, &off, outputs, &c.scale, &[]));
+            held = floor::plain(self.test, &off, outputs, &c.scale, &[]);
         }
+        [train, held]
+    }
+
+    /// Share of the squares left that is neither noise nor within the stated accuracy, on the part where it is greater.
+    fn unexplained(&self, after: &Told) -> f64 {
+        let accuracies = self.context.assembly.accuracies();
+        let mut parts = self.left(after);
+        for l in parts.iter_mut().flatten() {
+            let accuracy = accuracies[l.output].unwrap_or(0.0);
+            l.floor = l.floor.max(accuracy / self.context.scale[l.output]);
+        }
+        let shares = parts.iter().map(|l| floor::unexplained(l));
+        shares.fold(0.0, f64::max)
+    }
+
+    /// Instruments that a named set leaves far above their noise, on the training or the test part, worst first.
+    fn poor(&self, after: &Told) -> Vec<Level> {
+        let c = self.context;
+        let accuracies = c.assembly.accuracies();
+        let mut all = self.left(after).concat();
         all.retain(|l| {
             let off = l.rms * c.scale[l.output];
             l.poor() && accuracies[l.output].is_none_or(|a| off > a)
@@ -160,12 +181,24 @@ pub(crate) fn conclude(
     let mut checks = gate_checks(&evidence);
     let found_something = claim.set.is_some() || claim.correction.is_some();
     let mut withdrawn = Vec::new();
+    let mut standing: Vec<Standing> = Vec::new();
     if found_something {
-        let stands = confirmation(&evidence, &before, &after, &mut checks);
-        if !stands {
+        let mut why = None;
+        if !confirmation(&evidence, &before, &after, &mut checks) {
+            why = Some(Withdrawn::Test);
+        } else if let Some(k) = claim.set {
+            let unexplained = evidence.unexplained(&after);
+            standing = standings(&evidence, k, unexplained, folds);
+            let surest = standing.iter().map(|s| s.together).fold(0.0, f64::max);
+            let outweighed = surest < belief::LIKELY;
+            checks.push(outweighs(&evidence, &standing, unexplained, !outweighed));
+            why = outweighed.then_some(Withdrawn::Outweighed);
+        }
+        if why.is_some() {
             withdrawn = evidence.names(&trial.members);
+            standing = Vec::new();
             claim = Claim {
-                withdrawn: true,
+                withdrawn: why,
                 ..Claim::default()
             };
             trial = set(&claim);
@@ -177,7 +210,7 @@ pub(crate) fn conclude(
         (None, Some(k)) => k.left.clone(),
         _ => evidence.base_left.clone(),
     };
-    let mut findings = findings(&evidence, &claim, &trial, folds, &mut checks);
+    let mut findings = findings(&evidence, &claim, &trial, standing, &mut checks);
     if claim.set.is_some() {
         bounds_check(&evidence, &trial, &left_after, &mut checks);
     }
@@ -347,7 +380,7 @@ fn settings(e: &Evidence<'_, '_>, withdrawn: &[String]) -> Vec<(String, String)>
         all.push((format!("autoregression of {name}"), a.join(" ")));
     }
     if !withdrawn.is_empty() {
-        all.push(("withdrawn after the test part".into(), withdrawn.join(", ")));
+        all.push(("withdrawn".into(), withdrawn.join(", ")));
     }
     all
 }

@@ -1,5 +1,6 @@
 //! What every step works on: the assembly, its samples in rows, its hypotheses; and the fit of a set of effects.
 
+use crate::parallel::Threads;
 use crate::stack::{Data, Runner};
 use dgd_assembly::{Assembly, EffectParameter, Hypothesis, SimulationOptions};
 use dgd_lsq::lm::{self, Bounds, Effort, Minimum};
@@ -14,7 +15,7 @@ pub(crate) struct Context<'a> {
     /// Size by which residuals are divided, by output.
     pub scale: Vec<f64>,
     pub simulation: SimulationOptions,
-    pub threads: usize,
+    pub threads: Threads,
     pub hypotheses: Vec<Hypothesis>,
 }
 
@@ -109,13 +110,21 @@ impl Context<'_> {
     pub(crate) fn refine(&self, trial: &Trial, effort: Effort) -> Option<Trial> {
         let built = self.build(&trial.members)?;
         let mut runner = Runner::new(&built, self.data, &self.simulation).ok()?;
+        let mut run = |t: &[f64]| runner.run(t).map(|s| self.residual(s));
+        // The residuals there are known, the Jacobian is an old one.
+        let known = &trial.minimum;
+        let (theta, residuals) = (&known.theta, &known.residuals);
+        let jacobian = lm::differences(&mut run, theta, residuals, &trial.bounds);
         let minimum = lm::minimise(
-            &mut |t: &[f64]| runner.run(t).map(|s| self.residual(s)),
-            &trial.minimum.theta,
+            &mut run,
+            theta,
             &trial.bounds,
             None,
-            None,
-            effort,
+            Some((residuals, &jacobian)),
+            Effort {
+                fresh: effort.fresh.saturating_sub(1),
+                ..effort
+            },
         );
         (minimum.cost <= trial.cost()).then(|| Trial {
             minimum,

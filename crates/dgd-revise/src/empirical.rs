@@ -4,7 +4,6 @@
 use crate::baseline::Baseline;
 use crate::blocks::Blocks;
 use crate::context::{Context, Trial};
-use crate::parallel;
 use crate::stack::{Data, Runner, run_once};
 use crate::tangent::{Tangent, dot};
 use crate::validate::{Folds, LeftOut};
@@ -305,12 +304,14 @@ pub(crate) fn survey(
             }
         }
     }
-    let mut all: Vec<Candidate> = parallel::map(&tasks, context.threads, |task| {
-        weigh(context, base, trial, blocks, task.clone())
-    })
-    .into_iter()
-    .flatten()
-    .collect();
+    let mut all: Vec<Candidate> = context
+        .threads
+        .map(&tasks, |task| {
+            weigh(context, base, trial, blocks, task.clone())
+        })
+        .into_iter()
+        .flatten()
+        .collect();
     all.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     all
 }

@@ -2,7 +2,7 @@
 
 use crate::baseline::fresh_jacobian;
 use crate::belief;
-use crate::chain::Claim;
+use crate::chain::{Claim, Withdrawn};
 use crate::checks::placebo;
 use crate::conclude::Evidence;
 use crate::context::Trial;
@@ -16,11 +16,57 @@ use crate::stack::Row;
 use crate::tangent::dot;
 use crate::validate::Folds;
 
+/// What a member of the claimed set rests on.
+pub(crate) struct Standing {
+    pub member: usize,
+    /// The set without it.
+    without: Option<Scored>,
+    /// Probability, alone and with what does as well in its place.
+    alone: f64,
+    pub together: f64,
+}
+
+/// - `unexplained`: share of the squares the set leaves that is no noise.
+pub(crate) fn standings(
+    e: &Evidence<'_, '_>,
+    chosen: usize,
+    unexplained: f64,
+    folds: &Folds,
+) -> Vec<Standing> {
+    let set = &e.scored[chosen];
+    let weights = belief::weights(&e.scored, chosen, &e.refused);
+    let together = belief::of_members(&e.scored, chosen, &e.refused);
+    let of = |(member, together): (usize, f64)| {
+        let without = e.without(chosen, member, folds);
+        let mean = set.left.mean().max(1e-300);
+        let loss = without.as_ref().map_or((f64::NAN, f64::NAN), |w| {
+            let (loss, error) = w.left.less(&set.left);
+            (loss / mean, error / mean)
+        });
+        let holds = |s: &Scored| s.trial.members.contains(&member);
+        let alone: f64 = e
+            .scored
+            .iter()
+            .zip(&weights)
+            .filter(|(s, _)| holds(s))
+            .map(|(_, w)| w)
+            .sum();
+        let tempered = |weight: f64| belief::tempered(weight, loss, unexplained);
+        Standing {
+            member,
+            without,
+            alone: tempered(alone.min(1.0)),
+            together: tempered(together),
+        }
+    };
+    together.into_iter().map(of).collect()
+}
+
 pub(crate) fn findings(
     e: &Evidence<'_, '_>,
     claim: &Claim,
     trial: &Trial,
-    folds: &Folds,
+    standing: Vec<Standing>,
     checks: &mut Vec<Check>,
 ) -> Vec<Finding> {
     let c = e.context;
@@ -34,13 +80,17 @@ pub(crate) fn findings(
     .unwrap_or_default();
     if let Some(k) = claim.set {
         let chosen = &e.scored[k];
-        let weights = belief::weights(&e.scored, k, &e.refused);
         let estimates = fresh_jacobian(c, trial)
             .map_or_else(Vec::new, |j| estimates(c, trial, &j, &chosen.left));
-        for &m in &trial.members {
+        for Standing {
+            member: m,
+            without,
+            alone,
+            ..
+        } in standing
+        {
             let h = &c.hypotheses[m];
             let about = h.law.about();
-            let without = e.without(k, m, folds);
             let (loss, error) = without
                 .as_ref()
                 .map_or((f64::NAN, f64::NAN), |w| w.left.less(&chosen.left));
@@ -87,15 +137,7 @@ pub(crate) fn findings(
                 }),
                 left_out_loss: loss / chosen.left.mean(),
                 standard_errors: loss / error,
-                probability: Some(
-                    e.scored
-                        .iter()
-                        .zip(&weights)
-                        .filter(|(s, _)| s.trial.members.contains(&m))
-                        .map(|(_, w)| w)
-                        .sum::<f64>()
-                        .min(1.0),
-                ),
+                probability: Some(alone),
                 alternatives,
                 separating_test: separating,
                 shape: None,
@@ -149,10 +191,16 @@ pub(crate) fn findings(
     if all.is_empty() && e.stands_out() {
         let mut far: Vec<&Level> = e.levels.iter().filter(|l| l.far()).collect();
         far.sort_by(|a, b| b.ratio().total_cmp(&a.ratio()));
-        let title = if claim.withdrawn {
-            "something is left out, but what explains the training part does not hold on the test part"
-        } else {
-            "something is left out, but no effect and no correction pays on left-out blocks"
+        let title = match claim.withdrawn {
+            Some(Withdrawn::Test) => {
+                "something is left out, but what explains the training part does not hold on the test part"
+            }
+            Some(Withdrawn::Outweighed) => {
+                "something is left out, but what could be named takes less than stays unexplained"
+            }
+            None => {
+                "something is left out, but no effect and no correction pays on left-out blocks"
+            }
         };
         all.push(unnamed(
             e,

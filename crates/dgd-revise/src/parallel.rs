@@ -1,48 +1,39 @@
-//! The same work on many items, on a few threads; results in the order of the items, whatever the threads did.
+//! The same work on many items, on rayon's threads; results in the order of the items, whatever the threads did.
 
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use rayon::prelude::*;
 
-/// `f` of each item.
-pub(crate) fn map<T: Sync, R: Send>(
-    items: &[T],
-    threads: usize,
-    f: impl Fn(&T) -> R + Sync,
-) -> Vec<R> {
-    let threads = threads.clamp(1, items.len().max(1));
-    if threads == 1 {
-        return items.iter().map(f).collect();
+/// Where the work is done.
+pub(crate) struct Threads(Option<rayon::ThreadPool>);
+
+impl Threads {
+    /// So many threads of their own; all of the machine, shared with whoever else asks, if 0.
+    pub(crate) fn new(threads: usize) -> Self {
+        let own = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        // Where no thread can be started the answer is the same, only later.
+        Self((threads > 0).then(|| own.build().ok()).flatten())
     }
-    let next = AtomicUsize::new(0);
-    let done = Mutex::new(Vec::with_capacity(items.len()));
-    std::thread::scope(|scope| {
-        for _ in 0..threads {
-            scope.spawn(|| {
-                loop {
-                    let i = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(item) = items.get(i) else { break };
-                    let result = f(item);
-                    // A poisoned lock means that another thread panicked; the scope passes that on.
-                    if let Ok(mut done) = done.lock() {
-                        done.push((i, result));
-                    }
-                }
-            });
+
+    /// `f` of each item.
+    pub(crate) fn map<T: Sync, R: Send>(&self, items: &[T], f: impl Fn(&T) -> R + Sync) -> Vec<R> {
+        let all = || items.par_iter().with_max_len(1).map(&f).collect();
+        match &self.0 {
+            Some(own) => own.install(all),
+            None => all(),
         }
-    });
-    let mut done = done.into_inner().unwrap_or_default();
-    done.sort_by_key(|(i, _)| *i);
-    done.into_iter().map(|(_, r)| r).collect()
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::*;
+
     #[test]
     fn results_stand_in_the_order_of_the_items() {
         let items: Vec<u32> = (0..100).collect();
-        assert_eq!(
-            super::map(&items, 4, |i| i * 2),
-            super::map(&items, 1, |i| i * 2)
-        );
+        let twice = |i: &u32| i * 2;
+        let one = Threads::new(1).map(&items, twice);
+        assert_eq!(Threads::new(4).map(&items, twice), one);
+        assert_eq!(Threads::new(0).map(&items, twice), one);
+        assert_eq!(one[99], 198);
     }
 }

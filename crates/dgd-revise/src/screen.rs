@@ -3,7 +3,6 @@
 use crate::baseline::Baseline;
 use crate::blocks::Blocks;
 use crate::context::{Context, Values, path};
-use crate::parallel;
 use crate::stack::Runner;
 use crate::tangent::dot;
 use dgd_assembly::{EffectParameter, Hypothesis};
@@ -134,7 +133,7 @@ pub(crate) fn screen(
     numbers: &[usize],
 ) -> Vec<Screened> {
     let from = Arc::new(base.values.clone());
-    parallel::map(numbers, context.threads, |&number| {
+    context.threads.map(numbers, |&number| {
         let grid = grid(&context.hypotheses[number], MOST);
         one(context, base, &from, blocks, number, &grid)
     })
@@ -148,7 +147,7 @@ pub(crate) fn screen_again(
     known: &[&Screened],
 ) -> Vec<Screened> {
     let from = Arc::new(base.values.clone());
-    parallel::map(known, context.threads, |s| {
+    context.threads.map(known, |s| {
         let mut grid = grid(&context.hypotheses[s.number], FEWER);
         grid.extend(s.points.iter().map(|p| p.values.clone()));
         one(context, base, &from, blocks, s.number, &grid)

@@ -41,7 +41,7 @@ pub(crate) fn sections(
     );
     // A residual that remembers itself says less than its readings are many.
     let n = context.data.rows.len() as f64 / evidence.memory.max(1) as f64;
-    let divided = crate::parallel::map(&trials, context.threads, |trial| {
+    let divided = context.threads.map(&trials, |trial| {
         let stretches = divide(context, trial)?;
         let all: Vec<(Section, f64)> = stretches
             .iter()

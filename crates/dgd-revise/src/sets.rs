@@ -5,7 +5,6 @@ use crate::baseline::{Baseline, NEAR, QUICK};
 use crate::blocks::Blocks;
 use crate::checks::shifted;
 use crate::context::{Context, Trial, Values, path};
-use crate::parallel;
 use crate::screen::{Point, Screened, screen_again};
 use crate::tangent::dot;
 use crate::validate::{Folds, LeftOut};
@@ -60,9 +59,9 @@ fn joined(a: &[usize], b: usize) -> Vec<usize> {
 
 /// Fits tasks briefly, and keeps the best of each set, best first.
 fn try_all(context: &Context<'_>, tasks: &[Task], effort: Effort) -> Vec<Trial> {
-    let found = parallel::map(tasks, context.threads, |t| {
-        context.fit(&t.members, &t.values, effort)
-    });
+    let found = context
+        .threads
+        .map(tasks, |t| context.fit(&t.members, &t.values, effort));
     let mut best: Vec<Trial> = Vec::new();
     for trial in found.into_iter().flatten() {
         match best.iter_mut().find(|b| b.members == trial.members) {
@@ -77,14 +76,16 @@ fn try_all(context: &Context<'_>, tasks: &[Task], effort: Effort) -> Vec<Trial> 
 
 /// Fits to the end and scores.
 pub(crate) fn finish(context: &Context<'_>, folds: &Folds, trials: &[Trial]) -> Vec<Scored> {
-    parallel::map(trials, context.threads, |t| {
-        let trial = context.refine(t, NEAR).unwrap_or_else(|| t.clone());
-        let left = folds.of_trial(context, &trial)?;
-        Some(Scored { trial, left })
-    })
-    .into_iter()
-    .flatten()
-    .collect()
+    context
+        .threads
+        .map(trials, |t| {
+            let trial = context.refine(t, NEAR).unwrap_or_else(|| t.clone());
+            let left = folds.of_trial(context, &trial)?;
+            Some(Scored { trial, left })
+        })
+        .into_iter()
+        .flatten()
+        .collect()
 }
 
 /// Linear gain of two directions together, as share of the residual's square.
@@ -137,10 +138,10 @@ pub(crate) fn search(
     let mut last = finish(context, folds, &top);
     for size in 3..=width.most {
         all.append(&mut last);
-        // Two or three hide each other at times; beyond that, more of what is worth nothing is not tried.
+        // Three hide each other at times, and one what is there; beyond that, more of what is worth nothing is not tried.
         let chosen =
             choose(&all, usable.len(), &BTreeSet::new()).map_or(0, |k| all[k].trial.members.len());
-        if chosen + 3 < size {
+        if (chosen + 2).max(3) < size {
             break;
         }
         watch(size);
@@ -249,7 +250,7 @@ fn try_best(context: &Context<'_>, tasks: &[Task], follow: usize) -> Vec<Trial> 
     };
     let mut found = try_all(context, tasks, brief);
     let rest = found.split_off(found.len().min(follow));
-    let mut found: Vec<Trial> = parallel::map(&found, context.threads, |t| {
+    let mut found: Vec<Trial> = context.threads.map(&found, |t| {
         context.refine(t, QUICK).unwrap_or_else(|| t.clone())
     });
     found.extend(rest);

@@ -7,7 +7,8 @@
 //! spikes, frozen values, impossible values and short disagreement with its
 //! twin. [`Screening::keep`] is the mask for identification,
 //! [`Screening::channel`] tells which transmitter may be trusted when.
-//! Nothing is repaired in the recording; this crate fits no model, opens no file and
+//! [`suspect`] looks at a recording before that: can its units and tags be what the well
+//! description says? Nothing is repaired in the recording; this crate fits no model, opens no file and
 //! prints nothing.
 //!
 //! ```
@@ -39,6 +40,7 @@
 mod channel;
 mod error;
 mod options;
+mod plausible;
 mod reasons;
 mod redundant;
 mod scan;
@@ -50,5 +52,6 @@ mod stuck;
 pub use channel::{ChannelScreen, Faults};
 pub use error::ScreenError;
 pub use options::{Limits, ScreenOptions};
+pub use plausible::{Place, Suspicion, suspect};
 pub use reasons::{Reasons, Tally};
 pub use screening::{Screening, screen};

@@ -94,10 +94,7 @@ pub(crate) fn run(mut settings: Settings) -> Result<()> {
         let truth = Truth::read(&bytes).with_context(|| format!("{}", path.display()))?;
         rows.push(Row::new(truth, exam));
     }
-    let save = |name: &str, text: String| {
-        let path = settings.out.join(name);
-        fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))
-    };
+    let save = |name: &str, text: String| tools::replace(&settings.out.join(name), text);
     let record = summary::json_of(&settings, &origin, &rows);
     save("benches.json", format!("{record:#}\n"))?;
     save("benches.html", page::write(&settings, &origin, &rows))?;

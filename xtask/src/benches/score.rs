@@ -292,7 +292,7 @@ pub(crate) mod tests {
     #[test]
     fn what_it_lacks_is_right_as_unknown_and_wrong_by_any_name() {
         for thing in [
-            ("valve_backlash", "valve", "valve"),
+            ("foot_throttle", "tank", "shaft"),
             ("humming_shaft", "foreign", "valve"),
         ] {
             let of = |findings: &[(&str, &str, &[&str])]| row(Some(thing), findings).outcome;

@@ -277,10 +277,7 @@ pub(crate) fn run(mut settings: Settings) -> Result<()> {
         .collect::<Result<Vec<_>>>()?;
     let steps = ablation::compare(&rows, &without, levels);
     let summaries: Vec<Summary> = levels.iter().map(|l| Summary::of(*l, &rows)).collect();
-    let save = |name: &str, text: String| {
-        let path = settings.out.join(name);
-        fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))
-    };
+    let save = |name: &str, text: String| tools::replace(&settings.out.join(name), text);
     save("failures.md", failures::write(&settings, &rows))?;
     let proof = Proof {
         settings: &settings,

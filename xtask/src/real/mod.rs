@@ -97,10 +97,7 @@ pub(crate) fn run(from: &Path, out: &Path) -> Result<()> {
         println!("{}", line(case, &outcome));
         outcomes.push(outcome);
     }
-    let write = |name: &str, text: String| {
-        let path = out.join(name);
-        fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))
-    };
+    let write = |name: &str, text: String| tools::replace(&out.join(name), text);
     write("real.html", page::write(&outcomes))?;
     let all: Vec<Value> = CASES
         .iter()
@@ -204,8 +201,7 @@ fn prepare(case: &Case, folder: &Path, out: &Path, program: &Path) -> Result<Pre
     let table = out.join("recording.csv");
     let keep =
         |columns: &Columns, name: &str, spans: &[(f64, f64)], left_out| -> Result<Prepared> {
-            fs::write(&table, columns.text())
-                .with_context(|| format!("cannot write {}", table.display()))?;
+            tools::replace(&table, columns.text())?;
             let axis = columns.values.first().map_or(&[][..], Vec::as_slice);
             let readings = axis.iter().zip(columns.named(name)?);
             let held = readings.filter(|(at, _)| spans.iter().any(|(a, b)| *at >= a && *at <= b));

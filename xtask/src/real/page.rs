@@ -188,7 +188,7 @@ fn located(html: &mut String, done: &Done) {
         let mut more = parameters.join("; ");
         if let Some(weight) = f["probability"].as_f64() {
             more += &format!(
-                ". Weight {:.2} among the sets that were fitted, not calibrated",
+                ". Weight {:.2} among the sets that were fitted, less what stays unexplained",
                 weight.clamp(0.01, 0.99)
             );
         }

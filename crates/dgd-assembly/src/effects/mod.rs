@@ -44,6 +44,7 @@ mod low_flow_cutoff;
 mod opening_characteristic;
 mod opening_lag;
 mod opening_leak;
+mod opening_play;
 mod outlet_lag;
 mod outlet_offset;
 mod overflow_caught;
@@ -107,6 +108,7 @@ static ALL: &[&dyn Effect] = &[
     &reynolds_coefficient::This,
     &opening_characteristic::This,
     &opening_lag::THIS,
+    &opening_play::This,
     &opening_leak::This,
     &choking::This,
     // Lines.

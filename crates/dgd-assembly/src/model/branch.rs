@@ -17,6 +17,12 @@ impl Work {
         own[displacement::COEFFICIENT] * own[displacement::INPUT]
     }
 
+    /// `k` of `dp = k q|q|` of a valve or orifice, as found by [`solve`](Self::solve).
+    #[inline(always)]
+    pub(super) fn square(&self, part: usize) -> f64 {
+        self.squares[self.square_of[part]].k
+    }
+
     /// Drop of a branch from inlet to outlet.
     #[inline]
     pub(super) fn part_drop(&self, net: &Network, i: usize, q: Dual, x: &[f64]) -> Dual {
@@ -52,7 +58,7 @@ impl Work {
                 gravity,
                 q,
             ),
-            Kind::Valve | Kind::Orifice => laws::square(laws::valve_square(own, density), q),
+            Kind::Valve | Kind::Orifice => laws::square(self.square(i), q),
             Kind::CentrifugalPump => laws::centrifugal_drop(own, density * gravity, q),
             _ => Dual::constant(0.0),
         }
@@ -73,9 +79,7 @@ impl Work {
     pub(super) fn flow_at(&mut self, net: &Network, c: usize, dp: f64, x: &[f64]) -> Dual {
         let chain = &net.chains[c];
         if chain.plain_valve {
-            let part = &net.parts[chain.members[0].part];
-            let own = &self.values[part.base..part.base + part.count];
-            return laws::square_inverse(laws::valve_square(own, self.values[fluid::DENSITY]), dp);
+            return laws::square_inverse(self.square(chain.members[0].part), dp);
         }
         if let Some(member) = chain.slipping {
             return self.slipping(net, c, member, dp, x);

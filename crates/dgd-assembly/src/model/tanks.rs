@@ -7,6 +7,7 @@ use crate::network::{Network, NodeKind};
 
 impl Work {
     /// Area of a tank's surface at a level.
+    #[inline]
     pub(super) fn area(&self, net: &Network, number: usize, level: f64, x: &[f64]) -> f64 {
         let part = &net.parts[net.tanks[number]];
         let mut area = if part.profile.is_empty() {
@@ -51,12 +52,14 @@ impl Work {
             let effects = net.effects_of(net.tanks[k]);
             if effects.is_empty() {
                 self.net_flow[k] = self.inflow[k] - self.outflow[k];
+                self.surface[k] = self.area(net, k, x[k], x);
                 continue;
             }
+            self.surface[k] = self.area(net, k, x[k], x);
             let mut flows = Balance {
                 level_m: x[k],
                 brim_m: self.brim(net, k, x),
-                area_m2: self.area(net, k, x[k], x),
+                area_m2: self.surface[k],
                 inflow_m3_s: self.inflow[k],
                 outflow_m3_s: self.outflow[k],
                 ..Balance::default()
@@ -85,6 +88,7 @@ impl Work {
     }
 
     /// Height at which what comes is spilled at once.
+    #[inline]
     pub(crate) fn brim(&self, net: &Network, k: usize, x: &[f64]) -> f64 {
         let part = &net.parts[net.tanks[k]];
         let mut brim = self.values[part.base + tank::BRIM];

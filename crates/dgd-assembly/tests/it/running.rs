@@ -292,6 +292,28 @@ fn an_accuracy_is_a_difference_in_the_unit_of_its_instrument() {
 }
 
 #[test]
+fn gain_and_offset_of_an_instrument_are_in_its_unit() {
+    let reading = |written: &str| {
+        let text = THROTTLE.replace("accuracy = 0.165", written);
+        let assembly = Assembly::parse(&text).unwrap();
+        let record = Record {
+            columns: vec![("z", &[50.0, 50.0][..])],
+        };
+        let window = assembly.windows(&record, Portion::Train).unwrap().remove(0);
+        let run = assembly
+            .simulate(&[], &window, 0, &SimulationOptions::default())
+            .unwrap();
+        run.outputs[0][0]
+    };
+    // 201325 Pa are 100 kPa above the atmosphere.
+    let plain = reading("gain = 1.0");
+    assert!((plain - 201_325.0).abs() < 1e-6);
+    assert!((reading("offset = 2.0") - plain - 2000.0).abs() < 1e-6);
+    assert!((reading("gain = 1.5") - plain - 50_000.0).abs() < 1e-6);
+    assert!((reading("gain = 1.5, offset = -50.0") - plain).abs() < 1e-6);
+}
+
+#[test]
 fn an_opening_in_per_cent_is_a_share() {
     let per_cent = [0.0, 50.0, 100.0];
     let share = [0.0, 0.5, 1.0];

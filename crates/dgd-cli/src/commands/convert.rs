@@ -2,12 +2,15 @@
 
 use crate::args::{Convert, Global};
 use crate::failure::Failure;
+use crate::load;
+use crate::output::Outputs;
 use crate::progress::Progress;
 use crate::say::{self, count};
-use crate::{load, output};
 use dgd_export::{CsvOptions, McapOptions};
+use dgd_recording::Table;
 use serde_json::json;
-use std::io::Write;
+use std::error::Error;
+use std::io::{Seek, Write};
 use std::path::Path;
 use std::time::Instant;
 
@@ -20,19 +23,11 @@ pub(crate) fn run(arguments: &Convert, global: &Global) -> Result<String, Failur
         tracing::warn!("{}: {issue}", arguments.input.display());
     }
     progress.stage("writing", &arguments.output.display().to_string());
-    output::replace(&arguments.output, |writer| {
-        match target {
-            Target::Csv => dgd_export::write_csv(&table, &CsvOptions::default(), writer),
-            Target::Mcap => dgd_export::write_mcap(&table, &McapOptions::default(), writer),
-            Target::Mat5 => dgd_export::write_mat5(&table, &arguments.root, writer),
-            Target::Mat73 => {
-                let bytes =
-                    dgd_export::write_mat73(&table, &arguments.root).map_err(|e| e.to_string())?;
-                return writer.write_all(&bytes).map_err(|e| e.to_string());
-            }
-        }
-        .map_err(|e| e.to_string())
+    let mut outputs = Outputs::new();
+    outputs.add(&arguments.output, |writer| {
+        target.write(&table, &arguments.root, writer)
     })?;
+    outputs.keep()?;
     let (rows, columns) = (table.rows(), table.columns.len());
     if global.json {
         return Ok(say::json(&json!({
@@ -62,6 +57,22 @@ pub(crate) enum Target {
 }
 
 impl Target {
+    /// Writes a table; `root` is the name of the struct in MAT files.
+    pub(crate) fn write(
+        self,
+        table: &Table,
+        root: &str,
+        writer: &mut (impl Write + Seek),
+    ) -> Result<(), Box<dyn Error>> {
+        match self {
+            Self::Csv => dgd_export::write_csv(table, &CsvOptions::default(), writer)?,
+            Self::Mcap => dgd_export::write_mcap(table, &McapOptions::default(), writer)?,
+            Self::Mat5 => dgd_export::write_mat5(table, root, writer)?,
+            Self::Mat73 => writer.write_all(&dgd_export::write_mat73(table, root)?)?,
+        }
+        Ok(())
+    }
+
     /// By the ending of the name.
     pub(crate) fn of(path: &Path, mat_v73: bool) -> Result<Self, Failure> {
         let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());

@@ -1,12 +1,13 @@
 //! `dgd demo`: one embedded recording is fitted, another is diagnosed.
 
 use crate::args::{Demo, Global, Source};
+use crate::commands::convert::Target;
 use crate::commands::{diagnose, fit, simulate};
 use crate::failure::Failure;
+use crate::output::Outputs;
 use crate::progress::Progress;
 use crate::say::{self, brief};
-use crate::{figures, load, output, page};
-use dgd_export::{CsvOptions, McapOptions};
+use crate::{figures, load, page};
 use dgd_identify::IdentifyOptions;
 use dgd_replay::ReplayOptions;
 use serde_json::json;
@@ -25,8 +26,7 @@ pub(crate) fn run(arguments: &Demo, global: &Global) -> Result<String, Failure> 
     let out = &arguments.out;
     // The user gets the input as files, to repeat every step by hand.
     let (recording_path, well_path) = (out.join("recording.mat"), out.join("well.toml"));
-    output::replace_bytes(&recording_path, RECORDING)?;
-    output::replace_bytes(&well_path, WELL.as_bytes())?;
+    write_inputs(&recording_path, RECORDING, &well_path, WELL)?;
     let well = load::read_well(&well_path)?;
     let source = Source {
         recordings: vec![recording_path.clone()],
@@ -43,10 +43,8 @@ pub(crate) fn run(arguments: &Demo, global: &Global) -> Result<String, Failure> 
         &progress,
     )?;
     let model = &fitted.identification.model;
-    output::replace_bytes(
-        &out.join("model.toml"),
-        dgd_documents::write_model(model).as_bytes(),
-    )?;
+    let mut outputs = Outputs::new();
+    outputs.add_bytes(&out.join("model.toml"), dgd_documents::write_model(model))?;
     progress.stage("simulating", "");
     let options = ReplayOptions {
         delay_s: model.delay_s,
@@ -55,16 +53,14 @@ pub(crate) fn run(arguments: &Demo, global: &Global) -> Result<String, Failure> 
     let recording = fitted.prepared.clone().averaged();
     let runs = simulate::all_kinds(model, &recording, &options, &recording_path)?;
     let table = simulate::as_table(&runs[3]);
-    output::replace(&out.join("simulation.csv"), |w| {
-        dgd_export::write_csv(&table, &CsvOptions::default(), w).map_err(|e| e.to_string())
-    })?;
-    output::replace(&out.join("simulation.mcap"), |w| {
-        dgd_export::write_mcap(&table, &McapOptions::default(), w).map_err(|e| e.to_string())
+    outputs.add_csv(&out.join("simulation.csv"), &table)?;
+    outputs.add(&out.join("simulation.mcap"), |w| {
+        Target::Mcap.write(&table, "simulation", w)
     })?;
     progress.stage("drawing", "figures");
     let folder = out.join("figures");
-    let mut drawn = figures::draw_identification(&folder, &fitted)?;
-    drawn.extend(figures::draw_simulations(&folder, &runs)?);
+    let mut drawn = figures::draw_identification(&mut outputs, &folder, &fitted)?;
+    drawn.extend(figures::draw_simulations(&mut outputs, &folder, &runs)?);
     let provenance = "This recording is a stand-in: two hours of a simulated dual-gradient rig of higher fidelity than \
                       the model, with the faults that field data have. No field data are shown.";
     let html = page::identified(
@@ -73,11 +69,9 @@ pub(crate) fn run(arguments: &Demo, global: &Global) -> Result<String, Failure> 
         &fitted,
         &runs,
     )
-    .map_err(|e| Failure::Write {
-        path: out.clone(),
-        reason: e.to_string(),
-    })?;
-    output::replace_bytes(&out.join("report.html"), html.as_bytes())?;
+    .map_err(|e| Failure::unwritten(out, e))?;
+    outputs.add_bytes(&out.join("report.html"), html)?;
+    outputs.keep()?;
     let (diagnosis_out, diagnosed) = diagnose_concealed(out, &progress)?;
     let seconds = progress.seconds();
     drop(progress);
@@ -116,6 +110,18 @@ pub(crate) fn run(arguments: &Demo, global: &Global) -> Result<String, Failure> 
     ))
 }
 
+fn write_inputs(
+    recording: &Path,
+    bytes: &[u8],
+    well: &Path,
+    described: &str,
+) -> Result<(), Failure> {
+    let mut outputs = Outputs::new();
+    outputs.add_bytes(recording, bytes)?;
+    outputs.add_bytes(well, described)?;
+    outputs.keep()
+}
+
 /// Diagnoses the recording in which something is concealed, in a folder of its own.
 fn diagnose_concealed(
     out: &Path,
@@ -127,8 +133,12 @@ fn diagnose_concealed(
         well: out.join("well.toml"),
         thesis_screening: false,
     };
-    output::replace_bytes(&source.recordings[0], CONCEALED)?;
-    output::replace_bytes(&source.well, CONCEALED_WELL.as_bytes())?;
+    write_inputs(
+        &source.recordings[0],
+        CONCEALED,
+        &source.well,
+        CONCEALED_WELL,
+    )?;
     let diagnosed = diagnose::carry_out(&source, diagnose::Search::default(), &out, progress)?;
     Ok((out, diagnosed))
 }

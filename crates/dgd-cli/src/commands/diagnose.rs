@@ -5,11 +5,12 @@ mod tell;
 mod tests;
 
 use crate::args::{Diagnose, Global, Source, Subject};
-use crate::commands::fit::{names, screening};
+use crate::commands::fit::{delays_in_samples, names, screening};
 use crate::commands::system_diagnose;
 use crate::failure::Failure;
+use crate::load;
+use crate::output::{self, Outputs};
 use crate::progress::Progress;
-use crate::{load, output};
 use dgd_diagnose::{Diagnosis, Options, Simulation, Stage, Step, diagnose};
 use dgd_documents::{Base, ModelDocument, write_diagnosis, write_model_document};
 use dgd_export::{ComparedSignal, Comparison, ExportError, write_comparison_csv};
@@ -27,6 +28,7 @@ const MODEL: &str = "model.toml";
 pub(crate) struct Diagnosed {
     pub(crate) diagnosis: Diagnosis,
     pub(crate) json: String,
+    warnings: Vec<String>,
     recording: String,
 }
 
@@ -63,7 +65,8 @@ pub(crate) fn run(arguments: &Diagnose, global: &Global) -> Result<String, Failu
 
 /// The answer for people.
 pub(crate) fn tell(done: &Diagnosed, out: &Path) -> String {
-    tell::tell(&done.diagnosis, &done.recording, out)
+    let warned = done.warnings.iter().map(|w| format!("warning: {w}\n"));
+    warned.collect::<String>() + &tell::tell(&done.diagnosis, &done.recording, out)
 }
 
 /// Reads, diagnoses and writes the four files.
@@ -77,22 +80,21 @@ pub(crate) fn carry_out(
     let start = search.model.map(|path| start(path, &well)).transpose()?;
     let loaded = load::read_recordings(&source.recordings, &well, progress)?;
     if out.exists() && !out.is_dir() {
-        return Err(Failure::Write {
-            path: out.to_owned(),
-            reason: "it is no folder".into(),
-        });
+        return Err(Failure::unwritten(out, "it is no folder"));
     }
     for name in [DIAGNOSIS, SIMULATION, REPORT, MODEL] {
         output::check(&out.join(name))?;
     }
     let first = &source.recordings[0];
+    loaded.warn_of_suspicions();
     progress.stage("screening", "");
     let samples = loaded.samples;
     let prepared = prepare(loaded.recording, loaded.step_s, &screening(source))
         .map_err(|e| Failure::input(first, e))?;
+    let warnings = loaded.suspicions;
     let recordings = names(&source.recordings);
     progress.stage("identifying", "friction, delay and pump");
-    let base = base(&prepared, &well, samples, &recordings);
+    let base = base(&prepared, &well, samples, &recordings)?;
     let options = Options {
         start: start.unwrap_or_default(),
         suspects: search.suspects.to_vec(),
@@ -107,36 +109,38 @@ pub(crate) fn carry_out(
         diagnose(&well, &prepared, &options, &mut said).map_err(|e| Failure::input(first, e))?;
     progress.stage("writing", &out.display().to_string());
     let recording = recordings.join(", ");
-    let page = dgd_report::diagnosis_page(&diagnosis, &recording, &command(source, search));
-    let json = write(&diagnosis, base, &page, out)?;
+    let page =
+        dgd_report::diagnosis_page(&diagnosis, &recording, &command(source, search), &warnings);
+    let json = write(&diagnosis, &warnings, base, &page, out)?;
     Ok(Diagnosed {
         diagnosis,
         json,
+        warnings,
         recording,
     })
 }
 
 /// Writes the four files beside their places, then puts them there together; returns diagnosis.json.
-fn write(diagnosis: &Diagnosis, base: Base, page: &str, out: &Path) -> Result<String, Failure> {
+fn write(
+    diagnosis: &Diagnosis,
+    warnings: &[String],
+    base: Base,
+    page: &str,
+    out: &Path,
+) -> Result<String, Failure> {
     let document = ModelDocument {
         base,
         augmented: Some(diagnosis.after.clone()),
     };
-    let text = |name: &str, text: &str| {
-        output::stage(&out.join(name), |writer| {
-            writer.write_all(text.as_bytes()).map_err(|e| e.to_string())
-        })
-    };
-    let json = write_diagnosis(diagnosis);
-    let staged = [
-        text(MODEL, &write_model_document(&document))?,
-        output::stage(&out.join(SIMULATION), |writer| {
-            simulation_csv(&diagnosis.simulation, writer).map_err(|e| e.to_string())
-        })?,
-        text(REPORT, page)?,
-        text(DIAGNOSIS, &json)?,
-    ];
-    staged.into_iter().try_for_each(output::Staged::keep)?;
+    let json = write_diagnosis(diagnosis, warnings);
+    let mut outputs = Outputs::new();
+    outputs.add_bytes(&out.join(MODEL), write_model_document(&document))?;
+    outputs.add(&out.join(SIMULATION), |writer| {
+        Ok(simulation_csv(&diagnosis.simulation, writer)?)
+    })?;
+    outputs.add_bytes(&out.join(REPORT), page)?;
+    outputs.add_bytes(&out.join(DIAGNOSIS), &json)?;
+    outputs.keep()?;
     Ok(json)
 }
 
@@ -161,8 +165,18 @@ fn start(path: &Path, well: &Well) -> Result<Vec<dgd_effects::AppliedEffect>, Fa
 }
 
 /// The two-state model; a recording that gives none can still be diagnosed.
-fn base(prepared: &Prepared, well: &Well, samples: usize, recordings: &[String]) -> Base {
-    match identify(prepared, well, &IdentifyOptions::default()) {
+fn base(
+    prepared: &Prepared,
+    well: &Well,
+    samples: usize,
+    recordings: &[String],
+) -> Result<Base, Failure> {
+    // The default is thirty samples, which are thirty seconds at 1 Hz alone.
+    let options = IdentifyOptions {
+        delays: delays_in_samples((0.0, 30.0), prepared.step_s)?,
+        ..IdentifyOptions::default()
+    };
+    Ok(match identify(prepared, well, &options) {
         Ok(identification) => {
             for warning in &identification.warnings {
                 tracing::info!("two-state model: {warning}");
@@ -179,7 +193,7 @@ fn base(prepared: &Prepared, well: &Well, samples: usize, recordings: &[String])
                 geometry: well.geometry.clone(),
             }
         }
-    }
+    })
 }
 
 fn words(stage: Stage) -> (&'static str, String) {

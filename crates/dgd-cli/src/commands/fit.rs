@@ -5,7 +5,7 @@ use crate::commands::system_fit;
 use crate::failure::Failure;
 use crate::figures;
 use crate::load::{self, Loaded};
-use crate::output;
+use crate::output::{self, Outputs};
 use crate::progress::Progress;
 use crate::say::{self, TextTable, count, number};
 use dgd_friction::{Loss, PolynomialFit};
@@ -49,16 +49,22 @@ pub(crate) fn run(arguments: &Fit, global: &Global) -> Result<String, Failure> {
         free_exponents: !arguments.fixed_exponents,
         ..IdentifyOptions::default()
     };
+    output::check(&arguments.out)?;
+    if let Some(folder) = &arguments.figures {
+        figures::check(folder)?;
+    }
     let keep_unscreened = arguments.figures.is_some();
     let fitted = fit(loaded, &well, &source, &options, keep_unscreened, &progress)?;
     progress.stage("writing", &arguments.out.display().to_string());
     let model = dgd_documents::write_model(&fitted.identification.model);
-    output::replace_bytes(&arguments.out, model.as_bytes())?;
+    let mut outputs = Outputs::new();
+    outputs.add_bytes(&arguments.out, model)?;
     let mut drawn = Vec::new();
     if let Some(folder) = &arguments.figures {
         progress.stage("drawing", "figures");
-        drawn = figures::draw_identification(folder, &fitted)?;
+        drawn = figures::draw_identification(&mut outputs, folder, &fitted)?;
     }
+    outputs.keep()?;
     let (seconds, stages) = (progress.seconds(), progress.seconds_by_stage());
     drop(progress);
     if global.json {
@@ -89,6 +95,7 @@ pub(crate) fn fit(
     progress: &Progress,
 ) -> Result<Fitted, Failure> {
     let first = &source.recordings[0];
+    loaded.warn_of_suspicions();
     progress.stage("screening", "");
     let unscreened = keep_unscreened.then(|| {
         let recording = &loaded.recording;
@@ -109,6 +116,8 @@ pub(crate) fn fit(
     for warning in &identification.warnings {
         tracing::warn!("{warning}");
     }
+    // They come first in the answer: what follows may rest on a wrong unit.
+    identification.warnings.splice(0..0, loaded.suspicions);
     let issues = loaded
         .issues
         .iter()
@@ -142,7 +151,8 @@ pub(crate) fn names(paths: &[PathBuf]) -> Vec<String> {
         .collect()
 }
 
-fn delays_in_samples(
+/// A range of delays in whole samples.
+pub(crate) fn delays_in_samples(
     (from_s, to_s): (f64, f64),
     step_s: f64,
 ) -> Result<std::ops::RangeInclusive<i64>, Failure> {

@@ -3,7 +3,7 @@
 use crate::args::{Global, Inspect};
 use crate::failure::Failure;
 use crate::load;
-use crate::output;
+use crate::output::Outputs;
 use crate::progress::Progress;
 use crate::say::{self, TextTable, count, number};
 use dgd_ingest::Format;
@@ -21,7 +21,9 @@ pub(crate) fn run(arguments: &Inspect, global: &Global) -> Result<String, Failur
     let found = survey(&table);
     let proposal = propose_channels(&found);
     if let Some(path) = &arguments.propose {
-        output::replace_bytes(path, proposed_well(&proposal).as_bytes())?;
+        let mut outputs = Outputs::new();
+        outputs.add_bytes(path, proposed_well(&proposal))?;
+        outputs.keep()?;
     }
     drop(progress);
     if global.json {

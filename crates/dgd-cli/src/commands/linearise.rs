@@ -2,11 +2,12 @@
 
 use crate::args::{Global, Linearise};
 use crate::failure::Failure;
+use crate::load;
+use crate::output::{self, Outputs};
 use crate::progress::Progress;
 use crate::say::{self, TextTable, number};
 use crate::system::runs::{self, Run};
 use crate::system::{self, columns, dimension_of_state, failed, unit_of};
-use crate::{load, output};
 use dgd_assembly::{
     Assembly, AssemblyError, Initial, Linear, RecordLayout, SimulationOptions, Window, linearise,
     steady_state,
@@ -15,7 +16,6 @@ use dgd_documents::{SystemDocument, read_system, return_line_system};
 use dgd_export::{MatValue, write_mat5_values};
 use dgd_units::{Dimension, Unit, split_number};
 use serde_json::{Map, Value, json};
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 /// A point to linearise around.
@@ -62,21 +62,15 @@ pub(crate) fn run(arguments: &Linearise, global: &Global) -> Result<String, Fail
     let mut value = as_json(assembly, &title, &point, &linear, discrete.as_ref());
     let matrices = as_mat(&point, &linear, discrete.as_ref());
     progress.stage("writing", &arguments.out.display().to_string());
-    let text = |path: &Path, text: &str| {
-        output::stage(path, |w| {
-            w.write_all(text.as_bytes()).map_err(|e| e.to_string())
-        })
-    };
-    let mut staged = vec![
-        text(&json_path, &say::json(&value))?,
-        output::stage(&mat_path, |w| {
-            write_mat5_values(&matrices, "linear", w).map_err(|e| e.to_string())
-        })?,
-    ];
+    let mut staged = Outputs::new();
+    staged.add_bytes(&json_path, say::json(&value))?;
+    staged.add(&mat_path, |w| {
+        Ok(write_mat5_values(&matrices, "linear", w)?)
+    })?;
     if let Some(written) = &written {
-        staged.push(text(&system_path, written)?);
+        staged.add_bytes(&system_path, written)?;
     }
-    staged.into_iter().try_for_each(output::Staged::keep)?;
+    staged.keep()?;
     let seconds = progress.seconds();
     drop(progress);
     if global.json {

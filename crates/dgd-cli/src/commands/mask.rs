@@ -3,10 +3,10 @@
 use crate::args::{Global, Mask};
 use crate::commands::fit;
 use crate::failure::Failure;
+use crate::output::{self, Outputs};
 use crate::progress::Progress;
 use crate::say::{self, count};
-use crate::{load, output, page};
-use dgd_export::CsvOptions;
+use crate::{load, page};
 use dgd_identify::{IdentifyOptions, Series};
 use dgd_mask::{MaskedRecording, choose_references, mask_model, mask_recording};
 use dgd_recording::{Column, Table};
@@ -19,7 +19,13 @@ pub(crate) fn run(arguments: &Mask, global: &Global) -> Result<String, Failure> 
     let progress = Progress::new(global.json || global.quiet);
     let well = load::read_well(&arguments.source.well)?;
     let first = arguments.source.recordings[0].clone();
-    let loaded = load::read_recordings(&arguments.source.recordings, &well, &progress)?;
+    let mut loaded = load::read_recordings(&arguments.source.recordings, &well, &progress)?;
+    if !loaded.suspicions.is_empty() {
+        // What is suspected holds values and tags, which this command tells nobody.
+        loaded.suspicions =
+            vec!["the recording hardly fits its well description: `dgd fit` says where".into()];
+    }
+    output::check(&arguments.out.join("recording.csv"))?;
     let mut fitted = fit::fit(
         loaded,
         &well,
@@ -35,16 +41,16 @@ pub(crate) fn run(arguments: &Mask, global: &Global) -> Result<String, Failure> 
     let series = &fitted.identification.series;
     let chosen =
         choose_references(&fitted.prepared, series).map_err(|e| Failure::input(&first, e))?;
-    let (references, kept_before) = references(&arguments.references, chosen)?;
+    // The references go first to their place: nothing masked is without what undoes it.
+    let mut outputs = Outputs::new();
+    let (references, kept_before) = references(&arguments.references, chosen, &mut outputs)?;
     let recording = mask_recording(&fitted.prepared, series, &references);
     let table = as_table(&recording);
-    output::replace(&arguments.out.join("recording.csv"), |w| {
-        dgd_export::write_csv(&table, &CsvOptions::default(), w).map_err(|e| e.to_string())
-    })?;
+    outputs.add_csv(&arguments.out.join("recording.csv"), &table)?;
     let model = mask_model(&fitted.identification.model, &references);
-    output::replace_bytes(
+    outputs.add_bytes(
         &arguments.out.join("model.toml"),
-        dgd_documents::write_masked_model(&model).as_bytes(),
+        dgd_documents::write_masked_model(&model),
     )?;
     // Figures are drawn from the dithered series: a figure's coordinates are data too.
     fitted.identification.series = unmasked(&recording, &references);
@@ -54,11 +60,10 @@ pub(crate) fn run(arguments: &Mask, global: &Global) -> Result<String, Failure> 
         .map(|p| references.unmask_flow(*p))
         .collect();
     fitted.identification.pump_flow_m3_s = shifted_flow(&fitted);
-    let html = page::masked(&fitted, &references).map_err(|e| Failure::Write {
-        path: arguments.out.clone(),
-        reason: e.to_string(),
-    })?;
-    output::replace_bytes(&arguments.out.join("report.html"), html.as_bytes())?;
+    let html =
+        page::masked(&fitted, &references).map_err(|e| Failure::unwritten(&arguments.out, e))?;
+    outputs.add_bytes(&arguments.out.join("report.html"), html)?;
+    outputs.keep()?;
     drop(progress);
     if global.json {
         return Ok(say::json(&json!({
@@ -114,7 +119,11 @@ fn resolved(path: &Path) -> PathBuf {
 }
 
 /// The references in the file, or the chosen ones, written there.
-fn references(path: &Path, chosen: MaskReferences) -> Result<(MaskReferences, bool), Failure> {
+fn references(
+    path: &Path,
+    chosen: MaskReferences,
+    outputs: &mut Outputs,
+) -> Result<(MaskReferences, bool), Failure> {
     if path.exists() {
         let source = load::read_text(path)?;
         return match dgd_documents::read_references(&source) {
@@ -123,7 +132,7 @@ fn references(path: &Path, chosen: MaskReferences) -> Result<(MaskReferences, bo
             Err(error) => Err(Failure::input(path, error)),
         };
     }
-    output::replace_private(path, dgd_documents::write_references(&chosen).as_bytes())?;
+    outputs.add_private(path, dgd_documents::write_references(&chosen).as_bytes())?;
     Ok((chosen, false))
 }
 

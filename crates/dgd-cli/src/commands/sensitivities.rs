@@ -3,18 +3,16 @@
 use crate::args::{Global, Sensitivities as Arguments};
 use crate::commands::system_fit::identifiability_as_json;
 use crate::failure::Failure;
-use crate::output;
+use crate::output::{self, Outputs};
 use crate::progress::Progress;
 use crate::say::{self, TextTable, number};
 use crate::system::{self, columns, failed, gauges, page, trouble};
 use dgd_assembly::{
     Assembly, Identifiability, Sensitivities, SimulationOptions, identifiability, sensitivities,
 };
-use dgd_export::CsvOptions;
 use dgd_recording::{Column, Table};
 use dgd_report::{Axis, Page, ReportError, Role, Series, TimePanel, series_over, time_series};
 use serde_json::{Value, json};
-use std::io::Write as _;
 use std::path::Path;
 
 /// Parameters drawn along the run.
@@ -61,24 +59,14 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<String, Fail
     let mut value = as_json(assembly, &theta, &moved, &found);
     value["system"] = json!(title);
     value["recording"] = json!(name);
-    let html = html(assembly, &moved, &found, &title, &name).map_err(|e| Failure::Write {
-        path: files[2].clone(),
-        reason: e.to_string(),
-    })?;
+    let html = html(assembly, &moved, &found, &title, &name)
+        .map_err(|e| Failure::unwritten(&files[2], e))?;
     let table = table(assembly, &moved);
-    let text = |path: &Path, text: &str| {
-        output::stage(path, |w| {
-            w.write_all(text.as_bytes()).map_err(|e| e.to_string())
-        })
-    };
-    let staged = [
-        text(&files[0], &say::json(&value))?,
-        output::stage(&files[1], |w| {
-            dgd_export::write_csv(&table, &CsvOptions::default(), w).map_err(|e| e.to_string())
-        })?,
-        text(&files[2], &html)?,
-    ];
-    staged.into_iter().try_for_each(output::Staged::keep)?;
+    let mut outputs = Outputs::new();
+    outputs.add_bytes(&files[0], say::json(&value))?;
+    outputs.add_csv(&files[1], &table)?;
+    outputs.add_bytes(&files[2], &html)?;
+    outputs.keep()?;
     let seconds = progress.seconds();
     drop(progress);
     if global.json {

@@ -5,13 +5,13 @@ use crate::commands::convert::Target;
 use crate::commands::fit::screening;
 use crate::commands::{free_run, system_simulate};
 use crate::failure::Failure;
+use crate::output::{self, Outputs};
 use crate::progress::Progress;
 use crate::say::{self, TextTable, count, number};
-use crate::{figures, load, output};
+use crate::{figures, load};
 use dgd_documents::Base;
 use dgd_dynamics::integrate::{Method, Status};
 use dgd_dynamics::return_line::SimulationOptions;
-use dgd_export::{CsvOptions, McapOptions};
 use dgd_identify::{Model, prepare};
 use dgd_recording::{Column, Geometry, Recording, Table};
 use dgd_replay::{Deviation, Kind, Pair, Replay, ReplayOptions, Start, replay};
@@ -45,10 +45,16 @@ pub(crate) fn run(arguments: &Simulate, global: &Global) -> Result<String, Failu
         );
     }
     let loaded = load::read_recordings(&source.recordings, &well, &progress)?;
+    output::check(&arguments.out)?;
+    if let Some(folder) = &arguments.figures {
+        figures::check(folder)?;
+    }
     let first = &source.recordings[0];
+    loaded.warn_of_suspicions();
     progress.stage("screening", "");
     let prepared = prepare(loaded.recording, loaded.step_s, &screening(&source))
         .map_err(|e| Failure::input(first, e))?;
+    let warnings = loaded.suspicions;
     progress.stage("simulating", "");
     let options = ReplayOptions {
         delay_s: document.model().map_or(0.0, |model| model.delay_s),
@@ -74,13 +80,9 @@ pub(crate) fn run(arguments: &Simulate, global: &Global) -> Result<String, Failu
     }
     progress.stage("writing", &arguments.out.display().to_string());
     let table = as_table(&run);
-    output::replace(&arguments.out, |writer| {
-        match target {
-            Target::Csv => dgd_export::write_csv(&table, &CsvOptions::default(), writer),
-            Target::Mcap => dgd_export::write_mcap(&table, &McapOptions::default(), writer),
-            Target::Mat5 | Target::Mat73 => dgd_export::write_mat5(&table, "simulation", writer),
-        }
-        .map_err(|e| e.to_string())
+    let mut outputs = Outputs::new();
+    outputs.add(&arguments.out, |writer| {
+        target.write(&table, "simulation", writer)
     })?;
     let mut drawn = Vec::new();
     if let Some(folder) = &arguments.figures {
@@ -88,11 +90,12 @@ pub(crate) fn run(arguments: &Simulate, global: &Global) -> Result<String, Failu
         drawn = match &recording {
             Some((recording, model)) => {
                 let runs = all_kinds(model, recording, &options, first)?;
-                figures::draw_simulations(folder, &runs)?
+                figures::draw_simulations(&mut outputs, folder, &runs)?
             }
-            None => figures::draw_free_run(folder, &run)?,
+            None => figures::draw_free_run(&mut outputs, folder, &run)?,
         };
     }
+    outputs.keep()?;
     let effects = document.augmented.as_ref().map(|model| {
         let ids = model.effects.iter().map(|e| e.id.clone());
         ids.collect::<Vec<String>>()
@@ -104,10 +107,12 @@ pub(crate) fn run(arguments: &Simulate, global: &Global) -> Result<String, Failu
         if let Some(effects) = effects {
             value["effects"] = json!(effects);
         }
+        value["warnings"] = json!(warnings);
         value["seconds_by_stage"] = stages;
         return Ok(say::json(&value));
     }
-    Ok(tell(&run, arguments, effects.as_deref(), drawn.len()))
+    let warned: String = warnings.iter().map(|w| format!("warning: {w}\n")).collect();
+    Ok(warned + &tell(&run, arguments, effects.as_deref(), drawn.len()))
 }
 
 /// A level in the riser, and no flow against the valve.

@@ -4,14 +4,13 @@ mod report;
 
 use crate::args::Global;
 use crate::failure::Failure;
-use crate::output;
+use crate::output::{self, Outputs};
 use crate::progress::Progress;
 use crate::say::{self, TextTable, brief, number};
 use crate::system::page::TWO_SIDED_95;
 use crate::system::{self, Gauge, columns, failed, gauges, unit_of};
 use dgd_assembly::{Assembly, Record};
 use dgd_documents::{FittedParameter, FittedSystem, write_fitted_system};
-use dgd_export::CsvOptions;
 use dgd_recording::{Column, Table};
 use dgd_revise::{
     Estimate, Finding, Model, Options, Outcome, OutputGain, ReviseError, Revision, Stage, Trace,
@@ -19,7 +18,6 @@ use dgd_revise::{
 };
 use serde_json::{Value, json};
 use std::fmt::Write as _;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 /// A revision and what it is told with.
@@ -42,10 +40,7 @@ pub(crate) fn run(
     let assembly = &document.assembly;
     let held = columns::whole(recording, path, assembly, &progress)?;
     if out.exists() && !out.is_dir() {
-        return Err(Failure::Write {
-            path: out.to_owned(),
-            reason: "it is no folder".into(),
-        });
+        return Err(Failure::unwritten(out, "it is no folder"));
     }
     let names = [
         "model.toml",
@@ -80,26 +75,15 @@ pub(crate) fn run(
     let fitted = fitted(&done);
     let model = write_fitted_system(&done.revision.after.assembly, &fitted)
         .map_err(|e| failed(path, recording, &e))?;
-    let html = report::html(&done, &fitted).map_err(|e| Failure::Write {
-        path: files[2].clone(),
-        reason: e.to_string(),
-    })?;
+    let html = report::html(&done, &fitted).map_err(|e| Failure::unwritten(&files[2], e))?;
     let value = as_json(&done);
     let table = table(&done, assembly);
-    let text = |path: &Path, text: &str| {
-        output::stage(path, |w| {
-            w.write_all(text.as_bytes()).map_err(|e| e.to_string())
-        })
-    };
-    let staged = [
-        text(&files[0], &model)?,
-        output::stage(&files[1], |w| {
-            dgd_export::write_csv(&table, &CsvOptions::default(), w).map_err(|e| e.to_string())
-        })?,
-        text(&files[2], &html)?,
-        text(&files[3], &say::json(&value))?,
-    ];
-    staged.into_iter().try_for_each(output::Staged::keep)?;
+    let mut outputs = Outputs::new();
+    outputs.add_bytes(&files[0], &model)?;
+    outputs.add_csv(&files[1], &table)?;
+    outputs.add_bytes(&files[2], &html)?;
+    outputs.add_bytes(&files[3], say::json(&value))?;
+    outputs.keep()?;
     tracing::info!("seconds by stage: {}", progress.seconds_by_stage());
     drop(progress);
     if global.json {
@@ -237,7 +221,7 @@ fn tell(text: &mut String, done: &Done, out: &Path) -> std::fmt::Result {
         if let Some(p) = finding.probability {
             writeln!(
                 text,
-                "  weight {} among the sets that were fitted",
+                "  weight {} among the sets that were fitted, less what stays unexplained",
                 probability(p)
             )?;
         }

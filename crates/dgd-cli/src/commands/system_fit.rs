@@ -2,7 +2,7 @@
 
 use crate::args::{Fit as Arguments, Global};
 use crate::failure::Failure;
-use crate::output;
+use crate::output::{self, Outputs};
 use crate::progress::Progress;
 use crate::say::{self, TextTable, brief, count, number};
 use crate::system::columns::{self, Recorded};
@@ -13,11 +13,9 @@ use dgd_assembly::{
     identifiability, sensitivities,
 };
 use dgd_documents::{FittedParameter, FittedSystem, write_fitted_system};
-use dgd_export::CsvOptions;
 use dgd_report::{Page, ReportError};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 /// Huber's constant: 95 % efficient on normal residuals.
@@ -97,10 +95,7 @@ pub(crate) fn run(
         robust: arguments.robust,
     };
     progress.stage("writing", &arguments.out.display().to_string());
-    let html = html(&done).map_err(|e| Failure::Write {
-        path: files.report.clone(),
-        reason: e.to_string(),
-    })?;
+    let html = html(&done).map_err(|e| Failure::unwritten(&files.report, e))?;
     let mut value = as_json(&done, &files);
     files.write(&model, &done, &html, &say::json(&value))?;
     let (seconds, stages) = (progress.seconds(), progress.seconds_by_stage());
@@ -143,21 +138,13 @@ impl Files {
 
     /// All or none.
     fn write(&self, model: &str, done: &Done<'_>, html: &str, json: &str) -> Result<(), Failure> {
-        let text = |path: &Path, text: &str| {
-            output::stage(path, |w| {
-                w.write_all(text.as_bytes()).map_err(|e| e.to_string())
-            })
-        };
         let table = runs::table(done.assembly, done.runs);
-        let staged = [
-            text(&self.model, model)?,
-            output::stage(&self.simulation, |w| {
-                dgd_export::write_csv(&table, &CsvOptions::default(), w).map_err(|e| e.to_string())
-            })?,
-            text(&self.report, html)?,
-            text(&self.json, json)?,
-        ];
-        staged.into_iter().try_for_each(output::Staged::keep)
+        let mut outputs = Outputs::new();
+        outputs.add_bytes(&self.model, model)?;
+        outputs.add_csv(&self.simulation, &table)?;
+        outputs.add_bytes(&self.report, html)?;
+        outputs.add_bytes(&self.json, json)?;
+        outputs.keep()
     }
 }
 

@@ -5,16 +5,14 @@ use crate::commands::convert::Target;
 use crate::commands::simulate::{method, tolerance};
 use crate::commands::system_fit::errors;
 use crate::failure::Failure;
-use crate::output;
+use crate::output::{self, Outputs};
 use crate::progress::Progress;
 use crate::say::{self, count};
 use crate::system::runs::{self, Run};
 use crate::system::{self, columns, diagram, gauges, page};
 use dgd_assembly::{Assembly, SimulationOptions};
-use dgd_export::{CsvOptions, McapOptions};
 use dgd_report::{Page, ReportError};
 use serde_json::json;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 pub(crate) fn run(
@@ -49,10 +47,8 @@ pub(crate) fn run(
     let title = system::title(assembly, path);
     let name = system::file_name(recording);
     let fitted = document.fitted.is_some();
-    let html = html(assembly, &runs, &title, &name, fitted).map_err(|e| Failure::Write {
-        path: report.clone(),
-        reason: e.to_string(),
-    })?;
+    let html =
+        html(assembly, &runs, &title, &name, fitted).map_err(|e| Failure::unwritten(&report, e))?;
     let parameters = assembly.parameters();
     let mut value = json!({
         "schema": "dgd.system-simulation/1",
@@ -68,26 +64,11 @@ pub(crate) fn run(
         "report": system::file_name(&report),
     });
     let table = runs::table(assembly, &runs);
-    let text = |path: &Path, text: &str| {
-        output::stage(path, |w| {
-            w.write_all(text.as_bytes()).map_err(|e| e.to_string())
-        })
-    };
-    let staged = [
-        output::stage(out, |writer| {
-            match target {
-                Target::Csv => dgd_export::write_csv(&table, &CsvOptions::default(), writer),
-                Target::Mcap => dgd_export::write_mcap(&table, &McapOptions::default(), writer),
-                Target::Mat5 | Target::Mat73 => {
-                    dgd_export::write_mat5(&table, "simulation", writer)
-                }
-            }
-            .map_err(|e| e.to_string())
-        })?,
-        text(&report, &html)?,
-        text(&json_path, &say::json(&value))?,
-    ];
-    staged.into_iter().try_for_each(output::Staged::keep)?;
+    let mut outputs = Outputs::new();
+    outputs.add(out, |writer| target.write(&table, "simulation", writer))?;
+    outputs.add_bytes(&report, &html)?;
+    outputs.add_bytes(&json_path, say::json(&value))?;
+    outputs.keep()?;
     let (seconds, stages) = (progress.seconds(), progress.seconds_by_stage());
     drop(progress);
     if global.json {

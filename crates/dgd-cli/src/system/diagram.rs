@@ -2,7 +2,7 @@
 
 use super::{unit_of, word};
 use crate::failure::Failure;
-use crate::output;
+use crate::output::Outputs;
 use crate::say::brief;
 use dgd_assembly::{Component, Initial, Kind, Setting, System};
 use dgd_report::{
@@ -25,17 +25,16 @@ pub(crate) fn draw(system: &System) -> Result<Figure, ReportError> {
 
 /// Writes the drawing of a system as its ending says.
 pub(crate) fn save(system: &System, path: &Path) -> Result<(), Failure> {
-    let undrawn = |e: ReportError| Failure::Write {
-        path: path.to_owned(),
-        reason: e.to_string(),
-    };
+    let undrawn = |e: ReportError| Failure::unwritten(path, e);
     let figure = draw(system).map_err(undrawn)?;
     let bytes = if is_png(path)? {
         figure.png(PNG_SCALE).map_err(undrawn)?
     } else {
         figure.svg().into_bytes()
     };
-    output::replace_bytes(path, &bytes)
+    let mut outputs = Outputs::new();
+    outputs.add_bytes(path, bytes)?;
+    outputs.keep()
 }
 
 /// Whether a picture is wanted as PNG; neither that nor SVG is refused.

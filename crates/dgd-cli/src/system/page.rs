@@ -61,14 +61,25 @@ fn independent(assembly: &Assembly) -> Option<Axis> {
     (name != "time").then(|| Axis::new(first.chain(letters).collect::<String>()))
 }
 
-fn figure(
+/// A panel for each of some instruments, with its curves.
+fn figure<'s>(
     assembly: &Assembly,
-    panels: &[TimePanel<'_>],
+    gauges: &[Gauge],
+    some: &[usize],
+    series: &[impl AsRef<[Series<'s>]>],
     caption: &str,
 ) -> Result<Figure, ReportError> {
+    let mut panels = Vec::new();
+    for (&o, series) in some.iter().zip(series) {
+        panels.push(TimePanel {
+            axis: Axis::new(gauges[o].label()),
+            title: "",
+            series: series.as_ref(),
+        });
+    }
     match independent(assembly) {
-        Some(axis) => series_over(&axis, panels, &[], caption),
-        None => Ok(time_series(panels, &[])?.with_caption(caption)),
+        Some(axis) => series_over(&axis, &panels, &[], caption),
+        None => Ok(time_series(&panels, &[])?.with_caption(caption)),
     }
 }
 
@@ -115,15 +126,6 @@ pub(crate) fn beside(
                 lines
             })
             .collect();
-        let panels: Vec<TimePanel<'_>> = some
-            .iter()
-            .zip(&series)
-            .map(|(&o, series)| TimePanel {
-                axis: Axis::new(gauges[o].label()),
-                title: "",
-                series,
-            })
-            .collect();
         let said: Vec<String> = some
             .iter()
             .filter_map(|&o| off(runs, held_out, o, &gauges[o]))
@@ -136,7 +138,7 @@ pub(crate) fn beside(
                 said.join("; ")
             }
         );
-        figures.push(figure(assembly, &panels, &caption)?);
+        figures.push(figure(assembly, &gauges, some, &series, &caption)?);
     }
     Ok(figures)
 }
@@ -177,17 +179,8 @@ pub(crate) fn residuals(assembly: &Assembly, runs: &[Run]) -> Result<Vec<Figure>
                     }]
                 })
                 .collect();
-            let panels: Vec<TimePanel<'_>> = some
-                .iter()
-                .zip(&series)
-                .map(|(&o, series)| TimePanel {
-                    axis: Axis::new(gauges[o].label()),
-                    title: "",
-                    series,
-                })
-                .collect();
             let caption = format!("Residuals of the {which} part: what the model leaves.");
-            figures.push(figure(assembly, &panels, &caption)?);
+            figures.push(figure(assembly, &gauges, some, &series, &caption)?);
         }
     }
     for &o in known.iter().take(PANELS) {

@@ -7,7 +7,7 @@ use crate::bench::{Bench, Ran};
 use serde_json::Value;
 
 /// The three benches, each as `<name>.toml` and `<name>.csv`.
-fn benches() -> Bench {
+pub(crate) fn benches() -> Bench {
     let bench = Bench::bare();
     for (name, system, recording) in physics::all() {
         bench.write(&format!("{name}.toml"), system);

@@ -6,5 +6,12 @@ mod fuzz;
 mod masked;
 mod model;
 mod readme;
+mod seeds;
 mod system;
 mod well;
+
+#[path = "../../../fuzz/src/documents.rs"]
+#[allow(unreachable_pub, reason = "the fuzz targets call it too")]
+mod claims;
+#[path = "../../../fuzz/stable/mutation.rs"]
+mod mutation;

@@ -73,3 +73,39 @@ fn spikes_move_least_squares_and_not_huber() {
     assert!(how.weight_share > 0.93 && how.weight_share < 0.96);
     assert!(robust.r2 < plain.r2, "spikes cost the robust law squares");
 }
+
+#[test]
+fn intervals_hold_the_truth_as_often_as_they_say() {
+    const DRAWS: usize = 300;
+    let truth = [1e6, 9.5e7];
+    let mut held = [0; 2];
+    for draw in 0..DRAWS {
+        let mut recording = Recording::new(400, 0, |q| 1e6 * q + 9.5e7 * q * q, 0.0);
+        for (i, friction) in recording.friction.iter_mut().enumerate() {
+            *friction += 5e3 * crate::noise(i + 10_000 * draw);
+        }
+        let found = fit(&recording.samples(), 0, &Terms::Quadratic, Loss::Squared).unwrap();
+        for j in 0..2 {
+            let off = (found.law.coefficients[j] - truth[j]).abs() / found.standard_errors[j];
+            held[j] += usize::from(off < 1.96);
+        }
+    }
+    // Of 300 draws at 95 % the binomial gives fewer than 269 or more than 297 once in 5,000 times.
+    for count in held {
+        assert!((269..=297).contains(&count), "{held:?} of {DRAWS}");
+    }
+}
+
+#[test]
+fn the_order_of_samples_does_not_matter_without_a_delay() {
+    let mut recording = Recording::new(3000, 0, |q| 1e6 * q + 9.5e7 * q * q, 5e3).damaged();
+    let forth = fit(&recording.samples(), 0, &Terms::Quadratic, Loss::Squared).unwrap();
+    recording.flow.reverse();
+    recording.friction.reverse();
+    recording.keep.reverse();
+    let back = fit(&recording.samples(), 0, &Terms::Quadratic, Loss::Squared).unwrap();
+    for (a, b) in forth.law.coefficients.iter().zip(&back.law.coefficients) {
+        assert!((a / b - 1.0).abs() < 1e-10, "{a} {b}");
+    }
+    assert_eq!(forth.n, back.n);
+}

@@ -67,7 +67,7 @@ impl<'a> File<'a> {
                 file.end = cursor.offset()?;
                 file.root = cursor.offset()?;
                 let checked = &file.data[..cursor.at];
-                if cursor.u32()? != lookup3(checked) {
+                if cursor.u32()? != lookup3(checked) && !cfg!(fuzzing) {
                     return Err(cursor.damaged("the checksum of the superblock is wrong"));
                 }
             }

@@ -166,7 +166,7 @@ pub(super) fn to_usize(value: u64) -> usize {
 /// Verifies the checksum at the cursor over everything since `start`.
 pub(super) fn check(cursor: &mut Cursor<'_>, start: usize) -> Result<(), Fault> {
     let expected = lookup3(&cursor.file.data[start..cursor.at]);
-    if cursor.u32()? != expected {
+    if cursor.u32()? != expected && !cfg!(fuzzing) {
         return Err(Fault::damaged(
             cursor.file.place(start as u64),
             "the checksum of this structure is wrong",

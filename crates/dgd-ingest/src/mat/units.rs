@@ -2,6 +2,8 @@
 
 use std::collections::HashMap;
 
+use super::MAX_UNIT;
+
 /// The texts of a file, looked up as units.
 pub(super) struct Texts<'a> {
     by_tag: HashMap<String, usize>,
@@ -30,7 +32,7 @@ impl<'a> Texts<'a> {
         let index = *self.by_tag.get(tag)?;
         self.used[index] = true;
         let text = self.texts[index].1.trim();
-        (!text.is_empty()).then(|| text.to_owned())
+        (!text.is_empty() && text.len() <= MAX_UNIT).then(|| text.to_owned())
     }
 
     /// `gom.units.FT1`, `units.gom.FT1`, `units.FT1`, `gom.FT1_unit`, or `gom.FT1.unit` beside

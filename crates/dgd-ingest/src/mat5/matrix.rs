@@ -1,6 +1,8 @@
 //! One variable of a MAT v5 file: flags, sides, name, and what hangs below.
 
-use crate::mat::{Collector, Fault, Layout, MAX_DEPTH, MAX_TEXT, Number, NumberKind, Sink, join};
+use crate::mat::{
+    Collector, Fault, Layout, MAX_COLUMNS, MAX_DEPTH, MAX_TEXT, Number, NumberKind, Sink, join,
+};
 
 use super::MI_MATRIX;
 use super::source::Source;
@@ -310,6 +312,14 @@ impl Walk<'_, '_> {
         let names = self.element(end)?;
         let names = self.bytes(&names, MAX_FIELD_NAMES)?;
         let width = usize::try_from(width).unwrap_or(usize::MAX);
+        // A kilobyte inflates to a million names of one letter.
+        if names.len() / width > MAX_COLUMNS {
+            return Err(Fault::too_large(
+                format!("the number of fields of `{tag}`"),
+                (names.len() / width) as u64,
+                MAX_COLUMNS as u64,
+            ));
+        }
         let names: Vec<String> = names
             .chunks_exact(width)
             .map(|name| String::from_utf8_lossy(trim(name)).into_owned())

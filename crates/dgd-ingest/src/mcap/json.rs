@@ -9,7 +9,8 @@ use crate::csv::number;
 /// Elements of an array that become columns; the rest is a picture or a cloud.
 pub(super) const MAX_ELEMENTS: usize = 64;
 const MAX_DEPTH: usize = 24;
-const MAX_PATH: usize = 1024;
+/// Bytes of a member's path.
+pub(super) const MAX_PATH: usize = 1024;
 
 /// Gives every number in `message` to `sink`, with its path: names joined by points,
 /// array elements as `name[0]`. Booleans are 0 and 1, `null` is NaN, strings are passed over.

@@ -14,6 +14,13 @@ mod mat73;
 mod mcap;
 mod mutate;
 mod roundtrip;
+mod seeds;
+
+#[path = "../../../fuzz/src/recording.rs"]
+#[allow(dead_code, unreachable_pub, reason = "the fuzz targets call the rest")]
+mod claims;
+#[path = "../../../fuzz/stable/mutation.rs"]
+mod mutation;
 
 use dgd_ingest::{IngestError, ReadOptions, read};
 use dgd_recording::{Issue, IssueKind, Table};

@@ -223,3 +223,22 @@ mod property {
         }
     }
 }
+
+#[test]
+fn the_order_of_rows_and_the_unit_of_y_do_not_matter() {
+    let rows = cubic(1000, [2e4, 9e7, -3e8], 500.0);
+    let plain = fit(&rows);
+    let mut mixed: Vec<_> = rows
+        .iter()
+        .map(|(row, y)| (*row, y / 6_894.757_29))
+        .collect();
+    mixed.reverse();
+    mixed.rotate_left(317);
+    let mixed = fit(&mixed);
+    for j in 0..3 {
+        let ratio = plain.coefficients[j] / mixed.coefficients[j];
+        assert!((ratio / 6_894.757_29 - 1.0).abs() < 1e-9, "{ratio}");
+        let ratio = plain.standard_errors[j] / mixed.standard_errors[j];
+        assert!((ratio / 6_894.757_29 - 1.0).abs() < 1e-9, "{ratio}");
+    }
+}

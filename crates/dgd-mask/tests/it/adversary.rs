@@ -2,6 +2,7 @@
 //! percentage is the reference.
 
 use crate::rig::{Rig, SAMPLES};
+use dgd_identify::{Prepared, Series};
 use dgd_mask::mask_recording;
 use dgd_units::MaskReferences;
 use std::f64::consts::TAU;
@@ -158,4 +159,129 @@ fn combining_level_friction_and_head_wins_nothing() {
         let found = strongest(&mixed, step);
         assert!(found < noise_bound(), "{share}: {found}");
     }
+}
+
+/// The part of a recording from a sample on.
+fn cut(prepared: &Prepared, series: &Series, from: usize) -> (Prepared, Series) {
+    let (mut prepared, mut series) = (prepared.clone(), series.clone());
+    let r = &mut prepared.recording;
+    let mut all: Vec<&mut Vec<f64>> = vec![
+        &mut r.time_s,
+        &mut r.mud_pump_flow_m3_s,
+        &mut r.booster_flow_m3_s,
+        &mut r.topfill_flow_m3_s,
+        &mut r.return_flow_m3_s,
+        &mut r.pump_speed_pct,
+        &mut prepared.inlet_pressure_pa,
+        &mut prepared.outlet_pressure_pa,
+        &mut series.friction_pa,
+        &mut series.head_m,
+        &mut series.level_m,
+    ];
+    all.extend(&mut r.pump_inlet_pressure_pa);
+    all.extend(&mut r.pump_outlet_pressure_pa);
+    all.into_iter().for_each(|v| drop(v.drain(..from)));
+    prepared.keep.drain(..from);
+    (prepared, series)
+}
+
+#[test]
+fn the_mean_of_maskings_of_many_cuts_has_no_less_noise() {
+    let rig = Rig::default();
+    let references = rig.references();
+    let (prepared, series) = rig.voyage();
+    let flows: Vec<Vec<f64>> = (0..16)
+        .map(|n| {
+            let from = 17 * n;
+            let (prepared, series) = cut(&prepared, &series, from);
+            let masked = mask_recording(&prepared, &series, &references);
+            masked.return_flow_pct[16 * 17 - from..].to_vec()
+        })
+        .collect();
+    let mean: Vec<f64> = (0..flows[0].len())
+        .map(|i| flows.iter().map(|f| f[i]).sum::<f64>() / flows.len() as f64)
+        .collect();
+    let step = references.mask_flow(rig.flow_step_m3_s);
+    let found = strongest(&mean, step);
+    // Slightly fewer samples than the bound counts with.
+    assert!(found < 1.1 * noise_bound(), "{found}");
+}
+
+/// Root mean square of neighbours' differences.
+fn unrest(values: &[f64]) -> f64 {
+    let steps = differences(values);
+    (steps.iter().map(|d| d * d).sum::<f64>() / steps.len() as f64).sqrt()
+}
+
+#[test]
+fn a_meter_at_rest_does_not_tell_its_step_by_its_noise() {
+    // With noise one step wide, as it once was, the range of 300 values at rest gave the step to 0.1 %.
+    let rest = 1000..3000;
+    let noise_at_rest = |step_gpm: f64| {
+        let rig = Rig {
+            flow_step_m3_s: step_gpm * 6.309e-5,
+            ..Rig::default()
+        };
+        let (mut prepared, series) = rig.voyage();
+        prepared.recording.return_flow_m3_s[rest.clone()].fill(0.0);
+        let masked = mask_recording(&prepared, &series, &rig.references());
+        unrest(&masked.return_flow_pct[rest.clone()])
+    };
+    let found = [0.1, 0.25, 0.5, 1.0].map(noise_at_rest);
+    let (least, most) = found
+        .iter()
+        .fold((f64::MAX, 0.0f64), |(l, m), v| (l.min(*v), m.max(*v)));
+    assert!(most < 1.1 * least, "{found:?}");
+}
+
+/// A pump that is held at round strokes for a minute each, and the means of the masked minutes.
+fn minutes(masked: bool) -> (Vec<f64>, f64) {
+    let rig = Rig::default();
+    let references = rig.references();
+    let (mut prepared, series) = rig.voyage();
+    let mut strokes = 1i64;
+    for (i, flow) in prepared.recording.mud_pump_flow_m3_s.iter_mut().enumerate() {
+        if i % 60 == 0 {
+            strokes = (strokes * 48_271) % 2_147_483_647;
+        }
+        *flow = (600 + strokes % 400) as f64 * rig.flow_step_m3_s;
+    }
+    prepared.recording.booster_flow_m3_s.fill(0.0);
+    prepared.recording.topfill_flow_m3_s.fill(0.0);
+    let inflow = if masked {
+        mask_recording(&prepared, &series, &references).inflow_pct
+    } else {
+        let plain = prepared.recording.inflow_m3_s();
+        plain.iter().map(|q| references.mask_flow(*q)).collect()
+    };
+    let means = inflow
+        .chunks_exact(60)
+        .map(|c| c.iter().sum::<f64>() / 60.0);
+    (means.collect(), references.mask_flow(rig.flow_step_m3_s))
+}
+
+#[test]
+fn a_pump_held_at_set_points_shows_no_step_in_their_means() {
+    let (plain, step) = minutes(false);
+    assert!(comb(&plain, step) > 0.999 && comb(&differences(&plain), step) > 0.999);
+    let (means, step) = minutes(true);
+    // As in `noise_bound`, of a hundred minutes; one candidate, the true one.
+    let bound = (2.0 * 1e4f64.ln() / means.len() as f64).sqrt();
+    for values in [differences(&means), means] {
+        let found = comb(&values, step);
+        assert!(found < bound, "{found} of {bound}");
+    }
+}
+
+#[test]
+fn who_knows_one_set_point_knows_the_scale() {
+    // No leak that could be mended: the limit that the README states.
+    let rig = Rig::default();
+    let (mut prepared, series) = rig.voyage();
+    let known_m3_s = 0.05;
+    prepared.recording.return_flow_m3_s[1000..1300].fill(known_m3_s);
+    let masked = mask_recording(&prepared, &series, &rig.references());
+    let mean_pct = masked.return_flow_pct[1000..1300].iter().sum::<f64>() / 300.0;
+    let found = 100.0 * known_m3_s / mean_pct;
+    assert!((found / rig.references().disclose()[0] - 1.0).abs() < 0.005);
 }

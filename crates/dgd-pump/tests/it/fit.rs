@@ -65,3 +65,40 @@ fn measuring_head_in_other_units_scales_every_coefficient() {
     assert!((centimetres.mse_m2 / metres.mse_m2 / 1e4 - 1.0).abs() < 1e-10);
     assert!((centimetres.r2 - metres.r2).abs() < 1e-12);
 }
+
+#[test]
+fn intervals_hold_the_truth_as_often_as_they_say() {
+    const DRAWS: usize = 300;
+    let truth = [PUMP.c0, PUMP.c1, PUMP.c2];
+    let mut held = [0; 3];
+    let mut recording = Recording::new(400, &PUMP, 0.0);
+    let exact = recording.head.clone();
+    for draw in 0..DRAWS {
+        for (i, head) in recording.head.iter_mut().enumerate() {
+            *head = exact[i] + 3.0 * crate::noise(i + 10_000 * draw);
+        }
+        let found = fit_unconstrained(&recording.samples(), 2.0, 2.0).unwrap();
+        let c = [found.curve.c0, found.curve.c1, found.curve.c2];
+        for j in 0..3 {
+            let off = (c[j] - truth[j]).abs() / found.standard_errors[j].unwrap();
+            held[j] += usize::from(off < 1.96);
+        }
+    }
+    // Of 300 draws at 95 % the binomial gives fewer than 269 or more than 297 once in 5,000 times.
+    for count in held {
+        assert!((269..=297).contains(&count), "{held:?} of {DRAWS}");
+    }
+}
+
+#[test]
+fn the_order_of_samples_does_not_matter() {
+    let mut recording = Recording::new(2000, &PUMP, 3.0);
+    let forth = fit_unconstrained(&recording.samples(), 2.0, 2.0).unwrap();
+    recording.speed.reverse();
+    recording.flow.reverse();
+    recording.head.reverse();
+    let back = fit_unconstrained(&recording.samples(), 2.0, 2.0).unwrap();
+    assert!((forth.curve.c0 / back.curve.c0 - 1.0).abs() < 1e-10);
+    assert!((forth.curve.c1 / back.curve.c1 - 1.0).abs() < 1e-10);
+    assert!((forth.curve.c2 / back.curve.c2 - 1.0).abs() < 1e-10);
+}

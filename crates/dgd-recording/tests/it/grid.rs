@@ -131,3 +131,59 @@ fn too_few_stamps_are_no_clock() {
         assert_eq!(survey_clock(stamps), Err(expected));
     }
 }
+
+#[test]
+fn a_clock_that_was_set_once_keeps_its_step() {
+    let stamps: Vec<f64> = (0..4000)
+        .map(|i| 30.0 * f64::from(i) + if i < 1500 { 0.0 } else { 11.0 })
+        .collect();
+    let (gridded, step_s, issues) = recording(&stamps).onto_grid().unwrap();
+    assert_eq!(step_s, 30.0);
+    assert_eq!(gridded.len(), 4000);
+    assert_eq!(kinds(&issues), [IssueKind::Jitter]);
+}
+
+#[test]
+fn a_clock_that_was_set_back_is_refused_with_the_place() {
+    let stamps: Vec<f64> = (0..300)
+        .map(|i| f64::from(i) - if i < 200 { 0.0 } else { 50.0 })
+        .collect();
+    let error = recording(&stamps).onto_grid().unwrap_err();
+    let expected = ClockError::SetBack {
+        jump_s: 199.0,
+        back_s: 49.0,
+        samples: 50,
+    };
+    assert_eq!(error, RecordingError::Clock(expected));
+}
+
+#[test]
+fn a_stretch_that_is_there_twice_alike_counts_once() {
+    let mut twice = recording(&(0..250).map(f64::from).collect::<Vec<f64>>());
+    let again = |values: &mut Vec<f64>| {
+        let tail = values[150..].to_vec();
+        values.truncate(200);
+        values.extend(tail);
+    };
+    again(&mut twice.time_s);
+    for values in [
+        &mut twice.mud_pump_flow_m3_s,
+        &mut twice.booster_flow_m3_s,
+        &mut twice.topfill_flow_m3_s,
+        &mut twice.return_flow_m3_s,
+        &mut twice.pump_speed_pct,
+    ]
+    .into_iter()
+    .chain(&mut twice.pump_inlet_pressure_pa)
+    .chain(&mut twice.pump_outlet_pressure_pa)
+    .chain(&mut twice.riser_pressure_pa)
+    {
+        again(values);
+    }
+    let (gridded, _, issues) = twice.onto_grid().unwrap();
+    assert_eq!(gridded.len(), 250);
+    assert_eq!(
+        kinds(&issues),
+        [IssueKind::BackwardTime, IssueKind::DuplicateTime]
+    );
+}

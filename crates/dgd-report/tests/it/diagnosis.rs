@@ -20,6 +20,7 @@ fn page(diagnosis: &Diagnosis) -> String {
         diagnosis,
         "rig.mat",
         "dgd diagnose rig.mat --well well.toml",
+        &[],
     )
 }
 
@@ -215,7 +216,7 @@ fn hostile_names_are_escaped() {
             }
         }
         diagnosis.settings = vec![(HOSTILE.to_owned(), HOSTILE.to_owned())];
-        let html = diagnosis_page(&diagnosis, HOSTILE, HOSTILE);
+        let html = diagnosis_page(&diagnosis, HOSTILE, HOSTILE, &[HOSTILE.into()]);
         let document = parse(&html);
         for node in document.descendants().filter(roxmltree::Node::is_element) {
             assert!(

@@ -236,7 +236,7 @@ fn what_is_less_than_a_few_per_cent_of_the_noise_is_too_small_to_matter() {
         400,
     );
     assert_eq!(found.verdict, Verdict::Consistent, "{}", told(&found));
-    let check = |c: &&dgd_revise::Check| c.name.contains("the noise to a few per cent");
+    let check = |c: &&dgd_revise::Check| c.name.contains("the noise to ten per cent");
     let check = found.checks.iter().find(check);
     assert!(check.is_some_and(|c| c.passed), "{}", told(&found));
 }

@@ -1,0 +1,166 @@
+//! Whether the channels share one clock, by the delay between flow and pressure.
+
+use crate::IdentifyOptions;
+use dgd_friction::{DelaySweep, Minimum, Samples, SweepOptions, Terms, delay_sweep};
+use dgd_pump::Samples as PumpSamples;
+
+/// Kept samples of each half that are looked at; they are spread over it in runs.
+const LOOKED_AT: usize = 20_000;
+/// Seconds by which the delays of two halves may differ: delays vary with the flow.
+const APART_S: f64 = 15.0;
+/// Seconds below 0 in which a flow that is ahead of its pressure is looked for.
+const AHEAD_S: f64 = 60.0;
+
+/// Warns where the delay found is no delay of a meter: where it is another one in the second half of
+/// the recording, or less than nothing.
+pub(crate) fn warn_of_clocks(
+    samples: &Samples<'_>,
+    step_s: f64,
+    sweep: &DelaySweep,
+    options: &IdentifyOptions,
+    warnings: &mut Vec<String>,
+) {
+    if sweep.delays_s.len() == 1 {
+        return; // the caller knows the delay
+    }
+    let best_s = sweep.delays_s[sweep.best];
+    if best_s == 0.0
+        && *options.delays.start() == 0
+        && let Some(ahead_s) = ahead(samples, step_s)
+    {
+        warnings.push(format!(
+            "the return flow is {} s ahead of the pressures, which no meter is: \
+             do the channels share one clock?",
+            -ahead_s
+        ));
+        return;
+    }
+    let halves = [0, 1].map(|half| in_half(samples, half, step_s, options));
+    if let [Some(early), Some(late)] = &halves {
+        let (a, b) = (early.refined_delay_s, late.refined_delay_s);
+        let apart_s = APART_S.max(2.0 * step_s);
+        if (a - b).abs() > apart_s && told_apart(early, late.best) && told_apart(late, early.best) {
+            warnings.push(format!(
+                "the delay is {a:.0} s in the first half of the recording and {b:.0} s in the second: \
+                 does the clock of the return flow run as the others do?"
+            ));
+        }
+    }
+}
+
+/// Whether a half's own delay fits its samples better than the other half's by more than noise.
+fn told_apart(sweep: &DelaySweep, other: usize) -> bool {
+    const BETTER: f64 = 1.5;
+    let n = sweep.n[sweep.best].max(1) as f64;
+    let own = sweep.mse_pa2[sweep.best];
+    let others = sweep.mse_pa2.get(other).copied().unwrap_or(f64::NAN);
+    others > own * BETTER.max(1.0 + 6.0 * (2.0 / n).sqrt())
+}
+
+/// A delay below 0 that fits better than 0 by more than noise, s.
+fn ahead(samples: &Samples<'_>, step_s: f64) -> Option<f64> {
+    #[expect(clippy::cast_possible_truncation, reason = "clamped")]
+    let most = (AHEAD_S / step_s).round().clamp(2.0, 600.0) as i64;
+    let settings = SweepOptions {
+        delays: -most..=0,
+        dt_s: step_s,
+        ..SweepOptions::default()
+    };
+    let thin = thinned(samples, 0..samples.keep.len());
+    let sweep = delay_sweep(&with(samples, &thin), &Terms::Quadratic, &settings).ok()?;
+    let zero = sweep.delays_s.len() - 1;
+    let clear = sweep.delays_s[sweep.best] < -1.5 * step_s && told_apart(&sweep, zero);
+    clear.then_some(sweep.delays_s[sweep.best])
+}
+
+fn in_half(
+    samples: &Samples<'_>,
+    half: usize,
+    step_s: f64,
+    options: &IdentifyOptions,
+) -> Option<DelaySweep> {
+    let middle = samples.keep.len() / 2;
+    let range = if half == 0 {
+        0..middle
+    } else {
+        middle..samples.keep.len()
+    };
+    let settings = SweepOptions {
+        delays: options.delays.clone(),
+        dt_s: step_s,
+        loss: dgd_friction::Loss::Squared,
+    };
+    let thin = thinned(samples, range);
+    let sweep = delay_sweep(&with(samples, &thin), &Terms::Quadratic, &settings).ok()?;
+    // Where nothing moves the least error lies anywhere.
+    let worst = sweep.mse_pa2.iter().copied().filter(|m| m.is_finite());
+    let worst = worst.fold(0.0, f64::max);
+    let flat = worst < 1.3 * sweep.mse_pa2[sweep.best];
+    (!flat && sweep.minimum != Minimum::AtFirst).then_some(sweep)
+}
+
+/// The kept samples of a range, in every so many runs of a minute's samples.
+fn thinned(samples: &Samples<'_>, range: std::ops::Range<usize>) -> Vec<bool> {
+    const RUN: usize = 64;
+    let every = range.len().div_ceil(LOOKED_AT).max(1);
+    let mut keep = vec![false; samples.keep.len()];
+    for k in range {
+        keep[k] = samples.keep[k] && (k / RUN).is_multiple_of(every);
+    }
+    keep
+}
+
+fn with<'a>(samples: &Samples<'a>, keep: &'a [bool]) -> Samples<'a> {
+    Samples {
+        flow_m3_s: samples.flow_m3_s,
+        friction_pa: samples.friction_pa,
+        keep,
+        keep_delayed: samples.keep_delayed,
+    }
+}
+
+/// Warns where the head moves before the pump speed does: a pump may be late, its speed cannot be.
+pub(crate) fn warn_of_speed(samples: &PumpSamples<'_>, step_s: f64, warnings: &mut Vec<String>) {
+    /// Seconds that are tried: enough to tell, few enough to cost nothing.
+    const LATE_S: [f64; 7] = [5.0, 10.0, 15.0, 20.0, 30.0, 45.0, 60.0];
+    /// Mean square that a late speed must leave at the most, of the one now.
+    const LEFT: f64 = 0.125;
+    let n = samples.keep.len();
+    let every = n.div_ceil(LOOKED_AT / 4).max(1);
+    let left = |late: usize| {
+        let rows = n.checked_sub(late)?;
+        let mut keep = vec![false; rows];
+        for t in (0..rows).step_by(every) {
+            keep[t] = samples.keep[t] && samples.keep[t + late];
+        }
+        let shifted = PumpSamples {
+            speed_pct: &samples.speed_pct[late..],
+            flow_m3_s: &samples.flow_m3_s[..rows],
+            head_m: &samples.head_m[..rows],
+            keep: &keep,
+        };
+        let fit = dgd_pump::fit_unconstrained(&shifted, 2.0, 2.0).ok()?;
+        (fit.n >= 100).then_some(fit.mse_m2)
+    };
+    let Some(now) = left(0) else {
+        return;
+    };
+    let tried = LATE_S.iter().filter_map(|late_s| {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "clamped"
+        )]
+        let late = (late_s / step_s).round().clamp(0.0, 600.0) as usize;
+        let mse = (late > 0).then(|| left(late)).flatten()?;
+        Some((mse, late as f64 * step_s))
+    });
+    let best = tried.min_by(|a, b| a.0.total_cmp(&b.0));
+    if let Some((mse, late_s)) = best.filter(|(mse, _)| *mse < LEFT * now) {
+        warnings.push(format!(
+            "the head curve fits {} times better with the pump speed read {late_s:.0} s later than recorded, \
+             as if the head moved first: do the channels share one clock?",
+            (now / mse).round()
+        ));
+    }
+}

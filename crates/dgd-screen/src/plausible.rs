@@ -1,0 +1,257 @@
+//! Whether a recording can be what its well description says it is.
+
+mod causes;
+mod checks;
+mod facts;
+mod state;
+mod words;
+
+use causes::{Cause, explain};
+use checks::{Check, faults, through};
+use dgd_recording::{Channel, Recording, Well};
+use dgd_units::{PressureReference, STANDARD_ATMOSPHERE_PA};
+use facts::{Facts, quantile};
+use state::State;
+use std::fmt;
+
+/// A line of the well description.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Place {
+    /// Section: `mud`, `geometry` or `channels`.
+    pub section: &'static str,
+    /// Key in it.
+    pub key: &'static str,
+    /// Which of several transmitters, counted from 0.
+    pub transmitter: Option<usize>,
+    /// The channel, where it is one.
+    pub channel: Option<Channel>,
+}
+
+impl Place {
+    fn new(section: &'static str, key: &'static str) -> Self {
+        Self {
+            section,
+            key,
+            transmitter: None,
+            channel: None,
+        }
+    }
+}
+
+/// Something that a recording makes unlikely in its well description.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Suspicion {
+    /// The line to look at first.
+    pub place: Place,
+    /// What does not fit, and what would.
+    pub message: String,
+}
+
+impl fmt::Display for Suspicion {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+/// Most alternatives that one suspicion names.
+const ALTERNATIVES: usize = 3;
+/// Share of samples below which a channel is called mostly empty.
+const MOSTLY: f64 = 0.5;
+
+/// What in a well description a recording makes unlikely: units, tags, depths, density, diameters
+/// and the clock's unit; and channels that say nothing.
+///
+/// - `recording`: as read, before any screening, on an even clock; any length.
+/// - `step_s`: step of that clock, s.
+///
+/// A suspicion rests on what holds for any rig with this geometry, with room for what a
+/// diagnosis is for (meters off by a fifth, transmitters by 5 bar, mud lighter or heavier by as
+/// much as gas and cuttings make it): pressures lie between an empty and a full column of
+/// mud; twins agree; the pump raises the pressure; what is pumped in comes back, between 0.6
+/// and 1.67 times; the level moves with what the flows leave in the riser; the return line's
+/// friction factor is one of a pipe; a pump's speed is in percent; time steps are a recorder's. Of
+/// every single mistake of description (another unit of one or several channels, tags swapped,
+/// depths, density or diameters in another unit) those that mend all of it are named.
+///
+/// What it cannot see: all pressures gauge where absolute is said (an atmosphere is no more than
+/// a transmitter's bias), UK for US gallons, swapped inflows (only their sum is used), swapped
+/// transmitters of one side. It is silent where there is too little to judge.
+pub fn suspect(recording: &Recording, step_s: f64, well: &Well) -> Vec<Suspicion> {
+    if recording.is_empty() || !(step_s > 0.0 && step_s.is_finite()) {
+        return Vec::new();
+    }
+    let facts = Facts::of(recording, step_s, well);
+    let mut suspicions = mute(&facts);
+    let mut state = State::described(&facts, well);
+    let mut found = faults(&state);
+    let sound = found.is_empty();
+    let any_pressure = found.iter().any(|f| {
+        matches!(
+            f.check,
+            Check::Column(_) | Check::Twins(..) | Check::Riser(_) | Check::Rise
+        )
+    });
+    // Each turn takes away at least one fault.
+    while !found.is_empty() {
+        let explained = explain(&state, &found);
+        let Some(best) = explained.first() else {
+            suspicions.extend(found.iter().map(|fault| Suspicion {
+                place: words::place_of_fault(&state, fault),
+                message: format!("{}: check tag and unit", words::fault(&state, fault)),
+            }));
+            break;
+        };
+        let gone = |f: &&checks::Fault| best.left.iter().all(|l| l.check != f.check);
+        let told: Vec<&checks::Fault> = found.iter().filter(gone).collect();
+        let first = told.first().map(|f| words::fault(&state, f));
+        let alternatives: Vec<String> = explained
+            .iter()
+            .take(ALTERNATIVES)
+            .map(|e| words::cause(&state, &e.cause, &e.state))
+            .collect();
+        suspicions.push(Suspicion {
+            place: words::place_of_cause(&state, &best.cause),
+            message: format!(
+                "{}; {}",
+                first.unwrap_or_default(),
+                alternatives.join("; or ")
+            ),
+        });
+        let (next, left) = (best.state.clone(), best.left.clone());
+        state = next;
+        found = left;
+    }
+    if !any_pressure {
+        suspicions.extend(atmosphere(&state));
+    }
+    // Only of a recording without any other fault: a wrong unit upsets this too.
+    if sound {
+        suspicions.extend(exchanged(&state));
+    }
+    suspicions
+}
+
+/// Channels that have no value, hardly any, or always the same.
+fn mute(facts: &Facts) -> Vec<Suspicion> {
+    let state_of = |i: usize| {
+        let told = &facts.told[i];
+        let tag = told.tag.as_deref().unwrap_or_default();
+        format!("{} `{tag}`", told.channel.name())
+    };
+    let returns = facts.find(Channel::ReturnFlow);
+    let stops = returns.is_some_and(|i| {
+        let blocks = || facts.told[i].blocks.iter().copied();
+        quantile(blocks(), 0.05) < 0.5 * quantile(blocks(), 0.95)
+    });
+    let mut suspicions = Vec::new();
+    for (i, told) in facts
+        .told
+        .iter()
+        .enumerate()
+        .filter(|(_, t)| t.tag.is_some())
+    {
+        let place = place(told.channel);
+        let mut say = |message| suspicions.push(Suspicion { place, message });
+        if told.present == 0.0 {
+            say(format!(
+                "{} has no value in the whole recording",
+                state_of(i)
+            ));
+        } else if told.present < MOSTLY {
+            say(format!(
+                "{} has a value at only {} % of the samples",
+                state_of(i),
+                words::number(100.0 * told.present)
+            ));
+        }
+        let Some(value) = told.constant else {
+            continue;
+        };
+        let dead = match told.channel {
+            // Booster and topfill run at one rate for days, or not at all.
+            Channel::BoosterFlow | Channel::TopfillFlow => false,
+            Channel::MudPumpFlow => stops,
+            _ => true,
+        };
+        if dead {
+            say(format!(
+                "{} never changes ({} {} throughout): is it connected?",
+                state_of(i),
+                words::number(told.unit.from_si(value)),
+                told.unit
+            ));
+        }
+    }
+    suspicions
+}
+
+fn place(channel: Channel) -> Place {
+    let transmitter = match channel {
+        Channel::PumpInletPressure(n) | Channel::PumpOutletPressure(n) => Some(n),
+        _ => None,
+    };
+    Place {
+        channel: Some(channel),
+        transmitter,
+        ..Place::new("channels", channel.name())
+    }
+}
+
+/// An inflow that is the return flow by what the line's pressure says.
+fn exchanged(state: &State<'_>) -> Option<Suspicion> {
+    let back = state.facts.find(Channel::ReturnFlow)?;
+    if state.facts.told[back].constant.is_some() {
+        return None;
+    }
+    let (i, closer) = through(state)?;
+    let cause = Cause::Swap(vec![(i, back)]);
+    let after = cause.undone(state)?;
+    (state.facts.told[i].tag.is_some() && faults(&after).is_empty()).then(|| Suspicion {
+        place: words::place_of(state, Some(back)),
+        message: format!(
+            "the pump's outlet pressure follows {} {} times as closely as {}; {}",
+            words::named(state, i),
+            words::number(closer),
+            words::named(state, back),
+            words::cause(state, &cause, &after)
+        ),
+    })
+}
+
+/// Twins that read an atmosphere apart, one of them described as gauge.
+///
+/// Without the description an atmosphere is a bias like any other.
+fn atmosphere(state: &State<'_>) -> Option<Suspicion> {
+    const NEAR_PA: f64 = 15e3;
+    let flowing = state.flowing();
+    let gauge = |i: usize| state.units[i].pressure_reference == Some(PressureReference::Gauge);
+    for side in [state.inlets(), state.outlets()] {
+        for (n, a) in side.iter().enumerate() {
+            for b in &side[n + 1..] {
+                let (above, below) = match (gauge(*a), gauge(*b)) {
+                    (true, false) => (*a, *b),
+                    (false, true) => (*b, *a),
+                    _ => continue,
+                };
+                let apart = state.median(above, &flowing) - state.median(below, &flowing);
+                if (apart - STANDARD_ATMOSPHERE_PA).abs() < NEAR_PA {
+                    return Some(Suspicion {
+                        place: words::place_of(state, Some(above)),
+                        message: format!(
+                            "{}, read as {}, and its twin {}, read as {}, are an atmosphere apart ({} bar): \
+                             both are gauge or both absolute",
+                            words::named(state, above),
+                            state.units[above],
+                            words::named(state, below),
+                            state.units[below],
+                            words::number(apart * 1e-5),
+                        ),
+                    });
+                }
+            }
+        }
+    }
+    None
+}

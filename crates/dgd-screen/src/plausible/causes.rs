@@ -1,0 +1,334 @@
+//! Mistakes in a well description that people make, and how a recording reads without them.
+
+use super::checks::{Check, Fault, faults, moves};
+use super::state::{Map, State};
+use dgd_recording::Channel;
+use dgd_units::{Dimension, Unit};
+
+/// Pressure units that recordings come in, besides those that the description has.
+const PRESSURES: [&str; 5] = ["psia", "bara", "kPaa", "MPa", "Pa"];
+/// The same for flows.
+const FLOWS: [&str; 7] = ["gpm", "l/min", "m3/h", "l/s", "bbl/min", "m3/min", "m3/s"];
+/// The same for clocks.
+const CLOCKS: [&str; 5] = ["s", "ms", "min", "h", "d"];
+/// Lengths written in another unit than they were read in: true over read.
+const DEPTHS: [(f64, &str); 2] = [
+    (1.0 / 0.3048, "metres that are written as ft"),
+    (0.3048, "feet that are written as m"),
+];
+const DIAMETERS: [(f64, &str); 6] = [
+    (2.54, "inches that are written as cm"),
+    (1.0 / 2.54, "centimetres that are written as in"),
+    (25.4, "inches that are written as mm"),
+    (1.0 / 25.4, "millimetres that are written as in"),
+    (10.0, "centimetres that are written as mm"),
+    (0.1, "millimetres that are written as cm"),
+];
+const DENSITIES: [(f64, &str); 6] = [
+    (8.345_404, "specific gravity that is written as ppg"),
+    (1.0 / 8.345_404, "ppg that are written as specific gravity"),
+    (1e3, "specific gravity that is written as kg/m3"),
+    (1e-3, "kg/m3 that are written as specific gravity"),
+    (119.826_43, "ppg that are written as kg/m3"),
+    (1.0 / 119.826_43, "kg/m3 that are written as ppg"),
+];
+
+/// Strain beyond the least from which an explanation is no longer worth telling.
+const FURTHER: f64 = 0.25;
+
+/// A mistake.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Cause {
+    /// Channels in another unit than described.
+    Unit(Vec<usize>, Unit),
+    /// Columns of channels exchanged.
+    Swap(Vec<(usize, usize)>),
+    /// Speed of 0 to 1 in the place of percent.
+    Share(usize),
+    /// The clock in another unit.
+    Clock(Unit, f64),
+    /// Depths times a factor.
+    Depths(f64, &'static str),
+    /// The mud's density times a factor.
+    Density(f64, &'static str),
+    /// The return line's diameter times a factor.
+    Line(f64, &'static str),
+    /// Riser and pipe in it, or one of them, times a factor.
+    Riser(bool, bool, f64, &'static str),
+}
+
+impl Cause {
+    /// The recording as it reads without this mistake; `None` where it would not fit together.
+    pub(super) fn undone<'a>(&self, state: &State<'a>) -> Option<State<'a>> {
+        let mut other = state.clone();
+        match self {
+            Self::Unit(told, unit) => {
+                for i in told {
+                    let (map, before) = (state.maps[*i], state.units[*i]);
+                    let factor = unit.factor / before.factor;
+                    other.maps[*i] = Map {
+                        from: map.from,
+                        factor: map.factor * factor,
+                        offset: (map.offset - before.offset) * factor + unit.offset,
+                    };
+                    other.units[*i] = *unit;
+                }
+            }
+            Self::Swap(pairs) => {
+                for (a, b) in pairs {
+                    other.maps[*a] = read_as(state.maps[*b], state.units[*b], state.units[*a]);
+                    other.maps[*b] = read_as(state.maps[*a], state.units[*a], state.units[*b]);
+                }
+            }
+            Self::Share(i) => {
+                other.maps[*i].factor *= 100.0;
+                other.maps[*i].offset *= 100.0;
+            }
+            Self::Clock(_, factor) => other.time *= factor,
+            Self::Depths(factor, _) => {
+                let geometry = &mut other.geometry;
+                geometry.pump_inlet_depth_m *= factor;
+                geometry.pump_outlet_depth_m *= factor;
+                if let Some(depth_m) = &mut geometry.riser_pressure_sensor_depth_m {
+                    *depth_m *= factor;
+                }
+            }
+            Self::Density(factor, _) => other.density_kg_m3 *= factor,
+            Self::Line(factor, _) => other.geometry.return_line_id_m *= factor,
+            Self::Riser(riser, pipe, factor, _) => {
+                if *riser {
+                    other.geometry.riser_id_m *= factor;
+                }
+                if *pipe {
+                    other.geometry.drillpipe_od_m *= factor;
+                }
+                let riser_m = other.geometry.riser_id_m;
+                let fits = other.geometry.drillpipe_od_m < 0.9 * riser_m;
+                if !fits || !(0.2..1.0).contains(&riser_m) {
+                    return None;
+                }
+            }
+        }
+        Some(other)
+    }
+
+    /// Whether a fault is about what this mistake touches.
+    fn touches(&self, state: &State<'_>, fault: &Fault) -> bool {
+        let told: Vec<usize> = match self {
+            Self::Unit(told, _) => told.clone(),
+            Self::Swap(pairs) => pairs.iter().flat_map(|(a, b)| [*a, *b]).collect(),
+            Self::Share(i) => vec![*i],
+            _ => Vec::new(),
+        };
+        let flow = told.iter().any(|i| state.flows().contains(i));
+        let pressure = told.iter().any(|i| state.pressures().contains(i));
+        let speed = told
+            .iter()
+            .any(|i| state.facts.told[*i].channel == Channel::PumpSpeed);
+        match fault.check {
+            Check::Column(i) | Check::Riser(i) => {
+                told.contains(&i) || matches!(self, Self::Depths(..) | Self::Density(..))
+            }
+            Check::Twins(a, b) => told.contains(&a) || told.contains(&b),
+            Check::Rise => pressure,
+            Check::Returned => flow || matches!(self, Self::Clock(..)),
+            Check::Moves => flow || matches!(self, Self::Clock(..) | Self::Riser(..)),
+            Check::Friction => flow || pressure || matches!(self, Self::Line(..)),
+            Check::Speed => speed,
+            Check::Lifts => speed || pressure,
+            Check::Step => matches!(self, Self::Clock(..)),
+            Check::Density => matches!(self, Self::Density(..)),
+        }
+    }
+}
+
+/// Columns of one channel under the unit of another.
+fn read_as(map: Map, from: Unit, to: Unit) -> Map {
+    let factor = to.factor / from.factor;
+    Map {
+        from: map.from,
+        factor: map.factor * factor,
+        offset: (map.offset - from.offset) * factor + to.offset,
+    }
+}
+
+/// A mistake that explains faults, and how the recording reads without it.
+pub(super) struct Explained<'a> {
+    pub(super) cause: Cause,
+    pub(super) state: State<'a>,
+    pub(super) left: Vec<Fault>,
+    /// How far from plain the reading still is; less is better.
+    strain: f64,
+}
+
+/// The single mistakes that explain most of the faults, the plainest first.
+///
+/// One is only taken if nothing that it touches stays at fault and nothing new comes to be.
+pub(super) fn explain<'a>(state: &State<'a>, found: &[Fault]) -> Vec<Explained<'a>> {
+    let mut explained: Vec<Explained<'a>> = Vec::new();
+    for cause in causes(state, found) {
+        let Some(other) = cause.undone(state) else {
+            continue;
+        };
+        let left = faults(&other);
+        let known = |f: &Fault| found.iter().any(|g| g.check == f.check);
+        if left.len() >= found.len()
+            || !left.iter().all(known)
+            || left.iter().any(|f| cause.touches(&other, f))
+        {
+            continue;
+        }
+        let strain = strain(state, &other, &cause);
+        explained.push(Explained {
+            cause,
+            state: other,
+            left,
+            strain,
+        });
+    }
+    let fewest = explained.iter().map(|e| e.left.len()).min();
+    explained.retain(|e| Some(e.left.len()) == fewest);
+    explained.sort_by(|a, b| a.strain.total_cmp(&b.strain));
+    let least = explained.first().map_or(0.0, |e| e.strain);
+    explained.retain(|e| e.strain <= least + FURTHER);
+    explained
+}
+
+/// Units that siblings have are likelier than others, one channel's mistake than several channels',
+/// and what makes twins agree and flows balance than what barely passes.
+fn strain(before: &State<'_>, state: &State<'_>, cause: &Cause) -> f64 {
+    let flowing = state.flowing();
+    let mut strain: f64 = 0.0;
+    for side in [state.inlets(), state.outlets()] {
+        for pair in side.windows(2) {
+            let (a, b) = (
+                state.median(pair[0], &flowing),
+                state.median(pair[1], &flowing),
+            );
+            if a > 0.0 && b > 0.0 {
+                strain += (a / b).ln().abs();
+            }
+        }
+    }
+    let (mut back, mut pumped) = (0.0, 0.0);
+    for k in &flowing {
+        let (one, other) = (state.return_flow(*k), state.inflow(*k));
+        if one.is_finite() && other.is_finite() {
+            back += one;
+            pumped += other;
+        }
+    }
+    if back > 0.0 && pumped > 0.0 {
+        strain += f64::ln(back / pumped).abs();
+    }
+    let moves = moves(state, &state.inlets());
+    if moves.is_finite() {
+        strain += 0.3 * moves.ln().abs();
+    }
+    match cause {
+        Cause::Share(_) => strain + 0.05,
+        Cause::Unit(told, unit) => {
+            let siblings = before.units.iter().enumerate();
+            let in_use = siblings
+                .filter(|(i, _)| !told.contains(i))
+                .any(|(_, u)| u.factor == unit.factor);
+            strain + if in_use { 0.0 } else { 0.1 }
+        }
+        Cause::Clock(..) => strain + 0.05 * state.step_s().ln().abs(),
+        Cause::Swap(pairs) => {
+            let alike =
+                |(a, b): &(usize, usize)| before.units[*a].dimension == before.units[*b].dimension;
+            let each = pairs.iter().map(|p| if alike(p) { 0.1 } else { 0.2 });
+            strain + each.sum::<f64>()
+        }
+        _ => strain + 0.2,
+    }
+}
+
+/// Every mistake that could be behind the faults.
+fn causes(state: &State<'_>, found: &[Fault]) -> Vec<Cause> {
+    let told = &state.facts.told;
+    let recorded = |i: &usize| told[*i].tag.is_some();
+    let any = |f: fn(&Check) -> bool| found.iter().any(|fault| f(&fault.check));
+    let mut causes = Vec::new();
+    let all: Vec<usize> = (0..told.len()).filter(recorded).collect();
+    for (dimension, groups, units) in [
+        (
+            Dimension::Pressure,
+            vec![state.inlets(), state.outlets(), state.pressures()],
+            &PRESSURES[..],
+        ),
+        (
+            Dimension::FlowRate,
+            vec![state.inflows(), state.flows()],
+            &FLOWS[..],
+        ),
+    ] {
+        let singles = all
+            .iter()
+            .filter(|i| state.units[**i].dimension == dimension);
+        let mut groups: Vec<Vec<usize>> = singles
+            .map(|i| vec![*i])
+            .chain(groups)
+            .map(|group| group.into_iter().filter(recorded).collect())
+            .collect();
+        groups.retain(|group: &Vec<usize>| !group.is_empty());
+        groups.dedup();
+        let in_use = all.iter().map(|i| state.units[*i]);
+        let units = in_use
+            .filter(|u| u.dimension == dimension)
+            .chain(units.iter().filter_map(|u| Unit::parse(u).ok()));
+        let mut distinct: Vec<Unit> = Vec::new();
+        for unit in units {
+            // `bar` and `bara` are one reading; gauge and absolute are told apart elsewhere.
+            if distinct.iter().all(|d| d.factor != unit.factor) {
+                distinct.push(unit);
+            }
+        }
+        for group in groups {
+            for unit in &distinct {
+                let other = |i: &usize| state.units[*i].factor != unit.factor;
+                let told: Vec<usize> = group.iter().copied().filter(other).collect();
+                let cause = Cause::Unit(told, *unit);
+                if group.iter().any(other) && !causes.contains(&cause) {
+                    causes.push(cause);
+                }
+            }
+        }
+    }
+    for (n, a) in all.iter().enumerate() {
+        for b in &all[n + 1..] {
+            causes.push(Cause::Swap(vec![(*a, *b)]));
+        }
+    }
+    let (inlets, outlets) = (state.inlets(), state.outlets());
+    if inlets.len() > 1 && inlets.len() == outlets.len() {
+        causes.push(Cause::Swap(inlets.into_iter().zip(outlets).collect()));
+    }
+    if any(|c| matches!(c, Check::Column(_))) {
+        causes.extend(DEPTHS.map(|(factor, words)| Cause::Depths(factor, words)));
+    }
+    if any(|c| matches!(c, Check::Column(_) | Check::Density)) {
+        causes.extend(DENSITIES.map(|(factor, words)| Cause::Density(factor, words)));
+    }
+    if any(|c| matches!(c, Check::Friction)) {
+        causes.extend(DIAMETERS.map(|(factor, words)| Cause::Line(factor, words)));
+    }
+    if any(|c| matches!(c, Check::Moves)) {
+        for (factor, words) in DIAMETERS {
+            causes.extend(
+                [(true, true), (true, false), (false, true)]
+                    .map(|(riser, pipe)| Cause::Riser(riser, pipe, factor, words)),
+            );
+        }
+    }
+    if any(|c| matches!(c, Check::Moves | Check::Step)) {
+        let clocks = CLOCKS.iter().filter_map(|u| Unit::parse(u).ok());
+        let clocks = clocks.filter(|unit| unit.factor != state.facts.clock.factor);
+        causes.extend(clocks.map(|u| Cause::Clock(u, u.factor / state.facts.clock.factor)));
+    }
+    if any(|c| matches!(c, Check::Speed)) {
+        causes.extend(state.facts.find(Channel::PumpSpeed).map(Cause::Share));
+    }
+    causes
+}

@@ -1,0 +1,162 @@
+//! A recording in block means, with what the well description says of each channel.
+
+use dgd_recording::{Channel, ChannelSource, Recording, TimeSource, Well};
+use dgd_units::{Dimension, Unit};
+
+/// Seconds of a block: several delays of a flow meter, few enough that the level moves on.
+const BLOCK_S: f64 = 60.0;
+/// Fewest samples of a block, so that a wrong clock does not make blocks of noise.
+const BLOCK_SAMPLES: usize = 30;
+
+/// A channel as described and as recorded.
+pub(super) struct Told {
+    pub(super) channel: Channel,
+    /// `None` for a channel without a transmitter.
+    pub(super) tag: Option<String>,
+    pub(super) unit: Unit,
+    /// Block means, SI; NaN where a block has no value.
+    pub(super) blocks: Vec<f64>,
+    /// Share of samples with a value.
+    pub(super) present: f64,
+    /// The one value that it has throughout, SI.
+    pub(super) constant: Option<f64>,
+}
+
+/// What the checks look at.
+pub(super) struct Facts {
+    pub(super) told: Vec<Told>,
+    /// Seconds of a block.
+    pub(super) block_s: f64,
+    pub(super) step_s: f64,
+    /// Unit of the clock.
+    pub(super) clock: Unit,
+}
+
+impl Facts {
+    pub(super) fn of(recording: &Recording, step_s: f64, well: &Well) -> Self {
+        let block = block_samples(step_s);
+        let told = recording
+            .series()
+            .into_iter()
+            .filter_map(|(channel, values)| {
+                let source = source_of(well, channel)?;
+                let (tag, unit) = match source {
+                    ChannelSource::Column { tag, unit } => (Some(tag.clone()), *unit),
+                    ChannelSource::Constant { .. } => (None, Unit::si(dimension_of(channel))),
+                };
+                let constant = constant(values);
+                // What never changes is told as such; it has nothing to say on its unit.
+                let dead = tag.is_some() && constant.is_some() && !feeds(channel);
+                let found = values.iter().filter(|v| v.is_finite()).count();
+                Some(Told {
+                    channel,
+                    tag,
+                    unit,
+                    blocks: values
+                        .chunks(block)
+                        .map(|b| if dead { f64::NAN } else { mean(b) })
+                        .collect(),
+                    present: found as f64 / values.len().max(1) as f64,
+                    constant,
+                })
+            });
+        Self {
+            told: told.collect(),
+            block_s: block as f64 * step_s,
+            step_s,
+            clock: match &well.channels.time {
+                TimeSource::Column { unit, .. } => *unit,
+                TimeSource::Interval { .. } => Unit::si(Dimension::Time),
+            },
+        }
+    }
+
+    /// Place of a channel in `told`.
+    pub(super) fn find(&self, channel: Channel) -> Option<usize> {
+        self.told.iter().position(|t| t.channel == channel)
+    }
+}
+
+fn block_samples(step_s: f64) -> usize {
+    crate::options::samples(BLOCK_S, step_s, BLOCK_SAMPLES)
+}
+
+/// Mean of the finite values.
+fn mean(values: &[f64]) -> f64 {
+    let finite = values.iter().filter(|v| v.is_finite());
+    let (sum, count) = finite.fold((0.0, 0.0), |(sum, count), v| (sum + v, count + 1.0));
+    sum / count
+}
+
+/// The value that every finite sample has; `None` for fewer than ten.
+fn constant(values: &[f64]) -> Option<f64> {
+    const FEWEST: usize = 10;
+    let mut finite = values.iter().filter(|v| v.is_finite());
+    let first = *finite.next()?;
+    let mut count = 1;
+    for value in finite {
+        if *value != first {
+            return None;
+        }
+        count += 1;
+    }
+    (count >= FEWEST).then_some(first)
+}
+
+/// Median of the finite values; NaN if there are none.
+pub(super) fn median(values: impl Iterator<Item = f64>) -> f64 {
+    quantile(values, 0.5)
+}
+
+/// Quantile of the finite values; NaN if there are none.
+pub(super) fn quantile(values: impl Iterator<Item = f64>, share: f64) -> f64 {
+    let mut finite: Vec<f64> = values.filter(|v| v.is_finite()).collect();
+    if finite.is_empty() {
+        return f64::NAN;
+    }
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a share of a length"
+    )]
+    let at = (share * (finite.len() - 1) as f64).round() as usize;
+    *finite.select_nth_unstable_by(at, f64::total_cmp).1
+}
+
+fn source_of(well: &Well, channel: Channel) -> Option<&ChannelSource> {
+    let map = &well.channels;
+    match channel {
+        Channel::MudPumpFlow => Some(&map.mud_pump_flow),
+        Channel::BoosterFlow => Some(&map.booster_flow),
+        Channel::TopfillFlow => Some(&map.topfill_flow),
+        Channel::ReturnFlow => Some(&map.return_flow),
+        Channel::PumpInletPressure(n) => map.pump_inlet_pressure.get(n),
+        Channel::PumpOutletPressure(n) => map.pump_outlet_pressure.get(n),
+        Channel::RiserPressure => map.riser_pressure.as_ref(),
+        Channel::PumpSpeed => Some(&map.pump_speed),
+    }
+}
+
+fn dimension_of(channel: Channel) -> Dimension {
+    match channel {
+        Channel::PumpSpeed => Dimension::Percent,
+        other if is_pressure(other) => Dimension::Pressure,
+        _ => Dimension::FlowRate,
+    }
+}
+
+pub(super) fn is_pressure(channel: Channel) -> bool {
+    matches!(
+        channel,
+        Channel::PumpInletPressure(_) | Channel::PumpOutletPressure(_) | Channel::RiserPressure
+    )
+}
+
+/// Flows into the riser, which may be steady for days.
+pub(super) fn feeds(channel: Channel) -> bool {
+    is_flow(channel) && channel != Channel::ReturnFlow
+}
+
+pub(super) fn is_flow(channel: Channel) -> bool {
+    !is_pressure(channel) && channel != Channel::PumpSpeed
+}

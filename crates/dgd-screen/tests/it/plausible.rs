@@ -1,0 +1,238 @@
+//! What a recording makes unlikely in its well description.
+
+use super::synthetic::steady;
+use dgd_recording::{ChannelMap, ChannelSource, Geometry, Recording, TimeSource, Well};
+use dgd_screen::{Suspicion, suspect};
+use dgd_units::Unit;
+use proptest::prelude::*;
+
+fn column(tag: &str, unit: &str) -> ChannelSource {
+    ChannelSource::Column {
+        tag: tag.into(),
+        unit: Unit::parse(unit).unwrap(),
+    }
+}
+
+/// The well that the synthetic recordings fit.
+fn well() -> Well {
+    Well {
+        mud_density_kg_m3: 1080.0,
+        geometry: Geometry {
+            riser_id_m: 0.4953,
+            drillpipe_od_m: 0.1683,
+            casing_od_m: None,
+            return_line_id_m: 0.1524,
+            booster_line_id_m: None,
+            pump_inlet_depth_m: 350.3,
+            pump_outlet_depth_m: 350.3,
+            riser_pressure_sensor_depth_m: Some(352.1),
+        },
+        channels: ChannelMap {
+            time: TimeSource::Column {
+                tag: "t".into(),
+                unit: Unit::parse("s").unwrap(),
+            },
+            mud_pump_flow: column("FT1", "gpm"),
+            booster_flow: column("FT2", "gpm"),
+            topfill_flow: ChannelSource::Constant { si: 0.0 },
+            return_flow: column("FT4", "gpm"),
+            pump_inlet_pressure: vec![column("PT1", "psia"), column("PT2", "psia")],
+            pump_outlet_pressure: vec![column("PT3", "psia"), column("PT4", "psia")],
+            riser_pressure: Some(column("PT5", "psia")),
+            pump_speed: column("SPM", "%"),
+        },
+    }
+}
+
+fn suspicions(recording: &Recording, well: &Well) -> Vec<Suspicion> {
+    suspect(recording, 1.0, well)
+}
+
+#[track_caller]
+fn only(found: &[Suspicion]) -> &Suspicion {
+    assert_eq!(found.len(), 1, "{found:#?}");
+    &found[0]
+}
+
+/// The recording as it is read where a channel's description says `wrong` and the file means `right`.
+fn misread(values: &mut [f64], wrong: &str, right: &str) {
+    let (wrong, right) = (Unit::parse(wrong).unwrap(), Unit::parse(right).unwrap());
+    for value in values {
+        *value = wrong.to_si(right.from_si(*value));
+    }
+}
+
+#[test]
+fn a_sound_recording_is_not_suspected() {
+    assert_eq!(suspicions(&steady(7200, 1.0), &well()), []);
+}
+
+#[test]
+fn nothing_is_suspected_of_nothing() {
+    assert_eq!(suspicions(&Recording::default(), &well()), []);
+    assert_eq!(suspect(&steady(100, 1.0), f64::NAN, &well()), []);
+}
+
+#[test]
+fn a_pressure_in_another_unit_is_named_with_the_unit_that_fits() {
+    for wrong in ["bar", "kPa", "MPa", "Pa"] {
+        let mut well = well();
+        let mut recording = steady(7200, 1.0);
+        well.channels.pump_outlet_pressure[1] = column("PT4", wrong);
+        misread(&mut recording.pump_outlet_pressure_pa[1], wrong, "psia");
+        let found = suspicions(&recording, &well);
+        let found = only(&found);
+        assert_eq!(found.place.key, "pump_outlet_pressure", "{wrong}");
+        assert_eq!(found.place.transmitter, Some(1), "{wrong}");
+        assert!(
+            found
+                .message
+                .contains("as psia pump_outlet_pressure `PT4` would be"),
+            "{found}"
+        );
+    }
+}
+
+#[test]
+fn depths_in_feet_are_suspected_and_not_the_pressures() {
+    let mut well = well();
+    let geometry = &mut well.geometry;
+    for depth_m in [
+        &mut geometry.pump_inlet_depth_m,
+        &mut geometry.pump_outlet_depth_m,
+        geometry.riser_pressure_sensor_depth_m.as_mut().unwrap(),
+    ] {
+        *depth_m *= 0.3048;
+    }
+    let found = suspicions(&steady(7200, 1.0), &well);
+    assert_eq!(only(&found).place.key, "pump_inlet_depth");
+}
+
+#[test]
+fn swapped_sides_are_told_as_a_swap() {
+    let mut recording = steady(7200, 1.0);
+    let one = recording.pump_inlet_pressure_pa[0].clone();
+    recording.pump_inlet_pressure_pa[0] = recording.pump_outlet_pressure_pa[1].clone();
+    recording.pump_outlet_pressure_pa[1] = one;
+    let found = suspicions(&recording, &well());
+    let told = &only(&found).message;
+    assert!(
+        told.contains("`PT1` and pump_outlet_pressure `PT4` would be"),
+        "{told}"
+    );
+    assert!(told.contains("if their tags are swapped"), "{told}");
+}
+
+#[test]
+fn two_mistakes_are_told_as_two() {
+    let mut recording = steady(7200, 1.0);
+    let mut well = well();
+    well.channels.pump_inlet_pressure[0] = column("PT1", "bar");
+    misread(&mut recording.pump_inlet_pressure_pa[0], "bar", "psia");
+    well.channels.return_flow = column("FT4", "m3/h");
+    misread(&mut recording.return_flow_m3_s, "m3/h", "gpm");
+    let keys: Vec<&str> = suspicions(&recording, &well)
+        .iter()
+        .map(|s| s.place.key)
+        .collect();
+    assert_eq!(keys, ["pump_inlet_pressure", "return_flow"]);
+}
+
+#[test]
+fn an_atmosphere_between_twins_is_suspected_only_where_one_is_gauge() {
+    let mut recording = steady(7200, 1.0);
+    recording.pump_inlet_pressure_pa[0]
+        .iter_mut()
+        .for_each(|p| *p += 101_325.0);
+    assert_eq!(
+        suspicions(&recording, &well()),
+        [],
+        "a bias is no wrong unit"
+    );
+    let mut well = well();
+    well.channels.pump_inlet_pressure[0] = column("PT1", "psig");
+    let found = suspicions(&recording, &well);
+    assert!(
+        only(&found)
+            .message
+            .contains("both are gauge or both absolute")
+    );
+}
+
+#[test]
+fn a_channel_without_values_and_one_that_rests_are_told() {
+    let mut recording = steady(7200, 1.0);
+    recording.riser_pressure_pa.as_mut().unwrap().fill(f64::NAN);
+    recording.pump_inlet_pressure_pa[1].fill(24e5);
+    let found = suspicions(&recording, &well());
+    let told: Vec<&str> = found.iter().map(|s| s.place.key).collect();
+    assert_eq!(told, ["pump_inlet_pressure", "riser_pressure"]);
+    assert!(found[0].message.contains("never changes"), "{}", found[0]);
+    assert!(found[1].message.contains("has no value"), "{}", found[1]);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    /// What a diagnosis is for is not suspected: gains of 10 %, offsets of 3 bar, mud 10 % off.
+    #[test]
+    fn effects_are_no_wrong_units(
+        gains in proptest::array::uniform3(0.9..1.1f64),
+        offsets in proptest::array::uniform5(-3e5..3e5f64),
+        mud in 0.92..1.1f64,
+    ) {
+        let mut recording = steady(3600, 1.0);
+        let flows = [
+            &mut recording.mud_pump_flow_m3_s,
+            &mut recording.booster_flow_m3_s,
+            &mut recording.return_flow_m3_s,
+        ];
+        for (flow, gain) in flows.into_iter().zip(gains) {
+            flow.iter_mut().for_each(|q| *q *= gain);
+        }
+        let pressures = recording
+            .pump_inlet_pressure_pa
+            .iter_mut()
+            .chain(&mut recording.pump_outlet_pressure_pa)
+            .chain(&mut recording.riser_pressure_pa);
+        for (pressure, offset) in pressures.zip(offsets) {
+            pressure.iter_mut().for_each(|p| *p += offset);
+        }
+        let mut well = well();
+        well.mud_density_kg_m3 *= mud;
+        // Twins 6 bar apart are more than a bias; keep the pairs within 5.
+        let apart = |a: &[f64], b: &[f64]| (a[100] - b[100]).abs();
+        prop_assume!(apart(&recording.pump_inlet_pressure_pa[0], &recording.pump_inlet_pressure_pa[1]) < 4.8e5);
+        prop_assume!(apart(&recording.pump_outlet_pressure_pa[0], &recording.pump_outlet_pressure_pa[1]) < 4.8e5);
+        prop_assert_eq!(suspect(&recording, 1.0, &well), []);
+    }
+
+    /// Whatever a recording holds, it is looked at to the end.
+    #[test]
+    fn nothing_makes_it_panic(
+        scale in proptest::array::uniform9(prop_oneof![Just(0.0), Just(f64::NAN), Just(f64::INFINITY), -1e12..1e12f64]),
+        n in 0usize..400,
+        step_s in prop_oneof![Just(0.0), Just(1e-9), Just(1.0), Just(1e9)],
+    ) {
+        let mut recording = steady(n, 1.0);
+        let mut scales = scale.iter().cycle();
+        let series = [
+            &mut recording.mud_pump_flow_m3_s,
+            &mut recording.booster_flow_m3_s,
+            &mut recording.return_flow_m3_s,
+            &mut recording.pump_speed_pct,
+        ];
+        for values in series
+            .into_iter()
+            .chain(&mut recording.pump_inlet_pressure_pa)
+            .chain(&mut recording.pump_outlet_pressure_pa)
+            .chain(&mut recording.riser_pressure_pa)
+        {
+            let by = scales.next().unwrap();
+            values.iter_mut().for_each(|v| *v *= by);
+        }
+        for suspicion in suspect(&recording, step_s, &well()) {
+            prop_assert!(!suspicion.message.is_empty());
+        }
+    }
+}

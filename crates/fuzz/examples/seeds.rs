@@ -1,0 +1,383 @@
+//! Writes the seed corpus: `cargo run --example seeds` in this folder. The same bytes every time, nobody's data.
+
+use dgd_documents::{
+    Base, FittedParameter, FittedSystem, ModelDocument, read_model, read_system, read_well,
+    return_line_system, write_fitted_system, write_model, write_model_document,
+};
+use dgd_effects::{
+    AppliedEffect, AugmentedModel, Curves, FRICTION_TERMS, HEAD_TERMS, Scale, catalogue,
+};
+use dgd_export::{
+    CsvOptions, MatValue, McapOptions, write_csv, write_mat5, write_mat5_values, write_mat73,
+    write_mcap,
+};
+use dgd_recording::{Column, Table};
+use flate2::read::ZlibDecoder;
+use mcap::{Compression, WriteOptions, records::MessageHeader};
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::io::{Cursor, Read};
+use std::path::Path;
+
+type Outcome<T> = Result<T, Box<dyn Error>>;
+
+fn main() -> Outcome<()> {
+    mat()?;
+    csv()?;
+    mcap()?;
+    documents()
+}
+
+fn save(target: &str, name: &str, bytes: &[u8]) -> Outcome<()> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("seeds")
+        .join(target);
+    std::fs::create_dir_all(&folder)?;
+    Ok(std::fs::write(folder.join(name), bytes)?)
+}
+
+/// Channels of Table 2.1, as little of them as a reader needs.
+fn table(rows: u32) -> Table {
+    let column = |tag: &str, unit: &str, from: f64, slope: f64| Column {
+        tag: tag.into(),
+        unit: Some(unit.into()),
+        values: (0..rows).map(|i| from + slope * f64::from(i % 7)).collect(),
+    };
+    let mut columns = vec![
+        column("t", "s", 0.0, 0.0),
+        column("FT1", "gpm", 800.0, 0.5),
+        column("PT1", "psia", 530.0, -0.25),
+        column("SPM", "%", 60.0, 0.0),
+    ];
+    columns[0].values = (0..rows).map(f64::from).collect();
+    columns[2].values[1] = f64::NAN;
+    Table {
+        columns,
+        origin: Some("2015-06-01T00:00:00Z".into()),
+        ..Table::default()
+    }
+}
+
+fn mat() -> Outcome<()> {
+    let mut packed = Vec::new();
+    write_mat5(&table(12), "gom", &mut packed)?;
+    save("mat5", "struct.mat", &packed)?;
+    save("mat5", "plain.mat", &unpacked(&packed)?)?;
+    let values = [
+        (
+            "a".to_owned(),
+            MatValue::Matrix {
+                rows: 2,
+                columns: 5,
+                values: (0..10).map(f64::from).collect(),
+            },
+        ),
+        (
+            "b".to_owned(),
+            MatValue::Matrix {
+                rows: 300,
+                columns: 1,
+                values: vec![0.0; 300],
+            },
+        ),
+    ];
+    let mut matrices = Vec::new();
+    write_mat5_values(&values, "m", &mut matrices)?;
+    save("mat5", "matrices.mat", &matrices)?;
+    save("mat5", "matrices_plain.mat", &unpacked(&matrices)?)?;
+    save("mat73", "struct.mat", &write_mat73(&table(12), "gom")?)
+}
+
+/// A MAT v5 file with its variables inflated.
+fn unpacked(file: &[u8]) -> Outcome<Vec<u8>> {
+    let mut out = file[..128].to_vec();
+    let mut at = 128;
+    while at < file.len() {
+        let length = u32::from_le_bytes(file[at + 4..at + 8].try_into()?) as usize;
+        ZlibDecoder::new(&file[at + 8..at + 8 + length]).read_to_end(&mut out)?;
+        at += 8 + length;
+    }
+    Ok(out)
+}
+
+fn csv() -> Outcome<()> {
+    let mut text = Vec::new();
+    write_csv(&table(8), &CsvOptions::default(), &mut text)?;
+    save("csv", "own.csv", &text)?;
+    save(
+        "csv",
+        "semicolons.csv",
+        b"time;a [gpm];b\r\n59:59,9;1,5;\"x\"\r\n00:00,0;\"2,5\";3\r\n00:00,1;-999,25;\r\n",
+    )?;
+    save("csv", "dates.csv", b"rig 7\nDate,Time,x (psi)\n2024-10-22,23:59:59,1e3\n2024-10-23,00:00:00,-2.5E-2\n2024-10-23,00:00:01,N/A\n")?;
+    save(
+        "csv",
+        "stamps.csv",
+        "\u{feff}T [°C];\"a \"\"b\"\"\"\n2024-10-22T00:00:00.5Z;1\n;\n2024-10-22T00:00:01.5Z;2\n"
+            .as_bytes(),
+    )?;
+    save(
+        "csv",
+        "day_first.csv",
+        b"22.10.2024 15:27\t1\t2\n22.10.2024 15:28\t1\t2\n22.10.2024 15:30\t\t2\n",
+    )?;
+    save(
+        "csv",
+        "epoch.csv",
+        b"timestamp,v\n1729600000000,1\n1729600001000,2\n1729600009000,3\n",
+    )?;
+    save("csv", "bare.csv", b"0 1\n1,2,3\n2,3,4\n3,4\n\n4,5,6,7\n")
+}
+
+fn mcap() -> Outcome<()> {
+    let mut log = Cursor::new(Vec::new());
+    write_mcap(&table(6), &McapOptions::default(), &mut log)?;
+    save("mcap", "own.mcap", &log.into_inner())?;
+    let ways = [
+        ("plain", None),
+        ("lz4", Some(Compression::Lz4)),
+        ("zstd", Some(Compression::Zstd)),
+    ];
+    for (name, compression) in ways {
+        // Without checksums and index, so that changes reach the messages.
+        let mut log = WriteOptions::new()
+            .compression(compression)
+            .compression_threads(0)
+            .calculate_chunk_crcs(false)
+            .calculate_data_section_crc(false)
+            .calculate_summary_section_crc(false)
+            .emit_statistics(false)
+            .emit_summary_offsets(false)
+            .emit_message_indexes(false)
+            .emit_chunk_indexes(false)
+            .chunk_size(Some(400))
+            .create(Cursor::new(Vec::new()))?;
+        let schema =
+            log.add_schema("s", "jsonschema", br#"{"properties":{"a":{"unit":"gpm"}}}"#)?;
+        let mut channels = Vec::new();
+        for (topic, encoding) in [("/a", "json"), ("/b", "json"), ("/c", "protobuf")] {
+            channels.push(log.add_channel(schema, topic, encoding, &BTreeMap::new())?);
+        }
+        for i in 0..12_u64 {
+            let header = MessageHeader {
+                channel_id: channels[[0, 1, 0, 2][(i % 4) as usize]],
+                sequence: 0,
+                log_time: i * 1_000_000_000,
+                publish_time: 0,
+            };
+            let text = format!(r#"{{"a":{i},"b":[1,-2e3,{{"c":null}}],"s":"x\"y\u00e6"}}"#);
+            log.write_to_known_channel(&header, text.as_bytes())?;
+        }
+        log.finish()?;
+        save(
+            "mcap",
+            &format!("{name}.mcap"),
+            &log.into_inner().into_inner(),
+        )?;
+    }
+    Ok(())
+}
+
+const MODEL: &str = r#"schema = "dgd.model/1"
+
+[well]
+density = "1.08 sg"
+riser_id = "19.5 in"
+drillpipe_od = "6.625 in"
+return_line_id = "6 in"
+pump_inlet_depth = "350.3 m"
+pump_outlet_depth = "350.3 m"
+
+[friction]
+mse_pa2 = 1.2e9
+r2 = 0.99
+samples = 250000
+condition = 18.2
+
+[[friction.term]]
+power = 0
+value = 2.0e4
+standard_error = 400.0
+
+[[friction.term]]
+power = 2
+value = 1.2e8
+
+[return_flow_meter]
+delay_s = 12
+
+[pump]
+n0 = 1.95
+n2 = 1.62
+active_constraints = ["c1"]
+mse_m2 = nan
+
+[pump.c0]
+value = 0.0688
+
+[pump.c1]
+value = 3.1
+
+[pump.c2]
+value = 2400.0
+
+[data]
+recordings = ["a.csv"]
+samples = 305820
+kept = 250000
+step_s = 1.0
+
+[data.rejected]
+"pump off" = 50000
+"#;
+
+const WELL: &str = r#"[mud]
+density = "1.080 sg"
+
+[geometry]
+riser_id = "19.5 in"
+drillpipe_od = "6.625 in"
+casing_od = "13 5/8 in"
+return_line_id = "6.000 in"
+booster_line_id = "4 in"
+pump_inlet_depth = "350.30 m"
+pump_outlet_depth = "1149 ft"
+riser_pressure_sensor_depth = "352.10 m"
+
+[channels]
+time = { tag = "t", unit = "s" }
+mud_pump_flow = { tag = "FT1", unit = "gpm" }
+booster_flow = { tag = "FT2", unit = "l/min" }
+topfill_flow = "30 gpm"
+return_flow = { tag = "FT4", unit = "m3/h" }
+pump_inlet_pressure = [{ tag = "PT1", unit = "psia" }, { tag = "PT2", unit = "barg" }]
+pump_outlet_pressure = { tag = "PT3", unit = "kPa" }
+riser_pressure = { tag = "PT5", unit = "psia" }
+pump_speed = { tag = "SPM", unit = "%" }
+"#;
+
+/// Depth as the independent variable, a junction, a curve, ports, an effect and everything with its unit.
+const EFFECTS: &str = r#"connections = ["source -> well -> intake -> split -> drain -> atmosphere", "split -> feed -> tank", "tank.low -> choke -> atmosphere"]
+
+[fluid]
+density = "1.08 sg"
+viscosity = "20 cP"
+
+[scale]
+level = 2.0
+
+[components]
+source = { kind = "boundary", flow = "600 l/min" }
+well = { kind = "volume", volume = 3.0, bulk_modulus = 1.5e9 }
+split = { kind = "junction" }
+drain = { kind = "valve", flow_coefficient = 1e-4 }
+feed = { kind = "valve", flow_coefficient = 1e-4 }
+intake = { kind = "valve", flow_coefficient = 1e-4 }
+tank = { kind = "tank", area = "1 m2", brim = 3.0, ports = { low = 0.4 } }
+choke = { kind = "orifice", discharge_coefficient = 0.62, area = 1e-4 }
+gauge = { kind = "instrument", measures = "level", of = "tank", channel = "LT", unit = "cm", accuracy = 0.5, low = 0.0, high = 300.0 }
+
+[inputs]
+"drain.opening" = { channel = "ZT" }
+
+[initial]
+"tank.level" = { measured = "gauge" }
+"well.pressure" = "2 bar"
+
+[free]
+"gauge.reading_offset.offset" = { start = 0.0, low = -0.1, high = 0.1 }
+
+[record]
+step = 2.0
+train = { windows = [[0.0, 10.0], [20.0, 30.0]], channels = { LT = "level" } }
+
+[[effects]]
+component = "gauge"
+effect = "reading_offset"
+"#;
+
+fn documents() -> Outcome<()> {
+    read_well(WELL)?;
+    save("well", "full.toml", WELL.as_bytes())?;
+    let lean = WELL
+        .lines()
+        .filter(|l| {
+            !l.starts_with("casing")
+                && !l.starts_with("booster_line")
+                && !l.starts_with("riser_pressure")
+        })
+        .map(|l| {
+            if l.starts_with("time") {
+                "time = { interval = \"1 s\" }"
+            } else {
+                l
+            }
+        });
+    let lean = lean.collect::<Vec<_>>().join("\n");
+    read_well(&lean)?;
+    save("well", "lean.toml", lean.as_bytes())?;
+
+    let (model, _) = read_model(MODEL)?;
+    save("model", "by_hand.toml", MODEL.as_bytes())?;
+    save("model", "written.toml", write_model(&model).as_bytes())?;
+    let effects = catalogue().iter().step_by(3).map(|effect| AppliedEffect {
+        id: effect.about().id.into(),
+        parameters: effect.about().parameters.iter().map(|p| p.usual).collect(),
+    });
+    let augmented = AugmentedModel {
+        curves: Curves {
+            scale: Scale {
+                flow_m3_s: 0.06,
+                speed_pct: 55.0,
+            },
+            friction: [1e4; FRICTION_TERMS],
+            head: [-2.5e3; HEAD_TERMS],
+        },
+        speed_range_pct: (20.0, 80.0),
+        ratio_range: (0.0, 0.001),
+        effects: effects.collect(),
+    };
+    let base = Base::WellOnly {
+        density_kg_m3: model.density_kg_m3,
+        geometry: model.geometry.clone(),
+    };
+    let document = ModelDocument {
+        base,
+        augmented: Some(augmented),
+    };
+    save(
+        "model",
+        "augmented.toml",
+        write_model_document(&document).as_bytes(),
+    )?;
+
+    let tanks = include_str!("../../dgd-assembly/examples/two_tanks.toml");
+    save("system", "two_tanks.toml", tanks.as_bytes())?;
+    let pump_loop = include_str!("../../dgd-assembly/examples/pump_loop.toml");
+    save("system", "pump_loop.toml", pump_loop.as_bytes())?;
+    save(
+        "system",
+        "return_line.toml",
+        return_line_system(&model).as_bytes(),
+    )?;
+    save("system", "effects.toml", EFFECTS.as_bytes())?;
+    read_system(EFFECTS)?;
+    let assembly = read_system(pump_loop)?.assembly;
+    let parameters = assembly.parameters().into_iter().map(|p| FittedParameter {
+        path: p.path,
+        value: p.start,
+        standard_error: 1e-6,
+        at_bound: false,
+    });
+    let fitted = FittedSystem {
+        recording: "a.csv".into(),
+        status: "converged".into(),
+        samples: 400,
+        parameters: parameters.collect(),
+    };
+    save(
+        "system",
+        "fitted.toml",
+        write_fitted_system(&assembly, &fitted)?.as_bytes(),
+    )
+}
