@@ -122,10 +122,13 @@ impl<'a> Round<'a> {
             return Ruling::Unnamed(self.unnamed(r, r.evidence));
         }
         let named = self.named(best, rival);
-        // Where the empirical correction is the likelier cause, it stands as the finding.
-        let unknown = named.alternatives.iter().find(|o| o.0 == "unknown");
-        if let (Some(r), Some(unknown)) = (rival, unknown)
-            && unknown.1 > named.probability
+        // Where the empirical correction is likelier than all of the catalogue, it stands as the finding.
+        let is_unknown = |o: &&(String, f64)| o.0 == "unknown";
+        let of = |o: &(String, f64)| o.1;
+        let unknown: f64 = named.alternatives.iter().filter(is_unknown).map(of).sum();
+        let others: f64 = named.alternatives.iter().map(of).sum::<f64>() - unknown;
+        if let Some(r) = rival
+            && unknown > named.probability + others
         {
             return Ruling::Unnamed(self.unnamed(r, r.evidence.max(best.evidence)));
         }
