@@ -132,23 +132,27 @@ fn form(record: &Record, tangent: &Tangent, applied: &[Applied], k: usize) -> Ve
         modulated(&load, error),
     ];
     if let Some(error) = about.search.stand_error {
-        let mut edges = vec![f64::NEG_INFINITY];
-        if about.search.needs.contains(&Excitation::PumpStops) {
-            edges.extend(starts(record).take(MOST_STANDS - 1));
+        // At a stop little but the strength itself can differ; between connections it swells and fades as well.
+        let stops = about.search.needs.contains(&Excitation::PumpStops);
+        let ends: Vec<f64> = if stops {
+            starts(record).collect()
         } else {
-            let ends = record.setting.connections.iter().map(|c| c.to_s);
-            edges.extend(ends.take(MOST_STANDS - 1));
-        }
+            (record.setting.connections.iter().map(|c| c.to_s)).collect()
+        };
+        let mut edges = vec![f64::NEG_INFINITY];
+        edges.extend(ends.into_iter().take(MOST_STANDS - 1));
         edges.push(f64::INFINITY);
         for w in edges.windows(2) {
             let (from, to) = (w[0].max(span.0), w[1].min(span.1));
             let inside = |row: usize| (w[0]..w[1]).contains(&time(row));
             let along = |row: usize| (2.0 * time(row) - from - to) / (to - from).max(1.0);
             out.push(modulated(&|row| if inside(row) { 1.0 } else { 0.0 }, error));
-            out.push(modulated(
-                &|row| if inside(row) { along(row) } else { 0.0 },
-                error,
-            ));
+            if !stops {
+                out.push(modulated(
+                    &|row| if inside(row) { along(row) } else { 0.0 },
+                    error,
+                ));
+            }
         }
     }
     out

@@ -14,7 +14,7 @@ static ABOUT: About = About {
     title: "the return line drains while the pump is off",
     component: Component::Line,
     relation: Relation::ReturnLineFriction,
-    equation: "dz/dt = rate s^taper at rest, s = (L - z - h) / (L - h_usual), after a prompt fall of T rate s^taper; p_out loses rho g z, the riser gains A_line dz/dt",
+    equation: "dz/dt = rate s^taper at rest, s = (L - z - h) / (L - h_usual); p_out loses rho g z",
     source: "backflow through a pump whose check valve leaks; Torricelli for a taper of 0.5, Hagen-Poiseuille for 1",
     excited_by: "pump stops",
     confusable: &[(
@@ -53,10 +53,12 @@ static ABOUT: About = About {
     extent: Extent::Always,
     search: Search {
         needs: &[Excitation::PumpStops],
+        // A hand's breadth a minute: a surface that settles, not one that drains.
+        least: Some(2e-3),
         form_error: 0.15,
         stand_error: Some(0.3),
         belief: Belief {
-            hurdle: 6.0,
+            hurdle: 12.0,
             scale: 3.0,
         },
         ..Search::BASE

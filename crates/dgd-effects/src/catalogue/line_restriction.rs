@@ -44,6 +44,7 @@ static ABOUT: About = About {
             scale: 5.0,
         },
         form_error: 0.1,
+        flowing: true,
         ..Search::BASE
     },
 };

@@ -50,7 +50,7 @@ static ABOUT: About = About {
     extent: Extent::FromOnset,
     search: Search {
         belief: Belief {
-            hurdle: 12.0,
+            hurdle: 20.0,
             scale: 5.0,
         },
         least: Some(1.5),

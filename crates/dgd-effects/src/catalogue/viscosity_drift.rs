@@ -65,6 +65,7 @@ static ABOUT: About = About {
             hurdle: 17.0,
             scale: 5.0,
         },
+        flowing: true,
         ..Search::BASE
     },
 };
