@@ -216,11 +216,12 @@ pub(crate) fn hurdle(c: &Correction) -> f64 {
     match (RELATIONS[c.relation], QUANTITIES[c.quantity]) {
         // Transmitters and drives answer late: what is left follows how fast things move.
         (Relation::PumpHead, FLOW_RATE) => 320.0,
-        (Relation::PumpHead, "inlet pressure" | "mud pump flow") => 60.0,
+        (Relation::PumpHead, "inlet pressure" | "mud pump flow") => 75.0,
         (Relation::PumpHead, _) => 30.0,
         // Speed stands for flow without its meter's noise.
         (Relation::ReturnLineFriction, "pump speed") => 110.0,
         (Relation::ReturnLineFriction, FLOW_RATE) => 45.0,
+        (Relation::ReturnLineFriction, "mud pump flow") => 50.0,
         (Relation::ReturnLineFriction, _) => 30.0,
         _ => 15.0,
     }

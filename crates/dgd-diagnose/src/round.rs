@@ -19,6 +19,13 @@ const FURTHER: [f64; 6] = [0.0, 8.0, 40.0, 200.0, 400.0, 800.0];
 /// Share of its evidence, and a little more, that an effect which sets in owes to the time before.
 const SEEN: f64 = 0.03;
 
+/// Evidence over which belief in a correction grows by a factor e in the odds, as a share of its hurdle: as sound recordings
+/// fall off below it.
+const SCALE: f64 = 0.4;
+
+/// What it costs a cause, in e-folds, that it may not be named as it is.
+const BARRED: f64 = 1.4;
+
 /// What a round comes to.
 pub(crate) enum Ruling {
     /// An effect.
@@ -298,7 +305,8 @@ impl<'a> Round<'a> {
         let temperature = (0.08 * evidence).max(6.0);
         let weight = |o: &Contender| {
             let likely = ((1.2 * o.evidence - evidence) / temperature).min(0.0);
-            (likely - form_broken(o).max(0.0)).exp()
+            let barred = if self.admissible(o) { 0.0 } else { BARRED };
+            (likely - form_broken(o).max(0.0) - barred).exp()
         };
         let others = self
             .contenders
@@ -309,7 +317,7 @@ impl<'a> Round<'a> {
             })
             .map(|o| (o.effect.about().id.to_owned(), weight(o)))
             .collect();
-        let real = logistic((evidence - self.unknown_hurdle(c)) / 15.0 + 0.7);
+        let real = logistic((evidence - self.unknown_hurdle(c)) / (SCALE * hurdle(c)) + 0.7);
         let (probability, alternatives) = shared(real, others);
         Named {
             applied: c.applied.clone(),

@@ -52,7 +52,7 @@ static ABOUT: About = About {
     extent: Extent::Always,
     search: Search {
         belief: Belief {
-            hurdle: 6.0,
+            hurdle: 5.0,
             scale: 4.0,
         },
         form_error: 0.15,

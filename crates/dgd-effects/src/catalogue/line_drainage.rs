@@ -58,7 +58,7 @@ static ABOUT: About = About {
         form_error: 0.15,
         stand_error: Some(0.3),
         belief: Belief {
-            hurdle: 12.0,
+            hurdle: 16.0,
             scale: 3.0,
         },
         ..Search::BASE

@@ -50,7 +50,7 @@ static ABOUT: About = About {
     search: Search {
         form_error: 0.15,
         belief: Belief {
-            hurdle: 6.0,
+            hurdle: 5.0,
             scale: 4.0,
         },
         ..Search::BASE

@@ -49,7 +49,7 @@ static ABOUT: About = About {
     extent: Extent::Always,
     search: Search {
         belief: Belief {
-            hurdle: 20.0,
+            hurdle: 24.0,
             scale: 5.0,
         },
         least: Some(0.045),

@@ -62,7 +62,7 @@ static ABOUT: About = About {
         least: Some(0.05),
         form_error: 0.15,
         belief: Belief {
-            hurdle: 17.0,
+            hurdle: 11.0,
             scale: 5.0,
         },
         flowing: true,
