@@ -65,8 +65,9 @@ fn typical_lift(rows: &Rows, blocks: &Blocks) -> f64 {
 
 /// Mean and width of each head term at the scale, Pa.
 ///
-/// Radial pumps of any make: a shut-off head somewhat above the usual lift, which falls with flow (Gülich 2010, chapter
-/// 4). Where speed and flow hardly vary it is this that keeps a curve of any slope from hiding gas or wear.
+/// Radial pumps of any make: a shut-off head somewhat above the usual lift, which falls with flow (Gülich 2010, on
+/// performance characteristics; the numbers are ours). Where speed and flow hardly vary it is this that keeps a curve of
+/// any slope from hiding gas or wear.
 fn head_priors(lift: f64) -> [(f64, f64); HEAD_TERMS] {
     let mut out = [(0.0, HEAD_BUMP_PA); HEAD_TERMS];
     out[0].1 = HEAD_OFFSET_PA;

@@ -13,7 +13,7 @@ static ABOUT: About = About {
     component: Component::Boundary,
     relation: Relation::RiserMassBalance,
     equation: "A dh/dt = q_in - J max(p_in - p_frac, 0) - q",
-    source: "loss in proportion to the overpressure; fracture pressure: Bourgoyne et al. 1986, chapter 6",
+    source: "loss in proportion to the overpressure; fracture pressure: Bourgoyne et al. 1986",
     excited_by: "riser level that moves after the onset",
     confusable: &[
         (
