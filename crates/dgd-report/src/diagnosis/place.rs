@@ -228,11 +228,11 @@ fn caption(twofold: bool, outside: usize) -> String {
         "Measured minus model in blocks. ".to_owned()
     };
     text.push_str(
-        "A relation that is complete scatters from block to block as widely as the dark grey band (noise), and over minutes \
-         and hours stays within the dotted lines: instruments within their accuracy may wander so far, and no \
-         effect is read from it. ",
+        "A relation that is complete scatters from block to block as widely as the dark grey band (noise); over minutes and \
+         hours it may stand off zero as far as the dotted lines, for instruments wander within their accuracy. What \
+         stands off throughout is an offset: the limits under Checks say from which size on one is named. ",
     );
-    text.push_str("Where blocks crowd, a line is their mean; the pale band spans them all.");
+    text.push_str("Where blocks crowd, a line is their mean; the pale blue band spans them all.");
     if outside > 0 {
         text.push_str(&format!(
             " {} blocks lie outside the frame.",
@@ -244,10 +244,9 @@ fn caption(twofold: bool, outside: usize) -> String {
 
 /// Name, unit and how the residual stands to what a complete relation may leave, above a lane.
 fn head(scene: &mut Scene, trace: &Trace, twofold: bool, top: f64) -> f64 {
-    let (unit, _) = shown(trace.unit);
+    let (unit, factor) = shown(trace.unit);
     let name = format!("{} [{unit}]", capital(words::relation(trace.relation)));
     scene.bold([LEFT, top + 13.0], &name, 13.0, INK, Anchor::Start);
-    let (_, factor) = shown(trace.unit);
     let text = |value: f64| significant(value * factor, 2);
     let after = text(rms(&trace.after));
     let said = if twofold {
