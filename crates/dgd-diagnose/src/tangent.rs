@@ -36,7 +36,7 @@ pub(crate) struct Tangent {
     pub layout: Layout,
     pub whitening: Whitening,
     pub curves: Curves,
-    /// Other coefficients: offset of the outlets, wanders.
+    /// Other coefficients: offset of the outlets, lean, slack.
     rest: Vec<f64>,
     /// Columns of `rest`, stacked rows.
     nuisance: Vec<Vec<f64>>,
@@ -600,7 +600,7 @@ impl Tangent {
             .collect()
     }
 
-    /// Stacked residual with wanders and offsets taken out, in physical units.
+    /// Stacked residual with offsets and slack taken out, in physical units; the wander of instruments is still in it.
     pub(crate) fn clean_residual(&self) -> Vec<f64> {
         let mut out = self.residual.clone();
         for (column, beta) in self.nuisance.iter().zip(&self.rest) {

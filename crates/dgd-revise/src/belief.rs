@@ -5,9 +5,10 @@
 //! memory. It knows the sets that were fitted and no others: that the truth is among them is what [`tempered`] doubts, by what
 //! the best of them leaves unexplained.
 
+use crate::choice::{independent, stand_ins};
 use crate::draws::Draws;
 use crate::noise;
-use crate::sets::{Scored, independent, stand_ins};
+use crate::sets::Scored;
 use std::collections::BTreeSet;
 
 /// Weight below which an effect, what does as well in its place included, is not claimed.

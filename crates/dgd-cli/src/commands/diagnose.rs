@@ -49,7 +49,7 @@ pub(crate) fn run(arguments: &Diagnose, global: &Global) -> Result<String, Failu
             return system_diagnose::run(&arguments.out, system, recordings, global);
         }
     };
-    let progress = Progress::new(global.json || global.quiet);
+    let progress = Progress::new(global);
     let search = Search {
         model: arguments.model.as_deref(),
         suspects: &arguments.suspect,
