@@ -11,7 +11,7 @@ use crate::slack::{Slack, slack};
 use crate::step::Step;
 use crate::unrest::wander;
 pub(crate) use crate::vectors::dot;
-use crate::vectors::{back_substitute, orthonormal};
+use crate::vectors::{back_substitute, orthonormal, support};
 use dgd_effects::{
     Curves, FRICTION_TERMS, HEAD_POWERS, HEAD_TERMS, Rank, Scale, friction_terms, head_terms,
     quantile,
@@ -466,11 +466,14 @@ impl Tangent {
         y[layout.difference_at()..layout.mass_at()].copy_from_slice(&blocks.difference);
         y[layout.mass_at()..].copy_from_slice(&blocks.imbalance);
         let p = columns.len();
-        let mut basis: Vec<Vec<f64>> = columns
+        let whitened: Vec<Vec<f64>> = columns.iter().map(|c| whitening.apply(c)).collect();
+        // Columns that touch little first: they stay short among themselves.
+        let mut order: Vec<usize> = (0..p).collect();
+        order.sort_by_key(|&a| support(&whitened[a]).len());
+        let mut basis: Vec<Vec<f64>> = order
             .iter()
-            .enumerate()
-            .map(|(a, c)| {
-                let mut w = whitening.apply(c);
+            .map(|&a| {
+                let mut w = whitened[a].clone();
                 w.resize(total + p, 0.0);
                 w[total + a] = 1.0 / priors[a];
                 w
@@ -481,16 +484,19 @@ impl Tangent {
         for (a, mean) in means.iter().enumerate() {
             off[total + a] = mean / priors[a];
         }
-        let triangle = orthonormal(&mut basis);
+        let triangle = orthonormal(&mut basis, total);
         let mut right = vec![0.0; p];
         for (q, r) in basis.iter().zip(&mut right) {
             *r = dot(q, &off);
             off.iter_mut().zip(q).for_each(|(v, q)| *v -= *r * q);
         }
-        let ln_volume = (triangle.iter().zip(&priors).enumerate())
-            .map(|(a, (row, prior))| (row[a].abs() * prior).ln())
+        let ln_volume = (triangle.iter().zip(&order).enumerate())
+            .map(|(k, (row, &a))| (row[k].abs() * priors[a]).ln())
             .sum();
-        let beta = back_substitute(&triangle, right);
+        let mut beta = vec![0.0; p];
+        for (value, &a) in back_substitute(&triangle, right).into_iter().zip(&order) {
+            beta[a] = value;
+        }
         let mut fitted = curves;
         fitted.friction.copy_from_slice(&beta[..FRICTION_TERMS]);
         fitted
@@ -519,13 +525,11 @@ impl Tangent {
     pub(crate) fn project(&self, stacked: &[f64]) -> Vec<f64> {
         let mut w = self.whitening.apply(stacked);
         // Most effects touch one relation: only the columns and rows that meet it cost anything.
-        let first = w.iter().position(|v| *v != 0.0);
-        let last = w.iter().rposition(|v| *v != 0.0);
+        let touched = support(&w);
         w.resize(self.off.len(), 0.0);
-        let (Some(first), Some(last)) = (first, last) else {
+        if touched.is_empty() {
             return w;
-        };
-        let touched = first..last + 1;
+        }
         let scale = dot(&w[touched.clone()], &w[touched.clone()]).sqrt();
         // Columns are orthonormal: the products need not wait for one another.
         let products: Vec<f64> = self
@@ -552,17 +556,12 @@ impl Tangent {
         let within: Vec<Vec<f64>> = whitened
             .iter()
             .map(|w| {
-                match (
-                    w.iter().position(|v| *v != 0.0),
-                    w.iter().rposition(|v| *v != 0.0),
-                ) {
-                    (Some(first), Some(last)) if record.takes(Step::Projection) => {
-                        let touched = first..last + 1;
-                        let product = |q: &Vec<f64>| dot(&q[touched.clone()], &w[touched.clone()]);
-                        self.basis.iter().map(product).collect()
-                    }
-                    _ => vec![0.0; self.basis.len()],
+                if !record.takes(Step::Projection) {
+                    return vec![0.0; self.basis.len()];
                 }
+                let touched = support(w);
+                let product = |q: &Vec<f64>| dot(&q[touched.clone()], &w[touched.clone()]);
+                self.basis.iter().map(product).collect()
             })
             .collect();
         let n = changes.len();

@@ -72,7 +72,8 @@ pub(crate) fn traces(record: &Record, before: &Tangent, after: &Tangent) -> Vec<
             &|t, i| t.rows.mass[i],
         ),
     ];
-    if l.difference > 0 {
+    // A transmitter that is mapped and says nothing has no neighbour to differ from.
+    if after.rows.difference.contains(&true) {
         out.push(section(
             Relation::Instrument,
             "Pa",

@@ -1,5 +1,7 @@
 //! Small dense linear algebra over long columns.
 
+use std::ops::Range;
+
 /// Product of two vectors, in eight sums that the processor adds side by side.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let n = a.len().min(b.len());
@@ -20,18 +22,50 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest
 }
 
+/// Where a column holds anything but zeros: from the first to after the last.
+pub(crate) fn support(column: &[f64]) -> Range<usize> {
+    let first = column.iter().position(|v| *v != 0.0);
+    let last = column.iter().rposition(|v| *v != 0.0);
+    match (first, last) {
+        (Some(first), Some(last)) => first..last + 1,
+        _ => 0..0,
+    }
+}
+
+/// The rows that both ranges hold.
+fn common(a: &Range<usize>, b: &Range<usize>) -> Range<usize> {
+    let from = a.start.max(b.start);
+    from..a.end.min(b.end).max(from)
+}
+
 /// Makes columns orthonormal in place (modified Gram-Schmidt, twice); returns the upper triangle by columns.
-pub(crate) fn orthonormal(columns: &mut [Vec<f64>]) -> Vec<Vec<f64>> {
+///
+/// Behind row `rows` every column may hold something; before it only the rows that two columns share cost anything. So
+/// columns that touch little belong first.
+pub(crate) fn orthonormal(columns: &mut [Vec<f64>], rows: usize) -> Vec<Vec<f64>> {
     let p = columns.len();
     let mut triangle = vec![vec![0.0; p]; p];
+    let mut reach: Vec<Range<usize>> = (columns.iter())
+        .map(|c| support(&c[..rows.min(c.len())]))
+        .collect();
     for a in 0..p {
         let (done, rest) = columns.split_at_mut(a);
         let column = &mut rest[0];
         for _ in 0..2 {
             for (b, q) in done.iter().enumerate() {
-                let r = dot(q, column);
+                let shared = common(&reach[a], &reach[b]);
+                let tail = rows.min(q.len())..q.len();
+                let r = dot(&q[shared.clone()], &column[shared])
+                    + dot(&q[tail.clone()], &column[tail.clone()]);
+                if r == 0.0 {
+                    continue;
+                }
                 triangle[a][b] += r;
-                column.iter_mut().zip(q).for_each(|(v, q)| *v -= r * q);
+                for part in [reach[b].clone(), tail] {
+                    let both = column[part.clone()].iter_mut().zip(&q[part]);
+                    both.for_each(|(v, q)| *v -= r * q);
+                }
+                reach[a] = joined(&reach[a], &reach[b]);
             }
         }
         let norm = dot(column, column).sqrt();
@@ -41,6 +75,17 @@ pub(crate) fn orthonormal(columns: &mut [Vec<f64>]) -> Vec<Vec<f64>> {
         }
     }
     triangle
+}
+
+/// The least range that holds both.
+fn joined(a: &Range<usize>, b: &Range<usize>) -> Range<usize> {
+    if a.is_empty() {
+        return b.clone();
+    }
+    if b.is_empty() {
+        return a.clone();
+    }
+    a.start.min(b.start)..a.end.max(b.end)
 }
 
 /// Solves the triangle that [`orthonormal`] returns; a column that spans nothing gets 0.
@@ -70,7 +115,7 @@ mod tests {
             .collect();
         columns[5] = twin;
         let before = columns.clone();
-        let triangle = orthonormal(&mut columns);
+        let triangle = orthonormal(&mut columns, 203);
         for a in 0..columns.len() {
             for b in 0..columns.len() {
                 let expected = if a == b { 1.0 } else { 0.0 };
@@ -84,9 +129,33 @@ mod tests {
     }
 
     #[test]
+    fn columns_that_share_few_rows_come_out_as_if_all_were_full() {
+        // Three that touch ten rows each, two of which overlap, before three full ones; five rows that all may hold.
+        let mut columns: Vec<Vec<f64>> = (1..=6).map(|k| normals(k, 205)).collect();
+        for (column, from) in columns.iter_mut().zip([20, 25, 90]) {
+            for (i, v) in column[..200].iter_mut().enumerate() {
+                if !(from..from + 10).contains(&i) {
+                    *v = 0.0;
+                }
+            }
+        }
+        let mut full = columns.clone();
+        let sparse = orthonormal(&mut columns, 200);
+        let dense = orthonormal(&mut full, 0);
+        for a in 0..6 {
+            for b in 0..6 {
+                assert!((sparse[a][b] - dense[a][b]).abs() < 1e-12, "{a} {b}");
+            }
+            for (x, y) in columns[a].iter().zip(&full[a]) {
+                assert!((x - y).abs() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
     fn a_column_of_zeros_spans_nothing_and_gets_no_coefficient() {
         let mut columns = vec![normals(1, 50), vec![0.0; 50]];
-        let triangle = orthonormal(&mut columns);
+        let triangle = orthonormal(&mut columns, 50);
         assert!(columns[1].iter().all(|v| *v == 0.0));
         assert_eq!(back_substitute(&triangle, vec![1.0, 1.0])[1], 0.0);
     }
@@ -99,7 +168,7 @@ mod tests {
             .map(|i| plain.iter().zip(truth).map(|(c, b)| b * c[i]).sum())
             .collect();
         let mut basis = plain.clone();
-        let triangle = orthonormal(&mut basis);
+        let triangle = orthonormal(&mut basis, 120);
         let right = basis.iter().map(|q| dot(q, &y)).collect();
         for (found, truth) in back_substitute(&triangle, right).iter().zip(truth) {
             assert!((found - truth).abs() < 1e-9, "{found} for {truth}");
