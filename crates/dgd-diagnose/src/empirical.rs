@@ -112,8 +112,8 @@ pub(crate) fn corrections(
     out
 }
 
-/// Leaves corrections of the line's friction the evidence that they have without the stops, and sorts them again: a stop leaves
-/// the line as full as its valve was quick, which is no friction.
+/// Takes from corrections of the line's friction what they owe to the stops, if without these they fall below their hurdle, and
+/// sorts them again: a stop leaves the line as full as its valve was quick, which is no friction.
 pub(crate) fn in_flow(
     record: &Record,
     still: &[bool],
@@ -131,7 +131,10 @@ pub(crate) fn in_flow(
     };
     for c in found.iter_mut().filter(|c| doubtful(c)) {
         let again = correction(record, &flowing, state, (c.relation, c.quantity));
-        c.evidence = again.map_or(0.0, |again| again.evidence.min(c.evidence));
+        let alone = again.map_or(0.0, |again| again.evidence);
+        if alone < hurdle(c) {
+            c.evidence = c.evidence.min(alone);
+        }
     }
     found.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
 }
