@@ -64,10 +64,12 @@ fn constant_flow_excites_too_little_and_the_terms_are_named() {
 fn no_flow_at_all_is_refused() {
     let mut recording = recording();
     recording.flow.fill(0.0);
-    assert!(matches!(
-        fit(&recording.samples(), 0, &Terms::Quadratic, Loss::Squared),
-        Err(FrictionError::Fit(LsqError::NotExcited { .. }))
-    ));
+    match fit(&recording.samples(), 0, &Terms::Quadratic, Loss::Squared) {
+        Err(FrictionError::Fit(LsqError::NotExcited { columns, .. })) => {
+            assert_eq!(columns, ["q", "q^2"]);
+        }
+        other => panic!("{other:?}"),
+    }
 }
 
 #[test]
