@@ -16,6 +16,9 @@ const CHUNK: usize = 4096;
 /// Of so many rows one is used to find the basis.
 const THINNING: usize = 16;
 
+/// Least squared sine between columns of the basis that is no rounding of the sums.
+const ROUNDING: f64 = 1e-8;
+
 /// What to sweep.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SweepOptions {
@@ -386,7 +389,7 @@ impl Sums {
                 let left = gram[i * p + j] - sum;
                 if i < j {
                     half[i * p + j] = left / half[i * p + i];
-                } else if left > 1.0 / (CONDITION_LIMIT * CONDITION_LIMIT) * gram[j * p + j] {
+                } else if left > ROUNDING * gram[j * p + j] {
                     half[j * p + j] = left.sqrt();
                 } else {
                     return f64::NAN;

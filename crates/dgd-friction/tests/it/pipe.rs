@@ -97,6 +97,13 @@ fn at_the_critical_reynolds_number_flow_is_turbulent() {
 }
 
 #[test]
+fn the_laminar_factor_is_64_over_reynolds_number() {
+    for re in [1.0, 640.0, 2299.0] {
+        assert!((friction_factor(re, 0.01) * re / 64.0 - 1.0).abs() < 1e-15);
+    }
+}
+
+#[test]
 fn a_rough_wall_raises_the_drop_as_the_formula_says() {
     let rough = Pipe {
         roughness_m: 2e-4,
