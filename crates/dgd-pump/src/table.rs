@@ -506,10 +506,10 @@ mod tests {
         }
     }
 
-    /// Mean squared error over n - 3 by QR, of the best of the four subsets of c1 and c2 that complies.
-    fn by_subsets(rows: &Rows, n0: f64, n2: f64) -> Option<(f64, [bool; 2])> {
+    /// Mean squared error over n - 3 by QR, and c1 and c2, of the best of the four subsets that complies.
+    fn by_subsets(rows: &Rows, n0: f64, n2: f64) -> Option<(f64, [f64; 2])> {
         let reduced = crate::fit::reduce(&rows.samples(), n0, n2).ok()?;
-        let mut best: Option<(f64, [bool; 2])> = None;
+        let mut best: Option<(f64, [f64; 2])> = None;
         for free in [[true, true], [true, false], [false, true], [false, false]] {
             let held: Vec<(usize, f64)> =
                 (1..3).filter(|&j| !free[j - 1]).map(|j| (j, 0.0)).collect();
@@ -522,7 +522,10 @@ mod tests {
             let complies = fit.coefficients[1..].iter().all(|c| *c > 0.0);
             let mse = fit.rss / (rows.head.len() - 3) as f64;
             if complies && best.is_none_or(|(least, _)| mse < least) {
-                best = Some((mse, free));
+                let mut values = fit.coefficients[1..].iter();
+                let mut next = |free| if free { values.next().copied() } else { None };
+                let c = free.map(|free| next(free).unwrap_or(0.0));
+                best = Some((mse, c));
             }
         }
         best
@@ -538,11 +541,22 @@ mod tests {
             );
             let table = Table::new(&rows.samples(), &(0.5..=4.0), &(1.0..=4.0)).expect("flows");
             for (n0, n2) in [(1.2, 1.3), (2.0, 2.0), (1.9, 3.0), (3.0, 1.5)] {
-                let (mse, free) = by_subsets(&rows, n0, n2).expect("rich data");
+                let (mse, c) = by_subsets(&rows, n0, n2).expect("rich data");
+                let free = c.map(|c| c > 0.0);
                 let found = table.solve_bounded(n0, n2).expect("rich data");
                 assert!((found.mse / mse - 1.0).abs() < 1e-8, "{c1} {c2} {n0} {n2}");
                 assert_eq!([found.share1 > 0.0, found.share2 > 0.0], free);
-                assert!(found.share1 >= 0.0 && found.share2 >= 0.0);
+                let samples = rows.samples();
+                let squares = samples.rows().fold([0.0; 3], |[a, b, y], (w, q, h)| {
+                    [a + (w * q).powi(2), b + q.powf(2.0 * n2), y + h * h]
+                });
+                for (share, k) in [(found.share1, 0), (found.share2, 1)] {
+                    let expected = c[k] * (squares[k] / squares[2]).sqrt();
+                    assert!(
+                        (share - expected).abs() <= 1e-7 * expected,
+                        "{share} {expected}"
+                    );
+                }
                 seen.push(free);
             }
         }

@@ -343,3 +343,18 @@ fn each_end_of_a_range_that_holds_the_exponents_is_told() {
     assert_eq!(limits(1.0..=4.0, 1.9..=4.0), [Limit::N2Lower]);
     assert_eq!(limits(1.0..=4.0, 1.0..=1.4), [Limit::N2Upper]);
 }
+
+#[test]
+fn an_exponent_of_the_flow_of_one_is_not_concave_and_is_refused() {
+    let recording = Recording::new(2000, &TRUTH, 1.0);
+    let from = |n2| {
+        let options = SearchOptions {
+            start: (1.9, n2),
+            ..SearchOptions::default()
+        };
+        let found = search_exponents(&recording.samples(), &options).unwrap();
+        (found.trials[0].mse_m2, found.start == (1.9, n2))
+    };
+    assert_eq!(from(1.0), (None, false));
+    assert!(matches!(from(1.0 + 1e-9), (Some(_), true)));
+}
