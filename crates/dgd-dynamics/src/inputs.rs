@@ -323,6 +323,18 @@ mod tests {
     }
 
     #[test]
+    fn between_uneven_samples_stands_the_straight_line() {
+        let (t, v) = ([0.0, 4.0, 4.5, 10.0], [1.0, 3.0, 2.0, 2.0]);
+        let s = line(&t, &v);
+        for (at, value) in [(1.0, 1.5), (3.0, 2.5), (4.25, 2.5), (7.0, 2.0), (-1.0, 1.0)] {
+            assert_eq!(s.at(at), value, "at {at}");
+            let piece = s.piece(&mut Cursor::default(), at, at + 0.25);
+            assert_eq!((piece.from_s, piece.value), (at, value));
+            assert!((piece.at(at + 0.25) - s.at(at + 0.25)).abs() < 1e-15);
+        }
+    }
+
+    #[test]
     fn a_piece_of_no_length_is_its_value() {
         let (t, v) = ([0.0, 1.0, 2.0], [0.0, 3.0, 1.0]);
         for kind in [Interpolation::Linear, Interpolation::Hold] {

@@ -16,9 +16,6 @@ const CHUNK: usize = 4096;
 /// Of so many rows one is used to find the basis.
 const THINNING: usize = 16;
 
-/// Least squared sine between columns of the basis that is no rounding of the sums.
-const ROUNDING: f64 = 1e-8;
-
 /// What to sweep.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SweepOptions {
@@ -389,7 +386,7 @@ impl Sums {
                 let left = gram[i * p + j] - sum;
                 if i < j {
                     half[i * p + j] = left / half[i * p + i];
-                } else if left > ROUNDING * gram[j * p + j] {
+                } else if left > 0.0 {
                     half[j * p + j] = left.sqrt();
                 } else {
                     return f64::NAN;
@@ -412,6 +409,8 @@ impl Sums {
 
 impl Sums {
     /// Whether [`fit_checked`] would take the regressors whose triangle in the basis is `half`.
+    ///
+    /// Where they cannot be told apart, rounding of the sums leaves a condition far above the limit.
     fn is_excited(&self, half: &[f64]) -> bool {
         let p = self.p;
         let Ok(mut rows) = Accumulator::new((0..p).map(|j| j.to_string())) else {

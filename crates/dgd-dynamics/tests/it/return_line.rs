@@ -472,3 +472,17 @@ fn below_the_inlet_no_column_of_the_riser_moves() {
     assert!((at(line.inlet_depth_m + 1.0) / -rho_g - 1.0).abs() < 1e-12);
     assert!((at(line.inlet_depth_m - 250.0) / -rho_g - 1.0).abs() > 5e-2);
 }
+
+#[test]
+fn at_rest_the_outlet_carries_its_column_and_in_flow_the_friction_too() {
+    let mut line = line();
+    line.outlet_depth_m = 330.0;
+    let column = ATMOSPHERE_PA + line.density_kg_m3 * GRAVITY_M_S2 * 330.0;
+    for q in [0.0, 0.05, -0.02] {
+        let expected = column + line.friction.loss_pa(q);
+        assert!((line.outlet_pressure_pa(q) / expected - 1.0).abs() < 1e-15);
+        let derived = derive_outputs(&line, &[140.0], &[q], &[60.0], false).unwrap();
+        assert!((derived.outlet_pa[0] / expected - 1.0).abs() < 1e-15);
+    }
+    assert_eq!(line.outlet_pressure_pa(0.0), column + line.friction.b_pa);
+}

@@ -61,7 +61,10 @@ fn a_spring_and_a_snapping_oscillator_cost_what_they_did() {
         of(Method::DormandPrince, 20.0),
         [[88, 0, 530, 0, 0], [605, 27, 3794, 0, 0]]
     );
-    assert_eq!(of(Method::Rodas, 20.0), [[152, 0, 1369, 152, 152], [363, 31, 3423, 363, 394]]);
+    assert_eq!(
+        of(Method::Rodas, 20.0),
+        [[152, 0, 1369, 152, 152], [363, 31, 3423, 363, 394]]
+    );
 }
 
 #[test]

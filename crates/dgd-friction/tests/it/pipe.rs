@@ -87,7 +87,7 @@ fn at_the_critical_reynolds_number_flow_is_turbulent() {
     // A flow whose Reynolds number is the critical one to the last bit.
     let q = (0..64)
         .map(|k| f64::from_bits((RE_CRIT * PI * 0.1 * 1e-3 / 4000.0).to_bits() - 32 + k))
-        .find(|q| reynolds(1000.0, 0.1, 1e-3, *q) == RE_CRIT)
+        .find(|q| reynolds(1000.0, 0.1, 1e-3, *q).to_bits() == RE_CRIT.to_bits())
         .unwrap();
     let turbulent = (-1.8 * (6.9 / RE_CRIT).log10()).powi(-2);
     assert!((friction_factor(RE_CRIT, 0.0) / turbulent - 1.0).abs() < 1e-12);
