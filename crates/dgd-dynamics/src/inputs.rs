@@ -321,4 +321,56 @@ mod tests {
         let b = line(&t, &[0.0, 0.0, 0.0, 2.0, 2.0]);
         assert_eq!(merged_kinks(&[&a, &b], 0.0, 4.0), [1.0, 2.0, 3.0]);
     }
+
+    #[test]
+    fn between_uneven_samples_stands_the_straight_line() {
+        let (t, v) = ([0.0, 4.0, 4.5, 10.0], [1.0, 3.0, 2.0, 2.0]);
+        let s = line(&t, &v);
+        for (at, value) in [(1.0, 1.5), (3.0, 2.5), (4.25, 2.5), (7.0, 2.0), (-1.0, 1.0)] {
+            assert_eq!(s.at(at), value, "at {at}");
+            let piece = s.piece(&mut Cursor::default(), at, at + 0.25);
+            assert_eq!((piece.from_s, piece.value), (at, value));
+            assert!((piece.at(at + 0.25) - s.at(at + 0.25)).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn a_piece_of_no_length_is_its_value() {
+        let (t, v) = ([0.0, 1.0, 2.0], [0.0, 3.0, 1.0]);
+        for kind in [Interpolation::Linear, Interpolation::Hold] {
+            let s = Signal::new("w", &t, &v, kind).unwrap();
+            for at in [-1.0, 0.0, 0.5, 1.0, 2.0, 3.0] {
+                let piece = s.piece(&mut Cursor::default(), at, at);
+                assert_eq!((piece.slope, piece.at(at)), (0.0, s.at(at)));
+            }
+        }
+    }
+
+    #[test]
+    fn a_ramp_that_only_rounds_has_no_kink_inside_and_one_that_bends_a_little_has() {
+        let t: Vec<f64> = (0..100).map(|k| f64::from(k) * 0.1).collect();
+        let mut ramp: Vec<f64> = t.iter().map(|t| 0.3 + 0.7 * t).collect();
+        assert_eq!(line(&t, &ramp).kinks(), [t[0], t[99]]);
+        ramp[50] += 1e-14;
+        assert!(line(&t, &ramp).kinks().contains(&t[49]));
+    }
+
+    #[test]
+    fn a_step_of_one_bit_from_rest_is_a_kink() {
+        let t = [0.0, 1.0, 2.0, 3.0];
+        let up = 1.0 + f64::EPSILON;
+        assert_eq!(line(&t, &[1.0, 1.0, up, up]).kinks()[0], 1.0);
+        assert_eq!(line(&t, &[1.0; 4]).kinks(), []);
+    }
+
+    #[test]
+    fn one_sample_is_a_constant() {
+        let s = line(&[5.0], &[0.3]);
+        assert_eq!((s.at(0.0), s.at(5.0), s.at(9.0)), (0.3, 0.3, 0.3));
+        assert!(s.kinks().is_empty());
+        assert_eq!(
+            (s.name(), s.time_s(), s.values()),
+            ("u", &[5.0][..], &[0.3][..])
+        );
+    }
 }

@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use crate::fit::{BATCH, fit_checked};
 use crate::polynomial::fill_terms;
 use crate::{CONDITION_LIMIT, FrictionError, Loss, PolynomialFit, Samples, Terms};
-use dgd_lsq::Reduced;
+use dgd_lsq::{Accumulator, Reduced};
 
 /// Delays correlated at once: their sums stay in registers.
 const LANES: usize = 16;
@@ -168,19 +168,17 @@ fn refine(mse: &[f64], best: usize) -> (Minimum, f64) {
     if !(before.is_finite() && after.is_finite()) {
         return (Minimum::BesideGap, 0.0);
     }
+    // The earliest of the least errors: `before` is larger, so the parabola bends up.
     let curvature = before - 2.0 * at + after;
-    let offset = if curvature > 0.0 {
-        0.5 * (before - after) / curvature
-    } else {
-        0.0
-    };
-    (Minimum::Interior, offset)
+    (Minimum::Interior, 0.5 * (before - after) / curvature)
 }
 
 /// Inverse of the triangle of the regressors at one delay: columns of a basis that is orthonormal there.
 struct Basis {
     /// p×p, row-major, upper triangle.
     inverse: Vec<f64>,
+    /// The triangle itself, which takes the basis back to the regressors.
+    triangle: Vec<f64>,
 }
 
 impl Basis {
@@ -192,8 +190,10 @@ impl Basis {
             reduced = samples.accumulate(delay, 1, powers)?.reduce();
             reduced.solve(CONDITION_LIMIT)?;
         }
+        let p = powers.len();
         Ok(Self {
-            inverse: invert(&reduced, powers.len()),
+            inverse: invert(&reduced, p),
+            triangle: (0..p * p).map(|k| reduced.r(k / p, k % p)).collect(),
         })
     }
 }
@@ -213,6 +213,8 @@ fn invert(r: &Reduced, p: usize) -> Vec<f64> {
 /// Everything the normal equations need, per delay.
 struct Sums {
     p: usize,
+    /// From the basis back to the regressors, p×p.
+    triangle: Vec<f64>,
     n: Vec<u64>,
     /// Σ F², per delay.
     square: Vec<f64>,
@@ -264,6 +266,7 @@ impl Sums {
         }
         let mut sums = Self {
             p,
+            triangle: basis.triangle.clone(),
             n: vec![0; count],
             square: vec![0.0; count],
             gram: vec![0.0; count * p * p],
@@ -383,7 +386,7 @@ impl Sums {
                 let left = gram[i * p + j] - sum;
                 if i < j {
                     half[i * p + j] = left / half[i * p + i];
-                } else if left > 1.0 / (CONDITION_LIMIT * CONDITION_LIMIT) * gram[j * p + j] {
+                } else if left > 0.0 {
                     half[j * p + j] = left.sqrt();
                 } else {
                     return f64::NAN;
@@ -393,11 +396,37 @@ impl Sums {
             reduced[j] = (self.cross[d * p + j] - sum) / half[j * p + j];
             rest -= reduced[j] * reduced[j];
         }
+        if !self.is_excited(&half) {
+            return f64::NAN;
+        }
         match self.n[d].checked_sub(p as u64) {
             #[expect(clippy::cast_precision_loss, reason = "row counts stay far below 2^53")]
             Some(degrees) if degrees > 0 => rest.max(0.0) / degrees as f64,
             _ => f64::NAN,
         }
+    }
+}
+
+impl Sums {
+    /// Whether [`fit_checked`] would take the regressors whose triangle in the basis is `half`.
+    ///
+    /// Where they cannot be told apart, rounding of the sums leaves a condition far above the limit.
+    fn is_excited(&self, half: &[f64]) -> bool {
+        let p = self.p;
+        let Ok(mut rows) = Accumulator::new((0..p).map(|j| j.to_string())) else {
+            return false;
+        };
+        // A row of zeros makes one more than columns; the condition does not see it.
+        let pushed = (0..=p).all(|i| {
+            let product = |j| {
+                (i..p)
+                    .map(|k| half[i * p + k] * self.triangle[k * p + j])
+                    .sum()
+            };
+            let row: Vec<f64> = (0..p).map(product).collect();
+            rows.push(&row, 0.0).is_ok()
+        });
+        pushed && rows.reduce().solve(CONDITION_LIMIT).is_ok()
     }
 }
 
@@ -427,4 +456,52 @@ fn runs(keep: &[bool]) -> Vec<(usize, usize)> {
         }
     }
     runs
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dgd_lsq::Accumulator;
+
+    #[test]
+    fn the_basis_is_the_inverse_of_the_triangle() {
+        let mut rows = Accumulator::new(["a", "b", "c", "d"]).expect("four names");
+        for i in 0..20 {
+            let x = f64::from(i) / 7.0;
+            let row = [1.0, x.sin(), x * x, (1.3 * x).cos()];
+            rows.push(&row, x).expect("finite rows");
+        }
+        let r = rows.reduce();
+        let inverse = invert(&r, 4);
+        for i in 0..4 {
+            for j in 0..4 {
+                let product: f64 = (i..4).map(|k| r.r(i, k) * inverse[k * 4 + j]).sum();
+                let identity = if i == j { 1.0 } else { 0.0 };
+                assert!((product - identity).abs() < 1e-13, "{i}, {j}: {product}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_vertex_of_a_parabola_is_met_exactly() {
+        // (d - 1.25)² + 3 at 0, 1, 2.
+        let (minimum, offset) = refine(&[4.5625, 3.0625, 3.5625], 1);
+        assert_eq!((minimum, offset), (Minimum::Interior, 0.25));
+        // A tie with the delay after: the vertex lies halfway.
+        assert_eq!(refine(&[2.0, 1.0, 1.0], 1).1, 0.5);
+    }
+
+    #[test]
+    fn one_delay_that_cannot_be_fitted_is_a_gap_on_either_side() {
+        for mse in [[f64::NAN, 1.0, 2.0], [2.0, 1.0, f64::NAN]] {
+            assert_eq!(refine(&mse, 1), (Minimum::BesideGap, 0.0));
+        }
+    }
+
+    #[test]
+    fn runs_are_half_open_and_reach_both_ends() {
+        let keep = [true, true, false, true, false, false, true];
+        assert_eq!(runs(&keep), [(0, 2), (3, 4), (6, 7)]);
+        assert_eq!(runs(&[false; 3]), []);
+    }
 }

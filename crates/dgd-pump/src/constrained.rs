@@ -297,3 +297,73 @@ impl Scaled {
             .fold(0.0, f64::max)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `min ½ x'x - b'x` over `x >= floors`: every condition can be read off.
+    fn plain(b: [f64; 3], floors: [f64; 3]) -> Scaled {
+        let mut rows = dgd_lsq::Accumulator::new(["a", "b", "c"]).expect("three names");
+        for j in 0..3 {
+            let mut row = [0.0; 3];
+            row[j] = 1.0;
+            rows.push(&row, b[j]).expect("finite rows");
+        }
+        rows.push(&[0.0; 3], 1.0).expect("finite rows");
+        Scaled {
+            gram: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            b,
+            floors,
+            units: [1.0; 3],
+            reduced: rows.reduce(),
+        }
+    }
+
+    #[test]
+    fn each_broken_condition_is_the_residual_by_as_much_as_it_is_broken() {
+        let problem = plain([0.5, -0.25, 0.75], [0.0, 0.125, 0.125]);
+        let optimum = [0.5, 0.125, 0.75];
+        let held = [false, true, false];
+        assert_eq!(problem.kkt(optimum, held), 0.0);
+        // Not stationary, above and below.
+        assert_eq!(problem.kkt([0.75, 0.125, 0.75], held), 0.25);
+        assert_eq!(problem.kkt([0.5, 0.125, 0.625], held), 0.125);
+        // Held away from its bound, on either side of it.
+        assert_eq!(problem.kkt([0.5, 0.1875, 0.75], held), 0.0625);
+        assert_eq!(problem.kkt([0.5, 0.0625, 0.75], held), 0.0625);
+        // Free, stationary and below its floor.
+        assert_eq!(problem.kkt([0.5, -0.25, 0.75], [false; 3]), 0.375);
+        // Held though it would rather rise.
+        assert_eq!(problem.kkt([0.5, 0.125, 0.125], [false, true, true]), 0.625);
+    }
+
+    #[test]
+    fn the_larger_of_slack_and_multiplier_tells_what_is_held() {
+        let solution = Solution {
+            x: [0.0; 3],
+            slack: [0.5, 1e-9, 0.0],
+            multiplier: [1e-9, 0.5, 0.0],
+        };
+        assert_eq!(solution.active(), [false, true, false]);
+    }
+
+    #[test]
+    fn a_wrong_set_of_held_coefficients_is_not_polished() {
+        let problem = plain([0.5, -0.25, 0.75], [0.0, 0.125, 0.125]);
+        let pointing = |active: [bool; 3]| Solution {
+            x: [0.0; 3],
+            slack: active.map(|a| if a { 0.0 } else { 1.0 }),
+            multiplier: active.map(|a| if a { 1.0 } else { 0.0 }),
+        };
+        let right = [false, true, false];
+        let (x, active) = problem.polish(&pointing(right)).expect("an optimum");
+        assert_eq!(active, right);
+        for (x, truth) in x.into_iter().zip([0.5, 0.125, 0.75]) {
+            assert!((x - truth).abs() < 1e-15);
+        }
+        for wrong in [[false; 3], [true, true, false], [true; 3]] {
+            assert!(problem.polish(&pointing(wrong)).is_none(), "{wrong:?}");
+        }
+    }
+}

@@ -546,3 +546,32 @@ impl Memo {
         place.1
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_optimum_rests_on_a_limit_within_a_thousandth_of_the_range_or_of_the_head() {
+        let options = SearchOptions {
+            n0: 1.0..=4.0,
+            n2: 1.5..=3.5,
+            ..SearchOptions::default()
+        };
+        let at = |n0, n2, shares| limits(shares, &options, &Point { n0, n2, mse: 1.0 });
+        let open = [0.1, 0.1];
+        assert_eq!(at(2.0, 2.0, open), []);
+        // Of widths 3 and 2.
+        assert_eq!(at(1.0029, 2.0, open), [Limit::N0Lower]);
+        assert_eq!(at(1.0031, 2.0, open), []);
+        assert_eq!(at(3.9971, 2.0, open), [Limit::N0Upper]);
+        assert_eq!(at(3.9969, 2.0, open), []);
+        assert_eq!(at(2.0, 1.5019, open), [Limit::N2Lower]);
+        assert_eq!(at(2.0, 1.5021, open), []);
+        assert_eq!(at(2.0, 3.4981, open), [Limit::N2Upper]);
+        assert_eq!(at(2.0, 3.4979, open), []);
+        assert_eq!(at(2.0, 2.0, [0.9e-4, 0.1]), [Limit::C1Zero]);
+        assert_eq!(at(2.0, 2.0, [0.1, 0.9e-4]), [Limit::C2Zero]);
+        assert_eq!(at(2.0, 2.0, [1.1e-4, 1.1e-4]), []);
+    }
+}

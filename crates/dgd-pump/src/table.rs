@@ -467,4 +467,162 @@ mod tests {
         assert!((found.mse / exact.mse_m2 - 1.0).abs() < 1e-9);
         assert_eq!(table.rows(), 40_000);
     }
+
+    struct Rows {
+        speed: Vec<f64>,
+        flow: Vec<f64>,
+        head: Vec<f64>,
+        keep: Vec<bool>,
+    }
+
+    impl Rows {
+        /// `rows` samples of a speed, a flow of it and chance, and a head of both.
+        fn new(flow: impl Fn(f64, f64) -> f64, head: impl Fn(f64, f64) -> f64) -> Self {
+            let rows = 600_u32;
+            let chance = |i: u32, k: u32| f64::from((i * k) % 601) / 601.0;
+            let speed: Vec<f64> = (0..rows).map(|i| 20.0 + 70.0 * chance(i, 37)).collect();
+            let at = |i: usize| flow(speed[i], chance(u32::try_from(i).unwrap_or(0), 229));
+            let flow: Vec<f64> = (0..speed.len()).map(at).collect();
+            let pairs = speed.iter().zip(&flow).enumerate();
+            let head = pairs
+                .map(|(i, (w, q))| head(*w, *q) + (i % 7) as f64)
+                .collect();
+            let keep = vec![true; rows as usize];
+            Self {
+                speed,
+                flow,
+                head,
+                keep,
+            }
+        }
+
+        fn samples(&self) -> Samples<'_> {
+            Samples {
+                speed_pct: &self.speed,
+                flow_m3_s: &self.flow,
+                head_m: &self.head,
+                keep: &self.keep,
+            }
+        }
+    }
+
+    /// Mean squared error over n - 3 by QR, and c1 and c2, of the best of the four subsets that complies.
+    fn by_subsets(rows: &Rows, n0: f64, n2: f64) -> Option<(f64, [f64; 2])> {
+        let reduced = crate::fit::reduce(&rows.samples(), n0, n2).ok()?;
+        let mut best: Option<(f64, [f64; 2])> = None;
+        for free in [[true, true], [true, false], [false, true], [false, false]] {
+            let held: Vec<(usize, f64)> =
+                (1..3).filter(|&j| !free[j - 1]).map(|j| (j, 0.0)).collect();
+            let fit = if held.is_empty() {
+                reduced.solve(f64::INFINITY)
+            } else {
+                reduced.hold(&held).and_then(|r| r.solve(f64::INFINITY))
+            };
+            let fit = fit.ok()?;
+            let complies = fit.coefficients[1..].iter().all(|c| *c > 0.0);
+            let mse = fit.rss / (rows.head.len() - 3) as f64;
+            if complies && best.is_none_or(|(least, _)| mse < least) {
+                let mut values = fit.coefficients[1..].iter();
+                let mut next = |free| if free { values.next().copied() } else { None };
+                let c = free.map(|free| next(free).unwrap_or(0.0));
+                best = Some((mse, c));
+            }
+        }
+        best
+    }
+
+    #[test]
+    fn the_bounded_answer_is_the_best_subset_that_complies() {
+        let mut seen = Vec::new();
+        for (c1, c2) in [(3.0, 9e3), (-3.0, 9e3), (20.0, -1e4), (-3.0, -9e3)] {
+            let rows = Rows::new(
+                |_, x| 0.07 * x,
+                |w, q| 0.05 * w * w - c1 * w * q - c2 * q * q,
+            );
+            let table = Table::new(&rows.samples(), &(0.5..=4.0), &(1.0..=4.0)).expect("flows");
+            for (n0, n2) in [(1.2, 1.3), (2.0, 2.0), (1.9, 3.0), (3.0, 1.5)] {
+                let (mse, c) = by_subsets(&rows, n0, n2).expect("rich data");
+                let free = c.map(|c| c > 0.0);
+                let found = table.solve_bounded(n0, n2).expect("rich data");
+                assert!((found.mse / mse - 1.0).abs() < 1e-8, "{c1} {c2} {n0} {n2}");
+                assert_eq!([found.share1 > 0.0, found.share2 > 0.0], free);
+                let samples = rows.samples();
+                let squares = samples.rows().fold([0.0; 3], |[a, b, y], (w, q, h)| {
+                    [a + (w * q).powi(2), b + q.powf(2.0 * n2), y + h * h]
+                });
+                for (share, k) in [(found.share1, 0), (found.share2, 1)] {
+                    let expected = c[k] * (squares[k] / squares[2]).sqrt();
+                    assert!(
+                        (share - expected).abs() <= 1e-7 * expected,
+                        "{share} {expected}"
+                    );
+                }
+                seen.push(free);
+            }
+        }
+        for free in [[true, true], [true, false], [false, true], [false, false]] {
+            assert!(seen.contains(&free), "{free:?} is never the best");
+        }
+    }
+
+    #[test]
+    fn shares_are_those_of_the_terms_in_the_head() {
+        let rows = Rows::new(
+            |_, x| 0.07 * x,
+            |w, q| 0.05 * w * w - 3.0 * w * q - 9e3 * q * q,
+        );
+        let table = Table::new(&rows.samples(), &(0.5..=4.0), &(1.0..=4.0)).expect("flows");
+        let curve = fit_unconstrained(&rows.samples(), 2.0, 2.0)
+            .expect("rich data")
+            .curve;
+        let rms = |of: &dyn Fn(f64, f64, f64) -> f64| {
+            let samples = rows.samples();
+            let squares = samples.rows().map(|(w, q, h)| of(w, q, h).powi(2));
+            (squares.sum::<f64>() / 600.0).sqrt()
+        };
+        let head = rms(&|_, _, h| h);
+        let found = table.solve(2.0, 2.0).expect("rich data");
+        let share1 = rms(&|w, q, _| curve.c1 * w * q) / head;
+        let share2 = rms(&|_, q, _| curve.c2 * q * q) / head;
+        assert!((found.share1 / share1 - 1.0).abs() < 1e-8);
+        assert!((found.share2 / share2 - 1.0).abs() < 1e-8);
+        assert!((table.mean_square_head() / head.powi(2) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn columns_that_go_together_have_no_answer() {
+        // With q = w/1000, w q is w^2 and q^n2 is w^n2.
+        let tied = Rows::new(|w, _| 1e-3 * w, |w, _| 0.05 * w * w);
+        let table = Table::new(&tied.samples(), &(0.5..=4.0), &(1.0..=4.0)).expect("flows");
+        for (n0, n2) in [(2.0, 1.5), (1.5, 2.0), (1.5, 1.5)] {
+            assert!(table.solve(n0, n2).is_none(), "{n0} {n2}");
+        }
+        assert!(table.solve(1.3, 2.7).is_some());
+        // Held at 0, a column that goes with another one is not missed.
+        assert!(table.solve_bounded(2.0, 1.5).is_some());
+    }
+
+    #[test]
+    fn at_a_node_its_own_weight_is_all() {
+        let nodes = Nodes::over(&(0.5..=4.0));
+        for k in 0..NODES {
+            let weights = nodes.weights(nodes.at[k]);
+            for (j, weight) in weights.iter().enumerate() {
+                assert_eq!(*weight, if j == k { 1.0 } else { 0.0 });
+            }
+        }
+    }
+
+    #[test]
+    fn every_distinct_value_has_one_place_up_to_the_last() {
+        let mut distinct = Distinct::new();
+        let value = |i: usize| (i as f64).sqrt() * 1e-3;
+        for i in 0..DISTINCT {
+            assert_eq!(distinct.index(value(i)), i);
+        }
+        for i in (0..DISTINCT).rev() {
+            assert_eq!(distinct.index(value(i)), i);
+        }
+        assert_eq!(distinct.values.len(), DISTINCT);
+    }
 }

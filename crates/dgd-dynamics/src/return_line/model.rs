@@ -342,3 +342,117 @@ impl<const KIND: u8> System for Line<'_, KIND> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "test")]
+    use super::*;
+    use crate::return_line::{Friction, PumpHead};
+
+    fn line() -> ReturnLine {
+        ReturnLine {
+            density_kg_m3: 1080.0,
+            riser_area_m2: 0.17,
+            line_area_m2: 0.018,
+            inlet_depth_m: 350.0,
+            outlet_depth_m: 340.0,
+            friction: Friction {
+                b_pa: 1e4,
+                c_pa_s_m3: 2e5,
+                d_pa_s2_m6: 1.3e8,
+                e_pa_s3_m9: 2e8,
+            },
+            pump: PumpHead {
+                c0: 0.07,
+                c1: 1.5,
+                c2: 9e3,
+                n0: 1.95,
+                n2: 1.6,
+            },
+            non_return_valve: true,
+            b_is_offset: false,
+        }
+    }
+
+    /// Rate, Jacobian and drift as given, and by differences of the right-hand side.
+    fn both<const KIND: u8>(x: &[f64], shut: bool, riser: Riser) -> [Vec<f64>; 2] {
+        let n = x.len();
+        let (t, level, flow, speed) = ([0.0, 1.0], [150.0, 149.0], [0.05, 0.06], [60.0, 63.0]);
+        let (first, second) = match KIND {
+            RISER => (&flow, &[0.04, 0.045]),
+            FLOW => (&level, &speed),
+            _ => (&flow, &speed),
+        };
+        let signal = |values| Signal::new("u", &t, values, Default::default()).unwrap();
+        let mut system = Line::<KIND>::new(&line(), signal(first), signal(second));
+        (system.shut, system.riser) = (shut, riser);
+        system.begin_segment(0.0, 1.0, x);
+        let at = 0.4;
+        let (mut rate, mut drift) = (vec![0.0; n], vec![0.0; n]);
+        let mut jacobian = vec![0.0; n * n];
+        let out = Linearised {
+            rate: &mut rate,
+            jacobian: &mut jacobian,
+            drift: &mut drift,
+        };
+        assert_eq!(system.linearise(at, x, 1.0, out), 1);
+        let of = |t: f64, x: &[f64]| {
+            let mut rate = vec![0.0; n];
+            system.rhs(t, x, &mut rate);
+            rate
+        };
+        let mut differences = of(at, x);
+        let slope = |above: Vec<f64>, below: Vec<f64>, step: f64| -> Vec<f64> {
+            let pairs = above.iter().zip(&below);
+            pairs.map(|(a, b)| (a - b) / (2.0 * step)).collect()
+        };
+        let mut columns = vec![0.0; n * n];
+        for j in 0..n {
+            let step = 1e-5 * x[j].abs();
+            let moved = |by: f64| {
+                let mut x = x.to_vec();
+                x[j] += by;
+                of(at, &x)
+            };
+            for (i, d) in slope(moved(step), moved(-step), step).iter().enumerate() {
+                columns[i * n + j] = *d;
+            }
+        }
+        differences.extend(columns);
+        differences.extend(slope(of(at + 1e-4, x), of(at - 1e-4, x), 1e-4));
+        let given = [rate, jacobian, drift].concat();
+        [given, differences]
+    }
+
+    fn agree([given, differences]: [Vec<f64>; 2], moves: bool) {
+        for (a, b) in given.iter().zip(&differences) {
+            // Central differences of 1e-5 leave 1e-10 of the slope and 1e-11 of the rate over 1e-5.
+            assert!(
+                (a - b).abs() < 1e-6 * b.abs() + 1e-9,
+                "{given:?} {differences:?}"
+            );
+        }
+        assert_eq!(given.iter().any(|v| *v != 0.0), moves);
+    }
+
+    #[test]
+    fn the_derivatives_given_are_those_of_the_right_hand_side() {
+        for riser in [Riser::Free, Riser::Full, Riser::Empty] {
+            let held = riser != Riser::Free;
+            for shut in [false, true] {
+                agree(
+                    both::<COUPLED>(&[150.0, 0.05], shut, riser),
+                    !(shut && held),
+                );
+                agree(both::<FLOW>(&[0.05], shut, riser), !shut);
+                agree(both::<RISER>(&[150.0], shut, riser), !held);
+            }
+        }
+    }
+
+    #[test]
+    fn a_power_has_its_slope_at_rest_too() {
+        assert_eq!(slope(8.0, 2.0, 3.0), 12.0);
+        assert_eq!((slope(0.0, 0.0, 1.0), slope(0.0, 0.0, 1.6)), (1.0, 0.0));
+    }
+}

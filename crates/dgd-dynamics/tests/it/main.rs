@@ -11,3 +11,4 @@ mod integrators;
 mod refusals;
 mod return_line;
 mod steady;
+mod steps;

@@ -2,7 +2,8 @@ use dgd_dynamics::DynamicsError;
 use dgd_dynamics::inputs::{InputError, Interpolation, Signal};
 use dgd_dynamics::integrate::{IntegrateError, Method, Options, Plan, System, integrate};
 use dgd_dynamics::return_line::{
-    LineState, SimulationOptions, derive_outputs, measured_flow, simulate_coupled, steady_state,
+    LineState, ReturnLine, SimulationOptions, derive_outputs, linearise, measured_flow,
+    simulate_coupled, steady_state,
 };
 
 use crate::common::{line, linear};
@@ -90,6 +91,32 @@ fn unusable_plans_and_tolerances_are_refused() {
         }),
         "first_step"
     );
+    for first_step in [0.0, f64::INFINITY] {
+        let first_step = Some(first_step);
+        let options = good.clone();
+        assert_eq!(
+            with(Options {
+                first_step,
+                ..options
+            }),
+            "first_step"
+        );
+    }
+    for max_step in [-1.0, f64::NAN] {
+        let options = good.clone();
+        assert_eq!(
+            with(Options {
+                max_step,
+                ..options
+            }),
+            "max_step"
+        );
+    }
+    for wrong in [-1e-9, f64::INFINITY] {
+        assert_eq!(with(Options::new(wrong, vec![1e-6; 2])), "relative");
+        assert_eq!(with(Options::new(1e-6, vec![1e-6, wrong])), "absolute");
+    }
+    assert!(go(&[0.0; 2], plan, &Options::new(0.0, vec![1e-6; 2])).is_ok());
     let at = |plan: Plan<'_>| name(go(&[0.0; 2], plan, &good).unwrap_err());
     assert_eq!(
         at(Plan {
@@ -99,6 +126,34 @@ fn unusable_plans_and_tolerances_are_refused() {
         "start"
     );
     assert_eq!(at(Plan { end: -1.0, ..plan }), "end");
+    assert_eq!(
+        at(Plan {
+            end: f64::INFINITY,
+            ..plan
+        }),
+        "end"
+    );
+    assert_eq!(
+        at(Plan {
+            breaks: &[0.5, f64::NAN],
+            ..plan
+        }),
+        "breaks"
+    );
+    // Twice the same time, and the ends of the span, are no trouble.
+    let ends = Plan {
+        outputs: &[0.0, 0.5, 0.5, 1.0, 1.0],
+        breaks: &[0.5, 0.5],
+        ..plan
+    };
+    let run = go(&[0.0; 2], ends, &good).unwrap();
+    assert_eq!(run.times, ends.outputs);
+    let point = Plan {
+        end: 0.0,
+        outputs: &[0.0],
+        ..plan
+    };
+    assert_eq!(go(&[0.0; 2], point, &good).unwrap().times, [0.0]);
     assert_eq!(
         at(Plan {
             outputs: &[0.5, 0.4],
@@ -119,6 +174,110 @@ fn unusable_plans_and_tolerances_are_refused() {
             ..plan
         }),
         "breaks"
+    );
+}
+
+#[test]
+fn each_parameter_of_the_line_is_refused_by_name_where_it_cannot_be() {
+    type Field = fn(&mut ReturnLine) -> &mut f64;
+    let positive: [(&str, Field); 5] = [
+        ("density_kg_m3", |l| &mut l.density_kg_m3),
+        ("riser_area_m2", |l| &mut l.riser_area_m2),
+        ("line_area_m2", |l| &mut l.line_area_m2),
+        ("inlet_depth_m", |l| &mut l.inlet_depth_m),
+        ("outlet_depth_m", |l| &mut l.outlet_depth_m),
+    ];
+    let finite: [(&str, Field); 7] = [
+        ("b_pa", |l| &mut l.friction.b_pa),
+        ("c_pa_s_m3", |l| &mut l.friction.c_pa_s_m3),
+        ("d_pa_s2_m6", |l| &mut l.friction.d_pa_s2_m6),
+        ("e_pa_s3_m9", |l| &mut l.friction.e_pa_s3_m9),
+        ("c0", |l| &mut l.pump.c0),
+        ("c1", |l| &mut l.pump.c1),
+        ("c2", |l| &mut l.pump.c2),
+    ];
+    let exponents: [(&str, Field); 2] = [("n0", |l| &mut l.pump.n0), ("n2", |l| &mut l.pump.n2)];
+    let refused = |field: Field, value: f64| {
+        let mut line = line();
+        *field(&mut line) = value;
+        match line.check() {
+            Err(DynamicsError::Parameter { name, found, .. }) => {
+                assert!(found == value || value.is_nan());
+                Some(name)
+            }
+            Err(other) => panic!("{other}"),
+            Ok(()) => None,
+        }
+    };
+    for (name, field) in positive.into_iter().chain(finite).chain(exponents) {
+        assert_eq!(refused(field, f64::NAN), Some(name));
+        assert_eq!(refused(field, f64::INFINITY), Some(name));
+    }
+    for (name, field) in positive {
+        assert_eq!(refused(field, 0.0), Some(name));
+        assert_eq!(refused(field, -1.0), Some(name));
+    }
+    for (_, field) in finite {
+        assert_eq!(refused(field, -1.0), None);
+    }
+    for (name, field) in exponents {
+        assert_eq!(refused(field, 0.999), Some(name));
+        assert_eq!(refused(field, 1.0), None);
+    }
+}
+
+#[test]
+fn an_operating_point_that_cannot_be_is_not_linearised() {
+    let at = |level_m, flow_m3_s, speed| {
+        let state = LineState { level_m, flow_m3_s };
+        match linearise(&line(), state, speed) {
+            Err(DynamicsError::Parameter { name, .. }) => Some(name),
+            Err(other) => panic!("{other}"),
+            Ok(_) => None,
+        }
+    };
+    assert_eq!(at(f64::NAN, 0.05, 60.0), Some("level_m"));
+    assert_eq!(at(140.0, f64::INFINITY, 60.0), Some("flow_m3_s"));
+    for speed in [-0.1, f64::NAN, f64::INFINITY] {
+        assert_eq!(at(140.0, 0.05, speed), Some("speed_pct"));
+    }
+    assert_eq!(at(140.0, 0.05, 0.0), None);
+}
+
+#[test]
+fn an_input_must_cover_both_ends_of_the_span() {
+    let start = LineState {
+        level_m: 140.0,
+        flow_m3_s: 0.05,
+    };
+    let go = |inflow: [f64; 2], speed: [f64; 2], span: [f64; 2]| {
+        let (u, w) = ([0.05; 2], [60.0; 2]);
+        let run = simulate_coupled(
+            &line(),
+            start,
+            &linear(&inflow, &u),
+            &Signal::new("speed", &speed, &w, Interpolation::Linear).unwrap(),
+            &span,
+            &SimulationOptions::default(),
+        );
+        match run {
+            Err(DynamicsError::Span { name, .. }) => Some(name),
+            Err(other) => panic!("{other}"),
+            Ok(_) => None,
+        }
+    };
+    assert_eq!(go([0.0, 10.0], [0.0, 10.0], [0.0, 10.0]), None);
+    assert_eq!(
+        go([1.0, 10.0], [0.0, 10.0], [0.0, 10.0]),
+        Some("signal".to_owned())
+    );
+    assert_eq!(
+        go([0.0, 10.0], [0.0, 9.0], [0.0, 10.0]),
+        Some("speed".to_owned())
+    );
+    assert_eq!(
+        go([0.0, 10.0], [0.0, 10.0], [f64::NAN, 10.0]),
+        Some("signal".to_owned())
     );
 }
 

@@ -419,3 +419,70 @@ fn the_linear_model_is_the_slope_of_the_non_linear_one() {
         .flow_time_constant_s();
     assert!(at > 0.2 && at < 2.0, "{at} s");
 }
+
+#[test]
+fn a_shut_valve_keeps_the_inertia_out_of_the_outlet_pressure_and_an_open_one_does_not() {
+    let valve = line();
+    let mut open = line();
+    open.non_return_valve = false;
+    let outlet = |line: &_, h: f64, q: f64, w: f64, with: bool| {
+        derive_outputs(line, &[h], &[q], &[w], with)
+            .unwrap()
+            .outlet_pa[0]
+    };
+    let inertia = |line: &_, h, q, w| outlet(line, h, q, w, true) - outlet(line, h, q, w, false);
+    // At a standstill without the pump the columns push back.
+    assert!(valve.drive_pa(140.0, 0.0, 0.0) < 0.0);
+    assert_eq!(inertia(&valve, 140.0, 0.0, 0.0), 0.0);
+    let share = valve.density_kg_m3 * valve.outlet_depth_m / valve.line_area_m2;
+    let expected =
+        |h: f64, q: f64, w: f64| share * valve.drive_pa(h, w, q) / valve.inertia_kg_m4(h);
+    for (line, h, q, w) in [
+        (&open, 140.0, 0.0, 0.0),
+        (&open, 140.0, -0.01, 0.0),
+        // It opens: the pump overcomes the columns.
+        (&valve, 140.0, 0.0, 80.0),
+        // It still runs forward while it is slowed down.
+        (&valve, 140.0, 0.03, 0.0),
+    ] {
+        let (found, expected) = (inertia(line, h, q, w), expected(h, q, w));
+        assert!(expected.abs() > 1e4, "no test at {expected} Pa");
+        // Of pressures of 4 MPa, to round-off.
+        assert!((found - expected).abs() < 1e-6, "{found} {expected}");
+    }
+}
+
+#[test]
+fn below_the_inlet_no_column_of_the_riser_moves() {
+    let line = line();
+    let discharge = line.density_kg_m3 * line.outlet_depth_m / line.line_area_m2;
+    for below in [0.0, 5.0] {
+        let found = line.inertia_kg_m4(line.inlet_depth_m + below);
+        assert!((found / discharge - 1.0).abs() < 1e-15);
+    }
+    let at = |level_m: f64| {
+        let state = LineState {
+            level_m,
+            flow_m3_s: 0.05,
+        };
+        linearise(&line, state, 62.0).unwrap().a[1][0] * discharge
+    };
+    // There only the weight of the level drives, and above it the column takes a share.
+    let rho_g = line.density_kg_m3 * GRAVITY_M_S2;
+    assert!((at(line.inlet_depth_m + 1.0) / -rho_g - 1.0).abs() < 1e-12);
+    assert!((at(line.inlet_depth_m - 250.0) / -rho_g - 1.0).abs() > 5e-2);
+}
+
+#[test]
+fn at_rest_the_outlet_carries_its_column_and_in_flow_the_friction_too() {
+    let mut line = line();
+    line.outlet_depth_m = 330.0;
+    let column = ATMOSPHERE_PA + line.density_kg_m3 * GRAVITY_M_S2 * 330.0;
+    for q in [0.0, 0.05, -0.02] {
+        let expected = column + line.friction.loss_pa(q);
+        assert!((line.outlet_pressure_pa(q) / expected - 1.0).abs() < 1e-15);
+        let derived = derive_outputs(&line, &[140.0], &[q], &[60.0], false).unwrap();
+        assert!((derived.outlet_pa[0] / expected - 1.0).abs() < 1e-15);
+    }
+    assert_eq!(line.outlet_pressure_pa(0.0), column + line.friction.b_pa);
+}

@@ -101,3 +101,32 @@ fn a_start_at_the_steady_state_stays_there() {
     assert!((run.level_m[1] - 140.0).abs() < 1e-9);
     assert!((run.flow_m3_s[1] - q).abs() < 1e-12);
 }
+
+#[test]
+fn a_balance_that_overflows_ends_with_a_status() {
+    let mut line = line();
+    line.friction.e_pa_s3_m9 = f64::MAX;
+    line.pump.c2 = f64::MAX;
+    let (q, status) = steady_flow(&line, 140.0, 65.0).unwrap();
+    assert!(
+        matches!(status, SteadyStatus::IterationLimit | SteadyStatus::Solved),
+        "{status:?} at {q}"
+    );
+    line.pump.c0 = f64::MAX;
+    let (_, status) = steady_flow(&line, 140.0, 65.0).unwrap();
+    assert_eq!(status, SteadyStatus::IterationLimit);
+}
+
+#[test]
+fn columns_in_balance_do_not_flow() {
+    // Level and outlet lie alike, and nothing drives.
+    let mut line = line();
+    line.friction.b_pa = 0.0;
+    for valve in [true, false] {
+        line.non_return_valve = valve;
+        assert_eq!(
+            steady_flow(&line, 0.0, 0.0).unwrap(),
+            (0.0, SteadyStatus::Solved)
+        );
+    }
+}

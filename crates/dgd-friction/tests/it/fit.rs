@@ -109,3 +109,43 @@ fn the_order_of_samples_does_not_matter_without_a_delay() {
     }
     assert_eq!(forth.n, back.n);
 }
+
+/// Share of the variance about the mean that a law explains, and its mean squared error.
+fn by_hand(recording: &Recording, found: &dgd_friction::PolynomialFit) -> (f64, f64) {
+    let n = recording.friction.len() as f64;
+    let mean = recording.friction.iter().sum::<f64>() / n;
+    let (mut rss, mut total) = (0.0, 0.0);
+    for (q, f) in recording.flow.iter().zip(&recording.friction) {
+        rss += (f - found.law.eval(*q)).powi(2);
+        total += (f - mean).powi(2);
+    }
+    let degrees = n - found.law.powers.len() as f64;
+    (1.0 - rss / total, rss / degrees)
+}
+
+#[test]
+fn r2_and_mse_are_those_of_the_law_that_is_reported_whatever_the_loss() {
+    let mut recording = Recording::new(3000, 0, |q| 1e6 * q + 9.5e7 * q * q, 2e3);
+    for f in recording.friction.iter_mut().step_by(20) {
+        *f += 1e5;
+    }
+    for loss in [Loss::Squared, Loss::Huber(RobustOptions::default())] {
+        let found = fit(&recording.samples(), 0, &Terms::Quadratic, loss).unwrap();
+        let (r2, mse_pa2) = by_hand(&recording, &found);
+        // Sums of 3000 squares.
+        assert!((found.r2 - r2).abs() < 1e-11, "{} {r2}", found.r2);
+        assert!((found.mse_pa2 / mse_pa2 - 1.0).abs() < 1e-11);
+    }
+}
+
+#[test]
+fn friction_that_a_law_meets_to_the_last_bit_is_wholly_explained_by_a_robust_fit_too() {
+    // One sample flows: its row is met without rounding.
+    let mut recording = Recording::new(300, 0, |_| 0.0, 0.0);
+    recording.flow.fill(0.0);
+    (recording.flow[7], recording.friction[7]) = (1.0, 64.0);
+    let of = |loss| fit(&recording.samples(), 0, &Terms::Powers(vec![1.0]), loss).unwrap();
+    let (plain, robust) = (of(Loss::Squared), of(Loss::Huber(RobustOptions::default())));
+    assert_eq!((plain.mse_pa2, plain.r2), (0.0, 1.0));
+    assert_eq!((robust.mse_pa2, robust.r2), (0.0, 1.0));
+}

@@ -1,3 +1,5 @@
+use std::f64::consts::PI;
+
 use dgd_friction::{
     Pipe, RE_CRIT, bit_loss, darcy_weisbach, friction_factor, observed_friction, reynolds,
 };
@@ -78,4 +80,38 @@ fn a_still_column_has_no_friction_and_nan_stays_nan() {
     assert_eq!(found[0], 0.0);
     assert!((found[1] - 5e4).abs() < 1e-6);
     assert!(found[2].is_nan());
+}
+
+#[test]
+fn at_the_critical_reynolds_number_flow_is_turbulent() {
+    // A flow whose Reynolds number is the critical one to the last bit.
+    let q = (0..64)
+        .map(|k| f64::from_bits((RE_CRIT * PI * 0.1 * 1e-3 / 4000.0).to_bits() - 32 + k))
+        .find(|q| reynolds(1000.0, 0.1, 1e-3, *q).to_bits() == RE_CRIT.to_bits())
+        .unwrap();
+    let turbulent = (-1.8 * (6.9 / RE_CRIT).log10()).powi(-2);
+    assert!((friction_factor(RE_CRIT, 0.0) / turbulent - 1.0).abs() < 1e-12);
+    let v = q / (PI / 4.0 * 0.01);
+    let drop = turbulent * 100.0 / 0.1 * 0.5 * 1000.0 * v * v;
+    assert!((darcy_weisbach(&WATER, q) / drop - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn the_laminar_factor_is_64_over_reynolds_number() {
+    for re in [1.0, 640.0, 2299.0] {
+        assert!((friction_factor(re, 0.01) * re / 64.0 - 1.0).abs() < 1e-15);
+    }
+}
+
+#[test]
+fn a_rough_wall_raises_the_drop_as_the_formula_says() {
+    let rough = Pipe {
+        roughness_m: 2e-4,
+        ..WATER
+    };
+    let re = reynolds(1000.0, 0.1, 1e-3, 0.02);
+    let ratio = friction_factor(re, 2e-3) / friction_factor(re, 0.0);
+    assert!(ratio > 1.3, "{ratio}");
+    let drops = darcy_weisbach(&rough, 0.02) / darcy_weisbach(&WATER, 0.02);
+    assert!((drops / ratio - 1.0).abs() < 1e-12);
 }

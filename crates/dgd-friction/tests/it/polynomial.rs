@@ -51,3 +51,15 @@ fn senseless_powers_are_refused() {
         assert!(matches!(refused, Err(FrictionError::Powers { .. })));
     }
 }
+
+#[test]
+fn up_to_eight_powers_are_a_model_and_a_ninth_is_refused_with_what_was_given() {
+    let powers = |n: u32| Terms::Powers((0..n).map(f64::from).collect()).powers();
+    assert_eq!(powers(8).unwrap().len(), 8);
+    match powers(20) {
+        Err(FrictionError::Powers { found, limit: 8 }) => {
+            assert_eq!(found, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]);
+        }
+        other => panic!("{other:?}"),
+    }
+}

@@ -1,5 +1,5 @@
 use dgd_friction::{FrictionError, Loss, Samples, SweepOptions, Terms, delay_sweep, fit};
-use dgd_lsq::LsqError;
+use dgd_lsq::{LsqError, RobustOptions};
 
 use crate::Recording;
 
@@ -61,13 +61,30 @@ fn constant_flow_excites_too_little_and_the_terms_are_named() {
 }
 
 #[test]
+fn a_robust_fit_asks_for_as_much_excitation_as_a_plain_one() {
+    let mut recording = recording();
+    for (i, q) in recording.flow.iter_mut().enumerate() {
+        *q = 0.05 * (1.0 + 1e-4 * crate::noise(i));
+    }
+    for loss in [Loss::Squared, Loss::Huber(RobustOptions::default())] {
+        let refused = fit(&recording.samples(), 0, &Terms::Quadratic, loss);
+        let Err(FrictionError::Fit(LsqError::NotExcited { condition, .. })) = refused else {
+            panic!("{refused:?}");
+        };
+        assert!((1e4..1e6).contains(&condition), "{condition}");
+    }
+}
+
+#[test]
 fn no_flow_at_all_is_refused() {
     let mut recording = recording();
     recording.flow.fill(0.0);
-    assert!(matches!(
-        fit(&recording.samples(), 0, &Terms::Quadratic, Loss::Squared),
-        Err(FrictionError::Fit(LsqError::NotExcited { .. }))
-    ));
+    match fit(&recording.samples(), 0, &Terms::Quadratic, Loss::Squared) {
+        Err(FrictionError::Fit(LsqError::NotExcited { columns, .. })) => {
+            assert_eq!(columns, ["q", "q^2"]);
+        }
+        other => panic!("{other:?}"),
+    }
 }
 
 #[test]

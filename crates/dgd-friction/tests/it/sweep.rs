@@ -15,7 +15,8 @@ fn over(delays: std::ops::RangeInclusive<i64>) -> SweepOptions {
 
 #[test]
 fn every_delay_agrees_with_its_own_qr_fit() {
-    let recording = Recording::new(4000, 13, quadratic, 3e3).damaged();
+    // Some samples beyond whole blocks: of the early ones delays of -120 and less use none.
+    let recording = Recording::new(4160, 13, quadratic, 3e3).damaged();
     let all = [
         Terms::Quadratic,
         Terms::OffsetCubic,
@@ -28,7 +29,17 @@ fn every_delay_agrees_with_its_own_qr_fit() {
             ..recording.samples()
         };
         for terms in &all {
-            for delays in [0..=30, -20..=25, 5..=22, -40..=-3, 7..=7, -130..=130] {
+            let ranges = [
+                0..=30,
+                -20..=25,
+                5..=22,
+                -40..=-3,
+                7..=7,
+                -130..=130,
+                -150..=-120,
+                120..=150,
+            ];
+            for delays in ranges {
                 let first = *delays.start();
                 let sweep = delay_sweep(&samples, terms, &over(delays)).unwrap();
                 for (d, mse) in sweep.mse_pa2.iter().enumerate() {
@@ -127,4 +138,73 @@ fn excitation_that_a_thinned_basis_misses_is_still_used() {
     let sweep = delay_sweep(&recording.samples(), &Terms::Quadratic, &over(0..=5)).unwrap();
     assert_eq!(sweep.best_delay_samples, 0);
     assert!((sweep.fit.law.coefficients[1] / 9.5e7 - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn recordings_longer_than_one_sum_agree_too() {
+    // The sums are taken in chunks of some thousand samples.
+    let recording = Recording::new(20_000, 13, quadratic, 3e3);
+    let sweep = delay_sweep(&recording.samples(), &Terms::Quadratic, &over(10..=16)).unwrap();
+    for (d, mse) in (10..).zip(&sweep.mse_pa2) {
+        let exact = fit(&recording.samples(), d, &Terms::Quadratic, Loss::Squared).unwrap();
+        assert!((mse / exact.mse_pa2 - 1.0).abs() < 1e-9, "at {d}");
+    }
+}
+
+#[test]
+fn a_delay_without_rows_to_spare_has_no_error_and_is_told_beside_the_best() {
+    // Two kept samples, whose flow is known for delays up to 1 and for one of them at 2.
+    let mut recording = Recording::new(40, 0, |q| 3e7 * q.powf(1.75), 10.0);
+    recording.keep.fill(false);
+    recording.keep[10] = true;
+    recording.keep[12] = true;
+    recording.flow[14] = f64::NAN;
+    // One row is met by the law to rounding, whichever way that falls.
+    for more in 0..20 {
+        recording.friction[10] += f64::from(more);
+        let terms = Terms::Powers(vec![1.75]);
+        let sweep = delay_sweep(&recording.samples(), &terms, &over(-2..=2)).unwrap();
+        assert_eq!(sweep.n, [2, 2, 2, 2, 1]);
+        assert!(sweep.mse_pa2[..4].iter().all(|mse| mse.is_finite()));
+        assert!(sweep.mse_pa2[4].is_nan(), "{:?}", sweep.mse_pa2);
+    }
+}
+
+#[test]
+fn a_delay_at_which_the_flow_rests_has_no_error_as_the_fit_there_is_refused() {
+    // The kept samples meet moving flow at delay 0 and flow at rest but for `share` from delay 40.
+    for share in [0.0, 3e-6, 1e-5, 3e-5] {
+        let mut recording = Recording::new(400, 0, quadratic, 3e3);
+        recording.keep.fill(false);
+        recording.keep[100..140].fill(true);
+        for i in 140..220 {
+            recording.flow[i] = 0.05 * (1.0 + share * crate::noise(i));
+        }
+        let samples = recording.samples();
+        let sweep = delay_sweep(&samples, &Terms::Quadratic, &over(0..=60)).unwrap();
+        for (d, mse) in (0..).zip(&sweep.mse_pa2) {
+            let exact = fit(&samples, d, &Terms::Quadratic, Loss::Squared);
+            assert_eq!(mse.is_nan(), exact.is_err(), "{share} at {d}: {exact:?}");
+        }
+        assert!(sweep.mse_pa2[40..].iter().all(|mse| mse.is_nan()));
+        assert_eq!(sweep.n, [40; 61]);
+    }
+}
+
+#[test]
+fn of_equal_errors_the_earliest_delay_is_the_best() {
+    // A flow that repeats every 8 samples fits alike 8 samples later.
+    let mut recording = Recording::new(800, 0, quadratic, 0.0);
+    let wave = [0.02, 0.03, 0.05, 0.06, 0.055, 0.04, 0.035, 0.025];
+    for i in 0..800 {
+        recording.flow[i] = wave[i % 8];
+        recording.friction[i] = quadratic(wave[(i + 5) % 8]);
+        recording.keep[i] = (100..700).contains(&i);
+    }
+    let sweep = delay_sweep(&recording.samples(), &Terms::Quadratic, &over(0..=20)).unwrap();
+    assert_eq!(sweep.n, [600; 21]);
+    let least = sweep.mse_pa2[sweep.best];
+    let first = sweep.mse_pa2.iter().position(|mse| *mse == least);
+    assert_eq!(first, Some(sweep.best));
+    assert!(sweep.best == 5 || sweep.best == 13, "{:?}", sweep.mse_pa2);
 }

@@ -5,3 +5,4 @@ mod preparation;
 mod recovery;
 mod refusals;
 mod rig;
+mod symmetries;

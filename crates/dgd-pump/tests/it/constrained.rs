@@ -63,7 +63,13 @@ fn the_programme_agrees_with_every_active_set_enumerated() {
         c1: -20.0,
         ..PUMP
     };
-    let cases = [PUMP, CONVEX, flat, none, upside_down];
+    let nothing = HeadCurve {
+        c0: -0.05,
+        c1: -100.0,
+        c2: 0.0,
+        ..PUMP
+    };
+    let cases = [PUMP, CONVEX, flat, none, upside_down, nothing];
     let mut sets = Vec::new();
     for truth in cases {
         let recording = Recording::new(3000, &truth, 1.0);
@@ -94,6 +100,7 @@ fn the_programme_agrees_with_every_active_set_enumerated() {
             sets.push(found.active);
         }
     }
+    assert!(sets.contains(&[true; 3]) && sets.contains(&[false; 3]));
     sets.dedup();
     assert!(
         sets.len() >= 4,
@@ -136,6 +143,56 @@ fn an_iteration_limit_is_a_status_not_an_error() {
     };
     let found = fit_constrained(&recording.samples(), 2.0, 2.0, &options).unwrap();
     assert_eq!(found.status, SolverStatus::IterationLimit);
+    // What the solver had by then is told with how far it is from an optimum.
+    assert!(!found.polished);
+    assert!(found.kkt_residual > 1e-9, "{found:?}");
+}
+
+#[test]
+fn a_constant_head_has_no_variance_to_explain() {
+    let mut recording = Recording::new(512, &PUMP, 0.0);
+    recording.head.fill(128.0);
+    let options = ConstrainedOptions::default();
+    let found = fit_constrained(&recording.samples(), 2.0, 2.0, &options).unwrap();
+    let free = fit_unconstrained(&recording.samples(), 2.0, 2.0).unwrap();
+    assert!(found.fit.r2.is_nan() && free.r2.is_nan());
+}
+
+#[test]
+fn a_head_of_zero_throughout_is_solved_by_a_curve_next_to_zero() {
+    let mut recording = Recording::new(500, &PUMP, 0.0);
+    recording.head.fill(0.0);
+    let options = ConstrainedOptions::default();
+    let found = fit_constrained(&recording.samples(), 2.0, 2.0, &options).unwrap();
+    assert_eq!(found.status, SolverStatus::Solved);
+    assert!(found.active[1] && found.active[2], "{found:?}");
+    for (w, q) in [(50.0, 0.01), (100.0, 0.07)] {
+        let head = found.fit.curve.head_m(w, q);
+        // The floors of c1 and c2 are 1e-6 of a head of 1 in root of 500 squares.
+        assert!(head.abs() < 1e-6, "{head}");
+    }
+}
+
+#[test]
+fn r2_is_the_share_of_the_variance_that_the_bounded_curve_leaves() {
+    let recording = Recording::new(3000, &CONVEX, 1.0);
+    let options = ConstrainedOptions::default();
+    let found = fit_constrained(&recording.samples(), 2.0, 2.0, &options).unwrap();
+    let n = recording.head.len() as f64;
+    let mean = recording.head.iter().sum::<f64>() / n;
+    let (mut rss, mut total) = (0.0, 0.0);
+    for i in 0..recording.head.len() {
+        let h = recording.head[i];
+        let fitted = found
+            .fit
+            .curve
+            .head_m(recording.speed[i], recording.flow[i]);
+        rss += (h - fitted).powi(2);
+        total += (h - mean).powi(2);
+    }
+    assert!((found.fit.r2 - (1.0 - rss / total)).abs() < 1e-11);
+    // The two free coefficients take a degree each.
+    assert!((found.fit.mse_m2 / (rss / (n - 2.0)) - 1.0).abs() < 1e-10);
 }
 
 #[test]

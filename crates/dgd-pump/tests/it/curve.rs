@@ -51,3 +51,9 @@ fn a_standing_pump_has_no_slope_but_the_loss() {
     };
     assert_eq!(without.bend_flow(0.0), 0.0);
 }
+
+#[test]
+fn at_rest_the_bend_is_that_of_forward_flow() {
+    assert_eq!(PUMP.bend_flow(0.0), -2.0 * PUMP.c2);
+    assert_eq!(PUMP.bend_flow(-0.01), 2.0 * PUMP.c2);
+}

@@ -102,3 +102,18 @@ fn the_order_of_samples_does_not_matter() {
     assert!((forth.curve.c1 / back.curve.c1 - 1.0).abs() < 1e-10);
     assert!((forth.curve.c2 / back.curve.c2 - 1.0).abs() < 1e-10);
 }
+
+#[test]
+fn a_pump_at_rest_and_a_line_at_rest_are_samples_like_others() {
+    let mut recording = Recording::new(2000, &PUMP, 0.0);
+    for i in 0..50 {
+        recording.speed[i] = 0.0;
+        recording.flow[i + 50] = 0.0;
+    }
+    for i in 0..100 {
+        recording.head[i] = PUMP.head_m(recording.speed[i], recording.flow[i]);
+    }
+    let found = fit_unconstrained(&recording.samples(), 2.0, 2.0).unwrap();
+    assert_eq!(found.n, 2000);
+    assert!((found.curve.c2 / PUMP.c2 - 1.0).abs() < 1e-9);
+}

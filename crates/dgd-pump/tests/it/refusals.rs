@@ -68,6 +68,46 @@ fn kept_backflow_is_refused_with_its_value() {
 }
 
 #[test]
+fn whatever_is_wrong_with_a_kept_sample_is_named_and_zeros_before_it_are_not() {
+    for (name, bad) in [
+        ("speed_pct", f64::NAN),
+        ("speed_pct", -0.5),
+        ("flow_m3_s", f64::INFINITY),
+        ("flow_m3_s", -1e-9),
+        ("head_m", f64::NEG_INFINITY),
+    ] {
+        let mut recording = Recording::new(100, &PUMP, 1.0);
+        recording.speed[7] = 0.0;
+        recording.flow[8] = 0.0;
+        recording.head[9] = -3.0;
+        let series = match name {
+            "speed_pct" => &mut recording.speed,
+            "flow_m3_s" => &mut recording.flow,
+            _ => &mut recording.head,
+        };
+        series[42] = bad;
+        let index = 42;
+        let expected = if bad.is_finite() {
+            let found = bad;
+            PumpError::Negative { name, index, found }
+        } else {
+            PumpError::NonFinite { name, index }
+        };
+        assert_eq!(refusals(&recording.samples()), expected);
+    }
+}
+
+#[test]
+fn a_head_beyond_all_squares_is_an_error_and_no_panic() {
+    for rows in [100, 256, 257, 1000] {
+        let mut recording = Recording::new(rows, &PUMP, 1.0);
+        recording.head.fill(1e300);
+        let refused = fit_unconstrained(&recording.samples(), 2.0, 2.0);
+        assert!(matches!(refused, Err(PumpError::Fit(_))), "{refused:?}");
+    }
+}
+
+#[test]
 fn too_few_samples_are_refused() {
     let recording = Recording::new(3, &PUMP, 1.0);
     assert!(matches!(
@@ -178,6 +218,38 @@ fn exponents_ranges_and_tolerances_out_of_domain_are_refused() {
         match search_exponents(&samples, &options) {
             Err(PumpError::Domain { name, .. }) => assert_eq!(name, expected),
             other => panic!("{expected}: {other:?}"),
+        }
+    }
+}
+
+#[test]
+fn the_end_of_a_range_that_is_at_fault_is_the_one_told() {
+    let recording = Recording::new(100, &PUMP, 1.0);
+    let refused = |n0: std::ops::RangeInclusive<f64>| {
+        let options = SearchOptions {
+            n0,
+            ..SearchOptions::default()
+        };
+        match search_exponents(&recording.samples(), &options) {
+            Err(PumpError::Domain { name, found, .. }) => Some((name, found)),
+            _ => None,
+        }
+    };
+    assert_eq!(refused(0.05..=4.0), Some(("n0", 0.05)));
+    assert_eq!(refused(1.0..=10.5), Some(("n0", 10.5)));
+    let falling = 3.0..=2.5;
+    assert_eq!(refused(falling), Some(("n0", 2.5)));
+    assert_eq!(refused(0.1..=10.0), None, "the widest range allowed");
+    for tolerance in [1.0, -1e-3] {
+        let options = SearchOptions {
+            tolerance,
+            ..SearchOptions::default()
+        };
+        match search_exponents(&recording.samples(), &options) {
+            Err(PumpError::Domain { name, found, .. }) => {
+                assert_eq!((name, found), ("tolerance", tolerance));
+            }
+            other => panic!("{other:?}"),
         }
     }
 }

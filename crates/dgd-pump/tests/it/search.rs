@@ -234,3 +234,127 @@ fn the_same_recording_gives_the_same_bytes() {
     let search = || search_exponents(&recording.samples(), &SearchOptions::default()).unwrap();
     assert_eq!(search(), search());
 }
+
+#[test]
+fn heads_in_other_units_give_the_same_exponents_to_the_last_bit() {
+    // A power of 2 as the unit changes no digit, so not a single decision of the search.
+    let rising = HeadCurve { c1: -1.0, ..PUMP };
+    for (truth, rule) in [
+        (TRUTH, Rule::Hold),
+        (TRUTH, Rule::Refuse),
+        (rising, Rule::Hold),
+        (rising, Rule::Refuse),
+    ] {
+        let options = SearchOptions {
+            rule,
+            ..SearchOptions::default()
+        };
+        let mut recording = Recording::new(2000, &truth, 1.0);
+        let plain = search_exponents(&recording.samples(), &options).unwrap();
+        for unit in [2_f64.powi(-40), 2_f64.powi(40)] {
+            let before = recording.head.clone();
+            recording.head.iter_mut().for_each(|h| *h *= unit);
+            let found = search_exponents(&recording.samples(), &options).unwrap();
+            recording.head = before;
+            let (a, b) = (&found.fit.curve, &plain.fit.curve);
+            assert_eq!((a.n0, a.n2), (b.n0, b.n2), "{rule:?}, unit {unit}");
+            assert_eq!((a.c0, a.c1), (b.c0 * unit, b.c1 * unit));
+            assert_eq!(found.trials.len(), plain.trials.len());
+            assert_eq!(found.limits, plain.limits);
+            assert_eq!(found.status, plain.status);
+        }
+    }
+}
+
+#[test]
+fn restarts_try_the_four_orientations_of_the_simplex_from_the_best_point() {
+    let recording = Recording::new(2000, &TRUTH, 1.0);
+    let found = search_exponents(&recording.samples(), &SearchOptions::default()).unwrap();
+    let last = found.trials.last().unwrap().search;
+    assert!(last >= 4, "four restarts without a gain end it: {last}");
+    let mut best = found.start;
+    let mut least = f64::INFINITY;
+    for search in 0..=last {
+        let mut corners: Vec<_> = found.trials.iter().filter(|t| t.search == search).collect();
+        if search == 0 {
+            corners.remove(0); // the guess itself, before there is a simplex
+        }
+        let turned = |n: f64, from: f64| (n / from - 1.0) / 0.05;
+        let signs = [(1.0, 1.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0)][search as usize % 4];
+        assert_eq!((corners[0].n0, corners[0].n2), best, "search {search}");
+        assert!((turned(corners[1].n0, best.0) - signs.0).abs() < 1e-9);
+        assert_eq!(corners[1].n2, best.1);
+        assert_eq!(corners[2].n0, best.0);
+        assert!((turned(corners[2].n2, best.1) - signs.1).abs() < 1e-9);
+        for p in found.path.iter().filter(|p| p.search == search) {
+            if p.mse_m2 < least {
+                (least, best) = (p.mse_m2, (p.n0, p.n2));
+            }
+        }
+    }
+    assert_eq!(best, (found.fit.curve.n0, found.fit.curve.n2));
+}
+
+#[test]
+fn a_start_that_is_refused_gives_way_to_the_best_of_the_grid() {
+    let recording = Recording::new(2000, &TRUTH, 1.0);
+    let options = SearchOptions {
+        start: (2.0, 0.5),
+        n0: 1.0..=3.6,
+        n2: 1.0..=3.6,
+        ..SearchOptions::default()
+    };
+    let found = search_exponents(&recording.samples(), &options).unwrap();
+    assert_eq!(found.trials[0].mse_m2, None);
+    let grid = &found.trials[1..170];
+    // Middles of 13 equal parts of 2.6, that is of 0.2.
+    for (k, trial) in grid.iter().enumerate() {
+        let place = |i: usize| 1.1 + 0.2 * i as f64;
+        assert!((trial.n0 - place(k / 13)).abs() < 1e-12, "{k}: {trial:?}");
+        assert!((trial.n2 - place(k % 13)).abs() < 1e-12, "{k}: {trial:?}");
+    }
+    let least = grid
+        .iter()
+        .filter_map(|t| t.mse_m2)
+        .fold(f64::MAX, f64::min);
+    let at_start = grid.iter().find(|t| (t.n0, t.n2) == found.start).unwrap();
+    assert_eq!(at_start.mse_m2, Some(least));
+}
+
+#[test]
+fn each_end_of_a_range_that_holds_the_exponents_is_told() {
+    let recording = Recording::new(4000, &TRUTH, 0.1);
+    let limits = |n0, n2| {
+        let options = SearchOptions {
+            n0,
+            n2,
+            ..SearchOptions::default()
+        };
+        let mut limits = search_exponents(&recording.samples(), &options)
+            .unwrap()
+            .limits;
+        // A forced exponent may cost a term, too.
+        limits.retain(|l| !matches!(l, Limit::C1Zero | Limit::C2Zero));
+        limits
+    };
+    assert_eq!(limits(1.0..=4.0, 1.0..=4.0), []);
+    assert_eq!(limits(1.0..=1.9, 1.0..=4.0), [Limit::N0Upper]);
+    assert_eq!(limits(1.96..=4.0, 1.0..=4.0), [Limit::N0Lower]);
+    assert_eq!(limits(1.0..=4.0, 1.9..=4.0), [Limit::N2Lower]);
+    assert_eq!(limits(1.0..=4.0, 1.0..=1.4), [Limit::N2Upper]);
+}
+
+#[test]
+fn an_exponent_of_the_flow_of_one_is_not_concave_and_is_refused() {
+    let recording = Recording::new(2000, &TRUTH, 1.0);
+    let from = |n2| {
+        let options = SearchOptions {
+            start: (1.9, n2),
+            ..SearchOptions::default()
+        };
+        let found = search_exponents(&recording.samples(), &options).unwrap();
+        (found.trials[0].mse_m2, found.start == (1.9, n2))
+    };
+    assert_eq!(from(1.0), (None, false));
+    assert!(matches!(from(1.0 + 1e-9), (Some(_), true)));
+}

@@ -67,6 +67,8 @@ fn a_good_curve_passes_and_a_convex_one_is_caught_where_it_is_worst() {
     assert!(!bad.falls_with_flow);
     assert_eq!(bad.worst_slope.speed_pct, 30.0);
     assert_eq!(bad.worst_slope.flow_m3_s, 0.07);
+    // The bend does not know the speed: of equal places the first is told.
+    assert_eq!(bad.worst_bend.speed_pct, 30.0);
 }
 
 #[test]
@@ -92,4 +94,30 @@ fn senseless_ranges_and_curves_are_refused() {
         ..PUMP
     };
     assert!(refused(&broken, 30.0..=70.0, 0.0..=0.07));
+}
+
+#[test]
+fn a_flat_curve_neither_rises_nor_bends_up_nor_falls_with_speed() {
+    let flat = HeadCurve {
+        c0: 0.0,
+        c1: 0.0,
+        c2: 0.0,
+        ..PUMP
+    };
+    let shape = check_shape(&flat, 30.0..=70.0, 0.0..=0.07).unwrap();
+    assert!(shape.falls_with_flow && shape.concave && shape.rises_with_speed);
+}
+
+#[test]
+fn a_range_of_one_point_is_a_range_and_the_faulty_end_of_others_is_told() {
+    let shape = check_shape(&PUMP, 50.0..=50.0, 0.02..=0.02).unwrap();
+    assert_eq!(shape.worst_slope.value, PUMP.slope_flow(50.0, 0.02));
+    let told = |w| match check_shape(&PUMP, w, 0.0..=0.07) {
+        Err(PumpError::Domain { name, found, .. }) => (name, found),
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(told(-1.0..=70.0), ("speed_pct", -1.0));
+    assert_eq!(told(30.0..=f64::INFINITY), ("speed_pct", f64::INFINITY));
+    let falling = 30.0..=20.0;
+    assert_eq!(told(falling), ("speed_pct", 20.0));
 }

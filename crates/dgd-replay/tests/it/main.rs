@@ -3,4 +3,5 @@
 mod closed_loop;
 mod fill;
 mod rig;
+mod symmetries;
 mod window;
