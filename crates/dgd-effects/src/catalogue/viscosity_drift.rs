@@ -91,4 +91,8 @@ impl Effect for ViscosityDrift {
             }
         })
     }
+
+    fn memory_s(&self, _: &[f64]) -> f64 {
+        0.0
+    }
 }
