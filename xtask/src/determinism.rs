@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// What is run, in order; later lines read what earlier ones wrote.
-const LINES: [&str; 20] = [
+const LINES: [&str; 21] = [
     "inspect rig/recording.mat --propose proposed.toml --json",
     "convert rig/recording.mat rig.csv",
     "convert rig/recording.mat rig.mcap",
@@ -29,6 +29,7 @@ const LINES: [&str; 20] = [
     "fit pump_loop.csv --system pump_loop.toml --out fitted.toml",
     "simulate pump_loop.csv --system fitted.toml --out loop.csv",
     "diagnose pump_loop.csv --system pump_loop.toml --out revised",
+    "catalogue --json",
     "sensitivities two_tanks.csv --system two_tanks.toml --out sensitivities",
 ];
 

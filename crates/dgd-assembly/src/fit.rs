@@ -133,7 +133,7 @@ fn halton(index: usize, dimension: usize) -> f64 {
 /// exist or if no instrument was recorded; [`AssemblyError::Input`] on bad inputs.
 ///
 /// # Source
-/// Ljung, L., *System Identification* (1999), 7.2-7.4 and 10.2.
+/// Ljung, L., *System Identification* (1999), chapters 7 and 10.
 ///
 /// ```
 /// use dgd_assembly::{fit, Assembly, FitOptions, Portion, Record};

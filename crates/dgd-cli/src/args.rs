@@ -1,7 +1,9 @@
 //! The command line's grammar.
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use dgd_diagnose::Step;
+use dgd_effects::catalogue;
 use std::path::{Path, PathBuf};
 
 /// Hydraulic models of drilling rigs, identified from recordings.
@@ -52,6 +54,8 @@ pub(crate) enum Command {
     Fit(Fit),
     /// Locate where model and recording differ, name the physics left out, show the fit improve
     Diagnose(Diagnose),
+    /// List the effects that a diagnosis of a return line can name, and the steps of its search
+    Catalogue,
     /// Run an identified model beside a recording
     Simulate(Simulate),
     /// Check and draw the description of a system
@@ -198,17 +202,18 @@ pub(crate) struct Diagnose {
     /// Start from the effects of this model; only what is left out of it too is a finding
     #[arg(long, value_name = "FILE", conflicts_with = "system")]
     pub(crate) model: Option<PathBuf>,
-    /// Take these effects for given: fit them, whatever their evidence, and search for nothing else
+    /// Take these effects for given: fit them, whatever their evidence, and search for nothing else. `dgd catalogue` lists them
     #[arg(
         long,
         value_name = "EFFECT",
         value_delimiter = ',',
+        value_parser = effects(),
+        hide_possible_values = true,
         conflicts_with = "system"
     )]
     pub(crate) suspect: Vec<String>,
-    /// Leave steps of the search out, to see what each buys: projection, edges, duty, form, slack, footprints, corrections, busiest,
-    /// two-do, pairs, second-thoughts, calibration
-    #[arg(long, value_name = "STEP", value_delimiter = ',', value_parser = parse_step, conflicts_with = "system")]
+    /// Leave steps of the search out, to see what each buys
+    #[arg(long, value_name = "STEP", value_delimiter = ',', value_parser = steps(), conflicts_with = "system")]
     pub(crate) without: Vec<Step>,
 }
 
@@ -427,10 +432,17 @@ fn parse_pair(text: &str) -> Result<(String, String), String> {
     Ok((key.trim().to_owned(), value.trim().to_owned()))
 }
 
-fn parse_step(text: &str) -> Result<Step, String> {
-    let known = || Step::ALL.iter().map(|s| s.name()).collect::<Vec<_>>();
-    (Step::ALL.into_iter().find(|s| s.name() == text))
-        .ok_or_else(|| format!("the steps are {}", known().join(", ")))
+/// The effects of the catalogue by their ids, which errors list.
+fn effects() -> PossibleValuesParser {
+    PossibleValuesParser::new(catalogue().iter().map(|effect| effect.about().id))
+}
+
+/// The steps by their names, which help and errors list.
+fn steps() -> impl TypedValueParser<Value = Step> {
+    PossibleValuesParser::new(Step::ALL.map(Step::name)).try_map(|name| {
+        let found = Step::ALL.into_iter().find(|s| s.name() == name);
+        found.ok_or("not a step")
+    })
 }
 
 fn parse_range(text: &str) -> Result<(f64, f64), String> {

@@ -52,6 +52,7 @@ fn run(arguments: &Arguments) -> Result<String, Failure> {
         Command::Inspect(inspect) => commands::inspect::run(inspect, global),
         Command::Fit(fit) => commands::fit::run(fit, global),
         Command::Diagnose(diagnose) => commands::diagnose::run(diagnose, global),
+        Command::Catalogue => commands::catalogue::run(global),
         Command::Simulate(simulate) => commands::simulate::run(simulate, global),
         Command::System(system) => match &system.action {
             SystemAction::Check(check) => commands::system_check::run(check, global),

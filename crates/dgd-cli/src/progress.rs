@@ -1,5 +1,6 @@
 //! A progress line for work that takes over a second.
 
+use crate::args::Global;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::{Map, Value};
 use std::cell::RefCell;
@@ -15,13 +16,13 @@ pub(crate) struct Progress {
 }
 
 impl Progress {
-    /// `quiet` never shows anything (`--json`, `--quiet`).
-    pub(crate) fn new(quiet: bool) -> Self {
+    /// Shows nothing under `--json` and `--quiet`.
+    pub(crate) fn new(global: &Global) -> Self {
         let bar = ProgressBar::new_spinner();
         bar.set_draw_target(ProgressDrawTarget::hidden());
         let style = ProgressStyle::with_template("{spinner} {elapsed:>4} {wide_msg}");
         bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
-        if !quiet {
+        if !(global.json || global.quiet) {
             // Drawn from a thread of its own, so that a stage needs no ticking.
             let later = bar.clone();
             std::thread::spawn(move || {

@@ -11,6 +11,7 @@ use dgd_assembly::{
     Assembly, AssemblyError, Component, FitStatus, RunStatus, Setting, Size, System,
 };
 use dgd_documents::{DocumentError, SystemDocument};
+use dgd_recording::Column;
 use dgd_units::{Dimension, Unit};
 use std::path::{Path, PathBuf};
 
@@ -33,8 +34,15 @@ pub(crate) fn told(path: &Path, source: String, error: DocumentError) -> Failure
     }
 }
 
-/// The one recording that a command on a system takes.
-pub(crate) fn single(recordings: &[PathBuf]) -> Result<&Path, Failure> {
+/// The one recording and the description that a command on a system takes.
+pub(crate) fn open<'a>(
+    path: &Path,
+    recordings: &'a [PathBuf],
+) -> Result<(&'a Path, SystemDocument), Failure> {
+    Ok((single(recordings)?, read(path)?))
+}
+
+fn single(recordings: &[PathBuf]) -> Result<&Path, Failure> {
     match recordings {
         [one] => Ok(one),
         several => Err(Failure::Arguments {
@@ -72,6 +80,23 @@ pub(crate) fn title(assembly: &Assembly, path: &Path) -> String {
 pub(crate) fn file_name(path: &Path) -> String {
     let name = path.file_name().unwrap_or(path.as_os_str());
     name.to_string_lossy().into_owned()
+}
+
+/// Tag and unit of the independent variable in a table.
+pub(crate) fn clock(assembly: &Assembly) -> (&str, Option<String>) {
+    match assembly.system().independent.as_str() {
+        "time" => ("t", Some("s".to_owned())),
+        other => (other, None),
+    }
+}
+
+/// A column of a table.
+pub(crate) fn column(tag: &str, unit: Option<String>, values: Vec<f64>) -> Column {
+    Column {
+        tag: tag.to_owned(),
+        unit,
+        values,
+    }
 }
 
 /// A file beside another, with another ending.

@@ -87,7 +87,7 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
         // What the leader dwarfs is looked at again in the next round, beside it.
         let hurdle = c.effect.about().search.belief.hurdle;
         if c.evidence > (0.5 * hurdle).max(0.02 * most)
-            && let Some(sustained) = sustained(record, state, &c.best)
+            && let Some(sustained) = sustained(record, state, &c.best, &gate.rows.still)
         {
             c.evidence = c.evidence.min(sustained);
             c.formed = c.evidence;
@@ -135,22 +135,40 @@ fn without_lean(
     })
 }
 
-/// Evidence without the minutes about the edges of a candidate's interval, and for what a pump loses in passing without the
-/// blocks whose duty it has at no other time.
+/// Evidence without what may only look like the effect: the minutes about the edges of its interval, for what a pump loses in
+/// passing the blocks whose duty it has at no other time, and the stops for what comes upon flowing mud.
 ///
 /// A reading that freezes or jumps makes edges, as an effect does, and nothing between them. An effect is there as well
-/// when its beginning and end are not looked at. And a pump that turns faster for a flow and a lift which it has only then
-/// tells of its curve.
-fn sustained(record: &Record, state: &[Applied], c: &Candidate) -> Option<f64> {
+/// when its beginning and end are not looked at. A pump that turns faster for a flow and a lift which it has only then
+/// tells of its curve. And where each stop leaves the line as full as its valve was quick, it is the standing column that
+/// changes, not the friction.
+fn sustained(record: &Record, state: &[Applied], c: &Candidate, still: &[bool]) -> Option<f64> {
+    let about = c.applied.effect.about();
+    let mut excluded = vec![false; record.blocks];
+    if about.onset().is_some() {
+        exclude_edges(record, state, c, &mut excluded);
+    }
+    if about.search.flowing && record.takes(Step::Flowing) {
+        for (out, still) in excluded.iter_mut().zip(still) {
+            *out |= still;
+        }
+    }
+    if !excluded.contains(&true) {
+        return None;
+    }
+    let tangent = Tangent::beside(record, state, &excluded, Bend::Lean)?;
+    Some(weigh(record, &tangent, state, c.applied.clone()).evidence)
+}
+
+/// Excludes the minutes about a candidate's edges, and the duties that a pump has only between them.
+fn exclude_edges(record: &Record, state: &[Applied], c: &Candidate, excluded: &mut [bool]) {
     const HOLE_S: f64 = 300.0;
     let about = c.applied.effect.about();
-    about.onset()?;
     let (from, to) = about.interval_s(&c.applied.parameters, record.setting.span_s);
     let hole = HOLE_S.min(0.2 * (to - from));
     let seconds = record.dt_s * record.per_block as f64;
     let start = record.setting.span_s.0;
     let middle = |b: usize| start + (b as f64 + 0.5) * seconds;
-    let mut excluded = vec![false; record.blocks];
     if record.takes(Step::Edges) {
         for (b, out) in excluded.iter_mut().enumerate() {
             *out = (middle(b) - from).abs() < hole || (middle(b) - to).abs() < hole;
@@ -161,10 +179,8 @@ fn sustained(record: &Record, state: &[Applied], c: &Candidate) -> Option<f64> {
             .map(|b| (from..to).contains(&middle(b)))
             .collect();
         let blocks = Blocks::under(record, state);
-        exclude_strange_duty((&blocks.flow, &blocks.lift), &inside, &mut excluded);
+        exclude_strange_duty((&blocks.flow, &blocks.lift), &inside, excluded);
     }
-    let tangent = Tangent::beside(record, state, &excluded, Bend::Lean)?;
-    Some(weigh(record, &tangent, state, c.applied.clone()).evidence)
 }
 
 /// Excludes the blocks inside an interval at a flow and a lift that none outside has.

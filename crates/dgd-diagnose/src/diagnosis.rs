@@ -200,8 +200,10 @@ pub struct Trace {
     pub before: Vec<f64>,
     /// Residual with them.
     pub after: Vec<f64>,
-    /// Standard deviation of a block's residual when nothing is left out.
+    /// Standard deviation of a block's residual when nothing is left out, wander aside.
     pub noise: f64,
+    /// Standard deviation, over minutes and hours, of what instruments within their accuracy may wander by on top of it.
+    pub wander: f64,
 }
 
 /// Where the diagnosis stands, for progress bars.

@@ -4,7 +4,7 @@ use crate::record::{MASS_BLOCKS, Record, tails, whole};
 use crate::relations::Applied;
 use crate::scan::{joined, ln_mean_exp};
 use crate::step::Step;
-use crate::tangent::Tangent;
+use crate::tangent::{Bend, Tangent};
 use dgd_effects::{Effect, KNOTS, Method, QUANTITIES, RELATIONS, Relation, unknown};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rayon::prelude::*;
@@ -112,6 +112,30 @@ pub(crate) fn corrections(
     out
 }
 
+/// Leaves corrections of the line's friction the evidence that they have without the stops, and sorts them again: a stop leaves
+/// the line as full as its valve was quick, which is no friction.
+pub(crate) fn in_flow(
+    record: &Record,
+    still: &[bool],
+    state: &[Applied],
+    found: &mut [Correction],
+) {
+    let doubtful = |c: &Correction| {
+        RELATIONS[c.relation] == Relation::ReturnLineFriction && c.evidence > 0.5 * hurdle(c)
+    };
+    if !still.contains(&true) || !found.iter().any(doubtful) {
+        return;
+    }
+    let Some(flowing) = Tangent::beside(record, state, still, Bend::Loose) else {
+        return;
+    };
+    for c in found.iter_mut().filter(|c| doubtful(c)) {
+        let again = correction(record, &flowing, state, (c.relation, c.quantity));
+        c.evidence = again.map_or(0.0, |again| again.evidence.min(c.evidence));
+    }
+    found.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+}
+
 /// The correction of one relation along one quantity; `None` if the recording does not move the quantity.
 fn correction(
     record: &Record,
@@ -192,11 +216,12 @@ pub(crate) fn hurdle(c: &Correction) -> f64 {
     match (RELATIONS[c.relation], QUANTITIES[c.quantity]) {
         // Transmitters and drives answer late: what is left follows how fast things move.
         (Relation::PumpHead, FLOW_RATE) => 320.0,
-        (Relation::PumpHead, "inlet pressure" | "mud pump flow") => 60.0,
+        (Relation::PumpHead, "inlet pressure" | "mud pump flow") => 75.0,
         (Relation::PumpHead, _) => 30.0,
         // Speed stands for flow without its meter's noise.
         (Relation::ReturnLineFriction, "pump speed") => 110.0,
         (Relation::ReturnLineFriction, FLOW_RATE) => 45.0,
+        (Relation::ReturnLineFriction, "mud pump flow") => 50.0,
         (Relation::ReturnLineFriction, _) => 30.0,
         _ => 15.0,
     }

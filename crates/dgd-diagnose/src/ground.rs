@@ -180,7 +180,10 @@ mod tests {
         let t_s: Vec<f64> = (0..SAMPLES).map(|i| 0.5 + DT_S * i as f64).collect();
         let noisy = |seed: u64, size: f64, of: &dyn Fn(f64) -> f64| -> Vec<f64> {
             let noise = normals(seed, SAMPLES);
-            t_s.iter().zip(noise).map(|(t, n)| of(*t) + size * n).collect()
+            t_s.iter()
+                .zip(noise)
+                .map(|(t, n)| of(*t) + size * n)
+                .collect()
         };
         let stands = |t: f64| (1500.0..1700.0).contains(&t);
         let rest = |t: f64, v: f64| if stands(t) { 0.0 } else { v };
@@ -262,7 +265,10 @@ mod tests {
         let states = [
             vec![],
             vec![late("pump_speed_lag", 3.0), late("u_tube", 2.0)],
-            vec![late("return_flow_delay", 1.5), late("booster_line_storage", 3.0)],
+            vec![
+                late("return_flow_delay", 1.5),
+                late("booster_line_storage", 3.0),
+            ],
         ];
         for state in states {
             let ground = Ground::under(&record, &state);

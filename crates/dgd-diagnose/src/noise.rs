@@ -354,8 +354,18 @@ impl Whitening {
         }
     }
 
-    /// Whitens a stacked vector; rows that may not be used become 0.
+    /// Whitens a stacked vector; rows that may not be used become 0, and so do those that only a wander reaches which
+    /// has faded.
     pub(crate) fn apply(&self, stacked: &[f64]) -> Vec<f64> {
+        self.whitened(stacked, FADED)
+    }
+
+    /// The same, the wander followed to the end: where a column ends decides upon the order of columns.
+    pub(crate) fn apply_whole(&self, stacked: &[f64]) -> Vec<f64> {
+        self.whitened(stacked, 0.0)
+    }
+
+    fn whitened(&self, stacked: &[f64], faded: f64) -> Vec<f64> {
         let l = self.layout;
         let n = l.blocks;
         let mut out = vec![0.0; l.len()];
@@ -389,24 +399,24 @@ impl Whitening {
                     })
                     .collect();
                 self.filtered(
-                    k,
+                    (k, faded),
                     &own,
                     first.saturating_sub(2),
                     (first, last),
                     &mut out[rows],
                 );
             } else {
-                self.filtered(k, values, 0, (first, last), &mut out[rows]);
+                self.filtered((k, faded), values, 0, (first, last), &mut out[rows]);
             }
         }
         out
     }
 
     /// Whitens one section from its row `first` on, nothing but zeros standing before it and after `last`.
-    /// `values` are its rows from `from` on.
+    /// `values` are its rows from `from` on; a wander below `faded` is none.
     fn filtered(
         &self,
-        k: usize,
+        (k, faded): (usize, f64),
         values: &[f64],
         from: usize,
         (first, last): (usize, usize),
@@ -423,7 +433,7 @@ impl Whitening {
             }
             // Two rows on, nothing is left of the last value but the wander that it moved.
             let value = if i > last + 2 {
-                if wander.iter().all(|w| w.abs() < FADED) {
+                if wander.iter().all(|w| w.abs() < faded) {
                     break;
                 }
                 0.0

@@ -2,15 +2,15 @@
 
 use crate::belief::{logistic, shared};
 use crate::contest::{Contender, alike, at_bound, contest, material, solved, stands};
-use crate::empirical::{Correction, FLOW_RATE, corrections, hurdle, plausible};
+use crate::empirical::{Correction, FLOW_RATE, corrections, hurdle, in_flow, plausible};
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::scan::{joined, weigh};
 use crate::select::{Named, Selection};
 use crate::step::Step;
-use crate::tangent::{Bend, Tangent, dot};
+use crate::tangent::{Bend, Tangent};
 use crate::timing::is_late_meter;
-use dgd_effects::{Effect, QUANTITIES, RELATIONS, Relation, Timing, catalogue};
+use dgd_effects::{QUANTITIES, RELATIONS, Relation};
 use tracing::debug;
 
 /// Evidence that a first, second, third effect and so on must show beyond its hurdle: causes seldom come together.
@@ -19,10 +19,17 @@ const FURTHER: [f64; 6] = [0.0, 8.0, 40.0, 200.0, 400.0, 800.0];
 /// Share of its evidence, and a little more, that an effect which sets in owes to the time before.
 const SEEN: f64 = 0.03;
 
+/// Evidence over which belief in a correction grows by a factor e in the odds, as a share of its hurdle: as sound recordings
+/// fall off below it.
+const SCALE: f64 = 0.4;
+
+/// What it costs a cause, in e-folds, that it may not be named as it is.
+const BARRED: f64 = 1.4;
+
 /// What a round comes to.
 pub(crate) enum Ruling {
-    /// An effect, or two that only show together.
-    Named(Vec<Named>),
+    /// An effect.
+    Named(Named),
     /// Something that the catalogue does not hold: the search ends.
     Unnamed(Named),
     /// Nothing more that sound recordings do not show.
@@ -57,6 +64,9 @@ impl<'a> Round<'a> {
         // What a late meter's form leaves over follows the rate of the flow: it is no second thing.
         let timed = timed(&state);
         rivals.retain(|r| plausible(r) && !(timed && QUANTITIES[r.quantity] == FLOW_RATE));
+        if record.takes(Step::Flowing) {
+            in_flow(record, &gate.rows.still, &state, &mut rivals);
+        }
         for c in contenders.iter().take(9) {
             let about = c.effect.about();
             debug!(
@@ -111,7 +121,6 @@ impl<'a> Round<'a> {
                 _ => Ruling::Nothing,
             };
         };
-        let about = best.effect.about();
         let rival = self
             .rival(best)
             .filter(|r| r.claim() < best.claim() - 10.0 || !self.two_do(best, r.evidence));
@@ -132,13 +141,7 @@ impl<'a> Round<'a> {
         {
             return Ruling::Unnamed(self.unnamed(r, r.evidence.max(best.evidence)));
         }
-        if is_late_meter(about)
-            && self.record.takes(Step::Pairs)
-            && let Some(pair) = self.pair(best.best.evidence, 0.9 * self.real(best))
-        {
-            return Ruling::Named(pair);
-        }
-        Ruling::Named(vec![named])
+        Ruling::Named(named)
     }
 
     /// The one of some effects that explains most, named whatever its evidence; `None` if the recording excites none of them.
@@ -297,66 +300,13 @@ impl<'a> Round<'a> {
         others
     }
 
-    /// Two effects of the meter's timing, together, where they beat either alone.
-    fn pair(&self, single: f64, probability: f64) -> Option<Vec<Named>> {
-        let late: Vec<(&'static dyn Effect, &[f64])> = catalogue()
-            .iter()
-            .filter_map(|effect| match effect.about().search.timing {
-                Some(Timing::Meter { beside }) => Some((*effect, beside)),
-                _ => None,
-            })
-            .collect();
-        let before = dot(&self.gate.off, &self.gate.off);
-        let mut best: Option<(f64, [Applied; 2])> = None;
-        for (k, (first, times)) in late.iter().enumerate() {
-            for (second, others) in &late[k + 1..] {
-                for (a, b) in times
-                    .iter()
-                    .flat_map(|a| others.iter().map(move |b| (a, b)))
-                {
-                    let one = Applied::new(*first, vec![*a]);
-                    let two = Applied::new(*second, vec![*b]);
-                    let state = joined(&joined(&self.state, &one), &two);
-                    let off = self.gate.refitted(self.record, &state).off;
-                    let evidence = 0.5 * (before - dot(&off, &off)) - 3.0;
-                    if best.as_ref().is_none_or(|b| evidence > b.0) {
-                        best = Some((evidence, [one, two]));
-                    }
-                }
-            }
-        }
-        let (evidence, [one, two]) = best?;
-        debug!(
-            "pair {} {:?} and {} {:?}: {evidence:.1} for {single:.1}",
-            one.effect.about().id,
-            one.parameters,
-            two.effect.about().id,
-            two.parameters
-        );
-        if evidence <= single + 20.0 + 0.03 * single {
-            return None;
-        }
-        let ids = [&two, &one].map(|a| a.effect.about().id.to_owned());
-        let pair = [one, two]
-            .into_iter()
-            .zip(ids)
-            .map(|(applied, other)| Named {
-                applied,
-                evidence: evidence - single,
-                hurdle: 20.0 + 0.03 * single,
-                probability,
-                alternatives: vec![(other, 0.05)],
-                correction: None,
-            });
-        Some(pair.collect())
-    }
-
     /// A correction as the finding, with the effects of its relation as alternatives; `evidence` tells that there is something.
     fn unnamed(&self, c: &Correction, evidence: f64) -> Named {
         let temperature = (0.08 * evidence).max(6.0);
         let weight = |o: &Contender| {
             let likely = ((1.2 * o.evidence - evidence) / temperature).min(0.0);
-            (likely - form_broken(o).max(0.0)).exp()
+            let barred = if self.admissible(o) { 0.0 } else { BARRED };
+            (likely - form_broken(o).max(0.0) - barred).exp()
         };
         let others = self
             .contenders
@@ -367,7 +317,7 @@ impl<'a> Round<'a> {
             })
             .map(|o| (o.effect.about().id.to_owned(), weight(o)))
             .collect();
-        let real = logistic((evidence - self.unknown_hurdle(c)) / 15.0 + 0.7);
+        let real = logistic((evidence - self.unknown_hurdle(c)) / (SCALE * hurdle(c)) + 0.7);
         let (probability, alternatives) = shared(real, others);
         Named {
             applied: c.applied.clone(),

@@ -1,13 +1,12 @@
-//! From residuals to named effects: one a round, refined together, and second thoughts.
+//! From residuals to named effects: one a round, refined together.
 
-use crate::contest::{Contender, is_pump, material};
+use crate::contest::Contender;
 use crate::record::Record;
 use crate::refine::refine;
 use crate::relations::Applied;
 use crate::round::{Round, Ruling};
-use crate::scan::{allowances_with, joined, on_grid, weigh};
-use crate::step::Step;
-use crate::tangent::{Bend, Tangent};
+use crate::scan::{allowances_with, joined, on_grid};
+use crate::tangent::Bend;
 use crate::timing::allowed_beside;
 use tracing::debug;
 
@@ -52,9 +51,9 @@ impl Selection {
         out
     }
 
-    /// Takes findings in and refines all of them together.
-    fn accept(&mut self, record: &Record, start: &[Applied], found: Vec<Named>) -> Option<()> {
-        self.named.extend(found);
+    /// Takes a finding in and refines all of them together.
+    fn accept(&mut self, record: &Record, start: &[Applied], found: Named) -> Option<()> {
+        self.named.push(found);
         // What a named effect hid, or stood in for it, is allowed for anew: a lag of the pump for a late meter.
         let mut applied: Vec<Applied> = self.named.iter().map(|n| n.applied.clone()).collect();
         self.allowances = allowed_beside(record, start, &mut applied, &[])?;
@@ -108,9 +107,7 @@ pub(crate) fn select(
         }
         let ruling = match sought {
             Sought::Any(_) => round.ruling(),
-            Sought::Given(ids) => round
-                .given(ids)
-                .map_or(Ruling::Nothing, |one| Ruling::Named(vec![one])),
+            Sought::Given(ids) => round.given(ids).map_or(Ruling::Nothing, Ruling::Named),
         };
         match ruling {
             Ruling::Nothing => break,
@@ -120,9 +117,6 @@ pub(crate) fn select(
             }
             Ruling::Named(named) => selection.accept(record, start, named)?,
         }
-    }
-    if record.takes(Step::SecondThoughts) && matches!(sought, Sought::Any(_)) {
-        reconsider(record, &mut selection)?;
     }
     Some(selection)
 }
@@ -140,45 +134,4 @@ fn first(round: &Round) -> Vec<First> {
         }
     };
     round.contenders.iter().map(of).collect()
-}
-
-/// Drops what the others made superfluous.
-fn reconsider(record: &Record, selection: &mut Selection) -> Option<()> {
-    if selection.named.len() < 2 {
-        return Some(());
-    }
-    let mut k = 0;
-    while k < selection.named.len() && selection.named.len() > 1 {
-        if selection.named[k].correction.is_some() {
-            k += 1;
-            continue;
-        }
-        let one = selection.named[k].clone();
-        let mut others = Selection {
-            allowances: selection.allowances.clone(),
-            named: selection.named.clone(),
-            first: Vec::new(),
-        };
-        others.named.remove(k);
-        let state = others.state();
-        let tangent = Tangent::beside(
-            record,
-            &state,
-            &[],
-            if is_pump(one.applied.effect) {
-                Bend::Free
-            } else {
-                Bend::Lean
-            },
-        )?;
-        let again = weigh(record, &tangent, &state, one.applied.clone());
-        if again.evidence < 0.6 * one.applied.effect.about().search.belief.hurdle
-            || !material(&one.applied)
-        {
-            selection.named.remove(k);
-        } else {
-            k += 1;
-        }
-    }
-    Some(())
 }

@@ -5,8 +5,9 @@
 use crate::empirical::is_correction;
 use crate::record::{MASS_BLOCKS, Record, mean};
 use crate::relations::{Applied, Blocks};
+use crate::scan::on_grid;
 use crate::tangent::Tangent;
-use dgd_effects::{Role, STANDING_M3_S};
+use dgd_effects::{Excitation, Role, STANDING_M3_S};
 
 /// A direction in which the model may be off: a column in the units of the rows, and the prior width of its coefficient.
 #[derive(Debug, Clone)]
@@ -19,6 +20,8 @@ pub(crate) struct Slack {
 const MOST_STANDS: usize = 24;
 /// One direction's share of the error of a form.
 const FORM_SHARE: f64 = 0.5;
+/// Share of a strength that its derivative is taken over.
+const NUDGE: f64 = 0.05;
 /// Prior width of an onset, s.
 const ONSET_WIDTH_S: f64 = 120.0;
 
@@ -76,12 +79,19 @@ fn parameters(record: &Record, tangent: &Tangent, applied: &[Applied], k: usize)
 /// The effect's own trace, swelling and fading with time and load, and from stand to stand where each has its own.
 fn form(record: &Record, tangent: &Tangent, applied: &[Applied], k: usize) -> Vec<Slack> {
     let about = applied[k].effect.about();
-    let mut without = applied.to_vec();
-    without.remove(k);
+    // What a share of the strength makes: a line that has drained to balance stands there at any rate.
+    let mut other = applied.to_vec();
+    let share = if on_grid(about) {
+        other.remove(k);
+        -1.0
+    } else {
+        other[k].parameters[0] *= 1.0 - NUDGE;
+        -NUDGE
+    };
     let trace: Vec<f64> = tangent
-        .change(record, &without)
+        .change(record, &other)
         .iter()
-        .map(|v| finite(-v))
+        .map(|v| finite(v / share))
         .collect();
     let span = record.setting.span_s;
     let seconds = record.dt_s * record.per_block as f64;
@@ -122,22 +132,46 @@ fn form(record: &Record, tangent: &Tangent, applied: &[Applied], k: usize) -> Ve
         modulated(&load, error),
     ];
     if let Some(error) = about.search.stand_error {
+        // At a stop little but the strength itself can differ; between connections it swells and fades as well.
+        let stops = about.search.needs.contains(&Excitation::PumpStops);
+        let ends: Vec<f64> = if stops {
+            starts(record).collect()
+        } else {
+            (record.setting.connections.iter().map(|c| c.to_s)).collect()
+        };
         let mut edges = vec![f64::NEG_INFINITY];
-        let ends = record.setting.connections.iter().map(|c| c.to_s);
-        edges.extend(ends.take(MOST_STANDS - 1));
+        edges.extend(ends.into_iter().take(MOST_STANDS - 1));
         edges.push(f64::INFINITY);
         for w in edges.windows(2) {
             let (from, to) = (w[0].max(span.0), w[1].min(span.1));
             let inside = |row: usize| (w[0]..w[1]).contains(&time(row));
             let along = |row: usize| (2.0 * time(row) - from - to) / (to - from).max(1.0);
             out.push(modulated(&|row| if inside(row) { 1.0 } else { 0.0 }, error));
-            out.push(modulated(
-                &|row| if inside(row) { along(row) } else { 0.0 },
-                error,
-            ));
+            if !stops {
+                out.push(modulated(
+                    &|row| if inside(row) { along(row) } else { 0.0 },
+                    error,
+                ));
+            }
         }
     }
     out
+}
+
+/// When the subsea pump starts again after a stop of a minute or more, s.
+fn starts(record: &Record) -> impl Iterator<Item = f64> {
+    let mut rested_s = 0.0;
+    record
+        .t_s
+        .iter()
+        .zip(&record.filled.pumping)
+        .filter_map(move |(t, pumping)| {
+            if !pumping {
+                rested_s += record.dt_s;
+                return None;
+            }
+            (std::mem::take(&mut rested_s) >= 60.0).then_some(*t)
+        })
 }
 
 /// A row that holds nothing moves nothing.

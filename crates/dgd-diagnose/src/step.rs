@@ -6,6 +6,8 @@
 pub enum Step {
     /// What sets in or passes must show without the minutes about its edges.
     Edges,
+    /// What comes upon flowing mud must show without the stops.
+    Flowing,
     /// What a pump loses in passing must show at a flow and a lift that it has at other times too.
     Duty,
     /// Likely causes are compared with their forms within error.
@@ -22,19 +24,16 @@ pub enum Step {
     Busiest,
     /// Before `unknown`, a second effect beside the best is tried.
     TwoDo,
-    /// Two effects of the meter's timing are weighed together.
-    Pairs,
-    /// What later effects made superfluous is dropped.
-    SecondThoughts,
     /// Probabilities are brought to the share of findings that are right.
     Calibration,
 }
 
 impl Step {
     /// Every step, in the order of the chain.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 11] = [
         Self::Projection,
         Self::Edges,
+        Self::Flowing,
         Self::Duty,
         Self::Form,
         Self::Slack,
@@ -42,8 +41,6 @@ impl Step {
         Self::Corrections,
         Self::Busiest,
         Self::TwoDo,
-        Self::Pairs,
-        Self::SecondThoughts,
         Self::Calibration,
     ];
 
@@ -51,6 +48,7 @@ impl Step {
     pub fn name(self) -> &'static str {
         match self {
             Self::Edges => "edges",
+            Self::Flowing => "flowing",
             Self::Duty => "duty",
             Self::Form => "form",
             Self::Slack => "slack",
@@ -59,8 +57,6 @@ impl Step {
             Self::Corrections => "corrections",
             Self::Busiest => "busiest",
             Self::TwoDo => "two-do",
-            Self::Pairs => "pairs",
-            Self::SecondThoughts => "second-thoughts",
             Self::Calibration => "calibration",
         }
     }

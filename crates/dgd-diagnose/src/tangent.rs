@@ -13,7 +13,8 @@ use crate::step::Step;
 use crate::unrest::wander;
 pub(crate) use crate::vectors::dot;
 use crate::vectors::{
-    Orthonormal, Reach, back_substitute, dot_within, orthonormal, products, take_away, without,
+    Orthonormal, Reach, back_substitute, dot_within, orthonormal, products, support, take_away,
+    without,
 };
 use dgd_effects::{
     Curves, FRICTION_TERMS, HEAD_POWERS, HEAD_TERMS, Rank, Scale, friction_terms, head_terms,
@@ -44,7 +45,7 @@ pub(crate) struct Tangent {
     pub layout: Layout,
     pub whitening: Whitening,
     pub curves: Curves,
-    /// Other coefficients: offset of the outlets, wanders.
+    /// Other coefficients: offset of the outlets, lean, slack.
     rest: Vec<f64>,
     /// Columns of `rest`, stacked rows.
     nuisance: Vec<Vec<f64>>,
@@ -75,8 +76,9 @@ fn typical_lift(rows: &Rows, blocks: &Blocks) -> f64 {
 
 /// Mean and width of each head term at the scale, Pa.
 ///
-/// Radial pumps of any make: a shut-off head somewhat above the usual lift, which falls with flow (Gülich 2010, chapter
-/// 4). Where speed and flow hardly vary it is this that keeps a curve of any slope from hiding gas or wear.
+/// Radial pumps of any make: a shut-off head somewhat above the usual lift, which falls with flow (Gülich 2010, on
+/// performance characteristics; the numbers are ours). Where speed and flow hardly vary it is this that keeps a curve of
+/// any slope from hiding gas or wear.
 fn head_priors(lift: f64) -> [(f64, f64); HEAD_TERMS] {
     let mut out = [(0.0, HEAD_BUMP_PA); HEAD_TERMS];
     out[0].1 = HEAD_OFFSET_PA;
@@ -492,31 +494,37 @@ impl Tangent {
         y[layout.difference_at()..layout.mass_at()].copy_from_slice(&blocks.difference);
         y[layout.mass_at()..].copy_from_slice(&blocks.imbalance);
         let p = columns.len();
-        let mut basis: Vec<Vec<f64>> = columns
+        let whitened: Vec<Vec<f64>> = columns.iter().map(|c| whitening.apply_whole(c)).collect();
+        // Columns that touch little first: they stay short among themselves.
+        let mut order: Vec<usize> = (0..p).collect();
+        order.sort_by_key(|&a| support(&whitened[a]).len());
+        let mut basis: Vec<Vec<f64>> = order
             .iter()
-            .enumerate()
-            .map(|(a, c)| {
-                let mut w = whitening.apply(c);
+            .map(|&a| {
+                let mut w = whitened[a].clone();
                 w.resize(total + p, 0.0);
                 w[total + a] = 1.0 / priors[a];
                 w
             })
             .collect();
-        let mut off = whitening.apply(&y);
+        let mut off = whitening.apply_whole(&y);
         off.resize(total + p, 0.0);
         for (a, mean) in means.iter().enumerate() {
             off[total + a] = mean / priors[a];
         }
-        let Orthonormal { triangle, reaches } = orthonormal(&mut basis);
+        let Orthonormal { triangle, reaches } = orthonormal(&mut basis, total);
         let mut right = vec![0.0; p];
         for ((q, rows), r) in basis.iter().zip(&reaches).zip(&mut right) {
             *r = dot_within(q, &off, rows, p);
             take_away(&mut off, *r, q, rows, p);
         }
-        let ln_volume = (triangle.iter().zip(&priors).enumerate())
-            .map(|(a, (row, prior))| (row[a].abs() * prior).ln())
+        let ln_volume = (triangle.iter().zip(&order).enumerate())
+            .map(|(k, (row, &a))| (row[k].abs() * priors[a]).ln())
             .sum();
-        let beta = back_substitute(&triangle, right);
+        let mut beta = vec![0.0; p];
+        for (value, &a) in back_substitute(&triangle, right).into_iter().zip(&order) {
+            beta[a] = value;
+        }
         let mut fitted = curves;
         fitted.friction.copy_from_slice(&beta[..FRICTION_TERMS]);
         fitted
@@ -548,13 +556,11 @@ impl Tangent {
     pub(crate) fn project(&self, stacked: &[f64]) -> Vec<f64> {
         let mut w = self.whitening.apply(stacked);
         // Most effects touch one relation: only the columns and rows that meet it cost anything.
-        let first = w.iter().position(|v| *v != 0.0);
-        let last = w.iter().rposition(|v| *v != 0.0);
+        let touched = support(&w);
         w.resize(self.off.len(), 0.0);
-        let (Some(first), Some(last)) = (first, last) else {
+        if touched.is_empty() {
             return w;
-        };
-        let touched = first..last + 1;
+        }
         let scale = dot(&w[touched.clone()], &w[touched.clone()]).sqrt();
         // Columns are orthonormal: the products need not wait for one another.
         let mut shares = products(&self.basis, &self.reaches, &w, &touched);
@@ -585,16 +591,10 @@ impl Tangent {
         let within: Vec<Vec<f64>> = whitened
             .iter()
             .map(|w| {
-                match (
-                    w.iter().position(|v| *v != 0.0),
-                    w.iter().rposition(|v| *v != 0.0),
-                ) {
-                    (Some(first), Some(last)) if record.takes(Step::Projection) => {
-                        let touched = first..last + 1;
-                        products(&self.basis, &self.reaches, w, &touched)
-                    }
-                    _ => vec![0.0; self.basis.len()],
+                if !record.takes(Step::Projection) {
+                    return vec![0.0; self.basis.len()];
                 }
+                products(&self.basis, &self.reaches, w, &support(w))
             })
             .collect();
         let n = changes.len();
@@ -641,7 +641,7 @@ impl Tangent {
             .collect()
     }
 
-    /// Stacked residual with wanders and offsets taken out, in physical units.
+    /// Stacked residual with offsets and slack taken out, in physical units; the wander of instruments is still in it.
     pub(crate) fn clean_residual(&self) -> Vec<f64> {
         let mut out = self.residual.clone();
         for (column, beta) in self.nuisance.iter().zip(&self.rest) {

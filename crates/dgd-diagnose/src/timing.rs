@@ -40,7 +40,7 @@ pub(crate) fn allowed_beside(
 
 /// Whether an effect makes the return flow's meter late.
 pub(crate) fn is_late_meter(about: &About) -> bool {
-    matches!(about.search.timing, Some(Timing::Meter { .. }))
+    about.search.timing == Some(Timing::Meter)
 }
 
 /// The time of the late meter `named[k]` and the pump's lag beside it, if one earns its place.

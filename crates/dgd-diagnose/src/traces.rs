@@ -3,6 +3,7 @@
 use crate::diagnosis::Trace;
 use crate::record::{MASS_BLOCKS, Record};
 use crate::tangent::Tangent;
+use crate::unrest::wander;
 use dgd_effects::{Rank, Relation, quantile};
 
 /// Residuals by relation, before and after.
@@ -10,11 +11,13 @@ pub(crate) fn traces(record: &Record, before: &Tangent, after: &Tangent) -> Vec<
     let l = before.layout;
     let seconds = record.dt_s * record.per_block as f64;
     let (b, a) = (before.clean_residual(), after.clean_residual());
+    let may = wander(record, &after.curves);
     let section = |relation: Relation,
                    unit: &'static str,
                    from: usize,
                    len: usize,
                    step: f64,
+                   wander: f64,
                    valid: &dyn Fn(&Tangent, usize) -> bool| {
         let pick = |values: &[f64], t: &Tangent| -> Vec<f64> {
             (0..len)
@@ -37,6 +40,7 @@ pub(crate) fn traces(record: &Record, before: &Tangent, after: &Tangent) -> Vec<
             before: pick(&b, before),
             after: pick(&a, after),
             noise,
+            wander,
         }
     };
     let mut out = vec![
@@ -46,6 +50,7 @@ pub(crate) fn traces(record: &Record, before: &Tangent, after: &Tangent) -> Vec<
             0,
             l.blocks,
             seconds,
+            may.friction_pa.hypot(may.hidden_friction_pa),
             &|t, i| t.rows.friction[i],
         ),
         section(
@@ -54,6 +59,7 @@ pub(crate) fn traces(record: &Record, before: &Tangent, after: &Tangent) -> Vec<
             l.head(),
             l.blocks,
             seconds,
+            may.head_pa.hypot(may.hidden_head_pa),
             &|t, i| t.rows.head[i],
         ),
         section(
@@ -62,16 +68,19 @@ pub(crate) fn traces(record: &Record, before: &Tangent, after: &Tangent) -> Vec<
             l.mass_at(),
             l.mass,
             seconds * MASS_BLOCKS as f64,
+            may.mass_m3_s,
             &|t, i| t.rows.mass[i],
         ),
     ];
-    if l.difference > 0 {
+    // A transmitter that is mapped and says nothing has no neighbour to differ from.
+    if after.rows.difference.contains(&true) {
         out.push(section(
             Relation::Instrument,
             "Pa",
             l.difference_at(),
             l.difference,
             seconds,
+            may.difference_pa,
             &|t, i| t.rows.difference[i],
         ));
     }

@@ -26,12 +26,14 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
 /// Rows that a vector may differ from 0 in; the last few, which are the priors', always belong to it.
 pub(crate) type Reach = std::ops::Range<usize>;
 
-/// The reach of a vector whose last `priors` rows are the priors'.
-pub(crate) fn reach(values: &[f64], priors: usize) -> Reach {
-    let rows = &values[..values.len().saturating_sub(priors)];
-    let from = rows.iter().position(|v| *v != 0.0).unwrap_or(0);
-    let last = rows.iter().rposition(|v| *v != 0.0);
-    from..last.map_or(from, |k| k + 1)
+/// Where a column holds anything but zeros: from the first to after the last.
+pub(crate) fn support(column: &[f64]) -> Reach {
+    let first = column.iter().position(|v| *v != 0.0);
+    let last = column.iter().rposition(|v| *v != 0.0);
+    match (first, last) {
+        (Some(first), Some(last)) => first..last + 1,
+        _ => 0..0,
+    }
 }
 
 /// The rows of a reach, rounded out to eights from row `origin` on, within `origin..end`.
@@ -149,50 +151,62 @@ pub(crate) struct Orthonormal {
 /// Entries of the columns from which on all cores are worth their while.
 const MANY: usize = 1 << 19;
 
-/// Makes columns of one length, at least their number, orthonormal in place (modified Gram-Schmidt, twice).
+/// Makes columns of one length orthonormal in place (modified Gram-Schmidt, twice).
 ///
-/// The last rows, one a column, are the priors'. A column is taken out of all later ones as soon as it is
-/// known, which changes no digit and lets the later ones go on side by side.
-pub(crate) fn orthonormal(columns: &mut [Vec<f64>]) -> Orthonormal {
+/// Behind row `rows` every column may hold something; before it only the rows that two columns share cost anything, so that
+/// columns that touch little belong first. A column is taken out of all later ones as soon as it is known, which changes no
+/// digit and lets the later ones go on side by side.
+pub(crate) fn orthonormal(columns: &mut [Vec<f64>], rows: usize) -> Orthonormal {
     let p = columns.len();
     let mut triangle = vec![vec![0.0; p]; p];
-    let mut reaches: Vec<Reach> = columns.iter().map(|c| reach(c, p)).collect();
+    let mut reaches: Vec<Reach> = (columns.iter())
+        .map(|c| support(&c[..rows.min(c.len())]))
+        .collect();
     let many = columns.iter().map(Vec::len).sum::<usize>() >= MANY;
     for a in 0..p {
         let (done, rest) = columns.split_at_mut(a);
         let Some((column, later)) = rest.split_first_mut() else {
             break;
         };
-        let own = reaches[a].clone();
+        let (known, ahead) = reaches.split_at_mut(a);
+        let Some((own, ahead)) = ahead.split_first_mut() else {
+            break;
+        };
         for (b, q) in done.iter().enumerate() {
-            let r = dot_within(q, column, &common(&reaches[b], &own), p);
-            triangle[a][b] += r;
-            take_away(column, r, q, &reaches[b], p);
+            triangle[a][b] += take_out((q, &known[b]), column, own, rows);
         }
-        let norm = dot_within(column, column, &own, p).sqrt();
+        let priors = column.len() - rows.min(column.len());
+        let norm = dot_within(column, column, own, priors).sqrt();
         triangle[a][a] = norm;
         if norm > 0.0 {
             column.iter_mut().for_each(|v| *v /= norm);
         }
-        let column: &[f64] = column;
-        let take = |(c, (row, rows)): (&mut Vec<f64>, (&mut Vec<f64>, &mut Reach))| {
-            let r = dot_within(column, c, &common(&own, rows), p);
-            row[a] += r;
-            take_away(c, r, column, &own, p);
-            *rows = joint(rows, &own);
+        let (column, own): (&[f64], &Reach) = (column, own);
+        let take = |(c, (row, reach)): (&mut Vec<f64>, (&mut Vec<f64>, &mut Reach))| {
+            row[a] += take_out((column, own), c, reach, rows);
         };
-        let rows = (&mut triangle[a + 1..], &mut reaches[a + 1..]);
+        let triangle = &mut triangle[a + 1..];
         if many {
-            let rows = rows.0.par_iter_mut().zip(rows.1);
-            later.par_iter_mut().zip(rows).for_each(take);
+            let each = triangle.par_iter_mut().zip(ahead);
+            later.par_iter_mut().zip(each).for_each(take);
         } else {
-            later
-                .iter_mut()
-                .zip(rows.0.iter_mut().zip(rows.1))
-                .for_each(take);
+            let each = triangle.iter_mut().zip(ahead);
+            later.iter_mut().zip(each).for_each(take);
         }
     }
     Orthonormal { triangle, reaches }
+}
+
+/// Takes a column of unit length out of another, whose reach grows by it; returns how much of it was there.
+fn take_out((q, reach): (&[f64], &Reach), column: &mut [f64], own: &mut Reach, rows: usize) -> f64 {
+    let shared = common(own, reach);
+    let tail = rows.min(q.len())..q.len();
+    let r = dot(&q[shared.clone()], &column[shared]) + dot(&q[tail.clone()], &column[tail.clone()]);
+    if r != 0.0 {
+        take_away(column, r, q, reach, tail.len());
+        *own = joint(own, reach);
+    }
+    r
 }
 
 /// Rows that two reaches share.
@@ -237,7 +251,7 @@ mod tests {
             .collect();
         columns[5] = twin;
         let before = columns.clone();
-        let triangle = orthonormal(&mut columns).triangle;
+        let triangle = orthonormal(&mut columns, 203).triangle;
         for a in 0..columns.len() {
             for b in 0..columns.len() {
                 let expected = if a == b { 1.0 } else { 0.0 };
@@ -253,7 +267,7 @@ mod tests {
     #[test]
     fn a_column_of_zeros_spans_nothing_and_gets_no_coefficient() {
         let mut columns = vec![normals(1, 50), vec![0.0; 50]];
-        let triangle = orthonormal(&mut columns).triangle;
+        let triangle = orthonormal(&mut columns, 50).triangle;
         assert!(columns[1].iter().all(|v| *v == 0.0));
         assert_eq!(back_substitute(&triangle, vec![1.0, 1.0])[1], 0.0);
     }
@@ -261,7 +275,15 @@ mod tests {
     /// Columns that live in different rows, before one row of a prior each.
     fn sparse() -> Vec<Vec<f64>> {
         const ROWS: usize = 5003;
-        let lives = [0..ROWS, 0..1700, 900..2400, 1700..3400, 3400..ROWS, 11..11, 2399..2409];
+        let lives = [
+            0..ROWS,
+            0..1700,
+            900..2400,
+            1700..3400,
+            3400..ROWS,
+            11..11,
+            2399..2409,
+        ];
         let p = lives.len();
         lives
             .into_iter()
@@ -282,42 +304,44 @@ mod tests {
     }
 
     #[test]
-    fn leaving_out_zeros_changes_no_digit_of_the_orthonormal_columns() {
-        let mut plain = sparse();
-        for a in 0..plain.len() {
-            let (done, rest) = plain.split_at_mut(a);
-            let column = &mut rest[0];
-            for _ in 0..2 {
-                for q in done.iter() {
-                    let r = dot(q, column);
-                    column.iter_mut().zip(q).for_each(|(v, q)| *v -= r * q);
+    fn columns_that_share_few_rows_come_out_as_if_all_were_full() {
+        // Three that touch ten rows each, two of which overlap, before three full ones; five rows that all may hold.
+        let mut columns: Vec<Vec<f64>> = (1..=6).map(|k| normals(k, 205)).collect();
+        for (column, from) in columns.iter_mut().zip([20, 25, 90]) {
+            for (i, v) in column[..200].iter_mut().enumerate() {
+                if !(from..from + 10).contains(&i) {
+                    *v = 0.0;
                 }
             }
-            let norm = dot(column, column).sqrt();
-            column.iter_mut().for_each(|v| *v /= norm);
         }
-        let mut columns = sparse();
-        let reaches = orthonormal(&mut columns).reaches;
-        let p = columns.len();
-        for (k, (column, plain)) in columns.iter().zip(&plain).enumerate() {
-            assert!(bits(column) == bits(plain), "column {k}");
-            let reach = &reaches[k];
-            let outside = |i: usize| !reach.contains(&i) && i < column.len() - p;
-            assert!((0..column.len()).all(|i| !outside(i) || column[i] == 0.0));
+        let mut full = columns.clone();
+        let sparse = orthonormal(&mut columns, 200).triangle;
+        let dense = orthonormal(&mut full, 0).triangle;
+        for a in 0..6 {
+            for b in 0..6 {
+                assert!((sparse[a][b] - dense[a][b]).abs() < 1e-12, "{a} {b}");
+            }
+            for (x, y) in columns[a].iter().zip(&full[a]) {
+                assert!((x - y).abs() < 1e-12);
+            }
         }
     }
 
     #[test]
     fn piece_by_piece_products_and_differences_have_the_digits_of_whole_ones() {
         let mut columns = sparse();
-        let reaches = orthonormal(&mut columns).reaches;
+        let reaches = orthonormal(&mut columns, 5003).reaches;
         let p = columns.len();
         let mut vector = normals(99, columns[0].len());
         for touched in [0..5003, 3..4999, 1701..1702, 2000..2000, 4000..5003] {
             let found = products(&columns, &reaches, &vector, &touched);
             for (q, found) in columns.iter().zip(found) {
                 let whole = dot(&q[touched.clone()], &vector[touched.clone()]);
-                assert_eq!((found + 0.0).to_bits(), (whole + 0.0).to_bits(), "{touched:?}");
+                assert_eq!(
+                    (found + 0.0).to_bits(),
+                    (whole + 0.0).to_bits(),
+                    "{touched:?}"
+                );
             }
         }
         let shares = [0.5, -1.0, 0.0, 2.0, 1e-3, 3.0, 0.25];
@@ -337,7 +361,7 @@ mod tests {
             .map(|i| plain.iter().zip(truth).map(|(c, b)| b * c[i]).sum())
             .collect();
         let mut basis = plain.clone();
-        let triangle = orthonormal(&mut basis).triangle;
+        let triangle = orthonormal(&mut basis, 120).triangle;
         let right = basis.iter().map(|q| dot(q, &y)).collect();
         for (found, truth) in back_substitute(&triangle, right).iter().zip(truth) {
             assert!((found - truth).abs() < 1e-9, "{found} for {truth}");

@@ -14,6 +14,7 @@ mod diagnosis;
 mod error;
 mod json;
 mod masked;
+mod mistaken;
 mod model;
 mod reader;
 mod system;

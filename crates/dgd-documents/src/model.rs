@@ -1,6 +1,7 @@
 //! `model.toml`: an identified model with its doubt and its provenance, and what a diagnosis added to it.
 
 use crate::augmented::{read_augmented, write_augmented};
+use crate::mistaken::{Kind, mistaken};
 use crate::reader::{Notes, Section, parse};
 use crate::well::{lengths_of, quoted, read_geometry};
 use crate::{DocumentError, Problem};
@@ -278,6 +279,7 @@ pub fn read_model(source: &str) -> Result<(Model, Vec<Problem>), DocumentError> 
 /// [`DocumentError`] with every problem found, each at its place in `source`.
 pub fn read_model_document(source: &str) -> Result<(ModelDocument, Vec<Problem>), DocumentError> {
     let document = parse(source)?;
+    mistaken(source, document.get_ref(), Kind::Model)?;
     let notes = Notes::default();
     let root = Section::new("", 0..source.len(), document.get_ref(), &notes);
     check_schema(&root);

@@ -1,5 +1,7 @@
 //! `system.toml`, with the fit that may stand at its end, and the built-in return line as such a system.
 
+use crate::mistaken::{Kind, mistaken};
+use crate::reader::parse;
 use crate::{DocumentError, Problem};
 use dgd_assembly::{Assembly, AssemblyError, System, parse_system};
 use dgd_identify::Model;
@@ -84,6 +86,7 @@ impl SystemDocument {
 /// ```
 pub fn read_system(text: &str) -> Result<SystemDocument, DocumentError> {
     let (plain, fitted) = without_fitted(text);
+    check_kind(text)?;
     let assembly = Assembly::parse(&plain).map_err(|e| told(text, &e))?;
     let fitted = match fitted {
         Some(span) => Some(read_fitted(text, span, &assembly)?),
@@ -97,6 +100,7 @@ pub fn read_system(text: &str) -> Result<SystemDocument, DocumentError> {
 /// # Errors
 /// [`DocumentError`] if it is no TOML or holds keys that no system has.
 pub fn read_system_types(text: &str) -> Result<System, DocumentError> {
+    check_kind(text)?;
     parse_system(&without_fitted(text).0).map_err(|e| told(text, &e))
 }
 
@@ -294,6 +298,15 @@ fn read_fitted(
 }
 
 /// An assembly's problems with their lines as spans.
+/// Refuses a document that is plainly of another kind.
+fn check_kind(text: &str) -> Result<(), DocumentError> {
+    match parse(text) {
+        Ok(document) => mistaken(text, document.get_ref(), Kind::System),
+        // What is no TOML is told by the reader of systems.
+        Err(_) => Ok(()),
+    }
+}
+
 fn told(text: &str, error: &AssemblyError) -> DocumentError {
     let problems = match error {
         AssemblyError::Syntax {

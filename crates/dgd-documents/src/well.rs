@@ -1,5 +1,6 @@
 //! `well.toml`: the mud, the geometry and the channels of a recording.
 
+use crate::mistaken::{Kind, mistaken};
 use crate::reader::{Notes, Section, Value, parse};
 use crate::{DocumentError, Problem};
 use dgd_recording::{ChannelMap, ChannelSource, Geometry, TimeSource, Well};
@@ -21,6 +22,7 @@ use toml::de::DeTable;
 /// ```
 pub fn read_well(source: &str) -> Result<(Well, Vec<Problem>), DocumentError> {
     let document = parse(source)?;
+    mistaken(source, document.get_ref(), Kind::Well)?;
     let notes = Notes::default();
     let root = Section::new("", 0..source.len(), document.get_ref(), &notes);
     let mud = root.need_section("mud");

@@ -21,6 +21,8 @@ pub struct Search {
     pub needs: &'static [Excitation],
     /// Strengths at which a sound rig shows it: one of them may be allowed for before anything is accused.
     pub allowance: &'static [f64],
+    /// Whether it comes upon flowing mud and does nothing at rest: then it must show without the stops as well.
+    pub flowing: bool,
     /// What it makes late, if it does.
     pub timing: Option<Timing>,
 }
@@ -38,6 +40,7 @@ impl Search {
         stand_error: None,
         needs: &[],
         allowance: &[],
+        flowing: false,
         timing: None,
     };
 }
@@ -84,12 +87,8 @@ pub enum Excitation {
 /// other effects are chosen again beside it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Timing {
-    /// The return flow's meter. What one effect of this kind leaves over looks like another: they are named in one
-    /// round, alone or as a pair, or not at all.
-    Meter {
-        /// Strengths at which it is tried beside another of its kind.
-        beside: &'static [f64],
-    },
+    /// The return flow's meter. What one effect of this kind leaves over looks like another: one of them is named at the most.
+    Meter,
     /// The subsea pump.
     Pump,
 }

@@ -36,7 +36,7 @@ pub fn reynolds(density_kg_m3: f64, diameter_m: f64, viscosity_pa_s: f64, flow_m
 ///
 /// - `relative_roughness`: ε/d, dimensionless.
 ///
-/// It jumps at [`RE_CRIT`] (from 0.028 to 0.049 for a smooth pipe): the transition is not modelled.
+/// It jumps at [`RE_CRIT`] (from 0.028 to 0.048 for a smooth pipe): the transition is not modelled.
 /// Infinite at `Re = 0`; use [`darcy_weisbach`] for a drop that is 0 there.
 ///
 /// ```

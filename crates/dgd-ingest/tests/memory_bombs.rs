@@ -3,26 +3,24 @@
 //! Apart from the other tests, for it counts all that its process allocates.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-use dgd_ingest::{IngestError, ReadOptions, read};
+#[path = "it/mat5_bytes.rs"]
+mod mat5_bytes;
+mod peak;
+
+use dgd_ingest::IngestError;
 use dgd_recording::{Column, Table};
-use flate2::{Compression, write::ZlibEncoder};
+use flate2::Compression;
+use mat5_bytes::{compress, element, matrix};
 use mcap::WriteOptions;
 use mcap::records::MessageHeader;
-use peak_alloc::PeakAlloc;
+use peak::{MIB, peak};
 use std::collections::BTreeMap;
-use std::io::{Cursor, Write};
-
-#[global_allocator]
-static MEMORY: PeakAlloc = PeakAlloc;
-
-const MIB: usize = 1 << 20;
+use std::io::Cursor;
 
 /// What reading says, and bytes allocated at the same time meanwhile.
 fn refused(bytes: &[u8]) -> (IngestError, usize) {
-    let before = MEMORY.current_usage();
-    MEMORY.reset_peak_usage();
-    let error = read(bytes, &ReadOptions::default()).unwrap_err();
-    (error, MEMORY.peak_usage() - before)
+    let (said, peak) = peak(bytes);
+    (said.unwrap_err(), peak)
 }
 
 #[track_caller]
@@ -35,34 +33,13 @@ fn names_its_limit(name: &str, bytes: &[u8], most: usize) {
     assert!(found < most, "{name}: {found} bytes for {}", bytes.len());
 }
 
-fn element(kind: u32, data: &[u8]) -> Vec<u8> {
-    let mut bytes = kind.to_le_bytes().to_vec();
-    bytes.extend(u32::try_from(data.len()).unwrap().to_le_bytes());
-    bytes.extend(data);
-    bytes.resize(bytes.len().next_multiple_of(8), 0);
-    bytes
-}
-
 /// A MAT v5 file of one compressed array: its class, its rows, and what follows its name.
-fn mat5(class: u32, rows: u32, body: &[u8]) -> Vec<u8> {
-    let words = |words: &[u32]| {
-        words
-            .iter()
-            .flat_map(|w| w.to_le_bytes())
-            .collect::<Vec<u8>>()
-    };
-    let mut inner = element(6, &words(&[class, 0]));
-    inner.extend(element(5, &words(&[rows, 1])));
-    inner.extend(element(1, b"x"));
-    inner.extend(body);
-    let mut zlib = ZlibEncoder::new(Vec::new(), Compression::best());
-    zlib.write_all(&element(14, &inner)).unwrap();
-    let packed = zlib.finish().unwrap();
+fn mat5(class: u32, rows: u32, body: Vec<u8>) -> Vec<u8> {
     let mut file = b"MATLAB 5.0 MAT-file".to_vec();
     file.resize(124, b' ');
     file.extend([0, 1, b'I', b'M']);
-    file.extend(words(&[15, u32::try_from(packed.len()).unwrap()]));
-    file.extend(packed);
+    let array = matrix(class, [rows, 1], "x", &[body]);
+    file.extend(compress(&array, Compression::best()));
     file
 }
 
@@ -137,12 +114,9 @@ fn members(count: usize, value: &str) -> String {
 
 /// Bytes allocated at the same time while a sound table is read.
 fn taken(bytes: &[u8]) -> usize {
-    let before = MEMORY.current_usage();
-    MEMORY.reset_peak_usage();
-    let table = read(bytes, &ReadOptions::default()).unwrap();
-    let peak = MEMORY.peak_usage();
-    drop(table);
-    peak - before
+    let (said, peak) = peak(bytes);
+    said.unwrap();
+    peak
 }
 
 fn names_are_not_repeated_without_end() {
@@ -182,7 +156,7 @@ fn names_are_not_repeated_without_end() {
 fn every_bomb_is_refused_by_its_limit_and_takes_little_memory() {
     // Ten million zeros of one byte each are 10 kB in the file and would be 80 MB of columns.
     let zeros = vec![0; 10_000_000];
-    let bomb = mat5(6, 10_000_000, &element(2, &zeros));
+    let bomb = mat5(6, 10_000_000, element(2, &zeros));
     assert!(bomb.len() < 20_000);
     names_its_limit("MAT v5, values", &bomb, MIB);
     // A million fields of one letter.
@@ -191,7 +165,7 @@ fn every_bomb_is_refused_by_its_limit_and_takes_little_memory() {
         element(1, &zeros[..1_000_000]),
     ]
     .concat();
-    names_its_limit("MAT v5, fields", &mat5(2, 1, &names), 3 * MIB);
+    names_its_limit("MAT v5, fields", &mat5(2, 1, names), 3 * MIB);
 
     let values = vec![0.0; 13_000_000];
     let columns = vec![Column {

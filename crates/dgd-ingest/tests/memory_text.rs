@@ -5,30 +5,15 @@
 
 #[path = "it/mutate.rs"]
 mod mutate;
+mod peak;
 
 use dgd_export::{CsvOptions, McapOptions, write_csv, write_mcap};
-use dgd_ingest::{ReadOptions, read};
 use dgd_recording::{Column, Table};
 use mutate::{apply, damage};
-use peak_alloc::PeakAlloc;
+use peak::{MIB, peak};
 use proptest::strategy::{Strategy, ValueTree};
 use proptest::test_runner::TestRunner;
 use std::io::Cursor;
-
-#[global_allocator]
-static MEMORY: PeakAlloc = PeakAlloc;
-
-const MIB: usize = 1 << 20;
-
-/// Bytes allocated at the same time while `bytes` are read.
-fn peak(bytes: &[u8]) -> usize {
-    let before = MEMORY.current_usage();
-    MEMORY.reset_peak_usage();
-    let table = read(bytes, &ReadOptions::default());
-    let peak = MEMORY.peak_usage();
-    drop(table);
-    peak - before
-}
 
 fn both(rows: i32) -> [Vec<u8>; 2] {
     let column = |tag: &str, unit: &str, slope: f64| Column {
@@ -61,7 +46,7 @@ fn memory_is_bounded_by_the_file_whatever_it_claims() {
     for round in 0..4000 {
         let acts = damage.new_tree(&mut runner).unwrap().current();
         let bytes = apply(&small[round % 2], &acts, 8);
-        let found = peak(&bytes);
+        let (_, found) = peak(&bytes);
         assert!(
             found < 20 * MIB + 64 * bytes.len(),
             "{found} bytes for {}: {acts:?}",
@@ -71,19 +56,19 @@ fn memory_is_bounded_by_the_file_whatever_it_claims() {
 
     // The worst that short rows of a wide table can do before they are refused or filled.
     let wide = format!("{}1\n{}", "1,".repeat(900), "1\n".repeat(1100));
-    let found = peak(wide.as_bytes());
+    let (_, found) = peak(wide.as_bytes());
     assert!(found < 20 * MIB, "{found} bytes");
 
     // Sound files: the columns, for MCAP with room to grow, and little else.
     let rows = 200_000;
     let decoded = 3 * 8 * 200_000;
     let [text, log] = both(rows);
-    let found = peak(&text);
+    let (_, found) = peak(&text);
     assert!(
         found < decoded + decoded / 10,
         "{found} bytes for {decoded} decoded"
     );
-    let found = peak(&log);
+    let (_, found) = peak(&log);
     assert!(
         found < 2 * decoded + 4 * MIB,
         "{found} bytes for {decoded} decoded"

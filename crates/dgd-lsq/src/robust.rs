@@ -9,7 +9,7 @@ const NORMAL_MAD: f64 = 0.674_489_750_196_081_7;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RobustOptions {
     /// Residuals beyond this many scales count less, weight `k/|u|`. Default 1.345: 95 % as
-    /// efficient as least squares on normal residuals (Huber 1981).
+    /// efficient as least squares on normal residuals (Holland and Welsch 1977).
     pub k: f64,
     /// Stop when no coefficient moves more than this share of its standard error. Default 1e-3.
     pub tolerance: f64,
@@ -50,7 +50,7 @@ pub struct RobustFit {
     pub names: Vec<String>,
     /// Estimate per column, shape `(p,)`.
     pub coefficients: Vec<f64>,
-    /// Huber's (1981, Eq. 6.5 of chapter 7) standard errors, shape `(p,)`; independent residuals assumed.
+    /// Huber's (1981, chapter 7) standard errors, shape `(p,)`; independent residuals assumed.
     pub standard_errors: Vec<f64>,
     /// Their covariance, shape `(p, p)`, row-major.
     pub covariance: Vec<f64>,

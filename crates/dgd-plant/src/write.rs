@@ -2,6 +2,7 @@
 
 use std::io::{self, Write};
 
+use crate::conceal::Dialect;
 use crate::config::{CHANNELS, Plan, UNITS};
 use crate::constants::INCH_M;
 use crate::record::Recording;
@@ -37,6 +38,16 @@ pub fn write_csv(
 /// # Errors
 /// What `out` returns.
 pub fn write_well_toml(well: &Well, out: &mut impl Write) -> io::Result<()> {
+    describe(well, &Dialect::THESIS, &[false; 10], out)
+}
+
+/// Writes a well description in a rig's own tags and units, without the channels that are absent.
+pub(crate) fn describe(
+    well: &Well,
+    dialect: &Dialect,
+    absent: &[bool; 10],
+    out: &mut impl Write,
+) -> io::Result<()> {
     let inch = |m: f64| (m / INCH_M * 1000.0).round() / 1000.0;
     write!(
         out,
@@ -54,15 +65,7 @@ pump_outlet_depth = "{:.2} m"
 riser_pressure_sensor_depth = "{:.2} m"
 
 [channels]
-time = {{ tag = "t", unit = "s" }}
-mud_pump_flow = {{ tag = "FT1", unit = "gpm" }}
-booster_flow = {{ tag = "FT2", unit = "gpm" }}
-topfill_flow = {{ tag = "FT3", unit = "gpm" }}
-return_flow = {{ tag = "FT4", unit = "gpm" }}
-pump_inlet_pressure = [{{ tag = "PT1", unit = "psia" }}, {{ tag = "PT2", unit = "psia" }}]
-pump_outlet_pressure = [{{ tag = "PT3", unit = "psia" }}, {{ tag = "PT4", unit = "psia" }}]
-riser_pressure = {{ tag = "PT5", unit = "psia" }}
-pump_speed = {{ tag = "SPM", unit = "%" }}
+time = {{ tag = "{}", unit = "s" }}
 "#,
         well.mud_density_kg_m3 / 1000.0,
         inch(well.riser_id_m),
@@ -72,7 +75,31 @@ pump_speed = {{ tag = "SPM", unit = "%" }}
         well.pump_inlet_depth_m,
         well.pump_outlet_depth_m,
         well.riser_sensor_depth_m,
-    )
+        dialect.time,
+    )?;
+    let one =
+        |c: usize, unit: &str| format!("{{ tag = \"{}\", unit = \"{unit}\" }}", dialect.tags[c]);
+    let flows = [
+        "mud_pump_flow",
+        "booster_flow",
+        "topfill_flow",
+        "return_flow",
+    ];
+    for (c, name) in flows.into_iter().enumerate() {
+        writeln!(out, "{name} = {}", one(c, dialect.flow))?;
+    }
+    for (name, pair) in [
+        ("pump_inlet_pressure", [4, 5]),
+        ("pump_outlet_pressure", [6, 7]),
+    ] {
+        let there = pair.into_iter().filter(|&c| !absent[c]);
+        let there: Vec<String> = there.map(|c| one(c, dialect.pressure)).collect();
+        writeln!(out, "{name} = [{}]", there.join(", "))?;
+    }
+    if !absent[8] {
+        writeln!(out, "riser_pressure = {}", one(8, dialect.pressure))?;
+    }
+    writeln!(out, "pump_speed = {}", one(9, "%"))
 }
 
 /// Writes what the recording is and how to make it again.

@@ -21,3 +21,8 @@ pub use recording::{Channel, Recording, RecordingError, SEAM_S};
 pub use survey::{ColumnSurvey, Run, TableSurvey, quantum, stuck_runs, survey};
 pub use table::{Column, Issue, IssueKind, Table};
 pub use well::{ChannelMap, ChannelSource, Geometry, TimeSource, Well};
+
+/// The example of the README compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -177,7 +177,7 @@ pub fn propose_channels(survey: &TableSurvey) -> Proposal {
                 }
                 taken[index] = true;
                 let unit = column.unit.map_or(wanted.usual, |u| u.symbol);
-                // The thesis's psi are absolute (2.6); the file leaves it open.
+                // The thesis's psi are absolute (section 2.6); the file leaves it open.
                 let unit = if unit == "psi" { "psia" } else { unit };
                 let unit_reason = match &column.unit_written {
                     Some(written) => format!("unit `{written}`"),

@@ -507,7 +507,7 @@ impl Recording {
     }
 }
 
-/// Redundant transmitters are averaged (2.6); one that is silent leaves the mean to the others.
+/// Redundant transmitters are averaged (thesis section 2.6); one that is silent leaves the mean to the others.
 fn mean_of_present(series: &[Vec<f64>], rows: usize) -> Vec<f64> {
     match series {
         [only] => only.clone(),

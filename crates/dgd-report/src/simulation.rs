@@ -39,6 +39,24 @@ fn series<'a>(label: &'a str, role: Role, curve: Curve<'a>) -> Series<'a> {
     }
 }
 
+/// Label, words above, and lines of a panel.
+type Part<'p, 'a> = (&'p Axis, &'p str, &'p [Series<'a>]);
+
+/// Two panels under one another.
+fn two(
+    number: &str,
+    caption: &str,
+    parts: [Part<'_, '_>; 2],
+    heights: [f64; 2],
+) -> Result<Figure, ReportError> {
+    let panels = parts.map(|(axis, title, series)| TimePanel {
+        axis: axis.clone(),
+        title,
+        series,
+    });
+    stacked(number, caption.to_owned(), &panels, &[], &heights)
+}
+
 /// Figure 4.1: riser level, with the flows that drive it below.
 ///
 /// # Errors
@@ -51,21 +69,12 @@ pub fn riser_level(
     flow_axis: &Axis,
 ) -> Result<Figure, ReportError> {
     level.check(["level.measured.y", "level.simulated.y"])?;
-    let panels = [
-        TimePanel {
-            axis: level_axis.clone(),
-            title: "",
-            series: &level.series(),
-        },
-        TimePanel {
-            axis: flow_axis.clone(),
-            title: "",
-            series: inputs,
-        },
-    ];
-    let caption =
-        "Simulation of the riser level, with the measured flows that drive it below.".to_owned();
-    stacked("4.1", caption, &panels, &[], &[230.0, 150.0])
+    two(
+        "4.1",
+        "Simulation of the riser level, with the measured flows that drive it below.",
+        [(level_axis, "", &level.series()), (flow_axis, "", inputs)],
+        [230.0, 150.0],
+    )
 }
 
 /// Figure 4.2: flow through the subsea pump, with the pump speed below.
@@ -80,21 +89,19 @@ pub fn return_flow(
 ) -> Result<Figure, ReportError> {
     flow.check(["flow.measured.y", "flow.simulated.y"])?;
     speed.check("speed.y")?;
-    let panels = [
-        TimePanel {
-            axis: flow_axis.clone(),
-            title: "",
-            series: &flow.series(),
-        },
-        TimePanel {
-            axis: speed_axis.clone(),
-            title: "",
-            series: &[series("Pump speed (input)", Role::Input(0), speed)],
-        },
-    ];
-    let caption =
-        "Simulation of the flow through the subsea pump, with the pump speed below.".to_owned();
-    stacked("4.2", caption, &panels, &[], &[230.0, 130.0])
+    two(
+        "4.2",
+        "Simulation of the flow through the subsea pump, with the pump speed below.",
+        [
+            (flow_axis, "", &flow.series()),
+            (
+                speed_axis,
+                "",
+                &[series("Pump speed (input)", Role::Input(0), speed)],
+            ),
+        ],
+        [230.0, 130.0],
+    )
 }
 
 /// Figure 4.3: the flow from the dynamic equation 3.46 above, from the static equation 4.2 below.
@@ -117,22 +124,16 @@ pub fn dynamic_and_static(
     };
     above.check(["measured.y", "dynamic.y"])?;
     below.check(["measured.y", "steady.y"])?;
-    let panels = [
-        TimePanel {
-            axis: flow_axis.clone(),
-            title: "Dynamic, eq. 3.46",
-            series: &above.series(),
-        },
-        TimePanel {
-            axis: flow_axis.clone(),
-            title: "Static, eq. 4.2",
-            series: &below.series(),
-        },
-    ];
-    let caption = "Simulation of the flow through the subsea pump with the dynamic equation 3.46 (above) and the \
-                   static equation 4.2 (below)."
-        .to_owned();
-    stacked("4.3", caption, &panels, &[], &[190.0, 190.0])
+    two(
+        "4.3",
+        "Simulation of the flow through the subsea pump with the dynamic equation 3.46 (above) and the \
+                   static equation 4.2 (below).",
+        [
+            (flow_axis, "Dynamic, eq. 3.46", &above.series()),
+            (flow_axis, "Static, eq. 4.2", &below.series()),
+        ],
+        [190.0, 190.0],
+    )
 }
 
 /// Figure 4.4: riser level and flow from the complete dynamics of equations 3.45 and 3.46.
@@ -147,20 +148,14 @@ pub fn complete_dynamics(
 ) -> Result<Figure, ReportError> {
     level.check(["level.measured.y", "level.simulated.y"])?;
     flow.check(["flow.measured.y", "flow.simulated.y"])?;
-    let panels = [
-        TimePanel {
-            axis: level_axis.clone(),
-            title: "",
-            series: &level.series(),
-        },
-        TimePanel {
-            axis: flow_axis.clone(),
-            title: "",
-            series: &flow.series(),
-        },
-    ];
-    let caption = "Simulation of the complete dynamics of equations 3.45 and 3.46: riser level (above) and flow \
-                   through the subsea pump (below)."
-        .to_owned();
-    stacked("4.4", caption, &panels, &[], &[200.0, 200.0])
+    two(
+        "4.4",
+        "Simulation of the complete dynamics of equations 3.45 and 3.46: riser level (above) and flow \
+                   through the subsea pump (below).",
+        [
+            (level_axis, "", &level.series()),
+            (flow_axis, "", &flow.series()),
+        ],
+        [200.0, 200.0],
+    )
 }

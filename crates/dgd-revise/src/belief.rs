@@ -1,13 +1,14 @@
 //! How much weight the sets that were fitted deserve beside each other.
 //!
 //! Pseudo-Bayesian model averaging with the Bayesian bootstrap: Yao, Y., Vehtari, A., Simpson, D. and Gelman, A., *Bayesian
-//! Analysis* 13 (2018), Eqs. 8-9, with the logarithmic score of left-out blocks and the readings counted by the residual's
+//! Analysis* 13 (2018), there pseudo-BMA+, with the logarithmic score of left-out blocks and the readings counted by the residual's
 //! memory. It knows the sets that were fitted and no others: that the truth is among them is what [`tempered`] doubts, by what
 //! the best of them leaves unexplained.
 
+use crate::choice::{independent, stand_ins};
 use crate::draws::Draws;
 use crate::noise;
-use crate::sets::{Scored, independent, stand_ins};
+use crate::sets::Scored;
 use std::collections::BTreeSet;
 
 /// Weight below which an effect, what does as well in its place included, is not claimed.

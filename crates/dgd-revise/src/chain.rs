@@ -3,6 +3,7 @@
 use crate::baseline::{self, Baseline};
 use crate::belief;
 use crate::blocks::{Blocks, null_probability};
+use crate::choice;
 use crate::conclude::{self, Evidence};
 use crate::context::{Context, Trial};
 use crate::empirical::{self, Corrected};
@@ -186,12 +187,12 @@ pub fn revise(
     let mut rounds = 0;
     // What does as well in a member's place may do better, and have others of its own.
     while rounds < 3 {
-        let Some(best) = sets::choose(&scored, hypotheses, &refused) else {
+        let Some(best) = choice::choose(&scored, hypotheses, &refused) else {
             break;
         };
-        let now = sets::prune(&context, &folds, &mut scored, best);
+        let now = choice::prune(&context, &folds, &mut scored, best);
         if !scored[now].trial.members.is_empty() && !stood.contains(&now) {
-            if !sets::stand(&context, memory, &folds, &mut scored, now) {
+            if !choice::stand(&context, memory, &folds, &mut scored, now) {
                 // What it was pruned from stands no better.
                 refused.extend([best, now]);
                 if refused.len() > REFUSED {
@@ -223,7 +224,7 @@ pub fn revise(
         chosen = now.filter(|&set| {
             unlikely.is_empty()
                 || scored[set].trial.members.is_empty()
-                || sets::stand(&context, memory, &folds, &mut scored, set)
+                || choice::stand(&context, memory, &folds, &mut scored, set)
         });
         evidence.unlikely = unlikely;
     }
@@ -362,7 +363,7 @@ fn likely(
     unlikely.retain(|(_, weight)| *weight < belief::LIKELY);
     let mut now = Some(chosen);
     for &(member, _) in &unlikely {
-        now = now.and_then(|set| sets::without(context, folds, scored, set, member));
+        now = now.and_then(|set| choice::without(context, folds, scored, set, member));
     }
     (now, unlikely)
 }

@@ -32,6 +32,7 @@ mod belief;
 mod blocks;
 mod chain;
 mod checks;
+mod choice;
 mod conclude;
 mod confirm;
 mod context;

@@ -32,7 +32,7 @@ pub struct Revision {
     pub settings: Vec<(String, String)>,
 }
 
-/// The answer in a word.
+/// The answer in a word: one of the four that `dgd-diagnose` has for a return line, which `dgd-cli`'s tests hold alike.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
     /// Nothing is left out that this record could show.

@@ -2,7 +2,7 @@
 //!
 //! A block's readings are left out of the fit and compared with the free run that goes through it: the state at its start
 //! is what the run makes of inputs and fitted initial states. Racine, J., *J. Econometrics* 99 (2000); one standard error:
-//! Breiman, L. et al., *Classification and Regression Trees* (1984), 3.4.3.
+//! Breiman, L. et al., *Classification and Regression Trees* (1984).
 
 use crate::baseline::fresh_jacobian;
 use crate::context::{Context, Trial};

@@ -33,3 +33,8 @@ pub const STANDARD_GRAVITY_M_S2: f64 = 9.806_65;
 
 /// Density of the water that specific gravity refers to, kg/m³.
 pub const WATER_DENSITY_KG_M3: f64 = 1000.0;
+
+/// The example of the README compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -101,7 +101,7 @@ pub enum PressureReference {
     Absolute,
     /// Zero is the standard atmosphere (`psig`, `barg`).
     Gauge,
-    /// Not said (`psi`, `bar`): taken as absolute, as the thesis's psi are (2.6).
+    /// Not said (`psi`, `bar`): taken as absolute, as the thesis's psi are (section 2.6).
     Unstated,
 }
 

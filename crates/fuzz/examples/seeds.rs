@@ -178,83 +178,10 @@ fn mcap() -> Outcome<()> {
     Ok(())
 }
 
-const MODEL: &str = r#"schema = "dgd.model/1"
+/// Documents that the tests of `dgd-documents` hold; seeds are the same, with what else a reader may meet.
+const MODEL: &str = include_str!("../../dgd-documents/tests/data/model.toml");
 
-[well]
-density = "1.08 sg"
-riser_id = "19.5 in"
-drillpipe_od = "6.625 in"
-return_line_id = "6 in"
-pump_inlet_depth = "350.3 m"
-pump_outlet_depth = "350.3 m"
-
-[friction]
-mse_pa2 = 1.2e9
-r2 = 0.99
-samples = 250000
-condition = 18.2
-
-[[friction.term]]
-power = 0
-value = 2.0e4
-standard_error = 400.0
-
-[[friction.term]]
-power = 2
-value = 1.2e8
-
-[return_flow_meter]
-delay_s = 12
-
-[pump]
-n0 = 1.95
-n2 = 1.62
-active_constraints = ["c1"]
-mse_m2 = nan
-
-[pump.c0]
-value = 0.0688
-
-[pump.c1]
-value = 3.1
-
-[pump.c2]
-value = 2400.0
-
-[data]
-recordings = ["a.csv"]
-samples = 305820
-kept = 250000
-step_s = 1.0
-
-[data.rejected]
-"pump off" = 50000
-"#;
-
-const WELL: &str = r#"[mud]
-density = "1.080 sg"
-
-[geometry]
-riser_id = "19.5 in"
-drillpipe_od = "6.625 in"
-casing_od = "13 5/8 in"
-return_line_id = "6.000 in"
-booster_line_id = "4 in"
-pump_inlet_depth = "350.30 m"
-pump_outlet_depth = "1149 ft"
-riser_pressure_sensor_depth = "352.10 m"
-
-[channels]
-time = { tag = "t", unit = "s" }
-mud_pump_flow = { tag = "FT1", unit = "gpm" }
-booster_flow = { tag = "FT2", unit = "l/min" }
-topfill_flow = "30 gpm"
-return_flow = { tag = "FT4", unit = "m3/h" }
-pump_inlet_pressure = [{ tag = "PT1", unit = "psia" }, { tag = "PT2", unit = "barg" }]
-pump_outlet_pressure = { tag = "PT3", unit = "kPa" }
-riser_pressure = { tag = "PT5", unit = "psia" }
-pump_speed = { tag = "SPM", unit = "%" }
-"#;
+const WELL: &str = include_str!("../../dgd-documents/tests/data/well.toml");
 
 /// Depth as the independent variable, a junction, a curve, ports, an effect and everything with its unit.
 const EFFECTS: &str = r#"connections = ["source -> well -> intake -> split -> drain -> atmosphere", "split -> feed -> tank", "tank.low -> choke -> atmosphere"]
@@ -296,10 +223,40 @@ component = "gauge"
 effect = "reading_offset"
 "#;
 
+/// A document with some of its texts changed, each of which must be in it once.
+fn changed(document: &str, changes: &[(&str, &str)]) -> Outcome<String> {
+    let mut document = document.to_owned();
+    for (from, to) in changes {
+        if document.matches(from).count() != 1 {
+            return Err(format!("`{from}` is not in the document once").into());
+        }
+        document = document.replace(from, to);
+    }
+    Ok(document)
+}
+
 fn documents() -> Outcome<()> {
-    read_well(WELL)?;
-    save("well", "full.toml", WELL.as_bytes())?;
-    let lean = WELL
+    let full = changed(
+        WELL,
+        &[
+            (
+                "pump_inlet_depth",
+                "booster_line_id = \"4 in\"\npump_inlet_depth",
+            ),
+            ("outlet_depth = \"350.30 m\"", "outlet_depth = \"1149 ft\""),
+            ("\"FT2\", unit = \"gpm\"", "\"FT2\", unit = \"l/min\""),
+            ("\"FT4\", unit = \"gpm\"", "\"FT4\", unit = \"m3/h\""),
+            ("\"PT2\", unit = \"psia\"", "\"PT2\", unit = \"barg\""),
+            ("\"PT3\", unit = \"psia\"", "\"PT3\", unit = \"kPa\""),
+            (
+                "pump_speed",
+                "riser_pressure = { tag = \"PT5\", unit = \"psia\" }\npump_speed",
+            ),
+        ],
+    )?;
+    read_well(&full)?;
+    save("well", "full.toml", full.as_bytes())?;
+    let lean = full
         .lines()
         .filter(|l| {
             !l.starts_with("casing")
@@ -317,8 +274,19 @@ fn documents() -> Outcome<()> {
     read_well(&lean)?;
     save("well", "lean.toml", lean.as_bytes())?;
 
-    let (model, _) = read_model(MODEL)?;
-    save("model", "by_hand.toml", MODEL.as_bytes())?;
+    let by_hand = changed(
+        MODEL,
+        &[
+            (
+                "active_constraints = []",
+                "active_constraints = [\"c1\"]\nmse_m2 = nan",
+            ),
+            ("\"a.csv\", \"b.csv\"", "\"a.csv\""),
+            ("gap = 12\n", ""),
+        ],
+    )?;
+    let (model, _) = read_model(&by_hand)?;
+    save("model", "by_hand.toml", by_hand.as_bytes())?;
     save("model", "written.toml", write_model(&model).as_bytes())?;
     let effects = catalogue().iter().step_by(3).map(|effect| AppliedEffect {
         id: effect.about().id.into(),

@@ -12,7 +12,7 @@ mod score;
 mod summary;
 mod truth;
 
-use crate::prove::{CALIBRATION_SEEDS, Shelf, clear, first_line, seal};
+use crate::prove::{CALIBRATION_SEEDS, Program, Shelf, clear};
 use crate::tools;
 use anyhow::{Context, Result, bail};
 use score::Row;
@@ -43,11 +43,8 @@ pub(crate) struct Settings {
 
 /// What the page says about how it came to be.
 struct Origin {
-    version: String,
-    program: String,
-    commit: Option<String>,
+    program: Program,
     seal: String,
-    cores: usize,
 }
 
 /// Runs the proof; fails on broken rules, never on a score.
@@ -71,14 +68,7 @@ pub(crate) fn run(mut settings: Settings) -> Result<()> {
         BENCHES.len()
     );
     let origin = Origin {
-        program: seal::sha256(&fs::read(&shelf.dgd).context("cannot read the program")?),
-        version: first_line(Command::new(&shelf.dgd).arg("--version")).unwrap_or_default(),
-        commit: first_line(
-            Command::new("git")
-                .args(["describe", "--always", "--dirty"])
-                .current_dir(tools::root()),
-        ),
-        cores: std::thread::available_parallelism().map_or(1, usize::from),
+        program: Program::of(&shelf.dgd)?,
         seal,
     };
 

@@ -271,7 +271,8 @@ fn method(html: &mut String, settings: &Settings, origin: &Origin) {
          and were opened.</p>",
         settings.jobs
     );
-    let commit = origin
+    let program = &origin.program;
+    let commit = program
         .commit
         .as_ref()
         .map_or_else(String::new, |c| format!(", {c}"));
@@ -284,12 +285,12 @@ fn method(html: &mut String, settings: &Settings, origin: &Origin) {
                 Cell::Name("program".into()),
                 Cell::Text(format!(
                     "{}{commit}; SHA-256 {}",
-                    origin.version, origin.program
+                    program.version, program.sha256
                 )),
             ],
             vec![
                 Cell::Name("cores".into()),
-                Cell::Text(origin.cores.to_string()),
+                Cell::Text(program.cores.to_string()),
             ],
         ],
     );
@@ -299,6 +300,7 @@ fn method(html: &mut String, settings: &Settings, origin: &Origin) {
 mod tests {
     use super::super::score::tests::row;
     use super::*;
+    use crate::prove::Program;
 
     #[test]
     fn every_section_stands_with_and_without_cases() {
@@ -311,11 +313,13 @@ mod tests {
             keep: false,
         };
         let origin = Origin {
-            version: "dgd <0>".into(),
-            program: "ef56".into(),
-            commit: None,
+            program: Program {
+                version: "dgd <0>".into(),
+                sha256: "ef56".into(),
+                commit: None,
+                cores: 2,
+            },
             seal: "ab12".into(),
-            cores: 2,
         };
         let rows = [
             row(

@@ -205,7 +205,8 @@ pub(crate) fn json_of(settings: &Settings, origin: &Origin, rows: &[Row]) -> Val
     });
     json!({
         "seed": settings.seed, "count": settings.count, "only": settings.only, "jobs": settings.jobs,
-        "truths_sha256": origin.seal, "program": origin.version, "program_sha256": origin.program, "commit": origin.commit,
+        "truths_sha256": origin.seal, "program": origin.program.version, "program_sha256": origin.program.sha256,
+        "commit": origin.program.commit,
         "surge-shaft": scores(Some(BENCHES[0])), "glycol-loop": scores(Some(BENCHES[1])), "both": scores(None),
         "counterparts": names.collect::<Vec<_>>(),
         "cases": rows.iter().map(case).collect::<Vec<_>>(),

@@ -19,20 +19,32 @@ const BRIER: f64 = 0.001;
 /// A coverage that differs by less is the same.
 const COVERED: f64 = 0.02;
 
-/// The steps that `dgd diagnose` can leave out, as it tells them when asked for one it does not know.
+/// The steps that `dgd diagnose` can leave out, as `dgd catalogue --json` lists them.
 pub(crate) fn steps(dgd: &Path) -> Result<Vec<String>> {
-    const SAID: &str = "the steps are ";
     let output = Command::new(dgd)
-        .args(["diagnose", "recording.csv", "--well", "well.toml"])
-        .args(["--out", "nowhere", "--without", "?"])
+        .args(["catalogue", "--json"])
         .output()
         .context("cannot run dgd")?;
-    let text = String::from_utf8_lossy(&output.stderr);
-    let Some((_, list)) = text.split_once(SAID) else {
-        bail!("dgd diagnose does not tell what --without may leave out: {text}");
-    };
-    let list = list.lines().next().unwrap_or("");
-    Ok(list.split(',').map(|s| s.trim().to_owned()).collect())
+    if !output.status.success() {
+        bail!(
+            "dgd catalogue: {}",
+            String::from_utf8_lossy(&output.stderr).trim()
+        );
+    }
+    listed(&output.stdout)
+}
+
+fn listed(catalogue: &[u8]) -> Result<Vec<String>> {
+    let catalogue: Value =
+        serde_json::from_slice(catalogue).context("cannot read what `dgd catalogue` said")?;
+    let steps = catalogue["steps"].as_array().into_iter().flatten();
+    let steps: Vec<String> = steps
+        .filter_map(|s| s.as_str().map(str::to_owned))
+        .collect();
+    if steps.is_empty() {
+        bail!("`dgd catalogue` lists no steps");
+    }
+    Ok(steps)
 }
 
 /// Which of the steps are asked for; all if none are.
@@ -426,6 +438,15 @@ pub(crate) mod tests {
         assert_eq!(Unit::Seconds.difference(0.0), "0");
         assert_eq!(uncovered(0.94), 0.0);
         assert!((uncovered(0.85) - 0.05).abs() < 1e-12);
+    }
+
+    #[test]
+    fn steps_are_read_from_the_catalogue_and_an_empty_one_is_refused() {
+        let list = br#"{ "effects": [], "steps": ["edges", "form"] }"#;
+        assert_eq!(listed(list).unwrap(), ["edges", "form"]);
+        for nothing in [&b"{}"[..], br#"{ "steps": [] }"#, b"edges"] {
+            assert!(listed(nothing).is_err());
+        }
     }
 
     #[test]

@@ -87,7 +87,7 @@ pub(crate) struct Settings {
     /// Diagnose all again without each step of the chain in turn, to see what it buys
     #[arg(long)]
     ablate: bool,
-    /// Only these steps, such as edges,form; `dgd diagnose --help` lists them
+    /// Only these steps, such as edges,form; `dgd catalogue` lists them
     #[arg(long, value_name = "STEPS", value_delimiter = ',', requires = "ablate")]
     steps: Vec<String>,
     /// Leave out the fits that know the truth, which are as many runs again; the short form does
@@ -162,13 +162,32 @@ impl Settings {
     }
 }
 
+/// The program that was examined, and where.
+pub(crate) struct Program {
+    pub(crate) version: String,
+    pub(crate) sha256: String,
+    pub(crate) commit: Option<String>,
+    pub(crate) cores: usize,
+}
+
+impl Program {
+    pub(crate) fn of(dgd: &Path) -> Result<Self> {
+        let mut described = Command::new("git");
+        described
+            .args(["describe", "--always", "--dirty"])
+            .current_dir(tools::root());
+        Ok(Self {
+            version: first_line(Command::new(dgd).arg("--version")).unwrap_or_default(),
+            sha256: seal::sha256(&fs::read(dgd).context("cannot read the program")?),
+            commit: first_line(&mut described),
+            cores: std::thread::available_parallelism().map_or(1, usize::from),
+        })
+    }
+}
+
 /// What the page says about how it came to be.
 struct Origin {
-    version: String,
-    /// SHA-256 of the program.
-    program: String,
-    commit: Option<String>,
-    cores: usize,
+    program: Program,
     /// Level and SHA-256 of its truths.
     seals: Vec<(u8, String)>,
 }
@@ -248,14 +267,7 @@ pub(crate) fn run(mut settings: Settings) -> Result<()> {
         );
     }
     let origin = Origin {
-        program: seal::sha256(&fs::read(&shelf.dgd).context("cannot read the program")?),
-        version: first_line(Command::new(&shelf.dgd).arg("--version")).unwrap_or_default(),
-        commit: first_line(
-            Command::new("git")
-                .args(["describe", "--always", "--dirty"])
-                .current_dir(tools::root()),
-        ),
-        cores: std::thread::available_parallelism().map_or(1, usize::from),
+        program: Program::of(&shelf.dgd)?,
         seals: sealed.iter().map(|s| (s.level, s.sha256.clone())).collect(),
     };
 
@@ -331,7 +343,7 @@ pub(crate) fn clear(out: &Path, marker: &str, folders: &[&str]) -> Result<()> {
 }
 
 /// The first line a command prints, if it can be run.
-pub(crate) fn first_line(command: &mut Command) -> Option<String> {
+fn first_line(command: &mut Command) -> Option<String> {
     let output = command.output().ok().filter(|o| o.status.success())?;
     let text = String::from_utf8_lossy(&output.stdout);
     text.lines().next().map(|l| l.trim().to_owned())

@@ -371,18 +371,20 @@ fn method(html: &mut String, settings: &Settings, origin: &Origin) {
     put!(
         html,
         "<tr><th scope=\"row\">program</th><td>{}{}; SHA-256 <code>{}</code></td></tr><tr><th scope=\"row\">cores</th><td>{}</td></tr></tbody></table>",
-        escape(&origin.version),
+        escape(&origin.program.version),
         origin
+            .program
             .commit
             .as_ref()
             .map_or_else(String::new, |c| format!(", {}", escape(c))),
-        escape(&origin.program),
-        origin.cores
+        escape(&origin.program.sha256),
+        origin.program.cores
     );
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::Program;
     use super::super::ablation::{OfStep, tests::example};
     use super::super::detection::tests::influx;
     use super::super::informed::Informed;
@@ -396,10 +398,12 @@ mod tests {
     fn page_with(rows: &[Row], steps: &[OfStep]) -> String {
         let settings = Settings::short("proof".into());
         let origin = Origin {
-            version: "dgd <0>".into(),
-            program: "ef56".into(),
-            commit: None,
-            cores: 2,
+            program: Program {
+                version: "dgd <0>".into(),
+                sha256: "ef56".into(),
+                commit: None,
+                cores: 2,
+            },
             seals: vec![(1, "ab12".into()), (2, "cd34".into())],
         };
         let levels: Vec<Summary> = [1, 2].map(|l| Summary::of(l, rows)).into();

@@ -87,10 +87,11 @@ pub(crate) fn json_of(proof: &Proof) -> Value {
             "truth_known": r.informed.as_ref().map(informed::json_of),
         })
     };
+    let program = &origin.program;
     json!({
         "schema": "dgd.proof/1",
         "seed": settings.seed, "count": settings.count, "only": settings.only, "jobs": settings.jobs,
-        "short": settings.short, "dgd": origin.version, "dgd_sha256": origin.program, "commit": origin.commit, "cores": origin.cores,
+        "short": settings.short, "dgd": program.version, "dgd_sha256": program.sha256, "commit": program.commit, "cores": program.cores,
         "seals": origin.seals.iter().map(|(l, h)| json!({"level": l, "sha256": h})).collect::<Vec<_>>(),
         "levels": summaries.iter().map(level).collect::<Vec<_>>(),
         "detection": detection::json_of(rows),

@@ -10,7 +10,7 @@ static ABOUT: About = About {
     title: "head does not follow the speed as the curve says",
     kinds: &[Kind::CentrifugalPump],
     equation: "w_felt = w (w/50 %)^e",
-    source: "Gülich, J. F., Centrifugal Pumps (2010), on similarity laws and their limits",
+    source: "Gülich, J. F., Centrifugal Pumps (2010), on similarity laws and their limits; the power is empirical",
     excited_by: "several speeds at like flow over speed",
     confusable: &[
         ("speed_offset", "low speed separates"),

@@ -1,10 +1,10 @@
 //! The boundary follows its channel late.
 
-use super::input_lag::InputLag;
+use super::follower::Follower;
 use crate::effect::{About, ParameterAbout, Size};
 use crate::spec::Kind;
 
-pub(crate) static THIS: InputLag = InputLag(&ABOUT);
+pub(crate) static THIS: Follower = Follower::lag(&ABOUT);
 
 static ABOUT: About = About {
     id: "boundary_lag",

@@ -10,7 +10,7 @@ static ABOUT: About = About {
     title: "the level stands above the brim while it spills",
     kinds: &[Kind::Tank],
     equation: "q_overflow = q_0 ((h − h_brim)/rise)^(3/2)",
-    source: "White, F. M., Fluid Mechanics (2011), 10.7 (sharp-crested weir)",
+    source: "White, F. M., Fluid Mechanics (2011), on sharp-crested weirs",
     excited_by: "spilling at several rates",
     confusable: &[(
         "overflow_caught",

@@ -10,7 +10,7 @@ static ABOUT: About = About {
     title: "part of what enters misses the tank and falls into the one below",
     kinds: &[Kind::Tank],
     equation: "q_below += share · q_in",
-    source: "White, F. M., Fluid Mechanics (2011), 3.3",
+    source: "White, F. M., Fluid Mechanics (2011), on mass balance",
     excited_by: "changes of inflow, with a level below that is measured",
     confusable: &[("overflow_caught", "overflow acts only at the brim")],
     parameters: &[ParameterAbout {

@@ -11,7 +11,7 @@ static ABOUT: About = About {
     title: "the head breaks down at high flow",
     kinds: &[Kind::CentrifugalPump],
     equation: "H = H(w, q) − P/(ρ g) (choke q/Q)^8",
-    source: "Gülich, J. F., Centrifugal Pumps (2010), on cavitation and head drop",
+    source: "Gülich, J. F., Centrifugal Pumps (2010), on cavitation and head drop; the eighth power is a smooth wall in place of the breakdown",
     excited_by: "high flow",
     confusable: &[("viscosity_derating", "cavitation spares low flow")],
     parameters: &[ParameterAbout {

@@ -11,7 +11,7 @@ static ABOUT: About = About {
     title: "the flow saturates: cavitation or critical flow",
     kinds: &[Kind::Valve, Kind::Orifice],
     equation: "dp = K q|q| + P (choke q/Q)^8",
-    source: "IEC 60534-2-1 (2011), choked flow of liquids",
+    source: "IEC 60534-2-1 (2011), choked flow of liquids; the eighth power is a smooth wall in place of the limit",
     excited_by: "high flow",
     confusable: &[("discharge_exponent", "choking leaves low flow alone")],
     parameters: &[ParameterAbout {

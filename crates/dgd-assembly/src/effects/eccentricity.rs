@@ -11,7 +11,7 @@ static ABOUT: About = About {
     title: "the inner pipe lies on the wall, or the section differs: friction by a factor",
     kinds: &[Kind::Line],
     equation: "F = F_0(q) (1 + change)",
-    source: "Haciislamoglu, M. and Langlinais, J., J. Energy Resour. Technol. 112 (1990); API RP 13D (2010)",
+    source: "Haciislamoglu, M. and Langlinais, J., J. Energy Resour. Technol. 112 (1990): less friction than a concentric annulus; one factor for all flows is a simplification",
     excited_by: "any flow, if friction is not fitted already",
     confusable: &[(
         "tool_joints",

@@ -10,7 +10,7 @@ static ABOUT: About = About {
     title: "the jet that enters adds to (or takes from) the head at the outlet",
     kinds: &[Kind::Tank],
     equation: "p_outlet = ρ g (h + head (q_in/Q)²)",
-    source: "Rajaratnam, N., Turbulent Jets (1976), on submerged and plunging jets",
+    source: "Rajaratnam, N., Turbulent Jets (1976), on turbulent jets; the head with the square of the inflow is a stand-in",
     excited_by: "changes of inflow faster than the level follows",
     confusable: &[(
         "pump_nonlinear_gain",

@@ -10,7 +10,7 @@ static ABOUT: About = About {
     title: "the tank loses at a constant rate",
     kinds: &[Kind::Tank],
     equation: "A dh/dt = … − rate",
-    source: "Bowen, I. S., Phys. Rev. 27 (1926); ASHRAE Handbook, HVAC Applications, on pools",
+    source: "Penman, H. L., Proc. R. Soc. A 193 (1948), on open water; that the rate is constant is a simplification",
     excited_by: "long stretches without flow",
     confusable: &[
         ("tank_leak", "a leak falls with the level"),

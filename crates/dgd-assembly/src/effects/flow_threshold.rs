@@ -11,7 +11,7 @@ static ABOUT: About = About {
     title: "surface tension or a cake holds the flow back until a small head is there",
     kinds: &[Kind::Valve, Kind::Orifice],
     equation: "dp = K q|q| + p_t tanh(q/0.01 Q)",
-    source: "de Gennes, P.-G., Brochard-Wyart, F. and Quéré, D., Capillarity and Wetting Phenomena (2004)",
+    source: "de Gennes, P.-G., Brochard-Wyart, F. and Quéré, D., Capillarity and Wetting Phenomena (2004), on capillary pressure; the tanh only smooths its sign",
     excited_by: "flow that stops and starts at low head",
     confusable: &[
         (

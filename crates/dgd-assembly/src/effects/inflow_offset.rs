@@ -10,7 +10,7 @@ static ABOUT: About = About {
     title: "a flow that was not counted enters, or one is lost: influx, losses, a valve left open",
     kinds: &[Kind::Boundary],
     equation: "q = q_b + offset",
-    source: "White, F. M., Fluid Mechanics (2011), 3.3",
+    source: "White, F. M., Fluid Mechanics (2011), on mass balance",
     excited_by: "levels that move",
     confusable: &[
         (

@@ -11,7 +11,7 @@ static ABOUT: About = About {
     title: "a laminar part of the friction",
     kinds: &[Kind::Line],
     equation: "dp = F(q) + p_l q/Q",
-    source: "White, F. M., Fluid Mechanics (2011), 6.4 (laminar pipe flow)",
+    source: "White, F. M., Fluid Mechanics (2011), on laminar pipe flow",
     excited_by: "low and high flow",
     confusable: &[
         (

@@ -10,7 +10,7 @@ static ABOUT: About = About {
     title: "the line leaks before its end",
     kinds: &[Kind::Line],
     equation: "q_out = q − leak sqrt((p_in − p_0)/P)",
-    source: "Wylie, E. B. and Streeter, V. L., Fluid Transients in Systems (1993), on leaks; White, F. M., Fluid Mechanics (2011), 3.5",
+    source: "Wylie, E. B. and Streeter, V. L., Fluid Transients in Systems (1993), on leaks; White, F. M., Fluid Mechanics (2011), on Torricelli's law",
     excited_by: "flow and pressure that vary apart from each other",
     confusable: &[("tank_leak", "a tank's leak goes with its level")],
     parameters: &[ParameterAbout {

@@ -22,6 +22,7 @@ mod eccentricity;
 mod entrance_jet;
 mod evaporation;
 mod flow_threshold;
+mod follower;
 mod friction_drift;
 mod gas_head_loss;
 mod gas_pocket;
@@ -31,7 +32,6 @@ mod inflow_gain;
 mod inflow_lag;
 mod inflow_offset;
 mod inflow_step;
-mod input_lag;
 mod internal_leakage;
 mod laminar_resistance;
 mod line_exponent;
@@ -108,7 +108,7 @@ static ALL: &[&dyn Effect] = &[
     &reynolds_coefficient::This,
     &opening_characteristic::This,
     &opening_lag::THIS,
-    &opening_play::This,
+    &opening_play::THIS,
     &opening_leak::This,
     &choking::This,
     // Lines.
@@ -199,6 +199,13 @@ fn lagged(tau: f64, state: f64, target: f64, usual_s: f64) -> f64 {
     } else {
         target
     }
+}
+
+/// Where what has play and stood at `z` is when it is told to be at `set`.
+fn played(play: f64, z: f64, set: f64) -> f64 {
+    let half = 0.5 * play.max(0.0);
+    // `max` and `min` in place of `clamp`, which panics on bounds that are no numbers.
+    z.max(set - half).min(set + half)
 }
 
 /// `drop · |q/Q|^e`, with the power rounded off near zero flow so that it stays finite.

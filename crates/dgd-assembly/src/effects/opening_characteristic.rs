@@ -10,7 +10,7 @@ static ABOUT: About = About {
     title: "the flow coefficient is not proportional to the opening",
     kinds: &[Kind::Valve, Kind::Orifice],
     equation: "C = C_full z^(1 + e)",
-    source: "IEC 60534-2-4 (2009), inherent flow characteristics",
+    source: "IEC 60534-2-4 (2009), inherent flow characteristics; the power is a stand-in for them",
     excited_by: "the same drop at several openings",
     confusable: &[("opening_leak", "a leak is felt at the shut valve only")],
     parameters: &[ParameterAbout {

@@ -1,9 +1,15 @@
 //! The valve stays where it is until its play is taken up.
 
-use crate::effect::{About, Drive, Effect, Now, ParameterAbout, Place, Size};
+use super::follower::Follower;
+use super::played;
+use crate::effect::{About, ParameterAbout, Size};
 use crate::spec::Kind;
 
-pub(crate) struct This;
+pub(crate) static THIS: Follower = Follower {
+    about: &ABOUT,
+    rate: |now, z, set| (played(now.p[0], z, set) - z) / (MEMORY * now.scale.time_s),
+    input: |now, z, set| played(now.p[0], z, set),
+};
 
 static ABOUT: About = About {
     id: "opening_play",
@@ -37,50 +43,15 @@ static ABOUT: About = About {
 /// turns, and long enough for the integrator.
 const MEMORY: f64 = 0.02;
 
-/// Where a valve that stood at `z` is when it is told to be at `set`.
-fn pushed(play: f64, z: f64, set: f64) -> f64 {
-    let half = 0.5 * play.max(0.0);
-    // `max` and `min` in place of `clamp`, which panics on bounds that are no numbers.
-    z.max(set - half).min(set + half)
-}
-
-impl Effect for This {
-    fn about(&self) -> &'static About {
-        &ABOUT
-    }
-
-    fn fits(&self, place: &Place<'_>) -> bool {
-        place.driven && place.in_time
-    }
-
-    fn states(&self) -> usize {
-        1
-    }
-
-    fn start(&self, _: &Now<'_>, drive: &Drive, x: &mut [f64]) {
-        x[0] = drive.input;
-    }
-
-    fn rates(&self, now: &Now<'_>, drive: &Drive, rate: &mut [f64]) {
-        let there = pushed(now.p[0], now.x[0], drive.input);
-        rate[0] = (there - now.x[0]) / (MEMORY * now.scale.time_s);
-    }
-
-    fn input(&self, now: &Now<'_>, value: f64) -> f64 {
-        let state = now.x.first().copied().unwrap_or(value);
-        pushed(now.p[0], state, value)
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::played;
 
     #[test]
     fn a_valve_with_play_stays_behind_on_either_way_and_stands_while_it_turns() {
         let mut z = 0.5;
         let mut follow = |set| {
-            z = pushed(0.1, z, set);
+            z = played(0.1, z, set);
             z
         };
         let way = [0.6, 0.7, 0.68, 0.62, 0.5, 0.52];
@@ -89,6 +60,6 @@ mod tests {
         for (a, b) in found.iter().zip(expected) {
             assert!((a - b).abs() < 1e-12, "{found:?}");
         }
-        assert_eq!(pushed(0.0, 0.3, 0.7), 0.7);
+        assert_eq!(played(0.0, 0.3, 0.7), 0.7);
     }
 }

@@ -10,7 +10,7 @@ static ABOUT: About = About {
     title: "the outlet does not lie where the level is zero",
     kinds: &[Kind::Tank],
     equation: "p_outlet = ρ g (h + offset)",
-    source: "White, F. M., Fluid Mechanics (2011), 3.5 (Torricelli with the outlet below the floor) and dead volume above it",
+    source: "White, F. M., Fluid Mechanics (2011), on Torricelli's law: the outlet below the floor, or dead volume above it",
     excited_by: "low and high levels",
     confusable: &[
         (

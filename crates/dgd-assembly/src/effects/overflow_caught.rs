@@ -10,7 +10,7 @@ static ABOUT: About = About {
     title: "part of what spills over the brim falls into the tank below",
     kinds: &[Kind::Tank],
     equation: "q_below += share · q_overflow",
-    source: "White, F. M., Fluid Mechanics (2011), 3.3 (mass balance of a control volume)",
+    source: "White, F. M., Fluid Mechanics (2011), on the mass balance of a control volume",
     excited_by: "inflow that fills the tank to its brim, and a level below",
     confusable: &[(
         "pump_nonlinear_gain",

@@ -10,7 +10,7 @@ static ABOUT: About = About {
     title: "the pressure at the boundary is not what was stated",
     kinds: &[Kind::Boundary],
     equation: "p = p_b + offset",
-    source: "White, F. M., Fluid Mechanics (2011), 2.3; Lipták, B. G. (ed.), Instrument Engineers' Handbook, vol. 1 (2003), on pressure references",
+    source: "White, F. M., Fluid Mechanics (2011), on hydrostatic pressure; Lipták, B. G. (ed.), Instrument Engineers' Handbook, vol. 1 (2003), on pressure references",
     excited_by: "flow over the boundary",
     confusable: &[
         ("static_head_error", "the same at the end of a line"),

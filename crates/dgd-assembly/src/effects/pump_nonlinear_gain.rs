@@ -11,7 +11,7 @@ static ABOUT: About = About {
     title: "the flow is not proportional to the input",
     kinds: &[Kind::DisplacementPump],
     equation: "q = c u (1 + bend c u/Q)",
-    source: "Ivantysyn, J. and Ivantysynova, M., Hydrostatic Pumps and Motors (2003), on filling losses",
+    source: "Ivantysyn, J. and Ivantysynova, M., Hydrostatic Pumps and Motors (2003), on filling losses; the parabola is empirical",
     excited_by: "low and high inputs",
     confusable: &[
         (

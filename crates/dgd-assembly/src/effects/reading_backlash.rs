@@ -30,11 +30,9 @@ impl Effect for This {
     }
 
     fn reading(&self, now: &Now<'_>, _: &[f64], values: &mut [f64]) {
-        let half = 0.5 * now.p[0].max(0.0);
         let mut last = values.first().copied().unwrap_or(0.0);
         for value in values {
-            // `max` and `min` in place of `clamp`, which panics on bounds that are no numbers.
-            last = last.max(*value - half).min(*value + half);
+            last = super::played(now.p[0], last, *value);
             *value = last;
         }
     }

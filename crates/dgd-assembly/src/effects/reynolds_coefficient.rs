@@ -11,7 +11,7 @@ static ABOUT: About = About {
     title: "the discharge coefficient falls at low Reynolds number",
     kinds: &[Kind::Valve, Kind::Orifice],
     equation: "C = C_0 / (1 + fall/(1 + 10 |q|/Q))",
-    source: "ISO 5167-2 (2003), discharge coefficient; Lichtarowicz, A., Duggins, R. K. and Markland, E., J. Mech. Eng. Sci. 7 (1965)",
+    source: "Lichtarowicz, A., Duggins, R. K. and Markland, E., J. Mech. Eng. Sci. 7 (1965), on long orifices; a thin plate's rises slightly (ISO 5167-2, 2003): a negative fall; the form is empirical",
     excited_by: "low and high flow",
     confusable: &[
         (

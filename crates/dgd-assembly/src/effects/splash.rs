@@ -10,7 +10,7 @@ static ABOUT: About = About {
     title: "part of what enters splashes out",
     kinds: &[Kind::Tank],
     equation: "q_lost = share · q_in",
-    source: "White, F. M., Fluid Mechanics (2011), 3.3",
+    source: "White, F. M., Fluid Mechanics (2011), on mass balance",
     excited_by: "inflow that is known or measured beside the level",
     confusable: &[
         ("pump_nonlinear_gain", "splashing spares a pump's meter"),

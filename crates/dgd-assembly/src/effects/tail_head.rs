@@ -11,7 +11,7 @@ static ABOUT: About = About {
     title: "a tail pipe pulls, or the outlet is drowned",
     kinds: &[Kind::Valve, Kind::Orifice],
     equation: "dp = K q|q| + p_tail",
-    source: "White, F. M., Fluid Mechanics (2011), 3.5 and 6.9 (siphons, exit losses)",
+    source: "White, F. M., Fluid Mechanics (2011), on Bernoulli's equation and exit losses",
     excited_by: "low and high heads",
     confusable: &[(
         "outlet_offset",

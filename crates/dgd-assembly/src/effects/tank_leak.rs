@@ -10,7 +10,7 @@ static ABOUT: About = About {
     title: "the tank leaks",
     kinds: &[Kind::Tank],
     equation: "q_leak = leak sqrt(h/H)",
-    source: "White, F. M., Fluid Mechanics (2011), 3.5 (Torricelli)",
+    source: "White, F. M., Fluid Mechanics (2011), on Torricelli's law",
     excited_by: "levels that change while the outflow is measured or goes into a measured tank",
     confusable: &[
         (

@@ -10,7 +10,7 @@ static ABOUT: About = About {
     title: "the cross-section changes with height",
     kinds: &[Kind::Tank],
     equation: "A(h) = A (1 + slope (h/H − 1/2))",
-    source: "White, F. M., Fluid Mechanics (2011), 3.3; a cone to first order",
+    source: "White, F. M., Fluid Mechanics (2011), on mass balance; a cone to first order",
     excited_by: "slow and fast changes of level high and low in the tank",
     confusable: &[(
         "reading_curvature",

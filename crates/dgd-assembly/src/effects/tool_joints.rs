@@ -12,7 +12,7 @@ static ABOUT: About = About {
     title: "restrictions repeated along the line",
     kinds: &[Kind::Line],
     equation: "dp = F(q) + p_j (l/1000 m) q|q|/Q²",
-    source: "Jeong, Y.-T. and Shah, S. N., IADC/SPE 87182 (2004); API RP 13D (2010)",
+    source: "Jeong, Y.-T. and Shah, S. N., IADC/SPE 87182 (2004); the square of the flow is a simplification",
     excited_by: "length that varies, or low and high flow",
     confusable: &[
         ("line_fittings", "those do not grow with length"),

@@ -10,7 +10,7 @@ static ABOUT: About = About {
     title: "the tank spills at a height that was not stated; part of it may be caught below",
     kinds: &[Kind::Tank],
     equation: "h ≤ h_spill; q_below += share · q_overflow",
-    source: "White, F. M., Fluid Mechanics (2011), 3.3 and 10.7 (weirs)",
+    source: "White, F. M., Fluid Mechanics (2011), on mass balance and weirs",
     excited_by: "inflow that fills the tank to that height",
     confusable: &[(
         "reading_clipping",

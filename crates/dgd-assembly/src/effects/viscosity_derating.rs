@@ -11,7 +11,7 @@ static ABOUT: About = About {
     title: "a viscous fluid costs head with the flow",
     kinds: &[Kind::CentrifugalPump],
     equation: "H = H(w, q) − p_v q/(Q ρ g)",
-    source: "ANSI/HI 9.6.7 (2015); Gülich, J. F., Centrifugal Pumps (2010), on viscous fluids",
+    source: "ANSI/HI 9.6.7 (2015); Gülich, J. F., Centrifugal Pumps (2010), on viscous fluids; a loss in proportion to the flow is a simplification",
     excited_by: "low and high flow",
     confusable: &[(
         "internal_leakage",

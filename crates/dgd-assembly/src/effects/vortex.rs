@@ -10,7 +10,7 @@ static ABOUT: About = About {
     title: "air drawn in through a vortex chokes the outlet at low level",
     kinds: &[Kind::Tank],
     equation: "h_outlet = h (1 − depth exp(−h/h_v))",
-    source: "Knauss, J. (ed.), Swirling Flow Problems at Intakes, IAHR (1987), on critical submergence",
+    source: "Knauss, J. (ed.), Swirling Flow Problems at Intakes, IAHR (1987), on critical submergence; the exponential is empirical",
     excited_by: "outflow at low level",
     confusable: &[
         (

@@ -17,7 +17,7 @@ use std::time::Instant;
 pub(crate) fn run(arguments: &Convert, global: &Global) -> Result<String, Failure> {
     let started = Instant::now();
     let target = Target::of(&arguments.output, arguments.mat_v73)?;
-    let progress = Progress::new(global.json || global.quiet);
+    let progress = Progress::new(global);
     let (format, table) = load::read_table(&arguments.input, &progress)?;
     for issue in &table.issues {
         tracing::warn!("{}: {issue}", arguments.input.display());

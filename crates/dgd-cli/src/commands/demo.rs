@@ -22,7 +22,7 @@ const CONCEALED: &[u8] = include_bytes!("../../../../fixtures/demo-concealed/rec
 const CONCEALED_WELL: &str = include_str!("../../../../fixtures/demo-concealed/well.toml");
 
 pub(crate) fn run(arguments: &Demo, global: &Global) -> Result<String, Failure> {
-    let progress = Progress::new(global.json || global.quiet);
+    let progress = Progress::new(global);
     let out = &arguments.out;
     // The user gets the input as files, to repeat every step by hand.
     let (recording_path, well_path) = (out.join("recording.mat"), out.join("well.toml"));

@@ -1,11 +1,12 @@
 //! `dgd diagnose`: where model and recording differ, what was left out, and the fit with it.
 
+mod base;
 mod tell;
 #[cfg(test)]
 mod tests;
 
 use crate::args::{Diagnose, Global, Source, Subject};
-use crate::commands::fit::{delays_in_samples, names, screening};
+use crate::commands::fit::{names, screening};
 use crate::commands::system_diagnose;
 use crate::failure::Failure;
 use crate::load;
@@ -14,7 +15,7 @@ use crate::progress::Progress;
 use dgd_diagnose::{Diagnosis, Options, Simulation, Stage, Step, diagnose};
 use dgd_documents::{Base, ModelDocument, write_diagnosis, write_model_document};
 use dgd_export::{ComparedSignal, Comparison, ExportError, write_comparison_csv};
-use dgd_identify::{IdentifyOptions, Prepared, identify, prepare};
+use dgd_identify::prepare;
 use dgd_recording::Well;
 use std::io::Write;
 use std::path::Path;
@@ -28,6 +29,7 @@ const MODEL: &str = "model.toml";
 pub(crate) struct Diagnosed {
     pub(crate) diagnosis: Diagnosis,
     pub(crate) json: String,
+    departures: Vec<(String, String)>,
     warnings: Vec<String>,
     recording: String,
 }
@@ -47,7 +49,7 @@ pub(crate) fn run(arguments: &Diagnose, global: &Global) -> Result<String, Failu
             return system_diagnose::run(&arguments.out, system, recordings, global);
         }
     };
-    let progress = Progress::new(global.json || global.quiet);
+    let progress = Progress::new(global);
     let search = Search {
         model: arguments.model.as_deref(),
         suspects: &arguments.suspect,
@@ -66,7 +68,8 @@ pub(crate) fn run(arguments: &Diagnose, global: &Global) -> Result<String, Failu
 /// The answer for people.
 pub(crate) fn tell(done: &Diagnosed, out: &Path) -> String {
     let warned = done.warnings.iter().map(|w| format!("warning: {w}\n"));
-    warned.collect::<String>() + &tell::tell(&done.diagnosis, &done.recording, out)
+    warned.collect::<String>()
+        + &tell::tell(&done.diagnosis, &done.departures, &done.recording, out)
 }
 
 /// Reads, diagnoses and writes the four files.
@@ -94,7 +97,7 @@ pub(crate) fn carry_out(
     let warnings = loaded.suspicions;
     let recordings = names(&source.recordings);
     progress.stage("identifying", "friction, delay and pump");
-    let base = base(&prepared, &well, samples, &recordings)?;
+    let identified = base::two_state(&prepared, &well, samples, &recordings)?;
     let options = Options {
         start: start.unwrap_or_default(),
         suspects: search.suspects.to_vec(),
@@ -105,15 +108,17 @@ pub(crate) fn carry_out(
         let (kind, what) = words(stage);
         progress.stage(kind, &what);
     };
-    let diagnosis =
+    let mut diagnosis =
         diagnose(&well, &prepared, &options, &mut said).map_err(|e| Failure::input(first, e))?;
+    diagnosis.settings.extend(identified.departures.clone());
     progress.stage("writing", &out.display().to_string());
     let recording = recordings.join(", ");
     let page =
         dgd_report::diagnosis_page(&diagnosis, &recording, &command(source, search), &warnings);
-    let json = write(&diagnosis, &warnings, base, &page, out)?;
+    let json = write(&diagnosis, &warnings, identified.base, &page, out)?;
     Ok(Diagnosed {
         diagnosis,
+        departures: identified.departures,
         json,
         warnings,
         recording,
@@ -162,38 +167,6 @@ fn start(path: &Path, well: &Well) -> Result<Vec<dgd_effects::AppliedEffect>, Fa
         return Ok(Vec::new());
     };
     Ok(augmented.effects)
-}
-
-/// The two-state model; a recording that gives none can still be diagnosed.
-fn base(
-    prepared: &Prepared,
-    well: &Well,
-    samples: usize,
-    recordings: &[String],
-) -> Result<Base, Failure> {
-    // The default is thirty samples, which are thirty seconds at 1 Hz alone.
-    let options = IdentifyOptions {
-        delays: delays_in_samples((0.0, 30.0), prepared.step_s)?,
-        ..IdentifyOptions::default()
-    };
-    Ok(match identify(prepared, well, &options) {
-        Ok(identification) => {
-            for warning in &identification.warnings {
-                tracing::info!("two-state model: {warning}");
-            }
-            let mut model = identification.model;
-            model.data.samples = samples;
-            model.data.recordings = recordings.to_vec();
-            Base::Identified(Box::new(model))
-        }
-        Err(error) => {
-            tracing::warn!("model.toml gets no two-state model: {error}");
-            Base::WellOnly {
-                density_kg_m3: well.mud_density_kg_m3,
-                geometry: well.geometry.clone(),
-            }
-        }
-    })
 }
 
 fn words(stage: Stage) -> (&'static str, String) {

@@ -36,7 +36,7 @@ pub(crate) fn run(arguments: &Fit, global: &Global) -> Result<String, Failure> {
             return system_fit::run(arguments, system, recordings, global);
         }
     };
-    let progress = Progress::new(global.json || global.quiet);
+    let progress = Progress::new(global);
     let well = load::read_well(&source.well)?;
     let loaded = load::read_recordings(&source.recordings, &well, &progress)?;
     let options = IdentifyOptions {

@@ -15,7 +15,7 @@ use std::fmt::Write as _;
 const SHOWN: usize = 12;
 
 pub(crate) fn run(arguments: &Inspect, global: &Global) -> Result<String, Failure> {
-    let progress = Progress::new(global.json || global.quiet);
+    let progress = Progress::new(global);
     let (format, table) = load::read_table(&arguments.recording, &progress)?;
     progress.stage("surveying", "the columns");
     let found = survey(&table);

@@ -29,7 +29,7 @@ struct Point {
 }
 
 pub(crate) fn run(arguments: &Linearise, global: &Global) -> Result<String, Failure> {
-    let progress = Progress::new(global.json || global.quiet);
+    let progress = Progress::new(global);
     let (document, path, written) = described(arguments)?;
     let assembly = &document.assembly;
     let theta = document.theta();

@@ -16,7 +16,7 @@ use std::path::{Component, Path, PathBuf};
 
 pub(crate) fn run(arguments: &Mask, global: &Global) -> Result<String, Failure> {
     refuse_references_inside(&arguments.references, &arguments.out)?;
-    let progress = Progress::new(global.json || global.quiet);
+    let progress = Progress::new(global);
     let well = load::read_well(&arguments.source.well)?;
     let first = arguments.source.recordings[0].clone();
     let mut loaded = load::read_recordings(&arguments.source.recordings, &well, &progress)?;

@@ -1,5 +1,6 @@
 //! One module a command.
 
+pub(crate) mod catalogue;
 pub(crate) mod convert;
 pub(crate) mod demo;
 pub(crate) mod diagnose;

@@ -6,11 +6,11 @@ use crate::failure::Failure;
 use crate::output::{self, Outputs};
 use crate::progress::Progress;
 use crate::say::{self, TextTable, number};
-use crate::system::{self, columns, failed, gauges, page, trouble};
+use crate::system::{self, column, columns, failed, gauges, page, trouble};
 use dgd_assembly::{
     Assembly, Identifiability, Sensitivities, SimulationOptions, identifiability, sensitivities,
 };
-use dgd_recording::{Column, Table};
+use dgd_recording::Table;
 use dgd_report::{Axis, Page, ReportError, Role, Series, TimePanel, series_over, time_series};
 use serde_json::{Value, json};
 use std::path::Path;
@@ -19,7 +19,7 @@ use std::path::Path;
 const DRAWN: usize = 6;
 
 pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<String, Failure> {
-    let progress = Progress::new(global.json || global.quiet);
+    let progress = Progress::new(global);
     let (path, recording) = (&arguments.system, &arguments.recording);
     let document = system::read(path)?;
     let assembly = &document.assembly;
@@ -145,23 +145,16 @@ fn as_json(
 
 /// `output by parameter` along the windows: change of the reading as the parameter runs through its range.
 fn table(assembly: &Assembly, moved: &[Sensitivities]) -> Table {
-    let (clock, unit) = match assembly.system().independent.as_str() {
-        "time" => ("t", Some("s".to_owned())),
-        other => (other, None),
-    };
+    let (clock, unit) = system::clock(assembly);
     let numbered = (1_u32..).zip(moved);
     let windows = numbered.flat_map(|(k, w)| std::iter::repeat_n(f64::from(k), w.time.len()));
     let mut columns = vec![
-        Column {
-            tag: clock.into(),
+        column(
+            clock,
             unit,
-            values: moved.iter().flat_map(|w| w.time.clone()).collect(),
-        },
-        Column {
-            tag: "window".into(),
-            unit: None,
-            values: windows.collect(),
-        },
+            moved.iter().flat_map(|w| w.time.clone()).collect(),
+        ),
+        column("window", None, windows.collect()),
     ];
     for (m, gauge) in gauges(assembly).iter().enumerate() {
         for (p, parameter) in assembly.parameters().iter().enumerate() {
@@ -170,11 +163,9 @@ fn table(assembly: &Assembly, moved: &[Sensitivities]) -> Table {
                     .iter()
                     .map(move |v| gauge.difference(v * w.range[p]))
             });
-            columns.push(Column {
-                tag: format!("{} by {}", gauge.name, parameter.path),
-                unit: (!gauge.symbol.is_empty()).then(|| gauge.symbol.clone()),
-                values: along.collect(),
-            });
+            let unit = (!gauge.symbol.is_empty()).then(|| gauge.symbol.clone());
+            let tag = format!("{} by {}", gauge.name, parameter.path);
+            columns.push(column(&tag, unit, along.collect()));
         }
     }
     Table {

@@ -27,7 +27,7 @@ pub(crate) fn run(arguments: &Simulate, global: &Global) -> Result<String, Failu
             return system_simulate::run(arguments, system, recordings, global);
         }
     };
-    let progress = Progress::new(global.json || global.quiet);
+    let progress = Progress::new(global);
     let target = Target::of(&arguments.out, false)?;
     let options_given = options(arguments)?;
     let well = load::read_well(&source.well)?;

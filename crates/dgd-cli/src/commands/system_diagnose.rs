@@ -8,10 +8,10 @@ use crate::output::{self, Outputs};
 use crate::progress::Progress;
 use crate::say::{self, TextTable, brief, number};
 use crate::system::page::TWO_SIDED_95;
-use crate::system::{self, Gauge, columns, failed, gauges, unit_of};
+use crate::system::{self, Gauge, column, columns, failed, gauges, unit_of};
 use dgd_assembly::{Assembly, Record};
 use dgd_documents::{FittedParameter, FittedSystem, write_fitted_system};
-use dgd_recording::{Column, Table};
+use dgd_recording::Table;
 use dgd_revise::{
     Estimate, Finding, Model, Options, Outcome, OutputGain, ReviseError, Revision, Stage, Trace,
     Verdict, revise,
@@ -34,9 +34,8 @@ pub(crate) fn run(
     recordings: &[PathBuf],
     global: &Global,
 ) -> Result<String, Failure> {
-    let progress = Progress::new(global.json || global.quiet);
-    let recording = system::single(recordings)?;
-    let document = system::read(path)?;
+    let progress = Progress::new(global);
+    let (recording, document) = system::open(path, recordings)?;
     let assembly = &document.assembly;
     let held = columns::whole(recording, path, assembly, &progress)?;
     if out.exists() && !out.is_dir() {
@@ -357,15 +356,7 @@ fn as_json(done: &Done) -> Value {
 /// Measured, before and after along all windows.
 fn table(done: &Done, assembly: &Assembly) -> Table {
     let traces = &done.revision.traces;
-    let (clock, unit) = match assembly.system().independent.as_str() {
-        "time" => ("t", Some("s".to_owned())),
-        other => (other, None),
-    };
-    let column = |tag: &str, unit: Option<String>, values: Vec<f64>| Column {
-        tag: tag.to_owned(),
-        unit,
-        values,
-    };
+    let (clock, unit) = system::clock(assembly);
     let held = |t: &Trace| std::iter::repeat_n(f64::from(u8::from(t.test)), t.time.len());
     let mut columns = vec![
         column(

@@ -40,9 +40,8 @@ pub(crate) fn run(
     recordings: &[PathBuf],
     global: &Global,
 ) -> Result<String, Failure> {
-    let progress = Progress::new(global.json || global.quiet);
-    let recording = system::single(recordings)?;
-    let document = system::read(path)?;
+    let progress = Progress::new(global);
+    let (recording, document) = system::open(path, recordings)?;
     let assembly = &document.assembly;
     let recorded = columns::read(recording, path, assembly, &progress)?;
     let files = Files::of(&arguments.out)?;

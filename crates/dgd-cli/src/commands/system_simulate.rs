@@ -21,7 +21,7 @@ pub(crate) fn run(
     recordings: &[PathBuf],
     global: &Global,
 ) -> Result<String, Failure> {
-    let progress = Progress::new(global.json || global.quiet);
+    let progress = Progress::new(global);
     let out = &arguments.out;
     let target = Target::of(out, false)?;
     let options = SimulationOptions {
@@ -29,8 +29,7 @@ pub(crate) fn run(
         relative: tolerance(arguments.tolerance.unwrap_or(1e-5))?,
         ..SimulationOptions::default()
     };
-    let recording = system::single(recordings)?;
-    let document = system::read(path)?;
+    let (recording, document) = system::open(path, recordings)?;
     let assembly = &document.assembly;
     let recorded = columns::read(recording, path, assembly, &progress)?;
     let (report, json_path) = (system::beside(out, "html"), system::beside(out, "json"));

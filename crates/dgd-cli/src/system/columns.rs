@@ -41,11 +41,7 @@ pub(crate) fn read(
     assembly: &Assembly,
     progress: &Progress,
 ) -> Result<Recorded, Failure> {
-    let (_, table) = load::read_table(path, progress)?;
-    let issues: Vec<String> = table.issues.iter().map(ToString::to_string).collect();
-    for issue in &issues {
-        tracing::warn!("{}: {issue}", path.display());
-    }
+    let table = table(path, progress)?;
     let files = Files {
         path,
         system,
@@ -71,8 +67,17 @@ pub(crate) fn read(
     Ok(Recorded {
         train,
         test,
-        issues,
+        issues: table.issues.iter().map(ToString::to_string).collect(),
     })
+}
+
+/// A recording of any format, with what was wrong in it told.
+fn table(path: &Path, progress: &Progress) -> Result<Table, Failure> {
+    let (_, table) = load::read_table(path, progress)?;
+    for issue in &table.issues {
+        tracing::warn!("{}: {issue}", path.display());
+    }
+    Ok(table)
 }
 
 /// Whether the held-out part is a later stretch of the recording that is trained on, and its start is not simply measured.
@@ -116,10 +121,7 @@ pub(crate) fn whole(
     assembly: &Assembly,
     progress: &Progress,
 ) -> Result<Vec<(String, Vec<f64>)>, Failure> {
-    let (_, table) = load::read_table(path, progress)?;
-    for issue in &table.issues {
-        tracing::warn!("{}: {issue}", path.display());
-    }
+    let table = table(path, progress)?;
     let files = Files {
         path,
         system,

@@ -21,16 +21,20 @@ pub(crate) fn interval(p: &FittedParameter) -> (f64, f64) {
     (p.value - half, p.value + half)
 }
 
-/// A curve over the windows of a part, parted by a gap that is not drawn.
+/// A curve of a run: what it is called, how it is drawn, and its values for an instrument.
+struct CurveOf<'a> {
+    label: &'static str,
+    role: Role,
+    values: &'a dyn Fn(&Run, usize) -> Vec<f64>,
+}
+
+/// Curves over the windows of a part, parted by a gap that is not drawn.
 struct Joined {
     time: Vec<f64>,
     curves: Vec<Vec<f64>>,
 }
 
-/// A curve of a run.
-type CurveOf<'a> = &'a dyn Fn(&Run) -> Vec<f64>;
-
-fn join(runs: &[&Run], curves: &[CurveOf<'_>]) -> Joined {
+fn join(runs: &[&Run], output: usize, curves: &[CurveOf<'_>]) -> Joined {
     let mut joined = Joined {
         time: Vec::new(),
         curves: vec![Vec::new(); curves.len()],
@@ -45,7 +49,7 @@ fn join(runs: &[&Run], curves: &[CurveOf<'_>]) -> Joined {
             .time
             .extend(order.iter().map(|&i| run.window.time[i]));
         for (out, curve) in joined.curves.iter_mut().zip(curves) {
-            let values = curve(run);
+            let values = (curve.values)(run, output);
             out.extend(gap.then_some(f64::NAN));
             out.extend(order.iter().map(|&i| values[i]));
         }
@@ -61,22 +65,41 @@ fn independent(assembly: &Assembly) -> Option<Axis> {
     (name != "time").then(|| Axis::new(first.chain(letters).collect::<String>()))
 }
 
-/// A panel for each of some instruments, with its curves.
-fn figure<'s>(
+/// A panel for each of some instruments, with its curves; of readings only where there are any.
+fn figure(
     assembly: &Assembly,
     gauges: &[Gauge],
     some: &[usize],
-    series: &[impl AsRef<[Series<'s>]>],
+    part: &[&Run],
+    curves: &[CurveOf<'_>],
     caption: &str,
 ) -> Result<Figure, ReportError> {
-    let mut panels = Vec::new();
-    for (&o, series) in some.iter().zip(series) {
-        panels.push(TimePanel {
+    let joined: Vec<Joined> = some.iter().map(|&o| join(part, o, curves)).collect();
+    let series: Vec<Vec<Series<'_>>> = joined
+        .iter()
+        .map(|j| {
+            let drawn = curves.iter().zip(&j.curves).filter(|(curve, value)| {
+                curve.role == Role::Model || value.iter().any(|v| v.is_finite())
+            });
+            drawn
+                .map(|(curve, value)| Series {
+                    label: curve.label,
+                    role: curve.role,
+                    time_s: &j.time,
+                    value,
+                })
+                .collect()
+        })
+        .collect();
+    let panels: Vec<TimePanel<'_>> = some
+        .iter()
+        .zip(&series)
+        .map(|(&o, series)| TimePanel {
             axis: Axis::new(gauges[o].label()),
             title: "",
-            series: series.as_ref(),
-        });
-    }
+            series,
+        })
+        .collect();
     match independent(assembly) {
         Some(axis) => series_over(&axis, &panels, &[], caption),
         None => Ok(time_series(&panels, &[])?.with_caption(caption)),
@@ -96,36 +119,20 @@ pub(crate) fn beside(
         return Ok(figures);
     }
     let which = if held_out { "held-out" } else { "training" };
+    let curves = [
+        CurveOf {
+            label: "Measured",
+            role: Role::Measured,
+            values: &|r, o| runs::measured(r, o, &gauges[o]),
+        },
+        CurveOf {
+            label: "Simulated",
+            role: Role::Model,
+            values: &|r, o| runs::simulated(r, o, &gauges[o]),
+        },
+    ];
     let all: Vec<usize> = (0..gauges.len()).collect();
     for some in all.chunks(PANELS) {
-        let joined: Vec<Joined> = some
-            .iter()
-            .map(|&o| {
-                join(
-                    &part,
-                    &[&|r: &Run| runs::measured(r, o, &gauges[o]), &|r: &Run| {
-                        runs::simulated(r, o, &gauges[o])
-                    }],
-                )
-            })
-            .collect();
-        let series: Vec<Vec<Series<'_>>> = joined
-            .iter()
-            .map(|j| {
-                let line = |label, role, k: usize| Series {
-                    label,
-                    role,
-                    time_s: &j.time,
-                    value: &j.curves[k],
-                };
-                let mut lines = Vec::new();
-                if j.curves[0].iter().any(|v| v.is_finite()) {
-                    lines.push(line("Measured", Role::Measured, 0));
-                }
-                lines.push(line("Simulated", Role::Model, 1));
-                lines
-            })
-            .collect();
         let said: Vec<String> = some
             .iter()
             .filter_map(|&o| off(runs, held_out, o, &gauges[o]))
@@ -138,7 +145,7 @@ pub(crate) fn beside(
                 said.join("; ")
             }
         );
-        figures.push(figure(assembly, &gauges, some, &series, &caption)?);
+        figures.push(figure(assembly, &gauges, some, &part, &curves, &caption)?);
     }
     Ok(figures)
 }
@@ -160,27 +167,17 @@ pub(crate) fn residuals(assembly: &Assembly, runs: &[Run]) -> Result<Vec<Figure>
         let residual = runs::residual(r, o).into_iter();
         residual.map(|v| gauges[o].difference(v)).collect()
     };
+    let curves = [CurveOf {
+        label: "Simulated less measured",
+        role: Role::Model,
+        values: &of,
+    }];
     let mut figures = Vec::new();
     for (held_out, which) in [(false, "training"), (true, "held-out")] {
         let part: Vec<&Run> = runs.iter().filter(|r| r.held_out == held_out).collect();
         for some in known.chunks(PANELS).filter(|_| !part.is_empty()) {
-            let joined: Vec<Joined> = some
-                .iter()
-                .map(|&o| join(&part, &[&|r: &Run| of(r, o)]))
-                .collect();
-            let series: Vec<[Series<'_>; 1]> = joined
-                .iter()
-                .map(|j| {
-                    [Series {
-                        label: "Simulated less measured",
-                        role: Role::Model,
-                        time_s: &j.time,
-                        value: &j.curves[0],
-                    }]
-                })
-                .collect();
             let caption = format!("Residuals of the {which} part: what the model leaves.");
-            figures.push(figure(assembly, &gauges, some, &series, &caption)?);
+            figures.push(figure(assembly, &gauges, some, &part, &curves, &caption)?);
         }
     }
     for &o in known.iter().take(PANELS) {

@@ -1,10 +1,10 @@
 //! The windows of a recording simulated: tables, errors and JSON of them.
 
 use super::columns::Recorded;
-use super::{Gauge, failed, gauges, trouble};
+use super::{Gauge, clock, column, failed, gauges, trouble};
 use crate::failure::Failure;
 use dgd_assembly::{Assembly, Simulation, SimulationOptions, Window};
-use dgd_recording::{Column, Table};
+use dgd_recording::Table;
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -95,15 +95,7 @@ pub(crate) fn recorded(runs: &[Run], output: usize) -> bool {
 
 /// Columns `t` (or the independent variable), `window`, `held_out`, then measured and simulated of each instrument in its unit.
 pub(crate) fn table(assembly: &Assembly, runs: &[Run]) -> Table {
-    let (clock, unit) = match assembly.system().independent.as_str() {
-        "time" => ("t", Some("s".to_owned())),
-        other => (other, None),
-    };
-    let column = |tag: &str, unit: Option<String>, values: Vec<f64>| Column {
-        tag: tag.to_owned(),
-        unit,
-        values,
-    };
+    let (clock, unit) = clock(assembly);
     let of_windows = |value: fn(&Run) -> f64| -> Vec<f64> {
         let each = runs.iter();
         each.flat_map(|r| std::iter::repeat_n(value(r), r.window.time.len()))

@@ -18,3 +18,4 @@ mod outputs;
 mod refusals;
 mod simulating;
 mod systems;
+mod words;

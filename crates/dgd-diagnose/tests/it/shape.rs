@@ -24,6 +24,24 @@ fn sound(found: &Diagnosis, samples: usize) {
         let ran = signal.after.iter().filter(|v| v.is_finite()).count();
         assert!(ran * 2 > samples, "{} ran for {ran} samples", signal.name);
     }
+    // Where nothing is left out any more, what stands still is what instruments may wander by.
+    for trace in &found.traces {
+        assert!(trace.noise > 0.0 && trace.wander > 0.0);
+        let mut left: Vec<f64> = trace
+            .after
+            .iter()
+            .copied()
+            .filter(|v| v.is_finite())
+            .collect();
+        left.sort_by(f64::total_cmp);
+        let middle = left[left.len() / 2];
+        let may = trace.noise.hypot(trace.wander);
+        assert!(
+            middle.abs() < 2.0 * may,
+            "{:?}: {middle} of {may}",
+            trace.relation
+        );
+    }
     for finding in &found.findings {
         let others: f64 = finding.alternatives.iter().map(|a| a.1).sum();
         assert!((0.0..=1.0).contains(&finding.probability));

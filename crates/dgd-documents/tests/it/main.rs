@@ -4,6 +4,7 @@ mod augmented;
 mod diagnosis;
 mod fuzz;
 mod masked;
+mod mistaken;
 mod model;
 mod readme;
 mod seeds;

@@ -3,58 +3,7 @@ use dgd_identify::{DataUsed, Estimate, FrictionModel, FrictionTerm, Model, PumpM
 use dgd_recording::Geometry;
 use proptest::prelude::*;
 
-pub(crate) const MODEL: &str = r#"schema = "dgd.model/1"
-
-[well]
-density = "1.08 sg"
-riser_id = "19.5 in"
-drillpipe_od = "6.625 in"
-return_line_id = "6 in"
-pump_inlet_depth = "350.3 m"
-pump_outlet_depth = "350.3 m"
-
-[friction]
-mse_pa2 = 1.2e9
-r2 = 0.99
-samples = 250000
-condition = 18.2
-
-[[friction.term]]
-power = 0
-value = 2.0e4
-standard_error = 400.0
-
-[[friction.term]]
-power = 2
-value = 1.2e8
-
-[return_flow_meter]
-delay_s = 12
-
-[pump]
-n0 = 1.95
-n2 = 1.62
-active_constraints = []
-
-[pump.c0]
-value = 0.0688
-
-[pump.c1]
-value = 3.1
-
-[pump.c2]
-value = 2400.0
-
-[data]
-recordings = ["a.csv", "b.csv"]
-samples = 305820
-kept = 250000
-step_s = 1.0
-
-[data.rejected]
-"pump off" = 50000
-gap = 12
-"#;
+pub(crate) const MODEL: &str = include_str!("../data/model.toml");
 
 /// Line and message of every problem.
 fn told(source: &str) -> Vec<(usize, String)> {

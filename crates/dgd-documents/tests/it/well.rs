@@ -1,28 +1,8 @@
 use dgd_documents::{read_well, write_well};
 use dgd_recording::{Channel, ChannelSource, TimeSource};
 
-pub(crate) const GOM: &str = r#"[mud]
-density = "1.080 sg"
-
-[geometry]
-riser_id = "19.5 in"
-drillpipe_od = "6.625 in"
-casing_od = "13 5/8 in"
-return_line_id = "6.000 in"
-pump_inlet_depth = "350.30 m"
-pump_outlet_depth = "350.30 m"
-riser_pressure_sensor_depth = "352.10 m"
-
-[channels]
-time = { tag = "t", unit = "s" }
-mud_pump_flow = { tag = "FT1", unit = "gpm" }
-booster_flow = { tag = "FT2", unit = "gpm" }
-topfill_flow = "30 gpm"
-return_flow = { tag = "FT4", unit = "gpm" }
-pump_inlet_pressure = [{ tag = "PT1", unit = "psia" }, { tag = "PT2", unit = "psia" }]
-pump_outlet_pressure = { tag = "PT3", unit = "psia" }
-pump_speed = { tag = "SPM", unit = "%" }
-"#;
+/// The wells of Table 2.2.
+pub(crate) const GOM: &str = include_str!("../data/well.toml");
 
 fn messages(source: &str) -> Vec<(usize, String)> {
     let error = read_well(source).unwrap_err();

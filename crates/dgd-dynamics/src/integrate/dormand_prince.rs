@@ -1,4 +1,4 @@
-//! Dormand and Prince's explicit 5(4) pair (Hairer, Nørsett and Wanner 1993, table II.5.2).
+//! Dormand and Prince's explicit 5(4) pair (Hairer, Nørsett and Wanner 1993, II.5).
 
 use super::driver::Stepper;
 use super::vector::Vector;
@@ -54,7 +54,7 @@ const D: [f64; 7] = [
     -1_453_857_185.0 / 822_651_844.0,
     69_997_945.0 / 29_380_423.0,
 ];
-/// Share of the integral part in the PI controller.
+/// Exponent of the last step's error in the PI controller (Hairer and Wanner 1996, IV.2).
 const BETA: f64 = 0.04;
 
 pub(super) struct DormandPrince<V> {

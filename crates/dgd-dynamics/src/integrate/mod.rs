@@ -21,8 +21,8 @@ use vector::Vector;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Method {
-    /// Dormand and Prince 5(4): explicit, first-same-as-last, PI step control, 4th-order dense
-    /// output (Hairer, Nørsett and Wanner 1993, II.4-6).
+    /// Dormand and Prince 5(4): explicit, first-same-as-last, 4th-order dense output (Hairer, Nørsett and Wanner
+    /// 1993, II.5-6), PI step control (Hairer and Wanner 1996, IV.2).
     DormandPrince,
     /// RODASP 4(3): linearly implicit Rosenbrock, L-stable, stiffly accurate, made to lose little
     /// order where a fast mode follows a moving input, 3rd-order dense output (Steinebach 1995;

@@ -1,6 +1,6 @@
 //! Steinebach's RODASP: a stiffly accurate Rosenbrock method of order 4(3), L-stable.
 //!
-//! Coefficients: Steinebach, G. (1995), "Order reduction of ROW methods for DAEs and method of
+//! Coefficients: Steinebach, G. (1995), "Order-reduction of ROW-methods for DAEs and method of
 //! lines applications", Preprint 1741, TH Darmstadt; in the form of Hairer and Wanner (1996),
 //! IV.7, where `U` replaces the stages so that no product with the Jacobian is needed:
 //! `(I/(hγ) − J)·U_i = f(t + α_i·h, x + Σ a_ij·U_j) + Σ (c_ij/h)·U_j + h·d_i·∂f/∂t`.

@@ -35,7 +35,7 @@ static ABOUT: About = About {
     extent: Extent::Always,
     search: Search {
         belief: Belief {
-            hurdle: 26.0,
+            hurdle: 15.0,
             scale: 4.0,
         },
         least: Some(0.05),

@@ -30,7 +30,7 @@ static ABOUT: About = About {
     component: Component::Tank,
     relation: Relation::ReturnLineFriction,
     equation: "V d(rho)/dt = q (rho_c s(t) - rho), s = 1 while drilling",
-    source: "cuttings concentration: Bourgoyne et al. 1986, chapter 4",
+    source: "cuttings concentration: Bourgoyne et al. 1986; stirred-tank mixing: Levenspiel 1999",
     excited_by: "connections: between them the load builds and washes out",
     confusable: &[(
         "mud_density_change",

@@ -13,7 +13,7 @@ static ABOUT: About = About {
     component: Component::Pump,
     relation: Relation::PumpHead,
     equation: "p_out - p_in = (1 - loss s(t)) H(w, q), s a trapezium",
-    source: "two-phase degradation: Gülich 2010, chapter 13",
+    source: "two-phase degradation: Gülich 2010, on gas-liquid mixtures; the trapezium is empirical",
     excited_by: "steady running on both sides of the event",
     confusable: &[("pump_wear", "wait: gas passes, wear grows")],
     parameters: &[

@@ -14,7 +14,7 @@ static ABOUT: About = About {
     component: Component::Line,
     relation: Relation::ReturnLineFriction,
     equation: "dp = s 4 tau L / d; at rest T ds/dt = 1 - s, in flow V_b ds/dt = -s q",
-    source: "API RP 13D, gel-breaking pressure",
+    source: "4 tau L / d: force balance on the plug, in field units in Lapeyrouse 2002; growth and breaking are empirical",
     excited_by: "restarts of the subsea pump after minutes of rest",
     confusable: &[(
         "line_drainage",
@@ -52,7 +52,7 @@ static ABOUT: About = About {
     extent: Extent::Always,
     search: Search {
         belief: Belief {
-            hurdle: 6.0,
+            hurdle: 5.0,
             scale: 4.0,
         },
         form_error: 0.15,

@@ -14,7 +14,7 @@ static ABOUT: About = About {
     component: Component::Boundary,
     relation: Relation::PumpHead,
     equation: "p_in = p + rho g a cos(2 pi t / T)",
-    source: "rigid motion of the string and riser: hydrostatic pressure of the heave",
+    source: "hydrostatic pressure of a column that moves as a rigid body",
     excited_by: "sampling faster than half the period",
     confusable: &[],
     parameters: &[

@@ -16,7 +16,7 @@ static ABOUT: About = About {
     component: Component::Instrument,
     relation: Relation::RiserMassBalance,
     equation: "q_meter = gain q_mud_pump",
-    source: "volumetric efficiency of piston pumps: Bourgoyne et al. 1986, chapter 1",
+    source: "volumetric efficiency of piston pumps: Bourgoyne et al. 1986, on the circulating system",
     excited_by: "mud pump flow that changes while other inflows do not",
     confusable: &[
         (
@@ -41,7 +41,7 @@ static ABOUT: About = About {
     search: Search {
         least: Some(6e-3),
         belief: Belief {
-            hurdle: 8.0,
+            hurdle: 9.0,
             scale: 3.0,
         },
         ..Search::BASE

@@ -58,7 +58,7 @@ static ABOUT: About = About {
     extent: Extent::Passing,
     search: Search {
         belief: Belief {
-            hurdle: 5.0,
+            hurdle: 3.5,
             scale: 3.0,
         },
         form_error: 0.15,

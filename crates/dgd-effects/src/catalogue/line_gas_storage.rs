@@ -40,9 +40,7 @@ static ABOUT: About = About {
         },
         least: Some(3.5),
         form_error: 0.15,
-        timing: Some(Timing::Meter {
-            beside: &[8.0, 13.0, 18.0, 25.0],
-        }),
+        timing: Some(Timing::Meter),
         ..Search::BASE
     },
 };

@@ -40,10 +40,11 @@ static ABOUT: About = About {
     extent: Extent::FromOnset,
     search: Search {
         belief: Belief {
-            hurdle: 24.0,
+            hurdle: 11.0,
             scale: 5.0,
         },
         form_error: 0.1,
+        flowing: true,
         ..Search::BASE
     },
 };

@@ -13,7 +13,7 @@ static ABOUT: About = About {
     component: Component::Boundary,
     relation: Relation::RiserMassBalance,
     equation: "A dh/dt = q_in - J max(p_in - p_frac, 0) - q",
-    source: "loss in proportion to the overpressure; fracture pressure: Bourgoyne et al. 1986, chapter 6",
+    source: "loss in proportion to the overpressure; fracture pressure: Bourgoyne et al. 1986",
     excited_by: "riser level that moves after the onset",
     confusable: &[
         (
@@ -50,7 +50,7 @@ static ABOUT: About = About {
     search: Search {
         form_error: 0.15,
         belief: Belief {
-            hurdle: 6.0,
+            hurdle: 5.0,
             scale: 4.0,
         },
         ..Search::BASE

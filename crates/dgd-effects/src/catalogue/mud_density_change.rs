@@ -14,7 +14,7 @@ static ABOUT: About = About {
     component: Component::Tank,
     relation: Relation::ReturnLineFriction,
     equation: "V d(rho)/dt = q (rho_in - rho); p_out gains (rho - rho_0) g L",
-    source: "stirred-tank mixing: Levenspiel 1999, chapter 11",
+    source: "stirred-tank mixing: Levenspiel 1999",
     excited_by: "any flow after the change; a pump stop shows the column alone",
     confusable: &[
         (
@@ -50,7 +50,7 @@ static ABOUT: About = About {
     extent: Extent::FromOnset,
     search: Search {
         belief: Belief {
-            hurdle: 12.0,
+            hurdle: 20.0,
             scale: 5.0,
         },
         least: Some(1.5),

@@ -13,7 +13,7 @@ static ABOUT: About = About {
     component: Component::Instrument,
     relation: Relation::ReturnLineFriction,
     equation: "p_meter,i = p_out + bias for t ≥ onset",
-    source: "transmitter shift: IEC 61298-2",
+    source: "zero error and drift of a transmitter: IEC 61298-2; the step is the simplest onset",
     excited_by: "two outlet transmitters, or a calm stretch on both sides of the shift",
     confusable: &[
         (

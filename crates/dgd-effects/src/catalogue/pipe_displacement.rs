@@ -14,7 +14,7 @@ static ABOUT: About = About {
     component: Component::Boundary,
     relation: Relation::RiserMassBalance,
     equation: "A dh/dt = q_in + V/T - q for T s at each connection",
-    source: "closed-end displacement: Bourgoyne et al. 1986, chapter 4",
+    source: "closed-end displacement: Bourgoyne et al. 1986, on surge and swab",
     excited_by: "connections",
     confusable: &[("u_tube", "a connection without moving pipe")],
     parameters: &[
@@ -49,7 +49,7 @@ static ABOUT: About = About {
     extent: Extent::Always,
     search: Search {
         belief: Belief {
-            hurdle: 20.0,
+            hurdle: 24.0,
             scale: 5.0,
         },
         least: Some(0.045),

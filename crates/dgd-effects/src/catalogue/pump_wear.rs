@@ -13,7 +13,7 @@ static ABOUT: About = About {
     component: Component::Pump,
     relation: Relation::PumpHead,
     equation: "p_out - p_in = H(w, q + k t sqrt(p_out - p_in))",
-    source: "leakage through wear rings: Gülich 2010, chapter 3.6",
+    source: "leakage through wear rings: Gülich 2010, on leakage losses",
     excited_by: "hours at speed",
     confusable: &[
         ("gas_in_pump", "wait: gas passes, wear grows"),

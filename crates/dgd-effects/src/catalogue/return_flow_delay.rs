@@ -48,9 +48,7 @@ static ABOUT: About = About {
         least: Some(3.5),
         form_error: 0.15,
         allowance: &[0.5, 1.0, 1.5, 2.0, 2.5],
-        timing: Some(Timing::Meter {
-            beside: &[8.0, 11.0, 14.0, 18.0],
-        }),
+        timing: Some(Timing::Meter),
         ..Search::BASE
     },
 };

@@ -47,7 +47,7 @@ static ABOUT: About = About {
     component: Component::Boundary,
     relation: Relation::Momentum,
     equation: "relation + sum c_k hat_k(x)",
-    source: "piecewise linear discrepancy along the quantity that explains most: Kennedy and O'Hagan 2001",
+    source: "discrepancy beside the model: Kennedy and O'Hagan 2001, there a Gaussian process; here piecewise linear along the quantity that explains most",
     excited_by: "any recording",
     confusable: &[],
     parameters: &[

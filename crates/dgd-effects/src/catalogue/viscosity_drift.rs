@@ -6,7 +6,7 @@ use crate::{
 
 /// Viscosity of a drilling mud at pipe shear rates; the well file does not tell it.
 const USUAL_VISCOSITY_PA_S: f64 = 0.02;
-/// Roughness of drill pipe over its bore.
+/// Roughness of commercial steel, 0.046 mm, over a bore of 6 in.
 const USUAL_ROUGHNESS: f64 = 3e-4;
 
 /// Darcy's friction factor: the greater of Haaland's, held below Re = 2000, and the laminar 64/Re.
@@ -62,9 +62,10 @@ static ABOUT: About = About {
         least: Some(0.05),
         form_error: 0.15,
         belief: Belief {
-            hurdle: 17.0,
+            hurdle: 11.0,
             scale: 5.0,
         },
+        flowing: true,
         ..Search::BASE
     },
 };

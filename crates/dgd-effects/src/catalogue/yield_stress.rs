@@ -13,7 +13,7 @@ static ABOUT: About = About {
     component: Component::Line,
     relation: Relation::ReturnLineFriction,
     equation: "dp = dp_0 / (1 + q/q_f), 0 at rest; dp_0 = 16 tau_y L / (3 d)",
-    source: "Herschel and Bulkley 1926; Buckingham 1921 for 16/3; the fading with flow is empirical",
+    source: "Herschel and Bulkley 1926; Buckingham 1921 for 16/3, the asymptote of laminar flow (at the onset it is 4); the fading with flow is empirical",
     excited_by: "low flow, high flow and pump stops",
     confusable: &[(
         "outlet_pressure_bias",
@@ -22,7 +22,7 @@ static ABOUT: About = About {
     parameters: &[
         Parameter {
             name: "drop_pa",
-            meaning: "friction in the limit of slow flow",
+            meaning: "friction of laminar flow, extended to no flow",
             role: Role::Amplitude,
             low: 0.0,
             high: 1e6,

@@ -136,19 +136,12 @@ fn what_makes_the_meter_late_is_what_stands_between_it_and_the_line() {
         let about = effect.about();
         let path = effect.meter_path(&usual(about)) != MeterPath::default();
         let timing = about.search.timing;
-        assert_eq!(
-            path,
-            matches!(timing, Some(Timing::Meter { .. })),
-            "{}",
-            about.id
-        );
+        assert_eq!(path, timing == Some(Timing::Meter), "{}", about.id);
         let Role::Grid(_) = about.parameters[0].role else {
             assert_eq!(timing, None, "{}", about.id);
             continue;
         };
-        if let Some(Timing::Meter { beside }) = timing {
-            let p = &about.parameters[0];
-            assert!(!beside.is_empty() && beside.iter().all(|v| (p.low..=p.high).contains(v)));
+        if timing == Some(Timing::Meter) {
             assert_eq!(about.parameters.len(), 1, "{}", about.id);
         }
         // What is tried on a grid and bends a curve must have the curves fitted again.
@@ -331,5 +324,23 @@ fn the_readme_has_a_row_for_every_effect() {
             quoted(about.confusable.iter().map(|c| c.0).collect()),
         );
         assert!(readme.contains(&row), "the README lacks\n{row}");
+    }
+}
+
+#[test]
+fn what_comes_upon_flowing_mud_does_nothing_at_rest() {
+    let rest = |changes: &[Changes]| changes[3150..3290].to_vec();
+    for effect in catalogue().iter().filter(|e| e.about().search.flowing) {
+        let about = effect.about();
+        let changes = drive(about.id, &usual(about), &setting(), &moments());
+        for c in rest(&changes) {
+            let standing = Changes {
+                // A factor on the friction of no flow, and a leak of it, are nothing.
+                friction_factor: 1.0,
+                leak_m3_s: 0.0,
+                ..c
+            };
+            assert_eq!(standing, Changes::default(), "{}", about.id);
+        }
     }
 }

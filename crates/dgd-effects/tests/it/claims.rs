@@ -1,6 +1,6 @@
 //! What each effect changes: where, in which direction, how much.
 
-use crate::{AIR_PA, RHO, close, drive, moments, setting};
+use crate::{AIR_PA, G, RHO, close, drive, moments, setting};
 use dgd_effects::{Changes, MeterPath, Moment, find, shrunk};
 
 fn at(t_s: f64) -> Moment {
@@ -150,14 +150,66 @@ fn gel_strength_grows_at_rest_and_breaks_with_the_volume_pumped() {
 #[test]
 fn line_drainage_lowers_the_column_at_rest_into_the_riser_and_refills_at_restart() {
     let setting = setting();
-    let c = run("line_drainage", &[0.1]);
+    let c = run("line_drainage", &[0.1, 0.0, 0.0]);
     close(c[3199].line_fall_m, 10.0, 1e-9);
     close(c[3199].inflow_m3_s, 0.1 * setting.line_area_m2, 1e-9);
     assert_eq!(c[3300], Changes::default());
-    // No more than the line holds.
-    let c = run("line_drainage", &[20.0]);
-    assert_eq!(c[3299].line_fall_m, setting.line_length_m);
-    close(sum(&c, |c| c.inflow_m3_s), setting.line_volume_m3(), 1e-9);
+}
+
+/// The same course at an even riser level, and how far the line's surface is above balance with it, m.
+fn even() -> (Vec<Moment>, f64) {
+    let inlet_pa = 164e5;
+    let mut even = moments();
+    for m in &mut even {
+        m.inlet_pa = inlet_pa;
+    }
+    let balance = setting().line_length_m - (inlet_pa - AIR_PA) / (RHO * G);
+    (even, balance)
+}
+
+#[test]
+fn line_drainage_ends_in_balance_with_the_riser_whatever_its_law() {
+    let setting = setting();
+    let (even, balance) = even();
+    for parameters in [
+        [20.0, 0.0, 0.0],
+        [20.0, 0.5, 0.0],
+        [20.0, 1.0, 0.0],
+        [1.0, 0.0, 1e4],
+    ] {
+        let c = drive("line_drainage", &parameters, &setting, &even);
+        close(c[3299].line_fall_m, balance, 1e-6);
+        close(
+            sum(&c, |c| c.inflow_m3_s),
+            setting.line_area_m2 * c[3299].line_fall_m,
+            1e-9,
+        );
+    }
+}
+
+#[test]
+fn line_drainage_through_an_orifice_falls_with_the_square_of_the_time_left() {
+    // Torricelli: the root of what is left falls evenly.
+    let (even, balance) = even();
+    let c = drive("line_drainage", &[0.4, 0.5, 0.0], &setting(), &even);
+    let left = |i: usize| (balance - c[i].line_fall_m).sqrt();
+    let (first, second) = (left(3100) - left(3200), left(3200) - left(3299));
+    assert!(c[3299].line_fall_m > 0.4 * balance, "hardly drained");
+    // Explicit steps of a second: the square leaves a share of rate dt over what is left, below a hundredth.
+    close(second / first, 0.99, 0.01);
+}
+
+#[test]
+fn line_drainage_may_lose_mud_at_once_while_the_valve_closes() {
+    let (at_once, after) = (
+        run("line_drainage", &[0.01, 0.0, 300.0]),
+        run("line_drainage", &[0.01, 0.0, 0.0]),
+    );
+    close(
+        at_once[3150].line_fall_m - after[3150].line_fall_m,
+        3.0,
+        1e-9,
+    );
 }
 
 #[test]

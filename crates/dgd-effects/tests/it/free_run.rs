@@ -208,7 +208,7 @@ fn a_leak_lowers_the_meter_and_not_the_pump() {
 fn a_draining_line_loses_its_column_to_the_riser() {
     let s = setting();
     let drive = Drive::new(101, 1.0, |_| 0.0, |_| 0.0);
-    let run = drive.run(&model(&[("line_drainage", &[0.1])]), (150e5, 0.0));
+    let run = drive.run(&model(&[("line_drainage", &[0.1, 0.0, 0.0])]), (150e5, 0.0));
     // The first sample drains as well, its inflow lies before the start.
     close(column_pa() - run.outlet_pa[100], RHO * G * 10.1, 1e-6);
     close(

@@ -16,7 +16,13 @@ fn an_effect_changes_nothing_outside_its_interval_and_may_begin_at_its_onset() {
         let whole = drive(about.id, &p, &setting, &moments);
         for (moment, changes) in moments.iter().zip(&whole) {
             if moment.t_s < from || moment.t_s > to {
-                assert_eq!(*changes, Changes::default(), "{} at {}", about.id, moment.t_s);
+                assert_eq!(
+                    *changes,
+                    Changes::default(),
+                    "{} at {}",
+                    about.id,
+                    moment.t_s
+                );
             }
         }
         let first = moments.partition_point(|m| m.t_s < from);

@@ -10,6 +10,7 @@ mod csv;
 mod front_door;
 mod hostile;
 mod mat5;
+mod mat5_bytes;
 mod mat73;
 mod mcap;
 mod mutate;

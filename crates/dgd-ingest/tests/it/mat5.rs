@@ -1,12 +1,11 @@
 //! MAT v5 files; the fixtures are told in `tests/data/mat/README.md`.
 
-use std::io::Write;
-
 use dgd_ingest::{Format, IngestError, ReadOptions, read};
 use dgd_recording::{Column, IssueKind, Table};
-use flate2::{Compression, write::ZlibEncoder};
+use flate2::Compression;
 use proptest::prelude::*;
 
+use crate::mat5_bytes::{element, matrix, words};
 use crate::mutate::{apply, damage};
 
 const COMPRESSED: &[u8] = include_bytes!("../data/mat/struct_compressed.mat");
@@ -56,36 +55,8 @@ fn error(bytes: &[u8]) -> IngestError {
     read(bytes, &ReadOptions::default()).unwrap_err()
 }
 
-/// A compressed element, as MATLAB lays it.
 fn compress(variable: &[u8]) -> Vec<u8> {
-    let mut zlib = ZlibEncoder::new(Vec::new(), Compression::fast());
-    zlib.write_all(variable).unwrap();
-    let squashed = zlib.finish().unwrap();
-    let mut element = 15_u32.to_le_bytes().to_vec();
-    element.extend(u32::try_from(squashed.len()).unwrap().to_le_bytes());
-    element.extend(squashed);
-    element
-}
-
-fn element(kind: u32, data: &[u8]) -> Vec<u8> {
-    let mut bytes = kind.to_le_bytes().to_vec();
-    bytes.extend(u32::try_from(data.len()).unwrap().to_le_bytes());
-    bytes.extend(data);
-    bytes.resize(bytes.len().next_multiple_of(8), 0);
-    bytes
-}
-
-fn words(words: &[u32]) -> Vec<u8> {
-    words.iter().flat_map(|w| w.to_le_bytes()).collect()
-}
-
-/// An array of this class, sides and name; `body` is what follows.
-fn matrix(class: u32, sides: [u32; 2], name: &str, body: &[Vec<u8>]) -> Vec<u8> {
-    let mut inner = element(6, &words(&[class, 0]));
-    inner.extend(element(5, &words(&sides)));
-    inner.extend(element(1, name.as_bytes()));
-    inner.extend(body.concat());
-    element(14, &inner)
+    crate::mat5_bytes::compress(variable, Compression::fast())
 }
 
 fn doubles(sides: [u32; 2], name: &str, values: &[f64]) -> Vec<u8> {

@@ -21,13 +21,14 @@ pub enum Hidden {
         /// By what share of its area.
         share: f64,
     },
-    /// A hole at the foot of the shaft: `Q = CA √(2 g z)`. J. E. van Zyl and C. R. I. Clayton (2007), *Proc. ICE Water Management* 160:109.
+    /// A hole at the foot of the shaft: `Q = CA √(2 g z)`, Torricelli's law, which real leaks often exceed: J. E. van Zyl and C. R. I.
+    /// Clayton (2007), *Proc. ICE Water Management* 160:109.
     ShaftLeak {
         /// Discharge coefficient times area.
         area_m2: f64,
     },
     /// The trash rack before the tunnel clogs, evenly in time from a moment on: a loss in velocity heads of the tunnel. I. E. Idelchik,
-    /// *Handbook of Hydraulic Resistance* (1986), ch. 8; H. Meusburger, *Energieverluste an Einlaufrechen*, ETH Zürich (2002).
+    /// *Handbook of Hydraulic Resistance* (1986), on grids; H. Meusburger, *Energieverluste an Einlaufrechen von Flusskraftwerken*, ETH Zürich (2002).
     RackClogging {
         /// When it begins.
         from_s: f64,

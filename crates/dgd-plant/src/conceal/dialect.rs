@@ -44,30 +44,26 @@ pub struct Dialect {
     gauge: bool,
 }
 
-const TAGS: [&str; 10] = crate::config::CHANNELS;
-
 impl Dialect {
+    /// As in Table 2.1 of the thesis.
+    pub(crate) const THESIS: Self = Self {
+        time: "t",
+        tags: crate::config::CHANNELS,
+        flow: "gpm",
+        pressure: "psia",
+        pressure_row: "psi",
+        flow_m3_s: GPM_M3_S,
+        pressure_pa: PSI_PA,
+        gauge: false,
+    };
+
     /// The dialects there are.
     pub(crate) const ALL: [Self; 4] = [
+        Self::THESIS,
         Self {
-            time: "t",
-            tags: TAGS,
-            flow: "gpm",
-            pressure: "psia",
-            pressure_row: "psi",
-            flow_m3_s: GPM_M3_S,
-            pressure_pa: PSI_PA,
-            gauge: false,
-        },
-        Self {
-            time: "t",
-            tags: TAGS,
-            flow: "gpm",
             pressure: "psig",
-            pressure_row: "psi",
-            flow_m3_s: GPM_M3_S,
-            pressure_pa: PSI_PA,
             gauge: true,
+            ..Self::THESIS
         },
         Self {
             time: "time_s",

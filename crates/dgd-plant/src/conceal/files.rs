@@ -4,7 +4,6 @@ use std::io::{self, Write};
 
 use crate::conceal::case::Case;
 use crate::conceal::dialect::Form;
-use crate::constants::INCH_M;
 use crate::instrument::FaultKind;
 use crate::record::Recording;
 
@@ -202,64 +201,7 @@ fn mcap(columns: &Columns, out: &mut impl Write) -> io::Result<()> {
 /// # Errors
 /// What `out` returns.
 pub fn write_case_well_toml(case: &Case, out: &mut impl Write) -> io::Result<()> {
-    let well = &case.plan.well;
-    let inch = |m: f64| (m / INCH_M * 1000.0).round() / 1000.0;
-    let d = &case.dialect;
-    write!(
-        out,
-        r#"# Well and channel description of this recording.
-[mud]
-density = "{:.3} sg"
-
-[geometry]
-riser_id = "{} in"
-drillpipe_od = "{} in"
-casing_od = "{} in"
-return_line_id = "{:.3} in"
-pump_inlet_depth = "{:.2} m"
-pump_outlet_depth = "{:.2} m"
-riser_pressure_sensor_depth = "{:.2} m"
-
-[channels]
-time = {{ tag = "{}", unit = "s" }}
-"#,
-        well.mud_density_kg_m3 / 1000.0,
-        inch(well.riser_id_m),
-        inch(well.drillpipe_od_m),
-        inch(well.casing_od_m),
-        inch(well.return_line_id_m),
-        well.pump_inlet_depth_m,
-        well.pump_outlet_depth_m,
-        well.riser_sensor_depth_m,
-        d.time,
-    )?;
-    let one = |c: usize, unit: &str| format!("{{ tag = \"{}\", unit = \"{unit}\" }}", d.tags[c]);
-    for (c, name) in [
-        "mud_pump_flow",
-        "booster_flow",
-        "topfill_flow",
-        "return_flow",
-    ]
-    .into_iter()
-    .enumerate()
-    {
-        writeln!(out, "{name} = {}", one(c, d.flow))?;
-    }
-    for (name, pair) in [
-        ("pump_inlet_pressure", [4, 5]),
-        ("pump_outlet_pressure", [6, 7]),
-    ] {
-        let there: Vec<String> = pair
-            .into_iter()
-            .filter(|&c| !case.absent[c])
-            .map(|c| one(c, d.pressure))
-            .collect();
-        writeln!(out, "{name} = [{}]", there.join(", "))?;
-    }
-    if !case.absent[8] {
-        writeln!(out, "riser_pressure = {}", one(8, d.pressure))?;
-    }
-    writeln!(out, "pump_speed = {}", one(9, "%"))
+    crate::write::describe(&case.plan.well, &case.dialect, &case.absent, out)
 }
 
 /// Writes the truth of a case as JSON: what is hidden, where and when, and which readings were stuck.

@@ -61,6 +61,9 @@ fn well_description_carries_table_2_2() {
         "return_line_id = \"6.000 in\"",
         "pump_inlet_depth = \"350.30 m\"",
         "riser_pressure_sensor_depth = \"352.10 m\"",
+        "return_flow = { tag = \"FT4\", unit = \"gpm\" }",
+        "pump_outlet_pressure = [{ tag = \"PT3\", unit = \"psia\" }, { tag = \"PT4\", unit = \"psia\" }]",
+        "riser_pressure = { tag = \"PT5\", unit = \"psia\" }",
         "pump_speed = { tag = \"SPM\", unit = \"%\" }",
     ] {
         assert!(text.lines().any(|l| l == line), "{line}");

@@ -349,7 +349,7 @@ fn traces(end: f64, findings: &[Finding]) -> Vec<Trace> {
                     after.push(f64::NAN);
                     continue;
                 }
-                let quiet = sigma * noise.normal();
+                let quiet = sigma * (noise.normal() + 1.2 * (t / 5000.0).sin());
                 let acting: f64 = findings
                     .iter()
                     .filter(|f| f.relation == relation)
@@ -373,6 +373,7 @@ fn traces(end: f64, findings: &[Finding]) -> Vec<Trace> {
                 before,
                 after,
                 noise: sigma,
+                wander: 0.9 * sigma,
             }
         })
         .collect()

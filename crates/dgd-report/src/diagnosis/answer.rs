@@ -192,7 +192,9 @@ pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
 
 fn meaning(verdict: Verdict) -> &'static str {
     match verdict {
-        Verdict::Consistent => "model and recording differ by no more than noise",
+        Verdict::Consistent => {
+            "model and recording differ by no more than noise and instruments within their accuracy"
+        }
         Verdict::Explained => "what was left out is named",
         Verdict::PartlyExplained => "something is named, something else is not",
         Verdict::Unexplained => "something is left out that the catalogue does not hold",

@@ -13,13 +13,22 @@ use super::words::{self, capital, title};
 use crate::axis::{Scale, count, to_ticks};
 use crate::color::{Color, INK, Role, SOFT_INK};
 use crate::panel::Sign;
-use crate::scene::{Anchor, Scene};
+use crate::scene::{Anchor, Pen, Scene, Shape};
 use crate::thin::Frame;
 
 const LEFT: f64 = 62.0;
 const RIGHT: f64 = WIDTH - 10.0;
 const LANE: f64 = 92.0;
-const NOISE: Color = Color(0xe3, 0xe6, 0xea);
+const NOISE: Color = Color(0xd6, 0xd9, 0xdd);
+const BAND: Color = Color(0x5b, 0x63, 0x6e);
+/// Edge of the wider band.
+const EDGE: Pen = Pen {
+    color: BAND,
+    width: 1.0,
+    dash: Some([2.0, 3.0]),
+};
+/// Half width of either band, in standard deviations.
+const SIGMAS: f64 = 2.0;
 const MOST_TRACES: usize = 8;
 const MOST_FINDINGS: usize = 8;
 
@@ -27,7 +36,8 @@ pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
     let span = words::span(diagnosis);
     if diagnosis.findings.is_empty() {
         html.paragraph(
-            "No relation shows a mismatch that stands out from the noise. The timeline shows what each of them leaves.",
+            "No relation shows a mismatch that stands out from noise and instruments within their accuracy. The timeline \
+             shows what each of them leaves.",
         );
     }
     timeline(diagnosis, span, html);
@@ -94,7 +104,11 @@ fn timeline(diagnosis: &Diagnosis, span: (f64, f64), html: &mut Html) {
         legend.push((Sign::Line(pen(Role::Before)), "Before"));
     }
     legend.push((Sign::Line(pen(Role::Model)), after));
-    legend.push((Sign::Box(NOISE), "Noise, ±2 σ of a block"));
+    legend.push((Sign::Box(NOISE), "Noise of a block, ±2 σ"));
+    legend.push((
+        Sign::Line(EDGE),
+        "Noise and what instruments may wander by, ±2 σ",
+    ));
     if twofold {
         legend.push((Sign::Box(ACTS), "Where a finding acts"));
     }
@@ -144,16 +158,9 @@ fn timeline(diagnosis: &Diagnosis, span: (f64, f64), html: &mut Html) {
         }) {
             stretches(&mut scene, &lane, &finding.intervals_s, ACTS);
         }
-        let noise = 2.0 * trace.noise * factor;
-        if noise.is_finite() && noise > 0.0 {
-            let [high, low] =
-                [noise, -noise].map(|v| lane.place(lane.x[0], v)[1].clamp(lane.top, lane.bottom()));
-            scene.shapes.push(crate::scene::Shape::Polygon {
-                points: vec![[LEFT, high], [RIGHT, high], [RIGHT, low], [LEFT, low]],
-                fill: Color(0x5b, 0x63, 0x6e),
-                opacity: 0.17,
-            });
-        }
+        band(&mut scene, &lane, may(trace) * factor, 0.08);
+        band(&mut scene, &lane, trace.noise * factor, 0.17);
+        edges(&mut scene, &lane, may(trace) * factor);
         grid(&mut scene, &lane, &x_scale, &y_scale);
         let mut draw = |values: &[f64], role: Role| {
             let points = trace.t_s.iter().zip(values).map(|(&t, &v)| (t, v * factor));
@@ -182,16 +189,50 @@ fn timeline(diagnosis: &Diagnosis, span: (f64, f64), html: &mut Html) {
     );
 }
 
+/// Standard deviation of what a complete relation may leave: noise of a block, and what instruments may wander by.
+fn may(trace: &Trace) -> f64 {
+    trace.noise.hypot(trace.wander)
+}
+
+/// Heights of `SIGMAS` standard deviations above and below zero, if there are any.
+fn heights(lane: &Frame, sigma: f64) -> Option<[f64; 2]> {
+    let half = SIGMAS * sigma;
+    (half.is_finite() && half > 0.0).then(|| [half, -half].map(|v| lane.place(lane.x[0], v)[1]))
+}
+
+fn band(scene: &mut Scene, lane: &Frame, sigma: f64, opacity: f64) {
+    if let Some(heights) = heights(lane, sigma) {
+        let [high, low] = heights.map(|y| y.clamp(lane.top, lane.bottom()));
+        scene.shapes.push(Shape::Polygon {
+            points: vec![[LEFT, high], [RIGHT, high], [RIGHT, low], [LEFT, low]],
+            fill: BAND,
+            opacity,
+        });
+    }
+}
+
+fn edges(scene: &mut Scene, lane: &Frame, sigma: f64) {
+    for y in heights(lane, sigma).into_iter().flatten() {
+        if (lane.top..=lane.bottom()).contains(&y) {
+            scene.line([LEFT, y], [RIGHT, y], EDGE);
+        }
+    }
+}
+
 fn caption(twofold: bool, outside: usize) -> String {
     let mut text = if twofold {
-        "Measured minus model in blocks, before and after the findings. A relation that is complete stays within the \
-         grey band; a violet stretch is where a finding acts, in the lane of the relation it sits in. "
+        "Measured minus model in blocks, before and after the findings; a violet stretch is where a finding acts, in the \
+         lane of the relation it sits in. "
             .to_owned()
     } else {
-        "Measured minus model in blocks. A relation that is complete stays within the grey band. "
-            .to_owned()
+        "Measured minus model in blocks. ".to_owned()
     };
-    text.push_str("Where blocks crowd, a line is their mean; the pale band spans them all.");
+    text.push_str(
+        "A relation that is complete scatters from block to block as widely as the dark grey band (noise); over minutes and \
+         hours it may stand off zero as far as the dotted lines, for instruments wander within their accuracy. What \
+         stands off throughout is an offset: the limits under Checks say from which size on one is named. ",
+    );
+    text.push_str("Where blocks crowd, a line is their mean; the pale blue band spans them all.");
     if outside > 0 {
         text.push_str(&format!(
             " {} blocks lie outside the frame.",
@@ -201,21 +242,23 @@ fn caption(twofold: bool, outside: usize) -> String {
     text
 }
 
-/// Name, unit and how the residual stands to the noise, above a lane.
+/// Name, unit and how the residual stands to what a complete relation may leave, above a lane.
 fn head(scene: &mut Scene, trace: &Trace, twofold: bool, top: f64) -> f64 {
-    let (unit, _) = shown(trace.unit);
+    let (unit, factor) = shown(trace.unit);
     let name = format!("{} [{unit}]", capital(words::relation(trace.relation)));
     scene.bold([LEFT, top + 13.0], &name, 13.0, INK, Anchor::Start);
-    let ratio = |values: &[f64]| significant(rms(values) / trace.noise, 2);
-    let text = if twofold {
-        format!(
-            "RMS {} σ before, {} σ after",
-            ratio(&trace.before),
-            ratio(&trace.after)
-        )
+    let text = |value: f64| significant(value * factor, 2);
+    let after = text(rms(&trace.after));
+    let said = if twofold {
+        format!("{} before, {after} after", text(rms(&trace.before)))
     } else {
-        format!("RMS {} σ", ratio(&trace.after))
+        after
     };
+    let text = format!(
+        "RMS {said}; noise {}, with wander {}",
+        text(trace.noise),
+        text(may(trace))
+    );
     scene.text([RIGHT, top + 13.0], &text, TEXT, SOFT_INK, Anchor::End);
     top + 19.0
 }
@@ -230,7 +273,7 @@ fn rms(values: &[f64]) -> f64 {
 
 fn y_range(trace: &Trace, twofold: bool, factor: f64) -> [f64; 2] {
     let before = trace.before.iter().filter(|_| twofold);
-    let noise = [2.2 * trace.noise, -2.2 * trace.noise];
+    let noise = [1.1 * SIGMAS * may(trace), -1.1 * SIGMAS * may(trace)];
     let mut values: Vec<f64> = before
         .chain(&trace.after)
         .chain(&noise)

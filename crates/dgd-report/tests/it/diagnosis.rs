@@ -66,6 +66,27 @@ fn assert_pictures(name: &str, html: &str) -> usize {
 }
 
 #[test]
+fn the_timeline_says_what_noise_leaves_and_what_instruments_may_wander_by() {
+    for (name, mut diagnosis) in diagnoses::all(2) {
+        for trace in &mut diagnosis.traces {
+            (trace.noise, trace.wander) = match trace.unit {
+                "Pa" => (3e3, 4e3),
+                _ => (3e-4, 4e-4),
+            };
+        }
+        let told = words(&page(&diagnosis));
+        for said in [
+            "Noise of a block, ±2 σ",
+            "Noise and what instruments may wander by, ±2 σ",
+            "noise 0.030, with wander 0.050",
+            "noise 0.30, with wander 0.50",
+        ] {
+            assert!(told.contains(said), "{name}: {said}");
+        }
+    }
+}
+
+#[test]
 fn every_verdict_has_every_section_and_both_pictures() {
     for (name, diagnosis) in diagnoses::all(2) {
         let html = page(&diagnosis);
@@ -268,11 +289,12 @@ fn spoil(diagnosis: &mut Diagnosis, bad: f64) {
         before,
         after,
         noise,
+        wander,
         ..
     } in &mut diagnosis.traces
     {
         [t_s, before, after].into_iter().for_each(all);
-        *noise = bad;
+        (*noise, *wander) = (bad, bad);
     }
     all(&mut diagnosis.simulation.t_s);
     for signal in &mut diagnosis.simulation.signals {

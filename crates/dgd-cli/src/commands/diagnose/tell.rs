@@ -6,16 +6,22 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 /// The whole answer.
-pub(super) fn tell(diagnosis: &Diagnosis, recording: &str, out: &Path) -> String {
+pub(super) fn tell(
+    diagnosis: &Diagnosis,
+    departures: &[(String, String)],
+    recording: &str,
+    out: &Path,
+) -> String {
     let mut text = String::new();
     // Writing to a String cannot fail.
-    let _ = tell_into(&mut text, diagnosis, recording, out);
+    let _ = tell_into(&mut text, diagnosis, departures, recording, out);
     text
 }
 
 fn tell_into(
     text: &mut String,
     diagnosis: &Diagnosis,
+    departures: &[(String, String)],
     recording: &str,
     out: &Path,
 ) -> std::fmt::Result {
@@ -24,6 +30,9 @@ fn tell_into(
         tell_finding(text, index + 1, finding, diagnosis.setting.span_s)?;
     }
     tell_tested(text, diagnosis)?;
+    for (name, what) in departures {
+        writeln!(text, "{name}: {what}")?;
+    }
     let (passed, all) = (
         diagnosis.checks.iter().filter(|c| c.passed).count(),
         diagnosis.checks.len(),

@@ -218,7 +218,16 @@ fn if_one_file_cannot_be_written_the_others_stay_as_they_were() {
 
 #[test]
 fn a_finding_is_told_in_one_sentence_with_its_numbers() {
-    let told = tell::tell(&diagnosis(vec![kick()]), "rig.mat", Path::new("out"));
+    let told = tell::tell(
+        &diagnosis(vec![kick()]),
+        &[("two-state model: pump".into(), "head by c0 w^1.80".into())],
+        "rig.mat",
+        Path::new("out"),
+    );
+    assert!(
+        told.contains("\ntwo-state model: pump: head by c0 w^1.80\n"),
+        "{told}"
+    );
     let first = told.lines().next().unwrap();
     assert_eq!(
         first,
@@ -242,7 +251,7 @@ fn a_finding_is_told_in_one_sentence_with_its_numbers() {
 
 #[test]
 fn a_consistent_recording_is_told_with_what_would_have_been_seen() {
-    let told = tell::tell(&diagnosis(Vec::new()), "rig.mat", Path::new("out"));
+    let told = tell::tell(&diagnosis(Vec::new()), &[], "rig.mat", Path::new("out"));
     let first = told.lines().next().unwrap();
     assert!(
         first.starts_with("rig.mat: consistent, nothing is left out"),
@@ -257,7 +266,7 @@ fn a_consistent_recording_is_told_with_what_would_have_been_seen() {
 fn an_effect_that_is_always_there_has_the_whole_recording() {
     let mut always = kick();
     always.intervals_s = vec![(0.0, 30.0)];
-    let told = tell::tell(&diagnosis(vec![always]), "rig.mat", Path::new("out"));
+    let told = tell::tell(&diagnosis(vec![always]), &[], "rig.mat", Path::new("out"));
     assert!(told.contains("the whole recording"), "{told}");
 }
 

@@ -1,0 +1,90 @@
+//! The two-state model that goes into model.toml, and what its identification found by itself.
+
+use crate::commands::fit::delays_in_samples;
+use crate::failure::Failure;
+use crate::say::brief;
+use dgd_documents::Base;
+use dgd_identify::{Identification, IdentifyOptions, Prepared, identify};
+use dgd_recording::Well;
+
+/// The model, and its departures from the textbook's: name and words, as settings are told.
+pub(super) struct TwoState {
+    pub(super) base: Base,
+    pub(super) departures: Vec<(String, String)>,
+}
+
+/// The two-state model; a recording that gives none can still be diagnosed.
+pub(super) fn two_state(
+    prepared: &Prepared,
+    well: &Well,
+    samples: usize,
+    recordings: &[String],
+) -> Result<TwoState, Failure> {
+    // The default is thirty samples, which are thirty seconds at 1 Hz alone.
+    let options = IdentifyOptions {
+        delays: delays_in_samples((0.0, 30.0), prepared.step_s)?,
+        ..IdentifyOptions::default()
+    };
+    Ok(match identify(prepared, well, &options) {
+        Ok(identification) => {
+            for warning in &identification.warnings {
+                tracing::info!("two-state model: {warning}");
+            }
+            let departures = departures(&identification);
+            let mut model = identification.model;
+            model.data.samples = samples;
+            model.data.recordings = recordings.to_vec();
+            TwoState {
+                base: Base::Identified(Box::new(model)),
+                departures,
+            }
+        }
+        Err(error) => {
+            tracing::warn!("model.toml gets no two-state model: {error}");
+            TwoState {
+                base: Base::WellOnly {
+                    density_kg_m3: well.mud_density_kg_m3,
+                    geometry: well.geometry.clone(),
+                },
+                departures: Vec::new(),
+            }
+        }
+    })
+}
+
+/// Where the identified laws leave the textbook's: a late meter (Eq. 3.21), an offset (Eq. 3.26), another law of the pump
+/// (Eq. 3.39).
+fn departures(identification: &Identification) -> Vec<(String, String)> {
+    let model = &identification.model;
+    let mut out = Vec::new();
+    let mut tell = |name: &str, what: String| out.push((name.to_owned(), what));
+    if let (true, Ok(undelayed)) = (model.delay_s > 0.0, &identification.undelayed) {
+        let bar = |mse_pa2: f64| brief(mse_pa2.sqrt() * 1e-5);
+        tell(
+            "two-state model: return flow",
+            format!(
+                "late by {} s: friction off by {} bar, without delay by {} bar",
+                brief(model.delay_s),
+                bar(identification.sweep.fit.mse_pa2),
+                bar(undelayed.mse_pa2)
+            ),
+        );
+    }
+    let pump = &model.pump;
+    if let (true, Ok(squares)) = (
+        (pump.n0, pump.n2) != (2.0, 2.0),
+        &identification.pump.constrained,
+    ) {
+        tell(
+            "two-state model: pump",
+            format!(
+                "head by c0 w^{:.2} - c1 w q - c2 q^{:.2}: off by {} m, with squares by {} m",
+                pump.n0,
+                pump.n2,
+                brief(pump.mse_m2.sqrt()),
+                brief(squares.fit.mse_m2.sqrt())
+            ),
+        );
+    }
+    out
+}

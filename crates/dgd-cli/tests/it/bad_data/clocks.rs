@@ -1,0 +1,146 @@
+//! Clocks that skip, run back or apart, and other rates.
+
+use super::rig::{PRESSURES, Rig, line_of};
+
+#[test]
+fn a_clock_in_another_unit_is_told() {
+    for (wrong, words) in [
+        ("min", "the riser level moves 0.0177 times"),
+        ("h", "the samples are 3,600 s apart"),
+    ] {
+        let rig = Rig::sound().saying("unit = \"s\"", &format!("unit = \"{wrong}\""));
+        rig.fitted()
+            .suspects(line_of("time"), &[words, "as s they would be 1 s apart"]);
+    }
+    let ran = Rig::sound().saying("unit = \"s\"", "unit = \"ms\"").fit();
+    ran.refused(&[
+        "the samples are 0.001 s apart; as s they would be 1 s apart",
+        "delays",
+    ]);
+}
+
+#[test]
+fn a_clock_that_skips_leaves_a_gap() {
+    let rig = Rig::sound().each(&["t"], |i, t| if i < 3000 { t } else { t + 1000.0 });
+    let fitted = rig.fitted();
+    fitted.right(1.0);
+    assert!(
+        fitted.err.contains("1 gaps, 1000 samples missing"),
+        "{}",
+        fitted.err
+    );
+}
+
+#[test]
+fn a_clock_that_is_set_back_or_years_forward_is_refused_with_the_place() {
+    let back = Rig::sound().each(&["t"], |i, t| if i < 3000 { t } else { t - 500.0 });
+    for ran in [back.fit(), back.simulate(), back.diagnose().1] {
+        ran.refused(&["jumps back by 499 s after 2999 s", "split the file there"]);
+    }
+    let years = Rig::sound().each(&["t"], |i, t| if i < 3000 { t } else { t + 3e7 });
+    years
+        .fit()
+        .refused(&["the largest jump is at 2999 s", "split the file there"]);
+}
+
+#[test]
+fn a_recording_that_is_there_twice_counts_once() {
+    let mut rig = Rig::sound();
+    for column in &mut rig.table.columns {
+        let tail = column.values[3000..].to_vec();
+        column.values.truncate(4000);
+        column.values.extend(tail);
+    }
+    let fitted = rig.fitted();
+    fitted.right(0.0);
+    assert!(
+        fitted.err.contains("1000 samples repeat a time stamp"),
+        "{}",
+        fitted.err
+    );
+}
+
+#[test]
+fn stamps_that_are_missing_cost_their_samples_alone() {
+    Rig::sound()
+        .each(&["t"], |i, t| if i % 3 == 1 { f64::NAN } else { t })
+        .fitted()
+        .right(2.0);
+}
+
+fn late(tags: &[&str], by: usize) -> Rig {
+    let mut rig = Rig::sound();
+    for tag in tags {
+        let column = rig.column(tag);
+        let first = column[0];
+        column.splice(0..0, std::iter::repeat_n(first, by));
+        let keep = column.len() - by;
+        column.truncate(keep);
+    }
+    rig
+}
+
+#[test]
+fn channels_on_different_clocks_are_told() {
+    late(&["FT4"], 20)
+        .fitted()
+        .warns("the best delay, 30 s, is the last of the range: sweep further up");
+    late(&PRESSURES, 30)
+        .fitted()
+        .warns("the return flow is 17 s ahead of the pressures, which no meter is");
+    late(&["SPM"], 30)
+        .fitted()
+        .warns("with the pump speed read 30 s later than recorded");
+}
+
+#[test]
+fn a_meter_whose_clock_runs_fast_is_told() {
+    let mut rig = Rig::sound();
+    let column = rig.column("FT4");
+    let before = column.clone();
+    for (i, value) in column.iter_mut().enumerate() {
+        *value = before.get(i + i / 50).copied().unwrap_or(f64::NAN);
+    }
+    rig.fitted()
+        .warns("ahead of the pressures, which no meter is");
+}
+
+#[test]
+fn steps_from_a_tenth_of_a_second_to_half_a_minute_give_one_answer() {
+    let mut fast = Rig::first(1800);
+    for column in &mut fast.table.columns {
+        let between = |w: &[f64]| {
+            (0..10)
+                .map(|k| w[0] + f64::from(k) / 10.0 * (w[1] - w[0]))
+                .collect::<Vec<f64>>()
+        };
+        column.values = column.values.windows(2).flat_map(between).collect();
+    }
+    let fast = fast.fitted();
+    let step_s = fast.json["step_s"].as_f64().unwrap();
+    assert!((step_s - 0.1).abs() < 1e-9, "{step_s}");
+    assert!((fast.delay_s() - 13.0).abs() < 1.5, "{}", fast.delay_s());
+    fast.suspects_nothing();
+    for (step, slack_s) in [(2, 2.0), (5, 5.0), (10, 10.0)] {
+        Rig::sound()
+            .every(step)
+            .fitted()
+            .right(slack_s)
+            .suspects_nothing();
+    }
+    Rig::sound().every(30).fitted().suspects_nothing();
+}
+
+#[test]
+fn mixed_rates_held_or_left_empty_give_the_same_answer() {
+    let empty = Rig::sound().each(&PRESSURES, |i, p| if i % 10 == 0 { p } else { f64::NAN });
+    empty.fitted().right(3.0).warns("`PT1` has a value at only");
+    let mut held = Rig::sound();
+    for tag in PRESSURES {
+        let column = held.column(tag);
+        for i in 0..column.len() {
+            column[i] = column[i - i % 10];
+        }
+    }
+    held.fitted().right(5.0);
+}

@@ -1,0 +1,62 @@
+//! Tags that are swapped.
+
+use super::rig::{Rig, line_of};
+
+#[test]
+fn swapped_sides_of_the_pump_are_told() {
+    Rig::sound().swapped("PT1", "PT3").fitted().suspects(
+        line_of("PT1"),
+        &[
+            "pump_inlet_pressure `PT1` and pump_outlet_pressure `PT3`",
+            "if their tags are swapped",
+        ],
+    );
+    let both = Rig::sound().swapped("PT1", "PT3").swapped("PT2", "PT4");
+    both.fit().refused(&[
+        "the pressure falls by",
+        "if their tags are swapped",
+        "no pressure rise",
+    ]);
+}
+
+#[test]
+fn swapped_flows_are_told() {
+    for (a, b) in [("FT1", "FT4"), ("FT2", "FT4")] {
+        Rig::sound().swapped(a, b).fitted().suspects(
+            line_of(&format!("\"{a}\"")),
+            &[
+                "of what is pumped in",
+                &format!("`{a}` and return_flow `FT4`"),
+                "if their tags are swapped",
+            ],
+        );
+    }
+}
+
+#[test]
+fn swapped_speed_is_told() {
+    for (other, line) in [("FT3", "FT3"), ("FT4", "FT4")] {
+        Rig::sound().swapped("SPM", other).fitted().suspects(
+            line_of(&format!("\"{line}\"")),
+            &[
+                &format!("`{other}` and pump_speed `SPM`"),
+                "if their tags are swapped",
+            ],
+        );
+    }
+    let ran = Rig::sound().swapped("SPM", "PT1").fit();
+    ran.refused(&[
+        "`PT1` and pump_speed `SPM`",
+        "if their tags are swapped",
+        "out of range",
+    ]);
+}
+
+#[test]
+fn swapped_inflows_change_nothing() {
+    Rig::sound()
+        .swapped("FT1", "FT2")
+        .fitted()
+        .right(0.0)
+        .suspects_nothing();
+}

@@ -1,0 +1,128 @@
+//! Units that are not those of the recording.
+
+use super::rig::{Rig, line_of};
+
+#[test]
+fn one_pressure_in_another_unit_is_told_with_the_unit_that_fits() {
+    for (tag, wrong) in [("PT1", "kPa"), ("PT3", "bar"), ("PT5", "bar")] {
+        let told = format!("\"{tag}\", unit = \"psia\"");
+        let rig = Rig::sound().saying(&told, &format!("\"{tag}\", unit = \"{wrong}\""));
+        rig.fitted().suspects(
+            line_of(&format!("\"{tag}\"")),
+            &["read as", wrong, "as psia", &format!("`{tag}` would be")],
+        );
+    }
+    let ran = Rig::sound()
+        .saying("\"PT1\", unit = \"psia\"", "\"PT1\", unit = \"bar\"")
+        .fit();
+    ran.refused(&[
+        "as psia pump_inlet_pressure `PT1` would be 26.4 bar",
+        "no pressure rise",
+    ]);
+}
+
+#[test]
+fn all_pressures_in_another_unit_are_told_at_once() {
+    for wrong in ["bar", "kPa"] {
+        let rig = Rig::sound().saying("psia", wrong);
+        rig.fitted().suspects(
+            line_of("PT1"),
+            &[
+                &format!("is read as {wrong}"),
+                "as psia all pressures would be 26.4 bar",
+            ],
+        );
+    }
+}
+
+#[test]
+fn a_gauge_reading_among_absolute_ones_is_told() {
+    let rig = Rig::sound().saying("\"PT1\", unit = \"psia\"", "\"PT1\", unit = \"psig\"");
+    rig.fitted().suspects(
+        line_of("PT1"),
+        &["an atmosphere apart", "both are gauge or both absolute"],
+    );
+}
+
+#[test]
+fn all_pressures_gauge_for_absolute_move_the_offset_alone() {
+    let read = Rig::sound().saying("psia", "psig").fitted();
+    read.suspects_nothing();
+    let (offset, sound) = (read.friction_pa(), Rig::sound().fitted().friction_pa());
+    assert!(
+        (offset - sound - 101_325.0).abs() < 10.0,
+        "{offset} {sound}"
+    );
+}
+
+#[test]
+fn flows_in_another_unit_are_told() {
+    for wrong in ["l/min", "m3/h", "l/s", "bbl/min"] {
+        let rig = Rig::sound().saying(
+            "\"FT4\", unit = \"gpm\"",
+            &format!("\"FT4\", unit = \"{wrong}\""),
+        );
+        rig.fitted().suspects(
+            line_of("\"FT4\""),
+            &[
+                "of what is pumped in",
+                wrong,
+                "as gpm return_flow `FT4` would be 3,105 l/min",
+            ],
+        );
+    }
+    for wrong in ["l/min", "m3/h", "l/s"] {
+        let rig = Rig::sound().saying("\"gpm\"", &format!("\"{wrong}\""));
+        rig.fitted().suspects(
+            line_of("\"FT1\""),
+            &["as gpm all flows would be 2,132 l/min"],
+        );
+    }
+}
+
+#[test]
+fn a_speed_that_is_no_percentage_is_told() {
+    let share = Rig::sound().each(&["SPM"], |_, w| w / 100.0).fitted();
+    share.suspects(
+        line_of("SPM"),
+        &["it reaches 0.58", "as a share of 1 it would reach 58"],
+    );
+    let rpm = Rig::sound().each(&["SPM"], |_, w| 18.0 * w).fit();
+    rpm.refused(&["it reaches 1,060 %", "out of range"]);
+}
+
+#[test]
+fn lengths_and_density_in_another_unit_are_told() {
+    let feet = Rig::sound()
+        .saying("350.30 m", "350.30 ft")
+        .saying("352.10 m", "352.10 ft");
+    feet.fitted().suspects(
+        line_of("pump_inlet_depth"),
+        &[
+            "it would fit a pump at 350 m",
+            "metres that are written as ft",
+        ],
+    );
+    let metres = Rig::sound()
+        .saying("350.30 m", "1149.3 m")
+        .saying("352.10 m", "1155.2 m");
+    metres.fitted().suspects(
+        line_of("pump_inlet_depth"),
+        &["it would fit a pump at 350 m"],
+    );
+    let ppg = Rig::sound().saying("1.080 sg", "1.080 ppg");
+    ppg.fitted().suspects(
+        line_of("density"),
+        &["mud of 129 kg/m3 is no drilling mud", "mud of 1,080 kg/m3"],
+    );
+    let line = Rig::sound().saying("6.000 in", "6.000 cm");
+    line.fitted().suspects(
+        line_of("return_line_id"),
+        &["friction factor", "a return line of 0.152 m"],
+    );
+    let riser = Rig::sound().saying("19.5 in", "19.5 cm");
+    riser.fitted().suspects(
+        line_of("riser_id"),
+        &["the riser level moves", "a riser of 0.495 m"],
+    );
+}

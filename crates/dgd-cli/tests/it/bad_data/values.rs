@@ -1,0 +1,129 @@
+//! Values that are missing, infinite or never change, and transmitters that are not there.
+
+use super::rig::{CHANNELS, Rig, line_of};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+fn storm(share: f64) -> Rig {
+    let mut random = ChaCha8Rng::seed_from_u64(11);
+    let mut rig = Rig::sound();
+    for tag in CHANNELS {
+        for value in rig.column(tag) {
+            if random.random::<f64>() < share {
+                *value = f64::NAN;
+            }
+        }
+    }
+    rig
+}
+
+#[test]
+fn nan_at_three_samples_of_ten_leaves_the_answer_right() {
+    storm(0.3).fitted().right(1.0).suspects_nothing();
+}
+
+#[test]
+fn nan_at_nine_samples_of_ten_is_refused_with_what_is_left() {
+    let ran = storm(0.9).fit();
+    ran.refused(&[
+        "samples passed the screening, expected at least",
+        "gap",
+        "return_flow `FT4` has a value at only",
+    ]);
+    let (_, ran) = storm(0.9).diagnose();
+    ran.refused(&["blocks of 10 s with flow and pressure can be used"]);
+}
+
+#[test]
+fn infinite_values_are_gaps() {
+    let rig = Rig::sound().each(&["FT4"], |i, q| {
+        if (2000..2300).contains(&i) {
+            f64::INFINITY
+        } else {
+            q
+        }
+    });
+    rig.fitted().right(1.0);
+}
+
+#[test]
+fn a_channel_without_values_is_named_and_only_what_needs_it_is_refused() {
+    for (tag, usable) in [
+        ("FT1", true),
+        ("FT2", true),
+        ("PT1", true),
+        ("PT5", true),
+        ("FT4", false),
+        ("SPM", false),
+    ] {
+        let rig = Rig::sound().each(&[tag], |_, _| f64::NAN);
+        let told = format!("`{tag}` has no value in the whole recording");
+        if usable {
+            rig.fitted()
+                .right(1.0)
+                .suspects(line_of(&format!("\"{tag}\"")), &[&told]);
+        } else {
+            rig.fit()
+                .refused(&[&told, "none of 7200 samples passed the screening"]);
+        }
+    }
+    let without_inflow = Rig::sound().each(&["FT1"], |_, _| f64::NAN);
+    without_inflow
+        .simulate()
+        .refused(&["`mud_pump_flow` has no trusted value"]);
+}
+
+#[test]
+fn a_constant_channel_is_named() {
+    for (tag, usable) in [
+        ("PT1", true),
+        ("PT3", true),
+        ("PT5", true),
+        ("FT1", true),
+        ("FT4", false),
+    ] {
+        let rig = Rig::sound().each(&[tag], |_, _| 500.0);
+        let told = format!("`{tag}` never changes (500 ");
+        if usable {
+            rig.fitted()
+                .right(1.0)
+                .suspects(line_of(&format!("\"{tag}\"")), &[&told]);
+        } else {
+            rig.fit().refused(&[&told, "stuck return flow"]);
+        }
+    }
+    let rested = Rig::sound().each(&["SPM"], |_, _| 51.0).fitted();
+    rested.suspects(line_of("SPM"), &["never changes (51 %"]);
+    rested.warns("explains only 0 % of the head's variance");
+}
+
+#[test]
+fn a_transmitter_that_the_file_lacks_is_named() {
+    for tag in CHANNELS {
+        let mut rig = Rig::sound();
+        rig.table.columns.retain(|c| c.tag != tag);
+        let parts = [format!(
+            "is mapped to the tag `{tag}`, which the recording does not have"
+        )];
+        let parts: Vec<&str> = parts.iter().map(String::as_str).collect();
+        rig.fit().refused(&parts);
+    }
+}
+
+#[test]
+fn a_transmitter_that_the_rig_lacks_leaves_the_answer_right() {
+    for (found, instead) in [
+        ("[{ tag = \"PT1\", unit = \"psia\" }, ", "["),
+        (", { tag = \"PT2\", unit = \"psia\" }]", "]"),
+        ("[{ tag = \"PT3\", unit = \"psia\" }, ", "["),
+        (", { tag = \"PT4\", unit = \"psia\" }]", "]"),
+        ("riser_pressure = { tag = \"PT5\", unit = \"psia\" }\n", ""),
+        ("{ tag = \"FT3\", unit = \"gpm\" }", "\"30 gpm\""),
+    ] {
+        Rig::sound()
+            .saying(found, instead)
+            .fitted()
+            .right(1.0)
+            .suspects_nothing();
+    }
+}
