@@ -1,5 +1,7 @@
-//! `cargo xtask bench`: where the time and the memory of a fit go, beside SciPy where Python is present.
+//! `cargo xtask bench`: where the time of a fit goes, beside SciPy where Python is present and beside what the machine can do,
+//! then what every command costs as recordings grow.
 
+use crate::growth::{self, Growth};
 use crate::tools::{self, run_json};
 use anyhow::{Context, Result};
 use serde_json::Value;
@@ -8,8 +10,6 @@ use std::process::Command;
 
 /// A run is timed this often; the best counts, as the machine has other things to do.
 const REPEATS: usize = 5;
-/// Copies of the recording joined for the table of growth: of 85 h, 3.5, 11 and 99 days.
-const COPIES: [usize; 3] = [1, 3, 28];
 /// Seconds simulated: 6,000 with the pump on throughout in most recordings.
 const WINDOW: &str = "10000:16000";
 
@@ -19,6 +19,7 @@ pub(crate) struct Bench {
     pub(crate) well: Option<PathBuf>,
     pub(crate) peer: Option<PathBuf>,
     pub(crate) out: PathBuf,
+    pub(crate) growth: Growth,
 }
 
 /// Measures and prints the tables.
@@ -31,16 +32,9 @@ pub(crate) fn measure(bench: &Bench) -> Result<()> {
         _ => stand_in(&dgd, &bench.out)?,
     };
     let model = bench.out.join("model.toml");
-    let fit = |copies: usize| {
-        let mut command = Command::new(&dgd);
-        command
-            .arg("fit")
-            .args(std::iter::repeat_n(&recording, copies))
-            .arg("--well")
-            .arg(&well);
-        command.args(["--json", "--quiet", "--out"]).arg(&model);
-        command
-    };
+    let mut fit = Command::new(&dgd);
+    fit.arg("fit").arg(&recording).arg("--well").arg(&well);
+    fit.args(["--json", "--quiet", "--out"]).arg(&model);
     let mut simulate = Command::new(&dgd);
     simulate
         .arg("simulate")
@@ -53,14 +47,15 @@ pub(crate) fn measure(bench: &Bench) -> Result<()> {
         .args(["--window", WINDOW, "--json", "--quiet", "--out"])
         .arg(bench.out.join("run.csv"));
 
-    let ours = best_of(REPEATS, &mut fit(1))?;
+    let ours = best_of(REPEATS, &mut fit)?;
     let simulated = best_of(REPEATS, &mut simulate)?;
     let peer = bench
         .peer
         .as_deref()
         .and_then(|script| peer_of(script, &recording));
     stages(&ours, &simulated, peer.as_ref());
-    growth(&fit)
+    limits(&ours, &simulated);
+    growth::measure(&bench.growth)
 }
 
 /// The first of the stand-in's four series, some 22 h, as one MAT file.
@@ -156,49 +151,40 @@ fn stages(ours: &Value, simulated: &Value, peer: Option<&Value>) {
     );
 }
 
-/// Time and memory as the recording grows: both should be linear.
-fn growth(fit: &impl Fn(usize) -> Command) -> Result<()> {
-    println!(
-        "\n| samples | fit, s | ns a sample | peak memory, MB | decoded data, MB | ratio |\n|---:|---:|---:|---:|---:|---:|"
-    );
-    for copies in COPIES {
-        let (run, peak_kb) = with_memory(&fit(copies))?;
-        let samples = run["samples"].as_f64().unwrap_or(f64::NAN);
-        let seconds = run["seconds"].as_f64().unwrap_or(f64::NAN);
-        // Eleven channels of eight bytes, the clock among them.
-        let decoded_mb = samples * 11.0 * 8.0 / 1e6;
-        let peak = peak_kb.map(|kb| kb * 1024.0 / 1e6);
-        println!(
-            "| {samples:.0} | {seconds:.3} | {:.0} | {} | {decoded_mb:.0} | {} |",
-            1e9 * seconds / samples,
-            peak.map_or("-".into(), |p| format!("{p:.0}")),
-            peak.map_or("-".into(), |p| format!("{:.2}", p / decoded_mb)),
-        );
+/// Where the time goes beside what the machine can do: bytes decoded against bytes copied, and right-hand sides.
+fn limits(fitted: &Value, simulated: &Value) {
+    let seconds = |run: &Value, stage: &str| {
+        let spent = &run["seconds_by_stage"][stage];
+        spent.as_f64().unwrap_or(f64::NAN)
+    };
+    let samples = fitted["samples"].as_f64().unwrap_or(f64::NAN);
+    // Eleven channels of eight bytes, the clock among them.
+    let gigabytes = samples * 11.0 * 8.0 / 1e9;
+    let copied = copied_gb_s();
+    println!("\n| stage | GB/s of decoded data | passes of a copy |\n|---|---:|---:|");
+    for stage in ["decoding", "screening", "identifying"] {
+        let rate = gigabytes / seconds(fitted, stage);
+        println!("| {stage} | {rate:.2} | {:.0} |", copied / rate);
     }
-    Ok(())
+    println!("| copying memory | {copied:.1} | 1 |");
+    let evaluations = simulated["statistics"]["rhs"].as_f64().unwrap_or(f64::NAN);
+    println!(
+        "\nsimulation: {evaluations:.0} right-hand sides, {:.1} ns each with all that is about them",
+        1e9 * seconds(simulated, "simulating") / evaluations
+    );
 }
 
-/// Runs under GNU time where it is installed, for the peak resident size in kB.
-fn with_memory(command: &Command) -> Result<(Value, Option<f64>)> {
-    let mut timed = Command::new("/usr/bin/time");
-    timed
-        .args(["-f", "%M"])
-        .arg(command.get_program())
-        .args(command.get_args());
-    match timed.output() {
-        Ok(output) if output.status.success() => {
-            let value = serde_json::from_slice(&output.stdout).context("dgd printed no JSON")?;
-            let text = String::from_utf8_lossy(&output.stderr).into_owned();
-            Ok((
-                value,
-                text.lines()
-                    .last()
-                    .and_then(|line| line.trim().parse().ok()),
-            ))
-        }
-        _ => {
-            let mut plain = Command::new(command.get_program());
-            Ok((run_json(plain.args(command.get_args()))?, None))
-        }
-    }
+/// How fast memory is copied, GB/s of what is copied.
+fn copied_gb_s() -> f64 {
+    const WORDS: usize = 1 << 24;
+    let from = vec![1_u64; WORDS];
+    let mut to = vec![0_u64; WORDS];
+    let once = |_| {
+        let begun = std::time::Instant::now();
+        to.copy_from_slice(std::hint::black_box(&from));
+        std::hint::black_box(&mut to);
+        begun.elapsed().as_secs_f64()
+    };
+    let least = (0..REPEATS).map(once).fold(f64::INFINITY, f64::min);
+    (WORDS * 8) as f64 / 1e9 / least
 }

@@ -10,6 +10,7 @@ mod calibrate;
 mod ci;
 mod determinism;
 mod figures;
+mod growth;
 mod layers;
 mod prove;
 mod real;
@@ -29,7 +30,8 @@ struct Arguments {
 enum Command {
     /// Fails on a dependency that points up or sideways
     Layers,
-    /// Measures time and memory of fit and simulation, beside SciPy where Python is present
+    /// Measures time and memory: fit and simulation beside SciPy where Python is present, then every command on longer and longer
+    /// recordings
     Bench {
         /// A long recording; the first series of the stand-in if absent
         #[arg(long, requires = "well")]
@@ -40,6 +42,17 @@ enum Command {
         /// A Python script that does the same with SciPy and prints its timings as one JSON line
         #[arg(long)]
         peer: Option<PathBuf>,
+        /// Lengths of the recordings for the table of growth
+        #[arg(
+            long,
+            value_name = "DAYS",
+            value_delimiter = ',',
+            default_value = "1,10,100"
+        )]
+        days: Vec<f64>,
+        /// Commands in that table: inspect, fit, simulate, mask, diagnose; all if absent
+        #[arg(long, value_name = "COMMAND", value_delimiter = ',')]
+        only: Vec<String>,
         /// Folder for what is written on the way
         #[arg(long, default_value = "target/bench")]
         out: PathBuf,
@@ -100,11 +113,18 @@ fn main() -> anyhow::Result<()> {
             recording,
             well,
             peer,
+            days,
+            only,
             out,
         } => bench::measure(&bench::Bench {
             recording,
             well,
             peer,
+            growth: growth::Growth {
+                days,
+                only,
+                out: out.clone(),
+            },
             out,
         }),
         Command::Calibrate(settings) => calibrate::run(settings),

@@ -99,7 +99,9 @@ pub fn diagnose(
         .map(|b| {
             let from = record.setting.span_s.0 + b as f64 * seconds;
             let to = from + seconds;
-            windows.iter().any(|w| from < w.1 && to > w.0)
+            // Windows ascend: of those that end later, the first begins first.
+            let next = windows.partition_point(|w| w.1 <= from);
+            windows.get(next).is_some_and(|w| to > w.0)
         })
         .collect();
     let before_state =

@@ -2,9 +2,14 @@
 
 use crate::diagnosis::{DiagnoseError, HeldOut, Signal, Simulation};
 use crate::record::{Record, bridged, mean, tails};
-use dgd_effects::{AugmentedModel, Inputs};
+use dgd_effects::{AugmentedModel, Inputs, UnknownEffect};
 use dgd_identify::Prepared;
 use dgd_recording::Well;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Stretches that are simulated side by side.
+const AT_A_TIME: usize = 64;
 
 /// Free runs over the whole recording, window by window.
 pub(crate) fn simulate(
@@ -21,7 +26,11 @@ pub(crate) fn simulate(
     let t_s: Vec<f64> = recording.time_s.iter().map(|t| t - t0).collect();
     let held: Vec<bool> = t_s
         .iter()
-        .map(|t| windows.iter().any(|w| *t >= w.0 - t0 && *t < w.1 - t0))
+        .map(|t| {
+            // Windows ascend: of those that end later, the first begins first.
+            let next = windows.partition_point(|w| w.1 - t0 <= *t);
+            windows.get(next).is_some_and(|w| *t >= w.0 - t0)
+        })
         .collect();
     let [mud, booster, topfill, speed] = [
         &recording.mud_pump_flow_m3_s,
@@ -45,6 +54,8 @@ pub(crate) fn simulate(
     };
     let nan = || vec![f64::NAN; n];
     let mut runs = [(nan(), nan(), nan()), (nan(), nan(), nan())];
+    // Stretches with the states that they start from.
+    let mut stretches: Vec<(Range<usize>, (f64, f64))> = Vec::new();
     let mut i = 0;
     while i < n {
         let mut end = i;
@@ -62,14 +73,28 @@ pub(crate) fn simulate(
                 mean(&prepared.inlet_pressure_pa[few.clone()]),
                 mean(&recording.return_flow_m3_s[few]).max(0.0),
             );
-            for (model, out) in [before, after].into_iter().zip(&mut runs) {
-                let run = model.free_run(&record.setting, inputs, first..end, state)?;
-                out.0[first..end].copy_from_slice(&run.return_flow_m3_s);
-                out.1[first..end].copy_from_slice(&run.inlet_pa);
-                out.2[first..end].copy_from_slice(&run.outlet_pa);
-            }
+            stretches.push((first..end, state));
         }
         i = end;
+    }
+    // On all cores, some at a time: what they give is kept twice until it is copied.
+    for some in stretches.chunks(AT_A_TIME) {
+        let done = some
+            .par_iter()
+            .map(|(stretch, state)| {
+                let run = |model: &AugmentedModel| {
+                    model.free_run(&record.setting, inputs, stretch.clone(), *state)
+                };
+                Ok([run(before)?, run(after)?])
+            })
+            .collect::<Result<Vec<_>, UnknownEffect>>()?;
+        for ((stretch, _), done) in some.iter().zip(done) {
+            for (run, out) in done.iter().zip(&mut runs) {
+                out.0[stretch.clone()].copy_from_slice(&run.return_flow_m3_s);
+                out.1[stretch.clone()].copy_from_slice(&run.inlet_pa);
+                out.2[stretch.clone()].copy_from_slice(&run.outlet_pa);
+            }
+        }
     }
     let inlet = &prepared.inlet_pressure_pa;
     let outlet = &prepared.outlet_pressure_pa;

@@ -31,6 +31,18 @@ pub(crate) fn swell(pressure_pa: &[f64], step_s: f64, density_kg_m3: f64) -> Opt
     }
     let bins: Vec<usize> =
         (whole((lowest * SEGMENT_S).ceil())..=whole((highest * SEGMENT_S).floor())).collect();
+    let angles: Vec<f64> = bins
+        .iter()
+        .map(|k| 2.0 * std::f64::consts::PI * *k as f64 / m as f64)
+        .collect();
+    // All segments are of one length, and sines are dear: window and turns, bin by bin at each sample.
+    let n = (m - 1) as f64;
+    let window: Vec<f64> = (0..m - 1)
+        .map(|i| 0.5 - 0.5 * (2.0 * std::f64::consts::PI * i as f64 / n).cos())
+        .collect();
+    let turns: Vec<(f64, f64)> = (0..m - 1)
+        .flat_map(|i| angles.iter().map(move |angle| (angle * i as f64).sin_cos()))
+        .collect();
     let mut spectra: Vec<Vec<f64>> = Vec::new();
     for segment in pressure_pa.chunks_exact(m) {
         if segment.iter().any(|v| !v.is_finite()) {
@@ -42,19 +54,17 @@ pub(crate) fn swell(pressure_pa: &[f64], step_s: f64, density_kg_m3: f64) -> Opt
         if !(typical > 0.0) {
             continue;
         }
-        let n = rate.len() as f64;
-        let power = bins
-            .iter()
-            .map(|k| {
-                let angle = 2.0 * std::f64::consts::PI * *k as f64 / m as f64;
-                let (mut re, mut im) = (0.0, 0.0);
-                for (i, v) in rate.iter().enumerate() {
-                    let window = 0.5 - 0.5 * (2.0 * std::f64::consts::PI * i as f64 / n).cos();
-                    let clipped = v.clamp(-6.0 * typical, 6.0 * typical) * window;
-                    let (s, c) = (angle * i as f64).sin_cos();
-                    re += clipped * c;
-                    im += clipped * s;
-                }
+        let mut sums = vec![(0.0, 0.0); bins.len()];
+        let tapered = rate.iter().zip(&window);
+        for ((v, window), turns) in tapered.zip(turns.chunks_exact(bins.len())) {
+            let clipped = v.clamp(-6.0 * typical, 6.0 * typical) * window;
+            for ((re, im), (sin, cos)) in sums.iter_mut().zip(turns) {
+                *re += clipped * cos;
+                *im += clipped * sin;
+            }
+        }
+        let power = (sums.iter().zip(&angles))
+            .map(|((re, im), angle)| {
                 let gain = 2.0 * (angle / 2.0).sin();
                 (re * re + im * im) / (gain * gain)
             })

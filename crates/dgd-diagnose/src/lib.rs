@@ -30,6 +30,7 @@ mod empirical;
 mod estimates;
 mod finding;
 mod free_run;
+mod ground;
 mod heave;
 mod held_out;
 mod noise;

@@ -2,6 +2,10 @@
 
 use crate::relations::Rows;
 use dgd_effects::{Rank, quantile};
+use std::ops::Range;
+
+/// A wander that has decayed to this adds no digit to anything.
+const FADED: f64 = 1e-150;
 
 /// Where each relation's rows begin in a stacked vector.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,6 +59,8 @@ pub(crate) struct Whitening {
     decay: Vec<[f64; 2]>,
     /// 1 over the standard deviation of the filter's innovation, by row.
     scale: Vec<f64>,
+    /// Predecessors that a row has in its autoregression, 0 to 2.
+    predecessors: Vec<usize>,
 }
 
 /// How far instruments wander within their accuracy, by section (one standard deviation, in the section's unit).
@@ -154,6 +160,7 @@ impl Whitening {
             gain: Vec::new(),
             decay: Vec::new(),
             scale: Vec::new(),
+            predecessors: Vec::new(),
         };
         let n = layout.blocks;
         let flowing: Vec<bool> = (0..n)
@@ -347,82 +354,110 @@ impl Whitening {
         }
     }
 
-    /// Whitens a stacked vector; rows that may not be used become 0.
+    /// Whitens a stacked vector; rows that may not be used become 0, and so do those that only a wander reaches which
+    /// has faded.
     pub(crate) fn apply(&self, stacked: &[f64]) -> Vec<f64> {
+        self.whitened(stacked, FADED)
+    }
+
+    /// The same, the wander followed to the end: where a column ends decides upon the order of columns.
+    pub(crate) fn apply_whole(&self, stacked: &[f64]) -> Vec<f64> {
+        self.whitened(stacked, 0.0)
+    }
+
+    fn whitened(&self, stacked: &[f64], faded: f64) -> Vec<f64> {
         let l = self.layout;
         let n = l.blocks;
         let mut out = vec![0.0; l.len()];
-        // Most columns and effects live in one relation; what is 0 stays 0.
-        let moves = l
-            .sections()
-            .map(|rows| stacked[rows].iter().any(|v| *v != 0.0));
-        let live = [moves[0], moves[0] || moves[1], moves[2], moves[3]];
-        for b in 0..if live[0] { n } else { 0 } {
-            if !self.valid[b] {
-                continue;
-            }
-            out[b] = stacked[b];
-            for (back, weight) in self.memory_of(0, b) {
-                out[b] -= weight * stacked[b - back];
-            }
-            out[b] *= self.start[b];
-        }
-        let own = |b: usize| {
-            stacked[n + b]
-                - if self.kin(b) {
-                    self.kinship * stacked[b]
-                } else {
-                    0.0
-                }
+        let sections = l.sections();
+        // Most columns and effects live in one relation, and many begin late: what is 0 stays 0.
+        let ends = |rows: Range<usize>| {
+            let here = |k: &usize| self.valid[*k] && stacked[*k] != 0.0;
+            let start = rows.start;
+            let from = rows.clone().find(here)? - start;
+            Some((from, rows.rev().find(here)? - start))
         };
-        for b in 0..if live[1] { n } else { 0 } {
-            if self.valid[n + b] {
-                let mut v = own(b);
-                for (back, weight) in self.memory_of(1, b) {
-                    v -= weight * own(b - back);
-                }
-                out[n + b] = v * self.start[n + b];
-            }
-        }
-        for (k, from, len) in [
-            (2, l.difference_at(), l.difference),
-            (3, l.mass_at(), l.mass),
-        ] {
-            for i in 0..if live[k] { len } else { 0 } {
-                if self.valid[from + i] {
-                    let mut v = stacked[from + i];
-                    for (back, weight) in self.memory_of(k, i) {
-                        v -= weight * stacked[from + i - back];
-                    }
-                    out[from + i] = v * self.start[from + i];
-                }
-            }
-        }
-        for (rows, live) in l.sections().into_iter().zip(live) {
-            if !live {
+        let mut live = sections.clone().map(ends);
+        // The head row holds the friction row's noise.
+        live[1] = match (live[0], live[1]) {
+            (Some(a), Some(b)) => Some((a.0.min(b.0), a.1.max(b.1))),
+            (a, b) => a.or(b),
+        };
+        for (k, (rows, live)) in sections.into_iter().zip(live).enumerate() {
+            let Some((first, last)) = live else {
                 continue;
-            }
-            let mut wander = [0.0; 2];
-            for row in rows {
-                if self.scale[row] <= 0.0 {
-                    out[row] = 0.0;
-                    continue;
-                }
-                let (decay, gain) = (self.decay[row], self.gain[row]);
-                wander = [wander[0] * decay[0], wander[1] * decay[1]];
-                let innovation = out[row] - wander[0] - wander[1];
-                if !innovation.is_finite() {
-                    out[row] = 0.0;
-                    continue;
-                }
-                wander = [
-                    wander[0] + gain[0] * innovation,
-                    wander[1] + gain[1] * innovation,
-                ];
-                out[row] = innovation * self.scale[row];
+            };
+            let values = &stacked[rows.clone()];
+            if k == 1 {
+                let own: Vec<f64> = (first.saturating_sub(2)..n.min(last + 3))
+                    .map(|b| {
+                        if self.kin(b) {
+                            values[b] - self.kinship * stacked[b]
+                        } else {
+                            values[b] - 0.0
+                        }
+                    })
+                    .collect();
+                self.filtered(
+                    (k, faded),
+                    &own,
+                    first.saturating_sub(2),
+                    (first, last),
+                    &mut out[rows],
+                );
+            } else {
+                self.filtered((k, faded), values, 0, (first, last), &mut out[rows]);
             }
         }
         out
+    }
+
+    /// Whitens one section from its row `first` on, nothing but zeros standing before it and after `last`.
+    /// `values` are its rows from `from` on; a wander below `faded` is none.
+    fn filtered(
+        &self,
+        (k, faded): (usize, f64),
+        values: &[f64],
+        from: usize,
+        (first, last): (usize, usize),
+        out: &mut [f64],
+    ) {
+        let section = self.layout.sections()[k].clone();
+        let [a, b] = self.memory[k];
+        let alone = (a / (1.0 - b)).clamp(-0.95, 0.95);
+        let mut wander = [0.0_f64; 2];
+        for i in first..section.len() {
+            let row = section.start + i;
+            if self.scale[row] <= 0.0 {
+                continue;
+            }
+            // Two rows on, nothing is left of the last value but the wander that it moved.
+            let value = if i > last + 2 {
+                if wander.iter().all(|w| w.abs() < faded) {
+                    break;
+                }
+                0.0
+            } else {
+                let at = i - from;
+                let left = match self.predecessors[row] {
+                    0 => values[at],
+                    1 => values[at] - alone * values[at - 1],
+                    _ => values[at] - a * values[at - 1] - b * values[at - 2],
+                };
+                left * self.start[row]
+            };
+            let (decay, gain) = (self.decay[row], self.gain[row]);
+            wander = [wander[0] * decay[0], wander[1] * decay[1]];
+            let innovation = value - wander[0] - wander[1];
+            if !innovation.is_finite() {
+                continue;
+            }
+            wander = [
+                wander[0] + gain[0] * innovation,
+                wander[1] + gain[1] * innovation,
+            ];
+            out[i] = innovation * self.scale[row];
+        }
     }
 
     /// Whether the head row of a block holds the friction row's noise.
@@ -458,6 +493,7 @@ impl Whitening {
     fn starts(&mut self) {
         let l = self.layout;
         let mut start = vec![1.0; l.len()];
+        let mut predecessors = vec![0; l.len()];
         for (k, from, len) in [
             (0, 0, l.blocks),
             (1, l.blocks, l.blocks),
@@ -467,10 +503,12 @@ impl Whitening {
             let [a, b] = self.memory[k];
             let r = (a / (1.0 - b)).clamp(-0.95, 0.95);
             for i in 0..len {
+                let back = self.memory_of(k, i).map(|(back, _)| back).max();
+                predecessors[from + i] = back.unwrap_or(0);
                 if k == 0 && self.still[i] {
                     continue;
                 }
-                start[from + i] = match self.memory_of(k, i).count() {
+                start[from + i] = match predecessors[from + i] {
                     0 => ((1.0 - b * b) * (1.0 - r * r)).max(0.05).sqrt(),
                     1 => (1.0 - b * b).max(0.1).sqrt(),
                     _ => 1.0,
@@ -478,6 +516,7 @@ impl Whitening {
             }
         }
         self.start = start;
+        self.predecessors = predecessors;
     }
 
     /// The transpose of [`Self::apply`]: what each raw row adds to the product with a whitened vector.

@@ -6,6 +6,7 @@
 use crate::record::{MASS_BLOCKS, Record, mean, whole};
 use dgd_effects::{Action, Changes, Effect, MeterPath, Moment, STANDING_M3_S, shrunk};
 use dgd_units::STANDARD_GRAVITY_M_S2;
+use std::ops::Range;
 
 /// An effect with its parameters.
 #[derive(Clone)]
@@ -105,92 +106,208 @@ fn line_flow(meter: &[f64], path: MeterPath, dt_s: f64, noise: f64) -> Vec<f64> 
         .collect()
 }
 
-impl Blocks {
-    /// Runs a hypothesis over the recording.
+/// Flow of the line, as the meter's path under a hypothesis has it.
+#[derive(Debug, Clone)]
+pub(crate) struct LineFlow {
+    /// With gaps, and without; `None` where nothing stands between line and meter.
+    inverted: Option<(Vec<f64>, Vec<f64>)>,
+}
+
+impl LineFlow {
+    /// The flow under a hypothesis.
     pub(crate) fn under(record: &Record, applied: &[Applied]) -> Self {
-        let setting = &record.setting;
-        let n = record.t_s.len();
         let mut path = MeterPath::default();
-        let mut actions: Vec<Action> = Vec::with_capacity(applied.len());
         for one in applied {
             let p = one.effect.meter_path(&one.parameters);
             path.delay_s += p.delay_s;
             path.lag_s += p.lag_s;
-            actions.push(one.effect.begin(&one.parameters, setting));
         }
-        let plain = path == MeterPath::default();
-        let shifted;
-        let flow: &[f64] = if plain {
-            &record.flow
-        } else {
-            shifted = line_flow(&record.flow, path, record.dt_s, setting.noise.flow_m3_s);
-            &shifted
+        let inverted = (path != MeterPath::default()).then(|| {
+            let noise = record.setting.noise.flow_m3_s;
+            let flow = line_flow(&record.flow, path, record.dt_s, noise);
+            let filled = crate::record::bridged(&flow);
+            (flow, filled)
+        });
+        Self { inverted }
+    }
+}
+
+/// Runs effects over samples of a recording; `changes` tells what they change at each, which is called in order.
+pub(crate) fn run(
+    record: &Record,
+    line: &LineFlow,
+    samples: Range<usize>,
+    mut changes: impl FnMut(&Moment) -> Changes,
+) -> Parts {
+    let setting = &record.setting;
+    let (flow, filled_flow) = match &line.inverted {
+        Some((flow, filled)) => (flow, filled),
+        None => (&record.flow, &record.filled.flow),
+    };
+    let rho = setting.density_kg_m3;
+    let g = STANDARD_GRAVITY_M_S2;
+    let column = record.column_pa();
+    let single = record.outlets.len() < 2;
+    let first = samples.start;
+    let mut native = Native::with(samples.len());
+    for i in samples {
+        let moment = Moment {
+            index: i,
+            t_s: record.t_s[i],
+            dt_s: record.dt_s,
+            mud_pump_m3_s: record.filled.mud_pump[i],
+            booster_m3_s: record.filled.booster[i],
+            topfill_m3_s: record.filled.topfill[i],
+            flow_m3_s: filled_flow[i],
+            speed_pct: record.filled.speed[i],
+            inlet_pa: record.filled.inlet[i],
+            outlet_pa: record.filled.outlet[i],
+            pumping: record.filled.pumping[i],
         };
-        let refilled;
-        let filled_flow: &[f64] = if plain {
-            &record.filled.flow
+        let c = changes(&moment);
+        let bias = if single {
+            c.outlet_bias_pa[0]
         } else {
-            refilled = crate::record::bridged(flow);
-            &refilled
+            0.5 * (c.outlet_bias_pa[0] + c.outlet_bias_pa[1])
         };
-        let rho = setting.density_kg_m3;
-        let g = STANDARD_GRAVITY_M_S2;
-        let column = record.column_pa();
-        let single = record.outlets.len() < 2;
-        let mut native = Native::with(n);
-        for i in 0..n {
-            let moment = Moment {
-                index: i,
-                t_s: record.t_s[i],
-                dt_s: record.dt_s,
-                mud_pump_m3_s: record.filled.mud_pump[i],
-                booster_m3_s: record.filled.booster[i],
-                topfill_m3_s: record.filled.topfill[i],
-                flow_m3_s: filled_flow[i],
-                speed_pct: record.filled.speed[i],
-                inlet_pa: record.filled.inlet[i],
-                outlet_pa: record.filled.outlet[i],
-                pumping: record.filled.pumping[i],
-            };
+        let q = flow[i] / c.meter_gain;
+        let through = q + c.leak_m3_s;
+        native.flow.push(through);
+        native.through.push(through + c.recirculation_m3_s);
+        native.speed.push(record.speed[i] + c.speed_pct);
+        let outlet = record.outlet[i] - bias;
+        native.drop.push(
+            outlet - column - c.line_kg_m3 * g * setting.line_length_m + rho * g * c.line_fall_m
+                - c.line_drop_pa,
+        );
+        native
+            .friction_factor
+            .push(c.friction_factor * (1.0 + c.line_kg_m3 / rho));
+        native.lift.push(outlet - record.inlet[i] - c.head_pa);
+        native
+            .head_factor
+            .push(c.head_factor * (1.0 + c.riser_kg_m3 / rho));
+        let inflow =
+            record.filled.mud_pump[i] + record.filled.booster[i] + record.filled.topfill[i];
+        native.net.push(
+            inflow * (1.0 + c.entering_kg_m3 / rho) + c.inflow_m3_s
+                - through * (1.0 + c.riser_kg_m3 / rho),
+        );
+        native
+            .area
+            .push(c.area_factor * setting.riser_area_m2 / (rho * g));
+        native.bias.push(c.outlet_bias_pa[0] - c.outlet_bias_pa[1]);
+    }
+    native.parts(record, first)
+}
+
+impl Blocks {
+    /// Runs a hypothesis over the recording.
+    pub(crate) fn under(record: &Record, applied: &[Applied]) -> Self {
+        let line = LineFlow::under(record, applied);
+        let mut actions: Vec<Action> = (applied.iter())
+            .map(|one| one.effect.begin(&one.parameters, &record.setting))
+            .collect();
+        let parts = run(record, &line, 0..record.t_s.len(), |moment| {
             let mut c = Changes::default();
             for action in &mut actions {
-                action(&moment, &mut c);
+                action(moment, &mut c);
             }
-            let bias = if single {
-                c.outlet_bias_pa[0]
-            } else {
-                0.5 * (c.outlet_bias_pa[0] + c.outlet_bias_pa[1])
+            c
+        });
+        Self::of(record, parts, None)
+    }
+
+    /// Calms what is averaged, and takes the line's inertia out of its drop. What `known` parts have alike, digit for
+    /// digit, is not calmed again.
+    pub(crate) fn of(record: &Record, parts: Parts, known: Option<(&Parts, &Self)>) -> Self {
+        let same = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits());
+        let (flow, averaged) = match known {
+            Some((before, blocks)) if same(&before.flow, &parts.flow) => {
+                (blocks.flow.clone(), blocks.averaged.clone())
+            }
+            _ => calmed(&parts.flow),
+        };
+        let through = match known {
+            Some((before, blocks)) if same(&before.through, &parts.through) => {
+                blocks.through.clone()
+            }
+            _ => calmed(&parts.through).0,
+        };
+        let speed = match known {
+            Some((before, blocks)) if same(&before.speed, &parts.speed) => blocks.speed.clone(),
+            _ => calmed(&parts.speed).0,
+        };
+        let inertia = record.inertia();
+        let seconds = record.dt_s * record.per_block as f64;
+        let mut drop = parts.drop;
+        for b in 0..drop.len() {
+            // Rate across the block from its neighbours; one-sided where one is missing.
+            let before = b.checked_sub(1).map_or(f64::NAN, |k| flow[k]);
+            let after = flow.get(b + 1).copied().unwrap_or(f64::NAN);
+            let rate = match (before.is_finite(), after.is_finite()) {
+                (true, true) => (after - before) / (2.0 * seconds),
+                (true, false) => (flow[b] - before) / seconds,
+                (false, true) => (after - flow[b]) / seconds,
+                _ => 0.0,
             };
-            let q = flow[i] / c.meter_gain;
-            let through = q + c.leak_m3_s;
-            native.flow.push(through);
-            native.through.push(through + c.recirculation_m3_s);
-            native.speed.push(record.speed[i] + c.speed_pct);
-            let outlet = record.outlet[i] - bias;
-            native.drop.push(
-                outlet - column - c.line_kg_m3 * g * setting.line_length_m
-                    + rho * g * c.line_fall_m
-                    - c.line_drop_pa,
-            );
-            native
-                .friction_factor
-                .push(c.friction_factor * (1.0 + c.line_kg_m3 / rho));
-            native.lift.push(outlet - record.inlet[i] - c.head_pa);
-            native
-                .head_factor
-                .push(c.head_factor * (1.0 + c.riser_kg_m3 / rho));
-            let inflow =
-                record.filled.mud_pump[i] + record.filled.booster[i] + record.filled.topfill[i];
-            native.net.push(
-                inflow * (1.0 + c.entering_kg_m3 / rho) + c.inflow_m3_s
-                    - through * (1.0 + c.riser_kg_m3 / rho),
-            );
-            native
-                .area
-                .push(c.area_factor * setting.riser_area_m2 / (rho * g));
-            native.bias.push(c.outlet_bias_pa[0] - c.outlet_bias_pa[1]);
+            if rate.is_finite() {
+                drop[b] -= inertia * rate;
+            }
         }
-        native.averaged(record)
+        Self {
+            flow,
+            averaged,
+            through,
+            speed,
+            drop,
+            friction_factor: parts.friction_factor,
+            lift: parts.lift,
+            head_factor: parts.head_factor,
+            difference: parts.difference,
+            imbalance: parts.imbalance,
+        }
+    }
+}
+
+/// Block means before flows and speed are calmed and the line's inertia is taken out of its drop.
+#[derive(Debug, Clone)]
+pub(crate) struct Parts {
+    flow: Vec<f64>,
+    through: Vec<f64>,
+    speed: Vec<f64>,
+    drop: Vec<f64>,
+    friction_factor: Vec<f64>,
+    lift: Vec<f64>,
+    head_factor: Vec<f64>,
+    difference: Vec<f64>,
+    /// One a [`MASS_BLOCKS`] blocks.
+    imbalance: Vec<f64>,
+}
+
+impl Parts {
+    /// The parts with those of some rows of the mass balance, from row `from` on, in their place.
+    pub(crate) fn with(mut self, other: &Self, from: usize) -> Self {
+        let lay = |into: &mut Vec<f64>, part: &[f64], from: usize| {
+            if let Some(place) = into.get_mut(from..from + part.len()) {
+                place.copy_from_slice(part);
+            }
+        };
+        let block = from * MASS_BLOCKS;
+        for (into, part) in [
+            (&mut self.flow, &other.flow),
+            (&mut self.through, &other.through),
+            (&mut self.speed, &other.speed),
+            (&mut self.drop, &other.drop),
+            (&mut self.friction_factor, &other.friction_factor),
+            (&mut self.lift, &other.lift),
+            (&mut self.head_factor, &other.head_factor),
+            (&mut self.difference, &other.difference),
+        ] {
+            lay(into, part, block);
+        }
+        lay(&mut self.imbalance, &other.imbalance, from);
+        self
     }
 }
 
@@ -274,36 +391,18 @@ impl Native {
         }
     }
 
-    fn averaged(self, record: &Record) -> Blocks {
+    /// Means of whole blocks; the first sample is number `first`, where a row of the mass balance begins.
+    fn parts(self, record: &Record, first: usize) -> Parts {
         let m = record.per_block;
-        let blocks = record.blocks;
+        let blocks = (record.blocks - first / m).min(self.flow.len() / m);
         let by = |values: &[f64]| -> Vec<f64> {
             values.chunks_exact(m).take(blocks).map(trimmed).collect()
         };
-        let (flow, averaged) = calmed(&by(&self.flow));
-        let inertia = record.inertia();
-        let seconds = record.dt_s * m as f64;
-        let mut drop = by(&self.drop);
-        for b in 0..blocks {
-            // Rate across the block from its neighbours; one-sided where one is missing.
-            let before = b.checked_sub(1).map_or(f64::NAN, |k| flow[k]);
-            let after = flow.get(b + 1).copied().unwrap_or(f64::NAN);
-            let rate = match (before.is_finite(), after.is_finite()) {
-                (true, true) => (after - before) / (2.0 * seconds),
-                (true, false) => (flow[b] - before) / seconds,
-                (false, true) => (after - flow[b]) / seconds,
-                _ => 0.0,
-            };
-            if rate.is_finite() {
-                drop[b] -= inertia * rate;
-            }
-        }
+        let here = |b: usize| b * m..(b + 1) * m;
+        let there = |b: usize| first + b * m..first + (b + 1) * m;
         let difference = match record.outlets.as_slice() {
-            [first, second] => (0..blocks)
-                .map(|b| {
-                    let r = b * m..(b + 1) * m;
-                    mean(&first[r.clone()]) - mean(&second[r.clone()]) - mean(&self.bias[r])
-                })
+            [one, two] => (0..blocks)
+                .map(|b| mean(&one[there(b)]) - mean(&two[there(b)]) - mean(&self.bias[here(b)]))
                 .collect(),
             _ => Vec::new(),
         };
@@ -324,21 +423,20 @@ impl Native {
                 if bad * 10 > net.len() {
                     return f64::NAN;
                 }
-                let rate = (edge(r.end) - edge(r.start)) / mass_seconds;
+                let rate = (edge(first + r.end) - edge(first + r.start)) / mass_seconds;
                 let noise = record.setting.noise.inlet_pa / mass_seconds;
                 let area = mean(&self.area[r.clone()]);
                 mean(net) - plain_area * rate - (area - plain_area) * shrunk(rate, noise)
             })
             .collect();
-        Blocks {
-            through: calmed(&by(&self.through)).0,
-            speed: calmed(&by(&self.speed)).0,
-            averaged,
+        Parts {
+            flow: by(&self.flow),
+            through: by(&self.through),
+            speed: by(&self.speed),
+            drop: by(&self.drop),
             friction_factor: by(&self.friction_factor),
             lift: by(&self.lift),
             head_factor: by(&self.head_factor),
-            flow,
-            drop,
             difference,
             imbalance,
         }

@@ -410,6 +410,7 @@ fn switches(
         let start = record.setting.span_s.0;
         let time = |b: usize| start + b as f64 * seconds;
         let mut peaks: Vec<(f64, usize, usize)> = Vec::new();
+        let mut settled = 0;
         let one_sided = about.parameters[0].low >= 0.0;
         let mut offer = |score: f64, energy: f64, from: usize, to: usize| {
             if (one_sided && score <= 0.0) || energy <= 0.0 {
@@ -417,7 +418,11 @@ fn switches(
             }
             let z2 = score * score / energy;
             // Peaks stand five minutes apart.
-            match peaks
+            // Beginnings come in order: what lies five minutes back is settled.
+            while peaks.get(settled).is_some_and(|p| p.1 + 30 <= from) {
+                settled += 1;
+            }
+            match peaks[settled..]
                 .iter_mut()
                 .find(|p| p.1.abs_diff(from) < 30 && p.2.abs_diff(to) < 30)
             {

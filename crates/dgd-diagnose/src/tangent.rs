@@ -3,6 +3,7 @@
 //! All base parameters (friction and head curves, the offset between redundant transmitters) and the slow wander of
 //! instruments within their accuracy span the tangent. Evidence for an effect is what its signature explains beyond it.
 
+use crate::ground::Ground;
 use crate::noise::{Layout, Whitening};
 use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::{Applied, Blocks, Rows};
@@ -11,12 +12,16 @@ use crate::slack::{Slack, slack};
 use crate::step::Step;
 use crate::unrest::wander;
 pub(crate) use crate::vectors::dot;
-use crate::vectors::{back_substitute, orthonormal, support};
+use crate::vectors::{
+    Orthonormal, Reach, back_substitute, dot_within, orthonormal, products, support, take_away,
+    without,
+};
 use dgd_effects::{
     Curves, FRICTION_TERMS, HEAD_POWERS, HEAD_TERMS, Rank, Scale, friction_terms, head_terms,
     quantile,
 };
 use nalgebra::{DMatrix, DVector};
+use std::sync::{Arc, OnceLock};
 
 /// Prior width of the head's lean on inlet pressure.
 const LEAN_PRIOR: f64 = 0.1;
@@ -30,8 +35,12 @@ const HEAD_ODD_PA: f64 = 5.0e4;
 const HEAD_BUMP_PA: f64 = 4.0e4;
 
 /// The linearised model.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub(crate) struct Tangent {
+    /// The hypothesis that it is linearised about.
+    applied: Vec<Applied>,
+    /// What that comes to by itself, once a candidate stands on it.
+    ground: OnceLock<Arc<Ground>>,
     pub rows: Rows,
     pub layout: Layout,
     pub whitening: Whitening,
@@ -42,6 +51,8 @@ pub(crate) struct Tangent {
     nuisance: Vec<Vec<f64>>,
     /// Orthonormal columns, over whitened rows followed by prior rows.
     basis: Vec<Vec<f64>>,
+    /// Rows in which each of them may differ from 0.
+    reaches: Vec<Reach>,
     /// Whitened residual off the tangent, the same shape.
     pub off: Vec<f64>,
     /// Raw residual of the curves alone (wanders not taken out), stacked.
@@ -269,7 +280,16 @@ impl Tangent {
         let residual = Evaluated::of(&curves, &blocks, None).residual(layout, &blocks);
         let unrest = crate::unrest::unrest(record, &curves, &blocks, layout);
         let whitening = Whitening::of(layout, &rows, &residual, &unrest, wander(record, &curves));
-        let first = Self::with(record, &blocks, rows, curves, whitening, lean, Vec::new());
+        let first = Self::with(
+            record,
+            applied,
+            &blocks,
+            rows,
+            curves,
+            whitening,
+            lean,
+            Vec::new(),
+        );
         // A row that stands out alone is a glitch: no effect of minutes looks like that.
         let lonely = first.lonely(record);
         let residual = first.residual.clone();
@@ -293,6 +313,7 @@ impl Tangent {
         let whitening = Whitening::of(layout, &rows, &residual, &unrest, wander(record, &curves));
         Some(Self::with(
             record,
+            applied,
             &blocks,
             rows,
             curves,
@@ -344,6 +365,7 @@ impl Tangent {
         let blocks = Blocks::under(record, applied);
         Self::with(
             record,
+            applied,
             &blocks,
             self.rows.clone(),
             self.curves.clone(),
@@ -389,6 +411,7 @@ impl Tangent {
     fn slackened(self, record: &Record, applied: &[Applied], slack: Vec<Slack>) -> Self {
         Self::with(
             record,
+            applied,
             &Blocks::under(record, applied),
             self.rows,
             self.curves,
@@ -399,8 +422,13 @@ impl Tangent {
     }
 
     /// The tangent for a known noise.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "what a tangent is made of, passed on by three callers"
+    )]
     fn with(
         record: &Record,
+        applied: &[Applied],
         blocks: &Blocks,
         rows: Rows,
         curves: Curves,
@@ -466,7 +494,7 @@ impl Tangent {
         y[layout.difference_at()..layout.mass_at()].copy_from_slice(&blocks.difference);
         y[layout.mass_at()..].copy_from_slice(&blocks.imbalance);
         let p = columns.len();
-        let whitened: Vec<Vec<f64>> = columns.iter().map(|c| whitening.apply(c)).collect();
+        let whitened: Vec<Vec<f64>> = columns.iter().map(|c| whitening.apply_whole(c)).collect();
         // Columns that touch little first: they stay short among themselves.
         let mut order: Vec<usize> = (0..p).collect();
         order.sort_by_key(|&a| support(&whitened[a]).len());
@@ -479,16 +507,16 @@ impl Tangent {
                 w
             })
             .collect();
-        let mut off = whitening.apply(&y);
+        let mut off = whitening.apply_whole(&y);
         off.resize(total + p, 0.0);
         for (a, mean) in means.iter().enumerate() {
             off[total + a] = mean / priors[a];
         }
-        let triangle = orthonormal(&mut basis, total);
+        let Orthonormal { triangle, reaches } = orthonormal(&mut basis, total);
         let mut right = vec![0.0; p];
-        for (q, r) in basis.iter().zip(&mut right) {
-            *r = dot(q, &off);
-            off.iter_mut().zip(q).for_each(|(v, q)| *v -= *r * q);
+        for ((q, rows), r) in basis.iter().zip(&reaches).zip(&mut right) {
+            *r = dot_within(q, &off, rows, p);
+            take_away(&mut off, *r, q, rows, p);
         }
         let ln_volume = (triangle.iter().zip(&order).enumerate())
             .map(|(k, (row, &a))| (row[k].abs() * priors[a]).ln())
@@ -505,6 +533,8 @@ impl Tangent {
         let evaluated = Evaluated::of(&fitted, blocks, None);
         let residual = evaluated.residual(layout, blocks);
         Self {
+            applied: applied.to_vec(),
+            ground: OnceLock::new(),
             rows,
             layout,
             whitening,
@@ -512,6 +542,7 @@ impl Tangent {
             rest: beta[FRICTION_TERMS + HEAD_TERMS..].to_vec(),
             nuisance,
             basis,
+            reaches,
             off,
             residual,
             lean,
@@ -532,16 +563,20 @@ impl Tangent {
         }
         let scale = dot(&w[touched.clone()], &w[touched.clone()]).sqrt();
         // Columns are orthonormal: the products need not wait for one another.
-        let products: Vec<f64> = self
-            .basis
-            .iter()
-            .map(|q| dot(&q[touched.clone()], &w[touched.clone()]))
-            .collect();
-        for (q, r) in self.basis.iter().zip(products) {
-            if r.abs() > 1e-9 * scale {
-                w.iter_mut().zip(q).for_each(|(v, q)| *v -= r * q);
+        let mut shares = products(&self.basis, &self.reaches, &w, &touched);
+        for share in &mut shares {
+            // Not turned round: a NaN is passed over too.
+            if !(share.abs() > 1e-9 * scale) {
+                *share = 0.0;
             }
         }
+        without(
+            &mut w,
+            &self.basis,
+            &self.reaches,
+            &shares,
+            self.basis.len(),
+        );
         w
     }
 
@@ -559,9 +594,7 @@ impl Tangent {
                 if !record.takes(Step::Projection) {
                     return vec![0.0; self.basis.len()];
                 }
-                let touched = support(w);
-                let product = |q: &Vec<f64>| dot(&q[touched.clone()], &w[touched.clone()]);
-                self.basis.iter().map(product).collect()
+                products(&self.basis, &self.reaches, w, &support(w))
             })
             .collect();
         let n = changes.len();
@@ -589,7 +622,16 @@ impl Tangent {
 
     /// The same before whitening.
     pub(crate) fn change(&self, record: &Record, applied: &[Applied]) -> Vec<f64> {
-        let blocks = Blocks::under(record, applied);
+        let blocks = match applied.split_last() {
+            Some((one, state)) if alike(state, &self.applied) => {
+                let ground = self
+                    .ground
+                    .get_or_init(|| Arc::new(Ground::under(record, state)));
+                ground.with(record, one)
+            }
+            _ => None,
+        };
+        let blocks = blocks.unwrap_or_else(|| Blocks::under(record, applied));
         let with = Evaluated::of(&self.curves, &blocks, Some(&self.evaluated))
             .residual(self.layout, &blocks);
         self.residual
@@ -609,6 +651,20 @@ impl Tangent {
         }
         out
     }
+}
+
+/// Whether two hypotheses are the same, digit for digit.
+fn alike(a: &[Applied], b: &[Applied]) -> bool {
+    let bits = |one: &Applied| {
+        one.parameters
+            .iter()
+            .map(|p| p.to_bits())
+            .collect::<Vec<_>>()
+    };
+    let same = |(a, b): (&Applied, &Applied)| {
+        a.effect.about().id == b.effect.about().id && bits(a) == bits(b)
+    };
+    a.len() == b.len() && a.iter().zip(b).all(same)
 }
 
 /// Columns of `total` rows from the terms of each of `count` rows after `first`.

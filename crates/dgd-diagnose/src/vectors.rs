@@ -1,5 +1,6 @@
 //! Small dense linear algebra over long columns.
 
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// Product of two vectors, in eight sums that the processor adds side by side.
@@ -22,8 +23,11 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest
 }
 
+/// Rows that a vector may differ from 0 in; the last few, which are the priors', always belong to it.
+pub(crate) type Reach = std::ops::Range<usize>;
+
 /// Where a column holds anything but zeros: from the first to after the last.
-pub(crate) fn support(column: &[f64]) -> Range<usize> {
+pub(crate) fn support(column: &[f64]) -> Reach {
     let first = column.iter().position(|v| *v != 0.0);
     let last = column.iter().rposition(|v| *v != 0.0);
     match (first, last) {
@@ -32,60 +36,192 @@ pub(crate) fn support(column: &[f64]) -> Range<usize> {
     }
 }
 
-/// The rows that both ranges hold.
-fn common(a: &Range<usize>, b: &Range<usize>) -> Range<usize> {
-    let from = a.start.max(b.start);
-    from..a.end.min(b.end).max(from)
+/// The rows of a reach, rounded out to eights from row `origin` on, within `origin..end`.
+fn eights(reach: &Reach, origin: usize, end: usize) -> Range<usize> {
+    let from = reach.start.clamp(origin, end) - origin;
+    let to = reach.end.clamp(origin, end) - origin;
+    let from = from - from % 8;
+    let to = to.next_multiple_of(8).min((end - origin) / 8 * 8).max(from);
+    origin + from..origin + to
 }
 
-/// Makes columns orthonormal in place (modified Gram-Schmidt, twice); returns the upper triangle by columns.
+fn add_products(sums: &mut [f64; 8], a: &[f64], b: &[f64]) {
+    for (x, y) in a.chunks_exact(8).zip(b.chunks_exact(8)) {
+        for k in 0..8 {
+            sums[k] += x[k] * y[k];
+        }
+    }
+}
+
+/// [`dot`] of two vectors of one length, digit for digit, without the rows in which one of them is 0.
+pub(crate) fn dot_within(a: &[f64], b: &[f64], rows: &Reach, priors: usize) -> f64 {
+    let n = a.len();
+    let whole = n / 8 * 8;
+    let main = eights(rows, 0, n);
+    let tail = main.end.max((n - priors) / 8 * 8).min(whole)..whole;
+    let mut sums = [0.0; 8];
+    for part in [main, tail] {
+        add_products(&mut sums, &a[part.clone()], &b[part]);
+    }
+    let rest: f64 = (a[whole..].iter().zip(&b[whole..]))
+        .map(|(x, y)| x * y)
+        .sum();
+    sums.iter().sum::<f64>() + rest
+}
+
+/// Takes `share` of a vector with this reach away from another.
+pub(crate) fn take_away(from: &mut [f64], share: f64, of: &[f64], rows: &Reach, priors: usize) {
+    let tail = rows.end.max(of.len() - priors);
+    for part in [rows.clone(), tail..of.len()] {
+        let (from, of) = (&mut from[part.clone()], &of[part]);
+        from.iter_mut().zip(of).for_each(|(v, q)| *v -= share * q);
+    }
+}
+
+/// Rows that are gone through together: with a few columns they fit a core's nearest cache.
+const PIECE: usize = 1024;
+
+/// Products of each column with rows `touched` of a vector, the digits those of [`dot`] of these slices.
 ///
-/// Behind row `rows` every column may hold something; before it only the rows that two columns share cost anything. So
-/// columns that touch little belong first.
-pub(crate) fn orthonormal(columns: &mut [Vec<f64>], rows: usize) -> Vec<Vec<f64>> {
-    let p = columns.len();
-    let mut triangle = vec![vec![0.0; p]; p];
-    let mut reach: Vec<Range<usize>> = (columns.iter())
-        .map(|c| support(&c[..rows.min(c.len())]))
-        .collect();
-    for a in 0..p {
-        let (done, rest) = columns.split_at_mut(a);
-        let column = &mut rest[0];
-        for _ in 0..2 {
-            for (b, q) in done.iter().enumerate() {
-                let shared = common(&reach[a], &reach[b]);
-                let tail = rows.min(q.len())..q.len();
-                let r = dot(&q[shared.clone()], &column[shared])
-                    + dot(&q[tail.clone()], &column[tail.clone()]);
-                if r == 0.0 {
-                    continue;
-                }
-                triangle[a][b] += r;
-                for part in [reach[b].clone(), tail] {
-                    let both = column[part.clone()].iter_mut().zip(&q[part]);
-                    both.for_each(|(v, q)| *v -= r * q);
-                }
-                reach[a] = joined(&reach[a], &reach[b]);
+/// Piece by piece, so that the vector is read from afar once and not once a column.
+pub(crate) fn products(
+    columns: &[Vec<f64>],
+    reaches: &[Reach],
+    vector: &[f64],
+    touched: &Range<usize>,
+) -> Vec<f64> {
+    let (from, to) = (touched.start, touched.end);
+    let whole = from + (to - from) / 8 * 8;
+    let within: Vec<Range<usize>> = reaches.iter().map(|r| eights(r, from, to)).collect();
+    let mut sums = vec![[0.0; 8]; columns.len()];
+    for start in (from..whole).step_by(PIECE) {
+        let end = (start + PIECE).min(whole);
+        for ((q, rows), sums) in columns.iter().zip(&within).zip(&mut sums) {
+            let (start, end) = (start.max(rows.start), end.min(rows.end));
+            if start < end {
+                add_products(sums, &q[start..end], &vector[start..end]);
             }
         }
-        let norm = dot(column, column).sqrt();
+    }
+    (columns.iter().zip(sums))
+        .map(|(q, sums)| {
+            let rest: f64 = (q[whole..to].iter().zip(&vector[whole..to]))
+                .map(|(x, y)| x * y)
+                .sum();
+            sums.iter().sum::<f64>() + rest
+        })
+        .collect()
+}
+
+/// Takes shares of columns away from a vector of their length, in their order, piece by piece.
+pub(crate) fn without(
+    vector: &mut [f64],
+    columns: &[Vec<f64>],
+    reaches: &[Reach],
+    shares: &[f64],
+    priors: usize,
+) {
+    let n = vector.len();
+    for start in (0..n).step_by(PIECE) {
+        let end = (start + PIECE).min(n);
+        for ((q, rows), share) in columns.iter().zip(reaches).zip(shares) {
+            if *share == 0.0 {
+                continue;
+            }
+            let tail = rows.end.max(n - priors);
+            for part in [rows.clone(), tail..n] {
+                let (from, to) = (part.start.max(start), part.end.min(end));
+                if from < to {
+                    let (vector, q) = (&mut vector[from..to], &q[from..to]);
+                    vector.iter_mut().zip(q).for_each(|(v, q)| *v -= share * q);
+                }
+            }
+        }
+    }
+}
+
+/// Columns made orthonormal.
+pub(crate) struct Orthonormal {
+    /// The upper triangle by columns: how the columns were made of these.
+    pub triangle: Vec<Vec<f64>>,
+    /// Where each column may differ from 0.
+    pub reaches: Vec<Reach>,
+}
+
+/// Entries of the columns from which on all cores are worth their while.
+const MANY: usize = 1 << 19;
+
+/// Makes columns of one length orthonormal in place (modified Gram-Schmidt, twice).
+///
+/// Behind row `rows` every column may hold something; before it only the rows that two columns share cost anything, so that
+/// columns that touch little belong first. A column is taken out of all later ones as soon as it is known, which changes no
+/// digit and lets the later ones go on side by side.
+pub(crate) fn orthonormal(columns: &mut [Vec<f64>], rows: usize) -> Orthonormal {
+    let p = columns.len();
+    let mut triangle = vec![vec![0.0; p]; p];
+    let mut reaches: Vec<Reach> = (columns.iter())
+        .map(|c| support(&c[..rows.min(c.len())]))
+        .collect();
+    let many = columns.iter().map(Vec::len).sum::<usize>() >= MANY;
+    for a in 0..p {
+        let (done, rest) = columns.split_at_mut(a);
+        let Some((column, later)) = rest.split_first_mut() else {
+            break;
+        };
+        let (known, ahead) = reaches.split_at_mut(a);
+        let Some((own, ahead)) = ahead.split_first_mut() else {
+            break;
+        };
+        for (b, q) in done.iter().enumerate() {
+            triangle[a][b] += take_out((q, &known[b]), column, own, rows);
+        }
+        let priors = column.len() - rows.min(column.len());
+        let norm = dot_within(column, column, own, priors).sqrt();
         triangle[a][a] = norm;
         if norm > 0.0 {
             column.iter_mut().for_each(|v| *v /= norm);
         }
+        let (column, own): (&[f64], &Reach) = (column, own);
+        let take = |(c, (row, reach)): (&mut Vec<f64>, (&mut Vec<f64>, &mut Reach))| {
+            row[a] += take_out((column, own), c, reach, rows);
+        };
+        let triangle = &mut triangle[a + 1..];
+        if many {
+            let each = triangle.par_iter_mut().zip(ahead);
+            later.par_iter_mut().zip(each).for_each(take);
+        } else {
+            let each = triangle.iter_mut().zip(ahead);
+            later.iter_mut().zip(each).for_each(take);
+        }
     }
-    triangle
+    Orthonormal { triangle, reaches }
 }
 
-/// The least range that holds both.
-fn joined(a: &Range<usize>, b: &Range<usize>) -> Range<usize> {
-    if a.is_empty() {
-        return b.clone();
+/// Takes a column of unit length out of another, whose reach grows by it; returns how much of it was there.
+fn take_out((q, reach): (&[f64], &Reach), column: &mut [f64], own: &mut Reach, rows: usize) -> f64 {
+    let shared = common(own, reach);
+    let tail = rows.min(q.len())..q.len();
+    let r = dot(&q[shared.clone()], &column[shared]) + dot(&q[tail.clone()], &column[tail.clone()]);
+    if r != 0.0 {
+        take_away(column, r, q, reach, tail.len());
+        *own = joint(own, reach);
     }
-    if b.is_empty() {
-        return a.clone();
+    r
+}
+
+/// Rows that two reaches share.
+fn common(a: &Reach, b: &Reach) -> Reach {
+    let from = a.start.max(b.start);
+    from..a.end.min(b.end).max(from)
+}
+
+/// Rows from the first to the last of two reaches.
+fn joint(a: &Reach, b: &Reach) -> Reach {
+    match (a.is_empty(), b.is_empty()) {
+        (true, _) => b.clone(),
+        (_, true) => a.clone(),
+        _ => a.start.min(b.start)..a.end.max(b.end),
     }
-    a.start.min(b.start)..a.end.max(b.end)
 }
 
 /// Solves the triangle that [`orthonormal`] returns; a column that spans nothing gets 0.
@@ -102,7 +238,7 @@ pub(crate) fn back_substitute(triangle: &[Vec<f64>], mut right: Vec<f64>) -> Vec
 
 #[cfg(test)]
 mod tests {
-    use super::{back_substitute, dot, orthonormal};
+    use super::{back_substitute, dot, orthonormal, products, without};
     use crate::draws::normals;
 
     #[test]
@@ -115,7 +251,7 @@ mod tests {
             .collect();
         columns[5] = twin;
         let before = columns.clone();
-        let triangle = orthonormal(&mut columns, 203);
+        let triangle = orthonormal(&mut columns, 203).triangle;
         for a in 0..columns.len() {
             for b in 0..columns.len() {
                 let expected = if a == b { 1.0 } else { 0.0 };
@@ -126,6 +262,45 @@ mod tests {
                 assert!((rebuilt - before[a][i]).abs() < 1e-12);
             }
         }
+    }
+
+    #[test]
+    fn a_column_of_zeros_spans_nothing_and_gets_no_coefficient() {
+        let mut columns = vec![normals(1, 50), vec![0.0; 50]];
+        let triangle = orthonormal(&mut columns, 50).triangle;
+        assert!(columns[1].iter().all(|v| *v == 0.0));
+        assert_eq!(back_substitute(&triangle, vec![1.0, 1.0])[1], 0.0);
+    }
+
+    /// Columns that live in different rows, before one row of a prior each.
+    fn sparse() -> Vec<Vec<f64>> {
+        const ROWS: usize = 5003;
+        let lives = [
+            0..ROWS,
+            0..1700,
+            900..2400,
+            1700..3400,
+            3400..ROWS,
+            11..11,
+            2399..2409,
+        ];
+        let p = lives.len();
+        lives
+            .into_iter()
+            .enumerate()
+            .map(|(k, rows)| {
+                let mut column = vec![0.0; ROWS + p];
+                let noise = normals(k as u64 + 1, ROWS);
+                column[rows.clone()].copy_from_slice(&noise[rows]);
+                column[ROWS + k] = 0.3;
+                column
+            })
+            .collect()
+    }
+
+    fn bits(values: &[f64]) -> Vec<u64> {
+        // A zero's sign is no digit.
+        values.iter().map(|v| (v + 0.0).to_bits()).collect()
     }
 
     #[test]
@@ -140,8 +315,8 @@ mod tests {
             }
         }
         let mut full = columns.clone();
-        let sparse = orthonormal(&mut columns, 200);
-        let dense = orthonormal(&mut full, 0);
+        let sparse = orthonormal(&mut columns, 200).triangle;
+        let dense = orthonormal(&mut full, 0).triangle;
         for a in 0..6 {
             for b in 0..6 {
                 assert!((sparse[a][b] - dense[a][b]).abs() < 1e-12, "{a} {b}");
@@ -153,11 +328,29 @@ mod tests {
     }
 
     #[test]
-    fn a_column_of_zeros_spans_nothing_and_gets_no_coefficient() {
-        let mut columns = vec![normals(1, 50), vec![0.0; 50]];
-        let triangle = orthonormal(&mut columns, 50);
-        assert!(columns[1].iter().all(|v| *v == 0.0));
-        assert_eq!(back_substitute(&triangle, vec![1.0, 1.0])[1], 0.0);
+    fn piece_by_piece_products_and_differences_have_the_digits_of_whole_ones() {
+        let mut columns = sparse();
+        let reaches = orthonormal(&mut columns, 5003).reaches;
+        let p = columns.len();
+        let mut vector = normals(99, columns[0].len());
+        for touched in [0..5003, 3..4999, 1701..1702, 2000..2000, 4000..5003] {
+            let found = products(&columns, &reaches, &vector, &touched);
+            for (q, found) in columns.iter().zip(found) {
+                let whole = dot(&q[touched.clone()], &vector[touched.clone()]);
+                assert_eq!(
+                    (found + 0.0).to_bits(),
+                    (whole + 0.0).to_bits(),
+                    "{touched:?}"
+                );
+            }
+        }
+        let shares = [0.5, -1.0, 0.0, 2.0, 1e-3, 3.0, 0.25];
+        let mut plain = vector.clone();
+        for (q, share) in columns.iter().zip(shares) {
+            plain.iter_mut().zip(q).for_each(|(v, q)| *v -= share * q);
+        }
+        without(&mut vector, &columns, &reaches, &shares, p);
+        assert!(bits(&vector) == bits(&plain));
     }
 
     #[test]
@@ -168,7 +361,7 @@ mod tests {
             .map(|i| plain.iter().zip(truth).map(|(c, b)| b * c[i]).sum())
             .collect();
         let mut basis = plain.clone();
-        let triangle = orthonormal(&mut basis, 120);
+        let triangle = orthonormal(&mut basis, 120).triangle;
         let right = basis.iter().map(|q| dot(q, &y)).collect();
         for (found, truth) in back_substitute(&triangle, right).iter().zip(truth) {
             assert!((found - truth).abs() < 1e-9, "{found} for {truth}");

@@ -106,8 +106,9 @@ impl AugmentedModel {
     /// Eqs. 3.46 and 3.45, with the line's inertia alone), each term as the effects' [`Changes`] alter it. Below 5 % of
     /// speed the pump stands and a check valve holds the line: no flow, and the outlet shows the column.
     ///
-    /// Effects live through the recording from its start, so that those with an onset before the window are in force;
-    /// before the window they see the inputs and the start's state. Implicit in the flow (its time constant is a
+    /// Effects live through the recording from its start, or for as long before the window as they remember
+    /// ([`Effect::memory_s`]), so that those with an onset before the window are in force; before the window they see the inputs and
+    /// the start's state. Implicit in the flow (its time constant is a
     /// second), trapezoidal in the level, in steps of at most 1 s up to a clock of 20 s. Flow stays within 0 to 0.3 m³/s,
     /// inlet pressure within 0.5 to 1000 bar.
     ///
@@ -140,7 +141,7 @@ impl AugmentedModel {
         let mut run = FreeRun::default();
         let mut lagged = flow;
         let mut past: Vec<f64> = Vec::with_capacity(end.saturating_sub(window.start));
-        for i in 0..end {
+        for i in self.remembered(inputs.step_s, window.start)?..end {
             let speed = inputs.speed_pct[i];
             let pumping = speed > STANDING_PCT;
             let inside = i >= window.start;
@@ -232,6 +233,25 @@ impl AugmentedModel {
             actions.push(effect.begin(&one.parameters, setting));
         }
         Ok((actions, path))
+    }
+
+    /// The first sample before a window that an effect may still remember in it.
+    fn remembered(&self, step_s: f64, window: usize) -> Result<usize, UnknownEffect> {
+        let mut memory_s = 0.0_f64;
+        for one in &self.effects {
+            memory_s = memory_s.max(self.look_up(one)?.memory_s(&one.parameters));
+        }
+        let samples = (memory_s / step_s).ceil();
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a cast of floats saturates; a NaN becomes the recording's start"
+        )]
+        Ok(if samples.is_nan() {
+            0
+        } else {
+            window.saturating_sub(samples as usize)
+        })
     }
 
     fn look_up(&self, one: &AppliedEffect) -> Result<&'static dyn Effect, UnknownEffect> {

@@ -131,7 +131,7 @@ pub struct About {
     pub search: Search,
 }
 
-/// When an effect acts.
+/// When an effect acts: its action changes nothing, and keeps nothing in mind, before its onset, and changes nothing after its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Extent {
     /// The whole recording.
@@ -173,6 +173,14 @@ pub trait Effect: Send + Sync {
     /// Whether the action keeps no state and is in force at once, but for an edge, so that a search can move its onset like a switch.
     fn is_switch(&self) -> bool {
         false
+    }
+
+    /// How long, s, an action with these parameters remembers: what it saw before moves no digit of what it does.
+    ///
+    /// Infinite where nothing is promised, which is so by default but for switches. A free run from the middle of a recording begins so
+    /// much earlier.
+    fn memory_s(&self, _parameters: &[f64]) -> f64 {
+        if self.is_switch() { 0.0 } else { f64::INFINITY }
     }
 
     /// What the effect puts between the line and its flow meter; delays and lags of several effects add up.

@@ -251,6 +251,11 @@ impl Lag {
         }
     }
 
+    /// How long a lag remembers: e⁻⁶⁰ is far below a digit.
+    pub(crate) fn memory_s(tau_s: f64) -> f64 {
+        60.0 * tau_s.max(0.0)
+    }
+
     pub(crate) fn step(&mut self, input: f64, dt_s: f64) -> f64 {
         if self.step_s != dt_s {
             (self.step_s, self.share) = (dt_s, 1.0 - (-dt_s / self.tau_s.max(1e-9)).exp());

@@ -6,6 +6,7 @@ use crate::fit::{BATCH, fit_checked};
 use crate::polynomial::fill_terms;
 use crate::{CONDITION_LIMIT, FrictionError, Loss, PolynomialFit, Samples, Terms};
 use dgd_lsq::{Accumulator, Reduced};
+use rayon::prelude::*;
 
 /// Delays correlated at once: their sums stay in registers.
 const LANES: usize = 16;
@@ -272,10 +273,21 @@ impl Sums {
             gram: vec![0.0; count * p * p],
             cross: vec![0.0; count * p],
         };
-        sums.autos(&z, &usable, &runs);
-        sums.squares(samples, &usable, &runs);
-        for (j, column) in z.iter().enumerate() {
-            sums.crosses(j, column, samples.friction_pa, &runs);
+        // Side by side, each in its own order: the number of cores changes no digit.
+        let (crosses, ()) = rayon::join(
+            || -> Vec<Vec<f64>> {
+                let of = |column: &Vec<f64>| crosses(column, samples.friction_pa, &runs, count);
+                z.par_iter().map(of).collect()
+            },
+            || {
+                sums.autos(&z, &usable, &runs);
+                sums.squares(samples, &usable, &runs);
+            },
+        );
+        for (j, column) in crosses.iter().enumerate() {
+            for (d, cross) in column.iter().enumerate() {
+                sums.cross[d * p + j] = *cross;
+            }
         }
         sums
     }
@@ -348,31 +360,6 @@ impl Sums {
         }
     }
 
-    /// Σ F(t) z(t + d) for all delays: a correlation over the kept runs.
-    fn crosses(&mut self, j: usize, z: &[f64], f: &[f64], runs: &[(usize, usize)]) {
-        let count = self.n.len();
-        for d0 in (0..count).step_by(LANES) {
-            let mut total = [0.0; LANES];
-            for &(start, end) in runs {
-                for from in (start..end).step_by(CHUNK) {
-                    let to = end.min(from + CHUNK);
-                    let mut sum = [0.0; LANES];
-                    for (y, window) in f[from..to].iter().zip(z[from + d0..].windows(LANES)) {
-                        for (s, z) in sum.iter_mut().zip(window) {
-                            *s += y * z;
-                        }
-                    }
-                    for (t, s) in total.iter_mut().zip(sum) {
-                        *t += s;
-                    }
-                }
-            }
-            for (k, t) in total.iter().enumerate().take(count - d0) {
-                self.cross[(d0 + k) * self.p + j] = *t;
-            }
-        }
-    }
-
     /// Mean squared error at a delay by Cholesky of its Gram matrix; NaN if that fails.
     fn mse(&self, d: usize) -> f64 {
         let p = self.p;
@@ -428,6 +415,31 @@ impl Sums {
         });
         pushed && rows.reduce().solve(CONDITION_LIMIT).is_ok()
     }
+}
+
+/// Σ F(t) z(t + d) for `count` delays: a correlation over the kept runs.
+fn crosses(z: &[f64], f: &[f64], runs: &[(usize, usize)], count: usize) -> Vec<f64> {
+    let mut cross = Vec::with_capacity(count + LANES);
+    for d0 in (0..count).step_by(LANES) {
+        let mut total = [0.0; LANES];
+        for &(start, end) in runs {
+            for from in (start..end).step_by(CHUNK) {
+                let to = end.min(from + CHUNK);
+                let mut sum = [0.0; LANES];
+                for (y, window) in f[from..to].iter().zip(z[from + d0..].windows(LANES)) {
+                    for (s, z) in sum.iter_mut().zip(window) {
+                        *s += y * z;
+                    }
+                }
+                for (t, s) in total.iter_mut().zip(sum) {
+                    *t += s;
+                }
+            }
+        }
+        cross.extend(total);
+    }
+    cross.truncate(count);
+    cross
 }
 
 /// Eight partial sums: the compiler may not reorder a sum, so the order is spelled out.

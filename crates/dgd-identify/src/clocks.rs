@@ -3,6 +3,7 @@
 use crate::IdentifyOptions;
 use dgd_friction::{DelaySweep, Minimum, Samples, SweepOptions, Terms, delay_sweep};
 use dgd_pump::Samples as PumpSamples;
+use std::ops::{Range, RangeInclusive};
 
 /// Kept samples of each half that are looked at; they are spread over it in runs.
 const LOOKED_AT: usize = 20_000;
@@ -35,8 +36,8 @@ pub(crate) fn warn_of_clocks(
         ));
         return;
     }
-    let halves = [0, 1].map(|half| in_half(samples, half, step_s, options));
-    if let [Some(early), Some(late)] = &halves {
+    let of = |half| in_half(samples, half, step_s, options);
+    if let (Some(early), Some(late)) = &rayon::join(|| of(0), || of(1)) {
         let (a, b) = (early.refined_delay_s, late.refined_delay_s);
         let apart_s = APART_S.max(2.0 * step_s);
         if (a - b).abs() > apart_s && told_apart(early, late.best) && told_apart(late, early.best) {
@@ -66,8 +67,8 @@ fn ahead(samples: &Samples<'_>, step_s: f64) -> Option<f64> {
         dt_s: step_s,
         ..SweepOptions::default()
     };
-    let thin = thinned(samples, 0..samples.keep.len());
-    let sweep = delay_sweep(&with(samples, &thin), &Terms::Quadratic, &settings).ok()?;
+    let thin = thinned(samples, 0..samples.keep.len(), &settings.delays);
+    let sweep = delay_sweep(&thin.samples(), &Terms::Quadratic, &settings).ok()?;
     let zero = sweep.delays_s.len() - 1;
     let clear = sweep.delays_s[sweep.best] < -1.5 * step_s && told_apart(&sweep, zero);
     clear.then_some(sweep.delays_s[sweep.best])
@@ -90,8 +91,8 @@ fn in_half(
         dt_s: step_s,
         loss: dgd_friction::Loss::Squared,
     };
-    let thin = thinned(samples, range);
-    let sweep = delay_sweep(&with(samples, &thin), &Terms::Quadratic, &settings).ok()?;
+    let thin = thinned(samples, range, &settings.delays);
+    let sweep = delay_sweep(&thin.samples(), &Terms::Quadratic, &settings).ok()?;
     // Where nothing moves the least error lies anywhere.
     let worst = sweep.mse_pa2.iter().copied().filter(|m| m.is_finite());
     let worst = worst.fold(0.0, f64::max);
@@ -99,24 +100,55 @@ fn in_half(
     (!flat && sweep.minimum != Minimum::AtFirst).then_some(sweep)
 }
 
-/// The kept samples of a range, in every so many runs of a minute's samples.
-fn thinned(samples: &Samples<'_>, range: std::ops::Range<usize>) -> Vec<bool> {
-    const RUN: usize = 64;
-    let every = range.len().div_ceil(LOOKED_AT).max(1);
-    let mut keep = vec![false; samples.keep.len()];
-    for k in range {
-        keep[k] = samples.keep[k] && (k / RUN).is_multiple_of(every);
-    }
-    keep
+/// Some stretches of a recording, one after the other.
+struct Thinned {
+    flow_m3_s: Vec<f64>,
+    friction_pa: Vec<f64>,
+    keep: Vec<bool>,
 }
 
-fn with<'a>(samples: &Samples<'a>, keep: &'a [bool]) -> Samples<'a> {
-    Samples {
-        flow_m3_s: samples.flow_m3_s,
-        friction_pa: samples.friction_pa,
-        keep,
-        keep_delayed: samples.keep_delayed,
+impl Thinned {
+    fn samples(&self) -> Samples<'_> {
+        Samples {
+            flow_m3_s: &self.flow_m3_s,
+            friction_pa: &self.friction_pa,
+            keep: &self.keep,
+            keep_delayed: false,
+        }
     }
+}
+
+/// The kept samples of a range, in every so many runs of a minute's samples, with what the delays reach beside
+/// each run: what is looked at does not grow with the recording.
+fn thinned(samples: &Samples<'_>, range: Range<usize>, delays: &RangeInclusive<i64>) -> Thinned {
+    const RUN: usize = 64;
+    let every = range.len().div_ceil(LOOKED_AT).max(1);
+    // All runs are one.
+    let run = if every == 1 { range.end.max(1) } else { RUN };
+    let (front, back) = (
+        usize::try_from(delays.start().saturating_neg()).unwrap_or(0),
+        usize::try_from(*delays.end()).unwrap_or(0),
+    );
+    let n = samples.keep.len();
+    let mut out = Thinned {
+        flow_m3_s: Vec::new(),
+        friction_pa: Vec::new(),
+        keep: Vec::new(),
+    };
+    for k in (range.start / run..range.end.div_ceil(run)).filter(|k| k.is_multiple_of(every)) {
+        let here = (k * run).max(range.start)..((k + 1) * run).min(range.end);
+        if !samples.keep[here.clone()].contains(&true) {
+            continue;
+        }
+        let with_reach = here.start.saturating_sub(front)..(here.end + back).min(n);
+        out.flow_m3_s
+            .extend_from_slice(&samples.flow_m3_s[with_reach.clone()]);
+        out.friction_pa
+            .extend_from_slice(&samples.friction_pa[with_reach.clone()]);
+        out.keep
+            .extend(with_reach.map(|t| here.contains(&t) && samples.keep[t]));
+    }
+    out
 }
 
 /// Warns where the head moves before the pump speed does: a pump may be late, its speed cannot be.

@@ -147,34 +147,54 @@ pub fn identify(
         keep,
         keep_delayed: false,
     };
-    let undelayed = dgd_friction::fit(&samples, 0, &Terms::Quadratic, options.loss);
-    let (sweep, sweep_terms) = sweep(&samples, *step_s, options)?;
+    // What does not wait for one another goes side by side; each warns on its own, so that the order stays.
+    let (undelayed, swept) = rayon::join(
+        || dgd_friction::fit(&samples, 0, &Terms::Quadratic, options.loss),
+        || sweep(&samples, *step_s, options),
+    );
+    let (sweep, sweep_terms) = swept?;
     if sweep_terms != Terms::Quadratic {
         warnings.push(
             "the flow varies too little to tell C from D: the delay was found with D alone".into(),
         );
     }
     warn_of_sweep(&sweep, &mut warnings);
-    warn_of_clocks(&samples, *step_s, &sweep, options, &mut warnings);
     let delay = sweep.best_delay_samples;
-    let cubic = dgd_friction::fit(&samples, delay, &Terms::OffsetCubic, options.loss);
-    let friction = final_friction(&samples, delay, &cubic, options.loss, &mut warnings)?;
-
-    let pump_flow_m3_s = read_ahead(&recording.return_flow_m3_s, delay);
-    // The meter may read a little below zero around standstill; no power of that is defined.
-    let pump_keep: Vec<bool> = keep
-        .iter()
-        .zip(&pump_flow_m3_s)
-        .map(|(keep, q)| *keep && *q >= 0.0)
-        .collect();
-    let pump_samples = dgd_pump::Samples {
-        speed_pct: &recording.pump_speed_pct,
-        flow_m3_s: &pump_flow_m3_s,
-        head_m: &series.head_m,
-        keep: &pump_keep,
+    let laws = || {
+        let mut warnings = Vec::new();
+        let cubic = dgd_friction::fit(&samples, delay, &Terms::OffsetCubic, options.loss);
+        let friction = final_friction(&samples, delay, &cubic, options.loss, &mut warnings);
+        (cubic, friction, warnings)
     };
-    warn_of_speed(&pump_samples, *step_s, &mut warnings);
-    let (pump_model, pump) = fit_pump(&pump_samples, options, &mut warnings)?;
+    let clocks = || {
+        let mut warnings = Vec::new();
+        warn_of_clocks(&samples, *step_s, &sweep, options, &mut warnings);
+        warnings
+    };
+    let pump = || {
+        let flow_m3_s = read_ahead(&recording.return_flow_m3_s, delay);
+        // The meter may read a little below zero around standstill; no power of that is defined.
+        let keep: Vec<bool> = keep
+            .iter()
+            .zip(&flow_m3_s)
+            .map(|(keep, q)| *keep && *q >= 0.0)
+            .collect();
+        let samples = dgd_pump::Samples {
+            speed_pct: &recording.pump_speed_pct,
+            flow_m3_s: &flow_m3_s,
+            head_m: &series.head_m,
+            keep: &keep,
+        };
+        let mut warnings = Vec::new();
+        warn_of_speed(&samples, *step_s, &mut warnings);
+        let fitted = fit_pump(&samples, options, &mut warnings);
+        (flow_m3_s, keep, fitted, warnings)
+    };
+    let ((of_clocks, (cubic, friction, of_friction)), (pump_flow_m3_s, pump_keep, pump, of_pump)) =
+        rayon::join(|| rayon::join(clocks, laws), pump);
+    warnings.extend(of_clocks.into_iter().chain(of_friction).chain(of_pump));
+    let friction = friction?;
+    let (pump_model, pump) = pump?;
     let model = Model {
         density_kg_m3: well.mud_density_kg_m3,
         geometry: well.geometry.clone(),

@@ -36,11 +36,13 @@ pub(crate) fn fit_pump(
     options: &IdentifyOptions,
     warnings: &mut Vec<String>,
 ) -> Result<(PumpModel, PumpRungs), PumpError> {
-    let plain = fit_unconstrained(samples, 2.0, 2.0);
-    let constrained = fit_constrained(samples, 2.0, 2.0, &ConstrainedOptions::default());
-    let search = options
-        .free_exponents
-        .then(|| search_exponents(samples, &options.search));
+    let plain = || fit_unconstrained(samples, 2.0, 2.0);
+    let constrained = || fit_constrained(samples, 2.0, 2.0, &ConstrainedOptions::default());
+    let search = || search_exponents(samples, &options.search);
+    let ((plain, constrained), search) = rayon::join(
+        || rayon::join(plain, constrained),
+        || options.free_exponents.then(search),
+    );
     let (fit, active) = match &search {
         Some(Ok(search)) if gains(samples, search, &constrained) => {
             warn_of_search(search, warnings);

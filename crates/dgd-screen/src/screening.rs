@@ -8,6 +8,7 @@ use crate::{
     ChannelScreen, Faults, Reasons, ScreenError, ScreenOptions, Tally, reasons, scan, speed,
 };
 use dgd_recording::{Channel, Recording, Run};
+use rayon::prelude::*;
 
 /// What may be used of a recording, and why the rest may not.
 #[derive(Debug, Clone, PartialEq)]
@@ -98,7 +99,7 @@ pub fn screen(
     };
     let mut channels: Vec<ChannelScreen> = recording
         .series()
-        .into_iter()
+        .into_par_iter()
         .map(|(channel, values)| job.channel(channel, values))
         .collect();
     let inlet_pressure_pa = job.side(&mut channels, &recording.pump_inlet_pressure_pa, |c| {

@@ -90,25 +90,18 @@ fn excursion(
     if !near(values, range, inside, least) {
         return None;
     }
-    let usable = |i: &usize| faults[*i] == Faults::NONE && values[*i].is_finite();
-    let mut before: Vec<f64> = (0..range.start)
-        .rev()
-        .take(3 * BESIDE)
-        .filter(usable)
-        .take(BESIDE)
-        .map(|i| values[i])
-        .collect();
-    let mut after: Vec<f64> = (range.end..values.len())
-        .take(3 * BESIDE)
-        .filter(usable)
-        .take(BESIDE)
-        .map(|i| values[i])
-        .collect();
-    if before.len() < FEWEST || after.len() < FEWEST {
-        return None;
-    }
-    let (before, spread_before) = level(&mut before)?;
-    let (after, spread_after) = level(&mut after)?;
+    let beside = |samples: &mut dyn Iterator<Item = usize>| {
+        let mut list = [0.0; BESIDE];
+        let usable = |i: &usize| faults[*i] == Faults::NONE && values[*i].is_finite();
+        let mut count = 0;
+        for (place, i) in list.iter_mut().zip(samples.take(3 * BESIDE).filter(usable)) {
+            *place = values[i];
+            count += 1;
+        }
+        (count >= FEWEST).then(|| level(&mut list[..count]))?
+    };
+    let (before, spread_before) = beside(&mut (0..range.start).rev())?;
+    let (after, spread_after) = beside(&mut (range.end..values.len()))?;
     let base = 0.5 * (before + after);
     let smallest = smallest_over(inside, base)?;
     let enough = least.max(sigmas * spread_before.max(spread_after));

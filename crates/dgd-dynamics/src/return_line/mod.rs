@@ -186,6 +186,11 @@ impl ReturnLine {
     /// `h_in ≠ h_out`.
     #[must_use]
     pub fn drive_pa(&self, level_m: f64, speed_pct: f64, flow_m3_s: f64) -> f64 {
+        self.drive_under(level_m, flow_m3_s, self.pump.head_m(speed_pct, flow_m3_s))
+    }
+
+    /// The same with the head known, m of mud: its powers are dear.
+    fn drive_under(&self, level_m: f64, flow_m3_s: f64, head_m: f64) -> f64 {
         let rho_g = self.density_kg_m3 * GRAVITY_M_S2;
         let lift = level_m + self.outlet_depth_m - self.inlet_depth_m;
         let offset = if self.b_is_offset {
@@ -193,7 +198,6 @@ impl ReturnLine {
         } else {
             0.0
         };
-        rho_g * (self.pump.head_m(speed_pct, flow_m3_s) - lift)
-            - (self.friction.loss_pa(flow_m3_s) - offset)
+        rho_g * (head_m - lift) - (self.friction.loss_pa(flow_m3_s) - offset)
     }
 }

@@ -343,15 +343,16 @@ pub fn derive_outputs(
     let static_pa = ATMOSPHERE_PA + line.density_kg_m3 * GRAVITY_M_S2 * line.outlet_depth_m;
     for ((&h, &q), &w) in level_m.iter().zip(flow_m3_s).zip(speed_pct) {
         let mut outlet = static_pa + line.friction.loss_pa(q);
+        let head = line.pump.head_m(w, q);
         if with_inertia {
-            let drive = line.drive_pa(h, w, q);
+            let drive = line.drive_under(h, q, head);
             if !(line.non_return_valve && q <= 0.0 && drive < 0.0) {
                 outlet += discharge * drive / line.inertia_kg_m4(h);
             }
         }
         out.inlet_pa.push(line.inlet_pressure_pa(h));
         out.outlet_pa.push(outlet);
-        out.head_m.push(line.pump.head_m(w, q));
+        out.head_m.push(head);
     }
     Ok(out)
 }

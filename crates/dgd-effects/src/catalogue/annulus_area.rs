@@ -52,4 +52,8 @@ impl Effect for AnnulusArea {
         let factor = 1.0 + p[0];
         Box::new(move |_, changes| changes.area_factor *= factor)
     }
+
+    fn memory_s(&self, _: &[f64]) -> f64 {
+        0.0
+    }
 }

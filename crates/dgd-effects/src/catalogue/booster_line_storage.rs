@@ -57,4 +57,8 @@ impl Effect for BoosterLineStorage {
             changes.inflow_m3_s += shrunk(behind, noise);
         })
     }
+
+    fn memory_s(&self, p: &[f64]) -> f64 {
+        Lag::memory_s(p[0])
+    }
 }

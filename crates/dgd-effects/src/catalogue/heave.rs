@@ -54,4 +54,8 @@ impl Effect for Heave {
         // Its phase wanders from wave to wave: it changes the spectrum of the pressures, not their course.
         Box::new(|_, _| {})
     }
+
+    fn memory_s(&self, _: &[f64]) -> f64 {
+        0.0
+    }
 }

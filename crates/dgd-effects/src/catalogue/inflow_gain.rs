@@ -57,4 +57,8 @@ impl Effect for InflowGain {
         let excess = 1.0 / (1.0 + p[0]) - 1.0;
         Box::new(move |at, changes| changes.inflow_m3_s += excess * at.mud_pump_m3_s)
     }
+
+    fn memory_s(&self, _: &[f64]) -> f64 {
+        0.0
+    }
 }

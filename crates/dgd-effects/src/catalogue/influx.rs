@@ -79,4 +79,8 @@ impl Effect for Influx {
             changes.inflow_m3_s += rate * shape;
         })
     }
+
+    fn memory_s(&self, _: &[f64]) -> f64 {
+        0.0
+    }
 }

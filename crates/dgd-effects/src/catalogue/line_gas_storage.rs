@@ -54,6 +54,10 @@ impl Effect for LineGasStorage {
         Box::new(|_, _| {})
     }
 
+    fn memory_s(&self, _: &[f64]) -> f64 {
+        0.0
+    }
+
     fn meter_path(&self, p: &[f64]) -> MeterPath {
         MeterPath {
             delay_s: 0.0,

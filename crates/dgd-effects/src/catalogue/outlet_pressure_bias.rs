@@ -57,4 +57,8 @@ impl Effect for OutletPressureBias {
             changes.outlet_bias_pa[1] += bias;
         })
     }
+
+    fn memory_s(&self, _: &[f64]) -> f64 {
+        0.0
+    }
 }

@@ -81,4 +81,8 @@ impl Effect for PipeDisplacement {
             }
         })
     }
+
+    fn memory_s(&self, _: &[f64]) -> f64 {
+        0.0
+    }
 }

@@ -59,4 +59,8 @@ impl Effect for PumpSpeedLag {
             changes.speed_pct += shrunk(behind, noise);
         })
     }
+
+    fn memory_s(&self, p: &[f64]) -> f64 {
+        Lag::memory_s(p[0])
+    }
 }

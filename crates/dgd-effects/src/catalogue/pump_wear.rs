@@ -58,4 +58,8 @@ impl Effect for PumpWear {
             }
         })
     }
+
+    fn memory_s(&self, _: &[f64]) -> f64 {
+        0.0
+    }
 }

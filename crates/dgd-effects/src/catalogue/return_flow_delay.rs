@@ -62,6 +62,10 @@ impl Effect for ReturnFlowDelay {
         Box::new(|_, _| {})
     }
 
+    fn memory_s(&self, _: &[f64]) -> f64 {
+        0.0
+    }
+
     fn meter_path(&self, p: &[f64]) -> MeterPath {
         MeterPath {
             delay_s: p[0],

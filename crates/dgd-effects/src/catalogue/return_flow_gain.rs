@@ -57,4 +57,8 @@ impl Effect for ReturnFlowGain {
         let gain = 1.0 + p[0];
         Box::new(move |_, changes| changes.meter_gain *= gain)
     }
+
+    fn memory_s(&self, _: &[f64]) -> f64 {
+        0.0
+    }
 }

@@ -162,4 +162,9 @@ impl Effect for Unknown {
             }
         })
     }
+
+    fn memory_s(&self, _: &[f64]) -> f64 {
+        // An hour and a half after a start the knots of its time have ended; the mean of the flow forgets sooner.
+        5400.0
+    }
 }

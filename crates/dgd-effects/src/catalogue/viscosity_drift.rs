@@ -92,4 +92,8 @@ impl Effect for ViscosityDrift {
             }
         })
     }
+
+    fn memory_s(&self, _: &[f64]) -> f64 {
+        0.0
+    }
 }

@@ -65,4 +65,8 @@ impl Effect for YieldStress {
             changes.line_drop_pa += drop * moving / (1.0 + q / fade);
         })
     }
+
+    fn memory_s(&self, _: &[f64]) -> f64 {
+        0.0
+    }
 }

@@ -7,6 +7,7 @@ mod free_run;
 mod gaps;
 mod head;
 mod hostile;
+mod memory;
 mod relations;
 mod setting;
 

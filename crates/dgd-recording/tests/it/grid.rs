@@ -22,6 +22,28 @@ fn an_even_recording_is_returned_untouched() {
 }
 
 #[test]
+fn stamps_in_whole_seconds_are_surveyed_as_those_between() {
+    // Those between the seconds go through every check.
+    for (count, step) in [(2_i32, 1), (1000, 1), (1000, 5)] {
+        let at =
+            |from: f64| -> Vec<f64> { (0..count).map(|i| from + f64::from(i * step)).collect() };
+        let whole = survey_clock(&at(1.6e9)).unwrap();
+        let mut between = survey_clock(&at(1.6e9 + 0.25)).unwrap();
+        between.span_s = (between.span_s.0 - 0.25, between.span_s.1 - 0.25);
+        assert_eq!(whole, between);
+        assert!(whole.even && whole.step_s == f64::from(step));
+    }
+    for odd in [
+        vec![0.0, 1.0, 3.0],
+        vec![3.0, 2.0, 1.0],
+        vec![0.0, f64::NAN, 2.0],
+    ] {
+        assert!(survey_clock(&odd).is_ok_and(|survey| !survey.even));
+    }
+    assert!(survey_clock(&[1.0, 1.0, 1.0]).is_err());
+}
+
+#[test]
 fn gaps_are_filled_with_nan_in_every_series() {
     let (gridded, step_s, issues) = recording(&[0.0, 2.0, 4.0, 12.0, 14.0]).onto_grid().unwrap();
     assert_eq!(step_s, 2.0);

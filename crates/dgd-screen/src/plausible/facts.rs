@@ -2,6 +2,7 @@
 
 use dgd_recording::{Channel, ChannelSource, Recording, TimeSource, Well};
 use dgd_units::{Dimension, Unit};
+use rayon::prelude::*;
 
 /// Seconds of a block: several delays of a flow meter, few enough that the level moves on.
 const BLOCK_S: f64 = 60.0;
@@ -37,7 +38,7 @@ impl Facts {
         let block = block_samples(step_s);
         let told = recording
             .series()
-            .into_iter()
+            .into_par_iter()
             .filter_map(|(channel, values)| {
                 let source = source_of(well, channel)?;
                 let (tag, unit) = match source {

@@ -1,0 +1,299 @@
+//! The ground that candidates stand on: what a hypothesis comes to by itself, so that one effect more is run only where it acts.
+
+use crate::record::{MASS_BLOCKS, Record};
+use crate::relations::{Applied, Blocks, LineFlow, Parts, run};
+use dgd_effects::{Action, Changes, Extent, MeterPath};
+use std::ops::Range;
+
+/// Fields of [`Changes`].
+const FIELDS: usize = 16;
+
+/// A hypothesis run over a recording.
+#[derive(Debug)]
+pub(crate) struct Ground {
+    line: LineFlow,
+    parts: Parts,
+    blocks: Blocks,
+    /// What its effects change, sample by sample: the fields that they touch.
+    changes: Vec<(usize, Vec<f64>)>,
+}
+
+impl Ground {
+    /// Runs a hypothesis.
+    pub(crate) fn under(record: &Record, applied: &[Applied]) -> Self {
+        let line = LineFlow::under(record, applied);
+        let mut actions: Vec<Action> = (applied.iter())
+            .map(|one| one.effect.begin(&one.parameters, &record.setting))
+            .collect();
+        let samples = record.t_s.len();
+        let plain = fields(&Changes::default());
+        let mut touched: [Vec<f64>; FIELDS] = Default::default();
+        let parts = run(record, &line, 0..samples, |moment| {
+            let mut c = Changes::default();
+            for action in &mut actions {
+                action(moment, &mut c);
+            }
+            for ((column, plain), value) in touched.iter_mut().zip(plain).zip(fields(&c)) {
+                if column.is_empty() {
+                    if value.to_bits() == plain.to_bits() {
+                        continue;
+                    }
+                    column.resize(samples, plain);
+                }
+                column[moment.index] = value;
+            }
+            c
+        });
+        let blocks = Blocks::of(record, parts.clone(), None);
+        let changes = touched.into_iter().enumerate();
+        Self {
+            line,
+            parts,
+            blocks,
+            changes: changes.filter(|(_, c)| !c.is_empty()).collect(),
+        }
+    }
+
+    /// The hypothesis with one effect more, digit for digit what running all of them gives; `None` for an effect
+    /// between line and meter.
+    pub(crate) fn with(&self, record: &Record, one: &Applied) -> Option<Blocks> {
+        if one.effect.meter_path(&one.parameters) != MeterPath::default() {
+            return None;
+        }
+        let rows = rows(record, one);
+        let per_row = record.per_block * MASS_BLOCKS;
+        let samples = rows.start * per_row..(rows.end * per_row).min(record.t_s.len());
+        let mut action = one.effect.begin(&one.parameters, &record.setting);
+        let plain = fields(&Changes::default());
+        let local = run(record, &self.line, samples, |moment| {
+            let mut now = plain;
+            for (field, column) in &self.changes {
+                now[*field] = column[moment.index];
+            }
+            let mut c = changes(now);
+            action(moment, &mut c);
+            c
+        });
+        let parts = self.parts.clone().with(&local, rows.start);
+        Some(Blocks::of(record, parts, Some((&self.parts, &self.blocks))))
+    }
+}
+
+/// Rows of the mass balance in which an effect acts, the last of which may be no whole one.
+///
+/// [`Extent`] promises that nothing happens, and nothing is kept in mind, before an onset.
+fn rows(record: &Record, one: &Applied) -> Range<usize> {
+    let per_row = record.per_block * MASS_BLOCKS;
+    let all = record.t_s.len().div_ceil(per_row);
+    let about = one.effect.about();
+    if about.extent == Extent::Always {
+        return 0..all;
+    }
+    let (from, to) = about.interval_s(&one.parameters, record.setting.span_s);
+    let first = record.t_s.partition_point(|t| *t < from);
+    let end = record.t_s.partition_point(|t| *t <= to);
+    // The last samples may lie behind the span, as means of fewer than the others.
+    let end = if to >= record.setting.span_s.1 {
+        record.t_s.len()
+    } else {
+        end
+    };
+    first.min(end) / per_row..end.div_ceil(per_row)
+}
+
+fn fields(c: &Changes) -> [f64; FIELDS] {
+    let [first, second] = c.outlet_bias_pa;
+    [
+        c.inflow_m3_s,
+        c.area_factor,
+        c.entering_kg_m3,
+        c.riser_kg_m3,
+        c.line_kg_m3,
+        c.line_drop_pa,
+        c.friction_factor,
+        c.line_fall_m,
+        c.head_factor,
+        c.head_pa,
+        c.speed_pct,
+        c.recirculation_m3_s,
+        c.leak_m3_s,
+        c.meter_gain,
+        first,
+        second,
+    ]
+}
+
+fn changes(fields: [f64; FIELDS]) -> Changes {
+    let [
+        inflow_m3_s,
+        area_factor,
+        entering_kg_m3,
+        riser_kg_m3,
+        line_kg_m3,
+        line_drop_pa,
+        friction_factor,
+        line_fall_m,
+        head_factor,
+        head_pa,
+        speed_pct,
+        recirculation_m3_s,
+        leak_m3_s,
+        meter_gain,
+        first,
+        second,
+    ] = fields;
+    Changes {
+        inflow_m3_s,
+        area_factor,
+        entering_kg_m3,
+        riser_kg_m3,
+        line_kg_m3,
+        line_drop_pa,
+        friction_factor,
+        line_fall_m,
+        head_factor,
+        head_pa,
+        speed_pct,
+        recirculation_m3_s,
+        leak_m3_s,
+        meter_gain,
+        outlet_bias_pa: [first, second],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+
+    use super::Ground;
+    use crate::draws::normals;
+    use crate::record::{Filled, Record};
+    use crate::relations::{Applied, Blocks};
+    use dgd_effects::{Connection, Noise, Role, Setting, catalogue, find};
+
+    const DT_S: f64 = 2.0;
+    /// No whole number of rows, nor of blocks.
+    const SAMPLES: usize = 2011;
+
+    /// An hour with a connection, noise, and a gap in the flow.
+    fn record() -> Record {
+        let t_s: Vec<f64> = (0..SAMPLES).map(|i| 0.5 + DT_S * i as f64).collect();
+        let noisy = |seed: u64, size: f64, of: &dyn Fn(f64) -> f64| -> Vec<f64> {
+            let noise = normals(seed, SAMPLES);
+            t_s.iter()
+                .zip(noise)
+                .map(|(t, n)| of(*t) + size * n)
+                .collect()
+        };
+        let stands = |t: f64| (1500.0..1700.0).contains(&t);
+        let rest = |t: f64, v: f64| if stands(t) { 0.0 } else { v };
+        let mud_pump = noisy(1, 1e-5, &|t| rest(t, 0.03));
+        let booster = noisy(2, 1e-5, &|t| if t < 2500.0 { 0.01 } else { 0.014 });
+        let filled_flow = noisy(3, 2e-4, &|t| rest(t, 0.042 + 0.004 * (t / 300.0).sin()));
+        let speed = noisy(4, 0.05, &|t| rest(t, 70.0 + 4.0 * (t / 300.0).sin()));
+        let inlet = noisy(5, 500.0, &|t| 164e5 + 1e5 * (t / 700.0).sin());
+        let outlet = noisy(6, 500.0, &|t| 184e5 + 1e5 * (t / 300.0).sin());
+        let mut flow = filled_flow.clone();
+        flow[900..930].fill(f64::NAN);
+        let per_block = 5;
+        Record {
+            setting: Setting {
+                density_kg_m3: 1200.0,
+                riser_area_m2: 0.16,
+                line_area_m2: 0.02,
+                line_diameter_m: 0.16,
+                line_length_m: 1500.0,
+                riser_volume_m3: 200.0,
+                span_s: (0.0, t_s[SAMPLES - 1] + 0.5),
+                inlet_range_pa: (163e5, 165e5),
+                connections: vec![Connection {
+                    from_s: 1500.0,
+                    to_s: 1700.0,
+                }],
+                noise: Noise {
+                    flow_m3_s: 2e-4,
+                    ..Noise::default()
+                },
+            },
+            dt_s: DT_S,
+            speed_error_pct: 0.05,
+            outlets: vec![outlet.clone(), outlet.iter().map(|p| p + 2e3).collect()],
+            filled: Filled {
+                mud_pump: mud_pump.clone(),
+                booster: booster.clone(),
+                topfill: vec![0.001; SAMPLES],
+                flow: filled_flow,
+                pumping: t_s.iter().map(|t| !stands(*t)).collect(),
+                speed: speed.clone(),
+                inlet: inlet.clone(),
+                outlet: outlet.clone(),
+            },
+            without: Vec::new(),
+            per_block,
+            blocks: SAMPLES / per_block,
+            t_s,
+            mud_pump,
+            booster,
+            flow,
+            speed,
+            inlet,
+            outlet,
+        }
+    }
+
+    fn bits(b: &Blocks) -> Vec<Vec<u64>> {
+        [
+            &b.flow,
+            &b.averaged,
+            &b.through,
+            &b.speed,
+            &b.drop,
+            &b.friction_factor,
+            &b.lift,
+            &b.head_factor,
+            &b.difference,
+            &b.imbalance,
+        ]
+        .map(|v| v.iter().map(|v| v.to_bits()).collect())
+        .to_vec()
+    }
+
+    #[test]
+    fn one_effect_more_gives_the_digits_of_running_all_wherever_it_begins() {
+        let record = record();
+        let late = |id: &str, tau: f64| Applied::new(find(id).unwrap(), vec![tau]);
+        let states = [
+            vec![],
+            vec![late("pump_speed_lag", 3.0), late("u_tube", 2.0)],
+            vec![
+                late("return_flow_delay", 1.5),
+                late("booster_line_storage", 3.0),
+            ],
+        ];
+        for state in states {
+            let ground = Ground::under(&record, &state);
+            assert_eq!(bits(&ground.blocks), bits(&Blocks::under(&record, &state)));
+            for effect in catalogue().iter().copied() {
+                let about = effect.about();
+                for onset in [-1e6, 0.0, 1234.5, 3300.0, 4021.5, 9e6] {
+                    let parameters = (about.parameters.iter())
+                        .map(|p| match p.role {
+                            Role::Onset => onset,
+                            Role::Duration => 700.0,
+                            Role::Grid(v) | Role::Shape(v) | Role::Sensor(v) | Role::Edge(v) => {
+                                v.first().copied().unwrap_or(1.0)
+                            }
+                            Role::Amplitude => p.usual,
+                        })
+                        .collect();
+                    let one = Applied::new(effect, parameters);
+                    let all: Vec<Applied> = state.iter().cloned().chain([one.clone()]).collect();
+                    if let Some(found) = ground.with(&record, &one) {
+                        let expected = Blocks::under(&record, &all);
+                        assert!(bits(&found) == bits(&expected), "{} at {onset}", about.id);
+                    }
+                }
+            }
+        }
+    }
+}
