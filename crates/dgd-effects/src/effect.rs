@@ -175,7 +175,7 @@ pub trait Effect: Send + Sync {
         false
     }
 
-    /// How long, s, an action with these parameters remembers: what it saw before moves no digit of what it does.
+    /// How long, s, an action with these parameters remembers: what it saw before moves what it does by rounding alone.
     ///
     /// Infinite where nothing is promised, which is so by default but for switches. A free run from the middle of a recording begins so
     /// much earlier.

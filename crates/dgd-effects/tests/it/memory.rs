@@ -1,6 +1,6 @@
 //! What effects keep in mind, and when they act.
 
-use crate::{drive, moments, setting, usual};
+use crate::{drive, members, moments, setting, usual};
 use dgd_effects::{Changes, Extent, KNOTS, catalogue, find};
 
 #[test]
@@ -32,7 +32,7 @@ fn an_effect_changes_nothing_outside_its_interval_and_may_begin_at_its_onset() {
 }
 
 #[test]
-fn what_an_effect_saw_before_it_remembers_moves_no_digit() {
+fn what_an_effect_saw_before_it_remembers_moves_it_by_rounding_alone() {
     const AT: usize = 5900;
     let (setting, moments) = (setting(), moments());
     let begins_anew = |id: &str, p: &[f64]| {
@@ -44,7 +44,14 @@ fn what_an_effect_saw_before_it_remembers_moves_no_digit() {
         // Steps of one second.
         let start = AT - (memory_s.ceil() as usize).min(AT);
         let late = drive(id, p, &setting, &moments[start..]);
-        assert!(whole[AT..] == late[AT - start..], "{id}");
+        for (whole, late) in whole[AT..].iter().zip(&late[AT - start..]) {
+            for ((name, a, size), (_, b, _)) in members(whole).into_iter().zip(members(late)) {
+                assert!(
+                    (a - b).abs() <= 1e-13 * size.max(a.abs()),
+                    "{id}, {name}: {a} {b}"
+                );
+            }
+        }
     };
     for effect in catalogue() {
         let about = effect.about();
