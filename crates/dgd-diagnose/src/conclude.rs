@@ -12,7 +12,7 @@ use crate::relations::{Applied, Blocks, Rows};
 use crate::scan::allowances_with;
 use crate::select::{Named, Sought, select};
 use crate::step::Step;
-use crate::tangent::{Bend, Tangent};
+use crate::tangent::{Bend, FRICTION_PRIOR_PA, Tangent};
 use crate::tested::{placebo, tested};
 use crate::traces::traces;
 use dgd_effects::{About, AppliedEffect, Method, catalogue, find};
@@ -107,8 +107,7 @@ pub fn diagnose(
     let before_state =
         allowances_with(&record, &start, &excluded, Bend::Free, None).ok_or_else(short)?;
     let after_state = trained(&record, &start, &selection, &excluded).ok_or_else(short)?;
-    let before_fit =
-        Tangent::at(&record, &before_state, &excluded, Bend::Free).ok_or_else(short)?;
+    let before_fit = baseline(&record, &before_state, &excluded).ok_or_else(short)?;
     let after_fit = Tangent::at(&record, &after_state, &excluded, Bend::Free).ok_or_else(short)?;
     let before = model(&record, &before_state, &before_fit);
     let mut after = model(&record, &after_state, &after_fit);
@@ -236,6 +235,18 @@ pub fn diagnose(
             .collect(),
         settings,
     })
+}
+
+/// The model without findings, as it would be fitted by hand: where standing mud pulls the friction's intercept far beyond what any
+/// is, the column at rest is not the model's, and the stops are left out. Curves bent to it would run wild.
+fn baseline(record: &Record, state: &[Applied], excluded: &[bool]) -> Option<Tangent> {
+    let fit = Tangent::at(record, state, excluded, Bend::Free)?;
+    if fit.curves.friction[0].abs() < 3.0 * FRICTION_PRIOR_PA[0] {
+        return Some(fit);
+    }
+    let stops = |(out, still): (&bool, &bool)| *out || *still;
+    let flowing: Vec<bool> = excluded.iter().zip(&fit.rows.still).map(stops).collect();
+    Tangent::at(record, state, &flowing, Bend::Free).or(Some(fit))
 }
 
 /// How likely it is that there is anything: the cause named, or one that cannot be told from it.

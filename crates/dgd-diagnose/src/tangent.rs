@@ -26,7 +26,7 @@ use std::sync::{Arc, OnceLock};
 /// Prior width of the head's lean on inlet pressure.
 const LEAN_PRIOR: f64 = 0.1;
 /// Prior widths of the friction terms, Pa at the scale's flow: intercept and linear term are physics, not curve.
-const FRICTION_PRIOR_PA: [f64; FRICTION_TERMS] =
+pub(crate) const FRICTION_PRIOR_PA: [f64; FRICTION_TERMS] =
     [3.0e3, 4.0e3, 1e8, 1e8, 4.0e3, 2e3, 2e3, 2e3, 2e3, 2e3];
 /// Prior widths of the head terms, Pa at the scale: an offset within accuracy, the parabola as a share of the lift, terms of
 /// another degree than the second, which break the affinity laws, small, then bumps.

@@ -41,8 +41,7 @@ fn what_an_effect_saw_before_it_remembers_moves_it_by_rounding_alone() {
             return;
         }
         let whole = drive(id, p, &setting, &moments);
-        // Steps of one second.
-        let start = AT - (memory_s.ceil() as usize).min(AT);
+        let start = moments.partition_point(|m| m.t_s < moments[AT].t_s - memory_s.ceil());
         let late = drive(id, p, &setting, &moments[start..]);
         for (whole, late) in whole[AT..].iter().zip(&late[AT - start..]) {
             for ((name, a, size), (_, b, _)) in members(whole).into_iter().zip(members(late)) {
