@@ -107,8 +107,8 @@ pub fn diagnose(
     let before_state =
         allowances_with(&record, &start, &excluded, Bend::Free, None).ok_or_else(short)?;
     let after_state = trained(&record, &start, &selection, &excluded).ok_or_else(short)?;
-    let before_fit = baseline(&record, &before_state, &excluded).ok_or_else(short)?;
-    let after_fit = Tangent::at(&record, &after_state, &excluded, Bend::Free).ok_or_else(short)?;
+    let before_fit = runnable(&record, &before_state, &excluded).ok_or_else(short)?;
+    let after_fit = runnable(&record, &after_state, &excluded).ok_or_else(short)?;
     let before = model(&record, &before_state, &before_fit);
     let mut after = model(&record, &after_state, &after_fit);
     progress(Stage::Confirming);
@@ -130,7 +130,7 @@ pub fn diagnose(
             .filter(|a| !is_correction(a.effect))
             .cloned()
             .collect();
-        if let Some(fit) = Tangent::at(&record, &plain, &excluded, Bend::Free) {
+        if let Some(fit) = runnable(&record, &plain, &excluded) {
             let without = model(&record, &plain, &fit);
             let other = simulate(well, &record, prepared, &windows, &before, &without)?;
             if gained(&other) < gained(&simulation) {
@@ -237,9 +237,9 @@ pub fn diagnose(
     })
 }
 
-/// The model without findings, as it would be fitted by hand: where standing mud pulls the friction's intercept far beyond what any
+/// Curves for a free run, as they would be fitted by hand: where standing mud pulls the friction's intercept far beyond what any
 /// is, the column at rest is not the model's, and the stops are left out. Curves bent to it would run wild.
-fn baseline(record: &Record, state: &[Applied], excluded: &[bool]) -> Option<Tangent> {
+fn runnable(record: &Record, state: &[Applied], excluded: &[bool]) -> Option<Tangent> {
     let fit = Tangent::at(record, state, excluded, Bend::Free)?;
     if fit.curves.friction[0].abs() < 3.0 * FRICTION_PRIOR_PA[0] {
         return Some(fit);
