@@ -52,13 +52,18 @@ pub(super) fn two_state(
     })
 }
 
-/// Where the identified laws leave the textbook's: a late meter (Eq. 3.21), an offset (Eq. 3.26), another law of the pump
-/// (Eq. 3.39).
+/// Share of the textbook's mean square that another law must stay below to be told.
+const TELLING: f64 = 0.9;
+
+/// Where the identified laws leave the textbook's: a late meter (Eq. 3.21), another law of the pump (Eq. 3.39).
 fn departures(identification: &Identification) -> Vec<(String, String)> {
     let model = &identification.model;
     let mut out = Vec::new();
     let mut tell = |name: &str, what: String| out.push((name.to_owned(), what));
-    if let (true, Ok(undelayed)) = (model.delay_s > 0.0, &identification.undelayed) {
+    if let Ok(undelayed) = &identification.undelayed
+        && model.delay_s > 0.0
+        && identification.sweep.fit.mse_pa2 < TELLING * undelayed.mse_pa2
+    {
         let bar = |mse_pa2: f64| brief(mse_pa2.sqrt() * 1e-5);
         tell(
             "two-state model: return flow",
@@ -71,10 +76,9 @@ fn departures(identification: &Identification) -> Vec<(String, String)> {
         );
     }
     let pump = &model.pump;
-    if let (true, Ok(squares)) = (
-        (pump.n0, pump.n2) != (2.0, 2.0),
-        &identification.pump.constrained,
-    ) {
+    if let Ok(squares) = &identification.pump.constrained
+        && pump.mse_m2 < TELLING * squares.fit.mse_m2
+    {
         tell(
             "two-state model: pump",
             format!(
