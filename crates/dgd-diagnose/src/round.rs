@@ -267,7 +267,7 @@ impl<'a> Round<'a> {
 
     /// The likeliest effect that may be named.
     fn best(&self) -> Option<&Contender> {
-        // Effects of the meter's timing come together or not at all: what one leaves over looks like the other.
+        // Of the effects of the meter's timing one at the most: what it leaves over looks like the other.
         let timed = timed(&self.state);
         self.contenders
             .iter()
