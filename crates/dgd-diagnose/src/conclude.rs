@@ -94,7 +94,7 @@ pub fn diagnose(
         })
         .collect();
     let windows = held_out(span, &intervals);
-    let seconds = record.dt_s * record.per_block as f64;
+    let seconds = record.block_s();
     let excluded: Vec<bool> = (0..record.blocks)
         .map(|b| {
             let from = record.setting.span_s.0 + b as f64 * seconds;

@@ -166,7 +166,7 @@ fn exclude_edges(record: &Record, state: &[Applied], c: &Candidate, excluded: &m
     let about = c.applied.effect.about();
     let (from, to) = about.interval_s(&c.applied.parameters, record.setting.span_s);
     let hole = HOLE_S.min(0.2 * (to - from));
-    let seconds = record.dt_s * record.per_block as f64;
+    let seconds = record.block_s();
     let start = record.setting.span_s.0;
     let middle = |b: usize| start + (b as f64 + 0.5) * seconds;
     if record.takes(Step::Edges) {

@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rayon::prelude::*;
 
 /// Prior width of a knot, in the unit of the relation.
-const WIDTHS: [f64; 3] = [1.5e4, 2.0e4, 8e-4];
+const WIDTHS: [f64; RELATIONS.len()] = [1.5e4, 2.0e4, 8e-4];
 
 /// A correction, weighed.
 #[derive(Clone)]
@@ -92,11 +92,10 @@ fn range(record: &Record, quantity: usize) -> (f64, f64) {
 }
 
 /// Every correction that the recording excites, best first.
-pub(crate) fn corrections(
-    record: &Record,
-    tangent: &Tangent,
-    state: &[Applied],
-) -> Vec<Correction> {
+pub(crate) fn corrections(record: &Record, state: &[Applied]) -> Vec<Correction> {
+    let Some(whole) = Tangent::beside(record, state, &[], Bend::Loose) else {
+        return Vec::new();
+    };
     // A curve of flow and speed is the relation itself there: identification, no finding. A mass balance along the rate of
     // the flow is timing.
     let own = |relation, quantity| matches!((relation, quantity), (0, 4) | (1, 4 | 5) | (2, 7));
@@ -106,41 +105,54 @@ pub(crate) fn corrections(
         .collect();
     let mut out: Vec<Correction> = places
         .par_iter()
-        .filter_map(|place| correction(record, tangent, state, *place))
+        .filter_map(|place| correction(record, &whole, state, *place))
         .collect();
+    if record.takes(Step::Flowing) {
+        let moving = whole.moving(record);
+        let stops = (whole.rows.still.iter().zip(&moving)).map(|(still, moving)| *still || *moving);
+        let stops: Vec<bool> = stops.collect();
+        // A stop leaves the line as full as its valve was quick, which is no friction.
+        hold_without(
+            record,
+            &stops,
+            state,
+            &mut out,
+            Relation::ReturnLineFriction,
+        );
+        // On the way to another head what answers half a second late passes for a law of level or inflow, at each stop again.
+        hold_without(record, &moving, state, &mut out, Relation::PumpHead);
+    }
     out.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     out
 }
 
-/// Takes from corrections of the line's friction what they owe to the stops, if without these they fall below their hurdle, and
-/// sorts them again: a stop leaves the line as full as its valve was quick, which is no friction.
-pub(crate) fn in_flow(
+/// Takes from corrections of a relation what they owe to some blocks, if without these they fall below their hurdle.
+fn hold_without(
     record: &Record,
-    still: &[bool],
+    blocks: &[bool],
     state: &[Applied],
     found: &mut [Correction],
+    relation: Relation,
 ) {
-    let doubtful = |c: &Correction| {
-        RELATIONS[c.relation] == Relation::ReturnLineFriction && c.evidence > 0.5 * hurdle(c)
-    };
-    if !still.contains(&true) || !found.iter().any(doubtful) {
+    let doubtful =
+        |c: &Correction| RELATIONS[c.relation] == relation && c.evidence > 0.5 * hurdle(c);
+    if !blocks.contains(&true) || !found.iter().any(doubtful) {
         return;
     }
-    let Some(flowing) = Tangent::beside(record, state, still, Bend::Loose) else {
+    let Some(others) = Tangent::beside(record, state, blocks, Bend::Loose) else {
         return;
     };
     for c in found.iter_mut().filter(|c| doubtful(c)) {
-        let again = correction(record, &flowing, state, (c.relation, c.quantity));
+        let again = correction(record, &others, state, (c.relation, c.quantity));
         let alone = again.map_or(0.0, |again| again.evidence);
         if alone < hurdle(c) {
             c.evidence = c.evidence.min(alone);
         }
     }
-    found.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
 }
 
 /// The correction of one relation along one quantity; `None` if the recording does not move the quantity.
-fn correction(
+pub(crate) fn correction(
     record: &Record,
     tangent: &Tangent,
     state: &[Applied],
@@ -218,14 +230,15 @@ pub(crate) const FLOW_RATE: &str = "rate of the return flow";
 pub(crate) fn hurdle(c: &Correction) -> f64 {
     match (RELATIONS[c.relation], QUANTITIES[c.quantity]) {
         // Transmitters and drives answer late: what is left follows how fast things move.
-        (Relation::PumpHead, FLOW_RATE) => 320.0,
-        (Relation::PumpHead, "inlet pressure" | "mud pump flow") => 75.0,
-        (Relation::PumpHead, _) => 30.0,
+        (Relation::PumpHead, FLOW_RATE) => 60.0,
+        (Relation::PumpHead, "inlet pressure") => 50.0,
+        (Relation::PumpHead, "booster flow") => 25.0,
+        (Relation::PumpHead, _) => 20.0,
         // Speed stands for flow without its meter's noise.
         (Relation::ReturnLineFriction, "pump speed") => 110.0,
         (Relation::ReturnLineFriction, FLOW_RATE) => 45.0,
-        (Relation::ReturnLineFriction, "mud pump flow") => 50.0,
-        (Relation::ReturnLineFriction, _) => 30.0,
+        (Relation::ReturnLineFriction, "inlet pressure") => 30.0,
+        (Relation::ReturnLineFriction, _) => 20.0,
         _ => 15.0,
     }
 }
@@ -241,7 +254,7 @@ fn busiest(record: &Record, tangent: &Tangent, signature: &[f64]) -> f64 {
             by_block[block] += s * (off - 0.5 * s);
         }
     }
-    let reach = whole(WINDOW_S / (record.dt_s * record.per_block as f64)).max(1);
+    let reach = whole(WINDOW_S / record.block_s()).max(1);
     let mut most = 0.0_f64;
     let mut sum = 0.0;
     for b in 0..by_block.len() {

@@ -1,7 +1,7 @@
 //! The held-out windows, and both models fitted without them.
 
 use crate::contest::solved;
-use crate::empirical::corrections;
+use crate::empirical::correction;
 use crate::record::{Record, mean, tails, whole};
 use crate::refine::refine;
 use crate::relations::Applied;
@@ -83,11 +83,7 @@ pub(crate) fn trained(
             }
             Some(place) => {
                 let tangent = Tangent::at(record, &state, excluded, Bend::Loose);
-                let again = tangent.and_then(|t| {
-                    corrections(record, &t, &state)
-                        .into_iter()
-                        .find(|c| (c.relation, c.quantity) == place)
-                });
+                let again = tangent.and_then(|t| correction(record, &t, &state, place));
                 if let Some(again) = again {
                     chosen = again.applied;
                 }

@@ -62,6 +62,11 @@ pub(crate) struct Filled {
 }
 
 impl Record {
+    /// Length of a block, s.
+    pub(crate) fn block_s(&self) -> f64 {
+        self.dt_s * self.per_block as f64
+    }
+
     /// Brings a screened recording onto the working clock.
     pub(crate) fn new(well: &Well, prepared: &Prepared, without: &[Step]) -> Self {
         let recording = &prepared.recording;

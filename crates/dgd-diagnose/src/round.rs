@@ -2,7 +2,7 @@
 
 use crate::belief::{logistic, shared};
 use crate::contest::{Contender, alike, at_bound, contest, material, solved, stands};
-use crate::empirical::{Correction, FLOW_RATE, corrections, hurdle, in_flow, plausible};
+use crate::empirical::{Correction, FLOW_RATE, corrections, hurdle, plausible};
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::scan::{joined, weigh};
@@ -55,18 +55,14 @@ impl<'a> Round<'a> {
         let state = selection.state();
         let gate = Tangent::beside(record, &state, &[], Bend::Lean)?;
         let contenders = contest(record, &gate, &state);
-        let loose = Tangent::beside(record, &state, &[], Bend::Loose)?;
         let mut rivals = if record.takes(Step::Corrections) {
-            corrections(record, &loose, &state)
+            corrections(record, &state)
         } else {
             Vec::new()
         };
         // What a late meter's form leaves over follows the rate of the flow: it is no second thing.
         let timed = timed(&state);
         rivals.retain(|r| plausible(r) && !(timed && QUANTITIES[r.quantity] == FLOW_RATE));
-        if record.takes(Step::Flowing) {
-            in_flow(record, &gate.rows.still, &state, &mut rivals);
-        }
         for c in contenders.iter().take(9) {
             let about = c.effect.about();
             debug!(
@@ -123,7 +119,7 @@ impl<'a> Round<'a> {
         };
         let rival = self
             .rival(best)
-            .filter(|r| r.claim() < best.claim() - 10.0 || !self.two_do(best, r.evidence));
+            .filter(|r| r.claim() < best.claim() - 10.0 || !self.two_do(best, r.claim()));
         let standing = rival.filter(|r| r.evidence > hurdle(r));
         if let Some(r) = standing
             && r.evidence > 1.2 * best.claim() + 30.0
@@ -181,7 +177,11 @@ impl<'a> Round<'a> {
         let second = contest(self.record, &gate, &state).into_iter().find(|c| {
             c.evidence > c.effect.about().search.belief.hurdle && material(&solved(&c.best))
         });
-        second.is_some_and(|c| best.evidence + c.evidence > 0.9 * rival)
+        second.is_some_and(|c| {
+            let further = FURTHER[(self.known + 1).min(FURTHER.len() - 1)];
+            // Two physical forms that come near what knots can do at will are the likelier.
+            best.evidence + c.evidence - further > 0.9 * rival
+        })
     }
 
     /// What a correction must show beside what has been named: knots fit the want of form of another effect with ease.

@@ -355,7 +355,7 @@ fn switches(
     };
     let l = tangent.layout;
     let n = l.blocks;
-    let seconds = record.dt_s * record.per_block as f64;
+    let seconds = record.block_s();
     let mut shapes: Vec<Vec<f64>> = Vec::new();
     for c in coarse {
         let mut p = c.applied.parameters.clone();

@@ -94,7 +94,7 @@ fn form(record: &Record, tangent: &Tangent, applied: &[Applied], k: usize) -> Ve
         .map(|v| finite(v / share))
         .collect();
     let span = record.setting.span_s;
-    let seconds = record.dt_s * record.per_block as f64;
+    let seconds = record.block_s();
     let layout = tangent.layout;
     let block = |row: usize| match row.checked_sub(layout.mass_at()) {
         Some(k) => k * MASS_BLOCKS,

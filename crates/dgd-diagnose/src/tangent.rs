@@ -25,6 +25,8 @@ use std::sync::{Arc, OnceLock};
 
 /// Prior width of the head's lean on inlet pressure.
 const LEAN_PRIOR: f64 = 0.1;
+/// Prior width of the time that meter and drive answer late where only more than timing counts, s.
+const LATE_S: f64 = 2.0;
 /// Prior widths of the friction terms, Pa at the scale's flow: intercept and linear term are physics, not curve.
 pub(crate) const FRICTION_PRIOR_PA: [f64; FRICTION_TERMS] =
     [3.0e3, 4.0e3, 1e8, 1e8, 4.0e3, 2e3, 2e3, 2e3, 2e3, 2e3];
@@ -483,6 +485,12 @@ impl Tangent {
             nuisance.push(column);
             priors.push(LEAN_PRIOR);
         }
+        if lean == Bend::Loose {
+            for column in crate::unrest::late(record.block_s(), &curves, blocks, layout) {
+                nuisance.push(column);
+                priors.push(LATE_S);
+            }
+        }
         for free in &slack {
             nuisance.push(free.column.clone());
             priors.push(free.width);
@@ -550,6 +558,11 @@ impl Tangent {
             ln_volume,
             evaluated,
         }
+    }
+
+    /// Blocks in which the pump is on its way to another head.
+    pub(crate) fn moving(&self, record: &Record) -> Vec<bool> {
+        crate::unrest::moving(&self.evaluated.head_pa, record.block_s())
     }
 
     /// The whitened part of a stacked vector off the tangent.

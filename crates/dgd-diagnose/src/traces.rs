@@ -9,7 +9,7 @@ use dgd_effects::{Rank, Relation, quantile};
 /// Residuals by relation, before and after.
 pub(crate) fn traces(record: &Record, before: &Tangent, after: &Tangent) -> Vec<Trace> {
     let l = before.layout;
-    let seconds = record.dt_s * record.per_block as f64;
+    let seconds = record.block_s();
     let (b, a) = (before.clean_residual(), after.clean_residual());
     let may = wander(record, &after.curves);
     let section = |relation: Relation,

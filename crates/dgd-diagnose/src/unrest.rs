@@ -42,18 +42,61 @@ pub(crate) fn wander(record: &Record, curves: &Curves) -> Wander {
         head_pa: PRESSURE_WANDER_PA.hypot(head),
         difference_pa: 1.5 * PRESSURE_WANDER_PA,
         mass_m3_s: FLOW_WANDER * q.hypot(pump),
-        blocks: WANDER_S / (record.dt_s * record.per_block as f64),
+        blocks: WANDER_S / record.block_s(),
         hidden_friction_pa: hidden * slope(&|q| curves.friction_pa(q)).abs(),
         hidden_head_pa: hidden * slope(&|q| curves.head_pa(w, q)).abs(),
-        hidden_blocks: HIDDEN_S / (record.dt_s * record.per_block as f64),
+        hidden_blocks: HIDDEN_S / record.block_s(),
     }
 }
 
-/// What half a second of timing is worth in each row, in its unit.
-pub(crate) fn unrest(record: &Record, curves: &Curves, b: &Blocks, layout: Layout) -> Vec<f64> {
-    const TIMING_S: f64 = 0.5;
+/// By how much instruments and drives may answer sooner or later than the model thinks, s.
+const TIMING_S: f64 = 0.5;
+/// Blocks that the noise's memory reaches beyond its cause.
+const RING: usize = 2;
+
+/// Blocks in which the head moves so fast that the timing is worth more than the transmitters' accuracy, and their neighbours.
+///
+/// `seconds` is the length of a block; one whose head is not known does not move.
+pub(crate) fn moving(head_pa: &[f64], seconds: f64) -> Vec<bool> {
+    let n = head_pa.len();
+    let fast = |k: usize| {
+        let (a, z) = (k.saturating_sub(1), (k + 1).min(n - 1));
+        let rate = (head_pa[z] - head_pa[a]) / ((z - a).max(1) as f64 * seconds);
+        TIMING_S * rate.abs() > PRESSURE_WANDER_PA
+    };
+    let fast: Vec<bool> = (0..n).map(fast).collect();
+    (0..n)
+        .map(|k| fast[k.saturating_sub(RING)..(k + RING + 1).min(n)].contains(&true))
+        .collect()
+}
+
+/// What a flow meter that answers a second late changes in the rows of the head, and what a drive that does: straight parameters
+/// of a model that asks for more than timing. Friction has none: there it would pass for a hysteresis.
+pub(crate) fn late(seconds: f64, curves: &Curves, b: &Blocks, layout: Layout) -> [Vec<f64>; 2] {
     let n = layout.blocks;
-    let seconds = record.dt_s * record.per_block as f64;
+    let mut out = [vec![0.0; layout.len()], vec![0.0; layout.len()]];
+    for k in 1..n.saturating_sub(1) {
+        let (w, q) = (b.speed[k], b.flow[k]);
+        // Half the way to either neighbour: what the head changes by within a block.
+        let dq = 0.25 * (b.flow[k + 1] - b.flow[k - 1]);
+        let dw = 0.25 * (b.speed[k + 1] - b.speed[k - 1]);
+        let changes = [
+            curves.head_pa(w, q + dq) - curves.head_pa(w, q - dq),
+            curves.head_pa(w + dw, q) - curves.head_pa(w - dw, q),
+        ];
+        for (column, change) in out.iter_mut().zip(changes) {
+            if change.is_finite() {
+                column[n + k] = change / seconds;
+            }
+        }
+    }
+    out
+}
+
+/// What that timing is worth in each row, in its unit.
+pub(crate) fn unrest(record: &Record, curves: &Curves, b: &Blocks, layout: Layout) -> Vec<f64> {
+    let n = layout.blocks;
+    let seconds = record.block_s();
     let rate = |f: &dyn Fn(usize) -> f64, k: usize, last: usize| -> f64 {
         let (a, z) = (k.saturating_sub(1), (k + 1).min(last));
         let change = (f(z) - f(a)) / ((z - a).max(1) as f64 * seconds);
@@ -135,4 +178,79 @@ pub(crate) fn unrest(record: &Record, curves: &Curves, b: &Blocks, layout: Layou
             / (seconds * MASS_BLOCKS as f64);
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Blocks, Curves, Layout, late, moving};
+    use dgd_effects::{FRICTION_TERMS, HEAD_TERMS, Scale};
+
+    #[test]
+    fn a_head_on_its_way_moves_with_its_neighbours_and_one_at_rest_or_unknown_does_not() {
+        let mut head: Vec<f64> = vec![2e6; 40];
+        for (k, h) in head.iter_mut().enumerate().skip(20) {
+            *h = if k < 24 {
+                2e6 - 2e5 * (k as f64 - 19.0)
+            } else {
+                1.2e6
+            };
+        }
+        head[5] = f64::NAN;
+        let moves = moving(&head, 10.0);
+        let from = moves.iter().position(|m| *m);
+        let to = moves.iter().rposition(|m| *m);
+        // The ramp runs from 19 to 23; the noise remembers two blocks.
+        assert_eq!((from, to), (Some(17), Some(25)));
+        // Ten times slower it is worth less than the transmitters' accuracy.
+        assert!(!moving(&head, 1000.0).contains(&true));
+    }
+
+    #[test]
+    fn what_answers_late_changes_the_head_by_its_rate_and_nothing_else() {
+        let mut head = [0.0; HEAD_TERMS];
+        head[1] = 2e6;
+        head[3] = -5e5;
+        let curves = Curves {
+            scale: Scale {
+                flow_m3_s: 0.06,
+                speed_pct: 60.0,
+            },
+            friction: [1e5; FRICTION_TERMS],
+            head,
+        };
+        let n = 20;
+        let flow: Vec<f64> = (0..n).map(|k| 0.02 + 0.001 * k as f64).collect();
+        let speed: Vec<f64> = (0..n).map(|k| 50.0 + 0.2 * k as f64).collect();
+        let by_flow = (curves.head_pa(52.0, 0.0301) - curves.head_pa(52.0, 0.0299)) / 2e-4;
+        let by_speed = (curves.head_pa(52.01, 0.03) - curves.head_pa(51.99, 0.03)) / 0.02;
+        let b = Blocks {
+            through: flow.clone(),
+            averaged: vec![1.0; n],
+            drop: vec![0.0; n],
+            friction_factor: vec![1.0; n],
+            lift: vec![0.0; n],
+            head_factor: vec![1.0; n],
+            difference: Vec::new(),
+            imbalance: vec![0.0; 4],
+            flow,
+            speed,
+        };
+        let layout = Layout {
+            blocks: n,
+            difference: 0,
+            mass: 4,
+        };
+        let [meter, drive] = late(10.0, &curves, &b, layout);
+        // 0.0001 m3/s and 0.02 % a second at the tenth block.
+        assert!((meter[n + 10] / (1e-4 * by_flow) - 1.0).abs() < 1e-6);
+        assert!((drive[n + 10] / (0.02 * by_speed) - 1.0).abs() < 1e-6);
+        for column in [meter, drive] {
+            assert!(
+                column[..n]
+                    .iter()
+                    .chain(&column[2 * n..])
+                    .all(|v| *v == 0.0)
+            );
+        }
+    }
 }
