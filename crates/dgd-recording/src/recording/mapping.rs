@@ -159,9 +159,9 @@ fn near(table: &Table, tag: &str) -> Option<String> {
     let wanted = plain(tag);
     let alike = |found: &str| {
         let found = plain(found);
-        !wanted.is_empty()
-            && !found.is_empty()
-            && (found.contains(&wanted) || wanted.contains(&found))
+        // Two letters are part of many a name.
+        let part = |a: &str, b: &str| b.chars().count() > 2 && a.contains(b);
+        found == wanted || part(&found, &wanted) || part(&wanted, &found)
     };
     let mut found = (table.columns.iter().map(|c| c.tag.as_str())).filter(|tag| alike(tag));
     let first = found.next()?;

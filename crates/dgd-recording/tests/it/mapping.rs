@@ -58,7 +58,7 @@ fn a_tag_that_differs_in_marks_or_ends_is_proposed_if_it_is_the_only_one() {
             .to_string()
     };
     assert!(refused("ft 4 (gpm)").contains("did you mean `gom.FT4`?"));
-    for tag in ["FT", "flow", "-"] {
+    for tag in ["FT", "FT9", "flow", "-"] {
         assert!(!refused(tag).contains("did you mean"), "{tag}");
     }
 }
