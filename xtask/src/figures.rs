@@ -180,7 +180,7 @@ fn compare(inspected: &Value, fitted: &Value, runs: &Runs) -> Result<String> {
             "flow simulated alone, dynamic and steady (Figure 4.3)",
             "inseparable",
             &format!(
-                "{:.1} and {:.1} l/min off",
+                "{:.1} and {:.1} L/min off",
                 6e4 * deviation(&runs.flow, "pump_flow_m3_s")?,
                 6e4 * deviation(&runs.steady, "pump_flow_m3_s")?
             ),
@@ -189,7 +189,7 @@ fn compare(inspected: &Value, fitted: &Value, runs: &Runs) -> Result<String> {
             "flow simulated coupled (Figure 4.4)",
             "somewhat less consistent than alone",
             &format!(
-                "{:.1} l/min off",
+                "{:.1} L/min off",
                 6e4 * deviation(&runs.coupled, "pump_flow_m3_s")?
             ),
         ),

@@ -6,23 +6,20 @@ use dgd_diagnose::Step;
 use dgd_effects::catalogue;
 use std::path::{Path, PathBuf};
 
-/// Hydraulic models of drilling rigs, identified from recordings.
+/// Hydraulic models of dual-gradient drilling rigs, identified from recordings
 #[derive(Debug, Parser)]
-#[command(
-    name = "dgd",
-    version,
-    about,
-    propagate_version = true,
-    max_term_width = 100
-)]
+#[command(name = "dgd", version, propagate_version = true, max_term_width = 100)]
 #[command(after_help = "Examples:
-  dgd demo                                     the whole job on an embedded recording, with pictures
-  dgd inspect rig.mat                          what is in a file, and a proposed channel map
-  dgd fit rig.mat --well well.toml             identify friction, delay and pump: writes model.toml
-  dgd diagnose rig.mat --well well.toml --out diagnosis    what the model leaves out, and the report
-  dgd simulate rig.mat --well well.toml --model model.toml --window 14000:20000
-  dgd system check system.toml --draw system.svg           is a system of one's own well posed, and how does it look
-  dgd fit bench.csv --system system.toml                   identify it; then simulate, linearise, sensitivities
+  The whole job on an embedded recording, with pictures:
+    dgd demo
+  A recording of a rig, described in well.toml:
+    dgd inspect rig.mat --propose well.toml
+    dgd fit rig.mat --well well.toml
+    dgd simulate rig.mat --well well.toml --model model.toml
+    dgd diagnose rig.mat --well well.toml --out diagnosis
+  A system of one's own, described in system.toml:
+    dgd system check system.toml --draw system.svg
+    dgd fit bench.csv --system system.toml --out bench.toml
 
 Exit status: 0 done, 2 the input cannot be used, 1 an output cannot be written.")]
 pub(crate) struct Arguments {
@@ -36,13 +33,19 @@ pub(crate) struct Arguments {
 #[derive(Debug, Args)]
 pub(crate) struct Global {
     /// Print the result as JSON instead of text
-    #[arg(long, global = true)]
+    #[arg(long, global = true, help_heading = "For every command")]
     pub(crate) json: bool,
     /// Say more on standard error (-vv: even more)
-    #[arg(short, long, global = true, action = clap::ArgAction::Count)]
+    #[arg(short, long, global = true, help_heading = "For every command", action = clap::ArgAction::Count)]
     pub(crate) verbose: u8,
     /// Say nothing but errors on standard error
-    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    #[arg(
+        short,
+        long,
+        global = true,
+        help_heading = "For every command",
+        conflicts_with = "verbose"
+    )]
     pub(crate) quiet: bool,
 }
 
@@ -76,7 +79,10 @@ pub(crate) enum Command {
 #[command(after_help = "Examples:
   dgd inspect rig.mcap
   dgd inspect rig.csv --json | jq .columns
-  dgd inspect rig.mat --propose well.toml      a well description to fill in")]
+  dgd inspect rig.mat --propose well.toml
+
+The table tells of each column: its smallest, median and largest value, the step of its quantisation, how many samples \
+repeat the one before, and the longest run of one value (`537 x 0` is 537 samples of 0).")]
 pub(crate) struct Inspect {
     /// MAT v5 or v7.3, CSV or MCAP
     pub(crate) recording: PathBuf,
@@ -152,12 +158,12 @@ impl AnySource {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   dgd fit rig.mat --well well.toml
-  dgd fit bench.mat --system system.toml --out bench.toml    writes bench.csv, bench.html, bench.json beside it
-  dgd fit gom1.csv gom2.csv gom3.csv gom4.csv --well well.toml --figures figures
+  dgd fit day1.csv day2.csv day3.csv --well well.toml --figures figures
   dgd fit rig.mcap --well well.toml --delays 0:60 --robust --json
+  dgd fit bench.mat --system system.toml --out bench.toml
 
-With --system the model is a system.toml with the fitted values, which --system takes again; beside it, under its name, stand
-the simulation of all windows (.csv), the report (.html) and what it says for machines (.json).")]
+With --system the model is a system.toml with the fitted values, which --system takes again; beside it, under its name, \
+stand the simulation of all windows (.csv), the report (.html) and what it says for machines (.json).")]
 pub(crate) struct Fit {
     #[command(flatten)]
     pub(crate) source: AnySource,
@@ -185,14 +191,13 @@ pub(crate) struct Fit {
 #[command(after_help = "Examples:
   dgd diagnose rig.mat --well well.toml --out diagnosis
   dgd diagnose rig.mat --well well.toml --out again --model diagnosis/model.toml
-  dgd diagnose day1.csv day2.csv --well well.toml --out both --json | jq .verdict
-  dgd simulate rig.mat --well well.toml --model diagnosis/model.toml --window 9000:12000
-  dgd diagnose rig.mat --well well.toml --out gas --suspect gas_in_pump,line_leak
-  dgd diagnose bench.mat --system system.toml --out diagnosis    then simulate --system diagnosis/model.toml
+  dgd diagnose a.csv b.csv --well well.toml --out both --json | jq .verdict
+  dgd diagnose rig.mat --well well.toml --out gas --suspect gas_in_pump
+  dgd diagnose bench.mat --system system.toml --out diagnosis
 
-Writes diagnosis.json, simulation.csv (measured beside the model before and after), report.html and model.toml
-(with the effects found; `dgd simulate` runs it) into the folder. Exit status is 0 whatever the verdict:
-consistent, explained, partly_explained or unexplained.")]
+Writes diagnosis.json, simulation.csv (measured beside the model before and after), report.html and model.toml (with \
+the effects found; `dgd simulate` runs it) into the folder. Exit status is 0 whatever the verdict: consistent, explained, \
+partly_explained or unexplained.")]
 pub(crate) struct Diagnose {
     #[command(flatten)]
     pub(crate) source: AnySource,
@@ -220,13 +225,14 @@ pub(crate) struct Diagnose {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   dgd simulate rig.mat --well well.toml --model model.toml
-  dgd simulate rig.mat --well well.toml --model model.toml --window 14000:20000 --kind riser
-  dgd simulate rig.mat --well well.toml --model model.toml --out run.mcap --figures figures
+  dgd simulate rig.mat --well well.toml --window 14000:20000 --kind riser
+  dgd simulate rig.mat --well well.toml --out run.mcap --figures figures
   dgd simulate rig.mat --well well.toml --model diagnosis/model.toml
-  dgd simulate bench.mat --system bench.toml --out run.csv     also writes run.html and run.json
+  dgd simulate bench.mat --system bench.toml --out run.csv
 
-A model that `dgd diagnose` wrote runs with its effects, level and flow together: --kind, --solver and --tolerance
-are for models that `dgd fit` wrote, and --figures draws Figure 4.4 alone.")]
+A model that `dgd diagnose` wrote runs with its effects, level and flow together: --kind, --solver and --tolerance are \
+for models that `dgd fit` wrote, and --figures draws Figure 4.4 alone. With --system a report (.html) and what it says \
+for machines (.json) stand beside the output, under its name.")]
 pub(crate) struct Simulate {
     #[command(flatten)]
     pub(crate) source: AnySource,
@@ -298,7 +304,7 @@ pub(crate) enum SolverArg {
 
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  dgd mask rig.mat --well well.toml --model model.toml --out masked --references private/references.toml
+  dgd mask rig.mat --well well.toml --references private/references.toml
 
 The references file undoes the masking: keep it. It is never written into the output folder.")]
 pub(crate) struct Mask {
@@ -318,8 +324,10 @@ pub(crate) struct Mask {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   dgd convert rig.mat rig.csv
-  dgd convert rig.csv rig.mcap                 JSON Schema channels that plot in Foxglove
-  dgd convert rig.mcap rig.mat --mat-v73")]
+  dgd convert rig.csv rig.mcap
+  dgd convert rig.mcap rig.mat --mat-v73
+
+MCAP files hold JSON Schema channels, which plot in Foxglove.")]
 pub(crate) struct Convert {
     /// MAT v5 or v7.3, CSV or MCAP
     pub(crate) input: PathBuf,
@@ -361,8 +369,8 @@ pub(crate) enum SystemAction {
   dgd system check system.toml --draw system.svg
   dgd system check system.toml --json | jq .effects
 
-What is not well posed is refused with status 2: every problem with its line, what is in excess, and how to mend it. It is drawn
-all the same.")]
+What is not well posed is refused with status 2: every problem with its line, what is in excess, and how to mend it. \
+It is drawn all the same.")]
 pub(crate) struct Check {
     /// The description of the system
     pub(crate) system: PathBuf,
@@ -373,12 +381,13 @@ pub(crate) struct Check {
 
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  dgd linearise --system bench.toml --at pump.input=5 --step 4 --out linear
-  dgd linearise --system bench.toml --at-time 1200 --recording bench.mat --out linear
-  dgd linearise --well well.toml --model model.toml --at 'inflow.flow=800 gpm' pump.speed=72 --out linear
+  dgd linearise --system bench.toml --at pump.input=5 --step 4 --out lin
+  dgd linearise --system bench.toml --at-time 90 --recording run.mat --out lin
+  dgd linearise --well well.toml --out lin \\
+    --at 'inflow.flow=800 gpm' pump.speed=72
 
-Inputs and states go by their paths (`dgd system check` lists them), in SI units or with a unit. What is not given of the
-states is sought as the steady state. Writes linear.json and linear.mat, in MATLAB: l = load('linear.mat').linear;
+Inputs and states go by their paths (`dgd system check` lists them), in SI units or with a unit. What is not given of \
+the states is sought as the steady state. Writes linear.json and linear.mat, in MATLAB: l = load('linear.mat').linear; \
 ss(l.A, l.B, l.C, l.D). With --well it also writes the model as system.toml.")]
 pub(crate) struct Linearise {
     #[command(flatten)]
@@ -411,9 +420,10 @@ pub(crate) struct Linearise {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   dgd sensitivities bench.mat --system bench.toml --out sensitivities
-  dgd sensitivities inputs.csv --system system.toml --out plan    instruments need not have been recorded
+  dgd sensitivities inputs.csv --system system.toml --out plan
 
-Writes sensitivities.json, sensitivities.csv (along the run) and sensitivities.html into the folder.")]
+Writes sensitivities.json, sensitivities.csv (along the run) and sensitivities.html into the folder. Instruments need \
+not have been recorded: inputs alone plan an experiment.")]
 pub(crate) struct Sensitivities {
     /// MAT v5 or v7.3, CSV or MCAP
     pub(crate) recording: PathBuf,
@@ -458,5 +468,24 @@ fn parse_range(text: &str) -> Result<(f64, f64), String> {
         Err(format!("{from} is after {to}"))
     } else {
         Ok((from, to))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn examples_fit_eighty_columns_so_that_they_can_be_copied() {
+        fn walk(command: &clap::Command) {
+            let help = command.get_after_help().map(ToString::to_string);
+            for line in help.iter().flat_map(|h| h.lines()) {
+                let example = line.starts_with("  ");
+                assert!(!example || line.chars().count() <= 80, "{line}");
+            }
+            command.get_subcommands().for_each(walk);
+        }
+        walk(&Arguments::command());
     }
 }

@@ -4,7 +4,7 @@ use dgd_documents::DocumentError;
 use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, NamedSource};
 use std::error::Error;
 use std::fmt;
-use std::io::{ErrorKind, IsTerminal};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// Why a command stopped.
@@ -146,8 +146,7 @@ fn mend(kind: ErrorKind) -> &'static str {
 
 fn render_document(path: &Path, source: &str, error: &DocumentError) -> String {
     let mut rendered = String::new();
-    let terminal = std::io::stderr().is_terminal();
-    let theme = if terminal {
+    let theme = if crate::say::in_colour() {
         GraphicalTheme::unicode()
     } else {
         GraphicalTheme::unicode_nocolor()

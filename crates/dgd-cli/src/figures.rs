@@ -36,7 +36,7 @@ impl Units {
     /// Units of the rig floor.
     pub(crate) fn plain() -> Self {
         Self {
-            flow: (6e4, "l/min"),
+            flow: (6e4, "L/min"),
             friction: (1e-5, "bar"),
             head: (1.0, "m"),
             level: (1.0, "m"),

@@ -6,7 +6,7 @@ use crate::progress::Progress;
 use dgd_documents::{DocumentError, ModelDocument, Problem};
 use dgd_identify::Model;
 use dgd_ingest::{Format, ReadOptions};
-use dgd_recording::{Issue, Recording, Table, Well};
+use dgd_recording::{Issue, Recording, RecordingError, Table, Well};
 use dgd_screen::Suspicion;
 use std::fs::File;
 use std::io::Read;
@@ -172,7 +172,7 @@ pub(crate) fn read_recordings(
         let (format, mut table) = read_table(path, progress)?;
         let mut issues = std::mem::take(&mut table.issues);
         let (recording, mapping) =
-            Recording::from_table(table, well).map_err(|e| Failure::input(path, e))?;
+            Recording::from_table(table, well).map_err(|e| well.unmapped(path, &e))?;
         let samples = recording.len();
         let (recording, step_s, clock) =
             recording.onto_grid().map_err(|e| Failure::input(path, e))?;
@@ -234,6 +234,26 @@ impl Loaded {
 }
 
 impl Described {
+    /// A recording that the channel map does not fit, with the line of the map.
+    fn unmapped(&self, recording: &Path, error: &RecordingError) -> Failure {
+        let channel = match error {
+            RecordingError::NoColumn { channel, .. } => Some(channel),
+            RecordingError::SharedColumn { second, .. } => Some(second),
+            _ => None,
+        };
+        let line = channel.and_then(|channel| {
+            // `pump_inlet_pressure 2` is the second of its list.
+            let (key, number) = channel.split_once(' ').unwrap_or((channel, ""));
+            let transmitter = number.parse().ok().and_then(|n: usize| n.checked_sub(1));
+            dgd_documents::well_line(&self.text, "channels", key, transmitter)
+        });
+        Failure::Input {
+            path: recording.to_owned(),
+            reason: error.to_string(),
+            help: line.map(|line| format!("it is mapped in {}, line {line}", self.path.display())),
+        }
+    }
+
     /// A suspicion with the line that it is about.
     fn pointing(&self, suspicion: &Suspicion) -> String {
         let place = suspicion.place;

@@ -15,7 +15,7 @@ mod system;
 use args::{Arguments, Command, Global, SystemAction};
 use clap::Parser;
 use failure::Failure;
-use std::io::{IsTerminal, Write};
+use std::io::Write;
 use std::process::ExitCode;
 use tracing_subscriber::filter::LevelFilter;
 
@@ -76,7 +76,7 @@ fn start_tracing(global: &Global) {
     tracing_subscriber::fmt()
         .with_max_level(level)
         .with_writer(std::io::stderr)
-        .with_ansi(std::io::stderr().is_terminal())
+        .with_ansi(say::in_colour())
         .with_target(false)
         .without_time()
         .init();

@@ -2,7 +2,7 @@
 
 use crate::commands::fit::Fitted;
 use crate::figures::{self, Units};
-use crate::say::{brief, count, number};
+use crate::say::{self, brief, count, number};
 use dgd_identify::Estimate;
 use dgd_replay::{Deviation, Pair, Replay};
 use dgd_report::{Page, ReportError, Table};
@@ -176,13 +176,11 @@ fn pump_sentence(fitted: &Fitted) -> String {
 fn parameters(fitted: &Fitted) -> Table {
     let model = &fitted.identification.model;
     let row = |name: &str, estimate: &Estimate, unit: &str| {
-        let error = estimate.standard_error.map_or("held".to_owned(), number);
-        vec![
-            name.to_owned(),
-            number(estimate.value),
-            error,
-            unit.to_owned(),
-        ]
+        let [value, error] = estimate.standard_error.map_or_else(
+            || [number(estimate.value), "held".to_owned()],
+            |error| say::with_error(estimate.value, error),
+        );
+        vec![name.to_owned(), value, error, unit.to_owned()]
     };
     let letters = [
         ("B", "Pa"),
@@ -238,7 +236,7 @@ fn deviations([riser, flow, steady, coupled]: &[Replay; 4]) -> Table {
         head: [
             "Simulation",
             "Level [m]",
-            "Flow [l/min]",
+            "Flow [L/min]",
             "Outlet pressure [bar]",
         ]
         .map(Into::into)

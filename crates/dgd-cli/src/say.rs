@@ -1,6 +1,13 @@
 //! Text for people: aligned tables, numbers at a readable length, JSON for machines.
 
 use serde_json::Value;
+use std::io::IsTerminal;
+
+/// Whether standard error takes colours: a terminal, unless `NO_COLOR` says otherwise (no-color.org).
+pub(crate) fn in_colour() -> bool {
+    let refused = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
+    !refused && std::io::stderr().is_terminal()
+}
 
 /// Columns of text, aligned; numbers to the right.
 #[derive(Default)]
@@ -74,7 +81,7 @@ fn rounded(value: f64, figures: i32) -> String {
     let size = value.abs();
     if value == 0.0 || !value.is_finite() {
         format!("{value}")
-    } else if !(1e-3..1e6).contains(&size) {
+    } else if !(0.999_999e-3..1e6).contains(&size) {
         format!("{value:.3e}")
     } else {
         // Bounded by the range above: -3 to 6.
@@ -113,6 +120,15 @@ pub(crate) fn with_interval(value: f64, (low, high): (f64, f64)) -> [String; 3] 
             format!("{v:.decimals$}")
         }
     })
+}
+
+/// A value and its standard error, with two figures of the error.
+pub(crate) fn with_error(value: f64, error: f64) -> [String; 2] {
+    let [shown, ..] = with_interval(value, (value - error, value + error));
+    // Below ten, figures are decimals; above, the rest becomes zeros.
+    let tens = 10f64.powf((error.log10().floor() - 1.0).max(0.0));
+    let whole = (error / tens).round() * tens;
+    [shown, rounded(if tens > 1.0 { whole } else { error }, 2)]
 }
 
 /// A count with thousands apart.
@@ -161,6 +177,7 @@ mod tests {
         assert_eq!(number(264_740.26), "264740");
         assert_eq!(number(1.6243), "1.6243");
         assert_eq!(number(1.2e8), "1.200e8");
+        assert_eq!(number(0.000_999_999_999_9), "0.001");
         assert_eq!(number(-0.000_012_345), "-1.234e-5");
     }
 
@@ -179,6 +196,14 @@ mod tests {
         assert_eq!(written, ["210.46", "210.34", "210.58"]);
         let written = with_interval(2.0, (f64::NEG_INFINITY, f64::INFINITY));
         assert_eq!(written, ["2", "-inf", "inf"]);
+    }
+
+    #[test]
+    fn a_standard_error_has_two_figures_and_leaves_its_value_as_many() {
+        assert_eq!(with_error(1.567_12e8, 743_114.0), ["1.5671e8", "740000"]);
+        assert_eq!(with_error(-15_867.3, 217.4), ["-15867", "220"]);
+        assert_eq!(with_error(10.1412, 0.055_321), ["10.141", "0.055"]);
+        assert_eq!(with_error(3.0, f64::NAN), ["3", "NaN"]);
     }
 
     #[test]

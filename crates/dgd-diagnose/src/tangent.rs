@@ -3,38 +3,40 @@
 //! All base parameters (friction and head curves, the offset between redundant transmitters) and the slow wander of
 //! instruments within their accuracy span the tangent. Evidence for an effect is what its signature explains beyond it.
 
+mod columns;
+mod curves;
+mod frame;
+
 use crate::ground::Ground;
 use crate::noise::{Layout, Whitening};
-use crate::record::{MASS_BLOCKS, Record};
+use crate::record::Record;
 use crate::relations::{Applied, Blocks, Rows};
 use crate::scan::joined;
 use crate::slack::{Slack, slack};
 use crate::step::Step;
-use crate::unrest::wander;
 pub(crate) use crate::vectors::dot;
 use crate::vectors::{
     Orthonormal, Reach, back_substitute, dot_within, orthonormal, products, support, take_away,
     without,
 };
-use dgd_effects::{
-    Curves, FRICTION_TERMS, HEAD_POWERS, HEAD_TERMS, Rank, Scale, friction_terms, head_terms,
-    quantile,
-};
+use columns::Columns;
+pub(crate) use columns::FRICTION_PRIOR_PA;
+use curves::Evaluated;
+use dgd_effects::{Curves, FRICTION_TERMS, HEAD_TERMS};
+use frame::{Frame, lonely};
 use nalgebra::{DMatrix, DVector};
 use std::sync::{Arc, OnceLock};
 
-/// Prior width of the head's lean on inlet pressure.
-const LEAN_PRIOR: f64 = 0.1;
-/// Prior width of the time that meter and drive answer late where only more than timing counts, s.
-const LATE_S: f64 = 2.0;
-/// Prior widths of the friction terms, Pa at the scale's flow: intercept and linear term are physics, not curve.
-pub(crate) const FRICTION_PRIOR_PA: [f64; FRICTION_TERMS] =
-    [3.0e3, 4.0e3, 1e8, 1e8, 4.0e3, 2e3, 2e3, 2e3, 2e3, 2e3];
-/// Prior widths of the head terms, Pa at the scale: an offset within accuracy, the parabola as a share of the lift, terms of
-/// another degree than the second, which break the affinity laws, small, then bumps.
-const HEAD_OFFSET_PA: f64 = 3.0e3;
-const HEAD_ODD_PA: f64 = 5.0e4;
-const HEAD_BUMP_PA: f64 = 4.0e4;
+/// How freely the curves may bend.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Bend {
+    /// As pumps and lines do: for estimates.
+    Free,
+    /// The head may also lean on the inlet pressure: a gate for effects of the pump.
+    Lean,
+    /// Every smooth shape, and a lean: what is left over then is no curve.
+    Loose,
+}
 
 /// The linearised model.
 #[derive(Clone)]
@@ -60,7 +62,7 @@ pub(crate) struct Tangent {
     /// Raw residual of the curves alone (wanders not taken out), stacked.
     pub residual: Vec<f64>,
     /// How freely the curves may bend.
-    pub lean: Bend,
+    bend: Bend,
     /// What the named effects may be wrong by.
     slack: Vec<Slack>,
     /// Logarithm of the prior's volume over the posterior's: the price of all freedom.
@@ -69,312 +71,37 @@ pub(crate) struct Tangent {
     evaluated: Evaluated,
 }
 
-/// Median lift of the pump where its head may be judged, Pa.
-fn typical_lift(rows: &Rows, blocks: &Blocks) -> f64 {
-    let lifts =
-        (blocks.lift.iter().zip(&rows.head)).filter_map(|(lift, head)| head.then_some(*lift));
-    quantile(lifts, Rank::MEDIAN).unwrap_or(1e6).max(1e5)
-}
-
-/// Mean and width of each head term at the scale, Pa.
-///
-/// Radial pumps of any make: a shut-off head somewhat above the usual lift, which falls with flow (Gülich 2010, on
-/// performance characteristics; the numbers are ours). Where speed and flow hardly vary it is this that keeps a curve of
-/// any slope from hiding gas or wear.
-fn head_priors(lift: f64) -> [(f64, f64); HEAD_TERMS] {
-    let mut out = [(0.0, HEAD_BUMP_PA); HEAD_TERMS];
-    out[0].1 = HEAD_OFFSET_PA;
-    out[1] = (1.3 * lift, 0.25 * lift);
-    out[2] = (0.0, 0.2 * lift);
-    out[3] = (-0.3 * lift, 0.2 * lift);
-    out[4..HEAD_POWERS].fill((0.0, HEAD_ODD_PA));
-    out
-}
-
-/// How freely the curves may bend.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Bend {
-    /// As pumps and lines do: for estimates.
-    Free,
-    /// The head may also lean on the inlet pressure: a gate for effects of the pump.
-    Lean,
-    /// Every smooth shape, and a lean: what is left over then is no curve.
-    Loose,
-}
-
-/// Both curves at the blocks of one hypothesis: others share most of its blocks, and bumps are dear.
-#[derive(Debug, Clone)]
-struct Evaluated {
-    flow: Vec<f64>,
-    friction_pa: Vec<f64>,
-    speed: Vec<f64>,
-    through: Vec<f64>,
-    head_pa: Vec<f64>,
-}
-
-impl Evaluated {
-    fn of(curves: &Curves, b: &Blocks, known: Option<&Self>) -> Self {
-        let n = b.flow.len();
-        let friction_pa = (0..n)
-            .map(|k| match known {
-                Some(v) if v.flow[k] == b.flow[k] => v.friction_pa[k],
-                _ => curves.friction_pa(b.flow[k]),
-            })
-            .collect();
-        let head_pa = (0..n)
-            .map(|k| match known {
-                Some(v) if v.speed[k] == b.speed[k] && v.through[k] == b.through[k] => v.head_pa[k],
-                _ => curves.head_pa(b.speed[k], b.through[k]),
-            })
-            .collect();
-        Self {
-            flow: b.flow.clone(),
-            friction_pa,
-            speed: b.speed.clone(),
-            through: b.through.clone(),
-            head_pa,
-        }
-    }
-
-    /// Stacked residuals of the curves under the same hypothesis.
-    fn residual(&self, layout: Layout, b: &Blocks) -> Vec<f64> {
-        let mut out = Vec::with_capacity(layout.len());
-        let n = layout.blocks;
-        out.extend((0..n).map(|k| b.drop[k] - b.friction_factor[k] * self.friction_pa[k]));
-        out.extend((0..n).map(|k| b.lift[k] - b.head_factor[k] * self.head_pa[k]));
-        out.extend_from_slice(&b.difference);
-        out.extend_from_slice(&b.imbalance);
-        out
-    }
-}
-
-/// A robust straight least-squares fit; returns the coefficients.
-fn robust(columns: &[Vec<f64>], y: &[f64], priors: &[f64]) -> Vec<f64> {
-    let p = columns.len();
-    let mut weight = vec![1.0; y.len()];
-    let mut beta = vec![0.0; p];
-    for _ in 0..8 {
-        let mut normal = nalgebra::DMatrix::<f64>::zeros(p, p);
-        let mut right = nalgebra::DVector::<f64>::zeros(p);
-        for i in 0..y.len() {
-            for a in 0..p {
-                let wa = weight[i] * columns[a][i];
-                right[a] += wa * y[i];
-                for b in 0..=a {
-                    normal[(a, b)] += wa * columns[b][i];
-                }
-            }
-        }
-        for a in 0..p {
-            for b in a + 1..p {
-                normal[(a, b)] = normal[(b, a)];
-            }
-            // A noise of 5 kPa stands against the prior; a whisper keeps collinear terms apart.
-            normal[(a, a)] += (5e3 / priors[a]).powi(2) + 1e-10 * normal[(a, a)].max(1e-12);
-        }
-        let Some(factor) = normal.cholesky() else {
-            break;
-        };
-        let solved = factor.solve(&right);
-        beta.copy_from_slice(solved.as_slice());
-        let residual: Vec<f64> = (0..y.len())
-            .map(|i| y[i] - (0..p).map(|a| columns[a][i] * beta[a]).sum::<f64>())
-            .collect();
-        let scale = crate::noise::spread(residual.iter().copied()).max(200.0);
-        for (w, r) in weight.iter_mut().zip(&residual) {
-            let u = r.abs() / scale;
-            *w = if u < 2.0 { 1.0 } else { 2.0 / u };
-            if u > 8.0 {
-                *w *= 8.0 / u;
-            }
-        }
-    }
-    beta
-}
-
-/// Fits both curves robustly to the valid rows.
-fn curves_of(rows: &Rows, b: &Blocks, scale: Scale) -> Curves {
-    let fit = |valid: &[bool],
-               y: &[f64],
-               terms: &dyn Fn(usize) -> Vec<f64>,
-               priors: &[f64]|
-     -> Vec<f64> {
-        let use_: Vec<usize> = (0..valid.len())
-            .filter(|&k| valid[k] && y[k].is_finite())
-            .collect();
-        let table: Vec<Vec<f64>> = use_.iter().map(|&k| terms(k)).collect();
-        let columns: Vec<Vec<f64>> = (0..priors.len())
-            .map(|a| table.iter().map(|r| r[a]).collect())
-            .collect();
-        let values: Vec<f64> = use_.iter().map(|&k| y[k]).collect();
-        robust(&columns, &values, priors)
-    };
-    // The curves fitted here only lead to the linearisation: their priors need no means.
-    let head_widths = head_priors(typical_lift(rows, b)).map(|(mean, width)| mean.hypot(width));
-    let friction = fit(
-        &rows.friction,
-        &b.drop,
-        &|k| {
-            friction_terms(b.flow[k], scale)
-                .iter()
-                .map(|v| v * b.friction_factor[k])
-                .collect()
-        },
-        &FRICTION_PRIOR_PA,
-    );
-    let head = fit(
-        &rows.head,
-        &b.lift,
-        &|k| {
-            head_terms(b.speed[k], b.through[k], scale)
-                .iter()
-                .map(|v| v * b.head_factor[k])
-                .collect()
-        },
-        &head_widths,
-    );
-    let mut curves = Curves {
-        scale,
-        friction: [0.0; FRICTION_TERMS],
-        head: [0.0; HEAD_TERMS],
-    };
-    curves.friction.copy_from_slice(&friction);
-    curves.head.copy_from_slice(&head);
-    curves
-}
-
 impl Tangent {
     /// Linearises about a hypothesis. `excluded` blocks (held out) carry no weight.
     pub(crate) fn at(
         record: &Record,
         applied: &[Applied],
         excluded: &[bool],
-        lean: Bend,
+        bend: Bend,
     ) -> Option<Self> {
         let blocks = Blocks::under(record, applied);
-        let mut rows = Rows::of(record, &blocks);
-        for b in 0..record.blocks {
-            if excluded.get(b).copied().unwrap_or(false) {
-                rows.friction[b] = false;
-                rows.head[b] = false;
-                if let Some(d) = rows.difference.get_mut(b) {
-                    *d = false;
-                }
-                if let Some(m) = rows.mass.get_mut(b / MASS_BLOCKS) {
-                    *m = false;
-                }
-            }
-        }
-        let scale = Scale {
-            flow_m3_s: upper(&record.flow)?.max(5e-3),
-            speed_pct: upper(&record.speed)?.max(10.0),
-        };
-        let count = rows.friction.iter().filter(|v| **v).count();
-        if count < 60 || rows.head.iter().filter(|v| **v).count() < 60 {
-            return None;
-        }
-        let curves = curves_of(&rows, &blocks, scale);
-        let layout = Layout {
-            blocks: record.blocks,
-            difference: blocks.difference.len(),
-            mass: blocks.imbalance.len(),
-        };
-        let residual = Evaluated::of(&curves, &blocks, None).residual(layout, &blocks);
-        let unrest = crate::unrest::unrest(record, &curves, &blocks, layout);
-        let whitening = Whitening::of(layout, &rows, &residual, &unrest, wander(record, &curves));
-        let first = Self::with(
-            record,
-            applied,
-            &blocks,
-            rows,
-            curves,
-            whitening,
-            lean,
-            Vec::new(),
-        );
-        // A row that stands out alone is a glitch: no effect of minutes looks like that.
-        let lonely = first.lonely(record);
-        let residual = first.residual.clone();
-        let Self {
-            mut rows, curves, ..
-        } = first;
-        for row in lonely {
-            let n = layout.blocks;
-            if row < n {
-                rows.friction[row] = false;
-                rows.head[row] = false;
-            } else if row < 2 * n {
-                rows.head[row - n] = false;
-            } else if row < layout.mass_at() {
-                rows.difference[row - layout.difference_at()] = false;
-            } else {
-                rows.mass[row - layout.mass_at()] = false;
-            }
-        }
-        let unrest = crate::unrest::unrest(record, &curves, &blocks, layout);
-        let whitening = Whitening::of(layout, &rows, &residual, &unrest, wander(record, &curves));
-        Some(Self::with(
-            record,
-            applied,
-            &blocks,
-            rows,
-            curves,
-            whitening,
-            lean,
-            Vec::new(),
-        ))
-    }
-
-    /// Rows more than 4.5 deviations off between calm neighbours, away from starts of the pump.
-    fn lonely(&self, record: &Record) -> Vec<usize> {
-        let l = self.layout;
-        let n = l.blocks;
-        let m = record.per_block;
-        let starting = |b: usize| {
-            let r = (b.saturating_sub(9) * m)..((b + 2) * m).min(record.filled.pumping.len());
-            record.filled.pumping[r].iter().any(|p| !*p)
-        };
-        let mut out = Vec::new();
-        for (k, from, to) in [
-            (0, 0, n),
-            (1, n, 2 * n),
-            (2, l.difference_at(), l.mass_at()),
-            (3, l.mass_at(), l.len()),
-        ] {
-            for row in from..to {
-                let block = if k == 3 {
-                    (row - from) * MASS_BLOCKS
-                } else {
-                    row - from
-                };
-                if self.off[row].abs() < 4.5 || (k < 2 && starting(block)) {
-                    continue;
-                }
-                // The memory of the filter lets a glitch ring for two rows; before it all is calm.
-                let calm = |i: usize| i < from || i >= to || self.off[i].abs() < 3.0;
-                let before = row == from || (calm(row - 1) && (row < from + 2 || calm(row - 2)));
-                let after = calm(row + 2) && calm(row + 3) && calm(row + 4);
-                if before && after {
-                    out.push(row);
-                }
-            }
-        }
-        out
+        let rough = Frame::of(record, &blocks, excluded, bend)?;
+        let first = Self::with(record, applied, &blocks, rough.clone());
+        let lonely = lonely(record, first.layout, &first.off);
+        let frame = rough.again(record, &blocks, first.curves, &first.residual, lonely);
+        Some(Self::with(record, applied, &blocks, frame))
     }
 
     /// The model re-fitted under another hypothesis, its noise and rows as here.
     pub(crate) fn refitted(&self, record: &Record, applied: &[Applied]) -> Self {
         let blocks = Blocks::under(record, applied);
-        Self::with(
-            record,
-            applied,
-            &blocks,
-            self.rows.clone(),
-            self.curves.clone(),
-            self.whitening.clone(),
-            self.lean,
-            self.slack.clone(),
-        )
+        Self::with(record, applied, &blocks, self.frame())
+    }
+
+    /// What it stands on, but for the hypothesis.
+    fn frame(&self) -> Frame {
+        Frame {
+            rows: self.rows.clone(),
+            curves: self.curves.clone(),
+            whitening: self.whitening.clone(),
+            bend: self.bend,
+            slack: self.slack.clone(),
+        }
     }
 
     /// Linearises about a hypothesis whose own effects may be wrong by their slack: what a further effect must stand out from.
@@ -382,9 +109,9 @@ impl Tangent {
         record: &Record,
         applied: &[Applied],
         excluded: &[bool],
-        lean: Bend,
+        bend: Bend,
     ) -> Option<Self> {
-        let bare = Self::at(record, applied, excluded, lean)?;
+        let bare = Self::at(record, applied, excluded, bend)?;
         if !record.takes(Step::Slack) {
             return Some(bare);
         }
@@ -410,99 +137,35 @@ impl Tangent {
     }
 
     /// The same tangent with other slack.
-    fn slackened(self, record: &Record, applied: &[Applied], slack: Vec<Slack>) -> Self {
-        Self::with(
-            record,
-            applied,
-            &Blocks::under(record, applied),
-            self.rows,
-            self.curves,
-            self.whitening,
-            self.lean,
+    fn slackened(&self, record: &Record, applied: &[Applied], slack: Vec<Slack>) -> Self {
+        let blocks = Blocks::under(record, applied);
+        let frame = Frame {
             slack,
-        )
+            ..self.frame()
+        };
+        Self::with(record, applied, &blocks, frame)
     }
 
-    /// The tangent for a known noise.
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "what a tangent is made of, passed on by three callers"
-    )]
-    fn with(
-        record: &Record,
-        applied: &[Applied],
-        blocks: &Blocks,
-        rows: Rows,
-        curves: Curves,
-        whitening: Whitening,
-        lean: Bend,
-        slack: Vec<Slack>,
-    ) -> Self {
+    /// The tangent in a known frame; `blocks` are those under `applied`.
+    fn with(record: &Record, applied: &[Applied], blocks: &Blocks, frame: Frame) -> Self {
+        let columns = Columns::of(record, blocks, &frame);
+        let Frame {
+            rows,
+            mut curves,
+            whitening,
+            bend,
+            slack,
+        } = frame;
         let layout = whitening.layout;
-        let scale = curves.scale;
-        let n = layout.blocks;
-        let total = layout.len();
-        let mut columns: Vec<Vec<f64>> = Vec::new();
-        let mut priors: Vec<f64> = Vec::new();
-        let wide = if lean == Bend::Loose { 6.0 } else { 1.0 };
-        let friction_columns = by_column(total, 0, n, |b| {
-            friction_terms(blocks.flow[b], scale).map(|v| v * blocks.friction_factor[b])
-        });
-        for (a, (column, prior)) in friction_columns
-            .into_iter()
-            .zip(FRICTION_PRIOR_PA)
-            .enumerate()
-        {
-            columns.push(column);
-            priors.push(prior * if a == 0 { 1.0 } else { wide });
-        }
-        let mut means = vec![0.0; FRICTION_TERMS];
-        let head_columns = by_column(total, n, n, |b| {
-            head_terms(blocks.speed[b], blocks.through[b], scale).map(|v| v * blocks.head_factor[b])
-        });
-        let head_priors = head_priors(typical_lift(&rows, blocks));
-        for (a, (column, (mean, width))) in head_columns.into_iter().zip(head_priors).enumerate() {
-            columns.push(column);
-            means.push(mean);
-            priors.push(width * if a == 0 { 1.0 } else { wide });
-        }
-        let mut nuisance: Vec<Vec<f64>> = Vec::new();
-        if layout.difference > 0 {
-            let mut column = vec![0.0; total];
-            column[layout.difference_at()..layout.mass_at()].fill(1.0);
-            nuisance.push(column);
-            priors.push(2e4);
-        }
-        if lean != Bend::Free {
-            // Within the meter's noise, what the level tells of the flow is better than the meter: head leans towards
-            // the line (lift = line pressure - inlet pressure), as any regression in a noisy flow must.
-            let typical = crate::record::mean(&record.filled.inlet);
-            let mut column = vec![0.0; total];
-            for b in 0..n {
-                let samples = b * record.per_block..(b + 1) * record.per_block;
-                column[n + b] = crate::record::mean(&record.filled.inlet[samples]) - typical;
-            }
-            nuisance.push(column);
-            priors.push(LEAN_PRIOR);
-        }
-        if lean == Bend::Loose {
-            for column in crate::unrest::late(record.block_s(), &curves, blocks, layout) {
-                nuisance.push(column);
-                priors.push(LATE_S);
-            }
-        }
-        for free in &slack {
-            nuisance.push(free.column.clone());
-            priors.push(free.width);
-        }
-        columns.extend(nuisance.iter().cloned());
+        let (n, total, p) = (layout.blocks, layout.len(), columns.len());
         let mut y = vec![0.0; total];
         y[..n].copy_from_slice(&blocks.drop);
         y[n..2 * n].copy_from_slice(&blocks.lift);
         y[layout.difference_at()..layout.mass_at()].copy_from_slice(&blocks.difference);
         y[layout.mass_at()..].copy_from_slice(&blocks.imbalance);
-        let p = columns.len();
-        let whitened: Vec<Vec<f64>> = columns.iter().map(|c| whitening.apply_whole(c)).collect();
+        let whitened: Vec<Vec<f64>> = (columns.columns.iter())
+            .map(|c| whitening.apply_whole(c))
+            .collect();
         // Columns that touch little first: they stay short among themselves.
         let mut order: Vec<usize> = (0..p).collect();
         order.sort_by_key(|&a| support(&whitened[a]).len());
@@ -511,15 +174,12 @@ impl Tangent {
             .map(|&a| {
                 let mut w = whitened[a].clone();
                 w.resize(total + p, 0.0);
-                w[total + a] = 1.0 / priors[a];
+                w[total + a] = 1.0 / columns.widths[a];
                 w
             })
             .collect();
         let mut off = whitening.apply_whole(&y);
-        off.resize(total + p, 0.0);
-        for (a, mean) in means.iter().enumerate() {
-            off[total + a] = mean / priors[a];
-        }
+        off.extend((columns.means.iter().zip(&columns.widths)).map(|(mean, width)| mean / width));
         let Orthonormal { triangle, reaches } = orthonormal(&mut basis, total);
         let mut right = vec![0.0; p];
         for ((q, rows), r) in basis.iter().zip(&reaches).zip(&mut right) {
@@ -527,18 +187,17 @@ impl Tangent {
             take_away(&mut off, *r, q, rows, p);
         }
         let ln_volume = (triangle.iter().zip(&order).enumerate())
-            .map(|(k, (row, &a))| (row[k].abs() * priors[a]).ln())
+            .map(|(k, (row, &a))| (row[k].abs() * columns.widths[a]).ln())
             .sum();
         let mut beta = vec![0.0; p];
         for (value, &a) in back_substitute(&triangle, right).into_iter().zip(&order) {
             beta[a] = value;
         }
-        let mut fitted = curves;
-        fitted.friction.copy_from_slice(&beta[..FRICTION_TERMS]);
-        fitted
-            .head
-            .copy_from_slice(&beta[FRICTION_TERMS..FRICTION_TERMS + HEAD_TERMS]);
-        let evaluated = Evaluated::of(&fitted, blocks, None);
+        let rest = beta.split_off(FRICTION_TERMS + HEAD_TERMS);
+        let (friction, head) = beta.split_at(FRICTION_TERMS);
+        curves.friction.copy_from_slice(friction);
+        curves.head.copy_from_slice(head);
+        let evaluated = Evaluated::of(&curves, blocks, None);
         let residual = evaluated.residual(layout, blocks);
         Self {
             applied: applied.to_vec(),
@@ -546,14 +205,14 @@ impl Tangent {
             rows,
             layout,
             whitening,
-            curves: fitted,
-            rest: beta[FRICTION_TERMS + HEAD_TERMS..].to_vec(),
-            nuisance,
+            curves,
+            rest,
+            nuisance: columns.beyond_curves(),
             basis,
             reaches,
             off,
             residual,
-            lean,
+            bend,
             slack,
             ln_volume,
             evaluated,
@@ -678,25 +337,4 @@ fn alike(a: &[Applied], b: &[Applied]) -> bool {
         a.effect.about().id == b.effect.about().id && bits(a) == bits(b)
     };
     a.len() == b.len() && a.iter().zip(b).all(same)
-}
-
-/// Columns of `total` rows from the terms of each of `count` rows after `first`.
-fn by_column<const K: usize>(
-    total: usize,
-    first: usize,
-    count: usize,
-    terms: impl Fn(usize) -> [f64; K],
-) -> Vec<Vec<f64>> {
-    let mut columns = vec![vec![0.0; total]; K];
-    for b in 0..count {
-        for (column, v) in columns.iter_mut().zip(terms(b)) {
-            column[first + b] = v;
-        }
-    }
-    columns
-}
-
-/// 95th percentile of the finite values.
-fn upper(values: &[f64]) -> Option<f64> {
-    quantile(values.iter().copied(), Rank::Before(0.95))
 }

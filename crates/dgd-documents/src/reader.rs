@@ -2,7 +2,7 @@
 //! stopping at the first.
 
 use crate::{DocumentError, Problem};
-use dgd_units::{Dimension, Unit, split_number};
+use dgd_units::{Dimension, Unit, UnitError, split_number};
 use std::cell::RefCell;
 use std::ops::Range;
 use toml::Spanned;
@@ -17,7 +17,41 @@ pub(crate) struct Notes {
     /// Whether messages must not show values.
     confidential: bool,
     problems: RefCell<Vec<Problem>>,
+    /// Keys that are needed and not there: told together, section by section.
+    absent: RefCell<Vec<Absent>>,
     warnings: RefCell<Vec<Problem>>,
+}
+
+/// The keys that one section lacks.
+struct Absent {
+    span: Range<usize>,
+    title: String,
+    keys: Vec<String>,
+    /// The line to add for each.
+    lines: Vec<String>,
+}
+
+impl Absent {
+    fn told(self) -> Problem {
+        let help = match self.lines.as_slice() {
+            [only] => format!("add `{only}`"),
+            several => format!("add lines such as\n  {}", several.join("\n  ")),
+        };
+        Problem {
+            span: self.span,
+            message: format!("{} has no {}", self.title, listed(&self.keys)),
+            help: Some(help),
+        }
+    }
+}
+
+/// "`a`, `b` and `c`".
+fn listed(keys: &[String]) -> String {
+    match keys {
+        [] => String::new(),
+        [only] => format!("`{only}`"),
+        [others @ .., last] => format!("`{}` and `{last}`", others.join("`, `")),
+    }
 }
 
 impl Notes {
@@ -37,6 +71,25 @@ impl Notes {
         });
     }
 
+    /// Notes that a section lacks a key.
+    fn absent(&self, span: Range<usize>, title: String, key: &str, example: &str) {
+        let mut absent = self.absent.borrow_mut();
+        let known = absent
+            .iter()
+            .position(|a| a.span == span && a.title == title);
+        let at = known.unwrap_or(absent.len());
+        if known.is_none() {
+            absent.push(Absent {
+                span,
+                title,
+                keys: Vec::new(),
+                lines: Vec::new(),
+            });
+        }
+        absent[at].keys.push(key.to_owned());
+        absent[at].lines.push(format!("{key} = {example}"));
+    }
+
     fn warning(&self, span: Range<usize>, message: String, help: Option<String>) {
         self.warnings.borrow_mut().push(Problem {
             span,
@@ -51,11 +104,11 @@ impl Notes {
         source: &str,
         value: Option<T>,
     ) -> Result<(T, Vec<Problem>), DocumentError> {
+        let mut problems = self.problems.into_inner();
+        problems.extend(self.absent.into_inner().into_iter().map(Absent::told));
         match value {
-            Some(value) if self.problems.borrow().is_empty() => {
-                Ok((value, self.warnings.into_inner()))
-            }
-            _ => Err(DocumentError::new(source, self.problems.into_inner())),
+            Some(value) if problems.is_empty() => Ok((value, self.warnings.into_inner())),
+            _ => Err(DocumentError::new(source, problems)),
         }
     }
 }
@@ -114,11 +167,8 @@ impl<'a, 'i> Section<'a, 'i> {
     pub(crate) fn need(&self, key: &'static str, example: &str) -> Option<&'a Value<'i>> {
         let found = self.get(key);
         if found.is_none() {
-            self.notes.problem(
-                self.span.clone(),
-                format!("{} has no `{key}`", self.title()),
-                Some(format!("add `{key} = {example}`")),
-            );
+            self.notes
+                .absent(self.span.clone(), self.title(), key, example);
         }
         found
     }
@@ -292,9 +342,17 @@ impl<'a, 'i> Section<'a, 'i> {
             }
             _ => self.text(key, value)?,
         };
+        if written.trim_start().starts_with('?') {
+            self.notes.problem(
+                value.span(),
+                format!("`{key}` is not filled in"),
+                Some(format!("write its value, such as `{key} = \"{example}\"`")),
+            );
+            return None;
+        }
         let si = split_number(written).and_then(|(number, unit)| {
             if unit.is_empty() {
-                return Err(dgd_units::UnitError::NoUnit {
+                return Err(UnitError::NoUnit {
                     found: written.to_owned(),
                     example: dimension.example(),
                 });
@@ -309,10 +367,15 @@ impl<'a, 'i> Section<'a, 'i> {
                 None
             }
             Err(error) => {
-                let message = if self.notes.confidential {
-                    format!("`{key}` is no {dimension} with its unit")
-                } else {
-                    format!("`{key}`: {error}")
+                let message = match &error {
+                    _ if self.notes.confidential => {
+                        format!("`{key}` is no {dimension} with its unit")
+                    }
+                    // Its example is a length, the help's is of this key.
+                    UnitError::NoNumber { found } => {
+                        format!("`{key}`: `{found}` does not begin with a number")
+                    }
+                    _ => format!("`{key}`: {error}"),
                 };
                 self.notes.problem(
                     value.span(),
@@ -346,7 +409,8 @@ impl<'a, 'i> Section<'a, 'i> {
             .and_then(|value| self.positive(key, value, dimension, example))
     }
 
-    fn positive(
+    /// A quantity above zero.
+    pub(crate) fn positive(
         &self,
         key: &str,
         value: &'a Value<'i>,

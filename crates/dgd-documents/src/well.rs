@@ -4,7 +4,7 @@ use crate::mistaken::{Kind, mistaken};
 use crate::reader::{Notes, Section, Value, parse};
 use crate::{DocumentError, Problem};
 use dgd_recording::{ChannelMap, ChannelSource, Geometry, TimeSource, Well};
-use dgd_units::{Dimension, Unit};
+use dgd_units::{Dimension, Unit, UnitError};
 use std::fmt::Write as _;
 use toml::de::DeTable;
 
@@ -113,15 +113,21 @@ pub(crate) fn read_geometry(section: &Section<'_, '_>) -> Option<Geometry> {
 }
 
 fn read_channels(section: &Section<'_, '_>) -> Option<ChannelMap> {
-    const FLOW: &str = "{ tag = \"FT1\", unit = \"gpm\" }";
-    const PRESSURES: &str = "[{ tag = \"PT1\", unit = \"psia\" }]";
-    let one = |key, dimension, example| {
+    let one = |key, dimension, example: &str| {
         section
             .need(key, example)
             .and_then(|value| read_source(section, key, value, dimension))
     };
-    let several = |key| {
-        let value = section.need(key, PRESSURES)?;
+    let flow = |key, tag| {
+        one(
+            key,
+            Dimension::FlowRate,
+            &format!("{{ tag = \"{tag}\", unit = \"gpm\" }}"),
+        )
+    };
+    let several = |key, tag| {
+        let example = format!("[{{ tag = \"{tag}\", unit = \"psia\" }}]");
+        let value = section.need(key, &example)?;
         let Some(list) = value.get_ref().as_array() else {
             return read_source(section, key, value, Dimension::Pressure)
                 .map(|source| vec![source]);
@@ -134,7 +140,7 @@ fn read_channels(section: &Section<'_, '_>) -> Option<ChannelMap> {
             section.problem(
                 value,
                 format!("`{key}` lists no transmitter"),
-                Some(format!("such as {PRESSURES}")),
+                Some(format!("such as {example}")),
             );
         }
         (sources.len() == list.len() && !sources.is_empty()).then_some(sources)
@@ -142,12 +148,12 @@ fn read_channels(section: &Section<'_, '_>) -> Option<ChannelMap> {
     let time = section
         .need("time", "{ tag = \"t\", unit = \"s\" }")
         .and_then(|value| read_time(section, value));
-    let mud_pump_flow = one("mud_pump_flow", Dimension::FlowRate, FLOW);
-    let booster_flow = one("booster_flow", Dimension::FlowRate, FLOW);
-    let topfill_flow = one("topfill_flow", Dimension::FlowRate, FLOW);
-    let return_flow = one("return_flow", Dimension::FlowRate, FLOW);
-    let pump_inlet_pressure = several("pump_inlet_pressure");
-    let pump_outlet_pressure = several("pump_outlet_pressure");
+    let mud_pump_flow = flow("mud_pump_flow", "FT1");
+    let booster_flow = flow("booster_flow", "FT2");
+    let topfill_flow = flow("topfill_flow", "FT3");
+    let return_flow = flow("return_flow", "FT4");
+    let pump_inlet_pressure = several("pump_inlet_pressure", "PT1");
+    let pump_outlet_pressure = several("pump_outlet_pressure", "PT3");
     let riser_pressure = section
         .get("riser_pressure")
         .map(|value| read_source(section, "riser_pressure", value, Dimension::Pressure));
@@ -236,9 +242,17 @@ fn read_column<'a, 'i>(
     let unit = inner.need("unit", &format!("\"{}\"", dimension.example()));
     let unit = unit.and_then(|v| {
         let written = inner.text("unit", v)?;
-        Unit::parse_as(written, dimension)
-            .map_err(|error| section.problem(v, format!("`unit` of `{key}`: {error}"), None))
-            .ok()
+        match Unit::parse_as(written, dimension) {
+            Ok(unit) => Some(unit),
+            Err(UnitError::WrongDimension {
+                is: Dimension::RotationalSpeed,
+                ..
+            }) if dimension == Dimension::Percent => of_full_speed(&inner, key, v, written),
+            Err(error) => {
+                section.problem(v, format!("`unit` of `{key}`: {error}"), None);
+                None
+            }
+        }
     });
     inner.warn_of_unread();
     let (place, tag) = tag?;
@@ -247,6 +261,40 @@ fn read_column<'a, 'i>(
         return None;
     }
     Some((tag.to_owned(), unit?))
+}
+
+/// A tachometer's unit, `full` of which is 100 %.
+fn of_full_speed<'a, 'i>(
+    inner: &Section<'a, 'i>,
+    key: &str,
+    place: &Value<'i>,
+    written: &str,
+) -> Option<Unit> {
+    let Some(full) = inner.get("full") else {
+        inner.problem(
+            place,
+            format!("`unit` of `{key}`: `{written}` becomes percent only beside the full speed"),
+            Some("add what 100 % is, such as `full = \"1800 rpm\"`".into()),
+        );
+        return None;
+    };
+    let full = inner.positive("full", full, Dimension::RotationalSpeed, "1800 rpm")?;
+    let unit = Unit::parse(written).ok()?;
+    Some(unit.in_percent_of(unit.from_si(full)))
+}
+
+/// The keys of a column's source: tag, unit, and for a tachometer the reading at 100 %.
+fn column_keys(tag: &str, unit: &Unit) -> String {
+    let keys = format!("tag = {}, unit = \"{unit}\"", quoted(tag));
+    if unit.dimension != Dimension::Percent || unit.factor == 1.0 {
+        return format!("{{ {keys} }}");
+    }
+    // The shortest number that is read as the same factor.
+    let exact = 100.0 / unit.factor;
+    let shorter = (0..17).map(|digits| format!("{exact:.digits$e}").parse().unwrap_or(exact));
+    let full = shorter.into_iter().find(|full| 100.0 / full == unit.factor);
+    let full = full.unwrap_or(exact);
+    format!("{{ {keys}, full = \"{full} {unit}\" }}")
 }
 
 /// Writes a well as `well.toml`; [`read_well`] gives the same well back.
@@ -265,20 +313,14 @@ pub fn write_well(well: &Well) -> String {
     let map = &well.channels;
     let _ = match &map.time {
         TimeSource::Column { tag, unit } => {
-            writeln!(
-                text,
-                "\n[channels]\ntime = {{ tag = {}, unit = \"{unit}\" }}",
-                quoted(tag)
-            )
+            writeln!(text, "\n[channels]\ntime = {}", column_keys(tag, unit))
         }
         TimeSource::Interval { step_s } => {
             writeln!(text, "\n[channels]\ntime = {{ interval = \"{step_s} s\" }}")
         }
     };
     let one = |source: &ChannelSource, dimension: Dimension| match source {
-        ChannelSource::Column { tag, unit } => {
-            format!("{{ tag = {}, unit = \"{unit}\" }}", quoted(tag))
-        }
+        ChannelSource::Column { tag, unit } => column_keys(tag, unit),
         ChannelSource::Constant { si } => format!("\"{si} {}\"", dimension.si_symbol()),
     };
     let several = |sources: &[ChannelSource]| {

@@ -229,8 +229,8 @@ impl ClockSurvey {
             self.backward > 0,
             IssueKind::BackwardTime,
             format!(
-                "time runs backwards {} times; the samples were put in order",
-                self.backward
+                "time runs backwards {}; the samples were put in order",
+                counted(self.backward, "time")
             ),
         );
         tell(
@@ -250,8 +250,8 @@ impl ClockSurvey {
             !self.gaps.is_empty(),
             IssueKind::Gap,
             format!(
-                "{} gaps, {missing:.0} samples missing; filled with NaN",
-                self.gaps.len()
+                "{}, {missing:.0} samples missing; filled with NaN",
+                counted(self.gaps.len(), "gap")
             ),
         );
         tell(
@@ -304,4 +304,9 @@ impl ClockSurvey {
         }
         sources
     }
+}
+
+/// `1 gap`, `2 gaps`.
+fn counted(n: usize, noun: &str) -> String {
+    format!("{n} {noun}{}", if n == 1 { "" } else { "s" })
 }

@@ -163,7 +163,7 @@ pub fn propose_channels(survey: &TableSurvey) -> Proposal {
         for words in wanted.names {
             for (index, column) in survey.columns.iter().enumerate() {
                 let full = proposal.channels.len() - before >= wanted.most;
-                // A name may say the unit that the file does not: `Flow Out %` is no flow rate.
+                // `Flow Out (%)` is no flow rate either.
                 let percent = column.unit.is_none() && column.tag.contains('%');
                 let other_dimension = column.unit.is_some_and(|u| u.dimension != wanted.dimension)
                     || (percent && wanted.dimension != Dimension::Percent);
@@ -180,6 +180,9 @@ pub fn propose_channels(survey: &TableSurvey) -> Proposal {
                 // The thesis's psi are absolute (section 2.6); the file leaves it open.
                 let unit = if unit == "psi" { "psia" } else { unit };
                 let unit_reason = match &column.unit_written {
+                    Some(written) if column.tag.ends_with(written.as_str()) => {
+                        format!("unit `{written}` at its end")
+                    }
                     Some(written) => format!("unit `{written}`"),
                     None => format!("no unit in the file, `{unit}` assumed"),
                 };
@@ -272,7 +275,7 @@ fn doubts(survey: &TableSurvey, proposal: &Proposal) -> Vec<String> {
         && !(1e-3..0.3).contains(&flow)
     {
         doubts.push(format!(
-            "`{tag}` has a median of {:.1} l/min if read as {unit}: is the unit right?",
+            "`{tag}` has a median of {:.1} L/min if read as {unit}: is the unit right?",
             flow * 6e4
         ));
     }

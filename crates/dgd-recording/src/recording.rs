@@ -1,10 +1,11 @@
 //! The channels of Table 2.1 in SI units.
 
+mod mapping;
+
+pub use mapping::RecordingError;
+
 use crate::clock::STRETCH;
-use crate::{
-    ChannelSource, ClockError, ClockSurvey, Issue, IssueKind, Table, TimeSource, Well, survey_clock,
-};
-use dgd_units::{PressureReference, Unit};
+use crate::{ClockError, ClockSurvey, Issue, survey_clock};
 use std::fmt;
 
 /// A rig recording: every series is in SI (pump speed in percent) and of the
@@ -81,221 +82,9 @@ impl fmt::Display for Channel {
 
 /// Seconds without values between two recordings that are joined: longer than any
 /// delay a flow meter has.
-pub const SEAM_S: f64 = 120.0;
-
-/// Why a table and a well description do not make a recording.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum RecordingError {
-    /// A column that the well description names is not in the file.
-    #[error(
-        "channel `{channel}` is mapped to the tag `{tag}`, which the recording does not have; it has {present}"
-    )]
-    NoColumn {
-        /// Channel name in the well description.
-        channel: String,
-        /// Tag looked for.
-        tag: String,
-        /// Tags in the file, shortened.
-        present: String,
-    },
-    /// Columns of unequal length.
-    #[error("tag `{tag}` has {found} samples, expected {expected} as the time has")]
-    Length {
-        /// The odd column.
-        tag: String,
-        /// Its length.
-        found: usize,
-        /// Length of the time column.
-        expected: usize,
-    },
-    /// Two channels share one column.
-    #[error("tag `{tag}` is mapped to both `{first}` and `{second}`")]
-    SharedColumn {
-        /// The column.
-        tag: String,
-        /// First channel.
-        first: String,
-        /// Second channel.
-        second: String,
-    },
-    /// No samples.
-    #[error("the recording has no samples")]
-    Empty,
-    /// The clock is beyond use.
-    #[error(transparent)]
-    Clock(#[from] ClockError),
-}
-
-/// Takes columns out of a table without copying them.
-struct Columns {
-    table: Table,
-    taken: Vec<Option<String>>,
-    rows: usize,
-    issues: Vec<Issue>,
-}
-
-impl Columns {
-    fn find(&self, channel: &str, tag: &str) -> Result<usize, RecordingError> {
-        self.table
-            .find(tag)
-            .ok_or_else(|| RecordingError::NoColumn {
-                channel: channel.into(),
-                tag: tag.into(),
-                present: tags(&self.table),
-            })
-    }
-
-    fn take(&mut self, channel: &str, tag: &str, unit: Unit) -> Result<Vec<f64>, RecordingError> {
-        let index = self.find(channel, tag)?;
-        if let Some(first) = &self.taken[index] {
-            return Err(RecordingError::SharedColumn {
-                tag: tag.into(),
-                first: first.clone(),
-                second: channel.into(),
-            });
-        }
-        self.taken[index] = Some(channel.to_owned());
-        let column = &mut self.table.columns[index];
-        if let Some(issue) = disagreement(channel, column.unit.as_deref(), unit) {
-            self.issues.push(issue);
-        }
-        let mut values = std::mem::take(&mut column.values);
-        unit.column_to_si(&mut values);
-        Ok(values)
-    }
-
-    fn source(
-        &mut self,
-        channel: Channel,
-        source: &ChannelSource,
-    ) -> Result<Vec<f64>, RecordingError> {
-        match source {
-            ChannelSource::Constant { si } => Ok(vec![*si; self.rows]),
-            ChannelSource::Column { tag, unit } => {
-                let values = self.take(&channel.to_string(), tag, *unit)?;
-                if values.len() == self.rows {
-                    return Ok(values);
-                }
-                Err(RecordingError::Length {
-                    tag: tag.clone(),
-                    found: values.len(),
-                    expected: self.rows,
-                })
-            }
-        }
-    }
-
-    /// Redundant transmitters of one place.
-    fn sources(
-        &mut self,
-        channel: fn(usize) -> Channel,
-        sources: &[ChannelSource],
-    ) -> Result<Vec<Vec<f64>>, RecordingError> {
-        let numbered = sources.iter().enumerate();
-        numbered
-            .map(|(n, source)| self.source(channel(n), source))
-            .collect()
-    }
-}
-
-/// The well description's unit wins; a unit in the file that says otherwise is told,
-/// unless it only leaves open what the description says (`psi` for `psia`).
-fn disagreement(channel: &str, in_file: Option<&str>, described: Unit) -> Option<Issue> {
-    let written = in_file?;
-    let found = Unit::parse(written).ok()?;
-    let same_scale = found.dimension == described.dimension && found.factor == described.factor;
-    let reference_open = matches!(
-        (found.pressure_reference, described.pressure_reference),
-        (Some(PressureReference::Unstated), _) | (_, Some(PressureReference::Unstated))
-    );
-    if same_scale && (found.offset == described.offset || reference_open) {
-        return None;
-    }
-    Some(Issue {
-        kind: IssueKind::UnitDisagrees,
-        place: channel.to_owned(),
-        message: format!(
-            "the file says `{written}`, the well description `{described}`; the description was used"
-        ),
-    })
-}
-
-fn tags(table: &Table) -> String {
-    const SHOWN: usize = 24;
-    let mut names: Vec<&str> = table
-        .columns
-        .iter()
-        .take(SHOWN)
-        .map(|c| c.tag.as_str())
-        .collect();
-    let more = format!("and {} more", table.columns.len().saturating_sub(SHOWN));
-    if table.columns.len() > SHOWN {
-        names.push(&more);
-    }
-    names.join(", ")
-}
+const SEAM_S: f64 = 120.0;
 
 impl Recording {
-    /// Joins a file's columns with the well's channel map; columns are moved, not copied.
-    ///
-    /// Returns the recording on the file's own clock, and the issues found on the way.
-    ///
-    /// # Errors
-    /// [`RecordingError`] if a mapped column is missing, of another length or mapped twice.
-    pub fn from_table(table: Table, well: &Well) -> Result<(Self, Vec<Issue>), RecordingError> {
-        let map = &well.channels;
-        let taken = vec![None; table.columns.len()];
-        let mut columns = Columns {
-            rows: 0,
-            taken,
-            table,
-            issues: Vec::new(),
-        };
-        let time_s = match &map.time {
-            TimeSource::Column { tag, unit } => {
-                let mut time_s = columns.take("time", tag, *unit)?;
-                // Seconds from the start: epoch seconds would cost every later step its digits.
-                if let Some(first) = time_s.iter().copied().find(|t| t.is_finite()) {
-                    time_s.iter_mut().for_each(|t| *t -= first);
-                }
-                time_s
-            }
-            TimeSource::Interval { step_s } => {
-                let rows = match &map.return_flow {
-                    ChannelSource::Column { tag, .. } => {
-                        let index = columns.find(Channel::ReturnFlow.name(), tag)?;
-                        columns.table.columns[index].values.len()
-                    }
-                    ChannelSource::Constant { .. } => columns.table.rows(),
-                };
-                (0..rows).map(|i| i as f64 * step_s).collect()
-            }
-        };
-        if time_s.is_empty() {
-            return Err(RecordingError::Empty);
-        }
-        columns.rows = time_s.len();
-        let recording = Self {
-            mud_pump_flow_m3_s: columns.source(Channel::MudPumpFlow, &map.mud_pump_flow)?,
-            booster_flow_m3_s: columns.source(Channel::BoosterFlow, &map.booster_flow)?,
-            topfill_flow_m3_s: columns.source(Channel::TopfillFlow, &map.topfill_flow)?,
-            return_flow_m3_s: columns.source(Channel::ReturnFlow, &map.return_flow)?,
-            pump_inlet_pressure_pa: columns
-                .sources(Channel::PumpInletPressure, &map.pump_inlet_pressure)?,
-            pump_outlet_pressure_pa: columns
-                .sources(Channel::PumpOutletPressure, &map.pump_outlet_pressure)?,
-            riser_pressure_pa: map
-                .riser_pressure
-                .as_ref()
-                .map(|source| columns.source(Channel::RiserPressure, source))
-                .transpose()?,
-            pump_speed_pct: columns.source(Channel::PumpSpeed, &map.pump_speed)?,
-            time_s,
-        };
-        Ok((recording, columns.issues))
-    }
-
     /// Samples.
     pub fn len(&self) -> usize {
         self.time_s.len()
@@ -438,7 +227,7 @@ impl Recording {
     }
 
     /// Appends a recording taken later on the same well and step, after a seam of
-    /// [`SEAM_S`] seconds without values, so that no delay reaches from one into the other.
+    /// 120 seconds without values, so that no delay reaches from one into the other.
     ///
     /// A transmitter that only one of the two has is NaN in the other. Returns the index
     /// of the first appended sample.

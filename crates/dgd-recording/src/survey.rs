@@ -19,7 +19,7 @@ pub struct TableSurvey {
 pub struct ColumnSurvey {
     /// Name in the file.
     pub tag: String,
-    /// Unit as written.
+    /// Unit as written, beside the name or at its end (`flow_gpm`).
     pub unit_written: Option<String>,
     /// The unit, if it is a known one.
     pub unit: Option<Unit>,
@@ -53,10 +53,14 @@ pub fn survey(table: &Table) -> TableSurvey {
     let columns: Vec<ColumnSurvey> = table
         .columns
         .iter()
-        .map(|column| ColumnSurvey {
+        .map(|column| {
+            let beside = column.unit.as_deref().filter(|u| !u.is_empty());
+            (column, beside.or(unit_in_name(&column.tag)))
+        })
+        .map(|(column, unit)| ColumnSurvey {
             tag: column.tag.clone(),
-            unit_written: column.unit.clone(),
-            unit: column.unit.as_deref().and_then(|u| Unit::parse(u).ok()),
+            unit_written: unit.map(str::to_owned),
+            unit: unit.and_then(|u| Unit::parse(u).ok()),
             samples: column.values.len(),
             missing: column.values.iter().filter(|v| !v.is_finite()).count(),
             range: range(&column.values),
@@ -83,6 +87,24 @@ pub fn survey(table: &Table) -> TableSurvey {
         time_column,
         clock,
     }
+}
+
+/// The unit that a name ends with, such as `flow_out_gpm`, `Booster m3/h` or `Flow Out %`.
+///
+/// Units that are also words (`in`, `min`, `a`) measure nothing that is looked for here, but for a clock.
+pub(crate) fn unit_in_name(tag: &str) -> Option<&str> {
+    let (name, unit) = tag.trim().rsplit_once([' ', '_'])?;
+    let clock = || name.to_lowercase().trim_end().ends_with("time");
+    let looked_for = match Unit::parse(unit).ok()?.dimension {
+        Dimension::FlowRate
+        | Dimension::Pressure
+        | Dimension::Density
+        | Dimension::Percent
+        | Dimension::RotationalSpeed => true,
+        Dimension::Time => clock(),
+        _ => false,
+    };
+    looked_for.then_some(unit)
 }
 
 /// Runs of at least `least` equal finite values, in order.

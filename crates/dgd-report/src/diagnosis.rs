@@ -6,6 +6,7 @@ mod checks;
 mod draw;
 mod equation;
 mod fit;
+mod glossary;
 mod html;
 mod place;
 mod plain;

@@ -87,6 +87,11 @@ impl Page {
         ))
     }
 
+    /// A heading within a section.
+    pub fn subsection(&mut self, heading: &str) -> &mut Self {
+        self.add(format_args!("<h3>{}</h3>\n", escape(heading)))
+    }
+
     /// A paragraph.
     pub fn paragraph(&mut self, text: &str) -> &mut Self {
         self.add(format_args!("<p>{}</p>\n", escape(text)))

@@ -110,31 +110,24 @@ impl Painter {
                 });
                 self.stroke(path, &Pen::new(*color, *width), LineCap::Round, self.base());
             }
-            Shape::Text {
-                at,
-                text,
-                size,
-                bold,
-                color,
-                anchor,
-                upright,
-            } => {
-                self.text(*at, text, *size, *bold, *color, *anchor, *upright);
-            }
+            Shape::Text { .. } => self.text(shape),
         }
     }
 
-    #[expect(clippy::too_many_arguments, reason = "the fields of one shape")]
-    fn text(
-        &mut self,
-        at: [f64; 2],
-        text: &str,
-        size: f64,
-        bold: bool,
-        color: Color,
-        anchor: Anchor,
-        upright: bool,
-    ) {
+    /// Paints a text; other shapes are none.
+    fn text(&mut self, shape: &Shape) {
+        let &Shape::Text {
+            at,
+            ref text,
+            size,
+            bold,
+            color,
+            anchor,
+            upright,
+        } = shape
+        else {
+            return;
+        };
         let Some(font) = &self.fonts[usize::from(bold)] else {
             return;
         };

@@ -71,7 +71,7 @@ pub fn riser_level(
     level.check(["level.measured.y", "level.simulated.y"])?;
     two(
         "4.1",
-        "Simulation of the riser level, with the measured flows that drive it below.",
+        "Simulation of the riser level (depth below the rotary table), with the measured flows that drive it below.",
         [(level_axis, "", &level.series()), (flow_axis, "", inputs)],
         [230.0, 150.0],
     )
@@ -150,7 +150,7 @@ pub fn complete_dynamics(
     flow.check(["flow.measured.y", "flow.simulated.y"])?;
     two(
         "4.4",
-        "Simulation of the complete dynamics of equations 3.45 and 3.46: riser level (above) and flow \
+        "Simulation of the complete dynamics of equations 3.45 and 3.46: riser level (above, as depth below the rotary table) and flow \
                    through the subsea pump (below).",
         [
             (level_axis, "", &level.series()),

@@ -34,6 +34,14 @@ pub enum UnitError {
         /// What was written.
         found: String,
     },
+    /// A comma in the number.
+    #[error(
+        "`{found}` has a comma in its number; write a decimal point, and no mark for thousands"
+    )]
+    Comma {
+        /// What was written.
+        found: String,
+    },
     /// A number without a unit.
     #[error("`{found}` has no unit; write a value and its unit, such as `{example}`")]
     NoUnit {

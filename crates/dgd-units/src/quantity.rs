@@ -9,13 +9,22 @@ use std::fmt;
 /// number and a fraction, as pipe sizes are written (Table 2.2).
 ///
 /// # Errors
-/// [`UnitError::NoNumber`] if the text does not begin with a finite number.
+/// [`UnitError::NoNumber`] if the text does not begin with a finite number,
+/// [`UnitError::Comma`] if a comma stands in it: `1,080` is 1.08 to some and 1080 to others.
 pub fn split_number(text: &str) -> Result<(f64, &str), UnitError> {
     let no_number = || UnitError::NoNumber {
         found: text.chars().take(40).collect(),
     };
     let trimmed = text.trim();
     let (whole, rest) = take_decimal(trimmed).ok_or_else(no_number)?;
+    if rest
+        .strip_prefix(',')
+        .is_some_and(|after| after.starts_with(|c: char| c.is_ascii_digit()))
+    {
+        return Err(UnitError::Comma {
+            found: text.chars().take(40).collect(),
+        });
+    }
     if let Some((denominator, rest)) = rest.strip_prefix('/').and_then(take_decimal)
         && denominator != 0.0
     {

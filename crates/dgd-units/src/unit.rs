@@ -388,6 +388,18 @@ impl Unit {
         })
     }
 
+    /// This unit where `full` of it, above 0, is 100 %: the tachometer of a pump whose speed is told in percent.
+    ///
+    /// ```
+    /// # use dgd_units::Unit;
+    /// let rpm = Unit::parse("rpm")?;
+    /// assert_eq!(rpm.in_percent_of(1800.0).to_si(900.0), 50.0);
+    /// # Ok::<(), dgd_units::UnitError>(())
+    /// ```
+    pub fn in_percent_of(self, full: f64) -> Self {
+        unit(self.symbol, Dimension::Percent, 100.0 / full)
+    }
+
     /// The SI unit of a dimension.
     pub fn si(dimension: Dimension) -> Self {
         unit(dimension.si_symbol(), dimension, 1.0)

@@ -95,7 +95,7 @@ pub(crate) fn run(arguments: &Demo, global: &Global) -> Result<String, Failure> 
     }
     let (shown, there) = (out.display(), diagnosis_out.display());
     Ok(format!(
-        "{}\nfree run of level and flow: {} m and {} l/min off (root mean square)\n\n\
+        "{}\nfree run of level and flow: {} m and {} L/min off (root mean square)\n\n\
          A second recording, in which something is concealed, is diagnosed:\n\n{}\n\
          next: dgd inspect {shown}/recording.mat\n      \
          dgd fit {shown}/recording.mat --well {shown}/well.toml --out {shown}/model.toml\n      \

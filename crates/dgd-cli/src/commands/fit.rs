@@ -315,8 +315,11 @@ fn ladder(id: &Identification) -> TextTable {
 fn parameters(id: &Identification) -> TextTable {
     let mut table = TextTable::new(["parameter", "value", "standard error", "unit"]);
     let mut row = |name: &str, estimate: &Estimate, unit: &str| {
-        let error = estimate.standard_error.map_or("held".to_owned(), number);
-        table.row([name.into(), number(estimate.value), error, unit.into()]);
+        let [value, error] = estimate.standard_error.map_or_else(
+            || [number(estimate.value), "held".to_owned()],
+            |error| say::with_error(estimate.value, error),
+        );
+        table.row([name.into(), value, error, unit.into()]);
     };
     let letters = [
         ("B", "Pa"),

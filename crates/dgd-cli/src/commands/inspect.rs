@@ -98,15 +98,18 @@ fn tell(
         "longest run",
     ]);
     for column in &found.columns {
-        let (low, median, high) = column.range.unwrap_or((f64::NAN, f64::NAN, f64::NAN));
+        let [low, median, high] = (column.range)
+            .map_or([const { String::new() }; 3], |(a, b, c)| {
+                [a, b, c].map(number)
+            });
         columns.row([
             column.tag.clone(),
             column.unit_written.clone().unwrap_or_else(|| "?".into()),
             count(column.samples),
             count(column.missing),
-            number(low),
-            number(median),
-            number(high),
+            low,
+            median,
+            high,
             column.quantum.map_or(String::new(), number),
             format!("{:.0} %", 100.0 * column.repeated_share),
             column.longest_run.map_or(String::new(), |r| {
@@ -199,18 +202,25 @@ fn as_json(format: Format, table: &Table, found: &TableSurvey, proposal: &Propos
 /// The channel map as TOML, under a geometry to fill in.
 fn proposed_well(proposal: &Proposal) -> String {
     let mut text = String::from(
-        "# Proposed from the recording: fill in mud and geometry, and check every channel.
+        "\
+# Proposed from the recording. Fill in what is `?`, and check every channel.
+# A quantity is a text with its unit: \"19.5 in\", \"13 5/8 in\", \"1080 kg/m3\".
 [mud]
 density = \"? sg\"
 
 [geometry]
-riser_id = \"? in\"
-drillpipe_od = \"? in\"
-return_line_id = \"? in\"
-pump_inlet_depth = \"? m\"
-pump_outlet_depth = \"? m\"
+riser_id = \"? in\"             # inner diameter of the riser
+drillpipe_od = \"? in\"         # outer diameter of the drill pipe in it
+return_line_id = \"? in\"       # inner diameter of the mud return line
+pump_inlet_depth = \"? m\"      # subsea pump's inlet below the rotary table
+pump_outlet_depth = \"? m\"     # its outlet below the rotary table
+# where known:
+# riser_pressure_sensor_depth = \"? m\"
+# casing_od = \"? in\"
+# booster_line_id = \"? in\"
 
 [channels]
+# A channel without a transmitter is a constant, such as topfill_flow = \"30 gpm\".
 ",
     );
     let mut names: Vec<&str> = proposal.channels.iter().map(|c| c.channel).collect();
@@ -221,16 +231,33 @@ pump_outlet_depth = \"? m\"
         let sources: Vec<String> = of_name
             .map(|c| format!("{{ tag = {}, unit = {} }}", quote(&c.tag), quote(&c.unit)))
             .collect();
-        let several = name.starts_with("pump_inlet") || name.starts_with("pump_outlet");
         let list = sources.join(", ");
-        let _ = if several {
+        let _ = if several(name) {
             writeln!(text, "{name} = [{list}]")
         } else {
             writeln!(text, "{name} = {list}")
         };
     }
     for missing in &proposal.missing {
-        let _ = writeln!(text, "# {missing} = ?");
+        let (unit, what) = match *missing {
+            "time" => ("s", "or, for even samples, time = { interval = \"1 s\" }"),
+            "mud_pump_flow" => ("gpm", "into the drill string"),
+            "booster_flow" => ("gpm", "into the riser's foot"),
+            "topfill_flow" => ("gpm", "into the riser's top"),
+            "return_flow" => ("gpm", "out of the return line, at the rig"),
+            "pump_inlet_pressure" => ("psia", "at the subsea pump's inlet"),
+            "pump_outlet_pressure" => ("psia", "at the subsea pump's outlet"),
+            _ => ("%", "of the subsea pump, in percent of full speed"),
+        };
+        let _ = writeln!(
+            text,
+            "# {missing} = {{ tag = \"?\", unit = \"{unit}\" }}  # {what}"
+        );
     }
     text
+}
+
+/// Whether a channel is a list of redundant transmitters.
+fn several(channel: &str) -> bool {
+    channel.starts_with("pump_inlet") || channel.starts_with("pump_outlet")
 }

@@ -335,7 +335,7 @@ fn tell(run: &Replay, arguments: &Simulate, effects: Option<&[String]>, drawn: u
         let scale = if unit == "Pa" {
             (1e-5, "bar")
         } else if unit == "m3/s" {
-            (6e4, "l/min")
+            (6e4, "L/min")
         } else {
             (1.0, unit)
         };

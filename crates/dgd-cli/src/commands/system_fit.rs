@@ -250,7 +250,13 @@ fn html(done: &Done<'_>) -> Result<String, ReportError> {
         }
     }
     page.section("Parameters");
-    page::parameters(&mut page, done.assembly, &done.fitted.parameters)?;
+    let parameters: Vec<page::Parameter<'_>> = (done.fitted.parameters.iter())
+        .map(|p| page::Parameter {
+            fitted: p,
+            ci95: page::interval(p),
+        })
+        .collect();
+    page::parameters(&mut page, done.assembly, &parameters)?;
     page.section("What the recording tells of them");
     match &done.told {
         Some(told) => page::identifiable(&mut page, told)?,
@@ -370,24 +376,19 @@ fn tell_into(text: &mut String, done: &Done<'_>, files: &Files) -> std::fmt::Res
     write!(text, "{}", errors(done.assembly, done.runs).render())?;
     writeln!(text)?;
     let mut table = TextTable::new(["parameter", "estimate", "95 % from", "to", "unit", "note"]);
+    let known = done.assembly.parameters();
     for p in &done.fitted.parameters {
-        let (low, high) = page::interval(p);
-        let note = if p.at_bound {
-            "on its bound"
-        } else if !low.is_finite() {
-            "not told by this recording"
-        } else {
-            ""
-        };
-        let [value, from, to] = say::with_interval(p.value, (low, high));
-        let end = |text: String| if note.is_empty() { text } else { String::new() };
+        let bounds = (known.iter().find(|k| k.path == p.path))
+            .map_or((f64::NEG_INFINITY, f64::INFINITY), |k| (k.low, k.high));
+        let told = page::Told::of(p, page::interval(p), bounds);
+        let [from, to] = told.ends.unwrap_or_default();
         table.row([
             p.path.clone(),
-            value,
-            end(from),
-            end(to),
+            told.value,
+            from,
+            to,
             unit_of(done.assembly.system(), &p.path),
-            note.into(),
+            told.note.into(),
         ]);
     }
     write!(text, "{}", table.render())?;

@@ -21,6 +21,50 @@ pub(crate) fn interval(p: &FittedParameter) -> (f64, f64) {
     (p.value - half, p.value + half)
 }
 
+/// A unit as it is printed: `m³/s` for `m3/s`.
+pub(crate) fn typeset(unit: &str) -> String {
+    unit.replace("m3", "m³").replace("m2", "m²")
+}
+
+/// A fitted parameter and the interval that is told of it.
+pub(crate) struct Parameter<'a> {
+    pub(crate) fitted: &'a FittedParameter,
+    pub(crate) ci95: (f64, f64),
+}
+
+/// What is told of a parameter: its value and, where the recording tells it, an interval that ends at the bounds.
+pub(crate) struct Told {
+    pub(crate) value: String,
+    pub(crate) ends: Option<[String; 2]>,
+    /// Why there is no interval.
+    pub(crate) note: &'static str,
+}
+
+impl Told {
+    /// `bounds` are those that the value was sought within: no area is below 0.
+    pub(crate) fn of(p: &FittedParameter, (low, high): (f64, f64), bounds: (f64, f64)) -> Self {
+        let unseen = !low.is_finite() || (low <= bounds.0 && high >= bounds.1);
+        let [value, from, to] =
+            say::with_interval(p.value, (low.max(bounds.0), high.min(bounds.1)));
+        let without = |value: String, note| Self {
+            value,
+            ends: None,
+            note,
+        };
+        if p.at_bound {
+            without(value, "on its bound")
+        } else if unseen {
+            without(brief(p.value), "not told by this recording")
+        } else {
+            Self {
+                value,
+                ends: Some([from, to]),
+                note: "",
+            }
+        }
+    }
+}
+
 /// A curve of a run: what it is called, how it is drawn, and its values for an instrument.
 struct CurveOf<'a> {
     label: &'static str,
@@ -239,42 +283,35 @@ pub(crate) fn errors(assembly: &Assembly, runs: &[Run]) -> Table {
 pub(crate) fn parameters(
     page: &mut Page,
     assembly: &Assembly,
-    fitted: &[FittedParameter],
+    fitted: &[Parameter<'_>],
 ) -> Result<(), ReportError> {
     let known = assembly.parameters();
     let mut rows = Vec::new();
     let mut drawn = Vec::new();
-    for p in fitted {
+    for Parameter { fitted: p, ci95 } in fitted {
         let Some(bounds) = known.iter().find(|k| k.path == p.path) else {
             continue;
         };
-        let unit = unit_of(assembly.system(), &p.path);
-        let (low, high) = interval(p);
-        let [value, from, to] = say::with_interval(p.value, (low, high));
-        let between = if p.at_bound {
-            "on its bound".to_owned()
-        } else if low.is_finite() {
-            format!("{from} to {to}")
-        } else {
-            "not told".to_owned()
-        };
+        let unit = typeset(&unit_of(assembly.system(), &p.path));
+        let told = Told::of(p, *ci95, (bounds.low, bounds.high));
+        let between = told.ends.map(|[from, to]| format!("{from} to {to}"));
         rows.push(vec![
             p.path.clone(),
-            value,
-            between,
+            told.value,
+            between.unwrap_or_else(|| told.note.to_owned()),
             format!("{} to {}", number(bounds.low), number(bounds.high)),
             unit.clone(),
         ]);
         drawn.push(WithinBounds {
             label: p.path.clone(),
             value: p.value,
-            interval: (low, high),
+            interval: (ci95.0.max(bounds.low), ci95.1.min(bounds.high)),
             bounds: (bounds.low, bounds.high),
             note: format!("{} {unit}", brief(p.value)).trim_end().to_owned(),
         });
     }
     page.table(&Table {
-        caption: "Parameters; intervals know the noise and its memory, not a wrong model".into(),
+        caption: "Parameters; intervals know the noise and its memory, not a wrong model, and end at the bounds".into(),
         head: [
             "Parameter",
             "Estimate",
@@ -368,5 +405,33 @@ pub(crate) fn near_null_sentence(direction: &dgd_assembly::NearNull) -> String {
             "told least: {text}, {} times weaker than the strongest",
             brief(1.0 / strength)
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_interval_ends_at_the_bounds_and_one_beyond_both_tells_nothing() {
+        let told = |ci95| {
+            let p = FittedParameter {
+                path: "upper.area".into(),
+                value: 0.0203,
+                standard_error: 1.0,
+                at_bound: false,
+            };
+            Told::of(&p, ci95, (0.0, 0.1))
+        };
+        assert_eq!(
+            told((0.018, 0.0226)).ends,
+            Some(["0.0180".into(), "0.0226".into()])
+        );
+        let cut = told((-0.062, 0.09)).ends;
+        assert_eq!(cut, Some(["0.000".into(), "0.090".into()]));
+        let nothing = told((-315.0, 315.0));
+        assert_eq!((nothing.value.as_str(), nothing.ends), ("0.0203", None));
+        assert!(nothing.note.contains("not told"));
+        assert_eq!(told((f64::NEG_INFINITY, f64::INFINITY)).ends, None);
     }
 }

@@ -107,7 +107,7 @@ fn a_proposed_well_is_written_with_what_is_left_to_fill_in() {
     // Not yet a description: the fit shows the lines to fill in.
     bench
         .dgd("fit rig.csv --well proposed.toml")
-        .refused(&["proposed.toml:3"]);
+        .refused(&["proposed.toml:4", "`density` is not filled in"]);
 }
 
 #[test]

@@ -70,6 +70,54 @@ fn every_problem_is_told_at_its_line() {
 }
 
 #[test]
+fn keys_that_a_section_lacks_are_told_together_with_lines_to_add() {
+    let broken = GOM
+        .replace("riser_id = \"19.5 in\"\n", "")
+        .replace("mud_pump_flow =", "# ")
+        .replace("pump_outlet_pressure =", "# ")
+        .replace("pump_speed =", "# ");
+    let error = read_well(&broken).unwrap_err();
+    let told: Vec<&str> = error.problems.iter().map(|p| p.message.as_str()).collect();
+    assert_eq!(
+        told,
+        [
+            "[geometry] has no `riser_id`",
+            "[channels] has no `mud_pump_flow`, `pump_outlet_pressure` and `pump_speed`",
+        ]
+    );
+    let help = error.problems[1].help.as_deref().unwrap();
+    assert_eq!(
+        help,
+        "add lines such as\n  mud_pump_flow = { tag = \"FT1\", unit = \"gpm\" }\n  \
+         pump_outlet_pressure = [{ tag = \"PT3\", unit = \"psia\" }]\n  \
+         pump_speed = { tag = \"SPM\", unit = \"%\" }"
+    );
+}
+
+#[test]
+fn what_was_left_to_fill_in_and_a_comma_in_a_number_are_told_as_such() {
+    let broken = GOM
+        .replace("\"1.080 sg\"", "\"? sg\"")
+        .replace("\"19.5 in\"", "\"495,3 mm\"")
+        .replace("\"6.625 in\"", "\"wide\"");
+    let error = read_well(&broken).unwrap_err();
+    let told: Vec<&str> = error.problems.iter().map(|p| p.message.as_str()).collect();
+    assert_eq!(
+        told,
+        [
+            "`density` is not filled in",
+            "`riser_id`: `495,3 mm` has a comma in its number; write a decimal point, and no mark for thousands",
+            "`drillpipe_od`: `wide` does not begin with a number",
+        ]
+    );
+    let help = error.problems[0].help.as_deref();
+    assert_eq!(
+        help,
+        Some("write its value, such as `density = \"1.08 sg\"`")
+    );
+}
+
+#[test]
 fn a_drill_pipe_wider_than_the_riser_is_refused() {
     let told = messages(&GOM.replace("6.625 in", "25 in"));
     assert!(
@@ -169,6 +217,44 @@ fn a_channel_without_a_transmitter_takes_a_constant_in_any_unit_of_its_kind() {
             "`topfill_flow` is an integer, expected { tag = \"...\", unit = \"gpm\" }".to_owned()
         )]
     );
+}
+
+#[test]
+fn a_tachometer_is_read_in_percent_of_its_full_speed_and_written_back() {
+    let tachometer = "unit = \"rpm\", full = \"30 Hz\"";
+    let (well, warnings) = read_well(&GOM.replace("unit = \"%\"", tachometer)).unwrap();
+    assert!(warnings.is_empty());
+    let ChannelSource::Column { unit, .. } = &well.channels.pump_speed else {
+        panic!("a column");
+    };
+    assert_eq!(unit.to_si(900.0), 50.0);
+    let written = write_well(&well);
+    assert!(
+        written.contains("unit = \"rpm\", full = \"1800 rpm\""),
+        "{written}"
+    );
+    assert_eq!(read_well(&written).unwrap().0, well);
+}
+
+#[test]
+fn a_tachometer_without_its_full_speed_is_refused_with_what_to_add() {
+    let error = read_well(&GOM.replace("unit = \"%\"", "unit = \"rpm\"")).unwrap_err();
+    let [problem] = error.problems.as_slice() else {
+        panic!("{error}");
+    };
+    assert!(
+        problem.message.contains("beside the full speed"),
+        "{problem:?}"
+    );
+    assert!(
+        problem
+            .help
+            .as_ref()
+            .unwrap()
+            .contains("full = \"1800 rpm\"")
+    );
+    let none = GOM.replace("unit = \"%\"", "unit = \"rpm\", full = \"0 rpm\"");
+    assert!(messages(&none)[0].1.contains("expected more than 0"));
 }
 
 #[test]

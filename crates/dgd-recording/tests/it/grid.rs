@@ -55,7 +55,7 @@ fn gaps_are_filled_with_nan_in_every_series() {
     assert_eq!(kinds(&issues), [IssueKind::Gap]);
     assert_eq!(
         issues[0].to_string(),
-        "time: 1 gaps, 3 samples missing; filled with NaN"
+        "time: 1 gap, 3 samples missing; filled with NaN"
     );
 }
 

@@ -49,6 +49,21 @@ fn a_missing_tag_is_told_with_what_the_file_has() {
 }
 
 #[test]
+fn a_tag_that_differs_in_marks_or_ends_is_proposed_if_it_is_the_only_one() {
+    let refused = |tag: &str| {
+        let mut well = well();
+        well.channels.return_flow = source(tag, "gpm");
+        Recording::from_table(table(&[0.0, 1.0]), &well)
+            .unwrap_err()
+            .to_string()
+    };
+    assert!(refused("ft 4 (gpm)").contains("did you mean `gom.FT4`?"));
+    for tag in ["FT", "FT9", "flow", "-"] {
+        assert!(!refused(tag).contains("did you mean"), "{tag}");
+    }
+}
+
+#[test]
 fn two_channels_cannot_share_a_column() {
     let mut well = well();
     well.channels.pump_inlet_pressure[1] = source("PT1", "psia");

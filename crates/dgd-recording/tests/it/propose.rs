@@ -142,6 +142,29 @@ fn a_file_without_units_gets_the_thesis_s_and_says_so() {
 }
 
 #[test]
+fn a_unit_at_the_end_of_a_name_is_taken_and_a_word_is_not() {
+    let table = Table {
+        columns: vec![
+            column("time", "", &stamps()),
+            column("Booster m3/h", "", &stamps()),
+            column("return_flow_lpm", "", &stamps()),
+            column("inlet P_bara", "", &stamps()),
+            column("flow in", "", &stamps()),
+        ],
+        ..Table::default()
+    };
+    let proposal = proposed(&table);
+    let unit = |channel: &str| {
+        let found = proposal.channels.iter().find(|c| c.channel == channel);
+        found.map(|c| c.unit.as_str())
+    };
+    assert_eq!(unit("booster_flow"), Some("m3/h"));
+    assert_eq!(unit("return_flow"), Some("l/min"));
+    assert_eq!(unit("pump_inlet_pressure"), Some("bara"));
+    assert_eq!(unit("mud_pump_flow"), Some("gpm"));
+}
+
+#[test]
 fn swapped_pump_sides_raise_a_doubt() {
     let mut swapped = table(&stamps());
     for pair in [(5, 7), (6, 8)] {

@@ -44,7 +44,7 @@ pub(crate) fn class(hours: u32) -> Diagnosis {
             ("return_flow_gain".to_owned(), 0.11),
         ],
         intervals_s: vec![(0.45 * end, end)],
-        region: "return flow 18 to 31 L/s, outlet pressure 168 to 181 bar".to_owned(),
+        region: "return flow 1,080 to 1,860 L/min, outlet pressure 168 to 181 bar".to_owned(),
         parameters: vec![
             parameter("leak_m3_s", "leak at 10 bar above the air", 4.1e-4, (2.6e-4, 5.7e-4)),
             parameter("onset_s", "when it sets in", 0.45 * end, (0.43 * end, 0.47 * end)),
@@ -74,7 +74,7 @@ pub(crate) fn unknown(hours: u32) -> Diagnosis {
     let end = f64::from(hours) * 3600.0;
     let finding = Finding {
         effect: "unknown".to_owned(),
-        title: "friction that falls with the flow, below 20 L/s".to_owned(),
+        title: "friction that falls with the flow, below 1,200 L/min".to_owned(),
         probability: 0.91,
         alternatives: vec![("yield_stress".to_owned(), 0.06)],
         relation: Relation::ReturnLineFriction,
@@ -83,7 +83,7 @@ pub(crate) fn unknown(hours: u32) -> Diagnosis {
             (0.4 * end, 0.48 * end),
             (0.7 * end, 0.86 * end),
         ],
-        region: "return flow below 20 L/s, pump speed 31 to 42 %".to_owned(),
+        region: "return flow below 1,200 L/min, pump speed 31 to 42 %".to_owned(),
         parameters: vec![parameter(
             "drop_pa",
             "largest correction of the friction",
@@ -101,7 +101,9 @@ pub(crate) fn unknown(hours: u32) -> Diagnosis {
         source: "empirical, smooth in flow and speed".to_owned(),
         evidence: 31.4,
         hurdle: 9.0,
-        separating_test: Some("step the flow from 10 to 30 L/s and back at one speed".to_owned()),
+        separating_test: Some(
+            "step the flow from 600 to 1,800 L/min and back at one speed".to_owned(),
+        ),
     };
     let mut diagnosis = made(hours, Verdict::Unexplained, vec![finding]);
     diagnosis.checks.push(Check {
@@ -162,7 +164,7 @@ fn influx(hours: u32) -> Finding {
         ],
         relation: Relation::RiserMassBalance,
         intervals_s: vec![(0.38 * end, 0.62 * end)],
-        region: "mud pump flow 24 to 31 L/s, riser level 1,212 to 1,248 m".to_owned(),
+        region: "mud pump flow 1,440 to 1,860 L/min, riser level 1,212 to 1,248 m".to_owned(),
         parameters: vec![
             parameter(
                 "rate_m3_s",
@@ -267,9 +269,12 @@ fn checks() -> Vec<Check> {
         ),
         (
             "stable over halves",
-            "2.0 L/s on the first half of the training samples, 2.2 L/s on the second",
+            "120 L/min on the first half of the training samples, 132 L/min on the second",
         ),
-        ("sign and size plausible", "2.1 L/s, plausible up to 50 L/s"),
+        (
+            "sign and size plausible",
+            "126 L/min, plausible up to 3,000 L/min",
+        ),
         (
             "no other signal made worse",
             "return flow 0 %, outlet pressure 1 %, head 0 %",

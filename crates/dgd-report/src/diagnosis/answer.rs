@@ -156,15 +156,16 @@ pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
         Verdict::PartlyExplained => ("part", "Partly explained"),
         Verdict::Unexplained => ("open", "Unexplained"),
     };
-    let says = if diagnosis.verdict == Verdict::Explained
-        && diagnosis
-            .findings
-            .iter()
-            .any(|f| Rung::of(f) == Rung::Class)
-    {
-        "the place is known, the cause is one of a few"
-    } else {
-        meaning(diagnosis.verdict)
+    let unsure = |f: &&Finding| Rung::of(f) == Rung::Class;
+    let says = match diagnosis.findings.iter().find(unsure) {
+        Some(finding) if diagnosis.verdict == Verdict::Explained => {
+            if serious(finding).next().is_some() {
+                "the place is known, the cause is one of a few"
+            } else {
+                "the place is known, the cause is likely and no more"
+            }
+        }
+        _ => meaning(diagnosis.verdict),
     };
     html.open("p", "verdict")
         .element("span", &format!("mark {class}"), word)
@@ -262,7 +263,7 @@ fn card(diagnosis: &Diagnosis, index: usize, finding: &Finding, html: &mut Html)
     let among: Vec<String> = serious(finding).map(|(id, _)| id.clone()).collect();
     let more = match (among.len(), is_unknown(finding)) {
         (0, true) => "that it is none of the catalogue's".to_owned(),
-        (0, false) => "no serious alternative".to_owned(),
+        (0, false) => words::other_or_nothing(finding),
         (1, _) => "one alternative".to_owned(),
         (n, _) => format!("{n} alternatives"),
     };

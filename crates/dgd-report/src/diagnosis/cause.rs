@@ -5,7 +5,7 @@ use dgd_diagnose::{Diagnosis, Finding, Outcome};
 use super::html::{Cell, Html};
 use super::letter;
 use super::quantity::{evidence, percent};
-use super::words::{Rung, capital, is_unknown, listed, serious, title, title_of};
+use super::words::{Rung, capital, is_unknown, listed, other_or_nothing, serious, title, title_of};
 
 const MOST_ALTERNATIVES: usize = 8;
 
@@ -135,12 +135,17 @@ fn apart(finding: &Finding, html: &mut Html) {
     let rivals: Vec<String> = serious(finding)
         .map(|(id, _)| format!("“{}”", title_of(id)))
         .collect();
-    if rivals.is_empty() {
+    let alone = rivals.is_empty();
+    if alone {
         if !is_unknown(finding) {
-            html.labelled(
-                "Told apart.",
-                "No alternative has a probability of 5 % or more on this recording.",
-            );
+            let others = "no other effect has a probability of 5 % or more on this recording";
+            match Rung::of(finding) {
+                Rung::Class => html.labelled(
+                    "Not sure:",
+                    &format!("{others}, but {}.", other_or_nothing(finding)),
+                ),
+                _ => html.labelled("Told apart:", &format!("{others}.")),
+            };
         }
     } else {
         let rivals = listed(&rivals, "or");
@@ -166,7 +171,11 @@ fn apart(finding: &Finding, html: &mut Html) {
         let test = test.trim().trim_end_matches('.').to_owned();
         html.open("div", "todo")
             .labelled(
-                "The cheapest test that would separate them:",
+                if alone {
+                    "A test that would confirm it:"
+                } else {
+                    "The cheapest test that would separate them:"
+                },
                 &format!("{test}."),
             )
             .close("div");

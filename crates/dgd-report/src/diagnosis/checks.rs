@@ -27,7 +27,7 @@ fn checks(diagnosis: &Diagnosis, html: &mut Html) {
         .iter()
         .map(|check| {
             vec![
-                Cell::Text(capital(&check.name)),
+                Cell::Text(capital(&named(&check.name))),
                 if check.passed {
                     Cell::Mark("good", "passed".to_owned())
                 } else {
@@ -48,6 +48,17 @@ fn checks(diagnosis: &Diagnosis, html: &mut Html) {
     );
 }
 
+/// A check of one effect begins with its id.
+fn named(check: &str) -> String {
+    let known = check
+        .split_once(": ")
+        .filter(|(id, _)| dgd_effects::find(id).is_some());
+    known.map_or_else(
+        || check.to_owned(),
+        |(id, what)| format!("{}: {what}", words::title_of(id)),
+    )
+}
+
 fn tested(diagnosis: &Diagnosis, html: &mut Html) {
     if diagnosis.tested.is_empty() {
         html.paragraph("No effect of the catalogue was tested.");
@@ -64,14 +75,17 @@ fn tested(diagnosis: &Diagnosis, html: &mut Html) {
         rank(a).cmp(&rank(b)).then(by_evidence)
     });
     if !seen.is_empty() {
-        let rows: Vec<Vec<Cell>> = seen.iter().map(|t| row(t)).collect();
+        let rows: Vec<Vec<Cell>> = seen
+            .iter()
+            .map(|t| row(t, !diagnosis.findings.is_empty()))
+            .collect();
         html.table(
-            "The smallest size is the strength that this recording would have shown; the evidence is each effect's alone, when it was first weighed.",
+            "The smallest size is the strength that this recording would have shown. The evidence is each effect's alone, when it was first weighed; what would have explained something then, and nothing beside what is found, is not needed.",
             &[
                 "Effect",
                 "Outcome",
                 "Smallest size",
-                "ln Bayes factor",
+                "ln Bayes factor, alone",
             ],
             &rows,
             "compact",
@@ -100,7 +114,7 @@ fn tested(diagnosis: &Diagnosis, html: &mut Html) {
     }
 }
 
-fn row(tested: &Tested) -> Vec<Cell> {
+fn row(tested: &Tested, beside: bool) -> Vec<Cell> {
     let (name, unit) = split(tested.strength);
     let limit = tested.limit.filter(|l| l.is_finite()).map_or_else(
         || "–".to_owned(),
@@ -110,6 +124,8 @@ fn row(tested: &Tested) -> Vec<Cell> {
         Cell::Named(capital(tested.title), tested.effect.to_owned()),
         if tested.outcome == Outcome::Found {
             Cell::Mark("found", "found".to_owned())
+        } else if beside && tested.evidence > tested.hurdle {
+            Cell::Mark("quiet", "not needed".to_owned())
         } else {
             Cell::Mark("quiet", "not seen".to_owned())
         },
@@ -164,7 +180,11 @@ fn settings(diagnosis: &Diagnosis, html: &mut Html) {
             ids.join(", "),
         ));
     }
-    pairs.extend(diagnosis.settings.iter().cloned());
+    let told = diagnosis
+        .settings
+        .iter()
+        .filter(|(_, value)| !value.is_empty());
+    pairs.extend(told.cloned());
     let rows: Vec<Vec<Cell>> = pairs
         .into_iter()
         .map(|(name, value)| vec![Cell::Text(capital(&name)), Cell::Text(value)])

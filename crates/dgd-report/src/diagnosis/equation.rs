@@ -5,7 +5,7 @@ use dgd_diagnose::{Diagnosis, Finding};
 use super::html::{Cell, Html};
 use super::quantity::split;
 use super::words::{capital, is_unknown, title};
-use super::{letter, plain};
+use super::{glossary, letter, plain};
 
 /// The relations of the base model, for a page without findings.
 const BASE: [(&str, &str); 4] = [
@@ -27,6 +27,7 @@ pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
                 .mathml(&plain::formula(equation))
                 .close("div");
         }
+        glossary::write(BASE.map(|(_, equation)| equation), html);
         html.small(
             "Source: Slettebø 2015, Eqs. 3.13, 2.27, 3.45 and 3.46, with the friction F(q) and the head H(w, q) as \
              smooth curves fitted to the recording.",
@@ -36,6 +37,11 @@ pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
     for (index, finding) in diagnosis.findings.iter().enumerate() {
         one(index, finding, html);
     }
+    let equations = diagnosis.findings.iter();
+    glossary::write(
+        equations.flat_map(|f| [f.equation_before.as_str(), f.equation_after.as_str()]),
+        html,
+    );
 }
 
 fn one(index: usize, finding: &Finding, html: &mut Html) {

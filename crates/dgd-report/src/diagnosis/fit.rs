@@ -173,12 +173,17 @@ fn multiples(diagnosis: &Diagnosis, windows: &[(f64, f64)], twofold: bool, html:
     } else {
         ""
     };
+    let depth = if signals.iter().any(|s| s.name == "riser_level_m") {
+        " The riser level is a depth below the rotary table, which grows as the riser empties."
+    } else {
+        ""
+    };
     html.picture(
         &scene,
         "Free runs on held-out windows",
         &format!(
             "Each column is one of {which} ({}), each row a signal on one scale. The pale band behind a line spans the \
-             measured samples.{first}",
+             measured samples.{depth}{first}",
             words::listed(&shown, "and")
         ),
     );

@@ -76,7 +76,7 @@ pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
 fn shown(unit: &str) -> (&str, f64) {
     match unit {
         "Pa" => ("bar", 1e-5),
-        "m3/s" => ("L/s", 1e3),
+        "m3/s" => ("L/min", 6e4),
         other => (other, 1.0),
     }
 }

@@ -1,4 +1,4 @@
-//! Numbers for people: litres, bar and hours from names that carry SI units.
+//! Numbers for people: litres a minute, bar and hours from names that carry SI units.
 
 use crate::axis::written;
 
@@ -19,11 +19,22 @@ const PLAIN: Unit = Unit {
     clock: false,
 };
 
+const SHARE: Unit = Unit {
+    factor: 100.0,
+    symbol: "%",
+    clock: false,
+};
+
+const STRESS: Unit = Unit {
+    symbol: "Pa",
+    ..PLAIN
+};
+
 /// Suffix of a name, shown unit, factor; longer suffixes first.
-const SUFFIXES: [(&str, &str, f64); 12] = [
-    ("_m3_s_pa", "L/s/bar", 1e8),
+const SUFFIXES: [(&str, &str, f64); 13] = [
+    ("_m3_s_pa", "L/min/bar", 6e9),
     ("_kg_m3", "kg/m³", 1.0),
-    ("_m3_s", "L/s", 1e3),
+    ("_m3_s", "L/min", 6e4),
     ("_m_s", "mm/s", 1e3),
     ("_pct", "%", 1.0),
     ("_pa", "bar", 1e-5),
@@ -33,6 +44,7 @@ const SUFFIXES: [(&str, &str, f64); 12] = [
     ("_s", "s", 1.0),
     ("_hz", "Hz", 1.0),
     ("_c", "°C", 1.0),
+    ("_fraction", "%", 100.0),
 ];
 
 /// Splits a name such as `rate_m3_s` into what it is called and how it is shown.
@@ -54,7 +66,14 @@ pub(super) fn split(name: &str) -> (String, Unit) {
                 },
             )
         }
+        None if name.starts_with("relative_") => (name, SHARE),
         None => (name, PLAIN),
+    };
+    // Stresses at a wall are a few pascals.
+    let unit = if stem.starts_with("tau_") && unit.symbol == "bar" {
+        STRESS
+    } else {
+        unit
     };
     (readable(stem), unit)
 }
@@ -105,7 +124,7 @@ impl Unit {
         self.with_symbol(decimal(si * self.factor, self.decimals(si, ci95)))
     }
 
-    /// The interval, `1.90 to 2.30 L/s`.
+    /// The interval, `114 to 138 L/min`.
     pub(super) fn interval(self, si: f64, (low, high): (f64, f64)) -> Option<String> {
         if !(low.is_finite() && high.is_finite()) {
             return None;
@@ -233,20 +252,25 @@ mod tests {
         let (name, unit) = split("delta_rho_kg_m3");
         assert_eq!((name.as_str(), unit.symbol), ("Δρ", "kg/m³"));
         let (name, unit) = split("J_m3_s_pa");
-        assert_eq!((name.as_str(), unit.symbol), ("J", "L/s/bar"));
+        assert_eq!((name.as_str(), unit.symbol), ("J", "L/min/bar"));
         assert_eq!(split("K"), ("K".to_owned(), PLAIN));
         assert!(split("onset_s").1.clock && !split("delay_s").1.clock);
         assert_eq!(split("_s").0, " s");
+        let shown = |name: &str, si: f64| plain(&split(name).1.value(si));
+        assert_eq!(shown("tau_gel_pa", 5.12), "5.1 Pa");
+        assert_eq!(shown("bias_pa", 8830.0), "0.088 bar");
+        assert_eq!(shown("head_loss_fraction", 0.0044), "0.44 %");
+        assert_eq!(shown("relative_mu_change", 0.095), "9.5 %");
     }
 
     #[test]
     fn the_interval_decides_how_many_decimals_an_estimate_bears() {
         let flow = split("rate_m3_s").1;
         let ci = (0.0019, 0.0023);
-        assert_eq!(plain(&flow.estimate(0.0021, ci)), "2.10 L/s");
+        assert_eq!(plain(&flow.estimate(0.0021, ci)), "126 L/min");
         assert_eq!(
             flow.interval(0.0021, ci).map(|i| plain(&i)).as_deref(),
-            Some("1.90 to 2.30 L/s")
+            Some("114 to 138 L/min")
         );
         assert_eq!(flow.interval(0.0021, (f64::NAN, 1.0)), None);
         let gain = split("gain").1;

@@ -64,7 +64,7 @@ pub(super) fn strength(finding: &Finding) -> Option<&ParameterEstimate> {
         .or_else(|| finding.parameters.first())
 }
 
-/// `2.10 L/s (95 % interval 1.90 to 2.30 L/s)`.
+/// `126 L/min (95 % interval 114 to 138 L/min)`.
 pub(super) fn estimated(p: &ParameterEstimate) -> String {
     let (_, unit) = split(&p.name);
     let value = unit.estimate(p.estimate, p.ci95);
@@ -80,6 +80,16 @@ pub(super) fn serious(finding: &Finding) -> impl Iterator<Item = &(String, f64)>
         .alternatives
         .iter()
         .filter(|(_, probability)| *probability >= SERIOUS)
+}
+
+/// What stands against a finding without a serious alternative.
+pub(super) fn other_or_nothing(finding: &Finding) -> String {
+    let rest = 1.0 - finding.probability;
+    if rest >= SERIOUS {
+        format!("{} for something else, or nothing", percent(rest))
+    } else {
+        "no serious alternative".to_owned()
+    }
 }
 
 /// An effect of the catalogue in words; its id where the catalogue does not hold it.

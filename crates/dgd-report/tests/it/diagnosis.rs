@@ -79,7 +79,7 @@ fn the_timeline_says_what_noise_leaves_and_what_instruments_may_wander_by() {
             "Noise of a block, ±2 σ",
             "Noise and what instruments may wander by, ±2 σ",
             "noise 0.030, with wander 0.050",
-            "noise 0.30, with wander 0.50",
+            "noise 18, with wander 30",
         ] {
             assert!(told.contains(said), "{name}: {said}");
         }
@@ -126,7 +126,7 @@ fn the_wording_climbs_with_what_is_known() {
     );
     let mut finding = diagnoses::single(2);
     assert!(says(&finding).contains(
-        "formation fluid enters the well; plateau of the influx 2.10 L/s (95 % interval 1.90 to 2.30 L/s)"
+        "formation fluid enters the well; plateau of the influx 126 L/min (95 % interval 114 to 138 L/min)"
     ));
     assert!(
         says(&finding)
@@ -135,7 +135,7 @@ fn the_wording_climbs_with_what_is_known() {
     // Without an interval there is a cause, and no number.
     finding.findings[0].parameters[0].ci95 = (f64::NAN, f64::NAN);
     let cause = says(&finding);
-    assert!(cause.contains("formation fluid enters the well") && !cause.contains("L/s"));
+    assert!(cause.contains("formation fluid enters the well") && !cause.contains("L/min"));
     let two = says(&diagnoses::two(2));
     assert!(two.starts_with("Two things are left out: A, the return flow is measured late"));
     assert!(two.ends_with("Something else is left out that is not named."));
@@ -157,6 +157,49 @@ fn a_class_names_its_rivals_and_the_test_that_separates_them() {
     diagnosis.findings[0].separating_test = None;
     assert!(words(&page(&diagnosis)).contains("look at head and line friction: a leak moves both"));
     assert!(!words(&page(&diagnoses::single(2))).contains("Cannot be told apart"));
+}
+
+#[test]
+fn a_likely_cause_without_rivals_is_no_class_and_no_certainty() {
+    let mut diagnosis = diagnoses::single(2);
+    diagnosis.findings[0].probability = 0.54;
+    diagnosis.findings[0].alternatives.clear();
+    diagnosis.findings[0].separating_test = Some("a flow check".to_owned());
+    let text = words(&page(&diagnosis));
+    for said in [
+        "the cause is likely and no more",
+        "46 % for something else, or nothing",
+        "A test that would confirm it:",
+    ] {
+        assert!(text.contains(said), "{said} is not in {text}");
+    }
+    for unsaid in ["one of a few", "Told apart:", "would separate them"] {
+        assert!(!text.contains(unsaid), "{unsaid}");
+    }
+}
+
+#[test]
+fn what_others_take_is_not_needed_beside_the_finding_and_checks_speak_words() {
+    let mut diagnosis = diagnoses::single(2);
+    let other = (diagnosis.tested.iter_mut())
+        .find(|t| t.outcome == Outcome::NotSeen)
+        .unwrap();
+    (other.evidence, other.hurdle) = (900.0, 10.0);
+    diagnosis.checks[0].name = "influx: placebo at another time explains less".to_owned();
+    diagnosis.settings.push(("blank".to_owned(), String::new()));
+    let text = words(&page(&diagnosis));
+    assert!(text.contains("not needed"), "{text}");
+    assert!(text.contains("Formation fluid enters the well: placebo at another time"));
+    assert!(!text.contains("Blank"));
+}
+
+#[test]
+fn the_letters_of_an_equation_are_explained() {
+    let text = words(&page(&diagnoses::single(2)));
+    assert!(
+        text.contains("Symbols:") && text.contains("flow into the riser"),
+        "{text}"
+    );
 }
 
 #[test]
@@ -194,13 +237,11 @@ fn equations_are_mathml_or_readable_code() {
     diagnosis.findings[0].equation_after = "A dh/dt = § <b>".to_owned();
     let html = page(&diagnosis);
     let document = parse(&html);
-    let count = |tag: &str| {
-        document
-            .descendants()
-            .filter(|n| n.tag_name().name() == tag)
-            .count()
-    };
-    assert_eq!(count("math"), 1);
+    let formulas = document.descendants().filter(|n| {
+        let class = n.parent().and_then(|p| p.attribute("class"));
+        n.tag_name().name() == "math" && class.is_some_and(|c| c.starts_with("equation"))
+    });
+    assert_eq!(formulas.count(), 1);
     assert!(html.contains("<code>A dh/dt = § &lt;b&gt;</code>"));
 }
 

@@ -84,10 +84,10 @@ fn bar(pa: f64) -> String {
 }
 
 fn l_min(m3_s: f64) -> String {
-    format!("{} l/min", number(m3_s * 6e4))
+    format!("{} L/min", number(m3_s * 6e4))
 }
 
-/// In the unit that it is read in, and in bar or l/min where that is another.
+/// In the unit that it is read in, and in bar or L/min where that is another.
 fn in_unit(si: f64, unit: Unit) -> String {
     let own = format!("{} {unit}", number(unit.from_si(si)));
     let plain = match unit.dimension {

@@ -50,7 +50,7 @@ fn tell_into(
     )
 }
 
-/// The answer in one sentence with numbers.
+/// The answer on one line, and how far the model is off on the next.
 fn sentence(diagnosis: &Diagnosis) -> String {
     let windows: f64 = diagnosis
         .held_out_s
@@ -75,7 +75,7 @@ fn sentence(diagnosis: &Diagnosis) -> String {
             String::new()
         } else {
             format!(
-                "; over {hours} h held out the model runs free within {} (root mean square)",
+                "\nover {hours} h held out the model runs free within {} (root mean square)",
                 off.join(", ")
             )
         };
@@ -87,9 +87,6 @@ fn sentence(diagnosis: &Diagnosis) -> String {
         Verdict::PartlyExplained => "partly explained",
         Verdict::Unexplained => "unexplained",
     };
-    let strength = first.parameters.first().map_or(String::new(), |p| {
-        format!(", {} {}", p.name, estimate(p.estimate, p.ci95))
-    });
     let others = diagnosis.findings.iter().skip(1);
     let more = match others.filter(|f| f.probability >= 0.5).count() {
         0 => String::new(),
@@ -97,18 +94,13 @@ fn sentence(diagnosis: &Diagnosis) -> String {
     };
     let gain = first.held_out.as_ref().map_or(String::new(), |g| {
         format!(
-            "; over {hours} h held out the {} in a free run is {} off with it, {} without",
+            "\nover {hours} h held out the {} in a free run is {} off with it, {} without",
             stem(&g.signal),
             quantity(&g.signal, g.rmse_after),
             quantity(&g.signal, g.rmse_before)
         )
     });
-    format!(
-        "{lead}, {} ({}, probability {}{strength}){more}{gain}",
-        first.title,
-        first.effect,
-        probability(first.probability)
-    )
+    format!("{lead}, {}{more}{gain}", first.title)
 }
 
 fn tell_finding(
@@ -136,10 +128,10 @@ fn tell_finding(
     if !finding.region.is_empty() {
         line("", finding.region.clone())?;
     }
-    for p in &finding.parameters {
+    for (index, p) in finding.parameters.iter().enumerate() {
         line(
-            "size",
-            format!("{} {}: {}", p.name, estimate(p.estimate, p.ci95), p.meaning),
+            if index == 0 { "size" } else { "" },
+            format!("{}: {}", sized(&p.name, p.estimate, p.ci95), p.meaning),
         )?;
     }
     let others: Vec<String> = finding
@@ -210,11 +202,15 @@ fn tell_tested(text: &mut String, diagnosis: &Diagnosis) -> std::fmt::Result {
         return Ok(());
     }
     if diagnosis.findings.is_empty() {
-        let mut table = TextTable::new(["looked for, not seen", "would have been seen from", ""]);
+        let mut table =
+            TextTable::new(["looked for, not seen", "would have been seen from", "", ""]);
         for one in unseen() {
+            let (name, factor, unit) = split(one.strength);
             let limit = one.limit.filter(|l| l.is_finite());
-            let (size, unit) = limit.map_or((String::new(), ""), |l| (brief(l), one.strength));
-            table.row([one.effect.to_owned(), size, unit.to_owned()]);
+            let [size, unit, name] = limit.map_or([const { String::new() }; 3], |l| {
+                [brief(l * factor), unit.to_owned(), name]
+            });
+            table.row([one.effect.to_owned(), size, unit, name]);
         }
         writeln!(text, "{}", table.render())?;
     }
@@ -258,12 +254,47 @@ fn stem(signal: &str) -> String {
 /// A size of a signal in a unit that people read.
 fn quantity(signal: &str, value: f64) -> String {
     if signal.ends_with("_m3_s") {
-        format!("{} l/min", brief(value * 6e4))
+        format!("{} L/min", brief(value * 6e4))
     } else if signal.ends_with("_pa") {
         format!("{} bar", brief(value * 1e-5))
     } else {
         format!("{} m", brief(value))
     }
+}
+
+/// A parameter by its name without its unit, its estimate and interval, and the unit that people read.
+fn sized(name: &str, value: f64, (low, high): (f64, f64)) -> String {
+    let (stem, factor, unit) = split(name);
+    let size = estimate(value * factor, (low * factor, high * factor));
+    format!("{stem} {size} {unit}").trim_end().to_owned()
+}
+
+/// What a name such as `rate_m3_s` calls, and the unit that people read with its factor: `rate`, 60,000, `L/min`.
+fn split(name: &str) -> (String, f64, &'static str) {
+    const UNITS: [(&str, f64, &str); 9] = [
+        ("_m3_s_pa", 6e9, "L/min/bar"),
+        ("_kg_m3", 1.0, "kg/m3"),
+        ("_m3_s", 6e4, "L/min"),
+        ("_m_s", 1e3, "mm/s"),
+        ("_pa", 1e-5, "bar"),
+        ("_m3", 1.0, "m3"),
+        ("_m2", 1.0, "m2"),
+        ("_m", 1.0, "m"),
+        ("_s", 1.0, "s"),
+    ];
+    let known = UNITS.iter().find_map(|(suffix, factor, unit)| {
+        let stem = name.strip_suffix(suffix)?;
+        // Stresses at a wall are a few pascals.
+        let stress = stem.starts_with("tau") && *unit == "bar";
+        let shown = if stress {
+            (1.0, "Pa")
+        } else {
+            (*factor, *unit)
+        };
+        Some((stem, shown))
+    });
+    let (stem, (factor, unit)) = known.unwrap_or((name, (1.0, "")));
+    (stem.replace('_', " "), factor, unit)
 }
 
 /// An estimate with its interval, to the digits that the interval leaves.
@@ -298,7 +329,16 @@ fn probability(p: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::estimate;
+    use super::{estimate, sized};
+
+    #[test]
+    fn a_parameter_is_told_in_the_unit_that_people_read() {
+        let told = |name, value: f64| sized(name, value, (0.9 * value, 1.1 * value));
+        assert_eq!(told("rate_m3_s", 2e-3), "rate 120 [108, 132] L/min");
+        assert_eq!(told("bias_pa", 5e4), "bias 0.50 [0.45, 0.55] bar");
+        assert_eq!(told("tau_gel_pa", 5.0), "tau gel 5.0 [4.5, 5.5] Pa");
+        assert_eq!(told("gain", 1.0), "gain 1.00 [0.90, 1.10]");
+    }
 
     #[test]
     fn an_estimate_has_the_digits_that_its_interval_leaves() {

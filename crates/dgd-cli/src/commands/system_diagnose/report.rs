@@ -3,9 +3,10 @@
 use super::{Done, curve, name, outcome, probability, sentence};
 use crate::say::{self, brief, number};
 use crate::system::{diagram, page, unit_of};
+use dgd_assembly::System;
 use dgd_documents::FittedSystem;
 use dgd_report::{Axis, Page, ReportError, Role, Series, TimePanel, series_over, time_series};
-use dgd_revise::Trace;
+use dgd_revise::{Estimate, Outcome, Tested, Trace};
 
 pub(super) fn html(done: &Done, fitted: &FittedSystem) -> Result<String, ReportError> {
     let revision = &done.revision;
@@ -21,7 +22,8 @@ pub(super) fn html(done: &Done, fitted: &FittedSystem) -> Result<String, ReportE
         page.section("What was left out");
     }
     for finding in &revision.findings {
-        page.paragraph(&format!("{}: {}.", name(finding), finding.title));
+        page.subsection(&name(finding))
+            .paragraph(&format!("{}.", finding.title));
         let mut points = Vec::new();
         if !finding.equation.is_empty() {
             points.push(format!(
@@ -37,7 +39,7 @@ pub(super) fn html(done: &Done, fitted: &FittedSystem) -> Result<String, ReportE
         }
         points.extend(finding.parameters.iter().map(|p| {
             let [value, low, high] = say::with_interval(p.value, p.ci95);
-            let unit = unit_of(revision.after.assembly.system(), &p.path);
+            let unit = page::typeset(&unit_of(revision.after.assembly.system(), &p.path));
             let gap = if unit.is_empty() { "" } else { " " };
             format!(
                 "{} = {value}{gap}{unit}, 95 % interval {low} to {high}: {}",
@@ -62,12 +64,11 @@ pub(super) fn html(done: &Done, fitted: &FittedSystem) -> Result<String, ReportE
         .classes
         .iter()
         .map(|class| {
-            let sets: Vec<String> = class.members.iter().map(|m| m.join(" with ")).collect();
             let test = class.separating_test.as_ref();
             let test = test.map_or(String::new(), |t| {
                 format!(" What would separate them: {t}.")
             });
-            format!("{}.{test}", sets.join(", or "))
+            format!("{}.{test}", rivals(&class.members))
         })
         .collect();
     if !classes.is_empty() {
@@ -80,11 +81,25 @@ pub(super) fn html(done: &Done, fitted: &FittedSystem) -> Result<String, ReportE
     page.section("The system")
         .figure(&diagram::draw(revision.after.assembly.system())?);
     page.section("Parameters");
-    page::parameters(&mut page, &revision.after.assembly, &fitted.parameters)?;
+    // Findings tell their intervals as the blocks of the recording do; the others as the noise does.
+    let told: Vec<&Estimate> = (revision.findings.iter().flat_map(|f| &f.parameters)).collect();
+    let rows: Vec<page::Parameter<'_>> = (fitted.parameters.iter())
+        .map(|p| page::Parameter {
+            fitted: p,
+            ci95: (told.iter().find(|e| e.path == p.path))
+                .map_or_else(|| page::interval(p), |e| e.ci95),
+        })
+        .collect();
+    page::parameters(&mut page, &revision.after.assembly, &rows)?;
     if revision.sections.len() > 1 {
         page.section("Sections").table(&sections(done));
     }
-    page.section("What was tested").table(&tested(done));
+    page.section("What was tested").paragraph(
+        "Found: among the findings. Alternative: as good as one of them. Absorbed: the free parameters do the same when \
+         they are fitted anew, so it cannot be seen here, and does not matter here. Not testable: the recording does \
+         not move it. Not seen: looked for, and not there, or with too little weight to be claimed.",
+    );
+    page.table(&tested(done));
     let checks = revision.checks.iter().map(|c| {
         let passed = if c.passed { "passed" } else { "failed" };
         vec![c.name.clone(), passed.into(), c.detail.clone()]
@@ -134,11 +149,11 @@ fn before_and_after(done: &Done) -> dgd_report::Table {
             "Instrument",
             "Unit",
             "Training",
-            "after",
+            "→ after",
             "Left out",
-            "after",
+            "→ after",
             "Held out",
-            "after",
+            "→ after",
         ]
         .map(Into::into)
         .to_vec(),
@@ -234,19 +249,92 @@ fn sections(done: &Done) -> dgd_report::Table {
 }
 
 fn tested(done: &Done) -> dgd_report::Table {
-    let rows = done.revision.tested.iter().map(|t| {
+    let system = done.revision.after.assembly.system();
+    let rank = |outcome: Outcome| match outcome {
+        Outcome::Found => 0,
+        Outcome::Alternative => 1,
+        Outcome::NotSeen => 2,
+        Outcome::Absorbed => 3,
+        Outcome::NotTestable => 4,
+    };
+    let mut ordered: Vec<&Tested> = done.revision.tested.iter().collect();
+    ordered.sort_by(|a, b| {
+        let by_gain = b.gain.total_cmp(&a.gain);
+        rank(a.outcome).cmp(&rank(b.outcome)).then(by_gain)
+    });
+    let rows = ordered.into_iter().map(|t| {
         vec![
             t.component.clone(),
             t.effect.to_owned(),
             outcome(t.outcome).replace('_', " "),
-            brief(100.0 * t.gain),
-            brief(t.score),
-            t.limit.map_or("—".into(), brief),
+            tenths(100.0 * t.gain),
+            tenths(t.score),
+            smallest(system, t).unwrap_or_else(|| "—".into()),
         ]
     });
     dgd_report::Table {
-        caption: "Gain: share of the residual's square, linear; score in standard deviations; limit: the size that five of them would have shown".into(),
-        head: ["Component", "Effect", "Outcome", "Gain [%]", "Score", "Limit"].map(Into::into).to_vec(),
+        caption: "Share of the residual's square that each would take away alone, its score in standard deviations, and the size that five of them would have shown".into(),
+        head: ["Component", "Effect", "Outcome", "Share [%]", "Score", "Smallest size"].map(Into::into).to_vec(),
         rows: rows.collect(),
+    }
+}
+
+fn tenths(value: f64) -> String {
+    format!("{value:.1}")
+}
+
+/// `height 0.28 m`: the distance from neutral that would have shown.
+fn smallest(system: &System, tested: &Tested) -> Option<String> {
+    let about = dgd_assembly::effects::find(tested.effect)?.about();
+    let first = about.parameters.first()?.name;
+    let path = format!("{}.{}.{first}", tested.component, tested.effect);
+    let unit = page::typeset(&unit_of(system, &path));
+    let size = brief(tested.limit.filter(|l| l.is_finite())?);
+    Some(format!("{first} {size} {unit}").trim_end().to_owned())
+}
+
+/// Sets that do the same: what all hold is said once.
+fn rivals(sets: &[Vec<String>]) -> String {
+    let common: Vec<&str> = (sets.first().into_iter().flatten())
+        .filter(|one| sets.iter().all(|set| set.contains(one)))
+        .map(String::as_str)
+        .collect();
+    let own: Vec<String> = (sets.iter())
+        .map(|set| {
+            let rest = set.iter().filter(|one| !common.contains(&one.as_str()));
+            rest.cloned().collect::<Vec<_>>().join(" with ")
+        })
+        .map(|rest| {
+            if rest.is_empty() {
+                "nothing more".into()
+            } else {
+                rest
+            }
+        })
+        .collect();
+    if common.is_empty() {
+        return own.join(", or ");
+    }
+    format!("beside {}: {}", common.join(", "), own.join(", or "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::rivals;
+
+    #[test]
+    fn what_rivals_have_in_common_is_said_once() {
+        let set = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect();
+        let sets: Vec<Vec<String>> = vec![
+            set(&["a.brim", "b.vortex"]),
+            set(&["a.brim", "b.taper", "c.lag"]),
+            set(&["a.brim"]),
+        ];
+        assert_eq!(
+            rivals(&sets),
+            "beside a.brim: b.vortex, or b.taper with c.lag, or nothing more"
+        );
+        assert_eq!(rivals(&[set(&["a"]), set(&["b"])]), "a, or b");
+        assert_eq!(rivals(&[]), "");
     }
 }

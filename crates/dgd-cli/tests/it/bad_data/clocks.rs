@@ -25,7 +25,7 @@ fn a_clock_that_skips_leaves_a_gap() {
     let fitted = rig.fitted();
     fitted.right(1.0);
     assert!(
-        fitted.err.contains("1 gaps, 1000 samples missing"),
+        fitted.err.contains("1 gap, 1000 samples missing"),
         "{}",
         fitted.err
     );

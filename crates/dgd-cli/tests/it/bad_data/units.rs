@@ -67,7 +67,7 @@ fn flows_in_another_unit_are_told() {
             &[
                 "of what is pumped in",
                 wrong,
-                "as gpm return_flow `FT4` would be 3,105 l/min",
+                "as gpm return_flow `FT4` would be 3,105 L/min",
             ],
         );
     }
@@ -75,7 +75,7 @@ fn flows_in_another_unit_are_told() {
         let rig = Rig::sound().saying("\"gpm\"", &format!("\"{wrong}\""));
         rig.fitted().suspects(
             line_of("\"FT1\""),
-            &["as gpm all flows would be 2,132 l/min"],
+            &["as gpm all flows would be 2,132 L/min"],
         );
     }
 }
@@ -89,6 +89,17 @@ fn a_speed_that_is_no_percentage_is_told() {
     );
     let rpm = Rig::sound().each(&["SPM"], |_, w| 18.0 * w).fit();
     rpm.refused(&["it reaches 1,060 %", "out of range"]);
+}
+
+#[test]
+fn a_speed_in_rpm_beside_its_full_speed_is_right() {
+    let rpm = Rig::sound()
+        .each(&["SPM"], |_, w| 18.0 * w)
+        .saying("unit = \"%\"", "unit = \"rpm\", full = \"1800 rpm\"");
+    rpm.fitted().right(0.0).suspects_nothing();
+    let open = Rig::sound().saying("unit = \"%\"", "unit = \"rpm\"");
+    open.fit()
+        .refused(&["beside the full speed", "full = \"1800 rpm\""]);
 }
 
 #[test]

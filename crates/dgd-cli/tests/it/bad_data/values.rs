@@ -102,9 +102,13 @@ fn a_transmitter_that_the_file_lacks_is_named() {
     for tag in CHANNELS {
         let mut rig = Rig::sound();
         rig.table.columns.retain(|c| c.tag != tag);
-        let parts = [format!(
-            "is mapped to the tag `{tag}`, which the recording does not have"
-        )];
+        let parts = [
+            format!("is mapped to the tag `{tag}`, which the recording does not have"),
+            format!(
+                "it is mapped in well.toml, line {}",
+                line_of(&format!("\"{tag}\""))
+            ),
+        ];
         let parts: Vec<&str> = parts.iter().map(String::as_str).collect();
         rig.fit().refused(&parts);
     }
