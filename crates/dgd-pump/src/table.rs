@@ -297,19 +297,13 @@ impl Pass {
             group.other += other;
             group.head += h;
         }
-        add(&mut self.v[j], &self.a[i]);
+        for (v, a) in self.v[j].iter_mut().zip(&self.a[i]) {
+            *v += a;
+        }
         let b = w * q;
         self.bb += b * b;
         self.by += b * h;
         self.yy += h * h;
-    }
-}
-
-/// Adds nodes to nodes; a function of its own, so that the compiler knows the two apart.
-#[inline]
-fn add(to: &mut [f64; NODES], from: &[f64; NODES]) {
-    for (to, from) in to.iter_mut().zip(from) {
-        *to += from;
     }
 }
 
