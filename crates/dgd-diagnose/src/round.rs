@@ -55,11 +55,14 @@ impl<'a> Round<'a> {
         let state = selection.state();
         let gate = Tangent::beside(record, &state, &[], Bend::Lean)?;
         let contenders = contest(record, &gate, &state);
-        let loose = Tangent::beside(record, &state, &[], Bend::Loose)?;
-        let mut rivals = if record.takes(Step::Corrections) {
-            corrections(record, &loose, &state)
-        } else {
-            Vec::new()
+        // It is beside the gate in memory for no longer than the corrections take.
+        let mut rivals = {
+            let loose = Tangent::beside(record, &state, &[], Bend::Loose)?;
+            if record.takes(Step::Corrections) {
+                corrections(record, &loose, &state)
+            } else {
+                Vec::new()
+            }
         };
         // What a late meter's form leaves over follows the rate of the flow: it is no second thing.
         let timed = timed(&state);

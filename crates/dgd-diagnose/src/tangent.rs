@@ -13,8 +13,8 @@ use crate::step::Step;
 use crate::unrest::wander;
 pub(crate) use crate::vectors::dot;
 use crate::vectors::{
-    Orthonormal, Reach, back_substitute, dot_within, orthonormal, products, support, take_away,
-    without,
+    Orthonormal, Reach, Sparse, back_substitute, dot_within, orthonormal, products, support,
+    take_away, without,
 };
 use dgd_effects::{
     Curves, FRICTION_TERMS, HEAD_POWERS, HEAD_TERMS, Rank, Scale, friction_terms, head_terms,
@@ -43,12 +43,12 @@ pub(crate) struct Tangent {
     ground: OnceLock<Arc<Ground>>,
     pub rows: Rows,
     pub layout: Layout,
-    pub whitening: Whitening,
+    pub whitening: Arc<Whitening>,
     pub curves: Curves,
     /// Other coefficients: offset of the outlets, lean, slack.
     rest: Vec<f64>,
     /// Columns of `rest`, stacked rows.
-    nuisance: Vec<Vec<f64>>,
+    nuisance: Vec<Arc<Sparse>>,
     /// Orthonormal columns, over whitened rows followed by prior rows.
     basis: Vec<Vec<f64>>,
     /// Rows in which each of them may differ from 0.
@@ -65,6 +65,15 @@ pub(crate) struct Tangent {
     ln_volume: f64,
     /// The curves at this hypothesis.
     evaluated: Evaluated,
+}
+
+/// What a tangent leaves to the one that takes its place.
+struct Kept {
+    rows: Rows,
+    curves: Curves,
+    whitening: Arc<Whitening>,
+    residual: Vec<f64>,
+    lean: Bend,
 }
 
 /// Median lift of the pump where its head may be judged, Pa.
@@ -286,16 +295,18 @@ impl Tangent {
             &blocks,
             rows,
             curves,
-            whitening,
+            Arc::new(whitening),
             lean,
             Vec::new(),
         );
         // A row that stands out alone is a glitch: no effect of minutes looks like that.
         let lonely = first.lonely(record);
-        let residual = first.residual.clone();
-        let Self {
-            mut rows, curves, ..
-        } = first;
+        let Kept {
+            mut rows,
+            curves,
+            residual,
+            ..
+        } = first.kept();
         for row in lonely {
             let n = layout.blocks;
             if row < n {
@@ -317,7 +328,7 @@ impl Tangent {
             &blocks,
             rows,
             curves,
-            whitening,
+            Arc::new(whitening),
             lean,
             Vec::new(),
         ))
@@ -409,16 +420,28 @@ impl Tangent {
 
     /// The same tangent with other slack.
     fn slackened(self, record: &Record, applied: &[Applied], slack: Vec<Slack>) -> Self {
+        let kept = self.kept();
         Self::with(
             record,
             applied,
             &Blocks::under(record, applied),
-            self.rows,
-            self.curves,
-            self.whitening,
-            self.lean,
+            kept.rows,
+            kept.curves,
+            kept.whitening,
+            kept.lean,
             slack,
         )
+    }
+
+    /// What a tangent that takes this one's place is made of; all the rest, the columns above all, is released.
+    fn kept(self) -> Kept {
+        Kept {
+            rows: self.rows,
+            curves: self.curves,
+            whitening: self.whitening,
+            residual: self.residual,
+            lean: self.lean,
+        }
     }
 
     /// The tangent for a known noise.
@@ -432,7 +455,7 @@ impl Tangent {
         blocks: &Blocks,
         rows: Rows,
         curves: Curves,
-        whitening: Whitening,
+        whitening: Arc<Whitening>,
         lean: Bend,
         slack: Vec<Slack>,
     ) -> Self {
@@ -440,35 +463,23 @@ impl Tangent {
         let scale = curves.scale;
         let n = layout.blocks;
         let total = layout.len();
-        let mut columns: Vec<Vec<f64>> = Vec::new();
-        let mut priors: Vec<f64> = Vec::new();
         let wide = if lean == Bend::Loose { 6.0 } else { 1.0 };
-        let friction_columns = by_column(total, 0, n, |b| {
-            friction_terms(blocks.flow[b], scale).map(|v| v * blocks.friction_factor[b])
-        });
-        for (a, (column, prior)) in friction_columns
-            .into_iter()
-            .zip(FRICTION_PRIOR_PA)
-            .enumerate()
-        {
-            columns.push(column);
+        let mut priors: Vec<f64> = Vec::new();
+        for (a, prior) in FRICTION_PRIOR_PA.into_iter().enumerate() {
             priors.push(prior * if a == 0 { 1.0 } else { wide });
         }
         let mut means = vec![0.0; FRICTION_TERMS];
-        let head_columns = by_column(total, n, n, |b| {
-            head_terms(blocks.speed[b], blocks.through[b], scale).map(|v| v * blocks.head_factor[b])
-        });
         let head_priors = head_priors(typical_lift(&rows, blocks));
-        for (a, (column, (mean, width))) in head_columns.into_iter().zip(head_priors).enumerate() {
-            columns.push(column);
+        for (a, (mean, width)) in head_priors.into_iter().enumerate() {
             means.push(mean);
             priors.push(width * if a == 0 { 1.0 } else { wide });
         }
-        let mut nuisance: Vec<Vec<f64>> = Vec::new();
+        let sections = layout.sections();
+        let mut nuisance: Vec<Arc<Sparse>> = Vec::new();
         if layout.difference > 0 {
             let mut column = vec![0.0; total];
             column[layout.difference_at()..layout.mass_at()].fill(1.0);
-            nuisance.push(column);
+            nuisance.push(Arc::new(Sparse::of(&column, &sections)));
             priors.push(2e4);
         }
         if lean != Bend::Free {
@@ -480,33 +491,50 @@ impl Tangent {
                 let samples = b * record.per_block..(b + 1) * record.per_block;
                 column[n + b] = crate::record::mean(&record.filled.inlet[samples]) - typical;
             }
-            nuisance.push(column);
+            nuisance.push(Arc::new(Sparse::of(&column, &sections)));
             priors.push(LEAN_PRIOR);
         }
         for free in &slack {
-            nuisance.push(free.column.clone());
+            nuisance.push(Arc::clone(&free.column));
             priors.push(free.width);
         }
-        columns.extend(nuisance.iter().cloned());
-        let mut y = vec![0.0; total];
-        y[..n].copy_from_slice(&blocks.drop);
-        y[n..2 * n].copy_from_slice(&blocks.lift);
-        y[layout.difference_at()..layout.mass_at()].copy_from_slice(&blocks.difference);
-        y[layout.mass_at()..].copy_from_slice(&blocks.imbalance);
-        let p = columns.len();
-        let whitened: Vec<Vec<f64>> = columns.iter().map(|c| whitening.apply_whole(c)).collect();
+        let p = priors.len();
+        // Each column is whitened as soon as it is made, and held only so: columns are what a tangent's memory goes into.
+        let mut whitened: Vec<Vec<f64>> = Vec::with_capacity(p);
+        let mut take = |column: Vec<f64>| {
+            let mut w = whitening.apply_whole(&column);
+            drop(column);
+            w.reserve_exact(p);
+            whitened.push(w);
+        };
+        by_column(total, 0, n, |b| {
+            friction_terms(blocks.flow[b], scale).map(|v| v * blocks.friction_factor[b])
+        })
+        .into_iter()
+        .for_each(&mut take);
+        by_column(total, n, n, |b| {
+            head_terms(blocks.speed[b], blocks.through[b], scale).map(|v| v * blocks.head_factor[b])
+        })
+        .into_iter()
+        .for_each(&mut take);
+        (nuisance.iter().map(|column| column.whole())).for_each(&mut take);
         // Columns that touch little first: they stay short among themselves.
         let mut order: Vec<usize> = (0..p).collect();
         order.sort_by_key(|&a| support(&whitened[a]).len());
         let mut basis: Vec<Vec<f64>> = order
             .iter()
             .map(|&a| {
-                let mut w = whitened[a].clone();
+                let mut w = std::mem::take(&mut whitened[a]);
                 w.resize(total + p, 0.0);
                 w[total + a] = 1.0 / priors[a];
                 w
             })
             .collect();
+        let mut y = vec![0.0; total];
+        y[..n].copy_from_slice(&blocks.drop);
+        y[n..2 * n].copy_from_slice(&blocks.lift);
+        y[layout.difference_at()..layout.mass_at()].copy_from_slice(&blocks.difference);
+        y[layout.mass_at()..].copy_from_slice(&blocks.imbalance);
         let mut off = whitening.apply_whole(&y);
         off.resize(total + p, 0.0);
         for (a, mean) in means.iter().enumerate() {
@@ -645,9 +673,7 @@ impl Tangent {
     pub(crate) fn clean_residual(&self) -> Vec<f64> {
         let mut out = self.residual.clone();
         for (column, beta) in self.nuisance.iter().zip(&self.rest) {
-            for (r, c) in out.iter_mut().zip(column) {
-                *r -= beta * c;
-            }
+            column.take_from(&mut out, *beta);
         }
         out
     }
