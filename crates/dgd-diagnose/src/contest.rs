@@ -38,8 +38,8 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
         .map(|a| a.effect.about().id)
         .collect();
     let pull = gate.whitening.transpose(&gate.off[..gate.layout.len()]);
-    let free = OnceLock::new();
-    let free = || free.get_or_init(|| Tangent::beside(record, state, &[], Bend::Free));
+    let unleaning = OnceLock::new();
+    let free = || unleaning.get_or_init(|| Tangent::beside(record, state, &[], Bend::Free));
     // Effects are weighed on all cores: each by itself, so that their number changes no digit.
     let mut out: Vec<Contender> = catalogue()
         .par_iter()
@@ -81,6 +81,7 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
             })
         })
         .collect();
+    drop(unleaning);
     out.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     let most = out.first().map_or(0.0, |c| c.evidence);
     out.par_iter_mut().for_each(|c| {

@@ -111,6 +111,8 @@ pub(crate) fn corrections(record: &Record, state: &[Applied]) -> Vec<Correction>
         let moving = whole.moving(record);
         let stops = (whole.rows.still.iter().zip(&moving)).map(|(still, moving)| *still || *moving);
         let stops: Vec<bool> = stops.collect();
+        // It is in memory for no longer than it is asked.
+        drop(whole);
         // A stop leaves the line as full as its valve was quick, which is no friction.
         hold_without(
             record,

@@ -98,31 +98,37 @@ pub(crate) fn simulate(
     }
     let inlet = &prepared.inlet_pressure_pa;
     let outlet = &prepared.outlet_pressure_pa;
-    let signals = vec![
-        Signal {
-            name: "return_flow_m3_s",
-            measured: recording.return_flow_m3_s.clone(),
-            before: runs[0].0.clone(),
-            after: runs[1].0.clone(),
-        },
+    // What was run is handed on, not copied.
+    let [before, after] = runs;
+    let (levels, heads) = (
         Signal {
             name: "riser_level_m",
             measured: levels(inlet),
-            before: levels(&runs[0].1),
-            after: levels(&runs[1].1),
-        },
-        Signal {
-            name: "pump_outlet_pressure_pa",
-            measured: outlet.clone(),
-            before: runs[0].2.clone(),
-            after: runs[1].2.clone(),
+            before: levels(&before.1),
+            after: levels(&after.1),
         },
         Signal {
             name: "pump_head_m",
             measured: heads(outlet, inlet),
-            before: heads(&runs[0].2, &runs[0].1),
-            after: heads(&runs[1].2, &runs[1].1),
+            before: heads(&before.2, &before.1),
+            after: heads(&after.2, &after.1),
         },
+    );
+    let signals = vec![
+        Signal {
+            name: "return_flow_m3_s",
+            measured: recording.return_flow_m3_s.clone(),
+            before: before.0,
+            after: after.0,
+        },
+        levels,
+        Signal {
+            name: "pump_outlet_pressure_pa",
+            measured: outlet.clone(),
+            before: before.2,
+            after: after.2,
+        },
+        heads,
     ];
     Ok(Simulation {
         t_s,

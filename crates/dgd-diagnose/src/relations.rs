@@ -148,8 +148,11 @@ pub(crate) fn run(
     let g = STANDARD_GRAVITY_M_S2;
     let column = record.column_pa();
     let single = record.outlets.len() < 2;
-    let first = samples.start;
-    let mut native = Native::with(samples.len());
+    // Row by row of the mass balance: samples need not be held once their means are taken.
+    let per_row = record.per_block * MASS_BLOCKS;
+    let mut parts = Parts::room_for(samples.len() / record.per_block);
+    let mut native = Native::with(per_row);
+    let mut first = samples.start;
     for i in samples {
         let moment = Moment {
             index: i,
@@ -197,8 +200,13 @@ pub(crate) fn run(
             .area
             .push(c.area_factor * setting.riser_area_m2 / (rho * g));
         native.bias.push(c.outlet_bias_pa[0] - c.outlet_bias_pa[1]);
+        if i + 1 - first == per_row {
+            native.move_into(&mut parts, record, first);
+            first = i + 1;
+        }
     }
-    native.parts(record, first)
+    native.move_into(&mut parts, record, first);
+    parts
 }
 
 impl Blocks {
@@ -286,6 +294,22 @@ pub(crate) struct Parts {
 }
 
 impl Parts {
+    /// None yet, of so many blocks.
+    fn room_for(blocks: usize) -> Self {
+        let empty = || Vec::with_capacity(blocks);
+        Self {
+            flow: empty(),
+            through: empty(),
+            speed: empty(),
+            drop: empty(),
+            friction_factor: empty(),
+            lift: empty(),
+            head_factor: empty(),
+            difference: empty(),
+            imbalance: Vec::with_capacity(blocks / MASS_BLOCKS),
+        }
+    }
+
     /// The parts with those of some rows of the mass balance, from row `from` on, in their place.
     pub(crate) fn with(mut self, other: &Self, from: usize) -> Self {
         let lay = |into: &mut Vec<f64>, part: &[f64], from: usize| {
@@ -360,7 +384,7 @@ fn calmed(values: &[f64]) -> (Vec<f64>, Vec<f64>) {
         .unzip()
 }
 
-/// The same by sample.
+/// The same by sample, of a row of the mass balance.
 struct Native {
     flow: Vec<f64>,
     through: Vec<f64>,
@@ -391,21 +415,24 @@ impl Native {
         }
     }
 
-    /// Means of whole blocks; the first sample is number `first`, where a row of the mass balance begins.
-    fn parts(self, record: &Record, first: usize) -> Parts {
+    /// Appends the means of whole blocks, and is empty again; the first sample is number `first`, where a row of the
+    /// mass balance begins.
+    fn move_into(&mut self, parts: &mut Parts, record: &Record, first: usize) {
         let m = record.per_block;
         let blocks = (record.blocks - first / m).min(self.flow.len() / m);
-        let by = |values: &[f64]| -> Vec<f64> {
-            values.chunks_exact(m).take(blocks).map(trimmed).collect()
+        let by = |values: &mut Vec<f64>, out: &mut Vec<f64>| {
+            out.extend(values.chunks_exact(m).take(blocks).map(trimmed));
+            values.clear();
         };
-        let here = |b: usize| b * m..(b + 1) * m;
-        let there = |b: usize| first + b * m..first + (b + 1) * m;
-        let difference = match record.outlets.as_slice() {
-            [one, two] => (0..blocks)
-                .map(|b| mean(&one[there(b)]) - mean(&two[there(b)]) - mean(&self.bias[here(b)]))
-                .collect(),
-            _ => Vec::new(),
-        };
+        if let [one, two] = record.outlets.as_slice() {
+            let here = |b: usize| b * m..(b + 1) * m;
+            let there = |b: usize| first + b * m..first + (b + 1) * m;
+            parts.difference.extend(
+                (0..blocks).map(|b| {
+                    mean(&one[there(b)]) - mean(&two[there(b)]) - mean(&self.bias[here(b)])
+                }),
+            );
+        }
         let per_mass = m * MASS_BLOCKS;
         let mass_seconds = record.dt_s * per_mass as f64;
         let edge = |i: usize| -> f64 {
@@ -415,30 +442,27 @@ impl Native {
         };
         let plain_area =
             record.setting.riser_area_m2 / (record.setting.density_kg_m3 * STANDARD_GRAVITY_M_S2);
-        let imbalance = (0..blocks / MASS_BLOCKS)
-            .map(|k| {
-                let r = k * per_mass..(k + 1) * per_mass;
-                let net = &self.net[r.clone()];
-                let bad = net.iter().filter(|v| !v.is_finite()).count();
-                if bad * 10 > net.len() {
-                    return f64::NAN;
-                }
-                let rate = (edge(first + r.end) - edge(first + r.start)) / mass_seconds;
-                let noise = record.setting.noise.inlet_pa / mass_seconds;
-                let area = mean(&self.area[r.clone()]);
-                mean(net) - plain_area * rate - (area - plain_area) * shrunk(rate, noise)
-            })
-            .collect();
-        Parts {
-            flow: by(&self.flow),
-            through: by(&self.through),
-            speed: by(&self.speed),
-            drop: by(&self.drop),
-            friction_factor: by(&self.friction_factor),
-            lift: by(&self.lift),
-            head_factor: by(&self.head_factor),
-            difference,
-            imbalance,
+        parts.imbalance.extend((0..blocks / MASS_BLOCKS).map(|k| {
+            let r = k * per_mass..(k + 1) * per_mass;
+            let net = &self.net[r.clone()];
+            let bad = net.iter().filter(|v| !v.is_finite()).count();
+            if bad * 10 > net.len() {
+                return f64::NAN;
+            }
+            let rate = (edge(first + r.end) - edge(first + r.start)) / mass_seconds;
+            let noise = record.setting.noise.inlet_pa / mass_seconds;
+            let area = mean(&self.area[r.clone()]);
+            mean(net) - plain_area * rate - (area - plain_area) * shrunk(rate, noise)
+        }));
+        by(&mut self.flow, &mut parts.flow);
+        by(&mut self.through, &mut parts.through);
+        by(&mut self.speed, &mut parts.speed);
+        by(&mut self.drop, &mut parts.drop);
+        by(&mut self.friction_factor, &mut parts.friction_factor);
+        by(&mut self.lift, &mut parts.lift);
+        by(&mut self.head_factor, &mut parts.head_factor);
+        for values in [&mut self.net, &mut self.area, &mut self.bias] {
+            values.clear();
         }
     }
 }

@@ -7,12 +7,15 @@ use crate::record::{MASS_BLOCKS, Record, mean};
 use crate::relations::{Applied, Blocks};
 use crate::scan::on_grid;
 use crate::tangent::Tangent;
+use crate::vectors::Sparse;
 use dgd_effects::{Excitation, Role, STANDING_M3_S};
+use std::sync::Arc;
 
 /// A direction in which the model may be off: a column in the units of the rows, and the prior width of its coefficient.
 #[derive(Debug, Clone)]
 pub(crate) struct Slack {
-    pub column: Vec<f64>,
+    /// Most belong to a single stand, and tangents share them.
+    pub column: Arc<Sparse>,
     pub width: f64,
 }
 
@@ -48,8 +51,9 @@ fn parameters(record: &Record, tangent: &Tangent, applied: &[Applied], k: usize)
         let mut next = applied.to_vec();
         next[k].parameters[j] += step;
         let change = tangent.change(record, &next);
+        let column: Vec<f64> = change.iter().map(|v| finite(v / step)).collect();
         Slack {
-            column: change.iter().map(|v| finite(v / step)).collect(),
+            column: Arc::new(Sparse::of(&column, &tangent.layout.sections())),
             width,
         }
     };
@@ -101,13 +105,13 @@ fn form(record: &Record, tangent: &Tangent, applied: &[Applied], k: usize) -> Ve
         None => row % layout.blocks.max(1),
     };
     let time = |row: usize| span.0 + block(row) as f64 * seconds;
-    let modulated = |by: &dyn Fn(usize) -> f64, width: f64| Slack {
-        column: trace
-            .iter()
-            .enumerate()
-            .map(|(row, v)| v * by(row))
-            .collect(),
-        width,
+    let modulated = |by: &dyn Fn(usize) -> f64, width: f64| {
+        let rows = trace.iter().enumerate();
+        let column: Vec<f64> = rows.map(|(row, v)| v * by(row)).collect();
+        Slack {
+            column: Arc::new(Sparse::of(&column, &layout.sections())),
+            width,
+        }
     };
     let interval = about.interval_s(&applied[k].parameters, span);
     let through = |row: usize| {

@@ -16,8 +16,8 @@ use crate::slack::{Slack, slack};
 use crate::step::Step;
 pub(crate) use crate::vectors::dot;
 use crate::vectors::{
-    Orthonormal, Reach, back_substitute, dot_within, orthonormal, products, support, take_away,
-    without,
+    Orthonormal, Reach, Sparse, back_substitute, dot_within, orthonormal, products, support,
+    take_away, without,
 };
 use columns::Columns;
 pub(crate) use columns::FRICTION_PRIOR_PA;
@@ -47,12 +47,12 @@ pub(crate) struct Tangent {
     ground: OnceLock<Arc<Ground>>,
     pub rows: Rows,
     pub layout: Layout,
-    pub whitening: Whitening,
+    pub whitening: Arc<Whitening>,
     pub curves: Curves,
     /// Other coefficients: offset of the outlets, lean, slack.
     rest: Vec<f64>,
     /// Columns of `rest`, stacked rows.
-    nuisance: Vec<Vec<f64>>,
+    nuisance: Vec<Arc<Sparse>>,
     /// Orthonormal columns, over whitened rows followed by prior rows.
     basis: Vec<Vec<f64>>,
     /// Rows in which each of them may differ from 0.
@@ -83,7 +83,15 @@ impl Tangent {
         let rough = Frame::of(record, &blocks, excluded, bend)?;
         let first = Self::with(record, applied, &blocks, rough.clone());
         let lonely = lonely(record, first.layout, &first.off);
-        let frame = rough.again(record, &blocks, first.curves, &first.residual, lonely);
+        let frame = rough.again(
+            record,
+            &blocks,
+            first.curves.clone(),
+            &first.residual,
+            lonely,
+        );
+        // Its place is taken: two at a time would be held for nothing.
+        drop(first);
         Some(Self::with(record, applied, &blocks, frame))
     }
 
@@ -93,12 +101,23 @@ impl Tangent {
         Self::with(record, applied, &blocks, self.frame())
     }
 
-    /// What it stands on, but for the hypothesis.
+    /// What it stands on, but for the hypothesis; all the rest, the columns above all, is released.
+    fn into_frame(self) -> Frame {
+        Frame {
+            rows: self.rows,
+            curves: self.curves,
+            whitening: self.whitening,
+            bend: self.bend,
+            slack: self.slack,
+        }
+    }
+
+    /// The same, beside it.
     fn frame(&self) -> Frame {
         Frame {
             rows: self.rows.clone(),
             curves: self.curves.clone(),
-            whitening: self.whitening.clone(),
+            whitening: Arc::clone(&self.whitening),
             bend: self.bend,
             slack: self.slack.clone(),
         }
@@ -137,18 +156,23 @@ impl Tangent {
     }
 
     /// The same tangent with other slack.
-    fn slackened(&self, record: &Record, applied: &[Applied], slack: Vec<Slack>) -> Self {
-        let blocks = Blocks::under(record, applied);
+    fn slackened(self, record: &Record, applied: &[Applied], slack: Vec<Slack>) -> Self {
         let frame = Frame {
             slack,
-            ..self.frame()
+            ..self.into_frame()
         };
+        let blocks = Blocks::under(record, applied);
         Self::with(record, applied, &blocks, frame)
     }
 
     /// The tangent in a known frame; `blocks` are those under `applied`.
     fn with(record: &Record, applied: &[Applied], blocks: &Blocks, frame: Frame) -> Self {
-        let columns = Columns::of(record, blocks, &frame);
+        let Columns {
+            mut whitened,
+            beyond_curves,
+            means,
+            widths,
+        } = Columns::of(record, blocks, &frame);
         let Frame {
             rows,
             mut curves,
@@ -157,29 +181,27 @@ impl Tangent {
             slack,
         } = frame;
         let layout = whitening.layout;
-        let (n, total, p) = (layout.blocks, layout.len(), columns.len());
-        let mut y = vec![0.0; total];
-        y[..n].copy_from_slice(&blocks.drop);
-        y[n..2 * n].copy_from_slice(&blocks.lift);
-        y[layout.difference_at()..layout.mass_at()].copy_from_slice(&blocks.difference);
-        y[layout.mass_at()..].copy_from_slice(&blocks.imbalance);
-        let whitened: Vec<Vec<f64>> = (columns.columns.iter())
-            .map(|c| whitening.apply_whole(c))
-            .collect();
+        let (n, total, p) = (layout.blocks, layout.len(), whitened.len());
         // Columns that touch little first: they stay short among themselves.
         let mut order: Vec<usize> = (0..p).collect();
         order.sort_by_key(|&a| support(&whitened[a]).len());
         let mut basis: Vec<Vec<f64>> = order
             .iter()
             .map(|&a| {
-                let mut w = whitened[a].clone();
+                let mut w = std::mem::take(&mut whitened[a]);
+                w.reserve_exact(p);
                 w.resize(total + p, 0.0);
-                w[total + a] = 1.0 / columns.widths[a];
+                w[total + a] = 1.0 / widths[a];
                 w
             })
             .collect();
+        let mut y = vec![0.0; total];
+        y[..n].copy_from_slice(&blocks.drop);
+        y[n..2 * n].copy_from_slice(&blocks.lift);
+        y[layout.difference_at()..layout.mass_at()].copy_from_slice(&blocks.difference);
+        y[layout.mass_at()..].copy_from_slice(&blocks.imbalance);
         let mut off = whitening.apply_whole(&y);
-        off.extend((columns.means.iter().zip(&columns.widths)).map(|(mean, width)| mean / width));
+        off.extend((means.iter().zip(&widths)).map(|(mean, width)| mean / width));
         let Orthonormal { triangle, reaches } = orthonormal(&mut basis, total);
         let mut right = vec![0.0; p];
         for ((q, rows), r) in basis.iter().zip(&reaches).zip(&mut right) {
@@ -187,7 +209,7 @@ impl Tangent {
             take_away(&mut off, *r, q, rows, p);
         }
         let ln_volume = (triangle.iter().zip(&order).enumerate())
-            .map(|(k, (row, &a))| (row[k].abs() * columns.widths[a]).ln())
+            .map(|(k, (row, &a))| (row[k].abs() * widths[a]).ln())
             .sum();
         let mut beta = vec![0.0; p];
         for (value, &a) in back_substitute(&triangle, right).into_iter().zip(&order) {
@@ -207,7 +229,7 @@ impl Tangent {
             whitening,
             curves,
             rest,
-            nuisance: columns.beyond_curves(),
+            nuisance: beyond_curves,
             basis,
             reaches,
             off,
@@ -317,9 +339,7 @@ impl Tangent {
     pub(crate) fn clean_residual(&self) -> Vec<f64> {
         let mut out = self.residual.clone();
         for (column, beta) in self.nuisance.iter().zip(&self.rest) {
-            for (r, c) in out.iter_mut().zip(column) {
-                *r -= beta * c;
-            }
+            column.take_from(&mut out, *beta);
         }
         out
     }

@@ -78,6 +78,45 @@ pub(crate) fn take_away(from: &mut [f64], share: f64, of: &[f64], rows: &Reach, 
     }
 }
 
+/// A column that is 0 but for one stretch of rows in each of some sections; only these take memory.
+#[derive(Debug)]
+pub(crate) struct Sparse {
+    rows: usize,
+    stretches: Vec<(usize, Vec<f64>)>,
+}
+
+impl Sparse {
+    /// Of a column, by sections of its rows.
+    pub(crate) fn of(column: &[f64], sections: &[Range<usize>]) -> Self {
+        let stretch = |section: &Range<usize>| {
+            let rows = support(&column[section.clone()]);
+            let (from, to) = (section.start + rows.start, section.start + rows.end);
+            (from < to).then(|| (from, column[from..to].to_vec()))
+        };
+        Self {
+            rows: column.len(),
+            stretches: sections.iter().filter_map(stretch).collect(),
+        }
+    }
+
+    /// The whole column.
+    pub(crate) fn whole(&self) -> Vec<f64> {
+        let mut out = vec![0.0; self.rows];
+        for (from, values) in &self.stretches {
+            out[*from..from + values.len()].copy_from_slice(values);
+        }
+        out
+    }
+
+    /// Takes `share` of the column away from a vector of its length.
+    pub(crate) fn take_from(&self, vector: &mut [f64], share: f64) {
+        for (from, values) in &self.stretches {
+            let rows = vector[*from..].iter_mut().zip(values);
+            rows.for_each(|(v, c)| *v -= share * c);
+        }
+    }
+}
+
 /// Rows that are gone through together: with a few columns they fit a core's nearest cache.
 const PIECE: usize = 1024;
 
@@ -238,7 +277,7 @@ pub(crate) fn back_substitute(triangle: &[Vec<f64>], mut right: Vec<f64>) -> Vec
 
 #[cfg(test)]
 mod tests {
-    use super::{back_substitute, dot, orthonormal, products, without};
+    use super::{Sparse, back_substitute, dot, orthonormal, products, without};
     use crate::draws::normals;
 
     #[test]
@@ -262,6 +301,24 @@ mod tests {
                 assert!((rebuilt - before[a][i]).abs() < 1e-12);
             }
         }
+    }
+
+    #[test]
+    fn a_sparse_column_is_the_whole_one_and_takes_what_that_takes() {
+        let noise = normals(3, 60);
+        let mut column = vec![0.0; 60];
+        for rows in [3..9, 12..13, 47..60] {
+            column[rows.clone()].copy_from_slice(&noise[rows]);
+        }
+        let sparse = Sparse::of(&column, &[0..20, 20..40, 40..40, 40..60]);
+        assert_eq!(sparse.whole(), column);
+        let mut vector = normals(4, 60);
+        let expected: Vec<f64> = (vector.iter().zip(&column))
+            .map(|(v, c)| v - 0.7 * c)
+            .collect();
+        sparse.take_from(&mut vector, 0.7);
+        assert_eq!(vector, expected);
+        assert_eq!(Sparse::of(&[0.0; 5], &[0..5]).whole(), [0.0; 5]);
     }
 
     #[test]

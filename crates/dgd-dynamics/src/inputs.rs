@@ -261,11 +261,29 @@ impl<'a> Signal<'a> {
 pub fn merged_kinks(signals: &[&Signal<'_>], start: f64, end: f64) -> Vec<f64> {
     let mut all = Vec::new();
     for signal in signals {
-        all.extend(signal.kinks().into_iter().filter(|&t| t > start && t < end));
+        let kinks = signal.kinks();
+        let inside = kinks.partition_point(|&t| t <= start)..kinks.partition_point(|&t| t < end);
+        let inside = kinks.get(inside).unwrap_or_default();
+        all = if all.is_empty() {
+            inside.to_vec()
+        } else {
+            merged(&all, inside)
+        };
     }
-    // The stable sort recognises the sorted runs, so this is a merge.
-    all.sort_by(f64::total_cmp);
-    all.dedup();
+    all
+}
+
+/// Two ascending series as one, each value once.
+fn merged(a: &[f64], b: &[f64]) -> Vec<f64> {
+    let mut all = Vec::with_capacity(a.len() + b.len());
+    let (mut i, mut j) = (0, 0);
+    while let (Some(&x), Some(&y)) = (a.get(i), b.get(j)) {
+        all.push(if y < x { y } else { x });
+        i += usize::from(x <= y);
+        j += usize::from(y <= x);
+    }
+    all.extend_from_slice(&a[i..]);
+    all.extend_from_slice(&b[j..]);
     all
 }
 

@@ -28,6 +28,14 @@ pub struct Samples<'a> {
     pub keep_delayed: bool,
 }
 
+/// Rows of flow and friction at one delay.
+struct Shifted<'a> {
+    flow: &'a [f64],
+    keep_flow: &'a [bool],
+    friction: &'a [f64],
+    keep: &'a [bool],
+}
+
 impl Samples<'_> {
     pub(crate) fn check(&self) -> Result<(), FrictionError> {
         let expected = self.flow_m3_s.len();
@@ -56,25 +64,34 @@ impl Samples<'_> {
         self.flow_m3_s[at].is_finite() && (!self.keep_delayed || self.keep[at])
     }
 
-    /// Visits `(q(t + delay), F(t))` of every `stride`-th row used at a delay, in order of time.
-    pub(crate) fn pairs(&self, delay: i64, stride: usize, mut visit: impl FnMut(f64, f64)) {
+    /// Flow and friction so that a row of the one belongs to the same row of the other.
+    fn shifted(&self, delay: i64) -> Shifted<'_> {
         let n = self.flow_m3_s.len();
         let shift = usize::try_from(delay.unsigned_abs()).unwrap_or(n).min(n);
         // Friction starts at `f0`, flow at `q0`; one of them is 0.
         let (f0, q0) = if delay >= 0 { (0, shift) } else { (shift, 0) };
         let m = n - shift;
-        let flow = self.flow_m3_s[q0..][..m].iter().zip(&self.keep[q0..][..m]);
-        let friction = self.friction_pa[f0..][..m]
-            .iter()
-            .zip(&self.keep[f0..][..m]);
-        for ((q, kept_there), (f, kept)) in flow.zip(friction).step_by(stride) {
+        Shifted {
+            flow: &self.flow_m3_s[q0..][..m],
+            keep_flow: &self.keep[q0..][..m],
+            friction: &self.friction_pa[f0..][..m],
+            keep: &self.keep[f0..][..m],
+        }
+    }
+
+    /// Visits `(q(t + delay), F(t))` of every row used at a delay, in order of time.
+    pub(crate) fn pairs(&self, delay: i64, mut visit: impl FnMut(f64, f64)) {
+        let shifted = self.shifted(delay);
+        let flow = shifted.flow.iter().zip(shifted.keep_flow);
+        let friction = shifted.friction.iter().zip(shifted.keep);
+        for ((q, kept_there), (f, kept)) in flow.zip(friction) {
             if *kept && q.is_finite() && (*kept_there || !self.keep_delayed) {
                 visit(*q, *f);
             }
         }
     }
 
-    /// The rows of [`pairs`](Self::pairs) as a least-squares problem.
+    /// Every `stride`-th of the rows of [`pairs`](Self::pairs), used or not, as a least-squares problem.
     pub(crate) fn accumulate(
         &self,
         delay: i64,
@@ -82,11 +99,8 @@ impl Samples<'_> {
         powers: &[f64],
     ) -> Result<Accumulator, LsqError> {
         let mut rows = Accumulator::new(column_names(powers))?;
-        let mut q = [0.0; BATCH];
-        let mut f = [0.0; BATCH];
         let mut columns = vec![0.0; powers.len() * BATCH];
         let mut outcome = Ok(());
-        let mut filled = 0;
         let mut flush = |q: &[f64], f: &[f64]| {
             for (column, n) in columns.chunks_exact_mut(BATCH).zip(powers) {
                 fill_terms(&mut column[..q.len()], q, *n);
@@ -96,15 +110,37 @@ impl Samples<'_> {
                 outcome = rows.push_columns(&views, f);
             }
         };
-        self.pairs(delay, stride, |flow, friction| {
-            q[filled] = flow;
-            f[filled] = friction;
-            filled += 1;
-            if filled == BATCH {
-                flush(&q, &f);
-                filled = 0;
+        // Room for a batch beyond the one that is filling up.
+        let (mut q, mut f) = ([0.0; 2 * BATCH], [0.0; 2 * BATCH]);
+        let mut filled = 0;
+        let shifted = self.shifted(delay);
+        let (flows, frictions) = (shifted.flow.chunks(BATCH), shifted.friction.chunks(BATCH));
+        let (kept_there, kept) = (shifted.keep_flow.chunks(BATCH), shifted.keep.chunks(BATCH));
+        let mut skip = 0;
+        for ((flows, there), (frictions, kept)) in flows.zip(kept_there).zip(frictions.zip(kept)) {
+            let of_flow = flows.iter().zip(there);
+            let both = of_flow.zip(frictions.iter().zip(kept));
+            // Every row is written, and the place moves on if it is used: no branch to foresee wrongly.
+            let take = |((flow, there), (friction, kept)): ((&f64, &bool), (&f64, &bool))| {
+                (q[filled], f[filled]) = (*flow, *friction);
+                let used = *kept & flow.is_finite() & (*there | !self.keep_delayed);
+                filled += usize::from(used);
+            };
+            if stride == 1 {
+                both.for_each(take);
+            } else {
+                both.skip(skip).step_by(stride).for_each(take);
             }
-        });
+            // How far the stride reaches into the next batch.
+            let left = flows.len().saturating_sub(skip);
+            skip = (skip + left.div_ceil(stride) * stride).saturating_sub(flows.len());
+            if filled >= BATCH {
+                flush(&q[..BATCH], &f[..BATCH]);
+                q.copy_within(BATCH..filled, 0);
+                f.copy_within(BATCH..filled, 0);
+                filled -= BATCH;
+            }
+        }
         flush(&q[..filled], &f[..filled]);
         outcome.map(|()| rows)
     }
@@ -221,7 +257,7 @@ pub(crate) fn fit_checked(
             };
             let replay = |visit: &mut dyn FnMut(&[f64], f64)| {
                 let mut row = vec![0.0; powers.len()];
-                samples.pairs(delay, 1, |q, f| {
+                samples.pairs(delay, |q, f| {
                     for (x, n) in row.iter_mut().zip(powers) {
                         *x = term(q, *n);
                     }
@@ -257,5 +293,59 @@ fn law(powers: &[f64], coefficients: Vec<f64>) -> Polynomial {
     Polynomial {
         powers: powers.to_vec(),
         coefficients,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The rows one by one, in the plainest way.
+    fn one_by_one(samples: &Samples, delay: i64, stride: usize) -> Accumulator {
+        let mut rows = Accumulator::new(["q", "q^2"]).expect("two columns");
+        let n = i64::try_from(samples.keep.len()).expect("a short recording");
+        let pairs = (0..n).filter(|t| (0..n).contains(&(t + delay)));
+        let index = |t: i64| usize::try_from(t).expect("inside");
+        for t in pairs.step_by(stride) {
+            let (t, there) = (index(t), index(t + delay));
+            let q = samples.flow_m3_s[there];
+            if samples.keep[t] && q.is_finite() && (samples.keep[there] || !samples.keep_delayed) {
+                rows.push(&[q, q * q.abs()], samples.friction_pa[t])
+                    .expect("finite");
+            }
+        }
+        rows
+    }
+
+    #[test]
+    fn rows_gathered_in_batches_are_those_taken_one_by_one() {
+        const SAMPLES: u32 = 1500;
+        let mut flow: Vec<f64> = (0..SAMPLES).map(|i| f64::from(i % 97) - 20.0).collect();
+        let friction: Vec<f64> = (0..SAMPLES).map(|i| f64::from(i % 89)).collect();
+        let keep: Vec<bool> = (0..SAMPLES).map(|i| i % 7 != 3 && i / 300 != 2).collect();
+        flow[40..300].fill(f64::NAN);
+        flow[1400] = f64::INFINITY;
+        for keep_delayed in [false, true] {
+            let samples = Samples {
+                flow_m3_s: &flow,
+                friction_pa: &friction,
+                keep: &keep,
+                keep_delayed,
+            };
+            for delay in [-300, -1, 0, 9, 1499] {
+                for stride in [1, 3, 16, 256, 700] {
+                    let expected = one_by_one(&samples, delay, stride);
+                    let found = samples
+                        .accumulate(delay, stride, &[1.0, 2.0])
+                        .expect("rows");
+                    assert_eq!(found.rows(), expected.rows(), "{delay} {stride}");
+                    let (found, expected) = (found.reduce(), expected.reduce());
+                    for k in 0..9 {
+                        let (a, b) = (found.r(k / 3, k % 3), expected.r(k / 3, k % 3));
+                        assert_eq!(a.to_bits(), b.to_bits(), "{delay} {stride} {k}");
+                    }
+                }
+            }
+        }
     }
 }

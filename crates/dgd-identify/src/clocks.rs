@@ -161,15 +161,21 @@ pub(crate) fn warn_of_speed(samples: &PumpSamples<'_>, step_s: f64, warnings: &m
     let every = n.div_ceil(LOOKED_AT / 4).max(1);
     let left = |late: usize| {
         let rows = n.checked_sub(late)?;
-        let mut keep = vec![false; rows];
-        for t in (0..rows).step_by(every) {
-            keep[t] = samples.keep[t] && samples.keep[t + late];
-        }
+        // Gathered, so that a fit passes over these few alone.
+        let looked_at = (0..rows).step_by(every);
+        let kept = looked_at.filter(|t| samples.keep[*t] && samples.keep[t + late]);
+        let kept: Vec<usize> = kept.collect();
+        let of = |values: &[f64], late: usize| kept.iter().map(|t| values[t + late]).collect();
+        let (speed_pct, flow_m3_s, head_m): (Vec<f64>, Vec<f64>, Vec<f64>) = (
+            of(samples.speed_pct, late),
+            of(samples.flow_m3_s, 0),
+            of(samples.head_m, 0),
+        );
         let shifted = PumpSamples {
-            speed_pct: &samples.speed_pct[late..],
-            flow_m3_s: &samples.flow_m3_s[..rows],
-            head_m: &samples.head_m[..rows],
-            keep: &keep,
+            speed_pct: &speed_pct,
+            flow_m3_s: &flow_m3_s,
+            head_m: &head_m,
+            keep: &vec![true; kept.len()],
         };
         let fit = dgd_pump::fit_unconstrained(&shifted, 2.0, 2.0).ok()?;
         (fit.n >= 100).then_some(fit.mse_m2)

@@ -3,8 +3,8 @@
 use crate::{Estimate, IdentifyOptions, PumpModel};
 use dgd_pump::{
     ConstrainedFit, ConstrainedOptions, CurveFit, ExponentSearch, HeadCurve, Limit, PumpError,
-    Samples, SearchStatus, ShapeCheck, SolverStatus, check_shape, fit_constrained,
-    fit_unconstrained, search_exponents,
+    Samples, SearchStatus, ShapeCheck, SolverStatus, check_shape, fit_free_and_constrained,
+    search_exponents,
 };
 use std::ops::RangeInclusive;
 
@@ -36,13 +36,9 @@ pub(crate) fn fit_pump(
     options: &IdentifyOptions,
     warnings: &mut Vec<String>,
 ) -> Result<(PumpModel, PumpRungs), PumpError> {
-    let plain = || fit_unconstrained(samples, 2.0, 2.0);
-    let constrained = || fit_constrained(samples, 2.0, 2.0, &ConstrainedOptions::default());
+    let fixed = || fit_free_and_constrained(samples, 2.0, 2.0, &ConstrainedOptions::default());
     let search = || search_exponents(samples, &options.search);
-    let ((plain, constrained), search) = rayon::join(
-        || rayon::join(plain, constrained),
-        || options.free_exponents.then(search),
-    );
+    let ((plain, constrained), search) = rayon::join(fixed, || options.free_exponents.then(search));
     let (fit, active) = match &search {
         Some(Ok(search)) if gains(samples, search, &constrained) => {
             warn_of_search(search, warnings);

@@ -6,7 +6,7 @@ use clarabel::algebra::CscMatrix;
 use clarabel::solver::{
     DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus as Clarabel,
 };
-use dgd_lsq::Reduced;
+use dgd_lsq::{Fit, Reduced};
 
 /// What [`fit_constrained`] holds the coefficients to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -105,17 +105,66 @@ pub fn fit_constrained(
 ) -> Result<ConstrainedFit, PumpError> {
     samples.check()?;
     check_exponents(n0, n2)?;
-    let share = options.floor_share;
-    if !(share > 0.0 && share < 1.0) {
-        return Err(PumpError::Domain {
+    options.check()?;
+    let reduced = reduce(samples, n0, n2)?;
+    let free = reduced.solve(CONDITION_LIMIT)?;
+    constrain(&reduced, &free, (n0, n2), options)
+}
+
+/// The answers of [`fit_unconstrained`](crate::fit_unconstrained) and of [`fit_constrained`] at the same exponents,
+/// for one pass over the samples.
+///
+/// # Errors
+/// Each answer has its own; where both would be refused they are refused alike.
+pub fn fit_free_and_constrained(
+    samples: &Samples,
+    n0: f64,
+    n2: f64,
+    options: &ConstrainedOptions,
+) -> (
+    Result<CurveFit, PumpError>,
+    Result<ConstrainedFit, PumpError>,
+) {
+    let free = || {
+        samples.check()?;
+        check_exponents(n0, n2)?;
+        let reduced = reduce(samples, n0, n2)?;
+        let free = reduced.solve(CONDITION_LIMIT)?;
+        Ok((reduced, free))
+    };
+    match free() {
+        Ok((reduced, free)) => {
+            let bounded =
+                (options.check()).and_then(|()| constrain(&reduced, &free, (n0, n2), options));
+            (Ok(CurveFit::from_free(&free, n0, n2)), bounded)
+        }
+        Err(refusal) => (Err(PumpError::clone(&refusal)), Err(refusal)),
+    }
+}
+
+impl ConstrainedOptions {
+    fn check(&self) -> Result<(), PumpError> {
+        let share = self.floor_share;
+        if share > 0.0 && share < 1.0 {
+            return Ok(());
+        }
+        Err(PumpError::Domain {
             name: "floor_share",
             found: share,
             expected: "a share above 0 and below 1",
-        });
+        })
     }
-    let reduced = reduce(samples, n0, n2)?;
-    let free = reduced.solve(CONDITION_LIMIT)?;
-    let scaled = Scaled::new(&reduced, [0.0, share, share]);
+}
+
+/// The fit under bounds from the triangle of the rows and the fit without bounds.
+fn constrain(
+    reduced: &Reduced,
+    free: &Fit,
+    (n0, n2): (f64, f64),
+    options: &ConstrainedOptions,
+) -> Result<ConstrainedFit, PumpError> {
+    let share = options.floor_share;
+    let scaled = Scaled::new(reduced, [0.0, share, share]);
     let (status, solution) = scaled.solve(options.max_iterations)?;
 
     let floors = [0, 1, 2].map(|j| scaled.floors[j] * scaled.unit(j));
@@ -132,7 +181,7 @@ pub fn fit_constrained(
         }
     });
     let held: Vec<(usize, f64)> = (0..3).filter(|&j| active[j]).map(|j| (j, c[j])).collect();
-    let mut fit = CurveFit::from_free(&free, n0, n2);
+    let mut fit = CurveFit::from_free(free, n0, n2);
     fit.curve = HeadCurve {
         c0: c[0],
         c1: c[1],
@@ -140,7 +189,7 @@ pub fn fit_constrained(
         n0,
         n2,
     };
-    let rss = residual_squares(&reduced, c);
+    let rss = residual_squares(reduced, c);
     let degrees = fit.n.saturating_sub(3 - held.len() as u64);
     #[expect(clippy::cast_precision_loss, reason = "row counts stay far below 2^53")]
     let degrees = degrees as f64;

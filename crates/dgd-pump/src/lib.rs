@@ -20,7 +20,9 @@ mod search;
 mod shape;
 mod table;
 
-pub use constrained::{ConstrainedFit, ConstrainedOptions, SolverStatus, fit_constrained};
+pub use constrained::{
+    ConstrainedFit, ConstrainedOptions, SolverStatus, fit_constrained, fit_free_and_constrained,
+};
 pub use curve::HeadCurve;
 pub use error::PumpError;
 pub use fit::{CONDITION_LIMIT, CurveFit, Samples, fit_unconstrained};

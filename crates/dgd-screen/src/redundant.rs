@@ -102,7 +102,19 @@ pub(crate) fn mark(
                 }
             };
             let slow = Slow::of(a.len(), rule.block, difference)?;
-            let found = short_lived(a.len(), difference, &slow, rule);
+            // The same, a stretch at a time.
+            let differences = |range: Range<usize>, out: &mut Vec<f64>| {
+                let values = a[range.clone()].iter().zip(&b[range.clone()]);
+                let faults = faults[0][range.clone()].iter().zip(&faults[1][range]);
+                out.extend(values.zip(faults).map(|((a, b), (fa, fb))| {
+                    if fa.trusted() & fb.trusted() {
+                        a - b
+                    } else {
+                        f64::NAN
+                    }
+                }));
+            };
+            let found = short_lived(a.len(), difference, differences, &slow, rule);
             pair = Some(slow);
             found
                 .into_iter()
@@ -135,7 +147,9 @@ pub(crate) fn mark(
                 };
                 let slow = Slow::of(many[n].len(), rule.block, difference);
                 slow.map_or(Vec::new(), |slow| {
-                    short_lived(many[n].len(), difference, &slow, rule)
+                    let differences =
+                        |range: Range<usize>, out: &mut Vec<f64>| out.extend(range.map(difference));
+                    short_lived(many[n].len(), difference, differences, &slow, rule)
                 })
                 .into_iter()
                 .filter(moved)
@@ -152,10 +166,12 @@ pub(crate) fn mark(
     pair
 }
 
-/// Stretches where the difference leaves its slow median for a short while and returns.
+/// Stretches where the difference leaves its slow median for a short while and returns; `differences` appends
+/// those of a range.
 fn short_lived(
     samples: usize,
     difference: impl Fn(usize) -> f64,
+    differences: impl Fn(Range<usize>, &mut Vec<f64>),
     slow: &Slow,
     rule: DisagreeRule,
 ) -> Vec<Range<usize>> {
@@ -173,10 +189,13 @@ fn short_lived(
         return Vec::new();
     }
     let mut found: Vec<Range<usize>> = Vec::new();
+    let mut here = Vec::with_capacity(slow.block.min(samples));
     for (block, centre) in slow.values.iter().enumerate() {
         let start = block * slow.block;
-        for i in start..(start + slow.block).min(samples) {
-            if (difference(i) - centre).abs() > least {
+        here.clear();
+        differences(start..(start + slow.block).min(samples), &mut here);
+        for (i, difference) in (start..).zip(&here) {
+            if (difference - centre).abs() > least {
                 match found.last_mut() {
                     // One or two samples back inside do not end a disagreement.
                     Some(last) if i - last.end <= 2 => last.end = i + 1,

@@ -67,18 +67,13 @@ pub(crate) fn scan(values: &[f64], limits: Limits, least: f64, faults: &mut [Fau
     for start in (0..values.len()).step_by(PART) {
         let end = (start + PART).min(values.len());
         let from = start.saturating_sub(1);
-        let steps = values[from..end].iter().zip(&values[from + 1..end]);
         let wrong: u64 = values[start..end]
             .iter()
             .map(|v| u64::from(!fine(*v)))
             .sum();
         let largest = if wrong == 0 && before_fine {
-            let (equal, largest) = steps.fold((0u64, 0.0), |(equal, largest), (a, b)| {
-                let step = (b - a).abs();
-                let larger = if step > largest { step } else { largest };
-                (equal + u64::from(step == 0.0), larger)
-            });
-            found.equal += usize::try_from(equal).unwrap_or(usize::MAX);
+            let (equal, largest) = steps_of(&values[from..end]);
+            found.equal += equal;
             found.pairs += end - start;
             largest
         } else {
@@ -101,6 +96,45 @@ pub(crate) fn scan(values: &[f64], limits: Limits, least: f64, faults: &mut [Fau
         before_fine = fine(values[end - 1]);
     }
     found
+}
+
+/// Samples that repeat their predecessor, and the largest step, of finite values.
+///
+/// In lanes: neither a count nor a largest value waits for the one before.
+fn steps_of(values: &[f64]) -> (usize, f64) {
+    const LANES: usize = 4;
+    let (mut equal, mut largest) = ([0.0; LANES], [0.0; LANES]);
+    let (after, rest) = values.get(1..).unwrap_or_default().as_chunks::<LANES>();
+    let (before, _) = values.as_chunks::<LANES>();
+    for (a, b) in before.iter().zip(after) {
+        let step: [f64; LANES] = std::array::from_fn(|k| (b[k] - a[k]).abs());
+        for k in 0..LANES {
+            equal[k] += if step[k] == 0.0 { 1.0 } else { 0.0 };
+        }
+        for k in 0..LANES {
+            largest[k] = if step[k] > largest[k] {
+                step[k]
+            } else {
+                largest[k]
+            };
+        }
+    }
+    let (mut equal, mut largest) = (
+        equal.iter().sum::<f64>(),
+        largest.iter().fold(0.0, |m: f64, l| m.max(*l)),
+    );
+    for (a, b) in values[after.len() * LANES..].iter().zip(rest) {
+        let step = (b - a).abs();
+        equal += if step == 0.0 { 1.0 } else { 0.0 };
+        largest = largest.max(step);
+    }
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a count of a few samples"
+    )]
+    let equal = equal as usize;
+    (equal, largest)
 }
 
 /// Samples that repeat their predecessor, and pairs of finite neighbours.

@@ -55,18 +55,19 @@ pub(crate) fn run(arguments: &Simulate, global: &Global) -> Result<String, Failu
     let prepared = prepare(loaded.recording, loaded.step_s, &screening(&source))
         .map_err(|e| Failure::input(first, e))?;
     let warnings = loaded.suspicions;
-    progress.stage("simulating", "");
     let options = ReplayOptions {
         delay_s: document.model().map_or(0.0, |model| model.delay_s),
         ..options_given
     };
     let (run, recording) = match (&document.augmented, &document.base) {
         (Some(model), _) => {
+            progress.stage("simulating", "");
             let run = free_run::run(&document, model, &well, &prepared, &options, first)?;
             (run, None)
         }
         (None, Base::Identified(model)) => {
             let recording = prepared.averaged();
+            progress.stage("simulating", "");
             let run = replay(&model.return_line(), &recording, &options)
                 .map_err(|e| Failure::input(first, e))?;
             (run, Some((recording, model)))

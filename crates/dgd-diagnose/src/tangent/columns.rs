@@ -2,12 +2,15 @@
 
 use super::Bend;
 use super::frame::Frame;
-use crate::noise::Layout;
+use crate::noise::{Layout, Whitening};
 use crate::record::{Record, mean};
 use crate::relations::{Blocks, Rows};
+use crate::unrest::late;
+use crate::vectors::Sparse;
 use dgd_effects::{
     FRICTION_TERMS, HEAD_POWERS, HEAD_TERMS, Rank, friction_terms, head_terms, quantile,
 };
+use std::sync::Arc;
 
 /// Prior widths of the friction terms, Pa at the scale's flow: intercept and linear term are physics, not curve.
 pub(crate) const FRICTION_PRIOR_PA: [f64; FRICTION_TERMS] =
@@ -49,10 +52,12 @@ fn typical_lift(rows: &Rows, blocks: &Blocks) -> f64 {
     quantile(lifts, Rank::MEDIAN).unwrap_or(1e6).max(1e5)
 }
 
-/// Friction terms, then head terms, then the offset of the outlets, the lean and the slack, as far as they are there.
+/// Friction terms, then head terms, then the offset of the outlets, the lean, lateness and the slack, as far as they are there.
 pub(super) struct Columns {
-    /// Stacked rows.
-    pub columns: Vec<Vec<f64>>,
+    /// Whitened as soon as they are made, and held only so: columns are what a tangent's memory goes into.
+    pub whitened: Vec<Vec<f64>>,
+    /// Those of what is no curve, in the units of the rows.
+    pub beyond_curves: Vec<Arc<Sparse>>,
     /// Prior mean of each coefficient.
     pub means: Vec<f64>,
     /// Prior width of each coefficient.
@@ -61,9 +66,11 @@ pub(super) struct Columns {
 
 impl Columns {
     pub(super) fn of(record: &Record, blocks: &Blocks, frame: &Frame) -> Self {
-        let (layout, scale) = (frame.whitening.layout, frame.curves.scale);
+        let whitening = &frame.whitening;
+        let (layout, scale) = (whitening.layout, frame.curves.scale);
         let mut out = Self {
-            columns: Vec::new(),
+            whitened: Vec::new(),
+            beyond_curves: Vec::new(),
             means: Vec::new(),
             widths: Vec::new(),
         };
@@ -76,47 +83,45 @@ impl Columns {
             friction_terms(blocks.flow[b], scale).map(|v| v * blocks.friction_factor[b])
         });
         for (a, (column, width)) in friction.into_iter().zip(FRICTION_PRIOR_PA).enumerate() {
-            out.push(column, 0.0, width * wide(a));
+            out.push(whitening, &column, 0.0, width * wide(a));
         }
         let head = by_column(total, n, n, |b| {
             head_terms(blocks.speed[b], blocks.through[b], scale).map(|v| v * blocks.head_factor[b])
         });
         let priors = head_priors(&frame.rows, blocks);
         for (a, (column, (mean, width))) in head.into_iter().zip(priors).enumerate() {
-            out.push(column, mean, width * wide(a));
+            out.push(whitening, &column, mean, width * wide(a));
         }
+        let sections = layout.sections();
+        let mut beyond = |column: Vec<f64>, width: f64| {
+            out.push(whitening, &column, 0.0, width);
+            out.beyond_curves
+                .push(Arc::new(Sparse::of(&column, &sections)));
+        };
         if layout.difference > 0 {
             let mut column = vec![0.0; total];
             column[layout.difference_at()..layout.mass_at()].fill(1.0);
-            out.push(column, 0.0, OUTLETS_PRIOR_PA);
+            beyond(column, OUTLETS_PRIOR_PA);
         }
         if frame.bend != Bend::Free {
-            out.push(lean(record, layout), 0.0, LEAN_PRIOR);
+            beyond(lean(record, layout), LEAN_PRIOR);
         }
         if frame.bend == Bend::Loose {
-            for column in crate::unrest::late(record.block_s(), &frame.curves, blocks, layout) {
-                out.push(column, 0.0, LATE_S);
+            for column in late(record.block_s(), &frame.curves, blocks, layout) {
+                beyond(column, LATE_S);
             }
         }
         for free in &frame.slack {
-            out.push(free.column.clone(), 0.0, free.width);
+            out.push(whitening, &free.column.whole(), 0.0, free.width);
+            out.beyond_curves.push(Arc::clone(&free.column));
         }
         out
     }
 
-    fn push(&mut self, column: Vec<f64>, mean: f64, width: f64) {
-        self.columns.push(column);
+    fn push(&mut self, whitening: &Whitening, column: &[f64], mean: f64, width: f64) {
+        self.whitened.push(whitening.apply_whole(column));
         self.means.push(mean);
         self.widths.push(width);
-    }
-
-    /// The columns of what is no curve.
-    pub(super) fn beyond_curves(mut self) -> Vec<Vec<f64>> {
-        self.columns.split_off(FRICTION_TERMS + HEAD_TERMS)
-    }
-
-    pub(super) fn len(&self) -> usize {
-        self.columns.len()
     }
 }
 

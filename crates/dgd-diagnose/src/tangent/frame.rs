@@ -8,6 +8,7 @@ use crate::relations::{Blocks, Rows};
 use crate::slack::Slack;
 use crate::unrest::{unrest, wander};
 use dgd_effects::{Curves, Rank, Scale, quantile};
+use std::sync::Arc;
 
 /// Valid rows of friction and of head, without which there is nothing to fit.
 const LEAST_ROWS: usize = 60;
@@ -17,7 +18,7 @@ const LEAST_ROWS: usize = 60;
 pub(super) struct Frame {
     pub rows: Rows,
     pub curves: Curves,
-    pub whitening: Whitening,
+    pub whitening: Arc<Whitening>,
     pub bend: Bend,
     pub slack: Vec<Slack>,
 }
@@ -83,9 +84,10 @@ fn whitening(
     rows: &Rows,
     curves: &Curves,
     residual: &[f64],
-) -> Whitening {
+) -> Arc<Whitening> {
     let unrest = unrest(record, curves, blocks, layout);
-    Whitening::of(layout, rows, residual, &unrest, wander(record, curves))
+    let wander = wander(record, curves);
+    Arc::new(Whitening::of(layout, rows, residual, &unrest, wander))
 }
 
 /// Takes every row of the excluded blocks out.

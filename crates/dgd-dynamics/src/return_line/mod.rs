@@ -75,10 +75,13 @@ impl PumpHead {
     /// Head in m of mud.
     #[must_use]
     pub fn head_m(&self, speed_pct: f64, flow_m3_s: f64) -> f64 {
-        let size = flow_m3_s.abs().powf(self.n2);
-        self.c0 * speed_pct.powf(self.n0)
-            - self.c1 * speed_pct * flow_m3_s
-            - self.c2 * size.copysign(flow_m3_s)
+        let powers = (speed_pct.powf(self.n0), flow_m3_s.abs().powf(self.n2));
+        self.head_of(powers, speed_pct, flow_m3_s)
+    }
+
+    /// The same with `w^n0` and `|q|^n2` known: they are dear.
+    fn head_of(&self, (spun, swept): (f64, f64), speed_pct: f64, flow_m3_s: f64) -> f64 {
+        self.c0 * spun - self.c1 * speed_pct * flow_m3_s - self.c2 * swept.copysign(flow_m3_s)
     }
 }
 

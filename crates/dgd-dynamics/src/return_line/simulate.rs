@@ -1,6 +1,7 @@
 //! The simulations of chapter 4.
 
 use super::model::{COUPLED, FLOW, Line, RISER};
+use super::power::Following;
 use super::{ATMOSPHERE_PA, GRAVITY_M_S2, ReturnLine};
 use crate::DynamicsError;
 use crate::inputs::{Cursor, Signal, merged_kinks};
@@ -341,9 +342,12 @@ pub fn derive_outputs(
     };
     let discharge = line.density_kg_m3 * line.outlet_depth_m / line.line_area_m2;
     let static_pa = ATMOSPHERE_PA + line.density_kg_m3 * GRAVITY_M_S2 * line.outlet_depth_m;
+    let mut speed_power = Following::new(line.pump.n0);
+    let mut flow_power = Following::new(line.pump.n2);
     for ((&h, &q), &w) in level_m.iter().zip(flow_m3_s).zip(speed_pct) {
         let mut outlet = static_pa + line.friction.loss_pa(q);
-        let head = line.pump.head_m(w, q);
+        let powers = (speed_power.at(w), flow_power.at(q.abs()));
+        let head = line.pump.head_of(powers, w, q);
         if with_inertia {
             let drive = line.drive_under(h, q, head);
             if !(line.non_return_valve && q <= 0.0 && drive < 0.0) {

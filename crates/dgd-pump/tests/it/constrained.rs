@@ -1,6 +1,7 @@
 use dgd_lsq::{Accumulator, Reduced};
 use dgd_pump::{
-    ConstrainedOptions, HeadCurve, PumpError, SolverStatus, fit_constrained, fit_unconstrained,
+    ConstrainedOptions, HeadCurve, PumpError, SolverStatus, fit_constrained,
+    fit_free_and_constrained, fit_unconstrained,
 };
 
 use crate::{CONVEX, PUMP, Recording};
@@ -119,6 +120,31 @@ fn a_curve_of_good_shape_is_the_unconstrained_fit() {
     assert!((bound.fit.mse_m2 / free.mse_m2 - 1.0).abs() < 1e-12);
     assert!((bound.fit.r2 - free.r2).abs() < 1e-12);
     assert_eq!(bound.fit.standard_errors, free.standard_errors);
+}
+
+#[test]
+fn both_answers_of_one_pass_are_those_of_two_and_refusals_are_each_its_own() {
+    for truth in [PUMP, CONVEX] {
+        let recording = Recording::new(3000, &truth, 1.0);
+        let samples = recording.samples();
+        let both = |options: &ConstrainedOptions, n0: f64| {
+            let apart = (
+                fit_unconstrained(&samples, n0, 1.8),
+                fit_constrained(&samples, n0, 1.8, options),
+            );
+            assert_eq!(fit_free_and_constrained(&samples, n0, 1.8, options), apart);
+            apart
+        };
+        let options = ConstrainedOptions::default();
+        assert!(matches!(both(&options, 2.0), (Ok(_), Ok(_))));
+        assert!(matches!(both(&options, -1.0), (Err(_), Err(_))));
+        let floor_share = 0.0;
+        let no_floor = ConstrainedOptions {
+            floor_share,
+            ..options
+        };
+        assert!(matches!(both(&no_floor, 2.0), (Ok(_), Err(_))));
+    }
 }
 
 #[test]

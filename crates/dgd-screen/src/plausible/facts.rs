@@ -48,15 +48,17 @@ impl Facts {
                 let constant = constant(values);
                 // What never changes is told as such; it has nothing to say on its unit.
                 let dead = tag.is_some() && constant.is_some() && !feeds(channel);
-                let found = values.iter().filter(|v| v.is_finite()).count();
+                let (mut found, mut blocks) = (0, Vec::with_capacity(values.len() / block + 1));
+                for part in values.chunks(block) {
+                    let (mean, present) = mean(part);
+                    found += present;
+                    blocks.push(if dead { f64::NAN } else { mean });
+                }
                 Some(Told {
                     channel,
                     tag,
                     unit,
-                    blocks: values
-                        .chunks(block)
-                        .map(|b| if dead { f64::NAN } else { mean(b) })
-                        .collect(),
+                    blocks,
                     present: found as f64 / values.len().max(1) as f64,
                     constant,
                 })
@@ -82,11 +84,16 @@ fn block_samples(step_s: f64) -> usize {
     crate::options::samples(BLOCK_S, step_s, BLOCK_SAMPLES)
 }
 
-/// Mean of the finite values.
-fn mean(values: &[f64]) -> f64 {
+/// Mean of the finite values, and how many they are.
+fn mean(values: &[f64]) -> (f64, usize) {
+    // Most blocks are whole, which their sum tells without a look at each value.
+    let sum = values.iter().fold(0.0, |sum, v| sum + v);
+    if sum.is_finite() {
+        return (sum / values.len() as f64, values.len());
+    }
     let finite = values.iter().filter(|v| v.is_finite());
-    let (sum, count) = finite.fold((0.0, 0.0), |(sum, count), v| (sum + v, count + 1.0));
-    sum / count
+    let (sum, count) = finite.fold((0.0, 0), |(sum, count), v| (sum + v, count + 1));
+    (sum / count as f64, count)
 }
 
 /// The value that every finite sample has; `None` for fewer than ten.
