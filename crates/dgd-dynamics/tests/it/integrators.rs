@@ -480,3 +480,51 @@ fn a_guard_that_never_settles_ends_with_a_status() {
         );
     }
 }
+
+#[test]
+fn no_step_is_tried_that_the_clock_does_not_resolve() {
+    let start = 1e9;
+    let plan = Plan {
+        start,
+        end: start + 1e3,
+        outputs: &[],
+        breaks: &[],
+    };
+    let options = Options {
+        first_step: Some(1.0),
+        ..Options::new(1e-6, vec![1e-6])
+    };
+    for method in METHODS {
+        let mut nowhere = Closure(1, |_, _: &[f64], d: &mut [f64]| d[0] = f64::NAN);
+        let run = integrate(method, &mut nowhere, &[0.0], &plan, &options).unwrap();
+        assert_eq!(run.status, Status::NonFinite { t: start });
+        // Quartered from 1 s to below 16 units of round-off of 1e9 s, 3.6e-6 s.
+        assert_eq!(run.statistics.rejected, 10, "{method:?}");
+    }
+}
+
+#[test]
+fn derivatives_by_differences_hold_for_states_and_clocks_of_any_size() {
+    let slopes = Closure(1, |t: f64, x: &[f64], d: &mut [f64]| {
+        d[0] = 3.0 * x[0] + 2.0 * t;
+    });
+    let mut rate = [0.0];
+    for x in [0.0, 1e-8, 1.0, -40.0, 1e8] {
+        let mut by_state = [0.0];
+        slopes.rhs(0.0, &[x], &mut rate);
+        assert_eq!(slopes.jacobian(0.0, &[x], &rate, &mut by_state), 1);
+        assert!((by_state[0] - 3.0).abs() < 1e-3, "{x}: {by_state:?}");
+    }
+    for t in [0.0, 5.0, 3e5] {
+        let mut by_time = [0.0];
+        slopes.rhs(t, &[0.0], &mut rate);
+        assert_eq!(
+            slopes.time_derivative(t, &[0.0], &rate, 1.0, &mut by_time),
+            1
+        );
+        assert!((by_time[0] - 2.0).abs() < 1e-6, "{t}: {by_time:?}");
+        // In no time nothing drifts.
+        slopes.time_derivative(t, &[0.0], &rate, 0.0, &mut by_time);
+        assert_eq!(by_time, [0.0]);
+    }
+}
