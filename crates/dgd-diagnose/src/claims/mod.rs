@@ -6,3 +6,4 @@ mod fixture;
 mod refine;
 mod search;
 mod unrest;
+mod vectors;

@@ -89,6 +89,20 @@ fn where_the_flow_bends_a_third_of_the_inertia_of_the_change_is_unsure() {
 }
 
 #[test]
+fn where_a_moving_flow_bends_both_count() {
+    let (record, mut b) = (steady(BLOCKS), blocks(BLOCKS));
+    for (k, q) in b.flow.iter_mut().enumerate().skip(15) {
+        *q += 1e-4 * (k - 15) as f64;
+    }
+    let (bent, moved) = (of(&record, &flat(), &b), parabolas(4e5, 0.0, 0.0));
+    let rows = of(&record, &moved, &b);
+    // At the corner: half a step over two blocks, and the bend of one.
+    let rate = (moved.friction_pa(b.flow[16]) - moved.friction_pa(b.flow[14])) / (2.0 * BLOCK_S);
+    assert!(bent[15] > 100.0 && TIMING_S * rate > 10.0);
+    close(rows[15], TIMING_S * rate + bent[15]);
+}
+
+#[test]
 fn after_a_start_the_model_lacks_what_fades_in_half_a_minute() {
     let stop = |at: &dyn Fn(&mut Record)| {
         let mut record = steady(BLOCKS);
