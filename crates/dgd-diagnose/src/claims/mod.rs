@@ -5,5 +5,6 @@ mod belief;
 mod fixture;
 mod refine;
 mod search;
+mod slack;
 mod unrest;
 mod vectors;
