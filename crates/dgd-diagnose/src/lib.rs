@@ -21,6 +21,8 @@
 #![deny(missing_docs)]
 
 mod belief;
+#[cfg(test)]
+mod claims;
 mod conclude;
 mod contest;
 mod diagnosis;

@@ -300,6 +300,7 @@ mod tests {
     fn a_constant_has_no_kink_and_a_ramp_only_its_ends() {
         let t: Vec<f64> = (0..100).map(f64::from).collect();
         assert!(line(&t, &[0.3; 100]).kinks().is_empty());
+        assert!(line(&t, &[0.0; 100]).kinks().is_empty());
         let ramp: Vec<f64> = t.iter().map(|t| 0.25 * t).collect();
         assert_eq!(line(&t, &ramp).kinks(), [0.0, 99.0]);
     }

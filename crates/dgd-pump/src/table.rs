@@ -603,6 +603,20 @@ mod tests {
     }
 
     #[test]
+    fn three_rows_leave_nothing_to_judge_a_curve_by_and_four_do() {
+        for (kept, some) in [(3, false), (4, true)] {
+            let mut rows = Rows::new(
+                |_, x| 0.07 * x,
+                |w, q| 0.05 * w * w - 3.0 * w * q - 9e3 * q * q,
+            );
+            rows.keep[kept..].fill(false);
+            let table = Table::new(&rows.samples(), &(0.5..=4.0), &(1.0..=4.0)).expect("flows");
+            assert_eq!(table.solve(1.9, 2.1).is_some(), some);
+            assert_eq!(table.solve_bounded(1.9, 2.1).is_some(), some);
+        }
+    }
+
+    #[test]
     fn at_a_node_its_own_weight_is_all() {
         let nodes = Nodes::over(&(0.5..=4.0));
         for k in 0..NODES {

@@ -1,6 +1,6 @@
 //! Claims about the whitening.
 
-use super::{Layout, Wander, Whitening};
+use super::{Layout, Wander, Whitening, autoregression, high_pass};
 use crate::draws::normals;
 use crate::relations::Rows;
 
@@ -178,4 +178,91 @@ fn rows_that_may_not_be_used_weigh_nothing() {
     spoilt[100..120].fill(1e9);
     assert_eq!(w.apply(&noise), w.apply(&spoilt));
     assert!(w.apply(&noise)[100..120].iter().all(|v| *v == 0.0));
+}
+
+#[test]
+fn what_is_slower_than_the_window_is_taken_out_and_rows_that_are_not_there_say_nothing() {
+    let n = 60;
+    let mut values = normals(8, n);
+    let mut valid = vec![true; n];
+    valid[20..27].fill(false);
+    values[20..27].fill(1e9);
+    for half in [2, 5] {
+        let out = high_pass(&values, &valid, half);
+        for i in 0..n {
+            let near = (0..n).filter(|j| valid[*j] && i.abs_diff(*j) <= half);
+            let (sum, count) = near.fold((0.0, 0), |(s, c), j| (s + values[j], c + 1));
+            let mean = if count > 0 {
+                sum / f64::from(count)
+            } else {
+                0.0
+            };
+            let off = out[i] - (values[i] - mean);
+            assert!(off.abs() < 1e-12 * values[i].abs().max(1.0), "{i}: {off}");
+        }
+    }
+}
+
+/// A series whose next value holds `a` of the last and `b` of the one before.
+fn remembering(a: f64, b: f64, n: usize) -> Vec<f64> {
+    let mut out = normals(9, n);
+    for i in 2..n {
+        out[i] += a * out[i - 1] + b * out[i - 2];
+    }
+    out
+}
+
+#[test]
+fn a_short_memory_is_found_and_a_longer_one_is_cut() {
+    let n = 20_000;
+    let valid = vec![true; n];
+    for (a, b) in [(0.27, 0.1), (-0.2, -0.3), (0.1, 0.0)] {
+        let [p, q] = autoregression(&remembering(a, b, n), &valid, 100.0);
+        assert!((p - a).abs() < 0.03 && (q - b).abs() < 0.03, "{p} {q}");
+    }
+    // Correlations of at most 0.35 and at least -0.6, and a second coefficient of -0.4 to 0.15.
+    for (a, b, cut) in [
+        (0.9, 0.0, [0.35 * 0.85, 0.15]),
+        (-0.9, 0.0, [-0.6 * 0.85, 0.15]),
+        (0.0, -0.8, [0.0, -0.4]),
+    ] {
+        let [p, q] = autoregression(&remembering(a, b, n), &valid, 100.0);
+        assert!((p - cut[0]).abs() < 0.03 && q == cut[1], "{p} {q}");
+    }
+}
+
+#[test]
+fn a_memory_is_that_of_values_cut_at_three_deviations_beside_rows_that_are_there() {
+    let n = 200;
+    let mut values = remembering(0.2, 0.05, n);
+    let mut valid = vec![true; n];
+    let cut: Vec<f64> = values.iter().map(|v| v.clamp(-1.5, 1.5)).collect();
+    assert_eq!(
+        autoregression(&values, &valid, 0.5),
+        autoregression(&cut, &valid, 1e3)
+    );
+    // The moments by hand, over the pairs of which both are there.
+    valid[50..90].fill(false);
+    valid[120] = false;
+    values[50..90].fill(1e9);
+    let moment = |lag: usize| {
+        let pairs: Vec<f64> = (lag..n)
+            .filter(|i| valid[*i] && valid[i - lag])
+            .map(|i| values[i] * values[i - lag])
+            .collect();
+        pairs.iter().sum::<f64>() / pairs.len() as f64
+    };
+    let (p1, p2) = (moment(1) / moment(0), moment(2) / moment(0));
+    assert!(p1 > 0.02 && p1 < 0.35, "{p1}");
+    let k2 = (p2 - p1 * p1) / (1.0 - p1 * p1);
+    let [a, b] = autoregression(&values, &valid, 1e3);
+    assert!((a - p1 * (1.0 - k2)).abs() < 1e-12 && (b - k2).abs() < 1e-12);
+}
+
+#[test]
+fn thirty_pairs_two_apart_tell_of_a_memory_and_fewer_or_silence_do_not() {
+    let values = remembering(0.3, 0.1, 32);
+    assert_ne!(autoregression(&values, &[true; 32], 1e3), [0.0; 2]);
+    assert_eq!(autoregression(&values[..31], &[true; 31], 1e3), [0.0; 2]);
+    assert_eq!(autoregression(&[0.0; 50], &[true; 50], 1e3), [0.0; 2]);
 }

@@ -143,3 +143,44 @@ impl<V: Vector> Stepper<V> for DormandPrince<V> {
         (0.9 * e.powf(-(0.2 - 0.75 * BETA)) * previous.powf(BETA)).clamp(0.2, 10.0)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{A, B, C, D, E};
+
+    fn close(found: f64, expected: f64) {
+        assert!((found - expected).abs() < 1e-14, "{found} for {expected}");
+    }
+
+    #[test]
+    fn each_stage_stands_where_its_weights_add_up_to() {
+        for s in 0..6 {
+            close(A[s].iter().sum(), C[s]);
+        }
+        // From the third on, a rate that grows with time is followed too.
+        for s in 2..6 {
+            close((0..5).map(|j| A[s][j] * C[j]).sum(), 0.5 * C[s] * C[s]);
+        }
+    }
+
+    #[test]
+    fn the_weights_meet_the_conditions_of_order_five() {
+        for (power, divisor) in [(0, 1.0), (1, 2.0), (2, 3.0), (3, 4.0), (4, 5.0)] {
+            close((0..6).map(|s| B[s] * C[s].powi(power)).sum(), 1.0 / divisor);
+        }
+        for j in 0..5 {
+            close((0..6).map(|s| B[s] * A[s][j]).sum(), B[j] * (1.0 - C[j]));
+        }
+        let inner = |s: usize| (0..5).map(|j| A[s][j] * C[j] * C[j]).sum::<f64>();
+        close((0..6).map(|s| B[s] * C[s] * inner(s)).sum(), 1.0 / 15.0);
+    }
+
+    #[test]
+    fn error_and_dense_output_take_nothing_from_what_the_fourth_order_follows() {
+        let node = |s: usize| if s < 6 { C[s] } else { 1.0 };
+        for power in 0..4 {
+            close((0..7).map(|s| E[s] * node(s).powi(power)).sum(), 0.0);
+        }
+        close(D.iter().sum(), 0.0);
+    }
+}

@@ -292,3 +292,6 @@ fn check(
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod one_step;

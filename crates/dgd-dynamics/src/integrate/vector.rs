@@ -171,6 +171,40 @@ mod tests {
     }
 
     #[test]
+    fn a_diagonal_of_nothing_costs_no_digit_at_any_size() {
+        let mut state = 1_u64;
+        let mut draw = || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            f64::from(u32::try_from(state >> 40).unwrap_or(0)) / f64::from(1_u32 << 23) - 1.0
+        };
+        for n in 2..=6 {
+            for _ in 0..20 {
+                let mut a: Vec<f64> = (0..n * n).map(|_| draw()).collect();
+                // The first pivot is nothing, and so is the second once the first is eliminated.
+                a[0] = 1e-17;
+                a[n] = 1.0;
+                a[n + 1] = 1e-17;
+                let x: Vec<f64> = (0..n).map(|_| draw()).collect();
+                let row = |i: usize| (0..n).map(|j| a[i * n + j] * x[j]).sum();
+                let mut b: Vec<f64> = (0..n).map(row).collect();
+                let (mut lu, mut rows) = (a.clone(), vec![0; n]);
+                assert!(lu_factor(&mut lu, &mut rows, n));
+                // With the greatest of each column as pivot no factor is above 1.
+                for i in 0..n {
+                    assert!((0..i).all(|k| lu[i * n + k].abs() <= 1.0), "{lu:?}");
+                }
+                lu_solve(&lu, &rows, &mut b, n);
+                for i in 0..n {
+                    let back: f64 = (0..n).map(|j| a[i * n + j] * (b[j] - x[j])).sum();
+                    assert!(back.abs() < 1e-13, "row {i} of {n}: {back:e}");
+                }
+            }
+        }
+    }
+
+    #[test]
     fn a_singular_matrix_is_reported() {
         assert!(!lu_factor(&mut [1.0, 2.0, 2.0, 4.0], &mut [0; 2], 2));
     }

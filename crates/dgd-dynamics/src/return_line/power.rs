@@ -134,6 +134,42 @@ mod tests {
     }
 
     #[test]
+    fn a_reference_stays_until_the_base_has_left_its_quarter() {
+        let power = Power::new(1.6);
+        let mut reference = Reference::default();
+        // A quarter of a 32nd is 0.0078.
+        for (x, at) in [
+            (2.0, 2.0_f64),
+            (2.015, 2.0),
+            (1.985, 2.0),
+            (2.017, 2.017),
+            (1.9, 1.9),
+        ] {
+            power.refer(x, &mut reference);
+            assert_eq!(reference.value, at.powf(1.6), "{x}");
+        }
+        power.refer(0.0, &mut reference);
+        assert_eq!((reference.value, reference.inverse), (0.0, 0.0));
+    }
+
+    #[test]
+    fn far_from_its_reference_a_power_is_the_library_s() {
+        let power = Power::new(1.6);
+        for r in [0.02, 0.5, 1.0, 60.0, 1e250] {
+            let mut reference = Reference::default();
+            power.refer(r, &mut reference);
+            for x in [0.0, 0.02, 0.5, 1.0 / r, 2.0, 60.0, 1e250_f64] {
+                let (found, expected) = (power.at(x, &reference), x.powf(1.6));
+                assert!(x == r || found == expected, "{x} from {r}: {found}");
+            }
+        }
+        // What overflows has no reference.
+        let mut reference = Reference::default();
+        power.refer(1e250, &mut reference);
+        assert_eq!(power.at(1e250, &reference), f64::INFINITY);
+    }
+
+    #[test]
     fn zero_and_tiny_bases_need_no_reference() {
         let power = Power::new(1.6);
         for x in [0.0, f64::MIN_POSITIVE, 5e-324] {

@@ -12,7 +12,8 @@ pub enum SteadyStatus {
     Solved,
     /// The pump cannot lift the columns and the non-return valve is shut: the flow is 0.
     Shut,
-    /// No resistance stops the flow below [`FLOW_LIMIT_M3_S`]; the flow is that bound.
+    /// No resistance stops the flow below [`FLOW_LIMIT_M3_S`], or only over less than a fiftieth of some flow; the flow is
+    /// that bound.
     Unbounded,
     /// Iterations ran out, or the balance overflowed; the flow is the best found.
     IterationLimit,
@@ -23,6 +24,10 @@ pub const FLOW_LIMIT_M3_S: f64 = 1e3;
 const ITERATIONS: usize = 200;
 /// Where to start without a sample before: the size of a usual flow.
 const FIRST_M3_S: f64 = 0.01;
+
+/// Least flow looked at for a balance that was passed over, and by what factor the next is greater.
+const FINEST_M3_S: f64 = 1e-4;
+const CLOSE: f64 = 1.02;
 
 /// Steady flows of a series.
 #[derive(Debug, Clone, PartialEq)]
@@ -131,9 +136,13 @@ fn solve(momentum: &mut Momentum, valve: bool, h: f64, w: f64, guess: f64) -> (f
         let newton = q + step;
         q = match far {
             // Newton's step may lead far astray where the curve is flat.
-            None if q.abs() >= FLOW_LIMIT_M3_S => {
-                return (side * FLOW_LIMIT_M3_S, SteadyStatus::Unbounded);
-            }
+            None if q.abs() >= FLOW_LIMIT_M3_S => match passed_over(momentum, h, w, side) {
+                Some((before, after)) => {
+                    (near, far) = (before, Some(after));
+                    0.5 * (before + after)
+                }
+                None => return (side * FLOW_LIMIT_M3_S, SteadyStatus::Unbounded),
+            },
             None if newton * side > near * side && newton.abs() < 4.0 * q.abs() => newton,
             None => side * (4.0 * q.abs()).min(FLOW_LIMIT_M3_S),
             Some(far) if newton > near.min(far) && newton < near.max(far) => newton,
@@ -147,4 +156,20 @@ fn solve(momentum: &mut Momentum, valve: bool, h: f64, w: f64, guess: f64) -> (f
         };
     }
     (q, SteadyStatus::IterationLimit)
+}
+
+/// The first flows between which the balance is met, from a standstill on: where resistance falls again beyond a peak,
+/// Newton's step may have led over both.
+fn passed_over(momentum: &Momentum, h: f64, w: f64, side: f64) -> Option<(f64, f64)> {
+    let mut before = 0.0;
+    let mut size = FINEST_M3_S;
+    while size < FLOW_LIMIT_M3_S {
+        let q = side * size;
+        if side * momentum.drive(h, w, q).0 <= 0.0 {
+            return Some((before, q));
+        }
+        before = q;
+        size *= CLOSE;
+    }
+    None
 }

@@ -455,6 +455,14 @@ fn guards_are_located_to_round_off() {
 }
 
 #[test]
+fn crossings_apart_are_no_deadlock_however_many() {
+    for method in METHODS {
+        let run = run(method, &mut Ball, &[1.0, 0.0], &[60.0], 1e-6);
+        assert_eq!((run.status, run.statistics.events), (Status::Finished, 30));
+    }
+}
+
+#[test]
 fn a_guard_that_never_settles_ends_with_a_status() {
     struct Stuck;
     impl System for Stuck {
@@ -478,5 +486,122 @@ fn a_guard_that_never_settles_ends_with_a_status() {
             "{:?}",
             run.status
         );
+        // The first crossing and seventeen more at that instant; each is tried twice again before the next step.
+        assert_eq!(run.statistics.events, 18 * 3, "{method:?}");
+    }
+}
+
+#[test]
+fn no_step_is_tried_that_the_clock_does_not_resolve() {
+    let start = 1e9;
+    let plan = Plan {
+        start,
+        end: start + 1e3,
+        outputs: &[],
+        breaks: &[],
+    };
+    let options = Options {
+        first_step: Some(1.0),
+        ..Options::new(1e-6, vec![1e-6])
+    };
+    for method in METHODS {
+        let mut nowhere = Closure(1, |_, _: &[f64], d: &mut [f64]| d[0] = f64::NAN);
+        let run = integrate(method, &mut nowhere, &[0.0], &plan, &options).unwrap();
+        assert_eq!(run.status, Status::NonFinite { t: start });
+        // Quartered from 1 s to below 16 units of round-off of 1e9 s, 3.6e-6 s.
+        assert_eq!(run.statistics.rejected, 10, "{method:?}");
+    }
+}
+
+#[test]
+fn derivatives_by_differences_hold_for_states_and_clocks_of_any_size() {
+    let slopes = Closure(1, |t: f64, x: &[f64], d: &mut [f64]| {
+        d[0] = 3.0 * x[0] + 2.0 * t;
+    });
+    let mut rate = [0.0];
+    for x in [0.0, 1e-8, 1.0, -40.0, 1e8] {
+        let mut by_state = [0.0];
+        slopes.rhs(0.0, &[x], &mut rate);
+        assert_eq!(slopes.jacobian(0.0, &[x], &rate, &mut by_state), 1);
+        assert!((by_state[0] - 3.0).abs() < 1e-3, "{x}: {by_state:?}");
+    }
+    for t in [0.0, 5.0, 3e5] {
+        let mut by_time = [0.0];
+        slopes.rhs(t, &[0.0], &mut rate);
+        assert_eq!(
+            slopes.time_derivative(t, &[0.0], &rate, 1.0, &mut by_time),
+            1
+        );
+        assert!((by_time[0] - 2.0).abs() < 1e-6, "{t}: {by_time:?}");
+        // In no time nothing drifts.
+        slopes.time_derivative(t, &[0.0], &rate, 0.0, &mut by_time);
+        assert_eq!(by_time, [0.0]);
+    }
+}
+
+/// A guard that an input's jump makes negative at once, and one on the clock; when each was crossed.
+struct Switches {
+    on: bool,
+    late: bool,
+    crossed: Vec<(usize, f64)>,
+}
+
+impl System for Switches {
+    fn dimension(&self) -> usize {
+        1
+    }
+    fn rhs(&self, _: f64, _: &[f64], rate: &mut [f64]) {
+        rate[0] = f64::from(u8::from(self.on)) + f64::from(u8::from(self.late));
+    }
+    fn guards(&self) -> usize {
+        2
+    }
+    fn guard(&self, index: usize, t: f64, _: &[f64]) -> f64 {
+        match index {
+            0 if !self.on => -1.0,
+            1 if !self.late => 0.7 - t,
+            _ => 1.0,
+        }
+    }
+    fn cross(&mut self, index: usize, t: f64, _: &mut [f64]) {
+        self.crossed.push((index, t));
+        if index == 0 {
+            self.on = true;
+        } else {
+            self.late = true;
+        }
+    }
+}
+
+#[test]
+fn a_guard_that_is_negative_at_the_start_is_crossed_there_and_one_on_the_clock_in_its_time() {
+    for method in METHODS {
+        let mut system = Switches {
+            on: false,
+            late: false,
+            crossed: Vec::new(),
+        };
+        let run = run(method, &mut system, &[0.0], &[1.0], 1e-6);
+        assert_eq!(system.crossed[0], (0, 0.0), "{method:?}");
+        let (index, at) = system.crossed[1];
+        assert!(index == 1 && (at - 0.7).abs() < 1e-12, "{method:?}: {at}");
+        assert_eq!((system.crossed.len(), run.statistics.events), (2, 2));
+        // One a second from the start on, and two from 0.7 s on.
+        assert!((run.states[0] - 1.3).abs() < 1e-12, "{:?}", run.states);
+    }
+}
+
+#[test]
+fn an_output_at_the_end_is_the_state_there_to_the_last_bit() {
+    for method in METHODS {
+        for k in 1..=20 {
+            let mut spring = Closure(2, |_, x: &[f64], d: &mut [f64]| {
+                d[0] = x[1];
+                d[1] = -x[0];
+            });
+            let end = 0.7 * f64::from(k);
+            let run = run(method, &mut spring, &[1.0, 0.3], &[end - 1e-3, end], 1e-6);
+            assert_eq!(run.states[2..], run.end_state[..], "{method:?} {end}");
+        }
     }
 }

@@ -1,7 +1,7 @@
 use dgd_dynamics::inputs::{Interpolation, Signal};
 use dgd_dynamics::integrate::{Method, Status};
 use dgd_dynamics::return_line::{
-    ATMOSPHERE_PA, GRAVITY_M_S2, LineState, derive_outputs, linearise, measured_flow,
+    ATMOSPHERE_PA, GRAVITY_M_S2, LineState, ReturnLine, derive_outputs, linearise, measured_flow,
     simulate_coupled, simulate_flow_alone, simulate_riser_alone,
 };
 
@@ -277,6 +277,18 @@ fn an_offset_b_leaves_the_flow_alone() {
 }
 
 #[test]
+fn an_offset_b_drives_nothing() {
+    let (mut none, mut offset) = (line(), line());
+    none.friction.b_pa = 0.0;
+    offset.b_is_offset = true;
+    let drive = |line: &ReturnLine| line.drive_pa(140.0, 62.0, 0.05);
+    // Of columns of 4 MPa, to round-off.
+    assert!((drive(&offset) - drive(&none)).abs() < 1e-8);
+    let b_pa = line().friction.b_pa;
+    assert!((drive(&line()) + b_pa - drive(&none)).abs() < 1e-8);
+}
+
+#[test]
 fn reversing_the_flow_reverses_the_friction() {
     let f = line().friction;
     for q in [0.001, 0.03, 0.07] {
@@ -414,6 +426,9 @@ fn the_linear_model_is_the_slope_of_the_non_linear_one() {
     .unwrap();
     let resistance = line().friction.c_pa_s_m3 + 1080.0 * GRAVITY_M_S2 * line().pump.c1 * 50.0;
     assert!((still.a[1][1] * line().inertia_kg_m4(140.0) / -resistance - 1.0).abs() < 1e-12);
+    // The flow follows in the time of its inertia over its resistance.
+    let constant = line().inertia_kg_m4(140.0) / resistance;
+    assert!((still.flow_time_constant_s() / constant - 1.0).abs() < 1e-12);
     let at = linearise(&line(), START, 62.0)
         .unwrap()
         .flow_time_constant_s();

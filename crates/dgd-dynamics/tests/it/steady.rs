@@ -130,3 +130,37 @@ fn columns_in_balance_do_not_flow() {
         );
     }
 }
+
+#[test]
+fn of_several_flows_that_balance_the_stable_one_is_returned() {
+    // Beyond 0.07 m3/s this friction falls again: a second flow balances there, and more flow meets less resistance.
+    let mut line = line();
+    line.friction.e_pa_s3_m9 = -1.2e9;
+    line.pump.c2 = 0.0;
+    let up: Vec<f64> = (0..=80).map(|k| 50.0 + 0.25 * f64::from(k)).collect();
+    let down: Vec<f64> = up.iter().rev().copied().collect();
+    let mut solved = 0;
+    for speeds in [&up, &down] {
+        let all = steady_state(&line, &vec![140.0; speeds.len()], speeds).unwrap();
+        for ((&w, &q), &status) in speeds.iter().zip(&all.flow_m3_s).zip(&all.status) {
+            let drive = |q: f64| line.drive_pa(140.0, w, q);
+            // Over a fiftieth of some flow.
+            let balances = (1..2000)
+                .map(|k| 1e-4 * f64::from(k))
+                .any(|q| [q, 1.01 * q, 1.02 * q].iter().all(|q| drive(*q) < 0.0));
+            match status {
+                SteadyStatus::Solved => {
+                    solved += 1;
+                    assert!(
+                        drive(q).abs() < 1e-6 && drive(q + 1e-5) < drive(q - 1e-5),
+                        "{w}: {q}"
+                    );
+                }
+                SteadyStatus::Shut => assert!(drive(0.0) < 0.0),
+                SteadyStatus::Unbounded => assert!(!balances, "{w}: {q}"),
+                other => panic!("{other:?} at {w}"),
+            }
+        }
+    }
+    assert!(solved > 20, "{solved}");
+}

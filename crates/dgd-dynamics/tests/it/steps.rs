@@ -119,3 +119,22 @@ fn a_recording_at_one_hertz_costs_what_it_did() {
     assert_eq!(of(Method::DormandPrince), [182, 0, 1213, 0, 0]);
     assert_eq!(of(Method::Rodas), [120, 0, 721, 120, 120]);
 }
+
+#[test]
+fn from_rest_the_first_step_is_a_millionth_and_the_next_are_longer_and_longer() {
+    for method in METHODS {
+        let mut rest = Plain(2, |_: &[f64], d: &mut [f64]| d.fill(0.0));
+        let run = run(
+            method,
+            &mut rest,
+            &span(1.0, &[]),
+            &Options::new(1e-6, vec![1e-6; 2]),
+        );
+        // Ten times, or six, as long as the one before.
+        assert!(
+            (7..=10).contains(&run.statistics.steps),
+            "{:?}",
+            run.statistics
+        );
+    }
+}

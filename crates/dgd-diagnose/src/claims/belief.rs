@@ -1,0 +1,97 @@
+//! Claims about the calibration of probabilities.
+
+use crate::belief::calibrate;
+use crate::relations::Applied;
+use crate::select::Named;
+
+const HURDLE: f64 = 10.0;
+
+fn named(evidence: f64, probability: f64) -> Named {
+    Named {
+        applied: Applied::new(dgd_effects::catalogue()[0], Vec::new()),
+        evidence,
+        hurdle: HURDLE,
+        probability,
+        alternatives: vec![("lost_circulation".to_owned(), 0.5 * (1.0 - probability))],
+        correction: None,
+    }
+}
+
+fn logit(p: f64) -> f64 {
+    (p / (1.0 - p)).ln()
+}
+
+/// Logit of the first of `count` findings alike, `folds` e-folds over their hurdle.
+fn logit_of(count: usize, folds: f64, share: f64) -> f64 {
+    let mut all = vec![named(HURDLE * folds.exp(), share); count];
+    calibrate(&mut all);
+    logit(all[0].probability)
+}
+
+fn close(found: f64, expected: f64) {
+    assert!((found - expected).abs() < 1e-9, "{found} for {expected}");
+}
+
+#[test]
+fn logits_add_up_from_evidence_over_the_hurdle_and_the_share_among_alternatives() {
+    // At the hurdle and with even odds, nine tenths of a logit against it.
+    close(logit_of(1, 0.0, 0.5), -0.9);
+    close(logit_of(1, 2.0, 0.5), -0.9 + 0.55 * 2.0);
+    close(logit_of(1, 0.0, 0.8), -0.9 + 0.5 * logit(0.8));
+    // Below its hurdle it is judged as at it, and a hurdle below 1 as 1.
+    close(logit_of(1, -3.0, 0.5), -0.9);
+    let mut low = [Named {
+        hurdle: 0.1,
+        ..named(1.0, 0.5)
+    }];
+    calibrate(&mut low);
+    close(logit(low[0].probability), -0.9);
+}
+
+#[test]
+fn a_share_of_none_or_all_is_no_certainty() {
+    close(logit_of(1, 0.0, 0.0), -0.9 + 0.5 * logit(0.01));
+    close(logit_of(1, 0.0, 1.0), -0.9 + 0.5 * logit(0.99));
+}
+
+#[test]
+fn three_are_a_crowd_two_are_not_and_what_stands_far_above_its_hurdle_stands_in_any() {
+    for folds in [0.0, 1.5, 3.0, 5.0] {
+        let alone = logit_of(1, folds, 0.5);
+        close(logit_of(2, folds, 0.5), alone);
+        for count in [3, 4] {
+            let doubt = 2.5 * (1.0_f64 - folds / 3.0).max(0.0);
+            close(logit_of(count, folds, 0.5), alone - doubt);
+        }
+    }
+}
+
+#[test]
+fn what_the_cause_gains_its_alternatives_lose_and_what_it_loses_they_lose_with_it() {
+    for (folds, share) in [(4.0, 0.6), (0.0, 0.6), (2.0, 0.9)] {
+        let mut one = [named(HURDLE * f64::exp(folds), share)];
+        calibrate(&mut one);
+        let (own, other) = (one[0].probability, one[0].alternatives[0].1);
+        let expected = if own > share {
+            // They keep their part of what is left.
+            0.5 * (1.0 - own)
+        } else {
+            0.5 * (1.0 - share) * own / share
+        };
+        close(other, expected);
+    }
+    // Both ways were gone.
+    assert!(logit_of(1, 4.0, 0.6) > logit(0.6) && logit_of(1, 0.0, 0.6) < logit(0.6));
+}
+
+#[test]
+fn an_empirical_correction_is_no_cause_and_keeps_its_probability() {
+    let correction = Named {
+        correction: Some((0, 0)),
+        ..named(100.0, 0.5)
+    };
+    let mut all = [correction, named(100.0, 0.5)];
+    calibrate(&mut all);
+    assert_eq!(all[0].probability, 0.5);
+    assert_ne!(all[1].probability, 0.5);
+}

@@ -1,0 +1,179 @@
+//! A recording in which nothing happens but what a claim sets.
+
+use crate::draws::normals;
+use crate::record::{Filled, Record};
+use crate::relations::Blocks;
+use dgd_effects::{Curves, FRICTION_TERMS, HEAD_TERMS, Noise, Scale, Setting};
+use dgd_units::STANDARD_GRAVITY_M_S2;
+
+pub(super) const DT_S: f64 = 2.0;
+pub(super) const PER_BLOCK: usize = 5;
+/// Length of a block, s.
+pub(super) const BLOCK_S: f64 = 10.0;
+pub(super) const FLOW_M3_S: f64 = 0.04;
+pub(super) const SPEED_PCT: f64 = 70.0;
+pub(super) const MUD_PUMP_M3_S: f64 = 0.03;
+
+/// So many blocks of steady drilling without noise.
+pub(super) fn steady(blocks: usize) -> Record {
+    let n = blocks * PER_BLOCK;
+    let t_s: Vec<f64> = (0..n).map(|i| DT_S * i as f64).collect();
+    let all = |value: f64| vec![value; n];
+    Record {
+        setting: Setting {
+            density_kg_m3: 1200.0,
+            riser_area_m2: 0.16,
+            line_area_m2: 0.02,
+            line_diameter_m: 0.16,
+            line_length_m: 1500.0,
+            riser_volume_m3: 200.0,
+            span_s: (0.0, DT_S * n as f64),
+            inlet_range_pa: (163e5, 165e5),
+            connections: Vec::new(),
+            noise: Noise::default(),
+        },
+        dt_s: DT_S,
+        speed_error_pct: 0.0,
+        outlets: vec![all(184e5)],
+        filled: Filled {
+            mud_pump: all(MUD_PUMP_M3_S),
+            booster: all(0.01),
+            topfill: all(0.0),
+            flow: all(FLOW_M3_S),
+            speed: all(SPEED_PCT),
+            inlet: all(164e5),
+            outlet: all(184e5),
+            pumping: vec![true; n],
+        },
+        without: Vec::new(),
+        per_block: PER_BLOCK,
+        blocks,
+        t_s,
+        mud_pump: all(MUD_PUMP_M3_S),
+        booster: all(0.01),
+        flow: all(FLOW_M3_S),
+        speed: all(SPEED_PCT),
+        inlet: all(164e5),
+        outlet: all(184e5),
+    }
+}
+
+/// The block means of that drilling.
+pub(super) fn blocks(count: usize) -> Blocks {
+    let all = |value: f64| vec![value; count];
+    Blocks {
+        flow: all(FLOW_M3_S),
+        averaged: all(1.0),
+        through: all(FLOW_M3_S),
+        speed: all(SPEED_PCT),
+        drop: all(0.0),
+        friction_factor: all(1.0),
+        lift: all(20e5),
+        head_factor: all(1.0),
+        difference: Vec::new(),
+        imbalance: vec![0.0; count / 3],
+    }
+}
+
+/// Friction `f·(q/0.04)²` and head `h·(w/70)² − r·(q/0.04)²`, all in Pa.
+pub(super) fn parabolas(f: f64, h: f64, r: f64) -> Curves {
+    let mut curves = Curves {
+        scale: Scale {
+            flow_m3_s: FLOW_M3_S,
+            speed_pct: SPEED_PCT,
+        },
+        friction: [0.0; FRICTION_TERMS],
+        head: [0.0; HEAD_TERMS],
+    };
+    curves.friction[3] = f;
+    (curves.head[1], curves.head[3]) = (h, -r);
+    curves
+}
+
+/// What the drilling of [`drilled`] conceals.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Hidden {
+    /// By how much the return flow's meter is late, s.
+    pub late_s: f64,
+    /// Rate of an influx, m³/s: from [`INFLUX_S`] on it rises, stands, and dies away.
+    pub influx_m3_s: f64,
+}
+
+/// Onset, duration, and the share of it in which the influx rises.
+pub(super) const INFLUX_S: (f64, f64, f64) = (1500.0, 1300.0, 0.15);
+
+/// Levels of the return flow, m³/s.
+const LEVELS: [f64; 24] = [
+    0.040, 0.047, 0.043, 0.052, 0.038, 0.049, 0.045, 0.041, 0.050, 0.042, 0.053, 0.047, 0.039,
+    0.046, 0.051, 0.044, 0.038, 0.048, 0.052, 0.043, 0.040, 0.047, 0.050, 0.042,
+];
+
+/// An hour and a half of drilling at changing flow, by the equations of the relations, with white noise.
+pub(super) fn drilled(hidden: Hidden) -> Record {
+    let mut record = steady(540);
+    let n = record.t_s.len();
+    // A new level every four minutes, reached within half a minute; what is pumped in came to it before.
+    let flow = |t: f64| {
+        let steps = LEVELS.windows(2).enumerate().map(|(k, w)| {
+            let at = 240.0 * (k + 1) as f64;
+            0.5 * (w[1] - w[0]) * (1.0 + ((t - at) / 8.0).tanh())
+        });
+        LEVELS[0] + steps.sum::<f64>()
+    };
+    let pumped = |t: f64| flow(t + 20.0);
+    let inflow = |t: f64| pumped(t) + hidden_rate(hidden, t);
+    let curves = parabolas(4e5, 45e5, 5e5);
+    let s = &record.setting;
+    let pa_m3 = s.density_kg_m3 * STANDARD_GRAVITY_M_S2 / s.riser_area_m2;
+    let (column, inertia) = (record.column_pa(), record.inertia());
+    let mut inlet = 164e5;
+    let mut series = [(); 5].map(|()| Vec::with_capacity(n));
+    for t in record.t_s.iter().copied() {
+        let q = flow(t);
+        let rate = (flow(t + 0.5) - flow(t - 0.5)) / 1.0;
+        let outlet = column + curves.friction_pa(q) + inertia * rate;
+        // The speed at which the pump lifts that much: its head is `h·(w/70)² − r·(q/0.04)²`.
+        let square = (outlet - inlet + 5e5 * (q / FLOW_M3_S).powi(2)) / 45e5;
+        for (series, value) in series.iter_mut().zip([
+            flow(t - hidden.late_s),
+            SPEED_PCT * square.sqrt(),
+            inlet,
+            outlet,
+            // The booster pumps the rest.
+            pumped(t) - 0.01,
+        ]) {
+            series.push(value);
+        }
+        inlet += DT_S * pa_m3 * (inflow(t + 0.5 * DT_S) - flow(t + 0.5 * DT_S));
+    }
+    let sizes = [2e-4, 0.05, 500.0, 1500.0, 1e-5];
+    for (k, (series, size)) in series.iter_mut().zip(sizes).enumerate() {
+        let noise = normals(k as u64 + 1, n);
+        (series.iter_mut().zip(noise)).for_each(|(v, noise)| *v += size * noise);
+    }
+    let [flow, speed, inlet, outlet, mud_pump] = series;
+    record.setting.noise = Noise {
+        mud_pump_m3_s: 1e-5,
+        booster_m3_s: 0.0,
+        flow_m3_s: 2e-4,
+        speed_pct: 0.05,
+        inlet_pa: 500.0,
+    };
+    record.speed_error_pct = 0.03;
+    record.outlets = vec![outlet.clone()];
+    record.filled.mud_pump.clone_from(&mud_pump);
+    record.filled.flow.clone_from(&flow);
+    record.filled.speed.clone_from(&speed);
+    record.filled.inlet.clone_from(&inlet);
+    record.filled.outlet.clone_from(&outlet);
+    (record.flow, record.speed, record.mud_pump) = (flow, speed, mud_pump);
+    (record.inlet, record.outlet) = (inlet, outlet);
+    record
+}
+
+/// Rate of the influx at a time.
+fn hidden_rate(hidden: Hidden, t: f64) -> f64 {
+    let (from, lasts, rise) = INFLUX_S;
+    let x = (t - from) / lasts;
+    hidden.influx_m3_s * (x / rise).min((1.0 - x) / rise).clamp(0.0, 1.0)
+}

@@ -1,0 +1,10 @@
+//! What the arithmetic of single files promises, on records made for it.
+#![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+
+mod belief;
+mod fixture;
+mod refine;
+mod search;
+mod slack;
+mod unrest;
+mod vectors;

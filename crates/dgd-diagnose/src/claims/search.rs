@@ -1,0 +1,173 @@
+//! Claims about the search on an hour and a half of drilling: what is concealed is found again.
+
+use super::fixture::{BLOCK_S, Hidden, INFLUX_S, drilled};
+use crate::record::{MASS_BLOCKS, Record};
+use crate::refine::refine;
+use crate::relations::Applied;
+use crate::scan::allowances_with;
+use crate::select::Selection;
+use crate::slack::slack;
+use crate::tangent::{Bend, Tangent, dot};
+use crate::timing::{allowed_beside, is_late_meter};
+use dgd_effects::find;
+
+fn one(id: &str, parameters: &[f64]) -> Applied {
+    Applied::new(find(id).unwrap(), parameters.to_vec())
+}
+
+fn about(record: &Record, state: &[Applied]) -> Tangent {
+    Tangent::at(record, state, &[], Bend::Free).unwrap()
+}
+
+fn misfit(record: &Record, state: &[Applied]) -> f64 {
+    let tangent = about(record, state);
+    dot(&tangent.off, &tangent.off)
+}
+
+fn influx() -> Record {
+    drilled(Hidden {
+        influx_m3_s: 3e-3,
+        ..Hidden::default()
+    })
+}
+
+#[test]
+fn sound_drilling_leaves_no_more_than_white_noise_and_needs_no_allowance() {
+    let record = drilled(Hidden::default());
+    let tangent = about(&record, &[]);
+    let rows = tangent.whitening.valid.iter().filter(|v| **v).count();
+    assert!(rows > 1000 && misfit(&record, &[]) < rows as f64);
+    let allowed = allowances_with(&record, &[], &[], Bend::Free, None).unwrap();
+    assert!(allowed.is_empty());
+}
+
+#[test]
+fn a_late_meter_is_timed_from_either_side_without_a_lag_of_the_pump() {
+    let record = drilled(Hidden {
+        late_s: 6.0,
+        ..Hidden::default()
+    });
+    for from in [4.0, 9.0] {
+        let late = one("return_flow_delay", &[from]);
+        let mut state = vec![late.clone()];
+        refine(&record, &mut state, 0, &[], 1);
+        let refined = state[0].parameters[0];
+        assert!((refined - 6.0).abs() < 0.5, "{refined}");
+
+        let mut named = vec![late];
+        let beside = allowed_beside(&record, &[], &mut named, &[]).unwrap();
+        let timed = named[0].parameters[0];
+        assert!((timed - 6.0).abs() < 0.5, "{timed}");
+        assert!(beside.is_empty());
+    }
+}
+
+#[test]
+fn only_a_delay_or_lag_of_the_meter_makes_it_late() {
+    for (id, late) in [
+        ("return_flow_delay", true),
+        ("pump_speed_lag", false),
+        ("influx", false),
+    ] {
+        assert_eq!(is_late_meter(find(id).unwrap().about()), late, "{id}");
+    }
+}
+
+#[test]
+fn an_influx_is_moved_to_its_rate_and_times() {
+    let record = influx();
+    let (from, lasts, rise) = INFLUX_S;
+    let start = one("influx", &[2e-3, from + 60.0, lasts - 90.0, rise]);
+    let mut state = vec![start.clone()];
+    refine(&record, &mut state, 0, &[], 2);
+    let p = &state[0].parameters;
+    assert!((p[0] / 3e-3 - 1.0).abs() < 0.03, "{p:?}");
+    assert!((p[1] - from).abs() < 30.0, "{p:?}");
+    assert!((p[1] + p[2] - from - lasts).abs() < 30.0, "{p:?}");
+    let (before, after) = (
+        misfit(&record, std::slice::from_ref(&start)),
+        misfit(&record, &state),
+    );
+    assert!(after < before - 30.0, "{after} of {before}");
+
+    // Effects before the first to be moved, and allowances, stay where they are.
+    let mut kept = vec![start.clone()];
+    refine(&record, &mut kept, 1, &[], 2);
+    assert_eq!(kept[0].parameters, start.parameters);
+    kept[0].allowance = true;
+    refine(&record, &mut kept, 0, &[], 2);
+    assert_eq!(kept[0].parameters, start.parameters);
+}
+
+#[test]
+fn an_influx_may_be_wrong_by_its_parameters_and_by_a_seventh_of_its_form() {
+    let record = influx();
+    let (from, lasts, rise) = INFLUX_S;
+    let state = vec![one("influx", &[3e-3, from, lasts, rise])];
+    let tangent = about(&record, &state);
+    let free = slack(&record, &tangent, &state, 0);
+    // Strength, onset, duration, shape; then time twice and load, each with half of its form's error.
+    let widths: Vec<f64> = free.iter().map(|s| s.width).collect();
+    assert_eq!(widths, [3e-3, 120.0, 120.0, 1.0, 0.075, 0.075, 0.075]);
+
+    // Along its strength lies all that it does.
+    let columns: Vec<Vec<f64>> = free.iter().map(|s| s.column.whole()).collect();
+    let trace: Vec<f64> = columns[0].iter().map(|v| 3e-3 * v).collect();
+    let without = tangent.change(&record, &[]);
+    let size = dot(&trace, &trace).sqrt();
+    assert!(size > 1e-3);
+    for (trace, without) in trace.iter().zip(&without) {
+        assert!((trace + without).abs() < 1e-9 * size);
+    }
+    // Later by a second, it is what the trace loses in one: onset and duration together move it whole.
+    let later = one("influx", &[3e-3, from + 30.0, lasts, rise]);
+    let moved = tangent.change(&record, &[later]);
+    for (column, moved) in columns[1].iter().zip(&moved) {
+        assert!((30.0 * column - moved).abs() < 1e-9 * size);
+    }
+    // It may swell and fade from first to last, and be weak amidst; at the ends both are whole.
+    let mass = tangent.layout.mass_at();
+    for row in 0..tangent.layout.mass {
+        let t = (row * MASS_BLOCKS) as f64 * BLOCK_S;
+        let through = 2.0 * ((t - from) / lasts).clamp(0.0, 1.0) - 1.0;
+        let here = trace[mass + row];
+        let close = |k: usize, by: f64| {
+            let found = columns[k][mass + row];
+            assert!((found - here * by).abs() < 1e-9 * size, "{k} {row}");
+        };
+        close(4, through);
+        close(5, 2.0 * through * through - 1.0);
+    }
+    // An allowance is no finding, and not wrong by anything.
+    let mut allowed = state.clone();
+    allowed[0].allowance = true;
+    assert!(slack(&record, &tangent, &allowed, 0).is_empty());
+}
+
+#[test]
+fn a_named_effect_takes_the_place_of_its_allowance() {
+    let allowance = |id: &str, tau: f64| Applied {
+        allowance: true,
+        ..one(id, &[tau])
+    };
+    let named = |applied: Applied| crate::select::Named {
+        applied,
+        evidence: 20.0,
+        hurdle: 10.0,
+        probability: 0.9,
+        alternatives: Vec::new(),
+        correction: None,
+    };
+    let selection = Selection {
+        allowances: vec![
+            allowance("return_flow_delay", 1.0),
+            allowance("pump_speed_lag", 2.0),
+        ],
+        named: vec![named(one("return_flow_delay", &[6.0]))],
+        first: Vec::new(),
+    };
+    let state: Vec<(&str, f64)> = (selection.state().iter())
+        .map(|a| (a.effect.about().id, a.parameters[0]))
+        .collect();
+    assert_eq!(state, [("pump_speed_lag", 2.0), ("return_flow_delay", 6.0)]);
+}

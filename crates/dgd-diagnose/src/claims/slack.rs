@@ -1,0 +1,103 @@
+//! Claims about what a named effect may be wrong by from stand to stand, and with the load.
+
+use super::fixture::{BLOCK_S, Hidden, INFLUX_S, drilled};
+use crate::record::{MASS_BLOCKS, Record};
+use crate::relations::{Applied, Blocks};
+use crate::slack::{Slack, slack};
+use crate::tangent::{Bend, Tangent, dot};
+use dgd_effects::{Connection, find};
+
+fn free(record: &Record, id: &str, parameters: &[f64]) -> (Vec<Slack>, Tangent) {
+    let state = [Applied::new(find(id).unwrap(), parameters.to_vec())];
+    let tangent = Tangent::at(record, &state, &[], Bend::Free).unwrap();
+    (slack(record, &tangent, &state, 0), tangent)
+}
+
+/// Start of a stacked row, s.
+fn time(tangent: &Tangent, row: usize) -> f64 {
+    let layout = tangent.layout;
+    let block = match row.checked_sub(layout.mass_at()) {
+        Some(k) => k * MASS_BLOCKS,
+        None => row % layout.blocks,
+    };
+    block as f64 * BLOCK_S
+}
+
+#[test]
+fn an_effect_may_grow_with_the_flow_from_nothing_to_twice() {
+    let record = drilled(Hidden::default());
+    let (from, lasts, rise) = INFLUX_S;
+    let parameters = [3e-3, from, lasts, rise];
+    let (free, tangent) = free(&record, "influx", &parameters);
+    let flow = Blocks::under(&record, &[]).flow;
+    let mean = flow.iter().sum::<f64>() / flow.len() as f64;
+    let mass = tangent.layout.mass_at();
+    let (by_strength, by_load) = (free[0].column.whole(), free[6].column.whole());
+    let mut seen = 0;
+    for k in 0..tangent.layout.mass {
+        let trace = 3e-3 * by_strength[mass + k];
+        let load = flow[k * MASS_BLOCKS] / mean - 1.0;
+        let found = by_load[mass + k];
+        assert!((found - trace * load).abs() < 1e-12, "{k}: {found}");
+        seen += usize::from((trace * load).abs() > 1e-5);
+    }
+    assert!(seen > 20, "{seen}");
+}
+
+#[test]
+fn each_stand_has_its_own_strength_and_slope() {
+    let mut record = drilled(Hidden::default());
+    record.setting.connections = [1800.0, 3600.0]
+        .map(|from_s| Connection {
+            from_s,
+            to_s: from_s + 100.0,
+        })
+        .to_vec();
+    let (free, tangent) = free(&record, "cuttings_loading", &[15.0, 0.82, 0.3, 0.05, 1.0]);
+    // Five parameters, time twice and load, and two of each of three stands.
+    assert_eq!(free.len(), 5 + 3 + 2 * 3);
+    let stands = &free[8..];
+    assert!(stands.iter().all(|s| s.width == 0.3));
+    let stands: Vec<Vec<f64>> = stands.iter().map(|s| s.column.whole()).collect();
+    let edges = [0.0, 1900.0, 3700.0, record.setting.span_s.1];
+    for row in 0..tangent.layout.len() {
+        let t = time(&tangent, row);
+        let trace: f64 = stands.iter().step_by(2).map(|column| column[row]).sum();
+        for (k, stand) in stands.chunks(2).enumerate() {
+            let (from, to) = (edges[k], edges[k + 1]);
+            let inside = (from..to).contains(&t);
+            assert_eq!(stand[0][row], if inside { trace } else { 0.0 });
+            let slope = if inside {
+                (2.0 * t - from - to) / (to - from)
+            } else {
+                0.0
+            };
+            assert!((stand[1][row] - trace * slope).abs() <= 1e-12 * trace.abs());
+        }
+    }
+    for stand in stands {
+        assert!(dot(&stand, &stand) > 0.0);
+    }
+}
+
+#[test]
+fn a_stand_ends_where_the_pump_starts_after_a_minute_or_more() {
+    let mut record = drilled(Hidden::default());
+    // A minute, and two seconds less.
+    record.filled.pumping[600..630].fill(false);
+    record.filled.pumping[1500..1529].fill(false);
+    let (free, tangent) = free(&record, "line_drainage", &[0.1, 0.5, 0.0]);
+    // Three parameters, time twice and load, and the strength of two stands.
+    assert_eq!(free.len(), 3 + 3 + 2);
+    let start = record.t_s[630];
+    let (before, after) = (free[6].column.whole(), free[7].column.whole());
+    assert!(dot(&before, &before) > 0.0);
+    for row in 0..tangent.layout.len() {
+        let other = if time(&tangent, row) < start {
+            &after
+        } else {
+            &before
+        };
+        assert_eq!(other[row], 0.0, "{row}");
+    }
+}
