@@ -318,7 +318,7 @@ mod tests {
             .collect();
         sparse.take_from(&mut vector, 0.7);
         assert_eq!(vector, expected);
-        assert_eq!(Sparse::of(&[0.0; 5], &[0..5]).whole(), [0.0; 5]);
+        assert_eq!(Sparse::of(&[0.0; 5], &[0..2, 2..5]).whole(), [0.0; 5]);
     }
 
     #[test]
