@@ -110,6 +110,8 @@ pub(crate) fn carry_out(
     };
     let mut diagnosis =
         diagnose(&well, &prepared, &options, &mut said).map_err(|e| Failure::input(first, e))?;
+    // The report is written beside what was found, not beside the recording as well.
+    drop(prepared);
     diagnosis.settings.extend(identified.departures.clone());
     progress.stage("writing", &out.display().to_string());
     let recording = recordings.join(", ");
