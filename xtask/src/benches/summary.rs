@@ -2,6 +2,7 @@
 
 use super::score::{Outcome, Row, Sort, said};
 use super::{BENCHES, Origin, Settings, counterparts};
+use crate::calibrate::logistic;
 use crate::prove::stats::{Tally, median};
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -81,6 +82,11 @@ pub(crate) fn measures(rows: &[&Row]) -> Vec<(&'static str, Score)> {
     rows.iter()
         .flat_map(|r| r.confident())
         .for_each(|right| sure.add(!right));
+    let mut covered = Tally::default();
+    rows.iter()
+        .flat_map(|r| r.covered())
+        .for_each(|holds| covered.add(holds));
+    let weighed: Vec<(f64, bool)> = rows.iter().flat_map(|r| r.weighed()).collect();
     let named = |r: &Row| matches!(r.outcome, Outcome::Right | Outcome::Beside);
     vec![
         (
@@ -122,6 +128,14 @@ pub(crate) fn measures(rows: &[&Row]) -> Vec<(&'static str, Score)> {
             Score::Share(sure),
         ),
         (
+            "stated probabilities: Brier score (0.25 is knowing nothing)",
+            Score::Factor(brier(&weighed), weighed.len()),
+        ),
+        (
+            "95 % intervals of sizes that hold the truth",
+            Score::Share(covered),
+        ),
+        (
             "held-out error over the noise, before (median)",
             factor(collect(&there, &|r| r.off().map(|o| o.0))),
         ),
@@ -149,6 +163,41 @@ pub(crate) fn measures(rows: &[&Row]) -> Vec<(&'static str, Score)> {
     ]
 }
 
+/// Mean square by which stated probabilities miss what came.
+fn brier(weighed: &[(f64, bool)]) -> Option<f64> {
+    let miss = |(p, right): &(f64, bool)| (p - f64::from(u8::from(*right))).powi(2);
+    let n = weighed.len() as f64;
+    (n > 0.0).then(|| weighed.iter().map(miss).sum::<f64>() / n)
+}
+
+/// Edges of the groups in which stated probabilities are held against what came.
+const GROUPS: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 0.9];
+/// Standard deviation of the prior on the line's two coefficients.
+const PRIOR: f64 = 3.0;
+
+/// What was stated beside what came, by groups; and the line by which the logits of what was stated would have come out right:
+/// 0 and 1 where they do.
+fn reliability(rows: &[Row]) -> (Vec<(f64, f64, Tally, f64)>, Option<logistic::Fit>) {
+    let weighed: Vec<(f64, bool)> = rows.iter().flat_map(Row::weighed).collect();
+    let group = |k: usize| {
+        let (from, to) = (GROUPS[k], GROUPS.get(k + 1).copied().unwrap_or(1.0));
+        let last = k + 1 == GROUPS.len();
+        let (mut tally, mut stated) = (Tally::default(), 0.0);
+        for (p, right) in &weighed {
+            if *p >= from && (*p < to || last) {
+                tally.add(*right);
+                stated += p;
+            }
+        }
+        (from, to, tally, stated / tally.of.max(1) as f64)
+    };
+    let lines = weighed
+        .iter()
+        .map(|(p, right)| (vec![1.0, logistic::logit(*p)], *right));
+    let fit = logistic::fit(&lines.collect::<Vec<_>>(), PRIOR);
+    ((0..GROUPS.len()).map(group).collect(), fit)
+}
+
 /// The rows of a bench; of both for `None`.
 pub(crate) fn of<'a>(rows: &'a [Row], bench: Option<&str>) -> Vec<&'a Row> {
     let is = |r: &&Row| bench.is_none_or(|b| r.truth.bench == b);
@@ -159,11 +208,26 @@ pub(crate) fn of<'a>(rows: &'a [Row], bench: Option<&str>) -> Vec<&'a Row> {
 pub(crate) fn table(rows: &[Row]) -> String {
     let benches = [Some(BENCHES[0]), Some(BENCHES[1]), None];
     let columns = benches.map(|b| measures(&of(rows, b)));
-    let mut text = format!("{:<58}{:<14}{:<14}both\n", "", BENCHES[0], BENCHES[1]);
+    let mut text = format!("{:<60}{:<14}{:<14}both\n", "", BENCHES[0], BENCHES[1]);
     for (i, (title, _)) in columns[0].iter().enumerate() {
         let cells = columns.iter().map(|c| format!("{:<14}", c[i].1.value()));
         // Writing into a string cannot fail.
-        let _ = writeln!(text, "{title:<58}{}", cells.collect::<String>().trim_end());
+        let _ = writeln!(text, "{title:<60}{}", cells.collect::<String>().trim_end());
+    }
+    let (groups, line) = reliability(rows);
+    let _ = writeln!(text, "\nstated probability: mean, and right");
+    for (from, to, tally, stated) in groups.iter().filter(|g| g.2.of > 0) {
+        let right = format!("{} of {}", tally.right, tally.of);
+        let _ = writeln!(text, "  {from:.2} to {to:.2}: {stated:.2}, {right}");
+    }
+    if let Some(line) = line {
+        let of = |k: usize| format!("{:.2} ± {:.2}", line.coefficients[k], line.errors[k]);
+        let _ = writeln!(
+            text,
+            "  logit of right = ({}) + ({}) logit of stated",
+            of(0),
+            of(1)
+        );
     }
     text
 }
@@ -199,6 +263,10 @@ pub(crate) fn json_of(settings: &Settings, origin: &Origin, rows: &[Row]) -> Val
             "held_out": instruments, "wall_s": r.wall_s, "broken": r.broken,
         })
     };
+    let (groups, line) = reliability(rows);
+    let groups = groups.iter().map(|(from, to, tally, stated)| {
+        json!({"from": from, "to": to, "right": tally.right, "of": tally.of, "stated": stated})
+    });
     let names = counterparts::COUNTERPARTS.iter().map(|c| {
         let names: Vec<String> = c.names.iter().map(|(k, e)| format!("{k}.{e}")).collect();
         json!({"thing": c.thing, "names": names})
@@ -207,6 +275,7 @@ pub(crate) fn json_of(settings: &Settings, origin: &Origin, rows: &[Row]) -> Val
         "seed": settings.seed, "count": settings.count, "only": settings.only, "jobs": settings.jobs,
         "truths_sha256": origin.seal, "program": origin.program.version, "program_sha256": origin.program.sha256,
         "commit": origin.program.commit,
+        "reliability": {"groups": groups.collect::<Vec<_>>(), "line": line.map(|l| json!({"coefficients": l.coefficients, "errors": l.errors}))},
         "surge-shaft": scores(Some(BENCHES[0])), "glycol-loop": scores(Some(BENCHES[1])), "both": scores(None),
         "counterparts": names.collect::<Vec<_>>(),
         "cases": rows.iter().map(case).collect::<Vec<_>>(),
