@@ -242,7 +242,7 @@ pub(crate) fn tank_with_crest(n: usize) -> Revision {
 connections = ["atmosphere -> pump -> tank -> outlet -> atmosphere"]
 [components]
 pump = { kind = "displacement_pump" }
-tank = { kind = "tank", area = 0.02, brim = 0.8 }
+tank = { kind = "tank", area = 0.02, brim = 1.2 }
 outlet = { kind = "orifice", area = 1e-4 }
 level = { kind = "instrument", measures = "level", of = "tank", channel = "y" }
 [inputs]
