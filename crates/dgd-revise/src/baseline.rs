@@ -263,13 +263,14 @@ fn spread(low: f64, high: f64, start: f64, k: usize, d: usize) -> f64 {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may")]
     use super::*;
+    use crate::draws::Draws;
     use crate::parallel::Threads;
     use crate::stack::Data;
     use dgd_assembly::{Assembly, Portion, Record, SimulationOptions};
 
     /// Between -1 and 1, without memory.
-    fn jitter(seed: u32) -> f64 {
-        f64::from(seed.wrapping_mul(2_654_435_761).rotate_left(11) % 20_001) / 10_000.0 - 1.0
+    fn jitter(draws: &mut Draws) -> f64 {
+        draws.below(20_001) as f64 / 10_000.0 - 1.0
     }
 
     /// Scales after the fit of a tank that empties evenly in its root, whose outflow reads a slow swing of 0.3 l/s.
@@ -287,17 +288,17 @@ mod tests {
             "valve.flow_coefficient" = {{ start = 3e-5, low = 1e-6, high = 1e-3 }}
             "#
         );
-        let fall = 0.5e-4 * (1000.0f64 * 9.80665).sqrt();
+        let fall = 0.2e-4 * (1000.0f64 * 9.80665).sqrt();
         let root = |t: u32| 1.0 - fall * f64::from(t);
-        let h: Vec<f64> = (0..160)
-            .map(|t| root(t).powi(2) + 1e-3 * jitter(t))
-            .collect();
-        let q: Vec<f64> = (0..160)
-            .map(|t| {
-                let swing = 3e-4 * (0.05 * f64::from(t)).sin();
-                2.0 * fall * root(t) + 6e-5 * jitter(t + 1000) + swing
-            })
-            .collect();
+        let mut draws = Draws::new(7, 0);
+        let mut level = |t: u32| root(t).powi(2) + 1e-3 * jitter(&mut draws);
+        let h: Vec<f64> = (0..400).map(&mut level).collect();
+        let mut draws = Draws::new(7, 1);
+        let mut flow = |t: u32| {
+            let swing = 3e-4 * (0.05 * f64::from(t)).sin();
+            2.0 * fall * root(t) + 6e-5 * jitter(&mut draws) + swing
+        };
+        let q: Vec<f64> = (0..400).map(&mut flow).collect();
         let assembly = Assembly::parse(&text).unwrap();
         let columns = vec![("h", h.as_slice()), ("q", q.as_slice())];
         let windows = assembly.windows(&Record { columns }, Portion::Train);

@@ -175,27 +175,41 @@ const GROUPS: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 0.9];
 /// Standard deviation of the prior on the line's two coefficients.
 const PRIOR: f64 = 3.0;
 
-/// What was stated beside what came, by groups; and the line by which the logits of what was stated would have come out right:
-/// 0 and 1 where they do.
-fn reliability(rows: &[Row]) -> (Vec<(f64, f64, Tally, f64)>, Option<logistic::Fit>) {
-    let weighed: Vec<(f64, bool)> = rows.iter().flat_map(Row::weighed).collect();
+/// Stated probabilities of one size, beside what came.
+struct Group {
+    from: f64,
+    to: f64,
+    /// Their mean.
+    stated: f64,
+    came: Tally,
+}
+
+fn groups(weighed: &[(f64, bool)]) -> Vec<Group> {
     let group = |k: usize| {
-        let (from, to) = (GROUPS[k], GROUPS.get(k + 1).copied().unwrap_or(1.0));
-        let last = k + 1 == GROUPS.len();
-        let (mut tally, mut stated) = (Tally::default(), 0.0);
-        for (p, right) in &weighed {
-            if *p >= from && (*p < to || last) {
-                tally.add(*right);
-                stated += p;
-            }
+        let (from, next) = (GROUPS[k], GROUPS.get(k + 1));
+        let inside = |p: f64| p >= from && next.is_none_or(|to| p < *to);
+        let (mut came, mut stated) = (Tally::default(), 0.0);
+        for (p, right) in weighed.iter().filter(|w| inside(w.0)) {
+            came.add(*right);
+            stated += p;
         }
-        (from, to, tally, stated / tally.of.max(1) as f64)
+        Group {
+            from,
+            to: next.copied().unwrap_or(1.0),
+            stated: stated / came.of.max(1) as f64,
+            came,
+        }
     };
-    let lines = weighed
-        .iter()
-        .map(|(p, right)| (vec![1.0, logistic::logit(*p)], *right));
-    let fit = logistic::fit(&lines.collect::<Vec<_>>(), PRIOR);
-    ((0..GROUPS.len()).map(group).collect(), fit)
+    (0..GROUPS.len())
+        .map(group)
+        .filter(|g| g.came.of > 0)
+        .collect()
+}
+
+/// The line by which the logits of what was stated would have come out right: 0 and 1 where they do.
+fn line(weighed: &[(f64, bool)]) -> Option<logistic::Fit> {
+    let row = |(p, right): &(f64, bool)| (vec![1.0, logistic::logit(*p)], *right);
+    logistic::fit(&weighed.iter().map(row).collect::<Vec<_>>(), PRIOR)
 }
 
 /// The rows of a bench; of both for `None`.
@@ -214,13 +228,14 @@ pub(crate) fn table(rows: &[Row]) -> String {
         // Writing into a string cannot fail.
         let _ = writeln!(text, "{title:<60}{}", cells.collect::<String>().trim_end());
     }
-    let (groups, line) = reliability(rows);
+    let weighed: Vec<(f64, bool)> = rows.iter().flat_map(Row::weighed).collect();
     let _ = writeln!(text, "\nstated probability: mean, and right");
-    for (from, to, tally, stated) in groups.iter().filter(|g| g.2.of > 0) {
-        let right = format!("{} of {}", tally.right, tally.of);
-        let _ = writeln!(text, "  {from:.2} to {to:.2}: {stated:.2}, {right}");
+    for g in groups(&weighed) {
+        let (from, to, stated) = (g.from, g.to, g.stated);
+        let came = format!("{} of {}", g.came.right, g.came.of);
+        let _ = writeln!(text, "  {from:.2} to {to:.2}: {stated:.2}, {came}");
     }
-    if let Some(line) = line {
+    if let Some(line) = line(&weighed) {
         let of = |k: usize| format!("{:.2} ± {:.2}", line.coefficients[k], line.errors[k]);
         let _ = writeln!(
             text,
@@ -263,9 +278,9 @@ pub(crate) fn json_of(settings: &Settings, origin: &Origin, rows: &[Row]) -> Val
             "held_out": instruments, "wall_s": r.wall_s, "broken": r.broken,
         })
     };
-    let (groups, line) = reliability(rows);
-    let groups = groups.iter().map(|(from, to, tally, stated)| {
-        json!({"from": from, "to": to, "right": tally.right, "of": tally.of, "stated": stated})
+    let weighed: Vec<(f64, bool)> = rows.iter().flat_map(Row::weighed).collect();
+    let groups = groups(&weighed).into_iter().map(|g| {
+        json!({"from": g.from, "to": g.to, "right": g.came.right, "of": g.came.of, "stated": g.stated})
     });
     let names = counterparts::COUNTERPARTS.iter().map(|c| {
         let names: Vec<String> = c.names.iter().map(|(k, e)| format!("{k}.{e}")).collect();
@@ -275,9 +290,28 @@ pub(crate) fn json_of(settings: &Settings, origin: &Origin, rows: &[Row]) -> Val
         "seed": settings.seed, "count": settings.count, "only": settings.only, "jobs": settings.jobs,
         "truths_sha256": origin.seal, "program": origin.program.version, "program_sha256": origin.program.sha256,
         "commit": origin.program.commit,
-        "reliability": {"groups": groups.collect::<Vec<_>>(), "line": line.map(|l| json!({"coefficients": l.coefficients, "errors": l.errors}))},
+        "reliability": {"groups": groups.collect::<Vec<_>>(), "line": line(&weighed).map(|l| json!({"coefficients": l.coefficients, "errors": l.errors}))},
         "surge-shaft": scores(Some(BENCHES[0])), "glycol-loop": scores(Some(BENCHES[1])), "both": scores(None),
         "counterparts": names.collect::<Vec<_>>(),
         "cases": rows.iter().map(case).collect::<Vec<_>>(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may")]
+    use super::*;
+
+    #[test]
+    fn what_is_stated_too_high_is_told_by_its_group_and_by_the_line() {
+        // Of ten stated at 0.9 six are right, of ten at 0.3 one.
+        let of = |p: f64, right: usize| (0..10).map(move |k| (p, k < right));
+        let weighed: Vec<(f64, bool)> = of(0.9, 6).chain(of(0.3, 1)).collect();
+        let found = groups(&weighed);
+        let told: Vec<(f64, usize)> = found.iter().map(|g| (g.from, g.came.right)).collect();
+        assert_eq!(told, [(0.25, 1), (0.9, 6)]);
+        assert!(line(&weighed).unwrap().coefficients[0] < -0.5);
+        let brier = brier(&weighed).unwrap();
+        assert!((brier - (6.0 * 0.01 + 4.0 * 0.81 + 0.49 + 9.0 * 0.09) / 20.0).abs() < 1e-12);
+    }
 }
