@@ -184,6 +184,17 @@ pub trait Effect: Sync {
         value
     }
 
+    /// Changes the samples of the channel that drives the component, of shape `(n,)`, before the run: for what remembers in jumps
+    /// where it was told to be. `held`: each holds until the next; otherwise straight lines join them.
+    fn command(&self, now: &Now<'_>, held: bool, values: &mut [f64]) {
+        let _ = (now, held, values);
+    }
+
+    /// Whether [`command`](Self::command) does anything.
+    fn has_command(&self) -> bool {
+        false
+    }
+
     /// Flow that the base law sees when `q` (m³/s) passes.
     fn through(&self, now: &Now<'_>, q: Dual) -> Dual {
         let _ = now;

@@ -244,6 +244,8 @@ pub fn sensitivities_variational(
         );
     }
     start_at(theta)?;
+    let mut simulator = simulator;
+    simulator.model.command();
     let absolute = simulator.absolute.repeat(1 + p);
     let breaks = simulator.breaks.clone();
     let mut system = Variational {
@@ -293,7 +295,7 @@ pub fn sensitivities_variational(
                     let x: Vec<f64> = (0..n)
                         .map(|j| full[j] + e * full[n * (k + 1) + j])
                         .collect();
-                    system.model.feed_sample(window, i);
+                    system.model.feed_sample(i);
                     system.model.read(&x, i, &mut outputs);
                 }
                 system.model.instruments(&window.time, &mut outputs);

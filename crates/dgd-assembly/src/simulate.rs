@@ -143,8 +143,17 @@ impl<'a> Simulator<'a> {
         }
         let start = window.time[0];
         let end = window.time[window.time.len() - 1];
-        let breaks = merged_kinks(&signals.iter().collect::<Vec<_>>(), start, end);
-        let model = Model::moving(net, signals, window.origin());
+        let model = Model::moving(net, signals, window);
+        let breaks = if model.commands() {
+            // What a command is changed to may bend or jump at any sample.
+            window.time[1..]
+                .iter()
+                .copied()
+                .filter(|t| *t < end)
+                .collect()
+        } else {
+            merged_kinks(&model.signals.iter().collect::<Vec<_>>(), start, end)
+        };
         let absolute = net
             .states
             .iter()
@@ -179,6 +188,7 @@ impl<'a> Simulator<'a> {
             set_theta(net, &mut work, theta);
             work.reset();
         }
+        self.model.command();
         self.model.held.clear();
         let mut simulation = Simulation {
             time: self.window.time.clone(),
@@ -189,7 +199,7 @@ impl<'a> Simulator<'a> {
         };
         if n == 0 {
             for i in 0..samples {
-                self.model.feed_sample(self.window, i);
+                self.model.feed_sample(i);
                 self.model.read(&[], i, &mut simulation.outputs);
             }
         } else {
@@ -217,7 +227,7 @@ impl<'a> Simulator<'a> {
                 for (column, value) in simulation.states.iter_mut().zip(state) {
                     column[i] = *value;
                 }
-                self.model.feed_sample(self.window, i);
+                self.model.feed_sample(i);
                 self.model.read(state, i, &mut simulation.outputs);
             }
         }

@@ -1,7 +1,9 @@
 //! A fair base: all free parameters and initial states fitted again, the noise it leaves, the space a re-fit reaches.
 
 use crate::context::{Context, Trial, Values};
+use crate::empirical;
 use crate::error::ReviseError;
+use crate::floor;
 use crate::noise::Noise;
 use crate::stack::Runner;
 use crate::tangent::Tangent;
@@ -141,7 +143,8 @@ pub(crate) fn fresh_jacobian(context: &Context<'_>, trial: &Trial) -> Option<DMa
     ))
 }
 
-/// Fits the base from its own start and from `more` others, and sets the scale of each output to what is left of it.
+/// Fits the base from its own start and from `more` others, and sets the scale of each output to its noise; of a single one to
+/// what is left of it.
 pub(crate) fn fit_base(context: &mut Context<'_>, more: usize) -> Result<Trial, ReviseError> {
     let parameters = context.assembly.parameters();
     for (o, scale) in context.scale.iter_mut().enumerate() {
@@ -200,9 +203,40 @@ pub(crate) fn fit_base(context: &mut Context<'_>, more: usize) -> Result<Trial, 
         }
     }
     // With several outputs the weights have changed.
+    let trial = context
+        .fit(&[], &trial.values(), FULL)
+        .ok_or(ReviseError::NotRun)?;
+    let recorded = |o: &usize| !context.data.of_output(*o).is_empty();
+    if (0..context.scale.len()).filter(recorded).count() < 2 {
+        return Ok(trial);
+    }
+    weigh_by_noise(context, &trial);
     context
         .fit(&[], &trial.values(), FULL)
         .ok_or(ReviseError::NotRun)
+}
+
+/// Most times its noise that an instrument may be off before it counts for less than its noise alone would have it: of a
+/// model that is wrong nobody knows how wrong it is.
+const OFF: f64 = 10.0;
+
+/// Sets the scale of each output to its noise. What is left of it would hide, in an instrument that a missing effect moves most,
+/// the little by which a like effect falls short; single instruments have nothing to be weighed against.
+fn weigh_by_noise(context: &mut Context<'_>, trial: &Trial) {
+    let (members, theta) = (&trial.members, &trial.minimum.theta);
+    let quantities =
+        empirical::quantities(context, context.data, members, theta).unwrap_or_default();
+    let outputs = context.scale.len();
+    let levels = floor::plain(
+        context.data,
+        &trial.minimum.residuals,
+        outputs,
+        &context.scale,
+        &quantities,
+    );
+    for level in levels.iter().filter(|l| !l.rounding) {
+        context.scale[level.output] *= level.rms / level.ratio().clamp(1.0, OFF);
+    }
 }
 
 /// Start number `k` of parameter `d`: Halton's points, in the logarithm where the bounds span decades.
@@ -222,5 +256,83 @@ fn spread(low: f64, high: f64, start: f64, k: usize, d: usize) -> f64 {
         low * (high / low).powf(sum)
     } else {
         low + (high - low) * sum
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may")]
+    use super::*;
+    use crate::draws::Draws;
+    use crate::parallel::Threads;
+    use crate::stack::Data;
+    use dgd_assembly::{Assembly, Portion, Record, SimulationOptions};
+
+    /// Between -1 and 1, without memory.
+    fn jitter(draws: &mut Draws) -> f64 {
+        draws.below(20_001) as f64 / 10_000.0 - 1.0
+    }
+
+    /// Scales after the fit of a tank that empties evenly in its root, whose outflow reads a slow swing of 0.3 l/s.
+    fn scales(instruments: &str) -> Vec<f64> {
+        let text = format!(
+            r#"
+            connections = ["tank -> valve -> atmosphere"]
+            [components]
+            tank = {{ kind = "tank", area = 1.0 }}
+            valve = {{ kind = "valve" }}
+            {instruments}
+            [initial]
+            "tank.level" = 1.0
+            [free]
+            "valve.flow_coefficient" = {{ start = 3e-5, low = 1e-6, high = 1e-3 }}
+            "#
+        );
+        let fall = 0.2e-4 * (1000.0f64 * 9.80665).sqrt();
+        let root = |t: u32| 1.0 - fall * f64::from(t);
+        let mut draws = Draws::new(7, 0);
+        let mut level = |t: u32| root(t).powi(2) + 1e-3 * jitter(&mut draws);
+        let h: Vec<f64> = (0..400).map(&mut level).collect();
+        let mut draws = Draws::new(7, 1);
+        let mut flow = |t: u32| {
+            let swing = 3e-4 * (0.05 * f64::from(t)).sin();
+            2.0 * fall * root(t) + 6e-5 * jitter(&mut draws) + swing
+        };
+        let q: Vec<f64> = (0..400).map(&mut flow).collect();
+        let assembly = Assembly::parse(&text).unwrap();
+        let columns = vec![("h", h.as_slice()), ("q", q.as_slice())];
+        let windows = assembly.windows(&Record { columns }, Portion::Train);
+        let data = Data::new(windows.unwrap(), true);
+        let mut context = Context {
+            assembly: &assembly,
+            data: &data,
+            scale: vec![1.0; assembly.outputs().len()],
+            simulation: SimulationOptions::default(),
+            threads: Threads::new(1),
+            hypotheses: Vec::new(),
+        };
+        fit_base(&mut context, 0).unwrap();
+        context.scale
+    }
+
+    const LEVEL: &str =
+        r#"level = { kind = "instrument", measures = "level", of = "tank", channel = "h" }"#;
+    const FLOW: &str =
+        r#"flow = { kind = "instrument", measures = "flow", of = "valve", channel = "q" }"#;
+
+    #[test]
+    fn of_two_instruments_each_counts_by_its_noise_though_one_is_far_off() {
+        // An even jitter of -1 to 1 has a root mean square of 1/√3.
+        // Instruments stand in the order of their names.
+        let noise = [6e-5, 1e-3].map(|a| a / 3.0_f64.sqrt());
+        for (found, expected) in scales(&format!("{LEVEL}\n{FLOW}")).iter().zip(noise) {
+            assert!((found / expected - 1.0).abs() < 0.2, "{found} {expected}");
+        }
+    }
+
+    #[test]
+    fn one_alone_counts_by_what_is_left_of_it() {
+        let found = scales(FLOW)[0];
+        assert!(found > 1e-4, "{found}");
     }
 }

@@ -359,8 +359,26 @@ fn likely(
     refused: &BTreeSet<usize>,
     chosen: usize,
 ) -> (Option<usize>, Vec<(usize, f64)>) {
-    let mut unlikely = belief::of_members(scored, chosen, refused);
-    unlikely.retain(|(_, weight)| *weight < belief::LIKELY);
+    let unexplained = {
+        let residuals = &scored[chosen].trial.minimum.residuals;
+        let outputs = context.scale.len();
+        let levels = floor::plain(context.data, residuals, outputs, &context.scale, &[]);
+        floor::unexplained(&levels)
+    };
+    // What stands alone is withdrawn or not when all has been counted.
+    let several = scored[chosen].trial.members.len() > 1;
+    let mut unlikely = Vec::new();
+    for (member, weight) in belief::of_members(scored, chosen, refused) {
+        let mut loss = (f64::INFINITY, 0.0);
+        if several && let Some(k) = choice::without(context, folds, scored, chosen, member) {
+            let mean = scored[chosen].left.mean().max(1e-300);
+            let (more, error) = scored[k].left.less(&scored[chosen].left);
+            loss = (more / mean, error / mean);
+        }
+        if let Some(weight) = belief::unlikely(weight, loss, unexplained) {
+            unlikely.push((member, weight));
+        }
+    }
     let mut now = Some(chosen);
     for &(member, _) in &unlikely {
         now = now.and_then(|set| choice::without(context, folds, scored, set, member));

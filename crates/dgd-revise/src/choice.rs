@@ -51,12 +51,22 @@ pub(crate) fn alike(set: &Scored, chosen: &Scored) -> bool {
     more <= error.max(2.0 / independent(&chosen.trial).max(2.0) * chosen.left.mean())
 }
 
+/// Standard errors within which two sets are not told apart.
+const TOLD: f64 = 2.0;
+
+/// Whether left-out blocks do not tell a set from the chosen one. Wider than [`alike`], which asks what is as good: whoever
+/// trusts the one name must seldom be wrong.
+pub(crate) fn untold(set: &Scored, chosen: &Scored) -> bool {
+    let (more, error) = set.left.less(&chosen.left);
+    more <= TOLD * error || alike(set, chosen)
+}
+
 /// What does as well in the place of a member of the chosen set, the others kept.
 pub(crate) fn stand_ins(scored: &[Scored], chosen: usize, member: usize) -> Vec<usize> {
     let set = &scored[chosen];
     let members = &set.trial.members;
     let mut found = Vec::new();
-    for s in scored.iter().filter(|s| alike(s, set)) {
+    for s in scored.iter().filter(|s| untold(s, set)) {
         let m = &s.trial.members;
         if m.len() != members.len() || members.iter().any(|o| *o != member && !m.contains(o)) {
             continue;

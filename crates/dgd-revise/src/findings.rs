@@ -4,7 +4,7 @@ use crate::baseline::fresh_jacobian;
 use crate::belief;
 use crate::chain::{Claim, Withdrawn};
 use crate::checks::placebo;
-use crate::choice::alike;
+use crate::choice::untold;
 use crate::conclude::Evidence;
 use crate::context::Trial;
 use crate::empirical;
@@ -138,7 +138,7 @@ pub(crate) fn findings(
                 }),
                 left_out_loss: loss / chosen.left.mean(),
                 standard_errors: loss / error,
-                probability: Some(alone),
+                probability: Some(belief::calibrated(alone)),
                 alternatives,
                 separating_test: separating,
                 shape: None,
@@ -287,7 +287,7 @@ impl Evidence<'_, '_> {
         Some(Scored { trial, left })
     }
 
-    /// What does as well in a member's place: within one standard error on left-out blocks.
+    /// What left-out blocks do not tell from a member in its place.
     fn alternatives(&self, chosen: usize, member: usize) -> Vec<(String, f64)> {
         let set = &self.scored[chosen];
         let rest: Vec<usize> = set
@@ -308,7 +308,7 @@ impl Evidence<'_, '_> {
             };
             let (more, _) = s.left.less(&set.left);
             let name = self.name(other);
-            if alike(s, set) && found.iter().all(|f| f.0 != name) {
+            if untold(s, set) && found.iter().all(|f| f.0 != name) {
                 found.push((name, more / set.left.mean()));
             }
         }
@@ -329,7 +329,7 @@ pub(crate) fn classes(e: &Evidence<'_, '_>, claim: &Claim) -> Vec<Class> {
         .scored
         .iter()
         .filter(|s| s.trial.members.len() == size && s.trial.members != chosen.trial.members)
-        .filter(|s| alike(s, chosen))
+        .filter(|s| untold(s, chosen))
         .collect();
     if alike.is_empty() {
         return Vec::new();

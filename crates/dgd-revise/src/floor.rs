@@ -32,6 +32,8 @@ pub(crate) struct Level {
 pub(crate) const NOTHING: f64 = 1.03;
 /// Too small to matter unless it has a name. Clean recordings come to 1.055, as the least of many measures of the noise is taken.
 pub(crate) const SMALL: f64 = 1.1;
+/// Left by a set beside which no further effect is looked for: what clean recordings come to.
+pub(crate) const SETTLED: f64 = 1.06;
 /// Never consistent: root mean square over noise, and the probability of its memory.
 const FAR: (f64, f64) = (1.5, 1e-6);
 /// A model that leaves more than this times the noise explains in part.

@@ -81,9 +81,10 @@ pub struct Finding {
     pub left_out_loss: f64,
     /// The same in standard errors.
     pub standard_errors: f64,
-    /// Weight of the sets that hold it among those that were fitted and are no larger than the claimed one, by their scores on left-out blocks (pseudo-Bayesian model
-    /// averaging), times the probability that its gain is not chance, times the share of the squares that it takes among those that it
-    /// takes and those that stay unexplained; 0.98 at most. `None` for an `unknown`.
+    /// How often what has such a weight was right on recordings for building (the README has the command). The weight: that of the sets
+    /// that hold it among those that were fitted and are no larger than the claimed one, by their scores on left-out blocks
+    /// (pseudo-Bayesian model averaging), times the probability that its gain is not chance, times the share of the squares that it takes among
+    /// those that it takes and those that stay unexplained. `None` for an `unknown`.
     pub probability: Option<f64>,
     /// Effects (`component.effect`) that do as well in its place, likeliest first, with the share by which the left-out
     /// mean square is greater (negative: smaller).

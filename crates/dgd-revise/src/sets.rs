@@ -5,6 +5,8 @@ use crate::baseline::{Baseline, NEAR, QUICK};
 use crate::blocks::Blocks;
 use crate::choice::choose;
 use crate::context::{Context, Trial, Values, path};
+use crate::empirical;
+use crate::floor;
 use crate::screen::{Point, Screened, screen_again};
 use crate::tangent::dot;
 use crate::validate::{Folds, LeftOut};
@@ -130,9 +132,15 @@ pub(crate) fn search(
     report(context, "singles", &singles, base_trial);
     let top: Vec<Trial> = singles.iter().take(width.scored).cloned().collect();
     all.extend(finish(context, folds, &top));
+    if settled(context, &all, usable.len()) {
+        return all;
+    }
 
     watch(2);
-    let pairs = pairs(context, base, &usable, &singles, width);
+    // What does nothing by itself may do something beside another: a level stands above a brim where there is one.
+    let idle: Vec<&Screened> = screened.iter().filter(|s| !s.moves).collect();
+    let more = additions(context, blocks, &beam(&all, 1, width), &idle, IDLE);
+    let pairs = pairs(context, base, &usable, &singles, width, more);
     report(context, "pairs", &pairs, base_trial);
     let top: Vec<Trial> = pairs.iter().take(width.scored).cloned().collect();
     let mut last = finish(context, folds, &top);
@@ -141,17 +149,13 @@ pub(crate) fn search(
         // Three hide each other at times, and one what is there; beyond that, more of what is worth nothing is not tried.
         let chosen =
             choose(&all, usable.len(), &BTreeSet::new()).map_or(0, |k| all[k].trial.members.len());
-        if (chosen + 2).max(3) < size {
+        if (chosen + 2).max(3) < size || settled(context, &all, usable.len()) {
             break;
         }
         watch(size);
-        let mut beam: Vec<&Scored> = all
-            .iter()
-            .filter(|s| s.trial.members.len() == size - 1)
-            .collect();
-        beam.sort_by(|a, b| a.left.mean().total_cmp(&b.left.mean()));
-        beam.truncate(width.beam);
-        let tasks = additions(context, blocks, &beam, &usable, width.pool);
+        let beam = beam(&all, size - 1, width);
+        let mut tasks = additions(context, blocks, &beam, &usable, width.pool);
+        tasks.extend(additions(context, blocks, &beam, &idle, IDLE));
         let found = try_best(context, &tasks, 3 * width.scored);
         report(context, "more", &found, base_trial);
         let top: Vec<Trial> = found.iter().take(width.scored).cloned().collect();
@@ -161,13 +165,50 @@ pub(crate) fn search(
     all
 }
 
-/// Pairs of the best by fit and by score, and pairs that promise most together although each alone may give little.
+/// Most effects that do nothing by themselves and are tried beside a set.
+const IDLE: usize = 3;
+
+/// The sets of a size to which more is added.
+fn beam(scored: &[Scored], size: usize, width: Width) -> Vec<&Scored> {
+    let of = |s: &&Scored| s.trial.members.len() == size;
+    let mut beam: Vec<&Scored> = scored.iter().filter(of).collect();
+    beam.sort_by(|a, b| a.left.mean().total_cmp(&b.left.mean()));
+    beam.truncate(width.beam);
+    beam
+}
+
+/// Whether the best set so far leaves no more than noise, so that there is nothing for another effect to take.
+fn settled(context: &Context<'_>, scored: &[Scored], hypotheses: usize) -> bool {
+    let Some(best) = choose(scored, hypotheses, &BTreeSet::new()) else {
+        return false;
+    };
+    let trial = &scored[best].trial;
+    if trial.members.is_empty() {
+        return false;
+    }
+    let (members, theta) = (&trial.members, &trial.minimum.theta);
+    let quantities =
+        empirical::quantities(context, context.data, members, theta).unwrap_or_default();
+    let residuals = &trial.minimum.residuals;
+    let outputs = context.scale.len();
+    let levels = floor::plain(
+        context.data,
+        residuals,
+        outputs,
+        &context.scale,
+        &quantities,
+    );
+    floor::too_small(&levels.iter().collect::<Vec<_>>(), floor::SETTLED)
+}
+
+/// Pairs of the best by fit and by score, pairs that promise most together although each alone may give little, and `more`.
 fn pairs(
     context: &Context<'_>,
     base: &Baseline,
     usable: &[&Screened],
     singles: &[Trial],
     width: Width,
+    more: Vec<Task>,
 ) -> Vec<Trial> {
     let total = dot(&base.off, &base.off).max(1e-300);
     let mut pool: BTreeSet<usize> = singles
@@ -199,7 +240,7 @@ fn pairs(
     }
     promising.sort_by(|a, b| b.0.total_cmp(&a.0));
     let moved = |point: &Point| *point.from != base.values;
-    let mut tasks = Vec::new();
+    let mut tasks = more;
     for (_, a, p, b, q) in promising.iter().take(2 * width.pool) {
         let values = with(
             &with(

@@ -20,6 +20,8 @@ pub(crate) struct Finding {
     pub(crate) alternatives: Vec<String>,
     /// Where the answer states one.
     pub(crate) probability: Option<f64>,
+    /// Path of each parameter and its 95 % interval.
+    pub(crate) intervals: Vec<(String, (f64, f64))>,
 }
 
 impl Answer {
@@ -40,6 +42,12 @@ impl Answer {
                 effect: effect.to_owned(),
                 alternatives: others.filter_map(name).collect(),
                 probability: value["probability"].as_f64(),
+                intervals: value["parameters"]
+                    .as_array()
+                    .into_iter()
+                    .flatten()
+                    .filter_map(interval)
+                    .collect(),
             });
         }
         if (verdict == "consistent") != findings.is_empty() {
@@ -50,6 +58,12 @@ impl Answer {
             findings,
         })
     }
+}
+
+/// Path and 95 % interval of a parameter.
+fn interval(value: &Value) -> Option<(String, (f64, f64))> {
+    let ends = (value["ci95"][0].as_f64()?, value["ci95"][1].as_f64()?);
+    Some((value["path"].as_str()?.to_owned(), ends))
 }
 
 /// An alternative: text, or an object with component and effect.
@@ -144,6 +158,12 @@ mod tests {
         let one = one.unwrap();
         assert_eq!(one.findings[0].alternatives, ["a.b", "c.d"]);
         assert_eq!(one.findings[0].probability, Some(0.7));
+        let found = read(
+            r#"{"verdict": "explained", "findings": [{"component": "shaft", "effect": "taper",
+                "parameters": [{"path": "shaft.taper.slope", "ci95": [-1.0, 2.0]}, {"path": "no.interval"}]}]}"#,
+        );
+        let expected = [("shaft.taper.slope".to_owned(), (-1.0, 2.0))];
+        assert_eq!(found.unwrap().findings[0].intervals, expected);
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! Which names of the catalogue count as right for what a bench conceals.
 //!
 //! Written from the ids and one-line titles that `dgd-assembly`'s README lists, before the first scored run, and not widened
-//! since, but for what the catalogue has been given later: `opening_play`, before any recording of seed 6007 was made. The plant
-//! knows none of these names; the catalogue was not looked into when the benches were made.
+//! since, but for what the catalogue has been given later: `opening_play` and `opening_stiction`, before any recording of seed 6007
+//! was made. The plant knows none of these names; the catalogue was not looked into when the benches were made.
 
 /// A concealed thing and the answers that name it.
 pub(crate) struct Counterpart {
@@ -74,7 +74,7 @@ pub(crate) const COUNTERPARTS: [Counterpart; 16] = [
     },
     Counterpart {
         thing: "needle_stiction",
-        names: &[],
+        names: &[("needle", "opening_stiction")],
     },
     // Storage between the pump and the hose.
     Counterpart {
@@ -92,6 +92,32 @@ pub(crate) fn names(thing: &str) -> &'static [(&'static str, &'static str)] {
     let found = COUNTERPARTS.iter().find(|c| c.thing == thing);
     found.map_or(&[], |c| c.names)
 }
+
+/// A size of the plant, the catalogue's parameter that means the same, and how many of its units make one of the plant's. Only where
+/// both write the same equation.
+pub(crate) const SIZES: [(&str, &str, &str, f64); 5] = [
+    ("crest_overflow", "crest_m", "shaft.unseen_brim.height", 1.0),
+    (
+        "valve_backlash",
+        "half_band",
+        "valve.opening_play.play",
+        2.0,
+    ),
+    (
+        "needle_stiction",
+        "band",
+        "needle.opening_stiction.band",
+        1.0,
+    ),
+    ("meter_lag", "time_constant_s", "flow.reading_lag.tau", 1.0),
+    // Of the sump's 0.12 m2.
+    (
+        "sump_evaporation",
+        "per_hour_m",
+        "sump.evaporation.rate",
+        0.12 / 3600.0,
+    ),
+];
 
 /// Components of the benches and their kinds, as the system descriptions have them.
 const KINDS: [(&str, &str, &str); 21] = [
@@ -139,6 +165,16 @@ mod tests {
                 let of = |bench| kind(bench, component).is_some();
                 assert!(super::super::BENCHES.into_iter().any(of), "{component}");
             }
+        }
+    }
+
+    #[test]
+    fn a_size_that_is_compared_is_a_parameter_of_a_name_that_counts() {
+        for (thing, _, path, _) in SIZES {
+            let is = |(component, effect): &(&str, &str)| {
+                path.starts_with(&format!("{component}.{effect}."))
+            };
+            assert!(names(thing).iter().any(is), "{path}");
         }
     }
 }

@@ -107,6 +107,12 @@ impl Row {
 
     /// Findings of probability 0.9 or more: whether each is right.
     pub(crate) fn confident(&self) -> Vec<bool> {
+        let said = self.weighed().into_iter();
+        said.filter(|(p, _)| *p >= 0.9).map(|(_, r)| r).collect()
+    }
+
+    /// Each stated probability, and whether its finding is right.
+    pub(crate) fn weighed(&self) -> Vec<(f64, bool)> {
         let names = |thing: &str, f: &Finding| {
             counterparts::names(thing).contains(&(f.component.as_str(), f.effect.as_str()))
         };
@@ -116,8 +122,25 @@ impl Row {
             _ => false,
         };
         let findings = self.answer.iter().flat_map(|a| &a.findings);
-        let sure = findings.filter(|f| f.probability.is_some_and(|p| p >= 0.9));
-        sure.map(right).collect()
+        findings
+            .filter_map(|f| Some((f.probability?, right(f))))
+            .collect()
+    }
+
+    /// Whether each 95 % interval of a parameter that has a counterpart in the plant holds it.
+    pub(crate) fn covered(&self) -> Vec<bool> {
+        let Some(c) = &self.truth.concealed else {
+            return Vec::new();
+        };
+        let findings = self.answer.iter().flat_map(|a| &a.findings);
+        let stated = findings.flat_map(|f| &f.intervals);
+        let holds = |(path, (low, high)): &(String, (f64, f64))| {
+            let same = |s: &&(&str, &str, &str, f64)| s.0 == c.thing && s.2 == path;
+            let (_, name, _, units) = counterparts::SIZES.iter().find(same)?;
+            let truth = units * c.size.get(*name)?;
+            Some((*low..=*high).contains(&truth))
+        };
+        stated.filter_map(holds).collect()
     }
 
     /// Held-out error over what noise alone adds, over all instruments, before and after; 1 is as good as can be.
@@ -228,6 +251,7 @@ pub(crate) mod tests {
                 severity: "moderate".into(),
                 kind: kind.into(),
                 components: vec![component.into()],
+                size: [("crest_m".to_owned(), 3.0)].into(),
             }),
             floor: [("level".to_owned(), 1.0), ("tunnel_flow".to_owned(), 2.0)].into(),
         }
@@ -244,6 +268,7 @@ pub(crate) mod tests {
                 effect: (*effect).into(),
                 alternatives: others.iter().map(|o| (*o).to_owned()).collect(),
                 probability: None,
+                intervals: Vec::new(),
             })
             .collect();
         let verdict = if findings.is_empty() {
@@ -333,6 +358,18 @@ pub(crate) mod tests {
         assert_eq!(said.confident(), [true]);
         said.answer.as_mut().unwrap().findings[1].probability = Some(0.9);
         assert_eq!(said.confident(), [true, false]);
+    }
+
+    #[test]
+    fn an_interval_is_held_against_the_size_that_means_the_same() {
+        let crest = Some(("crest_overflow", "tank", "shaft"));
+        let mut said = row(crest, &[("shaft", "unseen_brim", &[])]);
+        let path = |name: &str| format!("shaft.unseen_brim.{name}");
+        said.answer.as_mut().unwrap().findings[0].intervals =
+            vec![(path("height"), (2.9, 3.1)), (path("share"), (0.0, 1.0))];
+        assert_eq!(said.covered(), [true]);
+        said.answer.as_mut().unwrap().findings[0].intervals[0].1 = (3.1, 3.2);
+        assert_eq!(said.covered(), [false]);
     }
 
     #[test]

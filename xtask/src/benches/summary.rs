@@ -2,6 +2,7 @@
 
 use super::score::{Outcome, Row, Sort, said};
 use super::{BENCHES, Origin, Settings, counterparts};
+use crate::calibrate::logistic;
 use crate::prove::stats::{Tally, median};
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -81,6 +82,11 @@ pub(crate) fn measures(rows: &[&Row]) -> Vec<(&'static str, Score)> {
     rows.iter()
         .flat_map(|r| r.confident())
         .for_each(|right| sure.add(!right));
+    let mut covered = Tally::default();
+    rows.iter()
+        .flat_map(|r| r.covered())
+        .for_each(|holds| covered.add(holds));
+    let weighed: Vec<(f64, bool)> = rows.iter().flat_map(|r| r.weighed()).collect();
     let named = |r: &Row| matches!(r.outcome, Outcome::Right | Outcome::Beside);
     vec![
         (
@@ -122,6 +128,14 @@ pub(crate) fn measures(rows: &[&Row]) -> Vec<(&'static str, Score)> {
             Score::Share(sure),
         ),
         (
+            "stated probabilities: Brier score (0.25 is knowing nothing)",
+            Score::Factor(brier(&weighed), weighed.len()),
+        ),
+        (
+            "95 % intervals of sizes that hold the truth",
+            Score::Share(covered),
+        ),
+        (
             "held-out error over the noise, before (median)",
             factor(collect(&there, &|r| r.off().map(|o| o.0))),
         ),
@@ -149,6 +163,55 @@ pub(crate) fn measures(rows: &[&Row]) -> Vec<(&'static str, Score)> {
     ]
 }
 
+/// Mean square by which stated probabilities miss what came.
+fn brier(weighed: &[(f64, bool)]) -> Option<f64> {
+    let miss = |(p, right): &(f64, bool)| (p - f64::from(u8::from(*right))).powi(2);
+    let n = weighed.len() as f64;
+    (n > 0.0).then(|| weighed.iter().map(miss).sum::<f64>() / n)
+}
+
+/// Edges of the groups in which stated probabilities are held against what came.
+const GROUPS: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 0.9];
+/// Standard deviation of the prior on the line's two coefficients.
+const PRIOR: f64 = 3.0;
+
+/// Stated probabilities of one size, beside what came.
+struct Group {
+    from: f64,
+    to: f64,
+    /// Their mean.
+    stated: f64,
+    came: Tally,
+}
+
+fn groups(weighed: &[(f64, bool)]) -> Vec<Group> {
+    let group = |k: usize| {
+        let (from, next) = (GROUPS[k], GROUPS.get(k + 1));
+        let inside = |p: f64| p >= from && next.is_none_or(|to| p < *to);
+        let (mut came, mut stated) = (Tally::default(), 0.0);
+        for (p, right) in weighed.iter().filter(|w| inside(w.0)) {
+            came.add(*right);
+            stated += p;
+        }
+        Group {
+            from,
+            to: next.copied().unwrap_or(1.0),
+            stated: stated / came.of.max(1) as f64,
+            came,
+        }
+    };
+    (0..GROUPS.len())
+        .map(group)
+        .filter(|g| g.came.of > 0)
+        .collect()
+}
+
+/// The line by which the logits of what was stated would have come out right: 0 and 1 where they do.
+fn line(weighed: &[(f64, bool)]) -> Option<logistic::Fit> {
+    let row = |(p, right): &(f64, bool)| (vec![1.0, logistic::logit(*p)], *right);
+    logistic::fit(&weighed.iter().map(row).collect::<Vec<_>>(), PRIOR)
+}
+
 /// The rows of a bench; of both for `None`.
 pub(crate) fn of<'a>(rows: &'a [Row], bench: Option<&str>) -> Vec<&'a Row> {
     let is = |r: &&Row| bench.is_none_or(|b| r.truth.bench == b);
@@ -159,11 +222,27 @@ pub(crate) fn of<'a>(rows: &'a [Row], bench: Option<&str>) -> Vec<&'a Row> {
 pub(crate) fn table(rows: &[Row]) -> String {
     let benches = [Some(BENCHES[0]), Some(BENCHES[1]), None];
     let columns = benches.map(|b| measures(&of(rows, b)));
-    let mut text = format!("{:<58}{:<14}{:<14}both\n", "", BENCHES[0], BENCHES[1]);
+    let mut text = format!("{:<60}{:<14}{:<14}both\n", "", BENCHES[0], BENCHES[1]);
     for (i, (title, _)) in columns[0].iter().enumerate() {
         let cells = columns.iter().map(|c| format!("{:<14}", c[i].1.value()));
         // Writing into a string cannot fail.
-        let _ = writeln!(text, "{title:<58}{}", cells.collect::<String>().trim_end());
+        let _ = writeln!(text, "{title:<60}{}", cells.collect::<String>().trim_end());
+    }
+    let weighed: Vec<(f64, bool)> = rows.iter().flat_map(Row::weighed).collect();
+    let _ = writeln!(text, "\nstated probability: mean, and right");
+    for g in groups(&weighed) {
+        let (from, to, stated) = (g.from, g.to, g.stated);
+        let came = format!("{} of {}", g.came.right, g.came.of);
+        let _ = writeln!(text, "  {from:.2} to {to:.2}: {stated:.2}, {came}");
+    }
+    if let Some(line) = line(&weighed) {
+        let of = |k: usize| format!("{:.2} ± {:.2}", line.coefficients[k], line.errors[k]);
+        let _ = writeln!(
+            text,
+            "  logit of right = ({}) + ({}) logit of stated",
+            of(0),
+            of(1)
+        );
     }
     text
 }
@@ -199,6 +278,10 @@ pub(crate) fn json_of(settings: &Settings, origin: &Origin, rows: &[Row]) -> Val
             "held_out": instruments, "wall_s": r.wall_s, "broken": r.broken,
         })
     };
+    let weighed: Vec<(f64, bool)> = rows.iter().flat_map(Row::weighed).collect();
+    let groups = groups(&weighed).into_iter().map(|g| {
+        json!({"from": g.from, "to": g.to, "right": g.came.right, "of": g.came.of, "stated": g.stated})
+    });
     let names = counterparts::COUNTERPARTS.iter().map(|c| {
         let names: Vec<String> = c.names.iter().map(|(k, e)| format!("{k}.{e}")).collect();
         json!({"thing": c.thing, "names": names})
@@ -207,8 +290,28 @@ pub(crate) fn json_of(settings: &Settings, origin: &Origin, rows: &[Row]) -> Val
         "seed": settings.seed, "count": settings.count, "only": settings.only, "jobs": settings.jobs,
         "truths_sha256": origin.seal, "program": origin.program.version, "program_sha256": origin.program.sha256,
         "commit": origin.program.commit,
+        "reliability": {"groups": groups.collect::<Vec<_>>(), "line": line(&weighed).map(|l| json!({"coefficients": l.coefficients, "errors": l.errors}))},
         "surge-shaft": scores(Some(BENCHES[0])), "glycol-loop": scores(Some(BENCHES[1])), "both": scores(None),
         "counterparts": names.collect::<Vec<_>>(),
         "cases": rows.iter().map(case).collect::<Vec<_>>(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may")]
+    use super::*;
+
+    #[test]
+    fn what_is_stated_too_high_is_told_by_its_group_and_by_the_line() {
+        // Of ten stated at 0.9 six are right, of ten at 0.3 one.
+        let of = |p: f64, right: usize| (0..10).map(move |k| (p, k < right));
+        let weighed: Vec<(f64, bool)> = of(0.9, 6).chain(of(0.3, 1)).collect();
+        let found = groups(&weighed);
+        let told: Vec<(f64, usize)> = found.iter().map(|g| (g.from, g.came.right)).collect();
+        assert_eq!(told, [(0.25, 1), (0.9, 6)]);
+        assert!(line(&weighed).unwrap().coefficients[0] < -0.5);
+        let brier = brier(&weighed).unwrap();
+        assert!((brier - (6.0 * 0.01 + 4.0 * 0.81 + 0.49 + 9.0 * 0.09) / 20.0).abs() < 1e-12);
+    }
 }

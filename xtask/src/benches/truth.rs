@@ -24,6 +24,8 @@ pub(crate) struct Concealed {
     pub(crate) kind: String,
     /// Components that it can be said to sit on.
     pub(crate) components: Vec<String>,
+    /// Its size, by the plant's names.
+    pub(crate) size: BTreeMap<String, f64>,
 }
 
 impl Truth {
@@ -38,6 +40,8 @@ impl Truth {
             value => {
                 let components = value["components"].as_array();
                 let components = components.context("`components` is missing")?.iter();
+                let size = value["size"].as_object().into_iter().flatten();
+                let size = size.filter_map(|(name, v)| Some((name.clone(), v.as_f64()?)));
                 Some(Concealed {
                     thing: text(value, "thing")?,
                     severity: text(value, "severity")?,
@@ -46,6 +50,7 @@ impl Truth {
                         .filter_map(Value::as_str)
                         .map(str::to_owned)
                         .collect(),
+                    size: size.collect(),
                 })
             }
         };

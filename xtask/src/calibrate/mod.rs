@@ -6,7 +6,7 @@
 
 mod belief;
 mod hurdles;
-mod logistic;
+pub(crate) mod logistic;
 mod page;
 mod tail;
 

@@ -188,7 +188,7 @@ fn located(html: &mut String, done: &Done) {
         let mut more = parameters.join("; ");
         if let Some(weight) = f["probability"].as_f64() {
             more += &format!(
-                ". Weight {:.2} among the sets that were fitted, less what stays unexplained",
+                ". Probability {:.2}, as often as such a weight was right where the truth was known",
                 weight.clamp(0.01, 0.99)
             );
         }

@@ -45,6 +45,7 @@ mod opening_characteristic;
 mod opening_lag;
 mod opening_leak;
 mod opening_play;
+mod opening_stiction;
 mod outlet_lag;
 mod outlet_offset;
 mod overflow_caught;
@@ -109,6 +110,7 @@ static ALL: &[&dyn Effect] = &[
     &opening_characteristic::This,
     &opening_lag::THIS,
     &opening_play::THIS,
+    &opening_stiction::This,
     &opening_leak::This,
     &choking::This,
     // Lines.

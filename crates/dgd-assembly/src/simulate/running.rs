@@ -5,6 +5,7 @@ use crate::kinds;
 use crate::model::{Mode, Work};
 use crate::network::{Flow, Meter, Network, Reading};
 use crate::record::Window;
+use crate::spec::Between;
 use dgd_dynamics::inputs::{Cursor, Piece, Signal};
 use dgd_dynamics::integrate::{Linearised, System};
 use std::cell::RefCell;
@@ -14,7 +15,10 @@ pub(crate) struct Model<'a> {
     pub(crate) net: &'a Network,
     pub(crate) work: RefCell<Work>,
     scratch: RefCell<[Vec<f64>; 2]>,
-    signals: Vec<Signal<'a>>,
+    pub(super) signals: Vec<Signal<'a>>,
+    window: Option<&'a Window>,
+    /// Samples of the inputs that effects change before a run; empty for the others.
+    commanded: Vec<Vec<f64>>,
     cursors: Vec<Cursor>,
     pieces: Vec<Piece>,
     /// Time zero of what effects see.
@@ -27,8 +31,8 @@ pub(crate) struct Model<'a> {
 }
 
 impl<'a> Model<'a> {
-    /// A model whose inputs follow these signals; `start` is time zero of what effects see.
-    pub(super) fn moving(net: &'a Network, signals: Vec<Signal<'a>>, start: f64) -> Self {
+    /// A model whose inputs follow these signals of a window.
+    pub(super) fn moving(net: &'a Network, signals: Vec<Signal<'a>>, window: &'a Window) -> Self {
         let n = net.states.len();
         Self {
             net,
@@ -37,7 +41,9 @@ impl<'a> Model<'a> {
             cursors: vec![Cursor::default(); signals.len()],
             pieces: vec![Piece::default(); signals.len()],
             signals,
-            start,
+            window: Some(window),
+            commanded: vec![Vec::new(); net.driven.len()],
+            start: window.origin(),
             frozen: false,
             moves: !net.effects.is_empty(),
             held: Vec::new(),
@@ -62,6 +68,8 @@ impl<'a> Model<'a> {
             work: RefCell::new(work),
             scratch: RefCell::new([vec![0.0; n], vec![0.0; n]]),
             signals: Vec::new(),
+            window: None,
+            commanded: Vec::new(),
             cursors: Vec::new(),
             pieces,
             start: 0.0,
@@ -81,11 +89,52 @@ impl<'a> Model<'a> {
         }
     }
 
-    pub(crate) fn feed_sample(&self, window: &Window, i: usize) {
+    pub(crate) fn feed_sample(&self, i: usize) {
+        let Some(window) = self.window else {
+            return;
+        };
         let work = &mut *self.work.borrow_mut();
         work.t = window.time[i] - self.start;
-        for (driven, values) in self.net.driven.iter().zip(&window.inputs) {
-            (work.raw[driven.slot], work.values[driven.slot]) = (values[i], values[i]);
+        let given = window.inputs.iter().zip(&self.commanded);
+        for (driven, (values, commanded)) in self.net.driven.iter().zip(given) {
+            let value = *commanded.get(i).unwrap_or(&values[i]);
+            (work.raw[driven.slot], work.values[driven.slot]) = (value, value);
+        }
+    }
+
+    /// Whether an effect changes the samples of an input before a run.
+    pub(super) fn commands(&self) -> bool {
+        let hooked = |&(slot, part): &(usize, usize)| {
+            let effects = self.net.effects_of(part);
+            self.net.driven.iter().any(|d| d.slot == slot)
+                && effects.iter().any(|a| a.effect.has_command())
+        };
+        self.net.hooked.iter().any(hooked)
+    }
+
+    /// Lets effects change the samples of the inputs, by the parameters as they stand.
+    pub(crate) fn command(&mut self) {
+        let Some(window) = self.window else {
+            return;
+        };
+        let work = self.work.borrow();
+        for (k, driven) in self.net.driven.iter().enumerate() {
+            let hooked = self
+                .net
+                .hooked
+                .iter()
+                .find(|(slot, _)| *slot == driven.slot);
+            let Some(&(_, part)) = hooked else {
+                continue;
+            };
+            let effects = self.net.effects_of(part).iter();
+            for attached in effects.filter(|a| a.effect.has_command()) {
+                let held = driven.between == Between::Held;
+                let now = work.now(self.net, attached, &[]);
+                let mut values = window.inputs[k].clone();
+                attached.effect.command(&now, held, &mut values);
+                self.commanded[k] = values;
+            }
         }
     }
 
@@ -122,6 +171,21 @@ impl<'a> Model<'a> {
                     .reading(&work.now(self.net, attached, &[]), &since, column);
             }
         }
+    }
+}
+
+/// The piece of samples that an effect has changed over `start..=end`, which no sample parts.
+fn changed(time: &[f64], values: &[f64], between: Between, start: f64, end: f64) -> Piece {
+    let next = time.partition_point(|t| *t <= start).max(1);
+    let (from_s, value) = (time[next - 1], values[next - 1]);
+    let slope = match (between, time.get(next)) {
+        (Between::Interpolated, Some(t)) if end > start => (values[next] - value) / (t - from_s),
+        _ => 0.0,
+    };
+    Piece {
+        from_s,
+        value,
+        slope,
     }
 }
 
@@ -194,6 +258,20 @@ impl System for Model<'_> {
             .zip(&mut self.pieces)
         {
             *piece = signal.piece(cursor, start, end);
+        }
+        let Some(window) = self.window else {
+            return;
+        };
+        for ((driven, values), piece) in self
+            .net
+            .driven
+            .iter()
+            .zip(&self.commanded)
+            .zip(&mut self.pieces)
+        {
+            if !values.is_empty() {
+                *piece = changed(&window.time, values, driven.between, start, end);
+            }
         }
     }
 

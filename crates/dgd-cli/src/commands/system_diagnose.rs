@@ -220,7 +220,7 @@ fn tell(text: &mut String, done: &Done, out: &Path) -> std::fmt::Result {
         if let Some(p) = finding.probability {
             writeln!(
                 text,
-                "  weight {} among the sets that were fitted, less what stays unexplained",
+                "  probability {}: so often was such a weight right where the truth was known",
                 probability(p)
             )?;
         }

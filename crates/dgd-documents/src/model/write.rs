@@ -15,7 +15,7 @@ const TERMS: [(&str, &str); 4] = [
     ("E", "Pa/(m3/s)^3"),
 ];
 
-/// Writes a model document; [`read_model_document`] gives the same one back, to the last bit.
+/// Writes a model document; [`read_model_document`](super::read_model_document) gives the same one back, to the last bit.
 ///
 /// That holds for what can be simulated: see [`write_model`] for the base; scales above 0, finite
 /// coefficients, ranges with their lower end first, effects of the catalogue with as many
@@ -36,11 +36,11 @@ pub fn write_model_document(document: &ModelDocument) -> String {
     text
 }
 
-/// Writes a model; [`read_model`] gives the same model back, to the last bit.
+/// Writes a model; [`read_model`](super::read_model) gives the same model back, to the last bit.
 ///
 /// That holds for every model that can be simulated: finite parameters, exponents of at
 /// least 1, distinct powers of 0 to 3 by rising power, distinct reasons in
-/// [`DataUsed::rejected`]. Statistics may be NaN or infinite.
+/// [`DataUsed::rejected`](dgd_identify::DataUsed::rejected). Statistics may be NaN or infinite.
 pub fn write_model(model: &Model) -> String {
     let mut text = String::new();
     // Writing to a String cannot fail.

@@ -225,6 +225,41 @@ test.channels = {{ u = "uv", y = "yv" }}
     run(&text, &[("ue", &ue), ("ye", &ye), ("uv", &uv), ("yv", &yv)])
 }
 
+/// A tank whose level stands above a crest, below its brim, over which it spills as over a weir.
+pub(crate) fn tank_with_crest(n: usize) -> Revision {
+    let simulate = |u: &[f64], seed: u64| {
+        let rate = |x: &[f64; 1], u: f64, _: f64| {
+            let out = 0.62 * 1e-4 * (2.0 * G * x[0].max(0.0)).sqrt();
+            let over = 4e-3 * (x[0] - 0.3).max(0.0).powf(1.5);
+            [(2e-5 * u - out - over) / AREA]
+        };
+        let x = rk4([0.15], u, 4.0, rate);
+        noisy(x.iter().map(|x| x[0]), 5e-4, seed)
+    };
+    let (ue, uv) = (steps(n, 12, 2.0, 12.0, 13), steps(n, 12, 2.0, 12.0, 14));
+    let (ye, yv) = (simulate(&ue, 15), simulate(&uv, 16));
+    let text = r#"
+connections = ["atmosphere -> pump -> tank -> outlet -> atmosphere"]
+[components]
+pump = { kind = "displacement_pump" }
+tank = { kind = "tank", area = 0.02, brim = 1.2 }
+outlet = { kind = "orifice", area = 1e-4 }
+level = { kind = "instrument", measures = "level", of = "tank", channel = "y" }
+[inputs]
+"pump.input" = { channel = "u", between = "held" }
+[initial]
+"tank.level" = { start = 0.2, low = 0.0, high = 0.4 }
+[free]
+"outlet.discharge_coefficient" = { start = 0.6, low = 0.3, high = 1.0 }
+"pump.coefficient" = { start = 1e-5, low = 5e-6, high = 5e-5 }
+[record]
+step = 4.0
+train.channels = { u = "ue", y = "ye" }
+test.channels = { u = "uv", y = "yv" }
+"#;
+    run(text, &[("ue", &ue), ("ye", &ye), ("uv", &uv), ("yv", &yv)])
+}
+
 /// What differs from the textbook's loop.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Loop {

@@ -1,6 +1,8 @@
 //! What was put into a bench comes out by name.
 
-use crate::benches::{Loop, Tanks, growing_string, names, pump_loop, told, two_tanks, well};
+use crate::benches::{
+    Loop, Tanks, growing_string, names, pump_loop, tank_with_crest, told, two_tanks, well,
+};
 use dgd_revise::{Outcome, Verdict};
 
 const OVERFLOW: Tanks = Tanks {
@@ -29,6 +31,9 @@ fn overflow_that_falls_into_the_lower_tank_is_named_with_its_share() {
         "{}",
         told(&found)
     );
+    // The right one leaves noise, so that none is looked for beside it.
+    let larger = found.contenders.iter().find(|c| c.members.len() > 1);
+    assert!(larger.is_none(), "{}", told(&found));
     let level = &found.outputs[0];
     assert!(
         level.test.1 < 1.1e-3 && level.test.0 > 5e-3,
@@ -49,6 +54,21 @@ fn an_unstated_brim_is_named_with_its_height() {
     assert_eq!(names(&found), ["upper.unseen_brim"], "{}", told(&found));
     let height = &found.findings[0].parameters[0];
     assert!((height.value - 0.3).abs() < 0.01, "{}", told(&found));
+}
+
+#[test]
+fn a_level_above_an_unstated_brim_is_named_though_it_shows_nothing_without_that() {
+    let found = tank_with_crest(400);
+    let mut names = names(&found);
+    names.sort();
+    assert_eq!(
+        names,
+        ["tank.brim_head", "tank.unseen_brim"],
+        "{}",
+        told(&found)
+    );
+    let level = &found.outputs[0];
+    assert!(level.test.1 < 1.1 * 5e-4, "{}", told(&found));
 }
 
 #[test]

@@ -33,7 +33,7 @@ pub(super) fn html(done: &Done, fitted: &FittedSystem) -> Result<String, ReportE
         }
         if let Some(p) = finding.probability {
             points.push(format!(
-                "Weight {} among the sets of effects that were fitted, by their scores on left-out blocks, less chance and what stays unexplained; not calibrated.",
+                "Probability {}: so often was such a weight right where the truth was known. It weighs the sets of effects that were fitted by their scores on left-out blocks, less chance and what stays unexplained.",
                 probability(p)
             ));
         }
