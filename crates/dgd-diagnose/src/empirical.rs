@@ -113,7 +113,7 @@ pub(crate) fn corrections(record: &Record, state: &[Applied]) -> Vec<Correction>
         let stops: Vec<bool> = stops.collect();
         // It is in memory for no longer than it is asked.
         drop(whole);
-        // A stop leaves the line as full as its valve was quick, which is no friction.
+        // A stop leaves the line as full as its valve was quick, which is no friction; nor is what answers late on the way to it.
         hold_without(
             record,
             &stops,

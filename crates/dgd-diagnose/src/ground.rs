@@ -166,6 +166,7 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
     use super::Ground;
+    use crate::claims::fixture::setting;
     use crate::draws::normals;
     use crate::record::{Filled, Record};
     use crate::relations::{Applied, Blocks};
@@ -198,14 +199,6 @@ mod tests {
         let per_block = 5;
         Record {
             setting: Setting {
-                density_kg_m3: 1200.0,
-                riser_area_m2: 0.16,
-                line_area_m2: 0.02,
-                line_diameter_m: 0.16,
-                line_length_m: 1500.0,
-                riser_volume_m3: 200.0,
-                span_s: (0.0, t_s[SAMPLES - 1] + 0.5),
-                inlet_range_pa: (163e5, 165e5),
                 connections: vec![Connection {
                     from_s: 1500.0,
                     to_s: 1700.0,
@@ -214,6 +207,7 @@ mod tests {
                     flow_m3_s: 2e-4,
                     ..Noise::default()
                 },
+                ..setting((0.0, t_s[SAMPLES - 1] + 0.5))
             },
             dt_s: DT_S,
             speed_error_pct: 0.05,

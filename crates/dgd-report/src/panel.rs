@@ -8,7 +8,8 @@ use crate::error::ReportError;
 use crate::font::text_width;
 use crate::scene::{Anchor, Pen, Scene};
 use crate::thin::Frame;
-use paint::{border, data, foot, grid, head, shades, side, side_width, y_label};
+pub(crate) use paint::grid;
+use paint::{border, data, foot, head, shades, side, side_width, y_label};
 
 /// Width of every figure, in units of 1/96 inch.
 pub(crate) const WIDTH: f64 = 640.0;
@@ -238,7 +239,7 @@ pub(crate) fn draw(stack: &Stack<'_>) -> Result<Drawn, ReportError> {
             y: [scale.low, scale.high],
         };
         shades(&mut drawn.scene, &frame, stack, index == 0);
-        grid(&mut drawn.scene, &frame, &x_scale, scale);
+        grid(&mut drawn.scene, &frame, &x_scale, scale, 0.75);
         data(&mut drawn, panel, &frame, MOST_RUNS / clouds.max(1));
         border(
             &mut drawn.scene,

@@ -14,24 +14,29 @@ pub(super) const FLOW_M3_S: f64 = 0.04;
 pub(super) const SPEED_PCT: f64 = 70.0;
 pub(super) const MUD_PUMP_M3_S: f64 = 0.03;
 
+/// A rig without connections, whose instruments have no noise.
+pub(crate) fn setting(span_s: (f64, f64)) -> Setting {
+    Setting {
+        density_kg_m3: 1200.0,
+        riser_area_m2: 0.16,
+        line_area_m2: 0.02,
+        line_diameter_m: 0.16,
+        line_length_m: 1500.0,
+        riser_volume_m3: 200.0,
+        span_s,
+        inlet_range_pa: (163e5, 165e5),
+        connections: Vec::new(),
+        noise: Noise::default(),
+    }
+}
+
 /// So many blocks of steady drilling without noise.
 pub(super) fn steady(blocks: usize) -> Record {
     let n = blocks * PER_BLOCK;
     let t_s: Vec<f64> = (0..n).map(|i| DT_S * i as f64).collect();
     let all = |value: f64| vec![value; n];
     Record {
-        setting: Setting {
-            density_kg_m3: 1200.0,
-            riser_area_m2: 0.16,
-            line_area_m2: 0.02,
-            line_diameter_m: 0.16,
-            line_length_m: 1500.0,
-            riser_volume_m3: 200.0,
-            span_s: (0.0, DT_S * n as f64),
-            inlet_range_pa: (163e5, 165e5),
-            connections: Vec::new(),
-            noise: Noise::default(),
-        },
+        setting: setting((0.0, DT_S * n as f64)),
         dt_s: DT_S,
         speed_error_pct: 0.0,
         outlets: vec![all(184e5)],

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 mod belief;
-mod fixture;
+pub(crate) mod fixture;
 mod refine;
 mod search;
 mod slack;

@@ -1,7 +1,7 @@
 //! What the two pictures of the report share: frames, thinned lines, keys.
 
 use crate::axis::{Scale, Units, robust_range, roomy};
-use crate::color::{Color, FRAME, GRID, INK, Role, SOFT_INK, tone};
+use crate::color::{Color, FRAME, INK, Role, SOFT_INK};
 use crate::font::text_width;
 use crate::panel::Sign;
 use crate::scene::{Anchor, Pen, Scene, Shape};
@@ -57,21 +57,7 @@ pub(super) fn stretches(scene: &mut Scene, frame: &Frame, spans_s: &[(f64, f64)]
 
 /// Grid and the line at zero, under the data.
 pub(super) fn grid(scene: &mut Scene, frame: &Frame, x: &Scale, y: &Scale) {
-    let rows = y.ticks.iter().map(|(v, _)| frame.place(frame.x[0], *v)[1]);
-    let mut lines: Vec<Vec<[f64; 2]>> = rows
-        .map(|at| vec![[frame.left, at], [frame.right(), at]])
-        .collect();
-    let columns = x.ticks.iter().map(|(v, _)| frame.place(*v, frame.y[0])[0]);
-    lines.extend(columns.map(|at| vec![[at, frame.top], [at, frame.bottom()]]));
-    scene.lines(lines, Pen::new(GRID, 1.0));
-    if y.low < 0.0 && y.high > 0.0 {
-        let at = frame.place(frame.x[0], 0.0)[1];
-        scene.line(
-            [frame.left, at],
-            [frame.right(), at],
-            Pen::new(tone(FRAME, 0.8), 1.0),
-        );
-    }
+    crate::panel::grid(scene, frame, x, y, 0.8);
 }
 
 /// Frame and tick texts, over the data.

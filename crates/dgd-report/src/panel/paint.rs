@@ -107,7 +107,8 @@ pub(super) fn shades(scene: &mut Scene, frame: &Frame, stack: &Stack<'_>, first:
     }
 }
 
-pub(super) fn grid(scene: &mut Scene, frame: &Frame, x: &Scale, y: &Scale) {
+/// Grid and the line at zero, in this tone of the frame's colour, under the data.
+pub(crate) fn grid(scene: &mut Scene, frame: &Frame, x: &Scale, y: &Scale, zero: f64) {
     let rows = y.ticks.iter().map(|(v, _)| frame.place(frame.x[0], *v)[1]);
     let columns = x.ticks.iter().map(|(v, _)| frame.place(*v, frame.y[0])[0]);
     let mut lines: Vec<Vec<[f64; 2]>> = rows
@@ -120,7 +121,7 @@ pub(super) fn grid(scene: &mut Scene, frame: &Frame, x: &Scale, y: &Scale) {
         scene.line(
             [frame.left, at],
             [frame.right(), at],
-            Pen::new(tone(FRAME, 0.75), 1.0),
+            Pen::new(tone(FRAME, zero), 1.0),
         );
     }
 }
