@@ -210,7 +210,7 @@ impl<'a> Round<'a> {
         let relation = best.effect.about().relation;
         let far = (self.rivals.iter()).find(|r| r.evidence > hurdle(r).max(2.0 * best.claim()));
         let own = self.rival_in(relation).filter(|r| {
-            r.evidence > 0.5 * hurdle(r) || (r.evidence > 0.0 && form_broken(best) > 0.0)
+            r.evidence > 0.5 * hurdle(r) || (r.evidence > 0.0 && self.form_broken(best) > 0.0)
         });
         match (far, own) {
             (Some(far), Some(own)) if own.evidence > far.evidence => Some(own),
@@ -294,10 +294,23 @@ impl<'a> Round<'a> {
             .map(|c| (c.effect.about().id.to_owned(), weight(c.claim()).min(1.0)))
             .collect();
         if let Some(r) = rival {
-            let form = form_broken(best).exp();
+            let form = self.form_broken(best).exp();
             others.push(("unknown".to_owned(), weight(r.claim()).max(form)));
         }
         others
+    }
+
+    /// Logarithm of the odds that an effect of exact form (a gain, an area, a loss on the velocity head) only lends its name to
+    /// something of another form: how much its slack gains beyond what the error of its form, and those of the effects that
+    /// were named before it, account for.
+    fn form_broken(&self, c: &Contender) -> f64 {
+        const EXACT: f64 = 0.1;
+        let error = c.effect.about().search.form_error;
+        if error > EXACT {
+            return f64::NEG_INFINITY;
+        }
+        let gain = c.formed - c.evidence - self.left_over(&c.best.signature);
+        ((gain - 3.0 - error * c.evidence) / (4.0 + 0.02 * c.evidence)).min(50.0)
     }
 
     /// A correction as the finding, with the effects of its relation as alternatives; `evidence` tells that there is something.
@@ -306,7 +319,7 @@ impl<'a> Round<'a> {
         let weight = |o: &Contender| {
             let likely = ((1.2 * o.evidence - evidence) / temperature).min(0.0);
             let barred = if self.admissible(o) { 0.0 } else { BARRED };
-            (likely - form_broken(o).max(0.0) - barred).exp()
+            (likely - self.form_broken(o).max(0.0) - barred).exp()
         };
         let others = self
             .contenders
@@ -334,18 +347,6 @@ impl<'a> Round<'a> {
 fn timed(state: &[Applied]) -> bool {
     let late = |a: &Applied| !a.allowance && is_late_meter(a.effect.about());
     state.iter().any(late)
-}
-
-/// Logarithm of the odds that an effect of exact form (a gain, an area, a loss on the velocity head) only lends its name to
-/// something of another form: how much its slack gains beyond what the error of its form accounts for.
-fn form_broken(c: &Contender) -> f64 {
-    const EXACT: f64 = 0.1;
-    let error = c.effect.about().search.form_error;
-    if error > EXACT {
-        return f64::NEG_INFINITY;
-    }
-    let gain = c.formed - c.evidence;
-    ((gain - 3.0 - error * c.evidence) / (4.0 + 0.02 * c.evidence)).min(50.0)
 }
 
 /// Evidence that an effect's want of form leaves over where it acts, over the root of the effect's own.
