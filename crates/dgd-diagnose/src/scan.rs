@@ -239,6 +239,11 @@ pub(crate) fn joined(state: &[Applied], one: &Applied) -> Vec<Applied> {
     out
 }
 
+/// Misfit that an allowance must save.
+const EARNED: f64 = 2.0;
+/// How often the allowances are gone through.
+const SWEEPS: usize = 4;
+
 /// Delays and lags that clocks, rotors and block edges make in a sound rig, on top of a hypothesis: allowed for before
 /// anything is accused. `settled` are effects whose lateness has been decided upon.
 pub(crate) fn allowances_with(
@@ -250,33 +255,55 @@ pub(crate) fn allowances_with(
 ) -> Option<Vec<Applied>> {
     let mut state: Vec<Applied> = start.to_vec();
     let mut tangent = Tangent::at(record, &state, excluded, lean)?;
-    for effect in catalogue().iter().copied() {
-        let about = effect.about();
-        let held = start.iter().any(|a| a.effect.about().id == about.id);
-        let decided = settled.is_some() && about.search.timing == settled;
-        if held || decided || about.search.allowance.is_empty() {
-            continue;
+    let timed: Vec<&'static dyn Effect> = (catalogue().iter().copied())
+        .filter(|effect| {
+            let about = effect.about();
+            let held = start.iter().any(|a| a.effect.about().id == about.id);
+            let decided = settled.is_some() && about.search.timing == settled;
+            !(held || decided || about.search.allowance.is_empty())
+        })
+        .collect();
+    // Each takes what a later one would explain better: they are gone through again.
+    for _ in 0..SWEEPS {
+        let mut moved = false;
+        for effect in &timed {
+            let about = effect.about();
+            let now = state
+                .iter()
+                .position(|a| a.allowance && a.effect.about().id == about.id);
+            let one = |v: &f64| Applied {
+                effect: *effect,
+                parameters: vec![*v],
+                allowance: true,
+            };
+            let values = about.search.allowance.iter();
+            let best = (values.filter(|v| now.is_none_or(|k| state[k].parameters[0] != **v)))
+                .map(|v| weigh(record, &tangent, &state, one(v)))
+                .max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
+            let mut least = EARNED;
+            let mut next = None;
+            if let Some(k) = now {
+                let mut without = state.clone();
+                without.remove(k);
+                let off = tangent.refitted(record, &without).off;
+                let lost = 0.5 * (dot(&off, &off) - dot(&tangent.off, &tangent.off));
+                least = 0.0;
+                if lost < EARNED {
+                    least = -lost;
+                    next = Some(without);
+                }
+            }
+            if best.evidence > least.max(if now.is_some() { 0.05 } else { EARNED }) {
+                next = Some(joined(&state, &best.applied));
+            }
+            if let Some(next) = next {
+                state = next;
+                tangent = Tangent::at(record, &state, excluded, lean)?;
+                moved = true;
+            }
         }
-        let best = about
-            .search
-            .allowance
-            .iter()
-            .map(|v| {
-                weigh(
-                    record,
-                    &tangent,
-                    &state,
-                    Applied {
-                        effect,
-                        parameters: vec![*v],
-                        allowance: true,
-                    },
-                )
-            })
-            .max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
-        if best.evidence > 2.0 {
-            state.push(best.applied);
-            tangent = Tangent::at(record, &state, excluded, lean)?;
+        if !moved {
+            break;
         }
     }
     Some(state)
