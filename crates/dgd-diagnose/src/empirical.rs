@@ -5,12 +5,16 @@ use crate::relations::Applied;
 use crate::scan::{joined, ln_mean_exp};
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent};
-use dgd_effects::{Effect, KNOTS, Method, QUANTITIES, RELATIONS, Relation, unknown};
+use crate::unrest::wander;
+use crate::witness::Witness;
+use dgd_effects::{Effect, KNOTS, Method, PLACES, QUANTITIES, Relation, unknown};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rayon::prelude::*;
 
 /// Prior width of a knot, in the unit of the relation.
-const WIDTHS: [f64; RELATIONS.len()] = [1.5e4, 2.0e4, 8e-4];
+const WIDTHS: [f64; PLACES.len()] = [1.5e4, 2.0e4, 8e-4, 1.5e4, 1.5e4];
+/// The place of the inlet transmitters' reading.
+const INLET: usize = 3;
 
 /// A correction, weighed.
 #[derive(Clone)]
@@ -97,15 +101,21 @@ pub(crate) fn corrections(record: &Record, state: &[Applied]) -> Vec<Correction>
         return Vec::new();
     };
     // A curve of flow and speed is the relation itself there: identification, no finding. A mass balance along the rate of
-    // the flow is timing.
-    let own = |relation, quantity| matches!((relation, quantity), (0, 4) | (1, 4 | 5) | (2, 7));
+    // the flow is timing. Readings drift, or another line's flow gets into them.
+    let own = |place, quantity| match place {
+        0 => quantity == 4,
+        1 => matches!(quantity, 4 | 5),
+        2 => quantity == 7,
+        INLET => quantity != 0,
+        _ => !matches!(quantity, 2 | 3),
+    };
     let places: Vec<(usize, usize)> = (0..QUANTITIES.len())
-        .flat_map(|quantity| (0..RELATIONS.len()).map(move |relation| (relation, quantity)))
+        .flat_map(|quantity| (0..PLACES.len()).map(move |place| (place, quantity)))
         .filter(|(relation, quantity)| !own(*relation, *quantity))
         .collect();
     let mut out: Vec<Correction> = places
         .par_iter()
-        .filter_map(|place| correction(record, &whole, state, *place))
+        .filter_map(|place| correction(record, &whole, state, &[], *place))
         .collect();
     if record.takes(Step::Flowing) {
         let moving = whole.moving(record);
@@ -137,7 +147,7 @@ fn hold_without(
     relation: Relation,
 ) {
     let doubtful =
-        |c: &Correction| RELATIONS[c.relation] == relation && c.evidence > 0.5 * hurdle(c);
+        |c: &Correction| PLACES[c.relation].relation == relation && c.evidence > 0.5 * hurdle(c);
     if !blocks.contains(&true) || !found.iter().any(doubtful) {
         return;
     }
@@ -145,7 +155,7 @@ fn hold_without(
         return;
     };
     for c in found.iter_mut().filter(|c| doubtful(c)) {
-        let again = correction(record, &others, state, (c.relation, c.quantity));
+        let again = correction(record, &others, state, blocks, (c.relation, c.quantity));
         let alone = again.map_or(0.0, |again| again.evidence);
         if alone < hurdle(c) {
             c.evidence = c.evidence.min(alone);
@@ -153,11 +163,13 @@ fn hold_without(
     }
 }
 
-/// The correction of one relation along one quantity; `None` if the recording does not move the quantity.
+/// The correction of one relation or reading along one quantity, without the `excluded` blocks, which a tangent knows by itself;
+/// `None` if the recording does not move the quantity.
 pub(crate) fn correction(
     record: &Record,
     tangent: &Tangent,
     state: &[Applied],
+    excluded: &[bool],
     (relation, quantity): (usize, usize),
 ) -> Option<Correction> {
     let (from, to) = range(record, quantity);
@@ -170,23 +182,37 @@ pub(crate) fn correction(
         parameters.extend((0..KNOTS).map(knots));
         tangent.change(record, &joined(state, &Applied::new(unknown(), parameters)))
     };
-    // A row's share of each knot follows from how it answers a constant and a straight line: the quantity hardly
-    // moves within a row.
-    let constant = change(&|_| unit);
-    let place: Vec<f64> = (change(&|k| unit * k as f64).iter().zip(constant.iter()))
-        .map(|(line, whole)| line / whole)
-        .collect();
-    let columns: Vec<Vec<f64>> = (0..KNOTS)
-        .map(|k| {
-            let hat = |(place, whole): (&f64, &f64)| {
-                let share = (1.0 - (place - k as f64).abs()).max(0.0);
-                if *whole == 0.0 { 0.0 } else { share * whole }
-            };
-            place.iter().zip(constant.iter()).map(hat).collect()
-        })
-        .collect();
-    let (gram, right) = tangent.normal_equations(record, &columns);
-    let balanced = RELATIONS[relation] == Relation::RiserMassBalance && quantity == 0;
+    let columns: Vec<Vec<f64>> = if relation == INLET {
+        // The mass balance holds the rate of this reading: it answers no constant.
+        (0..KNOTS)
+            .map(|k| change(&|j| if j == k { unit } else { 0.0 }))
+            .collect()
+    } else {
+        // A row's share of each knot follows from how it answers a constant and a straight line: the quantity hardly
+        // moves within a row.
+        let constant = change(&|_| unit);
+        let place: Vec<f64> = (change(&|k| unit * k as f64).iter().zip(constant.iter()))
+            .map(|(line, whole)| line / whole)
+            .collect();
+        (0..KNOTS)
+            .map(|k| {
+                let hat = |(place, whole): (&f64, &f64)| {
+                    let share = (1.0 - (place - k as f64).abs()).max(0.0);
+                    if *whole == 0.0 { 0.0 } else { share * whole }
+                };
+                place.iter().zip(constant.iter()).map(hat).collect()
+            })
+            .collect()
+    };
+    let (mut gram, mut right) = tangent.normal_equations(record, &columns);
+    if relation == INLET
+        && let Some(witness) = Witness::of(record, wander(record, &tangent.curves), excluded)
+        && let Some((more, pull)) = witness.normal_equations((from, to), unit)
+    {
+        gram += more;
+        right += pull;
+    }
+    let balanced = PLACES[relation].relation == Relation::RiserMassBalance && quantity == 0;
     let curves: Vec<Smooth> = SMOOTHNESS
         .iter()
         .skip(usize::from(!balanced))
@@ -230,7 +256,7 @@ pub(crate) const FLOW_RATE: &str = "rate of the return flow";
 
 /// Evidence that corrections reach on sound recordings.
 pub(crate) fn hurdle(c: &Correction) -> f64 {
-    match (RELATIONS[c.relation], QUANTITIES[c.quantity]) {
+    match (PLACES[c.relation].relation, QUANTITIES[c.quantity]) {
         // Transmitters and drives answer late: what is left follows how fast things move.
         (Relation::PumpHead, FLOW_RATE) => 60.0,
         (Relation::PumpHead, "inlet pressure") => 50.0,
@@ -241,6 +267,8 @@ pub(crate) fn hurdle(c: &Correction) -> f64 {
         (Relation::ReturnLineFriction, FLOW_RATE) => 45.0,
         (Relation::ReturnLineFriction, "inlet pressure") => 30.0,
         (Relation::ReturnLineFriction, _) => 20.0,
+        (Relation::Instrument, "time") => 15.0,
+        (Relation::Instrument, _) => 25.0,
         _ => 15.0,
     }
 }
@@ -273,7 +301,7 @@ fn busiest(record: &Record, tangent: &Tangent, signature: &[f64]) -> f64 {
 /// holds no constant of its own, its size.
 pub(crate) fn plausible(c: &Correction) -> bool {
     let knots = &c.applied.parameters[4..];
-    let balance = RELATIONS[c.relation] == Relation::RiserMassBalance;
+    let balance = PLACES[c.relation].relation == Relation::RiserMassBalance;
     let mean = if balance {
         0.0
     } else {
@@ -281,7 +309,7 @@ pub(crate) fn plausible(c: &Correction) -> bool {
     };
     let spread =
         (knots.iter().map(|k| (k - mean).powi(2)).sum::<f64>() / knots.len() as f64).sqrt();
-    spread > [3e3, 6e3, 1.5e-4][c.relation]
+    spread > [3e3, 6e3, 1.5e-4, 6e3, 6e3][c.relation]
 }
 
 #[cfg(test)]

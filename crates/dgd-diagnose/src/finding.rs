@@ -7,7 +7,7 @@ use crate::heave::{SWELL_RATIO, Swell};
 use crate::record::{Record, tails};
 use crate::select::{Named, Selection};
 use crate::tangent::Tangent;
-use dgd_effects::{About, QUANTITIES, RELATIONS, Relation};
+use dgd_effects::{About, PLACES, QUANTITIES, Relation};
 
 /// One named effect, or the correction that no effect explains.
 pub(crate) fn finding(
@@ -21,14 +21,17 @@ pub(crate) fn finding(
     let about = named.applied.effect.about();
     let relation = named
         .correction
-        .map_or(about.relation, |(r, _)| RELATIONS[r]);
+        .map_or(about.relation, |(r, _)| PLACES[r].relation);
     let held_out = best_gain(simulation);
     let title = match named.correction {
-        Some((r, q)) => format!(
-            "something outside the catalogue: {} depends on {}",
-            RELATIONS[r].name().replace('_', " "),
-            QUANTITIES[q]
-        ),
+        Some((r, q)) => {
+            let (place, quantity) = (PLACES[r].name, QUANTITIES[q]);
+            if quantity == "time" {
+                format!("something outside the catalogue: {place} drifts over time")
+            } else {
+                format!("something outside the catalogue: {place} depends on {quantity}")
+            }
+        }
         None => about.title.to_owned(),
     };
     let span = record.setting.span_s;

@@ -6,7 +6,7 @@ use dgd_effects::{Action, Changes, Extent, MeterPath};
 use std::ops::Range;
 
 /// Fields of [`Changes`].
-const FIELDS: usize = 16;
+const FIELDS: usize = 17;
 
 /// A hypothesis run over a recording.
 #[derive(Debug)]
@@ -120,6 +120,7 @@ fn fields(c: &Changes) -> [f64; FIELDS] {
         c.meter_gain,
         first,
         second,
+        c.inlet_bias_pa,
     ]
 }
 
@@ -141,6 +142,7 @@ fn changes(fields: [f64; FIELDS]) -> Changes {
         meter_gain,
         first,
         second,
+        inlet_bias_pa,
     ] = fields;
     Changes {
         inflow_m3_s,
@@ -158,6 +160,7 @@ fn changes(fields: [f64; FIELDS]) -> Changes {
         leak_m3_s,
         meter_gain,
         outlet_bias_pa: [first, second],
+        inlet_bias_pa,
     }
 }
 
@@ -231,6 +234,7 @@ mod tests {
             flow,
             speed,
             inlet,
+            riser: None,
             outlet,
         }
     }

@@ -83,7 +83,7 @@ pub(crate) fn trained(
             }
             Some(place) => {
                 let tangent = Tangent::at(record, &state, excluded, Bend::Loose);
-                let again = tangent.and_then(|t| correction(record, &t, &state, place));
+                let again = tangent.and_then(|t| correction(record, &t, &state, excluded, place));
                 if let Some(again) = again {
                     chosen = again.applied;
                 }

@@ -51,6 +51,7 @@ mod timing;
 mod traces;
 mod unrest;
 mod vectors;
+mod witness;
 
 pub use conclude::diagnose;
 pub use diagnosis::{

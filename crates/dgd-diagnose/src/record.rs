@@ -36,6 +36,8 @@ pub(crate) struct Record {
     /// What a block of the reading may be off by, %: part of its quantum, and its noise.
     pub speed_error_pct: f64,
     pub inlet: Vec<f64>,
+    /// Riser pressure, where it has a transmitter.
+    pub riser: Option<Vec<f64>>,
     pub outlet: Vec<f64>,
     /// Each outlet transmitter, where there are two.
     pub outlets: Vec<Vec<f64>>,
@@ -128,6 +130,7 @@ impl Record {
             speed: thin(&without_seldom_rest(native, step)),
             speed_error_pct: noise.hypot(SPEED_QUANTA * quantum(native)),
             inlet,
+            riser: recording.riser_pressure_pa.as_deref().map(thin),
             outlet,
             outlets,
             filled,

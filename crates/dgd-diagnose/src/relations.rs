@@ -186,7 +186,10 @@ pub(crate) fn run(
         native
             .friction_factor
             .push(c.friction_factor * (1.0 + c.line_kg_m3 / rho));
-        native.lift.push(outlet - record.inlet[i] - c.head_pa);
+        native
+            .lift
+            .push(outlet - record.inlet[i] + c.inlet_bias_pa - c.head_pa);
+        native.inlet_bias.push(c.inlet_bias_pa);
         native
             .head_factor
             .push(c.head_factor * (1.0 + c.riser_kg_m3 / rho));
@@ -396,6 +399,7 @@ struct Native {
     net: Vec<f64>,
     area: Vec<f64>,
     bias: Vec<f64>,
+    inlet_bias: Vec<f64>,
 }
 
 impl Native {
@@ -412,6 +416,7 @@ impl Native {
             net: empty(),
             area: empty(),
             bias: empty(),
+            inlet_bias: empty(),
         }
     }
 
@@ -449,7 +454,10 @@ impl Native {
             if bad * 10 > net.len() {
                 return f64::NAN;
             }
-            let rate = (edge(first + r.end) - edge(first + r.start)) / mass_seconds;
+            let read = (edge(first + r.end) - edge(first + r.start)) / mass_seconds;
+            let drift = (self.inlet_bias[r.end - 1] - self.inlet_bias[r.start])
+                / (mass_seconds - record.dt_s);
+            let rate = read - drift;
             let noise = record.setting.noise.inlet_pa / mass_seconds;
             let area = mean(&self.area[r.clone()]);
             mean(net) - plain_area * rate - (area - plain_area) * shrunk(rate, noise)
@@ -461,7 +469,12 @@ impl Native {
         by(&mut self.friction_factor, &mut parts.friction_factor);
         by(&mut self.lift, &mut parts.lift);
         by(&mut self.head_factor, &mut parts.head_factor);
-        for values in [&mut self.net, &mut self.area, &mut self.bias] {
+        for values in [
+            &mut self.net,
+            &mut self.area,
+            &mut self.bias,
+            &mut self.inlet_bias,
+        ] {
             values.clear();
         }
     }

@@ -10,7 +10,7 @@ use crate::select::{Named, Selection};
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent};
 use crate::timing::is_late_meter;
-use dgd_effects::{QUANTITIES, RELATIONS, Relation};
+use dgd_effects::{PLACES, QUANTITIES, Relation};
 use tracing::debug;
 
 /// Evidence that a first, second, third effect and so on must show beyond its hurdle: causes seldom come together.
@@ -76,9 +76,9 @@ impl<'a> Round<'a> {
             );
         }
         for r in rivals.iter().take(3) {
-            let (relation, quantity) = (RELATIONS[r.relation].name(), QUANTITIES[r.quantity]);
+            let (place, quantity) = (PLACES[r.relation].name, QUANTITIES[r.quantity]);
             debug!(
-                "correction of {relation} by {quantity} {:.1} of {:.0}, freedom {:.1}",
+                "correction of {place} by {quantity} {:.1} of {:.0}, freedom {:.1}",
                 r.evidence,
                 hurdle(r),
                 r.freedom
@@ -218,9 +218,9 @@ impl<'a> Round<'a> {
         }
     }
 
-    /// The best correction of a relation.
+    /// The best correction that enters a relation.
     fn rival_in(&self, relation: Relation) -> Option<&Correction> {
-        (self.rivals.iter()).find(|r| RELATIONS[r.relation] == relation)
+        (self.rivals.iter()).find(|r| PLACES[r.relation].shows_in.contains(&relation))
     }
 
     /// What would explain most, were it not at the bound of what is plausible: something else does what it would do.
@@ -326,7 +326,8 @@ impl<'a> Round<'a> {
             .iter()
             .filter(|o| o.evidence > 0.0 && stands(self.record, &solved(&o.best)))
             .filter(|o| {
-                o.effect.about().relation == RELATIONS[c.relation] && !at_bound(&solved(&o.best))
+                (PLACES[c.relation].shows_in).contains(&o.effect.about().relation)
+                    && !at_bound(&solved(&o.best))
             })
             .map(|o| (o.effect.about().id.to_owned(), weight(o)))
             .collect();

@@ -165,6 +165,10 @@ impl AugmentedModel {
             if !inside {
                 continue;
             }
+            if i == window.start {
+                // The run starts from readings.
+                inlet -= c.inlet_bias_pa;
+            }
             let inflow = moment.mud_pump_m3_s + moment.booster_m3_s + moment.topfill_m3_s;
             let still = column + c.line_kg_m3 * g * setting.line_length_m - weight * c.line_fall_m;
             let rate = g * rho / (setting.riser_area_m2 * c.area_factor.max(0.05));
@@ -214,7 +218,7 @@ impl AugmentedModel {
             // Before the window the meter is taken to have shown what it shows at its start.
             let late = delayed(&past, path.delay_s / inputs.step_s);
             run.return_flow_m3_s.push(late);
-            run.inlet_pa.push(inlet);
+            run.inlet_pa.push(inlet + c.inlet_bias_pa);
             run.outlet_pa
                 .push(outlet + 0.5 * (c.outlet_bias_pa[0] + c.outlet_bias_pa[1]));
         }

@@ -31,7 +31,7 @@ pub(crate) fn setting(span_s: (f64, f64)) -> Setting {
 }
 
 /// So many blocks of steady drilling without noise.
-pub(super) fn steady(blocks: usize) -> Record {
+pub(crate) fn steady(blocks: usize) -> Record {
     let n = blocks * PER_BLOCK;
     let t_s: Vec<f64> = (0..n).map(|i| DT_S * i as f64).collect();
     let all = |value: f64| vec![value; n];
@@ -39,6 +39,7 @@ pub(super) fn steady(blocks: usize) -> Record {
         setting: setting((0.0, DT_S * n as f64)),
         dt_s: DT_S,
         speed_error_pct: 0.0,
+        riser: None,
         outlets: vec![all(184e5)],
         filled: Filled {
             mud_pump: all(MUD_PUMP_M3_S),

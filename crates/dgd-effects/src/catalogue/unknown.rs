@@ -1,4 +1,4 @@
-//! What no effect of the catalogue explains: an empirical correction of one relation along one quantity.
+//! What no effect of the catalogue explains: an empirical correction of one relation, or of one reading, along one quantity.
 
 use crate::{
     About, Action, Component, Effect, Extent, Method, Parameter, Relation, Role, Search, Setting,
@@ -10,11 +10,44 @@ pub(super) struct Unknown;
 /// Knots of the correction.
 pub const KNOTS: usize = 12;
 
-/// Relations that can be corrected, in the order of their codes.
-pub const RELATIONS: [Relation; 3] = [
-    Relation::ReturnLineFriction,
-    Relation::PumpHead,
-    Relation::RiserMassBalance,
+/// What a correction is made to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Place {
+    /// Where it sits.
+    pub relation: Relation,
+    /// Its name, for people.
+    pub name: &'static str,
+    /// The relations whose residuals it enters.
+    pub shows_in: &'static [Relation],
+}
+
+/// What can be corrected, in the order of the codes: relations, then readings, which enter several.
+pub const PLACES: [Place; 5] = [
+    Place {
+        relation: Relation::ReturnLineFriction,
+        name: "return line friction",
+        shows_in: &[Relation::ReturnLineFriction],
+    },
+    Place {
+        relation: Relation::PumpHead,
+        name: "pump head",
+        shows_in: &[Relation::PumpHead],
+    },
+    Place {
+        relation: Relation::RiserMassBalance,
+        name: "riser mass balance",
+        shows_in: &[Relation::RiserMassBalance],
+    },
+    Place {
+        relation: Relation::Instrument,
+        name: "the reading of the pump inlet transmitters",
+        shows_in: &[Relation::PumpHead, Relation::RiserMassBalance],
+    },
+    Place {
+        relation: Relation::Instrument,
+        name: "the reading of the pump outlet transmitters",
+        shows_in: &[Relation::ReturnLineFriction, Relation::PumpHead],
+    },
 ];
 
 /// Quantities along which a relation is corrected, in the order of their codes.
@@ -53,10 +86,10 @@ static ABOUT: About = About {
     parameters: &[
         Parameter {
             name: "relation",
-            meaning: "0 line friction, 1 pump head, 2 riser mass balance",
+            meaning: "0 line friction, 1 pump head, 2 riser mass balance, 3 inlet reading, 4 outlet reading",
             role: Role::Shape(&[]),
             low: 0.0,
-            high: 2.0,
+            high: 4.0,
             usual: 0.0,
             ..Parameter::BASE
         },
@@ -158,7 +191,12 @@ impl Effect for Unknown {
                     }
                 }
                 1 => changes.head_pa += value,
-                _ => changes.inflow_m3_s += value,
+                2 => changes.inflow_m3_s += value,
+                3 => changes.inlet_bias_pa += value,
+                _ => {
+                    changes.outlet_bias_pa[0] += value;
+                    changes.outlet_bias_pa[1] += value;
+                }
             }
         })
     }

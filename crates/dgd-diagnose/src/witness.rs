@@ -1,0 +1,187 @@
+//! The riser's transmitter as a witness of those at the pump inlet: it hangs a few metres away, and their readings differ by
+//! little but a constant.
+
+use crate::noise::{Layout, Wander, Whitening};
+use crate::record::{Record, mean};
+use crate::relations::Rows;
+use crate::tangent::dot;
+use dgd_effects::{KNOTS, Rank, quantile};
+use nalgebra::{DMatrix, DVector};
+
+/// What the inlets may lose at the suction, and by how much the spans of the transmitters may differ, Pa.
+const SUCTION_PA: f64 = 1.0e4;
+const SPAN_PA: f64 = 3.0e3;
+
+/// Inlet less riser pressure, block by block, beside the noise that the two have.
+pub(crate) struct Witness {
+    whitening: Whitening,
+    /// Whitened.
+    apart: Vec<f64>,
+    /// What the two may differ by, whitened, at its prior width.
+    free: Vec<Vec<f64>>,
+    /// Middle of each block, s.
+    t_s: Vec<f64>,
+}
+
+impl Witness {
+    /// `None` without the riser's transmitter. `excluded` blocks carry no weight.
+    pub(crate) fn of(record: &Record, wander: Wander, excluded: &[bool]) -> Option<Self> {
+        let riser = record.riser.as_ref()?;
+        let (m, n) = (record.per_block, record.blocks);
+        let block = |values: &[f64], b: usize| mean(&values[b * m..(b + 1) * m]);
+        let apart: Vec<f64> = (0..n)
+            .map(|b| block(&record.inlet, b) - block(riser, b))
+            .collect();
+        let middle = quantile(apart.iter().copied(), Rank::MEDIAN)?;
+        let residual: Vec<f64> = apart.iter().map(|v| v - middle).collect();
+        let valid = (0..n)
+            .map(|b| residual[b].is_finite() && !excluded.get(b).copied().unwrap_or(false))
+            .collect();
+        let layout = Layout {
+            blocks: 0,
+            difference: n,
+            mass: 0,
+        };
+        let rows = Rows {
+            friction: Vec::new(),
+            still: Vec::new(),
+            head: Vec::new(),
+            difference: valid,
+            mass: Vec::new(),
+        };
+        let whitening = Whitening::of(layout, &rows, &residual, &vec![0.0; n], wander);
+        let flow = &record.filled.flow;
+        let typical = quantile(flow.iter().copied(), Rank::MEDIAN)?.max(1e-3);
+        let (low, high) = record.setting.inlet_range_pa;
+        let square = |b: usize| SUCTION_PA * (block(flow, b) / typical).powi(2);
+        let span =
+            |b: usize| SPAN_PA * (block(&record.filled.inlet, b) - low) / (high - low).max(SPAN_PA);
+        let column = |of: &dyn Fn(usize) -> f64| -> Vec<f64> {
+            let whole: Vec<f64> = (0..n).map(of).collect();
+            whitening.apply_whole(&whole)
+        };
+        let free = vec![column(&|_| 1e5), column(&square), column(&span)];
+        Some(Self {
+            apart: whitening.apply_whole(&residual),
+            free,
+            t_s: (0..n)
+                .map(|b| mean(&record.t_s[b * m..(b + 1) * m]))
+                .collect(),
+            whitening,
+        })
+    }
+
+    /// Normal equations of a curve over time that the inlet reads too much by: its knots, of width `unit`, from `from` to
+    /// `to` s, with what the two may differ by at any time taken out.
+    pub(crate) fn normal_equations(
+        &self,
+        (from, to): (f64, f64),
+        unit: f64,
+    ) -> Option<(DMatrix<f64>, DVector<f64>)> {
+        let place = |t: f64| (t - from) / (to - from) * (KNOTS - 1) as f64;
+        let knots: Vec<Vec<f64>> = (0..KNOTS)
+            .map(|k| {
+                let hat = |t: &f64| unit * (1.0 - (place(*t) - k as f64).abs()).max(0.0);
+                let column: Vec<f64> = self.t_s.iter().map(hat).collect();
+                self.whitening.apply_whole(&column)
+            })
+            .collect();
+        let m = self.free.len();
+        let own = DMatrix::from_fn(m, m, |a, b| {
+            dot(&self.free[a], &self.free[b]) + f64::from(u8::from(a == b))
+        });
+        let factor = own.cholesky()?;
+        let across = DMatrix::from_fn(m, KNOTS, |a, k| dot(&self.free[a], &knots[k]));
+        let pull = DVector::from_fn(m, |a, _| dot(&self.free[a], &self.apart));
+        let gram = DMatrix::from_fn(KNOTS, KNOTS, |a, b| dot(&knots[a], &knots[b]))
+            - across.transpose() * factor.solve(&across);
+        let right = DVector::from_fn(KNOTS, |k, _| dot(&knots[k], &self.apart))
+            - across.transpose() * factor.solve(&pull);
+        Some((gram, right))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+
+    use super::Witness;
+    use crate::claims::fixture::steady;
+    use crate::draws::normals;
+    use crate::noise::Wander;
+    use crate::record::Record;
+    use dgd_effects::KNOTS;
+    use nalgebra::DMatrix;
+
+    const BLOCKS: usize = 1200;
+    /// Accuracy of a good transmitter, wandering over two hours.
+    const WANDER: Wander = Wander {
+        friction_pa: 0.0,
+        head_pa: 0.0,
+        difference_pa: 3e3,
+        mass_m3_s: 0.0,
+        blocks: 800.0,
+        hidden_friction_pa: 0.0,
+        hidden_head_pa: 0.0,
+        hidden_blocks: 30.0,
+    };
+    const UNIT: f64 = 1.5e4;
+
+    /// Inlets that read too much by `drift` at each share of the recording, 3 m of mud above the riser's transmitter.
+    fn drifting(drift: impl Fn(f64) -> f64) -> Record {
+        let mut record = steady(BLOCKS);
+        let n = record.t_s.len();
+        let noise = [normals(1, n), normals(2, n)];
+        let truth = record.inlet.clone();
+        let riser = (0..n).map(|i| truth[i] + 3.5e4 + 800.0 * noise[0][i]);
+        record.riser = Some(riser.collect());
+        for i in 0..n {
+            record.inlet[i] += 800.0 * noise[1][i] + drift(i as f64 / n as f64);
+        }
+        record
+    }
+
+    /// Evidence of a curve of free knots, and the knots, Pa.
+    fn curve(record: &Record, excluded: &[bool]) -> (f64, Vec<f64>) {
+        let witness = Witness::of(record, WANDER, excluded).unwrap();
+        let (gram, right) = witness
+            .normal_equations(record.setting.span_s, UNIT)
+            .unwrap();
+        let factor = (gram + DMatrix::identity(KNOTS, KNOTS)).cholesky().unwrap();
+        let solved = factor.solve(&right);
+        let price: f64 = factor.l().diagonal().iter().map(|d| d.ln()).sum();
+        let knots = solved.iter().map(|v| v * UNIT).collect();
+        (0.5 * right.dot(&solved) - price, knots)
+    }
+
+    #[test]
+    fn the_riser_tells_how_the_inlets_drift_but_for_a_constant() {
+        let of = |share: f64| 2.5e4 * (7.0 * share).sin();
+        let (evidence, knots) = curve(&drifting(of), &[]);
+        assert!(evidence > 100.0, "{evidence}");
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+        let truth: Vec<f64> = (0..KNOTS)
+            .map(|k| of(k as f64 / (KNOTS - 1) as f64))
+            .collect();
+        let (shift, centre) = (mean(&knots), mean(&truth));
+        for (found, truth) in knots.iter().zip(&truth) {
+            assert!(((found - shift) - (truth - centre)).abs() < 5e3);
+        }
+    }
+
+    #[test]
+    fn transmitters_that_differ_by_a_constant_and_their_accuracy_tell_nothing() {
+        let (evidence, _) = curve(&drifting(|share| 3e3 * (5.0 * share).sin()), &[]);
+        assert!(evidence < 0.0, "{evidence}");
+    }
+
+    #[test]
+    fn excluded_blocks_and_a_riser_without_transmitter_are_no_witness() {
+        // A reading that jumps in the stretch that is not looked at.
+        let jump = |share: f64| if share > 0.8 { 1e5 } else { 0.0 };
+        let late: Vec<bool> = (0..BLOCKS).map(|b| b > 950).collect();
+        assert!(curve(&drifting(jump), &[]).0 > 100.0);
+        assert!(curve(&drifting(jump), &late).0 < 0.0);
+        assert!(Witness::of(&steady(100), WANDER, &[]).is_none());
+    }
+}
