@@ -192,7 +192,7 @@ pub fn diagnose(
     } else {
         Verdict::Explained
     };
-    let traces = traces(&record, &before_fit, &full);
+    let traces = traces(&record, &before_fit, &full, &selection.state());
     let settings = vec![
         ("working clock".into(), format!("{} s", record.dt_s)),
         ("block of relation residuals".into(), format!("{seconds} s")),

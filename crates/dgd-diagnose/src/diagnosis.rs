@@ -192,6 +192,8 @@ pub struct Signal {
 pub struct Trace {
     /// The relation.
     pub relation: Relation,
+    /// Of instruments, which are held against each other.
+    pub pair: Option<&'static str>,
     /// Unit of the residual: `Pa` or `m3/s`.
     pub unit: &'static str,
     /// Middle of each block, s.

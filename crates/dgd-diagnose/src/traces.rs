@@ -1,13 +1,23 @@
 //! Residuals of each relation over time.
 
 use crate::diagnosis::Trace;
+use crate::empirical::is_correction;
+use crate::noise::Wander;
 use crate::record::{MASS_BLOCKS, Record};
+use crate::relations::Applied;
 use crate::tangent::Tangent;
 use crate::unrest::wander;
-use dgd_effects::{Rank, Relation, quantile};
+use crate::witness::Witness;
+use dgd_effects::{Action, Changes, Moment, Rank, Relation, quantile};
 
 /// Residuals by relation, before and after.
-pub(crate) fn traces(record: &Record, before: &Tangent, after: &Tangent) -> Vec<Trace> {
+/// `state` is the hypothesis of `after`.
+pub(crate) fn traces(
+    record: &Record,
+    before: &Tangent,
+    after: &Tangent,
+    state: &[Applied],
+) -> Vec<Trace> {
     let l = before.layout;
     let seconds = record.block_s();
     let (b, a) = (before.clean_residual(), after.clean_residual());
@@ -35,6 +45,7 @@ pub(crate) fn traces(record: &Record, before: &Tangent, after: &Tangent) -> Vec<
             quantile(weights.filter(|w| *w > 0.0), Rank::MEDIAN).map_or(f64::NAN, |w| 1.0 / w);
         Trace {
             relation,
+            pair: None,
             unit,
             t_s: (0..len).map(|i| (i as f64 + 0.5) * step).collect(),
             before: pick(&b, before),
@@ -74,7 +85,7 @@ pub(crate) fn traces(record: &Record, before: &Tangent, after: &Tangent) -> Vec<
     ];
     // A transmitter that is mapped and says nothing has no neighbour to differ from.
     if after.rows.difference.contains(&true) {
-        out.push(section(
+        let outlets = section(
             Relation::Instrument,
             "Pa",
             l.difference_at(),
@@ -82,7 +93,66 @@ pub(crate) fn traces(record: &Record, before: &Tangent, after: &Tangent) -> Vec<
             seconds,
             may.difference_pa,
             &|t, i| t.rows.difference[i],
-        ));
+        );
+        out.push(Trace {
+            pair: Some("outlet transmitters, first less second"),
+            ..outlets
+        });
     }
+    out.extend(inlets(record, state, may));
     out
+}
+
+/// The inlet's transmitters against the riser's, if it has one.
+fn inlets(record: &Record, state: &[Applied], may: Wander) -> Option<Trace> {
+    let witness = Witness::of(record, may, &[])?;
+    let before = witness.residual().to_vec();
+    let bias = inlet_bias(record, state, witness.t_s());
+    let moved: Vec<f64> = before.iter().zip(&bias).map(|(v, b)| v - b).collect();
+    let middle = quantile(moved.iter().copied(), Rank::MEDIAN)?;
+    Some(Trace {
+        relation: Relation::Instrument,
+        pair: Some("pump inlet less riser pressure"),
+        unit: "Pa",
+        t_s: (witness.t_s().iter())
+            .map(|t| t - record.setting.span_s.0)
+            .collect(),
+        before,
+        after: moved.iter().map(|v| v - middle).collect(),
+        noise: witness.noise_pa(),
+        wander: may.difference_pa,
+    })
+}
+
+/// What the corrections of a hypothesis hold the inlets to read too much, at some times, Pa.
+fn inlet_bias(record: &Record, state: &[Applied], t_s: &[f64]) -> Vec<f64> {
+    let corrections = state.iter().filter(|a| is_correction(a.effect));
+    let mut actions: Vec<Action> = corrections
+        .map(|a| a.effect.begin(&a.parameters, &record.setting))
+        .collect();
+    let seconds = record.block_s();
+    (t_s.iter().enumerate())
+        .map(|(index, t)| {
+            let i = (index * record.per_block).min(record.t_s.len() - 1);
+            let f = &record.filled;
+            let moment = Moment {
+                index,
+                t_s: *t,
+                dt_s: seconds,
+                mud_pump_m3_s: f.mud_pump[i],
+                booster_m3_s: f.booster[i],
+                topfill_m3_s: f.topfill[i],
+                flow_m3_s: f.flow[i],
+                speed_pct: f.speed[i],
+                inlet_pa: f.inlet[i],
+                outlet_pa: f.outlet[i],
+                pumping: f.pumping[i],
+            };
+            let mut changes = Changes::default();
+            for action in &mut actions {
+                action(&moment, &mut changes);
+            }
+            changes.inlet_bias_pa
+        })
+        .collect()
 }

@@ -15,7 +15,9 @@ const SPAN_PA: f64 = 3.0e3;
 /// Inlet less riser pressure, block by block, beside the noise that the two have.
 pub(crate) struct Witness {
     whitening: Whitening,
-    /// Whitened.
+    /// Less its median, Pa; NaN where either cannot be trusted.
+    residual: Vec<f64>,
+    /// The same, whitened.
     apart: Vec<f64>,
     /// What the two may differ by, whitened, at its prior width.
     free: Vec<Vec<f64>>,
@@ -63,12 +65,29 @@ impl Witness {
         let free = vec![column(&|_| 1e5), column(&square), column(&span)];
         Some(Self {
             apart: whitening.apply_whole(&residual),
+            residual,
             free,
             t_s: (0..n)
                 .map(|b| mean(&record.t_s[b * m..(b + 1) * m]))
                 .collect(),
             whitening,
         })
+    }
+
+    /// Inlet less riser pressure, less its median, by block, Pa.
+    pub(crate) fn residual(&self) -> &[f64] {
+        &self.residual
+    }
+
+    /// Middle of each block, s.
+    pub(crate) fn t_s(&self) -> &[f64] {
+        &self.t_s
+    }
+
+    /// Standard deviation of a block's noise, Pa.
+    pub(crate) fn noise_pa(&self) -> f64 {
+        let weights = self.whitening.weight.iter().copied();
+        quantile(weights.filter(|w| *w > 0.0), Rank::MEDIAN).map_or(f64::NAN, |w| 1.0 / w)
     }
 
     /// Normal equations of a curve over time that the inlet reads too much by: its knots, of width `unit`, from `from` to

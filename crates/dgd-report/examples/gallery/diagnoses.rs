@@ -373,6 +373,8 @@ fn traces(end: f64, findings: &[Finding]) -> Vec<Trace> {
             }
             Trace {
                 relation,
+                pair: (relation == Relation::Instrument)
+                    .then_some("outlet transmitters, first less second"),
                 unit,
                 t_s: blocks.clone(),
                 before,

@@ -245,7 +245,8 @@ fn caption(twofold: bool, outside: usize) -> String {
 /// Name, unit and how the residual stands to what a complete relation may leave, above a lane.
 fn head(scene: &mut Scene, trace: &Trace, twofold: bool, top: f64) -> f64 {
     let (unit, factor) = shown(trace.unit);
-    let name = format!("{} [{unit}]", capital(words::relation(trace.relation)));
+    let name = trace.pair.unwrap_or(words::relation(trace.relation));
+    let name = format!("{} [{unit}]", capital(name));
     scene.bold([LEFT, top + 13.0], &name, 13.0, INK, Anchor::Start);
     let text = |value: f64| significant(value * factor, 2);
     let after = text(rms(&trace.after));
