@@ -1,7 +1,8 @@
 //! What the plant conceals is named, with its size and its time; what is not there is not.
 
-use super::rig::{answer, case, recorded, screened};
+use super::rig::{answer, case, recorded, screened, tried};
 use dgd_diagnose::{Diagnosis, Finding, Options, Outcome, Verdict, diagnose};
+use dgd_effects::Relation;
 use dgd_plant::Case;
 
 /// Length that two intervals share over the length of both together.
@@ -120,4 +121,63 @@ fn a_suspect_is_fitted_whatever_its_evidence_and_nothing_else_is_looked_for() {
     let rate = &found.findings[0].parameters[0];
     assert!(rate.estimate.abs() < 0.0008, "{rate:?}");
     assert!(found.findings[0].probability < 0.5);
+}
+
+/// What a clean recording of four hours is taken for when its pressures read too much at each time.
+fn misread(falsify: impl Fn(&mut dgd_recording::Recording)) -> Diagnosis {
+    let (well, mut recording, step_s) = recorded(&case(301, None));
+    falsify(&mut recording);
+    tried(&well, recording, step_s).unwrap()
+}
+
+#[test]
+fn inlet_transmitters_that_drift_are_told_from_a_pump_that_loses_head() {
+    let found = misread(|recording| {
+        let end = recording.time_s.last().copied().unwrap();
+        for inlet in &mut recording.pump_inlet_pressure_pa {
+            for (p, t) in inlet.iter_mut().zip(&recording.time_s) {
+                *p += 3e4 * (6.0 * t / end).sin();
+            }
+        }
+    });
+    assert_eq!(found.verdict, Verdict::Unexplained, "{:?}", found.findings);
+    let finding = &found.findings[0];
+    assert_eq!(
+        (finding.effect.as_str(), finding.relation),
+        ("unknown", Relation::Instrument)
+    );
+    assert!(
+        finding
+            .title
+            .contains("pump inlet transmitters drifts over time")
+    );
+    gains_on_held_out_windows(finding);
+    // The riser's transmitter is shown beside them, and what is left of the drift.
+    let pair = Some("pump inlet less riser pressure");
+    let trace = found.traces.iter().find(|t| t.pair == pair).unwrap();
+    let size = |values: &[f64]| {
+        let known: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+        (known.iter().map(|v| v * v).sum::<f64>() / known.len() as f64).sqrt()
+    };
+    assert!(size(&trace.before) > 1.5e4);
+    assert!(size(&trace.after) < 0.5 * size(&trace.before));
+}
+
+#[test]
+fn outlet_transmitters_that_feel_another_line_are_told_as_such() {
+    let found = misread(|recording| {
+        for outlet in &mut recording.pump_outlet_pressure_pa {
+            for (p, q) in outlet.iter_mut().zip(&recording.booster_flow_m3_s) {
+                *p += 8e6 * q;
+            }
+        }
+    });
+    assert_eq!(found.verdict, Verdict::Unexplained, "{:?}", found.findings);
+    let finding = &found.findings[0];
+    assert_eq!(finding.relation, Relation::Instrument);
+    assert!(
+        finding
+            .title
+            .contains("pump outlet transmitters depends on booster flow")
+    );
 }
