@@ -18,6 +18,7 @@ use crate::traces::traces;
 use dgd_effects::{About, AppliedEffect, Method, catalogue, find};
 use dgd_identify::Prepared;
 use dgd_recording::Well;
+use tracing::debug;
 
 /// Blocks that a diagnosis needs: a held-out window and ten minutes to fit on.
 const LEAST_BLOCKS: usize = 190;
@@ -133,6 +134,11 @@ pub fn diagnose(
         if let Some(fit) = runnable(&record, &plain, &excluded) {
             let without = model(&record, &plain, &fit);
             let other = simulate(well, &record, prepared, &windows, &before, &without)?;
+            debug!(
+                "free runs on the training stretches come to {:.2} with the correction, {:.2} without it",
+                gained(&simulation),
+                gained(&other)
+            );
             if gained(&other) < gained(&simulation) {
                 checks.push(Check {
                     name: "the empirical correction keeps the free run stable".into(),
