@@ -73,6 +73,18 @@ impl Smooth {
     }
 }
 
+/// A curve of each smoothness; a constant only where the relation has no term for it.
+fn smoothed(gram: &DMatrix<f64>, right: &DVector<f64>, constant: bool) -> Vec<Smooth> {
+    (SMOOTHNESS.iter().skip(usize::from(!constant)))
+        .filter_map(|reach| Smooth::fit(gram, right, *reach))
+        .collect()
+}
+
+/// Evidence of curves of which none is likelier beforehand.
+fn weighed(curves: &[Smooth]) -> f64 {
+    ln_mean_exp(curves.iter().map(|c| c.evidence))
+}
+
 /// The range of a quantity in the recording.
 fn range(record: &Record, quantity: usize) -> (f64, f64) {
     let f = &record.filled;
@@ -182,6 +194,16 @@ pub(crate) fn correction(
         parameters.extend((0..KNOTS).map(knots));
         tangent.change(record, &joined(state, &Applied::new(unknown(), parameters)))
     };
+    let witnessed = (relation == INLET)
+        .then(|| Witness::of(record, wander(record, &tangent.curves), excluded))
+        .flatten()
+        .and_then(|witness| witness.normal_equations((from, to), unit));
+    if let Some((gram, right)) = &witnessed
+        && weighed(&smoothed(gram, right, false)) <= 0.0
+    {
+        // What the riser's transmitter does not see is no drift of the inlet's, and the relations need not be asked.
+        return None;
+    }
     let columns: Vec<Vec<f64>> = if relation == INLET {
         // The mass balance holds the rate of this reading: it answers no constant.
         (0..KNOTS)
@@ -205,21 +227,14 @@ pub(crate) fn correction(
             .collect()
     };
     let (mut gram, mut right) = tangent.normal_equations(record, &columns);
-    if relation == INLET
-        && let Some(witness) = Witness::of(record, wander(record, &tangent.curves), excluded)
-        && let Some((more, pull)) = witness.normal_equations((from, to), unit)
-    {
+    if let Some((more, pull)) = witnessed {
         gram += more;
         right += pull;
     }
     let balanced = PLACES[relation].relation == Relation::RiserMassBalance && quantity == 0;
-    let curves: Vec<Smooth> = SMOOTHNESS
-        .iter()
-        .skip(usize::from(!balanced))
-        .filter_map(|reach| Smooth::fit(&gram, &right, *reach))
-        .collect();
+    let curves = smoothed(&gram, &right, balanced);
     let best = (curves.iter()).max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
-    let evidence = ln_mean_exp(curves.iter().map(|c| c.evidence));
+    let evidence = weighed(&curves);
     let (coefficients, freedom) = (&best.coefficients, best.freedom);
     let curve: Vec<f64> = (0..columns[0].len())
         .map(|i| {
