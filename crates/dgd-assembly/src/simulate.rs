@@ -308,7 +308,14 @@ pub(crate) fn settle(net: &Network, work: &mut Work, x: &mut [f64]) {
             }
             work.solve(net, x);
             let push = work.push(net, c, x);
-            let step = push.v / -push.d;
+            // From rest the slope of a square law is small: by steps of the usual flow the nearest balance is found, not
+            // one beyond the range that the friction's polynomial was made for.
+            let most = net.states[state].size;
+            let step = if push.d < 0.0 {
+                (push.v / -push.d).clamp(-most, most)
+            } else {
+                most * push.v.signum()
+            };
             if !step.is_finite() {
                 continue;
             }
