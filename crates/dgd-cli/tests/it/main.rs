@@ -15,6 +15,7 @@ mod formats;
 mod killed;
 mod masking;
 mod outputs;
+mod profiles;
 mod refusals;
 mod simulating;
 mod systems;
