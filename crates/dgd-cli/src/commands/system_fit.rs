@@ -7,7 +7,7 @@ use crate::progress::Progress;
 use crate::say::{self, TextTable, brief, count, number};
 use crate::system::columns::{self, Recorded};
 use crate::system::runs::{self, Run};
-use crate::system::{self, diagram, ending, failed, gauges, page, unit_of};
+use crate::system::{self, bounds, diagram, ending, failed, gauges, page, unit_of};
 use dgd_assembly::{
     Assembly, Fit, FitOptions, FitStatus, Identifiability, Loss, SimulationOptions, fit,
     identifiability, sensitivities,
@@ -253,7 +253,7 @@ fn html(done: &Done<'_>) -> Result<String, ReportError> {
     let parameters: Vec<page::Parameter<'_>> = (done.fitted.parameters.iter())
         .map(|p| page::Parameter {
             fitted: p,
-            ci95: page::interval(p),
+            ci95: page::interval(p, bounds(done.assembly, &p.path)),
         })
         .collect();
     page::parameters(&mut page, done.assembly, &parameters)?;
@@ -295,7 +295,7 @@ fn as_json(done: &Done<'_>, files: &Files) -> Value {
         .iter()
         .zip(&known)
         .map(|(p, bounds)| {
-            let (low, high) = page::interval(p);
+            let (low, high) = page::interval(p, (bounds.low, bounds.high));
             json!({
                 "path": p.path,
                 "value": p.value,
@@ -376,11 +376,9 @@ fn tell_into(text: &mut String, done: &Done<'_>, files: &Files) -> std::fmt::Res
     write!(text, "{}", errors(done.assembly, done.runs).render())?;
     writeln!(text)?;
     let mut table = TextTable::new(["parameter", "estimate", "95 % from", "to", "unit", "note"]);
-    let known = done.assembly.parameters();
     for p in &done.fitted.parameters {
-        let bounds = (known.iter().find(|k| k.path == p.path))
-            .map_or((f64::NEG_INFINITY, f64::INFINITY), |k| (k.low, k.high));
-        let told = page::Told::of(p, page::interval(p), bounds);
+        let bounds = bounds(done.assembly, &p.path);
+        let told = page::Told::of(p.value, p.at_bound, page::interval(p, bounds), bounds);
         let [from, to] = told.ends.unwrap_or_default();
         table.row([
             p.path.clone(),
