@@ -185,6 +185,9 @@ pub(crate) struct Fit {
     /// Further starts of a system's fit, spread over the bounds
     #[arg(long, value_name = "N", default_value_t = 4, conflicts_with = "well")]
     pub(crate) starts: usize,
+    /// Estimate a system's values on its linear model as well, beside the others
+    #[arg(long, conflicts_with = "well")]
+    pub(crate) linear: bool,
 }
 
 #[derive(Debug, Args)]

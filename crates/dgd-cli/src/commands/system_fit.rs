@@ -1,5 +1,7 @@
 //! `dgd fit --system`: the free values of any system from its recording.
 
+mod linear;
+
 use crate::args::{Fit as Arguments, Global};
 use crate::failure::Failure;
 use crate::output::{self, Outputs};
@@ -30,6 +32,7 @@ struct Done<'a> {
     fitted: &'a FittedSystem,
     runs: &'a [Run],
     told: Option<Identifiability>,
+    linear: Option<linear::Linear>,
     issues: &'a [String],
     robust: bool,
 }
@@ -81,11 +84,19 @@ pub(crate) fn run(
     let simulation = SimulationOptions::default();
     let files_read = (path, recording);
     let runs = runs::simulate(assembly, &theta, &recorded, &simulation, files_read)?;
+    let linear = if arguments.linear {
+        progress.stage("fitting", "the linear model");
+        let robust = arguments.robust;
+        Some(linear::of(assembly, &found, &recorded, robust, files_read)?)
+    } else {
+        None
+    };
     progress.stage("comparing", "how the parameters move the readings");
     let done = Done {
         title: system::title(assembly, path),
         recording: fitted.recording.clone(),
         told: told(assembly, &theta, &recorded, &simulation),
+        linear,
         assembly,
         fit: &found,
         fitted: &fitted,
@@ -264,6 +275,9 @@ fn html(done: &Done<'_>) -> Result<String, ReportError> {
             page.paragraph("The runs beside the fit could not be made, so this is not known.");
         }
     }
+    if let Some(linear) = &done.linear {
+        linear.draw(&mut page, done.assembly, &done.fitted.parameters);
+    }
     page.section("Residuals");
     for figure in page::residuals(done.assembly, done.runs)? {
         page.figure(&figure);
@@ -325,6 +339,7 @@ fn as_json(done: &Done<'_>, files: &Files) -> Value {
         "parameters": parameters,
         "covariance": done.fit.covariance.chunks(known.len().max(1)).collect::<Vec<_>>(),
         "identifiability": done.told.as_ref().map(identifiability_as_json),
+        "linear": done.linear.as_ref().map(|l| l.as_json(done.assembly)),
         "issues": done.issues,
         "model": system::file_name(&files.model),
         "simulation": system::file_name(&files.simulation),
@@ -395,6 +410,13 @@ fn tell_into(text: &mut String, done: &Done<'_>, files: &Files) -> std::fmt::Res
         for direction in &told.near_null {
             writeln!(text, "{}", page::near_null_sentence(direction))?;
         }
+    }
+    if let Some(linear) = &done.linear {
+        write!(
+            text,
+            "{}",
+            linear.tell(done.assembly, &done.fitted.parameters)
+        )?;
     }
     writeln!(
         text,

@@ -1,4 +1,5 @@
-//! `dgd sensitivities --profile`: what a recording tells of one parameter while the others make up for it.
+//! Beside a fit: `dgd sensitivities --profile`, what a recording tells of one parameter while the others make up for it, and `dgd fit
+//! --linear`.
 
 use crate::systems::benches;
 use serde_json::Value;
@@ -72,4 +73,33 @@ fn a_profile_of_what_is_not_free_is_refused_with_what_is() {
     bench
         .dgd("sensitivities two_tanks.csv --system two_tanks.toml --profile upper.area --out s")
         .refused(&["upper.area", "upper_outlet.discharge_coefficient"]);
+}
+
+#[test]
+fn the_linear_model_is_fitted_beside_the_equations_and_does_worse_where_tanks_swing() {
+    let bench = benches();
+    let fit = bench.json(
+        "fit two_tanks.csv --system two_tanks.toml --linear --out m.toml",
+        "dgd.system-fit/1",
+    );
+    let rms = |v: &Value| v["outputs"][0]["train"]["rms"].as_f64().unwrap();
+    assert!(rms(&fit["linear"]) > 1.5 * rms(&fit), "{}", fit["linear"]);
+    let paths = |v: &Value| {
+        let all = v["parameters"].as_array().unwrap();
+        all.iter()
+            .map(|p| p["path"].as_str().unwrap().to_owned())
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(paths(&fit), paths(&fit["linear"]));
+    assert!(
+        bench
+            .text("m.html")
+            .contains("Estimated on the linear model")
+    );
+    let plain = bench.json(
+        "fit two_tanks.csv --system two_tanks.toml --out plain.toml",
+        "dgd.system-fit/1",
+    );
+    assert!(plain["linear"].is_null());
+    assert_eq!(plain["parameters"], fit["parameters"]);
 }
