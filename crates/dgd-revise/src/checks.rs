@@ -49,7 +49,7 @@ pub(crate) fn gate_checks(e: &Evidence<'_, '_>) -> Vec<Check> {
             .map(|l| format!("{}: {}", names[l.output], said(l)));
         each.collect::<Vec<_>>().join("; ")
     };
-    let of_noise = |l: &Level| format!("{:.3} of its noise", l.ratio());
+    let of_noise = |l: &Level| format!("{:.2} times its noise", l.ratio());
     match e.excuse {
         Some(Excuse::Accuracy) => checks.push(Check {
             name: "the re-fitted base is off by no more than the accuracy stated".into(),

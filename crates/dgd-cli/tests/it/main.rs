@@ -18,5 +18,6 @@ mod outputs;
 mod profiles;
 mod refusals;
 mod simulating;
+mod six_states;
 mod systems;
 mod words;

@@ -13,6 +13,8 @@ use serde_json::{Value, json};
 const CHI_SQUARE_95: f64 = 3.841_458_820_694_124;
 /// Points to either side at most.
 const POINTS: usize = 16;
+/// Points between the last that the recording allows and the first that it does not.
+const HALVINGS: usize = 8;
 /// Word that stands for every parameter.
 const ALL: &str = "all";
 
@@ -58,7 +60,8 @@ pub(super) fn of(
     #[expect(clippy::cast_precision_loss, reason = "sample counts")]
     let free = best.samples.saturating_sub(parameters.len()).max(1) as f64;
     let variance = (2.0 * best.cost / free * best.inflation).max(f64::MIN_POSITIVE);
-    let rise = |cost: f64| (2.0 * (cost - best.cost) / variance).max(0.0);
+    let root = |cost: f64| (2.0 * (cost - best.cost) / variance).max(0.0).sqrt();
+    let limit = CHI_SQUARE_95.sqrt();
     let mut all = Vec::new();
     for path in paths {
         let index = parameters.iter().position(|p| p.path == path);
@@ -89,20 +92,39 @@ pub(super) fn of(
                     break;
                 }
                 held = next;
-                let Some(point) = profile(assembly, train, &start, &path, &[held])?.pop() else {
-                    break;
+                let mut at = |held: f64| -> Result<f64, AssemblyError> {
+                    let found = profile(assembly, train, &start, &path, &[held])?.pop();
+                    let reached = found.as_ref().map_or(f64::INFINITY, |p| root(p.cost));
+                    if reached.is_finite() {
+                        points.push((held, reached * reached));
+                    }
+                    if reached < limit {
+                        start.start = found.map(|p| p.theta);
+                    }
+                    Ok(reached)
                 };
-                let root = rise(point.cost).sqrt();
-                points.push((held, root * root));
-                start.start = Some(point.theta);
-                let limit = CHI_SQUARE_95.sqrt();
-                if root >= limit {
-                    // Between two points the root is nearly straight.
-                    let share = (limit - before.1) / (root - before.1).max(f64::MIN_POSITIVE);
-                    ends[side] = Some(before.0 + share.clamp(0.0, 1.0) * (held - before.0));
-                    break;
+                let mut beyond = (held, at(held)?);
+                if beyond.1 < limit {
+                    before = beyond;
+                    continue;
                 }
-                before = (held, root);
+                // Where another parameter comes to its bound the misfit rises at once.
+                for _ in 0..HALVINGS {
+                    if beyond.1 < 2.0 * limit {
+                        break;
+                    }
+                    let middle = 0.5 * (before.0 + beyond.0);
+                    let between = (middle, at(middle)?);
+                    if between.1 < limit {
+                        before = between;
+                    } else {
+                        beyond = between;
+                    }
+                }
+                // Between two points the root is nearly straight.
+                let share = (limit - before.1) / (beyond.1 - before.1).max(f64::MIN_POSITIVE);
+                ends[side] = Some(before.0 + share.clamp(0.0, 1.0) * (beyond.0 - before.0));
+                break;
             }
         }
         // A path that is none is refused with the list of those there are.
