@@ -423,7 +423,7 @@ pub(crate) struct Linearise {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   dgd sensitivities bench.mat --system bench.toml --out sensitivities
-  dgd sensitivities bench.mat --system model.toml --profile all --out sensitivities
+  dgd sensitivities bench.mat --system model.toml --profile all --out told
   dgd sensitivities inputs.csv --system system.toml --out plan
 
 Writes sensitivities.json, sensitivities.csv (along the run) and sensitivities.html into the folder. Instruments need \

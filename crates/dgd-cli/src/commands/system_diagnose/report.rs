@@ -108,9 +108,8 @@ fn found(page: &mut Page, done: &Done, finding: &Finding) {
         )
     }));
     points.extend(finding.parameters.iter().map(|p| {
-        let (line, interval) = tell::parameter(assembly, p);
-        let what = if interval { ", 95 % interval" } else { "" };
-        format!("{}: {}{what}", page::typeset(&line), p.meaning)
+        let line = page::typeset(&tell::parameter(assembly, p));
+        format!("{line}: {}", p.meaning)
     }));
     points.extend(tell::places(assembly, finding).into_iter().map(capital));
     if finding.left_out_loss.is_finite() {

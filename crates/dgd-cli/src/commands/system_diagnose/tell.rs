@@ -44,8 +44,7 @@ fn told(text: &mut String, assembly: &Assembly, finding: &Finding) -> std::fmt::
         writeln!(text, "  {line}")?;
     }
     for p in &finding.parameters {
-        let (line, _) = parameter(assembly, p);
-        writeln!(text, "  {line}: {}", p.meaning)?;
+        writeln!(text, "  {}: {}", parameter(assembly, p), p.meaning)?;
     }
     for line in places(assembly, finding) {
         writeln!(text, "  {line}")?;
@@ -77,17 +76,16 @@ pub(super) fn likely(finding: &Finding) -> Option<String> {
     ))
 }
 
-/// A parameter with its unit and its interval, as it stands among all parameters too; and whether there is an interval.
-pub(super) fn parameter(assembly: &Assembly, e: &Estimate) -> (String, bool) {
+/// A parameter with its unit and its interval, as it stands among all parameters too.
+pub(super) fn parameter(assembly: &Assembly, e: &Estimate) -> String {
     let unit = unit_of(assembly.system(), &e.path);
     let gap = if unit.is_empty() { "" } else { " " };
     let told = page::Told::of(e.value, e.at_bound, e.ci95, bounds(assembly, &e.path));
-    let (said, interval) = match told.ends {
-        Some([from, to]) => (format!("{from} to {to}"), true),
-        None => (told.note.to_owned(), false),
+    let said = match told.ends {
+        Some([from, to]) => format!("95 %: {from} to {to}"),
+        None => told.note.to_owned(),
     };
-    let line = format!("{} = {}{gap}{unit} ({said})", e.path, told.value);
-    (line, interval)
+    format!("{} = {}{gap}{unit} ({said})", e.path, told.value)
 }
 
 /// Where it lies: in the operating space, and along the recording.
