@@ -44,22 +44,23 @@ impl Classes {
 
 /// What meets in one point.
 #[derive(Debug, Default, Clone)]
-pub(crate) struct Meeting {
+pub(crate) struct Junction {
     pub name: String,
     /// What sets the pressure; more than one is a contradiction.
     pub bearers: Vec<NodeKind>,
     pub bearer_names: Vec<String>,
     pub sources: Vec<usize>,
-    pub junctions: Vec<usize>,
+    /// Components of the kind `junction`.
+    pub named: Vec<usize>,
     /// Branch and which of its ends.
     pub ends: Vec<Port>,
 }
 
-/// The connections as a graph of meetings.
+/// The connections as a graph of junctions.
 #[derive(Debug, Default)]
 pub(crate) struct Graph {
-    pub meetings: Vec<Meeting>,
-    /// Meeting of each port.
+    pub junctions: Vec<Junction>,
+    /// Junction of each port.
     pub of_port: BTreeMap<Port, usize>,
 }
 
@@ -102,12 +103,12 @@ pub(crate) fn meet(
     let mut of_root: BTreeMap<usize, usize> = BTreeMap::new();
     for (&port, &index) in &classes.index {
         let root = classes.root(index);
-        let meeting = *of_root.entry(root).or_insert_with(|| {
-            graph.meetings.push(Meeting::default());
-            graph.meetings.len() - 1
+        let junction = *of_root.entry(root).or_insert_with(|| {
+            graph.junctions.push(Junction::default());
+            graph.junctions.len() - 1
         });
-        graph.of_port.insert(port, meeting);
-        let m = &mut graph.meetings[meeting];
+        graph.of_port.insert(port, junction);
+        let m = &mut graph.junctions[junction];
         let (i, end) = port;
         if i == ATMOSPHERE {
             m.bearers.push(NodeKind::Atmosphere);
@@ -135,21 +136,21 @@ pub(crate) fn meet(
                 m.bearers.push(NodeKind::Boundary(i));
                 m.bearer_names.push(part.name.clone());
             }
-            Kind::Junction => m.junctions.push(i),
+            Kind::Junction => m.named.push(i),
             _ => m.ends.push(port),
         }
     }
-    for m in &mut graph.meetings {
+    for m in &mut graph.junctions {
         m.name = name(&slots.parts, m);
     }
     graph
 }
 
-fn name(parts: &[Part], m: &Meeting) -> String {
+fn name(parts: &[Part], m: &Junction) -> String {
     if let Some(name) = m.bearer_names.first() {
         return name.clone();
     }
-    if let Some(&junction) = m.junctions.first() {
+    if let Some(&junction) = m.named.first() {
         return parts[junction].name.clone();
     }
     let ends: Vec<String> = m
@@ -228,7 +229,7 @@ pub(crate) fn find_port(
     }
 }
 
-/// Nodes, chains, and where each meeting went.
+/// Nodes, chains, and where each junction went.
 pub(crate) struct Chained {
     pub nodes: Vec<Node>,
     pub chains: Vec<Chain>,
@@ -238,13 +239,13 @@ pub(crate) struct Chained {
 /// Joins branches in series to chains between nodes.
 pub(crate) fn chain(graph: &Graph, slots: &Slots, problems: &mut Vec<Problem>) -> Chained {
     let inner: Vec<bool> = graph
-        .meetings
+        .junctions
         .iter()
         .map(|m| m.bearers.is_empty() && m.sources.is_empty() && m.ends.len() == 2)
         .collect();
-    let mut location = vec![None; graph.meetings.len()];
+    let mut location = vec![None; graph.junctions.len()];
     let mut nodes = Vec::new();
-    for (i, m) in graph.meetings.iter().enumerate() {
+    for (i, m) in graph.junctions.iter().enumerate() {
         if inner[i] {
             continue;
         }
@@ -258,7 +259,7 @@ pub(crate) fn chain(graph: &Graph, slots: &Slots, problems: &mut Vec<Problem>) -
     }
     let mut chains: Vec<Chain> = Vec::new();
     let mut done = vec![false; slots.parts.len()];
-    for (i, m) in graph.meetings.iter().enumerate() {
+    for (i, m) in graph.junctions.iter().enumerate() {
         let Some(Location::Node(from)) = location[i].filter(|_| !inner[i]) else {
             continue;
         };
@@ -277,15 +278,15 @@ pub(crate) fn chain(graph: &Graph, slots: &Slots, problems: &mut Vec<Problem>) -
                     sign: if at == INLET { 1.0 } else { -1.0 },
                 });
                 let far = (part, 1 - at);
-                let meeting = graph.of_port[&far];
-                if !inner[meeting] {
-                    break meeting;
+                let junction = graph.of_port[&far];
+                if !inner[junction] {
+                    break junction;
                 }
-                passed.push(meeting);
-                let next = graph.meetings[meeting].ends.iter().find(|&&e| e != far);
+                passed.push(junction);
+                let next = graph.junctions[junction].ends.iter().find(|&&e| e != far);
                 match next {
                     Some(&(p, e)) if !done[p] => (part, at) = (p, e),
-                    _ => break meeting,
+                    _ => break junction,
                 }
             };
             let Some(Location::Node(to)) = location[to].filter(|_| !inner[to]) else {
@@ -300,8 +301,8 @@ pub(crate) fn chain(graph: &Graph, slots: &Slots, problems: &mut Vec<Problem>) -
                 std::mem::swap(&mut from, &mut to);
             }
             let chain = chains.len();
-            for (k, meeting) in passed.into_iter().enumerate() {
-                location[meeting] = Some(Location::Inside {
+            for (k, junction) in passed.into_iter().enumerate() {
+                location[junction] = Some(Location::Inside {
                     chain,
                     members: k + 1,
                 });

@@ -1,5 +1,6 @@
 //! Runs an assembly over a window of samples.
 
+mod linear;
 mod running;
 
 pub(crate) use running::Model;
@@ -22,6 +23,10 @@ pub struct SimulationOptions {
     pub relative: f64,
     /// Steps after which to give up; 10 million by default.
     pub max_steps: usize,
+    /// The linear model in the place of the equations: deviations from the steady state at the mean of the window's inputs (from the
+    /// window's start where there is none), as `linearise` gives it at each `theta`. No tank is full or empty in it, and what an
+    /// instrument does with earlier samples is left out.
+    pub linear: bool,
 }
 
 impl Default for SimulationOptions {
@@ -30,6 +35,7 @@ impl Default for SimulationOptions {
             method: Method::default(),
             relative: 1e-5,
             max_steps: 10_000_000,
+            linear: false,
         }
     }
 }
@@ -188,6 +194,9 @@ impl<'a> Simulator<'a> {
             set_theta(net, &mut work, theta);
             work.reset();
         }
+        if self.options.linear {
+            return self.run_linear(theta);
+        }
         self.model.command();
         self.model.held.clear();
         let mut simulation = Simulation {
@@ -308,7 +317,14 @@ pub(crate) fn settle(net: &Network, work: &mut Work, x: &mut [f64]) {
             }
             work.solve(net, x);
             let push = work.push(net, c, x);
-            let step = push.v / -push.d;
+            // From rest the slope of a square law is small: by steps of the usual flow the nearest balance is found, not
+            // one beyond the range that the friction's polynomial was made for.
+            let most = net.states[state].size;
+            let step = if push.d < 0.0 {
+                (push.v / -push.d).clamp(-most, most)
+            } else {
+                most * push.v.signum()
+            };
             if !step.is_finite() {
                 continue;
             }

@@ -1,8 +1,8 @@
 //! Is the system well posed? Maximum bipartite matching of equations and unknowns, and the Dulmage-Mendelsohn parts.
 //!
 //! Dulmage, A. L. and Mendelsohn, N. S., "Coverings of bipartite graphs", Canad. J. Math. 10 (1958); Pothen, A. and Fan,
-//! C.-J., ACM Trans. Math. Softw. 16 (1990). Equations: one law a branch, one mass balance a meeting without given
-//! pressure. Unknowns: one flow a branch, one pressure such a meeting.
+//! C.-J., ACM Trans. Math. Softw. 16 (1990). Equations: one law a branch, one mass balance a junction without given
+//! pressure. Unknowns: one flow a branch, one pressure such a junction.
 
 use crate::build::Slots;
 use crate::connect::{Graph, INLET, OUTLET, port_name};
@@ -111,13 +111,13 @@ pub(crate) fn incidence(graph: &Graph, slots: &Slots) -> Incidence {
     let branches: Vec<usize> = (0..slots.parts.len())
         .filter(|&i| slots.parts[i].kind.is_branch())
         .collect();
-    let free: Vec<usize> = (0..graph.meetings.len())
-        .filter(|&m| graph.meetings[m].bearers.is_empty())
+    let free: Vec<usize> = (0..graph.junctions.len())
+        .filter(|&m| graph.junctions[m].bearers.is_empty())
         .collect();
     let flow = |part: usize| branches.iter().position(|&b| b == part);
-    let pressure = |meeting: usize| {
+    let pressure = |junction: usize| {
         free.iter()
-            .position(|&f| f == meeting)
+            .position(|&f| f == junction)
             .map(|p| p + branches.len())
     };
     let mut incidence = Incidence::default();
@@ -134,14 +134,14 @@ pub(crate) fn incidence(graph: &Graph, slots: &Slots) -> Incidence {
         incidence.rows.push(row);
     }
     for &m in &free {
-        let meeting = &graph.meetings[m];
+        let junction = &graph.junctions[m];
         incidence
             .unknowns
-            .push(format!("pressure at {}", meeting.name));
+            .push(format!("pressure at {}", junction.name));
         incidence
             .equations
-            .push(format!("mass balance at {}", meeting.name));
-        let mut row: Vec<usize> = meeting
+            .push(format!("mass balance at {}", junction.name));
+        let mut row: Vec<usize> = junction
             .ends
             .iter()
             .filter_map(|&(part, _)| flow(part))
@@ -154,7 +154,7 @@ pub(crate) fn incidence(graph: &Graph, slots: &Slots) -> Incidence {
 
 /// Contradictions, loose ends and pieces without pressure.
 pub(crate) fn check(graph: &Graph, slots: &Slots, problems: &mut Vec<Problem>) {
-    for m in &graph.meetings {
+    for m in &graph.junctions {
         if m.bearers.len() > 1 {
             let names = m.bearer_names.join("` and `");
             problems.push(Problem::new(
@@ -179,7 +179,7 @@ pub(crate) fn check(graph: &Graph, slots: &Slots, problems: &mut Vec<Problem>) {
             problems.push(Problem::new(path, "leads nowhere", mend));
         }
         if lone + m.bearers.len() == 0
-            && let Some(&junction) = m.junctions.first()
+            && let Some(&junction) = m.named.first()
         {
             problems.push(Problem::new(
                 &slots.parts[junction].name,
@@ -230,9 +230,9 @@ pub(crate) fn check(graph: &Graph, slots: &Slots, problems: &mut Vec<Problem>) {
 
 /// Pieces that no pressure holds, and components that hang on nothing.
 fn floating(graph: &Graph, slots: &Slots, problems: &mut Vec<Problem>) {
-    let n = graph.meetings.len();
+    let n = graph.junctions.len();
     let mut held: Vec<bool> = graph
-        .meetings
+        .junctions
         .iter()
         .map(|m| !m.bearers.is_empty())
         .collect();
@@ -252,8 +252,8 @@ fn floating(graph: &Graph, slots: &Slots, problems: &mut Vec<Problem>) {
         }
     }
     let loose: Vec<&str> = (0..n)
-        .filter(|&m| !held[m] && graph.meetings[m].ends.len() > 1)
-        .map(|m| graph.meetings[m].name.as_str())
+        .filter(|&m| !held[m] && graph.junctions[m].ends.len() > 1)
+        .map(|m| graph.junctions[m].name.as_str())
         .collect();
     if !loose.is_empty() {
         problems.push(Problem::new(
@@ -266,12 +266,12 @@ fn floating(graph: &Graph, slots: &Slots, problems: &mut Vec<Problem>) {
         let alone = match part.kind {
             Kind::Tank => !graph.of_port.keys().any(|&(p, _)| p == i),
             Kind::Volume => graph.of_port.get(&(i, 0)).is_none_or(|&m| {
-                graph.meetings[m].ends.is_empty() && graph.meetings[m].sources.is_empty()
+                graph.junctions[m].ends.is_empty() && graph.junctions[m].sources.is_empty()
             }),
             Kind::Boundary if !part.gives_flow => graph
                 .of_port
                 .get(&(i, 0))
-                .is_none_or(|&m| graph.meetings[m].ends.is_empty()),
+                .is_none_or(|&m| graph.junctions[m].ends.is_empty()),
             _ => false,
         };
         if alone {

@@ -185,6 +185,9 @@ pub(crate) struct Fit {
     /// Further starts of a system's fit, spread over the bounds
     #[arg(long, value_name = "N", default_value_t = 4, conflicts_with = "well")]
     pub(crate) starts: usize,
+    /// Estimate a system's values on its linear model as well, beside the others
+    #[arg(long, conflicts_with = "well")]
+    pub(crate) linear: bool,
 }
 
 #[derive(Debug, Args)]
@@ -420,6 +423,7 @@ pub(crate) struct Linearise {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   dgd sensitivities bench.mat --system bench.toml --out sensitivities
+  dgd sensitivities bench.mat --system model.toml --profile all --out told
   dgd sensitivities inputs.csv --system system.toml --out plan
 
 Writes sensitivities.json, sensitivities.csv (along the run) and sensitivities.html into the folder. Instruments need \
@@ -430,6 +434,9 @@ pub(crate) struct Sensitivities {
     /// The description of the system, or what a fit of it wrote
     #[arg(long, value_name = "FILE")]
     pub(crate) system: PathBuf,
+    /// Also the profile likelihood of these parameters: each held, all others fitted (`all`: of every one)
+    #[arg(long, value_name = "PATH", num_args = 1..)]
+    pub(crate) profile: Vec<String>,
     /// Folder for sensitivities.json, sensitivities.csv and sensitivities.html
     #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,

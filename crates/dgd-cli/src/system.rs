@@ -3,6 +3,7 @@
 pub(crate) mod columns;
 pub(crate) mod diagram;
 pub(crate) mod page;
+pub(crate) mod quantity;
 pub(crate) mod runs;
 
 use crate::failure::Failure;
@@ -244,6 +245,13 @@ fn unit_of_effect(system: &System, component: &str, effect: &str, parameter: &st
     // Times and lengths along something else than time are in its own unit.
     let elsewhere = si == "s" && system.independent != "time";
     if elsewhere { String::new() } else { si.into() }
+}
+
+/// What a free value is sought within.
+pub(crate) fn bounds(assembly: &Assembly, path: &str) -> (f64, f64) {
+    let known = assembly.parameters();
+    (known.iter().find(|k| k.path == path))
+        .map_or((f64::NEG_INFINITY, f64::INFINITY), |k| (k.low, k.high))
 }
 
 /// Dimension of a state by the last part of its path.

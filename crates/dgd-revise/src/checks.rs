@@ -49,14 +49,15 @@ pub(crate) fn gate_checks(e: &Evidence<'_, '_>) -> Vec<Check> {
             .map(|l| format!("{}: {}", names[l.output], said(l)));
         each.collect::<Vec<_>>().join("; ")
     };
-    let of_noise = |l: &Level| format!("{:.3} of its noise", l.ratio());
+    let of_noise = |l: &Level| format!("{:.2} times its noise", l.ratio());
     match e.excuse {
         Some(Excuse::Accuracy) => checks.push(Check {
             name: "the re-fitted base is off by no more than the accuracy stated".into(),
             passed: true,
             detail: each(&|l| {
+                // In no unit: whoever shows it has units of its own.
                 let stated = accuracies[l.output].unwrap_or(f64::NAN);
-                format!("off by {:.4e} of {stated:.4e}", off(l))
+                format!("{:.2} of it", off(l) / stated)
             }),
         }),
         Some(Excuse::Noise | Excuse::Small) => checks.push(Check {
@@ -230,8 +231,10 @@ pub(crate) fn bounds_check(
             };
             let value = trial.minimum.theta[i];
             let near = 1e-6 * (p.high - p.low);
-            if value - p.low <= near || p.high - value <= near {
-                at.push(format!("{path} = {value:.4e}"));
+            if value - p.low <= near {
+                at.push(format!("{path} is on its lower bound"));
+            } else if p.high - value <= near {
+                at.push(format!("{path} is on its upper bound"));
             }
             let side = |t: &Vec<f64>| (t[i] - p.neutral).signum();
             if k == 0

@@ -210,7 +210,7 @@ pub(crate) fn conclude(
         (None, Some(k)) => k.left.clone(),
         _ => evidence.base_left.clone(),
     };
-    let mut findings = findings(&evidence, &claim, &trial, standing, &mut checks);
+    let (mut findings, doubtful) = findings(&evidence, &claim, &trial, standing, &mut checks);
     if claim.set.is_some() {
         bounds_check(&evidence, &trial, &left_after, &mut checks);
     }
@@ -253,8 +253,9 @@ pub(crate) fn conclude(
     let classes = classes(&evidence, &claim);
     Ok(Revision {
         verdict,
-        tested: tested(&evidence, &claim, &findings),
+        tested: tested(&evidence, &findings, &doubtful),
         findings,
+        also_possible: doubtful,
         classes,
         checks,
         contenders: contenders(&evidence),

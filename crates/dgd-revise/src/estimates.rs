@@ -6,6 +6,9 @@ use crate::revision::Estimate;
 use crate::validate::LeftOut;
 use nalgebra::{DMatrix, SymmetricEigen};
 
+/// 97.5 % point of the normal distribution.
+const TWO_SIDED_95: f64 = 1.959_963_984_540_054;
+
 /// Estimates of all parameters of a fitted set: the interval is the wider of curvature with the residual's memory and of
 /// the jackknife over the validation's folds.
 pub(crate) fn estimates(
@@ -68,11 +71,13 @@ pub(crate) fn estimates(
             let mean = folds.iter().sum::<f64>() / n;
             let jackknife =
                 ((n - 1.0) / n * folds.iter().map(|f| (f - mean).powi(2)).sum::<f64>()).sqrt();
-            let half = 1.96 * (curvature[i].sqrt() * (high - low)).max(jackknife);
+            let error = (curvature[i].sqrt() * (high - low)).max(jackknife);
+            let half = TWO_SIDED_95 * error;
             Estimate {
                 path: trial.paths[i].clone(),
                 meaning: String::new(),
                 value,
+                standard_error: error,
                 ci95: ((value - half).max(low), (value + half).min(high)),
                 at_bound: at_bound[i],
             }

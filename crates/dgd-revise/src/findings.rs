@@ -63,15 +63,16 @@ pub(crate) fn standings(
     together.into_iter().map(of).collect()
 }
 
+/// Findings, and what is part of the model with too little weight for one.
 pub(crate) fn findings(
     e: &Evidence<'_, '_>,
     claim: &Claim,
     trial: &Trial,
     standing: Vec<Standing>,
     checks: &mut Vec<Check>,
-) -> Vec<Finding> {
+) -> (Vec<Finding>, Vec<Finding>) {
     let c = e.context;
-    let mut all = Vec::new();
+    let (mut all, mut doubtful) = (Vec::new(), Vec::new());
     let quantities = empirical::quantities(
         c,
         c.data,
@@ -87,7 +88,7 @@ pub(crate) fn findings(
             member: m,
             without,
             alone,
-            ..
+            together,
         } in standing
         {
             let h = &c.hypotheses[m];
@@ -110,7 +111,12 @@ pub(crate) fn findings(
                 checks.push(placebo(e, &w.trial, m));
             }
             let prefix = format!("{}.{}.", h.component, h.effect);
-            all.push(Finding {
+            let list = if together < belief::LIKELY {
+                &mut doubtful
+            } else {
+                &mut all
+            };
+            list.push(Finding {
                 effect: h.effect.into(),
                 component: h.component.clone(),
                 title: about.title.into(),
@@ -133,18 +139,19 @@ pub(crate) fn findings(
                     })
                     .collect(),
                 intervals: reduced.map_or_else(Vec::new, |b| locate::intervals(c.data, b, rows)),
-                region: reduced.map_or_else(String::new, |b| {
-                    locate::region(c.data, b, rows, &quantities)
-                }),
+                region: reduced.and_then(|b| locate::region(c.data, b, rows, &quantities)),
                 left_out_loss: loss / chosen.left.mean(),
                 standard_errors: loss / error,
                 probability: Some(belief::calibrated(alone)),
+                probability_with_alternatives: Some(belief::calibrated(together)),
                 alternatives,
                 separating_test: separating,
                 shape: None,
             });
         }
-        all.sort_by(|a, b| b.left_out_loss.total_cmp(&a.left_out_loss));
+        for list in [&mut all, &mut doubtful] {
+            list.sort_by(|a, b| b.left_out_loss.total_cmp(&a.left_out_loss));
+        }
     }
     if let Some(k) = &claim.correction {
         let of = match &k.candidate.place {
@@ -179,6 +186,7 @@ pub(crate) fn findings(
             left_out_loss: loss / k.left.mean(),
             standard_errors: loss / error,
             probability: None,
+            probability_with_alternatives: None,
             alternatives: Vec::new(),
             separating_test: None,
             shape: Some(Shape {
@@ -211,7 +219,7 @@ pub(crate) fn findings(
             title,
         ));
     }
-    all
+    (all, doubtful)
 }
 
 /// An `unknown` at the instruments that lie far above their noise; nowhere if there are none.
@@ -230,7 +238,7 @@ pub(crate) fn unnamed(
         .iter()
         .map(|l| format!("{} {:.1} times", names[l.output], l.ratio()))
         .collect();
-    let (mut intervals, mut region) = (Vec::new(), String::new());
+    let (mut intervals, mut region) = (Vec::new(), None);
     if !far.is_empty() {
         let of = |(row, r): (&Row, &f64)| {
             let there = far.iter().any(|l| l.output == row.output);
@@ -261,6 +269,7 @@ pub(crate) fn unnamed(
         left_out_loss: f64::NAN,
         standard_errors: f64::NAN,
         probability: None,
+        probability_with_alternatives: None,
         alternatives: Vec::new(),
         separating_test: None,
         shape: None,
@@ -387,8 +396,11 @@ pub(crate) fn separating(e: &Evidence<'_, '_>, a: &[usize], b: &[usize]) -> Opti
         .map(|m| format!("more of: {}", law(m).excited_by))
 }
 
-pub(crate) fn tested(e: &Evidence<'_, '_>, claim: &Claim, findings: &[Finding]) -> Vec<Tested> {
-    let members: &[usize] = claim.set.map_or(&[], |k| &e.scored[k].trial.members);
+pub(crate) fn tested(
+    e: &Evidence<'_, '_>,
+    findings: &[Finding],
+    doubtful: &[Finding],
+) -> Vec<Tested> {
     e.screened
         .iter()
         .map(|s| {
@@ -398,8 +410,14 @@ pub(crate) fn tested(e: &Evidence<'_, '_>, claim: &Claim, findings: &[Finding]) 
             let reach = first.map_or(0.0, |p| {
                 (p.high - p.neutral).abs().max((p.neutral - p.low).abs())
             });
-            let outcome = if members.contains(&s.number) {
+            let names = |list: &[Finding]| {
+                list.iter()
+                    .any(|f| f.effect == h.effect && f.component == h.component)
+            };
+            let outcome = if names(findings) {
                 Outcome::Found
+            } else if names(doubtful) {
+                Outcome::Possible
             } else if findings
                 .iter()
                 .any(|f| f.alternatives.iter().any(|a| a.0 == name))

@@ -1,5 +1,6 @@
 //! Where the residual went: stretches of the record, and ranges of the quantities.
 
+use crate::revision::Region;
 use crate::stack::Data;
 
 /// Stretches of the independent variable that hold 60 % of what the squares fell by, at most a fortieth of the record fine.
@@ -38,19 +39,19 @@ pub(crate) fn intervals(data: &Data, before: &[f64], after: &[f64]) -> Vec<(f64,
     found
 }
 
-/// The quantity in a range of which the fall of the squares is most crowded, in words with numbers.
+/// The quantity in a range of which the fall of the squares is most crowded; `None` where nothing fell.
 pub(crate) fn region(
     data: &Data,
     before: &[f64],
     after: &[f64],
     quantities: &[(String, Vec<Vec<f64>>)],
-) -> String {
+) -> Option<Region> {
     const BINS: usize = 10;
     let total: f64 = before.iter().zip(after).map(|(b, a)| b * b - a * a).sum();
     if !(total > 0.0) {
-        return String::new();
+        return None;
     }
-    let mut best: Option<(f64, String)> = None;
+    let mut best: Option<(f64, Region)> = None;
     for (name, quantity) in quantities {
         let mut of: Vec<(f64, f64)> = data
             .rows
@@ -75,17 +76,16 @@ pub(crate) fn region(
                 let share = part.iter().map(|p| p.1).sum::<f64>() / total;
                 let crowded = share - width as f64 / BINS as f64;
                 if best.as_ref().is_none_or(|b| crowded > b.0 + 1e-9) {
-                    let words = format!(
-                        "{:.0} % of it where {name} is {:.4} to {:.4} ({:.0} % of the samples)",
-                        100.0 * share,
-                        low.0,
-                        high.0,
-                        100.0 * width as f64 / BINS as f64
-                    );
-                    best = Some((crowded, words));
+                    let region = Region {
+                        along: name.clone(),
+                        range: (low.0, high.0),
+                        share,
+                        of_samples: width as f64 / BINS as f64,
+                    };
+                    best = Some((crowded, region));
                 }
             }
         }
     }
-    best.map_or_else(String::new, |b| b.1)
+    best.map(|b| b.1)
 }

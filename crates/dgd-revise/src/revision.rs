@@ -9,6 +9,9 @@ pub struct Revision {
     pub verdict: Verdict,
     /// What was left out, greatest gain first; empty when consistent.
     pub findings: Vec<Finding>,
+    /// What is part of the model because it pays on left-out blocks, and has with its alternatives a weight of less than a half once
+    /// chance and what stays unexplained are counted: too little for a finding.
+    pub also_possible: Vec<Finding>,
     /// What the record cannot tell apart.
     pub classes: Vec<Class>,
     /// Every effect on every component: found, not seen and down to which size, taken up by a re-fit, or not testable.
@@ -75,8 +78,8 @@ pub struct Finding {
     pub parameters: Vec<Estimate>,
     /// Where `[from, to]` of the training part most of the residual went with it.
     pub intervals: Vec<(f64, f64)>,
-    /// Where in the operating space, in words with numbers.
-    pub region: String,
+    /// Where in the operating space, if it is crowded anywhere.
+    pub region: Option<Region>,
     /// Square of the left-out error that comes back when this alone is taken away again, as a share of the final one's.
     pub left_out_loss: f64,
     /// The same in standard errors.
@@ -86,6 +89,8 @@ pub struct Finding {
     /// (pseudo-Bayesian model averaging), times the probability that its gain is not chance, times the share of the squares that it takes among
     /// those that it takes and those that stay unexplained. `None` for an `unknown`.
     pub probability: Option<f64>,
+    /// The same line for the weight of it and its alternatives together: that one of them is what was left out.
+    pub probability_with_alternatives: Option<f64>,
     /// Effects (`component.effect`) that do as well in its place, likeliest first, with the share by which the left-out
     /// mean square is greater (negative: smaller).
     pub alternatives: Vec<(String, f64)>,
@@ -93,6 +98,19 @@ pub struct Finding {
     pub separating_test: Option<String>,
     /// Shape of an `unknown`: quantity and correction at its knots.
     pub shape: Option<Shape>,
+}
+
+/// The range of one quantity in which the squares of a residual are most crowded.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Region {
+    /// The independent variable, or the path of an input, a state or an instrument; as simulated by the re-fitted base.
+    pub along: String,
+    /// Its range, in the units of the assembly: SI where a unit is given.
+    pub range: (f64, f64),
+    /// Share of the squares that lies there.
+    pub share: f64,
+    /// Share of the samples that lies there.
+    pub of_samples: f64,
 }
 
 /// A correction with no physics: piecewise linear along one quantity.
@@ -117,7 +135,9 @@ pub struct Estimate {
     pub meaning: String,
     /// Estimate.
     pub value: f64,
-    /// 95 % interval, from the curvature, widened by the residual's memory and by what the folds of the validation differ.
+    /// From the curvature with the residual's memory, or from what the folds of the validation differ, whichever is wider.
+    pub standard_error: f64,
+    /// 95 % interval: 1.96 standard errors to either side, as far as the bounds.
     pub ci95: (f64, f64),
     /// Whether it sits on a bound.
     pub at_bound: bool,
@@ -158,6 +178,8 @@ pub struct Tested {
 pub enum Outcome {
     /// Among the findings.
     Found,
+    /// Part of the model, with too little weight for a finding.
+    Possible,
     /// As good as one of the findings.
     Alternative,
     /// Looked for and not seen, or with too little weight to be claimed; the checks name those.

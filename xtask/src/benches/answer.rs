@@ -9,6 +9,8 @@ use std::collections::BTreeMap;
 pub(crate) struct Answer {
     pub(crate) verdict: String,
     pub(crate) findings: Vec<Finding>,
+    /// Told as also possible.
+    pub(crate) possible: Vec<Finding>,
 }
 
 /// A finding; `unknown` is one too.
@@ -31,33 +33,33 @@ impl Answer {
             .as_str()
             .context("diagnosis.json has no `verdict`")?;
         let list = json["findings"].as_array();
-        let mut findings = Vec::new();
-        for value in list.context("diagnosis.json has no `findings`")? {
-            let effect = value["effect"]
-                .as_str()
-                .context("a finding has no `effect`")?;
-            let others = value["alternatives"].as_array().into_iter().flatten();
-            findings.push(Finding {
-                component: value["component"].as_str().unwrap_or_default().to_owned(),
-                effect: effect.to_owned(),
-                alternatives: others.filter_map(name).collect(),
-                probability: value["probability"].as_f64(),
-                intervals: value["parameters"]
-                    .as_array()
-                    .into_iter()
-                    .flatten()
-                    .filter_map(interval)
-                    .collect(),
-            });
-        }
+        let list = list.context("diagnosis.json has no `findings`")?;
+        let findings = list.iter().map(finding).collect::<Result<Vec<_>>>()?;
+        let doubtful = json["also_possible"].as_array().into_iter().flatten();
+        let possible = doubtful.map(finding).collect::<Result<Vec<_>>>()?;
         if (verdict == "consistent") != findings.is_empty() {
             bail!("verdict `{verdict}` with {} findings", findings.len());
         }
         Ok(Answer {
             verdict: verdict.to_owned(),
             findings,
+            possible,
         })
     }
+}
+
+fn finding(value: &Value) -> Result<Finding> {
+    let effect = value["effect"]
+        .as_str()
+        .context("a finding has no `effect`")?;
+    let list = |key: &str| value[key].as_array().into_iter().flatten();
+    Ok(Finding {
+        component: value["component"].as_str().unwrap_or_default().to_owned(),
+        effect: effect.to_owned(),
+        alternatives: list("alternatives").filter_map(name).collect(),
+        probability: value["probability"].as_f64(),
+        intervals: list("parameters").filter_map(interval).collect(),
+    })
 }
 
 /// Path and 95 % interval of a parameter.
@@ -164,6 +166,10 @@ mod tests {
         );
         let expected = [("shaft.taper.slope".to_owned(), (-1.0, 2.0))];
         assert_eq!(found.unwrap().findings[0].intervals, expected);
+        let doubtful = read(
+            r#"{"verdict": "explained", "findings": [{"effect": "taper"}], "also_possible": [{"effect": "vortex", "probability": 0.02}]}"#,
+        );
+        assert_eq!(doubtful.unwrap().possible[0].probability, Some(0.02));
     }
 
     #[test]

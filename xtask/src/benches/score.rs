@@ -13,7 +13,7 @@ pub(crate) enum Outcome {
     Right,
     /// Named, with others beside it that are not there.
     Beside,
-    /// Among the stated alternatives of a finding.
+    /// Among the stated alternatives of a finding, or told as also possible.
     Within,
     /// In the catalogue, but called unknown.
     Unknown,
@@ -121,8 +121,8 @@ impl Row {
             (Sort::Lacking | Sort::Foreign, _) => f.effect == "unknown",
             _ => false,
         };
-        let findings = self.answer.iter().flat_map(|a| &a.findings);
-        findings
+        let said = self.answer.iter();
+        said.flat_map(|a| a.findings.iter().chain(&a.possible))
             .filter_map(|f| Some((f.probability?, right(f))))
             .collect()
     }
@@ -197,12 +197,14 @@ fn outcome(truth: &Truth, answer: Option<&Answer>) -> Outcome {
             let names = counterparts::names(thing);
             let is = |component: &str, effect: &str| names.contains(&(component, effect));
             let named = answer.findings.iter().any(|f| is(&f.component, &f.effect));
-            let within = answer.findings.iter().flat_map(|f| &f.alternatives);
+            let all = || answer.findings.iter().chain(&answer.possible);
+            let possible = answer.possible.iter().any(|f| is(&f.component, &f.effect));
+            let within = all().flat_map(|f| &f.alternatives);
             let mut within = within.filter_map(|a| a.rsplit_once('.'));
             match (named, answer.findings.len()) {
                 (true, 1) => Outcome::Right,
                 (true, _) => Outcome::Beside,
-                (false, _) if within.any(|(c, e)| is(c, e)) => Outcome::Within,
+                (false, _) if possible || within.any(|(c, e)| is(c, e)) => Outcome::Within,
                 (false, _) => Outcome::Wrong,
             }
         }
@@ -217,7 +219,7 @@ pub(crate) fn said(row: &Row) -> String {
     if answer.findings.is_empty() {
         return answer.verdict.clone();
     }
-    let names = answer.findings.iter().map(|f| {
+    let name = |f: &Finding| {
         let name = match f.component.as_str() {
             "" => f.effect.clone(),
             component => format!("{component}.{}", f.effect),
@@ -226,8 +228,13 @@ pub(crate) fn said(row: &Row) -> String {
             Some(p) => format!("{name} ({p:.2})"),
             None => name,
         }
-    });
-    names.collect::<Vec<_>>().join(", ")
+    };
+    let names = |list: &[Finding]| list.iter().map(name).collect::<Vec<_>>().join(", ");
+    let findings = names(&answer.findings);
+    if answer.possible.is_empty() {
+        return findings;
+    }
+    format!("{findings}; also possible: {}", names(&answer.possible))
 }
 
 /// What was concealed, in words.
@@ -281,6 +288,7 @@ pub(crate) mod tests {
             answer: Some(Answer {
                 verdict: verdict.into(),
                 findings,
+                possible: Vec::new(),
             }),
             held_out: [
                 ("level".to_owned(), off(3.0, 1.0)),
@@ -293,6 +301,22 @@ pub(crate) mod tests {
     }
 
     const LEAK: Option<(&str, &str, &str)> = Some(("shaft_leak", "tank", "shaft"));
+
+    #[test]
+    fn what_is_also_possible_is_no_name_but_among_what_is_stated_with_its_probability() {
+        let mut row = row(LEAK, &[("shaft", "taper", &[])]);
+        assert_eq!(row.outcome, Outcome::Wrong);
+        let answer = row.answer.as_mut().unwrap();
+        answer.possible = answer.findings.clone();
+        answer.possible[0].effect = "tank_leak".into();
+        answer.possible[0].probability = Some(0.1);
+        assert_eq!(row.outcome_from(0.0), Outcome::Within);
+        assert_eq!(row.weighed(), [(0.1, true)]);
+        assert_eq!(
+            said(&row),
+            "shaft.taper; also possible: shaft.tank_leak (0.10)"
+        );
+    }
 
     #[test]
     fn what_the_catalogue_has_is_right_only_by_its_name_alone() {

@@ -96,7 +96,8 @@ pub(crate) const CASES: [Case; 4] = [
              catalogue was not: it was written before.",
             "Since: a set that does as well as the best of its size and is surely worth its further effect is taken where the best itself is \
              not surely worth it; explicit steps where nothing is stiff; weak candidates are given up earlier. The result is the same to four digits: \
-             0.2491 V before and after.",
+             0.2491 V before and after. What is part of the model with too little weight for a finding is told as also possible: the model is \
+             the same.",
         ],
         seconds: Some(30.0),
     },

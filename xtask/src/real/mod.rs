@@ -158,7 +158,13 @@ fn as_json(case: &Case, outcome: &Outcome) -> Value {
             value["seconds"] = json!(d.seconds);
             value["samples_left_out"] = json!(d.left_out);
             for key in [
-                "verdict", "findings", "classes", "sections", "checks", "outputs",
+                "verdict",
+                "findings",
+                "also_possible",
+                "classes",
+                "sections",
+                "checks",
+                "outputs",
             ] {
                 value[key] = d.diagnosis[key].clone();
             }

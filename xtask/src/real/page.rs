@@ -160,7 +160,8 @@ fn located(html: &mut String, done: &Done) {
             "<p>Nothing: the recording is consistent with its description.</p>"
         );
     }
-    for f in findings {
+    let doubtful = list(&done.diagnosis["also_possible"]).map(|f| (f, "also possible: "));
+    for (f, how) in findings.into_iter().map(|f| (f, "")).chain(doubtful) {
         let unknown = f["effect"] == "unknown";
         let what = if unknown {
             "unknown".to_owned()
@@ -169,20 +170,19 @@ fn located(html: &mut String, done: &Done) {
         };
         put!(
             html,
-            "<p><strong>{}</strong>: {}. <code>{}</code></p>",
+            "<p>{how}<strong>{}</strong>: {}. <code>{}</code></p>",
             escape(&what),
             escape(word(&f["title"])),
             escape(word(&f["equation"]))
         );
         let parameters: Vec<String> = list(&f["parameters"])
             .map(|p| {
-                format!(
-                    "{} = {} ({} to {})",
-                    word(&p["path"]),
-                    number(&p["value"]),
-                    number(&p["ci95"][0]),
-                    number(&p["ci95"][1])
-                )
+                let doubt = if p["at_bound"] == true {
+                    "on its bound".to_owned()
+                } else {
+                    format!("{} to {}", number(&p["ci95"][0]), number(&p["ci95"][1]))
+                };
+                format!("{} = {} ({doubt})", word(&p["path"]), with_unit(p))
             })
             .collect();
         let mut more = parameters.join("; ");
@@ -204,8 +204,8 @@ fn located(html: &mut String, done: &Done) {
     let sections: Vec<Vec<Cell>> = list(&done.diagnosis["sections"])
         .map(|s| {
             let cause: Vec<&str> = list(&s["cause"]).map(word).collect();
-            let parameters = list(&s["parameters"])
-                .map(|p| format!("{} {}", word(&p["path"]), number(&p["value"])));
+            let parameters =
+                list(&s["parameters"]).map(|p| format!("{} {}", word(&p["path"]), with_unit(p)));
             vec![
                 Cell::Name(format!("{} to {}", number(&s["from"]), number(&s["to"]))),
                 Cell::Text(if cause.is_empty() {
@@ -220,7 +220,7 @@ fn located(html: &mut String, done: &Done) {
     if sections.len() > 1 {
         put!(
             html,
-            "<p>Along the training part the same parameters do not hold throughout. Sections, each with parameters of its own (SI):</p>"
+            "<p>Along the training part the same parameters do not hold throughout. Sections, each with parameters of its own:</p>"
         );
         page::table(html, &["section", "relation", "parameters"], &sections);
     }
@@ -232,6 +232,16 @@ fn number(value: &Value) -> String {
         Some(v) => format!("{v:.3e}"),
         None => "–".into(),
     }
+}
+
+/// `0.12 m`
+fn with_unit(parameter: &Value) -> String {
+    let told = format!(
+        "{} {}",
+        number(&parameter["value"]),
+        word(&parameter["unit"])
+    );
+    told.trim_end().to_owned()
 }
 
 fn figures(html: &mut String, case: &Case, done: &Done) {
@@ -282,7 +292,8 @@ fn figures(html: &mut String, case: &Case, done: &Done) {
 fn apart(html: &mut String, done: &Done) {
     put!(html, "<h3>What cannot be told apart</h3>");
     let mut any = false;
-    for f in list(&done.diagnosis["findings"]) {
+    let named = ["findings", "also_possible"].map(|key| list(&done.diagnosis[key]));
+    for f in named.into_iter().flatten() {
         let others: Vec<&str> = list(&f["alternatives"])
             .map(|a| word(&a["effect"]))
             .collect();

@@ -71,6 +71,34 @@ fn mass_is_conserved_at_rig_inputs() {
 }
 
 #[test]
+fn a_line_starts_at_the_balance_nearest_to_rest_not_beyond_the_range_of_its_polynomial() {
+    let assembly = Assembly::parse(SIX).unwrap();
+    let t = clock(20, 1.0);
+    let held = |v: f64| vec![v; 20];
+    let (q_p, q_bp, q_tf, w) = (held(0.03), held(0.012), held(1e-3), held(62.0));
+    let columns: Vec<(&str, &[f64])> = vec![
+        ("t", &t),
+        ("q_p", &q_p),
+        ("q_bp", &q_bp),
+        ("q_tf", &q_tf),
+        ("w", &w),
+    ];
+    let window = window(&assembly, &columns);
+    let run = assembly
+        .simulate(&assembly.start(), &window, 0, &SimulationOptions::default())
+        .unwrap();
+    // The cubic term is negative: from 0.56 m3/s on the polynomial pushes, and balances once more near 1 m3/s.
+    let q = run.states[5][0];
+    assert!((0.03..0.08).contains(&q), "{q}");
+    let outlet = &run.outputs[assembly
+        .outputs()
+        .iter()
+        .position(|o| o == "outlet_pressure")
+        .unwrap()];
+    assert!(outlet.iter().all(|p| (2e6..8e6).contains(p)), "{outlet:?}");
+}
+
+#[test]
 fn its_steady_state_balances_every_term() {
     let assembly = Assembly::parse(SIX).unwrap();
     let theta = assembly.start();

@@ -229,3 +229,70 @@ fn the_static_relation_between_flow_and_standpipe_pressure_is_fitted_sample_by_s
         assert!((a / b - 1.0).abs() < 1e-5, "{:?}", found.theta);
     }
 }
+
+#[test]
+fn the_linear_model_gives_the_same_values_where_inputs_move_little_and_others_where_they_move_much()
+{
+    let free = r#""upper.level" = { start = 0.1, low = 0.0, high = 0.4 }"#;
+    let text = TWO_TANKS.replace(r#""upper.level" = 0.1"#, free);
+    let assembly = Assembly::parse(&text).unwrap();
+    assert_eq!(
+        assembly.parameters().iter().filter(|p| p.initial).count(),
+        2
+    );
+    let truth = assembly.start();
+    let linear = SimulationOptions {
+        linear: true,
+        ..Default::default()
+    };
+    // Error of the linear run over the size of the movement, and the fitted discharge coefficient of the lower outlet over the true one.
+    let told = |swing: f64| {
+        let u = steps(400, 20, 4.0 - swing, 4.0 + swing);
+        let mut window = assembly
+            .windows(
+                &Record {
+                    columns: vec![("u", &u)],
+                },
+                Portion::Train,
+            )
+            .unwrap()
+            .remove(0);
+        // From the steady state at the mean of the inputs.
+        let middle = u.iter().sum::<f64>() / 400.0;
+        let guess = vec![0.2; assembly.states().len()];
+        let steady = dgd_assembly::steady_state(&assembly, &truth, &[middle], &guess).unwrap();
+        let starts: Vec<f64> = assembly
+            .parameters()
+            .iter()
+            .zip(&truth)
+            .map(|(p, v)| {
+                let state = assembly.states().iter().position(|s| *s == p.path);
+                state.map_or(*v, |s| steady.state[s])
+            })
+            .collect();
+        let run = assembly
+            .simulate(&starts, &window, 0, &SimulationOptions::default())
+            .unwrap();
+        window.readings = run.outputs;
+        let off = assembly.rms(&starts, &window, 0, &linear).unwrap();
+        let options = FitOptions {
+            start: Some(starts.clone()),
+            simulation: linear,
+            ..FitOptions::default()
+        };
+        let found = fit(&assembly, &[window], &options).unwrap();
+        let index = assembly
+            .parameters()
+            .iter()
+            .position(|p| p.path == "lower_outlet.discharge_coefficient")
+            .unwrap();
+        (off[0] / swing, found.theta[index] / starts[index])
+    };
+    let (little, much) = (told(0.05), told(1.5));
+    assert!(little.0 < 0.1 * much.0, "{little:?} {much:?}");
+    assert!((little.1 - 1.0).abs() < 0.01, "{little:?}");
+    assert!(
+        (much.1 - 1.0).abs() > 2.0 * (little.1 - 1.0).abs(),
+        "{little:?} {much:?}"
+    );
+}

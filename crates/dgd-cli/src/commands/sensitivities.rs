@@ -1,5 +1,7 @@
 //! `dgd sensitivities`: what moves the readings, and which parameters a recording tells apart.
 
+mod profiles;
+
 use crate::args::{Global, Sensitivities as Arguments};
 use crate::commands::system_fit::identifiability_as_json;
 use crate::failure::Failure;
@@ -13,7 +15,6 @@ use dgd_assembly::{
 use dgd_recording::Table;
 use dgd_report::{Axis, Page, ReportError, Role, Series, TimePanel, series_over, time_series};
 use serde_json::{Value, json};
-use std::path::Path;
 
 /// Parameters drawn along the run.
 const DRAWN: usize = 6;
@@ -53,13 +54,20 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<String, Fail
         }
     }
     let found = identifiability(&moved).map_err(|e| failed(path, recording, &e))?;
+    let asked = &arguments.profile;
+    if !asked.is_empty() {
+        progress.stage("profiling", &asked.join(", "));
+    }
+    let profiles = profiles::of(assembly, &theta, &recorded.train, asked)
+        .map_err(|e| failed(path, recording, &e))?;
     progress.stage("writing", &arguments.out.display().to_string());
     let title = system::title(assembly, path);
     let name = system::file_name(recording);
     let mut value = as_json(assembly, &theta, &moved, &found);
     value["system"] = json!(title);
     value["recording"] = json!(name);
-    let html = html(assembly, &moved, &found, &title, &name)
+    value["profiles"] = profiles::as_json(&profiles);
+    let html = html(assembly, &moved, &found, &profiles, [&title, &name])
         .map_err(|e| Failure::unwritten(&files[2], e))?;
     let table = table(assembly, &moved);
     let mut outputs = Outputs::new();
@@ -73,14 +81,15 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<String, Fail
         value["seconds"] = json!(seconds);
         return Ok(say::json(&value));
     }
-    Ok(tell(
-        &title,
-        &name,
-        assembly,
-        &moved,
-        &found,
-        &arguments.out,
-    ))
+    let mut said = tell(&title, &name, assembly, &moved, &found);
+    if !profiles.is_empty() {
+        said += &format!("\n{}", profiles::tell(&profiles));
+    }
+    Ok(said
+        + &format!(
+            "\nwrote sensitivities.json, sensitivities.csv and sensitivities.html into {}\n",
+            arguments.out.display()
+        ))
 }
 
 /// Root mean square of a scaled sensitivity over all windows, by parameter and instrument.
@@ -178,8 +187,8 @@ fn html(
     assembly: &Assembly,
     moved: &[Sensitivities],
     found: &Identifiability,
-    title: &str,
-    recording: &str,
+    profiles: &[profiles::Profile],
+    [title, recording]: [&str; 2],
 ) -> Result<String, ReportError> {
     let mut page = Page::new(
         format!("Sensitivities of {title}"),
@@ -190,6 +199,9 @@ fn html(
     );
     page.section("Which parameters matter");
     page::identifiable(&mut page, found)?;
+    if !profiles.is_empty() {
+        profiles::draw(&mut page, profiles)?;
+    }
     page.section("By instrument")
         .table(&shares(assembly, moved, found));
     page.section("Along the run");
@@ -284,7 +296,6 @@ fn tell(
     assembly: &Assembly,
     moved: &[Sensitivities],
     found: &Identifiability,
-    out: &Path,
 ) -> String {
     let mut table = TextTable::new(["parameter", "importance", "moves most"]);
     let outputs = assembly.outputs();
@@ -313,9 +324,5 @@ fn tell(
             say::brief(*index)
         ));
     }
-    text.push_str(&format!(
-        "\nwrote sensitivities.json, sensitivities.csv and sensitivities.html into {}\n",
-        out.display()
-    ));
     text
 }

@@ -38,7 +38,7 @@ pub(crate) fn run(arguments: &Check, global: &Global) -> Result<String, Failure>
 /// The equations that the check matched, and what could sit on the system.
 struct Found {
     branches: Vec<String>,
-    meetings: Vec<String>,
+    junctions: Vec<String>,
     effects: Vec<Hypothesis>,
 }
 
@@ -50,7 +50,7 @@ impl Found {
             components.get(name).map(|c| c.kind)
         };
         let mut branches = Vec::new();
-        let mut meetings = BTreeSet::new();
+        let mut junctions = BTreeSet::new();
         for edge in assembly.edges() {
             let mut places = vec![edge.to];
             if edge.kind.is_branch() {
@@ -65,11 +65,11 @@ impl Found {
                         Some(Kind::Tank | Kind::Volume | Kind::Boundary)
                     )
             };
-            meetings.extend(places.into_iter().filter(free));
+            junctions.extend(places.into_iter().filter(free));
         }
         Self {
             branches,
-            meetings: meetings.into_iter().collect(),
+            junctions: junctions.into_iter().collect(),
             effects: effects_for(assembly),
         }
     }
@@ -90,8 +90,8 @@ fn tell_into(
 ) -> std::fmt::Result {
     let assembly = &document.assembly;
     let described = assembly.system();
-    let (branches, meetings) = (found.branches.len(), found.meetings.len());
-    let all = branches + meetings;
+    let (branches, junctions) = (found.branches.len(), found.junctions.len());
+    let all = branches + junctions;
     writeln!(
         text,
         "{}: well posed",
@@ -99,8 +99,8 @@ fn tell_into(
     )?;
     writeln!(
         text,
-        "{all} unknowns (flows through {branches} branches, pressures at {meetings} meetings) match \
-         {all} equations\n(a law a branch, a mass balance a meeting); none is in excess.\n"
+        "{all} unknowns (flows through {branches} branches, pressures at {junctions} junctions) match \
+         {all} equations\n(a law a branch, a mass balance a junction); none is in excess.\n"
     )?;
     let states = assembly.states();
     if described.independent == "time" {
@@ -243,10 +243,10 @@ fn as_json(arguments: &Check, document: &SystemDocument, found: &Found) -> Value
         "system": system::title(assembly, &arguments.system),
         "independent": described.independent,
         "well_posed": true,
-        "equations": found.branches.len() + found.meetings.len(),
+        "equations": found.branches.len() + found.junctions.len(),
         "unknowns": {
             "flows": found.branches,
-            "pressures": found.meetings,
+            "pressures": found.junctions,
         },
         "states": assembly.states(),
         "inputs": assembly.inputs(),

@@ -1,24 +1,27 @@
 //! `dgd diagnose --system`: what a system of any components leaves out.
 
 mod report;
+mod tell;
 
 use crate::args::Global;
 use crate::failure::Failure;
 use crate::output::{self, Outputs};
 use crate::progress::Progress;
-use crate::say::{self, TextTable, brief, number};
-use crate::system::page::TWO_SIDED_95;
+use crate::say::{self, brief};
+use crate::system::quantity::{self, Quantity};
 use crate::system::{self, Gauge, column, columns, failed, gauges, unit_of};
 use dgd_assembly::{Assembly, Record};
 use dgd_documents::{FittedParameter, FittedSystem, write_fitted_system};
 use dgd_recording::Table;
 use dgd_revise::{
-    Estimate, Finding, Model, Options, Outcome, OutputGain, ReviseError, Revision, Stage, Trace,
-    Verdict, revise,
+    Estimate, Finding, Model, Options, Outcome, OutputGain, ReviseError, Revision, Shape, Stage,
+    Trace, Verdict, revise,
 };
 use serde_json::{Value, json};
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
+
+/// Probability from which a name is told without a reserve.
+const LIKELY: f64 = 0.5;
 
 /// A revision and what it is told with.
 struct Done {
@@ -90,7 +93,7 @@ pub(crate) fn run(
     }
     let mut said = String::new();
     // Writing to a String cannot fail.
-    let _ = tell(&mut said, &done, out);
+    let _ = tell::answer(&mut said, &done, out);
     Ok(said)
 }
 
@@ -108,7 +111,7 @@ fn fitted(done: &Done) -> FittedSystem {
     let parameter = |e: &Estimate| FittedParameter {
         path: e.path.clone(),
         value: e.value,
-        standard_error: (e.ci95.1 - e.ci95.0) / (2.0 * TWO_SIDED_95),
+        standard_error: e.standard_error,
         at_bound: e.at_bound,
     };
     let Model { parameters, .. } = &done.revision.after;
@@ -141,6 +144,10 @@ fn sentence(done: &Done) -> String {
         .map(|f| match f.component.as_str() {
             // Nothing is named.
             "" => f.title.clone(),
+            // What is as likely as not is told as no more than that.
+            _ if f.probability_with_alternatives.is_some_and(|p| p < LIKELY) => {
+                format!("perhaps {} ({})", name(f), f.title)
+            }
             _ => format!("{} ({})", name(f), f.title),
         })
         .collect();
@@ -153,6 +160,15 @@ fn sentence(done: &Done) -> String {
             found.join("; ")
         }
         _ => format!("left out: {}", found.join("; ")),
+    };
+    let doubtful: Vec<String> = revision.also_possible.iter().map(name).collect();
+    let answer = if doubtful.is_empty() {
+        answer
+    } else {
+        format!(
+            "{answer}. Also possible, and in the model: {}",
+            doubtful.join("; ")
+        )
     };
     let gains: Vec<String> = revision
         .outputs
@@ -189,6 +205,7 @@ fn gained(gain: &OutputGain, gauge: &Gauge) -> Option<String> {
 fn outcome(outcome: Outcome) -> &'static str {
     match outcome {
         Outcome::Found => "found",
+        Outcome::Possible => "possible",
         Outcome::Alternative => "alternative",
         Outcome::NotSeen => "not_seen",
         Outcome::Absorbed => "absorbed",
@@ -201,133 +218,73 @@ fn probability(p: f64) -> String {
     format!("{:.2}", p.clamp(0.01, 0.99))
 }
 
-fn tell(text: &mut String, done: &Done, out: &Path) -> std::fmt::Result {
-    let revision = &done.revision;
-    let system = revision.after.assembly.system();
-    writeln!(
-        text,
-        "{} on {}: {}",
-        done.title,
-        done.recording,
-        revision.verdict.name()
-    )?;
-    writeln!(text, "{}\n", sentence(done))?;
-    for finding in &revision.findings {
-        writeln!(text, "{}: {}", name(finding), finding.title)?;
-        if !finding.equation.is_empty() {
-            writeln!(text, "  {}", finding.equation)?;
+fn estimate_as_json(assembly: &Assembly, e: &Estimate) -> Value {
+    json!({ "path": e.path, "meaning": e.meaning, "value": e.value, "ci95": [e.ci95.0, e.ci95.1],
+            "standard_error": e.standard_error, "at_bound": e.at_bound, "unit": unit_of(assembly.system(), &e.path) })
+}
+
+fn finding_as_json(assembly: &Assembly, f: &Finding) -> Value {
+    let estimates = f.parameters.iter();
+    json!({
+        "effect": f.effect,
+        "component": f.component,
+        "title": f.title,
+        "equation": f.equation,
+        "source": f.source,
+        "parameters": estimates.map(|e| estimate_as_json(assembly, e)).collect::<Vec<_>>(),
+        "intervals": f.intervals.iter().map(|(a, b)| json!([a, b])).collect::<Vec<_>>(),
+        "region": f.region.as_ref().map_or_else(String::new, |r| quantity::place(assembly, r)),
+        "range": f.region.as_ref().map(|r| {
+            let along = Quantity::of(assembly, &r.along);
+            json!({ "along": r.along, "from": along.shown(r.range.0), "to": along.shown(r.range.1), "unit": along.symbol,
+                    "share": r.share, "of_samples": r.of_samples })
+        }),
+        "left_out_loss": f.left_out_loss,
+        "standard_errors": f.standard_errors,
+        "probability": f.probability,
+        "probability_with_alternatives": f.probability_with_alternatives,
+        "alternatives": f.alternatives.iter().map(|(n, worse)| json!({ "effect": n, "worse_by": worse })).collect::<Vec<_>>(),
+        "separating_test": f.separating_test,
+        "shape": f.shape.as_ref().map(|s| shape_as_json(assembly, s)),
+    })
+}
+
+/// Knots and values in the units in which their quantities are read.
+fn shape_as_json(assembly: &Assembly, shape: &Shape) -> Value {
+    let along = Quantity::of(assembly, &shape.along);
+    let knots: Vec<f64> = shape.knots.iter().map(|k| along.shown(*k)).collect();
+    let gauge = gauges(assembly).into_iter().find(|g| g.name == shape.of);
+    // What is no reading is an inflow.
+    let (values, unit) = match gauge {
+        Some(gauge) => {
+            let values = shape.values.iter().map(|v| gauge.difference(*v));
+            (values.collect(), gauge.symbol)
         }
-        if let Some(p) = finding.probability {
-            writeln!(
-                text,
-                "  probability {}: so often was such a weight right where the truth was known",
-                probability(p)
-            )?;
-        }
-        for p in &finding.parameters {
-            let [value, low, high] = say::with_interval(p.value, p.ci95);
-            let unit = unit_of(system, &p.path);
-            let gap = if unit.is_empty() { "" } else { " " };
-            writeln!(
-                text,
-                "  {} = {value}{gap}{unit} ({low} to {high}): {}",
-                p.path, p.meaning
-            )?;
-        }
-        if !finding.region.is_empty() {
-            writeln!(text, "  {}", finding.region)?;
-        }
-        let alternatives: Vec<&str> = finding.alternatives.iter().map(|a| a.0.as_str()).collect();
-        if !alternatives.is_empty() {
-            writeln!(text, "  not told apart from: {}", alternatives.join(", "))?;
-        }
-        if let Some(test) = finding
-            .separating_test
-            .as_ref()
-            .filter(|_| !alternatives.is_empty())
-        {
-            writeln!(text, "  what would tell them apart: {test}")?;
-        }
-        writeln!(text)?;
-    }
-    let mut table = TextTable::new([
-        "off by, rms",
-        "training",
-        "after",
-        "held out",
-        "after",
-        "unit",
-    ]);
-    for (gain, gauge) in revision.outputs.iter().zip(&done.gauges) {
-        let cell = |v: f64| {
-            if v.is_finite() {
-                number(gauge.difference(v))
-            } else {
-                String::new()
-            }
-        };
-        table.row([
-            gain.output.clone(),
-            cell(gain.training.0),
-            cell(gain.training.1),
-            cell(gain.test.0),
-            cell(gain.test.1),
-            gauge.symbol.clone(),
-        ]);
-    }
-    write!(text, "{}", table.render())?;
-    let passed = revision.checks.iter().filter(|c| c.passed).count();
-    if revision.verdict == Verdict::Consistent {
-        for check in &revision.checks {
-            let said = if check.passed { "" } else { "not so: " };
-            writeln!(text, "\n{said}{} ({})", check.name, check.detail)?;
-        }
-    } else {
-        writeln!(
-            text,
-            "\nchecks: {passed} of {} passed",
-            revision.checks.len()
-        )?;
-        for check in revision.checks.iter().filter(|c| !c.passed) {
-            writeln!(text, "  failed: {}: {}", check.name, check.detail)?;
-        }
-    }
-    let shown = out.display();
-    writeln!(
-        text,
-        "\nwrote {shown}/diagnosis.json, simulation.csv and model.toml; open {shown}/report.html"
-    )
+        None => (shape.values.clone(), "m3/s".to_owned()),
+    };
+    json!({ "of": shape.of, "along": shape.along, "along_unit": along.symbol, "knots": knots, "values": values, "unit": unit })
 }
 
 fn as_json(done: &Done) -> Value {
     let revision = &done.revision;
-    let system = revision.after.assembly.system();
-    let estimate = |e: &Estimate| {
-        json!({ "path": e.path, "meaning": e.meaning, "value": e.value, "ci95": [e.ci95.0, e.ci95.1],
-                "at_bound": e.at_bound, "unit": unit_of(system, &e.path) })
+    let assembly = &revision.after.assembly;
+    let model = |m: &Model| {
+        let estimates = m.parameters.iter();
+        estimates
+            .map(|e| estimate_as_json(assembly, e))
+            .collect::<Vec<_>>()
     };
-    let model = |m: &Model| m.parameters.iter().map(estimate).collect::<Vec<_>>();
+    let list = |findings: &[Finding]| {
+        let each = findings.iter().map(|f| finding_as_json(assembly, f));
+        each.collect::<Vec<_>>()
+    };
     json!({
         "schema": "dgd.system-diagnosis/1",
         "system": done.title,
         "recording": done.recording,
         "verdict": revision.verdict.name(),
-        "findings": revision.findings.iter().map(|f| json!({
-            "effect": f.effect,
-            "component": f.component,
-            "title": f.title,
-            "equation": f.equation,
-            "source": f.source,
-            "parameters": f.parameters.iter().map(estimate).collect::<Vec<_>>(),
-            "intervals": f.intervals.iter().map(|(a, b)| json!([a, b])).collect::<Vec<_>>(),
-            "region": f.region,
-            "left_out_loss": f.left_out_loss,
-            "standard_errors": f.standard_errors,
-            "probability": f.probability,
-            "alternatives": f.alternatives.iter().map(|(n, worse)| json!({ "effect": n, "worse_by": worse })).collect::<Vec<_>>(),
-            "separating_test": f.separating_test,
-            "shape": f.shape.as_ref().map(|s| json!({ "of": s.of, "along": s.along, "knots": s.knots, "values": s.values })),
-        })).collect::<Vec<_>>(),
+        "findings": list(&revision.findings),
+        "also_possible": list(&revision.also_possible),
         "classes": revision.classes.iter().map(|c| json!({
             "members": c.members, "apart": c.apart, "separating_test": c.separating_test,
         })).collect::<Vec<_>>(),
@@ -345,7 +302,7 @@ fn as_json(done: &Done) -> Value {
         })).collect::<Vec<_>>(),
         "sections": revision.sections.iter().map(|s| json!({
             "from": s.from, "to": s.to, "cause": s.cause, "common": s.common, "own": s.own,
-            "parameters": s.parameters.iter().map(|(p, v)| json!({ "path": p, "value": v })).collect::<Vec<_>>(),
+            "parameters": s.parameters.iter().map(|(p, v)| json!({ "path": p, "value": v, "unit": unit_of(assembly.system(), p) })).collect::<Vec<_>>(),
         })).collect::<Vec<_>>(),
         "checks": revision.checks.iter().map(|c| json!({ "name": c.name, "passed": c.passed, "detail": c.detail })).collect::<Vec<_>>(),
         "parameters": { "before": model(&revision.before), "after": model(&revision.after) },

@@ -1,5 +1,7 @@
 //! `dgd fit --system`: the free values of any system from its recording.
 
+mod linear;
+
 use crate::args::{Fit as Arguments, Global};
 use crate::failure::Failure;
 use crate::output::{self, Outputs};
@@ -7,7 +9,7 @@ use crate::progress::Progress;
 use crate::say::{self, TextTable, brief, count, number};
 use crate::system::columns::{self, Recorded};
 use crate::system::runs::{self, Run};
-use crate::system::{self, diagram, ending, failed, gauges, page, unit_of};
+use crate::system::{self, bounds, diagram, ending, failed, gauges, page, unit_of};
 use dgd_assembly::{
     Assembly, Fit, FitOptions, FitStatus, Identifiability, Loss, SimulationOptions, fit,
     identifiability, sensitivities,
@@ -30,6 +32,7 @@ struct Done<'a> {
     fitted: &'a FittedSystem,
     runs: &'a [Run],
     told: Option<Identifiability>,
+    linear: Option<linear::Linear>,
     issues: &'a [String],
     robust: bool,
 }
@@ -81,11 +84,19 @@ pub(crate) fn run(
     let simulation = SimulationOptions::default();
     let files_read = (path, recording);
     let runs = runs::simulate(assembly, &theta, &recorded, &simulation, files_read)?;
+    let linear = if arguments.linear {
+        progress.stage("fitting", "the linear model");
+        let robust = arguments.robust;
+        Some(linear::of(assembly, &found, &recorded, robust, files_read)?)
+    } else {
+        None
+    };
     progress.stage("comparing", "how the parameters move the readings");
     let done = Done {
         title: system::title(assembly, path),
         recording: fitted.recording.clone(),
         told: told(assembly, &theta, &recorded, &simulation),
+        linear,
         assembly,
         fit: &found,
         fitted: &fitted,
@@ -253,7 +264,7 @@ fn html(done: &Done<'_>) -> Result<String, ReportError> {
     let parameters: Vec<page::Parameter<'_>> = (done.fitted.parameters.iter())
         .map(|p| page::Parameter {
             fitted: p,
-            ci95: page::interval(p),
+            ci95: page::interval(p, bounds(done.assembly, &p.path)),
         })
         .collect();
     page::parameters(&mut page, done.assembly, &parameters)?;
@@ -263,6 +274,9 @@ fn html(done: &Done<'_>) -> Result<String, ReportError> {
         None => {
             page.paragraph("The runs beside the fit could not be made, so this is not known.");
         }
+    }
+    if let Some(linear) = &done.linear {
+        linear.draw(&mut page, done.assembly, &done.fitted.parameters);
     }
     page.section("Residuals");
     for figure in page::residuals(done.assembly, done.runs)? {
@@ -295,7 +309,7 @@ fn as_json(done: &Done<'_>, files: &Files) -> Value {
         .iter()
         .zip(&known)
         .map(|(p, bounds)| {
-            let (low, high) = page::interval(p);
+            let (low, high) = page::interval(p, (bounds.low, bounds.high));
             json!({
                 "path": p.path,
                 "value": p.value,
@@ -325,6 +339,7 @@ fn as_json(done: &Done<'_>, files: &Files) -> Value {
         "parameters": parameters,
         "covariance": done.fit.covariance.chunks(known.len().max(1)).collect::<Vec<_>>(),
         "identifiability": done.told.as_ref().map(identifiability_as_json),
+        "linear": done.linear.as_ref().map(|l| l.as_json(done.assembly)),
         "issues": done.issues,
         "model": system::file_name(&files.model),
         "simulation": system::file_name(&files.simulation),
@@ -376,11 +391,9 @@ fn tell_into(text: &mut String, done: &Done<'_>, files: &Files) -> std::fmt::Res
     write!(text, "{}", errors(done.assembly, done.runs).render())?;
     writeln!(text)?;
     let mut table = TextTable::new(["parameter", "estimate", "95 % from", "to", "unit", "note"]);
-    let known = done.assembly.parameters();
     for p in &done.fitted.parameters {
-        let bounds = (known.iter().find(|k| k.path == p.path))
-            .map_or((f64::NEG_INFINITY, f64::INFINITY), |k| (k.low, k.high));
-        let told = page::Told::of(p, page::interval(p), bounds);
+        let bounds = bounds(done.assembly, &p.path);
+        let told = page::Told::of(p.value, p.at_bound, page::interval(p, bounds), bounds);
         let [from, to] = told.ends.unwrap_or_default();
         table.row([
             p.path.clone(),
@@ -397,6 +410,13 @@ fn tell_into(text: &mut String, done: &Done<'_>, files: &Files) -> std::fmt::Res
         for direction in &told.near_null {
             writeln!(text, "{}", page::near_null_sentence(direction))?;
         }
+    }
+    if let Some(linear) = &done.linear {
+        write!(
+            text,
+            "{}",
+            linear.tell(done.assembly, &done.fitted.parameters)
+        )?;
     }
     writeln!(
         text,

@@ -13,12 +13,12 @@ use dgd_report::{
 /// Panels of one figure.
 const PANELS: usize = 4;
 /// 97.5 % point of the normal distribution.
-pub(crate) const TWO_SIDED_95: f64 = 1.959_963_984_540_054;
+const TWO_SIDED_95: f64 = 1.959_963_984_540_054;
 
-/// A 95 % interval; infinite where the recording does not tell.
-pub(crate) fn interval(p: &FittedParameter) -> (f64, f64) {
+/// A 95 % interval, as far as the bounds that the value was sought within: no area is below 0.
+pub(crate) fn interval(p: &FittedParameter, (low, high): (f64, f64)) -> (f64, f64) {
     let half = TWO_SIDED_95 * p.standard_error;
-    (p.value - half, p.value + half)
+    ((p.value - half).max(low), (p.value + half).min(high))
 }
 
 /// A unit as it is printed: `m³/s` for `m3/s`.
@@ -32,7 +32,7 @@ pub(crate) struct Parameter<'a> {
     pub(crate) ci95: (f64, f64),
 }
 
-/// What is told of a parameter: its value and, where the recording tells it, an interval that ends at the bounds.
+/// What is told of a parameter: its value and, where the recording tells it, an interval.
 pub(crate) struct Told {
     pub(crate) value: String,
     pub(crate) ends: Option<[String; 2]>,
@@ -41,23 +41,22 @@ pub(crate) struct Told {
 }
 
 impl Told {
-    /// `bounds` are those that the value was sought within: no area is below 0.
-    pub(crate) fn of(p: &FittedParameter, (low, high): (f64, f64), bounds: (f64, f64)) -> Self {
-        let unseen = !low.is_finite() || (low <= bounds.0 && high >= bounds.1);
-        let [value, from, to] =
-            say::with_interval(p.value, (low.max(bounds.0), high.min(bounds.1)));
+    /// `bounds` are those that the value was sought within.
+    pub(crate) fn of(value: f64, at_bound: bool, ci95: (f64, f64), bounds: (f64, f64)) -> Self {
+        let unseen = !(ci95.0 > bounds.0 || ci95.1 < bounds.1);
+        let [shown, from, to] = say::with_interval(value, ci95);
         let without = |value: String, note| Self {
             value,
             ends: None,
             note,
         };
-        if p.at_bound {
-            without(value, "on its bound")
+        if at_bound {
+            without(shown, "on its bound")
         } else if unseen {
-            without(brief(p.value), "not told by this recording")
+            without(brief(value), "not told by this recording")
         } else {
             Self {
-                value,
+                value: shown,
                 ends: Some([from, to]),
                 note: "",
             }
@@ -293,7 +292,7 @@ pub(crate) fn parameters(
             continue;
         };
         let unit = typeset(&unit_of(assembly.system(), &p.path));
-        let told = Told::of(p, *ci95, (bounds.low, bounds.high));
+        let told = Told::of(p.value, p.at_bound, *ci95, (bounds.low, bounds.high));
         let between = told.ends.map(|[from, to]| format!("{from} to {to}"));
         rows.push(vec![
             p.path.clone(),
@@ -305,7 +304,7 @@ pub(crate) fn parameters(
         drawn.push(WithinBounds {
             label: p.path.clone(),
             value: p.value,
-            interval: (ci95.0.max(bounds.low), ci95.1.min(bounds.high)),
+            interval: *ci95,
             bounds: (bounds.low, bounds.high),
             note: format!("{} {unit}", brief(p.value)).trim_end().to_owned(),
         });
@@ -414,24 +413,22 @@ mod tests {
 
     #[test]
     fn an_interval_ends_at_the_bounds_and_one_beyond_both_tells_nothing() {
-        let told = |ci95| {
+        let bounds = (0.0, 0.1);
+        let told = |standard_error| {
             let p = FittedParameter {
                 path: "upper.area".into(),
                 value: 0.0203,
-                standard_error: 1.0,
+                standard_error,
                 at_bound: false,
             };
-            Told::of(&p, ci95, (0.0, 0.1))
+            Told::of(p.value, p.at_bound, interval(&p, bounds), bounds)
         };
-        assert_eq!(
-            told((0.018, 0.0226)).ends,
-            Some(["0.0180".into(), "0.0226".into()])
-        );
-        let cut = told((-0.062, 0.09)).ends;
+        assert_eq!(told(0.00117).ends, Some(["0.0180".into(), "0.0226".into()]));
+        let cut = told(0.0356).ends;
         assert_eq!(cut, Some(["0.000".into(), "0.090".into()]));
-        let nothing = told((-315.0, 315.0));
+        let nothing = told(160.0);
         assert_eq!((nothing.value.as_str(), nothing.ends), ("0.0203", None));
         assert!(nothing.note.contains("not told"));
-        assert_eq!(told((f64::NEG_INFINITY, f64::INFINITY)).ends, None);
+        assert_eq!(told(f64::INFINITY).ends, None);
     }
 }

@@ -3,6 +3,7 @@
 use super::columns::Recorded;
 use super::{Gauge, clock, column, failed, gauges, trouble};
 use crate::failure::Failure;
+use crate::say;
 use dgd_assembly::{Assembly, Simulation, SimulationOptions, Window};
 use dgd_recording::Table;
 use serde_json::{Value, json};
@@ -41,6 +42,16 @@ pub(crate) fn simulate(
         let number = runs.len() + 1;
         if let Some(trouble) = trouble(simulation.status) {
             tracing::warn!("window {number} is not simulated to its end: {trouble}");
+        }
+        for (state, values) in assembly.states().iter().zip(&simulation.states) {
+            let torn = values.iter().position(|v| *v < 0.0);
+            if let Some(at) = torn.filter(|_| state.ends_with(".pressure")) {
+                tracing::warn!(
+                    "window {number}: {state} falls below vacuum at {} {}, where no line stays full; what follows is not physics",
+                    say::brief(simulation.time[at]),
+                    clock(assembly).1.unwrap_or_default()
+                );
+            }
         }
         runs.push(Run {
             held_out,

@@ -408,7 +408,7 @@ fn check_tells_states_inputs_free_values_and_effects() {
         told["states"],
         serde_json::json!(["tank.level", "line.flow"])
     );
-    // Pump, line and throttle stand in series: three laws, two meetings.
+    // Pump, line and throttle stand in series: three laws, two junctions.
     assert_eq!(told["equations"], 5);
     assert_eq!(told["unknowns"]["pressures"].as_array().unwrap().len(), 2);
     assert!(told["effects"].as_array().unwrap().len() > 30);

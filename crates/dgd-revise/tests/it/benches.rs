@@ -96,7 +96,7 @@ pub(crate) fn told(found: &Revision) -> String {
     let mut text = format!("{:?}\n", found.verdict);
     for f in &found.findings {
         text += &format!(
-            "  {}.{} loss {:.3} se {:.1} {:?}\n     in {:?}\n     {}\n     alternatives {:?} {:?} {:?}\n",
+            "  {}.{} loss {:.3} se {:.1} {:?}\n     in {:?}\n     {:?}\n     alternatives {:?} {:?} {:?}\n",
             f.component,
             f.effect,
             f.left_out_loss,

@@ -1,64 +1,33 @@
 //! The page of a diagnosis of a system: what was left out, before and after, what was tested.
 
-use super::{Done, curve, name, outcome, probability, sentence};
-use crate::say::{self, brief, number};
-use crate::system::{diagram, page, unit_of};
+use super::{Done, curve, name, outcome, sentence, tell};
+use crate::say::{brief, number};
+use crate::system::{diagram, page, quantity::Quantity, unit_of};
 use dgd_assembly::System;
 use dgd_documents::FittedSystem;
 use dgd_report::{Axis, Page, ReportError, Role, Series, TimePanel, series_over, time_series};
-use dgd_revise::{Estimate, Outcome, Tested, Trace};
+use dgd_revise::{Finding, Outcome, Tested, Trace};
 
 pub(super) fn html(done: &Done, fitted: &FittedSystem) -> Result<String, ReportError> {
     let revision = &done.revision;
-    let mut lead = sentence(done);
-    if let Some(first) = lead.get(..1) {
-        lead.replace_range(..1, &first.to_uppercase());
-    }
     let mut page = Page::new(
         format!("Diagnosis of {} on {}", done.title, done.recording),
-        lead,
+        capital(sentence(done)),
     );
     if !revision.findings.is_empty() {
         page.section("What was left out");
     }
     for finding in &revision.findings {
-        page.subsection(&name(finding))
-            .paragraph(&format!("{}.", finding.title));
-        let mut points = Vec::new();
-        if !finding.equation.is_empty() {
-            points.push(format!(
-                "Equation: {} ({})",
-                finding.equation, finding.source
-            ));
-        }
-        if let Some(p) = finding.probability {
-            points.push(format!(
-                "Probability {}: so often was such a weight right where the truth was known. It weighs the sets of effects that were fitted by their scores on left-out blocks, less chance and what stays unexplained.",
-                probability(p)
-            ));
-        }
-        points.extend(finding.parameters.iter().map(|p| {
-            let [value, low, high] = say::with_interval(p.value, p.ci95);
-            let unit = page::typeset(&unit_of(revision.after.assembly.system(), &p.path));
-            let gap = if unit.is_empty() { "" } else { " " };
-            format!(
-                "{} = {value}{gap}{unit}, 95 % interval {low} to {high}: {}",
-                p.path, p.meaning
-            )
-        }));
-        if !finding.region.is_empty() {
-            points.push(format!("Where: {}", finding.region));
-        }
-        if finding.left_out_loss.is_finite() {
-            points.push(format!(
-                "Without it the mean square on left-out blocks is {} times the present one, {} standard errors more.",
-                brief(1.0 + finding.left_out_loss),
-                brief(finding.standard_errors)
-            ));
-        }
-        if !points.is_empty() {
-            page.list(&points);
-        }
+        found(&mut page, done, finding);
+    }
+    if !revision.also_possible.is_empty() {
+        page.section("Also possible").paragraph(
+            "Part of the model, which meets left-out blocks better with it, but of too little weight to be a finding, alternatives \
+             included, once chance and what stays unexplained are counted: something else may do the same.",
+        );
+    }
+    for finding in &revision.also_possible {
+        found(&mut page, done, finding);
     }
     let classes: Vec<String> = revision
         .classes
@@ -81,13 +50,11 @@ pub(super) fn html(done: &Done, fitted: &FittedSystem) -> Result<String, ReportE
     page.section("The system")
         .figure(&diagram::draw(revision.after.assembly.system())?);
     page.section("Parameters");
-    // Findings tell their intervals as the blocks of the recording do; the others as the noise does.
-    let told: Vec<&Estimate> = (revision.findings.iter().flat_map(|f| &f.parameters)).collect();
     let rows: Vec<page::Parameter<'_>> = (fitted.parameters.iter())
-        .map(|p| page::Parameter {
-            fitted: p,
-            ci95: (told.iter().find(|e| e.path == p.path))
-                .map_or_else(|| page::interval(p), |e| e.ci95),
+        .zip(&revision.after.parameters)
+        .map(|(fitted, told)| page::Parameter {
+            fitted,
+            ci95: told.ci95,
         })
         .collect();
     page::parameters(&mut page, &revision.after.assembly, &rows)?;
@@ -95,7 +62,7 @@ pub(super) fn html(done: &Done, fitted: &FittedSystem) -> Result<String, ReportE
         page.section("Sections").table(&sections(done));
     }
     page.section("What was tested").paragraph(
-        "Found: among the findings. Alternative: as good as one of them. Absorbed: the free parameters do the same when \
+        "Found: among the findings. Possible: part of the model, with too little weight for a finding. Alternative: as good as one of them. Absorbed: the free parameters do the same when \
          they are fitted anew, so it cannot be seen here, and does not matter here. Not testable: the recording does \
          not move it. Not seen: looked for, and not there, or with too little weight to be claimed.",
     );
@@ -120,6 +87,48 @@ pub(super) fn html(done: &Done, fitted: &FittedSystem) -> Result<String, ReportE
             .collect(),
     });
     Ok(page.html())
+}
+
+fn found(page: &mut Page, done: &Done, finding: &Finding) {
+    let assembly = &done.revision.after.assembly;
+    page.subsection(&name(finding))
+        .paragraph(&format!("{}.", finding.title));
+    let mut points = Vec::new();
+    if !finding.equation.is_empty() {
+        points.push(format!(
+            "Equation: {} ({})",
+            finding.equation, finding.source
+        ));
+    }
+    points.extend(tell::likely(finding).map(|line| {
+        format!(
+            "{}. The weight is that of the sets of effects that hold it among those fitted, by their scores on left-out blocks, \
+             less chance and what stays unexplained.",
+            capital(line)
+        )
+    }));
+    points.extend(finding.parameters.iter().map(|p| {
+        let line = page::typeset(&tell::parameter(assembly, p));
+        format!("{line}: {}", p.meaning)
+    }));
+    points.extend(tell::places(assembly, finding).into_iter().map(capital));
+    if finding.left_out_loss.is_finite() {
+        points.push(format!(
+            "Without it the mean square on left-out blocks is {} times the present one, {} standard errors more.",
+            brief(1.0 + finding.left_out_loss),
+            brief(finding.standard_errors)
+        ));
+    }
+    if !points.is_empty() {
+        page.list(&points);
+    }
+}
+
+fn capital(mut line: String) -> String {
+    if let Some(first) = line.get(..1).map(str::to_uppercase) {
+        line.replace_range(..1, &first);
+    }
+    line
 }
 
 fn before_and_after(done: &Done) -> dgd_report::Table {
@@ -225,18 +234,21 @@ fn figures(page: &mut Page, done: &Done) -> Result<(), ReportError> {
 }
 
 fn sections(done: &Done) -> dgd_report::Table {
+    let assembly = &done.revision.after.assembly;
+    let along = Quantity::of(assembly, &assembly.system().independent);
     let rows = done.revision.sections.iter().map(|s| {
-        let values = s
-            .parameters
-            .iter()
-            .map(|(p, v)| format!("{p} = {}", number(*v)));
+        let values = s.parameters.iter().map(|(p, v)| {
+            let unit = page::typeset(&unit_of(assembly.system(), p));
+            let told = format!("{p} = {} {unit}", number(*v));
+            told.trim_end().to_owned()
+        });
         let cause = if s.cause.is_empty() {
             "the same".into()
         } else {
             s.cause.join(" with ")
         };
         vec![
-            format!("{} to {}", number(s.from), number(s.to)),
+            along.range((s.from, s.to)),
             cause,
             values.collect::<Vec<_>>().join(", "),
         ]
@@ -252,10 +264,11 @@ fn tested(done: &Done) -> dgd_report::Table {
     let system = done.revision.after.assembly.system();
     let rank = |outcome: Outcome| match outcome {
         Outcome::Found => 0,
-        Outcome::Alternative => 1,
-        Outcome::NotSeen => 2,
-        Outcome::Absorbed => 3,
-        Outcome::NotTestable => 4,
+        Outcome::Possible => 1,
+        Outcome::Alternative => 2,
+        Outcome::NotSeen => 3,
+        Outcome::Absorbed => 4,
+        Outcome::NotTestable => 5,
     };
     let mut ordered: Vec<&Tested> = done.revision.tested.iter().collect();
     ordered.sort_by(|a, b| {

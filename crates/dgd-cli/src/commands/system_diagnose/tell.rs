@@ -1,0 +1,156 @@
+//! A diagnosis of a system for the terminal, and the words that its page shares.
+
+use super::{Done, name, probability, sentence};
+use crate::say::{TextTable, number};
+use crate::system::{bounds, page, quantity, unit_of};
+use dgd_assembly::Assembly;
+use dgd_revise::{Estimate, Finding, Verdict};
+use std::fmt::Write as _;
+use std::path::Path;
+
+pub(super) fn answer(text: &mut String, done: &Done, out: &Path) -> std::fmt::Result {
+    let revision = &done.revision;
+    writeln!(
+        text,
+        "{} on {}: {}",
+        done.title,
+        done.recording,
+        revision.verdict.name()
+    )?;
+    writeln!(text, "{}\n", sentence(done))?;
+    let assembly = &revision.after.assembly;
+    for finding in &revision.findings {
+        told(text, assembly, finding)?;
+    }
+    for finding in &revision.also_possible {
+        write!(text, "also possible: ")?;
+        told(text, assembly, finding)?;
+    }
+    write!(text, "{}", gains(done).render())?;
+    checks(text, done)?;
+    let shown = out.display();
+    writeln!(
+        text,
+        "\nwrote {shown}/diagnosis.json, simulation.csv and model.toml; open {shown}/report.html"
+    )
+}
+
+fn told(text: &mut String, assembly: &Assembly, finding: &Finding) -> std::fmt::Result {
+    writeln!(text, "{}: {}", name(finding), finding.title)?;
+    if !finding.equation.is_empty() {
+        writeln!(text, "  {}", finding.equation)?;
+    }
+    if let Some(line) = likely(finding) {
+        writeln!(text, "  {line}")?;
+    }
+    for p in &finding.parameters {
+        writeln!(text, "  {}: {}", parameter(assembly, p), p.meaning)?;
+    }
+    for line in places(assembly, finding) {
+        writeln!(text, "  {line}")?;
+    }
+    let alternatives: Vec<&str> = finding.alternatives.iter().map(|a| a.0.as_str()).collect();
+    if !alternatives.is_empty() {
+        writeln!(text, "  not told apart from: {}", alternatives.join(", "))?;
+    }
+    if let Some(test) = finding
+        .separating_test
+        .as_ref()
+        .filter(|_| !alternatives.is_empty())
+    {
+        writeln!(text, "  what would tell them apart: {test}")?;
+    }
+    writeln!(text)
+}
+
+/// `probability 0.45, with its alternatives 0.52: ..`
+pub(super) fn likely(finding: &Finding) -> Option<String> {
+    let p = finding.probability?;
+    let together = finding.probability_with_alternatives;
+    let together = together.filter(|_| !finding.alternatives.is_empty());
+    let together = together.map(probability).filter(|t| *t != probability(p));
+    let together = together.map_or_else(String::new, |t| format!(", with its alternatives {t}"));
+    Some(format!(
+        "probability {}{together}: so often was such a weight right where the truth was known",
+        probability(p)
+    ))
+}
+
+/// A parameter with its unit and its interval, as it stands among all parameters too.
+pub(super) fn parameter(assembly: &Assembly, e: &Estimate) -> String {
+    let unit = unit_of(assembly.system(), &e.path);
+    let gap = if unit.is_empty() { "" } else { " " };
+    let told = page::Told::of(e.value, e.at_bound, e.ci95, bounds(assembly, &e.path));
+    let said = match told.ends {
+        Some([from, to]) => format!("95 %: {from} to {to}"),
+        None => told.note.to_owned(),
+    };
+    format!("{} = {}{gap}{unit} ({said})", e.path, told.value)
+}
+
+/// Where it lies: in the operating space, and along the recording.
+pub(super) fn places(assembly: &Assembly, finding: &Finding) -> Vec<String> {
+    let mut lines = Vec::new();
+    lines.extend(
+        finding
+            .region
+            .as_ref()
+            .map(|r| quantity::place(assembly, r)),
+    );
+    let stretches = quantity::stretches(assembly, &finding.intervals);
+    if !stretches.is_empty() {
+        let along = &assembly.system().independent;
+        lines.push(format!("most of it at {along} {stretches}"));
+    }
+    lines
+}
+
+fn gains(done: &Done) -> TextTable {
+    let mut table = TextTable::new([
+        "off by, rms",
+        "training",
+        "after",
+        "held out",
+        "after",
+        "unit",
+    ]);
+    for (gain, gauge) in done.revision.outputs.iter().zip(&done.gauges) {
+        let cell = |v: f64| {
+            if v.is_finite() {
+                number(gauge.difference(v))
+            } else {
+                String::new()
+            }
+        };
+        table.row([
+            gain.output.clone(),
+            cell(gain.training.0),
+            cell(gain.training.1),
+            cell(gain.test.0),
+            cell(gain.test.1),
+            gauge.symbol.clone(),
+        ]);
+    }
+    table
+}
+
+fn checks(text: &mut String, done: &Done) -> std::fmt::Result {
+    let revision = &done.revision;
+    if revision.verdict == Verdict::Consistent {
+        for check in &revision.checks {
+            let said = if check.passed { "" } else { "not so: " };
+            writeln!(text, "\n{said}{} ({})", check.name, check.detail)?;
+        }
+        return Ok(());
+    }
+    let passed = revision.checks.iter().filter(|c| c.passed).count();
+    writeln!(
+        text,
+        "\nchecks: {passed} of {} passed",
+        revision.checks.len()
+    )?;
+    for check in revision.checks.iter().filter(|c| !c.passed) {
+        writeln!(text, "  failed: {}: {}", check.name, check.detail)?;
+    }
+    Ok(())
+}
