@@ -278,3 +278,6 @@ fn applied(one: &AppliedEffect) -> Result<Applied, DiagnoseError> {
         allowance: false,
     })
 }
+
+#[cfg(test)]
+mod tests;
