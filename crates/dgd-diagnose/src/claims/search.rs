@@ -191,7 +191,7 @@ fn a_strength_on_a_grid_is_moved_to_where_it_explains_most() {
     }
     record.filled.mud_pump.clone_from(&record.mud_pump);
     record.filled.booster.clone_from(&record.booster);
-    for from in [8.0, 17.0] {
+    for from in [7.0, 10.0, 17.0] {
         let mut state = vec![one("booster_line_storage", &[from])];
         refine(&record, &mut state, 0, &[], 1);
         let found = state[0].parameters[0];
