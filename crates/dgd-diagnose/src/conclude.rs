@@ -284,3 +284,6 @@ fn applied(one: &AppliedEffect) -> Result<Applied, DiagnoseError> {
         allowance: false,
     })
 }
+
+#[cfg(test)]
+mod tests;

@@ -168,12 +168,12 @@ fn changes(fields: [f64; FIELDS]) -> Changes {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-    use super::Ground;
+    use super::{Ground, rows};
     use crate::claims::fixture::setting;
     use crate::draws::normals;
     use crate::record::{Filled, Record};
     use crate::relations::{Applied, Blocks};
-    use dgd_effects::{Connection, Noise, Role, Setting, catalogue, find};
+    use dgd_effects::{Connection, MeterPath, Noise, Role, Setting, catalogue, find};
 
     const DT_S: f64 = 2.0;
     /// No whole number of rows, nor of blocks.
@@ -267,6 +267,8 @@ mod tests {
                 late("return_flow_delay", 1.5),
                 late("booster_line_storage", 3.0),
             ],
+            // Changes from the first sample to the last.
+            vec![late("return_flow_gain", -0.03), late("inflow_gain", 0.02)],
         ];
         for state in states {
             let ground = Ground::under(&record, &state);
@@ -286,12 +288,33 @@ mod tests {
                         .collect();
                     let one = Applied::new(effect, parameters);
                     let all: Vec<Applied> = state.iter().cloned().chain([one.clone()]).collect();
-                    if let Some(found) = ground.with(&record, &one) {
+                    let found = ground.with(&record, &one);
+                    let direct = effect.meter_path(&one.parameters) == MeterPath::default();
+                    assert_eq!(found.is_some(), direct, "{}", about.id);
+                    if let Some(found) = found {
                         let expected = Blocks::under(&record, &all);
                         assert!(bits(&found) == bits(&expected), "{} at {onset}", about.id);
                     }
                 }
             }
         }
+    }
+    #[test]
+    fn an_effect_is_run_over_the_rows_in_which_it_acts() {
+        let record = record();
+        let of = |id: &str, parameters: &[f64]| {
+            rows(
+                &record,
+                &Applied::new(find(id).unwrap(), parameters.to_vec()),
+            )
+        };
+        // Rows of fifteen samples; the onset falls on the last sample of a row, the end on the sixth of one.
+        assert_eq!(of("influx", &[1e-3, 1258.5, 700.0, 0.1]), 41..66);
+        assert_eq!(of("influx", &[1e-3, 1258.6, 700.0, 0.1]), 42..66);
+        assert_eq!(of("influx", &[1e-3, -1e6, 700.0, 0.1]), 0..24);
+        assert_eq!(of("influx", &[1e-3, 3800.0, 700.0, 0.1]), 126..135);
+        assert_eq!(of("line_leak", &[1e-3, 3300.0]), 110..135);
+        assert_eq!(of("line_leak", &[1e-3, 9e6]), 134..135);
+        assert_eq!(of("return_flow_gain", &[0.02]), 0..135);
     }
 }

@@ -4,15 +4,17 @@ use crate::draws::normals;
 use crate::record::{Filled, Record};
 use crate::relations::Blocks;
 use dgd_effects::{Curves, FRICTION_TERMS, HEAD_TERMS, Noise, Scale, Setting};
+use dgd_identify::Prepared;
+use dgd_recording::{ChannelMap, ChannelSource, Geometry, Recording, TimeSource, Well};
 use dgd_units::STANDARD_GRAVITY_M_S2;
 
-pub(super) const DT_S: f64 = 2.0;
-pub(super) const PER_BLOCK: usize = 5;
+pub(crate) const DT_S: f64 = 2.0;
+pub(crate) const PER_BLOCK: usize = 5;
 /// Length of a block, s.
-pub(super) const BLOCK_S: f64 = 10.0;
-pub(super) const FLOW_M3_S: f64 = 0.04;
-pub(super) const SPEED_PCT: f64 = 70.0;
-pub(super) const MUD_PUMP_M3_S: f64 = 0.03;
+pub(crate) const BLOCK_S: f64 = 10.0;
+pub(crate) const FLOW_M3_S: f64 = 0.04;
+pub(crate) const SPEED_PCT: f64 = 70.0;
+pub(crate) const MUD_PUMP_M3_S: f64 = 0.03;
 
 /// A rig without connections, whose instruments have no noise.
 pub(crate) fn setting(span_s: (f64, f64)) -> Setting {
@@ -65,7 +67,7 @@ pub(crate) fn steady(blocks: usize) -> Record {
 }
 
 /// The block means of that drilling.
-pub(super) fn blocks(count: usize) -> Blocks {
+pub(crate) fn blocks(count: usize) -> Blocks {
     let all = |value: f64| vec![value; count];
     Blocks {
         flow: all(FLOW_M3_S),
@@ -82,7 +84,7 @@ pub(super) fn blocks(count: usize) -> Blocks {
 }
 
 /// Friction `f·(q/0.04)²` and head `h·(w/70)² − r·(q/0.04)²`, all in Pa.
-pub(super) fn parabolas(f: f64, h: f64, r: f64) -> Curves {
+pub(crate) fn parabolas(f: f64, h: f64, r: f64) -> Curves {
     let mut curves = Curves {
         scale: Scale {
             flow_m3_s: FLOW_M3_S,
@@ -98,15 +100,17 @@ pub(super) fn parabolas(f: f64, h: f64, r: f64) -> Curves {
 
 /// What the drilling of [`drilled`] conceals.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Hidden {
+pub(crate) struct Hidden {
     /// By how much the return flow's meter is late, s.
     pub late_s: f64,
+    /// Time constant with which the pump follows the speed that is measured, s.
+    pub lag_s: f64,
     /// Rate of an influx, m³/s: from [`INFLUX_S`] on it rises, stands, and dies away.
     pub influx_m3_s: f64,
 }
 
 /// Onset, duration, and the share of it in which the influx rises.
-pub(super) const INFLUX_S: (f64, f64, f64) = (1500.0, 1300.0, 0.15);
+pub(crate) const INFLUX_S: (f64, f64, f64) = (1500.0, 1300.0, 0.15);
 
 /// Levels of the return flow, m³/s.
 const LEVELS: [f64; 24] = [
@@ -115,7 +119,7 @@ const LEVELS: [f64; 24] = [
 ];
 
 /// An hour and a half of drilling at changing flow, by the equations of the relations, with white noise.
-pub(super) fn drilled(hidden: Hidden) -> Record {
+pub(crate) fn drilled(hidden: Hidden) -> Record {
     let mut record = steady(540);
     let n = record.t_s.len();
     // A new level every four minutes, reached within half a minute; what is pumped in came to it before.
@@ -152,6 +156,12 @@ pub(super) fn drilled(hidden: Hidden) -> Record {
         }
         inlet += DT_S * pa_m3 * (inflow(t + 0.5 * DT_S) - flow(t + 0.5 * DT_S));
     }
+    if hidden.lag_s > 0.0 {
+        let share = 1.0 - (-DT_S / hidden.lag_s).exp();
+        for i in (1..n).rev() {
+            series[1][i] = series[1][i - 1] + (series[1][i] - series[1][i - 1]) / share;
+        }
+    }
     let sizes = [2e-4, 0.05, 500.0, 1500.0, 1e-5];
     for (k, (series, size)) in series.iter_mut().zip(sizes).enumerate() {
         let noise = normals(k as u64 + 1, n);
@@ -182,4 +192,54 @@ fn hidden_rate(hidden: Hidden, t: f64) -> f64 {
     let (from, lasts, rise) = INFLUX_S;
     let x = (t - from) / lasts;
     hidden.influx_m3_s * (x / rise).min((1.0 - x) / rise).clamp(0.0, 1.0)
+}
+
+/// The recording that a record was made of, and its well, with a clock that starts at some time.
+pub(crate) fn recorded(record: &Record, start_s: f64) -> (Well, Prepared) {
+    let s = &record.setting;
+    let none = || ChannelSource::Constant { si: 0.0 };
+    let well = Well {
+        mud_density_kg_m3: s.density_kg_m3,
+        geometry: Geometry {
+            riser_id_m: (4.0 * (s.riser_area_m2 + 0.02) / std::f64::consts::PI).sqrt(),
+            drillpipe_od_m: (4.0 * 0.02 / std::f64::consts::PI).sqrt(),
+            casing_od_m: None,
+            return_line_id_m: (4.0 * s.line_area_m2 / std::f64::consts::PI).sqrt(),
+            booster_line_id_m: None,
+            pump_inlet_depth_m: 1500.0,
+            pump_outlet_depth_m: s.line_length_m,
+            riser_pressure_sensor_depth_m: None,
+        },
+        channels: ChannelMap {
+            time: TimeSource::Interval { step_s: DT_S },
+            mud_pump_flow: none(),
+            booster_flow: none(),
+            topfill_flow: none(),
+            return_flow: none(),
+            pump_inlet_pressure: vec![none()],
+            pump_outlet_pressure: vec![none()],
+            riser_pressure: None,
+            pump_speed: none(),
+        },
+    };
+    let recording = Recording {
+        time_s: record.t_s.iter().map(|t| t + start_s).collect(),
+        mud_pump_flow_m3_s: record.mud_pump.clone(),
+        booster_flow_m3_s: record.booster.clone(),
+        topfill_flow_m3_s: record.filled.topfill.clone(),
+        return_flow_m3_s: record.flow.clone(),
+        pump_inlet_pressure_pa: vec![record.inlet.clone()],
+        pump_outlet_pressure_pa: vec![record.outlet.clone()],
+        riser_pressure_pa: None,
+        pump_speed_pct: record.speed.clone(),
+    };
+    let prepared = Prepared {
+        step_s: DT_S,
+        keep: vec![true; record.t_s.len()],
+        inlet_pressure_pa: record.inlet.clone(),
+        outlet_pressure_pa: record.outlet.clone(),
+        tally: Vec::new(),
+        recording,
+    };
+    (well, prepared)
 }

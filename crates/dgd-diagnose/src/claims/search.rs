@@ -63,6 +63,35 @@ fn a_late_meter_is_timed_from_either_side_without_a_lag_of_the_pump() {
 }
 
 #[test]
+fn a_late_meter_is_timed_beside_the_lag_of_the_pump_that_earns_its_place() {
+    let record = drilled(Hidden {
+        late_s: 6.0,
+        lag_s: 3.0,
+        ..Hidden::default()
+    });
+    // Effects that do next to nothing, before it among those to start from and among those named.
+    let start = [one("outlet_pressure_bias", &[1.0])];
+    let mut named = vec![
+        one("line_leak", &[1e-9, 2000.0]),
+        one("return_flow_delay", &[4.0]),
+    ];
+    let beside = allowed_beside(&record, &start, &mut named, &[]).unwrap();
+    let timed = named[1].parameters[0];
+    assert!((timed - 6.0).abs() < 0.7, "{timed}");
+    let found: Vec<(&str, f64, bool)> = (beside.iter())
+        .map(|a| (a.effect.about().id, a.parameters[0], a.allowance))
+        .collect();
+    let bias = ("outlet_pressure_bias", 1.0, false);
+    assert_eq!(found, [bias, ("pump_speed_lag", 3.0, true)]);
+    assert_eq!(named[0].parameters, [1e-9, 2000.0]);
+
+    // One that is named is not allowed for too.
+    named.push(one("pump_speed_lag", &[3.0]));
+    let beside = allowed_beside(&record, &start, &mut named, &[]).unwrap();
+    assert_eq!(beside.len(), 1);
+}
+
+#[test]
 fn only_a_delay_or_lag_of_the_meter_makes_it_late() {
     for (id, late) in [
         ("return_flow_delay", true),
@@ -97,6 +126,77 @@ fn an_influx_is_moved_to_its_rate_and_times() {
     kept[0].allowance = true;
     refine(&record, &mut kept, 0, &[], 2);
     assert_eq!(kept[0].parameters, start.parameters);
+}
+
+#[test]
+fn an_influx_of_another_size_or_minutes_off_is_found_in_one_round() {
+    let record = influx();
+    let (from, lasts, rise) = INFLUX_S;
+    let found = |rate: f64, late: f64, rise: f64| {
+        let mut state = vec![one("influx", &[rate, from + late, lasts, rise])];
+        refine(&record, &mut state, 0, &[], 1);
+        state.swap_remove(0).parameters
+    };
+    // Three steps of one size are made at the most.
+    for (rate, late) in [(3e-3, 200.0), (3e-3, -200.0), (1.5e-3, 60.0), (5e-3, 0.0)] {
+        let p = found(rate, late, rise);
+        assert!((p[1] - from).abs() < 45.0, "{rate} {late}: {p:?}");
+        assert!(
+            (p[1] + p[2] - from - lasts).abs() < 45.0,
+            "{rate} {late}: {p:?}"
+        );
+        assert!((p[0] / 3e-3 - 1.0).abs() < 0.05, "{rate} {late}: {p:?}");
+    }
+    let p = found(3e-3, 0.0, 0.5);
+    assert!((p[3] - rise).abs() < 0.06, "{p:?}");
+}
+
+#[test]
+fn a_transmitter_is_not_moved_and_nor_is_what_the_record_does_not_show() {
+    let mut record = drilled(Hidden::default());
+    let (onset, bias) = (2000.0, 4e4);
+    let mut first = record.outlet.clone();
+    for (p, t) in first.iter_mut().zip(&record.t_s) {
+        *p += if *t >= onset { bias } else { 0.0 };
+    }
+    record.outlets.insert(0, first);
+    for (mean, outlets) in record.outlet.iter_mut().zip(&record.outlets[0]) {
+        *mean = 0.5 * (*mean + outlets);
+    }
+    record.filled.outlet.clone_from(&record.outlet);
+    let mut state = vec![
+        one("outlet_pressure_bias_step", &[2e4, onset + 30.0, 1.0]),
+        // Nothing stands still.
+        one("line_drainage", &[0.1, 0.5, 100.0]),
+    ];
+    refine(&record, &mut state, 0, &[], 2);
+    let p = &state[0].parameters;
+    assert!(
+        (p[0] / bias - 1.0).abs() < 0.01 && (p[1] - onset).abs() < 5.0 && p[2] == 1.0,
+        "{p:?}"
+    );
+    assert_eq!(state[1].parameters, [0.1, 0.5, 100.0]);
+}
+
+#[test]
+fn a_strength_on_a_grid_is_moved_to_where_it_explains_most() {
+    let mut record = drilled(Hidden::default());
+    // The booster runs now more, now less; what it pumps comes by way of its line.
+    let (tau, mut held) = (12.0_f64, 0.01);
+    for i in 0..record.t_s.len() {
+        let booster = if i / 150 % 2 == 0 { 0.01 } else { 0.02 };
+        held += (1.0 - (-record.dt_s / tau).exp()) * (booster - held);
+        record.mud_pump[i] += 0.01 - held;
+        record.booster[i] = booster;
+    }
+    record.filled.mud_pump.clone_from(&record.mud_pump);
+    record.filled.booster.clone_from(&record.booster);
+    for from in [7.0, 10.0, 17.0] {
+        let mut state = vec![one("booster_line_storage", &[from])];
+        refine(&record, &mut state, 0, &[], 1);
+        let found = state[0].parameters[0];
+        assert!((found / tau - 1.0).abs() < 0.05, "{found} from {from}");
+    }
 }
 
 #[test]

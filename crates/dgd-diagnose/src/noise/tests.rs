@@ -1,4 +1,8 @@
 //! Claims about the whitening.
+#![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+
+mod operator;
+mod sizes;
 
 use super::{Layout, Wander, Whitening, autoregression, high_pass};
 use crate::draws::normals;
@@ -118,7 +122,8 @@ fn the_transpose_is_the_transpose_of_apply() {
     let w = Whitening::of(l, &patchy(l), &residual, &unrest, WANDER);
     assert!(w.kinship > 0.1 && w.memory.iter().all(|m| m[0] != 0.0));
     for seed in 3..13 {
-        let (x, y) = (normals(seed, l.len()), normals(seed + 100, l.len()));
+        // Every section has its say.
+        let (x, y) = (white(l, seed), normals(seed + 100, l.len()));
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(p, q)| p * q).sum::<f64>();
         let (white, back) = (w.apply(&x), w.transpose(&y));
         let size = (dot(&white, &white) * dot(&y, &y)).sqrt();

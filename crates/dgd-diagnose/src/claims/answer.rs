@@ -1,0 +1,203 @@
+//! Claims about a whole answer, on an hour and a half of drilling.
+
+use super::fixture::{DT_S, Hidden, INFLUX_S, drilled, recorded};
+use crate::free_run::gains;
+use crate::record::Record;
+use crate::{DiagnoseError, Diagnosis, Options, Outcome, Stage, Verdict, diagnose};
+use dgd_effects::AppliedEffect;
+use dgd_identify::Prepared;
+use dgd_recording::Well;
+
+/// When the clocks start, s.
+const START_S: f64 = 5000.0;
+
+fn tried(recorded: &(Well, Prepared), options: &Options) -> Result<Diagnosis, DiagnoseError> {
+    diagnose(&recorded.0, &recorded.1, options, &mut |_| {})
+}
+
+/// Nothing is searched for: the models before and after are one.
+fn fitted(
+    recorded: &(Well, Prepared),
+    start: &[(&str, &[f64])],
+) -> Result<Diagnosis, DiagnoseError> {
+    let start = start.iter().map(|(id, parameters)| AppliedEffect {
+        id: (*id).to_owned(),
+        parameters: parameters.to_vec(),
+    });
+    let options = Options {
+        start: start.collect(),
+        most_effects: 0,
+        ..Options::default()
+    };
+    tried(recorded, &options)
+}
+
+fn sound() -> (Well, Prepared) {
+    recorded(&drilled(Hidden::default()), START_S)
+}
+
+/// The first blocks of sound drilling.
+fn first(blocks: usize) -> Record {
+    let mut record = drilled(Hidden::default());
+    let n = blocks * record.per_block;
+    record.t_s.truncate(n);
+    for values in [
+        &mut record.mud_pump,
+        &mut record.booster,
+        &mut record.filled.topfill,
+        &mut record.flow,
+        &mut record.speed,
+        &mut record.inlet,
+        &mut record.outlet,
+    ] {
+        values.truncate(n);
+    }
+    record
+}
+
+/// The check on the held-out windows says how many of the four signals came out half as bad again, or worse.
+fn assert_counted(found: &Diagnosis) {
+    let (check, gains) = (&found.checks[0], gains(&found.simulation, true));
+    assert_eq!(check.name, "no output is made worse on held-out windows");
+    let worse = gains.iter().filter(|g| g.1 / g.0 > 1.5).count();
+    let said = format!("{worse} of 4 signals have an RMSE above 1.5 times that before");
+    assert_eq!(check.detail, said);
+    assert_eq!(check.passed, worse == 0);
+}
+
+#[test]
+fn an_influx_is_named_where_it_is_and_modelled() {
+    let hidden = Hidden {
+        influx_m3_s: 3e-3,
+        ..Hidden::default()
+    };
+    let (well, prepared) = recorded(&drilled(hidden), START_S);
+    let mut stages = Vec::new();
+    let options = Options::default();
+    let found = diagnose(&well, &prepared, &options, &mut |s| stages.push(s)).unwrap();
+    let rounds = [1, 2].map(Stage::Screening);
+    let [fitting, confirming] = [Stage::Fitting, Stage::Confirming];
+    assert_eq!(
+        stages,
+        [Stage::Baseline, rounds[0], rounds[1], fitting, confirming]
+    );
+    assert_eq!(found.verdict, Verdict::Explained);
+    let [influx] = &found.findings[..] else {
+        panic!("{:?}", found.findings);
+    };
+    assert!(influx.effect == "influx" && influx.probability > 0.9);
+    let (from, to) = influx.intervals_s[0];
+    assert!((from - INFLUX_S.0).abs() < 60.0, "{from}");
+    assert!((to - INFLUX_S.0 - INFLUX_S.1).abs() < 60.0, "{to}");
+    let modelled: Vec<&str> = found.after.effects.iter().map(|e| e.id.as_str()).collect();
+    assert!(found.before.effects.is_empty() && modelled == ["influx"]);
+    assert_counted(&found);
+    // What each effect showed stands beside it, as it was before anything was named.
+    let tested = |id: &str| found.tested.iter().find(|t| t.effect == id).unwrap();
+    let seen = tested("influx");
+    assert!(seen.outcome == Outcome::Found && seen.admissible && seen.evidence > seen.hurdle);
+    let other = tested("lost_circulation");
+    assert!(other.outcome == Outcome::NotSeen && other.limit.is_some_and(|l| l > 0.0));
+
+    // Taken for given, it is fitted and nothing else is searched for.
+    let options = Options {
+        suspects: vec!["influx".to_owned()],
+        ..Options::default()
+    };
+    let given = tried(&(well.clone(), prepared.clone()), &options).unwrap();
+    assert_eq!(given.findings[0].effect, "influx");
+    let options = Options {
+        suspects: vec!["gremlins".to_owned()],
+        ..Options::default()
+    };
+    let refused = tried(&(well, prepared), &options).unwrap_err();
+    assert!(matches!(refused, DiagnoseError::NotInCatalogue { id } if id == "gremlins"));
+}
+
+#[test]
+fn sound_drilling_is_not_accused() {
+    let found = tried(&sound(), &Options::default()).unwrap();
+    assert_eq!(found.verdict, Verdict::Consistent);
+    assert!(found.findings.is_empty());
+    assert_eq!(found.before, found.after);
+    for signal in &found.simulation.signals {
+        for (before, after) in signal.before.iter().zip(&signal.after) {
+            assert_eq!(before.to_bits(), after.to_bits());
+        }
+    }
+    assert!(found.checks[0].passed);
+    assert_counted(&found);
+}
+
+#[test]
+fn what_is_held_out_no_fit_sees_and_all_else_it_does() {
+    let (well, prepared) = sound();
+    let whole = fitted(&(well.clone(), prepared.clone()), &[]).unwrap();
+    let [(from, to)] = whole.held_out_s[..] else {
+        panic!("{:?}", whole.held_out_s);
+    };
+    // From the start of the recording, whatever its clock says.
+    assert!(from > 0.0 && to < 5400.0 && (to - from - 1260.0).abs() < 1e-6);
+    for (a, b, seen) in [
+        (from, to, false),
+        // A block that lies in it in part is held out whole.
+        (from - 30.0, from - 10.0, true),
+        (to + 10.0, to + 30.0, true),
+    ] {
+        let mut other = prepared.clone();
+        for (i, outlet) in other.outlet_pressure_pa.iter_mut().enumerate() {
+            let t = DT_S * i as f64;
+            *outlet += if t >= a && t < b { 2e3 } else { 0.0 };
+        }
+        let other = fitted(&(well.clone(), other), &[]).unwrap();
+        assert_eq!(other.before != whole.before, seen, "{a}..{b}");
+    }
+}
+
+#[test]
+fn a_hundred_and_ninety_blocks_are_enough_and_fewer_are_refused_with_what_can_be_used() {
+    let whole = fitted(&recorded(&first(190), START_S), &[]).unwrap();
+    assert_eq!(whole.verdict, Verdict::Consistent);
+    let usable = |record: &Record| {
+        let refused = fitted(&recorded(record, START_S), &[]).unwrap_err();
+        let DiagnoseError::TooShort { usable, needed } = refused else {
+            panic!("{refused}");
+        };
+        assert_eq!(needed, 190);
+        usable
+    };
+    let mut short = first(189);
+    let all = usable(&short);
+    assert!((187..=189).contains(&all), "{all}");
+    // Without a speed the line can be judged still, the pump cannot.
+    short.speed[100..200].fill(f64::NAN);
+    assert_eq!(usable(&short), all - 20);
+}
+
+#[test]
+fn a_start_is_an_effect_of_the_catalogue_with_all_its_parameters() {
+    let sound = sound();
+    let held = fitted(&sound, &[("return_flow_gain", &[0.01])]).unwrap();
+    assert_eq!(held.before.effects[0].id, "return_flow_gain");
+    for start in [
+        ("return_flow_gain", &[0.01, 2.0][..]),
+        ("poltergeist", &[1.0]),
+    ] {
+        let refused = fitted(&sound, &[start]).unwrap_err();
+        assert!(matches!(refused, DiagnoseError::UnknownEffect(_)));
+    }
+}
+
+#[test]
+fn swell_is_a_finding_unless_the_model_holds_it() {
+    let (well, mut prepared) = sound();
+    for (i, inlet) in prepared.inlet_pressure_pa.iter_mut().enumerate() {
+        *inlet += 2e4 * (std::f64::consts::TAU * DT_S * i as f64 / 12.0).sin();
+    }
+    let swelling = (well, prepared);
+    let found = fitted(&swelling, &[]).unwrap();
+    let names: Vec<&str> = found.findings.iter().map(|f| f.effect.as_str()).collect();
+    assert_eq!(names, ["heave"]);
+    let held = fitted(&swelling, &[("heave", &[12.0, 1.0])]).unwrap();
+    assert!(held.findings.is_empty(), "{:?}", held.findings);
+}
