@@ -7,7 +7,7 @@ use crate::refine::refine;
 use crate::relations::Applied;
 use crate::scan::{joined, scan};
 use crate::select::Selection;
-use crate::tangent::{Bend, Tangent};
+use crate::tangent::{Bend, Tangent, dot};
 use crate::timing::{allowed_beside, is_late_meter};
 use dgd_effects::{AppliedEffect, AugmentedModel};
 
@@ -76,8 +76,15 @@ pub(crate) fn trained(
                         .into_iter()
                         .filter(|c| c.evidence.is_finite())
                         .max_by(|a, b| a.evidence.total_cmp(&b.evidence));
-                    if let Some(best) = best {
-                        chosen = solved(&best);
+                    // Refined from where the training rows are explained better: a coarse grid beside the whole recording's place.
+                    let left = |one: &Applied| {
+                        let off = tangent.refitted(record, &joined(&state, one)).off;
+                        dot(&off, &off)
+                    };
+                    if let Some(coarse) = best.map(|best| solved(&best))
+                        && left(&coarse) < left(&chosen)
+                    {
+                        chosen = coarse;
                     }
                 }
             }

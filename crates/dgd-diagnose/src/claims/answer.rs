@@ -92,6 +92,16 @@ fn an_influx_is_named_where_it_is_and_modelled() {
     let modelled: Vec<&str> = found.after.effects.iter().map(|e| e.id.as_str()).collect();
     assert!(found.before.effects.is_empty() && modelled == ["influx"]);
     assert_counted(&found);
+    // Fitted without the held-out windows it is the same influx, and no signal runs worse for it.
+    let rate = found
+        .after
+        .effects
+        .iter()
+        .find(|e| e.id == "influx")
+        .unwrap()
+        .parameters[0];
+    assert!((rate - 3e-3).abs() < 3e-4, "{rate}");
+    assert!(found.checks.iter().all(|c| c.passed), "{:?}", found.checks);
     // What each effect showed stands beside it, as it was before anything was named.
     let tested = |id: &str| found.tested.iter().find(|t| t.effect == id).unwrap();
     let seen = tested("influx");
