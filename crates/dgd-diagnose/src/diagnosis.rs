@@ -192,7 +192,7 @@ pub struct Signal {
 pub struct Trace {
     /// The relation.
     pub relation: Relation,
-    /// Of instruments, which are held against each other.
+    /// Which two transmitters are held against each other, in words; `None` for a relation.
     pub pair: Option<&'static str>,
     /// Unit of the residual: `Pa` or `m3/s`.
     pub unit: &'static str,

@@ -26,6 +26,7 @@ pub(crate) struct Correction {
     pub evidence: f64,
     /// How many straight parameters its curve is worth.
     pub freedom: f64,
+    /// Index into [`PLACES`].
     pub relation: usize,
     pub quantity: usize,
 }
@@ -176,7 +177,7 @@ fn hold_without(
 }
 
 /// The correction of one relation or reading along one quantity, without the `excluded` blocks, which a tangent knows by itself;
-/// `None` if the recording does not move the quantity.
+/// `None` if the recording does not move the quantity, or the riser's transmitter shows no such drift.
 pub(crate) fn correction(
     record: &Record,
     tangent: &Tangent,

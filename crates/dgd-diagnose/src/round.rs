@@ -313,7 +313,7 @@ impl<'a> Round<'a> {
         ((gain - 3.0 - error * c.evidence) / (4.0 + 0.02 * c.evidence)).min(50.0)
     }
 
-    /// A correction as the finding, with the effects of its relation as alternatives; `evidence` tells that there is something.
+    /// A correction as the finding, with the effects of the relations that it enters as alternatives; `evidence` tells that there is something.
     fn unnamed(&self, c: &Correction, evidence: f64) -> Named {
         let temperature = (0.08 * evidence).max(6.0);
         let weight = |o: &Contender| {

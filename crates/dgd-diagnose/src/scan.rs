@@ -241,7 +241,9 @@ pub(crate) fn joined(state: &[Applied], one: &Applied) -> Vec<Applied> {
 
 /// Misfit that an allowance must save.
 const EARNED: f64 = 2.0;
-/// How often the allowances are gone through.
+/// Misfit that another value must save beyond the one that is held.
+const BETTER: f64 = 0.05;
+/// How often the allowances are gone through at the most.
 const SWEEPS: usize = 4;
 
 /// Delays and lags that clocks, rotors and block edges make in a sound rig, on top of a hypothesis: allowed for before
@@ -279,7 +281,7 @@ pub(crate) fn allowances_with(
             let values = about.search.allowance.iter();
             let best = (values.filter(|v| now.is_none_or(|k| state[k].parameters[0] != **v)))
                 .map(|v| weigh(record, &tangent, &state, one(v)))
-                .max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
+                .max_by(|a, b| a.evidence.total_cmp(&b.evidence));
             let mut least = EARNED;
             let mut next = None;
             if let Some(k) = now {
@@ -293,7 +295,8 @@ pub(crate) fn allowances_with(
                     next = Some(without);
                 }
             }
-            if best.evidence > least.max(if now.is_some() { 0.05 } else { EARNED }) {
+            least = least.max(if now.is_some() { BETTER } else { EARNED });
+            if let Some(best) = best.filter(|best| best.evidence > least) {
                 next = Some(joined(&state, &best.applied));
             }
             if let Some(next) = next {

@@ -10,8 +10,7 @@ use crate::unrest::wander;
 use crate::witness::Witness;
 use dgd_effects::{Action, Changes, Moment, Rank, Relation, quantile};
 
-/// Residuals by relation, before and after.
-/// `state` is the hypothesis of `after`.
+/// Residuals by relation, before and after; `state` is the hypothesis of `after`.
 pub(crate) fn traces(
     record: &Record,
     before: &Tangent,
@@ -127,6 +126,7 @@ fn inlets(record: &Record, state: &[Applied], may: Wander) -> Option<Trace> {
 /// What the corrections of a hypothesis hold the inlets to read too much, at some times, Pa.
 fn inlet_bias(record: &Record, state: &[Applied], t_s: &[f64]) -> Vec<f64> {
     let corrections = state.iter().filter(|a| is_correction(a.effect));
+    // They are corrected over time alone: the readings of a moment do not count.
     let mut actions: Vec<Action> = corrections
         .map(|a| a.effect.begin(&a.parameters, &record.setting))
         .collect();

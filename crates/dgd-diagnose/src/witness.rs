@@ -1,5 +1,5 @@
 //! The riser's transmitter as a witness of those at the pump inlet: it hangs a few metres away, and their readings differ by
-//! little but a constant.
+//! little but a constant, what the suction loses, and a difference of their spans.
 
 use crate::noise::{Layout, Wander, Whitening};
 use crate::record::{Record, mean};

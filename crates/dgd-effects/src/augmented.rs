@@ -62,7 +62,7 @@ pub struct Inputs<'a> {
 pub struct FreeRun {
     /// Return flow as its meter would read, m³/s.
     pub return_flow_m3_s: Vec<f64>,
-    /// Inlet pressure, Pa absolute.
+    /// Inlet pressure as the mean of its transmitters would read, Pa absolute.
     pub inlet_pa: Vec<f64>,
     /// Outlet pressure as the mean of its meters would read, Pa absolute.
     pub outlet_pa: Vec<f64>,
@@ -110,7 +110,7 @@ impl AugmentedModel {
     /// ([`Effect::memory_s`]), so that those with an onset before the window are in force; before the window they see the inputs and
     /// the start's state. Implicit in the flow (its time constant is a
     /// second), trapezoidal in the level, in steps of at most 1 s up to a clock of 20 s. Flow stays within 0 to 0.3 m³/s,
-    /// inlet pressure within 0.5 to 1000 bar.
+    /// the true inlet pressure within 0.5 to 1000 bar. `start` holds readings.
     ///
     /// # Errors
     /// [`UnknownEffect`] if an effect is not in the catalogue or takes another number of parameters.

@@ -50,7 +50,7 @@ pub const PLACES: [Place; 5] = [
     },
 ];
 
-/// Quantities along which a relation is corrected, in the order of their codes.
+/// Quantities along which a relation or reading is corrected, in the order of their codes.
 pub const QUANTITIES: [&str; 8] = [
     "time",
     "inlet pressure",
