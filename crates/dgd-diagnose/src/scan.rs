@@ -289,13 +289,11 @@ pub(crate) fn allowances_with(
                 without.remove(k);
                 let off = tangent.refitted(record, &without).off;
                 let lost = 0.5 * (dot(&off, &off) - dot(&tangent.off, &tangent.off));
-                least = 0.0;
+                least = BETTER.max(-lost);
                 if lost < EARNED {
-                    least = -lost;
                     next = Some(without);
                 }
             }
-            least = least.max(if now.is_some() { BETTER } else { EARNED });
             if let Some(best) = best.filter(|best| best.evidence > least) {
                 next = Some(joined(&state, &best.applied));
             }
