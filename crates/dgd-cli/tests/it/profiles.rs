@@ -1,7 +1,7 @@
 //! Beside a fit: `dgd sensitivities --profile`, what a recording tells of one parameter while the others make up for it, and `dgd fit
 //! --linear`.
 
-use crate::systems::benches;
+use crate::systems::{benches, free_area};
 use serde_json::Value;
 
 fn profile<'a>(told: &'a Value, path: &str) -> &'a Value {
@@ -41,17 +41,7 @@ fn the_profile_of_a_told_parameter_ends_where_the_fit_says_and_holds_the_truth()
 #[test]
 fn a_parameter_that_another_stands_in_for_is_open_as_far_as_either_has_room() {
     let bench = benches();
-    let system = bench
-        .text("two_tanks.toml")
-        .replace(
-            "[free]\n",
-            "[free]\n\"upper_outlet.area\" = { start = 1e-4, low = 5e-5, high = 2e-4 }\n",
-        )
-        .replace(
-            "upper_outlet = { kind = \"orifice\", area = 1e-4 }",
-            "upper_outlet = { kind = \"orifice\" }",
-        );
-    bench.write("both.toml", system);
+    free_area(&bench);
     let told = bench.json(
         "sensitivities two_tanks.csv --system both.toml --profile upper_outlet.area --out s",
         "dgd.sensitivities/1",

@@ -16,6 +16,21 @@ pub(crate) fn benches() -> Bench {
     bench
 }
 
+/// Writes `both.toml`: two tanks whose upper outlet has a free area, beside its coefficient.
+pub(crate) fn free_area(bench: &Bench) {
+    let system = bench
+        .text("two_tanks.toml")
+        .replace(
+            "[free]\n",
+            "[free]\n\"upper_outlet.area\" = { start = 1e-4, low = 5e-5, high = 2e-4 }\n",
+        )
+        .replace(
+            "upper_outlet = { kind = \"orifice\", area = 1e-4 }",
+            "upper_outlet = { kind = \"orifice\" }",
+        );
+    bench.write("both.toml", system);
+}
+
 fn document(bench: &Bench, name: &str) -> Value {
     serde_json::from_str(&bench.text(name)).unwrap()
 }
@@ -590,17 +605,7 @@ fn the_built_in_return_line_is_linearised_as_dgd_dynamics_does() {
 fn what_cannot_be_told_apart_is_named() {
     let bench = benches();
     // The two coefficients of one outlet act as their product alone.
-    let system = bench
-        .text("two_tanks.toml")
-        .replace(
-            "[free]\n",
-            "[free]\n\"upper_outlet.area\" = { start = 1e-4, low = 5e-5, high = 2e-4 }\n",
-        )
-        .replace(
-            "upper_outlet = { kind = \"orifice\", area = 1e-4 }",
-            "upper_outlet = { kind = \"orifice\" }",
-        );
-    bench.write("both.toml", system);
+    free_area(&bench);
     let told = bench.json(
         "sensitivities two_tanks.csv --system both.toml --out s",
         "dgd.sensitivities/1",
