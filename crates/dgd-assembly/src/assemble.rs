@@ -12,6 +12,7 @@ use crate::kinds;
 use crate::network::{Location, Network};
 use crate::spec::{Kind, System};
 use crate::structure;
+use dgd_units::{Dimension, Unit};
 
 pub(crate) fn compile(system: &System) -> Result<Network, AssemblyError> {
     let mut slots = build::read(system);
@@ -59,6 +60,7 @@ pub(crate) fn compile(system: &System) -> Result<Network, AssemblyError> {
         hooked: Vec::new(),
         valves: Vec::new(),
         in_time: system.independent == "time",
+        tick: 1.0,
     };
     for (c, chain) in net.chains.iter().enumerate() {
         for (k, member) in chain.members.iter().enumerate() {
@@ -69,6 +71,7 @@ pub(crate) fn compile(system: &System) -> Result<Network, AssemblyError> {
     plan::flows(&mut net, &mut problems);
     plan::plan(&mut net, &mut problems);
     if problems.is_empty() {
+        tick(system, &mut net, &mut problems);
         meters::meters(system, &slots, &mut net, &mut problems);
         sizes::sizes(system, &mut net, &mut problems);
         states::states(system, &mut net, &mut problems);
@@ -77,6 +80,22 @@ pub(crate) fn compile(system: &System) -> Result<Network, AssemblyError> {
         Ok(net)
     } else {
         Err(AssemblyError::ill(problems))
+    }
+}
+
+/// In what the record counts its independent variable.
+fn tick(system: &System, net: &mut Network, problems: &mut Vec<Problem>) {
+    let Some(unit) = system.record.unit.as_deref().filter(|_| net.in_time) else {
+        return;
+    };
+    match Unit::parse(unit) {
+        Ok(found) if found.dimension == Dimension::Time => net.tick = found.factor,
+        Ok(_) => problems.push(Problem::new(
+            "record.unit",
+            format!("`{unit}` is no unit of time"),
+            "s, ms, min, h or d; or name what the samples stand along: `independent = \"depth\"`",
+        )),
+        Err(error) => problems.push(Problem::new("record.unit", error.to_string(), "")),
     }
 }
 

@@ -273,6 +273,8 @@ pub(crate) struct Network {
     /// Chains with a check valve and inertia.
     pub valves: Vec<usize>,
     pub in_time: bool,
+    /// Seconds a unit of the record's time column; 1 where the samples do not stand along time.
+    pub tick: f64,
 }
 
 impl Network {

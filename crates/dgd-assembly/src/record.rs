@@ -113,7 +113,8 @@ impl Assembly {
         let whole = [[f64::NEG_INFINITY, f64::INFINITY]];
         let spans: &[[f64; 2]] = if spans.is_empty() { &whole } else { spans };
         let mut windows = Vec::new();
-        for &[from, to] in spans {
+        for span in spans {
+            let [from, to] = span.map(|at| at * self.net.tick);
             let mut window = Window {
                 inputs: vec![Vec::new(); inputs.len()],
                 readings: vec![Vec::new(); readings.len()],
@@ -138,6 +139,7 @@ impl Assembly {
                 }
             }
             if window.time.len() < 2 {
+                let [from, to] = *span; // as the file has it
                 return Err(AssemblyError::Window {
                     part: name.into(),
                     from,
@@ -160,7 +162,7 @@ impl Assembly {
                 .train
                 .windows
                 .first()
-                .map_or(f64::NEG_INFINITY, |w| w[0]);
+                .map_or(f64::NEG_INFINITY, |w| w[0] * self.net.tick);
             let origin =
                 first.and_then(|first| time[first..].iter().copied().find(|t| *t >= start));
             for window in &mut windows {
@@ -173,7 +175,7 @@ impl Assembly {
     fn times(&self, record: &Record<'_>, length: usize) -> Result<Vec<f64>, AssemblyError> {
         let layout = &self.system.record;
         let Some(name) = &layout.time else {
-            let step = layout.step.unwrap_or(1.0);
+            let step = self.net.tick * layout.step.unwrap_or(1.0);
             #[expect(clippy::cast_precision_loss, reason = "sample numbers")]
             return Ok((0..length).map(|i| i as f64 * step).collect());
         };
@@ -199,7 +201,7 @@ impl Assembly {
             }
             before = t;
         }
-        Ok(found.1.to_vec())
+        Ok(found.1.iter().map(|t| t * self.net.tick).collect())
     }
 }
 

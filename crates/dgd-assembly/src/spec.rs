@@ -165,9 +165,13 @@ pub struct RecordLayout {
     /// Column of the independent variable; without it `step` numbers the samples.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time: Option<String>,
-    /// Step between samples where there is no column, in s (or the unit of the independent variable).
+    /// Step between samples where there is no column, in `unit`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub step: Option<f64>,
+    /// Unit of the column, of `step` and of the windows: of time, s if absent, and read into s; or of another
+    /// independent variable, which is shown with it and kept as it is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
     /// What is fitted; all samples if absent.
     #[serde(default)]
     pub train: PartLayout,

@@ -87,7 +87,7 @@ pub(crate) fn file_name(path: &Path) -> String {
 pub(crate) fn clock(assembly: &Assembly) -> (&str, Option<String>) {
     match assembly.system().independent.as_str() {
         "time" => ("t", Some("s".to_owned())),
-        other => (other, None),
+        other => (other, assembly.system().record.unit.clone()),
     }
 }
 
@@ -243,8 +243,10 @@ fn unit_of_effect(system: &System, component: &str, effect: &str, parameter: &st
         Some(Size::One) | None => "",
     };
     // Times and lengths along something else than time are in its own unit.
-    let elsewhere = si == "s" && system.independent != "time";
-    if elsewhere { String::new() } else { si.into() }
+    if si == "s" && system.independent != "time" {
+        return system.record.unit.clone().unwrap_or_default();
+    }
+    si.into()
 }
 
 /// What a free value is sought within.

@@ -86,7 +86,7 @@ pub(super) fn sizes(system: &System, net: &mut Network, problems: &mut Vec<Probl
         .first()
         .map(|&t| net.values[net.parts[t].base + kinds::tank::AREA]);
     let time = positive(given[3])
-        .or(positive(system.record.step.map(|s| 2.0 * s)))
+        .or(positive(system.record.step.map(|s| 2.0 * s * net.tick)))
         .or(positive(area.map(|a| 0.05 * a * level / flow)))
         .unwrap_or(1.0);
     for i in 0..net.parts.len() {

@@ -207,6 +207,59 @@ fn explicit_and_implicit_methods_agree() {
     assert!(apart(&runs[0].states[0], &runs[1].states[0]) < 1e-7);
 }
 
+#[test]
+fn a_clock_in_minutes_runs_as_one_in_seconds() {
+    let tank = r#"
+connections = ["feed -> tank -> drain -> atmosphere"]
+[components]
+feed = { kind = "boundary" }
+tank = { kind = "tank", area = 0.02 }
+drain = { kind = "orifice", discharge_coefficient = 0.6, area = 1e-4 }
+[inputs]
+"feed.flow" = { channel = "q" }
+[initial]
+"tank.level" = 0.1
+[record]
+"#;
+    let seconds = clock(200, 12.0);
+    let minutes: Vec<f64> = seconds.iter().map(|t| t / 60.0).collect();
+    let q: Vec<f64> = seconds
+        .iter()
+        .map(|t| 8e-5 + 4e-5 * (t / 300.0).sin())
+        .collect();
+    let level = |record: &str, time: &[f64]| {
+        let assembly = Assembly::parse(&format!("{tank}{record}")).unwrap();
+        let record = Record {
+            columns: vec![("t", time), ("q", &q)],
+        };
+        let window = assembly.windows(&record, Portion::Train).unwrap().remove(0);
+        let run = assembly.simulate(&[], &window, 0, &tight()).unwrap();
+        assert!((window.time[0] - 120.0).abs() < 1e-9 && window.time.len() == 141);
+        run.states[0].clone()
+    };
+    let by_seconds = level("time = \"t\"\ntrain.windows = [[114, 1806]]", &seconds);
+    let by_minutes = level(
+        "time = \"t\"\nunit = \"min\"\ntrain.windows = [[1.9, 30.1]]",
+        &minutes,
+    );
+    // A moment rounded otherwise moves the steps of the integrator a little.
+    let off = apart(&by_seconds, &by_minutes);
+    assert!(off < 1e-8, "{off:e}");
+    // Without a column the step counts in the same unit.
+    let by_steps = level(
+        "step = 0.2\nunit = \"min\"\ntrain.windows = [[1.9, 30.1]]",
+        &[0.0; 200],
+    );
+    assert!(apart(&by_minutes, &by_steps) < 1e-8);
+    let wrong = Assembly::parse(&format!("{tank}unit = \"ft\""))
+        .unwrap_err()
+        .to_string();
+    assert!(
+        wrong.contains("record.unit") && wrong.contains("no unit of time"),
+        "{wrong}"
+    );
+}
+
 /// A relation over depth whose friction grows along the record.
 const GROWING: &str = r#"
 independent = "depth"

@@ -100,12 +100,16 @@ fn join(runs: &[&Run], output: usize, curves: &[CurveOf<'_>]) -> Joined {
     joined
 }
 
-/// Label of the independent variable, if it is not time.
+/// Label of the independent variable, with its unit, if it is not time.
 fn independent(assembly: &Assembly) -> Option<Axis> {
     let name = assembly.system().independent.as_str();
     let mut letters = name.chars();
     let first = letters.next()?.to_uppercase();
-    (name != "time").then(|| Axis::new(first.chain(letters).collect::<String>()))
+    let mut label: String = first.chain(letters).collect();
+    if let Some(unit) = &assembly.system().record.unit {
+        label.push_str(&format!(" [{unit}]"));
+    }
+    (name != "time").then(|| Axis::new(label))
 }
 
 /// A panel for each of some instruments, with its curves; of readings only where there are any.

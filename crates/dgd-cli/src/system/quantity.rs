@@ -150,6 +150,27 @@ level = { kind = "instrument", measures = "level", of = "tank", channel = "h", u
     }
 
     #[test]
+    fn depths_are_told_in_the_unit_of_the_record_and_times_in_seconds() {
+        let told = |record: &str| {
+            let text = TANKS.replace("[initial]", &format!("[record]\n{record}\n[initial]"));
+            let relation = r#"
+independent = "depth"
+connections = ["mud -> string -> atmosphere"]
+[components]
+mud = { kind = "boundary", flow = 0.03 }
+string = { kind = "line", length = 1.0, bore = 0.1, friction = "polynomial", quadratic = 1e8 }
+[record]
+"#;
+            [("time", text), ("depth", format!("{relation}{record}"))].map(|(name, text)| {
+                let assembly = Assembly::parse(&text).unwrap();
+                Quantity::of(&assembly, name).range((520.0, 728.0))
+            })
+        };
+        assert_eq!(told(""), ["520 to 728 s", "520 to 728"]);
+        assert_eq!(told("unit = \"min\""), ["520 to 728 s", "520 to 728 min"]);
+    }
+
+    #[test]
     fn a_place_has_its_unit_and_stretches_beyond_three_are_counted() {
         let assembly = assembly();
         let region = Region {
