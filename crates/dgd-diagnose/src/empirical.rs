@@ -7,14 +7,12 @@ use crate::step::Step;
 use crate::tangent::{Bend, Tangent};
 use crate::unrest::wander;
 use crate::witness::Witness;
-use dgd_effects::{Effect, KNOTS, Method, PLACES, QUANTITIES, Relation, unknown};
+use dgd_effects::{Effect, INLET_READING, KNOTS, Method, PLACES, QUANTITIES, Relation, unknown};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rayon::prelude::*;
 
 /// Prior width of a knot, in the unit of the relation.
 const WIDTHS: [f64; PLACES.len()] = [1.5e4, 2.0e4, 8e-4, 1.5e4, 1.5e4];
-/// The place of the inlet transmitters' reading.
-const INLET: usize = 3;
 
 /// A correction, weighed.
 #[derive(Clone)]
@@ -27,7 +25,7 @@ pub(crate) struct Correction {
     /// How many straight parameters its curve is worth.
     pub freedom: f64,
     /// Index into [`PLACES`].
-    pub relation: usize,
+    pub place: usize,
     pub quantity: usize,
 }
 
@@ -119,12 +117,12 @@ pub(crate) fn corrections(record: &Record, state: &[Applied]) -> Vec<Correction>
         0 => quantity == 4,
         1 => matches!(quantity, 4 | 5),
         2 => quantity == 7,
-        INLET => quantity != 0,
+        INLET_READING => quantity != 0,
         _ => !matches!(quantity, 2 | 3),
     };
     let places: Vec<(usize, usize)> = (0..QUANTITIES.len())
         .flat_map(|quantity| (0..PLACES.len()).map(move |place| (place, quantity)))
-        .filter(|(relation, quantity)| !own(*relation, *quantity))
+        .filter(|(place, quantity)| !own(*place, *quantity))
         .collect();
     let mut out: Vec<Correction> = places
         .par_iter()
@@ -160,7 +158,7 @@ fn hold_without(
     relation: Relation,
 ) {
     let doubtful =
-        |c: &Correction| PLACES[c.relation].relation == relation && c.evidence > 0.5 * hurdle(c);
+        |c: &Correction| PLACES[c.place].relation == relation && c.evidence > 0.5 * hurdle(c);
     if !blocks.contains(&true) || !found.iter().any(doubtful) {
         return;
     }
@@ -168,7 +166,7 @@ fn hold_without(
         return;
     };
     for c in found.iter_mut().filter(|c| doubtful(c)) {
-        let again = correction(record, &others, state, blocks, (c.relation, c.quantity));
+        let again = correction(record, &others, state, blocks, (c.place, c.quantity));
         let alone = again.map_or(0.0, |again| again.evidence);
         if alone < hurdle(c) {
             c.evidence = c.evidence.min(alone);
@@ -183,19 +181,19 @@ pub(crate) fn correction(
     tangent: &Tangent,
     state: &[Applied],
     excluded: &[bool],
-    (relation, quantity): (usize, usize),
+    (place, quantity): (usize, usize),
 ) -> Option<Correction> {
     let (from, to) = range(record, quantity);
     if to - from <= 1e-9 * to.abs().max(1e-3) {
         return None;
     }
-    let unit = WIDTHS[relation];
+    let unit = WIDTHS[place];
     let change = |knots: &dyn Fn(usize) -> f64| -> Vec<f64> {
-        let mut parameters = vec![relation as f64, quantity as f64, from, to];
+        let mut parameters = vec![place as f64, quantity as f64, from, to];
         parameters.extend((0..KNOTS).map(knots));
         tangent.change(record, &joined(state, &Applied::new(unknown(), parameters)))
     };
-    let witnessed = (relation == INLET)
+    let witnessed = (place == INLET_READING)
         .then(|| Witness::of(record, wander(record, &tangent.curves), excluded))
         .flatten()
         .and_then(|witness| witness.normal_equations((from, to), unit));
@@ -205,7 +203,7 @@ pub(crate) fn correction(
         // What the riser's transmitter does not see is no drift of the inlet's, and the relations need not be asked.
         return None;
     }
-    let columns: Vec<Vec<f64>> = if relation == INLET {
+    let columns: Vec<Vec<f64>> = if place == INLET_READING {
         // The mass balance holds the rate of this reading: it answers no constant.
         (0..KNOTS)
             .map(|k| change(&|j| if j == k { unit } else { 0.0 }))
@@ -214,16 +212,16 @@ pub(crate) fn correction(
         // A row's share of each knot follows from how it answers a constant and a straight line: the quantity hardly
         // moves within a row.
         let constant = change(&|_| unit);
-        let place: Vec<f64> = (change(&|k| unit * k as f64).iter().zip(constant.iter()))
+        let position: Vec<f64> = (change(&|k| unit * k as f64).iter().zip(constant.iter()))
             .map(|(line, whole)| line / whole)
             .collect();
         (0..KNOTS)
             .map(|k| {
-                let hat = |(place, whole): (&f64, &f64)| {
-                    let share = (1.0 - (place - k as f64).abs()).max(0.0);
+                let hat = |(position, whole): (&f64, &f64)| {
+                    let share = (1.0 - (position - k as f64).abs()).max(0.0);
                     if *whole == 0.0 { 0.0 } else { share * whole }
                 };
-                place.iter().zip(constant.iter()).map(hat).collect()
+                position.iter().zip(constant.iter()).map(hat).collect()
             })
             .collect()
     };
@@ -232,7 +230,7 @@ pub(crate) fn correction(
         gram += more;
         right += pull;
     }
-    let balanced = PLACES[relation].relation == Relation::RiserMassBalance && quantity == 0;
+    let balanced = PLACES[place].relation == Relation::RiserMassBalance && quantity == 0;
     let curves = smoothed(&gram, &right, balanced);
     let best = (curves.iter()).max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
     let evidence = weighed(&curves);
@@ -250,14 +248,14 @@ pub(crate) fn correction(
     } else {
         evidence
     };
-    let mut parameters = vec![relation as f64, quantity as f64, from, to];
+    let mut parameters = vec![place as f64, quantity as f64, from, to];
     parameters.extend(coefficients.iter().map(|c| c * unit));
     Some(Correction {
         applied: Applied::new(unknown(), parameters),
         signature,
         evidence,
         freedom,
-        relation,
+        place,
         quantity,
     })
 }
@@ -272,7 +270,7 @@ pub(crate) const FLOW_RATE: &str = "rate of the return flow";
 
 /// Evidence that corrections reach on sound recordings.
 pub(crate) fn hurdle(c: &Correction) -> f64 {
-    match (PLACES[c.relation].relation, QUANTITIES[c.quantity]) {
+    match (PLACES[c.place].relation, QUANTITIES[c.quantity]) {
         // Transmitters and drives answer late: what is left follows how fast things move.
         (Relation::PumpHead, FLOW_RATE) => 60.0,
         (Relation::PumpHead, "inlet pressure") => 50.0,
@@ -317,7 +315,7 @@ fn busiest(record: &Record, tangent: &Tangent, signature: &[f64]) -> f64 {
 /// holds no constant of its own, its size.
 pub(crate) fn plausible(c: &Correction) -> bool {
     let knots = &c.applied.parameters[4..];
-    let balance = PLACES[c.relation].relation == Relation::RiserMassBalance;
+    let balance = PLACES[c.place].relation == Relation::RiserMassBalance;
     let mean = if balance {
         0.0
     } else {
@@ -325,7 +323,7 @@ pub(crate) fn plausible(c: &Correction) -> bool {
     };
     let spread =
         (knots.iter().map(|k| (k - mean).powi(2)).sum::<f64>() / knots.len() as f64).sqrt();
-    spread > [3e3, 6e3, 1.5e-4, 6e3, 6e3][c.relation]
+    spread > [3e3, 6e3, 1.5e-4, 6e3, 6e3][c.place]
 }
 
 #[cfg(test)]

@@ -7,7 +7,8 @@ use crate::heave::{SWELL_RATIO, Swell};
 use crate::record::{Record, tails};
 use crate::select::{Named, Selection};
 use crate::tangent::Tangent;
-use dgd_effects::{About, PLACES, QUANTITIES, Relation};
+use crate::traces::INLET_AND_RISER;
+use dgd_effects::{About, INLET_READING, PLACES, QUANTITIES, Relation};
 
 /// One named effect, or the correction that no effect explains.
 pub(crate) fn finding(
@@ -19,13 +20,16 @@ pub(crate) fn finding(
     simulation: &Simulation,
 ) -> Finding {
     let about = named.applied.effect.about();
-    let relation = named
-        .correction
-        .map_or(about.relation, |(r, _)| PLACES[r].relation);
+    let place = named.correction.map(|(p, _)| &PLACES[p]);
+    let relation = place.map_or(about.relation, |p| p.relation);
+    let before = (place
+        .map(|p| p.reading)
+        .filter(|reading| !reading.is_empty()))
+    .unwrap_or_else(|| base_equation(relation));
     let held_out = best_gain(simulation);
     let title = match named.correction {
-        Some((r, q)) => {
-            let (place, quantity) = (PLACES[r].name, QUANTITIES[q]);
+        Some((p, q)) => {
+            let (place, quantity) = (PLACES[p].name, QUANTITIES[q]);
             if quantity == "time" {
                 format!("something outside the catalogue: {place} drifts over time")
             } else {
@@ -42,13 +46,15 @@ pub(crate) fn finding(
         probability: named.probability.clamp(0.01, 0.99),
         alternatives: named.alternatives.clone(),
         relation,
+        shows_in: place.map_or_else(|| vec![relation], |p| p.shows_in.to_vec()),
+        pair: (named.correction).and_then(|(p, _)| (p == INLET_READING).then_some(INLET_AND_RISER)),
         intervals_s: vec![(interval.0 - span.0, interval.1 - span.0)],
         region: region(record, interval),
         parameters: estimates(record, selection, k, full),
         held_out,
-        equation_before: base_equation(relation).to_owned(),
+        equation_before: before.to_owned(),
         equation_after: match named.correction {
-            Some((_, q)) => format!("{} + f({})", base_equation(relation), QUANTITIES[q]),
+            Some((_, q)) => format!("{before} + f({})", QUANTITIES[q]),
             None => about.equation.to_owned(),
         },
         source: about.source.to_owned(),
@@ -121,6 +127,8 @@ pub(crate) fn heaving(
         probability: (1.0 - 1.5 / s.ratio).clamp(0.5, 0.98),
         alternatives: Vec::new(),
         relation: about.relation,
+        shows_in: vec![about.relation],
+        pair: None,
         intervals_s: vec![(0.0, span.1 - span.0)],
         region: region(record, span),
         parameters: about

@@ -76,7 +76,7 @@ impl<'a> Round<'a> {
             );
         }
         for r in rivals.iter().take(3) {
-            let (place, quantity) = (PLACES[r.relation].name, QUANTITIES[r.quantity]);
+            let (place, quantity) = (PLACES[r.place].name, QUANTITIES[r.quantity]);
             debug!(
                 "correction of {place} by {quantity} {:.1} of {:.0}, freedom {:.1}",
                 r.evidence,
@@ -220,7 +220,7 @@ impl<'a> Round<'a> {
 
     /// The best correction that enters a relation.
     fn rival_in(&self, relation: Relation) -> Option<&Correction> {
-        (self.rivals.iter()).find(|r| PLACES[r.relation].shows_in.contains(&relation))
+        (self.rivals.iter()).find(|r| PLACES[r.place].shows_in.contains(&relation))
     }
 
     /// What would explain most, were it not at the bound of what is plausible: something else does what it would do.
@@ -326,7 +326,7 @@ impl<'a> Round<'a> {
             .iter()
             .filter(|o| o.evidence > 0.0 && stands(self.record, &solved(&o.best)))
             .filter(|o| {
-                (PLACES[c.relation].shows_in).contains(&o.effect.about().relation)
+                (PLACES[c.place].shows_in).contains(&o.effect.about().relation)
                     && !at_bound(&solved(&o.best))
             })
             .map(|o| (o.effect.about().id.to_owned(), weight(o)))
@@ -339,7 +339,7 @@ impl<'a> Round<'a> {
             hurdle: self.unknown_hurdle(c),
             probability,
             alternatives,
-            correction: Some((c.relation, c.quantity)),
+            correction: Some((c.place, c.quantity)),
         }
     }
 }

@@ -10,6 +10,9 @@ use crate::unrest::wander;
 use crate::witness::Witness;
 use dgd_effects::{Action, Changes, Moment, Rank, Relation, quantile};
 
+/// The pump's inlet beside the riser's transmitter.
+pub(crate) const INLET_AND_RISER: &str = "pump inlet less riser pressure";
+
 /// Residuals by relation, before and after; `state` is the hypothesis of `after`.
 pub(crate) fn traces(
     record: &Record,
@@ -111,7 +114,7 @@ fn inlets(record: &Record, state: &[Applied], may: Wander) -> Option<Trace> {
     let middle = quantile(moved.iter().copied(), Rank::MEDIAN)?;
     Some(Trace {
         relation: Relation::Instrument,
-        pair: Some("pump inlet less riser pressure"),
+        pair: Some(INLET_AND_RISER),
         unit: "Pa",
         t_s: (witness.t_s().iter())
             .map(|t| t - record.setting.span_s.0)

@@ -58,7 +58,7 @@ pub fn catalogue() -> &'static [&'static dyn Effect] {
     ]
 }
 
-pub use unknown::{KNOTS, PLACES, Place, QUANTITIES};
+pub use unknown::{INLET_READING, KNOTS, PLACES, Place, QUANTITIES};
 
 /// The empirical correction, which stands for what the catalogue does not hold.
 pub fn unknown() -> &'static dyn Effect {

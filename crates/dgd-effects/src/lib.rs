@@ -18,7 +18,7 @@ mod order;
 mod search;
 
 pub use augmented::{AppliedEffect, AugmentedModel, FreeRun, Inputs, UnknownEffect};
-pub use catalogue::{KNOTS, PLACES, Place, QUANTITIES, catalogue, find, unknown};
+pub use catalogue::{INLET_READING, KNOTS, PLACES, Place, QUANTITIES, catalogue, find, unknown};
 pub use curves::{
     Curves, FRICTION_TERMS, HEAD_POWERS, HEAD_TERMS, STANDING_M3_S, Scale, friction_terms,
     head_terms,

@@ -154,6 +154,12 @@ fn inlet_transmitters_that_drift_are_told_from_a_pump_that_loses_head() {
     gains_on_held_out_windows(finding);
     // The riser's transmitter is shown beside them, and what is left of the drift.
     let pair = Some("pump inlet less riser pressure");
+    assert_eq!(
+        finding.shows_in,
+        [Relation::PumpHead, Relation::RiserMassBalance]
+    );
+    assert_eq!(finding.pair, pair);
+    assert_eq!(finding.equation_after, "p_meter = p_in + f(time)");
     let trace = found.traces.iter().find(|t| t.pair == pair).unwrap();
     let size = |values: &[f64]| {
         let known: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
@@ -175,6 +181,12 @@ fn outlet_transmitters_that_feel_another_line_are_told_as_such() {
     assert_eq!(found.verdict, Verdict::Unexplained, "{:?}", found.findings);
     let finding = &found.findings[0];
     assert_eq!(finding.relation, Relation::Instrument);
+    assert_eq!(
+        finding.shows_in,
+        [Relation::ReturnLineFriction, Relation::PumpHead]
+    );
+    assert_eq!(finding.pair, None);
+    assert_eq!(finding.equation_after, "p_meter = p_out + f(booster flow)");
     assert!(
         finding
             .title

@@ -17,6 +17,8 @@ fn finding() -> Finding {
         probability: 0.97,
         alternatives: vec![("line_leak".into(), 0.02)],
         relation: Relation::RiserMassBalance,
+        shows_in: vec![Relation::RiserMassBalance],
+        pair: None,
         intervals_s: vec![(10_230.0, 14_012.0)],
         region: "at flows from 0.03 to 0.05 m³/s".into(),
         parameters: vec![ParameterEstimate {

@@ -19,6 +19,8 @@ pub struct Place {
     pub name: &'static str,
     /// The relations whose residuals it enters.
     pub shows_in: &'static [Relation],
+    /// A reading and what it should be; empty for a relation, which has its own equation.
+    pub reading: &'static str,
 }
 
 /// What can be corrected, in the order of the codes: relations, then readings, which enter several.
@@ -27,28 +29,36 @@ pub const PLACES: [Place; 5] = [
         relation: Relation::ReturnLineFriction,
         name: "return line friction",
         shows_in: &[Relation::ReturnLineFriction],
+        reading: "",
     },
     Place {
         relation: Relation::PumpHead,
         name: "pump head",
         shows_in: &[Relation::PumpHead],
+        reading: "",
     },
     Place {
         relation: Relation::RiserMassBalance,
         name: "riser mass balance",
         shows_in: &[Relation::RiserMassBalance],
+        reading: "",
     },
     Place {
         relation: Relation::Instrument,
         name: "the reading of the pump inlet transmitters",
         shows_in: &[Relation::PumpHead, Relation::RiserMassBalance],
+        reading: "p_meter = p_in",
     },
     Place {
         relation: Relation::Instrument,
         name: "the reading of the pump outlet transmitters",
         shows_in: &[Relation::ReturnLineFriction, Relation::PumpHead],
+        reading: "p_meter = p_out",
     },
 ];
+
+/// Place of the reading of the pump inlet transmitters in [`PLACES`].
+pub const INLET_READING: usize = 3;
 
 /// Quantities along which a relation or reading is corrected, in the order of their codes.
 pub const QUANTITIES: [&str; 8] = [

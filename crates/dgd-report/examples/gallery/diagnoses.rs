@@ -74,10 +74,13 @@ pub(crate) fn unknown(hours: u32) -> Diagnosis {
     let end = f64::from(hours) * 3600.0;
     let finding = Finding {
         effect: "unknown".to_owned(),
-        title: "friction that falls with the flow, below 1,200 L/min".to_owned(),
+        title: "something outside the catalogue: return line friction depends on return flow"
+            .to_owned(),
         probability: 0.91,
         alternatives: vec![("yield_stress".to_owned(), 0.06)],
         relation: Relation::ReturnLineFriction,
+        shows_in: vec![Relation::ReturnLineFriction],
+        pair: None,
         intervals_s: vec![
             (0.1 * end, 0.22 * end),
             (0.4 * end, 0.48 * end),
@@ -128,6 +131,8 @@ pub(crate) fn two(hours: u32) -> Diagnosis {
         probability: 0.996,
         alternatives: vec![("line_gas_storage".to_owned(), 0.003)],
         relation: Relation::ReturnLineFriction,
+        shows_in: vec![Relation::ReturnLineFriction],
+        pair: None,
         intervals_s: vec![(0.0, end)],
         region: "whenever the return flow changes".to_owned(),
         parameters: vec![parameter(
@@ -163,6 +168,8 @@ fn influx(hours: u32) -> Finding {
             ("annulus_area".to_owned(), 0.006),
         ],
         relation: Relation::RiserMassBalance,
+        shows_in: vec![Relation::RiserMassBalance],
+        pair: None,
         intervals_s: vec![(0.38 * end, 0.62 * end)],
         region: "mud pump flow 1,440 to 1,860 L/min, riser level 1,212 to 1,248 m".to_owned(),
         parameters: vec![

@@ -76,11 +76,13 @@ fn unnamed(diagnosis: &Diagnosis) -> &'static str {
 
 /// What, how strong, where and when.
 fn brief(finding: &Finding, span: (f64, f64)) -> String {
-    let place = words::relation(finding.relation);
     let when = words::when(&finding.intervals_s, span);
     match Rung::of(finding) {
         Rung::Located => {
-            format!("something that the catalogue does not hold, in the {place}, {when}")
+            format!(
+                "{}, {when}, as nothing in the catalogue would have it",
+                located(finding)
+            )
         }
         Rung::Class => format!("{} ({when})", class(finding)),
         Rung::Cause => format!("{}, {when}", title(finding)),
@@ -102,8 +104,9 @@ fn clause(finding: &Finding, span: (f64, f64)) -> String {
     let gain = words::gain(finding).map_or_else(String::new, |gain| format!("; {gain}"));
     match Rung::of(finding) {
         Rung::Located => format!(
-            "Something is left out of the {place}, {when}, that is none of the {} effects of the catalogue; it is \
-             modelled by an empirical correction{gain}",
+            "{}, {when}, as none of the {} effects of the catalogue would have it; it is modelled by an empirical \
+             correction{gain}",
+            capital(&located(finding)),
             dgd_effects::catalogue().len()
         ),
         Rung::Class => format!("Left out of the {place}, {when}: {}{gain}", class(finding)),
@@ -118,6 +121,12 @@ fn clause(finding: &Finding, span: (f64, f64)) -> String {
             )
         }
     }
+}
+
+/// What depends on what, without the words that it is in no catalogue.
+fn located(finding: &Finding) -> String {
+    let title = title(finding);
+    (title.split_once(": ")).map_or_else(|| title.clone(), |(_, what)| what.to_owned())
 }
 
 fn name_of(p: &dgd_diagnose::ParameterEstimate) -> String {

@@ -1,6 +1,6 @@
 //! Where: residuals of each relation over time, with noise, findings and held-out windows, and the region in words.
 
-use dgd_diagnose::{Diagnosis, Trace};
+use dgd_diagnose::{Diagnosis, Finding, Trace};
 
 use super::draw::{
     ACTS, ACTS_INK, HELD, HELD_INK, TEXT, WIDTH, border, grid, keys, line, pen, range, stretches,
@@ -153,9 +153,8 @@ fn timeline(diagnosis: &Diagnosis, span: (f64, f64), html: &mut Html) {
         let lane = frame(top, LANE, y);
         let y_scale = Scale::new(y, 3.0, crate::axis::Units::Plain);
         stretches(&mut scene, &lane, &diagnosis.held_out_s, HELD);
-        for finding in diagnosis.findings.iter().filter(|f| {
-            f.relation == trace.relation || !traces.iter().any(|t| t.relation == f.relation)
-        }) {
+        let somewhere = |f: &Finding| traces.iter().any(|t| shows(f, t));
+        for finding in (diagnosis.findings.iter()).filter(|f| shows(f, trace) || !somewhere(f)) {
             stretches(&mut scene, &lane, &finding.intervals_s, ACTS);
         }
         band(&mut scene, &lane, may(trace) * factor, 0.08);
@@ -187,6 +186,14 @@ fn timeline(diagnosis: &Diagnosis, span: (f64, f64), html: &mut Html) {
         "Residuals by relation over time",
         &caption(twofold, outside),
     );
+}
+
+/// Whether a finding enters the residual of a lane.
+fn shows(finding: &Finding, trace: &Trace) -> bool {
+    match trace.pair {
+        None => finding.shows_in.contains(&trace.relation),
+        pair => finding.pair == pair,
+    }
 }
 
 /// Standard deviation of what a complete relation may leave: noise of a block, and what instruments may wander by.
@@ -222,7 +229,7 @@ fn edges(scene: &mut Scene, lane: &Frame, sigma: f64) {
 fn caption(twofold: bool, outside: usize) -> String {
     let mut text = if twofold {
         "Measured minus model in blocks, before and after the findings; a violet stretch is where a finding acts, in the \
-         lane of the relation it sits in. "
+         lanes that it shows in. "
             .to_owned()
     } else {
         "Measured minus model in blocks. ".to_owned()

@@ -117,13 +117,17 @@ fn tell_finding(
         probability(finding.probability)
     )?;
     let mut line = |name: &str, what: String| writeln!(text, "   {name:<9}{what}");
+    let mut place = finding.relation.name().to_owned();
+    if !finding.shows_in.contains(&finding.relation) {
+        let seen = finding.shows_in.iter().map(|r| r.name());
+        place.push_str(&format!(
+            " (seen in {})",
+            seen.collect::<Vec<_>>().join(", ")
+        ));
+    }
     line(
         "where",
-        format!(
-            "{}, {}",
-            finding.relation.name(),
-            intervals(&finding.intervals_s, span_s)
-        ),
+        format!("{place}, {}", intervals(&finding.intervals_s, span_s)),
     )?;
     if !finding.region.is_empty() {
         line("", finding.region.clone())?;
@@ -158,14 +162,22 @@ fn tell_finding(
 
 /// What a finding gains where no fit has looked.
 fn gained(gain: &HeldOut) -> String {
-    let percent = |share: f64| brief((1000.0 * share).round() / 10.0);
+    // 0.0 is not -0.
+    let percent = |share: f64| brief((1000.0 * share).round() / 10.0 + 0.0);
+    let (low, high) = gain.improvement_ci95;
+    let said = if low > 0.0 {
+        format!("{} to {} % less (95 %)", percent(low), percent(high))
+    } else if high >= 0.0 {
+        let (more, less) = (percent(-low), percent(high));
+        format!("no sure gain: {more} % more to {less} % less (95 %)")
+    } else {
+        format!("{} to {} % more (95 %)", percent(-high), percent(-low))
+    };
     format!(
-        "{} off by {} without, {} with it: {} to {} % less (95 %)",
+        "{} off by {} without, {} with it: {said}",
         stem(&gain.signal),
         quantity(&gain.signal, gain.rmse_before),
         quantity(&gain.signal, gain.rmse_after),
-        percent(gain.improvement_ci95.0),
-        percent(gain.improvement_ci95.1)
     )
 }
 

@@ -41,6 +41,8 @@ fn kick() -> Finding {
         probability: 0.97,
         alternatives: vec![("line_leak".into(), 0.02)],
         relation: Relation::RiserMassBalance,
+        shows_in: vec![Relation::RiserMassBalance],
+        pair: None,
         intervals_s: vec![(10.0, 20.0)],
         region: "at every flow".into(),
         parameters: vec![ParameterEstimate {
@@ -263,6 +265,27 @@ fn a_consistent_recording_is_told_with_what_would_have_been_seen() {
     assert!(second.contains("riser level 0.5 m"), "{second}");
     assert!(told.contains("heave"), "{told}");
     assert!(told.contains("0.009  bar  amplitude"), "{told}");
+}
+
+#[test]
+fn a_gain_that_is_none_is_told_as_none() {
+    let told = |low, high| {
+        let mut finding = kick();
+        finding.held_out.as_mut().unwrap().improvement_ci95 = (low, high);
+        let told = tell::tell(&diagnosis(vec![finding]), &[], "rig.mat", Path::new("out"));
+        let line = told.lines().find(|l| l.contains("held out riser")).unwrap();
+        line.split_once(" with it: ").unwrap().1.to_owned()
+    };
+    assert_eq!(told(0.1, 0.25), "10 to 25 % less (95 %)");
+    assert_eq!(
+        told(-0.002, -0.0),
+        "no sure gain: 0.2 % more to 0 % less (95 %)"
+    );
+    assert_eq!(
+        told(-0.1, 0.02),
+        "no sure gain: 10 % more to 2 % less (95 %)"
+    );
+    assert_eq!(told(-0.3, -0.04), "4 to 30 % more (95 %)");
 }
 
 #[test]
