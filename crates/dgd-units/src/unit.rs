@@ -1,7 +1,9 @@
 //! The table of units and their conversion to SI.
 
 use crate::{STANDARD_ATMOSPHERE_PA, UnitError};
+use std::collections::HashMap;
 use std::fmt;
+use std::sync::LazyLock;
 
 /// What a unit measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -343,6 +345,15 @@ fn fold(text: &str) -> String {
     folded
 }
 
+/// Units by each of their spellings, folded. Headers of wide files ask for hundreds.
+static SPELLINGS: LazyLock<HashMap<String, Unit>> = LazyLock::new(|| {
+    let each = TABLE.iter().flat_map(|(unit, spellings)| {
+        let all = std::iter::once(unit.symbol).chain(spellings.iter().copied());
+        all.map(|spelling| (fold(spelling), *unit))
+    });
+    each.collect()
+});
+
 impl Unit {
     /// The unit that `text` names, in any of its spellings.
     ///
@@ -355,11 +366,8 @@ impl Unit {
     pub fn parse(text: &str) -> Result<Self, UnitError> {
         let wanted = fold(text);
         let ambiguous = text.trim() == "mPa";
-        let hit = TABLE.iter().find(|(unit, spellings)| {
-            fold(unit.symbol) == wanted || spellings.iter().any(|s| fold(s) == wanted)
-        });
-        match hit {
-            Some((unit, _)) if !ambiguous => Ok(*unit),
+        match SPELLINGS.get(&wanted) {
+            Some(unit) if !ambiguous => Ok(*unit),
             _ => Err(UnitError::UnknownUnit {
                 found: text.chars().take(40).collect(),
                 suggestion: if ambiguous {
@@ -439,9 +447,12 @@ fn nearest(wanted: &str) -> Option<&'static str> {
     if wanted.len() > 16 {
         return None;
     }
+    // No fewer edits than the lengths differ by, and symbols are ASCII.
+    let length = wanted.chars().count();
     TABLE
         .iter()
         .map(|(unit, _)| unit.symbol)
+        .filter(|symbol| symbol.len().abs_diff(length) <= 2)
         .map(|symbol| (edit_distance(&fold(symbol), wanted), symbol))
         .min_by_key(|(distance, _)| *distance)
         .filter(|(distance, symbol)| *distance <= if symbol.len() > 3 { 2 } else { 1 })
