@@ -1,0 +1,121 @@
+//! Which rows of the relations a recording supports.
+
+use super::Blocks;
+use crate::record::{MASS_BLOCKS, Record};
+use dgd_effects::STANDING_M3_S;
+
+/// Which rows may be used, and how they were excited; from the bare recording.
+#[derive(Debug, Clone)]
+pub(crate) struct Rows {
+    /// Row of the friction relation, by block.
+    pub friction: Vec<bool>,
+    /// Whether that row is static: no flow.
+    pub still: Vec<bool>,
+    pub head: Vec<bool>,
+    pub difference: Vec<bool>,
+    pub mass: Vec<bool>,
+}
+
+impl Rows {
+    /// Which rows the recording supports.
+    pub(crate) fn of(record: &Record, base: &Blocks) -> Self {
+        let m = record.per_block;
+        let full =
+            |values: &[f64], b: usize| values[b * m..(b + 1) * m].iter().all(|v| v.is_finite());
+        let pumping = &record.filled.pumping;
+        let n = record.blocks;
+        // In the first half minute after a start, and across a stop, the check valve decides.
+        let mut settled = vec![0.0_f64; n];
+        let mut rested = vec![0.0_f64; n];
+        let (mut on, mut off) = (0.0, 0.0);
+        for b in 0..n {
+            let r = b * m..(b + 1) * m;
+            let turning = pumping[r.clone()].iter().all(|p| *p)
+                && record.filled.flow[r.clone()]
+                    .iter()
+                    .all(|q| *q > 2.0 * STANDING_M3_S);
+            let standing = pumping[r.clone()].iter().all(|p| !*p)
+                && record.filled.flow[r].iter().all(|q| *q < STANDING_M3_S);
+            on = if turning { on + 1.0 } else { 0.0 };
+            off = if standing { off + 1.0 } else { 0.0 };
+            settled[b] = on;
+            rested[b] = off;
+        }
+        // Near shut-off the curve folds and the check valve flutters: no evidence there.
+        let least_flow = 0.08 * base.flow.iter().copied().fold(0.0, f64::max);
+        let head: Vec<bool> = (0..n)
+            .map(|b| {
+                settled[b] > 1.0
+                    && base.flow[b] > least_flow
+                    && settled.get(b + 1).is_none_or(|s| *s > 0.0)
+                    && full(&record.flow, b)
+                    && full(&record.speed, b)
+                    && base.lift[b].is_finite()
+                    && base.drop[b].is_finite()
+            })
+            .collect();
+        let still: Vec<bool> = (0..n)
+            .map(|b| {
+                rested[b] > 2.0
+                    && rested.get(b + 1).is_none_or(|s| *s > 0.0)
+                    && base.drop[b].is_finite()
+            })
+            .collect();
+        let friction: Vec<bool> = (0..n)
+            .map(|b| {
+                still[b]
+                    || (settled[b] > 1.0
+                        && settled.get(b + 1).is_none_or(|s| *s > 0.0)
+                        && full(&record.flow, b)
+                        && base.drop[b].is_finite())
+            })
+            .collect();
+        // A transmitter that repeats one value through its noise is stuck, whatever the screening made of it.
+        let mut frozen = vec![false; n];
+        for outlet in &record.outlets {
+            let mut run = 0_usize;
+            for i in 1..outlet.len() {
+                run = if outlet[i] == outlet[i - 1] {
+                    run + 1
+                } else {
+                    0
+                };
+                let flowing = settled.get(i / m).is_some_and(|s| *s > 0.0);
+                if run as f64 * record.dt_s >= if flowing { 24.0 } else { 60.0 } {
+                    for b in (i - run) / m..=(i / m + 2).min(n - 1) {
+                        frozen[b] = true;
+                    }
+                }
+            }
+        }
+        let friction: Vec<bool> = friction
+            .iter()
+            .zip(&frozen)
+            .map(|(v, f)| *v && !f)
+            .collect();
+        let head: Vec<bool> = head.iter().zip(&frozen).map(|(v, f)| *v && !f).collect();
+        let difference = base
+            .difference
+            .iter()
+            .zip(&frozen)
+            .map(|(d, f)| d.is_finite() && !f)
+            .collect();
+        let mass = (0..n / MASS_BLOCKS)
+            .map(|k| {
+                let inputs = (k * MASS_BLOCKS..(k + 1) * MASS_BLOCKS).all(|b| {
+                    full(&record.mud_pump, b)
+                        && full(&record.booster, b)
+                        && (settled[b] > 1.0 || rested[b] > 0.0)
+                });
+                inputs && base.imbalance[k].is_finite()
+            })
+            .collect();
+        Self {
+            friction,
+            still,
+            head,
+            difference,
+            mass,
+        }
+    }
+}
