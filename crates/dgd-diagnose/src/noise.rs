@@ -1,11 +1,11 @@
 //! What the residuals of a right model look like: their size, memory and kinship, estimated from the recording.
 
+mod apply;
+mod memory;
+
 use crate::relations::Rows;
 use dgd_effects::{Rank, quantile};
-use std::ops::Range;
-
-/// A wander that has decayed to this adds no digit to anything.
-const FADED: f64 = 1e-150;
+use memory::{autoregression, high_pass};
 
 /// Where each relation's rows begin in a stacked vector.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -84,51 +84,6 @@ pub(crate) struct Wander {
 pub(crate) fn spread(values: impl IntoIterator<Item = f64>) -> f64 {
     let sizes = values.into_iter().map(f64::abs);
     quantile(sizes, Rank::MEDIAN).map_or(f64::NAN, |v| v / 0.6745)
-}
-
-/// Residuals less their mean over half an hour: what is slower is drift or an effect, not noise.
-fn high_pass(values: &[f64], valid: &[bool], half: usize) -> Vec<f64> {
-    let n = values.len();
-    let mut sums = vec![(0.0_f64, 0.0_f64); n + 1];
-    for i in 0..n {
-        let (s, c) = sums[i];
-        sums[i + 1] = if valid[i] {
-            (s + values[i], c + 1.0)
-        } else {
-            (s, c)
-        };
-    }
-    (0..n)
-        .map(|i| {
-            let (a, b) = (i.saturating_sub(half), (i + half + 1).min(n));
-            let count: f64 = sums[b].1 - sums[a].1;
-            values[i] - (sums[b].0 - sums[a].0) / count.max(1.0)
-        })
-        .collect()
-}
-
-/// Autoregression of order 2 over clipped residuals; stationary by construction.
-fn autoregression(values: &[f64], valid: &[bool], scale: f64) -> [f64; 2] {
-    let clip = |v: f64| v.clamp(-3.0 * scale, 3.0 * scale);
-    let mut r = [0.0_f64; 3];
-    let mut counts = [0.0_f64; 3];
-    for lag in 0..3 {
-        for i in lag..values.len() {
-            if valid[i] && valid[i - lag] {
-                r[lag] += clip(values[i]) * clip(values[i - lag]);
-                counts[lag] += 1.0;
-            }
-        }
-        r[lag] /= f64::max(counts[lag], 1.0);
-    }
-    if counts[2] < 30.0 || r[0] <= 0.0 {
-        return [0.0; 2];
-    }
-    let (p1, p2) = (r[1] / r[0], r[2] / r[0]);
-    // A longer memory is not noise: it is a drift or an effect.
-    let k1 = p1.clamp(-0.6, 0.35);
-    let k2 = ((p2 - k1 * k1) / (1.0 - k1 * k1)).clamp(-0.4, 0.15);
-    [k1 * (1.0 - k2), k2]
 }
 
 impl Whitening {
@@ -354,112 +309,6 @@ impl Whitening {
         }
     }
 
-    /// Whitens a stacked vector; rows that may not be used become 0, and so do those that only a wander reaches which
-    /// has faded.
-    pub(crate) fn apply(&self, stacked: &[f64]) -> Vec<f64> {
-        self.whitened(stacked, FADED)
-    }
-
-    /// The same, the wander followed to the end: where a column ends decides upon the order of columns.
-    pub(crate) fn apply_whole(&self, stacked: &[f64]) -> Vec<f64> {
-        self.whitened(stacked, 0.0)
-    }
-
-    fn whitened(&self, stacked: &[f64], faded: f64) -> Vec<f64> {
-        let l = self.layout;
-        let n = l.blocks;
-        let mut out = vec![0.0; l.len()];
-        let sections = l.sections();
-        // Most columns and effects live in one relation, and many begin late: what is 0 stays 0.
-        let ends = |rows: Range<usize>| {
-            let here = |k: &usize| self.valid[*k] && stacked[*k] != 0.0;
-            let start = rows.start;
-            let from = rows.clone().find(here)? - start;
-            Some((from, rows.rev().find(here)? - start))
-        };
-        let mut live = sections.clone().map(ends);
-        // The head row holds the friction row's noise.
-        live[1] = match (live[0], live[1]) {
-            (Some(a), Some(b)) => Some((a.0.min(b.0), a.1.max(b.1))),
-            (a, b) => a.or(b),
-        };
-        for (k, (rows, live)) in sections.into_iter().zip(live).enumerate() {
-            let Some((first, last)) = live else {
-                continue;
-            };
-            let values = &stacked[rows.clone()];
-            if k == 1 {
-                let own: Vec<f64> = (first.saturating_sub(2)..n.min(last + 3))
-                    .map(|b| {
-                        if self.kin(b) {
-                            values[b] - self.kinship * stacked[b]
-                        } else {
-                            values[b] - 0.0
-                        }
-                    })
-                    .collect();
-                self.filtered(
-                    (k, faded),
-                    &own,
-                    first.saturating_sub(2),
-                    (first, last),
-                    &mut out[rows],
-                );
-            } else {
-                self.filtered((k, faded), values, 0, (first, last), &mut out[rows]);
-            }
-        }
-        out
-    }
-
-    /// Whitens one section from its row `first` on, nothing but zeros standing before it and after `last`.
-    /// `values` are its rows from `from` on; a wander below `faded` is none.
-    fn filtered(
-        &self,
-        (k, faded): (usize, f64),
-        values: &[f64],
-        from: usize,
-        (first, last): (usize, usize),
-        out: &mut [f64],
-    ) {
-        let section = self.layout.sections()[k].clone();
-        let [a, b] = self.memory[k];
-        let alone = (a / (1.0 - b)).clamp(-0.95, 0.95);
-        let mut wander = [0.0_f64; 2];
-        for i in first..section.len() {
-            let row = section.start + i;
-            if self.scale[row] <= 0.0 {
-                continue;
-            }
-            // Two rows on, nothing is left of the last value but the wander that it moved.
-            let value = if i > last + 2 {
-                if wander.iter().all(|w| w.abs() < faded) {
-                    break;
-                }
-                0.0
-            } else {
-                let at = i - from;
-                let left = match self.predecessors[row] {
-                    0 => values[at],
-                    1 => values[at] - alone * values[at - 1],
-                    _ => values[at] - a * values[at - 1] - b * values[at - 2],
-                };
-                left * self.start[row]
-            };
-            let (decay, gain) = (self.decay[row], self.gain[row]);
-            wander = [wander[0] * decay[0], wander[1] * decay[1]];
-            let innovation = value - wander[0] - wander[1];
-            if !innovation.is_finite() {
-                continue;
-            }
-            wander = [
-                wander[0] + gain[0] * innovation,
-                wander[1] + gain[1] * innovation,
-            ];
-            out[i] = innovation * self.scale[row];
-        }
-    }
-
     /// Whether the head row of a block holds the friction row's noise.
     fn kin(&self, b: usize) -> bool {
         self.valid[b] && !self.still[b]
@@ -517,62 +366,6 @@ impl Whitening {
         }
         self.start = start;
         self.predecessors = predecessors;
-    }
-
-    /// The transpose of [`Self::apply`]: what each raw row adds to the product with a whitened vector.
-    ///
-    /// With it the score of an effect that switches on at any block is one running sum.
-    pub(crate) fn transpose(&self, white: &[f64]) -> Vec<f64> {
-        let l = self.layout;
-        let n = l.blocks;
-        let mut grad = vec![0.0; l.len()];
-        for (from, to) in [
-            (0, n),
-            (n, 2 * n),
-            (l.difference_at(), l.mass_at()),
-            (l.mass_at(), l.len()),
-        ] {
-            let mut wander = [0.0; 2];
-            for row in (from..to).rev() {
-                if self.scale[row] <= 0.0 {
-                    continue;
-                }
-                let (decay, gain) = (self.decay[row], self.gain[row]);
-                let innovation =
-                    white[row] * self.scale[row] + wander[0] * gain[0] + wander[1] * gain[1];
-                grad[row] = innovation;
-                wander = [
-                    decay[0] * (wander[0] - innovation),
-                    decay[1] * (wander[1] - innovation),
-                ];
-            }
-        }
-        let mut out = vec![0.0; l.len()];
-        for (k, from, len) in [
-            (0, 0, n),
-            (1, n, n),
-            (2, l.difference_at(), l.difference),
-            (3, l.mass_at(), l.mass),
-        ] {
-            for i in 0..len {
-                let row = from + i;
-                if !self.valid[row] {
-                    continue;
-                }
-                let g = grad[row] * self.start[row];
-                let mut send = |j: usize, weight: f64| {
-                    out[from + j] += weight * g;
-                    if k == 1 && self.kin(j) {
-                        out[j] -= self.kinship * weight * g;
-                    }
-                };
-                send(i, 1.0);
-                for (back, weight) in self.memory_of(k, i) {
-                    send(i - back, -weight);
-                }
-            }
-        }
-        out
     }
 }
 

@@ -1,7 +1,8 @@
 //! Claims about what a whitening does to rows, in full: the covariance that it is made for comes out as one.
 
 use super::{NO_WANDER, full, layout, patchy, white};
-use crate::noise::{FADED, Layout, Wander, Whitening};
+use crate::noise::apply::FADED;
+use crate::noise::{Layout, Wander, Whitening};
 use crate::relations::Rows;
 
 type Matrix = Vec<Vec<f64>>;

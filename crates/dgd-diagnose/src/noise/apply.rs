@@ -1,0 +1,171 @@
+//! Whitening a stacked vector, and its transpose.
+
+use super::Whitening;
+use std::ops::Range;
+
+/// A wander that has decayed to this adds no digit to anything.
+pub(super) const FADED: f64 = 1e-150;
+
+impl Whitening {
+    /// Whitens a stacked vector; rows that may not be used become 0, and so do those that only a wander reaches which
+    /// has faded.
+    pub(crate) fn apply(&self, stacked: &[f64]) -> Vec<f64> {
+        self.whitened(stacked, FADED)
+    }
+
+    /// The same, the wander followed to the end: where a column ends decides upon the order of columns.
+    pub(crate) fn apply_whole(&self, stacked: &[f64]) -> Vec<f64> {
+        self.whitened(stacked, 0.0)
+    }
+
+    fn whitened(&self, stacked: &[f64], faded: f64) -> Vec<f64> {
+        let l = self.layout;
+        let n = l.blocks;
+        let mut out = vec![0.0; l.len()];
+        let sections = l.sections();
+        // Most columns and effects live in one relation, and many begin late: what is 0 stays 0.
+        let ends = |rows: Range<usize>| {
+            let here = |k: &usize| self.valid[*k] && stacked[*k] != 0.0;
+            let start = rows.start;
+            let from = rows.clone().find(here)? - start;
+            Some((from, rows.rev().find(here)? - start))
+        };
+        let mut live = sections.clone().map(ends);
+        // The head row holds the friction row's noise.
+        live[1] = match (live[0], live[1]) {
+            (Some(a), Some(b)) => Some((a.0.min(b.0), a.1.max(b.1))),
+            (a, b) => a.or(b),
+        };
+        for (k, (rows, live)) in sections.into_iter().zip(live).enumerate() {
+            let Some((first, last)) = live else {
+                continue;
+            };
+            let values = &stacked[rows.clone()];
+            if k == 1 {
+                let own: Vec<f64> = (first.saturating_sub(2)..n.min(last + 3))
+                    .map(|b| {
+                        if self.kin(b) {
+                            values[b] - self.kinship * stacked[b]
+                        } else {
+                            values[b] - 0.0
+                        }
+                    })
+                    .collect();
+                self.filtered(
+                    (k, faded),
+                    &own,
+                    first.saturating_sub(2),
+                    (first, last),
+                    &mut out[rows],
+                );
+            } else {
+                self.filtered((k, faded), values, 0, (first, last), &mut out[rows]);
+            }
+        }
+        out
+    }
+
+    /// Whitens one section from its row `first` on, nothing but zeros standing before it and after `last`.
+    /// `values` are its rows from `from` on; a wander below `faded` is none.
+    fn filtered(
+        &self,
+        (k, faded): (usize, f64),
+        values: &[f64],
+        from: usize,
+        (first, last): (usize, usize),
+        out: &mut [f64],
+    ) {
+        let section = self.layout.sections()[k].clone();
+        let [a, b] = self.memory[k];
+        let alone = (a / (1.0 - b)).clamp(-0.95, 0.95);
+        let mut wander = [0.0_f64; 2];
+        for i in first..section.len() {
+            let row = section.start + i;
+            if self.scale[row] <= 0.0 {
+                continue;
+            }
+            // Two rows on, nothing is left of the last value but the wander that it moved.
+            let value = if i > last + 2 {
+                if wander.iter().all(|w| w.abs() < faded) {
+                    break;
+                }
+                0.0
+            } else {
+                let at = i - from;
+                let left = match self.predecessors[row] {
+                    0 => values[at],
+                    1 => values[at] - alone * values[at - 1],
+                    _ => values[at] - a * values[at - 1] - b * values[at - 2],
+                };
+                left * self.start[row]
+            };
+            let (decay, gain) = (self.decay[row], self.gain[row]);
+            wander = [wander[0] * decay[0], wander[1] * decay[1]];
+            let innovation = value - wander[0] - wander[1];
+            if !innovation.is_finite() {
+                continue;
+            }
+            wander = [
+                wander[0] + gain[0] * innovation,
+                wander[1] + gain[1] * innovation,
+            ];
+            out[i] = innovation * self.scale[row];
+        }
+    }
+
+    /// The transpose of [`Self::apply`]: what each raw row adds to the product with a whitened vector.
+    ///
+    /// With it the score of an effect that switches on at any block is one running sum.
+    pub(crate) fn transpose(&self, white: &[f64]) -> Vec<f64> {
+        let l = self.layout;
+        let n = l.blocks;
+        let mut grad = vec![0.0; l.len()];
+        for (from, to) in [
+            (0, n),
+            (n, 2 * n),
+            (l.difference_at(), l.mass_at()),
+            (l.mass_at(), l.len()),
+        ] {
+            let mut wander = [0.0; 2];
+            for row in (from..to).rev() {
+                if self.scale[row] <= 0.0 {
+                    continue;
+                }
+                let (decay, gain) = (self.decay[row], self.gain[row]);
+                let innovation =
+                    white[row] * self.scale[row] + wander[0] * gain[0] + wander[1] * gain[1];
+                grad[row] = innovation;
+                wander = [
+                    decay[0] * (wander[0] - innovation),
+                    decay[1] * (wander[1] - innovation),
+                ];
+            }
+        }
+        let mut out = vec![0.0; l.len()];
+        for (k, from, len) in [
+            (0, 0, n),
+            (1, n, n),
+            (2, l.difference_at(), l.difference),
+            (3, l.mass_at(), l.mass),
+        ] {
+            for i in 0..len {
+                let row = from + i;
+                if !self.valid[row] {
+                    continue;
+                }
+                let g = grad[row] * self.start[row];
+                let mut send = |j: usize, weight: f64| {
+                    out[from + j] += weight * g;
+                    if k == 1 && self.kin(j) {
+                        out[j] -= self.kinship * weight * g;
+                    }
+                };
+                send(i, 1.0);
+                for (back, weight) in self.memory_of(k, i) {
+                    send(i - back, -weight);
+                }
+            }
+        }
+        out
+    }
+}
