@@ -199,7 +199,8 @@ pub fn diagnose(
     } else {
         Verdict::Explained
     };
-    let traces = traces(&record, &before_fit, &full, &selection.state());
+    let state = selection.state();
+    let traces = traces(&record, (&before_fit, &start), (&full, &state));
     let settings = vec![
         ("working clock".into(), format!("{} s", record.dt_s)),
         ("block of relation residuals".into(), format!("{seconds} s")),

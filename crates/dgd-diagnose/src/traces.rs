@@ -13,12 +13,11 @@ use dgd_effects::{Action, Changes, Moment, Rank, Relation, quantile};
 /// The pump's inlet beside the riser's transmitter.
 pub(crate) const INLET_AND_RISER: &str = "pump inlet less riser pressure";
 
-/// Residuals by relation, before and after; `state` is the hypothesis of `after`.
+/// Residuals by relation, before and after: tangents with their hypotheses.
 pub(crate) fn traces(
     record: &Record,
-    before: &Tangent,
-    after: &Tangent,
-    state: &[Applied],
+    (before, start): (&Tangent, &[Applied]),
+    (after, state): (&Tangent, &[Applied]),
 ) -> Vec<Trace> {
     let l = before.layout;
     let seconds = record.block_s();
@@ -101,17 +100,23 @@ pub(crate) fn traces(
             ..outlets
         });
     }
-    out.extend(inlets(record, state, may));
+    out.extend(inlets(record, start, state, may));
     out
 }
 
 /// The inlet's transmitters against the riser's, if it has one.
-fn inlets(record: &Record, state: &[Applied], may: Wander) -> Option<Trace> {
+fn inlets(record: &Record, start: &[Applied], state: &[Applied], may: Wander) -> Option<Trace> {
     let witness = Witness::of(record, may, &[])?;
-    let before = witness.residual().to_vec();
-    let bias = inlet_bias(record, state, witness.t_s());
-    let moved: Vec<f64> = before.iter().zip(&bias).map(|(v, b)| v - b).collect();
-    let middle = quantile(moved.iter().copied(), Rank::MEDIAN)?;
+    // Each as far as its corrections explain it; what does not move tells nothing.
+    let less = |hypothesis: &[Applied]| -> Option<Vec<f64>> {
+        let bias = inlet_bias(record, hypothesis, witness.t_s());
+        let left: Vec<f64> = (witness.residual().iter().zip(&bias))
+            .map(|(v, b)| v - b)
+            .collect();
+        let middle = quantile(left.iter().copied(), Rank::MEDIAN)?;
+        Some(left.iter().map(|v| v - middle).collect())
+    };
+    let (before, after) = (less(start)?, less(state)?);
     Some(Trace {
         relation: Relation::Instrument,
         pair: Some(INLET_AND_RISER),
@@ -120,7 +125,7 @@ fn inlets(record: &Record, state: &[Applied], may: Wander) -> Option<Trace> {
             .map(|t| t - record.setting.span_s.0)
             .collect(),
         before,
-        after: moved.iter().map(|v| v - middle).collect(),
+        after,
         noise: witness.noise_pa(),
         wander: may.difference_pa,
     })

@@ -132,14 +132,15 @@ fn misread(falsify: impl Fn(&mut dgd_recording::Recording)) -> Diagnosis {
 
 #[test]
 fn inlet_transmitters_that_drift_are_told_from_a_pump_that_loses_head() {
-    let found = misread(|recording| {
-        let end = recording.time_s.last().copied().unwrap();
-        for inlet in &mut recording.pump_inlet_pressure_pa {
-            for (p, t) in inlet.iter_mut().zip(&recording.time_s) {
-                *p += 3e4 * (6.0 * t / end).sin();
-            }
+    let (well, mut recording, step_s) = recorded(&case(301, None));
+    let end = recording.time_s.last().copied().unwrap();
+    for inlet in &mut recording.pump_inlet_pressure_pa {
+        for (p, t) in inlet.iter_mut().zip(&recording.time_s) {
+            *p += 3e4 * (6.0 * t / end).sin();
         }
-    });
+    }
+    let prepared = screened(recording, step_s);
+    let found = diagnose(&well, &prepared, &Options::default(), &mut |_| {}).unwrap();
     assert_eq!(found.verdict, Verdict::Unexplained, "{:?}", found.findings);
     let finding = &found.findings[0];
     assert_eq!(
@@ -167,6 +168,16 @@ fn inlet_transmitters_that_drift_are_told_from_a_pump_that_loses_head() {
     };
     assert!(size(&trace.before) > 1.5e4);
     assert!(size(&trace.after) < 0.5 * size(&trace.before));
+    // A model that holds the correction starts where it ends.
+    let options = Options {
+        start: found.after.effects.clone(),
+        ..Options::default()
+    };
+    let again = diagnose(&well, &prepared, &options, &mut |_| {}).unwrap();
+    let goes_on = again.traces.iter().find(|t| t.pair == pair).unwrap();
+    // It was fitted to the training rows alone, the first trace to all.
+    let left = size(&goes_on.before) / size(&trace.before);
+    assert!(left < 0.5, "{left}");
 }
 
 #[test]
