@@ -194,7 +194,7 @@ pub(crate) fn correction(
         tangent.change(record, &joined(state, &Applied::new(unknown(), parameters)))
     };
     let witnessed = (place == INLET_READING)
-        .then(|| Witness::of(record, wander(record, &tangent.curves), excluded))
+        .then(|| Witness::of(record, state, wander(record, &tangent.curves), excluded))
         .flatten()
         .and_then(|witness| witness.normal_equations((from, to), unit));
     if let Some((gram, right)) = &witnessed

@@ -1,14 +1,13 @@
 //! Residuals of each relation over time.
 
 use crate::diagnosis::Trace;
-use crate::empirical::is_correction;
 use crate::noise::Wander;
 use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::Applied;
 use crate::tangent::Tangent;
 use crate::unrest::wander;
 use crate::witness::Witness;
-use dgd_effects::{Action, Changes, Moment, Rank, Relation, quantile};
+use dgd_effects::{Rank, Relation, quantile};
 
 /// The pump's inlet beside the riser's transmitter.
 pub(crate) const INLET_AND_RISER: &str = "pump inlet less riser pressure";
@@ -104,63 +103,20 @@ pub(crate) fn traces(
     out
 }
 
-/// The inlet's transmitters against the riser's, if it has one.
+/// The inlet's transmitters against the riser's, if it has one: as far as the corrections of either hypothesis leave them apart.
 fn inlets(record: &Record, start: &[Applied], state: &[Applied], may: Wander) -> Option<Trace> {
-    let witness = Witness::of(record, may, &[])?;
-    // Each as far as its corrections explain it; what does not move tells nothing.
-    let less = |hypothesis: &[Applied]| -> Option<Vec<f64>> {
-        let bias = inlet_bias(record, hypothesis, witness.t_s());
-        let left: Vec<f64> = (witness.residual().iter().zip(&bias))
-            .map(|(v, b)| v - b)
-            .collect();
-        let middle = quantile(left.iter().copied(), Rank::MEDIAN)?;
-        Some(left.iter().map(|v| v - middle).collect())
-    };
-    let (before, after) = (less(start)?, less(state)?);
+    let [before, after] = [start, state].map(|h| Witness::of(record, h, may, &[]));
+    let (before, after) = (before?, after?);
     Some(Trace {
         relation: Relation::Instrument,
         pair: Some(INLET_AND_RISER),
         unit: "Pa",
-        t_s: (witness.t_s().iter())
+        t_s: (after.t_s().iter())
             .map(|t| t - record.setting.span_s.0)
             .collect(),
-        before,
-        after,
-        noise: witness.noise_pa(),
+        before: before.residual().to_vec(),
+        after: after.residual().to_vec(),
+        noise: after.noise_pa(),
         wander: may.difference_pa,
     })
-}
-
-/// What the corrections of a hypothesis hold the inlets to read too much, at some times, Pa.
-fn inlet_bias(record: &Record, state: &[Applied], t_s: &[f64]) -> Vec<f64> {
-    let corrections = state.iter().filter(|a| is_correction(a.effect));
-    // They are corrected over time alone: the readings of a moment do not count.
-    let mut actions: Vec<Action> = corrections
-        .map(|a| a.effect.begin(&a.parameters, &record.setting))
-        .collect();
-    let seconds = record.block_s();
-    (t_s.iter().enumerate())
-        .map(|(index, t)| {
-            let i = (index * record.per_block).min(record.t_s.len() - 1);
-            let f = &record.filled;
-            let moment = Moment {
-                index,
-                t_s: *t,
-                dt_s: seconds,
-                mud_pump_m3_s: f.mud_pump[i],
-                booster_m3_s: f.booster[i],
-                topfill_m3_s: f.topfill[i],
-                flow_m3_s: f.flow[i],
-                speed_pct: f.speed[i],
-                inlet_pa: f.inlet[i],
-                outlet_pa: f.outlet[i],
-                pumping: f.pumping[i],
-            };
-            let mut changes = Changes::default();
-            for action in &mut actions {
-                action(&moment, &mut changes);
-            }
-            changes.inlet_bias_pa
-        })
-        .collect()
 }

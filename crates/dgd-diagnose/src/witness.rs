@@ -1,11 +1,12 @@
 //! The riser's transmitter as a witness of those at the pump inlet: it hangs a few metres away, and their readings differ by
 //! little but a constant, what the suction loses, and a difference of their spans.
 
+use crate::empirical::is_correction;
 use crate::noise::{Layout, Wander, Whitening};
 use crate::record::{Record, mean};
-use crate::relations::Rows;
+use crate::relations::{Applied, Rows};
 use crate::tangent::dot;
-use dgd_effects::{KNOTS, Rank, quantile};
+use dgd_effects::{Action, Changes, KNOTS, Moment, Rank, quantile};
 use nalgebra::{DMatrix, DVector};
 
 /// What the inlets may lose at the suction, and by how much the spans of the transmitters may differ, Pa.
@@ -26,13 +27,23 @@ pub(crate) struct Witness {
 }
 
 impl Witness {
-    /// `None` without the riser's transmitter. `excluded` blocks carry no weight.
-    pub(crate) fn of(record: &Record, wander: Wander, excluded: &[bool]) -> Option<Self> {
+    /// `None` without the riser's transmitter. What `state` corrects the inlets' reading by is taken off; `excluded` blocks
+    /// carry no weight.
+    pub(crate) fn of(
+        record: &Record,
+        state: &[Applied],
+        wander: Wander,
+        excluded: &[bool],
+    ) -> Option<Self> {
         let riser = record.riser.as_ref()?;
         let (m, n) = (record.per_block, record.blocks);
         let block = |values: &[f64], b: usize| mean(&values[b * m..(b + 1) * m]);
+        let t_s: Vec<f64> = (0..n)
+            .map(|b| mean(&record.t_s[b * m..(b + 1) * m]))
+            .collect();
+        let bias = inlet_bias(record, state, &t_s);
         let apart: Vec<f64> = (0..n)
-            .map(|b| block(&record.inlet, b) - block(riser, b))
+            .map(|b| block(&record.inlet, b) - bias[b] - block(riser, b))
             .collect();
         let middle = quantile(apart.iter().copied(), Rank::MEDIAN)?;
         let residual: Vec<f64> = apart.iter().map(|v| v - middle).collect();
@@ -67,9 +78,7 @@ impl Witness {
             apart: whitening.apply_whole(&residual),
             residual,
             free,
-            t_s: (0..n)
-                .map(|b| mean(&record.t_s[b * m..(b + 1) * m]))
-                .collect(),
+            t_s,
             whitening,
         })
     }
@@ -120,6 +129,40 @@ impl Witness {
     }
 }
 
+/// What the corrections of a hypothesis hold the inlets to read too much, at some times, Pa.
+fn inlet_bias(record: &Record, state: &[Applied], t_s: &[f64]) -> Vec<f64> {
+    let corrections = state.iter().filter(|a| is_correction(a.effect));
+    // They are corrected over time alone: the readings of a moment do not count.
+    let mut actions: Vec<Action> = corrections
+        .map(|a| a.effect.begin(&a.parameters, &record.setting))
+        .collect();
+    let seconds = record.block_s();
+    (t_s.iter().enumerate())
+        .map(|(index, t)| {
+            let i = (index * record.per_block).min(record.t_s.len() - 1);
+            let f = &record.filled;
+            let moment = Moment {
+                index,
+                t_s: *t,
+                dt_s: seconds,
+                mud_pump_m3_s: f.mud_pump[i],
+                booster_m3_s: f.booster[i],
+                topfill_m3_s: f.topfill[i],
+                flow_m3_s: f.flow[i],
+                speed_pct: f.speed[i],
+                inlet_pa: f.inlet[i],
+                outlet_pa: f.outlet[i],
+                pumping: f.pumping[i],
+            };
+            let mut changes = Changes::default();
+            for action in &mut actions {
+                action(&moment, &mut changes);
+            }
+            changes.inlet_bias_pa
+        })
+        .collect()
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
@@ -162,7 +205,7 @@ mod tests {
 
     /// Evidence of a curve of free knots, and the knots, Pa.
     fn curve(record: &Record, excluded: &[bool]) -> (f64, Vec<f64>) {
-        let witness = Witness::of(record, WANDER, excluded).unwrap();
+        let witness = Witness::of(record, &[], WANDER, excluded).unwrap();
         let (gram, right) = witness
             .normal_equations(record.setting.span_s, UNIT)
             .unwrap();
@@ -201,6 +244,6 @@ mod tests {
         let late: Vec<bool> = (0..BLOCKS).map(|b| b > 950).collect();
         assert!(curve(&drifting(jump), &[]).0 > 100.0);
         assert!(curve(&drifting(jump), &late).0 < 0.0);
-        assert!(Witness::of(&steady(100), WANDER, &[]).is_none());
+        assert!(Witness::of(&steady(100), &[], WANDER, &[]).is_none());
     }
 }

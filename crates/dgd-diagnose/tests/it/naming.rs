@@ -174,6 +174,7 @@ fn inlet_transmitters_that_drift_are_told_from_a_pump_that_loses_head() {
         ..Options::default()
     };
     let again = diagnose(&well, &prepared, &options, &mut |_| {}).unwrap();
+    assert_eq!(again.verdict, Verdict::Consistent, "{:?}", again.findings);
     let goes_on = again.traces.iter().find(|t| t.pair == pair).unwrap();
     // It was fitted to the training rows alone, the first trace to all.
     let left = size(&goes_on.before) / size(&trace.before);
