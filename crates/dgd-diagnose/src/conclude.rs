@@ -8,6 +8,7 @@ use crate::free_run::{gains, simulate};
 use crate::heave::{SWELL_RATIO, swell};
 use crate::held_out::{held_out, model, trained};
 use crate::record::{MASS_BLOCKS, Record};
+use crate::refine::settled;
 use crate::relations::{Applied, Blocks, Rows};
 use crate::scan::allowances_with;
 use crate::select::{Named, Sought, select};
@@ -72,7 +73,7 @@ pub fn diagnose(
     } else {
         Sought::Given(&options.suspects)
     };
-    let mut selection = select(&record, &start, sought, |round| {
+    let mut selection = select(&record, &settled(&record, &start, &[]), sought, |round| {
         progress(Stage::Screening(round))
     })
     .ok_or_else(short)?;
@@ -106,6 +107,7 @@ pub fn diagnose(
             windows.get(next).is_some_and(|w| to > w.0)
         })
         .collect();
+    let start = settled(&record, &start, &excluded);
     let before_state =
         allowances_with(&record, &start, &excluded, Bend::Free, None).ok_or_else(short)?;
     let after_state = trained(&record, &start, &selection, &excluded).ok_or_else(short)?;
@@ -178,17 +180,20 @@ pub fn diagnose(
         .collect();
     if let Some(s) = swell.filter(|s| s.ratio > SWELL_RATIO) {
         let held = |about: &About| start.iter().any(|a| a.effect.about().id == about.id);
-        findings.extend(
-            catalogue()
-                .iter()
-                .map(|effect| effect.about())
-                .filter(|about| about.search.method == Method::Spectrum && !held(about))
-                .map(|about| heaving(&record, about, s, &simulation)),
-        );
+        for about in (catalogue().iter().map(|effect| effect.about()))
+            .filter(|about| about.search.method == Method::Spectrum && !held(about))
+        {
+            findings.push(heaving(&record, about, s, &simulation));
+            // It moves no run; a search that starts from the model need not find it again.
+            after.effects.push(AppliedEffect {
+                id: about.id.to_owned(),
+                parameters: vec![s.period_s, s.amplitude_m],
+            });
+        }
     }
     checks.extend(placebo(&record, &selection));
     findings.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-    let tested = tested(&record, &selection, &findings, swell);
+    let tested = tested(&record, &selection, &findings, &start, swell);
     let unknown = |f: &Finding| f.effect == "unknown";
     let verdict = if findings.is_empty() {
         Verdict::Consistent

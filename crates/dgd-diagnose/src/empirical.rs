@@ -260,6 +260,12 @@ pub(crate) fn correction(
     })
 }
 
+/// Place and quantity of a correction that a model holds; `None` if there is no such place.
+pub(crate) fn place(applied: &Applied) -> Option<(usize, usize)> {
+    let [place, quantity] = [0, 1].map(|k| whole(applied.parameters[k]));
+    (place < PLACES.len() && quantity < QUANTITIES.len()).then_some((place, quantity))
+}
+
 /// Whether an effect is the empirical correction itself.
 pub(crate) fn is_correction(effect: &dyn Effect) -> bool {
     effect.about().search.method == Method::Correction

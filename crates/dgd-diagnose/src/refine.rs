@@ -1,6 +1,6 @@
 //! Parameters of named effects, moved to where all of them together explain most.
 
-use crate::empirical::is_correction;
+use crate::empirical::{correction, is_correction, place};
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::scan::on_grid;
@@ -23,13 +23,53 @@ pub(crate) fn refine(
             let Some(tangent) = Tangent::at(record, state, excluded, Bend::Free) else {
                 return;
             };
-            if state[k].effect.about().search.timing.is_some() {
-                slide(record, &tangent, state, k);
-            } else {
-                climb(record, &tangent, state, k);
-            }
+            moved(record, &tangent, state, k);
         }
     }
+}
+
+fn moved(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usize) {
+    if state[k].effect.about().search.timing.is_some() {
+        slide(record, tangent, state, k);
+    } else {
+        climb(record, tangent, state, k);
+    }
+}
+
+/// The effects of a model to start from, fitted to the recording as the curves are: else what their sizes are off by would
+/// pass for another effect. Those that the recording does not show stay as they are.
+pub(crate) fn settled(record: &Record, start: &[Applied], excluded: &[bool]) -> Vec<Applied> {
+    /// Misfit that an effect must save for its size to be sought.
+    const SHOWN: f64 = 8.0;
+    let mut state = start.to_vec();
+    for k in [(); 2].iter().flat_map(|()| 0..start.len()) {
+        let Some(tangent) = Tangent::at(record, &state, excluded, Bend::Free) else {
+            break;
+        };
+        let misfit = |applied: &[Applied]| {
+            let off = tangent.refitted(record, applied).off;
+            0.5 * dot(&off, &off)
+        };
+        let now = misfit(&state);
+        let mut others = state.clone();
+        let own = others.remove(k);
+        if misfit(&others) < now + SHOWN {
+            continue;
+        }
+        let mut next = state.clone();
+        if is_correction(own.effect) {
+            let again = Tangent::at(record, &others, excluded, Bend::Loose)
+                .zip(place(&own))
+                .and_then(|(beside, place)| correction(record, &beside, &others, excluded, place));
+            next[k] = again.map_or(own, |found| found.applied);
+        } else {
+            moved(record, &tangent, &mut next, k);
+        }
+        if misfit(&next) < now {
+            state = next;
+        }
+    }
+    state
 }
 
 /// Where the time of a late effect explains most, and the misfit there; steps in s, the curves fitted again at each.
@@ -71,7 +111,7 @@ fn slide(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usize) {
 /// Moves every parameter but the strength in ever smaller steps, the strength solved for beside them.
 fn climb(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usize) {
     let about = state[k].effect.about();
-    let moved = |parameters: Vec<f64>, state: &[Applied]| -> Vec<f64> {
+    let shifted = |parameters: Vec<f64>, state: &[Applied]| -> Vec<f64> {
         let mut next = state.to_vec();
         next[k].parameters = parameters;
         tangent.signature(record, &next)
@@ -83,13 +123,13 @@ fn climb(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usize) {
         let step = (0.05 * base[0].abs()).max(0.02 * about.parameters[0].usual);
         let mut p = base.clone();
         p[0] += step;
-        let s: Vec<f64> = moved(p, state).iter().map(|v| v / step).collect();
+        let s: Vec<f64> = shifted(p, state).iter().map(|v| v / step).collect();
         let energy = dot(&s, &s).max(1e-300);
         (s, energy)
     });
     // What is left over when the parameters move, with the strength free: (misfit, change of strength).
     let left = |parameters: &[f64]| -> (f64, f64) {
-        let shift = moved(parameters.to_vec(), state);
+        let shift = shifted(parameters.to_vec(), state);
         let rest: Vec<f64> = tangent.off.iter().zip(&shift).map(|(a, b)| a - b).collect();
         let total = dot(&rest, &rest);
         match &along {

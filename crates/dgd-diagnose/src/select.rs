@@ -35,6 +35,9 @@ pub(crate) struct First {
 
 /// The outcome of the search.
 pub(crate) struct Selection {
+    /// How many effects the search starts from; they stand first among the allowances.
+    pub held: usize,
+    /// What the search starts from, and what is allowed for beside it.
     pub allowances: Vec<Applied>,
     pub named: Vec<Named>,
     /// How each effect fared before anything was named.
@@ -87,6 +90,7 @@ pub(crate) fn select(
     mut round_begins: impl FnMut(usize),
 ) -> Option<Selection> {
     let mut selection = Selection {
+        held: start.len(),
         allowances: allowances_with(record, start, &[], Bend::Lean, None)?,
         named: Vec::new(),
         first: Vec::new(),

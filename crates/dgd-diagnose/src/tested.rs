@@ -3,6 +3,7 @@
 use crate::diagnosis::{Check, Finding, Outcome, Tested};
 use crate::heave::Swell;
 use crate::record::Record;
+use crate::relations::Applied;
 use crate::scan::{joined, weigh};
 use crate::select::Selection;
 use crate::tangent::{Bend, Tangent};
@@ -55,6 +56,7 @@ pub(crate) fn tested(
     record: &Record,
     selection: &Selection,
     findings: &[Finding],
+    start: &[Applied],
     swell: Option<Swell>,
 ) -> Vec<Tested> {
     catalogue()
@@ -64,8 +66,11 @@ pub(crate) fn tested(
             let first = selection.first.iter().find(|f| f.id == about.id);
             let missing = missing(record, swell, about.search.needs);
             let found = findings.iter().any(|f| f.effect == about.id);
+            let held = start.iter().any(|a| a.effect.about().id == about.id);
             let outcome = if found {
                 Outcome::Found
+            } else if held {
+                Outcome::NotTestable("the model that the search starts from holds it".to_owned())
             } else if let Some(why) = missing {
                 Outcome::NotTestable(why.to_owned())
             } else if first.is_none() && about.search.method == Method::Relations {

@@ -259,6 +259,7 @@ fn a_named_effect_takes_the_place_of_its_allowance() {
         correction: None,
     };
     let selection = Selection {
+        held: 0,
         allowances: vec![
             allowance("return_flow_delay", 1.0),
             allowance("pump_speed_lag", 2.0),
