@@ -404,3 +404,6 @@ impl Footprint {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

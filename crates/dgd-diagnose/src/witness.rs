@@ -195,6 +195,38 @@ mod tests {
     }
 
     #[test]
+    fn what_parts_the_two_is_told_by_block_beside_its_noise() {
+        // Two transmitters of 800 Pa, five samples a block.
+        let noise = 800.0 * (2.0_f64 / 5.0).sqrt();
+        let found = |record: &Record, excluded: &[bool]| {
+            let witness = Witness::of(record, WANDER, excluded).unwrap();
+            witness.noise_pa() / noise
+        };
+        let calm = found(&drifting(|_| 0.0), &[]);
+        assert!((calm - 1.0).abs() < 0.1, "{calm}");
+        // Blocks that are not looked at tell nothing of it.
+        let mut noisy = drifting(|_| 0.0);
+        for (i, p) in noisy.inlet.iter_mut().enumerate().skip(BLOCKS) {
+            *p += if i % 2 == 0 { 1e5 } else { -1e5 };
+        }
+        let late: Vec<bool> = (0..BLOCKS).map(|b| 5 * b >= BLOCKS - 5).collect();
+        let looked = found(&noisy, &late);
+        assert!((looked - 1.0).abs() < 0.1, "{looked}");
+
+        // The column between the two is taken out, a step is not.
+        let step = |share: f64| if share >= 0.75 { 4e4 } else { 0.0 };
+        let witness = Witness::of(&drifting(step), WANDER, &[]).unwrap();
+        let (residual, t_s) = (witness.residual(), witness.t_s());
+        assert_eq!((residual.len(), t_s.len()), (BLOCKS, BLOCKS));
+        for (b, (residual, t)) in residual.iter().zip(t_s).enumerate() {
+            // Of samples at 0, 2, 4, 6 and 8 s.
+            assert!((t - (10.0 * b as f64 + 4.0)).abs() < 1e-9);
+            let off = residual - step(b as f64 / BLOCKS as f64);
+            assert!(off.abs() < 6.0 * noise, "{b}: {off}");
+        }
+    }
+
+    #[test]
     fn excluded_blocks_and_a_riser_without_transmitter_are_no_witness() {
         // A reading that jumps in the stretch that is not looked at.
         let jump = |share: f64| if share > 0.8 { 1e5 } else { 0.0 };
