@@ -227,6 +227,47 @@ mod tests {
     }
 
     #[test]
+    fn a_drift_is_the_same_by_a_clock_that_starts_later() {
+        let early = drifting(|share| 2.5e4 * (7.0 * share).sin());
+        let mut late = early.clone();
+        late.t_s.iter_mut().for_each(|t| *t += 7e4);
+        late.setting.span_s = (early.setting.span_s.0 + 7e4, early.setting.span_s.1 + 7e4);
+        let (early, late) = (curve(&early, &[]), curve(&late, &[]));
+        assert!((early.0 - late.0).abs() < 1e-3);
+        for (early, late) in early.1.iter().zip(&late.1) {
+            assert!((early - late).abs() < 0.1);
+        }
+    }
+
+    #[test]
+    fn what_the_suction_loses_and_a_difference_of_spans_are_no_drift() {
+        let slow = |share: f64| (7.0 * share).sin();
+        let flow = |share: f64| 0.04 * (1.0 + 0.3 * slow(share));
+        let squared = |share: f64| -2e4 * (flow(share) / 0.04).powi(2);
+        let spanned = |share: f64| 1.2e4 * slow(share);
+        let told = |apart: &dyn Fn(f64) -> f64, flows: bool, spans: bool| {
+            let mut record = drifting(apart);
+            let n = record.t_s.len();
+            let (low, high) = record.setting.inlet_range_pa;
+            for i in 0..n {
+                let share = i as f64 / n as f64;
+                if flows {
+                    record.filled.flow[i] = flow(share);
+                }
+                if spans {
+                    record.filled.inlet[i] = 0.5 * (low + high + (high - low) * slow(share));
+                }
+            }
+            curve(&record, &[]).0
+        };
+        // What follows neither flow nor pressure drifts.
+        for (apart, flows) in [(&squared as &dyn Fn(f64) -> f64, true), (&spanned, false)] {
+            let (alone, known) = (told(apart, false, false), told(apart, flows, !flows));
+            assert!(alone > 5.0 && known < 0.0, "{alone} {known}");
+        }
+    }
+
+    #[test]
     fn excluded_blocks_and_a_riser_without_transmitter_are_no_witness() {
         // A reading that jumps in the stretch that is not looked at.
         let jump = |share: f64| if share > 0.8 { 1e5 } else { 0.0 };

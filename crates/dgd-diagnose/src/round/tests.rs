@@ -455,28 +455,115 @@ fn two_forms_that_come_within_a_tenth_of_a_correction_are_likelier() {
 
 #[test]
 fn what_is_as_good_from_the_start_on_does_not_set_in() {
-    let shifted = |onset_s: f64| {
+    let leaking = |onset_s: f64| {
         let mut record = sound();
-        let mut first = record.outlet.clone();
-        for (p, t) in first.iter_mut().zip(&record.t_s) {
-            *p += if *t >= onset_s { 4e4 } else { 0.0 };
+        for (q, t) in record.flow.iter_mut().zip(&record.t_s) {
+            *q -= if *t >= onset_s { 1e-3 } else { 0.0 };
         }
-        record.outlets.insert(0, first);
+        record.filled.flow.clone_from(&record.flow);
         record
     };
-    for (hidden, tried, sets_in) in [(2000.0, 2000.0, true), (0.0, 400.0, false)] {
-        let record = shifted(hidden);
+    // What is there from the start on passes for the wander of the meter.
+    for (hidden, tried, sets_in) in [(2000.0, 2000.0, true), (0.0, 300.0, false)] {
+        let record = leaking(hidden);
         let round = round(&record, Vec::new(), Vec::new());
-        let step = one("outlet_pressure_bias_step", &[4e4, tried, 1.0]);
-        let best = weigh(&record, &round.gate, &[], step);
+        let best = weigh(&record, &round.gate, &[], one("line_leak", &[1e-3, tried]));
         let c = Contender {
             effect: best.applied.effect,
             evidence: best.evidence,
             formed: best.evidence,
             best,
         };
-        assert_eq!(round.sets_in(&c), sets_in);
+        assert_eq!(round.sets_in(&c), sets_in, "{hidden} {tried}");
     }
+}
+
+#[test]
+fn of_late_meters_one_is_named_and_all_else_may_still_be() {
+    let record = sound();
+    let storage = || contender("line_gas_storage", &[8.0], 100.0, HERE);
+    let told_after = |state: Vec<Applied>, contenders: Vec<Contender>| {
+        let mut round = round(&record, contenders, Vec::new());
+        round.state = state;
+        told(round.ruling())
+    };
+    let late = || vec![one("return_flow_delay", &[6.0])];
+    assert_eq!(told_after(Vec::new(), vec![storage()]), "line_gas_storage");
+    assert_eq!(told_after(late(), vec![storage()]), "nothing");
+    assert_eq!(told_after(late(), vec![storage(), influx(50.0)]), "influx");
+}
+
+#[test]
+fn a_correction_stands_where_it_is_likelier_than_all_of_the_catalogue() {
+    let record = sound();
+    let balance = place(Relation::RiserMassBalance);
+    let against = |effects: Vec<Contender>, evidence: f64| {
+        let rivals = vec![correction(balance, evidence)];
+        told(round(&record, effects, rivals).ruling())
+    };
+    // Likelier than one, not than two that are as likely as each other; likelier than both.
+    assert_eq!(against(vec![influx(100.0)], 105.0), "riser mass balance");
+    assert_eq!(against(vec![influx(100.0), gain(99.9)], 105.0), "influx");
+    assert_eq!(
+        against(vec![influx(100.0), gain(99.9)], 111.0),
+        "riser mass balance"
+    );
+    // Where a second effect beside the best does as much, it does not.
+    let mut record = drilled(Hidden::default());
+    for i in 1500..record.t_s.len() {
+        record.outlet[i] += 6e4;
+        record.filled.outlet[i] += 6e4;
+    }
+    record.outlets = vec![record.outlet.clone()];
+    let rivals = || vec![correction(balance, 115.0)];
+    assert_eq!(
+        told(round(&record, vec![influx(100.0)], rivals()).ruling()),
+        "influx"
+    );
+    record.without = vec![Step::TwoDo];
+    let told_without = told(round(&record, vec![influx(100.0)], rivals()).ruling());
+    assert_eq!(told_without, "riser mass balance");
+}
+
+#[test]
+fn the_rival_is_of_the_effects_relation_unless_another_explains_more() {
+    let record = sound();
+    let (balance, friction) = (
+        place(Relation::RiserMassBalance),
+        place(Relation::ReturnLineFriction),
+    );
+    // Along the speed of the pump, sound recordings reach 110.
+    let along_speed = Correction {
+        quantity: 5,
+        ..correction(friction, 100.0)
+    };
+    let drag = || contender("line_restriction", &[5.0, 2000.0], 20.0, HERE);
+    let rival = |best: &Contender, rivals: Vec<Correction>| {
+        let round = round(&record, Vec::new(), rivals);
+        round.rival(best).map(|r| r.relation)
+    };
+    let own = || along_speed.clone();
+    assert_eq!(
+        rival(&drag(), vec![own(), correction(balance, 90.0)]),
+        Some(friction)
+    );
+    assert_eq!(
+        rival(&drag(), vec![correction(balance, 120.0), own()]),
+        Some(balance)
+    );
+    // Half of what sound recordings reach is enough in its own relation, less where an exact form must bend.
+    let least = hurdle(&correction(balance, 0.0));
+    let with = |share: f64| vec![correction(balance, share * least)];
+    let bent = |mut c: Contender| {
+        c.formed = c.evidence + 80.0;
+        c
+    };
+    assert_eq!(rival(&influx(100.0), with(0.55)), Some(balance));
+    assert_eq!(rival(&influx(100.0), with(0.45)), None);
+    assert_eq!(rival(&bent(influx(100.0)), with(0.45)), None);
+    assert_eq!(rival(&gain(100.0), with(0.45)), None);
+    assert_eq!(rival(&bent(gain(100.0)), with(0.45)), Some(balance));
+    assert_eq!(rival(&bent(gain(100.0)), with(-0.1)), None);
 }
 
 #[test]

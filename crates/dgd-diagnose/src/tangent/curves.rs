@@ -148,10 +148,11 @@ impl Evaluated {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-    use super::{Evaluated, robust};
+    use super::{Evaluated, robust, robust_curves};
     use crate::claims::fixture::{blocks, parabolas};
     use crate::draws::normals;
     use crate::noise::Layout;
+    use crate::relations::Rows;
 
     const ROWS: usize = 600;
     const TRUTH: [f64; 3] = [2e4, -3e5, 5e5];
@@ -223,6 +224,46 @@ mod tests {
             (found[0] - 1e4).abs() < 1e-3 && found[1] == 0.0,
             "{found:?}"
         );
+    }
+
+    #[test]
+    fn columns_that_nothing_tells_apart_share_what_they_explain() {
+        let y = vec![1e4; 16];
+        for size in [1.0, 1e3] {
+            let found = robust(&[vec![size; 16], vec![size; 16]], &y, &[1e9, 1e9]);
+            let sum = size * (found[0] + found[1]);
+            assert!((sum - 1e4).abs() < 1.0, "{size}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn a_factor_that_is_known_changes_no_curve() {
+        let truth = parabolas(4e5, 45e5, 5e5);
+        let mut b = blocks(300);
+        let rows = Rows {
+            friction: vec![true; 300],
+            still: vec![false; 300],
+            head: vec![true; 300],
+            difference: Vec::new(),
+            mass: Vec::new(),
+        };
+        for k in 0..300 {
+            let share = k as f64 / 300.0;
+            b.flow[k] = 0.02 + 0.02 * share;
+            b.through[k] = 0.04 - 0.02 * share;
+            b.speed[k] = 50.0 + 20.0 * (7.0 * share).sin().abs();
+            b.friction_factor[k] = 1.0 + 0.5 * share;
+            b.head_factor[k] = 1.0 - 0.3 * share;
+            b.drop[k] = b.friction_factor[k] * truth.friction_pa(b.flow[k]);
+            b.lift[k] = b.head_factor[k] * truth.head_pa(b.speed[k], b.through[k]);
+        }
+        let found = robust_curves(&rows, &b, truth.scale);
+        for k in (0..300).step_by(7) {
+            let (q, w, r) = (b.flow[k], b.speed[k], b.through[k]);
+            let friction = truth.friction_pa(q);
+            assert!((found.friction_pa(q) / friction - 1.0).abs() < 0.01);
+            assert!((found.head_pa(w, r) / truth.head_pa(w, r) - 1.0).abs() < 0.01);
+        }
     }
 
     #[test]

@@ -179,3 +179,15 @@ fn the_pump_is_on_its_way_where_the_flow_goes_to_another_level() {
         }
     }
 }
+
+#[test]
+fn without_flow_or_without_speed_there_is_nothing_to_fit() {
+    let sound = drilled(Hidden::default());
+    assert!(Tangent::at(&sound, &[], &[], Bend::Free).is_some());
+    let mut still = sound.clone();
+    still.speed[50..].fill(f64::NAN);
+    assert!(Tangent::at(&still, &[], &[], Bend::Free).is_none());
+    let mut unknown = sound;
+    unknown.outlet.fill(f64::NAN);
+    assert!(Tangent::at(&unknown, &[], &[], Bend::Free).is_none());
+}

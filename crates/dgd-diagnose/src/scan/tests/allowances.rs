@@ -61,6 +61,29 @@ fn what_is_no_proportion_is_worth_half_of_what_the_misfit_falls_by() {
 }
 
 #[test]
+fn what_is_not_late_takes_nothing_away() {
+    let record = drilling(2.0, 0.0, 0.0);
+    let tangent = at(&record, &[]);
+    for id in ["return_flow_delay", "pump_speed_lag"] {
+        let c = weigh(&record, &tangent, &[], one(id, &[0.0]));
+        assert!(c.signature.iter().all(|v| v.abs() < 1e-6));
+        assert!(c.evidence.abs() < 1e-6 && c.energy < 1e-6, "{}", c.evidence);
+    }
+}
+
+#[test]
+fn a_drill_string_that_answers_late_is_not_put_down_to_the_meter() {
+    let mut record = drilling(0.0, 0.0, 0.0);
+    let share = 1.0 - (-record.dt_s / 3.0).exp();
+    let inflow = record.mud_pump.clone();
+    for i in 1..inflow.len() {
+        record.mud_pump[i] = inflow[i - 1] + (inflow[i] - inflow[i - 1]) / share;
+    }
+    record.filled.mud_pump.clone_from(&record.mud_pump);
+    assert_eq!(allowed(&record, &[], None), [("u_tube", 3.0)]);
+}
+
+#[test]
 fn a_proportional_effect_weighs_the_same_at_any_strength_and_against_its_sign_nothing() {
     let (from, lasts, rise) = INFLUX_S;
     let weighed = |rate: f64, tried: f64| {
@@ -94,7 +117,14 @@ fn what_answers_late_is_allowed_for_at_its_time_and_nothing_else_is() {
 
 #[test]
 fn each_allowance_earns_its_place_and_no_other_time_is_better() {
-    for (late_s, lag_s) in [(0.0, 2.0), (0.0, 3.0), (1.0, 2.0), (2.0, 0.0), (2.0, 5.0)] {
+    for (late_s, lag_s) in [
+        (0.0, 4.0),
+        (0.0, 3.0),
+        (0.0, 5.0),
+        (1.0, 2.0),
+        (2.0, 0.0),
+        (2.0, 5.0),
+    ] {
         let record = drilling(late_s, lag_s, 0.0);
         let state = allowances_with(&record, &[], &[], Bend::Free, None).unwrap();
         let tangent = at(&record, &state);
