@@ -268,6 +268,29 @@ mod tests {
     }
 
     #[test]
+    fn what_the_mud_does_moves_both_alike_and_a_constant_is_not_told() {
+        let mut record = drifting(|_| 0.0);
+        let n = record.t_s.len();
+        for i in 0..n {
+            let mud = 1e5 * (7.0 * i as f64 / n as f64).sin();
+            record.inlet[i] += mud;
+            record.riser.as_mut().unwrap()[i] += mud;
+        }
+        assert!(curve(&record, &[]).0 < 0.0);
+        // Knots that are all alike are a constant, of which the two tell next to nothing.
+        let witness = Witness::of(&record, WANDER, &[]).unwrap();
+        let span = record.setting.span_s;
+        let (gram, right) = witness.normal_equations(span, UNIT).unwrap();
+        assert!(
+            gram.sum().abs() < 0.05 * gram.trace(),
+            "{} {}",
+            gram.sum(),
+            gram.trace()
+        );
+        assert!(right.sum().abs() < 0.1 * gram.trace());
+    }
+
+    #[test]
     fn excluded_blocks_and_a_riser_without_transmitter_are_no_witness() {
         // A reading that jumps in the stretch that is not looked at.
         let jump = |share: f64| if share > 0.8 { 1e5 } else { 0.0 };

@@ -515,7 +515,7 @@ fn a_correction_stands_where_it_is_likelier_than_all_of_the_catalogue() {
         record.filled.outlet[i] += 6e4;
     }
     record.outlets = vec![record.outlet.clone()];
-    let rivals = || vec![correction(balance, 115.0)];
+    let rivals = || vec![correction(balance, 108.0)];
     assert_eq!(
         told(round(&record, vec![influx(100.0)], rivals()).ruling()),
         "influx"

@@ -131,16 +131,11 @@ pub(super) fn lonely(record: &Record, layout: Layout, off: &[f64]) -> Vec<usize>
     for (k, section) in layout.sections().into_iter().enumerate() {
         let (from, to) = (section.start, section.end);
         for row in section {
-            let block = if k == 3 {
-                (row - from) * MASS_BLOCKS
-            } else {
-                row - from
-            };
-            if off[row].abs() < 4.5 || (k < 2 && starting(block)) {
+            if off[row].abs() < 4.5 || (k < 2 && starting(row - from)) {
                 continue;
             }
             // The memory of the filter lets a glitch ring for two rows; before it all is calm.
-            let calm = |i: usize| i < from || i >= to || off[i].abs() < 3.0;
+            let calm = |i: usize| i >= to || off[i].abs() < 3.0;
             let before = row == from || (calm(row - 1) && (row < from + 2 || calm(row - 2)));
             let after = calm(row + 2) && calm(row + 3) && calm(row + 4);
             if before && after {

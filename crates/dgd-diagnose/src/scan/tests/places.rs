@@ -2,7 +2,7 @@
 
 use crate::claims::fixture::{BLOCK_S, FLOW_M3_S, Hidden, SPEED_PCT, drilled};
 use crate::draws::normals;
-use crate::record::Record;
+use crate::record::{Record, whole};
 use crate::relations::Applied;
 use crate::scan::{Candidate, Found, grids, scan, sharpen, softened, switches, weigh};
 use crate::tangent::{Bend, Tangent};
@@ -236,7 +236,7 @@ fn running_sums_peak_at_the_block_where_a_switch_by_itself_scores_most() {
                     continue;
                 }
                 assert!((1..=3).contains(&found.len()));
-                let best = ((found[0][1] - by_s) / BLOCK_S).round() as usize;
+                let best = whole((found[0][1] - by_s) / BLOCK_S);
                 let expected = most(range);
                 assert!(
                     best.abs_diff(expected) <= within,
@@ -246,7 +246,7 @@ fn running_sums_peak_at_the_block_where_a_switch_by_itself_scores_most() {
                 assert_eq!(found[0][2..], *others);
                 // Peaks stand apart, best first.
                 let blocks: Vec<usize> = (found.iter())
-                    .map(|p| ((p[1] - by_s) / BLOCK_S).round() as usize)
+                    .map(|p| whole((p[1] - by_s) / BLOCK_S))
                     .collect();
                 for (k, b) in blocks.iter().enumerate().skip(1) {
                     assert!(blocks[..k].iter().all(|a| a.abs_diff(*b) >= 30));
