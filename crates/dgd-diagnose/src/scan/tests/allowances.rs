@@ -101,8 +101,8 @@ fn a_proportional_effect_weighs_the_same_at_any_strength_and_against_its_sign_no
     assert!(lost.score < 0.0 && lost.evidence < 0.0, "{}", lost.evidence);
 }
 
-/// The inertia of the line is told from means of blocks, so that quick changes of flow seem to lack some of it: that is worth up
-/// to half a second of the meter, a step of what is tried.
+/// A delay comes out up to half a second too long, a step of what is tried: most likely the inertia of the line, told from means of
+/// blocks, falls short where the flow changes quickly.
 #[test]
 fn what_answers_late_is_allowed_for_at_its_time_and_nothing_else_is() {
     for (late_s, lag_s) in [(1.0, 0.0), (2.0, 0.0), (1.5, 4.0), (2.5, 2.0)] {
