@@ -437,3 +437,6 @@ impl Footprint {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

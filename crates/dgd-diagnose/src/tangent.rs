@@ -358,3 +358,6 @@ fn alike(a: &[Applied], b: &[Applied]) -> bool {
     };
     a.len() == b.len() && a.iter().zip(b).all(same)
 }
+
+#[cfg(test)]
+mod tests;

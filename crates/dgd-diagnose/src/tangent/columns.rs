@@ -155,3 +155,126 @@ fn by_column<const K: usize>(
     }
     columns
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+
+    use super::{Columns, head_priors};
+    use crate::claims::fixture::{Hidden, blocks, drilled};
+    use crate::noise::Layout;
+    use crate::record::{Record, mean};
+    use crate::relations::{Blocks, Rows};
+    use crate::tangent::Bend;
+    use crate::tangent::frame::Frame;
+    use dgd_effects::{FRICTION_TERMS, HEAD_POWERS, HEAD_TERMS};
+
+    fn record() -> Record {
+        drilled(Hidden::default())
+    }
+
+    fn columns(record: &Record, bend: Bend) -> Columns {
+        let blocks = Blocks::under(record, &[]);
+        let frame = Frame::of(record, &blocks, &[], bend).unwrap();
+        Columns::of(record, &blocks, &frame)
+    }
+
+    #[test]
+    fn a_pump_is_expected_to_lift_what_it_usually_does_falling_with_flow() {
+        let priors = |lift: f64| {
+            let mut b = blocks(90);
+            b.lift.fill(lift);
+            // Where the head may not be judged it tells nothing.
+            b.lift[60..].fill(9.9 * lift);
+            let rows = Rows {
+                friction: vec![true; 90],
+                still: vec![false; 90],
+                head: (0..90).map(|k| k < 60).collect(),
+                difference: Vec::new(),
+                mass: Vec::new(),
+            };
+            head_priors(&rows, &b)
+        };
+        let (one, two) = (priors(2e6), priors(4e6));
+        // At the scale all terms are 1: the mean of the head is the sum of theirs.
+        for (priors, lift) in [(one, 2e6), (two, 4e6)] {
+            let head: f64 = priors[..HEAD_POWERS].iter().map(|p| p.0).sum();
+            assert!((head / lift - 1.0).abs() < 1e-12);
+            assert!(priors[1].0 > lift && priors[3].0 < 0.0);
+            assert!(priors.iter().all(|p| p.1 > 0.0));
+            // The parabola is free by about a fifth of the lift, and its pieces are not so free that it may rise with flow.
+            for k in 1..4 {
+                assert!((0.15..0.3).contains(&(priors[k].1 / lift)));
+            }
+        }
+        // The parabola goes with the lift, all else does not.
+        for (k, (one, two)) in one.iter().zip(&two).enumerate() {
+            let times = if (1..4).contains(&k) { 2.0 } else { 1.0 };
+            assert!((two.0 - times * one.0).abs() < 1e-6, "{k}");
+            assert!((two.1 - times * one.1).abs() < 1e-6, "{k}");
+        }
+    }
+
+    #[test]
+    fn loose_curves_are_six_times_as_free_but_for_their_offsets() {
+        let mut record = record();
+        let curves = FRICTION_TERMS + HEAD_TERMS;
+        for outlets in [1, 2] {
+            if outlets == 2 {
+                record.outlets.push(record.outlets[0].clone());
+            }
+            let [free, lean, loose] =
+                [Bend::Free, Bend::Lean, Bend::Loose].map(|bend| columns(&record, bend).widths);
+            // The offset of the outlets; the lean; what answers late.
+            assert_eq!(free.len(), curves + outlets - 1);
+            assert_eq!(lean.len(), free.len() + 1);
+            assert_eq!(loose.len(), lean.len() + 2);
+            assert_eq!(lean[..free.len()], free);
+            for k in 0..free.len() {
+                let offset = k == 0 || k == FRICTION_TERMS || k >= curves;
+                let times = if offset { 1.0 } else { 6.0 };
+                assert!((loose[k] / free[k] / times - 1.0).abs() < 1e-12, "{k}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_factor_on_a_curve_is_one_on_its_columns() {
+        let record = record();
+        let plain = Blocks::under(&record, &[]);
+        let frame = Frame::of(&record, &plain, &[], Bend::Free).unwrap();
+        let mut other = plain.clone();
+        other.friction_factor.fill(1.25);
+        other.head_factor.fill(0.5);
+        let of = |b: &Blocks| Columns::of(&record, b, &frame).whitened;
+        for (k, (one, other)) in of(&plain).iter().zip(of(&other)).enumerate() {
+            let factor = if k < FRICTION_TERMS { 1.25 } else { 0.5 };
+            let size = one.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+            for (one, other) in one.iter().zip(other) {
+                assert!((other - factor * one).abs() <= 1e-9 * size, "{k}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_lean_is_the_inlet_pressure_about_its_mean_in_the_rows_of_the_head() {
+        let record = record();
+        let lean = columns(&record, Bend::Lean).beyond_curves[0].whole();
+        let layout = Layout {
+            blocks: record.blocks,
+            difference: 0,
+            mass: record.blocks / 3,
+        };
+        assert_eq!(lean.len(), layout.len());
+        let head = layout.head()..layout.difference_at();
+        let typical = mean(&record.filled.inlet);
+        assert!(lean[..head.start].iter().all(|v| *v == 0.0));
+        assert!(lean[head.end..].iter().all(|v| *v == 0.0));
+        assert!(mean(&lean[head.clone()]).abs() < 1e-3);
+        for (b, row) in lean[head].iter().enumerate() {
+            let m = record.per_block;
+            let here = mean(&record.filled.inlet[b * m..(b + 1) * m]);
+            assert!((row - (here - typical)).abs() < 1e-6);
+        }
+    }
+}

@@ -131,16 +131,11 @@ pub(super) fn lonely(record: &Record, layout: Layout, off: &[f64]) -> Vec<usize>
     for (k, section) in layout.sections().into_iter().enumerate() {
         let (from, to) = (section.start, section.end);
         for row in section {
-            let block = if k == 3 {
-                (row - from) * MASS_BLOCKS
-            } else {
-                row - from
-            };
-            if off[row].abs() < 4.5 || (k < 2 && starting(block)) {
+            if off[row].abs() < 4.5 || (k < 2 && starting(row - from)) {
                 continue;
             }
             // The memory of the filter lets a glitch ring for two rows; before it all is calm.
-            let calm = |i: usize| i < from || i >= to || off[i].abs() < 3.0;
+            let calm = |i: usize| i >= to || off[i].abs() < 3.0;
             let before = row == from || (calm(row - 1) && (row < from + 2 || calm(row - 2)));
             let after = calm(row + 2) && calm(row + 3) && calm(row + 4);
             if before && after {
@@ -154,4 +149,133 @@ pub(super) fn lonely(record: &Record, layout: Layout, off: &[f64]) -> Vec<usize>
 /// 95th percentile of the finite values.
 fn upper(values: &[f64]) -> Option<f64> {
     quantile(values.iter().copied(), Rank::Before(0.95))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{exclude, lonely, strike};
+    use crate::claims::fixture::{PER_BLOCK, steady};
+    use crate::noise::Layout;
+    use crate::record::MASS_BLOCKS;
+    use crate::relations::Rows;
+
+    const BLOCKS: usize = 60;
+    const LAYOUT: Layout = Layout {
+        blocks: BLOCKS,
+        difference: BLOCKS,
+        mass: BLOCKS / MASS_BLOCKS,
+    };
+
+    fn rows() -> Rows {
+        Rows {
+            friction: vec![true; BLOCKS],
+            still: vec![false; BLOCKS],
+            head: vec![true; BLOCKS],
+            difference: vec![true; BLOCKS],
+            mass: vec![true; BLOCKS / MASS_BLOCKS],
+        }
+    }
+
+    /// Rows of friction, head, difference and balance that are out.
+    fn out(rows: &Rows) -> [Vec<usize>; 4] {
+        [&rows.friction, &rows.head, &rows.difference, &rows.mass]
+            .map(|valid| (0..valid.len()).filter(|&k| !valid[k]).collect())
+    }
+
+    fn none() -> Vec<usize> {
+        Vec::new()
+    }
+
+    /// Which rows stand out alone where a recording is off by so much in some rows.
+    fn alone(off: &[(usize, f64)], stands: &[usize]) -> Vec<usize> {
+        let mut record = steady(BLOCKS);
+        for block in stands {
+            record.filled.pumping[block * PER_BLOCK + 2] = false;
+        }
+        let mut all = vec![0.0; LAYOUT.len()];
+        off.iter().for_each(|(row, by)| all[*row] = *by);
+        lonely(&record, LAYOUT, &all)
+    }
+
+    #[test]
+    fn an_excluded_block_takes_every_row_of_it_out() {
+        let mut rows = rows();
+        let mut excluded = vec![false; 20];
+        excluded[13] = true;
+        exclude(&mut rows, &excluded);
+        assert_eq!(out(&rows), [vec![13], vec![13], vec![13], vec![4]]);
+        // Without a second transmitter, and beyond the last whole row of the balance.
+        rows.difference.clear();
+        rows.mass.truncate(4);
+        excluded = vec![false; BLOCKS];
+        excluded[59] = true;
+        exclude(&mut rows, &excluded);
+        assert_eq!(out(&rows), [vec![13, 59], vec![13, 59], vec![], vec![]]);
+    }
+
+    #[test]
+    fn a_struck_row_is_one_of_its_section_and_friction_takes_the_head_along() {
+        let struck = |row: usize| {
+            let mut rows = rows();
+            strike(&mut rows, LAYOUT, row);
+            out(&rows)
+        };
+        for k in [0, 7, BLOCKS - 1] {
+            assert_eq!(struck(k), [vec![k], vec![k], none(), none()]);
+            assert_eq!(struck(BLOCKS + k), [none(), vec![k], none(), none()]);
+            assert_eq!(struck(2 * BLOCKS + k), [none(), none(), vec![k], none()]);
+        }
+        for k in [0, 7, BLOCKS / MASS_BLOCKS - 1] {
+            assert_eq!(struck(3 * BLOCKS + k), [none(), none(), none(), vec![k]]);
+        }
+    }
+
+    #[test]
+    fn a_row_between_calm_neighbours_is_alone_whatever_its_sign() {
+        for section in 0..4 {
+            let (from, rows) = (section * BLOCKS, LAYOUT.sections()[section].len());
+            for k in [0, 1, 9, rows - 2, rows - 1] {
+                for by in [5.0, -5.0] {
+                    let row = from + k;
+                    assert_eq!(alone(&[(row, by)], &[]), [row]);
+                    assert_eq!(alone(&[(row, 0.8 * by)], &[]), none());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_row_rings_in_the_next_and_what_is_off_for_longer_is_not_alone() {
+        let at = BLOCKS + 30;
+        let with = |by: isize, off: f64| alone(&[(at, 6.0), (at.strict_add_signed(by), off)], &[]);
+        for by in [-2, -1, 2, 3, 4] {
+            assert_eq!(with(by, 4.0), none(), "{by}");
+            assert_eq!(with(by, -4.0), none(), "{by}");
+            assert_eq!(with(by, 2.0), [at], "{by}");
+        }
+        for (by, off) in [(1, 4.0), (-3, 4.0), (5, 4.0)] {
+            assert_eq!(with(by, off), [at], "{by}");
+        }
+        // What is off in another section is no neighbour.
+        let (last, first) = (2 * BLOCKS - 1, 2 * BLOCKS);
+        assert_eq!(alone(&[(last, 6.0), (first + 1, 4.0)], &[]), [last]);
+        assert_eq!(alone(&[(first, 6.0), (last, 4.0)], &[]), [first]);
+        assert_eq!(alone(&[(first + 1, 6.0), (last, 4.0)], &[]), [first + 1]);
+    }
+
+    #[test]
+    fn beside_a_start_a_row_of_the_line_or_the_pump_is_no_glitch() {
+        let stands = 40;
+        for k in [0, 30, 38, 39, 40, 44, 48, 49, 50, 58, 59] {
+            // From the block before the pump stands to a minute and a half after.
+            let near = (39..=49).contains(&k);
+            for (section, blocked) in [near, near, false].into_iter().enumerate() {
+                let row = section * BLOCKS + k;
+                let found = alone(&[(row, 6.0)], &[stands]);
+                assert_eq!(found.is_empty(), blocked, "{section} {k}");
+            }
+        }
+        let balance = 3 * BLOCKS + 40 / MASS_BLOCKS;
+        assert_eq!(alone(&[(balance, 6.0)], &[stands]), [balance]);
+    }
 }

@@ -1,0 +1,578 @@
+//! Claims about what a round comes to, on contenders and corrections made for it.
+#![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+
+use super::{Footprint, Round, Ruling, timed};
+use crate::claims::fixture::{Hidden, INFLUX_S, drilled};
+use crate::contest::{Contender, contest};
+use crate::empirical::{Correction, hurdle};
+use crate::record::Record;
+use crate::relations::Applied;
+use crate::scan::{Candidate, weigh};
+use crate::select::Named;
+use crate::step::Step;
+use crate::tangent::{Bend, Tangent, dot};
+use dgd_effects::{PLACES, Relation, find, unknown};
+
+/// Signatures of four rows: the same, and of nothing in common.
+const HERE: [f64; 4] = [3.0, 4.0, 0.0, 0.0];
+const THERE: [f64; 4] = [0.0, 0.0, 5.0, 1.0];
+
+fn one(id: &str, parameters: &[f64]) -> Applied {
+    Applied::new(find(id).unwrap(), parameters.to_vec())
+}
+
+/// An effect whose strength comes out as given; its form is as good as any.
+fn contender(id: &str, parameters: &[f64], evidence: f64, signature: [f64; 4]) -> Contender {
+    let applied = one(id, parameters);
+    let energy = dot(&signature, &signature);
+    Contender {
+        effect: applied.effect,
+        evidence,
+        formed: evidence,
+        best: Candidate {
+            score: parameters[0] * energy,
+            applied,
+            signature: signature.to_vec(),
+            energy,
+            evidence,
+        },
+    }
+}
+
+fn influx(evidence: f64) -> Contender {
+    contender("influx", &[3e-3, 1500.0, 1300.0, 0.15], evidence, HERE)
+}
+
+fn gain(evidence: f64) -> Contender {
+    contender("return_flow_gain", &[0.03], evidence, HERE)
+}
+
+/// A correction of one of the places along time.
+fn correction(relation: usize, evidence: f64) -> Correction {
+    Correction {
+        applied: Applied::new(unknown(), vec![0.0; 4]),
+        signature: HERE.to_vec(),
+        evidence,
+        freedom: 3.0,
+        relation,
+        quantity: 0,
+    }
+}
+
+fn place(relation: Relation) -> usize {
+    PLACES.iter().position(|p| p.relation == relation).unwrap()
+}
+
+fn sound() -> Record {
+    let mut record = drilled(Hidden::default());
+    record.without = vec![Step::TwoDo];
+    record
+}
+
+fn round(record: &Record, contenders: Vec<Contender>, rivals: Vec<Correction>) -> Round<'_> {
+    Round {
+        record,
+        state: Vec::new(),
+        gate: Tangent::at(record, &[], &[], Bend::Lean).unwrap(),
+        contenders,
+        known: 0,
+        footprints: Vec::new(),
+        rivals,
+    }
+}
+
+fn named(applied: Applied, evidence: f64) -> Named {
+    Named {
+        applied,
+        evidence,
+        hurdle: 10.0,
+        probability: 0.9,
+        alternatives: Vec::new(),
+        correction: None,
+    }
+}
+
+/// Name of the effect, or the place of the correction.
+fn told(ruling: Ruling) -> String {
+    match ruling {
+        Ruling::Named(n) => n.applied.effect.about().id.to_owned(),
+        Ruling::Unnamed(n) => PLACES[n.correction.unwrap().0].name.to_owned(),
+        Ruling::Nothing => "nothing".to_owned(),
+    }
+}
+
+fn logit(p: f64) -> f64 {
+    (p / (1.0 - p)).ln()
+}
+
+#[test]
+fn each_further_cause_must_show_more() {
+    let record = sound();
+    let (effect, other) = (influx(50.0), correction(0, 50.0));
+    let own = effect.effect.about().search.belief.hurdle;
+    let mut round = round(&record, Vec::new(), Vec::new());
+    let mut before = 0.0;
+    for (known, more) in [0.0, 8.0, 40.0, 200.0, 400.0, 800.0, 800.0]
+        .into_iter()
+        .enumerate()
+    {
+        round.known = known;
+        assert_eq!(round.hurdle(&effect), own + more);
+        // A correction beside what has been named, twice that and a half of its own.
+        let of_correction = round.unknown_hurdle(&other) - hurdle(&other);
+        let half = if known == 0 {
+            0.0
+        } else {
+            0.5 * hurdle(&other)
+        };
+        assert_eq!(of_correction, half + 2.0 * more);
+        assert!(of_correction >= before);
+        before = of_correction;
+        // What is left over of those before adds to both.
+        let footprint = |evidence: f64| Footprint {
+            rows: vec![true; 4],
+            evidence,
+        };
+        round.footprints = vec![footprint(100.0), footprint(400.0)];
+        assert_eq!(round.hurdle(&effect), own + more + 15.0);
+        let left = round.unknown_hurdle(&other) - hurdle(&other) - of_correction;
+        assert!((left - 5.0 * 15.0).abs() < 1e-9);
+        round.footprints.clear();
+    }
+}
+
+#[test]
+fn what_a_form_lacks_is_left_over_where_it_acts_as_the_root_of_its_evidence() {
+    let on = |rows: [bool; 4], evidence: f64| Footprint {
+        rows: rows.to_vec(),
+        evidence,
+    };
+    let everywhere = on([true; 4], 100.0).left_over(&HERE);
+    assert!(everywhere > 0.0);
+    assert_eq!(
+        on([true, true, false, false], 100.0).left_over(&HERE),
+        everywhere
+    );
+    assert_eq!(on([false, false, true, true], 100.0).left_over(&HERE), 0.0);
+    // Three and four of a signature: nine and sixteen parts of its energy.
+    let part = on([true, false, true, false], 100.0).left_over(&HERE);
+    assert!((part / everywhere - 9.0 / 25.0).abs() < 1e-12);
+    assert!((on([true; 4], 900.0).left_over(&HERE) / everywhere - 3.0).abs() < 1e-12);
+    assert_eq!(on([true; 4], -1.0).left_over(&HERE), 0.0);
+    assert_eq!(on([true; 4], 100.0).left_over(&[0.0; 4]), 0.0);
+}
+
+#[test]
+fn an_effect_leaves_its_footprint_in_the_rows_that_it_changes() {
+    let record = sound();
+    let (from, lasts, rise) = INFLUX_S;
+    let allowance = Applied {
+        allowance: true,
+        ..one("return_flow_delay", &[1.0])
+    };
+    let (flow, drag) = (
+        one("influx", &[3e-3, from, lasts, rise]),
+        one("line_restriction", &[5.0, 3000.0]),
+    );
+    let state = [allowance, flow.clone(), drag.clone()];
+    let gate = Tangent::at(&record, &state, &[], Bend::Lean).unwrap();
+    let all = Footprint::all(
+        &record,
+        &gate,
+        &state,
+        &[named(flow, 40.0), named(drag, 70.0)],
+    );
+    assert_eq!(
+        all.iter().map(|f| f.evidence).collect::<Vec<_>>(),
+        [40.0, 70.0]
+    );
+    let layout = gate.layout;
+    for (row, acts) in all[0].rows.iter().enumerate() {
+        let at = row
+            .checked_sub(layout.mass_at())
+            .map(|k| 30.0 * (k as f64 + 0.5));
+        let inside = at.is_some_and(|t| t > from && t < from + lasts);
+        assert_eq!(*acts, inside, "{row}");
+    }
+    assert_eq!(all[1].rows.len(), layout.len());
+    let acting = all[1].rows.iter().filter(|acts| **acts).count();
+    assert!(acting > 0 && all[1].rows[layout.mass_at()..].iter().all(|acts| !acts));
+}
+
+#[test]
+fn belief_in_an_effect_grows_by_e_in_the_odds_over_its_scale() {
+    let record = sound();
+    let round = round(&record, Vec::new(), Vec::new());
+    let about = influx(0.0).effect.about();
+    let belief = about.search.belief;
+    let at = |evidence: f64| logit(round.real(&influx(evidence)));
+    for evidence in [belief.hurdle, belief.hurdle + 4.0, 2.0] {
+        let grown = at(evidence + belief.scale) - at(evidence);
+        assert!((grown - 1.0).abs() < 1e-6, "{grown}");
+    }
+    // At its hurdle it is likelier than not.
+    assert!(at(belief.hurdle) > 0.0 && at(0.0) < 0.0);
+}
+
+#[test]
+fn what_stands_above_its_hurdle_is_named_and_nothing_below() {
+    let record = sound();
+    let own = influx(0.0).effect.about().search.belief.hurdle;
+    for (known, over) in [(0, 0.0), (1, 8.0), (2, 40.0)] {
+        let told_at = |evidence: f64| {
+            let mut round = round(&record, vec![influx(evidence)], Vec::new());
+            round.known = known;
+            told(round.ruling())
+        };
+        assert_eq!(told_at(own + over + 0.1), "influx");
+        assert_eq!(told_at(own + over), "nothing");
+    }
+    let balance = place(Relation::RiserMassBalance);
+    let least = hurdle(&correction(balance, 0.0));
+    let told_at = |evidence: f64| {
+        let rivals = vec![correction(balance, evidence)];
+        told(round(&record, Vec::new(), rivals).ruling())
+    };
+    assert_eq!(told_at(least + 0.1), "riser mass balance");
+    assert_eq!(told_at(least), "nothing");
+}
+
+#[test]
+fn of_effects_and_a_correction_of_their_relation_the_likeliest_is_told() {
+    let record = sound();
+    let balance = place(Relation::RiserMassBalance);
+    let friction = place(Relation::ReturnLineFriction);
+    let against = |effects: Vec<Contender>, rival: Correction| {
+        told(round(&record, effects, vec![rival]).ruling())
+    };
+    for evidence in [30.0, 100.0, 1000.0] {
+        let half = correction(balance, 0.5 * evidence);
+        assert_eq!(against(vec![influx(evidence)], half), "influx");
+        let much = correction(balance, 1.5 * evidence + 40.0);
+        assert_eq!(
+            against(vec![influx(evidence)], much.clone()),
+            "riser mass balance"
+        );
+        // In a relation that is not the effect's it must explain twice as much.
+        let elsewhere = |times: f64| correction(friction, times * evidence);
+        assert_eq!(against(vec![influx(evidence)], elsewhere(1.9)), "influx");
+        assert_eq!(
+            against(vec![influx(evidence)], elsewhere(2.5)),
+            "return line friction"
+        );
+        // An effect that explains more than both is told instead.
+        let more = [influx(evidence), gain(4.0 * evidence + 100.0)]
+            .into_iter()
+            .collect();
+        assert_eq!(against(more, much), "return_flow_gain");
+    }
+}
+
+#[test]
+fn an_effect_at_the_bound_is_not_it_but_something_that_does_what_it_would() {
+    let record = sound();
+    let balance = place(Relation::RiserMassBalance);
+    let high = influx(0.0).effect.about().parameters[0].high;
+    let beyond = |evidence: f64| {
+        contender(
+            "influx",
+            &[2.0 * high, 1500.0, 1300.0, 0.15],
+            evidence,
+            HERE,
+        )
+    };
+    let rivals = || vec![correction(balance, 4.0)];
+    let told_of = |contenders: Vec<Contender>, rivals: Vec<Correction>, known: usize| {
+        let mut round = round(&record, contenders, rivals);
+        round.known = known;
+        told(round.ruling())
+    };
+    assert_eq!(
+        told_of(vec![beyond(100.0)], rivals(), 0),
+        "riser mass balance"
+    );
+    // Where nothing enters its relation, or something has been named before, it is nothing.
+    assert_eq!(told_of(vec![beyond(100.0)], Vec::new(), 0), "nothing");
+    assert_eq!(told_of(vec![beyond(100.0)], rivals(), 1), "nothing");
+    assert_eq!(told_of(vec![beyond(2.0)], rivals(), 0), "nothing");
+    // One that is plausible may stand for it unless it explains far less.
+    let both = |evidence: f64| vec![beyond(200.0), gain(evidence)];
+    assert_eq!(told_of(both(110.0), rivals(), 0), "return_flow_gain");
+    assert_eq!(told_of(both(60.0), rivals(), 0), "riser mass balance");
+}
+
+#[test]
+fn alternatives_are_what_explains_the_same_rows_and_no_likelier_than_the_best() {
+    let record = sound();
+    let with = |evidence: f64, other: Contender| {
+        let contenders = vec![influx(evidence), other];
+        let round = round(&record, contenders, Vec::new());
+        round.others(&round.contenders[0], None)
+    };
+    // As much evidence, as likely; more, no likelier; less, less likely.
+    assert_eq!(
+        with(50.0, gain(50.0)),
+        [("return_flow_gain".to_owned(), 1.0)]
+    );
+    assert_eq!(with(50.0, gain(90.0))[0].1, 1.0);
+    let less = with(50.0, gain(45.0))[0].1;
+    assert!(less < 1.0 && with(50.0, gain(40.0))[0].1 < less && less > 0.05);
+    // Far above the noise the same difference tells less.
+    assert!(with(500.0, gain(495.0))[0].1 > less);
+    assert!(with(50.0, gain(0.0)).is_empty());
+    let apart = contender("return_flow_gain", &[0.03], 50.0, THERE);
+    assert!(with(50.0, apart).is_empty());
+    // Near the noise, a Bayes factor in full but for an e-fold and a half.
+    let ratio = with(20.0, gain(17.0))[0].1.ln();
+    assert!((-2.0..-1.0).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn an_exact_form_that_must_bend_only_lends_its_name_unless_earlier_ones_leave_that_over() {
+    let record = sound();
+    let broken = |mut c: Contender, gain: f64, footprints: Vec<Footprint>| {
+        let mut round = round(&record, Vec::new(), Vec::new());
+        round.footprints = footprints;
+        c.formed = c.evidence + gain;
+        round.form_broken(&c)
+    };
+    // A gain is exact, an influx rises as it likes.
+    assert_eq!(broken(influx(100.0), 80.0, Vec::new()), f64::NEG_INFINITY);
+    assert!(broken(gain(100.0), 0.0, Vec::new()) < 0.0);
+    let bent = broken(gain(100.0), 40.0, Vec::new());
+    assert!(bent > 0.0 && bent < broken(gain(100.0), 80.0, Vec::new()));
+    // The more there is of it the more its form may lack.
+    assert!(broken(gain(400.0), 40.0, Vec::new()) < bent);
+    assert!(broken(gain(1.0), 1e4, Vec::new()) <= 50.0);
+    // The error of its form and three e-folds are what it may bend by at even odds.
+    let error = gain(0.0).effect.about().search.form_error;
+    assert!(broken(gain(100.0), 3.0 + 100.0 * error, Vec::new()).abs() < 1e-9);
+    // What an effect named before leaves over is not its own.
+    let left = Footprint {
+        rows: vec![true; 4],
+        evidence: 400.0,
+    };
+    let own = left.left_over(&HERE);
+    let beside = broken(gain(100.0), 40.0 + own, vec![left]);
+    assert!((beside - bent).abs() < 1e-9);
+}
+
+#[test]
+fn beside_a_correction_stand_the_effects_of_its_relation_that_might_be_it() {
+    let record = sound();
+    let balance = place(Relation::RiserMassBalance);
+    let high = influx(0.0).effect.about().parameters[0].high;
+    let lists = |contenders: Vec<Contender>, relation: usize, evidence: f64| {
+        let round = round(&record, contenders, Vec::new());
+        round.unnamed(&correction(relation, evidence), evidence)
+    };
+    let odds = |n: &Named| {
+        n.alternatives
+            .iter()
+            .map(|a| a.1 / n.probability)
+            .sum::<f64>()
+    };
+    // As much evidence: as likely as the correction, and no likelier however much.
+    let even = lists(vec![influx(60.0)], balance, 60.0);
+    assert_eq!(even.alternatives[0].0, "influx");
+    assert!((odds(&even) - 1.0).abs() < 1e-9);
+    assert!((odds(&lists(vec![influx(90.0)], balance, 60.0)) - 1.0).abs() < 1e-9);
+    // Less is less likely, the less so the more there is to explain.
+    let less = odds(&lists(vec![influx(45.0)], balance, 60.0));
+    assert!(less > 0.1 && less < 1.0);
+    assert!(odds(&lists(vec![influx(40.0)], balance, 60.0)) < less);
+    let large = odds(&lists(vec![influx(465.0)], balance, 600.0));
+    assert!(large > odds(&lists(vec![influx(15.0)], balance, 150.0)));
+    // One that may not be named as it is pays for it: a thousandth is within the meter's accuracy.
+    let barred = contender("return_flow_gain", &[1e-3], 60.0, HERE);
+    let barred = odds(&lists(vec![barred], balance, 60.0));
+    assert!(barred > 0.1 && barred < 0.5, "{barred}");
+    // So does one of exact form that must bend.
+    let mut bent = gain(60.0);
+    bent.formed = 100.0;
+    assert!(odds(&lists(vec![bent], balance, 60.0)) < 0.5);
+    // Another relation, no evidence, the bound: none of these.
+    let beyond = contender("influx", &[2.0 * high, 1500.0, 1300.0, 0.15], 60.0, HERE);
+    for (contenders, relation) in [
+        (vec![influx(60.0)], place(Relation::ReturnLineFriction)),
+        (vec![influx(0.0)], balance),
+        (vec![beyond], balance),
+    ] {
+        let alone = lists(contenders, relation, 60.0);
+        assert!(alone.alternatives.is_empty());
+        assert_eq!(alone.correction, Some((relation, 0)));
+        assert_eq!(
+            (alone.evidence, alone.hurdle),
+            (60.0, hurdle(&correction(relation, 0.0)))
+        );
+    }
+    // Alone it is likelier than not at its hurdle, and by e in the odds over two fifths of it.
+    let least = hurdle(&correction(balance, 0.0));
+    let at = |evidence: f64| logit(lists(Vec::new(), balance, evidence).probability);
+    assert!(at(least) > 0.0 && at(0.0) < 0.0);
+    assert!((at(1.4 * least) - at(least) - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn two_forms_that_come_within_a_tenth_of_a_correction_are_likelier() {
+    let mut record = drilled(Hidden {
+        influx_m3_s: 3e-3,
+        ..Hidden::default()
+    });
+    let (from, lasts, rise) = INFLUX_S;
+    let first = one("influx", &[3e-3, from, lasts, rise]);
+    let two_do = |record: &Record, rival: f64| {
+        let gate = Tangent::at(record, &[], &[], Bend::Lean).unwrap();
+        let best = weigh(record, &gate, &[], first.clone());
+        let round = round(record, Vec::new(), Vec::new());
+        let best = Contender {
+            effect: first.effect,
+            evidence: best.evidence,
+            formed: best.evidence,
+            best,
+        };
+        (round.two_do(&best, rival), best.evidence)
+    };
+    // There is no second.
+    assert!(!two_do(&record, 1.0).0);
+    for i in 1500..record.t_s.len() {
+        record.outlet[i] += 6e4;
+        record.filled.outlet[i] += 6e4;
+    }
+    record.outlets = vec![record.outlet.clone()];
+    let state = [first.clone()];
+    let gate = Tangent::beside(&record, &state, &[], Bend::Lean).unwrap();
+    let second = &contest(&record, &gate, &state)[0];
+    assert!(second.evidence > 100.0);
+    // A second one must show 8 more than it does by itself.
+    let both = two_do(&record, 1.0).1 + second.evidence - 8.0;
+    assert!(two_do(&record, 1.0).0);
+    assert!(two_do(&record, 0.99 * both / 0.9).0);
+    assert!(!two_do(&record, 1.01 * both / 0.9).0);
+    record.without = vec![Step::TwoDo];
+    assert!(!two_do(&record, 1.0).0);
+}
+
+#[test]
+fn what_is_as_good_from_the_start_on_does_not_set_in() {
+    let leaking = |onset_s: f64| {
+        let mut record = sound();
+        for (q, t) in record.flow.iter_mut().zip(&record.t_s) {
+            *q -= if *t >= onset_s { 1e-3 } else { 0.0 };
+        }
+        record.filled.flow.clone_from(&record.flow);
+        record
+    };
+    // What is there from the start on passes for the wander of the meter.
+    for (hidden, tried, sets_in) in [(2000.0, 2000.0, true), (0.0, 300.0, false)] {
+        let record = leaking(hidden);
+        let round = round(&record, Vec::new(), Vec::new());
+        let best = weigh(&record, &round.gate, &[], one("line_leak", &[1e-3, tried]));
+        let c = Contender {
+            effect: best.applied.effect,
+            evidence: best.evidence,
+            formed: best.evidence,
+            best,
+        };
+        assert_eq!(round.sets_in(&c), sets_in, "{hidden} {tried}");
+    }
+}
+
+#[test]
+fn of_late_meters_one_is_named_and_all_else_may_still_be() {
+    let record = sound();
+    let storage = || contender("line_gas_storage", &[8.0], 100.0, HERE);
+    let told_after = |state: Vec<Applied>, contenders: Vec<Contender>| {
+        let mut round = round(&record, contenders, Vec::new());
+        round.state = state;
+        told(round.ruling())
+    };
+    let late = || vec![one("return_flow_delay", &[6.0])];
+    assert_eq!(told_after(Vec::new(), vec![storage()]), "line_gas_storage");
+    assert_eq!(told_after(late(), vec![storage()]), "nothing");
+    assert_eq!(told_after(late(), vec![storage(), influx(50.0)]), "influx");
+}
+
+#[test]
+fn a_correction_stands_where_it_is_likelier_than_all_of_the_catalogue() {
+    let record = sound();
+    let balance = place(Relation::RiserMassBalance);
+    let against = |effects: Vec<Contender>, evidence: f64| {
+        let rivals = vec![correction(balance, evidence)];
+        told(round(&record, effects, rivals).ruling())
+    };
+    // Likelier than one, not than two that are as likely as each other; likelier than both.
+    assert_eq!(against(vec![influx(100.0)], 105.0), "riser mass balance");
+    assert_eq!(against(vec![influx(100.0), gain(99.9)], 105.0), "influx");
+    assert_eq!(
+        against(vec![influx(100.0), gain(99.9)], 111.0),
+        "riser mass balance"
+    );
+    // Where a second effect beside the best does as much, it does not.
+    let mut record = drilled(Hidden::default());
+    for i in 1500..record.t_s.len() {
+        record.outlet[i] += 6e4;
+        record.filled.outlet[i] += 6e4;
+    }
+    record.outlets = vec![record.outlet.clone()];
+    let rivals = || vec![correction(balance, 108.0)];
+    assert_eq!(
+        told(round(&record, vec![influx(100.0)], rivals()).ruling()),
+        "influx"
+    );
+    record.without = vec![Step::TwoDo];
+    let told_without = told(round(&record, vec![influx(100.0)], rivals()).ruling());
+    assert_eq!(told_without, "riser mass balance");
+}
+
+#[test]
+fn the_rival_is_of_the_effects_relation_unless_another_explains_more() {
+    let record = sound();
+    let (balance, friction) = (
+        place(Relation::RiserMassBalance),
+        place(Relation::ReturnLineFriction),
+    );
+    // Along the speed of the pump, sound recordings reach 110.
+    let along_speed = Correction {
+        quantity: 5,
+        ..correction(friction, 100.0)
+    };
+    let drag = || contender("line_restriction", &[5.0, 2000.0], 20.0, HERE);
+    let rival = |best: &Contender, rivals: Vec<Correction>| {
+        let round = round(&record, Vec::new(), rivals);
+        round.rival(best).map(|r| r.relation)
+    };
+    let own = || along_speed.clone();
+    assert_eq!(
+        rival(&drag(), vec![own(), correction(balance, 90.0)]),
+        Some(friction)
+    );
+    assert_eq!(
+        rival(&drag(), vec![correction(balance, 120.0), own()]),
+        Some(balance)
+    );
+    // Half of what sound recordings reach is enough in its own relation, less where an exact form must bend.
+    let least = hurdle(&correction(balance, 0.0));
+    let with = |share: f64| vec![correction(balance, share * least)];
+    let bent = |mut c: Contender| {
+        c.formed = c.evidence + 80.0;
+        c
+    };
+    assert_eq!(rival(&influx(100.0), with(0.55)), Some(balance));
+    assert_eq!(rival(&influx(100.0), with(0.45)), None);
+    assert_eq!(rival(&bent(influx(100.0)), with(0.45)), None);
+    assert_eq!(rival(&gain(100.0), with(0.45)), None);
+    assert_eq!(rival(&bent(gain(100.0)), with(0.45)), Some(balance));
+    assert_eq!(rival(&bent(gain(100.0)), with(-0.1)), None);
+}
+
+#[test]
+fn only_a_late_meter_that_was_named_makes_it_late() {
+    let late = one("return_flow_delay", &[6.0]);
+    let allowed = Applied {
+        allowance: true,
+        ..late.clone()
+    };
+    assert!(timed(&[one("pump_speed_lag", &[6.0]), late]));
+    assert!(!timed(&[one("pump_speed_lag", &[6.0]), allowed]));
+}
