@@ -1,16 +1,19 @@
 //! One round of the search: what stands out is named, or shown to be nothing in the catalogue, or nothing is.
 
+mod footprint;
+
 use crate::belief::{logistic, shared};
 use crate::contest::{Contender, alike, at_bound, contest, material, solved, stands};
-use crate::empirical::{Correction, FLOW_RATE, corrections, hurdle, is_correction, plausible};
+use crate::empirical::{Correction, FLOW_RATE, corrections, hurdle, plausible};
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::scan::{joined, weigh};
 use crate::select::{Named, Selection};
 use crate::step::Step;
-use crate::tangent::{Bend, Tangent, dot};
+use crate::tangent::{Bend, Tangent};
 use crate::timing::is_late_meter;
 use dgd_effects::{PLACES, QUANTITIES, Relation};
+use footprint::{Footprint, KNOTS_WANT, known};
 use tracing::debug;
 
 /// Evidence that a first, second, third effect and so on must show beyond its hurdle: causes seldom come together.
@@ -349,93 +352,6 @@ impl<'a> Round<'a> {
 fn timed(state: &[Applied]) -> bool {
     let late = |a: &Applied| !a.allowance && is_late_meter(a.effect.about());
     state.iter().any(late)
-}
-
-/// Places in the state of what has been named, with its evidence: what the search starts from, as far as this recording shows
-/// it, and what the search has found.
-fn known(record: &Record, state: &[Applied], selection: &Selection) -> Option<Vec<(usize, f64)>> {
-    let mut known = Vec::new();
-    if selection.held > 0 {
-        // Without the slack of named effects, which would stand in for what is left out.
-        let whole = Tangent::at(record, state, &[], Bend::Lean)?;
-        // Models hold allowances for timing too, which are no findings.
-        for k in (0..selection.held).filter(|k| material(&state[*k])) {
-            let mut without = state.to_vec();
-            without.remove(k);
-            let off = whole.refitted(record, &without).off;
-            let evidence = 0.5 * (dot(&off, &off) - dot(&whole.off, &whole.off));
-            if evidence > state[k].effect.about().search.belief.hurdle {
-                known.push((k, evidence));
-            }
-        }
-    }
-    let first = state.len() - selection.named.len();
-    let found = selection.named.iter().enumerate();
-    known.extend(found.map(|(k, n)| (first + k, n.evidence)));
-    Some(known)
-}
-
-/// Evidence that an effect's want of form leaves over where it acts, over the root of the effect's own.
-const LEFT_OVER: f64 = 0.5;
-
-/// How much more of it there is where knots meet a form of physics, on either side.
-const KNOTS_WANT: f64 = 5.0;
-
-/// Where a named effect acts, and how strongly it showed.
-struct Footprint {
-    rows: Vec<bool>,
-    evidence: f64,
-    /// Evidence that it leaves over, over the root of its own.
-    wanting: f64,
-}
-
-impl Footprint {
-    /// Of each effect that has been named.
-    fn all(
-        record: &Record,
-        gate: &Tangent,
-        state: &[Applied],
-        known: &[(usize, f64)],
-    ) -> Vec<Self> {
-        let each = known.iter().map(|&(k, evidence)| {
-            let mut without = state.to_vec();
-            without.remove(k);
-            let trace = gate.change(record, &without);
-            let most = |rows: std::ops::Range<usize>| -> f64 {
-                trace[rows].iter().fold(0.0, |m, v| v.abs().max(m))
-            };
-            let rows = (gate.layout.sections().into_iter())
-                .flat_map(|section| {
-                    let least = 0.05 * most(section.clone());
-                    trace[section]
-                        .iter()
-                        .map(move |v| least > 0.0 && v.abs() > least)
-                })
-                .collect();
-            let coarse = is_correction(state[k].effect);
-            Self {
-                rows,
-                evidence,
-                wanting: LEFT_OVER * if coarse { KNOTS_WANT } else { 1.0 },
-            }
-        });
-        each.collect()
-    }
-
-    /// Evidence that it leaves over for a candidate: what its form lacks is no second effect.
-    fn left_over(&self, signature: &[f64]) -> f64 {
-        let energy = |(v, _): (&f64, &bool)| v * v;
-        let shared: f64 = (signature.iter().zip(&self.rows))
-            .filter(|(_, acts)| **acts)
-            .map(energy)
-            .sum();
-        let whole: f64 = signature.iter().zip(&self.rows).map(energy).sum();
-        if whole > 0.0 {
-            self.wanting * self.evidence.max(0.0).sqrt() * shared / whole
-        } else {
-            0.0
-        }
-    }
 }
 
 #[cfg(test)]

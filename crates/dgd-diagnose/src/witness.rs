@@ -242,7 +242,7 @@ mod tests {
         // Two transmitters of 800 Pa, five samples a block.
         let noise = 800.0 * (2.0_f64 / 5.0).sqrt();
         let found = |record: &Record, excluded: &[bool]| {
-            let witness = Witness::of(record, WANDER, excluded).unwrap();
+            let witness = Witness::of(record, &[], WANDER, excluded).unwrap();
             witness.noise_pa() / noise
         };
         let calm = found(&drifting(|_| 0.0), &[]);
@@ -258,7 +258,7 @@ mod tests {
 
         // The column between the two is taken out, a step is not.
         let step = |share: f64| if share >= 0.75 { 4e4 } else { 0.0 };
-        let witness = Witness::of(&drifting(step), WANDER, &[]).unwrap();
+        let witness = Witness::of(&drifting(step), &[], WANDER, &[]).unwrap();
         let (residual, t_s) = (witness.residual(), witness.t_s());
         assert_eq!((residual.len(), t_s.len()), (BLOCKS, BLOCKS));
         for (b, (residual, t)) in residual.iter().zip(t_s).enumerate() {
@@ -321,7 +321,7 @@ mod tests {
         }
         assert!(curve(&record, &[]).0 < 0.0);
         // Knots that are all alike are a constant, of which the two tell next to nothing.
-        let witness = Witness::of(&record, WANDER, &[]).unwrap();
+        let witness = Witness::of(&record, &[], WANDER, &[]).unwrap();
         let span = record.setting.span_s;
         let (gram, right) = witness.normal_equations(span, UNIT).unwrap();
         assert!(

@@ -1,6 +1,7 @@
 //! Claims about what a round comes to, on contenders and corrections made for it.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
+use super::footprint::LEFT_OVER;
 use super::{Footprint, Round, Ruling, timed};
 use crate::claims::fixture::{Hidden, INFLUX_S, drilled};
 use crate::contest::{Contender, contest};
@@ -8,7 +9,6 @@ use crate::empirical::{Correction, hurdle};
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::scan::{Candidate, weigh};
-use crate::select::Named;
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent, dot};
 use dgd_effects::{PLACES, Relation, find, unknown};
@@ -48,13 +48,13 @@ fn gain(evidence: f64) -> Contender {
 }
 
 /// A correction of one of the places along time.
-fn correction(relation: usize, evidence: f64) -> Correction {
+fn correction(place: usize, evidence: f64) -> Correction {
     Correction {
         applied: Applied::new(unknown(), vec![0.0; 4]),
         signature: HERE.to_vec(),
         evidence,
         freedom: 3.0,
-        relation,
+        place,
         quantity: 0,
     }
 }
@@ -78,17 +78,6 @@ fn round(record: &Record, contenders: Vec<Contender>, rivals: Vec<Correction>) -
         known: 0,
         footprints: Vec::new(),
         rivals,
-    }
-}
-
-fn named(applied: Applied, evidence: f64) -> Named {
-    Named {
-        applied,
-        evidence,
-        hurdle: 10.0,
-        probability: 0.9,
-        alternatives: Vec::new(),
-        correction: None,
     }
 }
 
@@ -132,6 +121,7 @@ fn each_further_cause_must_show_more() {
         let footprint = |evidence: f64| Footprint {
             rows: vec![true; 4],
             evidence,
+            wanting: LEFT_OVER,
         };
         round.footprints = vec![footprint(100.0), footprint(400.0)];
         assert_eq!(round.hurdle(&effect), own + more + 15.0);
@@ -139,64 +129,6 @@ fn each_further_cause_must_show_more() {
         assert!((left - 5.0 * 15.0).abs() < 1e-9);
         round.footprints.clear();
     }
-}
-
-#[test]
-fn what_a_form_lacks_is_left_over_where_it_acts_as_the_root_of_its_evidence() {
-    let on = |rows: [bool; 4], evidence: f64| Footprint {
-        rows: rows.to_vec(),
-        evidence,
-    };
-    let everywhere = on([true; 4], 100.0).left_over(&HERE);
-    assert!(everywhere > 0.0);
-    assert_eq!(
-        on([true, true, false, false], 100.0).left_over(&HERE),
-        everywhere
-    );
-    assert_eq!(on([false, false, true, true], 100.0).left_over(&HERE), 0.0);
-    // Three and four of a signature: nine and sixteen parts of its energy.
-    let part = on([true, false, true, false], 100.0).left_over(&HERE);
-    assert!((part / everywhere - 9.0 / 25.0).abs() < 1e-12);
-    assert!((on([true; 4], 900.0).left_over(&HERE) / everywhere - 3.0).abs() < 1e-12);
-    assert_eq!(on([true; 4], -1.0).left_over(&HERE), 0.0);
-    assert_eq!(on([true; 4], 100.0).left_over(&[0.0; 4]), 0.0);
-}
-
-#[test]
-fn an_effect_leaves_its_footprint_in_the_rows_that_it_changes() {
-    let record = sound();
-    let (from, lasts, rise) = INFLUX_S;
-    let allowance = Applied {
-        allowance: true,
-        ..one("return_flow_delay", &[1.0])
-    };
-    let (flow, drag) = (
-        one("influx", &[3e-3, from, lasts, rise]),
-        one("line_restriction", &[5.0, 3000.0]),
-    );
-    let state = [allowance, flow.clone(), drag.clone()];
-    let gate = Tangent::at(&record, &state, &[], Bend::Lean).unwrap();
-    let all = Footprint::all(
-        &record,
-        &gate,
-        &state,
-        &[named(flow, 40.0), named(drag, 70.0)],
-    );
-    assert_eq!(
-        all.iter().map(|f| f.evidence).collect::<Vec<_>>(),
-        [40.0, 70.0]
-    );
-    let layout = gate.layout;
-    for (row, acts) in all[0].rows.iter().enumerate() {
-        let at = row
-            .checked_sub(layout.mass_at())
-            .map(|k| 30.0 * (k as f64 + 0.5));
-        let inside = at.is_some_and(|t| t > from && t < from + lasts);
-        assert_eq!(*acts, inside, "{row}");
-    }
-    assert_eq!(all[1].rows.len(), layout.len());
-    let acting = all[1].rows.iter().filter(|acts| **acts).count();
-    assert!(acting > 0 && all[1].rows[layout.mass_at()..].iter().all(|acts| !acts));
 }
 
 #[test]
@@ -351,6 +283,7 @@ fn an_exact_form_that_must_bend_only_lends_its_name_unless_earlier_ones_leave_th
     let left = Footprint {
         rows: vec![true; 4],
         evidence: 400.0,
+        wanting: LEFT_OVER,
     };
     let own = left.left_over(&HERE);
     let beside = broken(gain(100.0), 40.0 + own, vec![left]);
@@ -540,7 +473,7 @@ fn the_rival_is_of_the_effects_relation_unless_another_explains_more() {
     let drag = || contender("line_restriction", &[5.0, 2000.0], 20.0, HERE);
     let rival = |best: &Contender, rivals: Vec<Correction>| {
         let round = round(&record, Vec::new(), rivals);
-        round.rival(best).map(|r| r.relation)
+        round.rival(best).map(|r| r.place)
     };
     let own = || along_speed.clone();
     assert_eq!(

@@ -1,0 +1,216 @@
+//! What has been named already, and what it leaves over for want of form.
+
+use crate::contest::material;
+use crate::empirical::is_correction;
+use crate::record::Record;
+use crate::relations::Applied;
+use crate::select::Selection;
+use crate::tangent::{Bend, Tangent, dot};
+
+/// Places in the state of what has been named, with its evidence: what the search starts from, as far as this recording shows
+/// it, and what the search has found.
+pub(super) fn known(
+    record: &Record,
+    state: &[Applied],
+    selection: &Selection,
+) -> Option<Vec<(usize, f64)>> {
+    let mut known = Vec::new();
+    if selection.held > 0 {
+        // Without the slack of named effects, which would stand in for what is left out.
+        let whole = Tangent::at(record, state, &[], Bend::Lean)?;
+        // Models hold allowances for timing too, which are no findings.
+        for k in (0..selection.held).filter(|k| material(&state[*k])) {
+            let mut without = state.to_vec();
+            without.remove(k);
+            let off = whole.refitted(record, &without).off;
+            let evidence = 0.5 * (dot(&off, &off) - dot(&whole.off, &whole.off));
+            if evidence > state[k].effect.about().search.belief.hurdle {
+                known.push((k, evidence));
+            }
+        }
+    }
+    let first = state.len() - selection.named.len();
+    let found = selection.named.iter().enumerate();
+    known.extend(found.map(|(k, n)| (first + k, n.evidence)));
+    Some(known)
+}
+
+/// Evidence that an effect's want of form leaves over where it acts, over the root of the effect's own.
+pub(super) const LEFT_OVER: f64 = 0.5;
+
+/// How much more of it there is where knots meet a form of physics, on either side.
+pub(super) const KNOTS_WANT: f64 = 5.0;
+
+/// Where a named effect acts, and how strongly it showed.
+pub(super) struct Footprint {
+    pub rows: Vec<bool>,
+    pub evidence: f64,
+    /// Evidence that it leaves over, over the root of its own.
+    pub wanting: f64,
+}
+
+impl Footprint {
+    /// Of each effect that has been named.
+    pub(super) fn all(
+        record: &Record,
+        gate: &Tangent,
+        state: &[Applied],
+        known: &[(usize, f64)],
+    ) -> Vec<Self> {
+        let each = known.iter().map(|&(k, evidence)| {
+            let mut without = state.to_vec();
+            without.remove(k);
+            let trace = gate.change(record, &without);
+            let most = |rows: std::ops::Range<usize>| -> f64 {
+                trace[rows].iter().fold(0.0, |m, v| v.abs().max(m))
+            };
+            let rows = (gate.layout.sections().into_iter())
+                .flat_map(|section| {
+                    let least = 0.05 * most(section.clone());
+                    trace[section]
+                        .iter()
+                        .map(move |v| least > 0.0 && v.abs() > least)
+                })
+                .collect();
+            let coarse = is_correction(state[k].effect);
+            Self {
+                rows,
+                evidence,
+                wanting: LEFT_OVER * if coarse { KNOTS_WANT } else { 1.0 },
+            }
+        });
+        each.collect()
+    }
+
+    /// Evidence that it leaves over for a candidate: what its form lacks is no second effect.
+    pub(super) fn left_over(&self, signature: &[f64]) -> f64 {
+        let energy = |(v, _): (&f64, &bool)| v * v;
+        let shared: f64 = (signature.iter().zip(&self.rows))
+            .filter(|(_, acts)| **acts)
+            .map(energy)
+            .sum();
+        let whole: f64 = signature.iter().zip(&self.rows).map(energy).sum();
+        if whole > 0.0 {
+            self.wanting * self.evidence.max(0.0).sqrt() * shared / whole
+        } else {
+            0.0
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+
+    use super::{Footprint, KNOTS_WANT, LEFT_OVER, known};
+    use crate::claims::fixture::{Hidden, INFLUX_S, drilled};
+    use crate::relations::Applied;
+    use crate::select::Selection;
+    use crate::tangent::{Bend, Tangent};
+    use dgd_effects::{KNOTS, find, unknown};
+
+    /// A signature of four rows.
+    const HERE: [f64; 4] = [3.0, 4.0, 0.0, 0.0];
+
+    fn one(id: &str, parameters: &[f64]) -> Applied {
+        Applied::new(find(id).unwrap(), parameters.to_vec())
+    }
+
+    #[test]
+    fn what_a_form_lacks_is_left_over_where_it_acts_as_the_root_of_its_evidence() {
+        let on = |rows: [bool; 4], evidence: f64| Footprint {
+            rows: rows.to_vec(),
+            evidence,
+            wanting: LEFT_OVER,
+        };
+        let everywhere = on([true; 4], 100.0).left_over(&HERE);
+        assert!(everywhere > 0.0);
+        assert_eq!(
+            on([true, true, false, false], 100.0).left_over(&HERE),
+            everywhere
+        );
+        assert_eq!(on([false, false, true, true], 100.0).left_over(&HERE), 0.0);
+        // Three and four of a signature: nine and sixteen parts of its energy.
+        let part = on([true, false, true, false], 100.0).left_over(&HERE);
+        assert!((part / everywhere - 9.0 / 25.0).abs() < 1e-12);
+        assert!((on([true; 4], 900.0).left_over(&HERE) / everywhere - 3.0).abs() < 1e-12);
+        assert_eq!(on([true; 4], -1.0).left_over(&HERE), 0.0);
+        assert_eq!(on([true; 4], 100.0).left_over(&[0.0; 4]), 0.0);
+    }
+
+    #[test]
+    fn an_effect_leaves_its_footprint_in_the_rows_that_it_changes() {
+        let record = drilled(Hidden::default());
+        let (from, lasts, rise) = INFLUX_S;
+        let allowance = Applied {
+            allowance: true,
+            ..one("return_flow_delay", &[1.0])
+        };
+        let (flow, drag) = (
+            one("influx", &[3e-3, from, lasts, rise]),
+            one("line_restriction", &[5.0, 3000.0]),
+        );
+        let state = [allowance, flow.clone(), drag.clone()];
+        let gate = Tangent::at(&record, &state, &[], Bend::Lean).unwrap();
+        let all = Footprint::all(&record, &gate, &state, &[(1, 40.0), (2, 70.0)]);
+        assert_eq!(
+            all.iter().map(|f| f.evidence).collect::<Vec<_>>(),
+            [40.0, 70.0]
+        );
+        let layout = gate.layout;
+        for (row, acts) in all[0].rows.iter().enumerate() {
+            let at = row
+                .checked_sub(layout.mass_at())
+                .map(|k| 30.0 * (k as f64 + 0.5));
+            let inside = at.is_some_and(|t| t > from && t < from + lasts);
+            assert_eq!(*acts, inside, "{row}");
+        }
+        assert_eq!(all[1].rows.len(), layout.len());
+        let acting = all[1].rows.iter().filter(|acts| **acts).count();
+        assert!(acting > 0 && all[1].rows[layout.mass_at()..].iter().all(|acts| !acts));
+    }
+
+    #[test]
+    fn knots_leave_five_times_as_much_over() {
+        let record = drilled(Hidden::default());
+        let mut parameters = vec![1.0, 0.0, 0.0, record.setting.span_s.1];
+        parameters.extend([1e4; KNOTS]);
+        let state = [
+            Applied::new(unknown(), parameters),
+            one("line_restriction", &[5.0, 3000.0]),
+        ];
+        let gate = Tangent::at(&record, &state, &[], Bend::Lean).unwrap();
+        let all = Footprint::all(&record, &gate, &state, &[(0, 40.0), (1, 40.0)]);
+        assert_eq!(all[0].wanting, KNOTS_WANT * all[1].wanting);
+    }
+
+    #[test]
+    fn of_a_model_to_start_from_counts_what_the_recording_shows() {
+        let (from, lasts, rise) = INFLUX_S;
+        let record = drilled(Hidden {
+            influx_m3_s: 3e-3,
+            ..Hidden::default()
+        });
+        // A delay as models hold it for timing, the influx, and a restriction that is not there.
+        let state = vec![
+            one("return_flow_delay", &[0.5]),
+            one("influx", &[3e-3, from, lasts, rise]),
+            one("line_restriction", &[1e-3, 3000.0]),
+        ];
+        let of = |held: usize| {
+            let selection = Selection {
+                held,
+                allowances: state.clone(),
+                named: Vec::new(),
+                first: Vec::new(),
+            };
+            known(&record, &state, &selection).unwrap()
+        };
+        let counted = of(3);
+        assert_eq!(counted.len(), 1);
+        assert_eq!(counted[0].0, 1);
+        assert!(counted[0].1 > 100.0, "{counted:?}");
+        // What is allowed for beside it counts for nothing.
+        assert!(of(0).is_empty());
+    }
+}
