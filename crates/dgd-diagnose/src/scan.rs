@@ -289,7 +289,7 @@ pub(crate) fn allowances_with(
                 without.remove(k);
                 let off = tangent.refitted(record, &without).off;
                 let lost = 0.5 * (dot(&off, &off) - dot(&tangent.off, &tangent.off));
-                least = BETTER.max(-lost);
+                least = BETTER.max(EARNED - lost);
                 if lost < EARNED {
                     next = Some(without);
                 }

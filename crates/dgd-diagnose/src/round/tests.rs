@@ -9,6 +9,7 @@ use crate::empirical::{Correction, hurdle};
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::scan::{Candidate, weigh};
+use crate::select::Named;
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent, dot};
 use dgd_effects::{PLACES, Relation, find, unknown};
