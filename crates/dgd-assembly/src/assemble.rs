@@ -67,11 +67,11 @@ pub(crate) fn compile(system: &System) -> Result<Network, AssemblyError> {
             net.seat[member.part] = Some((c, k));
         }
     }
+    tick(system, &mut net, &mut problems);
     plan::cascade(&mut net);
     plan::flows(&mut net, &mut problems);
     plan::plan(&mut net, &mut problems);
     if problems.is_empty() {
-        tick(system, &mut net, &mut problems);
         meters::meters(system, &slots, &mut net, &mut problems);
         sizes::sizes(system, &mut net, &mut problems);
         states::states(system, &mut net, &mut problems);

@@ -1,6 +1,7 @@
 //! From a selection to an answer.
 
 use crate::belief::calibrate;
+use crate::contest::material;
 use crate::diagnosis::{Check, DiagnoseError, Diagnosis, Finding, Options, Stage, Verdict};
 use crate::empirical::is_correction;
 use crate::finding::{finding, heaving};
@@ -54,11 +55,15 @@ pub fn diagnose(
         usable: usable(&record),
         needed: LEAST_BLOCKS,
     };
-    let start = options
+    let given = options
         .start
         .iter()
         .map(applied)
         .collect::<Result<Vec<_>, _>>()?;
+    // A model holds what was allowed for in its own recording; here it is allowed for anew.
+    let given: Vec<Applied> = (given.into_iter())
+        .filter(|a| a.effect.about().search.allowance.is_empty() || material(a))
+        .collect();
     for id in &options.suspects {
         let known = catalogue().iter().any(|e| e.about().id == id);
         if !known {
@@ -73,7 +78,8 @@ pub fn diagnose(
     } else {
         Sought::Given(&options.suspects)
     };
-    let mut selection = select(&record, &settled(&record, &start, &[]), sought, |round| {
+    let known = settled(&record, &given, &[]);
+    let mut selection = select(&record, &known, sought, |round| {
         progress(Stage::Screening(round))
     })
     .ok_or_else(short)?;
@@ -107,7 +113,7 @@ pub fn diagnose(
             windows.get(next).is_some_and(|w| to > w.0)
         })
         .collect();
-    let start = settled(&record, &start, &excluded);
+    let start = settled(&record, &given, &excluded);
     let before_state =
         allowances_with(&record, &start, &excluded, Bend::Free, None).ok_or_else(short)?;
     let after_state = trained(&record, &start, &selection, &excluded).ok_or_else(short)?;
@@ -119,7 +125,7 @@ pub fn diagnose(
     let mut simulation = simulate(well, &record, prepared, &windows, &before, &after)?;
     let inlet_raw = &prepared.inlet_pressure_pa;
     let swell = swell(inlet_raw, prepared.step_s, well.mud_density_kg_m3);
-    let mut checks = Vec::new();
+    let mut checks: Vec<Check> = refitted(&given, &known).into_iter().collect();
     // An empirical correction can make the free run unstable: on the training stretches that shows, and it is left out.
     let gained = |s: &crate::diagnosis::Simulation| -> f64 {
         gains(s, false)
@@ -129,10 +135,11 @@ pub fn diagnose(
             .sum()
     };
     if selection.named.iter().any(|n| n.correction.is_some()) && gained(&simulation) > 0.0 {
-        let plain: Vec<Applied> = after_state
-            .iter()
-            .filter(|a| !is_correction(a.effect))
-            .cloned()
+        // Those of the model that the search starts from stay.
+        let named = after_state.len() - selection.named.len();
+        let plain: Vec<Applied> = (after_state.iter().enumerate())
+            .filter(|(k, a)| *k < named || !is_correction(a.effect))
+            .map(|(_, a)| a.clone())
             .collect();
         if let Some(fit) = runnable(&record, &plain, &excluded) {
             let without = model(&record, &plain, &fit);
@@ -275,6 +282,35 @@ fn usable(record: &Record) -> usize {
         .zip(&rows.head)
         .filter(|(f, h)| **f && **h)
         .count()
+}
+
+/// How the effects of the model to start from came out on this recording.
+fn refitted(given: &[Applied], known: &[Applied]) -> Option<Check> {
+    if given.is_empty() {
+        return None;
+    }
+    let told = given.iter().zip(known).map(|(before, after)| {
+        let about = before.effect.about();
+        if is_correction(before.effect) {
+            return format!("{}, a correction", about.id);
+        }
+        let (name, old, new) = (
+            about.parameters[0].name,
+            before.parameters[0],
+            after.parameters[0],
+        );
+        format!("{}: {name} {old:.3e}, here {new:.3e}", about.id)
+    });
+    // What is half as strong again, or half as strong, may be something else by now.
+    let alike = |(before, after): (&Applied, &Applied)| {
+        let (old, new) = (before.parameters[0], after.parameters[0]);
+        is_correction(before.effect) || (new - old).abs() <= 0.5 * old.abs()
+    };
+    Some(Check {
+        name: "the effects of the model to start from are as strong here".into(),
+        passed: given.iter().zip(known).all(alike),
+        detail: told.collect::<Vec<_>>().join("; "),
+    })
 }
 
 /// An effect of the model to start from, looked up.

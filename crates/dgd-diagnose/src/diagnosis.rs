@@ -68,9 +68,9 @@ pub struct Finding {
     pub alternatives: Vec<(String, f64)>,
     /// Where in the model it sits.
     pub relation: Relation,
-    /// The relations whose residuals it enters.
+    /// The relation it sits in; of a reading at fault, the relations whose residuals it enters.
     pub shows_in: Vec<Relation>,
-    /// The comparison of two transmitters that it enters, as [`Trace::pair`] has it.
+    /// The comparison of two transmitters that a reading at fault enters, as [`Trace::pair`] has it.
     pub pair: Option<&'static str>,
     /// When it acts, s from the recording's start.
     pub intervals_s: Vec<(f64, f64)>,

@@ -260,10 +260,20 @@ pub(crate) fn correction(
     })
 }
 
-/// Place and quantity of a correction that a model holds; `None` if there is no such place.
-pub(crate) fn place(applied: &Applied) -> Option<(usize, usize)> {
-    let [place, quantity] = [0, 1].map(|k| whole(applied.parameters[k]));
-    (place < PLACES.len() && quantity < QUANTITIES.len()).then_some((place, quantity))
+/// A correction that a model holds, made anew beside the `others`; `None` where the recording does not show it.
+pub(crate) fn again(
+    record: &Record,
+    others: &[Applied],
+    held: &Applied,
+    excluded: &[bool],
+) -> Option<Correction> {
+    let [place, quantity] = [0, 1].map(|k| whole(held.parameters[k]));
+    if place >= PLACES.len() || quantity >= QUANTITIES.len() {
+        return None;
+    }
+    let tangent = Tangent::at(record, others, excluded, Bend::Loose)?;
+    let found = correction(record, &tangent, others, excluded, (place, quantity))?;
+    (found.evidence > hurdle(&found)).then_some(found)
 }
 
 /// Whether an effect is the empirical correction itself.
@@ -274,7 +284,7 @@ pub(crate) fn is_correction(effect: &dyn Effect) -> bool {
 /// The quantity that what answers late leaves its trace in.
 pub(crate) const FLOW_RATE: &str = "rate of the return flow";
 
-/// Evidence that corrections reach on sound recordings.
+/// Evidence that a correction reaches on sound recordings.
 pub(crate) fn hurdle(c: &Correction) -> f64 {
     match (PLACES[c.place].relation, QUANTITIES[c.quantity]) {
         // Transmitters and drives answer late: what is left follows how fast things move.

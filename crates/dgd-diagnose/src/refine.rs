@@ -1,6 +1,6 @@
 //! Parameters of named effects, moved to where all of them together explain most.
 
-use crate::empirical::{correction, is_correction, place};
+use crate::empirical::{again, is_correction};
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::scan::on_grid;
@@ -37,7 +37,7 @@ fn moved(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usize) {
 }
 
 /// The effects of a model to start from, fitted to the recording as the curves are: else what their sizes are off by would
-/// pass for another effect. Those that the recording does not show stay as they are.
+/// pass for another effect. What the recording does not show stays as it is.
 pub(crate) fn settled(record: &Record, start: &[Applied], excluded: &[bool]) -> Vec<Applied> {
     /// Misfit that an effect must save for its size to be sought.
     const SHOWN: f64 = 8.0;
@@ -46,25 +46,24 @@ pub(crate) fn settled(record: &Record, start: &[Applied], excluded: &[bool]) -> 
         let Some(tangent) = Tangent::at(record, &state, excluded, Bend::Free) else {
             break;
         };
+        let mut others = state.clone();
+        let own = others.remove(k);
+        if is_correction(own.effect) {
+            if let Some(found) = again(record, &others, &own, excluded) {
+                state[k] = found.applied;
+            }
+            continue;
+        }
         let misfit = |applied: &[Applied]| {
             let off = tangent.refitted(record, applied).off;
             0.5 * dot(&off, &off)
         };
         let now = misfit(&state);
-        let mut others = state.clone();
-        let own = others.remove(k);
         if misfit(&others) < now + SHOWN {
             continue;
         }
         let mut next = state.clone();
-        if is_correction(own.effect) {
-            let again = Tangent::at(record, &others, excluded, Bend::Loose)
-                .zip(place(&own))
-                .and_then(|(beside, place)| correction(record, &beside, &others, excluded, place));
-            next[k] = again.map_or(own, |found| found.applied);
-        } else {
-            moved(record, &tangent, &mut next, k);
-        }
+        moved(record, &tangent, &mut next, k);
         if misfit(&next) < now {
             state = next;
         }

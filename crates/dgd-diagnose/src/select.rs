@@ -19,7 +19,7 @@ pub(crate) struct Named {
     pub hurdle: f64,
     pub probability: f64,
     pub alternatives: Vec<(String, f64)>,
-    /// Relation and quantity, where it is an empirical correction.
+    /// Place and quantity, where it is an empirical correction.
     pub correction: Option<(usize, usize)>,
 }
 

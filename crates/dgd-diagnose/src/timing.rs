@@ -66,7 +66,7 @@ fn timed(
     let (mut time, mut least) =
         nearest_time(longest, state[at].parameters[0], &mut |t| misfit(t, None));
     let mut chosen = None;
-    for lag in pump_lags(named) {
+    for lag in pump_lags(&state) {
         let (t, m) = nearest_time(longest, time, &mut |t| misfit(t, Some(&lag)));
         if m < least - EARNED {
             (time, least, chosen) = (t, m, Some(lag));
@@ -75,15 +75,15 @@ fn timed(
     Some((time, chosen))
 }
 
-/// Lags of the pump that a sound rig shows, where none is named.
-fn pump_lags(named: &[Applied]) -> Vec<Applied> {
+/// Lags of the pump that a sound rig shows, where a hypothesis holds none.
+fn pump_lags(state: &[Applied]) -> Vec<Applied> {
     catalogue()
         .iter()
         .copied()
         .filter(|effect| effect.about().search.timing == Some(Timing::Pump))
         .filter(|effect| {
             let id = effect.about().id;
-            named.iter().all(|a| a.effect.about().id != id)
+            state.iter().all(|a| a.effect.about().id != id)
         })
         .flat_map(|effect: &'static dyn Effect| {
             effect

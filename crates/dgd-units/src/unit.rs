@@ -365,7 +365,8 @@ impl Unit {
     /// [`UnitError::UnknownUnit`], with the nearest known spelling where one is near.
     pub fn parse(text: &str) -> Result<Self, UnitError> {
         let wanted = fold(text);
-        let ambiguous = text.trim() == "mPa";
+        let bare = |c: &char| !matches!(c, ' ' | '\t' | '_' | '\u{a0}' | '[' | ']');
+        let ambiguous = text.chars().filter(bare).eq("mPa".chars());
         match SPELLINGS.get(&wanted) {
             Some(unit) if !ambiguous => Ok(*unit),
             _ => Err(UnitError::UnknownUnit {

@@ -177,7 +177,7 @@ impl Files<'_> {
         };
         if let Some(time) = &layout.time {
             let found = self.found(time, "the time", "`time` under [record]")?;
-            add(time, &self.in_seconds(found));
+            add(time, &self.on_the_clock(found));
         }
         for (path, input) in &self.assembly.system().inputs {
             let wanted = stands_for(part, &input.channel);
@@ -231,19 +231,23 @@ impl Files<'_> {
         })
     }
 
-    /// Times of the file in seconds where it says its unit.
-    fn in_seconds<'c>(&self, column: &'c Column) -> Cow<'c, [f64]> {
-        let unit = column.unit.as_deref().and_then(|u| Unit::parse(u).ok());
-        match unit {
-            Some(unit)
-                if unit.dimension == Dimension::Time
-                    && unit.factor != 1.0
-                    && self.assembly.system().independent == "time" =>
-            {
-                column.values.iter().map(|v| unit.to_si(*v)).collect()
-            }
-            _ => Cow::Borrowed(&column.values),
+    /// Times of the file in the unit that the record counts in, where the file says another.
+    fn on_the_clock<'c>(&self, column: &'c Column) -> Cow<'c, [f64]> {
+        let system = self.assembly.system();
+        let time = |unit: Option<&str>| {
+            let unit = unit.and_then(|u| Unit::parse(u).ok());
+            unit.filter(|u| u.dimension == Dimension::Time)
+        };
+        let Some(file) = time(column.unit.as_deref()).filter(|_| system.independent == "time")
+        else {
+            return Cow::Borrowed(&column.values);
+        };
+        let tick = time(system.record.unit.as_deref()).map_or(1.0, |u| u.factor);
+        if file.factor == tick {
+            return Cow::Borrowed(&column.values);
         }
+        let values = column.values.iter();
+        values.map(|v| file.to_si(*v) / tick).collect()
     }
 
     fn check_gauge(&self, column: &Column, gauge: &Gauge) {

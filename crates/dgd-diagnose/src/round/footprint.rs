@@ -1,7 +1,7 @@
 //! What has been named already, and what it leaves over for want of form.
 
 use crate::contest::material;
-use crate::empirical::is_correction;
+use crate::empirical::{again, is_correction};
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::select::Selection;
@@ -18,15 +18,20 @@ pub(super) fn known(
     if selection.held > 0 {
         // Without the slack of named effects, which would stand in for what is left out.
         let whole = Tangent::at(record, state, &[], Bend::Lean)?;
-        // Models hold allowances for timing too, which are no findings.
+        // What is within an instrument's accuracy is no finding.
         for k in (0..selection.held).filter(|k| material(&state[*k])) {
             let mut without = state.to_vec();
             without.remove(k);
-            let off = whole.refitted(record, &without).off;
-            let evidence = 0.5 * (dot(&off, &off) - dot(&whole.off, &whole.off));
-            if evidence > state[k].effect.about().search.belief.hurdle {
-                known.push((k, evidence));
-            }
+            let evidence = if is_correction(state[k].effect) {
+                // Knots are many, and the riser's transmitter may be the one that shows them.
+                again(record, &without, &state[k], &[]).map(|found| found.evidence)
+            } else {
+                let off = whole.refitted(record, &without).off;
+                let gained = 0.5 * (dot(&off, &off) - dot(&whole.off, &whole.off));
+                let hurdle = state[k].effect.about().search.belief.hurdle;
+                (gained > hurdle).then_some(gained)
+            };
+            known.extend(evidence.map(|evidence| (k, evidence)));
         }
     }
     let first = state.len() - selection.named.len();

@@ -80,7 +80,7 @@ fn brief(finding: &Finding, span: (f64, f64)) -> String {
     match Rung::of(finding) {
         Rung::Located => {
             format!(
-                "{}, {when}, as nothing in the catalogue would have it",
+                "{}, {when}, as neither the model nor the catalogue has it",
                 located(finding)
             )
         }
@@ -104,8 +104,8 @@ fn clause(finding: &Finding, span: (f64, f64)) -> String {
     let gain = words::gain(finding).map_or_else(String::new, |gain| format!("; {gain}"));
     match Rung::of(finding) {
         Rung::Located => format!(
-            "{}, {when}, as none of the {} effects of the catalogue would have it; it is modelled by an empirical \
-             correction{gain}",
+            "{}, {when}, in a way that neither the model nor any of the {} effects of the catalogue holds; it is modelled \
+             by an empirical correction{gain}",
             capital(&located(finding)),
             dgd_effects::catalogue().len()
         ),

@@ -229,7 +229,7 @@ fn edges(scene: &mut Scene, lane: &Frame, sigma: f64) {
 fn caption(twofold: bool, outside: usize) -> String {
     let mut text = if twofold {
         "Measured minus model in blocks, before and after the findings; a violet stretch is where a finding acts, in the \
-         lanes that it shows in. "
+         lane of the relation it sits in, of a reading at fault in all that it enters. "
             .to_owned()
     } else {
         "Measured minus model in blocks. ".to_owned()
