@@ -206,7 +206,7 @@ fn html(
         .table(&shares(assembly, moved, found));
     page.section("Along the run");
     let strongest: Vec<usize> = order(found).into_iter().take(DRAWN).collect();
-    let axis_of = &assembly.system().independent;
+    let along = page::independent(assembly);
     for (k, window) in moved.iter().enumerate() {
         for (m, gauge) in gauges(assembly).iter().enumerate() {
             let scaled: Vec<Vec<f64>> = strongest
@@ -240,10 +240,9 @@ fn html(
                 title: "",
                 series: &series,
             }];
-            let figure = if axis_of == "time" {
-                time_series(&panel, &[])?
-            } else {
-                series_over(&Axis::new(axis_of.clone()), &panel, &[], "")?
+            let figure = match &along {
+                None => time_series(&panel, &[])?,
+                Some(axis) => series_over(axis, &panel, &[], "")?,
             };
             let which = if moved.len() > 1 {
                 format!(", window {}", k + 1)

@@ -101,7 +101,7 @@ fn join(runs: &[&Run], output: usize, curves: &[CurveOf<'_>]) -> Joined {
 }
 
 /// Label of the independent variable, with its unit, if it is not time.
-fn independent(assembly: &Assembly) -> Option<Axis> {
+pub(crate) fn independent(assembly: &Assembly) -> Option<Axis> {
     let name = assembly.system().independent.as_str();
     let mut letters = name.chars();
     let first = letters.next()?.to_uppercase();

@@ -185,6 +185,51 @@ fn one_recording_in_any_format_gives_the_same_model() {
 }
 
 #[test]
+fn a_clock_is_converted_once_whoever_says_its_unit() {
+    let bench = benches();
+    let (plain, system) = (bench.text("two_tanks.csv"), bench.text("two_tanks.toml"));
+    let values = |divisor: f64| -> String {
+        let numbers = plain.lines().filter_map(|line| {
+            let (t, rest) = line.split_once(',')?;
+            Some(format!("{},{rest}\n", t.parse::<f64>().ok()? / divisor))
+        });
+        numbers.collect()
+    };
+    let tags: Vec<&str> = plain.lines().next().unwrap().split(',').collect();
+    let head = |clock: &str| {
+        let mut tags: Vec<String> = tags.iter().map(|t| (*t).to_owned()).collect();
+        tags[0] = format!("t{clock}");
+        tags.join(",") + "\n"
+    };
+    let in_minutes = system
+        .replace("time = \"t\"", "time = \"t\"\nunit = \"min\"")
+        .replace("[[0.0, 1600.0]]", "[[0.0, 26.67]]")
+        .replace("[[1604.0, 2400.0]]", "[[26.7, 40.0]]");
+    assert_ne!(in_minutes, system);
+    let fitted = |file: String, system: &str| {
+        bench.write("clock.csv", file);
+        bench.write("clock.toml", system);
+        let fit = bench.json(
+            "fit clock.csv --system clock.toml --out out.toml",
+            "dgd.system-fit/1",
+        );
+        estimate(&fit, "upper_outlet.discharge_coefficient").0
+    };
+    let expected = fitted(head("") + &values(1.0), &system);
+    for (clock, divisor, system) in [
+        ("", 60.0, &in_minutes),
+        (" [min]", 60.0, &in_minutes),
+        (" [s]", 1.0, &in_minutes),
+        (" [min]", 60.0, &system),
+        (" [s]", 1.0, &system),
+    ] {
+        let found = fitted(head(clock) + &values(divisor), system);
+        let off = (found / expected - 1.0).abs();
+        assert!(off < 1e-5, "t{clock}: {found} for {expected}");
+    }
+}
+
+#[test]
 fn train_and_test_may_be_columns_of_their_own_and_of_their_own_length() {
     let bench = benches();
     let text = bench.text("two_tanks.csv");

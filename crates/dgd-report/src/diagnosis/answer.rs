@@ -4,7 +4,7 @@ use dgd_diagnose::{Diagnosis, Finding, Outcome, Verdict};
 
 use super::html::Html;
 use super::letter;
-use super::quantity::{percent, percent_interval, split};
+use super::quantity::{percent, split};
 use super::words::{
     self, RUNGS, Rung, capital, estimated, improvement, is_unknown, listed, serious, strength,
     title, title_of,
@@ -309,10 +309,7 @@ fn card(diagnosis: &Diagnosis, index: usize, finding: &Finding, html: &mut Html)
             html.fact(
                 &format!("Held-out error, {}", words::signal(&held.signal)),
                 &value,
-                &format!(
-                    "95\u{a0}%: {} less",
-                    percent_interval(held.improvement_ci95)
-                ),
+                &words::less(held.improvement_ci95),
             )
         }
         None => html.fact("Held-out error", "–", "no window to confirm on"),

@@ -187,7 +187,11 @@ pub(super) fn gain(finding: &Finding) -> Option<String> {
         String::new()
     };
     let signal = signal(&held.signal);
-    Some(if share >= 0.0 {
+    Some(if low <= 0.0 && high >= 0.0 {
+        format!(
+            "on windows that no fit has seen the error of the {signal} does not surely change{interval}"
+        )
+    } else if share >= 0.0 {
         format!(
             "on windows that no fit has seen it takes {}{interval} off the error of the {signal}",
             percent(share)
@@ -198,6 +202,21 @@ pub(super) fn gain(finding: &Finding) -> Option<String> {
             percent(-share)
         )
     })
+}
+
+/// By how much less the error is, with its interval; no gain is none.
+pub(super) fn less((low, high): (f64, f64)) -> String {
+    if low <= 0.0 && high >= 0.0 {
+        format!(
+            "no sure gain; 95\u{a0}%: {} more to {} less",
+            percent(-low),
+            percent(high)
+        )
+    } else if high < 0.0 {
+        format!("95\u{a0}%: {} more", percent_interval((-high, -low)))
+    } else {
+        format!("95\u{a0}%: {} less", percent_interval((low, high)))
+    }
 }
 
 /// 1 - after/before.

@@ -53,6 +53,9 @@ fn case_spaces_brackets_and_superscripts_do_not_count() {
 
 #[test]
 fn millipascal_is_refused_because_megapascal_differs_by_case_alone() {
+    for spelling in ["mPa", "[mPa]", " m Pa "] {
+        assert!(Unit::parse(spelling).is_err(), "{spelling}");
+    }
     let error = Unit::parse("mPa").unwrap_err();
     assert!(error.to_string().contains("`MPa`"), "{error}");
     assert_eq!(Unit::parse("MPa").unwrap().factor, 1e6);

@@ -165,7 +165,9 @@ fn gained(gain: &HeldOut) -> String {
     // 0.0 is not -0.
     let percent = |share: f64| brief((1000.0 * share).round() / 10.0 + 0.0);
     let (low, high) = gain.improvement_ci95;
-    let said = if low > 0.0 {
+    let said = if !(low.is_finite() && high.is_finite()) {
+        "too short for an interval".to_owned()
+    } else if low > 0.0 {
         format!("{} to {} % less (95 %)", percent(low), percent(high))
     } else if high >= 0.0 {
         let (more, less) = (percent(-low), percent(high));

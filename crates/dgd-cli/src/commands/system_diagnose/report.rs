@@ -171,7 +171,7 @@ fn before_and_after(done: &Done) -> dgd_report::Table {
 }
 
 fn figures(page: &mut Page, done: &Done) -> Result<(), ReportError> {
-    let independent = &done.revision.after.assembly.system().independent;
+    let along = page::independent(&done.revision.after.assembly);
     for (test, part) in [(true, "held-out"), (false, "training")] {
         let traces: Vec<&Trace> = done
             .revision
@@ -222,10 +222,9 @@ fn figures(page: &mut Page, done: &Done) -> Result<(), ReportError> {
                 series: &series,
             }];
             let caption = format!("{} in the {part} part, before and after.", gauge.name);
-            let figure = if independent == "time" {
-                time_series(&panel, &[])?.with_caption(caption)
-            } else {
-                series_over(&Axis::new(independent.clone()), &panel, &[], &caption)?
+            let figure = match &along {
+                None => time_series(&panel, &[])?.with_caption(caption),
+                Some(axis) => series_over(axis, &panel, &[], &caption)?,
             };
             page.figure(&figure);
         }
