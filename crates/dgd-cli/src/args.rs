@@ -207,7 +207,7 @@ pub(crate) struct Diagnose {
     /// Folder for diagnosis.json, simulation.csv, report.html and model.toml
     #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,
-    /// Start from the effects of this model; only what is left out of it too is a finding
+    /// Start from the effects of this model, fitted again; only what is left out of it too is a finding
     #[arg(long, value_name = "FILE", conflicts_with = "system")]
     pub(crate) model: Option<PathBuf>,
     /// Take these effects for given: fit them, whatever their evidence, and search for nothing else. `dgd catalogue` lists them

@@ -10,7 +10,7 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// What was found, most certain first; empty when consistent.
     pub findings: Vec<Finding>,
-    /// Every effect of the catalogue: seen, not seen and down to which size, or not testable here.
+    /// Every effect of the catalogue that the model does not hold: seen, not seen and down to which size, or not testable here.
     pub tested: Vec<Tested>,
     /// Checks on the findings, passed and failed.
     pub checks: Vec<Check>,
@@ -228,7 +228,7 @@ pub enum Stage {
 /// Options of a diagnosis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
-    /// Effects already in the model that the diagnosis starts from.
+    /// Effects already in the model that the diagnosis starts from; they are fitted again where the recording shows them.
     pub start: Vec<dgd_effects::AppliedEffect>,
     /// Most effects that are fitted together.
     pub most_effects: usize,

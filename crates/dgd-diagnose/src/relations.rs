@@ -55,7 +55,7 @@ pub(crate) fn run(
     // Row by row of the mass balance: samples need not be held once their means are taken.
     let per_row = record.per_block * MASS_BLOCKS;
     let mut parts = Parts::room_for(samples.len() / record.per_block);
-    let mut native = Native::with(per_row);
+    let mut native = Native::default();
     let mut first = samples.start;
     for i in samples {
         let moment = Moment {

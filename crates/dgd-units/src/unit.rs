@@ -330,19 +330,22 @@ const TABLE: &[(Unit, &[&str])] = &[
     ),
 ];
 
-/// Folds what people vary: case, spaces, superscripts, brackets, a middle dot.
+/// Takes off what people add or vary but for case: spaces, brackets, superscripts, a middle dot.
+fn plain(text: &str) -> String {
+    let inner = text.trim().trim_matches(|c| c == '[' || c == ']').chars();
+    let kept = inner.filter(|c| !matches!(c, ' ' | '\t' | '_' | '\u{a0}'));
+    kept.map(|c| match c {
+        '²' => '2',
+        '³' => '3',
+        '·' | '⋅' => '.',
+        c => c,
+    })
+    .collect()
+}
+
+/// The same, and case.
 fn fold(text: &str) -> String {
-    let mut folded = String::with_capacity(text.len());
-    for c in text.trim().trim_matches(|c| c == '[' || c == ']').chars() {
-        match c {
-            ' ' | '\t' | '_' | '\u{a0}' => {}
-            '²' => folded.push('2'),
-            '³' => folded.push('3'),
-            '·' | '⋅' => folded.push('.'),
-            c => folded.extend(c.to_lowercase()),
-        }
-    }
-    folded
+    plain(text).to_lowercase()
 }
 
 /// Units by each of their spellings, folded. Headers of wide files ask for hundreds.
@@ -364,9 +367,9 @@ impl Unit {
     /// # Errors
     /// [`UnitError::UnknownUnit`], with the nearest known spelling where one is near.
     pub fn parse(text: &str) -> Result<Self, UnitError> {
-        let wanted = fold(text);
-        let bare = |c: &char| !matches!(c, ' ' | '\t' | '_' | '\u{a0}' | '[' | ']');
-        let ambiguous = text.chars().filter(bare).eq("mPa".chars());
+        let plain = plain(text);
+        let ambiguous = plain == "mPa";
+        let wanted = plain.to_lowercase();
         match SPELLINGS.get(&wanted) {
             Some(unit) if !ambiguous => Ok(*unit),
             _ => Err(UnitError::UnknownUnit {

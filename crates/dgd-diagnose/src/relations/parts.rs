@@ -62,6 +62,7 @@ impl Parts {
 }
 
 /// The same by sample, of a row of the mass balance.
+#[derive(Default)]
 pub(super) struct Native {
     pub(super) flow: Vec<f64>,
     pub(super) through: Vec<f64>,
@@ -77,23 +78,6 @@ pub(super) struct Native {
 }
 
 impl Native {
-    pub(super) fn with(n: usize) -> Self {
-        let empty = || Vec::with_capacity(n);
-        Self {
-            flow: empty(),
-            through: empty(),
-            speed: empty(),
-            drop: empty(),
-            friction_factor: empty(),
-            lift: empty(),
-            head_factor: empty(),
-            net: empty(),
-            area: empty(),
-            bias: empty(),
-            inlet_bias: empty(),
-        }
-    }
-
     /// Appends the means of whole blocks, and is empty again; the first sample is number `first`, where a row of the
     /// mass balance begins.
     pub(super) fn move_into(&mut self, parts: &mut Parts, record: &Record, first: usize) {
