@@ -69,6 +69,7 @@ mod tests {
         Named {
             applied: Applied::new(effect, Vec::new()),
             evidence,
+            bent: 0.0,
             hurdle: 10.0,
             probability,
             alternatives: vec![("lost_circulation".to_owned(), alternative)],

@@ -20,10 +20,17 @@ pub(crate) struct Contender {
 }
 
 impl Contender {
-    /// What it may claim for its own: a form that must bend by much more than its error only lends its name.
+    /// What it may claim for its own: a form that must bend by much more than its error only lends its name, and one that has
+    /// another strength in each stand bends at will.
     pub(crate) fn claim(&self) -> f64 {
-        let error = self.effect.about().search.form_error;
-        self.formed.min((1.0 + 4.0 * error) * self.evidence + 5.0)
+        let search = &self.effect.about().search;
+        let errors = if search.stand_error.is_some() {
+            1.0
+        } else {
+            4.0
+        };
+        let most = (1.0 + errors * search.form_error) * self.evidence + 5.0;
+        self.formed.min(most)
     }
 }
 
@@ -136,52 +143,70 @@ fn without_lean(
     })
 }
 
-/// Evidence without what may only look like the effect: the minutes about the edges of its interval, for what a pump loses in
-/// passing the blocks whose duty it has at no other time, and the stops for what comes upon flowing mud.
+/// Evidence without what may only look like the effect: without the minutes about the edges of its interval, and for what a pump
+/// loses in passing without the blocks whose duty it has at no other time; for what comes upon flowing mud without the stops.
+/// The smaller of the two; `None` where nothing is left out.
 ///
 /// A reading that freezes or jumps makes edges, as an effect does, and nothing between them. An effect is there as well
 /// when its beginning and end are not looked at. A pump that turns faster for a flow and a lift which it has only then
-/// tells of its curve. And where each stop leaves the line as full as its valve was quick, it is the standing column that
-/// changes, not the friction.
+/// tells of its curve, unless it does so at once while its duty stands: its edges show that. And where each stop leaves the line
+/// as full as its valve was quick, it is the standing column that changes, not the friction.
 fn sustained(record: &Record, state: &[Applied], c: &Candidate, still: &[bool]) -> Option<f64> {
     let about = c.applied.effect.about();
-    let mut excluded = vec![false; record.blocks];
-    if about.onset().is_some() {
-        exclude_edges(record, state, c, &mut excluded);
+    let stops = about.search.flowing && record.takes(Step::Flowing);
+    let edges = about.onset().is_some() && record.takes(Step::Edges);
+    let duty = about.duration().is_some() && is_pump(c.applied.effect) && record.takes(Step::Duty);
+    let masks = [
+        edges.then(|| about_edges(record, c)),
+        duty.then(|| strange_duty(record, state, c)),
+    ];
+    let mut masks: Vec<Vec<bool>> = masks.into_iter().flatten().collect();
+    if masks.is_empty() {
+        masks.push(vec![false; record.blocks]);
     }
-    if about.search.flowing && record.takes(Step::Flowing) {
-        for (out, still) in excluded.iter_mut().zip(still) {
-            *out |= still;
+    let without = |mut excluded: Vec<bool>| -> Option<f64> {
+        if stops {
+            excluded
+                .iter_mut()
+                .zip(still)
+                .for_each(|(out, still)| *out |= still);
         }
-    }
-    if !excluded.contains(&true) {
-        return None;
-    }
-    let tangent = Tangent::beside(record, state, &excluded, Bend::Lean)?;
-    Some(weigh(record, &tangent, state, c.applied.clone()).evidence)
+        if !excluded.contains(&true) {
+            return None;
+        }
+        let tangent = Tangent::beside(record, state, &excluded, Bend::Lean)?;
+        Some(weigh(record, &tangent, state, c.applied.clone()).evidence)
+    };
+    masks.into_iter().filter_map(without).reduce(f64::min)
 }
 
-/// Excludes the minutes about a candidate's edges, and the duties that a pump has only between them.
-fn exclude_edges(record: &Record, state: &[Applied], c: &Candidate, excluded: &mut [bool]) {
-    const HOLE_S: f64 = 300.0;
-    let about = c.applied.effect.about();
-    let (from, to) = about.interval_s(&c.applied.parameters, record.setting.span_s);
-    let hole = HOLE_S.min(0.2 * (to - from));
+/// The interval of a candidate, and the middle of each block, s.
+fn interval_and_blocks(record: &Record, c: &Candidate) -> ((f64, f64), impl Iterator<Item = f64>) {
+    let span = record.setting.span_s;
+    let interval = (c.applied.effect.about()).interval_s(&c.applied.parameters, span);
     let seconds = record.block_s();
-    let start = record.setting.span_s.0;
-    let middle = |b: usize| start + (b as f64 + 0.5) * seconds;
-    if record.takes(Step::Edges) {
-        for (b, out) in excluded.iter_mut().enumerate() {
-            *out = (middle(b) - from).abs() < hole || (middle(b) - to).abs() < hole;
-        }
-    }
-    if record.takes(Step::Duty) && is_pump(c.applied.effect) && about.duration().is_some() {
-        let inside: Vec<bool> = (0..record.blocks)
-            .map(|b| (from..to).contains(&middle(b)))
-            .collect();
-        let blocks = Blocks::under(record, state);
-        exclude_strange_duty((&blocks.flow, &blocks.lift), &inside, excluded);
-    }
+    let middles = (0..record.blocks).map(move |b| span.0 + (b as f64 + 0.5) * seconds);
+    (interval, middles)
+}
+
+/// The blocks about a candidate's edges.
+fn about_edges(record: &Record, c: &Candidate) -> Vec<bool> {
+    const HOLE_S: f64 = 300.0;
+    let ((from, to), middles) = interval_and_blocks(record, c);
+    let hole = HOLE_S.min(0.2 * (to - from));
+    middles
+        .map(|at| (at - from).abs() < hole || (at - to).abs() < hole)
+        .collect()
+}
+
+/// The blocks of a candidate's interval at duties that the pump has only between its edges.
+fn strange_duty(record: &Record, state: &[Applied], c: &Candidate) -> Vec<bool> {
+    let ((from, to), middles) = interval_and_blocks(record, c);
+    let inside: Vec<bool> = middles.map(|at| (from..to).contains(&at)).collect();
+    let blocks = Blocks::under(record, state);
+    let mut excluded = vec![false; record.blocks];
+    exclude_strange_duty((&blocks.flow, &blocks.lift), &inside, &mut excluded);
+    excluded
 }
 
 /// Excludes the blocks inside an interval at a flow and a lift that none outside has.
@@ -303,7 +328,38 @@ pub(crate) fn alike(a: &Candidate, b: &Candidate) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::exclude_strange_duty;
+    #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+
+    use super::{Contender, exclude_strange_duty};
+    use crate::relations::Applied;
+    use crate::scan::Candidate;
+    use dgd_effects::find;
+
+    #[test]
+    fn what_has_another_strength_in_each_stand_claims_little_of_what_its_form_gains() {
+        let claim = |id: &str, formed: f64| {
+            let effect = find(id).unwrap();
+            let error = effect.about().search.form_error;
+            let contender = Contender {
+                effect,
+                best: Candidate {
+                    applied: Applied::new(effect, Vec::new()),
+                    signature: Vec::new(),
+                    score: 0.0,
+                    energy: 0.0,
+                    evidence: 100.0,
+                },
+                evidence: 100.0,
+                formed,
+            };
+            (contender.claim() - 105.0) / (100.0 * error)
+        };
+        assert!((claim("gel_strength", 1e3) - 4.0).abs() < 1e-9);
+        assert!((claim("cuttings_loading", 1e3) - 1.0).abs() < 1e-9);
+        // No more than it gains.
+        let error = find("gel_strength").unwrap().about().search.form_error;
+        assert!((claim("gel_strength", 107.0) - 0.02 / error).abs() < 1e-9);
+    }
 
     #[test]
     fn a_duty_that_the_pump_has_only_inside_an_interval_tells_nothing_of_it() {

@@ -10,6 +10,7 @@ fn named(evidence: f64, probability: f64) -> Named {
     Named {
         applied: Applied::new(dgd_effects::catalogue()[0], Vec::new()),
         evidence,
+        bent: 0.0,
         hurdle: HURDLE,
         probability,
         alternatives: vec![("lost_circulation".to_owned(), 0.5 * (1.0 - probability))],

@@ -253,6 +253,7 @@ fn a_named_effect_takes_the_place_of_its_allowance() {
     let named = |applied: Applied| crate::select::Named {
         applied,
         evidence: 20.0,
+        bent: 0.0,
         hurdle: 10.0,
         probability: 0.9,
         alternatives: Vec::new(),

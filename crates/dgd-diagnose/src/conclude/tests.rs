@@ -15,6 +15,7 @@ fn a_cause_is_as_likely_there_as_it_and_what_cannot_be_told_from_it() {
     let one = Named {
         applied: Applied::new(find("influx").unwrap(), vec![1e-3, 0.0, 600.0, 0.15]),
         evidence: 20.0,
+        bent: 0.0,
         hurdle: 10.0,
         probability: 0.3,
         alternatives: vec![("inflow_gain".to_owned(), 0.2), ("unknown".to_owned(), 0.1)],

@@ -7,13 +7,22 @@ use crate::relations::Applied;
 use crate::select::Selection;
 use crate::tangent::{Bend, Tangent, dot};
 
-/// Places in the state of what has been named, with its evidence: what the search starts from, as far as this recording shows
-/// it, and what the search has found.
+/// One cause that has been named.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Known {
+    /// Its place in the state.
+    pub place: usize,
+    pub evidence: f64,
+    /// What its strength gained by differing from stand to stand.
+    pub bent: f64,
+}
+
+/// What has been named: what the search starts from, as far as this recording shows it, and what the search has found.
 pub(super) fn known(
     record: &Record,
     state: &[Applied],
     selection: &Selection,
-) -> Option<Vec<(usize, f64)>> {
+) -> Option<Vec<Known>> {
     let mut known = Vec::new();
     if selection.held > 0 {
         // Without the slack of named effects, which would stand in for what is left out.
@@ -31,12 +40,20 @@ pub(super) fn known(
                 let hurdle = state[k].effect.about().search.belief.hurdle;
                 (gained > hurdle).then_some(gained)
             };
-            known.extend(evidence.map(|evidence| (k, evidence)));
+            known.extend(evidence.map(|evidence| Known {
+                place: k,
+                evidence,
+                bent: 0.0,
+            }));
         }
     }
     let first = state.len() - selection.named.len();
     let found = selection.named.iter().enumerate();
-    known.extend(found.map(|(k, n)| (first + k, n.evidence)));
+    known.extend(found.map(|(k, n)| Known {
+        place: first + k,
+        evidence: n.evidence,
+        bent: n.bent,
+    }));
     Some(known)
 }
 
@@ -46,10 +63,15 @@ pub(super) const LEFT_OVER: f64 = 0.5;
 /// How much more of it there is where knots meet a form of physics, on either side.
 pub(super) const KNOTS_WANT: f64 = 5.0;
 
+/// Share of what a strength gained by differing from stand to stand that it leaves over: more stands than one differ within
+/// themselves.
+pub(super) const WITHIN_STANDS: f64 = 0.05;
+
 /// Where a named effect acts, and how strongly it showed.
 pub(super) struct Footprint {
     pub rows: Vec<bool>,
     pub evidence: f64,
+    pub bent: f64,
     /// Evidence that it leaves over, over the root of its own.
     pub wanting: f64,
 }
@@ -60,11 +82,11 @@ impl Footprint {
         record: &Record,
         gate: &Tangent,
         state: &[Applied],
-        known: &[(usize, f64)],
+        known: &[Known],
     ) -> Vec<Self> {
-        let each = known.iter().map(|&(k, evidence)| {
+        let each = known.iter().map(|one| {
             let mut without = state.to_vec();
-            without.remove(k);
+            without.remove(one.place);
             let trace = gate.change(record, &without);
             let most = |rows: std::ops::Range<usize>| -> f64 {
                 trace[rows].iter().fold(0.0, |m, v| v.abs().max(m))
@@ -77,10 +99,11 @@ impl Footprint {
                         .map(move |v| least > 0.0 && v.abs() > least)
                 })
                 .collect();
-            let coarse = is_correction(state[k].effect);
+            let coarse = is_correction(state[one.place].effect);
             Self {
                 rows,
-                evidence,
+                evidence: one.evidence,
+                bent: one.bent,
                 wanting: LEFT_OVER * if coarse { KNOTS_WANT } else { 1.0 },
             }
         });
@@ -96,7 +119,8 @@ impl Footprint {
             .sum();
         let whole: f64 = signature.iter().zip(&self.rows).map(energy).sum();
         if whole > 0.0 {
-            self.wanting * self.evidence.max(0.0).sqrt() * shared / whole
+            let left = self.wanting * self.evidence.max(0.0).sqrt() + WITHIN_STANDS * self.bent;
+            left * shared / whole
         } else {
             0.0
         }
@@ -107,7 +131,7 @@ impl Footprint {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-    use super::{Footprint, KNOTS_WANT, LEFT_OVER, known};
+    use super::{Footprint, KNOTS_WANT, Known, LEFT_OVER, WITHIN_STANDS, known};
     use crate::claims::fixture::{Hidden, INFLUX_S, drilled};
     use crate::relations::Applied;
     use crate::select::Selection;
@@ -116,6 +140,14 @@ mod tests {
 
     /// A signature of four rows.
     const HERE: [f64; 4] = [3.0, 4.0, 0.0, 0.0];
+
+    fn at(place: usize, evidence: f64) -> Known {
+        Known {
+            place,
+            evidence,
+            bent: 0.0,
+        }
+    }
 
     fn one(id: &str, parameters: &[f64]) -> Applied {
         Applied::new(find(id).unwrap(), parameters.to_vec())
@@ -126,6 +158,7 @@ mod tests {
         let on = |rows: [bool; 4], evidence: f64| Footprint {
             rows: rows.to_vec(),
             evidence,
+            bent: 0.0,
             wanting: LEFT_OVER,
         };
         let everywhere = on([true; 4], 100.0).left_over(&HERE);
@@ -141,6 +174,12 @@ mod tests {
         assert!((on([true; 4], 900.0).left_over(&HERE) / everywhere - 3.0).abs() < 1e-12);
         assert_eq!(on([true; 4], -1.0).left_over(&HERE), 0.0);
         assert_eq!(on([true; 4], 100.0).left_over(&[0.0; 4]), 0.0);
+        // What differs from stand to stand differs within them.
+        let bent = Footprint {
+            bent: 300.0,
+            ..on([true; 4], 100.0)
+        };
+        assert!((bent.left_over(&HERE) - everywhere - 300.0 * WITHIN_STANDS).abs() < 1e-9);
     }
 
     #[test]
@@ -157,7 +196,7 @@ mod tests {
         );
         let state = [allowance, flow.clone(), drag.clone()];
         let gate = Tangent::at(&record, &state, &[], Bend::Lean).unwrap();
-        let all = Footprint::all(&record, &gate, &state, &[(1, 40.0), (2, 70.0)]);
+        let all = Footprint::all(&record, &gate, &state, &[at(1, 40.0), at(2, 70.0)]);
         assert_eq!(
             all.iter().map(|f| f.evidence).collect::<Vec<_>>(),
             [40.0, 70.0]
@@ -185,7 +224,7 @@ mod tests {
             one("line_restriction", &[5.0, 3000.0]),
         ];
         let gate = Tangent::at(&record, &state, &[], Bend::Lean).unwrap();
-        let all = Footprint::all(&record, &gate, &state, &[(0, 40.0), (1, 40.0)]);
+        let all = Footprint::all(&record, &gate, &state, &[at(0, 40.0), at(1, 40.0)]);
         assert_eq!(all[0].wanting, KNOTS_WANT * all[1].wanting);
     }
 
@@ -213,8 +252,8 @@ mod tests {
         };
         let counted = of(3);
         assert_eq!(counted.len(), 1);
-        assert_eq!(counted[0].0, 1);
-        assert!(counted[0].1 > 100.0, "{counted:?}");
+        assert_eq!(counted[0].place, 1);
+        assert!(counted[0].evidence > 100.0, "{counted:?}");
         // What is allowed for beside it counts for nothing.
         assert!(of(0).is_empty());
     }

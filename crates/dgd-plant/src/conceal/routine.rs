@@ -5,9 +5,12 @@ use crate::constants::GPM_M3_S;
 use crate::noise::Noise;
 use crate::schedule::{Control, Segment};
 
+/// Share of the recordings of level two in which the rig runs steadily: long stands, one flow, one level.
+const STEADY: f64 = 0.4;
+
 /// Writes a schedule that fills the rig's recording; with `stops` at least every second connection stops the pump.
 pub(crate) fn draw(rig: &Rig, stops: bool, noise: &mut Noise) -> Vec<Segment> {
-    let lively = rig.level == Level::One;
+    let lively = rig.level == Level::One || noise.unit() >= STEADY;
     let usual_gpm = rig.usual_flow_m3_s() / GPM_M3_S;
     let boost_gpm = (usual_gpm * noise.between(0.22, 0.32)).round();
     let mut crew = Crew {
@@ -53,8 +56,11 @@ pub(crate) fn draw(rig: &Rig, stops: bool, noise: &mut Noise) -> Vec<Segment> {
             crew.stop(standing_s, level_m, noise.between(20.0, 80.0));
         } else {
             let kept = crew.booster_gpm;
+            // It keeps the mud in the riser moving, at whatever the crew thinks enough.
             if kept == 0.0 {
-                crew.booster_gpm = boost_gpm;
+                crew.booster_gpm = (boost_gpm * noise.between(0.45, 1.0)).round();
+            } else if noise.unit() < 0.3 {
+                crew.booster_gpm = (boost_gpm * noise.between(1.1, 1.4)).round();
             }
             crew.run(standing_s, 0.0, level_m, false);
             crew.booster_gpm = kept;
