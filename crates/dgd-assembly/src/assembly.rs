@@ -88,6 +88,12 @@ impl Assembly {
         &self.system
     }
 
+    /// Seconds in one of what the record's times count; 1 where it stands along something else than time.
+    #[must_use]
+    pub fn tick_s(&self) -> f64 {
+        self.net.tick
+    }
+
     /// The description as TOML.
     #[must_use]
     pub fn to_toml(&self) -> String {

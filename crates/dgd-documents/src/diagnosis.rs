@@ -52,6 +52,9 @@ fn finding(finding: &Finding) -> Json {
         }),
     );
     members.text("relation", finding.relation.name());
+    let shows_in = finding.shows_in.iter().map(|r| Json::text(r.name()));
+    members.list("shows_in", shows_in);
+    members.put("shows_in_pair", finding.pair.map(Json::text));
     members.list(
         "intervals_s",
         finding

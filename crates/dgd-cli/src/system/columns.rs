@@ -177,6 +177,10 @@ impl Files<'_> {
         };
         if let Some(time) = &layout.time {
             let found = self.found(time, "the time", "`time` under [record]")?;
+            // A clock is converted; along a depth, say, the file and the record must agree.
+            if first && self.assembly.system().independent != "time" {
+                self.check_unit(found, layout.unit.as_deref(), "[record]");
+            }
             add(time, &self.on_the_clock(found));
         }
         for (path, input) in &self.assembly.system().inputs {
@@ -233,16 +237,13 @@ impl Files<'_> {
 
     /// Times of the file in the unit that the record counts in, where the file says another.
     fn on_the_clock<'c>(&self, column: &'c Column) -> Cow<'c, [f64]> {
-        let system = self.assembly.system();
-        let time = |unit: Option<&str>| {
-            let unit = unit.and_then(|u| Unit::parse(u).ok());
-            unit.filter(|u| u.dimension == Dimension::Time)
-        };
-        let Some(file) = time(column.unit.as_deref()).filter(|_| system.independent == "time")
-        else {
+        let unit = column.unit.as_deref().and_then(|u| Unit::parse(u).ok());
+        let in_time = self.assembly.system().independent == "time";
+        let time = unit.filter(|u| in_time && u.dimension == Dimension::Time);
+        let Some(file) = time else {
             return Cow::Borrowed(&column.values);
         };
-        let tick = time(system.record.unit.as_deref()).map_or(1.0, |u| u.factor);
+        let tick = self.assembly.tick_s();
         if file.factor == tick {
             return Cow::Borrowed(&column.values);
         }

@@ -299,6 +299,20 @@ test = { windows = [[510.0, 690.0]] }
         "fit well.csv --system static.toml --out f.toml",
         "dgd.system-fit/1",
     );
+    // Depths are no clock: they are not converted, and another unit is told.
+    let said = |unit: &str| {
+        let system = bench.text("static.toml");
+        let time = format!("time = \"depth\"\nunit = \"{unit}\"");
+        bench.write("unit.toml", system.replace("time = \"depth\"", &time));
+        bench
+            .dgd("fit well.csv --system unit.toml --out u.toml")
+            .err
+    };
+    assert!(
+        said("m")
+            .contains("column `depth` is written in ft, `[record]` of unit.toml reads it in m")
+    );
+    assert!(!said("ft").contains("is written in"));
     let (value, _, _) = estimate(&fit, "choke.flow_coefficient");
     assert!((value - 1e-4).abs() < 1e-9, "{value}");
     assert!(rms(&fit, "gauge", "test") < 1e-6);

@@ -134,6 +134,7 @@ fn a_finding_has_the_members_that_the_schema_promises() {
         "probability": 0.97,
         "alternatives": [{ "effect": "line_leak", "probability": 0.02 }],
         "relation": "riser_mass_balance",
+        "shows_in": ["riser_mass_balance"],
         "intervals_s": [[10230.0, 14012.0]],
         "region": "at flows from 0.03 to 0.05 m³/s",
         "held_out": {
