@@ -329,3 +329,6 @@ mod tests {
         assert_eq!(excluded[6..], [false, true]);
     }
 }
+
+#[cfg(test)]
+mod conditions;

@@ -373,3 +373,6 @@ mod tests {
         assert!(smooth.evidence > free.evidence);
     }
 }
+
+#[cfg(test)]
+mod corrected;
