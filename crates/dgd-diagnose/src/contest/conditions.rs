@@ -151,6 +151,16 @@ fn a_duty_is_known_by_six_blocks_within_a_twentieth_of_its_flow_and_lift() {
     assert!(strange(9, 0.04, f64::NAN, same));
     let (flows, lifts) = ([0.04; 8], [4e6; 8]);
     let inside = [false, false, false, false, false, false, false, true];
+    // A gap of either sign at that lift is no duty.
+    for (gap, known) in [(f64::NAN, 5), (-f64::NAN, 5), (f64::NAN, 6), (-f64::NAN, 6)] {
+        let mut flows = vec![gap; 3];
+        flows.extend(vec![0.04; known + 1]);
+        let n = flows.len();
+        let inside: Vec<bool> = (0..n).map(|b| b == n - 1).collect();
+        let mut excluded = vec![false; n];
+        exclude_strange_duty((&flows, &vec![4e6; n]), &inside, &mut excluded);
+        assert_eq!(excluded[n - 1], known < 6);
+    }
     let mut excluded = [true, true, false, false, false, false, false, false];
     exclude_strange_duty((&flows, &lifts), &inside, &mut excluded);
     assert!(excluded[7]);
@@ -242,11 +252,15 @@ fn a_strength_that_a_straight_line_carries_beyond_its_bound_is_looked_for_within
         assert!((solved(&c).parameters[0] - clamped).abs() < 1e-12);
     }
     // So does what does nothing, or has no strength of its own to be solved for.
-    for (applied, energy) in [(at(0.1), 0.0), (one("pump_speed_lag", &[3.0]), 1.0)] {
+    for (applied, energy) in [
+        (at(0.1), 0.0),
+        (one("pump_speed_lag", &[3.0]), 1.0),
+        (one("booster_line_storage", &[100.0]), 1.0),
+    ] {
         let mut c = candidate(applied.clone(), &[0.0], 0.0);
-        (c.energy, c.score) = (energy, 50.0);
+        (c.energy, c.score) = (energy, 1e9);
         settle(&record, &gate, &[], &mut c);
-        assert_eq!((c.energy, c.score), (energy, 50.0));
+        assert_eq!((c.energy, c.score), (energy, 1e9));
         assert_eq!(solved(&c).parameters, applied.parameters);
     }
 }
@@ -294,7 +308,11 @@ fn a_shift_of_a_transmitter_is_a_step_of_about_that_size_between_the_two() {
     // The first of two reads too much from some time on.
     let shifted = |first_pa: f64, until: f64| {
         let mut record = steady(360);
-        let second = record.outlet.clone();
+        // Both follow the pressure, which rises when it sets in.
+        let rise = |t: &f64| if *t >= onset { 2e5 } else { 0.0 };
+        let second: Vec<f64> = (record.t_s.iter().zip(&record.outlet))
+            .map(|(t, p)| p + rise(t))
+            .collect();
         let first = (record.t_s.iter().zip(&second))
             .map(|(t, p)| {
                 p + 7e3
