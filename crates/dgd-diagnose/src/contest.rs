@@ -70,7 +70,7 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
                     -1e3
                 }
             };
-            let mut evidence = ln_mean_exp(found.iter().map(weighed)).max(best.evidence - places);
+            let mut evidence = ln_mean_exp(found.iter().map(weighed));
             if is_pump(*effect)
                 && evidence > 1.0
                 && let Some(apart) = free()
@@ -109,7 +109,7 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
     out.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     let most = out.first().map_or(0.0, |c| c.evidence);
     out.par_iter_mut().take(LIKELIEST).for_each(|c| {
-        if record.takes(Step::Form) && c.evidence > 0.3 * most && most > 0.0 {
+        if record.takes(Step::Form) && c.evidence > 0.3 * most {
             // It pays for the places it could have been, as the evidence does.
             let places = (c.best.evidence - c.evidence).max(0.0);
             let formed = gate.formed(record, state, &solved(&c.best)) - places;
@@ -385,3 +385,6 @@ mod tests {
         assert_eq!(excluded[6..], [false, true]);
     }
 }
+
+#[cfg(test)]
+mod conditions;

@@ -374,3 +374,6 @@ mod tests {
         assert!(smooth.evidence > free.evidence);
     }
 }
+
+#[cfg(test)]
+mod corrected;

@@ -7,6 +7,8 @@ mod blocks;
 mod line_flow;
 mod parts;
 mod rows;
+#[cfg(test)]
+mod tests;
 
 pub(crate) use blocks::Blocks;
 pub(crate) use line_flow::LineFlow;

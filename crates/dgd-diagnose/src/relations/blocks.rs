@@ -132,44 +132,4 @@ fn calmed(values: &[f64]) -> (Vec<f64>, Vec<f64>) {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::calmed;
-    use crate::draws::normals;
-
-    const NOISE: f64 = 1e-4;
-
-    fn stepping() -> Vec<f64> {
-        normals(4, 400)
-            .iter()
-            .enumerate()
-            .map(|(i, v)| if i < 200 { 0.03 } else { 0.04 } + NOISE * v)
-            .collect()
-    }
-
-    #[test]
-    fn calm_stretches_are_averaged_and_steps_are_kept() {
-        let (out, count) = calmed(&stepping());
-        for (i, v) in out.iter().enumerate() {
-            let truth = if i < 200 { 0.03 } else { 0.04 };
-            assert!((v - truth).abs() < 4.5 * NOISE, "block {i}: {v}");
-        }
-        // The last block before the step has a neighbour that is not alike: it stands alone.
-        assert_eq!((count[199], count[200]), (1.0, 1.0));
-        let left: f64 = (20..180).map(|i| (out[i] - 0.03).powi(2)).sum::<f64>() / 160.0;
-        assert!(left.sqrt() < 0.6 * NOISE, "{}", left.sqrt());
-    }
-
-    #[test]
-    fn a_gap_is_not_averaged_into_its_neighbours() {
-        let mut values = stepping();
-        values[100] = f64::NAN;
-        let (out, count) = calmed(&values);
-        assert!(out[100].is_nan());
-        assert!(
-            out.iter()
-                .enumerate()
-                .all(|(i, v)| i == 100 || v.is_finite())
-        );
-        assert_eq!((count[99], count[101]), (1.0, 1.0));
-    }
-}
+mod tests;

@@ -18,6 +18,7 @@ fn at(values: &[f64], position: f64) -> f64 {
 /// The line's flow from its meter: the meter path inverted, a lag through the slope over some seconds.
 ///
 /// What is added is judged on a smoothed meter and cleared of noise: the relation's residual holds the meter's noise too.
+/// Nothing is added where the meter has a gap, or has ended, before it tells what the line did.
 fn line_flow(meter: &[f64], path: MeterPath, dt_s: f64, noise: f64) -> Vec<f64> {
     let n = meter.len();
     let shift = path.delay_s / dt_s;
@@ -78,3 +79,6 @@ impl LineFlow {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -82,9 +82,9 @@ impl Native {
     /// mass balance begins.
     pub(super) fn move_into(&mut self, parts: &mut Parts, record: &Record, first: usize) {
         let m = record.per_block;
-        let blocks = (record.blocks - first / m).min(self.flow.len() / m);
+        let blocks = self.flow.len() / m;
         let by = |values: &mut Vec<f64>, out: &mut Vec<f64>| {
-            out.extend(values.chunks_exact(m).take(blocks).map(trimmed));
+            out.extend(values.chunks_exact(m).map(trimmed));
             values.clear();
         };
         if let [one, two] = record.outlets.as_slice() {

@@ -119,3 +119,6 @@ impl Rows {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -3,6 +3,7 @@
 
 mod catalogue;
 mod claims;
+mod corrections;
 mod free_run;
 mod gaps;
 mod head;

@@ -1,0 +1,121 @@
+//! Claims about a meter's path turned round: what the line did is had again from what the meter read.
+
+use super::{at, line_flow};
+use dgd_effects::MeterPath;
+
+const DT_S: f64 = 2.0;
+
+fn path(delay_s: f64, lag_s: f64) -> MeterPath {
+    MeterPath { delay_s, lag_s }
+}
+
+#[test]
+fn a_value_between_samples_lies_on_the_line_between_them() {
+    let values = [1.0, 3.0, f64::NAN, 5.0, 6.0];
+    for (position, expected) in [(0.0, 1.0), (0.25, 1.5), (3.75, 5.75), (4.0, 6.0)] {
+        assert!(
+            (at(&values, position) - expected).abs() < 1e-12,
+            "{position}"
+        );
+    }
+    // On a sample beside a gap it is known, between the two and beyond the end it is not.
+    assert_eq!(at(&values, 1.0), 3.0);
+    for position in [1.5, 2.0, 2.5, 4.5, 6.0] {
+        assert!(at(&values, position).is_nan(), "{position}");
+    }
+}
+
+#[test]
+fn a_parabola_is_had_again_from_the_meter_that_was_late_and_slow_on_it() {
+    // What the meter reads, `m`, has in it the line's flow: `m + lag m' = f(t - delay)`.
+    let n = 60;
+    let flow = |t: f64| 0.03 + 2e-4 * t + 1e-6 * t * t;
+    for (delay, lag) in [(6.0, 0.0), (0.0, 5.0), (0.0, 3.0), (4.0, 6.0), (2.0, 20.0)] {
+        let meter: Vec<f64> = (0..n)
+            .map(|i| {
+                let t = DT_S * f64::from(i) - delay;
+                // The lag of a parabola: `f - lag f' + lag² f''`.
+                flow(t) - lag * (2e-4 + 2e-6 * t) + lag * lag * 2e-6
+            })
+            .collect();
+        let found = line_flow(&meter, path(delay, lag), DT_S, 0.0);
+        assert_eq!(found.len(), meter.len());
+        // Away from the ends, where means and slopes have both their sides.
+        for (i, q) in found.iter().enumerate().skip(7).take(38) {
+            let expected = flow(DT_S * i as f64);
+            assert!(
+                (q - expected).abs() < 1e-12,
+                "{delay} {lag}, {i}: {q} {expected}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_line_is_had_again_up_to_its_ends_as_far_as_the_meter_tells_it() {
+    let meter: Vec<f64> = (0..40).map(|i| 0.03 + 1e-4 * f64::from(i)).collect();
+    // What a slow meter read in the last samples has a slope too.
+    let slow = line_flow(&meter, path(0.0, 6.0), DT_S, 0.0);
+    for (q, read) in slow[5..35].iter().zip(&meter[5..35]) {
+        assert!((q - read - 6.0 * 5e-5).abs() < 1e-12);
+    }
+    for (q, read) in slow.iter().zip(&meter) {
+        // Means of one side are flatter, and none is steeper.
+        assert!(*q > read + 2.0 * 5e-5 && *q < read + 6.1 * 5e-5);
+    }
+    // What a late one has not yet read nobody knows: its last readings stand.
+    let late = line_flow(&meter, path(6.0, 0.0), DT_S, 0.0);
+    for (q, read) in late[2..35].iter().zip(&meter[2..35]) {
+        assert!((q - read - 6.0 * 5e-5).abs() < 1e-12);
+    }
+    assert_eq!(late[37..], meter[37..]);
+    let both = line_flow(&meter, path(6.0, 1.0), DT_S, 0.0);
+    assert_eq!(both[37..], meter[37..]);
+}
+
+#[test]
+fn standing_mud_has_no_store() {
+    // It comes to rest at once, and the mean about the stop falls slowly.
+    let meter: Vec<f64> = (0..40).map(|i| if i < 20 { 0.04 } else { 0.0 }).collect();
+    let found = line_flow(&meter, path(0.0, 6.0), DT_S, 0.0);
+    assert!(found[17..20].iter().all(|q| *q < 0.04 - 1e-3));
+    assert!(found[20..].iter().all(|q| *q == 0.0));
+}
+
+#[test]
+fn beside_a_gap_a_late_meter_tells_the_line_as_far_as_it_goes() {
+    let mut meter: Vec<f64> = (0..60).map(|i| 0.03 + 1e-4 * f64::from(i)).collect();
+    meter[30..40].fill(f64::NAN);
+    // Three samples late, and a mean of five: what the meter showed in its last ones is known of the line three earlier.
+    let found = line_flow(&meter, path(6.0, 0.0), DT_S, 0.0);
+    for i in (2..25).chain(42..55) {
+        assert!((found[i] - meter[i] - 6.0 * 5e-5).abs() < 1e-12, "{i}");
+    }
+    for i in 25..29 {
+        assert!(found[i] > meter[i] + 1e-4, "{i}");
+    }
+    assert_eq!(found[29], meter[29]);
+    assert!(found[30..40].iter().all(|q| q.is_nan()));
+}
+
+#[test]
+fn what_is_three_times_the_noise_of_its_estimate_counts_by_half() {
+    let noise = 2e-4;
+    for dt_s in [1.0, 2.0, 4.0] {
+        // Four seconds to either side are averaged, and a difference of two such means has the noise of one twice.
+        let side = 4.0 / dt_s;
+        let mean = noise * f64::sqrt(2.0 / (2.0 * side + 1.0));
+        let ahead = |path: MeterPath, rate: f64| {
+            let meter: Vec<f64> = (0..80).map(|i| 0.03 + rate * dt_s * f64::from(i)).collect();
+            line_flow(&meter, path, dt_s, noise)[30] - meter[30]
+        };
+        let late = ahead(path(12.0, 0.0), 3.0 * mean / 12.0);
+        assert!((late / (1.5 * mean) - 1.0).abs() < 1e-9);
+        // A lag's slope is over as long as it lasts to either side, eight seconds at most, and its noise adds to that.
+        for (lag, over) in [(4.0, 8.0), (20.0, 16.0)] {
+            let floor = mean * (1.0 + lag / over);
+            let slow = ahead(path(0.0, lag), 3.0 * floor / lag);
+            assert!((slow / (1.5 * floor) - 1.0).abs() < 1e-9, "{dt_s} {lag}");
+        }
+    }
+}

@@ -1,0 +1,208 @@
+//! Claims about which rows a recording supports.
+
+use super::Rows;
+use crate::claims::fixture::{DT_S, FLOW_M3_S, PER_BLOCK, steady};
+use crate::draws::normals;
+use crate::record::{MASS_BLOCKS, Record, whole};
+use crate::relations::Blocks;
+use std::ops::Range;
+
+const BLOCKS: usize = 60;
+/// Blocks in which the pump stands.
+const STOP: Range<usize> = 20..40;
+
+/// Samples of some blocks.
+fn samples(blocks: Range<usize>) -> Range<usize> {
+    blocks.start * PER_BLOCK..blocks.end * PER_BLOCK
+}
+
+/// Ten minutes with two noisy outlet transmitters and a stop in the middle.
+fn stopped() -> Record {
+    let mut record = steady(BLOCKS);
+    let stop = samples(STOP);
+    record.filled.pumping[stop.clone()].fill(false);
+    for values in [
+        &mut record.flow,
+        &mut record.filled.flow,
+        &mut record.speed,
+        &mut record.filled.speed,
+    ] {
+        values[stop.clone()].fill(0.0);
+    }
+    record.outlets = [1, 2]
+        .map(|seed| normals(seed, record.t_s.len()))
+        .map(|noise| noise.iter().map(|v| 184e5 + 500.0 * v).collect())
+        .to_vec();
+    record
+}
+
+fn rows(record: &Record) -> Rows {
+    Rows::of(record, &Blocks::under(record, &[]))
+}
+
+/// The rows that are used.
+fn used(rows: &[bool]) -> Vec<usize> {
+    (0..rows.len()).filter(|b| rows[*b]).collect()
+}
+
+fn all(ranges: &[Range<usize>]) -> Vec<usize> {
+    ranges.iter().cloned().flatten().collect()
+}
+
+/// The rows of sound drilling that are not used.
+fn lost(sound: &[bool], rows: &[bool]) -> Vec<usize> {
+    assert_eq!(sound.len(), rows.len());
+    (0..sound.len()).filter(|b| sound[*b] != rows[*b]).collect()
+}
+
+#[test]
+fn no_row_lies_at_a_start_or_stop() {
+    let found = rows(&stopped());
+    // A start is over after a block, a stop after two; the block before either is not used. The recording begins with a start.
+    assert_eq!(used(&found.head), all(&[1..19, 41..60]));
+    assert_eq!(used(&found.still), (22..39).collect::<Vec<usize>>());
+    assert_eq!(used(&found.friction), all(&[1..19, 22..39, 41..60]));
+    assert_eq!(used(&found.difference).len(), BLOCKS);
+    // The balance needs no flow, but its own is not known where the line fills.
+    assert_eq!(used(&found.mass), all(&[1..13, 14..20]));
+}
+
+#[test]
+fn a_block_that_turns_or_flows_in_part_is_a_start_or_stop() {
+    let sound = rows(&stopped());
+    for in_stop in [false, true] {
+        let block = if in_stop { 30 } else { 10 };
+        let near = |first: usize, last: usize| (first..=last).collect::<Vec<_>>();
+        let sample = block * PER_BLOCK + 2;
+        for (flow, pumping) in [
+            (if in_stop { FLOW_M3_S } else { 0.0 }, !in_stop),
+            (if in_stop { 0.0 } else { FLOW_M3_S }, in_stop),
+        ] {
+            let mut record = stopped();
+            record.filled.flow[sample] = flow;
+            record.filled.pumping[sample] = pumping;
+            let found = rows(&record);
+            // The row before it, its own, and those until it is settled or rested again.
+            let after = if in_stop { block + 2 } else { block + 1 };
+            assert_eq!(
+                lost(&sound.friction, &found.friction),
+                near(block - 1, after)
+            );
+            assert_eq!(lost(&sound.mass, &found.mass), [block / MASS_BLOCKS]);
+        }
+    }
+}
+
+#[test]
+fn a_gap_takes_the_rows_that_it_is_in() {
+    let sound = rows(&stopped());
+    let (block, sample) = (10, 10 * PER_BLOCK + 3);
+    let without = |change: fn(&mut Record, usize)| {
+        let mut record = stopped();
+        change(&mut record, sample);
+        let found = rows(&record);
+        [
+            lost(&sound.friction, &found.friction),
+            lost(&sound.head, &found.head),
+            lost(&sound.difference, &found.difference),
+            lost(&sound.mass, &found.mass),
+        ]
+    };
+    let (here, row, none) = (vec![block], vec![block / MASS_BLOCKS], Vec::new());
+    let gap = f64::NAN;
+    assert_eq!(
+        without(|r, i| r.flow[i] = f64::NAN),
+        [here.clone(), here.clone(), none.clone(), none.clone()]
+    );
+    assert_eq!(
+        without(|r, i| r.speed[i] = f64::NAN),
+        [none.clone(), here.clone(), none.clone(), none.clone()]
+    );
+    for change in [
+        |r: &mut Record, i: usize| r.mud_pump[i] = f64::NAN,
+        |r: &mut Record, i: usize| r.booster[i] = f64::NAN,
+    ] {
+        assert_eq!(
+            without(change),
+            [none.clone(), none.clone(), none.clone(), row.clone()]
+        );
+    }
+    // A mean of some samples will do for a pressure: a whole block must be missing.
+    let whole = |values: &mut [f64]| values[samples(10..11)].fill(f64::NAN);
+    for one in [gap, 184e5] {
+        let mut record = stopped();
+        record.outlet[sample] = one;
+        assert_eq!(used(&rows(&record).head), used(&sound.head));
+    }
+    let mut record = stopped();
+    whole(&mut record.outlet);
+    let found = rows(&record);
+    assert_eq!(lost(&sound.friction, &found.friction), here);
+    assert_eq!(lost(&sound.head, &found.head), here);
+    let mut record = stopped();
+    whole(&mut record.inlet);
+    let found = rows(&record);
+    assert_eq!(lost(&sound.friction, &found.friction), none);
+    assert_eq!(lost(&sound.head, &found.head), here);
+    let mut record = stopped();
+    whole(&mut record.outlets[1]);
+    assert_eq!(lost(&sound.difference, &rows(&record).difference), here);
+    // A standing line needs its pressure and nothing else.
+    let mut record = stopped();
+    record.outlet[samples(30..31)].fill(f64::NAN);
+    record.flow[samples(33..34)].fill(f64::NAN);
+    let found = rows(&record);
+    assert_eq!(lost(&sound.still, &found.still), [30]);
+    assert_eq!(lost(&sound.friction, &found.friction), [30]);
+}
+
+#[test]
+fn near_shut_off_the_head_has_no_rows() {
+    let sound = rows(&stopped());
+    // More than a twelfth of the greatest flow is enough, less is not; friction is asked at either.
+    for (share, used) in [(0.075, false), (0.085, true)] {
+        let mut record = stopped();
+        for values in [&mut record.flow, &mut record.filled.flow] {
+            values[samples(8..14)].fill(share * FLOW_M3_S);
+        }
+        let found = rows(&record);
+        let expected = if used { Vec::new() } else { (8..14).collect() };
+        assert_eq!(lost(&sound.head, &found.head), expected, "{share}");
+        assert!(lost(&sound.friction, &found.friction).is_empty());
+    }
+}
+
+#[test]
+fn a_transmitter_that_repeats_itself_is_stuck() {
+    let sound = rows(&stopped());
+    // 24 s of one value where mud flows, a minute where it stands.
+    for (first, seconds) in [(8 * PER_BLOCK + 2, 24.0), (25 * PER_BLOCK + 2, 60.0)] {
+        let repeats = whole(seconds / DT_S);
+        for k in [0, 1] {
+            let stuck = |repeats: usize| {
+                let mut record = stopped();
+                record.outlets[k][first..=first + repeats].fill(185e5);
+                rows(&record)
+            };
+            let found = stuck(repeats);
+            // From its first sample on, and two blocks beyond its last.
+            let last = (first + repeats) / PER_BLOCK;
+            let blocks: Vec<usize> = (first / PER_BLOCK..=last + 2).collect();
+            assert_eq!(lost(&sound.difference, &found.difference), blocks);
+            assert_eq!(lost(&sound.friction, &found.friction), blocks);
+            let head = if first < STOP.start * PER_BLOCK {
+                blocks
+            } else {
+                Vec::new()
+            };
+            assert_eq!(lost(&sound.head, &found.head), head);
+            assert!(lost(&sound.mass, &found.mass).is_empty());
+            let found = stuck(repeats - 1);
+            assert!(lost(&sound.friction, &found.friction).is_empty());
+        }
+    }
+    // Up to the end of the recording.
+    let mut record = stopped();
+    record.outlets[0][samples(57..60)].fill(185e5);
+    assert_eq!(lost(&sound.head, &rows(&record).head), [57, 58, 59]);
+}

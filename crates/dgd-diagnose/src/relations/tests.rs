@@ -1,0 +1,340 @@
+//! Claims about the relations under a hypothesis: where it is the truth, what is left is the rig's own curves and a balance of 0.
+#![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+
+use super::{Applied, Blocks, LineFlow, Parts, run};
+use crate::claims::fixture::{DT_S, FLOW_M3_S, PER_BLOCK, SPEED_PCT, steady};
+use crate::record::{MASS_BLOCKS, Record};
+use dgd_effects::{Changes, find};
+use dgd_units::STANDARD_GRAVITY_M_S2;
+
+/// Friction of the rig's line at its flow, Pa.
+const FRICTION_PA: f64 = 4e5;
+/// Head of its pump at the first sample, Pa, and how it changes, Pa/s.
+const HEAD_PA: (f64, f64) = (40e5, 20.0);
+const ROWS: usize = 6;
+
+fn head_pa(t_s: f64) -> f64 {
+    HEAD_PA.0 + HEAD_PA.1 * t_s
+}
+
+/// What the instruments of the rig read where the changes `c` act on it, by Eqs. 3.13, 2.27 and 3.45.
+fn read(c: &Changes, transmitters: usize) -> Record {
+    let mut record = steady(ROWS * MASS_BLOCKS);
+    let n = record.t_s.len();
+    let g = STANDARD_GRAVITY_M_S2;
+    let s = &record.setting;
+    let rho = s.density_kg_m3;
+    let (line, riser) = (1.0 + c.line_kg_m3 / rho, 1.0 + c.riser_kg_m3 / rho);
+    let column = record.column_pa() + c.line_kg_m3 * g * s.line_length_m - rho * g * c.line_fall_m;
+    let outlet = column + c.line_drop_pa + c.friction_factor * line * FRICTION_PA;
+    let inlet = |t: f64| outlet - c.head_pa - c.head_factor * riser * head_pa(t);
+    // The level falls as the head rises, and what is pumped in is what the balance then asks for.
+    let rate = -c.head_factor * riser * HEAD_PA.1;
+    let stored = c.area_factor * s.riser_area_m2 / (rho * g) * rate;
+    let inflow = (stored + FLOW_M3_S * riser - c.inflow_m3_s) / (1.0 + c.entering_kg_m3 / rho);
+    let (booster, topfill) = (0.01, 0.002);
+    record.filled.topfill = vec![topfill; n];
+    record.mud_pump = vec![inflow - booster - topfill; n];
+    record.flow = vec![(FLOW_M3_S - c.leak_m3_s) * c.meter_gain; n];
+    record.speed = vec![SPEED_PCT - c.speed_pct; n];
+    record.inlet = (record.t_s.iter())
+        .map(|t| inlet(*t) + c.inlet_bias_pa)
+        .collect();
+    record.outlets = (0..transmitters)
+        .map(|k| vec![outlet + c.outlet_bias_pa[k]; n])
+        .collect();
+    let bias = c.outlet_bias_pa[..transmitters].iter().sum::<f64>() / transmitters as f64;
+    record.outlet = vec![outlet + bias; n];
+    record.filled.mud_pump.clone_from(&record.mud_pump);
+    record.filled.flow.clone_from(&record.flow);
+    record
+}
+
+fn under(record: &Record, c: &Changes) -> Parts {
+    let line = LineFlow::under(record, &[]);
+    run(record, &line, 0..record.t_s.len(), |_| *c)
+}
+
+fn close(found: f64, expected: f64, size: f64) {
+    assert!((found - expected).abs() < 1e-9 * size, "{found} {expected}");
+}
+
+/// Each change by itself, and all of them.
+fn changes() -> Vec<Changes> {
+    let all = Changes {
+        inflow_m3_s: 4e-3,
+        area_factor: 1.3,
+        entering_kg_m3: 60.0,
+        riser_kg_m3: 40.0,
+        line_kg_m3: 25.0,
+        line_drop_pa: 7e4,
+        friction_factor: 1.2,
+        line_fall_m: 15.0,
+        head_factor: 0.9,
+        head_pa: -3e5,
+        speed_pct: 1.5,
+        recirculation_m3_s: 3e-3,
+        leak_m3_s: 5e-3,
+        meter_gain: 1.04,
+        outlet_bias_pa: [5e4, -2e4],
+        inlet_bias_pa: 4e4,
+    };
+    let none = Changes::default;
+    let with = |set: fn(&mut Changes, &Changes)| {
+        let mut one = none();
+        set(&mut one, &all);
+        one
+    };
+    vec![
+        none(),
+        with(|one, all| one.inflow_m3_s = all.inflow_m3_s),
+        with(|one, all| one.area_factor = all.area_factor),
+        with(|one, all| one.entering_kg_m3 = all.entering_kg_m3),
+        with(|one, all| one.riser_kg_m3 = all.riser_kg_m3),
+        with(|one, all| one.line_kg_m3 = all.line_kg_m3),
+        with(|one, all| one.line_drop_pa = all.line_drop_pa),
+        with(|one, all| one.friction_factor = all.friction_factor),
+        with(|one, all| one.line_fall_m = all.line_fall_m),
+        with(|one, all| one.head_factor = all.head_factor),
+        with(|one, all| one.head_pa = all.head_pa),
+        with(|one, all| one.speed_pct = all.speed_pct),
+        with(|one, all| one.recirculation_m3_s = all.recirculation_m3_s),
+        with(|one, all| one.leak_m3_s = all.leak_m3_s),
+        with(|one, all| one.meter_gain = all.meter_gain),
+        with(|one, all| one.outlet_bias_pa = all.outlet_bias_pa),
+        with(|one, all| one.inlet_bias_pa = all.inlet_bias_pa),
+        all,
+    ]
+}
+
+#[test]
+fn what_acts_on_the_rig_is_undone_where_it_is_told() {
+    for c in changes() {
+        for transmitters in [1, 2] {
+            let record = read(&c, transmitters);
+            let parts = under(&record, &c);
+            assert_eq!(parts.flow.len(), record.blocks);
+            for b in 0..record.blocks {
+                close(parts.flow[b], FLOW_M3_S, FLOW_M3_S);
+                close(
+                    parts.through[b],
+                    FLOW_M3_S + c.recirculation_m3_s,
+                    FLOW_M3_S,
+                );
+                close(parts.speed[b], SPEED_PCT, SPEED_PCT);
+                close(parts.drop[b] / parts.friction_factor[b], FRICTION_PA, 184e5);
+                // The middle of a block is that of its samples.
+                let middle = DT_S * (PER_BLOCK * b + PER_BLOCK / 2) as f64;
+                close(parts.lift[b] / parts.head_factor[b], head_pa(middle), 184e5);
+            }
+            // The ends have no sample beyond them to tell the level from.
+            assert_eq!(parts.imbalance.len(), ROWS);
+            for imbalance in &parts.imbalance[1..ROWS - 1] {
+                close(*imbalance, 0.0, FLOW_M3_S);
+            }
+            let apart = if transmitters == 2 { record.blocks } else { 0 };
+            assert_eq!(parts.difference.len(), apart);
+            for difference in parts.difference {
+                close(difference, 0.0, 184e5);
+            }
+        }
+    }
+}
+
+#[test]
+fn what_is_told_and_does_not_act_is_left_over() {
+    let sound = read(&Changes::default(), 2);
+    let plain = under(&sound, &Changes::default());
+    for c in &changes()[1..] {
+        let parts = under(&sound, c);
+        let moved =
+            |a: &[f64], b: &[f64]| (a.iter().zip(b)).any(|(a, b)| (a / b - 1.0).abs() > 1e-3);
+        let off = |a: &[f64]| a.iter().any(|v| v.abs() > 1e-5);
+        let ratio = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a / b).collect::<Vec<_>>();
+        assert!(
+            moved(&parts.flow, &plain.flow)
+                || moved(&parts.through, &plain.through)
+                || moved(&parts.speed, &plain.speed)
+                || moved(&ratio(&parts.drop, &parts.friction_factor), &plain.drop)
+                || moved(&ratio(&parts.lift, &parts.head_factor), &plain.lift)
+                || off(&parts.difference)
+                || off(&parts.imbalance[1..ROWS - 1])
+        );
+    }
+}
+
+#[test]
+fn a_drift_of_the_inlets_is_no_level() {
+    // By 2 Pa/s over the whole recording.
+    let mut record = read(&Changes::default(), 1);
+    let drift = |t: f64| 2.0 * t;
+    for (p, t) in record.inlet.iter_mut().zip(&record.t_s) {
+        *p += drift(*t);
+    }
+    let line = LineFlow::under(&record, &[]);
+    let parts = run(&record, &line, 0..record.t_s.len(), |at| Changes {
+        inlet_bias_pa: drift(at.t_s),
+        ..Changes::default()
+    });
+    for imbalance in &parts.imbalance[1..ROWS - 1] {
+        close(*imbalance, 0.0, FLOW_M3_S);
+    }
+}
+
+#[test]
+fn of_a_level_that_moves_by_no_more_than_its_noise_another_area_tells_little() {
+    let wider = Changes {
+        area_factor: 1.3,
+        ..Changes::default()
+    };
+    let mut record = read(&wider, 1);
+    // In half a minute it falls by 600 Pa: three times the noise, so that half of it counts.
+    let fall = 30.0 * HEAD_PA.1;
+    record.setting.noise.inlet_pa = fall / 3.0;
+    let parts = under(&record, &wider);
+    let s = &record.setting;
+    let plain = s.riser_area_m2 / (s.density_kg_m3 * STANDARD_GRAVITY_M_S2);
+    for imbalance in &parts.imbalance[1..ROWS - 1] {
+        // What the wider part of the riser lost is told by half.
+        close(*imbalance, -0.5 * 0.3 * plain * HEAD_PA.1, FLOW_M3_S);
+    }
+}
+
+#[test]
+fn a_row_of_the_balance_stands_a_tenth_of_gaps() {
+    let mut record = read(&Changes::default(), 1);
+    let per_row = PER_BLOCK * MASS_BLOCKS;
+    // One of fifteen samples, and two.
+    record.flow[2 * per_row + 7] = f64::NAN;
+    record.flow[3 * per_row + 4] = f64::NAN;
+    record.flow[3 * per_row + 9] = f64::NAN;
+    let parts = under(&record, &Changes::default());
+    for (k, imbalance) in parts.imbalance.iter().enumerate() {
+        assert_eq!(imbalance.is_nan(), k == 3, "{k}");
+    }
+    close(parts.imbalance[2], 0.0, FLOW_M3_S);
+    // A tenth is enough.
+    let mut record = read(&Changes::default(), 1);
+    record.per_block = 10;
+    record.blocks = record.t_s.len() / 10;
+    record.flow[32..35].fill(f64::NAN);
+    assert!(under(&record, &Changes::default()).imbalance[1].is_finite());
+    record.flow[35] = f64::NAN;
+    assert!(under(&record, &Changes::default()).imbalance[1].is_nan());
+}
+
+#[test]
+fn the_level_at_an_edge_is_that_of_two_seconds_to_either_side() {
+    for (dt_s, side) in [(1.0, 2_usize), (2.0, 1), (4.0, 1)] {
+        let mut record = read(&Changes::default(), 1);
+        record.dt_s = dt_s;
+        let plain = under(&record, &Changes::default()).imbalance;
+        // Where the third row ends and the fourth begins.
+        let edge = 3 * PER_BLOCK * MASS_BLOCKS;
+        for at in edge - 5..edge + 5 {
+            let mut record = record.clone();
+            record.inlet[at] += 1e4;
+            let found = under(&record, &Changes::default()).imbalance;
+            let seen = (edge - side..edge + side).contains(&at);
+            for (k, (a, b)) in found.iter().zip(&plain).enumerate() {
+                assert_eq!(a != b, seen && (k == 2 || k == 3), "{dt_s} {at} {k}");
+            }
+        }
+    }
+}
+
+#[test]
+fn rows_that_are_run_by_themselves_take_their_place_among_the_others() {
+    let (plain, all) = (Changes::default(), changes().pop().unwrap());
+    let mut record = read(&plain, 2);
+    for (i, p) in record.inlet.iter_mut().enumerate() {
+        *p += 300.0 * (0.7 * i as f64).sin();
+    }
+    // Four samples that make no block and a block that makes no row.
+    let n = record.t_s.len() - 2 * PER_BLOCK;
+    let mut record = cut(record, n + 4);
+    record.blocks = n / PER_BLOCK;
+    let per_row = PER_BLOCK * MASS_BLOCKS;
+    let line = LineFlow::under(&record, &[]);
+    let whole = |from: usize, to: usize| {
+        run(&record, &line, 0..record.t_s.len(), |at| {
+            if (from..to).contains(&at.index) {
+                all
+            } else {
+                plain
+            }
+        })
+    };
+    let base = whole(0, 0);
+    for (from, to) in [(0, 2), (2, 4), (3, 6)] {
+        let end = (to * per_row).min(record.t_s.len());
+        let samples = from * per_row..end;
+        let rows = run(&record, &line, samples, |_| all);
+        let laid = base.clone().with(&rows, from);
+        let expected = whole(from * per_row, end);
+        for (a, b) in [
+            (&laid.flow, &expected.flow),
+            (&laid.through, &expected.through),
+            (&laid.speed, &expected.speed),
+            (&laid.drop, &expected.drop),
+            (&laid.friction_factor, &expected.friction_factor),
+            (&laid.lift, &expected.lift),
+            (&laid.head_factor, &expected.head_factor),
+            (&laid.difference, &expected.difference),
+            (&laid.imbalance, &expected.imbalance),
+        ] {
+            assert_eq!(a, b, "{from}..{to}");
+        }
+        assert_eq!(laid.flow.len(), record.blocks);
+        assert_eq!(laid.imbalance.len(), record.blocks / MASS_BLOCKS);
+    }
+}
+
+/// The first samples of a record.
+fn cut(mut record: Record, n: usize) -> Record {
+    for values in [
+        &mut record.t_s,
+        &mut record.mud_pump,
+        &mut record.booster,
+        &mut record.flow,
+        &mut record.speed,
+        &mut record.inlet,
+        &mut record.outlet,
+    ]
+    .into_iter()
+    .chain(&mut record.outlets)
+    {
+        values.truncate(n);
+    }
+    record
+}
+
+#[test]
+fn a_hypothesis_of_several_effects_is_all_of_them_and_their_meter_paths_add_up() {
+    let mut record = steady(30);
+    for (i, q) in record.flow.iter_mut().enumerate() {
+        *q += 1e-5 * i as f64;
+    }
+    record.filled.flow.clone_from(&record.flow);
+    let one = |id: &str, parameters: &[f64]| Applied::new(find(id).unwrap(), parameters.to_vec());
+    let flow = |applied: &[Applied]| Blocks::under(&record, applied).flow;
+    let late = [3.0, 5.0, 8.0].map(|s| one("return_flow_delay", &[s]));
+    let both = flow(&late[..2]);
+    let (bare, whole) = (flow(&[]), flow(&late[2..]));
+    for b in 5..22 {
+        // A flow that rises by 5e-6 m³/s a second was there so many seconds before.
+        close(whole[b] - bare[b], 8.0 * 5e-6, FLOW_M3_S);
+        close(both[b], whole[b], FLOW_M3_S);
+    }
+    let lag = flow(&[4.0, 2.0].map(|s| one("line_gas_storage", &[s])));
+    close(lag[10] - bare[10], 6.0 * 5e-6, FLOW_M3_S);
+    // A gain and an offset of the outlets.
+    let gain = one("return_flow_gain", &[0.02]);
+    let bias = one("outlet_pressure_bias", &[3e4]);
+    let (sound, found) = (
+        Blocks::under(&record, &[]),
+        Blocks::under(&record, &[gain, bias]),
+    );
+    close(found.flow[10] * 1.02, sound.flow[10], FLOW_M3_S);
+    close(found.lift[10] + 3e4, sound.lift[10], 20e5);
+}

@@ -1,0 +1,108 @@
+//! The correction without physics: along which quantity, and to what, it is made.
+
+use crate::{close, drive, moments, setting};
+use dgd_effects::{INLET_READING, KNOTS, Moment, PLACES, unknown};
+
+/// What a quantity is at a moment.
+type Of = fn(&Moment) -> f64;
+
+/// Knots that rise by one each, so that a correction tells its own position among them.
+fn line(place: usize, quantity: f64, from: f64, to: f64) -> Vec<f64> {
+    let mut p = vec![place as f64, quantity, from, to];
+    p.extend((0..KNOTS).map(|k| k as f64));
+    p
+}
+
+/// Where a quantity lies between the ends, as the balance's correction has it.
+fn position(quantity: f64, from: f64, to: f64, moments: &[Moment]) -> Vec<f64> {
+    drive("unknown", &line(2, quantity, from, to), &setting(), moments)
+        .iter()
+        .map(|c| c.inflow_m3_s / (KNOTS - 1) as f64)
+        .collect()
+}
+
+#[test]
+fn a_correction_follows_its_quantity() {
+    let at = moments();
+    let quantities: [(f64, f64, f64, Of); 6] = [
+        (0.0, -10.0, 6100.0, |m| m.t_s),
+        (1.0, 150e5, 180e5, |m| m.inlet_pa),
+        (2.0, -0.01, 0.05, |m| m.mud_pump_m3_s),
+        (3.0, 0.0, 0.02, |m| m.booster_m3_s),
+        (4.0, -0.02, 0.06, |m| m.flow_m3_s),
+        (5.0, -5.0, 100.0, |m| m.speed_pct),
+    ];
+    for (quantity, from, to, of) in quantities {
+        for (m, found) in at.iter().zip(position(quantity, from, to, &at)) {
+            close(found, (of(m) - from) / (to - from), 1e-9);
+        }
+    }
+}
+
+#[test]
+fn the_time_since_the_pump_started_counts_from_its_last_start_in_minutes() {
+    let found = position(6.0, -1.0, 9.0, &moments());
+    // It stands from 3100 s to 3300 s, and had turned for an hour before the recording.
+    for (i, found) in found.into_iter().enumerate() {
+        let since = match i {
+            0..3100 => 3601.0 + i as f64,
+            3100..3300 => 0.0,
+            _ => i as f64 - 3299.0,
+        };
+        close(found, ((1.0 + since / 60.0).ln() + 1.0) / 10.0, 1e-9);
+    }
+}
+
+#[test]
+fn the_rate_of_the_flow_is_that_of_some_twenty_seconds() {
+    let moment = |i: usize, dt_s: f64, flow_m3_s: f64| Moment {
+        index: i,
+        t_s: dt_s * i as f64,
+        dt_s,
+        flow_m3_s,
+        ..moments()[0]
+    };
+    for rate in [2e-5, -3e-5] {
+        // In small steps, long after the ramp began.
+        let ramp: Vec<Moment> = (0..4000)
+            .map(|i| moment(i, 0.1, 0.03 + rate * 0.1 * i as f64))
+            .collect();
+        let found = position(7.0, -1e-4, 1e-4, &ramp);
+        close((2.0 * found[3999] - 1.0) * 1e-4, rate, 0.01);
+        assert!((found[0] - 0.5).abs() < 1e-9);
+        // Half of a change is gone after 20 s ln 2.
+        let mut step = vec![moment(0, 0.1, 0.03); 10];
+        step.extend((10..300).map(|i| moment(i, 0.1, 0.03 + 20.0 * rate)));
+        let found = position(7.0, -1e-4, 1e-4, &step);
+        close((2.0 * found[148] - 1.0) * 1e-4, 0.5 * rate, 0.01);
+    }
+    // Of a step as long as that the mean is the flow itself; and a gap is forgotten.
+    let slow = [0.03, 0.05, f64::NAN, 0.04].map(|q| moment(0, 20.0, q));
+    let found = position(7.0, -1e-4, 1e-4, &slow);
+    assert!([0, 1, 3].iter().all(|i| (found[*i] - 0.5).abs() < 1e-9));
+    assert_eq!(found[2], 0.0);
+}
+
+#[test]
+fn a_reading_is_off_by_its_correction() {
+    let at = moments();
+    let along = |place: usize| drive("unknown", &line(place, 0.0, 0.0, 6000.0), &setting(), &at);
+    let inlet = along(INLET_READING);
+    let outlet = along(PLACES.len() - 1);
+    for (i, (inlet, outlet)) in inlet.iter().zip(&outlet).enumerate().skip(1) {
+        let expected = (KNOTS - 1) as f64 * i as f64 / 6000.0;
+        close(inlet.inlet_bias_pa, expected, 1e-9);
+        assert_eq!(inlet.outlet_bias_pa, [0.0; 2]);
+        close(outlet.outlet_bias_pa[0], expected, 1e-9);
+        assert_eq!(outlet.outlet_bias_pa[0], outlet.outlet_bias_pa[1]);
+        assert_eq!(outlet.inlet_bias_pa, 0.0);
+    }
+}
+
+#[test]
+fn a_correction_remembers_as_long_as_the_knots_after_a_start_last() {
+    // They end at `ln(1 + minutes)` of 4.5.
+    let last = 60.0 * 4.5_f64.exp_m1();
+    let memory = unknown().memory_s(&line(0, 6.0, 0.0, 4.5));
+    assert!((last..2.0 * last).contains(&memory), "{memory}");
+}
