@@ -152,24 +152,14 @@ fn without_lean(
 /// tells of its curve, unless it does so at once while its duty stands: its edges show that. And where each stop leaves the line
 /// as full as its valve was quick, it is the standing column that changes, not the friction.
 fn sustained(record: &Record, state: &[Applied], c: &Candidate, still: &[bool]) -> Option<f64> {
-    let about = c.applied.effect.about();
-    let stops = about.search.flowing && record.takes(Step::Flowing);
-    let edges = about.onset().is_some() && record.takes(Step::Edges);
-    let duty = about.duration().is_some() && is_pump(c.applied.effect) && record.takes(Step::Duty);
-    let masks = [
-        edges.then(|| about_edges(record, c)),
-        duty.then(|| strange_duty(record, state, c)),
-    ];
-    let mut masks: Vec<Vec<bool>> = masks.into_iter().flatten().collect();
-    if masks.is_empty() {
-        masks.push(vec![false; record.blocks]);
+    let mut doubtful = doubtful(record, state, c);
+    if doubtful.is_empty() {
+        doubtful.push(vec![false; record.blocks]);
     }
+    let stops = c.applied.effect.about().search.flowing && record.takes(Step::Flowing);
     let without = |mut excluded: Vec<bool>| -> Option<f64> {
-        if stops {
-            excluded
-                .iter_mut()
-                .zip(still)
-                .for_each(|(out, still)| *out |= still);
+        for (out, still) in excluded.iter_mut().zip(still) {
+            *out |= stops && *still;
         }
         if !excluded.contains(&true) {
             return None;
@@ -177,7 +167,17 @@ fn sustained(record: &Record, state: &[Applied], c: &Candidate, still: &[bool]) 
         let tangent = Tangent::beside(record, state, &excluded, Bend::Lean)?;
         Some(weigh(record, &tangent, state, c.applied.clone()).evidence)
     };
-    masks.into_iter().filter_map(without).reduce(f64::min)
+    doubtful.into_iter().filter_map(without).reduce(f64::min)
+}
+
+/// What may only look like a candidate, to be left out one after the other: its edges, and duties of its own.
+fn doubtful(record: &Record, state: &[Applied], c: &Candidate) -> Vec<Vec<bool>> {
+    let about = c.applied.effect.about();
+    let edges = about.onset().is_some() && record.takes(Step::Edges);
+    let duty = about.duration().is_some() && is_pump(c.applied.effect) && record.takes(Step::Duty);
+    let edges = edges.then(|| about_edges(record, c));
+    let duty = duty.then(|| strange_duty(record, state, c));
+    edges.into_iter().chain(duty).collect()
 }
 
 /// The interval of a candidate, and the middle of each block, s.
