@@ -157,7 +157,11 @@ fn sustained(record: &Record, state: &[Applied], c: &Candidate, still: &[bool]) 
     if !excluded.contains(&true) {
         return None;
     }
-    let tangent = Tangent::beside(record, state, &excluded, Bend::Lean)?;
+    let mut tangent = Tangent::beside(record, state, &excluded, Bend::Lean)?;
+    if about.search.timing.is_some() {
+        // What is weighed by a second fit needs nothing more of the first.
+        tangent.release_columns();
+    }
     Some(weigh(record, &tangent, state, c.applied.clone()).evidence)
 }
 
