@@ -156,7 +156,8 @@ fn sustained(record: &Record, state: &[Applied], c: &Candidate, still: &[bool]) 
     if doubtful.is_empty() {
         doubtful.push(vec![false; record.blocks]);
     }
-    let stops = c.applied.effect.about().search.flowing && record.takes(Step::Flowing);
+    let search = &c.applied.effect.about().search;
+    let stops = search.flowing && record.takes(Step::Flowing);
     let without = |mut excluded: Vec<bool>| -> Option<f64> {
         for (out, still) in excluded.iter_mut().zip(still) {
             *out |= stops && *still;
@@ -164,7 +165,11 @@ fn sustained(record: &Record, state: &[Applied], c: &Candidate, still: &[bool]) 
         if !excluded.contains(&true) {
             return None;
         }
-        let tangent = Tangent::beside(record, state, &excluded, Bend::Lean)?;
+        let mut tangent = Tangent::beside(record, state, &excluded, Bend::Lean)?;
+        if search.timing.is_some() {
+            // What is weighed by a second fit needs nothing more of the first.
+            tangent.release_columns();
+        }
         Some(weigh(record, &tangent, state, c.applied.clone()).evidence)
     };
     doubtful.into_iter().filter_map(without).reduce(f64::min)

@@ -15,10 +15,7 @@ use crate::scan::joined;
 use crate::slack::{Slack, slack};
 use crate::step::Step;
 pub(crate) use crate::vectors::dot;
-use crate::vectors::{
-    Orthonormal, Reach, Sparse, back_substitute, dot_within, orthonormal, products, support,
-    take_away, without,
-};
+use crate::vectors::{Column, Sparse, back_substitute, orthonormal, products, support, without};
 use columns::Columns;
 pub(crate) use columns::FRICTION_PRIOR_PA;
 use curves::Evaluated;
@@ -54,9 +51,7 @@ pub(crate) struct Tangent {
     /// Columns of `rest`, stacked rows.
     nuisance: Vec<Arc<Sparse>>,
     /// Orthonormal columns, over whitened rows followed by prior rows.
-    basis: Vec<Vec<f64>>,
-    /// Rows in which each of them may differ from 0.
-    reaches: Vec<Reach>,
+    basis: Vec<Column>,
     /// Whitened residual off the tangent, the same shape.
     pub off: Vec<f64>,
     /// Raw residual of the curves alone (wanders not taken out), stacked.
@@ -99,6 +94,13 @@ impl Tangent {
     pub(crate) fn refitted(&self, record: &Record, applied: &[Applied]) -> Self {
         let blocks = Blocks::under(record, applied);
         Self::with(record, applied, &blocks, self.frame())
+    }
+
+    /// Lets go of the columns, which are what memory goes into: for who only asks what is left when it is
+    /// [re-fitted](Self::refitted).
+    pub(crate) fn release_columns(&mut self) {
+        self.basis = Vec::new();
+        self.nuisance = Vec::new();
     }
 
     /// What it stands on, but for the hypothesis; all the rest, the columns above all, is released.
@@ -184,15 +186,13 @@ impl Tangent {
         let (n, total, p) = (layout.blocks, layout.len(), whitened.len());
         // Columns that touch little first: they stay short among themselves.
         let mut order: Vec<usize> = (0..p).collect();
-        order.sort_by_key(|&a| support(&whitened[a]).len());
-        let mut basis: Vec<Vec<f64>> = order
+        order.sort_by_key(|&a| whitened[a].reach().len());
+        let mut basis: Vec<Column> = order
             .iter()
             .map(|&a| {
-                let mut w = std::mem::take(&mut whitened[a]);
-                w.reserve_exact(p);
-                w.resize(total + p, 0.0);
-                w[total + a] = 1.0 / widths[a];
-                w
+                let mut priors = vec![0.0; p];
+                priors[a] = 1.0 / widths[a];
+                std::mem::take(&mut whitened[a]).before(priors)
             })
             .collect();
         let mut y = vec![0.0; total];
@@ -202,11 +202,11 @@ impl Tangent {
         y[layout.mass_at()..].copy_from_slice(&blocks.imbalance);
         let mut off = whitening.apply_whole(&y);
         off.extend((means.iter().zip(&widths)).map(|(mean, width)| mean / width));
-        let Orthonormal { triangle, reaches } = orthonormal(&mut basis, total);
+        let triangle = orthonormal(&mut basis);
         let mut right = vec![0.0; p];
-        for ((q, rows), r) in basis.iter().zip(&reaches).zip(&mut right) {
-            *r = dot_within(q, &off, rows, p);
-            take_away(&mut off, *r, q, rows, p);
+        for (q, r) in basis.iter().zip(&mut right) {
+            *r = q.dot(&off);
+            q.take_from(&mut off, *r);
         }
         let ln_volume = (triangle.iter().zip(&order).enumerate())
             .map(|(k, (row, &a))| (row[k].abs() * widths[a]).ln())
@@ -231,7 +231,6 @@ impl Tangent {
             rest,
             nuisance: beyond_curves,
             basis,
-            reaches,
             off,
             residual,
             bend,
@@ -257,20 +256,14 @@ impl Tangent {
         }
         let scale = dot(&w[touched.clone()], &w[touched.clone()]).sqrt();
         // Columns are orthonormal: the products need not wait for one another.
-        let mut shares = products(&self.basis, &self.reaches, &w, &touched);
+        let mut shares = products(&self.basis, &w, &touched);
         for share in &mut shares {
             // Not turned round: a NaN is passed over too.
             if !(share.abs() > 1e-9 * scale) {
                 *share = 0.0;
             }
         }
-        without(
-            &mut w,
-            &self.basis,
-            &self.reaches,
-            &shares,
-            self.basis.len(),
-        );
+        without(&mut w, &self.basis, &shares);
         w
     }
 
@@ -288,7 +281,7 @@ impl Tangent {
                 if !record.takes(Step::Projection) {
                     return vec![0.0; self.basis.len()];
                 }
-                products(&self.basis, &self.reaches, w, &support(w))
+                products(&self.basis, w, &support(w))
             })
             .collect();
         let n = changes.len();

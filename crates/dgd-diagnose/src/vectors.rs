@@ -1,5 +1,9 @@
 //! Small dense linear algebra over long columns.
 
+mod column;
+
+pub(crate) use column::Column;
+use column::take;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -23,7 +27,7 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest
 }
 
-/// Rows that a vector may differ from 0 in; the last few, which are the priors', always belong to it.
+/// Rows that a vector may differ from 0 in.
 pub(crate) type Reach = std::ops::Range<usize>;
 
 /// Where a column holds anything but zeros: from the first to after the last.
@@ -50,31 +54,6 @@ fn add_products(sums: &mut [f64; 8], a: &[f64], b: &[f64]) {
         for k in 0..8 {
             sums[k] += x[k] * y[k];
         }
-    }
-}
-
-/// [`dot`] of two vectors of one length, digit for digit, without the rows in which one of them is 0.
-pub(crate) fn dot_within(a: &[f64], b: &[f64], rows: &Reach, priors: usize) -> f64 {
-    let n = a.len();
-    let whole = n / 8 * 8;
-    let main = eights(rows, 0, n);
-    let tail = main.end.max((n - priors) / 8 * 8).min(whole)..whole;
-    let mut sums = [0.0; 8];
-    for part in [main, tail] {
-        add_products(&mut sums, &a[part.clone()], &b[part]);
-    }
-    let rest: f64 = (a[whole..].iter().zip(&b[whole..]))
-        .map(|(x, y)| x * y)
-        .sum();
-    sums.iter().sum::<f64>() + rest
-}
-
-/// Takes `share` of a vector with this reach away from another.
-pub(crate) fn take_away(from: &mut [f64], share: f64, of: &[f64], rows: &Reach, priors: usize) {
-    let tail = rows.end.max(of.len() - priors);
-    for part in [rows.clone(), tail..of.len()] {
-        let (from, of) = (&mut from[part.clone()], &of[part]);
-        from.iter_mut().zip(of).for_each(|(v, q)| *v -= share * q);
     }
 }
 
@@ -122,130 +101,94 @@ const PIECE: usize = 1024;
 
 /// Products of each column with rows `touched` of a vector, the digits those of [`dot`] of these slices.
 ///
-/// Piece by piece, so that the vector is read from afar once and not once a column.
-pub(crate) fn products(
-    columns: &[Vec<f64>],
-    reaches: &[Reach],
-    vector: &[f64],
-    touched: &Range<usize>,
-) -> Vec<f64> {
+/// Piece by piece, so that the vector is read from afar once and not once a column. No row of a prior may be touched.
+pub(crate) fn products(columns: &[Column], vector: &[f64], touched: &Range<usize>) -> Vec<f64> {
     let (from, to) = (touched.start, touched.end);
     let whole = from + (to - from) / 8 * 8;
-    let within: Vec<Range<usize>> = reaches.iter().map(|r| eights(r, from, to)).collect();
+    let within = columns.iter().map(|q| eights(q.reach(), from, to));
+    let within: Vec<Range<usize>> = within.collect();
     let mut sums = vec![[0.0; 8]; columns.len()];
     for start in (from..whole).step_by(PIECE) {
         let end = (start + PIECE).min(whole);
         for ((q, rows), sums) in columns.iter().zip(&within).zip(&mut sums) {
             let (start, end) = (start.max(rows.start), end.min(rows.end));
             if start < end {
-                add_products(sums, &q[start..end], &vector[start..end]);
+                add_products(sums, q.part(start..end), &vector[start..end]);
             }
         }
     }
     (columns.iter().zip(sums))
         .map(|(q, sums)| {
-            let rest: f64 = (q[whole..to].iter().zip(&vector[whole..to]))
-                .map(|(x, y)| x * y)
-                .sum();
+            let rest: f64 = (whole..to).map(|row| q.at(row) * vector[row]).sum();
             sums.iter().sum::<f64>() + rest
         })
         .collect()
 }
 
-/// Takes shares of columns away from a vector of their length, in their order, piece by piece.
-pub(crate) fn without(
-    vector: &mut [f64],
-    columns: &[Vec<f64>],
-    reaches: &[Reach],
-    shares: &[f64],
-    priors: usize,
-) {
+/// Takes shares of columns away from a vector over their rows and priors, in their order, piece by piece.
+pub(crate) fn without(vector: &mut [f64], columns: &[Column], shares: &[f64]) {
     let n = vector.len();
     for start in (0..n).step_by(PIECE) {
         let end = (start + PIECE).min(n);
-        for ((q, rows), share) in columns.iter().zip(reaches).zip(shares) {
+        for (q, share) in columns.iter().zip(shares) {
             if *share == 0.0 {
                 continue;
             }
-            let tail = rows.end.max(n - priors);
-            for part in [rows.clone(), tail..n] {
-                let (from, to) = (part.start.max(start), part.end.min(end));
-                if from < to {
-                    let (vector, q) = (&mut vector[from..to], &q[from..to]);
-                    vector.iter_mut().zip(q).for_each(|(v, q)| *v -= share * q);
-                }
+            let rows = n - q.priors().len();
+            let (from, to) = (q.reach().start.max(start), q.reach().end.min(end));
+            if from < to {
+                take(&mut vector[from..to], *share, q.part(from..to));
+            }
+            let (from, to) = (rows.max(start), end);
+            if from < to {
+                take(
+                    &mut vector[from..to],
+                    *share,
+                    &q.priors()[from - rows..to - rows],
+                );
             }
         }
     }
-}
-
-/// Columns made orthonormal.
-pub(crate) struct Orthonormal {
-    /// The upper triangle by columns: how the columns were made of these.
-    pub triangle: Vec<Vec<f64>>,
-    /// Where each column may differ from 0.
-    pub reaches: Vec<Reach>,
 }
 
 /// Entries of the columns from which on all cores are worth their while.
 const MANY: usize = 1 << 19;
 
-/// Makes columns of one length orthonormal in place (modified Gram-Schmidt, twice).
+/// Makes columns over the same rows and priors orthonormal in place (modified Gram-Schmidt, twice); returns the upper
+/// triangle by columns: how the columns were made of these.
 ///
-/// Behind row `rows` every column may hold something; before it only the rows that two columns share cost anything, so that
-/// columns that touch little belong first. A column is taken out of all later ones as soon as it is known, which changes no
-/// digit and lets the later ones go on side by side.
-pub(crate) fn orthonormal(columns: &mut [Vec<f64>], rows: usize) -> Orthonormal {
+/// Only the rows that two columns share cost anything, so that columns that touch little belong first. A column is taken
+/// out of all later ones as soon as it is known, which changes no digit and lets the later ones go on side by side.
+pub(crate) fn orthonormal(columns: &mut [Column]) -> Vec<Vec<f64>> {
     let p = columns.len();
     let mut triangle = vec![vec![0.0; p]; p];
-    let mut reaches: Vec<Reach> = (columns.iter())
-        .map(|c| support(&c[..rows.min(c.len())]))
-        .collect();
-    let many = columns.iter().map(Vec::len).sum::<usize>() >= MANY;
+    // Who is one of several at work already goes on alone: a core that waits here for another would begin one more of
+    // them meanwhile, whose columns would stand beside these.
+    let alone = rayon::current_thread_index().is_some();
+    let many = !alone && columns.iter().map(Column::len).sum::<usize>() >= MANY;
     for a in 0..p {
         let (done, rest) = columns.split_at_mut(a);
         let Some((column, later)) = rest.split_first_mut() else {
             break;
         };
-        let (known, ahead) = reaches.split_at_mut(a);
-        let Some((own, ahead)) = ahead.split_first_mut() else {
-            break;
-        };
         for (b, q) in done.iter().enumerate() {
-            triangle[a][b] += take_out((q, &known[b]), column, own, rows);
+            triangle[a][b] += column.rid_of(q);
         }
-        let priors = column.len() - rows.min(column.len());
-        let norm = dot_within(column, column, own, priors).sqrt();
+        let norm = column.norm();
         triangle[a][a] = norm;
         if norm > 0.0 {
-            column.iter_mut().for_each(|v| *v /= norm);
+            column.divide(norm);
         }
-        let (column, own): (&[f64], &Reach) = (column, own);
-        let take = |(c, (row, reach)): (&mut Vec<f64>, (&mut Vec<f64>, &mut Reach))| {
-            row[a] += take_out((column, own), c, reach, rows);
-        };
+        let column: &Column = column;
+        let take = |(c, row): (&mut Column, &mut Vec<f64>)| row[a] += c.rid_of(column);
         let triangle = &mut triangle[a + 1..];
         if many {
-            let each = triangle.par_iter_mut().zip(ahead);
-            later.par_iter_mut().zip(each).for_each(take);
+            later.par_iter_mut().zip(triangle).for_each(take);
         } else {
-            let each = triangle.iter_mut().zip(ahead);
-            later.iter_mut().zip(each).for_each(take);
+            later.iter_mut().zip(triangle).for_each(take);
         }
     }
-    Orthonormal { triangle, reaches }
-}
-
-/// Takes a column of unit length out of another, whose reach grows by it; returns how much of it was there.
-fn take_out((q, reach): (&[f64], &Reach), column: &mut [f64], own: &mut Reach, rows: usize) -> f64 {
-    let shared = common(own, reach);
-    let tail = rows.min(q.len())..q.len();
-    let r = dot(&q[shared.clone()], &column[shared]) + dot(&q[tail.clone()], &column[tail.clone()]);
-    if r != 0.0 {
-        take_away(column, r, q, reach, tail.len());
-        *own = joint(own, reach);
-    }
-    r
+    triangle
 }
 
 /// Rows that two reaches share.
@@ -277,8 +220,19 @@ pub(crate) fn back_substitute(triangle: &[Vec<f64>], mut right: Vec<f64>) -> Vec
 
 #[cfg(test)]
 mod tests {
-    use super::{Sparse, back_substitute, dot, orthonormal, products, without};
+    use super::{Column, Sparse, back_substitute, dot, products, without};
     use crate::draws::normals;
+
+    /// Whole columns made orthonormal, of which the last rows are priors'; their triangle.
+    fn orthonormal(columns: &mut [Vec<f64>], rows: usize) -> (Vec<Column>, Vec<Vec<f64>>) {
+        let of = |c: &Vec<f64>| Column::of(&c[..rows]).before(c[rows..].to_vec());
+        let mut held: Vec<Column> = columns.iter().map(of).collect();
+        let triangle = super::orthonormal(&mut held);
+        for (column, held) in columns.iter_mut().zip(&held) {
+            *column = held.whole();
+        }
+        (held, triangle)
+    }
 
     #[test]
     fn columns_come_out_orthonormal_even_when_two_are_nearly_one() {
@@ -290,7 +244,7 @@ mod tests {
             .collect();
         columns[5] = twin;
         let before = columns.clone();
-        let triangle = orthonormal(&mut columns, 203).triangle;
+        let triangle = orthonormal(&mut columns, 203).1;
         for a in 0..columns.len() {
             for b in 0..columns.len() {
                 let expected = if a == b { 1.0 } else { 0.0 };
@@ -324,7 +278,7 @@ mod tests {
     #[test]
     fn a_column_of_zeros_spans_nothing_and_gets_no_coefficient() {
         let mut columns = vec![normals(1, 50), vec![0.0; 50]];
-        let triangle = orthonormal(&mut columns, 50).triangle;
+        let triangle = orthonormal(&mut columns, 50).1;
         assert!(columns[1].iter().all(|v| *v == 0.0));
         assert_eq!(back_substitute(&triangle, vec![1.0, 1.0])[1], 0.0);
     }
@@ -372,8 +326,8 @@ mod tests {
             }
         }
         let mut full = columns.clone();
-        let sparse = orthonormal(&mut columns, 200).triangle;
-        let dense = orthonormal(&mut full, 0).triangle;
+        let sparse = orthonormal(&mut columns, 200).1;
+        let dense = orthonormal(&mut full, 0).1;
         for a in 0..6 {
             for b in 0..6 {
                 assert!((sparse[a][b] - dense[a][b]).abs() < 1e-12, "{a} {b}");
@@ -387,11 +341,10 @@ mod tests {
     #[test]
     fn piece_by_piece_products_and_differences_have_the_digits_of_whole_ones() {
         let mut columns = sparse();
-        let reaches = orthonormal(&mut columns, 5003).reaches;
-        let p = columns.len();
+        let (held, _) = orthonormal(&mut columns, 5003);
         let mut vector = normals(99, columns[0].len());
         for touched in [0..5003, 3..4999, 1701..1702, 2000..2000, 4000..5003] {
-            let found = products(&columns, &reaches, &vector, &touched);
+            let found = products(&held, &vector, &touched);
             for (q, found) in columns.iter().zip(found) {
                 let whole = dot(&q[touched.clone()], &vector[touched.clone()]);
                 assert_eq!(
@@ -406,7 +359,7 @@ mod tests {
         for (q, share) in columns.iter().zip(shares) {
             plain.iter_mut().zip(q).for_each(|(v, q)| *v -= share * q);
         }
-        without(&mut vector, &columns, &reaches, &shares, p);
+        without(&mut vector, &held, &shares);
         assert!(bits(&vector) == bits(&plain));
     }
 
@@ -418,7 +371,7 @@ mod tests {
             .map(|i| plain.iter().zip(truth).map(|(c, b)| b * c[i]).sum())
             .collect();
         let mut basis = plain.clone();
-        let triangle = orthonormal(&mut basis, 120).triangle;
+        let triangle = orthonormal(&mut basis, 120).1;
         let right = basis.iter().map(|q| dot(q, &y)).collect();
         for (found, truth) in back_substitute(&triangle, right).iter().zip(truth) {
             assert!((found - truth).abs() < 1e-9, "{found} for {truth}");

@@ -116,6 +116,25 @@ impl<'a> Signal<'a> {
         if time_s.is_empty() {
             return Err(InputError::Empty { name: owned() });
         }
+        // Without an early exit the compiler takes several at once; who is to blame is asked after.
+        let finite = |all: &[f64]| all.iter().fold(true, |fine, v| fine & v.is_finite());
+        let steps = time_s.iter().zip(time_s.get(1..).unwrap_or_default());
+        let rising = steps.fold(true, |fine, (a, b)| fine & (a < b));
+        if !(finite(time_s) & finite(values) & rising) {
+            Self::refuse(name, time_s, values)?;
+        }
+        Ok(Self {
+            name,
+            time_s,
+            values,
+            interpolation,
+        })
+    }
+
+    /// Names the first sample that is not finite or not later than the one before.
+    #[cold]
+    fn refuse(name: &str, time_s: &[f64], values: &[f64]) -> Result<(), InputError> {
+        let owned = || name.to_owned();
         let mut before = f64::NEG_INFINITY;
         for (index, (&t, &v)) in time_s.iter().zip(values).enumerate() {
             if !(t.is_finite() && v.is_finite()) {
@@ -134,12 +153,7 @@ impl<'a> Signal<'a> {
             }
             before = t;
         }
-        Ok(Self {
-            name,
-            time_s,
-            values,
-            interpolation,
-        })
+        Ok(())
     }
 
     /// Name given at construction.
@@ -186,8 +200,28 @@ impl<'a> Signal<'a> {
 
     /// The straight piece over `start..=end`, which must hold no kink inside (see
     /// [`kinks`](Self::kinks)). Forward moves of `cursor` cost constant time a sample.
-    #[inline]
+    #[inline(always)]
     pub fn piece(&self, cursor: &mut Cursor, start: f64, end: f64) -> Piece {
+        // From one sample to the next, as at every kink of a recording: nothing to search.
+        let next = self.passed_next(cursor, start);
+        if self.interpolation == Interpolation::Linear
+            && let Some(&[t0, t1]) = self.time_s.get(next..).and_then(|t| t.first_chunk())
+            && let Some(&[v0, v1]) = self.values.get(next..).and_then(|v| v.first_chunk())
+            && t0 == start
+            && t1 == end
+        {
+            cursor.passed = next + 2;
+            return Piece {
+                from_s: start,
+                value: v0,
+                slope: (v1 - v0) / (end - start),
+            };
+        }
+        self.piece_between(cursor, start, end)
+    }
+
+    #[inline(never)]
+    fn piece_between(&self, cursor: &mut Cursor, start: f64, end: f64) -> Piece {
         let value = self.after(self.seek(cursor, start), start);
         if self.interpolation == Interpolation::Hold {
             return Piece {
@@ -206,6 +240,16 @@ impl<'a> Signal<'a> {
             from_s: start,
             value,
             slope,
+        }
+    }
+
+    /// Where `start` would be the sample after, or at, the one last passed.
+    #[inline(always)]
+    fn passed_next(&self, cursor: &Cursor, start: f64) -> usize {
+        let last = cursor.passed.saturating_sub(1);
+        match self.time_s.get(last) {
+            Some(t) if *t == start => last,
+            _ => cursor.passed,
         }
     }
 
@@ -236,20 +280,22 @@ impl<'a> Signal<'a> {
         if self.interpolation == Interpolation::Hold {
             return (1..n).filter(|&k| v[k] != v[k - 1]).map(|k| t[k]).collect();
         }
-        let mut kinks = Vec::new();
-        // The line through `start`: flat before the first sample.
-        let (mut start, mut slope) = (0, 0.0);
-        for k in 0..n {
-            let (ahead, due) = if k + 1 < n {
-                (v[k + 1], t[k + 1])
+        // The line through the last kink: flat before the first sample. Past the last one it is flat again.
+        let (mut kinks, mut slope) = (Vec::new(), 0.0);
+        let (mut from_t, mut from_v) = (t[0], v[0]);
+        let ends = (v[n - 1], t[n - 1] + 1.0);
+        let next = v[1..].iter().zip(&t[1..]).map(|(v, t)| (*v, *t));
+        for ((&t, &v), (ahead, due)) in t.iter().zip(v).zip(next.chain([ends])) {
+            let off = (ahead - (from_v + slope * (due - from_t))).abs();
+            let size = if ahead.abs() > from_v.abs() {
+                ahead.abs()
             } else {
-                (v[k], t[k] + 1.0)
+                from_v.abs()
             };
-            let line = v[start] + slope * (due - t[start]);
-            let allowed = 4.0 * f64::EPSILON * v[start].abs().max(ahead.abs());
-            if (ahead - line).abs() > allowed || (slope == 0.0 && ahead != v[k]) {
-                kinks.push(t[k]);
-                (start, slope) = (k, (ahead - v[k]) / (due - t[k]));
+            if off > 4.0 * f64::EPSILON * size || (slope == 0.0 && ahead != v) {
+                kinks.push(t);
+                (from_t, from_v) = (t, v);
+                slope = (ahead - v) / (due - t);
             }
         }
         kinks

@@ -51,12 +51,14 @@ impl Samples<'_> {
                 });
             }
         }
-        let bad = self
-            .keep
-            .iter()
-            .zip(self.friction_pa)
-            .position(|(keep, f)| *keep && !f.is_finite());
-        bad.map_or(Ok(()), |index| Err(FrictionError::NonFinite { index }))
+        let bad = |(keep, f): (&bool, &f64)| *keep & !f.is_finite();
+        let rows = || self.keep.iter().zip(self.friction_pa);
+        // Without an early exit the compiler takes several rows at once; which is bad is asked after.
+        if !rows().fold(false, |any, row| any | bad(row)) {
+            return Ok(());
+        }
+        let index = rows().position(bad).unwrap_or(0);
+        Err(FrictionError::NonFinite { index })
     }
 
     /// Whether the flow of a sample may be paired with a friction sample.

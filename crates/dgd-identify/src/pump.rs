@@ -238,13 +238,19 @@ fn name_of(limit: Limit) -> &'static str {
 }
 
 fn range_of(values: &[f64], keep: &[bool]) -> RangeInclusive<f64> {
-    let kept = values
-        .iter()
-        .zip(keep)
-        .filter(|(_, keep)| **keep)
-        .map(|(value, _)| *value);
-    let (low, high) = kept.fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), v| {
-        (low.min(v), high.max(v))
-    });
+    // In lanes: none waits for the one before.
+    const LANES: usize = 8;
+    let (mut low, mut high) = ([f64::INFINITY; LANES], [0.0_f64; LANES]);
+    for (values, keep) in values.chunks(LANES).zip(keep.chunks(LANES)) {
+        let lanes = low.iter_mut().zip(&mut high);
+        for ((value, keep), (low, high)) in values.iter().zip(keep).zip(lanes) {
+            // A NaN compares false.
+            let value = if *keep { *value } else { f64::NAN };
+            *low = if value < *low { value } else { *low };
+            *high = if value > *high { value } else { *high };
+        }
+    }
+    let low = low.into_iter().fold(f64::INFINITY, f64::min);
+    let high = high.into_iter().fold(0.0, f64::max);
     low.max(0.0).min(high)..=high
 }

@@ -45,8 +45,12 @@ impl Samples<'_> {
                 });
             }
         }
-        let sound = self.rows().all(|(w, q, h)| {
-            w.is_finite() && q.is_finite() && h.is_finite() && w >= 0.0 && q >= 0.0
+        // No early exit and no branch: the compiler takes several rows at once. A NaN compares false.
+        let usable = |v: &f64| (*v >= 0.0) & (*v <= f64::MAX);
+        let measured = self.speed_pct.iter().zip(self.flow_m3_s);
+        let rows = measured.zip(self.head_m.iter().zip(self.keep));
+        let sound = rows.fold(true, |all, ((w, q), (h, keep))| {
+            all & (!*keep | (usable(w) & usable(q) & (h.abs() <= f64::MAX)))
         });
         if sound { Ok(()) } else { Err(self.refusal()) }
     }

@@ -151,15 +151,23 @@ impl Window {
         let pump_flow_m3_s = (first..last)
             .map(|i| ahead(&recording.return_flow_m3_s, i, steps))
             .collect();
-        let cut = cut(recording, first..last);
-        let inlet_pa = cut.mean_inlet_pressure_pa();
+        let mut cut = cut(recording, first..last);
+        // One transmitter is its own mean, and needs no copy.
+        let inlet_pa = match cut.pump_inlet_pressure_pa.len() {
+            1 => cut.pump_inlet_pressure_pa.remove(0),
+            _ => cut.mean_inlet_pressure_pa(),
+        };
+        let outlet_pa = match cut.pump_outlet_pressure_pa.len() {
+            1 => cut.pump_outlet_pressure_pa.remove(0),
+            _ => cut.mean_outlet_pressure_pa(),
+        };
         let mut window = Self {
             level_m: inlet_pa
                 .iter()
                 .map(|p| line.level_from_inlet_pressure(*p))
                 .collect(),
             pump_flow_m3_s,
-            outlet_pa: cut.mean_outlet_pressure_pa(),
+            outlet_pa,
             inlet_pa,
             inflow_m3_s: Vec::new(),
             speed_pct: Vec::new(),
@@ -281,8 +289,8 @@ pub fn replay(
     options: &ReplayOptions,
 ) -> Result<Replay, ReplayError> {
     let mut window = Window::cut(line, recording, options)?;
-    let measured_level = window.level_m.clone();
-    let measured_flow_at_pump = window.pump_flow_m3_s.clone();
+    let measured_level = std::mem::take(&mut window.level_m);
+    let measured_flow_at_pump = std::mem::take(&mut window.pump_flow_m3_s);
     let start_level = |w: &Window| {
         options
             .start

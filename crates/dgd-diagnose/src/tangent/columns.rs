@@ -6,7 +6,7 @@ use crate::noise::{Layout, Whitening};
 use crate::record::{Record, mean};
 use crate::relations::{Blocks, Rows};
 use crate::unrest::late;
-use crate::vectors::Sparse;
+use crate::vectors::{Column, Sparse};
 use dgd_effects::{
     FRICTION_TERMS, HEAD_POWERS, HEAD_TERMS, Rank, friction_terms, head_terms, quantile,
 };
@@ -55,7 +55,7 @@ fn typical_lift(rows: &Rows, blocks: &Blocks) -> f64 {
 /// Friction terms, then head terms, then the offset of the outlets, the lean, lateness and the slack, as far as they are there.
 pub(super) struct Columns {
     /// Whitened as soon as they are made, and held only so: columns are what a tangent's memory goes into.
-    pub whitened: Vec<Vec<f64>>,
+    pub whitened: Vec<Column>,
     /// Those of what is no curve, in the units of the rows.
     pub beyond_curves: Vec<Arc<Sparse>>,
     /// Prior mean of each coefficient.
@@ -79,19 +79,25 @@ impl Columns {
             Bend::Loose if term > 0 => LOOSE,
             _ => 1.0,
         };
-        let friction = by_column(total, 0, n, |b| {
+        // Filled in by one column after the other.
+        let mut whole = vec![0.0; total];
+        let friction = by_column(n, |b| {
             friction_terms(blocks.flow[b], scale).map(|v| v * blocks.friction_factor[b])
         });
         for (a, (column, width)) in friction.into_iter().zip(FRICTION_PRIOR_PA).enumerate() {
-            out.push(whitening, &column, 0.0, width * wide(a));
+            whole[..n].copy_from_slice(&column);
+            out.push(whitening, &whole, 0.0, width * wide(a));
         }
-        let head = by_column(total, n, n, |b| {
+        whole[..n].fill(0.0);
+        let head = by_column(n, |b| {
             head_terms(blocks.speed[b], blocks.through[b], scale).map(|v| v * blocks.head_factor[b])
         });
         let priors = head_priors(&frame.rows, blocks);
         for (a, (column, (mean, width))) in head.into_iter().zip(priors).enumerate() {
-            out.push(whitening, &column, mean, width * wide(a));
+            whole[n..2 * n].copy_from_slice(&column);
+            out.push(whitening, &whole, mean, width * wide(a));
         }
+        drop(whole);
         let sections = layout.sections();
         let mut beyond = |column: Vec<f64>, width: f64| {
             out.push(whitening, &column, 0.0, width);
@@ -119,7 +125,8 @@ impl Columns {
     }
 
     fn push(&mut self, whitening: &Whitening, column: &[f64], mean: f64, width: f64) {
-        self.whitened.push(whitening.apply_whole(column));
+        let whitened = whitening.apply_whole(column);
+        self.whitened.push(Column::of(&whitened));
         self.means.push(mean);
         self.widths.push(width);
     }
@@ -140,17 +147,12 @@ fn lean(record: &Record, layout: Layout) -> Vec<f64> {
     column
 }
 
-/// Columns of `total` rows from the terms of each of `count` rows after `first`.
-fn by_column<const K: usize>(
-    total: usize,
-    first: usize,
-    count: usize,
-    terms: impl Fn(usize) -> [f64; K],
-) -> Vec<Vec<f64>> {
-    let mut columns = vec![vec![0.0; total]; K];
+/// Columns of `count` rows from the terms of each row.
+fn by_column<const K: usize>(count: usize, terms: impl Fn(usize) -> [f64; K]) -> Vec<Vec<f64>> {
+    let mut columns = vec![vec![0.0; count]; K];
     for b in 0..count {
         for (column, v) in columns.iter_mut().zip(terms(b)) {
-            column[first + b] = v;
+            column[b] = v;
         }
     }
     columns
@@ -167,6 +169,7 @@ mod tests {
     use crate::relations::{Blocks, Rows};
     use crate::tangent::Bend;
     use crate::tangent::frame::Frame;
+    use crate::vectors::Column;
     use dgd_effects::{FRICTION_TERMS, HEAD_POWERS, HEAD_TERMS};
 
     fn record() -> Record {
@@ -246,7 +249,10 @@ mod tests {
         let mut other = plain.clone();
         other.friction_factor.fill(1.25);
         other.head_factor.fill(0.5);
-        let of = |b: &Blocks| Columns::of(&record, b, &frame).whitened;
+        let of = |b: &Blocks| -> Vec<Vec<f64>> {
+            let whitened = Columns::of(&record, b, &frame).whitened;
+            whitened.iter().map(Column::whole).collect()
+        };
         for (k, (one, other)) in of(&plain).iter().zip(of(&other)).enumerate() {
             let factor = if k < FRICTION_TERMS { 1.25 } else { 0.5 };
             let size = one.iter().fold(0.0, |m: f64, v| m.max(v.abs()));

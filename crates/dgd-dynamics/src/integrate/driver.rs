@@ -276,8 +276,17 @@ fn settle<S: System + ?Sized>(system: &mut S, t: f64, x: &mut [f64], count: &mut
 }
 
 #[inline(always)]
+#[expect(
+    clippy::manual_find,
+    reason = "`find` stays outside the loop over the steps, with a call for each guard"
+)]
 fn crossing<S: System + ?Sized>(system: &S, t: f64, x: &[f64]) -> Option<usize> {
-    (0..system.guards()).find(|&index| system.guard(index, t, x) < 0.0)
+    for index in 0..system.guards() {
+        if system.guard(index, t, x) < 0.0 {
+            return Some(index);
+        }
+    }
+    None
 }
 
 /// Bisects for the earliest crossing in the step; returns the guard and the fraction of the step

@@ -83,6 +83,8 @@ pub(super) struct Rodas<V: Vector> {
     u: [V; 6],
     rate: V,
     drift: V,
+    /// How far the stage lies off the step's start.
+    moved: V,
     stage: V,
     jacobian: V::Square,
     factors: V::Square,
@@ -96,6 +98,7 @@ impl<V: Vector> Rodas<V> {
             u: std::array::from_fn(|_| V::zeros(n)),
             rate: V::zeros(n),
             drift: V::zeros(n),
+            moved: V::zeros(n),
             stage: V::zeros(n),
             jacobian: V::square(n),
             factors: V::square(n),
@@ -125,13 +128,16 @@ impl<V: Vector> Rodas<V> {
             u.get_mut().copy_from_slice(self.rate.get());
         } else {
             for i in 0..n {
-                // Stage 6 builds on stage 5: a_6j = a_5j and a_65 = 1.
-                let value = if K < 5 {
-                    (0..K).fold(p.x.get()[i], |sum, j| sum + A[K][j] * before[j].get()[i])
+                // Stage 6 builds on stage 5: a_6j = a_5j and a_65 = 1. What is small is added up first: the state,
+                // which is large, rounds once a step.
+                let moved = if K < 5 {
+                    let first = A[K][0] * before[0].get()[i];
+                    (1..K).fold(first, |sum, j| sum + A[K][j] * before[j].get()[i])
                 } else {
-                    self.stage.get()[i] + before[4].get()[i]
+                    self.moved.get()[i] + before[4].get()[i]
                 };
-                self.stage.get_mut()[i] = value;
+                self.moved.get_mut()[i] = moved;
+                self.stage.get_mut()[i] = p.x.get()[i] + moved;
             }
             p.system
                 .rhs(p.t + ALPHA[K] * p.h, self.stage.get(), u.get_mut());
@@ -205,7 +211,7 @@ impl<V: Vector> Stepper<V> for Rodas<V> {
         count.rhs += 5;
         for i in 0..n {
             let last = self.u[5].get()[i];
-            next.get_mut()[i] = self.stage.get()[i] + last;
+            next.get_mut()[i] = x.get()[i] + (self.moved.get()[i] + last);
             error.get_mut()[i] = last;
         }
         true

@@ -68,15 +68,43 @@ impl Momentum {
     /// Drive in Pa, with the two powers it used.
     #[inline(always)]
     pub(super) fn drive(&self, level: f64, speed: f64, flow: f64) -> (f64, f64, f64) {
+        let (pump, friction) = (&self.line.pump, &self.line.friction);
+        let size = flow.abs();
+        let faster = self.speed_power.off(speed, &self.speed_reference);
+        if !self.speed_power.is_near(faster) {
+            return self.drive_far(level, speed, flow);
+        }
+        let spun = self.speed_power.parts(faster, &self.speed_reference).sum();
+        // Asked for apart: taken together, the compiler packs the two powers in pairs, and the flow's, which
+        // everything waits for, is slower for it.
+        let more = self.flow_power.off(size, &self.flow_reference);
+        if !self.flow_power.is_near(more) {
+            return self.drive_far(level, speed, flow);
+        }
+        let swept = self.flow_power.parts(more, &self.flow_reference);
+        let sweep = self.sweep * 1.0_f64.copysign(flow);
+        // What waits for no state comes first, then what waits for flow and level, then the terms of the series as they
+        // come: the stages of a step depend on each other, so latency is what a simulation pays for.
+        let standing = self.rho_g * (pump.c0 * spun - self.rise_m) - friction.b_pa;
+        let lifting = (standing - sweep * swept.value) - self.rho_g * level;
+        let turning = lifting - (friction.c_pa_s_m3 + self.rho_g * pump.c1 * speed) * flow;
+        let known = turning - (flow * size) * (friction.d_pa_s2_m6 + size * friction.e_pa_s3_m9);
+        let first = sweep * swept.first;
+        let near = (known - first * swept.low) - (first * swept.square) * swept.middle;
+        let drive = near - ((first * swept.square) * swept.square) * swept.high;
+        (drive, spun, swept.sum())
+    }
+
+    /// The same where a power is not near its reference; out of the way, as no step of a usual simulation comes here.
+    #[cold]
+    #[inline(never)]
+    fn drive_far(&self, level: f64, speed: f64, flow: f64) -> (f64, f64, f64) {
         let pump = &self.line.pump;
         let spun = self.speed_power.at(speed, &self.speed_reference);
         let swept = self.flow_power.at(flow.abs(), &self.flow_reference);
-        // All that does not wait for the power of the flow comes first: the stages of a step
-        // depend on each other, so latency is what a simulation pays for.
-        let known = self.rho_g * (pump.c0 * spun - pump.c1 * speed * flow - level - self.rise_m)
-            - self.line.friction.loss_pa(flow);
-        let drive = known - self.sweep * swept.copysign(flow);
-        (drive, spun, swept)
+        let lift = pump.c0 * spun - pump.c1 * speed * flow - level - self.rise_m;
+        let known = self.rho_g * lift - self.line.friction.loss_pa(flow);
+        (known - self.sweep * swept.copysign(flow), spun, swept)
     }
 
     #[inline(always)]
@@ -122,7 +150,8 @@ impl Momentum {
 #[inline(always)]
 fn slope(power: f64, x: f64, n: f64) -> f64 {
     if x > 0.0 {
-        n * power / x
+        // The division does not wait for the power.
+        (n / x) * power
     } else if n == 1.0 {
         1.0
     } else {
@@ -204,6 +233,15 @@ impl<'a, const KIND: u8> Line<'a, KIND> {
             FLOW => (self.first_piece.at(t), x[0]),
             _ => (x[0], x[1]),
         }
+    }
+
+    /// Drive of mud at rest, Pa: the valve opens as soon as the pump overcomes the standing columns.
+    ///
+    /// Never part of the loop over the steps, which it would swell.
+    #[cold]
+    #[inline(never)]
+    fn standing(&self, t: f64, level: f64) -> f64 {
+        self.momentum.drive(level, self.second_piece.at(t), 0.0).0
     }
 
     #[inline(always)]
@@ -299,8 +337,7 @@ impl<const KIND: u8> System for Line<'_, KIND> {
             if KIND == RISER || !self.momentum.line.non_return_valve {
                 0.0
             } else if self.shut {
-                // Opens as soon as the pump overcomes the standing columns.
-                -self.momentum.drive(level, self.second_piece.at(t), 0.0).0
+                -self.standing(t, level)
             } else {
                 flow
             }

@@ -63,18 +63,61 @@ impl Power {
     /// `x^n`.
     #[inline(always)]
     pub(super) fn at(&self, x: f64, reference: &Reference) -> f64 {
-        // Without a reference `inverse` is 0 and e = −1 is never near.
-        let e = x * reference.inverse - 1.0;
-        if e.abs() <= self.near {
-            let b = &self.binomial;
-            let e2 = e * e;
-            let e4 = e2 * e2;
-            let low = (b[0] + b[1] * e) + (b[2] + b[3] * e) * e2;
-            let high = (b[4] + b[5] * e) + (b[6] + b[7] * e) * e2;
-            reference.value + (reference.value * e) * (low + high * e4)
+        let off = self.off(x, reference);
+        if self.is_near(off) {
+            self.parts(off, reference).sum()
         } else {
             x.powf(self.exponent)
         }
+    }
+
+    /// How far `x` is off its reference, as a share of it; −1 without a reference.
+    #[inline(always)]
+    pub(super) fn off(&self, x: f64, reference: &Reference) -> f64 {
+        x * reference.inverse - 1.0
+    }
+
+    /// Whether the series reaches there; never without a reference.
+    #[inline(always)]
+    pub(super) fn is_near(&self, off: f64) -> bool {
+        off.abs() <= self.near
+    }
+
+    /// `x^n` in the parts of its series, where that [reaches](Self::is_near).
+    #[inline(always)]
+    pub(super) fn parts(&self, off: f64, reference: &Reference) -> Parts {
+        let (b, e) = (&self.binomial, off);
+        let square = e * e;
+        Parts {
+            value: reference.value,
+            first: reference.value * e,
+            square,
+            low: b[0] + b[1] * e,
+            middle: b[2] + b[3] * e,
+            high: (b[4] + b[5] * e) + (b[6] + b[7] * e) * square,
+        }
+    }
+}
+
+/// A power is `value + first·(low + square·middle + square²·high)`.
+///
+/// The stages of a step wait for each other, and each waits for a power: whoever uses it takes in
+/// each part as it comes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Parts {
+    pub(super) value: f64,
+    pub(super) first: f64,
+    pub(super) square: f64,
+    pub(super) low: f64,
+    pub(super) middle: f64,
+    pub(super) high: f64,
+}
+
+impl Parts {
+    #[inline(always)]
+    pub(super) fn sum(&self) -> f64 {
+        let low = self.low + self.middle * self.square;
+        self.value + self.first * (low + self.high * (self.square * self.square))
     }
 }
 
