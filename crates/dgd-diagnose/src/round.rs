@@ -13,7 +13,7 @@ use crate::select::{Named, Selection};
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent};
 use crate::timing::is_late_meter;
-use dgd_effects::{About, PLACES, QUANTITIES, Relation};
+use dgd_effects::{About, Excitation, PLACES, QUANTITIES, Relation};
 use footprint::{Footprint, KNOTS_WANT, known};
 use tracing::debug;
 
@@ -165,8 +165,10 @@ impl<'a> Round<'a> {
     /// An effect as a finding, beside the alternatives to it.
     fn named(&self, best: &Contender, rival: Option<&Correction>, broken: f64) -> Named {
         let others = self.others(best, rival, broken);
-        let stands = best.effect.about().search.stand_error.is_some();
-        let bent = if stands {
+        let search = &best.effect.about().search;
+        // At a stop there is no more to differ than the strength itself.
+        let within = search.stand_error.is_some() && !search.needs.contains(&Excitation::PumpStops);
+        let bent = if within {
             best.formed - best.evidence
         } else {
             0.0

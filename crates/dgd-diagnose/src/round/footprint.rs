@@ -13,7 +13,7 @@ pub(super) struct Known {
     /// Its place in the state.
     pub place: usize,
     pub evidence: f64,
-    /// What its strength gained by differing from stand to stand.
+    /// What its strength gained by differing from stand to stand and within them.
     pub bent: f64,
 }
 
@@ -63,8 +63,7 @@ pub(super) const LEFT_OVER: f64 = 0.5;
 /// How much more of it there is where knots meet a form of physics, on either side.
 pub(super) const KNOTS_WANT: f64 = 5.0;
 
-/// Share of what a strength gained by differing from stand to stand that it leaves over: more stands than one differ within
-/// themselves.
+/// Share of what a strength gained by differing from stand to stand, and along them, that it leaves over.
 pub(super) const WITHIN_STANDS: f64 = 0.05;
 
 /// Where a named effect acts, and how strongly it showed.
