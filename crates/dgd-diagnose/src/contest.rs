@@ -206,35 +206,41 @@ fn about_edges(record: &Record, c: &Candidate) -> Vec<bool> {
 
 /// The blocks of a candidate's interval at duties that the pump has only between its edges.
 fn strange_duty(record: &Record, state: &[Applied], c: &Candidate) -> Vec<bool> {
+    /// An edge may be off by so many blocks: what is told of a duty from beside it is not told from without.
+    const BESIDE: f64 = 2.0;
     let ((from, to), middles) = interval_and_blocks(record, c);
-    let inside: Vec<bool> = middles.map(|at| (from..to).contains(&at)).collect();
+    let beside = BESIDE * record.block_s();
+    let middles: Vec<f64> = middles.collect();
+    let within = |by: f64| -> Vec<bool> {
+        let inside = |at: &f64| (from - by..to + by).contains(at);
+        middles.iter().map(inside).collect()
+    };
     let blocks = Blocks::under(record, state);
-    let mut excluded = vec![false; record.blocks];
-    exclude_strange_duty((&blocks.flow, &blocks.lift), &inside, &mut excluded);
-    excluded
+    strange((&blocks.flow, &blocks.lift), &within(0.0), &within(beside))
 }
 
-/// Excludes the blocks inside an interval at a flow and a lift that none outside has.
-fn exclude_strange_duty((flows, lifts): (&[f64], &[f64]), inside: &[bool], excluded: &mut [bool]) {
+/// The blocks inside an interval at a flow and a lift that none but those `near` it has.
+fn strange((flows, lifts): (&[f64], &[f64]), inside: &[bool], near: &[bool]) -> Vec<bool> {
     /// Duties this near, relative to their own size, are the same.
     const NEAR: f64 = 0.05;
     /// Blocks that make a duty known.
     const KNOWN: usize = 6;
     let duty = |b: usize| (flows[b], lifts[b]);
     let mut others: Vec<(f64, f64)> = (0..inside.len())
-        .filter(|&b| !inside[b] && !excluded[b])
+        .filter(|&b| !near[b])
         .map(duty)
         .filter(|(flow, lift)| flow.is_finite() && lift.is_finite())
         .collect();
     others.sort_by(|a, b| a.0.total_cmp(&b.0));
-    for b in (0..inside.len()).filter(|&b| inside[b]) {
+    let strange = |b: usize| {
         let (flow, lift) = duty(b);
         let from = others.partition_point(|o| o.0 < flow - NEAR * flow.abs());
         let to = others.partition_point(|o| o.0 <= flow + NEAR * flow.abs());
         let same = |o: &&(f64, f64)| (o.1 - lift).abs() <= NEAR * lift.abs();
         let known = (others[from.min(to)..to].iter()).filter(same).take(KNOWN);
-        excluded[b] |= known.count() < KNOWN;
-    }
+        known.count() < KNOWN
+    };
+    (0..inside.len()).map(|b| inside[b] && strange(b)).collect()
 }
 
 /// Whether an effect sits in the pump's head.
@@ -335,7 +341,7 @@ pub(crate) fn alike(a: &Candidate, b: &Candidate) -> bool {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-    use super::{Contender, exclude_strange_duty};
+    use super::{Contender, strange};
     use crate::relations::Applied;
     use crate::scan::Candidate;
     use dgd_effects::find;
@@ -374,8 +380,7 @@ mod tests {
         flows[10..20].fill(0.06);
         lifts[20..30].fill(5e6);
         let inside: Vec<bool> = (0..40).map(|b| (8..32).contains(&b)).collect();
-        let mut excluded = vec![false; 40];
-        exclude_strange_duty((&flows, &lifts), &inside, &mut excluded);
+        let excluded = strange((&flows, &lifts), &inside, &inside);
         let expected: Vec<bool> = (0..40).map(|b| (10..30).contains(&b)).collect();
         assert_eq!(excluded, expected);
     }
@@ -385,9 +390,8 @@ mod tests {
         let flows = [0.040, 0.041, 0.040, 0.041, 0.040, 0.041, 0.0415, f64::NAN];
         let lifts = [4e6; 8];
         let inside = [false, false, false, false, false, false, true, true];
-        let mut excluded = [false; 8];
-        exclude_strange_duty((&flows, &lifts), &inside, &mut excluded);
-        assert_eq!(excluded[6..], [false, true]);
+        let found = strange((&flows, &lifts), &inside, &inside);
+        assert_eq!(found[6..], [false, true]);
     }
 }
 

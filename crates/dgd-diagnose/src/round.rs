@@ -13,8 +13,8 @@ use crate::select::{Named, Selection};
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent};
 use crate::timing::is_late_meter;
-use dgd_effects::{About, Excitation, PLACES, QUANTITIES, Relation};
-use footprint::{Footprint, KNOTS_WANT, known};
+use dgd_effects::{About, PLACES, QUANTITIES, Relation};
+use footprint::{Footprint, KNOTS_WANT, differs_along_stands, known};
 use tracing::debug;
 
 /// Evidence that a first, second, third effect and so on must show beyond its hurdle: causes seldom come together.
@@ -27,14 +27,14 @@ const SEEN: f64 = 0.03;
 /// fall off below it.
 const SCALE: f64 = 0.4;
 
-/// Error of a form up to which it is exact: a gain, an area, a loss on the velocity head.
+/// Error of a form up to which it is exact: a gain, an area, a loss on the velocity head, a lag in what is pumped.
 const EXACT: f64 = 0.1;
 
-/// Share of its evidence by which a form that is not exact may bend. True causes were bent by a fifth at most, in 90 simulated
-/// recordings; others of like signature by a third and more.
+/// Share of its evidence by which a form that is not exact may bend, whatever its error: that sets how far it can. What had been
+/// concealed was bent by a fifth at most in the building recordings, other things of like signature by a third and more.
 const ROUGH: f64 = 0.25;
 
-/// Share of what a form bends by that a second effect must explain to be what bends it.
+/// Over what a form bends by: what a second effect must show beside it, the slack of that form allowed for, to be what bends it.
 const MOSTLY: f64 = 0.7;
 
 /// What it costs a cause, in e-folds, that it may not be named as it is.
@@ -122,25 +122,31 @@ impl<'a> Round<'a> {
             && best.is_none_or(|b| beyond.evidence > 2.0 * b.claim() + 10.0)
             && let Some(r) = self.rival_in(beyond.effect.about().relation)
         {
-            return Ruling::Unnamed(self.unnamed(r, beyond.evidence));
+            return Ruling::Unnamed(self.unnamed(r, beyond.evidence, None));
         }
         let Some(best) = best else {
             return match self.rivals.first() {
                 Some(r) if r.evidence > self.unknown_hurdle(r) => {
-                    Ruling::Unnamed(self.unnamed(r, r.evidence))
+                    Ruling::Unnamed(self.unnamed(r, r.evidence, None))
                 }
                 _ => Ruling::Nothing,
             };
         };
         let broken = self.broken(best);
-        let rival = self
-            .rival(best, broken)
-            .filter(|r| r.claim() < best.claim() - 10.0 || !self.two_do(best, r.claim()));
+        let met = self.rival(best, broken);
+        let rival =
+            met.filter(|r| r.claim() < best.claim() - 10.0 || !self.two_do(best, r.claim()));
+        // Where two effects do what the correction does, it is the second that bends the first.
+        let broken = if met.is_some() && rival.is_none() {
+            f64::NEG_INFINITY
+        } else {
+            broken
+        };
         let standing = rival.filter(|r| r.evidence > hurdle(r));
         if let Some(r) = standing
             && r.evidence > 1.2 * best.claim() + 30.0
         {
-            return Ruling::Unnamed(self.unnamed(r, r.evidence));
+            return Ruling::Unnamed(self.unnamed(r, r.evidence, Some((best, broken))));
         }
         let named = self.named(best, rival, broken);
         // Where the empirical correction is likelier than all of the catalogue, it stands as the finding.
@@ -151,7 +157,8 @@ impl<'a> Round<'a> {
         if let Some(r) = rival
             && unknown > named.probability + others
         {
-            return Ruling::Unnamed(self.unnamed(r, r.evidence.max(best.evidence)));
+            let evidence = r.evidence.max(best.evidence);
+            return Ruling::Unnamed(self.unnamed(r, evidence, Some((best, broken))));
         }
         Ruling::Named(named)
     }
@@ -165,10 +172,7 @@ impl<'a> Round<'a> {
     /// An effect as a finding, beside the alternatives to it.
     fn named(&self, best: &Contender, rival: Option<&Correction>, broken: f64) -> Named {
         let others = self.others(best, rival, broken);
-        let search = &best.effect.about().search;
-        // At a stop there is no more to differ than the strength itself.
-        let within = search.stand_error.is_some() && !search.needs.contains(&Excitation::PumpStops);
-        let bent = if within {
+        let bent = if differs_along_stands(best.effect.about()) {
             best.formed - best.evidence
         } else {
             0.0
@@ -340,8 +344,10 @@ impl<'a> Round<'a> {
             // One that may not be named itself is no likelier than the one that may.
             .map(|c| (c.effect.about().id.to_owned(), weight(c.claim()).min(1.0)))
             .collect();
-        if let Some(r) = rival {
-            others.push(("unknown".to_owned(), weight(r.claim()).max(broken.exp())));
+        // A form that does not hold tells of something else even where no correction shows what.
+        let claimed = rival.map_or(0.0, |r| weight(r.claim()));
+        if rival.is_some() || broken > 0.0 {
+            others.push(("unknown".to_owned(), claimed.max(broken.exp())));
         }
         others
     }
@@ -351,10 +357,12 @@ impl<'a> Round<'a> {
     fn broken(&self, best: &Contender) -> f64 {
         /// Odds that matter to no probability.
         const NO_ODDS: f64 = -4.0;
+        if !self.record.takes(Step::Form) {
+            return f64::NEG_INFINITY;
+        }
         let about = best.effect.about();
-        let gain = best.formed - best.evidence;
-        let odds = self.form_broken(best, gain);
-        if about.search.form_error <= EXACT || odds < NO_ODDS {
+        let odds = self.form_broken(best, best.formed - best.evidence);
+        if is_exact(about) || odds < NO_ODDS {
             return odds;
         }
         let state = self.sharpened(best);
@@ -363,6 +371,10 @@ impl<'a> Round<'a> {
         };
         let formed = self.gate.formed(self.record, &self.state, one);
         let gain = formed - weigh(self.record, &self.gate, &self.state, one.clone()).evidence;
+        // Sharpened to nothing it has no form to look at.
+        if !gain.is_finite() {
+            return odds;
+        }
         let odds = self.form_broken(best, gain);
         debug!("{} bends by {gain:.1}, odds {odds:.1}", about.id);
         // What the timing allowed for beside it lacks is no second cause.
@@ -380,22 +392,30 @@ impl<'a> Round<'a> {
         if search.stand_error.is_some() {
             return f64::NEG_INFINITY;
         }
-        let error = if search.form_error > EXACT {
-            ROUGH
-        } else {
+        let error = if is_exact(c.effect.about()) {
             search.form_error
+        } else {
+            ROUGH
         };
         let gain = gain - self.left_over(&c.best.signature);
-        ((gain - 3.0 - error * c.evidence) / (4.0 + 0.02 * c.evidence)).min(50.0)
+        let odds = (gain - 3.0 - error * c.evidence) / (4.0 + 0.02 * c.evidence);
+        if odds > 50.0 { 50.0 } else { odds }
     }
 
-    /// A correction as the finding, with the effects of the relations that it enters as alternatives; `evidence` tells that there is something.
-    fn unnamed(&self, c: &Correction, evidence: f64) -> Named {
+    /// A correction as the finding, with the effects of the relations that it enters as alternatives; `evidence` tells that there is
+    /// something. Of the `best` effect it is known how far its form is broken.
+    fn unnamed(&self, c: &Correction, evidence: f64, best: Option<(&Contender, f64)>) -> Named {
         let temperature = (0.08 * evidence).max(6.0);
         let weight = |o: &Contender| {
             let likely = ((1.2 * o.evidence - evidence) / temperature).min(0.0);
             let barred = if self.admissible(o) { 0.0 } else { BARRED };
-            (likely - self.form_broken(o, o.formed - o.evidence).max(0.0) - barred).exp()
+            let broken = match best {
+                Some((best, broken)) if std::ptr::eq(best, o) => broken,
+                // What has not been sharpened bends for want of that.
+                _ if !is_exact(o.effect.about()) => 0.0,
+                _ => self.form_broken(o, o.formed - o.evidence),
+            };
+            (likely - broken.max(0.0) - barred).exp()
         };
         let others = self
             .contenders
@@ -419,6 +439,11 @@ impl<'a> Round<'a> {
             correction: Some((c.place, c.quantity)),
         }
     }
+}
+
+/// Whether the form of an effect holds to the letter.
+fn is_exact(about: &About) -> bool {
+    about.search.form_error <= EXACT
 }
 
 /// Whether a late meter has been named.

@@ -15,7 +15,7 @@ use tracing::debug;
 pub(crate) struct Named {
     pub applied: Applied,
     pub evidence: f64,
-    /// What its strength gained by differing from stand to stand and within them; 0 where it may not.
+    /// What its form gained within its error, where its strength differs along stands; else 0.
     pub bent: f64,
     /// Evidence that sound recordings, and what was named before, do not reach.
     pub hurdle: f64,

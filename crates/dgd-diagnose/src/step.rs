@@ -22,7 +22,7 @@ pub enum Step {
     Corrections,
     /// A correction loses what its busiest ten minutes bring.
     Busiest,
-    /// Before `unknown`, a second effect beside the best is tried.
+    /// Before `unknown`, a second effect beside the best is tried: it may do what a correction does, or bend the best one's form.
     TwoDo,
     /// Probabilities are brought to the share of findings that are right.
     Calibration,

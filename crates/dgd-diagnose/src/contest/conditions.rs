@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::{
-    Contender, alike, at_bound, contest, doubtful, exclude_strange_duty, material, settle, solved,
-    stands, sustained,
+    Contender, alike, at_bound, contest, doubtful, material, settle, solved, stands, strange,
+    sustained,
 };
 use crate::claims::fixture::{BLOCK_S, FLOW_M3_S, Hidden, INFLUX_S, SPEED_PCT, drilled, steady};
 use crate::record::Record;
@@ -125,31 +125,30 @@ fn of_what_a_pump_loses_in_passing_a_duty_of_that_time_alone_tells_nothing() {
 
 #[test]
 fn a_duty_is_known_by_six_blocks_within_a_twentieth_of_its_flow_and_lift() {
-    let strange = |others: usize, flow: f64, lift: f64, beside: (f64, f64)| {
+    let is_strange = |others: usize, flow: f64, lift: f64, beside: (f64, f64)| {
         let mut flows = vec![flow; others];
         let mut lifts = vec![lift; others];
         flows.push(beside.0);
         lifts.push(beside.1);
         let mut inside = vec![false; others];
         inside.push(true);
-        let mut excluded = vec![false; others + 1];
-        exclude_strange_duty((&flows, &lifts), &inside, &mut excluded);
-        assert!(!excluded[..others].contains(&true));
-        excluded[others]
+        let found = strange((&flows, &lifts), &inside, &inside);
+        assert!(!found[..others].contains(&true));
+        found[others]
     };
     let same = (0.04, 4e6);
-    assert!(strange(5, 0.04, 4e6, same));
-    assert!(!strange(6, 0.04, 4e6, same));
+    assert!(is_strange(5, 0.04, 4e6, same));
+    assert!(!is_strange(6, 0.04, 4e6, same));
     for share in [0.94, 0.96, 1.04, 1.06] {
         let far = (share - 1.0_f64).abs() > 0.05;
-        assert_eq!(strange(9, share * 0.04, 4e6, same), far);
-        assert_eq!(strange(9, 0.04, share * 4e6, same), far);
+        assert_eq!(is_strange(9, share * 0.04, 4e6, same), far);
+        assert_eq!(is_strange(9, 0.04, share * 4e6, same), far);
         // A pump that is driven by its mud lifts less than nothing.
-        assert_eq!(strange(9, 0.04, -share * 4e6, (0.04, -4e6)), far);
+        assert_eq!(is_strange(9, 0.04, -share * 4e6, (0.04, -4e6)), far);
     }
-    // What is not known tells no duty, and what is excluded already neither.
-    assert!(strange(9, f64::NAN, 4e6, same));
-    assert!(strange(9, 0.04, f64::NAN, same));
+    // What is not known tells no duty, and what is near the interval neither.
+    assert!(is_strange(9, f64::NAN, 4e6, same));
+    assert!(is_strange(9, 0.04, f64::NAN, same));
     let (flows, lifts) = ([0.04; 8], [4e6; 8]);
     let inside = [false, false, false, false, false, false, false, true];
     // A gap of either sign at that lift is no duty.
@@ -158,13 +157,11 @@ fn a_duty_is_known_by_six_blocks_within_a_twentieth_of_its_flow_and_lift() {
         flows.extend(vec![0.04; known + 1]);
         let n = flows.len();
         let inside: Vec<bool> = (0..n).map(|b| b == n - 1).collect();
-        let mut excluded = vec![false; n];
-        exclude_strange_duty((&flows, &vec![4e6; n]), &inside, &mut excluded);
-        assert_eq!(excluded[n - 1], known < 6);
+        let found = strange((&flows, &vec![4e6; n]), &inside, &inside);
+        assert_eq!(found[n - 1], known < 6);
     }
-    let mut excluded = [true, true, false, false, false, false, false, false];
-    exclude_strange_duty((&flows, &lifts), &inside, &mut excluded);
-    assert!(excluded[7]);
+    let near = [true, true, false, false, false, false, false, true];
+    assert!(strange((&flows, &lifts), &inside, &near)[7]);
 }
 
 #[test]

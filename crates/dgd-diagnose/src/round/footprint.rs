@@ -6,6 +6,7 @@ use crate::record::Record;
 use crate::relations::Applied;
 use crate::select::Selection;
 use crate::tangent::{Bend, Tangent, dot};
+use dgd_effects::{About, Excitation};
 
 /// One cause that has been named.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,8 +14,14 @@ pub(super) struct Known {
     /// Its place in the state.
     pub place: usize,
     pub evidence: f64,
-    /// What its strength gained by differing from stand to stand and within them.
+    /// What its form gained within its error, where its strength differs along stands; else 0.
     pub bent: f64,
+}
+
+/// Whether the strength of an effect differs from stand to stand and along them. At a stop there is no more to differ than the
+/// strength itself.
+pub(super) fn differs_along_stands(about: &About) -> bool {
+    about.search.stand_error.is_some() && !about.search.needs.contains(&Excitation::PumpStops)
 }
 
 /// What has been named: what the search starts from, as far as this recording shows it, and what the search has found.
@@ -40,11 +47,20 @@ pub(super) fn known(
                 let hurdle = state[k].effect.about().search.belief.hurdle;
                 (gained > hurdle).then_some(gained)
             };
-            known.extend(evidence.map(|evidence| Known {
+            let Some(evidence) = evidence else {
+                continue;
+            };
+            let bent = if differs_along_stands(state[k].effect.about()) {
+                let bare = Tangent::at(record, &without, &[], Bend::Lean)?;
+                (bare.formed(record, &without, &state[k]) - evidence).max(0.0)
+            } else {
+                0.0
+            };
+            known.push(Known {
                 place: k,
                 evidence,
-                bent: 0.0,
-            }));
+                bent,
+            });
         }
     }
     let first = state.len() - selection.named.len();

@@ -256,6 +256,10 @@ fn alternatives_are_what_explains_the_same_rows_and_no_likelier_than_the_best() 
     assert!(with(50.0, gain(0.0)).is_empty());
     let apart = contender("return_flow_gain", &[0.03], 50.0, THERE);
     assert!(with(50.0, apart).is_empty());
+    // A broken form tells of something else, whether or not a correction shows what.
+    let round = round(&record, vec![influx(50.0)], Vec::new());
+    let told = round.others(&round.contenders[0], None, 2.0);
+    assert_eq!(told, [("unknown".to_owned(), 2.0_f64.exp())]);
     // Near the noise, a Bayes factor in full but for an e-fold and a half.
     let ratio = with(20.0, gain(17.0))[0].1.ln();
     assert!((-2.0..-1.0).contains(&ratio), "{ratio}");
@@ -273,6 +277,10 @@ fn a_form_that_must_bend_only_lends_its_name_unless_earlier_ones_leave_that_over
     assert!(broken(influx(100.0), 3.0 + 100.0 * ROUGH, Vec::new()).abs() < 1e-9);
     assert!(broken(influx(100.0), 20.0, Vec::new()) < 0.0);
     assert!(broken(influx(100.0), 80.0, Vec::new()) > 0.0);
+    // However far a form can be off: what it may gain is a share of what there is.
+    let wear = || contender("pump_wear", &[1e-3], 100.0, HERE);
+    assert!(broken(wear(), 20.0, Vec::new()) < 0.0 && broken(wear(), 40.0, Vec::new()) > 0.0);
+    assert!(broken(wear(), f64::NAN, Vec::new()).is_nan());
     let drains = contender("line_drainage", &[0.1, 1.0, 0.0], 100.0, HERE);
     assert_eq!(broken(drains, 1e3, Vec::new()), f64::NEG_INFINITY);
     // A gain is exact.
@@ -304,7 +312,7 @@ fn beside_a_correction_stand_the_effects_of_its_relation_that_might_be_it() {
     let high = influx(0.0).effect.about().parameters[0].high;
     let lists = |contenders: Vec<Contender>, relation: usize, evidence: f64| {
         let round = round(&record, contenders, Vec::new());
-        round.unnamed(&correction(relation, evidence), evidence)
+        round.unnamed(&correction(relation, evidence), evidence, None)
     };
     let odds = |n: &Named| {
         n.alternatives
@@ -331,6 +339,17 @@ fn beside_a_correction_stand_the_effects_of_its_relation_that_might_be_it() {
     let mut bent = gain(60.0);
     bent.formed = 100.0;
     assert!(odds(&lists(vec![bent], balance, 60.0)) < 0.5);
+    // Of the best it is known how far its form is broken, of others that are not exact nothing is.
+    let mut rough = influx(60.0);
+    rough.formed = 600.0;
+    let round = round(&record, vec![rough], Vec::new());
+    for (best, expected) in [
+        (None, 1.0),
+        (Some((&round.contenders[0], 2.0)), (-2.0_f64).exp()),
+    ] {
+        let named = round.unnamed(&correction(balance, 60.0), 60.0, best);
+        assert!((odds(&named) - expected).abs() < 1e-9);
+    }
     // Another relation, no evidence, the bound: none of these.
     let beyond = contender("influx", &[2.0 * high, 1500.0, 1300.0, 0.15], 60.0, HERE);
     for (contenders, relation) in [

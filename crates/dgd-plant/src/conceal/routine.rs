@@ -51,16 +51,22 @@ pub(crate) fn draw(rig: &Rig, stops: bool, noise: &mut Noise) -> Vec<Segment> {
         crew.run(noise.between(60.0, 300.0), mud_gpm, level_m, false);
         let standing_s = noise.between(180.0, 420.0);
         connections += 1;
+        // At level two the booster keeps the mud in the riser moving at whatever the crew thinks enough.
+        let [less, often, more] = match rig.level {
+            Level::One => [1.0; 3],
+            Level::Two => {
+                [(0.45, 1.0), (0.0, 1.0), (1.1, 1.4)].map(|(low, high)| noise.between(low, high))
+            }
+        };
         if noise.unit() < 0.4 || stops && connections % 2 == 1 {
             // Mud pump off first, then the subsea pump with the booster.
             crew.stop(standing_s, level_m, noise.between(20.0, 80.0));
         } else {
             let kept = crew.booster_gpm;
-            // It keeps the mud in the riser moving, at whatever the crew thinks enough.
             if kept == 0.0 {
-                crew.booster_gpm = (boost_gpm * noise.between(0.45, 1.0)).round();
-            } else if noise.unit() < 0.3 {
-                crew.booster_gpm = (boost_gpm * noise.between(1.1, 1.4)).round();
+                crew.booster_gpm = (boost_gpm * less).round();
+            } else if often < 0.3 {
+                crew.booster_gpm = (boost_gpm * more).round();
             }
             crew.run(standing_s, 0.0, level_m, false);
             crew.booster_gpm = kept;
