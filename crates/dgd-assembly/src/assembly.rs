@@ -88,7 +88,7 @@ impl Assembly {
         &self.system
     }
 
-    /// Seconds in one of what the record's times count; 1 where it stands along something else than time.
+    /// Seconds in one unit of the record's times; 1 where its samples stand along something else than time.
     #[must_use]
     pub fn tick_s(&self) -> f64 {
         self.net.tick

@@ -192,7 +192,7 @@ impl Tangent {
             .map(|&a| {
                 let mut priors = vec![0.0; p];
                 priors[a] = 1.0 / widths[a];
-                std::mem::take(&mut whitened[a]).before(priors)
+                std::mem::take(&mut whitened[a]).with_priors(priors)
             })
             .collect();
         let mut y = vec![0.0; total];
@@ -247,6 +247,7 @@ impl Tangent {
 
     /// The whitened part of a stacked vector off the tangent.
     pub(crate) fn project(&self, stacked: &[f64]) -> Vec<f64> {
+        debug_assert!(!self.basis.is_empty(), "its columns were released");
         let mut w = self.whitening.apply(stacked);
         // Most effects touch one relation: only the columns and rows that meet it cost anything.
         let touched = support(&w);

@@ -225,7 +225,7 @@ mod tests {
 
     /// Whole columns made orthonormal, of which the last rows are priors'; their triangle.
     fn orthonormal(columns: &mut [Vec<f64>], rows: usize) -> (Vec<Column>, Vec<Vec<f64>>) {
-        let of = |c: &Vec<f64>| Column::of(&c[..rows]).before(c[rows..].to_vec());
+        let of = |c: &Vec<f64>| Column::of(&c[..rows]).with_priors(c[rows..].to_vec());
         let mut held: Vec<Column> = columns.iter().map(of).collect();
         let triangle = super::orthonormal(&mut held);
         for (column, held) in columns.iter_mut().zip(&held) {

@@ -15,7 +15,7 @@ fn columns() -> Vec<Column> {
             let mut column = vec![0.0; ROWS + PRIORS];
             column[rows.clone()].copy_from_slice(&normals(k as u64 + 1, ROWS)[rows]);
             column[ROWS + 4 * k] = 0.3;
-            Column::of(&column[..ROWS]).before(column[ROWS..].to_vec())
+            Column::of(&column[..ROWS]).with_priors(column[ROWS..].to_vec())
         })
         .collect()
 }
@@ -76,7 +76,7 @@ fn a_column_holds_no_more_than_it_reaches_wherever_its_rows_end() {
             for (from, to) in [(0, rows), (0, 1), (rows - 1, rows), (rows / 2, rows / 2)] {
                 let mut whole = vec![0.0; rows];
                 whole[from..to].copy_from_slice(&normals(5, rows)[from..to]);
-                let mut column = Column::of(&whole).before(normals(6, priors));
+                let mut column = Column::of(&whole).with_priors(normals(6, priors));
                 whole.extend(normals(6, priors));
                 assert_eq!(column.whole(), whole);
                 let (found, all) = (column.dot(&vector), dot(&whole, &vector));

@@ -34,7 +34,7 @@ impl Column {
     }
 
     /// The same with rows of priors behind.
-    pub(crate) fn before(self, priors: Vec<f64>) -> Self {
+    pub(crate) fn with_priors(self, priors: Vec<f64>) -> Self {
         Self { priors, ..self }
     }
 

@@ -123,6 +123,24 @@ fn read(diagnosis: &Diagnosis) -> Value {
 }
 
 #[test]
+fn a_reading_at_fault_tells_all_the_residuals_that_it_enters() {
+    let reading = Finding {
+        relation: Relation::Instrument,
+        shows_in: vec![Relation::PumpHead, Relation::RiserMassBalance],
+        pair: Some("inlet less riser"),
+        ..finding()
+    };
+    let value = read(&diagnosis(vec![reading]));
+    let finding = &value["findings"][0];
+    assert_eq!(finding["relation"], "instrument");
+    assert_eq!(
+        finding["shows_in"],
+        json!(["pump_head", "riser_mass_balance"])
+    );
+    assert_eq!(finding["shows_in_pair"], "inlet less riser");
+}
+
+#[test]
 fn a_finding_has_the_members_that_the_schema_promises() {
     let value = read(&diagnosis(vec![finding()]));
     assert_eq!(value["schema"], "dgd.diagnosis/1");
@@ -149,6 +167,7 @@ fn a_finding_has_the_members_that_the_schema_promises() {
     for (name, expected) in promised.as_object().unwrap() {
         assert_eq!(&finding[name], expected, "{name}");
     }
+    assert!(finding.get("shows_in_pair").is_none());
     let rate = &finding["parameters"]["rate_m3_s"];
     assert_eq!(rate["estimate"], 0.0021);
     assert_eq!(rate["ci95"], json!([0.0019, 0.0023]));

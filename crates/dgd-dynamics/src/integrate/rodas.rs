@@ -128,8 +128,8 @@ impl<V: Vector> Rodas<V> {
             u.get_mut().copy_from_slice(self.rate.get());
         } else {
             for i in 0..n {
-                // Stage 6 builds on stage 5: a_6j = a_5j and a_65 = 1. What is small is added up first: the state,
-                // which is large, rounds once a step.
+                // Stage 6 builds on stage 5: a_6j = a_5j and a_65 = 1. What is small is added up first: what a
+                // step adds to the state, which is large, rounds once.
                 let moved = if K < 5 {
                     let first = A[K][0] * before[0].get()[i];
                     (1..K).fold(first, |sum, j| sum + A[K][j] * before[j].get()[i])

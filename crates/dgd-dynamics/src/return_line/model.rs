@@ -95,7 +95,7 @@ impl Momentum {
         (drive, spun, swept.sum())
     }
 
-    /// The same where a power is not near its reference; out of the way, as no step of a usual simulation comes here.
+    /// The same where a power is not near its reference; out of the way, as no usual step but at a shut valve comes here.
     #[cold]
     #[inline(never)]
     fn drive_far(&self, level: f64, speed: f64, flow: f64) -> (f64, f64, f64) {
@@ -149,8 +149,8 @@ impl Momentum {
 /// `d(x^n)/dx` for `x ≥ 0`, `n ≥ 1`, given `x^n`.
 #[inline(always)]
 fn slope(power: f64, x: f64, n: f64) -> f64 {
-    if x > 0.0 {
-        // The division does not wait for the power.
+    if x >= f64::MIN_POSITIVE {
+        // The division does not wait for the power; below, it would be beyond all numbers.
         (n / x) * power
     } else if n == 1.0 {
         1.0
