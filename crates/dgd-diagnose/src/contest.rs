@@ -339,38 +339,7 @@ pub(crate) fn alike(a: &Candidate, b: &Candidate) -> bool {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
-
-    use super::{Contender, strange};
-    use crate::relations::Applied;
-    use crate::scan::Candidate;
-    use dgd_effects::find;
-
-    #[test]
-    fn what_has_another_strength_in_each_stand_claims_little_of_what_its_form_gains() {
-        let claim = |id: &str, formed: f64| {
-            let effect = find(id).unwrap();
-            let error = effect.about().search.form_error;
-            let contender = Contender {
-                effect,
-                best: Candidate {
-                    applied: Applied::new(effect, Vec::new()),
-                    signature: Vec::new(),
-                    score: 0.0,
-                    energy: 0.0,
-                    evidence: 100.0,
-                },
-                evidence: 100.0,
-                formed,
-            };
-            (contender.claim() - 105.0) / (100.0 * error)
-        };
-        assert!((claim("gel_strength", 1e3) - 4.0).abs() < 1e-9);
-        assert!((claim("cuttings_loading", 1e3) - 1.0).abs() < 1e-9);
-        // No more than it gains.
-        let error = find("gel_strength").unwrap().about().search.form_error;
-        assert!((claim("gel_strength", 107.0) - 0.02 / error).abs() < 1e-9);
-    }
+    use super::strange;
 
     #[test]
     fn a_duty_that_the_pump_has_only_inside_an_interval_tells_nothing_of_it() {

@@ -30,8 +30,8 @@ const SCALE: f64 = 0.4;
 /// Error of a form up to which it is exact: a gain, an area, a loss on the velocity head, a lag in what is pumped.
 const EXACT: f64 = 0.1;
 
-/// Share of its evidence by which a form that is not exact may bend, whatever its error: that sets how far it can. What had been
-/// concealed was bent by a fifth at most in the building recordings, other things of like signature by a third and more.
+/// Share of its evidence by which a form that is not exact may bend, whatever its error: that sets how far it can. Set by hand, above
+/// what single causes in simulated recordings bend by; what only resembles them often bends by more (both are traced).
 const ROUGH: f64 = 0.25;
 
 /// Over what a form bends by: what a second effect must show beside it, the slack of that form allowed for, to be what bends it.

@@ -243,3 +243,22 @@ pub(crate) fn recorded(record: &Record, start_s: f64) -> (Well, Prepared) {
     };
     (well, prepared)
 }
+
+/// The first samples that a record measured; what is filled stays whole.
+pub(crate) fn cut(mut record: Record, n: usize) -> Record {
+    for values in [
+        &mut record.t_s,
+        &mut record.mud_pump,
+        &mut record.booster,
+        &mut record.flow,
+        &mut record.speed,
+        &mut record.inlet,
+        &mut record.outlet,
+    ]
+    .into_iter()
+    .chain(&mut record.outlets)
+    {
+        values.truncate(n);
+    }
+    record
+}

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::{Applied, Blocks, LineFlow, Parts, run};
-use crate::claims::fixture::{DT_S, FLOW_M3_S, PER_BLOCK, SPEED_PCT, steady};
+use crate::claims::fixture::{DT_S, FLOW_M3_S, PER_BLOCK, SPEED_PCT, cut, steady};
 use crate::record::{MASS_BLOCKS, Record};
 use dgd_effects::{Changes, find};
 use dgd_units::STANDARD_GRAVITY_M_S2;
@@ -288,25 +288,6 @@ fn rows_that_are_run_by_themselves_take_their_place_among_the_others() {
         assert_eq!(laid.flow.len(), record.blocks);
         assert_eq!(laid.imbalance.len(), record.blocks / MASS_BLOCKS);
     }
-}
-
-/// The first samples of a record.
-fn cut(mut record: Record, n: usize) -> Record {
-    for values in [
-        &mut record.t_s,
-        &mut record.mud_pump,
-        &mut record.booster,
-        &mut record.flow,
-        &mut record.speed,
-        &mut record.inlet,
-        &mut record.outlet,
-    ]
-    .into_iter()
-    .chain(&mut record.outlets)
-    {
-        values.truncate(n);
-    }
-    record
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Claims about the places at which an effect is tried: on its grid, at peaks of its score, and where its ends are moved to.
 
-use crate::claims::fixture::{BLOCK_S, FLOW_M3_S, Hidden, SPEED_PCT, drilled};
+use crate::claims::fixture::{BLOCK_S, FLOW_M3_S, Hidden, SPEED_PCT, cut, drilled};
 use crate::draws::normals;
 use crate::record::{Record, whole};
 use crate::relations::Applied;
@@ -46,18 +46,12 @@ fn shifted(bias_pa: f64, onset_s: f64) -> Record {
 }
 
 /// The first blocks of it.
-fn first(mut record: Record, blocks: usize) -> Record {
+fn first(record: Record, blocks: usize) -> Record {
     let n = blocks * record.per_block;
+    let mut record = cut(record, n);
     let filled = &mut record.filled;
     filled.pumping.truncate(n);
     for values in [
-        &mut record.t_s,
-        &mut record.mud_pump,
-        &mut record.booster,
-        &mut record.flow,
-        &mut record.speed,
-        &mut record.inlet,
-        &mut record.outlet,
         &mut filled.mud_pump,
         &mut filled.booster,
         &mut filled.topfill,
@@ -65,10 +59,7 @@ fn first(mut record: Record, blocks: usize) -> Record {
         &mut filled.speed,
         &mut filled.inlet,
         &mut filled.outlet,
-    ]
-    .into_iter()
-    .chain(&mut record.outlets)
-    {
+    ] {
         values.truncate(n);
     }
     record.blocks = blocks;
