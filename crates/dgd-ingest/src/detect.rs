@@ -2,6 +2,11 @@
 
 use crate::{Format, IngestError};
 
+/// Bytes from the start of a file that are enough for [`detect`].
+pub(crate) const BYTES: u64 = (512 << USER_BLOCKS) + 8;
+/// An HDF5 file may have a foreign block before it, of 512 bytes doubled so often.
+const USER_BLOCKS: usize = 11;
+
 /// Tells the format from the content; names and extensions do not count.
 ///
 /// Text of any sort is taken for CSV; whether it is a table shows when it is read.
@@ -17,8 +22,7 @@ pub fn detect(bytes: &[u8]) -> Result<Format, IngestError> {
     if bytes.starts_with(b"\x89MCAP0\r\n") {
         return Ok(Format::Mcap);
     }
-    // An HDF5 file may have a foreign block of 512 bytes or a doubling of that before it.
-    let mut starts = std::iter::successors(Some(512_usize), |n| n.checked_mul(2)).take(12);
+    let mut starts = (0..=USER_BLOCKS).map(|doublings| 512_usize << doublings);
     let at = |start: usize| bytes.get(start..).is_some_and(|b| b.starts_with(HDF5));
     if at(0) || starts.any(at) {
         return Ok(Format::Mat73);

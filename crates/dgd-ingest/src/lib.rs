@@ -1,6 +1,7 @@
 //! Recordings in: MAT v5 and v7.3, CSV and MCAP files to one [`Table`].
 //!
-//! Start at [`read`] with the bytes of a file, or at [`read_file`] with its path. The
+//! Start at [`read`] with the bytes of a file, at [`read_file`] with its path, or at
+//! [`BlockReader`] for one that is longer than memory. The
 //! format is told from the content. What can be read is read: everything that was wrong
 //! on the way is an [`Issue`] in the table, with its place; an error means that no
 //! table came out.
@@ -11,6 +12,7 @@
 //! messages out of order are sorted, and several MCAP topics are brought onto one clock.
 #![deny(missing_docs)]
 
+mod blocks;
 mod csv;
 mod detect;
 mod error;
@@ -20,6 +22,7 @@ mod mat;
 mod mat5;
 mod mcap;
 
+pub use blocks::{BlockError, BlockOptions, BlockReader, Opened};
 pub use detect::detect;
 pub use error::IngestError;
 pub use file::{FileError, read_file};

@@ -4,11 +4,14 @@
 //! on its own, checksum first, so that damage costs one chunk. The clock is the log
 //! time less the first log time.
 
+mod blocks;
 mod json;
 mod records;
 mod streams;
 mod units;
 mod walk;
+
+pub(crate) use blocks::LogBlocks;
 
 use crate::csv::stamp;
 use crate::{IngestError, count};
@@ -54,74 +57,17 @@ enum Source {
 pub(crate) fn read(bytes: &[u8]) -> Result<Table, IngestError> {
     let mut log = Log::default();
     let walked = walk::walk(bytes, &mut |opcode, record| log.take(opcode, record))?;
-    let mut issues = walked.issues;
-    let Log {
-        mut streams,
-        units,
-        mut budget,
-        foreign,
-        homeless,
-        shelf,
-        long_schemas,
-        ..
-    } = log;
-    let mut messages = 0;
-    for stream in &mut streams {
-        stream.close(&mut budget)?;
-        messages += stream.log_ns.len();
-        tell(stream, &mut issues);
+    for stream in &mut log.streams {
+        stream.close(&mut log.budget)?;
     }
-    for ((topic, encoding), messages) in &foreign {
-        issues.push(Issue {
-            kind: IssueKind::Skipped,
-            place: format!("topic `{topic}`"),
-            message: format!(
-                "{} in `{encoding}`, not in `json`; passed over",
-                count(*messages, "message")
-            ),
-        });
-    }
-    if homeless > 0 {
-        issues.push(Issue {
-            kind: IssueKind::Damaged,
-            place: "log".into(),
-            message: format!(
-                "{} of a channel that the log does not describe, or with more than {MAX_TOPIC} bytes of topic; left out",
-                count(homeless, "message")
-            ),
-        });
-    }
-    if long_schemas > 0 {
-        issues.push(Issue {
-            kind: IssueKind::Skipped,
-            place: "log".into(),
-            message: format!(
-                "{} above the limit of {} bytes; their units were left out",
-                count(long_schemas, "schema"),
-                units::MAX_SCHEMA
-            ),
-        });
-    }
-    if let Some(message) = shelf.message() {
-        issues.push(Issue {
-            kind: IssueKind::Skipped,
-            place: "log".into(),
-            message,
-        });
-    }
-    if let Some(at) = walked.truncated_at {
-        issues.push(Issue {
-            kind: IssueKind::Truncated,
-            place: format!("byte {at}"),
-            message: format!(
-                "the log ends without its closing records; {} recovered",
-                count(messages as u64, "message")
-            ),
-        });
-    }
-    let mut numeric: Vec<(Stream, Units)> = streams
+    let Told {
+        mut issues,
+        messages,
+    } = log.tell(&walked);
+    let mut numeric: Vec<(Stream, Units)> = log
+        .streams
         .into_iter()
-        .zip(units)
+        .zip(log.units)
         .filter(|(s, _)| !s.members.is_empty())
         .collect();
     if numeric.is_empty() {
@@ -137,14 +83,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Table, IngestError> {
         .iter()
         .filter_map(|(s, _)| s.log_ns.first().copied());
     let start_ns = starts.min().unwrap_or(0);
-    let mut columns = vec![Column {
-        tag: "t".into(),
-        unit: Some("s".into()),
-        values: log_ns
-            .iter()
-            .map(|ns| (ns - start_ns) as f64 / 1e9)
-            .collect(),
-    }];
+    let mut columns = vec![clock(&log_ns, start_ns)];
     let several = numeric.len() > 1;
     for (index, (stream, units)) in numeric.iter_mut().enumerate() {
         let sources = (index != busiest).then(|| nearest(&stream.log_ns, &log_ns));
@@ -158,19 +97,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Table, IngestError> {
                 ),
             });
         }
-        let topic = stream.topic.trim_matches('/').replace('/', ".");
         for member in std::mem::take(&mut stream.members) {
-            let path = String::from_utf8_lossy(&member.path).into_owned();
-            let path = if path.is_empty() {
-                "value".to_owned()
-            } else {
-                path
-            };
-            // `t` is the log's clock; a message's own stays beside it.
-            let tag = match several || path == "t" {
-                true => format!("{topic}.{path}"),
-                false => path.clone(),
-            };
             let values = match &sources {
                 None => member.values,
                 Some((sources, _)) => {
@@ -178,21 +105,57 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Table, IngestError> {
                     sources.iter().map(at).collect()
                 }
             };
-            columns.push(Column {
-                tag,
-                unit: units.remove(&path),
-                values,
-            });
+            columns.push(column(&stream.topic, several, &member.path, units, values));
         }
     }
-    let wall_clock = (start_ns >= EPOCH_NS)
-        .then(|| i64::try_from(start_ns).ok())
-        .flatten();
     Ok(Table {
         columns,
         issues,
-        origin: wall_clock.map(|ns| stamp::rfc3339(ns, true)),
+        origin: origin(start_ns),
     })
+}
+
+/// Log times as the column `t`, s after the start.
+fn clock(log_ns: &[u64], start_ns: u64) -> Column {
+    let seconds = log_ns.iter().map(|ns| (ns - start_ns) as f64 / 1e9);
+    Column {
+        tag: "t".into(),
+        unit: Some("s".into()),
+        values: seconds.collect(),
+    }
+}
+
+/// The column of a member of a topic's messages; its unit is taken from `units`.
+fn column(topic: &str, several: bool, path: &[u8], units: &mut Units, values: Vec<f64>) -> Column {
+    let path = match path {
+        b"" => "value".to_owned(),
+        path => String::from_utf8_lossy(path).into_owned(),
+    };
+    // `t` is the log's clock; a message's own stays beside it.
+    let tag = if several || path == "t" {
+        let topic = topic.trim_matches('/').replace('/', ".");
+        format!("{topic}.{path}")
+    } else {
+        path.clone()
+    };
+    Column {
+        tag,
+        unit: units.remove(&path),
+        values,
+    }
+}
+
+/// The start as a wall-clock time, if it is one.
+fn origin(start_ns: u64) -> Option<String> {
+    let wall_clock = i64::try_from(start_ns).ok()?;
+    (start_ns >= EPOCH_NS).then(|| stamp::rfc3339(wall_clock, true))
+}
+
+/// What was met beside the numbers.
+struct Told {
+    issues: Vec<Issue>,
+    /// Messages of JSON topics.
+    messages: usize,
 }
 
 impl Log {
@@ -243,6 +206,59 @@ impl Log {
             _ => {}
         }
         Ok(())
+    }
+
+    /// Puts every stream in order, and says what was wrong with the log.
+    fn tell(&mut self, walked: &walk::Walked) -> Told {
+        let mut issues = walked.issues.clone();
+        let mut messages = 0;
+        for stream in &mut self.streams {
+            messages += stream.messages();
+            tell(stream, &mut issues);
+        }
+        for ((topic, encoding), messages) in &self.foreign {
+            issues.push(Issue {
+                kind: IssueKind::Skipped,
+                place: format!("topic `{topic}`"),
+                message: format!(
+                    "{} in `{encoding}`, not in `json`; passed over",
+                    count(*messages, "message")
+                ),
+            });
+        }
+        let mut tell = |kind, place: String, message| {
+            issues.push(Issue {
+                kind,
+                place,
+                message,
+            });
+        };
+        if self.homeless > 0 {
+            let message = format!(
+                "{} of a channel that the log does not describe, or with more than {MAX_TOPIC} bytes of topic; left out",
+                count(self.homeless, "message")
+            );
+            tell(IssueKind::Damaged, "log".into(), message);
+        }
+        if self.long_schemas > 0 {
+            let message = format!(
+                "{} above the limit of {} bytes; their units were left out",
+                count(self.long_schemas, "schema"),
+                units::MAX_SCHEMA
+            );
+            tell(IssueKind::Skipped, "log".into(), message);
+        }
+        if let Some(message) = self.shelf.message() {
+            tell(IssueKind::Skipped, "log".into(), message);
+        }
+        if let Some(at) = walked.truncated_at {
+            let message = format!(
+                "the log ends without its closing records; {} recovered",
+                count(messages as u64, "message")
+            );
+            tell(IssueKind::Truncated, format!("byte {at}"), message);
+        }
+        Told { issues, messages }
     }
 
     fn announce(&mut self, channel: &Channel<'_>) -> Source {

@@ -8,9 +8,10 @@ mod mutate;
 mod peak;
 
 use dgd_export::{CsvOptions, McapOptions, write_csv, write_mcap};
+use dgd_ingest::{BlockOptions, BlockReader, Opened, ReadOptions};
 use dgd_recording::{Column, Table};
 use mutate::{apply, damage};
-use peak::{MIB, peak};
+use peak::{MIB, peak, peak_of};
 use proptest::strategy::{Strategy, ValueTree};
 use proptest::test_runner::TestRunner;
 use std::io::Cursor;
@@ -37,8 +38,14 @@ fn both(rows: i32) -> [Vec<u8>; 2] {
     [text, log.into_inner()]
 }
 
+/// One test, for two would count each other's.
 #[test]
-fn memory_is_bounded_by_the_file_whatever_it_claims() {
+fn memory_is_bounded() {
+    by_the_file_whatever_it_claims();
+    whatever_the_length_in_blocks();
+}
+
+fn by_the_file_whatever_it_claims() {
     let small = both(60);
     small.iter().for_each(|bytes| _ = peak(bytes));
     let mut runner = TestRunner::deterministic();
@@ -73,4 +80,34 @@ fn memory_is_bounded_by_the_file_whatever_it_claims() {
         found < 2 * decoded + 4 * MIB,
         "{found} bytes for {decoded} decoded"
     );
+}
+
+fn whatever_the_length_in_blocks() {
+    let options = BlockOptions {
+        bytes: 1 << 20,
+        cells: 1 << 14,
+    };
+    let taken = |bytes: &[u8]| {
+        let (rows, taken) = peak_of(|| {
+            let file = Cursor::new(bytes);
+            let opened = BlockReader::open(file, &ReadOptions::default(), options).unwrap();
+            let Opened::Blocks(mut reader) = opened else {
+                panic!("it is not read in blocks");
+            };
+            let mut rows = 0;
+            while let Some(block) = reader.next_block().unwrap() {
+                rows += block.rows();
+            }
+            rows
+        });
+        assert!(rows >= 200_000);
+        taken
+    };
+    let (short, long) = (both(200_000), both(800_000));
+    for (short, long) in short.iter().zip(&long) {
+        let [short, long] = [short, long].map(|bytes| taken(bytes));
+        // The columns of the longer one alone are 19 MB.
+        assert!(long < 16 * MIB, "{long} bytes");
+        assert!(long < short + MIB / 4, "{short} bytes, then {long}");
+    }
 }

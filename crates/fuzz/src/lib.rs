@@ -28,6 +28,9 @@ pub fn run_recording(bytes: &[u8], format: Format) -> Corpus {
         "{taken} bytes were taken for {}, at most {most} may be",
         bytes.len()
     );
+    if let Some(whole) = &table {
+        recording::in_blocks(bytes, whole);
+    }
     match table {
         None => return Corpus::Reject,
         Some(Ok(table)) => recording::structure(table),

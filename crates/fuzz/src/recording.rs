@@ -2,12 +2,15 @@
 //!
 //! `dgd-ingest` includes this file in its tests, so that the stable toolchain holds it too.
 
-use dgd_ingest::{Format, IngestError, ReadOptions, detect, read};
+use dgd_ingest::{
+    BlockError, BlockOptions, BlockReader, Format, IngestError, Opened, ReadOptions, detect, read,
+};
 use dgd_recording::{
     ChannelMap, ChannelSource, Geometry, Recording, Table, TimeSource, Well, propose_channels,
     survey, survey_clock,
 };
 use dgd_units::{Dimension, Unit};
+use std::io::Cursor;
 
 /// Reads the whole file as a user's call does; `None` if it is of another format.
 ///
@@ -55,6 +58,64 @@ pub fn most_memory(format: Format, bytes: usize) -> usize {
         Format::Mat5 | Format::Mat73 => 3 * 8 * most_cells(format, bytes) + 2 * MIB,
         Format::Csv => 20 * MIB + 64 * bytes,
         _ => 40 * MIB + 3000 * bytes,
+    }
+}
+
+/// Reads the file again block by block, with little memory; says how many blocks there were, if it can be read so.
+///
+/// # Panics
+/// If the blocks are not what was read of the whole file.
+pub fn in_blocks(bytes: &[u8], whole: &Result<Table, IngestError>) -> Option<usize> {
+    let (length, last) = (bytes.len(), bytes.last().copied().unwrap_or(0));
+    let limits = BlockOptions {
+        bytes: 256 << (length % 4),
+        cells: 1 << (last % 12),
+    };
+    let options = ReadOptions::default();
+    let mut reader = match BlockReader::open(Cursor::new(bytes), &options, limits) {
+        Ok(Opened::Blocks(reader)) => reader,
+        Ok(Opened::Whole(_)) => return None,
+        Err(BlockError::Content(error)) => {
+            assert_eq!(whole.as_ref().err(), Some(&error), "of the whole file");
+            return None;
+        }
+        Err(error) => panic!("bytes in memory: {error}"),
+    };
+    let Ok(whole) = whole else {
+        // Cells are counted over blocks, so that a member that comes late is counted late.
+        assert!(matches!(whole, Err(IngestError::TooLarge { .. })));
+        return None;
+    };
+    let mut blocks = 0;
+    for _pass in 0..2 {
+        blocks = 0;
+        let mut found = reader.head().clone();
+        while let Some(block) = reader.next_block().expect("it was read before") {
+            blocks += 1;
+            for (column, more) in found.columns.iter_mut().zip(&block.columns) {
+                column.values.extend_from_slice(&more.values);
+            }
+        }
+        assert_eq!(reader.rows(), found.rows());
+        assert_same(&found, whole);
+        reader.rewind();
+    }
+    Some(blocks)
+}
+
+/// The same to the bit, NaN the same as NaN.
+fn assert_same(found: &Table, expected: &Table) {
+    assert_eq!(found.issues, expected.issues);
+    assert_eq!(found.origin, expected.origin);
+    assert_eq!(found.columns.len(), expected.columns.len());
+    for (found, expected) in found.columns.iter().zip(&expected.columns) {
+        let tag = &expected.tag;
+        assert_eq!((&found.tag, &found.unit), (tag, &expected.unit));
+        assert_eq!(found.values.len(), expected.values.len(), "`{tag}`");
+        let same = |a: f64, b: f64| a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan();
+        let mut pairs = found.values.iter().zip(&expected.values);
+        let other = pairs.position(|(a, b)| !same(*a, *b));
+        assert_eq!(other, None, "`{tag}`: a sample that differs");
     }
 }
 

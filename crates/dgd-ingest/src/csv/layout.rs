@@ -11,7 +11,7 @@ const SAMPLED: usize = 200;
 const SAMPLED_BYTES: usize = 1 << 20;
 
 /// How a file is laid out.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Layout {
     pub(super) delimiter: u8,
     pub(super) columns: Vec<Head>,
@@ -62,13 +62,51 @@ fn sort(cell: &[u8], delimiter: u8) -> Sort {
     stamp::parse(cell).map_or(Sort::Text, Sort::Stamp)
 }
 
+/// The parts of a text from which the samples are taken.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Glimpse<'a> {
+    pub(super) head: &'a [u8],
+    pub(super) middle: &'a [u8],
+    /// Byte of the text at which `middle` begins.
+    pub(super) middle_at: usize,
+}
+
+impl<'a> Glimpse<'a> {
+    /// Bytes of either part that are enough, unless a line is longer than half of it.
+    pub(super) const ENOUGH: usize = 2 * SAMPLED_BYTES;
+
+    pub(super) fn of(text: &'a [u8]) -> Self {
+        let middle_at = text.len() / 2;
+        Self {
+            head: text,
+            middle: &text[middle_at..],
+            middle_at,
+        }
+    }
+
+    /// Whether every sampled line is there to its end, of a text of so many bytes.
+    pub(super) fn is_whole(&self, length: usize) -> bool {
+        let cut = |part: &[u8], at: usize| at + part.len() < length;
+        let (head_cut, middle_cut) = (cut(self.head, 0), cut(self.middle, self.middle_at));
+        if middle_cut && !self.middle.contains(&b'\n') {
+            return false;
+        }
+        b",;\t\0".iter().all(|delimiter| {
+            let Sample { head, middle } = sample(self, *delimiter);
+            let open = |lines: &[Line<'_>]| lines.iter().any(|line| line.open);
+            !(head_cut && open(&head) || middle_cut && open(&middle))
+        })
+    }
+}
+
 /// Looks at the lines of a text.
 ///
 /// # Errors
 /// [`IngestError::NotTabular`], [`IngestError::NothingNumeric`] or too many columns.
-pub(super) fn layout(text: &[u8]) -> Result<Layout, IngestError> {
-    let delimiter = sniff(text).ok_or_else(|| nothing_numeric(text))?;
-    let sampled = sample(text, delimiter);
+pub(super) fn layout(glimpse: &Glimpse<'_>) -> Result<Layout, IngestError> {
+    let text = glimpse.head;
+    let delimiter = sniff(glimpse).ok_or_else(|| nothing_numeric(text))?;
+    let sampled = sample(glimpse, delimiter);
     let head: Vec<Line<'_>> = sampled.head;
     // The sample's second half is values, whatever stands above it.
     let rows = || head[head.len() / 2..].iter().chain(&sampled.middle);
@@ -160,30 +198,27 @@ struct Sample<'a> {
     middle: Vec<Line<'a>>,
 }
 
-fn sample(text: &[u8], delimiter: u8) -> Sample<'_> {
-    let from = |at: usize| {
+fn sample<'a>(glimpse: &Glimpse<'a>, delimiter: u8) -> Sample<'a> {
+    let from = |text: &'a [u8], at: usize| {
         lines(text, at, 1, delimiter)
             .take_while(move |line| line.start < at + SAMPLED_BYTES)
             .take(SAMPLED)
             .collect::<Vec<_>>()
     };
-    let head = from(0);
+    let head = from(glimpse.head, 0);
     let seen = head.last().map_or(0, |l| l.start);
-    let half = text.len() / 2;
-    let next_line = text[half..]
-        .iter()
-        .position(|b| *b == b'\n')
-        .map(|n| half + n + 1);
+    let next_line = glimpse.middle.iter().position(|b| *b == b'\n');
     let middle = next_line
-        .filter(|at| *at > seen)
-        .map_or_else(Vec::new, from);
+        .map(|n| n + 1)
+        .filter(|at| glimpse.middle_at + at > seen)
+        .map_or_else(Vec::new, |at| from(glimpse.middle, at));
     Sample { head, middle }
 }
 
 /// The delimiter that makes most of the cells numbers or times.
-fn sniff(text: &[u8]) -> Option<u8> {
+fn sniff(glimpse: &Glimpse<'_>) -> Option<u8> {
     let score = |delimiter: &u8| {
-        let sampled = sample(text, *delimiter);
+        let sampled = sample(glimpse, *delimiter);
         let rows = sampled.head[sampled.head.len() / 2..]
             .iter()
             .chain(&sampled.middle);

@@ -1,11 +1,11 @@
-//! The rows of a text, straight into columns of numbers.
+//! The rows of a text, straight into columns of numbers, a block at a time.
 
 use super::layout::{Head, Layout};
 use super::number;
 use super::stamp::{self, Clock};
-use super::text::{cell, words};
+use super::text::{cell, is_whole, words};
 use crate::{IngestError, count};
-use dgd_recording::{Column, Issue, IssueKind};
+use dgd_recording::{Issue, IssueKind};
 
 /// Cells that a file may have beyond one for each of its bytes: short rows of a wide
 /// table are filled with NaN, and that must not cost more memory than a full table.
@@ -41,20 +41,23 @@ impl Tally {
     }
 }
 
-/// Everything the rows gave.
+/// The rows of a text that comes in windows, read into blocks.
 pub(super) struct Rows {
-    pub(super) columns: Vec<Reading>,
-    pub(super) issues: Vec<Issue>,
-}
-
-struct Reader<'a> {
-    text: &'a [u8],
     delimiter: u8,
-    columns: Vec<Reading>,
+    pub(super) columns: Vec<Reading>,
+    /// Rows that make a block.
+    block: usize,
     /// Columns up to the last one with a name: fewer cells than this is a short row.
     needed: usize,
+    /// Line of the text that is read next.
+    line: u64,
+    /// Rows of the block so far.
     rows: usize,
+    /// Rows of delimiters since the last row with values.
     empty_rows: usize,
+    /// The row behind them, while they are filled in.
+    held: Option<Vec<f64>>,
+    row: Row,
     short: Tally,
     long: Tally,
     wordy: Tally,
@@ -65,68 +68,83 @@ struct Reader<'a> {
 }
 
 /// One row while it is read.
+#[derive(Default)]
 struct Row {
     line: u64,
     cells: usize,
     readable: usize,
     texts: usize,
     /// Cells that count only if the row does: column and where its text is.
-    unreadable: Vec<(usize, usize, usize)>,
+    unreadable: Vec<(usize, usize)>,
     extra: bool,
+    /// Whether a cell might be another one with more text behind it.
+    open: bool,
 }
 
-/// Reads every row from the layout's start on.
+/// A stretch of a text.
+#[derive(Clone, Copy)]
+pub(super) struct Window<'a> {
+    pub(super) text: &'a [u8],
+    /// Whether the text ends with it. If not, rows that begin in its last [`Window::MARGIN`]th
+    /// are left for the next one unless they are whole.
+    pub(super) last: bool,
+}
+
+impl Window<'_> {
+    const MARGIN: usize = 8;
+}
+
+/// Why reading stopped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Stop {
+    /// The block is full; the window goes on at this byte.
+    Full(usize),
+    /// What is left of the window, from this byte on, wants more text.
+    More(usize),
+    /// A row is too long for the window.
+    Long,
+}
+
+/// Most lines of so many columns that a text of so many bytes may have.
 ///
 /// # Errors
-/// [`IngestError::TooLarge`] if rows times columns is far more than the bytes can say.
-pub(super) fn read(text: &[u8], layout: Layout) -> Result<Rows, IngestError> {
-    let lines = text[layout.start..].iter().filter(|b| **b == b'\n').count() + 1;
-    let width = layout.columns.len();
-    let claimed = lines as u64 * width as u64;
-    let limit = text.len() as u64 + SPARE_CELLS;
-    if claimed > limit {
-        return Err(IngestError::TooLarge {
-            what: format!("a table of {lines} lines by {width} columns"),
-            claimed,
-            limit,
-        });
+/// [`IngestError::TooLarge`] if they make far more cells than the bytes can say.
+pub(super) fn check_size(lines: u64, columns: usize, bytes: u64) -> Result<(), IngestError> {
+    let claimed = lines.saturating_mul(columns as u64);
+    let limit = bytes + SPARE_CELLS;
+    if claimed <= limit {
+        return Ok(());
     }
-    let named = layout
-        .columns
-        .iter()
-        .rposition(|c| c.named)
-        .map_or(width, |n| n + 1);
-    let mut reader = Reader {
-        text,
-        delimiter: layout.delimiter,
-        needed: named,
-        columns: layout
-            .columns
-            .into_iter()
-            .map(|head| Reading::new(head, lines))
-            .collect(),
-        rows: 0,
-        empty_rows: 0,
-        short: Tally::default(),
-        long: Tally::default(),
-        wordy: Tally::default(),
-        commas: Tally::default(),
-        points: false,
-        cut: None,
-    };
-    reader.run(layout.start, layout.line);
-    let issues = reader.issues();
-    Ok(Rows {
-        columns: reader.columns,
-        issues,
+    Err(IngestError::TooLarge {
+        what: format!("a table of {lines} lines by {columns} columns"),
+        claimed,
+        limit,
     })
 }
 
+/// Reads every row of a text from the layout's start on as one block.
+///
+/// # Errors
+/// [`IngestError::TooLarge`] of [`check_size`].
+pub(super) fn read(text: &[u8], layout: &Layout) -> Result<Rows, IngestError> {
+    let text = &text[layout.start..];
+    let lines = text.iter().filter(|b| **b == b'\n').count() + 1;
+    let bytes = (layout.start + text.len()) as u64;
+    check_size(lines as u64, layout.columns.len(), bytes)?;
+    let mut rows = Rows::new(layout, usize::MAX);
+    for column in &mut rows.columns {
+        column.values.reserve_exact(lines);
+    }
+    let stop = rows.read(Window { text, last: true }, 0);
+    debug_assert_eq!(stop, Stop::More(text.len()), "the last window is read out");
+    Ok(rows)
+}
+
 impl Reading {
-    fn new(head: Head, lines: usize) -> Self {
+    fn new(head: Head) -> Self {
         let clock = Clock::new(head.two_are_hours, head.dated);
         Self {
-            values: Vec::with_capacity(lines),
+            values: Vec::new(),
             head,
             clock,
             readable: 0,
@@ -142,15 +160,6 @@ impl Reading {
             self.values.push(f64::NAN);
         } else {
             self.values.push(value);
-        }
-    }
-
-    /// The column as a table has it.
-    pub(super) fn column(self) -> Column {
-        Column {
-            tag: self.head.tag,
-            unit: self.head.unit,
-            values: self.values,
         }
     }
 
@@ -186,66 +195,120 @@ impl Reading {
     }
 }
 
-impl Reader<'_> {
-    fn run(&mut self, mut at: usize, mut line: u64) {
-        let mut row = Row {
+impl Row {
+    fn begin(&mut self, line: u64) {
+        let mut unreadable = std::mem::take(&mut self.unreadable);
+        unreadable.clear();
+        *self = Self {
             line,
-            cells: 0,
-            readable: 0,
-            texts: 0,
-            unreadable: Vec::new(),
-            extra: false,
+            unreadable,
+            ..Self::default()
         };
-        while at < self.text.len() {
-            row.line = line;
-            (row.cells, row.readable, row.texts, row.extra) = (0, 0, 0, false);
-            row.unreadable.clear();
+    }
+}
+
+impl Rows {
+    /// `block` rows, at least 1, make a block.
+    pub(super) fn new(layout: &Layout, block: usize) -> Self {
+        let heads = &layout.columns;
+        let named = heads.iter().rposition(|c| c.named);
+        Self {
+            delimiter: layout.delimiter,
+            columns: heads.iter().cloned().map(Reading::new).collect(),
+            block,
+            needed: named.map_or(heads.len(), |n| n + 1),
+            line: layout.line,
+            rows: 0,
+            empty_rows: 0,
+            held: None,
+            row: Row::default(),
+            short: Tally::default(),
+            long: Tally::default(),
+            wordy: Tally::default(),
+            commas: Tally::default(),
+            points: false,
+            cut: None,
+        }
+    }
+
+    /// Rows that the block has so far.
+    pub(super) fn in_block(&self) -> usize {
+        self.rows
+    }
+
+    /// Makes room for the next block; what was read before stays counted.
+    pub(super) fn next_block(&mut self) {
+        for column in &mut self.columns {
+            column.values.clear();
+        }
+        self.rows = 0;
+    }
+
+    /// Reads rows from byte `at` of a window on, until the block is full or the window is not enough.
+    pub(super) fn read(&mut self, window: Window<'_>, mut at: usize) -> Stop {
+        let Window { text, last } = window;
+        let sure = match last {
+            true => text.len(),
+            false => text.len() - text.len() / Window::MARGIN,
+        };
+        loop {
+            self.fill_empty_rows();
+            if self.rows >= self.block {
+                return Stop::Full(at);
+            }
+            if at >= text.len() || at >= sure && !is_whole(text, at, self.delimiter) {
+                return Stop::More(at);
+            }
+            self.row.begin(self.line);
             loop {
-                let (end, newlines) = self.take(at, &mut row);
-                line += u64::from(newlines);
-                row.cells += 1;
+                let (end, newlines) = self.take(text, at);
+                self.line += u64::from(newlines);
+                self.row.cells += 1;
                 at = end;
-                if self.text.get(at) != Some(&self.delimiter) {
+                if text.get(at) != Some(&self.delimiter) {
                     break;
                 }
                 at += 1;
             }
+            if self.row.open && !last {
+                return Stop::Long;
+            }
             // At a line end now, or at the end of the text.
-            let ended = at < self.text.len();
-            at += 1;
-            line += 1;
-            self.finish(&row, ended);
+            let ended = at < text.len();
+            at = (at + 1).min(text.len());
+            self.line += 1;
+            self.finish(text, ended);
         }
     }
 
     /// Reads the cell at `at`; returns where it ends.
     #[inline]
-    fn take(&mut self, at: usize, row: &mut Row) -> (usize, u32) {
-        if let Some(column) = self.columns.get_mut(row.cells)
+    fn take(&mut self, text: &[u8], at: usize) -> (usize, u32) {
+        if let Some(column) = self.columns.get_mut(self.row.cells)
             && !column.head.stamps
-            && let Some((value, length)) = number::plain(&self.text[at..])
+            && let Some((value, length)) = number::plain(&text[at..])
         {
             let mut end = at + length;
-            if self.text.get(end) == Some(&b'\r') {
+            if text.get(end) == Some(&b'\r') {
                 end += 1;
             }
-            if self
-                .text
-                .get(end)
-                .is_none_or(|b| *b == self.delimiter || *b == b'\n')
-            {
-                column.push(value, row.line);
-                row.readable += 1;
-                self.points |= self.delimiter != b',' && self.text[at..end].contains(&b'.');
+            let next = text.get(end);
+            if next.is_none_or(|b| *b == self.delimiter || *b == b'\n') {
+                column.push(value, self.row.line);
+                self.row.readable += 1;
+                self.row.open |= next.is_none();
+                self.points |= self.delimiter != b',' && text[at..end].contains(&b'.');
                 return (end, 0);
             }
         }
-        self.take_slowly(at, row)
+        self.take_slowly(text, at)
     }
 
-    fn take_slowly(&mut self, at: usize, row: &mut Row) -> (usize, u32) {
-        let found = cell(self.text, at, self.delimiter);
+    fn take_slowly(&mut self, text: &[u8], at: usize) -> (usize, u32) {
+        let found = cell(text, at, self.delimiter);
         let (bytes, done) = (found.bytes, (found.end, found.newlines));
+        let row = &mut self.row;
+        row.open |= found.open;
         let index = row.cells;
         let Some(column) = self.columns.get_mut(index) else {
             row.extra |= !bytes.is_empty();
@@ -279,13 +342,14 @@ impl Reader<'_> {
             None => {
                 column.values.push(f64::NAN);
                 row.texts += 1;
-                row.unreadable.push((index, at, found.end));
+                row.unreadable.push((index, at));
             }
         }
         done
     }
 
-    fn finish(&mut self, row: &Row, ended: bool) {
+    fn finish(&mut self, text: &[u8], ended: bool) {
+        let (row, delimiter) = (&self.row, self.delimiter);
         let is_blank = row.readable == 0 && row.texts == 0;
         let cut = !ended && row.cells < self.needed && !is_blank;
         if cut {
@@ -296,9 +360,7 @@ impl Reader<'_> {
                 // A line of delimiters is a row without values, but not at the end of the file.
                 self.empty_rows += usize::from(row.cells > 1);
             } else if !cut {
-                let text = self.text;
                 let first = row.unreadable.first().map_or(0, |u| u.1);
-                let delimiter = self.delimiter;
                 self.wordy
                     .add(row.line, || words(cell(text, first, delimiter).bytes));
             }
@@ -307,18 +369,6 @@ impl Reader<'_> {
             }
             return;
         }
-        if self.empty_rows > 0 {
-            let (from, to) = (self.rows, self.rows + self.empty_rows);
-            for column in &mut self.columns {
-                let last = column.values.get(from).copied();
-                column.values.truncate(from);
-                column.values.resize(to, f64::NAN);
-                column.values.extend(last);
-            }
-            self.rows = to;
-            self.empty_rows = 0;
-        }
-        self.rows += 1;
         if row.cells < self.columns.len() {
             for column in &mut self.columns[row.cells..] {
                 column.values.push(f64::NAN);
@@ -330,19 +380,43 @@ impl Reader<'_> {
         if row.extra {
             self.long.add(row.line, || row.cells.to_string());
         }
-        for (index, start, _) in &row.unreadable {
-            let (text, delimiter) = (self.text, self.delimiter);
+        for (index, start) in &row.unreadable {
             let shown = || {
-                words(cell(text, *start, delimiter).bytes)
-                    .chars()
-                    .take(24)
-                    .collect()
+                let words = words(cell(text, *start, delimiter).bytes);
+                words.chars().take(24).collect()
             };
             self.columns[*index].unreadable.add(row.line, shown);
         }
+        if self.empty_rows > 0 {
+            let values = self.columns.iter_mut().map(|c| c.values.pop());
+            self.held = Some(values.map(|v| v.unwrap_or(f64::NAN)).collect());
+        } else {
+            self.rows += 1;
+        }
     }
 
-    fn issues(&self) -> Vec<Issue> {
+    /// Puts rows without values, and then the row behind them, into what room the block has.
+    fn fill_empty_rows(&mut self) {
+        let Some(held) = &self.held else {
+            return;
+        };
+        let filled = self.empty_rows.min(self.block - self.rows);
+        self.empty_rows -= filled;
+        self.rows += filled;
+        for column in &mut self.columns {
+            column.values.resize(self.rows, f64::NAN);
+        }
+        if self.rows < self.block {
+            for (column, value) in self.columns.iter_mut().zip(held) {
+                column.values.push(*value);
+            }
+            self.rows += 1;
+            self.held = None;
+        }
+    }
+
+    /// What was wrong with rows and cells.
+    pub(super) fn issues(&self) -> Vec<Issue> {
         let (needed, width) = (self.needed, self.columns.len());
         let mut issues = Vec::new();
         let mut tell = |tally: &Tally, kind, message: String| {

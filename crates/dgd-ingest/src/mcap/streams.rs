@@ -15,6 +15,8 @@ const SPARE_CELLS: u64 = 1 << 20;
 pub(super) struct Stream {
     pub(super) topic: String,
     pub(super) log_ns: Vec<u64>,
+    /// What [`Stream::settle`] let go of.
+    settled: Settled,
     pub(super) members: Vec<Member>,
     index: HashMap<Vec<u8>, usize>,
     /// Members of the message being read.
@@ -25,11 +27,23 @@ pub(super) struct Stream {
     pub(super) cut_arrays: u64,
 }
 
+/// Messages whose values are no longer held.
+#[derive(Debug, Default)]
+struct Settled {
+    messages: usize,
+    /// Log times of the first and the last one.
+    ends_ns: Option<(u64, u64)>,
+    /// Messages that came too early.
+    backward: usize,
+}
+
 /// One numeric member.
 #[derive(Debug)]
 pub(super) struct Member {
     pub(super) path: Vec<u8>,
     pub(super) values: Vec<f64>,
+    /// Whether a message that was not refused had it, among those that are settled.
+    met: bool,
 }
 
 /// What all streams together may take.
@@ -85,6 +99,7 @@ impl Stream {
                 members.push(Member {
                     path: path.to_vec(),
                     values: Vec::new(),
+                    met: false,
                 });
                 Some(at)
             });
@@ -103,7 +118,7 @@ impl Stream {
         match scanned {
             Ok(cut) => self.cut_arrays += u64::from(cut),
             Err(byte) => {
-                let count = self.log_ns.len() as u64 + self.refused;
+                let count = self.messages() as u64 + self.refused;
                 self.first_refused.get_or_insert((count + 1, byte));
                 self.refused += 1;
                 return Ok(());
@@ -120,6 +135,24 @@ impl Stream {
         Ok(())
     }
 
+    /// Messages that were not refused.
+    pub(super) fn messages(&self) -> usize {
+        self.settled.messages + self.log_ns.len()
+    }
+
+    /// Log time of the first message.
+    pub(super) fn first_ns(&self) -> Option<u64> {
+        let settled = self.settled.ends_ns.map(|(first, _)| first);
+        settled.or(self.log_ns.first().copied())
+    }
+
+    /// Members that a message had that was not refused.
+    pub(super) fn met(&self) -> impl Iterator<Item = &Member> {
+        self.members
+            .iter()
+            .filter(|m| m.met || !m.values.is_empty())
+    }
+
     /// Fills short columns with NaN and drops the members of refused messages.
     pub(super) fn close(&mut self, budget: &mut Budget) -> Result<(), IngestError> {
         let rows = self.log_ns.len();
@@ -131,9 +164,26 @@ impl Stream {
         Ok(())
     }
 
+    /// Lets the values go, and remembers that they were there.
+    pub(super) fn settle(&mut self) {
+        let (Some(first), Some(last)) = (self.log_ns.first(), self.log_ns.last()) else {
+            return;
+        };
+        let settled = &mut self.settled;
+        let (begin, before) = settled.ends_ns.unwrap_or((*first, *first));
+        settled.backward += usize::from(*first < before) + backward(&self.log_ns);
+        settled.ends_ns = Some((begin, *last));
+        settled.messages += self.log_ns.len();
+        self.log_ns.clear();
+        for member in &mut self.members {
+            member.met |= !member.values.is_empty();
+            member.values.clear();
+        }
+    }
+
     /// Puts the messages in the order of their log times; returns how many came too early.
     pub(super) fn sort(&mut self) -> usize {
-        let backward = self.log_ns.windows(2).filter(|w| w[1] < w[0]).count();
+        let backward = backward(&self.log_ns);
         if backward > 0 {
             let mut order: Vec<usize> = (0..self.log_ns.len()).collect();
             order.sort_by_key(|i| self.log_ns[*i]);
@@ -142,11 +192,21 @@ impl Stream {
                 member.values = order.iter().map(|i| member.values[*i]).collect();
             }
         }
-        backward
+        self.settled.backward + backward
     }
 }
 
+fn backward(log_ns: &[u64]) -> usize {
+    log_ns.windows(2).filter(|w| w[1] < w[0]).count()
+}
+
 impl Budget {
+    /// Whether so many rows of so many members are within what the messages may say.
+    pub(super) fn check(&self, rows: usize, members: usize) -> Result<(), IngestError> {
+        let cells = (rows as u64).saturating_mul(members as u64);
+        Self { cells, ..*self }.spend(0)
+    }
+
     fn spend(&mut self, cells: usize) -> Result<(), IngestError> {
         self.cells += cells as u64;
         let limit = self.bytes / 2 + SPARE_CELLS;

@@ -5,8 +5,8 @@ use crate::IngestError;
 use ::mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use dgd_recording::{Issue, IssueKind};
 
-const MAGIC: usize = 8;
-const RECORD_HEAD: usize = 9;
+pub(super) const MAGIC: usize = 8;
+pub(super) const RECORD_HEAD: usize = 9;
 /// Most that one chunk may hold once unpacked.
 const MAX_CHUNK: u64 = 1 << 30;
 /// A chunk may unpack to this, whatever its size ...
@@ -44,18 +44,18 @@ pub(super) fn walk(
         let Some(record) = Outer::at(bytes, at) else {
             // Cut off, or the last record's length is wrong and led astray.
             if let Some(next) = next_chunk(bytes, last + 1) {
-                walked.tell(last, format!("the record here, or the one behind it, is damaged; went on at the next chunk, byte {next}"));
+                walked.tell(last as u64, format!("the record here, or the one behind it, is damaged; went on at the next chunk, byte {next}"));
                 (at, last) = (next, next);
                 continue;
             }
             walked.truncated_at = Some(at);
             if let Some(rest @ [op::CHUNK, ..]) = bytes.get(at..) {
-                walked.chunk(rest, at, bytes.len(), true, sink)?;
+                walked.chunk(rest, at as u64, bytes.len() as u64, true, sink)?;
             }
             break;
         };
         match record.opcode {
-            op::CHUNK => walked.chunk(record.bytes, at, bytes.len(), false, sink)?,
+            op::CHUNK => walked.chunk(record.bytes, at as u64, bytes.len() as u64, false, sink)?,
             op::SCHEMA | op::CHANNEL | op::MESSAGE => {
                 sink(record.opcode, &record.bytes[RECORD_HEAD..])?;
             }
@@ -65,14 +65,7 @@ pub(super) fn walk(
         last = at;
         at += record.bytes.len();
     }
-    if walked.more_issues > 0 {
-        let message = format!("{} more damaged places", walked.more_issues);
-        walked.issues.push(Issue {
-            kind: IssueKind::Damaged,
-            place: "log".into(),
-            message,
-        });
-    }
+    walked.close();
     Ok(walked)
 }
 
@@ -85,8 +78,7 @@ struct Outer<'a> {
 impl<'a> Outer<'a> {
     fn at(bytes: &'a [u8], at: usize) -> Option<Self> {
         let (opcode, length) = head(bytes, at)?;
-        // Opcodes between the specified and the private ones are not in use yet.
-        if !(op::HEADER..=op::DATA_END).contains(&opcode) && opcode < 0x80 {
+        if !is_known(opcode) {
             return None;
         }
         let end = at
@@ -97,6 +89,11 @@ impl<'a> Outer<'a> {
             bytes: bytes.get(at..end)?,
         })
     }
+}
+
+/// Opcodes between the specified and the private ones are not in use yet.
+pub(super) fn is_known(opcode: u8) -> bool {
+    (op::HEADER..=op::DATA_END).contains(&opcode) || opcode >= 0x80
 }
 
 fn head(bytes: &[u8], at: usize) -> Option<(u8, u64)> {
@@ -119,7 +116,19 @@ fn next_chunk(bytes: &[u8], from: usize) -> Option<usize> {
 }
 
 impl Walked {
-    fn tell(&mut self, at: usize, message: String) {
+    /// Says how many damaged places were not listed.
+    pub(super) fn close(&mut self) {
+        if self.more_issues > 0 {
+            let message = format!("{} more damaged places", self.more_issues);
+            self.issues.push(Issue {
+                kind: IssueKind::Damaged,
+                place: "log".into(),
+                message,
+            });
+        }
+    }
+
+    fn tell(&mut self, at: u64, message: String) {
         if self.issues.len() == MAX_ISSUES {
             self.more_issues += 1;
             return;
@@ -132,11 +141,11 @@ impl Walked {
     }
 
     /// Reads one chunk; of a truncated one as much as can be unpacked, without its checksum.
-    fn chunk(
+    pub(super) fn chunk(
         &mut self,
         record: &[u8],
-        at: usize,
-        file: usize,
+        at: u64,
+        file: u64,
         truncated: bool,
         sink: &mut impl FnMut(u8, &[u8]) -> Result<(), IngestError>,
     ) -> Result<(), IngestError> {
@@ -159,7 +168,7 @@ impl Walked {
         }
         // Counted as claimed: the buffer is that large, however little comes out.
         self.unpacked += head.unpacked;
-        let file_limit = SPARE_FILE + MAX_EXPANSION * file as u64;
+        let file_limit = SPARE_FILE.saturating_add(MAX_EXPANSION.saturating_mul(file));
         if self.unpacked > file_limit {
             return Err(IngestError::TooLarge {
                 what: "all chunks, unpacked,".into(),

@@ -6,6 +6,7 @@
     reason = "tests may panic"
 )]
 
+mod blocks;
 mod csv;
 mod front_door;
 mod hostile;

@@ -1,6 +1,6 @@
 //! The seeds of the fuzz targets and mutations of them, read to the product's structure.
 
-use crate::claims::{structure, table};
+use crate::claims::{in_blocks, structure, table};
 use crate::mutation::{mutations, seeds};
 use dgd_ingest::Format;
 
@@ -47,10 +47,11 @@ const MCAP: &[&[u8]] = &[
 /// Some mutations must be read and some refused: else they test nothing.
 #[track_caller]
 fn hold(format: Format, folders: &[&str], tokens: &[&[u8]]) {
-    let (mut told, mut tables) = (0, 0);
+    let (mut told, mut tables, mut block_wise) = (0, 0, 0);
     mutations(&seeds(folders), tokens, 6000, |bytes| {
         if let Some(result) = table(bytes, format) {
             told += 1;
+            block_wise += usize::from(in_blocks(bytes, &result).is_some());
             if let Ok(table) = result {
                 tables += 1;
                 structure(table);
@@ -62,6 +63,8 @@ fn hold(format: Format, folders: &[&str], tokens: &[&[u8]]) {
         tables > 500 && tables < told,
         "{tables} tables of {told} files"
     );
+    let may = matches!(format, Format::Csv | Format::Mcap);
+    assert!(block_wise > 200 || !may, "{block_wise} of {told} files");
 }
 
 #[test]

@@ -12,8 +12,13 @@ pub(crate) const MIB: usize = 1 << 20;
 
 /// What reading says, and bytes allocated at the same time meanwhile.
 pub(crate) fn peak(bytes: &[u8]) -> (Result<(Format, Table), IngestError>, usize) {
+    peak_of(|| read(bytes, &ReadOptions::default()))
+}
+
+/// What the work gives, and bytes allocated at the same time meanwhile.
+pub(crate) fn peak_of<T>(work: impl FnOnce() -> T) -> (T, usize) {
     let before = MEMORY.current_usage();
     MEMORY.reset_peak_usage();
-    let said = read(bytes, &ReadOptions::default());
-    (said, MEMORY.peak_usage() - before)
+    let given = work();
+    (given, MEMORY.peak_usage() - before)
 }

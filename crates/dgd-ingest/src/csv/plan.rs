@@ -1,0 +1,221 @@
+//! From the columns of a text to those of a table.
+
+use super::rows::{Reading, Rows};
+use super::stamp::{self, StampKind};
+use crate::{IngestError, count};
+use dgd_recording::{Column, Issue, IssueKind, Table};
+
+/// What becomes of each column of a text, once all of its rows were read.
+#[derive(Debug)]
+pub(super) struct Plan {
+    columns: Vec<Planned>,
+    /// A column of dates, whose seconds are added to those of a column of clock times.
+    date: Option<Date>,
+    issues: Vec<Issue>,
+    origin: Option<String>,
+}
+
+#[derive(Debug)]
+struct Planned {
+    /// Column of the text.
+    index: usize,
+    tag: String,
+    unit: Option<String>,
+    epoch: Option<Epoch>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Date {
+    at: usize,
+    clock_at: usize,
+}
+
+/// Times from 1970.
+#[derive(Debug, Clone, Copy)]
+struct Epoch {
+    first: f64,
+    per_second: f64,
+}
+
+/// What the values of each column were, of which only the last block is there.
+#[derive(Debug)]
+pub(super) struct Seen {
+    first_finite: Vec<Option<f64>>,
+}
+
+impl Seen {
+    pub(super) fn new(columns: usize) -> Self {
+        Self {
+            first_finite: vec![None; columns],
+        }
+    }
+
+    /// Looks at the values that the columns hold.
+    pub(super) fn add(&mut self, columns: &[Reading]) {
+        for (first, column) in self.first_finite.iter_mut().zip(columns) {
+            if first.is_none() {
+                *first = column.values.iter().copied().find(|v| v.is_finite());
+            }
+        }
+    }
+}
+
+impl Plan {
+    /// The plan for rows that were read to their end, with the issues so far.
+    pub(super) fn new(rows: &Rows, seen: &Seen, mut issues: Vec<Issue>) -> Self {
+        issues.extend(rows.issues());
+        let readings = &rows.columns;
+        let date = date_and_clock(readings);
+        let mut origin = date.and_then(|date| {
+            let first = |at: usize| readings[at].clock.first();
+            Some((first(date.at)?.ns + first(date.clock_at)?.ns, false))
+        });
+        let mut columns = Vec::with_capacity(readings.len());
+        for (index, reading) in readings.iter().enumerate() {
+            if date.is_some_and(|date| date.at == index) {
+                continue;
+            }
+            let texts = reading.unreadable.count;
+            if reading.readable == 0 && texts > 0 {
+                issues.push(Issue {
+                    kind: IssueKind::Skipped,
+                    place: format!(
+                        "line {}, column `{}`",
+                        reading.unreadable.line, reading.head.tag
+                    ),
+                    message: format!(
+                        "{} without a number (the first is `{}`); the column was passed over",
+                        count(texts, "cell"),
+                        reading.unreadable.shown
+                    ),
+                });
+                continue;
+            }
+            if reading.readable == 0 && !reading.head.named {
+                continue; // trailing delimiters
+            }
+            issues.extend(reading.issues());
+            origin = origin.or_else(|| reading.clock.origin());
+            let mut planned = Planned {
+                index,
+                tag: reading.head.tag.clone(),
+                unit: reading.head.unit.clone(),
+                epoch: None,
+            };
+            if reading.head.stamps {
+                planned.unit = Some("s".into());
+            } else if origin.is_none() {
+                planned.epoch = epoch(&planned.tag, seen.first_finite[index]);
+            }
+            if let Some(epoch) = planned.epoch {
+                planned.unit = Some("s".into());
+                origin = Some(epoch.origin());
+            }
+            columns.push(planned);
+        }
+        Self {
+            columns,
+            date,
+            issues,
+            origin: origin.map(|(ns, zoned)| stamp::rfc3339(ns, zoned)),
+        }
+    }
+
+    /// Takes the values that the columns of the text hold into the table; those that it held are lost.
+    pub(super) fn fill(&self, readings: &mut [Reading], table: &mut Table) {
+        if let Some(Date { at, clock_at }) = self.date {
+            let days = std::mem::take(&mut readings[at].values);
+            for (value, day) in readings[clock_at].values.iter_mut().zip(&days) {
+                *value += day;
+            }
+            readings[at].values = days;
+        }
+        if table.columns.len() != self.columns.len() {
+            *table = self.head();
+        }
+        for (planned, column) in self.columns.iter().zip(&mut table.columns) {
+            std::mem::swap(&mut column.values, &mut readings[planned.index].values);
+            if let Some(Epoch { first, per_second }) = planned.epoch {
+                for value in &mut column.values {
+                    *value = (*value - first) / per_second;
+                }
+            }
+        }
+    }
+
+    /// The table without its values.
+    pub(super) fn head(&self) -> Table {
+        let columns = self.columns.iter().map(|planned| Column {
+            tag: planned.tag.clone(),
+            unit: planned.unit.clone(),
+            values: Vec::new(),
+        });
+        Table {
+            columns: columns.collect(),
+            issues: self.issues.clone(),
+            origin: self.origin.clone(),
+        }
+    }
+
+    /// Whether a column with a value is left, as far as its own cells tell.
+    pub(super) fn has_values(&self, seen: &Seen) -> bool {
+        let joined = self.date.map(|date| date.clock_at);
+        let own = self.columns.iter().filter(|p| joined != Some(p.index));
+        own.filter_map(|planned| seen.first_finite[planned.index])
+            .next()
+            .is_some()
+    }
+}
+
+/// There is a table, but nothing in it.
+pub(super) fn nothing(columns: usize) -> IngestError {
+    IngestError::NothingNumeric {
+        format: "CSV",
+        found: format!("{columns} columns without a single value"),
+    }
+}
+
+/// A column of dates and one of clock times are one clock: the latter gets both.
+fn date_and_clock(readings: &[Reading]) -> Option<Date> {
+    let clock_at = readings.iter().position(|r| r.clock.dated)?;
+    let is_date = |r: &Reading| r.clock.first().is_some_and(|s| s.kind == StampKind::Date);
+    let at = readings.iter().position(is_date)?;
+    readings[clock_at].clock.first()?;
+    Some(Date { at, clock_at })
+}
+
+/// Seconds, milli-, micro- or nanoseconds from 1970, which become seconds from the first.
+///
+/// Only a column named like time is taken, and only if its values lie between 2001
+/// and 2100 in one of the four.
+fn epoch(tag: &str, first: Option<f64>) -> Option<Epoch> {
+    const FROM_TO_S: (f64, f64) = (978_307_200.0, 4_102_444_800.0);
+    let name = tag.to_lowercase();
+    let stem = name
+        .split(|c: char| !c.is_alphanumeric())
+        .next()
+        .unwrap_or_default();
+    if !matches!(
+        stem,
+        "t" | "time" | "timestamp" | "epoch" | "unix" | "unixtime" | "datetime" | "utc"
+    ) {
+        return None;
+    }
+    let first = first?;
+    let per_second = [1.0, 1e3, 1e6, 1e9]
+        .into_iter()
+        .find(|per_second| (FROM_TO_S.0..FROM_TO_S.1).contains(&(first / per_second)))?;
+    Some(Epoch { first, per_second })
+}
+
+impl Epoch {
+    /// Nanoseconds from 1970; the zone is known.
+    fn origin(self) -> (i64, bool) {
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "below 2^63, for it lies before 2100"
+        )]
+        let ns = (self.first / self.per_second * 1e9) as i64;
+        (ns, true)
+    }
+}
