@@ -43,50 +43,96 @@ impl Default for CsvOptions {
 pub fn write_csv(
     table: &Table,
     options: &CsvOptions,
-    mut writer: impl Write,
+    writer: impl Write,
 ) -> Result<(), ExportError> {
+    let mut csv = CsvWriter::new(table, options, writer)?;
+    csv.write(table)?;
+    csv.finish()
+}
+
+/// A CSV file that is written block by block, as [`write_csv`] writes it at once.
+#[derive(Debug)]
+pub struct CsvWriter<W> {
+    writer: W,
+    text: Vec<u8>,
+    columns: usize,
+    /// Where in the text its last row begins, which is written once the next one has come.
+    last: Option<usize>,
+}
+
+impl<W: Write> CsvWriter<W> {
     const FLUSHED_AT: usize = 1 << 16;
-    crate::check_names(table)?;
-    let mut text = Vec::with_capacity(FLUSHED_AT + 4096);
-    let tags = table.columns.iter().map(|c| c.tag.as_str());
-    line(&mut text, tags);
-    let has_units = table.columns.iter().any(|c| c.unit.is_some());
-    if options.units_row && has_units {
-        line(
-            &mut text,
-            table
-                .columns
-                .iter()
-                .map(|c| c.unit.as_deref().unwrap_or_default()),
-        );
-    }
-    for row in 0..table.rows() {
-        let start = text.len();
-        for (index, column) in table.columns.iter().enumerate() {
-            if index > 0 {
-                text.push(b',');
-            }
-            match column.values.get(row) {
-                Some(value) if !value.is_nan() => push(&mut text, *value),
-                _ => {}
-            }
+
+    /// Begins with the names and units of `head`, whose values are left out.
+    ///
+    /// # Errors
+    /// [`ExportError::NoColumns`] or [`ExportError::NameTaken`].
+    pub fn new(head: &Table, options: &CsvOptions, writer: W) -> Result<Self, ExportError> {
+        crate::check_names(head)?;
+        let mut text = Vec::with_capacity(Self::FLUSHED_AT + 4096);
+        line(&mut text, head.columns.iter().map(|c| c.tag.as_str()));
+        if options.units_row && head.columns.iter().any(|c| c.unit.is_some()) {
+            let units = head.columns.iter();
+            line(
+                &mut text,
+                units.map(|c| c.unit.as_deref().unwrap_or_default()),
+            );
         }
-        if text.len() == start {
-            // The only column, and nothing in it: a blank line would be no row.
-            text.extend_from_slice(b"NaN");
-        } else if row + 1 == table.rows() && text[start..].iter().all(|b| *b == b',') {
+        Ok(Self {
+            writer,
+            text,
+            columns: head.columns.len(),
+            last: None,
+        })
+    }
+
+    /// Appends rows, in columns as those of the head.
+    ///
+    /// # Errors
+    /// [`ExportError::Width`] or [`ExportError::Io`].
+    pub fn write(&mut self, block: &Table) -> Result<(), ExportError> {
+        crate::check_width(block, self.columns)?;
+        let text = &mut self.text;
+        for row in 0..block.rows() {
+            if text.len() >= Self::FLUSHED_AT {
+                self.writer.write_all(text)?;
+                text.clear();
+            }
+            let start = text.len();
+            for (index, column) in block.columns.iter().enumerate() {
+                if index > 0 {
+                    text.push(b',');
+                }
+                match column.values.get(row) {
+                    Some(value) if !value.is_nan() => push(text, *value),
+                    _ => {}
+                }
+            }
+            if text.len() == start {
+                // The only column, and nothing in it: a blank line would be no row.
+                text.extend_from_slice(b"NaN");
+            }
+            text.push(b'\n');
+            self.last = Some(start);
+        }
+        Ok(())
+    }
+
+    /// Writes what is left.
+    ///
+    /// # Errors
+    /// [`ExportError::Io`].
+    pub fn finish(mut self) -> Result<(), ExportError> {
+        let last = self.last.unwrap_or(self.text.len());
+        let cells = self.text[last..].trim_ascii_end();
+        if !cells.is_empty() && cells.iter().all(|b| *b == b',') {
             // Readers take an empty last line for none.
-            text.splice(start..start, *b"NaN");
+            self.text.splice(last..last, *b"NaN");
         }
-        text.push(b'\n');
-        if text.len() >= FLUSHED_AT {
-            writer.write_all(&text)?;
-            text.clear();
-        }
+        self.writer.write_all(&self.text)?;
+        self.writer.flush()?;
+        Ok(())
     }
-    writer.write_all(&text)?;
-    writer.flush()?;
-    Ok(())
 }
 
 fn line<'a>(text: &mut Vec<u8>, cells: impl Iterator<Item = &'a str>) {

@@ -31,6 +31,14 @@ pub enum ExportError {
         /// Its length.
         found: usize,
     },
+    /// A block that has not the columns of its head.
+    #[error("a block of {found} columns, expected {expected} as the head has")]
+    Width {
+        /// Columns of the head.
+        expected: usize,
+        /// Columns of the block.
+        found: usize,
+    },
     /// The column that is to be the clock is not there.
     #[error("no time column `{tag}`; the table has {present}")]
     NoTime {

@@ -1,6 +1,7 @@
 //! Recordings out: one [`Table`] to CSV, MCAP, MAT v5 or MAT v7.3.
 //!
-//! Start at [`write_csv`], [`write_mcap`], [`write_mat5`] or [`write_mat73`]; [`write_comparison_csv`] sets
+//! Start at [`write_csv`], [`write_mcap`], [`write_mat5`] or [`write_mat73`]; a [`CsvWriter`] and an [`McapWriter`]
+//! take a table that comes in blocks; [`write_comparison_csv`] sets
 //! measured beside two simulations, rounded; [`write_mat5_values`] writes matrices and names. Elsewhere numbers are written with
 //! the digits that read back to the same `f64`, and the same table gives the same bytes
 //! on every machine. Values keep their units; nothing is converted, and this crate
@@ -18,12 +19,12 @@ mod number;
 mod origin;
 
 pub use comparison::{ComparedSignal, Comparison, write_comparison_csv};
-pub use csv::{CsvOptions, write_csv};
+pub use csv::{CsvOptions, CsvWriter, write_csv};
 pub use error::ExportError;
 pub use mat::field_names;
 pub use mat5::{MatValue, write_mat5, write_mat5_values};
 pub use mat73::write_mat73;
-pub use mcap::{McapOptions, write_mcap};
+pub use mcap::{McapOptions, McapWriter, write_mcap};
 
 use dgd_recording::Table;
 use std::collections::BTreeSet;
@@ -40,6 +41,15 @@ pub(crate) fn check_names(table: &Table) -> Result<(), ExportError> {
         }),
         None => Ok(()),
     }
+}
+
+/// Every block has the columns of its head.
+pub(crate) fn check_width(block: &Table, expected: usize) -> Result<(), ExportError> {
+    let found = block.columns.len();
+    if found == expected {
+        return Ok(());
+    }
+    Err(ExportError::Width { expected, found })
 }
 
 #[cfg(doctest)]

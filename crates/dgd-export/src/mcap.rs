@@ -9,6 +9,7 @@ use dgd_recording::{Column, Table, survey};
 use dgd_units::{Dimension, Unit};
 use serde_json::json;
 use std::collections::BTreeMap;
+use std::fmt;
 use std::io::{Seek, Write};
 
 /// How to write an MCAP log.
@@ -63,81 +64,139 @@ pub fn write_mcap(
     options: &McapOptions,
     writer: impl Write + Seek,
 ) -> Result<(), ExportError> {
-    crate::check_names(table)?;
-    let (time, factor) = clock(table, options.time_tag.as_deref())?;
-    let start_ns = table.origin.as_deref().map_or(Ok(0), |text| {
-        origin::nanoseconds(text).ok_or_else(|| ExportError::Origin {
-            found: text.to_owned(),
-        })
-    })?;
-    let members: Vec<&Column> = table
-        .columns
-        .iter()
-        .filter(|c| !std::ptr::eq(*c, time))
-        .collect();
-    // One thread: the number of threads must not show in the bytes.
-    let mut log = WriteOptions::new()
-        .compression(Some(Compression::Zstd))
-        .compression_threads(0)
-        .profile("")
-        .library(concat!("dgd-export ", env!("CARGO_PKG_VERSION")))
-        .create(writer)?;
-    let schema = schema(&members);
-    let schema_id = log.add_schema("dgd.Sample", "jsonschema", &schema)?;
-    let channel_id = log.add_channel(schema_id, &options.topic, "json", &BTreeMap::new())?;
-    // `"FT4": ` and what stands before it, once and not for every sample.
-    let heads: Vec<Vec<u8>> = members
-        .iter()
-        .enumerate()
-        .map(|(i, c)| head(i, &c.tag))
-        .collect();
-    let mut message = Vec::new();
-    for row in 0..table.rows() {
-        let seconds = time.values.get(row).map_or(f64::NAN, |t| t * factor);
-        if !(0.0..=LONGEST_S).contains(&seconds) {
-            return Err(ExportError::TimeValue {
-                index: row,
-                found: seconds,
-            });
-        }
-        message.clear();
-        message.push(b'{');
-        for (column, head) in members.iter().zip(&heads) {
-            message.extend_from_slice(head);
-            match column.values.get(row) {
-                Some(value) if value.is_finite() => push(&mut message, *value),
-                _ => message.extend_from_slice(b"null"),
-            }
-        }
-        message.push(b'}');
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "within 0 to 5e17"
-        )]
-        let log_time = start_ns + (seconds * 1e9).round() as u64;
-        let header = MessageHeader {
-            channel_id,
-            sequence: u32::try_from(row).unwrap_or(u32::MAX),
-            log_time,
-            publish_time: log_time,
-        };
-        log.write_to_known_channel(&header, &message)?;
+    let mut options = options.clone();
+    if options.time_tag.is_none() && table.column("t").is_none() {
+        let found = survey(table).time_column;
+        options.time_tag = found.map(|index| table.columns[index].tag.clone());
     }
-    log.finish()?;
-    Ok(())
+    let mut log = McapWriter::new(table, &options, writer)?;
+    log.write(table)?;
+    log.finish()
 }
 
-/// The time column and the seconds in one of its units.
-fn clock<'a>(table: &'a Table, tag: Option<&str>) -> Result<(&'a Column, f64), ExportError> {
-    let surveyed = || survey(table).time_column.map(|index| &table.columns[index]);
-    let time = match tag {
-        Some(tag) => table.column(tag),
-        None => table.column("t").or_else(surveyed),
-    };
-    let time = time.ok_or_else(|| ExportError::NoTime {
-        tag: tag.unwrap_or("t").to_owned(),
-        present: table
+/// An MCAP log that is written block by block, as [`write_mcap`] writes it at once.
+pub struct McapWriter<W: Write + Seek> {
+    log: ::mcap::Writer<W>,
+    channel_id: u16,
+    columns: usize,
+    /// Column that is the clock, and seconds in one of its units.
+    time: usize,
+    factor: f64,
+    start_ns: u64,
+    /// `"FT4": ` and what stands before it, for every column but the clock.
+    heads: Vec<(usize, Vec<u8>)>,
+    rows: usize,
+    message: Vec<u8>,
+}
+
+impl<W: Write + Seek> fmt::Debug for McapWriter<W> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut shown = f.debug_struct("McapWriter");
+        shown.field("rows", &self.rows).finish_non_exhaustive()
+    }
+}
+
+impl<W: Write + Seek> McapWriter<W> {
+    /// Begins with the names, the units and the origin of `head`, whose values are left out.
+    ///
+    /// The clock is the column of [`McapOptions::time_tag`], or else `t`.
+    ///
+    /// # Errors
+    /// Those of [`write_mcap`] that no value can cause.
+    pub fn new(head: &Table, options: &McapOptions, writer: W) -> Result<Self, ExportError> {
+        crate::check_names(head)?;
+        let (time, factor) = clock(head, options.time_tag.as_deref().unwrap_or("t"))?;
+        let start_ns = head.origin.as_deref().map_or(Ok(0), |text| {
+            origin::nanoseconds(text).ok_or_else(|| ExportError::Origin {
+                found: text.to_owned(),
+            })
+        })?;
+        let members = || (head.columns.iter().enumerate()).filter(|(index, _)| *index != time);
+        // One thread: the number of threads must not show in the bytes.
+        let mut log = WriteOptions::new()
+            .compression(Some(Compression::Zstd))
+            .compression_threads(0)
+            .profile("")
+            .library(concat!("dgd-export ", env!("CARGO_PKG_VERSION")))
+            .create(writer)?;
+        let schema = schema(members().map(|(_, column)| column));
+        let schema_id = log.add_schema("dgd.Sample", "jsonschema", &schema)?;
+        let channel_id = log.add_channel(schema_id, &options.topic, "json", &BTreeMap::new())?;
+        let heads = members().enumerate();
+        Ok(Self {
+            log,
+            channel_id,
+            columns: head.columns.len(),
+            time,
+            factor,
+            start_ns,
+            heads: heads
+                .map(|(nth, (index, column))| (index, member(nth, &column.tag)))
+                .collect(),
+            rows: 0,
+            message: Vec::new(),
+        })
+    }
+
+    /// Appends a message a row, in columns as those of the head.
+    ///
+    /// # Errors
+    /// [`ExportError::Width`], [`ExportError::TimeValue`] or [`ExportError::Mcap`].
+    pub fn write(&mut self, block: &Table) -> Result<(), ExportError> {
+        crate::check_width(block, self.columns)?;
+        let message = &mut self.message;
+        for row in 0..block.rows() {
+            let time = block.columns[self.time].values.get(row);
+            let seconds = time.map_or(f64::NAN, |t| t * self.factor);
+            if !(0.0..=LONGEST_S).contains(&seconds) {
+                return Err(ExportError::TimeValue {
+                    index: self.rows,
+                    found: seconds,
+                });
+            }
+            message.clear();
+            message.push(b'{');
+            for (index, head) in &self.heads {
+                message.extend_from_slice(head);
+                match block.columns[*index].values.get(row) {
+                    Some(value) if value.is_finite() => push(message, *value),
+                    _ => message.extend_from_slice(b"null"),
+                }
+            }
+            message.push(b'}');
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "within 0 to 5e17"
+            )]
+            let log_time = self.start_ns + (seconds * 1e9).round() as u64;
+            let header = MessageHeader {
+                channel_id: self.channel_id,
+                sequence: u32::try_from(self.rows).unwrap_or(u32::MAX),
+                log_time,
+                publish_time: log_time,
+            };
+            self.log.write_to_known_channel(&header, message)?;
+            self.rows += 1;
+        }
+        Ok(())
+    }
+
+    /// Closes the log.
+    ///
+    /// # Errors
+    /// [`ExportError::Mcap`].
+    pub fn finish(mut self) -> Result<(), ExportError> {
+        self.log.finish()?;
+        Ok(())
+    }
+}
+
+/// Index of the time column, and the seconds in one of its units.
+fn clock(head: &Table, tag: &str) -> Result<(usize, f64), ExportError> {
+    let index = head.find(tag).ok_or_else(|| ExportError::NoTime {
+        tag: tag.to_owned(),
+        present: head
             .columns
             .iter()
             .take(24)
@@ -145,11 +204,12 @@ fn clock<'a>(table: &'a Table, tag: Option<&str>) -> Result<(&'a Column, f64), E
             .collect::<Vec<_>>()
             .join(", "),
     })?;
+    let time = &head.columns[index];
     let Some(written) = &time.unit else {
-        return Ok((time, 1.0));
+        return Ok((index, 1.0));
     };
     match Unit::parse(written) {
-        Ok(unit) if unit.dimension == Dimension::Time => Ok((time, unit.factor)),
+        Ok(unit) if unit.dimension == Dimension::Time => Ok((index, unit.factor)),
         _ => Err(ExportError::TimeUnit {
             tag: time.tag.clone(),
             found: written.clone(),
@@ -158,9 +218,8 @@ fn clock<'a>(table: &'a Table, tag: Option<&str>) -> Result<(&'a Column, f64), E
 }
 
 /// Put together as text, so that members stand in the order of the columns.
-fn schema(members: &[&Column]) -> Vec<u8> {
+fn schema<'a>(members: impl Iterator<Item = &'a Column>) -> Vec<u8> {
     let properties: Vec<String> = members
-        .iter()
         .map(|column| {
             let unit = column.unit.as_ref().map_or_else(String::new, |unit| {
                 format!(
@@ -177,7 +236,8 @@ fn schema(members: &[&Column]) -> Vec<u8> {
         .into_bytes()
 }
 
-fn head(index: usize, tag: &str) -> Vec<u8> {
+/// What stands before a member's value in a message.
+fn member(index: usize, tag: &str) -> Vec<u8> {
     let comma = if index > 0 { "," } else { "" };
     format!("{comma}{}:", json!(tag)).into_bytes()
 }

@@ -1,5 +1,10 @@
 //! Time stamps: what is wrong with them, and the even clock behind them.
 
+mod passes;
+
+pub(crate) use passes::ClockPasses;
+use passes::Even;
+
 use crate::{Issue, IssueKind};
 
 /// What a column of time stamps looks like.
@@ -83,12 +88,6 @@ pub enum ClockError {
 /// stretch of time and not stamps that were rounded or sent twice.
 pub(crate) const STRETCH: usize = 10;
 
-/// An even clock longer than this many times the samples is a broken clock, not a gap.
-const MOST_STEPS_A_SAMPLE: f64 = 20.0;
-/// Short recordings may have proportionally longer gaps.
-const STEPS_ALWAYS_ALLOWED: f64 = 100_000.0;
-/// One odd step in so many is no jitter.
-const ODD_STEPS: usize = 1000;
 /// A stamp within this share of a step counts as on the clock.
 const ON_CLOCK: f64 = 1e-6;
 
@@ -97,111 +96,18 @@ const ON_CLOCK: f64 = 1e-6;
 /// # Errors
 /// [`ClockError::TooFew`], or [`ClockError::Jump`] when a gap is implausibly long.
 pub fn survey_clock(time_s: &[f64]) -> Result<ClockSurvey, ClockError> {
-    if let Some(sound) = whole_seconds(time_s) {
+    let mut even = Even::default();
+    even.add(time_s);
+    if let Some(sound) = even.sound() {
         return Ok(sound);
     }
-    let missing = time_s.iter().filter(|t| !t.is_finite()).count();
-    let mut ordered: Vec<f64> = time_s.iter().copied().filter(|t| t.is_finite()).collect();
-    let backward = ordered.windows(2).filter(|w| w[1] < w[0]).count();
-    if backward > 0 {
-        ordered.sort_by(f64::total_cmp);
+    let mut clock = ClockPasses::new(time_s.len());
+    loop {
+        clock.add(time_s);
+        if !clock.next_pass() {
+            return clock.finish();
+        }
     }
-    let mut steps: Vec<f64> = ordered.windows(2).map(|w| w[1] - w[0]).collect();
-    let duplicates = steps.iter().filter(|d| **d == 0.0).count();
-    steps.retain(|d| *d > 0.0);
-    if steps.is_empty() {
-        let found = usize::from(!ordered.is_empty());
-        return Err(ClockError::TooFew {
-            found,
-            samples: time_s.len(),
-        });
-    }
-    let middle = steps.len() / 2;
-    let median_s = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
-    let step_s = refined_step(&ordered, &steps, median_s);
-    let (first, last) = (ordered[0], ordered[ordered.len() - 1]);
-    let jump = ordered
-        .windows(2)
-        .max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])));
-    let wanted = (last - first) / step_s;
-    let most = STEPS_ALWAYS_ALLOWED.max(MOST_STEPS_A_SAMPLE * time_s.len() as f64);
-    // Stamps near the ends of f64 overflow the span: then there is no count at all.
-    if wanted.is_nan() || wanted > most {
-        return Err(ClockError::Jump {
-            span_s: last - first,
-            step_s,
-            steps: wanted,
-            samples: time_s.len(),
-            jump_s: jump.map_or(first, |w| w[0]),
-        });
-    }
-    let offset = |t: f64| {
-        let steps = (t - first) / step_s;
-        (steps - steps.round()).abs() * step_s
-    };
-    let jitter_s = ordered.iter().map(|t| offset(*t)).fold(0.0, f64::max);
-    // A missing sample makes a step of two; half a step of slack leaves jitter alone.
-    let gaps: Vec<Gap> = ordered
-        .windows(2)
-        .filter(|w| w[1] - w[0] > 1.5 * step_s)
-        .map(|w| Gap {
-            from_s: w[0],
-            to_s: w[1],
-        })
-        .collect();
-    let even =
-        missing + duplicates + backward == 0 && gaps.is_empty() && jitter_s <= ON_CLOCK * step_s;
-    Ok(ClockSurvey {
-        step_s,
-        span_s: (first, last),
-        missing,
-        duplicates,
-        backward,
-        jitter_s,
-        gaps,
-        even,
-    })
-}
-
-/// The survey of stamps that are whole seconds and all one step apart, as most are: nothing is left to look for.
-fn whole_seconds(time_s: &[f64]) -> Option<ClockSurvey> {
-    /// Beyond 2^53 not every whole number is a float.
-    const MOST: f64 = 9e15;
-    let (first, last) = (*time_s.first()?, *time_s.last()?);
-    let step_s = time_s.get(1)? - first;
-    let whole = |t: f64| t.fract() == 0.0 && t.abs() < MOST;
-    let sound = whole(first)
-        && whole(last)
-        && whole(step_s)
-        && step_s > 0.0
-        && time_s.windows(2).all(|w| w[1] - w[0] == step_s);
-    sound.then(|| ClockSurvey {
-        step_s,
-        span_s: (first, last),
-        missing: 0,
-        duplicates: 0,
-        backward: 0,
-        jitter_s: 0.0,
-        gaps: Vec::new(),
-        even: true,
-    })
-}
-
-/// The median step, unless the stamps jitter: its error would then add up over the
-/// recording, so the mean of the steps around it is taken, in which jitter cancels.
-fn refined_step(ordered: &[f64], steps: &[f64], median_s: f64) -> f64 {
-    let off = |step: &f64| (step / median_s - (step / median_s).round()).abs();
-    // A clock that was set once or twice has an odd step there and runs evenly besides.
-    let odd = steps.iter().filter(|step| off(step) > ON_CLOCK).count();
-    if ordered.len() < 3 || odd * ODD_STEPS <= steps.len() {
-        return median_s;
-    }
-    let near = steps
-        .iter()
-        .filter(|step| (0.5 * median_s..1.5 * median_s).contains(*step));
-    let (sum, count) = near.fold((0.0, 0.0), |(sum, count), step| (sum + step, count + 1.0));
-    let mean = sum / count;
-    if mean.is_normal() { mean } else { median_s }
 }
 
 impl ClockSurvey {

@@ -1,6 +1,14 @@
 //! What is in a table that nobody has described yet.
 
-use crate::{ClockError, ClockSurvey, Table, survey_clock};
+mod blocks;
+mod column;
+mod selection;
+
+pub use blocks::BlockSurvey;
+pub(crate) use selection::Selection;
+
+use crate::{ClockError, ClockSurvey, Column, Table, survey_clock};
+use column::ColumnPass;
 use dgd_units::{Dimension, Unit};
 
 /// Summary of a table.
@@ -50,36 +58,22 @@ pub struct Run {
 
 /// Summarises every column and the clock. Linear in the samples.
 pub fn survey(table: &Table) -> TableSurvey {
-    let columns: Vec<ColumnSurvey> = table
-        .columns
-        .iter()
-        .map(|column| {
-            let beside = column.unit.as_deref().filter(|u| !u.is_empty());
-            (column, beside.or(unit_in_name(&column.tag)))
-        })
-        .map(|(column, unit)| ColumnSurvey {
-            tag: column.tag.clone(),
-            unit_written: unit.map(str::to_owned),
-            unit: unit.and_then(|u| Unit::parse(u).ok()),
-            samples: column.values.len(),
-            missing: column.values.iter().filter(|v| !v.is_finite()).count(),
-            range: range(&column.values),
-            quantum: quantum(&column.values),
-            longest_run: stuck_runs(&column.values, 2).max_by_key(|run| run.length),
-            repeated_share: repeated_share(&column.values),
-        })
-        .collect();
-    let time_column = find_time(table, &columns);
+    let mut columns = Vec::with_capacity(table.columns.len());
+    let mut increases = Vec::with_capacity(table.columns.len());
+    for column in &table.columns {
+        let mut pass = ColumnPass::default();
+        pass.add(&column.values);
+        increases.push(pass.increases());
+        columns.push(summary(column, &pass, median(&column.values)));
+    }
+    let time_column = find_time(&columns, |index| increases[index]);
     let clock = time_column.map(|index| {
-        let unit = columns[index]
-            .unit
-            .filter(|u| u.dimension == Dimension::Time);
-        let factor = unit.map_or(1.0, |u| u.factor);
-        let time_s: Vec<f64> = table.columns[index]
-            .values
-            .iter()
-            .map(|t| t * factor)
-            .collect();
+        let factor = time_factor(&columns[index]);
+        let values = &table.columns[index].values;
+        if factor == 1.0 {
+            return survey_clock(values);
+        }
+        let time_s: Vec<f64> = values.iter().map(|t| t * factor).collect();
         survey_clock(&time_s)
     });
     TableSurvey {
@@ -87,6 +81,31 @@ pub fn survey(table: &Table) -> TableSurvey {
         time_column,
         clock,
     }
+}
+
+fn summary(head: &Column, pass: &ColumnPass, median: Option<f64>) -> ColumnSurvey {
+    let beside = head.unit.as_deref().filter(|u| !u.is_empty());
+    let unit = beside.or(unit_in_name(&head.tag));
+    ColumnSurvey {
+        tag: head.tag.clone(),
+        unit_written: unit.map(str::to_owned),
+        unit: unit.and_then(|u| Unit::parse(u).ok()),
+        samples: pass.samples,
+        missing: pass.missing,
+        range: pass
+            .ends()
+            .zip(median)
+            .map(|((low, high), m)| (low, m, high)),
+        quantum: pass.quantum(),
+        longest_run: pass.longest_run(),
+        repeated_share: pass.repeated_share(),
+    }
+}
+
+/// Seconds in one of the column's units.
+fn time_factor(column: &ColumnSurvey) -> f64 {
+    let unit = column.unit.filter(|u| u.dimension == Dimension::Time);
+    unit.map_or(1.0, |u| u.factor)
 }
 
 /// The unit that a name ends with, such as `flow_out_gpm`, `Booster m3/h` or `Flow Out %`.
@@ -138,13 +157,20 @@ pub fn stuck_runs(values: &[f64], least: usize) -> impl Iterator<Item = Run> {
 /// Differences are compared within a relative 1e-6 of the range, so that decimal
 /// steps (0.1 %) are found although they are no binary numbers.
 pub fn quantum(values: &[f64]) -> Option<f64> {
-    const LOOKED_AT: usize = 20_000;
-    let mut steps: Vec<f64> = values
+    let steps = values
         .windows(2)
         .map(|w| (w[1] - w[0]).abs())
         .filter(|d| *d > 0.0 && d.is_finite())
-        .take(LOOKED_AT)
+        .take(QUANTUM_STEPS)
         .collect();
+    quantum_of(steps)
+}
+
+/// Changes of a column that its quantum is told from, at most.
+const QUANTUM_STEPS: usize = 20_000;
+
+/// The quantum of a column that changes by so much, one change after the other.
+fn quantum_of(mut steps: Vec<f64>) -> Option<f64> {
     if steps.len() < 20 {
         return None;
     }
@@ -163,28 +189,14 @@ pub fn quantum(values: &[f64]) -> Option<f64> {
     None
 }
 
-fn range(values: &[f64]) -> Option<(f64, f64, f64)> {
+fn median(values: &[f64]) -> Option<f64> {
     let mut finite: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
-    if finite.is_empty() {
-        return None;
-    }
     let middle = finite.len() / 2;
-    let median = *finite.select_nth_unstable_by(middle, f64::total_cmp).1;
-    let (low, high) = finite
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
-            (l.min(*v), h.max(*v))
-        });
-    Some((low, median, high))
-}
-
-fn repeated_share(values: &[f64]) -> f64 {
-    let repeats = values.windows(2).filter(|w| w[0] == w[1]).count();
-    repeats as f64 / values.len().saturating_sub(1).max(1) as f64
+    (!finite.is_empty()).then(|| *finite.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
 /// A column named or measured like time, or else one that only ever increases.
-fn find_time(table: &Table, columns: &[ColumnSurvey]) -> Option<usize> {
+fn find_time(columns: &[ColumnSurvey], increases: impl Fn(usize) -> bool) -> Option<usize> {
     let named = |c: &ColumnSurvey| {
         let tag = c.tag.rsplit('.').next().unwrap_or_default().to_lowercase();
         let stem = tag.split(['[', '(', ' ', '_']).next().unwrap_or_default();
@@ -194,11 +206,7 @@ fn find_time(table: &Table, columns: &[ColumnSurvey]) -> Option<usize> {
         )
     };
     let measured = |c: &ColumnSurvey| c.unit.is_some_and(|u| u.dimension == Dimension::Time);
-    let increases = |index: usize| {
-        let values = &table.columns[index].values;
-        values.len() > 2 && values.windows(2).all(|w| w[1] > w[0])
-    };
-    let long = |index: usize| table.columns[index].values.len() > 1;
+    let long = |index: usize| columns[index].samples > 1;
     let find = |test: &dyn Fn(usize) -> bool| (0..columns.len()).find(|i| long(*i) && test(*i));
     find(&|i| named(&columns[i]))
         .or_else(|| find(&|i| measured(&columns[i])))

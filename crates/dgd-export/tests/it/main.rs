@@ -1,6 +1,7 @@
 //! Public behaviour of `dgd-export`; the round trips through readers are in `dgd-ingest`.
 #![allow(clippy::unwrap_used, reason = "tests may panic")]
 
+mod blocks;
 mod comparison;
 mod csv;
 mod mat;

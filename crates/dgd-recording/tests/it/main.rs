@@ -1,5 +1,6 @@
 //! Claims about recordings, clocks and tables nobody has described.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+mod blocks;
 mod grid;
 mod mapping;
 mod propose;

@@ -1,0 +1,359 @@
+//! The survey of a clock, in passes over stamps that are not held.
+
+use super::{ClockError, ClockSurvey, Gap, ON_CLOCK};
+use crate::survey::Selection;
+
+/// An even clock longer than this many times the samples is a broken clock, not a gap.
+const MOST_STEPS_A_SAMPLE: f64 = 20.0;
+/// Short recordings may have proportionally longer gaps.
+const STEPS_ALWAYS_ALLOWED: f64 = 100_000.0;
+/// One odd step in so many is no jitter.
+const ODD_STEPS: usize = 1000;
+/// Steps that are held at a time to find their median.
+const HELD: usize = 1 << 17;
+
+/// The survey of stamps, s, that come in the order of the file, again on every pass.
+#[derive(Debug)]
+pub(crate) struct ClockPasses {
+    samples: usize,
+    even: Even,
+    order: Order,
+    /// Stamps held to be put in order; nothing else is held.
+    held: Vec<f64>,
+    stage: Stage,
+    /// The stamp before, where it is of the same pass.
+    last: Option<f64>,
+    median: Selection,
+    near: Near,
+    fit: Fit,
+    found: Option<Result<ClockSurvey, ClockError>>,
+}
+
+/// What is looked for in a pass.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Stage {
+    /// Whether the stamps are in order, and what they are.
+    Order,
+    /// All stamps, for they are not.
+    Hold,
+    /// The median of their steps.
+    Median,
+    /// The steps near it.
+    Near,
+    /// How the stamps sit on the even clock.
+    Fit,
+}
+
+/// Stamps that are whole seconds and all one step apart, as most are: nothing is left to look for.
+#[derive(Debug, Default)]
+pub(super) struct Even {
+    ends_s: Option<(f64, f64)>,
+    step_s: Option<f64>,
+    broken: bool,
+}
+
+/// What stamps are there, and in which order.
+#[derive(Debug, Default)]
+struct Order {
+    missing: usize,
+    backward: usize,
+    duplicates: usize,
+    first: Option<f64>,
+    last: f64,
+    /// Steps that are longer than none.
+    steps: usize,
+    /// The longest step, of equals the last, and the stamp before it.
+    jump: Option<(f64, f64)>,
+}
+
+/// The steps around the median.
+#[derive(Debug, Default)]
+struct Near {
+    median_s: f64,
+    odd: usize,
+    sum: f64,
+    count: f64,
+}
+
+/// Stamps on an even clock.
+#[derive(Debug, Default)]
+struct Fit {
+    step_s: f64,
+    jitter_s: f64,
+    gaps: Vec<Gap>,
+}
+
+impl ClockPasses {
+    /// For so many samples.
+    pub(crate) fn new(samples: usize) -> Self {
+        Self {
+            samples,
+            even: Even::default(),
+            order: Order::default(),
+            held: Vec::new(),
+            stage: Stage::Order,
+            last: None,
+            median: Selection::new(HELD),
+            near: Near::default(),
+            fit: Fit::default(),
+            found: None,
+        }
+    }
+
+    /// Takes the next stamps.
+    pub(crate) fn add(&mut self, stamps: &[f64]) {
+        match self.stage {
+            Stage::Order => self.even.add(stamps),
+            Stage::Hold => {
+                self.held
+                    .extend(stamps.iter().filter(|stamp| stamp.is_finite()));
+                return;
+            }
+            _ => {}
+        }
+        stamps.iter().for_each(|stamp| self.add_one(*stamp));
+    }
+
+    fn add_one(&mut self, stamp: f64) {
+        if !stamp.is_finite() {
+            self.order.missing += usize::from(self.stage == Stage::Order);
+            return;
+        }
+        let from = self.last.replace(stamp);
+        match self.stage {
+            Stage::Order => self.order.add(from, stamp),
+            Stage::Fit => self.fit.add(from, stamp, self.order.first.unwrap_or(stamp)),
+            _ => {}
+        }
+        let Some(step) = from.map(|from| stamp - from).filter(|step| *step > 0.0) else {
+            return;
+        };
+        match self.stage {
+            Stage::Order | Stage::Median => self.median.add(step),
+            Stage::Near => self.near.add(step),
+            _ => {}
+        }
+    }
+
+    /// Ends a pass; says whether the stamps must come again.
+    pub(crate) fn next_pass(&mut self) -> bool {
+        self.last = None;
+        match self.stage {
+            Stage::Order => {
+                if let Some(sound) = self.even.sound() {
+                    return self.end(Ok(sound));
+                }
+                if self.order.backward > 0 {
+                    self.stage = Stage::Hold;
+                    return true;
+                }
+                if self.order.steps == 0 {
+                    return self.end(Err(ClockError::TooFew {
+                        found: usize::from(self.order.first.is_some()),
+                        samples: self.samples,
+                    }));
+                }
+                self.stage = Stage::Median;
+                self.next_median()
+            }
+            Stage::Hold => {
+                let found = self.in_order();
+                self.end(found)
+            }
+            Stage::Median => self.next_median(),
+            Stage::Near => {
+                self.fit.step_s = self.near.step_s(&self.order);
+                match self.jump() {
+                    Some(error) => self.end(Err(error)),
+                    None => {
+                        self.stage = Stage::Fit;
+                        true
+                    }
+                }
+            }
+            Stage::Fit => {
+                let fitted = self.fitted();
+                self.end(Ok(fitted))
+            }
+        }
+    }
+
+    /// What was found, once no other pass is needed.
+    ///
+    /// # Errors
+    /// Those of [`super::survey_clock`].
+    pub(crate) fn finish(self) -> Result<ClockSurvey, ClockError> {
+        let samples = self.samples;
+        // A caller that stopped early has no stamps that are known.
+        self.found
+            .unwrap_or(Err(ClockError::TooFew { found: 0, samples }))
+    }
+
+    fn end(&mut self, found: Result<ClockSurvey, ClockError>) -> bool {
+        self.found = Some(found);
+        false
+    }
+
+    fn next_median(&mut self) -> bool {
+        if !self.median.next_pass() {
+            self.near.median_s = self.median.found().unwrap_or(f64::NAN);
+            self.stage = Stage::Near;
+        }
+        true
+    }
+
+    /// The survey of the stamps that are held, in order.
+    fn in_order(&mut self) -> Result<ClockSurvey, ClockError> {
+        let mut held = std::mem::take(&mut self.held);
+        held.sort_by(f64::total_cmp);
+        let mut sorted = Self::new(self.samples);
+        loop {
+            sorted.add(&held);
+            if !sorted.next_pass() {
+                break;
+            }
+        }
+        let mut found = sorted.finish()?;
+        found.missing = self.order.missing;
+        found.backward = self.order.backward;
+        found.even = false;
+        Ok(found)
+    }
+
+    /// The jump that makes an even clock implausibly long, if there is one.
+    fn jump(&self) -> Option<ClockError> {
+        let (first, step_s) = (self.order.first?, self.fit.step_s);
+        let span_s = self.order.last - first;
+        let steps = span_s / step_s;
+        let most = STEPS_ALWAYS_ALLOWED.max(MOST_STEPS_A_SAMPLE * self.samples as f64);
+        // Stamps near the ends of f64 overflow the span: then there is no count at all.
+        (steps.is_nan() || steps > most).then(|| ClockError::Jump {
+            span_s,
+            step_s,
+            steps,
+            samples: self.samples,
+            jump_s: self.order.jump.map_or(first, |(from, _)| from),
+        })
+    }
+
+    fn fitted(&mut self) -> ClockSurvey {
+        let Fit {
+            step_s,
+            jitter_s,
+            gaps,
+        } = std::mem::take(&mut self.fit);
+        let order = &self.order;
+        let sound = order.missing + order.duplicates + order.backward == 0 && gaps.is_empty();
+        ClockSurvey {
+            step_s,
+            span_s: (order.first.unwrap_or(order.last), order.last),
+            missing: order.missing,
+            duplicates: order.duplicates,
+            backward: order.backward,
+            jitter_s,
+            even: sound && jitter_s <= ON_CLOCK * step_s,
+            gaps,
+        }
+    }
+}
+
+impl Even {
+    pub(super) fn add(&mut self, stamps: &[f64]) {
+        let (Some(first), Some(last)) = (stamps.first(), stamps.last()) else {
+            return;
+        };
+        let before = self.ends_s.map(|(_, last)| last);
+        let step = match (before, stamps) {
+            (Some(before), _) => Some(first - before),
+            (None, [first, second, ..]) => Some(second - first),
+            _ => None,
+        };
+        let step_s = self.step_s.or(step).unwrap_or(f64::NAN);
+        let joins = before.is_none_or(|before| first - before == step_s);
+        let even = stamps.windows(2).all(|w| w[1] - w[0] == step_s);
+        self.broken |= !(joins && even);
+        self.step_s = self.step_s.or(step);
+        self.ends_s = Some((self.ends_s.map_or(*first, |(first, _)| first), *last));
+    }
+
+    pub(super) fn sound(&self) -> Option<ClockSurvey> {
+        /// Beyond 2^53 not every whole number is a float.
+        const MOST: f64 = 9e15;
+        let whole = |t: f64| t.fract() == 0.0 && t.abs() < MOST;
+        let ((first, last), step_s) = (self.ends_s?, self.step_s?);
+        let sound = !self.broken && whole(first) && whole(last) && whole(step_s) && step_s > 0.0;
+        sound.then(|| ClockSurvey {
+            step_s,
+            span_s: (first, last),
+            missing: 0,
+            duplicates: 0,
+            backward: 0,
+            jitter_s: 0.0,
+            gaps: Vec::new(),
+            even: true,
+        })
+    }
+}
+
+impl Order {
+    fn add(&mut self, from: Option<f64>, stamp: f64) {
+        self.first.get_or_insert(stamp);
+        self.last = stamp;
+        let Some(from) = from else {
+            return;
+        };
+        let step = stamp - from;
+        self.backward += usize::from(step < 0.0);
+        self.duplicates += usize::from(step == 0.0);
+        self.steps += usize::from(step > 0.0);
+        if self
+            .jump
+            .is_none_or(|(_, longest)| step.total_cmp(&longest).is_ge())
+        {
+            self.jump = Some((from, step));
+        }
+    }
+}
+
+impl Near {
+    fn add(&mut self, step: f64) {
+        let steps = step / self.median_s;
+        self.odd += usize::from((steps - steps.round()).abs() > ON_CLOCK);
+        if (0.5 * self.median_s..1.5 * self.median_s).contains(&step) {
+            self.sum += step;
+            self.count += 1.0;
+        }
+    }
+
+    /// The median step, unless the stamps jitter: its error would then add up over the
+    /// recording, so the mean of the steps around it is taken, in which jitter cancels.
+    fn step_s(&self, order: &Order) -> f64 {
+        // A clock that was set once or twice has an odd step there and runs evenly besides.
+        let stamps = order.steps + order.duplicates + 1;
+        if stamps < 3 || self.odd * ODD_STEPS <= order.steps {
+            return self.median_s;
+        }
+        let mean = self.sum / self.count;
+        if mean.is_normal() {
+            mean
+        } else {
+            self.median_s
+        }
+    }
+}
+
+impl Fit {
+    fn add(&mut self, from: Option<f64>, stamp: f64, first: f64) {
+        let steps = (stamp - first) / self.step_s;
+        self.jitter_s = self
+            .jitter_s
+            .max((steps - steps.round()).abs() * self.step_s);
+        // A missing sample makes a step of two; half a step of slack leaves jitter alone.
+        if let Some(from_s) = from.filter(|from| stamp - from > 1.5 * self.step_s) {
+            self.gaps.push(Gap {
+                from_s,
+                to_s: stamp,
+            });
+        }
+    }
+}
