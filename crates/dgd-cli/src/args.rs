@@ -89,6 +89,9 @@ pub(crate) struct Inspect {
     /// Write the proposed channel map as the start of a well description
     #[arg(long, value_name = "FILE")]
     pub(crate) propose: Option<PathBuf>,
+    /// Read CSV or MCAP block by block, in memory that does not grow with the recording (from 128 MiB on it is, anyway)
+    #[arg(long)]
+    pub(crate) in_blocks: bool,
 }
 
 /// The recordings and the well they were taken on.
@@ -342,6 +345,9 @@ pub(crate) struct Convert {
     /// Name of the struct in MAT files
     #[arg(long, default_value = "recording", value_name = "NAME")]
     pub(crate) root: String,
+    /// From CSV or MCAP to CSV or MCAP: read and write block by block, in memory that does not grow with the recording (from 128 MiB on it is, anyway)
+    #[arg(long)]
+    pub(crate) in_blocks: bool,
 }
 
 #[derive(Debug, Args)]

@@ -129,6 +129,8 @@ impl fmt::Display for Failure {
     }
 }
 
+impl Error for Failure {}
+
 /// What to do about an output that the disk refuses.
 fn mend(kind: ErrorKind) -> &'static str {
     match kind {

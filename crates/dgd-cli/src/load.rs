@@ -1,5 +1,9 @@
 //! Files in: recordings, wells, models.
 
+mod blocks;
+
+pub(crate) use blocks::open as open_blocks;
+
 use crate::failure::Failure;
 use crate::output;
 use crate::progress::Progress;
@@ -12,6 +16,7 @@ use std::fs::File;
 use std::io::Read;
 use std::ops::Deref;
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 use tracing::{debug, warn};
 
 /// A recording on its even clock, and what was met on the way.
@@ -59,29 +64,46 @@ pub(crate) fn read_bytes(path: &Path, progress: &Progress) -> Result<Vec<u8>, Fa
 
 /// Reads to the end, and refuses what somebody wrote into meanwhile: half of it would be of one file, half of another.
 fn read_steady(path: &Path, mut reader: impl Read, file: &File) -> Result<Vec<u8>, Failure> {
-    // Pipes and devices have no state to compare.
-    let state = || {
-        let metadata = file.metadata().ok().filter(std::fs::Metadata::is_file);
-        metadata.map(|m| (m.len(), m.modified().ok()))
-    };
-    let before = state();
+    let before = State::of(file);
     let mut bytes = Vec::new();
     (reader.read_to_end(&mut bytes)).map_err(|e| Failure::read(path, &e))?;
-    let after = state();
-    if before == after {
-        return Ok(bytes);
+    State::compare(path, before, State::of(file))?;
+    Ok(bytes)
+}
+
+/// What tells that a file was written into.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct State {
+    length: u64,
+    modified: Option<SystemTime>,
+}
+
+impl State {
+    /// `None` of pipes and devices, which have no state to compare.
+    fn of(file: &File) -> Option<Self> {
+        let metadata = file.metadata().ok().filter(std::fs::Metadata::is_file)?;
+        Some(Self {
+            length: metadata.len(),
+            modified: metadata.modified().ok(),
+        })
     }
-    let [from, to] = [before, after].map(|s| s.map_or(0, |(len, _)| len));
-    let sizes = if from == to {
-        String::new()
-    } else {
-        format!(" (from {from} to {to} bytes)")
-    };
-    Err(Failure::Input {
-        path: path.to_owned(),
-        reason: format!("changed while it was read{sizes}"),
-        help: Some("wait until it is complete, or read a copy of it".into()),
-    })
+
+    fn compare(path: &Path, before: Option<Self>, after: Option<Self>) -> Result<(), Failure> {
+        if before == after {
+            return Ok(());
+        }
+        let [from, to] = [before, after].map(|s| s.map_or(0, |s| s.length));
+        let sizes = if from == to {
+            String::new()
+        } else {
+            format!(" (from {from} to {to} bytes)")
+        };
+        Err(Failure::Input {
+            path: path.to_owned(),
+            reason: format!("changed while it was read{sizes}"),
+            help: Some("wait until it is complete, or read a copy of it".into()),
+        })
+    }
 }
 
 /// Reads a text document.

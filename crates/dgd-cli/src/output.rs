@@ -117,7 +117,11 @@ impl Outputs {
         }
         let hidden = Hidden::create(folder, private).map_err(|e| failed(&e))?;
         let mut writer = BufWriter::new(hidden.file());
-        write(&mut writer).map_err(|e| Failure::write_source(path, e.as_ref()))?;
+        // What is written may still be being read.
+        write(&mut writer).map_err(|e| match e.downcast::<Failure>() {
+            Ok(failure) => *failure,
+            Err(e) => Failure::write_source(path, e.as_ref()),
+        })?;
         writer.flush().map_err(|e| failed(&e))?;
         drop(writer);
         // A file that its owner has closed to others stays closed.

@@ -6,8 +6,9 @@ use crate::load;
 use crate::output::Outputs;
 use crate::progress::Progress;
 use crate::say::{self, count};
-use dgd_export::{CsvOptions, McapOptions};
-use dgd_recording::Table;
+use dgd_export::{CsvOptions, CsvWriter, McapOptions, McapWriter};
+use dgd_ingest::Format;
+use dgd_recording::{Issue, Table};
 use serde_json::json;
 use std::error::Error;
 use std::io::{Seek, Write};
@@ -18,17 +19,16 @@ pub(crate) fn run(arguments: &Convert, global: &Global) -> Result<String, Failur
     let started = Instant::now();
     let target = Target::of(&arguments.output, arguments.mat_v73)?;
     let progress = Progress::new(global);
-    let (format, table) = load::read_table(&arguments.input, &progress)?;
-    for issue in &table.issues {
-        tracing::warn!("{}: {issue}", arguments.input.display());
-    }
-    progress.stage("writing", &arguments.output.display().to_string());
-    let mut outputs = Outputs::new();
-    outputs.add(&arguments.output, |writer| {
-        target.write(&table, &arguments.root, writer)
-    })?;
-    outputs.keep()?;
-    let (rows, columns) = (table.rows(), table.columns.len());
+    let written = match in_blocks(arguments, target, &progress)? {
+        Some(written) => written,
+        None => whole(arguments, target, &progress)?,
+    };
+    let Written {
+        format,
+        issues,
+        rows,
+        columns,
+    } = written;
     if global.json {
         return Ok(say::json(&json!({
             "schema": "dgd.convert/1",
@@ -36,7 +36,7 @@ pub(crate) fn run(arguments: &Convert, global: &Global) -> Result<String, Failur
             "output": arguments.output.display().to_string(),
             "rows": rows,
             "columns": columns,
-            "issues": table.issues.iter().map(ToString::to_string).collect::<Vec<_>>(),
+            "issues": issues.iter().map(ToString::to_string).collect::<Vec<_>>(),
             "seconds": started.elapsed().as_secs_f64(),
         })));
     }
@@ -45,6 +45,87 @@ pub(crate) fn run(arguments: &Convert, global: &Global) -> Result<String, Failur
         arguments.output.display(),
         count(rows)
     ))
+}
+
+/// What was written.
+struct Written {
+    /// Of the input.
+    format: Format,
+    issues: Vec<Issue>,
+    rows: usize,
+    columns: usize,
+}
+
+fn whole(arguments: &Convert, target: Target, progress: &Progress) -> Result<Written, Failure> {
+    let (format, table) = load::read_table(&arguments.input, progress)?;
+    warn_of(arguments, &table);
+    progress.stage("writing", &arguments.output.display().to_string());
+    let mut outputs = Outputs::new();
+    outputs.add(&arguments.output, |writer| {
+        target.write(&table, &arguments.root, writer)
+    })?;
+    outputs.keep()?;
+    Ok(Written {
+        format,
+        rows: table.rows(),
+        columns: table.columns.len(),
+        issues: table.issues,
+    })
+}
+
+/// The same, of which a block is in memory at a time; `None` where that cannot be.
+fn in_blocks(
+    arguments: &Convert,
+    target: Target,
+    progress: &Progress,
+) -> Result<Option<Written>, Failure> {
+    let always = arguments.in_blocks;
+    if matches!(target, Target::Mat5 | Target::Mat73) {
+        if always {
+            let output = arguments.output.display();
+            tracing::warn!("{output} is written whole: a MAT file holds one column after another");
+        }
+        return Ok(None);
+    }
+    let Some(mut blocks) = load::open_blocks(&arguments.input, always, progress)? else {
+        return Ok(None);
+    };
+    let head = blocks.head().clone();
+    warn_of(arguments, &head);
+    let mut options = McapOptions::default();
+    if matches!(target, Target::Mcap) {
+        options.time_tag = blocks.time_tag(progress)?;
+    }
+    progress.stage("writing", &arguments.output.display().to_string());
+    let mut outputs = Outputs::new();
+    outputs.add(&arguments.output, |writer| {
+        match target {
+            Target::Mcap => {
+                let mut log = McapWriter::new(&head, &options, writer)?;
+                blocks.each(|block| Ok::<_, Box<dyn Error>>(log.write(block)?))?;
+                log.finish()?;
+            }
+            _ => {
+                let mut text = CsvWriter::new(&head, &CsvOptions::default(), writer)?;
+                blocks.each(|block| Ok::<_, Box<dyn Error>>(text.write(block)?))?;
+                text.finish()?;
+            }
+        }
+        Ok(())
+    })?;
+    outputs.keep()?;
+    Ok(Some(Written {
+        format: blocks.format(),
+        rows: blocks.rows(),
+        columns: head.columns.len(),
+        issues: head.issues,
+    }))
+}
+
+fn warn_of(arguments: &Convert, table: &Table) {
+    for issue in &table.issues {
+        tracing::warn!("{}: {issue}", arguments.input.display());
+    }
 }
 
 /// Format of the output.

@@ -16,10 +16,8 @@ const SHOWN: usize = 12;
 
 pub(crate) fn run(arguments: &Inspect, global: &Global) -> Result<String, Failure> {
     let progress = Progress::new(global);
-    let (format, table) = load::read_table(&arguments.recording, &progress)?;
-    progress.stage("surveying", "the columns");
-    let found = survey(&table);
-    let proposal = propose_channels(&found);
+    let inspected = inspect(arguments, &progress)?;
+    let proposal = propose_channels(&inspected.found);
     if let Some(path) = &arguments.propose {
         let mut outputs = Outputs::new();
         outputs.add_bytes(path, proposed_well(&proposal))?;
@@ -27,16 +25,17 @@ pub(crate) fn run(arguments: &Inspect, global: &Global) -> Result<String, Failur
     }
     drop(progress);
     if global.json {
-        return Ok(say::json(&as_json(format, &table, &found, &proposal)));
+        return Ok(say::json(&as_json(&inspected, &proposal)));
     }
     let mut text = format!(
-        "{}: {format}, {} columns, {} rows\n",
+        "{}: {}, {} columns, {} rows\n",
         arguments.recording.display(),
-        table.columns.len(),
-        count(table.rows())
+        inspected.format,
+        inspected.head.columns.len(),
+        count(inspected.rows)
     );
     // Writing to a String cannot fail.
-    let _ = tell(&mut text, &table, &found, &proposal);
+    let _ = tell(&mut text, &inspected, &proposal);
     if let Some(path) = &arguments.propose {
         let _ = writeln!(
             text,
@@ -47,12 +46,37 @@ pub(crate) fn run(arguments: &Inspect, global: &Global) -> Result<String, Failur
     Ok(text)
 }
 
-fn tell(
-    text: &mut String,
-    table: &Table,
-    found: &TableSurvey,
-    proposal: &Proposal,
-) -> std::fmt::Result {
+/// What is in a recording.
+struct Inspected {
+    format: Format,
+    /// The table; of its values nobody asks any more.
+    head: Table,
+    rows: usize,
+    found: TableSurvey,
+}
+
+fn inspect(arguments: &Inspect, progress: &Progress) -> Result<Inspected, Failure> {
+    let path = &arguments.recording;
+    if let Some(mut blocks) = load::open_blocks(path, arguments.in_blocks, progress)? {
+        return Ok(Inspected {
+            found: blocks.survey(progress)?,
+            format: blocks.format(),
+            rows: blocks.rows(),
+            head: blocks.head().clone(),
+        });
+    }
+    let (format, head) = load::read_table(path, progress)?;
+    progress.stage("surveying", "the columns");
+    Ok(Inspected {
+        found: survey(&head),
+        format,
+        rows: head.rows(),
+        head,
+    })
+}
+
+fn tell(text: &mut String, inspected: &Inspected, proposal: &Proposal) -> std::fmt::Result {
+    let (table, found) = (&inspected.head, &inspected.found);
     match (&found.clock, found.time_column) {
         (Some(Ok(clock)), Some(index)) => {
             let hours = (clock.span_s.1 - clock.span_s.0) / 3600.0;
@@ -151,7 +175,8 @@ fn more(text: &mut String, all: usize, what: &str) -> std::fmt::Result {
     }
 }
 
-fn as_json(format: Format, table: &Table, found: &TableSurvey, proposal: &Proposal) -> Value {
+fn as_json(inspected: &Inspected, proposal: &Proposal) -> Value {
+    let (table, found) = (&inspected.head, &inspected.found);
     let column = |c: &ColumnSurvey| {
         json!({
             "tag": c.tag,
@@ -185,8 +210,8 @@ fn as_json(format: Format, table: &Table, found: &TableSurvey, proposal: &Propos
     let channels = proposal.channels.iter();
     json!({
         "schema": "dgd.inspect/1",
-        "format": format.to_string(),
-        "rows": table.rows(),
+        "format": inspected.format.to_string(),
+        "rows": inspected.rows,
         "origin": table.origin,
         "clock": clock,
         "columns": found.columns.iter().map(column).collect::<Vec<_>>(),

@@ -4,6 +4,7 @@
 mod adversary;
 mod bad_data;
 mod bench;
+mod blocks;
 mod demo;
 mod determinism;
 mod diagnosing;

@@ -1,0 +1,127 @@
+//! Recordings that are longer than memory.
+
+use super::State;
+use crate::failure::Failure;
+use crate::output;
+use crate::progress::Progress;
+use dgd_ingest::{BlockError, BlockOptions, BlockReader, Format, Opened, ReadOptions};
+use dgd_recording::{BlockSurvey, Table, TableSurvey};
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use tracing::{debug, warn};
+
+/// Files from this size on, in bytes, are read in blocks where they can be.
+const LONG: u64 = 128 << 20;
+
+/// A recording on disk, read block by block as often as wanted.
+pub(crate) struct Blocks {
+    path: PathBuf,
+    reader: BlockReader<File>,
+    /// The same file, and what it was like before the first byte was read.
+    file: File,
+    before: Option<State>,
+}
+
+/// Opens a recording that is long, or every one where `always` is set; `None` if it is to be read whole.
+pub(crate) fn open(
+    path: &Path,
+    always: bool,
+    progress: &Progress,
+) -> Result<Option<Blocks>, Failure> {
+    let file = File::open(path).map_err(|e| Failure::read(path, &e))?;
+    let before = State::of(&file);
+    if !before.is_some_and(|state| always || state.length >= LONG) {
+        return Ok(None);
+    }
+    output::protect(path);
+    progress.stage("looking through", &path.display().to_string());
+    let name_hint = path.file_name().map(|n| n.to_string_lossy().into_owned());
+    let again = file.try_clone().map_err(|e| Failure::read(path, &e))?;
+    let opened = BlockReader::open(again, &ReadOptions { name_hint }, BlockOptions::default());
+    match opened.map_err(|e| failed(path, &e))? {
+        Opened::Blocks(reader) => Ok(Some(Blocks {
+            path: path.to_owned(),
+            reader,
+            file,
+            before,
+        })),
+        Opened::Whole(reason) => {
+            let said = format!("{} is read whole: {reason}", path.display());
+            if always {
+                warn!("{said}");
+            } else {
+                debug!("{said}");
+            }
+            Ok(None)
+        }
+    }
+}
+
+fn failed(path: &Path, error: &BlockError) -> Failure {
+    match error {
+        BlockError::Io(error) => Failure::read(path, error),
+        error => Failure::input(path, error),
+    }
+}
+
+impl Blocks {
+    pub(crate) fn format(&self) -> Format {
+        self.reader.format()
+    }
+
+    /// The table without its values.
+    pub(crate) fn head(&self) -> &Table {
+        self.reader.head()
+    }
+
+    pub(crate) fn rows(&self) -> usize {
+        self.reader.rows()
+    }
+
+    /// Goes through all blocks, from the first one on.
+    ///
+    /// At the end the file must be what it was at the start, or the blocks are of two recordings.
+    pub(crate) fn each<E: From<Failure>>(
+        &mut self,
+        mut take: impl FnMut(&Table) -> Result<(), E>,
+    ) -> Result<(), E> {
+        self.reader.rewind();
+        while let Some(block) = (self.reader.next_block()).map_err(|e| failed(&self.path, &e))? {
+            take(block)?;
+        }
+        State::compare(&self.path, self.before, State::of(&self.file))?;
+        Ok(())
+    }
+
+    /// The survey of the whole recording.
+    pub(crate) fn survey(&mut self, progress: &Progress) -> Result<TableSurvey, Failure> {
+        let mut survey = BlockSurvey::new(self.reader.head());
+        for pass in 1.. {
+            progress.stage("surveying", &format!("the columns, pass {pass}"));
+            self.each::<Failure>(|block| {
+                survey.add(block);
+                Ok(())
+            })?;
+            if !survey.next_pass() {
+                break;
+            }
+        }
+        Ok(survey.finish())
+    }
+
+    /// The column that is the clock, where none is called `t`.
+    pub(crate) fn time_tag(&mut self, progress: &Progress) -> Result<Option<String>, Failure> {
+        if self.head().column("t").is_some() {
+            return Ok(None);
+        }
+        let mut survey = BlockSurvey::new(self.reader.head());
+        progress.stage("surveying", "the columns");
+        self.each::<Failure>(|block| {
+            survey.add(block);
+            Ok(())
+        })?;
+        survey.next_pass();
+        let index = survey.time_column();
+        Ok(index.map(|index| self.head().columns[index].tag.clone()))
+    }
+}
