@@ -8,19 +8,51 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Commands whose cost is measured, with the format that each reads.
-const MEASURED: [(&str, &str); 7] = [
-    ("inspect", "csv"),
-    ("inspect", "mat"),
-    ("fit", "csv"),
-    ("fit", "mat"),
-    ("simulate", "mat"),
-    ("mask", "mat"),
-    ("diagnose", "mat"),
+const MEASURED: [Measured; 12] = [
+    Measured::whole("inspect", "csv"),
+    Measured::in_blocks("inspect", "csv"),
+    Measured::whole("inspect", "mat"),
+    Measured::whole("convert", "csv"),
+    Measured::in_blocks("convert", "csv"),
+    Measured::whole("convert", "mcap"),
+    Measured::in_blocks("convert", "mcap"),
+    Measured::whole("fit", "csv"),
+    Measured::whole("fit", "mat"),
+    Measured::whole("simulate", "mat"),
+    Measured::whole("mask", "mat"),
+    Measured::whole("diagnose", "mat"),
 ];
 /// Up to so many days a command is run three times, and the run of the least processor time counts.
 const SHORT_DAYS: f64 = 2.0;
 /// Channels of the recordings, the clock among them.
 const CHANNELS: f64 = 11.0;
+
+/// A command and what it reads.
+#[derive(Clone, Copy)]
+struct Measured {
+    command: &'static str,
+    /// Ending of the recording's name.
+    format: &'static str,
+    /// Whether a block of it is in memory at a time.
+    in_blocks: bool,
+}
+
+impl Measured {
+    const fn whole(command: &'static str, format: &'static str) -> Self {
+        Self {
+            command,
+            format,
+            in_blocks: false,
+        }
+    }
+
+    const fn in_blocks(command: &'static str, format: &'static str) -> Self {
+        Self {
+            in_blocks: true,
+            ..Self::whole(command, format)
+        }
+    }
+}
 
 /// What to measure.
 pub(crate) struct Growth {
@@ -43,8 +75,10 @@ struct Run {
 
 /// Makes the recordings, runs the commands, prints a table and writes it to `growth.md`.
 pub(crate) fn measure(growth: &Growth) -> Result<()> {
-    if let Some(word) = (growth.only.iter()).find(|o| MEASURED.iter().all(|(c, _)| c != o)) {
-        bail!("`{word}` is not measured, expected inspect, fit, simulate, mask or diagnose");
+    if let Some(word) = (growth.only.iter()).find(|o| MEASURED.iter().all(|m| m.command != *o)) {
+        bail!(
+            "`{word}` is not measured, expected inspect, convert, fit, simulate, mask or diagnose"
+        );
     }
     let dgd = tools::build("dgd-cli", "dgd")?;
     let plant = tools::build("dgd-plant", "dgd-plant")?;
@@ -57,15 +91,23 @@ pub(crate) fn measure(growth: &Growth) -> Result<()> {
     print!("\n{page}");
     for &days in &growth.days {
         let recording = Recording::made(&dgd, &plant, &growth.out, days)?;
-        for (command, format) in MEASURED {
+        for measured in MEASURED {
+            let Measured {
+                command, format, ..
+            } = measured;
             if !(growth.only.is_empty() || growth.only.iter().any(|o| o == command)) {
                 continue;
             }
-            let run = recording.cost(&dgd, command, format)?;
+            let run = recording.cost(&dgd, measured)?;
+            let option = if measured.in_blocks {
+                " --in-blocks"
+            } else {
+                ""
+            };
             let samples = recording.samples as f64;
             let decoded_mb = samples * CHANNELS * 8.0 / 1e6;
             let line = format!(
-                "| {command} | {format} | {days} | {} | {:.2} | {:.2} | {} | {:.0} | {:.0} | {:.1} |",
+                "| {command}{option} | {format} | {days} | {} | {:.2} | {:.2} | {} | {:.0} | {:.0} | {:.1} |",
                 recording.samples,
                 run.wall_s,
                 run.cpu_s,
@@ -100,20 +142,20 @@ impl Recording {
     /// Simulates a recording, unless a run before left it: the same arguments give the same bytes.
     fn made(dgd: &Path, plant: &Path, out: &Path, days: f64) -> Result<Self> {
         let folder = out.join(format!("days-{days}"));
-        let (csv, mat) = (folder.join("short.csv"), folder.join("short.mat"));
-        if !mat.exists() {
+        let csv = folder.join("short.csv");
+        let [mat, log] = ["mat", "mcap"].map(|format| folder.join(format!("short.{format}")));
+        if !log.exists() {
             println!("recording {days} days into {}", folder.display());
             tools::run(
                 Command::new(plant)
                     .args(["short", "--hours", &(24.0 * days).to_string(), "--out"])
                     .arg(&folder),
             )?;
-            tools::run(
-                Command::new(dgd)
-                    .args(["convert", "--quiet"])
-                    .arg(&csv)
-                    .arg(&mat),
-            )?;
+            for other in [&mat, &log] {
+                let mut convert = Command::new(dgd);
+                convert.args(["convert", "--quiet", "--in-blocks"]);
+                tools::run(convert.arg(&csv).arg(other))?;
+            }
         }
         let (well, model) = (folder.join("well.toml"), folder.join("model.toml"));
         let fitted = tools::run_json(
@@ -134,24 +176,37 @@ impl Recording {
     }
 
     /// The cost of a command; the cheapest of three on short recordings.
-    fn cost(&self, dgd: &Path, command: &str, format: &str) -> Result<Run> {
+    fn cost(&self, dgd: &Path, measured: Measured) -> Result<Run> {
         let repeats = if self.days <= SHORT_DAYS { 3 } else { 1 };
         let runs = (0..repeats)
-            .map(|_| timed(&mut self.command(dgd, command, format)))
+            .map(|_| timed(&mut self.command(dgd, measured)))
             .collect::<Result<Vec<_>>>()?;
         let least = (runs.into_iter()).min_by(|a, b| a.cpu_s.total_cmp(&b.cpu_s));
         least.context("nothing was run")
     }
 
-    fn command(&self, dgd: &Path, command: &str, format: &str) -> Command {
+    fn command(&self, dgd: &Path, measured: Measured) -> Command {
+        let Measured {
+            command,
+            format,
+            in_blocks,
+        } = measured;
         let at = |name: &str| self.folder.join(name);
         let mut run = Command::new(dgd);
         run.args([command, "--json", "--quiet"])
             .arg(at(&format!("short.{format}")));
-        if command != "inspect" {
+        if in_blocks {
+            run.arg("--in-blocks");
+        }
+        if !matches!(command, "inspect" | "convert") {
             run.arg("--well").arg(at("well.toml"));
         }
         match command {
+            "convert" => run.arg(at(if format == "csv" {
+                "other.mcap"
+            } else {
+                "other.csv"
+            })),
             "fit" => run.arg("--out").arg(at("fitted.toml")),
             "simulate" => {
                 run.arg("--model").arg(at("model.toml"));

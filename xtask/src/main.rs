@@ -50,7 +50,7 @@ enum Command {
             default_value = "1,10,100"
         )]
         days: Vec<f64>,
-        /// Commands in that table: inspect, fit, simulate, mask, diagnose; all if absent
+        /// Commands in that table: inspect, convert, fit, simulate, mask, diagnose; all if absent
         #[arg(long, value_name = "COMMAND", value_delimiter = ',')]
         only: Vec<String>,
         /// Folder for what is written on the way

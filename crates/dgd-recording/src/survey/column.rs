@@ -24,28 +24,23 @@ impl ColumnPass {
         let Some((first, _)) = values.split_first() else {
             return;
         };
-        let before = self.last.unwrap_or(f64::NAN);
-        let begins = self.last.is_none();
-        for (v, w) in std::iter::once(&before).chain(values).zip(values) {
-            self.repeats += usize::from(v == w);
-            // NaN is not above anything; the first value is above none.
-            self.falls |= !(w > v);
-            let step = (w - v).abs();
-            if step > 0.0 && step.is_finite() && self.steps.len() < QUANTUM_STEPS {
-                self.steps.push(step);
-            }
-        }
-        if begins {
-            self.falls = values.windows(2).any(|w| !(w[1] > w[0]));
+        // The value before the piece, where there is one, and the first of it.
+        let seam = self.last.map(|before| [before, *first]);
+        let pairs = || seam.iter().map(|w| &w[..]).chain(values.windows(2));
+        self.repeats += usize::from(seam.is_some_and(|[v, w]| v == w));
+        self.repeats += values.windows(2).filter(|w| w[0] == w[1]).count();
+        // NaN is not above anything.
+        self.falls = self.falls || pairs().any(|w| !(w[1] > w[0]));
+        if self.steps.len() < QUANTUM_STEPS {
+            let steps = pairs().map(|w| (w[1] - w[0]).abs());
+            let changes = steps.filter(|d| *d > 0.0 && d.is_finite());
+            let room = QUANTUM_STEPS - self.steps.len();
+            self.steps.extend(changes.take(room));
         }
         let (mut low, mut high) = self.ends.unwrap_or((f64::INFINITY, f64::NEG_INFINITY));
-        let mut missing = 0;
-        for v in values {
-            if v.is_finite() {
-                (low, high) = (low.min(*v), high.max(*v));
-            } else {
-                missing += 1;
-            }
+        let missing = values.iter().filter(|v| !v.is_finite()).count();
+        for v in values.iter().filter(|v| v.is_finite()) {
+            (low, high) = (low.min(*v), high.max(*v));
         }
         if missing < values.len() || self.ends.is_some() {
             self.ends = Some((low, high));
@@ -55,16 +50,20 @@ impl ColumnPass {
             length: 0,
             value: *first,
         });
-        for (index, v) in values.iter().enumerate() {
-            if *v == run.value {
-                run.length += 1;
-            } else {
+        let mut at = 0;
+        while at < values.len() {
+            let value = run.value;
+            let same = values[at..].iter().take_while(|v| **v == value).count();
+            run.length += same;
+            at += same;
+            if let Some(next) = values.get(at) {
                 self.longest = longer(self.longest, run);
                 run = Run {
-                    start: self.samples + index,
+                    start: self.samples + at,
                     length: 1,
-                    value: *v,
+                    value: *next,
                 };
+                at += 1;
             }
         }
         self.run = Some(run);
