@@ -14,6 +14,7 @@ use std::path::{Path, PathBuf};
     dgd demo
   A recording of a rig, described in well.toml:
     dgd inspect rig.mat --propose well.toml
+  dgd inspect years.csv --in-blocks
     dgd fit rig.mat --well well.toml
     dgd simulate rig.mat --well well.toml --model model.toml
     dgd diagnose rig.mat --well well.toml --out diagnosis
@@ -89,7 +90,7 @@ pub(crate) struct Inspect {
     /// Write the proposed channel map as the start of a well description
     #[arg(long, value_name = "FILE")]
     pub(crate) propose: Option<PathBuf>,
-    /// Read CSV or MCAP block by block, in memory that does not grow with the recording (from 128 MiB on it is, anyway)
+    /// Read CSV or MCAP block by block, in memory that does not grow with the recording (from 1 GiB on it is, anyway)
     #[arg(long)]
     pub(crate) in_blocks: bool,
 }
@@ -345,7 +346,7 @@ pub(crate) struct Convert {
     /// Name of the struct in MAT files
     #[arg(long, default_value = "recording", value_name = "NAME")]
     pub(crate) root: String,
-    /// From CSV or MCAP to CSV or MCAP: read and write block by block, in memory that does not grow with the recording (from 128 MiB on it is, anyway)
+    /// From CSV or MCAP to CSV or MCAP: read and write block by block, in memory that does not grow with the recording (from 64 MiB on it is, anyway)
     #[arg(long)]
     pub(crate) in_blocks: bool,
 }

@@ -2,7 +2,7 @@
 
 mod blocks;
 
-pub(crate) use blocks::open as open_blocks;
+pub(crate) use blocks::{When, open as open_blocks};
 
 use crate::failure::Failure;
 use crate::output;

@@ -15,6 +15,9 @@ use std::io::{Seek, Write};
 use std::path::Path;
 use std::time::Instant;
 
+/// Bytes from which a recording is read and written block by block, which takes hardly longer.
+const LONG: u64 = 64 << 20;
+
 pub(crate) fn run(arguments: &Convert, global: &Global) -> Result<String, Failure> {
     let started = Instant::now();
     let target = Target::of(&arguments.output, arguments.mat_v73)?;
@@ -79,15 +82,15 @@ fn in_blocks(
     target: Target,
     progress: &Progress,
 ) -> Result<Option<Written>, Failure> {
-    let always = arguments.in_blocks;
     if matches!(target, Target::Mat5 | Target::Mat73) {
-        if always {
+        if arguments.in_blocks {
             let output = arguments.output.display();
             tracing::warn!("{output} is written whole: a MAT file holds one column after another");
         }
         return Ok(None);
     }
-    let Some(mut blocks) = load::open_blocks(&arguments.input, always, progress)? else {
+    let when = load::When::of(arguments.in_blocks, LONG);
+    let Some(mut blocks) = load::open_blocks(&arguments.input, when, progress)? else {
         return Ok(None);
     };
     let head = blocks.head().clone();

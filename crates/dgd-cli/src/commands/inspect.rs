@@ -11,6 +11,8 @@ use dgd_recording::{ColumnSurvey, Proposal, Table, TableSurvey, propose_channels
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 
+/// Bytes from which a recording is gone through block by block: it is slower, for it takes several passes.
+const LONG: u64 = 1 << 30;
 /// Issues and gaps shown before the rest is only counted.
 const SHOWN: usize = 12;
 
@@ -57,7 +59,8 @@ struct Inspected {
 
 fn inspect(arguments: &Inspect, progress: &Progress) -> Result<Inspected, Failure> {
     let path = &arguments.recording;
-    if let Some(mut blocks) = load::open_blocks(path, arguments.in_blocks, progress)? {
+    let when = load::When::of(arguments.in_blocks, LONG);
+    if let Some(mut blocks) = load::open_blocks(path, when, progress)? {
         return Ok(Inspected {
             found: blocks.survey(progress)?,
             format: blocks.format(),

@@ -10,9 +10,6 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use tracing::{debug, warn};
 
-/// Files from this size on, in bytes, are read in blocks where they can be.
-const LONG: u64 = 128 << 20;
-
 /// A recording on disk, read block by block as often as wanted.
 pub(crate) struct Blocks {
     path: PathBuf,
@@ -22,15 +19,38 @@ pub(crate) struct Blocks {
     before: Option<State>,
 }
 
-/// Opens a recording that is long, or every one where `always` is set; `None` if it is to be read whole.
+/// When a recording is read block by block.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum When {
+    Always,
+    /// From so many bytes on.
+    Long(u64),
+}
+
+impl When {
+    pub(crate) fn of(asked_for: bool, long: u64) -> Self {
+        if asked_for {
+            Self::Always
+        } else {
+            Self::Long(long)
+        }
+    }
+}
+
+/// Opens a recording for reading in blocks; `None` if it is to be read whole.
 pub(crate) fn open(
     path: &Path,
-    always: bool,
+    when: When,
     progress: &Progress,
 ) -> Result<Option<Blocks>, Failure> {
     let file = File::open(path).map_err(|e| Failure::read(path, &e))?;
     let before = State::of(&file);
-    if !before.is_some_and(|state| always || state.length >= LONG) {
+    let least = match when {
+        When::Always => 0,
+        When::Long(bytes) => bytes,
+    };
+    // A pipe gives its bytes once.
+    if before.is_none_or(|state| state.length < least) {
         return Ok(None);
     }
     output::protect(path);
@@ -47,10 +67,9 @@ pub(crate) fn open(
         })),
         Opened::Whole(reason) => {
             let said = format!("{} is read whole: {reason}", path.display());
-            if always {
-                warn!("{said}");
-            } else {
-                debug!("{said}");
+            match when {
+                When::Always => warn!("{said}"),
+                When::Long(_) => debug!("{said}"),
             }
             Ok(None)
         }
