@@ -1,0 +1,60 @@
+//! Diagnoses of the benches.
+
+use super::{benches, document, rms};
+
+#[test]
+fn a_clean_bench_is_diagnosed_as_consistent() {
+    let bench = benches();
+    let told = bench.json(
+        "diagnose two_tanks.csv --system two_tanks.toml --out d",
+        "dgd.system-diagnosis/1",
+    );
+    assert_eq!(told["verdict"], "consistent");
+    assert_eq!(told["findings"].as_array().unwrap().len(), 0);
+    assert_eq!(document(&bench, "d/diagnosis.json"), told);
+    bench
+        .dgd("diagnose two_tanks.csv --system two_tanks.toml --model m.toml --out d")
+        .refused(&["cannot be used with"]);
+}
+
+#[test]
+fn a_level_that_is_read_late_is_named_and_the_model_with_it_runs() {
+    let bench = benches();
+    let text = bench.text("two_tanks.csv");
+    let rows: Vec<Vec<&str>> = text.lines().map(|l| l.split(',').collect()).collect();
+    let mut late = String::from("t,u,h2\ns,V,cm\n");
+    for i in 2..rows.len() {
+        // Four samples of 4 s.
+        let shown = rows[i.saturating_sub(4).max(2)][2];
+        late.push_str(&format!("{},{},{shown}\n", rows[i][0], rows[i][1]));
+    }
+    bench.write("late.csv", late);
+    let told = bench.json(
+        "diagnose late.csv --system two_tanks.toml --out d",
+        "dgd.system-diagnosis/1",
+    );
+    assert_eq!(told["verdict"], "explained");
+    let finding = &told["findings"][0];
+    assert_eq!(
+        (finding["component"].as_str(), finding["effect"].as_str()),
+        (Some("level"), Some("reading_delay"))
+    );
+    let delay = finding["parameters"][0]["value"].as_f64().unwrap();
+    assert!((delay - 16.0).abs() < 1.0, "{delay}");
+    let (before, after) = (
+        &told["outputs"][0]["test"][0],
+        &told["outputs"][0]["test"][1],
+    );
+    assert!(after.as_f64().unwrap() < 0.5 * before.as_f64().unwrap());
+    assert!(bench.text("d/report.html").contains("reading_delay"));
+    assert!(
+        bench
+            .text("d/simulation.csv")
+            .starts_with("t,held_out,level_measured,level_before,level_after")
+    );
+    let run = bench.json(
+        "simulate late.csv --system d/model.toml --out run.csv",
+        "dgd.system-simulation/1",
+    );
+    assert!(rms(&run, "level", "test") < 0.1);
+}
