@@ -144,3 +144,39 @@ impl Blocks {
         Ok(index.map(|index| self.head().columns[index].tag.clone()))
     }
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+mod tests {
+    use super::*;
+    use crate::args::Global;
+    use std::io::Write;
+
+    #[test]
+    fn a_file_that_is_written_into_between_two_passes_is_refused() {
+        let mut file = tempfile::NamedTempFile::new().unwrap();
+        file.write_all(b"t,a\n0,1\n1,2\n").unwrap();
+        let global = Global {
+            json: false,
+            quiet: true,
+            verbose: 0,
+        };
+        let progress = Progress::new(&global);
+        let mut blocks = open(file.path(), When::Always, &progress).unwrap().unwrap();
+        let mut rows = 0;
+        let mut pass = |blocks: &mut Blocks| {
+            blocks.each::<Failure>(|block| {
+                rows += block.rows();
+                Ok(())
+            })
+        };
+        pass(&mut blocks).unwrap();
+        file.write_all(b"2,3\n").unwrap();
+        let refused = pass(&mut blocks).unwrap_err();
+        assert_eq!(refused.status(), 2);
+        let said = refused.to_string();
+        for part in ["changed while it was read", "12 to 16", "copy"] {
+            assert!(said.contains(part), "{said}");
+        }
+    }
+}
