@@ -61,11 +61,6 @@ impl Samples<'_> {
         Err(FrictionError::NonFinite { index })
     }
 
-    /// Whether the flow of a sample may be paired with a friction sample.
-    pub(crate) fn flow_usable(&self, at: usize) -> bool {
-        self.flow_m3_s[at].is_finite() && (!self.keep_delayed || self.keep[at])
-    }
-
     /// Flow and friction so that a row of the one belongs to the same row of the other.
     fn shifted(&self, delay: i64) -> Shifted<'_> {
         let n = self.flow_m3_s.len();

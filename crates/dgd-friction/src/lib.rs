@@ -14,6 +14,7 @@ mod error;
 mod fit;
 mod pipe;
 mod polynomial;
+mod sums;
 mod sweep;
 
 pub use error::FrictionError;
@@ -22,7 +23,7 @@ pub use pipe::{
     Pipe, RE_CRIT, bit_loss, darcy_weisbach, friction_factor, observed_friction, reynolds,
 };
 pub use polynomial::{Polynomial, Terms};
-pub use sweep::{DelaySweep, Minimum, SweepOptions, delay_sweep};
+pub use sweep::{DelayScan, DelaySweep, Minimum, SweepOptions, delay_scan, delay_sweep};
 
 /// The example of the README compiles.
 #[cfg(doctest)]

@@ -2,17 +2,10 @@
 
 use std::ops::RangeInclusive;
 
-use crate::fit::{BATCH, fit_checked};
-use crate::polynomial::fill_terms;
+use crate::fit::fit_checked;
+use crate::sums::{Problem, Sums};
 use crate::{CONDITION_LIMIT, FrictionError, Loss, PolynomialFit, Samples, Terms};
-use dgd_lsq::{Accumulator, Reduced};
-use rayon::prelude::*;
-
-/// Delays correlated at once: their sums stay in registers.
-const LANES: usize = 16;
-
-/// Samples summed before the sums are added up: keeps rounding from growing with the recording.
-const CHUNK: usize = 4096;
+use dgd_lsq::Reduced;
 
 /// Of so many rows one is used to find the basis.
 const THINNING: usize = 16;
@@ -74,6 +67,44 @@ pub struct DelaySweep {
     pub fit: PolynomialFit,
 }
 
+/// A sweep before the rows are fitted at its best delay: what [`delay_sweep`] does first.
+///
+/// For callers with other work for that delay, which then need not wait for the fit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DelayScan {
+    /// The delay of the least error, samples.
+    pub best_delay_samples: i64,
+    powers: Vec<f64>,
+    loss: Loss,
+    delays_s: Vec<f64>,
+    mse_pa2: Vec<f64>,
+    n: Vec<u64>,
+    best: usize,
+    minimum: Minimum,
+    refined_delay_s: f64,
+}
+
+impl DelayScan {
+    /// Fits the rows at the best delay; `samples` are those that were scanned.
+    ///
+    /// # Errors
+    /// [`FrictionError::Fit`] on too few rows or poor excitation.
+    pub fn fit(self, samples: &Samples) -> Result<DelaySweep, FrictionError> {
+        samples.check()?;
+        let fit = fit_checked(samples, self.best_delay_samples, &self.powers, self.loss)?;
+        Ok(DelaySweep {
+            delays_s: self.delays_s,
+            mse_pa2: self.mse_pa2,
+            n: self.n,
+            best: self.best,
+            best_delay_samples: self.best_delay_samples,
+            refined_delay_s: self.refined_delay_s,
+            minimum: self.minimum,
+            fit,
+        })
+    }
+}
+
 /// Fits a friction law at every delay of a range: thesis section 3.3.2, Eqs. 3.21-3.25.
 ///
 /// - `samples`: flow and friction on one uniform grid, NaN flow in gaps.
@@ -101,6 +132,18 @@ pub fn delay_sweep(
     terms: &Terms,
     options: &SweepOptions,
 ) -> Result<DelaySweep, FrictionError> {
+    delay_scan(samples, terms, options)?.fit(samples)
+}
+
+/// The errors at every delay, without the fit at the best: see [`delay_sweep`].
+///
+/// # Errors
+/// Those of [`delay_sweep`], but for a best delay at which the rows themselves are refused: [`DelayScan::fit`] says that.
+pub fn delay_scan(
+    samples: &Samples,
+    terms: &Terms,
+    options: &SweepOptions,
+) -> Result<DelayScan, FrictionError> {
     samples.check()?;
     let powers = terms.powers()?;
     let (first, last) = (*options.delays.start(), *options.delays.end());
@@ -113,7 +156,14 @@ pub fn delay_sweep(
         });
     }
     let basis = Basis::at(samples, 0_i64.clamp(first, last), &powers)?;
-    let sums = Sums::of(samples, &basis, &powers, first, count);
+    let problem = Problem {
+        samples,
+        powers: &powers,
+        inverse: &basis.inverse,
+        first,
+        count,
+    };
+    let sums = Sums::of(problem, &basis.triangle);
 
     let mse_pa2: Vec<f64> = (0..count).map(|d| sums.mse(d)).collect();
     let best = mse_pa2
@@ -134,15 +184,16 @@ pub fn delay_sweep(
     )]
     let delays_s: Vec<f64> = (0..count).map(|d| delay(d) as f64 * options.dt_s).collect();
     let (minimum, offset) = refine(&mse_pa2, best);
-    Ok(DelaySweep {
+    Ok(DelayScan {
         refined_delay_s: delays_s[best] + offset * options.dt_s,
         minimum,
         best,
         best_delay_samples: delay(best),
-        fit: fit_checked(samples, delay(best), &powers, options.loss)?,
         n: sums.n,
         delays_s,
         mse_pa2,
+        loss: options.loss,
+        powers,
     })
 }
 
@@ -211,265 +262,6 @@ fn invert(r: &Reduced, p: usize) -> Vec<f64> {
     inverse
 }
 
-/// Everything the normal equations need, per delay.
-struct Sums {
-    p: usize,
-    /// From the basis back to the regressors, p×p.
-    triangle: Vec<f64>,
-    n: Vec<u64>,
-    /// Σ F², per delay.
-    square: Vec<f64>,
-    /// Σ z_i z_j, per delay p×p.
-    gram: Vec<f64>,
-    /// Σ z_j F, per delay p.
-    cross: Vec<f64>,
-}
-
-impl Sums {
-    fn of(samples: &Samples, basis: &Basis, powers: &[f64], first: i64, count: usize) -> Self {
-        let p = powers.len();
-        let n = samples.flow_m3_s.len();
-        let runs = runs(samples.keep);
-        // Regressors on a grid padded so that every delay of every sample lands inside it, at
-        // `t + delay - first`; 0 where the flow is not usable.
-        let pad_front = usize::try_from((-first).max(0)).unwrap_or(0);
-        let skip = usize::try_from(first.max(0)).unwrap_or(0);
-        let padded = n + count + LANES;
-        let mut z = vec![vec![0.0; padded]; p];
-        let mut usable = vec![false; padded];
-        let mut q = [0.0; BATCH];
-        let mut x = [0.0; BATCH];
-        for from in (skip..n.min(skip + padded - pad_front)).step_by(BATCH) {
-            let to = n.min(skip + padded - pad_front).min(from + BATCH);
-            // Grid place of sample `at`: at - first.
-            let place = from - skip + pad_front;
-            let (q, x) = (&mut q[..to - from], &mut x[..to - from]);
-            let usable = &mut usable[place..][..to - from];
-            for (at, (q, usable)) in (from..to).zip(q.iter_mut().zip(usable.iter_mut())) {
-                *usable = samples.flow_usable(at);
-                *q = if *usable { samples.flow_m3_s[at] } else { 0.0 };
-            }
-            for (i, power) in powers.iter().enumerate() {
-                if *power == 0.0 {
-                    x.iter_mut()
-                        .zip(usable.iter())
-                        .for_each(|(x, u)| *x = f64::from(*u));
-                } else {
-                    fill_terms(x, q, *power);
-                }
-                for (j, column) in z.iter_mut().enumerate().skip(i) {
-                    let share = basis.inverse[i * p + j];
-                    for (z, x) in column[place..].iter_mut().zip(x.iter()) {
-                        *z += x * share;
-                    }
-                }
-            }
-        }
-        let mut sums = Self {
-            p,
-            triangle: basis.triangle.clone(),
-            n: vec![0; count],
-            square: vec![0.0; count],
-            gram: vec![0.0; count * p * p],
-            cross: vec![0.0; count * p],
-        };
-        // Side by side, each in its own order: the number of cores changes no digit.
-        let (crosses, ()) = rayon::join(
-            || -> Vec<Vec<f64>> {
-                let of = |column: &Vec<f64>| crosses(column, samples.friction_pa, &runs, count);
-                z.par_iter().map(of).collect()
-            },
-            || {
-                sums.autos(&z, &usable, &runs);
-                sums.squares(samples, &usable, &runs);
-            },
-        );
-        for (j, column) in crosses.iter().enumerate() {
-            for (d, cross) in column.iter().enumerate() {
-                sums.cross[d * p + j] = *cross;
-            }
-        }
-        sums
-    }
-
-    /// Gram matrices and counts: the window of each kept run slides by one sample per delay.
-    fn autos(&mut self, z: &[Vec<f64>], usable: &[bool], runs: &[(usize, usize)]) {
-        let p = self.p;
-        let mut gram = vec![0.0; p * p];
-        let mut n = 0_u64;
-        for &(start, end) in runs {
-            n += usable[start..end]
-                .iter()
-                .map(|u| u64::from(*u))
-                .sum::<u64>();
-            for i in 0..p {
-                for j in i..p {
-                    let sum: f64 = z[i][start..end]
-                        .chunks(CHUNK)
-                        .zip(z[j][start..end].chunks(CHUNK))
-                        .map(|(a, b)| dot(a, b))
-                        .sum();
-                    gram[i * p + j] += sum;
-                }
-            }
-        }
-        for d in 0..self.n.len() {
-            if d > 0 {
-                let mut step = vec![0.0; p * p];
-                for &(start, end) in runs {
-                    let (out, come) = (start + d - 1, end + d - 1);
-                    n = n + u64::from(usable[come]) - u64::from(usable[out]);
-                    for i in 0..p {
-                        for j in i..p {
-                            step[i * p + j] += z[i][come] * z[j][come] - z[i][out] * z[j][out];
-                        }
-                    }
-                }
-                for (g, s) in gram.iter_mut().zip(&step) {
-                    *g += s;
-                }
-            }
-            self.n[d] = n;
-            self.gram[d * p * p..][..p * p].copy_from_slice(&gram);
-        }
-    }
-
-    /// Σ F² over the rows used: all kept rows less those whose flow is not usable.
-    fn squares(&mut self, samples: &Samples, usable: &[bool], runs: &[(usize, usize)]) {
-        let f = samples.friction_pa;
-        let all: f64 = runs
-            .iter()
-            .flat_map(|&(start, end)| f[start..end].chunks(CHUNK))
-            .map(|chunk| dot(chunk, chunk))
-            .sum();
-        let count = self.square.len();
-        let mut lost = vec![0.0; count];
-        let n = f.len();
-        for place in (0..n + count).filter(|&place| !usable[place]) {
-            // Delay d pairs grid place `place` with friction sample `place - d`.
-            let least = (place + 1).saturating_sub(n);
-            for (d, lost) in lost.iter_mut().enumerate().take(place + 1).skip(least) {
-                let t = place - d;
-                if samples.keep[t] {
-                    *lost += f[t] * f[t];
-                }
-            }
-        }
-        for (square, lost) in self.square.iter_mut().zip(lost) {
-            *square = all - lost;
-        }
-    }
-
-    /// Mean squared error at a delay by Cholesky of its Gram matrix; NaN if that fails.
-    fn mse(&self, d: usize) -> f64 {
-        let p = self.p;
-        let gram = &self.gram[d * p * p..][..p * p];
-        let mut half = vec![0.0; p * p];
-        let mut rest = self.square[d];
-        let mut reduced = vec![0.0; p];
-        for j in 0..p {
-            for i in 0..=j {
-                let sum: f64 = (0..i).map(|k| half[k * p + i] * half[k * p + j]).sum();
-                let left = gram[i * p + j] - sum;
-                if i < j {
-                    half[i * p + j] = left / half[i * p + i];
-                } else if left > 0.0 {
-                    half[j * p + j] = left.sqrt();
-                } else {
-                    return f64::NAN;
-                }
-            }
-            let sum: f64 = (0..j).map(|k| half[k * p + j] * reduced[k]).sum();
-            reduced[j] = (self.cross[d * p + j] - sum) / half[j * p + j];
-            rest -= reduced[j] * reduced[j];
-        }
-        if !self.is_excited(&half) {
-            return f64::NAN;
-        }
-        match self.n[d].checked_sub(p as u64) {
-            #[expect(clippy::cast_precision_loss, reason = "row counts stay far below 2^53")]
-            Some(degrees) if degrees > 0 => rest.max(0.0) / degrees as f64,
-            _ => f64::NAN,
-        }
-    }
-}
-
-impl Sums {
-    /// Whether [`fit_checked`] would take the regressors whose triangle in the basis is `half`.
-    ///
-    /// Where they cannot be told apart, rounding of the sums leaves a condition far above the limit.
-    fn is_excited(&self, half: &[f64]) -> bool {
-        let p = self.p;
-        let Ok(mut rows) = Accumulator::new((0..p).map(|j| j.to_string())) else {
-            return false;
-        };
-        // A row of zeros makes one more than columns; the condition does not see it.
-        let pushed = (0..=p).all(|i| {
-            let product = |j| {
-                (i..p)
-                    .map(|k| half[i * p + k] * self.triangle[k * p + j])
-                    .sum()
-            };
-            let row: Vec<f64> = (0..p).map(product).collect();
-            rows.push(&row, 0.0).is_ok()
-        });
-        pushed && rows.reduce().solve(CONDITION_LIMIT).is_ok()
-    }
-}
-
-/// Σ F(t) z(t + d) for `count` delays: a correlation over the kept runs.
-fn crosses(z: &[f64], f: &[f64], runs: &[(usize, usize)], count: usize) -> Vec<f64> {
-    let mut cross = Vec::with_capacity(count + LANES);
-    for d0 in (0..count).step_by(LANES) {
-        let mut total = [0.0; LANES];
-        for &(start, end) in runs {
-            for from in (start..end).step_by(CHUNK) {
-                let to = end.min(from + CHUNK);
-                let mut sum = [0.0; LANES];
-                for (y, window) in f[from..to].iter().zip(z[from + d0..].windows(LANES)) {
-                    for (s, z) in sum.iter_mut().zip(window) {
-                        *s += y * z;
-                    }
-                }
-                for (t, s) in total.iter_mut().zip(sum) {
-                    *t += s;
-                }
-            }
-        }
-        cross.extend(total);
-    }
-    cross.truncate(count);
-    cross
-}
-
-/// Eight partial sums: the compiler may not reorder a sum, so the order is spelled out.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 8];
-    for (x, y) in a.chunks(8).zip(b.chunks(8)) {
-        for ((s, x), y) in sums.iter_mut().zip(x).zip(y) {
-            *s += x * y;
-        }
-    }
-    sums.iter().sum()
-}
-
-/// Half-open runs of kept samples.
-fn runs(keep: &[bool]) -> Vec<(usize, usize)> {
-    let mut runs = Vec::new();
-    let mut start = None;
-    for (t, kept) in keep.iter().copied().chain([false]).enumerate() {
-        match (kept, start) {
-            (true, None) => start = Some(t),
-            (false, Some(from)) => {
-                runs.push((from, t));
-                start = None;
-            }
-            _ => {}
-        }
-    }
-    runs
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -508,12 +300,5 @@ mod tests {
         for mse in [[f64::NAN, 1.0, 2.0], [2.0, 1.0, f64::NAN]] {
             assert_eq!(refine(&mse, 1), (Minimum::BesideGap, 0.0));
         }
-    }
-
-    #[test]
-    fn runs_are_half_open_and_reach_both_ends() {
-        let keep = [true, true, false, true, false, false, true];
-        assert_eq!(runs(&keep), [(0, 2), (3, 4), (6, 7)]);
-        assert_eq!(runs(&[false; 3]), []);
     }
 }

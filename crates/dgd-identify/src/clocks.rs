@@ -17,14 +17,13 @@ const AHEAD_S: f64 = 60.0;
 pub(crate) fn warn_of_clocks(
     samples: &Samples<'_>,
     step_s: f64,
-    sweep: &DelaySweep,
+    best_s: f64,
     options: &IdentifyOptions,
     warnings: &mut Vec<String>,
 ) {
-    if sweep.delays_s.len() == 1 {
+    if options.delays.start() == options.delays.end() {
         return; // the caller knows the delay
     }
-    let best_s = sweep.delays_s[sweep.best];
     if best_s == 0.0
         && *options.delays.start() == 0
         && let Some(ahead_s) = ahead(samples, step_s)

@@ -2,8 +2,8 @@
 
 use crate::{Estimate, FrictionModel, FrictionTerm, IdentifyOptions};
 use dgd_friction::{
-    DelaySweep, FrictionError, Loss, Minimum, PolynomialFit, Samples, SweepOptions, Terms,
-    delay_sweep,
+    DelayScan, DelaySweep, FrictionError, Loss, Minimum, PolynomialFit, Samples, SweepOptions,
+    Terms, delay_scan,
 };
 use dgd_lsq::RobustStatus;
 
@@ -13,23 +13,19 @@ use dgd_lsq::RobustStatus;
 /// share it does not explain: below one half more of it is noise than flow.
 const EXPLAINED: f64 = 0.5;
 
-/// The sweep with `C q + D q²`, or with `D q²` alone where the two are not told apart.
-pub(crate) fn sweep(
+/// The errors of a law at every delay asked for.
+pub(crate) fn scan(
     samples: &Samples<'_>,
+    terms: &Terms,
     step_s: f64,
     options: &IdentifyOptions,
-) -> Result<(DelaySweep, Terms), FrictionError> {
+) -> Result<DelayScan, FrictionError> {
     let settings = SweepOptions {
         delays: options.delays.clone(),
         dt_s: step_s,
         loss: options.loss,
     };
-    let poorer = Terms::Powers(vec![2.0]);
-    match delay_sweep(samples, &Terms::Quadratic, &settings) {
-        Ok(sweep) => Ok((sweep, Terms::Quadratic)),
-        Err(FrictionError::Fit(_)) => Ok((delay_sweep(samples, &poorer, &settings)?, poorer)),
-        Err(other) => Err(other),
-    }
+    delay_scan(samples, terms, &settings)
 }
 
 pub(crate) fn warn_of_sweep(sweep: &DelaySweep, warnings: &mut Vec<String>) {

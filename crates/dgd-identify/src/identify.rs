@@ -1,11 +1,11 @@
 //! The ladder from the textbook model to one that replicates the recording.
 
 use crate::clocks::{warn_of_clocks, warn_of_speed};
-use crate::friction::{final_friction, sweep, warn_of_sweep};
+use crate::friction::{final_friction, scan, warn_of_sweep};
 use crate::prepare::Prepared;
 use crate::pump::{PumpRungs, fit_pump};
 use crate::series::read_ahead;
-use crate::{DataUsed, Model, Series};
+use crate::{DataUsed, FrictionModel, Model, PumpModel, Series};
 use dgd_friction::{DelaySweep, FrictionError, Loss, PolynomialFit, Terms};
 use dgd_pump::{PumpError, SearchOptions};
 use dgd_recording::Well;
@@ -118,10 +118,7 @@ pub fn identify(
     options: &IdentifyOptions,
 ) -> Result<Identification, IdentifyError> {
     let Prepared {
-        recording,
-        step_s,
-        keep,
-        ..
+        recording, step_s, ..
     } = prepared;
     let kept = prepared.kept();
     if kept == 0 {
@@ -135,64 +132,39 @@ pub fn identify(
             most: commonest(prepared),
         });
     }
-    let mut warnings = Vec::new();
     let series = Series::of(
         well,
         &prepared.inlet_pressure_pa,
         &prepared.outlet_pressure_pa,
     );
-    let samples = dgd_friction::Samples {
-        flow_m3_s: &recording.return_flow_m3_s,
-        friction_pa: &series.friction_pa,
-        keep,
-        keep_delayed: false,
+    let job = Job {
+        prepared,
+        series: &series,
+        options,
     };
-    // What does not wait for one another goes side by side; each warns on its own, so that the order stays.
-    let (undelayed, swept) = rayon::join(
-        || dgd_friction::fit(&samples, 0, &Terms::Quadratic, options.loss),
-        || sweep(&samples, *step_s, options),
-    );
-    let (sweep, sweep_terms) = swept?;
-    if sweep_terms != Terms::Quadratic {
-        warnings.push(
-            "the flow varies too little to tell C from D: the delay was found with D alone".into(),
-        );
-    }
+    let mut warnings = Vec::new();
+    let rungs = match job.rungs(&Terms::Quadratic) {
+        Err(FrictionError::Fit(_)) => {
+            warnings.push(
+                "the flow varies too little to tell C from D: the delay was found with D alone"
+                    .into(),
+            );
+            job.rungs(&Terms::Powers(vec![2.0]))
+        }
+        rungs => rungs,
+    };
+    let Rungs {
+        undelayed,
+        sweep,
+        cubic,
+        friction,
+        pump_flow_m3_s,
+        pump_keep,
+        pump,
+        warnings: of_rungs,
+    } = rungs?;
     warn_of_sweep(&sweep, &mut warnings);
-    let delay = sweep.best_delay_samples;
-    let laws = || {
-        let mut warnings = Vec::new();
-        let cubic = dgd_friction::fit(&samples, delay, &Terms::OffsetCubic, options.loss);
-        let friction = final_friction(&samples, delay, &cubic, options.loss, &mut warnings);
-        (cubic, friction, warnings)
-    };
-    let clocks = || {
-        let mut warnings = Vec::new();
-        warn_of_clocks(&samples, *step_s, &sweep, options, &mut warnings);
-        warnings
-    };
-    let pump = || {
-        let flow_m3_s = read_ahead(&recording.return_flow_m3_s, delay);
-        // The meter may read a little below zero around standstill; no power of that is defined.
-        let keep: Vec<bool> = keep
-            .iter()
-            .zip(&flow_m3_s)
-            .map(|(keep, q)| *keep && *q >= 0.0)
-            .collect();
-        let samples = dgd_pump::Samples {
-            speed_pct: &recording.pump_speed_pct,
-            flow_m3_s: &flow_m3_s,
-            head_m: &series.head_m,
-            keep: &keep,
-        };
-        let mut warnings = Vec::new();
-        warn_of_speed(&samples, *step_s, &mut warnings);
-        let fitted = fit_pump(&samples, options, &mut warnings);
-        (flow_m3_s, keep, fitted, warnings)
-    };
-    let ((of_clocks, (cubic, friction, of_friction)), (pump_flow_m3_s, pump_keep, pump, of_pump)) =
-        rayon::join(|| rayon::join(clocks, laws), pump);
-    warnings.extend(of_clocks.into_iter().chain(of_friction).chain(of_pump));
+    warnings.extend(of_rungs);
     let friction = friction?;
     let (pump_model, pump) = pump?;
     let model = Model {
@@ -225,6 +197,107 @@ pub fn identify(
         pump_keep,
         warnings,
     })
+}
+
+/// What the rungs are fitted to.
+struct Job<'a> {
+    prepared: &'a Prepared,
+    series: &'a Series,
+    options: &'a IdentifyOptions,
+}
+
+/// Every rung, at the best delay of one law.
+struct Rungs {
+    undelayed: Result<PolynomialFit, FrictionError>,
+    sweep: DelaySweep,
+    cubic: Result<PolynomialFit, FrictionError>,
+    friction: Result<FrictionModel, FrictionError>,
+    pump_flow_m3_s: Vec<f64>,
+    pump_keep: Vec<bool>,
+    pump: Result<(PumpModel, PumpRungs), PumpError>,
+    /// But for those of the sweep.
+    warnings: Vec<String>,
+}
+
+impl Job<'_> {
+    /// # Errors
+    /// Where the law of the sweep is refused.
+    fn rungs(&self, terms: &Terms) -> Result<Rungs, FrictionError> {
+        let (options, step_s) = (self.options, self.prepared.step_s);
+        let samples = dgd_friction::Samples {
+            flow_m3_s: &self.prepared.recording.return_flow_m3_s,
+            friction_pa: &self.series.friction_pa,
+            keep: &self.prepared.keep,
+            keep_delayed: false,
+        };
+        let scan = scan(&samples, terms, step_s, options)?;
+        let delay = scan.best_delay_samples;
+        // The delay is all that the rest waits for. What does not wait for one another goes side by side, the longest
+        // first; each warns on its own, so that the order stays.
+        let pump = || self.pump(delay);
+        let clocks = || {
+            let mut warnings = Vec::new();
+            let best_s = delay as f64 * step_s;
+            warn_of_clocks(&samples, step_s, best_s, options, &mut warnings);
+            warnings
+        };
+        let laws = || {
+            let mut warnings = Vec::new();
+            let cubic = dgd_friction::fit(&samples, delay, &Terms::OffsetCubic, options.loss);
+            let friction = final_friction(&samples, delay, &cubic, options.loss, &mut warnings);
+            (cubic, friction, warnings)
+        };
+        let swept = || scan.fit(&samples);
+        let undelayed = || dgd_friction::fit(&samples, 0, &Terms::Quadratic, options.loss);
+        let (pumped, ((of_clocks, (cubic, friction, of_friction)), (sweep, undelayed))) =
+            rayon::join(pump, || {
+                rayon::join(
+                    || rayon::join(clocks, laws),
+                    || rayon::join(swept, undelayed),
+                )
+            });
+        let (pump_flow_m3_s, pump_keep, pump, of_pump) = pumped;
+        let warnings = of_clocks.into_iter().chain(of_friction).chain(of_pump);
+        Ok(Rungs {
+            undelayed,
+            sweep: sweep?,
+            cubic,
+            friction,
+            pump_flow_m3_s,
+            pump_keep,
+            pump,
+            warnings: warnings.collect(),
+        })
+    }
+
+    /// The flow through the pump, which of its samples are used, the fits and their warnings.
+    #[expect(clippy::type_complexity, reason = "taken apart where it is called")]
+    fn pump(
+        &self,
+        delay: i64,
+    ) -> (
+        Vec<f64>,
+        Vec<bool>,
+        Result<(PumpModel, PumpRungs), PumpError>,
+        Vec<String>,
+    ) {
+        let recording = &self.prepared.recording;
+        let flow_m3_s = read_ahead(&recording.return_flow_m3_s, delay);
+        // The meter may read a little below zero around standstill; no power of that is defined.
+        let keep: Vec<bool> = (self.prepared.keep.iter().zip(&flow_m3_s))
+            .map(|(keep, q)| *keep && *q >= 0.0)
+            .collect();
+        let samples = dgd_pump::Samples {
+            speed_pct: &recording.pump_speed_pct,
+            flow_m3_s: &flow_m3_s,
+            head_m: &self.series.head_m,
+            keep: &keep,
+        };
+        let mut warnings = Vec::new();
+        warn_of_speed(&samples, self.prepared.step_s, &mut warnings);
+        let fitted = fit_pump(&samples, self.options, &mut warnings);
+        (flow_m3_s, keep, fitted, warnings)
+    }
 }
 
 fn nothing_kept(prepared: &Prepared) -> IdentifyError {

@@ -33,25 +33,28 @@ pub fn prepare(
     options: &ScreenOptions,
 ) -> Result<Prepared, ScreenError> {
     let screening = screen(&recording, step_s, options)?;
-    for channel in &screening.channels {
-        let Some(values) = recording.channel_mut(channel.channel) else {
-            continue;
-        };
-        // Most stretches have no fault at all.
-        let stretches = values
-            .chunks_mut(STRETCH)
-            .zip(channel.faults.chunks(STRETCH));
-        for (values, faults) in stretches.filter(|(_, faults)| !sound(faults)) {
-            let faulty = values
-                .iter_mut()
-                .zip(faults)
-                .filter(|(_, faults)| !faults.trusted());
-            faulty.for_each(|(value, _)| *value = f64::NAN);
+    let blank = || {
+        for channel in &screening.channels {
+            let Some(values) = recording.channel_mut(channel.channel) else {
+                continue;
+            };
+            // Most stretches have no fault at all.
+            let stretches = values
+                .chunks_mut(STRETCH)
+                .zip(channel.faults.chunks(STRETCH));
+            for (values, faults) in stretches.filter(|(_, faults)| !sound(faults)) {
+                let faulty = values
+                    .iter_mut()
+                    .zip(faults)
+                    .filter(|(_, faults)| !faults.trusted());
+                faulty.for_each(|(value, _)| *value = f64::NAN);
+            }
         }
-    }
+    };
+    let ((), (keep, tally)) = rayon::join(blank, || (screening.keep(), screening.tally()));
     Ok(Prepared {
-        keep: screening.keep(),
-        tally: screening.tally(),
+        keep,
+        tally,
         inlet_pressure_pa: screening.inlet_pressure_pa,
         outlet_pressure_pa: screening.outlet_pressure_pa,
         recording,

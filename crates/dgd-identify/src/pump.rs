@@ -38,7 +38,15 @@ pub(crate) fn fit_pump(
 ) -> Result<(PumpModel, PumpRungs), PumpError> {
     let fixed = || fit_free_and_constrained(samples, 2.0, 2.0, &ConstrainedOptions::default());
     let search = || search_exponents(samples, &options.search);
-    let ((plain, constrained), search) = rayon::join(fixed, || options.free_exponents.then(search));
+    let ranges = || {
+        let of = |values| range_of(values, samples.keep);
+        (of(samples.speed_pct), of(samples.flow_m3_s))
+    };
+    // The search is the longest: it begins at once.
+    let (search, ((plain, constrained), (speeds, flows))) = rayon::join(
+        || options.free_exponents.then(search),
+        || rayon::join(fixed, ranges),
+    );
     let (fit, active) = match &search {
         Some(Ok(search)) if gains(samples, search, &constrained) => {
             warn_of_search(search, warnings);
@@ -67,8 +75,6 @@ pub(crate) fn fit_pump(
             100.0 * fit.r2.max(0.0)
         ));
     }
-    let speeds = range_of(samples.speed_pct, samples.keep);
-    let flows = range_of(samples.flow_m3_s, samples.keep);
     let shape = check_shape(&fit.curve, speeds, flows);
     if shape
         .as_ref()

@@ -17,15 +17,21 @@ impl Series {
     /// Works the three out from the pressures at the pump's sides, Pa absolute, shape `(n,)` each.
     pub fn of(well: &Well, inlet_pressure_pa: &[f64], outlet_pressure_pa: &[f64]) -> Self {
         let sides = inlet_pressure_pa.iter().zip(outlet_pressure_pa);
-        Self {
-            level_m: inlet_pressure_pa.iter().map(|p| well.level_m(*p)).collect(),
-            friction_pa: outlet_pressure_pa
-                .iter()
-                .map(|p| well.line_friction_pa(*p))
-                .collect(),
-            head_m: sides
+        let level = || inlet_pressure_pa.iter().map(|p| well.level_m(*p)).collect();
+        let friction = || {
+            let outlet = outlet_pressure_pa.iter();
+            outlet.map(|p| well.line_friction_pa(*p)).collect()
+        };
+        let head = || {
+            sides
                 .map(|(inlet, outlet)| well.head_m(*inlet, *outlet))
-                .collect(),
+                .collect()
+        };
+        let (level_m, (friction_pa, head_m)) = rayon::join(level, || rayon::join(friction, head));
+        Self {
+            level_m,
+            friction_pa,
+            head_m,
         }
     }
 }

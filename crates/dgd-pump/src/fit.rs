@@ -76,6 +76,26 @@ impl Samples<'_> {
         PumpError::Solver
     }
 
+    /// The samples from one on.
+    pub(crate) fn from(&self, start: usize) -> Self {
+        Self {
+            speed_pct: &self.speed_pct[start..],
+            flow_m3_s: &self.flow_m3_s[start..],
+            head_m: &self.head_m[start..],
+            keep: &self.keep[start..],
+        }
+    }
+
+    /// The samples before one.
+    pub(crate) fn to(&self, end: usize) -> Self {
+        Self {
+            speed_pct: &self.speed_pct[..end],
+            flow_m3_s: &self.flow_m3_s[..end],
+            head_m: &self.head_m[..end],
+            keep: &self.keep[..end],
+        }
+    }
+
     /// Kept `(w, q, H)`, in order of time.
     pub(crate) fn rows(&self) -> impl Iterator<Item = (f64, f64, f64)> {
         self.speed_pct

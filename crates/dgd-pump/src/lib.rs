@@ -16,6 +16,7 @@ mod constrained;
 mod curve;
 mod error;
 mod fit;
+mod pass;
 mod search;
 mod shape;
 mod table;

@@ -10,7 +10,8 @@ use argmin::solver::neldermead::NelderMead;
 use nalgebra::Vector2;
 
 use crate::fit::reduce_powers;
-use crate::table::{Table, hash};
+use crate::pass::hash;
+use crate::table::Table;
 use crate::{CONDITION_LIMIT, CurveFit, PumpError, Samples};
 
 /// Side of the first simplex as a share of the start, as in MATLAB's `fminsearch`.

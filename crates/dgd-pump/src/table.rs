@@ -6,16 +6,16 @@
 //! for a minute and for a month of data. Speed and flow are quantised by their instruments, so
 //! powers are taken per distinct value, not per row.
 
+use crate::pass::Pass;
 use crate::{PumpError, Samples};
 use std::ops::RangeInclusive;
 
 /// Nodes per exponent. Interpolating `x^n = exp(-n t)` over `n` from `lo` to `lo + 2h` with K nodes
 /// leaves about `exp(-lo t - K²/(2 h t))`: 1e-13 for values down to 1 % of the largest, squared.
-const NODES: usize = 28;
+pub(crate) const NODES: usize = 28;
 
-/// Distinct values held before the sums are folded: bounds the memory when nothing repeats.
-const DISTINCT: usize = 1 << DISTINCT_BITS;
-const DISTINCT_BITS: u32 = 14;
+/// Samples of which the distinct values are looked up before their sums are taken: few enough that both stay in the cache.
+const PART: usize = 1 << 15;
 
 /// Least squared sine between columns that counts as telling them apart.
 const PIVOT: f64 = 1e-10;
@@ -38,6 +38,7 @@ struct Sums {
     dy: [f64; NODES],
     /// By node of n0, then of n2.
     ad: Vec<[f64; NODES]>,
+    rows: u64,
     bb: f64,
     by: f64,
     yy: f64,
@@ -83,15 +84,18 @@ impl Table {
         let (n0, n2) = (Nodes::over(n0), Nodes::over(n2));
         let mut sums = Sums::zero();
         let mut pass = Pass::new();
-        let mut n = 0;
-        for (w, q, h) in samples.rows() {
-            n += 1;
-            if pass.is_full() {
-                sums.fold(&mut pass, &n2);
+        let mut rest = *samples;
+        while !rest.keep.is_empty() {
+            let part = rest.to(rest.keep.len().min(PART));
+            let taken = pass.take(&part, scale, (&n0, &n2));
+            if taken < part.keep.len() {
+                sums.fold(&pass);
+                pass = Pass::new();
             }
-            pass.add(w / scale.0, q / scale.1, h, &n0);
+            rest = rest.from(taken);
         }
-        sums.fold(&mut pass, &n2);
+        sums.fold(&pass);
+        let n = sums.rows;
         Ok(Self { n0, n2, n, sums })
     }
 
@@ -202,154 +206,46 @@ impl Sums {
             bd: none,
             dy: none,
             ad: vec![none; NODES],
+            rows: 0,
             bb: 0.0,
             by: 0.0,
             yy: 0.0,
         }
     }
 
-    /// Adds the sums per distinct value to the sums per node, and empties the former.
-    fn fold(&mut self, pass: &mut Pass, n2: &Nodes) {
-        for ((w, at), a) in pass.speeds.values.iter().zip(&pass.at_speed).zip(&pass.a) {
+    /// Adds the sums per distinct value to the sums per node.
+    fn fold(&mut self, pass: &Pass) {
+        let groups = &pass.groups;
+        let speeds = pass.speeds.values.iter().zip(&pass.speeds.powers);
+        for ((w, a), at) in speeds.zip(&groups.at_speed) {
             for (k, a) in a.iter().enumerate() {
                 self.aa[k] += at.rows * a * a;
                 self.ab[k] += a * w * at.other;
                 self.ay[k] += a * at.head;
             }
         }
-        for ((q, at), v) in pass.flows.values.iter().zip(&pass.at_flow).zip(&pass.v) {
-            let d = n2.powers(*q);
+        let flows = pass.flows.values.iter().zip(&pass.flows.powers);
+        for (((q, d), at), v) in flows.zip(&groups.at_flow).zip(&pass.v) {
             for (k, d) in d.iter().enumerate() {
                 self.dd[k] += at.rows * d * d;
                 self.bd[k] += d * q * at.other;
                 self.dy[k] += d * at.head;
             }
             for (ad, v) in self.ad.iter_mut().zip(v) {
-                for (ad, d) in ad.iter_mut().zip(&d) {
+                for (ad, d) in ad.iter_mut().zip(d) {
                     *ad += v * d;
                 }
             }
         }
-        self.bb += pass.bb;
-        self.by += pass.by;
-        self.yy += pass.yy;
-        *pass = Pass::new();
+        self.rows += groups.rows;
+        self.bb += groups.bb;
+        self.by += groups.by;
+        self.yy += groups.yy;
     }
-}
-
-/// Sums of the rows that share a distinct value.
-#[derive(Clone, Copy, Default)]
-struct Group {
-    rows: f64,
-    /// Of the other variable.
-    other: f64,
-    head: f64,
-}
-
-/// What the pass over the rows gathers, per distinct speed and per distinct flow.
-struct Pass {
-    speeds: Distinct,
-    flows: Distinct,
-    at_speed: Vec<Group>,
-    at_flow: Vec<Group>,
-    /// Powers of each distinct speed at the nodes of n0.
-    a: Vec<[f64; NODES]>,
-    /// Per distinct flow, `Σ w^n0` of its rows at the nodes of n0.
-    v: Vec<[f64; NODES]>,
-    bb: f64,
-    by: f64,
-    yy: f64,
-}
-
-impl Pass {
-    fn new() -> Self {
-        Self {
-            speeds: Distinct::new(),
-            flows: Distinct::new(),
-            at_speed: Vec::new(),
-            at_flow: Vec::new(),
-            a: Vec::new(),
-            v: Vec::new(),
-            bb: 0.0,
-            by: 0.0,
-            yy: 0.0,
-        }
-    }
-
-    fn is_full(&self) -> bool {
-        self.speeds.values.len() == DISTINCT || self.flows.values.len() == DISTINCT
-    }
-
-    #[inline]
-    fn add(&mut self, w: f64, q: f64, h: f64, n0: &Nodes) {
-        let i = self.speeds.index(w);
-        let j = self.flows.index(q);
-        if i == self.a.len() {
-            self.a.push(n0.powers(w));
-            self.at_speed.push(Group::default());
-        }
-        if j == self.v.len() {
-            self.v.push([0.0; NODES]);
-            self.at_flow.push(Group::default());
-        }
-        for (group, other) in [(&mut self.at_speed[i], q), (&mut self.at_flow[j], w)] {
-            group.rows += 1.0;
-            group.other += other;
-            group.head += h;
-        }
-        for (v, a) in self.v[j].iter_mut().zip(&self.a[i]) {
-            *v += a;
-        }
-        let b = w * q;
-        self.bb += b * b;
-        self.by += b * h;
-        self.yy += h * h;
-    }
-}
-
-/// Distinct values in order of appearance, found by hashing their bits.
-struct Distinct {
-    values: Vec<f64>,
-    /// Index plus 1 by hash, 0 where empty; at most half full.
-    slots: Vec<u32>,
-}
-
-impl Distinct {
-    fn new() -> Self {
-        Self {
-            values: Vec::new(),
-            slots: vec![0; 2 * DISTINCT],
-        }
-    }
-
-    #[inline]
-    fn index(&mut self, value: f64) -> usize {
-        let mask = self.slots.len() - 1;
-        let mut slot = hash(value, DISTINCT_BITS + 1);
-        loop {
-            let found = self.slots[slot] as usize;
-            if found == 0 {
-                self.values.push(value);
-                self.slots[slot] = u32::try_from(self.values.len()).unwrap_or(0);
-                return self.values.len() - 1;
-            }
-            if self.values[found - 1] == value {
-                return found - 1;
-            }
-            slot = (slot + 1) & mask;
-        }
-    }
-}
-
-/// Fibonacci hashing to `2^bits` places: the high bits of the product mix all bits of the value.
-#[inline]
-pub(crate) fn hash(value: f64, bits: u32) -> usize {
-    let mixed = value.to_bits().wrapping_mul(0x9E37_79B9_7F4A_7C15);
-    usize::try_from(mixed >> (64 - bits)).unwrap_or(0)
 }
 
 /// Chebyshev nodes of an exponent, and interpolation between them.
-struct Nodes {
+pub(crate) struct Nodes {
     at: [f64; NODES],
     /// Barycentric weights.
     bary: [f64; NODES],
@@ -379,7 +275,7 @@ impl Nodes {
     }
 
     /// `x^n` at every node, for x in 0..1.
-    fn powers(&self, x: f64) -> [f64; NODES] {
+    pub(crate) fn powers(&self, x: f64) -> [f64; NODES] {
         if x == 0.0 {
             return [0.0; NODES];
         }
@@ -625,18 +521,5 @@ mod tests {
                 assert_eq!(*weight, if j == k { 1.0 } else { 0.0 });
             }
         }
-    }
-
-    #[test]
-    fn every_distinct_value_has_one_place_up_to_the_last() {
-        let mut distinct = Distinct::new();
-        let value = |i: usize| (i as f64).sqrt() * 1e-3;
-        for i in 0..DISTINCT {
-            assert_eq!(distinct.index(value(i)), i);
-        }
-        for i in (0..DISTINCT).rev() {
-            assert_eq!(distinct.index(value(i)), i);
-        }
-        assert_eq!(distinct.values.len(), DISTINCT);
     }
 }

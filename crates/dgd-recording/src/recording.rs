@@ -136,18 +136,19 @@ impl Recording {
         }
     }
 
+    /// Every series, in the order of [`Self::series`].
     fn series_mut(&mut self) -> impl Iterator<Item = &mut Vec<f64>> {
         [
             &mut self.mud_pump_flow_m3_s,
             &mut self.booster_flow_m3_s,
             &mut self.topfill_flow_m3_s,
             &mut self.return_flow_m3_s,
-            &mut self.pump_speed_pct,
         ]
         .into_iter()
         .chain(&mut self.pump_inlet_pressure_pa)
         .chain(&mut self.pump_outlet_pressure_pa)
         .chain(&mut self.riser_pressure_pa)
+        .chain([&mut self.pump_speed_pct])
     }
 
     /// Puts the samples on an even clock ([`crate::ClockSurvey::step_s`]): in order, duplicates

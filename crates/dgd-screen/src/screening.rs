@@ -2,11 +2,10 @@
 
 use crate::options::samples;
 use crate::redundant::{self, DisagreeRule};
+use crate::speed::{self, Readings};
 use crate::spike::{self, SpikeRule};
 use crate::stuck::{self, StuckRule};
-use crate::{
-    ChannelScreen, Faults, Reasons, ScreenError, ScreenOptions, Tally, reasons, scan, speed,
-};
+use crate::{ChannelScreen, Faults, Reasons, ScreenError, ScreenOptions, Tally, reasons, scan};
 use dgd_recording::{Channel, Recording, Run};
 use rayon::prelude::*;
 
@@ -102,14 +101,8 @@ pub fn screen(
         .into_par_iter()
         .map(|(channel, values)| job.channel(channel, values))
         .collect();
-    let inlet_pressure_pa = job.side(&mut channels, &recording.pump_inlet_pressure_pa, |c| {
-        matches!(c, Channel::PumpInletPressure(_))
-    });
-    let outlet_pressure_pa = job.side(&mut channels, &recording.pump_outlet_pressure_pa, |c| {
-        matches!(c, Channel::PumpOutletPressure(_))
-    });
-    job.resting_speed(&mut channels, &outlet_pressure_pa);
-    let reasons = job.reasons(&channels, &inlet_pressure_pa, &outlet_pressure_pa);
+    let (inlet_pressure_pa, outlet_pressure_pa) = job.sides(&mut channels);
+    let reasons = job.judged(&mut channels, &inlet_pressure_pa, &outlet_pressure_pa);
     Ok(Screening {
         reasons,
         channels,
@@ -221,15 +214,24 @@ impl Job<'_> {
         speed.iter().filter(turning).count() < shortest
     }
 
+    /// Both pump sides, one beside the other: neither looks at the other's transmitters.
+    fn sides(&self, channels: &mut [ChannelScreen]) -> (Vec<f64>, Vec<f64>) {
+        let (mut inlets, mut outlets) = (Vec::new(), Vec::new());
+        for channel in channels {
+            match channel.channel {
+                Channel::PumpInletPressure(_) => inlets.push(channel),
+                Channel::PumpOutletPressure(_) => outlets.push(channel),
+                _ => {}
+            }
+        }
+        rayon::join(
+            || self.side(inlets, &self.recording.pump_inlet_pressure_pa),
+            || self.side(outlets, &self.recording.pump_outlet_pressure_pa),
+        )
+    }
+
     /// Short disagreement of the transmitters of one pump side, and the mean of the trusted.
-    fn side(
-        &self,
-        channels: &mut [ChannelScreen],
-        side: &[Vec<f64>],
-        ours: fn(Channel) -> bool,
-    ) -> Vec<f64> {
-        let mut here: Vec<&mut ChannelScreen> =
-            channels.iter_mut().filter(|c| ours(c.channel)).collect();
+    fn side(&self, mut here: Vec<&mut ChannelScreen>, side: &[Vec<f64>]) -> Vec<f64> {
         let series: Vec<&[f64]> = side.iter().map(Vec::as_slice).collect();
         let mut faults: Vec<Vec<Faults>> = here
             .iter_mut()
@@ -250,25 +252,50 @@ impl Job<'_> {
         redundant::trusted_mean(&series, &faults, slow.as_ref(), self.recording.len())
     }
 
-    /// Tells the frozen runs of speed from honest rest.
-    fn resting_speed(&self, channels: &mut [ChannelScreen], outlet_pa: &[f64]) {
-        let Some(channel) = channels
-            .iter_mut()
-            .find(|c| c.channel == Channel::PumpSpeed)
-        else {
-            return;
-        };
-        let readings = self.recording.pump_speed_pct.iter().zip(&channel.faults);
-        let speed_pct: Vec<f64> = readings
-            .map(|(w, f)| if f.trusted() { *w } else { f64::NAN })
-            .collect();
+    /// Tells frozen runs of speed from honest rest, and why each sample may not be used.
+    fn judged(
+        &self,
+        channels: &mut [ChannelScreen],
+        inlet_pa: &[f64],
+        outlet_pa: &[f64],
+    ) -> Vec<Reasons> {
+        let (mut speed, mut others) = (None, Vec::new());
+        for channel in channels {
+            if channel.channel == Channel::PumpSpeed {
+                speed = Some(channel);
+            } else {
+                others.push(&*channel);
+            }
+        }
+        // What speaks against a sample beside its speed does not wait for the speed.
+        let (speed, mut reasons) = rayon::join(
+            || speed.map(|speed| self.resting_speed(speed, outlet_pa)),
+            || self.reasons(&others, inlet_pa, outlet_pa),
+        );
+        if let Some(speed) = speed {
+            self.blame(&mut reasons, speed, Reasons::STUCK_PUMP_SPEED);
+        }
+        reasons
+    }
+
+    /// Tells the frozen runs of speed from honest rest, and gives the channel back.
+    fn resting_speed<'c>(
+        &self,
+        channel: &'c mut ChannelScreen,
+        outlet_pa: &[f64],
+    ) -> &'c ChannelScreen {
+        let speed_pct = &self.recording.pump_speed_pct;
         let floor = samples(self.options.frozen_speed_s, self.step_s, 3);
         let on = self.options.pump_on_above_pct;
-        let mut runs = stuck::long_runs(&self.recording.pump_speed_pct, floor);
+        let mut runs = stuck::long_runs(speed_pct, floor);
         runs.retain(|run| run.value > on);
-        let steps = scan::steps(&self.recording.pump_speed_pct);
+        let steps = scan::steps(speed_pct);
         let window = speed::window(self.step_s);
-        channel.stuck = speed::frozen(&speed_pct, outlet_pa, steps, &runs, window);
+        let readings = Readings {
+            speed_pct,
+            faults: &channel.faults,
+        };
+        channel.stuck = speed::frozen(readings, outlet_pa, steps, &runs, window);
         for run in &channel.stuck {
             mark(
                 &mut channel.faults,
@@ -276,11 +303,13 @@ impl Job<'_> {
                 Faults::STUCK,
             );
         }
+        channel
     }
 
+    /// Why each sample may not be used, but for the pump speed's faults.
     fn reasons(
         &self,
-        channels: &[ChannelScreen],
+        channels: &[&ChannelScreen],
         inlet_pa: &[f64],
         outlet_pa: &[f64],
     ) -> Vec<Reasons> {
@@ -294,22 +323,14 @@ impl Job<'_> {
                 | Reasons::NO_FLOW.when(q <= 0.0);
         }
         self.settling(&mut reasons);
-        for channel in channels {
-            let causes = match channel.channel {
-                Channel::ReturnFlow => Reasons::STUCK_RETURN_FLOW,
-                Channel::PumpSpeed => Reasons::STUCK_PUMP_SPEED,
-                _ => continue,
-            };
-            let constant = Reasons::CONSTANT_PUMP_SPEED.when(self.options.reject_constant_speed);
-            for (reason, faults) in reasons.iter_mut().zip(&channel.faults) {
-                if *faults != Faults::NONE {
-                    *reason |= of_faults(*faults, causes, Reasons::NONE)
-                        | constant.when(faults.contains(Faults::CONSTANT));
-                }
-            }
+        let returns = |c: &&&ChannelScreen| c.channel == Channel::ReturnFlow;
+        for channel in channels.iter().filter(returns) {
+            self.blame(&mut reasons, channel, Reasons::STUCK_RETURN_FLOW);
         }
         let side = |ours: fn(Channel) -> bool| -> Vec<&ChannelScreen> {
-            channels.iter().filter(|c| ours(c.channel)).collect()
+            (channels.iter().copied())
+                .filter(|c| ours(c.channel))
+                .collect()
         };
         let inlets = side(|c| matches!(c, Channel::PumpInletPressure(_)));
         let outlets = side(|c| matches!(c, Channel::PumpOutletPressure(_)));
@@ -340,6 +361,17 @@ impl Job<'_> {
             }
         }
         reasons
+    }
+
+    /// Rejects the samples at which a needed channel is at fault.
+    fn blame(&self, reasons: &mut [Reasons], channel: &ChannelScreen, stuck: Reasons) {
+        let constant = Reasons::CONSTANT_PUMP_SPEED.when(self.options.reject_constant_speed);
+        for (reason, faults) in reasons.iter_mut().zip(&channel.faults) {
+            if *faults != Faults::NONE {
+                *reason |= of_faults(*faults, stuck, Reasons::NONE)
+                    | constant.when(faults.contains(Faults::CONSTANT));
+            }
+        }
     }
 
     /// Marks the seconds after each start of the pump.

@@ -4,6 +4,7 @@
 //! itself away when it is released: it catches up in a jump, and the pump's outlet
 //! pressure, which follows every true change of speed, does not.
 
+use crate::Faults;
 use crate::scan::{SIGMA_OF_MAD, Steps, median};
 use dgd_recording::Run;
 use std::ops::Range;
@@ -28,29 +29,45 @@ struct Answer {
     spread_pa: f64,
 }
 
+/// A pump speed beside what is wrong with it, shape `(n,)` each.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Readings<'a> {
+    pub(crate) speed_pct: &'a [f64],
+    pub(crate) faults: &'a [Faults],
+}
+
+impl Readings<'_> {
+    /// [`mean`] over a range; `None` also if it holds a value that is not to be trusted.
+    fn mean(&self, range: Range<usize>) -> Option<f64> {
+        let faults = self.faults.get(range.clone())?;
+        let trusted = faults.iter().fold(true, |all, f| all & f.trusted());
+        mean(self.speed_pct, range).filter(|_| trusted)
+    }
+}
+
 /// Those of the runs that are frozen.
 ///
-/// - `speed_pct`, `outlet_pa`: shape `(n,)`; NaN where not to be trusted.
+/// - `outlet_pa`: shape `(n,)`; NaN where not to be trusted.
 /// - `window`: samples in a window.
 pub(crate) fn frozen(
-    speed_pct: &[f64],
+    speed: Readings<'_>,
     outlet_pa: &[f64],
     steps: Steps,
     runs: &[Run],
     window: usize,
 ) -> Vec<Run> {
     let least = (QUANTA * steps.quantum).max(2.0 * steps.typical);
-    let Some(answer) = learn(speed_pct, outlet_pa, least, window) else {
+    let Some(answer) = learn(speed, outlet_pa, least, window) else {
         return Vec::new();
     };
     let tells = |run: &&Run| {
         let end = run.start + run.length;
-        let jump = mean(speed_pct, end..end + 1)? - run.value;
+        let jump = speed.mean(end..end + 1)? - run.value;
         if jump.abs() < least {
             return None;
         }
         let later = end + window..end + 2 * window;
-        let change = mean(speed_pct, later.clone())? - run.value;
+        let change = speed.mean(later.clone())? - run.value;
         let at_end = mean(outlet_pa, end.saturating_sub(window)..end)?;
         let pressure = mean(outlet_pa, later)? - at_end;
         let owed = answer.pa_per_pct * jump;
@@ -76,11 +93,11 @@ pub(crate) fn frozen(
 }
 
 /// Median ratio of the pressure's change to the speed's, over pairs of windows two apart.
-fn learn(speed_pct: &[f64], outlet_pa: &[f64], least: f64, window: usize) -> Option<Answer> {
-    let blocks: Vec<(f64, f64)> = (0..speed_pct.len() / window)
+fn learn(speed: Readings<'_>, outlet_pa: &[f64], least: f64, window: usize) -> Option<Answer> {
+    let blocks: Vec<(f64, f64)> = (0..speed.speed_pct.len() / window)
         .map(|k| k * window..(k + 1) * window)
         .map(|r| {
-            let both = mean(speed_pct, r.clone()).zip(mean(outlet_pa, r));
+            let both = speed.mean(r.clone()).zip(mean(outlet_pa, r));
             both.unwrap_or((f64::NAN, f64::NAN))
         })
         .collect();

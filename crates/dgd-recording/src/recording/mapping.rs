@@ -3,6 +3,7 @@
 use super::{Channel, Recording};
 use crate::{ChannelSource, ClockError, Issue, IssueKind, Table, TimeSource, Well};
 use dgd_units::{Dimension, PressureReference, Unit};
+use rayon::prelude::*;
 
 /// Why a table and a well description do not make a recording.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -57,6 +58,8 @@ struct Columns {
     taken: Vec<Option<String>>,
     rows: usize,
     issues: Vec<Issue>,
+    /// Of each channel taken, in order; `None` for SI.
+    units: Vec<Option<Unit>>,
 }
 
 impl Columns {
@@ -71,6 +74,7 @@ impl Columns {
             })
     }
 
+    /// The column as it is in the file.
     fn take(&mut self, channel: &str, tag: &str, unit: Unit) -> Result<Vec<f64>, RecordingError> {
         let index = self.find(channel, tag)?;
         if let Some(first) = &self.taken[index] {
@@ -85,19 +89,22 @@ impl Columns {
         if let Some(issue) = disagreement(channel, column.unit.as_deref(), unit) {
             self.issues.push(issue);
         }
-        let mut values = std::mem::take(&mut column.values);
-        unit.column_to_si(&mut values);
-        Ok(values)
+        Ok(std::mem::take(&mut column.values))
     }
 
+    /// A channel's series, as it is in the file; `units` tells what it is in.
     fn source(
         &mut self,
         channel: Channel,
         source: &ChannelSource,
     ) -> Result<Vec<f64>, RecordingError> {
         match source {
-            ChannelSource::Constant { si } => Ok(vec![*si; self.rows]),
+            ChannelSource::Constant { si } => {
+                self.units.push(None);
+                Ok(vec![*si; self.rows])
+            }
             ChannelSource::Column { tag, unit } => {
+                self.units.push(Some(*unit));
                 let values = self.take(&channel.to_string(), tag, *unit)?;
                 if values.len() == self.rows {
                     return Ok(values);
@@ -198,14 +205,15 @@ impl Recording {
             taken,
             table,
             issues: Vec::new(),
+            units: Vec::new(),
         };
         let time_s = match &map.time {
             TimeSource::Column { tag, unit } => {
                 let mut time_s = columns.take("time", tag, *unit)?;
                 // Seconds from the start: epoch seconds would cost every later step its digits.
-                if let Some(first) = time_s.iter().copied().find(|t| t.is_finite()) {
-                    time_s.iter_mut().for_each(|t| *t -= first);
-                }
+                let mut stamps = time_s.iter().map(|t| unit.to_si(*t));
+                let first = stamps.find(|t| t.is_finite()).unwrap_or(0.0);
+                time_s.iter_mut().for_each(|t| *t = unit.to_si(*t) - first);
                 time_s
             }
             TimeSource::Interval { step_s } => {
@@ -223,7 +231,7 @@ impl Recording {
             return Err(RecordingError::Empty);
         }
         columns.rows = time_s.len();
-        let recording = Self {
+        let mut recording = Self {
             mud_pump_flow_m3_s: columns.source(Channel::MudPumpFlow, &map.mud_pump_flow)?,
             booster_flow_m3_s: columns.source(Channel::BoosterFlow, &map.booster_flow)?,
             topfill_flow_m3_s: columns.source(Channel::TopfillFlow, &map.topfill_flow)?,
@@ -240,6 +248,13 @@ impl Recording {
             pump_speed_pct: columns.source(Channel::PumpSpeed, &map.pump_speed)?,
             time_s,
         };
+        // The channels were taken in the order of the series.
+        let series: Vec<_> = recording.series_mut().zip(columns.units).collect();
+        series.into_par_iter().for_each(|(values, unit)| {
+            if let Some(unit) = unit {
+                unit.column_to_si(values);
+            }
+        });
         Ok((recording, columns.issues))
     }
 }
