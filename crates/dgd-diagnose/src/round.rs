@@ -3,8 +3,9 @@
 mod footprint;
 
 use crate::belief::{logistic, shared};
-use crate::contest::{Contender, alike, at_bound, contest, material, solved, stands};
+use crate::contest::{Contender, alike, at_bound, contest, material, sets_in, solved, stands};
 use crate::empirical::{Correction, FLOW_RATE, corrections, hurdle, plausible};
+use crate::ended::ended;
 use crate::record::Record;
 use crate::refine::refine;
 use crate::relations::Applied;
@@ -20,9 +21,6 @@ use tracing::debug;
 
 /// Evidence that a first, second, third effect and so on must show beyond its hurdle: causes seldom come together.
 const FURTHER: [f64; 6] = [0.0, 8.0, 40.0, 200.0, 400.0, 800.0];
-
-/// Share of its evidence, and a little more, that an effect which sets in owes to the time before.
-const SEEN: f64 = 0.03;
 
 /// Evidence over which belief in a correction grows by a factor e in the odds, as a share of its hurdle: as sound recordings
 /// fall off below it.
@@ -84,6 +82,18 @@ impl<'a> Round<'a> {
         // What a late meter's form leaves over follows the rate of the flow: it is no second thing.
         let timed = timed(&state);
         rivals.retain(|r| plausible(r) && !(timed && QUANTITIES[r.quantity] == FLOW_RATE));
+        if !rivals.is_empty() {
+            for end in ended(record, &gate, &state) {
+                let along_time = |r: &&mut Correction| {
+                    PLACES[r.place].relation == end.relation && QUANTITIES[r.quantity] == "time"
+                };
+                // It is a curve along time, with an edge that knots do not have.
+                if let Some(r) = rivals.iter_mut().find(along_time) {
+                    r.evidence = r.evidence.max(end.evidence);
+                }
+            }
+            rivals.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+        }
         for c in contenders.iter().take(9) {
             let about = c.effect.about();
             debug!(
@@ -325,18 +335,6 @@ impl<'a> Round<'a> {
             .max_by(|a, b| a.evidence.total_cmp(&b.evidence))
     }
 
-    /// Whether what is there from some time on was not there before: always there, it would explain less.
-    fn sets_in(&self, c: &Contender) -> bool {
-        let about = c.effect.about();
-        let (Some(onset), None) = (about.onset(), about.duration()) else {
-            return true;
-        };
-        let mut always = c.best.applied.clone();
-        always.parameters[onset] = self.record.setting.span_s.0 - 1e6;
-        let always = weigh(self.record, &self.gate, &self.state, always);
-        (1.0 - SEEN) * c.best.evidence > always.evidence + 3.0
-    }
-
     /// Whether an effect may be named if its evidence suffices.
     pub(crate) fn admissible(&self, c: &Contender) -> bool {
         let one = solved(&c.best);
@@ -346,7 +344,7 @@ impl<'a> Round<'a> {
             "is within an instrument's accuracy"
         } else if !stands(self.record, &one) {
             "does not part the two transmitters"
-        } else if !self.sets_in(c) {
+        } else if !sets_in(self.record, &self.gate, &self.state, &c.best) {
             "is as good when it is always there"
         } else {
             return true;

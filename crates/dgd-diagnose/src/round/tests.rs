@@ -4,7 +4,7 @@
 use super::footprint::LEFT_OVER;
 use super::{Footprint, ROUGH, Round, Ruling, timed};
 use crate::claims::fixture::{Hidden, INFLUX_S, drilled};
-use crate::contest::{Contender, contest};
+use crate::contest::{Contender, contest, sets_in};
 use crate::empirical::{Correction, hurdle};
 use crate::record::Record;
 use crate::relations::Applied;
@@ -460,17 +460,15 @@ fn what_is_as_good_from_the_start_on_does_not_set_in() {
         record
     };
     // What is there from the start on passes for the wander of the meter.
-    for (hidden, tried, sets_in) in [(2000.0, 2000.0, true), (0.0, 300.0, false)] {
+    for (hidden, tried, expected) in [(2000.0, 2000.0, true), (0.0, 300.0, false)] {
         let record = leaking(hidden);
-        let round = round(&record, Vec::new(), Vec::new());
-        let best = weigh(&record, &round.gate, &[], one("line_leak", &[1e-3, tried]));
-        let c = Contender {
-            effect: best.applied.effect,
-            evidence: best.evidence,
-            formed: best.evidence,
-            best,
-        };
-        assert_eq!(round.sets_in(&c), sets_in, "{hidden} {tried}");
+        let gate = Tangent::at(&record, &[], &[], Bend::Lean).unwrap();
+        let c = weigh(&record, &gate, &[], one("line_leak", &[1e-3, tried]));
+        assert_eq!(
+            sets_in(&record, &gate, &[], &c),
+            expected,
+            "{hidden} {tried}"
+        );
     }
 }
 
