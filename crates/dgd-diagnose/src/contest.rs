@@ -151,7 +151,12 @@ fn without_lean(
 /// when its beginning and end are not looked at. A pump that turns faster for a flow and a lift which it has only then
 /// tells of its curve, unless it does so at once while its duty stands: its edges show that. And where each stop leaves the line
 /// as full as its valve was quick, it is the standing column that changes, not the friction.
-fn sustained(record: &Record, state: &[Applied], c: &Candidate, still: &[bool]) -> Option<f64> {
+pub(crate) fn sustained(
+    record: &Record,
+    state: &[Applied],
+    c: &Candidate,
+    still: &[bool],
+) -> Option<f64> {
     let mut doubtful = doubtful(record, state, c);
     if doubtful.is_empty() {
         doubtful.push(vec![false; record.blocks]);
@@ -173,6 +178,21 @@ fn sustained(record: &Record, state: &[Applied], c: &Candidate, still: &[bool]) 
         Some(weigh(record, &tangent, state, c.applied.clone()).evidence)
     };
     doubtful.into_iter().filter_map(without).reduce(f64::min)
+}
+
+/// Share of its evidence, and a little more, that an effect which sets in owes to the time before.
+const SEEN: f64 = 0.03;
+
+/// Whether what is there from some time on was not there before: always there, it would explain less.
+pub(crate) fn sets_in(record: &Record, gate: &Tangent, state: &[Applied], c: &Candidate) -> bool {
+    let about = c.applied.effect.about();
+    let (Some(onset), None) = (about.onset(), about.duration()) else {
+        return true;
+    };
+    let mut always = c.applied.clone();
+    always.parameters[onset] = record.setting.span_s.0 - 1e6;
+    let always = weigh(record, gate, state, always);
+    (1.0 - SEEN) * c.evidence > always.evidence + 3.0
 }
 
 /// What may only look like a candidate, to be left out one after the other: its edges, and duties of its own.

@@ -29,6 +29,7 @@ mod diagnosis;
 #[cfg(test)]
 mod draws;
 mod empirical;
+mod ended;
 mod estimates;
 mod finding;
 mod free_run;

@@ -3,25 +3,24 @@
 mod footprint;
 
 use crate::belief::{logistic, shared};
-use crate::contest::{Contender, alike, at_bound, contest, material, solved, stands};
+use crate::contest::{Contender, alike, at_bound, contest, material, sets_in, solved, stands};
 use crate::empirical::{Correction, FLOW_RATE, corrections, hurdle, plausible};
+use crate::ended::ended;
 use crate::record::Record;
 use crate::refine::refine;
 use crate::relations::Applied;
 use crate::scan::{joined, weigh};
 use crate::select::{Named, Selection};
 use crate::step::Step;
-use crate::tangent::{Bend, Tangent};
+use crate::tangent::{Bend, Tangent, dot};
 use crate::timing::is_late_meter;
 use dgd_effects::{About, PLACES, QUANTITIES, Relation};
 use footprint::{Footprint, KNOTS_WANT, differs_along_stands, known};
+use std::ops::Range;
 use tracing::debug;
 
 /// Evidence that a first, second, third effect and so on must show beyond its hurdle: causes seldom come together.
 const FURTHER: [f64; 6] = [0.0, 8.0, 40.0, 200.0, 400.0, 800.0];
-
-/// Share of its evidence, and a little more, that an effect which sets in owes to the time before.
-const SEEN: f64 = 0.03;
 
 /// Evidence over which belief in a correction grows by a factor e in the odds, as a share of its hurdle: as sound recordings
 /// fall off below it.
@@ -37,6 +36,9 @@ const ROUGH: f64 = 0.25;
 /// Over what a form bends by: what a second effect must show beside it, the slack of that form allowed for, to be what bends it.
 const MOSTLY: f64 = 0.7;
 
+/// Share of what an effect explains from which on it shows in a relation.
+const SHOWS: f64 = 0.1;
+
 /// What it costs a cause, in e-folds, that it may not be named as it is.
 const BARRED: f64 = 1.4;
 
@@ -44,6 +46,9 @@ const BARRED: f64 = 1.4;
 pub(crate) enum Ruling {
     /// An effect.
     Named(Named),
+    /// An effect, on the promise that a second beside it does what a correction does; and what the round comes to if none is
+    /// named next.
+    Promised(Named, Box<Self>),
     /// Something that the catalogue does not hold: the search ends.
     Unnamed(Named),
     /// Nothing more that sound recordings do not show.
@@ -77,6 +82,18 @@ impl<'a> Round<'a> {
         // What a late meter's form leaves over follows the rate of the flow: it is no second thing.
         let timed = timed(&state);
         rivals.retain(|r| plausible(r) && !(timed && QUANTITIES[r.quantity] == FLOW_RATE));
+        if !rivals.is_empty() {
+            for end in ended(record, &gate, &state) {
+                let along_time = |r: &&mut Correction| {
+                    PLACES[r.place].relation == end.relation && QUANTITIES[r.quantity] == "time"
+                };
+                // It is a curve along time, with an edge that knots do not have.
+                if let Some(r) = rivals.iter_mut().find(along_time) {
+                    r.evidence = r.evidence.max(end.evidence);
+                }
+            }
+            rivals.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+        }
         for c in contenders.iter().take(9) {
             let about = c.effect.about();
             debug!(
@@ -133,32 +150,33 @@ impl<'a> Round<'a> {
             };
         };
         let broken = self.broken(best);
-        let met = self.rival(best, broken);
-        let rival =
-            met.filter(|r| r.claim() < best.claim() - 10.0 || !self.two_do(best, r.claim()));
-        // Where two effects do what the correction does, it is the second that bends the first.
-        let broken = if met.is_some() && rival.is_none() {
-            f64::NEG_INFINITY
-        } else {
-            broken
+        let rival = (self.rival(best, broken)).or_else(|| self.rival_beyond(best, broken));
+        let Some(rival) = rival else {
+            return Ruling::Named(self.named(best, None, broken));
         };
-        let standing = rival.filter(|r| r.evidence > hurdle(r));
-        if let Some(r) = standing
-            && r.evidence > 1.2 * best.claim() + 30.0
-        {
-            return Ruling::Unnamed(self.unnamed(r, r.evidence, Some((best, broken))));
+        let alone = self.against(best, rival, broken);
+        if rival.claim() < best.claim() - 10.0 || !self.two_do(best, rival) {
+            return alone;
         }
-        let named = self.named(best, rival, broken);
+        // Where two effects do what the correction does, it is the second that bends the first.
+        Ruling::Promised(self.named(best, None, f64::NEG_INFINITY), Box::new(alone))
+    }
+
+    /// Decides between an effect by itself and a correction.
+    fn against(&self, best: &Contender, rival: &Correction, broken: f64) -> Ruling {
+        let unnamed =
+            |evidence: f64| Ruling::Unnamed(self.unnamed(rival, evidence, Some((best, broken))));
+        if rival.evidence > hurdle(rival) && rival.evidence > 1.2 * best.claim() + 30.0 {
+            return unnamed(rival.evidence);
+        }
+        let named = self.named(best, Some(rival), broken);
         // Where the empirical correction is likelier than all of the catalogue, it stands as the finding.
         let is_unknown = |o: &&(String, f64)| o.0 == "unknown";
         let of = |o: &(String, f64)| o.1;
         let unknown: f64 = named.alternatives.iter().filter(is_unknown).map(of).sum();
         let others: f64 = named.alternatives.iter().map(of).sum::<f64>() - unknown;
-        if let Some(r) = rival
-            && unknown > named.probability + others
-        {
-            let evidence = r.evidence.max(best.evidence);
-            return Ruling::Unnamed(self.unnamed(r, evidence, Some((best, broken))));
+        if unknown > named.probability + others {
+            return unnamed(rival.evidence.max(best.evidence));
         }
         Ruling::Named(named)
     }
@@ -196,9 +214,35 @@ impl<'a> Round<'a> {
     }
 
     /// Whether the best effect and a second one beside it do what a correction does.
-    fn two_do(&self, best: &Contender, rival: f64) -> bool {
+    fn two_do(&self, best: &Contender, rival: &Correction) -> bool {
+        // What acts elsewhere does not do what the correction does.
+        let there = |c: &Contender| self.share_in(c, rival.place) > 0.5;
         // Two physical forms that come near what knots can do at will are the likelier.
-        self.second(&self.sharpened(best), |_| true) > 0.9 * rival - best.evidence
+        self.second(&self.sharpened(best), there) > 0.9 * rival.claim() - best.evidence
+    }
+
+    /// How much of an effect shows in the relations that a correction of some place enters.
+    fn share_in(&self, c: &Contender, place: usize) -> f64 {
+        const SECTIONS: [Relation; 4] = [
+            Relation::ReturnLineFriction,
+            Relation::PumpHead,
+            Relation::Instrument,
+            Relation::RiserMassBalance,
+        ];
+        let energy =
+            |rows: Range<usize>| dot(&c.best.signature[rows.clone()], &c.best.signature[rows]);
+        let sections = self.gate.layout.sections();
+        let (mut there, mut whole) = (0.0, 0.0);
+        for (rows, relation) in sections.into_iter().zip(SECTIONS) {
+            let energy = energy(rows);
+            whole += energy;
+            there += if PLACES[place].shows_in.contains(&relation) {
+                energy
+            } else {
+                0.0
+            };
+        }
+        if whole > 0.0 { there / whole } else { 0.0 }
     }
 
     /// The best effect beside those named, with its parameters sharpened: a strength that was solved for on a straight line and
@@ -212,7 +256,7 @@ impl<'a> Round<'a> {
 
     /// What a second effect of some kind explains for its own, beside the best one that a state ends with; minus infinity if
     /// there is none.
-    fn second(&self, state: &[Applied], kind: impl Fn(&About) -> bool) -> f64 {
+    fn second(&self, state: &[Applied], kind: impl Fn(&Contender) -> bool) -> f64 {
         if !self.record.takes(Step::TwoDo) {
             return f64::NEG_INFINITY;
         }
@@ -221,7 +265,7 @@ impl<'a> Round<'a> {
         };
         let second = contest(self.record, &gate, state).into_iter().find(|c| {
             let about = c.effect.about();
-            c.evidence > about.search.belief.hurdle && material(&solved(&c.best)) && kind(about)
+            c.evidence > about.search.belief.hurdle && material(&solved(&c.best)) && kind(c)
         });
         second.map_or(f64::NEG_INFINITY, |c| {
             let id = c.effect.about().id;
@@ -264,6 +308,16 @@ impl<'a> Round<'a> {
         }
     }
 
+    /// Where the form of an effect is broken, the best correction of another relation that it shows in: what it lends its name
+    /// to may sit there.
+    fn rival_beyond(&self, best: &Contender, broken: f64) -> Option<&Correction> {
+        // Only then is it asked where the effect shows.
+        let enters = |r: &&Correction| {
+            broken > 0.0 && r.evidence > hurdle(r) && self.share_in(best, r.place) > SHOWS
+        };
+        self.rivals.iter().find(enters)
+    }
+
     /// The best correction that enters a relation.
     fn rival_in(&self, relation: Relation) -> Option<&Correction> {
         (self.rivals.iter()).find(|r| PLACES[r.place].shows_in.contains(&relation))
@@ -281,18 +335,6 @@ impl<'a> Round<'a> {
             .max_by(|a, b| a.evidence.total_cmp(&b.evidence))
     }
 
-    /// Whether what is there from some time on was not there before: always there, it would explain less.
-    fn sets_in(&self, c: &Contender) -> bool {
-        let about = c.effect.about();
-        let (Some(onset), None) = (about.onset(), about.duration()) else {
-            return true;
-        };
-        let mut always = c.best.applied.clone();
-        always.parameters[onset] = self.record.setting.span_s.0 - 1e6;
-        let always = weigh(self.record, &self.gate, &self.state, always);
-        (1.0 - SEEN) * c.best.evidence > always.evidence + 3.0
-    }
-
     /// Whether an effect may be named if its evidence suffices.
     pub(crate) fn admissible(&self, c: &Contender) -> bool {
         let one = solved(&c.best);
@@ -302,7 +344,7 @@ impl<'a> Round<'a> {
             "is within an instrument's accuracy"
         } else if !stands(self.record, &one) {
             "does not part the two transmitters"
-        } else if !self.sets_in(c) {
+        } else if !sets_in(self.record, &self.gate, &self.state, &c.best) {
             "is as good when it is always there"
         } else {
             return true;
@@ -378,7 +420,7 @@ impl<'a> Round<'a> {
         let odds = self.form_broken(best, gain);
         debug!("{} bends by {gain:.1}, odds {odds:.1}", about.id);
         // What the timing allowed for beside it lacks is no second cause.
-        let timeless = |about: &About| about.search.timing.is_none();
+        let timeless = |c: &Contender| c.effect.about().search.timing.is_none();
         if odds > 0.0 && self.second(&state, timeless) > MOSTLY * gain {
             return f64::NEG_INFINITY;
         }

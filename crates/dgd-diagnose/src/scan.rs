@@ -24,7 +24,7 @@ pub(crate) fn on_grid(about: &About) -> bool {
 }
 
 /// Grid values of each parameter; the strength of a proportional effect stands at a third of its usual size.
-fn grids(effect: &dyn Effect, record: &Record) -> Vec<Vec<f64>> {
+pub(crate) fn grids(effect: &dyn Effect, record: &Record) -> Vec<Vec<f64>> {
     let (about, switch) = (effect.about(), effect.is_switch());
     let (from, to) = record.setting.span_s;
     let span = to - from;
@@ -61,7 +61,7 @@ fn grids(effect: &dyn Effect, record: &Record) -> Vec<Vec<f64>> {
         .collect()
 }
 
-fn product(grids: &[Vec<f64>]) -> Vec<Vec<f64>> {
+pub(crate) fn product(grids: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let mut out = vec![Vec::new()];
     for grid in grids {
         out = out
@@ -350,9 +350,10 @@ pub(crate) fn weigh(
         signature.iter_mut().for_each(|v| *v *= unit);
         energy = dot(&signature, &signature);
         score = dot(&signature, &tangent.off);
+        // Of one sign it may be either, the other one for what ends.
         evidence_ln = evidence(
             energy,
-            score,
+            score * unit.signum(),
             about.parameters[0].usual,
             about.parameters[0].low >= 0.0,
         );
@@ -369,7 +370,7 @@ pub(crate) fn weigh(
 /// Switching times, to the block, at which a switch would explain most: peaks of the running sum of its score.
 ///
 /// The wander of instruments leaves a step's evidence in the minutes about it, which a coarse grid passes over.
-fn switches(
+pub(crate) fn switches(
     record: &Record,
     tangent: &Tangent,
     pull: &[f64],
@@ -441,7 +442,7 @@ fn switches(
         let mut settled = 0;
         let one_sided = about.parameters[0].low >= 0.0;
         let mut offer = |score: f64, energy: f64, from: usize, to: usize| {
-            if (one_sided && score <= 0.0) || energy <= 0.0 {
+            if (one_sided && score * shape[0] <= 0.0) || energy <= 0.0 {
                 return;
             }
             let z2 = score * score / energy;

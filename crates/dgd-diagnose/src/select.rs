@@ -26,6 +26,7 @@ pub(crate) struct Named {
 }
 
 /// An effect in the first round.
+#[derive(Clone)]
 pub(crate) struct First {
     pub id: &'static str,
     pub evidence: f64,
@@ -36,6 +37,7 @@ pub(crate) struct First {
 }
 
 /// The outcome of the search.
+#[derive(Clone)]
 pub(crate) struct Selection {
     /// How many effects the search starts from; they stand first among the allowances.
     pub held: usize,
@@ -75,6 +77,14 @@ impl Selection {
     }
 }
 
+/// What was named on the promise of a second effect.
+struct Promised {
+    /// Before it was.
+    before: Selection,
+    /// What the round comes to if none is named next.
+    otherwise: Box<Ruling>,
+}
+
 /// What a search may find.
 #[derive(Clone, Copy)]
 pub(crate) enum Sought<'a> {
@@ -101,6 +111,7 @@ pub(crate) fn select(
         Sought::Any(most) => most,
         Sought::Given(ids) => ids.len(),
     };
+    let mut promised = None;
     for number in 1..=most {
         round_begins(number);
         for one in selection.state() {
@@ -115,6 +126,15 @@ pub(crate) fn select(
             Sought::Any(_) => round.ruling(),
             Sought::Given(ids) => round.given(ids).map_or(Ruling::Nothing, Ruling::Named),
         };
+        let names = matches!(ruling, Ruling::Named(_) | Ruling::Promised(..));
+        if let Some(Promised { before, otherwise }) = promised.take()
+            && !names
+        {
+            // No second effect came to do with the first what a correction does by itself.
+            if unkept(&mut selection, before, *otherwise) {
+                break;
+            }
+        }
         match ruling {
             Ruling::Nothing => break,
             Ruling::Unnamed(correction) => {
@@ -122,9 +142,34 @@ pub(crate) fn select(
                 break;
             }
             Ruling::Named(named) => selection.accept(record, start, named)?,
+            Ruling::Promised(named, otherwise) => {
+                let before = selection.clone();
+                selection.accept(record, start, named)?;
+                promised = Some(Promised { before, otherwise });
+            }
         }
     }
     Some(selection)
+}
+
+/// Takes back what was named on a promise that was not kept: tells whether the search ends with the correction that stood
+/// against it. Where none stood, the effect stays, no likelier than by itself.
+fn unkept(selection: &mut Selection, before: Selection, otherwise: Ruling) -> bool {
+    match otherwise {
+        Ruling::Unnamed(correction) => {
+            *selection = before;
+            selection.named.push(correction);
+            return true;
+        }
+        Ruling::Named(alone) | Ruling::Promised(alone, _) => {
+            if let Some(last) = selection.named.last_mut() {
+                last.probability = alone.probability;
+                last.alternatives = alone.alternatives;
+            }
+        }
+        Ruling::Nothing => {}
+    }
+    false
 }
 
 /// What each effect showed before anything was named.
@@ -140,4 +185,63 @@ fn first(round: &Round) -> Vec<First> {
         }
     };
     round.contenders.iter().map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+
+    use super::{Named, Selection, unkept};
+    use crate::relations::Applied;
+    use crate::round::Ruling;
+    use dgd_effects::{find, unknown};
+
+    fn named(applied: Applied, probability: f64) -> Named {
+        Named {
+            applied,
+            evidence: 100.0,
+            bent: 0.0,
+            hurdle: 10.0,
+            probability,
+            alternatives: vec![("unknown".to_owned(), 0.99 - probability)],
+            correction: None,
+        }
+    }
+
+    fn gain(probability: f64) -> Named {
+        let gain = find("return_flow_gain").unwrap();
+        named(Applied::new(gain, vec![0.02]), probability)
+    }
+
+    fn selection(named: Vec<Named>) -> Selection {
+        Selection {
+            held: 0,
+            allowances: Vec::new(),
+            named,
+            first: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn a_promise_that_is_not_kept_gives_way_to_the_correction() {
+        let mut found = selection(vec![gain(0.9)]);
+        let correction = named(Applied::new(unknown(), vec![0.0; 4]), 0.8);
+        assert!(unkept(
+            &mut found,
+            selection(Vec::new()),
+            Ruling::Unnamed(correction)
+        ));
+        let ids = found.named.iter().map(|n| n.applied.effect.about().id);
+        assert_eq!(ids.collect::<Vec<_>>(), ["unknown"]);
+    }
+
+    #[test]
+    fn an_effect_that_stands_by_itself_is_no_likelier_for_a_promise() {
+        let mut found = selection(vec![gain(0.9)]);
+        let alone = Ruling::Named(gain(0.6));
+        assert!(!unkept(&mut found, selection(Vec::new()), alone));
+        assert_eq!(found.named.len(), 1);
+        assert_eq!(found.named[0].probability, 0.6);
+        assert_eq!(found.named[0].alternatives[0].1, 0.99 - 0.6);
+    }
 }

@@ -4,7 +4,7 @@
 use super::footprint::LEFT_OVER;
 use super::{Footprint, ROUGH, Round, Ruling, timed};
 use crate::claims::fixture::{Hidden, INFLUX_S, drilled};
-use crate::contest::{Contender, contest};
+use crate::contest::{Contender, contest, sets_in};
 use crate::empirical::{Correction, hurdle};
 use crate::record::Record;
 use crate::relations::Applied;
@@ -85,7 +85,7 @@ fn round(record: &Record, contenders: Vec<Contender>, rivals: Vec<Correction>) -
 /// Name of the effect, or the place of the correction.
 fn told(ruling: Ruling) -> String {
     match ruling {
-        Ruling::Named(n) => n.applied.effect.about().id.to_owned(),
+        Ruling::Named(n) | Ruling::Promised(n, _) => n.applied.effect.about().id.to_owned(),
         Ruling::Unnamed(n) => PLACES[n.correction.unwrap().0].name.to_owned(),
         Ruling::Nothing => "nothing".to_owned(),
     }
@@ -392,11 +392,15 @@ fn two_forms_that_come_within_a_tenth_of_a_correction_are_likelier() {
         };
         asked(&round, &best)
     };
-    let two_do = |record: &Record, rival: f64| {
+    let friction = place(Relation::ReturnLineFriction);
+    let two_do_in = |record: &Record, place: usize, claim: f64| {
+        let mut rival = correction(place, claim);
+        rival.evidence += claim - rival.claim();
         beside(record, &|round, best| {
-            f64::from(u8::from(round.two_do(best, rival)))
+            f64::from(u8::from(round.two_do(best, &rival)))
         }) > 0.5
     };
+    let two_do = |record: &Record, claim: f64| two_do_in(record, friction, claim);
     let second = |record: &Record| {
         beside(record, &|round, best| {
             round.second(&round.sharpened(best), |_| true)
@@ -423,6 +427,8 @@ fn two_forms_that_come_within_a_tenth_of_a_correction_are_likelier() {
     assert!(two_do(&record, 1.0));
     assert!(two_do(&record, 0.99 * both / 0.9));
     assert!(!two_do(&record, 1.01 * both / 0.9));
+    // What the second does in the friction it does not do in the mass balance.
+    assert!(!two_do_in(&record, place(Relation::RiserMassBalance), 1.0));
     record.without = vec![Step::TwoDo];
     assert!(!two_do(&record, 1.0));
 }
@@ -454,17 +460,15 @@ fn what_is_as_good_from_the_start_on_does_not_set_in() {
         record
     };
     // What is there from the start on passes for the wander of the meter.
-    for (hidden, tried, sets_in) in [(2000.0, 2000.0, true), (0.0, 300.0, false)] {
+    for (hidden, tried, expected) in [(2000.0, 2000.0, true), (0.0, 300.0, false)] {
         let record = leaking(hidden);
-        let round = round(&record, Vec::new(), Vec::new());
-        let best = weigh(&record, &round.gate, &[], one("line_leak", &[1e-3, tried]));
-        let c = Contender {
-            effect: best.applied.effect,
-            evidence: best.evidence,
-            formed: best.evidence,
-            best,
-        };
-        assert_eq!(round.sets_in(&c), sets_in, "{hidden} {tried}");
+        let gate = Tangent::at(&record, &[], &[], Bend::Lean).unwrap();
+        let c = weigh(&record, &gate, &[], one("line_leak", &[1e-3, tried]));
+        assert_eq!(
+            sets_in(&record, &gate, &[], &c),
+            expected,
+            "{hidden} {tried}"
+        );
     }
 }
 
@@ -505,14 +509,22 @@ fn a_correction_stands_where_it_is_likelier_than_all_of_the_catalogue() {
         record.filled.outlet[i] += 6e4;
     }
     record.outlets = vec![record.outlet.clone()];
-    let rivals = || vec![correction(balance, 108.0)];
-    assert_eq!(
-        told(round(&record, vec![influx(100.0)], rivals()).ruling()),
-        "influx"
-    );
+    let friction = place(Relation::ReturnLineFriction);
+    let ruled = |record: &Record, place: usize| {
+        let rivals = vec![correction(place, 220.0)];
+        round(record, vec![influx(100.0)], rivals).ruling()
+    };
+    // On the promise that it is named next: else the correction stands.
+    let Ruling::Promised(named, otherwise) = ruled(&record, friction) else {
+        panic!("no second effect does it");
+    };
+    assert_eq!(named.applied.effect.about().id, "influx");
+    assert!(named.alternatives.is_empty());
+    assert_eq!(told(*otherwise), "return line friction");
+    // One that acts elsewhere does not do it.
+    assert_eq!(told(ruled(&record, balance)), "riser mass balance");
     record.without = vec![Step::TwoDo];
-    let told_without = told(round(&record, vec![influx(100.0)], rivals()).ruling());
-    assert_eq!(told_without, "riser mass balance");
+    assert_eq!(told(ruled(&record, friction)), "return line friction");
 }
 
 #[test]
@@ -555,6 +567,35 @@ fn the_rival_is_of_the_effects_relation_unless_another_explains_more() {
     assert_eq!(rival(&gain(100.0), with(0.45)), None);
     assert_eq!(rival(&bent(gain(100.0)), with(0.45)), Some(balance));
     assert_eq!(rival(&bent(gain(100.0)), with(-0.1)), None);
+}
+
+#[test]
+fn what_a_broken_form_stands_for_may_sit_in_another_relation_that_it_shows_in() {
+    let record = sound();
+    let told_of = |formed: f64, in_head: f64, evidence: f64| {
+        let head = correction(place(Relation::PumpHead), evidence);
+        let mut round = round(&record, Vec::new(), vec![head]);
+        let layout = round.gate.layout;
+        let mut signature = vec![0.0; layout.len()];
+        signature[layout.head()] = in_head.sqrt();
+        signature[layout.mass_at()] = (1.0 - in_head).sqrt();
+        let mut best = gain(100.0);
+        best.formed = formed;
+        best.best.signature = signature;
+        (best.best.energy, best.best.score) = (1.0, 0.03);
+        round.contenders = vec![best];
+        told(round.ruling())
+    };
+    let least = hurdle(&correction(place(Relation::PumpHead), 0.0));
+    assert_eq!(told_of(200.0, 0.2, 1.1 * least), "pump head");
+    // Where it does not show there, where no correction stands there, and where its form holds, it is named.
+    for (formed, in_head, evidence) in [
+        (200.0, 0.05, 1.1 * least),
+        (200.0, 0.2, 0.9 * least),
+        (100.0, 0.2, 1.1 * least),
+    ] {
+        assert_eq!(told_of(formed, in_head, evidence), "return_flow_gain");
+    }
 }
 
 #[test]
