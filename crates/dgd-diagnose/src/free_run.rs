@@ -217,3 +217,6 @@ pub(crate) fn best_gain(simulation: &Simulation) -> Option<HeldOut> {
             improvement_ci95: ci,
         })
 }
+
+#[cfg(test)]
+mod tests;

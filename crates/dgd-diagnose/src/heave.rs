@@ -126,6 +126,8 @@ fn mean_floor(power: &[f64], b: usize) -> f64 {
 }
 
 #[cfg(test)]
+mod spectrum;
+#[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
