@@ -173,3 +173,31 @@ fn times_are_known_to_half_a_minute_and_a_rate_no_better_than_its_form() {
     let ramp = sd(&found[3]) / widened(aa / determinant, 0.0);
     assert!((ramp - 1.0).abs() < 0.1, "{ramp}");
 }
+
+/// Without a connection no pipe moves, and nothing tells of it: three times what is usual.
+#[test]
+fn what_the_recording_does_not_show_is_known_as_well_as_before() {
+    let record = drilled(Hidden::default());
+    let pipe = find("pipe_displacement").unwrap().about();
+    let values: Vec<f64> = pipe
+        .parameters
+        .iter()
+        .map(|p| 0.5 * p.usual.max(1.0))
+        .collect();
+    let selection = selected(Vec::new(), vec![named(pipe.id, &values)]);
+    let found = estimates(&record, &selection, 0, &about(&record, &selection));
+    for (j, (one, parameter)) in found.iter().zip(pipe.parameters).enumerate() {
+        let width = 3.0 * parameter.usual;
+        let form = if j == 0 {
+            pipe.search.form_error * values[0]
+        } else {
+            0.0
+        };
+        let expected = (2.5 * width).hypot(form);
+        assert!(
+            (sd(one) / expected - 1.0).abs() < 1e-9,
+            "{}",
+            parameter.name
+        );
+    }
+}

@@ -87,6 +87,17 @@ fn of_two_swells_the_stronger_is_told_by_itself() {
 }
 
 #[test]
+fn what_is_faster_than_five_seconds_or_slower_than_twenty_is_no_swell() {
+    for period_s in [3.5, 40.0] {
+        let found = swell(&pressure(7200, 1.0, &[(1.0, period_s)]), 1.0, DENSITY);
+        assert!(
+            found.is_none_or(|s| s.ratio < 6.0),
+            "{period_s} s: {found:?}"
+        );
+    }
+}
+
+#[test]
 fn stretches_that_are_stuck_or_have_gaps_tell_nothing_and_spikes_little() {
     let series = pressure(12 * 512, 1.0, &[(0.5, 10.0)]);
     let whole = swell(&series, 1.0, DENSITY).unwrap();

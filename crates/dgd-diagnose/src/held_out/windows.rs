@@ -1,9 +1,10 @@
 //! Claims about where the windows are laid that no fit sees, and about the range over which a model was fitted.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::{held_out, model};
-use crate::claims::fixture::{Hidden, drilled};
+use super::{held_out, model, trained};
+use crate::claims::fixture::{Hidden, INFLUX_S, drilled};
 use crate::relations::Applied;
+use crate::select::{Named, Selection};
 use crate::tangent::{Bend, Tangent};
 use dgd_effects::find;
 
@@ -56,6 +57,11 @@ fn a_window_keeps_three_minutes_from_every_beginning_and_end() {
         // From the start on there is no beginning to keep from, to the end no end.
         (&[(0.0, 2400.0)], 960.0),
         (&[(3000.0, 5400.0)], 3180.0),
+        // Within three minutes of either as well.
+        (&[(0.0, 1500.0)], 60.0),
+        (&[(-50.0, 1500.0)], 60.0),
+        (&[(3900.0, 5400.0)], 4080.0),
+        (&[(3900.0, 5500.0)], 4080.0),
         // A second one bars the way: the last place of the grid, or the first.
         (&[(1000.0, 1001.0), (2500.0, 3960.0)], 4140.0),
         (&[(1440.0, 2900.0), (4400.0, 4401.0)], 0.0),
@@ -111,5 +117,44 @@ fn curves_hold_where_all_but_a_hundredth_of_the_blocks_were() {
             .count();
         assert_eq!((below, above), (beyond, beyond), "{range:?}");
         assert!(beyond > 0);
+    }
+}
+
+/// On the training blocks the search begins anew: an influx that the whole recording had elsewhere is found where it is,
+/// and to the minute.
+#[test]
+fn what_is_named_is_fitted_again_on_the_training_blocks() {
+    let record = drilled(Hidden {
+        influx_m3_s: 3e-3,
+        ..Hidden::default()
+    });
+    // The last twenty minutes are held out.
+    let excluded: Vec<bool> = (0..record.blocks).map(|b| b >= 420).collect();
+    let (from, lasts, rise) = INFLUX_S;
+    for onset in [from - 60.0, from + 1200.0] {
+        let named = Named {
+            applied: Applied::new(find("influx").unwrap(), vec![2e-3, onset, lasts, rise]),
+            evidence: 40.0,
+            bent: 0.0,
+            hurdle: 3.5,
+            probability: 0.9,
+            alternatives: Vec::new(),
+            correction: None,
+        };
+        let selection = Selection {
+            held: 0,
+            allowances: Vec::new(),
+            named: vec![named],
+            first: Vec::new(),
+        };
+        let found = trained(&record, &[], &selection, &excluded).unwrap();
+        let influx = found.iter().find(|a| !a.allowance).unwrap();
+        assert_eq!(influx.effect.about().id, "influx");
+        let p = &influx.parameters;
+        assert!((p[0] - 3e-3).abs() < 3e-4, "{p:?}");
+        assert!(
+            (p[1] - from).abs() < 30.0 && (p[1] + p[2] - from - lasts).abs() < 30.0,
+            "{p:?}"
+        );
     }
 }

@@ -137,3 +137,22 @@ fn transmitters_are_held_against_their_neighbours_where_they_have_any_that_say_s
     let tangent = fit(&record);
     assert_eq!(traces(&record, (&tangent, &[]), (&tangent, &[])).len(), 3);
 }
+
+#[test]
+fn noise_is_that_of_the_blocks_that_are_used_however_few() {
+    let mut record = record();
+    let noise = |record: &Record| {
+        let fit = Tangent::at(record, &influx(), &[], Bend::Free).unwrap();
+        let found = traces(record, (&fit, &influx()), (&fit, &influx()));
+        found.iter().map(|t| t.noise).collect::<Vec<_>>()
+    };
+    let whole = noise(&record);
+    // Two thirds of the recording say nothing of the flow.
+    record.flow[900..].fill(f64::NAN);
+    for (part, whole) in noise(&record).iter().zip(whole) {
+        assert!(
+            (2.0 / 3.0..1.5).contains(&(part / whole)),
+            "{part} for {whole}"
+        );
+    }
+}
