@@ -4,7 +4,13 @@ use super::without_seldom_rest;
 
 /// A set-point that moves at every `k`-th sample, up and down by a tenth.
 fn moved(n: usize, k: usize) -> Vec<f64> {
-    let level = |i: usize| if i / k % 2 == 0 { 60.0 } else { 60.1 };
+    let level = |i: usize| {
+        if (i / k).is_multiple_of(2) {
+            60.0
+        } else {
+            60.1
+        }
+    };
     (0..n).map(level).collect()
 }
 
