@@ -128,6 +128,7 @@ fn six_stretches_are_enough_and_a_clock_of_six_seconds_for_a_long_swell() {
     assert!(swell(&series[..3071], 1.0, DENSITY).is_none());
     let slow = pressure(2400, 6.0, &[(0.5, 16.0)]);
     let found = swell(&slow, 6.0, DENSITY).unwrap();
-    assert!((found.period_s / 16.0 - 1.0).abs() < 0.02, "{found:?}");
+    // 85 samples last 510 s, and their bins are that much wider.
+    assert!((found.period_s / 16.0 - 1.0).abs() < 1e-3, "{found:?}");
     assert!(swell(&slow, 6.5, DENSITY).is_none());
 }
