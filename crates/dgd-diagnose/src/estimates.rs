@@ -107,3 +107,6 @@ pub(crate) fn estimates(
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests;

@@ -151,3 +151,6 @@ pub(crate) fn heaving(
         separating_test: None,
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -58,11 +58,10 @@ pub(crate) fn simulate(
     let mut stretches: Vec<(Range<usize>, (f64, f64))> = Vec::new();
     let mut i = 0;
     while i < n {
-        let mut end = i;
+        let mut end = i + 1;
         while end < n && held[end] == held[i] && t_s[end] - t_s[i] < 3600.0 {
             end += 1;
         }
-        let end = end.max(i + 1);
         // From the first sample with a state to start from.
         let first = (i..end).find(|k| {
             prepared.inlet_pressure_pa[*k].is_finite() && recording.return_flow_m3_s[*k].is_finite()
@@ -217,3 +216,6 @@ pub(crate) fn best_gain(simulation: &Simulation) -> Option<HeldOut> {
             improvement_ci95: ci,
         })
 }
+
+#[cfg(test)]
+mod tests;

@@ -18,7 +18,7 @@ pub(crate) struct Swell {
     pub ratio: f64,
 }
 
-/// Length of a segment of the periodogram, s.
+/// Length of a segment of the periodogram, s, but for what is no whole sample.
 const SEGMENT_S: f64 = 512.0;
 
 /// Looks for swell between 5 and 20 s; `None` if the sampling cannot show it.
@@ -29,8 +29,10 @@ pub(crate) fn swell(pressure_pa: &[f64], step_s: f64, density_kg_m3: f64) -> Opt
     if m < 32 || highest < 1.5 * lowest {
         return None;
     }
+    // As long as it is in whole samples.
+    let segment_s = m as f64 * step_s;
     let bins: Vec<usize> =
-        (whole((lowest * SEGMENT_S).ceil())..=whole((highest * SEGMENT_S).floor())).collect();
+        (whole((lowest * segment_s).ceil())..=whole((highest * segment_s).floor())).collect();
     let angles: Vec<f64> = bins
         .iter()
         .map(|k| 2.0 * std::f64::consts::PI * *k as f64 / m as f64)
@@ -94,7 +96,7 @@ pub(crate) fn swell(pressure_pa: &[f64], step_s: f64, density_kg_m3: f64) -> Opt
     let (mut weight, mut moment, mut second) = (0.0, 0.0, 0.0);
     for b in near {
         let above = (mean[b] - floor).max(0.0);
-        let f = bins[b] as f64 / SEGMENT_S;
+        let f = bins[b] as f64 / segment_s;
         weight += above;
         moment += above * f;
         second += above * f * f;
@@ -104,7 +106,7 @@ pub(crate) fn swell(pressure_pa: &[f64], step_s: f64, density_kg_m3: f64) -> Opt
     }
     let frequency = moment / weight;
     let width = (second / weight - frequency * frequency).max(0.0).sqrt();
-    let sd = (width / (spectra.len() as f64).sqrt()).max(0.1 / SEGMENT_S);
+    let sd = (width / (spectra.len() as f64).sqrt()).max(0.1 / segment_s);
     // Power of a windowed sine of amplitude a: a² (sum of window)² / 4, spread over the peak.
     let window = 0.5 * (m - 1) as f64;
     let energy = weight / 1.5;
@@ -125,6 +127,8 @@ fn mean_floor(power: &[f64], b: usize) -> f64 {
     quantile(around, Rank::MEDIAN).unwrap_or(f64::INFINITY)
 }
 
+#[cfg(test)]
+mod spectrum;
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]

@@ -139,6 +139,8 @@ pub(crate) fn model(record: &Record, state: &[Applied], fit: &Tangent) -> Augmen
 }
 
 #[cfg(test)]
+mod windows;
+#[cfg(test)]
 mod tests {
     use super::held_out;
 

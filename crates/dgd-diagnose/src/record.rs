@@ -207,3 +207,6 @@ pub(crate) fn bridged(values: &[f64]) -> Vec<f64> {
     }
     out
 }
+
+#[cfg(test)]
+mod clock;

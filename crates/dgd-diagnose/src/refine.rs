@@ -173,3 +173,6 @@ fn climb(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usize) {
     }
     state[k].parameters = best;
 }
+
+#[cfg(test)]
+mod starts;

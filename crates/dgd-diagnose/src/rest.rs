@@ -68,6 +68,8 @@ pub(crate) fn quantum(values: &[f64]) -> f64 {
 }
 
 #[cfg(test)]
+mod lengths;
+#[cfg(test)]
 mod tests {
     use super::{quantum, without_seldom_rest};
 

@@ -125,3 +125,6 @@ fn missing(record: &Record, swell: Option<Swell>, needs: &[Excitation]) -> Optio
             .then_some("the sampling is too slow to show swell"),
     })
 }
+
+#[cfg(test)]
+mod tests;

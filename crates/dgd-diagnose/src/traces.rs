@@ -120,3 +120,6 @@ fn inlets(record: &Record, start: &[Applied], state: &[Applied], may: Wander) ->
         wander: may.difference_pa,
     })
 }
+
+#[cfg(test)]
+mod tests;

@@ -182,7 +182,7 @@ pub(crate) fn unrest(record: &Record, curves: &Curves, b: &Blocks, layout: Layou
 
 #[cfg(test)]
 mod tests {
-    use super::{Blocks, Curves, Layout, late, moving};
+    use super::{Blocks, Curves, Layout, PRESSURE_WANDER_PA, late, moving};
     use dgd_effects::{FRICTION_TERMS, HEAD_TERMS, Scale};
 
     #[test]
@@ -203,6 +203,18 @@ mod tests {
         assert_eq!((from, to), (Some(17), Some(25)));
         // Ten times slower it is worth less than the transmitters' accuracy.
         assert!(!moving(&head, 100.0).contains(&true));
+    }
+
+    #[test]
+    fn a_head_moves_from_where_half_a_second_of_its_rate_exceeds_the_transmitters_accuracy() {
+        for seconds in [10.0, 20.0] {
+            for (share, moves) in [(0.99, false), (1.01, true)] {
+                let step = 2.0 * PRESSURE_WANDER_PA * seconds * share;
+                let head: Vec<f64> = (0..30).map(|k| 3e6 - step * f64::from(k)).collect();
+                // At its ends a ramp is known from one side.
+                assert_eq!(moving(&head, seconds), vec![moves; 30], "{seconds} {share}");
+            }
+        }
     }
 
     #[test]

@@ -4,6 +4,7 @@
 mod answer;
 mod belief;
 pub(crate) mod fixture;
+mod names;
 mod refine;
 mod search;
 mod slack;

@@ -1,14 +1,14 @@
 //! Claims about the curves that are run and about what is more likely there than not.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::{likely, runnable};
+use super::{likely, refitted, runnable};
 use crate::claims::fixture::{Hidden, drilled};
 use crate::draws::normals;
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::select::Named;
 use crate::tangent::{Bend, Tangent};
-use dgd_effects::{Curves, find};
+use dgd_effects::{Curves, find, unknown};
 
 #[test]
 fn a_cause_is_as_likely_there_as_it_and_what_cannot_be_told_from_it() {
@@ -76,4 +76,27 @@ fn stops_count_unless_the_column_at_rest_is_not_that_of_the_model() {
             assert_ne!(whole, curves(&record, without_stops));
         }
     }
+}
+
+#[test]
+fn an_effect_is_as_strong_here_from_half_its_strength_to_half_as_strong_again() {
+    let gain = |strength| Applied::new(find("inflow_gain").unwrap(), vec![strength]);
+    for (given, here, passed) in [
+        (0.5, 0.75, true),
+        (0.5, 0.25, true),
+        (-0.5, -0.75, true),
+        (0.5, 0.76, false),
+        (0.5, 0.24, false),
+        (-0.5, -0.24, false),
+        (0.5, -0.5, false),
+    ] {
+        // A correction has no strength to compare.
+        let knots =
+            |value| Applied::new(unknown(), vec![value; unknown().about().parameters.len()]);
+        let check = refitted(&[knots(1.0), gain(given)], &[knots(9.0), gain(here)]).unwrap();
+        assert_eq!(check.passed, passed, "{}", check.detail);
+        let told = format!("unknown, a correction; inflow_gain: gain {given:.3e}, here {here:.3e}");
+        assert_eq!(check.detail, told);
+    }
+    assert_eq!(refitted(&[], &[]), None);
 }

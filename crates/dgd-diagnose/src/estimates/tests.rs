@@ -1,0 +1,203 @@
+//! Claims about estimates and their intervals: the curvature of a quadratic, by the closed forms of one parameter and of two.
+#![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+
+use super::estimates;
+use crate::claims::fixture::{Hidden, INFLUX_S, drilled};
+use crate::diagnosis::ParameterEstimate;
+use crate::record::Record;
+use crate::relations::Applied;
+use crate::select::{Named, Selection};
+use crate::tangent::{Bend, Tangent, dot};
+use dgd_effects::{find, unknown};
+
+fn named(id: &str, parameters: &[f64]) -> Named {
+    Named {
+        applied: Applied::new(find(id).unwrap(), parameters.to_vec()),
+        evidence: 40.0,
+        bent: 0.0,
+        hurdle: 3.5,
+        probability: 0.9,
+        alternatives: Vec::new(),
+        correction: None,
+    }
+}
+
+fn selected(allowances: Vec<Applied>, named: Vec<Named>) -> Selection {
+    Selection {
+        held: 0,
+        allowances,
+        named,
+        first: Vec::new(),
+    }
+}
+
+/// Half of an interval in standard deviations.
+fn sd(one: &ParameterEstimate) -> f64 {
+    let half = 0.5 * (one.ci95.1 - one.ci95.0);
+    let middle = 0.5 * (one.ci95.1 + one.ci95.0);
+    assert!((middle - one.estimate).abs() < 1e-9 * half.max(1.0));
+    half / 1.96
+}
+
+/// What a unit more of a parameter takes out of the rows, by differences to either side.
+fn along(record: &Record, full: &Tangent, state: &[Applied], (e, j): (usize, usize)) -> Vec<f64> {
+    let step = 1e-2 * state[e].parameters[j].abs().max(1e-3);
+    let [more, less] = [step, -step].map(|step| {
+        let mut next = state.to_vec();
+        next[e].parameters[j] += step;
+        full.signature(record, &next)
+    });
+    let pairs = more.iter().zip(&less);
+    pairs.map(|(m, l)| (m - l) / (2.0 * step)).collect()
+}
+
+/// The tangent about all that is selected.
+fn about(record: &Record, selection: &Selection) -> Tangent {
+    Tangent::at(record, &selection.state(), &[], Bend::Free).unwrap()
+}
+
+/// Two and a half times the posterior's deviation, and the form's error beside it.
+fn widened(variance: f64, form: f64) -> f64 {
+    (2.5 * variance.sqrt()).hypot(form)
+}
+
+#[test]
+fn a_strength_by_itself_has_the_deviation_of_its_energy_and_its_prior() {
+    let record = drilled(Hidden::default());
+    for value in [0.0, 0.02, -0.1] {
+        let selection = selected(Vec::new(), vec![named("inflow_gain", &[value])]);
+        let full = about(&record, &selection);
+        let found = estimates(&record, &selection, 0, &full);
+        let gain = find("inflow_gain").unwrap().about();
+        assert_eq!((found[0].name.as_str(), found.len()), ("gain", 1));
+        assert_eq!(found[0].meaning, gain.parameters[0].meaning);
+        assert!((found[0].estimate - 1.0 - value).abs() < 1e-12);
+        let s = along(&record, &full, &selection.state(), (0, 0));
+        // The prior is three times as wide as a usual gain of 0.03.
+        let variance = 1.0 / (dot(&s, &s) + 1.0 / (0.09 * 0.09));
+        let expected = widened(variance, gain.search.form_error * value.abs());
+        let found = sd(&found[0]);
+        assert!(
+            (found / expected - 1.0).abs() < 0.02,
+            "{value}: {found} for {expected}"
+        );
+    }
+}
+
+#[test]
+fn two_strengths_that_look_alike_are_less_certain_together() {
+    let record = drilled(Hidden::default());
+    let both = vec![
+        named("inflow_gain", &[0.0]),
+        named("return_flow_gain", &[0.0]),
+    ];
+    let selection = selected(Vec::new(), both.clone());
+    let full = about(&record, &selection);
+    let [a, b] = [0, 1].map(|e| along(&record, &full, &selection.state(), (e, 0)));
+    let usual = both
+        .iter()
+        .map(|n| 3.0 * n.applied.effect.about().parameters[0].usual);
+    let priors: Vec<f64> = usual.map(|w| 1.0 / (w * w)).collect();
+    let (aa, bb, ab) = (
+        dot(&a, &a) + priors[0],
+        dot(&b, &b) + priors[1],
+        dot(&a, &b),
+    );
+    let determinant = aa * bb - ab * ab;
+    // They do look alike: one alone is better known.
+    assert!(determinant < 0.9 * aa * bb);
+    for (k, own) in [(0, bb), (1, aa)] {
+        let expected = widened(own / determinant, 0.0);
+        let found = sd(&estimates(&record, &selection, k, &full)[0]);
+        assert!(
+            (found / expected - 1.0).abs() < 0.03,
+            "{k}: {found} for {expected}"
+        );
+    }
+}
+
+#[test]
+fn what_allows_for_timing_and_a_correction_take_no_certainty_away() {
+    let record = drilled(Hidden::default());
+    let mut lag = Applied::new(find("pump_speed_lag").unwrap(), vec![2.0]);
+    lag.allowance = true;
+    let knots = vec![0.0; unknown().about().parameters.len()];
+    let gain = named("inflow_gain", &[0.0]);
+    let correction = Named {
+        applied: Applied::new(unknown(), knots),
+        correction: Some((2, 1)),
+        ..gain.clone()
+    };
+    let selection = selected(vec![lag], vec![gain, correction]);
+    let full = about(&record, &selection);
+    let a = along(&record, &full, &selection.state(), (1, 0));
+    let expected = widened(1.0 / (dot(&a, &a) + 1.0 / (0.09 * 0.09)), 0.0);
+    let found = sd(&estimates(&record, &selection, 0, &full)[0]);
+    assert!(
+        (found / expected - 1.0).abs() < 0.02,
+        "{found} for {expected}"
+    );
+    assert!(estimates(&record, &selection, 1, &full).is_empty());
+}
+
+/// Half a minute for a time; the rate and the ramp share what the rows tell.
+#[test]
+fn times_are_known_to_half_a_minute_and_a_rate_no_better_than_its_form() {
+    let record = drilled(Hidden {
+        influx_m3_s: 3e-3,
+        ..Hidden::default()
+    });
+    let (from, lasts, rise) = INFLUX_S;
+    let one = named("influx", &[3e-3, from, lasts, rise]);
+    let state = [one.applied.clone()];
+    let full = Tangent::at(&record, &state, &[], Bend::Free).unwrap();
+    let found = estimates(&record, &selected(Vec::new(), vec![one]), 0, &full);
+    let names: Vec<&str> = found.iter().map(|p| p.name.as_str()).collect();
+    assert_eq!(names, ["rate_m3_s", "onset_s", "duration_s", "ramp"]);
+    assert!((sd(&found[1]) - 30.0).abs() < 1e-9 && (sd(&found[2]) - 30.0).abs() < 1e-9);
+    let rate = sd(&found[0]);
+    let form = 0.15 * 3e-3;
+    assert!(rate > form && rate < 1.5 * form, "{rate}");
+    // By differences of the joint curve itself.
+    let [a, b] = [0, 3].map(|j| along(&record, &full, &state, (0, j)));
+    let (aa, bb, ab) = (
+        dot(&a, &a) + 1.0 / (4.5e-3_f64).powi(2),
+        dot(&b, &b) + 1.0 / (0.45_f64).powi(2),
+        dot(&a, &b),
+    );
+    let determinant = aa * bb - ab * ab;
+    assert!(
+        (rate / widened(bb / determinant, form) - 1.0).abs() < 0.02,
+        "{rate}"
+    );
+    let ramp = sd(&found[3]) / widened(aa / determinant, 0.0);
+    assert!((ramp - 1.0).abs() < 0.1, "{ramp}");
+}
+
+/// Without a connection no pipe moves, and nothing tells of it: three times what is usual.
+#[test]
+fn what_the_recording_does_not_show_is_known_as_well_as_before() {
+    let record = drilled(Hidden::default());
+    let pipe = find("pipe_displacement").unwrap().about();
+    let values: Vec<f64> = pipe
+        .parameters
+        .iter()
+        .map(|p| 0.5 * p.usual.max(1.0))
+        .collect();
+    let selection = selected(Vec::new(), vec![named(pipe.id, &values)]);
+    let found = estimates(&record, &selection, 0, &about(&record, &selection));
+    for (j, (one, parameter)) in found.iter().zip(pipe.parameters).enumerate() {
+        let width = 3.0 * parameter.usual;
+        let form = if j == 0 {
+            pipe.search.form_error * values[0]
+        } else {
+            0.0
+        };
+        let expected = (2.5 * width).hypot(form);
+        assert!(
+            (sd(one) / expected - 1.0).abs() < 1e-9,
+            "{}",
+            parameter.name
+        );
+    }
+}

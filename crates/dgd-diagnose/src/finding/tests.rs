@@ -1,0 +1,208 @@
+//! Claims about what a finding says, in words and numbers.
+#![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+
+use super::{finding, heaving, region};
+use crate::claims::fixture::{Hidden, INFLUX_S, drilled, steady};
+use crate::diagnosis::{Finding, Simulation};
+use crate::heave::Swell;
+use crate::relations::Applied;
+use crate::select::{Named, Selection};
+use crate::tangent::{Bend, Tangent};
+use dgd_effects::{INLET_READING, PLACES, QUANTITIES, Relation, find, unknown};
+
+fn nothing_run() -> Simulation {
+    Simulation {
+        t_s: Vec::new(),
+        held_out: Vec::new(),
+        valid: Vec::new(),
+        signals: Vec::new(),
+    }
+}
+
+fn influx() -> Named {
+    let (from, lasts, rise) = INFLUX_S;
+    Named {
+        applied: Applied::new(find("influx").unwrap(), vec![3e-3, from, lasts, rise]),
+        evidence: 40.0,
+        bent: 0.0,
+        hurdle: 3.5,
+        probability: 0.97,
+        alternatives: Vec::new(),
+        correction: None,
+    }
+}
+
+/// What is told of one cause on the drilling that conceals an influx.
+fn told(named: &Named) -> Finding {
+    let mut record = drilled(Hidden {
+        influx_m3_s: 3e-3,
+        ..Hidden::default()
+    });
+    // A clock that starts later; the effect's times are the clock's.
+    record.setting.span_s = (100.0, 5500.0);
+    record.t_s.iter_mut().for_each(|t| *t += 100.0);
+    let full = Tangent::at(&record, &[], &[], Bend::Free).unwrap();
+    let selection = Selection {
+        held: 0,
+        allowances: Vec::new(),
+        named: vec![named.clone()],
+        first: Vec::new(),
+    };
+    finding(&record, &selection, 0, named, &full, &nothing_run())
+}
+
+#[test]
+fn an_effect_is_told_as_the_catalogue_has_it_and_in_times_from_the_start() {
+    let mut named = influx();
+    named.applied.parameters[1] += 100.0;
+    let told_one = told(&named);
+    let about = named.applied.effect.about();
+    assert_eq!(
+        (told_one.effect.as_str(), told_one.title.as_str()),
+        ("influx", about.title)
+    );
+    assert_eq!(told_one.relation, Relation::RiserMassBalance);
+    assert_eq!(told_one.shows_in, [Relation::RiserMassBalance]);
+    assert_eq!(told_one.pair, None);
+    let (from, to) = told_one.intervals_s[0];
+    assert!((from - INFLUX_S.0).abs() < 1e-9 && (to - INFLUX_S.0 - INFLUX_S.1).abs() < 1e-9);
+    assert_eq!(told_one.equation_before, "A dh/dt = q_in - q");
+    assert_eq!(told_one.equation_after, about.equation);
+    assert_eq!((told_one.evidence, told_one.hurdle), (40.0, 3.5));
+    assert_eq!(told_one.probability, 0.97);
+    assert_eq!(told_one.parameters.len(), 4);
+    assert_eq!(told_one.held_out, None);
+    // Without alternatives the test is the first that the catalogue has.
+    assert_eq!(told_one.separating_test.unwrap(), about.confusable[0].1);
+}
+
+#[test]
+fn the_test_is_that_of_the_likeliest_alternative_which_the_catalogue_knows_one_for() {
+    let mut named = influx();
+    named.alternatives = vec![("unknown".to_owned(), 0.3), ("line_leak".to_owned(), 0.1)];
+    for (probability, said) in [(1.0, 0.99), (0.0, 0.01)] {
+        named.probability = probability;
+        let told = told(&named);
+        assert_eq!(told.probability, said);
+        let about = named.applied.effect.about();
+        let leak = about
+            .confusable
+            .iter()
+            .find(|c| c.0 == "line_leak")
+            .unwrap();
+        assert_eq!(told.separating_test.as_deref(), Some(leak.1));
+    }
+}
+
+#[test]
+fn a_correction_is_told_by_its_place_and_its_quantity() {
+    for (place, quantity) in [(INLET_READING, 0), (0, 1)] {
+        let mut named = influx();
+        named.applied = Applied::new(unknown(), vec![0.0; unknown().about().parameters.len()]);
+        named.correction = Some((place, quantity));
+        let told = told(&named);
+        let name = PLACES[place].name;
+        let (title, before, after) = if place == INLET_READING {
+            let before = "p_meter = p_in";
+            (
+                format!("{name} drifts over time"),
+                before,
+                format!("{before} + f(time)"),
+            )
+        } else {
+            let before = "p_out = p_0 + rho g L + phi(q) + rho L/A dq/dt";
+            let along = QUANTITIES[quantity];
+            (
+                format!("{name} depends on {along}"),
+                before,
+                format!("{before} + f({along})"),
+            )
+        };
+        assert_eq!(
+            told.title,
+            format!("something outside the catalogue: {title}")
+        );
+        assert_eq!(
+            (told.equation_before.as_str(), told.equation_after),
+            (before, after)
+        );
+        assert_eq!(told.relation, PLACES[place].relation);
+        assert_eq!(told.shows_in, PLACES[place].shows_in);
+        let pair = (place == INLET_READING).then_some("pump inlet less riser pressure");
+        assert_eq!(told.pair, pair);
+        assert!(told.parameters.is_empty());
+    }
+}
+
+#[test]
+fn the_region_is_where_all_but_a_tenth_of_the_samples_lie_while_it_acts() {
+    let mut record = steady(90);
+    for i in 0..450 {
+        record.flow[i] = if i < 200 {
+            0.01
+        } else {
+            0.02 + 1e-4 * ((i - 200) % 20) as f64
+        };
+        record.speed[i] = if i < 200 {
+            90.0
+        } else {
+            60.0 + ((i - 200) % 20) as f64
+        };
+    }
+    // Twenty levels: the lowest and the highest are the twentieth part at either end.
+    assert_eq!(
+        region(&record, (400.0, 798.0)),
+        "return flow 1206 to 1308 L/min, pump speed 61 to 78 %"
+    );
+    // One sample alone, in which it begins and ends.
+    assert_eq!(
+        region(&record, (20.0, 20.0)),
+        "return flow 600 to 600 L/min, pump speed 90 to 90 %"
+    );
+    assert_eq!(region(&record, (20.5, 21.5)), "pump at rest");
+    record.speed[..100].fill(4.0);
+    record.flow[100..200].fill(9e-4);
+    assert_eq!(region(&record, (0.0, 100.0)), "pump at rest");
+    assert_eq!(region(&record, (200.0, 390.0)), "pump at rest");
+}
+
+#[test]
+fn swell_is_told_with_its_period_and_amplitude_from_the_start_to_the_end() {
+    let mut record = steady(90);
+    record.setting.span_s = (100.0, 1000.0);
+    let about = find("heave").unwrap().about();
+    for (ratio, period_sd_s, half, probability) in [
+        (6.0, 0.2, 0.392, 0.75),
+        (2.0, 0.01, 0.098, 0.5),
+        (1e3, 0.2, 0.392, 0.98),
+    ] {
+        let swell = Swell {
+            period_s: 10.0,
+            period_sd_s,
+            amplitude_m: 0.5,
+            ratio,
+        };
+        let told = heaving(&record, about, swell, &nothing_run());
+        assert!((told.probability - probability).abs() < 1e-12);
+        assert_eq!(told.intervals_s, [(0.0, 900.0)]);
+        assert_eq!((told.evidence, told.hurdle), (ratio, 6.0));
+        let [period, amplitude] = &told.parameters[..] else {
+            panic!("{:?}", told.parameters);
+        };
+        assert_eq!((period.estimate, amplitude.estimate), (10.0, 0.5));
+        assert!(
+            (period.ci95.0 - 10.0 + half).abs() < 1e-9,
+            "{:?}",
+            period.ci95
+        );
+        assert!(
+            (period.ci95.1 - 10.0 - half).abs() < 1e-9,
+            "{:?}",
+            period.ci95
+        );
+        // Its height is known to three tenths.
+        assert!((amplitude.ci95.0 - 0.35).abs() < 1e-9 && (amplitude.ci95.1 - 0.65).abs() < 1e-9);
+        assert_eq!(told.shows_in, [about.relation]);
+        assert_eq!(told.equation_after, about.equation);
+    }
+}

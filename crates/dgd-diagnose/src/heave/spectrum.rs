@@ -1,0 +1,134 @@
+//! Claims about the numbers that a spectrum with swell gives.
+#![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+
+use super::swell;
+use crate::draws::normals;
+use dgd_units::STANDARD_GRAVITY_M_S2;
+
+const DENSITY: f64 = 1080.0;
+const NOISE_PA: f64 = 1e3;
+
+/// Amplitude in Pa of a swell in m.
+fn pa(amplitude_m: f64) -> f64 {
+    DENSITY * STANDARD_GRAVITY_M_S2 * amplitude_m
+}
+
+/// Inlet pressure with swells of some amplitude, m, and period, s, and white noise.
+fn pressure(n: usize, step_s: f64, swells: &[(f64, f64)]) -> Vec<f64> {
+    (normals(4, n).iter().enumerate())
+        .map(|(i, noise)| {
+            let t = step_s * i as f64;
+            let sine = |s: &(f64, f64)| pa(s.0) * (std::f64::consts::TAU * t / s.1).sin();
+            2e6 + swells.iter().map(sine).sum::<f64>() + NOISE_PA * noise
+        })
+        .collect()
+}
+
+/// A sine of amplitude A in noise of deviation s stands, under Hann's window over m samples and the mean of three bins,
+/// `A² m / 12 s²` above the floor: half of `(A m/4)²` over `3/8 m s²`. Its power is spread over `1/√3` bins of 1/512 Hz on
+/// either side, and the means of 14 stretches know their middle by as much over `√14`.
+#[test]
+fn a_strong_swell_has_its_amplitude_period_and_power_whatever_the_clock() {
+    for (step_s, period_s) in [
+        (1.0, 10.0),
+        (0.5, 7.3),
+        (2.0, 13.1),
+        (1.0, 5.4),
+        (1.0, 18.0),
+    ] {
+        let n = (7200.0_f64 / step_s).round();
+        let m = 512.0 / step_s - 1.0;
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a few thousand"
+        )]
+        let series = pressure(n as usize, step_s, &[(1.0, period_s)]);
+        let found = swell(&series, step_s, DENSITY).unwrap();
+        assert!((found.amplitude_m - 1.0).abs() < 0.02, "{found:?}");
+        assert!(
+            (found.period_s - period_s).abs() < found.period_sd_s,
+            "{found:?}"
+        );
+        let sd = period_s * period_s / 512.0 / 42.0_f64.sqrt();
+        assert!((found.period_sd_s / sd - 1.0).abs() < 0.05, "{found:?}");
+        let ratio = (pa(1.0) / NOISE_PA).powi(2) * m / 12.0;
+        assert!(
+            (found.ratio / ratio - 1.0).abs() < 0.2,
+            "{found:?} for {ratio}"
+        );
+    }
+}
+
+/// However many stretches there are, to a tenth of a bin.
+#[test]
+fn a_period_is_known_to_a_tenth_of_a_bin_at_best() {
+    let found = swell(&pressure(50 * 512, 1.0, &[(1.0, 8.0)]), 1.0, DENSITY).unwrap();
+    assert!(
+        (found.period_sd_s - 64.0 / 5120.0).abs() < 1e-4,
+        "{found:?}"
+    );
+}
+
+#[test]
+fn what_noise_adds_to_a_weak_swell_is_taken_off() {
+    let found = swell(&pressure(57_600, 1.0, &[(0.05, 10.0)]), 1.0, DENSITY).unwrap();
+    assert!((found.amplitude_m / 0.05 - 1.0).abs() < 0.08, "{found:?}");
+}
+
+#[test]
+fn of_two_swells_the_stronger_is_told_by_itself() {
+    for weaker in [6.0, 16.0] {
+        let series = pressure(7200, 1.0, &[(0.5, 10.0), (0.25, weaker)]);
+        let found = swell(&series, 1.0, DENSITY).unwrap();
+        assert!((found.period_s - 10.0).abs() < 0.05, "{found:?}");
+        assert!((found.amplitude_m / 0.5 - 1.0).abs() < 0.03, "{found:?}");
+    }
+}
+
+#[test]
+fn what_is_faster_than_five_seconds_or_slower_than_twenty_is_no_swell() {
+    for period_s in [3.5, 40.0] {
+        let found = swell(&pressure(7200, 1.0, &[(1.0, period_s)]), 1.0, DENSITY);
+        assert!(
+            found.is_none_or(|s| s.ratio < 6.0),
+            "{period_s} s: {found:?}"
+        );
+    }
+}
+
+#[test]
+fn stretches_that_are_stuck_or_have_gaps_tell_nothing_and_spikes_little() {
+    let series = pressure(12 * 512, 1.0, &[(0.5, 10.0)]);
+    let whole = swell(&series, 1.0, DENSITY).unwrap();
+    let mut longer = series[..2048].to_vec();
+    longer.extend([2e6; 512]);
+    longer.extend(&series[..511]);
+    longer.push(f64::NAN);
+    longer.extend(&series[2048..]);
+    let same = swell(&longer, 1.0, DENSITY).unwrap();
+    assert_eq!(format!("{same:?}"), format!("{whole:?}"));
+    // A spike moves two rates, either way, by six times what is usual at the most.
+    let mut spiked = series;
+    for (k, value) in spiked.iter_mut().skip(99).step_by(512).enumerate() {
+        *value += if k % 2 == 0 { 1e8 } else { -1e8 };
+    }
+    let found = swell(&spiked, 1.0, DENSITY).unwrap();
+    assert!(
+        (found.amplitude_m / whole.amplitude_m - 1.0).abs() < 0.1,
+        "{found:?}"
+    );
+    assert!((found.period_s - 10.0).abs() < 0.1, "{found:?}");
+}
+
+#[test]
+fn six_stretches_are_enough_and_a_clock_of_six_seconds_for_a_long_swell() {
+    let series = pressure(3072, 1.0, &[(0.5, 10.0)]);
+    assert!(swell(&series, 1.0, DENSITY).is_some());
+    assert!(swell(&series[..3071], 1.0, DENSITY).is_none());
+    let slow = pressure(2400, 6.0, &[(0.5, 16.0)]);
+    let found = swell(&slow, 6.0, DENSITY).unwrap();
+    // 85 samples last 510 s, and their bins are that much wider.
+    assert!((found.period_s / 16.0 - 1.0).abs() < 1e-3, "{found:?}");
+    assert!(swell(&slow, 6.5, DENSITY).is_none());
+}

@@ -1,0 +1,168 @@
+//! Claims about what becomes of a screened recording on the working clock.
+#![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+
+use super::{Record, bridged, mean, tails, whole};
+use crate::claims::fixture::{recorded, steady};
+use crate::step::Step;
+use dgd_identify::Prepared;
+use dgd_recording::Well;
+
+/// A recording of so many samples, a step apart, whose return flow counts them.
+fn counted(n: usize, step_s: f64) -> (Well, Prepared) {
+    let (well, mut prepared) = recorded(&steady(n / 5 + 1), 0.0);
+    let r = &mut prepared.recording;
+    r.time_s = (0..n).map(|i| step_s * i as f64).collect();
+    r.return_flow_m3_s = (0..n).map(|i| i as f64).collect();
+    for values in [
+        &mut r.mud_pump_flow_m3_s,
+        &mut r.booster_flow_m3_s,
+        &mut r.topfill_flow_m3_s,
+        &mut r.pump_speed_pct,
+        &mut r.pump_inlet_pressure_pa[0],
+        &mut r.pump_outlet_pressure_pa[0],
+        &mut prepared.inlet_pressure_pa,
+        &mut prepared.outlet_pressure_pa,
+    ] {
+        values.truncate(n);
+    }
+    prepared.step_s = step_s;
+    (well, prepared)
+}
+
+#[test]
+fn samples_are_averaged_to_two_seconds_and_blocks_last_ten() {
+    for (step_s, fold, dt_s, per_block) in [
+        (0.5, 4, 2.0, 5),
+        (0.7, 2, 1.4, 7),
+        (1.0, 2, 2.0, 5),
+        (2.0, 1, 2.0, 5),
+        (3.0, 1, 3.0, 3),
+        (30.0, 1, 30.0, 1),
+    ] {
+        let (well, prepared) = counted(200, step_s);
+        let record = Record::new(&well, &prepared, &[]);
+        assert!((record.dt_s - dt_s).abs() < 1e-12, "{step_s}");
+        assert_eq!(record.per_block, per_block, "{step_s}");
+        assert!((record.block_s() - dt_s * per_block as f64).abs() < 1e-9);
+        let samples = 200_usize.div_ceil(fold);
+        assert_eq!(record.t_s.len(), samples);
+        assert_eq!(record.blocks, samples / per_block);
+        for k in 0..200 / fold {
+            let middle = (k * fold) as f64 + 0.5 * (fold as f64 - 1.0);
+            assert_eq!(record.flow[k], middle);
+            assert!((record.t_s[k] - step_s * middle).abs() < 1e-9);
+        }
+    }
+}
+
+#[test]
+fn beyond_forty_hours_clock_and_blocks_are_twice_as_long() {
+    for (n, per_block) in [(14_400, 1), (14_401, 2)] {
+        let (well, prepared) = counted(n, 10.0);
+        let record = Record::new(&well, &prepared, &[]);
+        assert_eq!((record.dt_s, record.per_block), (10.0, per_block));
+    }
+    let (well, prepared) = counted(72_001, 2.0);
+    let record = Record::new(&well, &prepared, &[]);
+    assert_eq!((record.dt_s, record.per_block), (4.0, 5));
+}
+
+#[test]
+fn steps_are_taken_unless_they_are_left_out() {
+    let (well, prepared) = counted(100, 2.0);
+    let record = Record::new(&well, &prepared, &[Step::Form]);
+    assert!(record.takes(Step::Edges) && !record.takes(Step::Form));
+    assert_eq!(record.without, [Step::Form]);
+}
+
+/// Mud of 1200 kg/m³ in a line of 1500 m and 0.02 m².
+#[test]
+fn the_column_has_its_weight_and_the_line_its_inertia() {
+    let record = steady(10);
+    assert!((record.column_pa() - (101_325.0 + 1200.0 * 9.80665 * 1500.0)).abs() < 1e-6);
+    assert!((record.inertia() - 1200.0 * 1500.0 / 0.02).abs() < 1e-3);
+}
+
+/// The mean goes over the samples within half a minute on either side, and at the ends over those that there are.
+#[test]
+fn effects_see_pressures_as_means_over_a_minute() {
+    let mut record = steady(40);
+    record.inlet.fill(1e7);
+    record.inlet[100] += 31e3;
+    record.outlet = (0..200).map(|i| 2e7 + 10.0 * f64::from(i)).collect();
+    let (well, prepared) = recorded(&record, 0.0);
+    let filled = Record::new(&well, &prepared, &[]).filled;
+    for (i, inlet) in filled.inlet.iter().enumerate() {
+        let near = i.abs_diff(100) <= 15;
+        assert!(
+            (inlet - 1e7 - if near { 1e3 } else { 0.0 }).abs() < 1e-4,
+            "{i}"
+        );
+        // A ramp stays a ramp; at its ends it is the ramp in the middle of what there is.
+        let (from, to) = (i.max(15) - 15, (i + 15).min(199));
+        let ramp = 2e7 + 5.0 * (from + to) as f64;
+        assert!((filled.outlet[i] - ramp).abs() < 1e-4, "{i}");
+    }
+    // With a clock slower than that, their own neighbours.
+    let (well, mut prepared) = counted(20, 100.0);
+    prepared.inlet_pressure_pa[10] += 3e3;
+    let filled = Record::new(&well, &prepared, &[]).filled;
+    assert!((filled.inlet[9] - filled.inlet[5] - 1e3).abs() < 1e-4);
+}
+
+#[test]
+fn a_block_of_the_speed_may_be_off_by_half_a_quantum_and_its_noise() {
+    let error = |speed: Vec<f64>| {
+        let mut record = steady(speed.len() / 5);
+        record.speed = speed;
+        let (well, prepared) = recorded(&record, 0.0);
+        Record::new(&well, &prepared, &[]).speed_error_pct
+    };
+    assert_eq!(error(vec![70.0; 500]), 0.0);
+    // It moves by 0.2 once a minute, and has no noise.
+    let steps = (0..500).map(|i| if i / 30 % 2 == 0 { 70.0 } else { 70.2 });
+    assert!((error(steps.collect()) - 0.1).abs() < 1e-9);
+    // White noise of 0.05 that is hardly rounded: five samples make a block. The tenth part of its differences is below
+    // 0.126 of their deviation.
+    let white: Vec<f64> = crate::draws::normals(5, 2700);
+    let white = white.iter().map(|v| 70.0 + 0.05 * v).collect();
+    let expected = (0.05 / 5.0_f64.sqrt()).hypot(0.5 * 0.126 * 0.05 * 2.0_f64.sqrt());
+    assert!((error(white) / expected - 1.0).abs() < 0.1);
+}
+
+#[test]
+fn gaps_are_bridged_for_states_and_left_in_what_is_evidence() {
+    let mut record = steady(40);
+    record.flow[50..60].fill(f64::NAN);
+    record.flow[60..].fill(0.051);
+    record.speed[..90].fill(4.9);
+    record.speed[100] = f64::NAN;
+    let (well, mut prepared) = recorded(&record, 0.0);
+    let r = &mut prepared.recording;
+    r.riser_pressure_pa = Some(vec![1e7; 200]);
+    let outlets = [1.0, 2.0, 3.0].map(|v| vec![v; 200]);
+    r.pump_outlet_pressure_pa = outlets.to_vec();
+    let found = Record::new(&well, &prepared, &[]);
+    assert!(found.flow[50..60].iter().all(|v| v.is_nan()));
+    for i in 50..60 {
+        let line = 0.04 + 0.011 * (i - 49) as f64 / 11.0;
+        assert!((found.filled.flow[i] - line).abs() < 1e-12);
+    }
+    assert!(found.speed[100].is_nan() && found.filled.speed[100] == 70.0);
+    let pumping = (0..200).map(|i| i >= 90);
+    assert!(pumping.eq(found.filled.pumping.iter().copied()));
+    assert_eq!(found.riser, Some(vec![1e7; 200]));
+    assert_eq!(found.outlets, outlets[..2]);
+    assert_eq!(found.filled.booster, record.booster);
+    assert_eq!(bridged(&[f64::NAN; 3]), [0.0; 3]);
+}
+
+#[test]
+fn means_and_tails_are_of_what_is_finite() {
+    assert_eq!(mean(&[1.0, f64::NAN, 4.0, f64::INFINITY]), 2.5);
+    assert!(mean(&[f64::NAN]).is_nan() && mean(&[]).is_nan());
+    let values: Vec<f64> = (0..100).map(f64::from).chain([f64::NAN]).collect();
+    assert_eq!(tails(&values, 20), Some((5.0, 94.0)));
+    assert_eq!(tails(&[f64::NAN], 20), None);
+    assert_eq!([2.5, 2.4, -3.0, f64::NAN].map(whole), [3, 2, 0, 0]);
+}

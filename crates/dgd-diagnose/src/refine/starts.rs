@@ -1,0 +1,53 @@
+//! Claims about the effects of a model to start from.
+#![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+
+use super::settled;
+use crate::claims::fixture::{Hidden, INFLUX_S, drilled};
+use crate::record::Record;
+use crate::relations::Applied;
+use crate::tangent::{Bend, Tangent, dot};
+use dgd_effects::find;
+
+fn hiding(influx_m3_s: f64) -> Record {
+    drilled(Hidden {
+        influx_m3_s,
+        ..Hidden::default()
+    })
+}
+
+fn influx(rate_m3_s: f64) -> [Applied; 1] {
+    let (from, lasts, rise) = INFLUX_S;
+    [Applied::new(
+        find("influx").unwrap(),
+        vec![rate_m3_s, from, lasts, rise],
+    )]
+}
+
+/// By how much the misfit falls with an effect: half of the squares.
+fn saved(record: &Record, start: &[Applied]) -> f64 {
+    let without = Tangent::at(record, &[], &[], Bend::Free).unwrap();
+    let with = without.refitted(record, start);
+    0.5 * (dot(&without.off, &without.off) - dot(&with.off, &with.off))
+}
+
+#[test]
+fn what_the_recording_shows_is_fitted_to_it() {
+    let (record, start) = (hiding(3e-3), influx(2e-3));
+    assert!(saved(&record, &start) > 50.0);
+    let found = settled(&record, &start, &[]);
+    assert_eq!(found.len(), 1);
+    let p = &found[0].parameters;
+    assert!((p[0] / 3e-3 - 1.0).abs() < 0.1, "{p:?}");
+}
+
+/// Eight e-folds.
+#[test]
+fn what_it_hardly_shows_or_does_not_stays_as_it_was_given() {
+    for (hidden, given, saves) in [(1.5e-4, 1.5e-4, 4.5..7.5), (0.0, 1e-3, -1e3..0.0)] {
+        let (record, start) = (hiding(hidden), influx(given));
+        let saved = saved(&record, &start);
+        assert!(saves.contains(&saved), "{saved}");
+        let found = settled(&record, &start, &[]);
+        assert_eq!(found[0].parameters, start[0].parameters);
+    }
+}

@@ -1,0 +1,158 @@
+//! Claims about the residuals that are shown over time.
+#![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+
+use super::traces;
+use crate::claims::fixture::{Hidden, INFLUX_S, drilled};
+use crate::draws::normals;
+use crate::record::Record;
+use crate::relations::Applied;
+use crate::tangent::{Bend, Tangent};
+use dgd_effects::{Relation, find};
+
+/// Drilling with an influx, by a clock that starts at 1000 s.
+fn record() -> Record {
+    let mut record = drilled(Hidden {
+        influx_m3_s: 3e-3,
+        ..Hidden::default()
+    });
+    record.setting.span_s = (1000.0, 6400.0);
+    record.t_s.iter_mut().for_each(|t| *t += 1000.0);
+    record.speed_error_pct = 0.05 / 5.0_f64.sqrt();
+    // Nothing is known of some minutes.
+    record.flow[500..700].fill(f64::NAN);
+    record
+}
+
+fn influx() -> [Applied; 1] {
+    let (from, lasts, rise) = INFLUX_S;
+    [Applied::new(
+        find("influx").unwrap(),
+        vec![3e-3, from + 1000.0, lasts, rise],
+    )]
+}
+
+/// Standard deviation of what is there.
+fn spread(values: &[f64]) -> f64 {
+    let finite: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+    let mean = finite.iter().sum::<f64>() / finite.len() as f64;
+    let squares = finite.iter().map(|v| (v - mean).powi(2));
+    (squares.sum::<f64>() / finite.len() as f64).sqrt()
+}
+
+#[test]
+fn each_relation_is_shown_where_it_is_used_and_comes_to_its_noise_with_the_cause() {
+    let record = record();
+    let [before, after] =
+        [&[][..], &influx()].map(|state| Tangent::at(&record, state, &[], Bend::Free).unwrap());
+    let found = traces(&record, (&before, &[]), (&after, &influx()));
+    let rows = &after.rows;
+    let relations = [
+        Relation::ReturnLineFriction,
+        Relation::PumpHead,
+        Relation::RiserMassBalance,
+    ];
+    assert_eq!(found.len(), 3);
+    for (k, (trace, used)) in found
+        .iter()
+        .zip([&rows.friction, &rows.head, &rows.mass])
+        .enumerate()
+    {
+        assert_eq!((trace.relation, trace.pair), (relations[k], None));
+        assert_eq!(trace.unit, if k == 2 { "m3/s" } else { "Pa" });
+        let (count, step) = if k == 2 { (180, 30.0) } else { (540, 10.0) };
+        assert_eq!(trace.t_s.len(), count);
+        for (i, t) in trace.t_s.iter().enumerate() {
+            assert!((t - step * (i as f64 + 0.5)).abs() < 1e-9);
+            assert_eq!(trace.after[i].is_finite(), used[i], "{k} {i}");
+        }
+        assert!(used.contains(&false) && trace.before.len() == count);
+        // Noise is all that is left, and the mean that instruments may wander by.
+        let left = spread(&trace.after) / trace.noise;
+        assert!((2.0 / 3.0..1.5).contains(&left), "{k}: {left}");
+    }
+    // The balance misses 3 litres a second before, in the influx alone.
+    let (balance, (from, lasts, _)) = (&found[2], INFLUX_S);
+    for (i, t) in balance.t_s.iter().enumerate() {
+        let off = (balance.before[i] - balance.after[i]).abs();
+        if *t > from + 0.2 * lasts && *t < from + 0.8 * lasts && off.is_finite() {
+            assert!((off - 3e-3).abs() < 5e-4, "{t} s: {off}");
+        }
+    }
+}
+
+#[test]
+fn wanders_of_what_is_seen_and_hidden_add_as_squares() {
+    let record = record();
+    let fit = Tangent::at(&record, &[], &[], Bend::Free).unwrap();
+    let may = crate::unrest::wander(&record, &fit.curves);
+    let found = traces(&record, (&fit, &[]), (&fit, &[]));
+    let square = |k: usize| found[k].wander * found[k].wander;
+    let friction = may.friction_pa.powi(2) + may.hidden_friction_pa.powi(2);
+    let head = may.head_pa.powi(2) + may.hidden_head_pa.powi(2);
+    assert!((square(0) / friction - 1.0).abs() < 1e-9);
+    assert!((square(1) / head - 1.0).abs() < 1e-9);
+    assert_eq!(found[2].wander, may.mass_m3_s);
+}
+
+#[test]
+fn transmitters_are_held_against_their_neighbours_where_they_have_any_that_say_something() {
+    let mut record = record();
+    let noise = normals(21, record.t_s.len());
+    let second: Vec<f64> = record
+        .outlet
+        .iter()
+        .zip(&noise)
+        .map(|(p, n)| p - 4e4 + 2e3 * n)
+        .collect();
+    let riser = record
+        .inlet
+        .iter()
+        .zip(&noise)
+        .map(|(p, n)| p - 3e4 + 800.0 * n);
+    record.riser = Some(riser.collect());
+    record.outlets.push(second);
+    let fit = |record: &Record| Tangent::at(record, &[], &[], Bend::Free).unwrap();
+    let tangent = fit(&record);
+    let found = traces(&record, (&tangent, &[]), (&tangent, &[]));
+    let pairs: Vec<_> = found.iter().filter_map(|t| t.pair).collect();
+    assert_eq!(
+        pairs,
+        [
+            "outlet transmitters, first less second",
+            "pump inlet less riser pressure"
+        ]
+    );
+    for trace in &found[3..] {
+        assert_eq!((trace.relation, trace.unit), (Relation::Instrument, "Pa"));
+        assert!(trace.t_s.iter().all(|t| *t > 0.0 && *t < 5400.0));
+        assert!((trace.t_s[1] - trace.t_s[0] - 10.0).abs() < 1e-9);
+        assert!(trace.noise > 0.0 && trace.wander > 0.0);
+        // What stands between them is no residual.
+        let left = spread(&trace.after) / trace.noise;
+        assert!((2.0 / 3.0..1.5).contains(&left), "{:?}: {left}", trace.pair);
+        assert_eq!(trace.before.len(), trace.t_s.len());
+    }
+    record.riser = None;
+    record.outlets[1].fill(f64::NAN);
+    let tangent = fit(&record);
+    assert_eq!(traces(&record, (&tangent, &[]), (&tangent, &[])).len(), 3);
+}
+
+#[test]
+fn noise_is_that_of_the_blocks_that_are_used_however_few() {
+    let mut record = record();
+    let noise = |record: &Record| {
+        let fit = Tangent::at(record, &influx(), &[], Bend::Free).unwrap();
+        let found = traces(record, (&fit, &influx()), (&fit, &influx()));
+        found.iter().map(|t| t.noise).collect::<Vec<_>>()
+    };
+    let whole = noise(&record);
+    // Two thirds of the recording say nothing of the flow.
+    record.flow[900..].fill(f64::NAN);
+    for (part, whole) in noise(&record).iter().zip(whole) {
+        assert!(
+            (2.0 / 3.0..1.5).contains(&(part / whole)),
+            "{part} for {whole}"
+        );
+    }
+}
