@@ -289,6 +289,7 @@ pub(crate) fn hurdle(c: &Correction) -> f64 {
     match (PLACES[c.place].relation, QUANTITIES[c.quantity]) {
         // Transmitters and drives answer late: what is left follows how fast things move.
         (Relation::PumpHead, FLOW_RATE) => 60.0,
+        // What errors of the flow do to a fitted curve, too.
         (Relation::PumpHead, "inlet pressure") => 85.0,
         (Relation::PumpHead, "booster flow") => 25.0,
         (Relation::PumpHead, _) => 20.0,
