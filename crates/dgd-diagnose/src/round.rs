@@ -46,9 +46,9 @@ const BARRED: f64 = 1.4;
 pub(crate) enum Ruling {
     /// An effect.
     Named(Named),
-    /// An effect, on the promise that a second beside it does what a correction does; and what the round comes to if none is
-    /// named next.
-    Promised(Named, Box<Self>),
+    /// An effect, on the promise that a second one, whose name it is, does beside it what a correction does; and what the
+    /// round comes to if it does not.
+    Promised(Named, &'static str, Box<Self>),
     /// Something that the catalogue does not hold: the search ends.
     Unnamed(Named),
     /// Nothing more that sound recordings do not show.
@@ -155,11 +155,17 @@ impl<'a> Round<'a> {
             return Ruling::Named(self.named(best, None, broken));
         };
         let alone = self.against(best, rival, broken);
-        if rival.claim() < best.claim() - 10.0 || !self.two_do(best, rival) {
+        if rival.claim() < best.claim() - 10.0 {
             return alone;
         }
         // Where two effects do what the correction does, it is the second that bends the first.
-        Ruling::Promised(self.named(best, None, f64::NEG_INFINITY), Box::new(alone))
+        match self.two_do(best, rival.claim()) {
+            Some(second) => {
+                let named = self.named(best, None, f64::NEG_INFINITY);
+                Ruling::Promised(named, second, Box::new(alone))
+            }
+            None => alone,
+        }
     }
 
     /// Decides between an effect by itself and a correction.
@@ -213,12 +219,11 @@ impl<'a> Round<'a> {
         logistic((best.evidence - self.hurdle(best)) / scale + 1.0)
     }
 
-    /// Whether the best effect and a second one beside it do what a correction does.
-    fn two_do(&self, best: &Contender, rival: &Correction) -> bool {
-        // What acts elsewhere does not do what the correction does.
-        let there = |c: &Contender| self.share_in(c, rival.place) > 0.5;
+    /// The effect that, beside the best one, does what a correction does, if there is one.
+    fn two_do(&self, best: &Contender, rival: f64) -> Option<&'static str> {
+        let (second, evidence) = self.second(&self.sharpened(best), |_| true)?;
         // Two physical forms that come near what knots can do at will are the likelier.
-        self.second(&self.sharpened(best), there) > 0.9 * rival.claim() - best.evidence
+        (evidence > 0.9 * rival - best.evidence).then_some(second)
     }
 
     /// How much of an effect shows in the relations that a correction of some place enters.
@@ -254,24 +259,24 @@ impl<'a> Round<'a> {
         state
     }
 
-    /// What a second effect of some kind explains for its own, beside the best one that a state ends with; minus infinity if
-    /// there is none.
-    fn second(&self, state: &[Applied], kind: impl Fn(&Contender) -> bool) -> f64 {
+    /// A second effect of some kind, and what it explains for its own beside the best one that a state ends with.
+    fn second(
+        &self,
+        state: &[Applied],
+        kind: impl Fn(&About) -> bool,
+    ) -> Option<(&'static str, f64)> {
         if !self.record.takes(Step::TwoDo) {
-            return f64::NEG_INFINITY;
+            return None;
         }
-        let Some(gate) = Tangent::beside(self.record, state, &[], Bend::Lean) else {
-            return f64::NEG_INFINITY;
-        };
+        let gate = Tangent::beside(self.record, state, &[], Bend::Lean)?;
         let second = contest(self.record, &gate, state).into_iter().find(|c| {
             let about = c.effect.about();
-            c.evidence > about.search.belief.hurdle && material(&solved(&c.best)) && kind(c)
-        });
-        second.map_or(f64::NEG_INFINITY, |c| {
-            let id = c.effect.about().id;
-            debug!("beside it {id} shows {:.1}", c.evidence);
-            c.evidence - FURTHER[(self.known + 1).min(FURTHER.len() - 1)]
-        })
+            c.evidence > about.search.belief.hurdle && material(&solved(&c.best)) && kind(about)
+        })?;
+        let id = second.effect.about().id;
+        debug!("beside it {id} shows {:.1}", second.evidence);
+        let further = FURTHER[(self.known + 1).min(FURTHER.len() - 1)];
+        Some((id, second.evidence - further))
     }
 
     /// What a correction must show beside what has been named: knots fit the want of form of another effect with ease.
@@ -420,8 +425,9 @@ impl<'a> Round<'a> {
         let odds = self.form_broken(best, gain);
         debug!("{} bends by {gain:.1}, odds {odds:.1}", about.id);
         // What the timing allowed for beside it lacks is no second cause.
-        let timeless = |c: &Contender| c.effect.about().search.timing.is_none();
-        if odds > 0.0 && self.second(&state, timeless) > MOSTLY * gain {
+        let timeless = |about: &About| about.search.timing.is_none();
+        let bends = |(_, evidence)| evidence > MOSTLY * gain;
+        if odds > 0.0 && self.second(&state, timeless).is_some_and(bends) {
             return f64::NEG_INFINITY;
         }
         odds

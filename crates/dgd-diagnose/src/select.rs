@@ -79,9 +79,10 @@ impl Selection {
 
 /// What was named on the promise of a second effect.
 struct Promised {
+    second: &'static str,
     /// Before it was.
     before: Selection,
-    /// What the round comes to if none is named next.
+    /// What the round comes to if it does not come.
     otherwise: Box<Ruling>,
 }
 
@@ -111,7 +112,7 @@ pub(crate) fn select(
         Sought::Any(most) => most,
         Sought::Given(ids) => ids.len(),
     };
-    let mut promised = None;
+    let mut promised: Option<Promised> = None;
     for number in 1..=most {
         round_begins(number);
         for one in selection.state() {
@@ -126,14 +127,11 @@ pub(crate) fn select(
             Sought::Any(_) => round.ruling(),
             Sought::Given(ids) => round.given(ids).map_or(Ruling::Nothing, Ruling::Named),
         };
-        let names = matches!(ruling, Ruling::Named(_) | Ruling::Promised(..));
-        if let Some(Promised { before, otherwise }) = promised.take()
-            && !names
+        if let Some(promise) = promised.take()
+            && !promise.is_kept(&ruling)
+            && unkept(&mut selection, promise)
         {
-            // No second effect came to do with the first what a correction does by itself.
-            if unkept(&mut selection, before, *otherwise) {
-                break;
-            }
+            break;
         }
         match ruling {
             Ruling::Nothing => break,
@@ -142,26 +140,50 @@ pub(crate) fn select(
                 break;
             }
             Ruling::Named(named) => selection.accept(record, start, named)?,
-            Ruling::Promised(named, otherwise) => {
+            Ruling::Promised(named, second, otherwise) => {
                 let before = selection.clone();
                 selection.accept(record, start, named)?;
-                promised = Some(Promised { before, otherwise });
+                promised = Some(Promised {
+                    second,
+                    before,
+                    otherwise,
+                });
             }
         }
     }
     Some(selection)
 }
 
-/// Takes back what was named on a promise that was not kept: tells whether the search ends with the correction that stood
-/// against it. Where none stood, the effect stays, no likelier than by itself.
-fn unkept(selection: &mut Selection, before: Selection, otherwise: Ruling) -> bool {
-    match otherwise {
+impl Promised {
+    /// Whether the round behind it names an effect, or cannot tell the one that was promised from a correction.
+    fn is_kept(&self, ruling: &Ruling) -> bool {
+        match ruling {
+            Ruling::Named(_) | Ruling::Promised(..) => true,
+            Ruling::Unnamed(correction) => {
+                let of = |(id, p): &(String, f64)| {
+                    id == self.second && *p > 0.5 * correction.probability
+                };
+                correction.alternatives.iter().any(of)
+            }
+            Ruling::Nothing => false,
+        }
+    }
+}
+
+/// Takes back what was named on a promise that was not kept, for no second effect came to do with the first what a correction
+/// does by itself: tells whether the search ends with that correction. Where it does not stand, the effect stays, no
+/// likelier than by itself.
+fn unkept(selection: &mut Selection, promise: Promised) -> bool {
+    let Promised {
+        before, otherwise, ..
+    } = promise;
+    match *otherwise {
         Ruling::Unnamed(correction) => {
             *selection = before;
             selection.named.push(correction);
             return true;
         }
-        Ruling::Named(alone) | Ruling::Promised(alone, _) => {
+        Ruling::Named(alone) | Ruling::Promised(alone, ..) => {
             if let Some(last) = selection.named.last_mut() {
                 last.probability = alone.probability;
                 last.alternatives = alone.alternatives;
@@ -191,7 +213,7 @@ fn first(round: &Round) -> Vec<First> {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-    use super::{Named, Selection, unkept};
+    use super::{Named, Promised, Selection, unkept};
     use crate::relations::Applied;
     use crate::round::Ruling;
     use dgd_effects::{find, unknown};
@@ -222,15 +244,37 @@ mod tests {
         }
     }
 
+    fn promise(otherwise: Ruling) -> Promised {
+        Promised {
+            second: "influx",
+            before: selection(Vec::new()),
+            otherwise: Box::new(otherwise),
+        }
+    }
+
+    fn correction(alternative: (&str, f64)) -> Named {
+        let (id, p) = alternative;
+        Named {
+            alternatives: vec![(id.to_owned(), p)],
+            ..named(Applied::new(unknown(), vec![0.0; 4]), 0.8)
+        }
+    }
+
+    #[test]
+    fn a_promise_is_kept_by_a_name_or_by_what_may_be_the_one_that_was_promised() {
+        let kept = |ruling: Ruling| promise(Ruling::Nothing).is_kept(&ruling);
+        assert!(kept(Ruling::Named(gain(0.6))));
+        assert!(!kept(Ruling::Nothing));
+        assert!(kept(Ruling::Unnamed(correction(("influx", 0.41)))));
+        assert!(!kept(Ruling::Unnamed(correction(("influx", 0.39)))));
+        assert!(!kept(Ruling::Unnamed(correction(("line_leak", 0.41)))));
+    }
+
     #[test]
     fn a_promise_that_is_not_kept_gives_way_to_the_correction() {
         let mut found = selection(vec![gain(0.9)]);
-        let correction = named(Applied::new(unknown(), vec![0.0; 4]), 0.8);
-        assert!(unkept(
-            &mut found,
-            selection(Vec::new()),
-            Ruling::Unnamed(correction)
-        ));
+        let stood = promise(Ruling::Unnamed(correction(("influx", 0.1))));
+        assert!(unkept(&mut found, stood));
         let ids = found.named.iter().map(|n| n.applied.effect.about().id);
         assert_eq!(ids.collect::<Vec<_>>(), ["unknown"]);
     }
@@ -238,8 +282,7 @@ mod tests {
     #[test]
     fn an_effect_that_stands_by_itself_is_no_likelier_for_a_promise() {
         let mut found = selection(vec![gain(0.9)]);
-        let alone = Ruling::Named(gain(0.6));
-        assert!(!unkept(&mut found, selection(Vec::new()), alone));
+        assert!(!unkept(&mut found, promise(Ruling::Named(gain(0.6)))));
         assert_eq!(found.named.len(), 1);
         assert_eq!(found.named[0].probability, 0.6);
         assert_eq!(found.named[0].alternatives[0].1, 0.99 - 0.6);
