@@ -9,18 +9,18 @@ use std::process::Command;
 
 /// Commands whose cost is measured, with the format that each reads.
 const MEASURED: [Measured; 12] = [
-    Measured::whole("inspect", "csv"),
+    Measured::plain("inspect", "csv"),
     Measured::in_blocks("inspect", "csv"),
-    Measured::whole("inspect", "mat"),
-    Measured::whole("convert", "csv"),
+    Measured::plain("inspect", "mat"),
+    Measured::plain("convert", "csv"),
     Measured::in_blocks("convert", "csv"),
-    Measured::whole("convert", "mcap"),
+    Measured::plain("convert", "mcap"),
     Measured::in_blocks("convert", "mcap"),
-    Measured::whole("fit", "csv"),
-    Measured::whole("fit", "mat"),
-    Measured::whole("simulate", "mat"),
-    Measured::whole("mask", "mat"),
-    Measured::whole("diagnose", "mat"),
+    Measured::plain("fit", "csv"),
+    Measured::plain("fit", "mat"),
+    Measured::plain("simulate", "mat"),
+    Measured::plain("mask", "mat"),
+    Measured::plain("diagnose", "mat"),
 ];
 /// Up to so many days a command is run three times, and the run of the least processor time counts.
 const SHORT_DAYS: f64 = 2.0;
@@ -33,12 +33,12 @@ struct Measured {
     command: &'static str,
     /// Ending of the recording's name.
     format: &'static str,
-    /// Whether a block of it is in memory at a time.
+    /// Whether a block of it is asked to be in memory at a time; long ones are without asking.
     in_blocks: bool,
 }
 
 impl Measured {
-    const fn whole(command: &'static str, format: &'static str) -> Self {
+    const fn plain(command: &'static str, format: &'static str) -> Self {
         Self {
             command,
             format,
@@ -49,7 +49,7 @@ impl Measured {
     const fn in_blocks(command: &'static str, format: &'static str) -> Self {
         Self {
             in_blocks: true,
-            ..Self::whole(command, format)
+            ..Self::plain(command, format)
         }
     }
 }

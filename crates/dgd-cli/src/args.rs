@@ -14,7 +14,6 @@ use std::path::{Path, PathBuf};
     dgd demo
   A recording of a rig, described in well.toml:
     dgd inspect rig.mat --propose well.toml
-  dgd inspect years.csv --in-blocks
     dgd fit rig.mat --well well.toml
     dgd simulate rig.mat --well well.toml --model model.toml
     dgd diagnose rig.mat --well well.toml --out diagnosis
@@ -81,6 +80,7 @@ pub(crate) enum Command {
   dgd inspect rig.mcap
   dgd inspect rig.csv --json | jq .columns
   dgd inspect rig.mat --propose well.toml
+  dgd inspect years.csv --in-blocks
 
 The table tells of each column: its smallest, median and largest value, the step of its quantisation, how many samples \
 repeat the one before, and the longest run of one value (`537 x 0` is 537 samples of 0).")]

@@ -350,7 +350,7 @@ pub(crate) fn weigh(
         signature.iter_mut().for_each(|v| *v *= unit);
         energy = dot(&signature, &signature);
         score = dot(&signature, &tangent.off);
-        // Of one sign it may be either, the other one for what ends.
+        // Of one sign, that of the strength that is tried.
         evidence_ln = evidence(
             energy,
             score * unit.signum(),

@@ -77,6 +77,9 @@ impl Selection {
     }
 }
 
+/// Share of a correction's probability from which on an effect beside it is not much less likely.
+const NOT_MUCH_LESS: f64 = 0.5;
+
 /// What was named on the promise of a second effect.
 struct Promised {
     second: &'static str,
@@ -112,7 +115,7 @@ pub(crate) fn select(
         Sought::Any(most) => most,
         Sought::Given(ids) => ids.len(),
     };
-    let mut promised: Option<Promised> = None;
+    let mut promises = Vec::new();
     for number in 1..=most {
         round_begins(number);
         for one in selection.state() {
@@ -127,10 +130,7 @@ pub(crate) fn select(
             Sought::Any(_) => round.ruling(),
             Sought::Given(ids) => round.given(ids).map_or(Ruling::Nothing, Ruling::Named),
         };
-        if let Some(promise) = promised.take()
-            && !promise.is_kept(&ruling)
-            && unkept(&mut selection, promise)
-        {
+        if settled(&mut selection, &mut promises, &ruling) {
             break;
         }
         match ruling {
@@ -143,7 +143,7 @@ pub(crate) fn select(
             Ruling::Promised(named, second, otherwise) => {
                 let before = selection.clone();
                 selection.accept(record, start, named)?;
-                promised = Some(Promised {
+                promises.push(Promised {
                     second,
                     before,
                     otherwise,
@@ -151,17 +151,19 @@ pub(crate) fn select(
             }
         }
     }
+    // No round is left in which a second effect might come.
+    settled(&mut selection, &mut promises, &Ruling::Nothing);
     Some(selection)
 }
 
 impl Promised {
-    /// Whether the round behind it names an effect, or cannot tell the one that was promised from a correction.
+    /// Whether the round behind it names an effect, or holds the one that was promised for not much less likely than a correction.
     fn is_kept(&self, ruling: &Ruling) -> bool {
         match ruling {
             Ruling::Named(_) | Ruling::Promised(..) => true,
             Ruling::Unnamed(correction) => {
                 let of = |(id, p): &(String, f64)| {
-                    id == self.second && *p > 0.5 * correction.probability
+                    id == self.second && *p > NOT_MUCH_LESS * correction.probability
                 };
                 correction.alternatives.iter().any(of)
             }
@@ -170,28 +172,39 @@ impl Promised {
     }
 }
 
-/// Takes back what was named on a promise that was not kept, for no second effect came to do with the first what a correction
-/// does by itself: tells whether the search ends with that correction. Where it does not stand, the effect stays, no
-/// likelier than by itself.
-fn unkept(selection: &mut Selection, promise: Promised) -> bool {
-    let Promised {
-        before, otherwise, ..
-    } = promise;
-    match *otherwise {
-        Ruling::Unnamed(correction) => {
-            *selection = before;
-            selection.named.push(correction);
-            return true;
-        }
-        Ruling::Named(alone) | Ruling::Promised(alone, ..) => {
-            if let Some(last) = selection.named.last_mut() {
-                last.probability = alone.probability;
-                last.alternatives = alone.alternatives;
+/// Takes back what was named on promises that the round behind them does not keep, for no second effect came to do with the
+/// first what a correction does by itself: tells whether the search ends with that correction. Where none stands, the effect
+/// stays, no likelier than by itself.
+fn settled(selection: &mut Selection, promises: &mut Vec<Promised>, ruling: &Ruling) -> bool {
+    let mut instead = None;
+    while let Some(promise) = promises.pop() {
+        let behind = instead.as_ref().unwrap_or(ruling);
+        if promise.is_kept(behind) {
+            match behind {
+                // Which may be taken back itself.
+                Ruling::Promised(..) => promises.push(promise),
+                _ => promises.clear(),
             }
+            break;
         }
-        Ruling::Nothing => {}
+        let place = promise.before.named.len();
+        match *promise.otherwise {
+            Ruling::Unnamed(correction) => {
+                *selection = promise.before;
+                selection.named.push(correction.clone());
+                instead = Some(Ruling::Unnamed(correction));
+            }
+            Ruling::Named(alone) | Ruling::Promised(alone, ..) => {
+                if let Some(named) = selection.named.get_mut(place) {
+                    named.probability = alone.probability;
+                    named.alternatives = alone.alternatives;
+                }
+                promises.clear();
+            }
+            Ruling::Nothing => promises.clear(),
+        }
     }
-    false
+    instead.is_some()
 }
 
 /// What each effect showed before anything was named.
@@ -213,7 +226,7 @@ fn first(round: &Round) -> Vec<First> {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-    use super::{Named, Promised, Selection, unkept};
+    use super::{Named, Promised, Selection, settled};
     use crate::relations::Applied;
     use crate::round::Ruling;
     use dgd_effects::{find, unknown};
@@ -274,7 +287,7 @@ mod tests {
     fn a_promise_that_is_not_kept_gives_way_to_the_correction() {
         let mut found = selection(vec![gain(0.9)]);
         let stood = promise(Ruling::Unnamed(correction(("influx", 0.1))));
-        assert!(unkept(&mut found, stood));
+        assert!(settled(&mut found, &mut vec![stood], &Ruling::Nothing));
         let ids = found.named.iter().map(|n| n.applied.effect.about().id);
         assert_eq!(ids.collect::<Vec<_>>(), ["unknown"]);
     }
@@ -282,9 +295,29 @@ mod tests {
     #[test]
     fn an_effect_that_stands_by_itself_is_no_likelier_for_a_promise() {
         let mut found = selection(vec![gain(0.9)]);
-        assert!(!unkept(&mut found, promise(Ruling::Named(gain(0.6)))));
+        let alone = promise(Ruling::Named(gain(0.6)));
+        assert!(!settled(&mut found, &mut vec![alone], &Ruling::Nothing));
         assert_eq!(found.named.len(), 1);
         assert_eq!(found.named[0].probability, 0.6);
         assert_eq!(found.named[0].alternatives[0].1, 0.99 - 0.6);
+    }
+
+    #[test]
+    fn a_promise_kept_by_another_one_falls_with_it() {
+        let unknown = || Ruling::Unnamed(correction(("influx", 0.1)));
+        let second = Promised {
+            before: selection(vec![gain(0.9)]),
+            ..promise(unknown())
+        };
+        let mut promises = vec![promise(unknown())];
+        let mut found = selection(vec![gain(0.9)]);
+        let next = Ruling::Promised(gain(0.8), "influx", Box::new(unknown()));
+        assert!(!settled(&mut found, &mut promises, &next));
+        assert_eq!(promises.len(), 1);
+        promises.push(second);
+        found.named.push(gain(0.8));
+        assert!(settled(&mut found, &mut promises, &Ruling::Nothing));
+        let ids = found.named.iter().map(|n| n.applied.effect.about().id);
+        assert_eq!(ids.collect::<Vec<_>>(), ["unknown"]);
     }
 }

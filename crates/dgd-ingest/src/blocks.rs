@@ -10,9 +10,10 @@ use std::io::{self, Read, Seek, SeekFrom};
 /// How much of a recording is held at a time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BlockOptions {
-    /// Bytes of a text that are held; a line must not be longer than an eighth of them. Default: 8 MiB.
+    /// Bytes of a text that are held, beside its samples of 4 MiB; a line must not be longer than an eighth of
+    /// them. At least 1. Default: 8 MiB.
     pub bytes: usize,
-    /// Values of a block, rows times columns, but for its last chunk where it is a log. Default: 2^20, 8 MiB.
+    /// Values of a block, rows times columns; at least a row, and a chunk of a log is not parted. Default: 2^20, 8 MiB.
     pub cells: usize,
 }
 
@@ -36,7 +37,8 @@ pub enum Opened<B> {
 
 pub(crate) const WHOLE_MAT: &str = "MAT files hold one column after another";
 pub(crate) const WHOLE_TEXT: &str = "its lines tell only together what they are";
-pub(crate) const WHOLE_LINES: &str = "it has a line of more than a megabyte";
+pub(crate) const WHOLE_LINES: &str = "it has a line too long for a window, a megabyte as a rule";
+pub(crate) const WHOLE_RECORDS: &str = "it has a record of more than 64 MiB";
 pub(crate) const WHOLE_TOPICS: &str =
     "a log of several topics, or of none, is brought onto one clock";
 pub(crate) const WHOLE_ORDER: &str = "its messages must be put in order";
@@ -61,7 +63,8 @@ pub enum BlockError {
 /// A CSV text, or an MCAP log of one topic, that is read block by block as often as wanted.
 ///
 /// It is read once when it is opened, because which columns there are shows only at the end. Blocks, put
-/// one behind the other, are what [`crate::read`] gives, to the last bit.
+/// one behind the other, are what [`crate::read`] gives, to the last bit, where that does not refuse the content as too large:
+/// of a log it counts the cells as they come, here they are counted at the end.
 ///
 /// ```
 /// use dgd_ingest::{BlockOptions, BlockReader, Opened, ReadOptions};
@@ -83,6 +86,8 @@ pub struct BlockReader<R> {
     blocks: Blocks,
     head: Table,
     block: Table,
+    /// Rows of the blocks so far.
+    read: usize,
 }
 
 enum Blocks {
@@ -101,7 +106,8 @@ impl<R: Read + Seek> BlockReader<R> {
     /// Looks through a recording.
     ///
     /// # Errors
-    /// [`BlockError`] if the source fails, or if [`crate::read`] would refuse the content.
+    /// [`BlockError`] if the source fails, or if the content is none or too large; other content that [`crate::read`] would
+    /// refuse must be read whole, for it to say why.
     pub fn open(
         mut source: R,
         options: &crate::ReadOptions,
@@ -133,6 +139,7 @@ impl<R: Read + Seek> BlockReader<R> {
                 blocks,
                 head,
                 block: Table::default(),
+                read: 0,
             }
         }))
     }
@@ -160,6 +167,7 @@ impl<R: Read + Seek> BlockReader<R> {
 
     /// Goes back to the first block.
     pub fn rewind(&mut self) {
+        self.read = 0;
         match &mut self.blocks {
             Blocks::Text(text) => text.rewind(),
             Blocks::Log(log) => log.rewind(),
@@ -169,14 +177,22 @@ impl<R: Read + Seek> BlockReader<R> {
     /// The next rows, in columns as those of [`BlockReader::head`]; `None` at the end.
     ///
     /// # Errors
-    /// [`BlockError`] if the source fails, or if it is not what it was when it was opened.
+    /// [`BlockError`] if the source fails, or if it has not the rows any more that it had when it was opened.
     pub fn next_block(&mut self) -> Result<Option<&Table>, BlockError> {
         let (source, block) = (&mut self.source, &mut self.block);
         let some = match &mut self.blocks {
             Blocks::Text(text) => text.next(source, block)?,
             Blocks::Log(log) => log.next(source, block)?,
         };
-        Ok(some.then_some(&self.block))
+        if some {
+            self.read += self.block.rows();
+            return Ok(Some(&self.block));
+        }
+        if self.read == self.rows() {
+            Ok(None)
+        } else {
+            Err(BlockError::Changed)
+        }
     }
 }
 

@@ -43,16 +43,17 @@ pub(crate) fn open(
     when: When,
     progress: &Progress,
 ) -> Result<Option<Blocks>, Failure> {
-    let file = File::open(path).map_err(|e| Failure::read(path, &e))?;
-    let before = State::of(&file);
     let least = match when {
         When::Always => 0,
         When::Long(bytes) => bytes,
     };
-    // A pipe gives its bytes once.
-    if before.is_none_or(|state| state.length < least) {
+    // A pipe gives its bytes once, and to whoever opens it first.
+    let metadata = std::fs::metadata(path).map_err(|e| Failure::read(path, &e))?;
+    if !metadata.is_file() || metadata.len() < least {
         return Ok(None);
     }
+    let file = File::open(path).map_err(|e| Failure::read(path, &e))?;
+    let before = State::of(&file);
     output::protect(path);
     progress.stage("looking through", &path.display().to_string());
     let name_hint = path.file_name().map(|n| n.to_string_lossy().into_owned());

@@ -1,6 +1,8 @@
 //! What is done block by block gives what is done at once.
 
 use crate::bench::Bench;
+use std::process::Command;
+use std::thread;
 
 fn bench() -> Bench {
     let bench = Bench::new();
@@ -78,5 +80,20 @@ fn refusals_are_those_of_the_whole_file() {
         // That it is read whole may be told before.
         assert!(blocks.err.ends_with(&whole.err), "{}", blocks.err);
         assert!(!bench.names().contains(&"out.mcap".to_owned()));
+    }
+}
+
+#[test]
+fn a_pipe_is_read_once() {
+    let bench = Bench::bare();
+    let pipe = bench.path("rig.csv");
+    let made = Command::new("mkfifo").arg(&pipe).status().unwrap();
+    assert!(made.success());
+    for arguments in ["inspect rig.csv", "convert rig.csv out.csv --in-blocks"] {
+        // The writer is done as soon as somebody has taken its bytes.
+        let to = pipe.clone();
+        let writer = thread::spawn(move || std::fs::write(to, "t,a\ns,1\n0,1\n1,2\n"));
+        bench.dgd(arguments).done();
+        writer.join().unwrap().unwrap();
     }
 }

@@ -6,7 +6,7 @@ use super::rows::{self, Rows, Stop, Window};
 use super::text;
 use crate::blocks::{BlockError, BlockOptions, Opened, WHOLE_LINES, WHOLE_TEXT};
 use dgd_recording::Table;
-use std::io::{self, Read, Seek, SeekFrom};
+use std::io::{Read, Seek, SeekFrom};
 
 /// The rows of a text, in blocks.
 pub(crate) struct TextBlocks {
@@ -250,7 +250,7 @@ fn read_exactly(source: &mut impl Read, length: u64, into: &mut Vec<u8>) -> Resu
     let read = source.take(length).read_to_end(into)?;
     if (read as u64) < length {
         // It was longer a moment ago.
-        return Err(BlockError::Io(io::ErrorKind::UnexpectedEof.into()));
+        return Err(BlockError::Changed);
     }
     Ok(())
 }

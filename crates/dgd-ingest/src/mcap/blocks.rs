@@ -4,10 +4,14 @@ use super::records::op;
 use super::streams::Stream;
 use super::walk::{MAGIC, RECORD_HEAD, Walked, is_known};
 use super::{Log, clock, column, origin};
-use crate::blocks::{BlockError, BlockOptions, Opened, WHOLE_DAMAGED, WHOLE_ORDER, WHOLE_TOPICS};
+use crate::blocks::{
+    BlockError, BlockOptions, Opened, WHOLE_DAMAGED, WHOLE_ORDER, WHOLE_RECORDS, WHOLE_TOPICS,
+};
 use dgd_recording::Table;
 use std::io::{Read, Seek, SeekFrom};
 
+/// Bytes of a record that is held.
+const MAX_RECORD: u64 = 64 << 20;
 /// Messages of a topic after which they are looked at and let go.
 const SETTLED_AT: usize = 1 << 12;
 
@@ -40,6 +44,8 @@ enum Step {
     End,
     /// No record begins here.
     Lost,
+    /// A record of more than [`MAX_RECORD`].
+    Large,
 }
 
 impl LogBlocks {
@@ -59,11 +65,17 @@ impl LogBlocks {
                 Step::Record => false,
                 Step::End => true,
                 Step::Lost => return Ok(Opened::Whole(WHOLE_DAMAGED)),
+                Step::Large => return Ok(Opened::Whole(WHOLE_RECORDS)),
             };
+            let mut numeric = 0;
             for stream in &mut pass.log.streams {
                 if ended || stream.log_ns.len() >= SETTLED_AT {
                     stream.settle();
+                    numeric += usize::from(stream.met().next().is_some());
                 }
+            }
+            if numeric > 1 {
+                return Ok(Opened::Whole(WHOLE_TOPICS));
             }
             if ended {
                 break;
@@ -132,7 +144,7 @@ impl LogBlocks {
                 Step::Record => {}
                 Step::End => break,
                 // The first pass came through.
-                Step::Lost => return Err(BlockError::Changed),
+                Step::Lost | Step::Large => return Err(BlockError::Changed),
             }
             let mut read = 0;
             for (at, stream) in self.pass.log.streams.iter_mut().enumerate() {
@@ -221,6 +233,9 @@ impl Pass {
         *at += size;
         if !matches!(opcode, op::CHUNK | op::SCHEMA | op::CHANNEL | op::MESSAGE) {
             return Ok(Step::Record);
+        }
+        if size > MAX_RECORD {
+            return Ok(Step::Large);
         }
         record.clear();
         record.extend_from_slice(&head);

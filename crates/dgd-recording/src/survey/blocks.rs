@@ -9,8 +9,8 @@ const HELD: usize = 1 << 21;
 /// Those of one column.
 const HELD_OF_ONE: usize = 1 << 17;
 
-/// The survey of a table that comes in blocks, which are gone through as often as it asks for: two times
-/// where the clock is even, up to six where it is not.
+/// The survey of a table that comes in blocks, which are gone through as often as it asks for: two or three times
+/// where the stamps are whole seconds one step apart, as a rule some six where they are not.
 ///
 /// What it finds is what [`crate::survey`] finds in the whole table. Its memory does not grow with the
 /// recording, but for the stamps of a clock that runs backwards, which must be put in order, and the list of
