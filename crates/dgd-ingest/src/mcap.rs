@@ -208,6 +208,11 @@ impl Log {
         Ok(())
     }
 
+    /// The streams that have a number.
+    fn numeric(&self) -> impl Iterator<Item = usize> {
+        (0..self.streams.len()).filter(|at| self.streams[*at].met().next().is_some())
+    }
+
     /// Puts every stream in order, and says what was wrong with the log.
     fn tell(&mut self, walked: &walk::Walked) -> Told {
         let mut issues = walked.issues.clone();

@@ -2,8 +2,9 @@
 
 use crate::draws::normals;
 use crate::record::{Filled, Record};
-use crate::relations::Blocks;
-use dgd_effects::{Curves, FRICTION_TERMS, HEAD_TERMS, Noise, Scale, Setting};
+use crate::relations::{Applied, Blocks};
+use crate::select::Named;
+use dgd_effects::{Curves, FRICTION_TERMS, HEAD_TERMS, Noise, Scale, Setting, find};
 use dgd_identify::Prepared;
 use dgd_recording::{ChannelMap, ChannelSource, Geometry, Recording, TimeSource, Well};
 use dgd_units::STANDARD_GRAVITY_M_S2;
@@ -15,6 +16,20 @@ pub(crate) const BLOCK_S: f64 = 10.0;
 pub(crate) const FLOW_M3_S: f64 = 0.04;
 pub(crate) const SPEED_PCT: f64 = 70.0;
 pub(crate) const MUD_PUMP_M3_S: f64 = 0.03;
+
+/// A finding of high probability without alternatives.
+pub(crate) fn named(id: &str, parameters: &[f64]) -> Named {
+    let effect = find(id).expect("an effect of the catalogue");
+    Named {
+        applied: Applied::new(effect, parameters.to_vec()),
+        evidence: 40.0,
+        bent: 0.0,
+        hurdle: 3.5,
+        probability: 0.9,
+        alternatives: Vec::new(),
+        correction: None,
+    }
+}
 
 /// A rig without connections, whose instruments have no noise.
 pub(crate) fn setting(span_s: (f64, f64)) -> Setting {

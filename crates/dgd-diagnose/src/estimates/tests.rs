@@ -2,25 +2,13 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::estimates;
-use crate::claims::fixture::{Hidden, INFLUX_S, drilled};
+use crate::claims::fixture::{Hidden, INFLUX_S, drilled, named};
 use crate::diagnosis::ParameterEstimate;
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::select::{Named, Selection};
 use crate::tangent::{Bend, Tangent, dot};
 use dgd_effects::{find, unknown};
-
-fn named(id: &str, parameters: &[f64]) -> Named {
-    Named {
-        applied: Applied::new(find(id).unwrap(), parameters.to_vec()),
-        evidence: 40.0,
-        bent: 0.0,
-        hurdle: 3.5,
-        probability: 0.9,
-        alternatives: Vec::new(),
-        correction: None,
-    }
-}
 
 fn selected(allowances: Vec<Applied>, named: Vec<Named>) -> Selection {
     Selection {

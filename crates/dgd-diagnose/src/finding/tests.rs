@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::{finding, heaving, region};
-use crate::claims::fixture::{Hidden, INFLUX_S, drilled, steady};
+use crate::claims::fixture::{Hidden, INFLUX_S, drilled, named, steady};
 use crate::diagnosis::{Finding, Simulation};
 use crate::heave::Swell;
 use crate::relations::Applied;
@@ -22,13 +22,8 @@ fn nothing_run() -> Simulation {
 fn influx() -> Named {
     let (from, lasts, rise) = INFLUX_S;
     Named {
-        applied: Applied::new(find("influx").unwrap(), vec![3e-3, from, lasts, rise]),
-        evidence: 40.0,
-        bent: 0.0,
-        hurdle: 3.5,
         probability: 0.97,
-        alternatives: Vec::new(),
-        correction: None,
+        ..named("influx", &[3e-3, from, lasts, rise])
     }
 }
 

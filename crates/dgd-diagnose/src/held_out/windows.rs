@@ -2,9 +2,9 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::{held_out, model, trained};
-use crate::claims::fixture::{Hidden, INFLUX_S, drilled};
+use crate::claims::fixture::{Hidden, INFLUX_S, drilled, named};
 use crate::relations::Applied;
-use crate::select::{Named, Selection};
+use crate::select::Selection;
 use crate::tangent::{Bend, Tangent};
 use dgd_effects::find;
 
@@ -132,19 +132,10 @@ fn what_is_named_is_fitted_again_on_the_training_blocks() {
     let excluded: Vec<bool> = (0..record.blocks).map(|b| b >= 420).collect();
     let (from, lasts, rise) = INFLUX_S;
     for onset in [from - 60.0, from + 1200.0] {
-        let named = Named {
-            applied: Applied::new(find("influx").unwrap(), vec![2e-3, onset, lasts, rise]),
-            evidence: 40.0,
-            bent: 0.0,
-            hurdle: 3.5,
-            probability: 0.9,
-            alternatives: Vec::new(),
-            correction: None,
-        };
         let selection = Selection {
             held: 0,
             allowances: Vec::new(),
-            named: vec![named],
+            named: vec![named("influx", &[2e-3, onset, lasts, rise])],
             first: Vec::new(),
         };
         let found = trained(&record, &[], &selection, &excluded).unwrap();

@@ -3,7 +3,7 @@
 
 use super::{placebo, tested};
 use crate::Simulation;
-use crate::claims::fixture::{DT_S, Hidden, INFLUX_S, SPEED_PCT, drilled, steady};
+use crate::claims::fixture::{DT_S, Hidden, INFLUX_S, SPEED_PCT, drilled, named, steady};
 use crate::diagnosis::{Outcome, Tested};
 use crate::finding::heaving;
 use crate::heave::Swell;
@@ -12,18 +12,6 @@ use crate::relations::Applied;
 use crate::select::{First, Named, Selection};
 use dgd_effects::{Connection, Excitation, Method, catalogue, find};
 use dgd_units::STANDARD_GRAVITY_M_S2;
-
-fn named(id: &str, parameters: &[f64]) -> Named {
-    Named {
-        applied: Applied::new(find(id).unwrap(), parameters.to_vec()),
-        evidence: 40.0,
-        bent: 0.0,
-        hurdle: 3.5,
-        probability: 0.9,
-        alternatives: Vec::new(),
-        correction: None,
-    }
-}
 
 fn selected(named: Vec<Named>, first: Vec<First>) -> Selection {
     Selection {

@@ -160,10 +160,8 @@ impl Plan {
     /// Whether a column with a value is left, as far as its own cells tell.
     pub(super) fn has_values(&self, seen: &Seen) -> bool {
         let joined = self.date.map(|date| date.clock_at);
-        let own = self.columns.iter().filter(|p| joined != Some(p.index));
-        own.filter_map(|planned| seen.first_finite[planned.index])
-            .next()
-            .is_some()
+        let mut own = self.columns.iter().filter(|p| joined != Some(p.index));
+        own.any(|planned| seen.first_finite[planned.index].is_some())
     }
 }
 

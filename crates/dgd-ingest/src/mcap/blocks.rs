@@ -67,14 +67,14 @@ impl LogBlocks {
                 Step::Lost => return Ok(Opened::Whole(WHOLE_DAMAGED)),
                 Step::Large => return Ok(Opened::Whole(WHOLE_RECORDS)),
             };
-            let mut numeric = 0;
+            let mut settled = ended;
             for stream in &mut pass.log.streams {
                 if ended || stream.log_ns.len() >= SETTLED_AT {
                     stream.settle();
-                    numeric += usize::from(stream.met().next().is_some());
+                    settled = true;
                 }
             }
-            if numeric > 1 {
+            if settled && pass.log.numeric().nth(1).is_some() {
                 return Ok(Opened::Whole(WHOLE_TOPICS));
             }
             if ended {
@@ -88,8 +88,7 @@ impl LogBlocks {
         } = pass;
         walked.close();
         let issues = log.tell(&walked).issues;
-        let mut numeric = (0..log.streams.len()).filter(|i| log.streams[*i].met().next().is_some());
-        let (Some(at), None) = (numeric.next(), numeric.next()) else {
+        let Some(at) = log.numeric().next() else {
             return Ok(Opened::Whole(WHOLE_TOPICS));
         };
         let stream = &mut log.streams[at];
