@@ -1,18 +1,24 @@
 //! The competitor: a correction of one relation along one quantity, with no physics in it.
 
+mod seen;
+
 use crate::record::{MASS_BLOCKS, Record, tails, whole};
 use crate::relations::Applied;
 use crate::scan::{joined, ln_mean_exp};
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent};
 use crate::unrest::wander;
+use crate::vectors::most_within;
 use crate::witness::Witness;
-use dgd_effects::{Effect, INLET_READING, KNOTS, Method, PLACES, QUANTITIES, Relation, unknown};
+use dgd_effects::{
+    Effect, INLET_READING, KNOTS, METER_FACTOR, Method, PLACES, QUANTITIES, RISER_READING,
+    Relation, SUCTION, unknown,
+};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rayon::prelude::*;
 
-/// Prior width of a knot, in the unit of the relation.
-const WIDTHS: [f64; PLACES.len()] = [1.5e4, 2.0e4, 8e-4, 1.5e4, 1.5e4];
+/// Places that the riser's transmitter is a witness of.
+pub(crate) const BESIDE_RISER: [usize; 3] = [INLET_READING, SUCTION, RISER_READING];
 
 /// A correction, weighed.
 #[derive(Clone)]
@@ -24,6 +30,8 @@ pub(crate) struct Correction {
     pub evidence: f64,
     /// How many straight parameters its curve is worth.
     pub freedom: f64,
+    /// How large its curve is, in the unit of its place.
+    pub size: f64,
     /// Index into [`PLACES`].
     pub place: usize,
     pub quantity: usize,
@@ -117,7 +125,8 @@ pub(crate) fn corrections(record: &Record, state: &[Applied]) -> Vec<Correction>
         0 => quantity == 4,
         1 => matches!(quantity, 4 | 5),
         2 => quantity == 7,
-        INLET_READING => quantity != 0,
+        METER_FACTOR => !matches!(quantity, 0 | 4),
+        place if BESIDE_RISER.contains(&place) => quantity != 0,
         _ => !matches!(quantity, 2 | 3),
     };
     let places: Vec<(usize, usize)> = (0..QUANTITIES.len())
@@ -183,20 +192,40 @@ pub(crate) fn correction(
     excluded: &[bool],
     (place, quantity): (usize, usize),
 ) -> Option<Correction> {
+    let witness = (BESIDE_RISER.contains(&place))
+        .then(|| Witness::of(record, state, wander(record, &tangent.curves), excluded))
+        .flatten();
+    let seen = (witness.as_ref()).and_then(|w| seen::seen(record, tangent, state, w, place));
+    if BESIDE_RISER.contains(&place) && place != INLET_READING {
+        // Nothing else tells of it.
+        return seen;
+    }
+    let drawn = drawn(record, tangent, state, witness.as_ref(), (place, quantity));
+    match (drawn, seen) {
+        (Some(drawn), Some(seen)) if drawn.evidence > seen.evidence => Some(drawn),
+        (drawn, seen) => seen.or(drawn),
+    }
+}
+
+/// The correction as a curve through knots, which a `witness` bears out or not.
+fn drawn(
+    record: &Record,
+    tangent: &Tangent,
+    state: &[Applied],
+    witness: Option<&Witness>,
+    (place, quantity): (usize, usize),
+) -> Option<Correction> {
     let (from, to) = range(record, quantity);
     if to - from <= 1e-9 * to.abs().max(1e-3) {
         return None;
     }
-    let unit = WIDTHS[place];
+    let unit = PLACES[place].width;
     let change = |knots: &dyn Fn(usize) -> f64| -> Vec<f64> {
         let mut parameters = vec![place as f64, quantity as f64, from, to];
         parameters.extend((0..KNOTS).map(knots));
         tangent.change(record, &joined(state, &Applied::new(unknown(), parameters)))
     };
-    let witnessed = (place == INLET_READING)
-        .then(|| Witness::of(record, state, wander(record, &tangent.curves), excluded))
-        .flatten()
-        .and_then(|witness| witness.normal_equations((from, to), unit));
+    let witnessed = witness.and_then(|witness| witness.normal_equations((from, to), unit));
     if let Some((gram, right)) = &witnessed
         && weighed(&smoothed(gram, right, false)) <= 0.0
     {
@@ -212,8 +241,11 @@ pub(crate) fn correction(
         // A row's share of each knot follows from how it answers a constant and a straight line: the quantity hardly
         // moves within a row.
         let constant = change(&|_| unit);
-        let position: Vec<f64> = (change(&|k| unit * k as f64).iter().zip(constant.iter()))
-            .map(|(line, whole)| line / whole)
+        // No larger than the constant, as friction is no straight line of a flow that is off.
+        let last = (KNOTS - 1) as f64;
+        let line = change(&|k| unit * k as f64 / last);
+        let position: Vec<f64> = (line.iter().zip(&constant))
+            .map(|(line, whole)| last * line / whole)
             .collect();
         (0..KNOTS)
             .map(|k| {
@@ -235,26 +267,34 @@ pub(crate) fn correction(
     let best = (curves.iter()).max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
     let evidence = weighed(&curves);
     let (coefficients, freedom) = (&best.coefficients, best.freedom);
-    let curve: Vec<f64> = (0..columns[0].len())
-        .map(|i| {
-            (columns.iter().zip(coefficients))
-                .map(|(c, w)| w * c[i])
-                .sum()
-        })
-        .collect();
-    let signature = tangent.beyond(record, &curve);
+    let mut parameters = vec![place as f64, quantity as f64, from, to];
+    parameters.extend(coefficients.iter().map(|c| c * unit));
+    let size = size(place, &parameters[4..]);
+    let applied = Applied::new(unknown(), parameters);
+    let signature = if place == METER_FACTOR {
+        // The curves of a flow that is off are no straight lines of it.
+        tangent.signature(record, &joined(state, &applied))
+    } else {
+        let curve: Vec<f64> = (0..columns[0].len())
+            .map(|i| {
+                (columns.iter().zip(coefficients))
+                    .map(|(c, w)| w * c[i])
+                    .sum()
+            })
+            .collect();
+        tangent.beyond(record, &curve)
+    };
     let evidence = if record.takes(Step::Busiest) {
         evidence - busiest(record, tangent, &signature)
     } else {
         evidence
     };
-    let mut parameters = vec![place as f64, quantity as f64, from, to];
-    parameters.extend(coefficients.iter().map(|c| c * unit));
     Some(Correction {
-        applied: Applied::new(unknown(), parameters),
+        applied,
         signature,
         evidence,
         freedom,
+        size,
         place,
         quantity,
     })
@@ -304,9 +344,11 @@ pub(crate) fn hurdle(c: &Correction) -> f64 {
     }
 }
 
+/// Length of what happens once, s.
+const BUSIEST_S: f64 = 600.0;
+
 /// Evidence that a signature owes to its busiest ten minutes: a reading that freezes once is no law of the rig.
 fn busiest(record: &Record, tangent: &Tangent, signature: &[f64]) -> f64 {
-    const WINDOW_S: f64 = 600.0;
     let mut by_block = vec![0.0; record.blocks];
     for (k, section) in tangent.layout.sections().into_iter().enumerate() {
         for (i, row) in section.enumerate() {
@@ -315,37 +357,29 @@ fn busiest(record: &Record, tangent: &Tangent, signature: &[f64]) -> f64 {
             by_block[block] += s * (off - 0.5 * s);
         }
     }
-    let reach = whole(WINDOW_S / record.block_s()).max(1);
-    let mut most = 0.0_f64;
-    let mut sum = 0.0;
-    for b in 0..by_block.len() {
-        sum += by_block[b];
-        if let Some(gone) = b.checked_sub(reach) {
-            sum -= by_block[gone];
-        }
-        most = most.max(sum);
-    }
-    most
+    most_within(&by_block, whole(BUSIEST_S / record.block_s()).max(1)).1
 }
 
-/// Whether a correction is more than the accuracy of instruments: its spread over the recording, and in the mass balance, which
-/// holds no constant of its own, its size.
-pub(crate) fn plausible(c: &Correction) -> bool {
-    let knots = &c.applied.parameters[4..];
-    let balance = PLACES[c.place].relation == Relation::RiserMassBalance;
+/// How large a curve is: its spread over the recording, and in the mass balance, which holds no constant of its own, its size.
+fn size(place: usize, curve: &[f64]) -> f64 {
+    let n = curve.len() as f64;
+    let balance = PLACES[place].relation == Relation::RiserMassBalance;
     let mean = if balance {
         0.0
     } else {
-        knots.iter().sum::<f64>() / knots.len() as f64
+        curve.iter().sum::<f64>() / n
     };
-    let spread =
-        (knots.iter().map(|k| (k - mean).powi(2)).sum::<f64>() / knots.len() as f64).sqrt();
-    let least = [3e3, 6e3, 1.5e-4, 6e3, 6e3][c.place];
+    (curve.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt()
+}
+
+/// Whether a correction is more than the accuracy of instruments.
+pub(crate) fn plausible(c: &Correction) -> bool {
+    let least = PLACES[c.place].least;
     // The booster's flow enters an outlet's reading alone: as little as in the friction, where it shows. The mud pump's comes and goes
     // with the return flow, as what mud leaves of its strength at rest does.
     let booster = PLACES[c.place].relation == Relation::Instrument
         && QUANTITIES[c.quantity] == "booster flow";
-    spread > if booster { 0.5 * least } else { least }
+    c.size > if booster { 0.5 * least } else { least }
 }
 
 #[cfg(test)]

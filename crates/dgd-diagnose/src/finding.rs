@@ -1,6 +1,7 @@
 //! A finding in words and numbers.
 
 use crate::diagnosis::{Finding, ParameterEstimate, Simulation};
+use crate::empirical::BESIDE_RISER;
 use crate::estimates::estimates;
 use crate::free_run::best_gain;
 use crate::heave::{SWELL_RATIO, Swell};
@@ -8,7 +9,7 @@ use crate::record::{Record, tails};
 use crate::select::{Named, Selection};
 use crate::tangent::Tangent;
 use crate::traces::INLET_AND_RISER;
-use dgd_effects::{About, INLET_READING, PLACES, QUANTITIES, Relation};
+use dgd_effects::{About, PLACES, QUANTITIES, Relation};
 
 /// One named effect, or the correction that no effect explains.
 pub(crate) fn finding(
@@ -47,7 +48,8 @@ pub(crate) fn finding(
         alternatives: named.alternatives.clone(),
         relation,
         shows_in: place.map_or_else(|| vec![relation], |p| p.shows_in.to_vec()),
-        pair: (named.correction).and_then(|(p, _)| (p == INLET_READING).then_some(INLET_AND_RISER)),
+        pair: (named.correction)
+            .and_then(|(p, _)| BESIDE_RISER.contains(&p).then_some(INLET_AND_RISER)),
         intervals_s: vec![(interval.0 - span.0, interval.1 - span.0)],
         region: region(record, interval),
         parameters: estimates(record, selection, k, full),

@@ -161,6 +161,8 @@ fn changes(fields: [f64; FIELDS]) -> Changes {
         meter_gain,
         outlet_bias_pa: [first, second],
         inlet_bias_pa,
+        // No relation holds the riser's reading.
+        riser_bias_pa: 0.0,
     }
 }
 

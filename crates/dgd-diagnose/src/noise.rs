@@ -197,6 +197,22 @@ impl Whitening {
         whitening
     }
 
+    /// The same rows with another wander, but for some that are not used.
+    pub(crate) fn with_wander(&self, wander: Wander, unused: std::ops::Range<usize>) -> Self {
+        let mut other = self.clone();
+        other.valid[unused.clone()].fill(false);
+        other.weight[unused].fill(0.0);
+        other.starts();
+        other.filter(wander);
+        other
+    }
+
+    /// Logarithm of each row's scale: what its likelihood gains where innovations are expected to be small; 0 where it has none.
+    pub(crate) fn ln_scales(&self) -> impl Iterator<Item = f64> {
+        let ln = |s: &f64| if *s > 0.0 { s.ln() } else { 0.0 };
+        self.scale.iter().map(ln)
+    }
+
     /// Prepares the filter that takes the wander (an Ornstein-Uhlenbeck process) out of white rows: gains and
     /// innovation variances of a scalar Kalman filter, which do not depend on the data.
     fn filter(&mut self, wander: Wander) {

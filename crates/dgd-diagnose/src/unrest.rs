@@ -12,7 +12,7 @@ const FLOW_WANDER: f64 = 0.0025;
 /// The same of the pump's speed, relative: it is a set-point, whose drive hardly slips.
 const SPEED_WANDER: f64 = 0.0005;
 /// Correlation time of a wander, s: hours, and shorter than most recordings.
-const WANDER_S: f64 = 8000.0;
+pub(crate) const WANDER_S: f64 = 8000.0;
 /// What the model lacks right after a start of the pump, Pa.
 const START_PA: f64 = 2.5e4;
 /// How long movements of the flow last that its meter's noise hides, s.

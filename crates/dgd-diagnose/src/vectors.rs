@@ -218,6 +218,22 @@ pub(crate) fn back_substitute(triangle: &[Vec<f64>], mut right: Vec<f64>) -> Vec
     right
 }
 
+/// The so many neighbours whose sum is largest, and that sum; none, and 0, if all are negative.
+pub(crate) fn most_within(values: &[f64], reach: usize) -> (Range<usize>, f64) {
+    let mut most = (0..0, 0.0);
+    let mut sum = 0.0;
+    for (i, v) in values.iter().enumerate() {
+        sum += v;
+        if let Some(gone) = i.checked_sub(reach) {
+            sum -= values[gone];
+        }
+        if sum > most.1 {
+            most = ((i + 1).saturating_sub(reach)..i + 1, sum);
+        }
+    }
+    most
+}
+
 #[cfg(test)]
 mod tests {
     use super::{Column, Sparse, back_substitute, dot, products, without};

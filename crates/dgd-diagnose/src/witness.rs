@@ -3,15 +3,30 @@
 
 use crate::empirical::is_correction;
 use crate::noise::{Layout, Wander, Whitening};
-use crate::record::{Record, mean};
+use crate::record::{Record, bridged, mean};
 use crate::relations::{Applied, Rows};
+use crate::scan::ln_mean_exp;
 use crate::tangent::dot;
+use crate::unrest::WANDER_S;
+use crate::vectors::most_within;
 use dgd_effects::{Action, Changes, KNOTS, Moment, Rank, quantile};
 use nalgebra::{DMatrix, DVector};
+use std::ops::Range;
 
 /// What the inlets may lose at the suction, and by how much the spans of the transmitters may differ, Pa.
 const SUCTION_PA: f64 = 1.0e4;
 const SPAN_PA: f64 = 3.0e3;
+
+/// Size and time over which they part where one of them is at fault, Pa and s: more, or faster, than they wander within accuracy.
+const PARTING: [(f64, f64); 4] = [
+    (1.5e4, 1000.0),
+    (1.5e4, WANDER_S),
+    (6.0e4, 1000.0),
+    (6.0e4, WANDER_S),
+];
+
+/// Evidence from which on they do.
+const PARTS: f64 = 15.0;
 
 /// Inlet less riser pressure, block by block, beside the noise that the two have.
 pub(crate) struct Witness {
@@ -20,14 +35,16 @@ pub(crate) struct Witness {
     residual: Vec<f64>,
     /// The same, whitened.
     apart: Vec<f64>,
-    /// What the two may differ by, whitened, at its prior width.
+    /// What the two may differ by at its prior width, as it is and whitened.
+    may: Vec<Vec<f64>>,
     free: Vec<Vec<f64>>,
+    wander: Wander,
     /// Middle of each block, s.
     t_s: Vec<f64>,
 }
 
 impl Witness {
-    /// `None` without the riser's transmitter. What `state` corrects the inlets' reading by is taken off; `excluded` blocks
+    /// `None` without the riser's transmitter. What `state` corrects either reading by is taken off; `excluded` blocks
     /// carry no weight.
     pub(crate) fn of(
         record: &Record,
@@ -41,9 +58,9 @@ impl Witness {
         let t_s: Vec<f64> = (0..n)
             .map(|b| mean(&record.t_s[b * m..(b + 1) * m]))
             .collect();
-        let bias = inlet_bias(record, state, &t_s);
+        let held = held_apart(record, state, &t_s);
         let apart: Vec<f64> = (0..n)
-            .map(|b| block(&record.inlet, b) - bias[b] - block(riser, b))
+            .map(|b| block(&record.inlet, b) - block(riser, b) - held[b])
             .collect();
         let middle = quantile(apart.iter().copied(), Rank::MEDIAN)?;
         let residual: Vec<f64> = apart.iter().map(|v| v - middle).collect();
@@ -69,15 +86,14 @@ impl Witness {
         let square = |b: usize| SUCTION_PA * (block(flow, b) / typical).powi(2);
         let span =
             |b: usize| SPAN_PA * (block(&record.filled.inlet, b) - low) / (high - low).max(SPAN_PA);
-        let column = |of: &dyn Fn(usize) -> f64| -> Vec<f64> {
-            let whole: Vec<f64> = (0..n).map(of).collect();
-            whitening.apply_whole(&whole)
-        };
-        let free = vec![column(&|_| 1e5), column(&square), column(&span)];
+        let column = |of: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..n).map(of).collect() };
+        let may = vec![column(&|_| 1e5), column(&square), column(&span)];
         Some(Self {
             apart: whitening.apply_whole(&residual),
             residual,
-            free,
+            free: may.iter().map(|c| whitening.apply_whole(c)).collect(),
+            may,
+            wander,
             t_s,
             whitening,
         })
@@ -97,6 +113,51 @@ impl Witness {
     pub(crate) fn noise_pa(&self) -> f64 {
         let weights = self.whitening.weight.iter().copied();
         quantile(weights.filter(|w| *w > 0.0), Rank::MEDIAN).map_or(f64::NAN, |w| 1.0 / w)
+    }
+
+    /// What the two differ by beyond what they may, block by block, Pa, and its evidence against their wander within accuracy,
+    /// without the so many blocks that show most of it; `None` where that does not stand out.
+    ///
+    /// However fast it comes and goes, it needs no knots: it is seen.
+    pub(crate) fn parting(&self, busiest: usize) -> Option<(Vec<f64>, f64)> {
+        let (evidence, by_block, differ) = self.parted(0..0)?;
+        if evidence <= PARTS {
+            return None;
+        }
+        // A reading that freezes once leaves the two apart for no longer.
+        let (evidence, ..) = self.parted(most_within(&by_block, busiest).0)?;
+        if evidence <= PARTS {
+            return None;
+        }
+        let known = |b: usize| -> f64 { self.may.iter().zip(&differ).map(|(c, w)| w * c[b]).sum() };
+        let left: Vec<f64> = (self.residual.iter().enumerate())
+            .map(|(b, r)| r - known(b))
+            .collect();
+        Some((medians(&bridged(&left)), evidence))
+    }
+
+    /// Evidence that the two part, the same by block, and what they then differ by of what they may; without some blocks.
+    fn parted(&self, unused: Range<usize>) -> Option<(f64, Vec<f64>, Vec<f64>)> {
+        let of = |wander: Wander| {
+            Likelihood::of(self, &self.whitening.with_wander(wander, unused.clone()))
+        };
+        let own = of(self.wander)?;
+        let others: Vec<Likelihood> = PARTING
+            .into_iter()
+            .filter_map(|(size_pa, length_s)| {
+                of(Wander {
+                    difference_pa: size_pa,
+                    blocks: self.wander.blocks * length_s / WANDER_S,
+                    ..self.wander
+                })
+            })
+            .collect();
+        let evidence = ln_mean_exp(others.iter().map(|o| o.whole() - own.whole()));
+        let best = (others.into_iter()).max_by(|a, b| a.whole().total_cmp(&b.whole()))?;
+        let by_block = (best.by_block.iter().zip(&own.by_block))
+            .map(|(best, own)| best - own)
+            .collect();
+        Some((evidence, by_block, best.differ))
     }
 
     /// Normal equations of a curve over time that the inlet reads too much by: its knots, of width `unit`, from `from` to
@@ -129,8 +190,61 @@ impl Witness {
     }
 }
 
-/// What the corrections of a hypothesis hold the inlets to read too much, at some times, Pa.
-fn inlet_bias(record: &Record, state: &[Applied], t_s: &[f64]) -> Vec<f64> {
+/// How likely the difference of two readings is while they wander by some size over some time.
+struct Likelihood {
+    /// Logarithm by block, but for a constant.
+    by_block: Vec<f64>,
+    /// What the freedom to differ costs.
+    freedom: f64,
+    /// What they then differ by, of what they may.
+    differ: Vec<f64>,
+}
+
+impl Likelihood {
+    fn whole(&self) -> f64 {
+        self.by_block.iter().sum::<f64>() + self.freedom
+    }
+
+    fn of(witness: &Witness, whitening: &Whitening) -> Option<Self> {
+        let mut left = whitening.apply_whole(&witness.residual);
+        let free: Vec<Vec<f64>> = (witness.may.iter())
+            .map(|column| whitening.apply_whole(column))
+            .collect();
+        let m = free.len();
+        let own = DMatrix::from_fn(m, m, |a, b| {
+            dot(&free[a], &free[b]) + f64::from(u8::from(a == b))
+        });
+        let pull = DVector::from_fn(m, |a, _| dot(&free[a], &left));
+        let factor = own.cholesky()?;
+        let differ = factor.solve(&pull);
+        for (column, size) in free.iter().zip(&differ) {
+            (left.iter_mut().zip(column)).for_each(|(left, v)| *left -= size * v);
+        }
+        let ln_volume: f64 = factor.l().diagonal().iter().map(|d| d.ln()).sum();
+        let by_block = (whitening.ln_scales().zip(&left))
+            .map(|(ln_scale, left)| ln_scale - 0.5 * left * left)
+            .collect();
+        Some(Self {
+            by_block,
+            freedom: -ln_volume - 0.5 * differ.norm_squared(),
+            differ: differ.iter().copied().collect(),
+        })
+    }
+}
+
+/// Medians of a minute about each block: edges stay, noise goes.
+fn medians(values: &[f64]) -> Vec<f64> {
+    const REACH: usize = 3;
+    (0..values.len())
+        .map(|b| {
+            let near = &values[b.saturating_sub(REACH)..(b + REACH + 1).min(values.len())];
+            quantile(near.iter().copied(), Rank::MEDIAN).unwrap_or(0.0)
+        })
+        .collect()
+}
+
+/// By how much the corrections of a hypothesis hold the inlets to read more than the riser's, at some times, Pa.
+fn held_apart(record: &Record, state: &[Applied], t_s: &[f64]) -> Vec<f64> {
     let corrections = state.iter().filter(|a| is_correction(a.effect));
     // They are corrected over time alone: the readings of a moment do not count.
     let mut actions: Vec<Action> = corrections
@@ -158,7 +272,7 @@ fn inlet_bias(record: &Record, state: &[Applied], t_s: &[f64]) -> Vec<f64> {
             for action in &mut actions {
                 action(&moment, &mut changes);
             }
-            changes.inlet_bias_pa
+            changes.inlet_bias_pa - changes.riser_bias_pa
         })
         .collect()
 }

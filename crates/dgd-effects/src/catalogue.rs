@@ -58,7 +58,10 @@ pub fn catalogue() -> &'static [&'static dyn Effect] {
     ]
 }
 
-pub use unknown::{INLET_READING, KNOTS, PLACES, Place, QUANTITIES};
+pub use unknown::{
+    INLET_READING, KNOTS, METER_FACTOR, OUTLET_READING, PLACES, Place, QUANTITIES, RISER_READING,
+    SUCTION,
+};
 
 /// The empirical correction, which stands for what the catalogue does not hold.
 pub fn unknown() -> &'static dyn Effect {

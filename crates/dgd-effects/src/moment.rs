@@ -66,6 +66,8 @@ pub struct Changes {
     pub outlet_bias_pa: [f64; 2],
     /// Reading less truth of the inlet transmitters, Pa.
     pub inlet_bias_pa: f64,
+    /// Reading less truth of the riser's transmitter, Pa.
+    pub riser_bias_pa: f64,
 }
 
 impl Default for Changes {
@@ -87,6 +89,7 @@ impl Default for Changes {
             meter_gain: 1.0,
             outlet_bias_pa: [0.0; 2],
             inlet_bias_pa: 0.0,
+            riser_bias_pa: 0.0,
         }
     }
 }

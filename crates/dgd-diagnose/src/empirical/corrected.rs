@@ -5,6 +5,7 @@ mod limits;
 
 use super::{
     Correction, again, busiest, correction, corrections, hold_without, hurdle, plausible, range,
+    size,
 };
 use crate::claims::fixture::{BLOCK_S, FLOW_M3_S, Hidden, SPEED_PCT, drilled};
 use crate::draws::normals;
@@ -12,9 +13,12 @@ use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::Applied;
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent, dot};
-use dgd_effects::{INLET_READING, KNOTS, PLACES, QUANTITIES, Relation, unknown};
+use dgd_effects::{
+    INLET_READING, KNOTS, METER_FACTOR, OUTLET_READING, PLACES, QUANTITIES, Relation, unknown,
+};
 
-const OUTLET_READING: usize = 4;
+/// Places that a curve through knots is drawn for; the others need the riser's transmitter.
+const DRAWN: usize = 6;
 const LENGTH_S: f64 = 5400.0;
 
 /// A wave and a half over the recording.
@@ -23,7 +27,7 @@ fn wave(t: f64) -> f64 {
 }
 
 /// How large it is in each place: some times the accuracy of instruments.
-const SIZES: [f64; PLACES.len()] = [3e4, 4e4, 1.5e-3, 3e4, 3e4];
+const SIZES: [f64; DRAWN] = [3e4, 4e4, 1.5e-3, 3e4, 3e4, 0.03];
 
 /// Drilling in which one place is off by a curve of the sample.
 fn off_by(place: usize, size: f64, curve: impl Fn(&Record, usize) -> f64) -> Record {
@@ -42,12 +46,14 @@ fn off_by(place: usize, size: f64, curve: impl Fn(&Record, usize) -> f64) -> Rec
             1 => record.speed[i] = turned(-by),
             2 => record.mud_pump[i] -= by,
             INLET_READING => record.inlet[i] += by,
+            METER_FACTOR => record.flow[i] /= 1.0 + by,
             _ => record.outlet[i] += by,
         }
     }
     record.outlets = vec![record.outlet.clone()];
     record.filled.mud_pump.clone_from(&record.mud_pump);
     record.filled.speed.clone_from(&record.speed);
+    record.filled.flow.clone_from(&record.flow);
     record.filled.inlet.clone_from(&record.inlet);
     record.filled.outlet.clone_from(&record.outlet);
     record
@@ -70,6 +76,7 @@ fn made(place: usize, quantity: usize, knots: &[f64], evidence: f64) -> Correcti
         signature: Vec::new(),
         evidence,
         freedom: 3.0,
+        size: PLACES.get(place).map_or(0.0, |_| size(place, knots)),
         place,
         quantity,
     }
@@ -87,7 +94,7 @@ fn centred(place: usize, knots: &[f64]) -> Vec<f64> {
 
 #[test]
 fn a_correction_along_time_draws_what_its_place_is_off_by() {
-    for place in 0..PLACES.len() {
+    for place in 0..DRAWN {
         let record = waving(place);
         let tangent = loose(&record);
         let found = correction(&record, &tangent, &[], &[], (place, 0)).unwrap();
@@ -112,17 +119,27 @@ fn a_correction_along_time_draws_what_its_place_is_off_by() {
         let (drawn, truth) = (centred(place, &p[4..]), centred(place, &truth));
         let (own, true_size) = (dot(&drawn, &drawn), dot(&truth, &truth));
         let alike = dot(&drawn, &truth) / (own * true_size).sqrt();
-        assert!(alike > 0.99, "{place}: {drawn:?}");
+        // Curves that are fitted to a flow which is off are too flat for it, and lean where it went with the levels.
+        let (least_alike, most) = if place == METER_FACTOR {
+            (0.98, 1.2)
+        } else {
+            (0.99, 1.1)
+        };
+        assert!(alike > least_alike, "{place}: {drawn:?}");
         // A head that leans on the inlet pressure by itself leaves a part of it for the correction.
         let least = if place == 1 { 0.3 } else { 0.8 };
         let size = (own / true_size).sqrt();
-        assert!(size > least && size < 1.1, "{place}: {size}");
+        assert!(size > least && size < most, "{place}: {size}");
         // What it says that it takes out of the rows is what it does when it is run.
         let run = tangent.signature(&record, std::slice::from_ref(&found.applied));
         let apart: f64 = (run.iter().zip(&found.signature))
             .map(|(a, b)| (a - b).powi(2))
             .sum();
-        assert!(apart < 1e-3 * dot(&run, &run), "{place}");
+        assert!(
+            apart < 1e-3 * dot(&run, &run),
+            "{place}: {}",
+            apart / dot(&run, &run)
+        );
         // A model that holds it has it again, and a sound recording has not.
         let held = again(&record, &[], &found.applied, &[]).unwrap();
         assert_eq!((held.place, held.quantity), (place, 0));
@@ -199,6 +216,9 @@ fn sound_drilling_has_no_correction_and_none_is_tried_that_is_the_relation_itsel
     assert_eq!(tried(2), [0, 1, 2, 4, 5, 6]);
     assert_eq!(tried(INLET_READING), [0]);
     assert_eq!(tried(OUTLET_READING), [2]);
+    // The factor of a meter drifts, or depends on what it measures.
+    assert_eq!(tried(METER_FACTOR), [0, 4]);
+    assert!(found.iter().all(|c| c.place < DRAWN));
 }
 
 #[test]
@@ -241,7 +261,7 @@ fn a_drift_of_the_inlets_is_none_that_the_risers_transmitter_has_too() {
 #[test]
 fn a_constant_is_a_correction_of_the_balance_alone() {
     let size = [2e4, 2e4, 3e-3, 2e4, 2e4];
-    for place in 0..PLACES.len() {
+    for place in 0..size.len() {
         let record = off_by(place, size[place], |_, _| 1.0);
         let found = correction(&record, &loose(&record), &[], &[], (place, 0)).unwrap();
         assert_eq!(

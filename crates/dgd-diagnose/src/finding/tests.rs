@@ -8,7 +8,9 @@ use crate::heave::Swell;
 use crate::relations::Applied;
 use crate::select::{Named, Selection};
 use crate::tangent::{Bend, Tangent};
-use dgd_effects::{INLET_READING, PLACES, QUANTITIES, Relation, find, unknown};
+use dgd_effects::{
+    INLET_READING, METER_FACTOR, PLACES, QUANTITIES, Relation, SUCTION, find, unknown,
+};
 
 fn nothing_run() -> Simulation {
     Simulation {
@@ -91,28 +93,24 @@ fn the_test_is_that_of_the_likeliest_alternative_which_the_catalogue_knows_one_f
 
 #[test]
 fn a_correction_is_told_by_its_place_and_its_quantity() {
-    for (place, quantity) in [(INLET_READING, 0), (0, 1)] {
+    for (place, quantity) in [(INLET_READING, 0), (SUCTION, 0), (METER_FACTOR, 4), (0, 1)] {
         let mut named = influx();
         named.applied = Applied::new(unknown(), vec![0.0; unknown().about().parameters.len()]);
         named.correction = Some((place, quantity));
         let told = told(&named);
         let name = PLACES[place].name;
-        let (title, before, after) = if place == INLET_READING {
-            let before = "p_meter = p_in";
-            (
-                format!("{name} drifts over time"),
-                before,
-                format!("{before} + f(time)"),
-            )
-        } else {
-            let before = "p_out = p_0 + rho g L + phi(q) + rho L/A dq/dt";
-            let along = QUANTITIES[quantity];
-            (
-                format!("{name} depends on {along}"),
-                before,
-                format!("{before} + f({along})"),
-            )
+        let along = QUANTITIES[quantity];
+        let title = match quantity {
+            0 => format!("{name} drifts over time"),
+            _ => format!("{name} depends on {along}"),
         };
+        let before = match place {
+            INLET_READING => "p_meter = p_in",
+            SUCTION => "p_riser - p_in = constant",
+            METER_FACTOR => "q / q_meter = 1",
+            _ => "p_out = p_0 + rho g L + phi(q) + rho L/A dq/dt",
+        };
+        let after = format!("{before} + f({along})");
         assert_eq!(
             told.title,
             format!("something outside the catalogue: {title}")
@@ -123,7 +121,8 @@ fn a_correction_is_told_by_its_place_and_its_quantity() {
         );
         assert_eq!(told.relation, PLACES[place].relation);
         assert_eq!(told.shows_in, PLACES[place].shows_in);
-        let pair = (place == INLET_READING).then_some("pump inlet less riser pressure");
+        let beside = [INLET_READING, SUCTION].contains(&place);
+        let pair = beside.then_some("pump inlet less riser pressure");
         assert_eq!(told.pair, pair);
         assert!(told.parameters.is_empty());
     }

@@ -78,6 +78,8 @@ fn changes() -> Vec<Changes> {
         meter_gain: 1.04,
         outlet_bias_pa: [5e4, -2e4],
         inlet_bias_pa: 4e4,
+        // No relation holds it.
+        riser_bias_pa: 3e4,
     };
     let none = Changes::default;
     let with = |set: fn(&mut Changes, &Changes)| {

@@ -55,6 +55,7 @@ fn correction(place: usize, evidence: f64) -> Correction {
         signature: HERE.to_vec(),
         evidence,
         freedom: 3.0,
+        size: 2.0 * PLACES[place].least,
         place,
         quantity: 0,
     }

@@ -11,54 +11,111 @@ pub(super) struct Unknown;
 pub const KNOTS: usize = 12;
 
 /// What a correction is made to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
     /// Where it sits.
     pub relation: Relation,
     /// Its name, for people.
     pub name: &'static str,
-    /// The relations whose residuals it enters.
+    /// The relations whose residuals it enters; none, where only its neighbour tells of it.
     pub shows_in: &'static [Relation],
     /// A reading and what it should be; empty for a relation, which has its own equation.
     pub reading: &'static str,
+    /// Prior width of a knot, in its unit: Pa, m³/s, or a share of the flow.
+    pub width: f64,
+    /// Size up to which it is within the accuracy of instruments, in the same unit.
+    pub least: f64,
 }
 
-/// What can be corrected, in the order of the codes: relations, then readings, which enter several.
-pub const PLACES: [Place; 5] = [
+/// What can be corrected, in the order of the codes: relations, readings, which enter several, and what lies between readings.
+pub const PLACES: [Place; 8] = [
     Place {
         relation: Relation::ReturnLineFriction,
         name: "return line friction",
         shows_in: &[Relation::ReturnLineFriction],
         reading: "",
+        width: 1.5e4,
+        least: 3e3,
     },
     Place {
         relation: Relation::PumpHead,
         name: "pump head",
         shows_in: &[Relation::PumpHead],
         reading: "",
+        width: 2.0e4,
+        least: 6e3,
     },
     Place {
         relation: Relation::RiserMassBalance,
         name: "riser mass balance",
         shows_in: &[Relation::RiserMassBalance],
         reading: "",
+        width: 8e-4,
+        least: 1.5e-4,
     },
     Place {
         relation: Relation::Instrument,
         name: "the reading of the pump inlet transmitters",
         shows_in: &[Relation::PumpHead, Relation::RiserMassBalance],
         reading: "p_meter = p_in",
+        width: 1.5e4,
+        least: 6e3,
     },
     Place {
         relation: Relation::Instrument,
         name: "the reading of the pump outlet transmitters",
         shows_in: &[Relation::ReturnLineFriction, Relation::PumpHead],
         reading: "p_meter = p_out",
+        width: 1.5e4,
+        least: 6e3,
+    },
+    Place {
+        relation: Relation::Instrument,
+        name: "the factor of the return flow meter",
+        shows_in: &[
+            Relation::RiserMassBalance,
+            Relation::ReturnLineFriction,
+            Relation::PumpHead,
+        ],
+        reading: "q / q_meter = 1",
+        width: 0.02,
+        least: 4e-3,
+    },
+    // Two transmitters tell of it, and that they do not wander is asked for by itself.
+    Place {
+        relation: Relation::Instrument,
+        name: "the pressure between riser and pump inlet",
+        shows_in: &[Relation::RiserMassBalance],
+        reading: "p_riser - p_in = constant",
+        width: 1.5e4,
+        least: 2.5e3,
+    },
+    Place {
+        relation: Relation::Instrument,
+        name: "the reading of the riser's transmitter",
+        shows_in: &[],
+        reading: "p_meter = p_riser",
+        width: 1.5e4,
+        least: 2.5e3,
     },
 ];
 
+const FRICTION: usize = 0;
+const HEAD: usize = 1;
+const BALANCE: usize = 2;
 /// Place of the reading of the pump inlet transmitters in [`PLACES`].
 pub const INLET_READING: usize = 3;
+/// Place of the reading of the pump outlet transmitters in [`PLACES`].
+pub const OUTLET_READING: usize = 4;
+/// Place of the factor of the return flow meter, true over indicated flow, in [`PLACES`].
+pub const METER_FACTOR: usize = 5;
+/// Place of what is lost between the riser and the pump's inlet in [`PLACES`].
+pub const SUCTION: usize = 6;
+/// Place of the reading of the riser's transmitter in [`PLACES`].
+pub const RISER_READING: usize = 7;
+
+/// A meter that reads by half too much or too little is no longer one: knots end there.
+const MOST_OFF: f64 = 0.5;
 
 /// Quantities along which a relation or reading is corrected, in the order of their codes.
 pub const QUANTITIES: [&str; 8] = [
@@ -75,7 +132,7 @@ pub const QUANTITIES: [&str; 8] = [
 const fn knot(name: &'static str) -> Parameter {
     Parameter {
         name,
-        meaning: "correction at a knot, Pa or m3/s",
+        meaning: "correction at a knot, Pa, m3/s or share of the flow",
         role: Role::Shape(&[]),
         low: f64::NEG_INFINITY,
         high: f64::INFINITY,
@@ -96,10 +153,10 @@ static ABOUT: About = About {
     parameters: &[
         Parameter {
             name: "relation",
-            meaning: "0 line friction, 1 pump head, 2 riser mass balance, 3 inlet reading, 4 outlet reading",
+            meaning: "0 line friction, 1 pump head, 2 riser mass balance, 3 inlet reading, 4 outlet reading, 5 return meter's factor, 6 suction, 7 riser reading",
             role: Role::Shape(&[]),
             low: 0.0,
-            high: 4.0,
+            high: 7.0,
             usual: 0.0,
             ..Parameter::BASE
         },
@@ -156,9 +213,16 @@ impl Effect for Unknown {
     }
 
     fn begin(&self, p: &[f64], _: &Setting) -> Action {
-        let mut values = [0.0; KNOTS];
-        values.copy_from_slice(&p[4..4 + KNOTS]);
-        let (relation, quantity, from, to) = (p[0], p[1], p[2], p[3]);
+        // A search may draw a finer curve than a model holds.
+        let values = p[4..].to_vec();
+        let last = values.len().saturating_sub(1);
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "small codes"
+        )]
+        let [place, quantity] = [p[0], p[1]].map(|code| code as usize);
+        let (from, to) = (p[2], p[3]);
         let mut since = 3600.0_f64;
         let mut slow: Option<f64> = None;
         Box::new(move |at, changes| {
@@ -169,8 +233,7 @@ impl Effect for Unknown {
             if now.is_finite() {
                 slow = Some(now);
             }
-            #[allow(clippy::cast_possible_truncation, reason = "a small code")]
-            let x = match quantity as i64 {
+            let x = match quantity {
                 0 => at.t_s,
                 1 => at.inlet_pa,
                 2 => at.mud_pump_m3_s,
@@ -180,29 +243,35 @@ impl Effect for Unknown {
                 6 => (since / 60.0).ln_1p(),
                 _ => (at.flow_m3_s - now) / 20.0,
             };
-            let position =
-                ((x - from) / (to - from) * (KNOTS - 1) as f64).clamp(0.0, (KNOTS - 1) as f64);
+            let position = ((x - from) / (to - from) * last as f64).clamp(0.0, last as f64);
             #[allow(
                 clippy::cast_possible_truncation,
                 clippy::cast_sign_loss,
                 reason = "clamped; a NaN becomes 0"
             )]
-            let low = (position.floor() as usize).min(KNOTS - 2);
+            let low = (position.floor() as usize).min(last.saturating_sub(1));
             let share = position - low as f64;
-            let value = values[low] + share * (values[low + 1] - values[low]);
+            let [below, above] = [low, low + 1].map(|k| values.get(k).copied().unwrap_or(0.0));
+            let value = below + share * (above - below);
             if !value.is_finite() {
                 return;
             }
-            #[allow(clippy::cast_possible_truncation, reason = "a small code")]
-            match relation as i64 {
-                0 => {
+            match place {
+                FRICTION => {
                     if at.flow_m3_s > 1e-3 {
                         changes.line_drop_pa += value;
                     }
                 }
-                1 => changes.head_pa += value,
-                2 => changes.inflow_m3_s += value,
-                3 => changes.inlet_bias_pa += value,
+                HEAD => changes.head_pa += value,
+                BALANCE => changes.inflow_m3_s += value,
+                INLET_READING => changes.inlet_bias_pa += value,
+                METER_FACTOR => changes.meter_gain /= 1.0 + value.clamp(-MOST_OFF, MOST_OFF),
+                // The pump lifts from the lower pressure, which its transmitters read.
+                SUCTION => {
+                    changes.inlet_bias_pa += value;
+                    changes.head_pa += value;
+                }
+                RISER_READING => changes.riser_bias_pa += value,
                 _ => {
                     changes.outlet_bias_pa[0] += value;
                     changes.outlet_bias_pa[1] += value;

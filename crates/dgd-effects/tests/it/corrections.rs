@@ -1,7 +1,10 @@
 //! The correction without physics: along which quantity, and to what, it is made.
 
 use crate::{close, drive, moments, setting};
-use dgd_effects::{INLET_READING, KNOTS, Moment, PLACES, unknown};
+use dgd_effects::{
+    Changes, INLET_READING, KNOTS, METER_FACTOR, Moment, OUTLET_READING, RISER_READING, SUCTION,
+    unknown,
+};
 
 /// What a quantity is at a moment.
 type Of = fn(&Moment) -> f64;
@@ -88,7 +91,7 @@ fn a_reading_is_off_by_its_correction() {
     let at = moments();
     let along = |place: usize| drive("unknown", &line(place, 0.0, 0.0, 6000.0), &setting(), &at);
     let inlet = along(INLET_READING);
-    let outlet = along(PLACES.len() - 1);
+    let outlet = along(OUTLET_READING);
     for (i, (inlet, outlet)) in inlet.iter().zip(&outlet).enumerate().skip(1) {
         let expected = (KNOTS - 1) as f64 * i as f64 / 6000.0;
         close(inlet.inlet_bias_pa, expected, 1e-9);
@@ -96,6 +99,70 @@ fn a_reading_is_off_by_its_correction() {
         close(outlet.outlet_bias_pa[0], expected, 1e-9);
         assert_eq!(outlet.outlet_bias_pa[0], outlet.outlet_bias_pa[1]);
         assert_eq!(outlet.inlet_bias_pa, 0.0);
+    }
+}
+
+#[test]
+fn what_is_lost_before_the_inlet_is_lost_to_the_pump_and_to_its_reading() {
+    let at = moments();
+    let lost = drive("unknown", &line(SUCTION, 0.0, 0.0, 6000.0), &setting(), &at);
+    let riser = drive(
+        "unknown",
+        &line(RISER_READING, 0.0, 0.0, 6000.0),
+        &setting(),
+        &at,
+    );
+    for (i, (lost, riser)) in lost.iter().zip(&riser).enumerate() {
+        let by = (KNOTS - 1) as f64 * i as f64 / 6000.0;
+        let expected = Changes {
+            inlet_bias_pa: lost.inlet_bias_pa,
+            head_pa: lost.inlet_bias_pa,
+            ..Changes::default()
+        };
+        assert_eq!(*lost, expected);
+        close(lost.inlet_bias_pa, by, 1e-9);
+        let expected = Changes {
+            riser_bias_pa: riser.riser_bias_pa,
+            ..Changes::default()
+        };
+        assert_eq!(*riser, expected);
+        close(riser.riser_bias_pa, by, 1e-9);
+    }
+}
+
+#[test]
+fn a_meters_factor_is_true_over_indicated_and_stays_one_of_a_meter() {
+    let at = moments();
+    let off = |knot: f64| {
+        let mut p = vec![METER_FACTOR as f64, 0.0, 0.0, 6000.0];
+        p.extend([knot; KNOTS]);
+        drive("unknown", &p, &setting(), &at)
+    };
+    for (knot, factor) in [(0.03, 1.03), (-0.2, 0.8), (7.0, 1.5), (-7.0, 0.5)] {
+        for c in off(knot) {
+            close(c.meter_gain, 1.0 / factor, 1e-12);
+            assert_eq!(
+                c,
+                Changes {
+                    meter_gain: c.meter_gain,
+                    ..Changes::default()
+                }
+            );
+        }
+    }
+}
+
+#[test]
+fn a_finer_curve_than_a_model_holds_is_followed_too() {
+    let at = moments();
+    let mut p = vec![2.0, 0.0, 0.0, 6000.0];
+    p.extend((0..601).map(|k| if k == 300 { 1.0 } else { 0.0 }));
+    for (i, c) in drive("unknown", &p, &setting(), &at).iter().enumerate() {
+        close(
+            c.inflow_m3_s,
+            (1.0 - (i as f64 - 3000.0).abs() / 10.0).max(0.0),
+            1e-9,
+        );
     }
 }
 

@@ -76,19 +76,18 @@ fn what_answers_late_or_stands_for_the_flow_must_show_more() {
 
 #[test]
 fn no_correction_is_plausible_within_the_accuracy_of_instruments() {
-    let least = [3e3, 6e3, 1.5e-4, 6e3, 6e3];
-    for place in 0..PLACES.len() {
+    for (place, least) in PLACES.iter().map(|p| p.least).enumerate() {
         let spread = |by: f64, about: f64| -> bool {
             // As far above as below.
             let knots: Vec<f64> = (0..KNOTS)
-                .map(|k| about + by * least[place] * if k % 2 == 0 { 1.0 } else { -1.0 })
+                .map(|k| about + by * least * if k % 2 == 0 { 1.0 } else { -1.0 })
                 .collect();
             plausible(&made(place, 0, &knots, 0.0))
         };
         assert!(spread(1.01, 0.0) && !spread(0.99, 0.0), "{place}");
         // A constant is nothing but in the balance.
-        assert_eq!(spread(0.5, 30.0 * least[place]), place == 2);
-        assert_eq!(spread(0.5, -30.0 * least[place]), place == 2);
+        assert_eq!(spread(0.5, 30.0 * least), place == 2);
+        assert_eq!(spread(0.5, -30.0 * least), place == 2);
     }
     // What the booster's flow does to an outlet's reading shows from half of that on.
     let booster = QUANTITIES

@@ -1,0 +1,165 @@
+//! Claims about what parts the inlets from the riser's transmitter: where it is put, and when it is nothing.
+#![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+
+use super::{knots, seen};
+use crate::claims::fixture::{FLOW_M3_S, Hidden, SPEED_PCT, drilled};
+use crate::draws::normals;
+use crate::empirical::{BESIDE_RISER, Correction, correction, hurdle, plausible};
+use crate::record::Record;
+use crate::step::Step;
+use crate::tangent::{Bend, Tangent, dot};
+use crate::unrest::wander;
+use crate::witness::Witness;
+use dgd_effects::{INLET_READING, KNOTS, PLACES, RISER_READING, SUCTION};
+
+/// Grows for a quarter of an hour, and clears: six times in the recording.
+fn saw(t: f64) -> f64 {
+    3e4 * (t / 900.0).rem_euclid(1.0)
+}
+
+/// Drilling with a transmitter in the riser, 3 m of mud above the inlets.
+fn beside_riser() -> Record {
+    let mut record = drilled(Hidden::default());
+    let noise = normals(9, record.t_s.len());
+    let riser = |(p, noise): (&f64, &f64)| p - 3.5e4 + 500.0 * noise;
+    record.riser = Some(record.inlet.iter().zip(&noise).map(riser).collect());
+    record
+}
+
+/// The same with one place off by a curve of time.
+fn off(place: usize, curve: fn(f64) -> f64) -> Record {
+    let mut record = beside_riser();
+    for i in 0..record.t_s.len() {
+        let by = curve(record.t_s[i]);
+        match place {
+            INLET_READING => record.inlet[i] += by,
+            RISER_READING => record.riser.as_mut().unwrap()[i] += by,
+            _ => {
+                // The pump turns faster for what it has to lift more.
+                record.inlet[i] -= by;
+                let square = (record.speed[i] / SPEED_PCT).powi(2) + by / 45e5;
+                record.speed[i] = SPEED_PCT * square.sqrt();
+            }
+        }
+    }
+    record.filled.inlet.clone_from(&record.inlet);
+    record.filled.speed.clone_from(&record.speed);
+    record
+}
+
+fn found(record: &Record) -> Vec<Correction> {
+    let tangent = Tangent::at(record, &[], &[], Bend::Loose).unwrap();
+    let beside = wander(record, &tangent.curves);
+    let witness = Witness::of(record, &[], beside, &[]).unwrap();
+    let of = |place| seen(record, &tangent, &[], &witness, place);
+    let mut out: Vec<Correction> = BESIDE_RISER.into_iter().filter_map(of).collect();
+    out.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+    out
+}
+
+#[test]
+fn what_parts_the_two_is_put_where_the_relations_find_it() {
+    for place in BESIDE_RISER {
+        let record = off(place, saw);
+        let found = found(&record);
+        let best = &found[0];
+        assert_eq!((best.place, best.quantity), (place, 0));
+        assert!(
+            best.evidence > 100.0 + hurdle(best) && plausible(best),
+            "{place}: {}",
+            best.evidence
+        );
+        // Nothing that a curve of twelve knots could follow.
+        assert!((best.size / 8.7e3 - 1.0).abs() < 0.2, "{}", best.size);
+        // A riser's reading that is off is nobody else's; and only its own are asked of the others.
+        let riser = found.iter().any(|c| c.place == RISER_READING);
+        assert_eq!(riser, place == RISER_READING);
+        assert!(place != RISER_READING || found.len() == 1);
+        // So it is by the way that corrections are asked for.
+        let tangent = Tangent::at(&record, &[], &[], Bend::Loose).unwrap();
+        let asked = correction(&record, &tangent, &[], &[], (place, 0)).unwrap();
+        assert_eq!(asked.evidence, best.evidence);
+        let p = &asked.applied.parameters;
+        assert_eq!(p[..4], [place as f64, 0.0, 0.0, 5400.0]);
+        assert_eq!(p.len(), 4 + KNOTS);
+    }
+}
+
+#[test]
+fn a_drift_that_knots_can_follow_is_drawn_with_its_sign() {
+    let slow = |t: f64| 8e4 * (t / 1500.0).sin();
+    for place in BESIDE_RISER {
+        let best = found(&off(place, slow)).remove(0);
+        assert_eq!(best.place, place);
+        // The pressure between the two falls by what is lost.
+        let sign = if place == SUCTION { -1.0 } else { 1.0 };
+        let centred = |knots: Vec<f64>| -> Vec<f64> {
+            let mean = knots.iter().sum::<f64>() / KNOTS as f64;
+            knots.iter().map(|v| v - mean).collect()
+        };
+        let drawn = centred(best.applied.parameters[4..].to_vec());
+        let at = |k: usize| 5400.0 * k as f64 / (KNOTS - 1) as f64;
+        let truth = centred((0..KNOTS).map(|k| sign * slow(at(k))).collect());
+        let whole = dot(&truth, &truth);
+        let alike = dot(&drawn, &truth) / (dot(&drawn, &drawn) * whole).sqrt();
+        let share = dot(&drawn, &truth) / whole;
+        assert!(alike > 0.98, "{place}: {drawn:?} {truth:?}");
+        // The slowest of it may be wander.
+        assert!((0.5..1.1).contains(&share), "{place}: {share}");
+    }
+}
+
+#[test]
+fn transmitters_that_go_together_are_parted_by_nothing() {
+    assert!(found(&beside_riser()).is_empty());
+    // Nor is what wanders within accuracy a fault, what the suction loses with the flow, or a difference of their spans.
+    assert!(found(&off(RISER_READING, |t| 3e3 * (t / 1500.0).sin())).is_empty());
+    let mut suction = beside_riser();
+    for i in 0..suction.t_s.len() {
+        suction.riser.as_mut().unwrap()[i] += 1e4 * (suction.flow[i] / FLOW_M3_S).powi(2);
+    }
+    assert!(found(&suction).is_empty());
+    let mut span = beside_riser();
+    for p in span.riser.as_mut().unwrap() {
+        *p *= 1.01;
+    }
+    assert!(found(&span).is_empty());
+    // And without a transmitter in the riser nothing is seen.
+    let mut alone = off(INLET_READING, saw);
+    alone.riser = None;
+    let tangent = Tangent::at(&alone, &[], &[], Bend::Loose).unwrap();
+    assert!(correction(&alone, &tangent, &[], &[], (SUCTION, 0)).is_none());
+    assert!(correction(&alone, &tangent, &[], &[], (RISER_READING, 0)).is_none());
+}
+
+#[test]
+fn a_reading_that_jumps_once_for_ten_minutes_is_no_fault_that_lasts() {
+    let once = |t: f64| {
+        if (2000.0..2580.0).contains(&t) {
+            6e4
+        } else {
+            0.0
+        }
+    };
+    let mut record = off(RISER_READING, once);
+    assert!(found(&record).is_empty());
+    record.without = vec![Step::Busiest];
+    assert_eq!(found(&record).len(), 1);
+}
+
+#[test]
+fn knots_are_means_of_what_lies_about_them() {
+    let line: Vec<f64> = (0..1100).map(|i| f64::from(i) + 0.5).collect();
+    let found: Vec<f64> = knots(&line).collect();
+    assert_eq!(found.len(), KNOTS);
+    for (k, knot) in found.iter().enumerate() {
+        // At the ends of one side alone.
+        let expected = match k {
+            0 => 100.0 / 3.0,
+            11 => 1100.0 - 100.0 / 3.0,
+            _ => 100.0 * k as f64,
+        };
+        assert!((knot - expected).abs() < 0.1, "{k}: {knot}");
+    }
+    assert!(PLACES[SUCTION].least > 0.0);
+}
