@@ -2,23 +2,25 @@
 
 mod seen;
 
+pub(crate) use seen::pair_of;
+
 use crate::record::{MASS_BLOCKS, Record, tails, whole};
 use crate::relations::Applied;
 use crate::scan::{joined, ln_mean_exp};
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent};
+use crate::twins::{Pair, Twins};
 use crate::unrest::wander;
 use crate::vectors::most_within;
-use crate::witness::Witness;
+
 use dgd_effects::{
-    Effect, INLET_READING, KNOTS, METER_FACTOR, Method, PLACES, QUANTITIES, RISER_READING,
-    Relation, SUCTION, unknown,
+    Effect, INLET_READING, KNOTS, METER_FACTOR, Method, PLACES, QUANTITIES, Relation, unknown,
 };
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rayon::prelude::*;
 
-/// Places that the riser's transmitter is a witness of.
-pub(crate) const BESIDE_RISER: [usize; 3] = [INLET_READING, SUCTION, RISER_READING];
+/// Places that a curve through knots is drawn for. What two transmitters of one pressure tell of the others is [seen](seen::all).
+const DRAWN: usize = METER_FACTOR + 1;
 
 /// A correction, weighed.
 #[derive(Clone)]
@@ -125,18 +127,32 @@ pub(crate) fn corrections(record: &Record, state: &[Applied]) -> Vec<Correction>
         0 => quantity == 4,
         1 => matches!(quantity, 4 | 5),
         2 => quantity == 7,
+        INLET_READING => quantity != 0,
         METER_FACTOR => !matches!(quantity, 0 | 4),
-        place if BESIDE_RISER.contains(&place) => quantity != 0,
         _ => !matches!(quantity, 2 | 3),
     };
     let places: Vec<(usize, usize)> = (0..QUANTITIES.len())
-        .flat_map(|quantity| (0..PLACES.len()).map(move |place| (place, quantity)))
+        .flat_map(|quantity| (0..DRAWN).map(move |place| (place, quantity)))
         .filter(|(place, quantity)| !own(*place, *quantity))
         .collect();
-    let mut out: Vec<Correction> = places
-        .par_iter()
-        .filter_map(|place| correction(record, &whole, state, &[], *place))
-        .collect();
+    let inlets_beside_riser = beside_riser(record, &whole, state, &[]);
+    let (mut out, seen) = rayon::join(
+        || -> Vec<Correction> {
+            (places.par_iter())
+                .filter_map(|place| {
+                    drawn(record, &whole, state, inlets_beside_riser.as_ref(), *place)
+                })
+                .collect()
+        },
+        || seen::all(record, &whole, state, &[]),
+    );
+    for seen in seen {
+        match (out.iter_mut()).find(|c| (c.place, c.quantity) == (seen.place, seen.quantity)) {
+            Some(drawn) if drawn.evidence > seen.evidence => {}
+            Some(drawn) => *drawn = seen,
+            None => out.push(seen),
+        }
+    }
     if record.takes(Step::Flowing) {
         let moving = whole.moving(record);
         let stops = (whole.rows.still.iter().zip(&moving)).map(|(still, moving)| *still || *moving);
@@ -192,27 +208,38 @@ pub(crate) fn correction(
     excluded: &[bool],
     (place, quantity): (usize, usize),
 ) -> Option<Correction> {
-    let witness = (BESIDE_RISER.contains(&place))
-        .then(|| Witness::of(record, state, wander(record, &tangent.curves), excluded))
-        .flatten();
-    let seen = (witness.as_ref()).and_then(|w| seen::seen(record, tangent, state, w, place));
-    if BESIDE_RISER.contains(&place) && place != INLET_READING {
-        // Nothing else tells of it.
+    let seen = seen::pair_of(place).and_then(|_| {
+        let mut all = seen::all(record, tangent, state, excluded).into_iter();
+        all.find(|c| (c.place, c.quantity) == (place, quantity))
+    });
+    if place >= DRAWN {
         return seen;
     }
-    let drawn = drawn(record, tangent, state, witness.as_ref(), (place, quantity));
+    let twins = beside_riser(record, tangent, state, excluded);
+    let drawn = drawn(record, tangent, state, twins.as_ref(), (place, quantity));
     match (drawn, seen) {
         (Some(drawn), Some(seen)) if drawn.evidence > seen.evidence => Some(drawn),
         (drawn, seen) => seen.or(drawn),
     }
 }
 
-/// The correction as a curve through knots, which a `witness` bears out or not.
+/// The inlets beside the riser's transmitter, if it has one.
+fn beside_riser(
+    record: &Record,
+    tangent: &Tangent,
+    state: &[Applied],
+    excluded: &[bool],
+) -> Option<Twins> {
+    let wander = wander(record, &tangent.curves);
+    Twins::of(record, Pair::InletAndRiser, state, wander, excluded)
+}
+
+/// The correction as a curve through knots; one of the inlets the riser's transmitter bears out or not.
 fn drawn(
     record: &Record,
     tangent: &Tangent,
     state: &[Applied],
-    witness: Option<&Witness>,
+    beside_riser: Option<&Twins>,
     (place, quantity): (usize, usize),
 ) -> Option<Correction> {
     let (from, to) = range(record, quantity);
@@ -225,7 +252,9 @@ fn drawn(
         parameters.extend((0..KNOTS).map(knots));
         tangent.change(record, &joined(state, &Applied::new(unknown(), parameters)))
     };
-    let witnessed = witness.and_then(|witness| witness.normal_equations((from, to), unit));
+    let witnessed = beside_riser
+        .filter(|_| place == INLET_READING)
+        .and_then(|twins| twins.normal_equations((from, to), unit));
     if let Some((gram, right)) = &witnessed
         && weighed(&smoothed(gram, right, false)) <= 0.0
     {

@@ -1,14 +1,14 @@
 //! A finding in words and numbers.
 
 use crate::diagnosis::{Finding, ParameterEstimate, Simulation};
-use crate::empirical::BESIDE_RISER;
+use crate::empirical::pair_of;
 use crate::estimates::estimates;
 use crate::free_run::best_gain;
 use crate::heave::{SWELL_RATIO, Swell};
 use crate::record::{Record, tails};
 use crate::select::{Named, Selection};
 use crate::tangent::Tangent;
-use crate::traces::INLET_AND_RISER;
+use crate::twins::Pair;
 use dgd_effects::{About, PLACES, QUANTITIES, Relation};
 
 /// One named effect, or the correction that no effect explains.
@@ -49,7 +49,8 @@ pub(crate) fn finding(
         relation,
         shows_in: place.map_or_else(|| vec![relation], |p| p.shows_in.to_vec()),
         pair: (named.correction)
-            .and_then(|(p, _)| BESIDE_RISER.contains(&p).then_some(INLET_AND_RISER)),
+            .and_then(|(p, _)| pair_of(p))
+            .map(Pair::name),
         intervals_s: vec![(interval.0 - span.0, interval.1 - span.0)],
         region: region(record, interval),
         parameters: estimates(record, selection, k, full),

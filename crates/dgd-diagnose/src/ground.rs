@@ -6,7 +6,7 @@ use dgd_effects::{Action, Changes, Extent, MeterPath};
 use std::ops::Range;
 
 /// Fields of [`Changes`].
-const FIELDS: usize = 17;
+const FIELDS: usize = 18;
 
 /// A hypothesis run over a recording.
 #[derive(Debug)]
@@ -102,7 +102,7 @@ fn rows(record: &Record, one: &Applied) -> Range<usize> {
 }
 
 fn fields(c: &Changes) -> [f64; FIELDS] {
-    let [first, second] = c.outlet_bias_pa;
+    let [[outlet, other_outlet], [inlet, other_inlet]] = [c.outlet_bias_pa, c.inlet_bias_pa];
     [
         c.inflow_m3_s,
         c.area_factor,
@@ -118,9 +118,10 @@ fn fields(c: &Changes) -> [f64; FIELDS] {
         c.recirculation_m3_s,
         c.leak_m3_s,
         c.meter_gain,
-        first,
-        second,
-        c.inlet_bias_pa,
+        outlet,
+        other_outlet,
+        inlet,
+        other_inlet,
     ]
 }
 
@@ -140,9 +141,10 @@ fn changes(fields: [f64; FIELDS]) -> Changes {
         recirculation_m3_s,
         leak_m3_s,
         meter_gain,
-        first,
-        second,
-        inlet_bias_pa,
+        outlet,
+        other_outlet,
+        inlet,
+        other_inlet,
     ] = fields;
     Changes {
         inflow_m3_s,
@@ -159,8 +161,8 @@ fn changes(fields: [f64; FIELDS]) -> Changes {
         recirculation_m3_s,
         leak_m3_s,
         meter_gain,
-        outlet_bias_pa: [first, second],
-        inlet_bias_pa,
+        outlet_bias_pa: [outlet, other_outlet],
+        inlet_bias_pa: [inlet, other_inlet],
         // No relation holds the riser's reading.
         riser_bias_pa: 0.0,
     }
@@ -237,6 +239,7 @@ mod tests {
             speed,
             inlet,
             riser: None,
+            inlets: Vec::new(),
             outlet,
         }
     }

@@ -50,9 +50,9 @@ mod tangent;
 mod tested;
 mod timing;
 mod traces;
+mod twins;
 mod unrest;
 mod vectors;
-mod witness;
 
 pub use conclude::diagnose;
 pub use diagnosis::{

@@ -36,6 +36,8 @@ pub(crate) struct Record {
     /// What a block of the reading may be off by, %: part of its quantum, and its noise.
     pub speed_error_pct: f64,
     pub inlet: Vec<f64>,
+    /// Each inlet transmitter, where there are two.
+    pub inlets: Vec<Vec<f64>>,
     /// Riser pressure, where it has a transmitter.
     pub riser: Option<Vec<f64>>,
     pub outlet: Vec<f64>,
@@ -96,12 +98,11 @@ impl Record {
             &prepared.outlet_pressure_pa,
         ]
         .map(|values| thin(values));
-        let outlets: Vec<Vec<f64>> = recording
-            .pump_outlet_pressure_pa
-            .iter()
-            .take(2)
-            .map(|values| thin(values))
-            .collect();
+        let [inlets, outlets] = [
+            &recording.pump_inlet_pressure_pa,
+            &recording.pump_outlet_pressure_pa,
+        ]
+        .map(|side| -> Vec<Vec<f64>> { side.iter().take(2).map(|values| thin(values)).collect() });
         let pumping = bridged(&speed).iter().map(|w| *w > STANDING_PCT).collect();
         let setting = Setting::of(well, recording, &prepared.inlet_pressure_pa);
         let native = &recording.pump_speed_pct;
@@ -130,6 +131,7 @@ impl Record {
             speed: thin(&without_seldom_rest(native, step)),
             speed_error_pct: noise.hypot(SPEED_QUANTA * quantum(native)),
             inlet,
+            inlets,
             riser: recording.riser_pressure_pa.as_deref().map(thin),
             outlet,
             outlets,

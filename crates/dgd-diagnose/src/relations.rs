@@ -13,7 +13,7 @@ mod tests;
 pub(crate) use blocks::Blocks;
 pub(crate) use line_flow::LineFlow;
 pub(crate) use parts::Parts;
-pub(crate) use rows::Rows;
+pub(crate) use rows::{Rows, repeats};
 
 use crate::record::{MASS_BLOCKS, Record};
 use dgd_effects::{Changes, Effect, Moment};
@@ -79,6 +79,7 @@ pub(crate) fn run(
         } else {
             0.5 * (c.outlet_bias_pa[0] + c.outlet_bias_pa[1])
         };
+        let inlet_bias = 0.5 * (c.inlet_bias_pa[0] + c.inlet_bias_pa[1]);
         let q = flow[i] / c.meter_gain;
         let through = q + c.leak_m3_s;
         native.flow.push(through);
@@ -94,8 +95,8 @@ pub(crate) fn run(
             .push(c.friction_factor * (1.0 + c.line_kg_m3 / rho));
         native
             .lift
-            .push(outlet - record.inlet[i] + c.inlet_bias_pa - c.head_pa);
-        native.inlet_bias.push(c.inlet_bias_pa);
+            .push(outlet - record.inlet[i] + inlet_bias - c.head_pa);
+        native.inlet_bias.push(inlet_bias);
         native
             .head_factor
             .push(c.head_factor * (1.0 + c.riser_kg_m3 / rho));

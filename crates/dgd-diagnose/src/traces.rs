@@ -5,12 +5,9 @@ use crate::noise::Wander;
 use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::Applied;
 use crate::tangent::Tangent;
+use crate::twins::{Pair, Twins};
 use crate::unrest::wander;
-use crate::witness::Witness;
 use dgd_effects::{Rank, Relation, quantile};
-
-/// The pump's inlet beside the riser's transmitter.
-pub(crate) const INLET_AND_RISER: &str = "pump inlet less riser pressure";
 
 /// Residuals by relation, before and after: tangents with their hypotheses.
 pub(crate) fn traces(
@@ -95,21 +92,32 @@ pub(crate) fn traces(
             &|t, i| t.rows.difference[i],
         );
         out.push(Trace {
-            pair: Some("outlet transmitters, first less second"),
+            pair: Some(Pair::Outlets.name()),
             ..outlets
         });
     }
-    out.extend(inlets(record, start, state, may));
+    let beside = [Pair::Inlets, Pair::InletAndRiser];
+    out.extend(
+        beside
+            .map(|pair| twins(record, pair, (start, state), may))
+            .into_iter()
+            .flatten(),
+    );
     out
 }
 
-/// The inlet's transmitters against the riser's, if it has one: as far as the corrections of either hypothesis leave them apart.
-fn inlets(record: &Record, start: &[Applied], state: &[Applied], may: Wander) -> Option<Trace> {
-    let [before, after] = [start, state].map(|h| Witness::of(record, h, may, &[]));
+/// Two transmitters against each other, if there are two that say something: as far as either hypothesis leaves them apart.
+fn twins(
+    record: &Record,
+    pair: Pair,
+    (start, state): (&[Applied], &[Applied]),
+    may: Wander,
+) -> Option<Trace> {
+    let [before, after] = [start, state].map(|held| Twins::of(record, pair, held, may, &[]));
     let (before, after) = (before?, after?);
     Some(Trace {
         relation: Relation::Instrument,
-        pair: Some(INLET_AND_RISER),
+        pair: Some(pair.name()),
         unit: "Pa",
         t_s: (after.t_s().iter())
             .map(|t| t - record.setting.span_s.0)

@@ -165,9 +165,10 @@ impl AugmentedModel {
             if !inside {
                 continue;
             }
+            let inlet_bias = 0.5 * (c.inlet_bias_pa[0] + c.inlet_bias_pa[1]);
             if i == window.start {
                 // The run starts from readings.
-                inlet -= c.inlet_bias_pa;
+                inlet -= inlet_bias;
             }
             let inflow = moment.mud_pump_m3_s + moment.booster_m3_s + moment.topfill_m3_s;
             let still = column + c.line_kg_m3 * g * setting.line_length_m - weight * c.line_fall_m;
@@ -218,7 +219,7 @@ impl AugmentedModel {
             // Before the window the meter is taken to have shown what it shows at its start.
             let late = delayed(&past, path.delay_s / inputs.step_s);
             run.return_flow_m3_s.push(late);
-            run.inlet_pa.push(inlet + c.inlet_bias_pa);
+            run.inlet_pa.push(inlet + inlet_bias);
             run.outlet_pa
                 .push(outlet + 0.5 * (c.outlet_bias_pa[0] + c.outlet_bias_pa[1]));
         }

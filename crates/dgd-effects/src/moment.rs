@@ -64,8 +64,8 @@ pub struct Changes {
     pub meter_gain: f64,
     /// Reading less truth of either outlet transmitter, Pa.
     pub outlet_bias_pa: [f64; 2],
-    /// Reading less truth of the inlet transmitters, Pa.
-    pub inlet_bias_pa: f64,
+    /// Reading less truth of either inlet transmitter, Pa; one that stands alone is both.
+    pub inlet_bias_pa: [f64; 2],
     /// Reading less truth of the riser's transmitter, Pa.
     pub riser_bias_pa: f64,
 }
@@ -88,7 +88,7 @@ impl Default for Changes {
             leak_m3_s: 0.0,
             meter_gain: 1.0,
             outlet_bias_pa: [0.0; 2],
-            inlet_bias_pa: 0.0,
+            inlet_bias_pa: [0.0; 2],
             riser_bias_pa: 0.0,
         }
     }

@@ -57,6 +57,7 @@ pub(crate) fn steady(blocks: usize) -> Record {
         dt_s: DT_S,
         speed_error_pct: 0.0,
         riser: None,
+        inlets: Vec::new(),
         outlets: vec![all(184e5)],
         filled: Filled {
             mud_pump: all(MUD_PUMP_M3_S),

@@ -1,4 +1,4 @@
-//! What parts the inlets from the riser's transmitter: seen, so that it needs no knots, and placed by what the relations side with.
+//! What parts two transmitters of one pressure: seen, so that it needs no knots, and put where the relations find it.
 
 use super::{BUSIEST_S, Correction, busiest, size};
 use crate::record::{Record, whole};
@@ -6,84 +6,166 @@ use crate::relations::Applied;
 use crate::scan::{evidence, joined};
 use crate::step::Step;
 use crate::tangent::{Tangent, dot};
-use crate::witness::Witness;
-use dgd_effects::{INLET_READING, KNOTS, PLACES, RISER_READING, SUCTION, unknown};
+use crate::twins::{Pair, Twins};
+use crate::unrest::wander;
+use dgd_effects::{INLET_READING, INLETS, KNOTS, OUTLETS, PLACES, RISER_READING, SUCTION, unknown};
 use std::ops::Range;
 use tracing::debug;
 
-/// Share of what parts the two that the relations find in the place where it sits.
+/// Where what parts two transmitters may sit.
+struct Suspect {
+    place: usize,
+    pair: Pair,
+    /// What the place is off by where the first reads one more than the second.
+    sign: f64,
+}
+
+const fn suspect(place: usize, pair: Pair, sign: f64) -> Suspect {
+    Suspect { place, pair, sign }
+}
+
+/// Those that enter the relations. The riser's reading enters none: it is at fault where nothing else is.
+const SUSPECTS: [Suspect; 6] = [
+    suspect(INLETS[0], Pair::Inlets, 1.0),
+    suspect(INLETS[1], Pair::Inlets, -1.0),
+    suspect(OUTLETS[0], Pair::Outlets, 1.0),
+    suspect(OUTLETS[1], Pair::Outlets, -1.0),
+    suspect(INLET_READING, Pair::InletAndRiser, 1.0),
+    suspect(SUCTION, Pair::InletAndRiser, 1.0),
+];
+
+/// Share of what parts the two that the relations find in the place where it sits. Of two alike, of which the other would have it with
+/// the other sign, a part of it tells: the slowest of it may be wander.
 const SITS: Range<f64> = 0.5..1.5;
+const SITS_IN_ONE: Range<f64> = 0.25..1.5;
+
+/// Evidence from which on the relations have found it.
+const FOUND: f64 = 10.0;
 
 /// Share up to which they find none of it in a place.
 const NONE: f64 = 0.25;
 
-/// Prior width of that share.
+/// Width of the prior of that share.
 const WIDTH: f64 = 1.0;
 
 /// Evidence that the relations would have for it, if it sat in a place: from so much on they can tell.
 const TELLS: f64 = 25.0;
 
-/// The correction of a place by what parts the inlets from the riser's transmitter, if that place is where it sits.
+/// The pair that tells of a place.
+pub(crate) fn pair_of(place: usize) -> Option<Pair> {
+    let of = |s: &&Suspect| s.place == place;
+    let pair = SUSPECTS.iter().find(of).map(|s| s.pair);
+    pair.or((place == RISER_READING).then_some(Pair::InletAndRiser))
+}
+
+/// Corrections by what parts two transmitters, of the places where the relations find it; `excluded` blocks tell nothing.
 ///
-/// Three things may: the inlets' reading, which enters head and balance; what is lost on the way between the two, which enters
-/// the balance alone; and where the relations find it in neither, the riser's reading. What a model can hold of the curve are its knots.
-pub(super) fn seen(
+/// One of two at the pump inlet or outlet enters the mean that the relations hold by half, either with its own sign. Of the inlets
+/// beside the riser three things may be at fault: their reading, which enters head and balance; what is lost on the way between the two, which
+/// enters the balance alone; and where the relations find it in neither, the riser's reading. What a model can hold of the
+/// curve are its knots.
+pub(super) fn all(
     record: &Record,
     tangent: &Tangent,
     state: &[Applied],
-    witness: &Witness,
-    place: usize,
-) -> Option<Correction> {
-    let takes = record.takes(Step::Busiest);
-    let window = if takes {
+    excluded: &[bool],
+) -> Vec<Correction> {
+    let busiest_blocks = if record.takes(Step::Busiest) {
         whole(BUSIEST_S / record.block_s()).max(1)
     } else {
         0
     };
-    let (curve, parting) = witness.parting(window)?;
-    let asked = |place| Asked::of(record, tangent, state, (witness, &curve), place);
-    let (share, signature, more) = if place == RISER_READING {
-        let elsewhere = [INLET_READING, SUCTION].map(asked);
-        if !(elsewhere.iter()).all(|a| a.energy > 2.0 * TELLS && a.share.abs() < NONE) {
-            return None;
-        }
-        // The inlets less the riser's is what it is off by, the other way round.
-        (-1.0, vec![0.0; tangent.off.len()], 0.0)
-    } else {
-        let asked = asked(place);
-        debug!(
-            "the inlets part from the riser ({parting:.1}), of which {:.2} shows as {} ({:.1})",
-            asked.share, PLACES[place].name, asked.evidence
-        );
-        if !SITS.contains(&asked.share) {
-            return None;
-        }
-        let mut signature = asked.signature;
-        signature.iter_mut().for_each(|v| *v *= asked.share);
-        let owed = if takes {
-            busiest(record, tangent, &signature)
-        } else {
-            0.0
+    let beside = wander(record, &tangent.curves);
+    let mut out = Vec::new();
+    for pair in Pair::ALL {
+        let Some(twins) = Twins::of(record, pair, state, beside, excluded) else {
+            continue;
         };
-        (asked.share, signature, asked.evidence - owed)
-    };
-    let (from, to) = record.setting.span_s;
-    let mut parameters = vec![place as f64, 0.0, from, to];
-    parameters.extend(knots(&curve).map(|knot| share * knot));
-    Some(Correction {
-        applied: Applied::new(unknown(), parameters),
-        signature,
-        evidence: parting + more,
-        freedom: 1.0,
-        size: share.abs() * size(place, &curve),
-        place,
-        quantity: 0,
-    })
+        let Some((curve, parting)) = twins.parting(busiest_blocks) else {
+            continue;
+        };
+        let told = Told {
+            curve: &curve,
+            t_s: twins.t_s(),
+            parting,
+        };
+        let asked: Vec<(&Suspect, Asked)> = (SUSPECTS.iter())
+            .filter(|s| s.pair == pair)
+            .map(|s| (s, Asked::of(record, tangent, state, &told, s)))
+            .collect();
+        for (s, a) in &asked {
+            debug!(
+                "{} part ({parting:.1}), of which {:.2} shows as {} ({:.1})",
+                pair.name(),
+                a.share,
+                PLACES[s.place].name,
+                a.evidence
+            );
+        }
+        if pair == Pair::InletAndRiser
+            && (asked.iter()).all(|(_, a)| a.energy > 2.0 * TELLS && a.share.abs() < NONE)
+        {
+            let nowhere = vec![0.0; tangent.off.len()];
+            out.push(told.correction(record, RISER_READING, -1.0, nowhere, 0.0));
+        }
+        let sits = match pair {
+            Pair::InletAndRiser => SITS,
+            Pair::Inlets | Pair::Outlets => SITS_IN_ONE,
+        };
+        let there = |(_, a): &(_, Asked)| sits.contains(&a.share) && a.evidence > FOUND;
+        for (s, a) in asked.into_iter().filter(there) {
+            let mut signature = a.signature;
+            signature.iter_mut().for_each(|v| *v *= a.share);
+            let owed = if record.takes(Step::Busiest) {
+                busiest(record, tangent, &signature)
+            } else {
+                0.0
+            };
+            let scale = s.sign * a.share;
+            out.push(told.correction(record, s.place, scale, signature, a.evidence - owed));
+        }
+    }
+    out
+}
+
+/// What two transmitters tell by themselves.
+struct Told<'a> {
+    /// By how much the first reads more than the second, beyond what they may differ by, block by block, Pa.
+    curve: &'a [f64],
+    /// Middle of each block, s.
+    t_s: &'a [f64],
+    /// Evidence that they part.
+    parting: f64,
+}
+
+impl Told<'_> {
+    /// The correction of a place that is off by `scale` times the curve, `more` evidence for it being in the relations.
+    fn correction(
+        &self,
+        record: &Record,
+        place: usize,
+        scale: f64,
+        signature: Vec<f64>,
+        more: f64,
+    ) -> Correction {
+        let (from, to) = record.setting.span_s;
+        let mut parameters = vec![place as f64, 0.0, from, to];
+        parameters.extend(knots(self.curve).map(|knot| scale * knot));
+        Correction {
+            applied: Applied::new(unknown(), parameters),
+            signature,
+            evidence: self.parting + more,
+            freedom: 1.0,
+            size: scale.abs() * size(place, self.curve),
+            place,
+            quantity: 0,
+        }
+    }
 }
 
 /// What the relations say of a curve in a place.
 struct Asked {
-    /// What the whole of it takes out of the residuals, off the tangent.
+    /// What the whole of it takes out of the residuals, off the tangent; nothing in those of two transmitters, which have told.
     signature: Vec<f64>,
     energy: f64,
     /// How much of it they find.
@@ -96,16 +178,17 @@ impl Asked {
         record: &Record,
         tangent: &Tangent,
         state: &[Applied],
-        (witness, curve): (&Witness, &[f64]),
-        place: usize,
+        told: &Told,
+        suspect: &Suspect,
     ) -> Self {
-        let t_s = witness.t_s();
-        let ends = [t_s.first(), t_s.last()].map(|t| t.copied().unwrap_or(0.0));
+        let ends = [told.t_s.first(), told.t_s.last()].map(|t| t.copied().unwrap_or(0.0));
         // One knot a block.
-        let mut parameters = vec![place as f64, 0.0, ends[0], ends[1]];
-        parameters.extend(curve);
+        let mut parameters = vec![suspect.place as f64, 0.0, ends[0], ends[1]];
+        parameters.extend(told.curve.iter().map(|v| suspect.sign * v));
         let one = Applied::new(unknown(), parameters);
-        let signature = tangent.signature(record, &joined(state, &one));
+        let mut signature = tangent.signature(record, &joined(state, &one));
+        let layout = tangent.layout;
+        signature[layout.difference_at()..layout.mass_at()].fill(0.0);
         let (energy, score) = (dot(&signature, &signature), dot(&signature, &tangent.off));
         Self {
             energy,

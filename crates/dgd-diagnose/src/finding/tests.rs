@@ -9,7 +9,7 @@ use crate::relations::Applied;
 use crate::select::{Named, Selection};
 use crate::tangent::{Bend, Tangent};
 use dgd_effects::{
-    INLET_READING, METER_FACTOR, PLACES, QUANTITIES, Relation, SUCTION, find, unknown,
+    INLET_READING, METER_FACTOR, OUTLETS, PLACES, QUANTITIES, Relation, SUCTION, find, unknown,
 };
 
 fn nothing_run() -> Simulation {
@@ -93,7 +93,13 @@ fn the_test_is_that_of_the_likeliest_alternative_which_the_catalogue_knows_one_f
 
 #[test]
 fn a_correction_is_told_by_its_place_and_its_quantity() {
-    for (place, quantity) in [(INLET_READING, 0), (SUCTION, 0), (METER_FACTOR, 4), (0, 1)] {
+    for (place, quantity) in [
+        (INLET_READING, 0),
+        (SUCTION, 0),
+        (OUTLETS[1], 0),
+        (METER_FACTOR, 4),
+        (0, 1),
+    ] {
         let mut named = influx();
         named.applied = Applied::new(unknown(), vec![0.0; unknown().about().parameters.len()]);
         named.correction = Some((place, quantity));
@@ -108,6 +114,7 @@ fn a_correction_is_told_by_its_place_and_its_quantity() {
             INLET_READING => "p_meter = p_in",
             SUCTION => "p_riser - p_in = constant",
             METER_FACTOR => "q / q_meter = 1",
+            _ if place == OUTLETS[1] => "p_meter = p_out",
             _ => "p_out = p_0 + rho g L + phi(q) + rho L/A dq/dt",
         };
         let after = format!("{before} + f({along})");
@@ -121,8 +128,11 @@ fn a_correction_is_told_by_its_place_and_its_quantity() {
         );
         assert_eq!(told.relation, PLACES[place].relation);
         assert_eq!(told.shows_in, PLACES[place].shows_in);
-        let beside = [INLET_READING, SUCTION].contains(&place);
-        let pair = beside.then_some("pump inlet less riser pressure");
+        let pair = match place {
+            INLET_READING | SUCTION => Some("pump inlet less riser pressure"),
+            _ if place == OUTLETS[1] => Some("outlet transmitters, first less second"),
+            _ => None,
+        };
         assert_eq!(told.pair, pair);
         assert!(told.parameters.is_empty());
     }

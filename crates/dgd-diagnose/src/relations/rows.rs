@@ -71,21 +71,14 @@ impl Rows {
             })
             .collect();
         // A transmitter that repeats one value through its noise is stuck, whatever the screening made of it.
+        let limit_s = |b: usize| match settled.get(b) {
+            Some(settled) if *settled > 0.0 => 24.0,
+            _ => 60.0,
+        };
         let mut frozen = vec![false; n];
         for outlet in &record.outlets {
-            let mut run = 0_usize;
-            for i in 1..outlet.len() {
-                run = if outlet[i] == outlet[i - 1] {
-                    run + 1
-                } else {
-                    0
-                };
-                let flowing = settled.get(i / m).is_some_and(|s| *s > 0.0);
-                if run as f64 * record.dt_s >= if flowing { 24.0 } else { 60.0 } {
-                    for b in (i - run) / m..=(i / m + 2).min(n - 1) {
-                        frozen[b] = true;
-                    }
-                }
+            for (frozen, repeats) in frozen.iter_mut().zip(repeats(record, outlet, limit_s)) {
+                *frozen |= repeats;
             }
         }
         let friction: Vec<bool> = friction
@@ -118,6 +111,30 @@ impl Rows {
             mass,
         }
     }
+}
+
+/// The blocks, and one or two behind them, in which a reading repeats one value for as long as a limit by block, s.
+pub(crate) fn repeats(
+    record: &Record,
+    values: &[f64],
+    limit_s: impl Fn(usize) -> f64,
+) -> Vec<bool> {
+    let (m, n) = (record.per_block, record.blocks);
+    let mut out = vec![false; n];
+    let mut run = 0_usize;
+    for i in 1..values.len() {
+        run = if values[i] == values[i - 1] {
+            run + 1
+        } else {
+            0
+        };
+        if run as f64 * record.dt_s >= limit_s(i / m) {
+            for b in (i - run) / m..=(i / m + 2).min(n - 1) {
+                out[b] = true;
+            }
+        }
+    }
+    out
 }
 
 #[cfg(test)]

@@ -38,7 +38,7 @@ fn read(c: &Changes, transmitters: usize) -> Record {
     record.flow = vec![(FLOW_M3_S - c.leak_m3_s) * c.meter_gain; n];
     record.speed = vec![SPEED_PCT - c.speed_pct; n];
     record.inlet = (record.t_s.iter())
-        .map(|t| inlet(*t) + c.inlet_bias_pa)
+        .map(|t| inlet(*t) + 0.5 * (c.inlet_bias_pa[0] + c.inlet_bias_pa[1]))
         .collect();
     record.outlets = (0..transmitters)
         .map(|k| vec![outlet + c.outlet_bias_pa[k]; n])
@@ -77,7 +77,7 @@ fn changes() -> Vec<Changes> {
         leak_m3_s: 5e-3,
         meter_gain: 1.04,
         outlet_bias_pa: [5e4, -2e4],
-        inlet_bias_pa: 4e4,
+        inlet_bias_pa: [6e4, 2e4],
         // No relation holds it.
         riser_bias_pa: 3e4,
     };
@@ -175,7 +175,7 @@ fn a_drift_of_the_inlets_is_no_level() {
     }
     let line = LineFlow::under(&record, &[]);
     let parts = run(&record, &line, 0..record.t_s.len(), |at| Changes {
-        inlet_bias_pa: drift(at.t_s),
+        inlet_bias_pa: [drift(at.t_s); 2],
         ..Changes::default()
     });
     for imbalance in &parts.imbalance[1..ROWS - 1] {

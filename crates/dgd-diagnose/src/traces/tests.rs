@@ -111,6 +111,12 @@ fn transmitters_are_held_against_their_neighbours_where_they_have_any_that_say_s
         .map(|(p, n)| p - 3e4 + 800.0 * n);
     record.riser = Some(riser.collect());
     record.outlets.push(second);
+    let apart = record
+        .inlet
+        .iter()
+        .zip(&noise)
+        .map(|(p, n)| p - 1e4 + 500.0 * n);
+    record.inlets = vec![record.inlet.clone(), apart.collect()];
     let fit = |record: &Record| Tangent::at(record, &[], &[], Bend::Free).unwrap();
     let tangent = fit(&record);
     let found = traces(&record, (&tangent, &[]), (&tangent, &[]));
@@ -119,6 +125,7 @@ fn transmitters_are_held_against_their_neighbours_where_they_have_any_that_say_s
         pairs,
         [
             "outlet transmitters, first less second",
+            "inlet transmitters, first less second",
             "pump inlet less riser pressure"
         ]
     );
@@ -134,6 +141,7 @@ fn transmitters_are_held_against_their_neighbours_where_they_have_any_that_say_s
     }
     record.riser = None;
     record.outlets[1].fill(f64::NAN);
+    record.inlets[0].fill(f64::NAN);
     let tangent = fit(&record);
     assert_eq!(traces(&record, (&tangent, &[]), (&tangent, &[])).len(), 3);
 }

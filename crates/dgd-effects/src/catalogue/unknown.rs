@@ -28,7 +28,7 @@ pub struct Place {
 }
 
 /// What can be corrected, in the order of the codes: relations, readings, which enter several, and what lies between readings.
-pub const PLACES: [Place; 8] = [
+pub const PLACES: [Place; 12] = [
     Place {
         relation: Relation::ReturnLineFriction,
         name: "return line friction",
@@ -98,7 +98,47 @@ pub const PLACES: [Place; 8] = [
         width: 1.5e4,
         least: 2.5e3,
     },
+    Place {
+        name: "the reading of the first pump inlet transmitter",
+        ..ONE_INLET
+    },
+    Place {
+        name: "the reading of the second pump inlet transmitter",
+        ..ONE_INLET
+    },
+    Place {
+        name: "the reading of the first pump outlet transmitter",
+        ..ONE_OUTLET
+    },
+    Place {
+        name: "the reading of the second pump outlet transmitter",
+        ..ONE_OUTLET
+    },
 ];
+
+/// One of two at the pump inlet, whose mean the relations hold.
+const ONE_INLET: Place = Place {
+    relation: Relation::Instrument,
+    name: "",
+    shows_in: &[Relation::PumpHead, Relation::RiserMassBalance],
+    reading: "p_meter = p_in",
+    width: 1.5e4,
+    least: 2.5e3,
+};
+
+/// One of two at the pump outlet, whose difference is a relation of its own.
+const ONE_OUTLET: Place = Place {
+    relation: Relation::Instrument,
+    name: "",
+    shows_in: &[
+        Relation::ReturnLineFriction,
+        Relation::PumpHead,
+        Relation::Instrument,
+    ],
+    reading: "p_meter = p_out",
+    width: 1.5e4,
+    least: 2.5e3,
+};
 
 const FRICTION: usize = 0;
 const HEAD: usize = 1;
@@ -113,6 +153,10 @@ pub const METER_FACTOR: usize = 5;
 pub const SUCTION: usize = 6;
 /// Place of the reading of the riser's transmitter in [`PLACES`].
 pub const RISER_READING: usize = 7;
+/// Places of the readings of the first and the second pump inlet transmitter in [`PLACES`].
+pub const INLETS: [usize; 2] = [8, 9];
+/// Places of the readings of the first and the second pump outlet transmitter in [`PLACES`].
+pub const OUTLETS: [usize; 2] = [10, 11];
 
 /// A meter that reads by half too much or too little is no longer one: knots end there.
 const MOST_OFF: f64 = 0.5;
@@ -153,10 +197,10 @@ static ABOUT: About = About {
     parameters: &[
         Parameter {
             name: "relation",
-            meaning: "0 line friction, 1 pump head, 2 riser mass balance, 3 inlet reading, 4 outlet reading, 5 return meter's factor, 6 suction, 7 riser reading",
+            meaning: "0 line friction, 1 pump head, 2 riser mass balance, 3 inlet reading, 4 outlet reading, 5 return meter's factor, 6 suction, 7 riser reading, 8 and 9 each inlet's, 10 and 11 each outlet's",
             role: Role::Shape(&[]),
             low: 0.0,
-            high: 7.0,
+            high: 11.0,
             usual: 0.0,
             ..Parameter::BASE
         },
@@ -165,7 +209,7 @@ static ABOUT: About = About {
             meaning: "code of the quantity",
             role: Role::Shape(&[]),
             low: 0.0,
-            high: 7.0,
+            high: 11.0,
             usual: 0.0,
             ..Parameter::BASE
         },
@@ -257,25 +301,27 @@ impl Effect for Unknown {
                 return;
             }
             match place {
-                FRICTION => {
-                    if at.flow_m3_s > 1e-3 {
-                        changes.line_drop_pa += value;
-                    }
-                }
+                FRICTION if at.flow_m3_s > 1e-3 => changes.line_drop_pa += value,
                 HEAD => changes.head_pa += value,
                 BALANCE => changes.inflow_m3_s += value,
-                INLET_READING => changes.inlet_bias_pa += value,
+                INLET_READING => changes.inlet_bias_pa = changes.inlet_bias_pa.map(|p| p + value),
+                OUTLET_READING => {
+                    changes.outlet_bias_pa = changes.outlet_bias_pa.map(|p| p + value)
+                }
                 METER_FACTOR => changes.meter_gain /= 1.0 + value.clamp(-MOST_OFF, MOST_OFF),
                 // The pump lifts from the lower pressure, which its transmitters read.
                 SUCTION => {
-                    changes.inlet_bias_pa += value;
+                    changes.inlet_bias_pa = changes.inlet_bias_pa.map(|p| p + value);
                     changes.head_pa += value;
                 }
                 RISER_READING => changes.riser_bias_pa += value,
-                _ => {
-                    changes.outlet_bias_pa[0] += value;
-                    changes.outlet_bias_pa[1] += value;
+                place if INLETS.contains(&place) => {
+                    changes.inlet_bias_pa[place - INLETS[0]] += value
                 }
+                place if OUTLETS.contains(&place) => {
+                    changes.outlet_bias_pa[place - OUTLETS[0]] += value
+                }
+                _ => {}
             }
         })
     }

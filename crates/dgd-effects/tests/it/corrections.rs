@@ -2,8 +2,8 @@
 
 use crate::{close, drive, moments, setting};
 use dgd_effects::{
-    Changes, INLET_READING, KNOTS, METER_FACTOR, Moment, OUTLET_READING, RISER_READING, SUCTION,
-    unknown,
+    Changes, INLET_READING, INLETS, KNOTS, METER_FACTOR, Moment, OUTLET_READING, OUTLETS,
+    RISER_READING, SUCTION, unknown,
 };
 
 /// What a quantity is at a moment.
@@ -94,11 +94,12 @@ fn a_reading_is_off_by_its_correction() {
     let outlet = along(OUTLET_READING);
     for (i, (inlet, outlet)) in inlet.iter().zip(&outlet).enumerate().skip(1) {
         let expected = (KNOTS - 1) as f64 * i as f64 / 6000.0;
-        close(inlet.inlet_bias_pa, expected, 1e-9);
+        close(inlet.inlet_bias_pa[0], expected, 1e-9);
+        assert_eq!(inlet.inlet_bias_pa[0], inlet.inlet_bias_pa[1]);
         assert_eq!(inlet.outlet_bias_pa, [0.0; 2]);
         close(outlet.outlet_bias_pa[0], expected, 1e-9);
         assert_eq!(outlet.outlet_bias_pa[0], outlet.outlet_bias_pa[1]);
-        assert_eq!(outlet.inlet_bias_pa, 0.0);
+        assert_eq!(outlet.inlet_bias_pa, [0.0; 2]);
     }
 }
 
@@ -116,17 +117,43 @@ fn what_is_lost_before_the_inlet_is_lost_to_the_pump_and_to_its_reading() {
         let by = (KNOTS - 1) as f64 * i as f64 / 6000.0;
         let expected = Changes {
             inlet_bias_pa: lost.inlet_bias_pa,
-            head_pa: lost.inlet_bias_pa,
+            head_pa: lost.inlet_bias_pa[0],
             ..Changes::default()
         };
         assert_eq!(*lost, expected);
-        close(lost.inlet_bias_pa, by, 1e-9);
+        assert_eq!(lost.inlet_bias_pa[0], lost.inlet_bias_pa[1]);
+        close(lost.head_pa, by, 1e-9);
         let expected = Changes {
             riser_bias_pa: riser.riser_bias_pa,
             ..Changes::default()
         };
         assert_eq!(*riser, expected);
         close(riser.riser_bias_pa, by, 1e-9);
+    }
+}
+
+#[test]
+fn one_of_two_transmitters_is_off_by_itself() {
+    let at = moments();
+    for (places, inlet) in [(INLETS, true), (OUTLETS, false)] {
+        for (k, place) in places.into_iter().enumerate() {
+            let found = drive("unknown", &line(place, 0.0, 0.0, 6000.0), &setting(), &at);
+            for (i, c) in found.iter().enumerate() {
+                let mut expected = Changes::default();
+                let bias = if inlet {
+                    &mut expected.inlet_bias_pa
+                } else {
+                    &mut expected.outlet_bias_pa
+                };
+                bias[k] = if inlet {
+                    c.inlet_bias_pa[k]
+                } else {
+                    c.outlet_bias_pa[k]
+                };
+                close(bias[k], (KNOTS - 1) as f64 * i as f64 / 6000.0, 1e-9);
+                assert_eq!(*c, expected);
+            }
+        }
     }
 }
 

@@ -1,28 +1,48 @@
 //! Claims about what parts the inlets from the riser's transmitter: where it is put, and when it is nothing.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::{knots, seen};
+use super::{all, knots};
 use crate::claims::fixture::{FLOW_M3_S, Hidden, SPEED_PCT, drilled};
 use crate::draws::normals;
-use crate::empirical::{BESIDE_RISER, Correction, correction, hurdle, plausible};
+use crate::empirical::{Correction, correction, hurdle, plausible};
 use crate::record::Record;
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent, dot};
-use crate::unrest::wander;
-use crate::witness::Witness;
-use dgd_effects::{INLET_READING, KNOTS, PLACES, RISER_READING, SUCTION};
+use dgd_effects::{INLET_READING, INLETS, KNOTS, OUTLETS, PLACES, RISER_READING, SUCTION};
+
+/// Where what parts two transmitters may sit.
+const PLACED: [usize; 7] = [
+    INLET_READING,
+    SUCTION,
+    RISER_READING,
+    INLETS[0],
+    INLETS[1],
+    OUTLETS[0],
+    OUTLETS[1],
+];
 
 /// Grows for a quarter of an hour, and clears: six times in the recording.
 fn saw(t: f64) -> f64 {
     3e4 * (t / 900.0).rem_euclid(1.0)
 }
 
-/// Drilling with a transmitter in the riser, 3 m of mud above the inlets.
+/// Drilling with a transmitter in the riser, 3 m of mud above the inlets, and two at either side of the pump.
 fn beside_riser() -> Record {
     let mut record = drilled(Hidden::default());
-    let noise = normals(9, record.t_s.len());
+    let n = record.t_s.len();
+    let noise = normals(9, n);
     let riser = |(p, noise): (&f64, &f64)| p - 3.5e4 + 500.0 * noise;
     record.riser = Some(record.inlet.iter().zip(&noise).map(riser).collect());
+    let two = |values: &[f64], seed: u64, by: f64| -> Vec<Vec<f64>> {
+        let noise = normals(seed, n);
+        let read = |sign: f64| {
+            let one = |(p, noise): (&f64, &f64)| p + sign * by * noise;
+            values.iter().zip(&noise).map(one).collect()
+        };
+        vec![read(1.0), read(-1.0)]
+    };
+    record.inlets = two(&record.inlet, 10, 300.0);
+    record.outlets = two(&record.outlet, 11, 800.0);
     record
 }
 
@@ -31,35 +51,45 @@ fn off(place: usize, curve: fn(f64) -> f64) -> Record {
     let mut record = beside_riser();
     for i in 0..record.t_s.len() {
         let by = curve(record.t_s[i]);
+        let inlets = |record: &mut Record, by: f64| {
+            record.inlet[i] += by;
+            record.inlets.iter_mut().for_each(|p| p[i] += by);
+        };
         match place {
-            INLET_READING => record.inlet[i] += by,
+            INLET_READING => inlets(&mut record, by),
             RISER_READING => record.riser.as_mut().unwrap()[i] += by,
-            _ => {
+            SUCTION => {
                 // The pump turns faster for what it has to lift more.
-                record.inlet[i] -= by;
+                inlets(&mut record, -by);
                 let square = (record.speed[i] / SPEED_PCT).powi(2) + by / 45e5;
                 record.speed[i] = SPEED_PCT * square.sqrt();
+            }
+            one if INLETS.contains(&one) => {
+                record.inlet[i] += 0.5 * by;
+                record.inlets[one - INLETS[0]][i] += by;
+            }
+            one => {
+                record.outlet[i] += 0.5 * by;
+                record.outlets[one - OUTLETS[0]][i] += by;
             }
         }
     }
     record.filled.inlet.clone_from(&record.inlet);
+    record.filled.outlet.clone_from(&record.outlet);
     record.filled.speed.clone_from(&record.speed);
     record
 }
 
 fn found(record: &Record) -> Vec<Correction> {
     let tangent = Tangent::at(record, &[], &[], Bend::Loose).unwrap();
-    let beside = wander(record, &tangent.curves);
-    let witness = Witness::of(record, &[], beside, &[]).unwrap();
-    let of = |place| seen(record, &tangent, &[], &witness, place);
-    let mut out: Vec<Correction> = BESIDE_RISER.into_iter().filter_map(of).collect();
+    let mut out = all(record, &tangent, &[], &[]);
     out.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     out
 }
 
 #[test]
 fn what_parts_the_two_is_put_where_the_relations_find_it() {
-    for place in BESIDE_RISER {
+    for place in PLACED {
         let record = off(place, saw);
         let found = found(&record);
         let best = &found[0];
@@ -88,7 +118,7 @@ fn what_parts_the_two_is_put_where_the_relations_find_it() {
 #[test]
 fn a_drift_that_knots_can_follow_is_drawn_with_its_sign() {
     let slow = |t: f64| 8e4 * (t / 1500.0).sin();
-    for place in BESIDE_RISER {
+    for place in PLACED {
         let best = found(&off(place, slow)).remove(0);
         assert_eq!(best.place, place);
         // The pressure between the two falls by what is lost.

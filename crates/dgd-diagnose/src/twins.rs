@@ -1,0 +1,228 @@
+//! Two transmitters of one pressure: their readings differ by little but a constant and a difference of their spans, and those of
+//! the inlets and the riser by what the suction loses on the few metres between.
+
+mod parting;
+
+use crate::empirical::is_correction;
+use crate::noise::{Layout, Wander, Whitening};
+use crate::record::{Record, mean, tails};
+use crate::relations::{Applied, Rows, repeats};
+use crate::tangent::dot;
+use dgd_effects::{Action, Changes, KNOTS, Moment, Rank, quantile};
+use nalgebra::{DMatrix, DVector};
+
+/// What the inlets may lose at the suction, and by how much the spans of the transmitters may differ, Pa.
+const SUCTION_PA: f64 = 1.0e4;
+const SPAN_PA: f64 = 3.0e3;
+
+/// A transmitter that repeats one value for so long while the other does not is stuck, s.
+const STUCK_S: f64 = 60.0;
+
+/// Which two.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Pair {
+    /// The two at the pump inlet.
+    Inlets,
+    /// The two at the pump outlet.
+    Outlets,
+    /// Those at the pump inlet, and the riser's.
+    InletAndRiser,
+}
+
+impl Pair {
+    pub(crate) const ALL: [Self; 3] = [Self::Inlets, Self::Outlets, Self::InletAndRiser];
+
+    /// Its name, for people.
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Inlets => "inlet transmitters, first less second",
+            Self::Outlets => "outlet transmitters, first less second",
+            Self::InletAndRiser => "pump inlet less riser pressure",
+        }
+    }
+
+    /// The readings of the two, if the recording has both, on the working clock, Pa.
+    fn readings(self, record: &Record) -> Option<[&[f64]; 2]> {
+        let both = |readings: &'_ [Vec<f64>]| -> Option<[usize; 2]> {
+            (readings.len() == 2).then_some([0, 1])
+        };
+        match self {
+            Self::Inlets => both(&record.inlets).map(|k| k.map(|k| record.inlets[k].as_slice())),
+            Self::Outlets => both(&record.outlets).map(|k| k.map(|k| record.outlets[k].as_slice())),
+            Self::InletAndRiser => Some([&record.inlet, record.riser.as_deref()?]),
+        }
+    }
+
+    /// By how much the first reads more than the second where readings are off, Pa.
+    fn apart(self, changes: &Changes) -> f64 {
+        let [first, second] = changes.inlet_bias_pa;
+        match self {
+            Self::Inlets => first - second,
+            Self::Outlets => changes.outlet_bias_pa[0] - changes.outlet_bias_pa[1],
+            Self::InletAndRiser => 0.5 * (first + second) - changes.riser_bias_pa,
+        }
+    }
+}
+
+/// First less second reading, block by block, beside the noise that the two have.
+pub(crate) struct Twins {
+    whitening: Whitening,
+    /// Less its median, Pa; NaN where either cannot be trusted.
+    residual: Vec<f64>,
+    /// The same, whitened.
+    apart: Vec<f64>,
+    /// What the two may differ by at its prior width, as it is and whitened.
+    may: Vec<Vec<f64>>,
+    free: Vec<Vec<f64>>,
+    wander: Wander,
+    /// Middle of each block, s.
+    t_s: Vec<f64>,
+}
+
+impl Twins {
+    /// `None` where there are not two. What `state` holds either reading to be off by is taken off; `excluded` blocks carry no
+    /// weight.
+    pub(crate) fn of(
+        record: &Record,
+        pair: Pair,
+        state: &[Applied],
+        wander: Wander,
+        excluded: &[bool],
+    ) -> Option<Self> {
+        let [first, second] = pair.readings(record)?;
+        let (m, n) = (record.per_block, record.blocks);
+        let block = |values: &[f64], b: usize| mean(&values[b * m..(b + 1) * m]);
+        let t_s: Vec<f64> = (0..n)
+            .map(|b| mean(&record.t_s[b * m..(b + 1) * m]))
+            .collect();
+        let held = held_apart(record, pair, state, &t_s);
+        let apart: Vec<f64> = (0..n)
+            .map(|b| block(first, b) - block(second, b) - held[b])
+            .collect();
+        let middle = quantile(apart.iter().copied(), Rank::MEDIAN)?;
+        let residual: Vec<f64> = apart.iter().map(|v| v - middle).collect();
+        let [one, other] = [first, second].map(|values| repeats(record, values, |_| STUCK_S));
+        let valid = (0..n)
+            .map(|b| {
+                let excluded = excluded.get(b).copied().unwrap_or(false);
+                residual[b].is_finite() && one[b] == other[b] && !excluded
+            })
+            .collect();
+        let layout = Layout {
+            blocks: 0,
+            difference: n,
+            mass: 0,
+        };
+        let rows = Rows {
+            friction: Vec::new(),
+            still: Vec::new(),
+            head: Vec::new(),
+            difference: valid,
+            mass: Vec::new(),
+        };
+        let whitening = Whitening::of(layout, &rows, &residual, &vec![0.0; n], wander);
+        let (readings, (low, high)) = match pair {
+            Pair::Outlets => (&record.filled.outlet, tails(&record.filled.outlet, 50)?),
+            _ => (&record.filled.inlet, record.setting.inlet_range_pa),
+        };
+        let span = |b: usize| SPAN_PA * (block(readings, b) - low) / (high - low).max(SPAN_PA);
+        let column = |of: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..n).map(of).collect() };
+        let mut may = vec![column(&|_| 1e5), column(&span)];
+        if pair == Pair::InletAndRiser {
+            let flow = &record.filled.flow;
+            let typical = quantile(flow.iter().copied(), Rank::MEDIAN)?.max(1e-3);
+            may.push(column(&|b| SUCTION_PA * (block(flow, b) / typical).powi(2)));
+        }
+        Some(Self {
+            apart: whitening.apply_whole(&residual),
+            residual,
+            free: may.iter().map(|c| whitening.apply_whole(c)).collect(),
+            may,
+            wander,
+            t_s,
+            whitening,
+        })
+    }
+
+    /// First less second reading, less its median, by block, Pa.
+    pub(crate) fn residual(&self) -> &[f64] {
+        &self.residual
+    }
+
+    /// Middle of each block, s.
+    pub(crate) fn t_s(&self) -> &[f64] {
+        &self.t_s
+    }
+
+    /// Standard deviation of a block's noise, Pa.
+    pub(crate) fn noise_pa(&self) -> f64 {
+        let weights = self.whitening.weight.iter().copied();
+        quantile(weights.filter(|w| *w > 0.0), Rank::MEDIAN).map_or(f64::NAN, |w| 1.0 / w)
+    }
+
+    /// Normal equations of a curve over time that the inlet reads too much by: its knots, of width `unit`, from `from` to
+    /// `to` s, with what the two may differ by at any time taken out.
+    pub(crate) fn normal_equations(
+        &self,
+        (from, to): (f64, f64),
+        unit: f64,
+    ) -> Option<(DMatrix<f64>, DVector<f64>)> {
+        let place = |t: f64| (t - from) / (to - from) * (KNOTS - 1) as f64;
+        let knots: Vec<Vec<f64>> = (0..KNOTS)
+            .map(|k| {
+                let hat = |t: &f64| unit * (1.0 - (place(*t) - k as f64).abs()).max(0.0);
+                let column: Vec<f64> = self.t_s.iter().map(hat).collect();
+                self.whitening.apply_whole(&column)
+            })
+            .collect();
+        let m = self.free.len();
+        let own = DMatrix::from_fn(m, m, |a, b| {
+            dot(&self.free[a], &self.free[b]) + f64::from(u8::from(a == b))
+        });
+        let factor = own.cholesky()?;
+        let across = DMatrix::from_fn(m, KNOTS, |a, k| dot(&self.free[a], &knots[k]));
+        let pull = DVector::from_fn(m, |a, _| dot(&self.free[a], &self.apart));
+        let gram = DMatrix::from_fn(KNOTS, KNOTS, |a, b| dot(&knots[a], &knots[b]))
+            - across.transpose() * factor.solve(&across);
+        let right = DVector::from_fn(KNOTS, |k, _| dot(&knots[k], &self.apart))
+            - across.transpose() * factor.solve(&pull);
+        Some((gram, right))
+    }
+}
+
+/// By how much a hypothesis holds the first of two to read more than the second, at some times, Pa.
+fn held_apart(record: &Record, pair: Pair, state: &[Applied], t_s: &[f64]) -> Vec<f64> {
+    let of_readings = |a: &&Applied| is_correction(a.effect) || a.effect.about().sensor().is_some();
+    // They are off by the time alone: the readings of a moment do not count.
+    let mut actions: Vec<Action> = (state.iter().filter(of_readings))
+        .map(|a| a.effect.begin(&a.parameters, &record.setting))
+        .collect();
+    let seconds = record.block_s();
+    (t_s.iter().enumerate())
+        .map(|(index, t)| {
+            let i = (index * record.per_block).min(record.t_s.len() - 1);
+            let f = &record.filled;
+            let moment = Moment {
+                index,
+                t_s: *t,
+                dt_s: seconds,
+                mud_pump_m3_s: f.mud_pump[i],
+                booster_m3_s: f.booster[i],
+                topfill_m3_s: f.topfill[i],
+                flow_m3_s: f.flow[i],
+                speed_pct: f.speed[i],
+                inlet_pa: f.inlet[i],
+                outlet_pa: f.outlet[i],
+                pumping: f.pumping[i],
+            };
+            let mut changes = Changes::default();
+            for action in &mut actions {
+                action(&moment, &mut changes);
+            }
+            pair.apart(&changes)
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests;
