@@ -3,6 +3,7 @@
 use super::rig::{CHANNELS, Rig, line_of};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use serde_json::Value;
 
 fn storm(share: f64) -> Rig {
     let mut random = ChaCha8Rng::seed_from_u64(11);
@@ -129,5 +130,35 @@ fn a_transmitter_that_the_rig_lacks_leaves_the_answer_right() {
             .fitted()
             .right(1.0)
             .suspects_nothing();
+    }
+}
+
+#[test]
+fn a_transmitter_that_leaves_its_neighbour_is_told() {
+    let saw = |i: usize| 8.0 * (i % 1100) as f64 / 1100.0;
+    let slow = |i: usize| 10.0 * (i as f64 / 1500.0).sin();
+    for (tag, name) in [
+        ("PT1", "the first pump inlet transmitter"),
+        ("PT2", "the second pump inlet transmitter"),
+        ("PT3", "the first pump outlet transmitter"),
+        ("PT4", "the second pump outlet transmitter"),
+        ("PT5", "the riser's transmitter"),
+    ] {
+        // Again and again, and slowly by some psi either way: of the riser's that might as well be a loss at the suction, as the
+        // balance of the stand-in holds an inflow that is off.
+        let drifts: [&dyn Fn(usize) -> f64; 2] = [&saw, &slow];
+        for drift in &drifts[..if tag == "PT5" { 1 } else { 2 }] {
+            let rig = Rig::sound().each(&[tag], |i, p| p + drift(i));
+            let (bench, ran) = rig.diagnose();
+            ran.done();
+            let found: Value = serde_json::from_str(&bench.text("d/diagnosis.json")).unwrap();
+            let told: Vec<&str> = (found["findings"].as_array().unwrap().iter())
+                .map(|f| f["title"].as_str().unwrap())
+                .collect();
+            let expected =
+                format!("something outside the catalogue: the reading of {name} drifts over time");
+            // Beside what the stand-in has of its own.
+            assert!(told.contains(&expected.as_str()), "{tag}: {told:?}");
+        }
     }
 }
