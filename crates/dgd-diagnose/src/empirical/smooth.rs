@@ -1,0 +1,83 @@
+//! Smooth curves through knots.
+
+use crate::scan::ln_mean_exp;
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+
+/// Correlation lengths of the curve, in knots: constant, which only the mass balance has no term for; rough, smooth, nearly
+/// straight.
+const SMOOTHNESS: [f64; 4] = [f64::INFINITY, 1.2, 2.5, 5.0];
+
+/// A smooth curve through the knots: a Gaussian process of one correlation length (Rasmussen and Williams 2006, chapter 2).
+pub(super) struct Smooth {
+    pub(super) coefficients: DVector<f64>,
+    pub(super) evidence: f64,
+    pub(super) freedom: f64,
+}
+
+impl Smooth {
+    /// From normal equations of knots of unit prior width; `None` if they cannot be solved.
+    fn fit(gram: &DMatrix<f64>, right: &DVector<f64>, reach: f64) -> Option<Self> {
+        let n = right.len();
+        let covariance = DMatrix::from_fn(n, n, |a, b| {
+            let apart = a.abs_diff(b) as f64 / reach;
+            (-0.5 * apart * apart).exp()
+        });
+        let eigen = SymmetricEigen::try_new(covariance, 1e-12, 1000)?;
+        let root = &eigen.eigenvectors
+            * DMatrix::from_diagonal(&eigen.eigenvalues.map(|v| v.max(0.0).sqrt()));
+        let own = root.transpose() * gram * &root;
+        let pull = root.transpose() * right;
+        let factor = (&own + DMatrix::identity(n, n)).cholesky()?;
+        let solved = factor.solve(&pull);
+        let ln_volume: f64 = factor.l().diagonal().iter().map(|d| d.ln()).sum();
+        Some(Self {
+            evidence: 0.5 * pull.dot(&solved) - ln_volume,
+            freedom: factor.solve(&own).trace(),
+            coefficients: root * solved,
+        })
+    }
+}
+
+/// A curve of each smoothness; a constant only where the relation has no term for it.
+pub(super) fn smoothed(gram: &DMatrix<f64>, right: &DVector<f64>, constant: bool) -> Vec<Smooth> {
+    (SMOOTHNESS.iter().skip(usize::from(!constant)))
+        .filter_map(|reach| Smooth::fit(gram, right, *reach))
+        .collect()
+}
+
+/// Evidence of curves of which none is likelier beforehand.
+pub(super) fn weighed(curves: &[Smooth]) -> f64 {
+    ln_mean_exp(curves.iter().map(|c| c.evidence))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+
+    use super::{DMatrix, DVector, Smooth};
+
+    #[test]
+    fn a_constant_curve_is_one_straight_parameter() {
+        let gram = DMatrix::from_diagonal(&DVector::from_vec(vec![4.0, 9.0, 2.0]));
+        let right = DVector::from_vec(vec![1.0, 5.0, 2.0]);
+        let curve = Smooth::fit(&gram, &right, f64::INFINITY).unwrap();
+        let (energy, score): (f64, f64) = (15.0, 8.0);
+        let expected = 0.5 * score * score / (1.0 + energy) - 0.5 * (1.0 + energy).ln();
+        assert!((curve.evidence - expected).abs() < 1e-9);
+        assert!((curve.freedom - energy / (1.0 + energy)).abs() < 1e-9);
+        assert!(curve.coefficients.iter().all(|c| (c - 0.5).abs() < 1e-9));
+    }
+
+    #[test]
+    fn knots_far_apart_are_free_and_a_smooth_curve_has_less_freedom() {
+        let gram = DMatrix::identity(6, 6) * 50.0;
+        let right = DVector::from_fn(6, |k, _| 10.0 * k as f64);
+        let free = Smooth::fit(&gram, &right, 1e-3).unwrap();
+        assert!((free.freedom - 6.0 * 50.0 / 51.0).abs() < 1e-9);
+        assert!((free.coefficients[5] - 50.0 / 51.0).abs() < 1e-9);
+        let smooth = Smooth::fit(&gram, &right, 4.0).unwrap();
+        assert!(smooth.freedom < 0.7 * free.freedom);
+        // A straight line is smooth: the stiffer curve explains it at a lower price.
+        assert!(smooth.evidence > free.evidence);
+    }
+}
