@@ -257,6 +257,11 @@ impl BlockScreen {
         Ok(true)
     }
 
+    /// Whether the last pass has come: from now on, [`Self::add`] gives what is screened.
+    pub fn is_last_pass(&self) -> bool {
+        self.pass == Pass::Last
+    }
+
     /// Those of the runs of one speed that are frozen, known from the last pass on.
     pub fn frozen_speed(&self) -> &[Run] {
         self.resting.frozen()

@@ -3,7 +3,7 @@
 use super::window::Window;
 use crate::scan::Steps;
 use crate::screening::Rules;
-use crate::speed::{self, Readings, Release};
+use crate::speed::{self, Release};
 use dgd_recording::Run;
 
 /// Frozen runs of the speed, and what is known on the way to them.
@@ -59,11 +59,11 @@ impl Resting {
 
     /// Takes the samples that are settled by now.
     pub(super) fn add(&mut self, at_hand: &Window, samples: usize, at_end: bool) {
-        let Some((start, speed_pct, faults, outlet_pa)) = at_hand.speed() else {
+        let Some((start, readings, outlet_pa)) = at_hand.speed() else {
             return;
         };
+        let speed_pct = readings.speed_pct;
         let to = start + speed_pct.len();
-        let readings = Readings { speed_pct, faults };
         let window = self.window;
         while self.next_window < samples / window && (self.next_window + 1) * window <= to {
             let from = self.next_window * window - start;

@@ -4,6 +4,7 @@ use super::ScreenedBlock;
 use super::series::Known;
 use crate::scan::scan;
 use crate::screening::Rules;
+use crate::speed::Readings;
 use crate::spike::{self, LONGEST};
 use crate::{Faults, ScreenOptions};
 use dgd_recording::{Channel, Recording, Run};
@@ -163,15 +164,14 @@ impl Window {
     }
 
     /// Index of the first sample; the pump's speed, its faults and the outlet pressure of the settled samples.
-    pub(super) fn speed(&self) -> Option<(usize, &[f64], &[Faults], &[f64])> {
+    pub(super) fn speed(&self) -> Option<(usize, Readings<'_>, &[f64])> {
         let speed = self.series.last()?;
         let settled = speed.settled.len();
-        Some((
-            self.start,
-            &speed.values[..settled],
-            &speed.settled,
-            &self.outlet_pa,
-        ))
+        let readings = Readings {
+            speed_pct: &speed.values[..settled],
+            faults: &speed.settled,
+        };
+        Some((self.start, readings, &self.outlet_pa))
     }
 
     /// Settled samples, with those in frozen runs of the speed marked.
