@@ -70,8 +70,8 @@ struct Running {
 
 #[derive(Debug)]
 enum States {
-    Integrated(LineParts),
-    Steady(SteadyParts),
+    Integrated(Box<LineParts>),
+    Steady(Box<SteadyParts>),
 }
 
 impl BlockReplay {
@@ -285,11 +285,15 @@ impl BlockReplay {
         let states = match self.options.kind {
             Kind::Coupled => {
                 let start = LineState { level_m, flow_m3_s };
-                States::Integrated(LineParts::coupled(line, start, solver)?)
+                States::Integrated(Box::new(LineParts::coupled(line, start, solver)?))
             }
-            Kind::Riser => States::Integrated(LineParts::riser_alone(line, level_m, solver)?),
-            Kind::Flow => States::Integrated(LineParts::flow_alone(line, flow_m3_s, solver)?),
-            Kind::Steady => States::Steady(SteadyParts::new(line)?),
+            Kind::Riser => {
+                States::Integrated(Box::new(LineParts::riser_alone(line, level_m, solver)?))
+            }
+            Kind::Flow => {
+                States::Integrated(Box::new(LineParts::flow_alone(line, flow_m3_s, solver)?))
+            }
+            Kind::Steady => States::Steady(Box::new(SteadyParts::new(line)?)),
         };
         Ok(Running {
             states,

@@ -136,7 +136,7 @@ enum Rows<W: Write + Seek> {
     /// Which columns there are is known with the first rows.
     Waiting(Target, W),
     Csv(CsvWriter<W>),
-    Mcap(McapWriter<W>),
+    Mcap(Box<McapWriter<W>>),
     /// A row could not be written.
     Failed,
 }
@@ -172,7 +172,8 @@ impl<W: Write + Seek> Rows<W> {
             time_tag: table.columns.first().map(|clock| clock.tag.clone()),
             ..McapOptions::default()
         };
-        Ok(Self::Mcap(McapWriter::new(table, &options, writer)?))
+        let log = McapWriter::new(table, &options, writer)?;
+        Ok(Self::Mcap(Box::new(log)))
     }
 
     fn finish(self) -> Result<(), Box<dyn Error>> {
