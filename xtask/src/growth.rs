@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Commands whose cost is measured, with the format that each reads.
-const MEASURED: [Measured; 12] = [
+const MEASURED: [Measured; 14] = [
     Measured::plain("inspect", "csv"),
     Measured::in_blocks("inspect", "csv"),
     Measured::plain("inspect", "mat"),
@@ -18,6 +18,8 @@ const MEASURED: [Measured; 12] = [
     Measured::in_blocks("convert", "mcap"),
     Measured::plain("fit", "csv"),
     Measured::plain("fit", "mat"),
+    Measured::plain("simulate", "csv"),
+    Measured::in_blocks("simulate", "csv"),
     Measured::plain("simulate", "mat"),
     Measured::plain("mask", "mat"),
     Measured::plain("diagnose", "mat"),

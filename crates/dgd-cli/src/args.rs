@@ -285,6 +285,9 @@ pub(crate) struct Simulate {
     /// Draw Figures 4.1-4.4 of the window into this folder, as SVG and PNG
     #[arg(long, value_name = "DIR", conflicts_with = "system")]
     pub(crate) figures: Option<PathBuf>,
+    /// From CSV or MCAP to CSV or MCAP: read, screen, run and write block by block, in memory that hardly grows with the recording (from 256 MiB on it is, anyway)
+    #[arg(long, conflicts_with = "system")]
+    pub(crate) in_blocks: bool,
 }
 
 /// Which simulation of chapter 4.

@@ -1,5 +1,9 @@
 //! The thesis's figures out of a fit and its simulations.
 
+mod envelope;
+
+pub(crate) use envelope::Envelope;
+
 use crate::commands::fit::Fitted;
 use crate::failure::Failure;
 use crate::output::{self, Outputs};

@@ -1,8 +1,10 @@
 //! Files in: recordings, wells, models.
 
 mod blocks;
+mod screened;
 
 pub(crate) use blocks::{When, open as open_blocks};
+pub(crate) use screened::open as open_screened;
 
 use crate::failure::Failure;
 use crate::output;

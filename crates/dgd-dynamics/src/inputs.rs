@@ -280,25 +280,62 @@ impl<'a> Signal<'a> {
         if self.interpolation == Interpolation::Hold {
             return (1..n).filter(|&k| v[k] != v[k - 1]).map(|k| t[k]).collect();
         }
-        // The line through the last kink: flat before the first sample. Past the last one it is flat again.
-        let (mut kinks, mut slope) = (Vec::new(), 0.0);
-        let (mut from_t, mut from_v) = (t[0], v[0]);
-        let ends = (v[n - 1], t[n - 1] + 1.0);
-        let next = v[1..].iter().zip(&t[1..]).map(|(v, t)| (*v, *t));
-        for ((&t, &v), (ahead, due)) in t.iter().zip(v).zip(next.chain([ends])) {
-            let off = (ahead - (from_v + slope * (due - from_t))).abs();
-            let size = if ahead.abs() > from_v.abs() {
-                ahead.abs()
-            } else {
-                from_v.abs()
-            };
-            if off > 4.0 * f64::EPSILON * size || (slope == 0.0 && ahead != v) {
+        let mut kinks = Vec::new();
+        let mut straight = Straight::from(t[0], v[0]);
+        // Past the last sample it is flat again.
+        let ends = (t[n - 1] + 1.0, v[n - 1]);
+        let next = t[1..].iter().zip(&v[1..]).map(|(t, v)| (*t, *v));
+        for ((&t, &v), ahead) in t.iter().zip(v).zip(next.chain([ends])) {
+            if straight.bends_at((t, v), ahead) {
                 kinks.push(t);
-                (from_t, from_v) = (t, v);
-                slope = (ahead - v) / (due - t);
             }
         }
         kinks
+    }
+
+    /// A signal of nothing, in the place of one that is not at hand.
+    pub(crate) const fn rest() -> Signal<'static> {
+        Signal {
+            name: "",
+            time_s: &[0.0],
+            values: &[0.0],
+            interpolation: Interpolation::Linear,
+        }
+    }
+}
+
+/// The line through the last kink; flat before the first sample.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Straight {
+    from_t: f64,
+    from_v: f64,
+    slope: f64,
+}
+
+impl Straight {
+    pub(crate) fn from(t: f64, v: f64) -> Self {
+        Self {
+            from_t: t,
+            from_v: v,
+            slope: 0.0,
+        }
+    }
+
+    /// Whether the line ends at a sample, given the next one; then it goes on from there.
+    #[inline(always)]
+    pub(crate) fn bends_at(&mut self, (t, v): (f64, f64), (due, ahead): (f64, f64)) -> bool {
+        let off = (ahead - (self.from_v + self.slope * (due - self.from_t))).abs();
+        let size = if ahead.abs() > self.from_v.abs() {
+            ahead.abs()
+        } else {
+            self.from_v.abs()
+        };
+        let bends = off > 4.0 * f64::EPSILON * size || (self.slope == 0.0 && ahead != v);
+        if bends {
+            (self.from_t, self.from_v) = (t, v);
+            self.slope = (ahead - v) / (due - t);
+        }
+        bends
     }
 }
 

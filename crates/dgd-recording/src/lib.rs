@@ -17,7 +17,7 @@ mod well;
 
 pub use clock::{ClockError, ClockSurvey, Gap, survey_clock};
 pub use propose::{Proposal, ProposedChannel, propose_channels};
-pub use recording::{Channel, Recording, RecordingError};
+pub use recording::{BlockGrid, Channel, Recording, RecordingError};
 pub use survey::{BlockSurvey, ColumnSurvey, Run, TableSurvey, quantum, stuck_runs, survey};
 pub use table::{Column, Issue, IssueKind, Table};
 pub use well::{ChannelMap, ChannelSource, Geometry, TimeSource, Well};

@@ -1,7 +1,9 @@
 //! The channels of Table 2.1 in SI units.
 
+mod blocks;
 mod mapping;
 
+pub use blocks::BlockGrid;
 pub use mapping::RecordingError;
 
 use crate::clock::STRETCH;

@@ -21,13 +21,91 @@ pub fn fill_gaps(values: &mut [f64]) -> Option<usize> {
             continue;
         }
         let (from, to) = (values[last], values[index]);
-        let span = (index - last) as f64;
-        for (step, value) in values[last + 1..index].iter_mut().enumerate() {
-            *value = from + (to - from) * (step + 1) as f64 / span;
-        }
+        between(&mut values[last + 1..index], from, to);
         last = index;
     }
     let closing = values[last];
     values[last + 1..].fill(closing);
     Some(filled)
+}
+
+/// A straight line over a gap.
+fn between(gap: &mut [f64], from: f64, to: f64) {
+    let span = (gap.len() + 1) as f64;
+    for (step, value) in gap.iter_mut().enumerate() {
+        *value = from + (to - from) * (step + 1) as f64 / span;
+    }
+}
+
+/// A series that comes in parts and is filled as by [`fill_gaps`]; or is left as it is, where nobody reads it.
+#[derive(Debug, Default)]
+pub(crate) struct Filling {
+    pub(crate) values: Vec<f64>,
+    read: bool,
+    /// The latest value.
+    last: Option<f64>,
+    /// Missing values after it.
+    missing: usize,
+    filled: usize,
+}
+
+impl Filling {
+    pub(crate) fn new(read: bool) -> Self {
+        Self {
+            read,
+            ..Self::default()
+        }
+    }
+
+    pub(crate) fn is_read(&self) -> bool {
+        self.read
+    }
+
+    /// So many values are as they will be.
+    pub(crate) fn known(&self) -> usize {
+        self.values.len() - self.missing
+    }
+
+    /// So many were missing.
+    pub(crate) fn filled(&self) -> usize {
+        self.filled
+    }
+
+    pub(crate) fn extend(&mut self, values: &[f64]) {
+        let old = self.values.len();
+        self.values.extend_from_slice(values);
+        if !self.read {
+            return;
+        }
+        for (index, value) in (old..).zip(values) {
+            if !value.is_finite() {
+                self.missing += 1;
+                self.filled += 1;
+                continue;
+            }
+            let gap = &mut self.values[index - self.missing..index];
+            match self.last {
+                Some(last) => between(gap, last, *value),
+                None => gap.fill(*value),
+            }
+            self.last = Some(*value);
+            self.missing = 0;
+        }
+    }
+
+    /// Fills what is missing at the end; `None` if it is read and has no value at all.
+    pub(crate) fn end(&mut self) -> Option<()> {
+        if !self.read {
+            return Some(());
+        }
+        let from = self.known();
+        self.values[from..].fill(self.last?);
+        self.missing = 0;
+        Some(())
+    }
+
+    /// Forgets the first values.
+    pub(crate) fn forget(&mut self, values: usize) {
+        self.values.drain(..values.min(self.values.len()));
+    }
 }

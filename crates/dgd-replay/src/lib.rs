@@ -7,12 +7,14 @@
 //! interpolated, and the result says how much. This crate opens no file.
 #![deny(missing_docs)]
 
+mod blocks;
 mod fill;
 mod outcome;
 mod run;
 
+pub use blocks::BlockReplay;
 pub use fill::fill_gaps;
-pub use outcome::{Deviation, Pair, Replay};
+pub use outcome::{Deviation, DeviationSums, Pair, Replay};
 pub use run::{Kind, ReplayError, ReplayOptions, Start, replay};
 
 /// The README's examples are tests.

@@ -28,27 +28,47 @@ pub struct Deviation {
 impl Pair {
     /// Compares the two where both have values.
     pub fn deviation(&self) -> Option<Deviation> {
-        let both = self.measured.iter().zip(&self.simulated);
-        let differences = both.map(|(m, s)| s - m).filter(|d| d.is_finite());
-        let (mut squares, mut sum, mut largest, mut samples) = (0.0, 0.0, 0.0_f64, 0_usize);
-        for d in differences {
-            squares += d * d;
-            sum += d;
-            largest = largest.max(d.abs());
-            samples += 1;
+        let mut sums = DeviationSums::default();
+        sums.add(self);
+        sums.deviation()
+    }
+}
+
+/// The deviation of a pair that comes in parts, which is that of the whole to the last bit.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct DeviationSums {
+    squares: f64,
+    sum: f64,
+    largest: f64,
+    samples: usize,
+}
+
+impl DeviationSums {
+    /// Takes the next samples.
+    pub fn add(&mut self, part: &Pair) {
+        let both = part.measured.iter().zip(&part.simulated);
+        for d in both.map(|(m, s)| s - m).filter(|d| d.is_finite()) {
+            self.squares += d * d;
+            self.sum += d;
+            self.largest = self.largest.max(d.abs());
+            self.samples += 1;
         }
-        let n = samples as f64;
-        (samples > 0).then(|| Deviation {
-            rmse: (squares / n).sqrt(),
-            bias: sum / n,
-            largest,
-            samples,
+    }
+
+    /// The deviation so far; `None` without samples that have both values.
+    pub fn deviation(&self) -> Option<Deviation> {
+        let n = self.samples as f64;
+        (self.samples > 0).then(|| Deviation {
+            rmse: (self.squares / n).sqrt(),
+            bias: self.sum / n,
+            largest: self.largest,
+            samples: self.samples,
         })
     }
 }
 
 /// A simulation beside its recording, all series of the length of `time_s`.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Replay {
     /// Seconds from the start of the recording.
     pub time_s: Vec<f64>,

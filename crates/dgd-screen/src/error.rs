@@ -14,6 +14,14 @@ pub enum ScreenError {
         /// Length of the time.
         expected: usize,
     },
+    /// Blocks that are not those of the recording that was announced.
+    #[error("blocks of {found} samples in all, expected {expected} of the same transmitters")]
+    Blocks {
+        /// Samples that came.
+        found: usize,
+        /// Samples announced.
+        expected: usize,
+    },
     /// The step of the clock is no step.
     #[error("the step is {found} s, expected a positive number")]
     Step {

@@ -37,6 +37,7 @@
 //! ```
 #![deny(missing_docs)]
 
+mod blocks;
 mod channel;
 mod error;
 mod options;
@@ -49,9 +50,10 @@ mod speed;
 mod spike;
 mod stuck;
 
+pub use blocks::{BlockScreen, ScreenedBlock};
 pub use channel::{ChannelScreen, Faults};
 pub use error::ScreenError;
 pub use options::{Limits, ScreenOptions};
-pub use plausible::{Place, Suspicion, suspect};
+pub use plausible::{BlockSuspect, Place, Suspicion, suspect};
 pub use reasons::{Reasons, Tally};
 pub use screening::{Screening, screen};

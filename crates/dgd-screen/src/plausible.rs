@@ -10,7 +10,7 @@ use causes::{Cause, explain};
 use checks::{Check, faults, through};
 use dgd_recording::{Channel, Recording, Well};
 use dgd_units::{PressureReference, STANDARD_ATMOSPHERE_PA};
-use facts::{Facts, quantile};
+use facts::{FactPass, Facts, quantile};
 use state::State;
 use std::fmt;
 
@@ -82,9 +82,61 @@ pub fn suspect(recording: &Recording, step_s: f64, well: &Well) -> Vec<Suspicion
     if recording.is_empty() || !(step_s > 0.0 && step_s.is_finite()) {
         return Vec::new();
     }
-    let facts = Facts::of(recording, step_s, well);
-    let mut suspicions = mute(&facts);
-    let mut state = State::described(&facts, well);
+    judge(&Facts::of(recording, step_s, well), well)
+}
+
+/// [`suspect`] of a recording that comes in blocks, to the same words, whatever the blocks.
+///
+/// Held are the means of a minute of every channel, which grow with the recording.
+///
+/// ```
+/// # use dgd_recording::{Recording, Well};
+/// # fn told(well: &Well, blocks: &[Recording]) -> Vec<dgd_screen::Suspicion> {
+/// let mut suspect = dgd_screen::BlockSuspect::new(1.0);
+/// blocks.iter().for_each(|block| suspect.add(block));
+/// suspect.finish(well)
+/// # }
+/// ```
+#[derive(Debug)]
+pub struct BlockSuspect {
+    step_s: f64,
+    passes: Vec<(Channel, FactPass)>,
+}
+
+impl BlockSuspect {
+    /// For a recording on an even clock of this step, s.
+    pub fn new(step_s: f64) -> Self {
+        Self {
+            step_s,
+            passes: Vec::new(),
+        }
+    }
+
+    /// Takes the next samples; all blocks must have the same transmitters.
+    pub fn add(&mut self, block: &Recording) {
+        let all = block.series();
+        if self.passes.is_empty() {
+            let pass = FactPass::new(self.step_s);
+            self.passes = all.iter().map(|(c, _)| (*c, pass.clone())).collect();
+        }
+        for ((_, pass), (_, values)) in self.passes.iter_mut().zip(all) {
+            pass.add(values);
+        }
+    }
+
+    /// What the recording makes unlikely.
+    pub fn finish(self, well: &Well) -> Vec<Suspicion> {
+        let empty = self.passes.iter().all(|(_, pass)| pass.is_empty());
+        if empty || !(self.step_s > 0.0 && self.step_s.is_finite()) {
+            return Vec::new();
+        }
+        judge(&Facts::gathered(self.passes, self.step_s, well), well)
+    }
+}
+
+fn judge(facts: &Facts, well: &Well) -> Vec<Suspicion> {
+    let mut suspicions = mute(facts);
+    let mut state = State::described(facts, well);
     let mut found = faults(&state);
     let sound = found.is_empty();
     let any_pressure = found.iter().any(|f| {

@@ -4,7 +4,7 @@
 //! transmitter stays: it is a finding, and it moves the slow median with it.
 
 use crate::Faults;
-use crate::scan::{SIGMA_OF_MAD, median};
+use crate::scan::{SIGMA_OF_MAD, median, stride};
 use std::ops::Range;
 
 /// What counts as disagreement.
@@ -24,7 +24,9 @@ const OF_A_BLOCK: usize = 7;
 /// Blocks on either side in the slow median.
 const BLOCKS_BESIDE: usize = 2;
 /// Samples on either side that tell the level around a disagreement.
-const BESIDE: usize = 15;
+pub(crate) const BESIDE: usize = 15;
+/// So many samples back inside do not end a disagreement.
+pub(crate) const RESPITE: usize = 2;
 
 /// The slowly varying part of a difference: one value a block.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,18 +44,33 @@ impl Slow {
         difference: impl Fn(usize) -> f64,
     ) -> Option<Self> {
         let block = block.max(1);
-        let stride = (block / OF_A_BLOCK).max(1);
-        let mut list = Vec::with_capacity(OF_A_BLOCK + 1);
-        let mut rough: Vec<f64> = (0..samples)
+        let rough = (0..samples)
             .step_by(block)
-            .map(|start| {
-                list.clear();
-                let inside = (start..(start + block).min(samples)).step_by(stride);
-                list.extend(inside.map(&difference).filter(|d| d.is_finite()));
-                median(&mut list).unwrap_or(f64::NAN)
-            })
-            .collect();
+            .map(|start| Self::rough(start..(start + block).min(samples), block, &difference));
+        Self::smooth(rough.collect(), block)
+    }
+
+    /// The median of a block of so many samples, of which these are there; NaN if it has none.
+    pub(crate) fn rough(
+        inside: Range<usize>,
+        block: usize,
+        difference: impl Fn(usize) -> f64,
+    ) -> f64 {
+        let stride = (block / OF_A_BLOCK).max(1);
+        let mut list = [0.0; 2 * OF_A_BLOCK];
+        let mut count = 0;
+        let differences = inside.step_by(stride).map(difference);
+        for (place, d) in list.iter_mut().zip(differences.filter(|d| d.is_finite())) {
+            *place = d;
+            count += 1;
+        }
+        median(&mut list[..count]).unwrap_or(f64::NAN)
+    }
+
+    /// Medians over neighbouring blocks, of one value a block; `None` if there is none.
+    pub(crate) fn smooth(mut rough: Vec<f64>, block: usize) -> Option<Self> {
         fill(&mut rough)?;
+        let mut list = Vec::with_capacity(2 * BLOCKS_BESIDE + 1);
         let values = (0..rough.len())
             .map(|k| {
                 list.clear();
@@ -65,7 +82,7 @@ impl Slow {
         Some(Self { block, values })
     }
 
-    fn at(&self, index: usize) -> f64 {
+    pub(crate) fn at(&self, index: usize) -> f64 {
         self.values[index / self.block]
     }
 }
@@ -119,9 +136,7 @@ pub(crate) fn mark(
             found
                 .into_iter()
                 .flat_map(|range| {
-                    let (ha, hb) = (height(a, &range), height(b, &range));
-                    // The one that left is the liar; if neither did clearly, both are suspect.
-                    let guilty = [hb <= 2.0 * ha, ha <= 2.0 * hb];
+                    let guilty = guilty(a, b, &range);
                     (0..2)
                         .filter(move |n| guilty[*n])
                         .map(move |n| (n, range.clone()))
@@ -131,20 +146,8 @@ pub(crate) fn mark(
         many => (0..many.len())
             .flat_map(|n| {
                 // Two of three outvote the third; two alone cannot.
-                let difference = |i: usize| {
-                    let mut all: Vec<f64> = (0..many.len())
-                        .filter(|m| faults[*m][i].trusted())
-                        .map(|m| many[m][i])
-                        .collect();
-                    let vote = all.len() > 2 && faults[n][i].trusted();
-                    let middle = median(&mut all).filter(|_| vote);
-                    middle.map_or(f64::NAN, |middle| many[n][i] - middle)
-                };
-                // The median changes hands when one leaves: only who moved itself is meant.
-                let moved = |range: &Range<usize>| {
-                    let heights = many.iter().map(|series| height(series, range));
-                    2.0 * height(many[n], range) >= heights.fold(0.0, f64::max)
-                };
+                let difference = |i: usize| from_middle(many, faults, n, i);
+                let moved = |range: &Range<usize>| moved(many, n, range);
                 let slow = Slow::of(many[n].len(), rule.block, difference);
                 slow.map_or(Vec::new(), |slow| {
                     let differences =
@@ -166,6 +169,103 @@ pub(crate) fn mark(
     pair
 }
 
+/// Of transmitters, or of their differences: one series of two, one each of more.
+pub(crate) fn differences(transmitters: usize) -> usize {
+    match transmitters {
+        0 | 1 => 0,
+        2 => 1,
+        many => many,
+    }
+}
+
+/// The difference that disagreement shows in; NaN where it is not to be trusted.
+pub(crate) fn difference(
+    series: &[&[f64]],
+    faults: &[impl AsRef<[Faults]>],
+    n: usize,
+    i: usize,
+) -> f64 {
+    match series {
+        [a, b] => {
+            let trusted = |n: usize| faults[n].as_ref()[i].trusted();
+            if trusted(0) & trusted(1) {
+                a[i] - b[i]
+            } else {
+                f64::NAN
+            }
+        }
+        many => from_middle(many, faults, n, i),
+    }
+}
+
+/// The transmitters to blame for a disagreement that shows in the difference `n`.
+pub(crate) fn blamed(series: &[&[f64]], n: usize, range: &Range<usize>) -> Vec<usize> {
+    match series {
+        [a, b] => {
+            let guilty = guilty(a, b, range);
+            (0..2).filter(|n| guilty[*n]).collect()
+        }
+        many => (moved(many, n, range)).then_some(n).into_iter().collect(),
+    }
+}
+
+/// Of three or more, one less the median of those that may be trusted.
+fn from_middle(many: &[&[f64]], faults: &[impl AsRef<[Faults]>], n: usize, i: usize) -> f64 {
+    let trusted = |m: usize| faults[m].as_ref()[i].trusted();
+    let mut all: Vec<f64> = (0..many.len())
+        .filter(|m| trusted(*m))
+        .map(|m| many[m][i])
+        .collect();
+    let vote = all.len() > 2 && trusted(n);
+    let middle = median(&mut all).filter(|_| vote);
+    middle.map_or(f64::NAN, |middle| many[n][i] - middle)
+}
+
+/// The one that left is the liar; if neither did clearly, both are suspect.
+fn guilty(a: &[f64], b: &[f64], range: &Range<usize>) -> [bool; 2] {
+    let (ha, hb) = (height(a, range), height(b, range));
+    [hb <= 2.0 * ha, ha <= 2.0 * hb]
+}
+
+/// The median changes hands when one leaves: only who moved itself is meant.
+fn moved(many: &[&[f64]], n: usize, range: &Range<usize>) -> bool {
+    let heights = many.iter().map(|series| height(series, range));
+    2.0 * height(many[n], range) >= heights.fold(0.0, f64::max)
+}
+
+/// The difference from its slow median that is no disagreement yet, from those at every so many samples; `None` if
+/// none is ever.
+pub(crate) fn least(mut off: Vec<f64>, rule: DisagreeRule) -> Option<f64> {
+    off.retain(|d| d.is_finite());
+    let middle = median(&mut off)?;
+    let least = (rule.sigmas * SIGMA_OF_MAD * middle).max(rule.least);
+    (least > 0.0).then_some(least)
+}
+
+/// Whether what left the slow median over `range` is short, and the level after it that of before.
+pub(crate) fn returns(
+    range: &Range<usize>,
+    samples: usize,
+    longest: usize,
+    difference: impl Fn(usize) -> f64,
+) -> bool {
+    if range.len() > longest {
+        return false;
+    }
+    let part = |r: Range<usize>| -> Option<f64> {
+        let mut list: Vec<f64> = r.map(&difference).filter(|d| d.is_finite()).collect();
+        median(&mut list)
+    };
+    let inside = part(range.clone());
+    let before = part(range.start.saturating_sub(BESIDE)..range.start);
+    let after = part(range.end..(range.end + BESIDE).min(samples));
+    let (Some(inside), Some(before), Some(after)) = (inside, before, after) else {
+        return false;
+    };
+    let height = (inside - 0.5 * (before + after)).abs();
+    3.0 * (after - before).abs() <= height
+}
+
 /// Stretches where the difference leaves its slow median for a short while and returns; `differences` appends
 /// those of a range.
 fn short_lived(
@@ -175,19 +275,12 @@ fn short_lived(
     slow: &Slow,
     rule: DisagreeRule,
 ) -> Vec<Range<usize>> {
-    let stride = (samples / 4096).max(1);
-    let mut off: Vec<f64> = (0..samples)
-        .step_by(stride)
-        .map(|i| (difference(i) - slow.at(i)).abs())
-        .filter(|d| d.is_finite())
-        .collect();
-    let Some(middle) = median(&mut off) else {
+    let off = (0..samples)
+        .step_by(stride(samples))
+        .map(|i| (difference(i) - slow.at(i)).abs());
+    let Some(least) = least(off.collect(), rule) else {
         return Vec::new();
     };
-    let least = (rule.sigmas * SIGMA_OF_MAD * middle).max(rule.least);
-    if least <= 0.0 {
-        return Vec::new();
-    }
     let mut found: Vec<Range<usize>> = Vec::new();
     let mut here = Vec::with_capacity(slow.block.min(samples));
     for (block, centre) in slow.values.iter().enumerate() {
@@ -197,30 +290,13 @@ fn short_lived(
         for (i, difference) in (start..).zip(&here) {
             if (difference - centre).abs() > least {
                 match found.last_mut() {
-                    // One or two samples back inside do not end a disagreement.
-                    Some(last) if i - last.end <= 2 => last.end = i + 1,
+                    Some(last) if i - last.end <= RESPITE => last.end = i + 1,
                     _ => found.push(i..i + 1),
                 }
             }
         }
     }
-    found.retain(|range| {
-        if range.len() > rule.longest {
-            return false;
-        }
-        let part = |r: Range<usize>| -> Option<f64> {
-            let mut list: Vec<f64> = r.map(&difference).filter(|d| d.is_finite()).collect();
-            median(&mut list)
-        };
-        let inside = part(range.clone());
-        let before = part(range.start.saturating_sub(BESIDE)..range.start);
-        let after = part(range.end..(range.end + BESIDE).min(samples));
-        let (Some(inside), Some(before), Some(after)) = (inside, before, after) else {
-            return false;
-        };
-        let height = (inside - 0.5 * (before + after)).abs();
-        3.0 * (after - before).abs() <= height
-    });
+    found.retain(|range| returns(range, samples, rule.longest, &difference));
     found
 }
 
@@ -245,6 +321,7 @@ fn height(values: &[f64], range: &Range<usize>) -> f64 {
 /// Mean of the transmitters that may be trusted; NaN where none may.
 ///
 /// - `slow`: of two, the slow median of the first less the second.
+/// - `range`: the samples of the recording that the series are.
 ///
 /// Of two, one alone stands for the mean after half their slow difference is taken off,
 /// so that the mean does not step by half their calibration difference whenever one of them drops out.
@@ -252,7 +329,7 @@ pub(crate) fn trusted_mean(
     series: &[&[f64]],
     faults: &[&[Faults]],
     slow: Option<&Slow>,
-    samples: usize,
+    range: Range<usize>,
 ) -> Vec<f64> {
     match (series, faults) {
         ([only], [f]) => only
@@ -261,7 +338,7 @@ pub(crate) fn trusted_mean(
             .map(|(v, f)| if f.trusted() { *v } else { f64::NAN })
             .collect(),
         ([a, b], [fa, fb]) => {
-            let half = |i: usize| slow.map_or(0.0, |s| 0.5 * s.at(i));
+            let half = |i: usize| slow.map_or(0.0, |s| 0.5 * s.at(range.start + i));
             let pairs = a.iter().zip(*b).zip(fa.iter().zip(*fb));
             pairs
                 .enumerate()
@@ -275,7 +352,7 @@ pub(crate) fn trusted_mean(
                 )
                 .collect()
         }
-        _ => (0..samples)
+        _ => (0..range.len())
             .map(|i| {
                 let trusted = series.iter().zip(faults).filter(|(_, f)| f[i].trusted());
                 let (sum, count) =

@@ -16,29 +16,36 @@ pub(crate) struct Steps {
 /// Normal standard deviations in a median absolute deviation.
 pub(crate) const SIGMA_OF_MAD: f64 = 1.4826;
 
-/// Looks at up to 4,096 steps spread evenly over the series.
-pub(crate) fn steps(values: &[f64]) -> Steps {
+/// Of so many samples one in so many is looked at, so that a few thousand are.
+pub(crate) fn stride(samples: usize) -> usize {
     const LOOKED_AT: usize = 4096;
-    let stride = (values.len() / LOOKED_AT).max(1);
-    let mut found: Vec<f64> = (1..values.len())
-        .step_by(stride)
+    (samples / LOOKED_AT).max(1)
+}
+
+/// Looks at a few thousand steps spread evenly over the series.
+pub(crate) fn steps(values: &[f64]) -> Steps {
+    let found = (1..values.len())
+        .step_by(stride(values.len()))
         .map(|i| (values[i] - values[i - 1]).abs())
-        .filter(|d| d.is_finite())
-        .collect();
-    if found.is_empty() {
-        return Steps::default();
-    }
-    found.sort_unstable_by(f64::total_cmp);
-    let zeros = found.partition_point(|d| *d == 0.0);
-    let moving = &found[zeros..];
-    if moving.is_empty() {
-        return Steps::default();
-    }
-    Steps {
-        noise: SIGMA_OF_MAD * found[found.len() / 2] / std::f64::consts::SQRT_2,
-        // The hundredth part leaves rounding errors of a conversion alone.
-        quantum: moving[moving.len() / 100],
-        typical: moving[moving.len() / 2],
+        .filter(|d| d.is_finite());
+    Steps::of(found.collect())
+}
+
+impl Steps {
+    /// The statistics of finite steps, in any order.
+    pub(crate) fn of(mut found: Vec<f64>) -> Self {
+        found.sort_unstable_by(f64::total_cmp);
+        let zeros = found.partition_point(|d| *d == 0.0);
+        let moving = &found[zeros..];
+        if moving.is_empty() {
+            return Self::default();
+        }
+        Self {
+            noise: SIGMA_OF_MAD * found[found.len() / 2] / std::f64::consts::SQRT_2,
+            // The hundredth part leaves rounding errors of a conversion alone.
+            quantum: moving[moving.len() / 100],
+            typical: moving[moving.len() / 2],
+        }
     }
 }
 

@@ -5,7 +5,9 @@ use crate::redundant::{self, DisagreeRule};
 use crate::speed::{self, Readings};
 use crate::spike::{self, SpikeRule};
 use crate::stuck::{self, StuckRule};
-use crate::{ChannelScreen, Faults, Reasons, ScreenError, ScreenOptions, Tally, reasons, scan};
+use crate::{
+    ChannelScreen, Faults, Limits, Reasons, ScreenError, ScreenOptions, Tally, reasons, scan,
+};
 use dgd_recording::{Channel, Recording, Run};
 use rayon::prelude::*;
 
@@ -77,10 +79,7 @@ pub fn screen(
     step_s: f64,
     options: &ScreenOptions,
 ) -> Result<Screening, ScreenError> {
-    options.check()?;
-    if !(step_s > 0.0 && step_s.is_finite()) {
-        return Err(ScreenError::Step { found: step_s });
-    }
+    let rules = Rules::new(step_s, options)?;
     let n = recording.len();
     for (channel, values) in recording.series() {
         if values.len() != n {
@@ -91,11 +90,7 @@ pub fn screen(
             });
         }
     }
-    let job = Job {
-        recording,
-        step_s,
-        options,
-    };
+    let job = Job { recording, rules };
     let mut channels: Vec<ChannelScreen> = recording
         .series()
         .into_par_iter()
@@ -111,41 +106,45 @@ pub fn screen(
     })
 }
 
-struct Job<'a> {
-    recording: &'a Recording,
-    step_s: f64,
-    options: &'a ScreenOptions,
+/// The options on a clock of this step.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Rules<'a> {
+    pub(crate) step_s: f64,
+    pub(crate) options: &'a ScreenOptions,
 }
 
-impl Job<'_> {
-    /// Gaps, impossible values, spikes and stuck runs of one transmitter.
-    fn channel(&self, channel: Channel, values: &[f64]) -> ChannelScreen {
-        let options = self.options;
-        let pressure = matches!(
-            channel,
-            Channel::PumpInletPressure(_) | Channel::PumpOutletPressure(_) | Channel::RiserPressure
-        );
-        let limits = match channel {
-            Channel::PumpSpeed => options.speed_pct,
-            _ if pressure => options.pressure_pa,
-            _ => options.flow_m3_s,
-        };
-        let mut faults = vec![Faults::NONE; values.len()];
-        let steps = scan::steps(values);
-        let rule = SpikeRule {
-            sigmas: options.spike_sigmas,
-            longest: samples(options.spike_longest_s, self.step_s, 1).min(spike::LONGEST),
-        };
-        let scan = scan::scan(values, limits, spike::least(steps, rule), &mut faults);
-        let twins = self.twins(channel);
-        for spike in spike::find(values, &faults, &scan.jumps, steps, rule, &twins) {
-            mark(&mut faults, spike.range, Faults::SPIKE);
+impl<'a> Rules<'a> {
+    pub(crate) fn new(step_s: f64, options: &'a ScreenOptions) -> Result<Self, ScreenError> {
+        options.check()?;
+        if step_s > 0.0 && step_s.is_finite() {
+            Ok(Self { step_s, options })
+        } else {
+            Err(ScreenError::Step { found: step_s })
         }
+    }
+
+    pub(crate) fn limits(self, channel: Channel) -> Limits {
+        match channel {
+            Channel::PumpSpeed => self.options.speed_pct,
+            _ if is_pressure(channel) => self.options.pressure_pa,
+            _ => self.options.flow_m3_s,
+        }
+    }
+
+    pub(crate) fn spike(self) -> SpikeRule {
+        SpikeRule {
+            sigmas: self.options.spike_sigmas,
+            longest: samples(self.options.spike_longest_s, self.step_s, 1).min(spike::LONGEST),
+        }
+    }
+
+    pub(crate) fn stuck(self, channel: Channel) -> StuckRule {
+        let options = self.options;
         let (floor, chance) = match channel {
             Channel::ReturnFlow => (options.stuck_flow_samples, options.stuck_chance),
             // Rest is no fault, so chance has no say in it.
             Channel::PumpSpeed => (samples(options.constant_speed_s, self.step_s, 3), 1.0),
-            _ if pressure => (
+            _ if is_pressure(channel) => (
                 samples(options.stuck_pressure_s, self.step_s, 3),
                 options.stuck_chance,
             ),
@@ -154,27 +153,89 @@ impl Job<'_> {
                 options.stuck_chance,
             ),
         };
-        let found = stuck::find(
-            values,
-            &scan,
-            StuckRule { floor, chance },
-            |run, shortest| {
-                let whole = run.length == values.len();
-                match channel {
-                    Channel::ReturnFlow => {
-                        run.value.abs() <= steps.quantum || self.at_rest(run, shortest)
-                    }
-                    Channel::PumpSpeed => run.value <= options.pump_on_above_pct,
-                    _ if pressure => false,
-                    _ => whole || run.value.abs() <= steps.quantum,
-                }
-            },
-        );
-        let fault = if channel == Channel::PumpSpeed {
+        StuckRule { floor, chance }
+    }
+
+    /// Whether a run of one value may well be honest.
+    ///
+    /// - `whole`: it is the whole series.
+    /// - `turning`: at so many of its samples the pump turns.
+    /// - `shortest`: fewest equal samples that are no chance.
+    pub(crate) fn is_honest(
+        self,
+        channel: Channel,
+        value: f64,
+        quantum: f64,
+        whole: bool,
+        turning: impl FnOnce() -> usize,
+        shortest: usize,
+    ) -> bool {
+        match channel {
+            // Nothing need move while the pump is off throughout the run but for fewer samples than a stuck
+            // run has. A meter that froze while the pump still turned is not at rest.
+            Channel::ReturnFlow => value.abs() <= quantum || turning() < shortest,
+            Channel::PumpSpeed => value <= self.options.pump_on_above_pct,
+            _ if is_pressure(channel) => false,
+            _ => whole || value.abs() <= quantum,
+        }
+    }
+
+    /// What runs of one value mean.
+    pub(crate) fn fault_of_runs(channel: Channel) -> Faults {
+        if channel == Channel::PumpSpeed {
             Faults::CONSTANT
         } else {
             Faults::STUCK
-        };
+        }
+    }
+
+    /// - `quantum`: largest quantisation step of the transmitters.
+    pub(crate) fn disagree(self, quantum: f64) -> DisagreeRule {
+        DisagreeRule {
+            sigmas: self.options.disagree_sigmas,
+            longest: samples(self.options.disagree_longest_s, self.step_s, 1),
+            block: samples(60.0, self.step_s, 5),
+            least: 4.0 * quantum,
+        }
+    }
+
+    /// Fewest equal speeds that are examined for being frozen.
+    pub(crate) fn frozen_floor(self) -> usize {
+        samples(self.options.frozen_speed_s, self.step_s, 3)
+    }
+}
+
+fn is_pressure(channel: Channel) -> bool {
+    matches!(
+        channel,
+        Channel::PumpInletPressure(_) | Channel::PumpOutletPressure(_) | Channel::RiserPressure
+    )
+}
+
+struct Job<'a> {
+    recording: &'a Recording,
+    rules: Rules<'a>,
+}
+
+impl Job<'_> {
+    /// Gaps, impossible values, spikes and stuck runs of one transmitter.
+    fn channel(&self, channel: Channel, values: &[f64]) -> ChannelScreen {
+        let rules = self.rules;
+        let limits = rules.limits(channel);
+        let mut faults = vec![Faults::NONE; values.len()];
+        let steps = scan::steps(values);
+        let rule = rules.spike();
+        let scan = scan::scan(values, limits, spike::least(steps, rule), &mut faults);
+        let twins = self.twins(channel);
+        for spike in spike::find(values, &faults, &scan.jumps, steps, rule, &twins) {
+            mark(&mut faults, spike.range, Faults::SPIKE);
+        }
+        let found = stuck::find(values, &scan, rules.stuck(channel), |run, shortest| {
+            let whole = run.length == values.len();
+            let turning = || self.turning(run);
+            rules.is_honest(channel, run.value, steps.quantum, whole, turning, shortest)
+        });
+        let fault = Rules::fault_of_runs(channel);
         for run in &found.runs {
             mark(&mut faults, run.start..run.start + run.length, fault);
         }
@@ -206,12 +267,11 @@ impl Job<'_> {
         others.map(|(_, v)| v.as_slice()).collect()
     }
 
-    /// Whether the pump was off throughout a run but for fewer samples than a stuck run has: nothing need move then.
-    /// A meter that froze while the pump still turned is not at rest.
-    fn at_rest(&self, run: &Run, shortest: usize) -> bool {
+    /// Samples of a run at which the pump turns.
+    fn turning(&self, run: &Run) -> usize {
         let speed = &self.recording.pump_speed_pct[run.start..run.start + run.length];
-        let turning = |w: &&f64| **w > self.options.pump_on_above_pct;
-        speed.iter().filter(turning).count() < shortest
+        let turning = |w: &&f64| **w > self.rules.options.pump_on_above_pct;
+        speed.iter().filter(turning).count()
     }
 
     /// Both pump sides, one beside the other: neither looks at the other's transmitters.
@@ -238,18 +298,13 @@ impl Job<'_> {
             .map(|c| std::mem::take(&mut c.faults))
             .collect();
         let quantum = here.iter().map(|c| c.quantum).fold(0.0, f64::max);
-        let rule = DisagreeRule {
-            sigmas: self.options.disagree_sigmas,
-            longest: samples(self.options.disagree_longest_s, self.step_s, 1),
-            block: samples(60.0, self.step_s, 5),
-            least: 4.0 * quantum,
-        };
+        let rule = self.rules.disagree(quantum);
         let slow = redundant::mark(&series, &mut faults, rule);
         for (channel, faults) in here.iter_mut().zip(faults) {
             channel.faults = faults;
         }
         let faults: Vec<&[Faults]> = here.iter().map(|c| c.faults.as_slice()).collect();
-        redundant::trusted_mean(&series, &faults, slow.as_ref(), self.recording.len())
+        redundant::trusted_mean(&series, &faults, slow.as_ref(), 0..self.recording.len())
     }
 
     /// Tells frozen runs of speed from honest rest, and why each sample may not be used.
@@ -285,12 +340,11 @@ impl Job<'_> {
         outlet_pa: &[f64],
     ) -> &'c ChannelScreen {
         let speed_pct = &self.recording.pump_speed_pct;
-        let floor = samples(self.options.frozen_speed_s, self.step_s, 3);
-        let on = self.options.pump_on_above_pct;
-        let mut runs = stuck::long_runs(speed_pct, floor);
+        let on = self.rules.options.pump_on_above_pct;
+        let mut runs = stuck::long_runs(speed_pct, self.rules.frozen_floor());
         runs.retain(|run| run.value > on);
         let steps = scan::steps(speed_pct);
-        let window = speed::window(self.step_s);
+        let window = speed::window(self.rules.step_s);
         let readings = Readings {
             speed_pct,
             faults: &channel.faults,
@@ -318,7 +372,7 @@ impl Job<'_> {
         for (i, reason) in reasons.iter_mut().enumerate() {
             let q = self.recording.return_flow_m3_s[i];
             let w = self.recording.pump_speed_pct[i];
-            *reason = Reasons::PUMP_OFF.when(w <= self.options.pump_on_above_pct)
+            *reason = Reasons::PUMP_OFF.when(w <= self.rules.options.pump_on_above_pct)
                 | Reasons::NO_PRESSURE_RISE.when(outlet_pa[i] <= inlet_pa[i])
                 | Reasons::NO_FLOW.when(q <= 0.0);
         }
@@ -365,7 +419,7 @@ impl Job<'_> {
 
     /// Rejects the samples at which a needed channel is at fault.
     fn blame(&self, reasons: &mut [Reasons], channel: &ChannelScreen, stuck: Reasons) {
-        let constant = Reasons::CONSTANT_PUMP_SPEED.when(self.options.reject_constant_speed);
+        let constant = Reasons::CONSTANT_PUMP_SPEED.when(self.rules.options.reject_constant_speed);
         for (reason, faults) in reasons.iter_mut().zip(&channel.faults) {
             if *faults != Faults::NONE {
                 *reason |= of_faults(*faults, stuck, Reasons::NONE)
@@ -376,7 +430,7 @@ impl Job<'_> {
 
     /// Marks the seconds after each start of the pump.
     fn settling(&self, reasons: &mut [Reasons]) {
-        let settle = samples(self.options.settle_s, self.step_s, 0);
+        let settle = samples(self.rules.options.settle_s, self.rules.step_s, 0);
         if settle == 0 {
             return;
         }
@@ -385,7 +439,7 @@ impl Job<'_> {
         for (reason, w) in reasons.iter_mut().zip(&self.recording.pump_speed_pct) {
             // A gap says nothing about the pump.
             if w.is_finite() {
-                let off = *w <= self.options.pump_on_above_pct;
+                let off = *w <= self.rules.options.pump_on_above_pct;
                 if was_off && !off {
                     left = settle;
                 }

@@ -24,7 +24,7 @@ const FEWEST: usize = 10;
 
 /// How the outlet pressure answers a change of speed, from window to window.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Answer {
+pub(crate) struct Answer {
     pa_per_pct: f64,
     spread_pa: f64,
 }
@@ -56,11 +56,59 @@ pub(crate) fn frozen(
     runs: &[Run],
     window: usize,
 ) -> Vec<Run> {
-    let least = (QUANTA * steps.quantum).max(2.0 * steps.typical);
+    let least = least(steps);
     let Some(answer) = learn(speed, outlet_pa, least, window) else {
         return Vec::new();
     };
     let tells = |run: &&Run| {
+        let at_start = || at_start(outlet_pa, run.start, run.length, window);
+        Release::of(speed, outlet_pa, run, window, least, at_start)?.tells(answer)
+    };
+    runs.iter()
+        .filter(|run| tells(run).is_some())
+        .copied()
+        .collect()
+}
+
+/// Smallest jump out of a frozen run, %.
+pub(crate) fn least(steps: Steps) -> f64 {
+    (QUANTA * steps.quantum).max(2.0 * steps.typical)
+}
+
+/// Mean outlet pressure at the start of a run; in the first half of a short one.
+pub(crate) fn at_start(
+    outlet_pa: &[f64],
+    start: usize,
+    length: usize,
+    window: usize,
+) -> Option<f64> {
+    let half_run = window.min(length / 2).max(1);
+    mean(outlet_pa, start..start + half_run)
+}
+
+/// What a run of one speed was followed by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Release {
+    /// Change of the speed from the run's last sample to the next, %.
+    jump: f64,
+    /// The same to the second window after it.
+    change: f64,
+    /// Change of the outlet pressure meanwhile, Pa.
+    pressure: f64,
+    /// Change of the outlet pressure during the run, Pa; `None` where it is not known.
+    inside: Option<f64>,
+}
+
+impl Release {
+    /// `None` where the readings after the run do not tell, or it ends with less than a jump.
+    pub(crate) fn of(
+        speed: Readings<'_>,
+        outlet_pa: &[f64],
+        run: &Run,
+        window: usize,
+        least: f64,
+        at_start: impl FnOnce() -> Option<f64>,
+    ) -> Option<Self> {
         let end = run.start + run.length;
         let jump = speed.mean(end..end + 1)? - run.value;
         if jump.abs() < least {
@@ -69,7 +117,22 @@ pub(crate) fn frozen(
         let later = end + window..end + 2 * window;
         let change = speed.mean(later.clone())? - run.value;
         let at_end = mean(outlet_pa, end.saturating_sub(window)..end)?;
-        let pressure = mean(outlet_pa, later)? - at_end;
+        Some(Self {
+            jump,
+            change,
+            pressure: mean(outlet_pa, later)? - at_end,
+            inside: at_start().map(|at_start| at_end - at_start),
+        })
+    }
+
+    /// Whether the run was frozen.
+    pub(crate) fn tells(self, answer: Answer) -> Option<()> {
+        let Self {
+            jump,
+            change,
+            pressure,
+            inside,
+        } = self;
         let owed = answer.pa_per_pct * jump;
         // What is missing from the answer at the release is the jump: the pump had moved before.
         let missing = (answer.pa_per_pct * change - pressure) / owed;
@@ -81,33 +144,35 @@ pub(crate) fn frozen(
             return Some(());
         }
         // A smaller jump needs a second witness: the pressure moved as much during the run.
-        let half_run = window.min(run.length / 2).max(1);
-        let at_start = mean(outlet_pa, run.start..run.start + half_run)?;
-        let inside = (at_end - at_start) / owed;
+        let inside = inside? / owed;
         (sigmas > TELLS_WITH_WITNESS && (HALF..2.0 - HALF).contains(&inside)).then_some(())
-    };
-    runs.iter()
-        .filter(|run| tells(run).is_some())
-        .copied()
-        .collect()
+    }
 }
 
 /// Median ratio of the pressure's change to the speed's, over pairs of windows two apart.
 fn learn(speed: Readings<'_>, outlet_pa: &[f64], least: f64, window: usize) -> Option<Answer> {
     let blocks: Vec<(f64, f64)> = (0..speed.speed_pct.len() / window)
-        .map(|k| k * window..(k + 1) * window)
-        .map(|r| {
-            let both = speed.mean(r.clone()).zip(mean(outlet_pa, r));
-            both.unwrap_or((f64::NAN, f64::NAN))
-        })
+        .map(|k| means(speed, outlet_pa, k * window..(k + 1) * window))
         .collect();
-    let changes: Vec<(f64, f64)> = blocks
-        .iter()
-        .zip(blocks.iter().skip(2))
-        .filter(|(a, b)| a.0 > 0.0 && b.0 > 0.0)
-        .map(|(a, b)| (b.0 - a.0, b.1 - a.1))
-        .filter(|(speed, _)| speed.abs() >= least)
-        .collect();
+    let pairs = blocks.iter().zip(blocks.iter().skip(2));
+    let changes: Vec<(f64, f64)> = pairs.filter_map(|(a, b)| change(*a, *b, least)).collect();
+    answer(&changes)
+}
+
+/// Mean speed, %, and mean outlet pressure, Pa, of a window; NaN where they do not tell.
+pub(crate) fn means(speed: Readings<'_>, outlet_pa: &[f64], range: Range<usize>) -> (f64, f64) {
+    let both = speed.mean(range.clone()).zip(mean(outlet_pa, range));
+    both.unwrap_or((f64::NAN, f64::NAN))
+}
+
+/// The change from one window to another of a pump that turns, if the speed's says something.
+pub(crate) fn change(a: (f64, f64), b: (f64, f64), least: f64) -> Option<(f64, f64)> {
+    let change = (b.0 - a.0, b.1 - a.1);
+    (a.0 > 0.0 && b.0 > 0.0 && change.0.abs() >= least).then_some(change)
+}
+
+/// The pressure's answer, from changes of the speed and of the pressure.
+pub(crate) fn answer(changes: &[(f64, f64)]) -> Option<Answer> {
     if changes.len() < FEWEST {
         return None;
     }

@@ -18,6 +18,8 @@ pub(crate) struct SpikeRule {
 pub(crate) const LONGEST: usize = 50;
 /// Neighbours looked at on either side.
 const BESIDE: usize = 7;
+/// Samples on either side of which these are taken.
+pub(crate) const LOOKED_AT: usize = 3 * BESIDE;
 /// Fewer neighbours than this on a side say nothing about its level.
 const FEWEST: usize = 3;
 /// The levels before and after may differ by this share of the excursion.
@@ -94,7 +96,7 @@ fn excursion(
         let mut list = [0.0; BESIDE];
         let usable = |i: &usize| faults[*i] == Faults::NONE && values[*i].is_finite();
         let mut count = 0;
-        for (place, i) in list.iter_mut().zip(samples.take(3 * BESIDE).filter(usable)) {
+        for (place, i) in list.iter_mut().zip(samples.take(LOOKED_AT).filter(usable)) {
             *place = values[i];
             count += 1;
         }

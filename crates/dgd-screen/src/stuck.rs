@@ -21,7 +21,7 @@ pub(crate) struct Stuck {
 }
 
 /// Samples on either side of a run that tell how often the channel repeats there.
-const NEIGHBOURHOOD: usize = 300;
+pub(crate) const NEIGHBOURHOOD: usize = 300;
 /// Weight of the whole recording's share against the neighbourhood's, samples.
 const PRIOR: f64 = 30.0;
 /// Long runs that are more than this share of all runs are how the channel always is: it
@@ -45,18 +45,37 @@ pub(crate) fn find(
     rule: StuckRule,
     honest: impl Fn(&Run, usize) -> bool,
 ) -> Stuck {
-    let (equal, pairs) = (scan.equal, scan.pairs);
+    let mut runs: Vec<Run> = Vec::new();
+    let (shortest, share) = settle((scan.equal, scan.pairs), rule, |least| {
+        runs = long_runs(values, least);
+        (runs.len(), runs.iter().map(|r| r.length - 1).sum())
+    });
+    runs.retain(|run| run.length >= shortest && !honest(run, shortest));
+    judge_locally(&mut runs, values.len(), share, rule, |start, end| {
+        repeats(&values[start..end])
+    });
+    Stuck {
+        runs,
+        shortest,
+        repeat_share: share,
+    }
+}
+
+/// The fewest equal samples that are no chance, and the share of honest repeats.
+///
+/// `long` tells how many runs there are of at least so many samples, and how many repeats in them.
+pub(crate) fn settle(
+    (equal, pairs): (usize, usize),
+    rule: StuckRule,
+    mut long: impl FnMut(usize) -> (usize, usize),
+) -> (usize, f64) {
     let mut shortest = rule.floor.max(3);
     let mut share = 0.0;
-    let mut runs: Vec<Run> = Vec::new();
     // Each turn can only lengthen the limit; a few turns settle it.
     for _ in 0..6 {
-        runs = long_runs(values, shortest);
-        let habit = runs.len() > FEW && runs.len() as f64 > HABIT * (pairs - equal) as f64;
-        let in_runs: usize = match habit {
-            true => 0,
-            false => runs.iter().map(|r| r.length - 1).sum(),
-        };
+        let (runs, repeats) = long(shortest);
+        let habit = runs > FEW && runs as f64 > HABIT * (pairs - equal) as f64;
+        let in_runs = if habit { 0 } else { repeats };
         share = (equal - in_runs) as f64 / (pairs - in_runs).max(1) as f64;
         let wanted = limit(share, rule);
         if wanted <= shortest {
@@ -64,18 +83,26 @@ pub(crate) fn find(
         }
         shortest = wanted;
     }
-    runs.retain(|run| run.length >= shortest && !honest(run, shortest));
-    let local: Vec<bool> = runs
+    (shortest, share)
+}
+
+/// Keeps the runs that are too long for their own neighbourhood as well; `repeats` counts in a range of samples.
+pub(crate) fn judge_locally(
+    runs: &mut Vec<Run>,
+    samples: usize,
+    share: f64,
+    rule: StuckRule,
+    mut repeats: impl FnMut(usize, usize) -> (usize, usize),
+) {
+    let passed: Vec<bool> = runs
         .iter()
-        .map(|run| run.length >= limit(local_share(values, &runs, run, share), rule))
+        .map(|run| {
+            let local = local_share(samples, runs, run, share, &mut repeats);
+            run.length >= limit(local, rule)
+        })
         .collect();
-    let mut passed = local.iter();
+    let mut passed = passed.iter();
     runs.retain(|_| passed.next().copied().unwrap_or(false));
-    Stuck {
-        runs,
-        shortest,
-        repeat_share: share,
-    }
 }
 
 /// Fewest equal samples less likely than the rule's chance at this share of repeats.
@@ -92,14 +119,22 @@ fn limit(share: f64, rule: StuckRule) -> usize {
 }
 
 /// Share of repeats around a run, stuck runs left out, drawn towards the whole's.
-fn local_share(values: &[f64], runs: &[Run], run: &Run, share: f64) -> f64 {
+fn local_share(
+    samples: usize,
+    runs: &[Run],
+    run: &Run,
+    share: f64,
+    repeats: &mut impl FnMut(usize, usize) -> (usize, usize),
+) -> f64 {
     let end = run.start + run.length;
     let from = run.start.saturating_sub(NEIGHBOURHOOD);
-    let to = (end + NEIGHBOURHOOD).min(values.len());
+    let to = (end + NEIGHBOURHOOD).min(samples);
     let (mut equal, mut pairs) = (0usize, 0usize);
     let mut count = |start: usize, end: usize| {
-        let (e, p) = repeats(&values[start..end.max(start)]);
-        (equal, pairs) = (equal + e, pairs + p);
+        if end > start {
+            let (e, p) = repeats(start, end);
+            (equal, pairs) = (equal + e, pairs + p);
+        }
     };
     // The other runs are cut out of both sides.
     for (mut start, end) in [(from, run.start), (end, to)] {

@@ -1,24 +1,31 @@
 //! `dgd simulate`: an identified model beside a recording.
 
-use crate::args::{Global, KindArg, Simulate, SolverArg, Subject};
+mod blocks;
+mod outcome;
+
+use crate::args::{Global, KindArg, Simulate, SolverArg, Source, Subject};
 use crate::commands::convert::Target;
 use crate::commands::fit::screening;
 use crate::commands::{free_run, system_simulate};
 use crate::failure::Failure;
 use crate::output::{self, Outputs};
 use crate::progress::Progress;
-use crate::say::{self, TextTable, count, number};
+use crate::say;
 use crate::{figures, load};
-use dgd_documents::Base;
+use dgd_documents::{Base, ModelDocument};
 use dgd_dynamics::integrate::{Method, Status};
 use dgd_dynamics::return_line::SimulationOptions;
 use dgd_identify::{Model, prepare};
 use dgd_recording::{Column, Geometry, Recording, Table};
-use dgd_replay::{Deviation, Kind, Pair, Replay, ReplayOptions, Start, replay};
+use dgd_replay::{Kind, Replay, ReplayOptions, Start, replay};
 use dgd_units::{FlowRate, Length, UnitError};
-use serde_json::{Value, json};
-use std::fmt::Write as _;
-use std::path::Path;
+use outcome::{Outcome, signals};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+
+/// Bytes from which a recording is read, run and written block by block: it is gone through five to seven times and so
+/// takes longer, but what is whole takes some five times its size in memory.
+const LONG: u64 = 256 << 20;
 
 pub(crate) fn run(arguments: &Simulate, global: &Global) -> Result<String, Failure> {
     let source = match arguments.source.subject() {
@@ -44,59 +51,27 @@ pub(crate) fn run(arguments: &Simulate, global: &Global) -> Result<String, Failu
             source.well.display()
         );
     }
-    let loaded = load::read_recordings(&source.recordings, &well, &progress)?;
-    output::check(&arguments.out)?;
-    if let Some(folder) = &arguments.figures {
-        figures::check(folder)?;
-    }
-    let first = &source.recordings[0];
-    loaded.warn_of_suspicions();
-    progress.stage("screening", "");
-    let prepared = prepare(loaded.recording, loaded.step_s, &screening(&source))
-        .map_err(|e| Failure::input(first, e))?;
-    let warnings = loaded.suspicions;
     let options = ReplayOptions {
         delay_s: document.model().map_or(0.0, |model| model.delay_s),
         ..options_given
     };
-    let (run, recording) = match (&document.augmented, &document.base) {
-        (Some(model), _) => {
-            progress.stage("simulating", "");
-            let run = free_run::run(&document, model, &well, &prepared, &options, first)?;
-            (run, None)
-        }
-        (None, Base::Identified(model)) => {
-            let recording = prepared.averaged();
-            progress.stage("simulating", "");
-            let run = replay(&model.return_line(), &recording, &options)
-                .map_err(|e| Failure::input(first, e))?;
-            (run, Some((recording, model)))
-        }
-        (None, Base::WellOnly { .. }) => {
-            return Err(Failure::input(&arguments.model, "holds no model"));
-        }
+    let job = Job {
+        arguments,
+        source: &source,
+        target,
+        well: &well,
+        document: &document,
+        options,
     };
-    if let Some(status) = run.status.filter(|s| *s != Status::Finished) {
-        tracing::warn!("the integration stopped early: {}", why(status));
-    }
-    progress.stage("writing", &arguments.out.display().to_string());
-    let table = as_table(&run);
-    let mut outputs = Outputs::new();
-    outputs.add(&arguments.out, |writer| {
-        target.write(&table, "simulation", writer)
-    })?;
-    let mut drawn = Vec::new();
-    if let Some(folder) = &arguments.figures {
-        progress.stage("drawing", "figures");
-        drawn = match &recording {
-            Some((recording, model)) => {
-                let runs = all_kinds(model, recording, &options, first)?;
-                figures::draw_simulations(&mut outputs, folder, &runs)?
-            }
-            None => figures::draw_free_run(&mut outputs, folder, &run)?,
-        };
-    }
-    outputs.keep()?;
+    let done = match blocks::run(&job, &progress)? {
+        Some(done) => done,
+        None => whole(&job, &progress)?,
+    };
+    let Done {
+        outcome,
+        drawn,
+        warnings,
+    } = done;
     let effects = document.augmented.as_ref().map(|model| {
         let ids = model.effects.iter().map(|e| e.id.clone());
         ids.collect::<Vec<String>>()
@@ -104,7 +79,7 @@ pub(crate) fn run(arguments: &Simulate, global: &Global) -> Result<String, Failu
     let (seconds, stages) = (progress.seconds(), progress.seconds_by_stage());
     drop(progress);
     if global.json {
-        let mut value = as_json(&run, arguments, &drawn, seconds);
+        let mut value = outcome::as_json(&outcome, arguments, &drawn, seconds);
         if let Some(effects) = effects {
             value["effects"] = json!(effects);
         }
@@ -113,7 +88,102 @@ pub(crate) fn run(arguments: &Simulate, global: &Global) -> Result<String, Failu
         return Ok(say::json(&value));
     }
     let warned: String = warnings.iter().map(|w| format!("warning: {w}\n")).collect();
-    Ok(warned + &tell(&run, arguments, effects.as_deref(), drawn.len()))
+    Ok(warned + &outcome::tell(&outcome, arguments, effects.as_deref(), drawn.len()))
+}
+
+/// What is to be simulated.
+struct Job<'a> {
+    arguments: &'a Simulate,
+    source: &'a Source,
+    target: Target,
+    well: &'a load::Described,
+    document: &'a ModelDocument,
+    options: ReplayOptions,
+}
+
+/// What was done.
+struct Done {
+    outcome: Outcome,
+    drawn: Vec<PathBuf>,
+    /// What is suspected of the well description.
+    warnings: Vec<String>,
+}
+
+impl Job<'_> {
+    /// Refuses outputs early.
+    fn check_outputs(&self) -> Result<(), Failure> {
+        output::check(&self.arguments.out)?;
+        self.arguments
+            .figures
+            .as_deref()
+            .map_or(Ok(()), figures::check)
+    }
+}
+
+fn whole(job: &Job<'_>, progress: &Progress) -> Result<Done, Failure> {
+    let Job {
+        arguments,
+        source,
+        well,
+        document,
+        options,
+        ..
+    } = job;
+    let loaded = load::read_recordings(&source.recordings, well, progress)?;
+    job.check_outputs()?;
+    let first = &source.recordings[0];
+    loaded.warn_of_suspicions();
+    progress.stage("screening", "");
+    let prepared = prepare(loaded.recording, loaded.step_s, &screening(source))
+        .map_err(|e| Failure::input(first, e))?;
+    let warnings = loaded.suspicions;
+    let (run, recording) = match (&document.augmented, &document.base) {
+        (Some(model), _) => {
+            progress.stage("simulating", "");
+            let run = free_run::run(document, model, well, &prepared, options, first)?;
+            (run, None)
+        }
+        (None, Base::Identified(model)) => {
+            let recording = prepared.averaged();
+            progress.stage("simulating", "");
+            let run = replay(&model.return_line(), &recording, options)
+                .map_err(|e| Failure::input(first, e))?;
+            (run, Some((recording, model)))
+        }
+        (None, Base::WellOnly { .. }) => {
+            return Err(Failure::input(&arguments.model, "holds no model"));
+        }
+    };
+    warn_of_end(run.status);
+    progress.stage("writing", &arguments.out.display().to_string());
+    let table = as_table(&run);
+    let mut outputs = Outputs::new();
+    outputs.add(&arguments.out, |writer| {
+        job.target.write(&table, "simulation", writer)
+    })?;
+    let mut drawn = Vec::new();
+    if let Some(folder) = &arguments.figures {
+        progress.stage("drawing", "figures");
+        drawn = match &recording {
+            Some((recording, model)) => {
+                let runs = all_kinds(model, recording, options, first)?;
+                figures::draw_simulations(&mut outputs, folder, &runs)?
+            }
+            None => figures::draw_free_run(&mut outputs, folder, &run)?,
+        };
+    }
+    outputs.keep()?;
+    Ok(Done {
+        outcome: Outcome::of(&run),
+        drawn,
+        warnings,
+    })
+}
+
+fn warn_of_end(status: Option<Status>) {
+    if let Some(status) = status.filter(|s| *s != Status::Finished) {
+        tracing::warn!("the integration stopped early: {}", outcome::why(status));
+    }
 }
 
 /// A level in the riser, and no flow against the valve.
@@ -211,18 +281,6 @@ pub(crate) fn all_kinds(
     ])
 }
 
-/// Signals with their names and units, measured beside simulated.
-fn signals(run: &Replay) -> [(&'static str, &'static str, &Pair); 6] {
-    [
-        ("riser_level_m", "m", &run.level_m),
-        ("return_flow_m3_s", "m3/s", &run.return_flow_m3_s),
-        ("pump_flow_m3_s", "m3/s", &run.pump_flow_m3_s),
-        ("pump_inlet_pressure_pa", "Pa", &run.inlet_pressure_pa),
-        ("pump_outlet_pressure_pa", "Pa", &run.outlet_pressure_pa),
-        ("pump_head_m", "m", &run.head_m),
-    ]
-}
-
 pub(crate) fn as_table(run: &Replay) -> Table {
     let column = |tag: String, unit: &str, values: &[f64]| Column {
         tag,
@@ -242,150 +300,4 @@ pub(crate) fn as_table(run: &Replay) -> Table {
         columns,
         ..Table::default()
     }
-}
-
-fn why(status: Status) -> String {
-    match status {
-        Status::Finished => "it had finished".into(),
-        Status::StepTooSmall { t } => format!(
-            "at {} s no step meets the tolerance; raise --tolerance",
-            number(t)
-        ),
-        Status::TooManySteps { t } => {
-            format!("at {} s the steps ran out; raise --tolerance", number(t))
-        }
-        Status::NonFinite { t } => format!(
-            "at {} s the model gives no finite rate; check model.toml",
-            number(t)
-        ),
-        _ => format!("{status:?}"),
-    }
-}
-
-/// What went wrong or deserves notice in the run.
-fn notes(run: &Replay) -> Vec<String> {
-    let mut notes = Vec::new();
-    match run.status {
-        None | Some(Status::Finished) => {}
-        Some(status) => notes.push(format!("the integration stopped early: {}", why(status))),
-    }
-    if run.filled > 0 {
-        notes.push(format!(
-            "{} input values were missing or not trusted and were interpolated",
-            count(run.filled)
-        ));
-    }
-    if let Some(at) = run.bounds.full_s {
-        notes.push(format!("the simulated riser was full at {} s", number(at)));
-    }
-    if let Some(at) = run.bounds.empty_s {
-        notes.push(format!(
-            "the simulated riser was empty down to the pump at {} s",
-            number(at)
-        ));
-    }
-    if run.unsolved > 0 {
-        notes.push(format!(
-            "no steady flow was found at {} samples",
-            count(run.unsolved)
-        ));
-    }
-    notes
-}
-
-fn tell(run: &Replay, arguments: &Simulate, effects: Option<&[String]>, drawn: usize) -> String {
-    let mut text = String::new();
-    let (from, to) = (run.time_s[0], run.time_s[run.time_s.len() - 1]);
-    let _ = writeln!(
-        text,
-        "{:?} simulation, {} s to {} s, {} samples",
-        arguments.kind,
-        number(from),
-        number(to),
-        count(run.time_s.len())
-    );
-    let s = &run.statistics;
-    let _ = match effects {
-        Some([]) => writeln!(text, "model of a diagnosis, without effects\n"),
-        Some(effects) => writeln!(text, "with {}\n", effects.join(", ")),
-        None => writeln!(
-            text,
-            "{} steps, {} rejected, {} evaluations\n",
-            count(s.steps),
-            count(s.rejected),
-            count(s.rhs)
-        ),
-    };
-    let mut table = TextTable::new([
-        "simulated less measured",
-        "root mean square",
-        "mean",
-        "largest",
-        "unit",
-    ]);
-    for (name, unit, pair) in signals(run) {
-        let Some(Deviation {
-            rmse,
-            bias,
-            largest,
-            ..
-        }) = pair.deviation()
-        else {
-            continue;
-        };
-        let scale = if unit == "Pa" {
-            (1e-5, "bar")
-        } else if unit == "m3/s" {
-            (6e4, "L/min")
-        } else {
-            (1.0, unit)
-        };
-        let stem = name
-            .trim_end_matches("_m3_s")
-            .trim_end_matches("_pa")
-            .trim_end_matches("_m");
-        table.row([
-            stem.replace('_', " "),
-            number(rmse * scale.0),
-            number(bias * scale.0),
-            number(largest * scale.0),
-            scale.1.into(),
-        ]);
-    }
-    text.push_str(&table.render());
-    for note in notes(run) {
-        let _ = writeln!(text, "note: {note}");
-    }
-    let _ = writeln!(text, "\nwrote {}", arguments.out.display());
-    if let Some(folder) = &arguments.figures {
-        let _ = writeln!(text, "drew {} figures into {}", drawn / 2, folder.display());
-    }
-    text
-}
-
-fn as_json(
-    run: &Replay,
-    arguments: &Simulate,
-    drawn: &[std::path::PathBuf],
-    seconds: f64,
-) -> Value {
-    let deviation = |pair: &Pair| {
-        pair.deviation().map(|d| json!({ "rmse": d.rmse, "bias": d.bias, "largest": d.largest, "samples": d.samples }))
-    };
-    let s = &run.statistics;
-    json!({
-        "schema": "dgd.simulate/1",
-        "kind": format!("{:?}", arguments.kind).to_lowercase(),
-        "from_s": run.time_s.first(),
-        "to_s": run.time_s.last(),
-        "samples": run.time_s.len(),
-        "finished": matches!(run.status, None | Some(Status::Finished)),
-        "deviation": signals(run).iter().map(|(name, _, pair)| ((*name).to_owned(), json!(deviation(pair)))).collect::<serde_json::Map<_, _>>(),
-        "filled": run.filled,
-        "notes": notes(run),
-        "statistics": { "steps": s.steps, "rejected": s.rejected, "rhs": s.rhs, "jacobians": s.jacobians },
-        "out": arguments.out.display().to_string(),
-        "figures": say::paths(drawn),
-        "seconds": seconds,
-    })
 }

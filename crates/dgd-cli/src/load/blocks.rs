@@ -35,12 +35,30 @@ impl When {
             Self::Long(long)
         }
     }
+
+    /// Says why a recording is not read in blocks: aloud to who asked for it.
+    pub(crate) fn say(self, why: String) {
+        match self {
+            Self::Always => warn!("{why}"),
+            Self::Long(_) => debug!("{why}"),
+        }
+    }
 }
 
 /// Opens a recording for reading in blocks; `None` if it is to be read whole.
 pub(crate) fn open(
     path: &Path,
     when: When,
+    progress: &Progress,
+) -> Result<Option<Blocks>, Failure> {
+    open_with(path, when, BlockOptions::default(), progress)
+}
+
+/// The same, in blocks of another size.
+pub(super) fn open_with(
+    path: &Path,
+    when: When,
+    limits: BlockOptions,
     progress: &Progress,
 ) -> Result<Option<Blocks>, Failure> {
     let least = match when {
@@ -58,7 +76,7 @@ pub(crate) fn open(
     progress.stage("looking through", &path.display().to_string());
     let name_hint = path.file_name().map(|n| n.to_string_lossy().into_owned());
     let again = file.try_clone().map_err(|e| Failure::read(path, &e))?;
-    let opened = BlockReader::open(again, &ReadOptions { name_hint }, BlockOptions::default());
+    let opened = BlockReader::open(again, &ReadOptions { name_hint }, limits);
     match opened.map_err(|e| failed(path, &e))? {
         Opened::Blocks(reader) => Ok(Some(Blocks {
             path: path.to_owned(),
@@ -67,11 +85,7 @@ pub(crate) fn open(
             before,
         })),
         Opened::Whole(reason) => {
-            let said = format!("{} is read whole: {reason}", path.display());
-            match when {
-                When::Always => warn!("{said}"),
-                When::Long(_) => debug!("{said}"),
-            }
+            when.say(format!("{} is read whole: {reason}", path.display()));
             Ok(None)
         }
     }

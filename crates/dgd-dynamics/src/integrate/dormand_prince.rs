@@ -57,7 +57,7 @@ const D: [f64; 7] = [
 /// Exponent of the last step's error in the PI controller (Hairer and Wanner 1996, IV.2).
 const BETA: f64 = 0.04;
 
-pub(super) struct DormandPrince<V> {
+pub(crate) struct DormandPrince<V> {
     k: [V; 7],
     stage: V,
     known: bool,

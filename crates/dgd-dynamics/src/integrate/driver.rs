@@ -4,7 +4,7 @@ use super::vector::Vector;
 use super::{Options, Plan, Statistics, Status, System, Trajectory};
 
 /// One-step method with an error estimate and a continuous extension.
-pub(super) trait Stepper<V: Vector> {
+pub(crate) trait Stepper<V: Vector> {
     /// Forgets what was known about the right-hand side at the current point.
     fn restart(&mut self);
     /// Tries a step of `h` from `(t, x)`, writes the result to `next` and the error estimate to
@@ -38,16 +38,49 @@ const CUT_IS_FINE: f64 = 0.5;
 /// Guard crossings at one and the same instant before we call it a deadlock.
 const MAX_STALLED: usize = 16;
 
+/// What an integration carries from one part of its span to the next.
+pub(crate) struct Carried<V, M> {
+    method: M,
+    x: V,
+    /// The next step to try; 0 before the first.
+    h: f64,
+    previous_error: f64,
+    stalled: usize,
+    count: Statistics,
+}
+
+impl<V: Vector, M: Stepper<V>> Carried<V, M> {
+    pub(super) fn new(method: M, initial: &[f64]) -> Self {
+        let mut x = V::zeros(initial.len());
+        x.get_mut().copy_from_slice(initial);
+        Self {
+            method,
+            x,
+            h: 0.0,
+            previous_error: 1e-4,
+            stalled: 0,
+            count: Statistics::default(),
+        }
+    }
+}
+
+/// Goes on from where the last part ended, which must be a break of the whole: then the parts are the whole, to the last bit.
 pub(super) fn drive<V: Vector, M: Stepper<V>, S: System + ?Sized>(
-    mut method: M,
+    carried: Carried<V, M>,
     system: &mut S,
-    initial: &[f64],
     plan: &Plan<'_>,
     options: &Options,
-) -> Trajectory {
-    let n = initial.len();
-    let mut x = V::zeros(n);
-    x.get_mut().copy_from_slice(initial);
+) -> (Trajectory, Carried<V, M>) {
+    // Out of the struct, so that the loop keeps them where it likes.
+    let Carried {
+        mut method,
+        mut x,
+        mut h,
+        mut previous_error,
+        mut stalled,
+        mut count,
+    } = carried;
+    let n = x.get().len();
     let mut next = V::zeros(n);
     let mut error = V::zeros(n);
     let mut absolute = V::zeros(n);
@@ -56,16 +89,12 @@ pub(super) fn drive<V: Vector, M: Stepper<V>, S: System + ?Sized>(
         .copy_from_slice(&options.tolerances.absolute);
     let relative = options.tolerances.relative;
 
-    let mut count = Statistics::default();
     let mut times = Vec::with_capacity(plan.outputs.len());
     let mut states = Vec::with_capacity(plan.outputs.len() * n);
     let mut pending = plan.outputs;
     let mut breaks = plan.breaks;
     let mut t = plan.start;
-    let mut h = 0.0;
-    let mut previous_error = 1e-4;
     let mut status = Status::Finished;
-    let mut stalled = 0;
 
     while let [first, rest @ ..] = pending
         && *first <= t
@@ -198,7 +227,7 @@ pub(super) fn drive<V: Vector, M: Stepper<V>, S: System + ?Sized>(
             emit_at(t, x.get(), &mut pending, &mut times, &mut states);
         }
     }
-    Trajectory {
+    let trajectory = Trajectory {
         dimension: n,
         times,
         states,
@@ -206,7 +235,16 @@ pub(super) fn drive<V: Vector, M: Stepper<V>, S: System + ?Sized>(
         end_state: x.get().to_vec(),
         status,
         statistics: count,
-    }
+    };
+    let carried = Carried {
+        method,
+        x,
+        h,
+        previous_error,
+        stalled,
+        count,
+    };
+    (trajectory, carried)
 }
 
 /// Writes the outputs due at exactly `t`.

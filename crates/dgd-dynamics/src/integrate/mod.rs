@@ -15,7 +15,7 @@ pub use system::{Linearised, System};
 
 use dormand_prince::DormandPrince;
 use rodas::Rodas;
-use vector::Vector;
+pub(crate) use vector::Vector;
 
 /// The integration method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -215,16 +215,47 @@ fn run<S: System + ?Sized, V: Vector>(
     plan: &Plan<'_>,
     options: &Options,
 ) -> Trajectory {
-    let n = initial.len();
-    match method {
-        Method::DormandPrince => {
-            driver::drive(DormandPrince::<V>::new(n), system, initial, plan, options)
+    Parts::<V>::new(method, initial).go(system, plan, options).0
+}
+
+/// An integration that is done part by part, each up to a break.
+pub(crate) enum Parts<V: Vector> {
+    DormandPrince(driver::Carried<V, DormandPrince<V>>),
+    Rodas(driver::Carried<V, Rodas<V>>),
+}
+
+impl<V: Vector> Parts<V> {
+    pub(crate) fn new(method: Method, initial: &[f64]) -> Self {
+        let n = initial.len();
+        match method {
+            Method::DormandPrince => {
+                Self::DormandPrince(driver::Carried::new(DormandPrince::new(n), initial))
+            }
+            Method::Rodas => Self::Rodas(driver::Carried::new(Rodas::new(n), initial)),
         }
-        Method::Rodas => driver::drive(Rodas::<V>::new(n), system, initial, plan, options),
+    }
+
+    /// Integrates over the plan's span, the next one of the whole; the statistics are those of all parts.
+    pub(crate) fn go<S: System + ?Sized>(
+        self,
+        system: &mut S,
+        plan: &Plan<'_>,
+        options: &Options,
+    ) -> (Trajectory, Self) {
+        match self {
+            Self::DormandPrince(carried) => {
+                let (part, carried) = driver::drive(carried, system, plan, options);
+                (part, Self::DormandPrince(carried))
+            }
+            Self::Rodas(carried) => {
+                let (part, carried) = driver::drive(carried, system, plan, options);
+                (part, Self::Rodas(carried))
+            }
+        }
     }
 }
 
-fn check(
+pub(crate) fn check(
     n: usize,
     initial: &[f64],
     plan: &Plan<'_>,

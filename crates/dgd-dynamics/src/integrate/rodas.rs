@@ -79,7 +79,7 @@ const H: [[f64; 5]; 2] = [
     ],
 ];
 
-pub(super) struct Rodas<V: Vector> {
+pub(crate) struct Rodas<V: Vector> {
     u: [V; 6],
     rate: V,
     drift: V,

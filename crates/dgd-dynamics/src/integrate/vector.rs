@@ -4,7 +4,7 @@
 //! compile-time constant after inlining, which is worth a factor of two at `N = 2`.
 
 /// Storage of one state vector, with the matching square matrix and row indices.
-pub(super) trait Vector: Clone {
+pub(crate) trait Vector: Clone {
     /// Row-major square matrix.
     type Square;
     /// One row index a state.

@@ -2,16 +2,20 @@
 
 mod linear;
 mod model;
+mod parts;
 mod power;
 mod simulate;
 mod steady;
 
 pub use linear::{LinearLine, linearise};
+pub use parts::LineParts;
 pub use simulate::{
-    LineOutputs, LineState, RiserBounds, Simulation, SimulationOptions, derive_outputs,
-    measured_flow, simulate_coupled, simulate_flow_alone, simulate_riser_alone,
+    LateParts, LineOutputs, LineState, OutputParts, RiserBounds, Simulation, SimulationOptions,
+    derive_outputs, measured_flow, simulate_coupled, simulate_flow_alone, simulate_riser_alone,
 };
-pub use steady::{FLOW_LIMIT_M3_S, SteadyFlow, SteadyStatus, steady_flow, steady_state};
+pub use steady::{
+    FLOW_LIMIT_M3_S, SteadyFlow, SteadyParts, SteadyStatus, steady_flow, steady_state,
+};
 
 use crate::DynamicsError;
 

@@ -225,6 +225,25 @@ impl<'a, const KIND: u8> Line<'a, KIND> {
         }
     }
 
+    /// The model as it stands, on other inputs.
+    pub(super) fn on<'b>(self, first: Signal<'b>, second: Signal<'b>) -> Line<'b, KIND> {
+        Line {
+            momentum: self.momentum,
+            first,
+            second,
+            first_cursor: Cursor::default(),
+            second_cursor: Cursor::default(),
+            first_piece: self.first_piece,
+            second_piece: self.second_piece,
+            inverse_area: self.inverse_area,
+            shut: self.shut,
+            riser: self.riser,
+            first_full_s: self.first_full_s,
+            first_empty_s: self.first_empty_s,
+            first_shut_s: self.first_shut_s,
+        }
+    }
+
     /// Level, flow at `(t, x)`.
     #[inline(always)]
     fn point(&self, t: f64, x: &[f64]) -> (f64, f64) {

@@ -240,14 +240,7 @@ fn simulate<const KIND: u8>(
         outputs: output_s,
         breaks: &breaks,
     };
-    let settings = Options {
-        tolerances: Tolerances {
-            relative: options.relative,
-            absolute,
-        },
-        max_steps: options.max_steps,
-        ..Options::new(0.0, Vec::new())
-    };
+    let settings = settings(absolute, options);
     Ok(integrate(
         options.method,
         system,
@@ -255,6 +248,17 @@ fn simulate<const KIND: u8>(
         &plan,
         &settings,
     )?)
+}
+
+pub(super) fn settings(absolute: Vec<f64>, options: &SimulationOptions) -> Options {
+    Options {
+        tolerances: Tolerances {
+            relative: options.relative,
+            absolute,
+        },
+        max_steps: options.max_steps,
+        ..Options::new(0.0, Vec::new())
+    }
 }
 
 fn finish<const KIND: u8>(system: &Line<'_, KIND>, run: Trajectory) -> Simulation {
@@ -272,7 +276,7 @@ fn finish<const KIND: u8>(system: &Line<'_, KIND>, run: Trajectory) -> Simulatio
     }
 }
 
-fn sample(signal: &Signal<'_>, times: &[f64]) -> Vec<f64> {
+pub(super) fn sample(signal: &Signal<'_>, times: &[f64]) -> Vec<f64> {
     let mut cursor = Cursor::default();
     times
         .iter()
@@ -320,45 +324,91 @@ pub fn derive_outputs(
     speed_pct: &[f64],
     with_inertia: bool,
 ) -> Result<LineOutputs, DynamicsError> {
-    line.check()?;
-    let n = level_m.len();
-    for (name, found) in [
-        ("flow_m3_s", flow_m3_s.len()),
-        ("speed_pct", speed_pct.len()),
-    ] {
-        if found != n {
-            return Err(DynamicsError::Length {
-                name,
-                expected: n,
-                found,
-            });
-        }
+    OutputParts::new(line, with_inertia)?.add(level_m, flow_m3_s, speed_pct)
+}
+
+/// [`derive_outputs`] of states that come in parts.
+pub struct OutputParts {
+    line: ReturnLine,
+    with_inertia: bool,
+    speed_power: Following,
+    flow_power: Following,
+}
+
+impl std::fmt::Debug for OutputParts {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("OutputParts").finish_non_exhaustive()
     }
-    check_speed("speed_pct", speed_pct)?;
-    let mut out = LineOutputs {
-        inlet_pa: Vec::with_capacity(n),
-        outlet_pa: Vec::with_capacity(n),
-        head_m: Vec::with_capacity(n),
-    };
-    let discharge = line.density_kg_m3 * line.outlet_depth_m / line.line_area_m2;
-    let static_pa = ATMOSPHERE_PA + line.density_kg_m3 * GRAVITY_M_S2 * line.outlet_depth_m;
-    let mut speed_power = Following::new(line.pump.n0);
-    let mut flow_power = Following::new(line.pump.n2);
-    for ((&h, &q), &w) in level_m.iter().zip(flow_m3_s).zip(speed_pct) {
-        let mut outlet = static_pa + line.friction.loss_pa(q);
-        let powers = (speed_power.at(w), flow_power.at(q.abs()));
-        let head = line.pump.head_of(powers, w, q);
-        if with_inertia {
-            let drive = line.drive_under(h, q, head);
-            if !(line.non_return_valve && q <= 0.0 && drive < 0.0) {
-                outlet += discharge * drive / line.inertia_kg_m4(h);
+}
+
+impl OutputParts {
+    /// For a line; `with_inertia` as in [`derive_outputs`].
+    ///
+    /// # Errors
+    /// [`DynamicsError::Parameter`].
+    pub fn new(line: &ReturnLine, with_inertia: bool) -> Result<Self, DynamicsError> {
+        line.check()?;
+        Ok(Self {
+            line: *line,
+            with_inertia,
+            speed_power: Following::new(line.pump.n0),
+            flow_power: Following::new(line.pump.n2),
+        })
+    }
+
+    /// Works out pressures and head of the next states, as [`derive_outputs`].
+    ///
+    /// # Errors
+    /// [`DynamicsError::Length`], [`DynamicsError::Sample`].
+    pub fn add(
+        &mut self,
+        level_m: &[f64],
+        flow_m3_s: &[f64],
+        speed_pct: &[f64],
+    ) -> Result<LineOutputs, DynamicsError> {
+        let Self {
+            line,
+            with_inertia,
+            speed_power,
+            flow_power,
+        } = self;
+        let n = level_m.len();
+        for (name, found) in [
+            ("flow_m3_s", flow_m3_s.len()),
+            ("speed_pct", speed_pct.len()),
+        ] {
+            if found != n {
+                return Err(DynamicsError::Length {
+                    name,
+                    expected: n,
+                    found,
+                });
             }
         }
-        out.inlet_pa.push(line.inlet_pressure_pa(h));
-        out.outlet_pa.push(outlet);
-        out.head_m.push(head);
+        check_speed("speed_pct", speed_pct)?;
+        let mut out = LineOutputs {
+            inlet_pa: Vec::with_capacity(n),
+            outlet_pa: Vec::with_capacity(n),
+            head_m: Vec::with_capacity(n),
+        };
+        let discharge = line.density_kg_m3 * line.outlet_depth_m / line.line_area_m2;
+        let static_pa = ATMOSPHERE_PA + line.density_kg_m3 * GRAVITY_M_S2 * line.outlet_depth_m;
+        for ((&h, &q), &w) in level_m.iter().zip(flow_m3_s).zip(speed_pct) {
+            let mut outlet = static_pa + line.friction.loss_pa(q);
+            let powers = (speed_power.at(w), flow_power.at(q.abs()));
+            let head = line.pump.head_of(powers, w, q);
+            if *with_inertia {
+                let drive = line.drive_under(h, q, head);
+                if !(line.non_return_valve && q <= 0.0 && drive < 0.0) {
+                    outlet += discharge * drive / line.inertia_kg_m4(h);
+                }
+            }
+            out.inlet_pa.push(line.inlet_pressure_pa(h));
+            out.outlet_pa.push(outlet);
+            out.head_m.push(head);
+        }
+        Ok(out)
     }
-    Ok(out)
 }
 
 /// What a flow meter shows that reports `delay_s` late: `q(t − delay)`, linear between samples,
@@ -373,18 +423,75 @@ pub fn measured_flow(
     flow_m3_s: &[f64],
     delay_s: f64,
 ) -> Result<Vec<f64>, DynamicsError> {
-    if !delay_s.is_finite() {
-        let expected = "a finite number";
-        return Err(DynamicsError::Parameter {
-            name: "delay_s",
-            found: delay_s,
-            expected,
-        });
+    check_delay(delay_s)?;
+    late(time_s, flow_m3_s, time_s, delay_s)
+}
+
+fn check_delay(delay_s: f64) -> Result<(), DynamicsError> {
+    if delay_s.is_finite() {
+        return Ok(());
     }
+    Err(DynamicsError::Parameter {
+        name: "delay_s",
+        found: delay_s,
+        expected: "a finite number",
+    })
+}
+
+fn late(
+    time_s: &[f64],
+    flow_m3_s: &[f64],
+    at_s: &[f64],
+    delay_s: f64,
+) -> Result<Vec<f64>, DynamicsError> {
     let flow = Signal::new("flow_m3_s", time_s, flow_m3_s, Default::default())?;
     let mut cursor = Cursor::default();
-    Ok(time_s
+    Ok(at_s
         .iter()
         .map(|t| flow.piece(&mut cursor, t - delay_s, t - delay_s).value)
         .collect())
+}
+
+/// [`measured_flow`] of a flow that comes in parts; holds as much of it as the delay is long.
+///
+/// A negative delay would ask for what has not come: there it shows the latest flow, while [`measured_flow`] knows better.
+#[derive(Debug, Clone)]
+pub struct LateParts {
+    delay_s: f64,
+    time_s: Vec<f64>,
+    flow_m3_s: Vec<f64>,
+}
+
+impl LateParts {
+    /// For a meter that is so late, s.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Parameter`] on a delay that is not finite.
+    pub fn new(delay_s: f64) -> Result<Self, DynamicsError> {
+        check_delay(delay_s)?;
+        Ok(Self {
+            delay_s,
+            time_s: Vec::new(),
+            flow_m3_s: Vec::new(),
+        })
+    }
+
+    /// What the meter shows at the next samples.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Input`] on unusable series.
+    pub fn add(&mut self, time_s: &[f64], flow_m3_s: &[f64]) -> Result<Vec<f64>, DynamicsError> {
+        let Some(last) = time_s.last() else {
+            return Ok(Vec::new());
+        };
+        self.time_s.extend_from_slice(time_s);
+        self.flow_m3_s.extend_from_slice(flow_m3_s);
+        let shown = late(&self.time_s, &self.flow_m3_s, time_s, self.delay_s)?;
+        // The next sample is later, and looks back no further than the one before where this one does.
+        let passed = self.time_s.partition_point(|t| *t <= last - self.delay_s);
+        let gone = passed.saturating_sub(1);
+        self.time_s.drain(..gone);
+        self.flow_m3_s.drain(..gone);
+        Ok(shown)
+    }
 }

@@ -53,36 +53,64 @@ pub fn steady_state(
     level_m: &[f64],
     speed_pct: &[f64],
 ) -> Result<SteadyFlow, DynamicsError> {
-    line.check()?;
-    if speed_pct.len() != level_m.len() {
-        return Err(DynamicsError::Length {
-            name: "speed_pct",
-            expected: level_m.len(),
-            found: speed_pct.len(),
-        });
+    SteadyParts::new(line)?.add(level_m, speed_pct)
+}
+
+/// [`steady_state`] of a series that comes in parts: each sample starts from the one before, whatever its part.
+#[derive(Debug)]
+pub struct SteadyParts {
+    momentum: Momentum,
+    valve: bool,
+    guess: f64,
+}
+
+impl SteadyParts {
+    /// For a line.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Parameter`].
+    pub fn new(line: &ReturnLine) -> Result<Self, DynamicsError> {
+        line.check()?;
+        Ok(Self {
+            momentum: Momentum::new(line),
+            valve: line.non_return_valve,
+            guess: 0.0,
+        })
     }
-    super::simulate::check_speed("speed_pct", speed_pct)?;
-    if let Some(index) = level_m.iter().position(|h| !h.is_finite()) {
-        return Err(DynamicsError::Sample {
-            name: "level_m".to_owned(),
-            index,
-            found: level_m[index],
-            expected: "a finite number",
-        });
+
+    /// Solves for the next samples; level, m, and speed, %, as in [`steady_state`].
+    ///
+    /// # Errors
+    /// [`DynamicsError::Length`], [`DynamicsError::Sample`].
+    pub fn add(&mut self, level_m: &[f64], speed_pct: &[f64]) -> Result<SteadyFlow, DynamicsError> {
+        if speed_pct.len() != level_m.len() {
+            return Err(DynamicsError::Length {
+                name: "speed_pct",
+                expected: level_m.len(),
+                found: speed_pct.len(),
+            });
+        }
+        super::simulate::check_speed("speed_pct", speed_pct)?;
+        if let Some(index) = level_m.iter().position(|h| !h.is_finite()) {
+            return Err(DynamicsError::Sample {
+                name: "level_m".to_owned(),
+                index,
+                found: level_m[index],
+                expected: "a finite number",
+            });
+        }
+        let (mut flow_m3_s, mut status) = (
+            Vec::with_capacity(level_m.len()),
+            Vec::with_capacity(level_m.len()),
+        );
+        for (&h, &w) in level_m.iter().zip(speed_pct) {
+            let (q, how) = solve(&mut self.momentum, self.valve, h, w, self.guess);
+            self.guess = q;
+            flow_m3_s.push(q);
+            status.push(how);
+        }
+        Ok(SteadyFlow { flow_m3_s, status })
     }
-    let mut momentum = Momentum::new(line);
-    let mut guess = 0.0;
-    let (mut flow_m3_s, mut status) = (
-        Vec::with_capacity(level_m.len()),
-        Vec::with_capacity(level_m.len()),
-    );
-    for (&h, &w) in level_m.iter().zip(speed_pct) {
-        let (q, how) = solve(&mut momentum, line.non_return_valve, h, w, guess);
-        guess = q;
-        flow_m3_s.push(q);
-        status.push(how);
-    }
-    Ok(SteadyFlow { flow_m3_s, status })
 }
 
 /// Solves Eq. 4.2 for the flow at one level (m) and speed (%).

@@ -8,6 +8,7 @@
 mod against_diffsol;
 mod common;
 mod integrators;
+mod parts;
 mod refusals;
 mod return_line;
 mod steady;

@@ -52,6 +52,33 @@ pub enum RecordingError {
     Clock(#[from] ClockError),
 }
 
+/// Where the clock of rows begins that follow others.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Origin {
+    /// The first stamp that there is, s.
+    first_s: Option<f64>,
+    /// Rows before.
+    rows: usize,
+}
+
+impl Origin {
+    /// Stamps in the file's unit to seconds from the start: epoch seconds would cost every later step its digits.
+    pub(crate) fn shift(&mut self, stamps: &mut [f64], unit: Unit) {
+        let first = || (stamps.iter().map(|t| unit.to_si(*t))).find(|t| t.is_finite());
+        self.first_s = self.first_s.or_else(first);
+        let first_s = self.first_s.unwrap_or(0.0);
+        (stamps.iter_mut()).for_each(|t| *t = unit.to_si(*t) - first_s);
+        self.rows += stamps.len();
+    }
+
+    /// Stamps of so many rows where the file has none, s.
+    pub(crate) fn even(&mut self, rows: usize, step_s: f64) -> Vec<f64> {
+        let from = self.rows;
+        self.rows += rows;
+        (from..self.rows).map(|i| i as f64 * step_s).collect()
+    }
+}
+
 /// Takes columns out of a table without copying them.
 struct Columns {
     table: Table,
@@ -198,6 +225,15 @@ impl Recording {
     /// # Errors
     /// [`RecordingError`] if a mapped column is missing, of another length or mapped twice.
     pub fn from_table(table: Table, well: &Well) -> Result<(Self, Vec<Issue>), RecordingError> {
+        Self::from_rows(table, well, &mut Origin::default())
+    }
+
+    /// [`Self::from_table`] of rows that follow others.
+    pub(crate) fn from_rows(
+        table: Table,
+        well: &Well,
+        origin: &mut Origin,
+    ) -> Result<(Self, Vec<Issue>), RecordingError> {
         let map = &well.channels;
         let taken = vec![None; table.columns.len()];
         let mut columns = Columns {
@@ -210,10 +246,7 @@ impl Recording {
         let time_s = match &map.time {
             TimeSource::Column { tag, unit } => {
                 let mut time_s = columns.take("time", tag, *unit)?;
-                // Seconds from the start: epoch seconds would cost every later step its digits.
-                let mut stamps = time_s.iter().map(|t| unit.to_si(*t));
-                let first = stamps.find(|t| t.is_finite()).unwrap_or(0.0);
-                time_s.iter_mut().for_each(|t| *t = unit.to_si(*t) - first);
+                origin.shift(&mut time_s, *unit);
                 time_s
             }
             TimeSource::Interval { step_s } => {
@@ -224,7 +257,7 @@ impl Recording {
                     }
                     ChannelSource::Constant { .. } => columns.table.rows(),
                 };
-                (0..rows).map(|i| i as f64 * step_s).collect()
+                origin.even(rows, *step_s)
             }
         };
         if time_s.is_empty() {

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 mod blocks;
 mod grid;
+mod grid_blocks;
 mod mapping;
 mod propose;
 mod robust;

@@ -40,32 +40,32 @@ impl Facts {
             .series()
             .into_par_iter()
             .filter_map(|(channel, values)| {
-                let source = source_of(well, channel)?;
-                let (tag, unit) = match source {
-                    ChannelSource::Column { tag, unit } => (Some(tag.clone()), *unit),
-                    ChannelSource::Constant { .. } => (None, Unit::si(dimension_of(channel))),
-                };
-                let constant = constant(values);
-                // What never changes is told as such; it has nothing to say on its unit.
-                let dead = tag.is_some() && constant.is_some() && !feeds(channel);
                 let (mut found, mut blocks) = (0, Vec::with_capacity(values.len() / block + 1));
                 for parts in values.chunks(BESIDE * block) {
                     for (mean, present) in means(parts, block) {
                         found += present;
-                        blocks.push(if dead { f64::NAN } else { mean });
+                        blocks.push(mean);
                     }
                 }
-                Some(Told {
-                    channel,
-                    tag,
-                    unit,
-                    blocks,
-                    present: found as f64 / values.len().max(1) as f64,
-                    constant,
-                })
+                let present = found as f64 / values.len().max(1) as f64;
+                Told::of(well, channel, blocks, present, constant(values))
             });
+        Self::with(told.collect(), step_s, well)
+    }
+
+    /// The same of channels that came in blocks.
+    pub(super) fn gathered(passes: Vec<(Channel, FactPass)>, step_s: f64, well: &Well) -> Self {
+        let told = passes.into_iter().filter_map(|(channel, pass)| {
+            let (blocks, present, constant) = pass.finish();
+            Told::of(well, channel, blocks, present, constant)
+        });
+        Self::with(told.collect(), step_s, well)
+    }
+
+    fn with(told: Vec<Told>, step_s: f64, well: &Well) -> Self {
+        let block = block_samples(step_s);
         Self {
-            told: told.collect(),
+            told,
             block_s: block as f64 * step_s,
             step_s,
             clock: match &well.channels.time {
@@ -78,6 +78,102 @@ impl Facts {
     /// Place of a channel in `told`.
     pub(super) fn find(&self, channel: Channel) -> Option<usize> {
         self.told.iter().position(|t| t.channel == channel)
+    }
+}
+
+impl Told {
+    fn of(
+        well: &Well,
+        channel: Channel,
+        mut blocks: Vec<f64>,
+        present: f64,
+        constant: Option<f64>,
+    ) -> Option<Self> {
+        let (tag, unit) = match source_of(well, channel)? {
+            ChannelSource::Column { tag, unit } => (Some(tag.clone()), *unit),
+            ChannelSource::Constant { .. } => (None, Unit::si(dimension_of(channel))),
+        };
+        // What never changes is told as such; it has nothing to say on its unit.
+        if tag.is_some() && constant.is_some() && !feeds(channel) {
+            blocks.fill(f64::NAN);
+        }
+        Some(Self {
+            channel,
+            tag,
+            unit,
+            blocks,
+            present,
+            constant,
+        })
+    }
+}
+
+/// What is gathered of a channel that comes in blocks.
+#[derive(Debug, Clone)]
+pub(super) struct FactPass {
+    /// Samples of a block mean.
+    block: usize,
+    samples: usize,
+    present: usize,
+    /// The first finite value, and whether all others are that.
+    first: Option<f64>,
+    changed: bool,
+    /// Sum and number of the finite values of the block that goes on.
+    sum: f64,
+    count: usize,
+    blocks: Vec<f64>,
+}
+
+impl FactPass {
+    pub(super) fn new(step_s: f64) -> Self {
+        Self {
+            block: block_samples(step_s),
+            samples: 0,
+            present: 0,
+            first: None,
+            changed: false,
+            sum: 0.0,
+            count: 0,
+            blocks: Vec::new(),
+        }
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.samples == 0
+    }
+
+    pub(super) fn add(&mut self, values: &[f64]) {
+        for v in values {
+            if v.is_finite() {
+                self.sum += v;
+                self.count += 1;
+                self.changed |= *v != *self.first.get_or_insert(*v);
+            }
+            self.samples += 1;
+            if self.samples.is_multiple_of(self.block) {
+                self.end_block();
+            }
+        }
+    }
+
+    fn end_block(&mut self) {
+        // In their order, so that the sum is that of `means` to the last bit.
+        self.blocks.push(self.sum / self.count as f64);
+        self.present += self.count;
+        (self.sum, self.count) = (0.0, 0);
+    }
+
+    /// Block means, share of samples with a value, the one value.
+    fn finish(mut self) -> (Vec<f64>, f64, Option<f64>) {
+        if !self.samples.is_multiple_of(self.block) {
+            self.end_block();
+        }
+        let constant = self.first.filter(|_| !self.changed);
+        (
+            self.blocks,
+            self.present as f64 / self.samples.max(1) as f64,
+            constant.filter(|_| self.present >= FEWEST),
+        )
     }
 }
 
@@ -117,9 +213,11 @@ fn mean(values: &[f64], sum: f64) -> (f64, usize) {
     (sum / count as f64, count)
 }
 
+/// Fewer samples are no evidence of one value throughout.
+const FEWEST: usize = 10;
+
 /// The value that every finite sample has; `None` for fewer than ten.
 fn constant(values: &[f64]) -> Option<f64> {
-    const FEWEST: usize = 10;
     let mut finite = values.iter().filter(|v| v.is_finite());
     let first = *finite.next()?;
     let mut count = 1;

@@ -1,5 +1,6 @@
 //! Claims about screening.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+mod blocks;
 mod plausible;
 mod redundant;
 mod robust;

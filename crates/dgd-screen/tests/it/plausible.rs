@@ -2,7 +2,7 @@
 
 use super::synthetic::steady;
 use dgd_recording::{ChannelMap, ChannelSource, Geometry, Recording, TimeSource, Well};
-use dgd_screen::{Suspicion, suspect};
+use dgd_screen::{BlockSuspect, Suspicion, suspect};
 use dgd_units::Unit;
 use proptest::prelude::*;
 
@@ -45,7 +45,17 @@ fn well() -> Well {
 }
 
 fn suspicions(recording: &Recording, well: &Well) -> Vec<Suspicion> {
-    suspect(recording, 1.0, well)
+    let found = suspect(recording, 1.0, well);
+    // In blocks the same.
+    for length in [1000, 1 << 20] {
+        let mut blocks = BlockSuspect::new(1.0);
+        for from in (0..recording.len()).step_by(length) {
+            let to = (from + length).min(recording.len());
+            blocks.add(&crate::blocks::cut(recording, from..to));
+        }
+        assert_eq!(blocks.finish(well), found);
+    }
+    found
 }
 
 #[track_caller]

@@ -122,7 +122,7 @@ fn series(n: usize) -> impl Strategy<Value = Vec<f64>> {
     })
 }
 
-fn recording() -> impl Strategy<Value = Recording> {
+pub(crate) fn recording() -> impl Strategy<Value = Recording> {
     (0..160usize, 0..4usize, 0..4usize, any::<bool>()).prop_flat_map(
         |(n, inlets, outlets, riser)| {
             prop::collection::vec(series(n), 6 + inlets + outlets).prop_map(move |mut all| {

@@ -1,0 +1,158 @@
+//! A recording of a well that is longer than memory, put on its clock and screened.
+
+use super::blocks::{self, Blocks};
+use super::{Described, When};
+use crate::failure::Failure;
+use crate::progress::Progress;
+use dgd_ingest::BlockOptions;
+use dgd_recording::{BlockGrid, Recording, RecordingError};
+use dgd_screen::{BlockScreen, BlockSuspect, ScreenOptions};
+use std::path::{Path, PathBuf};
+use tracing::warn;
+
+/// A recording on disk, screened block by block.
+pub(crate) struct Screened<'w> {
+    path: PathBuf,
+    well: &'w Described,
+    blocks: Blocks,
+    grid: BlockGrid<'w>,
+    screen: BlockScreen,
+}
+
+/// Values of a block, 1 MiB: screened and simulated each becomes five to ten, and shorter ones gain nothing.
+const CELLS: usize = 1 << 17;
+
+/// Opens a recording and finds its clock; `None` if it is to be read whole.
+pub(crate) fn open<'w>(
+    path: &Path,
+    well: &'w Described,
+    options: &ScreenOptions,
+    when: When,
+    progress: &Progress,
+) -> Result<Option<Screened<'w>>, Failure> {
+    let limits = BlockOptions {
+        cells: CELLS,
+        ..BlockOptions::default()
+    };
+    let Some(mut blocks) = blocks::open_with(path, when, limits, progress)? else {
+        return Ok(None);
+    };
+    let grid = BlockGrid::new(blocks.head(), blocks.rows(), well);
+    let mut grid = grid.map_err(|e| well.unmapped(path, &e))?;
+    for pass in 1.. {
+        progress.stage("surveying", &format!("the clock, pass {pass}"));
+        blocks.each::<Failure>(|block| {
+            grid.add(block);
+            Ok(())
+        })?;
+        if !grid.next_pass().map_err(|e| Failure::input(path, e))? {
+            break;
+        }
+    }
+    if !grid.is_in_order() {
+        when.say(format!(
+            "{} is read whole: its samples must be put in order",
+            path.display()
+        ));
+        return Ok(None);
+    }
+    for issue in blocks.head().issues.iter().chain(&grid.issues()) {
+        warn!("{}: {issue}", path.display());
+    }
+    let screen = BlockScreen::new(grid.samples(), grid.step_s(), options);
+    Ok(Some(Screened {
+        path: path.to_owned(),
+        well,
+        screen: screen.map_err(|e| Failure::input(path, e))?,
+        blocks,
+        grid,
+    }))
+}
+
+/// What ends a pass.
+enum Stop<E> {
+    Recording(RecordingError),
+    Taken(E),
+}
+
+impl<E> From<RecordingError> for Stop<E> {
+    fn from(error: RecordingError) -> Self {
+        Self::Recording(error)
+    }
+}
+
+impl Screened<'_> {
+    /// Samples on the even clock.
+    pub(crate) fn samples(&self) -> usize {
+        self.grid.samples()
+    }
+
+    /// First and last second.
+    pub(crate) fn span_s(&self) -> (f64, f64) {
+        self.grid.span_s()
+    }
+
+    /// Gathers what the screening must know before it can begin; gives what the recording makes unlikely in the well description.
+    pub(crate) fn look_through(&mut self, progress: &Progress) -> Result<Vec<String>, Failure> {
+        let mut suspect = Some(BlockSuspect::new(self.grid.step_s()));
+        let mut suspicions = Vec::new();
+        for pass in 1.. {
+            if self.screen.is_last_pass() {
+                break;
+            }
+            progress.stage("screening", &format!("pass {pass}"));
+            self.pass(|screen, part| {
+                if let Some(suspect) = &mut suspect {
+                    suspect.add(&part);
+                }
+                screen.add(&part).map(drop)
+            })?;
+            if let Some(suspect) = suspect.take() {
+                let found = suspect.finish(self.well);
+                suspicions = found.iter().map(|s| self.well.pointing(s)).collect();
+                for suspicion in &suspicions {
+                    warn!("{suspicion}");
+                }
+            }
+            let next = self.screen.next_pass();
+            next.map_err(|e| Failure::input(&self.path, e))?;
+        }
+        Ok(suspicions)
+    }
+
+    fn pass(
+        &mut self,
+        mut take: impl FnMut(&mut BlockScreen, Recording) -> Result<(), dgd_screen::ScreenError>,
+    ) -> Result<(), Failure> {
+        let path = self.path.clone();
+        self.parts(|screen, part| take(screen, part).map_err(|e| Failure::input(&path, e)))
+    }
+
+    /// Goes through the screened recording: NaN for what is not to be trusted, one series a pump side.
+    pub(crate) fn each<E: From<Failure>>(
+        &mut self,
+        mut take: impl FnMut(Recording) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let path = self.path.clone();
+        self.parts(|screen, part| {
+            let screened = screen.add(&part);
+            let screened = screened.map_err(|e| E::from(Failure::input(&path, e)))?;
+            take(screened.trusted())
+        })
+    }
+
+    fn parts<E: From<Failure>>(
+        &mut self,
+        mut take: impl FnMut(&mut BlockScreen, Recording) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let (grid, screen, path) = (&mut self.grid, &mut self.screen, &self.path);
+        grid.rewind();
+        self.blocks.each(|block| {
+            let given = grid.each(block, |part| take(screen, part).map_err(Stop::Taken));
+            given.map_err(|stop| match stop {
+                Stop::Recording(error) => E::from(Failure::input(path, error)),
+                Stop::Taken(error) => error,
+            })
+        })
+    }
+}

@@ -1,0 +1,131 @@
+//! A recording that comes in blocks lies on the clock of one that is there at once.
+
+use crate::wells::{table, well};
+use dgd_recording::{BlockGrid, Recording, RecordingError, Table};
+use proptest::prelude::*;
+
+fn cut(table: &Table, from: usize, to: usize) -> Table {
+    let mut cut = table.clone();
+    for column in &mut cut.columns {
+        column.values = column.values[from..to].to_vec();
+    }
+    cut
+}
+
+fn joined(all: &[Recording]) -> Vec<Vec<u64>> {
+    let mut series: Vec<Vec<u64>> = Vec::new();
+    for part in all {
+        let mine = part.series();
+        series.resize_with(mine.len() + 1, Vec::new);
+        let values = std::iter::once(part.time_s.as_slice()).chain(mine.iter().map(|s| s.1));
+        for (mine, theirs) in series.iter_mut().zip(values) {
+            mine.extend(theirs.iter().map(|v| v.to_bits()));
+        }
+    }
+    series
+}
+
+/// What both ways give: the step, the issues and the series, or the refusal.
+fn compare(table: &Table, rows: usize) {
+    let well = well();
+    let n = table.rows();
+    let blocks: Vec<Table> = (0..n)
+        .step_by(rows)
+        .map(|from| cut(table, from, n.min(from + rows)))
+        .collect();
+    let whole = Recording::from_table(table.clone(), &well).and_then(|(recording, mapping)| {
+        let (recording, step_s, clock) = recording.onto_grid()?;
+        Ok((recording, step_s, [mapping, clock].concat()))
+    });
+    let in_blocks = || -> Result<_, RecordingError> {
+        let mut grid = BlockGrid::new(&cut(table, 0, 0), n, &well)?;
+        loop {
+            blocks.iter().for_each(|block| grid.add(block));
+            if !grid.next_pass()? {
+                break;
+            }
+        }
+        if !grid.is_in_order() {
+            return Ok(None);
+        }
+        // As often as wanted.
+        let mut parts = Vec::new();
+        for _ in 0..2 {
+            parts.clear();
+            grid.rewind();
+            for block in &blocks {
+                grid.each(block, |part| {
+                    parts.push(part);
+                    Ok::<_, RecordingError>(())
+                })?;
+            }
+        }
+        Ok(Some((parts, grid)))
+    };
+    match (whole, in_blocks()) {
+        (_, Ok(None)) => {}
+        (Ok((recording, step_s, issues)), Ok(Some((parts, grid)))) => {
+            assert_eq!(grid.step_s().to_bits(), step_s.to_bits());
+            assert_eq!(grid.issues(), issues);
+            assert_eq!(grid.samples(), recording.len());
+            let ends = (recording.time_s.first(), recording.time_s.last());
+            assert_eq!((Some(&grid.span_s().0), Some(&grid.span_s().1)), ends);
+            assert!(joined(&parts) == joined(&[recording]));
+        }
+        (whole, blocks) => {
+            let blocks = blocks.map(|_| ()).unwrap_err();
+            assert_eq!(format!("{:?}", whole.unwrap_err()), format!("{blocks:?}"));
+        }
+    }
+}
+
+#[test]
+fn a_gap_longer_than_a_part_is_filled_in_several() {
+    let mut stamps: Vec<f64> = (0..10_000).map(f64::from).collect();
+    stamps[5000..].iter_mut().for_each(|t| *t += 90_000.5);
+    compare(&table(&stamps), 700);
+}
+
+#[test]
+fn a_missing_column_is_refused_before_anything_is_read() {
+    let mut table = table(&[0.0, 1.0, 2.0]);
+    table.columns.pop();
+    compare(&table, 2);
+}
+
+proptest! {
+    #[test]
+    fn any_stamps_in_any_blocks(
+        steps in proptest::collection::vec(
+            prop_oneof![
+                8 => Just(1.0),
+                2 => Just(0.9),
+                1 => Just(0.0),
+                1 => 0.0..30.0_f64,
+                1 => Just(f64::NAN),
+            ],
+            1..120,
+        ),
+        epoch in prop_oneof![Just(0.0), Just(1.6e9)],
+        rows in 1..40_usize,
+    ) {
+        let mut at = epoch;
+        let stamps: Vec<f64> = (steps.iter())
+            .map(|step| {
+                at += if step.is_finite() { *step } else { 1.0 };
+                if step.is_finite() { at } else { f64::NAN }
+            })
+            .collect();
+        compare(&table(&stamps), rows);
+    }
+
+    #[test]
+    fn even_stamps_in_any_blocks(
+        count in 1..200_u32,
+        step in prop_oneof![Just(1.0), Just(5.0), Just(0.1)],
+        rows in 1..40_usize,
+    ) {
+        let stamps: Vec<f64> = (0..count).map(|i| 3.0 + f64::from(i) * step).collect();
+        compare(&table(&stamps), rows);
+    }
+}

@@ -1,0 +1,143 @@
+//! A recording that comes in blocks is replayed as one that is there at once.
+
+use crate::rig::{line, options, recording};
+use dgd_recording::{Channel, Recording};
+use dgd_replay::{BlockReplay, Kind, Pair, Replay, ReplayError, ReplayOptions, replay};
+use proptest::prelude::*;
+use std::ops::Range;
+
+fn cut(recording: &Recording, range: Range<usize>) -> Recording {
+    let mut cut = recording.clone();
+    cut.time_s = recording.time_s[range.clone()].to_vec();
+    for (channel, values) in recording.series() {
+        let values = values[range.clone()].to_vec();
+        match channel {
+            Channel::MudPumpFlow => cut.mud_pump_flow_m3_s = values,
+            Channel::BoosterFlow => cut.booster_flow_m3_s = values,
+            Channel::TopfillFlow => cut.topfill_flow_m3_s = values,
+            Channel::ReturnFlow => cut.return_flow_m3_s = values,
+            Channel::PumpInletPressure(n) => cut.pump_inlet_pressure_pa[n] = values,
+            Channel::PumpOutletPressure(n) => cut.pump_outlet_pressure_pa[n] = values,
+            Channel::RiserPressure => cut.riser_pressure_pa = Some(values),
+            Channel::PumpSpeed => cut.pump_speed_pct = values,
+        }
+    }
+    cut
+}
+
+fn in_blocks(
+    recording: &Recording,
+    options: &ReplayOptions,
+    length: usize,
+) -> Result<Replay, ReplayError> {
+    let n = recording.len();
+    let span_s = (recording.time_s[0], recording.time_s[n - 1]);
+    let mut run = BlockReplay::new(&line(), options, n, span_s);
+    let mut parts = Vec::new();
+    for from in (0..n).step_by(length) {
+        parts.push(run.add(cut(recording, from..n.min(from + length)))?);
+    }
+    let last = run.finish()?;
+    let mut all = Replay {
+        time_s: Vec::new(),
+        inflow_m3_s: Vec::new(),
+        speed_pct: Vec::new(),
+        level_m: Pair::default(),
+        return_flow_m3_s: Pair::default(),
+        pump_flow_m3_s: Pair::default(),
+        inlet_pressure_pa: Pair::default(),
+        outlet_pressure_pa: Pair::default(),
+        head_m: Pair::default(),
+        ..last.clone()
+    };
+    parts.push(last);
+    for part in parts {
+        all.time_s.extend(part.time_s);
+        all.inflow_m3_s.extend(part.inflow_m3_s);
+        all.speed_pct.extend(part.speed_pct);
+        for (mine, theirs) in [
+            (&mut all.level_m, part.level_m),
+            (&mut all.return_flow_m3_s, part.return_flow_m3_s),
+            (&mut all.pump_flow_m3_s, part.pump_flow_m3_s),
+            (&mut all.inlet_pressure_pa, part.inlet_pressure_pa),
+            (&mut all.outlet_pressure_pa, part.outlet_pressure_pa),
+            (&mut all.head_m, part.head_m),
+        ] {
+            mine.measured.extend(theirs.measured);
+            mine.simulated.extend(theirs.simulated);
+        }
+    }
+    Ok(all)
+}
+
+/// As text, in which NaN is itself and no bit is lost.
+fn text(found: Result<Replay, ReplayError>) -> String {
+    match found {
+        Ok(replay) => format!("{replay:?}"),
+        Err(error) => format!("{error:?}"),
+    }
+}
+
+fn kinds() -> impl Strategy<Value = Kind> {
+    prop_oneof![
+        Just(Kind::Coupled),
+        Just(Kind::Riser),
+        Just(Kind::Flow),
+        Just(Kind::Steady)
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    #[test]
+    fn any_gaps_and_rests_in_any_blocks(
+        samples in 1..300_u32,
+        gaps in prop::collection::vec((0..7_usize, 0..300_usize, 1..150_usize, 0..3_u8), 0..12),
+        length in 1..90_usize,
+        kind in kinds(),
+        window in prop_oneof![2 => Just(None), 1 => (-20.0..300.0_f64, -20.0..400.0_f64).prop_map(Some)],
+        delay_s in prop_oneof![Just(0.0), Just(12.0), Just(4.4), Just(900.0)],
+        given in any::<bool>(),
+        max_steps in prop_oneof![3 => Just(10_000_000), 1 => 1..300_usize],
+    ) {
+        let mut recording = recording(samples.max(2));
+        recording = cut(&recording, 0..samples as usize);
+        let channels: Vec<Channel> = recording.series().iter().map(|(c, _)| *c).collect();
+        for (which, from, many, what) in gaps {
+            let values = recording.channel_mut(channels[which % channels.len()]).unwrap();
+            let from = from.min(values.len() - 1);
+            let here = values[from];
+            let to = (from + many).min(values.len());
+            values[from..to].fill(match what { 0 => f64::NAN, 1 => here, _ => -0.0 });
+        }
+        let mut options = options(kind);
+        options.solver.relative = 1e-4;
+        options.solver.max_steps = max_steps;
+        options.delay_s = delay_s;
+        options.window_s = window;
+        if given {
+            options.start.level_m = Some(140.0);
+            options.start.flow_m3_s = Some(0.04);
+        }
+        let whole = replay(&line(), &recording, &options);
+        prop_assert_eq!(text(in_blocks(&recording, &options, length)), text(whole));
+    }
+}
+
+#[test]
+fn what_waits_does_not_grow_with_the_recording() {
+    let recording = recording(4000);
+    let mut options = options(Kind::Coupled);
+    options.solver.relative = 1e-4;
+    let mut run = BlockReplay::new(&line(), &options, 4000, (0.0, 3999.0));
+    let mut rows = 0;
+    for from in (0..4000).step_by(100) {
+        rows += run
+            .add(cut(&recording, from..from + 100))
+            .unwrap()
+            .time_s
+            .len();
+        assert!(rows + 20 > from + 80, "{rows} of {from}");
+    }
+}
