@@ -103,6 +103,11 @@ fn faulty(n: usize, step_s: f64, seed: u64, transmitters: usize) -> Recording {
         .pump_outlet_pressure_pa
         .truncate(transmitters.min(2));
     let mut noise = Noise::new(seed);
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a share of a small count"
+    )]
     let mut at = |most: usize| ((noise.next() + 1.0) * 0.4999 * most as f64) as usize % most.max(1);
     for _ in 0..n / 40 {
         let (which, what, start) = (at(12), at(6), at(n));
