@@ -74,6 +74,7 @@ mod tests {
             probability,
             alternatives: vec![("lost_circulation".to_owned(), alternative)],
             correction: None,
+            held: None,
         }
     }
 

@@ -30,10 +30,16 @@ pub(crate) struct Correction {
     pub signature: Vec<f64>,
     /// Logarithm of the Bayes factor against nothing.
     pub evidence: f64,
+    /// The part of it that the relations bear: what effects compete with. What two transmitters tell by themselves is no
+    /// effect's to explain.
+    pub borne: f64,
     /// How many straight parameters its curve is worth.
     pub freedom: f64,
-    /// How large its curve is, in the unit of its place.
+    /// How large its curve is, and the size up to which it may be the accuracy of instruments, in the unit of its place.
     pub size: f64,
+    pub least: f64,
+    /// The curve block by block, of one that is seen: finer than knots.
+    pub seen: Option<Applied>,
     /// Index into [`PLACES`].
     pub place: usize,
     pub quantity: usize,
@@ -43,7 +49,7 @@ impl Correction {
     /// What it may claim against an effect: its evidence pays for its freedom, and it is less likely beforehand.
     pub(crate) fn claim(&self) -> f64 {
         const LN_PRIOR: f64 = 3.0;
-        self.evidence - LN_PRIOR
+        self.borne - LN_PRIOR
     }
 }
 
@@ -148,6 +154,7 @@ fn hold_without(
         let alone = again.map_or(0.0, |again| again.evidence);
         if alone < hurdle(c) {
             c.evidence = c.evidence.min(alone);
+            c.borne = c.borne.min(alone);
         }
     }
 }
@@ -161,8 +168,8 @@ pub(crate) fn correction(
     excluded: &[bool],
     (place, quantity): (usize, usize),
 ) -> Option<Correction> {
-    let seen = seen::pair_of(place).and_then(|_| {
-        let mut all = seen::all(record, tangent, state, excluded).into_iter();
+    let seen = seen::pair_of(place).and_then(|pair| {
+        let mut all = seen::of(record, tangent, state, excluded, pair).into_iter();
         all.find(|c| (c.place, c.quantity) == (place, quantity))
     });
     if place >= DRAWN {
@@ -240,11 +247,12 @@ fn drawn(
             .collect()
     };
     let (mut gram, mut right) = tangent.normal_equations(record, &columns);
+    let balanced = PLACES[place].relation == Relation::RiserMassBalance && quantity == 0;
+    let borne = weighed(&smoothed(&gram, &right, balanced));
     if let Some((more, pull)) = witnessed {
         gram += more;
         right += pull;
     }
-    let balanced = PLACES[place].relation == Relation::RiserMassBalance && quantity == 0;
     let curves = smoothed(&gram, &right, balanced);
     let best = (curves.iter()).max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
     let evidence = weighed(&curves);
@@ -266,17 +274,24 @@ fn drawn(
             .collect();
         tangent.beyond(record, &curve)
     };
-    let evidence = if record.takes(Step::Busiest) {
-        evidence - busiest(record, tangent, &signature)
+    let owed = if record.takes(Step::Busiest) {
+        busiest(record, tangent, &signature)
     } else {
-        evidence
+        0.0
     };
+    // The booster's flow enters an outlet's reading alone: as little as in the friction, where it shows. The mud pump's comes and goes
+    // with the return flow, as what mud leaves of its strength at rest does.
+    let booster =
+        PLACES[place].relation == Relation::Instrument && QUANTITIES[quantity] == "booster flow";
     Some(Correction {
         applied,
         signature,
-        evidence,
+        evidence: evidence - owed,
+        borne: borne - owed,
         freedom,
         size,
+        least: PLACES[place].least * if booster { 0.5 } else { 1.0 },
+        seen: None,
         place,
         quantity,
     })
@@ -356,12 +371,7 @@ fn size(place: usize, curve: &[f64]) -> f64 {
 
 /// Whether a correction is more than the accuracy of instruments.
 pub(crate) fn plausible(c: &Correction) -> bool {
-    let least = PLACES[c.place].least;
-    // The booster's flow enters an outlet's reading alone: as little as in the friction, where it shows. The mud pump's comes and goes
-    // with the return flow, as what mud leaves of its strength at rest does.
-    let booster = PLACES[c.place].relation == Relation::Instrument
-        && QUANTITIES[c.quantity] == "booster flow";
-    c.size > if booster { 0.5 * least } else { least }
+    c.size > c.least
 }
 
 #[cfg(test)]

@@ -51,6 +51,8 @@ pub(crate) enum Ruling {
     Promised(Named, &'static str, Box<Self>),
     /// Something that the catalogue does not hold: the search ends.
     Unnamed(Named),
+    /// Something that two transmitters show: the search goes on beside it.
+    Seen(Named),
     /// Nothing more that sound recordings do not show.
     Nothing,
 }
@@ -90,9 +92,10 @@ impl<'a> Round<'a> {
                 // It is a curve along time, with an edge that knots do not have.
                 if let Some(r) = rivals.iter_mut().find(along_time) {
                     r.evidence = r.evidence.max(end.evidence);
+                    r.borne = r.borne.max(end.evidence);
                 }
             }
-            rivals.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+            rivals.sort_by(|a, b| b.borne.total_cmp(&a.borne));
         }
         for c in contenders.iter().take(9) {
             let about = c.effect.about();
@@ -139,15 +142,13 @@ impl<'a> Round<'a> {
             && best.is_none_or(|b| beyond.evidence > 2.0 * b.claim() + 10.0)
             && let Some(r) = self.rival_in(beyond.effect.about().relation)
         {
-            return Ruling::Unnamed(self.unnamed(r, beyond.evidence, None));
+            return self.unnamed(r, beyond.evidence, None);
         }
         let Some(best) = best else {
-            return match self.rivals.first() {
-                Some(r) if r.evidence > self.unknown_hurdle(r) => {
-                    Ruling::Unnamed(self.unnamed(r, r.evidence, None))
-                }
-                _ => Ruling::Nothing,
-            };
+            let stands = |r: &&Correction| r.evidence > self.unknown_hurdle(r);
+            let most = (self.rivals.iter().filter(stands))
+                .max_by(|a, b| a.evidence.total_cmp(&b.evidence));
+            return most.map_or(Ruling::Nothing, |r| self.unnamed(r, r.borne, None));
         };
         let broken = self.broken(best);
         let rival = (self.rival(best, broken)).or_else(|| self.rival_beyond(best, broken));
@@ -170,10 +171,9 @@ impl<'a> Round<'a> {
 
     /// Decides between an effect by itself and a correction.
     fn against(&self, best: &Contender, rival: &Correction, broken: f64) -> Ruling {
-        let unnamed =
-            |evidence: f64| Ruling::Unnamed(self.unnamed(rival, evidence, Some((best, broken))));
-        if rival.evidence > hurdle(rival) && rival.evidence > 1.2 * best.claim() + 30.0 {
-            return unnamed(rival.evidence);
+        let unnamed = |evidence: f64| self.unnamed(rival, evidence, Some((best, broken)));
+        if rival.borne > hurdle(rival) && rival.borne > 1.2 * best.claim() + 30.0 {
+            return unnamed(rival.borne);
         }
         let named = self.named(best, Some(rival), broken);
         // Where the empirical correction is likelier than all of the catalogue, it stands as the finding.
@@ -182,7 +182,7 @@ impl<'a> Round<'a> {
         let unknown: f64 = named.alternatives.iter().filter(is_unknown).map(of).sum();
         let others: f64 = named.alternatives.iter().map(of).sum::<f64>() - unknown;
         if unknown > named.probability + others {
-            return unnamed(rival.evidence.max(best.evidence));
+            return unnamed(rival.borne.max(best.evidence));
         }
         Ruling::Named(named)
     }
@@ -210,6 +210,7 @@ impl<'a> Round<'a> {
             probability,
             alternatives,
             correction: None,
+            held: None,
         }
     }
 
@@ -303,12 +304,12 @@ impl<'a> Round<'a> {
     /// The correction that competes with an effect: of its own relation, or one that nothing in the catalogue comes near.
     fn rival(&self, best: &Contender, broken: f64) -> Option<&Correction> {
         let relation = best.effect.about().relation;
-        let far = (self.rivals.iter()).find(|r| r.evidence > hurdle(r).max(2.0 * best.claim()));
+        let far = (self.rivals.iter()).find(|r| r.borne > hurdle(r).max(2.0 * best.claim()));
         let own = self
             .rival_in(relation)
-            .filter(|r| r.evidence > 0.5 * hurdle(r) || (r.evidence > 0.0 && broken > 0.0));
+            .filter(|r| r.borne > 0.5 * hurdle(r) || (r.borne > 0.0 && broken > 0.0));
         match (far, own) {
-            (Some(far), Some(own)) if own.evidence > far.evidence => Some(own),
+            (Some(far), Some(own)) if own.borne > far.borne => Some(own),
             (far, own) => far.or(own),
         }
     }
@@ -318,7 +319,7 @@ impl<'a> Round<'a> {
     fn rival_beyond(&self, best: &Contender, broken: f64) -> Option<&Correction> {
         // Only then is it asked where the effect shows.
         let enters = |r: &&Correction| {
-            broken > 0.0 && r.evidence > hurdle(r) && self.share_in(best, r.place) > SHOWS
+            broken > 0.0 && r.borne > hurdle(r) && self.share_in(best, r.place) > SHOWS
         };
         self.rivals.iter().find(enters)
     }
@@ -450,9 +451,10 @@ impl<'a> Round<'a> {
         if odds > 50.0 { 50.0 } else { odds }
     }
 
-    /// A correction as the finding, with the effects of the relations that it enters as alternatives; `evidence` tells that there is
-    /// something. Of the `best` effect it is known how far its form is broken.
-    fn unnamed(&self, c: &Correction, evidence: f64, best: Option<(&Contender, f64)>) -> Named {
+    /// A correction as the finding, with the effects of the relations that it enters as alternatives; `evidence` is what they are held
+    /// against, and tells that there is something where the correction does not. Of the `best` effect it is known how far its form is
+    /// broken.
+    fn unnamed(&self, c: &Correction, evidence: f64, best: Option<(&Contender, f64)>) -> Ruling {
         let temperature = (0.08 * evidence).max(6.0);
         let weight = |o: &Contender| {
             let likely = ((1.2 * o.evidence - evidence) / temperature).min(0.0);
@@ -475,16 +477,22 @@ impl<'a> Round<'a> {
             })
             .map(|o| (o.effect.about().id.to_owned(), weight(o)))
             .collect();
+        let evidence = evidence.max(c.evidence);
         let real = logistic((evidence - self.unknown_hurdle(c)) / (SCALE * hurdle(c)) + 0.7);
         let (probability, alternatives) = shared(real, others);
-        Named {
-            applied: c.applied.clone(),
+        let found = |applied: &Applied, held: Option<&Applied>| Named {
+            applied: applied.clone(),
             evidence,
             bent: 0.0,
             hurdle: self.unknown_hurdle(c),
             probability,
             alternatives,
             correction: Some((c.place, c.quantity)),
+            held: held.cloned(),
+        };
+        match &c.seen {
+            Some(seen) => Ruling::Seen(found(seen, Some(&c.applied))),
+            None => Ruling::Unnamed(found(&c.applied, None)),
         }
     }
 }

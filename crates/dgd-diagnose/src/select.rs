@@ -23,6 +23,8 @@ pub(crate) struct Named {
     pub alternatives: Vec<(String, f64)>,
     /// Place and quantity, where it is an empirical correction.
     pub correction: Option<(usize, usize)>,
+    /// What a model can hold of a curve that is seen, while it is searched with the curve itself.
+    pub held: Option<Applied>,
 }
 
 /// An effect in the first round.
@@ -130,7 +132,9 @@ pub(crate) fn select(
             Sought::Any(_) => round.ruling(),
             Sought::Given(ids) => round.given(ids).map_or(Ruling::Nothing, Ruling::Named),
         };
-        if settled(&mut selection, &mut promises, &ruling) {
+        // A transmitter at fault keeps no promise, and breaks none.
+        let aside = matches!(ruling, Ruling::Seen(_));
+        if !aside && settled(&mut selection, &mut promises, &ruling) {
             break;
         }
         match ruling {
@@ -139,7 +143,7 @@ pub(crate) fn select(
                 selection.named.push(correction);
                 break;
             }
-            Ruling::Named(named) => selection.accept(record, start, named)?,
+            Ruling::Named(named) | Ruling::Seen(named) => selection.accept(record, start, named)?,
             Ruling::Promised(named, second, otherwise) => {
                 let before = selection.clone();
                 selection.accept(record, start, named)?;
@@ -153,6 +157,11 @@ pub(crate) fn select(
     }
     // No round is left in which a second effect might come.
     settled(&mut selection, &mut promises, &Ruling::Nothing);
+    for named in &mut selection.named {
+        if let Some(held) = named.held.take() {
+            named.applied = held;
+        }
+    }
     Some(selection)
 }
 
@@ -161,7 +170,7 @@ impl Promised {
     fn is_kept(&self, ruling: &Ruling) -> bool {
         match ruling {
             Ruling::Named(_) | Ruling::Promised(..) => true,
-            Ruling::Unnamed(correction) => {
+            Ruling::Unnamed(correction) | Ruling::Seen(correction) => {
                 let of = |(id, p): &(String, f64)| {
                     id == self.second && *p > NOT_MUCH_LESS * correction.probability
                 };
@@ -189,7 +198,7 @@ fn settled(selection: &mut Selection, promises: &mut Vec<Promised>, ruling: &Rul
         }
         let place = promise.before.named.len();
         match *promise.otherwise {
-            Ruling::Unnamed(correction) => {
+            Ruling::Unnamed(correction) | Ruling::Seen(correction) => {
                 *selection = promise.before;
                 selection.named.push(correction.clone());
                 instead = Some(Ruling::Unnamed(correction));
@@ -240,6 +249,7 @@ mod tests {
             probability,
             alternatives: vec![("unknown".to_owned(), 0.99 - probability)],
             correction: None,
+            held: None,
         }
     }
 

@@ -1,4 +1,4 @@
-//! Two transmitters of one pressure: their readings differ by little but a constant and a difference of their spans, and those of
+//! Two transmitters of one pressure: their readings differ by little but a constant, a difference of their spans and of their answers, and those of
 //! the inlets and the riser by what the suction loses on the few metres between.
 
 mod parting;
@@ -8,12 +8,15 @@ use crate::noise::{Layout, Wander, Whitening};
 use crate::record::{Record, mean, tails};
 use crate::relations::{Applied, Rows, repeats};
 use crate::tangent::dot;
-use dgd_effects::{Action, Changes, KNOTS, Moment, Rank, quantile};
+use dgd_effects::{Action, Changes, KNOTS, Moment, Rank, STANDING_M3_S, quantile};
 use nalgebra::{DMatrix, DVector};
 
 /// What the inlets may lose at the suction, and by how much the spans of the transmitters may differ, Pa.
 const SUCTION_PA: f64 = 1.0e4;
 const SPAN_PA: f64 = 3.0e3;
+
+/// By how much one of them may answer later than the other, s.
+const LATE_S: f64 = 10.0;
 
 /// A transmitter that repeats one value for so long while the other does not is stuck, s.
 const STUCK_S: f64 = 60.0;
@@ -67,7 +70,7 @@ impl Pair {
 /// First less second reading, block by block, beside the noise that the two have.
 pub(crate) struct Twins {
     whitening: Whitening,
-    /// Less its median, Pa; NaN where either cannot be trusted.
+    /// Less the median of what can be trusted, Pa; NaN where either is missing.
     residual: Vec<f64>,
     /// The same, whitened.
     apart: Vec<f64>,
@@ -99,15 +102,16 @@ impl Twins {
         let apart: Vec<f64> = (0..n)
             .map(|b| block(first, b) - block(second, b) - held[b])
             .collect();
-        let middle = quantile(apart.iter().copied(), Rank::MEDIAN)?;
-        let residual: Vec<f64> = apart.iter().map(|v| v - middle).collect();
         let [one, other] = [first, second].map(|values| repeats(record, values, |_| STUCK_S));
-        let valid = (0..n)
+        let valid: Vec<bool> = (0..n)
             .map(|b| {
                 let excluded = excluded.get(b).copied().unwrap_or(false);
-                residual[b].is_finite() && one[b] == other[b] && !excluded
+                apart[b].is_finite() && one[b] == other[b] && !excluded
             })
             .collect();
+        let told = (apart.iter().zip(&valid)).filter_map(|(v, valid)| valid.then_some(*v));
+        let middle = quantile(told, Rank::MEDIAN)?;
+        let residual: Vec<f64> = apart.iter().map(|v| v - middle).collect();
         let layout = Layout {
             blocks: 0,
             difference: n,
@@ -127,10 +131,20 @@ impl Twins {
         };
         let span = |b: usize| SPAN_PA * (block(readings, b) - low) / (high - low).max(SPAN_PA);
         let column = |of: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..n).map(of).collect() };
-        let mut may = vec![column(&|_| 1e5), column(&span)];
+        let ends = |b: usize| [b.saturating_sub(1), (b + 1).min(n - 1)];
+        let rate = |b: usize| {
+            let [before, after] = ends(b);
+            (block(readings, after) - block(readings, before)) / (t_s[after] - t_s[before])
+        };
+        let mut may = vec![
+            column(&|_| 1e5),
+            column(&span),
+            column(&|b| LATE_S * rate(b)),
+        ];
         if pair == Pair::InletAndRiser {
             let flow = &record.filled.flow;
-            let typical = quantile(flow.iter().copied(), Rank::MEDIAN)?.max(1e-3);
+            let flowing = flow.iter().copied().filter(|q| *q > 2.0 * STANDING_M3_S);
+            let typical = quantile(flowing, Rank::MEDIAN).unwrap_or(1.0);
             may.push(column(&|b| SUCTION_PA * (block(flow, b) / typical).powi(2)));
         }
         Some(Self {

@@ -28,6 +28,7 @@ pub(crate) fn named(id: &str, parameters: &[f64]) -> Named {
         probability: 0.9,
         alternatives: Vec::new(),
         correction: None,
+        held: None,
     }
 }
 

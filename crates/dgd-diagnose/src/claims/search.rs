@@ -258,6 +258,7 @@ fn a_named_effect_takes_the_place_of_its_allowance() {
         probability: 0.9,
         alternatives: Vec::new(),
         correction: None,
+        held: None,
     };
     let selection = Selection {
         held: 0,

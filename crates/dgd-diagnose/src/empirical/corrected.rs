@@ -4,8 +4,8 @@
 mod limits;
 
 use super::{
-    Correction, again, busiest, correction, corrections, hold_without, hurdle, plausible, range,
-    size,
+    Correction, DRAWN, again, busiest, correction, corrections, hold_without, hurdle, plausible,
+    range, size,
 };
 use crate::claims::fixture::{BLOCK_S, FLOW_M3_S, Hidden, SPEED_PCT, drilled};
 use crate::draws::normals;
@@ -17,8 +17,6 @@ use dgd_effects::{
     INLET_READING, KNOTS, METER_FACTOR, OUTLET_READING, PLACES, QUANTITIES, Relation, unknown,
 };
 
-/// Places that a curve through knots is drawn for; the others need the riser's transmitter.
-const DRAWN: usize = 6;
 const LENGTH_S: f64 = 5400.0;
 
 /// A wave and a half over the recording.
@@ -76,7 +74,10 @@ fn made(place: usize, quantity: usize, knots: &[f64], evidence: f64) -> Correcti
         signature: Vec::new(),
         evidence,
         freedom: 3.0,
+        borne: evidence,
         size: PLACES.get(place).map_or(0.0, |_| size(place, knots)),
+        least: PLACES.get(place).map_or(0.0, |p| p.least),
+        seen: None,
         place,
         quantity,
     }

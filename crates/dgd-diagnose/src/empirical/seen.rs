@@ -45,6 +45,9 @@ const FOUND: f64 = 10.0;
 /// Share up to which they find none of it in a place.
 const NONE: f64 = 0.25;
 
+/// Spread up to which a curve that is seen may be the accuracy of a transmitter, Pa.
+const LEAST_PA: f64 = 2.5e3;
+
 /// Width of the prior of that share.
 const WIDTH: f64 = 1.0;
 
@@ -70,60 +73,69 @@ pub(super) fn all(
     state: &[Applied],
     excluded: &[bool],
 ) -> Vec<Correction> {
+    let of = |pair| of(record, tangent, state, excluded, pair);
+    Pair::ALL.into_iter().flat_map(of).collect()
+}
+
+/// The same of one pair.
+pub(super) fn of(
+    record: &Record,
+    tangent: &Tangent,
+    state: &[Applied],
+    excluded: &[bool],
+    pair: Pair,
+) -> Vec<Correction> {
     let busiest_blocks = if record.takes(Step::Busiest) {
         whole(BUSIEST_S / record.block_s()).max(1)
     } else {
         0
     };
     let beside = wander(record, &tangent.curves);
+    let Some(twins) = Twins::of(record, pair, state, beside, excluded) else {
+        return Vec::new();
+    };
+    let Some((curve, parting)) = twins.parting(busiest_blocks) else {
+        return Vec::new();
+    };
+    let told = Told {
+        curve: &curve,
+        t_s: twins.t_s(),
+        parting,
+    };
+    let asked: Vec<(&Suspect, Asked)> = (SUSPECTS.iter())
+        .filter(|s| s.pair == pair)
+        .map(|s| (s, Asked::of(record, tangent, state, &told, s)))
+        .collect();
+    for (s, a) in &asked {
+        debug!(
+            "{} part ({parting:.1}), of which {:.2} shows as {} ({:.1})",
+            pair.name(),
+            a.share,
+            PLACES[s.place].name,
+            a.evidence
+        );
+    }
     let mut out = Vec::new();
-    for pair in Pair::ALL {
-        let Some(twins) = Twins::of(record, pair, state, beside, excluded) else {
-            continue;
+    if pair == Pair::InletAndRiser
+        && (asked.iter()).all(|(_, a)| a.energy > 2.0 * TELLS && a.share.abs() < NONE)
+    {
+        let nowhere = vec![0.0; tangent.off.len()];
+        out.push(told.correction(record, (RISER_READING, -1.0), nowhere, 0.0));
+    }
+    let sits = match pair {
+        Pair::InletAndRiser => SITS,
+        Pair::Inlets | Pair::Outlets => SITS_IN_ONE,
+    };
+    let there = |(_, a): &(_, Asked)| sits.contains(&a.share) && a.evidence > FOUND;
+    for (s, a) in asked.into_iter().filter(there) {
+        let mut signature = a.signature;
+        signature.iter_mut().for_each(|v| *v *= a.share);
+        let owed = if record.takes(Step::Busiest) {
+            busiest(record, tangent, &signature)
+        } else {
+            0.0
         };
-        let Some((curve, parting)) = twins.parting(busiest_blocks) else {
-            continue;
-        };
-        let told = Told {
-            curve: &curve,
-            t_s: twins.t_s(),
-            parting,
-        };
-        let asked: Vec<(&Suspect, Asked)> = (SUSPECTS.iter())
-            .filter(|s| s.pair == pair)
-            .map(|s| (s, Asked::of(record, tangent, state, &told, s)))
-            .collect();
-        for (s, a) in &asked {
-            debug!(
-                "{} part ({parting:.1}), of which {:.2} shows as {} ({:.1})",
-                pair.name(),
-                a.share,
-                PLACES[s.place].name,
-                a.evidence
-            );
-        }
-        if pair == Pair::InletAndRiser
-            && (asked.iter()).all(|(_, a)| a.energy > 2.0 * TELLS && a.share.abs() < NONE)
-        {
-            let nowhere = vec![0.0; tangent.off.len()];
-            out.push(told.correction(record, RISER_READING, -1.0, nowhere, 0.0));
-        }
-        let sits = match pair {
-            Pair::InletAndRiser => SITS,
-            Pair::Inlets | Pair::Outlets => SITS_IN_ONE,
-        };
-        let there = |(_, a): &(_, Asked)| sits.contains(&a.share) && a.evidence > FOUND;
-        for (s, a) in asked.into_iter().filter(there) {
-            let mut signature = a.signature;
-            signature.iter_mut().for_each(|v| *v *= a.share);
-            let owed = if record.takes(Step::Busiest) {
-                busiest(record, tangent, &signature)
-            } else {
-                0.0
-            };
-            let scale = s.sign * a.share;
-            out.push(told.correction(record, s.place, scale, signature, a.evidence - owed));
-        }
+        out.push(told.correction(record, (s.place, s.sign), signature, a.evidence - owed));
     }
     out
 }
@@ -139,24 +151,34 @@ struct Told<'a> {
 }
 
 impl Told<'_> {
-    /// The correction of a place that is off by `scale` times the curve, `more` evidence for it being in the relations.
+    /// The curve block by block as what a place is off by, with its sign.
+    fn fine(&self, (place, sign): (usize, f64)) -> Applied {
+        let ends = [self.t_s.first(), self.t_s.last()].map(|t| t.copied().unwrap_or(0.0));
+        let mut parameters = vec![place as f64, 0.0, ends[0], ends[1]];
+        parameters.extend(self.curve.iter().map(|v| sign * v));
+        Applied::new(unknown(), parameters)
+    }
+
+    /// The correction of a place by the curve; the relations bear it out by so much.
     fn correction(
         &self,
         record: &Record,
-        place: usize,
-        scale: f64,
+        (place, sign): (usize, f64),
         signature: Vec<f64>,
-        more: f64,
+        borne: f64,
     ) -> Correction {
         let (from, to) = record.setting.span_s;
         let mut parameters = vec![place as f64, 0.0, from, to];
-        parameters.extend(knots(self.curve).map(|knot| scale * knot));
+        parameters.extend(knots(self.curve).map(|knot| sign * knot));
         Correction {
             applied: Applied::new(unknown(), parameters),
             signature,
-            evidence: self.parting + more,
+            evidence: self.parting + borne,
+            borne,
             freedom: 1.0,
-            size: scale.abs() * size(place, self.curve),
+            size: size(place, self.curve),
+            least: LEAST_PA,
+            seen: Some(self.fine((place, sign))),
             place,
             quantity: 0,
         }
@@ -181,11 +203,7 @@ impl Asked {
         told: &Told,
         suspect: &Suspect,
     ) -> Self {
-        let ends = [told.t_s.first(), told.t_s.last()].map(|t| t.copied().unwrap_or(0.0));
-        // One knot a block.
-        let mut parameters = vec![suspect.place as f64, 0.0, ends[0], ends[1]];
-        parameters.extend(told.curve.iter().map(|v| suspect.sign * v));
-        let one = Applied::new(unknown(), parameters);
+        let one = told.fine((suspect.place, suspect.sign));
         let mut signature = tangent.signature(record, &joined(state, &one));
         let layout = tangent.layout;
         signature[layout.difference_at()..layout.mass_at()].fill(0.0);

@@ -114,6 +114,7 @@ fn what_allows_for_timing_and_a_correction_take_no_certainty_away() {
     let correction = Named {
         applied: Applied::new(unknown(), knots),
         correction: Some((2, 1)),
+        held: None,
         ..gain.clone()
     };
     let selection = selected(vec![lag], vec![gain, correction]);

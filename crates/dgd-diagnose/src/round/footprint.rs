@@ -67,7 +67,8 @@ pub(super) fn known(
     let found = selection.named.iter().enumerate();
     known.extend(found.map(|(k, n)| Known {
         place: first + k,
-        evidence: n.evidence,
+        // A curve that is seen leaves nothing over.
+        evidence: if n.held.is_some() { 0.0 } else { n.evidence },
         bent: n.bent,
     }));
     Some(known)

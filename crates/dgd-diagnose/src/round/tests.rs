@@ -55,7 +55,10 @@ fn correction(place: usize, evidence: f64) -> Correction {
         signature: HERE.to_vec(),
         evidence,
         freedom: 3.0,
+        borne: evidence,
         size: 2.0 * PLACES[place].least,
+        least: PLACES[place].least,
+        seen: None,
         place,
         quantity: 0,
     }
@@ -83,11 +86,19 @@ fn round(record: &Record, contenders: Vec<Contender>, rivals: Vec<Correction>) -
     }
 }
 
+/// The finding that a correction through knots ends the search with.
+fn ended(ruling: Ruling) -> Named {
+    match ruling {
+        Ruling::Unnamed(named) => named,
+        _ => panic!("the search goes on"),
+    }
+}
+
 /// Name of the effect, or the place of the correction.
 fn told(ruling: Ruling) -> String {
     match ruling {
         Ruling::Named(n) | Ruling::Promised(n, ..) => n.applied.effect.about().id.to_owned(),
-        Ruling::Unnamed(n) => PLACES[n.correction.unwrap().0].name.to_owned(),
+        Ruling::Unnamed(n) | Ruling::Seen(n) => PLACES[n.correction.unwrap().0].name.to_owned(),
         Ruling::Nothing => "nothing".to_owned(),
     }
 }
@@ -313,7 +324,7 @@ fn beside_a_correction_stand_the_effects_of_its_relation_that_might_be_it() {
     let high = influx(0.0).effect.about().parameters[0].high;
     let lists = |contenders: Vec<Contender>, relation: usize, evidence: f64| {
         let round = round(&record, contenders, Vec::new());
-        round.unnamed(&correction(relation, evidence), evidence, None)
+        ended(round.unnamed(&correction(relation, evidence), evidence, None))
     };
     let odds = |n: &Named| {
         n.alternatives
@@ -348,7 +359,7 @@ fn beside_a_correction_stand_the_effects_of_its_relation_that_might_be_it() {
         (None, 1.0),
         (Some((&round.contenders[0], 2.0)), (-2.0_f64).exp()),
     ] {
-        let named = round.unnamed(&correction(balance, 60.0), 60.0, best);
+        let named = ended(round.unnamed(&correction(balance, 60.0), 60.0, best));
         assert!((odds(&named) - expected).abs() < 1e-9);
     }
     // Another relation, no evidence, the bound: none of these.

@@ -26,7 +26,7 @@ impl Twins {
     /// What the two differ by beyond what they may, block by block, Pa, and its evidence against their wander within accuracy,
     /// without the so many blocks that show most of it; `None` where that does not stand out.
     ///
-    /// However fast it comes and goes, it needs no knots: it is seen.
+    /// It is seen, and needs no knots; only what comes and goes within ten minutes or so is taken for the noise of the two.
     pub(crate) fn parting(&self, busiest: usize) -> Option<(Vec<f64>, f64)> {
         let (evidence, by_block, differ) = self.parted(0..0)?;
         if evidence <= PARTS {
@@ -38,8 +38,15 @@ impl Twins {
             return None;
         }
         let known = |b: usize| -> f64 { self.may.iter().zip(&differ).map(|(c, w)| w * c[b]).sum() };
+        // What may not be looked at, or is stuck, is bridged.
         let left: Vec<f64> = (self.residual.iter().enumerate())
-            .map(|(b, r)| r - known(b))
+            .map(|(b, r)| {
+                if self.whitening.valid[b] {
+                    r - known(b)
+                } else {
+                    f64::NAN
+                }
+            })
             .collect();
         Some((medians(&bridged(&left)), evidence))
     }
@@ -111,7 +118,7 @@ impl Likelihood {
     }
 }
 
-/// Medians of a minute about each block: edges stay, noise goes.
+/// Medians of seven blocks about each: edges stay, noise goes.
 fn medians(values: &[f64]) -> Vec<f64> {
     const REACH: usize = 3;
     (0..values.len())
