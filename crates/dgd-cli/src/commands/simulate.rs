@@ -23,7 +23,7 @@ use outcome::{Outcome, signals};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// Bytes from which a recording is read, run and written block by block: it is gone through five to seven times and so
+/// Bytes from which a recording is read, run and written block by block: it is gone through six to ten times and so
 /// takes longer, but what is whole takes some five times its size in memory.
 const LONG: u64 = 256 << 20;
 

@@ -108,7 +108,14 @@ impl Screened<'_> {
                 screen.add(&part).map(drop)
             })?;
             if let Some(suspect) = suspect.take() {
-                let found = suspect.finish(self.well);
+                // One line of the description is told once.
+                let mut places = Vec::new();
+                let mut found = suspect.finish(self.well);
+                found.retain(|s| {
+                    let new = !places.contains(&s.place);
+                    places.push(s.place);
+                    new
+                });
                 suspicions = found.iter().map(|s| self.well.pointing(s)).collect();
                 for suspicion in &suspicions {
                     warn!("{suspicion}");

@@ -83,6 +83,37 @@ fn an_influx_is_named_with_rate_and_interval_and_then_found_no_more() {
 }
 
 #[test]
+fn a_transmitter_at_fault_is_named_and_hides_no_influx() {
+    let case = case(302, Some("influx"));
+    let (well, recording, step_s) = recorded(&case);
+    for name in [
+        "the first pump inlet transmitter",
+        "the first pump outlet transmitter",
+        "the riser's transmitter",
+    ] {
+        let mut spoilt = recording.clone();
+        let reading = match name {
+            "the first pump inlet transmitter" => &mut spoilt.pump_inlet_pressure_pa[0],
+            "the first pump outlet transmitter" => &mut spoilt.pump_outlet_pressure_pa[0],
+            _ => spoilt.riser_pressure_pa.as_mut().unwrap(),
+        };
+        // By half a bar again and again.
+        for (i, p) in reading.iter_mut().enumerate() {
+            *p += 5e4 * (i % 1100) as f64 / 1100.0;
+        }
+        let found = tried(&well, spoilt, step_s).unwrap();
+        let named: Vec<&str> = found.findings.iter().map(|f| f.effect.as_str()).collect();
+        assert_eq!(named, ["unknown", "influx"], "{name}");
+        assert!(
+            found.findings[0].title.contains(name),
+            "{}",
+            found.findings[0].title
+        );
+        time_is_right(&found.findings[1], &case);
+    }
+}
+
+#[test]
 fn a_line_restriction_is_named_with_its_loss_coefficient_and_onset() {
     let case = case(303, Some("line_restriction"));
     let found = answer(&case);

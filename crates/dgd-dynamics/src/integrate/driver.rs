@@ -46,6 +46,8 @@ pub(crate) struct Carried<V, M> {
     h: f64,
     previous_error: f64,
     stalled: usize,
+    /// Segments between breaks.
+    begun: usize,
     count: Statistics,
 }
 
@@ -59,6 +61,7 @@ impl<V: Vector, M: Stepper<V>> Carried<V, M> {
             h: 0.0,
             previous_error: 1e-4,
             stalled: 0,
+            begun: 0,
             count: Statistics::default(),
         }
     }
@@ -78,6 +81,7 @@ pub(super) fn drive<V: Vector, M: Stepper<V>, S: System + ?Sized>(
         mut h,
         mut previous_error,
         mut stalled,
+        mut begun,
         mut count,
     } = carried;
     let n = x.get().len();
@@ -113,6 +117,7 @@ pub(super) fn drive<V: Vector, M: Stepper<V>, S: System + ?Sized>(
         let stop = breaks.first().map_or(plan.end, |b| b.min(plan.end));
         system.begin_segment(t, stop, x.get());
         method.restart();
+        begun += 1;
         let begin = t;
         let shortest = 16.0 * f64::EPSILON * t.abs().max(stop.abs());
         settle(system, t, x.get_mut(), &mut count);
@@ -130,7 +135,8 @@ pub(super) fn drive<V: Vector, M: Stepper<V>, S: System + ?Sized>(
             h = h.min(options.max_step).max(shortest);
         }
         while t < stop {
-            if count.steps + count.rejected >= options.max_steps {
+            // However long the recording, each of its breaks takes a step.
+            if count.steps + count.rejected >= options.max_steps.saturating_add(begun) {
                 status = Status::TooManySteps { t };
                 break 'segments;
             }
@@ -242,6 +248,7 @@ pub(super) fn drive<V: Vector, M: Stepper<V>, S: System + ?Sized>(
         h,
         previous_error,
         stalled,
+        begun,
         count,
     };
     (trajectory, carried)

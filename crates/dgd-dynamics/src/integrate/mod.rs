@@ -49,7 +49,7 @@ pub struct Options {
     pub first_step: Option<f64>,
     /// Longest step; infinite by default.
     pub max_step: f64,
-    /// Steps after which to give up, rejected ones included; 10 million by default.
+    /// Steps after which to give up, rejected ones included, beyond the one that each break takes; 10 million by default.
     pub max_steps: usize,
 }
 

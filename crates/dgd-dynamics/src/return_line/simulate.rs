@@ -20,7 +20,7 @@ pub struct SimulationOptions {
     pub level_m: f64,
     /// Absolute tolerance of the flow, m³/s; 1e-5 by default.
     pub flow_m3_s: f64,
-    /// Steps after which to give up; 10 million by default.
+    /// Steps after which to give up, beyond one for each kink of an input; 10 million by default.
     pub max_steps: usize,
 }
 

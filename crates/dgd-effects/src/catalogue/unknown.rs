@@ -209,7 +209,7 @@ static ABOUT: About = About {
             meaning: "code of the quantity",
             role: Role::Shape(&[]),
             low: 0.0,
-            high: 11.0,
+            high: 7.0,
             usual: 0.0,
             ..Parameter::BASE
         },
@@ -263,9 +263,15 @@ impl Effect for Unknown {
         #[allow(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
-            reason = "small codes"
+            reason = "small codes; what is none becomes too large a one"
         )]
-        let [place, quantity] = [p[0], p[1]].map(|code| code as usize);
+        let [place, quantity] = [p[0], p[1]].map(|code| {
+            if code >= 0.0 {
+                code.round() as usize
+            } else {
+                usize::MAX
+            }
+        });
         let (from, to) = (p[2], p[3]);
         let mut since = 3600.0_f64;
         let mut slow: Option<f64> = None;

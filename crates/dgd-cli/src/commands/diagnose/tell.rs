@@ -118,7 +118,7 @@ fn tell_finding(
     )?;
     let mut line = |name: &str, what: String| writeln!(text, "   {name:<9}{what}");
     let mut place = finding.relation.name().to_owned();
-    if !finding.shows_in.contains(&finding.relation) {
+    if !finding.shows_in.is_empty() && !finding.shows_in.contains(&finding.relation) {
         let seen = finding.shows_in.iter().map(|r| r.name());
         place.push_str(&format!(
             " (seen in {})",
