@@ -10,7 +10,7 @@ use crate::record::Record;
 use crate::refine::refine;
 use crate::relations::Applied;
 use crate::scan::{joined, weigh};
-use crate::select::{Named, Selection};
+use crate::select::{Held, Named, Selection};
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent, dot};
 use crate::timing::is_late_meter;
@@ -156,7 +156,8 @@ impl<'a> Round<'a> {
             return Ruling::Named(self.named(best, None, broken));
         };
         let alone = self.against(best, rival, broken);
-        if rival.claim() < best.claim() - 10.0 {
+        // No two effects part two transmitters.
+        if rival.claim() < best.claim() - 10.0 || rival.seen.is_some() {
             return alone;
         }
         // Where two effects do what the correction does, it is the second that bends the first.
@@ -480,7 +481,7 @@ impl<'a> Round<'a> {
         let evidence = evidence.max(c.evidence);
         let real = logistic((evidence - self.unknown_hurdle(c)) / (SCALE * hurdle(c)) + 0.7);
         let (probability, alternatives) = shared(real, others);
-        let found = |applied: &Applied, held: Option<&Applied>| Named {
+        let found = |applied: &Applied, held: Option<Held>| Named {
             applied: applied.clone(),
             evidence,
             bent: 0.0,
@@ -488,10 +489,16 @@ impl<'a> Round<'a> {
             probability,
             alternatives,
             correction: Some((c.place, c.quantity)),
-            held: held.cloned(),
+            held,
         };
         match &c.seen {
-            Some(seen) => Ruling::Seen(found(seen, Some(&c.applied))),
+            Some(seen) => {
+                let held = Held {
+                    applied: c.applied.clone(),
+                    borne: c.borne,
+                };
+                Ruling::Seen(found(seen, Some(held)))
+            }
             None => Ruling::Unnamed(found(&c.applied, None)),
         }
     }

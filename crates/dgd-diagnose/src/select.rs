@@ -23,8 +23,16 @@ pub(crate) struct Named {
     pub alternatives: Vec<(String, f64)>,
     /// Place and quantity, where it is an empirical correction.
     pub correction: Option<(usize, usize)>,
-    /// What a model can hold of a curve that is seen, while it is searched with the curve itself.
-    pub held: Option<Applied>,
+    /// Of a curve that is seen, while it is searched with the curve itself.
+    pub held: Option<Held>,
+}
+
+/// What a model can hold of a curve that is seen.
+#[derive(Clone)]
+pub(crate) struct Held {
+    pub applied: Applied,
+    /// Evidence that the relations bear of it.
+    pub borne: f64,
 }
 
 /// An effect in the first round.
@@ -159,7 +167,7 @@ pub(crate) fn select(
     settled(&mut selection, &mut promises, &Ruling::Nothing);
     for named in &mut selection.named {
         if let Some(held) = named.held.take() {
-            named.applied = held;
+            named.applied = held.applied;
         }
     }
     Some(selection)

@@ -16,6 +16,8 @@ pub(super) struct Known {
     pub evidence: f64,
     /// What its form gained within its error, where its strength differs along stands; else 0.
     pub bent: f64,
+    /// Whether it is a curve that is seen.
+    pub seen: bool,
 }
 
 /// Whether the strength of an effect differs from stand to stand and along them. At a stop there is no more to differ than the
@@ -60,6 +62,7 @@ pub(super) fn known(
                 place: k,
                 evidence,
                 bent,
+                seen: false,
             });
         }
     }
@@ -67,9 +70,9 @@ pub(super) fn known(
     let found = selection.named.iter().enumerate();
     known.extend(found.map(|(k, n)| Known {
         place: first + k,
-        // A curve that is seen leaves nothing over.
-        evidence: if n.held.is_some() { 0.0 } else { n.evidence },
+        evidence: n.held.as_ref().map_or(n.evidence, |held| held.borne),
         bent: n.bent,
+        seen: n.held.is_some(),
     }));
     Some(known)
 }
@@ -83,6 +86,10 @@ pub(super) const KNOTS_WANT: f64 = 5.0;
 /// Share of what a strength gained by differing from stand to stand, and along them, that it leaves over.
 pub(super) const WITHIN_STANDS: f64 = 0.05;
 
+/// Share of what the relations bear of a curve that is seen which it leaves over: its noise, its edges, and what they find more of it
+/// than is seen.
+pub(super) const BESIDE_SEEN: f64 = 0.2;
+
 /// Where a named effect acts, and how strongly it showed.
 pub(super) struct Footprint {
     pub rows: Vec<bool>,
@@ -90,6 +97,8 @@ pub(super) struct Footprint {
     pub bent: f64,
     /// Evidence that it leaves over, over the root of its own.
     pub wanting: f64,
+    /// The same over its own.
+    pub share: f64,
 }
 
 impl Footprint {
@@ -115,12 +124,13 @@ impl Footprint {
                         .map(move |v| least > 0.0 && v.abs() > least)
                 })
                 .collect();
-            let coarse = is_correction(state[one.place].effect);
+            let coarse = is_correction(state[one.place].effect) && !one.seen;
             Self {
                 rows,
                 evidence: one.evidence,
                 bent: one.bent,
                 wanting: LEFT_OVER * if coarse { KNOTS_WANT } else { 1.0 },
+                share: if one.seen { BESIDE_SEEN } else { 0.0 },
             }
         });
         each.collect()
@@ -135,7 +145,8 @@ impl Footprint {
             .sum();
         let whole: f64 = signature.iter().zip(&self.rows).map(energy).sum();
         if whole > 0.0 {
-            let left = self.wanting * self.evidence.max(0.0).sqrt() + WITHIN_STANDS * self.bent;
+            let own = self.evidence.max(0.0);
+            let left = self.wanting * own.sqrt() + self.share * own + WITHIN_STANDS * self.bent;
             left * shared / whole
         } else {
             0.0
@@ -162,6 +173,7 @@ mod tests {
             place,
             evidence,
             bent: 0.0,
+            seen: false,
         }
     }
 
@@ -176,6 +188,7 @@ mod tests {
             evidence,
             bent: 0.0,
             wanting: LEFT_OVER,
+            share: 0.0,
         };
         let everywhere = on([true; 4], 100.0).left_over(&HERE);
         assert!(everywhere > 0.0);
