@@ -39,6 +39,9 @@ const MOSTLY: f64 = 0.7;
 /// Share of what an effect explains from which on it shows in a relation.
 const SHOWS: f64 = 0.1;
 
+/// Share of the evidence of what two transmitters show from which on an effect of the catalogue may be what one of them does.
+const ALIKE: f64 = 0.7;
+
 /// What it costs a cause, in e-folds, that it may not be named as it is.
 const BARRED: f64 = 1.4;
 
@@ -138,6 +141,9 @@ impl<'a> Round<'a> {
     /// Decides between the best effect and the best correction.
     pub(crate) fn ruling(&self) -> Ruling {
         let best = self.best();
+        if let Some(seen) = self.seen_first() {
+            return self.unnamed(seen, seen.evidence, None);
+        }
         if let Some(beyond) = self.beyond()
             && best.is_none_or(|b| beyond.evidence > 2.0 * b.claim() + 10.0)
             && let Some(r) = self.rival_in(beyond.effect.about().relation)
@@ -168,6 +174,20 @@ impl<'a> Round<'a> {
             }
             None => alone,
         }
+    }
+
+    /// What two transmitters show, before any effect is weighed against what it leaves of the relations; unless the catalogue holds
+    /// what one of the two does.
+    fn seen_first(&self) -> Option<&Correction> {
+        let seen = (self.rivals.iter())
+            .filter(|r| r.seen.is_some() && r.evidence > self.unknown_hurdle(r))
+            .max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
+        let of_the_catalogue = |c: &Contender| {
+            let about = c.effect.about();
+            let enters = PLACES[seen.place].shows_in.contains(&about.relation);
+            about.sensor().is_some() && enters && c.evidence > ALIKE * seen.evidence
+        };
+        (!self.contenders.iter().any(of_the_catalogue)).then_some(seen)
     }
 
     /// Decides between an effect by itself and a correction.

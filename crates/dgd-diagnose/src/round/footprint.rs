@@ -88,7 +88,7 @@ pub(super) const WITHIN_STANDS: f64 = 0.05;
 
 /// Share of what the relations bear of a curve that is seen which it leaves over: its noise, its edges, and what they find more of it
 /// than is seen.
-pub(super) const BESIDE_SEEN: f64 = 0.2;
+pub(super) const BESIDE_SEEN: f64 = 0.05;
 
 /// Where a named effect acts, and how strongly it showed.
 pub(super) struct Footprint {
@@ -118,10 +118,10 @@ impl Footprint {
             };
             let rows = (gate.layout.sections().into_iter())
                 .flat_map(|section| {
-                    let least = 0.05 * most(section.clone());
-                    trace[section]
-                        .iter()
-                        .map(move |v| least > 0.0 && v.abs() > least)
+                    // What is seen is as rough in its calm as at its edges.
+                    let least = if one.seen { 0.0 } else { 0.05 } * most(section.clone());
+                    let acts = most(section.clone()) > 0.0;
+                    trace[section].iter().map(move |v| acts && v.abs() > least)
                 })
                 .collect();
             let coarse = is_correction(state[one.place].effect) && !one.seen;
