@@ -135,8 +135,8 @@ pub(super) fn drive<V: Vector, M: Stepper<V>, S: System + ?Sized>(
             h = h.min(options.max_step).max(shortest);
         }
         while t < stop {
-            // However long the recording, each of its breaks takes a step.
-            if count.steps + count.rejected >= options.max_steps.saturating_add(begun) {
+            // However long the recording, each of its breaks takes one more step.
+            if count.steps + count.rejected >= options.max_steps.saturating_add(begun - 1) {
                 status = Status::TooManySteps { t };
                 break 'segments;
             }
