@@ -7,6 +7,7 @@ use dgd_identify::Prepared;
 use dgd_recording::Well;
 use dgd_replay::fill_gaps;
 use dgd_units::{STANDARD_ATMOSPHERE_PA, STANDARD_GRAVITY_M_S2};
+use std::ops::Range;
 
 /// Length of a block of relation residuals, s.
 pub(crate) const BLOCK_S: f64 = 10.0;
@@ -69,6 +70,12 @@ impl Record {
     /// Length of a block, s.
     pub(crate) fn block_s(&self) -> f64 {
         self.dt_s * self.per_block as f64
+    }
+
+    /// Samples that tell the level where two rows of the mass balance meet: it is smooth, and a few about the edge tell it.
+    pub(crate) fn about_edge(&self, i: usize) -> Range<usize> {
+        let half = whole(2.0 / self.dt_s).max(1);
+        i.saturating_sub(half)..(i + half).min(self.inlet.len())
     }
 
     /// Brings a screened recording onto the working clock.

@@ -1,7 +1,7 @@
 //! What parts two transmitters of one pressure: seen, so that it needs no knots, and put where the relations find it.
 
 use super::{BUSIEST_S, Correction, busiest, size};
-use crate::record::{Record, whole};
+use crate::record::{MASS_BLOCKS, Record, whole};
 use crate::relations::Applied;
 use crate::scan::{evidence, joined};
 use crate::step::Step;
@@ -94,14 +94,16 @@ pub(super) fn of(
     let Some(twins) = Twins::of(record, pair, state, beside, excluded) else {
         return Vec::new();
     };
-    let Some((curve, parting)) = twins.parting(busiest_blocks) else {
+    let Some(parting) = twins.parting(busiest_blocks) else {
         return Vec::new();
     };
     let told = Told {
-        curve: &curve,
-        t_s: twins.t_s(),
-        parting,
+        edges: twins.at_edges(record, pair, &parting),
+        blocks: parting.curve,
+        parting: parting.evidence,
+        record,
     };
+    let parting = told.parting;
     let asked: Vec<(&Suspect, Asked)> = (SUSPECTS.iter())
         .filter(|s| s.pair == pair)
         .map(|s| (s, Asked::of(record, tangent, state, &told, s)))
@@ -120,7 +122,7 @@ pub(super) fn of(
         && (asked.iter()).all(|(_, a)| a.energy > 2.0 * TELLS && a.share.abs() < NONE)
     {
         let nowhere = vec![0.0; tangent.off.len()];
-        out.push(told.correction(record, (RISER_READING, -1.0), nowhere, 0.0));
+        out.push(told.correction((RISER_READING, -1.0), nowhere, 0.0));
     }
     let sits = match pair {
         Pair::InletAndRiser => SITS,
@@ -135,48 +137,55 @@ pub(super) fn of(
         } else {
             0.0
         };
-        out.push(told.correction(record, (s.place, s.sign), signature, a.evidence - owed));
+        out.push(told.correction((s.place, s.sign), signature, a.evidence - owed));
     }
     out
 }
 
-/// What two transmitters tell by themselves.
+/// What two transmitters tell by themselves: by how much the first reads more than the second, but for a constant, Pa.
 struct Told<'a> {
-    /// By how much the first reads more than the second, beyond what they may differ by, block by block, Pa.
-    curve: &'a [f64],
-    /// Middle of each block, s.
-    t_s: &'a [f64],
+    blocks: Vec<f64>,
+    /// Where rows of the mass balance meet.
+    edges: Vec<f64>,
     /// Evidence that they part.
     parting: f64,
+    record: &'a Record,
 }
 
 impl Told<'_> {
-    /// The curve block by block as what a place is off by, with its sign.
+    /// The curve as what a place is off by, with its sign. Of what the balance alone holds it has the levels from edge to edge.
     fn fine(&self, (place, sign): (usize, f64)) -> Applied {
-        let ends = [self.t_s.first(), self.t_s.last()].map(|t| t.copied().unwrap_or(0.0));
-        let mut parameters = vec![place as f64, 0.0, ends[0], ends[1]];
-        parameters.extend(self.curve.iter().map(|v| sign * v));
+        let Record { t_s, dt_s, .. } = self.record;
+        let start_s = t_s.first().copied().unwrap_or(0.0) - 0.5 * dt_s;
+        let block_s = self.record.block_s();
+        let (curve, from_s, step_s) = if place == SUCTION {
+            (&self.edges, start_s, block_s * MASS_BLOCKS as f64)
+        } else {
+            (&self.blocks, start_s + 0.5 * block_s, block_s)
+        };
+        let to_s = from_s + step_s * curve.len().saturating_sub(1) as f64;
+        let mut parameters = vec![place as f64, 0.0, from_s, to_s];
+        parameters.extend(curve.iter().map(|v| sign * v));
         Applied::new(unknown(), parameters)
     }
 
     /// The correction of a place by the curve; the relations bear it out by so much.
     fn correction(
         &self,
-        record: &Record,
         (place, sign): (usize, f64),
         signature: Vec<f64>,
         borne: f64,
     ) -> Correction {
-        let (from, to) = record.setting.span_s;
+        let (from, to) = self.record.setting.span_s;
         let mut parameters = vec![place as f64, 0.0, from, to];
-        parameters.extend(knots(self.curve).map(|knot| sign * knot));
+        parameters.extend(knots(&self.blocks).map(|knot| sign * knot));
         Correction {
             applied: Applied::new(unknown(), parameters),
             signature,
             evidence: self.parting + borne,
             borne,
             freedom: 1.0,
-            size: size(place, self.curve),
+            size: size(place, &self.blocks),
             least: LEAST_PA,
             seen: Some(self.fine((place, sign))),
             place,

@@ -1,6 +1,6 @@
 //! From samples to means of blocks, a row of the mass balance at a time.
 
-use crate::record::{MASS_BLOCKS, Record, mean, whole};
+use crate::record::{MASS_BLOCKS, Record, mean};
 use dgd_effects::shrunk;
 use dgd_units::STANDARD_GRAVITY_M_S2;
 
@@ -98,11 +98,7 @@ impl Native {
         }
         let per_mass = m * MASS_BLOCKS;
         let mass_seconds = record.dt_s * per_mass as f64;
-        let edge = |i: usize| -> f64 {
-            // The level is smooth: a few samples about the edge tell it.
-            let half = whole(2.0 / record.dt_s).max(1);
-            mean(&record.inlet[i.saturating_sub(half)..(i + half).min(record.inlet.len())])
-        };
+        let edge = |i: usize| mean(&record.inlet[record.about_edge(i)]);
         let plain_area =
             record.setting.riser_area_m2 / (record.setting.density_kg_m3 * STANDARD_GRAVITY_M_S2);
         parts.imbalance.extend((0..blocks / MASS_BLOCKS).map(|k| {

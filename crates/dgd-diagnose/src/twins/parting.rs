@@ -1,8 +1,8 @@
 //! Whether two transmitters part by more than instruments wander, and the curve by which they do.
 
-use super::Twins;
+use super::{Pair, Twins};
 use crate::noise::{Wander, Whitening};
-use crate::record::bridged;
+use crate::record::{MASS_BLOCKS, Record, bridged, mean};
 use crate::scan::ln_mean_exp;
 use crate::tangent::dot;
 use crate::unrest::WANDER_S;
@@ -22,37 +22,74 @@ const PARTING: [(f64, f64); 4] = [
 /// Evidence from which on they do.
 const PARTS: f64 = 15.0;
 
+/// From so many standard deviations of its noise on a reading is no median.
+const SHARP: f64 = 4.0;
+
+/// What two transmitters that part differ by but for a constant, block by block, Pa.
+pub(crate) struct Parting {
+    /// Without its noise.
+    pub(crate) curve: Vec<f64>,
+    raw: Vec<f64>,
+    /// Logarithm of the Bayes factor against what they may differ by, and their wander within accuracy.
+    pub(crate) evidence: f64,
+}
+
 impl Twins {
-    /// What the two differ by beyond what they may, block by block, Pa, and its evidence against their wander within accuracy,
-    /// without the so many blocks that show most of it; `None` where that does not stand out.
+    /// How the two part, with the evidence of it without the so many blocks that show most; `None` where that does not stand out.
     ///
     /// It is seen, and needs no knots; only what comes and goes within ten minutes or so is taken for the noise of the two.
-    pub(crate) fn parting(&self, busiest: usize) -> Option<(Vec<f64>, f64)> {
-        let (evidence, by_block, differ) = self.parted(0..0)?;
+    pub(crate) fn parting(&self, busiest: usize) -> Option<Parting> {
+        let (evidence, by_block) = self.parted(0..0)?;
         if evidence <= PARTS {
             return None;
         }
         // A reading that freezes once leaves the two apart for no longer.
-        let (evidence, ..) = self.parted(most_within(&by_block, busiest).0)?;
+        let (evidence, _) = self.parted(most_within(&by_block, busiest).0)?;
         if evidence <= PARTS {
             return None;
         }
-        let known = |b: usize| -> f64 { self.may.iter().zip(&differ).map(|(c, w)| w * c[b]).sum() };
-        // What may not be looked at, or is stuck, is bridged.
-        let left: Vec<f64> = (self.residual.iter().enumerate())
-            .map(|(b, r)| {
-                if self.whitening.valid[b] {
-                    r - known(b)
-                } else {
-                    f64::NAN
-                }
-            })
+        // All of it, what they may differ by too, for the relations hold none of that. What may not be looked at, or is stuck, is
+        // bridged.
+        let looked: Vec<f64> = (self.residual.iter().zip(&self.whitening.valid))
+            .map(|(apart, valid)| if *valid { *apart } else { f64::NAN })
             .collect();
-        Some((medians(&bridged(&left)), evidence))
+        let raw = bridged(&looked);
+        Some(Parting {
+            curve: medians(&raw),
+            raw,
+            evidence,
+        })
     }
 
-    /// Evidence that the two part, the same by block, and what they then differ by of what they may; without some blocks.
-    fn parted(&self, unused: Range<usize>) -> Option<(f64, Vec<f64>, Vec<f64>)> {
+    /// The same where rows of the mass balance meet, of which each takes the curve for straight: as it is read there where
+    /// that is beyond its noise, for what the pump's stops do to it is faster than a median.
+    pub(crate) fn at_edges(&self, record: &Record, pair: Pair, parting: &Parting) -> Vec<f64> {
+        let Some([first, second]) = pair.readings(record) else {
+            return Vec::new();
+        };
+        let m = record.per_block;
+        let apart = |of: &dyn Fn(&[f64]) -> f64| of(first) - of(second);
+        let noise = self.noise_pa() * (m as f64 / record.about_edge(0).len() as f64).sqrt();
+        (0..=record.blocks / MASS_BLOCKS)
+            .map(|row| {
+                let b = row * MASS_BLOCKS;
+                let beside = [b.saturating_sub(1), b.min(record.blocks - 1)];
+                let of = |values: &[f64]| 0.5 * (values[beside[0]] + values[beside[1]]);
+                let smooth = of(&parting.curve);
+                let blocks = beside.map(|b| apart(&|v| mean(&v[b * m..(b + 1) * m])));
+                let here = apart(&|v| mean(&v[record.about_edge(b * m)]));
+                let read = of(&parting.raw) + here - 0.5 * (blocks[0] + blocks[1]);
+                if (read - smooth).abs() > SHARP * noise {
+                    read
+                } else {
+                    smooth
+                }
+            })
+            .collect()
+    }
+
+    /// Evidence that the two part, and the same by block; without some blocks.
+    fn parted(&self, unused: Range<usize>) -> Option<(f64, Vec<f64>)> {
         let of = |wander: Wander| {
             Likelihood::of(self, &self.whitening.with_wander(wander, unused.clone()))
         };
@@ -72,7 +109,7 @@ impl Twins {
         let by_block = (best.by_block.iter().zip(&own.by_block))
             .map(|(best, own)| best - own)
             .collect();
-        Some((evidence, by_block, best.differ))
+        Some((evidence, by_block))
     }
 }
 
@@ -82,8 +119,6 @@ struct Likelihood {
     by_block: Vec<f64>,
     /// What the freedom to differ costs.
     freedom: f64,
-    /// What they then differ by, of what they may.
-    differ: Vec<f64>,
 }
 
 impl Likelihood {
@@ -113,7 +148,6 @@ impl Likelihood {
         Some(Self {
             by_block,
             freedom: -ln_volume - 0.5 * differ.norm_squared(),
-            differ: differ.iter().copied().collect(),
         })
     }
 }
