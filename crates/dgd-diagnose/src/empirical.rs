@@ -95,7 +95,7 @@ pub(crate) fn corrections(record: &Record, state: &[Applied]) -> Vec<Correction>
         .filter(|(place, quantity)| !own(*place, *quantity))
         .collect();
     let inlets_beside_riser = beside_riser(record, &whole, state, &[]);
-    let (mut out, seen) = rayon::join(
+    let (drawn, seen) = rayon::join(
         || -> Vec<Correction> {
             (places.par_iter())
                 .filter_map(|place| {
@@ -105,13 +105,7 @@ pub(crate) fn corrections(record: &Record, state: &[Applied]) -> Vec<Correction>
         },
         || seen::all(record, &whole, state, &[]),
     );
-    for seen in seen {
-        match (out.iter_mut()).find(|c| (c.place, c.quantity) == (seen.place, seen.quantity)) {
-            Some(drawn) if drawn.evidence > seen.evidence => {}
-            Some(drawn) => *drawn = seen,
-            None => out.push(seen),
-        }
-    }
+    let mut out = merged(drawn, seen);
     if record.takes(Step::Flowing) {
         let moving = whole.moving(record);
         let stops = (whole.rows.still.iter().zip(&moving)).map(|(still, moving)| *still || *moving);
@@ -168,19 +162,31 @@ pub(crate) fn correction(
     excluded: &[bool],
     (place, quantity): (usize, usize),
 ) -> Option<Correction> {
-    let seen = seen::pair_of(place).and_then(|pair| {
-        let mut all = seen::of(record, tangent, state, excluded, pair).into_iter();
-        all.find(|c| (c.place, c.quantity) == (place, quantity))
+    let seen = seen::pair_of(place).map_or_else(Vec::new, |pair| {
+        seen::of(record, tangent, state, excluded, pair)
     });
-    if place >= DRAWN {
-        return seen;
+    let twins = (place == INLET_READING)
+        .then(|| beside_riser(record, tangent, state, excluded))
+        .flatten();
+    let drawn = (place < DRAWN)
+        .then(|| drawn(record, tangent, state, twins.as_ref(), (place, quantity)))
+        .flatten();
+    merged(drawn.into_iter().collect(), seen)
+        .into_iter()
+        .find(|c| (c.place, c.quantity) == (place, quantity))
+}
+
+/// Curves through knots and those that are seen; of both in one place, the likelier.
+fn merged(drawn: Vec<Correction>, seen: Vec<Correction>) -> Vec<Correction> {
+    let mut out = drawn;
+    for seen in seen {
+        match (out.iter_mut()).find(|c| (c.place, c.quantity) == (seen.place, seen.quantity)) {
+            Some(drawn) if drawn.evidence > seen.evidence => {}
+            Some(drawn) => *drawn = seen,
+            None => out.push(seen),
+        }
     }
-    let twins = beside_riser(record, tangent, state, excluded);
-    let drawn = drawn(record, tangent, state, twins.as_ref(), (place, quantity));
-    match (drawn, seen) {
-        (Some(drawn), Some(seen)) if drawn.evidence > seen.evidence => Some(drawn),
-        (drawn, seen) => seen.or(drawn),
-    }
+    out
 }
 
 /// The inlets beside the riser's transmitter, if it has one.
@@ -316,6 +322,11 @@ pub(crate) fn again(
 /// Whether an effect is the empirical correction itself.
 pub(crate) fn is_correction(effect: &dyn Effect) -> bool {
     effect.about().search.method == Method::Correction
+}
+
+/// Whether it is the curve block by block of one that is seen.
+pub(crate) fn is_seen(one: &Applied) -> bool {
+    is_correction(one.effect) && one.parameters.len() > 4 + KNOTS
 }
 
 /// The quantity that what answers late leaves its trace in.

@@ -2,13 +2,15 @@
 //!
 //! A second effect must stand out from all of it; what a first one leaves over for want of form is no finding.
 
-use crate::empirical::is_correction;
-use crate::record::{MASS_BLOCKS, Record, mean};
+use crate::empirical::{is_correction, is_seen};
+use crate::record::{MASS_BLOCKS, Record, mean, whole};
 use crate::relations::{Applied, Blocks};
-use crate::scan::on_grid;
+use crate::scan::{joined, on_grid};
 use crate::tangent::Tangent;
 use crate::vectors::Sparse;
-use dgd_effects::{Excitation, Role, STANDING_M3_S};
+use dgd_effects::{
+    Excitation, HEAD, INLET_READING, INLETS, OUTLET_READING, OUTLETS, Role, STANDING_M3_S, SUCTION,
+};
 use std::sync::Arc;
 
 /// A direction in which the model may be off: a column in the units of the rows, and the prior width of its coefficient.
@@ -36,12 +38,41 @@ pub(crate) fn slack(
     k: usize,
 ) -> Vec<Slack> {
     let one = &applied[k];
-    if one.allowance || is_correction(one.effect) {
+    if one.allowance {
+        return Vec::new();
+    }
+    if is_seen(one) {
+        return elsewhere(record, tangent, applied, k);
+    }
+    if is_correction(one.effect) {
         return Vec::new();
     }
     let mut out = parameters(record, tangent, applied, k);
     out.extend(form(record, tangent, applied, k));
     out
+}
+
+/// What two transmitters part by, in the other places where some of it may sit: what the relations tell of how it is shared is
+/// less than what the two tell of the curve.
+fn elsewhere(record: &Record, tangent: &Tangent, applied: &[Applied], k: usize) -> Vec<Slack> {
+    let place = whole(applied[k].parameters[0]);
+    let others: &[usize] = match place {
+        SUCTION | INLET_READING => &[HEAD],
+        place if INLETS.contains(&place) => &[HEAD, SUCTION],
+        place if OUTLETS.contains(&place) => &[OUTLET_READING],
+        _ => &[],
+    };
+    let of = |other: &usize| {
+        let mut there = applied[k].clone();
+        there.parameters[0] = *other as f64;
+        let change = tangent.change(record, &joined(applied, &there));
+        let column: Vec<f64> = change.into_iter().map(finite).collect();
+        Slack {
+            column: Arc::new(Sparse::of(&column, &tangent.layout.sections())),
+            width: 1.0,
+        }
+    };
+    others.iter().map(of).collect()
 }
 
 /// One direction a parameter.

@@ -1,5 +1,5 @@
-//! Two transmitters of one pressure: their readings differ by little but a constant, a difference of their spans and of their answers, and those of
-//! the inlets and the riser by what the suction loses on the few metres between.
+//! Two transmitters of one pressure: their readings differ by little but a constant, a difference of their spans and of their
+//! answers, and those of the inlets and the riser by what the suction loses on the few metres between.
 
 mod parting;
 
@@ -9,7 +9,7 @@ use crate::record::{Record, mean, tails};
 use crate::relations::{Applied, Rows, repeats};
 use crate::tangent::dot;
 use dgd_effects::{Action, Changes, KNOTS, Moment, Rank, STANDING_M3_S, quantile};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// What the inlets may lose at the suction, and by how much the spans of the transmitters may differ, Pa.
 const SUCTION_PA: f64 = 1.0e4;
@@ -46,12 +46,15 @@ impl Pair {
 
     /// The readings of the two, if the recording has both, on the working clock, Pa.
     fn readings(self, record: &Record) -> Option<[&[f64]; 2]> {
-        let both = |readings: &'_ [Vec<f64>]| -> Option<[usize; 2]> {
-            (readings.len() == 2).then_some([0, 1])
-        };
+        fn two(side: &[Vec<f64>]) -> Option<[&[f64]; 2]> {
+            match side {
+                [first, second] => Some([first, second]),
+                _ => None,
+            }
+        }
         match self {
-            Self::Inlets => both(&record.inlets).map(|k| k.map(|k| record.inlets[k].as_slice())),
-            Self::Outlets => both(&record.outlets).map(|k| k.map(|k| record.outlets[k].as_slice())),
+            Self::Inlets => two(&record.inlets),
+            Self::Outlets => two(&record.outlets),
             Self::InletAndRiser => Some([&record.inlet, record.riser.as_deref()?]),
         }
     }
@@ -190,10 +193,7 @@ impl Twins {
             })
             .collect();
         let m = self.free.len();
-        let own = DMatrix::from_fn(m, m, |a, b| {
-            dot(&self.free[a], &self.free[b]) + f64::from(u8::from(a == b))
-        });
-        let factor = own.cholesky()?;
+        let factor = precision(&self.free)?;
         let across = DMatrix::from_fn(m, KNOTS, |a, k| dot(&self.free[a], &knots[k]));
         let pull = DVector::from_fn(m, |a, _| dot(&self.free[a], &self.apart));
         let gram = DMatrix::from_fn(KNOTS, KNOTS, |a, b| dot(&knots[a], &knots[b]))
@@ -202,6 +202,13 @@ impl Twins {
             - across.transpose() * factor.solve(&pull);
         Some((gram, right))
     }
+}
+
+/// Precision of coefficients of unit prior width, factorised.
+fn precision(columns: &[Vec<f64>]) -> Option<Cholesky<f64, Dyn>> {
+    let m = columns.len();
+    let gram = DMatrix::from_fn(m, m, |a, b| dot(&columns[a], &columns[b]));
+    (gram + DMatrix::identity(m, m)).cholesky()
 }
 
 /// By how much a hypothesis holds the first of two to read more than the second, at some times, Pa.

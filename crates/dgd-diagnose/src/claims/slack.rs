@@ -5,7 +5,9 @@ use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::{Applied, Blocks};
 use crate::slack::{Slack, slack};
 use crate::tangent::{Bend, Tangent, dot};
-use dgd_effects::{Connection, find};
+use dgd_effects::{
+    Connection, INLET_READING, INLETS, KNOTS, OUTLETS, RISER_READING, SUCTION, find,
+};
 
 fn free(record: &Record, id: &str, parameters: &[f64]) -> (Vec<Slack>, Tangent) {
     let state = [Applied::new(find(id).unwrap(), parameters.to_vec())];
@@ -100,4 +102,37 @@ fn a_stand_ends_where_the_pump_starts_after_a_minute_or_more() {
         };
         assert_eq!(other[row], 0.0, "{row}");
     }
+}
+
+#[test]
+fn what_two_transmitters_part_by_may_also_sit_elsewhere() {
+    let record = drilled(Hidden::default());
+    let curve: Vec<f64> = (0..180).map(|k| 1e4 * (f64::from(k) / 9.0).sin()).collect();
+    let of = |place: usize, curve: &[f64]| {
+        let mut parameters = vec![place as f64, 0.0, 0.0, record.setting.span_s.1];
+        parameters.extend(curve);
+        free(&record, "unknown", &parameters)
+    };
+    for (place, others) in [
+        (SUCTION, 1),
+        (INLET_READING, 1),
+        (INLETS[1], 2),
+        (OUTLETS[0], 1),
+        (RISER_READING, 0),
+    ] {
+        let (free, tangent) = of(place, &curve);
+        assert_eq!(free.len(), others, "{place}");
+        let layout = tangent.layout;
+        let (head, mass) = (layout.head()..layout.difference_at(), layout.mass_at());
+        for (k, slack) in free.iter().enumerate() {
+            let column = slack.column.whole();
+            let acts = |rows: std::ops::Range<usize>| column[rows].iter().any(|v| v.abs() > 1e-9);
+            let outlet = OUTLETS.contains(&place);
+            assert_eq!(acts(0..layout.head()), outlet);
+            assert_eq!(acts(head.clone()), outlet || k == 0);
+            assert_eq!(acts(mass..layout.len()), k == 1);
+        }
+    }
+    // Knots of a model are drawn where they are.
+    assert!(of(SUCTION, &curve[..KNOTS]).0.is_empty());
 }

@@ -1,6 +1,6 @@
 //! What parts two transmitters of one pressure: seen, so that it needs no knots, and put where the relations find it.
 
-use super::{BUSIEST_S, Correction, busiest, size};
+use super::{BUSIEST_S, Correction, busiest, is_seen, size};
 use crate::record::{MASS_BLOCKS, Record, whole};
 use crate::relations::Applied;
 use crate::scan::{evidence, joined};
@@ -73,8 +73,15 @@ pub(super) fn all(
     state: &[Applied],
     excluded: &[bool],
 ) -> Vec<Correction> {
-    let of = |pair| of(record, tangent, state, excluded, pair);
-    Pair::ALL.into_iter().flat_map(of).collect()
+    // What parts two is told once.
+    let told = |pair: &Pair| {
+        let theirs = |one: &Applied| pair_of(whole(one.parameters[0])) == Some(*pair);
+        state.iter().any(|one| is_seen(one) && theirs(one))
+    };
+    (Pair::ALL.into_iter())
+        .filter(|pair| !told(pair))
+        .flat_map(|pair| of(record, tangent, state, excluded, pair))
+        .collect()
 }
 
 /// The same of one pair.

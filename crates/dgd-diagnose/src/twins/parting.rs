@@ -1,14 +1,14 @@
 //! Whether two transmitters part by more than instruments wander, and the curve by which they do.
 
-use super::{Pair, Twins};
-use crate::noise::{Wander, Whitening};
+use super::{Pair, Twins, precision};
+use crate::noise::{Wander, Whitening, spread};
 use crate::record::{MASS_BLOCKS, Record, bridged, mean};
 use crate::scan::ln_mean_exp;
 use crate::tangent::dot;
 use crate::unrest::WANDER_S;
 use crate::vectors::most_within;
 use dgd_effects::{Rank, quantile};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use std::ops::Range;
 
 /// Size and time over which they part where one of them is at fault, Pa and s: more, or faster, than they wander within accuracy.
@@ -30,6 +30,8 @@ pub(crate) struct Parting {
     /// Without its noise.
     pub(crate) curve: Vec<f64>,
     raw: Vec<f64>,
+    /// Standard deviation of what was taken for noise.
+    noise: f64,
     /// Logarithm of the Bayes factor against what they may differ by, and their wander within accuracy.
     pub(crate) evidence: f64,
 }
@@ -54,9 +56,12 @@ impl Twins {
             .map(|(apart, valid)| if *valid { *apart } else { f64::NAN })
             .collect();
         let raw = bridged(&looked);
+        // Bends, not steps: a curve that leans is no noise.
+        let noise = spread(looked.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2])) / 6.0_f64.sqrt();
         Some(Parting {
-            curve: medians(&raw),
+            curve: straightened(&raw, noise),
             raw,
+            noise,
             evidence,
         })
     }
@@ -69,7 +74,7 @@ impl Twins {
         };
         let m = record.per_block;
         let apart = |of: &dyn Fn(&[f64]) -> f64| of(first) - of(second);
-        let noise = self.noise_pa() * (m as f64 / record.about_edge(0).len() as f64).sqrt();
+        let noise = parting.noise * (m as f64 / record.about_edge(m).len() as f64).sqrt();
         (0..=record.blocks / MASS_BLOCKS)
             .map(|row| {
                 let b = row * MASS_BLOCKS;
@@ -131,12 +136,8 @@ impl Likelihood {
         let free: Vec<Vec<f64>> = (twins.may.iter())
             .map(|column| whitening.apply_whole(column))
             .collect();
-        let m = free.len();
-        let own = DMatrix::from_fn(m, m, |a, b| {
-            dot(&free[a], &free[b]) + f64::from(u8::from(a == b))
-        });
-        let pull = DVector::from_fn(m, |a, _| dot(&free[a], &left));
-        let factor = own.cholesky()?;
+        let pull = DVector::from_fn(free.len(), |a, _| dot(&free[a], &left));
+        let factor = precision(&free)?;
         let differ = factor.solve(&pull);
         for (column, size) in free.iter().zip(&differ) {
             (left.iter_mut().zip(column)).for_each(|(left, v)| *left -= size * v);
@@ -152,6 +153,32 @@ impl Likelihood {
     }
 }
 
+/// Values averaged over surroundings in which they are straight, up to five minutes on either side: edges stay, noise goes.
+///
+/// What noise is left in the curve is noise in the relations, where it hides how much of it they find (errors in variables).
+fn straightened(values: &[f64], noise: f64) -> Vec<f64> {
+    /// Blocks.
+    const REACH: usize = 30;
+    let middle = medians(values);
+    // Of medians of seven such a bend stands out by half as much.
+    let straight = |a: usize, b: usize, c: usize| {
+        (middle[a] - 2.0 * middle[b] + middle[c]).abs() <= 2.0 * noise
+    };
+    (0..values.len())
+        .map(|b| {
+            let (mut sum, mut count) = (middle[b], 1.0);
+            let beside = (1..=REACH.min(b)).map(|k| (b - k, b + k));
+            for (before, after) in
+                beside.take_while(|(a, c)| *c < values.len() && straight(*a, b, *c))
+            {
+                sum += values[before] + values[after];
+                count += 2.0;
+            }
+            sum / count
+        })
+        .collect()
+}
+
 /// Medians of seven blocks about each: edges stay, noise goes.
 fn medians(values: &[f64]) -> Vec<f64> {
     const REACH: usize = 3;
@@ -161,4 +188,27 @@ fn medians(values: &[f64]) -> Vec<f64> {
             quantile(near.iter().copied(), Rank::MEDIAN).unwrap_or(0.0)
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::straightened;
+    use crate::draws::normals;
+
+    #[test]
+    fn noise_goes_where_the_curve_is_straight_and_edges_stay() {
+        let n: usize = 800;
+        let truth = |b: usize| 0.05 * b as f64 + if b < 400 { 0.0 } else { 30.0 };
+        let values: Vec<f64> = (normals(3, n).iter().enumerate())
+            .map(|(b, noise)| truth(b) + noise)
+            .collect();
+        let found = straightened(&values, 1.0);
+        let off = |b: usize| found[b] - truth(b);
+        let calm = (40..360).chain(440..760);
+        let square: f64 = calm.clone().map(|b| off(b).powi(2)).sum();
+        assert!((square / calm.count() as f64).sqrt() < 0.3);
+        for b in 390..410 {
+            assert!(off(b).abs() < 3.0, "{b}: {}", off(b));
+        }
+    }
 }

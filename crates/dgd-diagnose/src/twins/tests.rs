@@ -181,3 +181,35 @@ fn excluded_blocks_and_a_riser_without_transmitter_are_no_witness() {
     assert!(curve(&drifting(jump), &late).0 < 0.0);
     assert!(twins(&steady(100), &[]).is_none());
 }
+
+#[test]
+fn where_rows_of_the_balance_meet_an_edge_is_as_sharp_as_it_is_read() {
+    // A row is 15 samples; the reading jumps a sample before the third hundred of them ends, and drifts all the time.
+    let n = 5 * BLOCKS;
+    let edge = 300 * 15;
+    let apart = |i: usize| 3e4 * (i as f64 / 900.0).sin() + if i < edge - 1 { 0.0 } else { 6e4 };
+    let record = drifting(|share| apart((share * n as f64).round() as usize));
+    let witness = twins(&record, &[]).unwrap();
+    let parting = witness.parting(60).unwrap();
+    let edges = witness.at_edges(&record, Pair::InletAndRiser, &parting);
+    assert_eq!(edges.len(), BLOCKS / 3 + 1);
+    let noise = 800.0 * 2.0_f64.sqrt();
+    let constant = edges[100] - apart(1500);
+    for (row, found) in edges.iter().enumerate() {
+        let read: Vec<f64> = [15 * row, (15 * row).wrapping_sub(1)]
+            .into_iter()
+            .filter(|i| *i < n)
+            .map(apart)
+            .collect();
+        let truth = read.iter().sum::<f64>() / read.len() as f64 + constant;
+        assert!(
+            (found - truth).abs() < 4.0 * noise,
+            "{row}: {found} {truth}"
+        );
+    }
+    // In its calm it has less noise than the readings.
+    let square: f64 = (100..250)
+        .map(|row| (edges[row] - apart(15 * row) - constant).powi(2))
+        .sum();
+    assert!((square / 150.0).sqrt() < 0.5 * noise);
+}

@@ -141,7 +141,8 @@ const ONE_OUTLET: Place = Place {
 };
 
 const FRICTION: usize = 0;
-const HEAD: usize = 1;
+/// Place of the pump's head in [`PLACES`].
+pub const HEAD: usize = 1;
 const BALANCE: usize = 2;
 /// Place of the reading of the pump inlet transmitters in [`PLACES`].
 pub const INLET_READING: usize = 3;

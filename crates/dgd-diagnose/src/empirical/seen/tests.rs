@@ -3,9 +3,11 @@
 
 use super::{all, knots};
 use crate::claims::fixture::{FLOW_M3_S, Hidden, SPEED_PCT, drilled};
+use crate::contest::{Contender, contest};
 use crate::draws::normals;
 use crate::empirical::{Correction, correction, hurdle, plausible};
 use crate::record::Record;
+use crate::relations::Applied;
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent, dot};
 use dgd_effects::{INLET_READING, INLETS, KNOTS, OUTLETS, RISER_READING, SUCTION};
@@ -191,4 +193,45 @@ fn knots_are_means_of_what_lies_about_them() {
         };
         assert!((knot - expected).abs() < 0.1, "{k}: {knot}");
     }
+}
+
+#[test]
+fn what_parts_two_transmitters_is_told_once() {
+    for place in PLACED {
+        let record = off(place, saw);
+        let state = [found(&record).remove(0).seen.unwrap()];
+        let tangent = Tangent::at(&record, &state, &[], Bend::Loose).unwrap();
+        assert!(all(&record, &tangent, &state, &[]).is_empty(), "{place}");
+    }
+}
+
+/// Drilling with a suction that clogs and clears: it loses with the square of the flow, here of what is pumped in.
+fn clogged() -> Record {
+    let mut record = beside_riser();
+    for i in 0..record.t_s.len() {
+        let flow = record.filled.mud_pump[i] + 0.01;
+        let lost = 5.0 * saw(record.t_s[i]) * (flow / FLOW_M3_S).powi(2);
+        record.inlet[i] -= lost;
+        record.inlets.iter_mut().for_each(|p| p[i] -= lost);
+        let square = (record.speed[i] / SPEED_PCT).powi(2) + lost / 45e5;
+        record.speed[i] = SPEED_PCT * square.sqrt();
+    }
+    record.filled.inlet.clone_from(&record.inlet);
+    record.filled.speed.clone_from(&record.speed);
+    record
+}
+
+#[test]
+fn a_suction_that_clogs_leaves_nothing_over_for_the_area() {
+    let record = clogged();
+    let best = found(&record).remove(0);
+    assert_eq!(best.place, SUCTION);
+    let area = |state: &[Applied]| {
+        let gate = Tangent::beside(&record, state, &[], Bend::Lean).unwrap();
+        let all = contest(&record, &gate, state);
+        let of = |c: &&Contender| c.effect.about().id == "annulus_area";
+        all.iter().find(of).map_or(0.0, |c| c.evidence)
+    };
+    let (before, after) = (area(&[]), area(&[best.seen.unwrap()]));
+    assert!(before > 100.0 && after < 5.0, "{before} {after}");
 }
