@@ -120,9 +120,12 @@ impl Blocks {
         mut take: impl FnMut(&Table) -> Result<(), E>,
     ) -> Result<(), E> {
         self.reader.rewind();
+        let mut blocks = 0;
         while let Some(block) = (self.reader.next_block()).map_err(|e| failed(&self.path, &e))? {
+            blocks += 1;
             take(block)?;
         }
+        debug!("{}: gone through in {blocks} blocks", self.path.display());
         State::compare(&self.path, self.before, State::of(&self.file))?;
         Ok(())
     }
