@@ -148,7 +148,7 @@ impl BlockReplay {
         let missing = self.samples + (last - first) - self.shown();
         let shown = shown[skipped..].iter().take(missing).copied().collect();
         if first > 0 || last < block.len() {
-            block = crate::run::cut(&block, first..last);
+            block = block.slice(first..last);
         }
         self.take(block, shown);
         self.go(false)

@@ -5,7 +5,6 @@ use crate::blocks::{BlockReplay, check_lengths};
 use dgd_dynamics::DynamicsError;
 use dgd_dynamics::return_line::{ReturnLine, SimulationOptions};
 use dgd_recording::Recording;
-use std::ops::Range;
 
 /// Which simulation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -91,23 +90,6 @@ pub enum ReplayError {
     Dynamics(#[from] DynamicsError),
 }
 
-/// The samples of a range; the riser pressure, which no simulation reads, is left out.
-pub(crate) fn cut(recording: &Recording, range: Range<usize>) -> Recording {
-    let one = |values: &[f64]| values[range.clone()].to_vec();
-    let side = |series: &[Vec<f64>]| series.iter().map(|values| one(values)).collect();
-    Recording {
-        time_s: one(&recording.time_s),
-        mud_pump_flow_m3_s: one(&recording.mud_pump_flow_m3_s),
-        booster_flow_m3_s: one(&recording.booster_flow_m3_s),
-        topfill_flow_m3_s: one(&recording.topfill_flow_m3_s),
-        return_flow_m3_s: one(&recording.return_flow_m3_s),
-        pump_inlet_pressure_pa: side(&recording.pump_inlet_pressure_pa),
-        pump_outlet_pressure_pa: side(&recording.pump_outlet_pressure_pa),
-        riser_pressure_pa: None,
-        pump_speed_pct: one(&recording.pump_speed_pct),
-    }
-}
-
 fn step_s(time_s: &[f64]) -> f64 {
     (time_s[time_s.len() - 1] - time_s[0]) / (time_s.len() - 1) as f64
 }
@@ -157,6 +139,6 @@ pub fn replay(
     let pump_flow_m3_s = (first..last)
         .map(|i| ahead(&recording.return_flow_m3_s, i, steps))
         .collect();
-    let window = cut(recording, first..last);
+    let window = recording.slice(first..last);
     BlockReplay::new(line, options, time.len(), span_s).whole(window, pump_flow_m3_s)
 }

@@ -195,21 +195,10 @@ fn at(clock: &ClockSurvey, step: usize) -> f64 {
 impl Recording {
     /// These rows, or NaN, on the steps of the clock before `end`.
     fn picked(&self, sources: &[Option<usize>], clock: &ClockSurvey, end: usize) -> Self {
-        let pick = |values: &[f64]| -> Vec<f64> {
+        let time_s = (end - sources.len()..end).map(|i| at(clock, i)).collect();
+        self.map_channels(time_s, |values| {
             let row = |s: &Option<usize>| s.map_or(f64::NAN, |row| values[row]);
             sources.iter().map(row).collect()
-        };
-        let side = |side: &[Vec<f64>]| side.iter().map(|values| pick(values)).collect();
-        Self {
-            time_s: (end - sources.len()..end).map(|i| at(clock, i)).collect(),
-            mud_pump_flow_m3_s: pick(&self.mud_pump_flow_m3_s),
-            booster_flow_m3_s: pick(&self.booster_flow_m3_s),
-            topfill_flow_m3_s: pick(&self.topfill_flow_m3_s),
-            return_flow_m3_s: pick(&self.return_flow_m3_s),
-            pump_inlet_pressure_pa: side(&self.pump_inlet_pressure_pa),
-            pump_outlet_pressure_pa: side(&self.pump_outlet_pressure_pa),
-            riser_pressure_pa: self.riser_pressure_pa.as_deref().map(pick),
-            pump_speed_pct: pick(&self.pump_speed_pct),
-        }
+        })
     }
 }

@@ -4,26 +4,6 @@ use crate::rig::{line, options, recording};
 use dgd_recording::{Channel, Recording};
 use dgd_replay::{BlockReplay, Kind, Pair, Replay, ReplayError, ReplayOptions, replay};
 use proptest::prelude::*;
-use std::ops::Range;
-
-fn cut(recording: &Recording, range: Range<usize>) -> Recording {
-    let mut cut = recording.clone();
-    cut.time_s = recording.time_s[range.clone()].to_vec();
-    for (channel, values) in recording.series() {
-        let values = values[range.clone()].to_vec();
-        match channel {
-            Channel::MudPumpFlow => cut.mud_pump_flow_m3_s = values,
-            Channel::BoosterFlow => cut.booster_flow_m3_s = values,
-            Channel::TopfillFlow => cut.topfill_flow_m3_s = values,
-            Channel::ReturnFlow => cut.return_flow_m3_s = values,
-            Channel::PumpInletPressure(n) => cut.pump_inlet_pressure_pa[n] = values,
-            Channel::PumpOutletPressure(n) => cut.pump_outlet_pressure_pa[n] = values,
-            Channel::RiserPressure => cut.riser_pressure_pa = Some(values),
-            Channel::PumpSpeed => cut.pump_speed_pct = values,
-        }
-    }
-    cut
-}
 
 fn in_blocks(
     recording: &Recording,
@@ -35,7 +15,7 @@ fn in_blocks(
     let mut run = BlockReplay::new(&line(), options, n, span_s);
     let mut parts = Vec::new();
     for from in (0..n).step_by(length) {
-        parts.push(run.add(cut(recording, from..n.min(from + length)))?);
+        parts.push(run.add(recording.slice(from..n.min(from + length)))?);
     }
     let last = run.finish()?;
     let mut all = Replay {
@@ -102,7 +82,7 @@ proptest! {
         max_steps in prop_oneof![3 => Just(10_000_000), 1 => 1..300_usize],
     ) {
         let mut recording = recording(samples.max(2));
-        recording = cut(&recording, 0..samples as usize);
+        recording = recording.slice(0..samples as usize);
         let channels: Vec<Channel> = recording.series().iter().map(|(c, _)| *c).collect();
         for (which, from, many, what) in gaps {
             let values = recording.channel_mut(channels[which % channels.len()]).unwrap();
@@ -134,7 +114,7 @@ fn what_waits_does_not_grow_with_the_recording() {
     let mut rows = 0;
     for from in (0..4000).step_by(100) {
         rows += run
-            .add(cut(&recording, from..from + 100))
+            .add(recording.slice(from..from + 100))
             .unwrap()
             .time_s
             .len();
