@@ -23,7 +23,7 @@ use waiting::Waiting;
 /// use dgd_recording::Recording;
 /// use dgd_replay::{BlockReplay, ReplayError, ReplayOptions};
 /// # fn rows(line: &ReturnLine, blocks: Vec<Recording>) -> Result<usize, ReplayError> {
-/// let mut replay = BlockReplay::new(line, &ReplayOptions::default(), 86_400, (0.0, 86_399.0));
+/// let mut replay = BlockReplay::new(line, &ReplayOptions::default(), 86_400, (0.0, 86_399.0))?;
 /// let mut rows = 0;
 /// for block in blocks {
 ///     rows += replay.add(block)?.time_s.len();
@@ -36,6 +36,9 @@ use waiting::Waiting;
 pub struct BlockReplay {
     line: ReturnLine,
     options: ReplayOptions,
+    /// Samples of the recording, and so many of them have come.
+    announced: usize,
+    taken: usize,
     span_s: (f64, f64),
     /// Samples until the meter shows the flow of the window's first.
     until_shown: usize,
@@ -79,8 +82,26 @@ impl BlockReplay {
     ///
     /// - `samples`: of the whole recording.
     /// - `span_s`: its first and last second.
-    /// - `options`: as for [`crate::replay`], but the delay must not be negative: it would ask for what is gone.
+    /// - `options`: as for [`crate::replay`].
+    ///
+    /// # Errors
+    /// [`ReplayError::Delay`] on a negative one: the rows of a block would need readings of the blocks after it.
     pub fn new(
+        line: &ReturnLine,
+        options: &ReplayOptions,
+        samples: usize,
+        span_s: (f64, f64),
+    ) -> Result<Self, ReplayError> {
+        let delay_s = options.delay_s;
+        if delay_s >= 0.0 {
+            Ok(Self::with_any_delay(line, options, samples, span_s))
+        } else {
+            Err(ReplayError::Delay { delay_s })
+        }
+    }
+
+    /// The same, negative delays too, of which [`Self::whole`] asks nothing.
+    pub(crate) fn with_any_delay(
         line: &ReturnLine,
         options: &ReplayOptions,
         samples: usize,
@@ -111,6 +132,8 @@ impl BlockReplay {
         Self {
             line: *line,
             options: options.clone(),
+            announced: samples,
+            taken: 0,
             span_s,
             until_shown,
             waiting,
@@ -133,9 +156,15 @@ impl BlockReplay {
     /// Bounds, status and counts of what is given are those of the run so far.
     ///
     /// # Errors
-    /// [`ReplayError::Length`] on unequal series, [`ReplayError::Dynamics`] if the model is refused.
+    /// [`ReplayError::Length`] on unequal series, [`ReplayError::Blocks`] on more samples than were announced,
+    /// [`ReplayError::Dynamics`] if the model is refused.
     pub fn add(&mut self, mut block: Recording) -> Result<Replay, ReplayError> {
         check_lengths(&block)?;
+        let found = self.taken + block.len();
+        if found > self.announced {
+            return Err(self.uneven(found));
+        }
+        self.taken = found;
         let (from_s, to_s) = self.options.window_s.unwrap_or(self.span_s);
         let time = &block.time_s;
         // Negated, so that a window from NaN is empty.
@@ -157,8 +186,12 @@ impl BlockReplay {
     /// Gives the rows that are left.
     ///
     /// # Errors
-    /// Those of [`crate::replay`]. A window without two samples, or an input without a value, is told only here.
+    /// Those of [`crate::replay`]; a window without two samples, or an input without a value, is told only here.
+    /// [`ReplayError::Blocks`] on fewer samples than were announced.
     pub fn finish(mut self) -> Result<Replay, ReplayError> {
+        if self.taken < self.announced {
+            return Err(self.uneven(self.taken));
+        }
         let rows = self.waiting.time_s.len();
         let missing = rows - self.waiting.pump_flow_m3_s.len();
         self.show(&vec![f64::NAN; missing]);
@@ -173,6 +206,13 @@ impl BlockReplay {
     ) -> Result<Replay, ReplayError> {
         self.take(window, pump_flow_m3_s);
         self.end()
+    }
+
+    fn uneven(&self, found: usize) -> ReplayError {
+        ReplayError::Blocks {
+            found,
+            expected: self.announced,
+        }
     }
 
     /// Rows of the window of which the pump's flow is known.

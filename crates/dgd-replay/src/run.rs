@@ -85,6 +85,20 @@ pub enum ReplayError {
         /// Its length.
         found: usize,
     },
+    /// The flow meter shows what is to come, which blocks do not hold yet.
+    #[error("the delay is {delay_s} s, expected at least 0 s of a recording in blocks")]
+    Delay {
+        /// The delay, s.
+        delay_s: f64,
+    },
+    /// Blocks that are not the recording that was announced.
+    #[error("blocks of {found} samples in all, expected {expected}")]
+    Blocks {
+        /// Samples that came.
+        found: usize,
+        /// Samples announced.
+        expected: usize,
+    },
     /// The model or its inputs were refused.
     #[error(transparent)]
     Dynamics(#[from] DynamicsError),
@@ -140,5 +154,5 @@ pub fn replay(
         .map(|i| ahead(&recording.return_flow_m3_s, i, steps))
         .collect();
     let window = recording.slice(first..last);
-    BlockReplay::new(line, options, time.len(), span_s).whole(window, pump_flow_m3_s)
+    BlockReplay::with_any_delay(line, options, time.len(), span_s).whole(window, pump_flow_m3_s)
 }

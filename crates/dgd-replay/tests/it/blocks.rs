@@ -12,7 +12,7 @@ fn in_blocks(
 ) -> Result<Replay, ReplayError> {
     let n = recording.len();
     let span_s = (recording.time_s[0], recording.time_s[n - 1]);
-    let mut run = BlockReplay::new(&line(), options, n, span_s);
+    let mut run = BlockReplay::new(&line(), options, n, span_s)?;
     let mut parts = Vec::new();
     for from in (0..n).step_by(length) {
         parts.push(run.add(recording.slice(from..n.min(from + length)))?);
@@ -110,7 +110,7 @@ fn what_waits_does_not_grow_with_the_recording() {
     let recording = recording(4000);
     let mut options = options(Kind::Coupled);
     options.solver.relative = 1e-4;
-    let mut run = BlockReplay::new(&line(), &options, 4000, (0.0, 3999.0));
+    let mut run = BlockReplay::new(&line(), &options, 4000, (0.0, 3999.0)).unwrap();
     let mut rows = 0;
     for from in (0..4000).step_by(100) {
         rows += run
@@ -120,4 +120,39 @@ fn what_waits_does_not_grow_with_the_recording() {
             .len();
         assert!(rows + 20 > from + 80, "{rows} of {from}");
     }
+}
+
+#[test]
+fn a_meter_that_shows_what_is_to_come_is_refused_in_blocks() {
+    for delay_s in [-1e-9, -12.0, f64::NAN] {
+        let options = ReplayOptions {
+            delay_s,
+            ..options(Kind::Coupled)
+        };
+        let error = BlockReplay::new(&line(), &options, 100, (0.0, 99.0)).unwrap_err();
+        let told = format!("the delay is {delay_s} s, expected at least 0 s");
+        assert!(error.to_string().starts_with(&told), "{error}");
+    }
+}
+
+#[test]
+fn blocks_that_are_not_the_recording_announced_are_refused() {
+    let recording = recording(100);
+    let run = || BlockReplay::new(&line(), &options(Kind::Coupled), 90, (0.0, 89.0)).unwrap();
+    let told = |error: ReplayError| error.to_string();
+    let mut more = run();
+    more.add(recording.slice(0..50)).unwrap();
+    assert_eq!(
+        told(more.add(recording.slice(50..100)).unwrap_err()),
+        "blocks of 100 samples in all, expected 90"
+    );
+    let mut fewer = run();
+    fewer.add(recording.slice(0..50)).unwrap();
+    assert_eq!(
+        told(fewer.finish().unwrap_err()),
+        "blocks of 50 samples in all, expected 90"
+    );
+    let mut all = run();
+    all.add(recording.slice(0..90)).unwrap();
+    all.finish().unwrap();
 }

@@ -39,29 +39,28 @@ pub(super) fn run(job: &Job<'_>, progress: &Progress) -> Result<Option<Done>, Fa
     let warnings = recording.look_through(progress)?;
     progress.stage("simulating", "");
     let (samples, span_s) = (recording.samples(), recording.span_s());
-    let replay =
-        |options: &ReplayOptions| BlockReplay::new(&model.return_line(), options, samples, span_s);
-    let mut run = replay(&job.options);
-    let kinds = [Kind::Riser, Kind::Flow, Kind::Steady, Kind::Coupled];
+    let refused = |e| Failure::input(first, e);
+    let line = model.return_line();
+    let replay = |options: &ReplayOptions| {
+        BlockReplay::new(&line, options, samples, span_s).map_err(refused)
+    };
+    let mut run = replay(&job.options)?;
     let mut drawings = Vec::new();
     if arguments.figures.is_some() {
-        drawings.extend(kinds.map(|kind| {
+        for kind in [Kind::Riser, Kind::Flow, Kind::Steady, Kind::Coupled] {
             let options = ReplayOptions {
                 kind,
                 ..job.options.clone()
             };
-            (
-                replay(&options),
-                Envelope::new(in_window(job, samples, span_s)),
-            )
-        }));
+            let envelope = Envelope::new(in_window(job, samples, span_s));
+            drawings.push((replay(&options)?, envelope));
+        }
     }
     let mut outcome = Outcome::default();
     let mut outputs = Outputs::new();
     let mut runs = Vec::new();
     outputs.add(&arguments.out, |writer| {
         let mut rows = Rows::new(job.target, writer);
-        let refused = |e| Failure::input(first, e);
         recording.each(|block| {
             for (replay, envelope) in &mut drawings {
                 envelope.add(&replay.add(block.clone()).map_err(refused)?);
