@@ -43,6 +43,8 @@ pub struct BlockReplay {
     /// Samples until the meter shows the flow of the window's first.
     until_shown: usize,
     waiting: Waiting,
+    /// So many rows must be known before it is worth looking again.
+    again: usize,
     running: Option<Running>,
     /// First and last second of the window so far, and its samples.
     window: Option<(f64, f64)>,
@@ -137,6 +139,7 @@ impl BlockReplay {
             span_s,
             until_shown,
             waiting,
+            again: 0,
             running: None,
             window: None,
             samples: 0,
@@ -345,7 +348,9 @@ impl BlockReplay {
     /// Runs as far as the rows that wait allow.
     fn go(&mut self, last: bool) -> Result<Replay, ReplayError> {
         let known = self.waiting.known();
-        if self.samples < 2 || known <= self.waiting.given || !self.can_start() {
+        let enough =
+            self.samples >= 2 && known > self.waiting.given && (last || known >= self.again);
+        if !enough || !self.can_start() {
             return Ok(self.rows(0, Rows::default()));
         }
         let mut running = match self.running.take() {
@@ -411,6 +416,8 @@ impl BlockReplay {
         // An integration that gave up wrote a part; the rest stays empty, and the status tells.
         let stopped = self.status.is_some_and(|status| status != Status::Finished);
         let to = if stopped { known } else { from + rows };
+        // While all inputs rest no row is given; to look again at every block would cost the square of the rest.
+        self.again = if to > from { 0 } else { known + known / 4 };
         Ok(self.rows(
             to - from,
             Rows {

@@ -123,6 +123,25 @@ fn what_waits_does_not_grow_with_the_recording() {
 }
 
 #[test]
+fn inputs_that_rest_for_long_give_the_same_rows() {
+    let mut recording = recording(1500);
+    for (channel, _) in recording.clone().series() {
+        let values = recording.channel_mut(channel).unwrap();
+        for rest in [100..1300, 1320..1500] {
+            let here = values[rest.start];
+            values[rest].fill(here);
+        }
+    }
+    for kind in [Kind::Coupled, Kind::Riser, Kind::Flow, Kind::Steady] {
+        let options = options(kind);
+        let whole = text(replay(&line(), &recording, &options));
+        for length in [1, 60, 1000] {
+            assert_eq!(text(in_blocks(&recording, &options, length)), whole);
+        }
+    }
+}
+
+#[test]
 fn a_meter_that_shows_what_is_to_come_is_refused_in_blocks() {
     for delay_s in [-1e-9, -12.0, f64::NAN] {
         let options = ReplayOptions {
