@@ -3,7 +3,7 @@
 use super::mapping::Origin;
 use super::{Recording, RecordingError};
 use crate::clock::ClockPasses;
-use crate::{ClockSurvey, Column, Issue, Table, TimeSource, Well};
+use crate::{ChannelSource, ClockSurvey, Column, Issue, Table, TimeSource, Well};
 
 /// The channels of a table that comes in blocks, on their even clock: what [`Recording::from_table`] and
 /// [`Recording::onto_grid`] make of the table at once, to the last bit.
@@ -36,6 +36,8 @@ pub struct BlockGrid<'w> {
     well: &'w Well,
     origin: Origin,
     mapping: Vec<Issue>,
+    /// The columns that the well names.
+    named: Vec<usize>,
     passes: Option<ClockPasses>,
     clock: Option<ClockSurvey>,
     /// Steps of the clock that samples have been given for.
@@ -67,6 +69,7 @@ impl<'w> BlockGrid<'w> {
             well,
             origin: Origin::default(),
             mapping,
+            named: named(head, well),
             passes: Some(ClockPasses::new(rows)),
             clock: None,
             given: 0,
@@ -153,7 +156,12 @@ impl<'w> BlockGrid<'w> {
         if block.rows() == 0 {
             return Ok(());
         }
-        let (rows, _) = Recording::from_rows(block.clone(), self.well, &mut self.origin)?;
+        let named = self.named.iter().filter_map(|n| block.columns.get(*n));
+        let named = Table {
+            columns: named.cloned().collect(),
+            ..Table::default()
+        };
+        let (rows, _) = Recording::from_rows(named, self.well, &mut self.origin)?;
         let Some(clock) = &self.clock else {
             return Ok(());
         };
@@ -185,6 +193,35 @@ impl<'w> BlockGrid<'w> {
         }
         take(rows.picked(&sources, clock, self.given))
     }
+}
+
+/// Indices of the columns that a well names, in their order, and of the first, which tells the rows where it names none.
+fn named(head: &Table, well: &Well) -> Vec<usize> {
+    let map = &well.channels;
+    let single = [
+        &map.mud_pump_flow,
+        &map.booster_flow,
+        &map.topfill_flow,
+        &map.return_flow,
+        &map.pump_speed,
+    ];
+    let sources = (single.into_iter())
+        .chain(&map.pump_inlet_pressure)
+        .chain(&map.pump_outlet_pressure)
+        .chain(&map.riser_pressure);
+    let stamps = match &map.time {
+        TimeSource::Column { tag, .. } => Some(tag),
+        TimeSource::Interval { .. } => None,
+    };
+    let tags = sources.filter_map(|source| match source {
+        ChannelSource::Column { tag, .. } => Some(tag),
+        ChannelSource::Constant { .. } => None,
+    });
+    let found = tags.chain(stamps).filter_map(|tag| head.find(tag));
+    let mut named: Vec<usize> = found.chain([0]).collect();
+    named.sort_unstable();
+    named.dedup();
+    named
 }
 
 /// Second of a step of the even clock.
