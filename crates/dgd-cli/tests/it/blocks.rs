@@ -132,6 +132,7 @@ fn simulate_writes_the_same_bytes() {
             simulates_alike(&bench, input, options, output);
         }
     }
+    draws_alike(&bench, "wide.csv");
     for (input, least) in [("wide.csv", 8), ("wide.mcap", 7)] {
         let blocks = walked(&bench, input);
         assert!(!blocks.is_empty(), "{input}");
@@ -149,6 +150,20 @@ fn simulates_alike(bench: &Bench, input: &str, options: &str, output: &str) {
         bench.bytes(&whole) == bench.bytes(&blocks),
         "{input} {options}"
     );
+}
+
+/// Of a run that is short enough to be drawn as it is, the same pictures.
+fn draws_alike(bench: &Bench, input: &str) {
+    let run = format!("simulate {input} --well well.toml --model model.toml --out run.csv");
+    bench.dgd(&format!("{run} --figures whole")).done();
+    bench
+        .dgd(&format!("{run} --figures blocks --in-blocks"))
+        .done();
+    for number in 1..=4 {
+        let [whole, blocks] =
+            ["whole", "blocks"].map(|folder| bench.text(&format!("{folder}/figure-4-{number}.svg")));
+        assert!(whole == blocks, "Figure 4.{number}");
+    }
 }
 
 /// How many blocks each pass over a recording went through.
