@@ -8,7 +8,7 @@ use dgd_ingest::{BlockError, BlockOptions, BlockReader, Format, Opened, ReadOpti
 use dgd_recording::{BlockSurvey, Table, TableSurvey};
 use std::fs::File;
 use std::path::{Path, PathBuf};
-use tracing::{debug, warn};
+use tracing::{debug, info, warn};
 
 /// A recording on disk, read block by block as often as wanted.
 pub(crate) struct Blocks {
@@ -36,14 +36,23 @@ impl When {
         }
     }
 
-    /// Says why a recording is not read in blocks: aloud to who asked for it.
-    pub(crate) fn say(self, why: String) {
+    /// Says why recordings of so many bytes are not read in blocks: aloud to who asked for it, and where they may not fit
+    /// into memory.
+    pub(crate) fn say(self, bytes: u64, why: &str) {
         match self {
             Self::Always => warn!("{why}"),
+            Self::Long(_) if bytes >= LARGE => {
+                let times = "it takes several times its size in memory";
+                warn!("{why} ({} MiB; {times})", bytes >> 20);
+            }
+            Self::Long(least) if bytes >= least => info!("{why}"),
             Self::Long(_) => debug!("{why}"),
         }
     }
 }
+
+/// Bytes from which what is read whole may not fit.
+const LARGE: u64 = 256 << 20;
 
 /// Opens a recording for reading in blocks; `None` if it is to be read whole.
 pub(crate) fn open(
@@ -85,7 +94,11 @@ pub(super) fn open_with(
             before,
         })),
         Opened::Whole(reason) => {
-            when.say(format!("{} is read whole: {reason}", path.display()));
+            let why = format!(
+                "{} is read whole: {reason}; the CSV or MCAP that `dgd convert` makes of it need not be",
+                path.display()
+            );
+            when.say(metadata.len(), &why);
             Ok(None)
         }
     }
@@ -110,6 +123,11 @@ impl Blocks {
 
     pub(crate) fn rows(&self) -> usize {
         self.reader.rows()
+    }
+
+    /// Length of the file.
+    pub(super) fn bytes(&self) -> u64 {
+        self.file.metadata().map_or(0, |metadata| metadata.len())
     }
 
     /// Goes through all blocks, from the first one on.

@@ -160,8 +160,8 @@ fn draws_alike(bench: &Bench, input: &str) {
         .dgd(&format!("{run} --figures blocks --in-blocks"))
         .done();
     for number in 1..=4 {
-        let [whole, blocks] =
-            ["whole", "blocks"].map(|folder| bench.text(&format!("{folder}/figure-4-{number}.svg")));
+        let [whole, blocks] = ["whole", "blocks"]
+            .map(|folder| bench.text(&format!("{folder}/figure-4-{number}.svg")));
         assert!(whole == blocks, "Figure 4.{number}");
     }
 }
@@ -255,6 +255,23 @@ fn what_cannot_be_simulated_in_blocks_is_simulated_whole_and_says_why() {
         let told = ran.done();
         assert_eq!(bench.dgd(&line).done(), told);
         assert!(bench.bytes(output) == first);
+    }
+}
+
+#[test]
+fn a_large_recording_that_must_be_read_whole_is_told_without_being_asked() {
+    let bench = bench();
+    bench
+        .dgd("fit rig.csv --well well.toml --out model.toml")
+        .done();
+    // Holes: they take no room, and nobody reads them, as the other recording is not there.
+    for (mebibytes, told) in [(257, true), (255, false)] {
+        let file = std::fs::File::create(bench.path("large.csv")).unwrap();
+        file.set_len(mebibytes << 20).unwrap();
+        let ran = bench.dgd("simulate absent.csv large.csv --well well.toml --model model.toml");
+        ran.refused(&["absent.csv"]);
+        let part = "is joined with the next recording; simulate them one by one (257 MiB; it takes";
+        assert_eq!(ran.err.contains(part), told, "{}", ran.err);
     }
 }
 

@@ -25,7 +25,9 @@ pub(super) fn run(job: &Job<'_>, progress: &Progress) -> Result<Option<Done>, Fa
     let model = match runs_in_blocks(job) {
         Ok(model) => model,
         Err(why) => {
-            when.say(why);
+            let recordings = job.source.recordings.iter();
+            let sizes = recordings.filter_map(|path| std::fs::metadata(path).ok());
+            when.say(sizes.map(|size| size.len()).sum(), &why);
             return Ok(None);
         }
     };
@@ -112,21 +114,25 @@ fn runs_in_blocks<'a>(job: &'a Job<'_>) -> Result<&'a Model, String> {
     if matches!(job.target, Target::Mat5 | Target::Mat73) {
         let output = shown(&job.arguments.out);
         return Err(format!(
-            "{output} is written whole: a MAT file holds one column after another"
+            "{output} is written whole: a MAT file holds one column after another; name it .csv or .mcap"
         ));
     }
     let whole = format!("{} is read whole", shown(&recordings[0]));
     if recordings.len() > 1 {
-        return Err(format!("{whole}: it is joined with the next recording"));
+        return Err(format!(
+            "{whole}: it is joined with the next recording; simulate them one by one"
+        ));
     }
     if job.options.delay_s < 0.0 {
         return Err(format!(
-            "{whole}: the model's flow meter shows what is to come"
+            "{whole}: the model's flow meter shows what is to come; fit it with --delays from 0 on"
         ));
     }
     match (&job.document.augmented, &job.document.base) {
         (None, Base::Identified(model)) => Ok(model),
-        _ => Err(format!("{whole}: a model with effects runs on all of it")),
+        _ => Err(format!(
+            "{whole}: a model with effects runs on all of it; one that `dgd fit` wrote need not"
+        )),
     }
 }
 
