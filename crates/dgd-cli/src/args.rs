@@ -1,10 +1,14 @@
 //! The command line's grammar.
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+mod source;
+mod values;
+
+pub(crate) use source::{AnySource, Described, Source, Subject};
+
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use dgd_diagnose::Step;
-use dgd_effects::catalogue;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
+use values::{effects, parse_pair, parse_range, steps};
 
 /// Hydraulic models of dual-gradient drilling rigs, identified from recordings
 #[derive(Debug, Parser)]
@@ -93,70 +97,6 @@ pub(crate) struct Inspect {
     /// Read CSV or MCAP block by block, in memory that does not grow with the recording (from 1 GiB on it is, anyway)
     #[arg(long)]
     pub(crate) in_blocks: bool,
-}
-
-/// The recordings and the well they were taken on.
-#[derive(Debug, Args)]
-pub(crate) struct Source {
-    /// Recordings in order of time: MAT v5 or v7.3, CSV or MCAP
-    #[arg(required = true)]
-    pub(crate) recordings: Vec<PathBuf>,
-    /// The well description
-    #[arg(long, value_name = "FILE")]
-    pub(crate) well: PathBuf,
-    /// Screen as the thesis does: every long run of one speed rejected, restarts kept
-    #[arg(long)]
-    pub(crate) thesis_screening: bool,
-}
-
-/// What the recordings were taken on.
-#[derive(Debug, Clone, Args)]
-#[group(required = true, multiple = false)]
-pub(crate) struct Described {
-    /// The well description: the built-in return line
-    #[arg(long, value_name = "FILE")]
-    pub(crate) well: Option<PathBuf>,
-    /// The description of any system by its components, or what a fit of it wrote
-    #[arg(long, value_name = "FILE")]
-    pub(crate) system: Option<PathBuf>,
-}
-
-/// Recordings, and a well or a system.
-#[derive(Debug, Clone, Args)]
-pub(crate) struct AnySource {
-    /// Recordings in order of time: MAT v5 or v7.3, CSV or MCAP; one with --system
-    #[arg(required = true)]
-    pub(crate) recordings: Vec<PathBuf>,
-    #[command(flatten)]
-    pub(crate) described: Described,
-    /// Screen as the thesis does: every long run of one speed rejected, restarts kept
-    #[arg(long, conflicts_with = "system")]
-    pub(crate) thesis_screening: bool,
-}
-
-/// What a command works on.
-pub(crate) enum Subject<'a> {
-    /// The built-in return line.
-    Well(Source),
-    /// A system of any components: its description and the recordings.
-    System(&'a Path, &'a [PathBuf]),
-}
-
-impl AnySource {
-    pub(crate) fn subject(&self) -> Subject<'_> {
-        match &self.described {
-            Described {
-                system: Some(system),
-                ..
-            } => Subject::System(system, &self.recordings),
-            Described { well, .. } => Subject::Well(Source {
-                recordings: self.recordings.clone(),
-                // One of the two is required.
-                well: well.clone().unwrap_or_default(),
-                thesis_screening: self.thesis_screening,
-            }),
-        }
-    }
 }
 
 #[derive(Debug, Args)]
@@ -450,42 +390,6 @@ pub(crate) struct Sensitivities {
     /// Folder for sensitivities.json, sensitivities.csv and sensitivities.html
     #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,
-}
-
-fn parse_pair(text: &str) -> Result<(String, String), String> {
-    let (key, value) = text
-        .split_once('=')
-        .ok_or("write a path and its value, such as pump.speed=72 or 'tank.level=1.2 m'")?;
-    Ok((key.trim().to_owned(), value.trim().to_owned()))
-}
-
-/// The effects of the catalogue by their ids, which errors list.
-fn effects() -> PossibleValuesParser {
-    PossibleValuesParser::new(catalogue().iter().map(|effect| effect.about().id))
-}
-
-/// The steps by their names, which help and errors list.
-fn steps() -> impl TypedValueParser<Value = Step> {
-    PossibleValuesParser::new(Step::ALL.map(Step::name)).try_map(|name| {
-        let found = Step::ALL.into_iter().find(|s| s.name() == name);
-        found.ok_or("not a step")
-    })
-}
-
-fn parse_range(text: &str) -> Result<(f64, f64), String> {
-    let (from, to) = text
-        .split_once(':')
-        .ok_or("write two numbers with a colon, such as 14000:20000")?;
-    let number = |part: &str| {
-        let parsed = part.trim().parse::<f64>().ok().filter(|x| x.is_finite());
-        parsed.ok_or(format!("`{part}` is not a number"))
-    };
-    let (from, to) = (number(from)?, number(to)?);
-    if from > to {
-        Err(format!("{from} is after {to}"))
-    } else {
-        Ok((from, to))
-    }
 }
 
 #[cfg(test)]

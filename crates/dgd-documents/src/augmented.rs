@@ -2,7 +2,9 @@
 
 use crate::model::float;
 use crate::reader::{Section, Value};
-use dgd_effects::{AppliedEffect, AugmentedModel, Curves, Effect, Scale, catalogue, find};
+use dgd_effects::{
+    AppliedEffect, AugmentedModel, Curves, Effect, PLACES, QUANTITIES, Scale, catalogue, find,
+};
 use std::fmt::Write as _;
 
 /// More effects than a diagnosis fits by far; bounds the work on a hostile document.
@@ -198,7 +200,45 @@ fn read_parameters(effect: &dyn Effect, section: &Section<'_, '_>) -> Option<Vec
     }
     let values: Vec<Option<f64>> = known().map(|name| section.need_number(name)).collect();
     let values: Option<Vec<f64>> = values.into_iter().collect();
-    values.filter(|_| right)
+    let values = values.filter(|_| right)?;
+    let checked = known().zip(&values).map(|(name, value)| {
+        let codes = codes(about.id, name);
+        codes.is_empty() || is_code(section, about.id, name, *value, &codes)
+    });
+    // All of them, so that every wrong code is told.
+    let right = checked.fold(true, |all, right| all & right);
+    right.then_some(values)
+}
+
+/// What the codes of a parameter stand for, from 0 on; none where it is a quantity.
+fn codes(effect: &str, parameter: &str) -> Vec<&'static str> {
+    match (effect, parameter) {
+        ("unknown", "relation") => PLACES.iter().map(|place| place.name).collect(),
+        ("unknown", "quantity") => QUANTITIES.to_vec(),
+        _ => Vec::new(),
+    }
+}
+
+/// Whether a value is one of the codes; a correction whose code is none would act nowhere.
+fn is_code(
+    section: &Section<'_, '_>,
+    effect: &str,
+    parameter: &'static str,
+    value: f64,
+    codes: &[&str],
+) -> bool {
+    let mut known = (0..codes.len()).map(|code| code as f64);
+    let right = known.any(|code| code == value);
+    if let Some(written) = section.get(parameter).filter(|_| !right) {
+        let last = codes.len() - 1;
+        let message = format!(
+            "`{parameter}` of effect `{effect}` is {value}, expected a code from 0 to {last}"
+        );
+        let named = codes.iter().enumerate();
+        let named: Vec<String> = named.map(|(code, name)| format!("{code} {name}")).collect();
+        section.problem(written, message, Some(named.join(", ")));
+    }
+    right
 }
 
 /// A name of a length that a message can hold.

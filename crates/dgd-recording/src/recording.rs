@@ -9,6 +9,7 @@ pub use mapping::RecordingError;
 use crate::clock::STRETCH;
 use crate::{ClockError, ClockSurvey, Issue, survey_clock};
 use std::fmt;
+use std::ops::Range;
 
 /// A rig recording: every series is in SI (pump speed in percent) and of the
 /// length of `time_s`; NaN where nothing was recorded.
@@ -136,6 +137,46 @@ impl Recording {
             Channel::RiserPressure => self.riser_pressure_pa.as_deref_mut(),
             Channel::PumpSpeed => Some(&mut self.pump_speed_pct),
         }
+    }
+
+    /// Every channel with what `map` makes of its series, on the clock `time_s`.
+    ///
+    /// - `map`: gives series of the length of `time_s`; it is called for the channels in the order of [`Self::series`].
+    ///
+    /// ```
+    /// # use dgd_recording::Recording;
+    /// # let recording = Recording { time_s: vec![0.0, 1.0, 2.0, 3.0], pump_speed_pct: vec![60.0, 61.0, 62.0, 63.0], ..Recording::default() };
+    /// let every_other = |values: &[f64]| values.iter().step_by(2).copied().collect::<Vec<f64>>();
+    /// let thinned = recording.map_channels(every_other(&recording.time_s), every_other);
+    /// assert_eq!(thinned.pump_speed_pct, [60.0, 62.0]);
+    /// ```
+    #[must_use]
+    pub fn map_channels(&self, time_s: Vec<f64>, mut map: impl FnMut(&[f64]) -> Vec<f64>) -> Self {
+        Self {
+            time_s,
+            mud_pump_flow_m3_s: map(&self.mud_pump_flow_m3_s),
+            booster_flow_m3_s: map(&self.booster_flow_m3_s),
+            topfill_flow_m3_s: map(&self.topfill_flow_m3_s),
+            return_flow_m3_s: map(&self.return_flow_m3_s),
+            pump_inlet_pressure_pa: (self.pump_inlet_pressure_pa.iter())
+                .map(|values| map(values))
+                .collect(),
+            pump_outlet_pressure_pa: (self.pump_outlet_pressure_pa.iter())
+                .map(|values| map(values))
+                .collect(),
+            riser_pressure_pa: self.riser_pressure_pa.as_deref().map(&mut map),
+            pump_speed_pct: map(&self.pump_speed_pct),
+        }
+    }
+
+    /// The samples of a range.
+    ///
+    /// # Panics
+    /// If the range does not lie within the recording, as a slice does.
+    #[must_use]
+    pub fn slice(&self, range: Range<usize>) -> Self {
+        let part = |values: &[f64]| values[range.clone()].to_vec();
+        self.map_channels(part(&self.time_s), part)
     }
 
     /// Every series, in the order of [`Self::series`].

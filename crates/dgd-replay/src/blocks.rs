@@ -23,7 +23,7 @@ use waiting::Waiting;
 /// use dgd_recording::Recording;
 /// use dgd_replay::{BlockReplay, ReplayError, ReplayOptions};
 /// # fn rows(line: &ReturnLine, blocks: Vec<Recording>) -> Result<usize, ReplayError> {
-/// let mut replay = BlockReplay::new(line, &ReplayOptions::default(), 86_400, (0.0, 86_399.0));
+/// let mut replay = BlockReplay::new(line, &ReplayOptions::default(), 86_400, (0.0, 86_399.0))?;
 /// let mut rows = 0;
 /// for block in blocks {
 ///     rows += replay.add(block)?.time_s.len();
@@ -36,10 +36,15 @@ use waiting::Waiting;
 pub struct BlockReplay {
     line: ReturnLine,
     options: ReplayOptions,
+    /// Samples of the recording, and so many of them have come.
+    announced: usize,
+    taken: usize,
     span_s: (f64, f64),
     /// Samples until the meter shows the flow of the window's first.
     until_shown: usize,
     waiting: Waiting,
+    /// So many rows must be known before it is worth looking again.
+    again: usize,
     running: Option<Running>,
     /// First and last second of the window so far, and its samples.
     window: Option<(f64, f64)>,
@@ -79,8 +84,26 @@ impl BlockReplay {
     ///
     /// - `samples`: of the whole recording.
     /// - `span_s`: its first and last second.
-    /// - `options`: as for [`crate::replay`], but the delay must not be negative: it would ask for what is gone.
+    /// - `options`: as for [`crate::replay`].
+    ///
+    /// # Errors
+    /// [`ReplayError::Delay`] on a negative one: the rows of a block would need readings of the blocks after it.
     pub fn new(
+        line: &ReturnLine,
+        options: &ReplayOptions,
+        samples: usize,
+        span_s: (f64, f64),
+    ) -> Result<Self, ReplayError> {
+        let delay_s = options.delay_s;
+        if delay_s >= 0.0 {
+            Ok(Self::with_any_delay(line, options, samples, span_s))
+        } else {
+            Err(ReplayError::Delay { delay_s })
+        }
+    }
+
+    /// The same, negative delays too, of which [`Self::whole`] asks nothing.
+    pub(crate) fn with_any_delay(
         line: &ReturnLine,
         options: &ReplayOptions,
         samples: usize,
@@ -111,9 +134,12 @@ impl BlockReplay {
         Self {
             line: *line,
             options: options.clone(),
+            announced: samples,
+            taken: 0,
             span_s,
             until_shown,
             waiting,
+            again: 0,
             running: None,
             window: None,
             samples: 0,
@@ -133,9 +159,15 @@ impl BlockReplay {
     /// Bounds, status and counts of what is given are those of the run so far.
     ///
     /// # Errors
-    /// [`ReplayError::Length`] on unequal series, [`ReplayError::Dynamics`] if the model is refused.
+    /// [`ReplayError::Length`] on unequal series, [`ReplayError::Blocks`] on more samples than were announced,
+    /// [`ReplayError::Dynamics`] if the model is refused.
     pub fn add(&mut self, mut block: Recording) -> Result<Replay, ReplayError> {
         check_lengths(&block)?;
+        let found = self.taken + block.len();
+        if found > self.announced {
+            return Err(self.uneven(found));
+        }
+        self.taken = found;
         let (from_s, to_s) = self.options.window_s.unwrap_or(self.span_s);
         let time = &block.time_s;
         // Negated, so that a window from NaN is empty.
@@ -148,7 +180,7 @@ impl BlockReplay {
         let missing = self.samples + (last - first) - self.shown();
         let shown = shown[skipped..].iter().take(missing).copied().collect();
         if first > 0 || last < block.len() {
-            block = crate::run::cut(&block, first..last);
+            block = block.slice(first..last);
         }
         self.take(block, shown);
         self.go(false)
@@ -157,8 +189,12 @@ impl BlockReplay {
     /// Gives the rows that are left.
     ///
     /// # Errors
-    /// Those of [`crate::replay`]. A window without two samples, or an input without a value, is told only here.
+    /// Those of [`crate::replay`]; a window without two samples, or an input without a value, is told only here.
+    /// [`ReplayError::Blocks`] on fewer samples than were announced.
     pub fn finish(mut self) -> Result<Replay, ReplayError> {
+        if self.taken < self.announced {
+            return Err(self.uneven(self.taken));
+        }
         let rows = self.waiting.time_s.len();
         let missing = rows - self.waiting.pump_flow_m3_s.len();
         self.show(&vec![f64::NAN; missing]);
@@ -173,6 +209,13 @@ impl BlockReplay {
     ) -> Result<Replay, ReplayError> {
         self.take(window, pump_flow_m3_s);
         self.end()
+    }
+
+    fn uneven(&self, found: usize) -> ReplayError {
+        ReplayError::Blocks {
+            found,
+            expected: self.announced,
+        }
     }
 
     /// Rows of the window of which the pump's flow is known.
@@ -305,7 +348,9 @@ impl BlockReplay {
     /// Runs as far as the rows that wait allow.
     fn go(&mut self, last: bool) -> Result<Replay, ReplayError> {
         let known = self.waiting.known();
-        if self.samples < 2 || known <= self.waiting.given || !self.can_start() {
+        let enough =
+            self.samples >= 2 && known > self.waiting.given && (last || known >= self.again);
+        if !enough || !self.can_start() {
             return Ok(self.rows(0, Rows::default()));
         }
         let mut running = match self.running.take() {
@@ -371,6 +416,8 @@ impl BlockReplay {
         // An integration that gave up wrote a part; the rest stays empty, and the status tells.
         let stopped = self.status.is_some_and(|status| status != Status::Finished);
         let to = if stopped { known } else { from + rows };
+        // While all inputs rest no row is given; to look again at every block would cost the square of the rest.
+        self.again = if to > from { 0 } else { known + known / 4 };
         Ok(self.rows(
             to - from,
             Rows {

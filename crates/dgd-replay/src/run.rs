@@ -5,7 +5,6 @@ use crate::blocks::{BlockReplay, check_lengths};
 use dgd_dynamics::DynamicsError;
 use dgd_dynamics::return_line::{ReturnLine, SimulationOptions};
 use dgd_recording::Recording;
-use std::ops::Range;
 
 /// Which simulation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -86,26 +85,23 @@ pub enum ReplayError {
         /// Its length.
         found: usize,
     },
+    /// The flow meter shows what is to come, which blocks do not hold yet.
+    #[error("the delay is {delay_s} s, expected at least 0 s of a recording in blocks")]
+    Delay {
+        /// The delay, s.
+        delay_s: f64,
+    },
+    /// Blocks that are not the recording that was announced.
+    #[error("blocks of {found} samples in all, expected {expected}")]
+    Blocks {
+        /// Samples that came.
+        found: usize,
+        /// Samples announced.
+        expected: usize,
+    },
     /// The model or its inputs were refused.
     #[error(transparent)]
     Dynamics(#[from] DynamicsError),
-}
-
-/// The samples of a range; the riser pressure, which no simulation reads, is left out.
-pub(crate) fn cut(recording: &Recording, range: Range<usize>) -> Recording {
-    let one = |values: &[f64]| values[range.clone()].to_vec();
-    let side = |series: &[Vec<f64>]| series.iter().map(|values| one(values)).collect();
-    Recording {
-        time_s: one(&recording.time_s),
-        mud_pump_flow_m3_s: one(&recording.mud_pump_flow_m3_s),
-        booster_flow_m3_s: one(&recording.booster_flow_m3_s),
-        topfill_flow_m3_s: one(&recording.topfill_flow_m3_s),
-        return_flow_m3_s: one(&recording.return_flow_m3_s),
-        pump_inlet_pressure_pa: side(&recording.pump_inlet_pressure_pa),
-        pump_outlet_pressure_pa: side(&recording.pump_outlet_pressure_pa),
-        riser_pressure_pa: None,
-        pump_speed_pct: one(&recording.pump_speed_pct),
-    }
 }
 
 fn step_s(time_s: &[f64]) -> f64 {
@@ -157,6 +153,6 @@ pub fn replay(
     let pump_flow_m3_s = (first..last)
         .map(|i| ahead(&recording.return_flow_m3_s, i, steps))
         .collect();
-    let window = cut(recording, first..last);
-    BlockReplay::new(line, options, time.len(), span_s).whole(window, pump_flow_m3_s)
+    let window = recording.slice(first..last);
+    BlockReplay::with_any_delay(line, options, time.len(), span_s).whole(window, pump_flow_m3_s)
 }

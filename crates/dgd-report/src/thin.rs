@@ -244,6 +244,9 @@ fn add_run(frame: &Frame, run: &[[f64; 2]], path: &mut Path) {
 }
 
 /// The band and the mean of the samples over each unit of width; columns of equal width, so that none is left over.
+///
+/// In the mean a sample counts by the width that it stands for: one that shares its place with its neighbours is in the
+/// band alone.
 fn envelope(frame: &Frame, run: &[[f64; 2]]) -> (Vec<[f64; 2]>, Vec<[f64; 2]>) {
     let (mut above, mut below, mut mean) = (Vec::new(), Vec::new(), Vec::new());
     let (start, end) = (run[0][0], run[run.len() - 1][0]);
@@ -256,9 +259,17 @@ fn envelope(frame: &Frame, run: &[[f64; 2]]) -> (Vec<[f64; 2]>, Vec<[f64; 2]>) {
             y.clamp(frame.top, frame.bottom()),
         ]
     };
+    let mut at = 0;
     for group in run.chunk_by(|a, b| column(a) == column(b)) {
-        #[expect(clippy::cast_precision_loss, reason = "a number of samples")]
-        let n = group.len() as f64;
+        let from = at;
+        at += group.len();
+        let (mut sum, mut widths) = (0.0, 0.0);
+        for (i, p) in (from..).zip(group) {
+            let before = run[i.saturating_sub(1)][0];
+            let width = run[(i + 1).min(run.len() - 1)][0] - before;
+            sum += width * p[1];
+            widths += width;
+        }
         // The outermost means reach to the ends, so that the line starts where the data do.
         let x = match column(&group[0]) {
             0.0 => start,
@@ -270,7 +281,14 @@ fn envelope(frame: &Frame, run: &[[f64; 2]]) -> (Vec<[f64; 2]>, Vec<[f64; 2]>) {
             .fold((f64::MAX, f64::MIN), |(l, h), p| (l.min(p[1]), h.max(p[1])));
         above.push(inside(x, low));
         below.push(inside(x, high));
-        mean.push([x, group.iter().map(|p| p[1]).sum::<f64>() / n]);
+        mean.push([
+            x,
+            if widths > 0.0 {
+                sum / widths
+            } else {
+                group[0][1]
+            },
+        ]);
     }
     below.reverse();
     above.append(&mut below);
@@ -416,6 +434,31 @@ mod tests {
             .map(|p| p[1])
             .fold(f64::MAX, f64::min);
         assert!((highest - FRAME.place(0.0, 0.9)[1]).abs() < 1e-9);
+    }
+
+    #[test]
+    fn what_takes_no_time_is_in_the_band_and_not_in_the_mean() {
+        let (mut x, mut y) = (Vec::new(), Vec::new());
+        for i in 0..8000 {
+            let t = f64::from(i) / 8000.0;
+            x.extend([t; 4]);
+            y.extend([0.4, 0.1, 0.9, 0.4]);
+        }
+        let path = curve(&FRAME, &x, &y);
+        let mean = FRAME.place(0.0, 0.4)[1];
+        assert!(
+            path.lines
+                .iter()
+                .flatten()
+                .all(|p| (p[1] - mean).abs() < 1e-9)
+        );
+        let ends = [0.1, 0.9].map(|v| FRAME.place(0.0, v)[1]);
+        assert!(
+            path.bands
+                .iter()
+                .flatten()
+                .all(|p| ends.iter().any(|e| (p[1] - e).abs() < 1e-9))
+        );
     }
 
     #[test]

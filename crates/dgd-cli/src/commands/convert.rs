@@ -85,7 +85,9 @@ fn in_blocks(
     if matches!(target, Target::Mat5 | Target::Mat73) {
         if arguments.in_blocks {
             let output = arguments.output.display();
-            tracing::warn!("{output} is written whole: a MAT file holds one column after another");
+            tracing::warn!(
+                "{output} is written whole: a MAT file holds one column after another; name it .csv or .mcap"
+            );
         }
         return Ok(None);
     }

@@ -5,13 +5,15 @@ use dgd_replay::{Pair, Replay};
 /// Stretches of a drawn line, several a pixel of the widest drawing.
 const STRETCHES: usize = 1 << 13;
 
-/// What is drawn of a run whose rows come in parts: all of a short one, of a long one the lowest and the highest value of each stretch
-/// of time, in the order in which they come.
+/// What is drawn of a run whose rows come in parts: all of a short one, of a long one the mean of each stretch of time and,
+/// for a moment at its start, its lowest and its highest value. In a drawing, where a line is the mean over time and a band
+/// spans all values, that looks like the run itself.
 pub(crate) struct Envelope {
     /// Samples of a stretch.
     stretch: usize,
-    /// The clock, level and flow measured and simulated, inflow and speed.
-    lines: [Line; 7],
+    clock: Line,
+    /// Level and flow measured and simulated, inflow and speed.
+    lines: [Line; 6],
 }
 
 #[derive(Default)]
@@ -26,6 +28,7 @@ impl Envelope {
     pub(crate) fn new(samples: usize) -> Self {
         Self {
             stretch: samples.div_ceil(STRETCHES).max(1),
+            clock: Line::default(),
             lines: Default::default(),
         }
     }
@@ -34,7 +37,6 @@ impl Envelope {
     pub(crate) fn add(&mut self, part: &Replay) {
         let (level, flow) = (&part.level_m, &part.pump_flow_m3_s);
         let series = [
-            &part.time_s,
             &level.measured,
             &level.simulated,
             &flow.measured,
@@ -42,27 +44,20 @@ impl Envelope {
             &part.inflow_m3_s,
             &part.speed_pct,
         ];
+        self.clock.add(&part.time_s, self.stretch, moments);
         for (line, values) in self.lines.iter_mut().zip(series) {
-            line.held.extend_from_slice(values);
-            line.draw(self.stretch);
+            line.add(values, self.stretch, values_at);
         }
     }
 
     /// A run with the series that figures show, all of one length.
     pub(crate) fn finish(mut self) -> Replay {
         // A stretch that is not full, of one sample maybe.
-        for line in self.lines.iter_mut().filter(|line| !line.held.is_empty()) {
-            line.drawn.extend(ends(&line.held));
-        }
-        let [
-            time_s,
-            level,
-            level_run,
-            flow,
-            flow_run,
-            inflow_m3_s,
-            speed_pct,
-        ] = self.lines.map(|line| line.drawn);
+        self.clock.end(moments);
+        self.lines.iter_mut().for_each(|line| line.end(values_at));
+        let time_s = self.clock.drawn;
+        let [level, level_run, flow, flow_run, inflow_m3_s, speed_pct] =
+            self.lines.map(|line| line.drawn);
         let pair = |measured, simulated| Pair {
             measured,
             simulated,
@@ -79,36 +74,48 @@ impl Envelope {
 }
 
 impl Line {
-    /// Draws the stretches that are full.
-    fn draw(&mut self, stretch: usize) {
+    /// Takes the next values and draws the stretches that are full.
+    fn add(&mut self, values: &[f64], stretch: usize, draw: fn(&[f64]) -> [f64; POINTS]) {
         if stretch == 1 {
-            self.drawn.append(&mut self.held);
+            self.drawn.extend_from_slice(values);
             return;
         }
+        self.held.extend_from_slice(values);
         let full = self.held.chunks_exact(stretch);
         let rest = full.remainder().len();
-        self.drawn.extend(full.flat_map(ends));
+        self.drawn.extend(full.flat_map(draw));
         self.held.drain(..self.held.len() - rest);
+    }
+
+    fn end(&mut self, draw: fn(&[f64]) -> [f64; POINTS]) {
+        if !self.held.is_empty() {
+            self.drawn.extend(draw(&self.held));
+        }
     }
 }
 
-/// Lowest and highest value, the earlier one first; NaN if there is none.
-fn ends(stretch: &[f64]) -> [f64; 2] {
-    let mut found: Option<[(usize, f64); 2]> = None;
-    for (i, v) in stretch.iter().enumerate().filter(|(_, v)| v.is_finite()) {
-        let [low, high] = found.get_or_insert([(i, *v); 2]);
-        if *v < low.1 {
-            *low = (i, *v);
-        }
-        if *v > high.1 {
-            *high = (i, *v);
-        }
+/// Points that a stretch is drawn by: its mean, its ends, which take no time, and its mean until it ends.
+const POINTS: usize = 5;
+
+/// When the points of a stretch are.
+fn moments(time_s: &[f64]) -> [f64; POINTS] {
+    let (first, last) = (time_s[0], time_s[time_s.len() - 1]);
+    [first, first, first, first, last]
+}
+
+/// The values of the points of a stretch; NaN if it has none.
+fn values_at(stretch: &[f64]) -> [f64; POINTS] {
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    let (mut sum, mut count) = (0.0, 0.0);
+    for v in stretch.iter().filter(|v| v.is_finite()) {
+        (low, high) = (low.min(*v), high.max(*v));
+        (sum, count) = (sum + v, count + 1.0);
     }
-    match found {
-        Some([low, high]) if low.0 <= high.0 => [low.1, high.1],
-        Some([low, high]) => [high.1, low.1],
-        None => [f64::NAN; 2],
+    if count == 0.0 {
+        return [f64::NAN; POINTS];
     }
+    let mean = sum / count;
+    [mean, low, high, mean, mean]
 }
 
 #[cfg(test)]
@@ -147,7 +154,7 @@ mod tests {
     fn of_a_long_run_the_ends_are_kept_whatever_the_parts() {
         let samples = 3 * STRETCHES + 5;
         let run = drawn(samples, 700);
-        assert!(run.time_s.len() <= 2 * STRETCHES + 2);
+        assert!(run.time_s.len() <= POINTS * (STRETCHES + 1));
         assert_eq!(run.time_s.len(), run.level_m.measured.len());
         assert!(run.time_s.is_sorted());
         let kept = |v: f64| run.level_m.measured.contains(&v);
@@ -155,5 +162,13 @@ mod tests {
         assert_eq!(run.time_s.last(), Some(&((samples - 1) as f64)));
         let other = drawn(samples, samples);
         assert_eq!(format!("{run:?}"), format!("{other:?}"));
+    }
+
+    #[test]
+    fn a_stretch_is_its_mean_but_for_a_moment() {
+        let stretch = [f64::NAN, 2.0, 8.0, 2.0];
+        assert_eq!(values_at(&stretch), [4.0, 2.0, 8.0, 4.0, 4.0]);
+        assert_eq!(moments(&[3.0, 4.0, 5.0, 6.0]), [3.0, 3.0, 3.0, 3.0, 6.0]);
+        assert!(values_at(&[f64::NAN; 2]).iter().all(|v| v.is_nan()));
     }
 }

@@ -8,7 +8,7 @@ use dgd_ingest::{BlockError, BlockOptions, BlockReader, Format, Opened, ReadOpti
 use dgd_recording::{BlockSurvey, Table, TableSurvey};
 use std::fs::File;
 use std::path::{Path, PathBuf};
-use tracing::{debug, warn};
+use tracing::{debug, info, warn};
 
 /// A recording on disk, read block by block as often as wanted.
 pub(crate) struct Blocks {
@@ -36,14 +36,23 @@ impl When {
         }
     }
 
-    /// Says why a recording is not read in blocks: aloud to who asked for it.
-    pub(crate) fn say(self, why: String) {
+    /// Says why recordings of so many bytes are not read in blocks: aloud to who asked for it, and where they may not fit
+    /// into memory.
+    pub(crate) fn say(self, bytes: u64, why: &str) {
         match self {
             Self::Always => warn!("{why}"),
+            Self::Long(_) if bytes >= LARGE => {
+                let times = "it takes several times its size in memory";
+                warn!("{why} ({} MiB; {times})", bytes >> 20);
+            }
+            Self::Long(least) if bytes >= least => info!("{why}"),
             Self::Long(_) => debug!("{why}"),
         }
     }
 }
+
+/// Bytes from which what is read whole may not fit.
+const LARGE: u64 = 256 << 20;
 
 /// Opens a recording for reading in blocks; `None` if it is to be read whole.
 pub(crate) fn open(
@@ -85,7 +94,11 @@ pub(super) fn open_with(
             before,
         })),
         Opened::Whole(reason) => {
-            when.say(format!("{} is read whole: {reason}", path.display()));
+            let why = format!(
+                "{} is read whole: {reason}; the CSV or MCAP that `dgd convert` makes of it need not be",
+                path.display()
+            );
+            when.say(metadata.len(), &why);
             Ok(None)
         }
     }
@@ -112,6 +125,11 @@ impl Blocks {
         self.reader.rows()
     }
 
+    /// Length of the file.
+    pub(super) fn bytes(&self) -> u64 {
+        self.file.metadata().map_or(0, |metadata| metadata.len())
+    }
+
     /// Goes through all blocks, from the first one on.
     ///
     /// At the end the file must be what it was at the start, or the blocks are of two recordings.
@@ -120,9 +138,12 @@ impl Blocks {
         mut take: impl FnMut(&Table) -> Result<(), E>,
     ) -> Result<(), E> {
         self.reader.rewind();
+        let mut blocks = 0;
         while let Some(block) = (self.reader.next_block()).map_err(|e| failed(&self.path, &e))? {
+            blocks += 1;
             take(block)?;
         }
+        debug!("{}: gone through in {blocks} blocks", self.path.display());
         State::compare(&self.path, self.before, State::of(&self.file))?;
         Ok(())
     }

@@ -50,10 +50,11 @@ pub(crate) fn open<'w>(
         }
     }
     if !grid.is_in_order() {
-        when.say(format!(
-            "{} is read whole: its samples must be put in order",
+        let why = format!(
+            "{} is read whole: its samples must be put in order; sort its rows by time",
             path.display()
-        ));
+        );
+        when.say(blocks.bytes(), &why);
         return Ok(None);
     }
     for issue in blocks.head().issues.iter().chain(&grid.issues()) {

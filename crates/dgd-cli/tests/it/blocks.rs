@@ -47,13 +47,67 @@ fn inspect_finds_the_same() {
     }
 }
 
-/// Standard output of `--json` without times and the output's name.
-fn said(bench: &Bench, arguments: &str) -> serde_json::Value {
-    let mut said = bench.json(arguments, "dgd.simulate/1");
+/// Columns of a file so wide that [`BLOCK`] of its rows are a block: a block is bounded by its values.
+const WIDE: usize = 262;
+const BLOCK: usize = (1 << 17) / WIDE;
+
+/// Missing rows, missing values, a meter that rests, spikes and a pump that is off for a while; and where one block of the
+/// wide file ends and the next begins, a rest of the meter, a longer one each time, and a spike.
+fn holed(text: &str) -> String {
+    let mut holed: Vec<String> = Vec::new();
+    for (k, row) in text.lines().enumerate() {
+        let mut cells: Vec<&str> = row.split(',').collect();
+        match k {
+            300..340 | 2000 | 3543..3550 => continue,
+            500..620 | 3030..3050 => *cells.last_mut().unwrap() = "",
+            900..960 => cells[4] = "700",
+            1200..1500 | 2450..2600 => *cells.last_mut().unwrap() = "0",
+            1510..1600 => cells[1] = "",
+            2700..2730 => cells[5] = "9999",
+            _ => {}
+        }
+        // Below two rows of names and units.
+        let row = holed.len().saturating_sub(2);
+        let border = (row + BLOCK / 2) / BLOCK;
+        let from = border * BLOCK;
+        let rests = [0, 3, 5, 8, 12, 20, 30, 45];
+        if row.abs_diff(from) < rests.get(border).copied().unwrap_or(0) {
+            cells[4] = "700";
+        }
+        if border > 0 && (from..from + 2).contains(&row) {
+            cells[1] = "900";
+        }
+        holed.push(cells.join(","));
+    }
+    holed.join("\n")
+}
+
+/// The same with columns that nobody asks for.
+fn widened(text: &str) -> String {
+    let rows: Vec<String> = (text.lines().enumerate())
+        .map(|(k, row)| {
+            let more = row.split(',').count()..WIDE;
+            let cells = more.map(|n| match k {
+                0 => format!(",other{n}"),
+                1 => ",".to_owned(),
+                _ => format!(",{}", (k + n) % 10),
+            });
+            row.to_owned() + &cells.collect::<String>()
+        })
+        .collect();
+    rows.join("\n")
+}
+
+/// Standard output of `--json` without times and the output's name, and what was warned of.
+fn said(bench: &Bench, arguments: &str) -> (serde_json::Value, String) {
+    let ran = bench.dgd(&format!("{arguments} --json"));
+    let warned = ran.err.clone();
+    let mut said: serde_json::Value = serde_json::from_str(&ran.done()).unwrap();
+    assert_eq!(said["schema"], "dgd.simulate/1");
     for member in ["seconds", "seconds_by_stage", "out", "figures"] {
         said[member] = serde_json::Value::Null;
     }
-    said
+    (said, warned)
 }
 
 #[test]
@@ -62,50 +116,66 @@ fn simulate_writes_the_same_bytes() {
     bench
         .dgd("fit rig.csv --well well.toml --out model.toml")
         .done();
-    // Missing rows, a missing value, a meter that rests, and a pump that is off for a while.
-    let text = bench.text("rig.csv");
-    let rows: Vec<&str> = text.lines().collect();
-    let mut holed: Vec<String> = Vec::new();
-    for (k, row) in rows.iter().enumerate() {
-        let mut cells: Vec<&str> = row.split(',').collect();
-        match k {
-            300..340 | 2000 => continue,
-            500..620 => *cells.last_mut().unwrap() = "",
-            900..960 => cells[4] = "700",
-            1200..1500 => *cells.last_mut().unwrap() = "0",
-            1510..1600 => cells[1] = "",
-            2500..2530 => cells[5] = "9999",
-            _ => {}
-        }
-        holed.push(cells.join(","));
-    }
-    bench.write("holed.csv", holed.join("\n"));
-    bench.dgd("convert holed.csv holed.mcap").done();
-    for input in ["rig.csv", "rig.mcap", "holed.csv", "holed.mcap"] {
-        for (options, output) in [
-            ("", "csv"),
-            ("", "mcap"),
-            ("--kind riser", "csv"),
-            ("--kind flow --thesis-screening", "csv"),
-            ("--kind steady", "csv"),
-            ("--window 650:2222.5 --level 140m", "csv"),
-            ("--tolerance 1e-7 --solver dormand-prince", "csv"),
-        ] {
-            let run = format!("simulate {input} --well well.toml --model model.toml {options}");
-            let [whole, blocks] = ["whole", "blocks"].map(|name| format!("{name}.{output}"));
-            let expected = said(&bench, &format!("{run} --out {whole}"));
-            let found = said(&bench, &format!("{run} --out {blocks} --in-blocks"));
-            assert_eq!(found, expected, "{input} {options}");
-            assert!(
-                bench.bytes(&whole) == bench.bytes(&blocks),
-                "{input} {options}"
-            );
-            // What is warned of, too.
-            let whole = bench.dgd(&format!("{run} --out {whole}"));
-            let blocks = bench.dgd(&format!("{run} --out {blocks} --in-blocks"));
-            assert_eq!(blocks.err, whole.err, "{input} {options}");
+    bench.write("holed.csv", holed(&bench.text("rig.csv")));
+    bench.write("wide.csv", widened(&bench.text("holed.csv")));
+    bench.dgd("convert wide.csv wide.mcap").done();
+    for (options, output) in [
+        ("", "csv"),
+        ("", "mcap"),
+        ("--kind riser", "csv"),
+        ("--kind flow --thesis-screening", "csv"),
+        ("--kind steady", "csv"),
+        ("--window 650:2222.5 --level 140m", "csv"),
+        ("--tolerance 1e-7 --solver dormand-prince", "csv"),
+    ] {
+        for input in ["rig.csv", "rig.mcap", "holed.csv", "wide.csv", "wide.mcap"] {
+            simulates_alike(&bench, input, options, output);
         }
     }
+    draws_alike(&bench, "wide.csv");
+    for (input, least) in [("wide.csv", 8), ("wide.mcap", 7)] {
+        let blocks = walked(&bench, input);
+        assert!(!blocks.is_empty(), "{input}");
+        assert!(blocks.iter().all(|n| *n >= least), "{input}: {blocks:?}");
+    }
+}
+
+fn simulates_alike(bench: &Bench, input: &str, options: &str, output: &str) {
+    let run = format!("simulate {input} --well well.toml --model model.toml {options}");
+    let [whole, blocks] = ["whole", "blocks"].map(|name| format!("{name}.{output}"));
+    let expected = said(bench, &format!("{run} --out {whole}"));
+    let found = said(bench, &format!("{run} --out {blocks} --in-blocks"));
+    assert_eq!(found, expected, "{input} {options}");
+    assert!(
+        bench.bytes(&whole) == bench.bytes(&blocks),
+        "{input} {options}"
+    );
+}
+
+/// Of a run that is short enough to be drawn as it is, the same pictures.
+fn draws_alike(bench: &Bench, input: &str) {
+    let run = format!("simulate {input} --well well.toml --model model.toml --out run.csv");
+    bench.dgd(&format!("{run} --figures whole")).done();
+    bench
+        .dgd(&format!("{run} --figures blocks --in-blocks"))
+        .done();
+    for number in 1..=4 {
+        let [whole, blocks] = ["whole", "blocks"]
+            .map(|folder| bench.text(&format!("{folder}/figure-4-{number}.svg")));
+        assert!(whole == blocks, "Figure 4.{number}");
+    }
+}
+
+/// How many blocks each pass over a recording went through.
+fn walked(bench: &Bench, input: &str) -> Vec<usize> {
+    let run = format!("simulate {input} --well well.toml --model model.toml --out run.csv");
+    let ran = bench.dgd(&format!("{run} --in-blocks -vv"));
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    let told = ran.err.lines().filter_map(|line| {
+        let (_, blocks) = line.split_once("gone through in ")?;
+        blocks.trim_end_matches(" blocks").parse().ok()
+    });
+    told.collect()
 }
 
 #[test]
@@ -185,6 +255,23 @@ fn what_cannot_be_simulated_in_blocks_is_simulated_whole_and_says_why() {
         let told = ran.done();
         assert_eq!(bench.dgd(&line).done(), told);
         assert!(bench.bytes(output) == first);
+    }
+}
+
+#[test]
+fn a_large_recording_that_must_be_read_whole_is_told_without_being_asked() {
+    let bench = bench();
+    bench
+        .dgd("fit rig.csv --well well.toml --out model.toml")
+        .done();
+    // Holes: they take no room, and nobody reads them, as the other recording is not there.
+    for (mebibytes, told) in [(257, true), (255, false)] {
+        let file = std::fs::File::create(bench.path("large.csv")).unwrap();
+        file.set_len(mebibytes << 20).unwrap();
+        let ran = bench.dgd("simulate absent.csv large.csv --well well.toml --model model.toml");
+        ran.refused(&["absent.csv"]);
+        let part = "is joined with the next recording; simulate them one by one (257 MiB; it takes";
+        assert_eq!(ran.err.contains(part), told, "{}", ran.err);
     }
 }
 

@@ -1,6 +1,6 @@
 //! What cannot be diagnosed is refused with a reason.
 
-use super::rig::{case, cut, recorded, screened, tried};
+use super::rig::{case, recorded, screened, tried};
 use dgd_diagnose::{DiagnoseError, Options, diagnose};
 use dgd_effects::AppliedEffect;
 use dgd_recording::{Recording, Well};
@@ -27,7 +27,7 @@ fn channels(recording: &mut Recording) -> Vec<&mut Vec<f64>> {
 fn a_recording_of_any_length_below_half_an_hour_is_refused() {
     let (well, recording, step_s) = clean();
     for samples in [1, 2, 9, 10, 11, 59, 119, 300, 601, 1199, 1800] {
-        let error = tried(&well, cut(&recording, 3000..3000 + samples), step_s).unwrap_err();
+        let error = tried(&well, recording.slice(3000..3000 + samples), step_s).unwrap_err();
         let DiagnoseError::TooShort { usable, needed } = error else {
             panic!("{samples} samples: {error}");
         };
@@ -42,7 +42,7 @@ fn a_recording_of_any_length_below_half_an_hour_is_refused() {
 #[test]
 fn the_message_tells_how_much_can_be_used() {
     let (well, recording, step_s) = clean();
-    let mut standing = cut(&recording, 0..5400);
+    let mut standing = recording.slice(0..5400);
     standing.pump_speed_pct.fill(0.0);
     standing.return_flow_m3_s.fill(0.0);
     let error = tried(&well, standing, step_s).unwrap_err();
@@ -55,7 +55,7 @@ fn the_message_tells_how_much_can_be_used() {
 #[test]
 fn a_storm_of_gaps_is_refused_in_every_channel_and_in_each() {
     let (well, recording, step_s) = clean();
-    let recording = cut(&recording, 0..5400);
+    let recording = recording.slice(0..5400);
     let storm = |values: &mut Vec<f64>, salt: usize| {
         for (i, v) in values.iter_mut().enumerate() {
             if (i + salt).wrapping_mul(2_654_435_761) % 65_536 < 60_000 {
@@ -88,7 +88,7 @@ fn a_storm_of_gaps_is_refused_in_every_channel_and_in_each() {
 fn nothing_but_gaps_or_constants_is_refused() {
     let (well, recording, step_s) = clean();
     for value in [f64::NAN, 0.0, 1.0] {
-        let mut flat = cut(&recording, 0..5400);
+        let mut flat = recording.slice(0..5400);
         channels(&mut flat).into_iter().for_each(|v| v.fill(value));
         let refused = tried(&well, flat, step_s);
         assert!(
@@ -101,7 +101,7 @@ fn nothing_but_gaps_or_constants_is_refused() {
 #[test]
 fn a_start_from_an_effect_that_is_not_known_is_refused_by_name() {
     let (well, recording, step_s) = clean();
-    let prepared = screened(cut(&recording, 0..3600), step_s);
+    let prepared = screened(recording.slice(0..3600), step_s);
     for (id, parameters) in [("poltergeist", vec![1.0]), ("influx", vec![1e-3])] {
         let options = Options {
             start: vec![AppliedEffect {

@@ -51,20 +51,3 @@ pub(crate) fn answer(case: &Case) -> Diagnosis {
     let (well, recording, step_s) = recorded(case);
     tried(&well, recording, step_s).unwrap()
 }
-
-/// A stretch of a recording.
-pub(crate) fn cut(recording: &Recording, range: std::ops::Range<usize>) -> Recording {
-    let one = |values: &Vec<f64>| values[range.clone()].to_vec();
-    let many = |series: &Vec<Vec<f64>>| series.iter().map(one).collect();
-    Recording {
-        time_s: one(&recording.time_s),
-        mud_pump_flow_m3_s: one(&recording.mud_pump_flow_m3_s),
-        booster_flow_m3_s: one(&recording.booster_flow_m3_s),
-        topfill_flow_m3_s: one(&recording.topfill_flow_m3_s),
-        return_flow_m3_s: one(&recording.return_flow_m3_s),
-        pump_inlet_pressure_pa: many(&recording.pump_inlet_pressure_pa),
-        pump_outlet_pressure_pa: many(&recording.pump_outlet_pressure_pa),
-        riser_pressure_pa: recording.riser_pressure_pa.as_ref().map(one),
-        pump_speed_pct: one(&recording.pump_speed_pct),
-    }
-}

@@ -1,13 +1,13 @@
 //! What holds of any answer.
 
-use super::rig::{case, cut, recorded, screened, tried};
+use super::rig::{case, recorded, screened, tried};
 use dgd_diagnose::{Diagnosis, Options, Stage, diagnose};
 use dgd_recording::Recording;
 
 /// An hour and a half of a case with an influx in it.
 fn ninety_minutes() -> (dgd_recording::Well, Recording, f64) {
     let (well, recording, step_s) = recorded(&case(302, Some("influx")));
-    (well, cut(&recording, 4800..10_200), step_s)
+    (well, recording.slice(4800..10_200), step_s)
 }
 
 /// Numbers hold together, whatever was found.

@@ -5,7 +5,8 @@ use dgd_documents::{
     Base, ModelDocument, read_model, read_model_document, write_model, write_model_document,
 };
 use dgd_effects::{
-    AppliedEffect, AugmentedModel, Curves, FRICTION_TERMS, HEAD_TERMS, Scale, catalogue, find,
+    AppliedEffect, AugmentedModel, Curves, FRICTION_TERMS, HEAD_TERMS, PLACES, QUANTITIES, Scale,
+    catalogue, find,
 };
 use proptest::prelude::*;
 
@@ -167,6 +168,62 @@ fn a_parameter_that_the_effect_does_not_take_is_told_with_the_nearest() {
     let (message, help) = told_once("onset_s =", "onset_s = 1.0, onsets =");
     assert_eq!(message, "effect `influx` has no parameter `onsets`");
     assert_eq!(help, "did you mean `onset_s`?");
+}
+
+/// The example with a correction of no catalogued effect, whose codes are these.
+fn corrected(relation: &str, quantity: &str) -> String {
+    let about = find("unknown").unwrap().about();
+    let values = about.parameters.iter().map(|p| {
+        let value = match p.name {
+            "relation" => relation,
+            "quantity" => quantity,
+            _ => "1.0",
+        };
+        format!("{} = {value}", p.name)
+    });
+    let values: Vec<String> = values.collect();
+    let effect = "[[augmented.effects]]\nid = \"unknown\"\nparameters";
+    format!("{}\n{effect} = {{ {} }}\n", example(), values.join(", "))
+}
+
+#[test]
+fn a_correction_s_codes_are_those_of_the_catalogue() {
+    for (place, quantity) in [(0, 0), (PLACES.len() - 1, QUANTITIES.len() - 1)] {
+        let source = corrected(&place.to_string(), &format!("{quantity}.0"));
+        let (document, warnings) = read_model_document(&source).unwrap();
+        assert!(warnings.is_empty(), "{warnings:?}");
+        let effects = document.augmented.unwrap().effects;
+        assert_eq!(effects[1].parameters[..2], [place as f64, quantity as f64]);
+    }
+    let last = PLACES.len() - 1;
+    for wrong in ["12", "-1", "2.5", "1e300"] {
+        let source = corrected(wrong, "0");
+        let error = read_model_document(&source).unwrap_err();
+        assert_eq!(error.problems.len(), 1, "{error}");
+        let problem = &error.problems[0];
+        assert!(
+            problem
+                .message
+                .starts_with("`relation` of effect `unknown` is "),
+            "{error}"
+        );
+        let expected = format!("expected a code from 0 to {last}");
+        assert!(problem.message.ends_with(&expected), "{error}");
+        let help = problem.help.as_deref().unwrap();
+        assert!(
+            help.starts_with("0 return line friction, 1 pump head, "),
+            "{help}"
+        );
+        let line = source.lines().nth(error.places[0].0 - 1).unwrap();
+        assert!(line.starts_with("parameters = { relation = "), "{line}");
+    }
+    let error = read_model_document(&corrected("12", "8")).unwrap_err();
+    let told: Vec<&str> = error.problems.iter().map(|p| p.message.as_str()).collect();
+    assert_eq!(told.len(), 2, "{error}");
+    let quantity = "`quantity` of effect `unknown` is 8, expected a code from 0 to 7";
+    assert_eq!(told[1], quantity);
+    let help = error.problems[1].help.as_deref().unwrap();
+    assert!(help.ends_with("7 rate of the return flow"), "{help}");
 }
 
 #[test]

@@ -116,20 +116,9 @@ fn the_units_of_the_file_do_not_matter() {
 /// The samples of a recording in another order.
 fn in_order(prepared: &Prepared, order: &[usize]) -> Prepared {
     let one = |values: &[f64]| -> Vec<f64> { order.iter().map(|&i| values[i]).collect() };
-    let side = |series: &[Vec<f64>]| series.iter().map(|values| one(values)).collect();
     let recording = &prepared.recording;
     Prepared {
-        recording: Recording {
-            time_s: recording.time_s.clone(),
-            mud_pump_flow_m3_s: one(&recording.mud_pump_flow_m3_s),
-            booster_flow_m3_s: one(&recording.booster_flow_m3_s),
-            topfill_flow_m3_s: one(&recording.topfill_flow_m3_s),
-            return_flow_m3_s: one(&recording.return_flow_m3_s),
-            pump_inlet_pressure_pa: side(&recording.pump_inlet_pressure_pa),
-            pump_outlet_pressure_pa: side(&recording.pump_outlet_pressure_pa),
-            riser_pressure_pa: None,
-            pump_speed_pct: one(&recording.pump_speed_pct),
-        },
+        recording: recording.map_channels(recording.time_s.clone(), one),
         step_s: prepared.step_s,
         keep: order.iter().map(|&i| prepared.keep[i]).collect(),
         inlet_pressure_pa: one(&prepared.inlet_pressure_pa),

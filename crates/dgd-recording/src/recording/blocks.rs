@@ -3,7 +3,7 @@
 use super::mapping::Origin;
 use super::{Recording, RecordingError};
 use crate::clock::ClockPasses;
-use crate::{ClockSurvey, Column, Issue, Table, TimeSource, Well};
+use crate::{ChannelSource, ClockSurvey, Column, Issue, Table, TimeSource, Well};
 
 /// The channels of a table that comes in blocks, on their even clock: what [`Recording::from_table`] and
 /// [`Recording::onto_grid`] make of the table at once, to the last bit.
@@ -36,6 +36,8 @@ pub struct BlockGrid<'w> {
     well: &'w Well,
     origin: Origin,
     mapping: Vec<Issue>,
+    /// The columns that the well names.
+    named: Vec<usize>,
     passes: Option<ClockPasses>,
     clock: Option<ClockSurvey>,
     /// Steps of the clock that samples have been given for.
@@ -67,6 +69,7 @@ impl<'w> BlockGrid<'w> {
             well,
             origin: Origin::default(),
             mapping,
+            named: named(head, well),
             passes: Some(ClockPasses::new(rows)),
             clock: None,
             given: 0,
@@ -153,7 +156,12 @@ impl<'w> BlockGrid<'w> {
         if block.rows() == 0 {
             return Ok(());
         }
-        let (rows, _) = Recording::from_rows(block.clone(), self.well, &mut self.origin)?;
+        let named = self.named.iter().filter_map(|n| block.columns.get(*n));
+        let named = Table {
+            columns: named.cloned().collect(),
+            ..Table::default()
+        };
+        let (rows, _) = Recording::from_rows(named, self.well, &mut self.origin)?;
         let Some(clock) = &self.clock else {
             return Ok(());
         };
@@ -187,6 +195,35 @@ impl<'w> BlockGrid<'w> {
     }
 }
 
+/// Indices of the columns that a well names, in their order, and of the first, which tells the rows where it names none.
+fn named(head: &Table, well: &Well) -> Vec<usize> {
+    let map = &well.channels;
+    let single = [
+        &map.mud_pump_flow,
+        &map.booster_flow,
+        &map.topfill_flow,
+        &map.return_flow,
+        &map.pump_speed,
+    ];
+    let sources = (single.into_iter())
+        .chain(&map.pump_inlet_pressure)
+        .chain(&map.pump_outlet_pressure)
+        .chain(&map.riser_pressure);
+    let stamps = match &map.time {
+        TimeSource::Column { tag, .. } => Some(tag),
+        TimeSource::Interval { .. } => None,
+    };
+    let tags = sources.filter_map(|source| match source {
+        ChannelSource::Column { tag, .. } => Some(tag),
+        ChannelSource::Constant { .. } => None,
+    });
+    let found = tags.chain(stamps).filter_map(|tag| head.find(tag));
+    let mut named: Vec<usize> = found.chain([0]).collect();
+    named.sort_unstable();
+    named.dedup();
+    named
+}
+
 /// Second of a step of the even clock.
 fn at(clock: &ClockSurvey, step: usize) -> f64 {
     clock.span_s.0 + step as f64 * clock.step_s
@@ -195,21 +232,10 @@ fn at(clock: &ClockSurvey, step: usize) -> f64 {
 impl Recording {
     /// These rows, or NaN, on the steps of the clock before `end`.
     fn picked(&self, sources: &[Option<usize>], clock: &ClockSurvey, end: usize) -> Self {
-        let pick = |values: &[f64]| -> Vec<f64> {
+        let time_s = (end - sources.len()..end).map(|i| at(clock, i)).collect();
+        self.map_channels(time_s, |values| {
             let row = |s: &Option<usize>| s.map_or(f64::NAN, |row| values[row]);
             sources.iter().map(row).collect()
-        };
-        let side = |side: &[Vec<f64>]| side.iter().map(|values| pick(values)).collect();
-        Self {
-            time_s: (end - sources.len()..end).map(|i| at(clock, i)).collect(),
-            mud_pump_flow_m3_s: pick(&self.mud_pump_flow_m3_s),
-            booster_flow_m3_s: pick(&self.booster_flow_m3_s),
-            topfill_flow_m3_s: pick(&self.topfill_flow_m3_s),
-            return_flow_m3_s: pick(&self.return_flow_m3_s),
-            pump_inlet_pressure_pa: side(&self.pump_inlet_pressure_pa),
-            pump_outlet_pressure_pa: side(&self.pump_outlet_pressure_pa),
-            riser_pressure_pa: self.riser_pressure_pa.as_deref().map(pick),
-            pump_speed_pct: pick(&self.pump_speed_pct),
-        }
+        })
     }
 }

@@ -181,27 +181,9 @@ fn a_clock_that_was_set_back_is_refused_with_the_place() {
 
 #[test]
 fn a_stretch_that_is_there_twice_alike_counts_once() {
-    let mut twice = recording(&(0..250).map(f64::from).collect::<Vec<f64>>());
-    let again = |values: &mut Vec<f64>| {
-        let tail = values[150..].to_vec();
-        values.truncate(200);
-        values.extend(tail);
-    };
-    again(&mut twice.time_s);
-    for values in [
-        &mut twice.mud_pump_flow_m3_s,
-        &mut twice.booster_flow_m3_s,
-        &mut twice.topfill_flow_m3_s,
-        &mut twice.return_flow_m3_s,
-        &mut twice.pump_speed_pct,
-    ]
-    .into_iter()
-    .chain(&mut twice.pump_inlet_pressure_pa)
-    .chain(&mut twice.pump_outlet_pressure_pa)
-    .chain(&mut twice.riser_pressure_pa)
-    {
-        again(values);
-    }
+    let once = recording(&(0..250).map(f64::from).collect::<Vec<f64>>());
+    let again = |values: &[f64]| [&values[..200], &values[150..]].concat();
+    let twice = once.map_channels(again(&once.time_s), again);
     let (gridded, _, issues) = twice.onto_grid().unwrap();
     assert_eq!(gridded.len(), 250);
     assert_eq!(

@@ -182,6 +182,37 @@ fn the_mean_of_redundant_transmitters_leaves_the_silent_one_out() {
 }
 
 #[test]
+fn a_slice_holds_the_same_samples_of_every_channel() {
+    let stamps: Vec<f64> = (0..40).map(f64::from).collect();
+    let (mut recording, _) = Recording::from_table(table(&stamps), &well()).unwrap();
+    for riser in [None, Some(stamps.clone())] {
+        recording.riser_pressure_pa = riser;
+        let part = recording.slice(7..19);
+        assert_eq!(part.time_s, stamps[7..19]);
+        assert_eq!(part.series().len(), recording.series().len());
+        for ((channel, all), (same, part)) in recording.series().iter().zip(part.series()) {
+            assert_eq!((*channel, &all[7..19]), (same, part));
+        }
+        assert_eq!(recording.slice(0..40), recording);
+        assert!(recording.slice(40..40).is_empty());
+    }
+}
+
+#[test]
+fn channels_are_made_anew_in_the_order_of_the_series() {
+    let (recording, _) = Recording::from_table(table(&[0.0, 1.0]), &well()).unwrap();
+    let mut count = 0.0;
+    let counted = recording.map_channels(vec![5.0], |_| {
+        count += 1.0;
+        vec![count]
+    });
+    assert_eq!(counted.time_s, [5.0]);
+    for (n, (channel, values)) in counted.series().iter().enumerate() {
+        assert_eq!(*values, [n as f64 + 1.0], "{channel}");
+    }
+}
+
+#[test]
 fn channels_are_counted_from_one_for_people() {
     assert_eq!(
         Channel::PumpInletPressure(1).to_string(),

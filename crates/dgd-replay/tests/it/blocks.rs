@@ -4,26 +4,6 @@ use crate::rig::{line, options, recording};
 use dgd_recording::{Channel, Recording};
 use dgd_replay::{BlockReplay, Kind, Pair, Replay, ReplayError, ReplayOptions, replay};
 use proptest::prelude::*;
-use std::ops::Range;
-
-fn cut(recording: &Recording, range: Range<usize>) -> Recording {
-    let mut cut = recording.clone();
-    cut.time_s = recording.time_s[range.clone()].to_vec();
-    for (channel, values) in recording.series() {
-        let values = values[range.clone()].to_vec();
-        match channel {
-            Channel::MudPumpFlow => cut.mud_pump_flow_m3_s = values,
-            Channel::BoosterFlow => cut.booster_flow_m3_s = values,
-            Channel::TopfillFlow => cut.topfill_flow_m3_s = values,
-            Channel::ReturnFlow => cut.return_flow_m3_s = values,
-            Channel::PumpInletPressure(n) => cut.pump_inlet_pressure_pa[n] = values,
-            Channel::PumpOutletPressure(n) => cut.pump_outlet_pressure_pa[n] = values,
-            Channel::RiserPressure => cut.riser_pressure_pa = Some(values),
-            Channel::PumpSpeed => cut.pump_speed_pct = values,
-        }
-    }
-    cut
-}
 
 fn in_blocks(
     recording: &Recording,
@@ -32,10 +12,10 @@ fn in_blocks(
 ) -> Result<Replay, ReplayError> {
     let n = recording.len();
     let span_s = (recording.time_s[0], recording.time_s[n - 1]);
-    let mut run = BlockReplay::new(&line(), options, n, span_s);
+    let mut run = BlockReplay::new(&line(), options, n, span_s)?;
     let mut parts = Vec::new();
     for from in (0..n).step_by(length) {
-        parts.push(run.add(cut(recording, from..n.min(from + length)))?);
+        parts.push(run.add(recording.slice(from..n.min(from + length)))?);
     }
     let last = run.finish()?;
     let mut all = Replay {
@@ -102,7 +82,7 @@ proptest! {
         max_steps in prop_oneof![3 => Just(10_000_000), 1 => 1..300_usize],
     ) {
         let mut recording = recording(samples.max(2));
-        recording = cut(&recording, 0..samples as usize);
+        recording = recording.slice(0..samples as usize);
         let channels: Vec<Channel> = recording.series().iter().map(|(c, _)| *c).collect();
         for (which, from, many, what) in gaps {
             let values = recording.channel_mut(channels[which % channels.len()]).unwrap();
@@ -130,14 +110,68 @@ fn what_waits_does_not_grow_with_the_recording() {
     let recording = recording(4000);
     let mut options = options(Kind::Coupled);
     options.solver.relative = 1e-4;
-    let mut run = BlockReplay::new(&line(), &options, 4000, (0.0, 3999.0));
+    let mut run = BlockReplay::new(&line(), &options, 4000, (0.0, 3999.0)).unwrap();
     let mut rows = 0;
     for from in (0..4000).step_by(100) {
         rows += run
-            .add(cut(&recording, from..from + 100))
+            .add(recording.slice(from..from + 100))
             .unwrap()
             .time_s
             .len();
         assert!(rows + 20 > from + 80, "{rows} of {from}");
     }
+}
+
+#[test]
+fn inputs_that_rest_for_long_give_the_same_rows() {
+    let mut recording = recording(1500);
+    for (channel, _) in recording.clone().series() {
+        let values = recording.channel_mut(channel).unwrap();
+        for rest in [100..1300, 1320..1500] {
+            let here = values[rest.start];
+            values[rest].fill(here);
+        }
+    }
+    for kind in [Kind::Coupled, Kind::Riser, Kind::Flow, Kind::Steady] {
+        let options = options(kind);
+        let whole = text(replay(&line(), &recording, &options));
+        for length in [1, 60, 1000] {
+            assert_eq!(text(in_blocks(&recording, &options, length)), whole);
+        }
+    }
+}
+
+#[test]
+fn a_meter_that_shows_what_is_to_come_is_refused_in_blocks() {
+    for delay_s in [-1e-9, -12.0, f64::NAN] {
+        let options = ReplayOptions {
+            delay_s,
+            ..options(Kind::Coupled)
+        };
+        let error = BlockReplay::new(&line(), &options, 100, (0.0, 99.0)).unwrap_err();
+        let told = format!("the delay is {delay_s} s, expected at least 0 s");
+        assert!(error.to_string().starts_with(&told), "{error}");
+    }
+}
+
+#[test]
+fn blocks_that_are_not_the_recording_announced_are_refused() {
+    let recording = recording(100);
+    let run = || BlockReplay::new(&line(), &options(Kind::Coupled), 90, (0.0, 89.0)).unwrap();
+    let told = |error: ReplayError| error.to_string();
+    let mut more = run();
+    more.add(recording.slice(0..50)).unwrap();
+    assert_eq!(
+        told(more.add(recording.slice(50..100)).unwrap_err()),
+        "blocks of 100 samples in all, expected 90"
+    );
+    let mut fewer = run();
+    fewer.add(recording.slice(0..50)).unwrap();
+    assert_eq!(
+        told(fewer.finish().unwrap_err()),
+        "blocks of 50 samples in all, expected 90"
+    );
+    let mut all = run();
+    all.add(recording.slice(0..90)).unwrap();
+    all.finish().unwrap();
 }

@@ -134,18 +134,7 @@ fn the_steady_flow_has_no_memory_of_the_samples_before() {
         order.swap(i as usize, draws.below(i + 1) as usize);
     }
     let one = |values: &[f64]| -> Vec<f64> { order.iter().map(|&i| values[i]).collect() };
-    let side = |series: &[Vec<f64>]| series.iter().map(|values| one(values)).collect();
-    let shuffled = Recording {
-        time_s: plain.time_s.clone(),
-        mud_pump_flow_m3_s: one(&plain.mud_pump_flow_m3_s),
-        booster_flow_m3_s: one(&plain.booster_flow_m3_s),
-        topfill_flow_m3_s: one(&plain.topfill_flow_m3_s),
-        return_flow_m3_s: one(&plain.return_flow_m3_s),
-        pump_inlet_pressure_pa: side(&plain.pump_inlet_pressure_pa),
-        pump_outlet_pressure_pa: side(&plain.pump_outlet_pressure_pa),
-        riser_pressure_pa: None,
-        pump_speed_pct: one(&plain.pump_speed_pct),
-    };
+    let shuffled = plain.map_channels(plain.time_s.clone(), one);
     let expected = run(&plain, &no_delay);
     let found = run(&shuffled, &no_delay);
     assert_eq!(found.level_m.measured, one(&expected.level_m.measured));

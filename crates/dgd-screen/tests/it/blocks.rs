@@ -7,23 +7,6 @@ use dgd_screen::{
     BlockScreen, Faults, ScreenError, ScreenOptions, ScreenedBlock, Screening, screen,
 };
 use proptest::prelude::*;
-use std::ops::Range;
-
-pub(crate) fn cut(recording: &Recording, range: Range<usize>) -> Recording {
-    let one = |values: &[f64]| values[range.clone()].to_vec();
-    let side = |side: &[Vec<f64>]| side.iter().map(|values| one(values)).collect();
-    Recording {
-        time_s: one(&recording.time_s),
-        mud_pump_flow_m3_s: one(&recording.mud_pump_flow_m3_s),
-        booster_flow_m3_s: one(&recording.booster_flow_m3_s),
-        topfill_flow_m3_s: one(&recording.topfill_flow_m3_s),
-        return_flow_m3_s: one(&recording.return_flow_m3_s),
-        pump_inlet_pressure_pa: side(&recording.pump_inlet_pressure_pa),
-        pump_outlet_pressure_pa: side(&recording.pump_outlet_pressure_pa),
-        riser_pressure_pa: recording.riser_pressure_pa.as_deref().map(one),
-        pump_speed_pct: one(&recording.pump_speed_pct),
-    }
-}
 
 /// The parts of a screening in blocks whose lengths are taken in turn.
 fn in_blocks(
@@ -39,7 +22,7 @@ fn in_blocks(
         let (mut at, mut lengths) = (0, lengths.iter().cycle());
         while at < n {
             let to = (at + lengths.next().unwrap()).min(n);
-            let part = screening.add(&cut(recording, at..to)).unwrap();
+            let part = screening.add(&recording.slice(at..to)).unwrap();
             assert!(part.recording.len() <= n);
             parts.extend((!part.recording.is_empty()).then_some(part));
             at = to;
@@ -206,12 +189,12 @@ fn blocks_that_are_not_those_announced_are_refused() {
         }
     ));
     let mut screening = BlockScreen::new(50, 1.0, &options).unwrap();
-    screening.add(&cut(&recording, 0..20)).unwrap();
+    screening.add(&recording.slice(0..20)).unwrap();
     assert!(screening.next_pass().is_err());
-    let mut other = cut(&recording, 20..50);
+    let mut other = recording.slice(20..50);
     other.pump_inlet_pressure_pa.pop();
     let mut screening = BlockScreen::new(50, 1.0, &options).unwrap();
-    screening.add(&cut(&recording, 0..20)).unwrap();
+    screening.add(&recording.slice(0..20)).unwrap();
     assert!(screening.add(&other).is_err());
     other.pump_speed_pct.pop();
     let error = screening.add(&other).unwrap_err();

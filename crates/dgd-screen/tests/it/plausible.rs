@@ -51,7 +51,7 @@ fn suspicions(recording: &Recording, well: &Well) -> Vec<Suspicion> {
         let mut blocks = BlockSuspect::new(1.0);
         for from in (0..recording.len()).step_by(length) {
             let to = (from + length).min(recording.len());
-            blocks.add(&crate::blocks::cut(recording, from..to));
+            blocks.add(&recording.slice(from..to));
         }
         assert_eq!(blocks.finish(well), found);
     }

@@ -25,7 +25,9 @@ pub(super) fn run(job: &Job<'_>, progress: &Progress) -> Result<Option<Done>, Fa
     let model = match runs_in_blocks(job) {
         Ok(model) => model,
         Err(why) => {
-            when.say(why);
+            let recordings = job.source.recordings.iter();
+            let sizes = recordings.filter_map(|path| std::fs::metadata(path).ok());
+            when.say(sizes.map(|size| size.len()).sum(), &why);
             return Ok(None);
         }
     };
@@ -39,29 +41,28 @@ pub(super) fn run(job: &Job<'_>, progress: &Progress) -> Result<Option<Done>, Fa
     let warnings = recording.look_through(progress)?;
     progress.stage("simulating", "");
     let (samples, span_s) = (recording.samples(), recording.span_s());
-    let replay =
-        |options: &ReplayOptions| BlockReplay::new(&model.return_line(), options, samples, span_s);
-    let mut run = replay(&job.options);
-    let kinds = [Kind::Riser, Kind::Flow, Kind::Steady, Kind::Coupled];
+    let refused = |e| Failure::input(first, e);
+    let line = model.return_line();
+    let replay = |options: &ReplayOptions| {
+        BlockReplay::new(&line, options, samples, span_s).map_err(refused)
+    };
+    let mut run = replay(&job.options)?;
     let mut drawings = Vec::new();
     if arguments.figures.is_some() {
-        drawings.extend(kinds.map(|kind| {
+        for kind in [Kind::Riser, Kind::Flow, Kind::Steady, Kind::Coupled] {
             let options = ReplayOptions {
                 kind,
                 ..job.options.clone()
             };
-            (
-                replay(&options),
-                Envelope::new(in_window(job, samples, span_s)),
-            )
-        }));
+            let envelope = Envelope::new(in_window(job, samples, span_s));
+            drawings.push((replay(&options)?, envelope));
+        }
     }
     let mut outcome = Outcome::default();
     let mut outputs = Outputs::new();
     let mut runs = Vec::new();
     outputs.add(&arguments.out, |writer| {
         let mut rows = Rows::new(job.target, writer);
-        let refused = |e| Failure::input(first, e);
         recording.each(|block| {
             for (replay, envelope) in &mut drawings {
                 envelope.add(&replay.add(block.clone()).map_err(refused)?);
@@ -113,21 +114,25 @@ fn runs_in_blocks<'a>(job: &'a Job<'_>) -> Result<&'a Model, String> {
     if matches!(job.target, Target::Mat5 | Target::Mat73) {
         let output = shown(&job.arguments.out);
         return Err(format!(
-            "{output} is written whole: a MAT file holds one column after another"
+            "{output} is written whole: a MAT file holds one column after another; name it .csv or .mcap"
         ));
     }
     let whole = format!("{} is read whole", shown(&recordings[0]));
     if recordings.len() > 1 {
-        return Err(format!("{whole}: it is joined with the next recording"));
+        return Err(format!(
+            "{whole}: it is joined with the next recording; simulate them one by one"
+        ));
     }
     if job.options.delay_s < 0.0 {
         return Err(format!(
-            "{whole}: the model's flow meter shows what is to come"
+            "{whole}: the model's flow meter shows what is to come; fit it with --delays from 0 on"
         ));
     }
     match (&job.document.augmented, &job.document.base) {
         (None, Base::Identified(model)) => Ok(model),
-        _ => Err(format!("{whole}: a model with effects runs on all of it")),
+        _ => Err(format!(
+            "{whole}: a model with effects runs on all of it; one that `dgd fit` wrote need not"
+        )),
     }
 }
 

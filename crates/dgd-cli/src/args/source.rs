@@ -1,0 +1,68 @@
+//! What a command works on: recordings, and a well or a system.
+
+use clap::Args;
+use std::path::{Path, PathBuf};
+
+/// The recordings and the well they were taken on.
+#[derive(Debug, Args)]
+pub(crate) struct Source {
+    /// Recordings in order of time: MAT v5 or v7.3, CSV or MCAP
+    #[arg(required = true)]
+    pub(crate) recordings: Vec<PathBuf>,
+    /// The well description
+    #[arg(long, value_name = "FILE")]
+    pub(crate) well: PathBuf,
+    /// Screen as the thesis does: every long run of one speed rejected, restarts kept
+    #[arg(long)]
+    pub(crate) thesis_screening: bool,
+}
+
+/// What the recordings were taken on.
+#[derive(Debug, Clone, Args)]
+#[group(required = true, multiple = false)]
+pub(crate) struct Described {
+    /// The well description: the built-in return line
+    #[arg(long, value_name = "FILE")]
+    pub(crate) well: Option<PathBuf>,
+    /// The description of any system by its components, or what a fit of it wrote
+    #[arg(long, value_name = "FILE")]
+    pub(crate) system: Option<PathBuf>,
+}
+
+/// Recordings, and a well or a system.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct AnySource {
+    /// Recordings in order of time: MAT v5 or v7.3, CSV or MCAP; one with --system
+    #[arg(required = true)]
+    pub(crate) recordings: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) described: Described,
+    /// Screen as the thesis does: every long run of one speed rejected, restarts kept
+    #[arg(long, conflicts_with = "system")]
+    pub(crate) thesis_screening: bool,
+}
+
+/// What a command works on.
+pub(crate) enum Subject<'a> {
+    /// The built-in return line.
+    Well(Source),
+    /// A system of any components: its description and the recordings.
+    System(&'a Path, &'a [PathBuf]),
+}
+
+impl AnySource {
+    pub(crate) fn subject(&self) -> Subject<'_> {
+        match &self.described {
+            Described {
+                system: Some(system),
+                ..
+            } => Subject::System(system, &self.recordings),
+            Described { well, .. } => Subject::Well(Source {
+                recordings: self.recordings.clone(),
+                // One of the two is required.
+                well: well.clone().unwrap_or_default(),
+                thesis_screening: self.thesis_screening,
+            }),
+        }
+    }
+}
