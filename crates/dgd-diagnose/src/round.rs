@@ -154,7 +154,7 @@ impl<'a> Round<'a> {
             let stands = |r: &&Correction| r.evidence > self.unknown_hurdle(r);
             let most = (self.rivals.iter().filter(stands))
                 .max_by(|a, b| a.evidence.total_cmp(&b.evidence));
-            return most.map_or(Ruling::Nothing, |r| self.unnamed(r, r.borne, None));
+            return most.map_or(Ruling::Nothing, |r| self.unnamed(r, r.evidence, None));
         };
         let broken = self.broken(best);
         let rival = (self.rival(best, broken)).or_else(|| self.rival_beyond(best, broken));

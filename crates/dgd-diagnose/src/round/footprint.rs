@@ -1,7 +1,7 @@
 //! What has been named already, and what it leaves over for want of form.
 
 use crate::contest::material;
-use crate::empirical::{again, is_correction};
+use crate::empirical::{again, is_correction, is_seen};
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::select::Selection;
@@ -16,8 +16,6 @@ pub(super) struct Known {
     pub evidence: f64,
     /// What its form gained within its error, where its strength differs along stands; else 0.
     pub bent: f64,
-    /// Whether it is a curve that is seen.
-    pub seen: bool,
 }
 
 /// Whether the strength of an effect differs from stand to stand and along them. At a stop there is no more to differ than the
@@ -62,7 +60,6 @@ pub(super) fn known(
                 place: k,
                 evidence,
                 bent,
-                seen: false,
             });
         }
     }
@@ -72,7 +69,6 @@ pub(super) fn known(
         place: first + k,
         evidence: n.held.as_ref().map_or(n.evidence, |held| held.borne),
         bent: n.bent,
-        seen: n.held.is_some(),
     }));
     Some(known)
 }
@@ -86,10 +82,6 @@ pub(super) const KNOTS_WANT: f64 = 5.0;
 /// Share of what a strength gained by differing from stand to stand, and along them, that it leaves over.
 pub(super) const WITHIN_STANDS: f64 = 0.05;
 
-/// Share of what the relations bear of a curve that is seen which it leaves over: its noise, its edges, and what they find more of it
-/// than is seen.
-pub(super) const BESIDE_SEEN: f64 = 0.05;
-
 /// Where a named effect acts, and how strongly it showed.
 pub(super) struct Footprint {
     pub rows: Vec<bool>,
@@ -97,8 +89,6 @@ pub(super) struct Footprint {
     pub bent: f64,
     /// Evidence that it leaves over, over the root of its own.
     pub wanting: f64,
-    /// The same over its own.
-    pub share: f64,
 }
 
 impl Footprint {
@@ -118,19 +108,17 @@ impl Footprint {
             };
             let rows = (gate.layout.sections().into_iter())
                 .flat_map(|section| {
-                    // What is seen is as rough in its calm as at its edges.
-                    let least = if one.seen { 0.0 } else { 0.05 } * most(section.clone());
+                    let least = 0.05 * most(section.clone());
                     let acts = most(section.clone()) > 0.0;
                     trace[section].iter().map(move |v| acts && v.abs() > least)
                 })
                 .collect();
-            let coarse = is_correction(state[one.place].effect) && !one.seen;
+            let knots = is_correction(state[one.place].effect) && !is_seen(&state[one.place]);
             Self {
                 rows,
                 evidence: one.evidence,
                 bent: one.bent,
-                wanting: LEFT_OVER * if coarse { KNOTS_WANT } else { 1.0 },
-                share: if one.seen { BESIDE_SEEN } else { 0.0 },
+                wanting: LEFT_OVER * if knots { KNOTS_WANT } else { 1.0 },
             }
         });
         each.collect()
@@ -145,8 +133,7 @@ impl Footprint {
             .sum();
         let whole: f64 = signature.iter().zip(&self.rows).map(energy).sum();
         if whole > 0.0 {
-            let own = self.evidence.max(0.0);
-            let left = self.wanting * own.sqrt() + self.share * own + WITHIN_STANDS * self.bent;
+            let left = self.wanting * self.evidence.max(0.0).sqrt() + WITHIN_STANDS * self.bent;
             left * shared / whole
         } else {
             0.0
@@ -173,7 +160,6 @@ mod tests {
             place,
             evidence,
             bent: 0.0,
-            seen: false,
         }
     }
 
@@ -188,7 +174,6 @@ mod tests {
             evidence,
             bent: 0.0,
             wanting: LEFT_OVER,
-            share: 0.0,
         };
         let everywhere = on([true; 4], 100.0).left_over(&HERE);
         assert!(everywhere > 0.0);

@@ -136,7 +136,6 @@ fn each_further_cause_must_show_more() {
             evidence,
             bent: 0.0,
             wanting: LEFT_OVER,
-            share: 0.0,
         };
         round.footprints = vec![footprint(100.0), footprint(400.0)];
         assert_eq!(round.hurdle(&effect), own + more + 15.0);
@@ -312,7 +311,6 @@ fn a_form_that_must_bend_only_lends_its_name_unless_earlier_ones_leave_that_over
         evidence: 400.0,
         bent: 0.0,
         wanting: LEFT_OVER,
-        share: 0.0,
     };
     let own = left.left_over(&HERE);
     let beside = broken(gain(100.0), 40.0 + own, vec![left]);
