@@ -29,7 +29,8 @@ const SHARP: f64 = 4.0;
 pub(crate) struct Parting {
     /// Without its noise.
     pub(crate) curve: Vec<f64>,
-    raw: Vec<f64>,
+    /// With it; NaN where either may not be looked at.
+    read: Vec<f64>,
     /// Standard deviation of what was taken for noise.
     noise: f64,
     /// Logarithm of the Bayes factor against what they may differ by, and their wander within accuracy.
@@ -52,15 +53,14 @@ impl Twins {
         }
         // All of it, what they may differ by too, for the relations hold none of that. What may not be looked at, or is stuck, is
         // bridged.
-        let looked: Vec<f64> = (self.residual.iter().zip(&self.whitening.valid))
+        let read: Vec<f64> = (self.residual.iter().zip(&self.whitening.valid))
             .map(|(apart, valid)| if *valid { *apart } else { f64::NAN })
             .collect();
-        let raw = bridged(&looked);
         // Bends, not steps: a curve that leans is no noise.
-        let noise = spread(looked.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2])) / 6.0_f64.sqrt();
+        let noise = spread(read.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2])) / 6.0_f64.sqrt();
         Some(Parting {
-            curve: straightened(&raw, noise),
-            raw,
+            curve: straightened(&bridged(&read), noise),
+            read,
             noise,
             evidence,
         })
@@ -83,7 +83,7 @@ impl Twins {
                 let smooth = of(&parting.curve);
                 let blocks = beside.map(|b| apart(&|v| mean(&v[b * m..(b + 1) * m])));
                 let here = apart(&|v| mean(&v[record.about_edge(b * m)]));
-                let read = of(&parting.raw) + here - 0.5 * (blocks[0] + blocks[1]);
+                let read = of(&parting.read) + here - 0.5 * (blocks[0] + blocks[1]);
                 if (read - smooth).abs() > SHARP * noise {
                     read
                 } else {

@@ -235,3 +235,25 @@ fn a_suction_that_clogs_leaves_nothing_over_for_the_area() {
     let (before, after) = (area(&[]), area(&[best.seen.unwrap()]));
     assert!(before > 100.0 && after < 5.0, "{before} {after}");
 }
+
+#[test]
+fn what_blocks_show_that_are_not_looked_at_changes_nothing() {
+    let record = clogged();
+    let excluded: Vec<bool> = (0..record.blocks)
+        .map(|b| (200..300).contains(&b))
+        .collect();
+    let told = |record: &Record| {
+        let tangent = Tangent::at(record, &[], &excluded, Bend::Loose).unwrap();
+        let found = correction(record, &tangent, &[], &excluded, (SUCTION, 0)).unwrap();
+        (found.evidence, found.seen.unwrap().parameters)
+    };
+    let mut other = record.clone();
+    for (i, p) in other.riser.as_mut().unwrap().iter_mut().enumerate() {
+        *p += if excluded[i / other.per_block] {
+            1e3 * i as f64
+        } else {
+            0.0
+        };
+    }
+    assert_eq!(told(&record), told(&other));
+}
