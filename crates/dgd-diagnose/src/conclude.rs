@@ -27,8 +27,8 @@ const LEAST_BLOCKS: usize = 190;
 
 /// Diagnoses a screened recording.
 ///
-/// - `well`: mud, geometry and channels. One outlet transmitter is enough; the riser's own, where there is one, is a
-///   witness of a drift of the inlet's and nothing else.
+/// - `well`: mud, geometry and channels. One outlet transmitter is enough; the riser's own, where there is one, is held
+///   against the inlet's and enters no relation itself.
 /// - `prepared`: the recording after `dgd_identify::prepare`, on its even clock.
 /// - `options`: effects that the model already holds, and how many are fitted together at most.
 /// - `progress`: called as each [`Stage`] begins.

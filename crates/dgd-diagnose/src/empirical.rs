@@ -30,15 +30,15 @@ pub(crate) struct Correction {
     pub signature: Vec<f64>,
     /// Logarithm of the Bayes factor against nothing.
     pub evidence: f64,
-    /// The part of it that the relations bear: what effects compete with. What two transmitters tell by themselves is no
-    /// effect's to explain.
+    /// The part of it that the relations bear: what an effect competes with that stands. What two transmitters tell by themselves is
+    /// no effect's to explain, and where none stands all of it tells that none is the cause.
     pub borne: f64,
     /// How many straight parameters its curve is worth.
     pub freedom: f64,
     /// How large its curve is, and the size up to which it may be the accuracy of instruments, in the unit of its place.
     pub size: f64,
     pub least: f64,
-    /// The curve block by block, of one that is seen: finer than knots.
+    /// The curve by block, or by row of the balance, of one that is seen: finer than knots.
     pub seen: Option<Applied>,
     /// Index into [`PLACES`].
     pub place: usize,
@@ -324,7 +324,7 @@ pub(crate) fn is_correction(effect: &dyn Effect) -> bool {
     effect.about().search.method == Method::Correction
 }
 
-/// Whether it is the curve block by block of one that is seen.
+/// Whether it is the curve of one that is seen, finer than knots: the shortest record has 64 rows of the balance.
 pub(crate) fn is_seen(one: &Applied) -> bool {
     is_correction(one.effect) && one.parameters.len() > 4 + KNOTS
 }

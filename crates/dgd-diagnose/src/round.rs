@@ -14,7 +14,7 @@ use crate::select::{Held, Named, Selection};
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent, dot};
 use crate::timing::is_late_meter;
-use dgd_effects::{About, PLACES, QUANTITIES, Relation};
+use dgd_effects::{About, HEAD, PLACES, QUANTITIES, Relation};
 use footprint::{Footprint, KNOTS_WANT, differs_along_stands, known};
 use std::ops::Range;
 use tracing::debug;
@@ -84,9 +84,8 @@ impl<'a> Round<'a> {
         } else {
             Vec::new()
         };
-        // What a late meter's form leaves over follows the rate of the flow: it is no second thing.
         let timed = timed(&state);
-        rivals.retain(|r| plausible(r) && !(timed && QUANTITIES[r.quantity] == FLOW_RATE));
+        rivals.retain(|r| plausible(r) && !(timed && owed_to_timing(r)));
         if !rivals.is_empty() {
             for end in ended(record, &gate, &state) {
                 let along_time = |r: &&mut Correction| {
@@ -527,6 +526,13 @@ impl<'a> Round<'a> {
 /// Whether the form of an effect holds to the letter.
 fn is_exact(about: &About) -> bool {
     about.search.form_error <= EXACT
+}
+
+/// Whether a correction is what a late meter leaves over, and no second thing: its form follows the rate of the flow, and the flow
+/// that is made of its reading is the noisier, which turns the head towards the inlet pressure.
+fn owed_to_timing(r: &Correction) -> bool {
+    let quantity = QUANTITIES[r.quantity];
+    quantity == FLOW_RATE || (r.place == HEAD && quantity == "inlet pressure")
 }
 
 /// Whether a late meter has been named.

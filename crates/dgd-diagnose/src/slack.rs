@@ -57,8 +57,9 @@ pub(crate) fn slack(
 fn elsewhere(record: &Record, tangent: &Tangent, applied: &[Applied], k: usize) -> Vec<Slack> {
     let place = whole(applied[k].parameters[0]);
     let others: &[usize] = match place {
-        SUCTION | INLET_READING => &[HEAD],
-        place if INLETS.contains(&place) => &[HEAD, SUCTION],
+        place if [SUCTION, INLET_READING].contains(&place) || INLETS.contains(&place) => {
+            &[HEAD, SUCTION]
+        }
         place if OUTLETS.contains(&place) => &[OUTLET_READING],
         _ => &[],
     };

@@ -232,7 +232,8 @@ fn is_code(
     if let Some(written) = section.get(parameter).filter(|_| !right) {
         let last = codes.len() - 1;
         let message = format!(
-            "`{parameter}` of effect `{effect}` is {value}, expected a code from 0 to {last}"
+            "`{parameter}` of effect `{effect}` is {}, expected a code from 0 to {last}",
+            float(value)
         );
         let named = codes.iter().enumerate();
         let named: Vec<String> = named.map(|(code, name)| format!("{code} {name}")).collect();

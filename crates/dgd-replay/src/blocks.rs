@@ -14,7 +14,7 @@ use waiting::Waiting;
 
 /// [`crate::replay`] of a recording that comes in blocks: the same rows, to the last bit, whatever the blocks.
 ///
-/// Rows are given as soon as they are known. Held are rows that wait: for the next value of an input that has none, for the next
+/// Rows are given when they are known, or, while many wait, when there are a quarter more of them. Held are rows that wait: for the next value of an input that has none, for the next
 /// kink of one (the integrator must know where a straight stretch of its inputs ends), for the meter's delay, for
 /// the first measured state. Memory grows with the longest such wait, not with the recording.
 ///
@@ -154,7 +154,7 @@ impl BlockReplay {
         }
     }
 
-    /// Takes the next samples; gives the rows that are known by now, maybe none.
+    /// Takes the next samples; gives rows that are known by now, maybe none.
     ///
     /// Bounds, status and counts of what is given are those of the run so far.
     ///

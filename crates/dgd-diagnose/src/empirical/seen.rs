@@ -107,18 +107,19 @@ pub(super) fn of(
     let told = Told {
         edges: twins.at_edges(record, pair, &parting),
         blocks: parting.curve,
-        parting: parting.evidence,
+        beyond: parting.beyond,
+        evidence: parting.evidence,
         record,
     };
-    let parting = told.parting;
     let asked: Vec<(&Suspect, Asked)> = (SUSPECTS.iter())
         .filter(|s| s.pair == pair)
         .map(|s| (s, Asked::of(record, tangent, state, &told, s)))
         .collect();
     for (s, a) in &asked {
         debug!(
-            "{} part ({parting:.1}), of which {:.2} shows as {} ({:.1})",
+            "{} part ({:.1}), of which {:.2} shows as {} ({:.1})",
             pair.name(),
+            told.evidence,
             a.share,
             PLACES[s.place].name,
             a.evidence
@@ -154,8 +155,10 @@ struct Told<'a> {
     blocks: Vec<f64>,
     /// Where rows of the mass balance meet.
     edges: Vec<f64>,
-    /// Evidence that they part.
-    parting: f64,
+    /// By block, less what they may differ by.
+    beyond: Vec<f64>,
+    /// That they part.
+    evidence: f64,
     record: &'a Record,
 }
 
@@ -189,10 +192,10 @@ impl Told<'_> {
         Correction {
             applied: Applied::new(unknown(), parameters),
             signature,
-            evidence: self.parting + borne,
+            evidence: self.evidence + borne,
             borne,
             freedom: 1.0,
-            size: size(place, &self.blocks),
+            size: size(place, &self.beyond),
             least: LEAST_PA,
             seen: Some(self.fine((place, sign))),
             place,

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::footprint::LEFT_OVER;
-use super::{Footprint, ROUGH, Round, Ruling, timed};
+use super::{Footprint, ROUGH, Round, Ruling, owed_to_timing, timed};
 use crate::claims::fixture::{Hidden, INFLUX_S, drilled};
 use crate::contest::{Contender, contest, sets_in};
 use crate::empirical::{Correction, hurdle};
@@ -12,7 +12,7 @@ use crate::scan::{Candidate, weigh};
 use crate::select::Named;
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent, dot};
-use dgd_effects::{PLACES, Relation, find, unknown};
+use dgd_effects::{HEAD, PLACES, QUANTITIES, Relation, find, unknown};
 
 /// Signatures of four rows: the same, and of nothing in common.
 const HERE: [f64; 4] = [3.0, 4.0, 0.0, 0.0];
@@ -612,4 +612,23 @@ fn only_a_late_meter_that_was_named_makes_it_late() {
     };
     assert!(timed(&[one("pump_speed_lag", &[6.0]), late]));
     assert!(!timed(&[one("pump_speed_lag", &[6.0]), allowed]));
+}
+
+#[test]
+fn a_late_meter_leaves_laws_of_the_rate_and_a_head_that_leans_over() {
+    let owed: Vec<(usize, &str)> = (0..PLACES.len())
+        .flat_map(|place| (0..QUANTITIES.len()).map(move |quantity| (place, quantity)))
+        .filter(|(place, quantity)| {
+            owed_to_timing(&Correction {
+                quantity: *quantity,
+                ..correction(*place, 50.0)
+            })
+        })
+        .map(|(place, quantity)| (place, QUANTITIES[quantity]))
+        .collect();
+    let mut expected: Vec<(usize, &str)> = (0..PLACES.len())
+        .map(|place| (place, "rate of the return flow"))
+        .collect();
+    expected.insert(HEAD, (HEAD, "inlet pressure"));
+    assert_eq!(owed, expected);
 }

@@ -3,6 +3,7 @@
 use super::{Pair, Twins, precision};
 use crate::noise::{Wander, Whitening, spread};
 use crate::record::{MASS_BLOCKS, Record, bridged, mean};
+use crate::rest::quantum;
 use crate::scan::ln_mean_exp;
 use crate::tangent::dot;
 use crate::unrest::WANDER_S;
@@ -22,13 +23,18 @@ const PARTING: [(f64, f64); 4] = [
 /// Evidence from which on they do.
 const PARTS: f64 = 15.0;
 
-/// From so many standard deviations of its noise on a reading is no median.
+/// From so many standard deviations of its noise on a reading is an edge, where others are, and elsewhere a spike.
 const SHARP: f64 = 4.0;
+
+/// Noise of a block that any two have, be their last digit as coarse as it may, Pa.
+const LEAST_NOISE_PA: f64 = 200.0;
 
 /// What two transmitters that part differ by but for a constant, block by block, Pa.
 pub(crate) struct Parting {
     /// Without its noise.
     pub(crate) curve: Vec<f64>,
+    /// The curve less what they may differ by.
+    pub(crate) beyond: Vec<f64>,
     /// With it; NaN where either may not be looked at.
     read: Vec<f64>,
     /// Standard deviation of what was taken for noise.
@@ -40,14 +46,14 @@ pub(crate) struct Parting {
 impl Twins {
     /// How the two part, with the evidence of it without the so many blocks that show most; `None` where that does not stand out.
     ///
-    /// It is seen, and needs no knots; only what comes and goes within ten minutes or so is taken for the noise of the two.
+    /// It is seen, and needs no knots; only what comes and goes within ten minutes or so counts for nothing, however large.
     pub(crate) fn parting(&self, busiest: usize) -> Option<Parting> {
-        let (evidence, by_block) = self.parted(0..0)?;
+        let (evidence, by_block, differ) = self.parted(0..0)?;
         if evidence <= PARTS {
             return None;
         }
         // A reading that freezes once leaves the two apart for no longer.
-        let (evidence, _) = self.parted(most_within(&by_block, busiest).0)?;
+        let (evidence, ..) = self.parted(most_within(&by_block, busiest).0)?;
         if evidence <= PARTS {
             return None;
         }
@@ -57,9 +63,14 @@ impl Twins {
             .map(|(apart, valid)| if *valid { *apart } else { f64::NAN })
             .collect();
         // Bends, not steps: a curve that leans is no noise.
-        let noise = spread(read.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2])) / 6.0_f64.sqrt();
+        let bends = read.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2]);
+        let noise = (spread(bends) / 6.0_f64.sqrt()).max(LEAST_NOISE_PA);
+        let curve = straightened(&bridged(&read), noise);
+        let may = |b: usize| -> f64 { self.may.iter().zip(&differ).map(|(c, w)| w * c[b]).sum() };
+        let beyond = curve.iter().enumerate().map(|(b, v)| v - may(b)).collect();
         Some(Parting {
-            curve: straightened(&bridged(&read), noise),
+            curve,
+            beyond,
             read,
             noise,
             evidence,
@@ -74,7 +85,8 @@ impl Twins {
         };
         let m = record.per_block;
         let apart = |of: &dyn Fn(&[f64]) -> f64| of(first) - of(second);
-        let noise = parting.noise * (m as f64 / record.about_edge(m).len() as f64).sqrt();
+        // Few samples are as coarse as their last digit.
+        let digit = quantum(first).hypot(quantum(second)) / 12.0_f64.sqrt();
         (0..=record.blocks / MASS_BLOCKS)
             .map(|row| {
                 let b = row * MASS_BLOCKS;
@@ -82,7 +94,9 @@ impl Twins {
                 let of = |values: &[f64]| 0.5 * (values[beside[0]] + values[beside[1]]);
                 let smooth = of(&parting.curve);
                 let blocks = beside.map(|b| apart(&|v| mean(&v[b * m..(b + 1) * m])));
-                let here = apart(&|v| mean(&v[record.about_edge(b * m)]));
+                let about = record.about_edge(b * m);
+                let noise = (parting.noise * (m as f64 / about.len() as f64).sqrt()).hypot(digit);
+                let here = apart(&|v| mean(&v[about.clone()]));
                 let read = of(&parting.read) + here - 0.5 * (blocks[0] + blocks[1]);
                 if (read - smooth).abs() > SHARP * noise {
                     read
@@ -93,8 +107,8 @@ impl Twins {
             .collect()
     }
 
-    /// Evidence that the two part, and the same by block; without some blocks.
-    fn parted(&self, unused: Range<usize>) -> Option<(f64, Vec<f64>)> {
+    /// Evidence that the two part, the same by block, and what they then differ by of what they may; without some blocks.
+    fn parted(&self, unused: Range<usize>) -> Option<(f64, Vec<f64>, Vec<f64>)> {
         let of = |wander: Wander| {
             Likelihood::of(self, &self.whitening.with_wander(wander, unused.clone()))
         };
@@ -114,7 +128,7 @@ impl Twins {
         let by_block = (best.by_block.iter().zip(&own.by_block))
             .map(|(best, own)| best - own)
             .collect();
-        Some((evidence, by_block))
+        Some((evidence, by_block, best.differ))
     }
 }
 
@@ -124,6 +138,8 @@ struct Likelihood {
     by_block: Vec<f64>,
     /// What the freedom to differ costs.
     freedom: f64,
+    /// What they then differ by, of what they may.
+    differ: Vec<f64>,
 }
 
 impl Likelihood {
@@ -149,29 +165,38 @@ impl Likelihood {
         Some(Self {
             by_block,
             freedom: -ln_volume - 0.5 * differ.norm_squared(),
+            differ: differ.iter().copied().collect(),
         })
     }
 }
 
-/// Values averaged over surroundings in which they are straight, up to five minutes on either side: edges stay, noise goes.
+/// Values averaged over surroundings in which they are straight, up to thirty blocks on either side: edges stay, noise and spikes go.
 ///
 /// What noise is left in the curve is noise in the relations, where it hides how much of it they find (errors in variables).
 fn straightened(values: &[f64], noise: f64) -> Vec<f64> {
-    /// Blocks.
     const REACH: usize = 30;
     let middle = medians(values);
+    let calm: Vec<f64> = (values.iter().zip(&middle))
+        .map(|(v, m)| {
+            if (v - m).abs() <= SHARP * noise {
+                *v
+            } else {
+                *m
+            }
+        })
+        .collect();
     // Of medians of seven such a bend stands out by half as much.
     let straight = |a: usize, b: usize, c: usize| {
         (middle[a] - 2.0 * middle[b] + middle[c]).abs() <= 2.0 * noise
     };
     (0..values.len())
         .map(|b| {
-            let (mut sum, mut count) = (middle[b], 1.0);
+            let (mut sum, mut count) = (calm[b], 1.0);
             let beside = (1..=REACH.min(b)).map(|k| (b - k, b + k));
             for (before, after) in
                 beside.take_while(|(a, c)| *c < values.len() && straight(*a, b, *c))
             {
-                sum += values[before] + values[after];
+                sum += calm[before] + calm[after];
                 count += 2.0;
             }
             sum / count
@@ -209,6 +234,12 @@ mod tests {
         assert!((square / calm.count() as f64).sqrt() < 0.3);
         for b in 390..410 {
             assert!(off(b).abs() < 3.0, "{b}: {}", off(b));
+        }
+        // Three blocks that are far off are no part of it.
+        let mut spiked = values.clone();
+        spiked[200..203].fill(1e3);
+        for (b, (with, without)) in straightened(&spiked, 1.0).iter().zip(&found).enumerate() {
+            assert!((with - without).abs() < 1.5, "{b}: {with} {without}");
         }
     }
 }
