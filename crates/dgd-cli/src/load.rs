@@ -3,7 +3,7 @@
 mod blocks;
 mod screened;
 
-pub(crate) use blocks::{When, open as open_blocks};
+pub(crate) use blocks::{CONVERTED, When, open as open_blocks};
 pub(crate) use screened::open as open_screened;
 
 use crate::failure::Failure;

@@ -82,17 +82,17 @@ fn in_blocks(
     target: Target,
     progress: &Progress,
 ) -> Result<Option<Written>, Failure> {
+    let when = load::When::of(arguments.in_blocks, LONG);
     if matches!(target, Target::Mat5 | Target::Mat73) {
-        if arguments.in_blocks {
-            let output = arguments.output.display();
-            tracing::warn!(
-                "{output} is written whole: a MAT file holds one column after another; name it .csv or .mcap"
-            );
-        }
+        let why = format!(
+            "{} is written whole: a MAT file holds one column after another; name it .csv or .mcap",
+            arguments.output.display()
+        );
+        let bytes = std::fs::metadata(&arguments.input).map_or(0, |input| input.len());
+        when.say(bytes, &why);
         return Ok(None);
     }
-    let when = load::When::of(arguments.in_blocks, LONG);
-    let Some(mut blocks) = load::open_blocks(&arguments.input, when, progress)? else {
+    let Some(mut blocks) = load::open_blocks(&arguments.input, when, None, progress)? else {
         return Ok(None);
     };
     let head = blocks.head().clone();

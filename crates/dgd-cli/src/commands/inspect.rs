@@ -60,7 +60,7 @@ struct Inspected {
 fn inspect(arguments: &Inspect, progress: &Progress) -> Result<Inspected, Failure> {
     let path = &arguments.recording;
     let when = load::When::of(arguments.in_blocks, LONG);
-    if let Some(mut blocks) = load::open_blocks(path, when, progress)? {
+    if let Some(mut blocks) = load::open_blocks(path, when, Some(load::CONVERTED), progress)? {
         return Ok(Inspected {
             found: blocks.survey(progress)?,
             format: blocks.format(),

@@ -54,19 +54,24 @@ impl When {
 /// Bytes from which what is read whole may not fit.
 const LARGE: u64 = 256 << 20;
 
-/// Opens a recording for reading in blocks; `None` if it is to be read whole.
+/// What helps where a recording's form keeps it from being read in blocks; not who converts it.
+pub(crate) const CONVERTED: &str = "the CSV or MCAP that `dgd convert` makes of it need not be";
+
+/// Opens a recording for reading in blocks; `None` if it is to be read whole, which is said with the `mend`, if there is one.
 pub(crate) fn open(
     path: &Path,
     when: When,
+    mend: Option<&str>,
     progress: &Progress,
 ) -> Result<Option<Blocks>, Failure> {
-    open_with(path, when, BlockOptions::default(), progress)
+    open_with(path, when, mend, BlockOptions::default(), progress)
 }
 
 /// The same, in blocks of another size.
 pub(super) fn open_with(
     path: &Path,
     when: When,
+    mend: Option<&str>,
     limits: BlockOptions,
     progress: &Progress,
 ) -> Result<Option<Blocks>, Failure> {
@@ -94,10 +99,8 @@ pub(super) fn open_with(
             before,
         })),
         Opened::Whole(reason) => {
-            let why = format!(
-                "{} is read whole: {reason}; the CSV or MCAP that `dgd convert` makes of it need not be",
-                path.display()
-            );
+            let mend = mend.map_or_else(String::new, |mend| format!("; {mend}"));
+            let why = format!("{} is read whole: {reason}{mend}", path.display());
             when.say(metadata.len(), &why);
             Ok(None)
         }
@@ -198,7 +201,9 @@ mod tests {
             verbose: 0,
         };
         let progress = Progress::new(&global);
-        let mut blocks = open(file.path(), When::Always, &progress).unwrap().unwrap();
+        let mut blocks = open(file.path(), When::Always, None, &progress)
+            .unwrap()
+            .unwrap();
         let mut rows = 0;
         let mut pass = |blocks: &mut Blocks| {
             blocks.each::<Failure>(|block| {

@@ -34,7 +34,9 @@ pub(crate) fn open<'w>(
         cells: CELLS,
         ..BlockOptions::default()
     };
-    let Some(mut blocks) = blocks::open_with(path, when, limits, progress)? else {
+    let Some(mut blocks) =
+        blocks::open_with(path, when, Some(blocks::CONVERTED), limits, progress)?
+    else {
         return Ok(None);
     };
     let grid = BlockGrid::new(blocks.head(), blocks.rows(), well);
