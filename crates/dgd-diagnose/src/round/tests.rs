@@ -12,7 +12,9 @@ use crate::scan::{Candidate, weigh};
 use crate::select::Named;
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent, dot};
-use dgd_effects::{HEAD, PLACES, QUANTITIES, Relation, find, unknown};
+use dgd_effects::{
+    HEAD, INLETS, OUTLETS, PLACES, QUANTITIES, RISER_READING, Relation, find, unknown,
+};
 
 /// Signatures of four rows: the same, and of nothing in common.
 const HERE: [f64; 4] = [3.0, 4.0, 0.0, 0.0];
@@ -530,6 +532,42 @@ fn a_correction_stands_where_it_is_likelier_than_all_of_the_catalogue() {
     assert_eq!(told(*otherwise), "return line friction");
     record.without = vec![Step::TwoDo];
     assert_eq!(told(ruled(&record, friction)), "return line friction");
+}
+
+#[test]
+fn what_two_transmitters_show_is_told_first_unless_an_effect_is_what_one_of_them_does() {
+    let record = sound();
+    let told = |effect: Contender, place: usize, evidence: f64, seen: bool| {
+        let mut rival = correction(place, evidence);
+        rival.seen = seen.then(|| rival.applied.clone());
+        // Half of it is what the two tell by themselves.
+        rival.borne = 0.5 * evidence;
+        told(round(&record, vec![effect], vec![rival]).ruling())
+    };
+    let drift: fn(f64) -> Contender =
+        |evidence| contender("viscosity_drift", &[0.1, 0.0], evidence, HERE);
+    let step = |evidence: f64| {
+        let parameters = [4e4, 1500.0, 1.0];
+        contender("outlet_pressure_bias_step", &parameters, evidence, HERE)
+    };
+    let name = |place: usize| PLACES[place].name;
+    // However much effects explain, in its relations or in others; not below its hurdle, and nothing that is drawn.
+    for place in [RISER_READING, OUTLETS[0]] {
+        for effect in [influx as fn(f64) -> Contender, drift] {
+            let id = effect(0.0).effect.about().id;
+            assert_eq!(told(effect(500.0), place, 100.0, true), name(place));
+            assert_eq!(told(effect(500.0), place, 5.0, true), id);
+            assert_eq!(told(effect(500.0), place, 100.0, false), id);
+        }
+    }
+    // A transmitter that steps may be what parts two outlets, from seven tenths of what they show on, but no two inlets.
+    let (outlet, inlet) = (OUTLETS[0], INLETS[0]);
+    assert_eq!(
+        told(step(80.0), outlet, 100.0, true),
+        step(0.0).effect.about().id
+    );
+    assert_eq!(told(step(60.0), outlet, 100.0, true), name(outlet));
+    assert_eq!(told(step(500.0), inlet, 100.0, true), name(inlet));
 }
 
 #[test]

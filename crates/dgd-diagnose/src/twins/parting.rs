@@ -217,8 +217,90 @@ fn medians(values: &[f64]) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::straightened;
+    #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+
+    use super::{Likelihood, Twins, straightened};
     use crate::draws::normals;
+    use crate::noise::Wander;
+    use crate::tangent::dot;
+    use crate::twins::tests::{BLOCKS, WANDER, drifting, twins};
+    use nalgebra::{DMatrix, DVector};
+
+    /// Two that drift apart within a quarter of an hour while the pressures swing.
+    fn apart() -> Twins {
+        let mut record = drifting(|share| 1e4 * (80.0 * share).sin());
+        let n = record.t_s.len() as f64;
+        for (i, p) in record.filled.inlet.iter_mut().enumerate() {
+            *p += 1e5 * (9.0 * i as f64 / n).sin();
+        }
+        twins(&record, &[]).unwrap()
+    }
+
+    /// How likely their difference is by a wander of so many Pa over so many blocks.
+    fn likelihood(twins: &Twins, difference_pa: f64, blocks: f64) -> f64 {
+        let wander = Wander {
+            difference_pa,
+            blocks,
+            ..WANDER
+        };
+        let whitening = twins.whitening.with_wander(wander, 0..0);
+        Likelihood::of(twins, &whitening).unwrap().whole()
+    }
+
+    #[test]
+    fn the_likelihood_is_that_of_a_gaussian_that_holds_what_the_two_may_differ_by() {
+        let twins = apart();
+        let whitening = &twins.whitening;
+        let white = whitening.apply_whole(&twins.residual);
+        let columns: Vec<Vec<f64>> = (twins.may.iter())
+            .map(|column| whitening.apply_whole(column))
+            .collect();
+        let n = BLOCKS;
+        let shared = DMatrix::from_fn(n, columns.len(), |b, k| columns[k][b]);
+        let covariance = DMatrix::identity(n, n) + &shared * shared.transpose();
+        let factor = covariance.cholesky().unwrap();
+        let white = DVector::from_vec(white);
+        let ln_volume: f64 = factor.l().diagonal().iter().map(|d| d.ln()).sum();
+        let expected =
+            whitening.ln_scales().sum::<f64>() - 0.5 * white.dot(&factor.solve(&white)) - ln_volume;
+        let found = likelihood(&twins, WANDER.difference_pa, WANDER.blocks);
+        assert!((found - expected).abs() < 1e-6, "{found} {expected}");
+        // What they may differ by counts in it.
+        assert!((found + 0.5 * dot(&twins.apart, &twins.apart)).abs() > 1.0);
+    }
+
+    #[test]
+    fn the_two_part_where_they_go_further_or_faster_than_instruments_wander() {
+        let twins = apart();
+        // 15 and 60 kPa, over 1000 and 8000 s.
+        let own = likelihood(&twins, WANDER.difference_pa, 800.0);
+        let gains = [(1.5e4, 100.0), (1.5e4, 800.0), (6e4, 100.0), (6e4, 800.0)]
+            .map(|(size_pa, blocks)| likelihood(&twins, size_pa, blocks) - own);
+        let mean = gains.iter().map(|gain| gain.exp()).sum::<f64>() / 4.0;
+        let evidence = twins.parting(0).unwrap().evidence;
+        assert!((evidence - mean.ln()).abs() < 1e-6, "{evidence}");
+        // Fast ones of no more than a wander's size part by how fast they are.
+        assert!(gains[0] > 5.0 + gains[1], "{gains:?}");
+    }
+
+    #[test]
+    fn the_noise_of_the_two_is_told_by_bends_beside_a_drift() {
+        let noise = 800.0 * (2.0_f64 / 5.0).sqrt();
+        let found = apart().parting(0).unwrap().noise;
+        assert!((found / noise - 1.0).abs() < 0.1, "{found}");
+    }
+
+    #[test]
+    fn a_curve_is_straightened_alike_in_every_unit() {
+        let values: Vec<f64> = (normals(5, 400).iter().enumerate())
+            .map(|(b, noise)| 20.0 * (b as f64 / 30.0).sin() + noise)
+            .collect();
+        // A power of two, so that digits stay.
+        let finer: Vec<f64> = values.iter().map(|v| 1024.0 * v).collect();
+        let coarse = straightened(&values, 1.0);
+        let scaled: Vec<f64> = coarse.iter().map(|v| 1024.0 * v).collect();
+        assert_eq!(straightened(&finer, 1024.0), scaled);
+    }
 
     #[test]
     fn noise_goes_where_the_curve_is_straight_and_edges_stay() {

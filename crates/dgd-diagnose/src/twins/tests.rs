@@ -5,13 +5,15 @@ use super::{Pair, Twins};
 use crate::claims::fixture::steady;
 use crate::draws::normals;
 use crate::noise::Wander;
-use crate::record::Record;
-use dgd_effects::KNOTS;
-use nalgebra::DMatrix;
+use crate::record::{Record, whole};
+use crate::relations::Applied;
+use crate::tangent::dot;
+use dgd_effects::{INLET_READING, INLETS, KNOTS, OUTLETS, RISER_READING, unknown};
+use nalgebra::{DMatrix, DVector};
 
-const BLOCKS: usize = 1200;
+pub(super) const BLOCKS: usize = 1200;
 /// Accuracy of a good transmitter, wandering over two hours.
-const WANDER: Wander = Wander {
+pub(super) const WANDER: Wander = Wander {
     friction_pa: 0.0,
     head_pa: 0.0,
     difference_pa: 3e3,
@@ -24,7 +26,7 @@ const WANDER: Wander = Wander {
 const UNIT: f64 = 1.5e4;
 
 /// Inlets that read too much by `drift` at each share of the recording, 3 m of mud above the riser's transmitter.
-fn drifting(drift: impl Fn(f64) -> f64) -> Record {
+pub(super) fn drifting(drift: impl Fn(f64) -> f64) -> Record {
     let mut record = steady(BLOCKS);
     let n = record.t_s.len();
     let noise = [normals(1, n), normals(2, n)];
@@ -37,8 +39,16 @@ fn drifting(drift: impl Fn(f64) -> f64) -> Record {
     record
 }
 
+/// The same with two transmitters at either side of the pump.
+fn doubled() -> Record {
+    let mut record = drifting(|_| 0.0);
+    record.inlets = vec![record.inlet.clone(); 2];
+    record.outlets = vec![record.outlet.clone(); 2];
+    record
+}
+
 /// The inlets beside the riser's transmitter.
-fn twins(record: &Record, excluded: &[bool]) -> Option<Twins> {
+pub(super) fn twins(record: &Record, excluded: &[bool]) -> Option<Twins> {
     Twins::of(record, Pair::InletAndRiser, &[], WANDER, excluded)
 }
 
@@ -105,6 +115,135 @@ fn what_parts_the_two_is_told_by_block_beside_its_noise() {
         assert!((t - (10.0 * b as f64 + 4.0)).abs() < 1e-9);
         let off = residual - step(b as f64 / BLOCKS as f64);
         assert!(off.abs() < 6.0 * noise, "{b}: {off}");
+    }
+}
+
+#[test]
+fn what_a_reading_is_held_to_be_off_by_is_taken_off() {
+    let record = doubled();
+    let curve: Vec<f64> = (0..BLOCKS).map(|b| 3e4 * (b as f64 / 90.0).sin()).collect();
+    for (pair, place, share) in [
+        (Pair::Inlets, INLETS[0], 1.0),
+        (Pair::Inlets, INLETS[1], -1.0),
+        (Pair::Outlets, OUTLETS[0], 1.0),
+        (Pair::Outlets, OUTLETS[1], -1.0),
+        (Pair::InletAndRiser, INLET_READING, 1.0),
+        (Pair::InletAndRiser, INLETS[1], 0.5),
+        (Pair::InletAndRiser, RISER_READING, -1.0),
+        // What moves both of two parts them by nothing.
+        (Pair::Inlets, INLET_READING, 0.0),
+    ] {
+        // From the middle of the first block to that of the last.
+        let to_s = 10.0 * (BLOCKS - 1) as f64 + 4.0;
+        let mut parameters = vec![place as f64, 0.0, 4.0, to_s];
+        parameters.extend(&curve);
+        let state = [Applied::new(unknown(), parameters)];
+        let residual = |state: &[Applied]| {
+            let twins = Twins::of(&record, pair, state, WANDER, &[]).unwrap();
+            twins.residual().to_vec()
+        };
+        let (sound, off) = (residual(&[]), residual(&state));
+        let taken = |b: usize| sound[b] - off[b];
+        for (b, by) in curve.iter().enumerate() {
+            // But for the median of what is left.
+            let found = taken(b) - taken(0);
+            assert!((found - share * by).abs() < 1e-3, "{place} {b}: {found}");
+        }
+    }
+}
+
+#[test]
+fn a_transmitter_that_is_stuck_or_missing_does_not_part_from_the_other() {
+    for missing in [false, true] {
+        let mut record = drifting(|_| 0.0);
+        let riser = record.riser.as_mut().unwrap();
+        for (i, (inlet, riser)) in record.inlet.iter_mut().zip(riser.iter_mut()).enumerate() {
+            let mud = 1e5 * (i as f64 / 300.0).sin();
+            *inlet += mud;
+            *riser += mud;
+        }
+        let held = if missing { f64::NAN } else { riser[2000] };
+        riser[2000..2600].fill(held);
+        assert!(twins(&record, &[]).unwrap().parting(0).is_none());
+    }
+}
+
+#[test]
+fn two_may_differ_by_what_span_answer_and_suction_make_of_the_readings() {
+    let mut record = doubled();
+    let (low, high) = record.setting.inlet_range_pa;
+    for (i, t) in record.t_s.iter().enumerate() {
+        record.filled.inlet[i] = 163e5 + 2.5e-3 * t * t;
+        record.filled.outlet[i] = 184e5 - 5.0 * t;
+        record.filled.flow[i] = match i / 5 {
+            ..700 => 0.04,
+            700..1100 => 0.02,
+            _ => 0.0,
+        };
+    }
+    let may = |pair: Pair| Twins::of(&record, pair, &[], WANDER, &[]).unwrap().may;
+    let (riser, inlets, outlets) = (
+        may(Pair::InletAndRiser),
+        may(Pair::Inlets),
+        may(Pair::Outlets),
+    );
+    assert_eq!((riser.len(), inlets.len(), outlets.len()), (4, 3, 3));
+    let near = |found: f64, truth: f64| (found - truth).abs() < 1e-6 * (1.0 + truth.abs());
+    let last = BLOCKS - 1;
+    for b in 0..BLOCKS {
+        let middle = 10.0 * b as f64 + 4.0;
+        // The mean of a square over five samples, 2 s apart.
+        let inlet = 163e5 + 2.5e-3 * (middle * middle + 8.0);
+        let span = 3e3 * (inlet - low) / (high - low);
+        // The pressure's rate, from the block before to the next, times 10 s.
+        let beside = match b {
+            0 => middle + 5.0,
+            b if b == last => middle - 5.0,
+            _ => middle,
+        };
+        let late = 10.0 * 5e-3 * beside;
+        for two in [&riser, &inlets] {
+            assert!(near(two[0][b], 1e5) && near(two[1][b], span) && near(two[2][b], late));
+        }
+        let lost = match b {
+            ..700 => 1e4,
+            700..1100 => 0.25e4,
+            _ => 0.0,
+        };
+        assert!(near(riser[3][b], lost), "{b}: {}", riser[3][b]);
+        // Outlets go by their own pressure: a line, of which a fiftieth lies beyond either end of the range.
+        assert!(near(outlets[2][b], -50.0));
+        let share = (last - b) as f64 / last as f64;
+        let spanned = 3e3 * ((share - 0.02) / 0.96);
+        assert!((outlets[1][b] - spanned).abs() < 5.0, "{b}");
+    }
+}
+
+#[test]
+fn knots_and_what_the_two_may_differ_by_are_weighed_together() {
+    let mut record = drifting(|share| 2.5e4 * (7.0 * share).sin());
+    let (low, high) = record.setting.inlet_range_pa;
+    let n = record.t_s.len() as f64;
+    for (i, p) in record.filled.inlet.iter_mut().enumerate() {
+        *p = 0.5 * (low + high + (high - low) * (5.0 * i as f64 / n).sin());
+    }
+    let witness = twins(&record, &[]).unwrap();
+    let (from, to) = record.setting.span_s;
+    let apart_s = (to - from) / (KNOTS - 1) as f64;
+    let mut columns = witness.free.clone();
+    for k in 0..KNOTS {
+        let hat = |t: &f64| UNIT * (1.0 - ((t - from) / apart_s - k as f64).abs()).max(0.0);
+        let column: Vec<f64> = witness.t_s.iter().map(hat).collect();
+        columns.push(witness.whitening.apply_whole(&column));
+    }
+    let m = columns.len();
+    let gram = DMatrix::from_fn(m, m, |a, b| dot(&columns[a], &columns[b]));
+    let pull = DVector::from_fn(m, |a, _| dot(&columns[a], &witness.apart));
+    let joint = (gram + DMatrix::identity(m, m)).cholesky().unwrap();
+    let (joint, (_, knots)) = (joint.solve(&pull), curve(&record, &[]));
+    for (k, knot) in knots.iter().enumerate() {
+        let truth = UNIT * joint[m - KNOTS + k];
+        assert!((knot - truth).abs() < 1e-3, "{k}: {knot} {truth}");
     }
 }
 
@@ -188,7 +327,14 @@ fn where_rows_of_the_balance_meet_an_edge_is_as_sharp_as_it_is_read() {
     let n = 5 * BLOCKS;
     let edge = 300 * 15;
     let apart = |i: usize| 3e4 * (i as f64 / 900.0).sin() + if i < edge - 1 { 0.0 } else { 6e4 };
-    let record = drifting(|share| apart((share * n as f64).round() as usize));
+    let mut record = drifting(|share| apart(whole(share * n as f64)));
+    // What moves both alike has no edges.
+    let riser = record.riser.as_mut().unwrap();
+    for (i, (inlet, riser)) in record.inlet.iter_mut().zip(riser).enumerate() {
+        let mud = 1e5 * (i as f64 / 4.0).sin();
+        *inlet += mud;
+        *riser += mud;
+    }
     let witness = twins(&record, &[]).unwrap();
     let parting = witness.parting(60).unwrap();
     let edges = witness.at_edges(&record, Pair::InletAndRiser, &parting);
@@ -212,4 +358,31 @@ fn where_rows_of_the_balance_meet_an_edge_is_as_sharp_as_it_is_read() {
         .map(|row| (edges[row] - apart(15 * row) - constant).powi(2))
         .sum();
     assert!((square / 150.0).sqrt() < 0.5 * noise);
+}
+
+#[test]
+fn an_edge_is_read_where_it_stands_out_of_the_noise_of_its_own_samples() {
+    // A drift, and jumps up and down a sample before every twentieth row ends.
+    let sharp = |jump: f64| -> Vec<f64> {
+        let apart = |i: usize| {
+            let up = (i + 1) / (20 * 15) % 2 == 1;
+            3e4 * (i as f64 / 900.0).sin() + if up { jump } else { 0.0 }
+        };
+        let n = (5 * BLOCKS) as f64;
+        let record = drifting(|share| apart(whole(share * n)));
+        let witness = twins(&record, &[]).unwrap();
+        let parting = witness.parting(60).unwrap();
+        let edges = witness.at_edges(&record, Pair::InletAndRiser, &parting);
+        // By how much each differs from the curve there.
+        let curve = &parting.curve;
+        let smooth = |b: usize| 0.5 * (curve[b.saturating_sub(1)] + curve[b.min(BLOCKS - 1)]);
+        let differ = |(row, edge): (usize, &f64)| edge - smooth(3 * row);
+        edges.iter().enumerate().map(differ).collect()
+    };
+    // Noise alone is nowhere read: an edge has two samples, whose mean differs by 800 Pa.
+    assert!(sharp(0.0).iter().all(|differs| *differs == 0.0));
+    // The curve takes half of a jump, seven times that noise, and leans towards it a little: four times are asked.
+    let found = sharp(1.2e4);
+    let read = (1..20).filter(|k| found[20 * k].abs() > 0.0).count();
+    assert!(read > 15, "{read}");
 }
