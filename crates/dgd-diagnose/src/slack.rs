@@ -9,7 +9,7 @@ use crate::scan::{joined, on_grid};
 use crate::tangent::Tangent;
 use crate::vectors::Sparse;
 use dgd_effects::{
-    Excitation, HEAD, INLET_READING, INLETS, OUTLET_READING, OUTLETS, Role, STANDING_M3_S, SUCTION,
+    Excitation, HEAD, OUTLET_READING, OUTLETS, RISER_READING, Role, STANDING_M3_S, SUCTION,
 };
 use std::sync::Arc;
 
@@ -56,12 +56,13 @@ pub(crate) fn slack(
 /// less than what the two tell of the curve.
 fn elsewhere(record: &Record, tangent: &Tangent, applied: &[Applied], k: usize) -> Vec<Slack> {
     let place = whole(applied[k].parameters[0]);
-    let others: &[usize] = match place {
-        place if [SUCTION, INLET_READING].contains(&place) || INLETS.contains(&place) => {
-            &[HEAD, SUCTION]
-        }
-        place if OUTLETS.contains(&place) => &[OUTLET_READING],
-        _ => &[],
+    let others: &[usize] = if place == RISER_READING {
+        // It is there because the relations find none of it.
+        &[]
+    } else if OUTLETS.contains(&place) {
+        &[OUTLET_READING]
+    } else {
+        &[HEAD, SUCTION]
     };
     let of = |other: &usize| {
         let mut there = applied[k].clone();

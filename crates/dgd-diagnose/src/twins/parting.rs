@@ -35,7 +35,7 @@ pub(crate) struct Parting {
     pub(crate) curve: Vec<f64>,
     /// The curve less what they may differ by.
     pub(crate) beyond: Vec<f64>,
-    /// With it; NaN where either may not be looked at.
+    /// As it is read, with its noise; NaN where either may not be looked at.
     read: Vec<f64>,
     /// Standard deviation of what was taken for noise.
     noise: f64,
