@@ -209,6 +209,7 @@ fn a_correction_s_codes_are_those_of_the_catalogue() {
         );
         let expected = format!("expected a code from 0 to {last}");
         assert!(problem.message.ends_with(&expected), "{error}");
+        assert!(problem.message.len() < 80, "{error}");
         let help = problem.help.as_deref().unwrap();
         assert!(
             help.starts_with("0 return line friction, 1 pump head, "),
@@ -220,7 +221,7 @@ fn a_correction_s_codes_are_those_of_the_catalogue() {
     let error = read_model_document(&corrected("12", "8")).unwrap_err();
     let told: Vec<&str> = error.problems.iter().map(|p| p.message.as_str()).collect();
     assert_eq!(told.len(), 2, "{error}");
-    let quantity = "`quantity` of effect `unknown` is 8, expected a code from 0 to 7";
+    let quantity = "`quantity` of effect `unknown` is 8.0, expected a code from 0 to 7";
     assert_eq!(told[1], quantity);
     let help = error.problems[1].help.as_deref().unwrap();
     assert!(help.ends_with("7 rate of the return flow"), "{help}");
