@@ -179,6 +179,15 @@ fn told<T>(
     }
 }
 
+/// Adds what is suspected: one line of the description is told once, however often it shows.
+fn once(suspected: &mut Vec<Suspicion>, found: Vec<Suspicion>) {
+    for suspicion in found {
+        if suspected.iter().all(|s| s.place != suspicion.place) {
+            suspected.push(suspicion);
+        }
+    }
+}
+
 /// Reads one or more consecutive recordings of a well onto one even clock.
 pub(crate) fn read_recordings(
     paths: &[PathBuf],
@@ -201,12 +210,10 @@ pub(crate) fn read_recordings(
         let (recording, step_s, clock) =
             recording.onto_grid().map_err(|e| Failure::input(path, e))?;
         issues.extend(mapping.into_iter().chain(clock));
-        for suspicion in dgd_screen::suspect(&recording, step_s, well) {
-            // One line of the description is told once, however many recordings show it.
-            if suspected.iter().all(|s| s.place != suspicion.place) {
-                suspected.push(suspicion);
-            }
-        }
+        once(
+            &mut suspected,
+            dgd_screen::suspect(&recording, step_s, well),
+        );
         let issues: Vec<_> = issues
             .into_iter()
             .map(|issue| (path.clone(), issue))

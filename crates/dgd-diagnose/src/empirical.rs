@@ -254,12 +254,13 @@ fn drawn(
     };
     let (mut gram, mut right) = tangent.normal_equations(record, &columns);
     let balanced = PLACES[place].relation == Relation::RiserMassBalance && quantity == 0;
-    let borne = weighed(&smoothed(&gram, &right, balanced));
+    let mut curves = smoothed(&gram, &right, balanced);
+    let borne = weighed(&curves);
     if let Some((more, pull)) = witnessed {
         gram += more;
         right += pull;
+        curves = smoothed(&gram, &right, balanced);
     }
-    let curves = smoothed(&gram, &right, balanced);
     let best = (curves.iter()).max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
     let evidence = weighed(&curves);
     let (coefficients, freedom) = (&best.coefficients, best.freedom);

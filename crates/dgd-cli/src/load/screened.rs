@@ -111,14 +111,8 @@ impl Screened<'_> {
                 screen.add(&part).map(drop)
             })?;
             if let Some(suspect) = suspect.take() {
-                // One line of the description is told once.
-                let mut places = Vec::new();
-                let mut found = suspect.finish(self.well);
-                found.retain(|s| {
-                    let new = !places.contains(&s.place);
-                    places.push(s.place);
-                    new
-                });
+                let mut found = Vec::new();
+                super::once(&mut found, suspect.finish(self.well));
                 suspicions = found.iter().map(|s| self.well.pointing(s)).collect();
                 for suspicion in &suspicions {
                     warn!("{suspicion}");

@@ -105,7 +105,10 @@ pub(super) fn of(
         return Vec::new();
     };
     let told = Told {
-        edges: twins.at_edges(record, pair, &parting),
+        edges: match pair {
+            Pair::InletAndRiser => twins.at_edges(record, pair, &parting),
+            Pair::Inlets | Pair::Outlets => Vec::new(),
+        },
         blocks: parting.curve,
         beyond: parting.beyond,
         evidence: parting.evidence,
@@ -153,7 +156,7 @@ pub(super) fn of(
 /// What two transmitters tell by themselves: by how much the first reads more than the second, but for a constant, Pa.
 struct Told<'a> {
     blocks: Vec<f64>,
-    /// Where rows of the mass balance meet.
+    /// Where rows of the mass balance meet, of a pair that tells of the suction.
     edges: Vec<f64>,
     /// By block, less what they may differ by.
     beyond: Vec<f64>,

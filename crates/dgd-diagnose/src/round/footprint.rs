@@ -109,8 +109,9 @@ impl Footprint {
             let rows = (gate.layout.sections().into_iter())
                 .flat_map(|section| {
                     let least = 0.05 * most(section.clone());
-                    let acts = most(section.clone()) > 0.0;
-                    trace[section].iter().map(move |v| acts && v.abs() > least)
+                    trace[section]
+                        .iter()
+                        .map(move |v| least > 0.0 && v.abs() > least)
                 })
                 .collect();
             let knots = is_correction(state[one.place].effect) && !is_seen(&state[one.place]);
