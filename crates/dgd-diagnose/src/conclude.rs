@@ -119,8 +119,8 @@ pub fn diagnose(
     let after_state = trained(&record, &start, &selection, &excluded).ok_or_else(short)?;
     let before_fit = runnable(&record, &before_state, &excluded).ok_or_else(short)?;
     let after_fit = runnable(&record, &after_state, &excluded).ok_or_else(short)?;
-    let before = model(&record, &before_state, &before_fit);
-    let mut after = model(&record, &after_state, &after_fit);
+    let before = model(&record, &before_state, &before_fit, &excluded);
+    let mut after = model(&record, &after_state, &after_fit, &excluded);
     progress(Stage::Confirming);
     let mut simulation = simulate(well, &record, prepared, &windows, &before, &after)?;
     let inlet_raw = &prepared.inlet_pressure_pa;
@@ -142,7 +142,7 @@ pub fn diagnose(
             .map(|(_, a)| a.clone())
             .collect();
         if let Some(fit) = runnable(&record, &plain, &excluded) {
-            let without = model(&record, &plain, &fit);
+            let without = model(&record, &plain, &fit, &excluded);
             let other = simulate(well, &record, prepared, &windows, &before, &without)?;
             debug!(
                 "free runs on the training stretches come to {:.2} with the correction, {:.2} without it",

@@ -9,7 +9,7 @@ use crate::scan::{joined, scan};
 use crate::select::Selection;
 use crate::tangent::{Bend, Tangent, dot};
 use crate::timing::{allowed_beside, is_late_meter};
-use dgd_effects::{AppliedEffect, AugmentedModel};
+use dgd_effects::{AppliedEffect, AugmentedModel, Rank, quantile};
 
 /// Length of a held-out window, s, at the least; a diagnosis promises 1200.
 const WINDOW_S: f64 = 1260.0;
@@ -109,7 +109,15 @@ pub(crate) fn trained(
 }
 
 /// The model that runs: curves, the range they were fitted on, effects.
-pub(crate) fn model(record: &Record, state: &[Applied], fit: &Tangent) -> AugmentedModel {
+///
+/// A tangent parts what the transmitters show into curve and wander, and mud at rest decides which is which. A run has no
+/// wander: what is left of it over the rows that flow is the curves'.
+pub(crate) fn model(
+    record: &Record,
+    state: &[Applied],
+    fit: &Tangent,
+    excluded: &[bool],
+) -> AugmentedModel {
     let mut speeds = Vec::new();
     let mut ratios = Vec::new();
     for b in 0..record.blocks {
@@ -124,8 +132,18 @@ pub(crate) fn model(record: &Record, state: &[Applied], fit: &Tangent) -> Augmen
         }
     }
     let range = |values: &[f64]| tails(values, 200).unwrap_or((0.0, 0.0));
+    let left = |residual: &[f64], flows: &dyn Fn(usize) -> bool| {
+        let rows = (residual.iter().enumerate())
+            .filter(|(b, _)| flows(*b) && !excluded.get(*b).copied().unwrap_or(false))
+            .map(|(_, v)| *v);
+        quantile(rows, Rank::Nearest(0.5)).unwrap_or(0.0)
+    };
+    let (n, rows) = (record.blocks, &fit.rows);
+    let mut curves = fit.curves.clone();
+    curves.friction[0] += left(&fit.residual[..n], &|b| rows.friction[b] && !rows.still[b]);
+    curves.head[0] += left(&fit.residual[n..2 * n], &|b| rows.head[b]);
     AugmentedModel {
-        curves: fit.curves.clone(),
+        curves,
         speed_range_pct: range(&speeds),
         ratio_range: range(&ratios),
         effects: state

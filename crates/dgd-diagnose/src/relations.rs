@@ -68,6 +68,7 @@ pub(crate) fn run(
             booster_m3_s: record.filled.booster[i],
             topfill_m3_s: record.filled.topfill[i],
             flow_m3_s: filled_flow[i],
+            outflow_m3_s: filled_flow[i],
             speed_pct: record.filled.speed[i],
             inlet_pa: record.filled.inlet[i],
             outlet_pa: record.filled.outlet[i],

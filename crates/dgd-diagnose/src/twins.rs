@@ -231,6 +231,7 @@ fn held_apart(record: &Record, pair: Pair, state: &[Applied], t_s: &[f64]) -> Ve
                 booster_m3_s: f.booster[i],
                 topfill_m3_s: f.topfill[i],
                 flow_m3_s: f.flow[i],
+                outflow_m3_s: f.flow[i],
                 speed_pct: f.speed[i],
                 inlet_pa: f.inlet[i],
                 outlet_pa: f.outlet[i],

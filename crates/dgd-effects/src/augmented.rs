@@ -107,8 +107,9 @@ impl AugmentedModel {
     /// speed the pump stands and a check valve holds the line: no flow, and the outlet shows the column.
     ///
     /// Effects live through the recording from its start, or for as long before the window as they remember
-    /// ([`Effect::memory_s`]), so that those with an onset before the window are in force; before the window they see the inputs and
-    /// the start's state. Implicit in the flow (its time constant is a
+    /// ([`Effect::memory_s`]), so that those with an onset before the window are in force; before the window they see the
+    /// inputs, the start's pressures, and a pump that while it turns passes what flows into the riser. While the line fills
+    /// ([`Changes::line_fall_m`]) its meter shows nothing. Implicit in the flow (its time constant is a
     /// second), trapezoidal in the level, in steps of at most 1 s up to a clock of 20 s. Flow stays within 0 to 0.3 m³/s,
     /// the true inlet pressure within 0.5 to 1000 bar. `start` holds readings.
     ///
@@ -140,11 +141,18 @@ impl AugmentedModel {
         let end = window.end.min(inputs.samples());
         let mut run = FreeRun::default();
         let mut lagged = flow;
+        let mut full = true;
         let mut past: Vec<f64> = Vec::with_capacity(end.saturating_sub(window.start));
         for i in self.remembered(inputs.step_s, window.start)?..end {
             let speed = inputs.speed_pct[i];
             let pumping = speed > STANDING_PCT;
             let inside = i >= window.start;
+            let inflow = inputs.mud_pump_m3_s[i] + inputs.booster_m3_s[i] + inputs.topfill_m3_s[i];
+            let through = match (inside, pumping) {
+                (true, _) => flow,
+                (false, true) => inflow.max(0.0),
+                (false, false) => 0.0,
+            };
             let moment = Moment {
                 index: i,
                 t_s: inputs.time_s[i],
@@ -152,7 +160,8 @@ impl AugmentedModel {
                 mud_pump_m3_s: inputs.mud_pump_m3_s[i],
                 booster_m3_s: inputs.booster_m3_s[i],
                 topfill_m3_s: inputs.topfill_m3_s[i],
-                flow_m3_s: if inside || pumping { flow } else { 0.0 },
+                flow_m3_s: through,
+                outflow_m3_s: if full { through } else { 0.0 },
                 speed_pct: speed,
                 inlet_pa: inlet,
                 outlet_pa: outlet,
@@ -162,6 +171,7 @@ impl AugmentedModel {
             for action in &mut actions {
                 action(&moment, &mut c);
             }
+            full = c.line_fall_m <= 0.0;
             if !inside {
                 continue;
             }
@@ -170,10 +180,12 @@ impl AugmentedModel {
                 // The run starts from readings.
                 inlet -= inlet_bias;
             }
-            let inflow = moment.mud_pump_m3_s + moment.booster_m3_s + moment.topfill_m3_s;
             let still = column + c.line_kg_m3 * g * setting.line_length_m - weight * c.line_fall_m;
             let rate = g * rho / (setting.riser_area_m2 * c.area_factor.max(0.05));
-            let friction = c.friction_factor * (1.0 + c.line_kg_m3 / rho);
+            // Only where there is mud does it rub and weigh.
+            let wet = (1.0 - c.line_fall_m / setting.line_length_m).clamp(0.02, 1.0);
+            let friction = wet * c.friction_factor * (1.0 + c.line_kg_m3 / rho);
+            let inertia = wet * inertia;
             let lift = c.head_factor * (1.0 + c.riser_kg_m3 / rho);
             let mut speeding = 0.0;
             if i > window.start {
@@ -209,7 +221,8 @@ impl AugmentedModel {
             } else {
                 still
             };
-            let seen = (flow - c.leak_m3_s).max(0.0) * c.meter_gain;
+            let outflow = if full { flow } else { 0.0 };
+            let seen = (outflow - c.leak_m3_s).max(0.0) * c.meter_gain;
             lagged = if path.lag_s > 0.0 {
                 lagged + (1.0 - (-inputs.step_s / path.lag_s).exp()) * (seen - lagged)
             } else {

@@ -19,8 +19,10 @@ pub struct Moment {
     pub booster_m3_s: f64,
     /// Topfill flow by its meter, m³/s.
     pub topfill_m3_s: f64,
-    /// Flow through the return line, m³/s.
+    /// Flow through the pump into the return line, m³/s; what its meter shows, where it is measured.
     pub flow_m3_s: f64,
+    /// Flow out of the return line's top, m³/s: none while the line fills, and what the meter shows where it is measured.
+    pub outflow_m3_s: f64,
     /// Set-point of the pump's speed, %.
     pub speed_pct: f64,
     /// Pump inlet pressure, Pa absolute.
@@ -48,7 +50,7 @@ pub struct Changes {
     pub line_drop_pa: f64,
     /// Factor on the line's friction.
     pub friction_factor: f64,
-    /// Height by which the mud surface in the line has fallen, m.
+    /// Height by which the mud surface in the line has fallen, m; nothing leaves the line's top before it is full again.
     pub line_fall_m: f64,
     /// Factor on the pump's head.
     pub head_factor: f64,

@@ -3,10 +3,11 @@
 
 use super::{held_out, model, trained};
 use crate::claims::fixture::{Hidden, INFLUX_S, drilled, named};
-use crate::relations::Applied;
+use crate::record::Record;
+use crate::relations::{Applied, Blocks, Rows};
 use crate::select::Selection;
 use crate::tangent::{Bend, Tangent};
-use dgd_effects::find;
+use dgd_effects::{Curves, find};
 
 const START_S: f64 = 300.0;
 
@@ -91,8 +92,7 @@ fn curves_hold_where_all_but_a_hundredth_of_the_blocks_were() {
         find("influx").unwrap(),
         vec![1e-3, 0.0, 600.0, 0.15],
     )];
-    let found = model(&record, &state, &fit);
-    assert_eq!(found.curves, fit.curves);
+    let found = model(&record, &state, &fit, &[]);
     assert_eq!(found.effects.len(), 1);
     assert_eq!(
         (found.effects[0].id.as_str(), &found.effects[0].parameters),
@@ -118,6 +118,55 @@ fn curves_hold_where_all_but_a_hundredth_of_the_blocks_were() {
         assert_eq!((below, above), (beyond, beyond), "{range:?}");
         assert!(beyond > 0);
     }
+}
+
+/// What curves leave over of the friction and of the head, where mud flows, of the blocks that are let in.
+fn left(record: &Record, curves: &Curves, excluded: &[bool]) -> [f64; 2] {
+    let blocks = Blocks::under(record, &[]);
+    let rows = Rows::of(record, &blocks);
+    let of = |rows: Vec<bool>, residual: &dyn Fn(usize) -> f64| {
+        let mut left: Vec<f64> = (0..record.blocks)
+            .filter(|b| rows[*b] && !excluded[*b])
+            .map(residual)
+            .collect();
+        left.sort_by(f64::total_cmp);
+        left[left.len() / 2]
+    };
+    let flowing = (rows.friction.iter().zip(&rows.still)).map(|(f, still)| *f && !still);
+    [
+        of(flowing.collect(), &|b| {
+            blocks.drop[b] - curves.friction_pa(blocks.flow[b])
+        }),
+        of(rows.head.clone(), &|b| {
+            blocks.lift[b] - curves.head_pa(blocks.speed[b], blocks.through[b])
+        }),
+    ]
+}
+
+#[test]
+fn a_run_keeps_what_the_transmitters_show_of_mud_that_flows() {
+    let mut record = drilled(Hidden::default());
+    // What is held out tells nothing of it.
+    let excluded: Vec<bool> = (0..record.blocks).map(|b| b < record.blocks / 3).collect();
+    for p in &mut record.outlet[..5 * (record.blocks / 3)] {
+        *p += 2e5;
+    }
+    let fit = Tangent::at(&record, &[], &excluded, Bend::Free).unwrap();
+    let found = model(&record, &[], &fit, &excluded);
+    let [friction, head] = left(&record, &found.curves, &excluded);
+    assert!(
+        friction.abs() < 1e-6 && head.abs() < 1e-6,
+        "{friction} {head}"
+    );
+    // The wander had a part of it.
+    let [friction, head] = left(&record, &fit.curves, &excluded);
+    assert!(
+        friction.abs() > 100.0 && head.abs() > 10.0,
+        "{friction} {head}"
+    );
+    // Nothing else of the curves is touched.
+    assert_eq!(found.curves.friction[1..], fit.curves.friction[1..]);
+    assert_eq!(found.curves.head[1..], fit.curves.head[1..]);
 }
 
 /// On the training blocks the search begins anew: an influx that the whole recording had elsewhere is found where it is,

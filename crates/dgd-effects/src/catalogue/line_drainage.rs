@@ -1,4 +1,5 @@
-//! A return line that drains back into the riser while the pump is off, until the pressures beside the pump meet.
+//! A return line that drains back into the riser while the pump is off, until the pressures beside the pump meet, and
+//! that the pump fills again before any mud returns.
 
 use crate::{
     About, Action, Belief, Component, Effect, Excitation, Extent, Parameter, Relation, Role,
@@ -14,7 +15,7 @@ static ABOUT: About = About {
     title: "the return line drains while the pump is off",
     component: Component::Line,
     relation: Relation::ReturnLineFriction,
-    equation: "dz/dt = rate s^taper at rest, s = (L - z - h) / (L - h_usual); p_out loses rho g z",
+    equation: "dz/dt = rate s^taper at rest, s = (L - z - h) / (L - h_usual); dz/dt = -q / A as the pump fills it; p_out loses rho g z",
     source: "backflow through a pump whose check valve leaks; Torricelli for a taper of 0.5, Hagen-Poiseuille for 1",
     excited_by: "pump stops",
     confusable: &[(
@@ -81,9 +82,12 @@ impl Effect for LineDrainage {
         Box::new(move |at, changes| {
             if at.pumping {
                 resting = false;
-                if at.flow_m3_s > 1e-3 {
-                    fall = 0.0;
-                }
+                // A meter tells nothing of what fills the line, but when it is full.
+                fall = if at.outflow_m3_s > 1e-3 {
+                    0.0
+                } else {
+                    (fall - at.flow_m3_s.max(0.0) * at.dt_s / area).max(0.0)
+                };
             } else if at.inlet_pa.is_finite() {
                 // Surface above the level at which the line would stand in balance with the riser.
                 let level = (at.inlet_pa - STANDARD_ATMOSPHERE_PA) / weight;

@@ -156,6 +156,34 @@ fn line_drainage_lowers_the_column_at_rest_into_the_riser_and_refills_at_restart
     assert_eq!(c[3300], Changes::default());
 }
 
+#[test]
+fn a_drained_line_is_full_when_the_pump_has_made_up_for_what_fell_or_mud_returns() {
+    let setting = setting();
+    let mut slow = moments();
+    for m in &mut slow[3300..3400] {
+        (m.flow_m3_s, m.outflow_m3_s) = (0.011, 0.0);
+    }
+    let c = drive("line_drainage", &[0.1, 0.0, 0.0], &setting, &slow);
+    let fall = c[3299].line_fall_m;
+    close(fall, 20.0, 1e-9);
+    close(
+        c[3319].line_fall_m,
+        fall - 20.0 * 0.011 / setting.line_area_m2,
+        1e-9,
+    );
+    // 20 m of it at 0.011 m³/s.
+    let full = 3300.0 + (20.0 * setting.line_area_m2 / 0.011).ceil();
+    let found = c[3300..].iter().position(|c| c.line_fall_m <= 0.0).unwrap();
+    close(3301.0 + found as f64, full, 1e-9);
+    // Where nothing is known of what fills it, it is full when mud returns.
+    for m in &mut slow[3300..3310] {
+        m.flow_m3_s = 0.0;
+    }
+    slow[3310].outflow_m3_s = 0.01;
+    let c = drive("line_drainage", &[0.1, 0.0, 0.0], &setting, &slow);
+    assert_eq!((c[3309].line_fall_m, c[3310].line_fall_m), (fall, 0.0));
+}
+
 /// The same course at an even riser level, and how far the line's surface is above balance with it, m.
 fn even() -> (Vec<Moment>, f64) {
     let inlet_pa = 164e5;

@@ -63,6 +63,7 @@ fn the_rate_of_the_flow_is_that_of_some_twenty_seconds() {
         t_s: dt_s * i as f64,
         dt_s,
         flow_m3_s,
+        outflow_m3_s: flow_m3_s,
         ..moments()[0]
     };
     for rate in [2e-5, -3e-5] {

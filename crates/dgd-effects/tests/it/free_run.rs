@@ -219,6 +219,48 @@ fn a_draining_line_loses_its_column_to_the_riser() {
 }
 
 #[test]
+fn a_drained_line_fills_before_any_mud_returns() {
+    let s = setting();
+    let drive = Drive::new(600, 1.0, |_| 0.0, |t| if t < 200.0 { 0.0 } else { W });
+    let run = drive.run(&model(&[("line_drainage", &[0.1, 0.0, 0.0])]), (164e5, 0.0));
+    let back = run.return_flow_m3_s.iter().position(|q| *q > 0.0).unwrap();
+    assert!(back > 205, "{back}");
+    // The riser gives what fills the line: 20 m, but for the second in which it becomes full.
+    let filled = (run.inlet_pa[199] - run.inlet_pa[back - 1]) * s.riser_area_m2 / (RHO * G);
+    let passing = run.return_flow_m3_s[back];
+    assert!(
+        filled <= 20.0 * s.line_area_m2 + 1e-3 && filled >= 20.0 * s.line_area_m2 - 2.0 * passing,
+        "{filled}, of {}",
+        20.0 * s.line_area_m2
+    );
+    // Until then the pump has less to lift, and passes more than it can once it is full.
+    let plain = drive.run(&model(&[]), (164e5, 0.0));
+    let lost = |run: &FreeRun| run.inlet_pa[199] - run.inlet_pa[back - 1];
+    assert!(lost(&run) > lost(&plain));
+}
+
+#[test]
+fn what_fell_before_a_window_was_refilled_while_the_pump_turned() {
+    let drive = Drive::new(
+        4000,
+        1.0,
+        |_| Q,
+        |t| {
+            if (1000.0..1300.0).contains(&t) || t >= 3900.0 {
+                0.0
+            } else {
+                W
+            }
+        },
+    );
+    let run = model(&[("line_drainage", &[0.1, 0.0, 0.0])])
+        .free_run(&setting(), drive.inputs(), 3950..4000, (164e5, 0.0))
+        .unwrap();
+    // The second rest's fall alone, though the window starts at rest.
+    close(column_pa() - run.outlet_pa[0], RHO * G * 5.1, 1e-6);
+}
+
+#[test]
 fn a_heavier_line_weighs_on_the_outlet_at_rest() {
     let drive = Drive::new(8000, 1.0, |_| Q, |t| if t < 7990.0 { W } else { 0.0 });
     let run = drive.run(

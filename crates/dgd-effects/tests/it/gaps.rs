@@ -9,6 +9,7 @@ fn missing(m: &Moment) -> Moment {
         booster_m3_s: f64::NAN,
         topfill_m3_s: f64::NAN,
         flow_m3_s: f64::NAN,
+        outflow_m3_s: f64::NAN,
         speed_pct: f64::NAN,
         inlet_pa: f64::NAN,
         outlet_pa: f64::NAN,

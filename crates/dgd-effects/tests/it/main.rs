@@ -60,6 +60,7 @@ pub(crate) fn moments() -> Vec<Moment> {
                 booster_m3_s: if t < 2000.0 { 0.005 } else { 0.012 },
                 topfill_m3_s: 0.001,
                 flow_m3_s: if pumping { 0.04 } else { 0.0 },
+                outflow_m3_s: if pumping { 0.04 } else { 0.0 },
                 speed_pct: match () {
                     () if !pumping => 0.0,
                     () if t < 1000.0 => 80.0,

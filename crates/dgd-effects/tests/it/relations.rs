@@ -43,6 +43,7 @@ fn course(id: &str, p: &[f64]) -> Course {
             booster_m3_s: booster[i],
             topfill_m3_s: 0.0,
             flow_m3_s: run.return_flow_m3_s[i],
+            outflow_m3_s: run.return_flow_m3_s[i],
             speed_pct: speed[i],
             inlet_pa: run.inlet_pa[i],
             outlet_pa: run.outlet_pa[i],
