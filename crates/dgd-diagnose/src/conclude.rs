@@ -316,7 +316,7 @@ fn refitted(given: &[Applied], known: &[Applied]) -> Option<Check> {
 /// An effect of the model to start from, looked up.
 fn applied(one: &AppliedEffect) -> Result<Applied, DiagnoseError> {
     let effect = find(&one.id)
-        .filter(|e| e.about().parameters.len() == one.parameters.len())
+        .filter(|e| e.takes(one.parameters.len()))
         .ok_or_else(|| dgd_effects::UnknownEffect {
             id: one.id.clone(),
             given: one.parameters.len(),

@@ -1,8 +1,10 @@
 //! The competitor: a correction of one relation along one quantity, with no physics in it.
 
+mod periodic;
 mod seen;
 mod smooth;
 
+pub(crate) use periodic::instead_of;
 pub(crate) use seen::pair_of;
 
 use crate::record::{MASS_BLOCKS, Record, tails, whole};
@@ -14,13 +16,17 @@ use crate::twins::{Pair, Twins};
 use crate::unrest::wander;
 use crate::vectors::most_within;
 use dgd_effects::{
-    Effect, INLET_READING, KNOTS, METER_FACTOR, Method, PLACES, QUANTITIES, Relation, unknown,
+    Effect, INLET_READING, KNOTS, METER_FACTOR, Method, PERIOD, PLACES, QUANTITIES, Relation,
+    unknown,
 };
 use rayon::prelude::*;
 use smooth::{smoothed, weighed};
 
 /// Places that a curve through knots is drawn for. What two transmitters of one pressure tell of the others is [seen](seen::all).
 const DRAWN: usize = METER_FACTOR + 1;
+
+/// Knots along the inlet pressure: the level goes up and down a riser by many lengths of what happens there.
+const FINE_KNOTS: usize = 3 * (KNOTS - 1) + 1;
 
 /// A correction, weighed.
 #[derive(Clone)]
@@ -50,6 +56,37 @@ impl Correction {
     pub(crate) fn claim(&self) -> f64 {
         const LN_PRIOR: f64 = 3.0;
         self.borne - LN_PRIOR
+    }
+}
+
+/// What is corrected along which quantity: indices into [`PLACES`] and [`QUANTITIES`], and the first time of its period.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Course {
+    pub place: usize,
+    pub quantity: usize,
+    pub period: Option<(f64, f64)>,
+}
+
+impl Course {
+    /// That of a correction that is held.
+    pub(crate) fn of(held: &Applied) -> Self {
+        let p = &held.parameters;
+        let [place, quantity] = [0, 1].map(|k| whole(p[k]));
+        Self {
+            place,
+            quantity,
+            period: (quantity == PERIOD).then_some((p[2], p[3])),
+        }
+    }
+}
+
+impl From<(usize, usize)> for Course {
+    fn from((place, quantity): (usize, usize)) -> Self {
+        Self {
+            place,
+            quantity,
+            period: None,
+        }
     }
 }
 
@@ -90,7 +127,7 @@ pub(crate) fn corrections(record: &Record, state: &[Applied]) -> Vec<Correction>
         METER_FACTOR => !matches!(quantity, 0 | 4),
         _ => !matches!(quantity, 2 | 3),
     };
-    let places: Vec<(usize, usize)> = (0..QUANTITIES.len())
+    let places: Vec<(usize, usize)> = (0..PERIOD)
         .flat_map(|quantity| (0..DRAWN).map(move |place| (place, quantity)))
         .filter(|(place, quantity)| !own(*place, *quantity))
         .collect();
@@ -99,7 +136,8 @@ pub(crate) fn corrections(record: &Record, state: &[Applied]) -> Vec<Correction>
         || -> Vec<Correction> {
             (places.par_iter())
                 .filter_map(|place| {
-                    drawn(record, &whole, state, inlets_beside_riser.as_ref(), *place)
+                    let course = Course::from(*place);
+                    drawn(record, &whole, state, inlets_beside_riser.as_ref(), course)
                 })
                 .collect()
         },
@@ -144,7 +182,8 @@ fn hold_without(
         return;
     };
     for c in found.iter_mut().filter(|c| doubtful(c)) {
-        let again = correction(record, &others, state, blocks, (c.place, c.quantity));
+        let course = Course::of(&c.applied);
+        let again = correction(record, &others, state, blocks, course);
         let alone = again.map_or(0.0, |again| again.evidence);
         if alone < hurdle(c) {
             c.evidence = c.evidence.min(alone);
@@ -160,8 +199,10 @@ pub(crate) fn correction(
     tangent: &Tangent,
     state: &[Applied],
     excluded: &[bool],
-    (place, quantity): (usize, usize),
+    course: impl Into<Course>,
 ) -> Option<Correction> {
+    let course = course.into();
+    let (place, quantity) = (course.place, course.quantity);
     let seen = seen::pair_of(place).map_or_else(Vec::new, |pair| {
         seen::of(record, tangent, state, excluded, pair)
     });
@@ -169,7 +210,7 @@ pub(crate) fn correction(
         .then(|| beside_riser(record, tangent, state, excluded))
         .flatten();
     let drawn = (place < DRAWN)
-        .then(|| drawn(record, tangent, state, twins.as_ref(), (place, quantity)))
+        .then(|| drawn(record, tangent, state, twins.as_ref(), course))
         .flatten();
     merged(drawn.into_iter().collect(), seen)
         .into_iter()
@@ -206,16 +247,22 @@ fn drawn(
     tangent: &Tangent,
     state: &[Applied],
     beside_riser: Option<&Twins>,
-    (place, quantity): (usize, usize),
+    course: Course,
 ) -> Option<Correction> {
-    let (from, to) = range(record, quantity);
+    let (place, quantity) = (course.place, course.quantity);
+    let (from, to) = course.period.unwrap_or_else(|| range(record, quantity));
     if to - from <= 1e-9 * to.abs().max(1e-3) {
         return None;
     }
     let unit = PLACES[place].width;
+    let count = if QUANTITIES[quantity] == "inlet pressure" {
+        FINE_KNOTS
+    } else {
+        KNOTS
+    };
     let change = |knots: &dyn Fn(usize) -> f64| -> Vec<f64> {
         let mut parameters = vec![place as f64, quantity as f64, from, to];
-        parameters.extend((0..KNOTS).map(knots));
+        parameters.extend((0..count).map(knots));
         tangent.change(record, &joined(state, &Applied::new(unknown(), parameters)))
     };
     let witnessed = beside_riser
@@ -229,7 +276,7 @@ fn drawn(
     }
     let columns: Vec<Vec<f64>> = if place == INLET_READING {
         // The mass balance holds the rate of this reading: it answers no constant.
-        (0..KNOTS)
+        (0..count)
             .map(|k| change(&|j| if j == k { unit } else { 0.0 }))
             .collect()
     } else {
@@ -237,12 +284,12 @@ fn drawn(
         // moves within a row.
         let constant = change(&|_| unit);
         // No larger than the constant, as friction is no straight line of a flow that is off.
-        let last = (KNOTS - 1) as f64;
+        let last = (count - 1) as f64;
         let line = change(&|k| unit * k as f64 / last);
         let position: Vec<f64> = (line.iter().zip(&constant))
             .map(|(line, whole)| last * line / whole)
             .collect();
-        (0..KNOTS)
+        (0..count)
             .map(|k| {
                 let hat = |(position, whole): (&f64, &f64)| {
                     let share = (1.0 - (position - k as f64).abs()).max(0.0);
@@ -311,12 +358,12 @@ pub(crate) fn again(
     held: &Applied,
     excluded: &[bool],
 ) -> Option<Correction> {
-    let [place, quantity] = [0, 1].map(|k| whole(held.parameters[k]));
-    if place >= PLACES.len() || quantity >= QUANTITIES.len() {
+    let course = Course::of(held);
+    if course.place >= PLACES.len() || course.quantity >= QUANTITIES.len() {
         return None;
     }
     let tangent = Tangent::at(record, others, excluded, Bend::Loose)?;
-    let found = correction(record, &tangent, others, excluded, (place, quantity))?;
+    let found = correction(record, &tangent, others, excluded, course)?;
     (found.evidence > hurdle(&found)).then_some(found)
 }
 
@@ -325,9 +372,9 @@ pub(crate) fn is_correction(effect: &dyn Effect) -> bool {
     effect.about().search.method == Method::Correction
 }
 
-/// Whether it is the curve of one that is seen, finer than knots: the shortest record has 64 rows of the balance.
+/// Whether it is the curve of one that is seen, finer than any that is drawn: the shortest record has 64 rows of the balance.
 pub(crate) fn is_seen(one: &Applied) -> bool {
-    is_correction(one.effect) && one.parameters.len() > 4 + KNOTS
+    is_correction(one.effect) && one.parameters.len() > 4 + FINE_KNOTS
 }
 
 /// The quantity that what answers late leaves its trace in.

@@ -9,7 +9,7 @@ use crate::record::{Record, tails};
 use crate::select::{Named, Selection};
 use crate::tangent::Tangent;
 use crate::twins::Pair;
-use dgd_effects::{About, PLACES, QUANTITIES, Relation};
+use dgd_effects::{About, PERIOD, PLACES, QUANTITIES, Relation};
 
 /// One named effect, or the correction that no effect explains.
 pub(crate) fn finding(
@@ -31,11 +31,15 @@ pub(crate) fn finding(
     let title = match named.correction {
         Some((p, q)) => {
             let (place, quantity) = (PLACES[p].name, QUANTITIES[q]);
-            if quantity == "time" {
-                format!("something outside the catalogue: {place} drifts over time")
+            let does = if q == PERIOD {
+                let period_s = named.applied.parameters[3] - named.applied.parameters[2];
+                format!("swings with a period of {:.0} min", period_s / 60.0)
+            } else if quantity == "time" {
+                "drifts over time".to_owned()
             } else {
-                format!("something outside the catalogue: {place} depends on {quantity}")
-            }
+                format!("depends on {quantity}")
+            };
+            format!("something outside the catalogue: {place} {does}")
         }
         None => about.title.to_owned(),
     };

@@ -1,7 +1,7 @@
 //! The held-out windows, and both models fitted without them.
 
 use crate::contest::solved;
-use crate::empirical::correction;
+use crate::empirical::{Course, correction};
 use crate::record::{Record, mean, tails, whole};
 use crate::refine::refine;
 use crate::relations::Applied;
@@ -91,9 +91,10 @@ pub(crate) fn trained(
                     }
                 }
             }
-            Some(place) => {
+            Some(_) => {
                 let tangent = Tangent::at(record, &state, excluded, Bend::Loose);
-                let again = tangent.and_then(|t| correction(record, &t, &state, excluded, place));
+                let course = Course::of(&named.applied);
+                let again = tangent.and_then(|t| correction(record, &t, &state, excluded, course));
                 match again {
                     Some(again) => chosen = again.applied,
                     // What the training rows do not show may not be run on the held-out windows.

@@ -4,7 +4,7 @@ mod footprint;
 
 use crate::belief::{logistic, shared};
 use crate::contest::{Contender, alike, at_bound, contest, material, sets_in, solved, stands};
-use crate::empirical::{Correction, FLOW_RATE, corrections, hurdle, plausible};
+use crate::empirical::{Correction, FLOW_RATE, corrections, hurdle, instead_of, plausible};
 use crate::ended::ended;
 use crate::record::Record;
 use crate::refine::refine;
@@ -475,6 +475,9 @@ impl<'a> Round<'a> {
     /// against, and tells that there is something where the correction does not. Of the `best` effect it is known how far its form is
     /// broken.
     fn unnamed(&self, c: &Correction, evidence: f64, best: Option<(&Contender, f64)>) -> Ruling {
+        // That there is something was found without a period; with one it may be told better what.
+        let swings = instead_of(self.record, &self.state, c);
+        let told = swings.as_ref().unwrap_or(c);
         let temperature = (0.08 * evidence).max(6.0);
         let weight = |o: &Contender| {
             let likely = ((1.2 * o.evidence - evidence) / temperature).min(0.0);
@@ -492,7 +495,7 @@ impl<'a> Round<'a> {
             .iter()
             .filter(|o| o.evidence > 0.0 && stands(self.record, &solved(&o.best)))
             .filter(|o| {
-                (PLACES[c.place].shows_in).contains(&o.effect.about().relation)
+                (PLACES[told.place].shows_in).contains(&o.effect.about().relation)
                     && !at_bound(&solved(&o.best))
             })
             .map(|o| (o.effect.about().id.to_owned(), weight(o)))
@@ -507,7 +510,7 @@ impl<'a> Round<'a> {
             hurdle: self.unknown_hurdle(c),
             probability,
             alternatives,
-            correction: Some((c.place, c.quantity)),
+            correction: Some((told.place, told.quantity)),
             held,
         };
         match &c.seen {
@@ -518,7 +521,7 @@ impl<'a> Round<'a> {
                 };
                 Ruling::Seen(found(seen, Some(held)))
             }
-            None => Ruling::Unnamed(found(&c.applied, None)),
+            None => Ruling::Unnamed(found(&told.applied, None)),
         }
     }
 }

@@ -3,9 +3,13 @@
 use crate::model::float;
 use crate::reader::{Section, Value};
 use dgd_effects::{
-    AppliedEffect, AugmentedModel, Curves, Effect, PLACES, QUANTITIES, Scale, catalogue, find,
+    AppliedEffect, AugmentedModel, Curves, Effect, KNOTS, PLACES, QUANTITIES, Scale, catalogue,
+    find,
 };
 use std::fmt::Write as _;
+
+/// The knots of a correction that has more of them than it has parameters.
+const KNOTS_KEY: &str = "knots";
 
 /// More effects than a diagnosis fits by far; bounds the work on a hostile document.
 const MOST_EFFECTS: usize = 64;
@@ -50,13 +54,21 @@ fn write_effect(text: &mut String, applied: &AppliedEffect) -> std::fmt::Result 
         writeln!(text, "\n[[augmented.effects]]")?;
     }
     writeln!(text, "id = {}", crate::well::quoted(&applied.id))?;
-    let values = applied.parameters.iter().enumerate().map(|(i, value)| {
+    let mut named = applied.parameters.as_slice();
+    let mut knots: &[f64] = &[];
+    if named.len() > names.len() && names.len() > KNOTS {
+        (named, knots) = named.split_at(names.len() - KNOTS);
+    }
+    let values = named.iter().enumerate().map(|(i, value)| {
         let name = names
             .get(i)
             .map_or_else(|| format!("p{i}"), |p| p.name.to_owned());
         format!("{name} = {}", float(*value))
     });
-    let values: Vec<String> = values.collect();
+    let mut values: Vec<String> = values.collect();
+    if !knots.is_empty() {
+        values.push(format!("{KNOTS_KEY} = {}", list(knots)));
+    }
     if values.is_empty() {
         writeln!(text, "parameters = {{}}")
     } else {
@@ -181,13 +193,25 @@ fn read_effect(section: &Section<'_, '_>, item: &Value<'_>) -> Option<AppliedEff
 }
 
 /// The parameters of an effect, in the order of its description; what it does not take is refused, as a
-/// misspelt name would otherwise go unseen.
+/// misspelt name would otherwise go unseen. A correction's knots are named one by one, or stand in one list.
 fn read_parameters(effect: &dyn Effect, section: &Section<'_, '_>) -> Option<Vec<f64>> {
     let about = effect.about();
-    let known = || about.parameters.iter().map(|p| p.name);
+    let mut names: Vec<&'static str> = about.parameters.iter().map(|p| p.name).collect();
     let mut right = true;
+    let mut knots = Vec::new();
+    let goes_on = effect.takes(names.len() + 1);
+    let listed = goes_on.then(|| section.get(KNOTS_KEY)).flatten();
+    if let Some(listed) = listed {
+        names.truncate(names.len() - KNOTS);
+        match read_knots(section, listed) {
+            Some(read) => knots = read,
+            None => right = false,
+        }
+    }
+    let known = || names.iter().copied();
     let keys = section.keys().into_iter();
-    let foreign = keys.filter(|(key, _)| !known().any(|name| name == *key));
+    let foreign = (keys.filter(|(key, _)| !known().any(|name| name == *key)))
+        .filter(|(key, _)| listed.is_none() || *key != KNOTS_KEY);
     for (key, span) in foreign.take(MOST_EFFECTS) {
         let names: Vec<&str> = known().collect();
         let help = nearest(key, known()).map_or_else(
@@ -207,7 +231,25 @@ fn read_parameters(effect: &dyn Effect, section: &Section<'_, '_>) -> Option<Vec
     });
     // All of them, so that every wrong code is told.
     let right = checked.fold(true, |all, right| all & right);
-    right.then_some(values)
+    right.then_some([values, knots].concat())
+}
+
+/// The knots of a correction in one list.
+fn read_knots(section: &Section<'_, '_>, listed: &Value<'_>) -> Option<Vec<f64>> {
+    let Some(items) = listed.get_ref().as_array() else {
+        section.wrong_type(KNOTS_KEY, listed, "a list of numbers");
+        return None;
+    };
+    if items.len() < KNOTS {
+        let found = items.len();
+        let message = format!("`{KNOTS_KEY}` has {found} numbers, expected {KNOTS} or more");
+        section.problem(listed, message, None);
+        return None;
+    }
+    let read: Vec<Option<f64>> = (items.iter())
+        .map(|value| section.number(KNOTS_KEY, value))
+        .collect();
+    read.into_iter().collect()
 }
 
 /// What the codes of a parameter stand for, from 0 on; none where it is a quantity.

@@ -274,7 +274,7 @@ impl AugmentedModel {
 
     fn look_up(&self, one: &AppliedEffect) -> Result<&'static dyn Effect, UnknownEffect> {
         find(&one.id)
-            .filter(|e| e.about().parameters.len() == one.parameters.len())
+            .filter(|e| e.takes(one.parameters.len()))
             .ok_or_else(|| UnknownEffect {
                 id: one.id.clone(),
                 given: one.parameters.len(),

@@ -59,8 +59,8 @@ pub fn catalogue() -> &'static [&'static dyn Effect] {
 }
 
 pub use unknown::{
-    HEAD, INLET_READING, INLETS, KNOTS, METER_FACTOR, OUTLET_READING, OUTLETS, PLACES, Place,
-    QUANTITIES, RISER_READING, SUCTION,
+    HEAD, INLET_READING, INLETS, KNOTS, METER_FACTOR, OUTLET_READING, OUTLETS, PERIOD, PLACES,
+    Place, QUANTITIES, RISER_READING, SUCTION,
 };
 
 /// The empirical correction, which stands for what the catalogue does not hold.

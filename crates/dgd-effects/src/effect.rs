@@ -170,6 +170,11 @@ pub trait Effect: Send + Sync {
     /// refuses those before. Their values, whatever they are, never panic.
     fn begin(&self, parameters: &[f64], setting: &Setting) -> Action;
 
+    /// Whether it takes so many parameters: as many as described, unless its last ones are knots of a curve.
+    fn takes(&self, parameters: usize) -> bool {
+        parameters == self.about().parameters.len()
+    }
+
     /// Whether the action keeps no state and is in force at once, but for an edge, so that a search can move its onset like a switch.
     fn is_switch(&self) -> bool {
         false

@@ -209,7 +209,7 @@ fn none(name: &'static str, time: &[f64], window: &Range<usize>) -> String {
 fn ahead(flow: &[f64], window: &Range<usize>, model: &AugmentedModel, step_s: f64) -> Vec<f64> {
     let delays = model.effects.iter().filter_map(|applied| {
         let effect = find(&applied.id)?;
-        let known = effect.about().parameters.len() == applied.parameters.len();
+        let known = effect.takes(applied.parameters.len());
         known.then(|| effect.meter_path(&applied.parameters).delay_s)
     });
     let steps = (delays.sum::<f64>() / step_s).round();

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 mod limits;
+mod periods;
 
 use super::{
     Correction, DRAWN, again, busiest, correction, corrections, hold_without, hurdle, plausible,
@@ -182,7 +183,9 @@ fn a_correction_along_another_quantity_is_a_law_of_it() {
     let knots = &found.applied.parameters[4..];
     // What is straight is drawn so, but for what its prior takes, and costs little freedom.
     assert!(knots.windows(2).all(|pair| pair[1] > pair[0]));
-    let drawn = (knots[10] - knots[1]) / (9.0 / 11.0 * rise);
+    // Between the elevenths at either end.
+    let tenth = (knots.len() - 1) / 11;
+    let drawn = (knots[10 * tenth] - knots[tenth]) / (9.0 / 11.0 * rise);
     assert!((0.8..1.1).contains(&drawn), "{knots:?}");
     assert!(found.freedom < 4.0);
 }

@@ -8,7 +8,7 @@ use crate::step::Step;
 use crate::tangent::{Tangent, dot};
 use crate::twins::{Pair, Twins};
 use crate::unrest::wander;
-use dgd_effects::{INLET_READING, INLETS, KNOTS, OUTLETS, PLACES, RISER_READING, SUCTION, unknown};
+use dgd_effects::{INLET_READING, INLETS, OUTLETS, PLACES, RISER_READING, SUCTION, unknown};
 use std::ops::Range;
 use tracing::debug;
 
@@ -65,8 +65,8 @@ pub(crate) fn pair_of(place: usize) -> Option<Pair> {
 ///
 /// One of two at the pump inlet or outlet enters the mean that the relations hold by half, either with its own sign. Of the inlets
 /// beside the riser three things may be at fault: their reading, which enters head and balance; what is lost on the way between the two, which
-/// enters the balance alone; and where the relations find it in neither, the riser's reading. What a model can hold of the
-/// curve are its knots.
+/// enters the balance alone; and where the relations find it in neither, the riser's reading. A model holds a knot of the curve for every
+/// row of the balance.
 pub(super) fn all(
     record: &Record,
     tangent: &Tangent,
@@ -191,7 +191,8 @@ impl Told<'_> {
     ) -> Correction {
         let (from, to) = self.record.setting.span_s;
         let mut parameters = vec![place as f64, 0.0, from, to];
-        parameters.extend(knots(&self.blocks).map(|knot| sign * knot));
+        let count = self.record.blocks / MASS_BLOCKS + 1;
+        parameters.extend(knots(&self.blocks, count).map(|knot| sign * knot));
         Correction {
             applied: Applied::new(unknown(), parameters),
             signature,
@@ -239,13 +240,17 @@ impl Asked {
     }
 }
 
-/// Means of a curve about the knots of a correction.
-fn knots(curve: &[f64]) -> impl Iterator<Item = f64> {
-    let apart = curve.len() as f64 / (KNOTS - 1) as f64;
-    (0..KNOTS).map(move |k| {
+/// Means of a curve about so many knots, of which the first and the last are its ends.
+fn knots(curve: &[f64], count: usize) -> impl Iterator<Item = f64> {
+    let apart = curve.len() as f64 / (count - 1) as f64;
+    (0..count).map(move |k| {
         let hat = |i: usize| (1.0 - ((i as f64 + 0.5) / apart - k as f64).abs()).max(0.0);
         let (mut sum, mut weights) = (0.0, 0.0);
-        for (i, value) in curve.iter().enumerate() {
+        let about = whole((k as f64 - 1.0) * apart)..whole((k as f64 + 1.0) * apart + 1.0);
+        for (i, value) in (curve.iter().enumerate())
+            .skip(about.start)
+            .take(about.len())
+        {
             sum += hat(i) * value;
             weights += hat(i);
         }

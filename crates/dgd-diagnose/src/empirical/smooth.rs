@@ -1,11 +1,14 @@
 //! Smooth curves through knots.
 
 use crate::scan::ln_mean_exp;
+use dgd_effects::KNOTS;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-/// Correlation lengths of the curve, in knots: constant, which only the mass balance has no term for; rough, smooth, nearly
-/// straight.
-const SMOOTHNESS: [f64; 4] = [f64::INFINITY, 1.2, 2.5, 5.0];
+/// Correlation lengths of the curve, in elevenths of it: constant, which only the mass balance has no term for; rough, smooth,
+/// nearly straight.
+const SMOOTHNESS: [f64; 4] = [f64::INFINITY, ROUGH, 2.5, 5.0];
+/// Shortest correlation length, in knots.
+const ROUGH: f64 = 1.2;
 
 /// A smooth curve through the knots: a Gaussian process of one correlation length (Rasmussen and Williams 2006, chapter 2).
 pub(super) struct Smooth {
@@ -40,8 +43,12 @@ impl Smooth {
 
 /// A curve of each smoothness; a constant only where the relation has no term for it.
 pub(super) fn smoothed(gram: &DMatrix<f64>, right: &DVector<f64>, constant: bool) -> Vec<Smooth> {
+    let apart = right.len().saturating_sub(1) as f64 / (KNOTS - 1) as f64;
+    let finer = (right.len() > KNOTS).then_some(ROUGH);
     (SMOOTHNESS.iter().skip(usize::from(!constant)))
-        .filter_map(|reach| Smooth::fit(gram, right, *reach))
+        .map(|reach| reach * apart)
+        .chain(finer)
+        .filter_map(|reach| Smooth::fit(gram, right, reach))
         .collect()
 }
 
@@ -54,7 +61,7 @@ pub(super) fn weighed(curves: &[Smooth]) -> f64 {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-    use super::{DMatrix, DVector, Smooth};
+    use super::{DMatrix, DVector, KNOTS, Smooth, smoothed};
 
     #[test]
     fn a_constant_curve_is_one_straight_parameter() {
@@ -66,6 +73,37 @@ mod tests {
         assert!((curve.evidence - expected).abs() < 1e-9);
         assert!((curve.freedom - energy / (1.0 + energy)).abs() < 1e-9);
         assert!(curve.coefficients.iter().all(|c| (c - 0.5).abs() < 1e-9));
+    }
+
+    #[test]
+    fn more_knots_draw_what_fewer_do_and_what_is_finer() {
+        let curves = |count: usize, waves: f64, constant: bool| {
+            let last = (count - 1) as f64;
+            let gram = DMatrix::identity(count, count) * (600.0 / count as f64);
+            let wave = |k: usize| (waves * std::f64::consts::TAU * k as f64 / last).sin();
+            let right = DVector::from_fn(count, |k, _| 600.0 / count as f64 * wave(k));
+            smoothed(&gram, &right, constant)
+        };
+        assert_eq!(curves(KNOTS, 1.0, false).len(), 3);
+        assert_eq!(curves(KNOTS, 1.0, true).len(), 4);
+        let fine = 3 * (KNOTS - 1) + 1;
+        let (coarse, finer) = (curves(KNOTS, 1.0, false), curves(fine, 1.0, false));
+        assert_eq!(finer.len(), 4);
+        for (coarse, fine) in coarse.iter().zip(&finer) {
+            assert!(
+                (fine.evidence / coarse.evidence - 1.0).abs() < 0.1,
+                "{} {}",
+                fine.evidence,
+                coarse.evidence
+            );
+        }
+        // Eight waves in a third of a knot's reach each: only the finest follows.
+        let eight = curves(fine, 8.0, false);
+        assert!(
+            eight[3].evidence > 50.0 + eight[0].evidence,
+            "{}",
+            eight[3].evidence
+        );
     }
 
     #[test]

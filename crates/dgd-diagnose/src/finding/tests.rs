@@ -9,7 +9,8 @@ use crate::relations::Applied;
 use crate::select::{Named, Selection};
 use crate::tangent::{Bend, Tangent};
 use dgd_effects::{
-    INLET_READING, METER_FACTOR, OUTLETS, PLACES, QUANTITIES, Relation, SUCTION, find, unknown,
+    INLET_READING, METER_FACTOR, OUTLETS, PERIOD, PLACES, QUANTITIES, Relation, SUCTION, find,
+    unknown,
 };
 
 fn nothing_run() -> Simulation {
@@ -99,15 +100,18 @@ fn a_correction_is_told_by_its_place_and_its_quantity() {
         (OUTLETS[1], 0),
         (METER_FACTOR, 4),
         (0, 1),
+        (0, PERIOD),
     ] {
         let mut named = influx();
         named.applied = Applied::new(unknown(), vec![0.0; unknown().about().parameters.len()]);
+        named.applied.parameters[2..4].copy_from_slice(&[100.0, 2620.0]);
         named.correction = Some((place, quantity));
         let told = told(&named);
         let name = PLACES[place].name;
         let along = QUANTITIES[quantity];
         let title = match quantity {
             0 => format!("{name} drifts over time"),
+            PERIOD => format!("{name} swings with a period of 42 min"),
             _ => format!("{name} depends on {along}"),
         };
         let before = match place {

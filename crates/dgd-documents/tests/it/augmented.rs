@@ -218,13 +218,63 @@ fn a_correction_s_codes_are_those_of_the_catalogue() {
         let line = source.lines().nth(error.places[0].0 - 1).unwrap();
         assert!(line.starts_with("parameters = { relation = "), "{line}");
     }
-    let error = read_model_document(&corrected("12", "8")).unwrap_err();
+    let error = read_model_document(&corrected("12", "9")).unwrap_err();
     let told: Vec<&str> = error.problems.iter().map(|p| p.message.as_str()).collect();
     assert_eq!(told.len(), 2, "{error}");
-    let quantity = "`quantity` of effect `unknown` is 8.0, expected a code from 0 to 7";
+    let quantity = "`quantity` of effect `unknown` is 9.0, expected a code from 0 to 8";
     assert_eq!(told[1], quantity);
     let help = error.problems[1].help.as_deref().unwrap();
-    assert!(help.ends_with("7 rate of the return flow"), "{help}");
+    assert!(help.ends_with("8 time of a period"), "{help}");
+}
+
+#[test]
+fn a_fine_correction_has_its_knots_in_a_list() {
+    let (mut document, _) = read_model_document(&corrected("2", "8")).unwrap();
+    let coarse = document.augmented.as_ref().unwrap().effects[1].clone();
+    let mut fine = coarse.clone();
+    fine.parameters.extend((0..25).map(|k| 0.5 * f64::from(k)));
+    for effect in [coarse, fine] {
+        let listed = effect.parameters.len() > 16;
+        document.augmented.as_mut().unwrap().effects[1] = effect.clone();
+        let written = write_model_document(&document);
+        assert_eq!(written.contains("knots = [1.0, "), listed);
+        assert_eq!(
+            written.contains("c0 = "),
+            !listed || written.contains("[pump.c0]\nc0")
+        );
+        let (read, warnings) = read_model_document(&written).unwrap();
+        assert!(warnings.is_empty(), "{warnings:?}");
+        assert_eq!(read.augmented.unwrap().effects[1], effect);
+    }
+}
+
+#[test]
+fn knots_that_are_no_list_of_enough_numbers_are_told() {
+    let written = corrected("2", "0");
+    let from = written.rfind("c0 = ").unwrap();
+    let told = |knots: &str| {
+        let source = format!("{}{knots} }}\n", &written[..from]);
+        let error = read_model_document(&source).unwrap_err();
+        assert_eq!(error.problems.len(), 1, "{error}");
+        error.problems[0].message.clone()
+    };
+    assert_eq!(
+        told("knots = [1.0, 2.0]"),
+        "`knots` has 2 numbers, expected 12 or more"
+    );
+    assert_eq!(
+        told("knots = 3.0"),
+        "`knots` is a float, expected a list of numbers"
+    );
+    let twelve = "1.0, ".repeat(12);
+    assert!(told(&format!("knots = [{twelve}\"x\"]")).starts_with("`knots` is a string"));
+    assert_eq!(
+        told(&format!("c0 = 1.0, knots = [{twelve}]")),
+        "effect `unknown` has no parameter `c0`"
+    );
+    // No other effect has any.
+    let (message, _) = told_once("onset_s =", "knots = [1.0], onset_s =");
+    assert_eq!(message, "effect `influx` has no parameter `knots`");
 }
 
 #[test]

@@ -7,7 +7,7 @@ use crate::{
 /// See the module.
 pub(super) struct Unknown;
 
-/// Knots of the correction.
+/// Knots of a correction, at the least: a finer curve has more.
 pub const KNOTS: usize = 12;
 
 /// What a correction is made to.
@@ -163,7 +163,7 @@ pub const OUTLETS: [usize; 2] = [10, 11];
 const MOST_OFF: f64 = 0.5;
 
 /// Quantities along which a relation or reading is corrected, in the order of their codes.
-pub const QUANTITIES: [&str; 8] = [
+pub const QUANTITIES: [&str; 9] = [
     "time",
     "inlet pressure",
     "mud pump flow",
@@ -172,7 +172,11 @@ pub const QUANTITIES: [&str; 8] = [
     "pump speed",
     "time since the pump started",
     "rate of the return flow",
+    "time of a period",
 ];
+
+/// Place of the time of a period in [`QUANTITIES`]: knots go from the beginning of the first one to its end, and round again.
+pub const PERIOD: usize = 8;
 
 const fn knot(name: &'static str) -> Parameter {
     Parameter {
@@ -210,7 +214,7 @@ static ABOUT: About = About {
             meaning: "code of the quantity",
             role: Role::Shape(&[]),
             low: 0.0,
-            high: 7.0,
+            high: 8.0,
             usual: 0.0,
             ..Parameter::BASE
         },
@@ -257,8 +261,11 @@ impl Effect for Unknown {
         &ABOUT
     }
 
+    fn takes(&self, parameters: usize) -> bool {
+        parameters >= ABOUT.parameters.len()
+    }
+
     fn begin(&self, p: &[f64], _: &Setting) -> Action {
-        // A search may draw a finer curve than a model holds.
         let values = p[4..].to_vec();
         let last = values.len().saturating_sub(1);
         #[allow(
@@ -292,7 +299,9 @@ impl Effect for Unknown {
                 4 => at.flow_m3_s,
                 5 => at.speed_pct,
                 6 => (since / 60.0).ln_1p(),
-                _ => (at.flow_m3_s - now) / 20.0,
+                7 => (at.flow_m3_s - now) / 20.0,
+                PERIOD => from + (at.t_s - from).rem_euclid(to - from),
+                _ => return,
             };
             let position = ((x - from) / (to - from) * last as f64).clamp(0.0, last as f64);
             #[allow(

@@ -2,8 +2,8 @@
 
 use crate::{close, drive, moments, setting};
 use dgd_effects::{
-    Changes, INLET_READING, INLETS, KNOTS, METER_FACTOR, Moment, OUTLET_READING, OUTLETS,
-    RISER_READING, SUCTION, unknown,
+    Changes, INLET_READING, INLETS, KNOTS, METER_FACTOR, Moment, OUTLET_READING, OUTLETS, PERIOD,
+    RISER_READING, SUCTION, catalogue, find, unknown,
 };
 
 /// What a quantity is at a moment.
@@ -53,6 +53,53 @@ fn the_time_since_the_pump_started_counts_from_its_last_start_in_minutes() {
             _ => i as f64 - 3299.0,
         };
         close(found, ((1.0 + since / 60.0).ln() + 1.0) / 10.0, 1e-9);
+    }
+}
+
+#[test]
+fn the_time_of_a_period_begins_again_with_each() {
+    let found = position(PERIOD as f64, 500.0, 1300.0, &moments());
+    for (i, found) in found.into_iter().enumerate() {
+        // 500 s lie before the first one: they end another.
+        let within = (i + 300) % 800;
+        close(found, within as f64 / 800.0, 1e-9);
+    }
+    // A period of no length has no time, and a code beyond the last no quantity.
+    for (quantity, to) in [(PERIOD as f64, 500.0), (PERIOD as f64 + 1.0, 1300.0)] {
+        let found = drive(
+            "unknown",
+            &line(2, quantity, 500.0, to),
+            &setting(),
+            &moments(),
+        );
+        assert!(found.iter().all(|c| *c == Changes::default()));
+    }
+}
+
+#[test]
+fn a_correction_takes_as_many_knots_as_it_is_fine() {
+    let unknown = find("unknown").unwrap();
+    let least = unknown.about().parameters.len();
+    assert!(unknown.takes(least) && unknown.takes(least + 1) && unknown.takes(1000));
+    assert!(!unknown.takes(least - 1));
+    // Three times as many draw the same line.
+    let coarse = drive(
+        "unknown",
+        &line(2, 0.0, 0.0, 6000.0),
+        &setting(),
+        &moments(),
+    );
+    let mut fine = vec![2.0, 0.0, 0.0, 6000.0];
+    fine.extend((0..34).map(|k| f64::from(k) / 3.0));
+    for (coarse, fine) in coarse
+        .iter()
+        .zip(drive("unknown", &fine, &setting(), &moments()))
+    {
+        close(coarse.inflow_m3_s, fine.inflow_m3_s, 1e-9);
+    }
+    for effect in catalogue().iter().filter(|e| e.about().id != "unknown") {
+        let own = effect.about().parameters.len();
+        assert!(effect.takes(own) && !effect.takes(own + 1));
     }
 }
 

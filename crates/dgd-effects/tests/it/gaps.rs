@@ -23,7 +23,7 @@ fn all() -> Vec<(&'static str, Vec<f64>)> {
         .iter()
         .map(|e| (e.about().id, usual(e.about())))
         .collect();
-    for quantity in 0..8 {
+    for quantity in 0..9 {
         let mut p = vec![2.0, f64::from(quantity), -1.0, 1.0];
         p.extend((0..KNOTS).map(|k| 1e-4 * k as f64));
         all.push(("unknown", p));

@@ -5,8 +5,8 @@ use super::{Correction, all, knots};
 use crate::claims::fixture::{FLOW_M3_S, Hidden, SPEED_PCT, drilled};
 use crate::contest::{Contender, contest};
 use crate::draws::normals;
-use crate::empirical::{correction, hurdle, is_seen, merged, plausible};
-use crate::record::Record;
+use crate::empirical::{FINE_KNOTS, correction, hurdle, is_seen, merged, plausible};
+use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::Applied;
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent, dot};
@@ -119,7 +119,9 @@ fn what_parts_the_two_is_put_where_the_relations_find_it() {
         assert_eq!(asked.evidence, best.evidence);
         let p = &asked.applied.parameters;
         assert_eq!(p[..4], [place as f64, 0.0, 0.0, 5400.0]);
-        assert_eq!(p.len(), 4 + KNOTS);
+        // A knot for every row of the balance, and one more.
+        assert_eq!(p.len(), 4 + record.blocks / MASS_BLOCKS + 1);
+        assert!(is_seen(&asked.applied));
     }
 }
 
@@ -132,12 +134,13 @@ fn a_drift_that_knots_can_follow_is_drawn_with_its_sign() {
         // The pressure between the two falls by what is lost.
         let sign = if place == SUCTION { -1.0 } else { 1.0 };
         let centred = |knots: Vec<f64>| -> Vec<f64> {
-            let mean = knots.iter().sum::<f64>() / KNOTS as f64;
+            let mean = knots.iter().sum::<f64>() / knots.len() as f64;
             knots.iter().map(|v| v - mean).collect()
         };
         let drawn = centred(best.applied.parameters[4..].to_vec());
-        let at = |k: usize| 5400.0 * k as f64 / (KNOTS - 1) as f64;
-        let truth = centred((0..KNOTS).map(|k| sign * slow(at(k))).collect());
+        let count = drawn.len();
+        let at = |k: usize| 5400.0 * k as f64 / (count - 1) as f64;
+        let truth = centred((0..count).map(|k| sign * slow(at(k))).collect());
         let whole = dot(&truth, &truth);
         let alike = dot(&drawn, &truth) / (dot(&drawn, &drawn) * whole).sqrt();
         let share = dot(&drawn, &truth) / whole;
@@ -244,13 +247,15 @@ fn of_a_curve_through_knots_and_one_that_is_seen_the_likelier_stands() {
 #[test]
 fn a_curve_of_more_values_than_knots_is_one_that_is_seen() {
     let curve = |values: usize| Applied::new(unknown(), vec![0.0; 4 + values]);
-    assert!(!is_seen(&curve(KNOTS)) && is_seen(&curve(KNOTS + 1)));
+    assert!(
+        !is_seen(&curve(KNOTS)) && !is_seen(&curve(FINE_KNOTS)) && is_seen(&curve(FINE_KNOTS + 1))
+    );
 }
 
 #[test]
 fn knots_are_means_of_what_lies_about_them() {
     let line: Vec<f64> = (0..1100).map(|i| f64::from(i) + 0.5).collect();
-    let found: Vec<f64> = knots(&line).collect();
+    let found: Vec<f64> = knots(&line, KNOTS).collect();
     assert_eq!(found.len(), KNOTS);
     for (k, knot) in found.iter().enumerate() {
         // At the ends of one side alone.
@@ -262,7 +267,7 @@ fn knots_are_means_of_what_lies_about_them() {
         assert!((knot - expected).abs() < 0.1, "{k}: {knot}");
     }
     // A knot with nothing about it is 0.
-    assert_eq!(knots(&[3.0]).sum::<f64>(), 6.0);
+    assert_eq!(knots(&[3.0], KNOTS).sum::<f64>(), 6.0);
 }
 
 #[test]

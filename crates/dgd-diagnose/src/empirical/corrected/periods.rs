@@ -1,0 +1,83 @@
+//! Claims about what swings with a period: found with it, in its place, and nowhere else.
+
+use super::{LENGTH_S, SIZES, made, off_by};
+use crate::empirical::{Course, again, corrections, instead_of};
+use crate::record::Record;
+use dgd_effects::{KNOTS, OUTLET_READING, PERIOD};
+use std::f64::consts::TAU;
+
+/// Seven and a half times in the recording; between knots of a curve along time.
+const PERIOD_S: f64 = 720.0;
+
+fn swinging(place: usize, period_s: f64) -> Record {
+    off_by(place, SIZES[place], |record, i| {
+        (TAU * record.t_s[i] / period_s).sin()
+    })
+}
+
+#[test]
+fn what_swings_is_found_with_its_period_and_in_its_place() {
+    for place in [0, 2, OUTLET_READING] {
+        let record = swinging(place, PERIOD_S);
+        let best = corrections(&record, &[]).remove(0);
+        let found = instead_of(&record, &[], &best).unwrap();
+        assert_eq!((found.place, found.quantity), (place, PERIOD));
+        assert!(found.evidence > best.evidence + 10.0, "{place}");
+        let p = &found.applied.parameters;
+        assert_eq!(p.len(), 4 + KNOTS);
+        assert!(
+            (p[3] - p[2] - PERIOD_S).abs() < 8.0,
+            "{place}: {}",
+            p[3] - p[2]
+        );
+        // Knots go round the period once, with the size and the phase of what is hidden.
+        for (k, knot) in p[4..].iter().enumerate() {
+            let truth = SIZES[place] * (TAU * k as f64 / (KNOTS - 1) as f64).sin();
+            assert!(
+                (knot - truth).abs() < 0.3 * SIZES[place],
+                "{place} {k}: {knot} of {truth}"
+            );
+        }
+        // Made anew, as a model holds it, it keeps its period.
+        let again = again(&record, &[], &found.applied, &[]).unwrap();
+        assert_eq!(again.applied.parameters[..4], p[..4]);
+        assert!(again.evidence > found.evidence);
+        assert_eq!(Course::of(&again.applied).period, Some((p[2], p[3])));
+    }
+}
+
+#[test]
+fn what_does_not_come_again_has_no_period() {
+    // Once and a half in the recording, a step, and nothing.
+    for curve in [
+        |t: f64| (1.5 * TAU * t / LENGTH_S).sin(),
+        |t: f64| if t > 2700.0 { 1.0 } else { 0.0 },
+        |_: f64| 0.0,
+    ] {
+        let record = off_by(0, SIZES[0], |record, i| curve(record.t_s[i]));
+        let best = corrections(&record, &[]).remove(0);
+        assert!(instead_of(&record, &[], &best).is_none());
+    }
+}
+
+#[test]
+fn a_period_must_be_better_than_what_needs_none_and_not_be_seen() {
+    let record = swinging(0, PERIOD_S);
+    let found = instead_of(&record, &[], &made(0, 0, &[0.0; KNOTS], 20.0)).unwrap();
+    let other = |evidence: f64| instead_of(&record, &[], &made(0, 0, &[0.0; KNOTS], evidence));
+    assert!(other(found.evidence - 10.1).is_some() && other(found.evidence - 9.9).is_none());
+    let mut seen = made(0, 0, &[0.0; KNOTS], 20.0);
+    seen.seen = Some(seen.applied.clone());
+    assert!(instead_of(&record, &[], &seen).is_none());
+}
+
+#[test]
+fn what_is_held_is_left_out() {
+    let record = swinging(0, PERIOD_S);
+    let best = corrections(&record, &[]).remove(0);
+    let found = instead_of(&record, &[], &best).unwrap();
+    let state = [found.applied.clone()];
+    let left = corrections(&record, &state).remove(0);
+    assert!(left.evidence < 0.02 * best.evidence, "{}", left.evidence);
+    assert!(instead_of(&record, &state, &left).is_none());
+}
