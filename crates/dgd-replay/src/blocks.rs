@@ -2,7 +2,7 @@
 
 mod waiting;
 
-use crate::fill::Filling;
+use crate::fill::{Filling, join};
 use crate::{Kind, Pair, Replay, ReplayError, ReplayOptions};
 use dgd_dynamics::integrate::{Statistics, Status};
 use dgd_dynamics::return_line::{
@@ -10,7 +10,7 @@ use dgd_dynamics::return_line::{
     Simulation, SteadyParts, SteadyStatus,
 };
 use dgd_recording::Recording;
-use waiting::Waiting;
+use waiting::{Waiting, give};
 
 /// [`crate::replay`] of a recording that comes in blocks: the same rows, to the last bit, whatever the blocks.
 ///
@@ -197,7 +197,7 @@ impl BlockReplay {
         }
         let rows = self.waiting.time_s.len();
         let missing = rows - self.waiting.pump_flow_m3_s.len();
-        self.show(&vec![f64::NAN; missing]);
+        self.show(vec![f64::NAN; missing]);
         self.end()
     }
 
@@ -245,33 +245,33 @@ impl BlockReplay {
         self.start.level_m = self.start.level_m.or(first);
         let waiting = &mut self.waiting;
         if waiting.level_input.is_read() {
-            waiting.level_input.extend(&level_m);
+            waiting.level_input.extend(level_m.clone());
         }
         let flows = [
-            &rows.mud_pump_flow_m3_s,
-            &rows.booster_flow_m3_s,
-            &rows.topfill_flow_m3_s,
+            rows.mud_pump_flow_m3_s,
+            rows.booster_flow_m3_s,
+            rows.topfill_flow_m3_s,
         ];
         for (filling, flow) in waiting.inflows.iter_mut().zip(flows) {
             filling.extend(flow);
         }
-        waiting.speed_pct.extend(&rows.pump_speed_pct);
+        waiting.speed_pct.extend(rows.pump_speed_pct);
         join(&mut waiting.time_s, rows.time_s);
         join(&mut waiting.inlet_pa, inlet_pa);
         join(&mut waiting.outlet_pa, outlet_pa);
         join(&mut waiting.level_m, level_m);
         join(&mut waiting.return_flow_m3_s, rows.return_flow_m3_s);
-        self.show(&pump_flow_m3_s);
+        self.show(pump_flow_m3_s);
     }
 
-    fn show(&mut self, pump_flow_m3_s: &[f64]) {
+    fn show(&mut self, pump_flow_m3_s: Vec<f64>) {
         let first = pump_flow_m3_s.iter().copied().find(|v| v.is_finite());
         self.start.flow_m3_s = self.start.flow_m3_s.or(first);
         let waiting = &mut self.waiting;
-        waiting.pump_flow_m3_s.extend_from_slice(pump_flow_m3_s);
         if waiting.flow_input.is_read() {
-            waiting.flow_input.extend(pump_flow_m3_s);
+            waiting.flow_input.extend(pump_flow_m3_s.clone());
         }
+        join(&mut waiting.pump_flow_m3_s, pump_flow_m3_s);
     }
 
     fn end(&mut self) -> Result<Replay, ReplayError> {
@@ -437,7 +437,12 @@ impl BlockReplay {
         let kind = self.options.kind;
         let waiting = &mut self.waiting;
         let here = waiting.given..waiting.given + rows;
-        let measured = |values: &[f64]| values[here.clone()].to_vec();
+        // The integrator asks again for the last sample that it wrote.
+        let gone = match kind {
+            Kind::Steady => here.end,
+            _ => here.end.saturating_sub(1),
+        };
+        let measured = |values: &mut Vec<f64>| give(values, here.clone(), gone);
         let weight = self.line.density_kg_m3 * GRAVITY_M_S2;
         // A driven signal is no simulation: only what the run gives is set beside the measurement.
         let given = |yes: bool, mut values: Vec<f64>| {
@@ -456,14 +461,25 @@ impl BlockReplay {
             measured,
             simulated,
         };
-        let (inlet_pa, outlet_pa) = (measured(&waiting.inlet_pa), measured(&waiting.outlet_pa));
+        let inlet_pa = measured(&mut waiting.inlet_pa);
+        let outlet_pa = measured(&mut waiting.outlet_pa);
         let sides = inlet_pa.iter().zip(&outlet_pa);
         let head_m = sides.map(|(i, o)| (o - i) / weight).collect();
-        let of = |values: Vec<f64>| values.get(here.clone()).unwrap_or_default().to_vec();
+        let of = |mut values: Vec<f64>| {
+            values.truncate(here.end);
+            values.drain(..here.start.min(values.len()));
+            values
+        };
         let replay = Replay {
-            level_m: pair(measured(&waiting.level_m), given(level, level_m)),
-            pump_flow_m3_s: pair(measured(&waiting.pump_flow_m3_s), given(flow, flow_m3_s)),
-            return_flow_m3_s: pair(measured(&waiting.return_flow_m3_s), given(flow, found.late)),
+            level_m: pair(measured(&mut waiting.level_m), given(level, level_m)),
+            pump_flow_m3_s: pair(
+                measured(&mut waiting.pump_flow_m3_s),
+                given(flow, flow_m3_s),
+            ),
+            return_flow_m3_s: pair(
+                measured(&mut waiting.return_flow_m3_s),
+                given(flow, found.late),
+            ),
             inlet_pressure_pa: pair(inlet_pa, given(level, found.inlet_pa)),
             outlet_pressure_pa: pair(outlet_pa, given(flow, found.outlet_pa)),
             head_m: pair(head_m, given(flow, found.head_m)),
@@ -474,12 +490,7 @@ impl BlockReplay {
             status: self.status,
             statistics: self.statistics,
             unsolved: self.unsolved,
-            time_s: measured(&waiting.time_s),
-        };
-        // The integrator asks again for the last sample that it wrote.
-        let gone = match kind {
-            Kind::Steady => here.end,
-            _ => here.end.saturating_sub(1),
+            time_s: measured(&mut waiting.time_s),
         };
         waiting.given = here.end - gone;
         waiting.forget(gone);
@@ -498,14 +509,6 @@ struct Rows {
     /// From the first row that waits on, as the speed.
     inflow_m3_s: Vec<f64>,
     speed_pct: Vec<f64>,
-}
-
-fn join(mine: &mut Vec<f64>, theirs: Vec<f64>) {
-    if mine.is_empty() {
-        *mine = theirs;
-    } else {
-        mine.extend(theirs);
-    }
 }
 
 pub(crate) fn check_lengths(recording: &Recording) -> Result<(), ReplayError> {

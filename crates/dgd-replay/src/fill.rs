@@ -29,6 +29,15 @@ pub fn fill_gaps(values: &mut [f64]) -> Option<usize> {
     Some(filled)
 }
 
+/// Appends values; to nothing they are moved.
+pub(crate) fn join(mine: &mut Vec<f64>, theirs: Vec<f64>) {
+    if mine.is_empty() {
+        *mine = theirs;
+    } else {
+        mine.extend(theirs);
+    }
+}
+
 /// A straight line over a gap.
 fn between(gap: &mut [f64], from: f64, to: f64) {
     let span = (gap.len() + 1) as f64;
@@ -71,13 +80,14 @@ impl Filling {
         self.filled
     }
 
-    pub(crate) fn extend(&mut self, values: &[f64]) {
+    pub(crate) fn extend(&mut self, values: Vec<f64>) {
         let old = self.values.len();
-        self.values.extend_from_slice(values);
+        join(&mut self.values, values);
         if !self.read {
             return;
         }
-        for (index, value) in (old..).zip(values) {
+        for index in old..self.values.len() {
+            let value = self.values[index];
             if !value.is_finite() {
                 self.missing += 1;
                 self.filled += 1;
@@ -85,10 +95,10 @@ impl Filling {
             }
             let gap = &mut self.values[index - self.missing..index];
             match self.last {
-                Some(last) => between(gap, last, *value),
-                None => gap.fill(*value),
+                Some(last) => between(gap, last, value),
+                None => gap.fill(value),
             }
-            self.last = Some(*value);
+            self.last = Some(value);
             self.missing = 0;
         }
     }

@@ -10,6 +10,7 @@ use crate::{
 };
 use dgd_recording::{Channel, Recording, Run};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// What may be used of a recording, and why the rest may not.
 #[derive(Debug, Clone, PartialEq)]
@@ -328,7 +329,7 @@ impl Job<'_> {
             || self.reasons(&others, inlet_pa, outlet_pa),
         );
         if let Some(speed) = speed {
-            self.blame(&mut reasons, speed, Reasons::STUCK_PUMP_SPEED);
+            self.blame(&mut reasons, &speed.faults, Reasons::STUCK_PUMP_SPEED);
         }
         reasons
     }
@@ -367,28 +368,50 @@ impl Job<'_> {
         inlet_pa: &[f64],
         outlet_pa: &[f64],
     ) -> Vec<Reasons> {
-        let n = self.recording.len();
-        let mut reasons = vec![Reasons::NONE; n];
-        for (i, reason) in reasons.iter_mut().enumerate() {
-            let q = self.recording.return_flow_m3_s[i];
-            let w = self.recording.pump_speed_pct[i];
-            *reason = Reasons::PUMP_OFF.when(w <= self.rules.options.pump_on_above_pct)
-                | Reasons::NO_PRESSURE_RISE.when(outlet_pa[i] <= inlet_pa[i])
-                | Reasons::NO_FLOW.when(q <= 0.0);
-        }
+        /// Samples judged at a time, on whichever core is free.
+        const PART: usize = 1 << 14;
+        let mut reasons = vec![Reasons::NONE; self.recording.len()];
+        let parts = reasons.par_chunks_mut(PART).enumerate();
+        parts.for_each(|(k, part)| {
+            let here = k * PART..k * PART + part.len();
+            self.judge(part, here, channels, inlet_pa, outlet_pa);
+        });
         self.settling(&mut reasons);
+        reasons
+    }
+
+    /// [`Self::reasons`] of a range of samples, but for the seconds after a start.
+    fn judge(
+        &self,
+        reasons: &mut [Reasons],
+        here: Range<usize>,
+        channels: &[&ChannelScreen],
+        inlet_pa: &[f64],
+        outlet_pa: &[f64],
+    ) {
+        let on = self.rules.options.pump_on_above_pct;
+        let (inlet_pa, outlet_pa) = (&inlet_pa[here.clone()], &outlet_pa[here.clone()]);
+        let flows = &self.recording.return_flow_m3_s[here.clone()];
+        let speeds = &self.recording.pump_speed_pct[here.clone()];
+        let pump = flows.iter().zip(speeds).zip(inlet_pa.iter().zip(outlet_pa));
+        for (reason, ((q, w), (inlet, outlet))) in reasons.iter_mut().zip(pump) {
+            *reason = Reasons::PUMP_OFF.when(*w <= on)
+                | Reasons::NO_PRESSURE_RISE.when(outlet <= inlet)
+                | Reasons::NO_FLOW.when(*q <= 0.0);
+        }
         let returns = |c: &&&ChannelScreen| c.channel == Channel::ReturnFlow;
         for channel in channels.iter().filter(returns) {
-            self.blame(&mut reasons, channel, Reasons::STUCK_RETURN_FLOW);
+            let faults = &channel.faults[here.clone()];
+            self.blame(reasons, faults, Reasons::STUCK_RETURN_FLOW);
         }
-        let side = |ours: fn(Channel) -> bool| -> Vec<&ChannelScreen> {
-            (channels.iter().copied())
-                .filter(|c| ours(c.channel))
+        let side = |ours: fn(Channel) -> bool| -> Vec<&[Faults]> {
+            (channels.iter().filter(|c| ours(c.channel)))
+                .map(|c| &c.faults[here.clone()])
                 .collect()
         };
         let inlets = side(|c| matches!(c, Channel::PumpInletPressure(_)));
         let outlets = side(|c| matches!(c, Channel::PumpOutletPressure(_)));
-        for (here, mean, stuck, disagree) in [
+        for (faults, mean, stuck, disagree) in [
             (
                 inlets,
                 inlet_pa,
@@ -407,20 +430,19 @@ impl Job<'_> {
                 .enumerate()
                 .filter(|(i, _)| mean[*i].is_nan())
             {
-                let mut why = Reasons::GAP.when(here.is_empty());
-                for channel in &here {
-                    why |= of_faults(channel.faults[i], stuck, disagree);
+                let mut why = Reasons::GAP.when(faults.is_empty());
+                for faults in &faults {
+                    why |= of_faults(faults[i], stuck, disagree);
                 }
                 *reason |= why;
             }
         }
-        reasons
     }
 
     /// Rejects the samples at which a needed channel is at fault.
-    fn blame(&self, reasons: &mut [Reasons], channel: &ChannelScreen, stuck: Reasons) {
+    fn blame(&self, reasons: &mut [Reasons], faults: &[Faults], stuck: Reasons) {
         let constant = Reasons::CONSTANT_PUMP_SPEED.when(self.rules.options.reject_constant_speed);
-        for (reason, faults) in reasons.iter_mut().zip(&channel.faults) {
+        for (reason, faults) in reasons.iter_mut().zip(faults) {
             if *faults != Faults::NONE {
                 *reason |= of_faults(*faults, stuck, Reasons::NONE)
                     | constant.when(faults.contains(Faults::CONSTANT));
@@ -461,7 +483,7 @@ fn of_faults(faults: Faults, stuck: Reasons, disagree: Reasons) -> Reasons {
         | disagree.when(faults.contains(Faults::DISAGREES))
 }
 
-fn mark(faults: &mut [Faults], range: std::ops::Range<usize>, fault: Faults) {
+fn mark(faults: &mut [Faults], range: Range<usize>, fault: Faults) {
     for f in &mut faults[range] {
         *f |= fault;
     }

@@ -189,12 +189,8 @@ impl<const KIND: u8, V: Vector> Going<KIND, V> {
         last: bool,
     ) -> Result<(Trajectory, RiserBounds), DynamicsError> {
         let time = first.time_s();
-        let breaks = self.kinks(&first, &second);
-        let to = if last {
-            time.len() - 1
-        } else {
-            breaks.last().copied().unwrap_or(0)
-        };
+        let (breaks, latest) = self.kinks(&first, &second);
+        let to = if last { time.len() - 1 } else { latest };
         self.decided -= to.min(self.decided);
         let from = usize::from(self.started);
         let running = self.status == Status::Finished && (to > 0 || (last && !self.started));
@@ -211,7 +207,6 @@ impl<const KIND: u8, V: Vector> Going<KIND, V> {
             };
             return Ok((nothing, self.bounds));
         };
-        let breaks: Vec<f64> = breaks.iter().map(|i| time[*i]).collect();
         let plan = Plan {
             start: time[0],
             end: time[to],
@@ -230,24 +225,28 @@ impl<const KIND: u8, V: Vector> Going<KIND, V> {
         Ok((run, self.bounds))
     }
 
-    /// Samples at which an input bends, as far as the next sample tells; those before were told before.
-    fn kinks(&mut self, first: &Signal<'_>, second: &Signal<'_>) -> Vec<usize> {
+    /// Times at which an input bends, as far as the next sample tells, and the sample of the latest, 0 if there is none;
+    /// those before were told before.
+    fn kinks(&mut self, first: &Signal<'_>, second: &Signal<'_>) -> (Vec<f64>, usize) {
         let time = first.time_s();
         let start = |signal: &Signal<'_>| Straight::from(time[0], signal.values()[0]);
         let [a, b] = self
             .lines
             .get_or_insert_with(|| [start(first), start(second)]);
         let (va, vb) = (first.values(), second.values());
-        let mut found = Vec::new();
+        // Of a recording most samples are kinks.
+        let mut found = Vec::with_capacity(time.len().saturating_sub(self.decided));
+        let mut latest = 0;
         for i in self.decided..time.len() - 1 {
             let (t, due) = (time[i], time[i + 1]);
             let bends =
                 a.bends_at((t, va[i]), (due, va[i + 1])) | b.bends_at((t, vb[i]), (due, vb[i + 1]));
             if bends {
-                found.push(i);
+                found.push(t);
+                latest = i;
             }
         }
         self.decided = self.decided.max(time.len() - 1);
-        found
+        (found, latest)
     }
 }

@@ -484,12 +484,22 @@ impl LateParts {
         let Some(last) = time_s.last() else {
             return Ok(Vec::new());
         };
+        // The next sample is later, and looks back no further than the one before where this one does.
+        let gone = |time: &[f64]| {
+            let passed = time.partition_point(|t| *t <= last - self.delay_s);
+            passed.saturating_sub(1)
+        };
+        if self.time_s.is_empty() {
+            let shown = late(time_s, flow_m3_s, time_s, self.delay_s)?;
+            let gone = gone(time_s);
+            self.time_s = time_s[gone..].to_vec();
+            self.flow_m3_s = flow_m3_s[gone..].to_vec();
+            return Ok(shown);
+        }
         self.time_s.extend_from_slice(time_s);
         self.flow_m3_s.extend_from_slice(flow_m3_s);
         let shown = late(&self.time_s, &self.flow_m3_s, time_s, self.delay_s)?;
-        // The next sample is later, and looks back no further than the one before where this one does.
-        let passed = self.time_s.partition_point(|t| *t <= last - self.delay_s);
-        let gone = passed.saturating_sub(1);
+        let gone = gone(&self.time_s);
         self.time_s.drain(..gone);
         self.flow_m3_s.drain(..gone);
         Ok(shown)

@@ -1,6 +1,7 @@
 //! Rows whose run is not known yet.
 
 use crate::fill::Filling;
+use std::ops::Range;
 
 /// Rows of the window that wait.
 #[derive(Debug, Default)]
@@ -50,17 +51,8 @@ impl Waiting {
         all.map(Filling::filled).sum()
     }
 
+    /// Forgets the first rows of the inputs; of the other series [`give`] does.
     pub(super) fn forget(&mut self, rows: usize) {
-        for series in [
-            &mut self.time_s,
-            &mut self.inlet_pa,
-            &mut self.outlet_pa,
-            &mut self.level_m,
-            &mut self.return_flow_m3_s,
-            &mut self.pump_flow_m3_s,
-        ] {
-            series.drain(..rows);
-        }
         for filling in (self.inflows.iter_mut()).chain([
             &mut self.speed_pct,
             &mut self.level_input,
@@ -69,4 +61,18 @@ impl Waiting {
             filling.forget(rows);
         }
     }
+}
+
+/// Gives some rows of a series and forgets its first ones, `gone` of them.
+pub(super) fn give(series: &mut Vec<f64>, rows: Range<usize>, gone: usize) -> Vec<f64> {
+    // What stays is copied, if it is less than what goes.
+    if rows.start == 0 && 2 * gone >= series.len() {
+        let left = series[gone..].to_vec();
+        let mut given = std::mem::replace(series, left);
+        given.truncate(rows.end);
+        return given;
+    }
+    let given = series[rows].to_vec();
+    series.drain(..gone);
+    given
 }
