@@ -4,7 +4,7 @@ mod periodic;
 mod seen;
 mod smooth;
 
-pub(crate) use periodic::instead_of;
+pub(crate) use periodic::{in_place, instead_of};
 pub(crate) use seen::pair_of;
 
 use crate::record::{MASS_BLOCKS, Record, tails, whole};

@@ -1,7 +1,7 @@
 //! The held-out windows, and both models fitted without them.
 
 use crate::contest::solved;
-use crate::empirical::{Course, correction};
+use crate::empirical::{correction, in_place};
 use crate::record::{Record, mean, tails, whole};
 use crate::refine::refine;
 use crate::relations::Applied;
@@ -9,7 +9,7 @@ use crate::scan::{joined, scan};
 use crate::select::Selection;
 use crate::tangent::{Bend, Tangent, dot};
 use crate::timing::{allowed_beside, is_late_meter};
-use dgd_effects::{AppliedEffect, AugmentedModel, Rank, quantile};
+use dgd_effects::{AppliedEffect, AugmentedModel, PERIOD, Rank, quantile};
 
 /// Length of a held-out window, s, at the least; a diagnosis promises 1200.
 const WINDOW_S: f64 = 1260.0;
@@ -91,10 +91,16 @@ pub(crate) fn trained(
                     }
                 }
             }
-            Some(_) => {
+            Some((place, quantity)) => {
                 let tangent = Tangent::at(record, &state, excluded, Bend::Loose);
-                let course = Course::of(&named.applied);
-                let again = tangent.and_then(|t| correction(record, &t, &state, excluded, course));
+                let again = tangent.and_then(|t| {
+                    if quantity == PERIOD {
+                        // Its period is not told by the held-out windows either.
+                        in_place(record, &t, &state, place)
+                    } else {
+                        correction(record, &t, &state, excluded, (place, quantity))
+                    }
+                });
                 match again {
                     Some(again) => chosen = again.applied,
                     // What the training rows do not show may not be run on the held-out windows.

@@ -20,6 +20,8 @@ const SHORTEST_S: f64 = 600.0;
 const LEAST_TIMES: f64 = 2.5;
 /// Steps of the frequency within what a recording of this length can part.
 const STEPS: f64 = 3.0;
+/// Steps from the best frequency to those beside it, one round after the other.
+const FINER: [&[f64]; 3] = [&[-0.6, -0.3, 0.3, 0.6], &[-0.15, 0.15], &[-0.07, 0.07]];
 /// Peaks of the spectrum that a curve is drawn for.
 const PEAKS: usize = 2;
 /// Frequencies at which the energy of a swing is asked for.
@@ -44,7 +46,7 @@ pub(crate) fn instead_of(record: &Record, state: &[Applied], c: &Correction) -> 
 }
 
 /// The likeliest in one place; the choice of its period is paid for.
-fn in_place(
+pub(crate) fn in_place(
     record: &Record,
     tangent: &Tangent,
     state: &[Applied],
@@ -72,12 +74,14 @@ fn in_place(
         &frequencies,
         &spectrum(record, tangent, state, place, &frequencies),
     );
-    let (frequency, coarse) = best(peaks.iter().filter_map(drawn).collect())?;
-    let near: Vec<f64> = [-0.6, -0.3, 0.3, 0.6].map(|s| frequency + s * step).into();
-    let mut found = best(near.iter().filter_map(drawn).collect())
-        .map(|(_, fine)| fine)
-        .filter(|fine| fine.evidence > coarse.evidence)
-        .unwrap_or(coarse);
+    let (mut frequency, mut found) = best(peaks.iter().filter_map(drawn).collect())?;
+    for apart in FINER {
+        let near = apart.iter().map(|s| frequency + s * step);
+        let near = near.filter_map(|f| drawn(&f)).collect();
+        if let Some(finer) = best(near).filter(|(_, one)| one.evidence > found.evidence) {
+            (frequency, found) = finer;
+        }
+    }
     let choice = (frequencies.len() as f64 / STEPS).ln().max(0.0);
     debug!(
         "correction of {} by the time of a period of {:.0} s {:.1}",

@@ -1,8 +1,10 @@
 //! Claims about what swings with a period: found with it, in its place, and nowhere else.
 
 use super::{LENGTH_S, SIZES, made, off_by};
-use crate::empirical::{Course, again, corrections, instead_of};
+use crate::claims::fixture::BLOCK_S;
+use crate::empirical::{Course, again, corrections, in_place, instead_of};
 use crate::record::Record;
+use crate::tangent::{Bend, Tangent};
 use dgd_effects::{KNOTS, OUTLET_READING, PERIOD};
 use std::f64::consts::TAU;
 
@@ -80,4 +82,23 @@ fn what_is_held_is_left_out() {
     let left = corrections(&record, &state).remove(0);
     assert!(left.evidence < 0.02 * best.evidence, "{}", left.evidence);
     assert!(instead_of(&record, &state, &left).is_none());
+}
+
+#[test]
+fn the_period_is_told_by_what_is_not_held_out_alone() {
+    let held_out = |t: f64| (1800.0..3600.0).contains(&t);
+    let record = off_by(0, SIZES[0], |record, i| {
+        let t = record.t_s[i];
+        let period_s = if held_out(t) { 1100.0 } else { PERIOD_S };
+        (TAU * t / period_s).sin()
+    });
+    let excluded: Vec<bool> = (0..record.blocks)
+        .map(|b| held_out((b as f64 + 0.5) * BLOCK_S))
+        .collect();
+    let tangent = Tangent::at(&record, &[], &excluded, Bend::Loose).unwrap();
+    let p = in_place(&record, &tangent, &[], 0)
+        .unwrap()
+        .applied
+        .parameters;
+    assert!((p[3] - p[2] - PERIOD_S).abs() < 8.0, "{}", p[3] - p[2]);
 }
