@@ -25,7 +25,8 @@ use smooth::{smoothed, weighed};
 /// Places that a curve through knots is drawn for. What two transmitters of one pressure tell of the others is [seen](seen::all).
 const DRAWN: usize = METER_FACTOR + 1;
 
-/// Knots along the inlet pressure: the level goes up and down a riser by many lengths of what happens there.
+/// Knots along the inlet pressure, as the level goes up and down a riser by many lengths of what happens there; and along the time
+/// of a period, in which a filter may be cleaned at once.
 const FINE_KNOTS: usize = 3 * (KNOTS - 1) + 1;
 
 /// A correction, weighed.
@@ -144,25 +145,25 @@ pub(crate) fn corrections(record: &Record, state: &[Applied]) -> Vec<Correction>
         || seen::all(record, &whole, state, &[]),
     );
     let mut out = merged(drawn, seen);
-    if record.takes(Step::Flowing) {
-        let moving = whole.moving(record);
-        let stops = (whole.rows.still.iter().zip(&moving)).map(|(still, moving)| *still || *moving);
-        let stops: Vec<bool> = stops.collect();
-        // It is in memory for no longer than it is asked.
-        drop(whole);
-        // A stop leaves the line as full as its valve was quick, which is no friction; nor is what answers late on the way to it.
-        hold_without(
-            record,
-            &stops,
-            state,
-            &mut out,
-            Relation::ReturnLineFriction,
-        );
-        // On the way to another head what answers half a second late passes for a law of level or inflow, at each stop again.
-        hold_without(record, &moving, state, &mut out, Relation::PumpHead);
-    }
+    hold_without_stops(record, whole, state, &mut out);
     out.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     out
+}
+
+/// Takes from corrections what they owe to stops, and to the way to another head. The tangent is in memory for no longer than it
+/// is asked.
+fn hold_without_stops(record: &Record, whole: Tangent, state: &[Applied], out: &mut [Correction]) {
+    if !record.takes(Step::Flowing) {
+        return;
+    }
+    let moving = whole.moving(record);
+    let stops = (whole.rows.still.iter().zip(&moving)).map(|(still, moving)| *still || *moving);
+    let stops: Vec<bool> = stops.collect();
+    drop(whole);
+    // A stop leaves the line as full as its valve was quick, which is no friction; nor is what answers late on the way to it.
+    hold_without(record, &stops, state, out, Relation::ReturnLineFriction);
+    // On the way to another head what answers half a second late passes for a law of level or inflow, at each stop again.
+    hold_without(record, &moving, state, out, Relation::PumpHead);
 }
 
 /// Takes from corrections of a relation what they owe to some blocks, if without these they fall below their hurdle.
@@ -250,12 +251,16 @@ fn drawn(
     course: Course,
 ) -> Option<Correction> {
     let (place, quantity) = (course.place, course.quantity);
-    let (from, to) = course.period.unwrap_or_else(|| range(record, quantity));
+    let (from, to) = match course.period {
+        Some(period) => period,
+        None if quantity == PERIOD => return None,
+        None => range(record, quantity),
+    };
     if to - from <= 1e-9 * to.abs().max(1e-3) {
         return None;
     }
     let unit = PLACES[place].width;
-    let count = if QUANTITIES[quantity] == "inlet pressure" {
+    let count = if course.period.is_some() || QUANTITIES[quantity] == "inlet pressure" {
         FINE_KNOTS
     } else {
         KNOTS
@@ -266,10 +271,10 @@ fn drawn(
         tangent.change(record, &joined(state, &Applied::new(unknown(), parameters)))
     };
     let witnessed = beside_riser
-        .filter(|_| place == INLET_READING)
+        .filter(|_| place == INLET_READING && QUANTITIES[quantity] == "time")
         .and_then(|twins| twins.normal_equations((from, to), unit));
     if let Some((gram, right)) = &witnessed
-        && weighed(&smoothed(gram, right, false)) <= 0.0
+        && weighed(&smoothed(gram, right, false, false)) <= 0.0
     {
         // What the riser's transmitter does not see is no drift of the inlet's, and the relations need not be asked.
         return None;
@@ -283,12 +288,21 @@ fn drawn(
         // A row's share of each knot follows from how it answers a constant and a straight line: the quantity hardly
         // moves within a row.
         let constant = change(&|_| unit);
-        // No larger than the constant, as friction is no straight line of a flow that is off.
         let last = (count - 1) as f64;
-        let line = change(&|k| unit * k as f64 / last);
-        let position: Vec<f64> = (line.iter().zip(&constant))
-            .map(|(line, whole)| last * line / whole)
-            .collect();
+        let position: Vec<f64> = if course.period.is_some() {
+            // A period ends within a row, whose mean is of neither end.
+            let within = |t: f64| (record.setting.span_s.0 + t - from).rem_euclid(to - from);
+            let times = periodic::times(tangent.layout, record.block_s());
+            (times.into_iter())
+                .map(|t| last * within(t) / (to - from))
+                .collect()
+        } else {
+            // No larger than the constant, as friction is no straight line of a flow that is off.
+            let line = change(&|k| unit * k as f64 / last);
+            (line.iter().zip(&constant))
+                .map(|(line, whole)| last * line / whole)
+                .collect()
+        };
         (0..count)
             .map(|k| {
                 let hat = |(position, whole): (&f64, &f64)| {
@@ -301,12 +315,13 @@ fn drawn(
     };
     let (mut gram, mut right) = tangent.normal_equations(record, &columns);
     let balanced = PLACES[place].relation == Relation::RiserMassBalance && quantity == 0;
-    let mut curves = smoothed(&gram, &right, balanced);
+    let round = course.period.is_some();
+    let mut curves = smoothed(&gram, &right, balanced, round);
     let borne = weighed(&curves);
     if let Some((more, pull)) = witnessed {
         gram += more;
         right += pull;
-        curves = smoothed(&gram, &right, balanced);
+        curves = smoothed(&gram, &right, balanced, round);
     }
     let best = (curves.iter()).max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
     let evidence = weighed(&curves);
@@ -374,7 +389,10 @@ pub(crate) fn is_correction(effect: &dyn Effect) -> bool {
 
 /// Whether it is the curve of one that is seen, finer than any that is drawn: the shortest record has 64 rows of the balance.
 pub(crate) fn is_seen(one: &Applied) -> bool {
-    is_correction(one.effect) && one.parameters.len() > 4 + FINE_KNOTS
+    is_correction(one.effect)
+        && one.parameters.len() > 4 + FINE_KNOTS
+        && one.parameters[1] == 0.0
+        && seen::pair_of(whole(one.parameters[0])).is_some()
 }
 
 /// The quantity that what answers late leaves its trace in.

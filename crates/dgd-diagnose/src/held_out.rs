@@ -118,7 +118,7 @@ pub(crate) fn trained(
 /// The model that runs: curves, the range they were fitted on, effects.
 ///
 /// A tangent parts what the transmitters show into curve and wander, and mud at rest decides which is which. A run has no
-/// wander: what is left of it over the rows that flow is the curves'.
+/// wander: what is left of it where mud flows is the curves'.
 pub(crate) fn model(
     record: &Record,
     state: &[Applied],
@@ -139,9 +139,9 @@ pub(crate) fn model(
         }
     }
     let range = |values: &[f64]| tails(values, 200).unwrap_or((0.0, 0.0));
-    let left = |residual: &[f64], flows: &dyn Fn(usize) -> bool| {
+    let left = |residual: &[f64], judged: &dyn Fn(usize) -> bool| {
         let rows = (residual.iter().enumerate())
-            .filter(|(b, _)| flows(*b) && !excluded.get(*b).copied().unwrap_or(false))
+            .filter(|(b, _)| judged(*b) && !excluded.get(*b).copied().unwrap_or(false))
             .map(|(_, v)| *v);
         quantile(rows, Rank::Nearest(0.5)).unwrap_or(0.0)
     };

@@ -1,11 +1,11 @@
 //! Parameters of named effects, moved to where all of them together explain most.
 
 use crate::empirical::{again, is_correction};
-use crate::record::Record;
+use crate::record::{Record, whole};
 use crate::relations::Applied;
 use crate::scan::on_grid;
 use crate::tangent::{Bend, Tangent, dot};
-use dgd_effects::Role;
+use dgd_effects::{KNOTS, PERIOD, QUANTITIES, Role};
 
 /// Sharpens every parameter of the effects at and after `from`, about the whole hypothesis.
 pub(crate) fn refine(
@@ -37,7 +37,7 @@ fn moved(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usize) {
 }
 
 /// The effects of a model to start from, fitted to the recording as the curves are: else what their sizes are off by would
-/// pass for another effect. What the recording does not show stays as it is.
+/// pass for another effect. What the recording does not show stays as it is, but for curves along time.
 pub(crate) fn settled(record: &Record, start: &[Applied], excluded: &[bool]) -> Vec<Applied> {
     /// Misfit that an effect must save for its size to be sought.
     const SHOWN: f64 = 8.0;
@@ -49,8 +49,13 @@ pub(crate) fn settled(record: &Record, start: &[Applied], excluded: &[bool]) -> 
         let mut others = state.clone();
         let own = others.remove(k);
         if is_correction(own.effect) {
+            let quantity = whole(own.parameters[1]);
             if let Some(found) = again(record, &others, &own, excluded) {
                 state[k] = found.applied;
+            } else if quantity == PERIOD || QUANTITIES.get(quantity) == Some(&"time") {
+                // What another recording was off by at some time is nothing here.
+                state[k].parameters.truncate(4 + KNOTS);
+                state[k].parameters[4..].fill(0.0);
             }
             continue;
         }

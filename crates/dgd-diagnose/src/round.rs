@@ -495,7 +495,7 @@ impl<'a> Round<'a> {
             .iter()
             .filter(|o| o.evidence > 0.0 && stands(self.record, &solved(&o.best)))
             .filter(|o| {
-                (PLACES[told.place].shows_in).contains(&o.effect.about().relation)
+                (PLACES[c.place].shows_in).contains(&o.effect.about().relation)
                     && !at_bound(&solved(&o.best))
             })
             .map(|o| (o.effect.about().id.to_owned(), weight(o)))

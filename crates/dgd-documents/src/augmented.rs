@@ -48,6 +48,7 @@ fn list(values: &[f64]) -> String {
 
 fn write_effect(text: &mut String, applied: &AppliedEffect) -> std::fmt::Result {
     let names = find(&applied.id).map_or(&[][..], |effect| effect.about().parameters);
+    let goes_on = find(&applied.id).is_some_and(|effect| effect.takes(names.len() + 1));
     if let Some(effect) = find(&applied.id) {
         writeln!(text, "\n[[augmented.effects]] # {}", effect.about().title)?;
     } else {
@@ -56,7 +57,7 @@ fn write_effect(text: &mut String, applied: &AppliedEffect) -> std::fmt::Result 
     writeln!(text, "id = {}", crate::well::quoted(&applied.id))?;
     let mut named = applied.parameters.as_slice();
     let mut knots: &[f64] = &[];
-    if named.len() > names.len() && names.len() > KNOTS {
+    if goes_on && named.len() > names.len() {
         (named, knots) = named.split_at(names.len() - KNOTS);
     }
     let values = named.iter().enumerate().map(|(i, value)| {
@@ -246,10 +247,10 @@ fn read_knots(section: &Section<'_, '_>, listed: &Value<'_>) -> Option<Vec<f64>>
         section.problem(listed, message, None);
         return None;
     }
-    let read: Vec<Option<f64>> = (items.iter())
+    // The first one that is none is told, not a thousand.
+    (items.iter())
         .map(|value| section.number(KNOTS_KEY, value))
-        .collect();
-    read.into_iter().collect()
+        .collect()
 }
 
 /// What the codes of a parameter stand for, from 0 on; none where it is a quantity.

@@ -1,6 +1,6 @@
 //! The two-state model with effects, and its free run.
 
-use crate::curves::Curves;
+use crate::curves::{Curves, STANDING_M3_S};
 use crate::{Action, Changes, Effect, MeterPath, Moment, Setting, find};
 use dgd_units::{STANDARD_ATMOSPHERE_PA, STANDARD_GRAVITY_M_S2};
 
@@ -108,7 +108,8 @@ impl AugmentedModel {
     ///
     /// Effects live through the recording from its start, or for as long before the window as they remember
     /// ([`Effect::memory_s`]), so that those with an onset before the window are in force; before the window they see the
-    /// inputs, the start's pressures, and a pump that while it turns passes what flows into the riser. While the line fills
+    /// inputs, the start's pressures, and a pump that while it turns passes the start's flow, or what flows into the riser where
+    /// the window starts at rest. While the line fills
     /// ([`Changes::line_fall_m`]) its meter shows nothing. Implicit in the flow (its time constant is a
     /// second), trapezoidal in the level, in steps of at most 1 s up to a clock of 20 s. Flow stays within 0 to 0.3 m³/s,
     /// the true inlet pressure within 0.5 to 1000 bar. `start` holds readings.
@@ -150,9 +151,13 @@ impl AugmentedModel {
             let inflow = inputs.mud_pump_m3_s[i] + inputs.booster_m3_s[i] + inputs.topfill_m3_s[i];
             let through = match (inside, pumping) {
                 (true, _) => flow,
+                (false, true) if flow > STANDING_M3_S => flow,
+                // A window that starts at rest tells nothing of what was pumped before it.
                 (false, true) => inflow.max(0.0),
                 (false, false) => 0.0,
             };
+            // What flows at the window's start was measured at the line's top.
+            let returns = full || i == window.start || (!inside && flow > STANDING_M3_S);
             let moment = Moment {
                 index: i,
                 t_s: inputs.time_s[i],
@@ -161,7 +166,7 @@ impl AugmentedModel {
                 booster_m3_s: inputs.booster_m3_s[i],
                 topfill_m3_s: inputs.topfill_m3_s[i],
                 flow_m3_s: through,
-                outflow_m3_s: if full { through } else { 0.0 },
+                outflow_m3_s: if returns { through } else { 0.0 },
                 speed_pct: speed,
                 inlet_pa: inlet,
                 outlet_pa: outlet,
@@ -182,7 +187,7 @@ impl AugmentedModel {
             }
             let still = column + c.line_kg_m3 * g * setting.line_length_m - weight * c.line_fall_m;
             let rate = g * rho / (setting.riser_area_m2 * c.area_factor.max(0.05));
-            // Only where there is mud does it rub and weigh.
+            // Only where there is mud does it rub, and is it to be moved.
             let wet = (1.0 - c.line_fall_m / setting.line_length_m).clamp(0.02, 1.0);
             let friction = wet * c.friction_factor * (1.0 + c.line_kg_m3 / rho);
             let inertia = wet * inertia;

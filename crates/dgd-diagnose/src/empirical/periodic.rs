@@ -3,7 +3,9 @@
 //! A curve along time tells nothing of what was held out, and its knots do not follow what swings in less than an hour. One along
 //! the time of a period does both.
 
-use super::{Correction, Course, DRAWN, beside_riser, drawn, plausible};
+use super::{
+    Correction, Course, DRAWN, beside_riser, drawn, hold_without_stops, hurdle, plausible,
+};
 use crate::noise::Layout;
 use crate::record::{MASS_BLOCKS, Record, whole};
 use crate::relations::Applied;
@@ -18,6 +20,8 @@ use tracing::debug;
 const SHORTEST_S: f64 = 600.0;
 /// Times that a period is seen, at the least.
 const LEAST_TIMES: f64 = 2.5;
+/// Frequencies that are sought at the most; in weeks of drilling the shortest period is longer.
+const MOST: usize = 4096;
 /// Steps of the frequency within what a recording of this length can part.
 const STEPS: f64 = 3.0;
 /// Steps from the best frequency to those beside it, one round after the other.
@@ -26,6 +30,8 @@ const FINER: [&[f64]; 3] = [&[-0.6, -0.3, 0.3, 0.6], &[-0.15, 0.15], &[-0.07, 0.
 const PEAKS: usize = 2;
 /// Frequencies at which the energy of a swing is asked for.
 const COARSE: usize = 10;
+/// Share of the most evidence from which on a place is asked more finely.
+const NEAR: f64 = 0.4;
 /// Evidence by which it must be better than what needs no period: e-folds.
 const BETTER: f64 = 10.0;
 
@@ -35,14 +41,32 @@ pub(crate) fn instead_of(record: &Record, state: &[Applied], c: &Correction) -> 
         return None;
     }
     let tangent = Tangent::beside(record, state, &[], Bend::Loose)?;
+    let search = Search::of(record, &tangent, state);
     let witnessed = beside_riser(record, &tangent, state, &[]).is_some();
     // Of a reading that drifts, the riser's transmitter draws the curve.
     let places = (0..DRAWN).filter(|place| !(witnessed && *place == INLET_READING));
     let places: Vec<usize> = places.collect();
-    (places.par_iter())
-        .filter_map(|place| in_place(record, &tangent, state, *place))
-        .filter(|found| plausible(found) && found.evidence > c.evidence + BETTER)
-        .max_by(|a, b| a.evidence.total_cmp(&b.evidence))
+    let coarse: Vec<Swing> = (places.par_iter())
+        .filter_map(|place| search.coarse(*place))
+        .filter(|found| plausible(&found.correction))
+        .collect();
+    // Of a period that is a little off the one place loses more than the other.
+    let most = coarse.iter().map(Swing::evidence).fold(0.0, f64::max);
+    let near = (coarse.into_par_iter())
+        .filter(|found| found.evidence() > NEAR * most && found.evidence() > NEAR * c.evidence);
+    let mut found: Vec<Correction> = near.map(|found| search.finer(found)).collect();
+    found.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+    found.truncate(1);
+    // Stops come nearly as regularly.
+    hold_without_stops(record, tangent, state, &mut found);
+    let found = found.pop()?;
+    debug!(
+        "a period of {:.0} s in {} brings it to {:.1}",
+        found.applied.parameters[3] - found.applied.parameters[2],
+        PLACES[found.place].name,
+        found.evidence
+    );
+    (found.evidence > (c.evidence + BETTER).max(hurdle(&found))).then_some(found)
 }
 
 /// The likeliest in one place; the choice of its period is paid for.
@@ -52,119 +76,185 @@ pub(crate) fn in_place(
     state: &[Applied],
     place: usize,
 ) -> Option<Correction> {
-    let span = record.setting.span_s;
-    let length = span.1 - span.0;
-    let step = 1.0 / (STEPS * length);
-    let frequencies: Vec<f64> = (0..)
-        .map(|k| LEAST_TIMES / length + k as f64 * step)
-        .take_while(|f| *f <= 1.0 / SHORTEST_S)
-        .collect();
-    let drawn = |frequency: &f64| {
-        let course = Course {
-            place,
-            quantity: PERIOD,
-            period: Some((span.0, span.0 + 1.0 / frequency)),
-        };
-        drawn(record, tangent, state, None, course).map(|found| (*frequency, found))
-    };
-    let best = |found: Vec<(f64, Correction)>| {
-        (found.into_iter()).max_by(|a, b| a.1.evidence.total_cmp(&b.1.evidence))
-    };
-    let peaks = peaks(
-        &frequencies,
-        &spectrum(record, tangent, state, place, &frequencies),
-    );
-    let (mut frequency, mut found) = best(peaks.iter().filter_map(drawn).collect())?;
-    for apart in FINER {
-        let near = apart.iter().map(|s| frequency + s * step);
-        let near = near.filter_map(|f| drawn(&f)).collect();
-        if let Some(finer) = best(near).filter(|(_, one)| one.evidence > found.evidence) {
-            (frequency, found) = finer;
-        }
-    }
-    let choice = (frequencies.len() as f64 / STEPS).ln().max(0.0);
-    debug!(
-        "correction of {} by the time of a period of {:.0} s {:.1}",
-        PLACES[place].name,
-        1.0 / frequency,
-        found.evidence - choice
-    );
-    found.evidence -= choice;
-    found.borne -= choice;
-    Some(found)
+    let search = Search::of(record, tangent, state);
+    (search.coarse(place).map(|found| search.finer(found))).filter(|found| found.evidence > 0.0)
 }
 
-/// What a swing of each frequency in a place takes out of the residuals, nearly: the tangent is not asked.
-fn spectrum(
-    record: &Record,
-    tangent: &Tangent,
-    state: &[Applied],
-    place: usize,
-    frequencies: &[f64],
-) -> Vec<f64> {
-    let layout = tangent.layout;
-    let constant = {
-        let mut parameters = vec![place as f64, 0.0, 0.0, 1.0];
-        parameters.extend([PLACES[place].width; KNOTS]);
-        let change = tangent.change(record, &joined(state, &Applied::new(unknown(), parameters)));
-        let finite = |v: f64| if v.is_finite() { v } else { 0.0 };
-        change.into_iter().map(finite).collect::<Vec<f64>>()
-    };
-    let pull = (tangent.whitening).transpose(&tangent.off[..layout.len()]);
-    let block_s = record.block_s();
-    let energy = |frequency: f64| -> f64 {
-        let mut column = [vec![0.0; layout.len()], vec![0.0; layout.len()]];
-        swing(layout, block_s, frequency, |row, cos, sin| {
-            (column[0][row], column[1][row]) = (cos * constant[row], sin * constant[row]);
-        });
-        let energy = |column: &Vec<f64>| {
-            let white = tangent.whitening.apply(column);
-            dot(&white, &white)
+/// What swings with a frequency, Hz.
+struct Swing {
+    frequency: f64,
+    correction: Correction,
+}
+
+impl Swing {
+    fn evidence(&self) -> f64 {
+        self.correction.evidence
+    }
+}
+
+/// The frequencies that are sought in a recording.
+struct Search<'a> {
+    record: &'a Record,
+    tangent: &'a Tangent,
+    state: &'a [Applied],
+    frequencies: Vec<f64>,
+    /// Between two of them, Hz.
+    step: f64,
+}
+
+impl<'a> Search<'a> {
+    fn of(record: &'a Record, tangent: &'a Tangent, state: &'a [Applied]) -> Self {
+        let (from, to) = record.setting.span_s;
+        let step = 1.0 / (STEPS * (to - from));
+        let frequencies = (0..MOST)
+            .map(|k| LEAST_TIMES / (to - from) + k as f64 * step)
+            .take_while(|f| *f <= 1.0 / SHORTEST_S)
+            .collect();
+        Self {
+            record,
+            tangent,
+            state,
+            frequencies,
+            step,
+        }
+    }
+
+    /// The best of the peaks of the spectrum, its choice paid for.
+    fn coarse(&self, place: usize) -> Option<Swing> {
+        let power = self.spectrum(place)?;
+        let peaks = peaks(&self.frequencies, &power);
+        self.best(place, &peaks)
+    }
+
+    /// The same period as finely as the recording parts it.
+    fn finer(&self, mut found: Swing) -> Correction {
+        for apart in FINER {
+            let near: Vec<f64> = (apart.iter())
+                .map(|s| found.frequency + s * self.step)
+                .filter(|f| *f >= LEAST_TIMES * STEPS * self.step && *f <= 1.0 / SHORTEST_S)
+                .collect();
+            let better = self.best(found.correction.place, &near);
+            if let Some(better) = better.filter(|b| b.evidence() > found.evidence()) {
+                found = better;
+            }
+        }
+        found.correction
+    }
+
+    fn best(&self, place: usize, frequencies: &[f64]) -> Option<Swing> {
+        let from = self.record.setting.span_s.0;
+        let choice = (self.frequencies.len() as f64 / STEPS).ln().max(0.0);
+        let swing = |frequency: &f64| {
+            let course = Course {
+                place,
+                quantity: PERIOD,
+                period: Some((from, from + 1.0 / frequency)),
+            };
+            let mut correction = drawn(self.record, self.tangent, self.state, None, course)?;
+            correction.evidence -= choice;
+            correction.borne -= choice;
+            Some(Swing {
+                frequency: *frequency,
+                correction,
+            })
         };
-        0.5 * column.iter().map(energy).sum::<f64>()
-    };
-    // Noise is smooth in the frequency: a few tell of those between.
-    let (Some(first), Some(last)) = (frequencies.first(), frequencies.last()) else {
-        return Vec::new();
-    };
-    let at = |k: usize| first * (last / first).powf(k as f64 / (COARSE - 1) as f64);
-    let energies: Vec<f64> = (0..COARSE).map(|k| energy(at(k)).ln()).collect();
-    let between = |frequency: f64| -> f64 {
-        let x = (frequency / first).ln() / (last / first).ln().max(1e-9) * (COARSE - 1) as f64;
-        let x = x.clamp(0.0, (COARSE - 1) as f64);
-        let low = whole(x.floor()).min(COARSE - 2);
-        let share = x - low as f64;
-        ((1.0 - share) * energies[low] + share * energies[low + 1]).exp()
-    };
-    (frequencies.par_iter())
-        .map(|frequency| {
+        (frequencies.iter().filter_map(swing)).max_by(|a, b| a.evidence().total_cmp(&b.evidence()))
+    }
+
+    /// What a swing of each frequency in a place takes out of the residuals, nearly: the tangent is not asked.
+    fn spectrum(&self, place: usize) -> Option<Vec<f64>> {
+        let (first, last) = (*self.frequencies.first()?, *self.frequencies.last()?);
+        let (record, tangent) = (self.record, self.tangent);
+        let layout = tangent.layout;
+        let (from, to) = record.setting.span_s;
+        let change = |knot: &dyn Fn(usize) -> f64| -> Vec<f64> {
+            let mut parameters = vec![place as f64, 0.0, from, to];
+            parameters.extend((0..KNOTS).map(|k| PLACES[place].width * knot(k)));
+            let with = joined(self.state, &Applied::new(unknown(), parameters));
+            let finite = |v: f64| if v.is_finite() { v } else { 0.0 };
+            (tangent.change(record, &with).into_iter())
+                .map(finite)
+                .collect()
+        };
+        let constant = change(&|_| 1.0);
+        // The mass balance holds the rate of the inlets' reading.
+        let mut slope = vec![0.0; layout.len()];
+        if place == INLET_READING {
+            let line = change(&|k| k as f64 / (KNOTS - 1) as f64);
+            for row in layout.mass_at()..layout.len() {
+                slope[row] = line[row] * (to - from);
+            }
+        }
+        let time_s = times(layout, record.block_s());
+
+        // Noise is smooth in the frequency: a few tell of those between.
+        let energy = |frequency: f64| -> f64 {
+            let turn = TAU * frequency;
+            // A wave and its rate.
+            let of = |wave: fn(f64) -> f64, rate: fn(f64) -> f64| {
+                let column: Vec<f64> = (0..layout.len())
+                    .map(|row| {
+                        let angle = turn * time_s[row];
+                        constant[row] * wave(angle) + slope[row] * turn * rate(angle)
+                    })
+                    .collect();
+                let white = tangent.whitening.apply(&column);
+                dot(&white, &white)
+            };
+            0.5 * (of(f64::cos, |x| -x.sin()) + of(f64::sin, f64::cos))
+        };
+        let steps = (COARSE - 1) as f64;
+        let energies: Vec<f64> = (0..COARSE)
+            .map(|k| energy(first * (last / first).powf(k as f64 / steps)).ln())
+            .collect();
+        let between = |frequency: f64| -> f64 {
+            let x = (frequency / first).ln() / (last / first).ln().max(1e-9) * steps;
+            let x = x.clamp(0.0, steps);
+            let low = whole(x.floor()).min(COARSE - 2);
+            let share = x - low as f64;
+            ((1.0 - share) * energies[low] + share * energies[low + 1]).exp()
+        };
+
+        // Within a twelfth of the shortest period nothing swings: the frequencies need not ask every row.
+        let pull = (tangent.whitening).transpose(&tangent.off[..layout.len()]);
+        let bin_s = SHORTEST_S / 12.0;
+        let bins = whole(time_s.iter().fold(0.0, |m, t| t.max(m)) / bin_s) + 1;
+        // Of what a wave makes, and of what its rate does.
+        let mut bins = vec![(0.0, 0.0); bins];
+        for (row, t) in time_s.iter().enumerate() {
+            let bin = &mut bins[whole((t / bin_s).floor())];
+            bin.0 += constant[row] * pull[row];
+            bin.1 += slope[row] * pull[row];
+        }
+        let power = |frequency: &f64| {
+            let turn = TAU * frequency;
             let (mut real, mut imaginary) = (0.0, 0.0);
-            swing(layout, block_s, *frequency, |row, cos, sin| {
-                let weight = constant[row] * pull[row];
-                real += cos * weight;
-                imaginary += sin * weight;
-            });
+            // Bins are evenly spaced: it goes round from one to the next by the same angle.
+            let (turn_sin, turn_cos) = (turn * bin_s).sin_cos();
+            let (mut sin, mut cos) = (0.0, 1.0);
+            for (wave, rate) in &bins {
+                real += cos * wave - turn * sin * rate;
+                imaginary += sin * wave + turn * cos * rate;
+                (cos, sin) = (
+                    cos * turn_cos - sin * turn_sin,
+                    sin * turn_cos + cos * turn_sin,
+                );
+            }
             let power = 0.5 * (real * real + imaginary * imaginary) / between(*frequency);
             if power.is_finite() { power } else { 0.0 }
-        })
-        .collect()
+        };
+        Some(self.frequencies.par_iter().map(power).collect())
+    }
 }
 
-/// Tells of every row the cosine and the sine of a frequency, in its middle.
-fn swing(layout: Layout, block_s: f64, frequency: f64, mut told: impl FnMut(usize, f64, f64)) {
+/// The middle of every row, s from the recording's start.
+pub(super) fn times(layout: Layout, block_s: f64) -> Vec<f64> {
+    let mut times = Vec::with_capacity(layout.len());
     for (k, section) in layout.sections().into_iter().enumerate() {
-        let apart_s = block_s * if k == 3 { MASS_BLOCKS as f64 } else { 1.0 };
-        // Rows of a section are evenly spaced: it goes round from one to the next by the same angle.
-        let (turn_sin, turn_cos) = (TAU * frequency * apart_s).sin_cos();
-        let (mut sin, mut cos) = (0.5 * TAU * frequency * apart_s).sin_cos();
-        for row in section {
-            told(row, cos, sin);
-            (cos, sin) = (
-                cos * turn_cos - sin * turn_sin,
-                sin * turn_cos + cos * turn_sin,
-            );
-        }
+        let row_s = block_s * if k == 3 { MASS_BLOCKS as f64 } else { 1.0 };
+        times.extend((0..section.len()).map(|i| (i as f64 + 0.5) * row_s));
     }
+    times
 }
 
 /// The highest peaks, by their frequency.

@@ -51,6 +51,9 @@ const LEAST_PA: f64 = 2.5e3;
 /// Width of the prior of that share.
 const WIDTH: f64 = 1.0;
 
+/// Knots of it that a model holds at the most: those of two days, minute by minute.
+const MOST_KNOTS: usize = 2880;
+
 /// Evidence that the relations would have for it, if it sat in a place: from so much on they can tell.
 const TELLS: f64 = 25.0;
 
@@ -191,7 +194,7 @@ impl Told<'_> {
     ) -> Correction {
         let (from, to) = self.record.setting.span_s;
         let mut parameters = vec![place as f64, 0.0, from, to];
-        let count = self.record.blocks / MASS_BLOCKS + 1;
+        let count = (self.record.blocks / MASS_BLOCKS + 1).min(MOST_KNOTS);
         parameters.extend(knots(&self.blocks, count).map(|knot| sign * knot));
         Correction {
             applied: Applied::new(unknown(), parameters),

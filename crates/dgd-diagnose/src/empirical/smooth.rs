@@ -18,11 +18,17 @@ pub(super) struct Smooth {
 }
 
 impl Smooth {
-    /// From normal equations of knots of unit prior width; `None` if they cannot be solved.
-    fn fit(gram: &DMatrix<f64>, right: &DVector<f64>, reach: f64) -> Option<Self> {
+    /// From normal equations of knots of unit prior width; `None` if they cannot be solved. A `round` curve ends where it begins.
+    fn fit(gram: &DMatrix<f64>, right: &DVector<f64>, reach: f64, round: bool) -> Option<Self> {
         let n = right.len();
         let covariance = DMatrix::from_fn(n, n, |a, b| {
-            let apart = a.abs_diff(b) as f64 / reach;
+            let straight = a.abs_diff(b);
+            let apart = if round {
+                straight.min(n - 1 - straight)
+            } else {
+                straight
+            };
+            let apart = apart as f64 / reach;
             (-0.5 * apart * apart).exp()
         });
         let eigen = SymmetricEigen::try_new(covariance, 1e-12, 1000)?;
@@ -42,13 +48,18 @@ impl Smooth {
 }
 
 /// A curve of each smoothness; a constant only where the relation has no term for it.
-pub(super) fn smoothed(gram: &DMatrix<f64>, right: &DVector<f64>, constant: bool) -> Vec<Smooth> {
+pub(super) fn smoothed(
+    gram: &DMatrix<f64>,
+    right: &DVector<f64>,
+    constant: bool,
+    round: bool,
+) -> Vec<Smooth> {
     let apart = right.len().saturating_sub(1) as f64 / (KNOTS - 1) as f64;
     let finer = (right.len() > KNOTS).then_some(ROUGH);
     (SMOOTHNESS.iter().skip(usize::from(!constant)))
         .map(|reach| reach * apart)
         .chain(finer)
-        .filter_map(|reach| Smooth::fit(gram, right, reach))
+        .filter_map(|reach| Smooth::fit(gram, right, reach, round))
         .collect()
 }
 
@@ -67,7 +78,7 @@ mod tests {
     fn a_constant_curve_is_one_straight_parameter() {
         let gram = DMatrix::from_diagonal(&DVector::from_vec(vec![4.0, 9.0, 2.0]));
         let right = DVector::from_vec(vec![1.0, 5.0, 2.0]);
-        let curve = Smooth::fit(&gram, &right, f64::INFINITY).unwrap();
+        let curve = Smooth::fit(&gram, &right, f64::INFINITY, false).unwrap();
         let (energy, score): (f64, f64) = (15.0, 8.0);
         let expected = 0.5 * score * score / (1.0 + energy) - 0.5 * (1.0 + energy).ln();
         assert!((curve.evidence - expected).abs() < 1e-9);
@@ -82,7 +93,7 @@ mod tests {
             let gram = DMatrix::identity(count, count) * (600.0 / count as f64);
             let wave = |k: usize| (waves * std::f64::consts::TAU * k as f64 / last).sin();
             let right = DVector::from_fn(count, |k, _| 600.0 / count as f64 * wave(k));
-            smoothed(&gram, &right, constant)
+            smoothed(&gram, &right, constant, false)
         };
         assert_eq!(curves(KNOTS, 1.0, false).len(), 3);
         assert_eq!(curves(KNOTS, 1.0, true).len(), 4);
@@ -107,13 +118,24 @@ mod tests {
     }
 
     #[test]
+    fn a_round_curve_ends_where_it_begins() {
+        let gram = DMatrix::identity(KNOTS, KNOTS) * 50.0;
+        let right = DVector::from_fn(KNOTS, |k, _| 10.0 * k as f64);
+        for curve in smoothed(&gram, &right, false, true) {
+            let c = &curve.coefficients;
+            assert!((c[0] - c[KNOTS - 1]).abs() < 1e-6, "{c}");
+            assert!((c[0] - c[KNOTS - 2]).abs() > 1e-3, "{c}");
+        }
+    }
+
+    #[test]
     fn knots_far_apart_are_free_and_a_smooth_curve_has_less_freedom() {
         let gram = DMatrix::identity(6, 6) * 50.0;
         let right = DVector::from_fn(6, |k, _| 10.0 * k as f64);
-        let free = Smooth::fit(&gram, &right, 1e-3).unwrap();
+        let free = Smooth::fit(&gram, &right, 1e-3, false).unwrap();
         assert!((free.freedom - 6.0 * 50.0 / 51.0).abs() < 1e-9);
         assert!((free.coefficients[5] - 50.0 / 51.0).abs() < 1e-9);
-        let smooth = Smooth::fit(&gram, &right, 4.0).unwrap();
+        let smooth = Smooth::fit(&gram, &right, 4.0, false).unwrap();
         assert!(smooth.freedom < 0.7 * free.freedom);
         // A straight line is smooth: the stiffer curve explains it at a lower price.
         assert!(smooth.evidence > free.evidence);

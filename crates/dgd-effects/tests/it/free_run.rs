@@ -261,6 +261,34 @@ fn what_fell_before_a_window_was_refilled_while_the_pump_turned() {
 }
 
 #[test]
+fn a_window_that_starts_with_flow_starts_with_a_full_line() {
+    // Nothing flows into the riser, which the pump empties: of what filled the line again nothing is known.
+    let drive = Drive::new(
+        4000,
+        1.0,
+        |_| 0.0,
+        |t| {
+            if (1000.0..1300.0).contains(&t) {
+                0.0
+            } else {
+                W
+            }
+        },
+    );
+    let model = model(&[("line_drainage", &[0.1, 0.0, 0.0])]);
+    let run = |flow: f64| {
+        let start = (164e5, flow);
+        model
+            .free_run(&setting(), drive.inputs(), 1400..1500, start)
+            .unwrap()
+    };
+    assert!(run(Q).return_flow_m3_s.iter().all(|q| *q > 0.0));
+    // Where it starts without, it is filled first.
+    let filling = run(0.0).return_flow_m3_s;
+    assert!(filling[..3].iter().all(|q| *q == 0.0) && filling[99] > 0.0);
+}
+
+#[test]
 fn a_heavier_line_weighs_on_the_outlet_at_rest() {
     let drive = Drive::new(8000, 1.0, |_| Q, |t| if t < 7990.0 { W } else { 0.0 });
     let run = drive.run(

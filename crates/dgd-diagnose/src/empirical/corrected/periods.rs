@@ -2,10 +2,10 @@
 
 use super::{LENGTH_S, SIZES, made, off_by};
 use crate::claims::fixture::BLOCK_S;
-use crate::empirical::{Course, again, corrections, in_place, instead_of};
+use crate::empirical::{Course, FINE_KNOTS, again, corrections, in_place, instead_of};
 use crate::record::Record;
 use crate::tangent::{Bend, Tangent};
-use dgd_effects::{KNOTS, OUTLET_READING, PERIOD};
+use dgd_effects::{INLET_READING, KNOTS, OUTLET_READING, PERIOD};
 use std::f64::consts::TAU;
 
 /// Seven and a half times in the recording; between knots of a curve along time.
@@ -19,14 +19,18 @@ fn swinging(place: usize, period_s: f64) -> Record {
 
 #[test]
 fn what_swings_is_found_with_its_period_and_in_its_place() {
-    for place in [0, 2, OUTLET_READING] {
+    for place in [0, 2, INLET_READING, OUTLET_READING] {
         let record = swinging(place, PERIOD_S);
         let best = corrections(&record, &[]).remove(0);
         let found = instead_of(&record, &[], &best).unwrap();
         assert_eq!((found.place, found.quantity), (place, PERIOD));
         assert!(found.evidence > best.evidence + 10.0, "{place}");
         let p = &found.applied.parameters;
-        assert_eq!(p.len(), 4 + KNOTS);
+        assert_eq!(p.len(), 4 + FINE_KNOTS);
+        assert!(
+            (p[4] - p[3 + FINE_KNOTS]).abs() < 1e-3 * SIZES[place],
+            "it ends where it begins"
+        );
         assert!(
             (p[3] - p[2] - PERIOD_S).abs() < 8.0,
             "{place}: {}",
@@ -34,7 +38,7 @@ fn what_swings_is_found_with_its_period_and_in_its_place() {
         );
         // Knots go round the period once, with the size and the phase of what is hidden.
         for (k, knot) in p[4..].iter().enumerate() {
-            let truth = SIZES[place] * (TAU * k as f64 / (KNOTS - 1) as f64).sin();
+            let truth = SIZES[place] * (TAU * k as f64 / (FINE_KNOTS - 1) as f64).sin();
             assert!(
                 (knot - truth).abs() < 0.3 * SIZES[place],
                 "{place} {k}: {knot} of {truth}"
@@ -43,7 +47,10 @@ fn what_swings_is_found_with_its_period_and_in_its_place() {
         // Made anew, as a model holds it, it keeps its period.
         let again = again(&record, &[], &found.applied, &[]).unwrap();
         assert_eq!(again.applied.parameters[..4], p[..4]);
-        assert!(again.evidence > found.evidence);
+        // But for the price of its choice, among frequencies of which a third can be parted.
+        let choice = (LENGTH_S / 600.0 - 2.5).ln();
+        let paid = again.evidence - found.evidence;
+        assert!((paid - choice).abs() < 0.1, "{paid} {choice}");
         assert_eq!(Course::of(&again.applied).period, Some((p[2], p[3])));
     }
 }

@@ -246,10 +246,17 @@ fn of_a_curve_through_knots_and_one_that_is_seen_the_likelier_stands() {
 
 #[test]
 fn a_curve_of_more_values_than_knots_is_one_that_is_seen() {
-    let curve = |values: usize| Applied::new(unknown(), vec![0.0; 4 + values]);
+    let along = |place: usize, quantity: f64, values: usize| {
+        let mut parameters = vec![0.0; 4 + values];
+        parameters[..2].copy_from_slice(&[place as f64, quantity]);
+        Applied::new(unknown(), parameters)
+    };
+    let curve = |values: usize| along(INLETS[0], 0.0, values);
     assert!(
         !is_seen(&curve(KNOTS)) && !is_seen(&curve(FINE_KNOTS)) && is_seen(&curve(FINE_KNOTS + 1))
     );
+    // No transmitters tell of the line's friction, and what they tell is along time.
+    assert!(!is_seen(&along(0, 0.0, 100)) && !is_seen(&along(INLETS[0], 1.0, 100)));
 }
 
 #[test]
