@@ -3,7 +3,7 @@
 
 use crate::{
     About, Action, Belief, Component, Effect, Excitation, Extent, Parameter, Relation, Role,
-    Search, Setting,
+    STANDING_M3_S, Search, Setting,
 };
 use dgd_units::{STANDARD_ATMOSPHERE_PA, STANDARD_GRAVITY_M_S2};
 
@@ -83,7 +83,7 @@ impl Effect for LineDrainage {
             if at.pumping {
                 resting = false;
                 // A meter tells nothing of what fills the line, but when it is full.
-                fall = if at.outflow_m3_s > 1e-3 {
+                fall = if at.outflow_m3_s > STANDING_M3_S {
                     0.0
                 } else {
                     (fall - at.flow_m3_s.max(0.0) * at.dt_s / area).max(0.0)
