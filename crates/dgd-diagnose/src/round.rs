@@ -9,7 +9,7 @@ use crate::ended::ended;
 use crate::record::Record;
 use crate::refine::refine;
 use crate::relations::Applied;
-use crate::scan::{joined, weigh};
+use crate::scan::joined;
 use crate::select::{Held, Named, Selection};
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent, dot};
@@ -145,7 +145,7 @@ impl<'a> Round<'a> {
         }
         if let Some(beyond) = self.beyond()
             && best.is_none_or(|b| beyond.evidence > 2.0 * b.claim() + 10.0)
-            && let Some(r) = self.rival_in(beyond.effect.about().relation)
+            && let Some(r) = self.rivals_in(beyond.effect.about().relation).next()
         {
             return self.unnamed(r, beyond.evidence, None);
         }
@@ -325,9 +325,9 @@ impl<'a> Round<'a> {
     fn rival(&self, best: &Contender, broken: f64) -> Option<&Correction> {
         let relation = best.effect.about().relation;
         let far = (self.rivals.iter()).find(|r| r.borne > hurdle(r).max(2.0 * best.claim()));
-        let own = self
-            .rival_in(relation)
-            .filter(|r| r.borne > 0.5 * hurdle(r) || (r.borne > 0.0 && broken > 0.0));
+        // What sound recordings show too is no rival to a form that holds.
+        let stands = |r: &Correction| r.borne > hurdle(r) || (r.borne > 0.0 && broken > 0.0);
+        let own = (self.rivals_in(relation)).find(|r| stands(r));
         match (far, own) {
             (Some(far), Some(own)) if own.borne > far.borne => Some(own),
             (far, own) => far.or(own),
@@ -344,9 +344,9 @@ impl<'a> Round<'a> {
         self.rivals.iter().find(enters)
     }
 
-    /// The best correction that enters a relation.
-    fn rival_in(&self, relation: Relation) -> Option<&Correction> {
-        (self.rivals.iter()).find(|r| PLACES[r.place].shows_in.contains(&relation))
+    /// The corrections that enter a relation, best first.
+    fn rivals_in(&self, relation: Relation) -> impl Iterator<Item = &Correction> {
+        (self.rivals.iter()).filter(move |r| PLACES[r.place].shows_in.contains(&relation))
     }
 
     /// What would explain most, were it not at the bound of what is plausible: something else does what it would do.
@@ -437,8 +437,7 @@ impl<'a> Round<'a> {
         let Some(one) = state.last() else {
             return odds;
         };
-        let formed = self.gate.formed(self.record, &self.state, one);
-        let gain = formed - weigh(self.record, &self.gate, &self.state, one.clone()).evidence;
+        let gain = self.gate.bends(self.record, &self.state, one);
         // Sharpened to nothing it has no form to look at.
         if !gain.is_finite() {
             return odds;

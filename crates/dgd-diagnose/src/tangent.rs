@@ -148,13 +148,28 @@ impl Tangent {
 
     /// Evidence (ln of the Bayes factor) of an effect whose parameters are free and whose form is within its error.
     pub(crate) fn formed(&self, record: &Record, state: &[Applied], one: &Applied) -> f64 {
+        self.misfit() - self.with_form(record, state, one).1
+    }
+
+    /// What the form of an effect gains within its error, everything else fitted about the effect.
+    pub(crate) fn bends(&self, record: &Record, state: &[Applied], one: &Applied) -> f64 {
+        let (plain, with) = self.with_form(record, state, one);
+        plain - with
+    }
+
+    /// Misfit about an effect, and with its form free within its error.
+    fn with_form(&self, record: &Record, state: &[Applied], one: &Applied) -> (f64, f64) {
         let applied = joined(state, one);
         let plain = self.refitted(record, &applied);
         let mut free = self.slack.clone();
         free.extend(slack(record, &plain, &applied, applied.len() - 1));
-        let with = plain.slackened(record, &applied, free);
-        let misfit = |t: &Self| 0.5 * dot(&t.off, &t.off) + t.ln_volume;
-        misfit(self) - misfit(&with)
+        let before = plain.misfit();
+        (before, plain.slackened(record, &applied, free).misfit())
+    }
+
+    /// Half of the squares that are left over, and the logarithm of the volume of what is free.
+    fn misfit(&self) -> f64 {
+        0.5 * dot(&self.off, &self.off) + self.ln_volume
     }
 
     /// The same tangent with other slack.

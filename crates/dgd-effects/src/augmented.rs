@@ -129,8 +129,10 @@ impl AugmentedModel {
         let inertia = rho * setting.line_length_m / setting.line_area_m2;
         let weight = rho * g;
         let column = STANDARD_ATMOSPHERE_PA + weight * setting.line_length_m;
+        let rising = Rising::of(self);
+        let line_pa = |q: f64| rising.friction_pa(&self.curves, q);
         let (mut inlet, mut flow) = start;
-        let mut outlet = column + self.curves.friction_pa(flow);
+        let mut outlet = column + line_pa(flow);
         let steps = inputs.step_s.ceil().clamp(1.0, 20.0);
         let dt = inputs.step_s / steps;
         #[allow(
@@ -204,7 +206,7 @@ impl AugmentedModel {
                                 + c.head_pa
                                 + lift * self.head_pa(true_speed, q + c.recirculation_m3_s)
                                 - still
-                                - friction * self.curves.friction_pa(q)
+                                - friction * line_pa(q)
                                 - if q > 1e-6 { c.line_drop_pa } else { 0.0 }
                         };
                         implicit(old, dt, inertia, balance)
@@ -219,10 +221,7 @@ impl AugmentedModel {
                 speeding = (flow - before) / inputs.step_s;
             }
             outlet = if moment.pumping && flow > 0.0 {
-                still
-                    + friction * self.curves.friction_pa(flow)
-                    + c.line_drop_pa
-                    + inertia * speeding
+                still + friction * line_pa(flow) + c.line_drop_pa + inertia * speeding
             } else {
                 still
             };
@@ -284,6 +283,46 @@ impl AugmentedModel {
                 id: one.id.clone(),
                 given: one.parameters.len(),
             })
+    }
+}
+
+/// Up to where the friction of the line rises within the flows at which the curves were identified, and how it goes on.
+///
+/// Mud that flows faster rubs more. A curve that was bent by what it does not hold, or that is asked beyond its range, may fall;
+/// a run that gets there would speed up without end.
+#[derive(Debug, Clone, Copy)]
+struct Rising {
+    top_m3_s: f64,
+    at_top_pa: f64,
+    /// Pa/(m³/s), at least 0.
+    slope: f64,
+}
+
+impl Rising {
+    fn of(model: &AugmentedModel) -> Self {
+        /// Flows at which the curve is looked at.
+        const LOOKS: usize = 100;
+        let most = (model.ratio_range.1 * model.speed_range_pct.1).max(STANDING_M3_S);
+        let friction_pa = |q: f64| model.curves.friction_pa(q);
+        let step = most / LOOKS as f64;
+        let top = (1..=LOOKS)
+            .map(|k| step * k as f64)
+            .max_by(|a, b| friction_pa(*a).total_cmp(&friction_pa(*b)));
+        let top_m3_s = top.unwrap_or(most);
+        let slope = (friction_pa(top_m3_s) - friction_pa(top_m3_s - step)) / step;
+        Self {
+            top_m3_s,
+            at_top_pa: friction_pa(top_m3_s),
+            slope: if top_m3_s < most { 0.0 } else { slope.max(0.0) },
+        }
+    }
+
+    fn friction_pa(&self, curves: &Curves, flow_m3_s: f64) -> f64 {
+        if flow_m3_s > self.top_m3_s {
+            self.at_top_pa + self.slope * (flow_m3_s - self.top_m3_s)
+        } else {
+            curves.friction_pa(flow_m3_s)
+        }
     }
 }
 

@@ -217,6 +217,26 @@ fn of_effects_and_a_correction_of_their_relation_the_likeliest_is_told() {
 }
 
 #[test]
+fn what_sound_recordings_show_too_is_no_rival_to_a_form_that_holds() {
+    let record = sound();
+    let told_of = |share: f64| {
+        let wear = contender("pump_wear", &[2e-3], 40.0, HERE);
+        let mut lean = correction(HEAD, 0.0);
+        lean.quantity = (QUANTITIES.iter().position(|q| *q == "inlet pressure")).unwrap();
+        lean.evidence = share * hurdle(&lean);
+        lean.borne = lean.evidence;
+        // What is found in the same relation by the way is no rival either.
+        let mut seen = correction(HEAD, 0.0);
+        seen.evidence = 0.5 * hurdle(&seen);
+        seen.borne = seen.evidence;
+        told(round(&record, vec![wear], vec![lean, seen]).ruling())
+    };
+    assert!(hurdle(&correction(HEAD, 0.0)) < 40.0);
+    assert_eq!(told_of(0.9), "pump_wear");
+    assert_eq!(told_of(1.1), PLACES[HEAD].name);
+}
+
+#[test]
 fn an_effect_at_the_bound_is_not_it_but_something_that_does_what_it_would() {
     let record = sound();
     let balance = place(Relation::RiserMassBalance);
@@ -580,7 +600,7 @@ fn the_rival_is_of_the_effects_relation_unless_another_explains_more() {
     // Along the speed of the pump, sound recordings reach 110.
     let along_speed = Correction {
         quantity: 5,
-        ..correction(friction, 100.0)
+        ..correction(friction, 120.0)
     };
     let drag = || contender("line_restriction", &[5.0, 2000.0], 20.0, HERE);
     let rival = |best: &Contender, rivals: Vec<Correction>| {
@@ -594,21 +614,21 @@ fn the_rival_is_of_the_effects_relation_unless_another_explains_more() {
         Some(friction)
     );
     assert_eq!(
-        rival(&drag(), vec![correction(balance, 120.0), own()]),
+        rival(&drag(), vec![correction(balance, 150.0), own()]),
         Some(balance)
     );
-    // Half of what sound recordings reach is enough in its own relation, less where a form must bend.
+    // What sound recordings do not reach is enough in its own relation, less where a form must bend.
     let least = hurdle(&correction(balance, 0.0));
     let with = |share: f64| vec![correction(balance, share * least)];
     let bent = |mut c: Contender| {
         c.formed = c.evidence + 80.0;
         c
     };
-    assert_eq!(rival(&influx(100.0), with(0.55)), Some(balance));
-    assert_eq!(rival(&influx(100.0), with(0.45)), None);
-    assert_eq!(rival(&bent(influx(100.0)), with(0.45)), Some(balance));
-    assert_eq!(rival(&gain(100.0), with(0.45)), None);
-    assert_eq!(rival(&bent(gain(100.0)), with(0.45)), Some(balance));
+    assert_eq!(rival(&influx(100.0), with(1.05)), Some(balance));
+    assert_eq!(rival(&influx(100.0), with(0.95)), None);
+    assert_eq!(rival(&bent(influx(100.0)), with(0.95)), Some(balance));
+    assert_eq!(rival(&gain(100.0), with(0.95)), None);
+    assert_eq!(rival(&bent(gain(100.0)), with(0.95)), Some(balance));
     assert_eq!(rival(&bent(gain(100.0)), with(-0.1)), None);
 }
 

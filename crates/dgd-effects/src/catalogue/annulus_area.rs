@@ -38,7 +38,7 @@ static ABOUT: About = About {
             hurdle: 15.0,
             scale: 4.0,
         },
-        least: Some(0.05),
+        least: Some(0.02),
         ..Search::BASE
     },
 };

@@ -49,7 +49,7 @@ static ABOUT: About = About {
         Parameter {
             name: "drilled",
             meaning: "share of a stand that is drilled, the rest circulated clean",
-            role: Role::Shape(&[0.76, 0.9]),
+            role: Role::Shape(&[0.76, 0.9, 1.0]),
             low: 0.4,
             high: 1.0,
             usual: 0.82,
@@ -58,7 +58,7 @@ static ABOUT: About = About {
         Parameter {
             name: "mixing",
             meaning: "mixed volume over mud in the riser",
-            role: Role::Shape(&[0.15, 0.3, 0.6]),
+            role: Role::Shape(&[0.15, 0.3, 0.6, 1.0]),
             low: 0.03,
             high: 2.0,
             usual: 0.3,
@@ -67,7 +67,7 @@ static ABOUT: About = About {
         Parameter {
             name: "lag",
             meaning: "wait before drilling after a connection, share of a stand",
-            role: Role::Shape(&[0.0, 0.08]),
+            role: Role::Shape(&[0.0, 0.08, 0.2]),
             low: 0.0,
             high: 0.4,
             usual: 0.05,

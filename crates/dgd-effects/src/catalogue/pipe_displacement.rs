@@ -39,7 +39,7 @@ static ABOUT: About = About {
         Parameter {
             name: "lasts_s",
             meaning: "how long the pipe moves",
-            role: Role::Shape(&[60.0, 120.0]),
+            role: Role::Shape(&[30.0, 60.0, 120.0]),
             low: 10.0,
             high: 600.0,
             usual: 60.0,

@@ -32,7 +32,7 @@ static ABOUT: About = About {
         Parameter {
             name: "fade",
             meaning: "flow at which turbulence has halved it, share of the largest",
-            role: Role::Shape(&[0.3, 1.0, 10.0]),
+            role: Role::Shape(&[0.3, 1.0, 10.0, 40.0]),
             low: 0.05,
             high: 100.0,
             usual: 1.0,

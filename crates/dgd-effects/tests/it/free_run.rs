@@ -384,3 +384,44 @@ fn a_window_beyond_the_inputs_ends_with_the_shortest_of_them() {
     drive.none.truncate(7);
     assert_eq!(samples(&drive, 0..10), 7);
 }
+
+#[test]
+fn friction_that_falls_with_the_flow_speeds_no_run_up() {
+    let friction = |terms: &[(usize, f64)]| {
+        let mut model = model(&[]);
+        for (k, value) in terms {
+            model.curves.friction[*k] = *value;
+        }
+        model
+    };
+    // Identified up to 0.08 m³/s. The one falls beyond 0.096, which the run starts near; the other from 0.053 on.
+    for falling in [
+        friction(&[(3, 9e5), (4, -3.1e5)]),
+        friction(&[(3, 1.6e6), (4, -1e6)]),
+    ] {
+        let rising = model(&[]);
+        let most = falling.ratio_range.1 * falling.speed_range_pct.1;
+        let (inlet, flow) = balanced();
+        let start = (inlet + 5e5, 1.5 * flow);
+        for i in [10, 300, 1999] {
+            let [found, usual] = [&falling, &rising].map(|m| steady(2000).run(m, start));
+            let found = found.return_flow_m3_s[i];
+            assert!(found < 1.2 * most, "{found} m³/s after {i} s");
+            assert!((found - usual.return_flow_m3_s[i]).abs() < 0.02, "{found}");
+        }
+    }
+}
+
+#[test]
+fn friction_beyond_the_flows_goes_straight_on() {
+    // A loss on the velocity head, asked at once and a half of the flow that it was identified up to.
+    let mut narrow = model(&[]);
+    narrow.ratio_range.1 = 2.0 * Q / 100.0 / 1.5;
+    let most = narrow.ratio_range.1 * narrow.speed_range_pct.1;
+    let beyond = 1.5 * most;
+    let c = narrow.curves.friction[3] / 0.05_f64.powi(2);
+    // Its slope over the last hundredth of the flows.
+    let expected = c * (most * most + 1.99 * most * (beyond - most));
+    let run = steady(1).run(&narrow, (balanced().0, beyond));
+    close(run.outlet_pa[0] - column_pa(), expected, 1e-9);
+}
