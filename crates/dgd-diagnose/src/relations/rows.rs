@@ -4,6 +4,9 @@ use super::Blocks;
 use crate::record::{MASS_BLOCKS, Record};
 use dgd_effects::STANDING_M3_S;
 
+/// Rise of the outlet during a stop that only a pump makes, Pa.
+const START_PA: f64 = 1e5;
+
 /// Which rows may be used, and how they were excited; from the bare recording.
 #[derive(Debug, Clone)]
 pub(crate) struct Rows {
@@ -28,14 +31,23 @@ impl Rows {
         let mut settled = vec![0.0_f64; n];
         let mut rested = vec![0.0_f64; n];
         let (mut on, mut off) = (0.0, 0.0);
+        // Least drop of a stop so far: a set-point that is stuck at 0 hides a start, the outlet tells it.
+        let mut lowest = f64::INFINITY;
         for b in 0..n {
             let r = b * m..(b + 1) * m;
             let turning = pumping[r.clone()].iter().all(|p| *p)
                 && record.filled.flow[r.clone()]
                     .iter()
                     .all(|q| *q > 2.0 * STANDING_M3_S);
-            let standing = pumping[r.clone()].iter().all(|p| !*p)
+            let shut = pumping[r.clone()].iter().all(|p| !*p)
                 && record.filled.flow[r].iter().all(|q| *q < STANDING_M3_S);
+            lowest = if shut {
+                lowest.min(base.drop[b])
+            } else {
+                f64::INFINITY
+            };
+            let driven = base.drop[b] > lowest + START_PA;
+            let standing = shut && !driven;
             on = if turning { on + 1.0 } else { 0.0 };
             off = if standing { off + 1.0 } else { 0.0 };
             settled[b] = on;
