@@ -380,17 +380,27 @@ impl<'a> Round<'a> {
     }
 
     /// The likeliest effect that may be named.
+    ///
+    /// What a form gains within its error is its own as long as it holds; else it may be a second effect's, and the evidence decides.
     fn best(&self) -> Option<&Contender> {
+        let open: Vec<&Contender> = (self.contenders.iter())
+            .filter(|c| self.may_be_named(c))
+            .collect();
+        let most = |of: fn(&Contender) -> f64| {
+            (open.iter().copied()).max_by(|a, b| of(a).total_cmp(&of(b)))
+        };
+        let likeliest = most(Contender::claim)?;
+        if self.form_broken(likeliest, likeliest.formed - likeliest.evidence) > 0.0 {
+            return most(|c| c.evidence);
+        }
+        Some(likeliest)
+    }
+
+    /// Whether an effect stands out, and may be what it seems.
+    fn may_be_named(&self, c: &Contender) -> bool {
         // Of the effects of the meter's timing one at the most: what it leaves over looks like the other.
-        let timed = timed(&self.state);
-        self.contenders
-            .iter()
-            .filter(|c| {
-                c.evidence > self.hurdle(c)
-                    && !(timed && is_late_meter(c.effect.about()))
-                    && self.admissible(c)
-            })
-            .max_by(|a, b| a.claim().total_cmp(&b.claim()))
+        let late_again = || timed(&self.state) && is_late_meter(c.effect.about());
+        c.evidence > self.hurdle(c) && !late_again() && self.admissible(c)
     }
 
     /// What else may be the cause, each with its weight against that of the best, which is 1.
