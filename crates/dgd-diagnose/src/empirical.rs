@@ -404,11 +404,11 @@ pub(crate) fn hurdle(c: &Correction) -> f64 {
         // Transmitters and drives answer late: what is left follows how fast things move.
         (Relation::PumpHead, FLOW_RATE) => 60.0,
         // What errors of the flow do to a fitted curve, too.
-        (Relation::PumpHead, "inlet pressure") => 60.0,
+        (Relation::PumpHead, "inlet pressure") => 85.0,
         (Relation::PumpHead, "booster flow") => 25.0,
         (Relation::PumpHead, _) => 20.0,
         // Speed stands for flow without its meter's noise.
-        (Relation::ReturnLineFriction, "pump speed") => 70.0,
+        (Relation::ReturnLineFriction, "pump speed") => 110.0,
         (Relation::ReturnLineFriction, FLOW_RATE) => 45.0,
         (Relation::ReturnLineFriction, "inlet pressure") => 30.0,
         (Relation::ReturnLineFriction, _) => 20.0,

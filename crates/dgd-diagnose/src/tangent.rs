@@ -151,8 +151,9 @@ impl Tangent {
         self.misfit() - self.with_form(record, state, one).1
     }
 
-    /// What the form of an effect gains within its error, everything else fitted about the effect.
-    pub(crate) fn bends(&self, record: &Record, state: &[Applied], one: &Applied) -> f64 {
+    /// What the form of an effect gains within its error, everything else fitted about the effect; that its parameters are free as
+    /// well is paid for.
+    pub(crate) fn form_gain(&self, record: &Record, state: &[Applied], one: &Applied) -> f64 {
         let (plain, with) = self.with_form(record, state, one);
         plain - with
     }

@@ -20,7 +20,7 @@ pub struct AugmentedModel {
     pub curves: Curves,
     /// Least and greatest speed, %, at which the head curve was identified.
     pub speed_range_pct: (f64, f64),
-    /// Least and greatest flow over speed, m³/s/%, at which the head curve was identified.
+    /// Least and greatest flow over speed, m³/s/%, at which the curves were identified.
     pub ratio_range: (f64, f64),
     /// Effects that act.
     pub effects: Vec<AppliedEffect>,
@@ -99,6 +99,14 @@ impl AugmentedModel {
         head * share * share
     }
 
+    /// Friction of the line, Pa, at a flow, m³/s, as a run has it.
+    ///
+    /// Beyond the greatest flow of the ranges of speed and of flow over speed straight on with the slope at its end; from where the curve
+    /// is greatest within them level, if it falls from there.
+    pub fn friction_pa(&self, flow_m3_s: f64) -> f64 {
+        Held::of(self).friction_pa(&self.curves, flow_m3_s)
+    }
+
     /// Simulates samples `window` from a measured state: inlet pressure, Pa absolute, and line flow, m³/s, at its first
     /// sample.
     ///
@@ -129,8 +137,8 @@ impl AugmentedModel {
         let inertia = rho * setting.line_length_m / setting.line_area_m2;
         let weight = rho * g;
         let column = STANDARD_ATMOSPHERE_PA + weight * setting.line_length_m;
-        let rising = Rising::of(self);
-        let line_pa = |q: f64| rising.friction_pa(&self.curves, q);
+        let held = Held::of(self);
+        let line_pa = |q: f64| held.friction_pa(&self.curves, q);
         let (mut inlet, mut flow) = start;
         let mut outlet = column + line_pa(flow);
         let steps = inputs.step_s.ceil().clamp(1.0, 20.0);
@@ -286,34 +294,46 @@ impl AugmentedModel {
     }
 }
 
-/// Up to where the friction of the line rises within the flows at which the curves were identified, and how it goes on.
+/// Friction of the line in a run: its curve up to where that is greatest within the flows at which it was identified, and how it goes on.
 ///
-/// Mud that flows faster rubs more. A curve that was bent by what it does not hold, or that is asked beyond its range, may fall;
-/// a run that gets there would speed up without end.
+/// Mud that flows faster rubs more. A curve that was bent by what it does not hold, or that is asked beyond its range, may fall
+/// without end, and the flow that balances it lies out of this world.
 #[derive(Debug, Clone, Copy)]
-struct Rising {
+struct Held {
     top_m3_s: f64,
     at_top_pa: f64,
     /// Pa/(m³/s), at least 0.
     slope: f64,
 }
 
-impl Rising {
+impl Held {
     fn of(model: &AugmentedModel) -> Self {
-        /// Flows at which the curve is looked at.
+        /// Flows at which the curve is looked at, and over how many of them the slope at its end is taken.
         const LOOKS: usize = 100;
-        let most = (model.ratio_range.1 * model.speed_range_pct.1).max(STANDING_M3_S);
-        let friction_pa = |q: f64| model.curves.friction_pa(q);
-        let step = most / LOOKS as f64;
-        let top = (1..=LOOKS)
-            .map(|k| step * k as f64)
-            .max_by(|a, b| friction_pa(*a).total_cmp(&friction_pa(*b)));
-        let top_m3_s = top.unwrap_or(most);
-        let slope = (friction_pa(top_m3_s) - friction_pa(top_m3_s - step)) / step;
+        const END: usize = 10;
+        let most = model.ratio_range.1 * model.speed_range_pct.1;
+        if most.is_nan() || most < 10.0 * STANDING_M3_S {
+            // Of a range that is none nothing is known: the curve is taken as it is.
+            return Self {
+                top_m3_s: f64::INFINITY,
+                at_top_pa: 0.0,
+                slope: 0.0,
+            };
+        }
+        let most = most.min(MOST_M3_S);
+        let flow = |k: usize| STANDING_M3_S + (most - STANDING_M3_S) * k as f64 / LOOKS as f64;
+        let curve = |k: usize| model.curves.friction_pa(flow(k));
+        let top = (1..=LOOKS).max_by(|a, b| curve(*a).total_cmp(&curve(*b)));
+        let top = top.unwrap_or(LOOKS);
+        let slope = if top < LOOKS {
+            0.0
+        } else {
+            (curve(LOOKS) - curve(LOOKS - END)) / (flow(LOOKS) - flow(LOOKS - END))
+        };
         Self {
-            top_m3_s,
-            at_top_pa: friction_pa(top_m3_s),
-            slope: if top_m3_s < most { 0.0 } else { slope.max(0.0) },
+            top_m3_s: flow(top),
+            at_top_pa: curve(top),
+            slope: slope.max(0.0),
         }
     }
 
@@ -325,6 +345,9 @@ impl Rising {
         }
     }
 }
+
+/// Flow that no run exceeds, m³/s.
+const MOST_M3_S: f64 = 0.3;
 
 /// Set-point below which the pump is taken to stand, %.
 const STANDING_PCT: f64 = 5.0;
@@ -380,7 +403,7 @@ fn delayed(past: &[f64], samples: f64) -> f64 {
 /// One step of implicit Euler for `inertia dq/dt = balance(q)`, q >= 0: bisection on a bracket, as the balance falls with q.
 fn implicit(old: f64, dt: f64, inertia: f64, balance: impl Fn(f64) -> f64) -> f64 {
     let f = |q: f64| q - old - dt / inertia * balance(q);
-    let (mut low, mut high) = (0.0, 0.3);
+    let (mut low, mut high) = (0.0, MOST_M3_S);
     if f(low) >= 0.0 {
         return 0.0;
     }

@@ -1,11 +1,12 @@
 //! Which rows of the relations a recording supports.
 
 use super::Blocks;
-use crate::record::{MASS_BLOCKS, Record};
+use crate::record::{MASS_BLOCKS, Record, mean};
 use dgd_effects::STANDING_M3_S;
 
-/// Rise of the outlet during a stop that only a pump makes, Pa.
-const START_PA: f64 = 1e5;
+/// Rise of the outlet during a stop that only a pump makes, Pa: twenty times what transmitters wander by, and a thirtieth of what a
+/// pump lifts.
+const HIDDEN_START_PA: f64 = 1e5;
 
 /// Which rows may be used, and how they were excited; from the bare recording.
 #[derive(Debug, Clone)]
@@ -31,7 +32,9 @@ impl Rows {
         let mut settled = vec![0.0_f64; n];
         let mut rested = vec![0.0_f64; n];
         let (mut on, mut off) = (0.0, 0.0);
-        // Least drop of a stop so far: a set-point that is stuck at 0 hides a start, the outlet tells it.
+        // A set-point that is stuck at 0 hides a start; the outlet tells it by what it reads above the lowest of the stop so far, for
+        // two blocks together: a reading that drops out once is no low.
+        let outlet = |b: usize| mean(&record.outlet[b * m..(b + 1) * m]);
         let mut lowest = f64::INFINITY;
         for b in 0..n {
             let r = b * m..(b + 1) * m;
@@ -41,12 +44,11 @@ impl Rows {
                     .all(|q| *q > 2.0 * STANDING_M3_S);
             let shut = pumping[r.clone()].iter().all(|p| !*p)
                 && record.filled.flow[r].iter().all(|q| *q < STANDING_M3_S);
-            lowest = if shut {
-                lowest.min(base.drop[b])
-            } else {
-                f64::INFINITY
+            lowest = match (shut, b.checked_sub(1)) {
+                (true, Some(before)) => lowest.min(outlet(before).max(outlet(b))),
+                _ => f64::INFINITY,
             };
-            let driven = base.drop[b] > lowest + START_PA;
+            let driven = outlet(b) > lowest + HIDDEN_START_PA;
             let standing = shut && !driven;
             on = if turning { on + 1.0 } else { 0.0 };
             off = if standing { off + 1.0 } else { 0.0 };

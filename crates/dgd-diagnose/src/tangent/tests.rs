@@ -87,9 +87,9 @@ fn an_effect_within_its_form_is_worth_what_it_saves_and_each_freedom_by_itself()
         }
         assert!(held.len() > 1);
         close(bare.formed(&record, &[], &one), expected, cost(&bare));
-        // What its form alone saves is told about the effect, wherever the tangent without it lay.
-        let bends = expected - (cost(&bare) - cost(&plain));
-        close(bare.bends(&record, &[], &one), bends, cost(&bare));
+        // The freedoms are told by themselves, wherever the tangent without the effect lay.
+        let gain = expected - (cost(&bare) - cost(&plain));
+        close(bare.form_gain(&record, &[], &one), gain, cost(&bare));
     }
 }
 

@@ -49,7 +49,7 @@ static ABOUT: About = About {
         Parameter {
             name: "drilled",
             meaning: "share of a stand that is drilled, the rest circulated clean",
-            role: Role::Shape(&[0.76, 0.9, 1.0]),
+            role: Role::Shape(&[0.76, 0.9, 0.97]),
             low: 0.4,
             high: 1.0,
             usual: 0.82,

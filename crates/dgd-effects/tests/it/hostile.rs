@@ -96,6 +96,6 @@ proptest! {
         model.curves.scale.flow_m3_s = n[4];
         model.curves.scale.speed_pct = n[5];
         let _ = model.head_pa(n[6], n[7]);
-        let _ = model.curves.friction_pa(n[7]);
+        let _ = model.friction_pa(n[7]);
     }
 }

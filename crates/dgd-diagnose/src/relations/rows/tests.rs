@@ -206,3 +206,37 @@ fn a_transmitter_that_repeats_itself_is_stuck() {
     record.outlets[0][samples(57..60)].fill(185e5);
     assert_eq!(lost(&sound.head, &rows(&record).head), [57, 58, 59]);
 }
+
+#[test]
+fn an_outlet_that_rises_at_rest_tells_a_start_that_the_set_point_does_not() {
+    let with = |rise_pa: f64, from: usize| {
+        let mut record = stopped();
+        record.outlet[samples(from..STOP.end)]
+            .iter_mut()
+            .for_each(|v| *v += rise_pa);
+        rows(&record)
+    };
+    // From the block before the rise on nothing stands.
+    let found = with(2e5, 30);
+    assert_eq!(used(&found.still), (22..29).collect::<Vec<usize>>());
+    assert_eq!(used(&found.friction), all(&[1..19, 22..29, 41..60]));
+    assert_eq!(used(&found.head), all(&[1..19, 41..60]));
+    let row = 30 / MASS_BLOCKS;
+    assert!(found.mass[row - 1] && !found.mass[row]);
+    // A line that drains falls, and what transmitters wander by is no start.
+    for rise_pa in [-20e5, 0.5e5] {
+        assert_eq!(with(rise_pa, 30).still, rows(&stopped()).still);
+    }
+    // A reading that is missing, or drops out once, is neither a rise nor a low.
+    for odd in [f64::NAN, 150e5] {
+        let mut record = stopped();
+        record.outlet[samples(27..28)].fill(odd);
+        let lost = lost(&rows(&stopped()).still, &rows(&record).still);
+        assert!(lost.iter().all(|b| *b == 27), "{lost:?}");
+    }
+    // It is the lowest of a stop that counts: one that falls first shows its start as well.
+    let mut record = stopped();
+    let outlet = &mut record.outlet;
+    outlet[samples(24..36)].iter_mut().for_each(|v| *v -= 5e5);
+    assert_eq!(used(&rows(&record).still), (22..35).collect::<Vec<usize>>());
+}
