@@ -60,6 +60,14 @@ pub(crate) enum Ruling {
     Nothing,
 }
 
+/// How far the form of an effect is bent.
+struct Bent {
+    /// Logarithm of the odds that it does not hold.
+    odds: f64,
+    /// The state with the effect sharpened, and what its form gains there; `None` where its form was asked as it stands.
+    sharpened: Option<(Vec<Applied>, f64)>,
+}
+
 /// Effects and the best correction, weighed about a state.
 pub(crate) struct Round<'a> {
     record: &'a Record,
@@ -144,18 +152,18 @@ impl<'a> Round<'a> {
             return self.unnamed(seen, seen.evidence, None);
         }
         if let Some(beyond) = self.beyond()
-            && best.is_none_or(|(b, _)| beyond.evidence > 2.0 * b.claim() + 10.0)
+            && (best.as_ref()).is_none_or(|(b, _)| beyond.evidence > 2.0 * b.claim() + 10.0)
             && let Some(r) = self.rivals_in(beyond.effect.about().relation).next()
         {
             return self.unnamed(r, beyond.evidence, None);
         }
-        let Some((best, odds)) = best else {
+        let Some((best, bent)) = best else {
             let stands = |r: &&Correction| r.evidence > self.unknown_hurdle(r);
             let most = (self.rivals.iter().filter(stands))
                 .max_by(|a, b| a.evidence.total_cmp(&b.evidence));
             return most.map_or(Ruling::Nothing, |r| self.unnamed(r, r.evidence, None));
         };
-        let broken = self.broken(best, odds);
+        let broken = self.broken(&bent);
         let rival = (self.rival(best, broken)).or_else(|| self.rival_beyond(best, broken));
         let Some(rival) = rival else {
             return Ruling::Named(self.named(best, None, broken));
@@ -379,10 +387,10 @@ impl<'a> Round<'a> {
         false
     }
 
-    /// The likeliest effect that may be named, and the odds that its form is broken.
+    /// The likeliest effect that may be named, and how far its form is bent.
     ///
     /// What a form gains within its error is its own as long as it holds; else it may be a second effect's, and the evidence decides.
-    fn best(&self) -> Option<(&Contender, f64)> {
+    fn best(&self) -> Option<(&Contender, Bent)> {
         let open: Vec<&Contender> = (self.contenders.iter())
             .filter(|c| self.may_be_named(c))
             .collect();
@@ -390,12 +398,12 @@ impl<'a> Round<'a> {
             (open.iter().copied()).max_by(|a, b| of(a).total_cmp(&of(b)))
         };
         let likeliest = most(Contender::claim)?;
-        let odds = self.odds_of_breaking(likeliest);
+        let bent = self.bent(likeliest);
         match most(|c| c.evidence) {
-            Some(strongest) if odds > 0.0 && !std::ptr::eq(strongest, likeliest) => {
-                Some((strongest, self.odds_of_breaking(strongest)))
+            Some(strongest) if bent.odds > 0.0 && !std::ptr::eq(strongest, likeliest) => {
+                Some((strongest, self.bent(strongest)))
             }
-            _ => Some((likeliest, odds)),
+            _ => Some((likeliest, bent)),
         }
     }
 
@@ -435,52 +443,50 @@ impl<'a> Round<'a> {
 
     /// Logarithm of the odds that an effect only lends its name to something of another form, unless it is a second effect that
     /// bends it: an exact form that two effects bend is seldom the one of the two.
-    fn broken(&self, best: &Contender, odds: f64) -> f64 {
-        if odds <= 0.0 || is_exact(best.effect.about()) {
-            return odds;
-        }
-        let state = self.sharpened(best);
-        let gain = self.form_gain(&state);
+    fn broken(&self, bent: &Bent) -> f64 {
+        let Some((state, gain)) = &bent.sharpened else {
+            return bent.odds;
+        };
         // What the timing allowed for beside it lacks is no second cause.
         let timeless = |about: &About| about.search.timing.is_none();
         let bends = |(_, evidence)| evidence > MOSTLY * gain;
-        if self.second(&state, timeless).is_some_and(bends) {
+        if bent.odds > 0.0 && self.second(state, timeless).is_some_and(bends) {
             return f64::NEG_INFINITY;
         }
-        odds
+        bent.odds
     }
 
-    /// The same whatever bends it, its parameters sharpened where its form is not exact.
-    fn odds_of_breaking(&self, c: &Contender) -> f64 {
+    /// How far the form of an effect is bent, whatever bends it.
+    fn bent(&self, c: &Contender) -> Bent {
         /// Odds that matter to no probability.
         const NO_ODDS: f64 = -4.0;
+        let as_it_stands = |odds: f64| Bent {
+            odds,
+            sharpened: None,
+        };
         if !self.record.takes(Step::Form) {
-            return f64::NEG_INFINITY;
+            return as_it_stands(f64::NEG_INFINITY);
         }
         let about = c.effect.about();
         let odds = self.form_broken(c, c.formed - c.evidence);
         if is_exact(about) || odds < NO_ODDS {
-            return odds;
+            return as_it_stands(odds);
         }
         let state = self.sharpened(c);
         // Sharpened to nothing it has no form to look at.
-        if state.last().is_none_or(|one| one.parameters[0] == 0.0) {
-            return odds;
-        }
-        let gain = self.form_gain(&state);
+        let Some(one) = state.last().filter(|one| one.parameters[0] != 0.0) else {
+            return as_it_stands(odds);
+        };
+        let gain = self.gate.form_gain(self.record, &self.state, one);
         if !gain.is_finite() {
-            return odds;
+            return as_it_stands(odds);
         }
         let odds = self.form_broken(c, gain);
         debug!("{} bends by {gain:.1}, odds {odds:.1}", about.id);
-        odds
-    }
-
-    /// What the form of the effect that a state ends with gains.
-    fn form_gain(&self, state: &[Applied]) -> f64 {
-        (state.last()).map_or(f64::NAN, |one| {
-            self.gate.form_gain(self.record, &self.state, one)
-        })
+        Bent {
+            odds,
+            sharpened: Some((state, gain)),
+        }
     }
 
     /// The same by itself, from what the slack of its form gains: how much that is beyond what the error of the form, and those

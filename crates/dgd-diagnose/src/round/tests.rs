@@ -226,8 +226,8 @@ fn what_a_form_gains_is_its_own_as_long_as_it_holds() {
             ..gain(103.0)
         };
         let round = round(&record, vec![influx(110.0), bent], Vec::new());
-        let (best, odds) = round.best().unwrap();
-        assert!(odds <= 0.0, "{odds}");
+        let (best, bent) = round.best().unwrap();
+        assert!(bent.odds <= 0.0, "{}", bent.odds);
         best.effect.about().id
     };
     assert_eq!(likeliest(103.0), "influx");
@@ -498,7 +498,7 @@ fn what_a_grid_and_a_straight_line_leave_over_breaks_no_form() {
         .unwrap();
     let round = round(&record, Vec::new(), Vec::new());
     let rough = round.form_broken(influx, influx.formed - influx.evidence);
-    assert!(round.odds_of_breaking(influx) < rough.min(0.0));
+    assert!(round.bent(influx).odds < rough.min(0.0));
 }
 
 #[test]
@@ -525,7 +525,7 @@ fn a_form_is_asked_about_the_effect_and_not_about_curves_without_it() {
     let formed = round.gate.formed(&record, &[], one);
     let beside = weigh(&record, &round.gate, &[], one.clone()).evidence;
     assert!(round.form_broken(leak, formed - beside) > 0.0);
-    assert!(round.odds_of_breaking(leak) < 0.0);
+    assert!(round.bent(leak).odds < 0.0);
 }
 
 #[test]
