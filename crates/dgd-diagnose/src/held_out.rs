@@ -9,7 +9,7 @@ use crate::scan::{joined, scan};
 use crate::select::Selection;
 use crate::tangent::{Bend, Tangent, dot};
 use crate::timing::{allowed_beside, is_late_meter};
-use dgd_effects::{AppliedEffect, AugmentedModel, PERIOD, Rank, quantile};
+use dgd_effects::{AppliedEffect, AugmentedModel, PERIOD};
 
 /// Length of a held-out window, s, at the least; a diagnosis promises 1200.
 const WINDOW_S: f64 = 1260.0;
@@ -115,10 +115,7 @@ pub(crate) fn trained(
     Some(state)
 }
 
-/// The model that runs: curves, the range they were fitted on, effects.
-///
-/// A tangent parts what the transmitters show into curve and wander, and mud at rest decides which is which. A run has no
-/// wander: what is left of it where mud flows is the curves'.
+/// The model that runs: curves, the range they were fitted on, effects. A run has no wander: its level is the curves'.
 pub(crate) fn model(
     record: &Record,
     state: &[Applied],
@@ -139,16 +136,10 @@ pub(crate) fn model(
         }
     }
     let range = |values: &[f64]| tails(values, 200).unwrap_or((0.0, 0.0));
-    let left = |residual: &[f64], judged: &dyn Fn(usize) -> bool| {
-        let rows = (residual.iter().enumerate())
-            .filter(|(b, _)| judged(*b) && !excluded.get(*b).copied().unwrap_or(false))
-            .map(|(_, v)| *v);
-        quantile(rows, Rank::Nearest(0.5)).unwrap_or(0.0)
-    };
-    let (n, rows) = (record.blocks, &fit.rows);
+    let (friction, head) = fit.flowing_level(&fit.residual, excluded);
     let mut curves = fit.curves.clone();
-    curves.friction[0] += left(&fit.residual[..n], &|b| rows.friction[b] && !rows.still[b]);
-    curves.head[0] += left(&fit.residual[n..2 * n], &|b| rows.head[b]);
+    curves.friction[0] += friction;
+    curves.head[0] += head;
     AugmentedModel {
         curves,
         speed_range_pct: range(&speeds),

@@ -19,7 +19,7 @@ use crate::vectors::{Column, Sparse, back_substitute, orthonormal, products, sup
 use columns::Columns;
 pub(crate) use columns::FRICTION_PRIOR_PA;
 use curves::Evaluated;
-use dgd_effects::{Curves, FRICTION_TERMS, HEAD_TERMS};
+use dgd_effects::{Curves, FRICTION_TERMS, HEAD_TERMS, Rank, quantile};
 use frame::{Frame, lonely};
 use nalgebra::{DMatrix, DVector};
 use std::sync::{Arc, OnceLock};
@@ -343,6 +343,24 @@ impl Tangent {
             .zip(&with)
             .map(|(a, b)| a - b)
             .collect()
+    }
+
+    /// What a stacked residual leaves of friction and head where mud flows, Pa, by the median over rows that are not excluded.
+    ///
+    /// A tangent parts what the transmitters show into curve and wander, and mud at rest decides which is which. Where there is no
+    /// wander, as in a run, this is the curves'.
+    pub(crate) fn flowing_level(&self, residual: &[f64], excluded: &[bool]) -> (f64, f64) {
+        let (n, rows) = (self.layout.blocks, &self.rows);
+        let level = |from: usize, judged: &dyn Fn(usize) -> bool| {
+            let rows = (residual[from..from + n].iter().enumerate())
+                .filter(|(b, _)| judged(*b) && !excluded.get(*b).copied().unwrap_or(false))
+                .map(|(_, v)| *v);
+            quantile(rows, Rank::Nearest(0.5)).unwrap_or(0.0)
+        };
+        (
+            level(0, &|b| rows.friction[b] && !rows.still[b]),
+            level(self.layout.head(), &|b| rows.head[b]),
+        )
     }
 
     /// Stacked residual with offsets and slack taken out, in physical units; the wander of instruments is still in it.

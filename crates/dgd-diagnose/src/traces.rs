@@ -15,9 +15,9 @@ pub(crate) fn traces(
     (before, start): (&Tangent, &[Applied]),
     (after, state): (&Tangent, &[Applied]),
 ) -> Vec<Trace> {
-    let l = before.layout;
+    let (l, rows) = (before.layout, &after.rows);
     let seconds = record.block_s();
-    let (b, a) = (before.clean_residual(), after.clean_residual());
+    let [b, a] = [before, after].map(levelled);
     let may = wander(record, &after.curves);
     let section = |relation: Relation,
                    unit: &'static str,
@@ -25,16 +25,11 @@ pub(crate) fn traces(
                    len: usize,
                    step: f64,
                    wander: f64,
-                   valid: &dyn Fn(&Tangent, usize) -> bool| {
-        let pick = |values: &[f64], t: &Tangent| -> Vec<f64> {
+                   valid: &dyn Fn(usize) -> bool| {
+        // Of the model before, too, what no fit has seen is shown, and stops that its curves are made without.
+        let pick = |values: &[f64]| -> Vec<f64> {
             (0..len)
-                .map(|i| {
-                    if valid(t, i) {
-                        values[from + i]
-                    } else {
-                        f64::NAN
-                    }
-                })
+                .map(|i| if valid(i) { values[from + i] } else { f64::NAN })
                 .collect()
         };
         let weights = after.whitening.weight[from..from + len].iter().copied();
@@ -45,8 +40,8 @@ pub(crate) fn traces(
             pair: None,
             unit,
             t_s: (0..len).map(|i| (i as f64 + 0.5) * step).collect(),
-            before: pick(&b, before),
-            after: pick(&a, after),
+            before: pick(&b),
+            after: pick(&a),
             noise,
             wander,
         }
@@ -59,7 +54,7 @@ pub(crate) fn traces(
             l.blocks,
             seconds,
             may.friction_pa.hypot(may.hidden_friction_pa),
-            &|t, i| t.rows.friction[i],
+            &|i| rows.friction[i],
         ),
         section(
             Relation::PumpHead,
@@ -68,7 +63,7 @@ pub(crate) fn traces(
             l.blocks,
             seconds,
             may.head_pa.hypot(may.hidden_head_pa),
-            &|t, i| t.rows.head[i],
+            &|i| rows.head[i],
         ),
         section(
             Relation::RiserMassBalance,
@@ -77,11 +72,11 @@ pub(crate) fn traces(
             l.mass,
             seconds * MASS_BLOCKS as f64,
             may.mass_m3_s,
-            &|t, i| t.rows.mass[i],
+            &|i| rows.mass[i],
         ),
     ];
     // A transmitter that is mapped and says nothing has no neighbour to differ from.
-    if after.rows.difference.contains(&true) {
+    if rows.difference.contains(&true) {
         let outlets = section(
             Relation::Instrument,
             "Pa",
@@ -89,7 +84,7 @@ pub(crate) fn traces(
             l.difference,
             seconds,
             may.difference_pa,
-            &|t, i| t.rows.difference[i],
+            &|i| rows.difference[i],
         );
         out.push(Trace {
             pair: Some(Pair::Outlets.name()),
@@ -104,6 +99,20 @@ pub(crate) fn traces(
             .flatten(),
     );
     out
+}
+
+/// The residual of a tangent about the curves of the model that runs: what stands off where mud flows is theirs.
+fn levelled(tangent: &Tangent) -> Vec<f64> {
+    let mut residual = tangent.clean_residual();
+    let (friction, head) = tangent.flowing_level(&residual, &[]);
+    let (n, rows) = (tangent.layout.blocks, &tangent.rows);
+    for (value, still) in residual.iter_mut().zip(&rows.still) {
+        *value -= if *still { 0.0 } else { friction };
+    }
+    for value in &mut residual[tangent.layout.head()..][..n] {
+        *value -= head;
+    }
+    residual
 }
 
 /// Two transmitters against each other, if there are two that say something: as far as either hypothesis leaves them apart.

@@ -7,7 +7,7 @@ use crate::draws::normals;
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::tangent::{Bend, Tangent};
-use dgd_effects::{Relation, find};
+use dgd_effects::{Rank, Relation, find, quantile};
 
 /// Drilling with an influx, by a clock that starts at 1000 s.
 fn record() -> Record {
@@ -77,6 +77,45 @@ fn each_relation_is_shown_where_it_is_used_and_comes_to_its_noise_with_the_cause
         if *t > from + 0.2 * lasts && *t < from + 0.8 * lasts && off.is_finite() {
             assert!((off - 3e-3).abs() < 5e-4, "{t} s: {off}");
         }
+    }
+}
+
+#[test]
+fn flowing_mud_scatters_about_zero_and_what_no_fit_has_seen_is_shown() {
+    let mut record = record();
+    // A stop whose column stands a bar too low, and no fit sees it, nor the hour's first ten minutes.
+    let (stop, per_block) = (300..340, record.per_block);
+    let samples = stop.start * per_block..stop.end * per_block;
+    record.filled.pumping[samples.clone()].fill(false);
+    for values in [
+        &mut record.flow,
+        &mut record.filled.flow,
+        &mut record.speed,
+        &mut record.filled.speed,
+    ] {
+        values[samples.clone()].fill(0.0);
+    }
+    let standing = record.column_pa() - 1e5;
+    record.outlet[samples.clone()].fill(standing);
+    let excluded: Vec<bool> = (0..record.blocks)
+        .map(|b| b < 60 || stop.contains(&b))
+        .collect();
+    let before = Tangent::at(&record, &[], &excluded, Bend::Free).unwrap();
+    let after = Tangent::at(&record, &influx(), &[], Bend::Free).unwrap();
+    let found = traces(&record, (&before, &[]), (&after, &influx()));
+    assert!(!before.rows.friction[310] && after.rows.still[310]);
+    assert!((found[0].before[310] + 1e5).abs() < 1e3);
+    assert!(found[0].before[30].is_finite() && found[1].before[30].is_finite());
+    for (values, noise) in [
+        (&found[0].before, found[0].noise),
+        (&found[0].after, found[0].noise),
+        (&found[1].before, found[1].noise),
+    ] {
+        let flowing = (values.iter().enumerate())
+            .filter(|(b, v)| v.is_finite() && !after.rows.still[*b])
+            .map(|(_, v)| *v);
+        let level = quantile(flowing, Rank::MEDIAN).unwrap();
+        assert!(level.abs() < 0.2 * noise, "{level} of {noise}");
     }
 }
 
