@@ -18,7 +18,7 @@ pub struct AppliedEffect {
 pub struct AugmentedModel {
     /// Base curves.
     pub curves: Curves,
-    /// Least and greatest speed, %, at which the head curve was identified.
+    /// Least and greatest speed, %, at which the curves were identified.
     pub speed_range_pct: (f64, f64),
     /// Least and greatest flow over speed, m³/s/%, at which the curves were identified.
     pub ratio_range: (f64, f64),

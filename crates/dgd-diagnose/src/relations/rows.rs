@@ -4,8 +4,7 @@ use super::Blocks;
 use crate::record::{MASS_BLOCKS, Record, mean};
 use dgd_effects::STANDING_M3_S;
 
-/// Rise of the outlet during a stop that only a pump makes, Pa: twenty times what transmitters wander by, and a thirtieth of what a
-/// pump lifts.
+/// Rise of the outlet during a stop that only a pump makes, Pa: twenty times the 0.05 bar that transmitters wander by. Set by hand.
 const HIDDEN_START_PA: f64 = 1e5;
 
 /// Which rows may be used, and how they were excited; from the bare recording.

@@ -209,15 +209,15 @@ fn a_transmitter_that_repeats_itself_is_stuck() {
 
 #[test]
 fn an_outlet_that_rises_at_rest_tells_a_start_that_the_set_point_does_not() {
-    let with = |rise_pa: f64, from: usize| {
+    let with = |rise_pa: f64| {
         let mut record = stopped();
-        record.outlet[samples(from..STOP.end)]
+        record.outlet[samples(30..STOP.end)]
             .iter_mut()
             .for_each(|v| *v += rise_pa);
         rows(&record)
     };
     // From the block before the rise on nothing stands.
-    let found = with(2e5, 30);
+    let found = with(2e5);
     assert_eq!(used(&found.still), (22..29).collect::<Vec<usize>>());
     assert_eq!(used(&found.friction), all(&[1..19, 22..29, 41..60]));
     assert_eq!(used(&found.head), all(&[1..19, 41..60]));
@@ -225,7 +225,7 @@ fn an_outlet_that_rises_at_rest_tells_a_start_that_the_set_point_does_not() {
     assert!(found.mass[row - 1] && !found.mass[row]);
     // A line that drains falls, and what transmitters wander by is no start.
     for rise_pa in [-20e5, 0.5e5] {
-        assert_eq!(with(rise_pa, 30).still, rows(&stopped()).still);
+        assert_eq!(with(rise_pa).still, rows(&stopped()).still);
     }
     // A reading that is missing, or drops out once, is neither a rise nor a low.
     for odd in [f64::NAN, 150e5] {
