@@ -5,6 +5,7 @@ use crate::relations::{Applied, Blocks};
 use crate::scan::{Candidate, joined, ln_mean_exp, on_grid, scan, sharpen, weigh};
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent, dot};
+use crate::timing::{is_late_meter, retimed};
 use dgd_effects::{Effect, Method, Rank, Relation, catalogue, quantile};
 use rayon::prelude::*;
 use std::sync::OnceLock;
@@ -106,6 +107,7 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
             settle(record, gate, state, &mut c.best);
         }
     }
+    retime(record, gate, state, &mut out);
     out.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     let most = out.first().map_or(0.0, |c| c.evidence);
     out.par_iter_mut().take(LIKELIEST).for_each(|c| {
@@ -117,6 +119,25 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
         }
     });
     out
+}
+
+/// Times each late meter anew where more than one stands out.
+fn retime(record: &Record, gate: &Tangent, state: &[Applied], contenders: &mut [Contender]) {
+    let stands_out = |c: &&mut Contender| {
+        let about = c.effect.about();
+        is_late_meter(about) && c.evidence > about.search.belief.hurdle
+    };
+    let mut late: Vec<&mut Contender> = contenders.iter_mut().filter(stands_out).collect();
+    if late.len() < 2 {
+        return;
+    }
+    late.par_iter_mut().for_each(|c| {
+        if let Some((time_s, evidence)) = retimed(record, gate, state, &c.best.applied) {
+            c.best.applied.parameters[0] = time_s;
+            c.evidence = c.evidence.max(evidence);
+            c.formed = c.evidence;
+        }
+    });
 }
 
 /// The best of a pump's effect where the head may not lean on the inlet pressure.

@@ -6,6 +6,7 @@ use crate::relations::Applied;
 use crate::scan::allowances_with;
 use crate::tangent::{Bend, Tangent, dot};
 use dgd_effects::{About, Effect, Timing, catalogue};
+use nalgebra::{DMatrix, DVector};
 
 /// Misfit that an allowance of the pump must save.
 const EARNED: f64 = 3.0;
@@ -73,6 +74,155 @@ fn timed(
         }
     }
     Some((time, chosen))
+}
+
+/// A late meter's time, s, and its evidence, with whatever a sound rig may be late by fitted beside it.
+///
+/// What was allowed for before the meter was accused took what it could of its lateness, and takes more of a store's than of a
+/// delay's. `None` where nothing is told.
+pub(crate) fn retimed(
+    record: &Record,
+    gate: &Tangent,
+    state: &[Applied],
+    meter: &Applied,
+) -> Option<(f64, f64)> {
+    /// Steps of the times, s, that tell their slopes.
+    const STEP_S: f64 = 0.5;
+    /// Steps towards the best at the most, and misfit that one must save.
+    const ROUNDS: usize = 6;
+    const SAVES: f64 = 0.5;
+    let times = Times::beside(state, meter);
+    let off = |at: &[f64]| gate.refitted(record, &times.applied(at)).off;
+    let half = |off: &[f64]| 0.5 * dot(off, off);
+    let mut at = times.first.clone();
+    let mut here = off(&at);
+    let mut least = half(&here);
+    for _ in 0..ROUNDS {
+        let slopes: Vec<Vec<f64>> = (0..at.len())
+            .map(|k| {
+                let mut beside = at.clone();
+                let room = at[k] + STEP_S <= times.ranges[k].1;
+                let step = if room { STEP_S } else { -STEP_S };
+                beside[k] += step;
+                let there = off(&beside);
+                (there.iter().zip(&here))
+                    .map(|(there, here)| (there - here) / step)
+                    .collect()
+            })
+            .collect();
+        let next = stepped(&slopes, &here, &at, &times.ranges)?;
+        // A step that leads too far is taken by half, or by a quarter.
+        let nearer = [1.0, 0.5, 0.25].into_iter().find_map(|share| {
+            let next: Vec<f64> = (at.iter().zip(&next))
+                .map(|(from, to)| from + share * (to - from))
+                .collect();
+            let there = off(&next);
+            let misfit = half(&there);
+            (misfit < least - SAVES).then_some((next, there, misfit))
+        });
+        let Some(nearer) = nearer else {
+            break;
+        };
+        (at, here, least) = nearer;
+    }
+    let evidence = half(&gate.off) - least;
+    evidence.is_finite().then_some((at[0], evidence))
+}
+
+/// Times that are fitted together: that of a late meter, and those that are allowed for beside it, each from 0 to the longest.
+struct Times {
+    /// What stays as it is.
+    fixed: Vec<Applied>,
+    meter: Applied,
+    beside: Vec<&'static dyn Effect>,
+    /// The times to begin with, s, the meter's own first.
+    first: Vec<f64>,
+    ranges: Vec<(f64, f64)>,
+}
+
+impl Times {
+    fn beside(state: &[Applied], meter: &Applied) -> Self {
+        let of = |a: &Applied| a.effect.about().id;
+        let timed = |a: &&Applied| a.allowance && a.effect.about().search.timing.is_some();
+        let own = &meter.effect.about().parameters[0];
+        let mut times = Self {
+            fixed: (state.iter()).filter(|a| !timed(a)).cloned().collect(),
+            meter: meter.clone(),
+            beside: Vec::new(),
+            first: vec![meter.parameters[0]],
+            ranges: vec![(own.low.max(0.5), own.high)],
+        };
+        for effect in catalogue().iter().copied() {
+            let search = &effect.about().search;
+            let id = effect.about().id;
+            let taken = id == of(meter) || times.fixed.iter().any(|a| of(a) == id);
+            if let (Some(_), Some(longest), false) = (search.timing, search.allowance.last(), taken)
+            {
+                let held = state.iter().find(|a| of(a) == id);
+                times.beside.push(effect);
+                times.first.push(held.map_or(0.0, |a| a.parameters[0]));
+                times.ranges.push((0.0, *longest));
+            }
+        }
+        times
+    }
+
+    /// The hypothesis with some times.
+    fn applied(&self, at: &[f64]) -> Vec<Applied> {
+        let allowed = self
+            .beside
+            .iter()
+            .zip(&at[1..])
+            .filter(|(_, time)| **time > 0.0);
+        let mut out = self.fixed.clone();
+        out.extend(allowed.map(|(effect, time)| Applied {
+            effect: *effect,
+            parameters: vec![*time],
+            allowance: true,
+        }));
+        out.push(Applied {
+            parameters: vec![at[0]],
+            ..self.meter.clone()
+        });
+        out
+    }
+}
+
+/// Gauss and Newton's step within ranges: what would leave its range is held at its bound, and the others are solved for again.
+pub(crate) fn stepped(
+    slopes: &[Vec<f64>],
+    off: &[f64],
+    at: &[f64],
+    ranges: &[(f64, f64)],
+) -> Option<Vec<f64>> {
+    let mut next = at.to_vec();
+    let mut open: Vec<usize> = (0..at.len()).collect();
+    while !open.is_empty() {
+        // What is held has moved the residual already.
+        let mut moved = off.to_vec();
+        for k in (0..at.len()).filter(|k| !open.contains(k)) {
+            for (v, slope) in moved.iter_mut().zip(&slopes[k]) {
+                *v += (next[k] - at[k]) * slope;
+            }
+        }
+        let n = open.len();
+        let gram = DMatrix::from_fn(n, n, |a, b| dot(&slopes[open[a]], &slopes[open[b]]));
+        let right = DVector::from_fn(n, |a, _| -dot(&slopes[open[a]], &moved));
+        let by = gram.cholesky()?.solve(&right);
+        let mut within = Vec::new();
+        for (k, by) in open.iter().copied().zip(by.iter()) {
+            let to = at[k] + by;
+            next[k] = to.clamp(ranges[k].0, ranges[k].1);
+            if next[k] == to {
+                within.push(k);
+            }
+        }
+        if within.len() == n {
+            break;
+        }
+        open = within;
+    }
+    Some(next)
 }
 
 /// Lags of the pump that a sound rig shows, where a hypothesis holds none.

@@ -120,6 +120,8 @@ pub(crate) fn parabolas(f: f64, h: f64, r: f64) -> Curves {
 pub(crate) struct Hidden {
     /// By how much the return flow's meter is late, s.
     pub late_s: f64,
+    /// Time constant of a store before that meter, s.
+    pub store_s: f64,
     /// Time constant with which the pump follows the speed that is measured, s.
     pub lag_s: f64,
     /// Rate of an influx, m³/s: from [`INFLUX_S`] on it rises, stands, and dies away.
@@ -172,6 +174,12 @@ pub(crate) fn drilled(hidden: Hidden) -> Record {
             series.push(value);
         }
         inlet += DT_S * pa_m3 * (inflow(t + 0.5 * DT_S) - flow(t + 0.5 * DT_S));
+    }
+    if hidden.store_s > 0.0 {
+        let share = 1.0 - (-DT_S / hidden.store_s).exp();
+        for i in 1..n {
+            series[0][i] = series[0][i - 1] + share * (series[0][i] - series[0][i - 1]);
+        }
     }
     if hidden.lag_s > 0.0 {
         let share = 1.0 - (-DT_S / hidden.lag_s).exp();

@@ -8,7 +8,7 @@ use crate::scan::allowances_with;
 use crate::select::Selection;
 use crate::slack::slack;
 use crate::tangent::{Bend, Tangent, dot};
-use crate::timing::{allowed_beside, is_late_meter};
+use crate::timing::{allowed_beside, is_late_meter, retimed, stepped};
 use dgd_effects::find;
 
 fn one(id: &str, parameters: &[f64]) -> Applied {
@@ -89,6 +89,71 @@ fn a_late_meter_is_timed_beside_the_lag_of_the_pump_that_earns_its_place() {
     named.push(one("pump_speed_lag", &[3.0]));
     let beside = allowed_beside(&record, &start, &mut named, &[]).unwrap();
     assert_eq!(beside.len(), 1);
+}
+
+/// A delay and a store, each timed anew about what was allowed for before the meter was accused: times and evidence.
+fn retimed_about(hidden: Hidden, wrongly: &[Applied]) -> [(f64, f64); 2] {
+    let record = drilled(hidden);
+    let gate = Tangent::at(&record, wrongly, &[], Bend::Lean).unwrap();
+    ["return_flow_delay", "line_gas_storage"]
+        .map(|id| retimed(&record, &gate, wrongly, &one(id, &[4.0])).unwrap())
+}
+
+#[test]
+fn a_late_meter_gets_back_what_was_allowed_for_before_it_was_accused() {
+    let allowed = |id: &str, time: f64| Applied {
+        allowance: true,
+        ..one(id, &[time])
+    };
+    let wrongly = [
+        allowed("return_flow_delay", 2.5),
+        allowed("pump_speed_lag", 5.0),
+    ];
+    let (late, store) = (
+        Hidden {
+            late_s: 8.0,
+            ..Hidden::default()
+        },
+        Hidden {
+            store_s: 12.0,
+            ..Hidden::default()
+        },
+    );
+    for wrongly in [&wrongly[..], &[]] {
+        let [delay, other] = retimed_about(late, wrongly);
+        assert!((delay.0 - 8.0).abs() < 0.5, "{delay:?}");
+        assert!(delay.1 > 1.05 * other.1, "{delay:?} {other:?}");
+        let [other, store] = retimed_about(store, wrongly);
+        assert!((store.0 - 12.0).abs() < 3.0, "{store:?}");
+        assert!(store.1 > 1.05 * other.1, "{store:?} {other:?}");
+    }
+}
+
+#[test]
+fn times_that_would_leave_their_range_are_held_and_the_others_solved_for_again() {
+    // Two times that move the same rows, and a third by itself.
+    let slopes = [
+        vec![1.0, 1.0, 0.0],
+        vec![0.0, 1.0, 0.0],
+        vec![0.0, 0.0, 2.0],
+    ];
+    let off = [-3.0, -8.0, -1.0];
+    let from = [1.0, 1.0, 1.0];
+    let wide = stepped(&slopes, &off, &from, &[(0.0, 90.0); 3]).unwrap();
+    for (got, want) in wide.iter().zip([4.0, 6.0, 1.5]) {
+        assert!((got - want).abs() < 1e-12, "{wide:?}");
+    }
+    // Held at 3, the second leaves 2 + 4 of the second row to the first: (3 + 6) / 2.
+    let held = stepped(
+        &slopes,
+        &off,
+        &from,
+        &[(0.0, 90.0), (0.0, 3.0), (0.0, 90.0)],
+    )
+    .unwrap();
+    for (got, want) in held.iter().zip([1.0 + 4.5, 3.0, 1.5]) {
+        assert!((got - want).abs() < 1e-12, "{held:?}");
+    }
 }
 
 #[test]

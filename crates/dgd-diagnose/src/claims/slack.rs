@@ -55,10 +55,14 @@ fn each_stand_has_its_own_strength_and_slope() {
             to_s: from_s + 100.0,
         })
         .to_vec();
-    let (free, tangent) = free(&record, "cuttings_loading", &[15.0, 0.82, 0.3, 0.05, 1.0]);
-    // Five parameters, time twice and load, and two of each of three stands.
-    assert_eq!(free.len(), 5 + 3 + 2 * 3);
-    let stands = &free[8..];
+    let (free, tangent) = free(
+        &record,
+        "cuttings_loading",
+        &[15.0, 0.82, 0.3, 0.05, 1.0, 0.0],
+    );
+    // Six parameters, time twice and load, and two of each of three stands.
+    assert_eq!(free.len(), 6 + 3 + 2 * 3);
+    let stands = &free[9..];
     assert!(stands.iter().all(|s| s.width == 0.3));
     let stands: Vec<Vec<f64>> = stands.iter().map(|s| s.column.whole()).collect();
     let edges = [0.0, 1900.0, 3700.0, record.setting.span_s.1];

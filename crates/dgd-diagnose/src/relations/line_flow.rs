@@ -4,6 +4,12 @@ use super::Applied;
 use crate::record::{Record, mean, whole};
 use dgd_effects::{MeterPath, STANDING_M3_S, shrunk};
 
+/// To either side of a sample, s, the meter is smoothed for what it shows later.
+const SMOOTHED_S: f64 = 4.0;
+/// The same for its slope, which is taken over as long again: half as far, its noise makes small stores look like delays in simulated
+/// recordings.
+const SLOPE_S: f64 = 8.0;
+
 /// Value at a fractional index, NaN beyond the ends or beside a gap.
 fn at(values: &[f64], position: f64) -> f64 {
     let low = whole(position.floor());
@@ -15,6 +21,14 @@ fn at(values: &[f64], position: f64) -> f64 {
     }
 }
 
+/// Means of so many samples to either side.
+fn smoothed(values: &[f64], half: usize) -> Vec<f64> {
+    let n = values.len();
+    (0..n)
+        .map(|i| mean(&values[i.saturating_sub(half)..(i + half + 1).min(n)]))
+        .collect()
+}
+
 /// The line's flow from its meter: the meter path inverted, a lag through the slope over some seconds.
 ///
 /// What is added is judged on a smoothed meter and cleared of noise: the relation's residual holds the meter's noise too.
@@ -22,16 +36,22 @@ fn at(values: &[f64], position: f64) -> f64 {
 fn line_flow(meter: &[f64], path: MeterPath, dt_s: f64, noise: f64) -> Vec<f64> {
     let n = meter.len();
     let shift = path.delay_s / dt_s;
-    let half = whole(4.0 / dt_s).max(1);
-    let smooth: Vec<f64> = (0..n)
-        .map(|i| mean(&meter[i.saturating_sub(half)..(i + half + 1).min(n)]))
-        .collect();
-    let reach = whole(path.lag_s.min(8.0) / dt_s).max(1);
+    let half = whole(SMOOTHED_S / dt_s).max(1);
+    let slope_half = whole(SLOPE_S / dt_s).max(1);
+    let smooth = smoothed(meter, half);
+    let steady = if path.lag_s > 0.0 {
+        smoothed(meter, slope_half)
+    } else {
+        Vec::new()
+    };
+    let reach = whole(path.lag_s.min(SLOPE_S) / dt_s).max(1);
     let slope = |i: usize| -> f64 {
         let (a, b) = (i.saturating_sub(reach), (i + reach).min(n - 1));
-        (smooth[b] - smooth[a]) / ((b - a).max(1) as f64 * dt_s)
+        (steady[b] - steady[a]) / ((b - a).max(1) as f64 * dt_s)
     };
-    let noise = noise * (2.0 / (2 * half + 1) as f64).sqrt();
+    let of_two = |half: usize| noise * (2.0 / (2 * half + 1) as f64).sqrt();
+    let over_s = 2.0 * reach as f64 * dt_s;
+    let floor = of_two(half) + of_two(slope_half) * path.lag_s / over_s;
     (0..n)
         .map(|i| {
             let mut ahead = at(&smooth, i as f64 + shift) - smooth[i];
@@ -40,7 +60,6 @@ fn line_flow(meter: &[f64], path: MeterPath, dt_s: f64, noise: f64) -> Vec<f64> 
                 let here = whole(i as f64 + shift).min(n - 1);
                 ahead += path.lag_s * slope(here);
             }
-            let floor = noise * (1.0 + path.lag_s / (2.0 * reach as f64 * dt_s));
             meter[i] + shrunk(ahead, floor)
         })
         .collect()

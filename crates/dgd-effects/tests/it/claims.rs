@@ -80,9 +80,9 @@ fn outlet_pressure_bias_step_moves_one_transmitter_from_its_onset() {
 #[test]
 fn mud_density_change_fills_the_riser_as_a_stirred_tank_then_the_line() {
     let setting = setting();
-    let c = run("mud_density_change", &[40.0, 1500.0, 0.25]);
+    let c = run("mud_density_change", &[40.0, 1500.0, 0.25, 0.25]);
     assert_eq!(c[1499], Changes::default());
-    assert_eq!(c[1500].entering_kg_m3, 40.0);
+    close(c[1500].entering_kg_m3, 40.0, 1e-9);
     // 500 samples at 0.036 m³/s and one at 0.043 m³/s into a quarter of the riser.
     let turned = (500.0 * 0.036 + 0.043) / (0.25 * setting.riser_volume_m3);
     close(c[2000].riser_kg_m3, 40.0 * (1.0 - (-turned).exp()), 1e-9);
@@ -97,7 +97,7 @@ fn mud_density_change_fills_the_riser_as_a_stirred_tank_then_the_line() {
 #[test]
 fn cuttings_loading_washes_out_before_the_connection_and_keeps_the_mass_balance() {
     let setting = setting();
-    let c = run("cuttings_loading", &[30.0, 0.8, 0.15, 0.0, 1.0]);
+    let c = run("cuttings_loading", &[30.0, 0.8, 0.15, 0.0, 1.0, 0.0]);
     assert_eq!(c[0].riser_kg_m3, 30.0);
     assert_eq!(c[2399].riser_kg_m3, 30.0);
     // From the end of drilling to that of the stand: 600 s at 0.04 m³/s.
@@ -107,6 +107,23 @@ fn cuttings_loading_washes_out_before_the_connection_and_keeps_the_mass_balance(
     // The next stand loads it again: 83 m³ by the end of drilling.
     assert!(c[5479].riser_kg_m3 > 28.0);
     assert!(c.iter().all(|c| c.entering_kg_m3 == c.riser_kg_m3));
+}
+
+#[test]
+fn the_inlet_feels_the_weight_of_as_much_mud_as_it_is_told() {
+    let setting = setting();
+    for felt in [0.0, 0.4, 1.0] {
+        let mud = run("mud_density_change", &[40.0, 1500.0, 0.25, felt]);
+        let cuttings = run("cuttings_loading", &[40.0, 1.0, 0.25, 0.0, 0.0, felt]);
+        for c in [mud, cuttings] {
+            let mut mass_kg = 0.0;
+            for (m, c) in moments().iter().zip(&c).skip(1) {
+                mass_kg += m.flow_m3_s * m.dt_s * (c.entering_kg_m3 - c.riser_kg_m3);
+            }
+            let stands = felt * setting.riser_volume_m3 * c[c.len() - 1].riser_kg_m3;
+            close(mass_kg, stands, 0.15 * stands + 1e-6);
+        }
+    }
 }
 
 #[test]

@@ -292,7 +292,7 @@ fn a_window_that_starts_with_flow_starts_with_a_full_line() {
 fn a_heavier_line_weighs_on_the_outlet_at_rest() {
     let drive = Drive::new(8000, 1.0, |_| Q, |t| if t < 7990.0 { W } else { 0.0 });
     let run = drive.run(
-        &model(&[("mud_density_change", &[30.0, 0.0, 0.1])]),
+        &model(&[("mud_density_change", &[30.0, 0.0, 0.1, 0.1])]),
         balanced(),
     );
     close(
@@ -305,7 +305,7 @@ fn a_heavier_line_weighs_on_the_outlet_at_rest() {
 #[test]
 fn effects_with_an_onset_before_the_window_are_in_force_in_it() {
     let drive = steady(3000);
-    let model = model(&[("mud_density_change", &[30.0, 0.0, 0.1])]);
+    let model = model(&[("mud_density_change", &[30.0, 0.0, 0.1, 0.1])]);
     let run = model
         .free_run(&setting(), drive.inputs(), 2900..3000, balanced())
         .unwrap();

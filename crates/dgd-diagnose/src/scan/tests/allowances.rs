@@ -17,6 +17,7 @@ fn at(record: &Record, state: &[Applied]) -> Tangent {
 
 fn drilling(late_s: f64, lag_s: f64, influx_m3_s: f64) -> Record {
     drilled(Hidden {
+        store_s: 0.0,
         late_s,
         lag_s,
         influx_m3_s,
