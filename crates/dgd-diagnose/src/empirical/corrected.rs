@@ -18,7 +18,7 @@ use dgd_effects::{
     INLET_READING, KNOTS, METER_FACTOR, OUTLET_READING, PLACES, QUANTITIES, Relation, unknown,
 };
 
-const LENGTH_S: f64 = 5400.0;
+pub(super) const LENGTH_S: f64 = 5400.0;
 
 /// A wave and a half over the recording.
 fn wave(t: f64) -> f64 {
@@ -26,10 +26,10 @@ fn wave(t: f64) -> f64 {
 }
 
 /// How large it is in each place: some times the accuracy of instruments.
-const SIZES: [f64; DRAWN] = [3e4, 4e4, 1.5e-3, 3e4, 3e4, 0.03];
+pub(super) const SIZES: [f64; DRAWN] = [3e4, 4e4, 1.5e-3, 3e4, 3e4, 0.03];
 
 /// Drilling in which one place is off by a curve of the sample.
-fn off_by(place: usize, size: f64, curve: impl Fn(&Record, usize) -> f64) -> Record {
+pub(super) fn off_by(place: usize, size: f64, curve: impl Fn(&Record, usize) -> f64) -> Record {
     let mut record = drilled(Hidden::default());
     let sound = record.clone();
     for i in 0..record.t_s.len() {
@@ -62,12 +62,12 @@ fn waving(place: usize) -> Record {
     off_by(place, SIZES[place], |record, i| wave(record.t_s[i]))
 }
 
-fn loose(record: &Record) -> Tangent {
+pub(super) fn loose(record: &Record) -> Tangent {
     Tangent::at(record, &[], &[], Bend::Loose).unwrap()
 }
 
 /// A correction that is nothing but its place, knots and evidence.
-fn made(place: usize, quantity: usize, knots: &[f64], evidence: f64) -> Correction {
+pub(super) fn made(place: usize, quantity: usize, knots: &[f64], evidence: f64) -> Correction {
     let mut parameters = vec![place as f64, quantity as f64, 0.0, LENGTH_S];
     parameters.extend(knots);
     Correction {

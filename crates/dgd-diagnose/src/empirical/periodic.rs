@@ -267,3 +267,6 @@ fn peaks(frequencies: &[f64], power: &[f64]) -> Vec<f64> {
     peaks.truncate(PEAKS);
     peaks.into_iter().map(|k| frequencies[k]).collect()
 }
+
+#[cfg(test)]
+mod tests;

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::footprint::LEFT_OVER;
-use super::{Footprint, ROUGH, Round, Ruling, owed_to_timing, timed};
+use super::{Bent, Footprint, MOSTLY, ROUGH, Round, Ruling, owed_to_timing, timed};
 use crate::claims::fixture::{Hidden, INFLUX_S, drilled};
 use crate::contest::{Contender, contest, sets_in};
 use crate::empirical::{Correction, hurdle};
@@ -284,7 +284,7 @@ fn an_effect_at_the_bound_is_not_it_but_something_that_does_what_it_would() {
     assert_eq!(told_of(vec![beyond(2.0)], rivals(), 0), "nothing");
     // One that is plausible may stand for it unless it explains far less.
     let both = |evidence: f64| vec![beyond(200.0), gain(evidence)];
-    assert_eq!(told_of(both(110.0), rivals(), 0), "return_flow_gain");
+    assert_eq!(told_of(both(97.0), rivals(), 0), "return_flow_gain");
     assert_eq!(told_of(both(60.0), rivals(), 0), "riser mass balance");
 }
 
@@ -477,6 +477,18 @@ fn two_forms_that_come_within_a_tenth_of_a_correction_are_likelier() {
     assert!(two_do(&record, 1.0));
     assert!(two_do(&record, 0.99 * both / 0.9));
     assert!(!two_do(&record, 1.01 * both / 0.9));
+    // Of a form that does not hold, the second is what bends it, unless it shows much less than that bends by.
+    let broken = |odds: f64, gain: f64| {
+        beside(&record, &|round, best| {
+            let sharpened = Some((round.sharpened(best), gain));
+            round.broken(&Bent { odds, sharpened })
+        })
+    };
+    assert_eq!(broken(2.0, 0.99 * shows / MOSTLY), f64::NEG_INFINITY);
+    assert_eq!(broken(2.0, 1.01 * shows / MOSTLY), 2.0);
+    for odds in [0.0, -1.0] {
+        assert_eq!(broken(odds, 1.0), odds);
+    }
     record.without = vec![Step::TwoDo];
     assert!(!two_do(&record, 1.0));
 }
@@ -495,6 +507,28 @@ fn what_a_grid_and_a_straight_line_leave_over_breaks_no_form() {
     let round = round(&record, Vec::new(), Vec::new());
     let rough = round.form_broken(influx, influx.formed - influx.evidence);
     assert!(round.bent(influx).odds < rough.min(0.0));
+}
+
+#[test]
+fn a_form_that_is_exact_or_holds_by_far_is_asked_as_it_stands() {
+    let record = sound();
+    let round_of = |record| round(record, Vec::new(), Vec::new());
+    let bent_gain = || Contender {
+        formed: 200.0,
+        ..gain(100.0)
+    };
+    for c in [bent_gain(), influx(1000.0)] {
+        let round = round_of(&record);
+        let bent = round.bent(&c);
+        assert_eq!(bent.odds, round.form_broken(&c, c.formed - c.evidence));
+        assert!(bent.sharpened.is_none());
+    }
+    let mut unasked = record.clone();
+    unasked.without.push(Step::Form);
+    assert_eq!(
+        round_of(&unasked).bent(&bent_gain()).odds,
+        f64::NEG_INFINITY
+    );
 }
 
 #[test]
@@ -663,13 +697,26 @@ fn the_rival_is_of_the_effects_relation_unless_another_explains_more() {
         rival(&drag(), vec![correction(balance, 150.0), own()]),
         Some(balance)
     );
-    // What sound recordings do not reach is enough in its own relation, anything at all where a form must bend.
-    let least = hurdle(&correction(balance, 0.0));
-    let with = |share: f64| vec![correction(balance, share * least)];
+    // Of a form that must bend its own, though sound recordings reach as much, unless the other explains more.
     let bent = |mut c: Contender| {
         c.formed = c.evidence + 80.0;
         c
     };
+    let less = || Correction {
+        borne: 108.0,
+        ..own()
+    };
+    assert_eq!(
+        rival(&bent(drag()), vec![less(), correction(balance, 105.0)]),
+        Some(friction)
+    );
+    assert_eq!(
+        rival(&bent(drag()), vec![correction(balance, 150.0), less()]),
+        Some(balance)
+    );
+    // What sound recordings do not reach is enough in its own relation, anything at all where a form must bend.
+    let least = hurdle(&correction(balance, 0.0));
+    let with = |share: f64| vec![correction(balance, share * least)];
     assert_eq!(rival(&influx(100.0), with(1.05)), Some(balance));
     assert_eq!(rival(&influx(100.0), with(0.95)), None);
     assert_eq!(rival(&bent(influx(100.0)), with(0.95)), Some(balance));

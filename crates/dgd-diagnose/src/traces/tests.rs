@@ -1,7 +1,7 @@
 //! Claims about the residuals that are shown over time.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::traces;
+use super::{levelled, traces};
 use crate::claims::fixture::{Hidden, INFLUX_S, drilled};
 use crate::draws::normals;
 use crate::record::Record;
@@ -103,6 +103,13 @@ fn flowing_mud_scatters_about_zero_and_what_no_fit_has_seen_is_shown() {
     let before = Tangent::at(&record, &[], &excluded, Bend::Free).unwrap();
     let after = Tangent::at(&record, &influx(), &[], Bend::Free).unwrap();
     let found = traces(&record, (&before, &[]), (&after, &influx()));
+    for fit in [&before, &after] {
+        let (friction, head) = fit.flowing_level(&levelled(fit), &[]);
+        assert!(
+            friction.abs() < 1e-6 && head.abs() < 1e-6,
+            "{friction} {head}"
+        );
+    }
     assert!(!before.rows.friction[310] && after.rows.still[310]);
     assert!((found[0].before[310] + 1e5).abs() < 1e3);
     assert!(found[0].before[30].is_finite() && found[1].before[30].is_finite());

@@ -190,6 +190,14 @@ fn gas_in_the_line_rounds_the_meter_and_keeps_the_volume() {
 }
 
 #[test]
+fn a_leak_at_the_start_loses_by_all_the_pressure_over_the_air() {
+    let run = steady(1).run(&model(&[("line_leak", &[0.002, 0.0])]), balanced());
+    let over = column_pa() + model(&[]).friction_pa(Q) - AIR_PA;
+    let leak = 0.002 * (over / 1e6).sqrt();
+    close(run.return_flow_m3_s[0], Q - leak, 1e-12);
+}
+
+#[test]
 fn a_leak_lowers_the_meter_and_not_the_pump() {
     let drive = steady(300);
     let plain = drive.run(&model(&[]), balanced());
@@ -452,6 +460,15 @@ fn friction_is_level_from_its_greatest_value_on_whatever_its_sign() {
         .fold(0.0, f64::max);
     for q in [0.054, 0.07, 0.2] {
         close(falling.friction_pa(q), greatest, 1e-4);
+    }
+    // However it goes on from there: it falls and rises again.
+    let wavy = rubbing(&[(3, 1e5), (6, 8e5)]);
+    let greatest = (1..800)
+        .map(|k| wavy.curves.friction_pa(1e-4 * f64::from(k)))
+        .fold(0.0, f64::max);
+    assert!(wavy.curves.friction_pa(0.07) < wavy.curves.friction_pa(0.08));
+    for q in [0.03, 0.05, 0.08, 0.2] {
+        close(wavy.friction_pa(q), greatest, 1e-3);
     }
     // An offset that holds more than the friction, as beside a transmitter that reads too little.
     let below = rubbing(&[(0, -4e6), (3, 1e5)]);
