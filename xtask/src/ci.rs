@@ -4,7 +4,7 @@ use crate::tools;
 use anyhow::Result;
 use std::process::Command;
 
-/// Runs `.ci/run`, which ends with the short proof: broken rules fail, scores are only printed.
+/// Runs `.ci/run`, which ends with the short proof: broken rules fail, and scores below its floors.
 pub(crate) fn run() -> Result<()> {
     tools::run(
         Command::new("bash")

@@ -70,10 +70,10 @@ enum Command {
         #[command(flatten)]
         settings: prove::Settings,
         /// Diagnose the real recordings below this folder instead (fixtures/real/README.md says where they come from)
-        #[arg(long, value_name = "DIR", conflicts_with_all = ["short", "ablate", "only"])]
+        #[arg(long, value_name = "DIR", conflicts_with_all = ["short", "ablate", "only", "floors"])]
         real: Option<PathBuf>,
         /// Diagnose the plant's two benches instead, 40 recordings each unless told otherwise
-        #[arg(long, conflicts_with_all = ["real", "short", "level", "ablate", "blind"])]
+        #[arg(long, conflicts_with_all = ["real", "short", "level", "ablate", "blind", "floors"])]
         benches: bool,
     },
     /// Reproduces the thesis's figures on the stand-in recording
@@ -87,10 +87,13 @@ enum Command {
 const PROVE_HELP: &str = "\
 Writes proof.html (the page), proof.json (every score and case) and failures.md (every case that was not answered rightly, with \
 the command that repeats it) into the folder. The SHA-256 of what is concealed is printed before the first diagnosis and checked \
-after the last. Exit status is 1 on a broken rule (a crash, a bad form, a touched truth), whatever the scores.
+after the last. Exit status is 1 on a broken rule (a crash, a bad form, a touched truth), and on a score below a floor: a count \
+given by --floor, of recordings without an answer (silent), clean recordings with a finding (alarms), recordings confidently wrong \
+(sure), or strong and moderate single effects named exactly (named, at least). --short has its own floors; none else has any.
 
 Examples:
   cargo xtask prove --short
+  cargo xtask prove --short --floor named=6
   cargo xtask prove --level 2 --count 200 --seed 4711 --out target/proof-4711
   cargo xtask prove --level 2 --count 200 --seed 4711 --only c017 --keep --out target/proof-again
   cargo xtask prove --level 2 --count 200 --seed 4711 --ablate --steps edges,form --out target/ablation

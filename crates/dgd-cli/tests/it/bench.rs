@@ -137,6 +137,15 @@ pub(crate) struct Ran {
 }
 
 impl Ran {
+    /// A signal that ended it is status -1.
+    pub(crate) fn of(output: &std::process::Output) -> Self {
+        Self {
+            status: output.status.code().unwrap_or(-1),
+            out: String::from_utf8_lossy(&output.stdout).into_owned(),
+            err: String::from_utf8_lossy(&output.stderr).into_owned(),
+        }
+    }
+
     /// Standard output of a run that must have succeeded.
     #[track_caller]
     pub(crate) fn done(self) -> String {

@@ -88,11 +88,7 @@ pub(crate) fn from_shell(bench: &Bench, first: &str, arguments: &str) -> Ran {
         .current_dir(bench.path(""))
         .output()
         .unwrap();
-    Ran {
-        status: output.status.code().unwrap_or(-1),
-        out: String::from_utf8_lossy(&output.stdout).into_owned(),
-        err: String::from_utf8_lossy(&output.stderr).into_owned(),
-    }
+    Ran::of(&output)
 }
 
 fn names(bench: &Bench, folder: &str) -> Vec<String> {
@@ -210,16 +206,57 @@ fn a_folder_that_takes_no_file_is_told_before_the_work() {
 
 #[test]
 fn a_folder_without_permission_is_told_with_what_to_ask_for() {
-    use std::os::unix::fs::PermissionsExt;
     let bench = bench();
-    std::fs::set_permissions(bench.path("out"), std::fs::Permissions::from_mode(0o555)).unwrap();
-    if std::fs::write(bench.path("out/probe"), "").is_ok() {
-        println!("skipped: this user may write everywhere");
+    set_mode(&bench, "out", 0o555);
+    let Some(ran) = unprivileged(&bench, "convert rig.mat out/rig.csv") else {
         return;
-    }
-    let ran = bench.dgd("convert rig.mat out/rig.csv");
+    };
     assert_eq!(ran.status, 1, "{ran:?}");
     assert!(ran.err.contains("ask for permission"), "{}", ran.err);
+    assert_eq!(names(&bench, "out"), [""; 0]);
+    // It is the folder's mode that it fails for, and nothing else of the user's.
+    set_mode(&bench, "out", 0o777);
+    if let Some(ran) = unprivileged(&bench, "convert rig.mat out/rig.csv") {
+        ran.done();
+    }
+}
+
+fn set_mode(bench: &Bench, name: &str, mode: u32) {
+    use std::os::unix::fs::PermissionsExt;
+    std::fs::set_permissions(bench.path(name), std::fs::Permissions::from_mode(mode)).unwrap();
+}
+
+/// Runs `dgd` as a user whom modes hold back: this one, or nobody where this one is root. `None` where root may be no other.
+fn unprivileged(bench: &Bench, arguments: &str) -> Option<Ran> {
+    use std::os::unix::{fs::MetadataExt, process::CommandExt};
+    const NOBODY: u32 = 65_534;
+    // What root's process has just made is root's.
+    if std::fs::metadata(bench.path("out")).unwrap().uid() != 0 {
+        return Some(bench.dgd(arguments));
+    }
+    // By another process: one that is forked meanwhile would hold a program open that was written here, and it would not run.
+    let program = env!("CARGO_BIN_EXE_dgd");
+    let copied = Command::new("install")
+        .args(["-m", "755", program, "dgd"])
+        .current_dir(bench.path(""))
+        .status();
+    assert!(copied.unwrap().success());
+    // Where nobody may enter and read.
+    set_mode(bench, "", 0o755);
+    set_mode(bench, "rig.mat", 0o644);
+    let output = Command::new(bench.path("dgd"))
+        .args(arguments.split_whitespace())
+        .current_dir(bench.path(""))
+        .uid(NOBODY)
+        .gid(NOBODY)
+        .output();
+    match output {
+        Ok(output) => Some(Ran::of(&output)),
+        Err(error) => {
+            println!("skipped: root may be no other user here, or no other may enter: {error}");
+            None
+        }
+    }
 }
 
 #[test]

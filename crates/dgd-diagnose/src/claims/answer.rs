@@ -55,13 +55,13 @@ fn first(blocks: usize) -> Record {
     record
 }
 
-/// The check on the held-out windows says how many of the four signals came out half as bad again, or worse.
+/// The check on the held-out windows says how many of the four signals came out worse by more than a tenth.
 fn assert_counted(found: &Diagnosis) {
     let (check, gains) = (&found.checks[0], gains(&found.simulation, true));
     assert_eq!(check.name, "no output is made worse on held-out windows");
-    let worse = gains.iter().filter(|g| g.1 / g.0 > 1.5).count();
-    let said = format!("{worse} of 4 signals have an RMSE above 1.5 times that before");
-    assert_eq!(check.detail, said);
+    let worse = gains.iter().filter(|g| g.1 / g.0 > 1.1).count();
+    let said = format!("{worse} of 4 signals have an RMSE above 1.1 times that before");
+    assert!(check.detail.starts_with(&said), "{}", check.detail);
     assert_eq!(check.passed, worse == 0);
 }
 

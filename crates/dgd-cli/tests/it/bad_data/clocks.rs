@@ -105,9 +105,9 @@ fn a_meter_whose_clock_runs_fast_is_told() {
         .warns("ahead of the pressures, which no meter is");
 }
 
-#[test]
-fn steps_from_a_tenth_of_a_second_to_half_a_minute_give_one_answer() {
-    let mut fast = Rig::first(1800);
+/// Every tenth of a second, in between by straight lines.
+fn at_ten_hertz(samples: usize) -> Rig {
+    let mut fast = Rig::first(samples);
     for column in &mut fast.table.columns {
         let between = |w: &[f64]| {
             (0..10)
@@ -116,7 +116,12 @@ fn steps_from_a_tenth_of_a_second_to_half_a_minute_give_one_answer() {
         };
         column.values = column.values.windows(2).flat_map(between).collect();
     }
-    let fast = fast.fitted();
+    fast
+}
+
+#[test]
+fn steps_from_a_tenth_of_a_second_to_half_a_minute_give_one_answer() {
+    let fast = at_ten_hertz(1800).fitted();
     let step_s = fast.json["step_s"].as_f64().unwrap();
     assert!((step_s - 0.1).abs() < 1e-9, "{step_s}");
     assert!((fast.delay_s() - 13.0).abs() < 1.5, "{}", fast.delay_s());
@@ -131,16 +136,45 @@ fn steps_from_a_tenth_of_a_second_to_half_a_minute_give_one_answer() {
     Rig::sound().every(30).fitted().suspects_nothing();
 }
 
-#[test]
-fn mixed_rates_held_or_left_empty_give_the_same_answer() {
-    let empty = Rig::sound().each(&PRESSURES, |i, p| if i % 10 == 0 { p } else { f64::NAN });
-    empty.fitted().right(3.0).warns("`PT1` has a value at only");
-    let mut held = Rig::sound();
+/// Pressures of every tenth second, the others left empty.
+fn sparse(rig: Rig) -> Rig {
+    rig.each(&PRESSURES, |i, p| if i % 10 == 0 { p } else { f64::NAN })
+}
+
+/// Pressures of every tenth second, held until the next.
+fn held(mut rig: Rig) -> Rig {
     for tag in PRESSURES {
-        let column = held.column(tag);
+        let column = rig.column(tag);
         for i in 0..column.len() {
             column[i] = column[i - i % 10];
         }
     }
-    held.fitted().right(5.0);
+    rig
+}
+
+#[test]
+fn mixed_rates_held_or_left_empty_give_the_same_answer() {
+    let empty = sparse(Rig::sound()).fitted();
+    empty.right(3.0).warns("`PT1` has a value at only");
+    held(Rig::sound()).fitted().right(5.0);
+}
+
+/// The sound recording's late meter, 12.0 s in its first hour, to a few seconds; in two hours of it, the line that drains too.
+#[test]
+fn a_diagnosis_at_other_rates_names_the_same_causes() {
+    let late = |rig: Rig, slack_s| {
+        rig.diagnosed()
+            .finds("return_flow_delay", "delay_s", 12.0, slack_s);
+    };
+    late(at_ten_hertz(2200), 1.5);
+    late(held(Rig::first(3600)), 5.0);
+    late(sparse(Rig::first(3600)), 5.0);
+    let slow = Rig::sound().every(10).diagnosed();
+    slow.finds("return_flow_delay", "delay_s", 12.0, 5.0).finds(
+        "line_drainage",
+        "rate_m_s",
+        0.036,
+        0.004,
+    );
+    assert_eq!(slow.claimed().len(), 2, "{:#}", slow.json["findings"]);
 }

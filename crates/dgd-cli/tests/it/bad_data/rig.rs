@@ -106,6 +106,17 @@ impl Rig {
         bench.dgd("simulate rig.mat --well well.toml --model model.toml --json")
     }
 
+    /// `dgd diagnose`, which must give an answer.
+    #[track_caller]
+    pub(super) fn diagnosed(&self) -> Diagnosed {
+        let (_, ran) = self.diagnose();
+        let err = ran.err.clone();
+        Diagnosed {
+            json: serde_json::from_str(&ran.done()).unwrap(),
+            err,
+        }
+    }
+
     pub(super) fn diagnose(&self) -> (Bench, Ran) {
         let bench = self.set_up();
         let ran = bench.dgd("diagnose rig.mat --well well.toml --out d --json");
@@ -153,18 +164,7 @@ impl Fitted {
     /// One suspicion, told alike on the terminal and in JSON, at this line and with these words.
     #[track_caller]
     pub(super) fn suspects(&self, line: usize, parts: &[&str]) {
-        let place = format!("well.toml:{line}: ");
-        let told = self.warnings();
-        let found: Vec<&&str> = told
-            .iter()
-            .filter(|w| w.starts_with("well.toml:"))
-            .collect();
-        assert_eq!(found.len(), 1, "{told:#?}");
-        assert!(found[0].starts_with(&place), "{}", found[0]);
-        for part in parts {
-            assert!(found[0].contains(part), "`{part}` is not in: {}", found[0]);
-        }
-        assert!(self.err.contains(*found[0]), "{}", self.err);
+        suspicion(&self.warnings(), &self.err, line, parts);
     }
 
     #[track_caller]
@@ -185,6 +185,54 @@ impl Fitted {
         );
         self
     }
+}
+
+/// A diagnosis.
+pub(super) struct Diagnosed {
+    pub(super) json: Value,
+    pub(super) err: String,
+}
+
+impl Diagnosed {
+    /// One suspicion, told alike on the terminal and in JSON, at this line and with these words.
+    #[track_caller]
+    pub(super) fn suspects(&self, line: usize, parts: &[&str]) {
+        suspicion(&strings(&self.json["warnings"]), &self.err, line, parts);
+    }
+
+    /// Among the findings is this effect, with a parameter within so much of a value.
+    #[track_caller]
+    pub(super) fn finds(&self, effect: &str, parameter: &str, value: f64, slack: f64) -> &Self {
+        let found = self.json["findings"].as_array().unwrap();
+        let one = found.iter().find(|f| f["effect"] == effect);
+        let one = one.unwrap_or_else(|| panic!("{effect} is not in {found:#?}"));
+        let estimate = one["parameters"][parameter]["estimate"].as_f64().unwrap();
+        assert!((estimate - value).abs() <= slack, "{effect}: {estimate}");
+        self
+    }
+
+    /// Every finding that is more likely there than not.
+    pub(super) fn claimed(&self) -> Vec<&str> {
+        let found = self.json["findings"].as_array().unwrap();
+        let likely = |f: &&Value| f["probability"].as_f64().unwrap() >= 0.5;
+        let claimed = found.iter().filter(likely);
+        claimed.map(|f| f["effect"].as_str().unwrap()).collect()
+    }
+}
+
+#[track_caller]
+fn suspicion(told: &[&str], err: &str, line: usize, parts: &[&str]) {
+    let place = format!("well.toml:{line}: ");
+    let found: Vec<&&str> = told
+        .iter()
+        .filter(|w| w.starts_with("well.toml:"))
+        .collect();
+    assert_eq!(found.len(), 1, "{told:#?}");
+    assert!(found[0].starts_with(&place), "{}", found[0]);
+    for part in parts {
+        assert!(found[0].contains(part), "`{part}` is not in: {}", found[0]);
+    }
+    assert!(err.contains(*found[0]), "{err}");
 }
 
 pub(super) fn strings(list: &Value) -> Vec<&str> {

@@ -60,3 +60,30 @@ fn swapped_inflows_change_nothing() {
         .right(0.0)
         .suspects_nothing();
 }
+
+/// Whatever it then makes of such channels: the swap is told before, as a suspicion or beside the refusal.
+#[test]
+fn a_diagnosis_of_swapped_tags_tells_them() {
+    for (a, b) in [("PT1", "PT3"), ("FT1", "FT4")] {
+        let rig = Rig::first(3600).swapped(a, b);
+        let told = [format!("`{a}`"), format!("`{b}`")];
+        rig.diagnosed().suspects(
+            line_of(&format!("\"{a}\"")),
+            &[&told[0], &told[1], "if their tags are swapped"],
+        );
+    }
+    let (bench, ran) = Rig::first(3600).swapped("SPM", "FT4").diagnose();
+    ran.refused(&[
+        "`FT4` and pump_speed `SPM`",
+        "if their tags are swapped",
+        "blocks of 10 s with flow and pressure can be used, a diagnosis needs",
+    ]);
+    assert!(!bench.path("d").exists());
+}
+
+#[test]
+fn a_diagnosis_of_swapped_inflows_names_the_late_meter_still() {
+    let swapped = Rig::first(3600).swapped("FT1", "FT2").diagnosed();
+    swapped.finds("return_flow_delay", "delay_s", 12.0, 0.5);
+    assert_eq!(swapped.json["warnings"], serde_json::json!([]));
+}

@@ -35,6 +35,29 @@ fn all_pressures_in_another_unit_are_told_at_once() {
     }
 }
 
+/// Whatever it then makes of such pressures: the unit is told before.
+#[test]
+fn a_diagnosis_of_psi_taken_for_bar_tells_the_unit_that_fits() {
+    for (found, instead, line, told) in [
+        (
+            "\"PT1\", unit = \"psia\"",
+            "\"PT1\", unit = \"bar\"",
+            "\"PT1\"",
+            "as psia pump_inlet_pressure `PT1` would be",
+        ),
+        (
+            "\"PT3\", unit = \"psia\"",
+            "\"PT3\", unit = \"bar\"",
+            "\"PT3\"",
+            "as psia pump_outlet_pressure `PT3` would be",
+        ),
+        ("psia", "bar", "\"PT1\"", "as psia all pressures would be"),
+    ] {
+        let rig = Rig::first(3600).saying(found, instead);
+        rig.diagnosed().suspects(line_of(line), &[told]);
+    }
+}
+
 #[test]
 fn a_gauge_reading_among_absolute_ones_is_told() {
     let rig = Rig::sound().saying("\"PT1\", unit = \"psia\"", "\"PT1\", unit = \"psig\"");

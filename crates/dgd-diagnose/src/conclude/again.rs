@@ -1,0 +1,125 @@
+//! Whether the model that runs holds what was called unknown.
+
+use super::{from_model, likely};
+use crate::diagnosis::{Check, DiagnoseError};
+use crate::record::Record;
+use crate::refine::settled;
+use crate::select::{Named, Sought, select};
+use dgd_effects::AppliedEffect;
+
+/// Searches again from the model that runs, as a diagnosis does that starts from it, where corrections are among what is `named`:
+/// the model may have to go without one, or one fitted without the held-out windows may explain too little.
+///
+/// - `effects`: those of the model.
+/// - `most`: how many are fitted together at most.
+///
+/// `None` where nothing is called unknown.
+pub(super) fn again(
+    record: &Record,
+    effects: &[AppliedEffect],
+    named: &[Named],
+    most: usize,
+) -> Result<Option<Check>, DiagnoseError> {
+    let before = evidence(named.iter());
+    if before <= 0.0 {
+        return Ok(None);
+    }
+    let start = settled(record, &from_model(effects)?, &[]);
+    let found = select(record, &start, Sought::Any(most), |_| {});
+    let left = |named: &[Named]| evidence(named.iter().filter(|n| likely(n) >= 0.5));
+    Ok(found.map(|found| kept(before, left(&found.named))))
+}
+
+/// Evidence of the corrections among what is named.
+fn evidence<'a>(named: impl Iterator<Item = &'a Named>) -> f64 {
+    let corrections = named.filter(|n| n.correction.is_some());
+    corrections.map(|n| n.evidence).sum()
+}
+
+/// What to say of a model that leaves so much of the evidence of its corrections to be found again.
+fn kept(before: f64, left: f64) -> Check {
+    let percent = 100.0 * (1.0 - left / before).max(0.0);
+    Check {
+        name: "the model that runs holds what is called unknown".into(),
+        passed: left <= 0.0,
+        detail: if left > 0.0 {
+            format!(
+                "of what speaks for `unknown` it keeps {percent:.0} %: a diagnosis that starts from it finds `unknown` again"
+            )
+        } else {
+            "a diagnosis that starts from it finds no `unknown` again".to_owned()
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+
+    use super::{again, kept};
+    use crate::claims::fixture::{Hidden, drilled, named};
+    use crate::draws::normals;
+    use crate::record::Record;
+    use crate::select::{Sought, select};
+    use dgd_effects::AppliedEffect;
+
+    /// Drilling with two outlet transmitters, of which the second climbs and falls back again and again.
+    fn sawing() -> Record {
+        let mut record = drilled(Hidden::default());
+        let first = record.outlet.clone();
+        let noise = normals(11, first.len());
+        let second: Vec<f64> = (first.iter().zip(&noise).enumerate())
+            .map(|(i, (p, noise))| p + 6e4 * (i % 550) as f64 / 550.0 + 1500.0 * noise)
+            .collect();
+        let mean = |(a, b): (&f64, &f64)| 0.5 * (a + b);
+        record.outlet = first.iter().zip(&second).map(mean).collect();
+        record.filled.outlet.clone_from(&record.outlet);
+        record.outlets = vec![first, second];
+        record
+    }
+
+    #[test]
+    fn a_model_without_its_correction_is_told_and_one_that_holds_it_is_not() {
+        let record = sawing();
+        let found = select(&record, &[], Sought::Any(1), |_| {}).unwrap().named;
+        let [one] = &found[..] else {
+            panic!("{}", found.len());
+        };
+        assert!(one.correction.is_some() && one.probability > 0.5);
+        let holds = AppliedEffect {
+            id: one.applied.effect.about().id.to_owned(),
+            parameters: one.applied.parameters.clone(),
+        };
+        let check =
+            |effects: &[AppliedEffect]| again(&record, effects, &found, 1).unwrap().unwrap();
+        let with = check(&[holds]);
+        assert!(with.passed, "{}", with.detail);
+        let without = check(&[]);
+        assert!(!without.passed);
+        assert!(
+            without.detail.contains("it keeps 0 %"),
+            "{}",
+            without.detail
+        );
+    }
+
+    #[test]
+    fn what_the_catalogue_names_is_not_searched_for_again() {
+        let influx = [named("influx", &[1e-3, 0.0, 600.0, 0.15])];
+        let record = drilled(Hidden::default());
+        assert_eq!(again(&record, &[], &influx, 1).unwrap(), None);
+    }
+
+    #[test]
+    fn the_share_that_is_kept_is_told() {
+        let some = kept(400.0, 100.0);
+        assert!(
+            !some.passed && some.detail.contains("it keeps 75 %"),
+            "{}",
+            some.detail
+        );
+        // More may be left than was there, where the model leads the search elsewhere.
+        assert!(kept(100.0, 120.0).detail.contains("it keeps 0 %"));
+        assert!(kept(100.0, 0.0).passed);
+    }
+}

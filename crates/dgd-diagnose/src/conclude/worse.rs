@@ -1,0 +1,119 @@
+//! Which outputs the findings make worse where no fit has looked.
+
+use crate::diagnosis::{Check, Simulation};
+use crate::free_run::gains;
+
+/// Growth of an error from which on a signal is worse: what two fits to the same samples differ by is less.
+const WORSE: f64 = 1.1;
+
+/// Whether every signal runs free on the held-out windows as well with the findings as without them; those that do not are told by
+/// name, with both errors (RMSE).
+pub(super) fn worse(simulation: &Simulation) -> Check {
+    let gains = gains(simulation, true);
+    let worse: Vec<String> = (simulation.signals.iter().zip(&gains))
+        .filter(|(_, (before, after, _))| *after > WORSE * before)
+        .map(|(signal, (before, after, _))| told(signal.name, *before, *after))
+        .collect();
+    let (count, of) = (worse.len(), simulation.signals.len());
+    let mut detail =
+        format!("{count} of {of} signals have an RMSE above {WORSE} times that before");
+    if count > 0 {
+        detail.push_str(&format!(": {}", worse.join("; ")));
+    }
+    Check {
+        name: "no output is made worse on held-out windows".into(),
+        passed: worse.is_empty(),
+        detail,
+    }
+}
+
+/// `riser level 0.53 m without the findings, 0.61 m with them`
+fn told(signal: &str, before: f64, after: f64) -> String {
+    const UNITS: [(&str, f64, &str); 3] = [
+        ("_m3_s", 6e4, "L/min"),
+        ("_pa", 1e-5, "bar"),
+        ("_m", 1.0, "m"),
+    ];
+    let known = UNITS.iter().find_map(|(suffix, factor, unit)| {
+        let stem = signal.strip_suffix(suffix)?;
+        Some((stem, *factor, *unit))
+    });
+    let (stem, factor, unit) = known.unwrap_or((signal, 1.0, ""));
+    let [before, after] = figures([factor * before, factor * after]);
+    format!(
+        "{} {before} {unit} without the findings, {after} {unit} with them",
+        stem.replace('_', " ")
+    )
+}
+
+/// Both with as many decimals: three figures of the larger.
+fn figures(values: [f64; 2]) -> [String; 2] {
+    let largest = values[0].abs().max(values[1].abs());
+    let decimals = if largest >= 100.0 {
+        0
+    } else if largest >= 10.0 {
+        1
+    } else if largest >= 1.0 {
+        2
+    } else if largest >= 0.1 {
+        3
+    } else {
+        4
+    };
+    values.map(|v| format!("{v:.decimals$}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::worse;
+    use crate::diagnosis::{Signal, Simulation};
+
+    /// An hour, held out whole, in which a run is off by so much before and after.
+    fn off(signals: &[(&'static str, f64, f64)]) -> Simulation {
+        const N: usize = 3600;
+        let signals = signals.iter().map(|(name, before, after)| Signal {
+            name,
+            measured: vec![0.0; N],
+            before: vec![*before; N],
+            after: vec![*after; N],
+        });
+        Simulation {
+            t_s: (0..N).map(|i| i as f64).collect(),
+            held_out: vec![true; N],
+            valid: vec![true; N],
+            signals: signals.collect(),
+        }
+    }
+
+    #[test]
+    fn each_signal_that_grows_by_more_than_a_tenth_is_told_with_both_errors() {
+        let check = worse(&off(&[
+            ("return_flow_m3_s", 1e-3, 1.2e-3),
+            ("riser_level_m", 0.5, 0.54),
+            ("pump_outlet_pressure_pa", 2e5, 1e5),
+            ("pump_head_m", 1.5, 2.25),
+        ]));
+        assert!(!check.passed);
+        assert_eq!(
+            check.detail,
+            "2 of 4 signals have an RMSE above 1.1 times that before: return flow 60.0 L/min without the findings, \
+             72.0 L/min with them; pump head 1.50 m without the findings, 2.25 m with them"
+        );
+    }
+
+    #[test]
+    fn a_tenth_more_is_not_worse_and_a_little_more_than_that_is() {
+        for (after, passed) in [(0.5, true), (1.0, true), (1.09, true), (1.11, false)] {
+            let check = worse(&off(&[("riser_level_m", 1.0, after)]));
+            assert_eq!(check.passed, passed, "{}", check.detail);
+            assert_eq!(check.detail.contains("riser level"), !passed);
+        }
+    }
+
+    #[test]
+    fn a_signal_that_nobody_measured_is_not_made_worse() {
+        let mut unseen = off(&[("riser_level_m", 1.0, 2.0)]);
+        unseen.signals[0].measured.fill(f64::NAN);
+        assert!(worse(&unseen).passed);
+    }
+}
