@@ -181,18 +181,34 @@ pub(crate) fn sustained(
 }
 
 /// Share of its evidence, and a little more, that an effect which sets in owes to the time before.
-const SEEN: f64 = 0.03;
+pub(crate) const SEEN: f64 = 0.03;
 
 /// Whether what is there from some time on was not there before: always there, it would explain less.
 pub(crate) fn sets_in(record: &Record, gate: &Tangent, state: &[Applied], c: &Candidate) -> bool {
+    always(record, gate, state, c)
+        .is_none_or(|always| (1.0 - SEEN) * c.evidence > always.evidence + 3.0)
+}
+
+/// Share of what a candidate that sets in explains that it would explain as well, were it there from the start; of others 0.
+pub(crate) fn before(record: &Record, gate: &Tangent, state: &[Applied], c: &Candidate) -> f64 {
+    let shared = |always: Candidate| {
+        let both = dot(&always.signature, &c.signature);
+        both * both / (always.energy * c.energy)
+    };
+    let share = always(record, gate, state, c).map_or(0.0, shared);
+    // From the start it may do nothing at all.
+    if share.is_finite() { share } else { 0.0 }
+}
+
+/// A candidate that sets in, and stays, as it would be had it been there from the start; `None` for others.
+fn always(record: &Record, gate: &Tangent, state: &[Applied], c: &Candidate) -> Option<Candidate> {
     let about = c.applied.effect.about();
     let (Some(onset), None) = (about.onset(), about.duration()) else {
-        return true;
+        return None;
     };
     let mut always = c.applied.clone();
     always.parameters[onset] = record.setting.span_s.0 - 1e6;
-    let always = weigh(record, gate, state, always);
-    (1.0 - SEEN) * c.evidence > always.evidence + 3.0
+    Some(weigh(record, gate, state, always))
 }
 
 /// What may only look like a candidate, to be left out one after the other: its edges, and duties of its own.

@@ -139,7 +139,8 @@ pub struct Tested {
     pub hurdle: f64,
     /// Standard error that a fit of its strength has on this recording beside the base model (Cramér-Rao), if it has one.
     pub standard_error: Option<f64>,
-    /// The smallest strength that this recording would have shown, if it can show any.
+    /// The smallest strength that this recording would have shown beside the findings, as a departure from what the model holds; never
+    /// below an instrument's accuracy. `None` if it would have shown no plausible one.
     pub limit: Option<f64>,
 }
 

@@ -36,6 +36,7 @@ mod free_run;
 mod ground;
 mod heave;
 mod held_out;
+mod limit;
 mod noise;
 mod record;
 mod refine;

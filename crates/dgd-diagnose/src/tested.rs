@@ -83,8 +83,8 @@ pub(crate) fn tested(
             let standard_error = (energy > 0.0)
                 .then(|| factor / energy.sqrt())
                 .filter(|e| e.is_finite());
-            let hurdle = about.search.belief.hurdle;
-            let enough = (2.0 * (hurdle + 3.0)).sqrt();
+            let showing = first.and_then(|f| f.showing.as_ref());
+            let limit = showing.and_then(|showing| showing.limit(about));
             Tested {
                 effect: about.id,
                 title: about.title,
@@ -92,9 +92,9 @@ pub(crate) fn tested(
                 evidence: first.map_or(0.0, |f| f.evidence),
                 admissible: first.is_some_and(|f| f.admissible),
                 strength: about.parameters[0].name,
-                hurdle,
+                hurdle: about.search.belief.hurdle,
                 standard_error,
-                limit: standard_error.map(|e| enough * e),
+                limit: limit.map(|strength| factor * strength),
             }
         })
         .collect()

@@ -7,6 +7,7 @@ use crate::claims::fixture::{DT_S, Hidden, INFLUX_S, SPEED_PCT, drilled, named, 
 use crate::diagnosis::{Outcome, Tested};
 use crate::finding::heaving;
 use crate::heave::Swell;
+use crate::limit::Showing;
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::select::{First, Named, Selection};
@@ -36,6 +37,11 @@ fn fared(record: &Record, swell: Option<Swell>, start: &[Applied], but: &str) ->
         evidence: 2.0,
         energy: 25.0,
         admissible: true,
+        showing: Some(Showing {
+            energy: 25.0,
+            hurdle: 7.0,
+            before: 0.0,
+        }),
     };
     let ids = catalogue().iter().map(|e| e.about().id);
     let selection = selected(Vec::new(), ids.filter(|id| *id != but).map(first).collect());
@@ -149,9 +155,10 @@ fn what_nothing_excites_is_not_testable_and_what_the_model_holds_is_not_told() {
     assert_eq!(*outcome(&told, "heave"), Outcome::Found);
 }
 
-/// The strength a whose evidence, `a²·energy/2`, is three e-folds above the hurdle.
+/// Strength and standard error are of the first round, the limit is of the last one.
 #[test]
-fn the_limit_is_the_strength_that_would_have_passed_the_hurdle_by_three() {
+fn what_was_looked_for_is_told_with_its_standard_error_and_its_limit_in_the_scale_that_is_reported()
+{
     let record = steady(90);
     let found = fared(&record, Some(SWELL), &[], "lost_circulation");
     for one in &found {
@@ -172,12 +179,14 @@ fn the_limit_is_the_strength_that_would_have_passed_the_hurdle_by_three() {
         } else {
             1.0
         };
-        let (error, limit) = (
-            one.standard_error.unwrap() / unit,
-            one.limit.unwrap() / unit,
-        );
+        let error = one.standard_error.unwrap() / unit;
         assert!((error - 0.2).abs() < 1e-12, "{}", one.effect);
-        assert!((0.5 * limit * limit * 25.0 - one.hurdle - 3.0).abs() < 1e-9);
+        // Evidence `a²·25/2` of 10 by a strength of 0.894.
+        let strength = 0.8_f64.sqrt().max(about.search.least.unwrap_or(0.0));
+        let told = (strength < about.parameters[0].high).then_some(strength);
+        let limit = one.limit.map(|limit| limit / unit);
+        assert_eq!(limit.is_some(), told.is_some(), "{}", one.effect);
+        assert!((limit.unwrap_or(0.0) - told.unwrap_or(0.0)).abs() < 1e-9);
     }
 }
 
