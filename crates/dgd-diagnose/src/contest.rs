@@ -17,6 +17,8 @@ pub(crate) struct Contender {
     pub evidence: f64,
     /// The same with the effect's form within its error: how much of the residuals is its own. Only for the likeliest few.
     pub formed: f64,
+    /// Strengths and the energies of what they change, where they are on a grid.
+    pub strengths: Vec<(f64, f64)>,
 }
 
 impl Contender {
@@ -61,6 +63,11 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
                 .filter(|c| c.evidence.is_finite())
                 .max_by(|a, b| a.evidence.total_cmp(&b.evidence))?
                 .clone();
+            let strengths = if on_grid(effect.about()) {
+                (found.iter().map(|c| (c.applied.parameters[0], c.energy))).collect()
+            } else {
+                Vec::new()
+            };
             // A sharp peak falls between the points of a grid: it pays for the places it could have been.
             let places = (found.len() as f64).ln() + if effect.is_switch() { 4.0 } else { 0.0 };
             let weighed = |c: &Candidate| {
@@ -85,6 +92,7 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
                 best,
                 evidence,
                 formed: evidence,
+                strengths,
             })
         })
         .collect();
@@ -189,11 +197,18 @@ pub(crate) fn sets_in(record: &Record, gate: &Tangent, state: &[Applied], c: &Ca
         .is_none_or(|always| (1.0 - SEEN) * c.evidence > always.evidence + 3.0)
 }
 
-/// Share of what a candidate that sets in explains that it would explain as well, were it there from the start; of others 0.
+/// Share of what a candidate that sets in, in the middle of the recording, explains that it would explain as well, were it there
+/// from the start; of others 0.
 pub(crate) fn before(record: &Record, gate: &Tangent, state: &[Applied], c: &Candidate) -> f64 {
     let shared = |always: Candidate| {
-        let both = dot(&always.signature, &c.signature);
-        both * both / (always.energy * c.energy)
+        let (from, to) = record.setting.span_s;
+        let mut middle = c.applied.clone();
+        if let Some(onset) = middle.effect.about().onset() {
+            middle.parameters[onset] = 0.5 * (from + to);
+        }
+        let middle = weigh(record, gate, state, middle);
+        let both = dot(&always.signature, &middle.signature);
+        both * both / (always.energy * middle.energy)
     };
     let share = always(record, gate, state, c).map_or(0.0, shared);
     // From the start it may do nothing at all.

@@ -8,11 +8,11 @@ use crate::contest::{
 };
 use crate::empirical::{Correction, FLOW_RATE, corrections, hurdle, instead_of, plausible};
 use crate::ended::ended;
-use crate::limit::Showing;
+use crate::limit::{Energy, Showing};
 use crate::record::Record;
 use crate::refine::refine;
 use crate::relations::Applied;
-use crate::scan::{joined, on_grid};
+use crate::scan::joined;
 use crate::select::{Held, Named, Selection};
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent, dot};
@@ -326,7 +326,7 @@ impl<'a> Round<'a> {
     pub(crate) fn showing(&self, c: &Contender) -> Option<Showing> {
         let about = c.effect.about();
         (!self.late_again(about)).then(|| Showing {
-            energy: if on_grid(about) { 0.0 } else { c.best.energy },
+            energy: Energy::of(c, &self.state),
             hurdle: self.hurdle(c),
             before: before(self.record, &self.gate, &self.state, &c.best),
         })

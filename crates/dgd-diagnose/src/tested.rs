@@ -5,9 +5,9 @@ use crate::heave::Swell;
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::scan::{joined, weigh};
-use crate::select::Selection;
+use crate::select::{First, Selection};
 use crate::tangent::{Bend, Tangent};
-use dgd_effects::{Excitation, Method, catalogue};
+use dgd_effects::{About, Excitation, Method, Parameter, catalogue};
 
 /// The same effect at a shifted time, or with a foreign driver, must not gain: the strongest finding with its onset
 /// moved by a third of the recording.
@@ -69,12 +69,15 @@ pub(crate) fn tested(
             let first = selection.first.iter().find(|f| f.id == about.id);
             let missing = missing(record, swell, about.search.needs);
             let found = findings.iter().any(|f| f.effect == about.id);
+            let seen = limit(record, about, first, swell);
             let outcome = if found {
                 Outcome::Found
             } else if let Some(why) = missing {
                 Outcome::NotTestable(why.to_owned())
             } else if first.is_none() && about.search.method == Method::Relations {
                 Outcome::NotTestable("nothing in the recording excites it".to_owned())
+            } else if seen.is_none() && first.is_some_and(hardly_shows) {
+                Outcome::NotTestable("no plausible strength of it would show".to_owned())
             } else {
                 Outcome::NotSeen
             };
@@ -83,21 +86,46 @@ pub(crate) fn tested(
             let standard_error = (energy > 0.0)
                 .then(|| factor / energy.sqrt())
                 .filter(|e| e.is_finite());
-            let showing = first.and_then(|f| f.showing.as_ref());
-            let limit = showing.and_then(|showing| showing.limit(about));
             Tested {
                 effect: about.id,
                 title: about.title,
                 outcome,
                 evidence: first.map_or(0.0, |f| f.evidence),
                 admissible: first.is_some_and(|f| f.admissible),
-                strength: about.parameters[0].name,
+                strength: strength(about).name,
                 hurdle: about.search.belief.hurdle,
                 standard_error,
-                limit: limit.map(|strength| factor * strength),
+                limit: seen,
             }
         })
         .collect()
+}
+
+/// The parameter that tells how strong an effect is: of swell its amplitude, which comes after the period.
+fn strength(about: &About) -> &'static Parameter {
+    let at = usize::from(about.search.method == Method::Spectrum);
+    &about.parameters[at]
+}
+
+/// The smallest strength that would have been seen, as it is reported.
+fn limit(
+    record: &Record,
+    about: &About,
+    first: Option<&First>,
+    swell: Option<Swell>,
+) -> Option<f64> {
+    if about.search.method == Method::Spectrum {
+        return swell.map(|s| s.limit_m);
+    }
+    let carried = first?.showing.as_ref()?.limit(about)?;
+    let (_, factor) = about.parameters[0].shown.scale(&record.setting);
+    Some(factor * carried)
+}
+
+/// Whether an effect might be named beside what was, and had nothing to show when it was first weighed.
+fn hardly_shows(first: &First) -> bool {
+    let showing = first.showing.as_ref();
+    showing.is_some_and(|showing| first.evidence < showing.hurdle)
 }
 
 /// Why a recording cannot show an effect with these needs.

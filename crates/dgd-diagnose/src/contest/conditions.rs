@@ -57,6 +57,7 @@ fn a_form_may_claim_what_it_lacks_by_no_more_than_its_error_accounts_for() {
             best: candidate(applied, &[1.0], 1.0),
             evidence,
             formed,
+            strengths: Vec::new(),
         };
         contender.claim()
     };

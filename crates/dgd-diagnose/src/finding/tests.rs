@@ -189,6 +189,7 @@ fn swell_is_told_with_its_period_and_amplitude_from_the_start_to_the_end() {
             period_sd_s,
             amplitude_m: 0.5,
             ratio,
+            limit_m: 0.04,
         };
         let told = heaving(&record, about, swell, &nothing_run());
         assert!((told.probability - probability).abs() < 1e-12);

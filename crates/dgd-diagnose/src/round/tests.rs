@@ -33,6 +33,7 @@ fn contender(id: &str, parameters: &[f64], evidence: f64, signature: [f64; 4]) -
         effect: applied.effect,
         evidence,
         formed: evidence,
+        strengths: Vec::new(),
         best: Candidate {
             score: parameters[0] * energy,
             applied,
@@ -441,6 +442,7 @@ fn two_forms_that_come_within_a_tenth_of_a_correction_are_likelier() {
             effect: first.effect,
             evidence: best.evidence,
             formed: best.evidence,
+            strengths: Vec::new(),
             best,
         };
         asked(&round, &best)
