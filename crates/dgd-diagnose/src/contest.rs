@@ -19,6 +19,8 @@ pub(crate) struct Contender {
     pub formed: f64,
     /// Strengths and the energies of what they change, where they are on a grid.
     pub strengths: Vec<(f64, f64)>,
+    /// Its shape that a unit of strength changes most by, without signature.
+    pub plainest: Candidate,
 }
 
 impl Contender {
@@ -63,6 +65,12 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
                 .filter(|c| c.evidence.is_finite())
                 .max_by(|a, b| a.evidence.total_cmp(&b.evidence))?
                 .clone();
+            let plainest = Candidate {
+                signature: Vec::new(),
+                ..(found.iter().filter(|c| c.energy.is_finite()))
+                    .max_by(|a, b| a.energy.total_cmp(&b.energy))?
+                    .clone()
+            };
             let strengths = if on_grid(effect.about()) {
                 (found.iter().map(|c| (c.applied.parameters[0], c.energy))).collect()
             } else {
@@ -93,6 +101,7 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
                 evidence,
                 formed: evidence,
                 strengths,
+                plainest,
             })
         })
         .collect();

@@ -2,7 +2,6 @@
 
 use crate::contest::{Contender, SEEN};
 use crate::relations::Applied;
-use crate::scan::on_grid;
 use dgd_effects::{About, Search, catalogue};
 
 /// Evidence above its hurdle that an effect shows at its limit: about what it pays for its strength and for the places where it
@@ -35,12 +34,9 @@ pub(crate) enum Energy {
 }
 
 impl Energy {
-    /// As the contest beside a hypothesis has weighed it.
-    pub(crate) fn of(c: &Contender, state: &[Applied]) -> Self {
+    /// On a grid, as the contest beside a hypothesis has weighed it.
+    pub(crate) fn on_grid(c: &Contender, state: &[Applied]) -> Self {
         let about = c.effect.about();
-        if !on_grid(about) {
-            return Self::Unit(c.best.energy);
-        }
         let allowed = |like: &dyn Fn(&About) -> bool| -> f64 {
             let kind = state.iter().filter(|a| a.allowance);
             let kind = kind.filter(|a| like(a.effect.about()));

@@ -12,7 +12,7 @@ use crate::limit::{Energy, Showing};
 use crate::record::Record;
 use crate::refine::refine;
 use crate::relations::Applied;
-use crate::scan::joined;
+use crate::scan::{Candidate, joined, on_grid};
 use crate::select::{Held, Named, Selection};
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent, dot};
@@ -325,11 +325,26 @@ impl<'a> Round<'a> {
     /// How an effect would show beside what has been named; `None` if it may not be named there.
     pub(crate) fn showing(&self, c: &Contender) -> Option<Showing> {
         let about = c.effect.about();
-        (!self.late_again(about)).then(|| Showing {
-            energy: Energy::of(c, &self.state),
-            hurdle: self.hurdle(c),
-            before: before(self.record, &self.gate, &self.state, &c.best),
-        })
+        if self.late_again(about) {
+            return None;
+        }
+        let hurdle = self.hurdle(c);
+        if on_grid(about) {
+            return Some(Showing {
+                energy: Energy::on_grid(c, &self.state),
+                hurdle,
+                before: 0.0,
+            });
+        }
+        let shape = |shape: &Candidate| Showing {
+            energy: Energy::Unit(shape.energy),
+            hurdle,
+            before: before(self.record, &self.gate, &self.state, shape),
+        };
+        // The likeliest shape may be one that does nothing, or comes too late to set in.
+        let likeliest = shape(&c.best);
+        let told = likeliest.limit(about).is_some();
+        Some(if told { likeliest } else { shape(&c.plainest) })
     }
 
     /// What one more cause must show beyond its hurdle.
