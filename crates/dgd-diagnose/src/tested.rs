@@ -1,55 +1,11 @@
-//! What was looked for: each effect of the catalogue with its detection limit, and the placebo.
+//! What was looked for: each effect of the catalogue with its detection limit.
 
-use crate::diagnosis::{Check, Finding, Outcome, Tested};
+use crate::diagnosis::{Finding, Outcome, Tested};
 use crate::heave::Swell;
 use crate::record::Record;
 use crate::relations::Applied;
-use crate::scan::{joined, weigh};
 use crate::select::{First, Selection};
-use crate::tangent::{Bend, Tangent};
 use dgd_effects::{About, Excitation, Method, Parameter, catalogue};
-
-/// The same effect at a shifted time, or with a foreign driver, must not gain: the strongest finding with its onset
-/// moved by a third of the recording.
-pub(crate) fn placebo(record: &Record, selection: &Selection) -> Vec<Check> {
-    let mut out = Vec::new();
-    for named in &selection.named {
-        let about = named.applied.effect.about();
-        let Some(onset) = about.onset() else { continue };
-        let mut others = selection.allowances.clone();
-        for n in &selection.named {
-            if n.applied.effect.about().id != about.id {
-                others = joined(&others, &n.applied);
-            }
-        }
-        let Some(tangent) = Tangent::at(record, &others, &[], Bend::Free) else {
-            continue;
-        };
-        let span = record.setting.span_s;
-        let shift = 0.33 * (span.1 - span.0);
-        let mut moved = named.applied.clone();
-        let later = moved.parameters[onset] + shift;
-        moved.parameters[onset] = if later < span.1 - 1800.0 {
-            later
-        } else {
-            moved.parameters[onset] - shift
-        };
-        let true_one = weigh(record, &tangent, &others, named.applied.clone());
-        let false_one = weigh(record, &tangent, &others, moved.clone());
-        out.push(Check {
-            name: format!("{}: placebo at another time explains less", about.id),
-            passed: false_one.evidence < 0.7 * true_one.evidence,
-            detail: format!(
-                "ln Bayes factor {:.0} at {:.0} s, {:.0} at {:.0} s",
-                true_one.evidence,
-                named.applied.parameters[onset],
-                false_one.evidence,
-                moved.parameters[onset]
-            ),
-        });
-    }
-    out
-}
 
 /// How each effect of the catalogue fared, and the smallest strength that would have passed its hurdle.
 pub(crate) fn tested(
