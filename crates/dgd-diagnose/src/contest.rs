@@ -18,6 +18,10 @@ pub(crate) struct Contender {
     pub evidence: f64,
     /// The same with the effect's form within its error: how much of the residuals is its own. Only for the likeliest few.
     pub formed: f64,
+    /// Strengths and the energies of what they change, where they are on a grid.
+    pub strengths: Vec<(f64, f64)>,
+    /// Its shape that a unit of strength changes most by, without signature.
+    pub plainest: Candidate,
 }
 
 impl Contender {
@@ -62,6 +66,17 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
                 .filter(|c| c.evidence.is_finite())
                 .max_by(|a, b| a.evidence.total_cmp(&b.evidence))?
                 .clone();
+            let plainest = Candidate {
+                signature: Vec::new(),
+                ..(found.iter().filter(|c| c.energy.is_finite()))
+                    .max_by(|a, b| a.energy.total_cmp(&b.energy))?
+                    .clone()
+            };
+            let strengths = if on_grid(effect.about()) {
+                (found.iter().map(|c| (c.applied.parameters[0], c.energy))).collect()
+            } else {
+                Vec::new()
+            };
             // A sharp peak falls between the points of a grid: it pays for the places it could have been.
             let places = (found.len() as f64).ln() + if effect.is_switch() { 4.0 } else { 0.0 };
             let weighed = |c: &Candidate| {
@@ -86,6 +101,8 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
                 best,
                 evidence,
                 formed: evidence,
+                strengths,
+                plainest,
             })
         })
         .collect();
@@ -202,18 +219,41 @@ pub(crate) fn sustained(
 }
 
 /// Share of its evidence, and a little more, that an effect which sets in owes to the time before.
-const SEEN: f64 = 0.03;
+pub(crate) const SEEN: f64 = 0.03;
 
 /// Whether what is there from some time on was not there before: always there, it would explain less.
 pub(crate) fn sets_in(record: &Record, gate: &Tangent, state: &[Applied], c: &Candidate) -> bool {
+    always(record, gate, state, c)
+        .is_none_or(|always| (1.0 - SEEN) * c.evidence > always.evidence + 3.0)
+}
+
+/// Share of what a candidate that sets in, in the middle of the recording, explains that it would explain as well, were it there
+/// from the start; of others 0.
+pub(crate) fn before(record: &Record, gate: &Tangent, state: &[Applied], c: &Candidate) -> f64 {
+    let shared = |always: Candidate| {
+        let (from, to) = record.setting.span_s;
+        let mut middle = c.applied.clone();
+        if let Some(onset) = middle.effect.about().onset() {
+            middle.parameters[onset] = 0.5 * (from + to);
+        }
+        let middle = weigh(record, gate, state, middle);
+        let both = dot(&always.signature, &middle.signature);
+        both * both / (always.energy * middle.energy)
+    };
+    let share = always(record, gate, state, c).map_or(0.0, shared);
+    // From the start it may do nothing at all.
+    if share.is_finite() { share } else { 0.0 }
+}
+
+/// A candidate that sets in, and stays, as it would be had it been there from the start; `None` for others.
+fn always(record: &Record, gate: &Tangent, state: &[Applied], c: &Candidate) -> Option<Candidate> {
     let about = c.applied.effect.about();
     let (Some(onset), None) = (about.onset(), about.duration()) else {
-        return true;
+        return None;
     };
     let mut always = c.applied.clone();
     always.parameters[onset] = record.setting.span_s.0 - 1e6;
-    let always = weigh(record, gate, state, always);
-    (1.0 - SEEN) * c.evidence > always.evidence + 3.0
+    Some(weigh(record, gate, state, always))
 }
 
 /// What may only look like a candidate, to be left out one after the other: its edges, and duties of its own.

@@ -90,8 +90,18 @@ pub struct Finding {
     pub evidence: f64,
     /// What it had to show: evidence that sound recordings, and what else was named, do not reach.
     pub hurdle: f64,
-    /// The cheapest test that would tell it from its nearest alternative.
+    /// A test that would tell it from its likeliest serious alternative, of those for which the catalogue knows one.
     pub separating_test: Option<String>,
+}
+
+impl Finding {
+    /// Probability from which on an alternative is a serious one.
+    pub const SERIOUS: f64 = 0.05;
+
+    /// Alternatives that deserve to be named, likeliest first.
+    pub fn serious(&self) -> impl Iterator<Item = &(String, f64)> {
+        (self.alternatives.iter()).filter(|(_, probability)| *probability >= Self::SERIOUS)
+    }
 }
 
 /// An estimated parameter.
@@ -139,7 +149,8 @@ pub struct Tested {
     pub hurdle: f64,
     /// Standard error that a fit of its strength has on this recording beside the base model (Cramér-Rao), if it has one.
     pub standard_error: Option<f64>,
-    /// The smallest strength that this recording would have shown, if it can show any.
+    /// The smallest strength that this recording would have shown beside the findings, as a departure from what the model holds; never
+    /// below an instrument's accuracy. `None` if it would have shown no plausible one.
     pub limit: Option<f64>,
 }
 

@@ -9,7 +9,7 @@ use crate::record::{Record, tails};
 use crate::select::{Named, Selection};
 use crate::tangent::Tangent;
 use crate::twins::Pair;
-use dgd_effects::{About, PERIOD, PLACES, QUANTITIES, Relation};
+use dgd_effects::{About, PERIOD, PLACES, QUANTITIES, Relation, told_apart_by};
 
 /// One named effect, or the correction that no effect explains.
 pub(crate) fn finding(
@@ -67,13 +67,14 @@ pub(crate) fn finding(
         source: about.source.to_owned(),
         evidence: named.evidence,
         hurdle: named.hurdle,
-        separating_test: named
-            .alternatives
-            .iter()
-            .find_map(|(id, _)| about.confusable.iter().find(|(other, _)| other == id))
-            .or(about.confusable.first())
-            .map(|(_, test)| (*test).to_owned()),
+        separating_test: separating_test(about.id, &named.alternatives),
     }
+}
+
+/// What would tell a cause from its likeliest serious alternative for which the catalogue knows a test.
+fn separating_test(id: &str, alternatives: &[(String, f64)]) -> Option<String> {
+    let mut serious = (alternatives.iter()).filter(|(_, p)| *p >= Finding::SERIOUS);
+    (serious.find_map(|(other, _)| told_apart_by(id, other))).map(str::to_owned)
 }
 
 /// The relation as the base model has it.

@@ -16,6 +16,8 @@ pub(crate) struct Swell {
     pub amplitude_m: f64,
     /// Power of the peak over the floor about it.
     pub ratio: f64,
+    /// The smallest amplitude that would be believed, whatever its period.
+    pub limit_m: f64,
 }
 
 /// Length of a segment of the periodogram, s, but for what is no whole sample.
@@ -111,11 +113,17 @@ pub(crate) fn swell(pressure_pa: &[f64], step_s: f64, density_kg_m3: f64) -> Opt
     let window = 0.5 * (m - 1) as f64;
     let energy = weight / 1.5;
     let amplitude = 2.0 * energy.sqrt() / window;
+    // Of a narrow peak's power a third stands in the mean of three bins.
+    let highest = (0..smooth.len()).map(|b| mean_floor(&smooth, b));
+    let highest = highest.filter(|f| f.is_finite()).fold(floor, f64::max);
+    let believed = 3.0 * (SWELL_RATIO - 1.0) * highest / 1.5;
+    let per_metre = density_kg_m3 * STANDARD_GRAVITY_M_S2;
     Some(Swell {
         period_s: 1.0 / frequency,
         period_sd_s: sd / (frequency * frequency),
-        amplitude_m: amplitude / (density_kg_m3 * STANDARD_GRAVITY_M_S2),
+        amplitude_m: amplitude / per_metre,
         ratio,
+        limit_m: 2.0 * believed.sqrt() / window / per_metre,
     })
 }
 

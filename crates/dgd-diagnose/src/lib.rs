@@ -12,7 +12,7 @@
 //! 5. **Selection**: one effect a round above a hurdle that sound recordings do not reach, refined together with those
 //!    before it. Two effects can hide each other, and a strong one leaves something over: a second must stand out from its slack.
 //! 6. **Empirical corrections** compete in each round: where a curve with no physics is clearly likelier, the cause is `unknown`.
-//! 7. **Free runs** of the models without and with the findings, both fitted without the held-out windows, and a placebo. Evidence in
+//! 7. **Free runs** of the models without and with the findings, both fitted without the held-out windows, and placebos. Evidence in
 //!    relations may not pay in the simulation that the model is for.
 //! 8. **Detection limits**: what was not seen, and how small it would have been seen. Without them `consistent` says nothing.
 //!
@@ -36,7 +36,9 @@ mod free_run;
 mod ground;
 mod heave;
 mod held_out;
+mod limit;
 mod noise;
+mod placebo;
 mod record;
 mod refine;
 mod relations;

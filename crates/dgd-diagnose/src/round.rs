@@ -3,13 +3,16 @@
 mod footprint;
 
 use crate::belief::{logistic, shared};
-use crate::contest::{Contender, alike, at_bound, contest, material, sets_in, solved, stands};
+use crate::contest::{
+    Contender, alike, at_bound, before, contest, material, sets_in, solved, stands,
+};
 use crate::empirical::{Correction, FLOW_RATE, corrections, hurdle, instead_of, plausible};
 use crate::ended::ended;
+use crate::limit::{Energy, Showing};
 use crate::record::Record;
 use crate::refine::refine;
 use crate::relations::Applied;
-use crate::scan::joined;
+use crate::scan::{Candidate, joined, on_grid};
 use crate::select::{Held, Named, Selection};
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent, dot};
@@ -319,6 +322,31 @@ impl<'a> Round<'a> {
         c.effect.about().search.belief.hurdle + self.further() + self.left_over(&c.best.signature)
     }
 
+    /// How an effect would show beside what has been named; `None` if it may not be named there.
+    pub(crate) fn showing(&self, c: &Contender) -> Option<Showing> {
+        let about = c.effect.about();
+        if self.late_again(about) {
+            return None;
+        }
+        let hurdle = self.hurdle(c);
+        if on_grid(about) {
+            return Some(Showing {
+                energy: Energy::on_grid(c, &self.state),
+                hurdle,
+                before: 0.0,
+            });
+        }
+        let shape = |shape: &Candidate| Showing {
+            energy: Energy::Unit(shape.energy),
+            hurdle,
+            before: before(self.record, &self.gate, &self.state, shape),
+        };
+        // The likeliest shape may be one that does nothing, or comes too late to set in.
+        let likeliest = shape(&c.best);
+        let told = likeliest.limit(about).is_some();
+        Some(if told { likeliest } else { shape(&c.plainest) })
+    }
+
     /// What one more cause must show beyond its hurdle.
     fn further(&self) -> f64 {
         FURTHER[self.known.min(FURTHER.len() - 1)]
@@ -409,9 +437,12 @@ impl<'a> Round<'a> {
 
     /// Whether an effect stands out, and may be what it seems.
     fn may_be_named(&self, c: &Contender) -> bool {
-        // Of the effects of the meter's timing one at the most: what it leaves over looks like the other.
-        let late_again = || timed(&self.state) && is_late_meter(c.effect.about());
-        c.evidence > self.hurdle(c) && !late_again() && self.admissible(c)
+        c.evidence > self.hurdle(c) && !self.late_again(c.effect.about()) && self.admissible(c)
+    }
+
+    /// Of the effects of the meter's timing one at the most: what it leaves over looks like the other.
+    fn late_again(&self, about: &About) -> bool {
+        is_late_meter(about) && timed(&self.state)
     }
 
     /// What else may be the cause, each with its weight against that of the best, which is 1.

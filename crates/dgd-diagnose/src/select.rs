@@ -1,6 +1,7 @@
 //! From residuals to named effects: one a round, refined together.
 
 use crate::contest::Contender;
+use crate::limit::Showing;
 use crate::record::Record;
 use crate::refine::refine;
 use crate::relations::Applied;
@@ -44,6 +45,8 @@ pub(crate) struct First {
     pub energy: f64,
     /// Whether it might be named but for its evidence.
     pub admissible: bool,
+    /// How it would show beside what was named in the end; `None` if it may not be named there.
+    pub showing: Option<Showing>,
 }
 
 /// The outcome of the search.
@@ -135,6 +138,8 @@ pub(crate) fn select(
         let round = Round::about(record, &selection)?;
         if number == 1 {
             selection.first = first(&round);
+        } else {
+            shown_beside(&mut selection.first, &round);
         }
         let ruling = match sought {
             Sought::Any(_) => round.ruling(),
@@ -234,9 +239,20 @@ fn first(round: &Round) -> Vec<First> {
             evidence: c.evidence,
             energy,
             admissible: round.admissible(c),
+            showing: round.showing(c),
         }
     };
     round.contenders.iter().map(of).collect()
+}
+
+/// What was named asks more of a further effect, and hides some: how small that would have been seen is told beside it.
+fn shown_beside(first: &mut [First], round: &Round) {
+    for c in &round.contenders {
+        let id = c.effect.about().id;
+        if let Some(of) = first.iter_mut().find(|f| f.id == id) {
+            of.showing = round.showing(c);
+        }
+    }
 }
 
 #[cfg(test)]

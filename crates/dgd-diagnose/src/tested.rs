@@ -1,55 +1,11 @@
-//! What was looked for: each effect of the catalogue with its detection limit, and the placebo.
+//! What was looked for: each effect of the catalogue with its detection limit.
 
-use crate::diagnosis::{Check, Finding, Outcome, Tested};
+use crate::diagnosis::{Finding, Outcome, Tested};
 use crate::heave::Swell;
 use crate::record::Record;
 use crate::relations::Applied;
-use crate::scan::{joined, weigh};
-use crate::select::Selection;
-use crate::tangent::{Bend, Tangent};
-use dgd_effects::{Excitation, Method, catalogue};
-
-/// The same effect at a shifted time, or with a foreign driver, must not gain: the strongest finding with its onset
-/// moved by a third of the recording.
-pub(crate) fn placebo(record: &Record, selection: &Selection) -> Vec<Check> {
-    let mut out = Vec::new();
-    for named in &selection.named {
-        let about = named.applied.effect.about();
-        let Some(onset) = about.onset() else { continue };
-        let mut others = selection.allowances.clone();
-        for n in &selection.named {
-            if n.applied.effect.about().id != about.id {
-                others = joined(&others, &n.applied);
-            }
-        }
-        let Some(tangent) = Tangent::at(record, &others, &[], Bend::Free) else {
-            continue;
-        };
-        let span = record.setting.span_s;
-        let shift = 0.33 * (span.1 - span.0);
-        let mut moved = named.applied.clone();
-        let later = moved.parameters[onset] + shift;
-        moved.parameters[onset] = if later < span.1 - 1800.0 {
-            later
-        } else {
-            moved.parameters[onset] - shift
-        };
-        let true_one = weigh(record, &tangent, &others, named.applied.clone());
-        let false_one = weigh(record, &tangent, &others, moved.clone());
-        out.push(Check {
-            name: format!("{}: placebo at another time explains less", about.id),
-            passed: false_one.evidence < 0.7 * true_one.evidence,
-            detail: format!(
-                "ln Bayes factor {:.0} at {:.0} s, {:.0} at {:.0} s",
-                true_one.evidence,
-                named.applied.parameters[onset],
-                false_one.evidence,
-                moved.parameters[onset]
-            ),
-        });
-    }
-    out
-}
+use crate::select::{First, Selection};
+use dgd_effects::{About, Excitation, Method, Parameter, catalogue};
 
 /// How each effect of the catalogue fared, and the smallest strength that would have passed its hurdle.
 pub(crate) fn tested(
@@ -69,12 +25,15 @@ pub(crate) fn tested(
             let first = selection.first.iter().find(|f| f.id == about.id);
             let missing = missing(record, swell, about.search.needs);
             let found = findings.iter().any(|f| f.effect == about.id);
+            let seen = limit(record, about, first, swell);
             let outcome = if found {
                 Outcome::Found
             } else if let Some(why) = missing {
                 Outcome::NotTestable(why.to_owned())
             } else if first.is_none() && about.search.method == Method::Relations {
                 Outcome::NotTestable("nothing in the recording excites it".to_owned())
+            } else if seen.is_none() && first.is_some_and(hardly_shows) {
+                Outcome::NotTestable("no plausible strength of it would show".to_owned())
             } else {
                 Outcome::NotSeen
             };
@@ -83,21 +42,46 @@ pub(crate) fn tested(
             let standard_error = (energy > 0.0)
                 .then(|| factor / energy.sqrt())
                 .filter(|e| e.is_finite());
-            let hurdle = about.search.belief.hurdle;
-            let enough = (2.0 * (hurdle + 3.0)).sqrt();
             Tested {
                 effect: about.id,
                 title: about.title,
                 outcome,
                 evidence: first.map_or(0.0, |f| f.evidence),
                 admissible: first.is_some_and(|f| f.admissible),
-                strength: about.parameters[0].name,
-                hurdle,
+                strength: strength(about).name,
+                hurdle: about.search.belief.hurdle,
                 standard_error,
-                limit: standard_error.map(|e| enough * e),
+                limit: seen,
             }
         })
         .collect()
+}
+
+/// The parameter that tells how strong an effect is: of swell its amplitude, which comes after the period.
+fn strength(about: &About) -> &'static Parameter {
+    let at = usize::from(about.search.method == Method::Spectrum);
+    &about.parameters[at]
+}
+
+/// The smallest strength that would have been seen, as it is reported.
+fn limit(
+    record: &Record,
+    about: &About,
+    first: Option<&First>,
+    swell: Option<Swell>,
+) -> Option<f64> {
+    if about.search.method == Method::Spectrum {
+        return swell.map(|s| s.limit_m);
+    }
+    let carried = first?.showing.as_ref()?.limit(about)?;
+    let (_, factor) = about.parameters[0].shown.scale(&record.setting);
+    Some(factor * carried)
+}
+
+/// Whether an effect might be named beside what was, and had nothing to show when it was first weighed.
+fn hardly_shows(first: &First) -> bool {
+    let showing = first.showing.as_ref();
+    showing.is_some_and(|showing| first.evidence < showing.hurdle)
 }
 
 /// Why a recording cannot show an effect with these needs.

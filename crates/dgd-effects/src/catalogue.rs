@@ -68,6 +68,28 @@ pub fn unknown() -> &'static dyn Effect {
     &unknown::Unknown
 }
 
+/// What would tell two causes apart, if the catalogue knows it: the first has its say, then the other.
+///
+/// Of what the catalogue does not hold (`unknown`) one thing can be said: it has the equation of none of its effects.
+pub fn told_apart_by(one: &str, other: &str) -> Option<&'static str> {
+    let says = |of: &str, against: &str| {
+        let about = find(of)?.about();
+        let like = about.confusable.iter().find(|(id, _)| *id == against);
+        like.map(|(_, test)| *test)
+    };
+    let outside = |of: &str, against: &str| {
+        (of == "unknown" && against != of && find(against).is_some()).then_some(ITS_OWN_EQUATION)
+    };
+    says(one, other)
+        .or_else(|| says(other, one))
+        .or_else(|| outside(one, other))
+        .or_else(|| outside(other, one))
+}
+
+/// What tells an effect from a cause that the catalogue does not hold.
+const ITS_OWN_EQUATION: &str = "change flow, level and speed one at a time: the effect goes on as its equation says, \
+    something else does not";
+
 /// The effect of an id; `unknown` is the empirical correction.
 pub fn find(id: &str) -> Option<&'static dyn Effect> {
     if id == "unknown" {

@@ -20,7 +20,7 @@ mod search;
 pub use augmented::{AppliedEffect, AugmentedModel, FreeRun, Inputs, UnknownEffect};
 pub use catalogue::{
     HEAD, INLET_READING, INLETS, KNOTS, METER_FACTOR, OUTLET_READING, OUTLETS, PERIOD, PLACES,
-    Place, QUANTITIES, RISER_READING, SUCTION, catalogue, find, unknown,
+    Place, QUANTITIES, RISER_READING, SUCTION, catalogue, find, told_apart_by, unknown,
 };
 pub use curves::{
     Curves, FRICTION_TERMS, HEAD_POWERS, HEAD_TERMS, STANDING_M3_S, Scale, friction_terms,

@@ -54,9 +54,11 @@ fn a_form_may_claim_what_it_lacks_by_no_more_than_its_error_accounts_for() {
         let applied = one(id, &[1e-3, 1000.0, 900.0, 0.15]);
         let contender = Contender {
             effect: applied.effect,
-            best: candidate(applied, &[1.0], 1.0),
+            best: candidate(applied.clone(), &[1.0], 1.0),
+            plainest: candidate(applied, &[1.0], 1.0),
             evidence,
             formed,
+            strengths: Vec::new(),
         };
         contender.claim()
     };

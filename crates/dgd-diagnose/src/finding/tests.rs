@@ -1,7 +1,7 @@
 //! Claims about what a finding says, in words and numbers.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::{finding, heaving, region};
+use super::{finding, heaving, region, separating_test};
 use crate::claims::fixture::{Hidden, INFLUX_S, drilled, named, steady};
 use crate::diagnosis::{Finding, Simulation};
 use crate::heave::Swell;
@@ -9,8 +9,8 @@ use crate::relations::Applied;
 use crate::select::{Named, Selection};
 use crate::tangent::{Bend, Tangent};
 use dgd_effects::{
-    INLET_READING, METER_FACTOR, OUTLETS, PERIOD, PLACES, QUANTITIES, Relation, SUCTION, find,
-    unknown,
+    About, INLET_READING, METER_FACTOR, OUTLETS, PERIOD, PLACES, QUANTITIES, Relation, SUCTION,
+    catalogue, find, told_apart_by, unknown,
 };
 
 fn nothing_run() -> Simulation {
@@ -70,26 +70,48 @@ fn an_effect_is_told_as_the_catalogue_has_it_and_in_times_from_the_start() {
     assert_eq!(told_one.probability, 0.97);
     assert_eq!(told_one.parameters.len(), 4);
     assert_eq!(told_one.held_out, None);
-    // Without alternatives the test is the first that the catalogue has.
-    assert_eq!(told_one.separating_test.unwrap(), about.confusable[0].1);
+    assert_eq!(told_one.separating_test, None);
 }
 
 #[test]
-fn the_test_is_that_of_the_likeliest_alternative_which_the_catalogue_knows_one_for() {
+fn the_test_is_that_of_the_likeliest_serious_alternative_which_the_catalogue_knows_one_for() {
     let mut named = influx();
-    named.alternatives = vec![("unknown".to_owned(), 0.3), ("line_leak".to_owned(), 0.1)];
+    let test = |other: &str| told_apart_by("influx", other).unwrap();
+    let alternatives = [("heave", 0.4), ("line_leak", 0.06), ("unknown", 0.05)];
+    named.alternatives = alternatives.map(|(id, p)| (id.to_owned(), p)).to_vec();
     for (probability, said) in [(1.0, 0.99), (0.0, 0.01)] {
         named.probability = probability;
         let told = told(&named);
         assert_eq!(told.probability, said);
-        let about = named.applied.effect.about();
-        let leak = about
-            .confusable
-            .iter()
-            .find(|c| c.0 == "line_leak")
-            .unwrap();
-        assert_eq!(told.separating_test.as_deref(), Some(leak.1));
+        assert_eq!(told.separating_test.as_deref(), Some(test("line_leak")));
     }
+    named.alternatives[1].1 = 0.049;
+    assert_eq!(
+        told(&named).separating_test.as_deref(),
+        Some(test("unknown"))
+    );
+    named.alternatives[2].1 = 0.049;
+    assert_eq!(told(&named).separating_test, None);
+}
+
+#[test]
+fn a_test_is_told_of_a_pair_that_the_catalogue_confuses_and_of_no_other() {
+    let told = |one: &str, other: &str| separating_test(one, &[(other.to_owned(), 0.5)]);
+    let effects: Vec<&About> = catalogue().iter().map(|e| e.about()).collect();
+    let lists = |a: &About, b: &About| a.confusable.iter().any(|(id, _)| *id == b.id);
+    let mut pairs = 0;
+    for a in &effects {
+        for b in &effects {
+            let known = lists(a, b) || lists(b, a);
+            assert_eq!(told(a.id, b.id).is_some(), known, "{} {}", a.id, b.id);
+            pairs += usize::from(known);
+        }
+        for (other, test) in a.confusable {
+            assert_eq!(told(a.id, other).as_deref(), Some(*test));
+        }
+        assert!(told(a.id, "unknown").is_some() && told("unknown", a.id).is_some());
+    }
+    assert!(pairs > 50, "{pairs}");
 }
 
 #[test]
@@ -189,6 +211,7 @@ fn swell_is_told_with_its_period_and_amplitude_from_the_start_to_the_end() {
             period_sd_s,
             amplitude_m: 0.5,
             ratio,
+            limit_m: 0.04,
         };
         let told = heaving(&record, about, swell, &nothing_run());
         assert!((told.probability - probability).abs() < 1e-12);

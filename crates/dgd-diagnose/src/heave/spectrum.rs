@@ -1,7 +1,7 @@
 //! Claims about the numbers that a spectrum with swell gives.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::swell;
+use super::{SWELL_RATIO, swell};
 use crate::draws::normals;
 use dgd_units::STANDARD_GRAVITY_M_S2;
 
@@ -131,4 +131,26 @@ fn six_stretches_are_enough_and_a_clock_of_six_seconds_for_a_long_swell() {
     // 85 samples last 510 s, and their bins are that much wider.
     assert!((found.period_s / 16.0 - 1.0).abs() < 1e-3, "{found:?}");
     assert!(swell(&slow, 6.5, DENSITY).is_none());
+}
+
+/// By their means: the power of a peak scatters by a fifth over the floor of 14 stretches.
+#[test]
+fn a_swell_above_its_limit_is_believed_whatever_its_period_and_one_far_below_is_not() {
+    let limit_m = swell(&pressure(7200, 1.0, &[]), 1.0, DENSITY)
+        .unwrap()
+        .limit_m;
+    // `A² m / 12 s²` of 5 above the floor; the highest of many floors stands somewhat above their mean.
+    let expected = (60.0 / 511.0_f64).sqrt() * NOISE_PA / pa(1.0);
+    assert!(
+        (1.0..1.25).contains(&(limit_m / expected)),
+        "{limit_m} for {expected}"
+    );
+    for period_s in [6.3, 8.0, 10.1, 13.7, 18.0] {
+        let ratio = |amplitude_m: f64| {
+            let series = pressure(7200, 1.0, &[(amplitude_m, period_s)]);
+            swell(&series, 1.0, DENSITY).unwrap().ratio
+        };
+        assert!(ratio(1.3 * limit_m) > SWELL_RATIO, "{period_s}");
+        assert!(ratio(0.6 * limit_m) < SWELL_RATIO, "{period_s}");
+    }
 }

@@ -29,17 +29,20 @@ fn one(id: &str, parameters: &[f64]) -> Applied {
 fn contender(id: &str, parameters: &[f64], evidence: f64, signature: [f64; 4]) -> Contender {
     let applied = one(id, parameters);
     let energy = dot(&signature, &signature);
+    let best = Candidate {
+        score: parameters[0] * energy,
+        applied,
+        signature: signature.to_vec(),
+        energy,
+        evidence,
+    };
     Contender {
-        effect: applied.effect,
+        effect: best.applied.effect,
         evidence,
         formed: evidence,
-        best: Candidate {
-            score: parameters[0] * energy,
-            applied,
-            signature: signature.to_vec(),
-            energy,
-            evidence,
-        },
+        strengths: Vec::new(),
+        plainest: best.clone(),
+        best,
     }
 }
 
@@ -441,6 +444,8 @@ fn two_forms_that_come_within_a_tenth_of_a_correction_are_likelier() {
             effect: first.effect,
             evidence: best.evidence,
             formed: best.evidence,
+            strengths: Vec::new(),
+            plainest: best.clone(),
             best,
         };
         asked(&round, &best)

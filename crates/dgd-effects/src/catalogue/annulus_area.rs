@@ -19,10 +19,20 @@ static ABOUT: About = About {
     equation: "(1 + x) A dh/dt = q_in - q",
     source: "Slettebø 2015, Eq. 3.45",
     excited_by: "level that moves",
-    confusable: &[(
-        "return_flow_gain",
-        "hold the level: an area shows only while it moves",
-    )],
+    confusable: &[
+        (
+            "return_flow_gain",
+            "hold the level: an area shows only while it moves",
+        ),
+        (
+            "u_tube",
+            "move the level while the mud pump runs evenly: an area shows, a string that drains does not",
+        ),
+        (
+            "booster_line_storage",
+            "move the level while the booster runs evenly: an area shows, a line that stores does not",
+        ),
+    ],
     parameters: &[Parameter {
         name: "area_m2",
         meaning: "true area of the riser annulus",

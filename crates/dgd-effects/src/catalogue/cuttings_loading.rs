@@ -32,10 +32,16 @@ static ABOUT: About = About {
     equation: "V d(rho)/dt = q (rho_c s(t) - rho), s = 1 while drilling; p_in gains (rho - rho_0) g V_felt/A",
     source: "cuttings concentration: Bourgoyne et al. 1986; stirred-tank mixing: Levenspiel 1999",
     excited_by: "connections: between them the load builds and washes out",
-    confusable: &[(
-        "mud_density_change",
-        "watch a connection: new mud stays, cuttings wash out",
-    )],
+    confusable: &[
+        (
+            "mud_density_change",
+            "watch a connection: new mud stays, cuttings wash out",
+        ),
+        (
+            "outlet_pressure_bias",
+            "circulate without drilling: cuttings wash out, a bias stays",
+        ),
+    ],
     parameters: &[
         Parameter {
             name: "delta_rho_kg_m3",

@@ -27,6 +27,10 @@ static ABOUT: About = About {
             "lost_circulation",
             "stop the mud pump: a loss goes on, a gain does not",
         ),
+        (
+            "line_leak",
+            "look at head and line friction: a leak moves both, a gain of the inflow neither",
+        ),
     ],
     parameters: &[Parameter {
         name: "gain",

@@ -24,6 +24,10 @@ static ABOUT: About = About {
             "line_leak",
             "look at head and line friction: a leak moves both",
         ),
+        (
+            "return_flow_gain",
+            "stop all pumps and watch the level: a loss goes on, a gain of a meter does not",
+        ),
     ],
     parameters: &[
         Parameter {

@@ -3,7 +3,7 @@
 use crate::{SPAN_S, drive, members, moments, setting, usual};
 use dgd_effects::{
     Changes, Extent, KNOTS, MeterPath, Method, Relation, Role, Search, Shown, Timing, catalogue,
-    find, unknown,
+    find, told_apart_by, unknown,
 };
 use std::collections::BTreeSet;
 
@@ -301,6 +301,49 @@ fn a_switch_depends_on_the_moment_alone() {
         // Started late it does what it would have done anyway.
         let late = drive(about.id, &p, &setting, &moments[2500..]);
         assert_eq!(whole[2500..], late[..], "{}", about.id);
+    }
+}
+
+/// The pairs that diagnoses of simulated recordings give as alternatives to each other.
+#[test]
+fn what_is_taken_for_each_other_has_a_test_whichever_of_the_two_was_named() {
+    for (one, other) in [
+        ("return_flow_delay", "line_gas_storage"),
+        ("inflow_gain", "return_flow_gain"),
+        ("inflow_gain", "lost_circulation"),
+        ("inflow_gain", "line_leak"),
+        ("cuttings_loading", "outlet_pressure_bias"),
+        ("line_restriction", "viscosity_drift"),
+        ("line_restriction", "mud_density_change"),
+        ("lost_circulation", "return_flow_gain"),
+        ("lost_circulation", "line_leak"),
+        ("lost_circulation", "influx"),
+        ("mud_density_change", "outlet_pressure_bias_step"),
+        ("outlet_pressure_bias", "yield_stress"),
+        ("annulus_area", "u_tube"),
+        ("annulus_area", "booster_line_storage"),
+        ("annulus_area", "unknown"),
+    ] {
+        let ways = [(one, other), (other, one)];
+        for (a, b) in ways {
+            assert!(told_apart_by(a, b).is_some(), "{a} {b}");
+        }
+    }
+    assert_eq!(told_apart_by("heave", "influx"), None);
+    assert_eq!(told_apart_by("unknown", "unknown"), None);
+    assert_eq!(told_apart_by("unknown", "nothing"), None);
+}
+
+#[test]
+fn a_pair_that_both_list_is_listed_once_in_each_and_tells_the_one_from_the_other() {
+    for effect in catalogue() {
+        let about = effect.about();
+        for (k, (other, test)) in about.confusable.iter().enumerate() {
+            let again = about.confusable[..k].iter().any(|(id, _)| id == other);
+            assert!(!again, "{}: {other}", about.id);
+            assert_eq!(told_apart_by(about.id, other), Some(*test));
+            assert!(!test.ends_with('.') && *test == test.trim(), "{test}");
+        }
     }
 }
 

@@ -6,8 +6,8 @@ use super::html::Html;
 use super::letter;
 use super::quantity::{percent, split};
 use super::words::{
-    self, RUNGS, Rung, capital, estimated, improvement, is_unknown, listed, serious, strength,
-    title, title_of,
+    self, RUNGS, Rung, capital, estimated, improvement, is_unknown, listed, strength, title,
+    title_of,
 };
 
 /// The whole diagnosis in a sentence.
@@ -145,7 +145,8 @@ fn class(finding: &Finding) -> String {
         percent(finding.probability)
     )];
     causes.extend(
-        serious(finding)
+        finding
+            .serious()
             .map(|(id, probability)| format!("{} ({})", title_of(id), percent(*probability))),
     );
     if causes.len() == 1 {
@@ -168,7 +169,7 @@ pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
     let unsure = |f: &&Finding| Rung::of(f) == Rung::Class;
     let says = match diagnosis.findings.iter().find(unsure) {
         Some(finding) if diagnosis.verdict == Verdict::Explained => {
-            if serious(finding).next().is_some() {
+            if finding.serious().next().is_some() {
                 "the place is known, the cause is one of a few"
             } else {
                 "the place is known, the cause is likely and no more"
@@ -269,7 +270,7 @@ fn card(diagnosis: &Diagnosis, index: usize, finding: &Finding, html: &mut Html)
         html.element("li", class, word);
     }
     html.close("ol").open("dl", "facts");
-    let among: Vec<String> = serious(finding).map(|(id, _)| id.clone()).collect();
+    let among: Vec<String> = finding.serious().map(|(id, _)| id.clone()).collect();
     let more = match (among.len(), is_unknown(finding)) {
         (0, true) => "that it is none of the catalogue's".to_owned(),
         (0, false) => words::other_or_nothing(finding),

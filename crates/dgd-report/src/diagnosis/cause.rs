@@ -5,7 +5,7 @@ use dgd_diagnose::{Diagnosis, Finding, Outcome};
 use super::html::{Cell, Html};
 use super::letter;
 use super::quantity::{evidence, percent};
-use super::words::{Rung, capital, is_unknown, listed, other_or_nothing, serious, title, title_of};
+use super::words::{Rung, capital, is_unknown, listed, other_or_nothing, title, title_of};
 
 const MOST_ALTERNATIVES: usize = 8;
 
@@ -132,11 +132,12 @@ fn candidates(diagnosis: &Diagnosis, finding: &Finding, html: &mut Html) {
 
 /// What cannot be told apart, and how it could be.
 fn apart(finding: &Finding, html: &mut Html) {
-    let rivals: Vec<String> = serious(finding)
+    let rivals: Vec<String> = finding
+        .serious()
         .map(|(id, _)| format!("“{}”", title_of(id)))
         .collect();
-    let alone = rivals.is_empty();
-    if alone {
+    let count = rivals.len();
+    if count == 0 {
         if !is_unknown(finding) {
             let others = "no other effect has a probability of 5 % or more on this recording";
             match Rung::of(finding) {
@@ -158,23 +159,14 @@ fn apart(finding: &Finding, html: &mut Html) {
             html.labelled("Less likely, but not ruled out:", &format!("{rivals}."));
         }
     }
-    let known = || {
-        let about = dgd_effects::find(&finding.effect)?.about();
-        let (id, _) = serious(finding).next()?;
-        about
-            .confusable
-            .iter()
-            .find(|(other, _)| other == id)
-            .map(|(_, test)| (*test).to_owned())
-    };
-    if let Some(test) = finding.separating_test.clone().or_else(known) {
-        let test = test.trim().trim_end_matches('.').to_owned();
+    if let Some(test) = &finding.separating_test {
+        let test = test.trim().trim_end_matches('.');
         html.open("div", "todo")
             .labelled(
-                if alone {
-                    "A test that would confirm it:"
-                } else {
-                    "The cheapest test that would separate them:"
+                match count {
+                    0 => "A test that would confirm it:",
+                    1 => "A test that would separate them:",
+                    _ => "A test that would separate it from one of them:",
                 },
                 &format!("{test}."),
             )

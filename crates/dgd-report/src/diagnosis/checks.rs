@@ -80,7 +80,7 @@ fn tested(diagnosis: &Diagnosis, html: &mut Html) {
             .map(|t| row(t, !diagnosis.findings.is_empty()))
             .collect();
         html.table(
-            "The smallest size is the strength that this recording would have shown. The evidence is each effect's alone, when it was first weighed; what would have explained something then, and nothing beside what is found, is not needed.",
+            "The smallest size is the strength that this recording would have shown beside what is found. The evidence is each effect's alone, when it was first weighed; what would have explained something then, and nothing beside what is found, is not needed.",
             &[
                 "Effect",
                 "Outcome",

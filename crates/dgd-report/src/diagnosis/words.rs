@@ -28,8 +28,6 @@ pub(super) const RUNGS: [(Rung, &str); 4] = [
 
 /// A single cause is claimed from here on.
 const SURE: f64 = 0.8;
-/// An alternative below this is no serious one.
-const SERIOUS: f64 = 0.05;
 
 impl Rung {
     pub(super) fn of(finding: &Finding) -> Self {
@@ -74,18 +72,10 @@ pub(super) fn estimated(p: &ParameterEstimate) -> String {
     }
 }
 
-/// Alternatives that deserve to be named.
-pub(super) fn serious(finding: &Finding) -> impl Iterator<Item = &(String, f64)> {
-    finding
-        .alternatives
-        .iter()
-        .filter(|(_, probability)| *probability >= SERIOUS)
-}
-
 /// What stands against a finding without a serious alternative.
 pub(super) fn other_or_nothing(finding: &Finding) -> String {
     let rest = 1.0 - finding.probability;
-    if rest >= SERIOUS {
+    if rest >= Finding::SERIOUS {
         format!("{} for something else, or nothing", percent(rest))
     } else {
         "no serious alternative".to_owned()

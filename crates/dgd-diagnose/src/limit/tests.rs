@@ -1,0 +1,125 @@
+//! Claims about how small an effect would have been seen.
+#![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+
+use super::{Energy, Showing, most_allowed};
+use crate::contest::{at_bound, material};
+use crate::relations::Applied;
+use dgd_effects::{About, Effect, Method, catalogue, find};
+
+fn amplitudes() -> impl Iterator<Item = &'static dyn Effect> {
+    catalogue().iter().copied().filter(|effect| {
+        let about = effect.about();
+        about.search.method == Method::Relations && !crate::scan::on_grid(about)
+    })
+}
+
+fn showing(about: &About, energy: f64) -> Showing {
+    Showing {
+        energy: Energy::Unit(energy),
+        hurdle: about.search.belief.hurdle,
+        before: 0.0,
+    }
+}
+
+/// An effect of so much strength, all else as usual.
+fn of(effect: &'static dyn Effect, strength: f64) -> Applied {
+    let mut parameters: Vec<f64> = (effect.about().parameters.iter())
+        .map(|p| p.usual)
+        .collect();
+    parameters[0] = strength;
+    Applied::new(effect, parameters)
+}
+
+#[test]
+fn no_limit_lies_below_what_may_be_named_or_beyond_what_is_plausible() {
+    let mut within = 0;
+    for effect in amplitudes() {
+        let about = effect.about();
+        let high = about.parameters[0].high;
+        for decade in -12..=16 {
+            let unit = 10.0_f64.powi(decade) / (high * high);
+            let showing = showing(about, unit);
+            let Some(limit) = showing.limit(about) else {
+                assert!(decade < 3, "{}", about.id);
+                continue;
+            };
+            let least = about.search.least.unwrap_or(0.0);
+            assert!(limit >= least, "{}: {limit}", about.id);
+            assert!(material(&of(effect, 1.001 * limit)), "{}", about.id);
+            assert!(!at_bound(&of(effect, limit)), "{}", about.id);
+            let evidence = 0.5 * limit * limit * unit;
+            let short = evidence < showing.hurdle + 3.0 - 1e-9;
+            assert!(!short, "{}: {evidence}", about.id);
+            // A little less would not have been seen, or not been told.
+            let less = 0.5 * (0.99 * limit).powi(2) * unit;
+            let unseen = less < showing.hurdle + 3.0 || !material(&of(effect, 0.99 * limit));
+            assert!(unseen, "{}", about.id);
+            within += usize::from(limit == least);
+        }
+    }
+    assert!(within > 20, "{within}");
+}
+
+#[test]
+fn what_could_have_been_there_from_the_start_must_be_larger() {
+    let about = find("line_restriction").unwrap().about();
+    let needed = |before: f64| {
+        let showing = Showing {
+            before,
+            ..showing(about, 25.0)
+        };
+        showing.limit(about).map(|k| 0.5 * k * k * 25.0)
+    };
+    let hurdle = about.search.belief.hurdle;
+    // It explains 3 more than from the start: (0.97 - share) of it.
+    for (before, evidence) in [(0.0, hurdle + 3.0), (0.5, hurdle + 3.0), (0.92, 60.0)] {
+        assert!(
+            (needed(before).unwrap() - evidence).abs() < 1e-9,
+            "{before}"
+        );
+    }
+    assert_eq!(needed(0.98), None);
+}
+
+/// Timing goes by re-fits, on a grid: energy `4·(t - 1)²` of a lateness t of which one second is allowed for.
+#[test]
+fn a_lateness_is_seen_from_where_it_shows_beyond_what_a_sound_rig_may_have() {
+    let about = find("return_flow_delay").unwrap().about();
+    let strengths = [2.0, 3.0, 4.0, 6.0, 10.0];
+    let points = |from: f64| -> Vec<(f64, f64)> {
+        let at = |t: &f64| (*t, 4.0 * (t - from) * (t - from));
+        [from].iter().chain(&strengths).map(at).collect()
+    };
+    let limit = |points: Vec<(f64, f64)>, hidden: f64| {
+        let energy = Energy::Grid { points, hidden };
+        let (hurdle, before) = (about.search.belief.hurdle, 0.0);
+        let showing = Showing {
+            energy,
+            hurdle,
+            before,
+        };
+        showing.limit(about)
+    };
+    // Evidence of 13, energy of 26: between 3 s, where it is 16, and 4 s, where it is 36, by the square of the time.
+    let between = (9.0_f64 + 0.5 * 7.0).sqrt();
+    assert!((limit(points(1.0), 1.5).unwrap() - between - 1.5).abs() < 1e-12);
+    // Where it shows at once an instrument's accuracy is the limit, and where it hardly shows there is none.
+    let strongly = points(1.0).iter().map(|p| (p.0, 1e3 * p.1)).collect();
+    assert_eq!(limit(strongly, 0.0), about.search.least);
+    let hardly = points(1.0).iter().map(|p| (p.0, 1e-3 * p.1)).collect();
+    assert_eq!(limit(hardly, 0.0), None);
+    // What shows less where it is later is sure from its last shortfall on.
+    let mut falls = points(1.0);
+    falls[4].1 = 20.0;
+    assert!(limit(falls, 0.0).unwrap() > 6.0);
+}
+
+#[test]
+fn a_sound_rig_may_hide_as_much_of_a_late_meter_as_of_its_like() {
+    let allowed = |id: &str| most_allowed(&find(id).unwrap().about().search);
+    assert_eq!(allowed("return_flow_delay"), 2.5);
+    assert_eq!(allowed("line_gas_storage"), 2.5);
+    assert_eq!(allowed("pump_speed_lag"), 5.0);
+    assert_eq!(allowed("u_tube"), 4.0);
+    assert_eq!(allowed("influx"), 0.0);
+}

@@ -1,0 +1,110 @@
+//! Claims about what the same effect explains at other times.
+#![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+
+use super::{other_times, placebo};
+use crate::claims::fixture::{DT_S, Hidden, INFLUX_S, SPEED_PCT, drilled, named, steady};
+use crate::diagnosis::Check;
+use crate::record::Record;
+use crate::select::{Named, Selection};
+use dgd_units::STANDARD_GRAVITY_M_S2;
+
+fn selected(named: Vec<Named>) -> Selection {
+    Selection {
+        held: 0,
+        allowances: Vec::new(),
+        named,
+        first: Vec::new(),
+    }
+}
+
+fn with_influx() -> Record {
+    drilled(Hidden {
+        influx_m3_s: 3e-3,
+        ..Hidden::default()
+    })
+}
+
+fn influx(onset_s: f64) -> Named {
+    named("influx", &[3e-3, onset_s, INFLUX_S.1, INFLUX_S.2])
+}
+
+/// Percent that the best placebo explains, of what the finding does.
+fn share(check: &Check) -> f64 {
+    let (_, told) = check.detail.split_once("explains ").unwrap();
+    told.trim_end_matches(" %").parse().unwrap()
+}
+
+/// The same drilling with a second influx 1782 s after the first, whose pump lifts from the level that this makes.
+fn with_another(mut record: Record, rate_m3_s: f64) -> Record {
+    let s = &record.setting;
+    let pa_m3 = s.density_kg_m3 * STANDARD_GRAVITY_M_S2 / s.riser_area_m2;
+    let (from, lasts, rise) = (INFLUX_S.0 + 1782.0, INFLUX_S.1, INFLUX_S.2);
+    let mut more_pa = 0.0;
+    for i in 0..record.t_s.len() {
+        record.inlet[i] += more_pa;
+        // Head `45e5·(w/70)²` less what flow takes.
+        record.speed[i] = (record.speed[i].powi(2) - SPEED_PCT.powi(2) * more_pa / 45e5).sqrt();
+        let x = (record.t_s[i] + 0.5 * DT_S - from) / lasts;
+        let share = (x / rise).min((1.0 - x) / rise).clamp(0.0, 1.0);
+        more_pa += pa_m3 * rate_m3_s * share * DT_S;
+    }
+    record.filled.inlet.clone_from(&record.inlet);
+    record.filled.speed.clone_from(&record.speed);
+    record
+}
+
+#[test]
+fn an_influx_that_came_again_nearly_as_strong_fails_its_placebo_and_one_that_came_again_weakly_does_not()
+ {
+    for (again, passed) in [(0.3, true), (0.9, false)] {
+        let record = with_another(with_influx(), again * 3e-3);
+        let checks = placebo(&record, &selected(vec![influx(INFLUX_S.0)]));
+        assert_eq!(checks[0].passed, passed, "{}", checks[0].detail);
+        assert!(share(&checks[0]) > 2.0, "{}", checks[0].detail);
+    }
+}
+
+#[test]
+fn an_influx_explains_less_at_other_times_and_at_a_wrong_time_less_than_at_its_own() {
+    let mut record = with_influx();
+    // A clock that starts at 1000 s; times are told from the start.
+    record.setting.span_s = (1000.0, 6400.0);
+    record.t_s.iter_mut().for_each(|t| *t += 1000.0);
+    let from = INFLUX_S.0 + 1000.0;
+    for (onset, passed) in [(from, true), (from + 1782.0, false)] {
+        let checks = placebo(&record, &selected(vec![influx(onset)]));
+        let [check] = &checks[..] else {
+            panic!("{checks:?}");
+        };
+        assert_eq!(check.name, "influx: placebo at another time explains less");
+        assert_eq!(check.passed, passed, "{}", check.detail);
+        let own = format!(" at {:.0} s the best of 5 other times, ", onset - 1000.0);
+        assert!(check.detail.contains(&own), "{}", check.detail);
+        assert_eq!(share(check) < 20.0, passed, "{}", check.detail);
+    }
+    // What is there all the time has no other time; beside it the influx shows what it does beside nothing else.
+    let gain = named("return_flow_gain", &[0.0]);
+    let both = placebo(&record, &selected(vec![gain, influx(from)]));
+    let alone = placebo(&record, &selected(vec![influx(from)]));
+    assert_eq!(both.len(), 1);
+    assert_eq!(both, alone);
+}
+
+#[test]
+fn other_times_are_spread_and_do_not_meet_what_passes() {
+    let record = steady(540);
+    let times = |id: &str, parameters: &[f64]| other_times(&record, &named(id, parameters).applied);
+    // Of 5400 s: an influx of 1300 s that begins at 2000 s fits before it and behind it.
+    let passing = times("influx", &[3e-3, 2000.0, 1300.0, 0.15]);
+    assert_eq!(passing.len(), 5);
+    assert!(passing.is_sorted() && passing[0] <= 700.0 && passing[4] >= 3700.0);
+    let clear = |at: &f64| (at - 2000.0).abs() >= 1300.0 && *at > 0.0 && at + 1300.0 < 5400.0;
+    assert!(passing.iter().all(clear), "{passing:?}");
+    // What stays on is on at every later onset: its other times are a tenth of the recording away.
+    let staying = times("line_restriction", &[5.0, 4800.0]);
+    assert_eq!(staying.len(), 5);
+    assert!(staying.is_sorted() && staying[0] < 900.0 && staying[4] > 3400.0);
+    assert!(staying.iter().all(|at| (at - 4800.0).abs() >= 540.0));
+    assert_eq!(times("influx", &[3e-3, 1000.0, 4500.0, 0.15]), [0.0; 0]);
+    assert_eq!(times("return_flow_gain", &[0.02]), [0.0; 0]);
+}
