@@ -20,6 +20,7 @@ pub(crate) mod page;
 mod proof_page;
 mod record;
 pub(crate) mod score;
+mod scores;
 pub(crate) mod seal;
 mod simulation;
 pub(crate) mod stats;
@@ -72,7 +73,7 @@ pub(crate) struct Settings {
     /// Twelve of 32 recordings a level, others at each, for continuous integration
     #[arg(long, conflicts_with = "count")]
     short: bool,
-    /// Folder for recordings, answers, proof.html, proof.json and failures.md
+    /// Folder for recordings, answers, proof.html, proof.json, scores.md and failures.md
     #[arg(
         long,
         default_value = "target/proof",
@@ -314,6 +315,7 @@ pub(crate) fn run(mut settings: Settings) -> Result<()> {
         rows: &rows,
         steps: &steps,
     };
+    save("scores.md", scores::write(&proof))?;
     save("proof.json", format!("{:#}\n", record::json_of(&proof)))?;
     save("proof.html", proof_page::write(&proof))?;
     record::tell(&proof);
