@@ -149,10 +149,18 @@ fn retime(record: &Record, gate: &Tangent, state: &[Applied], contenders: &mut [
         return;
     }
     late.par_iter_mut().for_each(|c| {
-        if let Some((time_s, evidence)) = retimed(record, gate, state, &c.best.applied) {
-            c.best.applied.parameters[0] = time_s;
-            c.evidence = c.evidence.max(evidence);
-            c.formed = c.evidence;
+        let Some((time_s, evidence)) = retimed(record, gate, state, &c.best.applied) else {
+            return;
+        };
+        // It pays for the places it could have been, as before.
+        let evidence = evidence - (c.best.evidence - c.evidence).max(0.0);
+        if evidence > c.evidence {
+            let one = Applied::new(c.effect, vec![time_s]);
+            c.best = Candidate {
+                evidence,
+                ..weigh(record, gate, state, one)
+            };
+            (c.evidence, c.formed) = (evidence, evidence);
         }
     });
 }

@@ -110,7 +110,7 @@ pub(crate) fn retimed(
                     .collect()
             })
             .collect();
-        let next = stepped(&slopes, &here, &at, &times.ranges)?;
+        let next = stepped(&slopes, &here, &at, &times.ranges);
         // A step that leads too far is taken by half, or by a quarter.
         let nearer = [1.0, 0.5, 0.25].into_iter().find_map(|share| {
             let next: Vec<f64> = (at.iter().zip(&next))
@@ -188,15 +188,20 @@ impl Times {
     }
 }
 
-/// Gauss and Newton's step within ranges: what would leave its range is held at its bound, and the others are solved for again.
+/// Gauss and Newton's step within ranges: what would leave its range is held at its bound, and the others are solved for again. What
+/// changes nothing stays.
 pub(crate) fn stepped(
     slopes: &[Vec<f64>],
     off: &[f64],
     at: &[f64],
     ranges: &[(f64, f64)],
-) -> Option<Vec<f64>> {
+) -> Vec<f64> {
+    /// Ridge, as a share of the largest energy: times that cannot be told apart share a step.
+    const RIDGE: f64 = 1e-9;
+    let energies: Vec<f64> = slopes.iter().map(|slope| dot(slope, slope)).collect();
+    let ridge = RIDGE * energies.iter().copied().fold(0.0, f64::max);
     let mut next = at.to_vec();
-    let mut open: Vec<usize> = (0..at.len()).collect();
+    let mut open: Vec<usize> = (0..at.len()).filter(|k| energies[*k] > ridge).collect();
     while !open.is_empty() {
         // What is held has moved the residual already.
         let mut moved = off.to_vec();
@@ -206,9 +211,14 @@ pub(crate) fn stepped(
             }
         }
         let n = open.len();
-        let gram = DMatrix::from_fn(n, n, |a, b| dot(&slopes[open[a]], &slopes[open[b]]));
+        let gram = DMatrix::from_fn(n, n, |a, b| {
+            let ridge = if a == b { ridge } else { 0.0 };
+            dot(&slopes[open[a]], &slopes[open[b]]) + ridge
+        });
         let right = DVector::from_fn(n, |a, _| -dot(&slopes[open[a]], &moved));
-        let by = gram.cholesky()?.solve(&right);
+        let Some(by) = gram.cholesky().map(|factor| factor.solve(&right)) else {
+            break;
+        };
         let mut within = Vec::new();
         for (k, by) in open.iter().copied().zip(by.iter()) {
             let to = at[k] + by;
@@ -222,7 +232,7 @@ pub(crate) fn stepped(
         }
         open = within;
     }
-    Some(next)
+    next
 }
 
 /// Lags of the pump that a sound rig shows, where a hypothesis holds none.

@@ -40,7 +40,8 @@ pub struct Changes {
     pub inflow_m3_s: f64,
     /// True riser area over the area of the well file.
     pub area_factor: f64,
-    /// Density of entering mud above the well file's, kg/m³.
+    /// Density above the well file's that entering mud adds to the mass which the pump inlet feels, kg/m³: its own, where all that is
+    /// stirred stands above the inlet.
     pub entering_kg_m3: f64,
     /// Density of the mud that leaves the riser above the well file's, kg/m³.
     pub riser_kg_m3: f64,
@@ -279,6 +280,9 @@ impl Lag {
         value
     }
 }
+
+/// Least mixed volume, over mud in the riser: below it mixing is at once.
+pub(crate) const MIXING_LEAST: f64 = 1e-3;
 
 /// A stirred volume through which mud flows.
 #[derive(Debug, Clone, Copy)]

@@ -139,9 +139,9 @@ fn times_that_would_leave_their_range_are_held_and_the_others_solved_for_again()
     ];
     let off = [-3.0, -8.0, -1.0];
     let from = [1.0, 1.0, 1.0];
-    let wide = stepped(&slopes, &off, &from, &[(0.0, 90.0); 3]).unwrap();
+    let wide = stepped(&slopes, &off, &from, &[(0.0, 90.0); 3]);
     for (got, want) in wide.iter().zip([4.0, 6.0, 1.5]) {
-        assert!((got - want).abs() < 1e-12, "{wide:?}");
+        assert!((got - want).abs() < 1e-6, "{wide:?}");
     }
     // Held at 3, the second leaves 2 + 4 of the second row to the first: (3 + 6) / 2.
     let held = stepped(
@@ -149,10 +149,15 @@ fn times_that_would_leave_their_range_are_held_and_the_others_solved_for_again()
         &off,
         &from,
         &[(0.0, 90.0), (0.0, 3.0), (0.0, 90.0)],
-    )
-    .unwrap();
+    );
     for (got, want) in held.iter().zip([1.0 + 4.5, 3.0, 1.5]) {
-        assert!((got - want).abs() < 1e-12, "{held:?}");
+        assert!((got - want).abs() < 1e-6, "{held:?}");
+    }
+    // A pump whose speed stands tells nothing of its lag.
+    let still = [slopes[0].clone(), vec![0.0; 3], slopes[2].clone()];
+    let told = stepped(&still, &off, &from, &[(0.0, 90.0); 3]);
+    for (got, want) in told.iter().zip([1.0 + 5.5, 1.0, 1.5]) {
+        assert!((got - want).abs() < 1e-6, "{told:?}");
     }
 }
 

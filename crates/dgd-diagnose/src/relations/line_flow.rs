@@ -49,9 +49,13 @@ fn line_flow(meter: &[f64], path: MeterPath, dt_s: f64, noise: f64) -> Vec<f64> 
         let (a, b) = (i.saturating_sub(reach), (i + reach).min(n - 1));
         (steady[b] - steady[a]) / ((b - a).max(1) as f64 * dt_s)
     };
-    let of_two = |half: usize| noise * (2.0 / (2 * half + 1) as f64).sqrt();
+    // Noise of the difference of two means, which may share samples.
+    let of_two = |half: usize, apart: usize| {
+        let window = 2 * half + 1;
+        noise * (2.0 * window.min(apart) as f64).sqrt() / window as f64
+    };
     let over_s = 2.0 * reach as f64 * dt_s;
-    let floor = of_two(half) + of_two(slope_half) * path.lag_s / over_s;
+    let floor = of_two(half, usize::MAX) + of_two(slope_half, 2 * reach) * path.lag_s / over_s;
     (0..n)
         .map(|i| {
             let mut ahead = at(&smooth, i as f64 + shift) - smooth[i];

@@ -1,6 +1,6 @@
 //! Cuttings that raise the density in riser and line while the well is drilled.
 
-use crate::moment::Stirred;
+use crate::moment::{MIXING_LEAST, Stirred};
 use crate::{
     About, Action, Component, Effect, Excitation, Extent, Parameter, Relation, Role, Search,
     Setting,
@@ -29,7 +29,7 @@ static ABOUT: About = About {
     title: "cuttings raise the density while the well is drilled",
     component: Component::Tank,
     relation: Relation::ReturnLineFriction,
-    equation: "V d(rho)/dt = q (rho_c s(t) - rho), s = 1 while drilling; p_in gains (rho - rho_0) g V_felt/A",
+    equation: "V d(rho)/dt = q (rho_c s(t) - rho), s = 1 while drilling; p_in gains (rho - rho_0) g V_column/A",
     source: "cuttings concentration: Bourgoyne et al. 1986; stirred-tank mixing: Levenspiel 1999",
     excited_by: "connections: between them the load builds and washes out",
     confusable: &[
@@ -89,8 +89,8 @@ static ABOUT: About = About {
             ..Parameter::BASE
         },
         Parameter {
-            name: "felt",
-            meaning: "volume whose weight the pump inlet feels, over mud in the riser",
+            name: "column_share",
+            meaning: "share of the mud above the pump inlet that takes on the weight",
             role: Role::Shape(&[0.0, 1.0]),
             low: 0.0,
             high: 1.5,
@@ -117,7 +117,7 @@ impl Effect for CuttingsLoading {
         let load = p[0];
         let spans = drilled_spans(setting, p[3], p[1]);
         let mut riser = Stirred::new(p[2] * setting.riser_volume_m3);
-        let felt = p[5] / p[2];
+        let turned = p[5] / p[2].max(MIXING_LEAST);
         let mut line = Stirred::new(0.5 * setting.line_volume_m3());
         let mut next = 0;
         // A recording may begin amid a stand, or on clean mud.
@@ -133,7 +133,7 @@ impl Effect for CuttingsLoading {
             let leaving = riser.step(entering, flow, at.dt_s);
             changes.riser_kg_m3 += leaving;
             // Cuttings come from the hole with the mud: the mass is theirs, not the mud pump's.
-            changes.entering_kg_m3 += leaving + felt * (entering - leaving);
+            changes.entering_kg_m3 += leaving + turned * (entering - leaving);
             changes.line_kg_m3 += line.step(leaving, flow, at.dt_s);
         })
     }

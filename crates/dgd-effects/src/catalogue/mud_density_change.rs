@@ -1,6 +1,6 @@
 //! Mud of another weight, which fills riser and line from some time on.
 
-use crate::moment::Stirred;
+use crate::moment::{MIXING_LEAST, Stirred};
 use crate::{
     About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
 };
@@ -13,7 +13,7 @@ static ABOUT: About = About {
     title: "mud of another weight fills riser and line",
     component: Component::Tank,
     relation: Relation::ReturnLineFriction,
-    equation: "V d(rho)/dt = q (rho_in - rho); p_in gains (rho - rho_0) g V_felt/A; p_out gains (rho - rho_0) g L",
+    equation: "V d(rho)/dt = q (rho_in - rho); p_in gains (rho - rho_0) g V_column/A; p_out gains (rho - rho_0) g L",
     source: "stirred-tank mixing: Levenspiel 1999",
     excited_by: "any flow after the change; a pump stop shows the column alone",
     confusable: &[
@@ -47,8 +47,8 @@ static ABOUT: About = About {
             ..Parameter::BASE
         },
         Parameter {
-            name: "felt",
-            meaning: "volume whose weight the pump inlet feels, over mud in the riser",
+            name: "column_share",
+            meaning: "share of the mud above the pump inlet that takes on the weight",
             role: Role::Shape(&[0.3, 1.0]),
             low: 0.0,
             high: 1.5,
@@ -76,14 +76,14 @@ impl Effect for MudDensityChange {
     fn begin(&self, p: &[f64], setting: &Setting) -> Action {
         let (step, onset) = (p[0], p[1]);
         let mut riser = Stirred::new(p[2] * setting.riser_volume_m3);
-        let felt = p[3] / p[2];
+        let turned = p[3] / p[2].max(MIXING_LEAST);
         let mut line = Stirred::new(0.5 * setting.line_volume_m3());
         Box::new(move |at, changes| {
             let entering = if at.t_s >= onset { step } else { 0.0 };
             let inflow = at.mud_pump_m3_s + at.booster_m3_s + at.topfill_m3_s;
             let leaving = riser.step(entering, inflow, at.dt_s);
             // Not all of what is stirred stands above the inlet, and what stands there need not be stirred by the flow.
-            changes.entering_kg_m3 += leaving + felt * (entering - leaving);
+            changes.entering_kg_m3 += leaving + turned * (entering - leaving);
             changes.riser_kg_m3 += leaving;
             changes.line_kg_m3 += line.step(leaving, at.flow_m3_s, at.dt_s);
         })

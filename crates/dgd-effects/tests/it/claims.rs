@@ -110,17 +110,17 @@ fn cuttings_loading_washes_out_before_the_connection_and_keeps_the_mass_balance(
 }
 
 #[test]
-fn the_inlet_feels_the_weight_of_as_much_mud_as_it_is_told() {
+fn the_pump_inlet_feels_the_share_of_the_column_that_takes_on_the_weight() {
     let setting = setting();
-    for felt in [0.0, 0.4, 1.0] {
-        let mud = run("mud_density_change", &[40.0, 1500.0, 0.25, felt]);
-        let cuttings = run("cuttings_loading", &[40.0, 1.0, 0.25, 0.0, 0.0, felt]);
+    for share in [0.0, 0.4, 1.0] {
+        let mud = run("mud_density_change", &[40.0, 1500.0, 0.25, share]);
+        let cuttings = run("cuttings_loading", &[40.0, 1.0, 0.25, 0.0, 0.0, share]);
         for c in [mud, cuttings] {
             let mut mass_kg = 0.0;
             for (m, c) in moments().iter().zip(&c).skip(1) {
                 mass_kg += m.flow_m3_s * m.dt_s * (c.entering_kg_m3 - c.riser_kg_m3);
             }
-            let stands = felt * setting.riser_volume_m3 * c[c.len() - 1].riser_kg_m3;
+            let stands = share * setting.riser_volume_m3 * c[c.len() - 1].riser_kg_m3;
             close(mass_kg, stands, 0.15 * stands + 1e-6);
         }
     }

@@ -56,7 +56,7 @@ fn a_line_is_had_again_up_to_its_ends_as_far_as_the_meter_tells_it() {
     let meter: Vec<f64> = (0..40).map(|i| 0.03 + 1e-4 * f64::from(i)).collect();
     // What a slow meter read in the last samples has a slope too.
     let slow = line_flow(&meter, path(0.0, 6.0), DT_S, 0.0);
-    for (q, read) in slow[5..35].iter().zip(&meter[5..35]) {
+    for (q, read) in slow[7..33].iter().zip(&meter[7..33]) {
         assert!((q - read - 6.0 * 5e-5).abs() < 1e-12);
     }
     for (q, read) in slow.iter().zip(&meter) {
@@ -111,9 +111,12 @@ fn what_is_three_times_the_noise_of_its_estimate_counts_by_half() {
         };
         let late = ahead(path(12.0, 0.0), 3.0 * mean / 12.0);
         assert!((late / (1.5 * mean) - 1.0).abs() < 1e-9);
-        // A lag's slope is over as long as it lasts to either side, eight seconds at most, and its noise adds to that.
+        // A lag's slope is over as long as it lasts to either side, eight seconds at most, between means of eight to either side, which
+        // share samples; its noise adds to that.
         for (lag, over) in [(4.0, 8.0), (20.0, 16.0)] {
-            let floor = mean * (1.0 + lag / over);
+            let window = 2.0 * 8.0 / dt_s + 1.0;
+            let differ = window.min(over / dt_s);
+            let floor = mean + noise * f64::sqrt(2.0 * differ) / window * lag / over;
             let slow = ahead(path(0.0, lag), 3.0 * floor / lag);
             assert!((slow / (1.5 * floor) - 1.0).abs() < 1e-9, "{dt_s} {lag}");
         }
