@@ -89,7 +89,8 @@ Writes proof.html (the page), proof.json (every score and case) and failures.md 
 the command that repeats it) into the folder. The SHA-256 of what is concealed is printed before the first diagnosis and checked \
 after the last. Exit status is 1 on a broken rule (a crash, a bad form, a touched truth), and on a score below a floor: a count \
 given by --floor, of recordings without an answer (silent), clean recordings with a finding (alarms), recordings confidently wrong \
-(sure), or strong and moderate single effects named exactly (named, at least). --short has its own floors; none else has any.
+(sure), or strong and moderate single effects named exactly (named, at least). --short has its own floors, \
+chosen on its own recordings: with the default seed, both levels and no --only; elsewhere none but those given are in force.
 
 Examples:
   cargo xtask prove --short

@@ -149,8 +149,10 @@ pub struct Tested {
     pub hurdle: f64,
     /// Standard error that a fit of its strength has on this recording beside the base model (Cramér-Rao), if it has one.
     pub standard_error: Option<f64>,
-    /// The smallest strength that this recording would have shown beside the findings, as a departure from what the model holds; never
-    /// below an instrument's accuracy. `None` if it would have shown no plausible one.
+    /// The smallest strength that would have been named on this recording, as weighed in the last round of the search, beside what was
+    /// named by then; a departure from what the model holds, never below an instrument's accuracy. `None` where nothing excites the effect,
+    /// where it may not be named beside what was, where it could not be told from one that was there from the start, where only a
+    /// strength beyond what is plausible or weighed would do (what was named may hide it), and of swell where the sampling is too slow.
     pub limit: Option<f64>,
 }
 
@@ -161,7 +163,7 @@ pub enum Outcome {
     Found,
     /// It was looked for and not seen.
     NotSeen,
-    /// The recording does not excite it.
+    /// The recording does not excite it, or would have it named at no plausible strength; why.
     NotTestable(String),
 }
 

@@ -152,8 +152,8 @@ pub(crate) fn in_force(given: &[Floor], built_in: &[Floor]) -> Vec<Floor> {
 
 /// Broken rules fail the proof, and so do scores below their floors.
 pub(crate) fn verdict(floors: &[Floor], rows: &[Row]) -> Result<()> {
-    for line in held(floors, rows) {
-        println!("floor kept: {line}");
+    for line in standing(floors, rows) {
+        println!("{line}");
     }
     let faults: Vec<String> = [broken(rows), missed(floors, rows)]
         .into_iter()
@@ -181,10 +181,21 @@ fn broken(rows: &[Row]) -> Option<String> {
     Some(text)
 }
 
-/// One line a floor that holds.
-fn held(floors: &[Floor], rows: &[Row]) -> Vec<String> {
-    let held = floors.iter().filter(|f| f.holds(rows));
-    held.map(|f| f.line(rows)).collect()
+/// One line a floor that holds, and one if there is none to hold. One that no recording was asked for was not put to the test.
+fn standing(floors: &[Floor], rows: &[Row]) -> Vec<String> {
+    if floors.is_empty() {
+        return vec!["no floors in force".to_owned()];
+    }
+    let told = |floor: &Floor| {
+        let word = if floor.count(rows).1 > 0 {
+            "kept"
+        } else {
+            "not tried"
+        };
+        format!("floor {word}: {}", floor.line(rows))
+    };
+    let holding = floors.iter().filter(|f| f.holds(rows));
+    holding.map(told).collect()
 }
 
 /// The floors that are not reached, each with the recordings that fell short; `None` if all hold.
@@ -294,7 +305,24 @@ mod tests {
         assert!(text.contains("said no answer"), "{text}");
         let unsure = [row(&["heave"], Some(&[("influx", 0.89)]))];
         assert_eq!(missed(&SHORT[..3], &unsure), None);
-        assert_eq!(held(&SHORT[..3], &unsure).len(), 3);
+        assert_eq!(standing(&SHORT[..3], &unsure).len(), 3);
+    }
+
+    #[test]
+    fn a_floor_that_no_recording_is_asked_for_is_not_told_as_kept() {
+        let rows = [row(&["heave"], Some(&[("heave", 0.9)]))];
+        let told = standing(&[floor("silent=0"), floor("alarms=0")], &rows);
+        assert_eq!(
+            told,
+            [
+                "floor kept: 0 of 1 recordings without an answer, at most 0",
+                "floor not tried: 0 of 0 clean recordings with a finding, at most 0",
+            ]
+        );
+        // Of what is right there must be some.
+        assert!(missed(&[floor("named=1")], &[row(&[], Some(&[]))]).is_some());
+        assert_eq!(standing(&[floor("silent=0")], &[row(&[], None)]), [""; 0]);
+        assert_eq!(standing(&[], &rows), ["no floors in force"]);
     }
 
     #[test]

@@ -98,7 +98,7 @@ pub(crate) struct Settings {
     /// Leave out the fits that know the truth, which are as many runs again; the short form does
     #[arg(long)]
     blind: bool,
-    /// Fail on scores: silent=N, alarms=N, sure=N at most, named=N at least; the short form has its own
+    /// Fail on scores: silent=N, alarms=N, sure=N at most, named=N at least; the short form, whole and of the default seed, has its own
     #[arg(long = "floor", value_name = "NAME=COUNT", value_delimiter = ',')]
     floors: Vec<Floor>,
 }

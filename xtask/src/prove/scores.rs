@@ -93,6 +93,8 @@ fn steps(list: &[OfStep], level: u8) -> String {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+
     use super::super::summary::tests::row;
     use super::*;
 

@@ -13,7 +13,7 @@ use dgd_effects::AppliedEffect;
 /// - `effects`: those of the model.
 /// - `most`: how many are fitted together at most.
 ///
-/// `None` where nothing is called unknown.
+/// A model that holds none of the corrections has nothing to search from. `None` where nothing is called unknown.
 pub(super) fn again(
     record: &Record,
     effects: &[AppliedEffect],
@@ -23,6 +23,11 @@ pub(super) fn again(
     let before = evidence(named.iter());
     if before <= 0.0 {
         return Ok(None);
+    }
+    if !named.iter().any(|n| holds(effects, n)) {
+        return Ok(Some(check(Some(
+            "the model goes without it: it keeps none of what speaks for `unknown`".to_owned(),
+        ))));
     }
     let start = settled(record, &from_model(effects)?, &[]);
     let found = select(record, &start, Sought::Any(most), |_| {});
@@ -36,19 +41,41 @@ fn evidence<'a>(named: impl Iterator<Item = &'a Named>) -> f64 {
     corrections.map(|n| n.evidence).sum()
 }
 
+/// Whether among the effects is a correction of the same place along the same quantity, with a curve that is not nothing.
+fn holds(effects: &[AppliedEffect], named: &Named) -> bool {
+    let about = named.applied.effect.about();
+    let alike = |e: &AppliedEffect| {
+        e.id == about.id
+            && e.parameters.get(..2) == named.applied.parameters.get(..2)
+            && e.parameters.iter().skip(4).any(|knot| *knot != 0.0)
+    };
+    named.correction.is_some() && effects.iter().any(alike)
+}
+
 /// What to say of a model that leaves so much of the evidence of its corrections to be found again.
 fn kept(before: f64, left: f64) -> Check {
-    let percent = 100.0 * (1.0 - left / before).max(0.0);
+    // Rounded down: what is found again is not kept whole.
+    let percent = (100.0 * (1.0 - left / before)).floor().min(99.0);
+    let share = if left >= before {
+        "none".to_owned()
+    } else {
+        format!("{percent:.0} %")
+    };
+    check((left > 0.0).then(|| {
+        format!(
+            "of what speaks for `unknown` it keeps {share}: a diagnosis that starts from it finds `unknown` again"
+        )
+    }))
+}
+
+/// The check, with what is amiss.
+fn check(amiss: Option<String>) -> Check {
+    let passed = amiss.is_none();
+    let sound = || "a diagnosis that starts from it finds no `unknown` again".to_owned();
     Check {
         name: "the model that runs holds what is called unknown".into(),
-        passed: left <= 0.0,
-        detail: if left > 0.0 {
-            format!(
-                "of what speaks for `unknown` it keeps {percent:.0} %: a diagnosis that starts from it finds `unknown` again"
-            )
-        } else {
-            "a diagnosis that starts from it finds no `unknown` again".to_owned()
-        },
+        passed,
+        detail: amiss.unwrap_or_else(sound),
     }
 }
 
@@ -92,15 +119,22 @@ mod tests {
         };
         let check =
             |effects: &[AppliedEffect]| again(&record, effects, &found, 1).unwrap().unwrap();
-        let with = check(&[holds]);
+        let with = check(std::slice::from_ref(&holds));
         assert!(with.passed, "{}", with.detail);
-        let without = check(&[]);
-        assert!(!without.passed);
-        assert!(
-            without.detail.contains("it keeps 0 %"),
-            "{}",
-            without.detail
-        );
+        let mut nothing = holds.clone();
+        nothing.parameters[4..].fill(0.0);
+        let mut elsewhere = holds.clone();
+        elsewhere.parameters[1] += 1.0;
+        let influx = AppliedEffect {
+            id: "influx".to_owned(),
+            parameters: vec![1e-3, 0.0, 600.0, 0.15],
+        };
+        for model in [&[][..], &[nothing], &[elsewhere], &[influx]] {
+            let without = check(model);
+            assert!(!without.passed);
+            let none = "the model goes without it: it keeps none of what speaks for `unknown`";
+            assert_eq!(without.detail, none);
+        }
     }
 
     #[test]
@@ -119,7 +153,18 @@ mod tests {
             some.detail
         );
         // More may be left than was there, where the model leads the search elsewhere.
-        assert!(kept(100.0, 120.0).detail.contains("it keeps 0 %"));
+        for (left, told) in [
+            (120.0, "none"),
+            (100.0, "none"),
+            (99.9, "0 %"),
+            (0.9, "99 %"),
+            (1e-20, "99 %"),
+        ] {
+            let check = kept(100.0, left);
+            assert!(!check.passed);
+            let told = format!("it keeps {told}:");
+            assert!(check.detail.contains(&told), "{}", check.detail);
+        }
         assert!(kept(100.0, 0.0).passed);
     }
 }

@@ -91,6 +91,16 @@ fn an_influx_explains_less_at_other_times_and_at_a_wrong_time_less_than_at_its_o
 }
 
 #[test]
+fn what_explains_next_to_nothing_by_itself_has_no_placebo() {
+    let told = |record: &Record, onset_s| placebo(record, &selected(vec![influx(onset_s)]));
+    assert_eq!(told(&with_influx(), INFLUX_S.0).len(), 1);
+    // No influx came.
+    assert_eq!(told(&drilled(Hidden::default()), INFLUX_S.0), []);
+    // One that sets in when the recording is over changes nothing.
+    assert_eq!(told(&with_influx(), 5400.0), []);
+}
+
+#[test]
 fn other_times_are_spread_and_do_not_meet_what_passes() {
     let record = steady(540);
     let times = |id: &str, parameters: &[f64]| other_times(&record, &named(id, parameters).applied);

@@ -304,7 +304,7 @@ fn a_switch_depends_on_the_moment_alone() {
     }
 }
 
-/// The pairs that diagnoses of simulated recordings give as alternatives to each other.
+/// Pairs whose forms are alike.
 #[test]
 fn what_is_taken_for_each_other_has_a_test_whichever_of_the_two_was_named() {
     for (one, other) in [
@@ -335,13 +335,17 @@ fn what_is_taken_for_each_other_has_a_test_whichever_of_the_two_was_named() {
 }
 
 #[test]
-fn a_pair_that_both_list_is_listed_once_in_each_and_tells_the_one_from_the_other() {
+fn another_cause_is_listed_once_and_where_it_does_not_list_back_the_same_test_is_told_from_its_side()
+ {
     for effect in catalogue() {
         let about = effect.about();
         for (k, (other, test)) in about.confusable.iter().enumerate() {
             let again = about.confusable[..k].iter().any(|(id, _)| id == other);
             assert!(!again, "{}: {other}", about.id);
-            assert_eq!(told_apart_by(about.id, other), Some(*test));
+            let others = find(other).unwrap().about().confusable;
+            if !others.iter().any(|(id, _)| *id == about.id) {
+                assert_eq!(told_apart_by(other, about.id), Some(*test));
+            }
             assert!(!test.ends_with('.') && *test == test.trim(), "{test}");
         }
     }

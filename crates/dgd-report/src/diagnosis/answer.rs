@@ -230,7 +230,7 @@ fn consistent(diagnosis: &Diagnosis, html: &mut Html) {
         .fact(
             "Not testable here",
             &count(|o| matches!(o, Outcome::NotTestable(_))),
-            "the recording does not excite them",
+            "the recording does not excite them, or would have them named at no plausible size",
         )
         .fact(
             "Held out from every fit",

@@ -159,14 +159,15 @@ fn apart(finding: &Finding, html: &mut Html) {
             html.labelled("Less likely, but not ruled out:", &format!("{rivals}."));
         }
     }
+    // None is known but for a serious rival.
     if let Some(test) = &finding.separating_test {
         let test = test.trim().trim_end_matches('.');
         html.open("div", "todo")
             .labelled(
-                match count {
-                    0 => "A test that would confirm it:",
-                    1 => "A test that would separate them:",
-                    _ => "A test that would separate it from one of them:",
+                if count > 1 {
+                    "A test that would separate it from one of them:"
+                } else {
+                    "A test that would separate them:"
                 },
                 &format!("{test}."),
             )

@@ -148,7 +148,7 @@ fn a_class_names_its_rivals_and_the_test_that_separates_them() {
         "Cannot be told apart on this recording:",
         "“mud is lost to the formation, driven by pressure”",
         "A test that would separate it from one of them:",
-        "hold the pump speed for ten minutes",
+        "look at head and line friction: a leak moves both",
     ] {
         assert!(text.contains(wanted), "{wanted}");
     }
@@ -166,12 +166,10 @@ fn a_likely_cause_without_rivals_is_no_class_and_no_certainty() {
     let mut diagnosis = diagnoses::single(2);
     diagnosis.findings[0].probability = 0.54;
     diagnosis.findings[0].alternatives.clear();
-    diagnosis.findings[0].separating_test = Some("a flow check".to_owned());
     let text = words(&page(&diagnosis));
     for said in [
         "the cause is likely and no more",
         "46 % for something else, or nothing",
-        "A test that would confirm it:",
     ] {
         assert!(text.contains(said), "{said} is not in {text}");
     }
@@ -187,7 +185,6 @@ fn what_others_take_is_not_needed_beside_the_finding_and_checks_speak_words() {
         .find(|t| t.outcome == Outcome::NotSeen)
         .unwrap();
     (other.evidence, other.hurdle) = (900.0, 10.0);
-    diagnosis.checks[0].name = "influx: placebo at another time explains less".to_owned();
     diagnosis.settings.push(("blank".to_owned(), String::new()));
     let text = words(&page(&diagnosis));
     assert!(text.contains("not needed"), "{text}");
@@ -208,9 +205,9 @@ fn the_letters_of_an_equation_are_explained() {
 fn failed_checks_and_untestable_effects_are_said() {
     let text = words(&page(&diagnoses::unknown(2)));
     assert!(text.contains("One check on this answer failed"));
-    assert!(text.contains("3 passed, 1 failed."));
+    assert!(text.contains("1 passed, 1 failed."));
     assert!(text.contains("Needs sampling faster than half the period"));
-    assert!(text.contains("Residual is white after the correction"));
+    assert!(text.contains("The model that runs holds what is called unknown"));
 }
 
 #[test]
