@@ -94,7 +94,8 @@ pub struct Finding {
     /// Effects (`component.effect`) that do as well in its place, likeliest first, with the share by which the left-out
     /// mean square is greater (negative: smaller).
     pub alternatives: Vec<(String, f64)>,
-    /// The cheapest test that would tell it from its nearest alternative.
+    /// A test that would tell it from the likeliest of its alternatives for which the catalogue names one; where it names one for none of them,
+    /// from what the effect is mistaken for first of all.
     pub separating_test: Option<String>,
     /// Shape of an `unknown`: quantity and correction at its knots.
     pub shape: Option<Shape>,
@@ -150,7 +151,8 @@ pub struct Class {
     pub members: Vec<Vec<String>>,
     /// Root mean square between the readings simulated by the first and by each, as a share of the residual's.
     pub apart: Vec<f64>,
-    /// The cheapest test that would separate the first two, if the catalogue names one.
+    /// A test that would separate the first from another, the first for which the catalogue names one; where it names one for none,
+    /// what shows the claimed effect best.
     pub separating_test: Option<String>,
 }
 

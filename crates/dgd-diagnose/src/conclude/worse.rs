@@ -3,7 +3,7 @@
 use crate::diagnosis::{Check, Simulation};
 use crate::free_run::gains;
 
-/// Growth of an error from which on a signal is worse: what two fits to the same samples differ by is less.
+/// Growth of an error from which on a signal is worse: set by hand, so that the trifles by which two fits differ are not told.
 const WORSE: f64 = 1.1;
 
 /// Whether every signal runs free on the held-out windows as well with the findings as without them; those that do not are told by
