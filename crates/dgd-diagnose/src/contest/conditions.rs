@@ -289,7 +289,7 @@ fn within_an_instruments_accuracy_nothing_is_material() {
         let gain = one("return_flow_gain", &[share * least]);
         assert_eq!(material(&gain), expected, "{share}");
     }
-    assert!(material(&one("line_restriction", &[1e-9, 0.0])));
+    assert!(material(&one("influx", &[1e-9, 0.0, 900.0, 0.15])));
 }
 
 #[test]

@@ -66,9 +66,9 @@ fn what_could_have_been_there_from_the_start_must_be_larger() {
     let needed = |before: f64| {
         let showing = Showing {
             before,
-            ..showing(about, 25.0)
+            ..showing(about, 1.0)
         };
-        showing.limit(about).map(|k| 0.5 * k * k * 25.0)
+        showing.limit(about).map(|k| 0.5 * k * k)
     };
     let hurdle = about.search.belief.hurdle;
     // It explains 3 more than from the start: (0.97 - share) of it.

@@ -39,6 +39,8 @@ static ABOUT: About = About {
     ],
     extent: Extent::FromOnset,
     search: Search {
+        // At usual flows 0.07 bar: transmitters wander by as much.
+        least: Some(1.5),
         belief: Belief {
             hurdle: 11.0,
             scale: 5.0,
