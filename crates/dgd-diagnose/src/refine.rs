@@ -76,6 +76,9 @@ pub(crate) fn settled(record: &Record, start: &[Applied], excluded: &[bool]) -> 
     state
 }
 
+/// Shortest time, s, that makes a meter or a pump late.
+pub(crate) const SHORTEST_S: f64 = 0.5;
+
 /// Where the time of a late effect explains most, and the misfit there; steps in s, the curves fitted again at each.
 pub(crate) fn nearest_time(
     longest: f64,
@@ -85,7 +88,7 @@ pub(crate) fn nearest_time(
     let (mut best, mut least) = (from, misfit(from));
     for step in [3.0, 1.5, 0.7, 0.35] {
         for _ in 0..6 {
-            let tries = [best + step, best - step].map(|time| time.clamp(0.5, longest));
+            let tries = [best + step, best - step].map(|time| time.clamp(SHORTEST_S, longest));
             let found = tries.map(&mut *misfit);
             let nearer = usize::from(found[1] < found[0]);
             if found[nearer] >= least - 0.05 {

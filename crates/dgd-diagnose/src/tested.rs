@@ -71,7 +71,7 @@ fn limit(
     swell: Option<Swell>,
 ) -> Option<f64> {
     if about.search.method == Method::Spectrum {
-        return swell.map(|s| s.limit_m);
+        return (swell.map(|s| s.limit_m)).filter(|limit_m| *limit_m < strength(about).high);
     }
     let carried = first?.showing.as_ref()?.limit(about)?;
     let (_, factor) = about.parameters[0].shown.scale(&record.setting);

@@ -1,7 +1,7 @@
 //! What is late, and what is allowed to be: chosen together, since each stands in for the other.
 
 use crate::record::Record;
-use crate::refine::nearest_time;
+use crate::refine::{SHORTEST_S, nearest_time};
 use crate::relations::Applied;
 use crate::scan::allowances_with;
 use crate::tangent::{Bend, Tangent, dot};
@@ -150,7 +150,7 @@ impl Times {
             meter: meter.clone(),
             beside: Vec::new(),
             first: vec![meter.parameters[0]],
-            ranges: vec![(own.low.max(0.5), own.high)],
+            ranges: vec![(own.low.max(SHORTEST_S), own.high)],
         };
         for effect in catalogue().iter().copied() {
             let search = &effect.about().search;

@@ -66,11 +66,8 @@ fn steps(list: &[OfStep], level: u8) -> String {
         "---|".repeat(Figures::titles().len())
     );
     let cells = |f: &Figures| -> String {
-        let told = |(unit, value): (Unit, Option<f64>)| match (unit, value) {
-            (_, None) => "–".to_owned(),
-            (Unit::Share, Some(v)) => format!("{:.0} %", 100.0 * v),
-            (Unit::Brier, Some(v)) => format!("{v:.3}"),
-            (Unit::Seconds, Some(v)) => format!("{v:.1}"),
+        let told = |(unit, value): (Unit, Option<f64>)| {
+            value.map_or_else(|| "–".to_owned(), |v| unit.value(v))
         };
         let told: Vec<String> = f.list().into_iter().map(told).collect();
         told.join(" | ")
