@@ -116,13 +116,16 @@ fn the_pump_inlet_feels_the_share_of_the_column_that_takes_on_the_weight() {
         let mud = run("mud_density_change", &[40.0, 1500.0, 0.25, share]);
         let cuttings = run("cuttings_loading", &[40.0, 1.0, 0.25, 0.0, 0.0, share]);
         // What is pumped in stirs the one, what comes up the other.
-        let pumped = |m: &Moment| m.mud_pump_m3_s + m.booster_m3_s + m.topfill_m3_s;
-        let up = |m: &Moment| m.flow_m3_s;
-        let stirred: [(_, &dyn Fn(&Moment) -> f64); 2] = [(mud, &pumped), (cuttings, &up)];
-        for (c, flow_m3_s) in stirred {
+        for (c, by_what_is_pumped) in [(mud, true), (cuttings, false)] {
             let mut mass_kg = 0.0;
             for (m, c) in moments().iter().zip(&c) {
-                mass_kg += flow_m3_s(m) * m.dt_s * (c.entering_kg_m3 - c.riser_kg_m3);
+                let pumped = m.mud_pump_m3_s + m.booster_m3_s + m.topfill_m3_s;
+                let flow = if by_what_is_pumped {
+                    pumped
+                } else {
+                    m.flow_m3_s
+                };
+                mass_kg += flow * m.dt_s * (c.entering_kg_m3 - c.riser_kg_m3);
             }
             // A step of a second turns less than a thousandth of what is stirred.
             let stands = share * setting.riser_volume_m3 * c[c.len() - 1].riser_kg_m3;
