@@ -1,7 +1,7 @@
 //! The ground that candidates stand on: what a hypothesis comes to by itself, so that one effect more is run only where it acts.
 
 use crate::record::{MASS_BLOCKS, Record};
-use crate::relations::{Applied, Blocks, LineFlow, Parts, run};
+use crate::relations::{Applied, Blocks, LineFlow, Parts, Touched, run};
 use dgd_effects::{Action, Changes, Extent, MeterPath};
 use std::ops::Range;
 
@@ -28,7 +28,8 @@ impl Ground {
         let samples = record.t_s.len();
         let plain = fields(&Changes::default());
         let mut touched: [Vec<f64>; FIELDS] = Default::default();
-        let parts = run(record, &line, 0..samples, |moment| {
+        let mut parts = Parts::room_for(record);
+        run(record, &line, 0..samples, &mut parts, |moment| {
             let mut c = Changes::default();
             for action in &mut actions {
                 action(moment, &mut c);
@@ -42,7 +43,7 @@ impl Ground {
                 }
                 column[moment.index] = value;
             }
-            c
+            (c, Touched::ALL)
         });
         let blocks = Blocks::of(record, parts.clone(), None);
         let changes = touched.into_iter().enumerate();
@@ -65,16 +66,17 @@ impl Ground {
         let samples = rows.start * per_row..(rows.end * per_row).min(record.t_s.len());
         let mut action = one.effect.begin(&one.parameters, &record.setting);
         let plain = fields(&Changes::default());
-        let local = run(record, &self.line, samples, |moment| {
+        let mut parts = self.parts.clone();
+        run(record, &self.line, samples, &mut parts, |moment| {
             let mut now = plain;
             for (field, column) in &self.changes {
                 now[*field] = column[moment.index];
             }
-            let mut c = changes(now);
+            let without = changes(now);
+            let mut c = without;
             action(moment, &mut c);
-            c
+            (c, Touched::between(&without, &c))
         });
-        let parts = self.parts.clone().with(&local, rows.start);
         Some(Blocks::of(record, parts, Some((&self.parts, &self.blocks))))
     }
 }

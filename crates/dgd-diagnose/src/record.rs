@@ -194,8 +194,13 @@ pub(crate) fn whole(value: f64) -> usize {
 
 /// Mean of the finite values, NaN if none is.
 pub(crate) fn mean(values: &[f64]) -> f64 {
+    mean_of(values.iter().copied())
+}
+
+/// The same of values that are made one by one.
+pub(crate) fn mean_of(values: impl Iterator<Item = f64>) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
-    for v in values.iter().filter(|v| v.is_finite()) {
+    for v in values.filter(|v| v.is_finite()) {
         sum += v;
         count += 1.0;
     }

@@ -12,13 +12,12 @@ mod tests;
 
 pub(crate) use blocks::Blocks;
 pub(crate) use line_flow::LineFlow;
-pub(crate) use parts::Parts;
+pub(crate) use parts::{Parts, Touched};
 pub(crate) use rows::{Rows, repeats};
 
 use crate::record::{MASS_BLOCKS, Record};
 use dgd_effects::{Changes, Effect, Moment};
-use dgd_units::STANDARD_GRAVITY_M_S2;
-use parts::Native;
+use parts::Row;
 use std::ops::Range;
 
 /// An effect with its parameters.
@@ -41,81 +40,44 @@ impl Applied {
     }
 }
 
-/// Runs effects over samples of a recording; `changes` tells what they change at each, which is called in order.
+/// Runs effects over samples of a recording, from where a row of the mass balance begins, and lays what they come to into `parts`.
+///
+/// `changes` is called for each sample in order: what the effects change, and what that touches of what `parts` hold already.
 pub(crate) fn run(
     record: &Record,
     line: &LineFlow,
     samples: Range<usize>,
-    mut changes: impl FnMut(&Moment) -> Changes,
-) -> Parts {
-    let setting = &record.setting;
-    let (flow, filled_flow) = line.of(record);
-    let rho = setting.density_kg_m3;
-    let g = STANDARD_GRAVITY_M_S2;
-    let column = record.column_pa();
-    let single = record.outlets.len() < 2;
-    // Row by row of the mass balance: samples need not be held once their means are taken.
+    parts: &mut Parts,
+    mut changes: impl FnMut(&Moment) -> (Changes, Touched),
+) {
+    let (_, filled_flow) = line.of(record);
+    let filled = &record.filled;
     let per_row = record.per_block * MASS_BLOCKS;
-    let mut parts = Parts::room_for(samples.len() / record.per_block);
-    let mut native = Native::default();
-    let mut first = samples.start;
-    for i in samples {
+    // Row by row: samples need not be held once their means are taken.
+    let mut row = Row::of(record, line);
+    let mut touched = Touched::default();
+    for i in samples.clone() {
         let moment = Moment {
             index: i,
             t_s: record.t_s[i],
             dt_s: record.dt_s,
-            mud_pump_m3_s: record.filled.mud_pump[i],
-            booster_m3_s: record.filled.booster[i],
-            topfill_m3_s: record.filled.topfill[i],
+            mud_pump_m3_s: filled.mud_pump[i],
+            booster_m3_s: filled.booster[i],
+            topfill_m3_s: filled.topfill[i],
             flow_m3_s: filled_flow[i],
             outflow_m3_s: filled_flow[i],
-            speed_pct: record.filled.speed[i],
-            inlet_pa: record.filled.inlet[i],
-            outlet_pa: record.filled.outlet[i],
-            pumping: record.filled.pumping[i],
+            speed_pct: filled.speed[i],
+            inlet_pa: filled.inlet[i],
+            outlet_pa: filled.outlet[i],
+            pumping: filled.pumping[i],
         };
-        let c = changes(&moment);
-        let bias = if single {
-            c.outlet_bias_pa[0]
-        } else {
-            0.5 * (c.outlet_bias_pa[0] + c.outlet_bias_pa[1])
-        };
-        let inlet_bias = 0.5 * (c.inlet_bias_pa[0] + c.inlet_bias_pa[1]);
-        let q = flow[i] / c.meter_gain;
-        let through = q + c.leak_m3_s;
-        native.flow.push(through);
-        native.through.push(through + c.recirculation_m3_s);
-        native.speed.push(record.speed[i] + c.speed_pct);
-        let outlet = record.outlet[i] - bias;
-        native.drop.push(
-            outlet - column - c.line_kg_m3 * g * setting.line_length_m + rho * g * c.line_fall_m
-                - c.line_drop_pa,
-        );
-        native
-            .friction_factor
-            .push(c.friction_factor * (1.0 + c.line_kg_m3 / rho));
-        native
-            .lift
-            .push(outlet - record.inlet[i] + inlet_bias - c.head_pa);
-        native.inlet_bias.push(inlet_bias);
-        native
-            .head_factor
-            .push(c.head_factor * (1.0 + c.riser_kg_m3 / rho));
-        let inflow =
-            record.filled.mud_pump[i] + record.filled.booster[i] + record.filled.topfill[i];
-        native.net.push(
-            inflow * (1.0 + c.entering_kg_m3 / rho) + c.inflow_m3_s
-                - through * (1.0 + c.riser_kg_m3 / rho),
-        );
-        native
-            .area
-            .push(c.area_factor * setting.riser_area_m2 / (rho * g));
-        native.bias.push(c.outlet_bias_pa[0] - c.outlet_bias_pa[1]);
-        if i + 1 - first == per_row {
-            native.move_into(&mut parts, record, first);
-            first = i + 1;
+        let (c, here) = changes(&moment);
+        row.changes.push(c);
+        touched = touched.or(here);
+        if row.changes.len() == per_row || i + 1 == samples.end {
+            row.lay_into(parts, i + 1 - row.changes.len(), touched);
+            row.changes.clear();
+            touched = Touched::default();
         }
     }
-    native.move_into(&mut parts, record, first);
-    parts
 }

@@ -1,6 +1,6 @@
 //! Means of blocks: calmed flows and speed, and drops without the line's inertia.
 
-use super::{Applied, LineFlow, Parts, run};
+use super::{Applied, LineFlow, Parts, Touched, run};
 use crate::record::Record;
 use dgd_effects::{Action, Changes};
 
@@ -36,12 +36,13 @@ impl Blocks {
         let mut actions: Vec<Action> = (applied.iter())
             .map(|one| one.effect.begin(&one.parameters, &record.setting))
             .collect();
-        let parts = run(record, &line, 0..record.t_s.len(), |moment| {
+        let mut parts = Parts::room_for(record);
+        run(record, &line, 0..record.t_s.len(), &mut parts, |moment| {
             let mut c = Changes::default();
             for action in &mut actions {
                 action(moment, &mut c);
             }
-            c
+            (c, Touched::ALL)
         });
         Self::of(record, parts, None)
     }

@@ -1,7 +1,8 @@
 //! From samples to means of blocks, a row of the mass balance at a time.
 
-use crate::record::{MASS_BLOCKS, Record, mean};
-use dgd_effects::shrunk;
+use super::LineFlow;
+use crate::record::{MASS_BLOCKS, Record, mean, mean_of};
+use dgd_effects::{Changes, shrunk};
 use dgd_units::STANDARD_GRAVITY_M_S2;
 
 /// Block means before flows and speed are calmed and the line's inertia is taken out of its drop.
@@ -20,9 +21,10 @@ pub(crate) struct Parts {
 }
 
 impl Parts {
-    /// None yet, of so many blocks.
-    pub(super) fn room_for(blocks: usize) -> Self {
-        let empty = || Vec::with_capacity(blocks);
+    /// None yet, of a recording.
+    pub(crate) fn room_for(record: &Record) -> Self {
+        let blocks = record.t_s.len() / record.per_block;
+        let empty = || vec![f64::NAN; blocks];
         Self {
             flow: empty(),
             through: empty(),
@@ -31,117 +33,240 @@ impl Parts {
             friction_factor: empty(),
             lift: empty(),
             head_factor: empty(),
-            difference: empty(),
-            imbalance: Vec::with_capacity(blocks / MASS_BLOCKS),
+            difference: if record.outlets.len() == 2 {
+                empty()
+            } else {
+                Vec::new()
+            },
+            imbalance: vec![f64::NAN; blocks / MASS_BLOCKS],
+        }
+    }
+}
+
+/// Parts that are other than what is known of them.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct Touched(u16);
+
+impl Touched {
+    const FLOW: u16 = 1;
+    const THROUGH: u16 = 1 << 1;
+    const SPEED: u16 = 1 << 2;
+    const DROP: u16 = 1 << 3;
+    const FRICTION_FACTOR: u16 = 1 << 4;
+    const LIFT: u16 = 1 << 5;
+    const HEAD_FACTOR: u16 = 1 << 6;
+    const DIFFERENCE: u16 = 1 << 7;
+    const IMBALANCE: u16 = 1 << 8;
+
+    /// Nothing is known yet.
+    pub(crate) const ALL: Self = Self((1 << 9) - 1);
+
+    /// What changes from one set of changes to the other, digit for digit.
+    pub(crate) fn between(a: &Changes, b: &Changes) -> Self {
+        let differs = |a: f64, b: f64| a.to_bits() != b.to_bits();
+        let either = |a: [f64; 2], b: [f64; 2]| differs(a[0], b[0]) || differs(a[1], b[1]);
+        let when = |differs: bool, parts: u16| if differs { parts } else { 0 };
+        let flow = Self::FLOW | Self::THROUGH | Self::IMBALANCE;
+        Self(
+            when(differs(a.inflow_m3_s, b.inflow_m3_s), Self::IMBALANCE)
+                | when(differs(a.area_factor, b.area_factor), Self::IMBALANCE)
+                | when(differs(a.entering_kg_m3, b.entering_kg_m3), Self::IMBALANCE)
+                | when(
+                    differs(a.riser_kg_m3, b.riser_kg_m3),
+                    Self::HEAD_FACTOR | Self::IMBALANCE,
+                )
+                | when(
+                    differs(a.line_kg_m3, b.line_kg_m3),
+                    Self::DROP | Self::FRICTION_FACTOR,
+                )
+                | when(differs(a.line_drop_pa, b.line_drop_pa), Self::DROP)
+                | when(differs(a.line_fall_m, b.line_fall_m), Self::DROP)
+                | when(
+                    differs(a.friction_factor, b.friction_factor),
+                    Self::FRICTION_FACTOR,
+                )
+                | when(differs(a.head_factor, b.head_factor), Self::HEAD_FACTOR)
+                | when(differs(a.head_pa, b.head_pa), Self::LIFT)
+                | when(differs(a.speed_pct, b.speed_pct), Self::SPEED)
+                | when(
+                    differs(a.recirculation_m3_s, b.recirculation_m3_s),
+                    Self::THROUGH,
+                )
+                | when(differs(a.leak_m3_s, b.leak_m3_s), flow)
+                | when(differs(a.meter_gain, b.meter_gain), flow)
+                | when(
+                    either(a.outlet_bias_pa, b.outlet_bias_pa),
+                    Self::DROP | Self::LIFT | Self::DIFFERENCE,
+                )
+                | when(
+                    either(a.inlet_bias_pa, b.inlet_bias_pa),
+                    Self::LIFT | Self::IMBALANCE,
+                ),
+        )
+    }
+
+    /// The parts of both.
+    pub(crate) fn or(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    fn has(self, part: u16) -> bool {
+        self.0 & part != 0
+    }
+}
+
+/// A row of the mass balance, and the blocks that it spans.
+pub(super) struct Row<'a> {
+    record: &'a Record,
+    /// Flow of the line, with its gaps.
+    flow: &'a [f64],
+    /// What effects change, sample by sample.
+    pub(super) changes: Vec<Changes>,
+    /// Samples of the net inflow, and of the area over the mud's weight.
+    net: Vec<f64>,
+    area: Vec<f64>,
+}
+
+impl<'a> Row<'a> {
+    pub(super) fn of(record: &'a Record, line: &'a LineFlow) -> Self {
+        Self {
+            record,
+            flow: line.of(record).0,
+            changes: Vec::new(),
+            net: Vec::new(),
+            area: Vec::new(),
         }
     }
 
-    /// The parts with those of some rows of the mass balance, from row `from` on, in their place.
-    pub(crate) fn with(mut self, other: &Self, from: usize) -> Self {
-        let lay = |into: &mut Vec<f64>, part: &[f64], from: usize| {
-            if let Some(place) = into.get_mut(from..from + part.len()) {
-                place.copy_from_slice(part);
+    /// Lays the means of its whole blocks into `parts`, of what is touched; `first` is the number of its first sample.
+    pub(super) fn lay_into(&mut self, parts: &mut Parts, first: usize, touched: Touched) {
+        let record = self.record;
+        let (m, rho, g) = (
+            record.per_block,
+            record.setting.density_kg_m3,
+            STANDARD_GRAVITY_M_S2,
+        );
+        let (column, length) = (record.column_pa(), record.setting.line_length_m);
+        let single = record.outlets.len() < 2;
+        let flow = |i: usize, c: &Changes| self.flow[i] / c.meter_gain;
+        let inlet_bias = |c: &Changes| 0.5 * (c.inlet_bias_pa[0] + c.inlet_bias_pa[1]);
+        let outlet = |i: usize, c: &Changes| {
+            let bias = if single {
+                c.outlet_bias_pa[0]
+            } else {
+                0.5 * (c.outlet_bias_pa[0] + c.outlet_bias_pa[1])
+            };
+            record.outlet[i] - bias
+        };
+        let lay = Means {
+            row: self,
+            first,
+            touched,
+        };
+        lay.of(Touched::FLOW, &mut parts.flow, |i, c| {
+            flow(i, c) + c.leak_m3_s
+        });
+        lay.of(Touched::THROUGH, &mut parts.through, |i, c| {
+            flow(i, c) + c.leak_m3_s + c.recirculation_m3_s
+        });
+        lay.of(Touched::SPEED, &mut parts.speed, |i, c| {
+            record.speed[i] + c.speed_pct
+        });
+        lay.of(Touched::DROP, &mut parts.drop, |i, c| {
+            outlet(i, c) - column - c.line_kg_m3 * g * length + rho * g * c.line_fall_m
+                - c.line_drop_pa
+        });
+        lay.of(
+            Touched::FRICTION_FACTOR,
+            &mut parts.friction_factor,
+            |_, c| c.friction_factor * (1.0 + c.line_kg_m3 / rho),
+        );
+        lay.of(Touched::LIFT, &mut parts.lift, |i, c| {
+            outlet(i, c) - record.inlet[i] + inlet_bias(c) - c.head_pa
+        });
+        lay.of(Touched::HEAD_FACTOR, &mut parts.head_factor, |_, c| {
+            c.head_factor * (1.0 + c.riser_kg_m3 / rho)
+        });
+        if let ([one, two], true) = (record.outlets.as_slice(), touched.has(Touched::DIFFERENCE)) {
+            for b in first / m..(first + self.changes.len()) / m {
+                let there = b * m..(b + 1) * m;
+                let bias = (self.changes[b * m - first..][..m].iter())
+                    .map(|c| c.outlet_bias_pa[0] - c.outlet_bias_pa[1]);
+                parts.difference[b] = mean(&one[there.clone()]) - mean(&two[there]) - mean_of(bias);
             }
-        };
-        let block = from * MASS_BLOCKS;
-        for (into, part) in [
-            (&mut self.flow, &other.flow),
-            (&mut self.through, &other.through),
-            (&mut self.speed, &other.speed),
-            (&mut self.drop, &other.drop),
-            (&mut self.friction_factor, &other.friction_factor),
-            (&mut self.lift, &other.lift),
-            (&mut self.head_factor, &other.head_factor),
-            (&mut self.difference, &other.difference),
-        ] {
-            lay(into, part, block);
         }
-        lay(&mut self.imbalance, &other.imbalance, from);
-        self
+        if touched.has(Touched::IMBALANCE) && self.changes.len() == m * MASS_BLOCKS {
+            parts.imbalance[first / self.changes.len()] = self.imbalance(first);
+        }
     }
-}
 
-/// The same by sample, of a row of the mass balance.
-#[derive(Default)]
-pub(super) struct Native {
-    pub(super) flow: Vec<f64>,
-    pub(super) through: Vec<f64>,
-    pub(super) speed: Vec<f64>,
-    pub(super) drop: Vec<f64>,
-    pub(super) friction_factor: Vec<f64>,
-    pub(super) lift: Vec<f64>,
-    pub(super) head_factor: Vec<f64>,
-    pub(super) net: Vec<f64>,
-    pub(super) area: Vec<f64>,
-    pub(super) bias: Vec<f64>,
-    pub(super) inlet_bias: Vec<f64>,
-}
-
-impl Native {
-    /// Appends the means of whole blocks, and is empty again; the first sample is number `first`, where a row of the
-    /// mass balance begins.
-    pub(super) fn move_into(&mut self, parts: &mut Parts, record: &Record, first: usize) {
-        let m = record.per_block;
-        let blocks = self.flow.len() / m;
-        let by = |values: &mut Vec<f64>, out: &mut Vec<f64>| {
-            out.extend(values.chunks_exact(m).map(trimmed));
-            values.clear();
-        };
-        if let [one, two] = record.outlets.as_slice() {
-            let here = |b: usize| b * m..(b + 1) * m;
-            let there = |b: usize| first + b * m..first + (b + 1) * m;
-            parts.difference.extend(
-                (0..blocks).map(|b| {
-                    mean(&one[there(b)]) - mean(&two[there(b)]) - mean(&self.bias[here(b)])
-                }),
+    /// What flows in less what flows out and what the riser stores, m³/s: Eq. 3.45 over the row.
+    fn imbalance(&mut self, first: usize) -> f64 {
+        let record = self.record;
+        let setting = &record.setting;
+        let (rho, filled) = (setting.density_kg_m3, &record.filled);
+        let per_area = setting.riser_area_m2 / (rho * STANDARD_GRAVITY_M_S2);
+        self.net.clear();
+        self.area.clear();
+        for (i, c) in (first..).zip(&self.changes) {
+            let through = self.flow[i] / c.meter_gain + c.leak_m3_s;
+            let inflow = filled.mud_pump[i] + filled.booster[i] + filled.topfill[i];
+            self.net.push(
+                inflow * (1.0 + c.entering_kg_m3 / rho) + c.inflow_m3_s
+                    - through * (1.0 + c.riser_kg_m3 / rho),
             );
+            self.area
+                .push(c.area_factor * setting.riser_area_m2 / (rho * STANDARD_GRAVITY_M_S2));
         }
-        let per_mass = m * MASS_BLOCKS;
-        let mass_seconds = record.dt_s * per_mass as f64;
+        let samples = self.changes.len();
+        let bad = self.net.iter().filter(|v| !v.is_finite()).count();
+        let (Some(begin), Some(end)) = (self.changes.first(), self.changes.last()) else {
+            return f64::NAN;
+        };
+        if bad * 10 > samples {
+            return f64::NAN;
+        }
+        let seconds = record.dt_s * samples as f64;
         let edge = |i: usize| mean(&record.inlet[record.about_edge(i)]);
-        let plain_area =
-            record.setting.riser_area_m2 / (record.setting.density_kg_m3 * STANDARD_GRAVITY_M_S2);
-        parts.imbalance.extend((0..blocks / MASS_BLOCKS).map(|k| {
-            let r = k * per_mass..(k + 1) * per_mass;
-            let net = &self.net[r.clone()];
-            let bad = net.iter().filter(|v| !v.is_finite()).count();
-            if bad * 10 > net.len() {
-                return f64::NAN;
-            }
-            let read = (edge(first + r.end) - edge(first + r.start)) / mass_seconds;
-            let drift = (self.inlet_bias[r.end - 1] - self.inlet_bias[r.start])
-                / (mass_seconds - record.dt_s);
-            let rate = read - drift;
-            let noise = record.setting.noise.inlet_pa / mass_seconds;
-            let area = mean(&self.area[r.clone()]);
-            mean(net) - plain_area * rate - (area - plain_area) * shrunk(rate, noise)
-        }));
-        by(&mut self.flow, &mut parts.flow);
-        by(&mut self.through, &mut parts.through);
-        by(&mut self.speed, &mut parts.speed);
-        by(&mut self.drop, &mut parts.drop);
-        by(&mut self.friction_factor, &mut parts.friction_factor);
-        by(&mut self.lift, &mut parts.lift);
-        by(&mut self.head_factor, &mut parts.head_factor);
-        for values in [
-            &mut self.net,
-            &mut self.area,
-            &mut self.bias,
-            &mut self.inlet_bias,
-        ] {
-            values.clear();
+        let read = (edge(first + samples) - edge(first)) / seconds;
+        let bias = |c: &Changes| 0.5 * (c.inlet_bias_pa[0] + c.inlet_bias_pa[1]);
+        let drift = (bias(end) - bias(begin)) / (seconds - record.dt_s);
+        let rate = read - drift;
+        let noise = setting.noise.inlet_pa / seconds;
+        let area = mean(&self.area);
+        mean(&self.net) - per_area * rate - (area - per_area) * shrunk(rate, noise)
+    }
+}
+
+/// Lays means of blocks into the parts of a row that are touched.
+struct Means<'a> {
+    row: &'a Row<'a>,
+    first: usize,
+    touched: Touched,
+}
+
+impl Means<'_> {
+    fn of(&self, part: u16, into: &mut [f64], value: impl Fn(usize, &Changes) -> f64) {
+        if !self.touched.has(part) {
+            return;
+        }
+        let m = self.row.record.per_block;
+        let samples = self.row.changes.chunks_exact(m);
+        for ((b, changes), mean) in samples.enumerate().zip(&mut into[self.first / m..]) {
+            let here = self.first + b * m;
+            *mean = trimmed((here..).zip(changes).map(|(i, c)| value(i, c)));
         }
     }
 }
 
 /// Mean of a block without its greatest and least value, so that a spike costs nothing.
-fn trimmed(values: &[f64]) -> f64 {
+fn trimmed(values: impl Iterator<Item = f64>) -> f64 {
     let (mut sum, mut count, mut low, mut high) = (0.0, 0.0, f64::INFINITY, f64::NEG_INFINITY);
-    for v in values.iter().filter(|v| v.is_finite()) {
+    for v in values.filter(|v| v.is_finite()) {
         sum += v;
         count += 1.0;
-        low = low.min(*v);
-        high = high.max(*v);
+        low = low.min(v);
+        high = high.max(v);
     }
     if count >= 4.0 {
         (sum - low - high) / (count - 2.0)
@@ -156,8 +281,8 @@ mod tests {
 
     #[test]
     fn a_spike_in_a_block_costs_nothing() {
-        assert_eq!(trimmed(&[1.0, 1.0, 1e9, 1.0, 1.0]), 1.0);
-        assert_eq!(trimmed(&[1.0, f64::NAN, 3.0]), 2.0);
-        assert!(trimmed(&[f64::NAN]).is_nan());
+        assert_eq!(trimmed([1.0, 1.0, 1e9, 1.0, 1.0].into_iter()), 1.0);
+        assert_eq!(trimmed([1.0, f64::NAN, 3.0].into_iter()), 2.0);
+        assert!(trimmed([f64::NAN].into_iter()).is_nan());
     }
 }

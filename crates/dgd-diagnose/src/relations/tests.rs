@@ -1,10 +1,10 @@
 //! Claims about the relations under a hypothesis: where it is the truth, what is left is the rig's own curves and a balance of 0.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::{Applied, Blocks, LineFlow, Parts, run};
+use super::{Applied, Blocks, LineFlow, Parts, Touched, run};
 use crate::claims::fixture::{DT_S, FLOW_M3_S, PER_BLOCK, SPEED_PCT, cut, steady};
 use crate::record::{MASS_BLOCKS, Record};
-use dgd_effects::{Changes, find};
+use dgd_effects::{Changes, Moment, find};
 use dgd_units::STANDARD_GRAVITY_M_S2;
 
 /// Friction of the rig's line at its flow, Pa.
@@ -51,8 +51,32 @@ fn read(c: &Changes, transmitters: usize) -> Record {
 }
 
 fn under(record: &Record, c: &Changes) -> Parts {
+    run_whole(record, |_| *c)
+}
+
+/// Runs changes over a whole recording.
+fn run_whole(record: &Record, changes: impl Fn(&Moment) -> Changes) -> Parts {
     let line = LineFlow::under(record, &[]);
-    run(record, &line, 0..record.t_s.len(), |_| *c)
+    let mut parts = Parts::room_for(record);
+    run(record, &line, 0..record.t_s.len(), &mut parts, |at| {
+        (changes(at), Touched::ALL)
+    });
+    parts
+}
+
+/// Every part, by its name.
+fn listed(parts: &Parts) -> [(&'static str, &[f64]); 9] {
+    [
+        ("flow", &parts.flow),
+        ("through", &parts.through),
+        ("speed", &parts.speed),
+        ("drop", &parts.drop),
+        ("friction factor", &parts.friction_factor),
+        ("lift", &parts.lift),
+        ("head factor", &parts.head_factor),
+        ("difference", &parts.difference),
+        ("imbalance", &parts.imbalance),
+    ]
 }
 
 fn close(found: f64, expected: f64, size: f64) {
@@ -173,8 +197,7 @@ fn a_drift_of_the_inlets_is_no_level() {
     for (p, t) in record.inlet.iter_mut().zip(&record.t_s) {
         *p += drift(*t);
     }
-    let line = LineFlow::under(&record, &[]);
-    let parts = run(&record, &line, 0..record.t_s.len(), |at| Changes {
+    let parts = run_whole(&record, |at| Changes {
         inlet_bias_pa: [drift(at.t_s); 2],
         ..Changes::default()
     });
@@ -259,7 +282,7 @@ fn rows_that_are_run_by_themselves_take_their_place_among_the_others() {
     let per_row = PER_BLOCK * MASS_BLOCKS;
     let line = LineFlow::under(&record, &[]);
     let whole = |from: usize, to: usize| {
-        run(&record, &line, 0..record.t_s.len(), |at| {
+        run_whole(&record, |at| {
             if (from..to).contains(&at.index) {
                 all
             } else {
@@ -271,24 +294,58 @@ fn rows_that_are_run_by_themselves_take_their_place_among_the_others() {
     for (from, to) in [(0, 2), (2, 4), (3, 6)] {
         let end = (to * per_row).min(record.t_s.len());
         let samples = from * per_row..end;
-        let rows = run(&record, &line, samples, |_| all);
-        let laid = base.clone().with(&rows, from);
+        let mut laid = base.clone();
+        run(&record, &line, samples, &mut laid, |_| (all, Touched::ALL));
         let expected = whole(from * per_row, end);
-        for (a, b) in [
-            (&laid.flow, &expected.flow),
-            (&laid.through, &expected.through),
-            (&laid.speed, &expected.speed),
-            (&laid.drop, &expected.drop),
-            (&laid.friction_factor, &expected.friction_factor),
-            (&laid.lift, &expected.lift),
-            (&laid.head_factor, &expected.head_factor),
-            (&laid.difference, &expected.difference),
-            (&laid.imbalance, &expected.imbalance),
-        ] {
-            assert_eq!(a, b, "{from}..{to}");
-        }
+        assert_eq!(listed(&laid), listed(&expected), "{from}..{to}");
         assert_eq!(laid.flow.len(), record.blocks);
         assert_eq!(laid.imbalance.len(), record.blocks / MASS_BLOCKS);
+    }
+}
+
+#[test]
+fn what_a_change_touches_is_all_that_it_changes_and_nothing_else() {
+    let mut record = read(&Changes::default(), 2);
+    for (i, p) in record.inlet.iter_mut().enumerate() {
+        *p += 300.0 * (0.7 * i as f64).sin();
+    }
+    let line = LineFlow::under(&record, &[]);
+    let plain = Changes::default();
+    let base = under(&record, &plain);
+    // A marker stands where nothing is laid.
+    let marked = |values: &[f64]| vec![-1.0; values.len()];
+    let per_row = PER_BLOCK * MASS_BLOCKS;
+    for one in changes() {
+        // From the middle of each row on: a bias that stays is none of the balance.
+        let at_sample = |at: &Moment| {
+            if at.index % per_row > per_row / 2 {
+                one
+            } else {
+                plain
+            }
+        };
+        let mut laid = Parts {
+            flow: marked(&base.flow),
+            through: marked(&base.through),
+            speed: marked(&base.speed),
+            drop: marked(&base.drop),
+            friction_factor: marked(&base.friction_factor),
+            lift: marked(&base.lift),
+            head_factor: marked(&base.head_factor),
+            difference: marked(&base.difference),
+            imbalance: marked(&base.imbalance),
+        };
+        run(&record, &line, 0..record.t_s.len(), &mut laid, |at| {
+            let c = at_sample(at);
+            (c, Touched::between(&plain, &c))
+        });
+        let expected = run_whole(&record, at_sample);
+        let parts = listed(&laid).into_iter().zip(listed(&base));
+        for (((name, laid), (_, base)), (_, expected)) in parts.zip(listed(&expected)) {
+            let marked = marked(base);
+            let wanted = if base == expected { &marked } else { expected };
+            assert_eq!(laid, wanted, "{name} under {one:?}");
+        }
     }
 }
 
