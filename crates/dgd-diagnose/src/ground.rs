@@ -1,7 +1,7 @@
 //! The ground that candidates stand on: what a hypothesis comes to by itself, so that one effect more is run only where it acts.
 
 use crate::record::{MASS_BLOCKS, Record};
-use crate::relations::{Applied, Blocks, LineFlow, Parts, Touched, run};
+use crate::relations::{Applied, Blocks, LevelRate, LineFlow, Parts, Touched, run};
 use dgd_effects::{Action, Changes, Extent, MeterPath};
 use std::ops::Range;
 
@@ -12,6 +12,7 @@ const FIELDS: usize = 18;
 #[derive(Debug)]
 pub(crate) struct Ground {
     line: LineFlow,
+    rates: LevelRate,
     parts: Parts,
     blocks: Blocks,
     /// What its effects change, sample by sample: the fields that they touch.
@@ -22,6 +23,7 @@ impl Ground {
     /// Runs a hypothesis.
     pub(crate) fn under(record: &Record, applied: &[Applied]) -> Self {
         let line = LineFlow::under(record, applied);
+        let rates = LevelRate::of(record);
         let mut actions: Vec<Action> = (applied.iter())
             .map(|one| one.effect.begin(&one.parameters, &record.setting))
             .collect();
@@ -29,7 +31,7 @@ impl Ground {
         let plain = fields(&Changes::default());
         let mut touched: [Vec<f64>; FIELDS] = Default::default();
         let mut parts = Parts::room_for(record);
-        run(record, &line, 0..samples, &mut parts, |moment| {
+        run(record, (&line, &rates), 0..samples, &mut parts, |moment| {
             let mut c = Changes::default();
             for action in &mut actions {
                 action(moment, &mut c);
@@ -49,6 +51,7 @@ impl Ground {
         let changes = touched.into_iter().enumerate();
         Self {
             line,
+            rates,
             parts,
             blocks,
             changes: changes.filter(|(_, c)| !c.is_empty()).collect(),
@@ -67,16 +70,22 @@ impl Ground {
         let mut action = one.effect.begin(&one.parameters, &record.setting);
         let plain = fields(&Changes::default());
         let mut parts = self.parts.clone();
-        run(record, &self.line, samples, &mut parts, |moment| {
-            let mut now = plain;
-            for (field, column) in &self.changes {
-                now[*field] = column[moment.index];
-            }
-            let without = changes(now);
-            let mut c = without;
-            action(moment, &mut c);
-            (c, Touched::between(&without, &c))
-        });
+        run(
+            record,
+            (&self.line, &self.rates),
+            samples,
+            &mut parts,
+            |moment| {
+                let mut now = plain;
+                for (field, column) in &self.changes {
+                    now[*field] = column[moment.index];
+                }
+                let without = changes(now);
+                let mut c = without;
+                action(moment, &mut c);
+                (c, Touched::between(&without, &c))
+            },
+        );
         Some(Blocks::of(record, parts, Some((&self.parts, &self.blocks))))
     }
 }

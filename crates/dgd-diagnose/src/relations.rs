@@ -4,6 +4,7 @@
 //! transmitters, and the riser's mass balance (Eq. 3.45) in integral form over half a minute.
 
 mod blocks;
+mod level_rate;
 mod line_flow;
 mod parts;
 mod rows;
@@ -11,6 +12,7 @@ mod rows;
 mod tests;
 
 pub(crate) use blocks::Blocks;
+pub(crate) use level_rate::LevelRate;
 pub(crate) use line_flow::LineFlow;
 pub(crate) use parts::{Parts, Touched};
 pub(crate) use rows::{Rows, repeats};
@@ -45,7 +47,7 @@ impl Applied {
 /// `changes` is called for each sample in order: what the effects change, and what that touches of what `parts` hold already.
 pub(crate) fn run(
     record: &Record,
-    line: &LineFlow,
+    (line, rates): (&LineFlow, &LevelRate),
     samples: Range<usize>,
     parts: &mut Parts,
     mut changes: impl FnMut(&Moment) -> (Changes, Touched),
@@ -54,7 +56,7 @@ pub(crate) fn run(
     let filled = &record.filled;
     let per_row = record.per_block * MASS_BLOCKS;
     // Row by row: samples need not be held once their means are taken.
-    let mut row = Row::of(record, line);
+    let mut row = Row::of(record, line, rates);
     let mut touched = Touched::default();
     for i in samples.clone() {
         let moment = Moment {

@@ -1,6 +1,6 @@
 //! Means of blocks: calmed flows and speed, and drops without the line's inertia.
 
-use super::{Applied, LineFlow, Parts, Touched, run};
+use super::{Applied, LevelRate, LineFlow, Parts, Touched, run};
 use crate::record::Record;
 use dgd_effects::{Action, Changes};
 
@@ -33,17 +33,24 @@ impl Blocks {
     /// Runs a hypothesis over the recording.
     pub(crate) fn under(record: &Record, applied: &[Applied]) -> Self {
         let line = LineFlow::under(record, applied);
+        let rates = LevelRate::of(record);
         let mut actions: Vec<Action> = (applied.iter())
             .map(|one| one.effect.begin(&one.parameters, &record.setting))
             .collect();
         let mut parts = Parts::room_for(record);
-        run(record, &line, 0..record.t_s.len(), &mut parts, |moment| {
-            let mut c = Changes::default();
-            for action in &mut actions {
-                action(moment, &mut c);
-            }
-            (c, Touched::ALL)
-        });
+        run(
+            record,
+            (&line, &rates),
+            0..record.t_s.len(),
+            &mut parts,
+            |moment| {
+                let mut c = Changes::default();
+                for action in &mut actions {
+                    action(moment, &mut c);
+                }
+                (c, Touched::ALL)
+            },
+        );
         Self::of(record, parts, None)
     }
 
@@ -105,7 +112,7 @@ impl Blocks {
 /// noise alone, it would lose its slope altogether.
 ///
 /// Returns the averages and the number of blocks in each.
-fn calmed(values: &[f64]) -> (Vec<f64>, Vec<f64>) {
+pub(super) fn calmed(values: &[f64]) -> (Vec<f64>, Vec<f64>) {
     const REACH: usize = 6;
     let noise = crate::noise::spread(values.windows(2).map(|w| w[1] - w[0]));
     if !noise.is_finite() {

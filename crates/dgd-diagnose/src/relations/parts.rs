@@ -1,8 +1,8 @@
 //! From samples to means of blocks, a row of the mass balance at a time.
 
-use super::LineFlow;
+use super::{LevelRate, LineFlow};
 use crate::record::{MASS_BLOCKS, Record, mean, mean_of};
-use dgd_effects::{Changes, shrunk};
+use dgd_effects::Changes;
 use dgd_units::STANDARD_GRAVITY_M_S2;
 
 /// Block means before flows and speed are calmed and the line's inertia is taken out of its drop.
@@ -120,21 +120,21 @@ pub(super) struct Row<'a> {
     record: &'a Record,
     /// Flow of the line, with its gaps.
     flow: &'a [f64],
+    rates: &'a LevelRate,
     /// What effects change, sample by sample.
     pub(super) changes: Vec<Changes>,
-    /// Samples of the net inflow, and of the area over the mud's weight.
+    /// Samples of the net inflow.
     net: Vec<f64>,
-    area: Vec<f64>,
 }
 
 impl<'a> Row<'a> {
-    pub(super) fn of(record: &'a Record, line: &'a LineFlow) -> Self {
+    pub(super) fn of(record: &'a Record, line: &'a LineFlow, rates: &'a LevelRate) -> Self {
         Self {
             record,
             flow: line.of(record).0,
+            rates,
             changes: Vec::new(),
             net: Vec::new(),
-            area: Vec::new(),
         }
     }
 
@@ -207,7 +207,6 @@ impl<'a> Row<'a> {
         let (rho, filled) = (setting.density_kg_m3, &record.filled);
         let per_area = setting.riser_area_m2 / (rho * STANDARD_GRAVITY_M_S2);
         self.net.clear();
-        self.area.clear();
         for (i, c) in (first..).zip(&self.changes) {
             let through = self.flow[i] / c.meter_gain + c.leak_m3_s;
             let inflow = filled.mud_pump[i] + filled.booster[i] + filled.topfill[i];
@@ -215,8 +214,6 @@ impl<'a> Row<'a> {
                 inflow * (1.0 + c.entering_kg_m3 / rho) + c.inflow_m3_s
                     - through * (1.0 + c.riser_kg_m3 / rho),
             );
-            self.area
-                .push(c.area_factor * setting.riser_area_m2 / (rho * STANDARD_GRAVITY_M_S2));
         }
         let samples = self.changes.len();
         let bad = self.net.iter().filter(|v| !v.is_finite()).count();
@@ -226,15 +223,14 @@ impl<'a> Row<'a> {
         if bad * 10 > samples {
             return f64::NAN;
         }
-        let seconds = record.dt_s * samples as f64;
-        let edge = |i: usize| mean(&record.inlet[record.about_edge(i)]);
-        let read = (edge(first + samples) - edge(first)) / seconds;
+        let row = first / samples;
         let bias = |c: &Changes| 0.5 * (c.inlet_bias_pa[0] + c.inlet_bias_pa[1]);
-        let drift = (bias(end) - bias(begin)) / (seconds - record.dt_s);
-        let rate = read - drift;
-        let noise = setting.noise.inlet_pa / seconds;
-        let area = mean(&self.area);
-        mean(&self.net) - per_area * rate - (area - per_area) * shrunk(rate, noise)
+        let drift = (bias(end) - bias(begin)) / (record.dt_s * (samples - 1) as f64);
+        // Nothing, to the last digit, of the area that the well has.
+        let excess = mean_of(self.changes.iter().map(|c| c.area_factor - 1.0));
+        mean(&self.net)
+            - per_area * (self.rates.read(row) - drift)
+            - per_area * excess * self.rates.told(row, drift)
     }
 }
 

@@ -1,10 +1,10 @@
 //! Claims about the relations under a hypothesis: where it is the truth, what is left is the rig's own curves and a balance of 0.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::{Applied, Blocks, LineFlow, Parts, Touched, run};
+use super::{Applied, Blocks, LevelRate, LineFlow, Parts, Touched, run};
 use crate::claims::fixture::{DT_S, FLOW_M3_S, PER_BLOCK, SPEED_PCT, cut, steady};
 use crate::record::{MASS_BLOCKS, Record};
-use dgd_effects::{Changes, Moment, find};
+use dgd_effects::{Changes, Moment, find, shrunk};
 use dgd_units::STANDARD_GRAVITY_M_S2;
 
 /// Friction of the rig's line at its flow, Pa.
@@ -56,11 +56,15 @@ fn under(record: &Record, c: &Changes) -> Parts {
 
 /// Runs changes over a whole recording.
 fn run_whole(record: &Record, changes: impl Fn(&Moment) -> Changes) -> Parts {
-    let line = LineFlow::under(record, &[]);
+    let (line, rates) = (LineFlow::under(record, &[]), LevelRate::of(record));
     let mut parts = Parts::room_for(record);
-    run(record, &line, 0..record.t_s.len(), &mut parts, |at| {
-        (changes(at), Touched::ALL)
-    });
+    run(
+        record,
+        (&line, &rates),
+        0..record.t_s.len(),
+        &mut parts,
+        |at| (changes(at), Touched::ALL),
+    );
     parts
 }
 
@@ -213,16 +217,37 @@ fn of_a_level_that_moves_by_no_more_than_its_noise_another_area_tells_little() {
         ..Changes::default()
     };
     let mut record = read(&wider, 1);
-    // In half a minute it falls by 600 Pa: three times the noise, so that half of it counts.
+    // In half a minute it falls by 600 Pa, three times the noise, and a little more or less from row to row.
     let fall = 30.0 * HEAD_PA.1;
     record.setting.noise.inlet_pa = fall / 3.0;
-    let parts = under(&record, &wider);
+    let per_row = PER_BLOCK * MASS_BLOCKS;
+    for (i, p) in record.inlet.iter_mut().enumerate() {
+        let odd = ((i + per_row / 2) / per_row) % 2 == 1;
+        *p += if odd { 8.0 } else { -8.0 };
+    }
     let s = &record.setting;
     let plain = s.riser_area_m2 / (s.density_kg_m3 * STANDARD_GRAVITY_M_S2);
-    for imbalance in &parts.imbalance[1..ROWS - 1] {
-        // What the wider part of the riser lost is told by half.
-        close(*imbalance, -0.5 * 0.3 * plain * HEAD_PA.1, FLOW_M3_S);
+    // What of the wider part of the riser is told, over all that it stores of the steady fall.
+    let excess = |record: &Record, row: usize| {
+        let [without, with] = [Changes::default(), wider].map(|c| under(record, &c).imbalance[row]);
+        (with - without) / (0.3 * plain * HEAD_PA.1)
+    };
+    // Of a steady fall the rows about one tell as well, as many on either side: a rate over five rows has a fifth of the noise.
+    let told = |rows: f64| shrunk(3.0 * rows, 1.0) / (3.0 * rows);
+    for (row, rows) in [(1, 3.0), (2, 5.0), (3, 5.0), (4, 3.0)] {
+        let found = excess(&record, row);
+        assert!(
+            (found - told(rows)).abs() < 0.03,
+            "{row}: {found} for {}",
+            told(rows)
+        );
     }
+    // Of a fall that lasts a row nothing else tells: more of it is taken for noise.
+    for (i, p) in record.inlet.iter_mut().enumerate() {
+        *p -= 600.0 * ((i as f64 / per_row as f64) - 3.0).clamp(0.0, 1.0);
+    }
+    let (fell, told) = (excess(&record, 3), shrunk(6.0, 1.0) / 3.0);
+    assert!((fell / told - 1.0).abs() < 0.1, "{fell} for {told}");
 }
 
 #[test]
@@ -280,7 +305,7 @@ fn rows_that_are_run_by_themselves_take_their_place_among_the_others() {
     let mut record = cut(record, n + 4);
     record.blocks = n / PER_BLOCK;
     let per_row = PER_BLOCK * MASS_BLOCKS;
-    let line = LineFlow::under(&record, &[]);
+    let (line, rates) = (LineFlow::under(&record, &[]), LevelRate::of(&record));
     let whole = |from: usize, to: usize| {
         run_whole(&record, |at| {
             if (from..to).contains(&at.index) {
@@ -295,7 +320,9 @@ fn rows_that_are_run_by_themselves_take_their_place_among_the_others() {
         let end = (to * per_row).min(record.t_s.len());
         let samples = from * per_row..end;
         let mut laid = base.clone();
-        run(&record, &line, samples, &mut laid, |_| (all, Touched::ALL));
+        run(&record, (&line, &rates), samples, &mut laid, |_| {
+            (all, Touched::ALL)
+        });
         let expected = whole(from * per_row, end);
         assert_eq!(listed(&laid), listed(&expected), "{from}..{to}");
         assert_eq!(laid.flow.len(), record.blocks);
@@ -309,7 +336,7 @@ fn what_a_change_touches_is_all_that_it_changes_and_nothing_else() {
     for (i, p) in record.inlet.iter_mut().enumerate() {
         *p += 300.0 * (0.7 * i as f64).sin();
     }
-    let line = LineFlow::under(&record, &[]);
+    let (line, rates) = (LineFlow::under(&record, &[]), LevelRate::of(&record));
     let plain = Changes::default();
     let base = under(&record, &plain);
     // A marker stands where nothing is laid.
@@ -335,10 +362,16 @@ fn what_a_change_touches_is_all_that_it_changes_and_nothing_else() {
             difference: marked(&base.difference),
             imbalance: marked(&base.imbalance),
         };
-        run(&record, &line, 0..record.t_s.len(), &mut laid, |at| {
-            let c = at_sample(at);
-            (c, Touched::between(&plain, &c))
-        });
+        run(
+            &record,
+            (&line, &rates),
+            0..record.t_s.len(),
+            &mut laid,
+            |at| {
+                let c = at_sample(at);
+                (c, Touched::between(&plain, &c))
+            },
+        );
         let expected = run_whole(&record, at_sample);
         let parts = listed(&laid).into_iter().zip(listed(&base));
         for (((name, laid), (_, base)), (_, expected)) in parts.zip(listed(&expected)) {
