@@ -5,6 +5,7 @@ use crate::empirical::is_correction;
 use crate::record::Record;
 use crate::scan::on_grid;
 use crate::select::Selection;
+use crate::step::Step;
 use crate::tangent::{Tangent, dot};
 use dgd_effects::Role;
 
@@ -12,7 +13,7 @@ use dgd_effects::Role;
 const WIDENING: f64 = 2.5;
 
 /// Estimates of the effect's parameters; intervals from the joint curvature of every continuous parameter, widened for
-/// what the forms lack.
+/// what the forms lack. Without [`Step::Calibration`] they are not.
 pub(crate) fn estimates(
     record: &Record,
     selection: &Selection,
@@ -24,6 +25,8 @@ pub(crate) fn estimates(
     if named.correction.is_some() {
         return Vec::new();
     }
+    let calibrated = record.takes(Step::Calibration);
+    let widening = if calibrated { WIDENING } else { 1.0 };
     let state = selection.state();
     // One direction a continuous parameter of every effect.
     let mut directions: Vec<(usize, usize, Vec<f64>)> = Vec::new();
@@ -84,14 +87,14 @@ pub(crate) fn estimates(
                 .iter()
                 .position(|(e, i, _)| Some(*e) == index && *i == j);
             let sd = match (&covariance, found) {
-                (Some(c), Some(a)) => c[(a, a)].max(0.0).sqrt() * WIDENING,
+                (Some(c), Some(a)) => c[(a, a)].max(0.0).sqrt() * widening,
                 _ => match parameter.role {
                     Role::Onset | Role::Duration => 30.0,
                     _ => 0.0,
                 },
             };
             // A floor for what the form lacks, as a share of the estimate.
-            let sd = if j == 0 {
+            let sd = if j == 0 && calibrated {
                 sd.hypot(about.search.form_error * value.abs())
             } else {
                 sd

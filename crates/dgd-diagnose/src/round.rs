@@ -82,6 +82,8 @@ pub(crate) struct Round<'a> {
     footprints: Vec<Footprint>,
     /// Plausible corrections, best first.
     rivals: Vec<Correction>,
+    /// Places of what has been found that the catalogue does not hold.
+    unnamed: Vec<usize>,
 }
 
 impl<'a> Round<'a> {
@@ -145,6 +147,10 @@ impl<'a> Round<'a> {
             gate,
             contenders,
             rivals,
+            unnamed: (selection.named.iter())
+                .filter(|n| n.is_unnamed())
+                .filter_map(|n| n.correction.map(|(place, _)| place))
+                .collect(),
         })
     }
 
@@ -184,6 +190,20 @@ impl<'a> Round<'a> {
             }
             None => alone,
         }
+    }
+
+    /// The effect that stands out where nothing of what the catalogue does not hold is shown, if it is beyond doubt.
+    pub(crate) fn apart(&self) -> Option<Named> {
+        let Ruling::Named(named) = self.ruling() else {
+            return None;
+        };
+        let of = |c: &&Contender| c.effect.about().id == named.applied.effect.about().id;
+        let c = self.contenders.iter().find(of)?;
+        let beside = |place: &usize| {
+            let enters = PLACES[*place].shows_in.contains(&c.effect.about().relation);
+            !enters && self.share_in(c, *place) < SHOWS
+        };
+        self.unnamed.iter().all(beside).then_some(named)
     }
 
     /// What two transmitters show, before any effect is weighed against what it leaves of the relations; unless the catalogue holds

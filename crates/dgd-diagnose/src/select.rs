@@ -28,6 +28,13 @@ pub(crate) struct Named {
     pub held: Option<Held>,
 }
 
+impl Named {
+    /// Whether it is something that the catalogue does not hold, beside which effects of the relations that it enters are not told.
+    pub(crate) fn is_unnamed(&self) -> bool {
+        self.correction.is_some() && self.held.is_none()
+    }
+}
+
 /// What a model can hold of a curve that is seen.
 #[derive(Clone)]
 pub(crate) struct Held {
@@ -170,12 +177,35 @@ pub(crate) fn select(
     }
     // No round is left in which a second effect might come.
     settled(&mut selection, &mut promises, &Ruling::Nothing);
+    if let Sought::Any(_) = sought {
+        apart(record, start, &mut selection, most, &mut round_begins)?;
+    }
     for named in &mut selection.named {
         if let Some(held) = named.held.take() {
             named.applied = held.applied;
         }
     }
     Some(selection)
+}
+
+/// Names what stands out in relations that nothing outside the catalogue enters, where such a thing has ended the search: a second cause
+/// elsewhere has nothing to do with it.
+fn apart(
+    record: &Record,
+    start: &[Applied],
+    selection: &mut Selection,
+    most: usize,
+    round_begins: &mut impl FnMut(usize),
+) -> Option<()> {
+    while selection.named.iter().any(Named::is_unnamed) && selection.named.len() < most {
+        round_begins(selection.named.len() + 1);
+        let round = Round::about(record, selection)?;
+        let Some(named) = round.apart() else {
+            break;
+        };
+        selection.accept(record, start, named)?;
+    }
+    Some(())
 }
 
 impl Promised {

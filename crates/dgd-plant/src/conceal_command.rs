@@ -58,10 +58,11 @@ pub(crate) fn parse(mut words: impl Iterator<Item = String>) -> Result<Conceal, 
                     "pair" => Kind::Pair,
                     "clean" => Kind::Clean,
                     "foreign" => Kind::Foreign,
+                    "beside" => Kind::Beside,
                     "mix" => Kind::Mix,
                     _ => {
                         return Err(format!(
-                            "`--kind` is `{text}`, expected single, pair, clean, foreign or mix"
+                            "`--kind` is `{text}`, expected single, pair, clean, foreign, beside or mix"
                         ));
                     }
                 };
@@ -92,7 +93,7 @@ pub(crate) fn parse(mut words: impl Iterator<Item = String>) -> Result<Conceal, 
             Kind::Mix if foreign => order.kind = Kind::Foreign,
             Kind::Mix => order.kind = Kind::Single,
             Kind::Foreign if foreign => {}
-            Kind::Single | Kind::Pair if !foreign => {}
+            Kind::Single | Kind::Pair | Kind::Beside if !foreign => {}
             _ => return Err(format!("`{effect}` does not go with that `--kind`")),
         }
     }

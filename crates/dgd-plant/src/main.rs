@@ -15,7 +15,7 @@ Writes a simulated dual-gradient drilling recording.
 
 usage: dgd-plant <gom|short> --out DIR [--seed N] [--hours H]
        dgd-plant conceal --out DIR [--truth DIR] [--seed N] [--count N] [--level 1|2]
-                 [--kind single|pair|clean|foreign|mix] [--severity S] [--effect ID] [--sealed]
+                 [--kind single|pair|clean|foreign|beside|mix] [--severity S] [--effect ID] [--sealed]
        dgd-plant bench --out DIR ...      (two benches that are no rig: `dgd-plant bench --help`)
 
   gom          four series, 305,820 samples at 1 Hz: gom1.csv .. gom4.csv

@@ -89,6 +89,7 @@ fn round(record: &Record, contenders: Vec<Contender>, rivals: Vec<Correction>) -
         known: 0,
         footprints: Vec::new(),
         rivals,
+        unnamed: Vec::new(),
     }
 }
 

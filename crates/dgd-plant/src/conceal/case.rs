@@ -18,6 +18,8 @@ pub enum Kind {
     Clean,
     /// One effect that is in no catalogue.
     Foreign,
+    /// One that is in no catalogue, and one of the catalogue in another relation.
+    Beside,
     /// Of twenty cases twelve single, three pairs, three clean, two foreign.
     Mix,
 }
@@ -172,6 +174,23 @@ fn hide(order: &Order, kind: Kind, turn: usize, rig: &Rig, noise: &mut Noise) ->
                     .first()
                     .is_some_and(|h| h.relation.iter().any(|r| second.relation.contains(r)));
                 if id != first && meets == same {
+                    hidden.push(second);
+                    break;
+                }
+            }
+        }
+        Kind::Beside => {
+            let severity = order.severity.unwrap_or(Severity::Moderate);
+            let foreign = FOREIGN[turn % FOREIGN.len()];
+            hidden.extend(effect::draw_foreign(foreign, severity, rig, noise));
+            for _ in 0..200 {
+                let id = order.effect.unwrap_or(EFFECTS[pick(noise, EFFECTS.len())]);
+                let second = effect::draw(id, severity, rig, noise);
+                let meets = |second: &Hidden| {
+                    let first = hidden.first();
+                    first.is_some_and(|h| h.relation.iter().any(|r| second.relation.contains(r)))
+                };
+                if let Some(second) = second.filter(|second| !meets(second)) {
                     hidden.push(second);
                     break;
                 }
