@@ -115,6 +115,37 @@ fn logit(p: f64) -> f64 {
 }
 
 #[test]
+fn beside_what_the_catalogue_does_not_hold_only_another_relation_tells() {
+    let record = sound();
+    let rows = |gate: &Tangent| gate.layout.sections();
+    let told = |unnamed: Relation, elsewhere: f64| {
+        let mut round = round(&record, Vec::new(), Vec::new());
+        let [friction, _, _, balance] = rows(&round.gate);
+        let mut signature = vec![0.0; round.gate.layout.len()];
+        signature[balance].fill(1.0);
+        // Some of it shows in the line as well.
+        signature[friction.start] = elsewhere;
+        let energy = dot(&signature, &signature);
+        let mut one = influx(100.0);
+        (one.best.signature, one.best.energy) = (signature, energy);
+        round.contenders.push(one);
+        round.unnamed.push(place(unnamed));
+        round.known = 1;
+        round.apart().map(|named| named.applied.effect.about().id)
+    };
+    let balance = rows(&round(&record, Vec::new(), Vec::new()).gate)[3].len() as f64;
+    // A tenth of what shows, and a little less or more.
+    let tenth = |more: f64| (more * balance / 9.0).sqrt();
+    assert_eq!(
+        told(Relation::ReturnLineFriction, tenth(0.99)),
+        Some("influx")
+    );
+    assert_eq!(told(Relation::ReturnLineFriction, tenth(1.01)), None);
+    assert_eq!(told(Relation::PumpHead, tenth(1.01)), Some("influx"));
+    assert_eq!(told(Relation::RiserMassBalance, 0.0), None);
+}
+
+#[test]
 fn each_further_cause_must_show_more() {
     let record = sound();
     let (effect, other) = (influx(50.0), correction(0, 50.0));

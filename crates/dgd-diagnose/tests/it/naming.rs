@@ -3,7 +3,7 @@
 use super::rig::{answer, case, recorded, screened, tried};
 use dgd_diagnose::{Diagnosis, Finding, Options, Outcome, Verdict, diagnose};
 use dgd_effects::Relation;
-use dgd_plant::Case;
+use dgd_plant::{Case, Kind, Level, Order, Severity, conceal};
 
 /// Length that two intervals share over the length of both together.
 fn overlap(a: (f64, f64), b: (f64, f64)) -> f64 {
@@ -111,6 +111,35 @@ fn a_transmitter_at_fault_is_named_and_hides_no_influx() {
         );
         time_is_right(&found.findings[1], &case);
     }
+}
+
+#[test]
+fn an_influx_is_named_beside_a_pump_that_does_what_no_effect_does() {
+    let order = Order {
+        seed: 303,
+        level: Level::One,
+        kind: Kind::Beside,
+        severity: Some(Severity::Moderate),
+        effect: Some("influx"),
+    };
+    let case = conceal(&order, 0);
+    let hidden: Vec<&str> = case.hidden.iter().map(|h| h.effect).collect();
+    assert_eq!(hidden, ["unknown", "influx"]);
+    let found = answer(&case);
+    assert_eq!(found.verdict, Verdict::PartlyExplained);
+    let [outside, influx] = &found.findings[..] else {
+        panic!("{:?}", found.findings);
+    };
+    assert_eq!(
+        (outside.effect.as_str(), outside.relation),
+        ("unknown", Relation::PumpHead)
+    );
+    assert_eq!(influx.effect, "influx");
+    gains_on_held_out_windows(influx);
+    let (from, to) = case.hidden[1].interval_s.unwrap();
+    assert!(overlap(influx.intervals_s[0], (from, to)) > 0.7);
+    // What ended the search asked more of it: by itself it shows as much.
+    assert!(outside.evidence > influx.evidence);
 }
 
 #[test]

@@ -679,3 +679,25 @@ fn every_foreign_effect_changes_the_recording_and_is_called_unknown() {
     }
     assert_eq!(Foreign::TopfillOffset(0.0).kind(), "topfill_offset");
 }
+
+#[test]
+fn beside_a_foreign_effect_stands_one_of_the_catalogue_in_another_relation() {
+    let apart = |case: &Case| {
+        let [foreign, known] = &case.hidden[..] else {
+            panic!("{}: {:?}", case.id, case.hidden);
+        };
+        assert_eq!(foreign.effect, "unknown");
+        assert!(EFFECTS.contains(&known.effect));
+        assert!(known.relation.iter().all(|r| !foreign.relation.contains(r)));
+        assert_eq!(case.plan.causes.len(), 2);
+        (foreign.kind.unwrap(), known.effect)
+    };
+    let drawn: Vec<_> = (0..40)
+        .map(|index| apart(&conceal(&order(Kind::Beside, None), index)))
+        .collect();
+    for kind in FOREIGN {
+        assert_eq!(drawn.iter().filter(|d| d.0 == kind).count(), 4, "{kind}");
+    }
+    let chosen = conceal(&order(Kind::Beside, Some("influx")), 0);
+    assert_eq!(apart(&chosen).1, "influx");
+}
