@@ -93,14 +93,15 @@ pub(crate) fn estimates(
                     _ => 0.0,
                 },
             };
-            // A floor for what the form lacks, as a share of the estimate.
+            let (shift, factor) = parameter.shown.scale(&record.setting);
+            let shown = |v: f64| shift + factor * v;
+            // What the forms lack is no smaller for more rows.
             let sd = if j == 0 && calibrated {
-                sd.hypot(about.search.form_error * value.abs())
+                let lacks = about.search.size_error * parameter.shown.size(shown(value));
+                sd.hypot(lacks / factor)
             } else {
                 sd
             };
-            let (shift, factor) = parameter.shown.scale(&record.setting);
-            let shown = |v: f64| shift + factor * v;
             ParameterEstimate {
                 name: parameter.name.to_owned(),
                 meaning: parameter.meaning.to_owned(),

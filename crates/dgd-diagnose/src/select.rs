@@ -9,6 +9,7 @@ use crate::round::{Round, Ruling};
 use crate::scan::{allowances_with, joined, on_grid};
 use crate::tangent::Bend;
 use crate::timing::allowed_beside;
+use rayon::prelude::*;
 use tracing::debug;
 
 /// A named effect.
@@ -136,33 +137,40 @@ pub(crate) fn select(
         Sought::Given(ids) => ids.len(),
     };
     let mut promises = Vec::new();
+    let mut last = None;
     for number in 1..=most {
         round_begins(number);
         for one in selection.state() {
             let kind = if one.allowance { "allowed" } else { "named" };
             debug!("{kind} {} {:?}", one.effect.about().id, one.parameters);
         }
-        let round = Round::about(record, &selection)?;
+        // Two at a time would be held for nothing.
+        drop(last.take());
+        let round = last.insert(Round::about(record, &selection)?);
         if number == 1 {
-            selection.first = first(&round);
-        } else {
-            shown_beside(&mut selection.first, &round);
+            selection.first = first(round);
         }
         let ruling = match sought {
+            // A second cause elsewhere has nothing to do with what the catalogue does not hold.
+            Sought::Any(_) if selection.named.iter().any(Named::is_unnamed) => {
+                round.apart().map_or(Ruling::Nothing, Ruling::Named)
+            }
             Sought::Any(_) => round.ruling(),
             Sought::Given(ids) => round.given(ids).map_or(Ruling::Nothing, Ruling::Named),
         };
         // A transmitter at fault keeps no promise, and breaks none.
         let aside = matches!(ruling, Ruling::Seen(_));
         if !aside && settled(&mut selection, &mut promises, &ruling) {
-            break;
+            continue;
+        }
+        if let Ruling::Named(named) | Ruling::Promised(named, ..) = &ruling {
+            // No later round weighs it.
+            let id = named.applied.effect.about().id;
+            shown_beside(&mut selection.first, round, Some(id));
         }
         match ruling {
             Ruling::Nothing => break,
-            Ruling::Unnamed(correction) => {
-                selection.named.push(correction);
-                break;
-            }
+            Ruling::Unnamed(correction) => selection.named.push(correction),
             Ruling::Named(named) | Ruling::Seen(named) => selection.accept(record, start, named)?,
             Ruling::Promised(named, second, otherwise) => {
                 let before = selection.clone();
@@ -177,8 +185,8 @@ pub(crate) fn select(
     }
     // No round is left in which a second effect might come.
     settled(&mut selection, &mut promises, &Ruling::Nothing);
-    if let Sought::Any(_) = sought {
-        apart(record, start, &mut selection, most, &mut round_begins)?;
+    if let Some(round) = last {
+        shown_beside(&mut selection.first, &round, None);
     }
     for named in &mut selection.named {
         if let Some(held) = named.held.take() {
@@ -186,26 +194,6 @@ pub(crate) fn select(
         }
     }
     Some(selection)
-}
-
-/// Names what stands out in relations that nothing outside the catalogue enters, where such a thing has ended the search: a second cause
-/// elsewhere has nothing to do with it.
-fn apart(
-    record: &Record,
-    start: &[Applied],
-    selection: &mut Selection,
-    most: usize,
-    round_begins: &mut impl FnMut(usize),
-) -> Option<()> {
-    while selection.named.iter().any(Named::is_unnamed) && selection.named.len() < most {
-        round_begins(selection.named.len() + 1);
-        let round = Round::about(record, selection)?;
-        let Some(named) = round.apart() else {
-            break;
-        };
-        selection.accept(record, start, named)?;
-    }
-    Some(())
 }
 
 impl Promised {
@@ -269,20 +257,24 @@ fn first(round: &Round) -> Vec<First> {
             evidence: c.evidence,
             energy,
             admissible: round.admissible(c),
-            showing: round.showing(c),
+            showing: None,
         }
     };
     round.contenders.iter().map(of).collect()
 }
 
-/// What was named asks more of a further effect, and hides some: how small that would have been seen is told beside it.
-fn shown_beside(first: &mut [First], round: &Round) {
-    for c in &round.contenders {
-        let id = c.effect.about().id;
-        if let Some(of) = first.iter_mut().find(|f| f.id == id) {
+/// Tells how small an effect would have been seen beside what was named before a round: that asks more of it, and hides some. Of all
+/// effects that the round weighs, or of one.
+fn shown_beside(first: &mut [First], round: &Round, only: Option<&str>) {
+    first.par_iter_mut().for_each(|of| {
+        let weighed = round
+            .contenders
+            .iter()
+            .find(|c| c.effect.about().id == of.id);
+        if let Some(c) = weighed.filter(|_| only.is_none_or(|id| id == of.id)) {
             of.showing = round.showing(c);
         }
-    }
+    });
 }
 
 #[cfg(test)]

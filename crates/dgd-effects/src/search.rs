@@ -13,8 +13,11 @@ pub struct Search {
     pub belief: Belief,
     /// Accuracy of instruments in terms of the strength: what does not exceed it is never named.
     pub least: Option<f64>,
-    /// Error of the effect's form, as a share of its strength; it widens the interval of the strength.
+    /// Error of the effect's form, as a share of its strength.
     pub form_error: f64,
+    /// By how much of its [size](Shown::size) it is told wrongly beyond the noise, as simulated recordings show; it widens the interval of
+    /// the strength.
+    pub size_error: f64,
     /// Share by which its strength differs from stand to stand, if each stand has its own.
     pub stand_error: Option<f64>,
     /// What a recording must hold, or the effect cannot be tested on it.
@@ -37,6 +40,7 @@ impl Search {
         },
         least: None,
         form_error: 0.06,
+        size_error: 0.03,
         stand_error: None,
         needs: &[],
         allowance: &[],
@@ -113,5 +117,13 @@ impl Shown {
             Self::RiserArea => setting.riser_area_m2,
         };
         (whole, whole)
+    }
+
+    /// What shares of a reported value are shares of: the value itself, of a gain its distance from 1.
+    pub fn size(self, shown: f64) -> f64 {
+        match self {
+            Self::Gain => (shown - 1.0).abs(),
+            Self::AsCarried | Self::RiserArea => shown.abs(),
+        }
     }
 }

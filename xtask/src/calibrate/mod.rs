@@ -1,13 +1,14 @@
-//! `cargo xtask calibrate`: hurdles and probabilities from ensembles that prove nothing.
+//! `cargo xtask calibrate`: hurdles, probabilities and intervals from ensembles that prove nothing.
 //!
 //! The plant makes recordings with seeds that `cargo xtask prove` refuses; `dgd diagnose --without calibration` tells the
-//! evidence of every effect and the bare probability of every finding; hurdles follow from the clean recordings, the
-//! calibration from the findings. Prints and writes what the constants would be beside what they are: it edits no source.
+//! evidence of every effect, the bare probability of every finding and the bare standard error of its size; hurdles follow from the
+//! clean recordings, the calibration from the findings, the shares that widen intervals from sizes beside what was concealed. Prints and writes what the constants would be beside what they are: it edits no source.
 
 mod belief;
 mod hurdles;
 pub(crate) mod logistic;
 mod page;
+mod sizes;
 mod tail;
 
 use crate::prove::answer::Answer;
@@ -19,6 +20,7 @@ use belief::Belief;
 use clap::Args;
 use hurdles::{Hurdles, Rule};
 use serde_json::{Value, json};
+use sizes::Sizes;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -105,6 +107,7 @@ pub(crate) struct Calibration<'a> {
     pub(crate) broken: Vec<String>,
     pub(crate) hurdles: Hurdles,
     pub(crate) belief: Belief,
+    pub(crate) sizes: Sizes,
 }
 
 /// Calibrates; fails where nothing can be told, not on what is found.
@@ -153,6 +156,7 @@ pub(crate) fn run(mut settings: Settings) -> Result<()> {
     let calibration = Calibration {
         hurdles: Hurdles::of(&cases, settings.rule()),
         belief: Belief::of(&cases, belief::now()),
+        sizes: Sizes::of(&cases, &sizes::now(&shelf.dgd)?),
         settings: &settings,
         cases,
         broken,
@@ -270,6 +274,22 @@ fn tell(c: &Calibration) {
         );
     }
     println!("{}", page::brier(&c.belief));
+    println!(
+        "\n{:<28}{:>7}{:>14}{:>8}{:>9}{:>10}",
+        "size of", "told", "median error", "now", "derived", "held now"
+    );
+    let share = |v: Option<f64>| v.map_or("-".into(), |v| format!("{v:.3}"));
+    for s in &c.sizes.effects {
+        println!(
+            "{:<28}{:>7}{:>14}{:>8}{:>9}{:>10}",
+            s.effect,
+            s.told.len(),
+            share(s.typical()),
+            share(s.now),
+            share(s.derived()),
+            s.held().right,
+        );
+    }
 }
 
 /// `calibration.json`
@@ -281,6 +301,7 @@ fn json_of(c: &Calibration) -> Value {
         "no_answer": c.broken,
         "hurdles": c.hurdles.json(),
         "belief": c.belief.json(),
+        "sizes": c.sizes.json(),
     })
 }
 

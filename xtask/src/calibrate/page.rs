@@ -2,6 +2,7 @@
 
 use super::belief::{Belief, NAMES, PRIOR};
 use super::hurdles::{Hurdle, Hurdles};
+use super::sizes::{Size, Sizes, WIDENING};
 use super::{Calibration, logistic::Fit};
 use crate::prove::page::{self, Cell, figure, put, table};
 use crate::prove::stats::{Tally, reliability};
@@ -26,6 +27,7 @@ pub(crate) fn write(c: &Calibration) -> String {
     );
     hurdles(&mut html, &c.hurdles, c.settings.tail);
     belief(&mut html, &c.belief);
+    sizes(&mut html, &c.sizes);
     method(&mut html, c);
     html.push_str(page::END);
     html
@@ -233,6 +235,37 @@ fn belief(html: &mut String, b: &Belief) {
     );
 }
 
+fn sizes(html: &mut String, s: &Sizes) {
+    put!(html, "<h2>How well sizes are told</h2>");
+    let number = |v: Option<f64>| v.map_or("–".into(), |v| format!("{v:.3}"));
+    let row = |s: &Size| {
+        vec![
+            Cell::Name(s.effect.replace('_', " ")),
+            Cell::Text(s.told.len().to_string()),
+            Cell::Text(number(s.typical())),
+            Cell::Number(number(s.now)),
+            Cell::Number(number(s.derived())),
+            Cell::Text(share(s.held())),
+        ]
+    };
+    let cells: Vec<Vec<Cell>> = s.effects.iter().map(row).collect();
+    let head = [
+        "effect",
+        "told",
+        "median error",
+        "share now",
+        "derived",
+        "held by the share now",
+    ];
+    table(html, &head, &cells);
+    put!(
+        html,
+        "<p class=\"quiet\">Sizes of effects that were concealed and found, errors as shares of what was told (of a gain, of its distance from 1). An interval reaches 1.96 times the root of \
+         ({WIDENING} standard errors)² + (share of the size)²; derived: the share with which 19 of 20 intervals hold what was concealed. All intervals by the shares now: {}.</p>",
+        share(s.held())
+    );
+}
+
 fn method(html: &mut String, c: &Calibration) {
     let s = c.settings;
     let seeds: Vec<String> = s.seeds.iter().map(u64::to_string).collect();
@@ -346,12 +379,14 @@ mod tests {
     use super::*;
     use crate::calibrate::Case;
     use crate::calibrate::hurdles::tests::RULE;
+    use std::collections::BTreeMap;
 
     fn page_of(cases: Vec<Case>) -> String {
         write(&Calibration {
             settings: &settings(&[11, 12, 13]),
             hurdles: Hurdles::of(&cases, RULE),
             belief: Belief::of(&cases, Some([-0.9, 0.55, 0.5, -2.5])),
+            sizes: Sizes::of(&cases, &BTreeMap::new()),
             cases,
             broken: vec!["seed-11-mix/level-2/c003: <b>".into()],
         })
@@ -368,6 +403,7 @@ mod tests {
                 "Hurdles</h2>",
                 "From evidence to probability",
                 "Are the probabilities honest?",
+                "How well sizes are told",
                 "--seeds 11,12,13 --count 6 --clean 4 --level 2",
                 "1 runs gave no answer",
                 "c003: &lt;b&gt;",

@@ -52,6 +52,7 @@ fn as_json() -> Value {
                 "equation": about.equation,
                 "source": about.source,
                 "excited_by": about.excited_by,
+                "size_error": about.search.size_error,
             }))
             .collect::<Vec<_>>(),
         "steps": Step::ALL.iter().map(|s| s.name()).collect::<Vec<_>>(),

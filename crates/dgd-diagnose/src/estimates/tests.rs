@@ -7,6 +7,7 @@ use crate::diagnosis::ParameterEstimate;
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::select::{Named, Selection};
+use crate::step::Step;
 use crate::tangent::{Bend, Tangent, dot};
 use dgd_effects::{find, unknown};
 
@@ -63,13 +64,30 @@ fn a_strength_by_itself_has_the_deviation_of_its_energy_and_its_prior() {
         let s = along(&record, &full, &selection.state(), (0, 0));
         // The prior is three times as wide as a usual gain of 0.03.
         let variance = 1.0 / (dot(&s, &s) + 1.0 / (0.09 * 0.09));
-        let expected = widened(variance, gain.search.form_error * value.abs());
+        let expected = widened(variance, gain.search.size_error * value.abs());
         let found = sd(&found[0]);
         assert!(
             (found / expected - 1.0).abs() < 0.02,
             "{value}: {found} for {expected}"
         );
     }
+}
+
+#[test]
+fn what_is_not_calibrated_is_the_posterior_by_itself() {
+    let mut record = drilled(Hidden::default());
+    let selection = selected(Vec::new(), vec![named("inflow_gain", &[-0.1])]);
+    let [calibrated, bare] = [Vec::new(), vec![Step::Calibration]].map(|without| {
+        record.without = without;
+        let full = about(&record, &selection);
+        sd(&estimates(&record, &selection, 0, &full)[0])
+    });
+    let share = find("inflow_gain").unwrap().about().search.size_error;
+    let expected = widened(bare * bare, 0.1 * share);
+    assert!(
+        (calibrated / expected - 1.0).abs() < 1e-9,
+        "{calibrated} {bare}"
+    );
 }
 
 #[test]
@@ -145,8 +163,8 @@ fn times_are_known_to_half_a_minute_and_a_rate_no_better_than_its_form() {
     assert_eq!(names, ["rate_m3_s", "onset_s", "duration_s", "ramp"]);
     assert!((sd(&found[1]) - 30.0).abs() < 1e-9 && (sd(&found[2]) - 30.0).abs() < 1e-9);
     let rate = sd(&found[0]);
-    let form = 0.15 * 3e-3;
-    assert!(rate > form && rate < 1.5 * form, "{rate}");
+    let lacks = find("influx").unwrap().about().search.size_error * 3e-3;
+    assert!(rate > lacks && rate < 5.0 * lacks, "{rate}");
     // By differences of the joint curve itself.
     let [a, b] = [0, 3].map(|j| along(&record, &full, &state, (0, j)));
     let (aa, bb, ab) = (
@@ -156,7 +174,7 @@ fn times_are_known_to_half_a_minute_and_a_rate_no_better_than_its_form() {
     );
     let determinant = aa * bb - ab * ab;
     assert!(
-        (rate / widened(bb / determinant, form) - 1.0).abs() < 0.02,
+        (rate / widened(bb / determinant, lacks) - 1.0).abs() < 0.02,
         "{rate}"
     );
     let ramp = sd(&found[3]) / widened(aa / determinant, 0.0);
@@ -178,7 +196,7 @@ fn what_the_recording_does_not_show_is_known_as_well_as_before() {
     for (j, (one, parameter)) in found.iter().zip(pipe.parameters).enumerate() {
         let width = 3.0 * parameter.usual;
         let form = if j == 0 {
-            pipe.search.form_error * values[0]
+            pipe.search.size_error * values[0]
         } else {
             0.0
         };

@@ -34,6 +34,7 @@ static ABOUT: About = About {
     search: Search {
         least: Some(5.0),
         form_error: 0.1,
+        size_error: 0.06,
         needs: &[Excitation::BoosterSteps],
         allowance: &[1.5, 3.0, 4.5],
         belief: Belief {

@@ -104,6 +104,7 @@ static ABOUT: About = About {
         stand_error: Some(0.3),
         needs: &[Excitation::Connections],
         form_error: 0.2,
+        size_error: 0.05,
         ..Search::BASE
     },
 };

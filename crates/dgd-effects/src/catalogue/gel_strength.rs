@@ -56,6 +56,7 @@ static ABOUT: About = About {
             scale: 4.0,
         },
         form_error: 0.15,
+        size_error: 0.4,
         needs: &[Excitation::PumpStops],
         ..Search::BASE
     },

@@ -57,6 +57,7 @@ static ABOUT: About = About {
         // A hand's breadth a minute: a surface that settles, not one that drains.
         least: Some(2e-3),
         form_error: 0.15,
+        size_error: 0.02,
         stand_error: Some(0.3),
         belief: Belief {
             hurdle: 16.0,

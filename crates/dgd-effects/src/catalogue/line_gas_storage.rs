@@ -40,6 +40,7 @@ static ABOUT: About = About {
         },
         least: Some(3.5),
         form_error: 0.15,
+        size_error: 0.1,
         timing: Some(Timing::Meter),
         ..Search::BASE
     },

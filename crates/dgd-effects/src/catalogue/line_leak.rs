@@ -42,6 +42,7 @@ static ABOUT: About = About {
             scale: 5.0,
         },
         form_error: 0.15,
+        size_error: 0.15,
         flowing: true,
         ..Search::BASE
     },

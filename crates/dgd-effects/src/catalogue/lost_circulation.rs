@@ -53,6 +53,7 @@ static ABOUT: About = About {
     extent: Extent::FromOnset,
     search: Search {
         form_error: 0.15,
+        size_error: 0.05,
         belief: Belief {
             hurdle: 5.0,
             scale: 4.0,

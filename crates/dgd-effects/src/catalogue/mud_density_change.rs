@@ -64,6 +64,7 @@ static ABOUT: About = About {
         },
         least: Some(1.5),
         form_error: 0.15,
+        size_error: 0.06,
         ..Search::BASE
     },
 };

@@ -41,6 +41,7 @@ static ABOUT: About = About {
             scale: 5.0,
         },
         least: Some(1.05e4),
+        size_error: 0.1,
         ..Search::BASE
     },
 };

@@ -53,6 +53,7 @@ static ABOUT: About = About {
             scale: 4.0,
         },
         least: Some(1.05e4),
+        size_error: 0.04,
         ..Search::BASE
     },
 };

@@ -42,6 +42,7 @@ static ABOUT: About = About {
         least: Some(5.5),
         allowance: &[1.0, 2.0, 3.0, 4.0, 5.0],
         timing: Some(Timing::Pump),
+        size_error: 0.1,
         ..Search::BASE
     },
 };

@@ -38,6 +38,7 @@ static ABOUT: About = About {
             scale: 4.0,
         },
         form_error: 0.4,
+        size_error: 0.4,
         ..Search::BASE
     },
 };

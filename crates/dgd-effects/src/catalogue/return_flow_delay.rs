@@ -47,6 +47,7 @@ static ABOUT: About = About {
         },
         least: Some(3.5),
         form_error: 0.15,
+        size_error: 0.1,
         allowance: &[0.5, 1.0, 1.5, 2.0, 2.5],
         timing: Some(Timing::Meter),
         ..Search::BASE

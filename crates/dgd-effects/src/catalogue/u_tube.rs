@@ -37,6 +37,7 @@ static ABOUT: About = About {
     search: Search {
         least: Some(7.5),
         form_error: 0.1,
+        size_error: 0.1,
         needs: &[Excitation::Connections],
         allowance: &[1.0, 2.0, 3.0, 4.0],
         belief: Belief {

@@ -61,6 +61,7 @@ static ABOUT: About = About {
     search: Search {
         least: Some(0.05),
         form_error: 0.15,
+        size_error: 0.5,
         belief: Belief {
             hurdle: 11.0,
             scale: 5.0,

@@ -46,6 +46,7 @@ static ABOUT: About = About {
             scale: 2.0,
         },
         form_error: 0.15,
+        size_error: 0.15,
         ..Search::BASE
     },
 };

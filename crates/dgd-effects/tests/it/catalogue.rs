@@ -158,6 +158,7 @@ fn what_it_takes_to_believe_an_effect_is_positive() {
         let strength = &about.parameters[0];
         assert!(search.belief.hurdle > 0.0 && search.belief.scale > 0.0);
         assert!((0.0..1.0).contains(&search.form_error), "{}", about.id);
+        assert!((0.0..1.0).contains(&search.size_error), "{}", about.id);
         if let Some(least) = search.least {
             assert!(least > 0.0 && least < strength.high, "{}", about.id);
         }
