@@ -1,6 +1,6 @@
 //! The list of effects: one line each.
 
-use crate::Effect;
+use crate::{Effect, own};
 
 mod annulus_area;
 mod booster_line_storage;
@@ -28,34 +28,37 @@ mod unknown;
 mod viscosity_drift;
 mod yield_stress;
 
-/// Every effect, in a fixed order.
+/// The effects that are always there, in a fixed order.
+pub(crate) const BUILT_IN: [&dyn Effect; 24] = [
+    &return_flow_delay::ReturnFlowDelay,
+    &return_flow_gain::ReturnFlowGain,
+    &inflow_gain::InflowGain,
+    &outlet_pressure_bias::OutletPressureBias,
+    &outlet_pressure_bias_step::OutletPressureBiasStep,
+    &mud_density_change::MudDensityChange,
+    &cuttings_loading::CuttingsLoading,
+    &yield_stress::YieldStress,
+    &gel_strength::GelStrength,
+    &line_drainage::LineDrainage,
+    &pump_wear::PumpWear,
+    &gas_in_pump::GasInPump,
+    &pump_speed_lag::PumpSpeedLag,
+    &influx::Influx,
+    &lost_circulation::LostCirculation,
+    &u_tube::UTube,
+    &booster_line_storage::BoosterLineStorage,
+    &annulus_area::AnnulusArea,
+    &pipe_displacement::PipeDisplacement,
+    &heave::Heave,
+    &viscosity_drift::ViscosityDrift,
+    &line_restriction::LineRestriction,
+    &line_leak::LineLeak,
+    &line_gas_storage::LineGasStorage,
+];
+
+/// Every effect, in a fixed order: the built-in ones, and behind them those that were [registered](crate::register).
 pub fn catalogue() -> &'static [&'static dyn Effect] {
-    &[
-        &return_flow_delay::ReturnFlowDelay,
-        &return_flow_gain::ReturnFlowGain,
-        &inflow_gain::InflowGain,
-        &outlet_pressure_bias::OutletPressureBias,
-        &outlet_pressure_bias_step::OutletPressureBiasStep,
-        &mud_density_change::MudDensityChange,
-        &cuttings_loading::CuttingsLoading,
-        &yield_stress::YieldStress,
-        &gel_strength::GelStrength,
-        &line_drainage::LineDrainage,
-        &pump_wear::PumpWear,
-        &gas_in_pump::GasInPump,
-        &pump_speed_lag::PumpSpeedLag,
-        &influx::Influx,
-        &lost_circulation::LostCirculation,
-        &u_tube::UTube,
-        &booster_line_storage::BoosterLineStorage,
-        &annulus_area::AnnulusArea,
-        &pipe_displacement::PipeDisplacement,
-        &heave::Heave,
-        &viscosity_drift::ViscosityDrift,
-        &line_restriction::LineRestriction,
-        &line_leak::LineLeak,
-        &line_gas_storage::LineGasStorage,
-    ]
+    own::all()
 }
 
 pub use unknown::{

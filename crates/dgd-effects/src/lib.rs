@@ -5,7 +5,7 @@
 //! [`Changes`]. The action is causal and knows neither whether the moment was measured nor simulated: the
 //! diagnosis drives it with measurements, [`AugmentedModel::free_run`] with its own states.
 //!
-//! Adding an effect is one file in `catalogue/` and one line in `catalogue.rs`; the README shows it. Absent: the search and its
+//! Adding an effect is one file in `catalogue/` and one line in `catalogue.rs`, or from outside a call of [`register`]; the README shows both. Absent: the search and its
 //! statistics, which are the diagnosis's; an effect only says what it must show there ([`Search`]).
 #![deny(missing_docs)]
 
@@ -15,6 +15,7 @@ mod curves;
 mod effect;
 mod moment;
 mod order;
+mod own;
 mod search;
 
 pub use augmented::{AppliedEffect, AugmentedModel, FreeRun, Inputs, UnknownEffect};
@@ -29,6 +30,7 @@ pub use curves::{
 pub use effect::{About, Action, Component, Effect, Extent, MeterPath, Parameter, Relation, Role};
 pub use moment::{Changes, Connection, Moment, Noise, Setting, shrunk};
 pub use order::{Rank, quantile};
+pub use own::{RegisterError, register};
 pub use search::{Belief, Excitation, Method, Search, Shown, Timing};
 
 /// The examples of the README compile.

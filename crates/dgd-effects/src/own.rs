@@ -1,0 +1,373 @@
+//! Effects of one's own beside those of the catalogue.
+
+use crate::{About, Effect, Extent, Method, Role};
+use std::sync::{Mutex, OnceLock, PoisonError};
+
+static OWN: Mutex<Vec<&'static dyn Effect>> = Mutex::new(Vec::new());
+static ALL: OnceLock<Vec<&'static dyn Effect>> = OnceLock::new();
+
+/// Adds an effect of one's own to the catalogue of this process, so that everything that looks there knows it: diagnoses, models that are
+/// read or run, reports. It is weighed like the others, and stands behind them in the order.
+///
+/// Before the catalogue is first looked at: a search that grew while it ran would tell of neither.
+///
+/// # Errors
+/// [`RegisterError::TooLate`] after that; [`RegisterError::Taken`] where the id is known; [`RegisterError::Unsound`] where its description
+/// contradicts itself, so that a diagnosis could make nothing of it.
+pub fn register(effect: &'static dyn Effect) -> Result<(), RegisterError> {
+    let about = effect.about();
+    sound(about).map_err(|what| RegisterError::Unsound { id: about.id, what })?;
+    // What panicked while it held the list has pushed whole effects or none.
+    let mut own = OWN.lock().unwrap_or_else(PoisonError::into_inner);
+    if ALL.get().is_some() {
+        return Err(RegisterError::TooLate { id: about.id });
+    }
+    let known = crate::catalogue::BUILT_IN.iter().chain(own.iter());
+    let mut ids = known.map(|e| e.about().id).chain(["unknown"]);
+    if ids.any(|id| id == about.id) {
+        return Err(RegisterError::Taken { id: about.id });
+    }
+    own.push(effect);
+    Ok(())
+}
+
+/// The built-in effects and those that were registered, from now on for good.
+pub(crate) fn all() -> &'static [&'static dyn Effect] {
+    ALL.get_or_init(|| {
+        let own = OWN.lock().unwrap_or_else(PoisonError::into_inner);
+        let built_in = crate::catalogue::BUILT_IN.iter().copied();
+        built_in.chain(own.iter().copied()).collect()
+    })
+}
+
+/// Why an effect is not added to the catalogue.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum RegisterError {
+    /// The catalogue has been looked at.
+    #[error("effect `{id}` comes too late: register it before anything looks at the catalogue")]
+    TooLate {
+        /// Its id.
+        id: &'static str,
+    },
+    /// There is one of this id.
+    #[error("the catalogue holds an effect `{id}` already: choose another id")]
+    Taken {
+        /// Its id.
+        id: &'static str,
+    },
+    /// What it says of itself cannot be.
+    #[error("effect `{id}`: {what}")]
+    Unsound {
+        /// Its id.
+        id: &'static str,
+        /// What is wrong, and what it should be.
+        what: &'static str,
+    },
+}
+
+/// Whether a description agrees with itself: what a search relies on.
+///
+/// # Errors
+/// What does not.
+pub(crate) fn sound(about: &About) -> Result<(), &'static str> {
+    let search = &about.search;
+    let Some(strength) = about.parameters.first() else {
+        return Err("it has no parameter, expected its strength first");
+    };
+    let listed = |role: &Role| match role {
+        Role::Grid(values) | Role::Shape(values) | Role::Sensor(values) | Role::Edge(values) => {
+            Some(*values)
+        }
+        Role::Amplitude | Role::Onset | Role::Duration => None,
+    };
+    let within = |p: &crate::Parameter| {
+        let values = listed(&p.role).unwrap_or(&[]);
+        p.low < p.high
+            && (p.low..=p.high).contains(&p.usual)
+            && values.iter().all(|v| (p.low..=p.high).contains(v))
+    };
+    let names = about.parameters.iter().enumerate();
+    let wrong = [
+        (
+            about.id.is_empty() || about.title.trim().is_empty(),
+            "its id or title is empty",
+        ),
+        (
+            !matches!(strength.role, Role::Amplitude | Role::Grid(_)),
+            "its first parameter is not its strength, expected `Role::Amplitude` or `Role::Grid`",
+        ),
+        (
+            strength.role == Role::Amplitude && strength.usual <= 0.0,
+            "its strength has no usual size, expected one above 0",
+        ),
+        (
+            search.method == Method::Relations
+                && about
+                    .parameters
+                    .iter()
+                    .any(|p| listed(&p.role).is_some_and(<[f64]>::is_empty)),
+            "a parameter that is tried on a grid has no values to try",
+        ),
+        (
+            !about.parameters.iter().all(within),
+            "a parameter's usual or tried value is beyond its bounds, or these are no range",
+        ),
+        (
+            { names }.any(|(k, p)| about.position(p.name) != Some(k)),
+            "two parameters have one name",
+        ),
+        (
+            about.onset().is_some() != (about.extent != Extent::Always),
+            "it has an onset if and only if its extent is not `Always`",
+        ),
+        (
+            about.duration().is_some() != (about.extent == Extent::Passing),
+            "it has a duration if and only if its extent is `Passing`",
+        ),
+        (
+            about.sensor().is_some() && about.onset().is_none(),
+            "what sits in one transmitter needs an onset",
+        ),
+        (
+            !(search.belief.hurdle > 0.0 && search.belief.scale > 0.0),
+            "its hurdle and the scale of belief must be above 0",
+        ),
+        (
+            ![search.form_error, search.size_error]
+                .iter()
+                .all(|e| (0.0..1.0).contains(e)),
+            "its form and size errors are shares, from 0 to below 1",
+        ),
+        (
+            search
+                .least
+                .is_some_and(|least| !(least > 0.0 && least < strength.high)),
+            "the least strength that is named must lie between 0 and the highest",
+        ),
+        (
+            !search.allowance.is_empty() && about.parameters.len() > 1,
+            "what is allowed for is given by its strength alone, but it has other parameters",
+        ),
+        (
+            search.method == Method::Spectrum && about.parameters.len() != 2,
+            "what is found in the spectrum has two parameters, its period and amplitude",
+        ),
+        (
+            search.method == Method::Correction,
+            "there is one empirical correction, expected `Method::Relations` or `Method::Spectrum`",
+        ),
+    ];
+    let first = wrong.into_iter().find(|(wrong, _)| *wrong);
+    first.map_or(Ok(()), |(_, what)| Err(what))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{RegisterError, register, sound};
+    use crate::{
+        About, Action, Component, Effect, Extent, Method, Parameter, Relation, Role, Search,
+        Setting, catalogue,
+    };
+
+    const SOUND: About = About {
+        id: "topfill_offset",
+        title: "the topfill meter is off",
+        component: Component::Instrument,
+        relation: Relation::RiserMassBalance,
+        equation: "q_meter = q + q_0",
+        source: "a meter's zero",
+        excited_by: "any recording",
+        confusable: &[],
+        parameters: &[Parameter {
+            name: "offset_m3_s",
+            meaning: "reading less truth",
+            role: Role::Amplitude,
+            low: -0.01,
+            high: 0.01,
+            usual: 1e-3,
+            ..Parameter::BASE
+        }],
+        extent: Extent::Always,
+        search: Search::BASE,
+    };
+
+    struct Own(About);
+
+    impl Effect for Own {
+        fn about(&self) -> &'static About {
+            // Leaked by the tests, which are few.
+            Box::leak(Box::new(self.0))
+        }
+
+        fn begin(&self, _: &[f64], _: &Setting) -> Action {
+            Box::new(|_, _| {})
+        }
+    }
+
+    #[test]
+    fn what_the_catalogue_says_of_its_effects_agrees_with_itself() {
+        for effect in crate::catalogue::BUILT_IN {
+            assert_eq!(sound(effect.about()), Ok(()), "{}", effect.about().id);
+        }
+        assert_eq!(sound(&SOUND), Ok(()));
+    }
+
+    #[test]
+    fn what_does_not_is_told() {
+        const STRENGTH: Parameter = SOUND.parameters[0];
+        const SEARCH: Search = Search::BASE;
+        let with = |parameters: &'static [Parameter]| About {
+            parameters,
+            ..SOUND
+        };
+        let sought = |search: Search| About { search, ..SOUND };
+        let cases = [
+            (About { id: "", ..SOUND }, "id or title"),
+            (with(&[]), "no parameter"),
+            (with(&[Parameter::ONSET]), "is not its strength"),
+            (
+                with(&[Parameter {
+                    usual: 0.0,
+                    ..STRENGTH
+                }]),
+                "no usual size",
+            ),
+            (
+                with(&[Parameter {
+                    role: Role::Grid(&[]),
+                    ..STRENGTH
+                }]),
+                "no values",
+            ),
+            (
+                with(&[Parameter {
+                    role: Role::Grid(&[0.02]),
+                    ..STRENGTH
+                }]),
+                "beyond its bounds",
+            ),
+            (
+                with(&[Parameter {
+                    high: -0.01,
+                    ..STRENGTH
+                }]),
+                "beyond its bounds",
+            ),
+            (with(&[STRENGTH, STRENGTH]), "one name"),
+            (with(&[STRENGTH, Parameter::ONSET]), "an onset if"),
+            (
+                About {
+                    extent: Extent::FromOnset,
+                    ..SOUND
+                },
+                "an onset if",
+            ),
+            (
+                About {
+                    extent: Extent::Passing,
+                    ..with(&[STRENGTH, Parameter::ONSET])
+                },
+                "a duration if",
+            ),
+            (
+                with(&[
+                    STRENGTH,
+                    Parameter {
+                        name: "sensor",
+                        role: Role::Sensor(&[0.0]),
+                        ..STRENGTH
+                    },
+                ]),
+                "needs an onset",
+            ),
+            (
+                sought(Search {
+                    belief: crate::Belief {
+                        hurdle: 0.0,
+                        scale: 1.0,
+                    },
+                    ..SEARCH
+                }),
+                "hurdle",
+            ),
+            (
+                sought(Search {
+                    form_error: 1.0,
+                    ..SEARCH
+                }),
+                "are shares",
+            ),
+            (
+                sought(Search {
+                    size_error: f64::NAN,
+                    ..SEARCH
+                }),
+                "are shares",
+            ),
+            (
+                sought(Search {
+                    least: Some(0.01),
+                    ..SEARCH
+                }),
+                "least strength",
+            ),
+            (
+                sought(Search {
+                    method: Method::Spectrum,
+                    ..SEARCH
+                }),
+                "in the spectrum",
+            ),
+            (
+                sought(Search {
+                    method: Method::Correction,
+                    ..SEARCH
+                }),
+                "one empirical correction",
+            ),
+            (
+                About {
+                    search: Search {
+                        allowance: &[1e-4],
+                        ..SEARCH
+                    },
+                    ..with(&[
+                        STRENGTH,
+                        Parameter {
+                            name: "shape",
+                            role: Role::Shape(&[0.0]),
+                            ..STRENGTH
+                        },
+                    ])
+                },
+                "strength alone",
+            ),
+        ];
+        for (about, said) in cases {
+            let wrong = sound(&about).err().unwrap_or_default();
+            assert!(wrong.contains(said), "{wrong:?} for {said}");
+        }
+        let about = About { id: "", ..SOUND };
+        let refused = register(Box::leak(Box::new(Own(about))));
+        let expected = RegisterError::Unsound {
+            id: "",
+            what: "its id or title is empty",
+        };
+        assert_eq!(refused, Err(expected));
+    }
+
+    #[test]
+    fn the_catalogue_does_not_grow_while_it_is_in_use() {
+        let before = catalogue().len();
+        let late: &'static Own = Box::leak(Box::new(Own(SOUND)));
+        let refused = register(late);
+        assert_eq!(
+            refused,
+            Err(RegisterError::TooLate {
+                id: "topfill_offset"
+            })
+        );
+        assert_eq!(catalogue().len(), before);
+    }
+}
