@@ -2,7 +2,8 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::footprint::LEFT_OVER;
-use super::{Bent, Footprint, MOSTLY, ROUGH, Round, Ruling, owed_to_timing, timed};
+use super::form::{Bent, MOSTLY, ROUGH};
+use super::{Footprint, Round, Ruling, owed_to_timing, timed};
 use crate::claims::fixture::{Hidden, INFLUX_S, drilled};
 use crate::contest::{Contender, contest, sets_in};
 use crate::empirical::{Correction, hurdle};

@@ -1,0 +1,109 @@
+//! How far the form of an effect is bent, and whether that is more than a form may.
+
+use super::Round;
+use crate::contest::{Contender, solved};
+use crate::refine::refine;
+use crate::relations::Applied;
+use crate::scan::joined;
+use crate::step::Step;
+use dgd_effects::About;
+use tracing::debug;
+
+/// Error of a form up to which it is exact: a gain, an area, a loss on the velocity head, a lag in what is pumped.
+pub(super) const EXACT: f64 = 0.1;
+
+/// Share of its evidence by which a form that is not exact may bend, whatever its error: that sets how far it can. Set by hand, above
+/// what single causes in simulated recordings bend by; what only resembles them often bends by more (both are traced).
+pub(super) const ROUGH: f64 = 0.25;
+
+/// Over what a form bends by: what a second effect must show beside it, the slack of that form allowed for, to be what bends it.
+pub(super) const MOSTLY: f64 = 0.7;
+
+/// How far the form of an effect is bent.
+pub(super) struct Bent {
+    /// Logarithm of the odds that it does not hold.
+    pub odds: f64,
+    /// The state with the effect sharpened, and what its form gains there; `None` where its form was asked as it stands.
+    pub sharpened: Option<(Vec<Applied>, f64)>,
+}
+
+/// Whether the form of an effect holds to the letter.
+pub(super) fn is_exact(about: &About) -> bool {
+    about.search.form_error <= EXACT
+}
+
+impl Round<'_> {
+    /// The best effect beside those named, with its parameters sharpened: a strength that was solved for on a straight line and
+    /// a shape from a grid would leave over what passes for something else.
+    pub(super) fn sharpened(&self, best: &Contender) -> Vec<Applied> {
+        let mut state = joined(&self.state, &solved(&best.best));
+        let last = state.len() - 1;
+        refine(self.record, &mut state, last, &[], 1);
+        state
+    }
+
+    /// Logarithm of the odds that an effect only lends its name to something of another form, unless it is a second effect that
+    /// bends it: an exact form that two effects bend is seldom the one of the two.
+    pub(super) fn broken(&self, bent: &Bent) -> f64 {
+        let Some((state, gain)) = &bent.sharpened else {
+            return bent.odds;
+        };
+        // What the timing allowed for beside it lacks is no second cause.
+        let timeless = |about: &About| about.search.timing.is_none();
+        let bends = |(_, evidence)| evidence > MOSTLY * gain;
+        if bent.odds > 0.0 && self.second(state, timeless).is_some_and(bends) {
+            return f64::NEG_INFINITY;
+        }
+        bent.odds
+    }
+
+    /// How far the form of an effect is bent, whatever bends it.
+    pub(super) fn bent(&self, c: &Contender) -> Bent {
+        /// Odds that matter to no probability.
+        const NO_ODDS: f64 = -4.0;
+        let as_it_stands = |odds: f64| Bent {
+            odds,
+            sharpened: None,
+        };
+        if !self.record.takes(Step::Form) {
+            return as_it_stands(f64::NEG_INFINITY);
+        }
+        let about = c.effect.about();
+        let odds = self.form_broken(c, c.formed - c.evidence);
+        if is_exact(about) || odds < NO_ODDS {
+            return as_it_stands(odds);
+        }
+        let state = self.sharpened(c);
+        // Sharpened to nothing it has no form to look at.
+        let Some(one) = state.last().filter(|one| one.parameters[0] != 0.0) else {
+            return as_it_stands(odds);
+        };
+        let gain = self.gate.form_gain(self.record, &self.state, one);
+        if !gain.is_finite() {
+            return as_it_stands(odds);
+        }
+        let odds = self.form_broken(c, gain);
+        debug!("{} bends by {gain:.1}, odds {odds:.1}", about.id);
+        Bent {
+            odds,
+            sharpened: Some((state, gain)),
+        }
+    }
+
+    /// The same by itself, from what the slack of its form gains: how much that is beyond what the error of the form, and those
+    /// of the effects that were named before it, account for. What has another strength in each stand has no form to break.
+    pub(super) fn form_broken(&self, c: &Contender, gain: f64) -> f64 {
+        let search = &c.effect.about().search;
+        if search.stand_error.is_some() {
+            return f64::NEG_INFINITY;
+        }
+        let error = if is_exact(c.effect.about()) {
+            search.form_error
+        } else {
+            ROUGH
+        };
+        let gain = gain - self.left_over(&c.best.signature);
+        let odds = (gain - 3.0 - error * c.evidence) / (4.0 + 0.02 * c.evidence);
+        if odds > 50.0 { 50.0 } else { odds }
+    }
+}

@@ -1,0 +1,156 @@
+//! What effects and corrections must show beside what has been named, and which effects may be.
+
+use super::Round;
+use super::footprint::KNOTS_WANT;
+use super::form::Bent;
+use crate::contest::{Contender, at_bound, before, material, sets_in, solved, stands};
+use crate::empirical::{Correction, hurdle};
+use crate::limit::{Energy, Showing};
+use crate::relations::Applied;
+use crate::scan::{Candidate, on_grid};
+use crate::tangent::dot;
+use crate::timing::is_late_meter;
+use dgd_effects::{About, PLACES, Relation};
+use std::ops::Range;
+use tracing::debug;
+
+/// Evidence that a first, second, third effect and so on must show beyond its hurdle: causes seldom come together.
+pub(super) const FURTHER: [f64; 6] = [0.0, 8.0, 40.0, 200.0, 400.0, 800.0];
+
+/// Whether a late meter has been named.
+pub(super) fn timed(state: &[Applied]) -> bool {
+    let late = |a: &Applied| !a.allowance && is_late_meter(a.effect.about());
+    state.iter().any(late)
+}
+
+impl Round<'_> {
+    /// What an effect must show beside what has been named.
+    pub(super) fn hurdle(&self, c: &Contender) -> f64 {
+        c.effect.about().search.belief.hurdle + self.further() + self.left_over(&c.best.signature)
+    }
+
+    /// What a correction must show beside what has been named: knots fit the want of form of another effect with ease.
+    pub(super) fn unknown_hurdle(&self, r: &Correction) -> f64 {
+        let first = if self.known == 0 { 1.0 } else { 1.5 };
+        first * hurdle(r) + 2.0 * self.further() + KNOTS_WANT * self.left_over(&r.signature)
+    }
+
+    /// What one more cause must show beyond its hurdle.
+    pub(super) fn further(&self) -> f64 {
+        FURTHER[self.known.min(FURTHER.len() - 1)]
+    }
+
+    /// Evidence that what has been named leaves over for a candidate.
+    pub(super) fn left_over(&self, signature: &[f64]) -> f64 {
+        self.footprints.iter().map(|f| f.left_over(signature)).sum()
+    }
+
+    /// How an effect would show beside what has been named; `None` if it may not be named there.
+    pub(crate) fn showing(&self, c: &Contender) -> Option<Showing> {
+        let about = c.effect.about();
+        if self.late_again(about) {
+            return None;
+        }
+        let hurdle = self.hurdle(c);
+        if on_grid(about) {
+            return Some(Showing {
+                energy: Energy::on_grid(c, &self.state),
+                hurdle,
+                before: 0.0,
+            });
+        }
+        let shape = |shape: &Candidate| Showing {
+            energy: Energy::Unit(shape.energy),
+            hurdle,
+            before: before(self.record, &self.gate, &self.state, shape),
+        };
+        // The likeliest shape may be one that does nothing, or comes too late to set in.
+        let likeliest = shape(&c.best);
+        let told = likeliest.limit(about).is_some();
+        Some(if told { likeliest } else { shape(&c.plainest) })
+    }
+
+    /// Whether an effect may be named if its evidence suffices.
+    pub(crate) fn admissible(&self, c: &Contender) -> bool {
+        let one = solved(&c.best);
+        let wanting = if at_bound(&one) {
+            "stands at the bound of what is plausible"
+        } else if !material(&one) {
+            "is within an instrument's accuracy"
+        } else if !stands(self.record, &one) {
+            "does not part the two transmitters"
+        } else if !sets_in(self.record, &self.gate, &self.state, &c.best) {
+            "is as good when it is always there"
+        } else {
+            return true;
+        };
+        debug!("{} {wanting}", c.effect.about().id);
+        false
+    }
+
+    /// Whether an effect stands out, and may be what it seems.
+    pub(super) fn may_be_named(&self, c: &Contender) -> bool {
+        c.evidence > self.hurdle(c) && !self.late_again(c.effect.about()) && self.admissible(c)
+    }
+
+    /// Of the effects of the meter's timing one at the most: what it leaves over looks like the other.
+    pub(super) fn late_again(&self, about: &About) -> bool {
+        is_late_meter(about) && timed(&self.state)
+    }
+
+    /// The likeliest effect that may be named, and how far its form is bent.
+    ///
+    /// What a form gains within its error is its own as long as it holds; else it may be a second effect's, and the evidence decides.
+    pub(super) fn best(&self) -> Option<(&Contender, Bent)> {
+        let open: Vec<&Contender> = (self.contenders.iter())
+            .filter(|c| self.may_be_named(c))
+            .collect();
+        let most = |of: fn(&Contender) -> f64| {
+            (open.iter().copied()).max_by(|a, b| of(a).total_cmp(&of(b)))
+        };
+        let likeliest = most(Contender::claim)?;
+        let bent = self.bent(likeliest);
+        match most(|c| c.evidence) {
+            Some(strongest) if bent.odds > 0.0 && !std::ptr::eq(strongest, likeliest) => {
+                Some((strongest, self.bent(strongest)))
+            }
+            _ => Some((likeliest, bent)),
+        }
+    }
+
+    /// What would explain most, were it not at the bound of what is plausible: something else does what it would do.
+    pub(super) fn beyond(&self) -> Option<&Contender> {
+        // Later it may be the want of form of what has been named.
+        if self.known > 0 {
+            return None;
+        }
+        self.contenders
+            .iter()
+            .filter(|c| c.evidence > self.hurdle(c) && at_bound(&solved(&c.best)))
+            .max_by(|a, b| a.evidence.total_cmp(&b.evidence))
+    }
+
+    /// How much of an effect shows in the relations that a correction of some place enters.
+    pub(super) fn share_in(&self, c: &Contender, place: usize) -> f64 {
+        const SECTIONS: [Relation; 4] = [
+            Relation::ReturnLineFriction,
+            Relation::PumpHead,
+            Relation::Instrument,
+            Relation::RiserMassBalance,
+        ];
+        let energy =
+            |rows: Range<usize>| dot(&c.best.signature[rows.clone()], &c.best.signature[rows]);
+        let sections = self.gate.layout.sections();
+        let (mut there, mut whole) = (0.0, 0.0);
+        for (rows, relation) in sections.into_iter().zip(SECTIONS) {
+            let energy = energy(rows);
+            whole += energy;
+            there += if PLACES[place].shows_in.contains(&relation) {
+                energy
+            } else {
+                0.0
+            };
+        }
+        if whole > 0.0 { there / whole } else { 0.0 }
+    }
+}
