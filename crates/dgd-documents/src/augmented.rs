@@ -3,8 +3,8 @@
 use crate::model::float;
 use crate::reader::{Section, Value};
 use dgd_effects::{
-    AppliedEffect, AugmentedModel, Curves, Effect, KNOTS, PLACES, QUANTITIES, Scale, catalogue,
-    find,
+    About, AppliedEffect, AugmentedModel, Curves, Effect, KNOTS, Method, PLACES, Parameter,
+    QUANTITIES, Role, Scale, catalogue, find,
 };
 use std::fmt::Write as _;
 
@@ -232,6 +232,10 @@ fn read_parameters(effect: &dyn Effect, section: &Section<'_, '_>) -> Option<Vec
     });
     // All of them, so that every wrong code is told.
     let right = checked.fold(true, |all, right| all & right);
+    let bounded = about.parameters.iter().zip(&values);
+    let right = bounded.fold(right, |all, (parameter, value)| {
+        all & is_within(section, about, parameter, *value)
+    });
     right.then_some([values, knots].concat())
 }
 
@@ -281,6 +285,28 @@ fn is_code(
         let named = codes.iter().enumerate();
         let named: Vec<String> = named.map(|(code, name)| format!("{code} {name}")).collect();
         section.problem(written, message, Some(named.join(", ")));
+    }
+    right
+}
+
+/// Whether a strength or shape is one that the effect's equation has a meaning for: a model with another would run, to any numbers. Times
+/// may lie anywhere, and of swell, which moves no run, the measured ones stand.
+fn is_within(section: &Section<'_, '_>, about: &About, parameter: &Parameter, value: f64) -> bool {
+    let Parameter {
+        name, low, high, ..
+    } = *parameter;
+    let timed = matches!(parameter.role, Role::Onset | Role::Duration);
+    let right = timed || about.search.method != Method::Relations || (low..=high).contains(&value);
+    if let Some(written) = section.get(name).filter(|_| !right) {
+        let message = format!(
+            "`{name}` of effect `{}` is {}, expected {} to {}",
+            about.id,
+            float(value),
+            float(low),
+            float(high)
+        );
+        let help = format!("it is {}, as the model carries it", parameter.meaning);
+        section.problem(written, message, Some(help));
     }
     right
 }

@@ -5,8 +5,8 @@ use dgd_documents::{
     Base, ModelDocument, read_model, read_model_document, write_model, write_model_document,
 };
 use dgd_effects::{
-    AppliedEffect, AugmentedModel, Curves, FRICTION_TERMS, HEAD_TERMS, PLACES, QUANTITIES, Scale,
-    catalogue, find,
+    AppliedEffect, AugmentedModel, Curves, FRICTION_TERMS, HEAD_TERMS, PLACES, Parameter,
+    QUANTITIES, Role, Scale, catalogue, find,
 };
 use proptest::prelude::*;
 
@@ -14,7 +14,7 @@ fn kick() -> AppliedEffect {
     let parameters = find("influx").unwrap().about().parameters;
     AppliedEffect {
         id: "influx".into(),
-        parameters: parameters.iter().map(|p| p.usual + 0.1).collect(),
+        parameters: parameters.iter().map(|p| p.usual).collect(),
     }
 }
 
@@ -77,7 +77,7 @@ fn an_effect_goes_by_the_names_of_its_parameters() {
     assert_eq!(effect["id"].as_str(), Some("influx"));
     let parameters = effect["parameters"].as_table().unwrap();
     for p in find("influx").unwrap().about().parameters {
-        assert_eq!(parameters[p.name].as_float(), Some(p.usual + 0.1));
+        assert_eq!(parameters[p.name].as_float(), Some(p.usual));
     }
 }
 
@@ -228,6 +228,41 @@ fn a_correction_s_codes_are_those_of_the_catalogue() {
 }
 
 #[test]
+fn a_strength_or_shape_beyond_its_bounds_is_told_and_a_time_may_lie_anywhere() {
+    let influx = find("influx").unwrap().about();
+    let told = |name: &str, value: f64| {
+        let source = {
+            let mut one = kick();
+            one.parameters[influx.position(name).unwrap()] = value;
+            let (model, _) = read_model(MODEL).unwrap();
+            write_model_document(&ModelDocument {
+                base: Base::Identified(Box::new(model)),
+                augmented: Some(augmented(vec![one])),
+            })
+        };
+        let told =
+            read_model_document(&source).map_err(|e| (e.problems.len(), e.problems[0].clone()));
+        told.map(|_| ())
+    };
+    for p in influx.parameters {
+        let beyond = p.high + 1.0;
+        if matches!(p.role, Role::Onset | Role::Duration) {
+            assert!(told(p.name, 1e9).is_ok(), "{}", p.name);
+            continue;
+        }
+        assert!(told(p.name, p.low).is_ok() && told(p.name, p.high).is_ok());
+        let (count, problem) = told(p.name, beyond).unwrap_err();
+        assert_eq!(count, 1);
+        let expected = format!(
+            "`{}` of effect `influx` is {beyond:?}, expected {:?} to {:?}",
+            p.name, p.low, p.high
+        );
+        assert_eq!(problem.message, expected);
+        assert!(problem.help.unwrap().contains(p.meaning));
+    }
+}
+
+#[test]
 fn a_fine_correction_has_its_knots_in_a_list() {
     let (mut document, _) = read_model_document(&corrected("2", "8")).unwrap();
     let coarse = document.augmented.as_ref().unwrap().effects[1].clone();
@@ -343,14 +378,24 @@ fn no_document_makes_the_reader_try_endless_effects() {
     );
 }
 
+/// Any value that a parameter may have.
+fn allowed(parameter: &Parameter) -> BoxedStrategy<f64> {
+    let bounds = parameter.low..=parameter.high;
+    let timed = matches!(parameter.role, Role::Onset | Role::Duration);
+    if timed || !(parameter.low.is_finite() && parameter.high.is_finite()) {
+        finite().boxed()
+    } else {
+        prop_oneof![bounds, Just(parameter.low), Just(parameter.high)].boxed()
+    }
+}
+
 fn applied() -> impl Strategy<Value = AppliedEffect> {
     (0..catalogue().len()).prop_flat_map(|index| {
         let about = catalogue()[index].about();
-        proptest::collection::vec(finite(), about.parameters.len()).prop_map(move |parameters| {
-            AppliedEffect {
-                id: about.id.to_owned(),
-                parameters,
-            }
+        let each: Vec<_> = about.parameters.iter().map(allowed).collect();
+        each.prop_map(move |parameters| AppliedEffect {
+            id: about.id.to_owned(),
+            parameters,
         })
     })
 }
