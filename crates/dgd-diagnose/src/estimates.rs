@@ -13,7 +13,7 @@ use dgd_effects::Role;
 const WIDENING: f64 = 2.5;
 
 /// Estimates of the effect's parameters; intervals from the joint curvature of every continuous parameter, widened for
-/// what the forms lack. Without [`Step::Calibration`] they are not.
+/// what the forms lack; bare where [`Step::Calibration`] is left out.
 pub(crate) fn estimates(
     record: &Record,
     selection: &Selection,

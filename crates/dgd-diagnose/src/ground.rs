@@ -30,7 +30,7 @@ impl Ground {
         let samples = record.t_s.len();
         let plain = fields(&Changes::default());
         let mut touched: [Vec<f64>; FIELDS] = Default::default();
-        let mut parts = Parts::room_for(record);
+        let mut parts = Parts::blank(record);
         run(record, (&line, &rates), 0..samples, &mut parts, |moment| {
             let mut c = Changes::default();
             for action in &mut actions {

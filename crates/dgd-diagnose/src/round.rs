@@ -50,7 +50,7 @@ pub(crate) struct Round<'a> {
     footprints: Vec<Footprint>,
     /// Plausible corrections, best first.
     rivals: Vec<Correction>,
-    /// Places of what has been found that the catalogue does not hold.
+    /// Places of what has been found that the catalogue does not hold: effects that show there are not told beside it.
     unnamed: Vec<usize>,
 }
 
@@ -80,6 +80,16 @@ impl<'a> Round<'a> {
             }
             rivals.sort_by(|a, b| b.borne.total_cmp(&a.borne));
         }
+        let unnamed: Vec<usize> = (selection.named.iter())
+            .filter(|n| n.is_unnamed())
+            .filter_map(|n| n.correction.map(|(place, _)| place))
+            .collect();
+        // Knots leave something over where they act.
+        let enters = |place: usize, relation| PLACES[place].shows_in.contains(relation);
+        rivals.retain(|r| {
+            let mut relations = PLACES[r.place].shows_in.iter();
+            !relations.any(|relation| unnamed.iter().any(|place| enters(*place, relation)))
+        });
         for c in contenders.iter().take(9) {
             let about = c.effect.about();
             debug!(
@@ -115,15 +125,21 @@ impl<'a> Round<'a> {
             gate,
             contenders,
             rivals,
-            unnamed: (selection.named.iter())
-                .filter(|n| n.is_unnamed())
-                .filter_map(|n| n.correction.map(|(place, _)| place))
-                .collect(),
+            unnamed,
         })
     }
 
-    /// Decides between the best effect and the best correction.
+    /// Decides between the best effect and the best correction. Beside what the catalogue does not hold only an effect that needs no second one
+    /// is named.
     pub(crate) fn ruling(&self) -> Ruling {
+        match self.decided() {
+            Ruling::Named(named) => Ruling::Named(named),
+            _ if !self.unnamed.is_empty() => Ruling::Nothing,
+            ruling => ruling,
+        }
+    }
+
+    fn decided(&self) -> Ruling {
         let best = self.best();
         if let Some(seen) = self.seen_first() {
             return self.unnamed(seen, seen.evidence, None);
@@ -158,20 +174,6 @@ impl<'a> Round<'a> {
             }
             None => alone,
         }
-    }
-
-    /// The effect that stands out where nothing of what the catalogue does not hold is shown, if it is beyond doubt.
-    pub(crate) fn apart(&self) -> Option<Named> {
-        let Ruling::Named(named) = self.ruling() else {
-            return None;
-        };
-        let of = |c: &&Contender| c.effect.about().id == named.applied.effect.about().id;
-        let c = self.contenders.iter().find(of)?;
-        let beside = |place: &usize| {
-            let enters = PLACES[*place].shows_in.contains(&c.effect.about().relation);
-            !enters && self.share_in(c, *place) < SHOWS
-        };
-        self.unnamed.iter().all(beside).then_some(named)
     }
 
     /// What two transmitters show, before any effect is weighed against what it leaves of the relations; unless the catalogue holds

@@ -30,7 +30,7 @@ pub(crate) struct Named {
 }
 
 impl Named {
-    /// Whether it is something that the catalogue does not hold, beside which effects of the relations that it enters are not told.
+    /// Whether it is something that the catalogue does not hold, and not what two transmitters show; until the search ends.
     pub(crate) fn is_unnamed(&self) -> bool {
         self.correction.is_some() && self.held.is_none()
     }
@@ -53,7 +53,7 @@ pub(crate) struct First {
     pub energy: f64,
     /// Whether it might be named but for its evidence.
     pub admissible: bool,
-    /// How it would show beside what was named in the end; `None` if it may not be named there.
+    /// How it would show beside what was named before the last round that weighed it; `None` before, and where it may not be named there.
     pub showing: Option<Showing>,
 }
 
@@ -151,10 +151,6 @@ pub(crate) fn select(
             selection.first = first(round);
         }
         let ruling = match sought {
-            // A second cause elsewhere has nothing to do with what the catalogue does not hold.
-            Sought::Any(_) if selection.named.iter().any(Named::is_unnamed) => {
-                round.apart().map_or(Ruling::Nothing, Ruling::Named)
-            }
             Sought::Any(_) => round.ruling(),
             Sought::Given(ids) => round.given(ids).map_or(Ruling::Nothing, Ruling::Named),
         };
@@ -213,7 +209,7 @@ impl Promised {
 }
 
 /// Takes back what was named on promises that the round behind them does not keep, for no second effect came to do with the
-/// first what a correction does by itself: tells whether the search ends with that correction. Where none stands, the effect
+/// first what a correction does by itself: tells whether that correction stands in their place. Where none does, the effect
 /// stays, no likelier than by itself.
 fn settled(selection: &mut Selection, promises: &mut Vec<Promised>, ruling: &Ruling) -> bool {
     let mut instead = None;

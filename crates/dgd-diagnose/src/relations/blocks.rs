@@ -37,7 +37,7 @@ impl Blocks {
         let mut actions: Vec<Action> = (applied.iter())
             .map(|one| one.effect.begin(&one.parameters, &record.setting))
             .collect();
-        let mut parts = Parts::room_for(record);
+        let mut parts = Parts::blank(record);
         run(
             record,
             (&line, &rates),
@@ -106,7 +106,7 @@ impl Blocks {
     }
 }
 
-/// A series averaged over its calm surroundings, up to a minute on either side, and left alone where it moves.
+/// A series averaged over its calm surroundings, up to six values on either side (a minute of blocks), and left alone where it moves.
 ///
 /// A curve fitted to noisy flow leans towards the mean (errors in variables); in steady operation, where flow varies by
 /// noise alone, it would lose its slope altogether.

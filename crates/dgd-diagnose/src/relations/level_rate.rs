@@ -9,7 +9,7 @@ use dgd_effects::shrunk;
 pub(crate) struct LevelRate {
     /// From edge to edge of the row, Pa/s.
     read: Vec<f64>,
-    /// Averaged where it is steady, Pa/s, and over how many rows.
+    /// Averaged where it is steady, up to six rows to either side, Pa/s, and over how many rows.
     calm: Vec<f64>,
     averaged: Vec<f64>,
     /// Noise of what is read, Pa/s.
@@ -42,7 +42,11 @@ impl LevelRate {
     /// The same less a drift of the reading, as far as noise does not hide it, Pa/s: another area tells of nothing else. Noise of
     /// what is read would make every area look too small, for it is weighed by the area.
     pub(super) fn told(&self, row: usize, drift: f64) -> f64 {
+        if drift != 0.0 {
+            // The rows about it may drift otherwise.
+            return shrunk(self.read[row] - drift, self.noise);
+        }
         // Rates over rows that follow each other share their edges.
-        shrunk(self.calm[row] - drift, self.noise / self.averaged[row])
+        shrunk(self.calm[row], self.noise / self.averaged[row])
     }
 }

@@ -21,8 +21,8 @@ pub(crate) struct Parts {
 }
 
 impl Parts {
-    /// None yet, of a recording.
-    pub(crate) fn room_for(record: &Record) -> Self {
+    /// Those of a recording before anything is laid: not a number.
+    pub(crate) fn blank(record: &Record) -> Self {
         let blocks = record.t_s.len() / record.per_block;
         let empty = || vec![f64::NAN; blocks];
         Self {
@@ -63,46 +63,60 @@ impl Touched {
 
     /// What changes from one set of changes to the other, digit for digit.
     pub(crate) fn between(a: &Changes, b: &Changes) -> Self {
-        let differs = |a: f64, b: f64| a.to_bits() != b.to_bits();
-        let either = |a: [f64; 2], b: [f64; 2]| differs(a[0], b[0]) || differs(a[1], b[1]);
-        let when = |differs: bool, parts: u16| if differs { parts } else { 0 };
-        let flow = Self::FLOW | Self::THROUGH | Self::IMBALANCE;
-        Self(
-            when(differs(a.inflow_m3_s, b.inflow_m3_s), Self::IMBALANCE)
-                | when(differs(a.area_factor, b.area_factor), Self::IMBALANCE)
-                | when(differs(a.entering_kg_m3, b.entering_kg_m3), Self::IMBALANCE)
-                | when(
-                    differs(a.riser_kg_m3, b.riser_kg_m3),
-                    Self::HEAD_FACTOR | Self::IMBALANCE,
-                )
-                | when(
-                    differs(a.line_kg_m3, b.line_kg_m3),
-                    Self::DROP | Self::FRICTION_FACTOR,
-                )
-                | when(differs(a.line_drop_pa, b.line_drop_pa), Self::DROP)
-                | when(differs(a.line_fall_m, b.line_fall_m), Self::DROP)
-                | when(
-                    differs(a.friction_factor, b.friction_factor),
-                    Self::FRICTION_FACTOR,
-                )
-                | when(differs(a.head_factor, b.head_factor), Self::HEAD_FACTOR)
-                | when(differs(a.head_pa, b.head_pa), Self::LIFT)
-                | when(differs(a.speed_pct, b.speed_pct), Self::SPEED)
-                | when(
-                    differs(a.recirculation_m3_s, b.recirculation_m3_s),
-                    Self::THROUGH,
-                )
-                | when(differs(a.leak_m3_s, b.leak_m3_s), flow)
-                | when(differs(a.meter_gain, b.meter_gain), flow)
-                | when(
-                    either(a.outlet_bias_pa, b.outlet_bias_pa),
-                    Self::DROP | Self::LIFT | Self::DIFFERENCE,
-                )
-                | when(
-                    either(a.inlet_bias_pa, b.inlet_bias_pa),
-                    Self::LIFT | Self::IMBALANCE,
-                ),
-        )
+        const THROUGH_METER: u16 = Touched::FLOW | Touched::THROUGH | Touched::IMBALANCE;
+        // Every member by its name, so that a new one is not passed over.
+        let Changes {
+            inflow_m3_s,
+            area_factor,
+            entering_kg_m3,
+            riser_kg_m3,
+            line_kg_m3,
+            line_drop_pa,
+            friction_factor,
+            line_fall_m,
+            head_factor,
+            head_pa,
+            speed_pct,
+            recirculation_m3_s,
+            leak_m3_s,
+            meter_gain,
+            outlet_bias_pa: [outlet, other_outlet],
+            inlet_bias_pa: [inlet, other_inlet],
+            // No relation holds the riser's reading.
+            riser_bias_pa: _,
+        } = *a;
+        let outlets = Self::DROP | Self::LIFT | Self::DIFFERENCE;
+        let touched = [
+            (inflow_m3_s, b.inflow_m3_s, Self::IMBALANCE),
+            (area_factor, b.area_factor, Self::IMBALANCE),
+            (entering_kg_m3, b.entering_kg_m3, Self::IMBALANCE),
+            (
+                riser_kg_m3,
+                b.riser_kg_m3,
+                Self::HEAD_FACTOR | Self::IMBALANCE,
+            ),
+            (line_kg_m3, b.line_kg_m3, Self::DROP | Self::FRICTION_FACTOR),
+            (line_drop_pa, b.line_drop_pa, Self::DROP),
+            (friction_factor, b.friction_factor, Self::FRICTION_FACTOR),
+            (line_fall_m, b.line_fall_m, Self::DROP),
+            (head_factor, b.head_factor, Self::HEAD_FACTOR),
+            (head_pa, b.head_pa, Self::LIFT),
+            (speed_pct, b.speed_pct, Self::SPEED),
+            (recirculation_m3_s, b.recirculation_m3_s, Self::THROUGH),
+            (leak_m3_s, b.leak_m3_s, THROUGH_METER),
+            (meter_gain, b.meter_gain, THROUGH_METER),
+            (outlet, b.outlet_bias_pa[0], outlets),
+            (other_outlet, b.outlet_bias_pa[1], outlets),
+            (inlet, b.inlet_bias_pa[0], Self::LIFT | Self::IMBALANCE),
+            (
+                other_inlet,
+                b.inlet_bias_pa[1],
+                Self::LIFT | Self::IMBALANCE,
+            ),
+        ];
+        let differs = |(a, b, _): &&(f64, f64, u16)| a.to_bits() != b.to_bits();
+        let parts = touched.iter().filter(differs);
+        Self(parts.fold(0, |all, (_, _, parts)| all | parts))
     }
 
     /// The parts of both.
@@ -148,8 +162,6 @@ impl<'a> Row<'a> {
         );
         let (column, length) = (record.column_pa(), record.setting.line_length_m);
         let single = record.outlets.len() < 2;
-        let flow = |i: usize, c: &Changes| self.flow[i] / c.meter_gain;
-        let inlet_bias = |c: &Changes| 0.5 * (c.inlet_bias_pa[0] + c.inlet_bias_pa[1]);
         let outlet = |i: usize, c: &Changes| {
             let bias = if single {
                 c.outlet_bias_pa[0]
@@ -163,28 +175,26 @@ impl<'a> Row<'a> {
             first,
             touched,
         };
-        lay.of(Touched::FLOW, &mut parts.flow, |i, c| {
-            flow(i, c) + c.leak_m3_s
+        lay.part(Touched::FLOW, &mut parts.flow, |i, c| self.through(i, c));
+        lay.part(Touched::THROUGH, &mut parts.through, |i, c| {
+            self.through(i, c) + c.recirculation_m3_s
         });
-        lay.of(Touched::THROUGH, &mut parts.through, |i, c| {
-            flow(i, c) + c.leak_m3_s + c.recirculation_m3_s
-        });
-        lay.of(Touched::SPEED, &mut parts.speed, |i, c| {
+        lay.part(Touched::SPEED, &mut parts.speed, |i, c| {
             record.speed[i] + c.speed_pct
         });
-        lay.of(Touched::DROP, &mut parts.drop, |i, c| {
+        lay.part(Touched::DROP, &mut parts.drop, |i, c| {
             outlet(i, c) - column - c.line_kg_m3 * g * length + rho * g * c.line_fall_m
                 - c.line_drop_pa
         });
-        lay.of(
+        lay.part(
             Touched::FRICTION_FACTOR,
             &mut parts.friction_factor,
             |_, c| c.friction_factor * (1.0 + c.line_kg_m3 / rho),
         );
-        lay.of(Touched::LIFT, &mut parts.lift, |i, c| {
+        lay.part(Touched::LIFT, &mut parts.lift, |i, c| {
             outlet(i, c) - record.inlet[i] + inlet_bias(c) - c.head_pa
         });
-        lay.of(Touched::HEAD_FACTOR, &mut parts.head_factor, |_, c| {
+        lay.part(Touched::HEAD_FACTOR, &mut parts.head_factor, |_, c| {
             c.head_factor * (1.0 + c.riser_kg_m3 / rho)
         });
         if let ([one, two], true) = (record.outlets.as_slice(), touched.has(Touched::DIFFERENCE)) {
@@ -200,6 +210,11 @@ impl<'a> Row<'a> {
         }
     }
 
+    /// Flow through the line at a sample, m³/s.
+    fn through(&self, i: usize, c: &Changes) -> f64 {
+        self.flow[i] / c.meter_gain + c.leak_m3_s
+    }
+
     /// What flows in less what flows out and what the riser stores, m³/s: Eq. 3.45 over the row.
     fn imbalance(&mut self, first: usize) -> f64 {
         let record = self.record;
@@ -208,7 +223,7 @@ impl<'a> Row<'a> {
         let per_area = setting.riser_area_m2 / (rho * STANDARD_GRAVITY_M_S2);
         self.net.clear();
         for (i, c) in (first..).zip(&self.changes) {
-            let through = self.flow[i] / c.meter_gain + c.leak_m3_s;
+            let through = self.through(i, c);
             let inflow = filled.mud_pump[i] + filled.booster[i] + filled.topfill[i];
             self.net.push(
                 inflow * (1.0 + c.entering_kg_m3 / rho) + c.inflow_m3_s
@@ -224,14 +239,18 @@ impl<'a> Row<'a> {
             return f64::NAN;
         }
         let row = first / samples;
-        let bias = |c: &Changes| 0.5 * (c.inlet_bias_pa[0] + c.inlet_bias_pa[1]);
-        let drift = (bias(end) - bias(begin)) / (record.dt_s * (samples - 1) as f64);
-        // Nothing, to the last digit, of the area that the well has.
+        let drift = (inlet_bias(end) - inlet_bias(begin)) / (record.dt_s * (samples - 1) as f64);
+        // Exactly 0 for the area that the well has: then the last term is none, to the bit.
         let excess = mean_of(self.changes.iter().map(|c| c.area_factor - 1.0));
         mean(&self.net)
             - per_area * (self.rates.read(row) - drift)
             - per_area * excess * self.rates.told(row, drift)
     }
+}
+
+/// What is added to the mean of the inlets, Pa.
+fn inlet_bias(c: &Changes) -> f64 {
+    0.5 * (c.inlet_bias_pa[0] + c.inlet_bias_pa[1])
 }
 
 /// Lays means of blocks into the parts of a row that are touched.
@@ -242,15 +261,15 @@ struct Means<'a> {
 }
 
 impl Means<'_> {
-    fn of(&self, part: u16, into: &mut [f64], value: impl Fn(usize, &Changes) -> f64) {
+    fn part(&self, part: u16, into: &mut [f64], value: impl Fn(usize, &Changes) -> f64) {
         if !self.touched.has(part) {
             return;
         }
         let m = self.row.record.per_block;
         let samples = self.row.changes.chunks_exact(m);
-        for ((b, changes), mean) in samples.enumerate().zip(&mut into[self.first / m..]) {
+        for ((b, changes), block) in samples.enumerate().zip(&mut into[self.first / m..]) {
             let here = self.first + b * m;
-            *mean = trimmed((here..).zip(changes).map(|(i, c)| value(i, c)));
+            *block = trimmed((here..).zip(changes).map(|(i, c)| value(i, c)));
         }
     }
 }

@@ -57,7 +57,7 @@ fn under(record: &Record, c: &Changes) -> Parts {
 /// Runs changes over a whole recording.
 fn run_whole(record: &Record, changes: impl Fn(&Moment) -> Changes) -> Parts {
     let (line, rates) = (LineFlow::under(record, &[]), LevelRate::of(record));
-    let mut parts = Parts::room_for(record);
+    let mut parts = Parts::blank(record);
     run(
         record,
         (&line, &rates),

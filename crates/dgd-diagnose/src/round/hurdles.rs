@@ -1,8 +1,8 @@
 //! What effects and corrections must show beside what has been named, and which effects may be.
 
-use super::Round;
 use super::footprint::KNOTS_WANT;
 use super::form::Bent;
+use super::{Round, SHOWS};
 use crate::contest::{Contender, at_bound, before, material, sets_in, solved, stands};
 use crate::empirical::{Correction, hurdle};
 use crate::limit::{Energy, Showing};
@@ -90,7 +90,18 @@ impl Round<'_> {
 
     /// Whether an effect stands out, and may be what it seems.
     pub(super) fn may_be_named(&self, c: &Contender) -> bool {
-        c.evidence > self.hurdle(c) && !self.late_again(c.effect.about()) && self.admissible(c)
+        c.evidence > self.hurdle(c)
+            && !self.late_again(c.effect.about())
+            && self.is_beside(c)
+            && self.admissible(c)
+    }
+
+    /// Whether an effect shows elsewhere than what the catalogue does not hold.
+    fn is_beside(&self, c: &Contender) -> bool {
+        let relation = &c.effect.about().relation;
+        (self.unnamed.iter()).all(|place| {
+            !PLACES[*place].shows_in.contains(relation) && self.share_in(c, *place) < SHOWS
+        })
     }
 
     /// Of the effects of the meter's timing one at the most: what it leaves over looks like the other.

@@ -94,11 +94,11 @@ fn round(record: &Record, contenders: Vec<Contender>, rivals: Vec<Correction>) -
     }
 }
 
-/// The finding that a correction through knots ends the search with.
+/// The finding that a correction through knots is told as.
 fn ended(ruling: Ruling) -> Named {
     match ruling {
         Ruling::Unnamed(named) => named,
-        _ => panic!("the search goes on"),
+        _ => panic!("something else is told"),
     }
 }
 
@@ -118,32 +118,40 @@ fn logit(p: f64) -> f64 {
 #[test]
 fn beside_what_the_catalogue_does_not_hold_only_another_relation_tells() {
     let record = sound();
-    let rows = |gate: &Tangent| gate.layout.sections();
-    let told = |unnamed: Relation, elsewhere: f64| {
-        let mut round = round(&record, Vec::new(), Vec::new());
-        let [friction, _, _, balance] = rows(&round.gate);
-        let mut signature = vec![0.0; round.gate.layout.len()];
-        signature[balance].fill(1.0);
-        // Some of it shows in the line as well.
-        signature[friction.start] = elsewhere;
-        let energy = dot(&signature, &signature);
-        let mut one = influx(100.0);
-        (one.best.signature, one.best.energy) = (signature, energy);
-        round.contenders.push(one);
-        round.unnamed.push(place(unnamed));
-        round.known = 1;
-        round.apart().map(|named| named.applied.effect.about().id)
+    let sections = round(&record, Vec::new(), Vec::new())
+        .gate
+        .layout
+        .sections();
+    let rows = sections[3].end;
+    let shows = |mut one: Contender, in_balance: f64, in_line: f64| {
+        let mut signature = vec![0.0; rows];
+        signature[sections[3].clone()].fill(in_balance);
+        signature[sections[0].start] = in_line;
+        one.best.energy = dot(&signature, &signature);
+        one.best.signature = signature;
+        one
     };
-    let balance = rows(&round(&record, Vec::new(), Vec::new()).gate)[3].len() as f64;
+    let found = |unnamed: Option<Relation>, in_line: f64| {
+        // What the line holds more of is the likelier.
+        let line = shows(
+            contender("line_restriction", &[10.0, 2700.0], 300.0, HERE),
+            0.0,
+            1.0,
+        );
+        let influx = shows(influx(100.0), 1.0, in_line);
+        let mut round = round(&record, vec![line, influx], Vec::new());
+        round.unnamed.extend(unnamed.map(place));
+        told(round.ruling())
+    };
     // A tenth of what shows, and a little less or more.
-    let tenth = |more: f64| (more * balance / 9.0).sqrt();
-    assert_eq!(
-        told(Relation::ReturnLineFriction, tenth(0.99)),
-        Some("influx")
-    );
-    assert_eq!(told(Relation::ReturnLineFriction, tenth(1.01)), None);
-    assert_eq!(told(Relation::PumpHead, tenth(1.01)), Some("influx"));
-    assert_eq!(told(Relation::RiserMassBalance, 0.0), None);
+    let tenth = |more: f64| (more * sections[3].len() as f64 / 9.0).sqrt();
+    assert_eq!(found(None, 0.0), "line_restriction");
+    let line = Some(Relation::ReturnLineFriction);
+    assert_eq!(found(line, tenth(0.99)), "influx");
+    assert_eq!(found(line, tenth(1.01)), "nothing");
+    let balance = Some(Relation::RiserMassBalance);
+    assert_eq!(found(balance, 0.0), "line_restriction");
+    assert_eq!(found(Some(Relation::PumpHead), 0.0), "line_restriction");
 }
 
 #[test]

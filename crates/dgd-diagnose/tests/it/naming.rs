@@ -138,8 +138,6 @@ fn an_influx_is_named_beside_a_pump_that_does_what_no_effect_does() {
     gains_on_held_out_windows(influx);
     let (from, to) = case.hidden[1].interval_s.unwrap();
     assert!(overlap(influx.intervals_s[0], (from, to)) > 0.7);
-    // What ended the search asked more of it: by itself it shows as much.
-    assert!(outside.evidence > influx.evidence);
 }
 
 #[test]
