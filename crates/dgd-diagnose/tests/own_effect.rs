@@ -4,8 +4,8 @@
 
 use dgd_diagnose::{Options, Verdict, diagnose};
 use dgd_effects::{
-    About, Action, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
-    catalogue, register,
+    About, Action, Component, Effect, Extent, Parameter, RegisterError, Relation, Role, Search,
+    Setting, catalogue, register,
 };
 use dgd_identify::prepare;
 use dgd_plant::{Cause, Foreign, Kind, Level, Order, Severity, conceal, record, write_case};
@@ -54,6 +54,8 @@ impl Effect for TopfillOffset {
 #[test]
 fn an_effect_of_ones_own_is_named_modelled_and_then_found_no_more() {
     register(&TopfillOffset).unwrap();
+    let taken = RegisterError::Taken { id: ABOUT.id };
+    assert_eq!(register(&TopfillOffset), Err(taken));
     let order = Order {
         seed: 304,
         level: Level::One,

@@ -9,14 +9,20 @@ static ALL: OnceLock<Vec<&'static dyn Effect>> = OnceLock::new();
 /// Adds an effect of one's own to the catalogue of this process, so that everything that looks there knows it: diagnoses, models that are
 /// read or run, reports. It is weighed like the others, and stands behind them in the order.
 ///
-/// Before the catalogue is first looked at: a search that grew while it ran would tell of neither.
+/// Before the catalogue is first looked at: from then on it stays as it is, so that a search and the report of it know the same effects.
 ///
 /// # Errors
 /// [`RegisterError::TooLate`] after that; [`RegisterError::Taken`] where the id is known; [`RegisterError::Unsound`] where its description
 /// contradicts itself, so that a diagnosis could make nothing of it.
 pub fn register(effect: &'static dyn Effect) -> Result<(), RegisterError> {
     let about = effect.about();
-    sound(about).map_err(|what| RegisterError::Unsound { id: about.id, what })?;
+    let unsound = |what| RegisterError::Unsound { id: about.id, what };
+    sound(about).map_err(unsound)?;
+    if about.search.method == Method::Spectrum {
+        return Err(unsound(
+            "the spectrum shows swell alone, expected `Method::Relations`",
+        ));
+    }
     // What panicked while it held the list has pushed whole effects or none.
     let mut own = OWN.lock().unwrap_or_else(PoisonError::into_inner);
     if ALL.get().is_some() {
@@ -66,7 +72,7 @@ pub enum RegisterError {
     },
 }
 
-/// Whether a description agrees with itself: what a search relies on.
+/// Whether a description agrees with itself in what a search relies on.
 ///
 /// # Errors
 /// What does not.
@@ -87,6 +93,7 @@ pub(crate) fn sound(about: &About) -> Result<(), &'static str> {
             && (p.low..=p.high).contains(&p.usual)
             && values.iter().all(|v| (p.low..=p.high).contains(v))
     };
+    let allowed = |value: &f64| *value > 0.0 && *value <= strength.high;
     let names = about.parameters.iter().enumerate();
     let wrong = [
         (
@@ -130,8 +137,10 @@ pub(crate) fn sound(about: &About) -> Result<(), &'static str> {
             "what sits in one transmitter needs an onset",
         ),
         (
-            !(search.belief.hurdle > 0.0 && search.belief.scale > 0.0),
-            "its hurdle and the scale of belief must be above 0",
+            ![search.belief.hurdle, search.belief.scale]
+                .iter()
+                .all(|v| *v > 0.0 && v.is_finite()),
+            "its hurdle and the scale of belief must be numbers above 0",
         ),
         (
             ![search.form_error, search.size_error]
@@ -150,12 +159,32 @@ pub(crate) fn sound(about: &About) -> Result<(), &'static str> {
             "what is allowed for is given by its strength alone, but it has other parameters",
         ),
         (
+            about.parameters[1..]
+                .iter()
+                .any(|p| p.role == Role::Amplitude),
+            "two parameters are strengths, expected the first alone",
+        ),
+        (
+            search.timing.is_some() && (about.parameters.len() > 1 || strength.high < 1.0),
+            "what makes something late has its time, of up to 1 s or more, as its only parameter",
+        ),
+        (
+            !(search.allowance.is_sorted() && search.allowance.iter().all(allowed)),
+            "what is allowed for must rise, above 0 and within the bounds of the strength",
+        ),
+        (
+            search
+                .stand_error
+                .is_some_and(|error| !(0.0..=1.0).contains(&error)),
+            "the error from stand to stand is a share, from 0 to 1",
+        ),
+        (
             search.method == Method::Spectrum && about.parameters.len() != 2,
             "what is found in the spectrum has two parameters, its period and amplitude",
         ),
         (
             search.method == Method::Correction,
-            "there is one empirical correction, expected `Method::Relations` or `Method::Spectrum`",
+            "there is one empirical correction, expected `Method::Relations`",
         ),
     ];
     let first = wrong.into_iter().find(|(wrong, _)| *wrong);
@@ -167,7 +196,7 @@ mod tests {
     use super::{RegisterError, register, sound};
     use crate::{
         About, Action, Component, Effect, Extent, Method, Parameter, Relation, Role, Search,
-        Setting, catalogue,
+        Setting, Timing, catalogue,
     };
 
     const SOUND: About = About {
@@ -325,6 +354,44 @@ mod tests {
                     ..SEARCH
                 }),
                 "one empirical correction",
+            ),
+            (
+                with(&[
+                    STRENGTH,
+                    Parameter {
+                        name: "other",
+                        ..STRENGTH
+                    },
+                ]),
+                "two parameters are strengths",
+            ),
+            (
+                sought(Search {
+                    timing: Some(Timing::Pump),
+                    ..SEARCH
+                }),
+                "makes something late",
+            ),
+            (
+                sought(Search {
+                    allowance: &[2e-3, 1e-3],
+                    ..SEARCH
+                }),
+                "must rise",
+            ),
+            (
+                sought(Search {
+                    allowance: &[0.02],
+                    ..SEARCH
+                }),
+                "must rise",
+            ),
+            (
+                sought(Search {
+                    stand_error: Some(1.5),
+                    ..SEARCH
+                }),
+                "from stand to stand",
             ),
             (
                 About {

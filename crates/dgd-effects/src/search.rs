@@ -15,8 +15,8 @@ pub struct Search {
     pub least: Option<f64>,
     /// Error of the effect's form, as a share of its strength.
     pub form_error: f64,
-    /// By how much of its [size](Shown::size) it is told wrongly beyond the noise, as simulated recordings show; it widens the interval of
-    /// the strength.
+    /// By how much of its [size](Shown::size) it is told wrongly beyond the noise, as simulated recordings show, or where they do not the error
+    /// of its form; it widens the interval of the strength, but for what is found in the spectrum.
     pub size_error: f64,
     /// Share by which its strength differs from stand to stand, if each stand has its own.
     pub stand_error: Option<f64>,

@@ -285,7 +285,7 @@ fn tell(c: &Calibration) {
             s.effect,
             s.told.len(),
             share(s.typical()),
-            share(s.now),
+            share(Some(s.now)),
             share(s.derived()),
             s.held().right,
         );

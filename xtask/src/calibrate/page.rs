@@ -243,7 +243,7 @@ fn sizes(html: &mut String, s: &Sizes) {
             Cell::Name(s.effect.replace('_', " ")),
             Cell::Text(s.told.len().to_string()),
             Cell::Text(number(s.typical())),
-            Cell::Number(number(s.now)),
+            Cell::Number(number(Some(s.now))),
             Cell::Number(number(s.derived())),
             Cell::Text(share(s.held())),
         ]

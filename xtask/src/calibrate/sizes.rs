@@ -56,7 +56,7 @@ impl Told {
 pub(crate) struct Size {
     pub(crate) effect: &'static str,
     /// The share in the catalogue now.
-    pub(crate) now: Option<f64>,
+    pub(crate) now: f64,
     pub(crate) told: Vec<Told>,
 }
 
@@ -71,8 +71,7 @@ impl Size {
     /// Intervals that hold the truth by the share now.
     pub(crate) fn held(&self) -> Tally {
         let mut held = Tally::default();
-        let share = self.now.unwrap_or(0.0);
-        (self.told.iter()).for_each(|t| held.add(t.held(share)));
+        (self.told.iter()).for_each(|t| held.add(t.held(self.now)));
         held
     }
 
@@ -93,10 +92,12 @@ impl Sizes {
     pub(crate) fn of(cases: &[Case], now: &BTreeMap<String, f64>) -> Sizes {
         let of = |effect: &'static str| Size {
             effect,
-            now: now.get(effect).copied(),
+            now: now.get(effect).copied().unwrap_or_default(),
             told: cases.iter().flat_map(|c| told(c, effect)).collect(),
         };
-        let effects = EFFECTS.iter().map(|effect| of(effect));
+        // What is found in the spectrum has no share: its interval is another's.
+        let widened = EFFECTS.iter().filter(|effect| now.contains_key(**effect));
+        let effects = widened.map(|effect| of(effect));
         Sizes {
             effects: effects.filter(|s| !s.told.is_empty()).collect(),
         }
@@ -137,7 +138,13 @@ fn told(case: &Case, effect: &str) -> Vec<Told> {
             .find(|p| p.name == *name && name != "sensor");
         Told::of(name, sized?, *value)
     };
-    truth.parameters.iter().filter_map(of).collect()
+    // The plant knows some sizes that are not scored.
+    truth
+        .parameters
+        .iter()
+        .chain(&truth.extra)
+        .filter_map(of)
+        .collect()
 }
 
 /// The shares of the catalogue, as `dgd catalogue --json` lists them.
@@ -176,7 +183,8 @@ mod tests {
                 well: String::new(),
                 effects: vec![Concealed {
                     effect: effect.into(),
-                    parameters: vec![(concealed.0.into(), concealed.1), ("sensor".into(), 2.0)],
+                    extra: vec![(concealed.0.into(), concealed.1)],
+                    parameters: vec![("sensor".into(), 2.0)],
                     ..Concealed::default()
                 }],
             },
@@ -194,6 +202,13 @@ mod tests {
     }
 
     #[test]
+    fn the_factor_is_that_of_the_estimates() {
+        let path = tools::root().join("crates/dgd-diagnose/src/estimates.rs");
+        let source = std::fs::read_to_string(path).unwrap();
+        assert!(source.contains(&format!("const WIDENING: f64 = {WIDENING:?};")));
+    }
+
+    #[test]
     fn a_share_covers_what_noise_does_not_and_a_gain_is_measured_from_one() {
         // Told a tenth too large, with nothing but noise to show for it: a tenth over 1.96 is needed.
         let off = case(
@@ -206,14 +221,14 @@ mod tests {
             ("gain", 1.03),
             estimate("gain", 1.04, 0.01 / 1.96 / WIDENING),
         );
-        let now = BTreeMap::from([("influx".to_owned(), 0.05)]);
+        let now = BTreeMap::from([("influx".to_owned(), 0.05), ("inflow_gain".to_owned(), 0.0)]);
         let sizes = Sizes::of(&[off, gain], &now);
         let [gain, influx] = &sizes.effects[..] else {
             panic!("{}", sizes.effects.len());
         };
         assert_eq!((gain.effect, influx.effect), ("inflow_gain", "influx"));
         assert!((influx.told[0].needs() - 0.1 / Z).abs() < 1e-12);
-        assert_eq!((influx.now, influx.held().right), (Some(0.05), 0));
+        assert_eq!((influx.now, influx.held().right), (0.05, 0));
         assert!((gain.typical().unwrap() - 0.25).abs() < 1e-9);
         assert!(gain.told[0].needs() < 1e-3);
         assert_eq!(sizes.held(), Tally { right: 1, of: 2 });
@@ -229,7 +244,7 @@ mod tests {
                 case("u_tube", ("tau_s", 1.0 - 0.01 * k as f64), told)
             })
             .collect();
-        let sizes = Sizes::of(&cases, &BTreeMap::new());
+        let sizes = Sizes::of(&cases, &BTreeMap::from([("u_tube".to_owned(), 0.0)]));
         let derived = sizes.effects[0].derived().unwrap();
         assert!((derived - 0.20 / Z).abs() < 1e-9, "{derived}");
         let held = |share: f64| {

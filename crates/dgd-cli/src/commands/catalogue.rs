@@ -4,7 +4,7 @@ use crate::args::Global;
 use crate::failure::Failure;
 use crate::say::{self, TextTable};
 use dgd_diagnose::Step;
-use dgd_effects::{About, catalogue};
+use dgd_effects::{About, Method, catalogue};
 use serde_json::{Value, json};
 
 pub(crate) fn run(global: &Global) -> Result<String, Failure> {
@@ -52,7 +52,7 @@ fn as_json() -> Value {
                 "equation": about.equation,
                 "source": about.source,
                 "excited_by": about.excited_by,
-                "size_error": about.search.size_error,
+                "size_error": (about.search.method == Method::Relations).then_some(about.search.size_error),
             }))
             .collect::<Vec<_>>(),
         "steps": Step::ALL.iter().map(|s| s.name()).collect::<Vec<_>>(),

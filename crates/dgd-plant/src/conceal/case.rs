@@ -181,23 +181,42 @@ fn hide(order: &Order, kind: Kind, turn: usize, rig: &Rig, noise: &mut Noise) ->
         }
         Kind::Beside => {
             let severity = order.severity.unwrap_or(Severity::Moderate);
-            let foreign = FOREIGN[turn % FOREIGN.len()];
-            hidden.extend(effect::draw_foreign(foreign, severity, rig, noise));
-            for _ in 0..200 {
-                let id = order.effect.unwrap_or(EFFECTS[pick(noise, EFFECTS.len())]);
-                let second = effect::draw(id, severity, rig, noise);
-                let meets = |second: &Hidden| {
-                    let first = hidden.first();
-                    first.is_some_and(|h| h.relation.iter().any(|r| second.relation.contains(r)))
+            let turned = FOREIGN.iter().cycle().skip(turn % FOREIGN.len());
+            // The first of both that do not meet, the foreign ones in turn and those of the catalogue by lot.
+            for foreign in turned.take(FOREIGN.len()) {
+                let foreign = effect::draw_foreign(foreign, severity, rig, noise);
+                let Some(known) =
+                    (foreign.as_ref()).and_then(|f| apart(order, severity, f, rig, noise))
+                else {
+                    continue;
                 };
-                if let Some(second) = second.filter(|second| !meets(second)) {
-                    hidden.push(second);
-                    break;
-                }
+                hidden.extend(foreign);
+                hidden.push(known);
+                break;
             }
         }
     }
     hidden
+}
+
+/// An effect of the catalogue in another relation than a foreign one, if there is any: the chosen one, or one by lot.
+fn apart(
+    order: &Order,
+    severity: Severity,
+    foreign: &Hidden,
+    rig: &Rig,
+    noise: &mut Noise,
+) -> Option<Hidden> {
+    let tries = if order.effect.is_some() { 1 } else { 200 };
+    for _ in 0..tries {
+        let id = order.effect.unwrap_or(EFFECTS[pick(noise, EFFECTS.len())]);
+        let known = effect::draw(id, severity, rig, noise);
+        let meets = |known: &Hidden| known.relation.iter().any(|r| foreign.relation.contains(r));
+        if let Some(known) = known.filter(|known| !meets(known)) {
+            return Some(known);
+        }
+    }
+    None
 }
 
 /// Channels of the two outlet transmitters.

@@ -698,6 +698,8 @@ fn beside_a_foreign_effect_stands_one_of_the_catalogue_in_another_relation() {
     for kind in FOREIGN {
         assert_eq!(drawn.iter().filter(|d| d.0 == kind).count(), 4, "{kind}");
     }
-    let chosen = conceal(&order(Kind::Beside, Some("influx")), 0);
-    assert_eq!(apart(&chosen).1, "influx");
+    for effect in EFFECTS {
+        let chosen = conceal(&order(Kind::Beside, Some(effect)), 0);
+        assert_eq!(apart(&chosen).1, effect);
+    }
 }

@@ -69,7 +69,9 @@ fn kick() -> Finding {
 fn diagnosis(findings: Vec<Finding>) -> Diagnosis {
     let applied = |finding: &Finding| AppliedEffect {
         id: finding.effect.clone(),
-        parameters: vec![0.5; find(&finding.effect).unwrap().about().parameters.len()],
+        parameters: (find(&finding.effect).unwrap().about().parameters.iter())
+            .map(|p| p.usual)
+            .collect(),
     };
     let before = AugmentedModel {
         curves: Curves {
