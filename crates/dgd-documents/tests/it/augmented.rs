@@ -2,11 +2,12 @@
 
 use crate::model::{MODEL, finite, geometry, model};
 use dgd_documents::{
-    Base, ModelDocument, read_model, read_model_document, write_model, write_model_document,
+    Base, ModelDocument, Problem, read_model, read_model_document, write_model,
+    write_model_document,
 };
 use dgd_effects::{
     AppliedEffect, AugmentedModel, Curves, FRICTION_TERMS, HEAD_TERMS, PLACES, Parameter,
-    QUANTITIES, Role, Scale, catalogue, find,
+    QUANTITIES, Role, Scale, catalogue, find, unknown,
 };
 use proptest::prelude::*;
 
@@ -227,39 +228,62 @@ fn a_correction_s_codes_are_those_of_the_catalogue() {
     assert!(help.ends_with("8 time of a period"), "{help}");
 }
 
+/// Reads back what a document with one effect is written as.
+fn read_back(effect: AppliedEffect) -> Result<(), Vec<Problem>> {
+    let (model, _) = read_model(MODEL).unwrap();
+    let source = write_model_document(&ModelDocument {
+        base: Base::Identified(Box::new(model)),
+        augmented: Some(augmented(vec![effect])),
+    });
+    read_model_document(&source)
+        .map(|_| ())
+        .map_err(|error| error.problems)
+}
+
 #[test]
 fn a_strength_or_shape_beyond_its_bounds_is_told_and_a_time_may_lie_anywhere() {
     let influx = find("influx").unwrap().about();
     let told = |name: &str, value: f64| {
-        let source = {
-            let mut one = kick();
-            one.parameters[influx.position(name).unwrap()] = value;
-            let (model, _) = read_model(MODEL).unwrap();
-            write_model_document(&ModelDocument {
-                base: Base::Identified(Box::new(model)),
-                augmented: Some(augmented(vec![one])),
-            })
-        };
-        let told =
-            read_model_document(&source).map_err(|e| (e.problems.len(), e.problems[0].clone()));
-        told.map(|_| ())
+        let mut one = kick();
+        one.parameters[influx.position(name).unwrap()] = value;
+        read_back(one)
     };
     for p in influx.parameters {
-        let beyond = p.high + 1.0;
         if matches!(p.role, Role::Onset | Role::Duration) {
             assert!(told(p.name, 1e9).is_ok(), "{}", p.name);
             continue;
         }
         assert!(told(p.name, p.low).is_ok() && told(p.name, p.high).is_ok());
-        let (count, problem) = told(p.name, beyond).unwrap_err();
-        assert_eq!(count, 1);
-        let expected = format!(
-            "`{}` of effect `influx` is {beyond:?}, expected {:?} to {:?}",
-            p.name, p.low, p.high
-        );
-        assert_eq!(problem.message, expected);
-        assert!(problem.help.unwrap().contains(p.meaning));
+        for beyond in [p.low - 1.0, p.high + 1.0] {
+            let problems = told(p.name, beyond).unwrap_err();
+            let [problem] = &problems[..] else {
+                panic!("{problems:?}");
+            };
+            let expected = format!(
+                "`{}` of effect `influx` is {beyond:?}, expected {:?} to {:?}",
+                p.name, p.low, p.high
+            );
+            assert_eq!(problem.message, expected);
+            assert!(problem.help.as_ref().unwrap().contains(p.meaning));
+        }
     }
+}
+
+#[test]
+fn swell_and_corrections_have_no_bounds() {
+    // What the spectrum told of swell is no strength of a run, and a knot is as high as the relation asks.
+    let heave = find("heave").unwrap().about();
+    let high = heave.parameters.iter().map(|p| 2.0 * p.high);
+    let swell = AppliedEffect {
+        id: heave.id.into(),
+        parameters: high.collect(),
+    };
+    assert_eq!(read_back(swell), Ok(()));
+    let (document, _) = read_model_document(&corrected("2", "8")).unwrap();
+    let mut correction = document.augmented.unwrap().effects.remove(1);
+    let knot = unknown().about().position("c0").unwrap();
+    correction.parameters[knot] = 1e12;
+    assert_eq!(read_back(correction), Ok(()));
 }
 
 #[test]
