@@ -17,6 +17,10 @@ use tracing::debug;
 /// Evidence that a first, second, third effect and so on must show beyond its hurdle: causes seldom come together.
 pub(super) const FURTHER: [f64; 6] = [0.0, 8.0, 40.0, 200.0, 400.0, 800.0];
 
+/// By what its hurdle is multiplied where an effect is to stand beside what the catalogue does not hold: of that, knots leave more over than any
+/// footprint tells, and simulated recordings of a single such cause show effects of others up to twice their hurdle.
+pub(super) const BESIDE_UNNAMED: f64 = 3.0;
+
 /// Whether a late meter has been named.
 pub(super) fn timed(state: &[Applied]) -> bool {
     let late = |a: &Applied| !a.allowance && is_late_meter(a.effect.about());
@@ -27,6 +31,16 @@ impl Round<'_> {
     /// What an effect must show beside what has been named.
     pub(super) fn hurdle(&self, c: &Contender) -> f64 {
         c.effect.about().search.belief.hurdle + self.further() + self.left_over(&c.best.signature)
+    }
+
+    /// From what evidence on an effect may be named.
+    pub(super) fn asked(&self, c: &Contender) -> f64 {
+        let times = if self.unnamed.is_empty() {
+            1.0
+        } else {
+            BESIDE_UNNAMED
+        };
+        times * self.hurdle(c)
     }
 
     /// What a correction must show beside what has been named: knots fit the want of form of another effect with ease.
@@ -51,7 +65,7 @@ impl Round<'_> {
         if self.late_again(about) {
             return None;
         }
-        let hurdle = self.hurdle(c);
+        let hurdle = self.asked(c);
         if on_grid(about) {
             return Some(Showing {
                 energy: Energy::on_grid(c, &self.state),
@@ -90,7 +104,7 @@ impl Round<'_> {
 
     /// Whether an effect stands out, and may be what it seems.
     pub(super) fn may_be_named(&self, c: &Contender) -> bool {
-        c.evidence > self.hurdle(c)
+        c.evidence > self.asked(c)
             && !self.late_again(c.effect.about())
             && self.is_beside(c)
             && self.admissible(c)

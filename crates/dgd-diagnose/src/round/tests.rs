@@ -3,6 +3,7 @@
 
 use super::footprint::LEFT_OVER;
 use super::form::{Bent, MOSTLY, ROUGH};
+use super::hurdles::BESIDE_UNNAMED;
 use super::{Footprint, Round, Ruling, owed_to_timing, timed};
 use crate::claims::fixture::{Hidden, INFLUX_S, drilled};
 use crate::contest::{Contender, contest, sets_in};
@@ -152,6 +153,17 @@ fn beside_what_the_catalogue_does_not_hold_only_another_relation_tells() {
     let balance = Some(Relation::RiserMassBalance);
     assert_eq!(found(balance, 0.0), "line_restriction");
     assert_eq!(found(Some(Relation::PumpHead), 0.0), "line_restriction");
+    // It must stand out by more than elsewhere.
+    let at = |evidence: f64| {
+        let one = shows(influx(evidence), 1.0, 0.0);
+        let mut round = round(&record, vec![one], Vec::new());
+        round.known = 1;
+        round.unnamed.push(place(Relation::PumpHead));
+        told(round.ruling())
+    };
+    let asked = BESIDE_UNNAMED * (influx(0.0).effect.about().search.belief.hurdle + 8.0);
+    assert_eq!(at(asked + 0.1), "influx");
+    assert_eq!(at(asked), "nothing");
 }
 
 #[test]
