@@ -21,6 +21,7 @@ use crate::step::Step;
 use crate::tangent::{Bend, FRICTION_PRIOR_PA, Tangent};
 use crate::tested::tested;
 use crate::traces::traces;
+use crate::work::Work;
 use again::again;
 use dgd_effects::{About, AppliedEffect, Method, catalogue, find};
 use dgd_identify::Prepared;
@@ -206,6 +207,7 @@ pub fn diagnose(
     };
     let state = selection.state();
     let traces = traces(&record, (&before_fit, &start), (&full, &state));
+    let work = record.tally.work();
     let settings = vec![
         ("working clock".into(), format!("{} s", record.dt_s)),
         ("block of relation residuals".into(), format!("{seconds} s")),
@@ -231,6 +233,7 @@ pub fn diagnose(
                 .collect::<Vec<_>>()
                 .join(", "),
         ),
+        ("work".into(), told(work, record.t_s.len())),
     ];
     Ok(Diagnosis {
         verdict,
@@ -247,7 +250,18 @@ pub fn diagnose(
             .map(|w| (w.0 - record.setting.span_s.0, w.1 - record.setting.span_s.0))
             .collect(),
         settings,
+        work,
     })
+}
+
+/// What a diagnosis cost, in words.
+fn told(work: Work, samples: usize) -> String {
+    format!(
+        "{} hypotheses weighed, relations run over {:.0} lengths of the recording, base curves fitted {} times",
+        work.hypotheses,
+        work.samples_run as f64 / samples as f64,
+        work.fits
+    )
 }
 
 /// Curves for a free run, as they would be fitted by hand: where standing mud pulls the friction's intercept far beyond what any

@@ -1,6 +1,7 @@
 //! What a diagnosis says.
 
 use crate::step::Step;
+use crate::work::Work;
 use dgd_effects::{AugmentedModel, Relation, Setting};
 
 /// The whole answer.
@@ -28,6 +29,8 @@ pub struct Diagnosis {
     pub held_out_s: Vec<(f64, f64)>,
     /// Settings and facts of the run, name and value.
     pub settings: Vec<(String, String)>,
+    /// What it cost.
+    pub work: Work,
 }
 
 /// The answer in a word.

@@ -189,6 +189,7 @@ mod tests {
     use crate::record::{Filled, Record};
     use crate::relations::{Applied, Blocks};
     use dgd_effects::{Connection, MeterPath, Noise, Role, Setting, catalogue, find};
+    use std::sync::Arc;
 
     const DT_S: f64 = 2.0;
     /// No whole number of rows, nor of blocks.
@@ -241,6 +242,7 @@ mod tests {
                 outlet: outlet.clone(),
             },
             without: Vec::new(),
+            tally: Arc::default(),
             per_block,
             blocks: SAMPLES / per_block,
             t_s,

@@ -55,6 +55,7 @@ mod traces;
 mod twins;
 mod unrest;
 mod vectors;
+mod work;
 
 pub use conclude::diagnose;
 pub use diagnosis::{
@@ -62,6 +63,7 @@ pub use diagnosis::{
     Simulation, Stage, Tested, Trace, Verdict,
 };
 pub use step::Step;
+pub use work::Work;
 
 /// The README's examples are tests.
 #[cfg(doctest)]

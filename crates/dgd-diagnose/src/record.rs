@@ -2,12 +2,14 @@
 
 use crate::rest::{quantum, without_seldom_rest};
 use crate::step::Step;
+use crate::work::Tally;
 use dgd_effects::{Rank, Setting, quantile};
 use dgd_identify::Prepared;
 use dgd_recording::Well;
 use dgd_replay::fill_gaps;
 use dgd_units::{STANDARD_ATMOSPHERE_PA, STANDARD_GRAVITY_M_S2};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Length of a block of relation residuals, s.
 pub(crate) const BLOCK_S: f64 = 10.0;
@@ -51,6 +53,7 @@ pub(crate) struct Record {
     /// Samples in a block.
     pub per_block: usize,
     pub blocks: usize,
+    pub tally: Arc<Tally>,
 }
 
 /// Series without gaps.
@@ -143,6 +146,7 @@ impl Record {
             outlet,
             outlets,
             filled,
+            tally: Arc::default(),
         }
     }
 

@@ -52,6 +52,7 @@ pub(crate) fn run(
     parts: &mut Parts,
     mut changes: impl FnMut(&Moment) -> (Changes, Touched),
 ) {
+    record.tally.ran(samples.len());
     let (_, filled_flow) = line.of(record);
     let filled = &record.filled;
     let per_row = record.per_block * MASS_BLOCKS;

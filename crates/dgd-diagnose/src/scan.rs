@@ -317,6 +317,7 @@ pub(crate) fn weigh(
     state: &[Applied],
     one: Applied,
 ) -> Candidate {
+    record.tally.weighed();
     let about = one.effect.about();
     let applied = joined(state, &one);
     if about.search.timing.is_some() {

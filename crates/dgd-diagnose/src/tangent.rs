@@ -185,6 +185,7 @@ impl Tangent {
 
     /// The tangent in a known frame; `blocks` are those under `applied`.
     fn with(record: &Record, applied: &[Applied], blocks: &Blocks, frame: Frame) -> Self {
+        record.tally.fitted();
         let Columns {
             mut whitened,
             beyond_curves,

@@ -8,6 +8,7 @@ use dgd_effects::{Curves, FRICTION_TERMS, HEAD_TERMS, Noise, Scale, Setting, fin
 use dgd_identify::Prepared;
 use dgd_recording::{ChannelMap, ChannelSource, Geometry, Recording, TimeSource, Well};
 use dgd_units::STANDARD_GRAVITY_M_S2;
+use std::sync::Arc;
 
 pub(crate) const DT_S: f64 = 2.0;
 pub(crate) const PER_BLOCK: usize = 5;
@@ -71,6 +72,7 @@ pub(crate) fn steady(blocks: usize) -> Record {
             pumping: vec![true; n],
         },
         without: Vec::new(),
+        tally: Arc::default(),
         per_block: PER_BLOCK,
         blocks,
         t_s,

@@ -4,3 +4,4 @@ mod naming;
 mod refusals;
 mod rig;
 mod shape;
+mod work;

@@ -2,6 +2,7 @@
 
 use dgd_diagnose::{
     Check, Diagnosis, Finding, HeldOut, Outcome, ParameterEstimate, Simulation, Tested, Verdict,
+    Work,
 };
 use dgd_documents::{DIAGNOSIS_SCHEMA, write_diagnosis};
 use dgd_effects::{
@@ -115,6 +116,7 @@ fn diagnosis(findings: Vec<Finding>) -> Diagnosis {
         traces: Vec::new(),
         held_out_s: vec![(3600.0, 7200.0)],
         settings: vec![("engine".into(), "1".into())],
+        work: Work::default(),
     }
 }
 

@@ -358,3 +358,15 @@ fn an_exponent_of_the_flow_of_one_is_not_concave_and_is_refused() {
     assert_eq!(from(1.0), (None, false));
     assert!(matches!(from(1.0 + 1e-9), (Some(_), true)));
 }
+
+#[test]
+fn a_search_costs_what_it_did() {
+    // Pairs of exponents tried; more are slower and want a reason, fewer are to be written down here. Another library of mathematical
+    // functions may move them a little.
+    for (noise_m, told) in [(0.1, 1143_usize), (1.0, 417)] {
+        let recording = Recording::new(8000, &TRUTH, noise_m);
+        let found = search_exponents(&recording.samples(), &SearchOptions::default()).unwrap();
+        let now = found.trials.len();
+        assert!(now.abs_diff(told) * 50 <= told, "{now}, were {told}");
+    }
+}

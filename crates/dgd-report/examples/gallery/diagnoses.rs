@@ -2,7 +2,7 @@
 
 use dgd_diagnose::{
     Check, Diagnosis, Finding, HeldOut, Outcome, ParameterEstimate, Signal, Simulation, Tested,
-    Trace, Verdict,
+    Trace, Verdict, Work,
 };
 use dgd_effects::{
     AppliedEffect, AugmentedModel, Connection, Curves, FRICTION_TERMS, HEAD_TERMS, Noise as Sigma,
@@ -266,6 +266,7 @@ fn made(hours: u32, verdict: Verdict, findings: Vec<Finding>) -> Diagnosis {
         ]
         .map(|(a, b)| (a.to_owned(), b.to_owned()))
         .to_vec(),
+        work: Work::default(),
     }
 }
 

@@ -6,7 +6,7 @@ use crate::args::Source;
 use crate::failure::Failure;
 use dgd_diagnose::{
     Check, Diagnosis, Finding, HeldOut, Outcome, ParameterEstimate, Signal, Simulation, Step,
-    Tested, Verdict,
+    Tested, Verdict, Work,
 };
 use dgd_documents::{Base, read_model_document};
 use dgd_effects::{
@@ -165,6 +165,7 @@ fn diagnosis(findings: Vec<Finding>) -> Diagnosis {
         traces: Vec::new(),
         held_out_s: vec![(20.0, 29.0)],
         settings: Vec::new(),
+        work: Work::default(),
     }
 }
 

@@ -1,0 +1,39 @@
+//! What a diagnosis costs, in counts: its time goes with them, and they change with the code alone.
+
+use super::rig::{case, recorded, tried};
+use dgd_diagnose::Work;
+
+/// The counts over so many hours of a case.
+fn cost(effect: Option<&'static str>, hours: usize) -> Work {
+    let mut case = case(301, effect);
+    case.plan.series = vec![hours * 3600];
+    let (well, recording, step_s) = recorded(&case);
+    tried(&well, recording, step_s).unwrap().work
+}
+
+/// Counts that were told before. Another library of mathematical functions may move one by a hundredth.
+fn assert_still(found: Work, [samples_run, hypotheses, fits]: [u64; 3]) {
+    let counts = [
+        ("samples run", found.samples_run, samples_run),
+        ("hypotheses", found.hypotheses, hypotheses),
+        ("fits", found.fits, fits),
+    ];
+    for (name, now, before) in counts {
+        let moved = now.abs_diff(before) * 100 > before;
+        assert!(!moved, "{name}: {now}, were {before}");
+    }
+}
+
+#[test]
+fn a_diagnosis_costs_what_it_did() {
+    // More is slower and wants a reason; fewer are to be written down here.
+    assert_still(cost(None, 4), [4_877_565, 947, 139]);
+    assert_still(cost(Some("influx"), 4), [11_175_015, 1943, 235]);
+}
+
+#[test]
+fn twice_the_recording_costs_about_twice_and_not_four_times() {
+    let [short, long] = [4, 8].map(|hours| cost(None, hours).samples_run);
+    // Shapes are sought on grids that grow with the recording's logarithm.
+    assert!(long < 3 * short, "{short} and {long}");
+}
