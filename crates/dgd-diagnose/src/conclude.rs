@@ -233,6 +233,13 @@ pub fn diagnose(
                 .collect::<Vec<_>>()
                 .join(", "),
         ),
+        (
+            "suction loss".into(),
+            format!(
+                "{:.2} velocity heads of the return line",
+                record.suction_heads
+            ),
+        ),
         ("work".into(), told(work, record.t_s.len())),
     ];
     Ok(Diagnosis {

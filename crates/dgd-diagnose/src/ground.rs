@@ -243,6 +243,7 @@ mod tests {
             },
             without: Vec::new(),
             tally: Arc::default(),
+            suction_heads: 0.0,
             per_block,
             blocks: SAMPLES / per_block,
             t_s,

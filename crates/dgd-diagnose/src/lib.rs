@@ -48,6 +48,7 @@ mod scan;
 mod select;
 mod slack;
 mod step;
+mod suction;
 mod tangent;
 mod tested;
 mod timing;

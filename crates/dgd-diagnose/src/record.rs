@@ -2,6 +2,7 @@
 
 use crate::rest::{quantum, without_seldom_rest};
 use crate::step::Step;
+use crate::suction::heads_lost;
 use crate::work::Tally;
 use dgd_effects::{Rank, Setting, quantile};
 use dgd_identify::Prepared;
@@ -54,6 +55,8 @@ pub(crate) struct Record {
     pub per_block: usize,
     pub blocks: usize,
     pub tally: Arc<Tally>,
+    /// What the suction loses, in velocity heads of the return line.
+    pub suction_heads: f64,
 }
 
 /// Series without gaps.
@@ -128,7 +131,11 @@ impl Record {
             outlet: smoothed(&bridged(&outlet), dt_s),
             pumping,
         };
+        let riser = recording.riser_pressure_pa.as_deref().map(thin);
+        let head_pa = |i: usize| velocity_head_pa(&setting, filled.flow[i]);
+        let suction_heads = heads_lost(&inlet, riser.as_deref(), head_pa, dt_s);
         Self {
+            suction_heads,
             setting,
             blocks: t_s.len() / per_block,
             without: without.to_vec(),
@@ -142,7 +149,7 @@ impl Record {
             speed_error_pct: noise.hypot(SPEED_QUANTA * quantum(native)),
             inlet,
             inlets,
-            riser: recording.riser_pressure_pa.as_deref().map(thin),
+            riser,
             outlet,
             outlets,
             filled,
@@ -161,10 +168,22 @@ impl Record {
             + self.setting.density_kg_m3 * STANDARD_GRAVITY_M_S2 * self.setting.line_length_m
     }
 
+    /// What the suction loses about a sample at which two rows of the mass balance meet, Pa.
+    pub(crate) fn suction_pa(&self, edge: usize) -> f64 {
+        let flow = mean(&self.filled.flow[self.about_edge(edge)]);
+        self.suction_heads * velocity_head_pa(&self.setting, flow)
+    }
+
     /// Inertia of the line, Pa/(m³/s²).
     pub(crate) fn inertia(&self) -> f64 {
         self.setting.density_kg_m3 * self.setting.line_length_m / self.setting.line_area_m2
     }
+}
+
+/// Velocity head of the return line at a flow, Pa.
+fn velocity_head_pa(setting: &Setting, flow_m3_s: f64) -> f64 {
+    let velocity = flow_m3_s / setting.line_area_m2;
+    0.5 * setting.density_kg_m3 * velocity * velocity.abs()
 }
 
 /// Moving mean over a minute.

@@ -17,10 +17,11 @@ pub(crate) struct LevelRate {
 }
 
 impl LevelRate {
+    /// By what the suction loses the inlet reads less than the level is worth.
     pub(crate) fn of(record: &Record) -> Self {
         let per_row = record.per_block * MASS_BLOCKS;
         let seconds = record.dt_s * per_row as f64;
-        let edge = |i: usize| mean(&record.inlet[record.about_edge(i)]);
+        let edge = |i: usize| mean(&record.inlet[record.about_edge(i)]) + record.suction_pa(i);
         let rows = record.t_s.len() / per_row;
         let read: Vec<f64> = (0..rows)
             .map(|k| (edge((k + 1) * per_row) - edge(k * per_row)) / seconds)
