@@ -235,10 +235,13 @@ pub fn diagnose(
         ),
         (
             "suction loss".into(),
-            format!(
-                "{:.2} velocity heads of the return line",
-                record.suction_heads
-            ),
+            match record.riser {
+                Some(_) => format!(
+                    "{:.2} velocity heads of the return line",
+                    record.suction_heads
+                ),
+                None => "not known without a riser transmitter, taken for none".into(),
+            },
         ),
         ("work".into(), told(work, record.t_s.len())),
     ];

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// What a diagnosis cost in counts: the same on every machine and on any number of threads, and together what its time goes with.
+/// What a diagnosis cost in counts: the same on any number of threads, and together what its time goes with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub struct Work {

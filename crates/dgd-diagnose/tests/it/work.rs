@@ -34,6 +34,5 @@ fn a_diagnosis_costs_what_it_did() {
 #[test]
 fn twice_the_recording_costs_about_twice_and_not_four_times() {
     let [short, long] = [4, 8].map(|hours| cost(None, hours).samples_run);
-    // Shapes are sought on grids that grow with the recording's logarithm.
     assert!(long < 3 * short, "{short} and {long}");
 }
