@@ -18,6 +18,7 @@ use crate::relations::{Applied, Blocks, Rows};
 use crate::scan::allowances_with;
 use crate::select::{Named, Sought, select};
 use crate::step::Step;
+use crate::suction::ALLOWED_HEADS;
 use crate::tangent::{Bend, FRICTION_PRIOR_PA, Tangent};
 use crate::tested::tested;
 use crate::traces::traces;
@@ -235,12 +236,12 @@ pub fn diagnose(
         ),
         (
             "suction loss".into(),
-            match record.riser {
-                Some(_) => format!(
-                    "{:.2} velocity heads of the return line",
-                    record.suction_heads
+            match record.suction_heads {
+                Some(heads) => format!("{heads:.2} velocity heads of the return line"),
+                None => format!(
+                    "not known without a riser transmitter: none is put back, and what one of up to {ALLOWED_HEADS} velocity heads \
+                     would look like is believed of no effect"
                 ),
-                None => "not known without a riser transmitter, taken for none".into(),
             },
         ),
         ("work".into(), told(work, record.t_s.len())),

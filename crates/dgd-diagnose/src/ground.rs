@@ -243,7 +243,7 @@ mod tests {
             },
             without: Vec::new(),
             tally: Arc::default(),
-            suction_heads: 0.0,
+            suction_heads: None,
             per_block,
             blocks: SAMPLES / per_block,
             t_s,

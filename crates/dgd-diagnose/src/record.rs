@@ -55,8 +55,8 @@ pub(crate) struct Record {
     pub per_block: usize,
     pub blocks: usize,
     pub tally: Arc<Tally>,
-    /// What the suction loses, in velocity heads of the return line.
-    pub suction_heads: f64,
+    /// What the suction loses, in velocity heads of the return line; `None` where no riser transmitter tells it.
+    pub suction_heads: Option<f64>,
 }
 
 /// Series without gaps.
@@ -133,7 +133,8 @@ impl Record {
         };
         let riser = recording.riser_pressure_pa.as_deref().map(thin);
         let head_pa = |i: usize| velocity_head_pa(&setting, filled.flow[i]);
-        let suction_heads = heads_lost(&inlet, riser.as_deref(), head_pa, dt_s);
+        let suction_heads =
+            (riser.as_deref()).and_then(|riser| heads_lost(&inlet, riser, head_pa, dt_s));
         Self {
             suction_heads,
             setting,
@@ -168,10 +169,16 @@ impl Record {
             + self.setting.density_kg_m3 * STANDARD_GRAVITY_M_S2 * self.setting.line_length_m
     }
 
-    /// What the suction loses about a sample at which two rows of the mass balance meet, Pa.
-    pub(crate) fn suction_pa(&self, edge: usize) -> f64 {
+    /// Velocity head of the return line about a sample at which two rows of the mass balance meet, Pa.
+    pub(crate) fn edge_head_pa(&self, edge: usize) -> f64 {
         let flow = mean(&self.filled.flow[self.about_edge(edge)]);
-        self.suction_heads * velocity_head_pa(&self.setting, flow)
+        velocity_head_pa(&self.setting, flow)
+    }
+
+    /// What a pascal at the pump inlet is worth in the riser, m³.
+    pub(crate) fn riser_m3_per_pa(&self) -> f64 {
+        let s = &self.setting;
+        s.riser_area_m2 / (s.density_kg_m3 * STANDARD_GRAVITY_M_S2)
     }
 
     /// Inertia of the line, Pa/(m³/s²).

@@ -12,7 +12,7 @@ mod rows;
 mod tests;
 
 pub(crate) use blocks::Blocks;
-pub(crate) use level_rate::LevelRate;
+pub(crate) use level_rate::{LevelRate, imbalance_per_head};
 pub(crate) use line_flow::LineFlow;
 pub(crate) use parts::{Parts, Touched};
 pub(crate) use rows::{Rows, repeats};

@@ -12,6 +12,7 @@ use crate::record::Record;
 use crate::relations::Applied;
 use crate::select::{Named, Selection};
 use crate::step::Step;
+use crate::suction::Unmeasured;
 use crate::tangent::{Bend, Tangent};
 use dgd_effects::{About, HEAD, PLACES, QUANTITIES, Relation};
 use footprint::{Footprint, known};
@@ -48,6 +49,8 @@ pub(crate) struct Round<'a> {
     /// How many effects have been named, here or in the model that the search starts from.
     known: usize,
     footprints: Vec<Footprint>,
+    /// What the suction may lose, where nothing tells it.
+    suction: Option<Unmeasured>,
     /// Plausible corrections, best first.
     rivals: Vec<Correction>,
     /// Places of what has been found that the catalogue does not hold: effects that show there are not told beside it.
@@ -120,6 +123,7 @@ impl<'a> Round<'a> {
         Some(Self {
             known: known.len(),
             footprints,
+            suction: Unmeasured::of(record, &gate),
             record,
             state,
             gate,

@@ -1,6 +1,8 @@
-//! What the suction between riser and pump inlet loses with the flow.
+//! What the suction between riser and pump inlet loses with the flow, and what it might where nothing tells.
 
-use crate::record::{mean, whole};
+use crate::record::{Record, mean, whole};
+use crate::relations::imbalance_per_head;
+use crate::tangent::{Tangent, dot};
 use dgd_effects::{Rank, quantile};
 
 /// Most that a suction is taken to lose, in velocity heads of the return line.
@@ -9,20 +11,20 @@ const MOST_HEADS: f64 = 5.0;
 const STRETCH_S: f64 = 60.0;
 /// Stretches that part by more than so many median absolute deviations tell of something else.
 const FAR: f64 = 4.0;
+/// What a suction may lose unseen, in velocity heads: an entrance, two bends and a valve that is open (Crane TP-410, resistance
+/// coefficients of 0.5, 0.2 to 0.4 and 0.1).
+pub(crate) const ALLOWED_HEADS: f64 = 1.5;
 
 /// Loss in velocity heads of the return line, by what inlet and riser part by as the flow goes from one minute to the next.
 ///
 /// The level is read from the inlet's pressure: where that falls as the flow grows, the level seems to fall, which looks like another
-/// area, or like a gain of one of the flows. Without a riser transmitter nothing tells the loss, and 0 is taken.
+/// area, or like a gain of one of the flows. `None` where the flow never changes while both are read.
 pub(crate) fn heads_lost(
     inlet: &[f64],
-    riser: Option<&[f64]>,
+    riser: &[f64],
     velocity_head_pa: impl Fn(usize) -> f64,
     dt_s: f64,
-) -> f64 {
-    let Some(riser) = riser else {
-        return 0.0;
-    };
+) -> Option<f64> {
     let per = whole(STRETCH_S / dt_s).max(1);
     let stretches = inlet.len().min(riser.len()) / per;
     let of = |k: usize| {
@@ -37,25 +39,70 @@ pub(crate) fn heads_lost(
         .filter(|(x, y)| x.is_finite() && y.is_finite())
         .collect();
     // What is far from the others is left out, and the rest asked again.
-    let mut heads = 0.0;
+    let mut heads = None;
     for _ in 0..3 {
         let moment = |f: fn(&(f64, f64)) -> f64| steps.iter().map(f).sum::<f64>();
         let (xy, xx) = (moment(|(x, y)| x * y), moment(|(x, _)| x * x));
-        heads = if xx > 0.0 { xy / xx } else { 0.0 };
-        let off = |(x, y): &(f64, f64)| (y - heads * x).abs();
+        if xx <= 0.0 {
+            return heads;
+        }
+        let slope = xy / xx;
+        heads = Some(slope.clamp(0.0, MOST_HEADS));
+        let off = |(x, y): &(f64, f64)| (y - slope * x).abs();
         let typical = quantile(steps.iter().map(off), Rank::MEDIAN).unwrap_or(0.0);
         let near: Vec<(f64, f64)> = (steps.iter().copied())
             .filter(|step| off(step) <= FAR * typical)
             .collect();
         steps = near;
     }
-    heads.clamp(0.0, MOST_HEADS)
+    heads
+}
+
+/// What a loss that nothing measures may leave over of the mass balance.
+pub(crate) struct Unmeasured {
+    /// Of [`ALLOWED_HEADS`], whitened and off the tangent.
+    signature: Vec<f64>,
+}
+
+impl Unmeasured {
+    /// `None` where the loss is measured.
+    pub(crate) fn of(record: &Record, gate: &Tangent) -> Option<Self> {
+        if record.suction_heads.is_some() {
+            return None;
+        }
+        let mut change = vec![0.0; gate.layout.len()];
+        let rows = imbalance_per_head(record);
+        for (there, row) in change[gate.layout.mass_at()..].iter_mut().zip(rows) {
+            *there = ALLOWED_HEADS * row;
+        }
+        let signature = gate.beyond(record, &change);
+        let finite = signature.iter().all(|v| v.is_finite());
+        finite.then_some(Self { signature })
+    }
+
+    /// Evidence that it leaves over for a candidate.
+    pub(crate) fn left_over(&self, candidate: &[f64]) -> f64 {
+        let energy = dot(candidate, candidate);
+        if energy > 0.0 {
+            0.5 * dot(candidate, &self.signature).powi(2) / energy
+        } else {
+            0.0
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::heads_lost;
+    #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+
+    use super::{ALLOWED_HEADS, Unmeasured, heads_lost};
+    use crate::claims::fixture::{Hidden, drilled};
     use crate::draws::normals;
+    use crate::record::Record;
+    use crate::relations::Applied;
+    use crate::scan::weigh;
+    use crate::tangent::{Bend, Tangent};
+    use dgd_effects::find;
 
     const DT_S: f64 = 2.0;
     const SAMPLES: usize = 7200;
@@ -83,12 +130,13 @@ mod tests {
     fn the_heads_lost_are_those_by_which_inlet_and_riser_part_with_the_flow() {
         for lost in [0.0, 0.4, 1.5] {
             let (inlet, riser) = read(lost);
-            let told = heads_lost(&inlet, Some(&riser), head_pa, DT_S);
+            let told = heads_lost(&inlet, &riser, head_pa, DT_S).unwrap();
             assert!((told - lost).abs() < 0.1, "{told} for {lost}");
         }
         // A suction that gains pressure there is none.
         let (inlet, riser) = read(-0.5);
-        assert!(heads_lost(&inlet, Some(&riser), head_pa, DT_S).abs() < f64::EPSILON);
+        let told = heads_lost(&inlet, &riser, head_pa, DT_S).unwrap();
+        assert!(told.abs() < f64::EPSILON);
     }
 
     #[test]
@@ -97,22 +145,79 @@ mod tests {
         inlet[1000..1400].fill(f64::NAN);
         inlet[5000..].iter_mut().for_each(|p| *p += 3e5);
         riser[3000..3020].fill(1e5);
-        let told = heads_lost(&inlet, Some(&riser), head_pa, DT_S);
+        let told = heads_lost(&inlet, &riser, head_pa, DT_S).unwrap();
         assert!((told - 0.8).abs() < 0.1, "{told}");
     }
 
     #[test]
-    fn without_a_riser_transmitter_or_a_flow_that_changes_nothing_is_told() {
+    fn where_no_flow_changes_nothing_is_told() {
         let (inlet, riser) = read(0.8);
         let nothing = [
-            heads_lost(&inlet, None, head_pa, DT_S),
-            heads_lost(&inlet, Some(&riser), |_| 3000.0, DT_S),
-            heads_lost(&[], Some(&[]), head_pa, DT_S),
-            heads_lost(&inlet, Some(&riser), |_| f64::NAN, DT_S),
+            heads_lost(&inlet, &riser, |_| 3000.0, DT_S),
+            heads_lost(&[], &[], head_pa, DT_S),
+            heads_lost(&inlet, &riser, |_| f64::NAN, DT_S),
         ];
+        assert!(nothing.iter().all(Option::is_none), "{nothing:?}");
+    }
+
+    /// Drilling whose inlet reads less by what the suction loses with the flow.
+    fn losing(heads: f64) -> Record {
+        let mut record = drilled(Hidden::default());
+        for readings in [&mut record.inlet, &mut record.filled.inlet] {
+            for (p, q) in readings.iter_mut().zip(&record.filled.flow) {
+                let velocity = q / record.setting.line_area_m2;
+                *p -= heads * 0.5 * record.setting.density_kg_m3 * velocity.powi(2);
+            }
+        }
+        record
+    }
+
+    fn gate(record: &Record) -> Tangent {
+        Tangent::at(record, &[], &[], Bend::Lean).unwrap()
+    }
+
+    #[test]
+    fn what_is_lost_unseen_is_no_evidence() {
+        let (sound, off) = (losing(0.0), losing(ALLOWED_HEADS));
+        let mut most = 0.0_f64;
+        for (id, parameters) in [
+            ("annulus_area", &[0.05][..]),
+            ("inflow_gain", &[0.01]),
+            ("return_flow_gain", &[0.01]),
+            ("pipe_displacement", &[0.05, 2000.0, 60.0]),
+            ("yield_stress", &[1e4, 0.3]),
+        ] {
+            let effect = find(id).unwrap();
+            let weighed = |record: &Record| {
+                let gate = gate(record);
+                let c = weigh(
+                    record,
+                    &gate,
+                    &[],
+                    Applied::new(effect, parameters.to_vec()),
+                );
+                let unmeasured = Unmeasured::of(record, &gate).unwrap();
+                (c.evidence, unmeasured.left_over(&c.signature))
+            };
+            let (before, after) = (weighed(&sound), weighed(&off));
+            // The loss pulls with what is there already, either way: twice the product of the roots, and what it is itself.
+            let grown = after.0 - before.0;
+            let may = after.1 + 2.0 * (after.1 * (before.0.max(0.0) + 4.0)).sqrt();
+            assert!(grown <= may + 1.0, "{id}: {before:?} {after:?}");
+            most = most.max(grown);
+        }
+        assert!(most > 5.0, "{most}");
         assert!(
-            nothing.iter().all(|told| told.abs() < f64::EPSILON),
-            "{nothing:?}"
+            (Unmeasured::of(&sound, &gate(&sound)).unwrap())
+                .left_over(&[])
+                .abs()
+                < f64::EPSILON
         );
+        // One that is measured is put back instead.
+        let measured = Record {
+            suction_heads: Some(ALLOWED_HEADS),
+            ..off
+        };
+        assert!(Unmeasured::of(&measured, &gate(&measured)).is_none());
     }
 }

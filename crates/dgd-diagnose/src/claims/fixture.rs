@@ -73,7 +73,7 @@ pub(crate) fn steady(blocks: usize) -> Record {
         },
         without: Vec::new(),
         tally: Arc::default(),
-        suction_heads: 0.0,
+        suction_heads: None,
         per_block: PER_BLOCK,
         blocks,
         t_s,

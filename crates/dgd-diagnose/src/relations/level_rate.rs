@@ -17,21 +17,18 @@ pub(crate) struct LevelRate {
 }
 
 impl LevelRate {
-    /// By what the suction loses the inlet reads less than the level is worth.
+    /// By what the suction loses, where that is known, the inlet reads less than the level is worth.
     pub(crate) fn of(record: &Record) -> Self {
-        let per_row = record.per_block * MASS_BLOCKS;
-        let seconds = record.dt_s * per_row as f64;
-        let edge = |i: usize| mean(&record.inlet[record.about_edge(i)]) + record.suction_pa(i);
-        let rows = record.t_s.len() / per_row;
-        let read: Vec<f64> = (0..rows)
-            .map(|k| (edge((k + 1) * per_row) - edge(k * per_row)) / seconds)
-            .collect();
+        let heads = record.suction_heads.unwrap_or(0.0);
+        let read = from_edge_to_edge(record, |i| {
+            mean(&record.inlet[record.about_edge(i)]) + heads * record.edge_head_pa(i)
+        });
         let (calm, averaged) = calmed(&read);
         Self {
             read,
             calm,
             averaged,
-            noise: record.setting.noise.inlet_pa / seconds,
+            noise: record.setting.noise.inlet_pa / row_s(record),
         }
     }
 
@@ -50,4 +47,26 @@ impl LevelRate {
         // Rates over rows that follow each other share their edges.
         shrunk(self.calm[row], self.noise / self.averaged[row])
     }
+}
+
+/// What a loss of one velocity head of the return line at the suction would add to the imbalance of each row, were it put back, m³/s.
+pub(crate) fn imbalance_per_head(record: &Record) -> Vec<f64> {
+    let rates = from_edge_to_edge(record, |i| record.edge_head_pa(i));
+    let per_pa = record.riser_m3_per_pa();
+    rates.into_iter().map(|rate| -per_pa * rate).collect()
+}
+
+/// Rate at which a value at the edges of rows goes from one to the next, per second.
+fn from_edge_to_edge(record: &Record, value: impl Fn(usize) -> f64) -> Vec<f64> {
+    let per_row = record.per_block * MASS_BLOCKS;
+    let edges = record.t_s.len() / per_row + 1;
+    let values: Vec<f64> = (0..edges).map(|k| value(k * per_row)).collect();
+    (values.windows(2))
+        .map(|pair| (pair[1] - pair[0]) / row_s(record))
+        .collect()
+}
+
+/// Length of a row, s.
+fn row_s(record: &Record) -> f64 {
+    record.dt_s * (record.per_block * MASS_BLOCKS) as f64
 }

@@ -220,7 +220,7 @@ impl<'a> Row<'a> {
         let record = self.record;
         let setting = &record.setting;
         let (rho, filled) = (setting.density_kg_m3, &record.filled);
-        let per_area = setting.riser_area_m2 / (rho * STANDARD_GRAVITY_M_S2);
+        let per_area = record.riser_m3_per_pa();
         self.net.clear();
         for (i, c) in (first..).zip(&self.changes) {
             let through = self.through(i, c);

@@ -236,7 +236,7 @@ fn what_the_suction_loses_is_put_back_to_the_level() {
     };
     let unknown = off(&record);
     assert!(unknown > 1e-4, "{unknown}");
-    record.suction_heads = heads;
+    record.suction_heads = Some(heads);
     // The loss at the mean flow about an edge is not quite the mean loss there.
     assert!(off(&record) < 0.01 * unknown);
 }

@@ -30,7 +30,9 @@ pub(super) fn timed(state: &[Applied]) -> bool {
 impl Round<'_> {
     /// What an effect must show beside what has been named.
     pub(super) fn hurdle(&self, c: &Contender) -> f64 {
-        c.effect.about().search.belief.hurdle + self.further() + self.left_over(&c.best.signature)
+        let belief = &c.effect.about().search.belief;
+        let signature = &c.best.signature;
+        belief.hurdle + self.further() + self.left_over(signature) + self.lost_unseen(signature)
     }
 
     /// From what evidence on an effect may be named.
@@ -46,7 +48,15 @@ impl Round<'_> {
     /// What a correction must show beside what has been named: knots fit the want of form of another effect with ease.
     pub(super) fn unknown_hurdle(&self, r: &Correction) -> f64 {
         let first = if self.known == 0 { 1.0 } else { 1.5 };
-        first * hurdle(r) + 2.0 * self.further() + KNOTS_WANT * self.left_over(&r.signature)
+        first * hurdle(r)
+            + 2.0 * self.further()
+            + KNOTS_WANT * self.left_over(&r.signature)
+            + self.lost_unseen(&r.signature)
+    }
+
+    /// Evidence for a candidate that may come of what the suction loses unseen.
+    fn lost_unseen(&self, signature: &[f64]) -> f64 {
+        (self.suction.as_ref()).map_or(0.0, |loss| loss.left_over(signature))
     }
 
     /// What one more cause must show beyond its hurdle.

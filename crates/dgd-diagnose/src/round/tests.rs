@@ -90,6 +90,7 @@ fn round(record: &Record, contenders: Vec<Contender>, rivals: Vec<Correction>) -
         contenders,
         known: 0,
         footprints: Vec::new(),
+        suction: None,
         rivals,
         unnamed: Vec::new(),
     }
