@@ -1,5 +1,6 @@
 //! `dgd-plant bench`: writes cases of the two benches and their truths.
 
+use crate::progress::progress;
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -154,11 +155,9 @@ pub(crate) fn run(asked: &Asked) -> Result<(), String> {
         for index in 0..asked.count {
             seal.update(write(&draw(&order, index), asked)?);
             done += 1;
-            // Progress is a courtesy: nothing is lost if nobody listens.
-            let _ = write!(io::stderr(), "\r{done} of {all}");
+            progress(done, all);
         }
     }
-    let _ = writeln!(io::stderr());
     if asked.sealed {
         let text: String = seal.finalize().iter().map(|b| format!("{b:02x}")).collect();
         writeln!(io::stdout(), "{text}").map_err(|e| format!("standard output: {e}"))?;

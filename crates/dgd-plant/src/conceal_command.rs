@@ -1,5 +1,6 @@
 //! `dgd-plant conceal`: writes cases and their truths.
 
+use crate::progress::progress;
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -128,10 +129,8 @@ pub(crate) fn run(asked: &Conceal) -> Result<(), String> {
         let case = conceal(&asked.order, index);
         let truth = write(&case, asked)?;
         seal.update(&truth);
-        // Progress is a courtesy: nothing is lost if nobody listens.
-        let _ = write!(io::stderr(), "\r{} of {}", index + 1, asked.count);
+        progress(index + 1, asked.count);
     }
-    let _ = writeln!(io::stderr());
     if asked.sealed {
         let text: String = seal.finalize().iter().map(|b| format!("{b:02x}")).collect();
         writeln!(io::stdout(), "{text}").map_err(|e| format!("standard output: {e}"))?;

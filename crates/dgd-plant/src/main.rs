@@ -7,6 +7,7 @@ use std::process::ExitCode;
 
 mod bench_command;
 mod conceal_command;
+mod progress;
 
 use dgd_plant::{Plan, record, write_csv, write_provenance, write_well_toml};
 

@@ -10,7 +10,7 @@ use dgd_dynamics::return_line::{
     Simulation, SteadyParts, SteadyStatus,
 };
 use dgd_recording::Recording;
-use waiting::{Waiting, give};
+use waiting::{Waiting, take};
 
 /// [`crate::replay`] of a recording that comes in blocks: the same rows, to the last bit, whatever the blocks.
 ///
@@ -442,7 +442,7 @@ impl BlockReplay {
             Kind::Steady => here.end,
             _ => here.end.saturating_sub(1),
         };
-        let measured = |values: &mut Vec<f64>| give(values, here.clone(), gone);
+        let measured = |values: &mut Vec<f64>| take(values, here.clone(), gone);
         let weight = self.line.density_kg_m3 * GRAVITY_M_S2;
         // A driven signal is no simulation: only what the run gives is set beside the measurement.
         let given = |yes: bool, mut values: Vec<f64>| {

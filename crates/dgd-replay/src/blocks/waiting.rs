@@ -51,7 +51,7 @@ impl Waiting {
         all.map(Filling::filled).sum()
     }
 
-    /// Forgets the first rows of the inputs; of the other series [`give`] does.
+    /// Forgets the first rows of the inputs; of the other series [`take`] does.
     pub(super) fn forget(&mut self, rows: usize) {
         for filling in (self.inflows.iter_mut()).chain([
             &mut self.speed_pct,
@@ -63,16 +63,16 @@ impl Waiting {
     }
 }
 
-/// Gives some rows of a series and forgets its first ones, `gone` of them.
-pub(super) fn give(series: &mut Vec<f64>, rows: Range<usize>, gone: usize) -> Vec<f64> {
+/// Takes some rows out of a series and forgets its first ones, `gone` of them.
+pub(super) fn take(series: &mut Vec<f64>, rows: Range<usize>, gone: usize) -> Vec<f64> {
     // What stays is copied, if it is less than what goes.
     if rows.start == 0 && 2 * gone >= series.len() {
         let left = series[gone..].to_vec();
-        let mut given = std::mem::replace(series, left);
-        given.truncate(rows.end);
-        return given;
+        let mut taken = std::mem::replace(series, left);
+        taken.truncate(rows.end);
+        return taken;
     }
-    let given = series[rows].to_vec();
+    let taken = series[rows].to_vec();
     series.drain(..gone);
-    given
+    taken
 }
