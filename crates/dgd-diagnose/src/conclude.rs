@@ -9,7 +9,7 @@ use crate::diagnosis::{Check, DiagnoseError, Diagnosis, Finding, Options, Stage,
 use crate::empirical::is_correction;
 use crate::finding::{finding, heaving};
 use crate::free_run::{gains, simulate};
-use crate::heave::{SWELL_RATIO, swell};
+use crate::heave::swell;
 use crate::held_out::{held_out, model, trained};
 use crate::placebo::placebo;
 use crate::record::{MASS_BLOCKS, Record};
@@ -36,7 +36,7 @@ const LEAST_BLOCKS: usize = 190;
 /// Diagnoses a screened recording.
 ///
 /// - `well`: mud, geometry and channels. One outlet transmitter is enough; the riser's own, where there is one, is held
-///   against the inlet's and enters no relation itself.
+///   against the inlet's, which tells what the suction loses between the two, and enters no relation itself.
 /// - `prepared`: the recording after `dgd_identify::prepare`, on its even clock.
 /// - `options`: effects that the model already holds, and how many are fitted together at most.
 /// - `progress`: called as each [`Stage`] begins.
@@ -125,6 +125,12 @@ pub fn diagnose(
     let mut simulation = simulate(well, &record, prepared, &windows, &before, &after)?;
     let inlet_raw = &prepared.inlet_pressure_pa;
     let swell = swell(inlet_raw, prepared.step_s, well.mud_density_kg_m3);
+    if let Some(s) = &swell {
+        debug!(
+            "swell of {:.1} s, {:.3} m stands {:.1} times above its surroundings",
+            s.period_s, s.amplitude_m, s.ratio
+        );
+    }
     let mut checks: Vec<Check> = refitted(&given, &known).into_iter().collect();
     // An empirical correction can make the free run unstable: on the training stretches that shows, and it is left out.
     let gained = |s: &crate::diagnosis::Simulation| -> f64 {
@@ -180,7 +186,7 @@ pub fn diagnose(
         .enumerate()
         .map(|(k, n)| finding(&record, &selection, k, n, &full, &simulation))
         .collect();
-    if let Some(s) = swell.filter(|s| s.ratio > SWELL_RATIO) {
+    if let Some(s) = swell.filter(|s| s.ratio > s.believed) {
         let held = |about: &About| start.iter().any(|a| a.effect.about().id == about.id);
         for about in (catalogue().iter().map(|effect| effect.about()))
             .filter(|about| about.search.method == Method::Spectrum && !held(about))

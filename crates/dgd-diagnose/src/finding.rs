@@ -4,7 +4,7 @@ use crate::diagnosis::{Finding, ParameterEstimate, Simulation};
 use crate::empirical::pair_of;
 use crate::estimates::estimates;
 use crate::free_run::best_gain;
-use crate::heave::{SWELL_RATIO, Swell};
+use crate::heave::Swell;
 use crate::record::{Record, tails};
 use crate::select::{Named, Selection};
 use crate::tangent::Tangent;
@@ -132,7 +132,7 @@ pub(crate) fn heaving(
     Finding {
         effect: about.id.to_owned(),
         title: about.title.to_owned(),
-        probability: (1.0 - 1.5 / s.ratio).clamp(0.5, 0.98),
+        probability: (1.0 - 0.4 * s.believed / s.ratio).clamp(0.5, 0.98),
         alternatives: Vec::new(),
         relation: about.relation,
         shows_in: vec![about.relation],
@@ -155,7 +155,7 @@ pub(crate) fn heaving(
         equation_after: about.equation.to_owned(),
         source: about.source.to_owned(),
         evidence: s.ratio,
-        hurdle: SWELL_RATIO,
+        hurdle: s.believed,
         separating_test: None,
     }
 }

@@ -5,8 +5,11 @@ use crate::record::whole;
 use dgd_effects::{Rank, quantile};
 use dgd_units::STANDARD_GRAVITY_M_S2;
 
-/// Peak over floor from which swell is believed.
-pub(crate) const SWELL_RATIO: f64 = 6.0;
+/// How far above the highest peak of noise alone swell is believed: floors of real spectra are not quite smooth.
+const ABOVE_NOISE: f64 = 1.4;
+/// Peak over floor from which swell is believed at the least, however many stretches are averaged.
+const LEAST_RATIO: f64 = 2.0;
+
 /// A peak found.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Swell {
@@ -16,6 +19,8 @@ pub(crate) struct Swell {
     pub amplitude_m: f64,
     /// Power of the peak over the floor about it.
     pub ratio: f64,
+    /// That from which swell is believed.
+    pub believed: f64,
     /// The smallest amplitude that would be believed, whatever its period.
     pub limit_m: f64,
 }
@@ -116,15 +121,34 @@ pub(crate) fn swell(pressure_pa: &[f64], step_s: f64, density_kg_m3: f64) -> Opt
     // Of a narrow peak's power a third stands in the mean of three bins.
     let highest = (0..smooth.len()).map(|b| mean_floor(&smooth, b));
     let highest = highest.filter(|f| f.is_finite()).fold(floor, f64::max);
-    let believed = 3.0 * (SWELL_RATIO - 1.0) * highest / 1.5;
+    let believed = (ABOVE_NOISE * highest_of_noise(spectra.len(), bins.len())).max(LEAST_RATIO);
+    let seen = 3.0 * (believed - 1.0) * highest / 1.5;
     let per_metre = density_kg_m3 * STANDARD_GRAVITY_M_S2;
     Some(Swell {
         period_s: 1.0 / frequency,
         period_sd_s: sd / (frequency * frequency),
         amplitude_m: amplitude / per_metre,
         ratio,
-        limit_m: 2.0 * believed.sqrt() / window / per_metre,
+        believed,
+        limit_m: 2.0 * seen.sqrt() / window / per_metre,
     })
+}
+
+/// Power over floor that the highest of some bins exceeds in one recording of a thousand, of noise alone.
+///
+/// The mean of `k` independent powers is a gamma variate of shape `k`, whose cube root is nearly normal (Wilson and Hilferty 1931). Of
+/// the three neighbours that each bin is averaged over, Hann's window leaves 1.86 independent: neighbours share 4/9 of their power,
+/// those beyond 1/36.
+fn highest_of_noise(stretches: usize, bins: usize) -> f64 {
+    const INDEPENDENT: f64 = 1.86;
+    const RATE: f64 = 1e-3;
+    // Of the normal distribution's tail (Abramowitz and Stegun 26.2.23, to 5e-4).
+    let t = (-2.0 * (RATE / bins as f64).ln()).sqrt();
+    let z = t
+        - (2.515_517 + t * (0.802_853 + t * 0.010_328))
+            / (1.0 + t * (1.432_788 + t * (0.189_269 + t * 0.001_308)));
+    let ninth = 1.0 / (9.0 * INDEPENDENT * stretches as f64);
+    (1.0 - ninth + z * ninth.sqrt()).powi(3)
 }
 
 /// Median of the bins a little away from one.

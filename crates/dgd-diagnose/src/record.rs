@@ -169,10 +169,14 @@ impl Record {
             + self.setting.density_kg_m3 * STANDARD_GRAVITY_M_S2 * self.setting.line_length_m
     }
 
-    /// Velocity head of the return line about a sample at which two rows of the mass balance meet, Pa.
-    pub(crate) fn edge_head_pa(&self, edge: usize) -> f64 {
-        let flow = mean(&self.filled.flow[self.about_edge(edge)]);
-        velocity_head_pa(&self.setting, flow)
+    /// Velocity head of the return line at a flow, Pa.
+    pub(crate) fn velocity_head_pa(&self, flow_m3_s: f64) -> f64 {
+        velocity_head_pa(&self.setting, flow_m3_s)
+    }
+
+    /// What the suction loses at a flow, as far as that is known, Pa.
+    pub(crate) fn suction_pa(&self, flow_m3_s: f64) -> f64 {
+        self.suction_heads.unwrap_or(0.0) * self.velocity_head_pa(flow_m3_s)
     }
 
     /// What a pascal at the pump inlet is worth in the riser, m³.

@@ -123,7 +123,7 @@ impl<'a> Round<'a> {
         Some(Self {
             known: known.len(),
             footprints,
-            suction: Unmeasured::of(record, &gate),
+            suction: Unmeasured::of(record, &gate, &state),
             record,
             state,
             gate,

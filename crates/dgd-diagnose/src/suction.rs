@@ -1,9 +1,10 @@
 //! What the suction between riser and pump inlet loses with the flow, and what it might where nothing tells.
 
+use crate::empirical::is_seen;
 use crate::record::{Record, mean, whole};
-use crate::relations::imbalance_per_head;
+use crate::relations::{Applied, imbalance_per_head};
 use crate::tangent::{Tangent, dot};
-use dgd_effects::{Rank, quantile};
+use dgd_effects::{Rank, SUCTION, quantile};
 
 /// Most that a suction is taken to lose, in velocity heads of the return line.
 const MOST_HEADS: f64 = 5.0;
@@ -65,9 +66,10 @@ pub(crate) struct Unmeasured {
 }
 
 impl Unmeasured {
-    /// `None` where the loss is measured.
-    pub(crate) fn of(record: &Record, gate: &Tangent) -> Option<Self> {
-        if record.suction_heads.is_some() {
+    /// `None` where the loss is measured, unless what lies between the transmitters that measure it is at fault.
+    pub(crate) fn of(record: &Record, gate: &Tangent, state: &[Applied]) -> Option<Self> {
+        let at_fault = |one: &Applied| is_seen(one) && whole(one.parameters[0]) == SUCTION;
+        if record.suction_heads.is_some() && !state.iter().any(at_fault) {
             return None;
         }
         let mut change = vec![0.0; gate.layout.len()];
@@ -196,7 +198,7 @@ mod tests {
                     &[],
                     Applied::new(effect, parameters.to_vec()),
                 );
-                let unmeasured = Unmeasured::of(record, &gate).unwrap();
+                let unmeasured = Unmeasured::of(record, &gate, &[]).unwrap();
                 (c.evidence, unmeasured.left_over(&c.signature))
             };
             let (before, after) = (weighed(&sound), weighed(&off));
@@ -208,7 +210,7 @@ mod tests {
         }
         assert!(most > 5.0, "{most}");
         assert!(
-            (Unmeasured::of(&sound, &gate(&sound)).unwrap())
+            (Unmeasured::of(&sound, &gate(&sound), &[]).unwrap())
                 .left_over(&[])
                 .abs()
                 < f64::EPSILON
@@ -218,6 +220,6 @@ mod tests {
             suction_heads: Some(ALLOWED_HEADS),
             ..off
         };
-        assert!(Unmeasured::of(&measured, &gate(&measured)).is_none());
+        assert!(Unmeasured::of(&measured, &gate(&measured), &[]).is_none());
     }
 }

@@ -102,8 +102,12 @@ impl Twins {
             .map(|b| mean(&record.t_s[b * m..(b + 1) * m]))
             .collect();
         let held = held_apart(record, pair, state, &t_s);
+        let lost = |b: usize| match pair {
+            Pair::InletAndRiser => record.suction_pa(block(&record.filled.flow, b)),
+            Pair::Inlets | Pair::Outlets => 0.0,
+        };
         let apart: Vec<f64> = (0..n)
-            .map(|b| block(first, b) - block(second, b) - held[b])
+            .map(|b| block(first, b) + lost(b) - block(second, b) - held[b])
             .collect();
         let [one, other] = [first, second].map(|values| repeats(record, values, |_| STUCK_S));
         let valid: Vec<bool> = (0..n)

@@ -202,8 +202,8 @@ fn swell_is_told_with_its_period_and_amplitude_from_the_start_to_the_end() {
     record.setting.span_s = (100.0, 1000.0);
     let about = find("heave").unwrap().about();
     for (ratio, period_sd_s, half, probability) in [
-        (6.0, 0.2, 0.392, 0.75),
-        (2.0, 0.01, 0.098, 0.5),
+        (5.0, 0.2, 0.392, 0.8),
+        (2.5, 0.01, 0.098, 0.6),
         (1e3, 0.2, 0.392, 0.98),
     ] {
         let swell = Swell {
@@ -211,12 +211,13 @@ fn swell_is_told_with_its_period_and_amplitude_from_the_start_to_the_end() {
             period_sd_s,
             amplitude_m: 0.5,
             ratio,
+            believed: 2.5,
             limit_m: 0.04,
         };
         let told = heaving(&record, about, swell, &nothing_run());
         assert!((told.probability - probability).abs() < 1e-12);
         assert_eq!(told.intervals_s, [(0.0, 900.0)]);
-        assert_eq!((told.evidence, told.hurdle), (ratio, 6.0));
+        assert_eq!((told.evidence, told.hurdle), (ratio, 2.5));
         let [period, amplitude] = &told.parameters[..] else {
             panic!("{:?}", told.parameters);
         };

@@ -1,7 +1,7 @@
 //! Claims about the numbers that a spectrum with swell gives.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::{SWELL_RATIO, swell};
+use super::{ABOVE_NOISE, highest_of_noise, swell};
 use crate::draws::normals;
 use dgd_units::STANDARD_GRAVITY_M_S2;
 
@@ -91,7 +91,7 @@ fn what_is_faster_than_five_seconds_or_slower_than_twenty_is_no_swell() {
     for period_s in [3.5, 40.0] {
         let found = swell(&pressure(7200, 1.0, &[(1.0, period_s)]), 1.0, DENSITY);
         assert!(
-            found.is_none_or(|s| s.ratio < 6.0),
+            found.is_none_or(|s| s.ratio < s.believed),
             "{period_s} s: {found:?}"
         );
     }
@@ -133,24 +133,41 @@ fn six_stretches_are_enough_and_a_clock_of_six_seconds_for_a_long_swell() {
     assert!(swell(&slow, 6.5, DENSITY).is_none());
 }
 
-/// By their means: the power of a peak scatters by a fifth over the floor of 14 stretches.
+/// By their means: the power of a peak scatters by a third over the floor of 14 stretches.
 #[test]
 fn a_swell_above_its_limit_is_believed_whatever_its_period_and_one_far_below_is_not() {
-    let limit_m = swell(&pressure(7200, 1.0, &[]), 1.0, DENSITY)
-        .unwrap()
-        .limit_m;
-    // `A² m / 12 s²` of 5 above the floor; the highest of many floors stands somewhat above their mean.
-    let expected = (60.0 / 511.0_f64).sqrt() * NOISE_PA / pa(1.0);
-    assert!(
-        (1.0..1.25).contains(&(limit_m / expected)),
-        "{limit_m} for {expected}"
-    );
+    let nothing = swell(&pressure(7200, 1.0, &[]), 1.0, DENSITY).unwrap();
+    // `A² m / 12 s²` above the floor; the highest of many floors stands somewhat above their mean.
+    let above = nothing.believed - 1.0;
+    let expected = (12.0 * above / 511.0).sqrt() * NOISE_PA / pa(1.0);
+    let share = nothing.limit_m / expected;
+    assert!((1.0..1.25).contains(&share), "{share}");
     for period_s in [6.3, 8.0, 10.1, 13.7, 18.0] {
-        let ratio = |amplitude_m: f64| {
+        let found = |amplitude_m: f64| {
             let series = pressure(7200, 1.0, &[(amplitude_m, period_s)]);
-            swell(&series, 1.0, DENSITY).unwrap().ratio
+            let s = swell(&series, 1.0, DENSITY).unwrap();
+            s.ratio > s.believed
         };
-        assert!(ratio(1.3 * limit_m) > SWELL_RATIO, "{period_s}");
-        assert!(ratio(0.6 * limit_m) < SWELL_RATIO, "{period_s}");
+        assert!(found(1.4 * nothing.limit_m), "{period_s}");
+        assert!(!found(0.4 * nothing.limit_m), "{period_s}");
+    }
+}
+
+/// Of 200 recordings of noise, of 6 to 50 stretches.
+#[test]
+fn noise_alone_stays_below_the_highest_of_it_and_comes_near() {
+    for stretches in [6, 14, 50] {
+        let all = normals(9, 200 * stretches * 512);
+        let highest = (all.chunks_exact(stretches * 512))
+            .filter_map(|series| swell(series, 1.0, DENSITY))
+            .map(|s| s.ratio)
+            .fold(0.0, f64::max);
+        // Bins of 5 to 20 s in stretches of 512 s.
+        let most = highest_of_noise(stretches, 77);
+        assert!(
+            highest < ABOVE_NOISE * most,
+            "{stretches}: {highest} {most}"
+        );
+        assert!(highest > 0.75 * most, "{stretches}: {highest} {most}");
     }
 }

@@ -19,9 +19,8 @@ pub(crate) struct LevelRate {
 impl LevelRate {
     /// By what the suction loses, where that is known, the inlet reads less than the level is worth.
     pub(crate) fn of(record: &Record) -> Self {
-        let heads = record.suction_heads.unwrap_or(0.0);
         let read = from_edge_to_edge(record, |i| {
-            mean(&record.inlet[record.about_edge(i)]) + heads * record.edge_head_pa(i)
+            mean(&record.inlet[record.about_edge(i)]) + record.suction_pa(edge_flow(record, i))
         });
         let (calm, averaged) = calmed(&read);
         Self {
@@ -51,9 +50,14 @@ impl LevelRate {
 
 /// What a loss of one velocity head of the return line at the suction would add to the imbalance of each row, were it put back, m³/s.
 pub(crate) fn imbalance_per_head(record: &Record) -> Vec<f64> {
-    let rates = from_edge_to_edge(record, |i| record.edge_head_pa(i));
+    let rates = from_edge_to_edge(record, |i| record.velocity_head_pa(edge_flow(record, i)));
     let per_pa = record.riser_m3_per_pa();
     rates.into_iter().map(|rate| -per_pa * rate).collect()
+}
+
+/// Flow through the line about a sample at which two rows meet, m³/s.
+fn edge_flow(record: &Record, edge: usize) -> f64 {
+    mean(&record.filled.flow[record.about_edge(edge)])
 }
 
 /// Rate at which a value at the edges of rows goes from one to the next, per second.

@@ -27,6 +27,7 @@ const SWELL: Swell = Swell {
     period_sd_s: 0.1,
     amplitude_m: 0.1,
     ratio: 2.0,
+    believed: 2.5,
     limit_m: 0.04,
 };
 
