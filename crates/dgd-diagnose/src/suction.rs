@@ -62,7 +62,7 @@ pub(crate) fn heads_lost(
 /// What a loss that nothing measures may leave over of the mass balance.
 pub(crate) struct Unmeasured {
     /// Of [`ALLOWED_HEADS`], whitened and off the tangent.
-    signature: Vec<f64>,
+    pub signature: Vec<f64>,
 }
 
 impl Unmeasured {

@@ -13,6 +13,7 @@ use crate::relations::Applied;
 use crate::scan::{Candidate, weigh};
 use crate::select::Named;
 use crate::step::Step;
+use crate::suction::Unmeasured;
 use crate::tangent::{Bend, Tangent, dot};
 use dgd_effects::{
     HEAD, INLETS, OUTLETS, PLACES, QUANTITIES, RISER_READING, Relation, find, unknown,
@@ -165,6 +166,22 @@ fn beside_what_the_catalogue_does_not_hold_only_another_relation_tells() {
     let asked = BESIDE_UNNAMED * (influx(0.0).effect.about().search.belief.hurdle + 8.0);
     assert_eq!(at(asked + 0.1), "influx");
     assert_eq!(at(asked), "nothing");
+}
+
+#[test]
+fn what_the_suction_may_lose_unseen_is_asked_beyond_the_hurdle() {
+    let record = sound();
+    let (effect, other) = (influx(50.0), correction(2, 50.0));
+    let mut round = round(&record, Vec::new(), Vec::new());
+    let (own, of_correction) = (round.hurdle(&effect), round.unknown_hurdle(&other));
+    // Of a signature of 3 and 4 a loss that goes the other way by 6 and 8 makes half of 100; one elsewhere nothing.
+    for (lost, more) in [([-6.0, -8.0, 1.0, 2.0], 50.0), (THERE, 0.0)] {
+        round.suction = Some(Unmeasured {
+            signature: lost.to_vec(),
+        });
+        assert_eq!(round.hurdle(&effect), own + more);
+        assert_eq!(round.unknown_hurdle(&other), of_correction + more);
+    }
 }
 
 #[test]

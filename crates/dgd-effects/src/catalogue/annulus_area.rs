@@ -45,7 +45,7 @@ static ABOUT: About = About {
     extent: Extent::Always,
     search: Search {
         belief: Belief {
-            hurdle: 24.0,
+            hurdle: 8.0,
             scale: 4.0,
         },
         least: Some(0.02),

@@ -58,8 +58,8 @@ static ABOUT: About = About {
     extent: Extent::Passing,
     search: Search {
         belief: Belief {
-            hurdle: 3.5,
-            scale: 3.0,
+            hurdle: 3.0,
+            scale: 2.5,
         },
         form_error: 0.15,
         ..Search::BASE

@@ -60,7 +60,7 @@ static ABOUT: About = About {
         size_error: 0.02,
         stand_error: Some(0.3),
         belief: Belief {
-            hurdle: 16.0,
+            hurdle: 14.0,
             scale: 3.0,
         },
         ..Search::BASE

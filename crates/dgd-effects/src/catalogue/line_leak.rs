@@ -38,7 +38,7 @@ static ABOUT: About = About {
     extent: Extent::FromOnset,
     search: Search {
         belief: Belief {
-            hurdle: 9.0,
+            hurdle: 7.0,
             scale: 5.0,
         },
         form_error: 0.15,

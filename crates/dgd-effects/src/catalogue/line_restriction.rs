@@ -40,7 +40,7 @@ static ABOUT: About = About {
     extent: Extent::FromOnset,
     search: Search {
         belief: Belief {
-            hurdle: 11.0,
+            hurdle: 9.0,
             scale: 5.0,
         },
         // On 1160 kg/m³ through 140 mm that costs 0.03 bar at 1800 L/min, 0.08 bar at 2800: transmitters wander by 0.05.

@@ -55,8 +55,8 @@ static ABOUT: About = About {
         form_error: 0.15,
         size_error: 0.05,
         belief: Belief {
-            hurdle: 5.0,
-            scale: 4.0,
+            hurdle: 4.0,
+            scale: 3.0,
         },
         ..Search::BASE
     },

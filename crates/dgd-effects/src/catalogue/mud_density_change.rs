@@ -59,7 +59,7 @@ static ABOUT: About = About {
     extent: Extent::FromOnset,
     search: Search {
         belief: Belief {
-            hurdle: 20.0,
+            hurdle: 14.0,
             scale: 5.0,
         },
         least: Some(1.5),

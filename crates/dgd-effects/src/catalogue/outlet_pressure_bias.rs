@@ -37,7 +37,7 @@ static ABOUT: About = About {
     extent: Extent::Always,
     search: Search {
         belief: Belief {
-            hurdle: 22.0,
+            hurdle: 24.0,
             scale: 5.0,
         },
         least: Some(1.05e4),

@@ -49,10 +49,10 @@ static ABOUT: About = About {
     extent: Extent::FromOnset,
     search: Search {
         belief: Belief {
-            hurdle: 10.0,
+            hurdle: 9.0,
             scale: 4.0,
         },
-        least: Some(1.05e4),
+        least: Some(7e3),
         size_error: 0.04,
         ..Search::BASE
     },

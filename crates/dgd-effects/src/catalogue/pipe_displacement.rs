@@ -49,10 +49,10 @@ static ABOUT: About = About {
     extent: Extent::Always,
     search: Search {
         belief: Belief {
-            hurdle: 24.0,
+            hurdle: 8.0,
             scale: 5.0,
         },
-        least: Some(0.045),
+        least: Some(0.03),
         needs: &[Excitation::Connections],
         form_error: 0.15,
         ..Search::BASE

@@ -36,7 +36,7 @@ static ABOUT: About = About {
     extent: Extent::Always,
     search: Search {
         belief: Belief {
-            hurdle: 10.0,
+            hurdle: 7.0,
             scale: 4.0,
         },
         least: Some(5.5),

@@ -34,8 +34,8 @@ static ABOUT: About = About {
     extent: Extent::Always,
     search: Search {
         belief: Belief {
-            hurdle: 6.0,
-            scale: 4.0,
+            hurdle: 4.0,
+            scale: 3.0,
         },
         form_error: 0.4,
         size_error: 0.4,

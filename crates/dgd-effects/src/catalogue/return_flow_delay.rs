@@ -42,7 +42,7 @@ static ABOUT: About = About {
     extent: Extent::Always,
     search: Search {
         belief: Belief {
-            hurdle: 10.0,
+            hurdle: 7.0,
             scale: 4.0,
         },
         least: Some(3.5),

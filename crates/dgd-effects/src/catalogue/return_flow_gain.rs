@@ -41,7 +41,7 @@ static ABOUT: About = About {
     search: Search {
         least: Some(6e-3),
         belief: Belief {
-            hurdle: 8.0,
+            hurdle: 6.0,
             scale: 3.0,
         },
         ..Search::BASE

@@ -41,7 +41,7 @@ static ABOUT: About = About {
         needs: &[Excitation::Connections],
         allowance: &[1.0, 2.0, 3.0, 4.0],
         belief: Belief {
-            hurdle: 8.0,
+            hurdle: 6.0,
             scale: 4.0,
         },
         ..Search::BASE

@@ -63,7 +63,7 @@ static ABOUT: About = About {
         form_error: 0.15,
         size_error: 0.5,
         belief: Belief {
-            hurdle: 11.0,
+            hurdle: 7.0,
             scale: 5.0,
         },
         flowing: true,
