@@ -1,10 +1,14 @@
 //! Claims about the calibration of probabilities.
 
-use crate::belief::calibrate;
+use crate::belief::{CALIBRATION, calibrate};
 use crate::relations::Applied;
 use crate::select::Named;
 
 const HURDLE: f64 = 10.0;
+const CONSTANT: f64 = CALIBRATION[0];
+const MARGIN: f64 = CALIBRATION[1];
+const SHARE: f64 = CALIBRATION[2];
+const CROWD: f64 = CALIBRATION[3];
 
 fn named(evidence: f64, probability: f64) -> Named {
     Named {
@@ -36,24 +40,24 @@ fn close(found: f64, expected: f64) {
 
 #[test]
 fn logits_add_up_from_evidence_over_the_hurdle_and_the_share_among_alternatives() {
-    // At the hurdle and with even odds, nine tenths of a logit against it.
-    close(logit_of(1, 0.0, 0.5), -0.9);
-    close(logit_of(1, 2.0, 0.5), -0.9 + 0.55 * 2.0);
-    close(logit_of(1, 0.0, 0.8), -0.9 + 0.5 * logit(0.8));
+    // At the hurdle and with even odds, the constant alone.
+    close(logit_of(1, 0.0, 0.5), CONSTANT);
+    close(logit_of(1, 2.0, 0.5), CONSTANT + MARGIN * 2.0);
+    close(logit_of(1, 0.0, 0.8), CONSTANT + SHARE * logit(0.8));
     // Below its hurdle it is judged as at it, and a hurdle below 1 as 1.
-    close(logit_of(1, -3.0, 0.5), -0.9);
+    close(logit_of(1, -3.0, 0.5), CONSTANT);
     let mut low = [Named {
         hurdle: 0.1,
         ..named(1.0, 0.5)
     }];
     calibrate(&mut low);
-    close(logit(low[0].probability), -0.9);
+    close(logit(low[0].probability), CONSTANT);
 }
 
 #[test]
 fn a_share_of_none_or_all_is_no_certainty() {
-    close(logit_of(1, 0.0, 0.0), -0.9 + 0.5 * logit(0.01));
-    close(logit_of(1, 0.0, 1.0), -0.9 + 0.5 * logit(0.99));
+    close(logit_of(1, 0.0, 0.0), CONSTANT + SHARE * logit(0.01));
+    close(logit_of(1, 0.0, 1.0), CONSTANT + SHARE * logit(0.99));
 }
 
 #[test]
@@ -62,8 +66,8 @@ fn three_are_a_crowd_two_are_not_and_what_stands_far_above_its_hurdle_stands_in_
         let alone = logit_of(1, folds, 0.5);
         close(logit_of(2, folds, 0.5), alone);
         for count in [3, 4] {
-            let doubt = 2.5 * (1.0_f64 - folds / 3.0).max(0.0);
-            close(logit_of(count, folds, 0.5), alone - doubt);
+            let doubt = CROWD * (1.0 - folds / 3.0).max(0.0);
+            close(logit_of(count, folds, 0.5), alone + doubt);
         }
     }
 }

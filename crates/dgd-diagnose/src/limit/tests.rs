@@ -92,7 +92,7 @@ fn a_lateness_is_seen_from_where_it_shows_beyond_what_a_sound_rig_may_have() {
     };
     let limit = |points: Vec<(f64, f64)>, hidden: f64| {
         let energy = Energy::Grid { points, hidden };
-        let (hurdle, before) = (about.search.belief.hurdle, 0.0);
+        let (hurdle, before) = (10.0, 0.0);
         let showing = Showing {
             energy,
             hurdle,
