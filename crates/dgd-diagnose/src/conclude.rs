@@ -245,8 +245,8 @@ pub fn diagnose(
             match record.suction_heads {
                 Some(heads) => format!("{heads:.2} velocity heads of the return line"),
                 None => format!(
-                    "not known without a riser transmitter: none is put back, and what one of up to {ALLOWED_HEADS} velocity heads \
-                     would look like is believed of no effect"
+                    "not known, for no riser transmitter tells it of a flow that changes: none is put back, and each effect must show more by \
+                     what {ALLOWED_HEADS} velocity heads would make of it"
                 ),
             },
         ),

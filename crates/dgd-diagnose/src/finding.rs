@@ -115,6 +115,9 @@ fn region(record: &Record, interval: (f64, f64)) -> String {
     }
 }
 
+/// Doubt in a swell that stands no higher than it must; one twice as high is doubted by half.
+const DOUBT: f64 = 0.4;
+
 /// An effect that comes from a spectrum, not from the relations.
 pub(crate) fn heaving(
     record: &Record,
@@ -132,7 +135,7 @@ pub(crate) fn heaving(
     Finding {
         effect: about.id.to_owned(),
         title: about.title.to_owned(),
-        probability: (1.0 - 0.4 * s.believed / s.ratio).clamp(0.5, 0.98),
+        probability: (1.0 - DOUBT * s.believed / s.ratio).min(0.98),
         alternatives: Vec::new(),
         relation: about.relation,
         shows_in: vec![about.relation],

@@ -92,17 +92,17 @@ pub(crate) fn swell(pressure_pa: &[f64], step_s: f64, density_kg_m3: f64) -> Opt
             mean[r.clone()].iter().sum::<f64>() / r.len() as f64
         })
         .collect();
-    // The floor falls with frequency where noise is coloured: a straight line through the logarithms, peak left out.
-    let top = (0..smooth.len()).max_by(|a, b| {
-        let floor = |b: usize| mean_floor(&smooth, b);
-        (smooth[*a] / floor(*a)).total_cmp(&(smooth[*b] / floor(*b)))
-    })?;
-    let floor = mean_floor(&smooth, top);
-    let ratio = smooth[top] / floor;
+    // The floor falls with frequency where noise is coloured: a straight line in logarithms, at the height of what is near.
+    let colour = colour(&smooth, &bins);
+    let line: Vec<f64> = bins.iter().map(|k| (*k as f64).powf(colour)).collect();
+    let flat: Vec<f64> = smooth.iter().zip(&line).map(|(p, line)| p / line).collect();
+    let ratio = |b: usize| flat[b] / mean_floor(&flat, b);
+    let top = (0..flat.len()).max_by(|a, b| ratio(*a).total_cmp(&ratio(*b)))?;
+    let (ratio, level) = (ratio(top), mean_floor(&flat, top));
     let near = top.saturating_sub(4)..(top + 5).min(mean.len());
     let (mut weight, mut moment, mut second) = (0.0, 0.0, 0.0);
     for b in near {
-        let above = (mean[b] - floor).max(0.0);
+        let above = (mean[b] - level * line[b]).max(0.0);
         let f = bins[b] as f64 / segment_s;
         weight += above;
         moment += above * f;
@@ -119,8 +119,8 @@ pub(crate) fn swell(pressure_pa: &[f64], step_s: f64, density_kg_m3: f64) -> Opt
     let energy = weight / 1.5;
     let amplitude = 2.0 * energy.sqrt() / window;
     // Of a narrow peak's power a third stands in the mean of three bins.
-    let highest = (0..smooth.len()).map(|b| mean_floor(&smooth, b));
-    let highest = highest.filter(|f| f.is_finite()).fold(floor, f64::max);
+    let floors = (0..flat.len()).map(|b| mean_floor(&flat, b) * line[b]);
+    let highest = (floors.filter(|f| f.is_finite())).fold(level * line[top], f64::max);
     let believed = (ABOVE_NOISE * highest_of_noise(spectra.len(), bins.len())).max(LEAST_RATIO);
     let seen = 3.0 * (believed - 1.0) * highest / 1.5;
     let per_metre = density_kg_m3 * STANDARD_GRAVITY_M_S2;
@@ -149,6 +149,16 @@ fn highest_of_noise(stretches: usize, bins: usize) -> f64 {
             / (1.0 + t * (1.432_788 + t * (0.189_269 + t * 0.001_308)));
     let ninth = 1.0 / (9.0 * INDEPENDENT * stretches as f64);
     (1.0 - ninth + z * ninth.sqrt()).powi(3)
+}
+
+/// Power of the frequency that a floor goes with: the median over all pairs of bins, which a peak hardly moves (Theil and Sen).
+fn colour(power: &[f64], bins: &[usize]) -> f64 {
+    let slope =
+        |i: usize, j: usize| (power[j] / power[i]).ln() / (bins[j] as f64 / bins[i] as f64).ln();
+    let pairs = (0..bins.len()).flat_map(|i| (i + 1..bins.len()).map(move |j| (i, j)));
+    quantile(pairs.map(|(i, j)| slope(i, j)), Rank::MEDIAN)
+        .filter(|slope| slope.is_finite())
+        .unwrap_or(0.0)
 }
 
 /// Median of the bins a little away from one.

@@ -197,7 +197,7 @@ impl<'a> Round<'a> {
     /// Decides between an effect by itself and a correction.
     fn against(&self, best: &Contender, rival: &Correction, broken: f64) -> Ruling {
         let unnamed = |evidence: f64| self.unnamed(rival, evidence, Some((best, broken)));
-        if rival.borne > hurdle(rival) && rival.borne > 1.2 * best.claim() + 30.0 {
+        if rival.borne > self.rival_hurdle(rival) && rival.borne > 1.2 * best.claim() + 30.0 {
             return unnamed(rival.borne);
         }
         let named = self.named(best, Some(rival), broken);
@@ -248,9 +248,11 @@ impl<'a> Round<'a> {
     /// The correction that competes with an effect: of its own relation, or one that nothing in the catalogue comes near.
     fn rival(&self, best: &Contender, broken: f64) -> Option<&Correction> {
         let relation = best.effect.about().relation;
-        let far = (self.rivals.iter()).find(|r| r.borne > hurdle(r).max(2.0 * best.claim()));
+        let far =
+            (self.rivals.iter()).find(|r| r.borne > self.rival_hurdle(r).max(2.0 * best.claim()));
         // What sound recordings show too is no rival to a form that holds.
-        let stands = |r: &Correction| r.borne > hurdle(r) || (r.borne > 0.0 && broken > 0.0);
+        let stands =
+            |r: &Correction| r.borne > self.rival_hurdle(r) || (r.borne > 0.0 && broken > 0.0);
         let own = (self.rivals_in(relation)).find(|r| stands(r));
         match (far, own) {
             (Some(far), Some(own)) if own.borne > far.borne => Some(own),
@@ -263,7 +265,7 @@ impl<'a> Round<'a> {
     fn rival_beyond(&self, best: &Contender, broken: f64) -> Option<&Correction> {
         // Only then is it asked where the effect shows.
         let enters = |r: &&Correction| {
-            broken > 0.0 && r.borne > hurdle(r) && self.share_in(best, r.place) > SHOWS
+            broken > 0.0 && r.borne > self.rival_hurdle(r) && self.share_in(best, r.place) > SHOWS
         };
         self.rivals.iter().find(enters)
     }

@@ -49,6 +49,8 @@ pub(crate) struct Held {
 pub(crate) struct First {
     pub id: &'static str,
     pub evidence: f64,
+    /// Evidence that it must show to be named.
+    pub hurdle: f64,
     /// Energy of a unit of strength, 0 where the strength is on a grid.
     pub energy: f64,
     /// Whether it might be named but for its evidence.
@@ -251,6 +253,7 @@ fn first(round: &Round) -> Vec<First> {
         First {
             id: about.id,
             evidence: c.evidence,
+            hurdle: round.hurdle(c),
             energy,
             admissible: round.admissible(c),
             showing: None,

@@ -49,7 +49,7 @@ pub(crate) fn tested(
                 evidence: first.map_or(0.0, |f| f.evidence),
                 admissible: first.is_some_and(|f| f.admissible),
                 strength: strength(about).name,
-                hurdle: about.search.belief.hurdle,
+                hurdle: first.map_or(about.search.belief.hurdle, |f| f.hurdle),
                 standard_error,
                 limit: seen,
             }

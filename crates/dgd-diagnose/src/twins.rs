@@ -10,6 +10,7 @@ use crate::relations::{Applied, Rows, repeats};
 use crate::tangent::dot;
 use dgd_effects::{Action, Changes, KNOTS, Moment, Rank, STANDING_M3_S, quantile};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use std::ops::Range;
 
 /// What the inlets may lose at the suction, and by how much the spans of the transmitters may differ, Pa.
 const SUCTION_PA: f64 = 1.0e4;
@@ -59,6 +60,15 @@ impl Pair {
         }
     }
 
+    /// First less second of two readings over some samples, but for what the suction is known to lose between them, Pa.
+    fn differ(self, record: &Record, [first, second]: [&[f64]; 2], samples: Range<usize>) -> f64 {
+        let lost = match self {
+            Self::InletAndRiser => record.suction_pa(mean(&record.filled.flow[samples.clone()])),
+            Self::Inlets | Self::Outlets => 0.0,
+        };
+        mean(&first[samples.clone()]) + lost - mean(&second[samples])
+    }
+
     /// By how much the first reads more than the second where readings are off, Pa.
     fn apart(self, changes: &Changes) -> f64 {
         let [first, second] = changes.inlet_bias_pa;
@@ -102,12 +112,8 @@ impl Twins {
             .map(|b| mean(&record.t_s[b * m..(b + 1) * m]))
             .collect();
         let held = held_apart(record, pair, state, &t_s);
-        let lost = |b: usize| match pair {
-            Pair::InletAndRiser => record.suction_pa(block(&record.filled.flow, b)),
-            Pair::Inlets | Pair::Outlets => 0.0,
-        };
         let apart: Vec<f64> = (0..n)
-            .map(|b| block(first, b) + lost(b) - block(second, b) - held[b])
+            .map(|b| pair.differ(record, [first, second], b * m..(b + 1) * m) - held[b])
             .collect();
         let [one, other] = [first, second].map(|values| repeats(record, values, |_| STUCK_S));
         let valid: Vec<bool> = (0..n)

@@ -29,7 +29,7 @@ pub(super) fn timed(state: &[Applied]) -> bool {
 
 impl Round<'_> {
     /// What an effect must show beside what has been named.
-    pub(super) fn hurdle(&self, c: &Contender) -> f64 {
+    pub(crate) fn hurdle(&self, c: &Contender) -> f64 {
         let belief = &c.effect.about().search.belief;
         let signature = &c.best.signature;
         belief.hurdle + self.further() + self.left_over(signature) + self.lost_unseen(signature)
@@ -42,7 +42,13 @@ impl Round<'_> {
         } else {
             BESIDE_UNNAMED
         };
-        times * self.hurdle(c)
+        let unseen = self.lost_unseen(&c.best.signature);
+        times * (self.hurdle(c) - unseen) + unseen
+    }
+
+    /// What a correction must show to be held against an effect: more than sound recordings show, and a loss at the suction.
+    pub(super) fn rival_hurdle(&self, r: &Correction) -> f64 {
+        hurdle(r) + self.lost_unseen(&r.signature)
     }
 
     /// What a correction must show beside what has been named: knots fit the want of form of another effect with ease.

@@ -2,7 +2,7 @@
 
 use super::{Pair, Twins, precision};
 use crate::noise::{Wander, Whitening, spread};
-use crate::record::{MASS_BLOCKS, Record, bridged, mean};
+use crate::record::{MASS_BLOCKS, Record, bridged};
 use crate::rest::quantum;
 use crate::scan::ln_mean_exp;
 use crate::tangent::dot;
@@ -57,7 +57,7 @@ impl Twins {
         if evidence <= PARTS {
             return None;
         }
-        // All of it, what they may differ by too, for the relations hold none of that. What may not be looked at, or is stuck, is
+        // All of it, what they may differ by too, for the relations hold none of that but what the suction is known to lose. What may not be looked at, or is stuck, is
         // bridged.
         let read: Vec<f64> = (self.residual.iter().zip(&self.whitening.valid))
             .map(|(apart, valid)| if *valid { *apart } else { f64::NAN })
@@ -84,7 +84,7 @@ impl Twins {
             return Vec::new();
         };
         let m = record.per_block;
-        let apart = |of: &dyn Fn(&[f64]) -> f64| of(first) - of(second);
+        let apart = |samples: Range<usize>| pair.differ(record, [first, second], samples);
         // Few samples are as coarse as their last digit.
         let digit = quantum(first).hypot(quantum(second)) / 12.0_f64.sqrt();
         (0..=record.blocks / MASS_BLOCKS)
@@ -93,10 +93,10 @@ impl Twins {
                 let beside = [b.saturating_sub(1), b.min(record.blocks - 1)];
                 let of = |values: &[f64]| 0.5 * (values[beside[0]] + values[beside[1]]);
                 let smooth = of(&parting.curve);
-                let blocks = beside.map(|b| apart(&|v| mean(&v[b * m..(b + 1) * m])));
+                let blocks = beside.map(|b| apart(b * m..(b + 1) * m));
                 let about = record.about_edge(b * m);
                 let noise = (parting.noise * (m as f64 / about.len() as f64).sqrt()).hypot(digit);
-                let here = apart(&|v| mean(&v[about.clone()]));
+                let here = apart(about);
                 let read = of(&parting.read) + here - 0.5 * (blocks[0] + blocks[1]);
                 if (read - smooth).abs() > SHARP * noise {
                     read
