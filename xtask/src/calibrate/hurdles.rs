@@ -2,7 +2,7 @@
 
 use super::Case;
 use super::tail::Tail;
-use crate::prove::answer::EFFECTS;
+use crate::prove::answer::{EFFECTS, Tested};
 use crate::prove::stats::{Tally, quantile};
 use crate::prove::truth::Sort;
 use serde_json::{Value, json};
@@ -42,10 +42,13 @@ impl Hurdle {
             let tested = c.answer.tested.iter().find(|t| t.effect == effect);
             tested.filter(|t| t.testable).cloned()
         };
+        // The least that was asked: where the suction may lose unseen it was more.
+        let asked = cases.iter().filter_map(|c| told(c)?.hurdle);
+        let now = asked.min_by(f64::total_cmp);
         // What may not be named stands above no hurdle.
         let evidence = |c: &&Case| {
             let told = told(c)?;
-            let evidence = told.evidence?;
+            let evidence = shown(&told, now)?;
             Some(if told.admissible {
                 evidence
             } else {
@@ -61,7 +64,7 @@ impl Hurdle {
             .partition(|e| *e > f64::NEG_INFINITY);
         Hurdle {
             effect,
-            now: cases.iter().find_map(|c| told(c)?.hurdle),
+            now,
             tail: Tail::of(&clean, forbidden.len(), rule.below),
             clean,
             forbidden: forbidden.len(),
@@ -170,12 +173,18 @@ impl Hurdles {
     }
 }
 
+/// Evidence of an effect, less what was asked of it beyond a hurdle: what the suction may lose unseen is no evidence.
+fn shown(tested: &Tested, hurdle: Option<f64>) -> Option<f64> {
+    let more = (tested.hurdle.zip(hurdle)).map_or(0.0, |(asked, hurdle)| asked - hurdle);
+    Some(tested.evidence? - more)
+}
+
 /// Whether some effect shows more than its hurdle.
 fn alarm(case: &Case, hurdles: &[Hurdle], pick: impl Fn(&Hurdle) -> Option<f64>) -> bool {
     hurdles.iter().any(|h| {
         let mut tested = case.answer.tested.iter();
         let own = tested.find(|t| t.effect == h.effect && t.testable && t.admissible);
-        let evidence = own.and_then(|t| t.evidence);
+        let evidence = own.and_then(|t| shown(t, h.now));
         evidence.zip(pick(h)).is_some_and(|(e, hurdle)| e > hurdle)
     })
 }

@@ -138,7 +138,7 @@ fn a_correction_is_told_by_its_place_and_its_quantity() {
         };
         let before = match place {
             INLET_READING => "p_meter = p_in",
-            SUCTION => "p_riser - p_in = constant",
+            SUCTION => "p_riser - p_in - k rho v^2 / 2 = constant",
             METER_FACTOR => "q / q_meter = 1",
             _ if place == OUTLETS[1] => "p_meter = p_out",
             _ => "p_out = p_0 + rho g L + phi(q) + rho L/A dq/dt",

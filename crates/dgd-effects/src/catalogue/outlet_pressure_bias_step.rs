@@ -52,6 +52,7 @@ static ABOUT: About = About {
             hurdle: 9.0,
             scale: 4.0,
         },
+        // The other transmitter tells a step better than what both are off by from the start.
         least: Some(7e3),
         size_error: 0.04,
         ..Search::BASE

@@ -52,6 +52,7 @@ static ABOUT: About = About {
             hurdle: 8.0,
             scale: 5.0,
         },
+        // Of simulated rigs that run sound none shows as much, with the suction's loss known.
         least: Some(0.03),
         needs: &[Excitation::Connections],
         form_error: 0.15,

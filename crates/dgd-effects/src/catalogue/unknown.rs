@@ -86,7 +86,7 @@ pub const PLACES: [Place; 12] = [
         relation: Relation::Instrument,
         name: "the pressure between riser and pump inlet",
         shows_in: &[Relation::RiserMassBalance],
-        reading: "p_riser - p_in = constant",
+        reading: "p_riser - p_in - k rho v^2 / 2 = constant",
         width: 1.5e4,
         least: 2.5e3,
     },
