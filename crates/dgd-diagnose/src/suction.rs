@@ -149,6 +149,19 @@ mod tests {
     }
 
     #[test]
+    fn a_loss_that_is_read_late_is_told_by_the_minute() {
+        let (mut inlet, riser) = read(0.0);
+        // It follows the flow within some seconds.
+        let mut lost = head_pa(0);
+        for (i, p) in inlet.iter_mut().enumerate() {
+            lost += 0.3 * (head_pa(i) - lost);
+            *p -= 0.8 * lost;
+        }
+        let told = heads_lost(&inlet, &riser, head_pa, DT_S).unwrap();
+        assert!((told - 0.8).abs() < 0.2, "{told}");
+    }
+
+    #[test]
     fn readings_that_jump_or_are_not_there_tell_of_something_else() {
         let (mut inlet, mut riser) = read(0.8);
         inlet[1000..1400].fill(f64::NAN);
