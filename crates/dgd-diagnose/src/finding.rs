@@ -115,7 +115,7 @@ fn region(record: &Record, interval: (f64, f64)) -> String {
     }
 }
 
-/// Doubt in a swell that stands no higher than it must; one twice as high is doubted by half.
+/// Doubt in a swell that stands no higher than it must; one twice as high is doubted half as much.
 const DOUBT: f64 = 0.4;
 
 /// An effect that comes from a spectrum, not from the relations.

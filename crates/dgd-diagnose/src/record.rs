@@ -55,7 +55,7 @@ pub(crate) struct Record {
     pub per_block: usize,
     pub blocks: usize,
     pub tally: Arc<Tally>,
-    /// What the suction loses, in velocity heads of the return line; `None` where no riser transmitter tells it.
+    /// What the suction loses, in velocity heads of the return line; `None` where nothing tells it.
     pub suction_heads: Option<f64>,
 }
 

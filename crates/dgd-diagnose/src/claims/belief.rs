@@ -40,6 +40,7 @@ fn close(found: f64, expected: f64) {
 
 #[test]
 fn logits_add_up_from_evidence_over_the_hurdle_and_the_share_among_alternatives() {
+    const { assert!(CONSTANT < 0.0 && MARGIN > 0.0 && SHARE > 0.0 && CROWD < 0.0) };
     // At the hurdle and with even odds, the constant alone.
     close(logit_of(1, 0.0, 0.5), CONSTANT);
     close(logit_of(1, 2.0, 0.5), CONSTANT + MARGIN * 2.0);

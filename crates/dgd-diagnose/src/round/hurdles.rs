@@ -28,11 +28,14 @@ pub(super) fn timed(state: &[Applied]) -> bool {
 }
 
 impl Round<'_> {
-    /// What an effect must show beside what has been named.
+    /// What an effect must show beside what has been named, and beyond what the suction may lose unseen.
     pub(crate) fn hurdle(&self, c: &Contender) -> f64 {
-        let belief = &c.effect.about().search.belief;
-        let signature = &c.best.signature;
-        belief.hurdle + self.further() + self.left_over(signature) + self.lost_unseen(signature)
+        self.beside_named(c) + self.lost_unseen(&c.best.signature)
+    }
+
+    /// The same but for what the suction may lose unseen.
+    fn beside_named(&self, c: &Contender) -> f64 {
+        c.effect.about().search.belief.hurdle + self.further() + self.left_over(&c.best.signature)
     }
 
     /// From what evidence on an effect may be named.
@@ -42,8 +45,7 @@ impl Round<'_> {
         } else {
             BESIDE_UNNAMED
         };
-        let unseen = self.lost_unseen(&c.best.signature);
-        times * (self.hurdle(c) - unseen) + unseen
+        times * self.beside_named(c) + self.lost_unseen(&c.best.signature)
     }
 
     /// What a correction must show to be held against an effect: more than sound recordings show, and a loss at the suction.

@@ -181,6 +181,12 @@ fn what_the_suction_may_lose_unseen_is_asked_beyond_the_hurdle() {
         });
         assert_eq!(round.hurdle(&effect), own + more);
         assert_eq!(round.unknown_hurdle(&other), of_correction + more);
+        assert_eq!(round.rival_hurdle(&other), hurdle(&other) + more);
+        // It is no more beside what the catalogue does not hold.
+        round.unnamed = vec![0];
+        assert_eq!(round.asked(&effect), BESIDE_UNNAMED * own + more);
+        round.unnamed.clear();
+        assert_eq!(round.asked(&effect), own + more);
     }
 }
 

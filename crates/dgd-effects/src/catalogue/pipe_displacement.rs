@@ -52,7 +52,7 @@ static ABOUT: About = About {
             hurdle: 8.0,
             scale: 5.0,
         },
-        // Of simulated rigs that run sound none shows as much, with the suction's loss known.
+        // Sound simulated rigs whose suction's loss is known show evidence of 3 at the most, whatever the volume.
         least: Some(0.03),
         needs: &[Excitation::Connections],
         form_error: 0.15,
