@@ -6,7 +6,7 @@ mod form;
 mod hurdles;
 
 use crate::contest::{Contender, contest, material, solved};
-use crate::empirical::{Correction, FLOW_RATE, corrections, hurdle, plausible};
+use crate::empirical::{Correction, FLOW_RATE, corrections, plausible};
 use crate::ended::ended;
 use crate::record::Record;
 use crate::relations::Applied;
@@ -93,34 +93,13 @@ impl<'a> Round<'a> {
             let mut relations = PLACES[r.place].shows_in.iter();
             !relations.any(|relation| unnamed.iter().any(|place| enters(*place, relation)))
         });
-        for c in contenders.iter().take(9) {
-            let about = c.effect.about();
-            debug!(
-                "round {}: {} {:.1} ({:.1} within its form) of {:.0}, {:?}",
-                selection.named.len() + 1,
-                about.id,
-                c.evidence,
-                c.formed,
-                about.search.belief.hurdle,
-                solved(&c.best).parameters
-            );
-        }
-        for r in rivals.iter().take(3) {
-            let (place, quantity) = (PLACES[r.place].name, QUANTITIES[r.quantity]);
-            debug!(
-                "correction of {place} by {quantity} {:.1} of {:.0}, freedom {:.1}",
-                r.evidence,
-                hurdle(r),
-                r.freedom
-            );
-        }
         let known = known(record, &state, selection)?;
         let footprints = if record.takes(Step::Footprints) {
             Footprint::all(record, &gate, &state, &known)
         } else {
             Vec::new()
         };
-        Some(Self {
+        let round = Self {
             known: known.len(),
             footprints,
             suction: Unmeasured::of(record, &gate, &state),
@@ -130,7 +109,33 @@ impl<'a> Round<'a> {
             contenders,
             rivals,
             unnamed,
-        })
+        };
+        round.trace(selection.named.len() + 1);
+        Some(round)
+    }
+
+    /// Tells in the log what stands out, and what is asked of it.
+    fn trace(&self, number: usize) {
+        for c in self.contenders.iter().take(9) {
+            debug!(
+                "round {number}: {} {:.1} ({:.1} within its form) of {:.1}, {:?}",
+                c.effect.about().id,
+                c.evidence,
+                c.formed,
+                self.asked(c),
+                solved(&c.best).parameters
+            );
+        }
+        for r in self.rivals.iter().take(3) {
+            debug!(
+                "round {number}: correction of {} by {} {:.1} of {:.1}, freedom {:.1}",
+                PLACES[r.place].name,
+                QUANTITIES[r.quantity],
+                r.evidence,
+                self.unknown_hurdle(r),
+                r.freedom
+            );
+        }
     }
 
     /// Decides between the best effect and the best correction. Beside what the catalogue does not hold only an effect that needs no second one
