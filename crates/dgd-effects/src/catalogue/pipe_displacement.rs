@@ -77,9 +77,14 @@ impl Effect for PipeDisplacement {
             while starts.get(next).is_some_and(|s| at.t_s >= s + lasts) {
                 next += 1;
             }
-            if starts.get(next).is_some_and(|s| at.t_s >= *s) {
-                changes.inflow_m3_s += volume / lasts;
-            }
+            // A sample stands for its step: a short move brings its whole volume however the clock falls.
+            let step_s = at.dt_s.max(1e-3);
+            let within = |start: &f64| {
+                let (from, to) = (start.max(at.t_s), (start + lasts).min(at.t_s + step_s));
+                (to - from).max(0.0)
+            };
+            let moves_s: f64 = starts.iter().skip(next).take(2).map(within).sum();
+            changes.inflow_m3_s += volume / lasts * moves_s / step_s;
         })
     }
 

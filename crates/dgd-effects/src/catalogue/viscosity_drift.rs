@@ -42,7 +42,7 @@ static ABOUT: About = About {
             name: "relative_mu_change",
             meaning: "change of viscosity at the end, relative",
             role: Role::Amplitude,
-            low: -0.9,
+            low: -0.97,
             high: 4.0,
             usual: 0.5,
             ..Parameter::BASE
@@ -88,7 +88,7 @@ impl Effect for ViscosityDrift {
             let q = at.flow_m3_s.max(0.0);
             if q > 1e-4 {
                 let reynolds = rho * q / area * d / USUAL_VISCOSITY_PA_S;
-                let mu = (1.0 + change * x).max(0.05);
+                let mu = (1.0 + change * x).max(0.03);
                 changes.friction_factor *= haaland(reynolds / mu) / haaland(reynolds);
             }
         })
