@@ -102,11 +102,18 @@ pub(crate) fn estimates(
             } else {
                 sd
             };
+            // Beyond what is plausible no curvature reaches: no gel is negative. Times may lie anywhere.
+            let timed = matches!(parameter.role, Role::Onset | Role::Duration);
+            let within = |v: f64| {
+                let plausible = v.min(parameter.high).max(parameter.low);
+                if timed { v } else { plausible }
+            };
+            let end = |by: f64| shown(within(value + by));
             ParameterEstimate {
                 name: parameter.name.to_owned(),
                 meaning: parameter.meaning.to_owned(),
                 estimate: shown(value),
-                ci95: (shown(value - 1.96 * sd), shown(value + 1.96 * sd)),
+                ci95: (end(-1.96 * sd), end(1.96 * sd)),
             }
         })
         .collect()

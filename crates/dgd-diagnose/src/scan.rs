@@ -449,12 +449,12 @@ pub(crate) fn switches(
             let z2 = score * score / energy;
             // Peaks stand five minutes apart.
             // Beginnings come in order: what lies five minutes back is settled.
-            while peaks.get(settled).is_some_and(|p| p.1 + 30 <= from) {
+            while peaks.get(settled).is_some_and(|p| p.1 + APART <= from) {
                 settled += 1;
             }
             match peaks[settled..]
                 .iter_mut()
-                .find(|p| p.1.abs_diff(from) < 30 && p.2.abs_diff(to) < 30)
+                .find(|p| p.1.abs_diff(from) < APART && p.2.abs_diff(to) < APART)
             {
                 Some(p) if p.0 < z2 => *p = (z2, from, to),
                 Some(_) => {}
@@ -478,8 +478,7 @@ pub(crate) fn switches(
                 offer(tail[from], energy(time(from), 0.0), from, n);
             }
         }
-        peaks.sort_by(|a, b| b.0.total_cmp(&a.0));
-        for (_, from, to) in peaks.into_iter().take(3) {
+        for (from, to) in highest(peaks) {
             let mut p = shape.clone();
             p[onset] = time(from);
             if let Some(d) = duration {
@@ -488,6 +487,30 @@ pub(crate) fn switches(
             out.push(p);
         }
     }
+    out
+}
+
+/// Blocks by which the ends of two intervals differ at least, or they are the same end: five minutes.
+const APART: usize = 30;
+
+/// Beginnings and ends of the highest peaks, and of the highest of which no two have an end in common: on rough sums what explains most may
+/// stand behind several that begin or end alike.
+fn highest(mut peaks: Vec<(f64, usize, usize)>) -> Vec<(usize, usize)> {
+    const MOST: usize = 3;
+    peaks.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let near = |a: usize, b: usize| a.abs_diff(b) < APART;
+    let mut unlike: Vec<(usize, usize)> = Vec::new();
+    for (_, from, to) in &peaks {
+        // What never ends shares its end with all.
+        let alike = |o: &(usize, usize)| near(o.0, *from) || near(o.1, *to);
+        if unlike.len() < MOST && !unlike.iter().any(alike) {
+            unlike.push((*from, *to));
+        }
+    }
+    peaks.truncate(MOST);
+    let mut out: Vec<(usize, usize)> = peaks.iter().map(|p| (p.1, p.2)).collect();
+    unlike.retain(|one| !out.contains(one));
+    out.extend(unlike);
     out
 }
 

@@ -91,6 +91,26 @@ fn what_is_not_calibrated_is_the_posterior_by_itself() {
 }
 
 #[test]
+fn no_interval_reaches_beyond_what_is_plausible() {
+    let record = drilled(Hidden::default());
+    // A little gel that breaks and grows who knows how.
+    let (gel, gain) = (&[0.5, 0.2, 300.0][..], &[0.02][..]);
+    for (id, parameters) in [("gel_strength", gel), ("inflow_gain", gain)] {
+        let selection = selected(Vec::new(), vec![named(id, parameters)]);
+        let full = about(&record, &selection);
+        let found = estimates(&record, &selection, 0, &full);
+        let about = find(id).unwrap().about();
+        for (one, parameter) in found.iter().zip(about.parameters) {
+            let (shift, factor) = parameter.shown.scale(&record.setting);
+            let least = shift + factor * parameter.low;
+            assert!(one.ci95.0 >= least, "{}: {:?}", one.name, one.ci95);
+            assert!(one.ci95.0 <= one.estimate && one.estimate <= one.ci95.1);
+        }
+        assert_eq!(found[0].ci95.0 == 0.0, id == "gel_strength");
+    }
+}
+
+#[test]
 fn two_strengths_that_look_alike_are_less_certain_together() {
     let record = drilled(Hidden::default());
     let both = vec![
@@ -200,9 +220,11 @@ fn what_the_recording_does_not_show_is_known_as_well_as_before() {
         } else {
             0.0
         };
-        let expected = (2.5 * width).hypot(form);
+        let half = 1.96 * (2.5 * width).hypot(form);
+        let ends = [-half, half].map(|by| (values[j] + by).clamp(parameter.low, parameter.high));
+        let off = [one.ci95.0 - ends[0], one.ci95.1 - ends[1]];
         assert!(
-            (sd(one) / expected - 1.0).abs() < 1e-9,
+            off.iter().all(|off| off.abs() < 1e-9 * half),
             "{}",
             parameter.name
         );

@@ -369,6 +369,14 @@ fn pipe_displacement_brings_its_volume_at_each_connection() {
 }
 
 #[test]
+fn a_short_move_of_pipe_brings_its_volume_however_it_falls_on_the_clock() {
+    for (after, lasts) in [(60.0, 12.2), (60.7, 12.2), (60.3, 1.4), (59.9, 30.0)] {
+        let c = run("pipe_displacement", &[0.3, after, lasts]);
+        close(sum(&c, |c| c.inflow_m3_s), 0.3, 1e-9);
+    }
+}
+
+#[test]
 fn heave_leaves_the_course_of_the_pressures_alone() {
     assert!(
         run("heave", &[10.0, 1.0])
