@@ -6,7 +6,7 @@ mod form;
 mod hurdles;
 
 use crate::contest::{Contender, contest, material, solved};
-use crate::empirical::{Correction, FLOW_RATE, corrections, plausible};
+use crate::empirical::{Correction, FLOW_RATE, corrections, hurdle, plausible};
 use crate::ended::ended;
 use crate::record::Record;
 use crate::relations::Applied;
@@ -171,6 +171,10 @@ impl<'a> Round<'a> {
             return Ruling::Named(self.named(best, None, broken));
         };
         let alone = self.against(best, rival, broken);
+        // Misfits of two frames differ in their noise; what is left over beside the effect is of one.
+        if matches!(alone, Ruling::Unnamed(_)) && self.leaves_nothing(best, rival) {
+            return Ruling::Named(self.named(best, None, broken));
+        }
         // No two effects part two transmitters.
         if rival.claim() < best.claim() - 10.0 || rival.seen.is_some() {
             return alone;
@@ -197,6 +201,25 @@ impl<'a> Round<'a> {
             about.sensor().is_some() && enters && c.evidence > ALIKE * seen.evidence
         };
         (!self.contenders.iter().any(of_the_catalogue)).then_some(seen)
+    }
+
+    /// Whether no correction that shows where a rival does is left to be told beside an effect: then it is the cause, however much the knots
+    /// would explain without it.
+    fn leaves_nothing(&self, best: &Contender, rival: &Correction) -> bool {
+        let shows_in = |c: &Correction| PLACES[c.place].shows_in;
+        let beside = |c: &Correction| {
+            let mut relations = shows_in(c).iter();
+            relations.any(|relation| shows_in(rival).contains(relation))
+        };
+        let left = corrections(self.record, &self.sharpened(best));
+        let most = (left.iter().filter(|c| beside(c)))
+            .map(|c| c.borne / hurdle(c))
+            .fold(0.0, f64::max);
+        debug!(
+            "{} leaves {most:.2} hurdles of corrections",
+            best.effect.about().id
+        );
+        most < 1.0
     }
 
     /// Decides between an effect by itself and a correction.
