@@ -25,6 +25,10 @@ const SHOWS: f64 = 0.1;
 /// Share of the evidence of what two transmitters show from which on an effect of the catalogue may be what one of them does.
 const ALIKE: f64 = 0.7;
 
+/// Share of what a correction explains that an effect explains at least if it is the cause: so far the scales of the two differ in
+/// simulated recordings.
+const OF_ONE_SCALE: f64 = 0.4;
+
 /// What a round comes to.
 pub(crate) enum Ruling {
     /// An effect.
@@ -171,8 +175,15 @@ impl<'a> Round<'a> {
             return Ruling::Named(self.named(best, None, broken));
         };
         let alone = self.against(best, rival, broken);
-        // Misfits of two frames differ in their noise; what is left over beside the effect is of one.
-        if matches!(alone, Ruling::Unnamed(_)) && self.leaves_nothing(best, rival) {
+        // An effect is weighed where the curves bend little, a correction where they bend at will: each has its own noise, and what the
+        // two explain is not of one scale. What is left over beside the effect is.
+        if matches!(alone, Ruling::Unnamed(_))
+            && rival.seen.is_none()
+            && broken <= 0.0
+            && best.claim() > OF_ONE_SCALE * rival.claim()
+            && self.record.takes(Step::Corrections)
+            && self.leaves_nothing(best, rival)
+        {
             return Ruling::Named(self.named(best, None, broken));
         }
         // No two effects part two transmitters.

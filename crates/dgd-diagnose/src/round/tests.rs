@@ -5,7 +5,7 @@ use super::footprint::LEFT_OVER;
 use super::form::{Bent, MOSTLY, ROUGH};
 use super::hurdles::BESIDE_UNNAMED;
 use super::{Footprint, Round, Ruling, owed_to_timing, timed};
-use crate::claims::fixture::{Hidden, INFLUX_S, drilled};
+use crate::claims::fixture::{Hidden, INFLUX_S, drilled, parabolas};
 use crate::contest::{Contender, contest, sets_in};
 use crate::empirical::{Correction, hurdle};
 use crate::record::Record;
@@ -16,7 +16,7 @@ use crate::step::Step;
 use crate::suction::Unmeasured;
 use crate::tangent::{Bend, Tangent, dot};
 use dgd_effects::{
-    HEAD, INLETS, OUTLETS, PLACES, QUANTITIES, RISER_READING, Relation, find, unknown,
+    HEAD, INLETS, METER_FACTOR, OUTLETS, PLACES, QUANTITIES, RISER_READING, Relation, find, unknown,
 };
 use dgd_units::STANDARD_ATMOSPHERE_PA;
 
@@ -77,11 +77,36 @@ fn place(relation: Relation) -> usize {
     PLACES.iter().position(|p| p.relation == relation).unwrap()
 }
 
+/// What contenders and corrections that are made up would leave over is not to be asked of it.
 fn sound() -> Record {
     let mut record = drilled(Hidden::default());
-    record.without = vec![Step::TwoDo];
+    record.without = vec![Step::TwoDo, Step::Corrections];
     record
 }
+
+/// A restriction of the line from half an hour on, for which the pump turns faster.
+fn restricted() -> Record {
+    let mut record = drilled(Hidden::default());
+    let curves = parabolas(4e5, 45e5, 5e5);
+    for i in 0..record.t_s.len() {
+        if record.t_s[i] < RESTRICTED_S {
+            continue;
+        }
+        let head = |w: f64, q: f64| curves.head_pa(w, q);
+        let (w, q) = (record.speed[i], record.flow[i]);
+        let lift = head(w, q) + RESTRICTION * record.velocity_head_pa(q);
+        record.outlet[i] += lift - head(w, q);
+        record.speed[i] = w * ((lift - head(0.0, q)) / (head(w, q) - head(0.0, q))).sqrt();
+    }
+    record.outlets = vec![record.outlet.clone()];
+    record.filled.speed.clone_from(&record.speed);
+    record.filled.outlet.clone_from(&record.outlet);
+    record
+}
+
+/// Its loss coefficient, and its onset, s.
+const RESTRICTION: f64 = 12.0;
+const RESTRICTED_S: f64 = 1800.0;
 
 fn round(record: &Record, contenders: Vec<Contender>, rivals: Vec<Correction>) -> Round<'_> {
     Round {
@@ -116,6 +141,30 @@ fn told(ruling: Ruling) -> String {
 
 fn logit(p: f64) -> f64 {
     (p / (1.0 - p)).ln()
+}
+
+#[test]
+fn an_effect_that_leaves_nothing_over_is_the_cause_whatever_knots_explain() {
+    let mut record = restricted();
+    record.without = vec![Step::TwoDo];
+    let gate = Tangent::at(&record, &[], &[], Bend::Lean).unwrap();
+    let told_of = |id: &str, parameters: &[f64], evidence: f64| {
+        let mut c = contender(id, parameters, evidence, HERE);
+        c.best = weigh(&record, &gate, &[], one(id, parameters));
+        told(round(&record, vec![c], vec![correction(METER_FACTOR, 100.0)]).decided())
+    };
+    let restriction = |evidence: f64| {
+        let parameters = [RESTRICTION, RESTRICTED_S];
+        told_of("line_restriction", &parameters, evidence)
+    };
+    assert_eq!(restriction(50.0), "line_restriction");
+    // One that explains far less than knots do is not, nor is one that leaves the restriction over.
+    let factor = PLACES[METER_FACTOR].name;
+    assert_eq!(restriction(30.0), factor);
+    assert_eq!(
+        told_of("influx", &[1e-5, 1500.0, 1300.0, 0.15], 50.0),
+        factor
+    );
 }
 
 #[test]
@@ -700,6 +749,7 @@ fn a_correction_stands_where_it_is_likelier_than_all_of_the_catalogue() {
         record.filled.outlet[i] += 6e4;
     }
     record.outlets = vec![record.outlet.clone()];
+    record.without = vec![Step::Corrections];
     let friction = place(Relation::ReturnLineFriction);
     let ruled = |record: &Record, place: usize| {
         let rivals = vec![correction(place, 220.0)];
@@ -712,7 +762,7 @@ fn a_correction_stands_where_it_is_likelier_than_all_of_the_catalogue() {
     assert_eq!(named.applied.effect.about().id, "influx");
     assert!(named.alternatives.is_empty() && second != "influx");
     assert_eq!(told(*otherwise), "return line friction");
-    record.without = vec![Step::TwoDo];
+    record.without.push(Step::TwoDo);
     assert_eq!(told(ruled(&record, friction)), "return line friction");
 }
 
