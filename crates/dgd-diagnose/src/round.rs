@@ -16,6 +16,7 @@ use crate::suction::Unmeasured;
 use crate::tangent::{Bend, Tangent};
 use dgd_effects::{About, HEAD, PLACES, QUANTITIES, Relation};
 use footprint::{Footprint, known};
+use form::MOSTLY;
 use hurdles::{FURTHER, timed};
 use tracing::debug;
 
@@ -28,6 +29,10 @@ const ALIKE: f64 = 0.7;
 /// Share of what a correction explains that an effect explains at least if it is the cause: so far the scales of the two differ in
 /// simulated recordings.
 const OF_ONE_SCALE: f64 = 0.4;
+
+/// Share of what an effect explains that it leaves over to corrections at least if it only resembles the cause: true causes leave a sixth of it
+/// at the most in simulated recordings.
+const RESEMBLES: f64 = 0.25;
 
 /// What a round comes to.
 pub(crate) enum Ruling {
@@ -175,16 +180,8 @@ impl<'a> Round<'a> {
             return Ruling::Named(self.named(best, None, broken));
         };
         let alone = self.against(best, rival, broken);
-        // An effect is weighed where the curves bend little, a correction where they bend at will: each has its own noise, and what the
-        // two explain is not of one scale. What is left over beside the effect is.
-        if matches!(alone, Ruling::Unnamed(_))
-            && rival.seen.is_none()
-            && broken <= 0.0
-            && best.claim() > OF_ONE_SCALE * rival.claim()
-            && self.record.takes(Step::Corrections)
-            && self.leaves_nothing(best, rival)
-        {
-            return Ruling::Named(self.named(best, None, broken));
+        if let Some(otherwise) = self.by_what_is_left(best, rival, broken, &alone) {
+            return otherwise;
         }
         // No two effects part two transmitters.
         if rival.claim() < best.claim() - 10.0 || rival.seen.is_some() {
@@ -214,23 +211,52 @@ impl<'a> Round<'a> {
         (!self.contenders.iter().any(of_the_catalogue)).then_some(seen)
     }
 
-    /// Whether no correction that shows where a rival does is left to be told beside an effect: then it is the cause, however much the knots
-    /// would explain without it.
-    fn leaves_nothing(&self, best: &Contender, rival: &Correction) -> bool {
-        let shows_in = |c: &Correction| PLACES[c.place].shows_in;
-        let beside = |c: &Correction| {
-            let mut relations = shows_in(c).iter();
-            relations.any(|relation| shows_in(rival).contains(relation))
-        };
-        let left = corrections(self.record, &self.sharpened(best));
-        let most = (left.iter().filter(|c| beside(c)))
-            .map(|c| c.borne / hurdle(c))
-            .fold(0.0, f64::max);
-        debug!(
-            "{} leaves {most:.2} hurdles of corrections",
-            best.effect.about().id
-        );
-        most < 1.0
+    /// What an effect leaves over, where that decides against what the evidence of the two came to.
+    ///
+    /// An effect is weighed where the curves bend little, a correction where they bend at will: each has its own noise, and what the two
+    /// explain is not of one scale. What corrections tell beside the effect is: nothing, if it is the cause; if it only resembles the cause, a
+    /// good part of what it explains, which no second effect tells.
+    fn by_what_is_left(
+        &self,
+        best: &Contender,
+        rival: &Correction,
+        broken: f64,
+        alone: &Ruling,
+    ) -> Option<Ruling> {
+        if rival.seen.is_some() || !self.record.takes(Step::Corrections) {
+            return None;
+        }
+        match alone {
+            Ruling::Unnamed(_) if broken <= 0.0 && best.claim() > OF_ONE_SCALE * rival.claim() => {
+                let shows_in = |c: &Correction| PLACES[c.place].shows_in;
+                let beside = |c: &Correction| {
+                    let mut relations = shows_in(c).iter();
+                    relations.any(|relation| shows_in(rival).contains(relation))
+                };
+                let left = corrections(self.record, &self.sharpened(best));
+                let stands = |c: &Correction| beside(c) && c.borne > hurdle(c);
+                (!left.iter().any(stands)).then(|| Ruling::Named(self.named(best, None, broken)))
+            }
+            Ruling::Named(_) if rival.claim() > RESEMBLES * best.claim() => {
+                let state = self.sharpened(best);
+                let own = |c: &Correction| {
+                    PLACES[c.place].relation == best.effect.about().relation
+                        && c.borne > self.rival_hurdle(c)
+                };
+                let left = corrections(self.record, &state);
+                let left = (left.iter().filter(|c| own(c))).map(|c| c.borne);
+                let most = left.fold(0.0, f64::max);
+                let told = |(_, evidence)| evidence > MOSTLY * most;
+                let least = RESEMBLES * best.claim();
+                if most <= least || self.second(&state, |_| true).is_some_and(told) {
+                    return None;
+                }
+                debug!("{} leaves {most:.1} over", best.effect.about().id);
+                let (evidence, odds) = (rival.borne.max(best.evidence), (most / least).ln());
+                Some(self.unnamed(rival, evidence, Some((best, broken.max(0.0) + odds))))
+            }
+            _ => None,
+        }
     }
 
     /// Decides between an effect by itself and a correction.

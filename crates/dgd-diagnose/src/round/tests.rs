@@ -144,6 +144,26 @@ fn logit(p: f64) -> f64 {
 }
 
 #[test]
+fn an_effect_that_leaves_much_over_only_resembles_the_cause() {
+    // What is pumped in swings about its reading, as no influx does.
+    let mut record = drilled(Hidden::default());
+    for i in 0..record.t_s.len() {
+        record.mud_pump[i] += 1.5e-3 * (record.t_s[i] / 500.0).sin();
+    }
+    record.filled.mud_pump.clone_from(&record.mud_pump);
+    record.without = vec![Step::TwoDo];
+    let balance = place(Relation::RiserMassBalance);
+    let told_of = |evidence: f64, rival: f64| {
+        let rivals = vec![correction(balance, rival)];
+        told(round(&record, vec![influx(evidence)], rivals).decided())
+    };
+    assert_eq!(told_of(100.0, 60.0), PLACES[balance].name);
+    // Of much evidence it is little, and where the rival explains little it is not asked.
+    assert_eq!(told_of(1e4, 6e3), "influx");
+    assert_eq!(told_of(100.0, 20.0), "influx");
+}
+
+#[test]
 fn an_effect_that_leaves_nothing_over_is_the_cause_whatever_knots_explain() {
     let mut record = restricted();
     record.without = vec![Step::TwoDo];
