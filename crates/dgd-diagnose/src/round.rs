@@ -30,8 +30,8 @@ const ALIKE: f64 = 0.7;
 /// simulated recordings.
 const OF_ONE_SCALE: f64 = 0.4;
 
-/// Share of what an effect explains that it leaves over to corrections at least if it only resembles the cause: true causes leave a sixth of it
-/// at the most in simulated recordings.
+/// Share of what an effect explains that it leaves over to corrections at least if it only resembles the cause: true causes of a set of
+/// simulated pairs left a sixth of it at the most.
 const RESEMBLES: f64 = 0.25;
 
 /// What a round comes to.
