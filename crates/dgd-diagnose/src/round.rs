@@ -16,7 +16,7 @@ use crate::suction::Unmeasured;
 use crate::tangent::{Bend, Tangent};
 use dgd_effects::{About, HEAD, PLACES, QUANTITIES, Relation};
 use footprint::{Footprint, known};
-use form::MOSTLY;
+use form::{Bent, MOSTLY};
 use hurdles::{FURTHER, timed};
 use tracing::debug;
 
@@ -180,7 +180,7 @@ impl<'a> Round<'a> {
             return Ruling::Named(self.named(best, None, broken));
         };
         let alone = self.against(best, rival, broken);
-        if let Some(otherwise) = self.by_what_is_left(best, rival, broken, &alone) {
+        if let Some(otherwise) = self.by_what_is_left((best, &bent), rival, broken, &alone) {
             return otherwise;
         }
         // No two effects part two transmitters.
@@ -218,7 +218,7 @@ impl<'a> Round<'a> {
     /// good part of what it explains, which no second effect tells.
     fn by_what_is_left(
         &self,
-        best: &Contender,
+        (best, bent): (&Contender, &Bent),
         rival: &Correction,
         broken: f64,
         alone: &Ruling,
@@ -226,6 +226,11 @@ impl<'a> Round<'a> {
         if rival.seen.is_some() || !self.record.takes(Step::Corrections) {
             return None;
         }
+        // It may have been sharpened for a look at its form.
+        let sharpened = || match &bent.sharpened {
+            Some((state, _)) => state.clone(),
+            None => self.sharpened(best),
+        };
         match alone {
             Ruling::Unnamed(_) if broken <= 0.0 && best.claim() > OF_ONE_SCALE * rival.claim() => {
                 let shows_in = |c: &Correction| PLACES[c.place].shows_in;
@@ -233,12 +238,12 @@ impl<'a> Round<'a> {
                     let mut relations = shows_in(c).iter();
                     relations.any(|relation| shows_in(rival).contains(relation))
                 };
-                let left = corrections(self.record, &self.sharpened(best));
+                let left = corrections(self.record, &sharpened());
                 let stands = |c: &Correction| beside(c) && c.borne > hurdle(c);
                 (!left.iter().any(stands)).then(|| Ruling::Named(self.named(best, None, broken)))
             }
             Ruling::Named(_) if rival.claim() > RESEMBLES * best.claim() => {
-                let state = self.sharpened(best);
+                let state = sharpened();
                 let own = |c: &Correction| {
                     PLACES[c.place].relation == best.effect.about().relation
                         && c.borne > self.rival_hurdle(c)
