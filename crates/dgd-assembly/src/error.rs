@@ -135,7 +135,14 @@ pub enum AssemblyError {
 }
 
 impl AssemblyError {
+    /// A component within a chain of connections is looked up from either side: what is wrong with it is told once.
     pub(crate) fn ill(problems: Vec<Problem>) -> Self {
-        Self::IllPosed(Problems(problems))
+        let mut told: Vec<Problem> = Vec::new();
+        for problem in problems {
+            if !told.contains(&problem) {
+                told.push(problem);
+            }
+        }
+        Self::IllPosed(Problems(told))
     }
 }

@@ -60,6 +60,8 @@ pub fn steady_state(
             x = run.end_state;
         }
     }
+    // The run remembers that a tank spills at its brim, where it holds the level: that is no steady state.
+    let model = Model::still(net, theta, inputs);
     let mut residual = size_of_rates(&model, &x, &sizes, time);
     for _ in 0..30 {
         if n == 0 || residual < 1e-13 {

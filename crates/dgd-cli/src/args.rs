@@ -353,7 +353,7 @@ pub(crate) struct Linearise {
         conflicts_with = "system"
     )]
     pub(crate) model: PathBuf,
-    /// Inputs and states of the operating point
+    /// Inputs and states of the operating point, SI or with a unit
     #[arg(long, value_name = "KEY=VALUE", num_args = 1.., value_parser = parse_pair)]
     pub(crate) at: Vec<(String, String)>,
     /// Operating point of a recording at this time

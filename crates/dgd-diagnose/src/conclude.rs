@@ -203,11 +203,14 @@ pub fn diagnose(
     findings.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     let tested = tested(&record, &selection, &findings, &start, swell);
     let unknown = |f: &Finding| f.effect == "unknown";
+    // What was only suspected may be less likely than not.
+    let unlikely =
+        |f: &Finding| f.probability + f.alternatives.iter().map(|a| a.1).sum::<f64>() < 0.5;
     let verdict = if findings.is_empty() {
         Verdict::Consistent
-    } else if findings.iter().all(unknown) {
+    } else if findings.iter().all(|f| unknown(f) || unlikely(f)) {
         Verdict::Unexplained
-    } else if findings.iter().any(unknown) {
+    } else if findings.iter().any(|f| unknown(f) || unlikely(f)) {
         Verdict::PartlyExplained
     } else {
         Verdict::Explained

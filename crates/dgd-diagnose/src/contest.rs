@@ -37,6 +37,12 @@ impl Contender {
         let most = (1.0 + errors * search.form_error) * self.evidence + 5.0;
         self.formed.min(most)
     }
+
+    /// By how much less another effect claims for it to be less likely by a factor e: a Bayes factor counts in full near the noise; far
+    /// above it, forms decide, and they are rough.
+    pub(crate) fn temperature(&self) -> f64 {
+        (0.06 * self.claim()).hypot(1.5)
+    }
 }
 
 /// Contenders whose form is freed.

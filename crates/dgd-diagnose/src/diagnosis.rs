@@ -159,6 +159,13 @@ pub struct Tested {
     pub limit: Option<f64>,
 }
 
+impl Tested {
+    /// Whether it was not found, and explained enough when it was first weighed: beside the findings it is not needed.
+    pub fn exceeded_its_hurdle(&self) -> bool {
+        self.outcome == Outcome::NotSeen && self.evidence > self.hurdle
+    }
+}
+
 /// Outcome of a test.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Outcome {
@@ -271,7 +278,7 @@ impl Default for Options {
 pub enum DiagnoseError {
     /// Too little of the recording can be used.
     #[error(
-        "{usable} blocks of 10 s with flow and pressure can be used, a diagnosis needs {needed}: check the screening with `dgd inspect`"
+        "{usable} blocks of 10 s with flow and pressure can be used, a diagnosis needs {needed} ({} min): record for longer, or see with `dgd fit` what the screening rejects", needed / 6
     )]
     TooShort {
         /// Blocks in which both line and pump can be judged.

@@ -23,10 +23,11 @@ pub(crate) fn finding(
     let about = named.applied.effect.about();
     let place = named.correction.map(|(p, _)| &PLACES[p]);
     let relation = place.map_or(about.relation, |p| p.relation);
-    let before = (place
-        .map(|p| p.reading)
-        .filter(|reading| !reading.is_empty()))
-    .unwrap_or_else(|| base_equation(relation));
+    let before = match place {
+        Some(place) if !place.reading.is_empty() => place.reading,
+        Some(place) => base_equation(place.relation),
+        None => equation_without(about),
+    };
     let held_out = best_gain(simulation);
     let title = match named.correction {
         Some((p, q)) => {
@@ -78,6 +79,13 @@ fn separating_test(id: &str, alternatives: &[(String, f64)]) -> Option<String> {
 }
 
 /// The relation as the base model has it.
+/// What an effect changes, as the base model has it.
+fn equation_without(about: &About) -> &'static str {
+    about
+        .equation_without
+        .unwrap_or_else(|| base_equation(about.relation))
+}
+
 fn base_equation(relation: Relation) -> &'static str {
     match relation {
         Relation::ReturnLineFriction => "p_out = p_0 + rho g L + phi(q) + rho L/A dq/dt",
@@ -154,7 +162,7 @@ pub(crate) fn heaving(
             })
             .collect(),
         held_out: best_gain(simulation),
-        equation_before: base_equation(about.relation).to_owned(),
+        equation_before: equation_without(about).to_owned(),
         equation_after: about.equation.to_owned(),
         source: about.source.to_owned(),
         evidence: s.ratio,

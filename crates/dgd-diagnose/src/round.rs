@@ -1,23 +1,23 @@
 //! One round of the search: what stands out is named, or shown to be nothing in the catalogue, or nothing is.
 
+mod beside;
 mod findings;
 mod footprint;
 mod form;
 mod hurdles;
 
-use crate::contest::{Contender, contest, material, solved};
-use crate::empirical::{Correction, FLOW_RATE, corrections, hurdle, plausible};
-use crate::ended::ended;
+use crate::contest::{Contender, contest, solved};
+use crate::empirical::Correction;
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::select::{Named, Selection};
 use crate::step::Step;
 use crate::suction::Unmeasured;
 use crate::tangent::{Bend, Tangent};
-use dgd_effects::{About, HEAD, PLACES, QUANTITIES, Relation};
+use beside::{Beside, Second, rivals_beside};
+use dgd_effects::{PLACES, QUANTITIES, Relation};
 use footprint::{Footprint, known};
-use form::{Bent, MOSTLY};
-use hurdles::{FURTHER, timed};
+use form::Bent;
 use tracing::debug;
 
 /// Share of what an effect explains from which on it shows in a relation.
@@ -25,14 +25,6 @@ const SHOWS: f64 = 0.1;
 
 /// Share of the evidence of what two transmitters show from which on an effect of the catalogue may be what one of them does.
 const ALIKE: f64 = 0.7;
-
-/// Share of what a correction explains that an effect explains at least if it is the cause: so far the scales of the two differ in
-/// simulated recordings.
-const OF_ONE_SCALE: f64 = 0.4;
-
-/// Share of what an effect explains that it leaves over to corrections at least if it only resembles the cause: true causes of a set of
-/// simulated pairs left a sixth of it at the most.
-const RESEMBLES: f64 = 0.25;
 
 /// What a round comes to.
 pub(crate) enum Ruling {
@@ -72,36 +64,11 @@ impl<'a> Round<'a> {
         let state = selection.state();
         let gate = Tangent::beside(record, &state, &[], Bend::Lean)?;
         let contenders = contest(record, &gate, &state);
-        let mut rivals = if record.takes(Step::Corrections) {
-            corrections(record, &state)
-        } else {
-            Vec::new()
-        };
-        let timed = timed(&state);
-        rivals.retain(|r| plausible(r) && !(timed && owed_to_timing(r)));
-        if !rivals.is_empty() {
-            for end in ended(record, &gate, &state) {
-                let along_time = |r: &&mut Correction| {
-                    PLACES[r.place].relation == end.relation && QUANTITIES[r.quantity] == "time"
-                };
-                // It is a curve along time, with an edge that knots do not have.
-                if let Some(r) = rivals.iter_mut().find(along_time) {
-                    r.evidence = r.evidence.max(end.evidence);
-                    r.borne = r.borne.max(end.evidence);
-                }
-            }
-            rivals.sort_by(|a, b| b.borne.total_cmp(&a.borne));
-        }
         let unnamed: Vec<usize> = (selection.named.iter())
             .filter(|n| n.is_unnamed())
             .filter_map(|n| n.correction.map(|(place, _)| place))
             .collect();
-        // Knots leave something over where they act.
-        let enters = |place: usize, relation| PLACES[place].shows_in.contains(relation);
-        rivals.retain(|r| {
-            let mut relations = PLACES[r.place].shows_in.iter();
-            !relations.any(|relation| unnamed.iter().any(|place| enters(*place, relation)))
-        });
+        let rivals = rivals_beside(record, &gate, &state, &unnamed);
         let known = known(record, &state, selection)?;
         let footprints = if record.takes(Step::Footprints) {
             Footprint::all(record, &gate, &state, &known)
@@ -174,26 +141,37 @@ impl<'a> Round<'a> {
                 .max_by(|a, b| a.evidence.total_cmp(&b.evidence));
             return most.map_or(Ruling::Nothing, |r| self.unnamed(r, r.evidence, None));
         };
-        let broken = self.broken(&bent);
+        let beside = Beside::of(self, best, &bent);
+        let broken = bent.unless_told(&beside);
         let rival = (self.rival(best, broken)).or_else(|| self.rival_beyond(best, broken));
         let Some(rival) = rival else {
-            return Ruling::Named(self.named(best, None, broken));
+            return Ruling::Named(self.named(best, (broken > 0.0).then_some(broken)));
         };
-        let alone = self.against(best, rival, broken);
-        if let Some(otherwise) = self.by_what_is_left((best, &bent), rival, broken, &alone) {
-            return otherwise;
+        if rival.seen.is_some() {
+            return self.against_seen(best, rival, broken);
         }
-        // No two effects part two transmitters.
-        if rival.claim() < best.claim() - 10.0 || rival.seen.is_some() {
-            return alone;
-        }
-        // Where two effects do what the correction does, it is the second that bends the first.
-        match self.two_do(best, rival.claim()) {
-            Some(second) => {
-                let named = self.named(best, None, f64::NEG_INFINITY);
-                Ruling::Promised(named, second, Box::new(alone))
+        let (resembles, second) = beside.resembles(rival);
+        self.by_what_is_left(best, rival, broken.max(resembles), second)
+    }
+
+    /// Decides by the logarithm of the odds that the best effect only resembles what a rival tells, and by the second effect that tells what
+    /// the best one leaves over, if there is one: then the two are the cause, if the second is named.
+    fn by_what_is_left(
+        &self,
+        best: &Contender,
+        rival: &Correction,
+        odds: f64,
+        second: Option<Second>,
+    ) -> Ruling {
+        let resembling = || self.unnamed(rival, rival.borne.max(best.evidence), Some((best, odds)));
+        match second {
+            Some(second) if odds > 0.0 => {
+                let (named, otherwise) = (self.named(best, None), Box::new(resembling()));
+                Ruling::Promised(named, second.about.id, otherwise)
             }
-            None => alone,
+            Some(_) => Ruling::Named(self.named(best, None)),
+            None if odds > 0.0 => resembling(),
+            None => Ruling::Named(self.named(best, Some(odds))),
         }
     }
 
@@ -211,108 +189,22 @@ impl<'a> Round<'a> {
         (!self.contenders.iter().any(of_the_catalogue)).then_some(seen)
     }
 
-    /// What an effect leaves over, where that decides against what the evidence of the two came to.
-    ///
-    /// An effect is weighed where the curves bend little, a correction where they bend at will: each has its own noise, and what the two
-    /// explain is not of one scale. What corrections tell beside the effect is: nothing, if it is the cause; if it only resembles the cause, a
-    /// good part of what it explains, which no second effect tells.
-    fn by_what_is_left(
-        &self,
-        (best, bent): (&Contender, &Bent),
-        rival: &Correction,
-        broken: f64,
-        alone: &Ruling,
-    ) -> Option<Ruling> {
-        if rival.seen.is_some() || !self.record.takes(Step::Corrections) {
-            return None;
+    /// Decides between an effect and what two transmitters show.
+    fn against_seen(&self, best: &Contender, seen: &Correction, broken: f64) -> Ruling {
+        let clearly = seen.borne > self.rival_hurdle(seen).max(1.2 * best.claim() + 30.0);
+        let odds = (seen.claim() - best.claim()) / best.temperature() - self.class(best).ln();
+        let odds = odds.max(broken);
+        if clearly || odds > 0.0 {
+            let evidence = seen.borne.max(best.evidence);
+            return self.unnamed(seen, evidence, None);
         }
-        // It may have been sharpened for a look at its form.
-        let sharpened = || match &bent.sharpened {
-            Some((state, _)) => state.clone(),
-            None => self.sharpened(best),
-        };
-        match alone {
-            Ruling::Unnamed(_) if broken <= 0.0 && best.claim() > OF_ONE_SCALE * rival.claim() => {
-                let shows_in = |c: &Correction| PLACES[c.place].shows_in;
-                let beside = |c: &Correction| {
-                    let mut relations = shows_in(c).iter();
-                    relations.any(|relation| shows_in(rival).contains(relation))
-                };
-                let left = corrections(self.record, &sharpened());
-                let stands = |c: &Correction| beside(c) && c.borne > hurdle(c);
-                (!left.iter().any(stands)).then(|| Ruling::Named(self.named(best, None, broken)))
-            }
-            Ruling::Named(_) if rival.claim() > RESEMBLES * best.claim() => {
-                let state = sharpened();
-                let own = |c: &Correction| {
-                    PLACES[c.place].relation == best.effect.about().relation
-                        && c.borne > self.rival_hurdle(c)
-                };
-                let left = corrections(self.record, &state);
-                let left = (left.iter().filter(|c| own(c))).map(|c| c.borne);
-                let most = left.fold(0.0, f64::max);
-                let told = |(_, evidence)| evidence > MOSTLY * most;
-                let least = RESEMBLES * best.claim();
-                if most <= least || self.second(&state, |_| true).is_some_and(told) {
-                    return None;
-                }
-                debug!("{} leaves {most:.1} over", best.effect.about().id);
-                let (evidence, odds) = (rival.borne.max(best.evidence), (most / least).ln());
-                Some(self.unnamed(rival, evidence, Some((best, broken.max(0.0) + odds))))
-            }
-            _ => None,
-        }
-    }
-
-    /// Decides between an effect by itself and a correction.
-    fn against(&self, best: &Contender, rival: &Correction, broken: f64) -> Ruling {
-        let unnamed = |evidence: f64| self.unnamed(rival, evidence, Some((best, broken)));
-        if rival.borne > self.rival_hurdle(rival) && rival.borne > 1.2 * best.claim() + 30.0 {
-            return unnamed(rival.borne);
-        }
-        let named = self.named(best, Some(rival), broken);
-        // Where the empirical correction is likelier than all of the catalogue, it stands as the finding.
-        let is_unknown = |o: &&(String, f64)| o.0 == "unknown";
-        let of = |o: &(String, f64)| o.1;
-        let unknown: f64 = named.alternatives.iter().filter(is_unknown).map(of).sum();
-        let others: f64 = named.alternatives.iter().map(of).sum::<f64>() - unknown;
-        if unknown > named.probability + others {
-            return unnamed(rival.borne.max(best.evidence));
-        }
-        Ruling::Named(named)
+        Ruling::Named(self.named(best, Some(odds)))
     }
 
     /// The one of some effects that explains most, named whatever its evidence; `None` if the recording excites none of them.
     pub(crate) fn given(&self, ids: &[String]) -> Option<Named> {
         let given = |c: &&Contender| ids.iter().any(|id| id == c.effect.about().id);
-        Some(self.named(self.contenders.iter().find(given)?, None, f64::NEG_INFINITY))
-    }
-
-    /// The effect that, beside the best one, does what a correction does, if there is one.
-    fn two_do(&self, best: &Contender, rival: f64) -> Option<&'static str> {
-        let (second, evidence) = self.second(&self.sharpened(best), |_| true)?;
-        // Two physical forms that come near what knots can do at will are the likelier.
-        (evidence > 0.9 * rival - best.evidence).then_some(second)
-    }
-
-    /// A second effect of some kind, and what it explains for its own beside the best one that a state ends with.
-    fn second(
-        &self,
-        state: &[Applied],
-        kind: impl Fn(&About) -> bool,
-    ) -> Option<(&'static str, f64)> {
-        if !self.record.takes(Step::TwoDo) {
-            return None;
-        }
-        let gate = Tangent::beside(self.record, state, &[], Bend::Lean)?;
-        let second = contest(self.record, &gate, state).into_iter().find(|c| {
-            let about = c.effect.about();
-            c.evidence > about.search.belief.hurdle && material(&solved(&c.best)) && kind(about)
-        })?;
-        let id = second.effect.about().id;
-        debug!("beside it {id} shows {:.1}", second.evidence);
-        let further = FURTHER[(self.known + 1).min(FURTHER.len() - 1)];
-        Some((id, second.evidence - further))
+        Some(self.named(self.contenders.iter().find(given)?, None))
     }
 
     /// The correction that competes with an effect: of its own relation, or one that nothing in the catalogue comes near.
@@ -344,13 +236,6 @@ impl<'a> Round<'a> {
     fn rivals_in(&self, relation: Relation) -> impl Iterator<Item = &Correction> {
         (self.rivals.iter()).filter(move |r| PLACES[r.place].shows_in.contains(&relation))
     }
-}
-
-/// Whether a correction is what a late meter leaves over, and no second thing: its form follows the rate of the flow, and the flow
-/// that is made of its reading is the noisier, which turns the head towards the inlet pressure.
-fn owed_to_timing(r: &Correction) -> bool {
-    let quantity = QUANTITIES[r.quantity];
-    quantity == FLOW_RATE || (r.place == HEAD && quantity == "inlet pressure")
 }
 
 #[cfg(test)]

@@ -20,6 +20,7 @@ static ABOUT: About = About {
     title: "the topfill meter is off by a constant flow",
     component: Component::Instrument,
     relation: Relation::RiserMassBalance,
+    equation_without: None,
     equation: "A dh/dt = q_mud_pump + q_booster + q_topfill + q_0 - q",
     source: "a meter's zero; Slettebø 2015, Eq. 3.45",
     excited_by: "any recording",

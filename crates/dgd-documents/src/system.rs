@@ -104,8 +104,8 @@ pub fn read_system_types(text: &str) -> Result<System, DocumentError> {
     parse_system(&without_fitted(text).0).map_err(|e| told(text, &e))
 }
 
-/// Writes a system with the values of a fit: a `system.toml` as any other, and what the fit says of its doubt in a table
-/// `[fitted]`.
+/// Writes a system with the values of a fit: the `system.toml` as it was described, starts included, and in a table `[fitted]` the
+/// values and what the fit says of their doubt. A search that begins again begins where it did before.
 ///
 /// # Errors
 /// [`AssemblyError`] if the values do not belong to the system.
@@ -114,9 +114,10 @@ pub fn write_fitted_system(
     fitted: &FittedSystem,
 ) -> Result<String, AssemblyError> {
     let values: Vec<f64> = fitted.parameters.iter().map(|p| p.value).collect();
-    let system = assembly.with_values(&values)?.to_toml();
+    assembly.with_values(&values)?;
+    let system = assembly.to_toml();
     let mut out = String::from(
-        "# A system with the values of a fit. The values under [fitted] count; take that table out to go by [free] again.\n",
+        "# A system with the values of a fit. The values under [fitted] count; searches start from [free] and [initial] as described.\n",
     );
     // Writing to a String cannot fail.
     let _ = write!(

@@ -81,6 +81,9 @@ pub struct Parameter {
     pub usual: f64,
     /// How it is reported.
     pub shown: Shown,
+    /// Standard error of a time for what the form lacks, s, beside what a recording tells of it: found on simulated recordings
+    /// (seeds below 1000).
+    pub time_error_s: f64,
 }
 
 impl Parameter {
@@ -93,6 +96,7 @@ impl Parameter {
         high: f64::INFINITY,
         usual: 0.0,
         shown: Shown::AsCarried,
+        time_error_s: 0.0,
     };
 
     /// The onset, as every effect that sets in has it.
@@ -115,6 +119,8 @@ pub struct About {
     pub component: Component,
     /// The relation it sits in.
     pub relation: Relation,
+    /// What stands in the base model in place of the governing equation, in the same notation; `None` where that is the relation itself.
+    pub equation_without: Option<&'static str>,
     /// Governing equation, in plain notation: `A dh/dt = q_in`, a slash between spaces divides the whole product before it.
     pub equation: &'static str,
     /// Where the equation comes from.

@@ -204,6 +204,7 @@ mod tests {
         title: "the topfill meter is off",
         component: Component::Instrument,
         relation: Relation::RiserMassBalance,
+        equation_without: Some("q_meter = q"),
         equation: "q_meter = q + q_0",
         source: "a meter's zero",
         excited_by: "any recording",

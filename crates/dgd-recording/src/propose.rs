@@ -133,6 +133,13 @@ const WANTED: &[Wanted] = &[
     },
 ];
 
+/// Whether a clock without a unit counts days: no rig is recorded a thousand times a second, and a fraction of a second to a minute in
+/// days is a usual step.
+fn counts_days(step: f64) -> bool {
+    const S_PER_DAY: f64 = 86_400.0;
+    step < 1e-3 && (0.05..=61.0).contains(&(S_PER_DAY * step))
+}
+
 /// Proposes which column is which channel, by name and unit, and says what is doubtful.
 pub fn propose_channels(survey: &TableSurvey) -> Proposal {
     let mut taken = vec![false; survey.columns.len()];
@@ -145,15 +152,24 @@ pub fn propose_channels(survey: &TableSurvey) -> Proposal {
         Some(index) => {
             taken[index] = true;
             let column = &survey.columns[index];
-            let unit = column
-                .unit
-                .filter(|u| u.dimension == Dimension::Time)
-                .map_or("s", |u| u.symbol);
+            let written = column.unit.filter(|u| u.dimension == Dimension::Time);
+            let in_days = match &survey.clock {
+                Some(Ok(clock)) => written.is_none() && counts_days(clock.step_s),
+                _ => false,
+            };
+            let (unit, reason) = if in_days {
+                ("d", "counted like time, in days as spreadsheets do")
+            } else {
+                (
+                    written.map_or("s", |u| u.symbol),
+                    "named or counted like time",
+                )
+            };
             proposal.channels.push(ProposedChannel {
                 channel: "time",
                 tag: column.tag.clone(),
                 unit: unit.to_owned(),
-                reason: "named or counted like time".into(),
+                reason: reason.into(),
             });
         }
         None => proposal.missing.push("time"),

@@ -62,6 +62,13 @@ impl Evidence<'_, '_> {
         self.excuse.is_none() && (open || self.levels.iter().any(Level::unexcused))
     }
 
+    /// Whether something is left out that nothing was found for: it stands out, or what explained it on the training part is withdrawn
+    /// and an instrument lies far above its noise.
+    pub(crate) fn is_left_out(&self, claim: &Claim) -> bool {
+        let far = self.levels.iter().any(Level::far);
+        self.stands_out() || (claim.withdrawn.is_some() && far)
+    }
+
     /// What a model leaves of each instrument, on the training and on the test part.
     fn left(&self, after: &Told) -> [Vec<Level>; 2] {
         let c = self.context;
@@ -218,7 +225,7 @@ pub(crate) fn conclude(
         (true, true) => Verdict::PartlyExplained,
         (true, false) => Verdict::Explained,
         (false, true) => Verdict::Unexplained,
-        (false, false) if evidence.stands_out() => Verdict::Unexplained,
+        (false, false) if evidence.is_left_out(&claim) => Verdict::Unexplained,
         (false, false) => Verdict::Consistent,
     };
     if verdict == Verdict::Explained {

@@ -197,7 +197,7 @@ pub(crate) fn findings(
             }),
         });
     }
-    if all.is_empty() && e.stands_out() {
+    if all.is_empty() && e.is_left_out(claim) {
         let mut far: Vec<&Level> = e.levels.iter().filter(|l| l.far()).collect();
         far.sort_by(|a, b| b.ratio().total_cmp(&a.ratio()));
         let title = match claim.withdrawn {

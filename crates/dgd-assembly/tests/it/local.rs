@@ -115,6 +115,11 @@ fn a_tank_that_nothing_regulates_has_no_steady_state() {
     "#;
     let assembly = Assembly::parse(text).unwrap();
     assert!(!steady_state(&assembly, &[], &[], &[1.0]).unwrap().found);
+    // Nor has one that fills to its brim and spills there.
+    let spilling = text.replace("area = 1.0 }", "area = 1.0, brim = 3.0 }");
+    let assembly = Assembly::parse(&spilling).unwrap();
+    let steady = steady_state(&assembly, &[], &[], &[1.0]).unwrap();
+    assert!(!steady.found, "{steady:?}");
 }
 
 #[test]

@@ -61,7 +61,7 @@ struct Written {
 
 fn whole(arguments: &Convert, target: Target, progress: &Progress) -> Result<Written, Failure> {
     let (format, table) = load::read_table(&arguments.input, progress)?;
-    warn_of(arguments, &table);
+    warn_of(arguments, target, &table);
     progress.stage("writing", &arguments.output.display().to_string());
     let mut outputs = Outputs::new();
     outputs.add(&arguments.output, |writer| {
@@ -96,7 +96,7 @@ fn in_blocks(
         return Ok(None);
     };
     let head = blocks.head().clone();
-    warn_of(arguments, &head);
+    warn_of(arguments, target, &head);
     let mut options = McapOptions::default();
     if matches!(target, Target::Mcap) {
         options.time_tag = blocks.time_tag(progress)?;
@@ -127,9 +127,15 @@ fn in_blocks(
     }))
 }
 
-fn warn_of(arguments: &Convert, table: &Table) {
+fn warn_of(arguments: &Convert, target: Target, table: &Table) {
     for issue in &table.issues {
         tracing::warn!("{}: {issue}", arguments.input.display());
+    }
+    if let (Some(origin), Target::Csv) = (&table.origin, target) {
+        tracing::warn!(
+            "{}: a CSV counts from 0 s and does not keep when that was, {origin}; MCAP and MAT do",
+            arguments.output.display()
+        );
     }
 }
 

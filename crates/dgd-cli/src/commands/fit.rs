@@ -113,9 +113,6 @@ pub(crate) fn fit(
         identify(&prepared, well, options).map_err(|e| Failure::input(first, e))?;
     identification.model.data.samples = loaded.samples;
     identification.model.data.recordings = names(&source.recordings);
-    for warning in &identification.warnings {
-        tracing::warn!("{warning}");
-    }
     // They come first in the answer: what follows may rest on a wrong unit.
     identification.warnings.splice(0..0, loaded.suspicions);
     let issues = loaded
@@ -160,7 +157,10 @@ pub(crate) fn delays_in_samples(
     let (from, to) = ((from_s / step_s).round(), (to_s / step_s).round());
     if from.abs() > MOST || to.abs() > MOST {
         return Err(Failure::Arguments {
-            reason: format!("--delays {from_s}:{to_s} is too far; expected minutes"),
+            reason: format!(
+                "delays from {from_s} to {to_s} s are too many samples of {step_s} s: look at the unit of [channels] time in the well \
+                 description, or give fewer with --delays"
+            ),
         });
     }
     #[expect(clippy::cast_possible_truncation, reason = "bounded above")]

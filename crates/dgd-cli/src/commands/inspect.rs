@@ -18,6 +18,14 @@ const SHOWN: usize = 12;
 
 pub(crate) fn run(arguments: &Inspect, global: &Global) -> Result<String, Failure> {
     let progress = Progress::new(global);
+    if let Some(path) = arguments.propose.as_ref().filter(|path| path.exists()) {
+        // Somebody may have completed it.
+        return Err(Failure::Write {
+            path: path.clone(),
+            reason: "exists already, and may have been completed by hand".into(),
+            help: "propose another file, or take this one away first",
+        });
+    }
     let inspected = inspect(arguments, &progress)?;
     let proposal = propose_channels(&inspected.found);
     if let Some(path) = &arguments.propose {

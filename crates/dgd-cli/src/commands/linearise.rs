@@ -42,7 +42,10 @@ pub(crate) fn run(arguments: &Linearise, global: &Global) -> Result<String, Fail
         (Some(time), Some(recording)) => {
             recorded_point(assembly, &theta, &path, recording, time, &progress)?
         }
-        _ => given_point(assembly, &theta, &path, &arguments.at)?,
+        _ => {
+            let recorded = arguments.described.system.is_some();
+            given_point(assembly, &theta, &path, &arguments.at, recorded)?
+        }
     };
     outputs.iter().try_for_each(|file| output::check(file))?;
     let wrong = |e| failed(&path, &path, &e);
@@ -101,13 +104,15 @@ fn described(arguments: &Linearise) -> Result<(SystemDocument, PathBuf, Option<S
     Ok((document, arguments.model.clone(), Some(text)))
 }
 
-/// The operating point that --at names, completed by the steady state.
+/// The operating point that --at names, completed by the steady state; a point of a recording may be advised where there can be one.
 fn given_point(
     assembly: &Assembly,
     theta: &[f64],
     path: &Path,
     at: &[(String, String)],
+    recorded: bool,
 ) -> Result<Point, Failure> {
+    let or = |way: &'static str| if recorded { way } else { "" };
     let (states, inputs) = (assembly.states(), assembly.inputs());
     let mut given_states = vec![None; states.len()];
     let mut given_inputs = vec![None; inputs.len()];
@@ -136,8 +141,9 @@ fn given_point(
     if !missing.is_empty() {
         return Err(Failure::Arguments {
             reason: format!(
-                "the operating point does not say every input; add --at {}, or take it from a recording with --at-time",
-                missing.join(" ")
+                "the operating point does not say every input; add --at {}{}",
+                missing.join(" "),
+                or(", or take it from a recording with --at-time")
             ),
         });
     }
@@ -163,10 +169,11 @@ fn given_point(
         let all: Vec<String> = states.iter().map(|s| format!("{s}=...")).collect();
         return Err(Failure::Input {
             path: path.to_owned(),
-            reason: "has no steady state at these inputs (a tank that nothing regulates fills or empties)".into(),
+            reason: "has no steady state at these inputs (a tank that nothing regulates fills, spills or empties)".into(),
             help: Some(format!(
-                "give every state with --at {}, or take the point from a recording with --at-time",
-                all.join(" ")
+                "give every state with --at {}{}",
+                all.join(" "),
+                or(", or take the point from a recording with --at-time")
             )),
         });
     }

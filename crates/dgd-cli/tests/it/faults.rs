@@ -6,8 +6,9 @@ use std::process::Command;
 /// Every command that writes, with the old file that must survive it.
 const WRITERS: [(&str, &str); 11] = [
     (
+        // Which it would not write over.
         "inspect rig.mat --propose out/proposed.toml",
-        "proposed.toml",
+        "another.toml",
     ),
     (
         "fit rig.mat --well well.toml --out out/model.toml",

@@ -104,6 +104,10 @@ fn a_proposed_well_is_written_with_what_is_left_to_fill_in() {
     bench.write("rig.csv", "t,FT4,PT1\ns,gpm,psia\n0,1,2\n1,2,3\n2,3,4\n");
     bench.dgd("inspect rig.csv --propose proposed.toml").done();
     assert!(bench.text("proposed.toml").contains("density = \"? sg\""));
+    // Once it has been filled in nobody writes over it.
+    let again = bench.dgd("inspect rig.csv --propose proposed.toml");
+    assert_eq!(again.status, 1, "{again:?}");
+    assert!(again.err.contains("completed by hand"), "{}", again.err);
     // Not yet a description: the fit shows the lines to fill in.
     bench
         .dgd("fit rig.csv --well proposed.toml")

@@ -9,7 +9,7 @@ use crate::relations::Applied;
 use crate::select::{Named, Selection};
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent, dot};
-use dgd_effects::{find, unknown};
+use dgd_effects::{Role, find, unknown};
 
 fn selected(allowances: Vec<Applied>, named: Vec<Named>) -> Selection {
     Selection {
@@ -93,9 +93,14 @@ fn what_is_not_calibrated_is_the_posterior_by_itself() {
 #[test]
 fn no_interval_reaches_beyond_what_is_plausible() {
     let record = drilled(Hidden::default());
-    // A little gel that breaks and grows who knows how.
+    // A little gel that breaks and grows who knows how, and an influx of two and a half minutes that begins with the recording.
     let (gel, gain) = (&[0.5, 0.2, 300.0][..], &[0.02][..]);
-    for (id, parameters) in [("gel_strength", gel), ("inflow_gain", gain)] {
+    let influx = &[3e-3, 10.0, 150.0, 0.15][..];
+    for (id, parameters) in [
+        ("gel_strength", gel),
+        ("inflow_gain", gain),
+        ("influx", influx),
+    ] {
         let selection = selected(Vec::new(), vec![named(id, parameters)]);
         let full = about(&record, &selection);
         let found = estimates(&record, &selection, 0, &full);
@@ -103,7 +108,9 @@ fn no_interval_reaches_beyond_what_is_plausible() {
         for (one, parameter) in found.iter().zip(about.parameters) {
             let (shift, factor) = parameter.shown.scale(&record.setting);
             let least = shift + factor * parameter.low;
-            assert!(one.ci95.0 >= least, "{}: {:?}", one.name, one.ci95);
+            // When it began may lie before the recording does.
+            let free = parameter.role == Role::Onset;
+            assert_eq!(one.ci95.0 >= least, !free, "{}: {:?}", one.name, one.ci95);
             assert!(one.ci95.0 <= one.estimate && one.estimate <= one.ci95.1);
         }
         assert_eq!(found[0].ci95.0 == 0.0, id == "gel_strength");
@@ -167,9 +174,9 @@ fn what_allows_for_timing_and_a_correction_take_no_certainty_away() {
     assert!(estimates(&record, &selection, 1, &full).is_empty());
 }
 
-/// Half a minute for a time; the rate and the ramp share what the rows tell.
+/// Three blocks for a time at best; the rate and the ramp share what the rows tell.
 #[test]
-fn times_are_known_to_half_a_minute_and_a_rate_no_better_than_its_form() {
+fn times_are_known_to_a_minute_at_best_and_a_rate_no_better_than_its_form() {
     let record = drilled(Hidden {
         influx_m3_s: 3e-3,
         ..Hidden::default()
@@ -181,7 +188,14 @@ fn times_are_known_to_half_a_minute_and_a_rate_no_better_than_its_form() {
     let found = estimates(&record, &selected(Vec::new(), vec![one]), 0, &full);
     let names: Vec<&str> = found.iter().map(|p| p.name.as_str()).collect();
     assert_eq!(names, ["rate_m3_s", "onset_s", "duration_s", "ramp"]);
-    assert!((sd(&found[1]) - 30.0).abs() < 1e-9 && (sd(&found[2]) - 30.0).abs() < 1e-9);
+    // Its end is told worse than its beginning, by what the form of a kick lacks.
+    let [onset, lasting] = [&found[1], &found[2]].map(|p| p.ci95.1 - p.estimate);
+    let lacks = 1.96 * find("influx").unwrap().about().parameters[2].time_error_s;
+    assert!((58.9..120.0).contains(&onset), "{onset}");
+    assert!(
+        lasting > lacks && lasting < lacks.hypot(2.0 * onset),
+        "{lasting}"
+    );
     let rate = sd(&found[0]);
     let lacks = find("influx").unwrap().about().search.size_error * 3e-3;
     assert!(rate > lacks && rate < 5.0 * lacks, "{rate}");
@@ -199,6 +213,29 @@ fn times_are_known_to_half_a_minute_and_a_rate_no_better_than_its_form() {
     );
     let ramp = sd(&found[3]) / widened(aa / determinant, 0.0);
     assert!((ramp - 1.0).abs() < 0.1, "{ramp}");
+}
+
+/// What half a rate tells of its onset is less than half of what the whole tells.
+#[test]
+fn the_smaller_an_effect_the_less_is_told_of_when_it_began() {
+    let (from, lasts, rise) = INFLUX_S;
+    let onset = |rate: f64| {
+        let record = drilled(Hidden {
+            influx_m3_s: rate,
+            ..Hidden::default()
+        });
+        let one = named("influx", &[rate, from, lasts, rise]);
+        let state = [one.applied.clone()];
+        let full = Tangent::at(&record, &state, &[], Bend::Free).unwrap();
+        let found = estimates(&record, &selected(Vec::new(), vec![one]), 0, &full);
+        let (low, high) = found[1].ci95;
+        assert!(low < from && from < high);
+        high - low
+    };
+    let [small, large] = [5e-4, 1e-2].map(onset);
+    assert!(small > 2.0 * large, "{small} {large}");
+    // Rows hold nothing between blocks.
+    assert_eq!(large, 118.0);
 }
 
 /// Without a connection no pipe moves, and nothing tells of it: three times what is usual.

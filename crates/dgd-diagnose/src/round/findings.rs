@@ -18,9 +18,13 @@ pub(super) const SCALE: f64 = 0.4;
 pub(super) const BARRED: f64 = 1.4;
 
 impl Round<'_> {
-    /// An effect as a finding, beside the alternatives to it.
-    pub(super) fn named(&self, best: &Contender, rival: Option<&Correction>, broken: f64) -> Named {
-        let others = self.others(best, rival, broken);
+    /// An effect as a finding, beside the alternatives to it; with the logarithm of the odds that it is none of the catalogue's, if that is
+    /// in question.
+    pub(super) fn named(&self, best: &Contender, unknown: Option<f64>) -> Named {
+        let mut others = self.alike(best);
+        if let Some(odds) = unknown {
+            others.push(("unknown".to_owned(), odds.exp() * self.class(best)));
+        }
         let bent = if differs_along_stands(best.effect.about()) {
             best.formed - best.evidence
         } else {
@@ -45,36 +49,27 @@ impl Round<'_> {
         logistic((best.evidence - self.hurdle(best)) / scale + 1.0)
     }
 
-    /// What else may be the cause, each with its weight against that of the best, which is 1.
-    pub(super) fn others(
-        &self,
-        best: &Contender,
-        rival: Option<&Correction>,
-        broken: f64,
-    ) -> Vec<(String, f64)> {
-        // A Bayes factor counts in full near the noise; far above it, forms decide, and they are rough.
-        let temperature = (0.06 * best.claim()).hypot(1.5);
-        let weight = |e: f64| ((e - best.claim()) / temperature).exp();
+    /// Effects that look like the best one, each with its weight against that, which is 1.
+    pub(super) fn alike(&self, best: &Contender) -> Vec<(String, f64)> {
+        let weight = |c: &Contender| ((c.claim() - best.claim()) / best.temperature()).exp();
         let id = best.effect.about().id;
-        let mut others: Vec<(String, f64)> = self
-            .contenders
+        self.contenders
             .iter()
             .filter(|c| c.effect.about().id != id && c.evidence > 0.0)
             .filter(|c| alike(&best.best, &c.best) && stands(self.record, &solved(&c.best)))
             // One that may not be named itself is no likelier than the one that may.
-            .map(|c| (c.effect.about().id.to_owned(), weight(c.claim()).min(1.0)))
-            .collect();
-        // A form that does not hold tells of something else even where no correction shows what.
-        let claimed = rival.map_or(0.0, |r| weight(r.claim()));
-        if rival.is_some() || broken > 0.0 {
-            others.push(("unknown".to_owned(), claimed.max(broken.exp())));
-        }
-        others
+            .map(|c| (c.effect.about().id.to_owned(), weight(c).min(1.0)))
+            .collect()
+    }
+
+    /// The weight of the best effect and of all that look like it.
+    pub(super) fn class(&self, best: &Contender) -> f64 {
+        1.0 + self.alike(best).iter().map(|o| o.1).sum::<f64>()
     }
 
     /// A correction as the finding, with the effects of the relations that it enters as alternatives; `evidence` is what they are held
-    /// against, and tells that there is something where the correction does not. Of the `best` effect it is known how far its form is
-    /// broken.
+    /// against, and tells that there is something where the correction does not. Of a `best` effect, and what looks like it, the logarithm of
+    /// the odds is known that they only resemble the cause.
     pub(super) fn unnamed(
         &self,
         c: &Correction,
@@ -85,16 +80,26 @@ impl Round<'_> {
         let swings = instead_of(self.record, &self.state, c);
         let told = swings.as_ref().unwrap_or(c);
         let temperature = (0.08 * evidence).max(6.0);
+        let resembling = best.map_or_else(Vec::new, |(best, odds)| {
+            let mut class = self.alike(best);
+            class.push((best.effect.about().id.to_owned(), 1.0));
+            let share = (-odds).exp() / self.class(best);
+            class.iter_mut().for_each(|one| one.1 *= share);
+            class
+        });
+        let is_best = |o: &Contender| best.is_some_and(|(best, _)| std::ptr::eq(best, o));
         let weight = |o: &Contender| {
-            let likely = ((1.2 * o.evidence - evidence) / temperature).min(0.0);
+            let about = o.effect.about();
             let barred = if self.admissible(o) { 0.0 } else { BARRED };
-            let broken = match best {
-                Some((best, broken)) if std::ptr::eq(best, o) => broken,
-                // What has not been sharpened bends for want of that.
-                _ if !is_exact(o.effect.about()) => 0.0,
-                _ => self.form_broken(o, o.formed - o.evidence),
+            // What has not been sharpened bends for want of that.
+            let broken = if is_exact(about) && !is_best(o) {
+                self.form_broken(o, o.formed - o.evidence).max(0.0)
+            } else {
+                0.0
             };
-            (likely - broken.max(0.0) - barred).exp()
+            let resembling = resembling.iter().find(|one| one.0 == about.id);
+            let likely = || ((1.2 * o.evidence - evidence) / temperature).min(0.0).exp();
+            resembling.map_or_else(likely, |one| one.1) * (-broken - barred).exp()
         };
         let others = self
             .contenders

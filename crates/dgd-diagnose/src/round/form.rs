@@ -1,6 +1,7 @@
 //! How far the form of an effect is bent, and whether that is more than a form may.
 
 use super::Round;
+use super::beside::Beside;
 use crate::contest::{Contender, solved};
 use crate::refine::refine;
 use crate::relations::Applied;
@@ -19,12 +20,31 @@ pub(super) const ROUGH: f64 = 0.25;
 /// Over what a form bends by: what a second effect must show beside it, the slack of that form allowed for, to be what bends it.
 pub(super) const MOSTLY: f64 = 0.7;
 
+/// Odds, in e-folds, that matter to no probability.
+pub(super) const NO_ODDS: f64 = -4.0;
+
 /// How far the form of an effect is bent.
 pub(super) struct Bent {
     /// Logarithm of the odds that it does not hold.
     pub odds: f64,
     /// The state with the effect sharpened, and what its form gains there; `None` where its form was asked as it stands.
     pub sharpened: Option<(Vec<Applied>, f64)>,
+}
+
+impl Bent {
+    /// Logarithm of the odds that the effect only lends its name to something of another form, unless it is a second effect that
+    /// bends it: an exact form that two effects bend is seldom the one of the two.
+    pub(super) fn unless_told(&self, beside: &Beside) -> f64 {
+        // What the timing allowed for beside it lacks is no second cause.
+        let timeless = |about: &About| about.search.timing.is_none();
+        match &self.sharpened {
+            Some((_, gain)) if self.odds > 0.0 => match beside.second(timeless) {
+                Some(second) if second.evidence > MOSTLY * gain => f64::NEG_INFINITY,
+                _ => self.odds,
+            },
+            _ => self.odds,
+        }
+    }
 }
 
 /// Whether the form of an effect holds to the letter.
@@ -42,25 +62,8 @@ impl Round<'_> {
         state
     }
 
-    /// Logarithm of the odds that an effect only lends its name to something of another form, unless it is a second effect that
-    /// bends it: an exact form that two effects bend is seldom the one of the two.
-    pub(super) fn broken(&self, bent: &Bent) -> f64 {
-        let Some((state, gain)) = &bent.sharpened else {
-            return bent.odds;
-        };
-        // What the timing allowed for beside it lacks is no second cause.
-        let timeless = |about: &About| about.search.timing.is_none();
-        let bends = |(_, evidence)| evidence > MOSTLY * gain;
-        if bent.odds > 0.0 && self.second(state, timeless).is_some_and(bends) {
-            return f64::NEG_INFINITY;
-        }
-        bent.odds
-    }
-
     /// How far the form of an effect is bent, whatever bends it.
     pub(super) fn bent(&self, c: &Contender) -> Bent {
-        /// Odds that matter to no probability.
-        const NO_ODDS: f64 = -4.0;
         let as_it_stands = |odds: f64| Bent {
             odds,
             sharpened: None,

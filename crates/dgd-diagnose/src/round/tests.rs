@@ -1,10 +1,11 @@
 //! Claims about what a round comes to, on contenders and corrections made for it.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
+use super::beside::{Beside, Second, owed_to_timing};
 use super::footprint::LEFT_OVER;
 use super::form::{Bent, MOSTLY, ROUGH};
-use super::hurdles::BESIDE_UNNAMED;
-use super::{Footprint, Round, Ruling, owed_to_timing, timed};
+use super::hurdles::{BESIDE_UNNAMED, timed};
+use super::{Footprint, Round, Ruling};
 use crate::claims::fixture::{Hidden, INFLUX_S, drilled, parabolas};
 use crate::contest::{Contender, contest, sets_in};
 use crate::empirical::{Correction, hurdle};
@@ -85,8 +86,8 @@ fn sound() -> Record {
 }
 
 /// A restriction of the line from half an hour on, for which the pump turns faster.
-fn restricted() -> Record {
-    let mut record = drilled(Hidden::default());
+fn restricted(hidden: Hidden) -> Record {
+    let mut record = drilled(hidden);
     let curves = parabolas(4e5, 45e5, 5e5);
     for i in 0..record.t_s.len() {
         if record.t_s[i] < RESTRICTED_S {
@@ -145,45 +146,80 @@ fn logit(p: f64) -> f64 {
 
 #[test]
 fn an_effect_that_leaves_much_over_only_resembles_the_cause() {
-    // What is pumped in swings about its reading, as no influx does.
+    let record = swinging();
+    let balance = place(Relation::RiserMassBalance);
+    let told_of = |evidence: f64, rival: f64| {
+        let rivals = vec![correction(balance, rival)];
+        told(round(&record, vec![influx(evidence)], rivals).ruling())
+    };
+    assert_eq!(told_of(100.0, 60.0), PLACES[balance].name);
+    // Of much that either explains it is little, and where sound recordings show as much it is not asked.
+    assert_eq!(told_of(1e4, 6e3), "influx");
+    assert_eq!(told_of(6e3, 1e4), "influx");
+    assert_eq!(told_of(100.0, 10.0), "influx");
+    // In rows that the rival does not enter nothing is left over.
+    let head = vec![correction(HEAD, 300.0)];
+    assert_eq!(
+        told(round(&record, vec![influx(100.0)], head).ruling()),
+        "influx"
+    );
+}
+
+/// Drilling in which what is pumped in swings about its reading, as no influx does.
+fn swinging() -> Record {
     let mut record = drilled(Hidden::default());
     for i in 0..record.t_s.len() {
         record.mud_pump[i] += 1.5e-3 * (record.t_s[i] / 500.0).sin();
     }
     record.filled.mud_pump.clone_from(&record.mud_pump);
     record.without = vec![Step::TwoDo];
-    let balance = place(Relation::RiserMassBalance);
-    let told_of = |evidence: f64, rival: f64| {
-        let rivals = vec![correction(balance, rival)];
-        told(round(&record, vec![influx(evidence)], rivals).decided())
+    record
+}
+
+#[test]
+fn what_a_rival_tells_beside_an_effect_as_well_is_another_cause_and_the_larger_is_named_first() {
+    // The meter reads too much and too little in turn.
+    let mut record = drilled(Hidden::default());
+    for i in 0..record.t_s.len() {
+        record.flow[i] *= 1.0 + 0.03 * (record.t_s[i] / 500.0).sin();
+    }
+    record.filled.flow.clone_from(&record.flow);
+    record.without = vec![Step::TwoDo];
+    let told_of = |evidence: f64| {
+        // It acts in the line, and takes nothing of that.
+        let step = contender(
+            "outlet_pressure_bias_step",
+            &[1e4, 1500.0, 1.0],
+            evidence,
+            HERE,
+        );
+        told(round(&record, vec![step], vec![correction(METER_FACTOR, 20.0)]).ruling())
     };
-    assert_eq!(told_of(100.0, 60.0), PLACES[balance].name);
-    // Of much evidence it is little, and where the rival explains little it is not asked.
-    assert_eq!(told_of(1e4, 6e3), "influx");
-    assert_eq!(told_of(100.0, 20.0), "influx");
+    assert_eq!(told_of(60.0), "outlet_pressure_bias_step");
+    assert_eq!(told_of(20.0), PLACES[METER_FACTOR].name);
 }
 
 #[test]
 fn an_effect_that_leaves_nothing_over_is_the_cause_whatever_knots_explain() {
-    let mut record = restricted();
+    let mut record = restricted(Hidden::default());
     record.without = vec![Step::TwoDo];
     let gate = Tangent::at(&record, &[], &[], Bend::Lean).unwrap();
     let told_of = |id: &str, parameters: &[f64], evidence: f64| {
         let mut c = contender(id, parameters, evidence, HERE);
         c.best = weigh(&record, &gate, &[], one(id, parameters));
-        told(round(&record, vec![c], vec![correction(METER_FACTOR, 100.0)]).decided())
+        told(round(&record, vec![c], vec![correction(METER_FACTOR, 100.0)]).ruling())
     };
-    let restriction = |evidence: f64| {
+    for evidence in [50.0, 20.0] {
         let parameters = [RESTRICTION, RESTRICTED_S];
-        told_of("line_restriction", &parameters, evidence)
-    };
-    assert_eq!(restriction(50.0), "line_restriction");
-    // One that explains far less than knots do is not, nor is one that leaves the restriction over.
-    let factor = PLACES[METER_FACTOR].name;
-    assert_eq!(restriction(30.0), factor);
+        assert_eq!(
+            told_of("line_restriction", &parameters, evidence),
+            "line_restriction"
+        );
+    }
+    // One that leaves the restriction over is not.
     assert_eq!(
         told_of("influx", &[1e-5, 1500.0, 1300.0, 0.15], 50.0),
-        factor
+        PLACES[METER_FACTOR].name
     );
 }
 
@@ -336,33 +372,65 @@ fn what_stands_above_its_hurdle_is_named_and_nothing_below() {
 }
 
 #[test]
-fn of_effects_and_a_correction_of_their_relation_the_likeliest_is_told() {
+fn the_odds_that_an_effect_only_resembles_decide_between_it_and_a_correction() {
     let record = sound();
     let balance = place(Relation::RiserMassBalance);
-    let friction = place(Relation::ReturnLineFriction);
-    let against = |effects: Vec<Contender>, rival: Correction| {
-        told(round(&record, effects, vec![rival]).ruling())
+    let contenders = vec![
+        influx(100.0),
+        gain(100.0),
+        contender("line_leak", &[1e-3, 2000.0], 90.0, THERE),
+    ];
+    let round = round(&record, contenders, Vec::new());
+    let best = &round.contenders[0];
+    let rival = correction(balance, 80.0);
+    let second = || Second {
+        about: find("line_leak").unwrap().about(),
+        evidence: 50.0,
     };
+    let ruled =
+        |odds: f64, second: Option<Second>| round.by_what_is_left(best, &rival, odds, second);
+    let of = |named: &Named, id: &str| {
+        let of = named.alternatives.iter().find(|a| a.0 == id);
+        of.map_or(0.0, |a| a.1 / named.probability)
+    };
+    // What looks like the effect shares its fate.
+    let Ruling::Named(named) = ruled(-1.0, None) else {
+        panic!("it is not named")
+    };
+    assert_eq!(named.applied.effect.about().id, "influx");
+    assert!((of(&named, "return_flow_gain") - 1.0).abs() < 1e-9);
+    assert!((of(&named, "unknown") - 2.0 * (-1.0_f64).exp()).abs() < 1e-9);
+    let unnamed = ended(ruled(1.0, None));
+    assert_eq!(unnamed.correction, Some((balance, 0)));
+    for id in ["influx", "return_flow_gain"] {
+        assert!((of(&unnamed, id) - 0.5 * (-1.0_f64).exp()).abs() < 1e-9);
+    }
+    // Where a second effect tells what is left over, the two are the cause if it is named, and the first is whatever comes if it leaves little.
+    let Ruling::Promised(named, id, otherwise) = ruled(1.0, Some(second())) else {
+        panic!("no promise")
+    };
+    assert_eq!((id, of(&named, "unknown")), ("line_leak", 0.0));
+    assert_eq!(ended(*otherwise).alternatives, unnamed.alternatives);
+    let Ruling::Named(named) = ruled(-1.0, Some(second())) else {
+        panic!("it is not named")
+    };
+    assert_eq!(of(&named, "unknown"), 0.0);
+}
+
+#[test]
+fn in_another_relation_a_correction_must_explain_twice_as_much() {
+    let record = sound();
+    let friction = place(Relation::ReturnLineFriction);
     for evidence in [30.0, 100.0, 1000.0] {
-        let half = correction(balance, 0.5 * evidence);
-        assert_eq!(against(vec![influx(evidence)], half), "influx");
-        let much = correction(balance, 1.5 * evidence + 40.0);
-        assert_eq!(
-            against(vec![influx(evidence)], much.clone()),
-            "riser mass balance"
-        );
-        // In a relation that is not the effect's it must explain twice as much.
-        let elsewhere = |times: f64| correction(friction, times * evidence);
-        assert_eq!(against(vec![influx(evidence)], elsewhere(1.9)), "influx");
-        assert_eq!(
-            against(vec![influx(evidence)], elsewhere(2.5)),
-            "return line friction"
-        );
-        // An effect that explains more than both is told instead.
-        let more = [influx(evidence), gain(4.0 * evidence + 100.0)]
-            .into_iter()
-            .collect();
-        assert_eq!(against(more, much), "return_flow_gain");
+        let rival = |times: f64| {
+            let round = round(
+                &record,
+                Vec::new(),
+                vec![correction(friction, times * evidence)],
+            );
+            round.rival(&influx(evidence), -1.0).is_some()
+        };
+        assert!(!rival(1.9) && rival(2.5));
     }
 }
 
@@ -394,14 +462,17 @@ fn what_sound_recordings_show_too_is_no_rival_to_a_form_that_holds() {
         ..correction(HEAD, evidence)
     };
     let reached = hurdle(&lean(0.0));
-    let told_of =
-        |share: f64| told(round(&record, vec![wear(40.0)], vec![lean(share * reached)]).ruling());
-    assert_eq!(told_of(0.9), "pump_wear");
-    assert_eq!(told_of(1.1), PLACES[HEAD].name);
+    let rival = |evidence: f64, rivals: Vec<Correction>| {
+        let round = round(&record, Vec::new(), rivals);
+        let rival = round.rival(&wear(evidence), -1.0);
+        rival.map(|r| (r.place, r.quantity))
+    };
+    let along = lean(0.0).quantity;
+    assert_eq!(rival(40.0, vec![lean(0.9 * reached)]), None);
+    assert_eq!(rival(40.0, vec![lean(1.1 * reached)]), Some((HEAD, along)));
     // One that it hides behind, of which sound recordings show less, is one all the same.
     let both = vec![lean(0.8 * reached), correction(HEAD, 60.0)];
-    let ruling = round(&record, vec![wear(20.0)], both).ruling();
-    assert_eq!(ended(ruling).correction, Some((HEAD, 0)));
+    assert_eq!(rival(20.0, both), Some((HEAD, 0)));
 }
 
 #[test]
@@ -443,7 +514,7 @@ fn alternatives_are_what_explains_the_same_rows_and_no_likelier_than_the_best() 
     let with = |evidence: f64, other: Contender| {
         let contenders = vec![influx(evidence), other];
         let round = round(&record, contenders, Vec::new());
-        round.others(&round.contenders[0], None, f64::NEG_INFINITY)
+        round.alike(&round.contenders[0])
     };
     // As much evidence, as likely; more, no likelier; less, less likely.
     assert_eq!(
@@ -458,10 +529,6 @@ fn alternatives_are_what_explains_the_same_rows_and_no_likelier_than_the_best() 
     assert!(with(50.0, gain(0.0)).is_empty());
     let apart = contender("return_flow_gain", &[0.03], 50.0, THERE);
     assert!(with(50.0, apart).is_empty());
-    // A broken form tells of something else, whether or not a correction shows what.
-    let round = round(&record, vec![influx(50.0)], Vec::new());
-    let told = round.others(&round.contenders[0], None, 2.0);
-    assert_eq!(told, [("unknown".to_owned(), 2.0_f64.exp())]);
     // Near the noise, a Bayes factor in full but for an e-fold and a half.
     let ratio = with(20.0, gain(17.0))[0].1.ln();
     assert!((-2.0..-1.0).contains(&ratio), "{ratio}");
@@ -575,14 +642,14 @@ fn beside_a_correction_stand_the_effects_of_its_relation_that_might_be_it() {
 }
 
 #[test]
-fn two_forms_that_come_within_a_tenth_of_a_correction_are_likelier() {
+fn what_a_second_effect_tells_bends_no_first_one_and_is_not_left_over() {
     let mut record = drilled(Hidden {
         influx_m3_s: 3e-3,
         ..Hidden::default()
     });
     let (from, lasts, rise) = INFLUX_S;
     let first = one("influx", &[3e-3, from, lasts, rise]);
-    let beside = |record: &Record, asked: &dyn Fn(&Round, &Contender) -> f64| {
+    let with = |record: &Record, asked: &dyn Fn(&Round, &Contender)| {
         let gate = Tangent::at(record, &[], &[], Bend::Lean).unwrap();
         let best = weigh(record, &gate, &[], first.clone());
         let round = round(record, Vec::new(), Vec::new());
@@ -594,54 +661,59 @@ fn two_forms_that_come_within_a_tenth_of_a_correction_are_likelier() {
             plainest: best.clone(),
             best,
         };
-        asked(&round, &best)
+        asked(&round, &best);
     };
-    let two_do = |record: &Record, rival: f64| {
-        beside(record, &|round, best| {
-            f64::from(u8::from(round.two_do(best, rival).is_some()))
-        }) > 0.5
+    let holds = Bent {
+        odds: -1.0,
+        sharpened: None,
     };
-    let second = |record: &Record| {
-        beside(record, &|round, best| {
-            let found = round.second(&round.sharpened(best), |_| true);
-            found.map_or(f64::NAN, |(_, evidence)| evidence)
-        })
-    };
-    // There is no second.
-    assert!(!two_do(&record, 1.0));
-    for i in 1500..record.t_s.len() {
-        record.outlet[i] += 6e4;
-        record.filled.outlet[i] += 6e4;
-    }
-    record.outlets = vec![record.outlet.clone()];
+    let friction = correction(place(Relation::ReturnLineFriction), 100.0);
+    with(&record, &|round, best| {
+        let beside = Beside::of(round, best, &holds);
+        assert!(beside.second(|_| true).is_none());
+        let (odds, second) = beside.resembles(&friction);
+        assert!(odds < 0.0 && second.is_none(), "{odds}");
+    });
+    record = restricted(Hidden {
+        influx_m3_s: 3e-3,
+        ..Hidden::default()
+    });
     let state = [first.clone()];
     let gate = Tangent::beside(&record, &state, &[], Bend::Lean).unwrap();
     let alone = contest(&record, &gate, &state)[0].evidence;
     assert!(alone > 100.0);
-    // A second one must show 8 more than it does by itself.
-    let shows = second(&record);
-    assert!(
-        (shows + 8.0 - alone).abs() < 0.02 * alone,
-        "{shows} {alone}"
-    );
-    let both = shows + beside(&record, &|_, best| best.evidence);
-    assert!(two_do(&record, 1.0));
-    assert!(two_do(&record, 0.99 * both / 0.9));
-    assert!(!two_do(&record, 1.01 * both / 0.9));
-    // Of a form that does not hold, the second is what bends it, unless it shows much less than that bends by.
-    let broken = |odds: f64, gain: f64| {
-        beside(&record, &|round, best| {
-            let sharpened = Some((round.sharpened(best), gain));
-            round.broken(&Bent { odds, sharpened })
-        })
-    };
-    assert_eq!(broken(2.0, 0.99 * shows / MOSTLY), f64::NEG_INFINITY);
-    assert_eq!(broken(2.0, 1.01 * shows / MOSTLY), 2.0);
-    for odds in [0.0, -1.0] {
-        assert_eq!(broken(odds, 1.0), odds);
-    }
+    with(&record, &|round, best| {
+        // A second one must show 8 more than it does by itself.
+        let beside = Beside::of(round, best, &holds);
+        let shows = beside.second(|_| true).unwrap().evidence;
+        assert!(
+            (shows + 8.0 - alone).abs() < 0.02 * alone,
+            "{shows} {alone}"
+        );
+        assert!(beside.second(|about| about.id == "influx").is_none());
+        // The restriction is left over in the friction, and told by it.
+        let (odds, second) = beside.resembles(&friction);
+        assert!(odds > 0.0 && second.is_some(), "{odds}");
+        // Of a form that does not hold, it is what bends it, unless it shows much less than that bends by.
+        let broken = |odds: f64, gain: f64| {
+            let bent = Bent {
+                odds,
+                sharpened: Some((round.sharpened(best), gain)),
+            };
+            bent.unless_told(&Beside::of(round, best, &bent))
+        };
+        assert_eq!(broken(2.0, 0.99 * shows / MOSTLY), f64::NEG_INFINITY);
+        assert_eq!(broken(2.0, 1.01 * shows / MOSTLY), 2.0);
+        for odds in [0.0, -1.0] {
+            assert_eq!(broken(odds, 1.0), odds);
+        }
+    });
     record.without = vec![Step::TwoDo];
-    assert!(!two_do(&record, 1.0));
+    with(&record, &|round, best| {
+        let beside = Beside::of(round, best, &holds);
+        let (odds, second) = beside.resembles(&friction);
+        assert!(odds > 0.0 && second.is_none(), "{odds}");
+    });
 }
 
 #[test]
@@ -745,45 +817,6 @@ fn of_late_meters_one_is_named_and_all_else_may_still_be() {
     assert_eq!(told_after(Vec::new(), vec![storage()]), "line_gas_storage");
     assert_eq!(told_after(late(), vec![storage()]), "nothing");
     assert_eq!(told_after(late(), vec![storage(), influx(50.0)]), "influx");
-}
-
-#[test]
-fn a_correction_stands_where_it_is_likelier_than_all_of_the_catalogue() {
-    let record = sound();
-    let balance = place(Relation::RiserMassBalance);
-    let against = |effects: Vec<Contender>, evidence: f64| {
-        let rivals = vec![correction(balance, evidence)];
-        told(round(&record, effects, rivals).ruling())
-    };
-    // Likelier than one, not than two that are as likely as each other; likelier than both.
-    assert_eq!(against(vec![influx(100.0)], 105.0), "riser mass balance");
-    assert_eq!(against(vec![influx(100.0), gain(99.9)], 105.0), "influx");
-    assert_eq!(
-        against(vec![influx(100.0), gain(99.9)], 111.0),
-        "riser mass balance"
-    );
-    // Where a second effect beside the best does as much, it does not.
-    let mut record = drilled(Hidden::default());
-    for i in 1500..record.t_s.len() {
-        record.outlet[i] += 6e4;
-        record.filled.outlet[i] += 6e4;
-    }
-    record.outlets = vec![record.outlet.clone()];
-    record.without = vec![Step::Corrections];
-    let friction = place(Relation::ReturnLineFriction);
-    let ruled = |record: &Record, place: usize| {
-        let rivals = vec![correction(place, 220.0)];
-        round(record, vec![influx(100.0)], rivals).ruling()
-    };
-    // On the promise that it is named next: else the correction stands.
-    let Ruling::Promised(named, second, otherwise) = ruled(&record, friction) else {
-        panic!("no second effect does it");
-    };
-    assert_eq!(named.applied.effect.about().id, "influx");
-    assert!(named.alternatives.is_empty() && second != "influx");
-    assert_eq!(told(*otherwise), "return line friction");
-    record.without.push(Step::TwoDo);
-    assert_eq!(told(ruled(&record, friction)), "return line friction");
 }
 
 #[test]

@@ -16,6 +16,7 @@ static ABOUT: About = About {
     title: "the riser annulus has another area than the well file says",
     component: Component::Tank,
     relation: Relation::RiserMassBalance,
+    equation_without: None,
     equation: "(1 + x) A dh/dt = q_in - q",
     source: "Slettebø 2015, Eq. 3.45",
     excited_by: "level that moves",
@@ -41,6 +42,7 @@ static ABOUT: About = About {
         high: 1.5,
         usual: 0.1,
         shown: Shown::RiserArea,
+        ..Parameter::BASE
     }],
     extent: Extent::Always,
     search: Search {

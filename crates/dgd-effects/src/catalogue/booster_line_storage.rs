@@ -15,6 +15,7 @@ static ABOUT: About = About {
     title: "the booster line stores mud and gives it late",
     component: Component::Line,
     relation: Relation::RiserMassBalance,
+    equation_without: Some("q_out = q_booster"),
     equation: "tau dq_out/dt = q_booster - q_out",
     source: "Slettebø 2015, Eqs. 2.30 and 2.38, reduced to one time constant",
     excited_by: "starts and stops of the booster pump",

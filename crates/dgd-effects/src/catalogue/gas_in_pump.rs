@@ -12,6 +12,7 @@ static ABOUT: About = About {
     title: "gas lowers the head for a while",
     component: Component::Pump,
     relation: Relation::PumpHead,
+    equation_without: None,
     equation: "p_out - p_in = (1 - loss s(t)) H(w, q), s a trapezium",
     source: "two-phase degradation: Gülich 2010, on gas-liquid mixtures; the trapezium is empirical",
     excited_by: "steady running on both sides of the event",
@@ -34,6 +35,7 @@ static ABOUT: About = About {
             low: 1200.0,
             high: f64::INFINITY,
             usual: 2400.0,
+            time_error_s: 20.0,
             ..Parameter::BASE
         },
         Parameter {

@@ -13,6 +13,7 @@ static ABOUT: About = About {
     title: "gel builds in standing mud and breaks on restart",
     component: Component::Line,
     relation: Relation::ReturnLineFriction,
+    equation_without: Some("dp = 0"),
     equation: "dp = s 4 tau L / d; at rest T ds/dt = 1 - s, in flow V_b ds/dt = -s q",
     source: "4 tau L / d: force balance on the plug, in field units in Lapeyrouse 2002; growth and breaking are empirical",
     excited_by: "restarts of the subsea pump after minutes of rest",

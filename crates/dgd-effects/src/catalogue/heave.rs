@@ -13,6 +13,7 @@ static ABOUT: About = About {
     title: "rig motion modulates the pressures",
     component: Component::Boundary,
     relation: Relation::PumpHead,
+    equation_without: Some("p_in = p"),
     equation: "p_in = p + rho g a cos(2 pi t / T)",
     source: "hydrostatic pressure of a column that moves as a rigid body",
     excited_by: "sampling faster than half the period",

@@ -15,6 +15,7 @@ static ABOUT: About = About {
     title: "the mud pump flow (from strokes) is off in proportion",
     component: Component::Instrument,
     relation: Relation::RiserMassBalance,
+    equation_without: Some("q_meter = q_mud_pump"),
     equation: "q_meter = gain q_mud_pump",
     source: "volumetric efficiency of piston pumps: Bourgoyne et al. 1986, on the circulating system",
     excited_by: "mud pump flow that changes while other inflows do not",
@@ -40,6 +41,7 @@ static ABOUT: About = About {
         high: 0.2,
         usual: 0.03,
         shown: Shown::Gain,
+        ..Parameter::BASE
     }],
     extent: Extent::Always,
     search: Search {

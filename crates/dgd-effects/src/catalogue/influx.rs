@@ -12,6 +12,7 @@ static ABOUT: About = About {
     title: "formation fluid enters the well",
     component: Component::Boundary,
     relation: Relation::RiserMassBalance,
+    equation_without: None,
     equation: "A dh/dt = q_in + rate s(t) - q",
     source: "kick in the two-state mass balance (Eq. 3.45)",
     excited_by: "flow at any rate",
@@ -43,6 +44,8 @@ static ABOUT: About = About {
             low: 120.0,
             high: f64::INFINITY,
             usual: 3000.0,
+            // A kick dies away more slowly than it came.
+            time_error_s: 120.0,
             ..Parameter::BASE
         },
         Parameter {

@@ -15,6 +15,7 @@ static ABOUT: About = About {
     title: "the return line drains while the pump is off",
     component: Component::Line,
     relation: Relation::ReturnLineFriction,
+    equation_without: Some("z = 0"),
     equation: "dz/dt = rate s^taper at rest, s = (L - z - h) / (L - h_usual); dz/dt = -q / A as the pump fills it; p_out loses rho g z",
     source: "backflow through a pump whose check valve leaks; Torricelli for a taper of 0.5, Hagen-Poiseuille for 1",
     excited_by: "pump stops",

@@ -14,6 +14,7 @@ static ABOUT: About = About {
     title: "trapped gas makes the return line store mud",
     component: Component::Line,
     relation: Relation::ReturnLineFriction,
+    equation_without: Some("q_meter = q"),
     equation: "tau dq_meter/dt = q - q_meter",
     source: "lumped gas cushion: C dp/dt = q - q_meter with tau = C dp/dq",
     excited_by: "changes of return flow",

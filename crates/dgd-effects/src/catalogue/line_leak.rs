@@ -13,6 +13,7 @@ static ABOUT: About = About {
     title: "the return line loses mud before its meter",
     component: Component::Line,
     relation: Relation::RiserMassBalance,
+    equation_without: Some("q_meter = q"),
     equation: "q_meter = q - C sqrt(p_out - p_0)",
     source: "orifice flow",
     excited_by: "flow and pressure on both sides of the onset",

@@ -12,6 +12,7 @@ static ABOUT: About = About {
     title: "a restriction in the return line from some time on",
     component: Component::Line,
     relation: Relation::ReturnLineFriction,
+    equation_without: Some("dp = 0"),
     equation: "dp = K rho v^2 / 2",
     source: "minor losses: Crane TP-410",
     excited_by: "flow that changes after the onset, and a pump stop",

@@ -12,6 +12,7 @@ static ABOUT: About = About {
     title: "mud is lost to the formation, driven by pressure",
     component: Component::Boundary,
     relation: Relation::RiserMassBalance,
+    equation_without: None,
     equation: "A dh/dt = q_in - J max(p_in - p_frac, 0) - q",
     source: "loss in proportion to the overpressure; fracture pressure: Bourgoyne et al. 1986",
     excited_by: "riser level that moves after the onset",

@@ -13,6 +13,7 @@ static ABOUT: About = About {
     title: "mud of another weight fills riser and line",
     component: Component::Tank,
     relation: Relation::ReturnLineFriction,
+    equation_without: Some("rho = rho_0"),
     equation: "V d(rho)/dt = q (rho_in - rho); p_in gains (rho - rho_0) g V_column/A; p_out gains (rho - rho_0) g L",
     source: "stirred-tank mixing: Levenspiel 1999",
     excited_by: "any flow after the change; a pump stop shows the column alone",
@@ -36,7 +37,11 @@ static ABOUT: About = About {
             usual: 25.0,
             ..Parameter::BASE
         },
-        Parameter::ONSET,
+        Parameter {
+            // Until the line shows it, and how it mixes on the way.
+            time_error_s: 80.0,
+            ..Parameter::ONSET
+        },
         Parameter {
             name: "mixing",
             meaning: "mixed volume over mud in the riser",

@@ -12,6 +12,7 @@ static ABOUT: About = About {
     title: "the pump outlet pressure carries a constant offset",
     component: Component::Instrument,
     relation: Relation::ReturnLineFriction,
+    equation_without: Some("p_meter = p_out"),
     equation: "p_meter = p_out + bias",
     source: "Slettebø 2015, section 3.3.2 (the constant B of Eq. 3.26)",
     excited_by: "stretches with the pump stopped and stretches with flow",

@@ -12,6 +12,7 @@ static ABOUT: About = About {
     title: "one outlet transmitter shifts at some time",
     component: Component::Instrument,
     relation: Relation::ReturnLineFriction,
+    equation_without: Some("p_meter,i = p_out"),
     equation: "p_meter,i = p_out + bias for t ≥ onset",
     source: "zero error and drift of a transmitter: IEC 61298-2; the step is the simplest onset",
     excited_by: "two outlet transmitters, or a calm stretch on both sides of the shift",

@@ -13,6 +13,7 @@ static ABOUT: About = About {
     title: "pipe moved at connections displaces mud",
     component: Component::Boundary,
     relation: Relation::RiserMassBalance,
+    equation_without: None,
     equation: "A dh/dt = q_in + V/T - q for T s at each connection",
     source: "closed-end displacement: Bourgoyne et al. 1986, on surge and swab",
     excited_by: "connections",

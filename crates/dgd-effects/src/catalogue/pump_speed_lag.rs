@@ -15,6 +15,7 @@ static ABOUT: About = About {
     title: "the pump follows its set-point late",
     component: Component::Pump,
     relation: Relation::PumpHead,
+    equation_without: Some("w = w_set"),
     equation: "tau dw/dt = w_set - w",
     source: "drive and rotor inertia",
     excited_by: "changes of pump speed",

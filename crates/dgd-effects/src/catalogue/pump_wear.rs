@@ -12,6 +12,7 @@ static ABOUT: About = About {
     title: "internal leakage of the pump grows and head is lost",
     component: Component::Pump,
     relation: Relation::PumpHead,
+    equation_without: None,
     equation: "p_out - p_in = H(w, q + k t sqrt(p_out - p_in))",
     source: "leakage through wear rings: Gülich 2010, on leakage losses",
     excited_by: "hours at speed",

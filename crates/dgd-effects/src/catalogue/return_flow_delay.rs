@@ -14,6 +14,7 @@ static ABOUT: About = About {
     title: "the return flow is measured late",
     component: Component::Instrument,
     relation: Relation::ReturnLineFriction,
+    equation_without: Some("q_meter(t) = q(t)"),
     equation: "q_meter(t) = q(t - delay)",
     source: "Slettebø 2015, Eq. 3.21",
     excited_by: "changes of return flow",

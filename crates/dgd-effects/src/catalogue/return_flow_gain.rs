@@ -15,6 +15,7 @@ static ABOUT: About = About {
     title: "the return flow meter reads in proportion too much or too little",
     component: Component::Instrument,
     relation: Relation::RiserMassBalance,
+    equation_without: Some("q_meter = q"),
     equation: "q_meter = gain q",
     source: "proportional error of a meter; D, E, c1 and c2 of Slettebø 2015, Eqs. 2.28 and 3.26, absorb it, the mass balance (Eq. 3.45) does not",
     excited_by: "flow through the riser at any rate",
@@ -36,6 +37,7 @@ static ABOUT: About = About {
         high: 0.2,
         usual: 0.03,
         shown: Shown::Gain,
+        ..Parameter::BASE
     }],
     extent: Extent::Always,
     search: Search {

@@ -15,6 +15,7 @@ static ABOUT: About = About {
     title: "the drill string drains after the mud pump slows and fills when it starts",
     component: Component::Line,
     relation: Relation::RiserMassBalance,
+    equation_without: Some("q_string = q_mud_pump"),
     equation: "tau dq_string/dt = q_mud_pump - q_string",
     source: "Slettebø 2015, Eqs. 2.29 and 2.34, reduced to one time constant",
     excited_by: "starts and stops of the mud pump",

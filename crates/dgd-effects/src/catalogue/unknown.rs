@@ -195,6 +195,7 @@ static ABOUT: About = About {
     title: "none of the catalogue's effects",
     component: Component::Boundary,
     relation: Relation::Momentum,
+    equation_without: None,
     equation: "relation + sum c_k hat_k(x)",
     source: "discrepancy beside the model: Kennedy and O'Hagan 2001, there a Gaussian process; here piecewise linear along the quantity that explains most",
     excited_by: "any recording",

@@ -24,6 +24,7 @@ static ABOUT: About = About {
     title: "viscosity, and so friction, drifts over hours",
     component: Component::Line,
     relation: Relation::ReturnLineFriction,
+    equation_without: Some("F(q, t) = F(q)"),
     equation: "F(q, t) = F(q) f(Re(mu(t))) / f(Re(mu_0)), f by Haaland or 64/Re",
     source: "Haaland 1983; Slettebø 2015, Eqs. 2.21-2.24",
     excited_by: "hours of flow at several rates",

@@ -12,6 +12,7 @@ static ABOUT: About = About {
     title: "flowing friction does not vanish with the flow",
     component: Component::Line,
     relation: Relation::ReturnLineFriction,
+    equation_without: Some("dp = 0"),
     equation: "dp = dp_0 / (1 + q/q_f), 0 at rest; dp_0 = 16 tau_y L / (3 d)",
     source: "Herschel and Bulkley 1926; Buckingham 1921 for 16/3, the asymptote of laminar flow (at the onset it is 4); the fading with flow is empirical",
     excited_by: "low flow, high flow and pump stops",

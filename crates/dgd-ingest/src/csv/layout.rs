@@ -32,6 +32,8 @@ pub(super) struct Head {
     pub(super) dated: bool,
     /// Cells such as `14:11` are hours and minutes.
     pub(super) two_are_hours: bool,
+    /// What comes first in its dates of which the year is last.
+    pub(super) first: Option<stamp::First>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,7 +50,7 @@ impl Sort {
     }
 }
 
-fn sort(cell: &[u8], delimiter: u8) -> Sort {
+fn sort(cell: &[u8], delimiter: u8, first: Option<stamp::First>) -> Sort {
     if cell.is_empty() {
         return Sort::Empty;
     }
@@ -59,7 +61,7 @@ fn sort(cell: &[u8], delimiter: u8) -> Sort {
     if as_number || number::is_missing(cell) {
         return Sort::Number;
     }
-    stamp::parse(cell).map_or(Sort::Text, Sort::Stamp)
+    stamp::parse(cell, first).map_or(Sort::Text, Sort::Stamp)
 }
 
 /// The parts of a text from which the samples are taken.
@@ -130,11 +132,10 @@ pub(super) fn layout(glimpse: &Glimpse<'_>) -> Result<Layout, IngestError> {
     let mut numeric = vec![false; width];
     let mut kinds = vec![None; width];
     for (index, head) in heads.iter_mut().enumerate() {
-        let sorts = || {
-            rows()
-                .filter_map(|l| l.cells.get(index))
-                .map(|c| sort(c, delimiter))
-        };
+        let cells = || rows().filter_map(|l| l.cells.get(index));
+        let first = stamp::first(cells().map(|c| c.as_ref()));
+        head.first = first;
+        let sorts = || cells().map(|c| sort(c, delimiter, first));
         let count = |test: fn(Sort) -> bool| sorts().filter(|s| test(*s)).count();
         let stamps = count(|s| matches!(s, Sort::Stamp(_)));
         let texts = count(|s| s == Sort::Text);
@@ -153,13 +154,10 @@ pub(super) fn layout(glimpse: &Glimpse<'_>) -> Result<Layout, IngestError> {
     }
     let first_row = head.iter().position(|line| {
         let of = |test: fn(Sort) -> bool| {
-            let cells = line
-                .cells
-                .iter()
-                .zip(&numeric)
-                .filter(|(_, numeric)| **numeric);
+            let cells = line.cells.iter().zip(numeric.iter().zip(&heads));
             cells
-                .filter(|(cell, _)| test(sort(cell, delimiter)))
+                .filter(|(_, (numeric, _))| **numeric)
+                .filter(|(cell, (_, head))| test(sort(cell, delimiter, head.first)))
                 .count()
         };
         of(Sort::readable) > of(|s| s == Sort::Text)
@@ -225,7 +223,10 @@ fn sniff(glimpse: &Glimpse<'_>) -> Option<u8> {
         // Lines of words alone, such as headers, speak for no delimiter.
         let line = |line: &Line<'_>| {
             let count = |test: fn(Sort) -> bool| {
-                let cells = line.cells.iter().filter(|c| test(sort(c, *delimiter)));
+                let cells = line
+                    .cells
+                    .iter()
+                    .filter(|c| test(sort(c, *delimiter, None)));
                 i64::try_from(cells.count()).unwrap_or(i64::MAX / 1024)
             };
             let readable = count(Sort::readable);

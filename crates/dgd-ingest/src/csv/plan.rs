@@ -84,9 +84,14 @@ impl Plan {
                         reading.unreadable.line, reading.head.tag
                     ),
                     message: format!(
-                        "{} without a number (the first is `{}`); the column was passed over",
+                        "{} without a number (the first is `{}`); the column was passed over{}",
                         count(texts, "cell"),
-                        reading.unreadable.shown
+                        reading.unreadable.shown,
+                        if stamp::is_slashed(reading.unreadable.shown.as_bytes()) {
+                            ": nothing tells its days from its months; write the year first, as in 2024-10-26"
+                        } else {
+                            ""
+                        }
                     ),
                 });
                 continue;

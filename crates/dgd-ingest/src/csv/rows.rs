@@ -155,7 +155,7 @@ impl Reading {
 
     fn push(&mut self, value: f64, line: u64) {
         self.readable += 1;
-        if number::is_log_null(value) {
+        if !self.head.stamps && number::is_log_null(value) {
             self.log_nulls.add(line, || format!("{value}"));
             self.values.push(f64::NAN);
         } else {
@@ -321,7 +321,7 @@ impl Rows {
             return done;
         }
         let value = if column.head.stamps {
-            stamp::parse(bytes).map(|stamp| column.clock.seconds(stamp))
+            stamp::parse(bytes, column.head.first).map(|stamp| column.clock.seconds(stamp))
         } else if self.delimiter == b',' {
             number::parse(bytes)
         } else {

@@ -24,13 +24,43 @@ pub(super) enum StampKind {
     Two { fraction: bool },
 }
 
-/// Reads a trimmed cell.
-pub(super) fn parse(cell: &[u8]) -> Option<Stamp> {
+/// What comes first in dates such as `26/10/2024`, whose year is last: the day here, the month there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum First {
+    Day,
+    Month,
+}
+
+/// What comes first in the dates of a column: whatever is beyond twelve in one of them is the day. `None` if that is not told, or told
+/// both ways.
+pub(super) fn first<'a>(cells: impl Iterator<Item = &'a [u8]>) -> Option<First> {
+    let (mut day, mut month) = (false, false);
+    for cell in cells {
+        let Some((first, second, _)) = Text(cell).slashed() else {
+            continue;
+        };
+        day |= first > 12;
+        month |= second > 12;
+    }
+    match (day, month) {
+        (true, false) => Some(First::Day),
+        (false, true) => Some(First::Month),
+        _ => None,
+    }
+}
+
+/// Whether a cell begins with a date whose year is last, in slashes.
+pub(super) fn is_slashed(cell: &[u8]) -> bool {
+    Text(cell).slashed().is_some()
+}
+
+/// Reads a trimmed cell; of dates in slashes that end with the year it must be known what comes `first`.
+pub(super) fn parse(cell: &[u8], first: Option<First>) -> Option<Stamp> {
     let mut text = Text(cell);
     if cell.len() > 40 || !cell.first()?.is_ascii_digit() {
         return None;
     }
-    if let Some(days) = text.date() {
+    if let Some(days) = text.date(first) {
         if text.0.is_empty() {
             let ns = days * S_PER_DAY * NS_PER_S;
             return Some(Stamp {
@@ -39,12 +69,16 @@ pub(super) fn parse(cell: &[u8]) -> Option<Stamp> {
             });
         }
         text.any(b"T t")?;
-        let hour = text.digits(1, 2).filter(|h| *h <= 24)?;
+        let mut hour = text.digits(1, 2).filter(|h| *h <= 24)?;
         text.any(b":")?;
         let minute = text.digits(2, 2).filter(|m| *m < 60)?;
         let mut ns = 0;
         if text.any(b":").is_some() {
             (ns, _) = text.seconds(2)?;
+        }
+        if let Some(afternoon) = text.half() {
+            // Twelve comes before one.
+            hour = hour % 12 + if afternoon { 12 } else { 0 };
         }
         let offset_s = text.zone()?;
         let seconds = days * S_PER_DAY + hour * 3600 + minute * 60 - offset_s.unwrap_or(0);
@@ -99,18 +133,47 @@ impl Text<'_> {
         Some(digits.iter().fold(0, |n, b| n * 10 + i64::from(b - b'0')))
     }
 
-    /// `2024-10-22`, `2024/10/22` or `22.10.2024` to days from 1970; nothing is eaten otherwise.
-    /// Slashes with the year last are day first here and month first there: not read.
-    fn date(&mut self) -> Option<i64> {
+    /// `10/26/2024`: its three numbers, the year last.
+    fn slashed(&mut self) -> Option<(i64, i64, i64)> {
+        let first = self.digits(1, 2)?;
+        self.any(b"/")?;
+        let second = self.digits(1, 2)?;
+        self.any(b"/")?;
+        Some((first, second, self.digits(4, 4)?))
+    }
+
+    /// ` PM`, ` am`: whether the hour before is one of the afternoon.
+    fn half(&mut self) -> Option<bool> {
+        let said = self.0.trim_ascii_start();
+        let afternoon = match said.get(..2)? {
+            b"AM" | b"am" => false,
+            b"PM" | b"pm" => true,
+            _ => return None,
+        };
+        self.0 = &said[2..];
+        Some(afternoon)
+    }
+
+    /// `2024-10-22`, `2024/10/22` or `22.10.2024` to days from 1970, and `10/22/2024` where it is known what comes first; nothing is eaten
+    /// otherwise.
+    fn date(&mut self, first: Option<First>) -> Option<i64> {
         let mut text = Text(self.0);
-        let first = text.digits(1, 4)?;
-        let sign = text.any(b"-/.")?;
-        let month = text.digits(1, 2)?;
-        text.any(&[sign])?;
-        let last = text.digits(1, 4)?;
-        let (year, day) = match sign {
-            b'.' => (last, first),
-            _ => (first, last),
+        let (year, month, day) = if let Some((a, b, year)) = Text(self.0).slashed() {
+            text.slashed()?;
+            match first? {
+                First::Day => (year, b, a),
+                First::Month => (year, a, b),
+            }
+        } else {
+            let a = text.digits(1, 4)?;
+            let sign = text.any(b"-/.")?;
+            let month = text.digits(1, 2)?;
+            text.any(&[sign])?;
+            let last = text.digits(1, 4)?;
+            match sign {
+                b'.' => (last, month, a),
+                _ => (a, month, last),
+            }
         };
         let leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
         let most = match month {
@@ -270,7 +333,7 @@ mod tests {
     use super::*;
 
     fn ns(text: &str) -> Option<i64> {
-        parse(text.as_bytes()).map(|s| s.ns)
+        parse(text.as_bytes(), None).map(|s| s.ns)
     }
 
     #[test]
@@ -325,7 +388,7 @@ mod tests {
     fn a_clock_runs_on_past_midnight_and_past_the_hour() {
         let run = |texts: &[&str]| {
             let mut clock = Clock::default();
-            let stamps = texts.iter().filter_map(|t| parse(t.as_bytes()));
+            let stamps = texts.iter().filter_map(|t| parse(t.as_bytes(), None));
             stamps.map(|s| clock.seconds(s)).collect::<Vec<_>>()
         };
         assert_eq!(

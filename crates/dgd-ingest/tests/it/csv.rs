@@ -243,6 +243,62 @@ fn iso_stamps_become_seconds_from_the_first() {
 }
 
 #[test]
+fn dates_in_slashes_are_read_where_one_of_them_tells_the_day() {
+    let expected = [0.0, 1.0, 7200.0, 86_400.0];
+    for stamps in [
+        [
+            "26/10/2024 23:00:00",
+            "26/10/2024 23:00:01",
+            "27/10/2024 01:00:00",
+            "27/10/2024 23:00:00",
+        ],
+        [
+            "10/26/2024 23:00",
+            "10/26/2024 23:00:01",
+            "10/27/2024 1:00:00",
+            "10/27/2024 23:00:00",
+        ],
+        [
+            "10/26/2024 11:00:00 PM",
+            "10/26/2024 11:00:01 PM",
+            "10/27/2024 1:00:00 AM",
+            "10/27/2024 11:00:00 pm",
+        ],
+    ] {
+        let rows: String = stamps.iter().map(|s| format!("{s},1\n")).collect();
+        let table = read(&format!("Date/Time,a\n{rows}"));
+        assert_same(values(&table, "Date/Time"), &expected);
+        assert_eq!(table.origin.as_deref(), Some("2024-10-26T23:00:00-00:00"));
+    }
+    // Noon is twelve in the afternoon, midnight twelve before noon.
+    let table = read("t,a\n10/26/2024 12:00:00 AM,1\n10/26/2024 12:00:00 PM,1\n");
+    assert_same(values(&table, "t"), &[0.0, 43_200.0]);
+}
+
+#[test]
+fn dates_that_could_be_either_are_passed_over_with_what_to_write() {
+    for stamps in [
+        ["03/04/2024 10:00:00", "03/04/2024 10:00:01"],
+        // Told both ways.
+        ["13/04/2024 10:00:00", "04/13/2024 10:00:01"],
+    ] {
+        let rows: String = stamps.iter().map(|s| format!("{s},1\n")).collect();
+        let table = read(&format!("when,a\n{rows}"));
+        assert_eq!(tags(&table), ["a"]);
+        let message = &table.issues[0].message;
+        assert!(message.contains("write the year first"), "{message}");
+    }
+}
+
+#[test]
+fn a_stamp_is_no_missing_value_whatever_its_seconds() {
+    // In reverse: the last lies 9,999 s before the first.
+    let table = read("time,a\n2024-10-22T03:00:00,1\n2024-10-22T00:13:21,2\n");
+    assert_same(values(&table, "time"), &[0.0, -9999.0]);
+    assert!(table.issues.is_empty(), "{:?}", table.issues);
+}
+
+#[test]
 fn a_stamp_without_a_zone_says_so_in_the_origin() {
     let origin = |text: &str| read(text).origin;
     assert_eq!(

@@ -42,6 +42,21 @@ fn the_names_of_table_2_1_need_no_help() {
 }
 
 #[test]
+fn a_clock_of_a_spreadsheet_counts_days() {
+    let unit = |step: f64, written: Option<&str>| {
+        let stamps: Vec<f64> = (0..50).map(|k| 45_591.9 + step * f64::from(k)).collect();
+        let mut table = table(&stamps);
+        table.columns[0].unit = written.map(str::to_owned);
+        proposed(&table).channels[0].unit.clone()
+    };
+    assert_eq!(unit(1.0 / 86_400.0, None), "d");
+    assert_eq!(unit(10.0 / 86_400.0, None), "d");
+    // A unit that is written stands, and so does a step that is one of seconds.
+    assert_eq!(unit(1.0 / 86_400.0, Some("h")), "h");
+    assert_eq!(unit(0.1, None), "s");
+}
+
+#[test]
 fn other_spellings_are_understood() {
     let spellings: [[&str; 8]; 2] = [
         [

@@ -36,7 +36,7 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
                     Some((improvement(h.rmse_before, h.rmse_after)?, f))
                 })
                 .max_by(|a, b| a.0.total_cmp(&b.0))
-                .and_then(|(_, f)| words::gain(f))
+                .and_then(|(_, f)| words::gain(f, true))
                 .map_or_else(String::new, |gain| format!(" {}.", capital(&gain)));
             format!(
                 "{number} are left out: {}.{best}{}",
@@ -101,7 +101,7 @@ fn brief(finding: &Finding, span: (f64, f64)) -> String {
 fn clause(finding: &Finding, span: (f64, f64)) -> String {
     let place = words::relation(finding.relation);
     let when = words::when(&finding.intervals_s, span);
-    let gain = words::gain(finding).map_or_else(String::new, |gain| format!("; {gain}"));
+    let gain = words::gain(finding, false).map_or_else(String::new, |gain| format!("; {gain}"));
     match Rung::of(finding) {
         Rung::Located => format!(
             "{}, {when}, in a way that neither the model nor any of the {} effects of the catalogue holds; it is modelled \
@@ -307,8 +307,13 @@ fn card(diagnosis: &Diagnosis, index: usize, finding: &Finding, html: &mut Html)
                     }
                 },
             );
+            let whose = if diagnosis.findings.len() > 1 {
+                "Held-out error, all findings"
+            } else {
+                "Held-out error"
+            };
             html.fact(
-                &format!("Held-out error, {}", words::signal(&held.signal)),
+                &format!("{whose}, {}", words::signal(&held.signal)),
                 &value,
                 &words::less(held.improvement_ci95),
             )

@@ -111,7 +111,7 @@ fn candidates(diagnosis: &Diagnosis, finding: &Finding, html: &mut Html) {
     let told: f64 = finding.probability + shown.map(|a| a.1).sum::<f64>();
     if told.is_finite() && told < 0.995 {
         rows.push(vec![
-            Cell::Text("Something else, or nothing".to_owned()),
+            Cell::Text("Chance, or another effect of the catalogue".to_owned()),
             Cell::Bar(1.0 - told, percent(1.0 - told), false),
             Cell::Number("–".to_owned()),
             Cell::Number("–".to_owned()),

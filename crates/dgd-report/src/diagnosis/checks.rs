@@ -80,12 +80,13 @@ fn tested(diagnosis: &Diagnosis, html: &mut Html) {
             .map(|t| row(t, !diagnosis.findings.is_empty()))
             .collect();
         html.table(
-            "The smallest size is the strength that this recording would have shown beside what is found. The evidence is each effect's alone, when it was first weighed; what would have explained something then, and nothing beside what is found, is not needed.",
+            "The smallest size is the strength that this recording would have shown beside what is found. The evidence is each effect's alone, when it was first weighed, beside what it needed then: sound rigs reach less. What exceeded that, and explains nothing beside what is found, is not needed.",
             &[
                 "Effect",
                 "Outcome",
                 "Smallest size",
                 "ln Bayes factor, alone",
+                "Needed",
             ],
             &rows,
             "compact",
@@ -124,13 +125,14 @@ fn row(tested: &Tested, beside: bool) -> Vec<Cell> {
         Cell::Named(capital(tested.title), tested.effect.to_owned()),
         if tested.outcome == Outcome::Found {
             Cell::Mark("found", "found".to_owned())
-        } else if beside && tested.evidence > tested.hurdle {
+        } else if beside && tested.exceeded_its_hurdle() {
             Cell::Mark("quiet", "not needed".to_owned())
         } else {
             Cell::Mark("quiet", "not seen".to_owned())
         },
         Cell::Number(limit),
         Cell::Number(evidence(tested.evidence)),
+        Cell::Number(evidence(tested.hurdle)),
     ]
 }
 

@@ -1,14 +1,13 @@
 //! The fit before and after on windows that no fit has seen: small multiples and errors.
 
-use dgd_diagnose::{Diagnosis, Signal};
+use dgd_diagnose::{Diagnosis, Signal, Simulation};
 
 use super::draw::{
     ACTS, TEXT, WIDTH, border, grid, keys, line, pen, range, stretches, time_label, time_units,
 };
 use super::html::{Cell, Html};
-use super::letter;
 use super::quantity::{clock, percent, percent_interval, significant, split};
-use super::words::{self, capital, improvement, title};
+use super::words::{self, capital, improvement};
 use crate::axis::{Scale, Units};
 use crate::color::{INK, Role, SOFT_INK, tone};
 use crate::panel::Sign;
@@ -321,43 +320,59 @@ fn errors(diagnosis: &Diagnosis, twofold: bool, html: &mut Html) {
     } else {
         &["Signal", "RMSE", "Samples"]
     };
-    let caption = if twofold {
-        "Error of the free runs over all held-out windows, all findings together."
+    let together = if twofold {
+        ", all findings together"
     } else {
-        "Error of the free runs over all held-out windows."
+        ""
     };
-    html.table(caption, head, &rows, "wide-first");
+    let caption = format!(
+        "Error of the free runs over all held-out windows{together}.{}",
+        uncounted(&diagnosis.simulation)
+    );
+    html.table(&caption, head, &rows, "wide-first");
 }
 
-/// What each finding brings, with its interval.
-fn gains(diagnosis: &Diagnosis, html: &mut Html) {
-    let rows: Vec<Vec<Cell>> = diagnosis
-        .findings
-        .iter()
-        .enumerate()
-        .filter_map(|(index, finding)| {
-            let held = finding.held_out.as_ref()?;
-            let (name, unit) = split(&held.signal);
-            Some(vec![
-                Cell::Text(format!("{}. {}", letter(index), capital(&title(finding)))),
-                Cell::Text(format!("{} [{}]", capital(&name), unit.symbol)),
-                Cell::Number(unit.number(held.rmse_before)),
-                Cell::Number(unit.number(held.rmse_after)),
-                Cell::Number(
-                    improvement(held.rmse_before, held.rmse_after)
-                        .map_or_else(|| "–".to_owned(), percent),
-                ),
-                Cell::Number(percent_interval(held.improvement_ci95)),
-            ])
-        })
-        .collect();
-    if rows.is_empty() {
-        return;
+/// What of the held-out windows is drawn and not counted, if anything.
+fn uncounted(simulation: &Simulation) -> String {
+    let held = simulation.held_out.iter().zip(&simulation.valid);
+    let (mut all, mut counted) = (0, 0);
+    for (_, valid) in held.filter(|(held, _)| **held) {
+        all += 1;
+        counted += usize::from(*valid);
     }
+    if counted == all {
+        return String::new();
+    }
+    format!(
+        " Of their {} samples {} count: the screening rejects the others, which are drawn all the same.",
+        crate::axis::count(all),
+        crate::axis::count(counted)
+    )
+}
+
+/// What the findings bring together, with its interval.
+fn gains(diagnosis: &Diagnosis, html: &mut Html) {
+    let Some(held) = diagnosis.findings.iter().find_map(|f| f.held_out.as_ref()) else {
+        return;
+    };
+    let (name, unit) = split(&held.signal);
+    let improvement = improvement(held.rmse_before, held.rmse_after);
+    let row = vec![
+        Cell::Text(format!("{} [{}]", capital(&name), unit.symbol)),
+        Cell::Number(unit.number(held.rmse_before)),
+        Cell::Number(unit.number(held.rmse_after)),
+        Cell::Number(improvement.map_or_else(|| "–".to_owned(), percent)),
+        Cell::Number(percent_interval(held.improvement_ci95)),
+    ];
+    let whose = if diagnosis.findings.len() > 1 {
+        "all findings bring together"
+    } else {
+        "the finding brings"
+    };
     html.table(
-        "What each finding brings, on the signal that gains most; intervals by a paired bootstrap over blocks.",
-        &["Finding", "Signal", "RMSE without", "RMSE with", "Improvement", "95 % interval"],
-        &rows,
-        "",
+        &format!("What {whose}, on the signal that gains most; the interval is that of a paired bootstrap over blocks."),
+        &["Signal", "RMSE without", "RMSE with", "Improvement", "95 % interval"],
+        &[row],
+        "wide-first",
     );
 }

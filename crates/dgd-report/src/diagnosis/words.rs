@@ -167,12 +167,18 @@ pub(super) fn listed(words: &[String], last_word: &str) -> String {
 }
 
 /// The held-out gain of a finding as a clause.
-pub(super) fn gain(finding: &Finding) -> Option<String> {
+pub(super) fn gain(finding: &Finding, together: bool) -> Option<String> {
     let held = finding.held_out.as_ref()?;
     let share = improvement(held.rmse_before, held.rmse_after)?;
     let (low, high) = held.improvement_ci95;
+    let takes = if together { "they take" } else { "it takes" };
     let interval = if low.is_finite() && high.is_finite() {
-        format!(" (95\u{a0}% interval {})", percent_interval((low, high)))
+        let told = if high < 0.0 {
+            (-high, -low)
+        } else {
+            (low, high)
+        };
+        format!(" (95\u{a0}% interval {})", percent_interval(told))
     } else {
         String::new()
     };
@@ -183,7 +189,7 @@ pub(super) fn gain(finding: &Finding) -> Option<String> {
         )
     } else if share >= 0.0 {
         format!(
-            "on windows that no fit has seen it takes {}{interval} off the error of the {signal}",
+            "on windows that no fit has seen {takes} {}{interval} off the error of the {signal}",
             percent(share)
         )
     } else {

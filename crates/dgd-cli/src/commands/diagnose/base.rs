@@ -22,7 +22,7 @@ pub(super) fn two_state(
 ) -> Result<TwoState, Failure> {
     // The default is thirty samples, which are thirty seconds at 1 Hz alone.
     let options = IdentifyOptions {
-        delays: delays_in_samples((0.0, 30.0), prepared.step_s)?,
+        delays: delays_in_samples((0.0, LATEST_S), prepared.step_s)?,
         ..IdentifyOptions::default()
     };
     Ok(match identify(prepared, well, &options) {
@@ -52,6 +52,9 @@ pub(super) fn two_state(
     })
 }
 
+/// The latest that a flow meter is tried, s.
+const LATEST_S: f64 = 30.0;
+
 /// Share of the textbook's mean square that another law must stay below to be told.
 const TELLING: f64 = 0.9;
 
@@ -68,8 +71,14 @@ fn departures(identification: &Identification) -> Vec<(String, String)> {
         tell(
             "two-state model: return flow",
             format!(
-                "late by {} s: friction off by {} bar, without delay by {} bar",
+                "late by {} s{}: friction off by {} bar, without delay by {} bar",
                 brief(model.delay_s),
+                // Half a step from it no later one was tried.
+                if model.delay_s > LATEST_S - 0.5 * model.data.step_s {
+                    " or more"
+                } else {
+                    ""
+                },
                 bar(identification.sweep.fit.mse_pa2),
                 bar(undelayed.mse_pa2)
             ),

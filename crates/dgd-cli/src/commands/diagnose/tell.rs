@@ -29,6 +29,10 @@ fn tell_into(
     for (index, finding) in diagnosis.findings.iter().enumerate() {
         tell_finding(text, index + 1, finding, diagnosis.setting.span_s)?;
     }
+    // What they gain is known of all together.
+    if let Some(gain) = diagnosis.findings.iter().find_map(|f| f.held_out.as_ref()) {
+        writeln!(text, "held out: {}\n", gained(gain, with(diagnosis)))?;
+    }
     tell_tested(text, diagnosis)?;
     for (name, what) in departures {
         writeln!(text, "{name}: {what}")?;
@@ -87,16 +91,16 @@ fn sentence(diagnosis: &Diagnosis) -> String {
         Verdict::PartlyExplained => "partly explained",
         Verdict::Unexplained => "unexplained",
     };
-    let others = diagnosis.findings.iter().skip(1);
-    let more = match others.filter(|f| f.probability >= 0.5).count() {
+    let more = match diagnosis.findings.len() - 1 {
         0 => String::new(),
         n => format!(", and {n} more"),
     };
     let gain = first.held_out.as_ref().map_or(String::new(), |g| {
         format!(
-            "\nover {hours} h held out the {} in a free run is {} off with it, {} without",
+            "\nover {hours} h held out the {} in a free run is {} off {}, {} without",
             stem(&g.signal),
             quantity(&g.signal, g.rmse_after),
+            with(diagnosis),
             quantity(&g.signal, g.rmse_before)
         )
     });
@@ -154,14 +158,20 @@ fn tell_finding(
     {
         line("apart by", test.clone())?;
     }
-    if let Some(gain) = &finding.held_out {
-        line("held out", gained(gain))?;
-    }
     writeln!(text)
 }
 
-/// What a finding gains where no fit has looked.
-fn gained(gain: &HeldOut) -> String {
+/// With what a run is the better.
+fn with(diagnosis: &Diagnosis) -> &'static str {
+    if diagnosis.findings.len() > 1 {
+        "with them"
+    } else {
+        "with it"
+    }
+}
+
+/// What the findings gain where no fit has looked.
+fn gained(gain: &HeldOut, with: &str) -> String {
     // 0.0 is not -0.
     let percent = |share: f64| brief((1000.0 * share).round() / 10.0 + 0.0);
     let (low, high) = gain.improvement_ci95;
@@ -176,7 +186,7 @@ fn gained(gain: &HeldOut) -> String {
         format!("{} to {} % more (95 %)", percent(-high), percent(-low))
     };
     format!(
-        "{} off by {} without, {} with it: {said}",
+        "{} off by {} without, {} {with}: {said}",
         stem(&gain.signal),
         quantity(&gain.signal, gain.rmse_before),
         quantity(&gain.signal, gain.rmse_after),
@@ -228,11 +238,19 @@ fn tell_tested(text: &mut String, diagnosis: &Diagnosis) -> std::fmt::Result {
         }
         writeln!(text, "{}", table.render())?;
     }
+    let all = count(diagnosis.tested.len());
+    let not_needed = match diagnosis.findings.len() {
+        0 => 0,
+        _ => unseen().filter(|t| t.exceeded_its_hurdle()).count(),
+    };
+    let beside = match not_needed {
+        0 => String::new(),
+        n => format!("{n} not needed beside that, "),
+    };
     writeln!(
         text,
-        "tested {} effects: {found} found, {} not seen, {} that this recording cannot show",
-        count(diagnosis.tested.len()),
-        unseen().count(),
+        "tested {all} effects: {found} found, {beside}{} not seen, {} that this recording cannot show",
+        unseen().count() - not_needed,
         blind.len()
     )?;
     for one in blind {

@@ -276,7 +276,10 @@ fn a_gain_that_is_none_is_told_as_none() {
         let mut finding = kick();
         finding.held_out.as_mut().unwrap().improvement_ci95 = (low, high);
         let told = tell::tell(&diagnosis(vec![finding]), &[], "rig.mat", Path::new("out"));
-        let line = told.lines().find(|l| l.contains("held out riser")).unwrap();
+        let line = told
+            .lines()
+            .find(|l| l.starts_with("held out: riser"))
+            .unwrap();
         line.split_once(" with it: ").unwrap().1.to_owned()
     };
     assert_eq!(told(0.1, 0.25), "10 to 25 % less (95 %)");
@@ -289,6 +292,19 @@ fn a_gain_that_is_none_is_told_as_none() {
         "no sure gain: 10 % more to 2 % less (95 %)"
     );
     assert_eq!(told(-0.3, -0.04), "4 to 30 % more (95 %)");
+}
+
+#[test]
+fn what_several_findings_gain_is_told_once_and_of_all_together() {
+    let told = tell::tell(
+        &diagnosis(vec![kick(), kick(), kick()]),
+        &[],
+        "rig.mat",
+        Path::new("out"),
+    );
+    assert!(told.contains("enters the well, and 2 more"), "{told}");
+    assert_eq!(told.matches("held out: ").count(), 1, "{told}");
+    assert_eq!(told.matches("with them").count(), 2, "{told}");
 }
 
 #[test]
