@@ -92,11 +92,17 @@ pub fn steady_state(
         };
         (x, residual) = (next, now);
     }
+    // Between its bounds alone does a tank rest by itself.
+    let within = {
+        let work = model.work.borrow();
+        let rests = |k: usize| x[k] >= 0.0 && x[k] <= work.brim(net, k, &x);
+        (0..net.tanks.len()).all(rests)
+    };
     let mut outputs = vec![vec![f64::NAN]; net.meters.len()];
     model.read(&x, 0, &mut outputs);
     Ok(Steady {
         outputs: outputs.into_iter().map(|o| o[0]).collect(),
-        found: residual < STEADY,
+        found: residual < STEADY && within,
         state: x,
         residual,
     })

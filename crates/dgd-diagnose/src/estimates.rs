@@ -27,6 +27,7 @@ pub(crate) fn estimates(
         return Vec::new();
     }
     let calibrated = record.takes(Step::Calibration);
+    let span = record.setting.span_s;
     let widening = if calibrated { WIDENING } else { 1.0 };
     let state = selection.state();
     // One direction a continuous parameter of every effect.
@@ -36,45 +37,12 @@ pub(crate) fn estimates(
             continue;
         }
         for (j, parameter) in one.effect.about().parameters.iter().enumerate() {
-            let value = one.parameters[j];
-            if matches!(
-                parameter.role,
-                Role::Sensor(_) | Role::Onset | Role::Duration
-            ) {
-                continue;
+            if is_continuous(parameter.role) {
+                directions.push((e, j, direction(record, full, &state, (e, j), None)));
             }
-            let step = if j == 0 && !on_grid(one.effect.about()) {
-                (0.03 * value.abs()).max(0.02 * parameter.usual)
-            } else {
-                (0.05 * value.abs()).max(0.02)
-            };
-            let mut next = state.clone();
-            next[e].parameters[j] = value + step;
-            let s = full
-                .signature(record, &next)
-                .iter()
-                .map(|v| v / step)
-                .collect();
-            directions.push((e, j, s));
         }
     }
-    let n = directions.len();
-    let gram = nalgebra::DMatrix::from_fn(n, n, |a, b| {
-        let (e, j, s) = &directions[a];
-        let prior = if a == b {
-            let p = &state[*e].effect.about().parameters[*j];
-            let width = if p.usual > 0.0 {
-                3.0 * p.usual
-            } else {
-                state[*e].parameters[*j].abs().max(0.1)
-            };
-            1.0 / (width * width)
-        } else {
-            0.0
-        };
-        dot(s, &directions[b].2) + prior
-    });
-    let covariance = gram.try_inverse();
+    let covariance = gram(&state, &directions).try_inverse();
     let index = state
         .iter()
         .position(|a| !a.allowance && a.effect.about().id == about.id);
@@ -83,7 +51,6 @@ pub(crate) fn estimates(
         full,
         state: &state,
         directions: &directions,
-        covariance: covariance.as_ref(),
         most: 0.5 * (1.96 * widening).powi(2),
     };
     about
@@ -109,9 +76,9 @@ pub(crate) fn estimates(
             } else {
                 sd
             };
-            // Curvature reaches beyond what is plausible: no gel is negative. An onset alone may lie anywhere.
+            // Curvature reaches beyond what is plausible: no gel is negative, and no recording shows what began before it.
             let within = |v: f64| match parameter.role {
-                Role::Onset => v,
+                Role::Onset => v.clamp(span.0.min(value), span.1.max(value)),
                 _ => v.clamp(parameter.low, parameter.high),
             };
             let end = |by: f64| shown(within(value + by));
@@ -136,6 +103,58 @@ pub(crate) fn estimates(
         .collect()
 }
 
+/// Whether rows change smoothly with a parameter.
+fn is_continuous(role: Role) -> bool {
+    !matches!(role, Role::Sensor(_) | Role::Onset | Role::Duration)
+}
+
+/// What a parameter of an effect changes in the rows, by its unit; beside what a state changes in them, if it is not the full one.
+fn direction(
+    record: &Record,
+    full: &Tangent,
+    state: &[Applied],
+    (e, j): (usize, usize),
+    here: Option<&[f64]>,
+) -> Vec<f64> {
+    let one = &state[e];
+    let (value, usual) = (one.parameters[j], one.effect.about().parameters[j].usual);
+    let step = if j == 0 && !on_grid(one.effect.about()) {
+        (0.03 * value.abs()).max(0.02 * usual)
+    } else {
+        (0.05 * value.abs()).max(0.02)
+    };
+    let mut next = state.to_vec();
+    next[e].parameters[j] = value + step;
+    let mut change = full.signature(record, &next);
+    if let Some(here) = here {
+        for (there, here) in change.iter_mut().zip(here) {
+            *there -= here;
+        }
+    }
+    change.iter_mut().for_each(|v| *v /= step);
+    change
+}
+
+/// How directions overlap, with the priors of their parameters.
+fn gram(state: &[Applied], directions: &[(usize, usize, Vec<f64>)]) -> nalgebra::DMatrix<f64> {
+    let n = directions.len();
+    nalgebra::DMatrix::from_fn(n, n, |a, b| {
+        let (e, j, s) = &directions[a];
+        let prior = if a == b {
+            let p = &state[*e].effect.about().parameters[*j];
+            let width = if p.usual > 0.0 {
+                3.0 * p.usual
+            } else {
+                state[*e].parameters[*j].abs().max(0.1)
+            };
+            1.0 / (width * width)
+        } else {
+            0.0
+        };
+        dot(s, &directions[b].2) + prior
+    })
+}
+
 /// What moving a time costs, beside the strengths and shapes that give way to it.
 struct Profile<'a> {
     record: &'a Record,
@@ -143,7 +162,6 @@ struct Profile<'a> {
     state: &'a [Applied],
     /// What each strength and shape changes, by effect and parameter.
     directions: &'a [(usize, usize, Vec<f64>)],
-    covariance: Option<&'a nalgebra::DMatrix<f64>>,
     /// Evidence that the ends of an interval may cost.
     most: f64,
 }
@@ -151,52 +169,77 @@ struct Profile<'a> {
 impl Profile<'_> {
     /// How far a time may move to one side: no curvature tells, as rows hold nothing between blocks.
     fn reach(&self, (e, j): (usize, usize), side: f64) -> f64 {
-        /// A time is told to three blocks of 10 s to either side at best.
-        const LEAST_S: f64 = 59.0;
+        /// A time is told with a standard error of three blocks of 10 s at best.
+        const LEAST_S: f64 = 1.96 * 30.0;
         const GROWTH: f64 = 1.5;
         let (from, to) = self.record.setting.span_s;
-        let costs = |by: f64| self.cost((e, j), side * by) > self.most;
+        let still = self.misfit(self.state, e);
+        let costs = |by: f64| {
+            let moved = self.moved((e, j), side * by);
+            moved.is_none_or(|moved| self.misfit(&moved, e) - still > self.most)
+        };
         let (mut near, mut far) = (0.0, LEAST_S);
         while far < to - from && !costs(far) {
             (near, far) = (far, GROWTH * far);
         }
-        // To a tenth of the last step.
-        for _ in 0..3 {
-            let middle = 0.5 * (near + far);
-            if near == 0.0 {
-                break;
-            }
-            if costs(middle) {
-                far = middle;
-            } else {
-                near = middle;
+        // To an eighth of the last step.
+        if near > 0.0 {
+            for _ in 0..3 {
+                let middle = 0.5 * (near + far);
+                if costs(middle) {
+                    far = middle;
+                } else {
+                    near = middle;
+                }
             }
         }
         far.min(to - from)
     }
 
-    /// Evidence that is lost where a time of an effect is moved, its end kept where its beginning is moved.
-    fn cost(&self, (e, j): (usize, usize), by: f64) -> f64 {
+    /// The state with a time of an effect moved, its end kept where its beginning is moved; `None` where it ends before it begins, or
+    /// begins beyond the recording.
+    fn moved(&self, (e, j): (usize, usize), by: f64) -> Option<Vec<Applied>> {
         let about = self.state[e].effect.about();
         let mut moved = self.state.to_vec();
         let parameters = &mut moved[e].parameters;
         parameters[j] += by;
+        if Some(j) == about.onset() && parameters[j] > self.record.setting.span_s.1 {
+            return None;
+        }
         if let Some(duration) = about.duration() {
             if Some(j) == about.onset() {
                 parameters[duration] -= by;
             }
-            // Beyond its end there is nothing left to begin.
             if parameters[duration] < about.parameters[duration].low {
-                return f64::INFINITY;
+                return None;
             }
         }
-        let change = self.full.signature(self.record, &moved);
+        Some(moved)
+    }
+
+    /// Half the square of what a state leaves, its strengths and shapes fitted to it, those of an effect where that is.
+    fn misfit(&self, state: &[Applied], e: usize) -> f64 {
+        let change = self.full.signature(self.record, state);
+        let left: Vec<f64> = (self.full.off.iter().zip(&change))
+            .map(|(off, change)| off - change)
+            .collect();
+        let there = |(of, j, s): &(usize, usize, Vec<f64>)| {
+            let s = if *of == e {
+                direction(self.record, self.full, state, (e, *j), Some(&change))
+            } else {
+                s.clone()
+            };
+            (*of, *j, s)
+        };
+        let directions: Vec<_> = self.directions.iter().map(there).collect();
         let pull = nalgebra::DVector::from_iterator(
-            self.directions.len(),
-            self.directions.iter().map(|(.., s)| dot(s, &change)),
+            directions.len(),
+            directions.iter().map(|(.., s)| dot(s, &left)),
         );
-        let given = self.covariance.map_or(0.0, |c| pull.dot(&(c * &pull)));
-        0.5 * (dot(&change, &change) - given) - dot(&change, &self.full.off)
+        let given = gram(state, &directions)
+            .try_inverse()
+            .map_or(0.0, |c| pull.dot(&(c * &pull)));
+        0.5 * (dot(&left, &left) - given)
     }
 }
 

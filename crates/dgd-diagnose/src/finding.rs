@@ -78,7 +78,6 @@ fn separating_test(id: &str, alternatives: &[(String, f64)]) -> Option<String> {
     (serious.find_map(|(other, _)| told_apart_by(id, other))).map(str::to_owned)
 }
 
-/// The relation as the base model has it.
 /// What an effect changes, as the base model has it.
 fn equation_without(about: &About) -> &'static str {
     about
@@ -86,6 +85,7 @@ fn equation_without(about: &About) -> &'static str {
         .unwrap_or_else(|| base_equation(about.relation))
 }
 
+/// The relation as the base model has it.
 fn base_equation(relation: Relation) -> &'static str {
     match relation {
         Relation::ReturnLineFriction => "p_out = p_0 + rho g L + phi(q) + rho L/A dq/dt",

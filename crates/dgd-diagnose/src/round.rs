@@ -150,8 +150,9 @@ impl<'a> Round<'a> {
         if rival.seen.is_some() {
             return self.against_seen(best, rival, broken);
         }
+        // What is left over decides, however far the form is bent: a form may bend and leave nothing.
         let (resembles, second) = beside.resembles(rival);
-        self.by_what_is_left(best, rival, broken.max(resembles), second)
+        self.by_what_is_left(best, rival, resembles, second)
     }
 
     /// Decides by the logarithm of the odds that the best effect only resembles what a rival tells, and by the second effect that tells what

@@ -105,7 +105,7 @@ pub fn read_system_types(text: &str) -> Result<System, DocumentError> {
 }
 
 /// Writes a system with the values of a fit: the `system.toml` as it was described, starts included, and in a table `[fitted]` the
-/// values and what the fit says of their doubt. A search that begins again begins where it did before.
+/// values and what the fit says of their doubt. A diagnosis of it begins where that of the description would.
 ///
 /// # Errors
 /// [`AssemblyError`] if the values do not belong to the system.
@@ -117,7 +117,7 @@ pub fn write_fitted_system(
     assembly.with_values(&values)?;
     let system = assembly.to_toml();
     let mut out = String::from(
-        "# A system with the values of a fit. The values under [fitted] count; searches start from [free] and [initial] as described.\n",
+        "# A system with the values of a fit. The values under [fitted] count; [free] and [initial] keep where its search began.\n",
     );
     // Writing to a String cannot fail.
     let _ = write!(

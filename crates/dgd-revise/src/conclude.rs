@@ -65,7 +65,7 @@ impl Evidence<'_, '_> {
     /// Whether something is left out that nothing was found for: it stands out, or what explained it on the training part is withdrawn
     /// and an instrument lies far above its noise.
     pub(crate) fn is_left_out(&self, claim: &Claim) -> bool {
-        let far = self.levels.iter().any(Level::far);
+        let far = self.excuse.is_none() && self.levels.iter().any(Level::far);
         self.stands_out() || (claim.withdrawn.is_some() && far)
     }
 

@@ -120,6 +120,23 @@ fn a_tank_that_nothing_regulates_has_no_steady_state() {
     let assembly = Assembly::parse(&spilling).unwrap();
     let steady = steady_state(&assembly, &[], &[], &[1.0]).unwrap();
     assert!(!steady.found, "{steady:?}");
+    // Nor one whose outlet would let as much go at a level above the brim.
+    let regulated = |brim: f64| {
+        let text = format!(
+            r#"connections = ["feed -> tank -> outlet -> atmosphere"]
+            [components]
+            feed = {{ kind = "boundary", flow = 2e-3 }}
+            outlet = {{ kind = "orifice", area = 3e-4, discharge_coefficient = 0.6 }}
+            tank = {{ kind = "tank", area = 1.0, brim = {brim} }}
+            [initial]
+            "tank.level" = 1.0
+        "#
+        );
+        steady_state(&Assembly::parse(&text).unwrap(), &[], &[], &[1.0]).unwrap()
+    };
+    let (free, spilling) = (regulated(20.0), regulated(5.0));
+    assert!(free.found && free.state[0] > 5.0, "{free:?}");
+    assert!(!spilling.found, "{spilling:?}");
 }
 
 #[test]

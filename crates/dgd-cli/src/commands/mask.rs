@@ -34,6 +34,10 @@ pub(crate) fn run(arguments: &Mask, global: &Global) -> Result<String, Failure> 
         false,
         &progress,
     )?;
+    // They hold values, which this command tells nobody.
+    if !fitted.identification.warnings.is_empty() {
+        tracing::warn!("the identification leaves doubts: `dgd fit` says which");
+    }
     if let Some(path) = &arguments.model {
         fitted.identification.model = load::read_base_model(path)?;
     }

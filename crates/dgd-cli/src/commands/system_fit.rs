@@ -77,7 +77,7 @@ pub(crate) fn run(
     };
     let model = write_fitted_system(assembly, &fitted).map_err(|e| failed(path, recording, &e))?;
     progress.stage("simulating", "the fitted system");
-    // As `dgd simulate` will read it: usual sizes follow from the values, and steps from the sizes.
+    // As `dgd simulate` will read it.
     let document = dgd_documents::read_system(&model)
         .map_err(|e| system::told(&arguments.out, model.clone(), e))?;
     let (assembly, theta) = (&document.assembly, document.theta());

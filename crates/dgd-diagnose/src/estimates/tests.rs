@@ -108,9 +108,11 @@ fn no_interval_reaches_beyond_what_is_plausible() {
         for (one, parameter) in found.iter().zip(about.parameters) {
             let (shift, factor) = parameter.shown.scale(&record.setting);
             let least = shift + factor * parameter.low;
-            // When it began may lie before the recording does.
-            let free = parameter.role == Role::Onset;
-            assert_eq!(one.ci95.0 >= least, !free, "{}: {:?}", one.name, one.ci95);
+            assert!(one.ci95.0 >= least, "{}: {:?}", one.name, one.ci95);
+            // No recording shows what began before it.
+            if parameter.role == Role::Onset {
+                assert_eq!(one.ci95.0, 0.0);
+            }
             assert!(one.ci95.0 <= one.estimate && one.estimate <= one.ci95.1);
         }
         assert_eq!(found[0].ci95.0 == 0.0, id == "gel_strength");
@@ -174,7 +176,7 @@ fn what_allows_for_timing_and_a_correction_take_no_certainty_away() {
     assert!(estimates(&record, &selection, 1, &full).is_empty());
 }
 
-/// Three blocks for a time at best; the rate and the ramp share what the rows tell.
+/// Three blocks are the standard error of a time at best; the rate and the ramp share what the rows tell.
 #[test]
 fn times_are_known_to_a_minute_at_best_and_a_rate_no_better_than_its_form() {
     let record = drilled(Hidden {
@@ -191,7 +193,7 @@ fn times_are_known_to_a_minute_at_best_and_a_rate_no_better_than_its_form() {
     // Its end is told worse than its beginning, by what the form of a kick lacks.
     let [onset, lasting] = [&found[1], &found[2]].map(|p| p.ci95.1 - p.estimate);
     let lacks = 1.96 * find("influx").unwrap().about().parameters[2].time_error_s;
-    assert!((58.9..120.0).contains(&onset), "{onset}");
+    assert!((58.7..120.0).contains(&onset), "{onset}");
     assert!(
         lasting > lacks && lasting < lacks.hypot(2.0 * onset),
         "{lasting}"
@@ -235,7 +237,7 @@ fn the_smaller_an_effect_the_less_is_told_of_when_it_began() {
     let [small, large] = [5e-4, 1e-2].map(onset);
     assert!(small > 2.0 * large, "{small} {large}");
     // Rows hold nothing between blocks.
-    assert_eq!(large, 118.0);
+    assert!((large - 2.0 * 1.96 * 30.0).abs() < 1e-9, "{large}");
 }
 
 /// Without a connection no pipe moves, and nothing tells of it: three times what is usual.

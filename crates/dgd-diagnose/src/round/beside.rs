@@ -8,6 +8,7 @@ use crate::empirical::{Correction, FLOW_RATE, corrections, hurdle, plausible};
 use crate::ended::ended;
 use crate::record::Record;
 use crate::relations::Applied;
+use crate::scan::on_grid;
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent};
 use dgd_effects::{About, HEAD, PLACES, QUANTITIES};
@@ -40,7 +41,7 @@ pub(super) struct Second {
     pub evidence: f64,
 }
 
-/// The best effect of a round, and what there is beside it: looked at when it is first asked for, and once.
+/// The best effect of a round, and what there is beside it. It is sharpened, and others are weighed beside it, when that is first asked for.
 pub(super) struct Beside<'r, 'a> {
     round: &'r Round<'a>,
     best: &'r Contender,
@@ -104,7 +105,12 @@ impl<'r, 'a> Beside<'r, 'a> {
     /// An effect is weighed where the curves bend little, a correction where they bend at will: each has its own noise, and what the two
     /// explain is not of one scale. What corrections tell without the effect and beside it is.
     pub(super) fn resembles(&self, rival: &Correction) -> (f64, Option<Second>) {
-        let (left, apart) = self.left(rival);
+        let (left, apart) = if self.vanishes() {
+            // All is left over.
+            (self.best.claim().max(rival.claim()), false)
+        } else {
+            self.left(rival)
+        };
         let claim = self.best.claim();
         let share = left / claim.max(rival.claim());
         let odds = if apart && claim > CLEARLY * rival.claim() {
@@ -122,6 +128,12 @@ impl<'r, 'a> Beside<'r, 'a> {
         }
         let second = self.second(|_| true);
         (odds, second.filter(|second| second.evidence > TOLD * left))
+    }
+
+    /// Whether the effect is sharpened to nothing.
+    fn vanishes(&self) -> bool {
+        let one = self.state().last();
+        one.is_some_and(|one| !on_grid(one.effect.about()) && one.parameters[0] == 0.0)
     }
 
     /// What the likeliest correction may still claim where the effect acts, 0 where none may; and whether the rival tells as much beside

@@ -222,15 +222,18 @@ fn sniff(glimpse: &Glimpse<'_>) -> Option<u8> {
             .chain(&sampled.middle);
         // Lines of words alone, such as headers, speak for no delimiter.
         let line = |line: &Line<'_>| {
-            let count = |test: fn(Sort) -> bool| {
-                let cells = line
-                    .cells
-                    .iter()
-                    .filter(|c| test(sort(c, *delimiter, None)));
+            let count = |test: &dyn Fn(&[u8]) -> bool| {
+                let cells = line.cells.iter().filter(|c| test(c));
                 i64::try_from(cells.count()).unwrap_or(i64::MAX / 1024)
             };
-            let readable = count(Sort::readable);
-            (readable > 0).then(|| 2 * readable - 3 * count(|s| s == Sort::Text))
+            // A date in slashes is one, whatever comes first in it.
+            let is = |cell: &[u8], what: fn(Sort) -> bool| {
+                let firsts = [None, Some(stamp::First::Day), Some(stamp::First::Month)];
+                firsts.map(|first| what(sort(cell, *delimiter, first)))
+            };
+            let readable = count(&|c| is(c, Sort::readable).contains(&true));
+            let texts = count(&|c| is(c, |s| s == Sort::Text) == [true; 3]);
+            (readable > 0).then_some(2 * readable - 3 * texts)
         };
         rows.filter_map(line).reduce(|a, b| a.saturating_add(b))
     };

@@ -87,8 +87,10 @@ impl Plan {
                         "{} without a number (the first is `{}`); the column was passed over{}",
                         count(texts, "cell"),
                         reading.unreadable.shown,
-                        if stamp::is_slashed(reading.unreadable.shown.as_bytes()) {
-                            ": nothing tells its days from its months; write the year first, as in 2024-10-26"
+                        if reading.head.first.is_none()
+                            && stamp::is_slashed(reading.unreadable.shown.as_bytes())
+                        {
+                            ": none of the dates looked at tells days from months; write the year first, as in 2024-10-26"
                         } else {
                             ""
                         }

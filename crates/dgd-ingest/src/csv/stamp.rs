@@ -76,9 +76,8 @@ pub(super) fn parse(cell: &[u8], first: Option<First>) -> Option<Stamp> {
         if text.any(b":").is_some() {
             (ns, _) = text.seconds(2)?;
         }
-        if let Some(afternoon) = text.half() {
-            // Twelve comes before one.
-            hour = hour % 12 + if afternoon { 12 } else { 0 };
+        if let Some(half) = text.half() {
+            hour = of_day(hour, half)?;
         }
         let offset_s = text.zone()?;
         let seconds = days * S_PER_DAY + hour * 3600 + minute * 60 - offset_s.unwrap_or(0);
@@ -102,11 +101,30 @@ pub(super) fn parse(cell: &[u8], first: Option<First>) -> Option<Stamp> {
     }
     text.any(b":").filter(|_| !fraction)?;
     let (third_ns, _) = text.seconds(2)?;
-    let ns = first * 3600 * NS_PER_S + second_ns * 60 + third_ns;
+    let hour = match text.half() {
+        Some(half) => of_day(first, half)?,
+        None => first,
+    };
+    let ns = hour * 3600 * NS_PER_S + second_ns * 60 + third_ns;
     (text.0.is_empty() && second_ns < 60 * NS_PER_S).then_some(Stamp {
         ns,
         kind: StampKind::Clock,
     })
+}
+
+/// The hour of the day of one before noon or after it, of which twelve comes first.
+fn of_day(hour: i64, half: Half) -> Option<i64> {
+    let after = match half {
+        Half::BeforeNoon => 0,
+        Half::AfterNoon => 12,
+    };
+    (1..=12).contains(&hour).then_some(hour % 12 + after)
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Half {
+    BeforeNoon,
+    AfterNoon,
 }
 
 struct Text<'a>(&'a [u8]);
@@ -142,16 +160,16 @@ impl Text<'_> {
         Some((first, second, self.digits(4, 4)?))
     }
 
-    /// ` PM`, ` am`: whether the hour before is one of the afternoon.
-    fn half(&mut self) -> Option<bool> {
+    /// ` PM`, ` am`.
+    fn half(&mut self) -> Option<Half> {
         let said = self.0.trim_ascii_start();
-        let afternoon = match said.get(..2)? {
-            b"AM" | b"am" => false,
-            b"PM" | b"pm" => true,
+        let half = match said.get(..2)? {
+            b"AM" | b"am" => Half::BeforeNoon,
+            b"PM" | b"pm" => Half::AfterNoon,
             _ => return None,
         };
         self.0 = &said[2..];
-        Some(afternoon)
+        Some(half)
     }
 
     /// `2024-10-22`, `2024/10/22` or `22.10.2024` to days from 1970, and `10/22/2024` where it is known what comes first; nothing is eaten

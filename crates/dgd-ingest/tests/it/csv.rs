@@ -273,6 +273,22 @@ fn dates_in_slashes_are_read_where_one_of_them_tells_the_day() {
     // Noon is twelve in the afternoon, midnight twelve before noon.
     let table = read("t,a\n10/26/2024 12:00:00 AM,1\n10/26/2024 12:00:00 PM,1\n");
     assert_same(values(&table, "t"), &[0.0, 43_200.0]);
+    // Beside a column of dates, and in a file of decimal commas.
+    let table = read(
+        "Date,Time,a\n2024-10-26,11:59:59 AM,1\n2024-10-26,12:00:00 PM,2\n2024-10-26,1:00:00 PM,3\n",
+    );
+    assert_same(values(&table, "Time"), &[0.0, 1.0, 3601.0]);
+    let table = read("Tid;a\n26/10/2024 23:00:00;1,5\n26/10/2024 23:00:01;2,5\n");
+    assert_same(values(&table, "Tid"), &[0.0, 1.0]);
+    assert_same(values(&table, "a"), &[1.5, 2.5]);
+    // No clock has such an hour.
+    let good: String = (0..6)
+        .map(|k| format!("2024-10-26 11:00:0{k} PM,1\n"))
+        .collect();
+    let table = read(&format!(
+        "t,a\n{good}2024-10-26 23:00:07 AM,2\n2024-10-26 0:15:00 PM,3\n"
+    ));
+    assert!(values(&table, "t")[6..].iter().all(|t| t.is_nan()));
 }
 
 #[test]

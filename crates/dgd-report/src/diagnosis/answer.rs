@@ -167,7 +167,10 @@ pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
         Verdict::Unexplained => ("open", "Unexplained"),
     };
     let unsure = |f: &&Finding| Rung::of(f) == Rung::Class;
+    let only_suspected =
+        diagnosis.verdict == Verdict::Unexplained && !diagnosis.findings.iter().any(is_unknown);
     let says = match diagnosis.findings.iter().find(unsure) {
+        _ if only_suspected => "what was suspected is less likely than not",
         Some(finding) if diagnosis.verdict == Verdict::Explained => {
             if finding.serious().next().is_some() {
                 "the place is known, the cause is one of a few"
