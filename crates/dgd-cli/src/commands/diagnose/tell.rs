@@ -104,7 +104,12 @@ fn sentence(diagnosis: &Diagnosis) -> String {
             quantity(&g.signal, g.rmse_before)
         )
     });
-    format!("{lead}, {}{more}{gain}", first.title)
+    let suspected = if diagnosis.verdict == Verdict::Unexplained && first.effect != "unknown" {
+        "what was suspected is less likely than not: "
+    } else {
+        ""
+    };
+    format!("{lead}, {suspected}{}{more}{gain}", first.title)
 }
 
 fn tell_finding(
