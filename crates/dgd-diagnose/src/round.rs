@@ -30,9 +30,9 @@ const ALIKE: f64 = 0.7;
 pub(crate) enum Ruling {
     /// An effect.
     Named(Named),
-    /// An effect, on the promise that a second one, whose name it is, does beside it what a correction does; and what the
-    /// round comes to if it does not.
-    Promised(Named, &'static str, Box<Self>),
+    /// An effect, on the promise that a second one, whose name it is, does beside it what a correction does; and the correction, which
+    /// stands in its place if it does not.
+    Promised(Named, &'static str, Named),
     /// Something that the catalogue does not hold: only effects of other relations are named beside it.
     Unnamed(Named),
     /// Something that two transmitters show: the search goes on beside it.
@@ -164,14 +164,14 @@ impl<'a> Round<'a> {
         odds: f64,
         second: Option<Second>,
     ) -> Ruling {
-        let resembling = || self.unnamed(rival, rival.borne.max(best.evidence), Some((best, odds)));
+        let resembling =
+            || self.corrected(rival, rival.borne.max(best.evidence), Some((best, odds)));
         match second {
             Some(second) if odds > 0.0 => {
-                let (named, otherwise) = (self.named(best, None), Box::new(resembling()));
-                Ruling::Promised(named, second.about.id, otherwise)
+                Ruling::Promised(self.named(best, None), second.about.id, resembling())
             }
             Some(_) => Ruling::Named(self.named(best, None)),
-            None if odds > 0.0 => resembling(),
+            None if odds > 0.0 => Ruling::Unnamed(resembling()),
             None => Ruling::Named(self.named(best, Some(odds))),
         }
     }

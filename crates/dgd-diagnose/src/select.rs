@@ -108,8 +108,8 @@ struct Promised {
     second: &'static str,
     /// Before it was.
     before: Selection,
-    /// What the round comes to if it does not come.
-    otherwise: Box<Ruling>,
+    /// The correction that stands in its place if the second does not come.
+    otherwise: Named,
 }
 
 /// What a search may find.
@@ -211,8 +211,7 @@ impl Promised {
 }
 
 /// Takes back what was named on promises that the round behind them does not keep, for no second effect came to do with the
-/// first what a correction does by itself: tells whether that correction stands in their place. Where none does, the effect
-/// stays, no likelier than by itself.
+/// first what a correction does by itself: tells whether that correction stands in their place.
 fn settled(selection: &mut Selection, promises: &mut Vec<Promised>, ruling: &Ruling) -> bool {
     let mut instead = None;
     while let Some(promise) = promises.pop() {
@@ -225,22 +224,9 @@ fn settled(selection: &mut Selection, promises: &mut Vec<Promised>, ruling: &Rul
             }
             break;
         }
-        let place = promise.before.named.len();
-        match *promise.otherwise {
-            Ruling::Unnamed(correction) | Ruling::Seen(correction) => {
-                *selection = promise.before;
-                selection.named.push(correction.clone());
-                instead = Some(Ruling::Unnamed(correction));
-            }
-            Ruling::Named(alone) | Ruling::Promised(alone, ..) => {
-                if let Some(named) = selection.named.get_mut(place) {
-                    named.probability = alone.probability;
-                    named.alternatives = alone.alternatives;
-                }
-                promises.clear();
-            }
-            Ruling::Nothing => promises.clear(),
-        }
+        *selection = promise.before;
+        selection.named.push(promise.otherwise.clone());
+        instead = Some(Ruling::Unnamed(promise.otherwise));
     }
     instead.is_some()
 }
@@ -312,11 +298,11 @@ mod tests {
         }
     }
 
-    fn promise(otherwise: Ruling) -> Promised {
+    fn promise() -> Promised {
         Promised {
             second: "influx",
             before: selection(Vec::new()),
-            otherwise: Box::new(otherwise),
+            otherwise: correction(("influx", 0.1)),
         }
     }
 
@@ -330,7 +316,7 @@ mod tests {
 
     #[test]
     fn a_promise_is_kept_by_a_name_or_by_what_may_be_the_one_that_was_promised() {
-        let kept = |ruling: Ruling| promise(Ruling::Nothing).is_kept(&ruling);
+        let kept = |ruling: Ruling| promise().is_kept(&ruling);
         assert!(kept(Ruling::Named(gain(0.6))));
         assert!(!kept(Ruling::Nothing));
         assert!(kept(Ruling::Unnamed(correction(("influx", 0.41)))));
@@ -341,32 +327,20 @@ mod tests {
     #[test]
     fn a_promise_that_is_not_kept_gives_way_to_the_correction() {
         let mut found = selection(vec![gain(0.9)]);
-        let stood = promise(Ruling::Unnamed(correction(("influx", 0.1))));
-        assert!(settled(&mut found, &mut vec![stood], &Ruling::Nothing));
+        assert!(settled(&mut found, &mut vec![promise()], &Ruling::Nothing));
         let ids = found.named.iter().map(|n| n.applied.effect.about().id);
         assert_eq!(ids.collect::<Vec<_>>(), ["unknown"]);
     }
 
     #[test]
-    fn an_effect_that_stands_by_itself_is_no_likelier_for_a_promise() {
-        let mut found = selection(vec![gain(0.9)]);
-        let alone = promise(Ruling::Named(gain(0.6)));
-        assert!(!settled(&mut found, &mut vec![alone], &Ruling::Nothing));
-        assert_eq!(found.named.len(), 1);
-        assert_eq!(found.named[0].probability, 0.6);
-        assert_eq!(found.named[0].alternatives[0].1, 0.99 - 0.6);
-    }
-
-    #[test]
     fn a_promise_kept_by_another_one_falls_with_it() {
-        let unknown = || Ruling::Unnamed(correction(("influx", 0.1)));
         let second = Promised {
             before: selection(vec![gain(0.9)]),
-            ..promise(unknown())
+            ..promise()
         };
-        let mut promises = vec![promise(unknown())];
+        let mut promises = vec![promise()];
         let mut found = selection(vec![gain(0.9)]);
-        let next = Ruling::Promised(gain(0.8), "influx", Box::new(unknown()));
+        let next = Ruling::Promised(gain(0.8), "influx", correction(("influx", 0.1)));
         assert!(!settled(&mut found, &mut promises, &next));
         assert_eq!(promises.len(), 1);
         promises.push(second);

@@ -6,7 +6,6 @@ use super::{Round, Ruling};
 use crate::belief::{logistic, shared};
 use crate::contest::{Contender, alike, at_bound, solved, stands};
 use crate::empirical::{Correction, hurdle, instead_of};
-use crate::relations::Applied;
 use crate::select::{Held, Named};
 use dgd_effects::PLACES;
 
@@ -67,15 +66,30 @@ impl Round<'_> {
         1.0 + self.alike(best).iter().map(|o| o.1).sum::<f64>()
     }
 
-    /// A correction as the finding, with the effects of the relations that it enters as alternatives; `evidence` is what they are held
-    /// against, and tells that there is something where the correction does not. Of a `best` effect, and what looks like it, the logarithm of
-    /// the odds is known that they only resemble the cause.
+    /// A correction as what the round comes to: something that two transmitters show, or something that the catalogue does not hold.
     pub(super) fn unnamed(
         &self,
         c: &Correction,
         evidence: f64,
         best: Option<(&Contender, f64)>,
     ) -> Ruling {
+        let found = self.corrected(c, evidence, best);
+        if found.held.is_some() {
+            Ruling::Seen(found)
+        } else {
+            Ruling::Unnamed(found)
+        }
+    }
+
+    /// A correction as the finding, with the effects of the relations that it enters as alternatives; `evidence` is what they are held
+    /// against, and tells that there is something where the correction does not. Of a `best` effect, and what looks like it, the logarithm
+    /// of the odds is known that they only resemble the cause.
+    pub(super) fn corrected(
+        &self,
+        c: &Correction,
+        evidence: f64,
+        best: Option<(&Contender, f64)>,
+    ) -> Named {
         // That there is something was found without a period; with one it may be told better what.
         let swings = instead_of(self.record, &self.state, c);
         let told = swings.as_ref().unwrap_or(c);
@@ -114,8 +128,12 @@ impl Round<'_> {
         let evidence = evidence.max(c.evidence);
         let real = logistic((evidence - self.unknown_hurdle(c)) / (SCALE * hurdle(c)) + 0.7);
         let (probability, alternatives) = shared(real, others);
-        let found = |applied: &Applied, held: Option<Held>| Named {
-            applied: applied.clone(),
+        let held = c.seen.as_ref().map(|_| Held {
+            applied: c.applied.clone(),
+            borne: c.borne,
+        });
+        Named {
+            applied: c.seen.as_ref().unwrap_or(&told.applied).clone(),
             evidence,
             bent: 0.0,
             hurdle: self.unknown_hurdle(c),
@@ -123,16 +141,6 @@ impl Round<'_> {
             alternatives,
             correction: Some((told.place, told.quantity)),
             held,
-        };
-        match &c.seen {
-            Some(seen) => {
-                let held = Held {
-                    applied: c.applied.clone(),
-                    borne: c.borne,
-                };
-                Ruling::Seen(found(seen, Some(held)))
-            }
-            None => Ruling::Unnamed(found(&told.applied, None)),
         }
     }
 }

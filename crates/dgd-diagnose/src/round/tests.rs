@@ -410,7 +410,7 @@ fn the_odds_that_an_effect_only_resembles_decide_between_it_and_a_correction() {
         panic!("no promise")
     };
     assert_eq!((id, of(&named, "unknown")), ("line_leak", 0.0));
-    assert_eq!(ended(*otherwise).alternatives, unnamed.alternatives);
+    assert_eq!(otherwise.alternatives, unnamed.alternatives);
     let Ruling::Named(named) = ruled(-1.0, Some(second())) else {
         panic!("it is not named")
     };
