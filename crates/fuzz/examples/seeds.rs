@@ -126,6 +126,11 @@ fn csv() -> Outcome<()> {
         "epoch.csv",
         b"timestamp,v\n1729600000000,1\n1729600001000,2\n1729600009000,3\n",
     )?;
+    save(
+        "csv",
+        "slashes.csv",
+        b"Date/Time,x\n10/26/2024 11:59:59 PM,1\n10/27/2024 12:00:00 AM,2\n10/27/2024 12:00:01 am,3\n",
+    )?;
     save("csv", "bare.csv", b"0 1\n1,2,3\n2,3,4\n3,4\n\n4,5,6,7\n")
 }
 
