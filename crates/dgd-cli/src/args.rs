@@ -139,6 +139,7 @@ pub(crate) struct Fit {
   dgd diagnose rig.mat --well well.toml --out diagnosis
   dgd diagnose rig.mat --well well.toml --out again --model diagnosis/model.toml
   dgd diagnose a.csv b.csv --well well.toml --out both --json | jq .verdict
+  dgd diagnose rig.mat --well well.toml --out night --window 43200:86400
   dgd diagnose rig.mat --well well.toml --out gas --suspect gas_in_pump
   dgd diagnose bench.mat --system system.toml --out diagnosis
 
@@ -194,9 +195,6 @@ pub(crate) struct Simulate {
     /// Measured beside simulated: .csv, .mcap or .mat
     #[arg(long, value_name = "FILE", default_value = "simulation.csv")]
     pub(crate) out: PathBuf,
-    /// Seconds from:to; the whole recording if absent
-    #[arg(long, value_name = "FROM:TO", value_parser = parse_range, allow_hyphen_values = true, conflicts_with = "system")]
-    pub(crate) window: Option<(f64, f64)>,
     /// Which equations are simulated, and which are driven by the recording
     #[arg(long, value_enum, default_value_t = KindArg::Coupled, conflicts_with = "system")]
     pub(crate) kind: KindArg,

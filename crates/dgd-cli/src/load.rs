@@ -6,6 +6,7 @@ mod screened;
 pub(crate) use blocks::{CONVERTED, When, open as open_blocks};
 pub(crate) use screened::open as open_screened;
 
+use crate::args::Source;
 use crate::failure::Failure;
 use crate::output;
 use crate::progress::Progress;
@@ -13,10 +14,11 @@ use dgd_documents::{DocumentError, ModelDocument, Problem};
 use dgd_identify::Model;
 use dgd_ingest::{Format, ReadOptions};
 use dgd_recording::{Issue, Recording, RecordingError, Table, Well};
+use dgd_replay::ReplayError;
 use dgd_screen::Suspicion;
 use std::fs::File;
 use std::io::Read;
-use std::ops::Deref;
+use std::ops::{Deref, Range};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 use tracing::{debug, warn};
@@ -255,7 +257,47 @@ pub(crate) fn read_recordings(
     Ok(loaded)
 }
 
+/// Samples of a window of the clock, all if there is none.
+pub(crate) fn window(
+    time_s: &[f64],
+    window_s: Option<(f64, f64)>,
+) -> Result<Range<usize>, ReplayError> {
+    let ends = (
+        time_s.first().copied().unwrap_or(0.0),
+        time_s.last().copied().unwrap_or(0.0),
+    );
+    let (from_s, to_s) = window_s.unwrap_or(ends);
+    let first = time_s.partition_point(|t| !(*t >= from_s));
+    let last = time_s.partition_point(|t| *t <= to_s);
+    let samples = last.saturating_sub(first);
+    if samples >= 2 {
+        return Ok(first..last);
+    }
+    Err(ReplayError::Window {
+        from_s,
+        to_s,
+        samples,
+        start_s: ends.0,
+        end_s: ends.1,
+    })
+}
+
 impl Loaded {
+    /// Keeps the window that was asked for; stamps stay as they are.
+    pub(crate) fn within(mut self, source: &Source) -> Result<Self, Failure> {
+        if source.window.is_none() {
+            return Ok(self);
+        }
+        let kept = window(&self.recording.time_s, source.window)
+            .map_err(|e| Failure::input(&source.recordings[0], e))?;
+        self.recording = self.recording.slice(kept.clone());
+        // Fillers of gaps hold no value.
+        let series = self.recording.series();
+        let recorded = |i: &usize| series.iter().any(|(_, values)| values[*i].is_finite());
+        self.samples = (0..kept.len()).filter(recorded).count();
+        Ok(self)
+    }
+
     /// Warns of what is suspected, before anything is made of it.
     pub(crate) fn warn_of_suspicions(&self) {
         for suspicion in &self.suspicions {

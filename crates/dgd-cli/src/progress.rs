@@ -7,7 +7,7 @@ use std::cell::RefCell;
 use std::time::{Duration, Instant};
 
 /// Shows the present stage once the work has taken a second; silent when
-/// standard error is no terminal.
+/// standard error is no terminal, where `-v` tells of each.
 pub(crate) struct Progress {
     bar: ProgressBar,
     started: Instant,
@@ -43,7 +43,7 @@ impl Progress {
     /// Says what is being done; `kind` is what its time is booked under.
     pub(crate) fn stage(&self, kind: &'static str, what: &str) {
         let now = self.seconds();
-        tracing::debug!("{kind} {what} at {now:.3} s");
+        tracing::info!("{now:.1} s: {kind} {what}");
         self.stages.borrow_mut().push((kind, now));
         self.bar.set_message(format!("{kind} {what}"));
     }

@@ -265,10 +265,7 @@ pub fn diagnose(
         setting: record.setting.clone(),
         simulation,
         traces,
-        held_out_s: windows
-            .iter()
-            .map(|w| (w.0 - record.setting.span_s.0, w.1 - record.setting.span_s.0))
-            .collect(),
+        held_out_s: windows,
         settings,
         work,
     })

@@ -25,7 +25,7 @@ pub struct Diagnosis {
     pub simulation: Simulation,
     /// Residuals of each relation in blocks, before and after.
     pub traces: Vec<Trace>,
-    /// The windows that the fits of `before` and `after` have not seen, s from the recording's start.
+    /// The windows that the fits of `before` and `after` have not seen, s of the recording's clock.
     pub held_out_s: Vec<(f64, f64)>,
     /// Settings and facts of the run, name and value.
     pub settings: Vec<(String, String)>,
@@ -75,7 +75,7 @@ pub struct Finding {
     pub shows_in: Vec<Relation>,
     /// The comparison of two transmitters that a reading at fault enters, as [`Trace::pair`] has it.
     pub pair: Option<&'static str>,
-    /// When it acts, s from the recording's start.
+    /// When it acts, s of the recording's clock.
     pub intervals_s: Vec<(f64, f64)>,
     /// Where in the operating space, in words with numbers.
     pub region: String,
@@ -191,7 +191,7 @@ pub struct Check {
 /// Measured beside simulated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Simulation {
-    /// Time from the recording's start, s.
+    /// Time, s of the recording's clock.
     pub t_s: Vec<f64>,
     /// Whether a sample is held out from every fit.
     pub held_out: Vec<bool>,
@@ -223,7 +223,7 @@ pub struct Trace {
     pub pair: Option<&'static str>,
     /// Unit of the residual: `Pa` or `m3/s`.
     pub unit: &'static str,
-    /// Middle of each block, s.
+    /// Middle of each block, s of the recording's clock.
     pub t_s: Vec<f64>,
     /// Residual of the model without the findings; NaN where the block is not used.
     pub before: Vec<f64>,

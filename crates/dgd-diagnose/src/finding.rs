@@ -56,7 +56,7 @@ pub(crate) fn finding(
         pair: (named.correction)
             .and_then(|(p, _)| pair_of(p))
             .map(Pair::name),
-        intervals_s: vec![(interval.0 - span.0, interval.1 - span.0)],
+        intervals_s: vec![interval],
         region: region(record, interval),
         parameters: estimates(record, selection, k, full),
         held_out,
@@ -148,7 +148,7 @@ pub(crate) fn heaving(
         relation: about.relation,
         shows_in: vec![about.relation],
         pair: None,
-        intervals_s: vec![(0.0, span.1 - span.0)],
+        intervals_s: vec![span],
         region: region(record, span),
         parameters: about
             .parameters

@@ -22,14 +22,13 @@ pub(crate) fn simulate(
 ) -> Result<Simulation, DiagnoseError> {
     let recording = &prepared.recording;
     let n = recording.time_s.len();
-    let t0 = recording.time_s.first().copied().unwrap_or(0.0);
-    let t_s: Vec<f64> = recording.time_s.iter().map(|t| t - t0).collect();
+    let t_s = recording.time_s.clone();
     let held: Vec<bool> = t_s
         .iter()
         .map(|t| {
             // Windows ascend: of those that end later, the first begins first.
-            let next = windows.partition_point(|w| w.1 - t0 <= *t);
-            windows.get(next).is_some_and(|w| *t >= w.0 - t0)
+            let next = windows.partition_point(|w| w.1 <= *t);
+            windows.get(next).is_some_and(|w| *t >= w.0)
         })
         .collect();
     let [mud, booster, topfill, speed] = [

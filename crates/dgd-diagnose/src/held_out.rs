@@ -144,6 +144,7 @@ pub(crate) fn model(
         curves,
         speed_range_pct: range(&speeds),
         ratio_range: range(&ratios),
+        span_s: Some(record.setting.span_s),
         effects: state
             .iter()
             .map(|a| AppliedEffect {

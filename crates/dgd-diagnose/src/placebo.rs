@@ -53,15 +53,14 @@ fn held_against(record: &Record, selection: &Selection, k: usize) -> Option<Chec
         (beyond(&own, &moved) / explained, *at)
     });
     let (share, at) = tries.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let from = record.setting.span_s.0;
     Some(Check {
         name: format!("{}: placebo at another time explains less", about.id),
         passed: share < MOST,
         detail: format!(
             "of the evidence of {explained:.0} at {:.0} s the best of {} other times, {:.0} s, explains {:.0} %",
-            named.parameters[onset] - from,
+            named.parameters[onset],
             times.len(),
-            at - from,
+            at,
             100.0 * share
         ),
     })

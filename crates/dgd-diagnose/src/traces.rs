@@ -19,6 +19,7 @@ pub(crate) fn traces(
     let seconds = record.block_s();
     let [b, a] = [before, after].map(levelled);
     let may = wander(record, &after.curves);
+    let starts_s = record.setting.span_s.0;
     let section = |relation: Relation,
                    unit: &'static str,
                    from: usize,
@@ -39,7 +40,9 @@ pub(crate) fn traces(
             relation,
             pair: None,
             unit,
-            t_s: (0..len).map(|i| (i as f64 + 0.5) * step).collect(),
+            t_s: (0..len)
+                .map(|i| starts_s + (i as f64 + 0.5) * step)
+                .collect(),
             before: pick(&b),
             after: pick(&a),
             noise,
@@ -128,9 +131,7 @@ fn twins(
         relation: Relation::Instrument,
         pair: Some(pair.name()),
         unit: "Pa",
-        t_s: (after.t_s().iter())
-            .map(|t| t - record.setting.span_s.0)
-            .collect(),
+        t_s: after.t_s().to_vec(),
         before: before.residual().to_vec(),
         after: after.residual().to_vec(),
         noise: after.noise_pa(),

@@ -32,6 +32,9 @@ pub(crate) fn write_augmented(text: &mut String, model: &AugmentedModel) -> std:
     let range = |(low, high): (f64, f64)| list(&[low, high]);
     writeln!(text, "speed_range_pct = {}", range(model.speed_range_pct))?;
     writeln!(text, "ratio_range = {} # m3/s/%", range(model.ratio_range))?;
+    if let Some(span) = model.span_s {
+        writeln!(text, "span_s = {}", range(span))?;
+    }
     if model.effects.is_empty() {
         return writeln!(text, "effects = []");
     }
@@ -102,6 +105,10 @@ pub(crate) fn read_augmented(section: &Section<'_, '_>) -> Option<AugmentedModel
         None
     };
     let (speed_range_pct, ratio_range) = (range("speed_range_pct"), range("ratio_range"));
+    let span_s = match section.get("span_s") {
+        Some(_) => range("span_s").map(Some),
+        None => Some(None),
+    };
     let effects = read_effects(section);
     section.warn_of_unread();
     Some(AugmentedModel {
@@ -115,6 +122,7 @@ pub(crate) fn read_augmented(section: &Section<'_, '_>) -> Option<AugmentedModel
         },
         speed_range_pct: speed_range_pct?,
         ratio_range: ratio_range?,
+        span_s: span_s?,
         effects: effects?,
     })
 }

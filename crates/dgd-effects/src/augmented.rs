@@ -22,6 +22,9 @@ pub struct AugmentedModel {
     pub speed_range_pct: (f64, f64),
     /// Least and greatest flow over speed, m³/s/%, at which the curves were identified.
     pub ratio_range: (f64, f64),
+    /// Start and end of the recording that it was identified on, s: what grows over a recording grew over this one.
+    /// The recording that it runs on, if none.
+    pub span_s: Option<(f64, f64)>,
     /// Effects that act.
     pub effects: Vec<AppliedEffect>,
 }
@@ -43,7 +46,7 @@ pub struct UnknownEffect {
 /// Slices of shape `(n,)` on one clock; of unequal ones the run uses what all of them have.
 #[derive(Debug, Clone, Copy)]
 pub struct Inputs<'a> {
-    /// Time from the recording's start, s, on an even clock.
+    /// Time of the recording's clock, s, on an even clock.
     pub time_s: &'a [f64],
     /// Step of the clock, s.
     pub step_s: f64,
@@ -255,6 +258,11 @@ impl AugmentedModel {
     fn begin(&self, setting: &Setting) -> Result<(Vec<Action>, MeterPath), UnknownEffect> {
         let mut path = MeterPath::default();
         let mut actions = Vec::new();
+        let identified = self.span_s.map(|span_s| Setting {
+            span_s,
+            ..setting.clone()
+        });
+        let setting = identified.as_ref().unwrap_or(setting);
         for one in &self.effects {
             let effect = self.look_up(one)?;
             let p = effect.meter_path(&one.parameters);

@@ -56,7 +56,7 @@ pub enum Role {
     Shape(&'static [f64]),
     /// The outlet transmitter in which the effect sits, 1 or 2: each is tried, and the two must differ by the strength.
     Sensor(&'static [f64]),
-    /// The time at which the effect sets in, s from the recording's start.
+    /// The time at which the effect sets in, s of the recording's clock.
     Onset,
     /// How long it lasts, s.
     Duration,

@@ -9,7 +9,7 @@ use dgd_units::{STANDARD_ATMOSPHERE_PA, STANDARD_GRAVITY_M_S2};
 pub struct Moment {
     /// Sample number on the even clock.
     pub index: usize,
-    /// Time from the recording's start, s.
+    /// Time of the recording's clock, s.
     pub t_s: f64,
     /// Step of the clock, s.
     pub dt_s: f64,

@@ -47,6 +47,7 @@ type Write = fn(&Diagnosis, &mut Html);
 /// #     },
 /// #     speed_range_pct: (0.0, 100.0),
 /// #     ratio_range: (0.0, 1.0),
+/// #     span_s: None,
 /// #     effects: Vec::new(),
 /// # };
 /// # let setting = Setting {

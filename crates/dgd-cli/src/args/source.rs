@@ -1,5 +1,6 @@
 //! What a command works on: recordings, and a well or a system.
 
+use super::values::parse_range;
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -15,6 +16,9 @@ pub(crate) struct Source {
     /// Screen as the thesis does: every long run of one speed rejected, restarts kept
     #[arg(long)]
     pub(crate) thesis_screening: bool,
+    /// Only these seconds of the recordings' clock; all if absent
+    #[arg(long, value_name = "FROM:TO", value_parser = parse_range, allow_hyphen_values = true)]
+    pub(crate) window: Option<(f64, f64)>,
 }
 
 /// What the recordings were taken on.
@@ -40,6 +44,9 @@ pub(crate) struct AnySource {
     /// Screen as the thesis does: every long run of one speed rejected, restarts kept
     #[arg(long, conflicts_with = "system")]
     pub(crate) thesis_screening: bool,
+    /// Only these seconds of the recordings' clock; all if absent
+    #[arg(long, value_name = "FROM:TO", value_parser = parse_range, allow_hyphen_values = true, conflicts_with = "system")]
+    pub(crate) window: Option<(f64, f64)>,
 }
 
 /// What a command works on.
@@ -62,6 +69,7 @@ impl AnySource {
                 // One of the two is required.
                 well: well.clone().unwrap_or_default(),
                 thesis_screening: self.thesis_screening,
+                window: self.window,
             }),
         }
     }

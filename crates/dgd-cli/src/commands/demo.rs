@@ -32,6 +32,7 @@ pub(crate) fn run(arguments: &Demo, global: &Global) -> Result<String, Failure> 
         recordings: vec![recording_path.clone()],
         well: well_path,
         thesis_screening: false,
+        window: None,
     };
     let loaded = load::read_recordings(&source.recordings, &well, &progress)?;
     let fitted = fit::fit(
@@ -132,6 +133,7 @@ fn diagnose_concealed(
         recordings: vec![out.join("recording.mat")],
         well: out.join("well.toml"),
         thesis_screening: false,
+        window: None,
     };
     write_inputs(
         &source.recordings[0],

@@ -81,7 +81,7 @@ pub(crate) fn carry_out(
 ) -> Result<Diagnosed, Failure> {
     let well = load::read_well(&source.well)?;
     let start = search.model.map(|path| start(path, &well)).transpose()?;
-    let loaded = load::read_recordings(&source.recordings, &well, progress)?;
+    let loaded = load::read_recordings(&source.recordings, &well, progress)?.within(source)?;
     if out.exists() && !out.is_dir() {
         return Err(Failure::unwritten(out, "it is no folder"));
     }
@@ -95,7 +95,7 @@ pub(crate) fn carry_out(
     let prepared = prepare(loaded.recording, loaded.step_s, &screening(source))
         .map_err(|e| Failure::input(first, e))?;
     let warnings = loaded.suspicions;
-    let recordings = names(&source.recordings);
+    let recordings = names(source);
     progress.stage("identifying", "friction, delay and pump");
     let identified = base::two_state(&prepared, &well, samples, &recordings)?;
     let options = Options {
@@ -199,6 +199,9 @@ fn command(source: &Source, search: Search<'_>) -> String {
     }
     if source.thesis_screening {
         words.push("--thesis-screening".into());
+    }
+    if let Some((from, to)) = source.window {
+        words.push(format!("--window {from}:{to}"));
     }
     words.push("--out diagnosis".into());
     words.join(" ")

@@ -38,7 +38,7 @@ pub(crate) fn run(arguments: &Fit, global: &Global) -> Result<String, Failure> {
     };
     let progress = Progress::new(global);
     let well = load::read_well(&source.well)?;
-    let loaded = load::read_recordings(&source.recordings, &well, &progress)?;
+    let loaded = load::read_recordings(&source.recordings, &well, &progress)?.within(&source)?;
     let options = IdentifyOptions {
         delays: delays_in_samples(arguments.delays, loaded.step_s)?,
         loss: if arguments.robust {
@@ -112,7 +112,7 @@ pub(crate) fn fit(
     let mut identification =
         identify(&prepared, well, options).map_err(|e| Failure::input(first, e))?;
     identification.model.data.samples = loaded.samples;
-    identification.model.data.recordings = names(&source.recordings);
+    identification.model.data.recordings = names(source);
     // They come first in the answer: what follows may rest on a wrong unit.
     identification.warnings.splice(0..0, loaded.suspicions);
     let issues = loaded
@@ -139,13 +139,18 @@ pub(crate) fn screening(source: &Source) -> ScreenOptions {
     }
 }
 
-/// File names without their folders: a model travels, its author's folders do not.
-pub(crate) fn names(paths: &[PathBuf]) -> Vec<String> {
-    paths
+/// File names without their folders, and the window of them: a model travels, its author's folders do not.
+pub(crate) fn names(source: &Source) -> Vec<String> {
+    let mut names: Vec<String> = source
+        .recordings
         .iter()
         .filter_map(|p| p.file_name())
         .map(|n| n.to_string_lossy().into_owned())
-        .collect()
+        .collect();
+    if let (Some((from, to)), Some(last)) = (source.window, names.last_mut()) {
+        let _ = write!(last, " ({from} to {to} s)");
+    }
+    names
 }
 
 /// A range of delays in whole samples.

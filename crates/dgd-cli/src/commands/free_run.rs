@@ -2,6 +2,7 @@
 
 use crate::args::{KindArg, Simulate};
 use crate::failure::Failure;
+use crate::load;
 use dgd_documents::ModelDocument;
 use dgd_dynamics::integrate::{Statistics, Status};
 use dgd_dynamics::return_line::RiserBounds;
@@ -50,7 +51,7 @@ fn replay(
 ) -> Result<Replay, String> {
     let recording = &prepared.recording;
     let time = &recording.time_s;
-    let window = window(time, options).map_err(|e| e.to_string())?;
+    let window = load::window(time, options.window_s).map_err(|e| e.to_string())?;
     let (density_kg_m3, geometry) = document.well();
     let well = Well {
         mud_density_kg_m3: density_kg_m3,
@@ -172,28 +173,6 @@ fn start_of(values: &[f64]) -> f64 {
     const FEW: usize = 5;
     let few = values.iter().take(FEW).filter(|v| v.is_finite());
     few.clone().sum::<f64>() / few.count() as f64
-}
-
-/// Samples of the window.
-fn window(time: &[f64], options: &ReplayOptions) -> Result<Range<usize>, ReplayError> {
-    let ends = (
-        time.first().copied().unwrap_or(0.0),
-        time.last().copied().unwrap_or(0.0),
-    );
-    let (from_s, to_s) = options.window_s.unwrap_or(ends);
-    let first = time.partition_point(|t| !(*t >= from_s));
-    let last = time.partition_point(|t| *t <= to_s);
-    let samples = last.saturating_sub(first);
-    if samples >= 2 {
-        return Ok(first..last);
-    }
-    Err(ReplayError::Window {
-        from_s,
-        to_s,
-        samples,
-        start_s: ends.0,
-        end_s: ends.1,
-    })
 }
 
 fn none(name: &'static str, time: &[f64], window: &Range<usize>) -> String {

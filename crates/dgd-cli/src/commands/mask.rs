@@ -19,7 +19,8 @@ pub(crate) fn run(arguments: &Mask, global: &Global) -> Result<String, Failure> 
     let progress = Progress::new(global);
     let well = load::read_well(&arguments.source.well)?;
     let first = arguments.source.recordings[0].clone();
-    let mut loaded = load::read_recordings(&arguments.source.recordings, &well, &progress)?;
+    let mut loaded = load::read_recordings(&arguments.source.recordings, &well, &progress)?
+        .within(&arguments.source)?;
     if !loaded.suspicions.is_empty() {
         // What is suspected holds values and tags, which this command tells nobody.
         loaded.suspicions =

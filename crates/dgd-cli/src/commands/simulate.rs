@@ -245,7 +245,7 @@ fn options(arguments: &Simulate) -> Result<ReplayOptions, Failure> {
     };
     Ok(ReplayOptions {
         kind,
-        window_s: arguments.window,
+        window_s: arguments.source.window,
         start: Start {
             level_m: level.map(Length::si),
             flow_m3_s: flow.map(FlowRate::si),

@@ -50,6 +50,7 @@ fn twins(effects: Vec<AppliedEffect>) -> Bench {
             },
             speed_range_pct: (1.0, 100.0),
             ratio_range: (0.0, 0.01),
+            span_s: None,
             effects,
         }),
     };
@@ -197,6 +198,47 @@ fn a_window_outside_is_refused_and_a_start_is_taken() {
         .done();
     assert!(bench.path("figures/figure-4-4.svg").exists());
     assert!(!bench.path("figures/figure-4-1.svg").exists());
+}
+
+#[test]
+fn a_window_is_all_that_a_fit_and_a_diagnosis_see_and_its_times_stay_those_of_the_clock() {
+    let bench = Bench::new();
+    let fit = "fit rig.mat --well well.toml";
+    bench.dgd(&format!("{fit} --window 90000:91000")).refused(&[
+        "rig.mat",
+        "90000 to 91000 s",
+        "0 samples",
+    ]);
+    let said = bench.json(&format!("{fit} --window 600:3599"), "dgd.fit/1");
+    assert_eq!(said["samples"], 3000);
+    let model = bench.text("model.toml");
+    assert!(
+        model.contains(r#"recordings = ["rig.mat (600 to 3599 s)"]"#),
+        "{model}"
+    );
+
+    let said = bench.json(
+        "diagnose rig.mat --well well.toml --window 600:3599 --out d",
+        "dgd.diagnosis/1",
+    );
+    assert!(said["verdict"].is_string(), "{said:#}");
+    let simulated = bench.text("d/simulation.csv");
+    let mut times = simulated
+        .lines()
+        .skip(1)
+        .filter_map(|l| l.split(',').next());
+    assert_eq!((times.next(), times.last()), (Some("600"), Some("3599")));
+    assert!(
+        bench
+            .text("d/model.toml")
+            .contains("span_s = [600.0, 3599.0]")
+    );
+    let report = bench.text("d/report.html");
+    assert!(report.contains("rig.mat (600 to 3599 s)"));
+    assert!(report.contains("--window 600:3599"));
+    bench
+        .dgd("simulate rig.mat --well well.toml --model d/model.toml --window 600:3599 --out run.csv")
+        .done();
 }
 
 #[test]

@@ -86,9 +86,17 @@ fn an_influx_is_named_where_it_is_and_modelled() {
         panic!("{:?}", found.findings);
     };
     assert!(influx.effect == "influx" && influx.probability > 0.9);
+    // Every time is one of the recording's clock, which starts where it likes.
     let (from, to) = influx.intervals_s[0];
-    assert!((from - INFLUX_S.0).abs() < 60.0, "{from}");
-    assert!((to - INFLUX_S.0 - INFLUX_S.1).abs() < 60.0, "{to}");
+    let starts = START_S + INFLUX_S.0;
+    assert!((from - starts).abs() < 60.0, "{from}");
+    assert!((to - starts - INFLUX_S.1).abs() < 60.0, "{to}");
+    let onset = influx.parameters.iter().find(|p| p.name == "onset_s");
+    assert_eq!(onset.unwrap().estimate, from);
+    assert_eq!(found.simulation.t_s[0], START_S);
+    assert!((found.held_out_s.iter()).all(|w| w.0 >= START_S && w.1 <= found.setting.span_s.1));
+    assert!((found.traces.iter()).all(|t| t.t_s[0] >= START_S && t.t_s[0] < START_S + 120.0));
+    assert_eq!(found.after.span_s, Some(found.setting.span_s));
     let modelled: Vec<&str> = found.after.effects.iter().map(|e| e.id.as_str()).collect();
     assert!(found.before.effects.is_empty() && modelled == ["influx"]);
     assert_counted(&found);
@@ -146,8 +154,7 @@ fn what_is_held_out_no_fit_sees_and_all_else_it_does() {
     let [(from, to)] = whole.held_out_s[..] else {
         panic!("{:?}", whole.held_out_s);
     };
-    // From the start of the recording, whatever its clock says.
-    assert!(from > 0.0 && to < 5400.0 && (to - from - 1260.0).abs() < 1e-6);
+    assert!(from > START_S && to < START_S + 5400.0 && (to - from - 1260.0).abs() < 1e-6);
     for (a, b, seen) in [
         (from, to, false),
         // A block that lies in it in part is held out whole.
@@ -156,7 +163,7 @@ fn what_is_held_out_no_fit_sees_and_all_else_it_does() {
     ] {
         let mut other = prepared.clone();
         for (i, outlet) in other.outlet_pressure_pa.iter_mut().enumerate() {
-            let t = DT_S * i as f64;
+            let t = START_S + DT_S * i as f64;
             *outlet += if t >= a && t < b { 2e3 } else { 0.0 };
         }
         let other = fitted(&(well.clone(), other), &[]).unwrap();

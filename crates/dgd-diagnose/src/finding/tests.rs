@@ -22,6 +22,9 @@ fn nothing_run() -> Simulation {
     }
 }
 
+/// What the clock says at the first sample, s.
+const START_S: f64 = 100.0;
+
 fn influx() -> Named {
     let (from, lasts, rise) = INFLUX_S;
     Named {
@@ -36,9 +39,8 @@ fn told(named: &Named) -> Finding {
         influx_m3_s: 3e-3,
         ..Hidden::default()
     });
-    // A clock that starts later; the effect's times are the clock's.
-    record.setting.span_s = (100.0, 5500.0);
-    record.t_s.iter_mut().for_each(|t| *t += 100.0);
+    record.setting.span_s = (START_S, START_S + 5400.0);
+    record.t_s.iter_mut().for_each(|t| *t += START_S);
     let full = Tangent::at(&record, &[], &[], Bend::Free).unwrap();
     let selection = Selection {
         held: 0,
@@ -50,9 +52,9 @@ fn told(named: &Named) -> Finding {
 }
 
 #[test]
-fn an_effect_is_told_as_the_catalogue_has_it_and_in_times_from_the_start() {
+fn an_effect_is_told_as_the_catalogue_has_it_and_in_times_of_the_clock() {
     let mut named = influx();
-    named.applied.parameters[1] += 100.0;
+    named.applied.parameters[1] += START_S;
     let told_one = told(&named);
     let about = named.applied.effect.about();
     assert_eq!(
@@ -63,7 +65,8 @@ fn an_effect_is_told_as_the_catalogue_has_it_and_in_times_from_the_start() {
     assert_eq!(told_one.shows_in, [Relation::RiserMassBalance]);
     assert_eq!(told_one.pair, None);
     let (from, to) = told_one.intervals_s[0];
-    assert!((from - INFLUX_S.0).abs() < 1e-9 && (to - INFLUX_S.0 - INFLUX_S.1).abs() < 1e-9);
+    let starts = START_S + INFLUX_S.0;
+    assert!((from - starts).abs() < 1e-9 && (to - starts - INFLUX_S.1).abs() < 1e-9);
     assert_eq!(told_one.equation_before, "A dh/dt = q_in - q");
     assert_eq!(told_one.equation_after, about.equation);
     assert_eq!((told_one.evidence, told_one.hurdle), (40.0, 3.5));
@@ -216,7 +219,7 @@ fn swell_is_told_with_its_period_and_amplitude_from_the_start_to_the_end() {
         };
         let told = heaving(&record, about, swell, &nothing_run());
         assert!((told.probability - probability).abs() < 1e-12);
-        assert_eq!(told.intervals_s, [(0.0, 900.0)]);
+        assert_eq!(told.intervals_s, [record.setting.span_s]);
         assert_eq!((told.evidence, told.hurdle), (ratio, 2.5));
         let [period, amplitude] = &told.parameters[..] else {
             panic!("{:?}", told.parameters);

@@ -148,6 +148,7 @@ fn model() -> AugmentedModel {
         curves: parabolas(4e5, 45e5, 5e5),
         speed_range_pct: (50.0, 90.0),
         ratio_range: (1e-4, 1e-3),
+        span_s: None,
         effects: Vec::new(),
     }
 }
@@ -178,8 +179,8 @@ fn samples_are_held_out_from_the_start_of_a_window_to_before_its_end() {
     record.setting = setting((START_S, START_S + 900.0));
     let run = ran(&record, &[(100.0, 200.0), (200.0, 230.0), (600.0, 610.0)]);
     for (i, t) in run.t_s.iter().enumerate() {
-        assert_eq!(*t, DT_S * i as f64);
-        let within = |a: f64, b: f64| *t >= a && *t < b;
+        assert_eq!(*t, START_S + DT_S * i as f64);
+        let within = |a: f64, b: f64| *t >= START_S + a && *t < START_S + b;
         assert_eq!(
             run.held_out[i],
             within(100.0, 230.0) || within(600.0, 610.0),
@@ -210,9 +211,8 @@ fn every_stretch_starts_from_the_mean_of_its_first_five_readings_and_runs_free()
     );
     assert_eq!(flow.measured, record.flow);
     assert_eq!(outlet.measured, record.outlet);
-    let t: Vec<f64> = run.t_s.iter().map(|t| t + START_S).collect();
     let inputs = Inputs {
-        time_s: &t,
+        time_s: &run.t_s,
         step_s: DT_S,
         mud_pump_m3_s: &record.mud_pump,
         booster_m3_s: &record.booster,

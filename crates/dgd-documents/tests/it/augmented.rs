@@ -31,6 +31,7 @@ fn augmented(effects: Vec<AppliedEffect>) -> AugmentedModel {
         },
         speed_range_pct: (20.0, 80.0),
         ratio_range: (0.0, 0.001),
+        span_s: None,
         effects,
     }
 }
@@ -432,10 +433,19 @@ fn any_augmented() -> impl Strategy<Value = AugmentedModel> {
         proptest::collection::vec(finite(), HEAD_TERMS),
         range(),
         range(),
+        proptest::option::of(range()),
         proptest::collection::vec(applied(), 0..4),
     )
         .prop_map(
-            |((flow_m3_s, speed_pct), friction, head, speed_range_pct, ratio_range, effects)| {
+            |(
+                (flow_m3_s, speed_pct),
+                friction,
+                head,
+                speed_range_pct,
+                ratio_range,
+                span_s,
+                effects,
+            )| {
                 AugmentedModel {
                     curves: Curves {
                         scale: Scale {
@@ -447,6 +457,7 @@ fn any_augmented() -> impl Strategy<Value = AugmentedModel> {
                     },
                     speed_range_pct,
                     ratio_range,
+                    span_s,
                     effects,
                 }
             },

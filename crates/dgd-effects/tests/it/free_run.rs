@@ -1,7 +1,7 @@
 //! The two-state model with effects.
 
 use crate::{AIR_PA, G, RHO, close, model, setting, usual};
-use dgd_effects::{AugmentedModel, FreeRun, Inputs, UnknownEffect, catalogue};
+use dgd_effects::{AugmentedModel, FreeRun, Inputs, Setting, UnknownEffect, catalogue};
 
 /// Inputs on an even clock: mud pump and speed as functions of time, booster and topfill shut.
 #[derive(Clone)]
@@ -319,6 +319,34 @@ fn effects_with_an_onset_before_the_window_are_in_force_in_it() {
         .unwrap();
     assert_eq!(run.outlet_pa.len(), 100);
     assert!(run.outlet_pa[0] - column_pa() > 0.9 * 30.0 * G * setting().line_length_m);
+}
+
+/// What grew over the recording that a model was identified on grows as fast over a longer one.
+#[test]
+fn wear_keeps_the_pace_of_the_recording_that_it_was_identified_on() {
+    let drive = steady(2000);
+    let worn = |span_s, start_s, end_s| {
+        let model = AugmentedModel {
+            span_s,
+            ..model(&[("pump_wear", &[4e-3])])
+        };
+        let setting = Setting {
+            span_s: (start_s, end_s),
+            ..setting()
+        };
+        let run = model.free_run(&setting, drive.inputs(), 0..2000, balanced());
+        run.unwrap().return_flow_m3_s
+    };
+    let own = worn(None, 0.0, 1000.0);
+    assert_eq!(worn(Some((0.0, 1000.0)), 0.0, 2000.0), own);
+    let slower = worn(None, 0.0, 2000.0);
+    // Twice as fast, it has lost by half of the time what the other loses by the end.
+    assert!(
+        own[900] < slower[900] - 1e-4,
+        "{} {}",
+        own[900],
+        slower[900]
+    );
 }
 
 #[test]

@@ -84,6 +84,7 @@ fn diagnosis(findings: Vec<Finding>) -> Diagnosis {
         },
         speed_range_pct: (20.0, 80.0),
         ratio_range: (0.0, 0.001),
+        span_s: None,
         effects: Vec::new(),
     };
     let after = AugmentedModel {
@@ -330,6 +331,7 @@ fn the_command_in_the_report_names_files_without_their_folders() {
         recordings: vec!["/home/me/a.csv".into(), "b.csv".into()],
         well: "wells/w.toml".into(),
         thesis_screening: true,
+        window: Some((600.0, 7200.5)),
     };
     let suspects = ["influx".to_owned(), "line_leak".to_owned()];
     let search = Search {
@@ -340,6 +342,6 @@ fn the_command_in_the_report_names_files_without_their_folders() {
     assert_eq!(
         command(&source, search),
         "dgd diagnose a.csv b.csv --well w.toml --model model.toml --suspect influx,line_leak --without edges \
-         --thesis-screening --out diagnosis"
+         --thesis-screening --window 600:7200.5 --out diagnosis"
     );
 }
