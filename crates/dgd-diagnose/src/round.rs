@@ -192,10 +192,9 @@ impl<'a> Round<'a> {
 
     /// Decides between an effect and what two transmitters show.
     fn against_seen(&self, best: &Contender, seen: &Correction, broken: f64) -> Ruling {
-        let clearly = seen.borne > self.rival_hurdle(seen).max(1.2 * best.claim() + 30.0);
         let odds = (seen.claim() - best.claim()) / best.temperature() - self.class(best).ln();
         let odds = odds.max(broken);
-        if clearly || odds > 0.0 {
+        if odds > 0.0 {
             let evidence = seen.borne.max(best.evidence);
             return self.unnamed(seen, evidence, None);
         }

@@ -1,7 +1,7 @@
 //! Claims about estimates and their intervals: the curvature of a quadratic, by the closed forms of one parameter and of two.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::estimates;
+use super::{Profile, direction, estimates};
 use crate::claims::fixture::{Hidden, INFLUX_S, drilled, named};
 use crate::diagnosis::ParameterEstimate;
 use crate::record::Record;
@@ -215,6 +215,60 @@ fn times_are_known_to_a_minute_at_best_and_a_rate_no_better_than_its_form() {
     );
     let ramp = sd(&found[3]) / widened(aa / determinant, 0.0);
     assert!((ramp - 1.0).abs() < 0.1, "{ramp}");
+}
+
+/// By the normal equations of what the strengths and shapes of the moved state change.
+#[test]
+fn moving_a_time_costs_what_no_strength_or_shape_makes_good() {
+    // Of a small influx noise tells as much as its times do.
+    for rate in [3e-3, 2e-4] {
+        moved_as_expected(rate);
+    }
+}
+
+fn moved_as_expected(rate: f64) {
+    let record = drilled(Hidden {
+        influx_m3_s: rate,
+        ..Hidden::default()
+    });
+    let (from, lasts, rise) = INFLUX_S;
+    let influx = named("influx", &[rate, from, lasts, rise]).applied;
+    let state = [named("inflow_gain", &[0.01]).applied, influx];
+    let full = Tangent::at(&record, &state, &[], Bend::Free).unwrap();
+    let (onset, free) = ((1, 1), [(0, 0), (1, 0), (1, 3)]);
+    let directions = free.map(|(e, j)| (e, j, direction(&record, &full, &state, (e, j), None)));
+    let profile = Profile {
+        record: &record,
+        full: &full,
+        state: &state,
+        directions: &directions,
+        most: 1.0,
+    };
+    let expected = |state: &[Applied]| {
+        let change = full.signature(&record, state);
+        let left: Vec<f64> = (full.off.iter().zip(&change)).map(|(o, c)| o - c).collect();
+        let along = free.map(|at| direction(&record, &full, state, at, Some(&change)));
+        let widths = [0.09, 4.5e-3, 0.45_f64];
+        let gram = nalgebra::Matrix3::from_fn(|a, b| {
+            let prior = if a == b { widths[a].powi(-2) } else { 0.0 };
+            dot(&along[a], &along[b]) + prior
+        });
+        let pull = nalgebra::Vector3::from_fn(|a, _| dot(&along[a], &left));
+        0.5 * (dot(&left, &left) - pull.dot(&gram.lu().solve(&pull).unwrap()))
+    };
+    let still = [profile.misfit(&state, 1), expected(&state)];
+    for by in [-900.0, -300.0, 300.0, 900.0] {
+        let moved = profile.moved(onset, by).unwrap();
+        // Its end stays where it is.
+        assert_eq!(moved[1].parameters, [rate, from + by, lasts - by, rise]);
+        let found = profile.misfit(&moved, 1) - still[0];
+        let wanted = expected(&moved) - still[1];
+        assert!(
+            (found - wanted).abs() < 1e-3 * wanted.abs().max(1.0),
+            "{by}: {found} for {wanted}"
+        );
+    }
+    assert!(profile.moved(onset, lasts).is_none());
 }
 
 /// What half a rate tells of its onset is less than half of what the whole tells.

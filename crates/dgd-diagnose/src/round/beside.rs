@@ -11,7 +11,7 @@ use crate::relations::Applied;
 use crate::scan::on_grid;
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent};
-use dgd_effects::{About, HEAD, PLACES, QUANTITIES};
+use dgd_effects::{About, HEAD, PLACES, QUANTITIES, Relation};
 use std::cell::OnceCell;
 use tracing::debug;
 
@@ -147,19 +147,22 @@ impl<'r, 'a> Beside<'r, 'a> {
         } = self.round;
         let left = rivals_beside(record, &gate, self.state(), unnamed);
         let relation = self.best.effect.about().relation;
-        let enters = |place: usize| PLACES[place].shows_in.contains(&relation);
-        // A rival of another relation is told by what acts there.
-        let beyond = !enters(rival.place);
-        let there = |c: &&Correction| {
-            // In another place than the rival's sound recordings may show as much.
-            let acts = enters(c.place) || beyond && share_rows(c.place, rival.place);
-            c.place == rival.place || acts && c.borne > hurdle(c)
-        };
-        let most = left.iter().filter(there).map(Correction::claim);
+        let there = left.iter().filter(|c| is_left(c, rival, relation));
+        let most = there.map(Correction::claim);
         let itself = |c: &&Correction| (c.place, c.quantity) == (rival.place, rival.quantity);
         let still = left.iter().find(itself).map_or(0.0, |c| c.borne);
         (most.fold(0.0, f64::max), still > APART * rival.borne)
     }
+}
+
+/// Whether a correction tells what an effect of a relation leaves of what a rival tells.
+pub(super) fn is_left(c: &Correction, rival: &Correction, relation: Relation) -> bool {
+    let enters = |place: usize| PLACES[place].shows_in.contains(&relation);
+    // A rival of another relation is told by what acts there.
+    let beyond = !enters(rival.place);
+    let acts = enters(c.place) || beyond && share_rows(c.place, rival.place);
+    // In another place than the rival's sound recordings may show as much.
+    c.place == rival.place || acts && c.borne > hurdle(c)
 }
 
 /// Plausible corrections beside a state, best first, in relations that nothing `unnamed` enters.

@@ -1,7 +1,7 @@
 //! Claims about what a round comes to, on contenders and corrections made for it.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::beside::{Beside, Second, owed_to_timing};
+use super::beside::{Beside, Second, is_left, owed_to_timing};
 use super::footprint::LEFT_OVER;
 use super::form::{Bent, MOSTLY, ROUGH};
 use super::hurdles::{BESIDE_UNNAMED, timed};
@@ -17,7 +17,8 @@ use crate::step::Step;
 use crate::suction::Unmeasured;
 use crate::tangent::{Bend, Tangent, dot};
 use dgd_effects::{
-    HEAD, INLETS, METER_FACTOR, OUTLETS, PLACES, QUANTITIES, RISER_READING, Relation, find, unknown,
+    HEAD, INLETS, METER_FACTOR, OUTLET_READING, OUTLETS, PLACES, QUANTITIES, RISER_READING,
+    Relation, find, unknown,
 };
 use dgd_units::STANDARD_ATMOSPHERE_PA;
 
@@ -197,6 +198,32 @@ fn what_a_rival_tells_beside_an_effect_as_well_is_another_cause_and_the_larger_i
     };
     assert_eq!(told_of(60.0), "outlet_pressure_bias_step");
     assert_eq!(told_of(20.0), PLACES[METER_FACTOR].name);
+}
+
+#[test]
+fn what_is_left_is_told_where_the_effect_acts_or_the_rival_does() {
+    use Relation::{PumpHead, ReturnLineFriction, RiserMassBalance};
+    let [line, balance] = [ReturnLineFriction, RiserMassBalance].map(place);
+    let of_the_line = correction(line, 100.0);
+    for (place, above, relation, left) in [
+        // In the rival's place whatever it tells, and in another place of the effect's relation what no sound recording shows.
+        (line, false, ReturnLineFriction, true),
+        (METER_FACTOR, true, ReturnLineFriction, true),
+        (METER_FACTOR, false, ReturnLineFriction, false),
+        (balance, true, ReturnLineFriction, false),
+        // A rival of another relation is told by what acts there, too.
+        (line, false, RiserMassBalance, true),
+        (balance, true, RiserMassBalance, true),
+        (balance, false, RiserMassBalance, false),
+        (OUTLET_READING, true, RiserMassBalance, true),
+        (OUTLET_READING, false, RiserMassBalance, false),
+        (balance, true, PumpHead, false),
+    ] {
+        let hurdle = hurdle(&correction(place, 0.0));
+        let one = correction(place, if above { hurdle + 1.0 } else { 1.0 });
+        let said = format!("{} {above} beside {relation:?}", PLACES[place].name);
+        assert_eq!(is_left(&one, &of_the_line, relation), left, "{said}");
+    }
 }
 
 #[test]
@@ -822,7 +849,7 @@ fn of_late_meters_one_is_named_and_all_else_may_still_be() {
 #[test]
 fn what_two_transmitters_show_is_told_first_unless_an_effect_is_what_one_of_them_does() {
     let record = sound();
-    let told = |effect: Contender, place: usize, evidence: f64, seen: bool| {
+    let first = |effect: Contender, place: usize, evidence: f64, seen: bool| {
         let mut rival = correction(place, evidence);
         rival.seen = seen.then(|| rival.applied.clone());
         // Half of it is what the two tell by themselves.
@@ -840,19 +867,34 @@ fn what_two_transmitters_show_is_told_first_unless_an_effect_is_what_one_of_them
     for place in [RISER_READING, OUTLETS[0]] {
         for effect in [influx as fn(f64) -> Contender, drift] {
             let id = effect(0.0).effect.about().id;
-            assert_eq!(told(effect(500.0), place, 100.0, true), name(place));
-            assert_eq!(told(effect(500.0), place, 5.0, true), id);
-            assert_eq!(told(effect(500.0), place, 100.0, false), id);
+            assert_eq!(first(effect(500.0), place, 100.0, true), name(place));
+            assert_eq!(first(effect(500.0), place, 5.0, true), id);
+            assert_eq!(first(effect(500.0), place, 100.0, false), id);
         }
     }
     // A transmitter that steps may be what parts two outlets, from seven tenths of what they show on, but no two inlets.
     let (outlet, inlet) = (OUTLETS[0], INLETS[0]);
     assert_eq!(
-        told(step(80.0), outlet, 100.0, true),
+        first(step(80.0), outlet, 100.0, true),
         step(0.0).effect.about().id
     );
-    assert_eq!(told(step(60.0), outlet, 100.0, true), name(outlet));
-    assert_eq!(told(step(500.0), inlet, 100.0, true), name(inlet));
+    assert_eq!(first(step(60.0), outlet, 100.0, true), name(outlet));
+    assert_eq!(first(step(500.0), inlet, 100.0, true), name(inlet));
+    // What they explain of the relations as well is then held against what it claims.
+    let beside = |evidence: f64, borne: f64| {
+        let mut rival = correction(outlet, 100.0);
+        rival.seen = Some(rival.applied.clone());
+        rival.borne = borne;
+        told(round(&record, vec![step(evidence)], vec![rival]).ruling())
+    };
+    for (evidence, borne, named) in [
+        (80.0, 82.0, step(0.0).effect.about().id),
+        (80.0, 84.0, name(outlet)),
+        (100.0, 100.0, step(0.0).effect.about().id),
+        (100.0, 130.0, name(outlet)),
+    ] {
+        assert_eq!(beside(evidence, borne), named, "{evidence} {borne}");
+    }
 }
 
 #[test]
