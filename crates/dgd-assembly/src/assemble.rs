@@ -85,6 +85,15 @@ pub(crate) fn compile(system: &System) -> Result<Network, AssemblyError> {
 
 /// In what the record counts its independent variable.
 fn tick(system: &System, net: &mut Network, problems: &mut Vec<Problem>) {
+    if let Some(step) = system.record.step
+        && !(step.is_finite() && step > 0.0)
+    {
+        problems.push(Problem::new(
+            "record.step",
+            format!("is {step}, expected a number above 0"),
+            "how far apart the samples are, in `unit`",
+        ));
+    }
     let Some(unit) = system.record.unit.as_deref().filter(|_| net.in_time) else {
         return;
     };

@@ -143,7 +143,8 @@ impl Assembly {
         self.net.free.len()
     }
 
-    /// The entries of `theta`.
+    /// The entries of `theta`, in its order: free properties by their paths in alphabetical order, then free initial states,
+    /// window by window.
     #[must_use]
     pub fn parameters(&self) -> Vec<Parameter> {
         let entry = |path: String, b: &Bounds, initial| Parameter {
@@ -209,7 +210,8 @@ impl Assembly {
     /// the strength starting at its usual value; the others stand at their neutral or usual value.
     ///
     /// # Errors
-    /// [`AssemblyError::Effect`] if the effect does not attach there, [`AssemblyError::IllPosed`] if the system with it
+    /// [`AssemblyError::Effect`] if the effect does not attach there, [`AssemblyError::Parameter`] if it has no parameter of a
+    /// name in `free`, [`AssemblyError::IllPosed`] if the system with it
     /// contradicts itself.
     pub fn with_effect(
         &self,
@@ -232,6 +234,15 @@ impl Assembly {
                 known: crate::build::listed(known),
             });
         };
+        let has = |name: &&str| found.parameters.iter().any(|p| p.name == *name);
+        if let Some(unknown) = free.iter().find(|name| !has(name)) {
+            return Err(AssemblyError::Parameter {
+                component: component.into(),
+                effect: effect.into(),
+                name: (*unknown).into(),
+                known: crate::build::listed(found.parameters.iter().map(|p| p.name)),
+            });
+        }
         let mut system = self.system.clone();
         system.effects.push(EffectSetting {
             component: component.into(),

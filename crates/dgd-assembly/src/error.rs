@@ -116,6 +116,20 @@ pub enum AssemblyError {
         /// Samples needed.
         expected: usize,
     },
+    /// An effect has no parameter of that name.
+    #[error(
+        "effect `{effect}` on `{component}` has no parameter `{name}`, expected one of: {known}"
+    )]
+    Parameter {
+        /// Component.
+        component: String,
+        /// Effect.
+        effect: String,
+        /// Parameter asked for.
+        name: String,
+        /// Parameters there are.
+        known: String,
+    },
     /// An effect is not in the catalogue or does not attach to the component.
     #[error("effect `{effect}` does not attach to `{component}`, expected one of: {known}")]
     Effect {

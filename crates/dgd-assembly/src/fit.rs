@@ -59,6 +59,28 @@ impl Default for FitOptions {
     }
 }
 
+impl FitOptions {
+    /// Checks the numbers that no fit can use.
+    pub(crate) fn check(&self) -> Result<(), AssemblyError> {
+        let refused = |name: &str, found, expected| {
+            Err(AssemblyError::Value {
+                name: name.into(),
+                found,
+                expected,
+            })
+        };
+        match self.loss {
+            Loss::Huber(k) if !(k.is_finite() && k > 0.0) => {
+                refused("loss: k of Huber", k, "a number above 0")
+            }
+            _ if !(self.tolerance.is_finite() && self.tolerance >= 0.0) => {
+                refused("tolerance", self.tolerance, "a number of at least 0")
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
 /// How a fit ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
@@ -129,7 +151,8 @@ fn halton(index: usize, dimension: usize) -> f64 {
 /// The result carries how it ended; a fit that ended badly is a result too.
 ///
 /// # Errors
-/// [`AssemblyError::Length`] or [`AssemblyError::Value`] on a wrong start; [`AssemblyError::Column`] on names that do not
+/// [`AssemblyError::Length`] on readings that are not as long as their times; that or [`AssemblyError::Value`] on a wrong start;
+/// [`AssemblyError::Value`] on a loss or tolerance that cannot be; [`AssemblyError::Column`] on names that do not
 /// exist or if no instrument was recorded; [`AssemblyError::Input`] on bad inputs.
 ///
 /// # Source

@@ -32,6 +32,7 @@ impl<'a> Residual<'a> {
         windows: &'a [Window],
         options: &FitOptions,
     ) -> Result<Self, AssemblyError> {
+        options.check()?;
         let parameters = assembly.parameters();
         let start = options.start.clone().unwrap_or_else(|| assembly.start());
         assembly.check_theta(&start)?;
@@ -63,6 +64,17 @@ impl<'a> Residual<'a> {
                 use_: "fitted outputs".into(),
                 known: names.join(", "),
             });
+        }
+        for window in windows {
+            for (name, readings) in names.iter().zip(&window.readings) {
+                if !readings.is_empty() && readings.len() != window.time.len() {
+                    return Err(AssemblyError::Length {
+                        name: (*name).to_owned(),
+                        expected: window.time.len(),
+                        found: readings.len(),
+                    });
+                }
+            }
         }
         let accuracies = assembly.accuracies();
         let mut scale = Vec::new();

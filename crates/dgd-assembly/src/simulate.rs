@@ -68,7 +68,7 @@ pub enum RunStatus {
 }
 
 impl Assembly {
-    /// Runs a window with the parameters `theta`.
+    /// Runs a window with the parameters `theta`, in the order of [`Self::parameters`]; they are not held to their bounds.
     ///
     /// `number` is that of the training window, for its free initial states; held-out windows use 0.
     ///

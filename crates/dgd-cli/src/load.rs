@@ -240,7 +240,8 @@ pub(crate) fn read_recordings(
                     );
                     return Err(Failure::input(path, reason));
                 }
-                all.recording.append(recording, all.step_s);
+                (all.recording.append(recording, all.step_s))
+                    .map_err(|e| Failure::input(path, e))?;
                 all.samples += samples;
                 all.formats.push(format);
                 all.issues.extend(issues);

@@ -5,7 +5,9 @@ mod worse;
 
 use crate::belief::calibrate;
 use crate::contest::material;
-use crate::diagnosis::{Check, DiagnoseError, Diagnosis, Finding, Options, Stage, Verdict};
+use crate::diagnosis::{
+    Check, DiagnoseError, Diagnosis, Finding, MOST_STEP_S, Options, Stage, Verdict,
+};
 use crate::empirical::is_correction;
 use crate::finding::{finding, heaving};
 use crate::free_run::{gains, simulate};
@@ -45,8 +47,11 @@ const LEAST_BLOCKS: usize = 190;
 /// pool the catalogue is weighed; memory grows in proportion to the samples.
 ///
 /// # Errors
-/// [`DiagnoseError::TooShort`] below 190 blocks of 10 s, or where fewer than sixty outside the held-out windows show the line
-/// or the pump; [`DiagnoseError::UnknownEffect`] if `options.start` holds an effect that the catalogue does not.
+/// [`DiagnoseError::TooShort`] below 190 blocks of 10 s (of a step, where steps are longer), or where fewer than sixty outside
+/// the held-out windows show the line or the pump; [`DiagnoseError::Step`] on steps above a minute;
+/// [`DiagnoseError::UnknownEffect`] and [`DiagnoseError::NotInCatalogue`] if `options.start` or `options.suspects` hold an
+/// effect that the catalogue does not, [`DiagnoseError::NoEffects`] if `options.most_effects` is 0;
+/// [`DiagnoseError::Prepared`] and [`DiagnoseError::Well`] on input that cannot be.
 ///
 /// # Source
 /// The relations are Eqs. 2.27, 3.13, 3.45 and 3.46 of Slettebø (2015). Recovery of what an independent plant conceals:
@@ -57,9 +62,20 @@ pub fn diagnose(
     options: &Options,
     progress: &mut dyn FnMut(Stage),
 ) -> Result<Diagnosis, DiagnoseError> {
+    well.check()?;
+    prepared.check()?;
+    if prepared.step_s > MOST_STEP_S {
+        return Err(DiagnoseError::Step {
+            step_s: prepared.step_s,
+        });
+    }
+    if options.most_effects == 0 {
+        return Err(DiagnoseError::NoEffects);
+    }
     progress(Stage::Baseline);
     let record = Record::new(well, prepared, &options.without);
     let short = || DiagnoseError::TooShort {
+        block_s: record.block_s(),
         usable: usable(&record),
         needed: LEAST_BLOCKS,
     };
@@ -203,14 +219,15 @@ pub fn diagnose(
     findings.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     let tested = tested(&record, &selection, &findings, &start, swell);
     let unknown = |f: &Finding| f.effect == "unknown";
-    // What was only suspected may be less likely than not.
-    let unlikely =
-        |f: &Finding| f.probability + f.alternatives.iter().map(|a| a.1).sum::<f64>() < 0.5;
-    let verdict = if findings.is_empty() {
+    // What was only suspected may be less likely than not, and then is nothing that was left out.
+    let there =
+        |f: &&Finding| f.probability + f.alternatives.iter().map(|a| a.1).sum::<f64>() >= 0.5;
+    let left_out: Vec<&Finding> = findings.iter().filter(there).collect();
+    let verdict = if left_out.is_empty() {
         Verdict::Consistent
-    } else if findings.iter().all(|f| unknown(f) || unlikely(f)) {
+    } else if left_out.iter().all(|f| unknown(f)) {
         Verdict::Unexplained
-    } else if findings.iter().any(|f| unknown(f) || unlikely(f)) {
+    } else if left_out.iter().any(|f| unknown(f)) {
         Verdict::PartlyExplained
     } else {
         Verdict::Explained

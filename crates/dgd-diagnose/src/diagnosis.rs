@@ -36,7 +36,8 @@ pub struct Diagnosis {
 /// The answer in a word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
-    /// Nothing is left out that this recording could show.
+    /// Nothing is left out that this recording could show; of [`Options::suspects`], where those were given, none is likelier
+    /// than not.
     Consistent,
     /// What was left out is named.
     Explained,
@@ -272,15 +273,37 @@ impl Default for Options {
     }
 }
 
+/// Longest step of a clock on which causes are told apart, s: drilling acts in minutes.
+pub(crate) const MOST_STEP_S: f64 = 60.0;
+
 /// Why there is no diagnosis.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum DiagnoseError {
+    /// What was screened does not belong together.
+    #[error(transparent)]
+    Prepared(#[from] dgd_screen::ScreenError),
+    /// The well cannot be.
+    #[error(transparent)]
+    Well(#[from] dgd_recording::WellError),
+    /// Samples too far apart.
+    #[error(
+        "the samples are {step_s} s apart, a diagnosis needs {MOST_STEP_S} s or less: record more often, or mend the unit of the time"
+    )]
+    Step {
+        /// Step of the clock, s.
+        step_s: f64,
+    },
+    /// No effect may be named.
+    #[error("option `most_effects` is 0, expected at least 1")]
+    NoEffects,
     /// Too little of the recording can be used.
     #[error(
-        "{usable} blocks of 10 s with flow and pressure can be used, a diagnosis needs {needed} ({} min): record for longer, or see with `dgd fit` what the screening rejects", needed / 6
+        "{usable} blocks of {block_s} s with flow and pressure can be used, a diagnosis needs {needed} ({:.0} min): record for longer, or see what the screening rejects", *needed as f64 * block_s / 60.0
     )]
     TooShort {
+        /// Length of a block, s.
+        block_s: f64,
         /// Blocks in which both line and pump can be judged.
         usable: usize,
         /// Blocks needed.

@@ -1,5 +1,6 @@
 //! The textbook laws of thesis section 2.3.
 
+use crate::FrictionError;
 use std::f64::consts::PI;
 
 /// Reynolds number at and above which flow counts as turbulent (thesis section 2.3).
@@ -23,10 +24,40 @@ pub struct Pipe {
     pub viscosity_pa_s: f64,
 }
 
+impl Pipe {
+    /// Checks the numbers, so that the laws below may take them as they are.
+    ///
+    /// # Errors
+    /// [`FrictionError::Domain`] if length, diameter, density or viscosity is no positive number, or the roughness is negative.
+    pub fn check(&self) -> Result<(), FrictionError> {
+        let positive = [
+            ("length_m", self.length_m),
+            ("diameter_m", self.diameter_m),
+            ("density_kg_m3", self.density_kg_m3),
+            ("viscosity_pa_s", self.viscosity_pa_s),
+        ];
+        let odd = (positive.into_iter()).find(|(_, v)| !(v.is_finite() && *v > 0.0));
+        let (name, found, expected) = match odd {
+            Some((name, found)) => (name, found, "a finite number above 0"),
+            None if self.roughness_m.is_finite() && self.roughness_m >= 0.0 => return Ok(()),
+            None => (
+                "roughness_m",
+                self.roughness_m,
+                "a finite number of at least 0",
+            ),
+        };
+        Err(FrictionError::Domain {
+            name,
+            found,
+            expected,
+        })
+    }
+}
+
 /// Reynolds number of a flow in a circular pipe, thesis Eq. 2.21: `4ρ|q| / (π d μ)`.
 ///
-/// Units: kg/m³, m, Pa·s, m³/s. Never negative: direction does not matter. Out of domain
-/// (`d` or `μ` not above 0) it is what IEEE arithmetic gives.
+/// Units: kg/m³, m, Pa·s, m³/s. Direction does not matter: never negative of a pipe that can be
+/// ([`Pipe::check`]), and of another what IEEE arithmetic gives.
 pub fn reynolds(density_kg_m3: f64, diameter_m: f64, viscosity_pa_s: f64, flow_m3_s: f64) -> f64 {
     4.0 * density_kg_m3 * flow_m3_s.abs() / (PI * diameter_m * viscosity_pa_s)
 }
@@ -58,7 +89,12 @@ pub fn friction_factor(reynolds: f64, relative_roughness: f64) -> f64 {
 /// `f · 8ρL / (π² d⁵) · q|q|`.
 ///
 /// - `flow_m3_s`: q, m³/s; the drop has its sign, and is 0 at no flow.
+///
+/// The numbers of the pipe are not looked at: see [`Pipe::check`].
 pub fn darcy_weisbach(pipe: &Pipe, flow_m3_s: f64) -> f64 {
+    if flow_m3_s == 0.0 {
+        return 0.0;
+    }
     let Pipe {
         length_m: l,
         diameter_m: d,

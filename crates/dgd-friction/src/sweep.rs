@@ -88,10 +88,19 @@ impl DelayScan {
     /// Fits the rows at the best delay; `samples` are those that were scanned.
     ///
     /// # Errors
-    /// [`FrictionError::Fit`] on too few rows or poor excitation.
+    /// [`FrictionError::Fit`] on too few rows or poor excitation, [`FrictionError::Length`] if they are not those that were
+    /// scanned, as far as their number tells.
     pub fn fit(self, samples: &Samples) -> Result<DelaySweep, FrictionError> {
         samples.check()?;
         let fit = fit_checked(samples, self.best_delay_samples, &self.powers, self.loss)?;
+        if fit.n != self.n[self.best] {
+            let rows = |n: u64| usize::try_from(n).unwrap_or(usize::MAX);
+            return Err(FrictionError::Length {
+                name: "samples at the best delay",
+                found: rows(fit.n),
+                expected: rows(self.n[self.best]),
+            });
+        }
         Ok(DelaySweep {
             delays_s: self.delays_s,
             mse_pa2: self.mse_pa2,
@@ -114,7 +123,7 @@ impl DelayScan {
 /// (and kept, with [`Samples::keep_delayed`]).
 ///
 /// The sweep does not solve one problem per delay. The regressors are rotated once into a basis
-/// that is orthonormal at the delay of the range nearest 0, so the normal equations at the others are
+/// that is orthonormal at the delay of the range nearest 0 that can be fitted, so the normal equations at the others are
 /// well conditioned; their Gram matrix changes from one delay to the next only at the ends of kept
 /// runs; the cross terms are a correlation, 16 delays at a time. Sums agree with QR to about 1e-10
 /// of the error; the fit reported at the best delay is by QR of the rows.
@@ -155,7 +164,7 @@ pub fn delay_scan(
             expected: "a finite interval above 0",
         });
     }
-    let basis = Basis::at(samples, 0_i64.clamp(first, last), &powers)?;
+    let basis = Basis::near_rest(samples, first..=last, &powers)?;
     let problem = Problem {
         samples,
         powers: &powers,
@@ -234,6 +243,25 @@ struct Basis {
 }
 
 impl Basis {
+    /// At the delay nearest 0 that can be fitted: a dead meter may leave no rows at some.
+    fn near_rest(
+        samples: &Samples,
+        delays: std::ops::RangeInclusive<i64>,
+        powers: &[f64],
+    ) -> Result<Self, FrictionError> {
+        let (first, last) = (*delays.start(), *delays.end());
+        let nearest = 0_i64.clamp(first, last);
+        let refused = match Self::at(samples, nearest, powers) {
+            Err(FrictionError::Fit(refused)) => FrictionError::Fit(refused),
+            done => return done,
+        };
+        let mut others: Vec<i64> = delays.filter(|delay| *delay != nearest).collect();
+        others.sort_by_key(|delay| delay.abs_diff(nearest));
+        (others.into_iter())
+            .find_map(|delay| Self::at(samples, delay, powers).ok())
+            .ok_or(refused)
+    }
+
     fn at(samples: &Samples, delay: i64, powers: &[f64]) -> Result<Self, FrictionError> {
         // A sixteenth of the rows gives a basis that is orthonormal enough, unless it misses the
         // few rows that excite. Poor excitation is refused by name before anything is inverted.

@@ -8,7 +8,8 @@ use crate::series::read_ahead;
 use crate::{DataUsed, FrictionModel, Model, PumpModel, Series};
 use dgd_friction::{DelaySweep, FrictionError, Loss, PolynomialFit, Terms};
 use dgd_pump::{PumpError, SearchOptions};
-use dgd_recording::Well;
+use dgd_recording::{Well, WellError};
+use dgd_screen::ScreenError;
 use std::ops::RangeInclusive;
 
 /// What to try.
@@ -68,6 +69,12 @@ pub struct Identification {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum IdentifyError {
+    /// What was screened does not belong together.
+    #[error(transparent)]
+    Prepared(#[from] ScreenError),
+    /// The well cannot be.
+    #[error(transparent)]
+    Well(#[from] WellError),
     /// Nothing passed the screening.
     #[error("none of {samples} samples passed the screening; most were rejected for: {most}")]
     NothingKept {
@@ -108,7 +115,8 @@ pub enum IdentifyError {
 /// way to the constrained fit at those, and that to `c0 w²`.
 ///
 /// # Errors
-/// [`IdentifyError`] if no sample is usable or even the poorest law is not excited.
+/// [`IdentifyError`] if no sample is usable or even the poorest law is not excited, the well cannot be, or the series of
+/// `prepared` are not of one length.
 ///
 /// # Source
 /// Sections 3.3 and 3.4 of the thesis.
@@ -117,6 +125,8 @@ pub fn identify(
     well: &Well,
     options: &IdentifyOptions,
 ) -> Result<Identification, IdentifyError> {
+    well.check()?;
+    prepared.check()?;
     let Prepared {
         recording, step_s, ..
     } = prepared;

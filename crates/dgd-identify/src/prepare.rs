@@ -20,6 +20,35 @@ pub struct Prepared {
     pub tally: Vec<Tally>,
 }
 
+impl Prepared {
+    /// Checks that what was screened belongs together; [`prepare`] makes nothing else.
+    ///
+    /// # Errors
+    /// [`ScreenError::Unequal`] or [`ScreenError::Length`] if something is not as long as the clock, [`ScreenError::Step`] if
+    /// the step is no positive number.
+    pub fn check(&self) -> Result<(), ScreenError> {
+        self.recording.check()?;
+        let expected = self.recording.len();
+        for (channel, found) in [
+            ("keep", self.keep.len()),
+            ("inlet_pressure_pa", self.inlet_pressure_pa.len()),
+            ("outlet_pressure_pa", self.outlet_pressure_pa.len()),
+        ] {
+            if found != expected {
+                return Err(ScreenError::Length {
+                    channel,
+                    found,
+                    expected,
+                });
+            }
+        }
+        if self.step_s.is_finite() && self.step_s > 0.0 {
+            return Ok(());
+        }
+        Err(ScreenError::Step { found: self.step_s })
+    }
+}
+
 /// Screens a recording on an even clock and blanks what cannot be trusted.
 ///
 /// One transmitter's fault costs only that transmitter: the mean of redundant ones

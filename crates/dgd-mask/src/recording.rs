@@ -1,5 +1,6 @@
 //! Every channel as a percentage, its transmitter's step hidden by noise.
 
+use crate::MaskingError;
 use crate::dither::{flicker, share};
 use dgd_identify::{Prepared, Series};
 use dgd_units::MaskReferences;
@@ -50,12 +51,29 @@ impl MaskedRecording {
 /// Flows are also blanked beyond twice the reference. Of the flows into the riser only the sum is told,
 /// which is all that the model reads (Eq. 3.45): a topfill that rests on a round number
 /// would be a guess away from the reference.
+///
+/// # Errors
+/// [`MaskingError::Prepared`] or [`MaskingError::Length`] if the two are not of one length.
 pub fn mask_recording(
     prepared: &Prepared,
     series: &Series,
     references: &MaskReferences,
-) -> MaskedRecording {
+) -> Result<MaskedRecording, MaskingError> {
+    prepared.check()?;
     let recording = &prepared.recording;
+    for (name, values) in [
+        ("level_m", &series.level_m),
+        ("friction_pa", &series.friction_pa),
+        ("head_m", &series.head_m),
+    ] {
+        if values.len() != recording.len() {
+            return Err(MaskingError::Length {
+                name,
+                found: values.len(),
+                expected: recording.len(),
+            });
+        }
+    }
     let [inflow, outflow, inlet, outlet] = flicker(recording, prepared.step_s, references);
     let [flow_m3_s, _, _, level_m] = references.disclose();
 
@@ -112,7 +130,7 @@ pub fn mask_recording(
         references.mask_level(v)
     });
     let first = recording.time_s.first().copied().unwrap_or(0.0);
-    MaskedRecording {
+    Ok(MaskedRecording {
         time_s: recording.time_s.iter().map(|t| t - first).collect(),
         inflow_pct,
         return_flow_pct,
@@ -121,7 +139,7 @@ pub fn mask_recording(
         level_pct,
         pump_speed_pct: recording.pump_speed_pct.clone(),
         keep: prepared.keep.clone(),
-    }
+    })
 }
 
 /// Values within the range of the usable ones and nothing, a twentieth of it added; NaN beyond.

@@ -19,7 +19,20 @@ pub enum MaskingError {
         /// Which quantity.
         quantity: &'static str,
     },
-    /// The model has a law that percentages are not defined for.
+    /// What was screened does not belong together.
+    #[error(transparent)]
+    Prepared(#[from] dgd_screen::ScreenError),
+    /// Level, friction and head are of another recording.
+    #[error("`{name}` has {found} samples, expected {expected} as the recording has")]
+    Length {
+        /// The odd series.
+        name: &'static str,
+        /// Its length.
+        found: usize,
+        /// Length of the recording.
+        expected: usize,
+    },
+    /// A reference is none: percentages are taken of positive numbers.
     #[error(transparent)]
     Reference(#[from] dgd_units::MaskError),
 }

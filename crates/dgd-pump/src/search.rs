@@ -17,6 +17,12 @@ use crate::{CONDITION_LIMIT, CurveFit, PumpError, Samples};
 /// Side of the first simplex as a share of the start, as in MATLAB's `fminsearch`.
 const SIMPLEX: f64 = 0.05;
 
+/// Share of the mean squared head to which sums of the table are rounded.
+const ROUNDING: f64 = 3e-14;
+
+/// Share of the mean squared head below which errors are as good as none.
+const CLOSE: f64 = 1e-6;
+
 /// A term with less than this share of the head counts as gone, for [`Limit`].
 const GONE: f64 = 1e-4;
 
@@ -154,8 +160,9 @@ pub struct ExponentSearch {
     pub path: Vec<PathPoint>,
     /// Every pair evaluated, in order.
     pub trials: Vec<Trial>,
-    /// Relative difference between the mean squared error the search saw (by interpolated sums) and
-    /// that of the QR fit. About 1e-10; the search is not to be trusted above 1e-6.
+    /// Difference between the mean squared error the search saw (by interpolated sums) and that of the QR fit, relative to it
+    /// and a millionth of the mean squared head together: what fits closer than to a thousandth of the head is told apart no
+    /// further. About 1e-10; the search is not to be trusted above 1e-6.
     pub table_error: f64,
 }
 
@@ -206,7 +213,7 @@ pub fn search_exponents(
     for search in 0..=options.restarts {
         let signs = [(1.0, 1.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0)][search as usize % 4];
         let run = run(cost(search), best, signs, &path);
-        let gained = run.mse < best.mse * (1.0 - options.tolerance);
+        let gained = run.mse < best.mse - tell(options, &table, best.mse);
         if run.mse < best.mse {
             best = run.point();
         }
@@ -250,11 +257,14 @@ pub fn search_exponents(
     }
     // The search counts three coefficients whether held or not.
     #[expect(clippy::cast_precision_loss, reason = "row counts stay far below 2^53")]
-    let seen = best.mse * (fit.n - 3) as f64;
+    let [seen, squares] = [
+        best.mse * (fit.n - 3) as f64,
+        table.mean_square_head() * fit.n as f64,
+    ];
     let path = path.lock().map(|path| path.clone()).unwrap_or_default();
     Ok(ExponentSearch {
         limits,
-        table_error: (seen / free.rss - 1.0).abs(),
+        table_error: (seen - free.rss).abs() / (free.rss + CLOSE * squares),
         fit,
         status,
         start: (start.n0, start.n2),
@@ -268,6 +278,11 @@ pub fn search_exponents(
         path,
         trials: log.into_inner(),
     })
+}
+
+/// Difference of two mean squared errors that tells them apart, m²: below it the sums themselves are rounded.
+fn tell(options: &SearchOptions, table: &Table, mse_m2: f64) -> f64 {
+    (options.tolerance * mse_m2).max(ROUNDING * table.mean_square_head())
 }
 
 fn check(options: &SearchOptions) -> Result<(), PumpError> {
@@ -418,8 +433,8 @@ fn run(cost: Cost, from: Point, signs: (f64, f64), path: &Arc<Mutex<Vec<PathPoin
         ended: SearchStatus::Stopped,
     };
     // The tolerance is checked to be above 0, so this is accepted.
-    let Ok(solver) = NelderMead::new(simplex).with_sd_tolerance(options.tolerance * from.mse)
-    else {
+    let told = tell(options, cost.table, from.mse);
+    let Ok(solver) = NelderMead::new(simplex).with_sd_tolerance(told) else {
         return unmoved;
     };
     let outcome = Executor::new(cost, solver)

@@ -4,7 +4,7 @@ mod blocks;
 mod mapping;
 
 pub use blocks::BlockGrid;
-pub use mapping::RecordingError;
+pub use mapping::{RecordingError, Unequal};
 
 use crate::clock::STRETCH;
 use crate::{ClockError, ClockSurvey, Issue, survey_clock};
@@ -96,6 +96,22 @@ impl Recording {
     /// Whether there is no sample.
     pub fn is_empty(&self) -> bool {
         self.time_s.is_empty()
+    }
+
+    /// Checks that every series is as long as the clock.
+    ///
+    /// # Errors
+    /// [`Unequal`] names the first that is not.
+    pub fn check(&self) -> Result<(), Unequal> {
+        let expected = self.len();
+        let odd = self.series().into_iter().find(|s| s.1.len() != expected);
+        odd.map_or(Ok(()), |(channel, values)| {
+            Err(Unequal {
+                channel,
+                found: values.len(),
+                expected,
+            })
+        })
     }
 
     /// Every channel with its series, in the order of Table 2.1.
@@ -201,8 +217,10 @@ impl Recording {
     /// and what had to be mended.
     ///
     /// # Errors
-    /// [`RecordingError::Clock`] if there is no clock to be found, or it was set back on the way.
+    /// [`RecordingError::Clock`] if there is no clock to be found, or it was set back on the way;
+    /// [`RecordingError::Unequal`] if a series is not as long as the clock.
     pub fn onto_grid(mut self) -> Result<(Self, f64, Vec<Issue>), RecordingError> {
+        self.check()?;
         let clock = survey_clock(&self.time_s)?;
         if clock.even {
             return Ok((self, clock.step_s, Vec::new()));
@@ -275,7 +293,11 @@ impl Recording {
     ///
     /// A transmitter that only one of the two has is NaN in the other. Returns the index
     /// of the first appended sample.
-    pub fn append(&mut self, later: Self, step_s: f64) -> usize {
+    ///
+    /// # Errors
+    /// [`RecordingError::Step`] if the step is no positive number; nothing is appended.
+    pub fn append(&mut self, later: Self, step_s: f64) -> Result<usize, RecordingError> {
+        RecordingError::unless_step(step_s)?;
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
@@ -316,7 +338,7 @@ impl Recording {
                 .get_or_insert_with(|| vec![f64::NAN; before]);
             join(mine, later.riser_pressure_pa.unwrap_or_default());
         }
-        start
+        Ok(start)
     }
 
     /// Mean of the inlet transmitters at each sample, over those that have a value.

@@ -47,7 +47,73 @@ impl Geometry {
     }
 }
 
+/// A number of a well that none can have.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error("`{name}` of the well is {found}, expected {expected}")]
+pub struct WellError {
+    /// The field.
+    pub name: &'static str,
+    /// Its value.
+    pub found: f64,
+    /// What it may be.
+    pub expected: &'static str,
+}
+
 impl Well {
+    /// Checks density, diameters and depths, which a [`Well`] made by hand may have as it likes.
+    ///
+    /// # Errors
+    /// [`WellError`] if one is no positive number, or the drill pipe does not fit into the riser.
+    pub fn check(&self) -> Result<(), WellError> {
+        let Geometry {
+            riser_id_m,
+            drillpipe_od_m,
+            casing_od_m,
+            return_line_id_m,
+            booster_line_id_m,
+            pump_inlet_depth_m,
+            pump_outlet_depth_m,
+            riser_pressure_sensor_depth_m,
+        } = self.geometry;
+        let needed = [
+            ("mud_density_kg_m3", self.mud_density_kg_m3),
+            ("riser_id_m", riser_id_m),
+            ("drillpipe_od_m", drillpipe_od_m),
+            ("return_line_id_m", return_line_id_m),
+            ("pump_inlet_depth_m", pump_inlet_depth_m),
+            ("pump_outlet_depth_m", pump_outlet_depth_m),
+        ]
+        .map(|(name, value)| (name, Some(value)));
+        let known = [
+            ("casing_od_m", casing_od_m),
+            ("booster_line_id_m", booster_line_id_m),
+            (
+                "riser_pressure_sensor_depth_m",
+                riser_pressure_sensor_depth_m,
+            ),
+        ];
+        for (name, value) in needed.into_iter().chain(known) {
+            if let Some(found) = value
+                && !(found > 0.0 && found.is_finite())
+            {
+                let expected = "a positive number";
+                return Err(WellError {
+                    name,
+                    found,
+                    expected,
+                });
+            }
+        }
+        if drillpipe_od_m >= riser_id_m {
+            return Err(WellError {
+                name: "drillpipe_od_m",
+                found: drillpipe_od_m,
+                expected: "less than `riser_id_m`",
+            });
+        }
+        Ok(())
+    }
+
     /// Riser level h_r, m below the rotary table, from the inlet pressure, Pa absolute (Eq. 4.1).
     pub fn level_m(&self, inlet_pressure_pa: f64) -> f64 {
         let head = (inlet_pressure_pa - STANDARD_ATMOSPHERE_PA) / self.weight_pa_m();

@@ -91,6 +91,18 @@ pub enum ReplayError {
         /// The delay, s.
         delay_s: f64,
     },
+    /// The clock is not even.
+    #[error(
+        "the clock steps by {found_s} s after sample {sample}, on the whole by {step_s} s: put the recording on an even clock"
+    )]
+    Uneven {
+        /// The sample before the odd step.
+        sample: usize,
+        /// That step, s.
+        found_s: f64,
+        /// Mean step, s.
+        step_s: f64,
+    },
     /// Blocks that are not the recording that was announced.
     #[error("blocks of {found} samples in all, expected {expected}")]
     Blocks {
@@ -106,6 +118,23 @@ pub enum ReplayError {
 
 fn step_s(time_s: &[f64]) -> f64 {
     (time_s[time_s.len() - 1] - time_s[0]) / (time_s.len() - 1) as f64
+}
+
+/// Refuses a clock of which a step is off by more than half of one.
+fn check_clock(time_s: &[f64]) -> Result<(), ReplayError> {
+    if time_s.len() < 2 {
+        return Ok(());
+    }
+    let step_s = step_s(time_s);
+    let odd = |w: &[f64]| !((w[1] - w[0] - step_s).abs() <= 0.5 * step_s);
+    let Some(sample) = time_s.windows(2).position(odd) else {
+        return Ok(());
+    };
+    Err(ReplayError::Uneven {
+        sample,
+        found_s: time_s[sample + 1] - time_s[sample],
+        step_s,
+    })
 }
 
 /// The meter's value `steps` samples after `index` (Eq. 3.22).
@@ -126,8 +155,8 @@ fn ahead(flow: &[f64], index: usize, steps: f64) -> f64 {
 /// Runs the model over a window of a recording that is on an even clock.
 ///
 /// # Errors
-/// [`ReplayError`] if the window or an input is empty, a series is not as long as the clock, or
-/// the model's parameters are refused.
+/// [`ReplayError`] if the window or an input is empty, a series is not as long as the clock, the clock is not even, the delay is
+/// no number, or the model's parameters are refused.
 ///
 /// # Source
 /// Chapter 4 of the thesis; riser alone Eq. 3.45, flow alone Eq. 3.46, steady Eq. 4.2.
@@ -138,6 +167,14 @@ pub fn replay(
 ) -> Result<Replay, ReplayError> {
     check_lengths(recording)?;
     let time = &recording.time_s;
+    check_clock(time)?;
+    if !options.delay_s.is_finite() {
+        return Err(ReplayError::Dynamics(DynamicsError::Parameter {
+            name: "delay_s",
+            found: options.delay_s,
+            expected: "a finite number",
+        }));
+    }
     let span_s = (
         time.first().copied().unwrap_or(0.0),
         time.last().copied().unwrap_or(0.0),

@@ -157,18 +157,12 @@ impl BlockScreen {
     /// - `block`: as [`crate::screen`] takes a recording; all blocks must have the same transmitters.
     ///
     /// # Errors
-    /// [`ScreenError::Length`] on unequal series, [`ScreenError::Blocks`] on more samples than were announced or on other
+    /// [`ScreenError::Unequal`] on unequal series, [`ScreenError::Blocks`] on more samples than were announced or on other
     /// transmitters.
     pub fn add(&mut self, block: &Recording) -> Result<ScreenedBlock, ScreenError> {
+        block.check()?;
         let all = block.series();
         let expected = block.len();
-        if let Some((channel, values)) = all.iter().find(|(_, v)| v.len() != expected) {
-            return Err(ScreenError::Length {
-                channel: channel.to_string(),
-                found: values.len(),
-                expected,
-            });
-        }
         let channels: Vec<Channel> = all.iter().map(|(channel, _)| *channel).collect();
         if self.channels.is_empty() {
             self.begin(&channels);

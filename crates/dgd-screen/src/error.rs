@@ -1,14 +1,19 @@
 //! Why a recording was not screened.
 
+use dgd_recording::Unequal;
+
 /// Why a recording was not screened.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ScreenError {
-    /// A series is not as long as the clock.
+    /// A series of the recording is not as long as the clock.
+    #[error(transparent)]
+    Unequal(#[from] Unequal),
+    /// Something beside a recording is not as long as its clock.
     #[error("`{channel}` has {found} samples, expected {expected} as the time has")]
     Length {
-        /// The odd series.
-        channel: String,
+        /// What is odd.
+        channel: &'static str,
         /// Its length.
         found: usize,
         /// Length of the time.

@@ -57,3 +57,8 @@ pub use options::{Limits, ScreenOptions};
 pub use plausible::{BlockSuspect, Place, Suspicion, suspect};
 pub use reasons::{Reasons, Tally};
 pub use screening::{Screening, screen};
+
+/// The example of the README compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -70,7 +70,7 @@ impl Screening {
 /// not stuck. The time is linear in the samples.
 ///
 /// # Errors
-/// [`ScreenError::Length`] on unequal series, [`ScreenError::Step`] and
+/// [`ScreenError::Unequal`] on unequal series, [`ScreenError::Step`] and
 /// [`ScreenError::Option`] on numbers that cannot be.
 ///
 /// # Source
@@ -81,16 +81,7 @@ pub fn screen(
     options: &ScreenOptions,
 ) -> Result<Screening, ScreenError> {
     let rules = Rules::new(step_s, options)?;
-    let n = recording.len();
-    for (channel, values) in recording.series() {
-        if values.len() != n {
-            return Err(ScreenError::Length {
-                channel: channel.to_string(),
-                found: values.len(),
-                expected: n,
-            });
-        }
-    }
+    recording.check()?;
     let job = Job { recording, rules };
     let mut channels: Vec<ChannelScreen> = recording
         .series()

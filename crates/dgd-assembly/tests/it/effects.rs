@@ -292,6 +292,9 @@ fn what_spills_is_caught_in_the_share_that_was_set_and_found_again_by_a_fit() {
     let truth = assembly
         .with_effect("upper", "overflow_caught", &["share"])
         .unwrap();
+    let refused = assembly.with_effect("upper", "overflow_caught", &["shaer"]);
+    let said = refused.unwrap_err().to_string();
+    assert!(said.contains("`shaer`") && said.contains("share"), "{said}");
     let at = truth
         .parameters()
         .iter()

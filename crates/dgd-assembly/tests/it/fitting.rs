@@ -177,6 +177,29 @@ fn wrong_calls_are_refused() {
         refused(std::slice::from_ref(&window), held),
         AssemblyError::Column { .. }
     ));
+    for loss in [0.0, -1.0, f64::NAN].map(Loss::Huber) {
+        let options = FitOptions {
+            loss,
+            ..Default::default()
+        };
+        let said = refused(std::slice::from_ref(&window), options).to_string();
+        assert!(
+            said.contains("k of Huber") && said.contains("above 0"),
+            "{said}"
+        );
+    }
+    for tolerance in [-1e-9, f64::NAN] {
+        let options = FitOptions {
+            tolerance,
+            ..Default::default()
+        };
+        let said = refused(std::slice::from_ref(&window), options).to_string();
+        assert!(said.contains("`tolerance`"), "{said}");
+    }
+    let mut short = window.clone();
+    short.readings[1].truncate(5);
+    let said = refused(&[short], FitOptions::default()).to_string();
+    assert!(said.contains("has 5 entries, expected"), "{said}");
     let blind = Window {
         readings: vec![Vec::new(); 2],
         ..window

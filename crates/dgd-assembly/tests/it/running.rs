@@ -49,8 +49,8 @@ fn the_return_line_agrees_with_the_two_state_model() {
     };
     let options = return_line::SimulationOptions {
         relative: 1e-9,
-        level_m: 1e-8,
-        flow_m3_s: 1e-10,
+        level_tolerance_m: 1e-8,
+        flow_tolerance_m3_s: 1e-10,
         ..Default::default()
     };
     let u = Signal::new("q", &t, &inflow, Interpolation::Linear).unwrap();

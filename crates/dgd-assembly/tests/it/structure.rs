@@ -205,8 +205,15 @@ fn values_out_of_range_and_units_of_another_kind_are_refused() {
     let text = format!("connections = [\"tank -> valve -> atmosphere\"]{HEAD}");
     assert!(
         problems(&text.replace("area = 1.0", "area = -1.0"))
-            .contains("tank.area: is -1 m2, expected")
+            .contains("tank.area: is -1 m2, expected a number above 0")
     );
+    for step in ["0", "-1", "nan", "inf"] {
+        let found = problems(&format!("{text}\n[record]\nstep = {step}"));
+        assert!(
+            found.contains("record.step: is") && found.contains("above 0"),
+            "{found}"
+        );
+    }
     let found = problems(&text.replace("area = 1.0", "area = \"3 bar\""));
     assert!(found.contains("tank.area"), "{found}");
 }

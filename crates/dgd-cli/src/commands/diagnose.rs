@@ -12,7 +12,7 @@ use crate::failure::Failure;
 use crate::load;
 use crate::output::{self, Outputs};
 use crate::progress::Progress;
-use dgd_diagnose::{Diagnosis, Options, Simulation, Stage, Step, diagnose};
+use dgd_diagnose::{DiagnoseError, Diagnosis, Options, Simulation, Stage, Step, diagnose};
 use dgd_documents::{Base, ModelDocument, write_diagnosis, write_model_document};
 use dgd_export::{ComparedSignal, Comparison, ExportError, write_comparison_csv};
 use dgd_identify::prepare;
@@ -109,7 +109,7 @@ pub(crate) fn carry_out(
         progress.stage(kind, &what);
     };
     let mut diagnosis =
-        diagnose(&well, &prepared, &options, &mut said).map_err(|e| Failure::input(first, e))?;
+        diagnose(&well, &prepared, &options, &mut said).map_err(|e| undiagnosed(first, &e))?;
     // The report is written beside what was found, not beside the recording as well.
     drop(prepared);
     diagnosis.settings.extend(identified.departures.clone());
@@ -125,6 +125,16 @@ pub(crate) fn carry_out(
         warnings,
         recording,
     })
+}
+
+/// Why there is no diagnosis, and what tells more.
+fn undiagnosed(path: &Path, error: &DiagnoseError) -> Failure {
+    let short = matches!(error, DiagnoseError::TooShort { .. });
+    Failure::Input {
+        path: path.to_owned(),
+        reason: error.to_string(),
+        help: short.then(|| "`dgd fit` tells what the screening rejects, and why".into()),
+    }
 }
 
 /// Writes the four files beside their places, then puts them there together; returns diagnosis.json.

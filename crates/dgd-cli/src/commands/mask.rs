@@ -49,7 +49,8 @@ pub(crate) fn run(arguments: &Mask, global: &Global) -> Result<String, Failure> 
     // The references go first to their place: nothing masked is without what undoes it.
     let mut outputs = Outputs::new();
     let (references, kept_before) = references(&arguments.references, chosen, &mut outputs)?;
-    let recording = mask_recording(&fitted.prepared, series, &references);
+    let recording = mask_recording(&fitted.prepared, series, &references)
+        .map_err(|e| Failure::input(&first, e))?;
     let table = as_table(&recording);
     outputs.add_csv(&arguments.out.join("recording.csv"), &table)?;
     let model = mask_model(&fitted.identification.model, &references);

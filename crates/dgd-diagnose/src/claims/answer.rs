@@ -15,7 +15,7 @@ fn tried(recorded: &(Well, Prepared), options: &Options) -> Result<Diagnosis, Di
     diagnose(&recorded.0, &recorded.1, options, &mut |_| {})
 }
 
-/// Nothing is searched for: the models before and after are one.
+/// From a model that holds effects.
 fn fitted(
     recorded: &(Well, Prepared),
     start: &[(&str, &[f64])],
@@ -26,7 +26,6 @@ fn fitted(
     });
     let options = Options {
         start: start.collect(),
-        most_effects: 0,
         ..Options::default()
     };
     tried(recorded, &options)
@@ -177,7 +176,7 @@ fn a_hundred_and_ninety_blocks_are_enough_and_fewer_are_refused_with_what_can_be
     assert_eq!(whole.verdict, Verdict::Consistent);
     let usable = |record: &Record| {
         let refused = fitted(&recorded(record, START_S), &[]).unwrap_err();
-        let DiagnoseError::TooShort { usable, needed } = refused else {
+        let DiagnoseError::TooShort { usable, needed, .. } = refused else {
             panic!("{refused}");
         };
         assert_eq!(needed, 190);

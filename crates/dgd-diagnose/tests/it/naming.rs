@@ -179,6 +179,8 @@ fn a_suspect_is_fitted_whatever_its_evidence_and_nothing_else_is_looked_for() {
     let rate = &found.findings[0].parameters[0];
     assert!(rate.estimate.abs() < 0.0008, "{rate:?}");
     assert!(found.findings[0].probability < 0.5);
+    // What is not there is not left out.
+    assert_eq!(found.verdict, Verdict::Consistent);
 }
 
 /// What a clean recording of four hours is taken for when its pressures read too much at each time.

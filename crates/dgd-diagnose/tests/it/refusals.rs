@@ -3,6 +3,7 @@
 use super::rig::{case, recorded, screened, tried};
 use dgd_diagnose::{DiagnoseError, Options, diagnose};
 use dgd_effects::AppliedEffect;
+use dgd_identify::Prepared;
 use dgd_recording::{Recording, Well};
 
 fn clean() -> (Well, Recording, f64) {
@@ -28,10 +29,15 @@ fn a_recording_of_any_length_below_half_an_hour_is_refused() {
     let (well, recording, step_s) = clean();
     for samples in [1, 2, 9, 10, 11, 59, 119, 300, 601, 1199, 1800] {
         let error = tried(&well, recording.slice(3000..3000 + samples), step_s).unwrap_err();
-        let DiagnoseError::TooShort { usable, needed } = error else {
+        let DiagnoseError::TooShort {
+            usable,
+            needed,
+            block_s,
+        } = error
+        else {
             panic!("{samples} samples: {error}");
         };
-        assert_eq!(needed, 190);
+        assert_eq!((needed, block_s), (190, 10.0));
         assert!(
             usable <= samples.div_ceil(10),
             "{usable} blocks in {samples} samples"
@@ -48,7 +54,7 @@ fn the_message_tells_how_much_can_be_used() {
     let error = tried(&well, standing, step_s).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "0 blocks of 10 s with flow and pressure can be used, a diagnosis needs 190 (31 min): record for longer, or see with `dgd fit` what the screening rejects"
+        "0 blocks of 10 s with flow and pressure can be used, a diagnosis needs 190 (32 min): record for longer, or see what the screening rejects"
     );
 }
 
@@ -82,6 +88,80 @@ fn a_storm_of_gaps_is_refused_in_every_channel_and_in_each() {
             );
         }
     }
+}
+
+#[test]
+fn a_clock_in_another_unit_is_refused_before_any_work() {
+    let (well, recording, _) = clean();
+    for step_s in [61.0, 86_400.0, 1e6, 1e9, 1e12] {
+        let mut slow = recording.slice(0..3000);
+        slow.time_s = (0..3000).map(|i| f64::from(i) * step_s).collect();
+        let error = tried(&well, slow, step_s).unwrap_err();
+        assert_eq!(error, DiagnoseError::Step { step_s });
+        assert!(error.to_string().contains("unit of the time"), "{error}");
+    }
+    let prepared = screened(recording, 1.0);
+    for step_s in [0.0, -1.0, f64::NAN] {
+        let other = Prepared {
+            step_s,
+            ..prepared.clone()
+        };
+        let refused = diagnose(&well, &other, &Options::default(), &mut |_| {});
+        assert!(matches!(refused, Err(DiagnoseError::Prepared(_))));
+    }
+}
+
+#[test]
+fn what_was_screened_and_does_not_belong_together_is_refused_by_name() {
+    let (well, recording, step_s) = clean();
+    let prepared = screened(recording, step_s);
+    let refused = |name: &str, cut: &dyn Fn(&mut Prepared)| {
+        let mut short = prepared.clone();
+        cut(&mut short);
+        let error = diagnose(&well, &short, &Options::default(), &mut |_| {}).unwrap_err();
+        assert!(error.to_string().contains(name), "{name}: {error}");
+        let fitted = dgd_identify::identify(&short, &well, &Default::default()).unwrap_err();
+        assert_eq!(fitted.to_string(), error.to_string());
+    };
+    refused("`keep`", &|p| p.keep.truncate(50));
+    refused("`inlet_pressure_pa`", &|p| p.inlet_pressure_pa.truncate(50));
+    refused("`outlet_pressure_pa`", &|p| p.outlet_pressure_pa.push(1e5));
+    for k in 0..channels(&mut prepared.recording.clone()).len() {
+        refused("samples, expected", &|p| {
+            channels(&mut p.recording)[k].truncate(50);
+        });
+    }
+    refused("samples, expected", &|p| p.recording.time_s.truncate(50));
+}
+
+#[test]
+fn a_well_that_cannot_be_is_refused_by_the_number() {
+    let (well, recording, step_s) = clean();
+    let prepared = screened(recording, step_s);
+    let refused = |name: &str, spoil: &dyn Fn(&mut Well)| {
+        let mut other = well.clone();
+        spoil(&mut other);
+        let error = diagnose(&other, &prepared, &Options::default(), &mut |_| {}).unwrap_err();
+        assert!(matches!(error, DiagnoseError::Well(_)), "{error}");
+        assert!(error.to_string().contains(name), "{error}");
+        assert!(dgd_identify::identify(&prepared, &other, &Default::default()).is_err());
+    };
+    refused("`mud_density_kg_m3`", &|w| w.mud_density_kg_m3 = f64::NAN);
+    refused("`pump_inlet_depth_m`", &|w| {
+        w.geometry.pump_inlet_depth_m = 0.0
+    });
+    refused("`booster_line_id_m`", &|w| {
+        w.geometry.booster_line_id_m = Some(-0.1)
+    });
+    refused("`drillpipe_od_m`", &|w| {
+        w.geometry.drillpipe_od_m = w.geometry.riser_id_m;
+    });
+    let options = Options {
+        most_effects: 0,
+        ..Options::default()
+    };
+    let error = diagnose(&well, &prepared, &options, &mut |_| {}).unwrap_err();
+    assert_eq!(error, DiagnoseError::NoEffects);
 }
 
 #[test]

@@ -38,7 +38,7 @@ impl LineParts {
         options: &SimulationOptions,
     ) -> Result<Self, DynamicsError> {
         let x = [start.level_m, start.flow_m3_s];
-        let absolute = vec![options.level_m, options.flow_m3_s];
+        let absolute = vec![options.level_tolerance_m, options.flow_tolerance_m3_s];
         Ok(Self(Kind::Coupled(Going::new(
             line, &x, absolute, options,
         )?)))
@@ -53,7 +53,7 @@ impl LineParts {
         start_level_m: f64,
         options: &SimulationOptions,
     ) -> Result<Self, DynamicsError> {
-        let absolute = vec![options.level_m];
+        let absolute = vec![options.level_tolerance_m];
         Ok(Self(Kind::Riser(Going::new(
             line,
             &[start_level_m],
@@ -71,7 +71,7 @@ impl LineParts {
         start_flow_m3_s: f64,
         options: &SimulationOptions,
     ) -> Result<Self, DynamicsError> {
-        let absolute = vec![options.flow_m3_s];
+        let absolute = vec![options.flow_tolerance_m3_s];
         Ok(Self(Kind::Flow(Going::new(
             line,
             &[start_flow_m3_s],

@@ -17,9 +17,9 @@ pub struct SimulationOptions {
     /// Relative tolerance of a step; 1e-4 by default.
     pub relative: f64,
     /// Absolute tolerance of the level, m; 1e-4 by default.
-    pub level_m: f64,
+    pub level_tolerance_m: f64,
     /// Absolute tolerance of the flow, m³/s; 1e-5 by default.
-    pub flow_m3_s: f64,
+    pub flow_tolerance_m3_s: f64,
     /// Steps after which to give up, beyond one for each kink of an input; 10 million by default.
     pub max_steps: usize,
 }
@@ -29,8 +29,8 @@ impl Default for SimulationOptions {
         Self {
             method: Method::default(),
             relative: 1e-4,
-            level_m: 1e-4,
-            flow_m3_s: 1e-5,
+            level_tolerance_m: 1e-4,
+            flow_tolerance_m3_s: 1e-5,
             max_steps: 10_000_000,
         }
     }
@@ -116,7 +116,7 @@ pub fn simulate_coupled(
     check_speed(speed_pct.name(), speed_pct.values())?;
     let mut system = Line::<COUPLED>::new(line, *inflow_m3_s, *speed_pct);
     let x = [start.level_m, start.flow_m3_s];
-    let absolute = vec![options.level_m, options.flow_m3_s];
+    let absolute = vec![options.level_tolerance_m, options.flow_tolerance_m3_s];
     let inputs = [inflow_m3_s, speed_pct];
     let run = simulate(line, &mut system, &x, absolute, &inputs, output_s, options)?;
     let column = |k: usize| run.states.chunks_exact(2).map(|x| x[k]).collect();
@@ -144,7 +144,7 @@ pub fn simulate_riser_alone(
 ) -> Result<Simulation, DynamicsError> {
     let mut system = Line::<RISER>::new(line, *inflow_m3_s, *flow_m3_s);
     let inputs = [inflow_m3_s, flow_m3_s];
-    let absolute = vec![options.level_m];
+    let absolute = vec![options.level_tolerance_m];
     let run = simulate(
         line,
         &mut system,
@@ -180,7 +180,7 @@ pub fn simulate_flow_alone(
     check_speed(speed_pct.name(), speed_pct.values())?;
     let mut system = Line::<FLOW>::new(line, *level_m, *speed_pct);
     let inputs = [level_m, speed_pct];
-    let absolute = vec![options.flow_m3_s];
+    let absolute = vec![options.flow_tolerance_m3_s];
     let run = simulate(
         line,
         &mut system,

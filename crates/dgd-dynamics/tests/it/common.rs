@@ -35,8 +35,8 @@ pub(crate) fn options(method: Method, tolerance: f64) -> SimulationOptions {
     SimulationOptions {
         method,
         relative: tolerance,
-        level_m: tolerance,
-        flow_m3_s: tolerance * 1e-2,
+        level_tolerance_m: tolerance,
+        flow_tolerance_m3_s: tolerance * 1e-2,
         ..SimulationOptions::default()
     }
 }

@@ -13,6 +13,40 @@ const WATER: Pipe = Pipe {
 };
 
 #[test]
+fn a_pipe_that_cannot_be_is_refused_by_the_number_and_at_rest_nothing_rubs() {
+    let pipe = Pipe {
+        length_m: 350.0,
+        diameter_m: 0.1524,
+        roughness_m: 0.0,
+        density_kg_m3: 1080.0,
+        viscosity_pa_s: 0.02,
+    };
+    pipe.check().unwrap();
+    let refused = |name: &str, set: &dyn Fn(&mut Pipe, f64)| {
+        for value in [0.0, -0.1524, f64::NAN, f64::INFINITY] {
+            let mut odd = pipe;
+            set(&mut odd, value);
+            let said = odd.check().unwrap_err().to_string();
+            assert!(said.contains(name) && said.contains("above 0"), "{said}");
+            assert_eq!(darcy_weisbach(&odd, 0.0), 0.0);
+        }
+    };
+    refused("length_m", &|p, v| p.length_m = v);
+    refused("diameter_m", &|p, v| p.diameter_m = v);
+    refused("density_kg_m3", &|p, v| p.density_kg_m3 = v);
+    refused("viscosity_pa_s", &|p, v| p.viscosity_pa_s = v);
+    let rough = Pipe {
+        roughness_m: -1e-4,
+        ..pipe
+    };
+    let said = rough.check().unwrap_err().to_string();
+    assert!(
+        said.contains("roughness_m") && said.contains("at least 0"),
+        "{said}"
+    );
+}
+
+#[test]
 fn reynolds_is_velocity_times_diameter_over_kinematic_viscosity() {
     let velocity = 0.01 / (std::f64::consts::FRAC_PI_4 * 0.01);
     assert!((reynolds(1000.0, 0.1, 1e-3, 0.01) / (velocity * 0.1 / 1e-6) - 1.0).abs() < 1e-12);

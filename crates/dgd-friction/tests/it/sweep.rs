@@ -1,4 +1,4 @@
-use dgd_friction::{Loss, Minimum, Samples, SweepOptions, Terms, delay_sweep, fit};
+use dgd_friction::{Loss, Minimum, Samples, SweepOptions, Terms, delay_scan, delay_sweep, fit};
 
 use crate::Recording;
 
@@ -11,6 +11,37 @@ fn over(delays: std::ops::RangeInclusive<i64>) -> SweepOptions {
         delays,
         ..SweepOptions::default()
     }
+}
+
+#[test]
+fn a_meter_that_is_dead_at_some_delays_is_fitted_at_the_others() {
+    let mut recording = Recording::new(200, 13, quadratic, 3e3);
+    recording.keep = (0..200).map(|i| i < 60).collect();
+    recording.flow[..60].fill(f64::NAN);
+    let samples = recording.samples();
+    let sweep = delay_sweep(&samples, &Terms::Quadratic, &over(0..=80)).unwrap();
+    assert!(sweep.mse_pa2[0].is_nan() && sweep.n[0] == 0);
+    assert!(sweep.mse_pa2[80].is_finite() && sweep.n[80] == 60);
+    let exact = fit(&samples, 80, &Terms::Quadratic, Loss::Squared).unwrap();
+    assert!((sweep.mse_pa2[80] / exact.mse_pa2 - 1.0).abs() < 1e-9);
+    // Dead throughout, it is refused as the fit at the delay nearest 0 is.
+    recording.flow.fill(f64::NAN);
+    let refused = delay_sweep(&recording.samples(), &Terms::Quadratic, &over(0..=80));
+    let at_rest = fit(&recording.samples(), 0, &Terms::Quadratic, Loss::Squared);
+    assert_eq!(refused.unwrap_err(), at_rest.unwrap_err());
+}
+
+#[test]
+fn a_scan_is_fitted_on_its_own_samples() {
+    let recording = Recording::new(400, 13, quadratic, 3e3);
+    let scan = delay_scan(&recording.samples(), &Terms::Quadratic, &over(0..=20)).unwrap();
+    let other = Recording::new(390, 13, quadratic, 3e3);
+    let refused = scan.clone().fit(&other.samples()).unwrap_err();
+    assert!(
+        refused.to_string().contains("samples at the best delay"),
+        "{refused}"
+    );
+    assert!(scan.fit(&recording.samples()).is_ok());
 }
 
 #[test]

@@ -88,11 +88,15 @@ fn series_of_unequal_length_are_refused_with_the_culprit() {
     let mut prepared = prepare(short().recording(), 1.0, &ScreenOptions::default()).unwrap();
     prepared.recording.pump_speed_pct.pop();
     let error = identify(&prepared, &well(), &IdentifyOptions::default()).unwrap_err();
-    assert!(matches!(error, IdentifyError::Pump(_)), "{error}");
+    assert_eq!(
+        error.to_string(),
+        "`pump_speed` has 599 samples, expected 600 as the time has"
+    );
+    prepared.recording.pump_speed_pct.push(50.0);
     prepared.keep.pop();
     let error = identify(&prepared, &well(), &IdentifyOptions::default()).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "return line friction: `keep` has 599 samples, expected 600"
+        "`keep` has 599 samples, expected 600 as the time has"
     );
 }

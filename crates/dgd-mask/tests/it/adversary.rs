@@ -47,7 +47,7 @@ type Case = (&'static str, Vec<f64>, Vec<f64>, f64);
 
 fn cases(rig: &Rig, references: &MaskReferences) -> Vec<Case> {
     let (prepared, series) = rig.voyage();
-    let masked = mask_recording(&prepared, &series, references);
+    let masked = mask_recording(&prepared, &series, references).unwrap();
     let plain = |values: &[f64], f: &dyn Fn(f64) -> f64| values.iter().map(|v| f(*v)).collect();
     let flow = |v| references.mask_flow(v);
     let flow_step = references.mask_flow(rig.flow_step_m3_s);
@@ -140,7 +140,7 @@ fn combining_level_friction_and_head_wins_nothing() {
     let rig = Rig::default();
     let references = rig.references();
     let (prepared, series) = rig.voyage();
-    let masked = mask_recording(&prepared, &series, &references);
+    let masked = mask_recording(&prepared, &series, &references).unwrap();
     let weight_pa_m = rig.well().weight_pa_m();
     let level_again: Vec<f64> = masked
         .head_pct
@@ -194,7 +194,7 @@ fn the_mean_of_maskings_of_many_cuts_has_no_less_noise() {
         .map(|n| {
             let from = 17 * n;
             let (prepared, series) = cut(&prepared, &series, from);
-            let masked = mask_recording(&prepared, &series, &references);
+            let masked = mask_recording(&prepared, &series, &references).unwrap();
             masked.return_flow_pct[16 * 17 - from..].to_vec()
         })
         .collect();
@@ -224,7 +224,7 @@ fn a_meter_at_rest_does_not_tell_its_step_by_its_noise() {
         };
         let (mut prepared, series) = rig.voyage();
         prepared.recording.return_flow_m3_s[rest.clone()].fill(0.0);
-        let masked = mask_recording(&prepared, &series, &rig.references());
+        let masked = mask_recording(&prepared, &series, &rig.references()).unwrap();
         unrest(&masked.return_flow_pct[rest.clone()])
     };
     let found = [0.1, 0.25, 0.5, 1.0].map(noise_at_rest);
@@ -249,7 +249,9 @@ fn minutes(masked: bool) -> (Vec<f64>, f64) {
     prepared.recording.booster_flow_m3_s.fill(0.0);
     prepared.recording.topfill_flow_m3_s.fill(0.0);
     let inflow = if masked {
-        mask_recording(&prepared, &series, &references).inflow_pct
+        mask_recording(&prepared, &series, &references)
+            .unwrap()
+            .inflow_pct
     } else {
         let plain = prepared.recording.inflow_m3_s();
         plain.iter().map(|q| references.mask_flow(*q)).collect()
@@ -280,7 +282,7 @@ fn who_knows_one_set_point_knows_the_scale() {
     let (mut prepared, series) = rig.voyage();
     let known_m3_s = 0.05;
     prepared.recording.return_flow_m3_s[1000..1300].fill(known_m3_s);
-    let masked = mask_recording(&prepared, &series, &rig.references());
+    let masked = mask_recording(&prepared, &series, &rig.references()).unwrap();
     let mean_pct = masked.return_flow_pct[1000..1300].iter().sum::<f64>() / 300.0;
     let found = 100.0 * known_m3_s / mean_pct;
     assert!((found / rig.references().disclose()[0] - 1.0).abs() < 0.005);

@@ -3,7 +3,7 @@ use dgd_mask::{MaskedRecording, MaskingError, choose_references, mask_recording}
 
 fn masked(rig: &Rig) -> MaskedRecording {
     let (prepared, series) = rig.voyage();
-    mask_recording(&prepared, &series, &rig.references())
+    mask_recording(&prepared, &series, &rig.references()).unwrap()
 }
 
 /// Asserts that `pct` is `si` in percent of `reference`, but for noise of this standard deviation.
@@ -22,6 +22,20 @@ fn assert_percent(pct: &[f64], si: &[f64], reference: f64, noise: f64) {
         (0.7 * noise..1.4 * noise).contains(&root),
         "{root} of {noise}"
     );
+}
+
+#[test]
+fn what_is_of_another_length_is_refused_by_its_name() {
+    let rig = Rig::default();
+    let (prepared, series) = rig.voyage();
+    let mut short = series.clone();
+    short.head_m.pop();
+    let error = mask_recording(&prepared, &short, &rig.references()).unwrap_err();
+    assert!(error.to_string().contains("`head_m`"), "{error}");
+    let mut cut = prepared.clone();
+    cut.recording.time_s.pop();
+    let error = mask_recording(&cut, &series, &rig.references()).unwrap_err();
+    assert!(matches!(error, MaskingError::Prepared(_)), "{error}");
 }
 
 #[test]
@@ -69,7 +83,7 @@ fn time_starts_at_zero_and_says_no_time_of_day() {
         .time_s
         .iter_mut()
         .for_each(|t| *t += 45_296.0);
-    let masked = mask_recording(&prepared, &series, &rig.references());
+    let masked = mask_recording(&prepared, &series, &rig.references()).unwrap();
     assert_eq!(masked.time_s[..3], [0.0, 1.0, 2.0]);
 }
 
@@ -112,7 +126,7 @@ fn a_missing_value_stays_missing_and_shifts_nothing_else() {
     let whole = masked(&rig);
     let (prepared, mut series) = rig.voyage();
     series.friction_pa[10] = f64::NAN;
-    let holed = mask_recording(&prepared, &series, &rig.references());
+    let holed = mask_recording(&prepared, &series, &rig.references()).unwrap();
     assert!(holed.friction_pct[10].is_nan());
     assert_eq!(holed.friction_pct[11..], whole.friction_pct[11..]);
 }
@@ -130,7 +144,7 @@ fn what_no_usable_sample_shows_is_blanked() {
     // Full scale of a meter, not twice the reference.
     prepared.recording.return_flow_m3_s[8] = 1.5 * rig.references().disclose()[0];
     prepared.keep[8] = false;
-    let masked = mask_recording(&prepared, &series, &rig.references());
+    let masked = mask_recording(&prepared, &series, &rig.references()).unwrap();
     let told = |values: &[f64]| {
         values[5..9]
             .iter()
@@ -147,7 +161,7 @@ fn a_meter_at_its_full_scale_is_blanked() {
     let rig = Rig::default();
     let (mut prepared, series) = rig.voyage();
     prepared.recording.mud_pump_flow_m3_s[5] = 2.1 * rig.references().disclose()[0];
-    let masked = mask_recording(&prepared, &series, &rig.references());
+    let masked = mask_recording(&prepared, &series, &rig.references()).unwrap();
     assert!(masked.inflow_pct[5].is_nan());
     assert!(masked.inflow_pct[6].is_finite());
 }

@@ -63,7 +63,7 @@ fn recordings_of_two_rig_sizes_agree_in_percent_to_their_noise() {
     let (a, b) = (Rig::default(), other());
     let masked = [&a, &b].map(|rig| {
         let (prepared, series) = rig.voyage();
-        mask_recording(&prepared, &series, &rig.references())
+        mask_recording(&prepared, &series, &rig.references()).unwrap()
     });
     // The noise of either, which is the same share of their references, and their rounding, which is less.
     let references = a.references();

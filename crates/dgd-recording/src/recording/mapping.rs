@@ -47,9 +47,40 @@ pub enum RecordingError {
     /// No samples.
     #[error("the recording has no samples")]
     Empty,
+    /// A series that is not as long as the clock.
+    #[error(transparent)]
+    Unequal(#[from] Unequal),
+    /// The step of a clock without stamps is no step.
+    #[error("the step of the clock is {step_s} s, expected a positive number")]
+    Step {
+        /// The step given, s.
+        step_s: f64,
+    },
     /// The clock is beyond use.
     #[error(transparent)]
     Clock(#[from] ClockError),
+}
+
+impl RecordingError {
+    /// Refuses a step that is none.
+    pub(crate) fn unless_step(step_s: f64) -> Result<(), Self> {
+        if step_s.is_finite() && step_s > 0.0 {
+            return Ok(());
+        }
+        Err(Self::Step { step_s })
+    }
+}
+
+/// A series that is not as long as its clock.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("`{channel}` has {found} samples, expected {expected} as the time has")]
+pub struct Unequal {
+    /// Whose series it is.
+    pub channel: Channel,
+    /// Its length.
+    pub found: usize,
+    /// Length of the time.
+    pub expected: usize,
 }
 
 /// Where the clock of rows begins that follow others.
@@ -223,7 +254,8 @@ impl Recording {
     /// Returns the recording on the file's own clock, and the issues found on the way.
     ///
     /// # Errors
-    /// [`RecordingError`] if a mapped column is missing, of another length or mapped twice.
+    /// [`RecordingError`] if a mapped column is missing, of another length or mapped twice, or the interval of a clock without
+    /// stamps is no positive number.
     pub fn from_table(table: Table, well: &Well) -> Result<(Self, Vec<Issue>), RecordingError> {
         Self::from_rows(table, well, &mut Origin::default())
     }
@@ -250,6 +282,7 @@ impl Recording {
                 time_s
             }
             TimeSource::Interval { step_s } => {
+                RecordingError::unless_step(*step_s)?;
                 let rows = match &map.return_flow {
                     ChannelSource::Column { tag, .. } => {
                         let index = columns.find(Channel::ReturnFlow.name(), tag)?;

@@ -22,6 +22,19 @@ fn an_even_recording_is_returned_untouched() {
 }
 
 #[test]
+fn a_series_of_another_length_is_refused_by_its_name_on_any_clock() {
+    for stamps in [[0.0, 1.0, 2.0], [0.0, 1.0, 3.0]] {
+        let mut recording = recording(&stamps);
+        recording.pump_speed_pct.pop();
+        let error = recording.onto_grid().unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "`pump_speed` has 2 samples, expected 3 as the time has"
+        );
+    }
+}
+
+#[test]
 fn stamps_in_whole_seconds_are_surveyed_as_those_between() {
     // Those between the seconds go through every check.
     for (count, step) in [(2_i32, 1), (1000, 1), (1000, 5)] {

@@ -147,6 +147,16 @@ fn without_stamps_the_interval_is_the_clock() {
     well.channels.time = TimeSource::Interval { step_s: 0.5 };
     let (recording, _) = Recording::from_table(table(&[9.0, 9.0, 9.0]), &well).unwrap();
     assert_eq!(recording.time_s, [0.0, 0.5, 1.0]);
+    for step_s in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let mut odd = well.clone();
+        odd.channels.time = TimeSource::Interval { step_s };
+        let error = Recording::from_table(table(&[9.0, 9.0]), &odd).unwrap_err();
+        assert!(matches!(error, RecordingError::Step { .. }), "{error}");
+        let mut joined = recording.clone();
+        let error = joined.append(recording.clone(), step_s).unwrap_err();
+        assert!(matches!(error, RecordingError::Step { .. }), "{error}");
+        assert_eq!(joined, recording);
+    }
     well.channels.return_flow = source("FT9", "gpm");
     let error = Recording::from_table(table(&[9.0, 9.0]), &well).unwrap_err();
     assert!(matches!(error, RecordingError::NoColumn { .. }), "{error}");

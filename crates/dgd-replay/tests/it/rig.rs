@@ -43,8 +43,8 @@ pub(crate) fn line() -> ReturnLine {
 pub(crate) fn tight() -> SimulationOptions {
     SimulationOptions {
         relative: 1e-9,
-        level_m: 1e-8,
-        flow_m3_s: 1e-10,
+        level_tolerance_m: 1e-8,
+        flow_tolerance_m3_s: 1e-10,
         ..SimulationOptions::default()
     }
 }

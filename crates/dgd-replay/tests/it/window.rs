@@ -37,6 +37,21 @@ fn a_window_is_clipped_to_the_recording_with_both_ends() {
 }
 
 #[test]
+fn a_clock_that_jumps_is_refused_with_the_place() {
+    let mut jumped = recording(600);
+    jumped.time_s[300..].iter_mut().for_each(|t| *t += 1000.0);
+    let mut holed = recording(600);
+    holed.time_s[300] = f64::NAN;
+    for odd in [&jumped, &holed] {
+        let error = refused(odd, &options(Kind::Riser));
+        let ReplayError::Uneven { sample, .. } = error else {
+            panic!("{error}");
+        };
+        assert!(sample == 299 || sample == 0, "{error}");
+    }
+}
+
+#[test]
 fn a_window_gives_what_its_part_of_the_recording_would() {
     let whole = recording(600);
     let windowed = run(&whole, &over(Kind::Steady, 100.0, 200.0));
@@ -224,10 +239,11 @@ fn a_model_that_cannot_be_is_refused() {
         ),
         "{error}"
     );
-    for delay_s in [f64::NAN, f64::INFINITY] {
+    let delays = |kind| [f64::NAN, f64::INFINITY].map(|delay_s| (delay_s, kind));
+    for (delay_s, kind) in KINDS.into_iter().flat_map(delays) {
         let options = ReplayOptions {
             delay_s,
-            ..options(Kind::Steady)
+            ..options(kind)
         };
         let error = refused(&recording(60), &options);
         assert!(

@@ -16,6 +16,7 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
     match diagnosis.findings.as_slice() {
         [] if diagnosis.verdict == Verdict::Consistent => nothing(diagnosis),
         [] => "Model and recording differ, and the difference could not be placed.".to_owned(),
+        suspected if diagnosis.verdict == Verdict::Consistent => refuted(suspected),
         [only] => format!("{}.{}", clause(only, span), unnamed(diagnosis)),
         many => {
             let number = match many.len() {
@@ -45,6 +46,18 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
             )
         }
     }
+}
+
+/// What was suspected and is likelier not there.
+fn refuted(suspected: &[Finding]) -> String {
+    let each: Vec<String> = suspected
+        .iter()
+        .map(|f| format!("{} ({})", title(f), percent(f.probability)))
+        .collect();
+    format!(
+        "What was suspected is less likely than not: {}; nothing else was looked for.",
+        listed(&each, "and")
+    )
 }
 
 /// The consistent verdict with its numbers.
@@ -167,10 +180,11 @@ pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
         Verdict::Unexplained => ("open", "Unexplained"),
     };
     let unsure = |f: &&Finding| Rung::of(f) == Rung::Class;
-    let only_suspected =
-        diagnosis.verdict == Verdict::Unexplained && !diagnosis.findings.iter().any(is_unknown);
+    let only_suspected = diagnosis.verdict == Verdict::Consistent && !diagnosis.findings.is_empty();
     let says = match diagnosis.findings.iter().find(unsure) {
-        _ if only_suspected => "what was suspected is less likely than not",
+        _ if only_suspected => {
+            "what was suspected is less likely than not; nothing else was looked for"
+        }
         Some(finding) if diagnosis.verdict == Verdict::Explained => {
             if finding.serious().next().is_some() {
                 "the place is known, the cause is one of a few"

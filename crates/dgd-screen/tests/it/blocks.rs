@@ -198,7 +198,7 @@ fn blocks_that_are_not_those_announced_are_refused() {
     assert!(screening.add(&other).is_err());
     other.pump_speed_pct.pop();
     let error = screening.add(&other).unwrap_err();
-    assert!(matches!(error, ScreenError::Length { .. }), "{error}");
+    assert!(matches!(error, ScreenError::Unequal(_)), "{error}");
     assert!(BlockScreen::new(50, f64::NAN, &options).is_err());
     let mut screening = BlockScreen::new(0, 1.0, &options).unwrap();
     while screening.next_pass().unwrap() {}

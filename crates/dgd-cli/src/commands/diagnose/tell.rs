@@ -104,7 +104,7 @@ fn sentence(diagnosis: &Diagnosis) -> String {
             quantity(&g.signal, g.rmse_before)
         )
     });
-    let suspected = if diagnosis.verdict == Verdict::Unexplained && first.effect != "unknown" {
+    let suspected = if diagnosis.verdict == Verdict::Consistent {
         "what was suspected is less likely than not: "
     } else {
         ""

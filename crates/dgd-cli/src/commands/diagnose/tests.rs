@@ -298,9 +298,9 @@ fn a_gain_that_is_none_is_told_as_none() {
 #[test]
 fn a_suspect_that_is_unlikely_is_told_as_one() {
     let mut suspected = diagnosis(vec![kick()]);
-    suspected.verdict = Verdict::Unexplained;
+    suspected.verdict = Verdict::Consistent;
     let told = tell::tell(&suspected, &[], "rig.mat", Path::new("out"));
-    let said = "rig.mat: unexplained, what was suspected is less likely than not: formation fluid";
+    let said = "rig.mat: consistent, what was suspected is less likely than not: formation fluid";
     assert!(told.starts_with(said), "{told}");
 }
 
