@@ -73,6 +73,25 @@ fn a_strength_by_itself_has_the_deviation_of_its_energy_and_its_prior() {
     }
 }
 
+/// Told as an area, a strength is uncertain by its area too.
+#[test]
+fn what_is_shown_in_another_unit_is_as_uncertain_in_it() {
+    let mut record = drilled(Hidden::default());
+    let area = record.setting.riser_area_m2;
+    let selection = selected(Vec::new(), vec![named("annulus_area", &[-0.1])]);
+    let about_it = find("annulus_area").unwrap().about();
+    let [calibrated, bare] = [Vec::new(), vec![Step::Calibration]].map(|without| {
+        record.without = without;
+        let full = about(&record, &selection);
+        estimates(&record, &selection, 0, &full).remove(0)
+    });
+    let (shift, factor) = about_it.parameters[0].shown.scale(&record.setting);
+    assert!(factor != 1.0 && (calibrated.estimate - shift + 0.1 * factor).abs() < 1e-12 * area);
+    let lacks = about_it.search.size_error * about_it.parameters[0].shown.size(calibrated.estimate);
+    let expected = widened((sd(&bare)).powi(2), lacks);
+    assert!((sd(&calibrated) / expected - 1.0).abs() < 1e-9);
+}
+
 #[test]
 fn what_is_not_calibrated_is_the_posterior_by_itself() {
     let mut record = drilled(Hidden::default());
@@ -92,10 +111,13 @@ fn what_is_not_calibrated_is_the_posterior_by_itself() {
 
 #[test]
 fn no_interval_reaches_beyond_what_is_plausible() {
-    let record = drilled(Hidden::default());
+    const START_S: f64 = 1000.0;
+    let mut record = drilled(Hidden::default());
+    record.setting.span_s = (START_S, START_S + 5400.0);
+    record.t_s.iter_mut().for_each(|t| *t += START_S);
     // A little gel that breaks and grows who knows how, and an influx of two and a half minutes that begins with the recording.
     let (gel, gain) = (&[0.5, 0.2, 300.0][..], &[0.02][..]);
-    let influx = &[3e-3, 10.0, 150.0, 0.15][..];
+    let influx = &[3e-3, START_S + 10.0, 150.0, 0.15][..];
     for (id, parameters) in [
         ("gel_strength", gel),
         ("inflow_gain", gain),
@@ -111,7 +133,7 @@ fn no_interval_reaches_beyond_what_is_plausible() {
             assert!(one.ci95.0 >= least, "{}: {:?}", one.name, one.ci95);
             // No recording shows what began before it.
             if parameter.role == Role::Onset {
-                assert_eq!(one.ci95.0, 0.0);
+                assert_eq!(one.ci95.0, START_S);
             }
             assert!(one.ci95.0 <= one.estimate && one.estimate <= one.ci95.1);
         }
@@ -269,6 +291,47 @@ fn moved_as_expected(rate: f64) {
         );
     }
     assert!(profile.moved(onset, lasts).is_none());
+}
+
+/// A time reaches as far as the evidence allows, and three blocks at least.
+#[test]
+fn a_time_reaches_to_where_moving_it_costs_what_an_interval_may() {
+    let (from, lasts, rise) = INFLUX_S;
+    let rate = 5e-4;
+    let record = drilled(Hidden {
+        influx_m3_s: rate,
+        ..Hidden::default()
+    });
+    let one = named("influx", &[rate, from, lasts, rise]);
+    let state = [one.applied.clone()];
+    let full = Tangent::at(&record, &state, &[], Bend::Free).unwrap();
+    let directions = [0, 3].map(|j| (0, j, direction(&record, &full, &state, (0, j), None)));
+    let within = |most: f64| Profile {
+        record: &record,
+        full: &full,
+        state: &state,
+        directions: &directions,
+        most,
+    };
+    // Two and a half of its deviations at 95 %: (1.96 x 2.5)^2 / 2.
+    let usual = within(12.005);
+    for side in [-1.0, 1.0] {
+        assert_eq!(within(1e-6).reach((0, 1), side), 1.96 * 30.0);
+        let far = usual.reach((0, 1), side);
+        let costs = |by: f64| {
+            let moved = usual.moved((0, 1), side * by).unwrap();
+            usual.misfit(&moved, 0) - usual.misfit(&state, 0)
+        };
+        assert!(far > 1.96 * 30.0 && costs(far) > 12.005, "{far}");
+        assert!(costs(far * (1.0 - 1.0 / 16.0)) <= 12.005, "{far}");
+    }
+    let found = estimates(&record, &selected(Vec::new(), vec![one]), 0, &full);
+    let lacks = 1.96 * find("influx").unwrap().about().parameters[1].time_error_s;
+    let (low, high) = found[1].ci95;
+    for (side, found) in [(-1.0, from - low), (1.0, high - from)] {
+        let told = usual.reach((0, 1), side).hypot(lacks);
+        assert!((found - told).abs() < 1e-9, "{found} for {told}");
+    }
 }
 
 /// What half a rate tells of its onset is less than half of what the whole tells.
