@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 /// Pixels a unit of the drawing, for the PNG beside each SVG.
 const PNG_SCALE: f64 = 2.0;
 /// Points of a drawn law.
-const CURVE_POINTS: usize = 200;
+const CURVE_POINTS: u32 = 200;
 /// Samples this near a speed are drawn with its curve, % (section 3.4.1).
 const SPEED_TOLERANCE_PCT: f64 = 0.1;
 /// Curves of Figures 3.9 and 3.11.
@@ -178,7 +178,7 @@ pub(crate) fn identification(fitted: &Fitted, units: &Units) -> Result<Vec<Figur
     }
     let largest = kept_q.iter().copied().fold(0.0, f64::max) / units.flow.0;
     let flows: Vec<f64> = (0..=CURVE_POINTS)
-        .map(|i| largest * i as f64 / CURVE_POINTS as f64)
+        .map(|i| largest * f64::from(i) / f64::from(CURVE_POINTS))
         .collect();
     let drawn_flows = scaled(&flows, units.flow.0);
     let law = |law: &Polynomial| -> Vec<f64> {
@@ -229,6 +229,8 @@ pub(crate) fn identification(fitted: &Fitted, units: &Units) -> Result<Vec<Figur
         )?);
     }
     let clouds = SpeedClouds::of(fitted, units);
+    let flows = clouds.flows_m3_s(units).unwrap_or(flows);
+    let drawn_flows = scaled(&flows, units.flow.0);
     if let Ok(fit) = &id.pump.plain {
         let curves = clouds.curves(&fit.curve, &flows, units);
         figures.push(first_pump_curves(
@@ -305,6 +307,14 @@ impl SpeedClouds {
             }
         }
         clouds
+    }
+
+    /// Flows to draw the curves at: from none to a little beyond the samples, where the law has been seen to hold.
+    fn flows_m3_s(&self, units: &Units) -> Option<Vec<f64>> {
+        const BEYOND: f64 = 1.15;
+        let largest = self.flow.iter().flatten().copied().fold(0.0, f64::max) / units.flow.0;
+        let at = |i| BEYOND * largest * f64::from(i) / f64::from(CURVE_POINTS);
+        (largest > 0.0).then(|| (0..=CURVE_POINTS).map(at).collect())
     }
 
     fn curves(&self, curve: &HeadCurve, flows_m3_s: &[f64], units: &Units) -> Vec<Vec<f64>> {

@@ -455,9 +455,14 @@ fn tell(
         Some(_) => "a steady state",
         None => "as given; rates need not be zero there",
     };
+    let levels = if linear.states.iter().any(|name| name.ends_with(".level")) {
+        "a level is the height above its tank's floor; `dgd simulate --well` tells the riser's as depth below the rotary table\n"
+    } else {
+        ""
+    };
     let files: Vec<String> = outputs.iter().map(|p| p.display().to_string()).collect();
     format!(
-        "{title}: {}, {}, {}\noperating point ({steady})\n{}\n{}\nwrote {}\n",
+        "{title}: {}, {}, {}\noperating point ({steady})\n{}{levels}\n{}\nwrote {}\n",
         say::counted(linear.states.len(), "state"),
         say::counted(linear.inputs.len(), "input"),
         say::counted(linear.outputs.len(), "output"),

@@ -168,8 +168,14 @@ pub(super) fn tell(
             .trim_end_matches("_m3_s")
             .trim_end_matches("_pa")
             .trim_end_matches("_m");
+        // Below the rotary table, where a system's tanks have heights.
+        let depth = if stem == "riser_level" {
+            " (depth)"
+        } else {
+            ""
+        };
         table.row([
-            stem.replace('_', " "),
+            stem.replace('_', " ") + depth,
             number(rmse * scale.0),
             number(bias * scale.0),
             number(largest * scale.0),
