@@ -7,7 +7,7 @@ use std::cell::RefCell;
 use std::time::{Duration, Instant};
 
 /// Shows the present stage once the work has taken a second; silent when
-/// standard error is no terminal, where `-v` tells of each.
+/// standard error is no terminal.
 pub(crate) struct Progress {
     bar: ProgressBar,
     started: Instant,
@@ -16,13 +16,13 @@ pub(crate) struct Progress {
 }
 
 impl Progress {
-    /// Shows nothing under `--json` and `--quiet`.
+    /// Shows nothing under `--json` and `--quiet`, nor under `--verbose`, which tells of each stage in a line of its own.
     pub(crate) fn new(global: &Global) -> Self {
         let bar = ProgressBar::new_spinner();
         bar.set_draw_target(ProgressDrawTarget::hidden());
         let style = ProgressStyle::with_template("{spinner} {elapsed:>4} {wide_msg}");
         bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
-        if !(global.json || global.quiet) {
+        if !(global.json || global.quiet || global.verbose > 0) {
             // Drawn from a thread of its own, so that a stage needs no ticking.
             let later = bar.clone();
             std::thread::spawn(move || {
