@@ -79,6 +79,7 @@ pub(crate) fn number(setting: &Setting, property: &Property) -> Result<f64, Stri
 fn range(property: &Property) -> String {
     let (low, high) = (property.low, property.high);
     match (low == f64::MIN_POSITIVE, high.is_finite()) {
+        (false, false) if low.is_infinite() => "a number".to_owned(),
         (true, false) => "a number above 0".to_owned(),
         (true, true) => format!("above 0, up to {high}"),
         (false, false) => format!("a number of at least {low}"),
