@@ -186,18 +186,39 @@ fn what_a_rival_tells_beside_an_effect_as_well_is_another_cause_and_the_larger_i
     }
     record.filled.flow.clone_from(&record.flow);
     record.without = vec![Step::TwoDo];
+    // It acts in the line, and takes nothing of that.
+    let step = |evidence: f64| {
+        let parameters = [1e4, 1500.0, 1.0];
+        contender("outlet_pressure_bias_step", &parameters, evidence, HERE)
+    };
+    let rival = correction(METER_FACTOR, 20.0);
     let told_of = |evidence: f64| {
-        // It acts in the line, and takes nothing of that.
-        let step = contender(
-            "outlet_pressure_bias_step",
-            &[1e4, 1500.0, 1.0],
-            evidence,
-            HERE,
-        );
-        told(round(&record, vec![step], vec![correction(METER_FACTOR, 20.0)]).ruling())
+        told(
+            round(
+                &record,
+                vec![step(evidence)],
+                vec![correction(METER_FACTOR, 20.0)],
+            )
+            .ruling(),
+        )
     };
     assert_eq!(told_of(60.0), "outlet_pressure_bias_step");
-    assert_eq!(told_of(20.0), PLACES[METER_FACTOR].name);
+    // Up to half as much again it may be the lesser one.
+    for evidence in [20.0, 24.0] {
+        assert_eq!(told_of(evidence), PLACES[METER_FACTOR].name);
+    }
+    // The larger, the likelier it is a cause of its own.
+    for evidence in [40.0, 60.0] {
+        let best = step(evidence);
+        let round = round(&record, Vec::new(), Vec::new());
+        let holds = Bent {
+            odds: -1.0,
+            sharpened: None,
+        };
+        let (odds, _) = Beside::of(&round, &best, &holds).resembles(&rival);
+        let expected = (rival.claim() - best.claim()) / best.temperature();
+        assert!((odds - expected).abs() < 1e-12, "{odds} {expected}");
+    }
 }
 
 #[test]
@@ -709,6 +730,7 @@ fn what_a_second_effect_tells_bends_no_first_one_and_is_not_left_over() {
     let gate = Tangent::beside(&record, &state, &[], Bend::Lean).unwrap();
     let alone = contest(&record, &gate, &state)[0].evidence;
     assert!(alone > 100.0);
+    let record_of_two = record.clone();
     with(&record, &|round, best| {
         // A second one must show 8 more than it does by itself.
         let beside = Beside::of(round, best, &holds);
@@ -718,6 +740,19 @@ fn what_a_second_effect_tells_bends_no_first_one_and_is_not_left_over() {
             "{shows} {alone}"
         );
         assert!(beside.second(|about| about.id == "influx").is_none());
+        // Beside many, it must show as much more as beside the last that is written down.
+        let mut many = self::round(&record_of_two, Vec::new(), Vec::new());
+        for known in [4, 5, 9] {
+            many.known = known;
+            let beside = Beside::of(&many, best, &holds);
+            let shows = beside
+                .second(|_| true)
+                .map_or(0.0, |second| second.evidence);
+            assert!(
+                (shows + 800.0 - alone).abs() < 0.02 * alone,
+                "{known}: {shows}"
+            );
+        }
         // The restriction is left over in the friction, and told by it.
         let (odds, second) = beside.resembles(&friction);
         assert!(odds > 0.0 && second.is_some(), "{odds}");
