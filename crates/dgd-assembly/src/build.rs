@@ -75,18 +75,6 @@ pub(crate) fn number(setting: &Setting, property: &Property) -> Result<f64, Stri
     }
 }
 
-/// What a property may be, in words.
-fn range(property: &Property) -> String {
-    let (low, high) = (property.low, property.high);
-    match (low == f64::MIN_POSITIVE, high.is_finite()) {
-        (false, false) if low.is_infinite() => "a number".to_owned(),
-        (true, false) => "a number above 0".to_owned(),
-        (true, true) => format!("above 0, up to {high}"),
-        (false, false) => format!("a number of at least {low}"),
-        (false, true) => format!("{low} to {high}"),
-    }
-}
-
 fn within(value: f64, property: &Property) -> bool {
     value.is_nan() && property.default.is_some_and(f64::is_nan)
         || value >= property.low && value <= property.high
@@ -158,7 +146,7 @@ fn properties(
                     let p = &table[index];
                     slots.problem(
                         path,
-                        format!("is {value} {}, expected {}", p.unit, range(p)),
+                        format!("is {value} {}, expected {}", p.unit, p.range()),
                         p.meaning,
                     );
                 }

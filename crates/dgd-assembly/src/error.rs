@@ -104,8 +104,16 @@ pub enum AssemblyError {
         /// What would have been accepted.
         expected: &'static str,
     },
-    /// No sample of the record lies in the window.
-    #[error("no sample of `{part}` lies within {from} to {to}, expected at least {expected}")]
+    /// No instrument that is to be fitted was recorded.
+    #[error("no reading of `{names}` was recorded: the columns are missing, or hold no number")]
+    NoReadings {
+        /// Instruments that are to be fitted.
+        names: String,
+    },
+    /// Too few samples of the record lie in the window.
+    #[error(
+        "{found} samples of `{part}` lie within {from} to {to}, expected at least {expected}: {why}"
+    )]
     Window {
         /// Part of the record.
         part: String,
@@ -113,8 +121,26 @@ pub enum AssemblyError {
         from: f64,
         /// Window's end.
         to: f64,
+        /// Samples with a value of every input.
+        found: usize,
         /// Samples needed.
         expected: usize,
+        /// What the record has there.
+        why: String,
+    },
+    /// The independent variable does not ascend.
+    #[error(
+        "`{name}` is {found} in sample {index}, after {before}; expected finite ascending times"
+    )]
+    Times {
+        /// Column.
+        name: String,
+        /// Sample, from 1.
+        index: usize,
+        /// Value found.
+        found: f64,
+        /// Value before it.
+        before: f64,
     },
     /// An effect has no parameter of that name.
     #[error(

@@ -153,7 +153,7 @@ fn halton(index: usize, dimension: usize) -> f64 {
 /// # Errors
 /// [`AssemblyError::Length`] on readings that are not as long as their times; that or [`AssemblyError::Value`] on a wrong start;
 /// [`AssemblyError::Value`] on a loss or tolerance that cannot be; [`AssemblyError::Column`] on names that do not
-/// exist or if no instrument was recorded; [`AssemblyError::Input`] on bad inputs.
+/// exist, [`AssemblyError::NoReadings`] if no instrument was recorded; [`AssemblyError::Input`] on bad inputs.
 ///
 /// # Source
 /// Ljung, L., *System Identification* (1999), chapters 7 and 10.
@@ -279,7 +279,8 @@ fn conclude(assembly: &Assembly, mut problem: Residual<'_>, minimum: &Minimum) -
     let loose: Vec<usize> = (0..p).filter(|&i| !on_bound[i]).collect();
     let (covariance, inflation) =
         match problem.jacobian(&minimum.theta, &minimum.residuals, &unit_box(p)) {
-            Some(jacobian) if !minimum.residuals.is_empty() => {
+            // As many readings as values leave nothing to tell an error by.
+            Some(jacobian) if minimum.residuals.len() > p => {
                 let inflation = inflation(&residuals);
                 (covariance(&jacobian, &loose, minimum, inflation), inflation)
             }

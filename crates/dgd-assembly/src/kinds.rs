@@ -22,6 +22,21 @@ pub struct Property {
     pub meaning: &'static str,
 }
 
+impl Property {
+    /// What it may be, in words.
+    #[must_use]
+    pub fn range(&self) -> String {
+        let (low, high) = (self.low, self.high);
+        match (low == f64::MIN_POSITIVE, high.is_finite()) {
+            (false, false) if low.is_infinite() => "a number".to_owned(),
+            (true, false) => "a number above 0".to_owned(),
+            (true, true) => format!("above 0, up to {high}"),
+            (false, false) => format!("a number of at least {low}"),
+            (false, true) => format!("{low} to {high}"),
+        }
+    }
+}
+
 const INF: f64 = f64::INFINITY;
 
 const fn p(
@@ -516,6 +531,27 @@ impl Kind {
                 ("unit", "unit of the column"),
             ],
             _ => &[],
+        }
+    }
+
+    /// What it is, in a few words.
+    #[must_use]
+    pub fn meaning(self) -> &'static str {
+        match self {
+            Self::Tank => "open or gas-blanketed tank with a free surface; owns the state `level`",
+            Self::Volume => "full, compressible volume; owns the state `pressure`",
+            Self::Line => {
+                "pipe, hose, drill string, annulus; owns the state `flow` with `inertia = true`"
+            }
+            Self::CentrifugalPump => "pump whose head falls with flow",
+            Self::DisplacementPump => {
+                "pump that delivers coefficient x input, whatever the pressure"
+            }
+            Self::Valve => "resistance with an opening",
+            Self::Orifice => "orifice or bit: a resistance",
+            Self::Boundary => "given pressure or given flow",
+            Self::Junction => "where lines meet; no storage",
+            Self::Instrument => "what is measured",
         }
     }
 

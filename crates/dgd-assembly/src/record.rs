@@ -58,7 +58,7 @@ impl Assembly {
     ///
     /// # Errors
     /// [`AssemblyError::Column`] on a missing input, [`AssemblyError::Length`] on unequal columns,
-    /// [`AssemblyError::Value`] on times that do not ascend, [`AssemblyError::Window`] on a window with fewer than 2 samples.
+    /// [`AssemblyError::Times`] on times that do not ascend, [`AssemblyError::Window`] on a window with fewer than 2 samples.
     pub fn windows(
         &self,
         record: &Record<'_>,
@@ -139,12 +139,26 @@ impl Assembly {
                 }
             }
             if window.time.len() < 2 {
-                let [from, to] = *span; // as the file has it
+                let [from, to] = span.map(|at| at * self.net.tick);
+                let within = time.iter().filter(|t| **t >= from && **t <= to).count();
+                let why = match (time.first(), time.last()) {
+                    _ if from > to => "it ends before it begins".to_owned(),
+                    (Some(first), Some(last)) if within < 2 => {
+                        let ends = [first, last].map(|t| t / self.net.tick);
+                        format!("the record runs from {} to {}", ends[0], ends[1])
+                    }
+                    (Some(_), Some(_)) => {
+                        format!("{within} lie there, before every input has its first value")
+                    }
+                    _ => "the record is empty".to_owned(),
+                };
                 return Err(AssemblyError::Window {
                     part: name.into(),
-                    from,
-                    to,
+                    from: span[0],
+                    to: span[1],
+                    found: window.time.len(),
                     expected: 2,
+                    why,
                 });
             }
             windows.push(window);
@@ -190,13 +204,14 @@ impl Assembly {
                     known: listed(record.columns.iter().map(|c| c.0)),
                 })?;
         let mut before = f64::NEG_INFINITY;
-        for &t in found.1 {
+        for (i, &t) in found.1.iter().enumerate() {
             // A relation between samples needs no order.
             if !t.is_finite() || (self.net.in_time && t <= before) {
-                return Err(AssemblyError::Value {
+                return Err(AssemblyError::Times {
                     name: name.clone(),
+                    index: i + 1,
                     found: t,
-                    expected: "finite ascending times",
+                    before,
                 });
             }
             before = t;

@@ -96,10 +96,8 @@ impl<'a> Residual<'a> {
             }));
         }
         if scale.iter().all(Option::is_none) {
-            return Err(AssemblyError::Column {
-                name: names.join("`, `"),
-                use_: "the fit".into(),
-                known: "no recorded instrument".into(),
+            return Err(AssemblyError::NoReadings {
+                names: names.join("`, `"),
             });
         }
         Ok(Self {

@@ -22,6 +22,7 @@ use values::{effects, parse_pair, parse_range, steps};
     dgd simulate rig.mat --well well.toml --model model.toml
     dgd diagnose rig.mat --well well.toml --out diagnosis
   A system of one's own, described in system.toml:
+    dgd system kinds
     dgd system check system.toml --draw system.svg
     dgd fit bench.csv --system system.toml --out bench.toml
 
@@ -310,8 +311,20 @@ pub(crate) struct SystemCommand {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum SystemAction {
+    /// List what a description may hold: kinds of components, their properties, units, ranges and defaults
+    Kinds(Kinds),
     /// Is it well posed; its states, inputs, free parameters, and the effects that could sit on it
     Check(Check),
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  dgd system kinds
+  dgd system kinds tank
+  dgd system kinds --json | jq '.kinds[] | .name'")]
+pub(crate) struct Kinds {
+    /// Only this kind
+    pub(crate) kind: Option<String>,
 }
 
 #[derive(Debug, Args)]

@@ -55,6 +55,7 @@ fn run(arguments: &Arguments) -> Result<String, Failure> {
         Command::Catalogue => commands::catalogue::run(global),
         Command::Simulate(simulate) => commands::simulate::run(simulate, global),
         Command::System(system) => match &system.action {
+            SystemAction::Kinds(kinds) => commands::system_kinds::run(kinds, global),
             SystemAction::Check(check) => commands::system_check::run(check, global),
         },
         Command::Linearise(linearise) => commands::linearise::run(linearise, global),

@@ -60,6 +60,8 @@ pub(crate) fn failed(system: &Path, recording: &Path, error: &AssemblyError) -> 
     let path = match error {
         AssemblyError::Column { .. }
         | AssemblyError::Length { .. }
+        | AssemblyError::Times { .. }
+        | AssemblyError::NoReadings { .. }
         | AssemblyError::Window { .. }
         | AssemblyError::Input(_) => recording,
         _ => system,
@@ -126,6 +128,17 @@ impl Gauge {
     /// A difference of readings in the instrument's own unit.
     pub(crate) fn difference(&self, si: f64) -> f64 {
         self.unit.map_or(si, |u| si / u.factor)
+    }
+
+    /// Unit in which the assembly carries the reading: SI of what is converted.
+    pub(crate) fn carried(&self) -> String {
+        match (self.unit, self.measures.as_str()) {
+            (None, _) => self.symbol.clone(),
+            (Some(_), "level" | "head") => "m".into(),
+            (Some(_), "pressure" | "drop") => "Pa".into(),
+            (Some(_), "flow") => "m3/s".into(),
+            (Some(_), _) => String::new(),
+        }
     }
 
     /// `level [m]`
@@ -230,15 +243,7 @@ fn unit_of_effect(system: &System, component: &str, effect: &str, parameter: &st
         Some(Size::Pressure) => "Pa",
         Some(Size::Time) => "s",
         Some(Size::Reading) => {
-            let gauge = gauge(system, component, system.components.get(component));
-            let own = match (gauge.unit, gauge.measures.as_str()) {
-                (None, _) => gauge.symbol,
-                (Some(_), "level" | "head") => "m".into(),
-                (Some(_), "pressure" | "drop") => "Pa".into(),
-                (Some(_), "flow") => "m3/s".into(),
-                (Some(_), _) => String::new(),
-            };
-            return own;
+            return gauge(system, component, system.components.get(component)).carried();
         }
         Some(Size::One) | None => "",
     };

@@ -261,6 +261,7 @@ const TABLE: &[(Unit, &[&str])] = &[
     ),
     (pressure("Pag", 1.0, Gauge), &["pa(g)", "pagauge"]),
     (pressure("kPag", 1e3, Gauge), &["kpa(g)", "kpagauge"]),
+    (pressure("MPag", 1e6, Gauge), &["mpa(g)", "mpagauge"]),
     (pressure("barg", 1e5, Gauge), &["bar(g)", "bargauge"]),
     (pressure("psig", PSI, Gauge), &["psi(g)", "psigauge"]),
     (unit("kg/m3", Dimension::Density, 1.0), &["kg/m^3", "kgm-3"]),

@@ -5,7 +5,7 @@ use crate::connect::{OUTLET, find_port};
 use crate::error::Problem;
 use crate::network::{Location, Meter, Network, NodeKind, Reading};
 use crate::spec::{Component, Kind, Setting, System};
-use dgd_units::Unit;
+use dgd_units::{Dimension, Unit};
 
 pub(super) fn meters(
     system: &System,
@@ -41,7 +41,27 @@ pub(super) fn meters(
             continue;
         };
         let unit = match text(component, "unit").map(Unit::parse).transpose() {
-            Ok(unit) => unit,
+            Ok(unit) => {
+                let own = component.settings.contains_key("gain");
+                if let (Some(unit), Some(expected)) = (unit, dimension(measures))
+                    && !own
+                    && unit.dimension != Dimension::Number
+                    && unit.dimension != expected
+                {
+                    problems.push(Problem::new(
+                        format!("{name}.unit"),
+                        format!(
+                            "`{}` is no unit of a {measures}",
+                            text(component, "unit").unwrap_or_default()
+                        ),
+                        format!(
+                            "a unit such as {}; or a `gain`, for a reading of its own",
+                            expected.si_symbol()
+                        ),
+                    ));
+                }
+                unit
+            }
             Err(error) => {
                 problems.push(Problem::new(format!("{name}.unit"), error.to_string(), ""));
                 None
@@ -54,6 +74,16 @@ pub(super) fn meters(
             unit,
             reading,
         });
+    }
+}
+
+/// Dimension of what is measured; none of a speed, which pumps take in units of their own.
+fn dimension(measures: &str) -> Option<Dimension> {
+    match measures {
+        "level" | "head" => Some(Dimension::Length),
+        "pressure" | "drop" => Some(Dimension::Pressure),
+        "flow" => Some(Dimension::FlowRate),
+        _ => None,
     }
 }
 

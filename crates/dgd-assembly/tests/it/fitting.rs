@@ -206,7 +206,7 @@ fn wrong_calls_are_refused() {
     };
     assert!(matches!(
         refused(&[blind], FitOptions::default()),
-        AssemblyError::Column { .. }
+        AssemblyError::NoReadings { .. }
     ));
 }
 

@@ -124,7 +124,10 @@ fn unequal_columns_and_clocks_that_jump_back_are_refused() {
             Portion::Train,
         )
         .unwrap_err();
-    assert!(matches!(error, AssemblyError::Value { .. }), "{error}");
+    assert!(
+        matches!(error, AssemblyError::Times { index: 3, .. }),
+        "{error}"
+    );
 }
 
 #[test]

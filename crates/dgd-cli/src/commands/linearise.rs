@@ -7,7 +7,7 @@ use crate::output::{self, Outputs};
 use crate::progress::Progress;
 use crate::say::{self, TextTable, number};
 use crate::system::runs::{self, Run};
-use crate::system::{self, columns, dimension_of_state, failed, unit_of};
+use crate::system::{self, Gauge, columns, dimension_of_state, failed, gauges, unit_of};
 use dgd_assembly::{
     Assembly, AssemblyError, Initial, Linear, RecordLayout, SimulationOptions, Window, linearise,
     steady_state,
@@ -63,7 +63,7 @@ pub(crate) fn run(arguments: &Linearise, global: &Global) -> Result<String, Fail
     };
     let title = system::title(assembly, &path);
     let mut value = as_json(assembly, &title, &point, &linear, discrete.as_ref());
-    let matrices = as_mat(&point, &linear, discrete.as_ref());
+    let matrices = as_mat(assembly, &point, &linear, discrete.as_ref());
     progress.stage("writing", &arguments.out.display().to_string());
     let mut staged = Outputs::new();
     staged.add_bytes(&json_path, say::json(&value))?;
@@ -335,7 +335,6 @@ fn as_json(
     linear: &Linear,
     discrete: Option<&Linear>,
 ) -> Value {
-    let described = assembly.system();
     let named = |names: &[String], values: &[f64]| -> Value {
         let pairs = names.iter().zip(values);
         Value::Object(
@@ -344,8 +343,7 @@ fn as_json(
                 .collect::<Map<_, _>>(),
         )
     };
-    let units =
-        |names: &[String]| -> Vec<String> { names.iter().map(|n| unit_of(described, n)).collect() };
+    let units = Units::of(assembly, linear);
     let (n, m) = (linear.states.len(), linear.inputs.len());
     let matrices = |l: &Linear| {
         json!({
@@ -365,10 +363,11 @@ fn as_json(
         "schema": "dgd.linear/1",
         "system": title,
         "states": linear.states,
-        "state_units": units(&linear.states),
+        "state_units": units.states,
         "inputs": linear.inputs,
-        "input_units": units(&linear.inputs),
+        "input_units": units.inputs,
         "outputs": linear.outputs,
+        "output_units": units.outputs,
         "operating_point": {
             "states": named(&linear.states, &point.states),
             "inputs": named(&linear.inputs, &point.inputs),
@@ -381,7 +380,40 @@ fn as_json(
     })
 }
 
-fn as_mat(point: &Point, linear: &Linear, discrete: Option<&Linear>) -> Vec<(String, MatValue)> {
+/// Units of the numbers: SI, or what a reading or an input without a unit of the catalogue is recorded in.
+struct Units {
+    states: Vec<String>,
+    inputs: Vec<String>,
+    outputs: Vec<String>,
+}
+
+impl Units {
+    fn of(assembly: &Assembly, linear: &Linear) -> Self {
+        let system = assembly.system();
+        let input = |path: &String| {
+            let si = unit_of(system, path);
+            let written = || system.inputs.get(path).and_then(|input| input.unit.clone());
+            if si.is_empty() {
+                written().unwrap_or(si)
+            } else {
+                si
+            }
+        };
+        Self {
+            states: linear.states.iter().map(|n| unit_of(system, n)).collect(),
+            inputs: linear.inputs.iter().map(input).collect(),
+            outputs: gauges(assembly).iter().map(Gauge::carried).collect(),
+        }
+    }
+}
+
+fn as_mat(
+    assembly: &Assembly,
+    point: &Point,
+    linear: &Linear,
+    discrete: Option<&Linear>,
+) -> Vec<(String, MatValue)> {
+    let units = Units::of(assembly, linear);
     let (n, m, k) = (
         linear.states.len(),
         linear.inputs.len(),
@@ -410,6 +442,9 @@ fn as_mat(point: &Point, linear: &Linear, discrete: Option<&Linear>) -> Vec<(Str
         ("states".into(), MatValue::Texts(linear.states.clone())),
         ("inputs".into(), MatValue::Texts(linear.inputs.clone())),
         ("outputs".into(), MatValue::Texts(linear.outputs.clone())),
+        ("state_units".into(), MatValue::Texts(units.states)),
+        ("input_units".into(), MatValue::Texts(units.inputs)),
+        ("output_units".into(), MatValue::Texts(units.outputs)),
         ("x0".into(), column(&point.states)),
         ("u0".into(), column(&point.inputs)),
         ("y0".into(), column(&point.outputs)),

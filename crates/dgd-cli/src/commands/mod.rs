@@ -14,4 +14,5 @@ pub(crate) mod simulate;
 pub(crate) mod system_check;
 pub(crate) mod system_diagnose;
 pub(crate) mod system_fit;
+pub(crate) mod system_kinds;
 pub(crate) mod system_simulate;

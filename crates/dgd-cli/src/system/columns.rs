@@ -1,9 +1,12 @@
 //! A recording's columns by tag, as the windows of a system.
 
+mod doubts;
+
 use super::{Gauge, failed, gauges};
 use crate::failure::Failure;
 use crate::load;
 use crate::progress::Progress;
+use crate::say::counted;
 use dgd_assembly::{Assembly, Initial, PartLayout, Portion, Record, Window};
 use dgd_recording::{Column, Table};
 use dgd_units::{Dimension, Unit};
@@ -41,7 +44,7 @@ pub(crate) fn read(
     assembly: &Assembly,
     progress: &Progress,
 ) -> Result<Recorded, Failure> {
-    let table = table(path, progress)?;
+    let table = timed(table(path, progress)?, path, assembly);
     let files = Files {
         path,
         system,
@@ -50,6 +53,10 @@ pub(crate) fn read(
     };
     let train = files.windows(Portion::Train)?;
     let test = files.windows(Portion::Test)?;
+    let doubts = doubts::of(&files, &train, &test);
+    for doubt in &doubts {
+        tracing::warn!("{}: {doubt}", path.display());
+    }
     let whole = if runs_through(assembly) && !test.is_empty() {
         files.windows(Portion::All)?.into_iter().next()
     } else {
@@ -67,7 +74,9 @@ pub(crate) fn read(
     Ok(Recorded {
         train,
         test,
-        issues: table.issues.iter().map(ToString::to_string).collect(),
+        issues: (table.issues.iter().map(ToString::to_string))
+            .chain(doubts)
+            .collect(),
     })
 }
 
@@ -78,6 +87,28 @@ fn table(path: &Path, progress: &Progress) -> Result<Table, Failure> {
         tracing::warn!("{}: {issue}", path.display());
     }
     Ok(table)
+}
+
+/// The rows that have a time, which no other says anything of.
+fn timed(mut table: Table, path: &Path, assembly: &Assembly) -> Table {
+    let stamps = (assembly.system().record.time.as_deref()).and_then(|tag| table.column(tag));
+    let Some(stamps) = stamps else { return table };
+    let has: Vec<bool> = stamps.values.iter().map(|t| t.is_finite()).collect();
+    let without = has.iter().filter(|has| !**has).count();
+    if without == 0 {
+        return table;
+    }
+    tracing::warn!(
+        "{}: left out {} without a value of `{}`",
+        path.display(),
+        counted(without, "row"),
+        stamps.tag
+    );
+    for column in &mut table.columns {
+        let mut kept = has.iter();
+        column.values.retain(|_| kept.next().is_none_or(|has| *has));
+    }
+    table
 }
 
 /// Whether the held-out part is a later stretch of the recording that is trained on, and its start is not simply measured.
@@ -121,7 +152,7 @@ pub(crate) fn whole(
     assembly: &Assembly,
     progress: &Progress,
 ) -> Result<Vec<(String, Vec<f64>)>, Failure> {
-    let table = table(path, progress)?;
+    let table = timed(table(path, progress)?, path, assembly);
     let files = Files {
         path,
         system,
@@ -135,6 +166,24 @@ pub(crate) fn whole(
                 columns.push((name, values));
             }
         }
+    }
+    let record = Record {
+        columns: columns.iter().map(|(n, v)| (n.as_str(), &**v)).collect(),
+    };
+    // What cannot be cut into windows is refused where they are used.
+    let cut = |portion| assembly.windows(&record, portion).unwrap_or_default();
+    let (train, test) = (cut(Portion::Train), cut(Portion::Test));
+    for doubt in doubts::of(&files, &train, &test) {
+        tracing::warn!("{}: {doubt}", path.display());
+    }
+    if doubts::all_dead(&files, &train) {
+        return Err(Failure::Input {
+            path: path.to_owned(),
+            reason: "no instrument moves in what is fitted, so no cause can be told".into(),
+            help: Some(
+                "check that the transmitters were alive, and that the channels are theirs".into(),
+            ),
+        });
     }
     Ok(columns)
 }

@@ -1,6 +1,7 @@
 //! `--system`: any assembly checked, drawn, fitted, simulated, linearised, its sensitivities told.
 
 mod diagnosis;
+mod doubts;
 mod fitting;
 mod page;
 #[path = "../../examples/benches/physics.rs"]

@@ -1,0 +1,175 @@
+//! What a recording leaves in doubt is told before a system is held against it.
+
+use super::benches;
+use crate::bench::Bench;
+use serde_json::Value;
+
+/// Two tanks, every row of whose recording is written anew; `None` leaves it out.
+fn altered(alter: impl Fn(usize, &[&str]) -> Option<Vec<String>>) -> Bench {
+    let bench = benches();
+    let text = bench.text("two_tanks.csv");
+    let mut lines = text.lines();
+    let heads = lines.by_ref().take(2).map(ToOwned::to_owned);
+    let mut rows: Vec<String> = heads.collect();
+    rows.extend(lines.enumerate().filter_map(|(i, line)| {
+        let cells: Vec<&str> = line.split(',').collect();
+        Some(alter(i, &cells)?.join(","))
+    }));
+    bench.write("two_tanks.csv", rows.join("\n") + "\n");
+    bench
+}
+
+fn kept(cells: &[&str]) -> Vec<String> {
+    cells.iter().map(|&cell| cell.to_owned()).collect()
+}
+
+/// What a fit says on the way, and its JSON.
+fn fitted(bench: &Bench) -> (String, Value) {
+    let ran = bench.dgd("fit two_tanks.csv --system two_tanks.toml --out m.toml");
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    (ran.err, super::document(bench, "m.json"))
+}
+
+#[test]
+fn a_gap_and_inputs_without_a_value_are_told_with_the_place() {
+    let bench = altered(|i, cells| (!(100..200).contains(&i)).then(|| kept(cells)));
+    let (said, json) = fitted(&bench);
+    assert!(said.contains("no samples from 396 to 800 s"), "{said}");
+    assert!(
+        json["issues"].to_string().contains("396 to 800 s"),
+        "{json:#}"
+    );
+
+    let bench = altered(|i, cells| {
+        let mut row = kept(cells);
+        if (50..79).contains(&i) {
+            row[1] = String::new();
+        }
+        Some(row)
+    });
+    let (said, _) = fitted(&bench);
+    let told = "`u`, the input `pump.input`, has no value in 29 samples";
+    assert_eq!(said.matches(told).count(), 1, "{said}");
+}
+
+#[test]
+fn rows_without_a_time_are_left_out_and_times_that_run_back_are_refused_with_the_sample() {
+    let bench = altered(|i, cells| {
+        let mut row = kept(cells);
+        if i == 590 {
+            row[0] = String::new();
+        }
+        Some(row)
+    });
+    let (said, _) = fitted(&bench);
+    assert!(
+        said.contains("left out 1 row without a value of `t`"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_transmitter_that_never_moves_is_told_and_gives_no_cause() {
+    let bench = altered(|_, cells| {
+        let mut row = kept(cells);
+        row[2] = "5.0".to_owned();
+        Some(row)
+    });
+    let (said, _) = fitted(&bench);
+    assert!(
+        said.contains("`level` reads 5 cm in all 401 samples"),
+        "{said}"
+    );
+    bench
+        .dgd("diagnose two_tanks.csv --system two_tanks.toml --out d")
+        .refused(&["two_tanks.csv", "no instrument moves", "channels"]);
+    assert!(!bench.path("d").exists());
+    let bench = altered(|_, cells| {
+        let mut row = kept(cells);
+        row[2] = String::new();
+        Some(row)
+    });
+    bench
+        .dgd("fit two_tanks.csv --system two_tanks.toml --out m.toml")
+        .refused(&["two_tanks.csv", "no reading of `level`", "hold no number"]);
+}
+
+#[test]
+fn samples_that_are_fitted_and_held_out_are_told() {
+    let bench = benches();
+    let system = bench.text("two_tanks.toml");
+    bench.write(
+        "two_tanks.toml",
+        system.replace("[[0.0, 1600.0]]", "[[0.0, 1800.0]]"),
+    );
+    let (said, _) = fitted(&bench);
+    assert!(said.contains("that record.train holds too"), "{said}");
+    for (window, why) in [
+        ("[[1600.0, 0.0]]", "ends before it begins"),
+        ("[[9000.0, 9100.0]]", "the record runs from 0 to 2400"),
+    ] {
+        bench.write("bad.toml", system.replace("[[0.0, 1600.0]]", window));
+        bench
+            .dgd("fit two_tanks.csv --system bad.toml --out m.toml")
+            .refused(&["two_tanks.csv", "record.train", why]);
+    }
+}
+
+#[test]
+fn a_unit_of_another_dimension_is_refused_unless_the_reading_is_its_own() {
+    let bench = benches();
+    let system = bench.text("two_tanks.toml");
+    bench.write(
+        "bar.toml",
+        system.replace("unit = \"cm\"", "unit = \"bar\""),
+    );
+    bench.dgd("system check bar.toml").refused(&[
+        "level.unit",
+        "`bar` is no unit of a level",
+        "gain",
+    ]);
+    bench.write(
+        "own.toml",
+        system.replace("unit = \"cm\"", "gain = 9806.65, unit = \"Pa\""),
+    );
+    bench.dgd("system check own.toml").done();
+}
+
+#[test]
+fn kinds_are_listed_with_what_each_may_hold() {
+    let bench = Bench::bare();
+    let listed = bench.json("system kinds", "dgd.kinds/1");
+    let kinds = listed["kinds"].as_array().unwrap();
+    assert_eq!(kinds.len(), 10);
+    let tank = kinds.iter().find(|k| k["name"] == "tank").unwrap();
+    let area = &tank["properties"][0];
+    assert_eq!(
+        (&area["name"], &area["unit"]),
+        (&"area".into(), &"m2".into())
+    );
+    assert_eq!(area["needed"], true);
+    let ran = bench.dgd("system kinds line");
+    for part in [
+        "bore",
+        "needed for `friction = \"darcy\"`",
+        "a number above 0",
+    ] {
+        assert!(ran.out.contains(part), "{}", ran.out);
+    }
+    bench
+        .dgd("system kinds pipe")
+        .refused(&["`pipe` is no kind", "line", "tank"]);
+}
+
+#[test]
+fn a_linear_model_tells_the_units_of_its_numbers() {
+    let bench = benches();
+    bench
+        .dgd("linearise --system two_tanks.toml --at pump.input=5 --out lin")
+        .done();
+    let linear = super::document(&bench, "lin/linear.json");
+    // The instrument reads cm; the model's numbers are SI.
+    assert_eq!(linear["output_units"], serde_json::json!(["m"]));
+    assert_eq!(linear["input_units"], serde_json::json!(["V"]));
+    assert_eq!(linear["state_units"], serde_json::json!(["m", "m"]));
+}
