@@ -152,7 +152,7 @@ fn as_json(
     })
 }
 
-/// `output by parameter` along the windows: change of the reading as the parameter runs through its range.
+/// `output by parameter` along the windows: slope of the reading by the parameter, times its range.
 fn table(assembly: &Assembly, moved: &[Sensitivities]) -> Table {
     let (clock, unit) = system::clock(assembly);
     let numbered = (1_u32..).zip(moved);
@@ -250,7 +250,7 @@ fn html(
                 String::new()
             };
             page.figure(&figure.with_caption(format!(
-                "Change of {} as a parameter runs through its range, at the present values{which}.",
+                "Slope of {} by a parameter at the present values, times the parameter's range{which}.",
                 gauge.name
             )));
         }
@@ -283,7 +283,7 @@ fn shares(
         row
     };
     dgd_report::Table {
-        caption: "Root mean square of the change of each reading, in its usual size, as a parameter runs through its range".into(),
+        caption: "Root mean square of each reading's slope by a parameter at the present values, times the parameter's range, in the reading's usual size".into(),
         head,
         rows: order(found).into_iter().map(row).collect(),
     }

@@ -84,6 +84,11 @@ pub(crate) fn run(
     let simulation = SimulationOptions::default();
     let files_read = (path, recording);
     let runs = runs::simulate(assembly, &theta, &recorded, &simulation, files_read)?;
+    let mut issues = recorded.issues.clone();
+    for doubt in runs::worse_than_the_mean(assembly, &runs) {
+        tracing::warn!("{}: {doubt}", recording.display());
+        issues.push(doubt);
+    }
     let linear = if arguments.linear {
         progress.stage("fitting", "the linear model");
         let robust = arguments.robust;
@@ -101,7 +106,7 @@ pub(crate) fn run(
         fit: &found,
         fitted: &fitted,
         runs: &runs,
-        issues: &recorded.issues,
+        issues: &issues,
         robust: arguments.robust,
     };
     progress.stage("writing", &arguments.out.display().to_string());

@@ -98,6 +98,40 @@ pub(crate) fn rms(runs: &[Run], held_out: bool, output: usize) -> (f64, usize) {
     (mean.sqrt(), squares.len())
 }
 
+/// Instruments whose training readings a run is further off than their own mean would be, each in a sentence.
+pub(crate) fn worse_than_the_mean(assembly: &Assembly, runs: &[Run]) -> Vec<String> {
+    let one = |(o, gauge): (usize, Gauge)| {
+        let read: Vec<f64> = runs
+            .iter()
+            .filter(|r| !r.held_out)
+            .filter_map(|r| r.window.readings.get(o))
+            .flatten()
+            .copied()
+            .filter(|v| v.is_finite())
+            .collect();
+        #[expect(clippy::cast_precision_loss, reason = "sample counts")]
+        let n = read.len() as f64;
+        let mean = read.iter().sum::<f64>() / n;
+        let spread = (read.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt();
+        let (off, _) = rms(runs, false, o);
+        // What never moves has no mean to be worse than.
+        (spread > 0.0 && off > spread).then(|| {
+            let told = |si: f64| gauge.with_unit(&say::number(gauge.difference(si)));
+            format!(
+                "`{}` is off by {}, where its own mean is by {}: the model says nothing of it; are units and channels right?",
+                gauge.name,
+                told(off),
+                told(spread)
+            )
+        })
+    };
+    gauges(assembly)
+        .into_iter()
+        .enumerate()
+        .filter_map(one)
+        .collect()
+}
+
 /// Whether an instrument was recorded at all.
 pub(crate) fn recorded(runs: &[Run], output: usize) -> bool {
     let readings = runs.iter().filter_map(|r| r.window.readings.get(output));

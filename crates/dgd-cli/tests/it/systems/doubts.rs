@@ -136,6 +136,25 @@ fn a_unit_of_another_dimension_is_refused_unless_the_reading_is_its_own() {
 }
 
 #[test]
+fn a_fit_that_is_worse_than_the_mean_is_told() {
+    let bench = benches();
+    let system = bench.text("two_tanks.toml");
+    // Centimetres read as metres.
+    bench.write(
+        "two_tanks.toml",
+        system.replace("unit = \"cm\"", "unit = \"m\""),
+    );
+    let (said, json) = fitted(&bench);
+    for part in ["`level` is off by", "its own mean", "units and channels"] {
+        assert!(said.contains(part), "{said}");
+    }
+    assert!(
+        json["issues"].to_string().contains("its own mean"),
+        "{json:#}"
+    );
+}
+
+#[test]
 fn kinds_are_listed_with_what_each_may_hold() {
     let bench = Bench::bare();
     let listed = bench.json("system kinds", "dgd.kinds/1");
