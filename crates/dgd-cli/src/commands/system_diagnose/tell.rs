@@ -28,11 +28,36 @@ pub(super) fn answer(text: &mut String, done: &Done, out: &Path) -> std::fmt::Re
     }
     write!(text, "{}", gains(done).render())?;
     checks(text, done)?;
+    if let Some(line) = no_accuracy(done) {
+        writeln!(text, "{line}")?;
+    }
     let shown = out.display();
     writeln!(
         text,
         "\nwrote {shown}/diagnosis.json, simulation.csv and model.toml; open {shown}/report.html"
     )
+}
+
+/// What is left without a name may be no more than the instruments leave.
+fn no_accuracy(done: &Done) -> Option<String> {
+    let revision = &done.revision;
+    if !matches!(
+        revision.verdict,
+        Verdict::Unexplained | Verdict::PartlyExplained
+    ) {
+        return None;
+    }
+    let accuracies = revision.after.assembly.accuracies();
+    let without: Vec<&str> = (done.gauges.iter().zip(accuracies))
+        .filter(|(_, accuracy)| accuracy.is_none())
+        .map(|(gauge, _)| gauge.name.as_str())
+        .collect();
+    (!without.is_empty()).then(|| {
+        format!(
+            "no `accuracy` is stated of {}: what is within it is no mismatch",
+            without.join(", ")
+        )
+    })
 }
 
 fn told(text: &mut String, assembly: &Assembly, finding: &Finding) -> std::fmt::Result {

@@ -192,3 +192,32 @@ fn a_linear_model_tells_the_units_of_its_numbers() {
     assert_eq!(linear["input_units"], serde_json::json!(["V"]));
     assert_eq!(linear["state_units"], serde_json::json!(["m", "m"]));
 }
+
+#[test]
+fn what_has_no_name_asks_for_the_accuracy_that_would_excuse_it() {
+    let bench = altered(|i, cells| {
+        let mut row = kept(cells);
+        let level: f64 = row[2].parse().unwrap();
+        let t = f64::from(u32::try_from(i).unwrap());
+        row[2] = format!("{:.1}", level + 1.2 * (t / 9.0).sin() * (t / 31.0).cos());
+        Some(row)
+    });
+    let diagnose = "diagnose two_tanks.csv --system two_tanks.toml --out d";
+    let ran = bench.dgd(diagnose);
+    let hint = "no `accuracy` is stated of level: what is within it is no mismatch";
+    assert!(
+        ran.out.contains("unexplained") && ran.out.contains(hint),
+        "{}",
+        ran.out
+    );
+    let stated = bench
+        .text("two_tanks.toml")
+        .replace("unit = \"cm\"", "unit = \"cm\", accuracy = 1.0");
+    bench.write("two_tanks.toml", stated);
+    let ran = bench.dgd(diagnose);
+    assert!(
+        ran.out.contains("consistent") && !ran.out.contains(hint),
+        "{}",
+        ran.out
+    );
+}
