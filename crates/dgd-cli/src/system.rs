@@ -132,13 +132,10 @@ impl Gauge {
 
     /// Unit in which the assembly carries the reading: SI of what is converted.
     pub(crate) fn carried(&self) -> String {
-        match (self.unit, self.measures.as_str()) {
-            (None, _) => self.symbol.clone(),
-            (Some(_), "level" | "head") => "m".into(),
-            (Some(_), "pressure" | "drop") => "Pa".into(),
-            (Some(_), "flow") => "m3/s".into(),
-            (Some(_), _) => String::new(),
-        }
+        self.unit.map_or_else(
+            || self.symbol.clone(),
+            |unit| unit.dimension.si_symbol().to_owned(),
+        )
     }
 
     /// `level [m]`

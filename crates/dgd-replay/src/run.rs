@@ -93,14 +93,14 @@ pub enum ReplayError {
     },
     /// The clock is not even.
     #[error(
-        "the clock steps by {found_s} s after sample {sample}, on the whole by {step_s} s: put the recording on an even clock"
+        "the clock steps by {found_s} s after sample {sample}, mostly by {step_s} s: put the recording on an even clock"
     )]
     Uneven {
-        /// The sample before the odd step.
+        /// The sample before the odd step, from 1.
         sample: usize,
         /// That step, s.
         found_s: f64,
-        /// Mean step, s.
+        /// Median step, s.
         step_s: f64,
     },
     /// Blocks that are not the recording that was announced.
@@ -125,13 +125,15 @@ fn check_clock(time_s: &[f64]) -> Result<(), ReplayError> {
     if time_s.len() < 2 {
         return Ok(());
     }
-    let step_s = step_s(time_s);
+    let mut steps: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
+    let middle = steps.len() / 2;
+    let step_s = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
     let odd = |w: &[f64]| !((w[1] - w[0] - step_s).abs() <= 0.5 * step_s);
     let Some(sample) = time_s.windows(2).position(odd) else {
         return Ok(());
     };
     Err(ReplayError::Uneven {
-        sample,
+        sample: sample + 1,
         found_s: time_s[sample + 1] - time_s[sample],
         step_s,
     })

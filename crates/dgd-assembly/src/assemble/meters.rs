@@ -42,7 +42,10 @@ pub(super) fn meters(
         };
         let unit = match text(component, "unit").map(Unit::parse).transpose() {
             Ok(unit) => {
-                let own = component.settings.contains_key("gain");
+                let gain = format!("{name}.gain");
+                let own = component.settings.contains_key("gain")
+                    || system.free.contains_key(&gain)
+                    || system.inputs.contains_key(&gain);
                 if let (Some(unit), Some(expected)) = (unit, dimension(measures))
                     && !own
                     && unit.dimension != Dimension::Number

@@ -29,6 +29,8 @@ struct Done {
     recording: String,
     revision: Revision,
     gauges: Vec<Gauge>,
+    /// What was wrong in the recording.
+    issues: Vec<String>,
 }
 
 pub(crate) fn run(
@@ -53,7 +55,7 @@ pub(crate) fn run(
     let files = names.map(|name| out.join(name));
     files.iter().try_for_each(|file| output::check(file))?;
     let record = Record {
-        columns: held
+        columns: (held.columns)
             .iter()
             .map(|(n, v)| (n.as_str(), v.as_slice()))
             .collect(),
@@ -72,6 +74,7 @@ pub(crate) fn run(
         title: system::title(assembly, path),
         recording: system::file_name(recording),
         gauges: gauges(assembly),
+        issues: held.issues,
         revision,
     };
     let fitted = fitted(&done);
@@ -280,6 +283,7 @@ fn as_json(done: &Done) -> Value {
     };
     json!({
         "schema": "dgd.system-diagnosis/1",
+        "issues": done.issues,
         "system": done.title,
         "recording": done.recording,
         "verdict": revision.verdict.name(),

@@ -44,7 +44,7 @@ pub(crate) fn read(
     assembly: &Assembly,
     progress: &Progress,
 ) -> Result<Recorded, Failure> {
-    let table = timed(table(path, progress)?, path, assembly);
+    let (table, untimed) = timed(table(path, progress)?, path, assembly);
     let files = Files {
         path,
         system,
@@ -75,6 +75,7 @@ pub(crate) fn read(
         train,
         test,
         issues: (table.issues.iter().map(ToString::to_string))
+            .chain(untimed)
             .chain(doubts)
             .collect(),
     })
@@ -89,26 +90,28 @@ fn table(path: &Path, progress: &Progress) -> Result<Table, Failure> {
     Ok(table)
 }
 
-/// The rows that have a time, which no other says anything of.
-fn timed(mut table: Table, path: &Path, assembly: &Assembly) -> Table {
+/// The rows that have a time, without which the others say nothing; and how many have none, in a sentence.
+fn timed(mut table: Table, path: &Path, assembly: &Assembly) -> (Table, Option<String>) {
     let stamps = (assembly.system().record.time.as_deref()).and_then(|tag| table.column(tag));
-    let Some(stamps) = stamps else { return table };
+    let Some(stamps) = stamps else {
+        return (table, None);
+    };
     let has: Vec<bool> = stamps.values.iter().map(|t| t.is_finite()).collect();
     let without = has.iter().filter(|has| !**has).count();
     if without == 0 {
-        return table;
+        return (table, None);
     }
-    tracing::warn!(
-        "{}: left out {} without a value of `{}`",
-        path.display(),
+    let said = format!(
+        "left out {} without a value of `{}`",
         counted(without, "row"),
         stamps.tag
     );
+    tracing::warn!("{}: {said}", path.display());
     for column in &mut table.columns {
         let mut kept = has.iter();
         column.values.retain(|_| kept.next().is_none_or(|has| *has));
     }
-    table
+    (table, Some(said))
 }
 
 /// Whether the held-out part is a later stretch of the recording that is trained on, and its start is not simply measured.
@@ -145,14 +148,22 @@ fn through(whole: &Window, train: &[Window], window: &Window) -> Option<(usize, 
     (run.time.len() >= window.time.len()).then_some((number, run))
 }
 
-/// The columns of both parts that the system names, under the names it knows them by.
+/// A recording's columns of both parts.
+pub(crate) struct Whole {
+    /// Those that the system names, under the names it knows them by.
+    pub(crate) columns: Vec<(String, Vec<f64>)>,
+    /// What was wrong in the file and lived with.
+    pub(crate) issues: Vec<String>,
+}
+
+/// Reads a recording of any format whole; one in which no instrument moves is refused.
 pub(crate) fn whole(
     path: &Path,
     system: &Path,
     assembly: &Assembly,
     progress: &Progress,
-) -> Result<Vec<(String, Vec<f64>)>, Failure> {
-    let table = timed(table(path, progress)?, path, assembly);
+) -> Result<Whole, Failure> {
+    let (table, untimed) = timed(table(path, progress)?, path, assembly);
     let files = Files {
         path,
         system,
@@ -173,7 +184,8 @@ pub(crate) fn whole(
     // What cannot be cut into windows is refused where they are used.
     let cut = |portion| assembly.windows(&record, portion).unwrap_or_default();
     let (train, test) = (cut(Portion::Train), cut(Portion::Test));
-    for doubt in doubts::of(&files, &train, &test) {
+    let doubts = doubts::of(&files, &train, &test);
+    for doubt in &doubts {
         tracing::warn!("{}: {doubt}", path.display());
     }
     if doubts::all_dead(&files, &train) {
@@ -185,7 +197,11 @@ pub(crate) fn whole(
             ),
         });
     }
-    Ok(columns)
+    let issues = table.issues.iter().map(ToString::to_string);
+    Ok(Whole {
+        issues: issues.chain(untimed).chain(doubts).collect(),
+        columns,
+    })
 }
 
 struct Files<'a> {

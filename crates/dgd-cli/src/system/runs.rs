@@ -100,6 +100,8 @@ pub(crate) fn rms(runs: &[Run], held_out: bool, output: usize) -> (f64, usize) {
 
 /// Instruments whose training readings a run is further off than their own mean would be, each in a sentence.
 pub(crate) fn worse_than_the_mean(assembly: &Assembly, runs: &[Run]) -> Vec<String> {
+    /// A fit can always come near the mean; well beyond it something is wrong.
+    const WORSE: f64 = 1.5;
     let one = |(o, gauge): (usize, Gauge)| {
         let read: Vec<f64> = runs
             .iter()
@@ -114,8 +116,9 @@ pub(crate) fn worse_than_the_mean(assembly: &Assembly, runs: &[Run]) -> Vec<Stri
         let mean = read.iter().sum::<f64>() / n;
         let spread = (read.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt();
         let (off, _) = rms(runs, false, o);
-        // What never moves has no mean to be worse than.
-        (spread > 0.0 && off > spread).then(|| {
+        // What hardly moves has no mean to be worse than.
+        let accuracy = assembly.accuracies()[o].unwrap_or(0.0);
+        (spread > 0.0 && off > WORSE * spread && off > accuracy).then(|| {
             let told = |si: f64| gauge.with_unit(&say::number(gauge.difference(si)));
             format!(
                 "`{}` is off by {}, where its own mean is by {}: the model says nothing of it; are units and channels right?",

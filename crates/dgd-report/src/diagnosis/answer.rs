@@ -16,7 +16,9 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
     match diagnosis.findings.as_slice() {
         [] if diagnosis.verdict == Verdict::Consistent => nothing(diagnosis),
         [] => "Model and recording differ, and the difference could not be placed.".to_owned(),
-        suspected if diagnosis.verdict == Verdict::Consistent => refuted(suspected),
+        suspected if diagnosis.verdict == Verdict::Consistent => {
+            format!("{}; nothing else was looked for.", refuted(suspected))
+        }
         [only] => format!("{}.{}", clause(only, span), unnamed(diagnosis)),
         many => {
             let number = match many.len() {
@@ -55,7 +57,7 @@ fn refuted(suspected: &[Finding]) -> String {
         .map(|f| format!("{} ({})", title(f), percent(f.probability)))
         .collect();
     format!(
-        "What was suspected is less likely than not: {}; nothing else was looked for.",
+        "What was suspected is less likely than not: {}",
         listed(&each, "and")
     )
 }

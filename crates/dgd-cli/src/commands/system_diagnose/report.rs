@@ -17,6 +17,10 @@ pub(super) fn html(done: &Done, fitted: &FittedSystem) -> Result<String, ReportE
     if !revision.findings.is_empty() {
         page.section("What was left out");
     }
+    if !done.issues.is_empty() {
+        page.note("What was wrong in the recording, which may be all that is found here:")
+            .list(&done.issues);
+    }
     for finding in &revision.findings {
         found(&mut page, done, finding);
     }

@@ -8,6 +8,9 @@ use dgd_assembly::Window;
 /// A step of the clock this many times the usual one is a gap.
 const GAP: f64 = 5.0;
 
+/// Samples from which on one value throughout is no chance, and a step is a usual one.
+const FEWEST: usize = 20;
+
 /// What is wrong with the samples of the windows, and lived with: each in a sentence.
 pub(super) fn of(files: &Files<'_>, train: &[Window], test: &[Window]) -> Vec<String> {
     let mut doubts = Vec::new();
@@ -16,18 +19,34 @@ pub(super) fn of(files: &Files<'_>, train: &[Window], test: &[Window]) -> Vec<St
         doubts.push("`step` under [record] does not count: the samples have times".to_owned());
     }
     if files.assembly.system().independent == "time" {
-        doubts.extend(gaps("record.train", train));
-        doubts.extend(gaps("record.test", test));
+        doubts.extend(gaps(files, "record.train", train));
+        doubts.extend(gaps(files, "record.test", test));
     }
+    doubts.extend(missing(files));
+    doubts.extend(dead(files, train));
+    doubts.extend(overlap(files, train, test));
+    doubts
+}
+
+/// Inputs without a value in some samples after their first; those that are logged at every so manieth are as they should be.
+fn missing(files: &Files<'_>) -> Vec<String> {
+    /// Share of the samples beyond which an input is taken for one that is logged now and then.
+    const SELDOM: f64 = 0.5;
+    let layout = &files.assembly.system().record;
     let mut told: Vec<&str> = Vec::new();
+    let mut doubts = Vec::new();
     for part in std::iter::once(&layout.train).chain(&layout.test) {
         for (path, input) in &files.assembly.system().inputs {
             let tag = stands_for(part, &input.channel);
-            let missing = files.table.column(tag).map_or(0, |column| {
-                column.values.iter().filter(|v| !v.is_finite()).count()
-            });
-            if missing > 0 && !told.contains(&tag) {
-                told.push(tag);
+            let Some(column) = files.table.column(tag).filter(|_| !told.contains(&tag)) else {
+                continue;
+            };
+            told.push(tag);
+            let after = column.values.iter().skip_while(|v| !v.is_finite());
+            let missing = after.filter(|v| !v.is_finite()).count();
+            #[expect(clippy::cast_precision_loss, reason = "sample counts")]
+            let share = missing as f64 / column.values.len() as f64;
+            if missing > 0 && share < SELDOM {
                 doubts.push(format!(
                     "`{tag}`, the input `{path}`, has no value in {} of the recording: the last one is held",
                     counted(missing, "sample")
@@ -35,44 +54,47 @@ pub(super) fn of(files: &Files<'_>, train: &[Window], test: &[Window]) -> Vec<St
             }
         }
     }
-    doubts.extend(dead(files, train));
-    doubts.extend(overlap(files, train, test));
     doubts
 }
 
-/// Where the clock of a window skips: inputs are held over it.
-fn gaps(part: &str, windows: &[Window]) -> Vec<String> {
+/// Where the clock of a window skips: the longest of its gaps, in the unit of the record.
+fn gaps(files: &Files<'_>, part: &str, windows: &[Window]) -> Vec<String> {
+    let tick = files.assembly.tick_s();
+    let unit = files
+        .assembly
+        .system()
+        .record
+        .unit
+        .as_deref()
+        .unwrap_or("s");
     let one = |window: &Window| {
         let mut steps: Vec<f64> = window.time.windows(2).map(|w| w[1] - w[0]).collect();
-        let middle = steps.len() / 2;
-        let usual = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+        // Nearly the longest: clocks that jitter or are merged have short steps in between.
+        let usual = steps.len() * 19 / 20;
+        let usual = *steps.select_nth_unstable_by(usual, f64::total_cmp).1;
         let wide = |w: &&[f64]| w[1] - w[0] > GAP * usual;
-        let mut gaps = window.time.windows(2).filter(wide);
-        let first = gaps.next()?;
-        let more = match gaps.count() {
+        let gaps = window.time.windows(2).filter(wide);
+        let number = gaps.clone().count();
+        let longest = gaps.max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])))?;
+        let more = match number - 1 {
             0 => String::new(),
-            n => format!(", and {n} times more"),
+            n => format!(", and {n} shorter gaps"),
         };
+        let [from, to] = [longest[0], longest[1]].map(|t| (t / tick * 1e3).round() / 1e3);
         Some(format!(
-            "{part} has no samples from {} to {} s{more}: inputs are held over that; give it windows before and after",
-            number(first[0]),
-            number(first[1])
+            "{part} has no samples from {from} to {to} {unit}{more}: nothing is known of the inputs there; give it windows before and after"
         ))
     };
-    windows
-        .iter()
-        .filter(|w| w.time.len() > 2)
-        .filter_map(one)
-        .collect()
+    let long = windows.iter().filter(|w| w.time.len() > FEWEST);
+    long.filter_map(one).collect()
 }
 
 /// Whether there are instruments, and none of them moves in what is fitted.
 pub(super) fn all_dead(files: &Files<'_>, train: &[Window]) -> bool {
     let all = gauges(files.assembly).len();
     let read = |o: usize| {
-        train
-            .iter()
-            .any(|w| w.readings.get(o).is_some_and(|r| !r.is_empty()))
+        let mut readings = train.iter().filter_map(|w| w.readings.get(o)).flatten();
+        readings.any(|v| v.is_finite())
     };
     let read = (0..all).filter(|o| read(*o)).count();
     read > 0 && dead(files, train).len() == read
@@ -80,8 +102,6 @@ pub(super) fn all_dead(files: &Files<'_>, train: &[Window]) -> bool {
 
 /// Instruments that never move in what is fitted.
 fn dead(files: &Files<'_>, train: &[Window]) -> Vec<String> {
-    /// Readings from which on one value throughout is no chance.
-    const FEWEST: usize = 20;
     let one = |(o, gauge): (usize, &crate::system::Gauge)| {
         let mut read = train
             .iter()
@@ -111,26 +131,27 @@ fn dead(files: &Files<'_>, train: &[Window]) -> Vec<String> {
         .collect()
 }
 
-/// Held-out samples that are fitted too.
+/// Held-out samples that are fitted too; a shared end is none.
 fn overlap(files: &Files<'_>, train: &[Window], test: &[Window]) -> Option<String> {
-    let layout = &files.assembly.system().record;
-    let same = |part: &dgd_assembly::PartLayout| {
-        part.channels.is_empty() || part.channels == layout.train.channels
-    };
-    if !layout.test.as_ref().is_some_and(same) {
+    let assembly = files.assembly;
+    let layout = &assembly.system().record;
+    let held = layout.test.as_ref()?;
+    let inputs = assembly.system().inputs.values().map(|i| i.channel.clone());
+    let mut channels = inputs.chain(gauges(assembly).into_iter().map(|g| g.channel));
+    // Other columns are another run.
+    if channels.any(|c| stands_for(&layout.train, &c) != stands_for(held, &c)) {
         return None;
     }
-    let fitted = |t: &f64| {
-        train.iter().any(|w| {
-            w.time.first().is_some_and(|a| a <= t) && w.time.last().is_some_and(|b| t <= b)
-        })
+    let ends = |w: &Window| {
+        let low = w.time.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = w.time.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        (low, high)
     };
-    let both = test
-        .iter()
-        .flat_map(|w| &w.time)
-        .filter(|t| fitted(t))
+    let fitted: Vec<(f64, f64)> = train.iter().map(ends).collect();
+    let both = (test.iter().flat_map(|w| &w.time))
+        .filter(|t| fitted.iter().any(|(low, high)| low <= t && *t <= high))
         .count();
-    (both > 0).then(|| {
+    (both > train.len() + test.len()).then(|| {
         format!(
             "record.test holds {} that record.train holds too: those are not held out",
             counted(both, "sample")

@@ -61,11 +61,20 @@ fn rows_without_a_time_are_left_out_and_times_that_run_back_are_refused_with_the
         }
         Some(row)
     });
-    let (said, _) = fitted(&bench);
-    assert!(
-        said.contains("left out 1 row without a value of `t`"),
-        "{said}"
-    );
+    let (said, json) = fitted(&bench);
+    let told = "left out 1 row without a value of `t`";
+    assert!(said.contains(told), "{said}");
+    assert!(json["issues"].to_string().contains(told), "{json:#}");
+    let bench = altered(|i, cells| {
+        let mut row = kept(cells);
+        if i == 199 {
+            row[0] = "4".to_owned();
+        }
+        Some(row)
+    });
+    bench
+        .dgd("fit two_tanks.csv --system two_tanks.toml --out m.toml")
+        .refused(&["two_tanks.csv", "`t` is 4 in sample 200, after 792"]);
 }
 
 #[test]
@@ -133,6 +142,17 @@ fn a_unit_of_another_dimension_is_refused_unless_the_reading_is_its_own() {
         system.replace("unit = \"cm\"", "gain = 9806.65, unit = \"Pa\""),
     );
     bench.dgd("system check own.toml").done();
+    let free = system.replace("unit = \"cm\"", "unit = \"Pa\"").replace(
+        "[free]\n",
+        "[free]\n\"level.gain\" = { start = 9806.65, low = 9000.0, high = 11000.0 }\n",
+    );
+    bench.write("free.toml", free);
+    bench.dgd("system check free.toml").done();
+    bench
+        .dgd("linearise --system own.toml --at pump.input=5 --out lin")
+        .done();
+    let linear = super::document(&bench, "lin/linear.json");
+    assert_eq!(linear["output_units"], serde_json::json!(["Pa"]));
 }
 
 #[test]
@@ -152,6 +172,49 @@ fn a_fit_that_is_worse_than_the_mean_is_told() {
         json["issues"].to_string().contains("its own mean"),
         "{json:#}"
     );
+}
+
+#[test]
+fn a_shared_end_jittering_stamps_and_a_plant_at_rest_raise_no_doubt() {
+    let bench = benches();
+    let system = bench.text("two_tanks.toml");
+    let (said, _) = fitted(&bench);
+    assert!(!said.contains("WARN"), "{said}");
+    // The two parts share the sample at 1600 s.
+    assert!(system.contains("[[0.0, 1600.0]]"));
+    bench.write("two_tanks.toml", system.replace("[[1604.0", "[[1600.0"));
+    let (said, _) = fitted(&bench);
+    assert!(!said.contains("WARN"), "{said}");
+    let bench = altered(|i, cells| {
+        let mut row = kept(cells);
+        let t = 4 * i32::try_from(i).unwrap() + [0, 1, -1][i % 3] * i32::from(i > 0);
+        row[0] = t.to_string();
+        Some(row)
+    });
+    let (said, _) = fitted(&bench);
+    assert!(!said.contains("WARN"), "{said}");
+}
+
+#[test]
+fn a_dead_transmitter_beside_an_empty_one_gives_no_cause_either() {
+    let bench = altered(|_, cells| {
+        let mut row = kept(cells);
+        row[2] = "5.0".to_owned();
+        row.push(String::new());
+        Some(row)
+    });
+    let text = bench
+        .text("two_tanks.csv")
+        .replace("t,u,h2\ns,V,cm", "t,u,h2,h1\ns,V,cm,cm");
+    bench.write("two_tanks.csv", text);
+    let system = bench.text("two_tanks.toml").replace(
+        "[components]\n",
+        "[components]\nempty = { kind = \"instrument\", measures = \"level\", of = \"upper\", channel = \"h1\", unit = \"cm\" }\n",
+    );
+    bench.write("two_tanks.toml", system);
+    bench
+        .dgd("diagnose two_tanks.csv --system two_tanks.toml --out d")
+        .refused(&["no instrument moves"]);
 }
 
 #[test]
