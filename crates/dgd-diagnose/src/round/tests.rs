@@ -192,21 +192,15 @@ fn what_a_rival_tells_beside_an_effect_as_well_is_another_cause_and_the_larger_i
         contender("outlet_pressure_bias_step", &parameters, evidence, HERE)
     };
     let rival = correction(METER_FACTOR, 20.0);
-    let told_of = |evidence: f64| {
-        told(
-            round(
-                &record,
-                vec![step(evidence)],
-                vec![correction(METER_FACTOR, 20.0)],
-            )
-            .ruling(),
-        )
+    let told_of = |evidence: f64, of_the_meter: f64| {
+        let rivals = vec![correction(METER_FACTOR, of_the_meter)];
+        told(round(&record, vec![step(evidence)], rivals).ruling())
     };
-    assert_eq!(told_of(60.0), "outlet_pressure_bias_step");
+    assert_eq!(told_of(60.0, 20.0), "outlet_pressure_bias_step");
+    assert_eq!(told_of(20.0, 20.0), PLACES[METER_FACTOR].name);
     // Up to half as much again it may be the lesser one.
-    for evidence in [20.0, 24.0] {
-        assert_eq!(told_of(evidence), PLACES[METER_FACTOR].name);
-    }
+    assert_eq!(told_of(90.0, 60.0), "outlet_pressure_bias_step");
+    assert_eq!(told_of(80.0, 60.0), PLACES[METER_FACTOR].name);
     // The larger, the likelier it is a cause of its own.
     for evidence in [40.0, 60.0] {
         let best = step(evidence);
