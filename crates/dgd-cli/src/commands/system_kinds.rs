@@ -72,12 +72,14 @@ fn default(property: &Property) -> String {
 
 fn as_json(kind: Kind) -> Value {
     let properties = kind.properties().iter().map(|p| {
+        let above_0 = p.low == f64::MIN_POSITIVE;
         json!({
             "name": p.name,
             "unit": p.unit,
             "needed": p.default.is_none(),
             "default": p.default.filter(|v| v.is_finite()),
-            "low": Some(p.low).filter(|v| v.is_finite()),
+            "low": Some(if above_0 { 0.0 } else { p.low }).filter(|v| v.is_finite()),
+            "low_excluded": above_0,
             "high": Some(p.high).filter(|v| v.is_finite()),
             "meaning": p.meaning,
         })

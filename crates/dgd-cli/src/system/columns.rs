@@ -53,10 +53,7 @@ pub(crate) fn read(
     };
     let train = files.windows(Portion::Train)?;
     let test = files.windows(Portion::Test)?;
-    let doubts = doubts::of(&files, &train, &test);
-    for doubt in &doubts {
-        tracing::warn!("{}: {doubt}", path.display());
-    }
+    let doubts = files.doubts(&train, &test);
     let whole = if runs_through(assembly) && !test.is_empty() {
         files.windows(Portion::All)?.into_iter().next()
     } else {
@@ -184,10 +181,7 @@ pub(crate) fn whole(
     // What cannot be cut into windows is refused where they are used.
     let cut = |portion| assembly.windows(&record, portion).unwrap_or_default();
     let (train, test) = (cut(Portion::Train), cut(Portion::Test));
-    let doubts = doubts::of(&files, &train, &test);
-    for doubt in &doubts {
-        tracing::warn!("{}: {doubt}", path.display());
-    }
+    let doubts = files.doubts(&train, &test);
     if doubts::all_dead(&files, &train) {
         return Err(Failure::Input {
             path: path.to_owned(),
@@ -223,6 +217,15 @@ impl Files<'_> {
         self.assembly
             .windows(&record, portion)
             .map_err(|e| failed(self.system, self.path, &e))
+    }
+
+    /// What the samples leave in doubt, warned of.
+    fn doubts(&self, train: &[Window], test: &[Window]) -> Vec<String> {
+        let doubts = doubts::of(self, train, test);
+        for doubt in &doubts {
+            tracing::warn!("{}: {doubt}", self.path.display());
+        }
+        doubts
     }
 
     /// The columns that a part of the recording is made of.

@@ -40,6 +40,16 @@ fn along(record: &Record, full: &Tangent, state: &[Applied], (e, j): (usize, usi
     pairs.map(|(m, l)| (m - l) / (2.0 * step)).collect()
 }
 
+/// Drilling that conceals an influx of a rate, and the influx.
+fn influx_of(rate: f64) -> (Record, Named) {
+    let (from, lasts, rise) = INFLUX_S;
+    let record = drilled(Hidden {
+        influx_m3_s: rate,
+        ..Hidden::default()
+    });
+    (record, named("influx", &[rate, from, lasts, rise]))
+}
+
 /// The tangent about all that is selected.
 fn about(record: &Record, selection: &Selection) -> Tangent {
     Tangent::at(record, &selection.state(), &[], Bend::Free).unwrap()
@@ -201,12 +211,7 @@ fn what_allows_for_timing_and_a_correction_take_no_certainty_away() {
 /// Three blocks are the standard error of a time at best; the rate and the ramp share what the rows tell.
 #[test]
 fn times_are_known_to_a_minute_at_best_and_a_rate_no_better_than_its_form() {
-    let record = drilled(Hidden {
-        influx_m3_s: 3e-3,
-        ..Hidden::default()
-    });
-    let (from, lasts, rise) = INFLUX_S;
-    let one = named("influx", &[3e-3, from, lasts, rise]);
+    let (record, one) = influx_of(3e-3);
     let state = [one.applied.clone()];
     let full = Tangent::at(&record, &state, &[], Bend::Free).unwrap();
     let found = estimates(&record, &selected(Vec::new(), vec![one]), 0, &full);
@@ -249,13 +254,9 @@ fn moving_a_time_costs_what_no_strength_or_shape_makes_good() {
 }
 
 fn moved_as_expected(rate: f64) {
-    let record = drilled(Hidden {
-        influx_m3_s: rate,
-        ..Hidden::default()
-    });
+    let (record, influx) = influx_of(rate);
     let (from, lasts, rise) = INFLUX_S;
-    let influx = named("influx", &[rate, from, lasts, rise]).applied;
-    let state = [named("inflow_gain", &[0.01]).applied, influx];
+    let state = [named("inflow_gain", &[0.01]).applied, influx.applied];
     let full = Tangent::at(&record, &state, &[], Bend::Free).unwrap();
     let (onset, free) = ((1, 1), [(0, 0), (1, 0), (1, 3)]);
     let directions = free.map(|(e, j)| (e, j, direction(&record, &full, &state, (e, j), None)));
@@ -296,13 +297,8 @@ fn moved_as_expected(rate: f64) {
 /// A time reaches as far as the evidence allows, and three blocks at least.
 #[test]
 fn a_time_reaches_to_where_moving_it_costs_what_an_interval_may() {
-    let (from, lasts, rise) = INFLUX_S;
-    let rate = 5e-4;
-    let record = drilled(Hidden {
-        influx_m3_s: rate,
-        ..Hidden::default()
-    });
-    let one = named("influx", &[rate, from, lasts, rise]);
+    let (record, one) = influx_of(5e-4);
+    let from = INFLUX_S.0;
     let state = [one.applied.clone()];
     let full = Tangent::at(&record, &state, &[], Bend::Free).unwrap();
     let directions = [0, 3].map(|j| (0, j, direction(&record, &full, &state, (0, j), None)));
@@ -337,13 +333,9 @@ fn a_time_reaches_to_where_moving_it_costs_what_an_interval_may() {
 /// What half a rate tells of its onset is less than half of what the whole tells.
 #[test]
 fn the_smaller_an_effect_the_less_is_told_of_when_it_began() {
-    let (from, lasts, rise) = INFLUX_S;
+    let from = INFLUX_S.0;
     let onset = |rate: f64| {
-        let record = drilled(Hidden {
-            influx_m3_s: rate,
-            ..Hidden::default()
-        });
-        let one = named("influx", &[rate, from, lasts, rise]);
+        let (record, one) = influx_of(rate);
         let state = [one.applied.clone()];
         let full = Tangent::at(&record, &state, &[], Bend::Free).unwrap();
         let found = estimates(&record, &selected(Vec::new(), vec![one]), 0, &full);

@@ -28,7 +28,7 @@ pub(super) fn of(files: &Files<'_>, train: &[Window], test: &[Window]) -> Vec<St
     doubts
 }
 
-/// Inputs without a value in some samples after their first; those that are logged at every so manieth are as they should be.
+/// Inputs without a value in some samples after their first; one that has none in most is logged now and then, as it should be.
 fn missing(files: &Files<'_>) -> Vec<String> {
     /// Share of the samples beyond which an input is taken for one that is logged now and then.
     const SELDOM: f64 = 0.5;

@@ -230,6 +230,10 @@ fn kinds_are_listed_with_what_each_may_hold() {
         (&"area".into(), &"m2".into())
     );
     assert_eq!(area["needed"], true);
+    assert_eq!(
+        (&area["low"], &area["low_excluded"]),
+        (&0.0.into(), &true.into())
+    );
     let ran = bench.dgd("system kinds line");
     for part in [
         "bore",
