@@ -5,6 +5,7 @@ use crate::blocks::{BlockReplay, check_lengths};
 use dgd_dynamics::DynamicsError;
 use dgd_dynamics::return_line::{ReturnLine, SimulationOptions};
 use dgd_recording::Recording;
+use std::ops::Range;
 
 /// Which simulation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -120,8 +121,8 @@ fn step_s(time_s: &[f64]) -> f64 {
     (time_s[time_s.len() - 1] - time_s[0]) / (time_s.len() - 1) as f64
 }
 
-/// Refuses a clock of which a step is off by more than half of one.
-fn check_clock(time_s: &[f64]) -> Result<(), ReplayError> {
+/// Refuses a window, whose first sample has the number `first`, of which a step is off by more than half of one.
+fn check_clock(time_s: &[f64], first: usize) -> Result<(), ReplayError> {
     if time_s.len() < 2 {
         return Ok(());
     }
@@ -133,7 +134,7 @@ fn check_clock(time_s: &[f64]) -> Result<(), ReplayError> {
         return Ok(());
     };
     Err(ReplayError::Uneven {
-        sample: sample + 1,
+        sample: first + sample + 1,
         found_s: time_s[sample + 1] - time_s[sample],
         step_s,
     })
@@ -154,6 +155,17 @@ fn ahead(flow: &[f64], index: usize, steps: f64) -> f64 {
     flow[at]
 }
 
+/// The samples of a window and those that [`ahead`] looks up for them, of a recording of `len`.
+fn reach(window: Range<usize>, steps: f64, len: usize) -> Range<usize> {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a float beyond the integers becomes the nearest one"
+    )]
+    let (before, after) = ((-steps).max(0.0) as usize, steps.max(0.0) as usize);
+    window.start.saturating_sub(before)..window.end.saturating_add(after).min(len)
+}
+
 /// Runs the model over a window of a recording that is on an even clock.
 ///
 /// # Errors
@@ -169,7 +181,15 @@ pub fn replay(
 ) -> Result<Replay, ReplayError> {
     check_lengths(recording)?;
     let time = &recording.time_s;
-    check_clock(time)?;
+    // Without a branch a sample: days are looked through for a window of minutes.
+    if !time.iter().fold(true, |all, t| all & t.is_finite()) {
+        let sample = time.iter().take_while(|t| t.is_finite()).count();
+        return Err(ReplayError::Uneven {
+            sample,
+            found_s: f64::NAN,
+            step_s: step_s(time),
+        });
+    }
     if !options.delay_s.is_finite() {
         return Err(ReplayError::Dynamics(DynamicsError::Parameter {
             name: "delay_s",
@@ -185,10 +205,12 @@ pub fn replay(
     // Negated, so that a window from NaN is empty.
     let first = time.partition_point(|t| !(*t >= from_s));
     let last = time.partition_point(|t| *t <= to_s).max(first);
-    let steps = match time.len() {
+    let steps = match last - first {
         0 | 1 => 0.0,
-        _ => (options.delay_s / step_s(time)).round(),
+        _ => (options.delay_s / step_s(&time[first..last])).round(),
     };
+    let reached = reach(first..last, steps, time.len());
+    check_clock(&time[reached.clone()], reached.start)?;
     let pump_flow_m3_s = (first..last)
         .map(|i| ahead(&recording.return_flow_m3_s, i, steps))
         .collect();

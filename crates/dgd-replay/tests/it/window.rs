@@ -52,6 +52,24 @@ fn a_clock_that_jumps_is_refused_with_the_place() {
 }
 
 #[test]
+fn a_clock_is_asked_for_as_far_as_the_delay_looks_ahead() {
+    let mut jumped = recording(600);
+    jumped.time_s[300..].iter_mut().for_each(|t| *t += 1000.0);
+    let until = |to_s: f64, delay_s: f64| ReplayOptions {
+        delay_s,
+        ..over(Kind::Riser, 0.0, to_s)
+    };
+    let step_s = jumped.time_s[1] - jumped.time_s[0];
+    let end_s = 290.0 * step_s;
+    assert!(replay(&line(), &jumped, &until(end_s, 5.0 * step_s)).is_ok());
+    let error = refused(&jumped, &until(end_s, 20.0 * step_s));
+    assert!(
+        matches!(error, ReplayError::Uneven { sample: 300, .. }),
+        "{error}"
+    );
+}
+
+#[test]
 fn a_window_gives_what_its_part_of_the_recording_would() {
     let whole = recording(600);
     let windowed = run(&whole, &over(Kind::Steady, 100.0, 200.0));
