@@ -215,9 +215,9 @@ pub(crate) struct Simulate {
         conflicts_with = "system"
     )]
     pub(crate) flow: Option<String>,
-    /// Integration method
-    #[arg(long, value_enum, default_value_t = SolverArg::Rodas)]
-    pub(crate) solver: SolverArg,
+    /// Integration method; rodas3, with --system rodas
+    #[arg(long, value_enum)]
+    pub(crate) solver: Option<SolverArg>,
     /// Relative tolerance of a step; 1e-4, with --system 1e-5
     #[arg(long, value_name = "NUMBER")]
     pub(crate) tolerance: Option<f64>,
@@ -245,7 +245,9 @@ pub(crate) enum KindArg {
 /// Which integrator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum SolverArg {
-    /// Rosenbrock method of order 4, L-stable: for stiff lines
+    /// Rosenbrock method of order 3, L-stable: for inputs that change at every sample
+    Rodas3,
+    /// Rosenbrock method of order 4, L-stable: for long steps and tight tolerances
     Rodas,
     /// Dormand-Prince 5(4), explicit
     DormandPrince,

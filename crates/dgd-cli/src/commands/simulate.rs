@@ -212,13 +212,15 @@ pub(crate) fn tolerance(relative: f64) -> Result<f64, Failure> {
 
 pub(crate) fn method(solver: SolverArg) -> Method {
     match solver {
+        SolverArg::Rodas3 => Method::Rodas3,
         SolverArg::Rodas => Method::Rodas,
         SolverArg::DormandPrince => Method::DormandPrince,
     }
 }
 
 fn options(arguments: &Simulate) -> Result<ReplayOptions, Failure> {
-    let relative = tolerance(arguments.tolerance.unwrap_or(1e-4))?;
+    let default = SimulationOptions::default();
+    let relative = tolerance(arguments.tolerance.unwrap_or(default.relative))?;
     let wrong = |name: &str| {
         let name = name.to_owned();
         move |e: UnitError| Failure::Arguments {
@@ -252,9 +254,9 @@ fn options(arguments: &Simulate) -> Result<ReplayOptions, Failure> {
         },
         delay_s: 0.0,
         solver: SimulationOptions {
-            method: method(arguments.solver),
+            method: arguments.solver.map_or(default.method, method),
             relative,
-            ..SimulationOptions::default()
+            ..default
         },
     })
 }

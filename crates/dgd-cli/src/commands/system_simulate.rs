@@ -24,10 +24,11 @@ pub(crate) fn run(
     let progress = Progress::new(global);
     let out = &arguments.out;
     let target = Target::of(out, false)?;
+    let default = SimulationOptions::default();
     let options = SimulationOptions {
-        method: method(arguments.solver),
-        relative: tolerance(arguments.tolerance.unwrap_or(1e-5))?,
-        ..SimulationOptions::default()
+        method: arguments.solver.map_or(default.method, method),
+        relative: tolerance(arguments.tolerance.unwrap_or(default.relative))?,
+        ..default
     };
     let (recording, document) = system::open(path, recordings)?;
     let assembly = &document.assembly;

@@ -8,7 +8,7 @@ pub(crate) trait Stepper<V: Vector> {
     /// Forgets what was known about the right-hand side at the current point.
     fn restart(&mut self);
     /// Tries a step of `h` from `(t, x)`, writes the result to `next` and the error estimate to
-    /// `error`. False if the linear algebra broke down.
+    /// `error`. False if its equations have no solution worth the name, however small the error.
     #[expect(
         clippy::too_many_arguments,
         reason = "the step's data, passed flat for speed"

@@ -1,20 +1,23 @@
 //! Initial-value problems `dx/dt = f(t, x)` whose input has kinks.
 //!
-//! Implement [`System`], fill a [`Plan`], call [`integrate()`]. Two methods share one driver:
-//! [`Method::DormandPrince`] (explicit, order 5) for smooth non-stiff problems and
-//! [`Method::Rodas`] (linearly implicit, L-stable, order 4) for stiff ones. Both stop exactly at
-//! the break times, restart there, and write the requested times by dense output.
+//! Implement [`System`], fill a [`Plan`], call [`integrate()`]. Three methods share one driver:
+//! [`Method::DormandPrince`] (explicit, order 5) for smooth non-stiff problems, [`Method::Rodas`]
+//! (linearly implicit, L-stable, order 4) for stiff ones and [`Method::Rodas3`] (the same of order 3)
+//! for stiff ones whose breaks come close on each other. All stop exactly at the break times,
+//! restart there, and write the requested times by dense output.
 
 mod dormand_prince;
 mod driver;
-mod rodas;
+mod rosenbrock;
 mod system;
+mod tableaus;
 mod vector;
 
 pub use system::{Linearised, System};
 
 use dormand_prince::DormandPrince;
-use rodas::Rodas;
+use rosenbrock::Rosenbrock;
+use tableaus::{Rodas3, Rodasp};
 pub(crate) use vector::Vector;
 
 /// The integration method.
@@ -29,6 +32,9 @@ pub enum Method {
     /// Hairer and Wanner 1996, IV.7).
     #[default]
     Rodas,
+    /// RODAS3 3(2): linearly implicit Rosenbrock of half the evaluations a step, L-stable, stiffly accurate, 2nd-order dense
+    /// output (Sandu et al. 1997). For inputs that bend at every sample, which no step may be longer than.
+    Rodas3,
 }
 
 /// What error a step may make: `absolute[i] + relative·|x[i]|` in the root mean square.
@@ -221,7 +227,8 @@ fn run<S: System + ?Sized, V: Vector>(
 /// An integration that is done part by part, each up to a break.
 pub(crate) enum Parts<V: Vector> {
     DormandPrince(driver::Carried<V, DormandPrince<V>>),
-    Rodas(driver::Carried<V, Rodas<V>>),
+    Rodas(driver::Carried<V, Rosenbrock<V, Rodasp>>),
+    Rodas3(driver::Carried<V, Rosenbrock<V, Rodas3>>),
 }
 
 impl<V: Vector> Parts<V> {
@@ -231,7 +238,8 @@ impl<V: Vector> Parts<V> {
             Method::DormandPrince => {
                 Self::DormandPrince(driver::Carried::new(DormandPrince::new(n), initial))
             }
-            Method::Rodas => Self::Rodas(driver::Carried::new(Rodas::new(n), initial)),
+            Method::Rodas => Self::Rodas(driver::Carried::new(Rosenbrock::new(n), initial)),
+            Method::Rodas3 => Self::Rodas3(driver::Carried::new(Rosenbrock::new(n), initial)),
         }
     }
 
@@ -250,6 +258,10 @@ impl<V: Vector> Parts<V> {
             Self::Rodas(carried) => {
                 let (part, carried) = driver::drive(carried, system, plan, options);
                 (part, Self::Rodas(carried))
+            }
+            Self::Rodas3(carried) => {
+                let (part, carried) = driver::drive(carried, system, plan, options);
+                (part, Self::Rodas3(carried))
             }
         }
     }

@@ -2,7 +2,8 @@
 
 use super::dormand_prince::DormandPrince;
 use super::driver::Stepper;
-use super::rodas::Rodas;
+use super::rosenbrock::{Rosenbrock, Tableau};
+use super::tableaus::{Rodas3, Rodasp};
 use super::{Statistics, System};
 
 /// `dx/dt = p·t^(p−1)`: the solution is `t^p`.
@@ -68,8 +69,8 @@ fn explicit<S: System>(s: &S, t: f64, x: f64, h: f64) -> [f64; 4] {
     step(DormandPrince::<[f64; 1]>::new(1), s, t, x, h)
 }
 
-fn rosenbrock<S: System>(s: &S, t: f64, x: f64, h: f64) -> [f64; 4] {
-    step(Rodas::<[f64; 1]>::new(1), s, t, x, h)
+fn rosenbrock<T: Tableau>(s: &impl System, t: f64, x: f64, h: f64) -> [f64; 4] {
+    step(Rosenbrock::<[f64; 1], T>::new(1), s, t, x, h)
 }
 
 /// How far end, error estimate and dense output of `t^p` are off over 0.3 to 1 s.
@@ -92,8 +93,15 @@ fn polynomials_up_to_the_order_are_followed_to_round_off_and_the_next_is_not() {
     }
     let orders = [4, 3, 3];
     for p in 1..=5 {
-        for (off, order) in off(rosenbrock, p).into_iter().zip(orders) {
-            assert_eq!(off < 1e-13, p <= order, "Rodas, t^{p}: {off:e}");
+        for (off, order) in off(rosenbrock::<Rodasp>, p).into_iter().zip(orders) {
+            assert_eq!(off < 1e-13, p <= order, "RODASP, t^{p}: {off:e}");
+        }
+    }
+    // Its dense output follows the cube too, which depends on time alone.
+    let orders = [3, 2, 3];
+    for p in 1..=4 {
+        for (off, order) in off(rosenbrock::<Rodas3>, p).into_iter().zip(orders) {
+            assert_eq!(off < 1e-13, p <= order, "RODAS3, t^{p}: {off:e}");
         }
     }
 }
@@ -107,7 +115,16 @@ fn growth_is_the_series_of_the_exponential_up_to_the_order() {
         // Its sixth term is z⁶/600 (Hairer, Nørsett and Wanner 1993, II.5).
         assert!((explicit(&Growth, 0.0, 1.0, z)[0] - series).abs() < 1e-14);
     }
-    let off = |z: f64| (rosenbrock(&Growth, 0.0, 1.0, z)[0] - z.exp()).abs();
-    let order = (off(0.1) / off(0.05)).log2();
-    assert!((order - 5.0).abs() < 0.2, "{order}");
+    // A step of order p is off by h^(p+1), and so is what dense output of order p − 1 adds to it.
+    let falls = |off: &dyn Fn(f64) -> f64, by: f64| {
+        let order = (off(0.1) / off(0.05)).log2();
+        assert!((order - by).abs() < 0.2, "{order}, not {by}");
+    };
+    let third = |z: f64| (z / 3.0).exp();
+    let rodasp = |z| rosenbrock::<Rodasp>(&Growth, 0.0, 1.0, z);
+    falls(&|z| (rodasp(z)[0] - z.exp()).abs(), 5.0);
+    falls(&|z| (rodasp(z)[2] - third(z)).abs(), 4.0);
+    let rodas3 = |z| rosenbrock::<Rodas3>(&Growth, 0.0, 1.0, z);
+    falls(&|z| (rodas3(z)[0] - z.exp()).abs(), 4.0);
+    falls(&|z| (rodas3(z)[2] - third(z)).abs(), 3.0);
 }

@@ -94,15 +94,16 @@ impl Vector for Vec<f64> {
 }
 
 /// Factors the row-major `n × n` matrix in place with partial pivoting; the diagonal holds the
-/// reciprocals of the pivots. False if a pivot is zero or not finite.
+/// reciprocals of the pivots. The determinant's sign, or 0 if a pivot is zero or not finite.
 ///
 /// A matrix of two is inverted instead, by Cramer's rule, whose error for two is as small as elimination's (Higham 2002, 1.10.1),
 /// though its residual need not be: one division in place of two that wait for each other, and shorter solves.
 #[inline(always)]
-pub(super) fn lu_factor(a: &mut [f64], rows: &mut [usize], n: usize) -> bool {
+pub(super) fn lu_factor(a: &mut [f64], rows: &mut [usize], n: usize) -> f64 {
     if n == 2 {
         return invert_two(a);
     }
+    let mut sign = 1.0_f64;
     for k in 0..n {
         let mut p = k;
         for i in k + 1..n {
@@ -112,14 +113,16 @@ pub(super) fn lu_factor(a: &mut [f64], rows: &mut [usize], n: usize) -> bool {
         }
         rows[k] = p;
         if p != k {
+            sign = -sign;
             for j in 0..n {
                 a.swap(k * n + j, p * n + j);
             }
         }
         let inverse = 1.0 / a[k * n + k];
         if !inverse.is_finite() {
-            return false;
+            return 0.0;
         }
+        sign *= inverse.signum();
         a[k * n + k] = inverse;
         for i in k + 1..n {
             let factor = a[i * n + k] * inverse;
@@ -129,17 +132,21 @@ pub(super) fn lu_factor(a: &mut [f64], rows: &mut [usize], n: usize) -> bool {
             }
         }
     }
-    true
+    sign
 }
 
-/// Replaces a matrix of two by its inverse; false if it has none in numbers.
+/// Replaces a matrix of two by its inverse; its determinant's sign, or 0 if it has no inverse in numbers.
 #[inline(always)]
-fn invert_two(a: &mut [f64]) -> bool {
+fn invert_two(a: &mut [f64]) -> f64 {
     let inverse = 1.0 / (a[0] * a[3] - a[1] * a[2]);
     (a[0], a[3]) = (a[3] * inverse, a[0] * inverse);
     (a[1], a[2]) = (-a[1] * inverse, -a[2] * inverse);
     // Neither singular nor beyond what squares can hold.
-    inverse.is_normal()
+    if inverse.is_normal() {
+        inverse.signum()
+    } else {
+        0.0
+    }
 }
 
 /// Solves with the factors of [`lu_factor`], in place.
@@ -185,7 +192,8 @@ mod tests {
             b[i] = (0..3).map(|j| a[i * 3 + j] * x[j]).sum();
         }
         let (mut lu, mut rows) = (a, [0; 3]);
-        assert!(lu_factor(&mut lu, &mut rows, 3));
+        // 0·(0·0.5 + 1·1) − 2·(4·0.5 + 1·8) + 1·(4·1 − 0·8) = −16.
+        assert_eq!(lu_factor(&mut lu, &mut rows, 3), -1.0);
         lu_solve(&lu, &rows, &mut b, 3);
         for i in 0..3 {
             assert!((b[i] - x[i]).abs() < 1e-14, "{b:?}");
@@ -212,7 +220,7 @@ mod tests {
                 let row = |i: usize| (0..n).map(|j| a[i * n + j] * x[j]).sum();
                 let mut b: Vec<f64> = (0..n).map(row).collect();
                 let (mut lu, mut rows) = (a.clone(), vec![0; n]);
-                assert!(lu_factor(&mut lu, &mut rows, n));
+                assert_ne!(lu_factor(&mut lu, &mut rows, n), 0.0);
                 // With the greatest of each column as pivot no factor is above 1; two are not factored.
                 for i in 0..if n == 2 { 0 } else { n } {
                     assert!((0..i).all(|k| lu[i * n + k].abs() <= 1.0), "{lu:?}");
@@ -228,10 +236,30 @@ mod tests {
 
     #[test]
     fn a_singular_matrix_is_reported() {
-        assert!(!lu_factor(&mut [1.0, 2.0, 2.0, 4.0], &mut [0; 2], 2));
+        assert_eq!(lu_factor(&mut [1.0, 2.0, 2.0, 4.0], &mut [0; 2], 2), 0.0);
         let mut three = [1.0, 2.0, 3.0, 2.0, 4.0, 6.0, 0.0, 1.0, 1.0];
-        assert!(!lu_factor(&mut three, &mut [0; 3], 3));
+        assert_eq!(lu_factor(&mut three, &mut [0; 3], 3), 0.0);
         // An inverse of nothing would let any step pass.
-        assert!(!lu_factor(&mut [1e200, 0.0, 0.0, 1e200], &mut [0; 2], 2));
+        let mut beyond = [1e200, 0.0, 0.0, 1e200];
+        assert_eq!(lu_factor(&mut beyond, &mut [0; 2], 2), 0.0);
+    }
+
+    #[test]
+    fn the_sign_is_the_determinants_at_any_size() {
+        for n in 1..=5 {
+            for swapped in [false, true] {
+                // A row of −3 makes it negative, two rows that change places turn that round.
+                let mut a = vec![0.0; n * n];
+                for i in 0..n {
+                    a[i * n + i] = if i == 0 { -3.0 } else { 2.0 };
+                }
+                let mut expected = -1.0;
+                if swapped && n > 1 {
+                    a.chunks_exact_mut(n).for_each(|row| row.swap(0, 1));
+                    expected = 1.0;
+                }
+                assert_eq!(lu_factor(&mut a, &mut vec![0; n], n), expected, "{n}");
+            }
+        }
     }
 }

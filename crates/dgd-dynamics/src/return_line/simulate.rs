@@ -12,7 +12,7 @@ use crate::integrate::{
 /// Settings of a simulation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SimulationOptions {
-    /// Integration method; [`Method::Rodas`] by default.
+    /// Integration method; [`Method::Rodas3`] by default, as inputs bend at every sample.
     pub method: Method,
     /// Relative tolerance of a step; 1e-4 by default.
     pub relative: f64,
@@ -27,7 +27,7 @@ pub struct SimulationOptions {
 impl Default for SimulationOptions {
     fn default() -> Self {
         Self {
-            method: Method::default(),
+            method: Method::Rodas3,
             relative: 1e-4,
             level_tolerance_m: 1e-4,
             flow_tolerance_m3_s: 1e-5,

@@ -72,8 +72,12 @@ fn pair(t: f64) -> [f64; 2] {
 }
 
 #[test]
-fn observed_order_is_five_and_four() {
-    for (method, order) in [(Method::DormandPrince, 5.0), (Method::Rodas, 4.0)] {
+fn observed_order_is_that_of_the_method() {
+    for (method, order) in [
+        (Method::DormandPrince, 5.0),
+        (Method::Rodas, 4.0),
+        (Method::Rodas3, 3.0),
+    ] {
         let (mut x, mut y) = (Vec::new(), Vec::new());
         for n in [40, 57, 80, 113, 160] {
             let run = fixed(method, &mut Pair, &pair(0.0), 1.5, n, &[]);
@@ -87,10 +91,14 @@ fn observed_order_is_five_and_four() {
 }
 
 #[test]
-fn dense_output_is_of_order_four_and_three() {
+fn dense_output_is_as_good_as_the_steps() {
     // The largest error between the grid points falls with one power more than the global order
     // of the continuous extension, limited by the order of the steps.
-    for (method, order) in [(Method::DormandPrince, 5.0), (Method::Rodas, 4.0)] {
+    for (method, order) in [
+        (Method::DormandPrince, 5.0),
+        (Method::Rodas, 4.0),
+        (Method::Rodas3, 3.0),
+    ] {
         let outputs: Vec<f64> = (1..=997).map(|k| 1.5 * f64::from(k) / 998.0).collect();
         let (mut x, mut y) = (Vec::new(), Vec::new());
         for n in [20, 28, 40, 57, 80] {
@@ -206,6 +214,7 @@ fn rodas_takes_few_steps_where_the_explicit_method_is_limited_by_stability() {
         run.statistics.steps
     };
     assert!(steps(Method::Rodas) < 60);
+    assert!(steps(Method::Rodas3) < 120);
     assert!(steps(Method::DormandPrince) > 50_000);
 }
 
@@ -213,8 +222,10 @@ fn rodas_takes_few_steps_where_the_explicit_method_is_limited_by_stability() {
 fn an_infinitely_fast_mode_is_damped_in_one_step() {
     // R(∞) = 0: one step of 1 with λ = 1e12 leaves nothing of the initial deviation.
     let mut fast = Closure(1, |_, x: &[f64], d: &mut [f64]| d[0] = -1e12 * x[0]);
-    let run = fixed(Method::Rodas, &mut fast, &[1.0], 1.0, 1, &[]);
-    assert!(run.end_state[0].abs() < 1e-6, "{}", run.end_state[0]);
+    for method in [Method::Rodas, Method::Rodas3] {
+        let run = fixed(method, &mut fast, &[1.0], 1.0, 1, &[]);
+        assert!(run.end_state[0].abs() < 1e-6, "{}", run.end_state[0]);
+    }
 }
 
 /// Integrates a piecewise-linear input: `dx/dt = u(t)`.

@@ -1,8 +1,8 @@
 use dgd_dynamics::inputs::{Interpolation, Signal};
 use dgd_dynamics::integrate::{Method, Status};
 use dgd_dynamics::return_line::{
-    ATMOSPHERE_PA, GRAVITY_M_S2, LineState, ReturnLine, derive_outputs, linearise, measured_flow,
-    simulate_coupled, simulate_flow_alone, simulate_riser_alone,
+    ATMOSPHERE_PA, GRAVITY_M_S2, LineState, ReturnLine, SimulationOptions, derive_outputs,
+    linearise, measured_flow, simulate_coupled, simulate_flow_alone, simulate_riser_alone,
 };
 
 use crate::common::{METHODS, kinked_inputs, line, linear, options};
@@ -18,7 +18,7 @@ fn farthest(a: &[f64], b: &[f64]) -> f64 {
 }
 
 #[test]
-fn both_methods_agree_and_converge_with_the_tolerance() {
+fn the_methods_agree_and_converge_with_the_tolerance() {
     let (time, inflow, speed) = kinked_inputs(300);
     let (u, w) = (linear(&time, &inflow), linear(&time, &speed));
     let go = |method, tol| {
@@ -35,6 +35,11 @@ fn both_methods_agree_and_converge_with_the_tolerance() {
             assert!(farthest(&run.level_m, &best.level_m) < 10.0 * allowed);
         }
     }
+    // Unless asked for otherwise: below what any transmitter shows.
+    let run = simulate_coupled(&line(), START, &u, &w, &time, &SimulationOptions::default());
+    let run = run.unwrap();
+    assert!(farthest(&run.level_m, &best.level_m) < 1e-4);
+    assert!(farthest(&run.flow_m3_s, &best.flow_m3_s) < 2.5e-5);
 }
 
 #[test]

@@ -1,85 +1,32 @@
-//! Steinebach's RODASP: a stiffly accurate Rosenbrock method of order 4(3), L-stable.
+//! Rosenbrock methods: linearly implicit, one factorisation a step.
 //!
-//! Coefficients: Steinebach, G. (1995), "Order-reduction of ROW-methods for DAEs and method of
-//! lines applications", Preprint 1741, TH Darmstadt; in the form of Hairer and Wanner (1996),
-//! IV.7, where `U` replaces the stages so that no product with the Jacobian is needed:
-//! `(I/(hγ) − J)·U_i = f(t + α_i·h, x + Σ a_ij·U_j) + Σ (c_ij/h)·U_j + h·d_i·∂f/∂t`.
+//! In the form of Hairer and Wanner (1996), IV.7, where `U` replaces the stages so that no product with the Jacobian is
+//! needed: `(I/(hγ) − J)·U_i = f(t + α_i·h, x + Σ a_ij·U_j) + Σ (c_ij/h)·U_j + h·d_i·∂f/∂t`.
 
 use super::driver::Stepper;
 use super::vector::{Vector, lu_factor, lu_solve};
 use super::{Linearised, Statistics, System};
+use std::marker::PhantomData;
 
-const GAMMA: f64 = 0.25;
-const ALPHA: [f64; 6] = [0.0, 0.75, 0.21, 0.63, 1.0, 1.0];
-const DRIFT: [f64; 6] = [0.25, -0.5, -0.023_504, -0.0362, 0.0, 0.0];
-const A: [[f64; 4]; 5] = [
-    [0.0, 0.0, 0.0, 0.0],
-    [3.0, 0.0, 0.0, 0.0],
-    [1.831_036_793_486_759, 0.495_518_396_743_379_5, 0.0, 0.0],
-    [
-        2.304_376_582_692_669,
-        -0.052_492_752_457_430_01,
-        -1.176_798_761_832_782,
-        0.0,
-    ],
-    [
-        -7.170_454_962_423_024,
-        -4.741_636_671_481_785,
-        -16.310_026_313_309_71,
-        -1.062_004_044_111_401,
-    ],
-];
-const C: [[f64; 5]; 6] = [
-    [0.0, 0.0, 0.0, 0.0, 0.0],
-    [-12.0, 0.0, 0.0, 0.0, 0.0],
-    [
-        -8.791_795_173_947_035,
-        -2.207_865_586_973_518,
-        0.0,
-        0.0,
-        0.0,
-    ],
-    [
-        10.817_930_568_571_53,
-        6.780_270_611_428_266,
-        19.534_859_446_424_1,
-        0.0,
-        0.0,
-    ],
-    [
-        34.190_950_067_496_76,
-        15.496_711_537_259_63,
-        54.747_608_759_641_3,
-        14.160_053_921_485_34,
-        0.0,
-    ],
-    [
-        34.626_058_309_305_32,
-        15.300_849_761_144_73,
-        56.999_555_786_626_67,
-        18.408_070_097_930_95,
-        -5.714_285_714_285_717,
-    ],
-];
-/// Dense output of order 3.
-const H: [[f64; 5]; 2] = [
-    [
-        25.098_767_037_085_89,
-        11.620_131_043_618_67,
-        28.491_483_077_146_26,
-        -5.664_021_568_594_133,
-        0.0,
-    ],
-    [
-        1.638_054_557_396_973,
-        -0.737_361_980_667_874_8,
-        8.477_918_219_238_99,
-        15.992_531_487_795_2,
-        -1.882_352_941_176_471,
-    ],
-];
+/// A method of up to six stages, of which the last builds on the one before it (`a_sj = a_(s−1)j`, `a_s(s−1) = 1`), is the
+/// estimate of the error, and ends the step.
+pub(crate) trait Tableau {
+    const STAGES: usize;
+    const GAMMA: f64;
+    const ALPHA: [f64; 6];
+    /// `d_i`.
+    const DRIFT: [f64; 6];
+    /// `a_ij` of all stages but the last.
+    const A: [[f64; 4]; 5];
+    const C: [[f64; 5]; 6];
+    /// Dense output: `x(θ) = x + θ·(x₁ − x + (1 − θ)·Σ (h_1j + θ·h_2j)·U_j)`.
+    const H: [[f64; 5]; 2];
 
-pub(crate) struct Rodas<V: Vector> {
+    /// By which factor a step is too long whose scaled error is `error`.
+    fn root(error: f64) -> f64;
+}
+
+pub(crate) struct Rosenbrock<V: Vector, T> {
     u: [V; 6],
     rate: V,
     drift: V,
@@ -90,9 +37,10 @@ pub(crate) struct Rodas<V: Vector> {
     factors: V::Square,
     rows: V::Rows,
     known: bool,
+    tableau: PhantomData<T>,
 }
 
-impl<V: Vector> Rodas<V> {
+impl<V: Vector, T: Tableau> Rosenbrock<V, T> {
     pub(super) fn new(n: usize) -> Self {
         Self {
             u: std::array::from_fn(|_| V::zeros(n)),
@@ -104,6 +52,7 @@ impl<V: Vector> Rodas<V> {
             factors: V::square(n),
             rows: V::rows(n),
             known: false,
+            tableau: PhantomData,
         }
     }
 }
@@ -117,41 +66,58 @@ struct Point<'a, S: ?Sized, V> {
     inverse: f64,
 }
 
-impl<V: Vector> Rodas<V> {
+impl<V: Vector, T: Tableau> Rosenbrock<V, T> {
+    /// Whether a stage evaluates where the step starts, which is known already.
+    #[inline(always)]
+    const fn is_at_start(k: usize) -> bool {
+        T::ALPHA[k] == 0.0 && T::A[k][0] == 0.0
+    }
+
     /// Solves for one stage. `K` is a constant so that the sums unroll.
     #[inline(always)]
     fn stage<const K: usize, S: System + ?Sized>(&mut self, p: &Point<'_, S, V>) {
         let n = p.x.get().len();
         let (before, from) = self.u.split_at_mut(K);
         let u = &mut from[0];
-        if K == 0 {
+        let last = K + 1 == T::STAGES;
+        if !last && Self::is_at_start(K) {
             u.get_mut().copy_from_slice(self.rate.get());
         } else {
             for i in 0..n {
-                // Stage 6 builds on stage 5: a_6j = a_5j and a_65 = 1. What is small is added up first: what a
-                // step adds to the state, which is large, rounds once.
-                let moved = if K < 5 {
-                    let first = A[K][0] * before[0].get()[i];
-                    (1..K).fold(first, |sum, j| sum + A[K][j] * before[j].get()[i])
+                // What is small is added up first: what a step adds to the state, which is large, rounds once.
+                let moved = if last {
+                    self.moved.get()[i] + before[K - 1].get()[i]
                 } else {
-                    self.moved.get()[i] + before[4].get()[i]
+                    weighted::<K, V>(&T::A[K], before, i)
                 };
                 self.moved.get_mut()[i] = moved;
                 self.stage.get_mut()[i] = p.x.get()[i] + moved;
             }
             p.system
-                .rhs(p.t + ALPHA[K] * p.h, self.stage.get(), u.get_mut());
+                .rhs(p.t + T::ALPHA[K] * p.h, self.stage.get(), u.get_mut());
         }
         for i in 0..n {
-            let sum = (0..K).fold(0.0, |sum, j| sum + C[K][j] * before[j].get()[i]);
-            u.get_mut()[i] += sum * p.inverse + p.h * DRIFT[K] * self.drift.get()[i];
+            let sum = weighted::<K, V>(&T::C[K], before, i);
+            u.get_mut()[i] += sum * p.inverse + p.h * T::DRIFT[K] * self.drift.get()[i];
         }
         let (factors, rows) = (V::flat(&self.factors), V::index(&self.rows));
         lu_solve(factors, rows, u.get_mut(), n);
     }
 }
 
-impl<V: Vector> Stepper<V> for Rodas<V> {
+/// `Σ weights[j]·stages[j]` of a state over the first `K`; what is weighed by naught costs nothing.
+#[inline(always)]
+fn weighted<const K: usize, V: Vector>(weights: &[f64], stages: &[V], state: usize) -> f64 {
+    let mut sum = 0.0;
+    for j in 0..K {
+        if weights[j] != 0.0 {
+            sum += weights[j] * stages[j].get()[state];
+        }
+    }
+    sum
+}
+
+impl<V: Vector, T: Tableau> Stepper<V> for Rosenbrock<V, T> {
     #[inline(always)]
     fn restart(&mut self) {
         self.known = false;
@@ -189,10 +155,11 @@ impl<V: Vector> Stepper<V> for Rodas<V> {
             *f = -j;
         }
         for i in 0..n {
-            factors[i * n + i] += inverse / GAMMA;
+            factors[i * n + i] += inverse / T::GAMMA;
         }
         count.factorisations += 1;
-        if !lu_factor(factors, V::index_mut(&mut self.rows), n) {
+        // Below 0 the step outruns what grows by itself: it would pass beyond an infinity as if there were none.
+        if lu_factor(factors, V::index_mut(&mut self.rows), n) <= 0.0 {
             return false;
         }
         let point = Point {
@@ -206,11 +173,16 @@ impl<V: Vector> Stepper<V> for Rodas<V> {
         self.stage::<1, S>(&point);
         self.stage::<2, S>(&point);
         self.stage::<3, S>(&point);
-        self.stage::<4, S>(&point);
-        self.stage::<5, S>(&point);
-        count.rhs += 5;
+        if T::STAGES == 6 {
+            self.stage::<4, S>(&point);
+            self.stage::<5, S>(&point);
+        }
+        count.rhs += (0..T::STAGES - 1)
+            .filter(|&k| !Self::is_at_start(k))
+            .count()
+            + 1;
         for i in 0..n {
-            let last = self.u[5].get()[i];
+            let last = self.u[T::STAGES - 1].get()[i];
             next.get_mut()[i] = x.get()[i] + (self.moved.get()[i] + last);
             error.get_mut()[i] = last;
         }
@@ -225,8 +197,7 @@ impl<V: Vector> Stepper<V> for Rodas<V> {
     fn dense(&self, theta: f64, _h: f64, x: &V, next: &V, out: &mut [f64]) {
         let rest = 1.0 - theta;
         for (i, out) in out.iter_mut().enumerate() {
-            let [second, third] =
-                H.map(|row| (0..5).map(|s| row[s] * self.u[s].get()[i]).sum::<f64>());
+            let [second, third] = T::H.map(|row| weighted::<5, V>(&row, &self.u, i));
             // In this form a state at rest stays at rest to the last bit.
             let from = x.get()[i];
             *out = from + theta * (next.get()[i] - from + rest * (second + theta * third));
@@ -235,7 +206,6 @@ impl<V: Vector> Stepper<V> for Rodas<V> {
 
     #[inline(always)]
     fn factor(error: f64, _previous: f64) -> f64 {
-        // The fourth root: the estimate is of third order.
-        (0.9 / error.max(1e-10).sqrt().sqrt()).clamp(0.2, 6.0)
+        (0.9 / T::root(error.max(1e-10))).clamp(0.2, 6.0)
     }
 }
