@@ -126,10 +126,18 @@ fn check_clock(time_s: &[f64], first: usize) -> Result<(), ReplayError> {
     if time_s.len() < 2 {
         return Ok(());
     }
+    let off = |w: &[f64], step_s: f64| (w[1] - w[0] - step_s).abs();
+    // All within a fifth of their mean are within half of their median, which takes a copy to find.
+    let mean_s = step_s(time_s);
+    let even = |all: bool, w: &[f64]| all & (off(w, mean_s) <= 0.2 * mean_s);
+    if time_s.windows(2).fold(true, even) {
+        return Ok(());
+    }
     let mut steps: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
     let middle = steps.len() / 2;
     let step_s = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
-    let odd = |w: &[f64]| !((w[1] - w[0] - step_s).abs() <= 0.5 * step_s);
+    // Negated, so that a time that is no number is odd too.
+    let odd = |w: &[f64]| !(off(w, step_s) <= 0.5 * step_s);
     let Some(sample) = time_s.windows(2).position(odd) else {
         return Ok(());
     };
@@ -181,15 +189,6 @@ pub fn replay(
 ) -> Result<Replay, ReplayError> {
     check_lengths(recording)?;
     let time = &recording.time_s;
-    // Without a branch a sample: days are looked through for a window of minutes.
-    if !time.iter().fold(true, |all, t| all & t.is_finite()) {
-        let sample = time.iter().take_while(|t| t.is_finite()).count();
-        return Err(ReplayError::Uneven {
-            sample,
-            found_s: f64::NAN,
-            step_s: step_s(time),
-        });
-    }
     if !options.delay_s.is_finite() {
         return Err(ReplayError::Dynamics(DynamicsError::Parameter {
             name: "delay_s",
@@ -205,6 +204,13 @@ pub fn replay(
     // Negated, so that a window from NaN is empty.
     let first = time.partition_point(|t| !(*t >= from_s));
     let last = time.partition_point(|t| *t <= to_s).max(first);
+    // Where the clock has holes or jumps bisection goes astray. Days are not looked through for a window of minutes.
+    let astray = first == last
+        || time[..first].last().is_some_and(|t| !(*t < from_s))
+        || time[last..].first().is_some_and(|t| !(*t > to_s));
+    if astray {
+        check_clock(time, 0)?;
+    }
     let steps = match last - first {
         0 | 1 => 0.0,
         _ => (options.delay_s / step_s(&time[first..last])).round(),

@@ -52,6 +52,28 @@ fn a_clock_that_jumps_is_refused_with_the_place() {
 }
 
 #[test]
+fn a_hole_in_the_clock_is_named_or_does_no_harm() {
+    let whole = recording(600);
+    let step_s = whole.time_s[1] - whole.time_s[0];
+    let window = over(Kind::Riser, 200.0 * step_s, 300.0 * step_s);
+    let expected = run(&whole, &window);
+    let mut named = 0;
+    for hole in 0..600 {
+        let mut holed = whole.clone();
+        holed.time_s[hole] = f64::NAN;
+        match replay(&line(), &holed, &window) {
+            Ok(found) => assert_eq!(found, expected, "hole at {hole}"),
+            Err(ReplayError::Uneven { sample, .. }) => {
+                assert_eq!(sample, hole.max(1));
+                named += 1;
+            }
+            Err(other) => panic!("hole at {hole}: {other}"),
+        }
+    }
+    assert!((101..200).contains(&named), "{named}");
+}
+
+#[test]
 fn a_clock_is_asked_for_as_far_as_the_delay_looks_ahead() {
     let mut jumped = recording(600);
     jumped.time_s[300..].iter_mut().for_each(|t| *t += 1000.0);
