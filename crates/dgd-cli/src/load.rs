@@ -260,26 +260,25 @@ pub(crate) fn read_recordings(
 
 /// Samples of a window of the clock, all if there is none.
 pub(crate) fn window(
-    time_s: &[f64],
+    recording: &Recording,
     window_s: Option<(f64, f64)>,
 ) -> Result<Range<usize>, ReplayError> {
-    let ends = (
+    let time_s = &recording.time_s;
+    let (start_s, end_s) = (
         time_s.first().copied().unwrap_or(0.0),
         time_s.last().copied().unwrap_or(0.0),
     );
-    let (from_s, to_s) = window_s.unwrap_or(ends);
-    let first = time_s.partition_point(|t| !(*t >= from_s));
-    let last = time_s.partition_point(|t| *t <= to_s);
-    let samples = last.saturating_sub(first);
-    if samples >= 2 {
-        return Ok(first..last);
+    let (from_s, to_s) = window_s.unwrap_or((start_s, end_s));
+    let kept = recording.between(from_s, to_s);
+    if kept.len() >= 2 {
+        return Ok(kept);
     }
     Err(ReplayError::Window {
         from_s,
         to_s,
-        samples,
-        start_s: ends.0,
-        end_s: ends.1,
+        samples: kept.len(),
+        start_s,
+        end_s,
     })
 }
 
@@ -289,7 +288,7 @@ impl Loaded {
         if source.window.is_none() {
             return Ok(self);
         }
-        let kept = window(&self.recording.time_s, source.window)
+        let kept = window(&self.recording, source.window)
             .map_err(|e| Failure::input(&source.recordings[0], e))?;
         self.recording = self.recording.slice(kept.clone());
         // Fillers of gaps hold no value.

@@ -195,6 +195,22 @@ impl Recording {
         self.map_channels(part(&self.time_s), part)
     }
 
+    /// The samples whose times lie within `from_s..=to_s`; none if an end is no number.
+    ///
+    /// By bisection: the times must ascend.
+    ///
+    /// ```
+    /// # let recording = dgd_recording::Recording { time_s: vec![0.0, 1.0, 2.0, 3.0], ..Default::default() };
+    /// assert_eq!(recording.between(0.5, 2.0), 1..3);
+    /// ```
+    #[must_use]
+    pub fn between(&self, from_s: f64, to_s: f64) -> Range<usize> {
+        // Negated, so that a window from NaN begins after the end.
+        let first = self.time_s.partition_point(|t| !(*t >= from_s));
+        let last = self.time_s.partition_point(|t| *t <= to_s);
+        first..last.max(first)
+    }
+
     /// Every series, in the order of [`Self::series`].
     fn series_mut(&mut self) -> impl Iterator<Item = &mut Vec<f64>> {
         [

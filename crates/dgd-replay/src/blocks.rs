@@ -10,6 +10,7 @@ use dgd_dynamics::return_line::{
     Simulation, SteadyParts, SteadyStatus,
 };
 use dgd_recording::Recording;
+use std::ops::Range;
 use waiting::{Waiting, take};
 
 /// [`crate::replay`] of a recording that comes in blocks: the same rows, to the last bit, whatever the blocks.
@@ -169,10 +170,10 @@ impl BlockReplay {
         }
         self.taken = found;
         let (from_s, to_s) = self.options.window_s.unwrap_or(self.span_s);
-        let time = &block.time_s;
-        // Negated, so that a window from NaN is empty.
-        let first = time.partition_point(|t| !(*t >= from_s));
-        let last = time.partition_point(|t| *t <= to_s).max(first);
+        let Range {
+            start: first,
+            end: last,
+        } = block.between(from_s, to_s);
         // The meter shows flows of the window before and after its end.
         let shown = block.return_flow_m3_s.get(first..).unwrap_or_default();
         let skipped = self.until_shown.min(shown.len());

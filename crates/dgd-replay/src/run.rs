@@ -201,9 +201,10 @@ pub fn replay(
         time.last().copied().unwrap_or(0.0),
     );
     let (from_s, to_s) = options.window_s.unwrap_or(span_s);
-    // Negated, so that a window from NaN is empty.
-    let first = time.partition_point(|t| !(*t >= from_s));
-    let last = time.partition_point(|t| *t <= to_s).max(first);
+    let Range {
+        start: first,
+        end: last,
+    } = recording.between(from_s, to_s);
     // Where the clock has holes or jumps bisection goes astray. Days are not looked through for a window of minutes.
     let astray = first == last
         || time[..first].last().is_some_and(|t| !(*t < from_s))

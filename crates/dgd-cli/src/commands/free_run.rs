@@ -51,7 +51,7 @@ fn replay(
 ) -> Result<Replay, String> {
     let recording = &prepared.recording;
     let time = &recording.time_s;
-    let window = load::window(time, options.window_s).map_err(|e| e.to_string())?;
+    let window = load::window(recording, options.window_s).map_err(|e| e.to_string())?;
     let (density_kg_m3, geometry) = document.well();
     let well = Well {
         mud_density_kg_m3: density_kg_m3,
