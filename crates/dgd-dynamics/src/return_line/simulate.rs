@@ -6,7 +6,7 @@ use super::{ATMOSPHERE_PA, GRAVITY_M_S2, ReturnLine};
 use crate::DynamicsError;
 use crate::inputs::{Cursor, Signal, merged_kinks};
 use crate::integrate::{
-    Method, Options, Plan, Statistics, Status, Tolerances, Trajectory, integrate,
+    IntegrateError, Method, Options, Plan, Statistics, Status, Tolerances, Trajectory, integrate,
 };
 
 /// Settings of a simulation.
@@ -241,13 +241,37 @@ fn simulate<const KIND: u8>(
         breaks: &breaks,
     };
     let settings = settings(absolute, options);
-    Ok(integrate(
-        options.method,
-        system,
-        initial,
-        &plan,
-        &settings,
-    )?)
+    integrate(options.method, system, initial, &plan, &settings).map_err(refused::<KIND>)
+}
+
+/// What the integrator refuses, by the names it has here.
+pub(super) fn refused<const KIND: u8>(error: IntegrateError) -> DynamicsError {
+    let names: &[[&'static str; 2]] = match KIND {
+        RISER => &[["start_level_m", "level_tolerance_m"]],
+        FLOW => &[["start_flow_m3_s", "flow_tolerance_m3_s"]],
+        _ => &[
+            ["start.level_m", "level_tolerance_m"],
+            ["start.flow_m3_s", "flow_tolerance_m3_s"],
+        ],
+    };
+    let IntegrateError::Value {
+        name,
+        index,
+        found,
+        expected,
+    } = error
+    else {
+        return error.into();
+    };
+    let column = ["initial", "absolute"].iter().position(|n| *n == name);
+    match (names.get(index), column) {
+        (Some(row), Some(column)) => DynamicsError::Parameter {
+            name: row[column],
+            found,
+            expected,
+        },
+        _ => error.into(),
+    }
 }
 
 pub(super) fn settings(absolute: Vec<f64>, options: &SimulationOptions) -> Options {

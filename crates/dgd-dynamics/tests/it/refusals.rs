@@ -2,8 +2,8 @@ use dgd_dynamics::DynamicsError;
 use dgd_dynamics::inputs::{InputError, Interpolation, Signal};
 use dgd_dynamics::integrate::{IntegrateError, Method, Options, Plan, System, integrate};
 use dgd_dynamics::return_line::{
-    LineState, ReturnLine, SimulationOptions, derive_outputs, linearise, measured_flow,
-    simulate_coupled, steady_state,
+    LineParts, LineState, ReturnLine, SimulationOptions, derive_outputs, linearise, measured_flow,
+    simulate_coupled, simulate_flow_alone, simulate_riser_alone, steady_state,
 };
 
 use crate::common::{line, linear};
@@ -364,4 +364,49 @@ fn unusable_parameters_inputs_and_spans_are_refused() {
         measured_flow(&[0.0], &[1.0], f64::NAN),
         Err(DynamicsError::Parameter { .. })
     ));
+}
+
+#[test]
+fn a_start_or_tolerance_that_cannot_be_is_refused_by_its_own_name() {
+    let t = [0.0, 10.0];
+    let (first, second) = ([0.05; 2], [60.0; 2]);
+    let (first, second) = (linear(&t, &first), linear(&t, &second));
+    let name = |error| match error {
+        DynamicsError::Parameter { name, .. } => name,
+        other => panic!("{other}"),
+    };
+    let good = SimulationOptions::default();
+    let no_level = SimulationOptions {
+        level_tolerance_m: 0.0,
+        ..good
+    };
+    let no_flow = SimulationOptions {
+        flow_tolerance_m3_s: f64::NAN,
+        ..good
+    };
+    for (level_m, flow_m3_s, options, expected) in [
+        (f64::NAN, 0.05, good, "start.level_m"),
+        (140.0, f64::INFINITY, good, "start.flow_m3_s"),
+        (140.0, 0.05, no_level, "level_tolerance_m"),
+        (140.0, 0.05, no_flow, "flow_tolerance_m3_s"),
+    ] {
+        let start = LineState { level_m, flow_m3_s };
+        let at_once = simulate_coupled(&line(), start, &first, &second, &t, &options);
+        assert_eq!(name(at_once.unwrap_err()), expected);
+        let in_parts = LineParts::coupled(&line(), start, &options);
+        assert_eq!(name(in_parts.unwrap_err()), expected);
+    }
+    let riser = |level_m, options| {
+        let run = simulate_riser_alone(&line(), level_m, &first, &first, &t, &options);
+        name(run.unwrap_err())
+    };
+    assert_eq!(riser(f64::NAN, good), "start_level_m");
+    assert_eq!(riser(140.0, no_level), "level_tolerance_m");
+    let level = linear(&t, &[140.0; 2]);
+    let flow = |flow_m3_s, options| {
+        let run = simulate_flow_alone(&line(), flow_m3_s, &level, &second, &t, &options);
+        name(run.unwrap_err())
+    };
+    assert_eq!(flow(f64::NAN, good), "start_flow_m3_s");
+    assert_eq!(flow(0.05, no_flow), "flow_tolerance_m3_s");
 }
