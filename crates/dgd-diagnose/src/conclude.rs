@@ -220,9 +220,7 @@ pub fn diagnose(
     let tested = tested(&record, &selection, &findings, &start, swell);
     let unknown = |f: &Finding| f.effect == "unknown";
     // What was only suspected may be less likely than not, and then is nothing that was left out.
-    let there =
-        |f: &&Finding| f.probability + f.alternatives.iter().map(|a| a.1).sum::<f64>() >= 0.5;
-    let left_out: Vec<&Finding> = findings.iter().filter(there).collect();
+    let left_out: Vec<&Finding> = findings.iter().filter(|f| f.is_likely()).collect();
     let verdict = if left_out.is_empty() {
         Verdict::Consistent
     } else if left_out.iter().all(|f| unknown(f)) {

@@ -102,6 +102,13 @@ impl Finding {
     /// Probability from which on an alternative is a serious one.
     pub const SERIOUS: f64 = 0.05;
 
+    /// Whether it, or one of what it is not told from, is likelier there than not: what was only suspected
+    /// ([`Options::suspects`]) need not be.
+    pub fn is_likely(&self) -> bool {
+        let others: f64 = self.alternatives.iter().map(|a| a.1).sum();
+        self.probability + others >= 0.5
+    }
+
     /// Alternatives that deserve to be named, likeliest first.
     pub fn serious(&self) -> impl Iterator<Item = &(String, f64)> {
         (self.alternatives.iter()).filter(|(_, probability)| *probability >= Self::SERIOUS)

@@ -13,49 +13,62 @@ use super::words::{
 /// The whole diagnosis in a sentence.
 pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
     let span = words::span(diagnosis);
-    match diagnosis.findings.as_slice() {
+    let of = |likely: bool| {
+        let all = diagnosis.findings.iter().enumerate();
+        all.filter(move |(_, f)| f.is_likely() == likely)
+    };
+    let left_out: Vec<(usize, &Finding)> = of(true).collect();
+    let refuted = refuted(of(false).map(|(_, f)| f));
+    match left_out.as_slice() {
+        [] if !refuted.is_empty() => format!("{refuted}; nothing else was looked for."),
         [] if diagnosis.verdict == Verdict::Consistent => nothing(diagnosis),
         [] => "Model and recording differ, and the difference could not be placed.".to_owned(),
-        suspected if diagnosis.verdict == Verdict::Consistent => {
-            format!("{}; nothing else was looked for.", refuted(suspected))
-        }
-        [only] => format!("{}.{}", clause(only, span), unnamed(diagnosis)),
-        many => {
-            let number = match many.len() {
-                2 => "Two things".to_owned(),
-                3 => "Three things".to_owned(),
-                4 => "Four things".to_owned(),
-                n => format!("{n} things"),
+        found => {
+            let said = match found {
+                [(_, only)] => format!("{}.", clause(only, span)),
+                many => several(many, span),
             };
-            let each: Vec<String> = many
-                .iter()
-                .enumerate()
-                .map(|(i, f)| format!("{}, {}", letter(i), brief(f, span)))
-                .collect();
-            let best = many
-                .iter()
-                .filter_map(|f| {
-                    let h = f.held_out.as_ref()?;
-                    Some((improvement(h.rmse_before, h.rmse_after)?, f))
-                })
-                .max_by(|a, b| a.0.total_cmp(&b.0))
-                .and_then(|(_, f)| words::gain(f, true))
-                .map_or_else(String::new, |gain| format!(" {}.", capital(&gain)));
-            format!(
-                "{number} are left out: {}.{best}{}",
-                each.join("; "),
-                unnamed(diagnosis)
-            )
+            let and = match refuted.as_str() {
+                "" => String::new(),
+                refuted => format!(" {refuted}."),
+            };
+            format!("{said}{}{and}", unnamed(diagnosis))
         }
     }
 }
 
-/// What was suspected and is likelier not there.
-fn refuted(suspected: &[Finding]) -> String {
-    let each: Vec<String> = suspected
+/// More than one thing that was left out, by the letters of their cards.
+fn several(found: &[(usize, &Finding)], span: (f64, f64)) -> String {
+    let number = match found.len() {
+        2 => "Two things".to_owned(),
+        3 => "Three things".to_owned(),
+        4 => "Four things".to_owned(),
+        n => format!("{n} things"),
+    };
+    let each: Vec<String> = found
         .iter()
+        .map(|(i, f)| format!("{}, {}", letter(*i), brief(f, span)))
+        .collect();
+    let best = found
+        .iter()
+        .filter_map(|(_, f)| {
+            let h = f.held_out.as_ref()?;
+            Some((improvement(h.rmse_before, h.rmse_after)?, f))
+        })
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .and_then(|(_, f)| words::gain(f, true))
+        .map_or_else(String::new, |gain| format!(" {}.", capital(&gain)));
+    format!("{number} are left out: {}.{best}", each.join("; "))
+}
+
+/// What was suspected and is likelier not there; nothing of nothing.
+fn refuted<'a>(suspected: impl Iterator<Item = &'a Finding>) -> String {
+    let each: Vec<String> = suspected
         .map(|f| format!("{} ({})", title(f), percent(f.probability)))
         .collect();
+    if each.is_empty() {
+        return String::new();
+    }
     format!(
         "What was suspected is less likely than not: {}",
         listed(&each, "and")
@@ -182,8 +195,9 @@ pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
         Verdict::Unexplained => ("open", "Unexplained"),
     };
     let unsure = |f: &&Finding| Rung::of(f) == Rung::Class;
-    let only_suspected = diagnosis.verdict == Verdict::Consistent && !diagnosis.findings.is_empty();
-    let says = match diagnosis.findings.iter().find(unsure) {
+    let likely = || diagnosis.findings.iter().filter(|f| f.is_likely());
+    let only_suspected = likely().next().is_none() && !diagnosis.findings.is_empty();
+    let says = match likely().find(unsure) {
         _ if only_suspected => {
             "what was suspected is less likely than not; nothing else was looked for"
         }

@@ -139,6 +139,22 @@ fn the_wording_climbs_with_what_is_known() {
     let two = says(&diagnoses::two(2));
     assert!(two.starts_with("Two things are left out: A, the return flow is measured late"));
     assert!(two.ends_with("Something else is left out that is not named."));
+    // What was only suspected need not be there.
+    let mut suspected = diagnoses::two(2);
+    for finding in &mut suspected.findings[1..] {
+        finding.probability = 0.08;
+        finding.alternatives.clear();
+    }
+    let one = says(&suspected);
+    assert!(
+        one.starts_with("Left out of the friction of the return line"),
+        "{one}"
+    );
+    assert!(
+        one.contains("What was suspected is less likely than not: "),
+        "{one}"
+    );
+    assert!(!one.contains("probably"), "{one}");
 }
 
 #[test]

@@ -91,7 +91,9 @@ fn sentence(diagnosis: &Diagnosis) -> String {
         Verdict::PartlyExplained => "partly explained",
         Verdict::Unexplained => "unexplained",
     };
-    let more = match diagnosis.findings.len() - 1 {
+    let (likely, refuted): (Vec<_>, Vec<_>) =
+        diagnosis.findings.iter().partition(|f| f.is_likely());
+    let more = match likely.len().saturating_sub(1) {
         0 => String::new(),
         n => format!(", and {n} more"),
     };
@@ -104,12 +106,16 @@ fn sentence(diagnosis: &Diagnosis) -> String {
             quantity(&g.signal, g.rmse_before)
         )
     });
-    let suspected = if diagnosis.verdict == Verdict::Consistent {
-        "what was suspected is less likely than not: "
-    } else {
-        ""
+    let titles: Vec<&str> = refuted.iter().map(|f| f.title.as_str()).collect();
+    let suspected = match titles.join(", ") {
+        none if none.is_empty() => none,
+        titles => format!("what was suspected is less likely than not: {titles}"),
     };
-    format!("{lead}, {suspected}{}{more}{gain}", first.title)
+    let said: Vec<String> = (likely.first().map(|f| format!("{}{more}", f.title)))
+        .into_iter()
+        .chain(Some(suspected).filter(|s| !s.is_empty()))
+        .collect();
+    format!("{lead}, {}{gain}", said.join("; "))
 }
 
 fn tell_finding(
@@ -224,7 +230,10 @@ fn intervals(intervals_s: &[(f64, f64)], span_s: (f64, f64)) -> String {
 fn tell_tested(text: &mut String, diagnosis: &Diagnosis) -> std::fmt::Result {
     let of =
         |wanted: fn(&Outcome) -> bool| diagnosis.tested.iter().filter(move |t| wanted(&t.outcome));
-    let found = of(|o| matches!(o, Outcome::Found)).count();
+    let refuted = diagnosis.findings.iter().filter(|f| !f.is_likely()).count();
+    let found = of(|o| matches!(o, Outcome::Found))
+        .count()
+        .saturating_sub(refuted);
     let unseen = || of(|o| matches!(o, Outcome::NotSeen));
     let blind: Vec<&Tested> = of(|o| matches!(o, Outcome::NotTestable(_))).collect();
     if diagnosis.tested.is_empty() {
@@ -252,9 +261,13 @@ fn tell_tested(text: &mut String, diagnosis: &Diagnosis) -> std::fmt::Result {
         0 => String::new(),
         n => format!("{n} not needed beside that, "),
     };
+    let unlikely = match refuted {
+        0 => String::new(),
+        n => format!("{n} less likely than not, "),
+    };
     writeln!(
         text,
-        "tested {all} effects: {found} found, {beside}{} not seen, {} that this recording cannot show",
+        "tested {all} effects: {found} found, {unlikely}{beside}{} not seen, {} that this recording cannot show",
         unseen().count() - not_needed,
         blind.len()
     )?;

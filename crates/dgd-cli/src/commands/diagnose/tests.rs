@@ -297,10 +297,19 @@ fn a_gain_that_is_none_is_told_as_none() {
 
 #[test]
 fn a_suspect_that_is_unlikely_is_told_as_one() {
-    let mut suspected = diagnosis(vec![kick()]);
+    let unlikely = || Finding {
+        probability: 0.08,
+        ..kick()
+    };
+    let mut suspected = diagnosis(vec![unlikely()]);
     suspected.verdict = Verdict::Consistent;
     let told = tell::tell(&suspected, &[], "rig.mat", Path::new("out"));
     let said = "rig.mat: consistent, what was suspected is less likely than not: formation fluid";
+    assert!(told.starts_with(said), "{told}");
+    let one_of_two = diagnosis(vec![kick(), unlikely()]);
+    let told = tell::tell(&one_of_two, &[], "rig.mat", Path::new("out"));
+    let said = "rig.mat: explained, formation fluid enters the well; what was suspected is less \
+                likely than not: formation fluid enters the well\n";
     assert!(told.starts_with(said), "{told}");
 }
 
