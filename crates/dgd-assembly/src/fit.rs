@@ -271,24 +271,23 @@ fn conclude(assembly: &Assembly, mut problem: Residual<'_>, minimum: &Minimum) -
     let theta = problem.theta(&minimum.theta);
     let p = minimum.theta.len();
     let residuals = problem.differences(&theta).unwrap_or_default();
-    let on_bound: Vec<bool> = minimum
-        .theta
-        .iter()
-        .map(|z| *z <= 1e-9 || *z >= 1.0 - 1e-9)
+    let jacobian = problem.jacobian(&minimum.theta, &minimum.residuals, &unit_box(p));
+    // What no reading tells may well have been left on a bound; nothing holds it there.
+    let on_bound: Vec<bool> = (minimum.theta.iter().zip(told(jacobian.as_ref(), minimum)))
+        .map(|(z, told)| told && (*z <= 1e-9 || *z >= 1.0 - 1e-9))
         .collect();
     let loose: Vec<usize> = (0..p).filter(|&i| !on_bound[i]).collect();
-    let (covariance, inflation) =
-        match problem.jacobian(&minimum.theta, &minimum.residuals, &unit_box(p)) {
-            // As many readings as values leave nothing to tell an error by.
-            Some(jacobian) if minimum.residuals.len() > p => {
-                let inflation = inflation(&residuals);
-                (covariance(&jacobian, &loose, minimum, inflation), inflation)
-            }
-            _ => (
-                DMatrix::from_element(loose.len(), loose.len(), f64::INFINITY),
-                1.0,
-            ),
-        };
+    let (covariance, inflation) = match jacobian {
+        // As many readings as values leave nothing to tell an error by.
+        Some(jacobian) if minimum.residuals.len() > p => {
+            let inflation = inflation(&residuals);
+            (covariance(&jacobian, &loose, minimum, inflation), inflation)
+        }
+        _ => (
+            DMatrix::from_element(loose.len(), loose.len(), f64::INFINITY),
+            1.0,
+        ),
+    };
     let mut full = vec![0.0; all * all];
     let mut standard_error = vec![0.0; all];
     for (a, &i) in loose.iter().enumerate() {
@@ -369,6 +368,25 @@ fn inflation(residuals: &[Vec<Vec<f64>>]) -> f64 {
     (1.0 + r) / (1.0 - r)
 }
 
+/// Share of the most that is told of a direction, squared, below which nothing is.
+const UNTOLD: f64 = 1e-13;
+
+/// Whether the readings tell each parameter anything: over all that its bounds allow they turn by more than noise, were every
+/// other parameter known. Of an unknown Jacobian, all are told.
+fn told(jacobian: Option<&DMatrix<f64>>, minimum: &Minimum) -> Vec<bool> {
+    let p = minimum.theta.len();
+    let Some(jacobian) = jacobian else {
+        return vec![true; p];
+    };
+    #[expect(clippy::cast_precision_loss, reason = "sample counts")]
+    let variance = 2.0 * minimum.cost / minimum.residuals.len().max(1) as f64;
+    let turns: Vec<f64> = jacobian.column_iter().map(|c| c.norm_squared()).collect();
+    let most = turns.iter().copied().fold(0.0, f64::max);
+    // Negated, so that what is no number counts as told.
+    let nothing = |turn: &f64| *turn <= (UNTOLD * most).max(variance);
+    turns.iter().map(|turn| !nothing(turn)).collect()
+}
+
 /// Covariance of the scaled parameters; directions that the record does not tell get infinity on the diagonal.
 fn covariance(
     jacobian: &DMatrix<f64>,
@@ -400,7 +418,7 @@ fn covariance(
         .iter()
         .zip(eigen.eigenvectors.column_iter())
     {
-        if *value > 1e-13 * largest {
+        if *value > UNTOLD * largest {
             covariance += vector * vector.transpose() * (variance / value);
         } else {
             for i in 0..k {

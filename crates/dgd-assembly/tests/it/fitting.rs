@@ -111,6 +111,30 @@ fn missing_readings_are_left_out() {
 }
 
 #[test]
+fn what_no_reading_tells_is_untold_even_where_it_was_left_on_a_bound() {
+    let (_, _, window) = cascade(1e-3);
+    let free = "[free]\n\"lower_level.offset\" = { start = 0.0, low = 0.0, high = 0.1 }";
+    let assembly = Assembly::parse(&TWO_TANKS.replace("[free]", free)).unwrap();
+    let of = |path: &str| {
+        let parameters = assembly.parameters();
+        parameters.iter().position(|p| p.path == path).unwrap()
+    };
+    let (offset, upper) = (
+        of("lower_level.offset"),
+        of("upper_outlet.discharge_coefficient"),
+    );
+    // No reading of the upper tank turns with what the lower one's transmitter adds.
+    let options = FitOptions {
+        outputs: vec!["upper_level".into()],
+        ..Default::default()
+    };
+    let found = fit(&assembly, &[window], &options).unwrap();
+    assert!(!found.at_bound[offset]);
+    assert_eq!(found.standard_error[offset], f64::INFINITY);
+    assert!(found.standard_error[upper] < 0.1);
+}
+
+#[test]
 fn a_record_in_twice_the_unit_gives_the_same_parameters() {
     let (assembly, _, window) = cascade(1e-3);
     let first = fit(
