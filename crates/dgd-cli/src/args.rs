@@ -287,9 +287,9 @@ pub(crate) struct Convert {
     /// Write MAT v7.3 (HDF5) instead of v5
     #[arg(long)]
     pub(crate) mat_v73: bool,
-    /// Name of the struct in MAT files
-    #[arg(long, default_value = "recording", value_name = "NAME")]
-    pub(crate) root: String,
+    /// Name of the struct in MAT files: what the columns' names begin with up to a dot, else `recording`
+    #[arg(long, value_name = "NAME")]
+    pub(crate) root: Option<String>,
     /// From CSV or MCAP to CSV or MCAP: read and write block by block, in memory that does not grow with the recording (from 64 MiB on it is, anyway)
     #[arg(long)]
     pub(crate) in_blocks: bool,

@@ -1,6 +1,7 @@
 //! Files in: recordings, wells, models.
 
 mod blocks;
+mod joined;
 mod screened;
 
 pub(crate) use blocks::{CONVERTED, When, open as open_blocks};
@@ -16,6 +17,7 @@ use dgd_ingest::{Format, ReadOptions};
 use dgd_recording::{Issue, Recording, RecordingError, Table, Well};
 use dgd_replay::ReplayError;
 use dgd_screen::Suspicion;
+use joined::Dated;
 use std::fs::File;
 use std::io::Read;
 use std::ops::{Deref, Range};
@@ -191,6 +193,8 @@ fn once(suspected: &mut Vec<Suspicion>, found: Vec<Suspicion>) {
 }
 
 /// Reads one or more consecutive recordings of a well onto one even clock.
+///
+/// Recordings with dates stand as far apart as they were taken, unless that were mostly nothing; others 120 s.
 pub(crate) fn read_recordings(
     paths: &[PathBuf],
     well: &Described,
@@ -198,6 +202,7 @@ pub(crate) fn read_recordings(
 ) -> Result<Loaded, Failure> {
     let mut loaded: Option<Loaded> = None;
     let mut suspected: Vec<Suspicion> = Vec::new();
+    let mut last: Option<Dated> = None;
     for (index, path) in paths.iter().enumerate() {
         if paths[..index].contains(path) {
             warn!("{} is named twice: its samples count twice", path.display());
@@ -206,6 +211,7 @@ pub(crate) fn read_recordings(
     for path in paths {
         let (format, mut table) = read_table(path, progress)?;
         let mut issues = std::mem::take(&mut table.issues);
+        let begins_ns = table.origin_ns();
         let (recording, mapping) =
             Recording::from_table(table, well).map_err(|e| well.unmapped(path, &e))?;
         let samples = recording.len();
@@ -216,6 +222,7 @@ pub(crate) fn read_recordings(
             &mut suspected,
             dgd_screen::suspect(&recording, step_s, well),
         );
+        let dated = begins_ns.map(|ns| Dated::of(path, ns, &recording));
         let issues: Vec<_> = issues
             .into_iter()
             .map(|issue| (path.clone(), issue))
@@ -240,13 +247,20 @@ pub(crate) fn read_recordings(
                     );
                     return Err(Failure::input(path, reason));
                 }
-                (all.recording.append(recording, all.step_s))
-                    .map_err(|e| Failure::input(path, e))?;
-                all.samples += samples;
+                let known = last.as_ref().zip(dated.as_ref());
+                let apart = known.map(|(last, dated)| dated.behind(last, step_s));
+                let left_out = joined::append(
+                    &mut all.recording,
+                    recording,
+                    step_s,
+                    (path, apart.transpose()?),
+                )?;
+                all.samples += samples - left_out;
                 all.formats.push(format);
                 all.issues.extend(issues);
             }
         }
+        last = dated;
     }
     for (path, issue) in loaded.iter().flat_map(|l| &l.issues) {
         warn!("{}: {issue}", path.display());

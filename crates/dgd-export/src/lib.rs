@@ -16,7 +16,6 @@ mod mat5;
 mod mat73;
 mod mcap;
 mod number;
-mod origin;
 
 pub use comparison::{ComparedSignal, Comparison, write_comparison_csv};
 pub use csv::{CsvOptions, CsvWriter, write_csv};

@@ -2,7 +2,6 @@
 
 use crate::ExportError;
 use crate::number::push;
-use crate::origin;
 use ::mcap::records::MessageHeader;
 use ::mcap::{Compression, WriteOptions};
 use dgd_recording::{Column, Table, survey};
@@ -107,7 +106,7 @@ impl<W: Write + Seek> McapWriter<W> {
         crate::check_names(head)?;
         let (time, factor) = clock(head, options.time_tag.as_deref().unwrap_or("t"))?;
         let start_ns = head.origin.as_deref().map_or(Ok(0), |text| {
-            origin::nanoseconds(text).ok_or_else(|| ExportError::Origin {
+            head.origin_ns().ok_or_else(|| ExportError::Origin {
                 found: text.to_owned(),
             })
         })?;

@@ -9,6 +9,7 @@
 #![deny(missing_docs)]
 
 mod clock;
+mod origin;
 mod propose;
 mod recording;
 mod survey;

@@ -307,8 +307,7 @@ impl Recording {
     /// Appends a recording taken later on the same well and step, after a seam of
     /// 120 seconds without values, so that no delay reaches from one into the other.
     ///
-    /// A transmitter that only one of the two has is NaN in the other. Returns the index
-    /// of the first appended sample.
+    /// For recordings of which nothing tells how far they are apart, else [`Self::append_after`].
     ///
     /// # Errors
     /// [`RecordingError::Step`] if the step is no positive number; nothing is appended.
@@ -320,6 +319,23 @@ impl Recording {
             reason = "positive and small"
         )]
         let seam = (SEAM_S / step_s).ceil().clamp(1.0, 1e6) as usize;
+        self.append_after(later, step_s, seam)
+    }
+
+    /// Appends a recording taken later on the same well and step, after so many samples without values.
+    ///
+    /// A transmitter that only one of the two has is NaN in the other. Returns the index
+    /// of the first appended sample.
+    ///
+    /// # Errors
+    /// [`RecordingError::Step`] if the step is no positive number; nothing is appended.
+    pub fn append_after(
+        &mut self,
+        later: Self,
+        step_s: f64,
+        seam: usize,
+    ) -> Result<usize, RecordingError> {
+        RecordingError::unless_step(step_s)?;
         let (before, added) = (self.len(), later.len());
         let start = before + seam;
         let end_s = self.time_s.last().copied().unwrap_or(0.0);

@@ -1,5 +1,6 @@
 //! What a reader found in a file: columns of numbers, and what was wrong with it.
 
+use crate::origin::nanoseconds;
 use std::fmt;
 
 /// One column as the file has it.
@@ -22,6 +23,20 @@ pub struct Table {
     pub issues: Vec<Issue>,
     /// Wall-clock time of the first sample where the file knows it, RFC 3339.
     pub origin: Option<String>,
+}
+
+impl Table {
+    /// [`Self::origin`] in nanoseconds from 1970; `None` if it is not told, or is no RFC 3339 time from 1970 to 2200.
+    ///
+    /// ```
+    /// # let mut table = dgd_recording::Table::default();
+    /// table.origin = Some("1970-01-02T00:00:00.5Z".to_owned());
+    /// assert_eq!(table.origin_ns(), Some(86_400_500_000_000));
+    /// ```
+    #[must_use]
+    pub fn origin_ns(&self) -> Option<u64> {
+        self.origin.as_deref().and_then(nanoseconds)
+    }
 }
 
 /// Something wrong in a file that still could be read.

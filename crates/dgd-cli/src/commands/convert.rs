@@ -65,7 +65,7 @@ fn whole(arguments: &Convert, target: Target, progress: &Progress) -> Result<Wri
     progress.stage("writing", &arguments.output.display().to_string());
     let mut outputs = Outputs::new();
     outputs.add(&arguments.output, |writer| {
-        target.write(&table, &arguments.root, writer)
+        target.write(&table, root(arguments, &table), writer)
     })?;
     outputs.keep()?;
     Ok(Written {
@@ -74,6 +74,18 @@ fn whole(arguments: &Convert, target: Target, progress: &Progress) -> Result<Wri
         columns: table.columns.len(),
         issues: table.issues,
     })
+}
+
+/// The struct that the columns were fields of, so that a description of the one file suits the other.
+fn root<'a>(arguments: &'a Convert, table: &'a Table) -> &'a str {
+    let mut heads = (table.columns.iter()).filter_map(|column| Some(column.tag.split_once('.')?.0));
+    let common = heads
+        .next()
+        .filter(|first| heads.all(|head| head == *first));
+    let plain = common.filter(|name| name.chars().all(|c| c.is_ascii_alphanumeric()));
+    (arguments.root.as_deref())
+        .or(plain.filter(|name| name.starts_with(|c: char| c.is_ascii_alphabetic())))
+        .unwrap_or("recording")
 }
 
 /// The same, of which a block is in memory at a time; `None` where that cannot be.

@@ -32,6 +32,47 @@ fn the_known_delay_is_found() {
     assert!(fit["kept"].as_u64().unwrap() > 3500, "{fit:#}");
 }
 
+/// Writes rows of `rig.csv` as a file of its own, whose clock tells the date.
+fn dated(bench: &Bench, rows: std::ops::Range<usize>, name: &str) {
+    let text = bench.text("rig.csv");
+    let mut lines = text.lines();
+    let mut out = format!("{}\n", lines.next().unwrap());
+    for (i, line) in lines.enumerate().filter(|(i, _)| rows.contains(i)) {
+        let (_, values) = line.split_once(',').unwrap();
+        let (hour, minute, second) = (i / 3600, i / 60 % 60, i % 60);
+        out += &format!("2014-10-07T{hour:02}:{minute:02}:{second:02}Z,{values}\n");
+    }
+    bench.write(name, out);
+}
+
+#[test]
+fn a_recording_cut_in_two_is_the_same_recording() {
+    let bench = Bench::new();
+    copies(&bench);
+    for (rows, name) in [
+        (0..4000, "whole.csv"),
+        (0..2000, "early.csv"),
+        (2000..4000, "late.csv"),
+        (1900..4000, "shared.csv"),
+    ] {
+        dated(&bench, rows, name);
+    }
+    let fitted = |files: &str| {
+        let ran = bench.dgd(&format!("fit {files} --well well.toml --out model.toml"));
+        ran.done();
+        let model = bench.text("model.toml");
+        let (_, numbers) = model.split_once("[friction]").unwrap();
+        let (numbers, _) = numbers.split_once("[data]").unwrap();
+        numbers.to_owned()
+    };
+    let whole = fitted("whole.csv");
+    assert_eq!(fitted("early.csv late.csv"), whole);
+    assert_eq!(fitted("early.csv shared.csv"), whole);
+    bench
+        .dgd("fit late.csv early.csv --well well.toml")
+        .refused(&["early.csv", "before late.csv", "in order of time"]);
+}
+
 /// Columns of a CSV as text, under the last part of their tag: HDF5 orders them by name.
 fn by_tag(text: &str) -> BTreeMap<String, Vec<String>> {
     let mut rows = text.lines().map(|line| line.split(','));
@@ -55,6 +96,34 @@ fn convert_keeps_every_value_there_and_back() {
         let (again, first) = (bench.text("again.csv"), bench.text("rig.csv"));
         assert!(by_tag(&again) == by_tag(&first), "{name}");
     }
+}
+
+#[test]
+fn a_description_suits_what_its_file_was_converted_to() {
+    let bench = Bench::new();
+    copies(&bench);
+    // As another struct would be called.
+    bench.write(
+        "gom.csv",
+        bench.text("rig.csv").replace("recording.", "gom."),
+    );
+    for (from, to) in [
+        ("gom.csv", "again.mat"),
+        ("gom.csv", "again.mat --mat-v73"),
+        ("gom.csv", "gom.mcap"),
+        ("gom.mcap", "again.mat"),
+        ("again.mat", "again.mcap"),
+        ("again.mcap", "again.mat"),
+    ] {
+        bench.dgd(&format!("convert {from} {to}")).done();
+        let file = to.split(' ').next().unwrap();
+        bench.dgd(&format!("fit {file} --well well.toml")).done();
+    }
+    bench.dgd("convert rig.csv other.mat --root other").done();
+    let said = bench.json("inspect other.mat", "dgd.inspect/1");
+    let tags = said["columns"].as_array().unwrap().iter();
+    let tags: Vec<&str> = tags.map(|c| c["tag"].as_str().unwrap()).collect();
+    assert!(tags.iter().all(|tag| tag.starts_with("other.")), "{tags:?}");
 }
 
 #[test]

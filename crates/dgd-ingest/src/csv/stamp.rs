@@ -172,7 +172,39 @@ impl Text<'_> {
         Some(half)
     }
 
-    /// `2024-10-22`, `2024/10/22` or `22.10.2024` to days from 1970, and `10/22/2024` where it is known what comes first; nothing is eaten
+    /// A month by its English name, or the first three letters of it.
+    fn month(&mut self) -> Option<i64> {
+        const NAMES: [&str; 12] = [
+            "january",
+            "february",
+            "march",
+            "april",
+            "may",
+            "june",
+            "july",
+            "august",
+            "september",
+            "october",
+            "november",
+            "december",
+        ];
+        let letters = (self.0.iter())
+            .take_while(|b| b.is_ascii_alphabetic())
+            .count();
+        let (name, rest) = self.0.split_at(letters);
+        let is = |full: &&str| {
+            let short = full.as_bytes().get(..3);
+            name.eq_ignore_ascii_case(full.as_bytes())
+                || short.is_some_and(|short| name.eq_ignore_ascii_case(short))
+        };
+        let month = (1..)
+            .zip(NAMES.iter())
+            .find_map(|(number, full)| is(full).then_some(number))?;
+        self.0 = rest;
+        Some(month)
+    }
+
+    /// `2024-10-22`, `2024/10/22`, `22.10.2024` or `22-Oct-2024` to days from 1970, and `10/22/2024` where it is known what comes first; nothing is eaten
     /// otherwise.
     fn date(&mut self, first: Option<First>) -> Option<i64> {
         let mut text = Text(self.0);
@@ -184,13 +216,17 @@ impl Text<'_> {
             }
         } else {
             let a = text.digits(1, 4)?;
-            let sign = text.any(b"-/.")?;
-            let month = text.digits(1, 2)?;
+            let sign = text.any(b"-/. ")?;
+            let named = text.month();
+            let month = match named {
+                Some(month) => month,
+                None => text.digits(1, 2).filter(|_| sign != b' ')?,
+            };
             text.any(&[sign])?;
             let last = text.digits(1, 4)?;
             match sign {
-                b'.' => (last, month, a),
-                _ => (a, month, last),
+                b'-' | b'/' if named.is_none() => (a, month, last),
+                _ => (last, month, a),
             }
         };
         let leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
@@ -361,6 +397,9 @@ mod tests {
             "2024-10-22T15:27:49.648Z",
             "2024/10/22 15:27:49.648",
             "22.10.2024 15:27:49,648",
+            "22-Oct-2024 15:27:49.648",
+            "22 October 2024 15:27:49.648",
+            "22/OCT/2024 03:27:49.648 PM",
             "2024-10-22T17:27:49.648+02:00",
             "2024-10-22 10:57:49.648-0430",
             "2024-10-22 15:27:49.648 UTC",
@@ -384,6 +423,11 @@ mod tests {
     fn what_is_no_time_is_none() {
         for text in [
             "58-32",
+            "22-Okt-2024",
+            "22-O-2024",
+            "22 10 2024",
+            "31-Jun-2024",
+            "2024-Oct-22",
             "2024-13-01",
             "2023-02-29",
             "14",

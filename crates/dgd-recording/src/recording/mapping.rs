@@ -1,7 +1,7 @@
 //! A table's columns under the channel map of a well.
 
 use super::{Channel, Recording};
-use crate::{ChannelSource, ClockError, Issue, IssueKind, Table, TimeSource, Well};
+use crate::{ChannelMap, ChannelSource, ClockError, Issue, IssueKind, Table, TimeSource, Well};
 use dgd_units::{Dimension, PressureReference, Unit};
 use rayon::prelude::*;
 
@@ -11,7 +11,8 @@ use rayon::prelude::*;
 pub enum RecordingError {
     /// A column that the well description names is not in the file.
     #[error(
-        "channel `{channel}` is mapped to the tag `{tag}`, which the recording does not have; {}it has {present}",
+        "channel `{channel}` is mapped to the tag `{tag}`, which the recording does not have{}; {}it has {present}",
+        also.iter().map(|other| format!(", nor {other}")).collect::<String>(),
         near.as_ref().map(|near| format!("did you mean `{near}`? ")).unwrap_or_default()
     )]
     NoColumn {
@@ -19,6 +20,8 @@ pub enum RecordingError {
         channel: String,
         /// Tag looked for.
         tag: String,
+        /// Tags of the other channels that the file does not have either, each with its channel.
+        also: Vec<String>,
         /// A tag of the file that differs in little, if there is just one.
         near: Option<String>,
         /// Tags in the file, shortened.
@@ -110,6 +113,42 @@ impl Origin {
     }
 }
 
+/// The tags of a map that a table does not have, if there are any.
+fn absent(table: &Table, map: &ChannelMap) -> Option<RecordingError> {
+    let mut tags: Vec<(String, &str)> = Vec::new();
+    if let TimeSource::Column { tag, .. } = &map.time {
+        tags.push(("time".to_owned(), tag));
+    }
+    let inlets = map.pump_inlet_pressure.iter().enumerate();
+    let outlets = map.pump_outlet_pressure.iter().enumerate();
+    let sources = [
+        (Channel::MudPumpFlow, &map.mud_pump_flow),
+        (Channel::BoosterFlow, &map.booster_flow),
+        (Channel::TopfillFlow, &map.topfill_flow),
+        (Channel::ReturnFlow, &map.return_flow),
+    ]
+    .into_iter()
+    .chain(inlets.map(|(n, source)| (Channel::PumpInletPressure(n), source)))
+    .chain(outlets.map(|(n, source)| (Channel::PumpOutletPressure(n), source)))
+    .chain((map.riser_pressure.iter()).map(|source| (Channel::RiserPressure, source)))
+    .chain([(Channel::PumpSpeed, &map.pump_speed)]);
+    for (channel, source) in sources {
+        if let ChannelSource::Column { tag, .. } = source {
+            tags.push((channel.to_string(), tag));
+        }
+    }
+    tags.retain(|(_, tag)| table.find(tag).is_none());
+    let mut missing = tags.into_iter();
+    let (channel, tag) = missing.next()?;
+    Some(RecordingError::NoColumn {
+        channel,
+        tag: tag.to_owned(),
+        also: (missing.map(|(channel, tag)| format!("`{tag}` of `{channel}`"))).collect(),
+        near: near(table, tag),
+        present: self::tags(table),
+    })
+}
+
 /// Takes columns out of a table without copying them.
 struct Columns {
     table: Table,
@@ -127,6 +166,7 @@ impl Columns {
             .ok_or_else(|| RecordingError::NoColumn {
                 channel: channel.into(),
                 tag: tag.into(),
+                also: Vec::new(),
                 near: near(&self.table, tag),
                 present: tags(&self.table),
             })
@@ -267,6 +307,9 @@ impl Recording {
         origin: &mut Origin,
     ) -> Result<(Self, Vec<Issue>), RecordingError> {
         let map = &well.channels;
+        if let Some(error) = absent(&table, map) {
+            return Err(error);
+        }
         let taken = vec![None; table.columns.len()];
         let mut columns = Columns {
             rows: 0,

@@ -41,6 +41,11 @@ fn a_missing_tag_is_told_with_what_the_file_has() {
         "channel `return_flow` is mapped to the tag `FT9`, which the recording does not have; it has \
          gom.t, gom.FT1, gom.FT2, gom.FT3, gom.FT4, gom.PT1, gom.PT2, gom.PT3, gom.PT4, gom.PT5, gom.SPM"
     );
+    let mut two = well.clone();
+    two.channels.pump_inlet_pressure[1] = source("PT0", "psia");
+    let error = Recording::from_table(table(&[0.0, 1.0]), &two).unwrap_err();
+    let both = "the tag `FT9`, which the recording does not have, nor `PT0` of `pump_inlet_pressure 2`; it has";
+    assert!(error.to_string().contains(both), "{error}");
     let mut wide = table(&[0.0, 1.0]);
     wide.columns
         .extend((0..100).map(|n| column(&format!("extra{n}"), "1", &[])));

@@ -2,6 +2,8 @@
 
 use super::{benches, free_area};
 use crate::bench::{Bench, Ran};
+use std::fs;
+use std::path::Path;
 
 #[test]
 fn check_tells_states_inputs_free_values_and_effects() {
@@ -219,6 +221,27 @@ fn the_built_in_return_line_is_linearised_as_dgd_dynamics_does() {
     }
     // It comes as a system of its own, which the other commands take.
     bench.dgd("system check lin/system.toml").done();
+}
+
+#[test]
+fn every_description_in_the_fixtures_is_well_posed() {
+    let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures");
+    let mut folders = vec![fixtures];
+    let mut found = 0;
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.file_name().is_some_and(|name| name == "system.toml") {
+                let bench = Bench::bare();
+                bench.write("system.toml", fs::read(&path).unwrap());
+                bench.dgd("system check system.toml").done();
+                found += 1;
+            }
+        }
+    }
+    assert!(found >= 5, "{found}");
 }
 
 #[test]
