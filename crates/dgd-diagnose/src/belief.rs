@@ -1,6 +1,8 @@
 //! From evidence to a probability that keeps its word.
 
+use crate::round::BARRED;
 use crate::select::Named;
+use dgd_effects::unknown;
 use tracing::debug;
 
 /// Logit of the calibrated probability: constant, per e-fold of evidence over hurdle, per logit of the share among
@@ -43,6 +45,26 @@ pub(crate) fn calibrate(named: &mut [Named]) {
     }
 }
 
+/// Shares the probability of an effect whose form has come to an end of what it may be with what the catalogue does not hold.
+pub(crate) fn doubt(named: &mut Named) {
+    let parameters = named.applied.effect.about().parameters.iter();
+    let strange = (parameters.zip(&named.applied.parameters)).any(|(p, v)| p.is_strange(*v));
+    if !strange || named.correction.is_some() {
+        return;
+    }
+    let of_this = logistic(-BARRED);
+    let all = named.probability + named.alternatives.iter().map(|a| a.1).sum::<f64>();
+    named.probability *= of_this;
+    named.alternatives.iter_mut().for_each(|a| a.1 *= of_this);
+    let unknown = unknown().about().id;
+    let more = all * (1.0 - of_this);
+    match named.alternatives.iter_mut().find(|a| a.0 == unknown) {
+        Some(known) => known.1 += more,
+        None => named.alternatives.push((unknown.to_owned(), more)),
+    }
+    named.alternatives.sort_by(|a, b| b.1.total_cmp(&a.1));
+}
+
 pub(crate) fn logistic(x: f64) -> f64 {
     1.0 / (1.0 + (-x).exp())
 }
@@ -61,9 +83,10 @@ pub(crate) fn shared(real: f64, mut others: Vec<(String, f64)>) -> (f64, Vec<(St
 
 #[cfg(test)]
 mod tests {
-    use super::{calibrate, shared};
+    use super::{calibrate, doubt, shared};
     use crate::relations::Applied;
     use crate::select::Named;
+    use dgd_effects::find;
 
     fn named(evidence: f64, probability: f64, alternative: f64) -> Named {
         let effect = dgd_effects::catalogue()[0];
@@ -77,6 +100,27 @@ mod tests {
             correction: None,
             held: None,
         }
+    }
+
+    #[test]
+    fn a_form_at_its_strange_end_is_four_times_likelier_something_else() {
+        let gel = |broken: f64| {
+            let mut one = named(40.0, 0.9, 0.05);
+            let effect = find("gel_strength").expect("an effect of the catalogue");
+            one.applied = Applied::new(effect, vec![8.0, broken, 300.0]);
+            doubt(&mut one);
+            one
+        };
+        let (sound, strange) = (gel(0.2), gel(2.99));
+        assert_eq!((sound.probability, sound.alternatives.len()), (0.9, 1));
+        assert!((strange.probability / 0.9 - 0.198).abs() < 1e-3);
+        let all: f64 = strange.alternatives.iter().map(|a| a.1).sum();
+        assert!((strange.probability + all - 0.95).abs() < 1e-12);
+        assert_eq!(strange.alternatives[0].0, "unknown");
+        // What it was doubted for already counts as well.
+        let mut twice = gel(2.99);
+        doubt(&mut twice);
+        assert_eq!(twice.alternatives.len(), 2);
     }
 
     #[test]

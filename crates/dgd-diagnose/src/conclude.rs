@@ -3,7 +3,7 @@
 mod again;
 mod worse;
 
-use crate::belief::calibrate;
+use crate::belief::{calibrate, doubt};
 use crate::contest::material;
 use crate::diagnosis::{
     Check, DiagnoseError, Diagnosis, Finding, MOST_STEP_S, Options, Stage, Verdict,
@@ -94,7 +94,8 @@ pub fn diagnose(
     } else {
         Sought::Given(&options.suspects)
     };
-    let known = settled(&record, &given, &[]);
+    let here = settled(&record, &given, &[]);
+    let known: Vec<Applied> = here.iter().flatten().cloned().collect();
     let mut selection = select(&record, &known, sought, |round| {
         progress(Stage::Screening(round))
     })
@@ -103,6 +104,7 @@ pub fn diagnose(
         calibrate(&mut selection.named);
     }
     if let Sought::Any(_) = sought {
+        selection.named.iter_mut().for_each(doubt);
         // What is more likely not there is weighed under what was tested, and neither claimed nor modelled.
         selection.named.retain(|n| likely(n) >= 0.5);
     }
@@ -129,7 +131,8 @@ pub fn diagnose(
             windows.get(next).is_some_and(|w| to > w.0)
         })
         .collect();
-    let start = settled(&record, &given, &excluded);
+    let start = settled(&record, &known, &excluded);
+    let start: Vec<Applied> = start.into_iter().flatten().collect();
     let before_state =
         allowances_with(&record, &start, &excluded, Bend::Free, None).ok_or_else(short)?;
     let after_state = trained(&record, &start, &selection, &excluded).ok_or_else(short)?;
@@ -147,7 +150,7 @@ pub fn diagnose(
             s.period_s, s.amplitude_m, s.ratio
         );
     }
-    let mut checks: Vec<Check> = refitted(&given, &known).into_iter().collect();
+    let mut checks: Vec<Check> = refitted(&given, &here).into_iter().collect();
     // An empirical correction can make the free run unstable: on the training stretches that shows, and it is left out.
     let gained = |s: &crate::diagnosis::Simulation| -> f64 {
         gains(s, false)
@@ -273,6 +276,8 @@ pub fn diagnose(
     Ok(Diagnosis {
         verdict,
         findings,
+        held: known.iter().map(|a| a.effect.about().id).collect(),
+        suspected: options.suspects.clone(),
         tested,
         checks,
         before,
@@ -323,13 +328,19 @@ fn usable(record: &Record) -> usize {
         .count()
 }
 
-/// How the effects of the model to start from came out on this recording.
-fn refitted(given: &[Applied], known: &[Applied]) -> Option<Check> {
+/// How the effects of the model to start from came out on this recording, which speaks against those that are `None`.
+fn refitted(given: &[Applied], here: &[Option<Applied>]) -> Option<Check> {
     if given.is_empty() {
         return None;
     }
-    let told = given.iter().zip(known).map(|(before, after)| {
+    let told = given.iter().zip(here).map(|(before, after)| {
         let about = before.effect.about();
+        let Some(after) = after else {
+            return format!(
+                "{}: this recording speaks against it, it was left out",
+                about.id
+            );
+        };
         if is_correction(before.effect) {
             return format!("{}, a correction", about.id);
         }
@@ -341,13 +352,16 @@ fn refitted(given: &[Applied], known: &[Applied]) -> Option<Check> {
         format!("{}: {name} {old:.3e}, here {new:.3e}", about.id)
     });
     // What is half as strong again, or half as strong, may be something else by now.
-    let alike = |(before, after): (&Applied, &Applied)| {
+    let alike = |(before, after): (&Applied, &Option<Applied>)| {
+        let Some(after) = after else {
+            return false;
+        };
         let (old, new) = (before.parameters[0], after.parameters[0]);
         is_correction(before.effect) || (new - old).abs() <= 0.5 * old.abs()
     };
     Some(Check {
         name: "the effects of the model to start from are as strong here".into(),
-        passed: given.iter().zip(known).all(alike),
+        passed: given.iter().zip(here).all(alike),
         detail: told.collect::<Vec<_>>().join("; "),
     })
 }

@@ -57,7 +57,10 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
         .collect();
     let pull = gate.whitening.transpose(&gate.off[..gate.layout.len()]);
     let unleaning = OnceLock::new();
-    let free = || unleaning.get_or_init(|| Tangent::beside(record, state, &[], Bend::Free));
+    let free = || {
+        let free = unleaning.get_or_init(|| Tangent::beside(record, state, &[], Bend::Free));
+        free.as_ref()
+    };
     // Effects are weighed on all cores: each by itself, so that their number changes no digit.
     let mut out: Vec<Contender> = catalogue()
         .par_iter()
@@ -95,12 +98,17 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
             let mut evidence = ln_mean_exp(found.iter().map(weighed));
             if is_pump(*effect)
                 && evidence > 1.0
-                && let Some(apart) = free()
-                    .as_ref()
-                    .and_then(|free| without_lean(record, free, state, &best))
+                && let Some(apart) =
+                    free().and_then(|free| without_lean(record, free, state, &best))
             {
                 evidence = evidence.min(apart.evidence - places);
                 best = apart;
+            }
+            if let Some(far) = far(record, (gate, &free), state, &best)
+                && far.evidence > evidence
+            {
+                evidence = far.evidence;
+                best = far;
             }
             Some(Contender {
                 effect: *effect,
@@ -193,6 +201,75 @@ fn without_lean(
     } else {
         start
     })
+}
+
+/// What a pump loses throughout, weighed at strengths far from nothing, with a head that may lean on the inlet pressure and without.
+///
+/// A pump that loses a third of its flow bends the curves that are fitted without the loss: about them a small one may seem
+/// to be there with the wrong sign.
+fn far<'a>(
+    record: &Record,
+    (gate, free): (&Tangent, &dyn Fn() -> Option<&'a Tangent>),
+    state: &[Applied],
+    near: &Candidate,
+) -> Option<Candidate> {
+    /// Two strengths further apart than this are not one.
+    const APART: f64 = 2.0;
+    let about = near.applied.effect.about();
+    if !is_pump(near.applied.effect)
+        || about.onset().is_some()
+        || on_grid(about)
+        || about.search.timing.is_some()
+    {
+        return None;
+    }
+    let lean = strong(record, gate, state, &near.applied)?;
+    let apart = strong(record, free()?, state, &near.applied)?;
+    let ratio = lean.applied.parameters[0] / apart.applied.parameters[0];
+    (1.0 / APART..=APART).contains(&ratio).then(|| Candidate {
+        evidence: lean.evidence.min(apart.evidence),
+        ..apart
+    })
+}
+
+/// The best of some strengths of an effect of one sign, from the usual one up, the curves fitted again beside each; `None` where what the
+/// curves take of it tells nothing.
+fn strong(
+    record: &Record,
+    tangent: &Tangent,
+    state: &[Applied],
+    one: &Applied,
+) -> Option<Candidate> {
+    let usual = one.effect.about().parameters[0].usual;
+    let misfit = |off: &[f64]| 0.5 * dot(off, off);
+    let refitted = |strength: f64| {
+        let mut applied = one.clone();
+        applied.parameters[0] = strength;
+        record.tally.weighed();
+        let off = tangent.refitted(record, &joined(state, &applied)).off;
+        (applied, misfit(&tangent.off) - misfit(&off), off)
+    };
+    let tried = [1.0, 1.5, 2.0, 3.0, 4.5].map(|times| {
+        let strength = times * usual;
+        let (applied, saved, off) = refitted(strength);
+        let changes = tangent.off.iter().zip(&off);
+        let signature: Vec<f64> = changes.map(|(a, b)| (a - b) / strength).collect();
+        let energy = dot(&signature, &signature);
+        let price = 0.5 * (times * times + (1.0 + usual * usual * energy).ln());
+        Candidate {
+            applied,
+            evidence: saved - price,
+            // As if it were straight that far: its best strength is the one that was tried.
+            score: strength * energy,
+            signature,
+            energy,
+        }
+    });
+    let most = (tried.into_iter()).max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
+    // What the opposite explains as well is a curve of another form, which either bends.
+    let opposite = || refitted(-most.applied.parameters[0]).1;
+    let stands = most.evidence > 0.0 && most.evidence > 2.0 * opposite();
+    stands.then_some(most)
 }
 
 /// Evidence without what may only look like the effect: without the minutes about the edges of its interval, and for what a pump

@@ -11,6 +11,10 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// What was found, most certain first; empty when consistent.
     pub findings: Vec<Finding>,
+    /// Ids of the effects of the model to start from ([`Options::start`]) that the recording does not speak against.
+    pub held: Vec<&'static str>,
+    /// Ids of all that was searched for ([`Options::suspects`]); empty where that was the whole catalogue.
+    pub suspected: Vec<String>,
     /// Every effect of the catalogue that the model does not hold: seen, not seen and down to which size, or not testable here.
     pub tested: Vec<Tested>,
     /// Checks on the findings, passed and failed.
@@ -82,6 +86,8 @@ pub struct Finding {
     pub region: String,
     /// Estimates.
     pub parameters: Vec<ParameterEstimate>,
+    /// The curve of an empirical correction, which has no parameters.
+    pub curve: Option<CorrectionCurve>,
     /// Gain on the held-out windows, on the signal that gains most.
     pub held_out: Option<HeldOut>,
     /// The relation as the base model has it, in plain notation.
@@ -112,6 +118,28 @@ impl Finding {
     /// Alternatives that deserve to be named, likeliest first.
     pub fn serious(&self) -> impl Iterator<Item = &(String, f64)> {
         (self.alternatives.iter()).filter(|(_, probability)| *probability >= Self::SERIOUS)
+    }
+}
+
+/// What an empirical correction adds to its relation or reading, and along what: straight lines between knots.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CorrectionCurve {
+    /// The quantity that it runs along, with its SI unit.
+    pub along: &'static str,
+    /// What it adds, with its SI unit; of the return flow meter's factor, a share of the flow.
+    pub adds: &'static str,
+    /// The quantity at each knot, and what is added there.
+    pub knots: Vec<(f64, f64)>,
+}
+
+impl CorrectionCurve {
+    /// Least and greatest of what it adds; `None` of no number.
+    pub fn range(&self) -> Option<(f64, f64)> {
+        let added = self.knots.iter().map(|k| k.1).filter(|v| v.is_finite());
+        added.fold(None, |range, v| {
+            let (low, high) = range.unwrap_or((v, v));
+            Some((v.min(low), v.max(high)))
+        })
     }
 }
 

@@ -1,6 +1,6 @@
 //! A finding in words and numbers.
 
-use crate::diagnosis::{Finding, ParameterEstimate, Simulation};
+use crate::diagnosis::{CorrectionCurve, Finding, ParameterEstimate, Simulation};
 use crate::empirical::pair_of;
 use crate::estimates::estimates;
 use crate::free_run::best_gain;
@@ -9,7 +9,22 @@ use crate::record::{Record, tails};
 use crate::select::{Named, Selection};
 use crate::tangent::Tangent;
 use crate::twins::Pair;
-use dgd_effects::{About, PERIOD, PLACES, QUANTITIES, Relation, told_apart_by};
+use dgd_effects::{
+    About, METER_FACTOR, PERIOD, PLACES, QUANTITIES, Relation, SINCE_START, told_apart_by,
+};
+
+/// [`QUANTITIES`] with their SI units.
+const ALONG: [&str; QUANTITIES.len()] = [
+    "time_s",
+    "inlet_pressure_pa",
+    "mud_pump_flow_m3_s",
+    "booster_flow_m3_s",
+    "return_flow_m3_s",
+    "pump_speed_pct",
+    "time_since_start_s",
+    "return_flow_rate_m3_s2",
+    "time_within_period_s",
+];
 
 /// One named effect, or the correction that no effect explains.
 pub(crate) fn finding(
@@ -46,7 +61,7 @@ pub(crate) fn finding(
     };
     let span = record.setting.span_s;
     let interval = about.interval_s(&named.applied.parameters, span);
-    Finding {
+    let told = Finding {
         effect: about.id.to_owned(),
         title,
         probability: named.probability.clamp(0.01, 0.99),
@@ -59,6 +74,7 @@ pub(crate) fn finding(
         intervals_s: vec![interval],
         region: region(record, interval),
         parameters: estimates(record, selection, k, full),
+        curve: (named.correction).map(|(p, q)| curve(&named.applied.parameters, p, q)),
         held_out,
         equation_before: before.to_owned(),
         equation_after: match named.correction {
@@ -69,6 +85,59 @@ pub(crate) fn finding(
         evidence: named.evidence,
         hurdle: named.hurdle,
         separating_test: separating_test(about.id, &named.alternatives),
+    };
+    only_resembled(told)
+}
+
+/// A finding whose effect more likely than not only resembles the cause, told as what the catalogue does not hold.
+fn only_resembled(mut told: Finding) -> Finding {
+    let unknown = dgd_effects::unknown().about().id;
+    let at = (told.alternatives.iter())
+        .position(|(id, probability)| id == unknown && *probability > 0.5);
+    let Some(at) = at else {
+        return told;
+    };
+    let (_, probability) = told.alternatives.remove(at);
+    let named = std::mem::replace(&mut told.effect, unknown.to_owned());
+    told.alternatives.push((named, told.probability));
+    told.alternatives.sort_by(|a, b| b.1.total_cmp(&a.1));
+    told.title = format!(
+        "something outside the catalogue, which looks as if {}",
+        told.title
+    );
+    told.separating_test = separating_test(unknown, &told.alternatives);
+    // They are those of what it looks like.
+    told.parameters.clear();
+    Finding {
+        probability: probability.clamp(0.01, 0.99),
+        ..told
+    }
+}
+
+/// The curve of a correction of a place along a quantity, from the codes, ends and knots of [`dgd_effects::unknown`].
+fn curve(parameters: &[f64], place: usize, quantity: usize) -> CorrectionCurve {
+    let (from, to) = (parameters[2], parameters[3]);
+    let values = &parameters[4..];
+    let last = (values.len() - 1) as f64;
+    // Knots lie evenly along the logarithm of the minutes.
+    let at = |x: f64| {
+        if quantity == SINCE_START {
+            60.0 * x.exp_m1()
+        } else {
+            x
+        }
+    };
+    let knots = (values.iter().enumerate())
+        .map(|(k, value)| (at(from + (to - from) * k as f64 / last), *value))
+        .collect();
+    CorrectionCurve {
+        along: ALONG[quantity],
+        adds: match place {
+            METER_FACTOR => "correction_fraction",
+            _ if PLACES[place].relation == Relation::RiserMassBalance => "correction_m3_s",
+            _ => "correction_pa",
+        },
+        knots,
     }
 }
 
@@ -161,6 +230,7 @@ pub(crate) fn heaving(
                 ci95,
             })
             .collect(),
+        curve: None,
         held_out: best_gain(simulation),
         equation_before: equation_without(about).to_owned(),
         equation_after: about.equation.to_owned(),

@@ -60,8 +60,8 @@ mod work;
 
 pub use conclude::diagnose;
 pub use diagnosis::{
-    Check, DiagnoseError, Diagnosis, Finding, HeldOut, Options, Outcome, ParameterEstimate, Signal,
-    Simulation, Stage, Tested, Trace, Verdict,
+    Check, CorrectionCurve, DiagnoseError, Diagnosis, Finding, HeldOut, Options, Outcome,
+    ParameterEstimate, Signal, Simulation, Stage, Tested, Trace, Verdict,
 };
 pub use step::Step;
 pub use work::Work;

@@ -37,25 +37,38 @@ fn moved(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usize) {
 }
 
 /// The effects of a model to start from, fitted to the recording as the curves are: else what their sizes are off by would
-/// pass for another effect. What the recording does not show stays as it is, but for curves along time.
-pub(crate) fn settled(record: &Record, start: &[Applied], excluded: &[bool]) -> Vec<Applied> {
-    /// Misfit that an effect must save for its size to be sought.
+/// pass for another effect. What the recording does not show stays as it is, but for curves along time; `None` is what it
+/// speaks against, whatever the size.
+pub(crate) fn settled(
+    record: &Record,
+    start: &[Applied],
+    excluded: &[bool],
+) -> Vec<Option<Applied>> {
+    /// Misfit that an effect must save for its size to be sought, or cost to be refuted.
     const SHOWN: f64 = 8.0;
-    let mut state = start.to_vec();
+    let mut state: Vec<Option<Applied>> = start.iter().cloned().map(Some).collect();
     for k in [(); 2].iter().flat_map(|()| 0..start.len()) {
-        let Some(tangent) = Tangent::at(record, &state, excluded, Bend::Free) else {
+        let Some(own) = state[k].clone() else {
+            continue;
+        };
+        let held = |state: &[Option<Applied>]| state.iter().flatten().cloned().collect::<Vec<_>>();
+        let at = state[..k].iter().flatten().count();
+        let all = held(&state);
+        let Some(tangent) = Tangent::at(record, &all, excluded, Bend::Free) else {
             break;
         };
-        let mut others = state.clone();
-        let own = others.remove(k);
+        let mut others = all.clone();
+        others.remove(at);
         if is_correction(own.effect) {
             let quantity = whole(own.parameters[1]);
             if let Some(found) = again(record, &others, &own, excluded) {
-                state[k] = found.applied;
+                state[k] = Some(found.applied);
             } else if quantity == PERIOD || QUANTITIES.get(quantity) == Some(&"time") {
                 // What another recording was off by at some time is nothing here.
-                state[k].parameters.truncate(4 + KNOTS);
-                state[k].parameters[4..].fill(0.0);
+                let mut flat = own;
+                flat.parameters.truncate(4 + KNOTS);
+                flat.parameters[4..].fill(0.0);
+                state[k] = Some(flat);
             }
             continue;
         }
@@ -63,14 +76,17 @@ pub(crate) fn settled(record: &Record, start: &[Applied], excluded: &[bool]) -> 
             let off = tangent.refitted(record, applied).off;
             0.5 * dot(&off, &off)
         };
-        let now = misfit(&state);
-        if misfit(&others) < now + SHOWN {
+        let (now, without) = (misfit(&all), misfit(&others));
+        if (without - now).abs() < SHOWN {
             continue;
         }
-        let mut next = state.clone();
-        moved(record, &tangent, &mut next, k);
-        if misfit(&next) < now {
-            state = next;
+        let mut next = all;
+        moved(record, &tangent, &mut next, at);
+        let then = misfit(&next);
+        if without < now && without < then + SHOWN {
+            state[k] = None;
+        } else if then < now {
+            state[k] = Some(next.remove(at));
         }
     }
     state

@@ -24,7 +24,10 @@ pub(crate) fn tested(
             let about = effect.about();
             let first = selection.first.iter().find(|f| f.id == about.id);
             let missing = missing(record, swell, about.search.needs);
-            let found = findings.iter().any(|f| f.effect == about.id);
+            // What was only suspected need not be likely.
+            let found = findings
+                .iter()
+                .any(|f| f.effect == about.id && f.is_likely());
             let seen = limit(record, about, first, swell);
             let outcome = if found {
                 Outcome::Found

@@ -1,7 +1,9 @@
 //! `diagnosis.json`: what a diagnosis says, for machines.
 
 use crate::json::Json;
-use dgd_diagnose::{Check, Diagnosis, Finding, HeldOut, Outcome, ParameterEstimate, Tested};
+use dgd_diagnose::{
+    Check, CorrectionCurve, Diagnosis, Finding, HeldOut, Outcome, ParameterEstimate, Tested,
+};
 
 /// Schema of the document that [`write_diagnosis`] writes.
 pub const DIAGNOSIS_SCHEMA: &str = "dgd.diagnosis/1";
@@ -17,6 +19,8 @@ pub fn write_diagnosis(diagnosis: &Diagnosis, warnings: &[String]) -> String {
     document.text("verdict", diagnosis.verdict.name());
     document.list("warnings", warnings.iter().map(Json::text));
     document.list("findings", diagnosis.findings.iter().map(finding));
+    document.list("held", diagnosis.held.iter().map(|id| Json::text(*id)));
+    document.list("suspected", diagnosis.suspected.iter().map(Json::text));
     document.list("tested", diagnosis.tested.iter().map(tested));
     document.list("checks", diagnosis.checks.iter().map(check));
     document.list(
@@ -65,6 +69,7 @@ fn finding(finding: &Finding) -> Json {
     members.text("region", &finding.region);
     let parameters = finding.parameters.iter().filter_map(parameter);
     members.put("parameters", Some(object(parameters)));
+    members.put("curve", finding.curve.as_ref().map(curve));
     members.put("held_out", finding.held_out.as_ref().and_then(held_out));
     members.text("equation_before", &finding.equation_before);
     members.text("equation_after", &finding.equation_after);
@@ -93,6 +98,14 @@ fn parameter(parameter: &ParameterEstimate) -> Option<(String, Json)> {
     members.put("ci95", Json::pair(parameter.ci95));
     members.text("meaning", &parameter.meaning);
     Some((parameter.name.clone(), members.object()))
+}
+
+fn curve(curve: &CorrectionCurve) -> Json {
+    let mut members = Members::default();
+    members.text("along", curve.along);
+    members.text("adds", curve.adds);
+    members.list("knots", curve.knots.iter().filter_map(|k| Json::pair(*k)));
+    members.object()
 }
 
 fn held_out(gain: &HeldOut) -> Option<Json> {

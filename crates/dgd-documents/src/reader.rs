@@ -34,7 +34,7 @@ struct Absent {
 impl Absent {
     fn told(self) -> Problem {
         let help = match self.lines.as_slice() {
-            [only] => format!("add `{only}`"),
+            [only] => format!("add a line such as `{only}`"),
             several => format!("add lines such as\n  {}", several.join("\n  ")),
         };
         Problem {
@@ -105,6 +105,10 @@ impl Notes {
         value: Option<T>,
     ) -> Result<(T, Vec<Problem>), DocumentError> {
         let mut problems = self.problems.into_inner();
+        if !self.absent.borrow().is_empty() {
+            // What is missing may stand there under another name.
+            problems.extend(self.warnings.borrow_mut().drain(..));
+        }
         problems.extend(self.absent.into_inner().into_iter().map(Absent::told));
         match value {
             Some(value) if problems.is_empty() => Ok((value, self.warnings.into_inner())),

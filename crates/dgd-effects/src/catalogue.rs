@@ -63,7 +63,7 @@ pub fn catalogue() -> &'static [&'static dyn Effect] {
 
 pub use unknown::{
     HEAD, INLET_READING, INLETS, KNOTS, METER_FACTOR, OUTLET_READING, OUTLETS, PERIOD, PLACES,
-    Place, QUANTITIES, RISER_READING, SUCTION,
+    Place, QUANTITIES, RISER_READING, SINCE_START, SUCTION,
 };
 
 /// The empirical correction, which stands for what the catalogue does not hold.

@@ -84,9 +84,37 @@ pub struct Parameter {
     /// Standard error of a time for what the form lacks, s, beside what a recording tells of it: found on simulated recordings
     /// (seeds below 1000).
     pub time_error_s: f64,
+    /// The end of its range at which the form is no longer the effect's: an estimate there tells of another cause.
+    pub strange: Option<End>,
+}
+
+/// An end of a parameter's range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum End {
+    /// [`Parameter::low`].
+    Low,
+    /// [`Parameter::high`].
+    High,
 }
 
 impl Parameter {
+    /// Whether a value stands at the strange end of the range, or within a hundredth of the range of it.
+    ///
+    /// ```
+    /// let gel = dgd_effects::find("gel_strength").expect("an effect of the catalogue").about();
+    /// let broken = &gel.parameters[1];
+    /// assert!(broken.is_strange(3.0) && !broken.is_strange(0.2) && !broken.is_strange(0.01));
+    /// ```
+    #[must_use]
+    pub fn is_strange(&self, value: f64) -> bool {
+        let near = 0.01 * (self.high - self.low);
+        match self.strange {
+            None => false,
+            Some(End::Low) => value <= self.low + near,
+            Some(End::High) => value >= self.high - near,
+        }
+    }
+
     /// What is usual: any value from 0, reported as it is carried. Name, meaning and role are for each to say.
     pub const BASE: Self = Self {
         name: "",
@@ -97,6 +125,7 @@ impl Parameter {
         usual: 0.0,
         shown: Shown::AsCarried,
         time_error_s: 0.0,
+        strange: None,
     };
 
     /// The onset, as every effect that sets in has it.

@@ -21,13 +21,16 @@ mod search;
 pub use augmented::{AppliedEffect, AugmentedModel, FreeRun, Inputs, UnknownEffect};
 pub use catalogue::{
     HEAD, INLET_READING, INLETS, KNOTS, METER_FACTOR, OUTLET_READING, OUTLETS, PERIOD, PLACES,
-    Place, QUANTITIES, RISER_READING, SUCTION, catalogue, find, told_apart_by, unknown,
+    Place, QUANTITIES, RISER_READING, SINCE_START, SUCTION, catalogue, find, told_apart_by,
+    unknown,
 };
 pub use curves::{
     Curves, FRICTION_TERMS, HEAD_POWERS, HEAD_TERMS, STANDING_M3_S, Scale, friction_terms,
     head_terms,
 };
-pub use effect::{About, Action, Component, Effect, Extent, MeterPath, Parameter, Relation, Role};
+pub use effect::{
+    About, Action, Component, Effect, End, Extent, MeterPath, Parameter, Relation, Role,
+};
 pub use moment::{Changes, Connection, Moment, Noise, Setting, shrunk};
 pub use order::{Rank, quantile};
 pub use own::{RegisterError, register};

@@ -3,7 +3,7 @@
 use super::fixture::{DT_S, Hidden, INFLUX_S, drilled, recorded};
 use crate::free_run::gains;
 use crate::record::Record;
-use crate::{DiagnoseError, Diagnosis, Options, Outcome, Stage, Verdict, diagnose};
+use crate::{Check, DiagnoseError, Diagnosis, Options, Outcome, Stage, Verdict, diagnose};
 use dgd_effects::AppliedEffect;
 use dgd_identify::Prepared;
 use dgd_recording::Well;
@@ -193,7 +193,7 @@ fn a_hundred_and_ninety_blocks_are_enough_and_fewer_are_refused_with_what_can_be
 #[test]
 fn a_start_is_an_effect_of_the_catalogue_with_all_its_parameters() {
     let sound = sound();
-    let held = fitted(&sound, &[("return_flow_gain", &[0.01])]).unwrap();
+    let held = fitted(&sound, &[("return_flow_gain", &[1e-4])]).unwrap();
     assert_eq!(held.before.effects[0].id, "return_flow_gain");
     for start in [
         ("return_flow_gain", &[0.01, 2.0][..]),
@@ -202,6 +202,18 @@ fn a_start_is_an_effect_of_the_catalogue_with_all_its_parameters() {
         let refused = fitted(&sound, &[start]).unwrap_err();
         assert!(matches!(refused, DiagnoseError::UnknownEffect(_)));
     }
+}
+
+#[test]
+fn a_start_that_the_recording_speaks_against_is_left_out_aloud() {
+    let found = fitted(&sound(), &[("return_flow_gain", &[0.05])]).unwrap();
+    assert!(found.before.effects.is_empty());
+    assert!(found.findings.is_empty(), "{:?}", found.findings);
+    let told = |c: &&Check| {
+        c.detail
+            .contains("return_flow_gain: this recording speaks against it")
+    };
+    assert!(!found.checks.iter().find(told).unwrap().passed);
 }
 
 #[test]

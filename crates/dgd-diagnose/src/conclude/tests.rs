@@ -94,7 +94,11 @@ fn an_effect_is_as_strong_here_from_half_its_strength_to_half_as_strong_again() 
         // A correction has no strength to compare.
         let knots =
             |value| Applied::new(unknown(), vec![value; unknown().about().parameters.len()]);
-        let check = refitted(&[knots(1.0), gain(given)], &[knots(9.0), gain(here)]).unwrap();
+        let check = refitted(
+            &[knots(1.0), gain(given)],
+            &[Some(knots(9.0)), Some(gain(here))],
+        )
+        .unwrap();
         assert_eq!(check.passed, passed, "{}", check.detail);
         let told = format!("unknown, a correction; inflow_gain: gain {given:.3e}, here {here:.3e}");
         assert_eq!(check.detail, told);

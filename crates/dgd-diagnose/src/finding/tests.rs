@@ -1,7 +1,7 @@
 //! Claims about what a finding says, in words and numbers.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::{finding, heaving, region, separating_test};
+use super::{curve, finding, heaving, region, separating_test};
 use crate::claims::fixture::{Hidden, INFLUX_S, drilled, named, steady};
 use crate::diagnosis::{Finding, Simulation};
 use crate::heave::Swell;
@@ -9,8 +9,8 @@ use crate::relations::Applied;
 use crate::select::{Named, Selection};
 use crate::tangent::{Bend, Tangent};
 use dgd_effects::{
-    About, INLET_READING, METER_FACTOR, OUTLETS, PERIOD, PLACES, QUANTITIES, Relation, SUCTION,
-    catalogue, find, told_apart_by, unknown,
+    About, INLET_READING, KNOTS, METER_FACTOR, OUTLETS, PERIOD, PLACES, QUANTITIES, Relation,
+    SINCE_START, SUCTION, catalogue, find, told_apart_by, unknown,
 };
 
 fn nothing_run() -> Simulation {
@@ -118,6 +118,35 @@ fn a_test_is_told_of_a_pair_that_the_catalogue_confuses_and_of_no_other() {
 }
 
 #[test]
+fn what_likely_only_resembles_an_effect_is_told_as_unknown() {
+    let mut named = influx();
+    named.probability = 0.3;
+    for (unknown, resembled) in [(0.49, false), (0.51, true)] {
+        let alternatives = [("line_leak", 0.1), ("unknown", unknown)];
+        named.alternatives = alternatives.map(|(id, p)| (id.to_owned(), p)).to_vec();
+        let told = told(&named);
+        let about = named.applied.effect.about();
+        assert_eq!(told.effect == "unknown", resembled);
+        assert_eq!(told.probability, if resembled { 0.51 } else { 0.3 });
+        assert_eq!(told.parameters.is_empty(), resembled);
+        if resembled {
+            let title = format!(
+                "something outside the catalogue, which looks as if {}",
+                about.title
+            );
+            assert_eq!(told.title, title);
+            let others = [("influx".to_owned(), 0.3), ("line_leak".to_owned(), 0.1)];
+            assert_eq!(told.alternatives, others);
+            assert_eq!(told.equation_after, about.equation);
+            assert_eq!(
+                told.separating_test.as_deref(),
+                told_apart_by("unknown", "influx")
+            );
+        }
+    }
+}
+
+#[test]
 fn a_correction_is_told_by_its_place_and_its_quantity() {
     for (place, quantity) in [
         (INLET_READING, 0),
@@ -164,7 +193,45 @@ fn a_correction_is_told_by_its_place_and_its_quantity() {
         };
         assert_eq!(told.pair, pair);
         assert!(told.parameters.is_empty());
+        let curve = told.curve.unwrap();
+        let (from, to) = (curve.knots[0].0, curve.knots[KNOTS - 1].0);
+        assert_eq!((from, to, curve.knots.len()), (100.0, 2620.0, KNOTS));
+        assert_eq!(
+            curve.adds,
+            if place == METER_FACTOR {
+                "correction_fraction"
+            } else {
+                "correction_pa"
+            }
+        );
+        let stem = along.replace(' ', "_");
+        assert!(
+            curve
+                .along
+                .replace("_its_", "_")
+                .starts_with(&stem.replace("_its_", "_")),
+            "{}",
+            curve.along
+        );
     }
+}
+
+#[test]
+fn knots_along_the_time_since_a_start_are_told_in_seconds() {
+    // Half an hour at the last of three.
+    let mut parameters = vec![2.0, SINCE_START as f64, 0.0, 30.0_f64.ln_1p()];
+    parameters.extend([3e-4, -1e-4, f64::NAN]);
+    let told = curve(&parameters, 2, SINCE_START);
+    assert_eq!(
+        (told.along, told.adds),
+        ("time_since_start_s", "correction_m3_s")
+    );
+    let times: Vec<f64> = told.knots.iter().map(|k| k.0.round()).collect();
+    assert_eq!(
+        times,
+        [0.0, (60.0 * (31.0_f64.sqrt() - 1.0)).round(), 1800.0]
+    );
+    assert_eq!(told.range(), Some((-1e-4, 3e-4)));
 }
 
 #[test]

@@ -36,18 +36,44 @@ fn what_the_recording_shows_is_fitted_to_it() {
     assert!(saved(&record, &start) > 50.0);
     let found = settled(&record, &start, &[]);
     assert_eq!(found.len(), 1);
-    let p = &found[0].parameters;
+    let p = &found[0].as_ref().unwrap().parameters;
     assert!((p[0] / 3e-3 - 1.0).abs() < 0.1, "{p:?}");
 }
 
-/// Eight e-folds.
+/// Eight e-folds either way.
 #[test]
-fn what_it_hardly_shows_or_does_not_stays_as_it_was_given() {
-    for (hidden, given, saves) in [(1.5e-4, 1.5e-4, 4.5..7.5), (0.0, 1e-3, -1e3..0.0)] {
+fn what_it_hardly_shows_stays_as_it_was_given_and_what_it_speaks_against_goes() {
+    for (hidden, given, saves, stays) in [
+        (1.5e-4, 1.5e-4, 4.5..7.5, true),
+        (0.0, 1e-4, -7.5..0.0, true),
+        (0.0, 1e-3, -1e3..-8.0, false),
+    ] {
         let (record, start) = (hiding(hidden), influx(given));
         let saved = saved(&record, &start);
         assert!(saves.contains(&saved), "{saved}");
         let found = settled(&record, &start, &[]);
-        assert_eq!(found[0].parameters, start[0].parameters);
+        let kept = found[0].as_ref().map(|a| &a.parameters);
+        assert_eq!(kept, stays.then_some(&start[0].parameters));
+    }
+}
+
+/// What goes does not take along what stays, whichever comes first.
+#[test]
+fn of_two_effects_the_one_that_is_there_stays() {
+    let record = hiding(3e-3);
+    let [there] = influx(3e-3);
+    let absent = Applied::new(find("return_flow_gain").unwrap(), vec![0.05]);
+    for start in [
+        [there.clone(), absent.clone()],
+        [absent.clone(), there.clone()],
+    ] {
+        let found = settled(&record, &start, &[]);
+        let ids: Vec<_> = found
+            .iter()
+            .flatten()
+            .map(|a| a.effect.about().id)
+            .collect();
+        assert_eq!(ids, ["influx"]);
+        assert_eq!(found.len(), 2);
     }
 }

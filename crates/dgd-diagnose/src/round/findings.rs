@@ -14,7 +14,7 @@ use dgd_effects::PLACES;
 pub(super) const SCALE: f64 = 0.4;
 
 /// What it costs a cause, in e-folds, that it may not be named as it is.
-pub(super) const BARRED: f64 = 1.4;
+pub(crate) const BARRED: f64 = 1.4;
 
 impl Round<'_> {
     /// An effect as a finding, beside the alternatives to it; with the logarithm of the odds that it is none of the catalogue's, if that is

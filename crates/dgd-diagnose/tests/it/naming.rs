@@ -3,7 +3,7 @@
 use super::rig::{answer, case, recorded, screened, tried};
 use dgd_diagnose::{Diagnosis, Finding, Options, Outcome, Verdict, diagnose};
 use dgd_effects::Relation;
-use dgd_plant::{Case, Kind, Level, Order, Severity, conceal};
+use dgd_plant::{Case, Cause, Kind, Level, Order, Severity, conceal};
 
 /// Length that two intervals share over the length of both together.
 fn overlap(a: (f64, f64), b: (f64, f64)) -> f64 {
@@ -80,6 +80,19 @@ fn an_influx_is_named_with_rate_and_interval_and_then_found_no_more() {
     };
     let again = diagnose(&well, &prepared, &options, &mut |_| {}).unwrap();
     assert_eq!(again.verdict, Verdict::Consistent, "{:?}", again.findings);
+}
+
+/// Curves that are fitted without so much of it say that a little would be there with the wrong sign.
+#[test]
+fn wear_that_takes_much_of_the_flow_is_named() {
+    let mut case = case(303, Some("pump_wear"));
+    for cause in &mut case.plan.causes {
+        if let Cause::PumpWear { leak_growth_m3_s2 } = cause {
+            *leak_growth_m3_s2 *= 8.0;
+        }
+    }
+    let found = answer(&case);
+    gains_on_held_out_windows(only(&found, &case));
 }
 
 #[test]

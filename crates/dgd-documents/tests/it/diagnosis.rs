@@ -1,8 +1,8 @@
 //! `diagnosis.json`.
 
 use dgd_diagnose::{
-    Check, Diagnosis, Finding, HeldOut, Outcome, ParameterEstimate, Simulation, Tested, Verdict,
-    Work,
+    Check, CorrectionCurve, Diagnosis, Finding, HeldOut, Outcome, ParameterEstimate, Simulation,
+    Tested, Verdict, Work,
 };
 use dgd_documents::{DIAGNOSIS_SCHEMA, write_diagnosis};
 use dgd_effects::{
@@ -28,6 +28,7 @@ fn finding() -> Finding {
             estimate: 0.0021,
             ci95: (0.0019, 0.0023),
         }],
+        curve: None,
         held_out: Some(HeldOut {
             signal: "riser_level_m".into(),
             rmse_before: 1.9,
@@ -65,6 +66,8 @@ fn diagnosis(findings: Vec<Finding>) -> Diagnosis {
             Verdict::Explained
         },
         findings,
+        held: Vec::new(),
+        suspected: Vec::new(),
         tested: vec![
             Tested {
                 effect: "heave",
@@ -180,6 +183,23 @@ fn a_finding_has_the_members_that_the_schema_promises() {
     assert_eq!(value["tested"][1]["reason"], "no \"restart\"\n");
     assert_eq!(value["checks"][0]["passed"], true);
     assert_eq!(value["settings"]["engine"], "1");
+}
+
+#[test]
+fn a_correction_has_its_curve_and_no_number_that_is_none() {
+    let curve = CorrectionCurve {
+        along: "time_s",
+        adds: "correction_pa",
+        knots: vec![(0.0, 12.5), (60.0, f64::NAN), (120.0, -3.0)],
+    };
+    let correction = Finding {
+        curve: Some(curve),
+        ..finding()
+    };
+    let value = read(&diagnosis(vec![correction, finding()]));
+    let told = json!({ "along": "time_s", "adds": "correction_pa", "knots": [[0.0, 12.5], [120.0, -3.0]] });
+    assert_eq!(value["findings"][0]["curve"], told);
+    assert!(value["findings"][1].get("curve").is_none());
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Gel that builds while the mud stands and breaks with the volume pumped on restart.
 
 use crate::{
-    About, Action, Belief, Component, Effect, Excitation, Extent, Parameter, Relation, Role,
+    About, Action, Belief, Component, Effect, End, Excitation, Extent, Parameter, Relation, Role,
     Search, Setting,
 };
 
@@ -38,6 +38,8 @@ static ABOUT: About = About {
             low: 0.01,
             high: 3.0,
             usual: 0.2,
+            // What breaks with three fillings of the line is no gel.
+            strange: Some(End::High),
             ..Parameter::BASE
         },
         Parameter {

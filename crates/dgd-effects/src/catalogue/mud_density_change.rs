@@ -2,7 +2,8 @@
 
 use crate::moment::{MIXING_LEAST, Stirred};
 use crate::{
-    About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
+    About, Action, Belief, Component, Effect, End, Extent, Parameter, Relation, Role, Search,
+    Setting,
 };
 
 /// See the module.
@@ -49,6 +50,8 @@ static ABOUT: About = About {
             low: 0.1,
             high: 3.0,
             usual: 0.7,
+            // What is there at once has not been pumped through the riser.
+            strange: Some(End::Low),
             ..Parameter::BASE
         },
         Parameter {

@@ -172,10 +172,13 @@ pub const QUANTITIES: [&str; 9] = [
     "pump speed",
     "time since the pump started",
     "rate of the return flow",
-    "time of a period",
+    "time within its period",
 ];
 
-/// Place of the time of a period in [`QUANTITIES`]: knots go from the beginning of the first one to its end, and round again.
+/// Place of the time since the pump started in [`QUANTITIES`]: knots lie evenly along `ln(1 + minutes)`.
+pub const SINCE_START: usize = 6;
+
+/// Place of the time within its period in [`QUANTITIES`]: knots go from the beginning of the first one to its end, and round again.
 pub const PERIOD: usize = 8;
 
 const fn knot(name: &'static str) -> Parameter {
@@ -299,7 +302,7 @@ impl Effect for Unknown {
                 3 => at.booster_m3_s,
                 4 => at.flow_m3_s,
                 5 => at.speed_pct,
-                6 => (since / 60.0).ln_1p(),
+                SINCE_START => (since / 60.0).ln_1p(),
                 7 => (at.flow_m3_s - now) / 20.0,
                 PERIOD => from + (at.t_s - from).rem_euclid(to - from),
                 _ => return,

@@ -1,7 +1,8 @@
 //! Viscosity, and with it friction, drifts over hours.
 
 use crate::{
-    About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
+    About, Action, Belief, Component, Effect, End, Extent, Parameter, Relation, Role, Search,
+    Setting,
 };
 
 /// Viscosity of a drilling mud at pipe shear rates; the well file does not tell it.
@@ -55,6 +56,8 @@ static ABOUT: About = About {
             low: -0.9,
             high: 3.0,
             usual: 0.0,
+            // What comes in the last quarter alone does not drift, it sets in.
+            strange: Some(End::High),
             ..Parameter::BASE
         },
     ],

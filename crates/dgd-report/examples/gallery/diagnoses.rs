@@ -1,8 +1,8 @@
 //! Diagnoses made by hand, one of each kind.
 
 use dgd_diagnose::{
-    Check, Diagnosis, Finding, HeldOut, Outcome, ParameterEstimate, Signal, Simulation, Tested,
-    Trace, Verdict, Work,
+    Check, CorrectionCurve, Diagnosis, Finding, HeldOut, Outcome, ParameterEstimate, Signal,
+    Simulation, Tested, Trace, Verdict, Work,
 };
 use dgd_effects::{
     AppliedEffect, AugmentedModel, Connection, Curves, FRICTION_TERMS, HEAD_TERMS, Noise as Sigma,
@@ -59,6 +59,7 @@ pub(crate) fn class(hours: u32) -> Diagnosis {
                 (0.43 * end, 0.47 * end),
             ),
         ],
+        curve: None,
         held_out: Some(HeldOut {
             signal: "riser_level_m".to_owned(),
             rmse_before: 0.61,
@@ -94,12 +95,15 @@ pub(crate) fn unknown(hours: u32) -> Diagnosis {
             (0.7 * end, 0.86 * end),
         ],
         region: "return flow below 1,200 L/min, pump speed 31 to 42 %".to_owned(),
-        parameters: vec![parameter(
-            "drop_pa",
-            "largest correction of the friction",
-            6.4e4,
-            (5.1e4, 7.8e4),
-        )],
+        parameters: Vec::new(),
+        curve: Some(CorrectionCurve {
+            along: "return_flow_m3_s",
+            adds: "correction_pa",
+            knots: (0..12)
+                .map(|k| (f64::from(k), 0.004 * f64::from(k)))
+                .map(|(k, q)| (q, 6.4e4 * (-0.35 * k).exp() * (0.9 * k).cos()))
+                .collect(),
+        }),
         held_out: Some(HeldOut {
             signal: "pump_outlet_pressure_pa".to_owned(),
             rmse_before: 5.2e4,
@@ -107,7 +111,7 @@ pub(crate) fn unknown(hours: u32) -> Diagnosis {
             improvement_ci95: (0.47, 0.63),
         }),
         equation_before: "p_out = p_0 + rho g L + F(q)".to_owned(),
-        equation_after: "p_out = p_0 + rho g L + F(q) + s(q, w)".to_owned(),
+        equation_after: "p_out = p_0 + rho g L + F(q) + f(return flow)".to_owned(),
         source: "empirical, smooth in flow and speed".to_owned(),
         evidence: 31.4,
         hurdle: 9.0,
@@ -142,6 +146,7 @@ pub(crate) fn two(hours: u32) -> Diagnosis {
             12.6,
             (12.1, 13.2),
         )],
+        curve: None,
         held_out: Some(HeldOut {
             signal: "return_flow_m3_s".to_owned(),
             rmse_before: 1.9e-3,
@@ -193,6 +198,7 @@ fn influx(hours: u32) -> Finding {
                 (0.23 * end, 0.25 * end),
             ),
         ],
+        curve: None,
         held_out: Some(HeldOut {
             signal: "riser_level_m".to_owned(),
             rmse_before: 1.93,
@@ -249,6 +255,8 @@ fn made(hours: u32, verdict: Verdict, findings: Vec<Finding>) -> Diagnosis {
         .collect();
     Diagnosis {
         verdict,
+        held: Vec::new(),
+        suspected: Vec::new(),
         tested: tested(&findings),
         findings,
         checks,

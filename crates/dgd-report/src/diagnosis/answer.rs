@@ -90,7 +90,12 @@ fn nothing(diagnosis: &Diagnosis) -> String {
             ": {seen} effects were looked for, none was seen, and {not} could not be tested on it"
         ),
     };
-    format!("Nothing is left out that this recording could show{numbers}.")
+    match words::held(diagnosis) {
+        None => format!("Nothing is left out that this recording could show{numbers}."),
+        Some(held) => format!(
+            "Nothing is left out that this recording could show, beyond what the model to start from holds, that {held}{numbers}."
+        ),
+    }
 }
 
 /// What a partial verdict adds where no finding says it.

@@ -79,6 +79,12 @@ fn tested(diagnosis: &Diagnosis, html: &mut Html) {
             .iter()
             .map(|t| row(t, !diagnosis.findings.is_empty()))
             .collect();
+        if !diagnosis.suspected.is_empty() {
+            html.paragraph(&format!(
+                "Only what was suspected was searched for ({}); every other effect was weighed by itself alone, before anything was named.",
+                diagnosis.suspected.join(", ")
+            ));
+        }
         html.table(
             "The smallest size is the strength that this recording would have shown beside what is found. The evidence is each effect's alone, when it was first weighed, beside what it needed then: sound rigs reach less. What exceeded that, and explains nothing beside what is found, is not needed.",
             &[
@@ -178,7 +184,7 @@ fn settings(diagnosis: &Diagnosis, html: &mut Html) {
             .map(|e| e.id.as_str())
             .collect();
         pairs.push((
-            "Effects in the model from the start".to_owned(),
+            "Effects in the model without the findings".to_owned(),
             ids.join(", "),
         ));
     }

@@ -1,11 +1,12 @@
 //! The relation as the base model has it and with the effect, and what was estimated.
 
 use dgd_diagnose::{Diagnosis, Finding};
+use dgd_effects::{About, find};
 
 use super::html::{Cell, Html};
 use super::quantity::split;
-use super::words::{capital, is_unknown, title};
-use super::{glossary, letter, plain};
+use super::words::{capital, held_title, is_unknown, title};
+use super::{correction, glossary, letter, plain};
 
 /// The relations of the base model, for a page without findings.
 const BASE: [(&str, &str); 4] = [
@@ -19,15 +20,21 @@ const BASE: [(&str, &str); 4] = [
 ];
 
 pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
+    let held: Vec<&About> = (diagnosis.held.iter())
+        .filter_map(|id| find(id).map(|effect| effect.about()))
+        .collect();
     if diagnosis.findings.is_empty() {
-        html.paragraph("Nothing was added; the relations stand as the base model has them.");
+        html.paragraph(if held.is_empty() {
+            "Nothing was added; the relations stand as the base model has them."
+        } else {
+            "Nothing was added; the relations stand as the model to start from has them."
+        });
         for (name, equation) in BASE {
-            html.open("div", "equation base")
-                .element("span", "side", name)
-                .mathml(&plain::formula(equation))
-                .close("div");
+            base(name, equation, html);
         }
-        glossary::write(BASE.map(|(_, equation)| equation), html);
+        given(&held, html);
+        let equations = BASE.iter().map(|(_, equation)| *equation);
+        glossary::write(equations.chain(held.iter().map(|a| a.equation)), html);
         html.small(
             "Source: Slettebø 2015, Eqs. 3.13, 2.27, 3.45 and 3.46, with the friction F(q) and the head H(w, q) as \
              smooth curves fitted to the recording.",
@@ -37,11 +44,32 @@ pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
     for (index, finding) in diagnosis.findings.iter().enumerate() {
         one(index, finding, html);
     }
+    given(&held, html);
     let equations = diagnosis.findings.iter();
     glossary::write(
-        equations.flat_map(|f| [f.equation_before.as_str(), f.equation_after.as_str()]),
+        equations
+            .flat_map(|f| [f.equation_before.as_str(), f.equation_after.as_str()])
+            .chain(held.iter().map(|a| a.equation)),
         html,
     );
+}
+
+fn base(name: &str, equation: &str, html: &mut Html) {
+    html.open("div", "equation base")
+        .element("span", "side", name)
+        .mathml(&plain::formula(equation))
+        .close("div");
+}
+
+/// What the model to start from holds, with its equations.
+fn given(held: &[&About], html: &mut Html) {
+    for about in held {
+        html.paragraph(&format!(
+            "The model to start from holds that {}.",
+            held_title(about.id)
+        ));
+        base("Held", about.equation, html);
+    }
 }
 
 fn one(index: usize, finding: &Finding, html: &mut Html) {
@@ -64,9 +92,14 @@ fn one(index: usize, finding: &Finding, html: &mut Html) {
             finding.source.trim_end_matches('.')
         ));
     }
-    if is_unknown(finding) {
+    if let Some(curve) = &finding.curve {
         html.paragraph(
             "The correction is empirical: it has the shape that the residual shows, no physical cause is claimed.",
+        );
+        correction::picture(curve, html);
+    } else if is_unknown(finding) {
+        html.paragraph(
+            "The equation only comes near: an effect of the catalogue explains much of it, and in a form that does not hold. No physical cause is claimed.",
         );
     }
     if finding.parameters.is_empty() {

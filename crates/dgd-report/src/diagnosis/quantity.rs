@@ -31,8 +31,9 @@ const STRESS: Unit = Unit {
 };
 
 /// Suffix of a name, shown unit, factor; longer suffixes first.
-const SUFFIXES: [(&str, &str, f64); 13] = [
+const SUFFIXES: [(&str, &str, f64); 14] = [
     ("_m3_s_pa", "L/min/bar", 6e9),
+    ("_m3_s2", "L/min/s", 6e4),
     ("_kg_m3", "kg/m³", 1.0),
     ("_m3_s", "L/min", 6e4),
     ("_m_s", "mm/s", 1e3),

@@ -93,6 +93,21 @@ pub(super) fn title_of(id: &str) -> String {
     )
 }
 
+/// The effects of the model to start from, if it holds any.
+pub(super) fn held(diagnosis: &Diagnosis) -> Option<String> {
+    let titles: Vec<String> = diagnosis.held.iter().map(|id| held_title(id)).collect();
+    (!titles.is_empty()).then(|| listed(&titles, "and"))
+}
+
+/// An effect of the model to start from, as a clause.
+pub(super) fn held_title(id: &str) -> String {
+    if id == "unknown" {
+        "an empirical correction acts".to_owned()
+    } else {
+        title_of(id)
+    }
+}
+
 /// The finding's own words, or those of the catalogue.
 pub(super) fn title(finding: &Finding) -> String {
     if finding.title.trim().is_empty() {

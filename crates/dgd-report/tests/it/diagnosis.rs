@@ -1,6 +1,7 @@
 use std::collections::HashSet;
 
 use dgd_diagnose::{Diagnosis, Finding, Outcome, Signal, Trace, Verdict};
+use dgd_effects::find;
 use dgd_report::diagnosis_page;
 
 use crate::diagnoses;
@@ -97,8 +98,34 @@ fn every_verdict_has_every_section_and_both_pictures() {
             .filter_map(|n| n.text())
             .collect();
         assert_eq!(headings, SECTIONS, "{name}");
-        assert_eq!(assert_pictures(name, &html), 2, "{name}");
+        let curves = diagnosis.findings.iter().filter(|f| f.curve.is_some());
+        assert_eq!(assert_pictures(name, &html), 2 + curves.count(), "{name}");
         assert!(words(&html).contains("dgd diagnose rig.mat --well well.toml"));
+    }
+}
+
+#[test]
+fn what_the_model_to_start_from_holds_is_told_with_its_equation() {
+    for (name, mut diagnosis) in diagnoses::all(2) {
+        let without = page(&diagnosis);
+        assert!(!words(&without).contains("model to start from"), "{name}");
+        diagnosis.held = vec!["lost_circulation"];
+        let html = page(&diagnosis);
+        let told = words(&html);
+        let title = "mud is lost to the formation, driven by pressure";
+        assert!(
+            told.contains(&format!("The model to start from holds that {title}.")),
+            "{name}"
+        );
+        let equation = find("lost_circulation").unwrap().about().equation;
+        let alternative = format!("alttext=\"{equation}\"");
+        let count = |html: &str| html.matches(&alternative).count();
+        assert_eq!(count(&html), count(&without) + 1, "{name}");
+        if diagnosis.findings.is_empty() {
+            assert!(told.contains(&format!(
+                "beyond what the model to start from holds, that {title}"
+            )));
+        }
     }
 }
 
@@ -145,6 +172,9 @@ fn the_wording_climbs_with_what_is_known() {
         finding.probability = 0.08;
         finding.alternatives.clear();
     }
+    suspected.suspected = vec!["return_flow_delay".to_owned(), "influx".to_owned()];
+    let told = words(&page(&suspected));
+    assert!(told.contains("Only what was suspected was searched for (return_flow_delay, influx)"));
     let one = says(&suspected);
     assert!(
         one.starts_with("Left out of the friction of the return line"),
@@ -274,8 +304,13 @@ fn poison(finding: &mut Finding) {
     }
     finding.alternatives = vec![(HOSTILE.to_owned(), 0.3)];
     finding.separating_test = Some(HOSTILE.to_owned());
-    finding.parameters[0].name = HOSTILE.to_owned();
-    finding.parameters[0].meaning = HOSTILE.to_owned();
+    if let Some(parameter) = finding.parameters.first_mut() {
+        parameter.name = HOSTILE.to_owned();
+        parameter.meaning = HOSTILE.to_owned();
+    }
+    if let Some(curve) = &mut finding.curve {
+        (curve.along, curve.adds) = (HOSTILE, HOSTILE);
+    }
     finding.held_out.as_mut().unwrap().signal = HOSTILE.to_owned();
 }
 
@@ -328,6 +363,15 @@ fn spoil(diagnosis: &mut Diagnosis, bad: f64) {
         for p in &mut finding.parameters {
             p.estimate = bad;
             p.ci95 = (bad, bad);
+        }
+        if let Some(curve) = &mut finding.curve {
+            for (k, knot) in curve.knots.iter_mut().enumerate() {
+                *knot = if k % 2 == 0 {
+                    (bad, 1.0)
+                } else {
+                    (knot.0, bad)
+                };
+            }
         }
         if let Some(held) = &mut finding.held_out {
             held.rmse_before = bad;
@@ -416,7 +460,15 @@ fn nasty_values_in_sound_time_are_drawn_or_left_out() {
             sow(&mut signal.before);
             sow(&mut signal.after);
         }
-        assert_eq!(assert_pictures(name, &page(&diagnosis)), 2, "{name}");
+        for finding in &mut diagnosis.findings {
+            if let Some(curve) = &mut finding.curve {
+                curve.knots[3].1 = f64::NAN;
+                curve.knots[5].1 = f64::MAX;
+            }
+        }
+        let curves = diagnosis.findings.iter().filter(|f| f.curve.is_some());
+        let pictures = 2 + curves.count();
+        assert_eq!(assert_pictures(name, &page(&diagnosis)), pictures, "{name}");
     }
 }
 
@@ -438,6 +490,9 @@ fn empty_and_unequal_series_are_still_a_page() {
         diagnosis.held_out_s.clear();
         for finding in &mut diagnosis.findings {
             finding.parameters.clear();
+            if let Some(curve) = &mut finding.curve {
+                curve.knots.truncate(1);
+            }
             finding.held_out = None;
             finding.intervals_s.clear();
             finding.alternatives.clear();

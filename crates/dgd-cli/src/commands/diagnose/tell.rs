@@ -1,7 +1,9 @@
 //! The answer of a diagnosis for the terminal: one sentence, the findings, what was tested, the files.
 
 use crate::say::{TextTable, brief, count};
-use dgd_diagnose::{Diagnosis, Finding, HeldOut, Outcome, Signal, Tested, Verdict};
+use dgd_diagnose::{
+    CorrectionCurve, Diagnosis, Finding, HeldOut, Outcome, Signal, Tested, Verdict,
+};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -83,7 +85,13 @@ fn sentence(diagnosis: &Diagnosis) -> String {
                 off.join(", ")
             )
         };
-        return format!("consistent, nothing is left out that this recording could show{off}");
+        let beyond = match diagnosis.held.join(", ") {
+            none if none.is_empty() => none,
+            held => format!(", beyond what the model to start from holds ({held})"),
+        };
+        return format!(
+            "consistent, nothing is left out that this recording could show{beyond}{off}"
+        );
     };
     let lead = match diagnosis.verdict {
         Verdict::Consistent => "consistent",
@@ -153,6 +161,9 @@ fn tell_finding(
             format!("{}: {}", sized(&p.name, p.estimate, p.ci95), p.meaning),
         )?;
     }
+    if let Some(told) = finding.curve.as_ref().and_then(curve) {
+        line("size", told)?;
+    }
     let others: Vec<String> = finding
         .alternatives
         .iter()
@@ -170,6 +181,20 @@ fn tell_finding(
         line("apart by", test.clone())?;
     }
     writeln!(text)
+}
+
+/// Between what a correction runs, and along what.
+fn curve(curve: &CorrectionCurve) -> Option<String> {
+    let (low, high) = curve.range()?;
+    let ((from, _), (to, _)) = (curve.knots.first()?, curve.knots.last()?);
+    let told = |name, low: f64, high: f64| {
+        let (stem, factor, unit) = split(name);
+        let ends = format!("{} to {} {unit}", brief(low * factor), brief(high * factor));
+        (stem, ends.trim_end().to_owned())
+    };
+    let (stem, adds) = told(curve.adds, low, high);
+    let (along, range) = told(curve.along, *from, *to);
+    Some(format!("{stem} {adds} along {along}, {range}"))
 }
 
 /// With what a run is the better.
@@ -230,10 +255,10 @@ fn intervals(intervals_s: &[(f64, f64)], span_s: (f64, f64)) -> String {
 fn tell_tested(text: &mut String, diagnosis: &Diagnosis) -> std::fmt::Result {
     let of =
         |wanted: fn(&Outcome) -> bool| diagnosis.tested.iter().filter(move |t| wanted(&t.outcome));
-    let refuted = diagnosis.findings.iter().filter(|f| !f.is_likely()).count();
-    let found = of(|o| matches!(o, Outcome::Found))
-        .count()
-        .saturating_sub(refuted);
+    if !diagnosis.suspected.is_empty() {
+        return tell_suspected(text, diagnosis);
+    }
+    let found = of(|o| matches!(o, Outcome::Found)).count();
     let unseen = || of(|o| matches!(o, Outcome::NotSeen));
     let blind: Vec<&Tested> = of(|o| matches!(o, Outcome::NotTestable(_))).collect();
     if diagnosis.tested.is_empty() {
@@ -261,22 +286,37 @@ fn tell_tested(text: &mut String, diagnosis: &Diagnosis) -> std::fmt::Result {
         0 => String::new(),
         n => format!("{n} not needed beside that, "),
     };
-    let unlikely = match refuted {
-        0 => String::new(),
-        n => format!("{n} less likely than not, "),
-    };
     writeln!(
         text,
-        "tested {all} effects: {found} found, {unlikely}{beside}{} not seen, {} that this recording cannot show",
+        "tested {all} effects: {found} found, {beside}{} not seen, {} that this recording cannot show",
         unseen().count() - not_needed,
         blind.len()
     )?;
-    for one in blind {
-        if let Outcome::NotTestable(reason) = &one.outcome {
-            writeln!(text, "  cannot be shown: {}: {reason}", one.effect)?;
+    blind.into_iter().try_for_each(|one| tell_blind(text, one))
+}
+
+fn tell_blind(text: &mut String, one: &Tested) -> std::fmt::Result {
+    match &one.outcome {
+        Outcome::NotTestable(reason) => {
+            writeln!(text, "  cannot be shown: {}: {reason}", one.effect)
         }
+        _ => Ok(()),
     }
-    Ok(())
+}
+
+/// How what was suspected fared: nothing else was searched for, only weighed before anything was named.
+fn tell_suspected(text: &mut String, diagnosis: &Diagnosis) -> std::fmt::Result {
+    let suspected = |t: &&Tested| diagnosis.suspected.iter().any(|id| id == t.effect);
+    let (likely, unlikely): (Vec<_>, Vec<_>) =
+        diagnosis.findings.iter().partition(|f| f.is_likely());
+    writeln!(
+        text,
+        "looked for {} alone: {} found, {} less likely than not; without --suspect all effects are looked for",
+        diagnosis.suspected.join(" and "),
+        likely.len(),
+        unlikely.len(),
+    )?;
+    (diagnosis.tested.iter().filter(suspected)).try_for_each(|one| tell_blind(text, one))
 }
 
 /// Error of the model without findings on the held-out samples that the screening trusts.
@@ -321,8 +361,11 @@ fn sized(name: &str, value: f64, (low, high): (f64, f64)) -> String {
 
 /// What a name such as `rate_m3_s` calls, and the unit that people read with its factor: `rate`, 60,000, `L/min`.
 fn split(name: &str) -> (String, f64, &'static str) {
-    const UNITS: [(&str, f64, &str); 9] = [
+    const UNITS: [(&str, f64, &str); 12] = [
         ("_m3_s_pa", 6e9, "L/min/bar"),
+        ("_m3_s2", 6e4, "L/min/s"),
+        ("_fraction", 100.0, "%"),
+        ("_pct", 1.0, "%"),
         ("_kg_m3", 1.0, "kg/m3"),
         ("_m3_s", 6e4, "L/min"),
         ("_m_s", 1e3, "mm/s"),

@@ -5,8 +5,8 @@ use super::{DIAGNOSIS, MODEL, REPORT, SIMULATION, Search, command, tell, write};
 use crate::args::Source;
 use crate::failure::Failure;
 use dgd_diagnose::{
-    Check, Diagnosis, Finding, HeldOut, Outcome, ParameterEstimate, Signal, Simulation, Step,
-    Tested, Verdict, Work,
+    Check, CorrectionCurve, Diagnosis, Finding, HeldOut, Outcome, ParameterEstimate, Signal,
+    Simulation, Step, Tested, Verdict, Work,
 };
 use dgd_documents::{Base, read_model_document};
 use dgd_effects::{
@@ -51,6 +51,7 @@ fn kick() -> Finding {
             estimate: 0.0021,
             ci95: (0.0019, 0.0023),
         }],
+        curve: None,
         held_out: Some(HeldOut {
             signal: "riser_level_m".into(),
             rmse_before: 1.9,
@@ -107,6 +108,8 @@ fn diagnosis(findings: Vec<Finding>) -> Diagnosis {
             Verdict::Explained
         },
         findings,
+        held: Vec::new(),
+        suspected: Vec::new(),
         tested: vec![
             Tested {
                 effect: "heave",
@@ -258,6 +261,27 @@ fn a_finding_is_told_first_and_then_with_its_numbers() {
 }
 
 #[test]
+fn a_correction_is_told_by_what_its_curve_spans() {
+    let correction = Finding {
+        parameters: Vec::new(),
+        curve: Some(CorrectionCurve {
+            along: "pump_speed_pct",
+            adds: "correction_fraction",
+            knots: vec![(40.0, -0.02), (55.0, 0.01), (70.0, 0.005)],
+        }),
+        ..kick()
+    };
+    let told = tell::tell(
+        &diagnosis(vec![correction]),
+        &[],
+        "rig.mat",
+        Path::new("out"),
+    );
+    let size = "   size     correction -2 to 1 % along pump speed, 40 to 70 %\n";
+    assert!(told.contains(size), "{told}");
+}
+
+#[test]
 fn a_consistent_recording_is_told_with_what_would_have_been_seen() {
     let told = tell::tell(&diagnosis(Vec::new()), &[], "rig.mat", Path::new("out"));
     let mut lines = told.lines();
@@ -269,6 +293,14 @@ fn a_consistent_recording_is_told_with_what_would_have_been_seen() {
     assert!(second.contains("riser level 0.5 m"), "{second}");
     assert!(told.contains("heave"), "{told}");
     assert!(told.contains("0.009  bar  amplitude"), "{told}");
+    let mut started = diagnosis(Vec::new());
+    started.held = vec!["influx", "heave"];
+    let told = tell::tell(&started, &[], "rig.mat", Path::new("out"));
+    let first = told.lines().next().unwrap();
+    assert!(
+        first.ends_with("beyond what the model to start from holds (influx, heave)"),
+        "{first}"
+    );
 }
 
 #[test]
@@ -303,9 +335,12 @@ fn a_suspect_that_is_unlikely_is_told_as_one() {
     };
     let mut suspected = diagnosis(vec![unlikely()]);
     suspected.verdict = Verdict::Consistent;
+    suspected.suspected = vec!["influx".into()];
     let told = tell::tell(&suspected, &[], "rig.mat", Path::new("out"));
     let said = "rig.mat: consistent, what was suspected is less likely than not: formation fluid";
     assert!(told.starts_with(said), "{told}");
+    let said = "looked for influx alone: 0 found, 1 less likely than not;";
+    assert!(told.contains(said) && !told.contains("tested"), "{told}");
     let one_of_two = diagnosis(vec![kick(), unlikely()]);
     let told = tell::tell(&one_of_two, &[], "rig.mat", Path::new("out"));
     let said = "rig.mat: explained, formation fluid enters the well; what was suspected is less \
