@@ -17,7 +17,7 @@ use dgd_ingest::{Format, ReadOptions};
 use dgd_recording::{Issue, Recording, RecordingError, Table, Well};
 use dgd_replay::ReplayError;
 use dgd_screen::Suspicion;
-use joined::Dated;
+use joined::Joint;
 use std::fs::File;
 use std::io::Read;
 use std::ops::{Deref, Range};
@@ -202,16 +202,14 @@ pub(crate) fn read_recordings(
 ) -> Result<Loaded, Failure> {
     let mut loaded: Option<Loaded> = None;
     let mut suspected: Vec<Suspicion> = Vec::new();
-    let mut last: Option<Dated> = None;
+    let mut joint = Joint::default();
     for (index, path) in paths.iter().enumerate() {
-        if paths[..index].contains(path) {
-            warn!("{} is named twice: its samples count twice", path.display());
-        }
-    }
-    for path in paths {
         let (format, mut table) = read_table(path, progress)?;
         let mut issues = std::mem::take(&mut table.issues);
-        let begins_ns = table.origin_ns();
+        let began = table.began(&well.channels.time);
+        if began.is_none() && paths[..index].contains(path) {
+            warn!("{} is named twice: its samples count twice", path.display());
+        }
         let (recording, mapping) =
             Recording::from_table(table, well).map_err(|e| well.unmapped(path, &e))?;
         let samples = recording.len();
@@ -222,13 +220,13 @@ pub(crate) fn read_recordings(
             &mut suspected,
             dgd_screen::suspect(&recording, step_s, well),
         );
-        let dated = begins_ns.map(|ns| Dated::of(path, ns, &recording));
         let issues: Vec<_> = issues
             .into_iter()
             .map(|issue| (path.clone(), issue))
             .collect();
         match &mut loaded {
             None => {
+                joint = Joint::of(path, began, &recording);
                 loaded = Some(Loaded {
                     recording,
                     step_s,
@@ -247,20 +245,13 @@ pub(crate) fn read_recordings(
                     );
                     return Err(Failure::input(path, reason));
                 }
-                let known = last.as_ref().zip(dated.as_ref());
-                let apart = known.map(|(last, dated)| dated.behind(last, step_s));
-                let left_out = joined::append(
-                    &mut all.recording,
-                    recording,
-                    step_s,
-                    (path, apart.transpose()?),
-                )?;
-                all.samples += samples - left_out;
+                let left_out =
+                    joint.append(&mut all.recording, recording, step_s, (path, began))?;
+                all.samples += samples.saturating_sub(left_out);
                 all.formats.push(format);
                 all.issues.extend(issues);
             }
         }
-        last = dated;
     }
     for (path, issue) in loaded.iter().flat_map(|l| &l.issues) {
         warn!("{}: {issue}", path.display());
@@ -323,21 +314,34 @@ impl Loaded {
 impl Described {
     /// A recording that the channel map does not fit, with the line of the map.
     fn unmapped(&self, recording: &Path, error: &RecordingError) -> Failure {
-        let channel = match error {
-            RecordingError::NoColumn { channel, .. } => Some(channel),
-            RecordingError::SharedColumn { second, .. } => Some(second),
-            _ => None,
+        let channels: Vec<&str> = match error {
+            RecordingError::NoColumn { absent, .. } => {
+                absent.iter().map(|a| a.channel.as_str()).collect()
+            }
+            RecordingError::SharedColumn { second, .. } => vec![second],
+            _ => Vec::new(),
         };
-        let line = channel.and_then(|channel| {
-            // `pump_inlet_pressure 2` is the second of its list.
-            let (key, number) = channel.split_once(' ').unwrap_or((channel, ""));
-            let transmitter = number.parse().ok().and_then(|n: usize| n.checked_sub(1));
-            dgd_documents::well_line(&self.text, "channels", key, transmitter)
-        });
+        let lines: Vec<String> = (channels.iter())
+            .filter_map(|channel| {
+                // `pump_inlet_pressure 2` is the second of its list.
+                let (key, number) = channel.split_once(' ').unwrap_or((channel, ""));
+                let transmitter = number.parse().ok().and_then(|n: usize| n.checked_sub(1));
+                dgd_documents::well_line(&self.text, "channels", key, transmitter)
+            })
+            .map(|line| line.to_string())
+            .collect();
+        let description = self.path.display();
         Failure::Input {
             path: recording.to_owned(),
             reason: error.to_string(),
-            help: line.map(|line| format!("it is mapped in {}, line {line}", self.path.display())),
+            help: match lines.as_slice() {
+                [] => None,
+                [line] => Some(format!("it is mapped in {description}, line {line}")),
+                lines => Some(format!(
+                    "they are mapped in {description}, lines {}",
+                    lines.join(", ")
+                )),
+            },
         }
     }
 

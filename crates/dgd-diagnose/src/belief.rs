@@ -120,7 +120,23 @@ mod tests {
         // What it was doubted for already counts as well.
         let mut twice = gel(2.99);
         doubt(&mut twice);
-        assert_eq!(twice.alternatives.len(), 2);
+        let ids =
+            |one: &Named| -> Vec<String> { one.alternatives.iter().map(|a| a.0.clone()).collect() };
+        assert_eq!(ids(&twice), ids(&strange));
+        assert!((twice.probability / strange.probability - 0.198).abs() < 1e-3);
+        let all: f64 = twice.alternatives.iter().map(|a| a.1).sum();
+        assert!((twice.probability + all - 0.95).abs() < 1e-12);
+        // Each has its own end.
+        let strange = |id: &str, parameters: &[f64]| {
+            let mut one = named(40.0, 0.9, 0.05);
+            one.applied = Applied::new(find(id).expect("of the catalogue"), parameters.to_vec());
+            doubt(&mut one);
+            one.probability < 0.5
+        };
+        assert!(strange("mud_density_change", &[20.0, 3600.0, 0.1, 1.0]));
+        assert!(!strange("mud_density_change", &[20.0, 3600.0, 3.0, 1.0]));
+        assert!(strange("viscosity_drift", &[0.3, 3.0]));
+        assert!(!strange("viscosity_drift", &[0.3, -0.9]));
     }
 
     #[test]

@@ -15,7 +15,7 @@ use crate::heave::swell;
 use crate::held_out::{held_out, model, trained};
 use crate::placebo::placebo;
 use crate::record::{MASS_BLOCKS, Record};
-use crate::refine::settled;
+use crate::refine::{settled, unshown};
 use crate::relations::{Applied, Blocks, Rows};
 use crate::scan::allowances_with;
 use crate::select::{Named, Sought, select};
@@ -96,6 +96,8 @@ pub fn diagnose(
     };
     let here = settled(&record, &given, &[]);
     let known: Vec<Applied> = here.iter().flatten().cloned().collect();
+    let kept = given.iter().zip(&here).filter(|(_, here)| here.is_some());
+    let kept: Vec<Applied> = kept.map(|(given, _)| given.clone()).collect();
     let mut selection = select(&record, &known, sought, |round| {
         progress(Stage::Screening(round))
     })
@@ -103,22 +105,16 @@ pub fn diagnose(
     if record.takes(Step::Calibration) {
         calibrate(&mut selection.named);
     }
+    selection.named.iter_mut().for_each(doubt);
     if let Sought::Any(_) = sought {
-        selection.named.iter_mut().for_each(doubt);
         // What is more likely not there is weighed under what was tested, and neither claimed nor modelled.
         selection.named.retain(|n| likely(n) >= 0.5);
     }
     progress(Stage::Fitting);
     let span = record.setting.span_s;
-    let intervals: Vec<(f64, f64)> = selection
-        .named
-        .iter()
-        .map(|n| {
-            n.applied
-                .effect
-                .about()
-                .interval_s(&n.applied.parameters, span)
-        })
+    let acting = selection.named.iter().map(|n| &n.applied).chain(&known);
+    let intervals: Vec<(f64, f64)> = acting
+        .map(|a| a.effect.about().interval_s(&a.parameters, span))
         .collect();
     let windows = held_out(span, &intervals);
     let seconds = record.block_s();
@@ -131,8 +127,11 @@ pub fn diagnose(
             windows.get(next).is_some_and(|w| to > w.0)
         })
         .collect();
-    let start = settled(&record, &known, &excluded);
-    let start: Vec<Applied> = start.into_iter().flatten().collect();
+    // From what was given, not from what the whole recording made of it: the held-out windows would have had their say.
+    let start = settled(&record, &kept, &excluded).into_iter().zip(kept);
+    let start: Vec<Applied> = start
+        .map(|(trained, given)| trained.unwrap_or_else(|| unshown(given)))
+        .collect();
     let before_state =
         allowances_with(&record, &start, &excluded, Bend::Free, None).ok_or_else(short)?;
     let after_state = trained(&record, &start, &selection, &excluded).ok_or_else(short)?;
@@ -276,7 +275,7 @@ pub fn diagnose(
     Ok(Diagnosis {
         verdict,
         findings,
-        held: known.iter().map(|a| a.effect.about().id).collect(),
+        started_from: known.iter().map(|a| a.effect.about().id).collect(),
         suspected: options.suspects.clone(),
         tested,
         checks,
@@ -328,7 +327,7 @@ fn usable(record: &Record) -> usize {
         .count()
 }
 
-/// How the effects of the model to start from came out on this recording, which speaks against those that are `None`.
+/// How the effects of the model to start from came out on this recording, which holds nothing of those that are `None`.
 fn refitted(given: &[Applied], here: &[Option<Applied>]) -> Option<Check> {
     if given.is_empty() {
         return None;
@@ -336,10 +335,12 @@ fn refitted(given: &[Applied], here: &[Option<Applied>]) -> Option<Check> {
     let told = given.iter().zip(here).map(|(before, after)| {
         let about = before.effect.about();
         let Some(after) = after else {
-            return format!(
-                "{}: this recording speaks against it, it was left out",
-                about.id
-            );
+            let why = if is_correction(before.effect) {
+                "this recording does not show the curve along time"
+            } else {
+                "this recording speaks against it"
+            };
+            return format!("{}: {why}, it was left out", about.id);
         };
         if is_correction(before.effect) {
             return format!("{}, a correction", about.id);

@@ -105,9 +105,9 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
                 best = apart;
             }
             if let Some(far) = far(record, (gate, &free), state, &best)
-                && far.evidence > evidence
+                && far.evidence - places > evidence
             {
-                evidence = far.evidence;
+                evidence = far.evidence - places;
                 best = far;
             }
             Some(Contender {
@@ -217,6 +217,7 @@ fn far<'a>(
     const APART: f64 = 2.0;
     let about = near.applied.effect.about();
     if !is_pump(near.applied.effect)
+        || about.parameters[0].low < 0.0
         || about.onset().is_some()
         || on_grid(about)
         || about.search.timing.is_some()
@@ -240,7 +241,8 @@ fn strong(
     state: &[Applied],
     one: &Applied,
 ) -> Option<Candidate> {
-    let usual = one.effect.about().parameters[0].usual;
+    let strength = &one.effect.about().parameters[0];
+    let usual = strength.usual;
     let misfit = |off: &[f64]| 0.5 * dot(off, off);
     let refitted = |strength: f64| {
         let mut applied = one.clone();
@@ -249,7 +251,9 @@ fn strong(
         let off = tangent.refitted(record, &joined(state, &applied)).off;
         (applied, misfit(&tangent.off) - misfit(&off), off)
     };
-    let tried = [1.0, 1.5, 2.0, 3.0, 4.5].map(|times| {
+    let plausible = [1.0, 1.5, 2.0, 3.0, 4.5].into_iter();
+    let plausible = plausible.filter(|times| times * usual <= strength.high);
+    let tried = plausible.map(|times| {
         let strength = times * usual;
         let (applied, saved, off) = refitted(strength);
         let changes = tangent.off.iter().zip(&off);
@@ -265,7 +269,7 @@ fn strong(
             energy,
         }
     });
-    let most = (tried.into_iter()).max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
+    let most = tried.max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
     // What the opposite explains as well is a curve of another form, which either bends.
     let opposite = || refitted(-most.applied.parameters[0]).1;
     let stands = most.evidence > 0.0 && most.evidence > 2.0 * opposite();

@@ -12,7 +12,7 @@ pub struct Diagnosis {
     /// What was found, most certain first; empty when consistent.
     pub findings: Vec<Finding>,
     /// Ids of the effects of the model to start from ([`Options::start`]) that the recording does not speak against.
-    pub held: Vec<&'static str>,
+    pub started_from: Vec<&'static str>,
     /// Ids of all that was searched for ([`Options::suspects`]); empty where that was the whole catalogue.
     pub suspected: Vec<String>,
     /// Every effect of the catalogue that the model does not hold: seen, not seen and down to which size, or not testable here.
@@ -68,6 +68,8 @@ impl Verdict {
 pub struct Finding {
     /// Id of the effect in the catalogue, or `unknown`.
     pub effect: String,
+    /// Id of the effect that an `unknown` looks like, and that stands for it in the model: where no correction tells it.
+    pub resembles: Option<&'static str>,
     /// A few words for people.
     pub title: String,
     /// Probability that this effect was left out, by evidence above the hurdle that sound recordings do not reach.
@@ -86,7 +88,7 @@ pub struct Finding {
     pub region: String,
     /// Estimates.
     pub parameters: Vec<ParameterEstimate>,
-    /// The curve of an empirical correction, which has no parameters.
+    /// The curve of an empirical correction, which has no parameters. An `unknown` has it, or [`Self::resembles`].
     pub curve: Option<CorrectionCurve>,
     /// Gain on the held-out windows, on the signal that gains most.
     pub held_out: Option<HeldOut>,
@@ -207,6 +209,8 @@ impl Tested {
 pub enum Outcome {
     /// It is among the findings.
     Found,
+    /// Among the findings is an `unknown` that looks like it, and that it stands for in the model.
+    Resembled,
     /// It was looked for and not seen.
     NotSeen,
     /// The recording does not excite it, or would have it named at no plausible strength; why.

@@ -63,6 +63,7 @@ pub(crate) fn finding(
     let interval = about.interval_s(&named.applied.parameters, span);
     let told = Finding {
         effect: about.id.to_owned(),
+        resembles: None,
         title,
         probability: named.probability.clamp(0.01, 0.99),
         alternatives: named.alternatives.clone(),
@@ -86,14 +87,14 @@ pub(crate) fn finding(
         hurdle: named.hurdle,
         separating_test: separating_test(about.id, &named.alternatives),
     };
-    only_resembled(told)
+    only_resembled(told, about)
 }
 
-/// A finding whose effect more likely than not only resembles the cause, told as what the catalogue does not hold.
-fn only_resembled(mut told: Finding) -> Finding {
+/// A finding whose effect is likelier to resemble the cause than to be it, told as what the catalogue does not hold.
+fn only_resembled(mut told: Finding, about: &About) -> Finding {
     let unknown = dgd_effects::unknown().about().id;
     let at = (told.alternatives.iter())
-        .position(|(id, probability)| id == unknown && *probability > 0.5);
+        .position(|(id, probability)| id == unknown && *probability > told.probability);
     let Some(at) = at else {
         return told;
     };
@@ -101,14 +102,15 @@ fn only_resembled(mut told: Finding) -> Finding {
     let named = std::mem::replace(&mut told.effect, unknown.to_owned());
     told.alternatives.push((named, told.probability));
     told.alternatives.sort_by(|a, b| b.1.total_cmp(&a.1));
-    told.title = format!(
-        "something outside the catalogue, which looks as if {}",
-        told.title
-    );
     told.separating_test = separating_test(unknown, &told.alternatives);
     // They are those of what it looks like.
     told.parameters.clear();
     Finding {
+        resembles: Some(about.id),
+        title: format!(
+            "something outside the catalogue, which looks as if {}",
+            about.title
+        ),
         probability: probability.clamp(0.01, 0.99),
         ..told
     }
@@ -116,10 +118,13 @@ fn only_resembled(mut told: Finding) -> Finding {
 
 /// The curve of a correction of a place along a quantity, from the codes, ends and knots of [`dgd_effects::unknown`].
 fn curve(parameters: &[f64], place: usize, quantity: usize) -> CorrectionCurve {
+    /// Points to a stretch between knots that lie along a logarithm, where the curve is not straight.
+    const BENT: usize = 8;
     let (from, to) = (parameters[2], parameters[3]);
     let values = &parameters[4..];
-    let last = (values.len() - 1) as f64;
-    // Knots lie evenly along the logarithm of the minutes.
+    let last = values.len() - 1;
+    // Knots lie evenly along the logarithm of the minutes and one.
+    let points = if quantity == SINCE_START { BENT } else { 1 };
     let at = |x: f64| {
         if quantity == SINCE_START {
             60.0 * x.exp_m1()
@@ -127,8 +132,18 @@ fn curve(parameters: &[f64], place: usize, quantity: usize) -> CorrectionCurve {
             x
         }
     };
-    let knots = (values.iter().enumerate())
-        .map(|(k, value)| (at(from + (to - from) * k as f64 / last), *value))
+    let knots = (0..=points * last)
+        .map(|j| {
+            let (k, beyond) = (j / points, (j % points) as f64 / points as f64);
+            let next = values[last.min(k + 1)];
+            let value = if beyond > 0.0 {
+                values[k] + beyond * (next - values[k])
+            } else {
+                values[k]
+            };
+            let share = j as f64 / (points * last) as f64;
+            (at(from + (to - from) * share), value)
+        })
         .collect();
     CorrectionCurve {
         along: ALONG[quantity],
@@ -211,6 +226,7 @@ pub(crate) fn heaving(
     ];
     Finding {
         effect: about.id.to_owned(),
+        resembles: None,
         title: about.title.to_owned(),
         probability: (1.0 - DOUBT * s.believed / s.ratio).min(0.98),
         alternatives: Vec::new(),

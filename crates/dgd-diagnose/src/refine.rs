@@ -36,9 +36,18 @@ fn moved(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usize) {
     }
 }
 
+/// An effect of a model to start from where the training rows do not hold it: a correction adds nothing, all else is as it was given.
+pub(crate) fn unshown(mut given: Applied) -> Applied {
+    if is_correction(given.effect) {
+        given.parameters.truncate(4 + KNOTS);
+        given.parameters[4..].fill(0.0);
+    }
+    given
+}
+
 /// The effects of a model to start from, fitted to the recording as the curves are: else what their sizes are off by would
-/// pass for another effect. What the recording does not show stays as it is, but for curves along time; `None` is what it
-/// speaks against, whatever the size.
+/// pass for another effect. What the recording does not show stays as it is; `None` is what it speaks against, whatever the
+/// size, and curves along time that it does not show: what another recording was off by at some time is nothing here.
 pub(crate) fn settled(
     record: &Record,
     start: &[Applied],
@@ -64,11 +73,7 @@ pub(crate) fn settled(
             if let Some(found) = again(record, &others, &own, excluded) {
                 state[k] = Some(found.applied);
             } else if quantity == PERIOD || QUANTITIES.get(quantity) == Some(&"time") {
-                // What another recording was off by at some time is nothing here.
-                let mut flat = own;
-                flat.parameters.truncate(4 + KNOTS);
-                flat.parameters[4..].fill(0.0);
-                state[k] = Some(flat);
+                state[k] = None;
             }
             continue;
         }

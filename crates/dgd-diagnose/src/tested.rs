@@ -29,8 +29,11 @@ pub(crate) fn tested(
                 .iter()
                 .any(|f| f.effect == about.id && f.is_likely());
             let seen = limit(record, about, first, swell);
+            let resembled = (findings.iter()).any(|f| f.resembles == Some(about.id));
             let outcome = if found {
                 Outcome::Found
+            } else if resembled {
+                Outcome::Resembled
             } else if let Some(why) = missing {
                 Outcome::NotTestable(why.to_owned())
             } else if first.is_none() && about.search.method == Method::Relations {

@@ -19,7 +19,10 @@ pub fn write_diagnosis(diagnosis: &Diagnosis, warnings: &[String]) -> String {
     document.text("verdict", diagnosis.verdict.name());
     document.list("warnings", warnings.iter().map(Json::text));
     document.list("findings", diagnosis.findings.iter().map(finding));
-    document.list("held", diagnosis.held.iter().map(|id| Json::text(*id)));
+    document.list(
+        "started_from",
+        diagnosis.started_from.iter().map(|id| Json::text(*id)),
+    );
     document.list("suspected", diagnosis.suspected.iter().map(Json::text));
     document.list("tested", diagnosis.tested.iter().map(tested));
     document.list("checks", diagnosis.checks.iter().map(check));
@@ -41,6 +44,7 @@ pub fn write_diagnosis(diagnosis: &Diagnosis, warnings: &[String]) -> String {
 fn finding(finding: &Finding) -> Json {
     let mut members = Members::default();
     members.text("effect", &finding.effect);
+    members.put("resembles", finding.resembles.map(Json::text));
     members.text("title", &finding.title);
     members.put(
         "probability",
@@ -123,6 +127,7 @@ fn tested(tested: &Tested) -> Json {
     members.text("title", tested.title);
     let (outcome, reason) = match &tested.outcome {
         Outcome::Found => ("found", None),
+        Outcome::Resembled => ("resembled", None),
         Outcome::NotSeen => ("not_seen", None),
         Outcome::NotTestable(reason) => ("not_testable", Some(reason)),
     };

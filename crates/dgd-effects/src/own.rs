@@ -121,6 +121,13 @@ pub(crate) fn sound(about: &About) -> Result<(), &'static str> {
             "a parameter's usual or tried value is beyond its bounds, or these are no range",
         ),
         (
+            about
+                .parameters
+                .iter()
+                .any(|p| p.strange.is_some() && !(p.low.is_finite() && p.high.is_finite())),
+            "a parameter is strange at an end of a range that has none",
+        ),
+        (
             { names }.any(|(k, p)| about.position(p.name) != Some(k)),
             "two parameters have one name",
         ),
@@ -410,6 +417,21 @@ mod tests {
                     ])
                 },
                 "strength alone",
+            ),
+            (
+                with(&[
+                    STRENGTH,
+                    Parameter {
+                        name: "shape",
+                        role: Role::Shape(&[1.0]),
+                        low: 0.0,
+                        high: f64::INFINITY,
+                        usual: 1.0,
+                        strange: Some(crate::End::Low),
+                        ..STRENGTH
+                    },
+                ]),
+                "strange at an end",
             ),
         ];
         for (about, said) in cases {

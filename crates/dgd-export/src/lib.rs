@@ -20,7 +20,7 @@ mod number;
 pub use comparison::{ComparedSignal, Comparison, write_comparison_csv};
 pub use csv::{CsvOptions, CsvWriter, write_csv};
 pub use error::ExportError;
-pub use mat::field_names;
+pub use mat::{field_names, struct_of};
 pub use mat5::{MatValue, write_mat5, write_mat5_values};
 pub use mat73::write_mat73;
 pub use mcap::{McapOptions, McapWriter, write_mcap};

@@ -50,6 +50,39 @@ pub fn field_names(table: &Table, root: &str) -> Vec<String> {
         .collect()
 }
 
+/// The struct that the columns of `table` were fields of: what every tag begins with up to a dot, but for one (a clock that stands
+/// by itself). `None` where they have nothing in common, or no name that MATLAB takes.
+///
+/// ```
+/// use dgd_export::struct_of;
+/// use dgd_recording::{Column, Table};
+/// let table = |tags: &[&str]| Table {
+///     columns: tags.iter().map(|tag| Column { tag: (*tag).into(), ..Column::default() }).collect(),
+///     ..Table::default()
+/// };
+/// assert_eq!(struct_of(&table(&["t", "rig_data.FT1", "rig_data.FT2"])), Some("rig_data"));
+/// assert_eq!(struct_of(&table(&["t", "FT1.raw", "FT2"])), None);
+/// ```
+pub fn struct_of(table: &Table) -> Option<&str> {
+    let heads = || {
+        table
+            .columns
+            .iter()
+            .map(|column| column.tag.split_once('.'))
+    };
+    let (root, _) = heads().flatten().next()?;
+    let fields = heads().filter(|head| head.is_some_and(|(head, _)| head == root));
+    let (fields, columns) = (fields.count(), table.columns.len());
+    let alone = heads().filter(Option::is_none).count();
+    let whole = fields == columns || (fields > 1 && alone == 1 && fields + 1 == columns);
+    (whole && is_name(root)).then_some(root)
+}
+
+/// Whether MATLAB takes a name as it is.
+fn is_name(name: &str) -> bool {
+    name.len() <= MAX_NAME && plain_name(name) == name
+}
+
 pub(crate) fn plain_name(tag: &str) -> String {
     let mut name = String::new();
     for c in tag.chars().take(MAX_NAME) {
@@ -78,7 +111,7 @@ impl<'t> Struct<'t> {
         if table.columns.is_empty() {
             return Err(ExportError::NoColumns);
         }
-        if root.len() > MAX_NAME || plain_name(root) != root {
+        if !is_name(root) {
             return Err(ExportError::Name { name: root.into() });
         }
         let names = field_names(table, root);

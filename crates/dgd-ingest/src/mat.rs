@@ -331,6 +331,7 @@ impl Collector {
             columns: self.columns,
             issues: self.issues,
             origin,
+            clock: None,
         })
     }
 

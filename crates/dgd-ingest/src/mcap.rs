@@ -112,6 +112,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Table, IngestError> {
         columns,
         issues,
         origin: origin(start_ns),
+        clock: Some(0),
     })
 }
 

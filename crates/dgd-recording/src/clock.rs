@@ -2,8 +2,8 @@
 
 mod passes;
 
-pub(crate) use passes::ClockPasses;
 use passes::Even;
+pub(crate) use passes::{ClockPasses, most_steps};
 
 use crate::{Issue, IssueKind};
 

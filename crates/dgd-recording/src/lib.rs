@@ -18,9 +18,9 @@ mod well;
 
 pub use clock::{ClockError, ClockSurvey, Gap, survey_clock};
 pub use propose::{Proposal, ProposedChannel, propose_channels};
-pub use recording::{BlockGrid, Channel, Recording, RecordingError, Unequal};
+pub use recording::{Absent, BlockGrid, Channel, Recording, RecordingError, Unequal};
 pub use survey::{BlockSurvey, ColumnSurvey, Run, TableSurvey, quantum, stuck_runs, survey};
-pub use table::{Column, Issue, IssueKind, Table};
+pub use table::{Began, Column, Issue, IssueKind, Table};
 pub use well::{ChannelMap, ChannelSource, Geometry, TimeSource, Well, WellError};
 
 /// The example of the README compiles.

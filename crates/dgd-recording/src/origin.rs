@@ -51,6 +51,17 @@ pub(crate) fn nanoseconds(text: &str) -> Option<u64> {
     .ok()
 }
 
+/// So many seconds after an instant, or before it; `None` before 1970 and after the last instant.
+pub(crate) fn later(ns: u64, after_s: f64) -> Option<u64> {
+    let after_ns = (1e9 * after_s).round();
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "what is beyond the range ends at it, and is refused by the sum"
+    )]
+    let after_ns = after_s.is_finite().then_some(after_ns as i64)?;
+    ns.checked_add_signed(after_ns)
+}
+
 /// Days from 1970-01-01 (Howard Hinnant's `days_from_civil`, for years after 0).
 fn days(year: i64, month: i64, day: i64) -> i64 {
     let year = if month <= 2 { year - 1 } else { year };

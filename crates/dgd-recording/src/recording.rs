@@ -4,9 +4,9 @@ mod blocks;
 mod mapping;
 
 pub use blocks::BlockGrid;
-pub use mapping::{RecordingError, Unequal};
+pub use mapping::{Absent, RecordingError, Unequal};
 
-use crate::clock::STRETCH;
+use crate::clock::{STRETCH, most_steps};
 use crate::{ClockError, ClockSurvey, Issue, survey_clock};
 use std::fmt;
 use std::ops::Range;
@@ -322,13 +322,14 @@ impl Recording {
         self.append_after(later, step_s, seam)
     }
 
-    /// Appends a recording taken later on the same well and step, after so many samples without values.
+    /// Appends a recording taken later on the same well and step, after so many samples without values, or none.
     ///
-    /// A transmitter that only one of the two has is NaN in the other. Returns the index
+    /// A transmitter that only one of the two has is NaN in the other. The seam takes memory as samples do. Returns the index
     /// of the first appended sample.
     ///
     /// # Errors
-    /// [`RecordingError::Step`] if the step is no positive number; nothing is appended.
+    /// [`RecordingError::Step`] if the step is no positive number, [`RecordingError::Seam`] if the seam is longer than a gap of a
+    /// recording of as many samples may be; nothing is appended.
     pub fn append_after(
         &mut self,
         later: Self,
@@ -337,6 +338,12 @@ impl Recording {
     ) -> Result<usize, RecordingError> {
         RecordingError::unless_step(step_s)?;
         let (before, added) = (self.len(), later.len());
+        if seam as f64 > most_steps(before + added) {
+            return Err(RecordingError::Seam {
+                seam,
+                samples: before + added,
+            });
+        }
         let start = before + seam;
         let end_s = self.time_s.last().copied().unwrap_or(0.0);
         self.time_s

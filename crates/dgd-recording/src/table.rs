@@ -1,6 +1,7 @@
 //! What a reader found in a file: columns of numbers, and what was wrong with it.
 
-use crate::origin::nanoseconds;
+use crate::TimeSource;
+use crate::origin::{later, nanoseconds};
 use std::fmt;
 
 /// One column as the file has it.
@@ -21,8 +22,19 @@ pub struct Table {
     pub columns: Vec<Column>,
     /// What the reader found wrong and lived with.
     pub issues: Vec<Issue>,
-    /// Wall-clock time of the first sample where the file knows it, RFC 3339.
+    /// Wall-clock time at 0 of the clock where the file knows it, RFC 3339; `-00:00` where it does not tell the zone.
     pub origin: Option<String>,
+    /// Index of the column that is this clock, in s; `None` where the file does not tell which one is.
+    pub clock: Option<usize>,
+}
+
+/// When the first row of a table was taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Began {
+    /// Nanoseconds from 1970, of the zone's clock where the zone is not known.
+    pub unix_ns: u64,
+    /// Whether the zone is known.
+    pub zoned: bool,
 }
 
 impl Table {
@@ -36,6 +48,43 @@ impl Table {
     #[must_use]
     pub fn origin_ns(&self) -> Option<u64> {
         self.origin.as_deref().and_then(nanoseconds)
+    }
+
+    /// When the first row with a stamp was taken, on the clock that a channel map names; `None` where the origin is not told, or
+    /// is that of another column.
+    ///
+    /// ```
+    /// use dgd_recording::{Column, Table, TimeSource};
+    /// let clock = Column { tag: "t".into(), values: vec![f64::NAN, 2.0, 3.0], ..Column::default() };
+    /// let mut table = Table { columns: vec![clock], ..Table::default() };
+    /// table.origin = Some("1970-01-02T00:00:00-00:00".to_owned());
+    /// let time = TimeSource::Column { tag: "t".into(), unit: dgd_units::Unit::parse("s")? };
+    /// let began = table.began(&time).expect("a dated clock");
+    /// assert_eq!((began.unix_ns, began.zoned), (86_402_000_000_000, false));
+    /// # Ok::<(), dgd_units::UnitError>(())
+    /// ```
+    #[must_use]
+    pub fn began(&self, time: &TimeSource) -> Option<Began> {
+        let origin_ns = self.origin_ns()?;
+        let first = |index: usize| {
+            let stamps = &self.columns.get(index)?.values;
+            stamps.iter().copied().find(|t| t.is_finite())
+        };
+        let after_s = match (time, self.clock) {
+            (TimeSource::Column { tag, unit }, clock) => {
+                let mapped = self.find(tag)?;
+                if clock.is_some_and(|index| index != mapped) {
+                    return None;
+                }
+                unit.to_si(first(mapped)?)
+            }
+            (TimeSource::Interval { .. }, Some(index)) => first(index)?,
+            (TimeSource::Interval { .. }, None) => 0.0,
+        };
+        Some(Began {
+            unix_ns: later(origin_ns, after_s)?,
+            zoned: !self.origin.as_ref()?.trim_end().ends_with("-00:00"),
+        })
     }
 }
 

@@ -59,7 +59,7 @@ type Write = fn(&Diagnosis, &mut Html);
 /// # let simulation =
 /// #     Simulation { t_s: Vec::new(), held_out: Vec::new(), valid: Vec::new(), signals: Vec::new() };
 /// # let diagnosis = Diagnosis {
-/// #     verdict: Verdict::Consistent, findings: Vec::new(), held: Vec::new(), suspected: Vec::new(), tested: Vec::new(), checks: Vec::new(),
+/// #     verdict: Verdict::Consistent, findings: Vec::new(), started_from: Vec::new(), suspected: Vec::new(), tested: Vec::new(), checks: Vec::new(),
 /// #     before: model.clone(), after: model, setting, simulation, traces: Vec::new(),
 /// #     held_out_s: Vec::new(), settings: Vec::new(), work: Default::default(),
 /// # };

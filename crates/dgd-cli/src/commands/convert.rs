@@ -6,7 +6,7 @@ use crate::load;
 use crate::output::Outputs;
 use crate::progress::Progress;
 use crate::say::{self, count};
-use dgd_export::{CsvOptions, CsvWriter, McapOptions, McapWriter};
+use dgd_export::{CsvOptions, CsvWriter, McapOptions, McapWriter, struct_of};
 use dgd_ingest::Format;
 use dgd_recording::{Issue, Table};
 use serde_json::json;
@@ -64,8 +64,10 @@ fn whole(arguments: &Convert, target: Target, progress: &Progress) -> Result<Wri
     warn_of(arguments, target, &table);
     progress.stage("writing", &arguments.output.display().to_string());
     let mut outputs = Outputs::new();
+    // A description of the one file then suits the other.
+    let root = (arguments.root.as_deref()).or_else(|| struct_of(&table));
     outputs.add(&arguments.output, |writer| {
-        target.write(&table, root(arguments, &table), writer)
+        target.write(&table, root.unwrap_or("recording"), writer)
     })?;
     outputs.keep()?;
     Ok(Written {
@@ -74,18 +76,6 @@ fn whole(arguments: &Convert, target: Target, progress: &Progress) -> Result<Wri
         columns: table.columns.len(),
         issues: table.issues,
     })
-}
-
-/// The struct that the columns were fields of, so that a description of the one file suits the other.
-fn root<'a>(arguments: &'a Convert, table: &'a Table) -> &'a str {
-    let mut heads = (table.columns.iter()).filter_map(|column| Some(column.tag.split_once('.')?.0));
-    let common = heads
-        .next()
-        .filter(|first| heads.all(|head| head == *first));
-    let plain = common.filter(|name| name.chars().all(|c| c.is_ascii_alphanumeric()));
-    (arguments.root.as_deref())
-        .or(plain.filter(|name| name.starts_with(|c: char| c.is_ascii_alphabetic())))
-        .unwrap_or("recording")
 }
 
 /// The same, of which a block is in memory at a time; `None` where that cannot be.

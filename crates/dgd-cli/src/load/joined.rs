@@ -1,59 +1,157 @@
 //! Recordings behind each other on one clock, by the dates that their files tell.
 
 use crate::failure::Failure;
-use dgd_recording::Recording;
+use dgd_recording::{Began, Recording};
 use std::path::{Path, PathBuf};
 use tracing::warn;
 
-/// A recording that tells when it began.
-pub(super) struct Dated {
-    path: PathBuf,
-    /// First sample, ns from 1970.
-    from_ns: u64,
-    /// Last sample.
-    to_ns: u64,
+/// What was joined so far: where it ends, if a date tells.
+#[derive(Debug, Default)]
+pub(super) struct Joint {
+    /// The last recording that has dates.
+    dated: Option<Dated>,
+    /// Whether the last recording has.
+    ends_dated: bool,
 }
 
-/// How far a recording stands behind the one before it.
+/// A recording that tells when it was taken.
+#[derive(Debug)]
+struct Dated {
+    path: PathBuf,
+    /// First and last sample, ns from 1970.
+    from_ns: i64,
+    to_ns: i64,
+    zoned: bool,
+    samples: usize,
+}
+
+/// How a recording stands behind the one before it.
 #[derive(Debug, PartialEq)]
-pub(super) enum Apart {
+enum Seam {
     /// So many samples are missing between them.
     Missing(usize),
     /// So many of its first samples were taken before the one before it ends.
     Shared(usize),
+    /// Nothing tells.
+    Untold,
 }
 
-impl Dated {
-    /// On its even clock, from the time of its first sample.
-    pub(super) fn of(path: &Path, from_ns: u64, recording: &Recording) -> Self {
-        let times = &recording.time_s;
-        let ends = times.first().zip(times.last());
-        let lasts_s = ends.map_or(0.0, |(first, last)| (last - first).max(0.0));
+impl Joint {
+    /// Of a first recording.
+    pub(super) fn of(path: &Path, began: Option<Began>, recording: &Recording) -> Self {
+        let dated = began.map(|began| Dated::of(path, began, recording));
         Self {
-            path: path.to_owned(),
-            from_ns,
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "not negative; the last instant at the most"
-            )]
-            to_ns: from_ns.saturating_add((1e9 * lasts_s).round() as u64),
+            ends_dated: dated.is_some(),
+            dated,
         }
     }
 
-    /// How far this one stands behind another; refused if it does not end after it.
-    pub(super) fn behind(&self, before: &Self, step_s: f64) -> Result<Apart, Failure> {
-        if self.from_ns < before.from_ns || self.to_ns <= before.to_ns {
-            let early = 1e-9 * (before.from_ns.saturating_sub(self.from_ns)) as f64;
-            let before = before.path.display();
-            let reason = if early > 0.0 {
-                format!("begins {early} s before {before}: name the recordings in order of time")
-            } else {
-                format!(
-                    "ends no later than {before}, which covers its time: name each stretch of time once"
-                )
-            };
-            return Err(Failure::input(&self.path, reason));
+    /// Appends a recording to what was joined, as far behind as it was taken unless most would be missing then; 120 s behind where
+    /// that is not known. What both hold counts once.
+    ///
+    /// Returns how many of its samples are left out; refuses one that was taken before the one before it.
+    pub(super) fn append(
+        &mut self,
+        all: &mut Recording,
+        later: Recording,
+        step_s: f64,
+        (path, began): (&Path, Option<Began>),
+    ) -> Result<usize, Failure> {
+        let dated = began.map(|began| Dated::of(path, began, &later));
+        let seam = match (&self.dated, &dated) {
+            (Some(before), Some(dated)) => {
+                let seam = dated.behind(before, step_s)?;
+                if self.ends_dated { seam } else { Seam::Untold }
+            }
+            _ => Seam::Untold,
+        };
+        let before = self.dated.as_ref();
+        let told_before = before.map_or(String::new(), |b| b.path.display().to_string());
+        let told = path.display();
+        let close = before.map_or(0, |b| b.samples) + later.len();
+        let mut left_out = 0;
+        let appended = match seam {
+            Seam::Missing(seam) if seam <= close => all.append_after(later, step_s, seam),
+            Seam::Missing(seam) => {
+                warn!(
+                    "{told} begins {:.1} h after {told_before} ends; on the joint clock 120 s lie between them",
+                    seam as f64 * step_s / 3600.0
+                );
+                all.append(later, step_s)
+            }
+            Seam::Shared(shared) if !same(all, &later, shared) => {
+                warn!(
+                    "{told}: its first {shared} samples have times that {told_before} has too, and other values (was a clock set back?); \
+                     all are kept, and on the joint clock 120 s lie between them"
+                );
+                all.append(later, step_s)
+            }
+            Seam::Shared(shared) if shared >= later.len() => {
+                return Err(Failure::input(
+                    path,
+                    format!(
+                        "holds nothing that {told_before} does not hold: name each stretch of time once"
+                    ),
+                ));
+            }
+            Seam::Shared(shared) => {
+                warn!(
+                    "{told}: its first {shared} samples are those that {told_before} ends with; they are left out"
+                );
+                left_out = shared;
+                let rest = later.slice(shared..later.len());
+                all.append_after(rest, step_s, 0)
+            }
+            Seam::Untold => all.append(later, step_s),
+        };
+        appended.map_err(|e| Failure::input(path, e))?;
+        self.ends_dated = dated.is_some();
+        self.dated = dated.or(self.dated.take());
+        Ok(left_out)
+    }
+}
+
+impl Dated {
+    /// On its even clock, which counts from the first row of the file.
+    fn of(path: &Path, began: Began, recording: &Recording) -> Self {
+        let at = |time_s: Option<&f64>| {
+            #[expect(
+                clippy::cast_possible_truncation,
+                reason = "what is beyond the range ends at it"
+            )]
+            let after_ns = (1e9 * time_s.copied().unwrap_or(0.0)).round() as i64;
+            began.unix_ns.cast_signed().saturating_add(after_ns)
+        };
+        Self {
+            path: path.to_owned(),
+            from_ns: at(recording.time_s.first()),
+            to_ns: at(recording.time_s.last()),
+            zoned: began.zoned,
+            samples: recording.len(),
+        }
+    }
+
+    /// How it stands behind another; refused if it begins before it.
+    fn behind(&self, before: &Self, step_s: f64) -> Result<Seam, Failure> {
+        let told_before = before.path.display();
+        if self.zoned != before.zoned {
+            warn!(
+                "{}: of its times and those of {told_before} only the ones tell their zone; on the joint clock 120 s lie between them",
+                self.path.display()
+            );
+            return Ok(Seam::Untold);
+        }
+        if self.from_ns < before.from_ns {
+            let early_s = 1e-9 * before.from_ns.abs_diff(self.from_ns) as f64;
+            return Err(Failure::Input {
+                path: self.path.clone(),
+                reason: format!(
+                    "begins {early_s:.0} s before {told_before}: name the recordings in order of time"
+                ),
+                help: (!self.zoned).then(|| {
+                    "if a clock was set back between them, write the times with their zones".into()
+                }),
+            });
         }
         let ahead_ns = i128::from(self.from_ns) - i128::from(before.to_ns);
         let steps = (1e-9 * ahead_ns as f64 / step_s).round();
@@ -63,133 +161,175 @@ impl Dated {
             reason = "positive; what is too large saturates"
         )]
         Ok(if steps >= 1.0 {
-            Apart::Missing(steps as usize - 1)
+            Seam::Missing(steps as usize - 1)
         } else {
-            Apart::Shared((1.0 - steps) as usize)
+            Seam::Shared((1.0 - steps) as usize)
         })
     }
 }
 
-/// Appends a recording, as far behind as it was taken unless most would be missing then; 120 s behind if that is not known.
-/// Returns how many of its samples are left out.
-pub(super) fn append(
-    all: &mut Recording,
-    later: Recording,
-    step_s: f64,
-    (path, apart): (&Path, Option<Apart>),
-) -> Result<usize, Failure> {
-    let mut left_out = 0;
-    let longest = all.len() + later.len();
-    let appended = match apart {
-        Some(Apart::Missing(seam)) if seam <= longest => all.append_after(later, step_s, seam),
-        Some(Apart::Missing(seam)) => {
-            warn!(
-                "{} begins {:.1} h after the recording before it ends; on the joint clock 120 s lie between them",
-                path.display(),
-                seam as f64 * step_s / 3600.0
-            );
-            all.append(later, step_s)
-        }
-        Some(Apart::Shared(shared)) => {
-            warn!(
-                "{}: its first {shared} samples were taken before the recording before it ends; they are left out",
-                path.display()
-            );
-            left_out = shared.min(later.len());
-            let rest = later.slice(left_out..later.len());
-            all.append_after(rest, step_s, 0)
-        }
-        None => all.append(later, step_s),
+/// Whether the first samples of a recording are those that another ends with, so many of them, but for one in ten.
+fn same(all: &Recording, later: &Recording, shared: usize) -> bool {
+    let Some(start) = all.len().checked_sub(shared) else {
+        return false;
     };
-    appended.map_err(|e| Failure::input(path, e))?;
-    Ok(left_out)
+    let (ended, begun) = (all.series(), later.series());
+    let pairs: Vec<(&[f64], &[f64])> = (ended.iter())
+        .filter_map(|(channel, ended)| {
+            let (_, begun) = begun.iter().find(|(c, _)| c == channel)?;
+            Some((&ended[start..], *begun))
+        })
+        .collect();
+    let (mut compared, mut equal) = (0_usize, 0_usize);
+    for row in 0..shared.min(later.len()) {
+        let values = pairs.iter().map(|(a, b)| (a[row], b[row]));
+        let mut both = values.filter(|(a, b)| a.is_finite() && b.is_finite());
+        if let Some((a, b)) = both.next() {
+            compared += 1;
+            equal += usize::from(a == b && both.all(|(a, b)| a == b));
+        }
+    }
+    10 * equal >= 9 * compared
 }
 
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-    use super::{Apart, Dated, append};
-    use dgd_recording::Recording;
+    use super::{Joint, same};
+    use crate::failure::Failure;
+    use dgd_recording::{Began, Recording};
     use std::path::Path;
 
     const STEP_S: f64 = 2.0;
-    const DAY_NS: u64 = 86_400_000_000_000;
+    /// A midnight.
+    const MIDNIGHT_NS: i64 = 16_000 * 86_400_000_000_000;
 
-    fn recording(samples: u32) -> Recording {
-        let time_s: Vec<f64> = (0..samples).map(|i| STEP_S * f64::from(i)).collect();
+    /// Samples from one on, each of them like no other.
+    fn samples(from: u32, count: u32) -> Recording {
+        let values: Vec<f64> = (from..from + count).map(f64::from).collect();
         Recording {
-            mud_pump_flow_m3_s: time_s.clone(),
-            booster_flow_m3_s: time_s.clone(),
-            topfill_flow_m3_s: time_s.clone(),
-            return_flow_m3_s: time_s.clone(),
-            pump_speed_pct: time_s.clone(),
-            time_s,
+            time_s: (0..count).map(|i| STEP_S * f64::from(i)).collect(),
+            mud_pump_flow_m3_s: values.clone(),
+            booster_flow_m3_s: values.clone(),
+            topfill_flow_m3_s: vec![0.0; values.len()],
+            return_flow_m3_s: values.clone(),
+            pump_speed_pct: values,
             ..Recording::default()
         }
     }
 
-    /// So many samples from so many seconds after a midnight on.
-    fn dated(from_s: f64, samples: u32) -> Dated {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "not negative, less than a year"
-        )]
-        let from_ns = 16_000 * DAY_NS + (1e9 * from_s) as u64;
-        Dated::of(Path::new("rig.csv"), from_ns, &recording(samples))
+    fn began(at_s: i64, zoned: bool) -> Option<Began> {
+        let unix_ns = (MIDNIGHT_NS + 1_000_000_000 * at_s).cast_unsigned();
+        Some(Began { unix_ns, zoned })
     }
 
-    /// Ten samples and five more from so many seconds later on.
-    fn joined(from_s: f64) -> (usize, Recording) {
-        let apart = dated(from_s, 5).behind(&dated(0.0, 10), STEP_S).unwrap();
-        let mut all = recording(10);
-        let path = Path::new("rig.csv");
-        let left_out = append(&mut all, recording(5), STEP_S, (path, Some(apart))).unwrap();
-        (left_out, all)
+    /// One after another, each with its beginning; the samples left out and what came of it.
+    fn joined(all: &[(Option<Began>, Recording)]) -> Result<(usize, Recording), Failure> {
+        let (first, mut whole) = all[0].clone();
+        let mut joint = Joint::of(Path::new("a.csv"), first, &whole);
+        let mut left_out = 0;
+        for (began, next) in &all[1..] {
+            let at = (Path::new("b.csv"), *began);
+            left_out += joint.append(&mut whole, next.clone(), STEP_S, at)?;
+        }
+        Ok((left_out, whole))
     }
 
     #[test]
     fn recordings_stand_as_far_apart_as_they_were_taken() {
-        for (from_s, left_out, samples) in [
-            (20.0, 0, 15),
-            // Half a step off is the same step.
-            (20.9, 0, 15),
-            (24.0, 0, 17),
+        let first = || (began(0, true), samples(0, 10));
+        for (at_s, taken, left_out, length) in [
+            (20, 10, 0, 15),
+            (24, 12, 0, 17),
             // Mostly nothing: 120 s.
-            (50.0, 0, 30),
-            (52.0, 0, 75),
-            (1e7, 0, 75),
-            (18.0, 1, 14),
-            (12.0, 4, 11),
+            (50, 25, 0, 30),
+            (52, 26, 0, 75),
+            (10_000_000, 0, 0, 75),
+            (18, 9, 1, 14),
+            (12, 6, 4, 11),
+            // Other values at the same times.
+            (12, 7, 0, 75),
         ] {
-            let (out, all) = joined(from_s);
-            assert_eq!((out, all.len()), (left_out, samples), "{from_s}");
-            let last = all.time_s.last().unwrap();
-            assert_eq!(*last, STEP_S * (samples - 1) as f64);
-            assert_eq!(all.pump_speed_pct.last(), Some(&8.0));
+            let next = (began(at_s, true), samples(taken, 5));
+            let (out, all) = joined(&[first(), next]).unwrap();
+            assert_eq!((out, all.len()), (left_out, length), "{at_s}");
+            assert_eq!(*all.time_s.last().unwrap(), STEP_S * (length - 1) as f64);
+            assert_eq!(all.pump_speed_pct.last(), Some(&f64::from(taken + 4)));
         }
+    }
+
+    /// Filler never outgrows what was recorded by much, however many recordings there are.
+    #[test]
+    fn what_was_joined_before_excuses_no_longer_gap() {
+        let days = |n: u32| (began(i64::from(n) * 100, true), samples(50 * n, 10));
+        let (_, all) = joined(&(0..40).map(days).collect::<Vec<_>>()).unwrap();
+        assert_eq!(all.len(), 40 * 10 + 39 * 60);
+    }
+
+    #[test]
+    fn rows_in_another_order_begin_with_their_earliest() {
+        // The file's clock counts from its first row, which is the last.
+        let mut newest_first = samples(10, 5);
+        newest_first.time_s.iter_mut().for_each(|t| *t -= 8.0);
+        let all = [
+            (began(0, true), samples(0, 10)),
+            (began(28, true), newest_first),
+        ];
+        assert_eq!(joined(&all).unwrap().1.len(), 15);
+    }
+
+    #[test]
+    fn without_a_date_or_with_zones_half_known_120_s_lie_between() {
+        let apart = |first, next| {
+            let all = [(first, samples(0, 10)), (next, samples(10, 5))];
+            joined(&all).unwrap().1.len()
+        };
+        assert_eq!(apart(began(0, true), began(20, true)), 15);
+        assert_eq!(apart(began(0, false), began(20, false)), 15);
+        assert_eq!(apart(began(0, true), began(20, false)), 75);
+        assert_eq!(apart(None, began(20, true)), 75);
+        assert_eq!(apart(began(0, true), None), 75);
     }
 
     #[test]
     fn what_is_not_later_is_refused() {
-        for (from_s, samples, part) in [
-            (
-                -20.0,
-                10,
-                "begins 20 s before rig.csv: name the recordings in order of time",
-            ),
-            (0.0, 10, "covers its time"),
-            (4.0, 8, "covers its time"),
+        let first = || (began(100, false), samples(0, 10));
+        let refused = |all: &[(Option<Began>, Recording)]| joined(all).unwrap_err();
+        let before = (began(80, false), samples(20, 30));
+        for all in [
+            vec![first(), before.clone()],
+            // Nor is the order forgotten over one without a date.
+            vec![first(), (None, samples(10, 5)), before],
         ] {
-            let one = dated(100.0 + from_s, samples);
-            let refused = one
-                .behind(&dated(100.0, 10), STEP_S)
-                .unwrap_err()
-                .to_string();
-            assert!(refused.contains(part), "{refused}");
+            let Failure::Input { reason, help, .. } = refused(&all) else {
+                panic!("not of the input");
+            };
+            let order = "begins 20 s before a.csv: name the recordings in order of time";
+            assert_eq!(reason, order);
+            assert!(help.unwrap().contains("zones"));
         }
-        let same = dated(100.0, 11).behind(&dated(100.0, 10), STEP_S).unwrap();
-        assert_eq!(same, Apart::Shared(10));
+        for (at_s, taken, count) in [(100, 0, 10), (104, 2, 8)] {
+            let said = refused(&[first(), (began(at_s, false), samples(taken, count))]);
+            assert!(
+                said.to_string()
+                    .contains("holds nothing that a.csv does not hold")
+            );
+        }
+    }
+
+    #[test]
+    fn samples_are_the_same_with_one_of_ten_off() {
+        let (all, mut later) = (samples(0, 30), samples(20, 20));
+        assert!(same(&all, &later, 10));
+        assert!(!same(&all, &later, 11));
+        assert!(!same(&all, &later, 31), "longer than all there is");
+        later.pump_speed_pct[3] = 0.0;
+        assert!(same(&all, &later, 10));
+        // What has no value is not compared.
+        later.return_flow_m3_s[4] = f64::NAN;
+        assert!(same(&all, &later, 10));
+        later.booster_flow_m3_s[5] = 0.0;
+        assert!(!same(&all, &later, 10));
     }
 }

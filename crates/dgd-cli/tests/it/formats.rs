@@ -73,6 +73,34 @@ fn a_recording_cut_in_two_is_the_same_recording() {
         .refused(&["early.csv", "before late.csv", "in order of time"]);
 }
 
+#[test]
+fn a_date_beside_the_clock_does_not_tell_when_a_recording_began() {
+    let bench = Bench::new();
+    copies(&bench);
+    let text = bench.text("rig.csv");
+    let mut lines = text.lines();
+    let head = lines.next().unwrap();
+    // Two of one day, each from 0 s on.
+    let samples: Vec<&str> = lines
+        .filter(|line| line.starts_with(|c: char| c.is_ascii_digit()))
+        .collect();
+    let of_a_day = |samples: &[&str]| {
+        let mut out = format!("{head},Date\n");
+        for (i, line) in samples.iter().enumerate() {
+            let (_, values) = line.split_once(',').unwrap();
+            out += &format!("{i},{values},2014-10-07\n");
+        }
+        out
+    };
+    bench.write("a.csv", of_a_day(&samples[..2000]));
+    bench.write("b.csv", of_a_day(&samples[2000..4000]));
+    let ran = bench.dgd("fit a.csv b.csv --well well.toml");
+    assert!(!ran.err.contains("left out"), "{}", ran.err);
+    ran.done();
+    let fit = bench.json("fit a.csv b.csv --well well.toml", "dgd.fit/1");
+    assert_eq!(fit["samples"], 4000, "{fit:#}");
+}
+
 /// Columns of a CSV as text, under the last part of their tag: HDF5 orders them by name.
 fn by_tag(text: &str) -> BTreeMap<String, Vec<String>> {
     let mut rows = text.lines().map(|line| line.split(','));

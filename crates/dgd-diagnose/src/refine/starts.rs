@@ -1,12 +1,12 @@
 //! Claims about the effects of a model to start from.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::settled;
+use super::{settled, unshown};
 use crate::claims::fixture::{Hidden, INFLUX_S, drilled};
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::tangent::{Bend, Tangent, dot};
-use dgd_effects::find;
+use dgd_effects::{KNOTS, QUANTITIES, find, unknown};
 
 fn hiding(influx_m3_s: f64) -> Record {
     drilled(Hidden {
@@ -76,4 +76,40 @@ fn of_two_effects_the_one_that_is_there_stays() {
         assert_eq!(ids, ["influx"]);
         assert_eq!(found.len(), 2);
     }
+}
+
+/// The held-out windows have no say.
+#[test]
+fn what_lies_in_left_out_rows_stays_as_it_was_given() {
+    let (record, start) = (hiding(3e-3), influx(2e-3));
+    let (from, lasts, _) = INFLUX_S;
+    let acts = |b: usize| {
+        let at_s = record.setting.span_s.0 + b as f64 * record.block_s();
+        at_s > from - 600.0 && at_s < from + lasts + 600.0
+    };
+    let excluded: Vec<bool> = (0..record.blocks).map(acts).collect();
+    let found = settled(&record, &start, &excluded);
+    assert_eq!(found[0].as_ref().unwrap().parameters, start[0].parameters);
+}
+
+#[test]
+fn a_curve_along_time_that_the_recording_does_not_show_goes_and_one_along_the_speed_stays() {
+    let record = hiding(0.0);
+    for (along, stays) in [("time", false), ("pump speed", true)] {
+        let quantity = QUANTITIES.iter().position(|q| *q == along).unwrap();
+        let mut parameters = vec![0.0, quantity as f64, 40.0, 70.0];
+        if along == "time" {
+            (parameters[2], parameters[3]) = record.setting.span_s;
+        }
+        parameters.extend((0..KNOTS).map(|k| 2e3 * (k % 2) as f64));
+        let given = Applied::new(unknown(), parameters);
+        let found = settled(&record, std::slice::from_ref(&given), &[]);
+        assert_eq!(found[0].is_some(), stays, "{along}");
+        // On the training rows it adds nothing then.
+        let flat = unshown(given);
+        assert!(flat.parameters[4..].iter().all(|v| *v == 0.0));
+        assert_eq!(flat.parameters.len(), 4 + KNOTS);
+    }
+    let [gain] = [Applied::new(find("return_flow_gain").unwrap(), vec![0.05])];
+    assert_eq!(unshown(gain).parameters, [0.05]);
 }

@@ -14,6 +14,7 @@ use serde_json::{Value, json};
 fn finding() -> Finding {
     Finding {
         effect: "influx".into(),
+        resembles: None,
         title: "formation fluid enters the well".into(),
         probability: 0.97,
         alternatives: vec![("line_leak".into(), 0.02)],
@@ -66,7 +67,7 @@ fn diagnosis(findings: Vec<Finding>) -> Diagnosis {
             Verdict::Explained
         },
         findings,
-        held: Vec::new(),
+        started_from: Vec::new(),
         suspected: Vec::new(),
         tested: vec![
             Tested {

@@ -13,6 +13,8 @@ pub(super) struct Plan {
     date: Option<Date>,
     issues: Vec<Issue>,
     origin: Option<String>,
+    /// Which of the columns counts from it.
+    clock: Option<usize>,
 }
 
 #[derive(Debug)]
@@ -70,6 +72,7 @@ impl Plan {
             let first = |at: usize| readings[at].clock.first();
             Some((first(date.at)?.ns + first(date.clock_at)?.ns, false))
         });
+        let mut clock = None;
         let mut columns = Vec::with_capacity(readings.len());
         for (index, reading) in readings.iter().enumerate() {
             if date.is_some_and(|date| date.at == index) {
@@ -102,7 +105,12 @@ impl Plan {
                 continue; // trailing delimiters
             }
             issues.extend(reading.issues());
-            origin = origin.or_else(|| reading.clock.origin());
+            if date.is_some_and(|date| date.clock_at == index) {
+                clock = Some(columns.len());
+            } else if origin.is_none() {
+                origin = reading.clock.origin();
+                clock = origin.map(|_| columns.len());
+            }
             let mut planned = Planned {
                 index,
                 tag: reading.head.tag.clone(),
@@ -117,6 +125,7 @@ impl Plan {
             if let Some(epoch) = planned.epoch {
                 planned.unit = Some("s".into());
                 origin = Some(epoch.origin());
+                clock = Some(columns.len());
             }
             columns.push(planned);
         }
@@ -125,6 +134,7 @@ impl Plan {
             date,
             issues,
             origin: origin.map(|(ns, zoned)| stamp::rfc3339(ns, zoned)),
+            clock,
         }
     }
 
@@ -161,6 +171,7 @@ impl Plan {
             columns: columns.collect(),
             issues: self.issues.clone(),
             origin: self.origin.clone(),
+            clock: self.clock,
         }
     }
 

@@ -172,7 +172,7 @@ impl Text<'_> {
         Some(half)
     }
 
-    /// A month by its English name, or the first three letters of it.
+    /// A month by its English name, or the first three letters of it, or `Sept`.
     fn month(&mut self) -> Option<i64> {
         const NAMES: [&str; 12] = [
             "january",
@@ -193,9 +193,9 @@ impl Text<'_> {
             .count();
         let (name, rest) = self.0.split_at(letters);
         let is = |full: &&str| {
-            let short = full.as_bytes().get(..3);
-            name.eq_ignore_ascii_case(full.as_bytes())
-                || short.is_some_and(|short| name.eq_ignore_ascii_case(short))
+            let begins = full.as_bytes().get(..letters);
+            begins.is_some_and(|begins| name.eq_ignore_ascii_case(begins))
+                && (letters == 3 || letters == full.len() || name.eq_ignore_ascii_case(b"sept"))
         };
         let month = (1..)
             .zip(NAMES.iter())
@@ -223,9 +223,14 @@ impl Text<'_> {
                 None => text.digits(1, 2).filter(|_| sign != b' ')?,
             };
             text.any(&[sign])?;
+            let before = text.0.len();
             let last = text.digits(1, 4)?;
             match sign {
                 b'-' | b'/' if named.is_none() => (a, month, last),
+                // `22-Oct-24`, as databases and spreadsheets write it.
+                _ if named.is_some() && before - text.0.len() == 2 => {
+                    (last + if last < 70 { 2000 } else { 1900 }, month, a)
+                }
                 _ => (last, month, a),
             }
         };
@@ -367,12 +372,11 @@ impl Clock {
         ns.saturating_sub(first_ns) as f64 / 1e9
     }
 
-    /// Nanoseconds and whether the zone is known, if the first stamp has a date.
+    /// Nanoseconds and whether the zone is known, if the first stamp has a date and a time of day.
     pub(super) fn origin(&self) -> Option<(i64, bool)> {
         let first = self.first?;
         match first.kind {
             StampKind::DateTime { zoned } => Some((first.ns, zoned)),
-            StampKind::Date => Some((first.ns, false)),
             _ => None,
         }
     }
@@ -400,6 +404,7 @@ mod tests {
             "22-Oct-2024 15:27:49.648",
             "22 October 2024 15:27:49.648",
             "22/OCT/2024 03:27:49.648 PM",
+            "22-Oct-24 15:27:49.648",
             "2024-10-22T17:27:49.648+02:00",
             "2024-10-22 10:57:49.648-0430",
             "2024-10-22 15:27:49.648 UTC",
@@ -420,12 +425,28 @@ mod tests {
     }
 
     #[test]
+    fn months_have_names_and_their_years_two_digits_or_four() {
+        for (text, same) in [
+            ("1-Sept-2014", "2014-09-01"),
+            ("01 sep 69", "2069-09-01"),
+            ("1-SEPTEMBER-70", "1970-09-01"),
+            ("31/May/1999", "1999-05-31"),
+        ] {
+            assert!(ns(same).is_some());
+            assert_eq!(ns(text), ns(same), "{text}");
+        }
+    }
+
+    #[test]
     fn what_is_no_time_is_none() {
         for text in [
             "58-32",
             "22-Okt-2024",
             "22-O-2024",
             "22 10 2024",
+            "22-Octo-2024",
+            "22.10.24",
+            "22-Oct-124",
             "31-Jun-2024",
             "2024-Oct-22",
             "2024-13-01",

@@ -114,6 +114,7 @@ impl LogBlocks {
                 columns,
                 issues,
                 origin: origin(start_ns),
+                clock: Some(0),
             },
             length,
             pass: Pass::new(),

@@ -341,6 +341,7 @@ pub(crate) fn sample() -> Table {
         ],
         issues: Vec::new(),
         origin: Some("2015-06-01T00:00:00Z".into()),
+        clock: None,
     }
 }
 

@@ -7,6 +7,12 @@ use crate::survey::Selection;
 const MOST_STEPS_A_SAMPLE: f64 = 20.0;
 /// Short recordings may have proportionally longer gaps.
 const STEPS_ALWAYS_ALLOWED: f64 = 100_000.0;
+
+/// The longest even clock that so many samples may lie on.
+pub(crate) fn most_steps(samples: usize) -> f64 {
+    STEPS_ALWAYS_ALLOWED.max(MOST_STEPS_A_SAMPLE * samples as f64)
+}
+
 /// One odd step in so many is no jitter.
 const ODD_STEPS: usize = 1000;
 /// Steps that are held at a time to find their median.
@@ -225,7 +231,7 @@ impl ClockPasses {
         let (first, step_s) = (self.order.first?, self.fit.step_s);
         let span_s = self.order.last - first;
         let steps = span_s / step_s;
-        let most = STEPS_ALWAYS_ALLOWED.max(MOST_STEPS_A_SAMPLE * self.samples as f64);
+        let most = most_steps(self.samples);
         // Stamps near the ends of f64 overflow the span: then there is no count at all.
         (steps.is_nan() || steps > most).then(|| ClockError::Jump {
             span_s,

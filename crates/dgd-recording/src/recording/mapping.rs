@@ -9,21 +9,11 @@ use rayon::prelude::*;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordingError {
-    /// A column that the well description names is not in the file.
-    #[error(
-        "channel `{channel}` is mapped to the tag `{tag}`, which the recording does not have{}; {}it has {present}",
-        also.iter().map(|other| format!(", nor {other}")).collect::<String>(),
-        near.as_ref().map(|near| format!("did you mean `{near}`? ")).unwrap_or_default()
-    )]
+    /// Columns that the well description names are not in the file.
+    #[error("channel {}; it has {present}", told(absent))]
     NoColumn {
-        /// Channel name in the well description.
-        channel: String,
-        /// Tag looked for.
-        tag: String,
-        /// Tags of the other channels that the file does not have either, each with its channel.
-        also: Vec<String>,
-        /// A tag of the file that differs in little, if there is just one.
-        near: Option<String>,
+        /// Every channel without its column, in the order of the description; one at least.
+        absent: Vec<Absent>,
         /// Tags in the file, shortened.
         present: String,
     },
@@ -59,9 +49,44 @@ pub enum RecordingError {
         /// The step given, s.
         step_s: f64,
     },
+    /// Most of two recordings joined would hold nothing.
+    #[error("{seam} samples without values between recordings of {samples} samples together")]
+    Seam {
+        /// Samples without values.
+        seam: usize,
+        /// Samples of both.
+        samples: usize,
+    },
     /// The clock is beyond use.
     #[error(transparent)]
     Clock(#[from] ClockError),
+}
+
+/// A channel whose column is not in the file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Absent {
+    /// Channel name in the well description.
+    pub channel: String,
+    /// Tag looked for.
+    pub tag: String,
+    /// A tag of the file that differs in little, if there is just one.
+    pub near: Option<String>,
+}
+
+fn told(absent: &[Absent]) -> String {
+    let mut told = String::new();
+    for (nth, Absent { channel, tag, near }) in absent.iter().enumerate() {
+        told += &match nth {
+            0 => format!(
+                "`{channel}` is mapped to the tag `{tag}`, which the recording does not have"
+            ),
+            _ => format!(", nor `{tag}` of `{channel}`"),
+        };
+        if let Some(near) = near {
+            told += &format!(" (did you mean `{near}`?)");
+        }
+    }
+    told
 }
 
 impl RecordingError {
@@ -137,14 +162,16 @@ fn absent(table: &Table, map: &ChannelMap) -> Option<RecordingError> {
             tags.push((channel.to_string(), tag));
         }
     }
-    tags.retain(|(_, tag)| table.find(tag).is_none());
-    let mut missing = tags.into_iter();
-    let (channel, tag) = missing.next()?;
-    Some(RecordingError::NoColumn {
-        channel,
-        tag: tag.to_owned(),
-        also: (missing.map(|(channel, tag)| format!("`{tag}` of `{channel}`"))).collect(),
-        near: near(table, tag),
+    let absent: Vec<Absent> = (tags.into_iter())
+        .filter(|(_, tag)| table.find(tag).is_none())
+        .map(|(channel, tag)| Absent {
+            channel,
+            tag: tag.to_owned(),
+            near: near(table, tag),
+        })
+        .collect();
+    (!absent.is_empty()).then(|| RecordingError::NoColumn {
+        absent,
         present: self::tags(table),
     })
 }
@@ -164,10 +191,11 @@ impl Columns {
         self.table
             .find(tag)
             .ok_or_else(|| RecordingError::NoColumn {
-                channel: channel.into(),
-                tag: tag.into(),
-                also: Vec::new(),
-                near: near(&self.table, tag),
+                absent: vec![Absent {
+                    channel: channel.into(),
+                    tag: tag.into(),
+                    near: near(&self.table, tag),
+                }],
                 present: tags(&self.table),
             })
     }

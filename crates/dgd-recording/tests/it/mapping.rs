@@ -162,6 +162,13 @@ fn without_stamps_the_interval_is_the_clock() {
         assert!(matches!(error, RecordingError::Step { .. }), "{error}");
         assert_eq!(joined, recording);
     }
+    for seam in [100_001, usize::MAX] {
+        let mut joined = recording.clone();
+        let error = joined.append_after(recording.clone(), 1.0, seam);
+        let error = error.unwrap_err();
+        assert!(matches!(error, RecordingError::Seam { .. }), "{error}");
+        assert_eq!(joined, recording);
+    }
     well.channels.return_flow = source("FT9", "gpm");
     let error = Recording::from_table(table(&[9.0, 9.0]), &well).unwrap_err();
     assert!(matches!(error, RecordingError::NoColumn { .. }), "{error}");

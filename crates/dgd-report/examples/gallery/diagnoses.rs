@@ -37,6 +37,7 @@ pub(crate) fn class(hours: u32) -> Diagnosis {
     let end = f64::from(hours) * 3600.0;
     let finding = Finding {
         effect: "line_leak".to_owned(),
+        resembles: None,
         title: "the return line loses mud before its meter".to_owned(),
         probability: 0.52,
         alternatives: vec![
@@ -82,6 +83,7 @@ pub(crate) fn unknown(hours: u32) -> Diagnosis {
     let end = f64::from(hours) * 3600.0;
     let finding = Finding {
         effect: "unknown".to_owned(),
+        resembles: None,
         title: "something outside the catalogue: return line friction depends on return flow"
             .to_owned(),
         probability: 0.91,
@@ -132,6 +134,7 @@ pub(crate) fn two(hours: u32) -> Diagnosis {
     let end = f64::from(hours) * 3600.0;
     let delay = Finding {
         effect: "return_flow_delay".to_owned(),
+        resembles: None,
         title: "the return flow is measured late".to_owned(),
         probability: 0.996,
         alternatives: vec![("line_gas_storage".to_owned(), 0.003)],
@@ -167,6 +170,7 @@ fn influx(hours: u32) -> Finding {
     let end = f64::from(hours) * 3600.0;
     Finding {
         effect: "influx".to_owned(),
+        resembles: None,
         title: "formation fluid enters the well".to_owned(),
         probability: 0.972,
         alternatives: vec![
@@ -255,7 +259,7 @@ fn made(hours: u32, verdict: Verdict, findings: Vec<Finding>) -> Diagnosis {
         .collect();
     Diagnosis {
         verdict,
-        held: Vec::new(),
+        started_from: Vec::new(),
         suspected: Vec::new(),
         tested: tested(&findings),
         findings,

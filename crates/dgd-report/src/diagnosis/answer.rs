@@ -20,7 +20,7 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
     let left_out: Vec<(usize, &Finding)> = of(true).collect();
     let refuted = refuted(of(false).map(|(_, f)| f));
     match left_out.as_slice() {
-        [] if !refuted.is_empty() => format!("{refuted}; nothing else was looked for."),
+        [] if !refuted.is_empty() => format!("{refuted}; nothing else was looked for but swell."),
         [] if diagnosis.verdict == Verdict::Consistent => nothing(diagnosis),
         [] => "Model and recording differ, and the difference could not be placed.".to_owned(),
         found => {
@@ -111,6 +111,7 @@ fn unnamed(diagnosis: &Diagnosis) -> &'static str {
 fn brief(finding: &Finding, span: (f64, f64)) -> String {
     let when = words::when(&finding.intervals_s, span);
     match Rung::of(finding) {
+        Rung::Located if finding.resembles.is_some() => format!("{}, {when}", title(finding)),
         Rung::Located => {
             format!(
                 "{}, {when}, as neither the model nor the catalogue has it",
@@ -136,6 +137,12 @@ fn clause(finding: &Finding, span: (f64, f64)) -> String {
     let when = words::when(&finding.intervals_s, span);
     let gain = words::gain(finding, false).map_or_else(String::new, |gain| format!("; {gain}"));
     match Rung::of(finding) {
+        Rung::Located if finding.resembles.is_some() => format!(
+            "Left out of the {place}, {when}: {}; none of the {} effects of the catalogue has its form, and the model holds \
+             what it looks like{gain}",
+            title(finding),
+            dgd_effects::catalogue().len()
+        ),
         Rung::Located => format!(
             "{}, {when}, in a way that neither the model nor any of the {} effects of the catalogue holds; it is modelled \
              by an empirical correction{gain}",
@@ -204,7 +211,7 @@ pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
     let only_suspected = likely().next().is_none() && !diagnosis.findings.is_empty();
     let says = match likely().find(unsure) {
         _ if only_suspected => {
-            "what was suspected is less likely than not; nothing else was looked for"
+            "what was suspected is less likely than not; nothing else was looked for but swell"
         }
         Some(finding) if diagnosis.verdict == Verdict::Explained => {
             if finding.serious().next().is_some() {

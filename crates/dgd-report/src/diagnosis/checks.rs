@@ -66,10 +66,11 @@ fn tested(diagnosis: &Diagnosis, html: &mut Html) {
     }
     let rank = |t: &Tested| match t.outcome {
         Outcome::Found => 0,
-        Outcome::NotSeen => 1,
-        Outcome::NotTestable(_) => 2,
+        Outcome::Resembled => 1,
+        Outcome::NotSeen => 2,
+        Outcome::NotTestable(_) => 3,
     };
-    let mut seen: Vec<&Tested> = diagnosis.tested.iter().filter(|t| rank(t) < 2).collect();
+    let mut seen: Vec<&Tested> = diagnosis.tested.iter().filter(|t| rank(t) < 3).collect();
     seen.sort_by(|a, b| {
         let by_evidence = b.evidence.total_cmp(&a.evidence);
         rank(a).cmp(&rank(b)).then(by_evidence)
@@ -86,7 +87,7 @@ fn tested(diagnosis: &Diagnosis, html: &mut Html) {
             ));
         }
         html.table(
-            "The smallest size is the strength that this recording would have shown beside what is found. The evidence is each effect's alone, when it was first weighed, beside what it needed then: sound rigs reach less. What exceeded that, and explains nothing beside what is found, is not needed.",
+            "The smallest size is the strength that this recording would have shown beside what is found. The evidence is each effect's alone, when it was first weighed, beside what it needed then: sound rigs reach less. What exceeded that, and explains nothing beside what is found, is not needed. What is resembled stands in the model for a cause that is none of the catalogue's.",
             &[
                 "Effect",
                 "Outcome",
@@ -131,6 +132,8 @@ fn row(tested: &Tested, beside: bool) -> Vec<Cell> {
         Cell::Named(capital(tested.title), tested.effect.to_owned()),
         if tested.outcome == Outcome::Found {
             Cell::Mark("found", "found".to_owned())
+        } else if tested.outcome == Outcome::Resembled {
+            Cell::Mark("open", "resembled".to_owned())
         } else if beside && tested.exceeded_its_hurdle() {
             Cell::Mark("quiet", "not needed".to_owned())
         } else {

@@ -20,7 +20,7 @@ const BASE: [(&str, &str); 4] = [
 ];
 
 pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
-    let held: Vec<&About> = (diagnosis.held.iter())
+    let held: Vec<&About> = (diagnosis.started_from.iter())
         .filter_map(|id| find(id).map(|effect| effect.about()))
         .collect();
     if diagnosis.findings.is_empty() {

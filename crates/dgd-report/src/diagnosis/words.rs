@@ -95,7 +95,11 @@ pub(super) fn title_of(id: &str) -> String {
 
 /// The effects of the model to start from, if it holds any.
 pub(super) fn held(diagnosis: &Diagnosis) -> Option<String> {
-    let titles: Vec<String> = diagnosis.held.iter().map(|id| held_title(id)).collect();
+    let titles: Vec<String> = diagnosis
+        .started_from
+        .iter()
+        .map(|id| held_title(id))
+        .collect();
     (!titles.is_empty()).then(|| listed(&titles, "and"))
 }
 

@@ -109,7 +109,7 @@ fn what_the_model_to_start_from_holds_is_told_with_its_equation() {
     for (name, mut diagnosis) in diagnoses::all(2) {
         let without = page(&diagnosis);
         assert!(!words(&without).contains("model to start from"), "{name}");
-        diagnosis.held = vec!["lost_circulation"];
+        diagnosis.started_from = vec!["lost_circulation"];
         let html = page(&diagnosis);
         let told = words(&html);
         let title = "mud is lost to the formation, driven by pressure";
@@ -127,6 +127,31 @@ fn what_the_model_to_start_from_holds_is_told_with_its_equation() {
             )));
         }
     }
+}
+
+/// Of such a cause no correction tells more: the model holds the effect, and the page does not say otherwise.
+#[test]
+fn what_only_resembles_an_effect_is_told_with_what_the_model_holds() {
+    let (name, mut diagnosis) = (diagnoses::all(2).into_iter())
+        .find(|(_, d)| d.verdict == Verdict::Unexplained)
+        .unwrap();
+    let gel = find("gel_strength").unwrap().about();
+    for finding in &mut diagnosis.findings {
+        finding.resembles = Some(gel.id);
+        finding.title = format!(
+            "something outside the catalogue, which looks as if {}",
+            gel.title
+        );
+        finding.curve = None;
+    }
+    let tested = (diagnosis.tested.iter_mut()).find(|t| t.effect == gel.id);
+    tested.unwrap().outcome = Outcome::Resembled;
+    let told = words(&page(&diagnosis));
+    let title = &diagnosis.findings[0].title;
+    assert!(told.contains(&format!("{title}; none of the")), "{name}");
+    assert!(told.contains("the model holds what it looks like"));
+    assert!(told.contains("resembled") && told.contains("only comes near"));
+    assert!(!told.contains("empirical correction"), "{told}");
 }
 
 #[test]

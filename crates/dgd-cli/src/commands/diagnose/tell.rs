@@ -85,7 +85,7 @@ fn sentence(diagnosis: &Diagnosis) -> String {
                 off.join(", ")
             )
         };
-        let beyond = match diagnosis.held.join(", ") {
+        let beyond = match diagnosis.started_from.join(", ") {
             none if none.is_empty() => none,
             held => format!(", beyond what the model to start from holds ({held})"),
         };
@@ -278,6 +278,10 @@ fn tell_tested(text: &mut String, diagnosis: &Diagnosis) -> std::fmt::Result {
         writeln!(text, "{}", table.render())?;
     }
     let all = count(diagnosis.tested.len());
+    let resembled = match of(|o| matches!(o, Outcome::Resembled)).count() {
+        0 => String::new(),
+        n => format!("{n} resembled by what is none of the catalogue's, "),
+    };
     let not_needed = match diagnosis.findings.len() {
         0 => 0,
         _ => unseen().filter(|t| t.exceeded_its_hurdle()).count(),
@@ -288,7 +292,7 @@ fn tell_tested(text: &mut String, diagnosis: &Diagnosis) -> std::fmt::Result {
     };
     writeln!(
         text,
-        "tested {all} effects: {found} found, {beside}{} not seen, {} that this recording cannot show",
+        "tested {all} effects: {found} found, {resembled}{beside}{} not seen, {} that this recording cannot show",
         unseen().count() - not_needed,
         blind.len()
     )?;
@@ -306,17 +310,20 @@ fn tell_blind(text: &mut String, one: &Tested) -> std::fmt::Result {
 
 /// How what was suspected fared: nothing else was searched for, only weighed before anything was named.
 fn tell_suspected(text: &mut String, diagnosis: &Diagnosis) -> std::fmt::Result {
-    let suspected = |t: &&Tested| diagnosis.suspected.iter().any(|id| id == t.effect);
-    let (likely, unlikely): (Vec<_>, Vec<_>) =
-        diagnosis.findings.iter().partition(|f| f.is_likely());
+    let suspected = |id: &str| diagnosis.suspected.iter().any(|s| s == id);
+    // Swell is told apart, whatever was suspected.
+    let of_them = diagnosis.findings.iter();
+    let of_them = of_them.filter(|f| suspected(f.resembles.unwrap_or(&f.effect)));
+    let (likely, unlikely): (Vec<_>, Vec<_>) = of_them.partition(|f| f.is_likely());
     writeln!(
         text,
-        "looked for {} alone: {} found, {} less likely than not; without --suspect all effects are looked for",
+        "looked for {}: {} found, {} less likely than not; without --suspect all effects are looked for",
         diagnosis.suspected.join(" and "),
         likely.len(),
         unlikely.len(),
     )?;
-    (diagnosis.tested.iter().filter(suspected)).try_for_each(|one| tell_blind(text, one))
+    let mut of_them = diagnosis.tested.iter().filter(|t| suspected(t.effect));
+    of_them.try_for_each(|one| tell_blind(text, one))
 }
 
 /// Error of the model without findings on the held-out samples that the screening trusts.

@@ -37,6 +37,7 @@ fn base() -> Base {
 fn kick() -> Finding {
     Finding {
         effect: "influx".into(),
+        resembles: None,
         title: "formation fluid enters the well".into(),
         probability: 0.97,
         alternatives: vec![("line_leak".into(), 0.02)],
@@ -108,7 +109,7 @@ fn diagnosis(findings: Vec<Finding>) -> Diagnosis {
             Verdict::Explained
         },
         findings,
-        held: Vec::new(),
+        started_from: Vec::new(),
         suspected: Vec::new(),
         tested: vec![
             Tested {
@@ -294,7 +295,7 @@ fn a_consistent_recording_is_told_with_what_would_have_been_seen() {
     assert!(told.contains("heave"), "{told}");
     assert!(told.contains("0.009  bar  amplitude"), "{told}");
     let mut started = diagnosis(Vec::new());
-    started.held = vec!["influx", "heave"];
+    started.started_from = vec!["influx", "heave"];
     let told = tell::tell(&started, &[], "rig.mat", Path::new("out"));
     let first = told.lines().next().unwrap();
     assert!(
@@ -339,8 +340,15 @@ fn a_suspect_that_is_unlikely_is_told_as_one() {
     let told = tell::tell(&suspected, &[], "rig.mat", Path::new("out"));
     let said = "rig.mat: consistent, what was suspected is less likely than not: formation fluid";
     assert!(told.starts_with(said), "{told}");
-    let said = "looked for influx alone: 0 found, 1 less likely than not;";
+    let said = "looked for influx: 0 found, 1 less likely than not;";
     assert!(told.contains(said) && !told.contains("tested"), "{told}");
+    // Swell is told beside, and is none of them.
+    suspected.findings.push(Finding {
+        effect: "heave".into(),
+        ..kick()
+    });
+    let told = tell::tell(&suspected, &[], "rig.mat", Path::new("out"));
+    assert!(told.contains(said), "{told}");
     let one_of_two = diagnosis(vec![kick(), unlikely()]);
     let told = tell::tell(&one_of_two, &[], "rig.mat", Path::new("out"));
     let said = "rig.mat: explained, formation fluid enters the well; what was suspected is less \
