@@ -14,9 +14,10 @@ use crate::progress::Progress;
 use dgd_documents::{DocumentError, ModelDocument, Problem};
 use dgd_identify::Model;
 use dgd_ingest::{Format, ReadOptions};
-use dgd_recording::{Issue, Recording, RecordingError, Table, Well};
+use dgd_recording::{Issue, Recording, RecordingError, Table, TimeSource, Well, survey};
 use dgd_replay::ReplayError;
 use dgd_screen::Suspicion;
+use dgd_units::Unit;
 use joined::Joint;
 use std::fs::File;
 use std::io::Read;
@@ -203,15 +204,19 @@ pub(crate) fn read_recordings(
     let mut loaded: Option<Loaded> = None;
     let mut suspected: Vec<Suspicion> = Vec::new();
     let mut joint = Joint::default();
+    let mut units = Units::default();
+    let mut warnings: Vec<String> = Vec::new();
     for (index, path) in paths.iter().enumerate() {
         let (format, mut table) = read_table(path, progress)?;
         let mut issues = std::mem::take(&mut table.issues);
+        units.check(path, &table)?;
+        warnings.extend(well.contradicted(path, &table));
         let began = table.began(&well.channels.time);
         if began.is_none() && paths[..index].contains(path) {
             warn!("{} is named twice: its samples count twice", path.display());
         }
         let (recording, mapping) =
-            Recording::from_table(table, well).map_err(|e| well.unmapped(path, &e))?;
+            Recording::from_table(table, well).map_err(|e| well.unmapped(path, &e, &issues))?;
         let samples = recording.len();
         let (recording, step_s, clock) =
             recording.onto_grid().map_err(|e| Failure::input(path, e))?;
@@ -260,7 +265,46 @@ pub(crate) fn read_recordings(
         reason: "no recording was named".into(),
     })?;
     loaded.suspicions = suspected.iter().map(|s| well.pointing(s)).collect();
+    loaded.suspicions.extend(warnings);
     Ok(loaded)
+}
+
+/// The units that the files of one job give their columns.
+#[derive(Default)]
+struct Units {
+    /// Of each column, with the first file that tells it.
+    of: Vec<(String, String, PathBuf)>,
+}
+
+impl Units {
+    /// Refuses a file whose columns are in other units than those of the files before it: one description cannot suit both.
+    fn check(&mut self, path: &Path, table: &Table) -> Result<(), Failure> {
+        let units = table.columns.iter().filter_map(|column| {
+            let unit = column.unit.as_deref().filter(|unit| !unit.is_empty())?;
+            Some((column.tag.as_str(), unit))
+        });
+        for (tag, unit) in units {
+            let Some((_, before, first)) = self.of.iter().find(|(known, ..)| known == tag) else {
+                self.of
+                    .push((tag.to_owned(), unit.to_owned(), path.to_owned()));
+                continue;
+            };
+            let same = match (Unit::parse(before), Unit::parse(unit)) {
+                (Ok(before), Ok(unit)) => before == unit,
+                _ => before == unit,
+            };
+            if !same {
+                return Err(Failure::input(
+                    path,
+                    format!(
+                        "column `{tag}` is in {unit}, in {} in {before}: one description cannot suit both; convert one of them",
+                        first.display()
+                    ),
+                ));
+            }
+        }
+        Ok(())
+    }
 }
 
 /// Samples of a window of the clock, all if there is none.
@@ -312,8 +356,9 @@ impl Loaded {
 }
 
 impl Described {
-    /// A recording that the channel map does not fit, with the line of the map.
-    fn unmapped(&self, recording: &Path, error: &RecordingError) -> Failure {
+    /// A recording that the channel map does not fit, with the line of the map; a column that the reader passed over is there, and
+    /// its issue says why it was.
+    fn unmapped(&self, recording: &Path, error: &RecordingError, issues: &[Issue]) -> Failure {
         let channels: Vec<&str> = match error {
             RecordingError::NoColumn { absent, .. } => {
                 absent.iter().map(|a| a.channel.as_str()).collect()
@@ -331,9 +376,22 @@ impl Described {
             .map(|line| line.to_string())
             .collect();
         let description = self.path.display();
+        let passed_over = match error {
+            RecordingError::NoColumn { absent, .. } => {
+                let of = |issue: &&Issue| {
+                    let (_, column) = issue.place.rsplit_once("column `")?;
+                    let column = column.trim_end_matches('`');
+                    let last = column.rsplit('.').next();
+                    let mut tags = absent.iter().map(|a| a.tag.as_str());
+                    tags.find(|tag| *tag == column || Some(*tag) == last)
+                };
+                issues.iter().find(|issue| of(issue).is_some())
+            }
+            _ => None,
+        };
         Failure::Input {
             path: recording.to_owned(),
-            reason: error.to_string(),
+            reason: passed_over.map_or_else(|| error.to_string(), ToString::to_string),
             help: match lines.as_slice() {
                 [] => None,
                 [line] => Some(format!("it is mapped in {description}, line {line}")),
@@ -345,16 +403,45 @@ impl Described {
         }
     }
 
+    /// A warning where the samples are said to be evenly apart, and the file has a clock that says otherwise.
+    fn contradicted(&self, path: &Path, table: &Table) -> Option<String> {
+        let TimeSource::Interval { step_s } = self.channels.time else {
+            return None;
+        };
+        let found = survey(table);
+        let column = &table.columns[found.time_column?];
+        let step = found.clock?.ok()?.step_s;
+        let unit = column.unit.as_deref().and_then(|u| Unit::parse(u).ok());
+        let told_s = unit.map_or(step, |unit| unit.to_si(step));
+        if (0.99..1.01).contains(&(told_s / step_s)) {
+            return None;
+        }
+        let said = format!(
+            "the samples of {} are taken to be {step_s} s apart, its column `{}` says {told_s:.6} s",
+            path.file_name()
+                .unwrap_or(path.as_os_str())
+                .to_string_lossy(),
+            column.tag
+        );
+        let line = dgd_documents::well_line(&self.text, "channels", "time", None);
+        Some(self.told(line, &said))
+    }
+
     /// A suspicion with the line that it is about.
     fn pointing(&self, suspicion: &Suspicion) -> String {
         let place = suspicion.place;
         let at = dgd_documents::well_line(&self.text, place.section, place.key, place.transmitter);
+        self.told(at, &suspicion.to_string())
+    }
+
+    /// What is said of a line of the description.
+    fn told(&self, line: Option<usize>, said: &str) -> String {
         // The name without its folder: reports travel, folders do not.
         let name = self.path.file_name().unwrap_or(self.path.as_os_str());
         let name = name.to_string_lossy();
-        match at {
-            Some(line) => format!("{name}:{line}: {suspicion}"),
-            None => format!("{name}: {suspicion}"),
+        match line {
+            Some(line) => format!("{name}:{line}: {said}"),
+            None => format!("{name}: {said}"),
         }
     }
 }

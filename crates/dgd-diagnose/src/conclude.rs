@@ -1,6 +1,7 @@
 //! From a selection to an answer.
 
 mod again;
+mod residue;
 mod worse;
 
 use crate::belief::{calibrate, doubt};
@@ -234,6 +235,8 @@ pub fn diagnose(
     };
     let state = selection.state();
     let traces = traces(&record, (&before_fit, &start), (&full, &state));
+    checks.push(residue::left(&traces));
+    checks.extend(residue::apart(well, &traces));
     let work = record.tally.work();
     let settings = vec![
         ("working clock".into(), format!("{} s", record.dt_s)),

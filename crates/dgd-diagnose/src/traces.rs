@@ -45,6 +45,7 @@ pub(crate) fn traces(
                 .collect(),
             before: pick(&b),
             after: pick(&a),
+            offset: 0.0,
             noise,
             wander,
         }
@@ -91,6 +92,7 @@ pub(crate) fn traces(
         );
         out.push(Trace {
             pair: Some(Pair::Outlets.name()),
+            offset: Pair::Outlets.offset(record).unwrap_or(f64::NAN),
             ..outlets
         });
     }
@@ -134,6 +136,7 @@ fn twins(
         t_s: after.t_s().to_vec(),
         before: before.residual().to_vec(),
         after: after.residual().to_vec(),
+        offset: pair.offset(record)?,
         noise: after.noise_pa(),
         wander: may.difference_pa,
     })

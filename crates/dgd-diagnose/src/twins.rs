@@ -69,6 +69,14 @@ impl Pair {
         mean(&first[samples.clone()]) + lost - mean(&second[samples])
     }
 
+    /// By how much the first reads more than the second throughout (median), Pa; `None` where there are not two.
+    pub(crate) fn offset(self, record: &Record) -> Option<f64> {
+        let readings = self.readings(record)?;
+        let m = record.per_block;
+        let blocks = (0..record.blocks).map(|b| self.differ(record, readings, b * m..(b + 1) * m));
+        quantile(blocks.filter(|v| v.is_finite()), Rank::MEDIAN)
+    }
+
     /// By how much the first reads more than the second where readings are off, Pa.
     fn apart(self, changes: &Changes) -> f64 {
         let [first, second] = changes.inlet_bias_pa;

@@ -31,6 +31,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Table, IngestError> {
     let text = text::decode(bytes, &mut issues)?;
     let layout = layout::layout(&Glimpse::of(&text))?;
     let mut rows = rows::read(&text, &layout)?;
+    rows.check_names()?;
     let mut seen = Seen::new(rows.columns.len());
     seen.add(&rows.columns);
     let plan = Plan::new(&rows, &seen, issues);

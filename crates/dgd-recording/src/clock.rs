@@ -69,6 +69,17 @@ pub enum ClockError {
         /// Stamp before the longest gap, s.
         jump_s: f64,
     },
+    /// Many samples in a row share each stamp, as where a spreadsheet has dropped the seconds.
+    #[error(
+        "some {shared} samples in a row share each time stamp, and the stamps are {step_s:.0} s apart: they have lost their seconds; \
+         export them anew, or give the interval of the samples in place of the clock, time = {{ interval = \"1 s\" }}"
+    )]
+    Coarse {
+        /// Samples to a stamp.
+        shared: usize,
+        /// From stamp to stamp, s.
+        step_s: f64,
+    },
     /// The clock was set back, so that two stretches of the recording bear the same stamps.
     #[error(
         "the clock jumps back by {back_s} s after {jump_s} s, and {samples} samples repeat stamps with other values: \

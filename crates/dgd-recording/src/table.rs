@@ -28,7 +28,7 @@ pub struct Table {
     pub clock: Option<usize>,
 }
 
-/// When the first row of a table was taken.
+/// When the earliest row of a table was taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Began {
     /// Nanoseconds from 1970, of the zone's clock where the zone is not known.
@@ -50,7 +50,7 @@ impl Table {
         self.origin.as_deref().and_then(nanoseconds)
     }
 
-    /// When the first row with a stamp was taken, on the clock that a channel map names; `None` where the origin is not told, or
+    /// When the earliest row was taken, on the clock that a channel map names; `None` where the origin is not told, or
     /// is that of another column.
     ///
     /// ```
@@ -68,7 +68,8 @@ impl Table {
         let origin_ns = self.origin_ns()?;
         let first = |index: usize| {
             let stamps = &self.columns.get(index)?.values;
-            stamps.iter().copied().find(|t| t.is_finite())
+            let finite = stamps.iter().copied().filter(|t| t.is_finite());
+            finite.reduce(f64::min)
         };
         let after_s = match (time, self.clock) {
             (TimeSource::Column { tag, unit }, clock) => {

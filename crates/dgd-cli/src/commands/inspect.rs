@@ -7,7 +7,9 @@ use crate::output::Outputs;
 use crate::progress::Progress;
 use crate::say::{self, TextTable, count, number};
 use dgd_ingest::Format;
-use dgd_recording::{ColumnSurvey, Proposal, Table, TableSurvey, propose_channels, survey};
+use dgd_recording::{
+    ColumnSurvey, IssueKind, Proposal, Table, TableSurvey, propose_channels, survey,
+};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 
@@ -112,13 +114,26 @@ fn tell(text: &mut String, inspected: &Inspected, proposal: &Proposal) -> std::f
             more(text, clock.gaps.len(), "gaps")?;
         }
         (Some(Err(error)), _) => writeln!(text, "clock: {error}")?,
+        _ if table
+            .issues
+            .iter()
+            .any(|issue| issue.kind == IssueKind::Skipped) =>
+        {
+            writeln!(
+                text,
+                "clock: no column that was read looks like time; if one that was passed over holds the times, write them as in 2024-10-26 15:27:49"
+            )?
+        }
         _ => writeln!(
             text,
             "clock: no column looks like time; say `time = {{ interval = \"1 s\" }}` in the well description"
         )?,
     }
     if let Some(origin) = &table.origin {
-        writeln!(text, "begins at {origin}")?;
+        match origin.strip_suffix("-00:00") {
+            Some(local) => writeln!(text, "0 s is {local}, of which zone is not told")?,
+            None => writeln!(text, "0 s is {origin}")?,
+        }
     }
     let mut columns = TextTable::new([
         "column",

@@ -40,7 +40,7 @@ pub(crate) fn open<'w>(
         return Ok(None);
     };
     let grid = BlockGrid::new(blocks.head(), blocks.rows(), well);
-    let mut grid = grid.map_err(|e| well.unmapped(path, &e))?;
+    let mut grid = grid.map_err(|e| well.unmapped(path, &e, &blocks.head().issues))?;
     for pass in 1.. {
         progress.stage("surveying", &format!("the clock, pass {pass}"));
         blocks.each::<Failure>(|block| {

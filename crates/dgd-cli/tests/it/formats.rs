@@ -74,6 +74,45 @@ fn a_recording_cut_in_two_is_the_same_recording() {
 }
 
 #[test]
+fn files_of_one_job_in_other_units_are_refused_with_both_names() {
+    let bench = Bench::new();
+    copies(&bench);
+    let text = bench.text("rig.csv");
+    assert!(text.contains("gpm"), "{}", &text[..300]);
+    bench.write("day1.csv", &text);
+    bench.write("day2.csv", text.replacen("gpm", "l/min", 1));
+    bench
+        .dgd("fit day1.csv day2.csv --well well.toml")
+        .refused(&[
+            "day2.csv",
+            "is in l/min, in day1.csv in gpm",
+            "convert one of them",
+        ]);
+}
+
+#[test]
+fn a_clock_that_cannot_be_read_is_not_called_absent() {
+    let bench = Bench::new();
+    copies(&bench);
+    let text = bench.text("rig.csv");
+    let (head, rows) = text.split_once('\n').unwrap();
+    let mut out = format!("{head}\n");
+    for line in rows.lines() {
+        let (stamp, values) = line.split_once(',').unwrap();
+        out += &if stamp.starts_with(|c: char| c.is_ascii_digit()) {
+            format!("26/10/24 at {stamp},{values}\n")
+        } else {
+            format!("{line}\n")
+        };
+    }
+    bench.write("odd.csv", out);
+    bench.dgd("fit odd.csv --well well.toml").refused(&[
+        "without a number (the first is `26/10/24 at 0",
+        "well.toml, line",
+    ]);
+}
+
+#[test]
 fn a_date_beside_the_clock_does_not_tell_when_a_recording_began() {
     let bench = Bench::new();
     copies(&bench);

@@ -82,6 +82,9 @@ impl TextBlocks {
             }
             seen.add(&pass.rows.columns);
         }
+        if pass.rows.check_names().is_err() {
+            return Ok(Opened::Whole(WHOLE_TEXT));
+        }
         let cut_off = text::cut_off(length, zeros).into_iter().collect();
         let plan = Plan::new(&pass.rows, &seen, cut_off);
         if !plan.has_values(&seen) {

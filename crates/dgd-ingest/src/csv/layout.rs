@@ -36,6 +36,13 @@ pub(super) struct Head {
     pub(super) first: Option<stamp::First>,
 }
 
+impl Head {
+    /// Whether what is written above a column is its name.
+    pub(super) fn is_named(&self, written: &str) -> bool {
+        self.named && split_unit(written).0 == self.tag
+    }
+}
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Sort {
     Empty,
@@ -55,7 +62,7 @@ fn sort(cell: &[u8], delimiter: u8, first: Option<stamp::First>) -> Sort {
         return Sort::Empty;
     }
     let as_number = match delimiter {
-        b',' => number::parse(cell).is_some(),
+        b',' => number::parse(cell).is_some() || number::parse_quoted(cell).is_some(),
         _ => number::parse_with_comma(cell).is_some(),
     };
     if as_number || number::is_missing(cell) {
@@ -171,6 +178,14 @@ pub(super) fn layout(glimpse: &Glimpse<'_>) -> Result<Layout, IngestError> {
         heads.truncate(usual.max(head[first_row - 1].cells.len()));
     }
     name(&mut heads, &head[..first_row], &numeric);
+    for (index, head) in heads.iter_mut().enumerate() {
+        // Digits alone are a number, unless a column of times holds a date in each.
+        let mut cells = rows()
+            .filter_map(|l| l.cells.get(index))
+            .filter(|c| !c.is_empty());
+        head.stamps |=
+            numeric[index] && is_time_name(&head.tag) && cells.all(|c| stamp::compact(c).is_some());
+    }
     let (start, line) = (head[first_row].start, head[first_row].number);
     Ok(Layout {
         delimiter,
@@ -178,6 +193,16 @@ pub(super) fn layout(glimpse: &Glimpse<'_>) -> Result<Layout, IngestError> {
         start,
         line,
     })
+}
+
+/// Whether a column is named like time.
+pub(super) fn is_time_name(tag: &str) -> bool {
+    let name = tag.to_lowercase();
+    let stem = name.split(|c: char| !c.is_alphanumeric()).next();
+    matches!(
+        stem.unwrap_or_default(),
+        "t" | "time" | "timestamp" | "epoch" | "unix" | "unixtime" | "datetime" | "utc"
+    )
 }
 
 /// `14:11` is hours and minutes as in ISO 8601; a fraction, or more than 23, speaks against it.

@@ -52,11 +52,46 @@ pub(crate) fn parse(cell: &[u8]) -> Option<f64> {
     }
 }
 
+/// The number in a cell with thousands in groups and a decimal sign that is another one: `2,078.5` or `2.078,5`; says whether
+/// a comma was its decimal sign. One sign alone may be either, and is not guessed.
+pub(super) fn parse_grouped(cell: &[u8]) -> Option<(f64, bool)> {
+    if cell.len() > 64 {
+        return None;
+    }
+    let decimal = *cell.iter().rfind(|b| matches!(b, b'.' | b','))?;
+    let group = if decimal == b'.' { b',' } else { b'.' };
+    let at = cell.iter().position(|b| *b == decimal)?;
+    let (whole, decimals) = (&cell[..at], &cell[at + 1..]);
+    let digits = |part: &[u8]| !part.is_empty() && part.iter().all(u8::is_ascii_digit);
+    let mut groups = whole
+        .strip_prefix(b"-")
+        .unwrap_or(whole)
+        .split(|b| *b == group);
+    let first = groups.next()?;
+    let mut rest = 0;
+    for part in groups {
+        if part.len() != 3 || !digits(part) {
+            return None;
+        }
+        rest += 1;
+    }
+    if rest == 0 || first.len() > 3 || !digits(first) || !digits(decimals) {
+        return None;
+    }
+    let mut plain: Vec<u8> = whole.iter().copied().filter(|b| *b != group).collect();
+    plain.push(b'.');
+    plain.extend_from_slice(decimals);
+    parse(&plain).map(|value| (value, decimal == b','))
+}
+
 /// The number in a cell of a file whose delimiter leaves the comma free; says whether
 /// a comma was its decimal sign.
 pub(super) fn parse_with_comma(cell: &[u8]) -> Option<(f64, bool)> {
     if let Some(value) = parse(cell) {
         return Some((value, false));
+    }
+    if let Some(grouped) = parse_grouped(cell) {
+        return Some(grouped);
     }
     let mut commas = cell.iter().enumerate().filter(|(_, b)| **b == b',');
     let (Some((at, _)), None) = (commas.next(), commas.next()) else {
@@ -71,6 +106,14 @@ pub(super) fn parse_with_comma(cell: &[u8]) -> Option<(f64, bool)> {
     copy.copy_from_slice(cell);
     copy[at] = b'.';
     parse(copy).map(|value| (value, true))
+}
+
+/// The number in a cell with a comma in it though commas separate cells, so that it stands in quotes: `"2,078.5"`, `"329,25"`. Three
+/// digits behind a comma alone may be thousands, and are not guessed.
+pub(super) fn parse_quoted(cell: &[u8]) -> Option<f64> {
+    let (value, comma) = parse_with_comma(cell)?;
+    let behind = cell.iter().rev().position(|b| *b == b',')?;
+    (!comma || cell.contains(&b'.') || behind != 3).then_some(value)
 }
 
 /// Words that instruments and spreadsheets write where there is no value.
@@ -141,7 +184,36 @@ mod tests {
     fn a_comma_is_a_decimal_sign_only_when_nothing_speaks_against_it() {
         assert_eq!(parse_with_comma(b"1,5"), Some((1.5, true)));
         assert_eq!(parse_with_comma(b"1.5"), Some((1.5, false)));
-        assert_eq!(parse_with_comma(b"1.234,5"), None);
         assert_eq!(parse_with_comma(b"1,234,5"), None);
+    }
+
+    #[test]
+    fn thousands_are_grouped_where_two_signs_tell_which_is_which() {
+        for (text, read) in [
+            ("2,078.5", Some((2078.5, false))),
+            ("-2.078,25", Some((-2078.25, true))),
+            ("12,345,678.0", Some((12_345_678.0, false))),
+            ("1.5", None),
+            ("1,500", None),
+            ("1,50.5", None),
+            ("1234,567.8", None),
+            ("1,234.", None),
+            (",234.5", None),
+            ("1,234.5,6", None),
+            ("1.234.5", None),
+            ("1,2a4.5", None),
+        ] {
+            assert_eq!(parse_grouped(text.as_bytes()), read, "{text}");
+        }
+        assert_eq!(parse_with_comma(b"1.234,5"), Some((1234.5, true)));
+        for (text, read) in [
+            ("2,078.5", Some(2078.5)),
+            ("2.078,5", Some(2078.5)),
+            ("329,25", Some(329.25)),
+            ("1,234", None),
+            ("12", None),
+        ] {
+            assert_eq!(parse_quoted(text.as_bytes()), read, "{text}");
+        }
     }
 }

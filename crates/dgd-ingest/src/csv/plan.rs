@@ -1,5 +1,6 @@
 //! From the columns of a text to those of a table.
 
+use super::layout::is_time_name;
 use super::rows::{Reading, Rows};
 use super::stamp::{self, StampKind};
 use crate::{IngestError, count};
@@ -206,15 +207,7 @@ fn date_and_clock(readings: &[Reading]) -> Option<Date> {
 /// and 2100 in one of the four.
 fn epoch(tag: &str, first: Option<f64>) -> Option<Epoch> {
     const FROM_TO_S: (f64, f64) = (978_307_200.0, 4_102_444_800.0);
-    let name = tag.to_lowercase();
-    let stem = name
-        .split(|c: char| !c.is_alphanumeric())
-        .next()
-        .unwrap_or_default();
-    if !matches!(
-        stem,
-        "t" | "time" | "timestamp" | "epoch" | "unix" | "unixtime" | "datetime" | "utc"
-    ) {
+    if !is_time_name(tag) {
         return None;
     }
     let first = first?;

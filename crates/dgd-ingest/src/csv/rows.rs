@@ -61,6 +61,8 @@ pub(super) struct Rows {
     short: Tally,
     long: Tally,
     wordy: Tally,
+    /// Lines that name the columns anew, and otherwise.
+    renamed: Tally,
     commas: Tally,
     /// Whether a cell has a decimal point; only asked where commas are free.
     points: bool,
@@ -176,8 +178,19 @@ impl Reading {
         } else {
             "numbers"
         };
+        let separated = self.unreadable.shown.contains([',', '.'])
+            && self
+                .unreadable
+                .shown
+                .bytes()
+                .all(|b| !b.is_ascii_alphabetic());
+        let mend = if separated && !self.head.stamps {
+            " (a sign between thousands, or a decimal one? write them without the former)"
+        } else {
+            ""
+        };
         let texts = format!(
-            "{} cannot be read as {what}, the first is `{}`; NaN stands there",
+            "{} cannot be read as {what}, the first is `{}`{mend}; NaN stands there",
             count(self.unreadable.count, "cell"),
             self.unreadable.shown
         );
@@ -225,6 +238,7 @@ impl Rows {
             short: Tally::default(),
             long: Tally::default(),
             wordy: Tally::default(),
+            renamed: Tally::default(),
             commas: Tally::default(),
             points: false,
             cut: None,
@@ -323,7 +337,8 @@ impl Rows {
         let value = if column.head.stamps {
             stamp::parse(bytes, column.head.first).map(|stamp| column.clock.seconds(stamp))
         } else if self.delimiter == b',' {
-            number::parse(bytes)
+            // A comma within quotes is none of the delimiters.
+            number::parse(bytes).or_else(|| number::parse_quoted(bytes))
         } else {
             number::parse_with_comma(bytes).map(|(value, comma)| {
                 if comma {
@@ -361,8 +376,17 @@ impl Rows {
                 self.empty_rows += usize::from(row.cells > 1);
             } else if !cut {
                 let first = row.unreadable.first().map_or(0, |u| u.1);
-                self.wordy
-                    .add(row.line, || words(cell(text, first, delimiter).bytes));
+                let begins = || words(cell(text, first, delimiter).bytes);
+                let names = |(index, start): &(usize, usize)| {
+                    let written = words(cell(text, *start, delimiter).bytes);
+                    let at = (self.columns.iter()).position(|c| c.head.is_named(&written));
+                    at.is_some_and(|at| at != *index)
+                };
+                if row.unreadable.iter().any(names) {
+                    self.renamed.add(row.line, begins);
+                } else {
+                    self.wordy.add(row.line, begins);
+                }
             }
             for column in &mut self.columns {
                 column.values.truncate(self.rows);
@@ -413,6 +437,26 @@ impl Rows {
             self.rows += 1;
             self.held = None;
         }
+    }
+
+    /// Refuses columns that change places on the way.
+    ///
+    /// # Errors
+    /// [`IngestError::NotTabular`] with the line that names them anew.
+    pub(super) fn check_names(&self) -> Result<(), IngestError> {
+        if self.renamed.count == 0 {
+            return Ok(());
+        }
+        Err(IngestError::NotTabular {
+            place: format!("line {}", self.renamed.line),
+            reason: format!(
+                "a second header, which begins with `{}`, has names of columns in other places than the first",
+                self.renamed.shown
+            ),
+            mend:
+                "split the file there: a column must hold one thing from its first line to its last"
+                    .into(),
+        })
     }
 
     /// What was wrong with rows and cells.

@@ -60,6 +60,9 @@ pub(super) fn parse(cell: &[u8], first: Option<First>) -> Option<Stamp> {
     if cell.len() > 40 || !cell.first()?.is_ascii_digit() {
         return None;
     }
+    if let Some(stamp) = compact(cell) {
+        return Some(stamp);
+    }
     if let Some(days) = text.date(first) {
         if text.0.is_empty() {
             let ns = days * S_PER_DAY * NS_PER_S;
@@ -110,6 +113,43 @@ pub(super) fn parse(cell: &[u8], first: Option<First>) -> Option<Stamp> {
         ns,
         kind: StampKind::Clock,
     })
+}
+
+/// `20241022152749` or `20241022T152749Z`.
+pub(super) fn compact(cell: &[u8]) -> Option<Stamp> {
+    let digits = cell.iter().take_while(|b| b.is_ascii_digit()).count();
+    let mut text = Text(cell);
+    let (year, month, day) = (text.digits(4, 4)?, text.digits(2, 2)?, text.digits(2, 2)?);
+    if digits == 8 {
+        text.any(b"Tt")?;
+    } else if digits != 14 {
+        return None;
+    }
+    let days = days_of(year, month, day)?;
+    let hour = text.digits(2, 2).filter(|h| *h < 24)?;
+    let minute = text.digits(2, 2).filter(|m| *m < 60)?;
+    let (ns, _) = text.seconds(2)?;
+    let offset_s = text.zone()?;
+    let seconds = days * S_PER_DAY + hour * 3600 + minute * 60 - offset_s.unwrap_or(0);
+    Some(Stamp {
+        ns: seconds * NS_PER_S + ns,
+        kind: StampKind::DateTime {
+            zoned: offset_s.is_some(),
+        },
+    })
+}
+
+/// Days from 1970 of a date that is one, in the years that 64-bit nanoseconds can hold.
+fn days_of(year: i64, month: i64, day: i64) -> Option<i64> {
+    let leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
+    let most = match month {
+        2 => 28 + i64::from(leap),
+        4 | 6 | 9 | 11 => 30,
+        _ => 31,
+    };
+    let is_one =
+        (1900..2200).contains(&year) && (1..=12).contains(&month) && (1..=most).contains(&day);
+    is_one.then(|| days_from_civil(year, month, day))
 }
 
 /// The hour of the day of one before noon or after it, of which twelve comes first.
@@ -234,19 +274,9 @@ impl Text<'_> {
                 _ => (last, month, a),
             }
         };
-        let leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
-        let most = match month {
-            2 => 28 + i64::from(leap),
-            4 | 6 | 9 | 11 => 30,
-            _ => 31,
-        };
-        // Years that 64-bit nanoseconds can hold.
-        if !(1900..2200).contains(&year) || !(1..=12).contains(&month) || !(1..=most).contains(&day)
-        {
-            return None;
-        }
+        let days = days_of(year, month, day)?;
         self.0 = text.0;
-        Some(days_from_civil(year, month, day))
+        Some(days)
     }
 
     /// Seconds with an optional fraction, ns; says whether there was a fraction.
@@ -405,6 +435,8 @@ mod tests {
             "22 October 2024 15:27:49.648",
             "22/OCT/2024 03:27:49.648 PM",
             "22-Oct-24 15:27:49.648",
+            "20241022152749.648",
+            "20241022T152749.648Z",
             "2024-10-22T17:27:49.648+02:00",
             "2024-10-22 10:57:49.648-0430",
             "2024-10-22 15:27:49.648 UTC",
@@ -442,6 +474,10 @@ mod tests {
         for text in [
             "58-32",
             "22-Okt-2024",
+            "2024102215274",
+            "20241322152749",
+            "20241022T1527",
+            "20241022T2527490",
             "22-O-2024",
             "22 10 2024",
             "22-Octo-2024",

@@ -93,13 +93,53 @@ fn commas_and_points_in_one_file_are_told() {
 }
 
 #[test]
-fn grouped_thousands_are_not_guessed() {
+fn thousands_are_grouped_where_two_signs_tell_and_not_guessed_elsewhere() {
     let table = read("t;a\n0;1,5\n1;1.234,5\n2;2,5\n");
-    assert_same(values(&table, "a"), &[1.5, NAN, 2.5]);
-    assert_eq!(
-        issue(&table, IssueKind::UnreadableValue).place,
-        "line 3, column `a`"
+    assert_same(values(&table, "a"), &[1.5, 1234.5, 2.5]);
+    let table = read("t,a\n0,999.5\n1,\"1,234.5\"\n2,\"1,234\"\n3,\"12,5\"\n");
+    assert_same(values(&table, "a"), &[999.5, 1234.5, NAN, 12.5]);
+    let told = issue(&table, IssueKind::UnreadableValue);
+    assert_eq!(told.place, "line 4, column `a`");
+    assert!(
+        told.message
+            .contains("between thousands, or a decimal one?"),
+        "{told}"
     );
+}
+
+#[test]
+fn digits_alone_are_a_date_in_a_column_of_times() {
+    let table = read("time,a\n20241026003000,1\n20241026003001,2\n20241026003100,3\n");
+    assert_same(values(&table, "time"), &[0.0, 1.0, 60.0]);
+    assert_eq!(table.origin.as_deref(), Some("2024-10-26T00:30:00-00:00"));
+    assert_eq!((table.clock, unit(&table, "time")), (Some(0), Some("s")));
+    // Elsewhere, or where one of them is none, they are numbers.
+    let table = read("well,time\n20241026003000,20241026003000\n20241026003001,20241326003001\n");
+    assert_same(
+        values(&table, "well"),
+        &[20_241_026_003_000.0, 20_241_026_003_001.0],
+    );
+    assert_same(
+        values(&table, "time"),
+        &[20_241_026_003_000.0, 20_241_326_003_001.0],
+    );
+    assert_eq!((table.clock, table.origin), (None, None));
+}
+
+#[test]
+fn a_second_header_in_another_order_is_refused_with_its_line() {
+    let text = |second: &str| format!("t,FT1 [gpm],FT4\n0,1,2\n1,3,4\n{second}\n2,5,6\n3,7,8\n");
+    // As files that were put behind each other have it.
+    assert_eq!(values(&read(&text("t,FT1 [gpm],FT4")), "FT4").len(), 4);
+    for second in ["t,FT4,FT1 [gpm]", "FT1,FT4", "t,PT1,FT1,FT4"] {
+        let refused =
+            dgd_ingest::read(text(second).as_bytes(), &dgd_ingest::ReadOptions::default());
+        let said = refused.unwrap_err().to_string();
+        assert!(
+            said.contains("line 4: a second header") && said.contains("split"),
+            "{said}"
+        );
+    }
 }
 
 #[test]

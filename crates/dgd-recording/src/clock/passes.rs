@@ -149,9 +149,12 @@ impl ClockPasses {
                 if let Some(sound) = self.even.sound() {
                     return self.end(Ok(sound));
                 }
-                if self.order.backward > 0 {
+                if self.order.backward > 0 && self.order.coarse(self.samples).is_none() {
                     self.stage = Stage::Hold;
                     return true;
+                }
+                if let Some(error) = self.order.coarse(self.samples) {
+                    return self.end(Err(error));
                 }
                 if self.order.steps == 0 {
                     return self.end(Err(ClockError::TooFew {
@@ -318,6 +321,22 @@ impl Order {
         {
             self.jump = Some((from, step));
         }
+    }
+}
+
+impl Order {
+    /// Whether stamps have lost their seconds: many samples in a row share each, and those are far apart.
+    fn coarse(&self, samples: usize) -> Option<ClockError> {
+        const SHARED: usize = 5;
+        const APART_S: f64 = 10.0;
+        let stamps = self.steps + self.backward + 1;
+        let step_s = (self.last - self.first?).abs() / self.steps.max(self.backward) as f64;
+        (self.duplicates >= (SHARED - 1) * stamps && step_s >= APART_S).then(|| {
+            ClockError::Coarse {
+                shared: (samples - self.missing) / stamps,
+                step_s,
+            }
+        })
     }
 }
 

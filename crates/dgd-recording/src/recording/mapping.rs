@@ -118,12 +118,34 @@ pub(crate) struct Origin {
     first_s: Option<f64>,
     /// Rows before.
     rows: usize,
+    /// Whether all rows come at once: the earliest stamp counts then, which rows in another order do not begin with.
+    whole: bool,
 }
 
 impl Origin {
+    /// Of a recording in one piece.
+    pub(crate) fn whole() -> Self {
+        Self {
+            whole: true,
+            ..Self::default()
+        }
+    }
+
     /// Stamps in the file's unit to seconds from the start: epoch seconds would cost every later step its digits.
     pub(crate) fn shift(&mut self, stamps: &mut [f64], unit: Unit) {
-        let first = || (stamps.iter().map(|t| unit.to_si(*t))).find(|t| t.is_finite());
+        let whole = self.whole;
+        let first = || {
+            let mut finite = stamps
+                .iter()
+                .map(|t| unit.to_si(*t))
+                .filter(|t| t.is_finite());
+            let first = finite.next()?;
+            Some(if whole {
+                finite.fold(first, f64::min)
+            } else {
+                first
+            })
+        };
         self.first_s = self.first_s.or_else(first);
         let first_s = self.first_s.unwrap_or(0.0);
         (stamps.iter_mut()).for_each(|t| *t = unit.to_si(*t) - first_s);
@@ -325,7 +347,7 @@ impl Recording {
     /// [`RecordingError`] if a mapped column is missing, of another length or mapped twice, or the interval of a clock without
     /// stamps is no positive number.
     pub fn from_table(table: Table, well: &Well) -> Result<(Self, Vec<Issue>), RecordingError> {
-        Self::from_rows(table, well, &mut Origin::default())
+        Self::from_rows(table, well, &mut Origin::whole())
     }
 
     /// [`Self::from_table`] of rows that follow others.

@@ -400,6 +400,11 @@ fn traces(end: f64, findings: &[Finding]) -> Vec<Trace> {
                 t_s: blocks.clone(),
                 before,
                 after,
+                offset: if relation == Relation::Instrument {
+                    3.1e3
+                } else {
+                    0.0
+                },
                 noise: sigma,
                 wander: 0.9 * sigma,
             }

@@ -35,10 +35,13 @@ const MOST_FINDINGS: usize = 8;
 pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
     let span = words::span(diagnosis);
     if diagnosis.findings.is_empty() {
-        html.paragraph(
+        html.paragraph(if diagnosis.traces.iter().any(Trace::stands_off) {
+            "A check says that more is left than noise and instruments within their accuracy make, and nothing that could be named. \
+             The timeline shows where."
+        } else {
             "No relation shows a mismatch that stands out from noise and instruments within their accuracy. The timeline \
-             shows what each of them leaves.",
-        );
+             shows what each of them leaves."
+        });
     }
     timeline(diagnosis, span, html);
     if !diagnosis.findings.is_empty() {
@@ -157,9 +160,9 @@ fn timeline(diagnosis: &Diagnosis, span: (f64, f64), html: &mut Html) {
         for finding in (diagnosis.findings.iter()).filter(|f| shows(f, trace) || !somewhere(f)) {
             stretches(&mut scene, &lane, &finding.intervals_s, ACTS);
         }
-        band(&mut scene, &lane, may(trace) * factor, 0.08);
+        band(&mut scene, &lane, trace.may() * factor, 0.08);
         band(&mut scene, &lane, trace.noise * factor, 0.17);
-        edges(&mut scene, &lane, may(trace) * factor);
+        edges(&mut scene, &lane, trace.may() * factor);
         grid(&mut scene, &lane, &x_scale, &y_scale);
         let mut draw = |values: &[f64], role: Role| {
             let points = trace.t_s.iter().zip(values).map(|(&t, &v)| (t, v * factor));
@@ -197,10 +200,6 @@ fn shows(finding: &Finding, trace: &Trace) -> bool {
 }
 
 /// Standard deviation of what a complete relation may leave: noise of a block, and what instruments may wander by.
-fn may(trace: &Trace) -> f64 {
-    trace.noise.hypot(trace.wander)
-}
-
 /// Heights of `SIGMAS` standard deviations above and below zero, if there are any.
 fn heights(lane: &Frame, sigma: f64) -> Option<[f64; 2]> {
     let half = SIGMAS * sigma;
@@ -253,7 +252,16 @@ fn caption(twofold: bool, outside: usize) -> String {
 fn head(scene: &mut Scene, trace: &Trace, twofold: bool, top: f64) -> f64 {
     let (unit, factor) = shown(trace.unit);
     let name = trace.pair.unwrap_or(words::relation(trace.relation));
-    let name = format!("{} [{unit}]", capital(name));
+    // A constant between two transmitters is fitted; that it was must be seen.
+    let offset = if trace.pair.is_some() && trace.offset.is_finite() {
+        format!(
+            ", less {} {unit} throughout",
+            significant(trace.offset * factor, 2)
+        )
+    } else {
+        String::new()
+    };
+    let name = format!("{}{offset} [{unit}]", capital(name));
     scene.bold([LEFT, top + 13.0], &name, 13.0, INK, Anchor::Start);
     let text = |value: f64| significant(value * factor, 2);
     let after = text(rms(&trace.after));
@@ -265,7 +273,7 @@ fn head(scene: &mut Scene, trace: &Trace, twofold: bool, top: f64) -> f64 {
     let text = format!(
         "RMS {said}; noise {}, with wander {}",
         text(trace.noise),
-        text(may(trace))
+        text(trace.may())
     );
     scene.text([RIGHT, top + 13.0], &text, TEXT, SOFT_INK, Anchor::End);
     top + 19.0
@@ -281,7 +289,7 @@ fn rms(values: &[f64]) -> f64 {
 
 fn y_range(trace: &Trace, twofold: bool, factor: f64) -> [f64; 2] {
     let before = trace.before.iter().filter(|_| twofold);
-    let noise = [1.1 * SIGMAS * may(trace), -1.1 * SIGMAS * may(trace)];
+    let noise = [1.1 * SIGMAS * trace.may(), -1.1 * SIGMAS * trace.may()];
     let mut values: Vec<f64> = before
         .chain(&trace.after)
         .chain(&noise)

@@ -61,6 +61,42 @@ fn a_recording_that_is_there_twice_counts_once() {
 }
 
 #[test]
+fn stamps_without_seconds_are_refused_with_the_way_round() {
+    let minutes = Rig::sound().each(&["t"], |_, t| 60.0 * (t / 60.0).floor());
+    for ran in [minutes.fit(), minutes.diagnose().1] {
+        ran.refused(&["60 samples in a row share each time stamp", "interval = "]);
+    }
+    // Ten a second tell as much as one a second.
+    at_ten_hertz(1800)
+        .each(&["t"], |_, t| t.floor())
+        .fitted()
+        .right(2.0);
+}
+
+#[test]
+fn rows_from_the_newest_to_the_oldest_give_the_same_answer() {
+    let mut newest_first = Rig::sound();
+    for column in &mut newest_first.table.columns {
+        column.values.reverse();
+    }
+    let [ordered, reversed] = [Rig::sound(), newest_first].map(|rig| rig.fitted().json);
+    assert_eq!(ordered["delay_sweep"], reversed["delay_sweep"]);
+    assert_eq!(ordered["friction"], reversed["friction"]);
+    assert_eq!(ordered["pump"], reversed["pump"]);
+}
+
+#[test]
+fn an_interval_that_the_clock_contradicts_is_told() {
+    let said = |step: &str| {
+        let interval = format!("time = {{ interval = \"{step}\" }}");
+        Rig::sound().saying("time = { tag = \"t\", unit = \"s\" }", &interval)
+    };
+    said("5 s").fitted().warns("are taken to be 5 s apart");
+    let right = said("1 s").fitted();
+    assert!(!right.err.contains("taken to be"), "{}", right.err);
+}
+
+#[test]
 fn stamps_that_are_missing_cost_their_samples_alone() {
     Rig::sound()
         .each(&["t"], |i, t| if i % 3 == 1 { f64::NAN } else { t })

@@ -1,0 +1,136 @@
+//! What the traces show that no finding says: what is left, and transmitters that are apart throughout.
+
+use crate::diagnosis::{Check, Trace};
+use crate::twins::Pair;
+use dgd_recording::Well;
+use dgd_units::STANDARD_GRAVITY_M_S2;
+
+/// Transmitters of one pressure that differ by more than this, Pa, are not both right. Offsets are fitted, whatever they are.
+const APART_PA: f64 = 1e5;
+
+/// Whether what is left of every relation, and between every two transmitters, is what noise and instruments within their accuracy make.
+pub(super) fn left(traces: &[Trace]) -> Check {
+    let name = |t: &Trace| {
+        t.pair
+            .map_or_else(|| t.relation.name().replace('_', " "), str::to_owned)
+    };
+    let more: Vec<String> = (traces.iter())
+        .filter(|t| t.stands_off())
+        .map(|t| format!("{} {:.1} times", name(t), t.left()))
+        .collect();
+    let detail = if more.is_empty() {
+        "at most twice what noise and instruments within their accuracy make".to_owned()
+    } else {
+        format!(
+            "of what noise and instruments within their accuracy make there is left (root mean square): {}",
+            more.join(", ")
+        )
+    };
+    Check {
+        name: "what is left is noise".into(),
+        passed: more.is_empty(),
+        detail,
+    }
+}
+
+/// Whether two transmitters of one pressure read the same but for what instruments may be off by; `None` where no pressure has two.
+pub(super) fn apart(well: &Well, traces: &[Trace]) -> Option<Check> {
+    let below_m = well
+        .geometry
+        .riser_pressure_sensor_depth_m
+        .map(|depth_m| well.geometry.pump_inlet_depth_m - depth_m);
+    let weight_pa = well.mud_density_kg_m3 * STANDARD_GRAVITY_M_S2 * below_m.unwrap_or(0.0);
+    let pairs: Vec<(&str, f64)> = (traces.iter())
+        .filter_map(|t| {
+            let pair = t.pair?;
+            let due = if pair == Pair::InletAndRiser.name() {
+                weight_pa
+            } else {
+                0.0
+            };
+            Some((pair, t.offset - due))
+        })
+        .filter(|(_, off)| off.is_finite())
+        .collect();
+    if pairs.is_empty() {
+        return None;
+    }
+    let told: Vec<String> = (pairs.iter())
+        .map(|(pair, off)| format!("{pair} {:+.2} bar", 1e-5 * off))
+        .collect();
+    Some(Check {
+        name: "transmitters of one pressure agree".into(),
+        passed: pairs.iter().all(|(_, off)| off.abs() <= APART_PA),
+        detail: format!(
+            "{}, beyond the weight of the mud between them; offsets are fitted, and hide what they are of",
+            told.join(", ")
+        ),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{apart, left};
+    use crate::claims::fixture;
+    use crate::diagnosis::Trace;
+    use crate::twins::Pair;
+    use dgd_effects::Relation;
+
+    fn trace(pair: Option<&'static str>, after: f64, offset: f64) -> Trace {
+        Trace {
+            relation: Relation::PumpHead,
+            pair,
+            unit: "Pa",
+            t_s: vec![0.0; 3],
+            before: vec![9e9; 3],
+            after: vec![after, -after, f64::NAN],
+            offset,
+            noise: 3e3,
+            wander: 4e3,
+        }
+    }
+
+    #[test]
+    fn what_stands_twice_as_far_off_as_it_may_is_told() {
+        assert!(left(&[trace(None, 9.9e3, 0.0)]).passed);
+        assert!(left(&[trace(None, f64::NAN, 0.0)]).passed);
+        let told = left(&[trace(None, 9.9e3, 0.0), trace(None, 1.25e4, 0.0)]);
+        assert!(!told.passed);
+        assert!(
+            told.detail.ends_with(": pump head 2.5 times"),
+            "{}",
+            told.detail
+        );
+    }
+
+    #[test]
+    fn two_of_one_pressure_are_a_bar_apart_at_the_most_beyond_the_mud_between() {
+        let (well, _) = fixture::recorded(&fixture::steady(10), 0.0);
+        let of = |pair: Pair, offset: f64| apart(&well, &[trace(Some(pair.name()), 0.0, offset)]);
+        assert_eq!(apart(&well, &[trace(None, 0.0, 0.0)]), None);
+        for (pair, offset, passed) in [
+            (Pair::Inlets, 9.9e4, true),
+            (Pair::Inlets, -1.01e5, false),
+            (Pair::Outlets, 3e5, false),
+        ] {
+            let check = of(pair, offset).unwrap_or_else(|| unreachable!("there are two"));
+            assert_eq!(check.passed, passed, "{}", check.detail);
+        }
+        // A riser transmitter that sits ten metres lower reads a bar more, and that is right.
+        let mut lower = well.clone();
+        lower.geometry.riser_pressure_sensor_depth_m =
+            Some(lower.geometry.pump_inlet_depth_m + 10.0);
+        let weight = 10.0 * 9.806_65 * lower.mud_density_kg_m3;
+        for (offset, passed) in [
+            (-weight, true),
+            (-weight - 1.01e5, false),
+            (0.0, weight <= 1e5),
+        ] {
+            let check = apart(
+                &lower,
+                &[trace(Some(Pair::InletAndRiser.name()), 0.0, offset)],
+            );
+            assert_eq!(check.map(|c| c.passed), Some(passed), "{offset}");
+        }
+    }
+}
