@@ -264,6 +264,16 @@ pub fn diagnose(
                 .join(", "),
         ),
         (
+            "logged now and then, with straight lines between".into(),
+            match record.seldom.as_slice() {
+                [] => "no channel".into(),
+                seldom => (seldom.iter())
+                    .map(|(channel, every_s)| format!("{channel} every {every_s} s"))
+                    .collect::<Vec<_>>()
+                    .join(", "),
+            },
+        ),
+        (
             "suction loss".into(),
             match record.suction_heads {
                 Some(heads) => format!("{heads:.2} velocity heads of the return line"),

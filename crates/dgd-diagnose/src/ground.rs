@@ -242,6 +242,7 @@ mod tests {
                 outlet: outlet.clone(),
             },
             without: Vec::new(),
+            seldom: Vec::new(),
             tally: Arc::default(),
             suction_heads: None,
             per_block,

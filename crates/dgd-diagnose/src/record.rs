@@ -6,7 +6,7 @@ use crate::suction::heads_lost;
 use crate::work::Tally;
 use dgd_effects::{Rank, Setting, quantile};
 use dgd_identify::Prepared;
-use dgd_recording::Well;
+use dgd_recording::{Channel, Well};
 use dgd_replay::fill_gaps;
 use dgd_units::{STANDARD_ATMOSPHERE_PA, STANDARD_GRAVITY_M_S2};
 use std::ops::Range;
@@ -22,6 +22,11 @@ const LONG_S: f64 = 40.0 * 3600.0;
 pub(crate) const MASS_BLOCKS: usize = 3;
 /// Below this speed, %, the pump stands.
 pub(crate) const STANDING_PCT: f64 = 5.0;
+
+/// A channel with values in fewer than this share of the samples, mostly no further apart than this, s, is logged now and then:
+/// straight lines lie between. What is missing otherwise stays missing.
+const SELDOM: f64 = 0.6;
+const SELDOM_S: f64 = 30.0;
 
 /// Share of its quantum that a block of the pump's speed may be off by: rounding alone is 0.29, and the drive rounds too.
 const SPEED_QUANTA: f64 = 0.5;
@@ -49,6 +54,8 @@ pub(crate) struct Record {
     pub outlets: Vec<Vec<f64>>,
     /// The same with gaps bridged, for the states of effects.
     pub filled: Filled,
+    /// Channels that are logged now and then, with the time between two values, s.
+    pub seldom: Vec<(Channel, f64)>,
     /// Steps of the chain that are left out.
     pub without: Vec<Step>,
     /// Samples in a block.
@@ -98,9 +105,16 @@ impl Record {
         // Samples are averaged where the recording is finer than the working clock.
         let fold = whole((clock_s / step).floor()).max(1);
         let dt_s = step * fold as f64;
-        let thin = |values: &[f64]| -> Vec<f64> { values.chunks(fold).map(mean).collect() };
+        let thin = |values: &[f64]| -> Vec<f64> {
+            let mut thinned: Vec<f64> = values.chunks(fold).map(mean).collect();
+            between_seldom(&mut thinned, dt_s);
+            thinned
+        };
         let per_block = whole(block_s / dt_s).max(1);
         let t_s: Vec<f64> = recording.time_s.chunks(fold).map(mean).collect();
+        let seldom = (recording.series().into_iter())
+            .filter_map(|(channel, values)| Some((channel, seldom_s(values, step)?)))
+            .collect();
         let [mud_pump, booster, topfill, flow, speed, inlet, outlet] = [
             &recording.mud_pump_flow_m3_s,
             &recording.booster_flow_m3_s,
@@ -154,6 +168,7 @@ impl Record {
             outlet,
             outlets,
             filled,
+            seldom,
             tally: Arc::default(),
         }
     }
@@ -245,6 +260,36 @@ pub(crate) fn mean_of(values: impl Iterator<Item = f64>) -> f64 {
 pub(crate) fn tails(values: &[f64], k: usize) -> Option<(f64, f64)> {
     let at = |rank| quantile(values.iter().copied(), rank);
     Some((at(Rank::Lower(k))?, at(Rank::Upper(k))?))
+}
+
+/// How far apart the values of a channel are that is logged now and then, s; `None` of any other.
+fn seldom_s(values: &[f64], step_s: f64) -> Option<f64> {
+    let at = || (0..values.len()).filter(|i| values[*i].is_finite());
+    let count = at().count();
+    if count < 2 || count as f64 >= SELDOM * values.len() as f64 {
+        return None;
+    }
+    let apart = || at().zip(at().skip(1)).map(|(a, b)| (b - a) as f64 * step_s);
+    let usual_s = quantile(apart(), Rank::MEDIAN)?;
+    let now_and_then = usual_s > 1.5 * step_s && quantile(apart(), Rank::Upper(10))? <= SELDOM_S;
+    now_and_then.then_some(usual_s)
+}
+
+/// Straight lines between the values of a channel that is logged now and then, but not over its longer gaps.
+fn between_seldom(values: &mut [f64], step_s: f64) {
+    if seldom_s(values, step_s).is_none() {
+        return;
+    }
+    let mut last: Option<usize> = None;
+    for i in 0..values.len() {
+        if !values[i].is_finite() {
+            continue;
+        }
+        if let Some(from) = last.filter(|from| (i - from) as f64 * step_s <= SELDOM_S) {
+            fill_gaps(&mut values[from..=i]);
+        }
+        last = Some(i);
+    }
 }
 
 /// Gaps bridged by straight lines, ends held; all 0 if nothing is finite.

@@ -72,6 +72,7 @@ pub(crate) fn steady(blocks: usize) -> Record {
             pumping: vec![true; n],
         },
         without: Vec::new(),
+        seldom: Vec::new(),
         tally: Arc::default(),
         suction_heads: None,
         per_block: PER_BLOCK,

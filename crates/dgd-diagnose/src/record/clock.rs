@@ -1,7 +1,7 @@
 //! Claims about what becomes of a screened recording on the working clock.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::{Record, bridged, mean, tails, whole};
+use super::{Record, between_seldom, bridged, mean, seldom_s, tails, whole};
 use crate::claims::fixture::{recorded, steady};
 use crate::step::Step;
 use dgd_identify::Prepared;
@@ -165,4 +165,45 @@ fn means_and_tails_are_of_what_is_finite() {
     assert_eq!(tails(&values, 20), Some((5.0, 94.0)));
     assert_eq!(tails(&[f64::NAN], 20), None);
     assert_eq!([2.5, 2.4, -3.0, f64::NAN].map(whole), [3, 2, 0, 0]);
+}
+
+#[test]
+fn a_channel_that_is_logged_now_and_then_has_straight_lines_between_and_none_over_gaps() {
+    let every = |step: usize, n: usize| -> Vec<f64> {
+        let value = |i: usize| {
+            if i.is_multiple_of(step) {
+                i as f64
+            } else {
+                f64::NAN
+            }
+        };
+        (0..n).map(value).collect()
+    };
+    let mut values = every(5, 400);
+    values[101..200].fill(f64::NAN);
+    assert_eq!(seldom_s(&values, 1.0), Some(5.0));
+    between_seldom(&mut values, 1.0);
+    for (i, value) in values.iter().enumerate() {
+        let missing = (101..200).contains(&i) || i > 395;
+        assert_eq!(value.is_finite(), !missing, "{i}");
+        assert!(missing || (value - i as f64).abs() < 1e-9, "{i} {value}");
+    }
+    // Seldom is less often than three samples of five, and at least every half a minute.
+    for (values, step_s) in [
+        (every(1, 300), 1.0),
+        (every(40, 4000), 1.0),
+        (every(5, 300), 10.0),
+        (vec![f64::NAN; 300], 1.0),
+        (every(500, 500), 1.0),
+    ] {
+        let mut same = values.clone();
+        between_seldom(&mut same, step_s);
+        let finite = |v: &[f64]| v.iter().filter(|v| v.is_finite()).count();
+        assert_eq!(finite(&same), finite(&values));
+        assert_eq!(seldom_s(&values, step_s), None);
+    }
+    // What is missing for another reason is not logged seldom: the first half here.
+    let mut half = every(1, 1000);
+    half[..600].fill(f64::NAN);
+    assert_eq!(seldom_s(&half, 1.0), None);
 }
