@@ -237,6 +237,7 @@ pub fn diagnose(
     let traces = traces(&record, (&before_fit, &start), (&full, &state));
     checks.push(residue::left(&traces));
     checks.extend(residue::apart(well, &traces));
+    checks.extend(residue::early(&selection.allowances));
     let work = record.tally.work();
     let settings = vec![
         ("working clock".into(), format!("{} s", record.dt_s)),

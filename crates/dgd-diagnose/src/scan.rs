@@ -241,6 +241,8 @@ pub(crate) fn joined(state: &[Applied], one: &Applied) -> Vec<Applied> {
 
 /// Misfit that an allowance must save.
 const EARNED: f64 = 2.0;
+/// What it must save beyond that where it makes something early: that comes of clocks alone, and no rotor, edge or filter makes it.
+const EARLY: f64 = 12.0;
 /// Misfit that another value must save beyond the one that is held.
 const BETTER: f64 = 0.05;
 /// How often the allowances are gone through at the most.
@@ -279,8 +281,17 @@ pub(crate) fn allowances_with(
                 allowance: true,
             };
             let values = about.search.allowance.iter();
+            let dear = |time_s: f64| if time_s < 0.0 { EARLY } else { 0.0 };
+            let held = now.map_or(0.0, |k| dear(state[k].parameters[0]));
             let best = (values.filter(|v| now.is_none_or(|k| state[k].parameters[0] != **v)))
-                .map(|v| weigh(record, &tangent, &state, one(v)))
+                .map(|v| {
+                    let weighed = weigh(record, &tangent, &state, one(v));
+                    let evidence = weighed.evidence - dear(*v) + held;
+                    Candidate {
+                        evidence,
+                        ..weighed
+                    }
+                })
                 .max_by(|a, b| a.evidence.total_cmp(&b.evidence));
             let mut least = EARNED;
             let mut next = None;
@@ -289,8 +300,8 @@ pub(crate) fn allowances_with(
                 without.remove(k);
                 let off = tangent.refitted(record, &without).off;
                 let lost = 0.5 * (dot(&off, &off) - dot(&tangent.off, &tangent.off));
-                least = BETTER.max(EARNED - lost);
-                if lost < EARNED {
+                least = BETTER.max(EARNED + held - lost);
+                if lost < EARNED + held {
                     next = Some(without);
                 }
             }

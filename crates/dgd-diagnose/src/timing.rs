@@ -129,7 +129,8 @@ pub(crate) fn retimed(
     evidence.is_finite().then_some((at[0], evidence))
 }
 
-/// Times that are fitted together: that of a late meter, and those that are allowed for beside it, each from 0 to the longest.
+/// Times that are fitted together: that of a late meter, and those that are allowed for beside it, each from 0, or from the earliest, to the
+/// longest.
 struct Times {
     /// What stays as it is.
     fixed: Vec<Applied>,
@@ -161,7 +162,8 @@ impl Times {
                 let held = state.iter().find(|a| of(a) == id);
                 times.beside.push(effect);
                 times.first.push(held.map_or(0.0, |a| a.parameters[0]));
-                times.ranges.push((0.0, *longest));
+                let shortest = search.allowance.first().map_or(0.0, |first| first.min(0.0));
+                times.ranges.push((shortest, *longest));
             }
         }
         times
@@ -173,7 +175,7 @@ impl Times {
             .beside
             .iter()
             .zip(&at[1..])
-            .filter(|(_, time)| **time > 0.0);
+            .filter(|(_, time)| **time != 0.0);
         let mut out = self.fixed.clone();
         out.extend(allowed.map(|(effect, time)| Applied {
             effect: *effect,

@@ -93,7 +93,10 @@ pub(crate) fn sound(about: &About) -> Result<(), &'static str> {
             && (p.low..=p.high).contains(&p.usual)
             && values.iter().all(|v| (p.low..=p.high).contains(v))
     };
-    let allowed = |value: &f64| *value > 0.0 && *value <= strength.high;
+    // What is late may seem early, by a clock of its own.
+    let allowed = |value: &f64| {
+        (*value > 0.0 || *value < 0.0 && search.timing.is_some()) && *value <= strength.high
+    };
     let names = about.parameters.iter().enumerate();
     let wrong = [
         (
@@ -177,7 +180,7 @@ pub(crate) fn sound(about: &About) -> Result<(), &'static str> {
         ),
         (
             !(search.allowance.is_sorted() && search.allowance.iter().all(allowed)),
-            "what is allowed for must rise, above 0 and within the bounds of the strength",
+            "what is allowed for must rise, above 0 (times below it too) and up to the bound of the strength",
         ),
         (
             search

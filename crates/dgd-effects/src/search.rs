@@ -22,7 +22,8 @@ pub struct Search {
     pub stand_error: Option<f64>,
     /// What a recording must hold, or the effect cannot be tested on it.
     pub needs: &'static [Excitation],
-    /// Strengths at which a sound rig shows it: one of them may be allowed for before anything is accused.
+    /// Strengths at which a sound rig shows it: one of them may be allowed for before anything is accused. Times may be below 0: channels that
+    /// do not share one clock.
     pub allowance: &'static [f64],
     /// Whether it comes upon flowing mud and does nothing at rest: then it must show without the stops as well.
     pub flowing: bool,

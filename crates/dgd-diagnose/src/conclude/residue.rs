@@ -1,6 +1,7 @@
 //! What the traces show that no finding says: what is left, and transmitters that are apart throughout.
 
 use crate::diagnosis::{Check, Trace};
+use crate::relations::Applied;
 use crate::twins::Pair;
 use dgd_recording::Well;
 use dgd_units::STANDARD_GRAVITY_M_S2;
@@ -68,13 +69,31 @@ pub(super) fn apart(well: &Well, traces: &[Trace]) -> Option<Check> {
     })
 }
 
+/// Whether nothing had to be allowed for that is early, which no rotor, edge or filter makes; `None` if nothing had.
+pub(super) fn early(allowances: &[Applied]) -> Option<Check> {
+    let early: Vec<String> = (allowances.iter())
+        .filter(|a| a.allowance && a.effect.about().search.timing.is_some())
+        .filter(|a| a.parameters[0] < 0.0)
+        .map(|a| format!("{} {} s", a.effect.about().id, a.parameters[0]))
+        .collect();
+    (!early.is_empty()).then(|| Check {
+        name: "the channels share one clock".into(),
+        passed: false,
+        detail: format!(
+            "{}: it is ahead of the pressures, which no meter is; that much was allowed for",
+            early.join(", ")
+        ),
+    })
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{apart, left};
+    use super::{apart, early, left};
     use crate::claims::fixture;
     use crate::diagnosis::Trace;
+    use crate::relations::Applied;
     use crate::twins::Pair;
-    use dgd_effects::Relation;
+    use dgd_effects::{Relation, catalogue};
 
     fn trace(pair: Option<&'static str>, after: f64, offset: f64) -> Trace {
         Trace {
@@ -132,5 +151,21 @@ mod tests {
             );
             assert_eq!(check.map(|c| c.passed), Some(passed), "{offset}");
         }
+    }
+
+    #[test]
+    fn a_meter_that_is_early_is_told_and_a_late_one_is_not() {
+        let meter = |time_s: f64, allowance: bool| {
+            let delay = catalogue()
+                .iter()
+                .find(|e| e.about().id == "return_flow_delay");
+            Applied {
+                allowance,
+                ..Applied::new(*delay.expect("of the catalogue"), vec![time_s])
+            }
+        };
+        assert_eq!(early(&[meter(2.0, true), meter(-2.0, false)]), None);
+        let told = early(&[meter(-3.0, true)]).expect("it is early");
+        assert!(!told.passed && told.detail.starts_with("return_flow_delay -3 s"));
     }
 }

@@ -12,6 +12,9 @@ const SLOPE_S: f64 = 8.0;
 
 /// Value at a fractional index, NaN beyond the ends or beside a gap.
 fn at(values: &[f64], position: f64) -> f64 {
+    if position < 0.0 {
+        return f64::NAN;
+    }
     let low = whole(position.floor());
     let share = position - low as f64;
     match (values.get(low), values.get(low + 1)) {
