@@ -59,6 +59,9 @@ pub(crate) fn warn_of_sweep(sweep: &DelaySweep, warnings: &mut Vec<String>) {
     }
 }
 
+/// B below which a full line of the mud described does not stand on the outlet, Pa: beyond what transmitters are usually off by.
+const LIGHTEST_PA: f64 = -2e5;
+
 /// Eq. 3.26, or the richest poorer law that the recording excites.
 pub(crate) fn final_friction(
     samples: &Samples<'_>,
@@ -99,6 +102,14 @@ pub(crate) fn final_friction(
                 "{letter} is negative: do not use the friction law beyond the flows recorded"
             ));
         }
+    }
+    let at_rest_pa = fit.law.coefficient(0.0).unwrap_or(0.0);
+    if at_rest_pa < LIGHTEST_PA {
+        warnings.push(format!(
+            "B is {:.1} bar, and mud at rest has no friction below 0: is the density too high, the outlet not so deep, or an outlet transmitter \
+             off?",
+            1e-5 * at_rest_pa
+        ));
     }
     let terms = fit
         .law

@@ -149,6 +149,9 @@ fn lengths_and_density_in_another_unit_are_told() {
         line_of("density"),
         &["mud of 129 kg/m3 is no drilling mud", "mud of 1,080 kg/m3"],
     );
+    // Within what mud may be off by; but the line would have to push.
+    let pounds = Rig::sound().saying("1.080 sg", "10.80 ppg").fitted();
+    pounds.warns("is the density too high");
     let line = Rig::sound().saying("6.000 in", "6.000 cm");
     line.fitted().suspects(
         line_of("return_line_id"),
