@@ -14,7 +14,7 @@ use crate::progress::Progress;
 use dgd_documents::{DocumentError, ModelDocument, Problem};
 use dgd_identify::Model;
 use dgd_ingest::{Format, ReadOptions};
-use dgd_recording::{Issue, Recording, RecordingError, Table, TimeSource, Well, survey};
+use dgd_recording::{Began, Issue, Recording, RecordingError, Table, TimeSource, Well, survey};
 use dgd_replay::ReplayError;
 use dgd_screen::Suspicion;
 use dgd_units::Unit;
@@ -36,6 +36,8 @@ pub(crate) struct Loaded {
     pub(crate) suspicions: Vec<String>,
     /// Samples in the files, without those that fill gaps and seams of the even clock.
     pub(crate) samples: usize,
+    /// When the clock was at 0, if the first file tells.
+    pub(crate) began: Option<Began>,
 }
 
 /// A well description with its text, so that a warning can name the line.
@@ -239,6 +241,7 @@ pub(crate) fn read_recordings(
                     issues,
                     suspicions: Vec::new(),
                     samples,
+                    began,
                 });
             }
             Some(all) => {

@@ -15,7 +15,7 @@ use crate::free_run::{gains, simulate};
 use crate::heave::swell;
 use crate::held_out::{held_out, model, trained};
 use crate::placebo::placebo;
-use crate::record::{MASS_BLOCKS, Record};
+use crate::record::{MASS_BLOCKS, Record, whole};
 use crate::refine::{settled, unshown};
 use crate::relations::{Applied, Blocks, Rows};
 use crate::scan::allowances_with;
@@ -29,7 +29,7 @@ use crate::work::Work;
 use again::again;
 use dgd_effects::{About, AppliedEffect, Method, catalogue, find};
 use dgd_identify::Prepared;
-use dgd_recording::Well;
+use dgd_recording::{ChannelSource, Well};
 use tracing::debug;
 use worse::worse;
 
@@ -218,6 +218,9 @@ pub fn diagnose(
             });
         }
     }
+    for finding in &mut findings {
+        name_transmitter(finding, well);
+    }
     checks.extend(placebo(&record, &selection));
     findings.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     let tested = tested(&record, &selection, &findings, &start, swell);
@@ -302,6 +305,19 @@ pub fn diagnose(
         settings,
         work,
     })
+}
+
+/// Says by its tag which outlet transmitter a finding is about.
+fn name_transmitter(finding: &mut Finding, well: &Well) {
+    for parameter in finding.parameters.iter_mut().filter(|p| p.name == "sensor") {
+        let source = well
+            .channels
+            .pump_outlet_pressure
+            .get(whole(parameter.estimate - 1.0));
+        if let Some(ChannelSource::Column { tag, .. }) = source {
+            parameter.meaning = format!("{}: `{tag}`", parameter.meaning);
+        }
+    }
 }
 
 /// What a diagnosis cost, in words.

@@ -71,6 +71,7 @@ pub(crate) fn finding(
         shows_in: place.map_or_else(|| vec![relation], |p| p.shows_in.to_vec()),
         pair: (named.correction)
             .and_then(|(p, _)| pair_of(p))
+            .or_else(|| about.sensor().map(|_| Pair::Outlets))
             .map(Pair::name),
         intervals_s: vec![interval],
         region: region(record, interval),

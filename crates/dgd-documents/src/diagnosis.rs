@@ -24,7 +24,9 @@ pub fn write_diagnosis(diagnosis: &Diagnosis, warnings: &[String]) -> String {
         diagnosis.started_from.iter().map(|id| Json::text(*id)),
     );
     document.list("suspected", diagnosis.suspected.iter().map(Json::text));
-    document.list("tested", diagnosis.tested.iter().map(tested));
+    let beside = !diagnosis.findings.is_empty();
+    let all = diagnosis.tested.iter();
+    document.list("tested", all.map(|one| tested(one, beside)));
     document.list("checks", diagnosis.checks.iter().map(check));
     document.list(
         "held_out_s",
@@ -121,13 +123,15 @@ fn held_out(gain: &HeldOut) -> Option<Json> {
     Some(members.object())
 }
 
-fn tested(tested: &Tested) -> Json {
+/// `beside` others that were found.
+fn tested(tested: &Tested, beside: bool) -> Json {
     let mut members = Members::default();
     members.text("effect", tested.effect);
     members.text("title", tested.title);
     let (outcome, reason) = match &tested.outcome {
         Outcome::Found => ("found", None),
         Outcome::Resembled => ("resembled", None),
+        Outcome::NotSeen if beside && tested.exceeded_its_hurdle() => ("not_needed", None),
         Outcome::NotSeen => ("not_seen", None),
         Outcome::NotTestable(reason) => ("not_testable", Some(reason)),
     };

@@ -13,7 +13,6 @@ mod walk;
 
 pub(crate) use blocks::LogBlocks;
 
-use crate::csv::stamp;
 use crate::{IngestError, count};
 use dgd_recording::{Column, Issue, IssueKind, Table};
 use records::{Channel, Message, Schema, op};
@@ -149,7 +148,7 @@ fn column(topic: &str, several: bool, path: &[u8], units: &mut Units, values: Ve
 /// The start as a wall-clock time, if it is one.
 fn origin(start_ns: u64) -> Option<String> {
     let wall_clock = i64::try_from(start_ns).ok()?;
-    (start_ns >= EPOCH_NS).then(|| stamp::rfc3339(wall_clock, true))
+    (start_ns >= EPOCH_NS).then(|| dgd_recording::rfc3339(wall_clock, true))
 }
 
 /// What was met beside the numbers.

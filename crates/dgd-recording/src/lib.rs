@@ -17,6 +17,7 @@ mod table;
 mod well;
 
 pub use clock::{ClockError, ClockSurvey, Gap, survey_clock};
+pub use origin::rfc3339;
 pub use propose::{Proposal, ProposedChannel, propose_channels};
 pub use recording::{Absent, BlockGrid, Channel, Recording, RecordingError, Unequal};
 pub use survey::{BlockSurvey, ColumnSurvey, Run, TableSurvey, quantum, stuck_runs, survey};

@@ -70,6 +70,36 @@ fn days(year: i64, month: i64, day: i64) -> i64 {
     era * 146_097 + year_of_era * 365 + year_of_era / 4 - year_of_era / 100 + day_of_year - 719_468
 }
 
+/// An instant in nanoseconds from 1970 as RFC 3339 has it; `-00:00` where the zone is not known.
+///
+/// ```
+/// assert_eq!(dgd_recording::rfc3339(1_412_640_000_500_000_000, true), "2014-10-07T00:00:00.5Z");
+/// ```
+#[must_use]
+pub fn rfc3339(ns: i64, zoned: bool) -> String {
+    const NS_PER_S: i64 = 1_000_000_000;
+    const S_PER_DAY: i64 = 86_400;
+    let (seconds, fraction) = (ns.div_euclid(NS_PER_S), ns.rem_euclid(NS_PER_S));
+    let (days, of_day) = (seconds.div_euclid(S_PER_DAY), seconds.rem_euclid(S_PER_DAY));
+    let shifted = days + 719_468;
+    let (era, day_of_era) = (shifted.div_euclid(146_097), shifted.rem_euclid(146_097));
+    let year_of_era =
+        (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
+    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let shifted_month = (5 * day_of_year + 2) / 153;
+    let day = day_of_year - (153 * shifted_month + 2) / 5 + 1;
+    let month = (shifted_month + 2) % 12 + 1;
+    let year = year_of_era + era * 400 + i64::from(month <= 2);
+    let (hour, minute, second) = (of_day / 3600, of_day / 60 % 60, of_day % 60);
+    let mut text = format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}");
+    if fraction != 0 {
+        let digits = format!(".{fraction:09}");
+        text.push_str(digits.trim_end_matches('0'));
+    }
+    text.push_str(if zoned { "Z" } else { "-00:00" });
+    text
+}
+
 #[cfg(test)]
 mod tests {
     use super::nanoseconds;

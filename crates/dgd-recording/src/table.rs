@@ -1,7 +1,7 @@
 //! What a reader found in a file: columns of numbers, and what was wrong with it.
 
 use crate::TimeSource;
-use crate::origin::{later, nanoseconds};
+use crate::origin::{later, nanoseconds, rfc3339};
 use std::fmt;
 
 /// One column as the file has it.
@@ -37,6 +37,22 @@ pub struct Began {
     pub zoned: bool,
 }
 
+impl fmt::Display for Began {
+    /// `2014-10-07 00:00:00 UTC`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let ns = i64::try_from(self.unix_ns).unwrap_or(i64::MAX);
+        let told = rfc3339(ns, self.zoned).replace('T', " ");
+        match told.strip_suffix('Z') {
+            Some(utc) => write!(f, "{utc} UTC"),
+            None => write!(
+                f,
+                "{}, of which zone is not told",
+                told.trim_end_matches("-00:00")
+            ),
+        }
+    }
+}
+
 impl Table {
     /// [`Self::origin`] in nanoseconds from 1970; `None` if it is not told, or is no RFC 3339 time from 1970 to 2200.
     ///
@@ -61,6 +77,7 @@ impl Table {
     /// let time = TimeSource::Column { tag: "t".into(), unit: dgd_units::Unit::parse("s")? };
     /// let began = table.began(&time).expect("a dated clock");
     /// assert_eq!((began.unix_ns, began.zoned), (86_402_000_000_000, false));
+    /// assert_eq!(began.to_string(), "1970-01-02 00:00:02, of which zone is not told");
     /// # Ok::<(), dgd_units::UnitError>(())
     /// ```
     #[must_use]

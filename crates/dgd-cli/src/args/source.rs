@@ -16,7 +16,7 @@ pub(crate) struct Source {
     /// Screen as the thesis does: every long run of one speed rejected, restarts kept
     #[arg(long)]
     pub(crate) thesis_screening: bool,
-    /// Only these seconds of the recordings' clock; all if absent
+    /// Only these seconds of the recordings' clock (3h:5h and 90min:2h too); all if absent
     #[arg(long, value_name = "FROM:TO", value_parser = parse_range, allow_hyphen_values = true)]
     pub(crate) window: Option<(f64, f64)>,
 }
@@ -44,7 +44,7 @@ pub(crate) struct AnySource {
     /// Screen as the thesis does: every long run of one speed rejected, restarts kept
     #[arg(long, conflicts_with = "system")]
     pub(crate) thesis_screening: bool,
-    /// Only these seconds of the recordings' clock; all if absent
+    /// Only these seconds of the recordings' clock (3h:5h and 90min:2h too); all if absent
     #[arg(long, value_name = "FROM:TO", value_parser = parse_range, allow_hyphen_values = true, conflicts_with = "system")]
     pub(crate) window: Option<(f64, f64)>,
 }

@@ -29,13 +29,43 @@ pub(super) fn parse_range(text: &str) -> Result<(f64, f64), String> {
         .split_once(':')
         .ok_or("write two numbers with a colon, such as 14000:20000")?;
     let number = |part: &str| {
-        let parsed = part.trim().parse::<f64>().ok().filter(|x| x.is_finite());
-        parsed.ok_or(format!("`{part}` is not a number"))
+        let part = part.trim();
+        let units = [("min", 60.0), ("h", 3600.0), ("s", 1.0)];
+        let suffixed = units
+            .iter()
+            .find_map(|(unit, s)| Some((part.strip_suffix(unit)?, *s)));
+        let (figures, factor) = suffixed.unwrap_or((part, 1.0));
+        let parsed = figures.trim().parse::<f64>().ok().map(|x| factor * x);
+        let parsed = parsed.filter(|x| x.is_finite());
+        parsed.ok_or(format!(
+            "`{part}` is not a number of seconds, or of h or min"
+        ))
     };
     let (from, to) = (number(from)?, number(to)?);
     if from > to {
         Err(format!("{from} is after {to}"))
     } else {
         Ok((from, to))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::parse_range;
+
+    #[test]
+    fn a_range_is_in_seconds_hours_or_minutes() {
+        for (text, range) in [
+            ("14000:20000", Ok((14_000.0, 20_000.0))),
+            ("3h:5.5 h", Ok((10_800.0, 19_800.0))),
+            ("90min:7200 s", Ok((5400.0, 7200.0))),
+            ("-60:0", Ok((-60.0, 0.0))),
+            ("5h:3h", Err("18000 is after 10800".to_owned())),
+        ] {
+            assert_eq!(parse_range(text), range, "{text}");
+        }
+        for text in ["3d:5d", "h:2h", "inf:2", "nan:1", "3h"] {
+            assert!(parse_range(text).is_err(), "{text}");
+        }
     }
 }

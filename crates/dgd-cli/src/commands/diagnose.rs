@@ -91,7 +91,7 @@ pub(crate) fn carry_out(
     let first = &source.recordings[0];
     loaded.warn_of_suspicions();
     progress.stage("screening", "");
-    let samples = loaded.samples;
+    let (samples, began) = (loaded.samples, loaded.began);
     let prepared = prepare(loaded.recording, loaded.step_s, &screening(source))
         .map_err(|e| Failure::input(first, e))?;
     let warnings = loaded.suspicions;
@@ -113,6 +113,10 @@ pub(crate) fn carry_out(
     // The report is written beside what was found, not beside the recording as well.
     drop(prepared);
     diagnosis.settings.extend(identified.departures.clone());
+    let began = began.map(|began| ("0 s of the clock".to_owned(), began.to_string()));
+    diagnosis.settings.extend(began.clone());
+    let mut departures = identified.departures;
+    departures.extend(began);
     progress.stage("writing", &out.display().to_string());
     let recording = recordings.join(", ");
     let page =
@@ -120,7 +124,7 @@ pub(crate) fn carry_out(
     let json = write(&diagnosis, &warnings, identified.base, &page, out)?;
     Ok(Diagnosed {
         diagnosis,
-        departures: identified.departures,
+        departures,
         json,
         warnings,
         recording,

@@ -33,7 +33,7 @@ static ABOUT: About = About {
     parameters: &[
         Parameter {
             name: "J_m3_s_pa",
-            meaning: "loss for each pascal above the fracture pressure",
+            meaning: "loss by how far the pressure is above the fracture pressure",
             role: Role::Amplitude,
             low: 0.0,
             high: 1e-5,

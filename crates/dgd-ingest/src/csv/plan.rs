@@ -134,7 +134,7 @@ impl Plan {
             columns,
             date,
             issues,
-            origin: origin.map(|(ns, zoned)| stamp::rfc3339(ns, zoned)),
+            origin: origin.map(|(ns, zoned)| dgd_recording::rfc3339(ns, zoned)),
             clock,
         }
     }

@@ -361,6 +361,9 @@ fn quantity(signal: &str, value: f64) -> String {
 
 /// A parameter by its name without its unit, its estimate and interval, and the unit that people read.
 fn sized(name: &str, value: f64, (low, high): (f64, f64)) -> String {
+    if name == "sensor" {
+        return format!("{name} {value:.0}");
+    }
     let (stem, factor, unit) = split(name);
     let size = estimate(value * factor, (low * factor, high * factor));
     format!("{stem} {size} {unit}").trim_end().to_owned()
