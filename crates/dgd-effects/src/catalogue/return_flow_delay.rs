@@ -50,7 +50,7 @@ static ABOUT: About = About {
         form_error: 0.15,
         size_error: 0.1,
         // Loggers have clocks of their own: a meter may seem to be ahead.
-        allowance: &[-5.0, -4.0, -3.0, -2.0, -1.0, 0.5, 1.0, 1.5, 2.0, 2.5],
+        allowance: &[-5.0, -4.0, -3.0, -2.0, 0.5, 1.0, 1.5, 2.0, 2.5],
         timing: Some(Timing::Meter),
         ..Search::BASE
     },
