@@ -187,7 +187,7 @@ fn timeline(diagnosis: &Diagnosis, span: (f64, f64), html: &mut Html) {
     html.picture(
         &scene,
         "Residuals by relation over time",
-        &caption(twofold, outside),
+        &caption(diagnosis, twofold, outside),
     );
 }
 
@@ -225,7 +225,7 @@ fn edges(scene: &mut Scene, lane: &Frame, sigma: f64) {
     }
 }
 
-fn caption(twofold: bool, outside: usize) -> String {
+fn caption(diagnosis: &Diagnosis, twofold: bool, outside: usize) -> String {
     let mut text = if twofold {
         "Measured minus model in blocks, before and after the findings; a violet stretch is where a finding acts, in the \
          lane of the relation it sits in, of a reading at fault in all that it enters. "
@@ -238,6 +238,21 @@ fn caption(twofold: bool, outside: usize) -> String {
          hours it may stand off zero as far as the dotted lines, for instruments wander within their accuracy. What \
          stands off throughout is an offset: the limits under Checks say from which size on one is named. ",
     );
+    // A constant between two transmitters is fitted; that it was must be seen.
+    let taken_off: Vec<String> = (diagnosis.traces.iter())
+        .filter(|t| t.offset.is_finite())
+        .filter_map(|t| {
+            let (unit, factor) = shown(t.unit);
+            Some(format!(
+                "{} {} {unit}",
+                t.pair?,
+                significant(t.offset * factor, 2)
+            ))
+        })
+        .collect();
+    if !taken_off.is_empty() {
+        text.push_str(&format!("Taken off throughout: {}. ", taken_off.join(", ")));
+    }
     text.push_str("Where blocks crowd, a line is their mean; the pale blue band spans them all.");
     if outside > 0 {
         text.push_str(&format!(
@@ -252,16 +267,7 @@ fn caption(twofold: bool, outside: usize) -> String {
 fn head(scene: &mut Scene, trace: &Trace, twofold: bool, top: f64) -> f64 {
     let (unit, factor) = shown(trace.unit);
     let name = trace.pair.unwrap_or(words::relation(trace.relation));
-    // A constant between two transmitters is fitted; that it was must be seen.
-    let offset = if trace.pair.is_some() && trace.offset.is_finite() {
-        format!(
-            ", less {} {unit} throughout",
-            significant(trace.offset * factor, 2)
-        )
-    } else {
-        String::new()
-    };
-    let name = format!("{}{offset} [{unit}]", capital(name));
+    let name = format!("{} [{unit}]", capital(name));
     scene.bold([LEFT, top + 13.0], &name, 13.0, INK, Anchor::Start);
     let text = |value: f64| significant(value * factor, 2);
     let after = text(rms(&trace.after));

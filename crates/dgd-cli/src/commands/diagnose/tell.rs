@@ -189,7 +189,10 @@ fn curve(curve: &CorrectionCurve) -> Option<String> {
     let ((from, _), (to, _)) = (curve.knots.first()?, curve.knots.last()?);
     let told = |name, low: f64, high: f64| {
         let (stem, factor, unit) = split(name);
-        let ends = format!("{} to {} {unit}", brief(low * factor), brief(high * factor));
+        // An end that is nothing beside the other is nothing.
+        let least = 2e-3 * low.abs().max(high.abs());
+        let [low, high] = [low, high].map(|v| if v.abs() < least { 0.0 } else { v * factor });
+        let ends = format!("{} to {} {unit}", brief(low), brief(high));
         (stem, ends.trim_end().to_owned())
     };
     let (stem, adds) = told(curve.adds, low, high);
