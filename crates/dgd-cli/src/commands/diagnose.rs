@@ -12,6 +12,7 @@ use crate::failure::Failure;
 use crate::load;
 use crate::output::{self, Outputs};
 use crate::progress::Progress;
+use crate::say;
 use dgd_diagnose::{DiagnoseError, Diagnosis, Options, Simulation, Stage, Step, diagnose};
 use dgd_documents::{Base, ModelDocument, write_diagnosis, write_model_document};
 use dgd_export::{ComparedSignal, Comparison, ExportError, write_comparison_csv};
@@ -67,8 +68,7 @@ pub(crate) fn run(arguments: &Diagnose, global: &Global) -> Result<String, Failu
 
 /// The answer for people.
 pub(crate) fn tell(done: &Diagnosed, out: &Path) -> String {
-    let warned = done.warnings.iter().map(|w| format!("warning: {w}\n"));
-    warned.collect::<String>()
+    say::again(&done.warnings)
         + &tell::tell(&done.diagnosis, &done.departures, &done.recording, out)
 }
 

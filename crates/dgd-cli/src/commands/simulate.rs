@@ -87,8 +87,10 @@ pub(crate) fn run(arguments: &Simulate, global: &Global) -> Result<String, Failu
         value["seconds_by_stage"] = stages;
         return Ok(say::json(&value));
     }
-    let warned: String = warnings.iter().map(|w| format!("warning: {w}\n")).collect();
-    Ok(warned + &outcome::tell(&outcome, arguments, effects.as_deref(), drawn.len()))
+    Ok(
+        say::again(&warnings)
+            + &outcome::tell(&outcome, arguments, effects.as_deref(), drawn.len()),
+    )
 }
 
 /// What is to be simulated.
@@ -194,6 +196,7 @@ fn check_start(start: &Start, geometry: &Geometry) -> Result<(), Failure> {
             format!("--level is {level} m, expected between 0 m and the pump inlet at {deepest} m")
         }
         (_, Some(flow)) if !(0.0..=1.0).contains(&flow) => {
+            let flow = say::brief(flow);
             format!("--flow is {flow} m3/s, expected between 0 and 1 m3/s")
         }
         _ => return Ok(()),

@@ -108,6 +108,7 @@ fn a_clock_that_cannot_be_read_is_not_called_absent() {
     bench.write("odd.csv", out);
     bench.dgd("fit odd.csv --well well.toml").refused(&[
         "without a number (the first is `26/10/24 at 0",
+        "the year in four digits and first",
         "well.toml, line",
     ]);
 }

@@ -91,13 +91,7 @@ impl Plan {
                         "{} without a number (the first is `{}`); the column was passed over{}",
                         count(texts, "cell"),
                         reading.unreadable.shown,
-                        if reading.head.first.is_none()
-                            && stamp::is_slashed(reading.unreadable.shown.as_bytes())
-                        {
-                            ": none of the dates looked at tells days from months; write the year first, as in 2024-10-26"
-                        } else {
-                            ""
-                        }
+                        mend(reading)
                     ),
                 });
                 continue;
@@ -189,6 +183,26 @@ pub(super) fn nothing(columns: usize) -> IngestError {
     IngestError::NothingNumeric {
         format: "CSV",
         found: format!("{columns} columns without a single value"),
+    }
+}
+
+/// What to do about a column of which no cell can be read, where its cells begin as dates do.
+fn mend(reading: &Reading) -> &'static str {
+    let shown = reading.unreadable.shown.as_bytes();
+    if reading.head.first.is_none() && stamp::is_slashed(shown) {
+        return ": none of the dates looked at tells days from months; write the year first, as in 2024-10-26";
+    }
+    let mut parts = shown.splitn(3, |b| matches!(b, b'/' | b'-' | b'.' | b' '));
+    let mut short = || {
+        let part = parts.next()?;
+        (1..=2)
+            .contains(&part.len())
+            .then(|| part.iter().all(u8::is_ascii_digit))
+    };
+    if short() == Some(true) && short() == Some(true) {
+        ": write times with the year in four digits and first, as in 2024-10-26 15:27:49"
+    } else {
+        ""
     }
 }
 
