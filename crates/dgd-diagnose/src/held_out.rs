@@ -145,8 +145,9 @@ pub(crate) fn model(
         speed_range_pct: range(&speeds),
         ratio_range: range(&ratios),
         span_s: Some(record.setting.span_s),
-        effects: state
-            .iter()
+        // What is early has no part in a run: nothing tells what is to come.
+        effects: (state.iter())
+            .filter(|a| !(a.allowance && a.parameters[0] < 0.0))
             .map(|a| AppliedEffect {
                 id: a.effect.about().id.to_owned(),
                 parameters: a.parameters.clone(),

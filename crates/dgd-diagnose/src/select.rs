@@ -7,7 +7,7 @@ use crate::refine::refine;
 use crate::relations::Applied;
 use crate::round::{Round, Ruling};
 use crate::scan::{allowances_with, joined, on_grid};
-use crate::tangent::Bend;
+use crate::tangent::{Bend, Tangent, dot};
 use crate::timing::allowed_beside;
 use rayon::prelude::*;
 use tracing::debug;
@@ -169,7 +169,15 @@ pub(crate) fn select(
         match ruling {
             Ruling::Nothing => break,
             Ruling::Unnamed(correction) => selection.named.push(correction),
-            Ruling::Named(named) | Ruling::Seen(named) => selection.accept(record, start, named)?,
+            Ruling::Named(named) => {
+                selection.accept(record, start, named)?;
+                if let Sought::Any(_) = sought
+                    && let Some(exchanged) = exchanged(record, start, &selection)
+                {
+                    selection = exchanged;
+                }
+            }
+            Ruling::Seen(named) => selection.accept(record, start, named)?,
             Ruling::Promised(named, second, otherwise) => {
                 let before = selection.clone();
                 selection.accept(record, start, named)?;
@@ -192,6 +200,43 @@ pub(crate) fn select(
         }
     }
     Some(selection)
+}
+
+/// The selection with another effect in the place of one that was named before the last, where the two explain more: what is best by itself
+/// need not be one of the best two. `None` where none is.
+fn exchanged(record: &Record, start: &[Applied], selection: &Selection) -> Option<Selection> {
+    /// Misfit that the other must save.
+    const SAVES: f64 = 5.0;
+    let misfit = |selection: &Selection| -> Option<f64> {
+        let tangent = Tangent::at(record, &selection.state(), &[], Bend::Free)?;
+        Some(0.5 * dot(&tangent.off, &tangent.off))
+    };
+    let (last, before) = selection.named.split_last()?;
+    let relation = last.applied.effect.about().relation;
+    let rivals = (0..before.len()).filter(|k| {
+        before[*k].correction.is_none() && before[*k].applied.effect.about().relation == relation
+    });
+    if last.correction.is_some() {
+        return None;
+    }
+    for k in rivals {
+        let mut other = selection.clone();
+        let gone = other.named.remove(k).applied.effect.about().id;
+        let Ruling::Named(named) = Round::about(record, &other)?.ruling() else {
+            continue;
+        };
+        let id = named.applied.effect.about().id;
+        if id == gone {
+            continue;
+        }
+        other.accept(record, start, named)?;
+        let saved = misfit(selection)? - misfit(&other)?;
+        debug!("{id} in the place of {gone} saves {saved:.1}");
+        if saved > SAVES {
+            return Some(other);
+        }
+    }
+    None
 }
 
 impl Promised {

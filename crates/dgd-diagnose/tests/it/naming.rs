@@ -82,6 +82,22 @@ fn an_influx_is_named_with_rate_and_interval_and_then_found_no_more() {
     assert_eq!(again.verdict, Verdict::Consistent, "{:?}", again.findings);
 }
 
+/// Beside another area a gain of the inflow explains more by itself than the gain of the meter that is concealed, and less with it.
+#[test]
+fn what_is_best_by_itself_gives_way_to_the_best_of_two() {
+    let case = case(306, Some("return_flow_gain"));
+    let (mut well, recording, step_s) = recorded(&case);
+    let area_m2 = well.geometry.riser_area_m2();
+    let inner = well.geometry.drillpipe_od_m;
+    // The well file says nine parts of a hundred less than there is.
+    let told_m2 = area_m2 / 1.09;
+    well.geometry.riser_id_m = (told_m2 * 4.0 / std::f64::consts::PI + inner * inner).sqrt();
+    let found = tried(&well, recording, step_s).unwrap();
+    let mut named: Vec<&str> = found.findings.iter().map(|f| f.effect.as_str()).collect();
+    named.sort_unstable();
+    assert_eq!(named, ["annulus_area", "return_flow_gain"]);
+}
+
 /// Curves that are fitted without so much of it say that a little would be there with the wrong sign.
 #[test]
 fn wear_that_takes_much_of_the_flow_is_named() {
