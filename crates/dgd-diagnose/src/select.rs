@@ -139,15 +139,22 @@ pub(crate) fn select(
         Sought::Given(ids) => ids.len(),
     };
     let mut promises = Vec::new();
+    // Whether an effect was named in the round before, beside which another may be better than one that was named earlier.
+    let mut joined_others = false;
     let mut last = None;
     for number in 1..=most {
         round_begins(number);
+        // Two at a time would be held for nothing.
+        drop(last.take());
+        if std::mem::take(&mut joined_others)
+            && let Some(exchanged) = exchanged(record, start, &selection)
+        {
+            selection = exchanged;
+        }
         for one in selection.state() {
             let kind = if one.allowance { "allowed" } else { "named" };
             debug!("{kind} {} {:?}", one.effect.about().id, one.parameters);
         }
-        // Two at a time would be held for nothing.
-        drop(last.take());
         let round = last.insert(Round::about(record, &selection)?);
         if number == 1 {
             selection.first = first(round);
@@ -171,11 +178,7 @@ pub(crate) fn select(
             Ruling::Unnamed(correction) => selection.named.push(correction),
             Ruling::Named(named) => {
                 selection.accept(record, start, named)?;
-                if let Sought::Any(_) = sought
-                    && let Some(exchanged) = exchanged(record, start, &selection)
-                {
-                    selection = exchanged;
-                }
+                joined_others = matches!(sought, Sought::Any(_));
             }
             Ruling::Seen(named) => selection.accept(record, start, named)?,
             Ruling::Promised(named, second, otherwise) => {
