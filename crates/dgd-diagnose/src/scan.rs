@@ -267,6 +267,7 @@ pub(crate) fn allowances_with(
             !(held || decided || about.search.allowance.is_empty())
         })
         .collect();
+    let late = (start.iter()).any(|a| !a.allowance && a.effect.about().search.timing.is_some());
     // Each takes what a later one would explain better: they are gone through again.
     for _ in 0..SWEEPS {
         let mut moved = false;
@@ -280,7 +281,9 @@ pub(crate) fn allowances_with(
                 parameters: vec![*v],
                 allowance: true,
             };
+            // What a named lateness leaves over for want of form is no clock.
             let values = about.search.allowance.iter();
+            let values = values.filter(|time_s| **time_s > 0.0 || !late);
             let dear = |time_s: f64| if time_s < 0.0 { EARLY } else { 0.0 };
             let held = now.map_or(0.0, |k| dear(state[k].parameters[0]));
             let best = (values.filter(|v| now.is_none_or(|k| state[k].parameters[0] != **v)))
