@@ -156,7 +156,7 @@ pub(crate) struct Diagnose {
     /// Start from the effects of this model, fitted again; only what is left out of it too is a finding
     #[arg(long, value_name = "FILE", conflicts_with = "system")]
     pub(crate) model: Option<PathBuf>,
-    /// Take these effects for given: fit them, whatever their evidence, and search for nothing else. several with commas between. `dgd catalogue` lists them
+    /// Take these effects for given: fit them, whatever their evidence, and search for nothing else; several with commas between. `dgd catalogue` lists them
     #[arg(
         long,
         value_name = "EFFECT",

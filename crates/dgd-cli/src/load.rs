@@ -14,7 +14,10 @@ use crate::progress::Progress;
 use dgd_documents::{DocumentError, ModelDocument, Problem};
 use dgd_identify::Model;
 use dgd_ingest::{Format, ReadOptions};
-use dgd_recording::{Began, Issue, Recording, RecordingError, Table, TimeSource, Well, survey};
+use dgd_recording::{
+    Began, ChannelSource, Issue, IssueKind, Recording, RecordingError, Table, TimeSource, Well,
+    survey,
+};
 use dgd_replay::ReplayError;
 use dgd_screen::Suspicion;
 use dgd_units::Unit;
@@ -211,7 +214,7 @@ pub(crate) fn read_recordings(
     for (index, path) in paths.iter().enumerate() {
         let (format, mut table) = read_table(path, progress)?;
         let mut issues = std::mem::take(&mut table.issues);
-        units.check(path, &table)?;
+        units.check(path, &table, well)?;
         warnings.extend(well.contradicted(path, &table));
         let began = table.began(&well.channels.time);
         if began.is_none() && paths[..index].contains(path) {
@@ -272,6 +275,27 @@ pub(crate) fn read_recordings(
     Ok(loaded)
 }
 
+/// The tags that a description names.
+fn tags(well: &Well) -> Vec<&str> {
+    let map = &well.channels;
+    let sources = [
+        &map.mud_pump_flow,
+        &map.booster_flow,
+        &map.topfill_flow,
+        &map.return_flow,
+        &map.pump_speed,
+    ];
+    let sources = (sources.into_iter())
+        .chain(&map.pump_inlet_pressure)
+        .chain(&map.pump_outlet_pressure)
+        .chain(&map.riser_pressure);
+    let told = sources.filter_map(|source| match source {
+        ChannelSource::Column { tag, .. } => Some(tag.as_str()),
+        ChannelSource::Constant { .. } => None,
+    });
+    told.collect()
+}
+
 /// The units that the files of one job give their columns.
 #[derive(Default)]
 struct Units {
@@ -280,23 +304,19 @@ struct Units {
 }
 
 impl Units {
-    /// Refuses a file whose columns are in other units than those of the files before it: one description cannot suit both.
-    fn check(&mut self, path: &Path, table: &Table) -> Result<(), Failure> {
-        let units = table.columns.iter().filter_map(|column| {
-            let unit = column.unit.as_deref().filter(|unit| !unit.is_empty())?;
-            Some((column.tag.as_str(), unit))
+    /// Refuses a file whose channels are in other units than those of the files before it: one description cannot suit both.
+    fn check(&mut self, path: &Path, table: &Table, well: &Well) -> Result<(), Failure> {
+        let units = tags(well).into_iter().filter_map(|tag| {
+            let unit = table.column(tag)?.unit.as_deref()?;
+            Some((tag, unit, Unit::parse(unit).ok()?))
         });
-        for (tag, unit) in units {
+        for (tag, unit, read) in units {
             let Some((_, before, first)) = self.of.iter().find(|(known, ..)| known == tag) else {
                 self.of
                     .push((tag.to_owned(), unit.to_owned(), path.to_owned()));
                 continue;
             };
-            let same = match (Unit::parse(before), Unit::parse(unit)) {
-                (Ok(before), Ok(unit)) => before == unit,
-                _ => before == unit,
-            };
-            if !same {
+            if Unit::parse(before).ok() != Some(read) {
                 return Err(Failure::input(
                     path,
                     format!(
@@ -388,13 +408,15 @@ impl Described {
                     let mut tags = absent.iter().map(|a| a.tag.as_str());
                     tags.find(|tag| *tag == column || Some(*tag) == last)
                 };
-                issues.iter().find(|issue| of(issue).is_some())
+                let mut skipped = issues.iter().filter(|i| i.kind == IssueKind::Skipped);
+                skipped.find(|issue| of(issue).is_some())
             }
             _ => None,
         };
         Failure::Input {
             path: recording.to_owned(),
-            reason: passed_over.map_or_else(|| error.to_string(), ToString::to_string),
+            reason: passed_over
+                .map_or_else(|| error.to_string(), |told| format!("{told}; {error}")),
             help: match lines.as_slice() {
                 [] => None,
                 [line] => Some(format!("it is mapped in {description}, line {line}")),

@@ -192,6 +192,10 @@ pub(crate) fn select(
             }
         }
     }
+    // The last round that may name an effect has none behind it.
+    if joined_others && let Some(exchanged) = exchanged(record, start, &selection) {
+        selection = exchanged;
+    }
     // No round is left in which a second effect might come.
     settled(&mut selection, &mut promises, &Ruling::Nothing);
     if let Some(round) = last {

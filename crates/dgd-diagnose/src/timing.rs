@@ -129,8 +129,7 @@ pub(crate) fn retimed(
     evidence.is_finite().then_some((at[0], evidence))
 }
 
-/// Times that are fitted together: that of a late meter, and those that are allowed for beside it, each from 0, or from the earliest, to the
-/// longest.
+/// Times that are fitted together: that of a late meter, and those that are allowed for beside it, each from 0 to the longest.
 struct Times {
     /// What stays as it is.
     fixed: Vec<Applied>,
@@ -162,7 +161,8 @@ impl Times {
                 let held = state.iter().find(|a| of(a) == id);
                 times.beside.push(effect);
                 times.first.push(held.map_or(0.0, |a| a.parameters[0]));
-                let shortest = search.allowance.first().map_or(0.0, |first| first.min(0.0));
+                // What is held to be early may stay so; nothing else is for nothing.
+                let shortest = held.map_or(0.0, |a| a.parameters[0].min(0.0));
                 times.ranges.push((shortest, *longest));
             }
         }

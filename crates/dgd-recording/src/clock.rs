@@ -71,8 +71,9 @@ pub enum ClockError {
     },
     /// Many samples in a row share each stamp, as where a spreadsheet has dropped the seconds.
     #[error(
-        "some {shared} samples in a row share each time stamp, and the stamps are {step_s:.0} s apart: they have lost their seconds; \
-         export them anew, or give the interval of the samples in place of the clock, time = {{ interval = \"1 s\" }}"
+        "some {shared} samples in a row share each time stamp, and the stamps are {step_s:.0} s apart: they have lost their seconds, or each row \
+         is there several times; export them anew, or give the interval of the samples in place of the clock, time = {{ interval = \"{} s\" }}",
+        step_s / *shared as f64
     )]
     Coarse {
         /// Samples to a stamp.

@@ -319,7 +319,7 @@ impl Recording {
             reason = "positive and small"
         )]
         let seam = (SEAM_S / step_s).ceil().clamp(1.0, 1e6) as usize;
-        self.append_after(later, step_s, seam)
+        Ok(self.appended(later, step_s, seam))
     }
 
     /// Appends a recording taken later on the same well and step, after so many samples without values, or none.
@@ -337,13 +337,16 @@ impl Recording {
         seam: usize,
     ) -> Result<usize, RecordingError> {
         RecordingError::unless_step(step_s)?;
-        let (before, added) = (self.len(), later.len());
-        if seam as f64 > most_steps(before + added) {
-            return Err(RecordingError::Seam {
-                seam,
-                samples: before + added,
-            });
+        let samples = self.len() + later.len();
+        if seam as f64 > most_steps(samples) {
+            return Err(RecordingError::Seam { seam, samples });
         }
+        Ok(self.appended(later, step_s, seam))
+    }
+
+    /// The index of the first appended sample.
+    fn appended(&mut self, later: Self, step_s: f64, seam: usize) -> usize {
+        let (before, added) = (self.len(), later.len());
         let start = before + seam;
         let end_s = self.time_s.last().copied().unwrap_or(0.0);
         self.time_s
@@ -377,7 +380,7 @@ impl Recording {
                 .get_or_insert_with(|| vec![f64::NAN; before]);
             join(mine, later.riser_pressure_pa.unwrap_or_default());
         }
-        Ok(start)
+        start
     }
 
     /// Mean of the inlet transmitters at each sample, over those that have a value.

@@ -80,6 +80,7 @@ impl Joint {
                 all.append(later, step_s)
             }
             Seam::Shared(shared) if !same(all, &later, shared) => {
+                let shared = shared.min(later.len());
                 warn!(
                     "{told}: its first {shared} samples have times that {told_before} has too, and other values (was a clock set back?); \
                      all are kept, and on the joint clock 120 s lie between them"
@@ -160,8 +161,9 @@ impl Dated {
             clippy::cast_sign_loss,
             reason = "positive; what is too large saturates"
         )]
-        Ok(if steps >= 1.0 {
-            Seam::Missing(steps as usize - 1)
+        Ok(if ahead_ns > 0 {
+            // What begins within half a step is the next sample.
+            Seam::Missing(steps.max(1.0) as usize - 1)
         } else {
             Seam::Shared((1.0 - steps) as usize)
         })
@@ -241,6 +243,8 @@ mod tests {
         let first = || (began(0, true), samples(0, 10));
         for (at_s, taken, left_out, length) in [
             (20, 10, 0, 15),
+            // Within half a step of the last sample.
+            (19, 10, 0, 15),
             (24, 12, 0, 17),
             // Mostly nothing: 120 s.
             (50, 25, 0, 30),

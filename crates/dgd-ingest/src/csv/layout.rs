@@ -27,6 +27,8 @@ pub(super) struct Head {
     pub(super) unit: Option<String>,
     /// Whether the file names it.
     pub(super) named: bool,
+    /// Its name as written, which others may share.
+    pub(super) written: String,
     pub(super) stamps: bool,
     /// A clock whose date stands in another column.
     pub(super) dated: bool,
@@ -39,7 +41,7 @@ pub(super) struct Head {
 impl Head {
     /// Whether what is written above a column is its name.
     pub(super) fn is_named(&self, written: &str) -> bool {
-        self.named && split_unit(written).0 == self.tag
+        self.named && split_unit(written).0 == self.written
     }
 }
 
@@ -182,9 +184,12 @@ pub(super) fn layout(glimpse: &Glimpse<'_>) -> Result<Layout, IngestError> {
         // Digits alone are a number, unless a column of times holds a date in each.
         let mut cells = rows()
             .filter_map(|l| l.cells.get(index))
-            .filter(|c| !c.is_empty());
-        head.stamps |=
-            numeric[index] && is_time_name(&head.tag) && cells.all(|c| stamp::compact(c).is_some());
+            .filter(|c| !c.is_empty() && !number::is_missing(c))
+            .peekable();
+        head.stamps |= numeric[index]
+            && is_time_name(&head.tag)
+            && cells.peek().is_some()
+            && cells.all(|c| stamp::compact(c).is_some());
     }
     let (start, line) = (head[first_row].start, head[first_row].number);
     Ok(Layout {
@@ -201,7 +206,7 @@ pub(super) fn is_time_name(tag: &str) -> bool {
     let stem = name.split(|c: char| !c.is_alphanumeric()).next();
     matches!(
         stem.unwrap_or_default(),
-        "t" | "time" | "timestamp" | "epoch" | "unix" | "unixtime" | "datetime" | "utc"
+        "t" | "time" | "timestamp" | "epoch" | "unix" | "unixtime" | "datetime" | "date" | "utc"
     )
 }
 
@@ -317,6 +322,7 @@ fn name(heads: &mut [Head], above: &[Line<'_>], numeric: &[bool]) {
         }
         let (tag, unit) = split_unit(&written);
         head.named = !tag.is_empty();
+        head.written = tag.to_owned();
         head.tag = if head.named {
             tag.to_owned()
         } else {

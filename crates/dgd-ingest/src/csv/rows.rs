@@ -377,12 +377,17 @@ impl Rows {
             } else if !cut {
                 let first = row.unreadable.first().map_or(0, |u| u.1);
                 let begins = || words(cell(text, first, delimiter).bytes);
-                let names = |(index, start): &(usize, usize)| {
+                // Names of columns, and how many of them stand in other places.
+                let (mut named, mut moved) = (0, 0);
+                for (index, start) in &row.unreadable {
                     let written = words(cell(text, *start, delimiter).bytes);
-                    let at = (self.columns.iter()).position(|c| c.head.is_named(&written));
-                    at.is_some_and(|at| at != *index)
-                };
-                if row.unreadable.iter().any(names) {
+                    let is = |c: &Reading| c.head.is_named(&written);
+                    if self.columns.iter().any(is) {
+                        named += 1;
+                        moved += usize::from(!self.columns.get(*index).is_some_and(is));
+                    }
+                }
+                if named > 1 && moved > 0 {
                     self.renamed.add(row.line, begins);
                 } else {
                     self.wordy.add(row.line, begins);

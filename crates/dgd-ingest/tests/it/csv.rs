@@ -113,6 +113,8 @@ fn digits_alone_are_a_date_in_a_column_of_times() {
     assert_same(values(&table, "time"), &[0.0, 1.0, 60.0]);
     assert_eq!(table.origin.as_deref(), Some("2024-10-26T00:30:00-00:00"));
     assert_eq!((table.clock, unit(&table, "time")), (Some(0), Some("s")));
+    let gap = read("Date_Time,a\n20241026003000,1\nNaN,2\n20241026003002,3\n");
+    assert_same(values(&gap, "Date_Time"), &[0.0, NAN, 2.0]);
     // Elsewhere, or where one of them is none, they are numbers.
     let table = read("well,time\n20241026003000,20241026003000\n20241026003001,20241326003001\n");
     assert_same(
@@ -131,6 +133,11 @@ fn a_second_header_in_another_order_is_refused_with_its_line() {
     let text = |second: &str| format!("t,FT1 [gpm],FT4\n0,1,2\n1,3,4\n{second}\n2,5,6\n3,7,8\n");
     // As files that were put behind each other have it.
     assert_eq!(values(&read(&text("t,FT1 [gpm],FT4")), "FT4").len(), 4);
+    // One word that is a name may be a remark.
+    assert_eq!(values(&read(&text(",,FT1")), "FT4").len(), 4);
+    let twice = read("t,FT,FT,P\n0,1,2,3\n1,1,2,3\nt,FT,FT,P\n2,1,2,3\n3,1,2,3\n");
+    assert_eq!(tags(&twice), ["t", "FT", "FT_2", "P"]);
+    assert_eq!(values(&twice, "P").len(), 4);
     for second in ["t,FT4,FT1 [gpm]", "FT1,FT4", "t,PT1,FT1,FT4"] {
         let refused =
             dgd_ingest::read(text(second).as_bytes(), &dgd_ingest::ReadOptions::default());
