@@ -117,8 +117,10 @@ fn what_is_allowed_for_is_too_small_to_be_named() {
         let (about, search) = (effect.about(), effect.about().search);
         let least = search.least.unwrap_or(f64::INFINITY);
         for strength in search.allowance {
+            // A clock of its own may make a time early as well, which nothing in the catalogue does.
+            let early = *strength < 0.0 && *strength >= -5.0 && search.timing.is_some();
             assert!(
-                *strength > 0.0 && *strength <= least,
+                early || (*strength > 0.0 && *strength <= least),
                 "{} {strength}",
                 about.id
             );
