@@ -15,8 +15,7 @@ use dgd_documents::{DocumentError, ModelDocument, Problem};
 use dgd_identify::Model;
 use dgd_ingest::{Format, ReadOptions};
 use dgd_recording::{
-    Began, ChannelSource, Issue, IssueKind, Recording, RecordingError, Table, TimeSource, Well,
-    survey,
+    Began, Issue, IssueKind, Recording, RecordingError, Table, TimeSource, Well, survey,
 };
 use dgd_replay::ReplayError;
 use dgd_screen::Suspicion;
@@ -275,27 +274,6 @@ pub(crate) fn read_recordings(
     Ok(loaded)
 }
 
-/// The tags that a description names.
-fn tags(well: &Well) -> Vec<&str> {
-    let map = &well.channels;
-    let sources = [
-        &map.mud_pump_flow,
-        &map.booster_flow,
-        &map.topfill_flow,
-        &map.return_flow,
-        &map.pump_speed,
-    ];
-    let sources = (sources.into_iter())
-        .chain(&map.pump_inlet_pressure)
-        .chain(&map.pump_outlet_pressure)
-        .chain(&map.riser_pressure);
-    let told = sources.filter_map(|source| match source {
-        ChannelSource::Column { tag, .. } => Some(tag.as_str()),
-        ChannelSource::Constant { .. } => None,
-    });
-    told.collect()
-}
-
 /// The units that the files of one job give their columns.
 #[derive(Default)]
 struct Units {
@@ -306,7 +284,7 @@ struct Units {
 impl Units {
     /// Refuses a file whose channels are in other units than those of the files before it: one description cannot suit both.
     fn check(&mut self, path: &Path, table: &Table, well: &Well) -> Result<(), Failure> {
-        let units = tags(well).into_iter().filter_map(|tag| {
+        let units = well.channels.tags().into_iter().filter_map(|(_, tag)| {
             let unit = table.column(tag)?.unit.as_deref()?;
             Some((tag, unit, Unit::parse(unit).ok()?))
         });

@@ -1,5 +1,6 @@
 //! The well a recording was taken on (Table 2.2) and its channel map (Table 2.1).
 
+use crate::Channel;
 use dgd_units::{STANDARD_ATMOSPHERE_PA, STANDARD_GRAVITY_M_S2, Unit};
 use std::f64::consts::PI;
 
@@ -158,6 +159,30 @@ pub struct ChannelMap {
     pub riser_pressure: Option<ChannelSource>,
     /// ω_ssp, speed (set-point) of the subsea pump, %.
     pub pump_speed: ChannelSource,
+}
+
+impl ChannelMap {
+    /// The channels that are columns of the file, each with its tag, in the order of [`Recording::series`](crate::Recording::series).
+    pub fn tags(&self) -> Vec<(Channel, &str)> {
+        let inlets = self.pump_inlet_pressure.iter().enumerate();
+        let outlets = self.pump_outlet_pressure.iter().enumerate();
+        let sources = [
+            (Channel::MudPumpFlow, &self.mud_pump_flow),
+            (Channel::BoosterFlow, &self.booster_flow),
+            (Channel::TopfillFlow, &self.topfill_flow),
+            (Channel::ReturnFlow, &self.return_flow),
+        ]
+        .into_iter()
+        .chain(inlets.map(|(n, source)| (Channel::PumpInletPressure(n), source)))
+        .chain(outlets.map(|(n, source)| (Channel::PumpOutletPressure(n), source)))
+        .chain((self.riser_pressure.iter()).map(|source| (Channel::RiserPressure, source)))
+        .chain([(Channel::PumpSpeed, &self.pump_speed)]);
+        let tagged = sources.filter_map(|(channel, source)| match source {
+            ChannelSource::Column { tag, .. } => Some((channel, tag.as_str())),
+            ChannelSource::Constant { .. } => None,
+        });
+        tagged.collect()
+    }
 }
 
 /// Where the clock comes from.

@@ -3,7 +3,7 @@
 use super::mapping::Origin;
 use super::{Recording, RecordingError};
 use crate::clock::ClockPasses;
-use crate::{ChannelSource, ClockSurvey, Column, Issue, Table, TimeSource, Well};
+use crate::{ClockSurvey, Column, Issue, Table, TimeSource, Well};
 
 /// The channels of a table that comes in blocks, on their even clock: what [`Recording::from_table`] and
 /// [`Recording::onto_grid`] make of the table at once, to the last bit.
@@ -198,25 +198,11 @@ impl<'w> BlockGrid<'w> {
 /// Indices of the columns that a well names, in their order, and of the first, which tells the rows where it names none.
 fn named(head: &Table, well: &Well) -> Vec<usize> {
     let map = &well.channels;
-    let single = [
-        &map.mud_pump_flow,
-        &map.booster_flow,
-        &map.topfill_flow,
-        &map.return_flow,
-        &map.pump_speed,
-    ];
-    let sources = (single.into_iter())
-        .chain(&map.pump_inlet_pressure)
-        .chain(&map.pump_outlet_pressure)
-        .chain(&map.riser_pressure);
     let stamps = match &map.time {
-        TimeSource::Column { tag, .. } => Some(tag),
+        TimeSource::Column { tag, .. } => Some(tag.as_str()),
         TimeSource::Interval { .. } => None,
     };
-    let tags = sources.filter_map(|source| match source {
-        ChannelSource::Column { tag, .. } => Some(tag),
-        ChannelSource::Constant { .. } => None,
-    });
+    let tags = map.tags().into_iter().map(|(_, tag)| tag);
     let found = tags.chain(stamps).filter_map(|tag| head.find(tag));
     let mut named: Vec<usize> = found.chain([0]).collect();
     named.sort_unstable();

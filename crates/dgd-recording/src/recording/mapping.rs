@@ -166,24 +166,8 @@ fn absent(table: &Table, map: &ChannelMap) -> Option<RecordingError> {
     if let TimeSource::Column { tag, .. } = &map.time {
         tags.push(("time".to_owned(), tag));
     }
-    let inlets = map.pump_inlet_pressure.iter().enumerate();
-    let outlets = map.pump_outlet_pressure.iter().enumerate();
-    let sources = [
-        (Channel::MudPumpFlow, &map.mud_pump_flow),
-        (Channel::BoosterFlow, &map.booster_flow),
-        (Channel::TopfillFlow, &map.topfill_flow),
-        (Channel::ReturnFlow, &map.return_flow),
-    ]
-    .into_iter()
-    .chain(inlets.map(|(n, source)| (Channel::PumpInletPressure(n), source)))
-    .chain(outlets.map(|(n, source)| (Channel::PumpOutletPressure(n), source)))
-    .chain((map.riser_pressure.iter()).map(|source| (Channel::RiserPressure, source)))
-    .chain([(Channel::PumpSpeed, &map.pump_speed)]);
-    for (channel, source) in sources {
-        if let ChannelSource::Column { tag, .. } = source {
-            tags.push((channel.to_string(), tag));
-        }
-    }
+    let channels = map.tags().into_iter();
+    tags.extend(channels.map(|(channel, tag)| (channel.to_string(), tag)));
     let absent: Vec<Absent> = (tags.into_iter())
         .filter(|(_, tag)| table.find(tag).is_none())
         .map(|(channel, tag)| Absent {
