@@ -131,6 +131,21 @@ fn csv() -> Outcome<()> {
         "slashes.csv",
         b"Date/Time,x\n10/26/2024 11:59:59 PM,1\n10/27/2024 12:00:00 AM,2\n10/27/2024 12:00:01 am,3\n",
     )?;
+    save(
+        "csv",
+        "compact.csv",
+        b"stamp;a;b\n20241026003002;1 250,5;3\n20241026003001;1 249,5;\n20241026003000;1 248,5;2\n",
+    )?;
+    save(
+        "csv",
+        "months.csv",
+        b"Time,q (gpm)\n26-Oct-24 11:59 PM,\"1,250.5\"\n27-Oct-24 12:00 AM,\"1,249.0\"\n27-Oct-24 12:01 AM,3\n",
+    )?;
+    save(
+        "csv",
+        "headers.csv",
+        b"t,a (bar),b (psi)\n0,1,2\n1,3,4\nt,b (psi),a (bar)\n2,6,5\n3,8,7\n\nTime,a\n(s),(psi)\n4,9\n",
+    )?;
     save("csv", "bare.csv", b"0 1\n1,2,3\n2,3,4\n3,4\n\n4,5,6,7\n")
 }
 
