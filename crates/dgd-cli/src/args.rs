@@ -2,8 +2,10 @@
 
 mod source;
 mod values;
+mod window;
 
 pub(crate) use source::{AnySource, Described, Source, Subject};
+pub(crate) use window::Window;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use dgd_diagnose::Step;
@@ -140,7 +142,8 @@ pub(crate) struct Fit {
   dgd diagnose rig.mat --well well.toml --out diagnosis
   dgd diagnose rig.mat --well well.toml --out again --model diagnosis/model.toml
   dgd diagnose a.csv b.csv --well well.toml --out both --json | jq .verdict
-  dgd diagnose rig.mat --well well.toml --out night --window 43200:86400
+  dgd diagnose rig.mat --well well.toml --out noon --window 12h:14h
+  dgd diagnose rig.csv --well well.toml --out d --window 2024-10-26T22:00/23:30
   dgd diagnose rig.mat --well well.toml --out gas --suspect gas_in_pump
   dgd diagnose bench.mat --system system.toml --out diagnosis
 

@@ -15,7 +15,7 @@ use dgd_documents::{DocumentError, ModelDocument, Problem};
 use dgd_identify::Model;
 use dgd_ingest::{Format, ReadOptions};
 use dgd_recording::{
-    Began, Issue, IssueKind, Recording, RecordingError, Table, TimeSource, Well, survey,
+    Issue, IssueKind, Moment, Recording, RecordingError, Table, TimeSource, Well, survey,
 };
 use dgd_replay::ReplayError;
 use dgd_screen::Suspicion;
@@ -39,7 +39,9 @@ pub(crate) struct Loaded {
     /// Samples in the files, without those that fill gaps and seams of the even clock.
     pub(crate) samples: usize,
     /// When the clock was at 0, if the first file tells.
-    pub(crate) began: Option<Began>,
+    pub(crate) began: Option<Moment>,
+    /// Whether every file lies on the clock where its dates say.
+    dates_hold: bool,
 }
 
 /// A well description with its text, so that a warning can name the line.
@@ -244,6 +246,7 @@ pub(crate) fn read_recordings(
                     suspicions: Vec::new(),
                     samples,
                     began,
+                    dates_hold: true,
                 });
             }
             Some(all) => {
@@ -269,6 +272,7 @@ pub(crate) fn read_recordings(
     let mut loaded = loaded.ok_or_else(|| Failure::Arguments {
         reason: "no recording was named".into(),
     })?;
+    loaded.dates_hold = joint.dates_hold();
     loaded.suspicions = suspected.iter().map(|s| well.pointing(s)).collect();
     loaded.suspicions.extend(warnings);
     Ok(loaded)
@@ -335,10 +339,10 @@ pub(crate) fn window(
 impl Loaded {
     /// Keeps the window that was asked for; stamps stay as they are.
     pub(crate) fn within(mut self, source: &Source) -> Result<Self, Failure> {
-        if source.window.is_none() {
+        let Some(asked_for) = self.window_s(source)? else {
             return Ok(self);
-        }
-        let kept = window(&self.recording, source.window)
+        };
+        let kept = window(&self.recording, Some(asked_for))
             .map_err(|e| Failure::input(&source.recordings[0], e))?;
         self.recording = self.recording.slice(kept.clone());
         // Fillers of gaps hold no value.
@@ -346,6 +350,19 @@ impl Loaded {
         let recorded = |i: &usize| series.iter().any(|(_, values)| values[*i].is_finite());
         self.samples = (0..kept.len()).filter(recorded).count();
         Ok(self)
+    }
+
+    /// The window that is asked for, s of the clock.
+    pub(crate) fn window_s(&self, source: &Source) -> Result<Option<(f64, f64)>, Failure> {
+        let window = source.window.as_ref();
+        let seconds = window.map(|window| window.seconds(self.dated_from()));
+        let refused = |e| Failure::input(&source.recordings[0], e);
+        seconds.transpose().map_err(refused)
+    }
+
+    /// When the clock was at 0, where all its times become dates by that.
+    pub(crate) fn dated_from(&self) -> Option<Moment> {
+        self.began.filter(|_| self.dates_hold)
     }
 
     /// Warns of what is suspected, before anything is made of it.

@@ -302,6 +302,7 @@ pub fn diagnose(
         simulation,
         traces,
         held_out_s: windows,
+        began: options.began,
         settings,
         work,
     })

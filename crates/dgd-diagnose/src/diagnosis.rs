@@ -3,6 +3,7 @@
 use crate::step::Step;
 use crate::work::Work;
 use dgd_effects::{AugmentedModel, Relation, Setting};
+use dgd_recording::Moment;
 
 /// The whole answer.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,6 +32,8 @@ pub struct Diagnosis {
     pub traces: Vec<Trace>,
     /// The windows that the fits of `before` and `after` have not seen, s of the recording's clock.
     pub held_out_s: Vec<(f64, f64)>,
+    /// When the recording's clock was at 0, where the caller knows ([`Options::began`]): what times become dates by.
+    pub began: Option<Moment>,
     /// Settings and facts of the run, name and value.
     pub settings: Vec<(String, String)>,
     /// What it cost.
@@ -324,6 +327,8 @@ pub struct Options {
     pub suspects: Vec<String>,
     /// Steps of the chain that are left out; for measuring what each buys.
     pub without: Vec<Step>,
+    /// When the recording's clock was at 0, if that is known; it changes no finding, and stands in the answer.
+    pub began: Option<Moment>,
 }
 
 impl Default for Options {
@@ -333,6 +338,7 @@ impl Default for Options {
             most_effects: 6,
             suspects: Vec::new(),
             without: Vec::new(),
+            began: None,
         }
     }
 }

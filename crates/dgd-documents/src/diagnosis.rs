@@ -35,6 +35,7 @@ pub fn write_diagnosis(diagnosis: &Diagnosis, warnings: &[String]) -> String {
             .iter()
             .filter_map(|window| Json::pair(*window)),
     );
+    document.put("began", diagnosis.began.map(|at| Json::text(at.rfc3339())));
     let settings = diagnosis
         .settings
         .iter()

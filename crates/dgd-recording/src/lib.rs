@@ -9,6 +9,7 @@
 #![deny(missing_docs)]
 
 mod clock;
+mod moment;
 mod origin;
 mod propose;
 mod recording;
@@ -17,11 +18,12 @@ mod table;
 mod well;
 
 pub use clock::{ClockError, ClockSurvey, Gap, survey_clock};
+pub use moment::Moment;
 pub use origin::rfc3339;
 pub use propose::{Proposal, ProposedChannel, propose_channels};
 pub use recording::{Absent, BlockGrid, Channel, Recording, RecordingError, Unequal};
 pub use survey::{BlockSurvey, ColumnSurvey, Run, TableSurvey, quantum, stuck_runs, survey};
-pub use table::{Began, Column, Issue, IssueKind, Table};
+pub use table::{Column, Issue, IssueKind, Table};
 pub use well::{ChannelMap, ChannelSource, Geometry, TimeSource, Well, WellError};
 
 /// The example of the README compiles.

@@ -1,7 +1,7 @@
 //! What a reader found in a file: columns of numbers, and what was wrong with it.
 
-use crate::TimeSource;
-use crate::origin::{later, nanoseconds, rfc3339};
+use crate::origin::{later, nanoseconds};
+use crate::{Moment, TimeSource};
 use std::fmt;
 
 /// One column as the file has it.
@@ -26,31 +26,6 @@ pub struct Table {
     pub origin: Option<String>,
     /// Index of the column that is this clock, in s; `None` where the file does not tell which one is.
     pub clock: Option<usize>,
-}
-
-/// When the earliest row of a table was taken.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Began {
-    /// Nanoseconds from 1970, of the zone's clock where the zone is not known.
-    pub unix_ns: u64,
-    /// Whether the zone is known.
-    pub zoned: bool,
-}
-
-impl fmt::Display for Began {
-    /// `2014-10-07 00:00:00 UTC`.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let ns = i64::try_from(self.unix_ns).unwrap_or(i64::MAX);
-        let told = rfc3339(ns, self.zoned).replace('T', " ");
-        match told.strip_suffix('Z') {
-            Some(utc) => write!(f, "{utc} UTC"),
-            None => write!(
-                f,
-                "{}, of which zone is not told",
-                told.trim_end_matches("-00:00")
-            ),
-        }
-    }
 }
 
 impl Table {
@@ -81,7 +56,7 @@ impl Table {
     /// # Ok::<(), dgd_units::UnitError>(())
     /// ```
     #[must_use]
-    pub fn began(&self, time: &TimeSource) -> Option<Began> {
+    pub fn began(&self, time: &TimeSource) -> Option<Moment> {
         let origin_ns = self.origin_ns()?;
         let first = |index: usize| {
             let stamps = &self.columns.get(index)?.values;
@@ -99,7 +74,7 @@ impl Table {
             (TimeSource::Interval { .. }, Some(index)) => first(index)?,
             (TimeSource::Interval { .. }, None) => 0.0,
         };
-        Some(Began {
+        Some(Moment {
             unix_ns: later(origin_ns, after_s)?,
             zoned: !self.origin.as_ref()?.trim_end().ends_with("-00:00"),
         })

@@ -61,7 +61,7 @@ type Write = fn(&Diagnosis, &mut Html);
 /// # let diagnosis = Diagnosis {
 /// #     verdict: Verdict::Consistent, findings: Vec::new(), started_from: Vec::new(), suspected: Vec::new(), tested: Vec::new(), checks: Vec::new(),
 /// #     before: model.clone(), after: model, setting, simulation, traces: Vec::new(),
-/// #     held_out_s: Vec::new(), settings: Vec::new(), work: Default::default(),
+/// #     held_out_s: Vec::new(), began: None, settings: Vec::new(), work: Default::default(),
 /// # };
 /// let html = dgd_report::diagnosis_page(&diagnosis, "rig.csv", "dgd diagnose rig.csv --well well.toml", &[]);
 /// assert!(html.contains("Nothing is left out that this recording could show"));

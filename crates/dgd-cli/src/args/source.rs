@@ -1,6 +1,6 @@
 //! What a command works on: recordings, and a well or a system.
 
-use super::values::parse_range;
+use super::Window;
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -16,9 +16,10 @@ pub(crate) struct Source {
     /// Screen as the thesis does: every long run of one speed rejected, restarts kept
     #[arg(long)]
     pub(crate) thesis_screening: bool,
-    /// Only these seconds of the recordings' clock (3h:5h and 90min:2h too); all if absent
-    #[arg(long, value_name = "FROM:TO", value_parser = parse_range, allow_hyphen_values = true)]
-    pub(crate) window: Option<(f64, f64)>,
+    /// Only these seconds of the recordings' clock (3h:5h and 90min:2h too), or what lies between two dates
+    /// (2024-10-26T03:00/05:00); all if absent
+    #[arg(long, value_name = "FROM:TO", value_parser = Window::parse, allow_hyphen_values = true)]
+    pub(crate) window: Option<Window>,
 }
 
 /// What the recordings were taken on.
@@ -44,9 +45,10 @@ pub(crate) struct AnySource {
     /// Screen as the thesis does: every long run of one speed rejected, restarts kept
     #[arg(long, conflicts_with = "system")]
     pub(crate) thesis_screening: bool,
-    /// Only these seconds of the recordings' clock (3h:5h and 90min:2h too); all if absent
-    #[arg(long, value_name = "FROM:TO", value_parser = parse_range, allow_hyphen_values = true, conflicts_with = "system")]
-    pub(crate) window: Option<(f64, f64)>,
+    /// Only these seconds of the recordings' clock (3h:5h and 90min:2h too), or what lies between two dates
+    /// (2024-10-26T03:00/05:00); all if absent
+    #[arg(long, value_name = "FROM:TO", value_parser = Window::parse, allow_hyphen_values = true, conflicts_with = "system")]
+    pub(crate) window: Option<Window>,
 }
 
 /// What a command works on.
@@ -69,7 +71,7 @@ impl AnySource {
                 // One of the two is required.
                 well: well.clone().unwrap_or_default(),
                 thesis_screening: self.thesis_screening,
-                window: self.window,
+                window: self.window.clone(),
             }),
         }
     }

@@ -91,7 +91,7 @@ pub(crate) fn carry_out(
     let first = &source.recordings[0];
     loaded.warn_of_suspicions();
     progress.stage("screening", "");
-    let (samples, began) = (loaded.samples, loaded.began);
+    let (samples, began, loaded_at) = (loaded.samples, loaded.began, loaded.dated_from());
     let prepared = prepare(loaded.recording, loaded.step_s, &screening(source))
         .map_err(|e| Failure::input(first, e))?;
     let warnings = loaded.suspicions;
@@ -102,6 +102,7 @@ pub(crate) fn carry_out(
         start: start.unwrap_or_default(),
         suspects: search.suspects.to_vec(),
         without: search.without.to_vec(),
+        began: loaded_at,
         ..Options::default()
     };
     let mut said = |stage: Stage| {
@@ -214,8 +215,8 @@ fn command(source: &Source, search: Search<'_>) -> String {
     if source.thesis_screening {
         words.push("--thesis-screening".into());
     }
-    if let Some((from, to)) = source.window {
-        words.push(format!("--window {from}:{to}"));
+    if let Some(window) = &source.window {
+        words.push(format!("--window {window}"));
     }
     words.push("--out diagnosis".into());
     words.join(" ")

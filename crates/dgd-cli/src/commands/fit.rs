@@ -1,6 +1,6 @@
 //! `dgd fit`: from recordings to an identified model.
 
-use crate::args::{Fit, Global, Source, Subject};
+use crate::args::{Fit, Global, Source, Subject, Window};
 use crate::commands::system_fit;
 use crate::failure::Failure;
 use crate::figures;
@@ -147,8 +147,11 @@ pub(crate) fn names(source: &Source) -> Vec<String> {
         .filter_map(|p| p.file_name())
         .map(|n| n.to_string_lossy().into_owned())
         .collect();
-    if let (Some((from, to)), Some(last)) = (source.window, names.last_mut()) {
-        let _ = write!(last, " ({from} to {to} s)");
+    if let (Some(window), Some(last)) = (&source.window, names.last_mut()) {
+        let _ = match window {
+            Window::Clock(from, to) => write!(last, " ({from} to {to} s)"),
+            Window::Dates(..) => write!(last, " ({window})"),
+        };
     }
     names
 }

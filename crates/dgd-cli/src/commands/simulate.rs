@@ -3,7 +3,7 @@
 mod blocks;
 mod outcome;
 
-use crate::args::{Global, KindArg, Simulate, SolverArg, Source, Subject};
+use crate::args::{Global, KindArg, Simulate, SolverArg, Source, Subject, Window};
 use crate::commands::convert::Target;
 use crate::commands::fit::screening;
 use crate::commands::{free_run, system_simulate};
@@ -134,6 +134,10 @@ fn whole(job: &Job<'_>, progress: &Progress) -> Result<Done, Failure> {
     let loaded = load::read_recordings(&source.recordings, well, progress)?;
     job.check_outputs()?;
     let first = &source.recordings[0];
+    let options = &ReplayOptions {
+        window_s: loaded.window_s(source)?,
+        ..options.clone()
+    };
     loaded.warn_of_suspicions();
     progress.stage("screening", "");
     let prepared = prepare(loaded.recording, loaded.step_s, &screening(source))
@@ -250,7 +254,11 @@ fn options(arguments: &Simulate) -> Result<ReplayOptions, Failure> {
     };
     Ok(ReplayOptions {
         kind,
-        window_s: arguments.source.window,
+        window_s: match &arguments.source.window {
+            Some(Window::Clock(from, to)) => Some((*from, *to)),
+            // Known with the recording.
+            Some(Window::Dates(..)) | None => None,
+        },
         start: Start {
             level_m: level.map(Length::si),
             flow_m3_s: flow.map(FlowRate::si),

@@ -1,7 +1,7 @@
 //! Recordings behind each other on one clock, by the dates that their files tell.
 
 use crate::failure::Failure;
-use dgd_recording::{Began, Recording};
+use dgd_recording::{Moment, Recording};
 use std::path::{Path, PathBuf};
 use tracing::warn;
 
@@ -12,6 +12,8 @@ pub(super) struct Joint {
     dated: Option<Dated>,
     /// Whether the last recording has.
     ends_dated: bool,
+    /// Whether a recording stands 120 s behind the one before it, wherever its dates are.
+    by_rule: bool,
 }
 
 /// A recording that tells when it was taken.
@@ -38,12 +40,18 @@ enum Seam {
 
 impl Joint {
     /// Of a first recording.
-    pub(super) fn of(path: &Path, began: Option<Began>, recording: &Recording) -> Self {
+    pub(super) fn of(path: &Path, began: Option<Moment>, recording: &Recording) -> Self {
         let dated = began.map(|began| Dated::of(path, began, recording));
         Self {
             ends_dated: dated.is_some(),
             dated,
+            by_rule: false,
         }
+    }
+
+    /// Whether every recording lies where its dates say.
+    pub(super) fn dates_hold(&self) -> bool {
+        !self.by_rule
     }
 
     /// Appends a recording to what was joined, as far behind as it was taken unless most would be missing then; 120 s behind where
@@ -55,7 +63,7 @@ impl Joint {
         all: &mut Recording,
         later: Recording,
         step_s: f64,
-        (path, began): (&Path, Option<Began>),
+        (path, began): (&Path, Option<Moment>),
     ) -> Result<usize, Failure> {
         let dated = began.map(|began| Dated::of(path, began, &later));
         let seam = match (&self.dated, &dated) {
@@ -73,6 +81,7 @@ impl Joint {
         let appended = match seam {
             Seam::Missing(seam) if seam <= close => all.append_after(later, step_s, seam),
             Seam::Missing(seam) => {
+                self.by_rule = true;
                 warn!(
                     "{told} begins {:.1} h after {told_before} ends; on the joint clock 120 s lie between them",
                     seam as f64 * step_s / 3600.0
@@ -81,6 +90,7 @@ impl Joint {
             }
             Seam::Shared(shared) if !same(all, &later, shared) => {
                 let shared = shared.min(later.len());
+                self.by_rule = true;
                 warn!(
                     "{told}: its first {shared} samples have times that {told_before} has too, and other values (was a clock set back?); \
                      all are kept, and on the joint clock 120 s lie between them"
@@ -103,7 +113,10 @@ impl Joint {
                 let rest = later.slice(shared..later.len());
                 all.append_after(rest, step_s, 0)
             }
-            Seam::Untold => all.append(later, step_s),
+            Seam::Untold => {
+                self.by_rule = true;
+                all.append(later, step_s)
+            }
         };
         appended.map_err(|e| Failure::input(path, e))?;
         self.ends_dated = dated.is_some();
@@ -114,7 +127,7 @@ impl Joint {
 
 impl Dated {
     /// On its even clock, which counts from the first row of the file.
-    fn of(path: &Path, began: Began, recording: &Recording) -> Self {
+    fn of(path: &Path, began: Moment, recording: &Recording) -> Self {
         let at = |time_s: Option<&f64>| {
             #[expect(
                 clippy::cast_possible_truncation,
@@ -200,7 +213,7 @@ mod tests {
 
     use super::{Joint, same};
     use crate::failure::Failure;
-    use dgd_recording::{Began, Recording};
+    use dgd_recording::{Moment, Recording};
     use std::path::Path;
 
     const STEP_S: f64 = 2.0;
@@ -221,13 +234,13 @@ mod tests {
         }
     }
 
-    fn began(at_s: i64, zoned: bool) -> Option<Began> {
+    fn began(at_s: i64, zoned: bool) -> Option<Moment> {
         let unix_ns = (MIDNIGHT_NS + 1_000_000_000 * at_s).cast_unsigned();
-        Some(Began { unix_ns, zoned })
+        Some(Moment { unix_ns, zoned })
     }
 
     /// One after another, each with its beginning; the samples left out and what came of it.
-    fn joined(all: &[(Option<Began>, Recording)]) -> Result<(usize, Recording), Failure> {
+    fn joined(all: &[(Option<Moment>, Recording)]) -> Result<(usize, Recording), Failure> {
         let (first, mut whole) = all[0].clone();
         let mut joint = Joint::of(Path::new("a.csv"), first, &whole);
         let mut left_out = 0;
@@ -299,7 +312,7 @@ mod tests {
     #[test]
     fn what_is_not_later_is_refused() {
         let first = || (began(100, false), samples(0, 10));
-        let refused = |all: &[(Option<Began>, Recording)]| joined(all).unwrap_err();
+        let refused = |all: &[(Option<Moment>, Recording)]| joined(all).unwrap_err();
         let before = (began(80, false), samples(20, 30));
         for all in [
             vec![first(), before.clone()],

@@ -74,6 +74,54 @@ fn a_recording_cut_in_two_is_the_same_recording() {
 }
 
 #[test]
+fn a_window_may_be_told_by_dates_and_the_answer_tells_them() {
+    let bench = Bench::new();
+    copies(&bench);
+    dated(&bench, 0..4000, "whole.csv");
+    // The first line below the names tells units, so that the first sample is of one second later.
+    let of_dates = "--window 2014-10-07T00:10:01/01:00:00";
+    let fitted = |window: &str| {
+        bench
+            .dgd(&format!("fit whole.csv --well well.toml {window}"))
+            .done();
+        let model = bench.text("model.toml");
+        model
+            .lines()
+            .filter(|l| !l.contains("recordings"))
+            .collect::<Vec<_>>()
+            .join("\n")
+    };
+    assert_eq!(fitted(of_dates), fitted("--window 600:3599"));
+    let ran = |window: &str| {
+        bench
+            .dgd(&format!(
+                "simulate whole.csv --well well.toml {window} --out run.csv"
+            ))
+            .done();
+        bench.text("run.csv")
+    };
+    assert_eq!(ran(of_dates), ran("--window 600:3599"));
+
+    let said = bench.json(
+        &format!("diagnose whole.csv --well well.toml {of_dates} --out d"),
+        "dgd.diagnosis/1",
+    );
+    assert_eq!(said["began"], "2014-10-07T00:00:01Z");
+    let report = bench.text("d/report.html");
+    assert!(report.contains("0 is 2014-10-07 00:00:01 UTC"));
+    assert!(report.contains(of_dates));
+
+    // Where nothing tells when all of it was taken, there are no dates.
+    dated(&bench, 0..1000, "early.csv");
+    dated(&bench, 3500..4000, "late.csv");
+    for files in ["rig.csv", "early.csv late.csv"] {
+        bench
+            .dgd(&format!("fit {files} --well well.toml {of_dates}"))
+            .refused(&["do not tell throughout when they were taken", "3h:5h"]);
+    }
+}
+
+#[test]
 fn files_of_one_job_in_other_units_are_refused_with_both_names() {
     let bench = Bench::new();
     copies(&bench);

@@ -8,6 +8,7 @@ use dgd_documents::{DIAGNOSIS_SCHEMA, write_diagnosis};
 use dgd_effects::{
     AugmentedModel, Curves, FRICTION_TERMS, HEAD_TERMS, Noise, Relation, Scale, Setting,
 };
+use dgd_recording::Moment;
 use proptest::prelude::*;
 use serde_json::{Value, json};
 
@@ -120,6 +121,7 @@ fn diagnosis(findings: Vec<Finding>) -> Diagnosis {
         },
         traces: Vec::new(),
         held_out_s: vec![(3600.0, 7200.0)],
+        began: Moment::parse("2024-10-26 03:00"),
         settings: vec![("engine".into(), "1".into())],
         work: Work::default(),
     }

@@ -270,6 +270,7 @@ fn made(hours: u32, verdict: Verdict, findings: Vec<Finding>) -> Diagnosis {
         simulation,
         traces,
         held_out_s,
+        began: None,
         settings: [
             ("Blocks", "10 s, 2,880 of them, 2,611 used"),
             ("Timing allowed for", "return_flow_delay 1 s"),

@@ -12,7 +12,6 @@ use super::words::{
 
 /// The whole diagnosis in a sentence.
 pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
-    let span = words::span(diagnosis);
     let of = |likely: bool| {
         let all = diagnosis.findings.iter().enumerate();
         all.filter(move |(_, f)| f.is_likely() == likely)
@@ -25,8 +24,8 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
         [] => "Model and recording differ, and the difference could not be placed.".to_owned(),
         found => {
             let said = match found {
-                [(_, only)] => format!("{}.", clause(only, span)),
-                many => several(many, span),
+                [(_, only)] => format!("{}.", clause(only, diagnosis)),
+                many => several(many, diagnosis),
             };
             let and = match refuted.as_str() {
                 "" => String::new(),
@@ -38,7 +37,7 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
 }
 
 /// More than one thing that was left out, by the letters of their cards.
-fn several(found: &[(usize, &Finding)], span: (f64, f64)) -> String {
+fn several(found: &[(usize, &Finding)], diagnosis: &Diagnosis) -> String {
     let number = match found.len() {
         2 => "Two things".to_owned(),
         3 => "Three things".to_owned(),
@@ -47,7 +46,7 @@ fn several(found: &[(usize, &Finding)], span: (f64, f64)) -> String {
     };
     let each: Vec<String> = found
         .iter()
-        .map(|(i, f)| format!("{}, {}", letter(*i), brief(f, span)))
+        .map(|(i, f)| format!("{}, {}", letter(*i), brief(f, diagnosis)))
         .collect();
     let best = found
         .iter()
@@ -108,8 +107,8 @@ fn unnamed(diagnosis: &Diagnosis) -> &'static str {
 }
 
 /// What, how strong, where and when.
-fn brief(finding: &Finding, span: (f64, f64)) -> String {
-    let when = words::when(&finding.intervals_s, span);
+fn brief(finding: &Finding, diagnosis: &Diagnosis) -> String {
+    let when = words::when(finding, diagnosis);
     match Rung::of(finding) {
         Rung::Located if finding.resembles.is_some() => format!("{}, {when}", title(finding)),
         Rung::Located => {
@@ -118,7 +117,7 @@ fn brief(finding: &Finding, span: (f64, f64)) -> String {
                 located(finding)
             )
         }
-        Rung::Class => format!("{} ({when})", class(finding)),
+        Rung::Class => format!("{when}: {}", class(finding)),
         Rung::Cause => format!("{}, {when}", title(finding)),
         Rung::Measured => match strength(finding) {
             Some(p) => format!(
@@ -132,9 +131,9 @@ fn brief(finding: &Finding, span: (f64, f64)) -> String {
     }
 }
 
-fn clause(finding: &Finding, span: (f64, f64)) -> String {
+fn clause(finding: &Finding, diagnosis: &Diagnosis) -> String {
     let place = words::relation(finding.relation);
-    let when = words::when(&finding.intervals_s, span);
+    let when = words::when(finding, diagnosis);
     let gain = words::gain(finding, false).map_or_else(String::new, |gain| format!("; {gain}"));
     match Rung::of(finding) {
         Rung::Located if finding.resembles.is_some() => format!(
@@ -293,7 +292,6 @@ fn held_out_share(diagnosis: &Diagnosis) -> String {
 }
 
 fn card(diagnosis: &Diagnosis, index: usize, finding: &Finding, html: &mut Html) {
-    let span = words::span(diagnosis);
     let rung = Rung::of(finding);
     html.open("div", "card")
         .element(
@@ -337,7 +335,7 @@ fn card(diagnosis: &Diagnosis, index: usize, finding: &Finding, html: &mut Html)
     html.fact(
         "Where",
         &capital(words::relation(finding.relation)),
-        &words::when(&finding.intervals_s, span),
+        &words::when(finding, diagnosis),
     );
     match &finding.held_out {
         Some(held) => {

@@ -57,7 +57,7 @@ pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
                         capital(words::relation(finding.relation)),
                         finding.relation.name().to_owned(),
                     ),
-                    Cell::Text(capital(&words::when(&finding.intervals_s, span))),
+                    Cell::Text(capital(&words::when(finding, diagnosis))),
                     Cell::Text(if region.is_empty() {
                         "–".to_owned()
                     } else {
@@ -254,6 +254,9 @@ fn caption(diagnosis: &Diagnosis, twofold: bool, outside: usize) -> String {
         text.push_str(&format!("Taken off throughout: {}. ", taken_off.join(", ")));
     }
     text.push_str("Where blocks crowd, a line is their mean; the pale blue band spans them all.");
+    if let Some(began) = diagnosis.began {
+        text.push_str(&format!(" 0 is {began}."));
+    }
     if outside > 0 {
         text.push_str(&format!(
             " {} blocks lie outside the frame.",

@@ -2,6 +2,7 @@
 
 use dgd_diagnose::{Diagnosis, Finding, ParameterEstimate};
 use dgd_effects::Relation;
+use dgd_recording::Moment;
 
 use super::quantity::{clock, percent, percent_interval, split};
 
@@ -136,8 +137,38 @@ pub(super) fn signal(name: &str) -> String {
     split(name).0
 }
 
-/// When, as an adverb: `throughout`, `from 2 h to 3 h`.
-pub(super) fn when(intervals_s: &[(f64, f64)], span_s: (f64, f64)) -> String {
+/// When a finding acts, as an adverb: `throughout the recording`, `from 2 h to 3 h (2024-10-26 05:00 to 06:00)`.
+pub(super) fn when(finding: &Finding, diagnosis: &Diagnosis) -> String {
+    let span_s = span(diagnosis);
+    let told = on_the_clock(&finding.intervals_s, span_s);
+    match dated(&finding.intervals_s, span_s, diagnosis.began) {
+        Some(dates) => format!("{told} ({dates})"),
+        None => told,
+    }
+}
+
+/// The dates from the first beginning to the last end, unless that is the whole recording.
+fn dated(intervals_s: &[(f64, f64)], span_s: (f64, f64), began: Option<Moment>) -> Option<String> {
+    let (from, to) = reach(intervals_s)?;
+    let slack = 0.01 * (span_s.1 - span_s.0).abs();
+    let (start, end) = (from <= span_s.0 + slack, to >= span_s.1 - slack);
+    let at = |seconds| Some(began?.after(seconds)?.to_minute());
+    match (start, end) {
+        (true, true) => None,
+        (true, false) => Some(format!("until {}", at(to)?)),
+        (false, true) => Some(format!("since {}", at(from)?)),
+        (false, false) => began?.stretch((from, to)),
+    }
+}
+
+/// From the first beginning to the last end, s; `None` where none is told.
+fn reach(intervals_s: &[(f64, f64)]) -> Option<(f64, f64)> {
+    let told = intervals_s.iter().copied();
+    told.filter(|(from, to)| from.is_finite() && to.is_finite())
+        .reduce(|(low, high), (from, to)| (low.min(from), high.max(to)))
+}
+
+fn on_the_clock(intervals_s: &[(f64, f64)], span_s: (f64, f64)) -> String {
     let slack = 0.01 * (span_s.1 - span_s.0).abs();
     let stretch = |&(from, to): &(f64, f64)| {
         let (start, end) = (from <= span_s.0 + slack, to >= span_s.1 - slack);
@@ -162,9 +193,7 @@ pub(super) fn when(intervals_s: &[(f64, f64)], span_s: (f64, f64)) -> String {
         }
         all => {
             let sum: f64 = all.iter().map(|(from, to)| to - from).sum();
-            let (from, to) = all
-                .iter()
-                .fold((f64::MAX, f64::MIN), |(l, h), s| (l.min(s.0), h.max(s.1)));
+            let (from, to) = reach(all).unwrap_or(span_s);
             format!(
                 "in {} stretches of {} in all, between {} and {}",
                 all.len(),
@@ -270,7 +299,7 @@ mod tests {
     #[test]
     fn intervals_are_told_by_where_they_reach() {
         let span = (0.0, 20_000.0);
-        let when = |given: &[(f64, f64)], span| when(given, span).replace('\u{a0}', " ");
+        let when = |given: &[(f64, f64)], span| on_the_clock(given, span).replace('\u{a0}', " ");
         assert_eq!(when(&[(0.0, 20_000.0)], span), "throughout the recording");
         assert_eq!(when(&[(3600.0, 19_990.0)], span), "from 1 h to the end");
         assert_eq!(
@@ -282,6 +311,28 @@ mod tests {
             .collect();
         assert!(when(&many, span).starts_with("in 7 stretches of 1 h 45 min in all"));
         assert_eq!(when(&[(f64::NAN, 1.0)], span), "at a time that is not told");
+    }
+
+    #[test]
+    fn dates_stand_beside_what_does_not_reach_over_all() {
+        let span = (0.0, 100_000.0);
+        let began = Moment::parse("2024-10-26 22:30");
+        let told = |given: &[(f64, f64)]| dated(given, span, began);
+        assert_eq!(told(&[(0.0, 100_000.0)]), None);
+        assert_eq!(
+            told(&[(3600.0, 100_000.0)]).as_deref(),
+            Some("since 2024-10-26 23:30")
+        );
+        assert_eq!(
+            told(&[(0.0, 7200.0)]).as_deref(),
+            Some("until 2024-10-27 00:30")
+        );
+        assert_eq!(
+            told(&[(7200.0, 9000.0), (10_800.0, 14_400.0), (f64::NAN, 5.0)]).as_deref(),
+            Some("2024-10-27 00:30 to 02:30")
+        );
+        assert_eq!(told(&[]), None);
+        assert_eq!(dated(&[(3600.0, 7200.0)], span, None), None);
     }
 
     #[test]

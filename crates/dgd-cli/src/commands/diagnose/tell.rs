@@ -29,7 +29,7 @@ fn tell_into(
 ) -> std::fmt::Result {
     writeln!(text, "{recording}: {}\n", sentence(diagnosis))?;
     for (index, finding) in diagnosis.findings.iter().enumerate() {
-        tell_finding(text, index + 1, finding, diagnosis.setting.span_s)?;
+        tell_finding(text, index + 1, finding, diagnosis)?;
     }
     // What they gain is known of all together.
     if let Some(gain) = diagnosis.findings.iter().find_map(|f| f.held_out.as_ref()) {
@@ -130,7 +130,7 @@ fn tell_finding(
     text: &mut String,
     number: usize,
     finding: &Finding,
-    span_s: (f64, f64),
+    diagnosis: &Diagnosis,
 ) -> std::fmt::Result {
     writeln!(
         text,
@@ -150,7 +150,7 @@ fn tell_finding(
     }
     line(
         "where",
-        format!("{place}, {}", intervals(&finding.intervals_s, span_s)),
+        format!("{place}, {}", intervals(&finding.intervals_s, diagnosis)),
     )?;
     if !finding.region.is_empty() {
         line("", finding.region.clone())?;
@@ -232,8 +232,10 @@ fn gained(gain: &HeldOut, with: &str) -> String {
     )
 }
 
-fn intervals(intervals_s: &[(f64, f64)], span_s: (f64, f64)) -> String {
+/// On the recording's clock, with dates where it has them.
+fn intervals(intervals_s: &[(f64, f64)], diagnosis: &Diagnosis) -> String {
     const SHOWN: usize = 3;
+    let span_s = diagnosis.setting.span_s;
     if let [(from, to)] = intervals_s
         && *from <= span_s.0
         && *to >= span_s.1
@@ -243,7 +245,11 @@ fn intervals(intervals_s: &[(f64, f64)], span_s: (f64, f64)) -> String {
     let mut told: Vec<String> = intervals_s
         .iter()
         .take(SHOWN)
-        .map(|(from, to)| format!("{from:.0} to {to:.0} s"))
+        .map(|&(from, to)| {
+            let dates = diagnosis.began.and_then(|began| began.stretch((from, to)));
+            let dates = dates.map_or_else(String::new, |dates| format!(" ({dates})"));
+            format!("{from:.0} to {to:.0} s{dates}")
+        })
         .collect();
     if intervals_s.len() > SHOWN {
         told.push(format!("and {} more", intervals_s.len() - SHOWN));

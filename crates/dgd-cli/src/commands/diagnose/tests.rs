@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::{DIAGNOSIS, MODEL, REPORT, SIMULATION, Search, command, tell, write};
-use crate::args::Source;
+use crate::args::{Source, Window};
 use crate::failure::Failure;
 use dgd_diagnose::{
     Check, CorrectionCurve, Diagnosis, Finding, HeldOut, Outcome, ParameterEstimate, Signal,
@@ -13,7 +13,7 @@ use dgd_effects::{
     AppliedEffect, AugmentedModel, Curves, FRICTION_TERMS, HEAD_TERMS, Noise, Relation, Scale,
     Setting, find,
 };
-use dgd_recording::Geometry;
+use dgd_recording::{Geometry, Moment};
 use std::path::Path;
 
 const GEOMETRY: Geometry = Geometry {
@@ -169,6 +169,7 @@ fn diagnosis(findings: Vec<Finding>) -> Diagnosis {
         },
         traces: Vec::new(),
         held_out_s: vec![(20.0, 29.0)],
+        began: None,
         settings: Vec::new(),
         work: Work::default(),
     }
@@ -283,6 +284,24 @@ fn a_correction_is_told_by_what_its_curve_spans() {
 }
 
 #[test]
+fn a_finding_has_dates_where_the_recording_does() {
+    let told = |began: Option<&str>| {
+        let finding = Finding {
+            intervals_s: vec![(4.0, 14.0), (3600.0, 9000.0)],
+            ..kick()
+        };
+        let mut one = diagnosis(vec![finding]);
+        one.began = began.and_then(Moment::parse);
+        tell::tell(&one, &[], "rig.mat", Path::new("out"))
+    };
+    let plain = "riser_mass_balance, 4 to 14 s, 3600 to 9000 s\n";
+    assert!(told(None).contains(plain), "{}", told(None));
+    let dated = told(Some("2024-10-26 22:00"));
+    let with_dates = "4 to 14 s (2024-10-26 22:00:04 to 22:00:14), 3600 to 9000 s (2024-10-26 23:00 to 2024-10-27 00:30)\n";
+    assert!(dated.contains(with_dates), "{dated}");
+}
+
+#[test]
 fn a_consistent_recording_is_told_with_what_would_have_been_seen() {
     let told = tell::tell(&diagnosis(Vec::new()), &[], "rig.mat", Path::new("out"));
     let mut lines = told.lines();
@@ -383,7 +402,7 @@ fn the_command_in_the_report_names_files_without_their_folders() {
         recordings: vec!["/home/me/a.csv".into(), "b.csv".into()],
         well: "wells/w.toml".into(),
         thesis_screening: true,
-        window: Some((600.0, 7200.5)),
+        window: Some(Window::Clock(600.0, 7200.5)),
     };
     let suspects = ["influx".to_owned(), "line_leak".to_owned()];
     let search = Search {

@@ -2,6 +2,7 @@
 
 use super::outcome::Outcome;
 use super::{Done, Job, LONG, as_table, warn_of_end};
+use crate::args::Window;
 use crate::commands::convert::Target;
 use crate::commands::fit::screening;
 use crate::failure::Failure;
@@ -121,6 +122,11 @@ fn runs_in_blocks<'a>(job: &'a Job<'_>) -> Result<&'a Model, String> {
     if recordings.len() > 1 {
         return Err(format!(
             "{whole}: it is joined with the next recording; simulate them one by one"
+        ));
+    }
+    if job.source.window.as_ref().is_some_and(Window::is_dated) {
+        return Err(format!(
+            "{whole}: dates tell the window; give seconds of the clock"
         ));
     }
     if job.options.delay_s < 0.0 {
