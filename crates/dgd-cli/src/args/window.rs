@@ -86,6 +86,8 @@ impl fmt::Display for Window {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+
     use super::Window;
     use dgd_recording::Moment;
 
