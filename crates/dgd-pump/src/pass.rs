@@ -203,4 +203,31 @@ mod tests {
         }
         assert_eq!(distinct.values.len(), DISTINCT);
     }
+
+    #[test]
+    fn what_lies_behind_the_last_place_of_either_is_left() {
+        const ROWS: usize = DISTINCT + 50;
+        let all: Vec<f64> = (0..ROWS).map(|i| 1.0 + i as f64).collect();
+        let halves: Vec<f64> = (0..ROWS).map(|i| 1.0 + (i / 2) as f64).collect();
+        let (head_m, keep) = (vec![1.0; ROWS], vec![true; ROWS]);
+        let nodes = Nodes::over(&(1.0..=3.0));
+        for (speed_pct, flow_m3_s) in [(&all, &halves), (&halves, &all)] {
+            let part = Samples {
+                speed_pct,
+                flow_m3_s,
+                head_m: &head_m,
+                keep: &keep,
+            };
+            let mut pass = Pass::new();
+            let largest = (speed_pct[ROWS - 1], flow_m3_s[ROWS - 1]);
+            assert_eq!(pass.take(&part, largest, (&nodes, &nodes)), DISTINCT);
+            let mut distinct =
+                [&pass.speeds, &pass.flows].map(|d| (d.values.len(), d.powers.len()));
+            distinct.sort_unstable();
+            assert_eq!(distinct, [DISTINCT / 2, DISTINCT].map(|n| (n, n)));
+            for groups in [&pass.groups.at_speed, &pass.groups.at_flow] {
+                assert!(groups.iter().all(|group| group.rows > 0.0));
+            }
+        }
+    }
 }

@@ -252,7 +252,7 @@ pub(crate) struct Nodes {
 }
 
 impl Nodes {
-    fn over(range: &RangeInclusive<f64>) -> Self {
+    pub(crate) fn over(range: &RangeInclusive<f64>) -> Self {
         let (middle, half) = (
             0.5 * (range.start() + range.end()),
             0.5 * (range.end() - range.start()),

@@ -2,8 +2,9 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::{Energy, Showing, most_allowed};
-use crate::contest::{at_bound, material};
+use crate::contest::{Contender, at_bound, material};
 use crate::relations::Applied;
+use crate::scan::Candidate;
 use dgd_effects::{About, Effect, Method, catalogue, find};
 
 fn amplitudes() -> impl Iterator<Item = &'static dyn Effect> {
@@ -122,4 +123,55 @@ fn a_sound_rig_may_hide_as_much_of_a_late_meter_as_of_its_like() {
     assert_eq!(allowed("pump_speed_lag"), 5.0);
     assert_eq!(allowed("u_tube"), 4.0);
     assert_eq!(allowed("influx"), 0.0);
+}
+
+/// The contest's grid, without what it begins with.
+#[test]
+fn a_grid_begins_with_what_a_sound_rig_is_allowed_and_hides_what_its_like_may_have_besides() {
+    let delay = find("return_flow_delay").unwrap();
+    let allowed = |id: &str, seconds: f64, allowance: bool| Applied {
+        allowance,
+        ..of(find(id).unwrap(), seconds)
+    };
+    let on_grid = |state: &[Applied]| {
+        let plain = Candidate {
+            applied: of(delay, 8.0),
+            signature: Vec::new(),
+            score: 0.0,
+            energy: 1.0,
+            evidence: 20.0,
+        };
+        let contender = Contender {
+            effect: delay,
+            plainest: plain.clone(),
+            best: plain,
+            evidence: 20.0,
+            formed: 20.0,
+            strengths: vec![(1.0, 1.0), (1.5, 3.0), (4.0, 30.0)],
+        };
+        match Energy::on_grid(&contender, state) {
+            Energy::Grid { points, hidden } => (points, hidden),
+            Energy::Unit(_) => panic!("no grid"),
+        }
+    };
+    let (points, hidden) = on_grid(&[]);
+    assert_eq!(points, [(0.0, 0.0), (1.0, 1.0), (1.5, 3.0), (4.0, 30.0)]);
+    assert_eq!(hidden, 2.5);
+    // What is allowed for of the meter itself, and of the store that looks like it; of the pump, which does not, nothing counts, and
+    // nor does what is a finding.
+    let (points, hidden) = on_grid(&[
+        allowed("return_flow_delay", 1.5, true),
+        allowed("pump_speed_lag", 2.0, true),
+        allowed("line_gas_storage", 0.5, false),
+    ]);
+    assert_eq!(points, [(1.5, 0.0), (4.0, 30.0)]);
+    assert_eq!(hidden, 1.0);
+    let (points, hidden) = on_grid(&[allowed("line_gas_storage", 2.0, true)]);
+    assert_eq!(points.len(), 4);
+    assert_eq!(hidden, 0.5);
+    let (_, hidden) = on_grid(&[
+        allowed("return_flow_delay", 1.5, true),
+        allowed("line_gas_storage", 2.0, true),
+    ]);
+    assert_eq!(hidden, 0.0);
 }

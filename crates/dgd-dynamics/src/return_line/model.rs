@@ -507,6 +507,26 @@ mod tests {
     }
 
     #[test]
+    fn a_drive_far_from_its_references_is_the_same_drive() {
+        let mut momentum = Momentum::new(&line());
+        assert!(momentum.rise_m != 0.0);
+        for (level, speed, flow) in [
+            (150.0, 60.0, 0.05),
+            (20.0, 35.0, -0.02),
+            (300.0, 90.0, 0.08),
+        ] {
+            momentum.refer(speed, flow);
+            let near = momentum.drive(level, speed, flow);
+            let far = momentum.drive_far(level, speed, flow);
+            assert!(
+                (near.0 - far.0).abs() < 1e-9 * far.0.abs(),
+                "{near:?} {far:?}"
+            );
+            assert_eq!((near.1, near.2), (far.1, far.2));
+        }
+    }
+
+    #[test]
     fn a_power_has_its_slope_at_rest_too() {
         assert_eq!(slope(8.0, 2.0, 3.0), 12.0);
         assert_eq!((slope(0.0, 0.0, 1.0), slope(0.0, 0.0, 1.6)), (1.0, 0.0));

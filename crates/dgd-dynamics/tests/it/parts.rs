@@ -93,6 +93,23 @@ fn bits(values: &[f64]) -> Vec<u64> {
     values.iter().map(|v| v.to_bits()).collect()
 }
 
+#[test]
+fn a_pump_that_turns_backwards_is_refused_in_parts_too() {
+    let (t, back) = ([0.0, 1.0], [50.0, -1.0]);
+    let options = SimulationOptions::default();
+    let refused = |mut parts: LineParts| parts.add(&t, &[100.0; 2], &back, true).is_err();
+    assert!(refused(
+        LineParts::coupled(&line(), START, &options).unwrap()
+    ));
+    assert!(refused(
+        LineParts::flow_alone(&line(), START.flow_m3_s, &options).unwrap()
+    ));
+    // A riser's second input is a flow, which may run back.
+    assert!(!refused(
+        LineParts::riser_alone(&line(), START.level_m, &options).unwrap()
+    ));
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(150))]
 

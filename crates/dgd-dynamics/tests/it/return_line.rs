@@ -18,6 +18,25 @@ fn farthest(a: &[f64], b: &[f64]) -> f64 {
 }
 
 #[test]
+fn a_simulation_ends_with_the_steps_that_it_may_take() {
+    let time = [0.0, 3000.0];
+    let (u, w) = (linear(&time, &[0.04; 2]), linear(&time, &[50.0; 2]));
+    for method in METHODS {
+        let few = SimulationOptions {
+            max_steps: 7,
+            ..options(method, 1e-6)
+        };
+        let run = simulate_coupled(&line(), START, &u, &w, &time, &few).unwrap();
+        assert!(
+            matches!(run.status, Status::TooManySteps { .. }),
+            "{:?}",
+            run.status
+        );
+        assert_eq!(run.statistics.steps + run.statistics.rejected, 7);
+    }
+}
+
+#[test]
 fn the_methods_agree_and_converge_with_the_tolerance() {
     let (time, inflow, speed) = kinked_inputs(300);
     let (u, w) = (linear(&time, &inflow), linear(&time, &speed));
