@@ -1,7 +1,7 @@
 //! Every effect of the catalogue against what is left over, and the conditions on those that stand out.
 
 use crate::record::{Record, whole};
-use crate::relations::{Applied, Blocks};
+use crate::relations::Applied;
 use crate::scan::{Candidate, joined, ln_mean_exp, on_grid, scan, sharpen, weigh};
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent, dot};
@@ -276,41 +276,33 @@ fn strong(
     stands.then_some(most)
 }
 
-/// Evidence without what may only look like the effect: without the minutes about the edges of its interval, and for what a pump
-/// loses in passing without the blocks whose duty it has at no other time; for what comes upon flowing mud without the stops.
-/// The smaller of the two; `None` where nothing is left out.
+/// Evidence without what may only look like the effect: without the minutes about the edges of its interval; for what comes
+/// upon flowing mud without the stops as well. `None` where nothing is left out.
 ///
 /// A reading that freezes or jumps makes edges, as an effect does, and nothing between them. An effect is there as well
-/// when its beginning and end are not looked at. A pump that turns faster for a flow and a lift which it has only then
-/// tells of its curve, unless it does so at once while its duty stands: its edges show that. And where each stop leaves the line
-/// as full as its valve was quick, it is the standing column that changes, not the friction.
+/// when its beginning and end are not looked at. And where each stop leaves the line as full as its valve was quick, it is the
+/// standing column that changes, not the friction.
 pub(crate) fn sustained(
     record: &Record,
     state: &[Applied],
     c: &Candidate,
     still: &[bool],
 ) -> Option<f64> {
-    let mut doubtful = doubtful(record, state, c);
-    if doubtful.is_empty() {
-        doubtful.push(vec![false; record.blocks]);
-    }
     let search = &c.applied.effect.about().search;
     let stops = search.flowing && record.takes(Step::Flowing);
-    let without = |mut excluded: Vec<bool>| -> Option<f64> {
-        for (out, still) in excluded.iter_mut().zip(still) {
-            *out |= stops && *still;
-        }
-        if !excluded.contains(&true) {
-            return None;
-        }
-        let mut tangent = Tangent::beside(record, state, &excluded, Bend::Lean)?;
-        if search.timing.is_some() {
-            // What is weighed by a second fit needs nothing more of the first.
-            tangent.release_columns();
-        }
-        Some(weigh(record, &tangent, state, c.applied.clone()).evidence)
-    };
-    doubtful.into_iter().filter_map(without).reduce(f64::min)
+    let mut excluded = doubtful(record, c).unwrap_or_else(|| vec![false; record.blocks]);
+    for (out, still) in excluded.iter_mut().zip(still) {
+        *out |= stops && *still;
+    }
+    if !excluded.contains(&true) {
+        return None;
+    }
+    let mut tangent = Tangent::beside(record, state, &excluded, Bend::Lean)?;
+    if search.timing.is_some() {
+        // What is weighed by a second fit needs nothing more of the first.
+        tangent.release_columns();
+    }
+    Some(weigh(record, &tangent, state, c.applied.clone()).evidence)
 }
 
 /// Share of its evidence, and a little more, that an effect which sets in owes to the time before.
@@ -351,72 +343,20 @@ fn always(record: &Record, gate: &Tangent, state: &[Applied], c: &Candidate) -> 
     Some(weigh(record, gate, state, always))
 }
 
-/// What may only look like a candidate, to be left out one after the other: its edges, and duties of its own.
-fn doubtful(record: &Record, state: &[Applied], c: &Candidate) -> Vec<Vec<bool>> {
-    let about = c.applied.effect.about();
-    let edges = about.onset().is_some() && record.takes(Step::Edges);
-    let duty = about.duration().is_some() && is_pump(c.applied.effect) && record.takes(Step::Duty);
-    let edges = edges.then(|| about_edges(record, c));
-    let duty = duty.then(|| strange_duty(record, state, c));
-    edges.into_iter().chain(duty).collect()
-}
-
-/// The interval of a candidate, and the middle of each block, s.
-fn interval_and_blocks(record: &Record, c: &Candidate) -> ((f64, f64), impl Iterator<Item = f64>) {
-    let span = record.setting.span_s;
-    let interval = (c.applied.effect.about()).interval_s(&c.applied.parameters, span);
-    let seconds = record.block_s();
-    let middles = (0..record.blocks).map(move |b| span.0 + (b as f64 + 0.5) * seconds);
-    (interval, middles)
-}
-
-/// The blocks about a candidate's edges.
-fn about_edges(record: &Record, c: &Candidate) -> Vec<bool> {
+/// The blocks about a candidate's edges, which may only look like one; `None` for what has none.
+fn doubtful(record: &Record, c: &Candidate) -> Option<Vec<bool>> {
     const HOLE_S: f64 = 300.0;
-    let ((from, to), middles) = interval_and_blocks(record, c);
+    let about = c.applied.effect.about();
+    if about.onset().is_none() || !record.takes(Step::Edges) {
+        return None;
+    }
+    let span = record.setting.span_s;
+    let (from, to) = about.interval_s(&c.applied.parameters, span);
+    let seconds = record.block_s();
     let hole = HOLE_S.min(0.2 * (to - from));
-    middles
-        .map(|at| (at - from).abs() < hole || (at - to).abs() < hole)
-        .collect()
-}
-
-/// The blocks of a candidate's interval at duties that the pump has only between its edges.
-fn strange_duty(record: &Record, state: &[Applied], c: &Candidate) -> Vec<bool> {
-    /// An edge may be off by so many blocks: what is told of a duty from beside it is not told from without.
-    const BESIDE: f64 = 2.0;
-    let ((from, to), middles) = interval_and_blocks(record, c);
-    let beside = BESIDE * record.block_s();
-    let middles: Vec<f64> = middles.collect();
-    let within = |by: f64| -> Vec<bool> {
-        let inside = |at: &f64| (from - by..to + by).contains(at);
-        middles.iter().map(inside).collect()
-    };
-    let blocks = Blocks::under(record, state);
-    strange((&blocks.flow, &blocks.lift), &within(0.0), &within(beside))
-}
-
-/// The blocks inside an interval at a flow and a lift that none but those `near` it has.
-fn strange((flows, lifts): (&[f64], &[f64]), inside: &[bool], near: &[bool]) -> Vec<bool> {
-    /// Duties this near, relative to their own size, are the same.
-    const NEAR: f64 = 0.05;
-    /// Blocks that make a duty known.
-    const KNOWN: usize = 6;
-    let duty = |b: usize| (flows[b], lifts[b]);
-    let mut others: Vec<(f64, f64)> = (0..inside.len())
-        .filter(|&b| !near[b])
-        .map(duty)
-        .filter(|(flow, lift)| flow.is_finite() && lift.is_finite())
-        .collect();
-    others.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let strange = |b: usize| {
-        let (flow, lift) = duty(b);
-        let from = others.partition_point(|o| o.0 < flow - NEAR * flow.abs());
-        let to = others.partition_point(|o| o.0 <= flow + NEAR * flow.abs());
-        let same = |o: &&(f64, f64)| (o.1 - lift).abs() <= NEAR * lift.abs();
-        let known = (others[from.min(to)..to].iter()).filter(same).take(KNOWN);
-        known.count() < KNOWN
-    };
-    (0..inside.len()).map(|b| inside[b] && strange(b)).collect()
+    let middles = (0..record.blocks).map(|b| span.0 + (b as f64 + 0.5) * seconds);
+    let beside = |at: f64| (at - from).abs() < hole || (at - to).abs() < hole;
+    Some(middles.map(beside).collect())
 }
 
 /// Whether an effect sits in the pump's head.
@@ -511,33 +451,6 @@ pub(crate) fn stands(record: &Record, one: &Applied) -> bool {
 pub(crate) fn alike(a: &Candidate, b: &Candidate) -> bool {
     let size = (a.energy * b.energy).sqrt();
     size > 0.0 && (dot(&a.signature, &b.signature) / size).abs() > 0.35
-}
-
-#[cfg(test)]
-mod tests {
-    use super::strange;
-
-    #[test]
-    fn a_duty_that_the_pump_has_only_inside_an_interval_tells_nothing_of_it() {
-        // Forty blocks of one duty, in the middle ten at another flow and ten at another lift.
-        let mut flows = vec![0.04; 40];
-        let mut lifts = vec![4e6; 40];
-        flows[10..20].fill(0.06);
-        lifts[20..30].fill(5e6);
-        let inside: Vec<bool> = (0..40).map(|b| (8..32).contains(&b)).collect();
-        let excluded = strange((&flows, &lifts), &inside, &inside);
-        let expected: Vec<bool> = (0..40).map(|b| (10..30).contains(&b)).collect();
-        assert_eq!(excluded, expected);
-    }
-
-    #[test]
-    fn a_duty_within_a_twentieth_is_the_same_and_a_gap_is_none() {
-        let flows = [0.040, 0.041, 0.040, 0.041, 0.040, 0.041, 0.0415, f64::NAN];
-        let lifts = [4e6; 8];
-        let inside = [false, false, false, false, false, false, true, true];
-        let found = strange((&flows, &lifts), &inside, &inside);
-        assert_eq!(found[6..], [false, true]);
-    }
 }
 
 #[cfg(test)]

@@ -8,8 +8,6 @@ pub enum Step {
     Edges,
     /// What comes upon flowing mud must show without the stops.
     Flowing,
-    /// What a pump loses in passing must show at a flow and a lift that it has at other times too.
-    Duty,
     /// Likely causes are compared with their forms within error.
     Form,
     /// A further effect must stand out from the slack of those named before.
@@ -30,11 +28,10 @@ pub enum Step {
 
 impl Step {
     /// Every step, in the order of the chain.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 10] = [
         Self::Projection,
         Self::Edges,
         Self::Flowing,
-        Self::Duty,
         Self::Form,
         Self::Slack,
         Self::Footprints,
@@ -49,7 +46,6 @@ impl Step {
         match self {
             Self::Edges => "edges",
             Self::Flowing => "flowing",
-            Self::Duty => "duty",
             Self::Form => "form",
             Self::Slack => "slack",
             Self::Footprints => "footprints",

@@ -2,8 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::{
-    Contender, alike, at_bound, contest, doubtful, material, settle, solved, stands, strange,
-    sustained,
+    Contender, alike, at_bound, contest, doubtful, material, settle, solved, stands, sustained,
 };
 use crate::claims::fixture::{BLOCK_S, FLOW_M3_S, Hidden, INFLUX_S, SPEED_PCT, drilled, steady};
 use crate::record::Record;
@@ -29,15 +28,11 @@ fn candidate(applied: Applied, signature: &[f64], solved: f64) -> Candidate {
     }
 }
 
-/// Middles of the blocks that are left out, one time after the other, s from the start.
-fn left_out(record: &Record, applied: &Applied) -> Vec<Vec<f64>> {
-    let c = candidate(applied.clone(), &[1.0], 1.0);
-    let middles = |out: Vec<bool>| -> Vec<f64> {
-        let blocks = (0..record.blocks).filter(|b| out[*b]);
-        blocks.map(|b| (b as f64 + 0.5) * BLOCK_S).collect()
-    };
-    let each = doubtful(record, &[], &c).into_iter();
-    each.map(middles).collect()
+/// Middles of the blocks that are left out, s from the start.
+fn left_out(record: &Record, applied: &Applied) -> Option<Vec<f64>> {
+    let out = doubtful(record, &candidate(applied.clone(), &[1.0], 1.0))?;
+    let blocks = (0..record.blocks).filter(|b| out[*b]);
+    Some(blocks.map(|b| (b as f64 + 0.5) * BLOCK_S).collect())
 }
 
 /// Middles of the blocks within some stretches.
@@ -96,80 +91,14 @@ fn five_minutes_about_either_edge_are_not_looked_at_or_a_fifth_of_what_is_short(
             &[(700.0, 1300.0), (3300.0, 3600.0)],
         ),
     ] {
-        assert_eq!(left_out(&record, &applied), [within(&record, stretches)]);
+        assert_eq!(
+            left_out(&record, &applied),
+            Some(within(&record, stretches))
+        );
     }
+    assert_eq!(left_out(&record, &one("yield_stress", &[1.0])), None);
     record.without = vec![Step::Edges];
-    assert!(left_out(&record, &passing(1000.0, 1600.0)).is_empty());
-}
-
-#[test]
-fn of_what_a_pump_loses_in_passing_a_duty_of_that_time_alone_tells_nothing() {
-    let mut record = steady(360);
-    let odd = (1800.0, 2100.0);
-    for (values, value) in [
-        (&mut record.flow, 1.5 * FLOW_M3_S),
-        (&mut record.filled.flow, 1.5 * FLOW_M3_S),
-    ] {
-        values[900..1050].fill(value);
-    }
-    let gas = one("gas_in_pump", &[0.02, 1000.0, 1600.0, 20.0]);
-    let edges = [(700.0, 1300.0), (2300.0, 2900.0)];
-    // Not together: a pump that slows at once while its duty stands tells of gas, whatever its duty is later.
-    let both = [within(&record, &edges), within(&record, &[odd])];
-    assert_eq!(left_out(&record, &gas), both);
-    // A duty is asked of pumps alone, and of what passes: an influx has no duty, wear no other time.
-    let influx = one("influx", &[1e-3, 1000.0, 1600.0, 0.15]);
-    assert_eq!(left_out(&record, &influx), both[..1]);
-    record.without = vec![Step::Duty];
-    assert_eq!(left_out(&record, &gas), both[..1]);
-    record.without = vec![Step::Edges];
-    assert_eq!(left_out(&record, &gas), both[1..]);
-    // The same flow at another time makes the duty known.
-    for values in [&mut record.flow, &mut record.filled.flow] {
-        values[0..40].fill(1.5 * FLOW_M3_S);
-    }
-    assert_eq!(left_out(&record, &gas), [Vec::<f64>::new()]);
-}
-
-#[test]
-fn a_duty_is_known_by_six_blocks_within_a_twentieth_of_its_flow_and_lift() {
-    let is_strange = |others: usize, flow: f64, lift: f64, beside: (f64, f64)| {
-        let mut flows = vec![flow; others];
-        let mut lifts = vec![lift; others];
-        flows.push(beside.0);
-        lifts.push(beside.1);
-        let mut inside = vec![false; others];
-        inside.push(true);
-        let found = strange((&flows, &lifts), &inside, &inside);
-        assert!(!found[..others].contains(&true));
-        found[others]
-    };
-    let same = (0.04, 4e6);
-    assert!(is_strange(5, 0.04, 4e6, same));
-    assert!(!is_strange(6, 0.04, 4e6, same));
-    for share in [0.94, 0.96, 1.04, 1.06] {
-        let far = (share - 1.0_f64).abs() > 0.05;
-        assert_eq!(is_strange(9, share * 0.04, 4e6, same), far);
-        assert_eq!(is_strange(9, 0.04, share * 4e6, same), far);
-        // A pump that is driven by its mud lifts less than nothing.
-        assert_eq!(is_strange(9, 0.04, -share * 4e6, (0.04, -4e6)), far);
-    }
-    // What is not known tells no duty, and what is near the interval neither.
-    assert!(is_strange(9, f64::NAN, 4e6, same));
-    assert!(is_strange(9, 0.04, f64::NAN, same));
-    let (flows, lifts) = ([0.04; 8], [4e6; 8]);
-    let inside = [false, false, false, false, false, false, false, true];
-    // A gap of either sign at that lift is no duty.
-    for (gap, known) in [(f64::NAN, 5), (-f64::NAN, 5), (f64::NAN, 6), (-f64::NAN, 6)] {
-        let mut flows = vec![gap; 3];
-        flows.extend(vec![0.04; known + 1]);
-        let n = flows.len();
-        let inside: Vec<bool> = (0..n).map(|b| b == n - 1).collect();
-        let found = strange((&flows, &vec![4e6; n]), &inside, &inside);
-        assert_eq!(found[n - 1], known < 6);
-    }
-    let near = [true, true, false, false, false, false, false, true];
-    assert!(strange((&flows, &lifts), &inside, &near)[7]);
+    assert_eq!(left_out(&record, &passing(1000.0, 1600.0)), None);
 }
 
 #[test]
