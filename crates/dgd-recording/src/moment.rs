@@ -35,9 +35,14 @@ impl Moment {
         } else {
             "-00:00"
         };
+        Self::of_rfc3339(&format!("{to_minutes}{seconds}{rest}{zone}"))
+    }
+
+    /// An RFC 3339 time; `-00:00` leaves the zone unknown.
+    pub(crate) fn of_rfc3339(text: &str) -> Option<Self> {
         Some(Self {
-            unix_ns: nanoseconds(&format!("{to_minutes}{seconds}{rest}{zone}"))?,
-            zoned: zone.is_empty(),
+            unix_ns: nanoseconds(text)?,
+            zoned: !text.trim_end().ends_with("-00:00"),
         })
     }
 
@@ -149,6 +154,10 @@ mod tests {
             let told = Moment::parse(text).map(|m| m.to_string());
             assert_eq!(told.as_deref(), Some(shown), "{text}");
         }
+        // As it is written for machines.
+        let at = Moment::parse("2024-10-26 03:00").expect("a date");
+        assert_eq!(at.rfc3339(), "2024-10-26T03:00:00-00:00");
+        assert_eq!(Moment::parse(&at.rfc3339()), Some(at));
         for text in [
             "",
             "2024-10-26",

@@ -1,6 +1,6 @@
 //! What a reader found in a file: columns of numbers, and what was wrong with it.
 
-use crate::origin::{later, nanoseconds};
+use crate::origin::nanoseconds;
 use crate::{Moment, TimeSource};
 use std::fmt;
 
@@ -57,7 +57,7 @@ impl Table {
     /// ```
     #[must_use]
     pub fn began(&self, time: &TimeSource) -> Option<Moment> {
-        let origin_ns = self.origin_ns()?;
+        let origin = Moment::of_rfc3339(self.origin.as_deref()?)?;
         let first = |index: usize| {
             let stamps = &self.columns.get(index)?.values;
             let finite = stamps.iter().copied().filter(|t| t.is_finite());
@@ -74,10 +74,7 @@ impl Table {
             (TimeSource::Interval { .. }, Some(index)) => first(index)?,
             (TimeSource::Interval { .. }, None) => 0.0,
         };
-        Some(Moment {
-            unix_ns: later(origin_ns, after_s)?,
-            zoned: !self.origin.as_ref()?.trim_end().ends_with("-00:00"),
-        })
+        origin.after(after_s)
     }
 }
 

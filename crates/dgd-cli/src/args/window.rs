@@ -9,8 +9,8 @@ use std::fmt;
 pub(crate) enum Window {
     /// Seconds of the recordings' clock.
     Clock(f64, f64),
-    /// Dates, with the text that says them.
-    Dates(Moment, Moment, String),
+    /// Dates.
+    Dates(Moment, Moment),
 }
 
 impl Window {
@@ -26,9 +26,9 @@ impl Window {
         };
         let (from, to) = (from.trim(), to.trim());
         let date = |said: &str, whole: &str| {
-            Moment::parse(whole).ok_or(format!(
-                "`{said}` is no date such as 2024-10-26T03:00 or 2024-10-26T03:00:00Z"
-            ))
+            Moment::parse(whole).ok_or_else(|| {
+                format!("`{said}` is no date such as 2024-10-26T03:00 or 2024-10-26T03:00:00Z")
+            })
         };
         let first = date(from, from)?;
         // An end may leave out the day of the beginning (ISO 8601).
@@ -43,21 +43,21 @@ impl Window {
         if first.until(last) < 0.0 {
             return Err(format!("{from} is after {to}"));
         }
-        Ok(Self::Dates(first, last, text.to_owned()))
+        Ok(Self::Dates(first, last))
     }
 
     /// Seconds of a clock that was at 0 at a moment, if that is known.
     pub(crate) fn seconds(&self, began: Option<Moment>) -> Result<(f64, f64), String> {
         match self {
             Self::Clock(from, to) => Ok((*from, *to)),
-            Self::Dates(from, to, text) => {
-                let began = began.ok_or(format!(
-                    "--window {text} has dates, and the recordings do not tell throughout when they were taken: give seconds, \
+            Self::Dates(from, to) => {
+                let began = began.ok_or_else(|| format!(
+                    "--window {self} has dates, and the recordings do not tell throughout when they were taken: give seconds, \
                      as in 3h:5h"
                 ))?;
                 if from.zoned && !began.zoned {
                     return Err(format!(
-                        "--window {text} tells a zone, and the recordings do not: write their own times, without one"
+                        "--window {self} tells a zone, and the recordings do not: write their own times, without one"
                     ));
                 }
                 Ok((began.until(*from), began.until(*to)))
@@ -75,11 +75,15 @@ impl Window {
 const DAY: usize = 11;
 
 impl fmt::Display for Window {
-    /// As it is asked for.
+    /// As it may be asked for.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Clock(from, to) => write!(f, "{from}:{to}"),
-            Self::Dates(.., text) => f.write_str(&text.replace(' ', "T")),
+            Self::Dates(from, to) => {
+                let [from, to] = [from, to].map(|at| at.rfc3339());
+                let local = |at: &str| at.trim_end_matches("-00:00").to_owned();
+                write!(f, "{}/{}", local(&from), local(&to))
+            }
         }
     }
 }
@@ -113,11 +117,33 @@ mod tests {
     }
 
     #[test]
+    fn a_window_is_told_as_it_may_be_asked_for_again() {
+        for (text, told) in [
+            (
+                "2024-10-26 03:00 / 05:30",
+                "2024-10-26T03:00:00/2024-10-26T05:30:00",
+            ),
+            (
+                "2024-10-26T03:00:00.5-00:00/2024-10-27T00:00",
+                "2024-10-26T03:00:00.5/2024-10-27T00:00:00",
+            ),
+            (
+                "2024-10-26T05:00+02:00/05:30+02:00",
+                "2024-10-26T03:00:00Z/2024-10-26T03:30:00Z",
+            ),
+            ("3h:5h", "10800:18000"),
+        ] {
+            let window = Window::parse(text).unwrap();
+            assert_eq!(window.to_string(), told);
+            assert_eq!(Window::parse(told), Ok(window));
+        }
+    }
+
+    #[test]
     fn a_window_of_the_clock_knows_no_dates() {
         let window = Window::parse("3h:5h").unwrap();
         assert_eq!(window, Window::Clock(10_800.0, 18_000.0));
         assert_eq!(window.seconds(None), Ok((10_800.0, 18_000.0)));
-        assert_eq!(window.to_string(), "10800:18000");
     }
 
     #[test]

@@ -91,7 +91,7 @@ pub(crate) fn carry_out(
     let first = &source.recordings[0];
     loaded.warn_of_suspicions();
     progress.stage("screening", "");
-    let (samples, began, loaded_at) = (loaded.samples, loaded.began, loaded.dated_from());
+    let (samples, began, dated_from) = (loaded.samples, loaded.began, loaded.dated_from());
     let prepared = prepare(loaded.recording, loaded.step_s, &screening(source))
         .map_err(|e| Failure::input(first, e))?;
     let warnings = loaded.suspicions;
@@ -102,7 +102,7 @@ pub(crate) fn carry_out(
         start: start.unwrap_or_default(),
         suspects: search.suspects.to_vec(),
         without: search.without.to_vec(),
-        began: loaded_at,
+        began: dated_from,
         ..Options::default()
     };
     let mut said = |stage: Stage| {

@@ -150,10 +150,8 @@ pub(super) fn when(finding: &Finding, diagnosis: &Diagnosis) -> String {
 /// The dates from the first beginning to the last end, unless that is the whole recording.
 fn dated(intervals_s: &[(f64, f64)], span_s: (f64, f64), began: Option<Moment>) -> Option<String> {
     let (from, to) = reach(intervals_s)?;
-    let slack = 0.01 * (span_s.1 - span_s.0).abs();
-    let (start, end) = (from <= span_s.0 + slack, to >= span_s.1 - slack);
     let at = |seconds| Some(began?.after(seconds)?.to_minute());
-    match (start, end) {
+    match at_ends((from, to), span_s) {
         (true, true) => None,
         (true, false) => Some(format!("until {}", at(to)?)),
         (false, true) => Some(format!("since {}", at(from)?)),
@@ -168,16 +166,18 @@ fn reach(intervals_s: &[(f64, f64)]) -> Option<(f64, f64)> {
         .reduce(|(low, high), (from, to)| (low.min(from), high.max(to)))
 }
 
-fn on_the_clock(intervals_s: &[(f64, f64)], span_s: (f64, f64)) -> String {
+/// Whether a stretch begins with the recording, and whether it ends with it, but for a hundredth.
+fn at_ends((from, to): (f64, f64), span_s: (f64, f64)) -> (bool, bool) {
     let slack = 0.01 * (span_s.1 - span_s.0).abs();
-    let stretch = |&(from, to): &(f64, f64)| {
-        let (start, end) = (from <= span_s.0 + slack, to >= span_s.1 - slack);
-        match (start, end) {
-            (true, true) => "throughout the recording".to_owned(),
-            (true, false) => format!("from the start to {}", clock(to)),
-            (false, true) => format!("from {} to the end", clock(from)),
-            (false, false) => format!("from {} to {}", clock(from), clock(to)),
-        }
+    (from <= span_s.0 + slack, to >= span_s.1 - slack)
+}
+
+fn on_the_clock(intervals_s: &[(f64, f64)], span_s: (f64, f64)) -> String {
+    let stretch = |&(from, to): &(f64, f64)| match at_ends((from, to), span_s) {
+        (true, true) => "throughout the recording".to_owned(),
+        (true, false) => format!("from the start to {}", clock(to)),
+        (false, true) => format!("from {} to the end", clock(from)),
+        (false, false) => format!("from {} to {}", clock(from), clock(to)),
     };
     let given: Vec<(f64, f64)> = intervals_s
         .iter()
