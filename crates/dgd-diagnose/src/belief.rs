@@ -30,6 +30,7 @@ pub(crate) fn calibrate(named: &mut [Named]) {
             0.0
         };
         let own = logistic(constant + margin * over + share * (raw / (1.0 - raw)).ln() + doubt);
+        let own = own.min(one.most);
         debug!(
             "{} share {raw:.3}, e-folds over its hurdle {over:.2}: {own:.3}",
             one.applied.effect.about().id
@@ -99,6 +100,7 @@ mod tests {
             alternatives: vec![("lost_circulation".to_owned(), alternative)],
             correction: None,
             held: None,
+            most: 1.0,
         }
     }
 

@@ -2,11 +2,11 @@
 
 use crate::record::{Record, whole};
 use crate::relations::Applied;
-use crate::scan::{Candidate, joined, ln_mean_exp, on_grid, scan, sharpen, weigh};
+use crate::scan::{Candidate, joined, ln_mean_exp, on_grid, product, scan, sharpen, weigh};
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent, dot};
 use crate::timing::{is_late_meter, retimed};
-use dgd_effects::{Effect, Method, Rank, Relation, catalogue, quantile};
+use dgd_effects::{Effect, Method, Rank, Relation, Role, catalogue, quantile};
 use rayon::prelude::*;
 use std::sync::OnceLock;
 
@@ -82,7 +82,11 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
                     .clone()
             };
             let strengths = if on_grid(effect.about()) {
-                (found.iter().map(|c| (c.applied.parameters[0], c.energy))).collect()
+                let alike =
+                    |c: &&Candidate| c.applied.parameters[1..] == best.applied.parameters[1..];
+                (found.iter().filter(alike))
+                    .map(|c| (c.applied.parameters[0], c.energy))
+                    .collect()
             } else {
                 Vec::new()
             };
@@ -163,13 +167,18 @@ fn retime(record: &Record, gate: &Tangent, state: &[Applied], contenders: &mut [
         return;
     }
     late.par_iter_mut().for_each(|c| {
-        let Some((time_s, evidence)) = retimed(record, gate, state, &c.best.applied) else {
+        // What is allowed for takes the part of one form or of the other.
+        let timed = shapes(&c.best.applied).into_iter().filter_map(|mut one| {
+            let (time_s, evidence) = retimed(record, gate, state, &one)?;
+            one.parameters[0] = time_s;
+            Some((one, evidence))
+        });
+        let Some((one, evidence)) = timed.max_by(|a, b| a.1.total_cmp(&b.1)) else {
             return;
         };
         // It pays for the places it could have been, as before.
         let evidence = evidence - (c.best.evidence - c.evidence).max(0.0);
         if evidence > c.evidence {
-            let one = Applied::new(c.effect, vec![time_s]);
             c.best = Candidate {
                 evidence,
                 ..weigh(record, gate, state, one)
@@ -177,6 +186,20 @@ fn retime(record: &Record, gate: &Tangent, state: &[Applied], contenders: &mut [
             (c.evidence, c.formed) = (evidence, evidence);
         }
     });
+}
+
+/// An effect in each of the forms that are tried of it, its strength as it is.
+fn shapes(one: &Applied) -> Vec<Applied> {
+    let forms =
+        (one.effect.about().parameters.iter().zip(&one.parameters)).map(|(p, v)| match p.role {
+            Role::Shape(values) => values.to_vec(),
+            _ => vec![*v],
+        });
+    let forms: Vec<Vec<f64>> = forms.collect();
+    product(&forms)
+        .into_iter()
+        .map(|parameters| Applied::new(one.effect, parameters))
+        .collect()
 }
 
 /// The best of a pump's effect where the head may not lean on the inlet pressure.

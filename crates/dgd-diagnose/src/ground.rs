@@ -279,7 +279,10 @@ mod tests {
     #[test]
     fn one_effect_more_gives_the_digits_of_running_all_wherever_it_begins() {
         let record = record();
-        let late = |id: &str, tau: f64| Applied::new(find(id).unwrap(), vec![tau]);
+        let late = |id: &str, tau: f64| {
+            let effect = find(id).unwrap();
+            Applied::new(effect, effect.about().of_strength(tau))
+        };
         let states = [
             vec![],
             vec![late("pump_speed_lag", 3.0), late("u_tube", 2.0)],

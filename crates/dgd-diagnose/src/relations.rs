@@ -40,6 +40,15 @@ impl Applied {
             allowance: false,
         }
     }
+
+    /// What a sound rig may have of an effect, as it usually is.
+    pub(crate) fn allowed(effect: &'static dyn Effect, strength: f64) -> Self {
+        Self {
+            effect,
+            parameters: effect.about().of_strength(strength),
+            allowance: true,
+        }
+    }
 }
 
 /// Runs effects over samples of a recording, from where a row of the mass balance begins, and lays what they come to into `parts`.

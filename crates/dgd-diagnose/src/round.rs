@@ -33,7 +33,7 @@ pub(crate) enum Ruling {
     Named(Named),
     /// An effect, on the promise that a second one, whose name it is, does beside it what a correction does; and the correction, which
     /// stands in its place if it does not.
-    Promised(Named, &'static str, Named),
+    Promised(Named, &'static str, Box<Named>),
     /// Something that the catalogue does not hold: only effects of other relations are named beside it.
     Unnamed(Named),
     /// Something that two transmitters show: the search goes on beside it.
@@ -168,9 +168,11 @@ impl<'a> Round<'a> {
         let resembling =
             || self.corrected(rival, rival.borne.max(best.evidence), Some((best, odds)));
         match second {
-            Some(second) if odds > 0.0 => {
-                Ruling::Promised(self.named(best, None), second.about.id, resembling())
-            }
+            Some(second) if odds > 0.0 => Ruling::Promised(
+                self.named(best, None),
+                second.about.id,
+                Box::new(resembling()),
+            ),
             Some(_) => Ruling::Named(self.named(best, None)),
             None if odds > 0.0 => Ruling::Unnamed(resembling()),
             None => Ruling::Named(self.named(best, Some(odds))),

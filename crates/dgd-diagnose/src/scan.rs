@@ -276,11 +276,7 @@ pub(crate) fn allowances_with(
             let now = state
                 .iter()
                 .position(|a| a.allowance && a.effect.about().id == about.id);
-            let one = |v: &f64| Applied {
-                effect: *effect,
-                parameters: vec![*v],
-                allowance: true,
-            };
+            let one = |time_s: &f64| Applied::allowed(*effect, *time_s);
             // What a named lateness leaves over for want of form is no clock.
             let values = about.search.allowance.iter();
             let values = values.filter(|time_s| **time_s > 0.0 || !late);

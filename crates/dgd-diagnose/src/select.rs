@@ -23,6 +23,8 @@ pub(crate) struct Named {
     pub hurdle: f64,
     pub probability: f64,
     pub alternatives: Vec<(String, f64)>,
+    /// The most that its probability may be: what is left beside another that is fitted on the same scale.
+    pub most: f64,
     /// Place and quantity, where it is an empirical correction.
     pub correction: Option<(usize, usize)>,
     /// Of a curve that is seen, while it is searched with the curve itself.
@@ -187,7 +189,7 @@ pub(crate) fn select(
                 promises.push(Promised {
                     second,
                     before,
-                    otherwise,
+                    otherwise: *otherwise,
                 });
             }
         }
@@ -333,6 +335,7 @@ mod tests {
             alternatives: vec![("unknown".to_owned(), 0.99 - probability)],
             correction: None,
             held: None,
+            most: 1.0,
         }
     }
 
@@ -392,7 +395,7 @@ mod tests {
         };
         let mut promises = vec![promise()];
         let mut found = selection(vec![gain(0.9)]);
-        let next = Ruling::Promised(gain(0.8), "influx", correction(("influx", 0.1)));
+        let next = Ruling::Promised(gain(0.8), "influx", Box::new(correction(("influx", 0.1))));
         assert!(!settled(&mut found, &mut promises, &next));
         assert_eq!(promises.len(), 1);
         promises.push(second);

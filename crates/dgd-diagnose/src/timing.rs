@@ -177,15 +177,10 @@ impl Times {
             .zip(&at[1..])
             .filter(|(_, time)| **time != 0.0);
         let mut out = self.fixed.clone();
-        out.extend(allowed.map(|(effect, time)| Applied {
-            effect: *effect,
-            parameters: vec![*time],
-            allowance: true,
-        }));
-        out.push(Applied {
-            parameters: vec![at[0]],
-            ..self.meter.clone()
-        });
+        out.extend(allowed.map(|(effect, time)| Applied::allowed(*effect, *time)));
+        let mut meter = self.meter.clone();
+        meter.parameters[0] = at[0];
+        out.push(meter);
         out
     }
 }
@@ -253,11 +248,7 @@ fn pump_lags(state: &[Applied]) -> Vec<Applied> {
                 .search
                 .allowance
                 .iter()
-                .map(move |lag| Applied {
-                    effect,
-                    parameters: vec![*lag],
-                    allowance: true,
-                })
+                .map(move |lag| Applied::allowed(effect, *lag))
         })
         .collect()
 }

@@ -231,7 +231,17 @@ fn read_parameters(effect: &dyn Effect, section: &Section<'_, '_>) -> Option<Vec
         section.notes().problem(span, message, Some(help));
         right = false;
     }
-    let values: Vec<Option<f64>> = known().map(|name| section.need_number(name)).collect();
+    // A shape that is not told is the usual one: earlier models have fewer.
+    let usual = |name: &str| {
+        let own = about.parameters.iter().find(|p| p.name == name);
+        own.filter(|p| !goes_on && matches!(p.role, Role::Shape(_)))
+            .map(|p| p.usual)
+    };
+    let values = known().map(|name| match (section.get(name), usual(name)) {
+        (None, Some(usual)) => Some(usual),
+        _ => section.need_number(name),
+    });
+    let values: Vec<Option<f64>> = values.collect();
     let values: Option<Vec<f64>> = values.into_iter().collect();
     let values = values.filter(|_| right)?;
     let checked = known().zip(&values).map(|(name, value)| {

@@ -254,6 +254,12 @@ impl About {
             .position(|p| matches!(p.role, Role::Sensor(_)))
     }
 
+    /// Parameters of an effect of this strength, as its other parameters usually are.
+    pub fn of_strength(&self, strength: f64) -> Vec<f64> {
+        let others = self.parameters.iter().skip(1).map(|p| p.usual);
+        std::iter::once(strength).chain(others).collect()
+    }
+
     /// The interval in which the effect acts, s, in a recording that spans from, to, s.
     ///
     /// # Panics

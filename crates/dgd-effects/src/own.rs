@@ -165,8 +165,8 @@ pub(crate) fn sound(about: &About) -> Result<(), &'static str> {
             "the least strength that is named must lie between 0 and the highest",
         ),
         (
-            !search.allowance.is_empty() && about.parameters.len() > 1,
-            "what is allowed for is given by its strength alone, but it has other parameters",
+            !search.allowance.is_empty() && (about.onset().is_some() || about.sensor().is_some()),
+            "what is allowed for is always there, but it has an onset or a transmitter",
         ),
         (
             about.parameters[1..]
@@ -175,8 +175,10 @@ pub(crate) fn sound(about: &About) -> Result<(), &'static str> {
             "two parameters are strengths, expected the first alone",
         ),
         (
-            search.timing.is_some() && (about.parameters.len() > 1 || strength.high < 1.0),
-            "what makes something late has its time, of up to 1 s or more, as its only parameter",
+            search.timing.is_some()
+                && (strength.high < 1.0
+                    || (about.parameters[1..].iter()).any(|p| !matches!(p.role, Role::Shape(_)))),
+            "what makes something late has its time, of up to 1 s or more, and shapes as its parameters",
         ),
         (
             !(search.allowance.is_sorted() && search.allowance.iter().all(allowed)),
@@ -410,16 +412,10 @@ mod tests {
                         allowance: &[1e-4],
                         ..SEARCH
                     },
-                    ..with(&[
-                        STRENGTH,
-                        Parameter {
-                            name: "shape",
-                            role: Role::Shape(&[0.0]),
-                            ..STRENGTH
-                        },
-                    ])
+                    extent: Extent::FromOnset,
+                    ..with(&[STRENGTH, Parameter::ONSET])
                 },
-                "strength alone",
+                "always there",
             ),
             (
                 with(&[

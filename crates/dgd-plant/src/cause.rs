@@ -105,8 +105,11 @@ pub enum Cause {
     },
     /// The drill string's outflow follows the mud pump.
     UTube {
-        /// Time constant, s.
+        /// Time constant while it fills, s.
         tau_s: f64,
+        /// Time constant while it drains, s: shorter where a valve in the string shuts. What is held back fills the
+        /// stand that is added.
+        drains_s: f64,
     },
     /// The booster line's outflow follows its pump.
     BoosterLineStorage {
@@ -151,10 +154,10 @@ pub enum Cause {
         /// When, s.
         onset_s: f64,
     },
-    /// A gas cushion before the meter stores mud.
+    /// Gas cushions before the meter store mud, one behind the other.
     LineGasStorage {
-        /// Time constant, s.
-        tau_s: f64,
+        /// Time constant of each, s.
+        cushions_s: [f64; 2],
     },
     /// Something that is in no catalogue.
     Foreign(Foreign),
@@ -221,7 +224,8 @@ pub(crate) struct Active {
     pub(crate) speed_lag_s: f64,
     pub(crate) influx: Option<(f64, (f64, f64))>,
     pub(crate) loss: Option<(f64, f64, f64)>,
-    pub(crate) string_lag_s: Option<f64>,
+    /// While the string fills, and while it drains.
+    pub(crate) string_lag_s: Option<[f64; 2]>,
     pub(crate) booster_lag_s: Option<f64>,
     pub(crate) area_m2: Option<f64>,
     pub(crate) pipe_m3: f64,
@@ -229,7 +233,7 @@ pub(crate) struct Active {
     pub(crate) viscosity: Option<(f64, f64)>,
     pub(crate) restriction: Option<(f64, f64)>,
     pub(crate) leak: Option<(f64, f64)>,
-    pub(crate) cushion_s: f64,
+    pub(crate) cushions_s: [f64; 2],
     pub(crate) foreign: Option<Foreign>,
 }
 
@@ -274,7 +278,7 @@ impl Active {
                     fracture_pa,
                     onset_s,
                 } => a.loss = Some((j_m3_s_pa, fracture_pa, onset_s)),
-                Cause::UTube { tau_s } => a.string_lag_s = Some(tau_s),
+                Cause::UTube { tau_s, drains_s } => a.string_lag_s = Some([tau_s, drains_s]),
                 Cause::BoosterLineStorage { tau_s } => a.booster_lag_s = Some(tau_s),
                 Cause::AnnulusArea { area_m2 } => a.area_m2 = Some(area_m2),
                 Cause::PipeDisplacement { volume_m3 } => a.pipe_m3 = volume_m3,
@@ -288,7 +292,7 @@ impl Active {
                 } => a.viscosity = Some((relative_mu_change, length_s)),
                 Cause::LineRestriction { k, onset_s } => a.restriction = Some((k, onset_s)),
                 Cause::LineLeak { c, onset_s } => a.leak = Some((c, onset_s)),
-                Cause::LineGasStorage { tau_s } => a.cushion_s = tau_s,
+                Cause::LineGasStorage { cushions_s } => a.cushions_s = cushions_s,
                 Cause::Foreign(f) => a.foreign = Some(f),
             }
         }

@@ -79,7 +79,7 @@ pub(crate) struct Plant {
     connection_s: f64,
     /// Gel in the line, share of its full strength.
     gel: f64,
-    cushion_m3_s: f64,
+    cushions_m3_s: [f64; 2],
     heave_rad: f64,
     swell: f64,
     sense: f64,
@@ -107,7 +107,6 @@ impl Plant {
         level_m: f64,
     ) -> Self {
         let mut physics = physics.clone();
-        physics.string_lag_s = causes.string_lag_s.unwrap_or(physics.string_lag_s);
         physics.booster_lag_s = causes.booster_lag_s.unwrap_or(physics.booster_lag_s);
         physics.flow_meter_delay_s += causes.delay_s;
         let physics = &physics;
@@ -181,7 +180,7 @@ impl Plant {
             },
             connection_s: 0.0,
             gel: 0.0,
-            cushion_m3_s: 0.0,
+            cushions_m3_s: [0.0; 2],
             heave_rad: 0.0,
             swell: 0.0,
             sense: 0.0,
@@ -338,7 +337,13 @@ impl Plant {
             topfill += more;
         }
         let s = &mut self.state;
-        s.bit_flow_m3_s += (mud - s.bit_flow_m3_s) * lag(dt, p.string_lag_s);
+        let [fills_s, drains_s] = c.string_lag_s.unwrap_or([p.string_lag_s; 2]);
+        let string_lag_s = if mud < s.bit_flow_m3_s {
+            drains_s
+        } else {
+            fills_s
+        };
+        s.bit_flow_m3_s += (mud - s.bit_flow_m3_s) * lag(dt, string_lag_s);
         s.booster_flow_m3_s += (boost - s.booster_flow_m3_s) * lag(dt, p.booster_lag_s);
         s.topfill_m3_s = topfill;
         let density = self.well.mud_density_kg_m3;
@@ -418,9 +423,12 @@ impl Plant {
         let gauge_pa = drive(q) - ATMOSPHERE_PA;
         let leaked = c.leak_m3_s(t_s, gauge_pa).min(passed.outflow_m3_s.max(0.0));
         let k = lag(dt, p.flow_line_lag_s);
-        self.cushion_m3_s +=
-            (passed.outflow_m3_s - leaked - self.cushion_m3_s) * lag(dt, c.cushion_s);
-        self.flow_line[0] += (self.cushion_m3_s - self.flow_line[0]) * k;
+        let mut behind = passed.outflow_m3_s - leaked;
+        for (flow, tau_s) in self.cushions_m3_s.iter_mut().zip(c.cushions_s) {
+            *flow += (behind - *flow) * lag(dt, tau_s);
+            behind = *flow;
+        }
+        self.flow_line[0] += (behind - self.flow_line[0]) * k;
         self.flow_line[1] += (self.flow_line[0] - self.flow_line[1]) * k;
         let slot = &mut self.on_the_way[self.next_out];
         s.metered_flow_m3_s = std::mem::replace(slot, self.flow_line[1]);

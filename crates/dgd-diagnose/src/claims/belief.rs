@@ -20,6 +20,7 @@ fn named(evidence: f64, probability: f64) -> Named {
         alternatives: vec![("lost_circulation".to_owned(), 0.5 * (1.0 - probability))],
         correction: None,
         held: None,
+        most: 1.0,
     }
 }
 

@@ -95,8 +95,11 @@ fn a_late_meter_is_timed_beside_the_lag_of_the_pump_that_earns_its_place() {
 fn retimed_about(hidden: Hidden, wrongly: &[Applied]) -> [(f64, f64); 2] {
     let record = drilled(hidden);
     let gate = Tangent::at(&record, wrongly, &[], Bend::Lean).unwrap();
-    ["return_flow_delay", "line_gas_storage"]
-        .map(|id| retimed(&record, &gate, wrongly, &one(id, &[4.0])).unwrap())
+    ["return_flow_delay", "line_gas_storage"].map(|id| {
+        let mut meter = one(id, &[]);
+        meter.parameters = meter.effect.about().of_strength(4.0);
+        retimed(&record, &gate, wrongly, &meter).unwrap()
+    })
 }
 
 #[test]
@@ -329,6 +332,7 @@ fn a_named_effect_takes_the_place_of_its_allowance() {
         alternatives: Vec::new(),
         correction: None,
         held: None,
+        most: 1.0,
     };
     let selection = Selection {
         held: 0,

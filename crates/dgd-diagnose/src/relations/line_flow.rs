@@ -6,9 +6,12 @@ use dgd_effects::{MeterPath, STANDING_M3_S, shrunk};
 
 /// To either side of a sample, s, the meter is smoothed for what it shows later.
 const SMOOTHED_S: f64 = 4.0;
-/// The same for its slope, which is taken over as long again: half as far, its noise makes small stores look like delays in simulated
-/// recordings.
-const SLOPE_S: f64 = 8.0;
+/// The same for its slope where its flow is calm, and half as long as a long lag: over less, its noise would make small stores look like delays.
+const CALM_S: f64 = 8.0;
+/// The same where its flow changes: over more, the edges of a change would.
+const SHARP_S: f64 = 3.0;
+/// Deviations of noise beyond which a slope tells of a change.
+const GATE: f64 = 5.0;
 
 /// Value at a fractional index, NaN beyond the ends or beside a gap.
 fn at(values: &[f64], position: f64) -> f64 {
@@ -32,42 +35,70 @@ fn smoothed(values: &[f64], half: usize) -> Vec<f64> {
         .collect()
 }
 
-/// The line's flow from its meter: the meter path inverted, a lag through the slope over some seconds.
+/// What a lag holds back, `tau dq/dt`, over so many seconds to either side, and the deviation of its noise.
+fn held_back<'a>(
+    meter: &'a [f64],
+    lag_s: f64,
+    dt_s: f64,
+    noise: f64,
+    half_s: f64,
+) -> (impl Fn(usize) -> f64 + 'a, f64) {
+    let half = whole(half_s / dt_s).max(1);
+    let steady = smoothed(meter, half);
+    let over = 2.0 * half as f64;
+    let window = over + 1.0;
+    let left = noise * (2.0 * over).sqrt() / window * lag_s / (over * dt_s);
+    let last = meter.len().saturating_sub(1);
+    let held = move |i: usize| {
+        let (a, b) = (i.saturating_sub(half), (i + half).min(last));
+        lag_s * (steady[b] - steady[a]) / ((b - a).max(1) as f64 * dt_s)
+    };
+    (held, left)
+}
+
+/// A change, if it is more than noise.
+fn cleared(change: f64, noise: f64) -> f64 {
+    let [fourth, gate] = [change, GATE * noise].map(|v| v.powi(4));
+    if fourth > 0.0 {
+        change * fourth / (fourth + gate)
+    } else {
+        0.0
+    }
+}
+
+/// The line's flow from its meter: the meter path inverted, a lag through the slope.
 ///
-/// What is added is judged on a smoothed meter and cleared of noise: the relation's residual holds the meter's noise too.
+/// What is added is judged on a smoothed meter and cleared of noise: the relation's residual holds the meter's noise too. What a short slope
+/// tells beyond a long one is added where it is far more than its noise: so calm flow gets none of it, and a sharp change stays sharp.
 /// Nothing is added where the meter has a gap, or has ended, before it tells what the line did.
 fn line_flow(meter: &[f64], path: MeterPath, dt_s: f64, noise: f64) -> Vec<f64> {
-    let n = meter.len();
+    let last = meter.len().saturating_sub(1);
     let shift = path.delay_s / dt_s;
     let half = whole(SMOOTHED_S / dt_s).max(1);
-    let slope_half = whole(SLOPE_S / dt_s).max(1);
     let smooth = smoothed(meter, half);
-    let steady = if path.lag_s > 0.0 {
-        smoothed(meter, slope_half)
-    } else {
-        Vec::new()
-    };
-    let reach = whole(path.lag_s.min(SLOPE_S) / dt_s).max(1);
-    let slope = |i: usize| -> f64 {
-        let (a, b) = (i.saturating_sub(reach), (i + reach).min(n - 1));
-        (steady[b] - steady[a]) / ((b - a).max(1) as f64 * dt_s)
-    };
-    // Noise of the difference of two means, which may share samples.
-    let of_two = |half: usize, apart: usize| {
-        let window = 2 * half + 1;
-        noise * (2.0 * window.min(apart) as f64).sqrt() / window as f64
-    };
-    let over_s = 2.0 * reach as f64 * dt_s;
-    let floor = of_two(half, usize::MAX) + of_two(slope_half, 2 * reach) * path.lag_s / over_s;
-    (0..n)
-        .map(|i| {
-            let mut ahead = at(&smooth, i as f64 + shift) - smooth[i];
-            if path.lag_s > 0.0 && meter[i] > STANDING_M3_S {
-                // Standing mud has no store to fill: the meter's 0 is a valve's.
-                let here = whole(i as f64 + shift).min(n - 1);
-                ahead += path.lag_s * slope(here);
-            }
-            meter[i] + shrunk(ahead, floor)
+    // Noise of the difference of two means.
+    let of_means = noise * (2.0 / (2 * half + 1) as f64).sqrt();
+    let slopes = (path.lag_s > 0.0).then(|| {
+        let long = CALM_S.max(0.5 * path.lag_s);
+        [long, SHARP_S].map(|half_s| held_back(meter, path.lag_s, dt_s, noise, half_s))
+    });
+    (meter.iter().enumerate())
+        .map(|(i, q)| {
+            let later = at(&smooth, i as f64 + shift) - smooth[i];
+            // Standing mud has no store to fill: the meter's 0 is a valve's.
+            let Some([(calm, calm_noise), (sharp, sharp_noise)]) =
+                slopes.as_ref().filter(|_| *q > STANDING_M3_S)
+            else {
+                return q + shrunk(later, of_means);
+            };
+            let here = whole(i as f64 + shift).min(last);
+            let held = calm(here);
+            let more = if later.is_finite() {
+                cleared(sharp(here) - held, *sharp_noise)
+            } else {
+                0.0
+            };
+            q + shrunk(later + held, of_means + calm_noise) + more
         })
         .collect()
 }

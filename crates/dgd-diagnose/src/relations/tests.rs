@@ -428,7 +428,7 @@ fn a_hypothesis_of_several_effects_is_all_of_them_and_their_meter_paths_add_up()
         close(whole[b] - bare[b], 8.0 * 5e-6, FLOW_M3_S);
         close(both[b], whole[b], FLOW_M3_S);
     }
-    let lag = flow(&[4.0, 2.0].map(|s| one("line_gas_storage", &[s])));
+    let lag = flow(&[4.0, 2.0].map(|s| one("line_gas_storage", &[s, 0.0])));
     close(lag[10] - bare[10], 6.0 * 5e-6, FLOW_M3_S);
     // A gain and an offset of the outlets.
     let gain = one("return_flow_gain", &[0.02]);

@@ -863,7 +863,7 @@ fn what_is_as_good_from_the_start_on_does_not_set_in() {
 #[test]
 fn of_late_meters_one_is_named_and_all_else_may_still_be() {
     let record = sound();
-    let storage = || contender("line_gas_storage", &[8.0], 100.0, HERE);
+    let storage = || contender("line_gas_storage", &[8.0, 0.0], 100.0, HERE);
     let told_after = |state: Vec<Applied>, contenders: Vec<Contender>| {
         let mut round = round(&record, contenders, Vec::new());
         round.state = state;

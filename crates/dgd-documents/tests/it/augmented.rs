@@ -84,6 +84,25 @@ fn an_effect_goes_by_the_names_of_its_parameters() {
 }
 
 #[test]
+fn a_shape_that_an_earlier_model_does_not_tell_is_the_usual_one() {
+    let kick = example();
+    let (from, _) = kick.split_once("[[augmented.effects]]").unwrap();
+    let with = |effect: &str| {
+        read_model_document(&format!("{from}[[augmented.effects]]\n{effect}\n"))
+            .map(|(document, _)| document.augmented.unwrap().effects)
+    };
+    let effects = with("id = \"u_tube\"\nparameters = { tau_s = 40.0 }").unwrap();
+    assert_eq!(effects[0].parameters, [40.0, 1.0, 0.0]);
+    // A strength, and a time, must be told.
+    for lacking in [
+        "id = \"u_tube\"\nparameters = { drains = 1.0, evenly = 0.0 }",
+        "id = \"influx\"\nparameters = { rate_m3_s = 0.002, duration_s = 900.0, ramp = 0.2 }",
+    ] {
+        assert!(with(lacking).is_err(), "{lacking}");
+    }
+}
+
+#[test]
 fn an_augmented_model_stands_without_a_two_state_one() {
     let (model, _) = read_model(MODEL).unwrap();
     let document = ModelDocument {

@@ -15,24 +15,35 @@ static ABOUT: About = About {
     component: Component::Line,
     relation: Relation::ReturnLineFriction,
     equation_without: Some("q_meter = q"),
-    equation: "tau dq_meter/dt = q - q_meter",
-    source: "lumped gas cushion: C dp/dt = q - q_meter with tau = C dp/dq",
+    equation: "tau dq_meter/dt = q - q_meter; spread, (tau - d) dq_meter/dt = q(t - d) - q_meter",
+    source: "lumped gas cushion: C dp/dt = q - q_meter with tau = C dp/dq; a chain of cushions to its second moment",
     excited_by: "changes of return flow",
     confusable: &[(
         "return_flow_delay",
         "a step of the pump speed: a delay moves the whole response, a store rounds it",
     )],
-    parameters: &[Parameter {
-        name: "tau_s",
-        meaning: "time constant of the store",
-        role: Role::Grid(&[
-            2.0, 3.0, 4.0, 5.0, 7.0, 9.0, 12.0, 15.0, 18.0, 22.0, 27.0, 33.0, 40.0,
-        ]),
-        low: 0.0,
-        high: 90.0,
-        usual: 15.0,
-        ..Parameter::BASE
-    }],
+    parameters: &[
+        Parameter {
+            name: "tau_s",
+            meaning: "time constant of the store",
+            role: Role::Grid(&[
+                2.0, 3.0, 4.0, 5.0, 7.0, 9.0, 12.0, 15.0, 18.0, 22.0, 27.0, 33.0, 40.0,
+            ]),
+            low: 0.0,
+            high: 90.0,
+            usual: 15.0,
+            ..Parameter::BASE
+        },
+        Parameter {
+            name: "spread",
+            meaning: "how far gas is spread along the line: 0 one cushion, 0.5 two alike, 1 ever so many",
+            role: Role::Shape(&[0.0, 0.5]),
+            low: 0.0,
+            high: 1.0,
+            usual: 0.0,
+            ..Parameter::BASE
+        },
+    ],
     extent: Extent::Always,
     search: Search {
         belief: Belief {
@@ -61,9 +72,12 @@ impl Effect for LineGasStorage {
     }
 
     fn meter_path(&self, p: &[f64]) -> MeterPath {
+        // Of n equal cushions in a row the answer has the mean time tau and, 1/n of its square, a variance: so have a delay
+        // and one lag behind it.
+        let lag_s = p[0] * (1.0 - p[1]).max(0.0).sqrt();
         MeterPath {
-            delay_s: 0.0,
-            lag_s: p[0],
+            delay_s: p[0] - lag_s,
+            lag_s,
         }
     }
 }

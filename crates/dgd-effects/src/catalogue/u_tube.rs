@@ -1,6 +1,5 @@
 //! U-tubing: the drill string gives its mud late.
 
-use crate::moment::Lag;
 use crate::shrunk;
 use crate::{
     About, Action, Belief, Component, Effect, Excitation, Extent, Parameter, Relation, Role,
@@ -16,24 +15,45 @@ static ABOUT: About = About {
     component: Component::Line,
     relation: Relation::RiserMassBalance,
     equation_without: Some("q_string = q_mud_pump"),
-    equation: "tau dq_string/dt = q_mud_pump - q_string",
-    source: "Slettebø 2015, Eqs. 2.29 and 2.34, reduced to one time constant",
+    equation: "tau dq_string/dt = q_mud_pump - q_string; draining s tau dq_string/dt = (1 - e) (q_mud_pump - q_string) - e q_0/2",
+    source: "Slettebø 2015, Eqs. 2.29 and 2.34, reduced to one time constant; evenly as by Torricelli's law, through nozzles",
     excited_by: "starts and stops of the mud pump",
     confusable: &[
         ("booster_line_storage", "step the booster alone"),
         ("pipe_displacement", "a connection without moving pipe"),
     ],
-    parameters: &[Parameter {
-        name: "tau_s",
-        meaning: "time constant of the string",
-        role: Role::Grid(&[
-            3.0, 5.0, 8.0, 12.0, 18.0, 24.0, 32.0, 42.0, 55.0, 70.0, 90.0, 120.0,
-        ]),
-        low: 0.0,
-        high: 600.0,
-        usual: 40.0,
-        ..Parameter::BASE
-    }],
+    parameters: &[
+        Parameter {
+            name: "tau_s",
+            meaning: "time constant of the string",
+            role: Role::Grid(&[
+                3.0, 5.0, 8.0, 12.0, 18.0, 24.0, 32.0, 42.0, 55.0, 70.0, 90.0, 120.0,
+            ]),
+            low: 0.0,
+            high: 600.0,
+            usual: 40.0,
+            ..Parameter::BASE
+        },
+        Parameter {
+            name: "drains",
+            meaning: "share of what fills it that drains when the pump stops",
+            // A valve in the string may shut; what it holds back fills the stand that is added.
+            role: Role::Shape(&[0.2, 0.5, 1.0]),
+            low: 0.02,
+            high: 2.0,
+            usual: 1.0,
+            ..Parameter::BASE
+        },
+        Parameter {
+            name: "evenly",
+            meaning: "how evenly it drains: 0 in proportion to its flow, 1 by as much a second",
+            role: Role::Shape(&[0.0, 1.0]),
+            low: 0.0,
+            high: 1.0,
+            usual: 0.0,
+            ..Parameter::BASE
+        },
+    ],
     extent: Extent::Always,
     search: Search {
         least: Some(7.5),
@@ -49,21 +69,69 @@ static ABOUT: About = About {
     },
 };
 
+/// Flow of the mud pump, m³/s, at which a string that drains evenly gives as much as one that drains in proportion.
+const USUAL_M3_S: f64 = 0.03;
+
+/// What flows out of the drill string.
+struct DrillString {
+    outflow_m3_s: Option<f64>,
+    fills_s: f64,
+    /// Rates at which the outflow beyond the pump's falls: in proportion to it, 1/s, and evenly, m³/s².
+    falls: (f64, f64),
+}
+
+impl DrillString {
+    fn new(p: &[f64]) -> Self {
+        let fills_s = p[0].max(1e-9);
+        let drains_s = (p[0] * p[1]).max(1e-9);
+        Self {
+            outflow_m3_s: None,
+            fills_s,
+            falls: (
+                (1.0 - p[2]) / drains_s,
+                p[2] * USUAL_M3_S / (2.0 * drains_s),
+            ),
+        }
+    }
+
+    /// Its outflow after a step, m³/s.
+    fn step(&mut self, pumped: f64, dt_s: f64) -> f64 {
+        let outflow = match self.outflow_m3_s {
+            Some(outflow) if !pumped.is_finite() => outflow,
+            Some(outflow) if pumped >= outflow => {
+                pumped - (pumped - outflow) * (-dt_s / self.fills_s).exp()
+            }
+            Some(outflow) => {
+                let (share, even) = self.falls;
+                let beyond = outflow - pumped;
+                // Of dx/dt = -(a x + b); the middle of the step stands for the even part.
+                let left = (-share * dt_s).exp();
+                pumped + (beyond * left - even * dt_s * (-0.5 * share * dt_s).exp()).max(0.0)
+            }
+            None if pumped.is_finite() => pumped,
+            None => return 0.0,
+        };
+        self.outflow_m3_s = Some(outflow);
+        outflow
+    }
+}
+
 impl Effect for UTube {
     fn about(&self) -> &'static About {
         &ABOUT
     }
 
     fn begin(&self, p: &[f64], setting: &Setting) -> Action {
-        let mut lag = Lag::new(p[0]);
+        let mut string = DrillString::new(p);
         let noise = setting.noise.mud_pump_m3_s;
         Box::new(move |at, changes| {
-            let behind = lag.step(at.mud_pump_m3_s, at.dt_s) - at.mud_pump_m3_s;
+            let behind = string.step(at.mud_pump_m3_s, at.dt_s) - at.mud_pump_m3_s;
             changes.inflow_m3_s += shrunk(behind, noise);
         })
     }
 
     fn memory_s(&self, p: &[f64]) -> f64 {
-        Lag::memory_s(p[0])
+        // e⁻⁶⁰ is far below a digit.
+        60.0 * p[0].max(p[0] * p[1])
     }
 }

@@ -29,14 +29,24 @@ fn return_flow_delay_puts_its_seconds_before_the_meter() {
 
 #[test]
 fn line_gas_storage_puts_a_lag_before_the_meter() {
-    let path = find("line_gas_storage").unwrap().meter_path(&[15.0]);
+    let path = |spread: f64| {
+        find("line_gas_storage")
+            .unwrap()
+            .meter_path(&[15.0, spread])
+    };
     assert_eq!(
-        path,
+        path(0.0),
         MeterPath {
             delay_s: 0.0,
             lag_s: 15.0
         }
     );
+    // Two alike in a row answer with the same mean time and half its square as variance, ever so many with none.
+    for (spread, variance) in [(0.5, 0.5 * 15.0 * 15.0), (1.0, 0.0)] {
+        let MeterPath { delay_s, lag_s } = path(spread);
+        close(delay_s + lag_s, 15.0, 1e-12);
+        close(lag_s * lag_s, variance, 1e-9);
+    }
 }
 
 #[test]
@@ -335,11 +345,30 @@ fn lost_circulation_goes_with_the_pressure_above_the_fracture_pressure() {
 
 #[test]
 fn u_tube_gives_after_a_stop_what_it_takes_after_a_start() {
-    let c = run("u_tube", &[40.0]);
+    let c = run("u_tube", &[40.0, 1.0, 0.0]);
     // Each holds flow times time constant, less half a sample.
     close(sum(&c[3000..3400], |c| c.inflow_m3_s), 0.03 * 39.5, 1e-3);
     close(sum(&c[3400..], |c| c.inflow_m3_s), -0.03 * 39.5, 1e-3);
     assert!(c[..3000].iter().all(|c| c.inflow_m3_s == 0.0));
+}
+
+#[test]
+fn a_string_holds_back_what_does_not_drain_and_drains_evenly_or_in_proportion() {
+    let drained = |c: &[Changes]| sum(&c[3000..3400], |c| c.inflow_m3_s);
+    let filled = |c: &[Changes]| -sum(&c[3400..], |c| c.inflow_m3_s);
+    for evenly in [0.0, 0.5, 1.0] {
+        let c = run("u_tube", &[40.0, 0.25, evenly]);
+        close(filled(&c), 0.03 * 39.5, 1e-3);
+        // A quarter, a tenth less of what drains half evenly, less half a sample.
+        let least = if evenly == 0.5 { 8.0 } else { 9.0 };
+        let drained = drained(&c) / 0.03;
+        assert!(drained > least && drained <= 10.0, "{evenly}: {drained}");
+    }
+    // By Torricelli's law the flow falls on a straight line, and is gone.
+    let c = run("u_tube", &[40.0, 1.0, 1.0]);
+    close(c[3039].inflow_m3_s, 0.015, 1e-4);
+    assert_eq!(c[3080].inflow_m3_s, 0.0);
+    close(drained(&c), 0.03 * 39.5, 1e-3);
 }
 
 #[test]

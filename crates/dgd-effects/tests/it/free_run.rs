@@ -180,7 +180,7 @@ fn gas_in_the_line_rounds_the_meter_and_keeps_the_volume() {
     let drive = Drive::new(900, 1.0, |_| Q, |t| if t < 100.0 { W } else { 90.0 });
     let plain = drive.run(&model(&[]), balanced()).return_flow_m3_s;
     let round = drive
-        .run(&model(&[("line_gas_storage", &[15.0])]), balanced())
+        .run(&model(&[("line_gas_storage", &[15.0, 0.0])]), balanced())
         .return_flow_m3_s;
     let highest = |v: &[f64]| v.iter().copied().fold(0.0, f64::max);
     assert!(highest(&round) < highest(&plain));

@@ -1,7 +1,7 @@
 //! The catalogue's effects, their sizes, and the truth that is written about them.
 
 use crate::cause::{Cause, Foreign};
-use crate::conceal::rig::Rig;
+use crate::conceal::rig::{Level, Rig};
 use crate::noise::Noise;
 
 const FRICTION: &[&str] = &["return_line_friction"];
@@ -312,8 +312,14 @@ pub(crate) fn draw(id: &str, severity: Severity, rig: &Rig, noise: &mut Noise) -
         "u_tube" => {
             // 24 s is faint: the moderate 60 s less what every string has.
             let tau_s = (15.0 + 45.0 * f) * noise.between(0.9, 1.1);
-            extra.push(("tau_s", tau_s));
-            (Cause::UTube { tau_s }, Vec::new(), None, BALANCE)
+            // At level two a valve in the string holds some of it back in half of the rigs.
+            let held = noise.unit().mul_add(2.0, -1.0).max(0.0);
+            let drains_s = match rig.level {
+                Level::One => tau_s,
+                Level::Two => tau_s * (1.0 - 0.8 * held),
+            };
+            extra.extend([("tau_s", tau_s), ("drains_s", drains_s)]);
+            (Cause::UTube { tau_s, drains_s }, Vec::new(), None, BALANCE)
         }
         "booster_line_storage" => {
             let tau_s = 35.0 * size;
@@ -389,8 +395,14 @@ pub(crate) fn draw(id: &str, severity: Severity, rig: &Rig, noise: &mut Noise) -
         }
         _ => {
             let tau_s = 18.0 * size;
+            // At level two gas is spread along the line in half of the rigs: two cushions.
+            let spread = rig.level == Level::Two && noise.unit() < 0.5;
+            let second = if spread { 0.5 * tau_s } else { 0.0 };
+            extra.push(("second_s", second));
             (
-                Cause::LineGasStorage { tau_s },
+                Cause::LineGasStorage {
+                    cushions_s: [tau_s - second, second],
+                },
                 vec![("tau_s", tau_s)],
                 None,
                 FRICTION_BALANCE,

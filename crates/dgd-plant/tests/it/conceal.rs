@@ -144,6 +144,7 @@ fn effects_of_no_size_leave_the_same_bytes() {
         },
         Cause::UTube {
             tau_s: p.string_lag_s,
+            drains_s: p.string_lag_s,
         },
         Cause::BoosterLineStorage {
             tau_s: p.booster_lag_s,
@@ -168,7 +169,9 @@ fn effects_of_no_size_leave_the_same_bytes() {
             c: 0.0,
             onset_s: 0.0,
         },
-        Cause::LineGasStorage { tau_s: 0.0 },
+        Cause::LineGasStorage {
+            cushions_s: [0.0; 2],
+        },
     ];
     assert_eq!(none.len(), EFFECTS.len());
     for cause in none {

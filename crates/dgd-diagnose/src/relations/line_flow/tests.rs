@@ -1,6 +1,6 @@
 //! Claims about a meter's path turned round: what the line did is had again from what the meter read.
 
-use super::{at, line_flow};
+use super::{at, cleared, line_flow};
 use dgd_effects::MeterPath;
 
 const DT_S: f64 = 2.0;
@@ -106,19 +106,43 @@ fn what_is_three_times_the_noise_of_its_estimate_counts_by_half() {
         let side = 4.0 / dt_s;
         let mean = noise * f64::sqrt(2.0 / (2.0 * side + 1.0));
         let ahead = |path: MeterPath, rate: f64| {
-            let meter: Vec<f64> = (0..80).map(|i| 0.03 + rate * dt_s * f64::from(i)).collect();
-            line_flow(&meter, path, dt_s, noise)[30] - meter[30]
+            let meter: Vec<f64> = (0..120)
+                .map(|i| 0.03 + rate * dt_s * f64::from(i))
+                .collect();
+            line_flow(&meter, path, dt_s, noise)[60] - meter[60]
         };
         let late = ahead(path(12.0, 0.0), 3.0 * mean / 12.0);
         assert!((late / (1.5 * mean) - 1.0).abs() < 1e-9);
-        // A lag's slope is over as long as it lasts to either side, eight seconds at most, between means of eight to either side, which
+        // A lag's slope is over eight seconds to either side, or half as long as a long one lasts, between means over as long, which
         // share samples; its noise adds to that.
-        for (lag, over) in [(4.0, 8.0), (20.0, 16.0)] {
-            let window = 2.0 * 8.0 / dt_s + 1.0;
-            let differ = window.min(over / dt_s);
-            let floor = mean + noise * f64::sqrt(2.0 * differ) / window * lag / over;
+        for (lag, long) in [(4.0, 8.0), (16.0, 8.0), (40.0, 20.0)] {
+            let over = 2.0 * long / dt_s;
+            let share = noise * f64::sqrt(2.0 * over) / (over + 1.0);
+            let floor = mean + share * lag / (over * dt_s);
             let slow = ahead(path(0.0, lag), 3.0 * floor / lag);
             assert!((slow / (1.5 * floor) - 1.0).abs() < 1e-9, "{dt_s} {lag}");
         }
     }
+}
+
+#[test]
+fn noise_adds_next_to_nothing_and_a_sharp_change_stays_sharp() {
+    let noise = 2e-4;
+    for n in [0.5, 1.0, 2.0_f64] {
+        // Under a deviation, and at two.
+        let left = cleared(n * noise, noise) / noise;
+        assert!(left < n * n.powi(4) / 620.0, "{left}");
+    }
+    // A step that a store of 8 s rounds is had again beyond 6 s to either side, within three deviations.
+    let meter: Vec<f64> = (0..120)
+        .map(|i| 0.03 + 0.02 * (1.0 - (-(f64::from(i) - 60.0).max(0.0) / 8.0).exp()))
+        .collect();
+    let found = line_flow(&meter, path(0.0, 8.0), 1.0, noise);
+    let off = |i: usize, q: f64| (found[i] - q).abs();
+    assert!(
+        off(53, 0.03) < 3.0 * noise && off(67, 0.05) < 3.0 * noise,
+        "{} {}",
+        off(53, 0.03),
+        off(67, 0.05)
+    );
 }

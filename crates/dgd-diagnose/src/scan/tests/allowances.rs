@@ -48,7 +48,7 @@ fn what_is_no_proportion_is_worth_half_of_what_the_misfit_falls_by() {
     let tangent = at(&record, &[]);
     let misfit = dot(&tangent.off, &tangent.off);
     for one in [
-        one("u_tube", &[6.0]),
+        one("u_tube", &[6.0, 1.0, 0.0]),
         one("pump_speed_lag", &[2.0]),
         one("return_flow_delay", &[2.0]),
     ] {
