@@ -63,6 +63,17 @@ fn a_share_of_none_or_all_is_no_certainty() {
 }
 
 #[test]
+fn what_bounds_a_probability_bounds_it_however_much_evidence_there_is() {
+    let mut one = [Named {
+        most: 0.6,
+        ..named(1e6, 0.9)
+    }];
+    calibrate(&mut one);
+    assert_eq!(one[0].probability, 0.6);
+    assert!(one[0].alternatives[0].1 <= 0.4);
+}
+
+#[test]
 fn three_are_a_crowd_two_are_not_and_what_stands_far_above_its_hurdle_stands_in_any() {
     for folds in [0.0, 1.5, 3.0, 5.0] {
         let alone = logit_of(1, folds, 0.5);

@@ -876,6 +876,26 @@ fn of_late_meters_one_is_named_and_all_else_may_still_be() {
 }
 
 #[test]
+fn how_far_a_delay_and_a_store_are_apart_bounds_how_likely_either_is() {
+    let record = sound();
+    let most = |contenders: Vec<Contender>| {
+        let Ruling::Named(named) = round(&record, contenders, Vec::new()).ruling() else {
+            panic!("nothing is named");
+        };
+        named.most
+    };
+    let delay = || contender("return_flow_delay", &[8.0], 100.0, HERE);
+    let storage = |evidence: f64| contender("line_gas_storage", &[8.0, 0.5], evidence, HERE);
+    for (apart, odds) in [(0.0, 1.0), (3.0, 1.0_f64.exp()), (9.0, 3.0_f64.exp())] {
+        let found = most(vec![delay(), storage(100.0 - apart)]);
+        assert!((found - odds / (1.0 + odds)).abs() < 1e-9, "{apart}: {found}");
+    }
+    // Alone it is bounded by nothing, and what is late for no meter is by no meter.
+    assert_eq!(most(vec![delay()]), 1.0);
+    assert_eq!(most(vec![influx(100.0), storage(99.0)]), 1.0);
+}
+
+#[test]
 fn what_two_transmitters_show_is_told_first_unless_an_effect_is_what_one_of_them_does() {
     let record = sound();
     let first = |effect: Contender, place: usize, evidence: f64, seen: bool| {
