@@ -156,6 +156,9 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
     out
 }
 
+/// E-folds that another form than the usual one of what is late must explain beyond it: on a slow clock two cushions are as good as a delay.
+const UNUSUAL: f64 = 3.0;
+
 /// Times each late meter anew where more than one stands out.
 fn retime(record: &Record, gate: &Tangent, state: &[Applied], contenders: &mut [Contender]) {
     let stands_out = |c: &&mut Contender| {
@@ -166,11 +169,24 @@ fn retime(record: &Record, gate: &Tangent, state: &[Applied], contenders: &mut [
     if late.len() < 2 {
         return;
     }
+    let price = |one: &Applied| {
+        let usual = one.effect.about().of_strength(one.parameters[0]);
+        if one.parameters == usual {
+            0.0
+        } else {
+            UNUSUAL
+        }
+    };
     late.par_iter_mut().for_each(|c| {
+        let own = price(&c.best.applied);
+        for evidence in [&mut c.evidence, &mut c.formed, &mut c.best.evidence] {
+            *evidence -= own;
+        }
         // What is allowed for takes the part of one form or of the other.
         let timed = shapes(&c.best.applied).into_iter().filter_map(|mut one| {
             let (time_s, evidence) = retimed(record, gate, state, &one)?;
             one.parameters[0] = time_s;
+            let evidence = evidence - price(&one);
             Some((one, evidence))
         });
         let Some((one, evidence)) = timed.max_by(|a, b| a.1.total_cmp(&b.1)) else {

@@ -65,7 +65,9 @@ impl Round<'_> {
             other.id != about.id && is_late_meter(other)
         });
         let nearest = others.map(|c| best.evidence - c.evidence);
-        nearest.fold(1.0, |most, apart| most.min(logistic(apart / TEMPERATURE)))
+        nearest.fold(1.0, |most, apart| {
+            most.min(logistic(apart.max(0.0) / TEMPERATURE))
+        })
     }
 
     /// Effects that look like the best one, each with its weight against that, which is 1.

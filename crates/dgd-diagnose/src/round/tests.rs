@@ -888,7 +888,10 @@ fn how_far_a_delay_and_a_store_are_apart_bounds_how_likely_either_is() {
     let storage = |evidence: f64| contender("line_gas_storage", &[8.0, 0.5], evidence, HERE);
     for (apart, odds) in [(0.0, 1.0), (3.0, 1.0_f64.exp()), (9.0, 3.0_f64.exp())] {
         let found = most(vec![delay(), storage(100.0 - apart)]);
-        assert!((found - odds / (1.0 + odds)).abs() < 1e-9, "{apart}: {found}");
+        assert!(
+            (found - odds / (1.0 + odds)).abs() < 1e-9,
+            "{apart}: {found}"
+        );
     }
     // Alone it is bounded by nothing, and what is late for no meter is by no meter.
     assert_eq!(most(vec![delay()]), 1.0);
