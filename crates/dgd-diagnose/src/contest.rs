@@ -157,7 +157,7 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
 }
 
 /// E-folds that another form than the usual one of what is late must explain beyond it: on a slow clock two cushions are as good as a delay.
-const UNUSUAL: f64 = 3.0;
+const UNUSUAL: f64 = 8.0;
 
 /// Times each late meter anew where more than one stands out.
 fn retime(record: &Record, gate: &Tangent, state: &[Applied], contenders: &mut [Contender]) {
