@@ -15,7 +15,7 @@ static ABOUT: About = About {
     component: Component::Line,
     relation: Relation::ReturnLineFriction,
     equation_without: Some("q_meter = q"),
-    equation: "tau dq_meter/dt = q - q_meter; spread, (tau - d) dq_meter/dt = q(t - d) - q_meter",
+    equation: "tau dq_meter/dt = q - q_meter; spread, (tau - t_d) dq_meter/dt = q(t - t_d) - q_meter",
     source: "lumped gas cushion: C dp/dt = q - q_meter with tau = C dp/dq; a chain of cushions to its second moment",
     excited_by: "changes of return flow",
     confusable: &[(

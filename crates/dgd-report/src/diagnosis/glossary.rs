@@ -5,7 +5,7 @@ use super::plain;
 use super::token::{What, tokens};
 
 /// A name in plain notation, what must stand in an equation for it to be meant, and its meaning.
-const MEANINGS: [(&str, &str, &str); 37] = [
+const MEANINGS: [(&str, &str, &str); 41] = [
     ("p_out", "", "pressure at the pump's outlet"),
     ("p_in", "", "pressure at its inlet"),
     ("p_0", "", "atmosphere"),
@@ -18,6 +18,10 @@ const MEANINGS: [(&str, &str, &str); 37] = [
     ("q_booster", "", "flow into the booster line"),
     ("q_out", "", "flow out of the booster line"),
     ("q_string", "", "flow out of the drill string"),
+    ("q_0", "e q_0", "a usual flow of the mud pumps, 0.03 m³/s"),
+    ("s", "s tau", "share of what fills the string that drains"),
+    ("e", "e q_0", "how evenly it drains"),
+    ("t_d", "", "delay of what is spread along the line"),
     ("q_f", "", "flow at which friction takes over"),
     ("h", "", "height of the mud in the riser"),
     ("A", "A dh", "cross-section of the riser annulus"),
