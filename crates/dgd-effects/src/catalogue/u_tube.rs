@@ -1,5 +1,6 @@
 //! U-tubing: the drill string gives its mud late.
 
+use crate::moment::Lag;
 use crate::shrunk;
 use crate::{
     About, Action, Belief, Component, Effect, Excitation, Extent, Parameter, Relation, Role,
@@ -131,7 +132,6 @@ impl Effect for UTube {
     }
 
     fn memory_s(&self, p: &[f64]) -> f64 {
-        // e⁻⁶⁰ is far below a digit.
-        60.0 * p[0].max(p[0] * p[1])
+        Lag::memory_s(p[0] * p[1].max(1.0))
     }
 }

@@ -34,7 +34,7 @@ fn nan_at_nine_samples_of_ten_is_refused_by_a_fit_and_costs_a_diagnosis_no_cause
     // Straight lines lie between, as of what is logged now and then; as at 0.1 Hz.
     let seldom = storm(0.9).diagnosed();
     seldom
-        .finds_late(12.0, 5.0)
+        .finds("return_flow_delay", "delay_s", 12.0, 5.0)
         .finds("line_drainage", "rate_m_s", 0.036, 0.004);
     assert_eq!(seldom.claimed().len(), 2, "{:#}", seldom.json["findings"]);
     let (_, ran) = storm(0.985).diagnose();
