@@ -5,9 +5,9 @@ use crate::record::{Record, mean, whole};
 use dgd_effects::{MeterPath, STANDING_M3_S, shrunk};
 
 /// To either side of a sample, s, the meter is smoothed for what it shows later.
-const SMOOTHED_S: f64 = 4.0;
+pub(crate) const SMOOTHED_S: f64 = 4.0;
 /// The same for its slope where its flow is calm, and half as long as a long lag: over less, its noise would make small stores look like delays.
-const CALM_S: f64 = 8.0;
+pub(crate) const CALM_S: f64 = 8.0;
 /// The same where its flow changes: over more, the edges of a change would.
 const SHARP_S: f64 = 3.0;
 /// Deviations of noise beyond which a slope tells of a change.

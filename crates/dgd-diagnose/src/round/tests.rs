@@ -7,7 +7,7 @@ use super::form::{Bent, MOSTLY, ROUGH};
 use super::hurdles::{BESIDE_UNNAMED, timed};
 use super::{Footprint, Round, Ruling};
 use crate::claims::fixture::{Hidden, INFLUX_S, drilled, parabolas};
-use crate::contest::{Contender, contest, sets_in};
+use crate::contest::{Contender, contest, even, sets_in};
 use crate::empirical::{Correction, hurdle};
 use crate::record::Record;
 use crate::relations::Applied;
@@ -877,25 +877,50 @@ fn of_late_meters_one_is_named_and_all_else_may_still_be() {
 
 #[test]
 fn how_far_a_delay_and_a_store_are_apart_bounds_how_likely_either_is() {
-    let record = sound();
-    let most = |contenders: Vec<Contender>| {
+    let delay = || contender("return_flow_delay", &[8.0], 100.0, HERE);
+    let storage = |evidence: f64| contender("line_gas_storage", &[8.0, 0.5], evidence, HERE);
+    let most = |dt_s: f64, contenders: Vec<Contender>| {
+        let mut record = sound();
+        record.dt_s = dt_s;
         let Ruling::Named(named) = round(&record, contenders, Vec::new()).ruling() else {
             panic!("nothing is named");
         };
         named.most
     };
-    let delay = || contender("return_flow_delay", &[8.0], 100.0, HERE);
-    let storage = |evidence: f64| contender("line_gas_storage", &[8.0, 0.5], evidence, HERE);
-    for (apart, odds) in [(0.0, 1.0), (3.0, 1.0_f64.exp()), (9.0, 3.0_f64.exp())] {
-        let found = most(vec![delay(), storage(100.0 - apart)]);
-        assert!(
-            (found - odds / (1.0 + odds)).abs() < 1e-9,
-            "{apart}: {found}"
-        );
+    // On a clock of up to four seconds a store loses 18 e-folds as it is turned round, on one of eight seconds none.
+    for (dt_s, lost) in [(2.0, 18.0), (4.0, 18.0), (6.0, 9.0), (8.0, 0.0)] {
+        for (apart, odds) in [(0.0, 1.0), (6.5, 1.0_f64.exp()), (19.5, 3.0_f64.exp())] {
+            let found = most(dt_s, vec![delay(), storage(100.0 - lost - apart)]);
+            assert!(
+                (found - odds / (1.0 + odds)).abs() < 1e-9,
+                "{dt_s} {apart}: {found}"
+            );
+        }
     }
     // Alone it is bounded by nothing, and what is late for no meter is by no meter.
-    assert_eq!(most(vec![delay()]), 1.0);
-    assert_eq!(most(vec![influx(100.0), storage(99.0)]), 1.0);
+    assert_eq!(most(2.0, vec![delay()]), 1.0);
+    assert_eq!(most(2.0, vec![influx(100.0), storage(99.0)]), 1.0);
+}
+
+#[test]
+fn late_meters_claim_what_they_are_apart_and_no_form_more() {
+    let record = sound();
+    let mut late = vec![
+        contender("return_flow_delay", &[8.0], 100.0, HERE),
+        contender("line_gas_storage", &[8.0, 0.5], 90.0, HERE),
+    ];
+    (late[0].formed, late[1].formed) = (104.0, 120.0);
+    let mut alone = vec![influx(100.0), late.remove(1)];
+    let before = alone[1].formed;
+    even(&record, &mut alone);
+    assert_eq!(alone[1].formed, before);
+    late.push(alone.remove(1));
+    even(&record, &mut late);
+    assert_eq!((late[0].formed, late[1].formed), (130.0, 138.0));
+    // What does not stand out by itself is no rival.
+    late[1].evidence = 5.0;
+    even(&record, &mut late);
+    assert_eq!((late[0].formed, late[1].formed), (130.0, 138.0));
 }
 
 #[test]

@@ -206,7 +206,11 @@ fn a_diagnosis_at_other_rates_names_the_same_causes() {
     late(held(Rig::first(3600)), 5.0);
     late(sparse(Rig::first(3600)), 5.0);
     let slow = Rig::sound().every(10).diagnosed();
-    slow.finds_late(12.0, 5.0)
-        .finds("line_drainage", "rate_m_s", 0.036, 0.004);
+    slow.finds("return_flow_delay", "delay_s", 12.0, 5.0).finds(
+        "line_drainage",
+        "rate_m_s",
+        0.036,
+        0.004,
+    );
     assert_eq!(slow.claimed().len(), 2, "{:#}", slow.json["findings"]);
 }

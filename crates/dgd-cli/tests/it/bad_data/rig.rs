@@ -211,24 +211,6 @@ impl Diagnosed {
         self
     }
 
-    /// A meter that is late by a time, within so much; or, where a slow clock cannot tell the two apart, a line that stores as long, with the
-    /// delay as its likeliest alternative.
-    #[track_caller]
-    pub(super) fn finds_late(&self, value: f64, slack: f64) -> &Self {
-        let found = self.json["findings"].as_array().unwrap();
-        if found.iter().any(|f| f["effect"] == "return_flow_delay") {
-            return self.finds("return_flow_delay", "delay_s", value, slack);
-        }
-        let store = found.iter().find(|f| f["effect"] == "line_gas_storage");
-        let others = store.and_then(|f| f["alternatives"].as_array());
-        let likeliest = others.and_then(|o| o.first()).map(|a| &a["effect"]);
-        assert!(
-            likeliest.is_some_and(|id| id == "return_flow_delay"),
-            "{found:#?}"
-        );
-        self.finds("line_gas_storage", "tau_s", value, slack)
-    }
-
     /// Every finding that is more likely there than not.
     pub(super) fn claimed(&self) -> Vec<&str> {
         let found = self.json["findings"].as_array().unwrap();
