@@ -3,7 +3,8 @@
 //!
 //! Start at [`Unit::parse`] and [`Unit::to_si`] for a column of numbers, at
 //! [`Length::parse`] (or another quantity) for a written value such as
-//! `"19.5 in"`, and at [`MaskReferences`] for percentages of undisclosed values.
+//! `"19.5 in"`, at [`MaskReferences`] for percentages of undisclosed values, and at
+//! [`Shown`] for how people read what is held in SI.
 //! This crate opens no file, prints nothing and knows no channel names.
 //!
 //! ```
@@ -18,11 +19,13 @@
 mod error;
 mod mask;
 mod quantity;
+mod shown;
 mod unit;
 
 pub use error::UnitError;
 pub use mask::{MaskError, MaskReferences};
 pub use quantity::{Density, FlowRate, Length, Pressure, split_number};
+pub use shown::Shown;
 pub use unit::{Dimension, PressureReference, Unit};
 
 /// Standard atmosphere, Pa: the p0 of the thesis and the zero of gauge pressure.

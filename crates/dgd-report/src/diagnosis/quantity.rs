@@ -1,6 +1,7 @@
 //! Numbers for people: litres a minute, bar and hours from names that carry SI units.
 
 use crate::axis::written;
+use dgd_units::Shown;
 
 /// How a quantity is shown.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,68 +14,22 @@ pub(super) struct Unit {
     pub clock: bool,
 }
 
-const PLAIN: Unit = Unit {
-    factor: 1.0,
-    symbol: "",
-    clock: false,
-};
-
-const SHARE: Unit = Unit {
-    factor: 100.0,
-    symbol: "%",
-    clock: false,
-};
-
-const STRESS: Unit = Unit {
-    symbol: "Pa",
-    ..PLAIN
-};
-
-/// Suffix of a name, shown unit, factor; longer suffixes first.
-const SUFFIXES: [(&str, &str, f64); 14] = [
-    ("_m3_s_pa", "L/min/bar", 6e9),
-    ("_m3_s2", "L/min/s", 6e4),
-    ("_kg_m3", "kg/m³", 1.0),
-    ("_m3_s", "L/min", 6e4),
-    ("_m_s", "mm/s", 1e3),
-    ("_pct", "%", 1.0),
-    ("_pa", "bar", 1e-5),
-    ("_m3", "m³", 1.0),
-    ("_m2", "m²", 1.0),
-    ("_m", "m", 1.0),
-    ("_s", "s", 1.0),
-    ("_hz", "Hz", 1.0),
-    ("_c", "°C", 1.0),
-    ("_fraction", "%", 100.0),
-];
-
 /// Splits a name such as `rate_m3_s` into what it is called and how it is shown.
 pub(super) fn split(name: &str) -> (String, Unit) {
-    let found = SUFFIXES
-        .iter()
-        .find_map(|(suffix, symbol, factor)| Some((name.strip_suffix(suffix)?, *symbol, *factor)))
-        .filter(|(stem, ..)| !stem.is_empty());
-    let (stem, unit) = match found {
-        Some((stem, symbol, factor)) => {
-            let clock = symbol == "s"
-                && ["onset", "duration", "lasts", "after", "from", "growth"].contains(&stem);
-            (
-                stem,
-                Unit {
-                    factor,
-                    symbol,
-                    clock,
-                },
-            )
-        }
-        None if name.starts_with("relative_") => (name, SHARE),
-        None => (name, PLAIN),
+    let Shown { stem, factor, unit } = Shown::of(name);
+    let symbol = match unit {
+        "kg/m3" => "kg/m³",
+        "m3" => "m³",
+        "m2" => "m²",
+        "degC" => "°C",
+        other => other,
     };
-    // Stresses at a wall are a few pascals.
-    let unit = if stem.starts_with("tau_") && unit.symbol == "bar" {
-        STRESS
-    } else {
-        unit
+    let moment = ["onset", "duration", "lasts", "after", "from", "growth"].contains(&stem);
+    let clock = symbol == "s" && moment;
+    let unit = Unit {
+        factor,
+        symbol,
+        clock,
     };
     (readable(stem), unit)
 }
@@ -254,7 +209,8 @@ mod tests {
         assert_eq!((name.as_str(), unit.symbol), ("Δρ", "kg/m³"));
         let (name, unit) = split("J_m3_s_pa");
         assert_eq!((name.as_str(), unit.symbol), ("J", "L/min/bar"));
-        assert_eq!(split("K"), ("K".to_owned(), PLAIN));
+        let (name, unit) = split("K");
+        assert_eq!((name.as_str(), unit.symbol, unit.factor), ("K", "", 1.0));
         assert!(split("onset_s").1.clock && !split("delay_s").1.clock);
         assert_eq!(split("_s").0, " s");
         let shown = |name: &str, si: f64| plain(&split(name).1.value(si));

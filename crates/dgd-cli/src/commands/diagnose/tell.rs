@@ -4,6 +4,7 @@ use crate::say::{TextTable, brief, count};
 use dgd_diagnose::{
     CorrectionCurve, Diagnosis, Finding, HeldOut, Outcome, Signal, Tested, Verdict,
 };
+use dgd_units::Shown;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -188,12 +189,12 @@ fn curve(curve: &CorrectionCurve) -> Option<String> {
     let (low, high) = curve.range()?;
     let ((from, _), (to, _)) = (curve.knots.first()?, curve.knots.last()?);
     let told = |name, low: f64, high: f64| {
-        let (stem, factor, unit) = split(name);
+        let Shown { stem, factor, unit } = Shown::of(name);
         // An end that is nothing beside the other is nothing.
         let least = 2e-3 * low.abs().max(high.abs());
         let [low, high] = [low, high].map(|v| if v.abs() < least { 0.0 } else { v * factor });
         let ends = format!("{} to {} {unit}", brief(low), brief(high));
-        (stem, ends.trim_end().to_owned())
+        (words(stem), ends.trim_end().to_owned())
     };
     let (stem, adds) = told(curve.adds, low, high);
     let (along, range) = told(curve.along, *from, *to);
@@ -277,10 +278,10 @@ fn tell_tested(text: &mut String, diagnosis: &Diagnosis) -> std::fmt::Result {
         let mut table =
             TextTable::new(["looked for, not seen", "would have been seen from", "", ""]);
         for one in unseen() {
-            let (name, factor, unit) = split(one.strength);
+            let Shown { stem, factor, unit } = Shown::of(one.strength);
             let limit = one.limit.filter(|l| l.is_finite());
             let [size, unit, name] = limit.map_or([const { String::new() }; 3], |l| {
-                [brief(l * factor), unit.to_owned(), name]
+                [brief(l * factor), unit.to_owned(), words(stem)]
             });
             table.row([one.effect.to_owned(), size, unit, name]);
         }
@@ -351,21 +352,13 @@ fn held_out_rmse(diagnosis: &Diagnosis, signal: &Signal) -> Option<f64> {
 
 /// A signal's name without its unit.
 fn stem(signal: &str) -> String {
-    let stem = ["_m3_s", "_pa", "_m"]
-        .iter()
-        .find_map(|unit| signal.strip_suffix(unit));
-    stem.unwrap_or(signal).replace('_', " ")
+    words(Shown::of(signal).stem)
 }
 
 /// A size of a signal in a unit that people read.
 fn quantity(signal: &str, value: f64) -> String {
-    if signal.ends_with("_m3_s") {
-        format!("{} L/min", brief(value * 6e4))
-    } else if signal.ends_with("_pa") {
-        format!("{} bar", brief(value * 1e-5))
-    } else {
-        format!("{} m", brief(value))
-    }
+    let Shown { factor, unit, .. } = Shown::of(signal);
+    format!("{} {unit}", brief(value * factor))
 }
 
 /// A parameter by its name without its unit, its estimate and interval, and the unit that people read.
@@ -373,40 +366,15 @@ fn sized(name: &str, value: f64, (low, high): (f64, f64)) -> String {
     if name == "sensor" {
         return format!("{name} {value:.0}");
     }
-    let (stem, factor, unit) = split(name);
+    let Shown { stem, factor, unit } = Shown::of(name);
     let size = estimate(value * factor, (low * factor, high * factor));
-    format!("{stem} {size} {unit}").trim_end().to_owned()
+    let told = format!("{} {size} {unit}", words(stem));
+    told.trim_end().to_owned()
 }
 
-/// What a name such as `rate_m3_s` calls, and the unit that people read with its factor: `rate`, 60,000, `L/min`.
-fn split(name: &str) -> (String, f64, &'static str) {
-    const UNITS: [(&str, f64, &str); 12] = [
-        ("_m3_s_pa", 6e9, "L/min/bar"),
-        ("_m3_s2", 6e4, "L/min/s"),
-        ("_fraction", 100.0, "%"),
-        ("_pct", 1.0, "%"),
-        ("_kg_m3", 1.0, "kg/m3"),
-        ("_m3_s", 6e4, "L/min"),
-        ("_m_s", 1e3, "mm/s"),
-        ("_pa", 1e-5, "bar"),
-        ("_m3", 1.0, "m3"),
-        ("_m2", 1.0, "m2"),
-        ("_m", 1.0, "m"),
-        ("_s", 1.0, "s"),
-    ];
-    let known = UNITS.iter().find_map(|(suffix, factor, unit)| {
-        let stem = name.strip_suffix(suffix)?;
-        // Stresses at a wall are a few pascals.
-        let stress = stem.starts_with("tau") && *unit == "bar";
-        let shown = if stress {
-            (1.0, "Pa")
-        } else {
-            (*factor, *unit)
-        };
-        Some((stem, shown))
-    });
-    let (stem, (factor, unit)) = known.unwrap_or((name, (1.0, "")));
-    (stem.replace('_', " "), factor, unit)
+/// A name as words.
+fn words(name: &str) -> String {
+    name.replace('_', " ")
 }
 
 /// An estimate with its interval, to the digits that the interval leaves.
