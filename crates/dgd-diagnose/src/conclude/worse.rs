@@ -2,6 +2,7 @@
 
 use crate::diagnosis::{Check, Simulation};
 use crate::free_run::gains;
+use dgd_units::Shown;
 
 /// Growth of an error from which on a signal is worse: set by hand, so that the trifles by which two fits differ are not told.
 const WORSE: f64 = 1.1;
@@ -29,16 +30,7 @@ pub(super) fn worse(simulation: &Simulation) -> Check {
 
 /// `riser level 0.53 m without the findings, 0.61 m with them`
 fn told(signal: &str, before: f64, after: f64) -> String {
-    const UNITS: [(&str, f64, &str); 3] = [
-        ("_m3_s", 6e4, "L/min"),
-        ("_pa", 1e-5, "bar"),
-        ("_m", 1.0, "m"),
-    ];
-    let known = UNITS.iter().find_map(|(suffix, factor, unit)| {
-        let stem = signal.strip_suffix(suffix)?;
-        Some((stem, *factor, *unit))
-    });
-    let (stem, factor, unit) = known.unwrap_or((signal, 1.0, ""));
+    let Shown { stem, factor, unit } = Shown::of(signal);
     let [before, after] = figures([factor * before, factor * after]);
     format!(
         "{} {before} {unit} without the findings, {after} {unit} with them",
