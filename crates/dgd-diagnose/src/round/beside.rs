@@ -30,9 +30,6 @@ const TOLD: f64 = 0.9;
 /// Share of what a rival explains that it explains beside an effect as well, if the two have nothing to do with each other.
 const APART: f64 = 0.9;
 
-/// How many times as much as such a rival an effect explains to be named first.
-const CLEARLY: f64 = 1.5;
-
 /// A second effect beside the best one.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Second {
@@ -113,7 +110,7 @@ impl<'r, 'a> Beside<'r, 'a> {
         };
         let claim = self.best.claim();
         let share = left / claim.max(rival.claim());
-        let odds = if apart && claim > CLEARLY * rival.claim() {
+        let odds = if apart && claim > rival.claim() {
             // The two are causes of their own, of which the larger is named first.
             (rival.claim() - claim) / self.best.temperature()
         } else {

@@ -196,11 +196,9 @@ fn what_a_rival_tells_beside_an_effect_as_well_is_another_cause_and_the_larger_i
         let rivals = vec![correction(METER_FACTOR, of_the_meter)];
         told(round(&record, vec![step(evidence)], rivals).ruling())
     };
-    assert_eq!(told_of(60.0, 20.0), "outlet_pressure_bias_step");
-    assert_eq!(told_of(20.0, 20.0), PLACES[METER_FACTOR].name);
-    // Up to half as much again it may be the lesser one.
-    assert_eq!(told_of(90.0, 60.0), "outlet_pressure_bias_step");
-    assert_eq!(told_of(80.0, 60.0), PLACES[METER_FACTOR].name);
+    // A correction claims three less than its evidence.
+    assert_eq!(told_of(58.0, 60.0), "outlet_pressure_bias_step");
+    assert_eq!(told_of(56.0, 60.0), PLACES[METER_FACTOR].name);
     // The larger, the likelier it is a cause of its own.
     for evidence in [40.0, 60.0] {
         let best = step(evidence);
