@@ -30,7 +30,6 @@ pub(crate) fn calibrate(named: &mut [Named]) {
             0.0
         };
         let own = logistic(constant + margin * over + share * (raw / (1.0 - raw)).ln() + doubt);
-        let own = own.min(one.most);
         debug!(
             "{} share {raw:.3}, e-folds over its hurdle {over:.2}: {own:.3}",
             one.applied.effect.about().id
@@ -43,7 +42,20 @@ pub(crate) fn calibrate(named: &mut [Named]) {
         };
         one.alternatives.iter_mut().for_each(|a| a.1 *= others);
         one.probability = own;
+        if let Some((most, other)) = one.most.filter(|(most, _)| own > *most) {
+            one.probability = most;
+            also(&mut one.alternatives, other, own - most);
+        }
     }
+}
+
+/// Makes an alternative likelier by so much.
+fn also(alternatives: &mut Vec<(String, f64)>, id: &str, more: f64) {
+    match alternatives.iter_mut().find(|a| a.0 == id) {
+        Some(known) => known.1 += more,
+        None => alternatives.push((id.to_owned(), more)),
+    }
+    alternatives.sort_by(|a, b| b.1.total_cmp(&a.1));
 }
 
 /// Shares the probability of an effect whose form has come to an end of what it may be with what the catalogue does not hold.
@@ -57,13 +69,11 @@ pub(crate) fn doubt(named: &mut Named) {
     let all = named.probability + named.alternatives.iter().map(|a| a.1).sum::<f64>();
     named.probability *= of_this;
     named.alternatives.iter_mut().for_each(|a| a.1 *= of_this);
-    let unknown = unknown().about().id;
-    let more = all * (1.0 - of_this);
-    match named.alternatives.iter_mut().find(|a| a.0 == unknown) {
-        Some(known) => known.1 += more,
-        None => named.alternatives.push((unknown.to_owned(), more)),
-    }
-    named.alternatives.sort_by(|a, b| b.1.total_cmp(&a.1));
+    also(
+        &mut named.alternatives,
+        unknown().about().id,
+        all * (1.0 - of_this),
+    );
 }
 
 pub(crate) fn logistic(x: f64) -> f64 {
@@ -100,7 +110,7 @@ mod tests {
             alternatives: vec![("lost_circulation".to_owned(), alternative)],
             correction: None,
             held: None,
-            most: 1.0,
+            most: None,
         }
     }
 

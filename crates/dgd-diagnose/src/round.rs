@@ -207,7 +207,9 @@ impl<'a> Round<'a> {
     /// The one of some effects that explains most, named whatever its evidence; `None` if the recording excites none of them.
     pub(crate) fn given(&self, ids: &[String]) -> Option<Named> {
         let given = |c: &&Contender| ids.iter().any(|id| id == c.effect.about().id);
-        Some(self.named(self.contenders.iter().find(given)?, None))
+        let given = self.contenders.iter().filter(given);
+        let best = given.max_by(|a, b| a.unblurred().total_cmp(&b.unblurred()))?;
+        Some(self.named(best, None))
     }
 
     /// The correction that competes with an effect: of its own relation, or one that nothing in the catalogue comes near.

@@ -23,8 +23,8 @@ pub(crate) struct Named {
     pub hurdle: f64,
     pub probability: f64,
     pub alternatives: Vec<(String, f64)>,
-    /// The most that its probability may be: what is left beside another that is fitted on the same scale.
-    pub most: f64,
+    /// The most that its probability may be beside another effect that is fitted to the same rows, which has the rest.
+    pub most: Option<(f64, &'static str)>,
     /// Place and quantity, where it is an empirical correction.
     pub correction: Option<(usize, usize)>,
     /// Of a curve that is seen, while it is searched with the curve itself.
@@ -335,7 +335,7 @@ mod tests {
             alternatives: vec![("unknown".to_owned(), 0.99 - probability)],
             correction: None,
             held: None,
-            most: 1.0,
+            most: None,
         }
     }
 

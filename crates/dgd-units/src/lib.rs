@@ -4,7 +4,7 @@
 //! Start at [`Unit::parse`] and [`Unit::to_si`] for a column of numbers, at
 //! [`Length::parse`] (or another quantity) for a written value such as
 //! `"19.5 in"`, at [`MaskReferences`] for percentages of undisclosed values, and at
-//! [`Shown`] for how people read what is held in SI.
+//! [`Legible`] for how people read what is held in SI.
 //! This crate opens no file, prints nothing and knows no channel names.
 //!
 //! ```
@@ -17,15 +17,15 @@
 #![deny(missing_docs)]
 
 mod error;
+mod legible;
 mod mask;
 mod quantity;
-mod shown;
 mod unit;
 
 pub use error::UnitError;
+pub use legible::Legible;
 pub use mask::{MaskError, MaskReferences};
 pub use quantity::{Density, FlowRate, Length, Pressure, split_number};
-pub use shown::Shown;
 pub use unit::{Dimension, PressureReference, Unit};
 
 /// Standard atmosphere, Pa: the p0 of the thesis and the zero of gauge pressure.

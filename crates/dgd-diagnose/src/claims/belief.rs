@@ -20,7 +20,7 @@ fn named(evidence: f64, probability: f64) -> Named {
         alternatives: vec![("lost_circulation".to_owned(), 0.5 * (1.0 - probability))],
         correction: None,
         held: None,
-        most: 1.0,
+        most: None,
     }
 }
 
@@ -63,14 +63,36 @@ fn a_share_of_none_or_all_is_no_certainty() {
 }
 
 #[test]
-fn what_bounds_a_probability_bounds_it_however_much_evidence_there_is() {
-    let mut one = [Named {
-        most: 0.6,
-        ..named(1e6, 0.9)
-    }];
-    calibrate(&mut one);
-    assert_eq!(one[0].probability, 0.6);
-    assert!(one[0].alternatives[0].1 <= 0.4);
+fn what_bounds_a_probability_bounds_it_however_much_evidence_there_is_and_another_has_the_rest() {
+    let bounded = |bound: Option<(f64, &'static str)>| {
+        let mut one = [Named {
+            most: bound,
+            ..named(1e6, 0.9)
+        }];
+        calibrate(&mut one);
+        let [one] = one;
+        one
+    };
+    let free = bounded(None);
+    let other = free.alternatives[0].clone();
+    let rest = free.probability - 0.6;
+    let one = bounded(Some((0.6, "influx")));
+    assert_eq!(one.probability, 0.6);
+    assert_eq!(
+        one.alternatives,
+        [("influx".to_owned(), rest), other.clone()]
+    );
+    // One that is an alternative already is likelier by it.
+    let known = dgd_effects::find(&other.0).map_or("", |e| e.about().id);
+    assert_eq!(
+        bounded(Some((0.6, known))).alternatives,
+        [(other.0, other.1 + rest)]
+    );
+    let above = bounded(Some((0.999_999, "influx")));
+    assert_eq!(
+        (above.probability, above.alternatives),
+        (free.probability, free.alternatives)
+    );
 }
 
 #[test]

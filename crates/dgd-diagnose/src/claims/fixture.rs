@@ -30,7 +30,7 @@ pub(crate) fn named(id: &str, parameters: &[f64]) -> Named {
         alternatives: Vec::new(),
         correction: None,
         held: None,
-        most: 1.0,
+        most: None,
     }
 }
 

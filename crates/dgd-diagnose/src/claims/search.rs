@@ -332,7 +332,7 @@ fn a_named_effect_takes_the_place_of_its_allowance() {
         alternatives: Vec::new(),
         correction: None,
         held: None,
-        most: 1.0,
+        most: None,
     };
     let selection = Selection {
         held: 0,

@@ -21,7 +21,7 @@ fn a_cause_is_as_likely_there_as_it_and_what_cannot_be_told_from_it() {
         alternatives: vec![("inflow_gain".to_owned(), 0.2), ("unknown".to_owned(), 0.1)],
         correction: None,
         held: None,
-        most: 1.0,
+        most: None,
     };
     assert!((likely(&one) - 0.6).abs() < 1e-12);
 }

@@ -2,7 +2,7 @@
 
 use crate::diagnosis::{Check, Simulation};
 use crate::free_run::gains;
-use dgd_units::Shown;
+use dgd_units::Legible;
 
 /// Growth of an error from which on a signal is worse: set by hand, so that the trifles by which two fits differ are not told.
 const WORSE: f64 = 1.1;
@@ -30,7 +30,7 @@ pub(super) fn worse(simulation: &Simulation) -> Check {
 
 /// `riser level 0.53 m without the findings, 0.61 m with them`
 fn told(signal: &str, before: f64, after: f64) -> String {
-    let Shown { stem, factor, unit } = Shown::of(signal);
+    let Legible { stem, factor, unit } = Legible::of(signal);
     let [before, after] = figures([factor * before, factor * after]);
     format!(
         "{} {before} {unit} without the findings, {after} {unit} with them",

@@ -53,6 +53,8 @@ fn a_form_may_claim_what_it_lacks_by_no_more_than_its_error_accounts_for() {
             plainest: candidate(applied, &[1.0], 1.0),
             evidence,
             formed,
+            lost: 0.0,
+            evened: 0.0,
             strengths: Vec::new(),
         };
         contender.claim()

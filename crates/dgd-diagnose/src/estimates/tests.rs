@@ -194,7 +194,7 @@ fn what_allows_for_timing_and_a_correction_take_no_certainty_away() {
         applied: Applied::new(unknown(), knots),
         correction: Some((2, 1)),
         held: None,
-        most: 1.0,
+        most: None,
         ..gain.clone()
     };
     let selection = selected(vec![lag], vec![gain, correction]);

@@ -50,23 +50,23 @@ impl Round<'_> {
         logistic((best.evidence - self.hurdle(best)) / scale + 1.0)
     }
 
-    /// The most that the probability of an effect may be: a delay and a store are fitted to the same rows with all that is allowed for beside
-    /// either, so their difference tells by itself.
-    fn most(&self, best: &Contender) -> f64 {
-        /// E-folds that make one of the two likelier by a factor e, as those of [`Contender::turned`] do: 107 recordings tell 6.5.
+    /// The most that the probability of an effect may be, and which other has the rest: a delay and a store are fitted to the same rows with
+    /// all that is allowed for beside either, so how far they are apart, what is lost by turning the meter round put back, tells by itself.
+    ///
+    /// The other need not stand out: eight delays of less than 25 e-folds beside which no store did were stores, each of them (PROOF.md).
+    fn most(&self, best: &Contender) -> Option<(f64, &'static str)> {
+        /// E-folds that make one of the two likelier by a factor e.
         const TEMPERATURE: f64 = 6.5;
         let about = best.effect.about();
         if !is_late_meter(about) {
-            return 1.0;
+            return None;
         }
-        let others = (self.contenders.iter()).filter(|c| {
-            let other = c.effect.about();
-            other.id != about.id && is_late_meter(other)
-        });
-        let nearest = others.map(|c| best.turned(self.record) - c.turned(self.record));
-        nearest.fold(1.0, |most, apart| {
-            most.min(logistic(apart.max(0.0) / TEMPERATURE))
-        })
+        let others = (self.contenders.iter())
+            .filter(|c| c.effect.about().id != about.id && is_late_meter(c.effect.about()));
+        let nearest = others.max_by(|a, b| a.unblurred().total_cmp(&b.unblurred()))?;
+        let apart = best.unblurred() - nearest.unblurred();
+        let most = logistic(apart.max(0.0) / TEMPERATURE);
+        Some((most, nearest.effect.about().id))
     }
 
     /// Effects that look like the best one, each with its weight against that, which is 1.
@@ -162,7 +162,7 @@ impl Round<'_> {
             alternatives,
             correction: Some((told.place, told.quantity)),
             held,
-            most: 1.0,
+            most: None,
         }
     }
 }

@@ -153,7 +153,7 @@ impl Round<'_> {
         };
         let likeliest = most(Contender::claim)?;
         let bent = self.bent(likeliest);
-        match most(|c| c.evidence) {
+        match most(Contender::unblurred) {
             Some(strongest) if bent.odds > 0.0 && !std::ptr::eq(strongest, likeliest) => {
                 Some((strongest, self.bent(strongest)))
             }

@@ -7,7 +7,7 @@ use super::form::{Bent, MOSTLY, ROUGH};
 use super::hurdles::{BESIDE_UNNAMED, timed};
 use super::{Footprint, Round, Ruling};
 use crate::claims::fixture::{Hidden, INFLUX_S, drilled, parabolas};
-use crate::contest::{Contender, contest, even, sets_in};
+use crate::contest::{Contender, blurred, contest, put_on_one_scale, sets_in};
 use crate::empirical::{Correction, hurdle};
 use crate::record::Record;
 use crate::relations::Applied;
@@ -45,6 +45,8 @@ fn contender(id: &str, parameters: &[f64], evidence: f64, signature: [f64; 4]) -
         effect: best.applied.effect,
         evidence,
         formed: evidence,
+        lost: 0.0,
+        evened: 0.0,
         strengths: Vec::new(),
         plainest: best.clone(),
         best,
@@ -697,6 +699,8 @@ fn what_a_second_effect_tells_bends_no_first_one_and_is_not_left_over() {
             effect: first.effect,
             evidence: best.evidence,
             formed: best.evidence,
+            lost: 0.0,
+            evened: 0.0,
             strengths: Vec::new(),
             plainest: best.clone(),
             best,
@@ -873,52 +877,100 @@ fn of_late_meters_one_is_named_and_all_else_may_still_be() {
     assert_eq!(told_after(late(), vec![storage(), influx(50.0)]), "influx");
 }
 
+/// A delay, and a store that loses 18 e-folds as it is turned round.
+fn delay(evidence: f64) -> Contender {
+    contender("return_flow_delay", &[8.0], evidence, HERE)
+}
+
+fn storage(evidence: f64) -> Contender {
+    Contender {
+        lost: 18.0,
+        ..contender("line_gas_storage", &[8.0, 0.5], evidence, HERE)
+    }
+}
+
 #[test]
 fn how_far_a_delay_and_a_store_are_apart_bounds_how_likely_either_is() {
-    let delay = || contender("return_flow_delay", &[8.0], 100.0, HERE);
-    let storage = |evidence: f64| contender("line_gas_storage", &[8.0, 0.5], evidence, HERE);
-    let most = |dt_s: f64, contenders: Vec<Contender>| {
-        let mut record = sound();
-        record.dt_s = dt_s;
+    let record = sound();
+    let most = |contenders: Vec<Contender>| {
         let Ruling::Named(named) = round(&record, contenders, Vec::new()).ruling() else {
             panic!("nothing is named");
         };
         named.most
     };
-    // On a clock of up to four seconds a store loses 18 e-folds as it is turned round, on one of eight seconds none.
-    for (dt_s, lost) in [(2.0, 18.0), (4.0, 18.0), (6.0, 9.0), (8.0, 0.0)] {
-        for (apart, odds) in [(0.0, 1.0), (6.5, 1.0_f64.exp()), (19.5, 3.0_f64.exp())] {
-            let found = most(dt_s, vec![delay(), storage(100.0 - lost - apart)]);
-            assert!(
-                (found - odds / (1.0 + odds)).abs() < 1e-9,
-                "{dt_s} {apart}: {found}"
-            );
-        }
+    let even = |apart: f64| (apart / 6.5).exp() / (1.0 + (apart / 6.5).exp());
+    for apart in [-17.0, 0.0, 6.5, 19.5] {
+        let (found, other) = most(vec![delay(100.0), storage(82.0 - apart)]).unwrap();
+        let claims = even(f64::max(apart, 0.0));
+        assert!((found - claims).abs() < 1e-9, "{apart}: {found}");
+        assert_eq!(other, "line_gas_storage");
     }
+    // A store that stands out nowhere is what a weak delay may be.
+    assert_eq!(most(vec![delay(12.0), storage(-3.0)]).unwrap().0, 0.5);
+    let (found, other) = most(vec![delay(70.0), storage(90.0)]).unwrap();
+    assert!((found - even(38.0)).abs() < 1e-9 && other == "return_flow_delay");
     // Alone it is bounded by nothing, and what is late for no meter is by no meter.
-    assert_eq!(most(2.0, vec![delay()]), 1.0);
-    assert_eq!(most(2.0, vec![influx(100.0), storage(99.0)]), 1.0);
+    assert!(most(vec![delay(100.0)]).is_none());
+    assert!(most(vec![influx(100.0), storage(99.0)]).is_none());
+}
+
+#[test]
+fn of_late_meters_that_are_suspected_the_likelier_is_taken() {
+    let record = sound();
+    let suspects = ["return_flow_delay", "line_gas_storage"].map(str::to_owned);
+    for (store, taken) in [(83.0, 1), (81.0, 0)] {
+        let round = round(&record, vec![delay(100.0), storage(store)], Vec::new());
+        let given = round.given(&suspects).unwrap();
+        assert_eq!(given.applied.effect.about().id, suspects[taken]);
+    }
 }
 
 #[test]
 fn late_meters_claim_what_they_are_apart_and_no_form_more() {
     let record = sound();
-    let mut late = vec![
-        contender("return_flow_delay", &[8.0], 100.0, HERE),
-        contender("line_gas_storage", &[8.0, 0.5], 90.0, HERE),
-    ];
-    (late[0].formed, late[1].formed) = (104.0, 120.0);
-    let mut alone = vec![influx(100.0), late.remove(1)];
-    let before = alone[1].formed;
-    even(&record, &mut alone);
-    assert_eq!(alone[1].formed, before);
-    late.push(alone.remove(1));
-    even(&record, &mut late);
-    assert_eq!((late[0].formed, late[1].formed), (130.0, 138.0));
+    let claims = |delay_of: (f64, f64), store_of: (f64, f64)| {
+        let mut late = vec![delay(delay_of.0), storage(store_of.0), influx(50.0)];
+        (late[0].formed, late[1].formed) = (delay_of.1, store_of.1);
+        put_on_one_scale(&record, &mut late);
+        assert_eq!(late[2].claim(), 50.0);
+        (late[0].claim(), late[1].claim())
+    };
+    let apart = |(delay, store): (f64, f64)| delay - store;
+    assert_eq!(claims((100.0, 104.0), (90.0, 120.0)), (130.0, 138.0));
+    // However far a form bends, and however little a store explains by itself.
+    for delay_of in [(25.0, 25.0), (25.0, 30.0), (25.0, 90.0)] {
+        for store_of in [(15.0, 15.0), (15.0, 16.0), (15.0, 90.0)] {
+            assert!((apart(claims(delay_of, store_of)) + 8.0).abs() < 1e-9);
+        }
+    }
     // What does not stand out by itself is no rival.
-    late[1].evidence = 5.0;
-    even(&record, &mut late);
-    assert_eq!((late[0].formed, late[1].formed), (130.0, 138.0));
+    assert_eq!(claims((100.0, 104.0), (5.0, 6.0)), (104.0, 6.0));
+}
+
+#[test]
+fn a_lag_loses_by_being_turned_round_where_a_slope_reaches_further_than_a_mean() {
+    let lost = |dt_s: f64, id: &str, p: &[f64]| blurred(dt_s, &one(id, p));
+    for (dt_s, expected) in [
+        (1.0, 18.0),
+        (2.0, 18.0),
+        (5.0, 18.0),
+        (6.0, 0.0),
+        (10.0, 0.0),
+    ] {
+        assert_eq!(
+            lost(dt_s, "line_gas_storage", &[8.0, 0.0]),
+            expected,
+            "{dt_s}"
+        );
+        assert_eq!(
+            lost(dt_s, "line_gas_storage", &[8.0, 0.5]),
+            expected,
+            "{dt_s}"
+        );
+        assert_eq!(lost(dt_s, "return_flow_delay", &[8.0]), 0.0, "{dt_s}");
+    }
+    // Ever so many cushions are a delay.
+    assert_eq!(lost(1.0, "line_gas_storage", &[8.0, 1.0]), 0.0);
 }
 
 #[test]

@@ -1,12 +1,12 @@
 //! Numbers for people: litres a minute, bar and hours from names that carry SI units.
 
 use crate::axis::written;
-use dgd_units::Shown;
+use dgd_units::Legible;
 
 /// How a quantity is shown.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Unit {
-    /// Shown value for one SI unit.
+    /// Legible value for one SI unit.
     pub factor: f64,
     /// Symbol; empty for a ratio.
     pub symbol: &'static str,
@@ -16,12 +16,11 @@ pub(super) struct Unit {
 
 /// Splits a name such as `rate_m3_s` into what it is called and how it is shown.
 pub(super) fn split(name: &str) -> (String, Unit) {
-    let Shown { stem, factor, unit } = Shown::of(name);
+    let Legible { stem, factor, unit } = Legible::of(name);
     let symbol = match unit {
         "kg/m3" => "kg/m³",
         "m3" => "m³",
         "m2" => "m²",
-        "degC" => "°C",
         other => other,
     };
     let moment = ["onset", "duration", "lasts", "after", "from", "growth"].contains(&stem);

@@ -4,7 +4,7 @@ use crate::say::{TextTable, brief, count};
 use dgd_diagnose::{
     CorrectionCurve, Diagnosis, Finding, HeldOut, Outcome, Signal, Tested, Verdict,
 };
-use dgd_units::Shown;
+use dgd_units::Legible;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -189,7 +189,7 @@ fn curve(curve: &CorrectionCurve) -> Option<String> {
     let (low, high) = curve.range()?;
     let ((from, _), (to, _)) = (curve.knots.first()?, curve.knots.last()?);
     let told = |name, low: f64, high: f64| {
-        let Shown { stem, factor, unit } = Shown::of(name);
+        let Legible { stem, factor, unit } = Legible::of(name);
         // An end that is nothing beside the other is nothing.
         let least = 2e-3 * low.abs().max(high.abs());
         let [low, high] = [low, high].map(|v| if v.abs() < least { 0.0 } else { v * factor });
@@ -278,7 +278,7 @@ fn tell_tested(text: &mut String, diagnosis: &Diagnosis) -> std::fmt::Result {
         let mut table =
             TextTable::new(["looked for, not seen", "would have been seen from", "", ""]);
         for one in unseen() {
-            let Shown { stem, factor, unit } = Shown::of(one.strength);
+            let Legible { stem, factor, unit } = Legible::of(one.strength);
             let limit = one.limit.filter(|l| l.is_finite());
             let [size, unit, name] = limit.map_or([const { String::new() }; 3], |l| {
                 [brief(l * factor), unit.to_owned(), words(stem)]
@@ -352,12 +352,12 @@ fn held_out_rmse(diagnosis: &Diagnosis, signal: &Signal) -> Option<f64> {
 
 /// A signal's name without its unit.
 fn stem(signal: &str) -> String {
-    words(Shown::of(signal).stem)
+    words(Legible::of(signal).stem)
 }
 
 /// A size of a signal in a unit that people read.
 fn quantity(signal: &str, value: f64) -> String {
-    let Shown { factor, unit, .. } = Shown::of(signal);
+    let Legible { factor, unit, .. } = Legible::of(signal);
     format!("{} {unit}", brief(value * factor))
 }
 
@@ -366,7 +366,7 @@ fn sized(name: &str, value: f64, (low, high): (f64, f64)) -> String {
     if name == "sensor" {
         return format!("{name} {value:.0}");
     }
-    let Shown { stem, factor, unit } = Shown::of(name);
+    let Legible { stem, factor, unit } = Legible::of(name);
     let size = estimate(value * factor, (low * factor, high * factor));
     let told = format!("{} {size} {unit}", words(stem));
     told.trim_end().to_owned()
@@ -418,6 +418,10 @@ mod tests {
         assert_eq!(told("bias_pa", 5e4), "bias 0.50 [0.45, 0.55] bar");
         assert_eq!(told("tau_gel_pa", 5.0), "tau gel 5.0 [4.5, 5.5] Pa");
         assert_eq!(told("gain", 1.0), "gain 1.00 [0.90, 1.10]");
+        assert_eq!(
+            told("relative_mu_change", 0.5),
+            "relative mu change 50 [45, 55] %"
+        );
     }
 
     #[test]

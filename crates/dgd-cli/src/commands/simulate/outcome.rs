@@ -5,6 +5,7 @@ use crate::say::{self, TextTable, count, number};
 use dgd_dynamics::integrate::{Statistics, Status};
 use dgd_dynamics::return_line::RiserBounds;
 use dgd_replay::{Deviation, DeviationSums, Pair, Replay};
+use dgd_units::Legible;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 
@@ -14,8 +15,8 @@ pub(super) struct Outcome {
     from_s: f64,
     to_s: f64,
     samples: usize,
-    /// Signals with their names and units.
-    deviations: Vec<(&'static str, &'static str, DeviationSums)>,
+    /// Signals with their names.
+    deviations: Vec<(&'static str, DeviationSums)>,
     filled: usize,
     bounds: RiserBounds,
     pub(super) status: Option<Status>,
@@ -42,9 +43,9 @@ impl Outcome {
         let signals = signals(part);
         if self.deviations.is_empty() {
             let none = DeviationSums::default();
-            self.deviations = signals.iter().map(|(n, u, _)| (*n, *u, none)).collect();
+            self.deviations = signals.iter().map(|(n, ..)| (*n, none)).collect();
         }
-        for ((_, _, sums), (_, _, pair)) in self.deviations.iter_mut().zip(signals) {
+        for ((_, sums), (_, _, pair)) in self.deviations.iter_mut().zip(signals) {
             sums.add(pair);
         }
         (self.filled, self.bounds, self.unsolved) = (part.filled, part.bounds, part.unsolved);
@@ -147,7 +148,7 @@ pub(super) fn tell(
         "largest",
         "unit",
     ]);
-    for (name, unit, sums) in &run.deviations {
+    for (name, sums) in &run.deviations {
         let Some(Deviation {
             rmse,
             bias,
@@ -157,17 +158,7 @@ pub(super) fn tell(
         else {
             continue;
         };
-        let scale = if *unit == "Pa" {
-            (1e-5, "bar")
-        } else if *unit == "m3/s" {
-            (6e4, "L/min")
-        } else {
-            (1.0, *unit)
-        };
-        let stem = name
-            .trim_end_matches("_m3_s")
-            .trim_end_matches("_pa")
-            .trim_end_matches("_m");
+        let Legible { stem, factor, unit } = Legible::of(name);
         // Below the rotary table, where a system's tanks have heights.
         let depth = if stem == "riser_level" {
             " (depth)"
@@ -176,10 +167,10 @@ pub(super) fn tell(
         };
         table.row([
             stem.replace('_', " ") + depth,
-            number(rmse * scale.0),
-            number(bias * scale.0),
-            number(largest * scale.0),
-            scale.1.into(),
+            number(rmse * factor),
+            number(bias * factor),
+            number(largest * factor),
+            unit.into(),
         ]);
     }
     text.push_str(&table.render());
@@ -210,7 +201,7 @@ pub(super) fn as_json(
         "to_s": run.to_s,
         "samples": run.samples,
         "finished": matches!(run.status, None | Some(Status::Finished)),
-        "deviation": run.deviations.iter().map(|(name, _, sums)| ((*name).to_owned(), json!(deviation(sums)))).collect::<serde_json::Map<_, _>>(),
+        "deviation": run.deviations.iter().map(|(name, sums)| ((*name).to_owned(), json!(deviation(sums)))).collect::<serde_json::Map<_, _>>(),
         "filled": run.filled,
         "notes": notes(run),
         "statistics": { "steps": s.steps, "rejected": s.rejected, "rhs": s.rhs, "jacobians": s.jacobians },

@@ -1,7 +1,7 @@
 //! How people read a value whose name ends in its SI unit.
 
-/// Suffix of a name, factor from the SI unit, and the unit that is read; longer suffixes first.
-const SUFFIXES: [(&str, f64, &str); 14] = [
+/// Suffix of a name, factor from the SI unit, and the unit that is read; none stands after one that it ends in.
+const SUFFIXES: [(&str, f64, &str); 12] = [
     ("_m3_s_pa", 6e9, "L/min/bar"),
     ("_m3_s2", 6e4, "L/min/s"),
     ("_kg_m3", 1.0, "kg/m3"),
@@ -13,8 +13,6 @@ const SUFFIXES: [(&str, f64, &str); 14] = [
     ("_m2", 1.0, "m2"),
     ("_m", 1.0, "m"),
     ("_s", 1.0, "s"),
-    ("_hz", 1.0, "Hz"),
-    ("_c", 1.0, "degC"),
     ("_fraction", 100.0, "%"),
 ];
 
@@ -24,13 +22,13 @@ const SUFFIXES: [(&str, f64, &str); 14] = [
 /// and bar.
 ///
 /// ```
-/// use dgd_units::Shown;
-/// let rate = Shown::of("rate_m3_s");
+/// use dgd_units::Legible;
+/// let rate = Legible::of("rate_m3_s");
 /// assert_eq!((rate.stem, rate.unit), ("rate", "L/min"));
 /// assert!((0.005 * rate.factor - 300.0).abs() < 1e-9);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Shown<'a> {
+pub struct Legible<'a> {
     /// The name without its unit.
     pub stem: &'a str,
     /// Value to read for a value of one SI unit.
@@ -39,7 +37,7 @@ pub struct Shown<'a> {
     pub unit: &'static str,
 }
 
-impl<'a> Shown<'a> {
+impl<'a> Legible<'a> {
     /// Splits a name. One that ends in no unit is a plain number, one that begins with `relative_` a share.
     #[must_use]
     pub fn of(name: &'a str) -> Self {
@@ -48,7 +46,7 @@ impl<'a> Shown<'a> {
             .filter(|(stem, ..)| !stem.is_empty());
         let (stem, factor, unit) = match found {
             // Stresses at a wall are a few pascals.
-            Some((stem, _, "bar")) if stem.starts_with("tau_") => (stem, 1.0, "Pa"),
+            Some((stem, _, "bar")) if stem.split('_').next() == Some("tau") => (stem, 1.0, "Pa"),
             Some(found) => found,
             None if name.starts_with("relative_") => (name, 100.0, "%"),
             None => (name, 1.0, ""),
@@ -59,7 +57,7 @@ impl<'a> Shown<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::{SUFFIXES, Shown};
+    use super::{Legible, SUFFIXES};
 
     #[test]
     fn a_name_is_split_into_what_it_calls_and_its_unit() {
@@ -69,6 +67,7 @@ mod tests {
             ("rate_m_s", "rate", 1e3, "mm/s"),
             ("drop_pa", "drop", 1e-5, "bar"),
             ("tau_y_pa", "tau_y", 1.0, "Pa"),
+            ("tau_pa", "tau", 1.0, "Pa"),
             ("tau_s", "tau", 1.0, "s"),
             ("head_loss_fraction", "head_loss", 100.0, "%"),
             ("relative_mu_change", "relative_mu_change", 100.0, "%"),
@@ -76,7 +75,7 @@ mod tests {
             // A unit alone is no unit of anything.
             ("_s", "_s", 1.0, ""),
         ] {
-            assert_eq!(Shown::of(name), Shown { stem, factor, unit }, "{name}");
+            assert_eq!(Legible::of(name), Legible { stem, factor, unit }, "{name}");
         }
     }
 
