@@ -180,7 +180,7 @@ pub(crate) fn put_on_one_scale(record: &Record, contenders: &mut [Contender]) {
         .iter_mut()
         .filter(|c| is_late_meter(c.effect.about()))
     {
-        c.lost = blurred(record.dt_s, &c.best.applied);
+        c.lost = blurred(record.told_every_s, &c.best.applied);
     }
     let mut late: Vec<&mut Contender> = contenders.iter_mut().filter(stands_late).collect();
     if late.len() < 2 {
@@ -193,10 +193,10 @@ pub(crate) fn put_on_one_scale(record: &Record, contenders: &mut [Contender]) {
     }
 }
 
-/// What a meter's path loses as it is turned round on a clock of some step, s.
-pub(crate) fn blurred(dt_s: f64, one: &Applied) -> f64 {
-    let samples = |over_s: f64| whole(over_s / dt_s).max(1);
-    // On a slow clock a delay is had from samples as far apart as a slope.
+/// What a meter's path loses as it is turned round where readings tell something new every so often, s.
+pub(crate) fn blurred(told_every_s: f64, one: &Applied) -> f64 {
+    let samples = |over_s: f64| whole(over_s / told_every_s).max(1);
+    // Of slow readings a delay is had from values as far apart as a slope.
     let blurs =
         one.effect.meter_path(&one.parameters).lag_s > 0.0 && samples(CALM_S) > samples(SMOOTHED_S);
     if blurs { BLURRED } else { 0.0 }

@@ -245,6 +245,7 @@ mod tests {
             seldom: Vec::new(),
             tally: Arc::default(),
             suction_heads: None,
+            told_every_s: 2.0,
             per_block,
             blocks: SAMPLES / per_block,
             t_s,

@@ -56,6 +56,8 @@ pub(crate) struct Record {
     pub filled: Filled,
     /// Channels that are logged now and then, with the time between two values, s.
     pub seldom: Vec<(Channel, f64)>,
+    /// How often the slower of return flow and outlet pressure tells something new, s.
+    pub told_every_s: f64,
     /// Steps of the chain that are left out.
     pub without: Vec<Step>,
     /// Samples in a block.
@@ -149,8 +151,11 @@ impl Record {
         let head_pa = |i: usize| velocity_head_pa(&setting, filled.flow[i]);
         let suction_heads =
             (riser.as_deref()).and_then(|riser| heads_lost(&inlet, riser, head_pa, dt_s));
+        let told = [&recording.return_flow_m3_s, &prepared.outlet_pressure_pa];
+        let told = told.map(|values| new_every_s(values, step));
         Self {
             suction_heads,
+            told_every_s: told.into_iter().fold(dt_s, f64::max),
             setting,
             blocks: t_s.len() / per_block,
             without: without.to_vec(),
@@ -273,6 +278,19 @@ fn seldom_s(values: &[f64], step_s: f64) -> Option<f64> {
     let usual_s = quantile(apart(), Rank::MEDIAN)?;
     let now_and_then = usual_s > 1.5 * step_s && quantile(apart(), Rank::Upper(10))? <= SELDOM_S;
     now_and_then.then_some(usual_s)
+}
+
+/// Usual time until a reading tells another value, s, whether it is held or missing until then; 0 of one that never does.
+fn new_every_s(values: &[f64], step_s: f64) -> f64 {
+    let mut last: Option<(usize, f64)> = None;
+    let mut apart = Vec::new();
+    for (i, v) in values.iter().enumerate().filter(|(_, v)| v.is_finite()) {
+        if last.is_none_or(|(_, before)| before != *v) {
+            apart.extend(last.map(|(at, _)| (i - at) as f64 * step_s));
+            last = Some((i, *v));
+        }
+    }
+    quantile(apart.into_iter(), Rank::MEDIAN).unwrap_or(0.0)
 }
 
 /// Straight lines between the values of a channel that is logged now and then, but not over its longer gaps.

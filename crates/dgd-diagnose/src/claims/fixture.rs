@@ -76,6 +76,7 @@ pub(crate) fn steady(blocks: usize) -> Record {
         seldom: Vec::new(),
         tally: Arc::default(),
         suction_heads: None,
+        told_every_s: 2.0,
         per_block: PER_BLOCK,
         blocks,
         t_s,

@@ -1,7 +1,7 @@
 //! Claims about what becomes of a screened recording on the working clock.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::{Record, between_seldom, bridged, mean, seldom_s, tails, whole};
+use super::{Record, between_seldom, bridged, mean, new_every_s, seldom_s, tails, whole};
 use crate::claims::fixture::{recorded, steady};
 use crate::step::Step;
 use dgd_identify::Prepared;
@@ -206,4 +206,32 @@ fn a_channel_that_is_logged_now_and_then_has_straight_lines_between_and_none_ove
     let mut half = every(1, 1000);
     half[..600].fill(f64::NAN);
     assert_eq!(seldom_s(&half, 1.0), None);
+}
+
+#[test]
+fn a_reading_tells_something_new_when_its_value_changes_whether_it_is_held_or_missing_until_then() {
+    let swings = |i: usize| (0.7 * i as f64).sin();
+    let every = |k: usize, held: bool| -> Vec<f64> {
+        let value = |i: usize| match i % k {
+            0 => swings(i),
+            _ if held => swings(i - i % k),
+            _ => f64::NAN,
+        };
+        (0..400).map(value).collect()
+    };
+    for (k, step_s) in [(1, 1.0), (1, 5.0), (3, 0.5), (10, 1.0)] {
+        for held in [true, false] {
+            assert_eq!(new_every_s(&every(k, held), step_s), k as f64 * step_s);
+        }
+    }
+    for nothing in [vec![], vec![f64::NAN; 9], vec![2.0; 9]] {
+        assert_eq!(new_every_s(&nothing, 1.0), 0.0);
+    }
+    // The slower of flow and outlet pressure counts.
+    let (well, mut prepared) = counted(1200, 1.0);
+    let told = |prepared: &Prepared| Record::new(&well, prepared, &[]).told_every_s;
+    prepared.outlet_pressure_pa = (0..1200).map(|i| 5e6 + 1e5 * swings(i)).collect();
+    assert_eq!(told(&prepared), 2.0);
+    prepared.outlet_pressure_pa = (0..1200).map(|i| 5e6 + 1e5 * swings(i - i % 8)).collect();
+    assert_eq!(told(&prepared), 8.0);
 }
