@@ -53,11 +53,11 @@ impl Contender {
     }
 }
 
-/// E-folds that a lag of the meter loses as it is turned round: through a slope over many seconds, which blurs what a delay keeps.
+/// E-folds an hour that a lag of the meter loses as it is turned round: through a slope over many seconds, which blurs what a delay keeps.
 ///
-/// In 122 simulated recordings of a delay or a store in which both stood out (PROOF.md) a delay that led by less than ten e-folds was a store in all
-/// of 11, one that led by more than twenty a delay in 63 of 67; the odds were even here.
-const BLURRED: f64 = 18.0;
+/// In 122 simulated recordings of 4 to 8 h of a delay or a store in which both stood out (PROOF.md) a delay that led by less than ten e-folds was a store
+/// in all of 11, one that led by more than twenty a delay in 63 of 67; the odds were even here.
+const BLURRED: f64 = 3.4;
 
 /// Contenders whose form is freed.
 const LIKELIEST: usize = 6;
@@ -180,7 +180,7 @@ pub(crate) fn put_on_one_scale(record: &Record, contenders: &mut [Contender]) {
         .iter_mut()
         .filter(|c| is_late_meter(c.effect.about()))
     {
-        c.lost = blurred(record.told_every_s, &c.best.applied);
+        c.lost = blurred(record.setting.span_s, record.told_every_s, &c.best.applied);
     }
     let mut late: Vec<&mut Contender> = contenders.iter_mut().filter(stands_late).collect();
     if late.len() < 2 {
@@ -193,13 +193,17 @@ pub(crate) fn put_on_one_scale(record: &Record, contenders: &mut [Contender]) {
     }
 }
 
-/// What a meter's path loses as it is turned round where readings tell something new every so often, s.
-pub(crate) fn blurred(told_every_s: f64, one: &Applied) -> f64 {
+/// What a meter's path loses over a span, s, as it is turned round where readings tell something new every so often, s.
+pub(crate) fn blurred(span_s: (f64, f64), told_every_s: f64, one: &Applied) -> f64 {
     let samples = |over_s: f64| whole(over_s / told_every_s).max(1);
     // Of slow readings a delay is had from values as far apart as a slope.
     let blurs =
         one.effect.meter_path(&one.parameters).lag_s > 0.0 && samples(CALM_S) > samples(SMOOTHED_S);
-    if blurs { BLURRED } else { 0.0 }
+    if blurs {
+        BLURRED * (span_s.1 - span_s.0) / 3600.0
+    } else {
+        0.0
+    }
 }
 
 /// Whether a late meter stands out by itself.

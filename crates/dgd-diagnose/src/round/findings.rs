@@ -56,7 +56,7 @@ impl Round<'_> {
     /// The other need not stand out: eight delays of less than 25 e-folds beside which no store did were stores, each of them (PROOF.md).
     fn most(&self, best: &Contender) -> Option<(f64, &'static str)> {
         /// E-folds that make one of the two likelier by a factor e.
-        const TEMPERATURE: f64 = 6.5;
+        const TEMPERATURE: f64 = 6.3;
         let about = best.effect.about();
         if !is_late_meter(about) {
             return None;
