@@ -58,6 +58,8 @@ impl Contender {
 /// In 122 simulated recordings of 4 to 8 h of a delay or a store in which both stood out (PROOF.md) a delay that led by less than ten e-folds was a store
 /// in all of 11, one that led by more than twenty a delay in 63 of 67; the odds were even here.
 const BLURRED: f64 = 3.4;
+/// Hours beyond which it loses no more, for none longer were among them: over 85 h of an independent rig a delay leads by less than this grows.
+const MOST_HOURS: f64 = 8.0;
 
 /// Contenders whose form is freed.
 const LIKELIEST: usize = 6;
@@ -200,7 +202,7 @@ pub(crate) fn blurred(span_s: (f64, f64), told_every_s: f64, one: &Applied) -> f
     let blurs =
         one.effect.meter_path(&one.parameters).lag_s > 0.0 && samples(CALM_S) > samples(SMOOTHED_S);
     if blurs {
-        BLURRED * (span_s.1 - span_s.0) / 3600.0
+        BLURRED * ((span_s.1 - span_s.0) / 3600.0).min(MOST_HOURS)
     } else {
         0.0
     }

@@ -290,7 +290,7 @@ fn new_every_s(values: &[f64], step_s: f64) -> f64 {
             last = Some((i, *v));
         }
     }
-    quantile(apart.into_iter(), Rank::MEDIAN).unwrap_or(0.0)
+    quantile(apart, Rank::MEDIAN).unwrap_or(0.0)
 }
 
 /// Straight lines between the values of a channel that is logged now and then, but not over its longer gaps.
