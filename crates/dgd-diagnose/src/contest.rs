@@ -1,7 +1,7 @@
 //! Every effect of the catalogue against what is left over, and the conditions on those that stand out.
 
 use crate::record::{Record, whole};
-use crate::relations::{Applied, CALM_S, SMOOTHED_S};
+use crate::relations::{Applied, blurred};
 use crate::scan::{Candidate, joined, ln_mean_exp, on_grid, product, scan, sharpen, weigh};
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent, dot};
@@ -52,14 +52,6 @@ impl Contender {
         (0.06 * self.claim()).hypot(1.5)
     }
 }
-
-/// E-folds an hour that a lag of the meter loses as it is turned round: through a slope over many seconds, which blurs what a delay keeps.
-///
-/// In 122 simulated recordings of 4 to 8 h of a delay or a store in which both stood out (PROOF.md) a delay that led by less than ten e-folds was a store
-/// in all of 11, one that led by more than twenty a delay in 63 of 67; the odds were even here.
-const BLURRED: f64 = 3.4;
-/// Hours beyond which it loses no more, for none longer were among them: over 85 h of an independent rig a delay leads by less than this grows.
-const MOST_HOURS: f64 = 8.0;
 
 /// Contenders whose form is freed.
 const LIKELIEST: usize = 6;
@@ -178,11 +170,10 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
 /// Puts late meters on one scale: each was timed with all that is allowed for beside it, so what is left tells them apart, but for what
 /// a lag loses. A form that bends further tells nothing more.
 pub(crate) fn put_on_one_scale(record: &Record, contenders: &mut [Contender]) {
-    for c in contenders
-        .iter_mut()
-        .filter(|c| is_late_meter(c.effect.about()))
-    {
-        c.lost = blurred(record.setting.span_s, record.told_every_s, &c.best.applied);
+    let late = |c: &&mut Contender| is_late_meter(c.effect.about());
+    for c in contenders.iter_mut().filter(late) {
+        let path = c.effect.meter_path(&c.best.applied.parameters);
+        c.lost = blurred(path, record.setting.span_s, record.told_every_s);
     }
     let mut late: Vec<&mut Contender> = contenders.iter_mut().filter(stands_late).collect();
     if late.len() < 2 {
@@ -192,19 +183,6 @@ pub(crate) fn put_on_one_scale(record: &Record, contenders: &mut [Contender]) {
     let most = late.iter().map(|c| bends(c)).fold(0.0, f64::max);
     for c in &mut late {
         c.evened = most - bends(c) + c.lost;
-    }
-}
-
-/// What a meter's path loses over a span, s, as it is turned round where readings tell something new every so often, s.
-pub(crate) fn blurred(span_s: (f64, f64), told_every_s: f64, one: &Applied) -> f64 {
-    let samples = |over_s: f64| whole(over_s / told_every_s).max(1);
-    // Of slow readings a delay is had from values as far apart as a slope.
-    let blurs =
-        one.effect.meter_path(&one.parameters).lag_s > 0.0 && samples(CALM_S) > samples(SMOOTHED_S);
-    if blurs {
-        BLURRED * ((span_s.1 - span_s.0) / 3600.0).min(MOST_HOURS)
-    } else {
-        0.0
     }
 }
 

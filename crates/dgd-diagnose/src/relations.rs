@@ -13,7 +13,7 @@ mod tests;
 
 pub(crate) use blocks::Blocks;
 pub(crate) use level_rate::{LevelRate, imbalance_per_head};
-pub(crate) use line_flow::{CALM_S, LineFlow, SMOOTHED_S};
+pub(crate) use line_flow::{LineFlow, blurred};
 pub(crate) use parts::{Parts, Touched};
 pub(crate) use rows::{Rows, repeats};
 

@@ -53,6 +53,12 @@ impl<'a> Legible<'a> {
         };
         Self { stem, factor, unit }
     }
+
+    /// What it calls, as words.
+    #[must_use]
+    pub fn words(&self) -> String {
+        self.stem.replace('_', " ")
+    }
 }
 
 #[cfg(test)]
@@ -77,6 +83,11 @@ mod tests {
         ] {
             assert_eq!(Legible::of(name), Legible { stem, factor, unit }, "{name}");
         }
+    }
+
+    #[test]
+    fn a_name_is_told_in_words_without_its_unit() {
+        assert_eq!(Legible::of("return_flow_m3_s").words(), "return flow");
     }
 
     #[test]

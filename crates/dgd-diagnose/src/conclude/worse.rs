@@ -30,11 +30,12 @@ pub(super) fn worse(simulation: &Simulation) -> Check {
 
 /// `riser level 0.53 m without the findings, 0.61 m with them`
 fn told(signal: &str, before: f64, after: f64) -> String {
-    let Legible { stem, factor, unit } = Legible::of(signal);
+    let legible = Legible::of(signal);
+    let Legible { factor, unit, .. } = legible;
     let [before, after] = figures([factor * before, factor * after]);
     format!(
         "{} {before} {unit} without the findings, {after} {unit} with them",
-        stem.replace('_', " ")
+        legible.words()
     )
 }
 

@@ -7,7 +7,7 @@ use super::form::{Bent, MOSTLY, ROUGH};
 use super::hurdles::{BESIDE_UNNAMED, timed};
 use super::{Footprint, Round, Ruling};
 use crate::claims::fixture::{Hidden, INFLUX_S, drilled, parabolas};
-use crate::contest::{Contender, blurred, contest, put_on_one_scale, sets_in};
+use crate::contest::{Contender, contest, put_on_one_scale, sets_in};
 use crate::empirical::{Correction, hurdle};
 use crate::record::Record;
 use crate::relations::Applied;
@@ -949,25 +949,6 @@ fn late_meters_claim_what_they_are_apart_and_no_form_more() {
     }
     // What does not stand out by itself is no rival.
     assert_eq!(claims((100.0, 104.0), (5.0, 6.0)), (104.0, 6.0));
-}
-
-#[test]
-fn a_lag_loses_by_being_turned_round_where_a_slope_reaches_further_than_a_mean() {
-    let lost = |hours: f64, every_s: f64, id: &str, p: &[f64]| {
-        blurred((1e4, 1e4 + 3600.0 * hours), every_s, &one(id, p))
-    };
-    for (every_s, an_hour) in [(1.0, 3.4), (2.0, 3.4), (5.0, 3.4), (6.0, 0.0), (10.0, 0.0)] {
-        for (hours, counted) in [(0.5, 0.5), (5.0, 5.0), (8.0, 8.0), (85.0, 8.0)] {
-            for spread in [0.0, 0.5] {
-                let found = lost(hours, every_s, "line_gas_storage", &[8.0, spread]);
-                let expected: f64 = counted * an_hour;
-                assert!((found - expected).abs() < 1e-9, "{every_s} {found}");
-            }
-            assert_eq!(lost(hours, every_s, "return_flow_delay", &[8.0]), 0.0);
-        }
-    }
-    // Ever so many cushions are a delay.
-    assert_eq!(lost(5.0, 1.0, "line_gas_storage", &[8.0, 1.0]), 0.0);
 }
 
 #[test]

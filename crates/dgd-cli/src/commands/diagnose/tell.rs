@@ -189,12 +189,13 @@ fn curve(curve: &CorrectionCurve) -> Option<String> {
     let (low, high) = curve.range()?;
     let ((from, _), (to, _)) = (curve.knots.first()?, curve.knots.last()?);
     let told = |name, low: f64, high: f64| {
-        let Legible { stem, factor, unit } = Legible::of(name);
+        let legible = Legible::of(name);
+        let Legible { factor, unit, .. } = legible;
         // An end that is nothing beside the other is nothing.
         let least = 2e-3 * low.abs().max(high.abs());
         let [low, high] = [low, high].map(|v| if v.abs() < least { 0.0 } else { v * factor });
         let ends = format!("{} to {} {unit}", brief(low), brief(high));
-        (words(stem), ends.trim_end().to_owned())
+        (legible.words(), ends.trim_end().to_owned())
     };
     let (stem, adds) = told(curve.adds, low, high);
     let (along, range) = told(curve.along, *from, *to);
@@ -278,10 +279,14 @@ fn tell_tested(text: &mut String, diagnosis: &Diagnosis) -> std::fmt::Result {
         let mut table =
             TextTable::new(["looked for, not seen", "would have been seen from", "", ""]);
         for one in unseen() {
-            let Legible { stem, factor, unit } = Legible::of(one.strength);
+            let strength = Legible::of(one.strength);
             let limit = one.limit.filter(|l| l.is_finite());
             let [size, unit, name] = limit.map_or([const { String::new() }; 3], |l| {
-                [brief(l * factor), unit.to_owned(), words(stem)]
+                [
+                    brief(l * strength.factor),
+                    strength.unit.to_owned(),
+                    strength.words(),
+                ]
             });
             table.row([one.effect.to_owned(), size, unit, name]);
         }
@@ -352,7 +357,7 @@ fn held_out_rmse(diagnosis: &Diagnosis, signal: &Signal) -> Option<f64> {
 
 /// A signal's name without its unit.
 fn stem(signal: &str) -> String {
-    words(Legible::of(signal).stem)
+    Legible::of(signal).words()
 }
 
 /// A size of a signal in a unit that people read.
@@ -366,15 +371,11 @@ fn sized(name: &str, value: f64, (low, high): (f64, f64)) -> String {
     if name == "sensor" {
         return format!("{name} {value:.0}");
     }
-    let Legible { stem, factor, unit } = Legible::of(name);
+    let legible = Legible::of(name);
+    let Legible { factor, unit, .. } = legible;
     let size = estimate(value * factor, (low * factor, high * factor));
-    let told = format!("{} {size} {unit}", words(stem));
+    let told = format!("{} {size} {unit}", legible.words());
     told.trim_end().to_owned()
-}
-
-/// A name as words.
-fn words(name: &str) -> String {
-    name.replace('_', " ")
 }
 
 /// An estimate with its interval, to the digits that the interval leaves.

@@ -158,15 +158,16 @@ pub(super) fn tell(
         else {
             continue;
         };
-        let Legible { stem, factor, unit } = Legible::of(name);
+        let legible = Legible::of(name);
+        let Legible { factor, unit, .. } = legible;
         // Below the rotary table, where a system's tanks have heights.
-        let depth = if stem == "riser_level" {
+        let depth = if legible.stem == "riser_level" {
             " (depth)"
         } else {
             ""
         };
         table.row([
-            stem.replace('_', " ") + depth,
+            legible.words() + depth,
             number(rmse * factor),
             number(bias * factor),
             number(largest * factor),

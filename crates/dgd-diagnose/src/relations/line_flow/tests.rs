@@ -1,6 +1,6 @@
 //! Claims about a meter's path turned round: what the line did is had again from what the meter read.
 
-use super::{at, cleared, line_flow};
+use super::{at, blurred, cleared, line_flow};
 use dgd_effects::MeterPath;
 
 const DT_S: f64 = 2.0;
@@ -145,4 +145,21 @@ fn noise_adds_next_to_nothing_and_a_sharp_change_stays_sharp() {
         off(53, 0.03),
         off(67, 0.05)
     );
+}
+
+#[test]
+fn a_lag_loses_by_being_turned_round_where_a_slope_reaches_further_than_a_mean() {
+    let lost = |hours: f64, every_s: f64, path: MeterPath| {
+        blurred(path, (1e4, 1e4 + 3600.0 * hours), every_s)
+    };
+    for (every_s, an_hour) in [(1.0, 3.4), (2.0, 3.4), (5.0, 3.4), (6.0, 0.0), (10.0, 0.0)] {
+        for (hours, counted) in [(0.5, 0.5), (5.0, 5.0), (8.0, 8.0), (85.0, 8.0)] {
+            for (delay_s, lag_s) in [(0.0, 8.0), (2.0, 6.0)] {
+                let found = lost(hours, every_s, path(delay_s, lag_s));
+                let expected: f64 = counted * an_hour;
+                assert!((found - expected).abs() < 1e-9, "{every_s} {found}");
+            }
+            assert_eq!(lost(hours, every_s, path(8.0, 0.0)), 0.0);
+        }
+    }
 }
