@@ -18,8 +18,9 @@ pub(crate) struct Contender {
     pub evidence: f64,
     /// The same with the effect's form within its error: how much of the residuals is its own. Only for the likeliest few.
     pub formed: f64,
-    /// Evidence that it loses as the meter is turned round, and what else puts late meters on one scale; 0 for others.
+    /// Evidence that a late meter loses as it is turned round; 0 for others.
     pub lost: f64,
+    /// What puts its claim on the scale of another late meter's that stands out; 0 where there is none.
     pub evened: f64,
     /// Strengths and the energies of what they change, where they are on a grid.
     pub strengths: Vec<(f64, f64)>,

@@ -6,7 +6,7 @@ use dgd_units::Legible;
 /// How a quantity is shown.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Unit {
-    /// Legible value for one SI unit.
+    /// Shown value for one SI unit.
     pub factor: f64,
     /// Symbol; empty for a ratio.
     pub symbol: &'static str,
