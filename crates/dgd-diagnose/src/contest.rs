@@ -2,7 +2,9 @@
 
 use crate::record::{Record, whole};
 use crate::relations::{Applied, blurred};
-use crate::scan::{Candidate, joined, ln_mean_exp, on_grid, product, scan, sharpen, weigh};
+use crate::scan::{
+    Candidate, joined, ln_mean_exp, more_places, on_grid, product, scan, sharpen, weigh,
+};
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent, dot};
 use crate::timing::{is_late_meter, retimed};
@@ -100,7 +102,9 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
                 Vec::new()
             };
             // A sharp peak falls between the points of a grid: it pays for the places it could have been.
-            let places = (found.len() as f64).ln() + if effect.is_switch() { 4.0 } else { 0.0 };
+            let more = more_places(*effect, record);
+            let sharp = if effect.is_switch() { 4.0 } else { 0.0 };
+            let places = (found.len() as f64).ln() + more + sharp;
             let weighed = |c: &Candidate| {
                 if c.evidence.is_finite() {
                     c.evidence
@@ -108,7 +112,7 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
                     -1e3
                 }
             };
-            let mut evidence = ln_mean_exp(found.iter().map(weighed));
+            let mut evidence = ln_mean_exp(found.iter().map(weighed)) - more;
             if is_pump(*effect)
                 && evidence > 1.0
                 && let Some(apart) =
@@ -176,7 +180,9 @@ pub(crate) fn put_on_one_scale(record: &Record, contenders: &mut [Contender]) {
         let path = c.effect.meter_path(&c.best.applied.parameters);
         c.lost = blurred(path, record.setting.span_s, record.told_every_s);
     }
-    let mut late: Vec<&mut Contender> = contenders.iter_mut().filter(stands_late).collect();
+    let mut late: Vec<&mut Contender> = (contenders.iter_mut())
+        .filter(|c| stands_late(record, c))
+        .collect();
     if late.len() < 2 {
         return;
     }
@@ -188,9 +194,8 @@ pub(crate) fn put_on_one_scale(record: &Record, contenders: &mut [Contender]) {
 }
 
 /// Whether a late meter stands out by itself.
-fn stands_late(c: &&mut Contender) -> bool {
-    let about = c.effect.about();
-    is_late_meter(about) && c.evidence > about.search.belief.hurdle
+fn stands_late(record: &Record, c: &Contender) -> bool {
+    is_late_meter(c.effect.about()) && c.evidence > hurdle(record, &c.best.applied)
 }
 
 /// E-folds that another form than the usual one of what is late must explain beyond it: on a slow clock two cushions are as good as a delay.
@@ -198,7 +203,9 @@ const UNUSUAL: f64 = 8.0;
 
 /// Times each late meter anew where more than one stands out.
 fn retime(record: &Record, gate: &Tangent, state: &[Applied], contenders: &mut [Contender]) {
-    let mut late: Vec<&mut Contender> = contenders.iter_mut().filter(stands_late).collect();
+    let mut late: Vec<&mut Contender> = (contenders.iter_mut())
+        .filter(|c| stands_late(record, c))
+        .collect();
     if late.len() < 2 {
         return;
     }
@@ -475,6 +482,17 @@ pub(crate) fn solved(c: &Candidate) -> Applied {
         one.parameters[0] = (c.score / c.energy).clamp(p.low, p.high);
     }
     one
+}
+
+/// Evidence that an effect reaches on sound recordings of this one's length.
+pub(crate) fn hurdle(record: &Record, one: &Applied) -> f64 {
+    one.effect.about().search.belief.hurdle * times(record, one)
+}
+
+/// By what the hurdle of an effect is multiplied: it may be there for longer than the recordings lasted that it was set on.
+pub(crate) fn times(record: &Record, one: &Applied) -> f64 {
+    let (from, to) = (one.effect.about()).interval_s(&one.parameters, record.setting.span_s);
+    Record::times_usual(to - from)
 }
 
 /// Whether the strength is more than an instrument's accuracy.

@@ -50,6 +50,8 @@ pub(crate) struct Correction {
     /// Index into [`PLACES`].
     pub place: usize,
     pub quantity: usize,
+    /// By what its hurdle is multiplied, because the recording is longer than those it was set on.
+    pub times: f64,
 }
 
 impl Correction {
@@ -363,6 +365,7 @@ fn drawn(
         seen: None,
         place,
         quantity,
+        times: Record::times_usual(record.lasts_s()),
     })
 }
 
@@ -398,9 +401,9 @@ pub(crate) fn is_seen(one: &Applied) -> bool {
 /// The quantity that what answers late leaves its trace in.
 pub(crate) const FLOW_RATE: &str = "rate of the return flow";
 
-/// Evidence that a correction reaches on sound recordings.
+/// Evidence that a correction reaches on sound recordings of this one's length.
 pub(crate) fn hurdle(c: &Correction) -> f64 {
-    match (PLACES[c.place].relation, QUANTITIES[c.quantity]) {
+    let of_hours = match (PLACES[c.place].relation, QUANTITIES[c.quantity]) {
         // Transmitters and drives answer late: what is left follows how fast things move.
         (Relation::PumpHead, FLOW_RATE) => 60.0,
         // What errors of the flow do to a fitted curve, too.
@@ -415,7 +418,8 @@ pub(crate) fn hurdle(c: &Correction) -> f64 {
         (Relation::Instrument, "time") => 15.0,
         (Relation::Instrument, _) => 25.0,
         _ => 15.0,
-    }
+    };
+    of_hours * c.times
 }
 
 /// Length of what happens once, s.

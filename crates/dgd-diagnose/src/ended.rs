@@ -3,7 +3,7 @@
 //! A plug that washes out, a seat that a choke leaves: the form of a cause that sets in, with the other sign. Knots along time are
 //! too coarse for its edge, and mud of another weight or thickness stands in for it.
 
-use crate::contest::{sets_in, sustained};
+use crate::contest::{hurdle, sets_in, sustained};
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::scan::{grids, on_grid, product, sharpen, switches, weigh};
@@ -52,7 +52,7 @@ pub(crate) fn ended(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec<E
             .map(tried)
             .filter(|c| c.evidence.is_finite())
             .max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
-        let hurdle = about.search.belief.hurdle;
+        let hurdle = hurdle(record, &best.applied);
         if best.evidence - places < 0.5 * hurdle {
             return None;
         }

@@ -18,6 +18,8 @@ pub(crate) const BLOCK_S: f64 = 10.0;
 const CLOCK_S: f64 = 2.0;
 /// From this length on, s, clock and blocks are twice as long.
 const LONG_S: f64 = 40.0 * 3600.0;
+/// How long the sound recordings lasted, s, whose evidence hurdles were set above.
+const MEASURED_S: f64 = 8.0 * 3600.0;
 /// Blocks in one row of the mass balance: differences of pressure need a longer base.
 pub(crate) const MASS_BLOCKS: usize = 3;
 /// Below this speed, %, the pump stands.
@@ -85,6 +87,16 @@ impl Record {
     /// Length of a block, s.
     pub(crate) fn block_s(&self) -> f64 {
         self.dt_s * self.per_block as f64
+    }
+
+    /// By what a hurdle is multiplied for what acts so long, s: a want of form adds to its evidence for as long.
+    pub(crate) fn times_usual(lasts_s: f64) -> f64 {
+        (lasts_s / MEASURED_S).max(1.0)
+    }
+
+    /// How long the recording lasts, s.
+    pub(crate) fn lasts_s(&self) -> f64 {
+        self.setting.span_s.1 - self.setting.span_s.0
     }
 
     /// Samples that tell the level where two rows of the mass balance meet: it is smooth, and a few about the edge tell it.

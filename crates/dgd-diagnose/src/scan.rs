@@ -23,9 +23,32 @@ pub(crate) fn on_grid(about: &About) -> bool {
     matches!(about.parameters[0].role, Role::Grid(_))
 }
 
+/// Onsets on the grid at the most: each is weighed on the whole recording.
+const MOST_ONSETS: f64 = 60.0;
+
+/// How far apart the onsets of an effect are tried, s, unless that were too many. A switch is sharpened to the block later: its grid only
+/// measures energies.
+fn every_s(effect: &dyn Effect) -> f64 {
+    if effect.is_switch() { 1200.0 } else { 600.0 }
+}
+
+/// Whether a recording is so long that the grid steps over what passes.
+fn is_coarse(effect: &dyn Effect, record: &Record) -> bool {
+    more_places(effect, record) > 0.0
+}
+
+/// What the places that a grid of long recordings leaves out cost a candidate that is proposed between its points, e-folds.
+pub(crate) fn more_places(effect: &dyn Effect, record: &Record) -> f64 {
+    if effect.about().onset().is_none() {
+        return 0.0;
+    }
+    let (from, to) = record.setting.span_s;
+    ((to - from) / every_s(effect) / MOST_ONSETS).max(1.0).ln()
+}
+
 /// Grid values of each parameter; the strength of a proportional effect stands at a third of its usual size.
 pub(crate) fn grids(effect: &dyn Effect, record: &Record) -> Vec<Vec<f64>> {
-    let (about, switch) = (effect.about(), effect.is_switch());
+    let about = effect.about();
     let (from, to) = record.setting.span_s;
     let span = to - from;
     about
@@ -35,22 +58,15 @@ pub(crate) fn grids(effect: &dyn Effect, record: &Record) -> Vec<Vec<f64>> {
             Role::Amplitude => vec![p.usual / 3.0],
             Role::Grid(values) | Role::Shape(values) | Role::Sensor(values) => values.to_vec(),
             Role::Onset => {
-                // A switch is sharpened to the block later: its grid only measures energies.
-                let every = if switch { 1200.0 } else { 600.0 };
-                let count = whole((span / every).clamp(10.0, 60.0));
-                let last = if about.duration().is_some() {
-                    0.96
+                let count = whole((span / every_s(effect)).clamp(10.0, MOST_ONSETS));
+                // What stays shows little at the end, and is not told from what was always there at the beginning.
+                let (first, last) = if about.duration().is_some() {
+                    (0.01 * span, 0.04 * span)
                 } else {
-                    0.92
+                    ((0.06 * span).min(1800.0), (0.08 * span).min(2400.0))
                 };
-                let first = if about.duration().is_some() {
-                    0.01
-                } else {
-                    0.06
-                };
-                (0..count)
-                    .map(|k| from + span * (first + (last - first) * k as f64 / (count - 1) as f64))
-                    .collect()
+                let step = (span - first - last) / (count - 1) as f64;
+                (0..count).map(|k| from + first + step * k as f64).collect()
             }
             Role::Edge(values) => values[..1].to_vec(),
             Role::Duration => [1300.0, 2300.0, 3600.0]
@@ -117,7 +133,7 @@ pub(crate) fn scan(
         let one = Applied::new(effect, parameters);
         found.take(weigh(record, tangent, state, one));
     }
-    if effect.is_switch() {
+    if effect.is_switch() || is_coarse(effect, record) {
         for parameters in switches(record, tangent, pull, state, effect, &found.all) {
             let start = weigh(record, tangent, state, Applied::new(effect, parameters));
             let sharp = sharpen(record, tangent, state, start);
@@ -378,7 +394,8 @@ pub(crate) fn weigh(
     }
 }
 
-/// Switching times, to the block, at which a switch would explain most: peaks of the running sum of its score.
+/// Switching times, to the block, at which a switch would explain most: peaks of the running sum of its score. Of what rises and falls, or
+/// mixes, they are where a switch in its place would.
 ///
 /// The wander of instruments leaves a step's evidence in the minutes about it, which a coarse grid passes over.
 pub(crate) fn switches(
@@ -401,12 +418,16 @@ pub(crate) fn switches(
         let mut p = c.applied.parameters.clone();
         p[onset] = record.setting.span_s.0 - 1e6;
         if let Some(d) = duration {
+            // In the middle of what lasts for ever.
             p[d] = 1e9;
+            p[onset] -= 0.5 * p[d];
         }
         if !shapes.contains(&p) {
             shapes.push(p);
         }
     }
+    let blocks = |time_s: f64| whole(time_s / seconds).max(1);
+    let apart = blocks(APART_S);
     let mut out = Vec::new();
     for shape in shapes {
         let one = Applied::new(effect, shape.clone());
@@ -435,18 +456,7 @@ pub(crate) fn switches(
                 .enumerate()
                 .all(|(k, v)| k == onset || Some(k) == duration || *v == shape[k])
         };
-        let like: Vec<&Candidate> = coarse.iter().filter(same).collect();
-        let energy = |t: f64, d: f64| -> f64 {
-            like.iter()
-                .min_by(|a, b| {
-                    let far = |c: &Candidate| {
-                        let p = &c.applied.parameters;
-                        (p[onset] - t).abs() + duration.map_or(0.0, |k| (p[k] - d).abs())
-                    };
-                    far(a).total_cmp(&far(b))
-                })
-                .map_or(f64::INFINITY, |c| c.energy)
-        };
+        let energies = Energies::of(coarse.iter().filter(same), onset, duration);
         let start = record.setting.span_s.0;
         let time = |b: usize| start + b as f64 * seconds;
         let mut peaks: Vec<(f64, usize, usize)> = Vec::new();
@@ -459,36 +469,37 @@ pub(crate) fn switches(
             let z2 = score * score / energy;
             // Peaks stand five minutes apart.
             // Beginnings come in order: what lies five minutes back is settled.
-            while peaks.get(settled).is_some_and(|p| p.1 + APART <= from) {
+            while peaks.get(settled).is_some_and(|p| p.1 + apart <= from) {
                 settled += 1;
             }
             match peaks[settled..]
                 .iter_mut()
-                .find(|p| p.1.abs_diff(from) < APART && p.2.abs_diff(to) < APART)
+                .find(|p| p.1.abs_diff(from) < apart && p.2.abs_diff(to) < apart)
             {
                 Some(p) if p.0 < z2 => *p = (z2, from, to),
                 Some(_) => {}
                 None => peaks.push((z2, from, to)),
             }
         };
-        let edge = whole(0.02 * n as f64);
+        let edge = whole(0.02 * n as f64).min(blocks(EDGE_S));
         if duration.is_some() {
-            let step = (n / 600).max(1);
+            let step = (n / 600).clamp(1, blocks(STEP_S));
             for from in (edge..n - edge).step_by(step) {
-                let mut length = 120;
-                while length < 600 && from + length < n {
+                let mut length = blocks(PASSES_S.start);
+                while length < blocks(PASSES_S.end) && from + length < n {
                     let to = from + length;
                     let score = tail[from] - tail[to];
-                    offer(score, energy(time(from), length as f64 * seconds), from, to);
+                    let energy = energies.nearest(time(from), length as f64 * seconds);
+                    offer(score, energy, from, to);
                     length += 2 * step;
                 }
             }
         } else {
             for from in edge..n - edge {
-                offer(tail[from], energy(time(from), 0.0), from, n);
+                offer(tail[from], energies.nearest(time(from), 0.0), from, n);
             }
         }
-        for (from, to) in highest(peaks) {
+        for (from, to) in highest(peaks, apart) {
             let mut p = shape.clone();
             p[onset] = time(from);
             if let Some(d) = duration {
@@ -500,15 +511,59 @@ pub(crate) fn switches(
     out
 }
 
-/// Blocks by which the ends of two intervals differ at least, or they are the same end: five minutes.
-const APART: usize = 30;
+/// By how much the ends of two intervals differ at least, s, or they are the same end.
+const APART_S: f64 = 300.0;
+
+/// How near to the ends of the recording nothing begins, s: two hundredths of it, if that is less.
+const EDGE_S: f64 = 600.0;
+
+/// How long what passes may last, s, where it is proposed.
+const PASSES_S: std::ops::Range<f64> = 1200.0..6000.0;
+
+/// How far apart beginnings of what passes are tried at the most, s: half of it can still be made up by sharpening.
+const STEP_S: f64 = 240.0;
+
+/// Energies of a unit of strength on a grid of onsets and durations, in the order of onsets.
+struct Energies(Vec<(f64, Vec<(f64, f64)>)>);
+
+impl Energies {
+    fn of<'c>(
+        coarse: impl Iterator<Item = &'c Candidate>,
+        onset: usize,
+        duration: Option<usize>,
+    ) -> Self {
+        let mut out: Vec<(f64, Vec<(f64, f64)>)> = Vec::new();
+        for c in coarse {
+            let p = &c.applied.parameters;
+            let lasts = (duration.map_or(0.0, |k| p[k]), c.energy);
+            match out.iter_mut().find(|(at, _)| *at == p[onset]) {
+                Some((_, of)) => of.push(lasts),
+                None => out.push((p[onset], vec![lasts])),
+            }
+        }
+        out.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Self(out)
+    }
+
+    /// That of the nearest onset, and of its durations the nearest; infinite where there is none.
+    fn nearest(&self, onset_s: f64, lasts_s: f64) -> f64 {
+        let after = self.0.partition_point(|(at, _)| *at < onset_s);
+        let beside = &self.0[after.saturating_sub(1)..(after + 1).min(self.0.len())];
+        let onset =
+            (beside.iter()).min_by(|a, b| (a.0 - onset_s).abs().total_cmp(&(b.0 - onset_s).abs()));
+        let durations = onset.map_or(&[][..], |(_, durations)| durations);
+        (durations.iter())
+            .min_by(|a, b| (a.0 - lasts_s).abs().total_cmp(&(b.0 - lasts_s).abs()))
+            .map_or(f64::INFINITY, |(_, energy)| *energy)
+    }
+}
 
 /// Beginnings and ends of the highest peaks, and of the highest of which no two have an end in common: on rough sums what explains most may
 /// stand behind several that begin or end alike.
-fn highest(mut peaks: Vec<(f64, usize, usize)>) -> Vec<(usize, usize)> {
+fn highest(mut peaks: Vec<(f64, usize, usize)>, apart: usize) -> Vec<(usize, usize)> {
     const MOST: usize = 3;
     peaks.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let near = |a: usize, b: usize| a.abs_diff(b) < APART;
+    let near = |a: usize, b: usize| a.abs_diff(b) < apart;
     let mut unlike: Vec<(usize, usize)> = Vec::new();
     for (_, from, to) in &peaks {
         // What never ends shares its end with all.

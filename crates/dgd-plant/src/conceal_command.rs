@@ -29,6 +29,7 @@ pub(crate) fn parse(mut words: impl Iterator<Item = String>) -> Result<Conceal, 
         kind: Kind::Mix,
         severity: None,
         effect: None,
+        hours: None,
     };
     while let Some(word) = words.next() {
         if word == "--sealed" {
@@ -44,6 +45,7 @@ pub(crate) fn parse(mut words: impl Iterator<Item = String>) -> Result<Conceal, 
                 let n = whole(&word, &value()?)?;
                 count = usize::try_from(n.min(100_000)).unwrap_or(100_000);
             }
+            "--hours" => order.hours = Some(hours(&value()?)?),
             "--level" => {
                 let text = value()?;
                 order.level = match text.as_str() {
@@ -110,6 +112,17 @@ pub(crate) fn parse(mut words: impl Iterator<Item = String>) -> Result<Conceal, 
 fn whole(option: &str, text: &str) -> Result<u64, String> {
     text.parse()
         .map_err(|_| format!("`{option}` is `{text}`, expected a whole number"))
+}
+
+/// Reads the length of a recording, h.
+pub(crate) fn hours(text: &str) -> Result<f64, String> {
+    let hours: f64 = text.parse().unwrap_or(f64::NAN);
+    if hours > 0.0 && hours <= 2400.0 {
+        return Ok(hours);
+    }
+    Err(format!(
+        "`--hours` is `{text}`, expected a number up to 2400"
+    ))
 }
 
 fn save(path: &Path, bytes: &[u8]) -> Result<(), String> {

@@ -16,7 +16,7 @@ Writes a simulated dual-gradient drilling recording.
 
 usage: dgd-plant <gom|short> --out DIR [--seed N] [--hours H]
        dgd-plant conceal --out DIR [--truth DIR] [--seed N] [--count N] [--level 1|2]
-                 [--kind single|pair|clean|foreign|beside|mix] [--severity S] [--effect ID] [--sealed]
+                 [--kind single|pair|clean|foreign|beside|mix] [--severity S] [--effect ID] [--hours H] [--sealed]
        dgd-plant bench --out DIR ...      (two benches that are no rig: `dgd-plant bench --help`)
 
   gom          four series, 305,820 samples at 1 Hz: gom1.csv .. gom4.csv
@@ -34,6 +34,7 @@ Beside the series it writes well.toml and PROVENANCE.md.
   --kind K     what is concealed; default mix
   --severity S trace, faint, subtle, moderate or strong; default all in turn
   --effect ID  only this effect
+  --hours H    how long each recording lasts, up to 2400; default 4 to 8, as drawn
   --sealed     print the SHA-256 of all truths, one after the other
 
 The same arguments give the same bytes.
@@ -59,16 +60,7 @@ fn parse(mut words: impl Iterator<Item = String>) -> Result<Option<Arguments>, S
                 seed =
                     Some(n.map_err(|_| format!("`--seed` is `{text}`, expected a whole number"))?);
             }
-            "--hours" => {
-                let text = value()?;
-                let h: f64 = text.parse().unwrap_or(f64::NAN);
-                if !(h > 0.0 && h <= 2400.0) {
-                    return Err(format!(
-                        "`--hours` is `{text}`, expected a number up to 2400"
-                    ));
-                }
-                hours = Some(h);
-            }
+            "--hours" => hours = Some(conceal_command::hours(&value()?)?),
             "gom" | "short" if preset.is_none() => preset = Some(word),
             _ => {
                 return Err(format!(

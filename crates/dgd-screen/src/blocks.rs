@@ -179,7 +179,8 @@ impl BlockScreen {
         match self.pass {
             Pass::Steps => {
                 let both = self.steps.par_iter_mut().zip(all);
-                both.for_each(|(pass, (_, values))| pass.add(values, self.samples));
+                let gap = rules.gap();
+                both.for_each(|(pass, (_, values))| pass.add(values, self.samples, gap));
                 Ok(ScreenedBlock::default())
             }
             Pass::Runs => {

@@ -145,7 +145,18 @@ impl<'a> Rules<'a> {
                 options.stuck_chance,
             ),
         };
-        StuckRule { floor, chance }
+        StuckRule {
+            floor,
+            chance,
+            gap: self.gap(),
+        }
+    }
+
+    /// So many missing samples in a row do not end a run of one value.
+    pub(crate) fn gap(self) -> usize {
+        const GAP_S: f64 = 30.0;
+        // A run is judged by what follows it.
+        samples(GAP_S, self.step_s, 0).min(stuck::NEIGHBOURHOOD / 2)
     }
 
     /// Whether a run of one value may well be honest.
@@ -333,8 +344,11 @@ impl Job<'_> {
     ) -> &'c ChannelScreen {
         let speed_pct = &self.recording.pump_speed_pct;
         let on = self.rules.options.pump_on_above_pct;
-        let mut runs = stuck::long_runs(speed_pct, self.rules.frozen_floor());
-        runs.retain(|run| run.value > on);
+        let (least, gap) = (self.rules.frozen_floor(), self.rules.gap());
+        let runs: Vec<Run> = (stuck::held(speed_pct, least, gap).iter())
+            .map(|held| held.run)
+            .filter(|run| run.value > on)
+            .collect();
         let steps = scan::steps(speed_pct);
         let window = speed::window(self.rules.step_s);
         let readings = Readings {

@@ -37,11 +37,21 @@ pub(crate) struct Readings<'a> {
 }
 
 impl Readings<'_> {
-    /// [`mean`] over a range; `None` also if it holds a value that is not to be trusted.
+    /// [`mean`] over a range; `None` also if it holds a value that is there and not to be trusted.
     fn mean(&self, range: Range<usize>) -> Option<f64> {
         let faults = self.faults.get(range.clone())?;
-        let trusted = faults.iter().fold(true, |all, f| all & f.trusted());
+        let sound = |f: &Faults| f.trusted() | (*f == Faults::MISSING);
+        let trusted = faults.iter().fold(true, |all, f| all & sound(f));
         mean(self.speed_pct, range).filter(|_| trusted)
+    }
+
+    /// The first value of a range that is there; `None` if it is not to be trusted.
+    fn first(&self, range: Range<usize>) -> Option<f64> {
+        let at = range.take_while(|i| *i < self.speed_pct.len());
+        let first = at.into_iter().find(|i| !self.speed_pct[*i].is_nan())?;
+        self.faults[first]
+            .trusted()
+            .then_some(self.speed_pct[first])
     }
 }
 
@@ -110,7 +120,7 @@ impl Release {
         at_start: impl FnOnce() -> Option<f64>,
     ) -> Option<Self> {
         let end = run.start + run.length;
-        let jump = speed.mean(end..end + 1)? - run.value;
+        let jump = speed.first(end..end + window)? - run.value;
         if jump.abs() < least {
             return None;
         }
@@ -187,10 +197,15 @@ pub(crate) fn answer(changes: &[(f64, f64)]) -> Option<Answer> {
     })
 }
 
-/// Mean over a range; `None` if it leaves the series or holds a value that is not finite.
+/// Mean of what is there in a range; `None` if it leaves the series or nothing is there.
 fn mean(values: &[f64], range: Range<usize>) -> Option<f64> {
     let part = values.get(range)?;
-    let mean = part.iter().sum::<f64>() / part.len() as f64;
+    let whole = part.iter().sum::<f64>() / part.len() as f64;
+    if whole.is_finite() {
+        return Some(whole);
+    }
+    let there = || part.iter().filter(|v| v.is_finite());
+    let mean = there().sum::<f64>() / there().count() as f64;
     mean.is_finite().then_some(mean)
 }
 

@@ -1,4 +1,6 @@
 //! Stuck runs: one value repeated for longer than the channel repeats by chance.
+//!
+//! A run goes on over samples that are missing: a frozen transmitter stays frozen where a logger drops some of its values.
 
 use crate::scan::{Scan, repeats};
 use dgd_recording::Run;
@@ -10,6 +12,63 @@ pub(crate) struct StuckRule {
     pub(crate) floor: usize,
     /// Chance of an honest run of the length, at a given sample.
     pub(crate) chance: f64,
+    /// So many missing samples in a row do not end a run.
+    pub(crate) gap: usize,
+}
+
+/// A run of equal values, missing ones among them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Held {
+    /// From the first equal value to the last.
+    pub(crate) run: Run,
+    /// How many equal values it has.
+    pub(crate) told: usize,
+    /// How many times values are missing between them.
+    pub(crate) gaps: usize,
+    /// Samples that have been missing since the last of them.
+    missing: usize,
+}
+
+impl Held {
+    /// A run that begins with a value.
+    pub(crate) fn at(start: usize, value: f64) -> Self {
+        Self {
+            run: Run {
+                start,
+                length: 1,
+                value,
+            },
+            told: 1,
+            gaps: 0,
+            missing: 0,
+        }
+    }
+
+    /// Takes the next sample in; says whether it still may be the same run.
+    pub(crate) fn goes_on(&mut self, value: f64, gap: usize) -> bool {
+        if value == self.run.value && value.is_finite() {
+            self.run.length += self.missing + 1;
+            self.told += 1;
+            self.gaps += usize::from(self.missing > 0);
+            self.missing = 0;
+            return true;
+        }
+        if value.is_nan() && self.run.value.is_finite() && self.missing < gap {
+            self.missing += 1;
+            return true;
+        }
+        false
+    }
+
+    /// Whether the sample that was last taken in is one of its own.
+    pub(crate) fn is_told(&self) -> bool {
+        self.missing == 0
+    }
+
+    /// Samples in it that repeat their predecessor.
+    pub(crate) fn repeats(&self) -> usize {
+        self.told - 1 - self.gaps
+    }
 }
 
 /// Stuck runs and the statistics they were judged by.
@@ -45,17 +104,22 @@ pub(crate) fn find(
     rule: StuckRule,
     honest: impl Fn(&Run, usize) -> bool,
 ) -> Stuck {
-    let mut runs: Vec<Run> = Vec::new();
+    let mut runs: Vec<Held> = Vec::new();
+    let complete = scan.pairs + 1 >= values.len();
     let (shortest, share) = settle((scan.equal, scan.pairs), rule, |least| {
-        runs = long_runs(values, least);
-        (runs.len(), runs.iter().map(|r| r.length - 1).sum())
+        runs = if complete {
+            long_runs(values, least)
+        } else {
+            held(values, least, rule.gap)
+        };
+        (runs.len(), runs.iter().map(Held::repeats).sum())
     });
-    runs.retain(|run| run.length >= shortest && !honest(run, shortest));
+    runs.retain(|held| held.told >= shortest && !honest(&held.run, shortest));
     judge_locally(&mut runs, values.len(), share, rule, |start, end| {
         repeats(&values[start..end])
     });
     Stuck {
-        runs,
+        runs: runs.into_iter().map(|held| held.run).collect(),
         shortest,
         repeat_share: share,
     }
@@ -88,7 +152,7 @@ pub(crate) fn settle(
 
 /// Keeps the runs that are too long for their own neighbourhood as well; `repeats` counts in a range of samples.
 pub(crate) fn judge_locally(
-    runs: &mut Vec<Run>,
+    runs: &mut Vec<Held>,
     samples: usize,
     share: f64,
     rule: StuckRule,
@@ -96,9 +160,9 @@ pub(crate) fn judge_locally(
 ) {
     let passed: Vec<bool> = runs
         .iter()
-        .map(|run| {
-            let local = local_share(samples, runs, run, share, &mut repeats);
-            run.length >= limit(local, rule)
+        .map(|held| {
+            let local = local_share(samples, runs, &held.run, share, &mut repeats);
+            held.told >= limit(local, rule)
         })
         .collect();
     let mut passed = passed.iter();
@@ -121,7 +185,7 @@ fn limit(share: f64, rule: StuckRule) -> usize {
 /// Share of repeats around a run, stuck runs left out, drawn towards the whole's.
 fn local_share(
     samples: usize,
-    runs: &[Run],
+    runs: &[Held],
     run: &Run,
     share: f64,
     repeats: &mut impl FnMut(usize, usize) -> (usize, usize),
@@ -138,8 +202,9 @@ fn local_share(
     };
     // The other runs are cut out of both sides.
     for (mut start, end) in [(from, run.start), (end, to)] {
-        let first = runs.partition_point(|r| r.start + r.length <= start);
-        for other in runs[first..].iter().take_while(|r| r.start < end) {
+        let all = runs.iter().map(|held| held.run);
+        let first = runs.partition_point(|held| held.run.start + held.run.length <= start);
+        for other in all.skip(first).take_while(|r| r.start < end) {
             count(start, other.start);
             start = (other.start + other.length).min(end);
         }
@@ -148,9 +213,25 @@ fn local_share(
     ((equal as f64 + PRIOR * share) / (pairs as f64 + PRIOR)).max(share)
 }
 
-/// Runs of at least `least` (2 or more) equal values: a run that long covers two
+/// Runs of at least `least` (2 or more) equal values, of which so many in a row may be missing.
+pub(crate) fn held(values: &[f64], least: usize, gap: usize) -> Vec<Held> {
+    let mut runs = Vec::new();
+    let mut open: Option<Held> = None;
+    let mut take = |ended: Option<Held>| {
+        runs.extend(ended.filter(|held| held.told >= least.max(2)));
+    };
+    for (i, v) in values.iter().enumerate() {
+        if !open.as_mut().is_some_and(|held| held.goes_on(*v, gap)) {
+            take(open.replace(Held::at(i, *v)));
+        }
+    }
+    take(open);
+    runs
+}
+
+/// The same where no value is missing: a run that long covers two
 /// neighbours at one of every `least - 1` samples, so only those are looked at.
-pub(crate) fn long_runs(values: &[f64], least: usize) -> Vec<Run> {
+fn long_runs(values: &[f64], least: usize) -> Vec<Held> {
     let least = least.max(2);
     let mut runs = Vec::new();
     let mut at = least - 1;
@@ -168,10 +249,15 @@ pub(crate) fn long_runs(values: &[f64], least: usize) -> Vec<Run> {
                 .position(|v| *v != value)
                 .map_or(values.len(), |i| at + i);
             if end - start >= least {
-                runs.push(Run {
-                    start,
-                    length: end - start,
-                    value,
+                runs.push(Held {
+                    run: Run {
+                        start,
+                        length: end - start,
+                        value,
+                    },
+                    told: end - start,
+                    gaps: 0,
+                    missing: 0,
                 });
             }
             next = next.max(end + least - 1);
@@ -198,8 +284,24 @@ mod tests {
             .collect();
         for least in 2..12 {
             let slow: Vec<Run> = dgd_recording::stuck_runs(&values, least).collect();
-            assert_eq!(long_runs(&values, least), slow, "least {least}");
+            let runs = |of: Vec<Held>| of.into_iter().map(|held| held.run).collect::<Vec<_>>();
+            assert_eq!(runs(long_runs(&values, least)), slow, "least {least}");
+            assert_eq!(runs(held(&values, least, 3)), slow, "least {least}");
         }
+    }
+
+    #[test]
+    fn a_run_goes_on_over_what_is_missing_but_not_for_long() {
+        let n = f64::NAN;
+        let values = [n, 1.0, 1.0, n, n, 1.0, n, 2.0, 2.0, n, n, n, 2.0, n];
+        let of = |gap: usize| -> Vec<(usize, usize, usize, usize)> {
+            let runs = held(&values, 2, gap);
+            let of = |h: &Held| (h.run.start, h.run.length, h.told, h.repeats());
+            runs.iter().map(of).collect()
+        };
+        assert_eq!(of(3), [(1, 5, 3, 1), (7, 6, 3, 1)]);
+        assert_eq!(of(2), [(1, 5, 3, 1), (7, 2, 2, 1)]);
+        assert_eq!(of(0), [(1, 2, 2, 1), (7, 2, 2, 1)]);
     }
 
     #[test]
@@ -207,6 +309,7 @@ mod tests {
         let rule = StuckRule {
             floor: 5,
             chance: 1e-6,
+            gap: 0,
         };
         assert_eq!(limit(0.0, rule), 5);
         // 0.5^20 is just below one in a million.

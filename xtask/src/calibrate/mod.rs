@@ -195,6 +195,7 @@ fn make(
             seed,
             count,
             kind,
+            hours: None,
         };
         let folder = settings.out.join("ensembles").join(&ensemble);
         let made = seal::conceal(plant, &folder, &order)?;

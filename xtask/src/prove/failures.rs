@@ -140,8 +140,12 @@ pub(crate) fn said(answer: Option<&Answer>) -> String {
 /// The command that runs this case again.
 pub(crate) fn repeat(settings: &Settings, row: &Row) -> String {
     format!(
-        "cargo xtask prove --seed {} --level {} --count {} --only {} --keep --out target/proof-again",
-        settings.seed, row.level, settings.count, row.id
+        "cargo xtask prove --seed {} --level {} --count {}{} --only {} --keep --out target/proof-again",
+        settings.seed,
+        row.level,
+        settings.count,
+        settings.of_hours(),
+        row.id
     )
 }
 

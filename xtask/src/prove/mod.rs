@@ -70,6 +70,9 @@ pub(crate) struct Settings {
     /// Seed of the recordings; 1 to 999 are for calibrating and refused
     #[arg(long, default_value_t = SEED)]
     seed: u64,
+    /// How long each recording lasts, h; by default 4 to 8, as drawn
+    #[arg(long, conflicts_with_all = ["short", "benches", "real"], value_parser = hours)]
+    hours: Option<f64>,
     /// Twelve of 32 recordings a level, others at each, for continuous integration
     #[arg(long, conflicts_with = "count")]
     short: bool,
@@ -101,6 +104,15 @@ pub(crate) struct Settings {
     /// Fail on scores: silent=N, alarms=N, sure=N at most, named=N at least; the short form, whole and of the default seed, has its own
     #[arg(long = "floor", value_name = "NAME=COUNT", value_delimiter = ',')]
     floors: Vec<Floor>,
+}
+
+/// Reads the length of recordings, h.
+fn hours(text: &str) -> Result<f64, String> {
+    let hours: f64 = text.parse().unwrap_or(f64::NAN);
+    if hours > 0.0 && hours <= 2400.0 {
+        return Ok(hours);
+    }
+    Err("expected a number up to 2400".into())
 }
 
 /// Which levels of base physics.
@@ -141,6 +153,12 @@ impl Settings {
         &self.out
     }
 
+    /// The option for the length of the recordings, with a blank before it; nothing where it is as drawn.
+    fn of_hours(&self) -> String {
+        let told = self.hours.map(|h| format!(" --hours {h}"));
+        told.unwrap_or_default()
+    }
+
     /// Whether the case with that number is diagnosed.
     fn wants(&self, level: u8, index: usize, id: &String) -> bool {
         let turn = match (self.short, level) {
@@ -158,6 +176,7 @@ impl Settings {
             level: Levels::Both,
             count: SHORT_OF,
             seed: SEED,
+            hours: None,
             short: true,
             out,
             jobs: 1,
@@ -271,6 +290,7 @@ pub(crate) fn run(mut settings: Settings) -> Result<()> {
             seed: settings.seed,
             count: settings.count,
             kind: "mix",
+            hours: settings.hours,
         };
         seal::conceal(&shelf.plant, &settings.out, &order)
     };

@@ -90,7 +90,7 @@ pub(crate) fn json_of(proof: &Proof) -> Value {
     let program = &origin.program;
     json!({
         "schema": "dgd.proof/1",
-        "seed": settings.seed, "count": settings.count, "only": settings.only, "jobs": settings.jobs,
+        "seed": settings.seed, "count": settings.count, "hours": settings.hours, "only": settings.only, "jobs": settings.jobs,
         "short": settings.short, "dgd": program.version, "dgd_sha256": program.sha256, "commit": program.commit, "cores": program.cores,
         "seals": origin.seals.iter().map(|(l, h)| json!({"level": l, "sha256": h})).collect::<Vec<_>>(),
         "levels": summaries.iter().map(level).collect::<Vec<_>>(),

@@ -8,8 +8,10 @@ use std::fmt::Write as _;
 pub(crate) fn write(proof: &Proof) -> String {
     let commit = proof.origin.program.commit.as_deref().unwrap_or("unknown");
     let mut text = format!(
-        "Seed {}, {} recordings a level, commit {commit}.\n",
-        proof.settings.seed, proof.settings.count
+        "Seed {}, {} recordings a level{}, commit {commit}.\n",
+        proof.settings.seed,
+        proof.settings.count,
+        (proof.settings.hours).map_or_else(String::new, |h| format!(" of {h} h"))
     );
     text += &table(proof.summaries);
     for summary in proof.summaries {

@@ -21,6 +21,8 @@ pub(crate) struct Order {
     pub(crate) count: usize,
     /// As `dgd-plant conceal --kind` knows them.
     pub(crate) kind: &'static str,
+    /// How long each recording lasts, h; by default as the plant draws it.
+    pub(crate) hours: Option<f64>,
 }
 
 /// Lets the plant make cases below `out`.
@@ -41,6 +43,12 @@ pub(crate) fn conceal(plant: &Path, out: &Path, order: &Order) -> Result<Sealed>
             &count.to_string(),
         ])
         .args(["--level", &level.to_string()])
+        .args(
+            order
+                .hours
+                .iter()
+                .flat_map(|h| ["--hours".to_owned(), h.to_string()]),
+        )
         .stderr(Stdio::null())
         .output()
         .with_context(|| format!("cannot run {}", plant.display()))?;

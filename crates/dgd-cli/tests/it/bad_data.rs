@@ -41,6 +41,7 @@ fn neither_a_fixture_nor_a_concealed_effect_is_suspected() {
                 kind: effect.map_or(Kind::Clean, |_| Kind::Single),
                 severity: Some(Severity::Strong),
                 effect,
+                hours: None,
             };
             let mut case = conceal(&order, 0);
             // Four hours: effects have set in by then.

@@ -2,7 +2,8 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::{
-    Contender, alike, at_bound, contest, doubtful, material, settle, solved, stands, sustained,
+    Contender, alike, at_bound, contest, doubtful, hurdle, material, settle, solved, stands,
+    sustained, times,
 };
 use crate::claims::fixture::{BLOCK_S, FLOW_M3_S, Hidden, INFLUX_S, SPEED_PCT, drilled, steady};
 use crate::record::Record;
@@ -413,4 +414,24 @@ fn what_a_pump_loses_is_told_as_it_is_where_the_head_does_not_lean() {
     let told = weigh(&record, &free, &[], gas.best.applied.clone());
     assert_eq!((gas.best.score, gas.best.energy), (told.score, told.energy));
     assert!(gas.evidence > 20.0 && gas.evidence < told.evidence - 4.0);
+}
+
+#[test]
+fn what_acts_for_days_must_show_more_than_what_passes() {
+    let mut record = drilled(Hidden::default());
+    let hours = |from: f64, to: f64| (3600.0 * from, 3600.0 * to);
+    let asked = |record: &Record, id: &str, parameters: &[f64]| {
+        let one = one(id, parameters);
+        let base = one.effect.about().search.belief.hurdle;
+        assert_eq!(hurdle(record, &one), base * times(record, &one));
+        times(record, &one)
+    };
+    record.setting.span_s = hours(0.5, 6.5);
+    assert_eq!(asked(&record, "return_flow_gain", &[0.03]), 1.0);
+    record.setting.span_s = hours(0.5, 80.5);
+    assert_eq!(asked(&record, "return_flow_gain", &[0.03]), 10.0);
+    // From its onset on, and never less than in hours.
+    assert_eq!(asked(&record, "line_leak", &[1e-3, 40.5 * 3600.0]), 5.0);
+    assert_eq!(asked(&record, "line_leak", &[1e-3, 79.5 * 3600.0]), 1.0);
+    assert_eq!(asked(&record, "influx", &[1e-3, 7e4, 3e3, 0.15]), 1.0);
 }

@@ -81,6 +81,7 @@ pub(super) fn made(place: usize, quantity: usize, knots: &[f64], evidence: f64) 
         seen: None,
         place,
         quantity,
+        times: 1.0,
     }
 }
 

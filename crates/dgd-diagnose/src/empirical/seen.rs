@@ -207,6 +207,7 @@ impl Told<'_> {
             seen: Some(self.fine((place, sign))),
             place,
             quantity: 0,
+            times: Record::times_usual(self.record.lasts_s()),
         }
     }
 }

@@ -68,6 +68,17 @@ fn beyond_forty_hours_clock_and_blocks_are_twice_as_long() {
 }
 
 #[test]
+fn hurdles_grow_with_the_hours_beyond_those_they_were_set_on() {
+    for (hours, times) in [(0.0, 1.0), (8.0, 1.0), (12.0, 1.5), (80.0, 10.0)] {
+        assert_eq!(Record::times_usual(3600.0 * hours), times);
+    }
+    let (well, prepared) = counted(200, 2.0);
+    let mut record = Record::new(&well, &prepared, &[]);
+    record.setting.span_s = (640.0, 4240.0);
+    assert_eq!(record.lasts_s(), 3600.0);
+}
+
+#[test]
 fn steps_are_taken_unless_they_are_left_out() {
     let (well, prepared) = counted(100, 2.0);
     let record = Record::new(&well, &prepared, &[Step::Form]);

@@ -3,7 +3,7 @@
 use super::form::NO_ODDS;
 use super::hurdles::{FURTHER, timed};
 use super::{Bent, Round};
-use crate::contest::{Contender, contest, material, solved};
+use crate::contest::{self, Contender, contest, material, solved};
 use crate::empirical::{Correction, FLOW_RATE, corrections, hurdle, plausible};
 use crate::ended::ended;
 use crate::record::Record;
@@ -85,7 +85,7 @@ impl<'r, 'a> Beside<'r, 'a> {
         };
         let further = FURTHER[(self.round.known + 1).min(FURTHER.len() - 1)];
         let stands = |c: &Contender| {
-            let hurdle = c.effect.about().search.belief.hurdle;
+            let hurdle = contest::hurdle(record, &c.best.applied);
             c.evidence > hurdle && material(&solved(&c.best))
         };
         let second = |c: Contender| Second {

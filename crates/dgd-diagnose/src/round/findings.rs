@@ -4,7 +4,7 @@ use super::footprint::differs_along_stands;
 use super::form::is_exact;
 use super::{Round, Ruling};
 use crate::belief::{logistic, shared};
-use crate::contest::{Contender, alike, at_bound, solved, stands};
+use crate::contest::{self, Contender, alike, at_bound, solved, stands};
 use crate::empirical::{Correction, hurdle, instead_of};
 use crate::select::{Held, Named};
 use crate::timing::is_late_meter;
@@ -46,8 +46,9 @@ impl Round<'_> {
 
     /// Whether there is anything, by how far the evidence stands above the hurdle.
     pub(super) fn real(&self, best: &Contender) -> f64 {
-        let scale = best.effect.about().search.belief.scale;
-        logistic((best.evidence - self.hurdle(best)) / scale + 1.0)
+        let belief = &best.effect.about().search.belief;
+        let times = contest::times(self.record, &best.best.applied);
+        logistic((best.evidence - self.hurdle(best)) / (times * belief.scale) + 1.0)
     }
 
     /// The most that the probability of an effect may be, and which other has the rest: a delay and a store are fitted to the same rows with

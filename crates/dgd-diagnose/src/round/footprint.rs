@@ -1,6 +1,6 @@
 //! What has been named already, and what it leaves over for want of form.
 
-use crate::contest::material;
+use crate::contest::{hurdle, material};
 use crate::empirical::{again, is_correction, is_seen};
 use crate::record::Record;
 use crate::relations::Applied;
@@ -44,8 +44,7 @@ pub(super) fn known(
             } else {
                 let off = whole.refitted(record, &without).off;
                 let gained = 0.5 * (dot(&off, &off) - dot(&whole.off, &whole.off));
-                let hurdle = state[k].effect.about().search.belief.hurdle;
-                (gained > hurdle).then_some(gained)
+                (gained > hurdle(record, &state[k])).then_some(gained)
             };
             let Some(evidence) = evidence else {
                 continue;

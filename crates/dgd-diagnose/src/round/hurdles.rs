@@ -3,7 +3,7 @@
 use super::footprint::KNOTS_WANT;
 use super::form::Bent;
 use super::{Round, SHOWS};
-use crate::contest::{Contender, at_bound, before, material, sets_in, solved, stands};
+use crate::contest::{self, Contender, at_bound, before, material, sets_in, solved, stands};
 use crate::empirical::{Correction, hurdle};
 use crate::limit::{Energy, Showing};
 use crate::relations::Applied;
@@ -35,7 +35,9 @@ impl Round<'_> {
 
     /// The same but for what the suction may lose unseen.
     fn beside_named(&self, c: &Contender) -> f64 {
-        c.effect.about().search.belief.hurdle + self.further() + self.left_over(&c.best.signature)
+        contest::hurdle(self.record, &c.best.applied)
+            + self.further()
+            + self.left_over(&c.best.signature)
     }
 
     /// From what evidence on an effect may be named.

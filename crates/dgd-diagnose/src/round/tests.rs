@@ -74,6 +74,7 @@ fn correction(place: usize, evidence: f64) -> Correction {
         seen: None,
         place,
         quantity: 0,
+        times: 1.0,
     }
 }
 

@@ -14,6 +14,7 @@ pub(crate) fn case(seed: u64, effect: Option<&'static str>) -> Case {
         kind: effect.map_or(Kind::Clean, |_| Kind::Single),
         severity: Some(Severity::Moderate),
         effect,
+        hours: None,
     };
     let mut case = conceal(&order, 0);
     let samples = case.plan.samples().min(14_400);

@@ -127,6 +127,9 @@ pub struct Hidden {
     pub cause: Cause,
 }
 
+/// From this length on, s, recordings are of days.
+const DAYS_S: f64 = 12.0 * 3600.0;
+
 /// Draws an effect of the catalogue for a rig; `None` for an id that is not in [`EFFECTS`].
 #[expect(
     clippy::too_many_lines,
@@ -139,7 +142,13 @@ pub(crate) fn draw(id: &str, severity: Severity, rig: &Rig, noise: &mut Noise) -
     // Drawn for every effect, so that a case differs from its neighbours in its effect alone.
     let size = f * noise.between(0.8, 1.2);
     let sign = if noise.unit() < 0.5 { -1.0 } else { 1.0 };
-    let onset_s = (end * noise.between(0.33, 0.6)).round();
+    // In days a cause may set in hours before the end.
+    let (early, late) = if end > DAYS_S {
+        (0.03, 0.97)
+    } else {
+        (0.33, 0.6)
+    };
+    let onset_s = (end * noise.between(early, late)).round();
     let lasts_s = noise.between(0.6, 1.0) * 3600.0;
     let choice = noise.unit();
     let second = noise.unit();

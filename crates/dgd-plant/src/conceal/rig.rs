@@ -37,16 +37,21 @@ pub(crate) struct Rig {
     pub(crate) base_delay_s: f64,
 }
 
+/// A hundred days, s.
+const LONGEST_S: usize = 8_640_000;
+
 /// Speed at which the pump is sized for the level and the usual flow, as a fraction of full.
 const DESIGN_SPEED: f64 = 0.6;
 
 impl Rig {
-    pub(crate) fn draw(level: Level, noise: &mut Noise) -> Self {
-        let hours = [4.0, 5.0, 5.0, 6.0, 6.0, 8.0];
-        let mut length_s: f64 = 3600.0 * hours[pick(noise, hours.len())];
+    /// A rig whose recording lasts so many hours, or as many as are drawn.
+    pub(crate) fn draw(level: Level, hours: Option<f64>, noise: &mut Noise) -> Self {
+        let usual = [4.0, 5.0, 5.0, 6.0, 6.0, 8.0];
+        let mut drawn: f64 = usual[pick(noise, usual.len())];
         if level == Level::One {
-            length_s = length_s.min(6.0 * 3600.0);
+            drawn = drawn.min(6.0);
         }
+        let length_s = 3600.0 * hours.unwrap_or(drawn);
         let (family, well) = well(noise);
         let level_m = (well.pump_inlet_depth_m * noise.between(0.3, 0.48)).round();
         let base_delay_s = match level {
@@ -133,7 +138,7 @@ impl Rig {
         Plan {
             name: self.family,
             seed,
-            series: vec![crate::constants::index(self.length_s, 86_400)],
+            series: vec![crate::constants::index(self.length_s, LONGEST_S)],
             well: self.well.clone(),
             physics: self.physics.clone(),
             controller: self.controller.clone(),

@@ -16,6 +16,7 @@ fn same_order_gives_the_same_bytes_and_another_seed_others() {
             kind: Kind::Mix,
             severity: None,
             effect: None,
+            hours: None,
         };
         let case = conceal(&order, index);
         let r = record(&case.plan).unwrap();

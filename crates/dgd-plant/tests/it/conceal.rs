@@ -14,6 +14,7 @@ pub(crate) fn order(kind: Kind, effect: Option<&'static str>) -> Order {
         kind,
         severity: Some(Severity::Moderate),
         effect,
+        hours: None,
     }
 }
 

@@ -4,6 +4,7 @@ use super::window::Window;
 use crate::scan::Steps;
 use crate::screening::Rules;
 use crate::speed::{self, Release};
+use crate::stuck::Held;
 use dgd_recording::Run;
 
 /// Frozen runs of the speed, and what is known on the way to them.
@@ -11,6 +12,8 @@ use dgd_recording::Run;
 pub(super) struct Resting {
     on_above_pct: f64,
     floor: usize,
+    /// So many missing samples in a row do not end a run.
+    gap: usize,
     /// Samples in a window.
     window: usize,
     /// Smallest jump out of a frozen run, %.
@@ -31,8 +34,8 @@ pub(super) struct Resting {
 /// A run, with the mean outlet pressure at its start once that is known.
 #[derive(Debug, Clone, Copy)]
 struct Ended {
-    run: Run,
-    at_start: Option<f64>,
+    held: Held,
+    at_start: Option<Option<f64>>,
 }
 
 impl Resting {
@@ -40,6 +43,7 @@ impl Resting {
         Self {
             on_above_pct: rules.options.pump_on_above_pct,
             floor: rules.frozen_floor(),
+            gap: rules.gap(),
             window: speed::window(rules.step_s),
             least: 0.0,
             before: Vec::new(),
@@ -78,39 +82,36 @@ impl Resting {
         }
         for i in self.next..to {
             let value = speed_pct[i - start];
-            match &mut self.open {
-                Some(open) if open.run.value == value => {
-                    open.run.length += 1;
-                    if open.run.length == 2 * window {
-                        let from = open.run.start - start;
-                        open.at_start = speed::at_start(outlet_pa, from, 2 * window, window);
-                    }
+            let gap = self.gap;
+            let open = self.open.as_mut();
+            if let Some(open) = open.and_then(|open| open.held.goes_on(value, gap).then_some(open))
+            {
+                let run = open.held.run;
+                if open.at_start.is_none() && run.length >= 2 * window {
+                    let from = run.start - start;
+                    open.at_start = Some(speed::at_start(outlet_pa, from, 2 * window, window));
                 }
-                _ => {
-                    let run = Run {
-                        start: i,
-                        length: 1,
-                        value,
-                    };
-                    let new = Ended {
-                        run,
-                        at_start: None,
-                    };
-                    let ended = self.open.replace(new);
-                    if let Some(mut ended) = ended.filter(|ended| self.counts(&ended.run)) {
-                        let run = ended.run;
-                        if run.length < 2 * window {
-                            let from = run.start - start;
-                            ended.at_start = speed::at_start(outlet_pa, from, run.length, window);
-                        }
-                        self.waiting.push(ended);
-                    }
+                continue;
+            }
+            let new = Ended {
+                held: Held::at(i, value),
+                at_start: None,
+            };
+            let ended = self.open.replace(new);
+            if let Some(mut ended) = ended.filter(|ended| self.counts(&ended.held)) {
+                let run = ended.held.run;
+                if run.length < 2 * window {
+                    let from = run.start - start;
+                    let at_start = speed::at_start(outlet_pa, from, run.length, window);
+                    ended.at_start = Some(at_start);
                 }
+                self.waiting.push(ended);
             }
         }
         self.next = self.next.max(to);
         let (least, releases) = (self.least, &mut self.releases);
-        self.waiting.retain(|Ended { run, at_start }| {
+        self.waiting.retain(|Ended { held, at_start }| {
+            let run = &held.run;
             let end = run.start + run.length;
             if !at_end && end + 2 * window > to {
                 return true;
@@ -121,22 +122,28 @@ impl Resting {
                 length: end - start,
                 ..*run
             };
-            let release = Release::of(readings, outlet_pa, &here, window, least, || *at_start);
+            let release = Release::of(readings, outlet_pa, &here, window, least, || {
+                at_start.flatten()
+            });
             releases.extend(release.map(|release| (*run, release)));
             false
         });
     }
 
-    fn counts(&self, run: &Run) -> bool {
-        run.length >= self.floor && run.value.is_finite() && run.value > self.on_above_pct
+    fn counts(&self, held: &Held) -> bool {
+        let value = held.run.value;
+        held.told >= self.floor && value.is_finite() && value > self.on_above_pct
     }
 
     /// The first sample that is still to be looked at.
     pub(super) fn needed(&self, to: usize) -> usize {
-        let waiting = self.waiting.iter().map(|w| w.run.start + w.run.length);
+        let waiting = self
+            .waiting
+            .iter()
+            .map(|w| w.held.run.start + w.held.run.length);
         let first = waiting.fold(to, usize::min);
         first
-            .saturating_sub(2 * self.window)
+            .saturating_sub(2 * self.window + self.gap)
             .min(self.next_window * self.window)
     }
 

@@ -1,7 +1,7 @@
 //! What the first two passes gather of one channel.
 
 use crate::screening::Rules;
-use crate::stuck::{self, NEIGHBOURHOOD, StuckRule};
+use crate::stuck::{self, Held, NEIGHBOURHOOD, StuckRule};
 use crate::{scan, scan::Steps};
 use dgd_recording::{Channel, Run};
 use std::collections::{BTreeMap, HashMap};
@@ -28,19 +28,20 @@ pub(super) struct StepPass {
     steps: Vec<f64>,
     equal: usize,
     pairs: usize,
-    run: usize,
-    /// Runs of at least three values, by their length: of the many lengths there cannot be many runs, so the list is short.
-    lengths: BTreeMap<usize, usize>,
+    run: Option<Held>,
+    /// Runs of at least three values, and the repeats in them, by their length: of the many lengths there cannot be many runs, so the list is short.
+    lengths: BTreeMap<usize, (usize, usize)>,
 }
 
 impl StepPass {
-    pub(super) fn add(&mut self, values: &[f64], samples: usize) {
+    /// - `gap`: so many missing samples in a row do not end a run.
+    pub(super) fn add(&mut self, values: &[f64], samples: usize, gap: usize) {
         let stride = scan::stride(samples);
         let mut rest = values.iter();
         if self.taken == 0
             && let Some(first) = rest.next()
         {
-            (self.last, self.run, self.taken) = (*first, 1, 1);
+            (self.last, self.run, self.taken) = (*first, Some(Held::at(0, *first)), 1);
         }
         for v in rest {
             let step = v - self.last;
@@ -49,31 +50,32 @@ impl StepPass {
             }
             self.equal += usize::from(step == 0.0);
             self.pairs += usize::from(step.is_finite());
-            if step == 0.0 {
-                self.run += 1;
-            } else {
-                self.end_run();
+            if !self.run.as_mut().is_some_and(|run| run.goes_on(*v, gap)) {
+                let ended = self.run.replace(Held::at(self.taken, *v));
+                self.count(ended);
             }
             self.last = *v;
             self.taken += 1;
         }
     }
 
-    fn end_run(&mut self) {
-        if self.run > 2 {
-            *self.lengths.entry(self.run).or_default() += 1;
+    fn count(&mut self, ended: Option<Held>) {
+        if let Some(run) = ended.filter(|run| run.told > 2) {
+            let alike = self.lengths.entry(run.told).or_default();
+            alike.0 += 1;
+            alike.1 += run.repeats();
         }
-        self.run = 1;
     }
 
     pub(super) fn known(mut self, channel: Channel, rules: Rules<'_>) -> Known {
-        self.end_run();
+        let ended = self.run.take();
+        self.count(ended);
         let lengths = &self.lengths;
         let (shortest, share) =
             stuck::settle((self.equal, self.pairs), rules.stuck(channel), |least| {
                 let long = lengths.range(least..);
-                long.fold((0, 0), |(runs, repeats), (length, count)| {
-                    (runs + count, repeats + count * (length - 1))
+                long.fold((0, 0), |(runs, repeats), (_, alike)| {
+                    (runs + alike.0, repeats + alike.1)
                 })
             });
         Known {
@@ -105,9 +107,10 @@ pub(super) struct RunPass {
 /// A run that goes on.
 #[derive(Debug, Clone, Copy)]
 struct Open {
-    run: Run,
-    /// Samples at which the pump turns.
+    held: Held,
+    /// Samples at which the pump turns, up to its last value and since then.
     turning: usize,
+    since: usize,
     before: Count,
     neighbourhood: Count,
 }
@@ -115,9 +118,16 @@ struct Open {
 /// A run, and what is counted up to the ends of itself and of its neighbourhood.
 #[derive(Debug, Clone, Copy)]
 struct Found {
-    run: Run,
+    held: Held,
     /// Up to the first sample of the neighbourhood, the last before the run, the first after it, the last of the neighbourhood.
     counts: [Count; 4],
+}
+
+impl Found {
+    /// The first sample after it.
+    fn end(&self) -> usize {
+        self.held.run.start + self.held.run.length
+    }
 }
 
 /// A power of two that is more than a neighbourhood.
@@ -135,7 +145,7 @@ impl RunPass {
         rules: Rules<'_>,
     ) {
         self.latest.resize(LATEST, (0, 0));
-        let on = rules.options.pump_on_above_pct;
+        let (on, gap) = (rules.options.pump_on_above_pct, rules.gap());
         for (i, (v, w)) in (from..).zip(values.iter().zip(speed_pct)) {
             let before = self.count;
             if i > 0 {
@@ -144,31 +154,28 @@ impl RunPass {
                 self.count.1 += usize::from(step.is_finite());
             }
             while let Some(found) = self.found.get_mut(self.counted)
-                && found.run.start + found.run.length + NEIGHBOURHOOD <= i + 1
+                && found.end() + NEIGHBOURHOOD <= i + 1
             {
                 found.counts[3] = self.count;
                 self.counted += 1;
             }
             let turning = usize::from(*w > on);
-            match &mut self.open {
-                Some(open) if open.run.value == *v => {
-                    open.run.length += 1;
-                    open.turning += turning;
+            let open = self.open.as_mut();
+            if let Some(open) = open.and_then(|open| open.held.goes_on(*v, gap).then_some(open)) {
+                open.since += turning;
+                if open.held.is_told() {
+                    open.turning += std::mem::take(&mut open.since);
                 }
-                _ => {
-                    self.end_run(None, known, rules);
-                    let first = i.saturating_sub(NEIGHBOURHOOD);
-                    self.open = Some(Open {
-                        run: Run {
-                            start: i,
-                            length: 1,
-                            value: *v,
-                        },
-                        turning,
-                        before,
-                        neighbourhood: self.latest[first % LATEST],
-                    });
-                }
+            } else {
+                self.end_run(None, known, rules);
+                let first = i.saturating_sub(NEIGHBOURHOOD);
+                self.open = Some(Open {
+                    held: Held::at(i, *v),
+                    turning,
+                    since: 0,
+                    before,
+                    neighbourhood: self.latest[first % LATEST],
+                });
             }
             self.latest[i % LATEST] = self.count;
             self.last = *v;
@@ -180,8 +187,8 @@ impl RunPass {
         let Some(open) = self.open.take() else {
             return;
         };
-        let run = open.run;
-        if run.length < known.shortest || !run.value.is_finite() {
+        let run = open.held.run;
+        if open.held.told < known.shortest || !run.value.is_finite() {
             return;
         }
         let whole = samples == Some(run.length);
@@ -195,7 +202,7 @@ impl RunPass {
             known.shortest,
         ) {
             self.found.push(Found {
-                run,
+                held: open.held,
                 counts: [open.neighbourhood, open.before, self.count, (0, 0)],
             });
         }
@@ -208,11 +215,11 @@ impl RunPass {
             found.counts[3] = self.count;
         }
         let mut counts: HashMap<usize, Count> = HashMap::new();
-        for Found { run, counts: known } in &self.found {
-            let end = run.start + run.length;
+        for found in &self.found {
+            let (start, end, known) = (found.held.run.start, found.end(), &found.counts);
             let places = [
-                Some(run.start.saturating_sub(NEIGHBOURHOOD)),
-                run.start.checked_sub(1),
+                Some(start.saturating_sub(NEIGHBOURHOOD)),
+                start.checked_sub(1),
                 Some(end),
                 (end + NEIGHBOURHOOD).min(samples).checked_sub(1),
             ];
@@ -220,12 +227,12 @@ impl RunPass {
             counts.extend(places.filter_map(|(place, count)| Some((place?, *count))));
         }
         let upto = |place: usize| counts.get(&place).copied().unwrap_or_default();
-        let mut runs: Vec<Run> = self.found.iter().map(|f| f.run).collect();
+        let mut runs: Vec<Held> = self.found.iter().map(|f| f.held).collect();
         let rule: StuckRule = rules.stuck(known.channel);
         stuck::judge_locally(&mut runs, samples, known.share, rule, |start, end| {
             let (from, to) = (upto(start), upto(end - 1));
             (to.0 - from.0, to.1 - from.1)
         });
-        runs
+        runs.into_iter().map(|held| held.run).collect()
     }
 }

@@ -152,15 +152,27 @@ fn a_frozen_speed_is_found_in_blocks() {
         recording.pump_speed_pct[start..start + 240].fill(frozen);
     }
     let options = ScreenOptions::default();
-    let whole = screen(&recording, 1.0, &options).unwrap();
-    let frozen = whole.channels.last().unwrap();
-    assert!(!frozen.stuck.is_empty());
-    for length in [1, 53, 1000] {
-        compare(
-            &recording,
-            &whole,
-            &in_blocks(&recording, 1.0, &options, &[length]),
-        );
+    // Every value in its place, and one in eleven dropped, with half a minute at a time here and there.
+    for dropped in [false, true] {
+        if dropped {
+            let speed = recording.pump_speed_pct.iter_mut().enumerate();
+            let drop = speed.filter(|(i, _)| i % 11 == 0 || i % 97 < 25);
+            drop.for_each(|(_, v)| *v = f64::NAN);
+            let outlet = recording.pump_outlet_pressure_pa[0].iter_mut().enumerate();
+            outlet
+                .filter(|(i, _)| i % 7 == 0)
+                .for_each(|(_, v)| *v = f64::NAN);
+        }
+        let whole = screen(&recording, 1.0, &options).unwrap();
+        let frozen = whole.channels.last().unwrap();
+        assert!(!frozen.stuck.is_empty());
+        for length in [1, 53, 1000] {
+            compare(
+                &recording,
+                &whole,
+                &in_blocks(&recording, 1.0, &options, &[length]),
+            );
+        }
     }
 }
 

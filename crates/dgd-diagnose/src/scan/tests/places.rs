@@ -4,7 +4,10 @@ use crate::claims::fixture::{BLOCK_S, FLOW_M3_S, Hidden, SPEED_PCT, cut, drilled
 use crate::draws::normals;
 use crate::record::{Record, whole};
 use crate::relations::Applied;
-use crate::scan::{Candidate, Found, grids, highest, scan, sharpen, softened, switches, weigh};
+use crate::scan::{
+    Candidate, Energies, Found, grids, highest, more_places, scan, sharpen, softened, switches,
+    weigh,
+};
 use crate::tangent::{Bend, Tangent};
 use dgd_effects::find;
 
@@ -118,8 +121,12 @@ fn onsets_are_tried_evenly_within_the_recording_whatever_its_clock() {
         let onsets = &early[onset];
         assert_eq!(onsets.len(), count, "{id} {hours} h");
         let step = onsets[1] - onsets[0];
-        assert!(onsets[0] >= 0.0 && onsets[0] < 0.07 * span);
-        assert!(onsets[count - 1] < 0.97 * span && onsets[count - 1] > 0.9 * span);
+        let stays = effect.about().duration().is_none();
+        let left = span - onsets[count - 1];
+        assert!(onsets[0] >= 0.009 * span && onsets[0] < 0.07 * span);
+        assert!(left > 0.016 * span && left < 0.1 * span);
+        // Days leave out no more than half an hour at the beginning and 40 min at the end of what stays.
+        assert!(!stays || (onsets[0] <= 1800.0 && left < 2400.5), "{id}");
         for pair in onsets.windows(2) {
             assert!(step > 0.0 && ((pair[1] - pair[0]) / step - 1.0).abs() < 1e-9);
         }
@@ -169,6 +176,48 @@ fn of_all_candidates_the_best_alone_keeps_its_signature() {
         assert_eq!(c.signature.is_empty(), k != 5, "{k}");
     }
     assert_eq!(found.best, Some(5));
+}
+
+#[test]
+fn between_its_points_a_grid_has_the_energy_of_the_nearest_onset_and_duration() {
+    let at = |onset: f64, lasts: f64, energy: f64| {
+        coarse(one("influx", &[1e-3, onset, lasts, 0.15]), energy)
+    };
+    let grid = [
+        at(500.0, 1300.0, 1.0),
+        at(500.0, 3600.0, 2.0),
+        at(100.0, 1300.0, 3.0),
+        at(100.0, 3600.0, 4.0),
+    ];
+    let energies = Energies::of(grid.iter(), 1, Some(2));
+    for (onset, lasts, energy) in [
+        (0.0, 0.0, 3.0),
+        (290.0, 2400.0, 3.0),
+        (310.0, 2400.0, 1.0),
+        (290.0, 2500.0, 4.0),
+        (1e6, 1e6, 2.0),
+    ] {
+        assert_eq!(energies.nearest(onset, lasts), energy, "{onset} {lasts}");
+    }
+    let none = Energies::of(std::iter::empty(), 1, None);
+    assert_eq!(none.nearest(0.0, 0.0), f64::INFINITY);
+    // Of what stays the onset alone.
+    let stays = [coarse(one("line_leak", &[1e-3, 7.0]), 5.0)];
+    assert_eq!(Energies::of(stays.iter(), 1, None).nearest(9.0, 0.0), 5.0);
+}
+
+#[test]
+fn places_that_a_grid_steps_over_are_paid_for() {
+    let more = |id: &str, hours: f64| {
+        let mut record = drilled(Hidden::default());
+        record.setting.span_s = (640.0, 640.0 + 3600.0 * hours);
+        more_places(find(id).unwrap(), &record)
+    };
+    assert_eq!(more("influx", 10.0), 0.0);
+    assert!((more("influx", 80.0) - 8.0_f64.ln()).abs() < 1e-12);
+    assert_eq!(more("line_leak", 20.0), 0.0);
+    assert!((more("line_leak", 80.0) - 4.0_f64.ln()).abs() < 1e-12);
+    assert_eq!(more("return_flow_gain", 2400.0), 0.0);
 }
 
 /// Scores of a switch, strength first and onset second, at every block; the others of its parameters after them.
@@ -290,8 +339,11 @@ fn three_of_the_highest_are_proposed_and_three_that_share_no_end() {
     ];
     let three = [(811, 1099), (813, 969), (811, 935)];
     let unlike = [(761, 969), (671, 935)];
-    assert_eq!(highest(peaks.to_vec()), [&three[..], &unlike[..]].concat());
-    assert_eq!(highest(peaks[..1].to_vec()), three[..1]);
+    assert_eq!(
+        highest(peaks.to_vec(), 30),
+        [&three[..], &unlike[..]].concat()
+    );
+    assert_eq!(highest(peaks[..1].to_vec(), 30), three[..1]);
     // What sets in and stays has one end.
     let stays = [
         (9.0, 100, 600),
@@ -300,10 +352,10 @@ fn three_of_the_highest_are_proposed_and_three_that_share_no_end() {
         (6.0, 500, 600),
     ];
     assert_eq!(
-        highest(stays.to_vec()),
+        highest(stays.to_vec(), 30),
         [(100, 600), (300, 600), (400, 600)]
     );
-    assert!(highest(Vec::new()).is_empty());
+    assert!(highest(Vec::new(), 30).is_empty());
 }
 
 #[test]
