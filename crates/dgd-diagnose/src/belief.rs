@@ -6,7 +6,7 @@ use dgd_effects::unknown;
 use tracing::debug;
 
 /// Logit of the calibrated probability: constant, per e-fold of evidence over hurdle, per logit of the share among
-/// alternatives, and with three findings or more, which tell of something else.
+/// alternatives, and in a crowd of three findings or more, which tells of something else.
 ///
 /// A logistic regression on findings in simulated recordings of seeds below 1000, whether each was concealed there, rounded
 /// by hand within its errors, its constant towards doubt: of `cargo xtask calibrate --seeds 704,705` 0.3, 0.85 and 0.4, with errors of 0.8, 0.3 and
@@ -19,16 +19,14 @@ const CLEAR: f64 = 3.0;
 /// Brings the probabilities of findings to the share of such findings that are right.
 pub(crate) fn calibrate(named: &mut [Named]) {
     let [constant, margin, share, crowd] = CALIBRATION;
-    let crowded = named.len() > 2;
+    // Of the others as many as are likely: a third one that is not claimed makes no crowd.
+    let all: f64 = named.iter().map(|n| n.probability).sum();
     for one in named.iter_mut().filter(|n| n.correction.is_none()) {
         let raw = one.probability.clamp(0.01, 0.99);
         let over = (one.evidence / one.hurdle.max(1.0)).max(1.0).ln();
         // What stands far above its hurdle stands in any company.
-        let doubt = if crowded {
-            crowd * (1.0 - over / CLEAR).max(0.0)
-        } else {
-            0.0
-        };
+        let crowded = (all - one.probability - 1.0).clamp(0.0, 1.0);
+        let doubt = crowded * crowd * (1.0 - over / CLEAR).max(0.0);
         let own = logistic(constant + margin * over + share * (raw / (1.0 - raw)).ln() + doubt);
         debug!(
             "{} share {raw:.3}, e-folds over its hurdle {over:.2}: {own:.3}",

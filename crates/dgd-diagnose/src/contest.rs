@@ -162,9 +162,9 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
     let most = out.first().map_or(0.0, |c| c.evidence);
     out.par_iter_mut().take(LIKELIEST).for_each(|c| {
         if record.takes(Step::Form) && c.evidence > 0.3 * most {
-            // It pays for the places it could have been, as the evidence does.
-            let places = (c.best.evidence - c.evidence).max(0.0);
-            let formed = gate.formed(record, state, &solved(&c.best)) - places;
+            // It pays for its form and the places it could have been, as the evidence does.
+            let paid = (c.best.evidence - c.evidence).max(0.0);
+            let formed = gate.formed(record, state, &solved(&c.best)) - paid;
             c.formed = formed.max(c.evidence);
         }
     });
@@ -219,27 +219,29 @@ fn retime(record: &Record, gate: &Tangent, state: &[Applied], contenders: &mut [
     };
     late.par_iter_mut().for_each(|c| {
         let own = price(&c.best.applied);
-        for evidence in [&mut c.evidence, &mut c.formed, &mut c.best.evidence] {
-            *evidence -= own;
-        }
+        // It pays for the places it could have been, as before.
+        let places = (c.best.evidence - c.evidence).max(0.0);
+        c.evidence -= own;
+        c.formed -= own;
         // What is allowed for takes the part of one form or of the other.
         let timed = shapes(&c.best.applied).into_iter().filter_map(|mut one| {
             let (time_s, evidence) = retimed(record, gate, state, &one)?;
             one.parameters[0] = time_s;
-            let evidence = evidence - price(&one);
-            Some((one, evidence))
+            let paid = places + price(&one);
+            Some((one, evidence, paid))
         });
-        let Some((one, evidence)) = timed.max_by(|a, b| a.1.total_cmp(&b.1)) else {
+        let timed = timed.max_by(|a, b| (a.1 - a.2).total_cmp(&(b.1 - b.2)));
+        let Some((one, evidence, paid)) = timed else {
             return;
         };
-        // It pays for the places it could have been, as before.
-        let evidence = evidence - (c.best.evidence - c.evidence).max(0.0);
-        if evidence > c.evidence {
+        if evidence - paid > c.evidence {
+            // What it paid is what is between the two.
             c.best = Candidate {
                 evidence,
                 ..weigh(record, gate, state, one)
             };
-            (c.evidence, c.formed) = (evidence, evidence);
+            c.evidence = evidence - paid;
+            c.formed = c.evidence;
         }
     });
 }
@@ -356,7 +358,7 @@ fn strong(
 }
 
 /// Evidence without what may only look like the effect: without the minutes about the edges of its interval; for what comes
-/// upon flowing mud without the stops as well. `None` where nothing is left out.
+/// upon flowing mud without the stops as well. `None` where nothing is left out; nothing where too little is left to tell.
 ///
 /// A reading that freezes or jumps makes edges, as an effect does, and nothing between them. An effect is there as well
 /// when its beginning and end are not looked at. And where each stop leaves the line as full as its valve was quick, it is the
@@ -376,7 +378,9 @@ pub(crate) fn sustained(
     if !excluded.contains(&true) {
         return None;
     }
-    let mut tangent = Tangent::beside(record, state, &excluded, Bend::Lean)?;
+    let Some(mut tangent) = Tangent::beside(record, state, &excluded, Bend::Lean) else {
+        return Some(0.0);
+    };
     if search.timing.is_some() {
         // What is weighed by a second fit needs nothing more of the first.
         tangent.release_columns();

@@ -47,8 +47,9 @@ impl Energy {
         points.extend(c.strengths.iter().filter(|(strength, _)| *strength > own));
         Self::Grid {
             points,
-            hidden: (most_allowed(&about.search) - allowed(&|other| of_a_kind(about, other)))
-                .max(0.0),
+            hidden: (most_allowed(&about.search)
+                - allowed(&|other| of_a_kind(about, other)).max(0.0))
+            .max(0.0),
         }
     }
 
@@ -61,9 +62,13 @@ impl Energy {
                 let [(from, low), (to, high)] = *points.get(short..short + 2)? else {
                     return None;
                 };
-                // Between the points of the grid it goes with the square of the strength, as a small one does.
+                // Between the points of the grid it goes with the square of what is beyond the strength that changes nothing, as a
+                // small one does.
+                let none = points.first()?.0;
+                let square = |strength: f64| (strength - none).powi(2);
                 let share = (energy - low) / (high - low);
-                Some((from * from + share * (to * to - from * from)).sqrt() + hidden)
+                let beyond = square(from) + share * (square(to) - square(from));
+                Some(none + beyond.sqrt() + hidden)
             }
         }
     }

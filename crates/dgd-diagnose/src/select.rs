@@ -216,10 +216,6 @@ pub(crate) fn select(
 fn exchanged(record: &Record, start: &[Applied], selection: &Selection) -> Option<Selection> {
     /// Misfit that the other must save.
     const SAVES: f64 = 5.0;
-    let misfit = |selection: &Selection| -> Option<f64> {
-        let tangent = Tangent::at(record, &selection.state(), &[], Bend::Free)?;
-        Some(0.5 * dot(&tangent.off, &tangent.off))
-    };
     let (last, before) = selection.named.split_last()?;
     let relation = last.applied.effect.about().relation;
     let rivals = (0..before.len()).filter(|k| {
@@ -228,24 +224,29 @@ fn exchanged(record: &Record, start: &[Applied], selection: &Selection) -> Optio
     if last.correction.is_some() {
         return None;
     }
+    // Both are judged by the same noise and on the same rows.
+    let tangent = Tangent::at(record, &selection.state(), &[], Bend::Free)?;
+    let misfit = |off: &[f64]| 0.5 * dot(off, off);
+    let mut best = None;
+    let mut most = SAVES;
     for k in rivals {
         let mut other = selection.clone();
         let gone = other.named.remove(k).applied.effect.about().id;
-        let Ruling::Named(named) = Round::about(record, &other)?.ruling() else {
+        let Some(Ruling::Named(named)) = Round::about(record, &other).map(|round| round.ruling())
+        else {
             continue;
         };
         let id = named.applied.effect.about().id;
-        if id == gone {
+        if id == gone || other.accept(record, start, named).is_none() {
             continue;
         }
-        other.accept(record, start, named)?;
-        let saved = misfit(selection)? - misfit(&other)?;
+        let saved = misfit(&tangent.off) - misfit(&tangent.refitted(record, &other.state()).off);
         debug!("{id} in the place of {gone} saves {saved:.1}");
-        if saved > SAVES {
-            return Some(other);
+        if saved > most {
+            (best, most) = (Some(other), saved);
         }
     }
-    None
+    best
 }
 
 impl Promised {

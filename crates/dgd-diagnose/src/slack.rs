@@ -21,7 +21,7 @@ pub(crate) struct Slack {
     pub width: f64,
 }
 
-/// Stands that are told apart at the most; in days of drilling the later ones share the last column.
+/// Stands that are told apart at the most; in days of drilling neighbours share a column.
 const MOST_STANDS: usize = 24;
 /// One direction's share of the error of a form.
 const FORM_SHARE: f64 = 0.5;
@@ -177,7 +177,8 @@ fn form(record: &Record, tangent: &Tangent, applied: &[Applied], k: usize) -> Ve
             (record.setting.connections.iter().map(|c| c.to_s)).collect()
         };
         let mut edges = vec![f64::NEG_INFINITY];
-        edges.extend(ends.into_iter().take(MOST_STANDS - 1));
+        let apart = ends.len().min(MOST_STANDS - 1);
+        edges.extend((1..=apart).map(|k| ends[k * (ends.len() + 1) / (apart + 1) - 1]));
         edges.push(f64::INFINITY);
         for w in edges.windows(2) {
             let (from, to) = (w[0].max(span.0), w[1].min(span.1));

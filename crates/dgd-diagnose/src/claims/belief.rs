@@ -98,13 +98,20 @@ fn what_bounds_a_probability_bounds_it_however_much_evidence_there_is_and_anothe
 #[test]
 fn three_are_a_crowd_two_are_not_and_what_stands_far_above_its_hurdle_stands_in_any() {
     for folds in [0.0, 1.5, 3.0, 5.0] {
-        let alone = logit_of(1, folds, 0.5);
-        close(logit_of(2, folds, 0.5), alone);
-        for count in [3, 4] {
+        let alone = logit_of(1, folds, 0.99);
+        close(logit_of(2, folds, 0.99), alone);
+        for (count, others) in [(3, 0.98), (4, 1.0), (6, 1.0)] {
             let doubt = CROWD * (1.0 - folds / 3.0).max(0.0);
-            close(logit_of(count, folds, 0.5), alone + doubt);
+            close(logit_of(count, folds, 0.99), alone + others * doubt);
         }
     }
+    // A third one that is hardly there takes nothing from two that are.
+    let mut three = [named(20.0, 0.9), named(20.0, 0.9), named(11.0, 0.1)];
+    let mut two = three[..2].to_vec();
+    calibrate(&mut three);
+    calibrate(&mut two);
+    close(logit(three[0].probability), logit(two[0].probability));
+    assert!(logit(three[2].probability) < logit(0.1));
 }
 
 #[test]

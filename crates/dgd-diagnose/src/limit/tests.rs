@@ -101,9 +101,13 @@ fn a_lateness_is_seen_from_where_it_shows_beyond_what_a_sound_rig_may_have() {
         };
         showing.limit(about)
     };
-    // Evidence of 13, energy of 26: between 3 s, where it is 16, and 4 s, where it is 36, by the square of the time.
-    let between = (9.0_f64 + 0.5 * 7.0).sqrt();
-    assert!((limit(points(1.0), 1.5).unwrap() - between - 1.5).abs() < 1e-12);
+    // Evidence of 13, energy of 26: between 3 s, where it is 16, and 4 s, where it is 36.
+    let shows = 1.0 + 6.5_f64.sqrt();
+    assert!((limit(points(1.0), 1.5).unwrap() - shows - 1.5).abs() < 1e-12);
+    // A meter that is early by itself shows as much when it is late by less: here within what its instrument may be off by.
+    let early = limit(points(-2.0), 0.0).unwrap();
+    assert_eq!(Some(early), about.search.least);
+    assert!((limit(points(-2.0), 4.0).unwrap() - (6.5_f64.sqrt() - 2.0) - 4.0).abs() < 1e-12);
     // Where it shows at once an instrument's accuracy is the limit, and where it hardly shows there is none.
     let strongly = points(1.0).iter().map(|p| (p.0, 1e3 * p.1)).collect();
     assert_eq!(limit(strongly, 0.0), about.search.least);

@@ -134,17 +134,19 @@ pub(crate) fn repeats(
 ) -> Vec<bool> {
     let (m, n) = (record.per_block, record.blocks);
     let mut out = vec![false; n];
-    let mut run = 0_usize;
+    // Samples that repeat the one before, and the first block that they have not marked yet.
+    let (mut run, mut unmarked) = (0_usize, 0);
     for i in 1..values.len() {
-        run = if values[i] == values[i - 1] {
-            run + 1
+        if values[i] == values[i - 1] {
+            run += 1;
         } else {
-            0
-        };
+            (run, unmarked) = (0, 0);
+        }
         if run as f64 * record.dt_s >= limit_s(i / m) {
-            for b in (i - run) / m..=(i / m + 2).min(n - 1) {
-                out[b] = true;
-            }
+            let last = (i / m + 2).min(n - 1);
+            let from = unmarked.max((i - run) / m);
+            out[from.min(last)..=last].fill(true);
+            unmarked = last;
         }
     }
     out

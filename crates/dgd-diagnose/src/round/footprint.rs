@@ -86,8 +86,8 @@ pub(super) struct Footprint {
     pub rows: Vec<bool>,
     pub evidence: f64,
     pub bent: f64,
-    /// Evidence that it leaves over, over the root of its own.
-    pub wanting: f64,
+    /// Whether it is a curve through knots, which meets no form of physics.
+    pub knots: bool,
 }
 
 impl Footprint {
@@ -118,14 +118,14 @@ impl Footprint {
                 rows,
                 evidence: one.evidence,
                 bent: one.bent,
-                wanting: LEFT_OVER * if knots { KNOTS_WANT } else { 1.0 },
+                knots,
             }
         });
         each.collect()
     }
 
-    /// Evidence that it leaves over for a candidate: what its form lacks is no second effect.
-    pub(super) fn left_over(&self, signature: &[f64]) -> f64 {
+    /// Evidence that it leaves over for a candidate, which may be `knots` as well: what its form lacks is no second effect.
+    pub(super) fn left_over(&self, signature: &[f64], knots: bool) -> f64 {
         let energy = |(v, _): (&f64, &bool)| v * v;
         let shared: f64 = (signature.iter().zip(&self.rows))
             .filter(|(_, acts)| **acts)
@@ -133,8 +133,11 @@ impl Footprint {
             .sum();
         let whole: f64 = signature.iter().zip(&self.rows).map(energy).sum();
         if whole > 0.0 {
-            let left = self.wanting * self.evidence.max(0.0).sqrt() + WITHIN_STANDS * self.bent;
-            left * shared / whole
+            let times = if knots || self.knots { KNOTS_WANT } else { 1.0 };
+            let form = times * LEFT_OVER * self.evidence.max(0.0).sqrt();
+            // Knots fit what differs from stand to stand as well.
+            let stands = WITHIN_STANDS * self.bent * if knots { KNOTS_WANT } else { 1.0 };
+            (form + stands) * shared / whole
         } else {
             0.0
         }
@@ -145,7 +148,7 @@ impl Footprint {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-    use super::{Footprint, KNOTS_WANT, Known, LEFT_OVER, WITHIN_STANDS, known};
+    use super::{Footprint, Known, WITHIN_STANDS, known};
     use crate::claims::fixture::{Hidden, INFLUX_S, drilled};
     use crate::relations::Applied;
     use crate::select::Selection;
@@ -173,27 +176,30 @@ mod tests {
             rows: rows.to_vec(),
             evidence,
             bent: 0.0,
-            wanting: LEFT_OVER,
+            knots: false,
         };
-        let everywhere = on([true; 4], 100.0).left_over(&HERE);
+        let everywhere = on([true; 4], 100.0).left_over(&HERE, false);
         assert!(everywhere > 0.0);
         assert_eq!(
-            on([true, true, false, false], 100.0).left_over(&HERE),
+            on([true, true, false, false], 100.0).left_over(&HERE, false),
             everywhere
         );
-        assert_eq!(on([false, false, true, true], 100.0).left_over(&HERE), 0.0);
+        assert_eq!(
+            on([false, false, true, true], 100.0).left_over(&HERE, false),
+            0.0
+        );
         // Three and four of a signature: nine and sixteen parts of its energy.
-        let part = on([true, false, true, false], 100.0).left_over(&HERE);
+        let part = on([true, false, true, false], 100.0).left_over(&HERE, false);
         assert!((part / everywhere - 9.0 / 25.0).abs() < 1e-12);
-        assert!((on([true; 4], 900.0).left_over(&HERE) / everywhere - 3.0).abs() < 1e-12);
-        assert_eq!(on([true; 4], -1.0).left_over(&HERE), 0.0);
-        assert_eq!(on([true; 4], 100.0).left_over(&[0.0; 4]), 0.0);
+        assert!((on([true; 4], 900.0).left_over(&HERE, false) / everywhere - 3.0).abs() < 1e-12);
+        assert_eq!(on([true; 4], -1.0).left_over(&HERE, false), 0.0);
+        assert_eq!(on([true; 4], 100.0).left_over(&[0.0; 4], false), 0.0);
         // What differs from stand to stand differs within them.
         let bent = Footprint {
             bent: 300.0,
             ..on([true; 4], 100.0)
         };
-        assert!((bent.left_over(&HERE) - everywhere - 300.0 * WITHIN_STANDS).abs() < 1e-9);
+        assert!((bent.left_over(&HERE, false) - everywhere - 300.0 * WITHIN_STANDS).abs() < 1e-9);
     }
 
     #[test]
@@ -239,7 +245,7 @@ mod tests {
         ];
         let gate = Tangent::at(&record, &state, &[], Bend::Lean).unwrap();
         let all = Footprint::all(&record, &gate, &state, &[at(0, 40.0), at(1, 40.0)]);
-        assert_eq!(all[0].wanting, KNOTS_WANT * all[1].wanting);
+        assert!(all[0].knots && !all[1].knots);
     }
 
     #[test]

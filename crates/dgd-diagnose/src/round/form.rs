@@ -105,7 +105,7 @@ impl Round<'_> {
         } else {
             ROUGH
         };
-        let gain = gain - self.left_over(&c.best.signature);
+        let gain = gain - self.left_over(&c.best.signature, false);
         let odds = (gain - 3.0 - error * c.evidence) / (4.0 + 0.02 * c.evidence);
         if odds > 50.0 { 50.0 } else { odds }
     }

@@ -1,6 +1,5 @@
 //! What effects and corrections must show beside what has been named, and which effects may be.
 
-use super::footprint::KNOTS_WANT;
 use super::form::Bent;
 use super::{Round, SHOWS};
 use crate::contest::{self, Contender, at_bound, before, material, sets_in, solved, stands};
@@ -37,7 +36,7 @@ impl Round<'_> {
     fn beside_named(&self, c: &Contender) -> f64 {
         contest::hurdle(self.record, &c.best.applied)
             + self.further()
-            + self.left_over(&c.best.signature)
+            + self.left_over(&c.best.signature, false)
     }
 
     /// From what evidence on an effect may be named.
@@ -60,7 +59,7 @@ impl Round<'_> {
         let first = if self.known == 0 { 1.0 } else { 1.5 };
         first * hurdle(r)
             + 2.0 * self.further()
-            + KNOTS_WANT * self.left_over(&r.signature)
+            + self.left_over(&r.signature, true)
             + self.lost_unseen(&r.signature)
     }
 
@@ -74,9 +73,10 @@ impl Round<'_> {
         FURTHER[self.known.min(FURTHER.len() - 1)]
     }
 
-    /// Evidence that what has been named leaves over for a candidate.
-    pub(super) fn left_over(&self, signature: &[f64]) -> f64 {
-        self.footprints.iter().map(|f| f.left_over(signature)).sum()
+    /// Evidence that what has been named leaves over for a candidate, which may be `knots`.
+    pub(super) fn left_over(&self, signature: &[f64], knots: bool) -> f64 {
+        let each = self.footprints.iter();
+        each.map(|f| f.left_over(signature, knots)).sum()
     }
 
     /// How an effect would show beside what has been named; `None` if it may not be named there.

@@ -2,7 +2,6 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::beside::{Beside, Second, is_left, owed_to_timing};
-use super::footprint::LEFT_OVER;
 use super::form::{Bent, MOSTLY, ROUGH};
 use super::hurdles::{BESIDE_UNNAMED, timed};
 use super::{Footprint, Round, Ruling};
@@ -366,10 +365,15 @@ fn each_further_cause_must_show_more() {
             rows: vec![true; 4],
             evidence,
             bent: 0.0,
-            wanting: LEFT_OVER,
+            knots: false,
         };
         round.footprints = vec![footprint(100.0), footprint(400.0)];
         assert_eq!(round.hurdle(&effect), own + more + 15.0);
+        let left = round.unknown_hurdle(&other) - hurdle(&other) - of_correction;
+        assert!((left - 5.0 * 15.0).abs() < 1e-9);
+        // Where one of the two is knots, or both are, it is five times as much.
+        round.footprints.iter_mut().for_each(|f| f.knots = true);
+        assert_eq!(round.hurdle(&effect), own + more + 75.0);
         let left = round.unknown_hurdle(&other) - hurdle(&other) - of_correction;
         assert!((left - 5.0 * 15.0).abs() < 1e-9);
         round.footprints.clear();
@@ -610,9 +614,9 @@ fn a_form_that_must_bend_only_lends_its_name_unless_earlier_ones_leave_that_over
         rows: vec![true; 4],
         evidence: 400.0,
         bent: 0.0,
-        wanting: LEFT_OVER,
+        knots: false,
     };
-    let own = left.left_over(&HERE);
+    let own = left.left_over(&HERE, false);
     let beside = broken(gain(100.0), 40.0 + own, vec![left]);
     assert!((beside - bent).abs() < 1e-9);
 }
