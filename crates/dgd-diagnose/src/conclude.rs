@@ -7,7 +7,7 @@ mod worse;
 use crate::belief::{calibrate, doubt};
 use crate::contest::material;
 use crate::diagnosis::{
-    Check, DiagnoseError, Diagnosis, Finding, MOST_STEP_S, Options, Stage, Verdict,
+    Check, DiagnoseError, Diagnosis, Finding, MOST_STEP_S, Options, Stage, Tested, Verdict,
 };
 use crate::empirical::is_correction;
 use crate::finding::{finding, heaving};
@@ -107,7 +107,12 @@ pub fn diagnose(
         calibrate(&mut selection.named);
     }
     selection.named.iter_mut().for_each(doubt);
-    if let Sought::Any(_) = sought {
+    if let Sought::Given(suspects) = sought {
+        selection
+            .named
+            .iter_mut()
+            .for_each(|one| unless_outweighed(one, suspects));
+    } else {
         // What is more likely not there is weighed under what was tested, and neither claimed nor modelled.
         selection.named.retain(|n| likely(n) >= 0.5);
     }
@@ -227,7 +232,11 @@ pub fn diagnose(
     let unknown = |f: &Finding| f.effect == "unknown";
     // What was only suspected may be less likely than not, and then is nothing that was left out.
     let left_out: Vec<&Finding> = findings.iter().filter(|f| f.is_likely()).collect();
-    let verdict = if left_out.is_empty() {
+    let stands_out = || tested.iter().any(Tested::stands_out);
+    let verdict = if left_out.is_empty() && !options.suspects.is_empty() && stands_out() {
+        // What was suspected does not explain what is there.
+        Verdict::Unexplained
+    } else if left_out.is_empty() {
         Verdict::Consistent
     } else if left_out.iter().all(|f| unknown(f)) {
         Verdict::Unexplained
@@ -341,6 +350,15 @@ fn runnable(record: &Record, state: &[Applied], excluded: &[bool]) -> Option<Tan
     let stops = |(out, still): (&bool, &bool)| *out || *still;
     let flowing: Vec<bool> = excluded.iter().zip(&fit.rows.still).map(stops).collect();
     Tangent::at(record, state, &flowing, Bend::Free).or(Some(fit))
+}
+
+/// Leaves a suspect by itself where something that was not suspected is likelier: it does not stand for that.
+fn unless_outweighed(one: &mut Named, suspects: &[String]) {
+    let beside = |a: &(String, f64)| !suspects.contains(&a.0);
+    let own = one.probability;
+    if (one.alternatives.iter()).any(|a| beside(a) && a.1 > own) {
+        one.alternatives.retain(|a| !beside(a));
+    }
 }
 
 /// How likely it is that there is anything: the cause named, or one that cannot be told from it.

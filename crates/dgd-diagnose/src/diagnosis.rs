@@ -43,14 +43,14 @@ pub struct Diagnosis {
 /// The answer in a word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
-    /// Nothing is left out that this recording could show; of [`Options::suspects`], where those were given, none is likelier
-    /// than not.
+    /// Nothing is left out that this recording could show; of [`Options::suspects`], where those were given, none is likelier than not,
+    /// and nothing else stands out.
     Consistent,
     /// What was left out is named.
     Explained,
     /// Something is named, something else is not.
     PartlyExplained,
-    /// Something is left out that the catalogue does not hold.
+    /// Something is left out that the catalogue does not hold, or none of [`Options::suspects`] explains.
     Unexplained,
 }
 
@@ -107,6 +107,20 @@ pub struct Finding {
     pub hurdle: f64,
     /// A test that would tell it from its likeliest serious alternative, of those for which the catalogue knows one.
     pub separating_test: Option<String>,
+}
+
+impl Diagnosis {
+    /// What was not suspected and stands out by itself, where nothing that was suspected is likely: most evidence first, three at the most.
+    pub fn unsuspected(&self) -> Vec<&Tested> {
+        let explained = self.findings.iter().any(Finding::is_likely);
+        if self.suspected.is_empty() || explained {
+            return Vec::new();
+        }
+        let mut out: Vec<&Tested> = self.tested.iter().filter(|t| t.stands_out()).collect();
+        out.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+        out.truncate(3);
+        out
+    }
 }
 
 impl Finding {
@@ -204,6 +218,11 @@ impl Tested {
     /// Whether it was not found, and explained enough when it was first weighed: beside the findings it is not needed.
     pub fn exceeded_its_hurdle(&self) -> bool {
         self.outcome == Outcome::NotSeen && self.evidence > self.hurdle
+    }
+
+    /// Whether it exceeded its hurdle and might have been named: where only some effects were looked for, it may be what is there.
+    pub fn stands_out(&self) -> bool {
+        self.admissible && self.exceeded_its_hurdle()
     }
 }
 

@@ -209,7 +209,7 @@ impl<'a> Round<'a> {
         let given = |c: &&Contender| ids.iter().any(|id| id == c.effect.about().id);
         let given = self.contenders.iter().filter(given);
         let best = given.max_by(|a, b| a.unblurred().total_cmp(&b.unblurred()))?;
-        Some(self.named(best, None))
+        Some(self.suspected(best))
     }
 
     /// The correction that competes with an effect: of its own relation, or one that nothing in the catalogue comes near.

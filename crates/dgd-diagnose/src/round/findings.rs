@@ -21,7 +21,23 @@ impl Round<'_> {
     /// An effect as a finding, beside the alternatives to it; with the logarithm of the odds that it is none of the catalogue's, if that is
     /// in question.
     pub(super) fn named(&self, best: &Contender, unknown: Option<f64>) -> Named {
-        let mut others = self.alike(best);
+        self.among(best, self.alike(best), unknown)
+    }
+
+    /// A suspect as a finding. Another effect may be likelier than it by any number: that was not asked about.
+    pub(super) fn suspected(&self, best: &Contender) -> Named {
+        /// More than any probability tells.
+        const MOST: f64 = 1e6;
+        self.among(best, self.alike_up_to(best, MOST), None)
+    }
+
+    /// An effect as a finding, beside others with their weights.
+    fn among(
+        &self,
+        best: &Contender,
+        mut others: Vec<(String, f64)>,
+        unknown: Option<f64>,
+    ) -> Named {
         if let Some(odds) = unknown {
             others.push(("unknown".to_owned(), odds.exp() * self.class(best)));
         }
@@ -70,16 +86,20 @@ impl Round<'_> {
         Some((most, nearest.effect.about().id))
     }
 
-    /// Effects that look like the best one, each with its weight against that, which is 1.
+    /// Effects that look like the best one, each with its weight against that, which is 1. One that may not be named itself is no likelier
+    /// than the one that may.
     pub(super) fn alike(&self, best: &Contender) -> Vec<(String, f64)> {
+        self.alike_up_to(best, 1.0)
+    }
+
+    fn alike_up_to(&self, best: &Contender, most: f64) -> Vec<(String, f64)> {
         let weight = |c: &Contender| ((c.claim() - best.claim()) / best.temperature()).exp();
         let id = best.effect.about().id;
         self.contenders
             .iter()
             .filter(|c| c.effect.about().id != id && c.evidence > 0.0)
             .filter(|c| alike(&best.best, &c.best) && stands(self.record, &solved(&c.best)))
-            // One that may not be named itself is no likelier than the one that may.
-            .map(|c| (c.effect.about().id.to_owned(), weight(c).min(1.0)))
+            .map(|c| (c.effect.about().id.to_owned(), weight(c).min(most)))
             .collect()
     }
 

@@ -17,9 +17,14 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
         all.filter(move |(_, f)| f.is_likely() == likely)
     };
     let left_out: Vec<(usize, &Finding)> = of(true).collect();
-    let refuted = refuted(of(false).map(|(_, f)| f));
+    let refuted = match refuted(of(false).map(|(_, f)| f)) {
+        none if none.is_empty() && left_out.is_empty() && !diagnosis.suspected.is_empty() => {
+            "The recording shows nothing of what was suspected".to_owned()
+        }
+        refuted => refuted,
+    };
     match left_out.as_slice() {
-        [] if !refuted.is_empty() => format!("{refuted}; nothing else was looked for but swell."),
+        [] if !refuted.is_empty() => format!("{refuted}; {}.", words::beside_suspects(diagnosis)),
         [] if diagnosis.verdict == Verdict::Consistent => nothing(diagnosis),
         [] => "Model and recording differ, and the difference could not be placed.".to_owned(),
         found => {
@@ -207,10 +212,10 @@ pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
     };
     let unsure = |f: &&Finding| Rung::of(f) == Rung::Class;
     let likely = || diagnosis.findings.iter().filter(|f| f.is_likely());
-    let only_suspected = likely().next().is_none() && !diagnosis.findings.is_empty();
+    let only_suspected = likely().next().is_none() && !diagnosis.suspected.is_empty();
     let says = match likely().find(unsure) {
         _ if only_suspected => {
-            "what was suspected is less likely than not; nothing else was looked for but swell"
+            "what was suspected is less likely than not"
         }
         Some(finding) if diagnosis.verdict == Verdict::Explained => {
             if finding.serious().next().is_some() {

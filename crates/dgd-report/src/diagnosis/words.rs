@@ -113,6 +113,23 @@ pub(super) fn held_title(id: &str) -> String {
     }
 }
 
+/// What is to be known beside suspects of which none is likely.
+pub(super) fn beside_suspects(diagnosis: &Diagnosis) -> String {
+    let each: Vec<String> = (diagnosis.unsuspected().iter())
+        .map(|t| {
+            let title = title_of(t.effect);
+            format!("{title} (ln BF {:.0}, needed {:.0})", t.evidence, t.hurdle)
+        })
+        .collect();
+    if each.is_empty() {
+        return "nothing else was looked for but swell".to_owned();
+    }
+    format!(
+        "nothing else was judged, but by itself stands out: {}",
+        each.join("; ")
+    )
+}
+
 /// The finding's own words, or those of the catalogue.
 pub(super) fn title(finding: &Finding) -> String {
     if finding.title.trim().is_empty() {

@@ -90,6 +90,14 @@ fn sentence(diagnosis: &Diagnosis) -> String {
             none if none.is_empty() => none,
             held => format!(", beyond what the model to start from holds ({held})"),
         };
+        if !diagnosis.suspected.is_empty() {
+            let lead = diagnosis.verdict.name();
+            let what = diagnosis.suspected.join(", ");
+            return format!(
+                "{lead}, nothing of what was suspected ({what}) shows{}{off}",
+                unsuspected(diagnosis)
+            );
+        }
         return format!(
             "consistent, nothing is left out that this recording could show{beyond}{off}"
         );
@@ -118,13 +126,27 @@ fn sentence(diagnosis: &Diagnosis) -> String {
     let titles: Vec<&str> = refuted.iter().map(|f| f.title.as_str()).collect();
     let suspected = match titles.join(", ") {
         none if none.is_empty() => none,
-        titles => format!("what was suspected is less likely than not: {titles}"),
+        titles => {
+            let beside = unsuspected(diagnosis);
+            format!("what was suspected is less likely than not: {titles}{beside}")
+        }
     };
     let said: Vec<String> = (likely.first().map(|f| format!("{}{more}", f.title)))
         .into_iter()
         .chain(Some(suspected).filter(|s| !s.is_empty()))
         .collect();
     format!("{lead}, {}{gain}", said.join("; "))
+}
+
+/// What stands out that was not suspected.
+fn unsuspected(diagnosis: &Diagnosis) -> String {
+    let each: Vec<String> = (diagnosis.unsuspected().iter())
+        .map(|t| format!("{} (ln BF {:.0})", t.effect, t.evidence))
+        .collect();
+    match each.join(", ") {
+        none if none.is_empty() => none,
+        each => format!("; by itself stands out: {each}"),
+    }
 }
 
 fn tell_finding(
