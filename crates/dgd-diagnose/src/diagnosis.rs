@@ -116,7 +116,9 @@ impl Diagnosis {
         if self.suspected.is_empty() || explained {
             return Vec::new();
         }
-        let mut out: Vec<&Tested> = self.tested.iter().filter(|t| t.stands_out()).collect();
+        let asked = |t: &&Tested| self.suspected.iter().any(|id| id == t.effect);
+        let others = self.tested.iter().filter(|t| t.stands_out() && !asked(t));
+        let mut out: Vec<&Tested> = others.collect();
         out.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
         out.truncate(3);
         out

@@ -214,9 +214,7 @@ pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
     let likely = || diagnosis.findings.iter().filter(|f| f.is_likely());
     let only_suspected = likely().next().is_none() && !diagnosis.suspected.is_empty();
     let says = match likely().find(unsure) {
-        _ if only_suspected => {
-            "what was suspected is less likely than not"
-        }
+        _ if only_suspected => "what was suspected is less likely than not",
         Some(finding) if diagnosis.verdict == Verdict::Explained => {
             if finding.serious().next().is_some() {
                 "the place is known, the cause is one of a few"

@@ -125,7 +125,7 @@ pub(super) fn beside_suspects(diagnosis: &Diagnosis) -> String {
         return "nothing else was looked for but swell".to_owned();
     }
     format!(
-        "nothing else was judged, but by itself stands out: {}",
+        "nothing else was judged, but beside it stands out: {}",
         each.join("; ")
     )
 }

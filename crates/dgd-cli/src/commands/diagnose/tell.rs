@@ -145,7 +145,7 @@ fn unsuspected(diagnosis: &Diagnosis) -> String {
         .collect();
     match each.join(", ") {
         none if none.is_empty() => none,
-        each => format!("; by itself stands out: {each}"),
+        each => format!("; beside it stands out: {each}"),
     }
 }
 

@@ -348,6 +348,50 @@ fn a_gain_that_is_none_is_told_as_none() {
 }
 
 #[test]
+fn what_was_not_suspected_and_stands_out_is_told_where_no_suspect_is_likely() {
+    let stands = |effect: &'static str, evidence: f64| Tested {
+        effect,
+        title: "an effect",
+        outcome: Outcome::NotSeen,
+        evidence,
+        admissible: true,
+        hurdle: 12.0,
+        strength: "gain",
+        standard_error: None,
+        limit: None,
+    };
+    let mut suspected = diagnosis(Vec::new());
+    suspected.verdict = Verdict::Unexplained;
+    suspected.suspected = vec!["influx".into()];
+    let weak = Tested {
+        admissible: false,
+        ..stands("gel_strength", 90.0)
+    };
+    suspected.tested = vec![
+        stands("line_leak", 40.0),
+        stands("inflow_gain", 11.9),
+        weak,
+        stands("annulus_area", 328.0),
+        stands("influx", 50.0),
+    ];
+    let told = |d: &Diagnosis| tell::tell(d, &[], "rig.mat", Path::new("out"));
+    let said = "rig.mat: unexplained, nothing of what was suspected (influx) shows; beside it stands out: annulus_area (ln BF 328), line_leak (ln BF 40)\n";
+    assert!(told(&suspected).starts_with(said), "{}", told(&suspected));
+    suspected.findings = vec![Finding {
+        probability: 0.08,
+        ..kick()
+    }];
+    let said = "; beside it stands out: annulus_area (ln BF 328), line_leak (ln BF 40)";
+    assert!(told(&suspected).contains(said));
+    // Beside a suspect that is likely the others may only look like it.
+    suspected.findings = vec![kick()];
+    assert!(!told(&suspected).contains("stands out"));
+    suspected.findings.clear();
+    suspected.suspected.clear();
+    assert!(!told(&suspected).contains("stands out"));
+}
+
+#[test]
 fn a_suspect_that_is_unlikely_is_told_as_one() {
     let unlikely = || Finding {
         probability: 0.08,
