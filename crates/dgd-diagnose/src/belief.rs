@@ -19,13 +19,13 @@ const CLEAR: f64 = 3.0;
 /// Brings the probabilities of findings to the share of such findings that are right.
 pub(crate) fn calibrate(named: &mut [Named]) {
     let [constant, margin, share, crowd] = CALIBRATION;
-    // Of the others as many as are likely: a third one that is not claimed makes no crowd.
+    // Two others are a crowd as far as both are likely: a third one that is hardly there makes none.
     let all: f64 = named.iter().map(|n| n.probability).sum();
     for one in named.iter_mut().filter(|n| n.correction.is_none()) {
         let raw = one.probability.clamp(0.01, 0.99);
         let over = (one.evidence / one.hurdle.max(1.0)).max(1.0).ln();
         // What stands far above its hurdle stands in any company.
-        let crowded = (all - one.probability - 1.0).clamp(0.0, 1.0);
+        let crowded = (2.0 * (all - one.probability - 1.0)).clamp(0.0, 1.0);
         let doubt = crowded * crowd * (1.0 - over / CLEAR).max(0.0);
         let own = logistic(constant + margin * over + share * (raw / (1.0 - raw)).ln() + doubt);
         debug!(

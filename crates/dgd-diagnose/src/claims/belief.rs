@@ -100,10 +100,13 @@ fn three_are_a_crowd_two_are_not_and_what_stands_far_above_its_hurdle_stands_in_
     for folds in [0.0, 1.5, 3.0, 5.0] {
         let alone = logit_of(1, folds, 0.99);
         close(logit_of(2, folds, 0.99), alone);
-        for (count, others) in [(3, 0.98), (4, 1.0), (6, 1.0)] {
-            let doubt = CROWD * (1.0 - folds / 3.0).max(0.0);
-            close(logit_of(count, folds, 0.99), alone + others * doubt);
+        let doubt = CROWD * (1.0 - folds / 3.0).max(0.0);
+        for count in [3, 4, 6] {
+            close(logit_of(count, folds, 0.99), alone + doubt);
         }
+        // Of three that are hardly likelier than not each has half of that.
+        let alone = logit_of(1, folds, 0.625);
+        close(logit_of(3, folds, 0.625), alone + 0.5 * doubt);
     }
     // A third one that is hardly there takes nothing from two that are.
     let mut three = [named(20.0, 0.9), named(20.0, 0.9), named(11.0, 0.1)];
