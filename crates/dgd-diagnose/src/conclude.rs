@@ -7,7 +7,7 @@ mod worse;
 use crate::belief::{calibrate, doubt};
 use crate::contest::material;
 use crate::diagnosis::{
-    Check, DiagnoseError, Diagnosis, Finding, MOST_STEP_S, Options, Stage, Verdict,
+    Check, DiagnoseError, Diagnosis, Finding, MOST_STEP_S, Options, Stage, Verdict, beside,
 };
 use crate::empirical::is_correction;
 use crate::finding::{finding, heaving};
@@ -232,17 +232,13 @@ pub fn diagnose(
     let unknown = |f: &Finding| f.effect == "unknown";
     // What was only suspected may be less likely than not, and then is nothing that was left out.
     let left_out: Vec<&Finding> = findings.iter().filter(|f| f.is_likely()).collect();
-    let stands_out = || {
-        let others = tested.iter().filter(|t| t.stands_out());
-        others
-            .into_iter()
-            .any(|t| !options.suspects.iter().any(|id| id == t.effect))
-    };
-    let verdict = if left_out.is_empty() && !options.suspects.is_empty() && stands_out() {
-        // What was suspected does not explain what is there.
-        Verdict::Unexplained
-    } else if left_out.is_empty() {
-        Verdict::Consistent
+    let verdict = if left_out.is_empty() {
+        // Suspects that explain nothing leave open what stands out beside them.
+        if options.suspects.is_empty() || beside(&tested, &options.suspects).next().is_none() {
+            Verdict::Consistent
+        } else {
+            Verdict::Unexplained
+        }
     } else if left_out.iter().all(|f| unknown(f)) {
         Verdict::Unexplained
     } else if left_out.iter().any(|f| unknown(f)) {

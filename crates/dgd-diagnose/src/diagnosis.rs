@@ -116,13 +116,20 @@ impl Diagnosis {
         if self.suspected.is_empty() || explained {
             return Vec::new();
         }
-        let asked = |t: &&Tested| self.suspected.iter().any(|id| id == t.effect);
-        let others = self.tested.iter().filter(|t| t.stands_out() && !asked(t));
-        let mut out: Vec<&Tested> = others.collect();
+        let mut out: Vec<&Tested> = beside(&self.tested, &self.suspected).collect();
         out.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
         out.truncate(3);
         out
     }
+}
+
+/// What stands out and was not suspected.
+pub(crate) fn beside<'t>(
+    tested: &'t [Tested],
+    suspected: &[String],
+) -> impl Iterator<Item = &'t Tested> {
+    let asked = |t: &Tested| suspected.iter().any(|id| id == t.effect);
+    tested.iter().filter(move |t| t.stands_out() && !asked(t))
 }
 
 impl Finding {

@@ -224,8 +224,7 @@ fn exchanged(record: &Record, start: &[Applied], selection: &Selection) -> Optio
     if last.correction.is_some() {
         return None;
     }
-    // Both are judged by the same noise and on the same rows.
-    let tangent = Tangent::at(record, &selection.state(), &[], Bend::Free)?;
+    let mut tangent = None;
     let misfit = |off: &[f64]| 0.5 * dot(off, off);
     let mut best = None;
     let mut most = SAVES;
@@ -240,6 +239,11 @@ fn exchanged(record: &Record, start: &[Applied], selection: &Selection) -> Optio
         if id == gone || other.accept(record, start, named).is_none() {
             continue;
         }
+        // Both are judged by the same noise and on the same rows.
+        if tangent.is_none() {
+            tangent = Some(Tangent::at(record, &selection.state(), &[], Bend::Free)?);
+        }
+        let tangent = tangent.as_ref()?;
         let saved = misfit(&tangent.off) - misfit(&tangent.refitted(record, &other.state()).off);
         debug!("{id} in the place of {gone} saves {saved:.1}");
         if saved > most {

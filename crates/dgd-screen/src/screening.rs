@@ -345,7 +345,8 @@ impl Job<'_> {
         let speed_pct = &self.recording.pump_speed_pct;
         let on = self.rules.options.pump_on_above_pct;
         let (least, gap) = (self.rules.frozen_floor(), self.rules.gap());
-        let runs: Vec<Run> = (stuck::held(speed_pct, least, gap).iter())
+        let complete = !speed_pct.iter().any(|v| v.is_nan());
+        let runs: Vec<Run> = (stuck::long_runs(speed_pct, complete, least, gap).iter())
             .map(|held| held.run)
             .filter(|run| run.value > on)
             .collect();

@@ -47,11 +47,9 @@ impl Readings<'_> {
 
     /// The first value of a range that is there; `None` if it is not to be trusted.
     fn first(&self, range: Range<usize>) -> Option<f64> {
-        let at = range.take_while(|i| *i < self.speed_pct.len());
-        let first = at.into_iter().find(|i| !self.speed_pct[*i].is_nan())?;
-        self.faults[first]
-            .trusted()
-            .then_some(self.speed_pct[first])
+        let mut there = range.filter_map(|i| Some((*self.speed_pct.get(i)?, self.faults.get(i)?)));
+        let (first, faults) = there.find(|(value, _)| !value.is_nan())?;
+        faults.trusted().then_some(first)
     }
 }
 

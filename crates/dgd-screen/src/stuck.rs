@@ -107,11 +107,7 @@ pub(crate) fn find(
     let mut runs: Vec<Held> = Vec::new();
     let complete = scan.pairs + 1 >= values.len();
     let (shortest, share) = settle((scan.equal, scan.pairs), rule, |least| {
-        runs = if complete {
-            long_runs(values, least)
-        } else {
-            held(values, least, rule.gap)
-        };
+        runs = long_runs(values, complete, least, rule.gap);
         (runs.len(), runs.iter().map(Held::repeats).sum())
     });
     runs.retain(|held| held.told >= shortest && !honest(&held.run, shortest));
@@ -214,7 +210,18 @@ fn local_share(
 }
 
 /// Runs of at least `least` (2 or more) equal values, of which so many in a row may be missing.
-pub(crate) fn held(values: &[f64], least: usize, gap: usize) -> Vec<Held> {
+///
+/// - `complete`: none is missing.
+pub(crate) fn long_runs(values: &[f64], complete: bool, least: usize, gap: usize) -> Vec<Held> {
+    if complete {
+        striding(values, least)
+    } else {
+        over_gaps(values, least, gap)
+    }
+}
+
+/// Looks at every sample.
+fn over_gaps(values: &[f64], least: usize, gap: usize) -> Vec<Held> {
     let mut runs = Vec::new();
     let mut open: Option<Held> = None;
     let mut take = |ended: Option<Held>| {
@@ -229,9 +236,9 @@ pub(crate) fn held(values: &[f64], least: usize, gap: usize) -> Vec<Held> {
     runs
 }
 
-/// The same where no value is missing: a run that long covers two
+/// Where no value is missing a run that long covers two
 /// neighbours at one of every `least - 1` samples, so only those are looked at.
-fn long_runs(values: &[f64], least: usize) -> Vec<Held> {
+fn striding(values: &[f64], least: usize) -> Vec<Held> {
     let least = least.max(2);
     let mut runs = Vec::new();
     let mut at = least - 1;
@@ -285,8 +292,8 @@ mod tests {
         for least in 2..12 {
             let slow: Vec<Run> = dgd_recording::stuck_runs(&values, least).collect();
             let runs = |of: Vec<Held>| of.into_iter().map(|held| held.run).collect::<Vec<_>>();
-            assert_eq!(runs(long_runs(&values, least)), slow, "least {least}");
-            assert_eq!(runs(held(&values, least, 3)), slow, "least {least}");
+            assert_eq!(runs(striding(&values, least)), slow, "least {least}");
+            assert_eq!(runs(over_gaps(&values, least, 3)), slow, "least {least}");
         }
     }
 
@@ -295,7 +302,7 @@ mod tests {
         let n = f64::NAN;
         let values = [n, 1.0, 1.0, n, n, 1.0, n, 2.0, 2.0, n, n, n, 2.0, n];
         let of = |gap: usize| -> Vec<(usize, usize, usize, usize)> {
-            let runs = held(&values, 2, gap);
+            let runs = over_gaps(&values, 2, gap);
             let of = |h: &Held| (h.run.start, h.run.length, h.told, h.repeats());
             runs.iter().map(of).collect()
         };

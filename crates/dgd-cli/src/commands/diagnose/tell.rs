@@ -94,7 +94,7 @@ fn sentence(diagnosis: &Diagnosis) -> String {
             let lead = diagnosis.verdict.name();
             let what = diagnosis.suspected.join(", ");
             return format!(
-                "{lead}, nothing of what was suspected ({what}) shows{}{off}",
+                "{lead}, nothing of what was suspected ({what}) shows{beyond}{}{off}",
                 unsuspected(diagnosis)
             );
         }
