@@ -260,11 +260,13 @@ fn meaning(verdict: Verdict) -> &'static str {
 }
 
 fn consistent(diagnosis: &Diagnosis, html: &mut Html) {
+    let suspected = &diagnosis.suspected;
+    let asked = |id: &str| suspected.is_empty() || suspected.iter().any(|s| s == id);
     let count = |wanted: fn(&Outcome) -> bool| {
         diagnosis
             .tested
             .iter()
-            .filter(|t| wanted(&t.outcome))
+            .filter(|t| asked(t.effect) && wanted(&t.outcome))
             .count()
             .to_string()
     };

@@ -35,7 +35,9 @@ const MOST_FINDINGS: usize = 8;
 pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
     let span = words::span(diagnosis);
     if diagnosis.findings.is_empty() {
-        html.paragraph(if diagnosis.traces.iter().any(Trace::stands_off) {
+        html.paragraph(if !diagnosis.unsuspected().is_empty() {
+            "What was suspected shows in no relation, and something else may: the timeline shows what each of them leaves."
+        } else if diagnosis.traces.iter().any(Trace::stands_off) {
             "A check says that more is left than noise and instruments within their accuracy make, and nothing that could be named. \
              The timeline shows where."
         } else {

@@ -213,6 +213,36 @@ fn the_wording_climbs_with_what_is_known() {
 }
 
 #[test]
+fn suspects_that_explain_nothing_are_not_told_as_a_sound_recording() {
+    let plain = |diagnosis: &Diagnosis| -> String {
+        let told = words(&page(diagnosis));
+        told.split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    let mut of_one = diagnoses::consistent(2);
+    of_one.suspected = vec!["return_flow_gain".to_owned()];
+    let told = plain(&of_one);
+    for wanted in [
+        "The recording shows nothing of what was suspected; nothing else was looked for but swell.",
+        "No relation shows a mismatch",
+        "Effects looked for 1 ",
+    ] {
+        assert!(told.contains(wanted), "{wanted}: {told}");
+    }
+    let kick = of_one.tested.iter_mut().find(|t| t.effect == "influx");
+    kick.unwrap().evidence = 328.0;
+    of_one.verdict = Verdict::Unexplained;
+    let told = plain(&of_one);
+    for wanted in [
+        "nothing else was judged, but beside it stands out: formation fluid enters the well (ln BF 328, needed 3).",
+        "What was suspected shows in no relation, and something else may",
+        "Unexplained what was suspected is less likely than not",
+    ] {
+        assert!(told.contains(wanted), "{wanted}: {told}");
+    }
+    assert!(!told.contains("No relation shows a mismatch"));
+}
+
+#[test]
 fn a_class_names_its_rivals_and_the_test_that_separates_them() {
     let text = words(&page(&diagnoses::class(2)));
     for wanted in [
