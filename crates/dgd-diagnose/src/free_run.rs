@@ -5,11 +5,7 @@ use crate::record::{Record, bridged, mean, tails};
 use dgd_effects::{AugmentedModel, Inputs, UnknownEffect};
 use dgd_identify::Prepared;
 use dgd_recording::Well;
-use rayon::prelude::*;
 use std::ops::Range;
-
-/// Stretches that are simulated side by side.
-const AT_A_TIME: usize = 64;
 
 /// Free runs over the whole recording, window by window.
 pub(crate) fn simulate(
@@ -52,7 +48,6 @@ pub(crate) fn simulate(
         pairs.map(|(o, i)| well.head_m(*i, *o)).collect()
     };
     let nan = || vec![f64::NAN; n];
-    let mut runs = [(nan(), nan(), nan()), (nan(), nan(), nan())];
     // Stretches with the states that they start from.
     let mut stretches: Vec<(Range<usize>, (f64, f64))> = Vec::new();
     let mut i = 0;
@@ -75,56 +70,50 @@ pub(crate) fn simulate(
         }
         i = end;
     }
-    // On all cores, some at a time: what they give is kept twice until it is copied.
-    for some in stretches.chunks(AT_A_TIME) {
-        let done = some
-            .par_iter()
-            .map(|(stretch, state)| {
-                let run = |model: &AugmentedModel| {
-                    model.free_run(&record.setting, inputs, stretch.clone(), *state)
-                };
-                Ok([run(before)?, run(after)?])
-            })
-            .collect::<Result<Vec<_>, UnknownEffect>>()?;
-        for ((stretch, _), done) in some.iter().zip(done) {
-            for (run, out) in done.iter().zip(&mut runs) {
-                out.0[stretch.clone()].copy_from_slice(&run.return_flow_m3_s);
-                out.1[stretch.clone()].copy_from_slice(&run.inlet_pa);
-                out.2[stretch.clone()].copy_from_slice(&run.outlet_pa);
+    let run = |model: &AugmentedModel| -> Result<[Vec<f64>; 3], UnknownEffect> {
+        let mut out = [nan(), nan(), nan()];
+        let runs = model.free_runs(&record.setting, inputs, &stretches)?;
+        for ((stretch, _), run) in stretches.iter().zip(runs) {
+            let signals = [run.return_flow_m3_s, run.inlet_pa, run.outlet_pa];
+            for (all, one) in out.iter_mut().zip(&signals) {
+                all[stretch.clone()].copy_from_slice(one);
             }
         }
-    }
+        Ok(out)
+    };
+    // Each goes through the recording once; both at a time.
+    let (before, after) = rayon::join(|| run(before), || run(after));
+    let ([flow_before, inlet_before, outlet_before], [flow_after, inlet_after, outlet_after]) =
+        (before?, after?);
     let inlet = &prepared.inlet_pressure_pa;
     let outlet = &prepared.outlet_pressure_pa;
-    // What was run is handed on, not copied.
-    let [before, after] = runs;
     let (levels, heads) = (
         Signal {
             name: "riser_level_m",
             measured: levels(inlet),
-            before: levels(&before.1),
-            after: levels(&after.1),
+            before: levels(&inlet_before),
+            after: levels(&inlet_after),
         },
         Signal {
             name: "pump_head_m",
             measured: heads(outlet, inlet),
-            before: heads(&before.2, &before.1),
-            after: heads(&after.2, &after.1),
+            before: heads(&outlet_before, &inlet_before),
+            after: heads(&outlet_after, &inlet_after),
         },
     );
     let signals = vec![
         Signal {
             name: "return_flow_m3_s",
             measured: recording.return_flow_m3_s.clone(),
-            before: before.0,
-            after: after.0,
+            before: flow_before,
+            after: flow_after,
         },
         levels,
         Signal {
             name: "pump_outlet_pressure_pa",
             measured: outlet.clone(),
-            before: before.2,
-            after: after.2,
+            before: outlet_before,
+            after: outlet_after,
         },
         heads,
     ];

@@ -3,6 +3,7 @@
 use crate::curves::{Curves, STANDING_M3_S};
 use crate::{Action, Changes, Effect, MeterPath, Moment, Setting, find};
 use dgd_units::{STANDARD_ATMOSPHERE_PA, STANDARD_GRAVITY_M_S2};
+use std::ops::Range;
 
 /// An effect with its parameters, in the order of its description.
 #[derive(Debug, Clone, PartialEq)]
@@ -71,6 +72,14 @@ pub struct FreeRun {
     pub outlet_pa: Vec<f64>,
 }
 
+/// A window that runs from a measured state, and the sample from which its effects see what came before.
+struct Stretch {
+    from: usize,
+    window: Range<usize>,
+    /// Inlet pressure, Pa absolute, and line flow, m³/s.
+    start: (f64, f64),
+}
+
 impl AugmentedModel {
     /// Pressure rise over the pump, Pa, at a speed, %, and a flow, m³/s.
     ///
@@ -131,10 +140,59 @@ impl AugmentedModel {
         &self,
         setting: &Setting,
         inputs: Inputs<'_>,
-        window: std::ops::Range<usize>,
+        window: Range<usize>,
         start: (f64, f64),
     ) -> Result<FreeRun, UnknownEffect> {
+        let window = [(window, start)];
+        let mut runs = self.free_runs(setting, inputs, &window)?;
+        Ok(runs.next().unwrap_or_default())
+    }
+
+    /// Simulates windows one after the other, each from its own measured state, as [`free_run`](Self::free_run) does the first.
+    ///
+    /// Windows ascend and do not overlap. Effects live on from one to the next, and remember of a window before theirs what was
+    /// simulated in it: one pass over the samples, however long they remember.
+    ///
+    /// # Errors
+    /// [`UnknownEffect`] if an effect is not in the catalogue or takes another number of parameters.
+    pub fn free_runs<'a>(
+        &'a self,
+        setting: &'a Setting,
+        inputs: Inputs<'a>,
+        windows: &'a [(Range<usize>, (f64, f64))],
+    ) -> Result<impl Iterator<Item = FreeRun> + 'a, UnknownEffect> {
         let (mut actions, path) = self.begin(setting)?;
+        let remembered = self.remembered(inputs.step_s)?;
+        let mut full = true;
+        let mut seen_to = 0;
+        let run = move |(window, start): &(Range<usize>, (f64, f64))| {
+            let from = window.start.saturating_sub(remembered).max(seen_to);
+            seen_to = window.end;
+            let stretch = Stretch {
+                from,
+                window: window.clone(),
+                start: *start,
+            };
+            self.stretch(setting, inputs, &stretch, path, &mut actions, &mut full)
+        };
+        Ok(windows.iter().map(run))
+    }
+
+    /// One window, and before it what the effects remember of the time up to it.
+    fn stretch(
+        &self,
+        setting: &Setting,
+        inputs: Inputs<'_>,
+        stretch: &Stretch,
+        path: MeterPath,
+        actions: &mut [Action],
+        full: &mut bool,
+    ) -> FreeRun {
+        let Stretch {
+            from,
+            window,
+            start,
+        } = stretch;
         let g = STANDARD_GRAVITY_M_S2;
         let rho = setting.density_kg_m3;
         let inertia = rho * setting.line_length_m / setting.line_area_m2;
@@ -142,7 +200,7 @@ impl AugmentedModel {
         let column = STANDARD_ATMOSPHERE_PA + weight * setting.line_length_m;
         let held = Held::of(self);
         let line_pa = |q: f64| held.friction_pa(&self.curves, q);
-        let (mut inlet, mut flow) = start;
+        let (mut inlet, mut flow) = *start;
         let mut outlet = column + line_pa(flow);
         let steps = inputs.step_s.ceil().clamp(1.0, 20.0);
         let dt = inputs.step_s / steps;
@@ -155,9 +213,8 @@ impl AugmentedModel {
         let end = window.end.min(inputs.samples());
         let mut run = FreeRun::default();
         let mut lagged = flow;
-        let mut full = true;
         let mut past: Vec<f64> = Vec::with_capacity(end.saturating_sub(window.start));
-        for i in self.remembered(inputs.step_s, window.start)?..end {
+        for i in *from..end {
             let speed = inputs.speed_pct[i];
             let pumping = speed > STANDING_PCT;
             let inside = i >= window.start;
@@ -170,7 +227,7 @@ impl AugmentedModel {
                 (false, false) => 0.0,
             };
             // What flows at the window's start was measured at the line's top.
-            let returns = full || i == window.start || (!inside && flow > STANDING_M3_S);
+            let returns = *full || i == window.start || (!inside && flow > STANDING_M3_S);
             let moment = Moment {
                 index: i,
                 t_s: inputs.time_s[i],
@@ -186,10 +243,10 @@ impl AugmentedModel {
                 pumping,
             };
             let mut c = Changes::default();
-            for action in &mut actions {
+            for action in actions.iter_mut() {
                 action(&moment, &mut c);
             }
-            full = c.line_fall_m <= 0.0;
+            *full = c.line_fall_m <= 0.0;
             if !inside {
                 continue;
             }
@@ -236,7 +293,7 @@ impl AugmentedModel {
             } else {
                 still
             };
-            let outflow = if full { flow } else { 0.0 };
+            let outflow = if *full { flow } else { 0.0 };
             let seen = (outflow - c.leak_m3_s).max(0.0) * c.meter_gain;
             lagged = if path.lag_s > 0.0 {
                 lagged + (1.0 - (-inputs.step_s / path.lag_s).exp()) * (seen - lagged)
@@ -251,7 +308,7 @@ impl AugmentedModel {
             run.outlet_pa
                 .push(outlet + 0.5 * (c.outlet_bias_pa[0] + c.outlet_bias_pa[1]));
         }
-        Ok(run)
+        run
     }
 
     /// Starts every effect.
@@ -273,8 +330,8 @@ impl AugmentedModel {
         Ok((actions, path))
     }
 
-    /// The first sample before a window that an effect may still remember in it.
-    fn remembered(&self, step_s: f64, window: usize) -> Result<usize, UnknownEffect> {
+    /// How many samples before a window an effect may still remember in it.
+    fn remembered(&self, step_s: f64) -> Result<usize, UnknownEffect> {
         let mut memory_s = 0.0_f64;
         for one in &self.effects {
             memory_s = memory_s.max(self.look_up(one)?.memory_s(&one.parameters));
@@ -283,12 +340,12 @@ impl AugmentedModel {
         #[allow(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
-            reason = "a cast of floats saturates; a NaN becomes the recording's start"
+            reason = "a cast of floats saturates; a NaN becomes all of them"
         )]
         Ok(if samples.is_nan() {
-            0
+            usize::MAX
         } else {
-            window.saturating_sub(samples as usize)
+            samples as usize
         })
     }
 

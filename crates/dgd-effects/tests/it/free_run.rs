@@ -321,6 +321,29 @@ fn effects_with_an_onset_before_the_window_are_in_force_in_it() {
     assert!(run.outlet_pa[0] - column_pa() > 0.9 * 30.0 * G * setting().line_length_m);
 }
 
+/// A window later than the first remembers what ran before it, not what its start alone tells.
+#[test]
+fn effects_live_on_from_window_to_window() {
+    // Pumped fast, then slowly: by its start alone, the second window would take the first for as slow.
+    let fast = |t: f64| if t < 1500.0 { 1.0 } else { 0.6 };
+    let drive = Drive::new(3000, 1.0, |t| Q * fast(t), |t| W * fast(t).sqrt());
+    let model = model(&[("mud_density_change", &[30.0, 0.0, 1.0, 0.3])]);
+    let whole = drive.run(&model, balanced());
+    let state = (whole.inlet_pa[1600], whole.return_flow_m3_s[1600]);
+    let windows = [(0..1600, balanced()), (1600..3000, state)];
+    let setting = setting();
+    let runs = model.free_runs(&setting, drive.inputs(), &windows).unwrap();
+    let [first, second] = &runs.collect::<Vec<_>>()[..] else {
+        panic!("two windows");
+    };
+    assert_eq!(first.outlet_pa, whole.outlet_pa[..1600]);
+    let alone = model.free_run(&setting, drive.inputs(), 1600..3000, state);
+    let alone = alone.unwrap();
+    let off = |run: &FreeRun| (run.outlet_pa[100] - whole.outlet_pa[1700]).abs();
+    assert!(off(second) < 100.0, "{} Pa", off(second));
+    assert!(off(&alone) > 10.0 * off(second), "{} Pa", off(&alone));
+}
+
 /// What grew over the recording that a model was identified on grows as fast over a longer one.
 #[test]
 fn wear_keeps_the_pace_of_the_recording_that_it_was_identified_on() {
