@@ -30,6 +30,12 @@ impl Default for McapOptions {
     }
 }
 
+/// What readers of this workspace call the clock of a log that does not name it.
+const UNNAMED_CLOCK: &str = "t";
+
+/// Metadata of the channel that name the clock.
+const CLOCK_TAG: &str = "time_tag";
+
 /// No recording is longer than this, s; a larger time is an epoch, not a time from the start.
 const LONGEST_S: f64 = 5e8;
 
@@ -38,7 +44,7 @@ const LONGEST_S: f64 = 5e8;
 /// Foxglove plots it as it is.
 ///
 /// The time column becomes the log time, in whole nanoseconds after the table's origin
-/// (after zero, if it has none), and is no member. Other values have the fewest digits
+/// (after zero, if it has none), and is no member; the channel's metadata name it in `time_tag`. Other values have the fewest digits
 /// that read back to the same `f64`; NaN is `null`, and so is what a shorter column
 /// lacks. JSON has no infinity: it becomes `null` too. Chunks are zstd, with checksums.
 ///
@@ -120,7 +126,12 @@ impl<W: Write + Seek> McapWriter<W> {
             .create(writer)?;
         let schema = schema(members().map(|(_, column)| column));
         let schema_id = log.add_schema("dgd.Sample", "jsonschema", &schema)?;
-        let channel_id = log.add_channel(schema_id, &options.topic, "json", &BTreeMap::new())?;
+        let clock_tag = &head.columns[time].tag;
+        let mut metadata = BTreeMap::new();
+        if clock_tag != UNNAMED_CLOCK {
+            metadata.insert(CLOCK_TAG.to_owned(), clock_tag.clone());
+        }
+        let channel_id = log.add_channel(schema_id, &options.topic, "json", &metadata)?;
         let heads = members().enumerate();
         Ok(Self {
             log,

@@ -2,7 +2,7 @@
 //!
 //! The outer records are walked here and each chunk is handed to the library's reader
 //! on its own, checksum first, so that damage costs one chunk. The clock is the log
-//! time less the first log time.
+//! time less the first log time; it is `t`, unless metadata of its channel name it ([`CLOCK_TAG`]).
 
 mod blocks;
 mod json;
@@ -17,11 +17,14 @@ use crate::{IngestError, count};
 use dgd_recording::{Column, Issue, IssueKind, Table};
 use records::{Channel, Message, Schema, op};
 use std::collections::{BTreeMap, HashMap};
-use streams::{Budget, Stream};
+use streams::{Budget, Order, Stream};
 use units::Units;
 
 /// Bytes of a topic's name; with several topics every column's name begins with it.
 const MAX_TOPIC: usize = 1024;
+
+/// Metadata of a channel that name the clock of its messages.
+const CLOCK_TAG: &str = "time_tag";
 
 /// Log times from 2001 on are wall-clock times; smaller ones count from the start of something.
 const EPOCH_NS: u64 = 978_307_200_000_000_000;
@@ -80,9 +83,13 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Table, IngestError> {
     let log_ns = numeric[busiest].0.log_ns.clone();
     let starts = numeric
         .iter()
-        .filter_map(|(s, _)| s.log_ns.first().copied());
+        .filter_map(|(s, _)| s.log_ns.iter().min().copied());
     let start_ns = starts.min().unwrap_or(0);
-    let mut columns = vec![clock(&log_ns, start_ns)];
+    let clock_tag = match &numeric[..] {
+        [(only, _)] => only.clock_tag(),
+        _ => "t".into(),
+    };
+    let mut columns = vec![clock(clock_tag.clone(), seconds(&log_ns, start_ns))];
     let several = numeric.len() > 1;
     for (index, (stream, units)) in numeric.iter_mut().enumerate() {
         let sources = (index != busiest).then(|| nearest(&stream.log_ns, &log_ns));
@@ -104,7 +111,8 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Table, IngestError> {
                     sources.iter().map(at).collect()
                 }
             };
-            columns.push(column(&stream.topic, several, &member.path, units, values));
+            let prefixed = several || member.path == clock_tag.as_bytes();
+            columns.push(column(&stream.topic, prefixed, &member.path, units, values));
         }
     }
     Ok(Table {
@@ -115,24 +123,28 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Table, IngestError> {
     })
 }
 
-/// Log times as the column `t`, s after the start.
-fn clock(log_ns: &[u64], start_ns: u64) -> Column {
-    let seconds = log_ns.iter().map(|ns| (ns - start_ns) as f64 / 1e9);
+/// The clock's column.
+fn clock(tag: String, values: Vec<f64>) -> Column {
     Column {
-        tag: "t".into(),
+        tag,
         unit: Some("s".into()),
-        values: seconds.collect(),
+        values,
     }
 }
 
-/// The column of a member of a topic's messages; its unit is taken from `units`.
-fn column(topic: &str, several: bool, path: &[u8], units: &mut Units, values: Vec<f64>) -> Column {
+/// Log times in s after the start.
+fn seconds(log_ns: &[u64], start_ns: u64) -> Vec<f64> {
+    let after = log_ns.iter().map(|ns| (ns - start_ns) as f64 / 1e9);
+    after.collect()
+}
+
+/// The column of a member of a topic's messages, behind the topic's name if that must tell it from others; its unit is taken from `units`.
+fn column(topic: &str, prefixed: bool, path: &[u8], units: &mut Units, values: Vec<f64>) -> Column {
     let path = match path {
         b"" => "value".to_owned(),
         path => String::from_utf8_lossy(path).into_owned(),
     };
-    // `t` is the log's clock; a message's own stays beside it.
-    let tag = if several || path == "t" {
+    let tag = if prefixed {
         let topic = topic.trim_matches('/').replace('/', ".");
         format!("{topic}.{path}")
     } else {
@@ -279,9 +291,15 @@ impl Log {
             self.units[*index].extend(units);
             return Source::Stream(*index);
         }
+        let mut metadata = channel.metadata.iter();
+        let clock_tag = metadata.find(|(key, _)| *key == CLOCK_TAG);
         self.by_topic
             .insert(channel.topic.to_owned(), self.streams.len());
-        self.streams.push(Stream::new(channel.topic.to_owned()));
+        let mut stream = Stream::new(channel.topic.to_owned());
+        stream.named_clock = clock_tag
+            .filter(|(_, tag)| !tag.is_empty() && tag.len() <= MAX_TOPIC)
+            .map(|(_, tag)| (*tag).to_owned());
+        self.streams.push(stream);
         self.units.push(units);
         Source::Stream(self.streams.len() - 1)
     }
@@ -297,13 +315,20 @@ fn tell(stream: &mut Stream, issues: &mut Vec<Issue>) {
             message,
         })
     };
-    let backward = stream.sort();
-    if backward > 0 {
+    let (places, done) = match stream.sort() {
+        Order::AsLogged => (0, ""),
+        Order::Sorted(places) => (places, "the messages were put in order"),
+        Order::SetBack(places) => (
+            places,
+            "two stretches share one time and were left as logged",
+        ),
+    };
+    if places > 0 {
         tell(
             IssueKind::BackwardTime,
             format!(
-                "log time runs backwards in {}; the messages were put in order",
-                count(backward as u64, "place")
+                "log time runs backwards in {}; {done}",
+                count(places as u64, "place")
             ),
         );
     }

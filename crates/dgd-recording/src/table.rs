@@ -101,6 +101,8 @@ pub enum IssueKind {
     UnreadableValue,
     /// A variable of a kind that holds no numbers was passed over.
     Skipped,
+    /// Two columns have one name; the later one got another.
+    Renamed,
     /// A time stamp is missing or not finite; its sample was dropped.
     MissingTime,
     /// Two samples share a time stamp; the later one was dropped.

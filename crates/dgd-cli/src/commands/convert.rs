@@ -60,8 +60,11 @@ struct Written {
 }
 
 fn whole(arguments: &Convert, target: Target, progress: &Progress) -> Result<Written, Failure> {
-    let (format, table) = load::read_table(&arguments.input, progress)?;
+    let (format, mut table) = load::read_table(&arguments.input, progress)?;
     warn_of(arguments, target, &table);
+    if matches!(target, Target::Csv | Target::Mcap) {
+        keep_rows(arguments, &mut table);
+    }
     progress.stage("writing", &arguments.output.display().to_string());
     let mut outputs = Outputs::new();
     // A description of the one file then suits the other.
@@ -139,6 +142,36 @@ fn warn_of(arguments: &Convert, target: Target, table: &Table) {
             arguments.output.display()
         );
     }
+}
+
+/// Takes columns of another length than the longest out of a table that becomes rows: in which of them their values belong, nothing says.
+fn keep_rows(arguments: &Convert, table: &mut Table) {
+    /// Columns that are named.
+    const NAMED: usize = 5;
+    let rows = table.rows();
+    let clock = table.clock.map(|index| table.columns[index].tag.clone());
+    let (kept, other): (Vec<_>, Vec<_>) = std::mem::take(&mut table.columns)
+        .into_iter()
+        .partition(|column| column.values.len() == rows);
+    table.clock = kept.iter().position(|c| Some(&c.tag) == clock.as_ref());
+    table.columns = kept;
+    if other.is_empty() {
+        return;
+    }
+    let named = other.iter().take(NAMED).map(|column| {
+        let length = count(column.values.len());
+        format!("`{}` of {length}", column.tag)
+    });
+    let more = match other.len().saturating_sub(NAMED) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    tracing::warn!(
+        "{}: left out, as the others have {} values and nothing says in which rows theirs belong: {}{more}; a MAT file keeps them",
+        arguments.output.display(),
+        count(rows),
+        named.collect::<Vec<_>>().join(", ")
+    );
 }
 
 /// Format of the output.

@@ -32,6 +32,67 @@ fn the_known_delay_is_found() {
     assert!(fit["kept"].as_u64().unwrap() > 3500, "{fit:#}");
 }
 
+/// In which rows the values of a shorter column belong, nothing says.
+#[test]
+fn a_column_of_another_length_does_not_get_into_rows() {
+    let bench = Bench::new();
+    let column = |tag: &str, values: usize| dgd_recording::Column {
+        tag: tag.into(),
+        unit: None,
+        values: (0..values).map(|i| i as f64).collect(),
+    };
+    let table = dgd_recording::Table {
+        columns: vec![column("t", 100), column("slow", 10), column("a", 100)],
+        ..Default::default()
+    };
+    let mut file = std::io::Cursor::new(Vec::new());
+    dgd_export::write_mat5(&table, "rig", &mut file).unwrap();
+    bench.write("ragged.mat", file.into_inner());
+    for target in ["ragged.csv", "ragged.mcap"] {
+        let ran = bench.dgd(&format!("convert ragged.mat {target}"));
+        assert!(ran.err.contains("`rig.slow` of 10"), "{}", ran.err);
+        let said = ran.done();
+        assert!(said.contains("2 columns"), "{said}");
+    }
+    assert!(!bench.text("ragged.csv").contains("slow"));
+    bench.dgd("convert ragged.mat again.mat").done();
+    let said = bench.dgd("inspect again.mat");
+    assert!(said.done().contains("slow"));
+}
+
+/// A clock that is not called `t` keeps its name, and one that was set back is refused from a log as from a text.
+#[test]
+fn a_log_keeps_the_name_of_the_clock_and_that_it_was_set_back() {
+    let bench = Bench::new();
+    copies(&bench);
+    let text = bench.text("rig.csv");
+    let mut rows: Vec<&str> = text.lines().collect();
+    let named = rows[0].replacen('t', "elapsed", 1);
+    rows[0] = &named;
+    bench.write("named.csv", rows.join("\n"));
+    bench.write(
+        "well2.toml",
+        bench
+            .text("well.toml")
+            .replace("tag = \"t\"", "tag = \"elapsed\""),
+    );
+    let back = |line: &str| {
+        let (time, rest) = line.split_once(',').unwrap();
+        format!("{},{rest}", time.parse::<f64>().unwrap() - 600.0)
+    };
+    let later: Vec<String> = rows[2002..].iter().map(|line| back(line)).collect();
+    let set_back = [rows[..2002].join("\n"), later.join("\n")].join("\n");
+    bench.write("back.csv", set_back);
+    bench.dgd("convert named.csv named.mcap").done();
+    bench.dgd("convert back.csv back.mcap").done();
+    bench.dgd("fit named.mcap --well well2.toml").done();
+    for name in ["back.csv", "back.mcap"] {
+        bench
+            .dgd(&format!("fit {name} --well well2.toml"))
+            .refused(&["the clock jumps back by 599 s", "share one time"]);
+    }
+}
+
 /// Writes rows of `rig.csv` as a file of its own, whose clock tells the date.
 fn dated(bench: &Bench, rows: std::ops::Range<usize>, name: &str) {
     let text = bench.text("rig.csv");

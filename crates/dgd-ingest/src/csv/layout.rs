@@ -10,6 +10,9 @@ const SAMPLED: usize = 200;
 /// Bytes in which those lines must begin.
 const SAMPLED_BYTES: usize = 1 << 20;
 
+/// What may stand between cells; of equals the first counts.
+const DELIMITERS: [u8; 4] = *b",;\t|";
+
 /// How a file is laid out.
 #[derive(Debug, Clone)]
 pub(super) struct Layout {
@@ -36,9 +39,19 @@ pub(super) struct Head {
     pub(super) two_are_hours: bool,
     /// What comes first in its dates of which the year is last.
     pub(super) first: Option<stamp::First>,
+    /// What its cells are that are digits alone.
+    pub(super) digits: Option<stamp::Digits>,
 }
 
 impl Head {
+    /// Reads a trimmed cell of a column of stamps.
+    pub(super) fn stamp(&self, cell: &[u8]) -> Option<stamp::Stamp> {
+        match self.digits {
+            Some(digits) => digits.parse(cell),
+            None => stamp::parse(cell, self.first),
+        }
+    }
+
     /// Whether what is written above a column is its name.
     pub(super) fn is_named(&self, written: &str) -> bool {
         self.named && split_unit(written).0 == self.written
@@ -102,7 +115,7 @@ impl<'a> Glimpse<'a> {
         if middle_cut && !self.middle.contains(&b'\n') {
             return false;
         }
-        b",;\t\0".iter().all(|delimiter| {
+        DELIMITERS.iter().chain(b"\0").all(|delimiter| {
             let Sample { head, middle } = sample(self, *delimiter);
             let open = |lines: &[Line<'_>]| lines.iter().any(|line| line.open);
             !(head_cut && open(&head) || middle_cut && open(&middle))
@@ -157,11 +170,8 @@ pub(super) fn layout(glimpse: &Glimpse<'_>) -> Result<Layout, IngestError> {
         head.two_are_hours = sorts().all(two_may_be_hours);
         numeric[index] = stamps + numbers > 0 && stamps + numbers >= texts;
     }
-    let at = |kind: stamp::StampKind| kinds.iter().position(|k| *k == Some(kind));
-    if let (Some(_), Some(clock)) = (at(stamp::StampKind::Date), at(stamp::StampKind::Clock)) {
-        heads[clock].dated = true;
-    }
-    let first_row = head.iter().position(|line| {
+    let codes = usize::from(head.len() > 1 && are_codes(&head[0]) && !are_codes(&head[1]));
+    let first_row = head.iter().skip(codes).position(|line| {
         let of = |test: fn(Sort) -> bool| {
             let cells = line.cells.iter().zip(numeric.iter().zip(&heads));
             cells
@@ -171,7 +181,7 @@ pub(super) fn layout(glimpse: &Glimpse<'_>) -> Result<Layout, IngestError> {
         };
         of(Sort::readable) > of(|s| s == Sort::Text)
     });
-    let first_row = first_row.ok_or_else(|| nothing_numeric(text))?;
+    let first_row = codes + first_row.ok_or_else(|| nothing_numeric(text))?;
     if first_row > 0 {
         // One long line makes no column, most of them do.
         let mut lengths: Vec<usize> = rows().map(|l| l.cells.len()).collect();
@@ -180,16 +190,45 @@ pub(super) fn layout(glimpse: &Glimpse<'_>) -> Result<Layout, IngestError> {
         heads.truncate(usual.max(head[first_row - 1].cells.len()));
     }
     name(&mut heads, &head[..first_row], &numeric);
-    for (index, head) in heads.iter_mut().enumerate() {
-        // Digits alone are a number, unless a column of times holds a date in each.
-        let mut cells = rows()
-            .filter_map(|l| l.cells.get(index))
+    let cells = |index: usize| -> Vec<&[u8]> {
+        let sampled = head[first_row..].iter().chain(&sampled.middle);
+        let cells = sampled.filter_map(|l| l.cells.get(index).copied());
+        cells
             .filter(|c| !c.is_empty() && !number::is_missing(c))
-            .peekable();
-        head.stamps |= numeric[index]
-            && is_time_name(&head.tag)
-            && cells.peek().is_some()
-            && cells.all(|c| stamp::compact(c).is_some());
+            .collect()
+    };
+    // Digits alone are a number, unless a column of times holds a date or a time of the day in each, or both.
+    for (index, head) in heads.iter_mut().enumerate() {
+        if head.stamps || !numeric[index] || !is_time_name(&head.tag) {
+            continue;
+        }
+        let cells = cells(index);
+        if stamp::is_dial(&cells) {
+            head.stamps = true;
+            head.digits = Some(stamp::Digits::Clock);
+            kinds[index] = Some(stamp::StampKind::Clock);
+        } else {
+            head.stamps = !cells.is_empty() && cells.iter().all(|c| stamp::compact(c).is_some());
+        }
+    }
+    let at = |kind: stamp::StampKind| {
+        let mut kinds = kinds.iter().take(heads.len());
+        kinds.position(|k| *k == Some(kind))
+    };
+    if let Some(clock) = at(stamp::StampKind::Clock) {
+        let is_date = |index: &usize| {
+            let (head, cells) = (&heads[*index], cells(*index));
+            let named = numeric[*index] && !head.stamps && is_date_name(&head.tag);
+            let digits = |cell: &&[u8]| stamp::Digits::Date.parse(cell).is_some();
+            named && !cells.is_empty() && cells.iter().all(digits)
+        };
+        if at(stamp::StampKind::Date).is_some() {
+            heads[clock].dated = true;
+        } else if let Some(date) = (0..heads.len()).find(is_date) {
+            heads[clock].dated = true;
+            heads[date].stamps = true;
+            heads[date].digits = Some(stamp::Digits::Date);
+        }
     }
     let (start, line) = (head[first_row].start, head[first_row].number);
     Ok(Layout {
@@ -200,8 +239,32 @@ pub(super) fn layout(glimpse: &Glimpse<'_>) -> Result<Layout, IngestError> {
     })
 }
 
+/// Whether a line names its columns by the four digits of WITS items: record, item.
+fn are_codes(line: &Line<'_>) -> bool {
+    let is_code = |c: &&[u8]| c.len() == 4 && c.iter().all(u8::is_ascii_digit);
+    let distinct: std::collections::BTreeSet<_> = line.cells.iter().collect();
+    line.cells.len() > 1
+        && line.cells.iter().all(is_code)
+        && line.cells.iter().any(|c| c[0] == b'0')
+        && distinct.len() == line.cells.len()
+}
+
+/// The item of a column that is named as [`are_codes`] says.
+fn item(tag: &str) -> Option<&str> {
+    let is_code = tag.len() == 4 && tag.bytes().all(|b| b.is_ascii_digit());
+    is_code.then(|| &tag[2..])
+}
+
+/// Whether a column is named like a date.
+fn is_date_name(tag: &str) -> bool {
+    tag.to_lowercase().contains("date") || item(tag) == Some("05")
+}
+
 /// Whether a column is named like time.
 pub(super) fn is_time_name(tag: &str) -> bool {
+    if let Some(item) = item(tag) {
+        return item == "06";
+    }
     let name = tag.to_lowercase();
     let stem = name.split(|c: char| !c.is_alphanumeric()).next();
     matches!(
@@ -268,7 +331,7 @@ fn sniff(glimpse: &Glimpse<'_>) -> Option<u8> {
         rows.filter_map(line).reduce(|a, b| a.saturating_add(b))
     };
     // The first of equals wins, so a file of one column is comma separated.
-    let scored = b",;\t".iter().filter_map(|d| Some((score(d)?, *d)));
+    let scored = DELIMITERS.iter().filter_map(|d| Some((score(d)?, *d)));
     scored
         .rev()
         .max_by_key(|(score, _)| *score)
@@ -291,7 +354,7 @@ fn nothing_numeric(text: &[u8]) -> IngestError {
         return IngestError::NotTabular {
             place: format!("line {}", line.number),
             reason: format!("`{shown}` has numbers between blanks"),
-            mend: "separate the cells by comma, semicolon or tab".into(),
+            mend: "separate the cells by comma, semicolon, tab or bar".into(),
         };
     }
     IngestError::NothingNumeric {

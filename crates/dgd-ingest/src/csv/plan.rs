@@ -100,6 +100,16 @@ impl Plan {
                 continue; // trailing delimiters
             }
             issues.extend(reading.issues());
+            if reading.head.named && reading.head.tag != reading.head.written {
+                issues.push(Issue {
+                    kind: IssueKind::Renamed,
+                    place: format!("column {}", index + 1),
+                    message: format!(
+                        "`{}` is the name of a column before it; it is `{}` here",
+                        reading.head.written, reading.head.tag
+                    ),
+                });
+            }
             if date.is_some_and(|date| date.clock_at == index) {
                 clock = Some(columns.len());
             } else if origin.is_none() {

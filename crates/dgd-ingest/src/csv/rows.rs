@@ -2,7 +2,7 @@
 
 use super::layout::{Head, Layout};
 use super::number;
-use super::stamp::{self, Clock};
+use super::stamp::Clock;
 use super::text::{cell, is_whole, words};
 use crate::{IngestError, count};
 use dgd_recording::{Issue, IssueKind};
@@ -335,7 +335,8 @@ impl Rows {
             return done;
         }
         let value = if column.head.stamps {
-            stamp::parse(bytes, column.head.first).map(|stamp| column.clock.seconds(stamp))
+            let stamp = column.head.stamp(bytes);
+            stamp.map(|stamp| column.clock.seconds(stamp))
         } else if self.delimiter == b',' {
             // A comma within quotes is none of the delimiters.
             number::parse(bytes).or_else(|| number::parse_quoted(bytes))

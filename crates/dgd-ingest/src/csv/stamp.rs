@@ -139,6 +139,79 @@ pub(super) fn compact(cell: &[u8]) -> Option<Stamp> {
     })
 }
 
+/// What digits alone stand for in a column of times.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Digits {
+    /// `152749` or `52749`, as loggers of WITS write the time of the day; `152749.648`.
+    Clock,
+    /// `241022` or `20241022`.
+    Date,
+}
+
+impl Digits {
+    /// Reads a trimmed cell.
+    pub(super) fn parse(self, cell: &[u8]) -> Option<Stamp> {
+        let digits = cell.iter().take_while(|b| b.is_ascii_digit()).count();
+        let (whole, fraction) = cell.split_at(digits);
+        let number = Text(whole).digits(1, 8)?;
+        let (high, middle, low) = (number / 10_000, number / 100 % 100, number % 100);
+        match self {
+            Self::Clock => {
+                let is_one = digits <= 6 && high < 24 && middle < 60 && low < 60;
+                let mut text = Text(fraction);
+                let part_ns = if fraction.is_empty() {
+                    0
+                } else {
+                    text.fraction()?
+                };
+                let ns = (high * 3600 + middle * 60 + low) * NS_PER_S + part_ns;
+                (is_one && text.0.is_empty()).then_some(Stamp {
+                    ns,
+                    kind: StampKind::Clock,
+                })
+            }
+            Self::Date => {
+                let year = match digits {
+                    6 => 2000 + high,
+                    8 => high,
+                    _ => return None,
+                };
+                let days = days_of(year, middle, low).filter(|_| fraction.is_empty())?;
+                Some(Stamp {
+                    ns: days * S_PER_DAY * NS_PER_S,
+                    kind: StampKind::Date,
+                })
+            }
+        }
+    }
+}
+
+/// Whether numbers are times of the day in digits: each can be one, and from some of them to the next it is the time that goes on evenly
+/// and not the number, as from `75959` to `80000`.
+pub(super) fn is_dial(cells: &[&[u8]]) -> bool {
+    let read = |cell: &&[u8]| {
+        let ns = Digits::Clock.parse(cell)?.ns;
+        let number: f64 = std::str::from_utf8(cell).ok()?.parse().ok()?;
+        Some((ns as f64 / 1e9, number))
+    };
+    let Some(read) = cells.iter().map(read).collect::<Option<Vec<_>>>() else {
+        return false;
+    };
+    let steps = || {
+        read.windows(2).map(|w| {
+            let time = (w[1].0 - w[0].0).rem_euclid(86_400.0);
+            (time, w[1].1 - w[0].1)
+        })
+    };
+    let mut usual: Vec<f64> = steps().map(|(time, _)| time).filter(|s| *s > 0.0).collect();
+    usual.sort_by(f64::total_cmp);
+    let Some(usual) = usual.get(usual.len() / 2) else {
+        return false;
+    };
+    let even = |step: f64| step > 0.0 && step <= 1.5 * usual;
+    steps().any(|(time, number)| even(time) && !even(number))
+}
+
 /// Days from 1970 of a date that is one, in the years that 64-bit nanoseconds can hold.
 fn days_of(year: i64, month: i64, day: i64) -> Option<i64> {
     let leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
@@ -283,16 +356,22 @@ impl Text<'_> {
     /// 60 is a leap second.
     fn seconds(&mut self, digits: usize) -> Option<(i64, bool)> {
         let whole = self.digits(digits, digits).filter(|s| *s <= 60)?;
-        if self.any(b".,").is_none() {
+        if !self.0.starts_with(b".") && !self.0.starts_with(b",") {
             return Some((whole * NS_PER_S, false));
         }
+        Some((whole * NS_PER_S + self.fraction()?, true))
+    }
+
+    /// `.648`, ns.
+    fn fraction(&mut self) -> Option<i64> {
+        self.any(b".,")?;
         let before = self.0.len();
         let mut ns = self.digits(1, 9)?;
         for _ in before - self.0.len()..9 {
             ns *= 10;
         }
         while self.any(b"0123456789").is_some() {} // finer than a nanosecond
-        Some((whole * NS_PER_S + ns, true))
+        Some(ns)
     }
 
     /// The rest of the cell: `Some(None)` without a zone, else its offset in seconds.

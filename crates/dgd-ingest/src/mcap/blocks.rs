@@ -1,9 +1,9 @@
 //! A log on disk, read chunk by chunk.
 
 use super::records::op;
-use super::streams::Stream;
+use super::streams::{Order, Stream};
 use super::walk::{MAGIC, RECORD_HEAD, Walked, is_known};
-use super::{Log, clock, column, origin};
+use super::{Log, clock, column, origin, seconds};
 use crate::blocks::{
     BlockError, BlockOptions, Opened, WHOLE_DAMAGED, WHOLE_ORDER, WHOLE_RECORDS, WHOLE_TOPICS,
 };
@@ -92,14 +92,18 @@ impl LogBlocks {
             return Ok(Opened::Whole(WHOLE_TOPICS));
         };
         let stream = &mut log.streams[at];
-        if stream.sort() > 0 {
+        if stream.sort() != Order::AsLogged {
             return Ok(Opened::Whole(WHOLE_ORDER));
         }
         let (rows, start_ns) = (stream.messages(), stream.first_ns().unwrap_or(0));
         let units = &mut log.units[at];
-        let mut columns = vec![clock(&[], start_ns)];
-        let topic = &stream.topic;
-        columns.extend((stream.met()).map(|m| column(topic, false, &m.path, units, Vec::new())));
+        let tag = stream.clock_tag();
+        let mut columns = vec![clock(tag.clone(), Vec::new())];
+        let of = |path: &[u8]| {
+            let prefixed = path == tag.as_bytes();
+            column(&stream.topic, prefixed, path, units, Vec::new())
+        };
+        columns.extend(stream.met().map(|m| m.path.as_slice()).map(of));
         let met: Vec<&[u8]> = stream.met().map(|m| m.path.as_slice()).collect();
         let members =
             (0..stream.members.len()).filter(|k| met.contains(&stream.members[*k].path.as_slice()));
@@ -187,7 +191,7 @@ fn fill(
     let Some((time, columns)) = table.columns.split_first_mut() else {
         return Ok(());
     };
-    time.values = clock(&stream.log_ns, start_ns).values;
+    time.values = seconds(&stream.log_ns, start_ns);
     for (column, member) in columns.iter_mut().zip(members) {
         column.values.clear();
         // A member that comes later has no value yet.

@@ -14,6 +14,8 @@ const SPARE_CELLS: u64 = 1 << 20;
 #[derive(Debug, Default)]
 pub(super) struct Stream {
     pub(super) topic: String,
+    /// What its channel calls the clock.
+    pub(super) named_clock: Option<String>,
     pub(super) log_ns: Vec<u64>,
     /// What [`Stream::settle`] let go of.
     settled: Settled,
@@ -146,6 +148,13 @@ impl Stream {
         settled.or(self.log_ns.first().copied())
     }
 
+    /// Tag of the column of log times: as its channel calls it, unless a member has that name.
+    pub(super) fn clock_tag(&self) -> String {
+        let named = self.named_clock.as_deref();
+        let free = named.filter(|tag| self.met().all(|m| m.path != tag.as_bytes()));
+        free.unwrap_or("t").to_owned()
+    }
+
     /// Members that a message had that was not refused.
     pub(super) fn met(&self) -> impl Iterator<Item = &Member> {
         self.members
@@ -181,20 +190,44 @@ impl Stream {
         }
     }
 
-    /// Puts the messages in the order of their log times; returns how many came too early.
-    pub(super) fn sort(&mut self) -> usize {
+    /// Puts the messages in the order of their log times, unless that would mix two stretches of a clock that was set back.
+    pub(super) fn sort(&mut self) -> Order {
         let backward = backward(&self.log_ns);
-        if backward > 0 {
-            let mut order: Vec<usize> = (0..self.log_ns.len()).collect();
-            order.sort_by_key(|i| self.log_ns[*i]);
-            self.log_ns = order.iter().map(|i| self.log_ns[*i]).collect();
-            for member in &mut self.members {
-                member.values = order.iter().map(|i| member.values[*i]).collect();
-            }
+        let places = self.settled.backward + backward;
+        if backward == 0 {
+            return if places == 0 {
+                Order::AsLogged
+            } else {
+                Order::Sorted(places)
+            };
         }
-        self.settled.backward + backward
+        let mut order: Vec<usize> = (0..self.log_ns.len()).collect();
+        order.sort_by_key(|i| self.log_ns[*i]);
+        let shared = order.windows(2).filter(|pair| {
+            self.log_ns[pair[0]] == self.log_ns[pair[1]] && pair[1].abs_diff(pair[0]) > STRETCH
+        });
+        if shared.count() > STRETCH {
+            return Order::SetBack(places);
+        }
+        self.log_ns = order.iter().map(|i| self.log_ns[*i]).collect();
+        for member in &mut self.members {
+            member.values = order.iter().map(|i| member.values[*i]).collect();
+        }
+        Order::Sorted(places)
     }
 }
+
+/// How the messages of a stream came, and in how many places backwards.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Order {
+    AsLogged,
+    Sorted(usize),
+    /// Two stretches share one time: they are left as they came, so that whoever reads the clock can tell.
+    SetBack(usize),
+}
+
+/// Messages that share their times with others farther away than this, and more than so many, are a stretch.
+const STRETCH: usize = 10;
 
 fn backward(log_ns: &[u64]) -> usize {
     log_ns.windows(2).filter(|w| w[1] < w[0]).count()

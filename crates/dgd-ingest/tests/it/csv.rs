@@ -128,6 +128,105 @@ fn digits_alone_are_a_date_in_a_column_of_times() {
     assert_eq!((table.clock, table.origin), (None, None));
 }
 
+/// Rows at 1 Hz from 07:58:30 on, whose time the closure writes.
+fn timed(head: &str, written: impl Fn(u32, u32, u32) -> String) -> String {
+    let rows = (0..180).map(|i| {
+        let s = 7 * 3600 + 58 * 60 + 30 + i;
+        format!("{},{i}\n", written(s / 3600, s / 60 % 60, s % 60))
+    });
+    format!("{head}\n{}", rows.collect::<String>())
+}
+
+#[test]
+fn a_time_of_the_day_in_digits_goes_on_over_the_minute_and_the_hour() {
+    let seconds: Vec<f64> = (0..180).map(f64::from).collect();
+    for zeros in [true, false] {
+        let table = read(&timed("TIME,a", |h, m, s| {
+            let digits = format!("{h:02}{m:02}{s:02}");
+            let short = digits.trim_start_matches('0').to_owned();
+            if zeros { digits } else { short }
+        }));
+        assert_same(values(&table, "TIME"), &seconds);
+        assert_eq!((unit(&table, "TIME"), &table.origin), (Some("s"), &None));
+    }
+    // Beside a date it is a clock of the wall; items of WITS are names.
+    for (head, day) in [("Date,Time,a", "20260301"), ("0105,0106,0120", "260301")] {
+        let table = read(&timed(head, |h, m, s| format!("{day},{h:02}{m:02}{s:02}")));
+        let (clock, last) = (&table.columns[0], &table.columns[1]);
+        assert_same(&clock.values, &seconds);
+        assert_eq!(last.values.len(), 180);
+        assert_eq!(table.origin.as_deref(), Some("2026-03-01T07:58:30-00:00"));
+        assert_eq!(clock.tag, head.split(',').nth(1).unwrap());
+    }
+    // Past midnight, with and without a date.
+    let late = |date: bool| {
+        let rows = (86_340..86_460).map(|s| {
+            let day = if date {
+                format!("26030{},", 1 + s / 86_400)
+            } else {
+                String::new()
+            };
+            let s = s % 86_400;
+            format!(
+                "{day}{:02}{:02}{:02}.5,{s}\n",
+                s / 3600,
+                s / 60 % 60,
+                s % 60
+            )
+        });
+        let head = if date { "date,time,a\n" } else { "time,a\n" };
+        read(&format!("{head}{}", rows.collect::<String>()))
+    };
+    for date in [true, false] {
+        assert_same(values(&late(date), "time"), &seconds[..120]);
+    }
+}
+
+#[test]
+fn numbers_that_go_on_past_59_are_no_time_of_the_day() {
+    // Seconds; hundreds of them; minutes with a fraction; and times of the day in a column that is not named like time.
+    let counted = |from: u32, step: u32| {
+        let rows = (0..200).map(|i| format!("{},{i}\n", from + i * step));
+        read(&format!("t,a\n{}", rows.collect::<String>()))
+    };
+    for (from, step) in [(0, 1), (100, 1), (80_000, 1), (0, 100), (0, 7), (0, 10_000)] {
+        let table = counted(from, step);
+        assert_eq!(values(&table, "t")[0], f64::from(from));
+        assert_eq!(values(&table, "t")[1], f64::from(from + step));
+        assert_eq!(unit(&table, "t"), None);
+    }
+    let tenths: String = (0..100)
+        .map(|i| format!("{:.1},{i}\n", f64::from(i) / 10.0))
+        .collect();
+    assert_eq!(values(&read(&format!("time,a\n{tenths}")), "time")[99], 9.9);
+    let elsewhere = read(&timed("depth,a", |h, m, s| format!("{h:02}{m:02}{s:02}")));
+    assert_eq!(values(&elsewhere, "depth")[0], 75_830.0);
+}
+
+#[test]
+fn four_digits_above_four_digits_are_no_names() {
+    let table = read("0105,0106\n0107,0108\n0109,0110\n");
+    assert_same(values(&table, "c1"), &[105.0, 107.0, 109.0]);
+    let years = read("1999,2000\n1.5,2.5\n");
+    assert_same(values(&years, "c1"), &[1999.0, 1.5]);
+}
+
+#[test]
+fn cells_may_stand_between_bars() {
+    let table = read("t|FT1 [gpm]|FT4\n0|1,5|2\n1|3.5|4\n");
+    assert_same(values(&table, "FT1"), &[1.5, 3.5]);
+    assert_same(values(&table, "FT4"), &[2.0, 4.0]);
+}
+
+#[test]
+fn a_second_column_of_a_name_gets_another_and_it_is_told() {
+    let table = read("t,FT1,FT1\n0,1,2\n1,3,4\n");
+    assert_same(values(&table, "FT1_2"), &[2.0, 4.0]);
+    let told = issue(&table, IssueKind::Renamed);
+    assert_eq!(told.place, "column 3");
+    assert!(told.message.contains("`FT1`") && told.message.contains("`FT1_2`"));
+}
+
 #[test]
 fn a_second_header_in_another_order_is_refused_with_its_line() {
     let text = |second: &str| format!("t,FT1 [gpm],FT4\n0,1,2\n1,3,4\n{second}\n2,5,6\n3,7,8\n");

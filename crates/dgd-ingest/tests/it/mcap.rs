@@ -203,6 +203,39 @@ fn messages_out_of_order_are_sorted_and_told() {
 }
 
 #[test]
+fn a_clock_that_was_set_back_is_left_for_whoever_reads_it() {
+    let mut log = Log::new(WriteOptions::new());
+    let channel = log.channel("/rig", "json", "");
+    for s in (0..40).chain(20..60) {
+        log.write(channel, s * SECOND, &format!(r#"{{"a":{s}}}"#));
+    }
+    let table = table_of(&log.bytes()).unwrap();
+    assert_eq!(values(&table, "t")[39..42], [39.0, 20.0, 21.0]);
+    let told = issue(&table, IssueKind::BackwardTime);
+    assert!(told.message.contains("left as logged"), "{told}");
+}
+
+#[test]
+fn a_channel_may_name_the_clock() {
+    let logged = |tag: &str, member: &str| {
+        let mut log = Log::new(WriteOptions::new());
+        let metadata = [("time_tag".to_owned(), tag.to_owned())].into();
+        let channel = log.0.add_channel(0, "/rig", "json", &metadata).unwrap();
+        for s in 0..3 {
+            log.write(channel, s * SECOND, &format!(r#"{{"{member}":{s}}}"#));
+        }
+        let table = table_of(&log.bytes()).unwrap();
+        let tags: Vec<String> = table.columns.into_iter().map(|c| c.tag).collect();
+        tags.join(" ")
+    };
+    assert_eq!(logged("time", "a"), "time a");
+    assert_eq!(logged("time", "t"), "time t");
+    assert_eq!(logged("time", "time"), "t time");
+    assert_eq!(logged("", "a"), "t a");
+    assert_eq!(logged("t", "t"), "t rig.t");
+}
+
+#[test]
 fn other_encodings_and_bad_json_are_passed_over_and_told() {
     let mut log = Log::new(WriteOptions::new());
     let rig = log.channel("/rig", "json", "");
