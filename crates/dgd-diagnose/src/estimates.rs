@@ -69,10 +69,11 @@ pub(crate) fn estimates(
             };
             let (shift, factor) = parameter.shown.scale(&record.setting);
             let shown = |v: f64| shift + factor * v;
+            let sized = j == 0 && calibrated;
+            let size = parameter.shown.size(shown(value)) / factor;
             // What the forms lack is no smaller for more rows.
-            let sd = if j == 0 && calibrated {
-                let lacks = about.search.size_error * parameter.shown.size(shown(value));
-                sd.hypot(lacks / factor)
+            let sd = if sized {
+                sd.hypot(about.search.size_error * size)
             } else {
                 sd
             };
@@ -91,6 +92,11 @@ pub(crate) fn estimates(
                     };
                     side * profile.reach((e, j), side).hypot(1.96 * lacks)
                 }),
+                _ if sized => {
+                    let reach = [-1.96 * sd, 1.96 * sd];
+                    let grows = shown(value) >= parameter.shown.neutral();
+                    shrunk(reach, size, grows)
+                }
                 _ => [-1.96 * sd, 1.96 * sd],
             };
             ParameterEstimate {
@@ -101,6 +107,20 @@ pub(crate) fn estimates(
             }
         })
         .collect()
+}
+
+/// An interval of a size, as distances from it, of which the end that is the smaller size is so many times smaller instead: if the effect is
+/// there, its size is not none.
+fn shrunk(reach: [f64; 2], size: f64, grows: bool) -> [f64; 2] {
+    if size <= 0.0 {
+        return reach;
+    }
+    let times = |by: f64| -size * (-by.abs() / size).exp_m1();
+    if grows {
+        [-times(reach[0]), reach[1]]
+    } else {
+        [reach[0], times(reach[1])]
+    }
 }
 
 /// Whether rows change smoothly with a parameter.

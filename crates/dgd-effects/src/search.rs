@@ -120,11 +120,16 @@ impl Shown {
         (whole, whole)
     }
 
+    /// The reported value of an effect that does nothing; no area is without an effect, and is none at 0.
+    pub fn neutral(self) -> f64 {
+        match self {
+            Self::Gain => 1.0,
+            Self::AsCarried | Self::RiserArea => 0.0,
+        }
+    }
+
     /// What shares of a reported value are shares of: the value itself, of a gain its distance from 1.
     pub fn size(self, shown: f64) -> f64 {
-        match self {
-            Self::Gain => (shown - 1.0).abs(),
-            Self::AsCarried | Self::RiserArea => shown.abs(),
-        }
+        (shown - self.neutral()).abs()
     }
 }

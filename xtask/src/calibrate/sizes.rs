@@ -22,7 +22,7 @@ const LEAST: usize = 10;
 /// A size as it was told, and as it was concealed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Told {
-    /// Told less concealed, as a share of what was told.
+    /// Told less concealed, as a share of what was told; above 1 where it has the other sign.
     pub(crate) error: f64,
     /// The bare standard error, as a share of the same.
     pub(crate) bare: f64,
@@ -35,19 +35,28 @@ impl Told {
         let neutral = if name == "gain" { 1.0 } else { 0.0 };
         let size = (estimate.value - neutral).abs();
         (size > 0.0).then(|| Told {
-            error: (estimate.value - truth) / size,
+            error: 1.0 - (truth - neutral) / (estimate.value - neutral),
             bare: 0.5 * (high - low) / Z / size,
         })
     }
 
+    /// How wide the interval must be, in shares of the size, to hold the truth: smaller sizes are so many times smaller.
+    fn off(&self) -> f64 {
+        if self.error > 0.0 {
+            -(-self.error.min(1.0)).ln_1p()
+        } else {
+            -self.error
+        }
+    }
+
     /// Whether the interval holds the truth.
     fn held(&self, share: f64) -> bool {
-        self.error.abs() <= Z * (WIDENING * self.bare).hypot(share)
+        self.off() <= Z * (WIDENING * self.bare).hypot(share)
     }
 
     /// The least share with which it does.
     fn needs(&self) -> f64 {
-        let beyond = (self.error / Z).powi(2) - (WIDENING * self.bare).powi(2);
+        let beyond = (self.off() / Z).powi(2) - (WIDENING * self.bare).powi(2);
         beyond.max(0.0).sqrt()
     }
 }
@@ -227,7 +236,7 @@ mod tests {
             panic!("{}", sizes.effects.len());
         };
         assert_eq!((gain.effect, influx.effect), ("inflow_gain", "influx"));
-        assert!((influx.told[0].needs() - 0.1 / Z).abs() < 1e-12);
+        assert!((influx.told[0].needs() + 0.9_f64.ln() / Z).abs() < 1e-12);
         assert_eq!((influx.now, influx.held().right), (0.05, 0));
         assert!((gain.typical().unwrap() - 0.25).abs() < 1e-9);
         assert!(gain.told[0].needs() < 1e-3);
@@ -246,7 +255,7 @@ mod tests {
             .collect();
         let sizes = Sizes::of(&cases, &BTreeMap::from([("u_tube".to_owned(), 0.0)]));
         let derived = sizes.effects[0].derived().unwrap();
-        assert!((derived - 0.20 / Z).abs() < 1e-9, "{derived}");
+        assert!((derived + 0.8_f64.ln() / Z).abs() < 1e-9, "{derived}");
         let held = |share: f64| {
             sizes.effects[0]
                 .told

@@ -1,7 +1,7 @@
 //! Claims about estimates and their intervals: the curvature of a quadratic, by the closed forms of one parameter and of two.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::{Profile, direction, estimates};
+use super::{Profile, direction, estimates, shrunk};
 use crate::claims::fixture::{Hidden, INFLUX_S, drilled, named};
 use crate::diagnosis::ParameterEstimate;
 use crate::record::Record;
@@ -20,12 +20,49 @@ fn selected(allowances: Vec<Applied>, named: Vec<Named>) -> Selection {
     }
 }
 
-/// Half of an interval in standard deviations.
+/// Half of an interval in standard deviations, on the side where a size is larger.
 fn sd(one: &ParameterEstimate) -> f64 {
-    let half = 0.5 * (one.ci95.1 - one.ci95.0);
-    let middle = 0.5 * (one.ci95.1 + one.ci95.0);
-    assert!((middle - one.estimate).abs() < 1e-9 * half.max(1.0));
-    half / 1.96
+    let halves = [one.ci95.1 - one.estimate, one.estimate - one.ci95.0];
+    halves[0].max(halves[1]) / 1.96
+}
+
+/// An effect that is there is not of size none, on whichever side of it.
+#[test]
+fn the_end_of_the_smaller_size_is_so_many_times_smaller() {
+    let near = |found: [f64; 2], expected: [f64; 2]| {
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-12, "{found} for {expected}");
+        }
+    };
+    let e = std::f64::consts::E;
+    near(
+        shrunk([-3.0, 3.0], 3.0, true),
+        [-3.0 * (1.0 - 1.0 / e), 3.0],
+    );
+    near(
+        shrunk([-3.0, 3.0], 3.0, false),
+        [-3.0, 3.0 * (1.0 - 1.0 / e)],
+    );
+    // Where it is told well, both ends are as far.
+    near(shrunk([-1e-7, 1e-7], 3.0, true), [-1e-7, 1e-7]);
+    near(shrunk([-1e9, 1e9], 3.0, true), [-3.0, 1e9]);
+    // What has no size has none to shrink.
+    near(shrunk([-3.0, 3.0], 0.0, true), [-3.0, 3.0]);
+
+    let record = drilled(Hidden::default());
+    for value in [0.01, -0.01] {
+        let selection = selected(Vec::new(), vec![named("inflow_gain", &[value])]);
+        let full = about(&record, &selection);
+        let one = &estimates(&record, &selection, 0, &full)[0];
+        let (low, high) = one.ci95;
+        assert!(low < one.estimate && one.estimate < high);
+        assert!(low > 1.0 || high < 1.0, "{low} {high}");
+        let (inward, outward) = match value > 0.0 {
+            true => (one.estimate - low, high - one.estimate),
+            false => (high - one.estimate, one.estimate - low),
+        };
+        assert!((inward + 0.01 * (-outward / 0.01).exp_m1()).abs() < 1e-9);
+    }
 }
 
 /// What a unit more of a parameter takes out of the rows, by differences to either side.
@@ -370,7 +407,11 @@ fn what_the_recording_does_not_show_is_known_as_well_as_before() {
             0.0
         };
         let half = 1.96 * (2.5 * width).hypot(form);
-        let ends = [-half, half].map(|by| (values[j] + by).clamp(parameter.low, parameter.high));
+        let low = match j {
+            0 => values[0] * (-half / values[0]).exp(),
+            _ => values[j] - half,
+        };
+        let ends = [low, values[j] + half].map(|end| end.clamp(parameter.low, parameter.high));
         let off = [one.ci95.0 - ends[0], one.ci95.1 - ends[1]];
         assert!(
             off.iter().all(|off| off.abs() < 1e-9 * half),
