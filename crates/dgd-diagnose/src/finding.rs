@@ -10,7 +10,8 @@ use crate::select::{Named, Selection};
 use crate::tangent::Tangent;
 use crate::twins::Pair;
 use dgd_effects::{
-    About, METER_FACTOR, PERIOD, PLACES, QUANTITIES, Relation, SINCE_START, told_apart_by,
+    About, METER_FACTOR, OUTLET_READING, PERIOD, PLACES, QUANTITIES, Relation, SINCE_START, find,
+    told_apart_by,
 };
 
 /// [`QUANTITIES`] with their SI units.
@@ -87,6 +88,7 @@ pub(crate) fn finding(
         evidence: named.evidence,
         hurdle: named.hurdle,
         separating_test: separating_test(about.id, &named.alternatives),
+        same_as: same_as(record, named),
     };
     only_resembled(told, about)
 }
@@ -106,6 +108,7 @@ fn only_resembled(mut told: Finding, about: &About) -> Finding {
     told.separating_test = separating_test(unknown, &told.alternatives);
     // They are those of what it looks like.
     told.parameters.clear();
+    told.same_as = None;
     Finding {
         resembles: Some(about.id),
         title: format!(
@@ -115,6 +118,28 @@ fn only_resembled(mut told: Finding, about: &About) -> Finding {
         probability: probability.clamp(0.01, 0.99),
         ..told
     }
+}
+
+/// What would show the same if the description of the well were at fault; a correction of the outlet's reading or of the friction that is
+/// nearly the same all along is nearly an offset.
+fn same_as(record: &Record, named: &Named) -> Option<String> {
+    /// Share of its mean by which a curve may vary.
+    const LEVEL: f64 = 0.5;
+    let (effect, parameters) = (named.applied.effect, &named.applied.parameters);
+    let Some((place, _)) = named.correction else {
+        return effect.same_as(parameters, &record.setting);
+    };
+    let outlet = place == OUTLET_READING || PLACES[place].relation == Relation::ReturnLineFriction;
+    let knots = &parameters[4..];
+    let mean = knots.iter().sum::<f64>() / knots.len() as f64;
+    let (low, high) = (knots.iter().copied())
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
+            (l.min(v), h.max(v))
+        });
+    let level = high - low < LEVEL * mean.abs();
+    let offset = (outlet && level).then(|| find("outlet_pressure_bias"))??;
+    let told = offset.same_as(&[mean], &record.setting)?;
+    Some(format!("for the most part {told}"))
 }
 
 /// The curve of a correction of a place along a quantity, from the codes, ends and knots of [`dgd_effects::unknown`].
@@ -255,6 +280,7 @@ pub(crate) fn heaving(
         evidence: s.ratio,
         hurdle: s.believed,
         separating_test: None,
+        same_as: None,
     }
 }
 

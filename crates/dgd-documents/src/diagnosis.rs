@@ -87,6 +87,7 @@ fn finding(finding: &Finding) -> Json {
         "separating_test",
         finding.separating_test.as_ref().map(Json::text),
     );
+    members.put("same_as", finding.same_as.as_ref().map(Json::text));
     members.object()
 }
 

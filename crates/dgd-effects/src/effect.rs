@@ -223,6 +223,12 @@ pub trait Effect: Send + Sync {
         if self.is_switch() { 0.0 } else { f64::INFINITY }
     }
 
+    /// What would show the same if not the rig were at fault but the description of its well, where there is such a thing: in words with
+    /// numbers.
+    fn same_as(&self, _parameters: &[f64], _setting: &Setting) -> Option<String> {
+        None
+    }
+
     /// What the effect puts between the line and its flow meter; delays and lags of several effects add up.
     fn meter_path(&self, _parameters: &[f64]) -> MeterPath {
         MeterPath::default()

@@ -9,8 +9,8 @@ use crate::relations::Applied;
 use crate::select::{Named, Selection};
 use crate::tangent::{Bend, Tangent};
 use dgd_effects::{
-    About, INLET_READING, KNOTS, METER_FACTOR, OUTLETS, PERIOD, PLACES, QUANTITIES, Relation,
-    SINCE_START, SUCTION, catalogue, find, told_apart_by, unknown,
+    About, HEAD, INLET_READING, KNOTS, METER_FACTOR, OUTLET_READING, OUTLETS, PERIOD, PLACES,
+    QUANTITIES, Relation, SINCE_START, SUCTION, catalogue, find, told_apart_by, unknown,
 };
 
 fn nothing_run() -> Simulation {
@@ -216,6 +216,33 @@ fn a_correction_is_told_by_its_place_and_its_quantity() {
             curve.along
         );
     }
+}
+
+#[test]
+fn a_correction_that_is_nearly_level_is_told_as_the_offset_that_it_nearly_is() {
+    let with = |place: usize, knots: [f64; 2]| {
+        let mut named = influx();
+        named.applied = Applied::new(unknown(), vec![0.0; unknown().about().parameters.len()]);
+        for (k, knot) in named.applied.parameters[4..].iter_mut().enumerate() {
+            *knot = knots[k % 2];
+        }
+        named.correction = Some((place, 0));
+        told(&named).same_as
+    };
+    let mut offset = influx();
+    offset.applied = Applied::new(find("outlet_pressure_bias").unwrap(), vec![-7e4]);
+    let as_offset = told(&offset).same_as.unwrap();
+    for place in [0, OUTLET_READING] {
+        let level = with(place, [-6e4, -8e4]);
+        assert_eq!(level, Some(format!("for the most part {as_offset}")));
+        // One that varies by more than half of its mean is none, and one about nothing has none.
+        assert_eq!(with(place, [-4e4, -8e4]), None);
+        assert_eq!(with(place, [-1e4, 1e4]), None);
+    }
+    for place in [HEAD, METER_FACTOR, INLET_READING, OUTLETS[0]] {
+        assert_eq!(with(place, [-6e4, -8e4]), None);
+    }
+    assert_eq!(told(&influx()).same_as, None);
 }
 
 #[test]

@@ -43,6 +43,7 @@ fn finding() -> Finding {
         evidence: 120.5,
         hurdle: 9.0,
         separating_test: Some("flow check".into()),
+        same_as: Some("another mud".into()),
     }
 }
 
@@ -170,6 +171,7 @@ fn a_finding_has_the_members_that_the_schema_promises() {
         "title": "formation fluid enters the well",
         "evidence_ln": 120.5,
         "separating_test": "flow check",
+        "same_as": "another mud",
         "equation_before": "A dh/dt = q_in - q",
         "equation_after": "A dh/dt = q_in + rate s(t) - q",
     });

@@ -3,6 +3,7 @@
 use crate::{
     About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
 };
+use dgd_units::{STANDARD_ATMOSPHERE_PA, STANDARD_GRAVITY_M_S2};
 
 /// See the module.
 pub(super) struct OutletPressureBias;
@@ -58,6 +59,32 @@ impl Effect for OutletPressureBias {
             changes.outlet_bias_pa[0] += bias;
             changes.outlet_bias_pa[1] += bias;
         })
+    }
+
+    fn same_as(&self, p: &[f64], setting: &Setting) -> Option<String> {
+        /// Share of an atmosphere within which an offset is one.
+        const NEAR: f64 = 0.1;
+        let bias = p[0];
+        let (rho, length) = (setting.density_kg_m3, setting.line_length_m);
+        let heavier = bias / (STANDARD_GRAVITY_M_S2 * length);
+        let longer = bias / (STANDARD_GRAVITY_M_S2 * rho);
+        if !heavier.is_finite() || !longer.is_finite() {
+            return None;
+        }
+        let atmospheres = bias / STANDARD_ATMOSPHERE_PA;
+        let gauge = if (atmospheres.abs() - 1.0).abs() > NEAR {
+            ""
+        } else if atmospheres < 0.0 {
+            "outlet transmitters that are gauge, described as absolute; or "
+        } else {
+            "outlet transmitters that are absolute, described as gauge; or "
+        };
+        let more = if longer < 0.0 { "less" } else { "more" };
+        Some(format!(
+            "{gauge}mud of {:.0} kg/m3 in the line, described as {rho:.0}; or {:.1} m {more} of it above the outlet than described",
+            rho + heavier,
+            longer.abs()
+        ))
     }
 
     fn memory_s(&self, _: &[f64]) -> f64 {

@@ -2,8 +2,8 @@
 
 use crate::{SPAN_S, drive, members, moments, setting, usual};
 use dgd_effects::{
-    Changes, Extent, KNOTS, MeterPath, Method, Relation, Role, Search, Shown, Timing, catalogue,
-    find, told_apart_by, unknown,
+    Changes, Extent, KNOTS, MeterPath, Method, Relation, Role, Search, Setting, Shown, Timing,
+    catalogue, find, told_apart_by, unknown,
 };
 use std::collections::BTreeSet;
 
@@ -261,6 +261,53 @@ fn nothing_changes_outside_the_interval_of_an_effect() {
             }
         }
     }
+}
+
+#[test]
+fn an_offset_is_told_as_the_description_that_would_show_it() {
+    let s = setting();
+    let bias = find("outlet_pressure_bias").unwrap();
+    let told = |pa: f64, s: &Setting| bias.same_as(&[pa], s);
+    // The weight of a line of mud that is heavier by 20 kg/m³.
+    let weight = 20.0 * 9.80665 * s.line_length_m;
+    let heavier = told(weight, &s).unwrap();
+    let described = s.density_kg_m3;
+    let mud = format!(
+        "mud of {:.0} kg/m3 in the line, described as {described:.0};",
+        described + 20.0
+    );
+    assert!(heavier.starts_with(&mud), "{heavier}");
+    let longer = 20.0 * s.line_length_m / described;
+    assert!(
+        heavier.contains(&format!("or {longer:.1} m more of it")),
+        "{heavier}"
+    );
+    assert!(
+        told(-weight, &s)
+            .unwrap()
+            .contains(&format!("{longer:.1} m less"))
+    );
+    // An atmosphere is one, within a tenth.
+    for (pa, begins) in [
+        (
+            -101_325.0,
+            "outlet transmitters that are gauge, described as absolute; or mud",
+        ),
+        (
+            95_000.0,
+            "outlet transmitters that are absolute, described as gauge; or mud",
+        ),
+        (85_000.0, "mud"),
+        (-115_000.0, "mud"),
+    ] {
+        assert!(told(pa, &s).unwrap().starts_with(begins), "{pa}");
+    }
+    let bare = Setting {
+        line_length_m: 0.0,
+        ..s.clone()
+    };
+    assert_eq!(told(1e4, &bare), None);
+    assert_eq!(find("influx").unwrap().same_as(&[1.0; 4], &s), None);
 }
 
 #[test]

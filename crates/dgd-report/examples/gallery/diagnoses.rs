@@ -73,6 +73,7 @@ pub(crate) fn class(hours: u32) -> Diagnosis {
         evidence: 6.2,
         hurdle: 9.0,
         separating_test: told_apart_by("line_leak", "lost_circulation").map(str::to_owned),
+        same_as: None,
         ..influx(hours)
     };
     made(hours, Verdict::Explained, vec![finding])
@@ -118,6 +119,7 @@ pub(crate) fn unknown(hours: u32) -> Diagnosis {
         evidence: 31.4,
         hurdle: 9.0,
         separating_test: told_apart_by("unknown", "yield_stress").map(str::to_owned),
+        same_as: None,
     };
     let mut diagnosis = made(hours, Verdict::Unexplained, vec![finding]);
     diagnosis.checks.push(Check {
@@ -162,6 +164,7 @@ pub(crate) fn two(hours: u32) -> Diagnosis {
         evidence: 412.0,
         hurdle: 9.0,
         separating_test: None,
+        same_as: None,
     };
     made(hours, Verdict::PartlyExplained, vec![delay, influx(hours)])
 }
@@ -215,6 +218,7 @@ fn influx(hours: u32) -> Finding {
         evidence: 148.3,
         hurdle: 9.0,
         separating_test: None,
+        same_as: None,
     }
 }
 

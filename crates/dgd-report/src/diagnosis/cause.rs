@@ -159,6 +159,13 @@ fn apart(finding: &Finding, html: &mut Html) {
             html.labelled("Less likely, but not ruled out:", &format!("{rivals}."));
         }
     }
+    if let Some(described) = &finding.same_as {
+        let described = described.trim().trim_end_matches('.');
+        html.labelled(
+            "The same would show if the description of the well were at fault:",
+            &format!("{described}."),
+        );
+    }
     // None is known but for a serious rival.
     if let Some(test) = &finding.separating_test {
         let test = test.trim().trim_end_matches('.');

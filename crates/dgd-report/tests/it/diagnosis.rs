@@ -359,6 +359,7 @@ fn poison(finding: &mut Finding) {
     }
     finding.alternatives = vec![(HOSTILE.to_owned(), 0.3)];
     finding.separating_test = Some(HOSTILE.to_owned());
+    finding.same_as = Some(HOSTILE.to_owned());
     if let Some(parameter) = finding.parameters.first_mut() {
         parameter.name = HOSTILE.to_owned();
         parameter.meaning = HOSTILE.to_owned();

@@ -203,6 +203,9 @@ fn tell_finding(
     {
         line("apart by", test.clone())?;
     }
+    if let Some(described) = &finding.same_as {
+        line("same as", described.clone())?;
+    }
     writeln!(text)
 }
 

@@ -65,6 +65,7 @@ fn kick() -> Finding {
         evidence: 100.0,
         hurdle: 9.0,
         separating_test: Some("a flow check".into()),
+        same_as: None,
     }
 }
 
