@@ -31,22 +31,28 @@ impl Ground {
         let plain = fields(&Changes::default());
         let mut touched: [Vec<f64>; FIELDS] = Default::default();
         let mut parts = Parts::blank(record);
-        run(record, (&line, &rates), 0..samples, &mut parts, |moment| {
-            let mut c = Changes::default();
-            for action in &mut actions {
-                action(moment, &mut c);
-            }
-            for ((column, plain), value) in touched.iter_mut().zip(plain).zip(fields(&c)) {
-                if column.is_empty() {
-                    if value.to_bits() == plain.to_bits() {
-                        continue;
-                    }
-                    column.resize(samples, plain);
+        run(
+            record,
+            (&line, &rates),
+            0..samples,
+            &mut parts,
+            |moment, c| {
+                *c = Changes::default();
+                for action in &mut actions {
+                    action(moment, c);
                 }
-                column[moment.index] = value;
-            }
-            (c, Touched::ALL)
-        });
+                for ((column, plain), value) in touched.iter_mut().zip(plain).zip(fields(c)) {
+                    if column.is_empty() {
+                        if value.to_bits() == plain.to_bits() {
+                            continue;
+                        }
+                        column.resize(samples, plain);
+                    }
+                    column[moment.index] = value;
+                }
+                Touched::ALL
+            },
+        );
         let blocks = Blocks::of(record, parts.clone(), None);
         let changes = touched.into_iter().enumerate();
         Self {
@@ -68,22 +74,20 @@ impl Ground {
         let per_row = record.per_block * MASS_BLOCKS;
         let samples = rows.start * per_row..(rows.end * per_row).min(record.t_s.len());
         let mut action = one.effect.begin(&one.parameters, &record.setting);
-        let plain = fields(&Changes::default());
+        let mut without = Changes::default();
         let mut parts = self.parts.clone();
         run(
             record,
             (&self.line, &self.rates),
             samples,
             &mut parts,
-            |moment| {
-                let mut now = plain;
+            |moment, c| {
                 for (field, column) in &self.changes {
-                    now[*field] = column[moment.index];
+                    *field_of(&mut without, *field) = column[moment.index];
                 }
-                let without = changes(now);
-                let mut c = without;
-                action(moment, &mut c);
-                (c, Touched::between(&without, &c))
+                copy(&without, c);
+                action(moment, c);
+                Touched::between(&without, c)
             },
         );
         Some(Blocks::of(record, parts, Some((&self.parts, &self.blocks))))
@@ -136,8 +140,9 @@ fn fields(c: &Changes) -> [f64; FIELDS] {
     ]
 }
 
-fn changes(fields: [f64; FIELDS]) -> Changes {
-    let [
+/// Copies member by member: as a whole they are too large to be copied without a call, and it is done for every sample.
+fn copy(from: &Changes, to: &mut Changes) {
+    let Changes {
         inflow_m3_s,
         area_factor,
         entering_kg_m3,
@@ -152,30 +157,52 @@ fn changes(fields: [f64; FIELDS]) -> Changes {
         recirculation_m3_s,
         leak_m3_s,
         meter_gain,
-        outlet,
-        other_outlet,
-        inlet,
-        other_inlet,
-    ] = fields;
-    Changes {
-        inflow_m3_s,
-        area_factor,
-        entering_kg_m3,
-        riser_kg_m3,
-        line_kg_m3,
-        line_drop_pa,
-        friction_factor,
-        line_fall_m,
-        head_factor,
-        head_pa,
-        speed_pct,
-        recirculation_m3_s,
-        leak_m3_s,
-        meter_gain,
-        outlet_bias_pa: [outlet, other_outlet],
-        inlet_bias_pa: [inlet, other_inlet],
-        // No relation holds the riser's reading.
-        riser_bias_pa: 0.0,
+        outlet_bias_pa,
+        inlet_bias_pa,
+        riser_bias_pa,
+    } = from;
+    to.inflow_m3_s = *inflow_m3_s;
+    to.area_factor = *area_factor;
+    to.entering_kg_m3 = *entering_kg_m3;
+    to.riser_kg_m3 = *riser_kg_m3;
+    to.line_kg_m3 = *line_kg_m3;
+    to.line_drop_pa = *line_drop_pa;
+    to.friction_factor = *friction_factor;
+    to.line_fall_m = *line_fall_m;
+    to.head_factor = *head_factor;
+    to.head_pa = *head_pa;
+    to.speed_pct = *speed_pct;
+    to.recirculation_m3_s = *recirculation_m3_s;
+    to.leak_m3_s = *leak_m3_s;
+    to.meter_gain = *meter_gain;
+    to.outlet_bias_pa = *outlet_bias_pa;
+    to.inlet_bias_pa = *inlet_bias_pa;
+    to.riser_bias_pa = *riser_bias_pa;
+}
+
+/// A field by its place in [`fields`]; no relation holds the riser's reading.
+fn field_of(c: &mut Changes, field: usize) -> &mut f64 {
+    let [outlet, other_outlet] = &mut c.outlet_bias_pa;
+    let [inlet, other_inlet] = &mut c.inlet_bias_pa;
+    match field {
+        0 => &mut c.inflow_m3_s,
+        1 => &mut c.area_factor,
+        2 => &mut c.entering_kg_m3,
+        3 => &mut c.riser_kg_m3,
+        4 => &mut c.line_kg_m3,
+        5 => &mut c.line_drop_pa,
+        6 => &mut c.friction_factor,
+        7 => &mut c.line_fall_m,
+        8 => &mut c.head_factor,
+        9 => &mut c.head_pa,
+        10 => &mut c.speed_pct,
+        11 => &mut c.recirculation_m3_s,
+        12 => &mut c.leak_m3_s,
+        13 => &mut c.meter_gain,
+        14 => outlet,
+        15 => other_outlet,
+        16 => inlet,
+        _ => other_inlet,
     }
 }
 
@@ -183,12 +210,12 @@ fn changes(fields: [f64; FIELDS]) -> Changes {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-    use super::{Ground, rows};
+    use super::{FIELDS, Ground, field_of, fields, rows};
     use crate::claims::fixture::setting;
     use crate::draws::normals;
     use crate::record::{Filled, Record};
     use crate::relations::{Applied, Blocks};
-    use dgd_effects::{Connection, MeterPath, Noise, Role, Setting, catalogue, find};
+    use dgd_effects::{Changes, Connection, MeterPath, Noise, Role, Setting, catalogue, find};
     use std::sync::Arc;
 
     const DT_S: f64 = 2.0;
@@ -323,6 +350,18 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn a_field_is_the_one_at_its_place() {
+        for field in 0..FIELDS {
+            let mut c = Changes::default();
+            *field_of(&mut c, field) = 7.0;
+            let mut expected = fields(&Changes::default());
+            expected[field] = 7.0;
+            assert_eq!(fields(&c), expected);
+        }
+    }
+
     #[test]
     fn an_effect_is_run_over_the_rows_in_which_it_acts() {
         let record = record();

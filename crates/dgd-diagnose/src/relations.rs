@@ -53,13 +53,14 @@ impl Applied {
 
 /// Runs effects over samples of a recording, from where a row of the mass balance begins, and lays what they come to into `parts`.
 ///
-/// `changes` is called for each sample in order: what the effects change, and what that touches of what `parts` hold already.
+/// `changes` is called for each sample in order and writes what the effects change over what is there of some other sample, for it is
+/// large to hand about; it tells what that touches of what `parts` hold already.
 pub(crate) fn run(
     record: &Record,
     (line, rates): (&LineFlow, &LevelRate),
     samples: Range<usize>,
     parts: &mut Parts,
-    mut changes: impl FnMut(&Moment) -> (Changes, Touched),
+    mut changes: impl FnMut(&Moment, &mut Changes) -> Touched,
 ) {
     record.tally.ran(samples.len());
     let (_, filled_flow) = line.of(record);
@@ -67,7 +68,9 @@ pub(crate) fn run(
     let per_row = record.per_block * MASS_BLOCKS;
     // Row by row: samples need not be held once their means are taken.
     let mut row = Row::of(record, line, rates);
+    row.changes.resize(per_row, Changes::default());
     let mut touched = Touched::default();
+    let mut laid = samples.start;
     for i in samples.clone() {
         let moment = Moment {
             index: i,
@@ -83,12 +86,12 @@ pub(crate) fn run(
             outlet_pa: filled.outlet[i],
             pumping: filled.pumping[i],
         };
-        let (c, here) = changes(&moment);
-        row.changes.push(c);
-        touched = touched.or(here);
-        if row.changes.len() == per_row || i + 1 == samples.end {
-            row.lay_into(parts, i + 1 - row.changes.len(), touched);
-            row.changes.clear();
+        touched = touched.or(changes(&moment, &mut row.changes[i - laid]));
+        let length = i + 1 - laid;
+        if length == per_row || i + 1 == samples.end {
+            row.changes.truncate(length);
+            row.lay_into(parts, laid, touched);
+            laid = i + 1;
             touched = Touched::default();
         }
     }

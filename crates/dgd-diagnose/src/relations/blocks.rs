@@ -43,12 +43,12 @@ impl Blocks {
             (&line, &rates),
             0..record.t_s.len(),
             &mut parts,
-            |moment| {
-                let mut c = Changes::default();
+            |moment, c| {
+                *c = Changes::default();
                 for action in &mut actions {
-                    action(moment, &mut c);
+                    action(moment, c);
                 }
-                (c, Touched::ALL)
+                Touched::ALL
             },
         );
         Self::of(record, parts, None)

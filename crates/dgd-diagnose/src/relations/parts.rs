@@ -63,7 +63,6 @@ impl Touched {
 
     /// What changes from one set of changes to the other, digit for digit.
     pub(crate) fn between(a: &Changes, b: &Changes) -> Self {
-        const THROUGH_METER: u16 = Touched::FLOW | Touched::THROUGH | Touched::IMBALANCE;
         // Every member by its name, so that a new one is not passed over.
         let Changes {
             inflow_m3_s,
@@ -85,38 +84,37 @@ impl Touched {
             // No relation holds the riser's reading.
             riser_bias_pa: _,
         } = *a;
-        let outlets = Self::DROP | Self::LIFT | Self::DIFFERENCE;
-        let touched = [
-            (inflow_m3_s, b.inflow_m3_s, Self::IMBALANCE),
-            (area_factor, b.area_factor, Self::IMBALANCE),
-            (entering_kg_m3, b.entering_kg_m3, Self::IMBALANCE),
-            (
-                riser_kg_m3,
-                b.riser_kg_m3,
-                Self::HEAD_FACTOR | Self::IMBALANCE,
-            ),
-            (line_kg_m3, b.line_kg_m3, Self::DROP | Self::FRICTION_FACTOR),
-            (line_drop_pa, b.line_drop_pa, Self::DROP),
-            (friction_factor, b.friction_factor, Self::FRICTION_FACTOR),
-            (line_fall_m, b.line_fall_m, Self::DROP),
-            (head_factor, b.head_factor, Self::HEAD_FACTOR),
-            (head_pa, b.head_pa, Self::LIFT),
-            (speed_pct, b.speed_pct, Self::SPEED),
-            (recirculation_m3_s, b.recirculation_m3_s, Self::THROUGH),
-            (leak_m3_s, b.leak_m3_s, THROUGH_METER),
-            (meter_gain, b.meter_gain, THROUGH_METER),
-            (outlet, b.outlet_bias_pa[0], outlets),
-            (other_outlet, b.outlet_bias_pa[1], outlets),
-            (inlet, b.inlet_bias_pa[0], Self::LIFT | Self::IMBALANCE),
-            (
-                other_inlet,
-                b.inlet_bias_pa[1],
-                Self::LIFT | Self::IMBALANCE,
-            ),
-        ];
-        let differs = |(a, b, _): &&(f64, f64, u16)| a.to_bits() != b.to_bits();
-        let parts = touched.iter().filter(differs);
-        Self(parts.fold(0, |all, (_, _, parts)| all | parts))
+        // Bits that differ, of all that touch the same parts at once: it is asked of every sample.
+        let bits = |a: f64, b: f64| a.to_bits() ^ b.to_bits();
+        let of = |differs: u64, parts: u16| u16::from(differs != 0) * parts;
+        let balance = bits(inflow_m3_s, b.inflow_m3_s)
+            | bits(area_factor, b.area_factor)
+            | bits(entering_kg_m3, b.entering_kg_m3);
+        let riser = bits(riser_kg_m3, b.riser_kg_m3);
+        let line = bits(line_kg_m3, b.line_kg_m3);
+        let drop = bits(line_drop_pa, b.line_drop_pa) | bits(line_fall_m, b.line_fall_m);
+        let friction = bits(friction_factor, b.friction_factor);
+        let head = bits(head_factor, b.head_factor);
+        let lift = bits(head_pa, b.head_pa);
+        let speed = bits(speed_pct, b.speed_pct);
+        let through = bits(recirculation_m3_s, b.recirculation_m3_s);
+        let meter = bits(leak_m3_s, b.leak_m3_s) | bits(meter_gain, b.meter_gain);
+        let outlet = bits(outlet, b.outlet_bias_pa[0]) | bits(other_outlet, b.outlet_bias_pa[1]);
+        let inlet = bits(inlet, b.inlet_bias_pa[0]) | bits(other_inlet, b.inlet_bias_pa[1]);
+        Self(
+            of(balance, Self::IMBALANCE)
+                | of(riser, Self::HEAD_FACTOR | Self::IMBALANCE)
+                | of(line, Self::DROP | Self::FRICTION_FACTOR)
+                | of(drop, Self::DROP)
+                | of(friction, Self::FRICTION_FACTOR)
+                | of(head, Self::HEAD_FACTOR)
+                | of(lift, Self::LIFT)
+                | of(speed, Self::SPEED)
+                | of(through, Self::THROUGH)
+                | of(meter, Self::FLOW | Self::THROUGH | Self::IMBALANCE)
+                | of(outlet, Self::DROP | Self::LIFT | Self::DIFFERENCE)
+                | of(inlet, Self::LIFT | Self::IMBALANCE),
+        )
     }
 
     /// The parts of both.

@@ -63,7 +63,10 @@ fn run_whole(record: &Record, changes: impl Fn(&Moment) -> Changes) -> Parts {
         (&line, &rates),
         0..record.t_s.len(),
         &mut parts,
-        |at| (changes(at), Touched::ALL),
+        |at, c| {
+            *c = changes(at);
+            Touched::ALL
+        },
     );
     parts
 }
@@ -351,8 +354,9 @@ fn rows_that_are_run_by_themselves_take_their_place_among_the_others() {
         let end = (to * per_row).min(record.t_s.len());
         let samples = from * per_row..end;
         let mut laid = base.clone();
-        run(&record, (&line, &rates), samples, &mut laid, |_| {
-            (all, Touched::ALL)
+        run(&record, (&line, &rates), samples, &mut laid, |_, c| {
+            *c = all;
+            Touched::ALL
         });
         let expected = whole(from * per_row, end);
         assert_eq!(listed(&laid), listed(&expected), "{from}..{to}");
@@ -396,9 +400,9 @@ fn what_a_change_touches_is_all_that_it_changes_and_nothing_else() {
             (&line, &rates),
             0..record.t_s.len(),
             &mut laid,
-            |at| {
-                let c = at_sample(at);
-                (c, Touched::between(&plain, &c))
+            |at, c| {
+                *c = at_sample(at);
+                Touched::between(&plain, c)
             },
         );
         let expected = run_whole(&record, at_sample);
