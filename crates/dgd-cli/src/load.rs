@@ -7,7 +7,7 @@ mod screened;
 pub(crate) use blocks::{CONVERTED, When, open as open_blocks};
 pub(crate) use screened::open as open_screened;
 
-use crate::args::Source;
+use crate::args::{Source, Window};
 use crate::failure::Failure;
 use crate::output;
 use crate::progress::Progress;
@@ -352,12 +352,51 @@ impl Loaded {
         Ok(self)
     }
 
-    /// The window that is asked for, s of the clock.
+    /// The window that is asked for, s of the clock: it holds samples.
     pub(crate) fn window_s(&self, source: &Source) -> Result<Option<(f64, f64)>, Failure> {
-        let window = source.window.as_ref();
-        let seconds = window.map(|window| window.seconds(self.dated_from()));
-        let refused = |e| Failure::input(&source.recordings[0], e);
-        seconds.transpose().map_err(refused)
+        /// A window of fewer seconds was hardly meant in seconds, s.
+        const SHORT_S: f64 = 60.0;
+        let Some(asked_for) = &source.window else {
+            return Ok(None);
+        };
+        let path = &source.recordings[0];
+        let began = self.dated_from();
+        let (from_s, to_s) = asked_for
+            .seconds(began)
+            .map_err(|e| Failure::input(path, e))?;
+        let hours = "hours are written as in 3h:5h";
+        match window(&self.recording, Some((from_s, to_s))) {
+            Ok(kept) => {
+                let short = to_s - from_s < SHORT_S && kept.len() < self.recording.len();
+                if short && !asked_for.is_dated() {
+                    warn!("--window {asked_for} is {} s long; {hours}", to_s - from_s);
+                }
+                Ok(Some((from_s, to_s)))
+            }
+            Err(error) => Err(Failure::Input {
+                path: path.clone(),
+                reason: error.to_string(),
+                help: Some(match began.filter(|_| asked_for.is_dated()) {
+                    Some(began) => self.in_dates(began, asked_for),
+                    None => hours.to_owned(),
+                }),
+            }),
+        }
+    }
+
+    /// What the recording spans, for who asked by dates for what it does not hold.
+    fn in_dates(&self, began: Moment, asked_for: &Window) -> String {
+        let time_s = &self.recording.time_s;
+        let ends = [time_s.first(), time_s.last()].map(|end| {
+            let at = end.and_then(|end| began.after(*end));
+            at.map_or_else(|| "?".to_owned(), |at| at.local())
+        });
+        let zone = if began.zoned && !asked_for.is_zoned() {
+            "; dates without a zone are read as UTC, in which this recording's stamps are told"
+        } else {
+            ""
+        };
+        format!("it spans {} to {}{zone}", ends[0], ends[1])
     }
 
     /// When the clock was at 0, where all its times become dates by that.

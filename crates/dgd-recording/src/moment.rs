@@ -68,6 +68,19 @@ impl Moment {
         rfc3339(i64::try_from(self.unix_ns).unwrap_or(i64::MAX), self.zoned)
     }
 
+    /// As RFC 3339 has it, without a zone where it is not known: as people write it.
+    ///
+    /// ```
+    /// # use dgd_recording::Moment;
+    /// let told = |text: &str| Moment::parse(text).expect("a date").local();
+    /// assert_eq!(told("2024-10-26 03:20:40"), "2024-10-26T03:20:40");
+    /// assert_eq!(told("2024-10-26T03:20:40+02:00"), "2024-10-26T01:20:40Z");
+    /// ```
+    pub fn local(self) -> String {
+        let told = self.rfc3339();
+        told.trim_end_matches("-00:00").to_owned()
+    }
+
     /// `2024-10-26 03:21`, to the nearest minute.
     ///
     /// ```

@@ -65,6 +65,11 @@ impl Window {
         }
     }
 
+    /// Whether dates with a zone tell it.
+    pub(crate) fn is_zoned(&self) -> bool {
+        matches!(self, Self::Dates(from, _) if from.zoned)
+    }
+
     /// Whether dates tell it.
     pub(crate) fn is_dated(&self) -> bool {
         matches!(self, Self::Dates(..))
@@ -80,9 +85,7 @@ impl fmt::Display for Window {
         match self {
             Self::Clock(from, to) => write!(f, "{from}:{to}"),
             Self::Dates(from, to) => {
-                let [from, to] = [from, to].map(|at| at.rfc3339());
-                let local = |at: &str| at.trim_end_matches("-00:00").to_owned();
-                write!(f, "{}/{}", local(&from), local(&to))
+                write!(f, "{}/{}", from.local(), to.local())
             }
         }
     }

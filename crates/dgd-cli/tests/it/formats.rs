@@ -183,6 +183,28 @@ fn a_window_may_be_told_by_dates_and_the_answer_tells_them() {
 }
 
 #[test]
+fn a_window_that_holds_nothing_is_refused_with_what_there_is_and_hours_that_are_seconds_are_told() {
+    let bench = Bench::new();
+    copies(&bench);
+    dated(&bench, 0..4000, "whole.csv");
+    let fit =
+        |window: &str| bench.dgd(&format!("fit whole.csv --well well.toml --window {window}"));
+    // The stamps are of UTC, the dates of who knows where.
+    fit("2014-10-07T02:10:00/03:00:00").refused(&[
+        "holds 0 samples",
+        "it spans 2014-10-07T00:00:01Z to 2014-10-07T01:06:39Z; dates without a zone are read as UTC",
+    ]);
+    let zoned = fit("2014-10-07T02:10:00Z/2014-10-07T03:00:00Z");
+    assert!(!zoned.err.contains("without a zone"), "{}", zoned.err);
+    zoned.refused(&["it spans 2014-10-07T00:00:01Z"]);
+    fit("2h:3h").refused(&["holds 0 samples", "hours are written as in 3h:5h"]);
+    fit("3:5").refused(&["--window 3:5 is 2 s long; hours are written as in 3h:5h"]);
+    let long = fit("0h:1h");
+    assert!(!long.err.contains("hours are written"), "{}", long.err);
+    long.done();
+}
+
+#[test]
 fn files_of_one_job_in_other_units_are_refused_with_both_names() {
     let bench = Bench::new();
     copies(&bench);
