@@ -65,6 +65,18 @@ impl Effect for AnnulusArea {
         Box::new(move |_, changes| changes.area_factor *= factor)
     }
 
+    fn same_as(&self, p: &[f64], setting: &Setting) -> Option<String> {
+        /// Share by which the density of a mud that is described at all may be off.
+        const DESCRIBED: f64 = 0.1;
+        // A pressure stands for a height by the density, and for a volume by the area.
+        let rho = setting.density_kg_m3;
+        let off = p[0].abs() < DESCRIBED && rho.is_finite();
+        off.then(|| {
+            let told = rho / (1.0 + p[0]);
+            format!("mud of {told:.0} kg/m3 in the riser, described as {rho:.0}")
+        })
+    }
+
     fn memory_s(&self, _: &[f64]) -> f64 {
         0.0
     }

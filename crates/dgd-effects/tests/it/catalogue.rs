@@ -308,6 +308,14 @@ fn an_offset_is_told_as_the_description_that_would_show_it() {
     };
     assert_eq!(told(1e4, &bare), None);
     assert_eq!(find("influx").unwrap().same_as(&[1.0; 4], &s), None);
+    // Less area, or a heavier mud: the pressure rises as much for as much mud.
+    let area = |off: f64| find("annulus_area").unwrap().same_as(&[off], &s);
+    let mud = format!(
+        "mud of {:.0} kg/m3 in the riser, described as {described:.0}",
+        described / 0.98
+    );
+    assert_eq!(area(-0.02), Some(mud));
+    assert_eq!(area(0.11), None);
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Units that are not those of the recording.
 
 use super::rig::{Rig, line_of};
+use crate::bench::Bench;
 
 #[test]
 fn one_pressure_in_another_unit_is_told_with_the_unit_that_fits() {
@@ -76,6 +77,40 @@ fn all_pressures_gauge_for_absolute_move_the_offset_alone() {
         (offset - sound - 101_325.0).abs() < 10.0,
         "{offset} {sound}"
     );
+}
+
+/// Beside the influx that is concealed in it.
+#[test]
+fn a_density_that_is_a_little_off_is_told_beside_the_offset_that_it_makes() {
+    const WELL: &str = include_str!("../../../../../fixtures/demo-concealed/well.toml");
+    const MUD: f64 = 1210.0;
+    let bench = Bench::new();
+    let recording = include_bytes!("../../../../../fixtures/demo-concealed/recording.mat");
+    bench.write("concealed.mat", recording);
+    let same_as = |described: f64| -> Vec<String> {
+        assert!(WELL.contains("\"1.210 sg\""));
+        let well = WELL.replace("1.210 sg", &format!("{:.3} sg", 1e-3 * described));
+        bench.write("described.toml", well);
+        let ran = bench.dgd("diagnose concealed.mat --well described.toml --out d --json");
+        let told: serde_json::Value = serde_json::from_str(&ran.done()).unwrap();
+        let findings = told["findings"].as_array().unwrap();
+        assert!(
+            findings.iter().any(|f| f["effect"] == "influx"),
+            "{findings:#?}"
+        );
+        let same = findings.iter().filter_map(|f| f["same_as"].as_str());
+        same.map(str::to_owned).collect()
+    };
+    assert_eq!(same_as(MUD), Vec::<String>::new());
+    for described in [1186.0, 1234.0] {
+        let told = same_as(described);
+        let (mud, rest) = (told[0].strip_prefix("mud of ").unwrap())
+            .split_once(" kg/m3 in the line, described as ")
+            .unwrap();
+        let off = mud.parse::<f64>().unwrap() / MUD - 1.0;
+        assert!(off.abs() < 5e-3, "{mud}");
+        assert!(rest.starts_with(&format!("{described:.0};")), "{rest}");
+    }
 }
 
 #[test]
