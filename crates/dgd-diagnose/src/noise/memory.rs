@@ -1,6 +1,6 @@
 //! What of a residual is noise, and how long its memory is.
 
-/// Residuals less their mean over half an hour: what is slower is drift or an effect, not noise.
+/// Residuals less their mean over so many rows to either side, minutes to half an hour: what is slower is drift or an effect, not noise.
 pub(super) fn high_pass(values: &[f64], valid: &[bool], half: usize) -> Vec<f64> {
     let n = values.len();
     let mut sums = vec![(0.0_f64, 0.0_f64); n + 1];
