@@ -1,5 +1,6 @@
 //! The friction's rungs: the sweep, the final law and the poorer ones.
 
+use crate::doubt::correlation_samples;
 use crate::{Estimate, FrictionModel, FrictionTerm, IdentifyOptions};
 use dgd_friction::{
     DelayScan, DelaySweep, FrictionError, Loss, Minimum, PolynomialFit, Samples, SweepOptions,
@@ -111,6 +112,15 @@ pub(crate) fn final_friction(
             1e-5 * at_rest_pa
         ));
     }
+    let ahead = |t: usize| {
+        let at = i64::try_from(t).ok()?.checked_add(delay)?;
+        samples.flow_m3_s.get(usize::try_from(at).ok()?).copied()
+    };
+    let together = correlation_samples(samples.keep.len(), |t| {
+        let used = samples.keep[t].then(|| ahead(t)).flatten();
+        used.map(|q| samples.friction_pa[t] - fit.law.eval(q))
+    });
+    let widening = together.sqrt();
     let terms = fit
         .law
         .powers
@@ -121,7 +131,7 @@ pub(crate) fn final_friction(
         .filter_map(|(power, (value, error))| {
             let coefficient = Estimate {
                 value: *value,
-                standard_error: Some(*error),
+                standard_error: Some(widening * error),
             };
             power_of(*power).map(|power| FrictionTerm { power, coefficient })
         })

@@ -8,6 +8,7 @@
 #![deny(missing_docs)]
 
 mod clocks;
+mod doubt;
 mod friction;
 mod identify;
 mod model;

@@ -9,6 +9,9 @@ pub struct Estimate {
     /// Its value.
     pub value: f64,
     /// Its standard error; `None` if the parameter was held (at a bound, or given).
+    ///
+    /// The exponents of the pump's curve are as uncertain as its coefficients, and residuals that hang together count as the fewer samples
+    /// that they are worth, up to 256 to one. The delay is taken as known.
     pub standard_error: Option<f64>,
 }
 

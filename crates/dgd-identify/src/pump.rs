@@ -1,5 +1,6 @@
 //! The pump's rungs: the head curve at fixed and at free exponents.
 
+use crate::doubt::correlation_samples;
 use crate::{Estimate, IdentifyOptions, PumpModel};
 use dgd_pump::{
     ConstrainedFit, ConstrainedOptions, CurveFit, ExponentSearch, HeadCurve, Limit, PumpError,
@@ -12,7 +13,7 @@ use std::ops::RangeInclusive;
 const TABLE_ERROR: f64 = 1e-6;
 
 /// Sum of squares, in units of the noise, that exponents other than 2 and 2 must gain: by noise
-/// alone it exceeds 20 once in twenty thousand recordings (χ² of two degrees of freedom).
+/// alone it exceeds 20 once in twenty thousand recordings (χ² of two degrees of freedom), of as many samples as are independent.
 const GAIN: f64 = 20.0;
 
 /// Share of the head's variance below which speed and flow do not explain it.
@@ -47,8 +48,23 @@ pub(crate) fn fit_pump(
         || options.free_exponents.then(search),
         || rayon::join(fixed, ranges),
     );
+    let together = |curve: &HeadCurve| {
+        correlation_samples(samples.keep.len(), |i| {
+            let head =
+                || samples.head_m[i] - curve.head_m(samples.speed_pct[i], samples.flow_m3_s[i]);
+            samples.keep[i].then(head)
+        })
+    };
+    let mut joint = None;
     let (fit, active) = match &search {
-        Some(Ok(search)) if gains(samples, search, &constrained) => {
+        Some(Ok(search)) if gains(samples, search, &constrained, together(&search.fit.curve)) => {
+            joint = search.joint;
+            if joint.is_none() {
+                warnings.push(
+                    "speed and flow do not tell the pump's exponents from its coefficients: their standard errors take the exponents as known"
+                        .into(),
+                );
+            }
             warn_of_search(search, warnings);
             let limits = search.limits.iter().map(|limit| name_of(*limit).to_owned());
             let limits: Vec<String> = limits.collect();
@@ -84,9 +100,11 @@ pub(crate) fn fit_pump(
             "the head curve does not fall and bend down over the whole recorded range".into(),
         );
     }
+    let errors = joint.map_or(fit.standard_errors, |joint| joint.coefficients);
+    let widening = together(&fit.curve).sqrt();
     let estimate = |value, index: usize| Estimate {
         value,
-        standard_error: fit.standard_errors[index],
+        standard_error: errors[index].map(|error| error * widening),
     };
     let model = PumpModel {
         c0: estimate(fit.curve.c0, 0),
@@ -117,13 +135,15 @@ fn gains(
     samples: &Samples<'_>,
     search: &ExponentSearch,
     constrained: &Result<ConstrainedFit, PumpError>,
+    together: f64,
 ) -> bool {
     let fit = &search.fit;
     let poorer = match constrained {
         Ok(constrained) => Some(constrained.fit.mse_m2),
         Err(_) => fit_speed_alone(samples).map(|fit| fit.mse_m2),
     };
-    poorer.is_none_or(|mse_m2| (mse_m2 / fit.mse_m2 - 1.0) * fit.n as f64 > GAIN)
+    let independent = fit.n as f64 / together;
+    poorer.is_none_or(|mse_m2| (mse_m2 / fit.mse_m2 - 1.0) * independent > GAIN)
 }
 
 fn warn_of_search(search: &ExponentSearch, warnings: &mut Vec<String>) {

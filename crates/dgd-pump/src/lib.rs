@@ -16,6 +16,7 @@ mod constrained;
 mod curve;
 mod error;
 mod fit;
+mod joint;
 mod pass;
 mod search;
 mod shape;
@@ -27,6 +28,7 @@ pub use constrained::{
 pub use curve::HeadCurve;
 pub use error::PumpError;
 pub use fit::{CONDITION_LIMIT, CurveFit, Samples, fit_unconstrained};
+pub use joint::JointErrors;
 pub use search::{
     ExponentSearch, Limit, PathPoint, Rule, SearchOptions, SearchStatus, Trial, search_exponents,
 };

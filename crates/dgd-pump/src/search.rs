@@ -10,6 +10,7 @@ use argmin::solver::neldermead::NelderMead;
 use nalgebra::Vector2;
 
 use crate::fit::reduce_powers;
+use crate::joint::{JointErrors, joint_errors};
 use crate::pass::hash;
 use crate::table::Table;
 use crate::{CONDITION_LIMIT, CurveFit, PumpError, Samples};
@@ -146,8 +147,11 @@ pub struct PathPoint {
 /// The exponents found, the fit there, and how it came about.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExponentSearch {
-    /// Fit by QR at the best exponents; its standard errors take the exponents as known.
+    /// Fit by QR at the best exponents; its standard errors take the exponents as known, which makes that of c0 ten times too small on
+    /// usual recordings: see [`Self::joint`].
     pub fit: CurveFit,
+    /// Standard errors of coefficients and exponents together; `None` where the rows do not tell them apart.
+    pub joint: Option<JointErrors>,
     /// How the search ended.
     pub status: SearchStatus,
     /// Limits the optimum rests on; empty for an optimum in the open.
@@ -263,6 +267,7 @@ pub fn search_exponents(
     ];
     let path = path.lock().map(|path| path.clone()).unwrap_or_default();
     Ok(ExponentSearch {
+        joint: joint_errors(samples, &fit, &limits),
         limits,
         table_error: (seen - free.rss).abs() / (free.rss + CLOSE * squares),
         fit,

@@ -45,6 +45,19 @@ fn known_friction_delay_and_head_curve_are_recovered_within_their_standard_error
                 "seed {seed}: the fit says little: {error}"
             );
         }
+        let pump = &model.pump;
+        for (found, truth) in [(pump.c0, rig::C0), (pump.c1, rig::C1), (pump.c2, rig::C2)] {
+            let error = found.standard_error.unwrap();
+            let off = (found.value - truth).abs();
+            assert!(
+                off < 4.0 * error,
+                "seed {seed}: off by {off}, standard error {error}"
+            );
+            assert!(
+                error < 0.2 * truth,
+                "seed {seed}: the fit says little: {error}"
+            );
+        }
         // A least-squares fit of p parameters misses the truth by √(p·mse/n) in root mean square.
         let n = model.friction.samples as f64;
         let (friction, head) = errors(model, &rig);

@@ -10,6 +10,9 @@ use rand_chacha::ChaCha8Rng;
 pub(crate) const B: f64 = 2e4;
 pub(crate) const D: f64 = 1.2e8;
 pub(crate) const E: f64 = 4e8;
+pub(crate) const C0: f64 = 0.0688;
+pub(crate) const C1: f64 = 3.0;
+pub(crate) const C2: f64 = 2.4e3;
 pub(crate) const N0: f64 = 1.95;
 pub(crate) const N2: f64 = 1.62;
 
@@ -20,7 +23,7 @@ pub(crate) fn friction_pa(q: f64) -> f64 {
 }
 
 pub(crate) fn head_m(w: f64, q: f64) -> f64 {
-    0.0688 * w.powf(N0) - 3.0 * w * q - 2.4e3 * q.powf(N2)
+    C0 * w.powf(N0) - C1 * w * q - C2 * q.powf(N2)
 }
 
 pub(crate) fn well() -> Well {

@@ -25,6 +25,66 @@ fn known_exponents_are_recovered() {
     assert!(found.table_error < 1e-6);
 }
 
+/// Nine intervals in ten of 95 % at the least, of exponents and of coefficients beside them; with the exponents as known that of c0 held
+/// one in twelve.
+#[test]
+fn errors_of_coefficients_and_exponents_together_hold_the_truth() {
+    const DRAWS: usize = 60;
+    let (mut held, mut as_known) = ([0_usize; 5], 0_usize);
+    for seed in 0..DRAWS {
+        let mut recording = Recording::new(4000, &TRUTH, 0.0);
+        for (i, head) in recording.head.iter_mut().enumerate() {
+            *head += 0.5 * crate::noise(i + 104_729 * (seed + 1));
+        }
+        let found = search_exponents(&recording.samples(), &SearchOptions::default()).unwrap();
+        let joint = found.joint.unwrap();
+        let HeadCurve { c0, c1, c2, n0, n2 } = found.fit.curve;
+        let [e0, e1, e2] = joint.coefficients.map(Option::unwrap);
+        let [m0, m2] = joint.exponents.map(Option::unwrap);
+        let off = [
+            c0 - TRUTH.c0,
+            c1 - TRUTH.c1,
+            c2 - TRUTH.c2,
+            n0 - TRUTH.n0,
+            n2 - TRUTH.n2,
+        ];
+        for ((held, off), error) in held.iter_mut().zip(off).zip([e0, e1, e2, m0, m2]) {
+            *held += usize::from(off.abs() < 1.96 * error);
+        }
+        as_known += usize::from(off[0].abs() < 1.96 * found.fit.standard_errors[0].unwrap());
+    }
+    assert!(held.iter().all(|held| 10 * held >= 9 * DRAWS), "{held:?}");
+    assert!(3 * as_known < DRAWS, "{as_known}");
+}
+
+/// What rests on an end or was held has no error, and longer recordings are measured by every so many-th row.
+#[test]
+fn what_was_not_free_has_no_joint_error_and_rows_may_be_left_out() {
+    let recording = Recording::new(8000, &TRUTH, 0.1);
+    let options = SearchOptions {
+        n0: 1.0..=1.9,
+        ..SearchOptions::default()
+    };
+    let found = search_exponents(&recording.samples(), &options).unwrap();
+    assert_eq!(found.limits, [Limit::C1Zero, Limit::N0Upper]);
+    let joint = found.joint.unwrap();
+    assert_eq!((joint.coefficients[1], joint.exponents[0]), (None, None));
+    let free = [
+        joint.coefficients[0],
+        joint.coefficients[2],
+        joint.exponents[1],
+    ];
+    assert!(free.iter().all(Option::is_some));
+    let errors = |samples: usize| {
+        let recording = Recording::new(samples, &TRUTH, 0.1);
+        let found = search_exponents(&recording.samples(), &SearchOptions::default()).unwrap();
+        found.joint.unwrap().exponents[1].unwrap()
+    };
+    // A fifth of the rows, and the noise of all of them.
+    let share = errors(40_960) / errors(8192);
+    assert!((share * 5.0_f64.sqrt() - 1.0).abs() < 0.1, "{share}");
+}
+
 /// The closer a curve fits, the less the table's rounding may count as a difference, and keep the search going.
 #[test]
 fn a_curve_that_fits_closely_or_exactly_ends_and_is_trusted() {
