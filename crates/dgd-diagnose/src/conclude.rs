@@ -199,7 +199,9 @@ pub fn diagnose(
             signal.after = signal.before.clone();
         }
     }
-    checks.push(worse(&simulation));
+    let not_worse = worse(&simulation);
+    let sound = not_worse.passed;
+    checks.push(not_worse);
     if let Sought::Any(most) = sought {
         checks.extend(again(&record, &after.effects, &selection.named, most)?);
     }
@@ -241,7 +243,8 @@ pub fn diagnose(
         }
     } else if left_out.iter().all(|f| unknown(f)) {
         Verdict::Unexplained
-    } else if left_out.iter().any(|f| unknown(f)) {
+    } else if left_out.iter().any(|f| unknown(f)) || !sound {
+        // What makes a run worse where no fit has looked is not all there is.
         Verdict::PartlyExplained
     } else {
         Verdict::Explained

@@ -48,7 +48,7 @@ pub enum Verdict {
     Consistent,
     /// What was left out is named.
     Explained,
-    /// Something is named, something else is not.
+    /// Something is named, something else is not: it is told as unknown, or an output runs worse with what is named on the held-out windows.
     PartlyExplained,
     /// Something is left out that the catalogue does not hold, or none of [`Options::suspects`] explains.
     Unexplained,

@@ -201,3 +201,102 @@ pub(crate) fn warn_of_speed(samples: &PumpSamples<'_>, step_s: f64, warnings: &m
         ));
     }
 }
+
+/// What the riser's balance is made of, on one clock.
+pub(crate) struct Balance<'a> {
+    pub inlet_pa: &'a [f64],
+    pub inflow_m3_s: &'a [f64],
+    /// Of the line, its meter's delay taken out.
+    pub outflow_m3_s: &'a [f64],
+}
+
+/// Warns where the riser rises and falls before the inflow does: a string or a line may make it late, its meter cannot be.
+pub(crate) fn warn_of_inflow(balance: &Balance<'_>, step_s: f64, warnings: &mut Vec<String>) {
+    /// Seconds that are tried.
+    const LATE_S: [f64; 8] = [5.0, 10.0, 15.0, 20.0, 30.0, 45.0, 60.0, 90.0];
+    /// Seconds over which the pressure's change is taken: enough for it to stand out of its noise.
+    const BASE_S: f64 = 30.0;
+    /// Mean square that a late inflow must leave at the most, of the one now.
+    const LEFT: f64 = 0.6;
+    /// Rows that tell anything.
+    const FEWEST: u64 = 100;
+    let n = balance.inlet_pa.len();
+    let samples_of = |seconds: f64| {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "clamped"
+        )]
+        let samples = (seconds / step_s).round().clamp(0.0, 600.0) as usize;
+        samples
+    };
+    let base = samples_of(BASE_S).max(1);
+    let (inflow, outflow) = (
+        Running::of(balance.inflow_m3_s),
+        Running::of(balance.outflow_m3_s),
+    );
+    let every = (n / LOOKED_AT).max(base.div_ceil(2)).max(1);
+    let most = samples_of(LATE_S[LATE_S.len() - 1]);
+    // The same rows for all, so that they can be compared.
+    let rows: Vec<(usize, f64, f64)> = (0..n.saturating_sub(base + most))
+        .step_by(every)
+        .filter_map(|t| {
+            let rise = balance.inlet_pa[t + base] - balance.inlet_pa[t];
+            let out = outflow.over(t, base)?;
+            inflow.over(t, base + most)?;
+            rise.is_finite().then_some((t, rise, out))
+        })
+        .collect();
+    let left = |late: usize| {
+        let names = ["inflow", "outflow", "rest"];
+        let mut sums = dgd_lsq::Accumulator::new(names).ok()?;
+        for (t, rise, out) in &rows {
+            sums.push(&[inflow.over(t + late, base)?, *out, 1.0], *rise)
+                .ok()?;
+        }
+        let fit = sums.reduce().solve(1e6).ok()?;
+        // More mud that flows in raises the pressure, or this is no balance.
+        (fit.n >= FEWEST && fit.coefficients[0] > 0.0).then_some(fit.mse)
+    };
+    let Some(now) = left(0) else {
+        return;
+    };
+    let tried = LATE_S.iter().filter_map(|late_s| {
+        let late = samples_of(*late_s);
+        let mse = (late > 0).then(|| left(late)).flatten()?;
+        Some((mse, late as f64 * step_s))
+    });
+    let best = tried.min_by(|a, b| a.0.total_cmp(&b.0));
+    if let Some((mse, late_s)) = best.filter(|(mse, _)| *mse < LEFT * now) {
+        warnings.push(format!(
+            "the riser's balance is off by {:.0} % less with the inflow read {late_s:.0} s later than recorded, \
+             as if the level moved first: do the channels share one clock?",
+            100.0 * (1.0 - (mse / now).sqrt())
+        ));
+    }
+}
+
+/// Sums of a channel from its beginning, for sums of any stretch of it.
+struct Running(Vec<(f64, usize)>);
+
+impl Running {
+    fn of(values: &[f64]) -> Self {
+        let mut sums = Vec::with_capacity(values.len() + 1);
+        let (mut sum, mut finite) = (0.0, 0);
+        sums.push((sum, finite));
+        for value in values {
+            if value.is_finite() {
+                sum += value;
+                finite += 1;
+            }
+            sums.push((sum, finite));
+        }
+        Self(sums)
+    }
+
+    /// Sum over a stretch, `None` where a value is missing in it.
+    fn over(&self, from: usize, samples: usize) -> Option<f64> {
+        let (begin, end) = (self.0.get(from)?, self.0.get(from + samples)?);
+        (end.1 - begin.1 == samples).then_some(end.0 - begin.0)
+    }
+}

@@ -1,6 +1,6 @@
 //! The ladder from the textbook model to one that replicates the recording.
 
-use crate::clocks::{warn_of_clocks, warn_of_speed};
+use crate::clocks::{Balance, warn_of_clocks, warn_of_inflow, warn_of_speed};
 use crate::friction::{final_friction, scan, warn_of_sweep};
 use crate::prepare::Prepared;
 use crate::pump::{PumpRungs, fit_pump};
@@ -63,6 +63,8 @@ pub struct Identification {
     pub pump_keep: Vec<bool>,
     /// What a person should know before using the model.
     pub warnings: Vec<String>,
+    /// Those of the warnings that doubt that the channels share one clock: they concern whatever is made of the recording.
+    pub clocks: Vec<String>,
 }
 
 /// Why no model was identified.
@@ -172,6 +174,7 @@ pub fn identify(
         pump_keep,
         pump,
         warnings: of_rungs,
+        clocks,
     } = rungs?;
     warn_of_sweep(&sweep, &mut warnings);
     warnings.extend(of_rungs);
@@ -206,6 +209,7 @@ pub fn identify(
         pump_flow_m3_s,
         pump_keep,
         warnings,
+        clocks,
     })
 }
 
@@ -227,6 +231,7 @@ struct Rungs {
     pump: Result<(PumpModel, PumpRungs), PumpError>,
     /// But for those of the sweep.
     warnings: Vec<String>,
+    clocks: Vec<String>,
 }
 
 impl Job<'_> {
@@ -249,6 +254,7 @@ impl Job<'_> {
             let mut warnings = Vec::new();
             let best_s = delay as f64 * step_s;
             warn_of_clocks(&samples, step_s, best_s, options, &mut warnings);
+            self.warn_of_inflow(delay, &mut warnings);
             warnings
         };
         let laws = || {
@@ -266,8 +272,10 @@ impl Job<'_> {
                     || rayon::join(swept, undelayed),
                 )
             });
-        let (pump_flow_m3_s, pump_keep, pump, of_pump) = pumped;
-        let warnings = of_clocks.into_iter().chain(of_friction).chain(of_pump);
+        let (pump_flow_m3_s, pump_keep, pump, of_speed, of_pump) = pumped;
+        let clocks: Vec<String> = of_clocks.iter().chain(&of_speed).cloned().collect();
+        let of_clocks = of_clocks.into_iter().chain(of_friction);
+        let warnings = of_clocks.chain(of_speed).chain(of_pump);
         Ok(Rungs {
             undelayed,
             sweep: sweep?,
@@ -277,10 +285,26 @@ impl Job<'_> {
             pump_keep,
             pump,
             warnings: warnings.collect(),
+            clocks,
         })
     }
 
-    /// The flow through the pump, which of its samples are used, the fits and their warnings.
+    fn warn_of_inflow(&self, delay: i64, warnings: &mut Vec<String>) {
+        let recording = &self.prepared.recording;
+        let pumped = (recording.mud_pump_flow_m3_s.iter()).zip(&recording.booster_flow_m3_s);
+        let inflow: Vec<f64> = pumped
+            .zip(&recording.topfill_flow_m3_s)
+            .map(|((mud, booster), topfill)| mud + booster + topfill)
+            .collect();
+        let balance = Balance {
+            inlet_pa: &self.prepared.inlet_pressure_pa,
+            inflow_m3_s: &inflow,
+            outflow_m3_s: &read_ahead(&recording.return_flow_m3_s, delay),
+        };
+        warn_of_inflow(&balance, self.prepared.step_s, warnings);
+    }
+
+    /// The flow through the pump, which of its samples are used, the fits, and what is to be said of the clock of the speed, and of the fits.
     #[expect(clippy::type_complexity, reason = "taken apart where it is called")]
     fn pump(
         &self,
@@ -289,6 +313,7 @@ impl Job<'_> {
         Vec<f64>,
         Vec<bool>,
         Result<(PumpModel, PumpRungs), PumpError>,
+        Vec<String>,
         Vec<String>,
     ) {
         let recording = &self.prepared.recording;
@@ -303,10 +328,10 @@ impl Job<'_> {
             head_m: &self.series.head_m,
             keep: &keep,
         };
-        let mut warnings = Vec::new();
-        warn_of_speed(&samples, self.prepared.step_s, &mut warnings);
+        let (mut of_speed, mut warnings) = (Vec::new(), Vec::new());
+        warn_of_speed(&samples, self.prepared.step_s, &mut of_speed);
         let fitted = fit_pump(&samples, self.options, &mut warnings);
-        (flow_m3_s, keep, fitted, warnings)
+        (flow_m3_s, keep, fitted, of_speed, warnings)
     }
 }
 

@@ -94,10 +94,14 @@ pub(crate) fn carry_out(
     let (samples, began, dated_from) = (loaded.samples, loaded.began, loaded.dated_from());
     let prepared = prepare(loaded.recording, loaded.step_s, &screening(source))
         .map_err(|e| Failure::input(first, e))?;
-    let warnings = loaded.suspicions;
+    let mut warnings = loaded.suspicions;
     let recordings = names(source);
     progress.stage("identifying", "friction, delay and pump");
     let identified = base::two_state(&prepared, &well, samples, &recordings)?;
+    for doubt in &identified.clocks {
+        tracing::warn!("{doubt}");
+    }
+    warnings.extend(identified.clocks.iter().cloned());
     let options = Options {
         start: start.unwrap_or_default(),
         suspects: search.suspects.to_vec(),

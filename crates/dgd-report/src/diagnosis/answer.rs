@@ -105,7 +105,7 @@ fn nothing(diagnosis: &Diagnosis) -> String {
 /// What a partial verdict adds where no finding says it.
 fn unnamed(diagnosis: &Diagnosis) -> &'static str {
     if diagnosis.verdict == Verdict::PartlyExplained && !diagnosis.findings.iter().any(is_unknown) {
-        " Something else is left out that is not named."
+        " Something else is at work that is not named: an output runs worse with this on the held-out windows."
     } else {
         ""
     }

@@ -11,6 +11,8 @@ use dgd_recording::Well;
 pub(super) struct TwoState {
     pub(super) base: Base,
     pub(super) departures: Vec<(String, String)>,
+    /// What doubts that the channels share one clock.
+    pub(super) clocks: Vec<String>,
 }
 
 /// The two-state model; a recording that gives none can still be diagnosed.
@@ -27,8 +29,11 @@ pub(super) fn two_state(
     };
     Ok(match identify(prepared, well, &options) {
         Ok(identification) => {
+            let clocks = identification.clocks.clone();
             for warning in &identification.warnings {
-                tracing::info!("two-state model: {warning}");
+                if !clocks.contains(warning) {
+                    tracing::info!("two-state model: {warning}");
+                }
             }
             let departures = departures(&identification);
             let mut model = identification.model;
@@ -37,6 +42,7 @@ pub(super) fn two_state(
             TwoState {
                 base: Base::Identified(Box::new(model)),
                 departures,
+                clocks,
             }
         }
         Err(error) => {
@@ -47,6 +53,7 @@ pub(super) fn two_state(
                     geometry: well.geometry.clone(),
                 },
                 departures: Vec::new(),
+                clocks: Vec::new(),
             }
         }
     })

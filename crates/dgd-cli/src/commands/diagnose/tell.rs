@@ -98,8 +98,14 @@ fn sentence(diagnosis: &Diagnosis) -> String {
                 unsuspected(diagnosis)
             );
         }
+        let failed = diagnosis.checks.iter().filter(|c| !c.passed).count();
+        let but = match failed {
+            0 => "",
+            1 => "; but a check failed, see below",
+            _ => "; but checks failed, see below",
+        };
         return format!(
-            "consistent, nothing is left out that this recording could show{beyond}{off}"
+            "consistent, nothing is left out that this recording could show{beyond}{but}{off}"
         );
     };
     let lead = match diagnosis.verdict {
@@ -135,7 +141,13 @@ fn sentence(diagnosis: &Diagnosis) -> String {
         .into_iter()
         .chain(Some(suspected).filter(|s| !s.is_empty()))
         .collect();
-    format!("{lead}, {}{gain}", said.join("; "))
+    let unknown = diagnosis.findings.iter().any(|f| f.effect == "unknown");
+    let worse = if diagnosis.verdict == Verdict::PartlyExplained && !unknown {
+        " (an output runs worse with it on the held-out windows)"
+    } else {
+        ""
+    };
+    format!("{lead}{worse}, {}{gain}", said.join("; "))
 }
 
 /// What stands out that was not suspected.
