@@ -155,7 +155,9 @@ pub fn diagnose(
             s.period_s, s.amplitude_m, s.ratio
         );
     }
-    let mut checks: Vec<Check> = refitted(&given, &here).into_iter().collect();
+    let mut checks: Vec<Check> = refitted(&given, &here, record.setting.span_s)
+        .into_iter()
+        .collect();
     // An empirical correction can make the free run unstable: on the training stretches that shows, and it is left out.
     let gained = |s: &crate::diagnosis::Simulation| -> f64 {
         gains(s, false)
@@ -381,10 +383,16 @@ fn usable(record: &Record) -> usize {
 }
 
 /// How the effects of the model to start from came out on this recording, which holds nothing of those that are `None`.
-fn refitted(given: &[Applied], here: &[Option<Applied>]) -> Option<Check> {
+fn refitted(given: &[Applied], here: &[Option<Applied>], span_s: (f64, f64)) -> Option<Check> {
     if given.is_empty() {
         return None;
     }
+    // What passed before this recording, or sets in after it, does nothing in it.
+    let acts = |one: &Applied| {
+        let about = one.effect.about();
+        let (from, to) = about.interval_s(&one.parameters, span_s);
+        about.onset().is_none() || from < to && from < span_s.1 && to > span_s.0
+    };
     let told = given.iter().zip(here).map(|(before, after)| {
         let about = before.effect.about();
         let Some(after) = after else {
@@ -397,6 +405,12 @@ fn refitted(given: &[Applied], here: &[Option<Applied>]) -> Option<Check> {
         };
         if is_correction(before.effect) {
             return format!("{}, a correction", about.id);
+        }
+        if !acts(after) {
+            return format!(
+                "{}: by its own time it acts outside this recording, which says nothing of it",
+                about.id
+            );
         }
         let (name, old, new) = (
             about.parameters[0].name,
@@ -411,6 +425,9 @@ fn refitted(given: &[Applied], here: &[Option<Applied>]) -> Option<Check> {
             return false;
         };
         let (old, new) = (before.parameters[0], after.parameters[0]);
+        if !acts(after) {
+            return false;
+        }
         is_correction(before.effect) || (new - old).abs() <= 0.5 * old.abs()
     };
     Some(Check {

@@ -79,9 +79,11 @@ pub(crate) fn estimates(
             };
             // Curvature reaches beyond what is plausible: no gel is negative, and no recording shows what began before it.
             let within = |v: f64| match parameter.role {
-                Role::Onset => v.clamp(span.0.min(value), span.1.max(value)),
-                _ => v.clamp(parameter.low, parameter.high),
+                Role::Onset => v.clamp(span.0, span.1.max(value).max(span.0)),
+                // A search may leave what is plausible, and an interval holds its estimate.
+                _ => v.clamp(parameter.low.min(value), parameter.high.max(value)),
             };
+            let before = parameter.role == Role::Onset && value < span.0;
             let end = |by: f64| shown(within(value + by));
             let reach = match index {
                 Some(e) if timed => [-1.0, 1.0].map(|side: f64| {
@@ -101,8 +103,12 @@ pub(crate) fn estimates(
             };
             ParameterEstimate {
                 name: parameter.name.to_owned(),
-                meaning: parameter.meaning.to_owned(),
-                estimate: shown(value),
+                meaning: if before {
+                    format!("{}: before the recording begins", parameter.meaning)
+                } else {
+                    parameter.meaning.to_owned()
+                },
+                estimate: shown(within(value)),
                 ci95: (end(reach[0]), end(reach[1])),
             }
         })

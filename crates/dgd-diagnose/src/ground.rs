@@ -374,7 +374,9 @@ mod tests {
         // Rows of fifteen samples; the onset falls on the last sample of a row, the end on the sixth of one.
         assert_eq!(of("influx", &[1e-3, 1258.5, 700.0, 0.1]), 41..66);
         assert_eq!(of("influx", &[1e-3, 1258.6, 700.0, 0.1]), 42..66);
-        assert_eq!(of("influx", &[1e-3, -1e6, 700.0, 0.1]), 0..24);
+        // What began before the recording lasts from then.
+        assert_eq!(of("influx", &[1e-3, -1e6, 700.0, 0.1]), 0..0);
+        assert_eq!(of("influx", &[1e-3, -300.0, 700.0, 0.1]), 0..14);
         assert_eq!(of("influx", &[1e-3, 3800.0, 700.0, 0.1]), 126..135);
         assert_eq!(of("line_leak", &[1e-3, 3300.0]), 110..135);
         assert_eq!(of("line_leak", &[1e-3, 9e6]), 134..135);

@@ -266,18 +266,17 @@ impl About {
         std::iter::once(strength).chain(others).collect()
     }
 
-    /// The interval in which the effect acts, s, in a recording that spans from, to, s.
+    /// The interval in which the effect acts, s, in a recording that spans from, to, s; of no length where it ended before that.
     ///
     /// # Panics
     /// If there are fewer parameters than described.
     pub fn interval_s(&self, parameters: &[f64], span_s: (f64, f64)) -> (f64, f64) {
-        let onset = self
-            .onset()
-            .map_or(span_s.0, |k| parameters[k].max(span_s.0));
+        let begins = self.onset().map_or(span_s.0, |k| parameters[k]);
         let end = match (self.extent, self.duration()) {
-            (Extent::Passing, Some(k)) => (onset + parameters[k]).min(span_s.1),
+            (Extent::Passing, Some(k)) => (begins + parameters[k]).min(span_s.1),
             _ => span_s.1,
         };
-        (onset, end)
+        let begins = begins.max(span_s.0);
+        (begins, end.max(begins))
     }
 }

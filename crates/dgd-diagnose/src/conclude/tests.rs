@@ -98,11 +98,33 @@ fn an_effect_is_as_strong_here_from_half_its_strength_to_half_as_strong_again() 
         let check = refitted(
             &[knots(1.0), gain(given)],
             &[Some(knots(9.0)), Some(gain(here))],
+            (0.0, 5400.0),
         )
         .unwrap();
         assert_eq!(check.passed, passed, "{}", check.detail);
         let told = format!("unknown, a correction; inflow_gain: gain {given:.3e}, here {here:.3e}");
         assert_eq!(check.detail, told);
     }
-    assert_eq!(refitted(&[], &[]), None);
+    assert_eq!(refitted(&[], &[], (0.0, 5400.0)), None);
+}
+
+/// A recording of another time can neither confirm nor deny what has passed, or is to come.
+#[test]
+fn an_effect_that_acts_outside_the_recording_is_not_confirmed() {
+    let influx = |from: f64| Applied::new(find("influx").unwrap(), vec![3e-3, from, 600.0, 0.15]);
+    let leak = |from: f64| Applied::new(find("line_leak").unwrap(), vec![1e-3, from]);
+    for (one, confirmed) in [
+        (influx(2000.0), true),
+        (influx(-500.0), true),
+        (influx(-600.0), false),
+        (influx(5400.0), false),
+        (leak(-1e5), true),
+        (leak(5400.0), false),
+    ] {
+        let here = [Some(one.clone())];
+        let check = refitted(std::slice::from_ref(&one), &here, (0.0, 5400.0)).unwrap();
+        assert_eq!(check.passed, confirmed, "{}", check.detail);
+        let outside = check.detail.contains("it acts outside this recording");
+        assert_eq!(outside, !confirmed, "{}", check.detail);
+    }
 }

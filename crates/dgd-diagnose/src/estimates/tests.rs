@@ -420,3 +420,29 @@ fn what_the_recording_does_not_show_is_known_as_well_as_before() {
         );
     }
 }
+
+/// A window may begin amid an event, and a search may leave what is plausible.
+#[test]
+fn an_onset_before_the_recording_is_told_as_one_and_an_interval_holds_its_estimate() {
+    let (mut record, mut one) = influx_of(3e-3);
+    let (from, _, _) = INFLUX_S;
+    record.setting.span_s.0 = from + 600.0;
+    let state = [one.applied.clone()];
+    let full = Tangent::at(&record, &state, &[], Bend::Free).unwrap();
+    let found = estimates(&record, &selected(Vec::new(), vec![one.clone()]), 0, &full);
+    let onset = &found[1];
+    assert_eq!((onset.estimate, onset.ci95.0), (from + 600.0, from + 600.0));
+    assert_eq!(
+        onset.meaning,
+        "when it sets in: before the recording begins"
+    );
+    // Shorter than an influx is known to last.
+    one.applied.parameters[2] = 0.5 * find("influx").unwrap().about().parameters[2].low;
+    let found = estimates(&record, &selected(Vec::new(), vec![one]), 0, &full);
+    for told in &found {
+        assert!(
+            told.ci95.0 <= told.estimate && told.estimate <= told.ci95.1,
+            "{told:?}"
+        );
+    }
+}

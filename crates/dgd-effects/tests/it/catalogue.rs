@@ -329,6 +329,15 @@ fn an_interval_stays_within_the_recording() {
         influx.interval_s(&[1e-3, 10.0, 20.0, 0.1], (0.0, 40.0)),
         (10.0, 30.0)
     );
+    // It lasts from when it began, not from where the recording does.
+    assert_eq!(
+        influx.interval_s(&[1e-3, -50.0, 70.0, 0.1], (0.0, 40.0)),
+        (0.0, 20.0)
+    );
+    assert_eq!(
+        influx.interval_s(&[1e-3, -50.0, 20.0, 0.1], (0.0, 40.0)),
+        (0.0, 0.0)
+    );
 }
 
 #[test]

@@ -319,9 +319,25 @@ fn a_consistent_recording_is_told_with_what_would_have_been_seen() {
     let told = tell::tell(&started, &[], "rig.mat", Path::new("out"));
     let first = told.lines().next().unwrap();
     assert!(
+        first.ends_with("holds (influx, heave); but a check failed, see below"),
+        "{first}"
+    );
+    started
+        .checks
+        .iter_mut()
+        .for_each(|check| check.passed = true);
+    let told = tell::tell(&started, &[], "rig.mat", Path::new("out"));
+    let first = told.lines().next().unwrap();
+    assert!(
         first.ends_with("beyond what the model to start from holds (influx, heave)"),
         "{first}"
     );
+    // What makes an output worse is not all there is.
+    let mut worse = diagnosis(vec![kick()]);
+    worse.verdict = Verdict::PartlyExplained;
+    let told = tell::tell(&worse, &[], "rig.mat", Path::new("out"));
+    let says = "rig.mat: partly explained (an output runs worse with it on the held-out windows), ";
+    assert!(told.starts_with(says), "{told}");
 }
 
 #[test]
