@@ -51,6 +51,8 @@ pub(crate) fn finding(
             let does = if q == PERIOD {
                 let period_s = named.applied.parameters[3] - named.applied.parameters[2];
                 format!("swings with a period of {:.0} min", period_s / 60.0)
+            } else if is_level(&named.applied.parameters[4..], SAME) {
+                "is off by the same throughout".to_owned()
             } else if quantity == "time" {
                 "drifts over time".to_owned()
             } else {
@@ -120,24 +122,34 @@ fn only_resembled(mut told: Finding, about: &About) -> Finding {
     }
 }
 
+/// Share of its mean by which a curve may vary to be the same all along.
+const SAME: f64 = 0.1;
+
+/// Whether knots vary by less than a share of their mean.
+fn is_level(knots: &[f64], share: f64) -> bool {
+    let mean = knots.iter().sum::<f64>() / knots.len() as f64;
+    knots
+        .iter()
+        .all(|knot| (knot - mean).abs() < 0.5 * share * mean.abs())
+}
+
 /// What would show the same if the description of the well were at fault; a correction of the outlet's reading or of the friction that is
 /// nearly the same all along is nearly an offset.
 fn same_as(record: &Record, named: &Named) -> Option<String> {
-    /// Share of its mean by which a curve may vary.
+    /// Share of its mean by which a curve may vary to be nearly an offset.
     const LEVEL: f64 = 0.5;
     let (effect, parameters) = (named.applied.effect, &named.applied.parameters);
     let Some((place, _)) = named.correction else {
         return effect.same_as(parameters, &record.setting);
     };
-    let outlet = place == OUTLET_READING || PLACES[place].relation == Relation::ReturnLineFriction;
     let knots = &parameters[4..];
+    if PLACES[place].relation == Relation::RiserMassBalance && is_level(knots, SAME) {
+        let told = "a flow meter whose zero is off, or a flow that is in another unit, of another tag or not logged";
+        return Some(told.to_owned());
+    }
+    let outlet = place == OUTLET_READING || PLACES[place].relation == Relation::ReturnLineFriction;
     let mean = knots.iter().sum::<f64>() / knots.len() as f64;
-    let (low, high) = (knots.iter().copied())
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
-            (l.min(v), h.max(v))
-        });
-    let level = high - low < LEVEL * mean.abs();
-    let offset = (outlet && level).then(|| find("outlet_pressure_bias"))??;
+    let offset = (outlet && is_level(knots, LEVEL)).then(|| find("outlet_pressure_bias"))??;
     let told = offset.same_as(&[mean], &record.setting)?;
     Some(format!("for the most part {told}"))
 }

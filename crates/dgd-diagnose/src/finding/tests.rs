@@ -246,6 +246,46 @@ fn a_correction_that_is_nearly_level_is_told_as_the_offset_that_it_nearly_is() {
 }
 
 #[test]
+fn a_curve_that_is_the_same_all_along_does_not_drift() {
+    let with = |place: usize, ends: [f64; 2]| {
+        let mut named = influx();
+        named.applied = Applied::new(unknown(), vec![0.0; unknown().about().parameters.len()]);
+        for (k, knot) in named.applied.parameters[4..].iter_mut().enumerate() {
+            *knot = ends[k % 2];
+        }
+        named.correction = Some((place, 0));
+        told(&named)
+    };
+    let (balance, friction) = (2, 0);
+    let same = with(balance, [1.5e-3, 1.6e-3]);
+    let says = "something outside the catalogue: riser mass balance is off by the same throughout";
+    assert_eq!(same.title, says);
+    assert!(
+        same.same_as
+            .unwrap()
+            .contains("a flow meter whose zero is off")
+    );
+    let drifts = with(balance, [1.5e-3, 1.7e-3]);
+    assert!(
+        drifts
+            .title
+            .ends_with("riser mass balance drifts over time")
+    );
+    assert_eq!(drifts.same_as, None);
+    let offset = with(friction, [-7e4, -7e4]);
+    assert!(
+        offset
+            .title
+            .ends_with("return line friction is off by the same throughout")
+    );
+    assert!(
+        with(friction, [0.0, 0.0])
+            .title
+            .ends_with("drifts over time")
+    );
+}
+
+#[test]
 fn knots_along_the_time_since_a_start_are_told_in_seconds() {
     // Half an hour at the last of three.
     let mut parameters = vec![2.0, SINCE_START as f64, 0.0, 30.0_f64.ln_1p()];
