@@ -132,8 +132,13 @@ pub(super) fn of(
         );
     }
     let mut out = Vec::new();
+    // Where the relations could tell, they find none; of what creeps on the way between the two they may not tell, and a transmitter creeps
+    // sooner than that.
+    let tells = |a: &Asked| a.energy > 2.0 * TELLS;
+    let none = |a: &Asked| a.share.abs() < NONE;
     if pair == Pair::InletAndRiser
-        && (asked.iter()).all(|(_, a)| a.energy > 2.0 * TELLS && a.share.abs() < NONE)
+        && asked.iter().all(|(_, a)| none(a) || !tells(a))
+        && (asked.iter()).any(|(s, a)| s.place == INLET_READING && tells(a))
     {
         let nowhere = vec![0.0; tangent.off.len()];
         out.push(told.correction((RISER_READING, -1.0), nowhere, 0.0));

@@ -11,6 +11,7 @@ use crate::vectors::most_within;
 use dgd_effects::{Rank, quantile};
 use nalgebra::DVector;
 use std::ops::Range;
+use tracing::debug;
 
 /// Size and time over which they part where one of them is at fault, Pa and s: more, or faster, than they wander within accuracy.
 const PARTING: [(f64, f64); 4] = [
@@ -19,6 +20,9 @@ const PARTING: [(f64, f64); 4] = [
     (6.0e4, 1000.0),
     (6.0e4, WANDER_S),
 ];
+
+/// Size by which one may leave the other without ever being faster than they wander, Pa: a reading that drifts all along.
+const LEAVES_PA: f64 = 6.0e4;
 
 /// Evidence from which on they do.
 const PARTS: f64 = 15.0;
@@ -49,6 +53,7 @@ impl Twins {
     /// It is seen, and needs no knots; only what comes and goes within ten minutes or so counts for nothing, however large.
     pub(crate) fn parting(&self, busiest: usize) -> Option<Parting> {
         let (evidence, by_block, differ) = self.parted(0..0)?;
+        debug!("two transmitters part by {evidence:.1} of {PARTS}");
         if evidence <= PARTS {
             return None;
         }
@@ -113,8 +118,10 @@ impl Twins {
             Likelihood::of(self, &self.whitening.with_wander(wander, unused.clone()))
         };
         let own = of(self.wander)?;
-        let others: Vec<Likelihood> = PARTING
-            .into_iter()
+        // As fast as they wander, for so much longer as it goes further.
+        let further = LEAVES_PA / self.wander.difference_pa;
+        let leaving = (LEAVES_PA, WANDER_S * further * further);
+        let others: Vec<Likelihood> = (PARTING.into_iter().chain([leaving]))
             .filter_map(|(size_pa, length_s)| {
                 of(Wander {
                     difference_pa: size_pa,
