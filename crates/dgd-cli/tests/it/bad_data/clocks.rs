@@ -129,6 +129,36 @@ fn channels_on_different_clocks_are_told() {
         .warns("with the pump speed read 30 s later than recorded");
 }
 
+/// Whoever asks for causes hears of the clocks too: of flows that come after what they do to the riser, or a speed after its head.
+#[test]
+fn a_diagnosis_tells_that_the_channels_may_not_share_one_clock() {
+    for (tags, doubt) in [
+        (
+            &["FT1", "FT2", "FT3"][..],
+            "with the inflow read 30 s later than recorded",
+        ),
+        (
+            &["SPM"][..],
+            "with the pump speed read 30 s later than recorded",
+        ),
+    ] {
+        let rig = late(tags, 30);
+        rig.fitted().warns(doubt);
+        let told = rig.diagnosed();
+        let warnings = super::rig::strings(&told.json["warnings"]);
+        assert!(warnings.iter().any(|w| w.contains(doubt)), "{warnings:?}");
+        assert!(told.err.contains(doubt), "{}", told.err);
+    }
+    let sound = Rig::sound().diagnosed();
+    assert_eq!(
+        super::rig::strings(&sound.json["warnings"]),
+        Vec::<&str>::new()
+    );
+    // A string that fills and drains makes the inflow late; that is no clock.
+    let early = Rig::sound().fitted();
+    early.suspects_nothing();
+}
+
 #[test]
 fn a_meter_whose_clock_runs_fast_is_told() {
     let mut rig = Rig::sound();

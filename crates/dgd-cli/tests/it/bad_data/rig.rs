@@ -30,6 +30,22 @@ impl Rig {
         }
     }
 
+    /// The other fixture: five hours without an effect but for an influx, described as it is.
+    pub(super) fn of_hours() -> Self {
+        let recording = include_bytes!("../../../../../fixtures/demo-concealed/recording.mat");
+        let well = include_str!("../../../../../fixtures/demo-concealed/well.toml");
+        let mut table = dgd_ingest::read(recording, &ReadOptions::default())
+            .unwrap()
+            .1;
+        for column in &mut table.columns {
+            column.tag = column.tag.rsplit('.').next().unwrap().to_owned();
+        }
+        Self {
+            table,
+            well: well.to_owned(),
+        }
+    }
+
     /// The first samples alone.
     pub(super) fn first(samples: usize) -> Self {
         let mut rig = Self::sound();

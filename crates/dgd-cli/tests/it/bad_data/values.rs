@@ -168,3 +168,38 @@ fn a_transmitter_that_leaves_its_neighbour_is_told() {
         }
     }
 }
+
+/// As slowly as instruments wander, but all the time and to one side: neither mud nor pump is at fault.
+#[test]
+fn a_transmitter_that_creeps_away_from_its_neighbour_for_hours_is_told() {
+    for (tag, psi, name) in [
+        ("PT1", 14.0, "the first pump inlet transmitter"),
+        ("PT2", -14.0, "the second pump inlet transmitter"),
+        ("PT3", -11.0, "the first pump outlet transmitter"),
+        ("PT4", 11.0, "the second pump outlet transmitter"),
+        ("PT5", 14.0, "the riser's transmitter"),
+    ] {
+        let mut rig = Rig::of_hours();
+        let samples = rig.table.columns[0].values.len();
+        for (i, p) in rig.column(tag).iter_mut().enumerate() {
+            *p += psi * i as f64 / samples as f64;
+        }
+        let told = rig.diagnosed();
+        let findings = told.json["findings"].as_array().unwrap();
+        let titles: Vec<&str> = findings
+            .iter()
+            .map(|f| f["title"].as_str().unwrap())
+            .collect();
+        let expected =
+            format!("something outside the catalogue: the reading of {name} drifts over time");
+        assert!(titles.contains(&expected.as_str()), "{tag}: {titles:?}");
+        // What an outlet is off by in the mean is told beside it: two that part do not tell their constant.
+        let known = ["influx", "unknown", "outlet_pressure_bias"];
+        let claimed = told.claimed();
+        assert!(claimed.contains(&"influx"), "{tag}: {titles:?}");
+        assert!(
+            claimed.iter().all(|effect| known.contains(effect)),
+            "{tag}: {titles:?}"
+        );
+    }
+}
