@@ -50,7 +50,8 @@ pub enum Minimum {
 pub struct DelaySweep {
     /// Delays tried, s, rising, shape `(d,)`.
     pub delays_s: Vec<f64>,
-    /// Mean squared error (over n - p) at each, Pa², shape `(d,)`; NaN where no fit was possible.
+    /// Mean squared error (over n - p) at each, Pa², shape `(d,)`; NaN where no fit was possible, or of fewer than half of the rows of the
+    /// delay that has most: rows differ from delay to delay, and a few fit any law.
     pub mse_pa2: Vec<f64>,
     /// Samples used at each, shape `(d,)`.
     pub n: Vec<u64>,
@@ -174,7 +175,12 @@ pub fn delay_scan(
     };
     let sums = Sums::of(problem, &basis.triangle);
 
-    let mse_pa2: Vec<f64> = (0..count).map(|d| sums.mse(d)).collect();
+    // A delay that shifts most rows out of the recording is fitted by what is left of them, and by few of them any law fits.
+    let most = sums.n.iter().copied().max().unwrap_or(0);
+    let tells = |d: usize| FEW * sums.n[d] >= most;
+    let mse_pa2: Vec<f64> = (0..count)
+        .map(|d| if tells(d) { sums.mse(d) } else { f64::NAN })
+        .collect();
     let best = mse_pa2
         .iter()
         .enumerate()
@@ -205,6 +211,9 @@ pub fn delay_scan(
         powers,
     })
 }
+
+/// A delay has at least so many-th part of the rows of the one that has most, or its error is not told.
+const FEW: u64 = 2;
 
 fn delay_count(first: i64, last: i64, samples: usize) -> Result<usize, FrictionError> {
     let n = i64::try_from(samples).unwrap_or(i64::MAX);

@@ -187,7 +187,7 @@ impl Accumulator {
             names: self.names,
             r: self.r,
             n: self.n,
-            total_about_mean: self.spread.m2,
+            total_about_mean: self.spread.about_mean(),
         }
     }
 
@@ -339,6 +339,12 @@ impl Spread {
             .map(|(y, s)| (y - s * mean).powi(2))
             .sum();
         Self { weight, mean, m2 }
+    }
+
+    /// Squares about the mean, 0 where they are what rounding leaves of observations that are all the same.
+    fn about_mean(&self) -> f64 {
+        let rounding = self.weight * (8.0 * f64::EPSILON * self.mean).powi(2);
+        if self.m2 > rounding { self.m2 } else { 0.0 }
     }
 
     fn join(&mut self, other: &Self) {

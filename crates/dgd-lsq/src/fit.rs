@@ -220,7 +220,7 @@ impl Reduced {
         let largest = svd.singular_values.max();
         let smallest = svd.singular_values.min();
         let condition = largest / smallest;
-        if condition <= limit {
+        if condition.is_finite() && condition <= limit {
             return Ok(condition);
         }
         // A right singular vector of a small singular value spells the dependence out:

@@ -81,7 +81,7 @@ pub enum Ending {
     StepLimit,
     /// No step lowered the cost, and it is no minimum either.
     NoProgress,
-    /// There are no residuals at the start.
+    /// There are no residuals at the start, or a kept one is not a number.
     NoStart,
 }
 
@@ -121,11 +121,16 @@ fn weight(keep: Option<&[bool]>, weights: Option<&[f64]>, i: usize) -> f64 {
     weights.map_or(1.0, |w| w[i])
 }
 
+/// What counts for nothing adds nothing, whatever it is.
+fn weighed(weight: f64, value: f64) -> f64 {
+    if weight == 0.0 { 0.0 } else { weight * value }
+}
+
 fn half_square(r: &[f64], keep: Option<&[bool]>, weights: Option<&[f64]>) -> f64 {
     0.5 * r
         .iter()
         .enumerate()
-        .map(|(i, r)| weight(keep, weights, i) * r * r)
+        .map(|(i, r)| weighed(weight(keep, weights, i), r * r))
         .sum::<f64>()
 }
 
@@ -151,6 +156,10 @@ pub fn differences<R: Residuals + ?Sized>(
             };
             moved[j] = theta[j] + way * size;
             let step = (moved[j] - theta[j]) / span;
+            if step == 0.0 {
+                // Held by bounds that meet, or by the last digit.
+                break;
+            }
             if let Some(there) = problem.at(&moved) {
                 for ((o, a), b) in out.column_mut(j).iter_mut().zip(&there).zip(r) {
                     *o = (a - b) / step;
@@ -225,7 +234,11 @@ pub fn minimise<R: Residuals + ?Sized>(
         let weights = problem.weights(&r);
         let weights = weights.as_deref();
         let cost = half_square(&r, keep, weights);
-        if p == 0 || !(cost > 0.0) {
+        if cost.is_nan() {
+            ending = Ending::NoStart;
+            break;
+        }
+        if p == 0 || cost <= 0.0 {
             ending = Ending::Converged;
             break;
         }
@@ -337,15 +350,21 @@ fn normal_equations(
     let mut weighted = vec![0.0; r.len()];
     for a in 0..p {
         for ((out, c), w) in weighted.iter_mut().zip(jac.column(a).iter()).zip(&weight) {
-            *out = c * w;
+            *out = weighed(*w, *c);
         }
         for b in a..p {
             let column = jac.column(b);
-            let sum: f64 = weighted.iter().zip(column.iter()).map(|(a, b)| a * b).sum();
+            let products = weighted.iter().zip(column.iter()).zip(&weight);
+            let sum: f64 = products
+                .map(|((a, b), w)| if *w == 0.0 { 0.0 } else { a * b })
+                .sum();
             normal[(a, b)] = sum;
             normal[(b, a)] = sum;
         }
-        gradient[a] = weighted.iter().zip(r).map(|(a, r)| a * r).sum();
+        let pulls = weighted.iter().zip(r).zip(&weight);
+        gradient[a] = pulls
+            .map(|((a, r), w)| if *w == 0.0 { 0.0 } else { a * r })
+            .sum();
     }
     (normal, gradient)
 }
@@ -483,6 +502,39 @@ mod tests {
         );
         assert!((found.theta[0] - 0.25).abs() < 1e-9);
         assert!((found.cost - 0.5 * (3.0 * 0.0625 + 0.5625)).abs() < 1e-9);
+    }
+
+    #[test]
+    fn rows_that_do_not_count_may_be_anything_and_those_that_do_must_be_numbers() {
+        let mut holed = |t: &[f64]| Some(vec![f64::NAN, t[0] - 0.3]);
+        let start = |f: &mut dyn FnMut(&[f64]) -> Option<Vec<f64>>, keep: Option<&[bool]>| {
+            minimise(f, &[0.5], &cube(0.0, 1.0), keep, None, Effort::default())
+        };
+        let found = start(&mut holed, Some(&[false, true]));
+        assert_eq!(found.ending, Ending::Converged);
+        assert!((found.theta[0] - 0.3).abs() < 1e-9, "{:?}", found.theta);
+        assert_eq!(start(&mut holed, None).ending, Ending::NoStart);
+    }
+
+    #[test]
+    fn a_parameter_whose_bounds_meet_is_held_and_the_others_go_on() {
+        let bounds = Bounds {
+            low: vec![0.0, 0.0, 3.0],
+            high: vec![1.0, 1.0, 3.0],
+        };
+        let mut f = |t: &[f64]| Some(vec![t[1] - 0.7, t[0] - 0.4, 0.1 * (t[2] - 3.0)]);
+        let found = minimise(
+            &mut f,
+            &[0.5, 0.5, 3.0],
+            &bounds,
+            None,
+            None,
+            Effort::default(),
+        );
+        assert_eq!(found.ending, Ending::Converged);
+        assert!((found.theta[0] - 0.4).abs() < 1e-8 && (found.theta[1] - 0.7).abs() < 1e-8);
+        assert_eq!(found.theta[2], 3.0);
+        assert!(found.jacobian.iter().all(|v| v.is_finite()));
     }
 
     #[test]

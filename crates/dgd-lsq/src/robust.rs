@@ -38,8 +38,8 @@ pub enum RobustStatus {
     Converged,
     /// The iteration limit was reached first.
     IterationLimit,
-    /// At least half of the residuals are zero, so there is no scale to weigh by: the last
-    /// weighted fit is returned.
+    /// At least half of the residuals are zero, or the same but for a thousandth of the least-squares error, so there is no scale to weigh by:
+    /// the last weighted fit is returned, and its standard errors are NaN unless every row fits.
     ZeroScale,
 }
 
@@ -162,6 +162,10 @@ where
     ))
 }
 
+/// Share of the least-squares error below which a scale is none: more than half of the rows share one residual, as in steps of a coarse
+/// reading, and the median of them says nothing of the others.
+const LEAST_SCALE: f64 = 1e-3;
+
 /// Huber's asymptotic covariance: that of least squares, with ψ's moments in place of the mse.
 fn summary(
     least_squares: Fit,
@@ -175,6 +179,12 @@ fn summary(
     let (n, p) = (residuals.len() as f64, coefficients.len() as f64);
     let mse = residuals.iter().map(|r| r * r).sum::<f64>() / (n - p);
     let scale = scale_of(residuals);
+    let none = scale <= LEAST_SCALE * least_squares.mse.sqrt();
+    let status = if none {
+        RobustStatus::ZeroScale
+    } else {
+        status
+    };
     let (mut share, mut psi2, mut inside) = (0.0, 0.0, 0.0);
     for r in residuals.iter() {
         // With no scale nothing was weighed down.
@@ -191,10 +201,12 @@ fn summary(
         .covariance
         .iter()
         .map(|c| {
-            if least_squares.mse > 0.0 {
-                c / least_squares.mse * variance
-            } else {
+            if least_squares.mse == 0.0 {
                 0.0
+            } else if none {
+                f64::NAN
+            } else {
+                c / least_squares.mse * variance
             }
         })
         .collect();

@@ -19,6 +19,11 @@ pub struct HeadCurve {
     pub n2: f64,
 }
 
+/// A speed below 0 counts as 0; one that is missing stays missing, which `max` would hide.
+fn not_below_rest(speed_pct: f64) -> f64 {
+    if speed_pct < 0.0 { 0.0 } else { speed_pct }
+}
+
 impl HeadCurve {
     /// Head in m.
     ///
@@ -31,7 +36,7 @@ impl HeadCurve {
     /// assert!((curve.head_m(60.0, 0.05) - (180.0 - 15.0 - 50.0)).abs() < 1e-12);
     /// ```
     pub fn head_m(&self, speed_pct: f64, flow_m3_s: f64) -> f64 {
-        let w = speed_pct.max(0.0);
+        let w = not_below_rest(speed_pct);
         let q = flow_m3_s;
         self.c0 * power(w, self.n0)
             - self.c1 * w * q
@@ -40,13 +45,13 @@ impl HeadCurve {
 
     /// ∂H/∂q in m/(m³/s): `-c1 w - n2 c2 |q|^(n2-1)` (thesis Eq. 3.41).
     pub fn slope_flow(&self, speed_pct: f64, flow_m3_s: f64) -> f64 {
-        let w = speed_pct.max(0.0);
+        let w = not_below_rest(speed_pct);
         -self.c1 * w - times(self.n2 * self.c2, power(flow_m3_s.abs(), self.n2 - 1.0))
     }
 
     /// ∂H/∂w in m/%: `n0 c0 w^(n0-1) - c1 q`.
     pub fn slope_speed(&self, speed_pct: f64, flow_m3_s: f64) -> f64 {
-        let w = speed_pct.max(0.0);
+        let w = not_below_rest(speed_pct);
         times(self.n0 * self.c0, power(w, self.n0 - 1.0)) - self.c1 * flow_m3_s
     }
 

@@ -31,6 +31,20 @@ fn a_meter_that_is_dead_at_some_delays_is_fitted_at_the_others() {
     assert_eq!(refused.unwrap_err(), at_rest.unwrap_err());
 }
 
+/// A delay as long as the recording leaves a dozen rows, and by a dozen rows any law fits.
+#[test]
+fn a_delay_with_fewer_than_half_of_the_rows_is_not_told() {
+    for (samples, last) in [(600, 590), (120, 100)] {
+        let recording = Recording::new(samples, 13, quadratic, 3e3);
+        let sweep = delay_sweep(&recording.samples(), &Terms::Quadratic, &over(0..=last)).unwrap();
+        assert_eq!(sweep.delays_s[sweep.best], 13.0, "of {samples}");
+        let most = *sweep.n.iter().max().unwrap();
+        for (n, mse) in sweep.n.iter().zip(&sweep.mse_pa2) {
+            assert_eq!(mse.is_nan(), 2 * n < most, "{n} of {most}");
+        }
+    }
+}
+
 #[test]
 fn a_scan_is_fitted_on_its_own_samples() {
     let recording = Recording::new(400, 13, quadratic, 3e3);

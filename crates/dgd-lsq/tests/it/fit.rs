@@ -242,3 +242,21 @@ fn the_order_of_rows_and_the_unit_of_y_do_not_matter() {
         assert!((ratio / 6_894.757_29 - 1.0).abs() < 1e-9, "{ratio}");
     }
 }
+
+/// What rounding leaves of equal observations is no variance to be explained.
+#[test]
+fn observations_that_are_all_the_same_have_no_share_explained() {
+    for (y, n) in [(1e5 / 3.0, 1000), (0.1, 5000)] {
+        let mut sums = dgd_lsq::Accumulator::new(["1", "x"]).unwrap();
+        for i in 0..n {
+            sums.push(&[1.0, f64::from(i % 17)], y).unwrap();
+        }
+        assert!(sums.finish().unwrap().r2.is_nan());
+    }
+    let mut sums = dgd_lsq::Accumulator::new(["1", "x"]).unwrap();
+    for i in 0..1000 {
+        sums.push(&[1.0, f64::from(i % 17)], 1e5 + 1e-6 * f64::from(i % 17))
+            .unwrap();
+    }
+    assert!(sums.finish().unwrap().r2 > 0.9);
+}

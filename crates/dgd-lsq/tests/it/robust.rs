@@ -82,3 +82,18 @@ fn a_majority_of_exact_rows_has_no_scale() {
     assert_eq!(fit.status, RobustStatus::ZeroScale);
     assert_eq!(fit.coefficients, [2.0]);
 }
+
+/// A coarse reading that rests: most residuals meet one value, and their median says nothing of the rest.
+#[test]
+fn a_scale_that_shrinks_to_nothing_is_told_and_has_no_errors() {
+    let coarse = |visit: &mut dyn FnMut(&[f64], f64)| {
+        for i in 0..1000 {
+            let x = if i % 4 == 0 { f64::from(i % 37) } else { 0.0 };
+            visit(&[1.0, x], (x / 10.0).round());
+        }
+    };
+    let fit = fit_robust(["1", "x"], coarse, &RobustOptions::default()).unwrap();
+    assert_eq!(fit.status, RobustStatus::ZeroScale);
+    assert!(fit.standard_errors.iter().all(|e| e.is_nan()), "{fit:?}");
+    assert!(fit.least_squares.standard_errors[1] > 1e-4);
+}

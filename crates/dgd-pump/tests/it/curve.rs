@@ -57,3 +57,11 @@ fn at_rest_the_bend_is_that_of_forward_flow() {
     assert_eq!(PUMP.bend_flow(0.0), -2.0 * PUMP.c2);
     assert_eq!(PUMP.bend_flow(-0.01), 2.0 * PUMP.c2);
 }
+
+#[test]
+fn a_missing_speed_has_no_head_and_one_below_rest_is_rest() {
+    assert!(PUMP.head_m(f64::NAN, 0.05).is_nan());
+    assert!(PUMP.slope_flow(f64::NAN, 0.05).is_nan());
+    assert!(PUMP.slope_speed(f64::NAN, 0.05).is_nan());
+    assert_eq!(PUMP.head_m(-3.0, 0.05), PUMP.head_m(0.0, 0.05));
+}
