@@ -102,6 +102,10 @@ pub(crate) fn carry_out(
         tracing::warn!("{doubt}");
     }
     warnings.extend(identified.clocks.iter().cloned());
+    if let Some(doubt) = doubt_of_step(prepared.step_s) {
+        tracing::warn!("{doubt}");
+        warnings.push(doubt);
+    }
     let options = Options {
         start: start.unwrap_or_default(),
         suspects: search.suspects.to_vec(),
@@ -136,13 +140,29 @@ pub(crate) fn carry_out(
     })
 }
 
+/// What is to be said of samples so far apart that causes of seconds to minutes cannot be seen in them.
+fn doubt_of_step(step_s: f64) -> Option<String> {
+    /// Samples may be so far apart, s: sound recordings that were averaged over 30 s and more were accused.
+    const FAR_S: f64 = 20.0;
+    (step_s >= FAR_S).then(|| {
+        format!(
+            "a sample every {step_s:.0} s: means over that long blur what goes on at a stop, and make causes up that are not there; \
+             believe no name before it is found in an export of 10 s or finer"
+        )
+    })
+}
+
 /// Why there is no diagnosis, and what tells more.
 fn undiagnosed(path: &Path, error: &DiagnoseError) -> Failure {
     let short = matches!(error, DiagnoseError::TooShort { .. });
     Failure::Input {
         path: path.to_owned(),
         reason: error.to_string(),
-        help: short.then(|| "`dgd fit` tells what the screening rejects, and why".into()),
+        help: short.then(|| {
+            "`dgd fit` tells what the screening rejects, and why; pressures that repeat one value for a minute while their twins move, as a \
+             historian with a deadband exports them, are left out beside that"
+                .into()
+        }),
     }
 }
 

@@ -244,3 +244,22 @@ fn a_diagnosis_at_other_rates_names_the_same_causes() {
     );
     assert_eq!(slow.claimed().len(), 2, "{:#}", slow.json["findings"]);
 }
+
+/// `dgd diagnose` of the demo, every so many-th sample.
+#[test]
+fn samples_far_apart_are_doubted_aloud() {
+    for (step, doubted) in [(10, false), (20, true), (30, true)] {
+        let (bench, ran) = Rig::sound().every(step).diagnose();
+        assert_eq!(
+            ran.err.contains("believe no name"),
+            doubted,
+            "{step}: {}",
+            ran.err
+        );
+        if doubted {
+            ran.done();
+            let told = bench.text("d/diagnosis.json");
+            assert!(told.contains(&format!("a sample every {step} s")), "{step}");
+        }
+    }
+}
