@@ -209,7 +209,7 @@ fn parameters(fitted: &Fitted) -> Table {
     }
     Table {
         caption:
-            "Parameters; the standard errors take the samples as independent, so they are too small"
+            "Parameters; the standard errors count residuals that hang together as the fewer samples that they are worth"
                 .into(),
         head: ["Parameter", "Value", "Standard error", "Unit"]
             .map(Into::into)

@@ -154,12 +154,15 @@ impl<V: Vector, T: Tableau> Stepper<V> for Rosenbrock<V, T> {
         for (f, j) in factors.iter_mut().zip(V::flat(&self.jacobian)) {
             *f = -j;
         }
+        let mut trace = 0.0;
         for i in 0..n {
             factors[i * n + i] += inverse / T::GAMMA;
+            trace += factors[i * n + i];
         }
         count.factorisations += 1;
-        // Below 0 the step outruns what grows by itself: it would pass beyond an infinity as if there were none.
-        if lu_factor(factors, V::index_mut(&mut self.rows), n) <= 0.0 {
+        // Below 0 the step outruns what grows by itself: it would pass beyond an infinity as if there were none. Where two things grow, the
+        // determinant is above 0 again, but not the trace.
+        if trace <= 0.0 || lu_factor(factors, V::index_mut(&mut self.rows), n) <= 0.0 {
             return false;
         }
         let point = Point {

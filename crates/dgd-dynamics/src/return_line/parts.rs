@@ -90,7 +90,8 @@ impl LineParts {
     /// statistics are those of the whole so far. Once the status is not [`Status::Finished`] nothing more is written.
     ///
     /// # Errors
-    /// [`DynamicsError`] on inputs that are not finite or of unequal length, times that do not ascend, a negative speed.
+    /// [`DynamicsError`] on inputs that are not finite or of unequal length, times that do not ascend or do not go on from the last sample
+    /// that was written, a part behind the last one, a negative speed.
     pub fn add(
         &mut self,
         time_s: &[f64],
@@ -145,6 +146,10 @@ struct Going<const KIND: u8, V: Vector> {
     /// So many samples from the last one written on are known to be kinks or none.
     decided: usize,
     started: bool,
+    /// Time of the last sample that was written, s.
+    reached_s: Option<f64>,
+    /// Whether the last part has come.
+    ended: bool,
     status: Status,
     statistics: Statistics,
     bounds: RiserBounds,
@@ -177,6 +182,8 @@ impl<const KIND: u8, V: Vector> Going<KIND, V> {
             lines: None,
             decided: 0,
             started: false,
+            reached_s: None,
+            ended: false,
             status: Status::Finished,
             statistics: Statistics::default(),
             bounds: RiserBounds::default(),
@@ -189,6 +196,19 @@ impl<const KIND: u8, V: Vector> Going<KIND, V> {
         last: bool,
     ) -> Result<(Trajectory, RiserBounds), DynamicsError> {
         let time = first.time_s();
+        let refuse = |expected| DynamicsError::Sample {
+            name: "time_s".into(),
+            index: 0,
+            found: time[0],
+            expected,
+        };
+        if self.ended {
+            return Err(refuse("no part behind the last one"));
+        }
+        if self.reached_s.is_some_and(|reached| reached != time[0]) {
+            return Err(refuse("the time of the last sample that was written"));
+        }
+        self.ended = last;
         let (breaks, latest) = self.kinks(&first, &second);
         let to = if last { time.len() - 1 } else { latest };
         self.decided -= to.min(self.decided);
@@ -216,6 +236,8 @@ impl<const KIND: u8, V: Vector> Going<KIND, V> {
         let mut system = system.on(first, second);
         let (run, parts) = parts.go(&mut system, &plan, &self.settings);
         (self.status, self.statistics, self.started) = (run.status, run.statistics, true);
+        // One that stopped writes nothing more, wherever the inputs go on.
+        self.reached_s = (run.status == Status::Finished).then_some(plan.end);
         self.bounds = RiserBounds {
             full_s: system.first_full_s,
             empty_s: system.first_empty_s,

@@ -520,9 +520,18 @@ impl LateParts {
             self.flow_m3_s = flow_m3_s[gone..].to_vec();
             return Ok(shown);
         }
+        let held = self.time_s.len();
         self.time_s.extend_from_slice(time_s);
         self.flow_m3_s.extend_from_slice(flow_m3_s);
-        let shown = late(&self.time_s, &self.flow_m3_s, time_s, self.delay_s)?;
+        let shown = match late(&self.time_s, &self.flow_m3_s, time_s, self.delay_s) {
+            Ok(shown) => shown,
+            Err(error) => {
+                // A part that is refused leaves nothing behind.
+                self.time_s.truncate(held);
+                self.flow_m3_s.truncate(held);
+                return Err(error);
+            }
+        };
         let gone = gone(&self.time_s);
         self.time_s.drain(..gone);
         self.flow_m3_s.drain(..gone);

@@ -396,6 +396,25 @@ fn blow_up_nan_and_exhaustion_end_with_a_status() {
         };
         assert!((t - 1.0).abs() < 1e-3, "{method:?}: {t}");
 
+        // As many of them as like: one after the other, and at once.
+        for other in [1.0, 0.9] {
+            for states in [2, 4] {
+                let mut blow = Closure(states, |_, x: &[f64], d: &mut [f64]| {
+                    d.iter_mut().zip(x).for_each(|(d, x)| *d = x * x);
+                });
+                let mut start = vec![other; states];
+                start[0] = 1.0;
+                for tolerance in [1e-1, 1e-3, 1e-6] {
+                    let run = self::run(method, &mut blow, &start, &[2.0], tolerance);
+                    let told = run.status != Status::Finished;
+                    assert!(
+                        told,
+                        "{method:?} of {states} from {other} at {tolerance}: {run:?}"
+                    );
+                }
+            }
+        }
+
         let mut bad = Closure(1, |t: f64, _: &[f64], d: &mut [f64]| {
             d[0] = if t > 0.3 { f64::NAN } else { 1.0 }
         });

@@ -171,3 +171,42 @@ proptest! {
         }
     }
 }
+
+/// A part goes on from the sample that was written last, and nothing comes behind the last one.
+#[test]
+fn parts_that_do_not_join_are_refused_and_leave_nothing_behind() {
+    let time = |from: u32| -> Vec<f64> { (from..from + 10).map(f64::from).collect() };
+    let inputs = |time: &[f64]| -> (Vec<f64>, Vec<f64>) {
+        (
+            time.iter().map(|t| 0.04 + 1e-4 * t).collect(),
+            time.iter().map(|t| 60.0 + 0.1 * (t % 3.0)).collect(),
+        )
+    };
+    let mut parts = LineParts::coupled(&line(), START, &SimulationOptions::default()).unwrap();
+    let mut add = |time: &[f64], last: bool| {
+        let (inflow, speed) = inputs(time);
+        parts.add(time, &inflow, &speed, last)
+    };
+    let first = add(&time(0), false).unwrap();
+    let reached = *first.time_s.last().unwrap();
+    for wrong in [100, 0] {
+        let refused = add(&time(wrong), false).unwrap_err().to_string();
+        assert!(
+            refused.contains("the time of the last sample that was written"),
+            "{refused}"
+        );
+    }
+    let rest: Vec<f64> = (0..8).map(|k| reached + f64::from(k)).collect();
+    assert!(!add(&rest, true).unwrap().time_s.is_empty());
+    let refused = add(&rest[7..], true).unwrap_err().to_string();
+    assert!(refused.contains("no part behind the last one"), "{refused}");
+}
+
+#[test]
+fn a_late_meter_goes_on_after_a_part_that_it_refused() {
+    let mut late = LateParts::new(2.0).unwrap();
+    let shown = late.add(&[0.0, 1.0, 2.0], &[1.0, 2.0, 3.0]).unwrap();
+    assert_eq!(shown, [1.0, 1.0, 1.0]);
+    assert!(late.add(&[3.0, 4.0], &[f64::NAN, 5.0]).is_err());
+    assert_eq!(late.add(&[3.0, 4.0], &[4.0, 5.0]).unwrap(), [2.0, 3.0]);
+}
