@@ -312,6 +312,20 @@ impl Units {
     }
 }
 
+/// What is said where seconds were hardly meant.
+const HOURS: &str = "hours are written as in 3h:5h";
+
+/// A replay that was refused; of a window in seconds that holds nothing it says how hours are written.
+pub(crate) fn refused(path: &Path, error: &ReplayError, window: Option<&Window>) -> Failure {
+    let outside = matches!(error, ReplayError::Window { .. });
+    let in_seconds = window.is_some_and(|window| !window.is_dated());
+    Failure::Input {
+        path: path.to_owned(),
+        reason: error.to_string(),
+        help: (outside && in_seconds).then(|| HOURS.to_owned()),
+    }
+}
+
 /// Samples of a window of the clock, all if there is none.
 pub(crate) fn window(
     recording: &Recording,
@@ -364,12 +378,11 @@ impl Loaded {
         let (from_s, to_s) = asked_for
             .seconds(began)
             .map_err(|e| Failure::input(path, e))?;
-        let hours = "hours are written as in 3h:5h";
         match window(&self.recording, Some((from_s, to_s))) {
             Ok(kept) => {
                 let short = to_s - from_s < SHORT_S && kept.len() < self.recording.len();
                 if short && !asked_for.is_dated() {
-                    warn!("--window {asked_for} is {} s long; {hours}", to_s - from_s);
+                    warn!("--window {asked_for} is {} s long; {HOURS}", to_s - from_s);
                 }
                 Ok(Some((from_s, to_s)))
             }
@@ -378,7 +391,7 @@ impl Loaded {
                 reason: error.to_string(),
                 help: Some(match began.filter(|_| asked_for.is_dated()) {
                     Some(began) => self.in_dates(began, asked_for),
-                    None => hours.to_owned(),
+                    None => HOURS.to_owned(),
                 }),
             }),
         }

@@ -228,7 +228,7 @@ mod tests {
         let gain = case(
             "inflow_gain",
             ("gain", 1.03),
-            estimate("gain", 1.04, 0.01 / 1.96 / WIDENING),
+            estimate("gain", 1.04, 0.012 / 1.96 / WIDENING),
         );
         let now = BTreeMap::from([("influx".to_owned(), 0.05), ("inflow_gain".to_owned(), 0.0)]);
         let sizes = Sizes::of(&[off, gain], &now);

@@ -115,6 +115,7 @@ pub(super) fn of(
         blocks: parting.curve,
         beyond: parting.beyond,
         evidence: parting.evidence,
+        creeps: parting.creeps,
         record,
     };
     let asked: Vec<(&Suspect, Asked)> = (SUSPECTS.iter())
@@ -132,14 +133,14 @@ pub(super) fn of(
         );
     }
     let mut out = Vec::new();
-    // Where the relations could tell, they find none; of what creeps on the way between the two they may not tell, and a transmitter creeps
+    // Where the relations could tell, they find none. Of what creeps on the way between the two they may not tell, and a transmitter creeps
     // sooner than that.
     let tells = |a: &Asked| a.energy > 2.0 * TELLS;
-    let none = |a: &Asked| a.share.abs() < NONE;
-    if pair == Pair::InletAndRiser
-        && asked.iter().all(|(_, a)| none(a) || !tells(a))
-        && (asked.iter()).any(|(s, a)| s.place == INLET_READING && tells(a))
-    {
+    let none = |(s, a): &(&Suspect, Asked)| {
+        let untold = told.creeps && s.place == SUCTION && !tells(a);
+        untold || tells(a) && a.share.abs() < NONE
+    };
+    if pair == Pair::InletAndRiser && asked.iter().all(none) {
         let nowhere = vec![0.0; tangent.off.len()];
         out.push(told.correction((RISER_READING, -1.0), nowhere, 0.0));
     }
@@ -170,6 +171,8 @@ struct Told<'a> {
     beyond: Vec<f64>,
     /// That they part.
     evidence: f64,
+    /// As slowly as they wander.
+    creeps: bool,
     record: &'a Record,
 }
 

@@ -45,6 +45,8 @@ pub(crate) struct Parting {
     noise: f64,
     /// Logarithm of the Bayes factor against what they may differ by, and their wander within accuracy.
     pub(crate) evidence: f64,
+    /// Whether they part as slowly as they wander, but further.
+    pub(crate) creeps: bool,
 }
 
 impl Twins {
@@ -52,13 +54,18 @@ impl Twins {
     ///
     /// It is seen, and needs no knots; only what comes and goes within ten minutes or so counts for nothing, however large.
     pub(crate) fn parting(&self, busiest: usize) -> Option<Parting> {
-        let (evidence, by_block, differ) = self.parted(0..0)?;
+        let Parted {
+            evidence,
+            by_block,
+            differ,
+            creeps,
+        } = self.parted(0..0)?;
         debug!("two transmitters part by {evidence:.1} of {PARTS}");
         if evidence <= PARTS {
             return None;
         }
         // A reading that freezes once leaves the two apart for no longer.
-        let (evidence, ..) = self.parted(most_within(&by_block, busiest).0)?;
+        let evidence = self.parted(most_within(&by_block, busiest).0)?.evidence;
         if evidence <= PARTS {
             return None;
         }
@@ -79,6 +86,7 @@ impl Twins {
             read,
             noise,
             evidence,
+            creeps,
         })
     }
 
@@ -112,8 +120,8 @@ impl Twins {
             .collect()
     }
 
-    /// Evidence that the two part, the same by block, and what they then differ by of what they may; without some blocks.
-    fn parted(&self, unused: Range<usize>) -> Option<(f64, Vec<f64>, Vec<f64>)> {
+    /// Whether the two part, without some blocks.
+    fn parted(&self, unused: Range<usize>) -> Option<Parted> {
         let of = |wander: Wander| {
             Likelihood::of(self, &self.whitening.with_wander(wander, unused.clone()))
         };
@@ -131,12 +139,28 @@ impl Twins {
             })
             .collect();
         let evidence = ln_mean_exp(others.iter().map(|o| o.whole() - own.whole()));
-        let best = (others.into_iter()).max_by(|a, b| a.whole().total_cmp(&b.whole()))?;
+        let slowest = others.len().checked_sub(1)?;
+        let (at, best) =
+            (others.into_iter().enumerate()).max_by(|a, b| a.1.whole().total_cmp(&b.1.whole()))?;
         let by_block = (best.by_block.iter().zip(&own.by_block))
             .map(|(best, own)| best - own)
             .collect();
-        Some((evidence, by_block, best.differ))
+        Some(Parted {
+            evidence,
+            by_block,
+            differ: best.differ,
+            creeps: at == slowest,
+        })
     }
+}
+
+/// Whether two readings part.
+struct Parted {
+    evidence: f64,
+    by_block: Vec<f64>,
+    /// What they then differ by, of what they may.
+    differ: Vec<f64>,
+    creeps: bool,
 }
 
 /// How likely the difference of two readings is while they wander by some size over some time.
@@ -281,13 +305,22 @@ mod tests {
         let twins = apart();
         // 15 and 60 kPa, over 1000 and 8000 s.
         let own = likelihood(&twins, WANDER.difference_pa, 800.0);
-        let gains = [(1.5e4, 100.0), (1.5e4, 800.0), (6e4, 100.0), (6e4, 800.0)]
-            .map(|(size_pa, blocks)| likelihood(&twins, size_pa, blocks) - own);
-        let mean = gains.iter().map(|gain| gain.exp()).sum::<f64>() / 4.0;
+        let further = 6e4 / WANDER.difference_pa;
+        let slow = (6e4, 800.0 * further * further);
+        let gains = [
+            (1.5e4, 100.0),
+            (1.5e4, 800.0),
+            (6e4, 100.0),
+            (6e4, 800.0),
+            slow,
+        ]
+        .map(|(size_pa, blocks)| likelihood(&twins, size_pa, blocks) - own);
+        let mean = gains.iter().map(|gain| gain.exp()).sum::<f64>() / 5.0;
         let evidence = twins.parting(0).unwrap().evidence;
         assert!((evidence - mean.ln()).abs() < 1e-6, "{evidence}");
         // Fast ones of no more than a wander's size part by how fast they are.
         assert!(gains[0] > 5.0 + gains[1], "{gains:?}");
+        assert!(!twins.parting(0).unwrap().creeps);
     }
 
     #[test]

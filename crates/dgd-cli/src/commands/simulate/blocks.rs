@@ -14,7 +14,7 @@ use dgd_documents::Base;
 use dgd_export::{CsvOptions, CsvWriter, McapOptions, McapWriter};
 use dgd_identify::Model;
 use dgd_recording::Table;
-use dgd_replay::{BlockReplay, Kind, Replay, ReplayOptions};
+use dgd_replay::{BlockReplay, Kind, Replay, ReplayError, ReplayOptions};
 use std::error::Error;
 use std::io::{Seek, Write};
 use std::path::Path;
@@ -42,7 +42,7 @@ pub(super) fn run(job: &Job<'_>, progress: &Progress) -> Result<Option<Done>, Fa
     let warnings = recording.look_through(progress)?;
     progress.stage("simulating", "");
     let (samples, span_s) = (recording.samples(), recording.span_s());
-    let refused = |e| Failure::input(first, e);
+    let refused = |e: ReplayError| load::refused(first, &e, job.source.window.as_ref());
     let line = model.return_line();
     let replay = |options: &ReplayOptions| {
         BlockReplay::new(&line, options, samples, span_s).map_err(refused)
