@@ -1,6 +1,6 @@
 //! Whether the channels share one clock, by the delay between flow and pressure.
 
-use crate::IdentifyOptions;
+use crate::{IdentifyOptions, Prepared};
 use dgd_friction::{DelaySweep, Minimum, Samples, SweepOptions, Terms, delay_sweep};
 use dgd_pump::Samples as PumpSamples;
 use std::ops::{Range, RangeInclusive};
@@ -202,16 +202,10 @@ pub(crate) fn warn_of_speed(samples: &PumpSamples<'_>, step_s: f64, warnings: &m
     }
 }
 
-/// What the riser's balance is made of, on one clock.
-pub(crate) struct Balance<'a> {
-    pub inlet_pa: &'a [f64],
-    pub inflow_m3_s: &'a [f64],
-    /// Of the line, its meter's delay taken out.
-    pub outflow_m3_s: &'a [f64],
-}
-
 /// Warns where the riser rises and falls before the inflow does: a string or a line may make it late, its meter cannot be.
-pub(crate) fn warn_of_inflow(balance: &Balance<'_>, step_s: f64, warnings: &mut Vec<String>) {
+///
+/// The return flow's meter is late by `delay` samples.
+pub(crate) fn warn_of_inflow(prepared: &Prepared, delay: i64, warnings: &mut Vec<String>) {
     /// Seconds that are tried.
     const LATE_S: [f64; 8] = [5.0, 10.0, 15.0, 20.0, 30.0, 45.0, 60.0, 90.0];
     /// Seconds over which the pressure's change is taken: enough for it to stand out of its noise.
@@ -220,7 +214,9 @@ pub(crate) fn warn_of_inflow(balance: &Balance<'_>, step_s: f64, warnings: &mut 
     const LEFT: f64 = 0.6;
     /// Rows that tell anything.
     const FEWEST: u64 = 100;
-    let n = balance.inlet_pa.len();
+    let (recording, step_s) = (&prepared.recording, prepared.step_s);
+    let inlet_pa = &prepared.inlet_pressure_pa;
+    let n = inlet_pa.len();
     let samples_of = |seconds: f64| {
         #[expect(
             clippy::cast_possible_truncation,
@@ -231,18 +227,20 @@ pub(crate) fn warn_of_inflow(balance: &Balance<'_>, step_s: f64, warnings: &mut 
         samples
     };
     let base = samples_of(BASE_S).max(1);
-    let (inflow, outflow) = (
-        Running::of(balance.inflow_m3_s),
-        Running::of(balance.outflow_m3_s),
-    );
+    let pumped = (recording.mud_pump_flow_m3_s.iter())
+        .zip(&recording.booster_flow_m3_s)
+        .zip(&recording.topfill_flow_m3_s);
+    let inflow = Running::of(pumped.map(|((mud, booster), topfill)| mud + booster + topfill));
+    let outflow = Running::of(recording.return_flow_m3_s.iter().copied());
+    let delay = isize::try_from(delay).unwrap_or_default();
     let every = (n / LOOKED_AT).max(base.div_ceil(2)).max(1);
     let most = samples_of(LATE_S[LATE_S.len() - 1]);
     // The same rows for all, so that they can be compared.
     let rows: Vec<(usize, f64, f64)> = (0..n.saturating_sub(base + most))
         .step_by(every)
         .filter_map(|t| {
-            let rise = balance.inlet_pa[t + base] - balance.inlet_pa[t];
-            let out = outflow.over(t, base)?;
+            let rise = inlet_pa[t + base] - inlet_pa[t];
+            let out = outflow.over(t.checked_add_signed(delay)?, base)?;
             inflow.over(t, base + most)?;
             rise.is_finite().then_some((t, rise, out))
         })
@@ -280,8 +278,8 @@ pub(crate) fn warn_of_inflow(balance: &Balance<'_>, step_s: f64, warnings: &mut 
 struct Running(Vec<(f64, usize)>);
 
 impl Running {
-    fn of(values: &[f64]) -> Self {
-        let mut sums = Vec::with_capacity(values.len() + 1);
+    fn of(values: impl Iterator<Item = f64>) -> Self {
+        let mut sums = Vec::with_capacity(values.size_hint().0 + 1);
         let (mut sum, mut finite) = (0.0, 0);
         sums.push((sum, finite));
         for value in values {

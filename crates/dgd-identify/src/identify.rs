@@ -1,6 +1,6 @@
 //! The ladder from the textbook model to one that replicates the recording.
 
-use crate::clocks::{Balance, warn_of_clocks, warn_of_inflow, warn_of_speed};
+use crate::clocks::{warn_of_clocks, warn_of_inflow, warn_of_speed};
 use crate::friction::{final_friction, scan, warn_of_sweep};
 use crate::prepare::Prepared;
 use crate::pump::{PumpRungs, fit_pump};
@@ -254,7 +254,7 @@ impl Job<'_> {
             let mut warnings = Vec::new();
             let best_s = delay as f64 * step_s;
             warn_of_clocks(&samples, step_s, best_s, options, &mut warnings);
-            self.warn_of_inflow(delay, &mut warnings);
+            warn_of_inflow(self.prepared, delay, &mut warnings);
             warnings
         };
         let laws = || {
@@ -287,21 +287,6 @@ impl Job<'_> {
             warnings: warnings.collect(),
             clocks,
         })
-    }
-
-    fn warn_of_inflow(&self, delay: i64, warnings: &mut Vec<String>) {
-        let recording = &self.prepared.recording;
-        let pumped = (recording.mud_pump_flow_m3_s.iter()).zip(&recording.booster_flow_m3_s);
-        let inflow: Vec<f64> = pumped
-            .zip(&recording.topfill_flow_m3_s)
-            .map(|((mud, booster), topfill)| mud + booster + topfill)
-            .collect();
-        let balance = Balance {
-            inlet_pa: &self.prepared.inlet_pressure_pa,
-            inflow_m3_s: &inflow,
-            outflow_m3_s: &read_ahead(&recording.return_flow_m3_s, delay),
-        };
-        warn_of_inflow(&balance, self.prepared.step_s, warnings);
     }
 
     /// The flow through the pump, which of its samples are used, the fits, and what is to be said of the clock of the speed, and of the fits.

@@ -55,11 +55,14 @@ pub(crate) fn fit_pump(
             samples.keep[i].then(head)
         })
     };
-    let mut joint = None;
-    let (fit, active) = match &search {
-        Some(Ok(search)) if gains(samples, search, &constrained, together(&search.fit.curve)) => {
-            joint = search.joint;
-            if joint.is_none() {
+    let gained = search.as_ref().and_then(|search| {
+        let search = search.as_ref().ok()?;
+        let together = together(&search.fit.curve);
+        gains(samples, search, &constrained, together).then_some((search, together))
+    });
+    let (fit, active) = match (&search, gained) {
+        (_, Some((search, _))) => {
+            if search.joint.is_none() {
                 warnings.push(
                     "speed and flow do not tell the pump's exponents from its coefficients: their standard errors take the exponents as known"
                         .into(),
@@ -71,7 +74,7 @@ pub(crate) fn fit_pump(
             warn_of_bounds(&limits, warnings);
             (search.fit.clone(), limits)
         }
-        poorer => {
+        (poorer, None) => {
             match poorer {
                 Some(Err(reason)) => warnings.push(format!(
                     "the exponents were not found ({reason}); 2 and 2 are used"
@@ -100,8 +103,11 @@ pub(crate) fn fit_pump(
             "the head curve does not fall and bend down over the whole recorded range".into(),
         );
     }
+    let joint = gained.and_then(|(search, _)| search.joint);
     let errors = joint.map_or(fit.standard_errors, |joint| joint.coefficients);
-    let widening = together(&fit.curve).sqrt();
+    let widening = gained
+        .map_or_else(|| together(&fit.curve), |(_, together)| together)
+        .sqrt();
     let estimate = |value, index: usize| Estimate {
         value,
         standard_error: errors[index].map(|error| error * widening),

@@ -147,8 +147,8 @@ pub struct PathPoint {
 /// The exponents found, the fit there, and how it came about.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExponentSearch {
-    /// Fit by QR at the best exponents; its standard errors take the exponents as known, which makes that of c0 ten times too small on
-    /// usual recordings: see [`Self::joint`].
+    /// Fit by QR at the best exponents; its standard errors take the exponents as known, which makes that of c0 far too small: see
+    /// [`Self::joint`].
     pub fit: CurveFit,
     /// Standard errors of coefficients and exponents together; `None` where the rows do not tell them apart.
     pub joint: Option<JointErrors>,

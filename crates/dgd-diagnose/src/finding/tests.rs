@@ -218,17 +218,20 @@ fn a_correction_is_told_by_its_place_and_its_quantity() {
     }
 }
 
+/// What is told of a correction along time whose knots go to and fro between two values.
+fn zigzag(place: usize, knots: [f64; 2]) -> Finding {
+    let mut named = influx();
+    named.applied = Applied::new(unknown(), vec![0.0; unknown().about().parameters.len()]);
+    for (k, knot) in named.applied.parameters[4..].iter_mut().enumerate() {
+        *knot = knots[k % 2];
+    }
+    named.correction = Some((place, 0));
+    told(&named)
+}
+
 #[test]
 fn a_correction_that_is_nearly_level_is_told_as_the_offset_that_it_nearly_is() {
-    let with = |place: usize, knots: [f64; 2]| {
-        let mut named = influx();
-        named.applied = Applied::new(unknown(), vec![0.0; unknown().about().parameters.len()]);
-        for (k, knot) in named.applied.parameters[4..].iter_mut().enumerate() {
-            *knot = knots[k % 2];
-        }
-        named.correction = Some((place, 0));
-        told(&named).same_as
-    };
+    let with = |place: usize, knots: [f64; 2]| zigzag(place, knots).same_as;
     let mut offset = influx();
     offset.applied = Applied::new(find("outlet_pressure_bias").unwrap(), vec![-7e4]);
     let as_offset = told(&offset).same_as.unwrap();
@@ -247,17 +250,8 @@ fn a_correction_that_is_nearly_level_is_told_as_the_offset_that_it_nearly_is() {
 
 #[test]
 fn a_curve_that_is_the_same_all_along_does_not_drift() {
-    let with = |place: usize, ends: [f64; 2]| {
-        let mut named = influx();
-        named.applied = Applied::new(unknown(), vec![0.0; unknown().about().parameters.len()]);
-        for (k, knot) in named.applied.parameters[4..].iter_mut().enumerate() {
-            *knot = ends[k % 2];
-        }
-        named.correction = Some((place, 0));
-        told(&named)
-    };
     let (balance, friction) = (2, 0);
-    let same = with(balance, [1.5e-3, 1.6e-3]);
+    let same = zigzag(balance, [1.5e-3, 1.6e-3]);
     let says = "something outside the catalogue: riser mass balance is off by the same throughout";
     assert_eq!(same.title, says);
     assert!(
@@ -265,21 +259,21 @@ fn a_curve_that_is_the_same_all_along_does_not_drift() {
             .unwrap()
             .contains("a flow meter whose zero is off")
     );
-    let drifts = with(balance, [1.5e-3, 1.7e-3]);
+    let drifts = zigzag(balance, [1.5e-3, 1.7e-3]);
     assert!(
         drifts
             .title
             .ends_with("riser mass balance drifts over time")
     );
     assert_eq!(drifts.same_as, None);
-    let offset = with(friction, [-7e4, -7e4]);
+    let offset = zigzag(friction, [-7e4, -7e4]);
     assert!(
         offset
             .title
             .ends_with("return line friction is off by the same throughout")
     );
     assert!(
-        with(friction, [0.0, 0.0])
+        zigzag(friction, [0.0, 0.0])
             .title
             .ends_with("drifts over time")
     );

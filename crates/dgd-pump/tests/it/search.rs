@@ -25,8 +25,8 @@ fn known_exponents_are_recovered() {
     assert!(found.table_error < 1e-6);
 }
 
-/// Nine intervals in ten of 95 % at the least, of exponents and of coefficients beside them; with the exponents as known that of c0 held
-/// one in twelve.
+/// Nine intervals in ten of 95 % at the least, of exponents and of coefficients beside them; with the exponents as known that of c0 holds
+/// fewer than one in three.
 #[test]
 fn errors_of_coefficients_and_exponents_together_hold_the_truth() {
     const DRAWS: usize = 60;
