@@ -132,6 +132,8 @@ const INCH: f64 = 0.0254;
 const FOOT: f64 = 0.3048;
 /// US gallon, m³ (231 in³, exact).
 const GALLON: f64 = 3.785_411_784e-3;
+/// Imperial gallon, m³ (exact).
+const IMPERIAL_GALLON: f64 = 4.546_09e-3;
 /// Oil barrel, m³ (42 US gallons, exact).
 const BARREL: f64 = 0.158_987_294_928;
 /// Avoirdupois pound, kg (exact).
@@ -226,6 +228,10 @@ const TABLE: &[(Unit, &[&str])] = &[
     (
         unit("gpm", Dimension::FlowRate, GPM),
         &["gal/min", "usgpm", "galpermin"],
+    ),
+    (
+        unit("impgpm", Dimension::FlowRate, IMPERIAL_GALLON / 60.0),
+        &["igpm", "ukgpm", "impgal/min"],
     ),
     (
         unit("bbl/min", Dimension::FlowRate, BARREL / 60.0),

@@ -2,6 +2,7 @@
 //!
 //! The parameter is carried as the gain less 1, so that 0 changes nothing; it is reported as the gain.
 
+use super::return_flow_gain::gallons;
 use crate::{
     About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
     Shown,
@@ -37,8 +38,8 @@ static ABOUT: About = About {
         name: "gain",
         meaning: "reading over truth",
         role: Role::Amplitude,
-        low: -0.2,
-        high: 0.2,
+        low: -0.5,
+        high: 1.0,
         usual: 0.03,
         shown: Shown::Gain,
         ..Parameter::BASE
@@ -62,6 +63,23 @@ impl Effect for InflowGain {
     fn begin(&self, p: &[f64], _: &Setting) -> Action {
         let excess = 1.0 / (1.0 + p[0]) - 1.0;
         Box::new(move |at, changes| changes.inflow_m3_s += excess * at.mud_pump_m3_s)
+    }
+
+    fn same_as(&self, p: &[f64], _: &Setting) -> Option<String> {
+        /// Gain off from which pumps, which deliver a little less than their strokes displace, are not the reason.
+        const ANOTHER_LINER: f64 = 0.07;
+        let gain = 1.0 + p[0];
+        // A stroke displaces the area of its liner.
+        let wider = gain.sqrt() - 1.0;
+        let liner = (p[0].abs() > ANOTHER_LINER).then(|| {
+            let side = if wider > 0.0 { "wider" } else { "narrower" };
+            let share = 100.0 * wider.abs();
+            format!("strokes counted with liners {share:.1} % {side} than those in the pump")
+        });
+        let told: Vec<String> = (liner.into_iter())
+            .chain(gallons(gain).map(str::to_owned))
+            .collect();
+        (!told.is_empty()).then(|| told.join("; or "))
     }
 
     fn memory_s(&self, _: &[f64]) -> f64 {

@@ -33,8 +33,8 @@ static ABOUT: About = About {
         name: "gain",
         meaning: "reading over truth",
         role: Role::Amplitude,
-        low: -0.2,
-        high: 0.2,
+        low: -0.5,
+        high: 1.0,
         usual: 0.03,
         shown: Shown::Gain,
         ..Parameter::BASE
@@ -60,7 +60,27 @@ impl Effect for ReturnFlowGain {
         Box::new(move |_, changes| changes.meter_gain *= gain)
     }
 
+    fn same_as(&self, p: &[f64], _: &Setting) -> Option<String> {
+        gallons(1.0 + p[0]).map(str::to_owned)
+    }
+
     fn memory_s(&self, _: &[f64]) -> f64 {
         0.0
+    }
+}
+
+/// What a gain tells of the gallons of a flow, if it is the ratio of the two.
+pub(super) fn gallons(gain: f64) -> Option<&'static str> {
+    /// Imperial gallons in a US one: 231 in³ over 4.546 09 l.
+    const IMPERIAL: f64 = 0.832_674;
+    /// Share by which a gain may miss the ratio.
+    const NEAR: f64 = 0.01;
+    let is = |ratio: f64| (gain / ratio - 1.0).abs() < NEAR;
+    if is(IMPERIAL) {
+        Some("a flow in imperial gallons (impgpm), described as US ones (gpm)")
+    } else if is(1.0 / IMPERIAL) {
+        Some("a flow in US gallons (gpm), described as imperial ones (impgpm)")
+    } else {
+        None
     }
 }

@@ -454,3 +454,33 @@ fn what_comes_upon_flowing_mud_does_nothing_at_rest() {
         }
     }
 }
+
+#[test]
+fn a_gain_is_told_as_the_liner_or_the_gallon_that_would_show_it() {
+    let s = setting();
+    let told = |id: &str, gain: f64| find(id).unwrap().same_as(&[gain - 1.0], &s);
+    // 6.5 inches for 6.
+    let liner = told("inflow_gain", (6.5_f64 / 6.0).powi(2)).unwrap();
+    assert_eq!(
+        liner,
+        "strokes counted with liners 8.3 % wider than those in the pump"
+    );
+    let narrow = told("inflow_gain", (6.0_f64 / 6.5).powi(2)).unwrap();
+    assert!(narrow.contains("7.7 % narrower"), "{narrow}");
+    // An efficiency.
+    assert_eq!(told("inflow_gain", 1.05), None);
+    let litres = [3.785_411_784, 4.546_09];
+    for (gain, is) in [
+        (litres[0] / litres[1], "a flow in imperial gallons"),
+        (litres[1] / litres[0], "a flow in US gallons"),
+    ] {
+        assert!(
+            told("return_flow_gain", gain).unwrap().starts_with(is),
+            "{gain}"
+        );
+        let inflow = told("inflow_gain", gain).unwrap();
+        assert!(inflow.contains(&format!("; or {is}")), "{inflow}");
+    }
+    assert_eq!(told("return_flow_gain", 1.17), None);
+    assert_eq!(told("return_flow_gain", 0.86), None);
+}

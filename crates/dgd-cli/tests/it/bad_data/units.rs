@@ -79,25 +79,32 @@ fn all_pressures_gauge_for_absolute_move_the_offset_alone() {
     );
 }
 
-/// Beside the influx that is concealed in it.
-#[test]
-fn a_density_that_is_a_little_off_is_told_beside_the_offset_that_it_makes() {
-    const WELL: &str = include_str!("../../../../../fixtures/demo-concealed/well.toml");
-    const MUD: f64 = 1210.0;
+/// The well of the recording in which an influx is concealed.
+const CONCEALED: &str = include_str!("../../../../../fixtures/demo-concealed/well.toml");
+
+/// What is found beside the influx that is concealed, with the well as told.
+fn beside_the_influx(well: &str) -> Vec<serde_json::Value> {
     let bench = Bench::new();
     let recording = include_bytes!("../../../../../fixtures/demo-concealed/recording.mat");
     bench.write("concealed.mat", recording);
+    bench.write("described.toml", well);
+    let ran = bench.dgd("diagnose concealed.mat --well described.toml --out d --json");
+    let mut told: serde_json::Value = serde_json::from_str(&ran.done()).unwrap();
+    let serde_json::Value::Array(mut findings) = told["findings"].take() else {
+        panic!("no findings");
+    };
+    let influx = findings.iter().position(|f| f["effect"] == "influx");
+    findings.remove(influx.expect("the influx is found"));
+    findings
+}
+
+#[test]
+fn a_density_that_is_a_little_off_is_told_beside_the_offset_that_it_makes() {
+    const MUD: f64 = 1210.0;
+    assert!(CONCEALED.contains("\"1.210 sg\""));
     let same_as = |described: f64| -> Vec<String> {
-        assert!(WELL.contains("\"1.210 sg\""));
-        let well = WELL.replace("1.210 sg", &format!("{:.3} sg", 1e-3 * described));
-        bench.write("described.toml", well);
-        let ran = bench.dgd("diagnose concealed.mat --well described.toml --out d --json");
-        let told: serde_json::Value = serde_json::from_str(&ran.done()).unwrap();
-        let findings = told["findings"].as_array().unwrap();
-        assert!(
-            findings.iter().any(|f| f["effect"] == "influx"),
-            "{findings:#?}"
-        );
+        let well = CONCEALED.replace("1.210 sg", &format!("{:.3} sg", 1e-3 * described));
+        let findings = beside_the_influx(&well);
         let same = findings.iter().filter_map(|f| f["same_as"].as_str());
         same.map(str::to_owned).collect()
     };
@@ -110,6 +117,30 @@ fn a_density_that_is_a_little_off_is_told_beside_the_offset_that_it_makes() {
         let off = mud.parse::<f64>().unwrap() / MUD - 1.0;
         assert!(off.abs() < 5e-3, "{mud}");
         assert!(rest.starts_with(&format!("{described:.0};")), "{rest}");
+    }
+}
+
+#[test]
+fn a_flow_in_gallons_of_the_other_kind_is_a_gain_that_is_told_as_such() {
+    for (tag, effect, told) in [
+        ("FT4", "return_flow_gain", "a flow in US gallons (gpm)"),
+        (
+            "FT1",
+            "inflow_gain",
+            "liners 9.6 % wider than those in the pump; or a flow in US gallons (gpm)",
+        ),
+    ] {
+        let unit = |unit: &str| format!("\"{tag}\", unit = \"{unit}\"");
+        assert!(CONCEALED.contains(&unit("gpm")));
+        let well = CONCEALED.replace(&unit("gpm"), &unit("impgpm"));
+        let findings = beside_the_influx(&well);
+        assert_eq!(findings.len(), 1, "{findings:#?}");
+        let found = &findings[0];
+        assert_eq!(found["effect"], effect);
+        let gain = found["parameters"]["gain"]["estimate"].as_f64().unwrap();
+        assert!((gain / 1.200_95 - 1.0).abs() < 5e-3, "{gain}");
+        let same_as = found["same_as"].as_str().unwrap();
+        assert!(same_as.contains(told), "{same_as}");
     }
 }
 
