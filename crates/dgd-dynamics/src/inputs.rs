@@ -174,9 +174,12 @@ impl<'a> Signal<'a> {
         self.values
     }
 
-    /// Value at `t`, found by bisection; at a jump the value after it.
+    /// Value at `t`, found by bisection; at a jump the value after it. NaN at no time.
     #[must_use]
     pub fn at(&self, t: f64) -> f64 {
+        if t.is_nan() {
+            return f64::NAN;
+        }
         self.after(self.time_s.partition_point(|&s| s <= t), t)
     }
 

@@ -135,7 +135,10 @@ fn half_square(r: &[f64], keep: Option<&[bool]>, weights: Option<&[f64]>) -> f64
 }
 
 /// Jacobian by forward differences in scaled parameters, a ten-thousandth of the value (of a 500th of the bounds at least); to the
-/// other side where that leaves the bounds or has no residuals. A parameter that cannot be moved gets zeros.
+/// other side where that leaves the bounds or has no residuals. A parameter that cannot be moved gets zeros. Nothing outside the bounds is asked for.
+///
+/// # Panics
+/// On bounds that are fewer than the parameters.
 pub fn differences<R: Residuals + ?Sized>(
     problem: &mut R,
     theta: &[f64],
@@ -148,13 +151,11 @@ pub fn differences<R: Residuals + ?Sized>(
         let span = bounds.span(j);
         // Small beside the value where that is small beside its bounds.
         let size = 1e-4 * theta[j].abs().max(2e-3 * span).min(span);
-        for way in [1.0, -1.0] {
-            let way = if theta[j] + size > bounds.high[j] {
-                -way
-            } else {
-                way
-            };
-            moved[j] = theta[j] + way * size;
+        for to in [theta[j] + size, theta[j] - size] {
+            if to < bounds.low[j] || to > bounds.high[j] {
+                continue;
+            }
+            moved[j] = to;
             let step = (moved[j] - theta[j]) / span;
             if step == 0.0 {
                 // Held by bounds that meet, or by the last digit.
@@ -176,6 +177,9 @@ pub fn differences<R: Residuals + ?Sized>(
 /// are `known`.
 ///
 /// A minimisation that ended badly is a result too: [`Minimum::ending`].
+///
+/// # Panics
+/// On bounds that are fewer than the parameters, or a mask or weights that are fewer than the residuals.
 ///
 /// ```
 /// use dgd_lsq::lm::{Bounds, Effort, minimise};
@@ -535,6 +539,35 @@ mod tests {
         assert!((found.theta[0] - 0.4).abs() < 1e-8 && (found.theta[1] - 0.7).abs() < 1e-8);
         assert_eq!(found.theta[2], 3.0);
         assert!(found.jacobian.iter().all(|v| v.is_finite()));
+    }
+
+    /// Where there are no residuals to the one side, the other may lie outside.
+    #[test]
+    fn differences_ask_for_nothing_outside_the_bounds() {
+        let bounds = Bounds {
+            low: vec![0.0, -1.0],
+            high: vec![1.0, 1.0],
+        };
+        for theta in [[0.0, -1.0], [1.0, 1.0], [0.5, 0.0], [1e-5, 1.0 - 1e-5]] {
+            for refused in 0..3_usize {
+                let mut asked = Vec::new();
+                let mut rows = |t: &[f64]| {
+                    asked.push(t.to_vec());
+                    (asked.len() > refused).then(|| vec![3.0 * t[0], t[1]])
+                };
+                let start = [3.0 * theta[0], theta[1]];
+                let slopes = differences(&mut rows, &theta, &start, &bounds);
+                if refused == 0 {
+                    assert!((slopes[(0, 0)] - 3.0).abs() < 1e-9 && slopes[(1, 0)] == 0.0);
+                    assert!((slopes[(1, 1)] - 2.0).abs() < 1e-9, "by half the box");
+                }
+                let inside = |t: &Vec<f64>| {
+                    (t.iter().zip(&bounds.low)).all(|(t, low)| t >= low)
+                        && (t.iter().zip(&bounds.high)).all(|(t, high)| t <= high)
+                };
+                assert!(asked.iter().all(inside), "{theta:?} {refused}: {asked:?}");
+            }
+        }
     }
 
     #[test]

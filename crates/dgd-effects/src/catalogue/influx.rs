@@ -83,6 +83,15 @@ impl Effect for Influx {
         })
     }
 
+    fn same_as(&self, p: &[f64], _: &Setting) -> Option<String> {
+        /// Rate of a pump rather than of a kick that goes on for minutes, m³/s: a barrel every quarter of a minute.
+        const PUMPED: f64 = 0.01;
+        (p[0] >= PUMPED).then(|| {
+            let rate = 6e4 * p[0];
+            format!("a pump of {rate:.0} L/min that is not logged, or logged as still")
+        })
+    }
+
     fn memory_s(&self, _: &[f64]) -> f64 {
         0.0
     }

@@ -307,7 +307,7 @@ fn an_offset_is_told_as_the_description_that_would_show_it() {
         ..s.clone()
     };
     assert_eq!(told(1e4, &bare), None);
-    assert_eq!(find("influx").unwrap().same_as(&[1.0; 4], &s), None);
+    assert_eq!(find("yield_stress").unwrap().same_as(&[1.0; 2], &s), None);
     // Less area, or a heavier mud: the pressure rises as much for as much mud.
     let area = |off: f64| find("annulus_area").unwrap().same_as(&[off], &s);
     let mud = format!(
@@ -453,6 +453,16 @@ fn what_comes_upon_flowing_mud_does_nothing_at_rest() {
             assert_eq!(standing, Changes::default(), "{}", about.id);
         }
     }
+}
+
+#[test]
+fn an_influx_that_no_well_gives_is_told_as_a_pump() {
+    let told = |rate: f64| {
+        let influx = find("influx").unwrap();
+        influx.same_as(&[rate, 0.0, 2400.0, 0.05], &setting())
+    };
+    assert_eq!(told(0.004), None);
+    assert!(told(0.028).unwrap().starts_with("a pump of 1680 L/min"));
 }
 
 #[test]

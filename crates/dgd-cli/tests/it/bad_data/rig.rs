@@ -227,6 +227,14 @@ impl Diagnosed {
         self
     }
 
+    /// What would show the same, by the effects of which there is something to be told.
+    pub(super) fn same_as(&self) -> Vec<(&str, &str)> {
+        let found = self.json["findings"].as_array().unwrap();
+        (found.iter())
+            .filter_map(|f| Some((f["effect"].as_str()?, f["same_as"].as_str()?)))
+            .collect()
+    }
+
     /// Every finding that is more likely there than not.
     pub(super) fn claimed(&self) -> Vec<&str> {
         let found = self.json["findings"].as_array().unwrap();

@@ -1,7 +1,6 @@
 //! Units that are not those of the recording.
 
 use super::rig::{Rig, line_of};
-use crate::bench::Bench;
 
 #[test]
 fn one_pressure_in_another_unit_is_told_with_the_unit_that_fits() {
@@ -79,39 +78,20 @@ fn all_pressures_gauge_for_absolute_move_the_offset_alone() {
     );
 }
 
-/// The well of the recording in which an influx is concealed.
-const CONCEALED: &str = include_str!("../../../../../fixtures/demo-concealed/well.toml");
-
-/// What is found beside the influx that is concealed, with the well as told.
-fn beside_the_influx(well: &str) -> Vec<serde_json::Value> {
-    let bench = Bench::new();
-    let recording = include_bytes!("../../../../../fixtures/demo-concealed/recording.mat");
-    bench.write("concealed.mat", recording);
-    bench.write("described.toml", well);
-    let ran = bench.dgd("diagnose concealed.mat --well described.toml --out d --json");
-    let mut told: serde_json::Value = serde_json::from_str(&ran.done()).unwrap();
-    let serde_json::Value::Array(mut findings) = told["findings"].take() else {
-        panic!("no findings");
-    };
-    let influx = findings.iter().position(|f| f["effect"] == "influx");
-    findings.remove(influx.expect("the influx is found"));
-    findings
-}
-
+/// Beside the influx that is concealed in it.
 #[test]
 fn a_density_that_is_a_little_off_is_told_beside_the_offset_that_it_makes() {
     const MUD: f64 = 1210.0;
-    assert!(CONCEALED.contains("\"1.210 sg\""));
-    let same_as = |described: f64| -> Vec<String> {
-        let well = CONCEALED.replace("1.210 sg", &format!("{:.3} sg", 1e-3 * described));
-        let findings = beside_the_influx(&well);
-        let same = findings.iter().filter_map(|f| f["same_as"].as_str());
-        same.map(str::to_owned).collect()
-    };
-    assert_eq!(same_as(MUD), Vec::<String>::new());
-    for described in [1186.0, 1234.0] {
-        let told = same_as(described);
-        let (mud, rest) = (told[0].strip_prefix("mud of ").unwrap())
+    for described in [1186.0, MUD, 1234.0] {
+        let density = format!("{:.3} sg", 1e-3 * described);
+        let found = Rig::of_hours().saying("1.210 sg", &density).diagnosed();
+        assert!(found.claimed().contains(&"influx"));
+        let told = found.same_as();
+        if described == MUD {
+            assert_eq!(told, []);
+            continue;
+        }
+        let (mud, rest) = (told[0].1.strip_prefix("mud of ").unwrap())
             .split_once(" kg/m3 in the line, described as ")
             .unwrap();
         let off = mud.parse::<f64>().unwrap() / MUD - 1.0;
@@ -120,6 +100,7 @@ fn a_density_that_is_a_little_off_is_told_beside_the_offset_that_it_makes() {
     }
 }
 
+/// Beside the influx, too.
 #[test]
 fn a_flow_in_gallons_of_the_other_kind_is_a_gain_that_is_told_as_such() {
     for (tag, effect, told) in [
@@ -131,16 +112,13 @@ fn a_flow_in_gallons_of_the_other_kind_is_a_gain_that_is_told_as_such() {
         ),
     ] {
         let unit = |unit: &str| format!("\"{tag}\", unit = \"{unit}\"");
-        assert!(CONCEALED.contains(&unit("gpm")));
-        let well = CONCEALED.replace(&unit("gpm"), &unit("impgpm"));
-        let findings = beside_the_influx(&well);
-        assert_eq!(findings.len(), 1, "{findings:#?}");
-        let found = &findings[0];
-        assert_eq!(found["effect"], effect);
-        let gain = found["parameters"]["gain"]["estimate"].as_f64().unwrap();
-        assert!((gain / 1.200_95 - 1.0).abs() < 5e-3, "{gain}");
-        let same_as = found["same_as"].as_str().unwrap();
-        assert!(same_as.contains(told), "{same_as}");
+        let rig = Rig::of_hours().saying(&unit("gpm"), &unit("impgpm"));
+        let found = rig.diagnosed();
+        assert_eq!(found.claimed(), [effect, "influx"]);
+        found.finds(effect, "gain", 1.200_95, 5e-3);
+        let same_as = found.same_as();
+        assert_eq!(same_as[0].0, effect);
+        assert!(same_as[0].1.contains(told), "{same_as:?}");
     }
 }
 

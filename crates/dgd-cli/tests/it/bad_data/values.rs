@@ -203,3 +203,22 @@ fn a_transmitter_that_creeps_away_from_its_neighbour_for_hours_is_told() {
         );
     }
 }
+
+/// Beside the kick that is concealed there; a balance of mud cannot tell a pump from the formation.
+#[test]
+fn a_pump_that_is_logged_as_still_for_half_an_hour_is_told_as_an_influx_that_may_be_a_pump() {
+    let rig = Rig::of_hours().each(
+        &["FT1"],
+        |i, v| {
+            if (4000..5800).contains(&i) { 0.0 } else { v }
+        },
+    );
+    let found = rig.diagnosed();
+    let told = found.same_as();
+    assert!(
+        told.iter()
+            .any(|(effect, same)| *effect == "influx" && same.starts_with("a pump of ")),
+        "{told:?} {:?}",
+        found.claimed()
+    );
+}
