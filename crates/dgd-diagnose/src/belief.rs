@@ -74,6 +74,19 @@ pub(crate) fn doubt(named: &mut Named) {
     );
 }
 
+/// Lowers the probability of a correction with which no model runs: to a third of its odds.
+///
+/// Of eight such corrections in 400 recordings (seed 317153, which proves nothing any more) three were nothing or another cause, at 0.74, 0.75
+/// and 0.85; the five that were right stood at 0.83 to 0.99.
+pub(crate) fn unmodelled(named: &mut Named) {
+    const ODDS: f64 = 1.0 / 3.0;
+    if named.correction.is_none() {
+        return;
+    }
+    let (is, rest) = (ODDS * named.probability, 1.0 - named.probability);
+    named.probability = is / (is + rest);
+}
+
 pub(crate) fn logistic(x: f64) -> f64 {
     1.0 / (1.0 + (-x).exp())
 }

@@ -4,7 +4,7 @@ mod again;
 mod residue;
 mod worse;
 
-use crate::belief::{calibrate, doubt};
+use crate::belief::{calibrate, doubt, unmodelled};
 use crate::contest::material;
 use crate::diagnosis::{
     Check, DiagnoseError, Diagnosis, Finding, MOST_STEP_S, Options, Stage, Verdict, beside,
@@ -191,6 +191,10 @@ pub fn diagnose(
                 });
                 after = without;
                 simulation = other;
+                selection.named.iter_mut().for_each(unmodelled);
+                if let Sought::Any(_) = sought {
+                    selection.named.retain(|n| likely(n) >= 0.5);
+                }
             }
         }
     }

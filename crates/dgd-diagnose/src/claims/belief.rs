@@ -1,6 +1,6 @@
 //! Claims about the calibration of probabilities.
 
-use crate::belief::{CALIBRATION, calibrate};
+use crate::belief::{CALIBRATION, calibrate, unmodelled};
 use crate::relations::Applied;
 use crate::select::Named;
 
@@ -54,6 +54,17 @@ fn logits_add_up_from_evidence_over_the_hurdle_and_the_share_among_alternatives(
     }];
     calibrate(&mut low);
     close(logit(low[0].probability), CONSTANT);
+}
+
+#[test]
+fn a_correction_that_no_model_runs_with_has_a_third_of_its_odds_and_a_cause_keeps_them() {
+    let cause = named(HURDLE, 0.9);
+    let mut one = cause.clone();
+    unmodelled(&mut one);
+    assert_eq!(one.probability, cause.probability);
+    one.correction = Some((0, 0));
+    unmodelled(&mut one);
+    close(logit(one.probability), logit(0.9) - 3.0_f64.ln());
 }
 
 #[test]
