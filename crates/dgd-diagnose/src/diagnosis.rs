@@ -107,7 +107,7 @@ pub struct Finding {
     pub hurdle: f64,
     /// A test that would tell it from its likeliest serious alternative, of those for which the catalogue knows one.
     pub separating_test: Option<String>,
-    /// What would show the same if not the rig were at fault but the description of its well ([`dgd_effects::Effect::same_as`]).
+    /// What would show the same if not the rig were at fault but the description of its well, or what is logged ([`dgd_effects::Effect::same_as`]).
     pub same_as: Option<String>,
 }
 

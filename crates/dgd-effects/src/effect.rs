@@ -223,8 +223,8 @@ pub trait Effect: Send + Sync {
         if self.is_switch() { 0.0 } else { f64::INFINITY }
     }
 
-    /// What would show the same if not the rig were at fault but the description of its well, where there is such a thing: in words with
-    /// numbers.
+    /// What would show the same if not the rig were at fault but the description of its well, or what is logged, where there is such a thing:
+    /// in words with numbers.
     fn same_as(&self, _parameters: &[f64], _setting: &Setting) -> Option<String> {
         None
     }

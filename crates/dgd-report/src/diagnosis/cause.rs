@@ -162,7 +162,7 @@ fn apart(finding: &Finding, html: &mut Html) {
     if let Some(described) = &finding.same_as {
         let described = described.trim().trim_end_matches('.');
         html.labelled(
-            "The same would show if the description of the well were at fault:",
+            "The same would show if not the rig but its description, or what is logged, were at fault:",
             &format!("{described}."),
         );
     }
