@@ -57,14 +57,14 @@ fn logits_add_up_from_evidence_over_the_hurdle_and_the_share_among_alternatives(
 }
 
 #[test]
-fn a_correction_that_no_model_runs_with_has_a_third_of_its_odds_and_a_cause_keeps_them() {
+fn a_correction_that_no_model_runs_with_has_a_quarter_of_its_odds_and_a_cause_keeps_them() {
     let cause = named(HURDLE, 0.9);
     let mut one = cause.clone();
     unmodelled(&mut one);
     assert_eq!(one.probability, cause.probability);
     one.correction = Some((0, 0));
     unmodelled(&mut one);
-    close(logit(one.probability), logit(0.9) - 3.0_f64.ln());
+    close(logit(one.probability), logit(0.9) - 4.0_f64.ln());
 }
 
 #[test]
