@@ -10,7 +10,7 @@ use crate::diagnosis::{
     Check, DiagnoseError, Diagnosis, Finding, MOST_STEP_S, Options, Stage, Verdict, beside,
 };
 use crate::empirical::is_correction;
-use crate::finding::{finding, heaving};
+use crate::finding::{depends, finding, heaving};
 use crate::free_run::{gains, simulate};
 use crate::heave::swell;
 use crate::held_out::{held_out, model, trained};
@@ -182,19 +182,9 @@ pub fn diagnose(
                 gained(&other)
             );
             if gained(&other) < gained(&simulation) {
-                checks.push(Check {
-                    name: "the empirical correction keeps the free run stable".into(),
-                    passed: false,
-                    detail:
-                        "it does not on the training stretches: the model that runs goes without it"
-                            .into(),
-                });
+                checks.push(unstable(&mut selection.named, sought));
                 after = without;
                 simulation = other;
-                selection.named.iter_mut().for_each(unmodelled);
-                if let Sought::Any(_) = sought {
-                    selection.named.retain(|n| likely(n) >= 0.5);
-                }
             }
         }
     }
@@ -368,6 +358,25 @@ fn unless_outweighed(one: &mut Named, suspects: &[String]) {
     let own = one.probability;
     if (one.alternatives.iter()).any(|a| beside(a) && a.1 > own) {
         one.alternatives.retain(|a| !beside(a));
+    }
+}
+
+/// Lowers what no model runs with, and lets go of what then is more likely not there, unless it was suspected.
+fn unstable(named: &mut Vec<Named>, sought: Sought<'_>) -> Check {
+    named.iter_mut().for_each(unmodelled);
+    let mut detail =
+        "it does not on the training stretches: the model that runs goes without it".to_owned();
+    if let Sought::Any(_) = sought {
+        for one in named.iter().filter(|n| likely(n) < 0.5) {
+            let (does, p) = (depends(one), one.probability);
+            detail += &format!("; {does} is not claimed for that (probability {p:.2})");
+        }
+        named.retain(|n| likely(n) >= 0.5);
+    }
+    Check {
+        name: "the empirical correction keeps the free run stable".into(),
+        passed: false,
+        detail,
     }
 }
 

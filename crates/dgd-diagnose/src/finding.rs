@@ -46,20 +46,7 @@ pub(crate) fn finding(
     };
     let held_out = best_gain(simulation);
     let title = match named.correction {
-        Some((p, q)) => {
-            let (place, quantity) = (PLACES[p].name, QUANTITIES[q]);
-            let does = if q == PERIOD {
-                let period_s = named.applied.parameters[3] - named.applied.parameters[2];
-                format!("swings with a period of {:.0} min", period_s / 60.0)
-            } else if is_level(&named.applied.parameters[4..], SAME) {
-                "is off by the same throughout".to_owned()
-            } else if quantity == "time" {
-                "drifts over time".to_owned()
-            } else {
-                format!("depends on {quantity}")
-            };
-            format!("something outside the catalogue: {place} {does}")
-        }
+        Some(_) => format!("something outside the catalogue: {}", depends(named)),
         None => about.title.to_owned(),
     };
     let span = record.setting.span_s;
@@ -93,6 +80,25 @@ pub(crate) fn finding(
         same_as: same_as(record, named),
     };
     only_resembled(told, about)
+}
+
+/// Of what a correction depends, as "pump head depends on inlet pressure"; of a cause its title.
+pub(crate) fn depends(named: &Named) -> String {
+    let Some((p, q)) = named.correction else {
+        return named.applied.effect.about().title.to_owned();
+    };
+    let (place, quantity) = (PLACES[p].name, QUANTITIES[q]);
+    let parameters = &named.applied.parameters;
+    if q == PERIOD {
+        let period_s = parameters[3] - parameters[2];
+        format!("{place} swings with a period of {:.0} min", period_s / 60.0)
+    } else if is_level(&parameters[4..], SAME) {
+        format!("{place} is off by the same throughout")
+    } else if quantity == "time" {
+        format!("{place} drifts over time")
+    } else {
+        format!("{place} depends on {quantity}")
+    }
 }
 
 /// A finding whose effect is likelier to resemble the cause than to be it, told as what the catalogue does not hold.
