@@ -10,7 +10,7 @@ use crate::diagnosis::{
     Check, DiagnoseError, Diagnosis, Finding, MOST_STEP_S, Options, Stage, Verdict, beside,
 };
 use crate::empirical::is_correction;
-use crate::finding::{depends, finding, heaving};
+use crate::finding::{amiss, finding, heaving};
 use crate::free_run::{gains, simulate};
 use crate::heave::swell;
 use crate::held_out::{held_out, model, trained};
@@ -367,9 +367,9 @@ fn unstable(named: &mut Vec<Named>, sought: Sought<'_>) -> Check {
     let mut detail =
         "it does not on the training stretches: the model that runs goes without it".to_owned();
     if let Sought::Any(_) = sought {
-        for one in named.iter().filter(|n| likely(n) < 0.5) {
-            let (does, p) = (depends(one), one.probability);
-            detail += &format!("; {does} is not claimed for that (probability {p:.2})");
+        let unlikely = named.iter().filter(|n| likely(n) < 0.5);
+        for (amiss, p) in unlikely.filter_map(|n| Some((amiss(n)?, n.probability))) {
+            detail += &format!("; that {amiss} is therefore not claimed (probability {p:.2})");
         }
         named.retain(|n| likely(n) >= 0.5);
     }

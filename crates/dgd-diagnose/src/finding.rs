@@ -45,10 +45,10 @@ pub(crate) fn finding(
         None => equation_without(about),
     };
     let held_out = best_gain(simulation);
-    let title = match named.correction {
-        Some(_) => format!("something outside the catalogue: {}", depends(named)),
-        None => about.title.to_owned(),
-    };
+    let title = amiss(named).map_or_else(
+        || about.title.to_owned(),
+        |amiss| format!("something outside the catalogue: {amiss}"),
+    );
     let span = record.setting.span_s;
     let interval = about.interval_s(&named.applied.parameters, span);
     let told = Finding {
@@ -82,23 +82,22 @@ pub(crate) fn finding(
     only_resembled(told, about)
 }
 
-/// Of what a correction depends, as "pump head depends on inlet pressure"; of a cause its title.
-pub(crate) fn depends(named: &Named) -> String {
-    let Some((p, q)) = named.correction else {
-        return named.applied.effect.about().title.to_owned();
-    };
+/// What of the model a correction finds amiss, such as "pump head depends on inlet pressure"; `None` of a cause.
+pub(crate) fn amiss(named: &Named) -> Option<String> {
+    let (p, q) = named.correction?;
     let (place, quantity) = (PLACES[p].name, QUANTITIES[q]);
     let parameters = &named.applied.parameters;
-    if q == PERIOD {
+    let does = if q == PERIOD {
         let period_s = parameters[3] - parameters[2];
-        format!("{place} swings with a period of {:.0} min", period_s / 60.0)
+        format!("swings with a period of {:.0} min", period_s / 60.0)
     } else if is_level(&parameters[4..], SAME) {
-        format!("{place} is off by the same throughout")
+        "is off by the same throughout".to_owned()
     } else if quantity == "time" {
-        format!("{place} drifts over time")
+        "drifts over time".to_owned()
     } else {
-        format!("{place} depends on {quantity}")
-    }
+        format!("depends on {quantity}")
+    };
+    Some(format!("{place} {does}"))
 }
 
 /// A finding whose effect is likelier to resemble the cause than to be it, told as what the catalogue does not hold.

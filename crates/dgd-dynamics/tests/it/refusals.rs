@@ -9,6 +9,15 @@ use dgd_dynamics::return_line::{
 use crate::common::{line, linear};
 
 #[test]
+fn a_signal_has_no_value_at_no_time() {
+    for kind in [Interpolation::Linear, Interpolation::Hold] {
+        let signal = Signal::new("speed", &[0.0, 1.0], &[3.0, 4.0], kind).unwrap();
+        assert!(signal.at(f64::NAN).is_nan());
+        assert_eq!(signal.at(-1.0), 3.0);
+    }
+}
+
+#[test]
 fn a_nan_sample_is_refused_with_signal_and_index() {
     let refuse =
         |t: &[f64], v: &[f64]| Signal::new("speed", t, v, Interpolation::Linear).unwrap_err();

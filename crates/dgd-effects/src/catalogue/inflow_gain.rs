@@ -66,20 +66,20 @@ impl Effect for InflowGain {
     }
 
     fn same_as(&self, p: &[f64], _: &Setting) -> Option<String> {
-        /// Gain off from which pumps, which deliver a little less than their strokes displace, are not the reason.
-        const ANOTHER_LINER: f64 = 0.07;
+        /// Less than a liner of 7 inches displaces beside one a quarter of an inch wider, as a share.
+        const NEXT_LINER: f64 = 0.07;
         let gain = 1.0 + p[0];
         // A stroke displaces the area of its liner.
-        let wider = gain.sqrt() - 1.0;
-        let liner = (p[0].abs() > ANOTHER_LINER).then(|| {
-            let side = if wider > 0.0 { "wider" } else { "narrower" };
-            let share = 100.0 * wider.abs();
+        let wider = 100.0 * (gain.sqrt() - 1.0);
+        let side = if wider > 0.0 { "wider" } else { "narrower" };
+        let liner = (p[0].abs() > NEXT_LINER).then(|| {
+            let share = wider.abs();
             format!("strokes counted with liners {share:.1} % {side} than those in the pump")
         });
-        let told: Vec<String> = (liner.into_iter())
-            .chain(gallons(gain).map(str::to_owned))
-            .collect();
-        (!told.is_empty()).then(|| told.join("; or "))
+        match (liner, gallons(gain)) {
+            (Some(liner), Some(gallons)) => Some(format!("{liner}; or {gallons}")),
+            (liner, gallons) => liner.or(gallons.map(str::to_owned)),
+        }
     }
 
     fn memory_s(&self, _: &[f64]) -> f64 {

@@ -3,6 +3,7 @@
 use crate::{
     About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
 };
+use dgd_units::Legible;
 
 /// See the module.
 pub(super) struct Influx;
@@ -87,8 +88,9 @@ impl Effect for Influx {
         /// Rate of a pump rather than of a kick that goes on for minutes, m³/s: a barrel every quarter of a minute.
         const PUMPED: f64 = 0.01;
         (p[0] >= PUMPED).then(|| {
-            let rate = 6e4 * p[0];
-            format!("a pump of {rate:.0} L/min that is not logged, or logged as still")
+            let Legible { factor, unit, .. } = Legible::of(ABOUT.parameters[0].name);
+            let rate = factor * p[0];
+            format!("a pump of {rate:.0} {unit} that is not logged, or logged as still")
         })
     }
 

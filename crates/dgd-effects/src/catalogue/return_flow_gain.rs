@@ -6,6 +6,7 @@ use crate::{
     About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
     Shown,
 };
+use dgd_units::Unit;
 
 /// See the module.
 pub(super) struct ReturnFlowGain;
@@ -71,14 +72,14 @@ impl Effect for ReturnFlowGain {
 
 /// What a gain tells of the gallons of a flow, if it is the ratio of the two.
 pub(super) fn gallons(gain: f64) -> Option<&'static str> {
-    /// Imperial gallons in a US one: 231 in³ over 4.546 09 l.
-    const IMPERIAL: f64 = 0.832_674;
     /// Share by which a gain may miss the ratio.
     const NEAR: f64 = 0.01;
+    let [us, imperial] = ["gpm", "impgpm"].map(|unit| Unit::parse(unit).ok().map(|u| u.factor));
+    let ratio = us? / imperial?;
     let is = |ratio: f64| (gain / ratio - 1.0).abs() < NEAR;
-    if is(IMPERIAL) {
+    if is(ratio) {
         Some("a flow in imperial gallons (impgpm), described as US ones (gpm)")
-    } else if is(1.0 / IMPERIAL) {
+    } else if is(1.0 / ratio) {
         Some("a flow in US gallons (gpm), described as imperial ones (impgpm)")
     } else {
         None
