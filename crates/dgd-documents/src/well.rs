@@ -195,8 +195,8 @@ fn read_source<'a, 'i>(
         )?;
         return Some(ChannelSource::Constant { si });
     }
-    let (tag, unit) = read_column(section, key, value, dimension)?;
-    Some(ChannelSource::Column { tag, unit })
+    let (tag, unit, late_s) = read_column(section, key, value, dimension)?;
+    Some(ChannelSource::Column { tag, unit, late_s })
 }
 
 fn read_time<'a, 'i>(section: &Section<'a, 'i>, value: &'a Value<'i>) -> Option<TimeSource> {
@@ -212,16 +212,17 @@ fn read_time<'a, 'i>(section: &Section<'a, 'i>, value: &'a Value<'i>) -> Option<
             return None;
         }
     }
-    let (tag, unit) = read_column(section, "time", value, Dimension::Time)?;
+    let (tag, unit, _) = read_column(section, "time", value, Dimension::Time)?;
     Some(TimeSource::Column { tag, unit })
 }
 
+/// Tag, unit, and the seconds by which the column's stamps are late, which those of the clock cannot be.
 fn read_column<'a, 'i>(
     section: &Section<'a, 'i>,
     key: &'static str,
     value: &'a Value<'i>,
     dimension: Dimension,
-) -> Option<(String, Unit)> {
+) -> Option<(String, Unit, f64)> {
     let Some(table) = value.get_ref().as_table() else {
         section.wrong_type(
             key,
@@ -254,13 +255,18 @@ fn read_column<'a, 'i>(
             }
         }
     });
+    let late = (dimension != Dimension::Time).then(|| inner.get("late"));
+    let late_s = match late.flatten() {
+        Some(late) => inner.quantity("late", late, Dimension::Time, "20 s")?,
+        None => 0.0,
+    };
     inner.warn_of_unread();
     let (place, tag) = tag?;
     if tag.is_empty() {
         section.problem(place, format!("`tag` of `{key}` is empty"), None);
         return None;
     }
-    Some((tag.to_owned(), unit?))
+    Some((tag.to_owned(), unit?, late_s))
 }
 
 /// A tachometer's unit, `full` of which is 100 %.
@@ -283,9 +289,12 @@ fn of_full_speed<'a, 'i>(
     Some(unit.in_percent_of(unit.from_si(full)))
 }
 
-/// The keys of a column's source: tag, unit, and for a tachometer the reading at 100 %.
-fn column_keys(tag: &str, unit: &Unit) -> String {
-    let keys = format!("tag = {}, unit = \"{unit}\"", quoted(tag));
+/// The keys of a column's source: tag, unit, for a tachometer the reading at 100 %, and what its stamps are late by.
+fn column_keys(tag: &str, unit: &Unit, late_s: f64) -> String {
+    let mut keys = format!("tag = {}, unit = \"{unit}\"", quoted(tag));
+    if late_s != 0.0 {
+        keys += &format!(", late = \"{late_s} s\"");
+    }
     if unit.dimension != Dimension::Percent || unit.factor == 1.0 {
         return format!("{{ {keys} }}");
     }
@@ -313,14 +322,14 @@ pub fn write_well(well: &Well) -> String {
     let map = &well.channels;
     let _ = match &map.time {
         TimeSource::Column { tag, unit } => {
-            writeln!(text, "\n[channels]\ntime = {}", column_keys(tag, unit))
+            writeln!(text, "\n[channels]\ntime = {}", column_keys(tag, unit, 0.0))
         }
         TimeSource::Interval { step_s } => {
             writeln!(text, "\n[channels]\ntime = {{ interval = \"{step_s} s\" }}")
         }
     };
     let one = |source: &ChannelSource, dimension: Dimension| match source {
-        ChannelSource::Column { tag, unit } => column_keys(tag, unit),
+        ChannelSource::Column { tag, unit, late_s } => column_keys(tag, unit, *late_s),
         ChannelSource::Constant { si } => format!("\"{si} {}\"", dimension.si_symbol()),
     };
     let several = |sources: &[ChannelSource]| {

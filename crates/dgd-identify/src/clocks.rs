@@ -29,9 +29,10 @@ pub(crate) fn warn_of_clocks(
         && let Some(ahead_s) = ahead(samples, step_s)
     {
         warnings.push(format!(
-            "the return flow is {} s ahead of the pressures, which no meter is: \
-             do the channels share one clock?",
-            -ahead_s
+            "the return flow is {ahead} s ahead of the pressures, which no meter is: do the channels share one clock? \
+             If not, `late` beside their tags in the well description mends it: {ahead} s or more for the pressures, \
+             -{ahead} s or less for the return flow",
+            ahead = -ahead_s
         ));
         return;
     }
@@ -182,22 +183,13 @@ pub(crate) fn warn_of_speed(samples: &PumpSamples<'_>, step_s: f64, warnings: &m
     let Some(now) = left(0) else {
         return;
     };
-    let tried = LATE_S.iter().filter_map(|late_s| {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "clamped"
-        )]
-        let late = (late_s / step_s).round().clamp(0.0, 600.0) as usize;
-        let mse = (late > 0).then(|| left(late)).flatten()?;
-        Some((mse, late as f64 * step_s))
-    });
-    let best = tried.min_by(|a, b| a.0.total_cmp(&b.0));
-    if let Some((mse, late_s)) = best.filter(|(mse, _)| *mse < LEFT * now) {
+    if let Some((mse, late_s)) = latest(&LATE_S, step_s, left).filter(|(mse, _)| *mse < LEFT * now)
+    {
         warnings.push(format!(
             "the head curve fits {} times better with the pump speed read {late_s:.0} s later than recorded, \
-             as if the head moved first: do the channels share one clock?",
-            (now / mse).round()
+             as if the head moved first: {}",
+            (now / mse).round(),
+            one_clock(late_s, "its tag")
         ));
     }
 }
@@ -217,16 +209,7 @@ pub(crate) fn warn_of_inflow(prepared: &Prepared, delay: i64, warnings: &mut Vec
     let (recording, step_s) = (&prepared.recording, prepared.step_s);
     let inlet_pa = &prepared.inlet_pressure_pa;
     let n = inlet_pa.len();
-    let samples_of = |seconds: f64| {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "clamped"
-        )]
-        let samples = (seconds / step_s).round().clamp(0.0, 600.0) as usize;
-        samples
-    };
-    let base = samples_of(BASE_S).max(1);
+    let base = samples_of(BASE_S, step_s).max(1);
     let pumped = (recording.mud_pump_flow_m3_s.iter())
         .zip(&recording.booster_flow_m3_s)
         .zip(&recording.topfill_flow_m3_s);
@@ -234,7 +217,7 @@ pub(crate) fn warn_of_inflow(prepared: &Prepared, delay: i64, warnings: &mut Vec
     let outflow = Running::of(recording.return_flow_m3_s.iter().copied());
     let delay = isize::try_from(delay).unwrap_or_default();
     let every = (n / LOOKED_AT).max(base.div_ceil(2)).max(1);
-    let most = samples_of(LATE_S[LATE_S.len() - 1]);
+    let most = samples_of(LATE_S[LATE_S.len() - 1], step_s);
     // The same rows for all, so that they can be compared.
     let rows: Vec<(usize, f64, f64)> = (0..n.saturating_sub(base + most))
         .step_by(every)
@@ -259,19 +242,62 @@ pub(crate) fn warn_of_inflow(prepared: &Prepared, delay: i64, warnings: &mut Vec
     let Some(now) = left(0) else {
         return;
     };
-    let tried = LATE_S.iter().filter_map(|late_s| {
-        let late = samples_of(*late_s);
-        let mse = (late > 0).then(|| left(late)).flatten()?;
-        Some((mse, late as f64 * step_s))
-    });
-    let best = tried.min_by(|a, b| a.0.total_cmp(&b.0));
-    if let Some((mse, late_s)) = best.filter(|(mse, _)| *mse < LEFT * now) {
+    if let Some((mse, late_s)) = latest(&LATE_S, step_s, left).filter(|(mse, _)| *mse < LEFT * now)
+    {
         warnings.push(format!(
             "the riser's balance is off by {:.0} % less with the inflow read {late_s:.0} s later than recorded, \
-             as if the level moved first: do the channels share one clock?",
-            100.0 * (1.0 - (mse / now).sqrt())
+             as if the level moved first: {}",
+            100.0 * (1.0 - (mse / now).sqrt()),
+            one_clock(late_s, "the tags of the flows in")
         ));
     }
+}
+
+/// Asks for the clock, and says what mends a channel that has one of its own.
+fn one_clock(late_s: f64, tags: &str) -> String {
+    format!(
+        "do the channels share one clock? If not, `late = \"{late_s:.0} s\"` beside {tags} in the well description mends it"
+    )
+}
+
+/// The seconds that leave least, with the mean square left: tried as they are given, then by steps of the clock around the best.
+///
+/// - `left`: of so many samples.
+fn latest(tried_s: &[f64], step_s: f64, left: impl Fn(usize) -> Option<f64>) -> Option<(f64, f64)> {
+    /// Most that are tried around the best.
+    const AROUND: usize = 32;
+    let samples = |late_s: &f64| samples_of(*late_s, step_s);
+    let best_of = |tried: &mut dyn Iterator<Item = usize>| {
+        let tried = tried.filter(|late| *late > 0);
+        let tried = tried.filter_map(|late| Some((left(late)?, late)));
+        tried.min_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    let (_, best) = best_of(&mut tried_s.iter().map(samples))?;
+    let below = tried_s
+        .iter()
+        .map(samples)
+        .filter(|late| *late < best)
+        .max();
+    let above = tried_s
+        .iter()
+        .map(samples)
+        .filter(|late| *late > best)
+        .min();
+    let around = below.unwrap_or(0)..=above.unwrap_or(best);
+    let stride = (around.end() - around.start()).div_ceil(AROUND).max(1);
+    let (mse, late) = best_of(&mut around.step_by(stride).chain([best]))?;
+    Some((mse, late as f64 * step_s))
+}
+
+/// Whole samples in so many seconds.
+fn samples_of(seconds: f64, step_s: f64) -> usize {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "clamped"
+    )]
+    let samples = (seconds / step_s).round().clamp(0.0, 600.0) as usize;
+    samples
 }
 
 /// Sums of a channel from its beginning, for sums of any stretch of it.

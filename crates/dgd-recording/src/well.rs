@@ -164,9 +164,25 @@ pub struct ChannelMap {
 impl ChannelMap {
     /// The channels that are columns of the file, each with its tag, in the order of [`Recording::series`](crate::Recording::series).
     pub fn tags(&self) -> Vec<(Channel, &str)> {
+        let tagged = self.sources().filter_map(|(channel, source)| match source {
+            ChannelSource::Column { tag, .. } => Some((channel, tag.as_str())),
+            ChannelSource::Constant { .. } => None,
+        });
+        tagged.collect()
+    }
+
+    /// The first channel whose samples bear another clock's stamps, if there is one.
+    pub fn off_clock(&self) -> Option<Channel> {
+        let mut sources = self.sources();
+        let found = sources.find(|(_, source)| source.late_s() != 0.0);
+        found.map(|(channel, _)| channel)
+    }
+
+    /// Every channel with its source, in the order of [`Recording::series`](crate::Recording::series).
+    fn sources(&self) -> impl Iterator<Item = (Channel, &ChannelSource)> {
         let inlets = self.pump_inlet_pressure.iter().enumerate();
         let outlets = self.pump_outlet_pressure.iter().enumerate();
-        let sources = [
+        [
             (Channel::MudPumpFlow, &self.mud_pump_flow),
             (Channel::BoosterFlow, &self.booster_flow),
             (Channel::TopfillFlow, &self.topfill_flow),
@@ -176,12 +192,7 @@ impl ChannelMap {
         .chain(inlets.map(|(n, source)| (Channel::PumpInletPressure(n), source)))
         .chain(outlets.map(|(n, source)| (Channel::PumpOutletPressure(n), source)))
         .chain((self.riser_pressure.iter()).map(|source| (Channel::RiserPressure, source)))
-        .chain([(Channel::PumpSpeed, &self.pump_speed)]);
-        let tagged = sources.filter_map(|(channel, source)| match source {
-            ChannelSource::Column { tag, .. } => Some((channel, tag.as_str())),
-            ChannelSource::Constant { .. } => None,
-        });
-        tagged.collect()
+        .chain([(Channel::PumpSpeed, &self.pump_speed)])
     }
 }
 
@@ -211,10 +222,32 @@ pub enum ChannelSource {
         tag: String,
         /// Its unit.
         unit: Unit,
+        /// Seconds by which its stamps are late: a sample at t tells of t - `late_s`, as where its logger's clock is
+        /// ahead of the others'; below 0 if they are early, 0 on the clock of the file.
+        late_s: f64,
     },
     /// No transmitter: this SI value throughout.
     Constant {
         /// The value, SI.
         si: f64,
     },
+}
+
+impl ChannelSource {
+    /// A column on the clock of the file.
+    pub fn column(tag: impl Into<String>, unit: Unit) -> Self {
+        Self::Column {
+            tag: tag.into(),
+            unit,
+            late_s: 0.0,
+        }
+    }
+
+    /// Seconds by which its stamps are late.
+    pub(crate) fn late_s(&self) -> f64 {
+        match self {
+            Self::Column { late_s, .. } => *late_s,
+            Self::Constant { .. } => 0.0,
+        }
+    }
 }

@@ -265,7 +265,10 @@ fn documents() -> Outcome<()> {
             ),
             ("outlet_depth = \"350.30 m\"", "outlet_depth = \"1149 ft\""),
             ("\"FT2\", unit = \"gpm\"", "\"FT2\", unit = \"l/min\""),
-            ("\"FT4\", unit = \"gpm\"", "\"FT4\", unit = \"m3/h\""),
+            (
+                "\"FT4\", unit = \"gpm\"",
+                "\"FT4\", unit = \"m3/h\", late = \"-1.5 s\"",
+            ),
             ("\"PT2\", unit = \"psia\"", "\"PT2\", unit = \"barg\""),
             ("\"PT3\", unit = \"psia\"", "\"PT3\", unit = \"kPa\""),
             (

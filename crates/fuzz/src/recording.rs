@@ -199,10 +199,7 @@ fn well(table: &Table, time: Option<usize>) -> Option<Well> {
             mud_pump_flow: constant(),
             booster_flow: constant(),
             topfill_flow: constant(),
-            return_flow: ChannelSource::Column {
-                tag: tag(flow),
-                unit: gpm,
-            },
+            return_flow: ChannelSource::column(tag(flow), gpm),
             pump_inlet_pressure: vec![constant()],
             pump_outlet_pressure: vec![constant()],
             riser_pressure: None,

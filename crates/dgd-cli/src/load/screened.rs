@@ -39,6 +39,12 @@ pub(crate) fn open<'w>(
     else {
         return Ok(None);
     };
+    if let Some(channel) = well.channels.off_clock() {
+        let path = path.display();
+        let why = format!("{path} is read whole: `{channel}` has a clock of its own (`late`)");
+        when.say(blocks.bytes(), &why);
+        return Ok(None);
+    }
     let grid = BlockGrid::new(blocks.head(), blocks.rows(), well);
     let mut grid = grid.map_err(|e| well.unmapped(path, &e, &blocks.head().issues))?;
     for pass in 1.. {

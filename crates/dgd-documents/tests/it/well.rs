@@ -191,8 +191,7 @@ fn odd_tags_are_read_back_the_same() {
         "q [gpm] æøå 漢",
         "\u{7f}\u{0}",
     ] {
-        let tag = tag.to_owned();
-        well.channels.return_flow = ChannelSource::Column { tag, unit };
+        well.channels.return_flow = ChannelSource::column(tag, unit);
         let (again, warnings) = read_well(&write_well(&well)).unwrap();
         assert_eq!(again, well);
         assert!(warnings.is_empty());
@@ -283,4 +282,24 @@ fn the_channel_names_of_a_recording_are_the_keys_of_the_document() {
         let expected = format!("[channels] has no `{}`", channel.name());
         assert_eq!(messages(&renamed)[0].1, expected);
     }
+}
+
+#[test]
+fn a_channel_with_a_clock_of_its_own_is_read_and_written_back() {
+    let late = |late: &str| GOM.replace("tag = \"SPM\"", &format!("tag = \"SPM\", late = {late}"));
+    for (written, expected_s) in [("\"20 s\"", 20.0), ("\"-0.5 min\"", -30.0)] {
+        let (well, warnings) = read_well(&late(written)).unwrap();
+        assert!(warnings.is_empty());
+        let ChannelSource::Column { late_s, .. } = well.channels.pump_speed else {
+            panic!("a column");
+        };
+        assert!((late_s - expected_s).abs() < 1e-12, "{late_s}");
+        assert_eq!(read_well(&write_well(&well)).unwrap().0, well);
+    }
+    let told = messages(&late("20"));
+    assert_eq!(told[0].1, "`late` is a number without a unit");
+    // The clock of the file is the one that others are late on.
+    let (_, warnings) =
+        read_well(&GOM.replace("tag = \"t\"", "tag = \"t\", late = \"1 s\"")).unwrap();
+    assert!(warnings[0].message.contains("late"), "{warnings:?}");
 }

@@ -27,10 +27,7 @@ pub(crate) fn head_m(w: f64, q: f64) -> f64 {
 }
 
 pub(crate) fn well() -> Well {
-    let column = |tag: &str, dimension| ChannelSource::Column {
-        tag: tag.to_owned(),
-        unit: Unit::si(dimension),
-    };
+    let column = |tag: &str, dimension| ChannelSource::column(tag, Unit::si(dimension));
     let flow = |tag| column(tag, Dimension::FlowRate);
     let pressure = |tag| column(tag, Dimension::Pressure);
     Well {

@@ -59,10 +59,7 @@ fn file_in(recording: &Recording, [time, flow, pressure]: [&str; 3]) -> (Table, 
             unit: None,
             values: values.iter().map(|v| unit.from_si(*v)).collect(),
         });
-        ChannelSource::Column {
-            tag: tag.to_owned(),
-            unit,
-        }
+        ChannelSource::column(tag, unit)
     };
     let percent = Unit::si(Dimension::Percent);
     column("time", time, &recording.time_s);

@@ -38,10 +38,7 @@ impl Default for Rig {
 
 impl Rig {
     pub(crate) fn well(&self) -> Well {
-        let source = |tag: &str, unit: &str| ChannelSource::Column {
-            tag: tag.into(),
-            unit: Unit::parse(unit).unwrap(),
-        };
+        let source = |tag: &str, unit: &str| ChannelSource::column(tag, Unit::parse(unit).unwrap());
         // A_a scales as flow/length: the mass balance in percent is then the same.
         let across = (self.flow / self.length).sqrt();
         Well {

@@ -51,8 +51,11 @@ impl<'w> BlockGrid<'w> {
     /// For blocks with the columns of `head`, whose values are left out, and so many rows in all.
     ///
     /// # Errors
-    /// Those of [`Recording::from_table`].
+    /// [`RecordingError::OffClock`] for a channel with late stamps, and those of [`Recording::from_table`].
     pub fn new(head: &Table, rows: usize, well: &'w Well) -> Result<Self, RecordingError> {
+        if let Some(channel) = well.channels.off_clock() {
+            return Err(RecordingError::OffClock { channel });
+        }
         let row = |column: &Column| Column {
             values: vec![f64::NAN],
             ..column.clone()

@@ -1,6 +1,7 @@
 //! A table's columns under the channel map of a well.
 
 use super::{Channel, Recording};
+use crate::survey_clock;
 use crate::{ChannelMap, ChannelSource, ClockError, Issue, IssueKind, Table, TimeSource, Well};
 use dgd_units::{Dimension, PressureReference, Unit};
 use rayon::prelude::*;
@@ -36,6 +37,12 @@ pub enum RecordingError {
         first: String,
         /// Second channel.
         second: String,
+    },
+    /// Rows that come in blocks do not reach as far as a channel's stamps are off.
+    #[error("`{channel}` has a clock of its own: its recording must be read whole")]
+    OffClock {
+        /// The first such channel.
+        channel: Channel,
     },
     /// No samples.
     #[error("the recording has no samples")]
@@ -190,6 +197,8 @@ struct Columns {
     issues: Vec<Issue>,
     /// Of each channel taken, in order; `None` for SI.
     units: Vec<Option<Unit>>,
+    /// Of each channel taken, s.
+    late_s: Vec<f64>,
 }
 
 impl Columns {
@@ -230,12 +239,13 @@ impl Columns {
         channel: Channel,
         source: &ChannelSource,
     ) -> Result<Vec<f64>, RecordingError> {
+        self.late_s.push(source.late_s());
         match source {
             ChannelSource::Constant { si } => {
                 self.units.push(None);
                 Ok(vec![*si; self.rows])
             }
-            ChannelSource::Column { tag, unit } => {
+            ChannelSource::Column { tag, unit, .. } => {
                 self.units.push(Some(*unit));
                 let values = self.take(&channel.to_string(), tag, *unit)?;
                 if values.len() == self.rows {
@@ -351,6 +361,7 @@ impl Recording {
             table,
             issues: Vec::new(),
             units: Vec::new(),
+            late_s: Vec::new(),
         };
         let time_s = match &map.time {
             TimeSource::Column { tag, unit } => {
@@ -398,6 +409,50 @@ impl Recording {
                 unit.column_to_si(values);
             }
         });
+        let moved = recording.retime(&columns.late_s)?;
+        columns.issues.extend(moved);
         Ok((recording, columns.issues))
+    }
+
+    /// Gives each sample the value that a channel has where its late stamps say so; NaN where it has none there.
+    ///
+    /// - `late_s`: of each channel, in the order of the series.
+    fn retime(&mut self, late_s: &[f64]) -> Result<Vec<Issue>, RecordingError> {
+        let mut issues = Vec::new();
+        if late_s.iter().all(|late_s| *late_s == 0.0) {
+            return Ok(issues);
+        }
+        let time_s = std::mem::take(&mut self.time_s);
+        let clock = survey_clock(&time_s)?;
+        let sources = clock.sources(&time_s);
+        let places: Vec<Channel> = self
+            .series()
+            .into_iter()
+            .map(|(channel, _)| channel)
+            .collect();
+        for ((values, late_s), channel) in self.series_mut().zip(late_s).zip(places) {
+            let steps = (late_s / clock.step_s).round();
+            let moved_s = steps * clock.step_s;
+            if (moved_s - late_s).abs() > 1e-6 * clock.step_s {
+                issues.push(Issue {
+                    kind: IssueKind::Jitter,
+                    place: channel.to_string(),
+                    message: format!(
+                        "is {late_s} s late; its samples were moved by {moved_s} s, whole steps of the clock"
+                    ),
+                });
+            }
+            if steps == 0.0 {
+                continue;
+            }
+            let value = |stamp_s: &f64| {
+                let step = clock.step_of(stamp_s + moved_s)?;
+                Some(values[sources[step]? as usize])
+            };
+            let moved = time_s.iter().map(|t| value(t).unwrap_or(f64::NAN));
+            *values = moved.collect();
+        }
+        self.time_s = time_s;
+        Ok(issues)
     }
 }

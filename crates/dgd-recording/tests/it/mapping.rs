@@ -1,5 +1,7 @@
 use crate::wells::{column, source, table, unit, well};
-use dgd_recording::{Channel, ChannelSource, IssueKind, Recording, RecordingError, TimeSource};
+use dgd_recording::{
+    BlockGrid, Channel, ChannelSource, IssueKind, Recording, RecordingError, TimeSource,
+};
 use dgd_units::STANDARD_ATMOSPHERE_PA;
 
 const GPM: f64 = 6.3090e-5;
@@ -252,4 +254,74 @@ fn level_head_and_friction_follow_the_hydrostatic_column() {
     assert!((well.head_m(full, full + 1080.0 * 9.80665 * 12.0) - 12.0).abs() < 1e-9);
     let area = std::f64::consts::PI / 4.0 * (0.4953f64.powi(2) - 0.168_275f64.powi(2));
     assert!((well.geometry.riser_area_m2() - area).abs() < 1e-12);
+}
+
+/// Pump speeds counted from 0 at stamps, with the stamps of the speed so late.
+fn speeds(stamps: &[f64], late_s: f64) -> (Recording, Vec<dgd_recording::Issue>) {
+    let mut table = table(stamps);
+    let speed = table.columns.last_mut().unwrap();
+    speed.values = (0..stamps.len()).map(|row| row as f64).collect();
+    let mut well = well();
+    well.channels.pump_speed = ChannelSource::Column {
+        tag: "SPM".into(),
+        unit: unit("%"),
+        late_s,
+    };
+    Recording::from_table(table, &well).unwrap()
+}
+
+fn bits(values: &[f64]) -> Vec<u64> {
+    values.iter().map(|v| v.to_bits()).collect()
+}
+
+#[test]
+fn a_channel_whose_stamps_are_late_is_moved_back_and_the_others_stay() {
+    const NO: f64 = f64::NAN;
+    let even = [0.0, 2.0, 4.0, 6.0, 8.0];
+    // A gap, and rows that are out of order.
+    let gap = [0.0, 2.0, 4.0, 10.0, 12.0];
+    let turned = [8.0, 0.0, 4.0, 2.0, 6.0];
+    for (stamps, late_s, expected) in [
+        (even, 4.0, [2.0, 3.0, 4.0, NO, NO]),
+        (even, -2.0, [NO, 0.0, 1.0, 2.0, 3.0]),
+        (even, 0.9, [0.0, 1.0, 2.0, 3.0, 4.0]),
+        (even, 1e300, [NO; 5]),
+        (gap, 2.0, [1.0, 2.0, NO, 4.0, NO]),
+        (turned, 2.0, [NO, 3.0, 4.0, 2.0, 0.0]),
+    ] {
+        let (moved, _) = speeds(&stamps, late_s);
+        assert_eq!(bits(&moved.pump_speed_pct), bits(&expected), "{late_s}");
+        let (still, _) = speeds(&stamps, 0.0);
+        assert_eq!(moved.time_s, still.time_s);
+        assert_eq!(moved.return_flow_m3_s, still.return_flow_m3_s);
+    }
+}
+
+#[test]
+fn stamps_are_moved_by_whole_steps_which_is_told() {
+    let stamps = [0.0, 2.0, 4.0, 6.0];
+    assert_eq!(speeds(&stamps, 4.0).1, []);
+    let (moved, issues) = speeds(&stamps, 3.5);
+    assert_eq!(
+        bits(&moved.pump_speed_pct),
+        bits(&[2.0, 3.0, f64::NAN, f64::NAN])
+    );
+    assert_eq!(
+        issues[0].to_string(),
+        "pump_speed: is 3.5 s late; its samples were moved by 4 s, whole steps of the clock"
+    );
+}
+
+#[test]
+fn a_channel_with_a_clock_of_its_own_does_not_come_in_blocks() {
+    let mut well = well();
+    well.channels.pump_outlet_pressure[1] = ChannelSource::Column {
+        tag: "PT4".into(),
+        unit: unit("psia"),
+        late_s: -1.0,
+    };
+    let channel = Channel::PumpOutletPressure(1);
+    assert_eq!(well.channels.off_clock(), Some(channel));
+    let refused = BlockGrid::new(&table(&[]), 10, &well).unwrap_err();
+    assert_eq!(refused, RecordingError::OffClock { channel });
 }

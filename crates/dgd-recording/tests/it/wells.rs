@@ -8,10 +8,7 @@ pub(crate) fn unit(text: &str) -> Unit {
 }
 
 pub(crate) fn source(tag: &str, unit_text: &str) -> ChannelSource {
-    ChannelSource::Column {
-        tag: tag.into(),
-        unit: unit(unit_text),
-    }
+    ChannelSource::column(tag, unit(unit_text))
 }
 
 pub(crate) fn column(tag: &str, unit: &str, values: &[f64]) -> Column {

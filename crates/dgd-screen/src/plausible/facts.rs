@@ -90,7 +90,7 @@ impl Told {
         constant: Option<f64>,
     ) -> Option<Self> {
         let (tag, unit) = match source_of(well, channel)? {
-            ChannelSource::Column { tag, unit } => (Some(tag.clone()), *unit),
+            ChannelSource::Column { tag, unit, .. } => (Some(tag.clone()), *unit),
             ChannelSource::Constant { .. } => (None, Unit::si(dimension_of(channel))),
         };
         // What never changes is told as such; it has nothing to say on its unit.

@@ -7,10 +7,7 @@ use dgd_units::Unit;
 use proptest::prelude::*;
 
 fn column(tag: &str, unit: &str) -> ChannelSource {
-    ChannelSource::Column {
-        tag: tag.into(),
-        unit: Unit::parse(unit).unwrap(),
-    }
+    ChannelSource::column(tag, Unit::parse(unit).unwrap())
 }
 
 /// The well that the synthetic recordings fit.

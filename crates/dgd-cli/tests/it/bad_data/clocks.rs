@@ -1,6 +1,6 @@
 //! Clocks that skip, run back or apart, and other rates.
 
-use super::rig::{PRESSURES, Rig, line_of};
+use super::rig::{PRESSURES, Rig, line_of, strings};
 
 #[test]
 fn a_clock_in_another_unit_is_told() {
@@ -135,7 +135,7 @@ fn a_diagnosis_tells_that_the_channels_may_not_share_one_clock() {
     for (tags, doubt) in [
         (
             &["FT1", "FT2", "FT3"][..],
-            "with the inflow read 30 s later than recorded",
+            "with the inflow read 25 s later than recorded",
         ),
         (
             &["SPM"][..],
@@ -145,18 +145,38 @@ fn a_diagnosis_tells_that_the_channels_may_not_share_one_clock() {
         let rig = late(tags, 30);
         rig.fitted().warns(doubt);
         let told = rig.diagnosed();
-        let warnings = super::rig::strings(&told.json["warnings"]);
+        let warnings = strings(&told.json["warnings"]);
         assert!(warnings.iter().any(|w| w.contains(doubt)), "{warnings:?}");
         assert!(told.err.contains(doubt), "{}", told.err);
     }
     let sound = Rig::sound().diagnosed();
-    assert_eq!(
-        super::rig::strings(&sound.json["warnings"]),
-        Vec::<&str>::new()
-    );
+    assert_eq!(strings(&sound.json["warnings"]), Vec::<&str>::new());
     // A string that fills and drains makes the inflow late; that is no clock.
     let early = Rig::sound().fitted();
     early.suspects_nothing();
+}
+
+/// What the warning names mends it: the same findings as on one clock.
+#[test]
+fn channels_on_another_clock_are_put_back_by_what_the_well_description_says() {
+    // What flows in is 5 s on its way, which no clock tells from a meter that is early.
+    let flows = ["FT1", "FT2", "FT3"];
+    for (tags, late_s) in [(&flows[..], 25), (&["SPM"][..], 30)] {
+        let warned = late(tags, 30).fitted();
+        let mend = format!("one clock? If not, `late = \"{late_s} s\"` beside");
+        warned.warns(&mend);
+        let mut rig = late(tags, 30);
+        for tag in tags {
+            let said = format!("tag = \"{tag}\", late = \"{late_s} s\"");
+            rig = rig.saying(&format!("tag = \"{tag}\""), &said);
+        }
+        rig.fitted().right(0.0).suspects_nothing();
+        let told = rig.diagnosed();
+        assert_eq!(told.claimed(), Rig::sound().diagnosed().claimed());
+        assert_eq!(strings(&told.json["warnings"]), Vec::<&str>::new());
+        // Read in blocks where all share one clock, whole here.
+        rig.simulate().done();
+    }
 }
 
 #[test]
