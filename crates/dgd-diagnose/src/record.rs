@@ -4,7 +4,7 @@ use crate::rest::{quantum, without_seldom_rest};
 use crate::step::Step;
 use crate::suction::heads_lost;
 use crate::work::Tally;
-use dgd_effects::{Rank, Setting, quantile};
+use dgd_effects::{Rank, SLOWEST_S, Setting, quantile, readings};
 use dgd_identify::Prepared;
 use dgd_recording::{Channel, Well};
 use dgd_replay::fill_gaps;
@@ -25,10 +25,9 @@ pub(crate) const MASS_BLOCKS: usize = 3;
 /// Below this speed, %, the pump stands.
 pub(crate) const STANDING_PCT: f64 = 5.0;
 
-/// A channel with values in fewer than this share of the samples, mostly no further apart than this, s, is logged now and then:
-/// straight lines lie between. What is missing otherwise stays missing.
+/// A channel that is read at fewer than this share of the samples, mostly no further apart than [`SLOWEST_S`], is logged now and then:
+/// straight lines lie between its readings, whether the samples there are missing or repeat the last one. What is missing otherwise stays missing.
 const SELDOM: f64 = 0.6;
-const SELDOM_S: f64 = 30.0;
 
 /// Share of its quantum that a block of the pump's speed may be off by: rounding alone is 0.29, and the drive rounds too.
 const SPEED_QUANTA: f64 = 0.5;
@@ -120,9 +119,13 @@ impl Record {
         let fold = whole((clock_s / step).floor()).max(1);
         let dt_s = step * fold as f64;
         let thin = |values: &[f64]| -> Vec<f64> {
-            let mut thinned: Vec<f64> = values.chunks(fold).map(mean).collect();
-            between_seldom(&mut thinned, dt_s);
-            thinned
+            let lines = between_seldom(values, step);
+            lines
+                .as_deref()
+                .unwrap_or(values)
+                .chunks(fold)
+                .map(mean)
+                .collect()
         };
         let per_block = whole(block_s / dt_s).max(1);
         let t_s: Vec<f64> = recording.time_s.chunks(fold).map(mean).collect();
@@ -145,7 +148,19 @@ impl Record {
         ]
         .map(|side| -> Vec<Vec<f64>> { side.iter().take(2).map(|values| thin(values)).collect() });
         let pumping = bridged(&speed).iter().map(|w| *w > STANDING_PCT).collect();
-        let setting = Setting::of(well, recording, &prepared.inlet_pressure_pa);
+        let mut setting = Setting::of(well, recording, &prepared.inlet_pressure_pa);
+        let noise = &mut setting.noise;
+        for (noise, values) in [
+            (&mut noise.mud_pump_m3_s, &recording.mud_pump_flow_m3_s),
+            (&mut noise.booster_m3_s, &recording.booster_flow_m3_s),
+            (&mut noise.flow_m3_s, &recording.return_flow_m3_s),
+            (&mut noise.speed_pct, &recording.pump_speed_pct),
+            (&mut noise.inlet_pa, &prepared.inlet_pressure_pa),
+        ] {
+            // Samples on the line between two readings share their noise.
+            let samples = seldom_s(values, step).map_or(1.0, |every_s| every_s / dt_s);
+            *noise *= samples.max(1.0).sqrt();
+        }
         let native = &recording.pump_speed_pct;
         let noise = setting.noise.speed_pct / (per_block as f64).sqrt();
         let filled = Filled {
@@ -178,7 +193,7 @@ impl Record {
             booster,
             flow,
             speed: thin(&without_seldom_rest(native, step)),
-            speed_error_pct: noise.hypot(SPEED_QUANTA * quantum(native)),
+            speed_error_pct: noise.hypot(SPEED_QUANTA * quantum(native, step)),
             inlet,
             inlets,
             riser,
@@ -279,16 +294,19 @@ pub(crate) fn tails(values: &[f64], k: usize) -> Option<(f64, f64)> {
     Some((at(Rank::Lower(k))?, at(Rank::Upper(k))?))
 }
 
-/// How far apart the values of a channel are that is logged now and then, s; `None` of any other.
+/// How far apart the readings of a channel are that is logged now and then, s; `None` of any other.
 fn seldom_s(values: &[f64], step_s: f64) -> Option<f64> {
-    let at = || (0..values.len()).filter(|i| values[*i].is_finite());
-    let count = at().count();
-    if count < 2 || count as f64 >= SELDOM * values.len() as f64 {
+    let mut last: Option<usize> = None;
+    let mut apart = Vec::new();
+    for i in readings(values, step_s) {
+        apart.extend(last.map(|last| (i - last) as f64 * step_s));
+        last = Some(i);
+    }
+    if (apart.len() + 1) as f64 >= SELDOM * values.len() as f64 {
         return None;
     }
-    let apart = || at().zip(at().skip(1)).map(|(a, b)| (b - a) as f64 * step_s);
-    let usual_s = quantile(apart(), Rank::MEDIAN)?;
-    let now_and_then = usual_s > 1.5 * step_s && quantile(apart(), Rank::Upper(10))? <= SELDOM_S;
+    let usual_s = quantile(apart.iter().copied(), Rank::MEDIAN)?;
+    let now_and_then = usual_s > 1.5 * step_s && quantile(apart, Rank::Upper(10))? <= SLOWEST_S;
     now_and_then.then_some(usual_s)
 }
 
@@ -305,21 +323,19 @@ fn new_every_s(values: &[f64], step_s: f64) -> f64 {
     quantile(apart, Rank::MEDIAN).unwrap_or(0.0)
 }
 
-/// Straight lines between the values of a channel that is logged now and then, but not over its longer gaps.
-fn between_seldom(values: &mut [f64], step_s: f64) {
-    if seldom_s(values, step_s).is_none() {
-        return;
-    }
+/// Straight lines between the readings of a channel that is logged now and then, but not over its longer gaps; `None` of any other.
+fn between_seldom(values: &[f64], step_s: f64) -> Option<Vec<f64>> {
+    seldom_s(values, step_s)?;
+    let mut lines = vec![f64::NAN; values.len()];
     let mut last: Option<usize> = None;
-    for i in 0..values.len() {
-        if !values[i].is_finite() {
-            continue;
-        }
-        if let Some(from) = last.filter(|from| (i - from) as f64 * step_s <= SELDOM_S) {
-            fill_gaps(&mut values[from..=i]);
+    for i in readings(values, step_s) {
+        lines[i] = values[i];
+        if let Some(from) = last.filter(|from| (i - from) as f64 * step_s <= SLOWEST_S) {
+            fill_gaps(&mut lines[from..=i]);
         }
         last = Some(i);
     }
+    Some(lines)
 }
 
 /// Gaps bridged by straight lines, ends held; all 0 if nothing is finite.

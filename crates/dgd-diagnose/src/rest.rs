@@ -61,9 +61,12 @@ fn runs(values: &[f64]) -> impl Iterator<Item = Range<usize>> {
     })
 }
 
-/// Quantisation step of a reading: the least by which it moves, but for the rarest; 0 if it never does.
-pub(crate) fn quantum(values: &[f64]) -> f64 {
-    let steps = values.windows(2).map(|w| (w[1] - w[0]).abs());
+/// Quantisation step of a channel: the least by which its readings move, but for the rarest; 0 if they never do.
+pub(crate) fn quantum(values: &[f64], step_s: f64) -> f64 {
+    let read: Vec<f64> = dgd_effects::readings(values, step_s)
+        .map(|i| values[i])
+        .collect();
+    let steps = read.windows(2).map(|w| (w[1] - w[0]).abs());
     dgd_effects::quantile(steps.filter(|s| *s > 1e-6), dgd_effects::Rank::Lower(10)).unwrap_or(0.0)
 }
 
@@ -93,6 +96,17 @@ mod tests {
 
     fn blanked(values: &[f64]) -> usize {
         values.iter().filter(|v| v.is_nan()).count()
+    }
+
+    #[test]
+    fn digits_are_told_of_a_speed_that_is_logged_now_and_then() {
+        let values = speed(|i| digit(i) < 5);
+        let seldom: Vec<f64> = (values.iter().enumerate())
+            .map(|(i, v)| if i % 5 == 0 { *v } else { f64::NAN })
+            .collect();
+        for values in [values, seldom] {
+            assert!((quantum(&values, 1.0) - 0.1).abs() < 1e-9);
+        }
     }
 
     #[test]
@@ -127,8 +141,8 @@ mod tests {
 
     #[test]
     fn the_quantum_is_the_least_usual_step() {
-        assert!((quantum(&speed(|i| digit(i) < 5)) - 0.1).abs() < 1e-9);
-        assert_eq!(quantum(&[60.0; 50]), 0.0);
-        assert_eq!(quantum(&[]), 0.0);
+        assert!((quantum(&speed(|i| digit(i) < 5), 1.0) - 0.1).abs() < 1e-9);
+        assert_eq!(quantum(&[60.0; 50], 1.0), 0.0);
+        assert_eq!(quantum(&[], 1.0), 0.0);
     }
 }

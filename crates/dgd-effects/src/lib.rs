@@ -16,6 +16,7 @@ mod effect;
 mod moment;
 mod order;
 mod own;
+mod readings;
 mod search;
 
 pub use augmented::{AppliedEffect, AugmentedModel, FreeRun, Inputs, UnknownEffect};
@@ -34,6 +35,7 @@ pub use effect::{
 pub use moment::{Changes, Connection, Moment, Noise, Setting, shrunk};
 pub use order::{Rank, quantile};
 pub use own::{RegisterError, register};
+pub use readings::{SLOWEST_S, readings};
 pub use search::{Belief, Excitation, Method, Search, Shown, Timing};
 
 /// The examples of the README compile.

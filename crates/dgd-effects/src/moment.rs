@@ -1,6 +1,7 @@
 //! The rig at one moment, what effects change in it, and what they know beforehand.
 
 use crate::order::{Rank, quantile};
+use crate::readings::readings;
 use dgd_recording::{Recording, Well};
 use dgd_units::{STANDARD_ATMOSPHERE_PA, STANDARD_GRAVITY_M_S2};
 
@@ -131,7 +132,7 @@ pub struct Setting {
     pub noise: Noise,
 }
 
-/// Standard deviations of the noise from sample to sample.
+/// Standard deviations of the noise from reading to reading.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Noise {
     /// Mud pump flow, m³/s.
@@ -161,9 +162,10 @@ pub fn shrunk(change: f64, noise: f64) -> f64 {
     }
 }
 
-/// Noise of a series: the median absolute second difference, as a standard deviation.
-fn noise(values: &[f64]) -> f64 {
-    let second = values.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs());
+/// Noise of a series: the median absolute second difference of its readings, as a standard deviation.
+fn noise(values: &[f64], step_s: f64) -> f64 {
+    let read: Vec<f64> = readings(values, step_s).map(|i| values[i]).collect();
+    let second = read.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs());
     // 0.6745 turns a median absolute value into a deviation, 6 is 1 + 4 + 1.
     quantile(second, Rank::Nearest(0.5)).unwrap_or(0.0) / 0.6745 / 6.0_f64.sqrt()
 }
@@ -184,6 +186,10 @@ impl Setting {
         let weight = well.mud_density_kg_m3 * STANDARD_GRAVITY_M_S2;
         let level = ((fraction(inlet_pa, 0.5) - STANDARD_ATMOSPHERE_PA) / weight).max(1.0);
         let time = &recording.time_s;
+        let step_s = match time.as_slice() {
+            [first, .., last] => (last - first) / (time.len() - 1) as f64,
+            _ => 0.0,
+        };
         Self {
             density_kg_m3: well.mud_density_kg_m3,
             riser_area_m2: geometry.riser_area_m2(),
@@ -198,11 +204,11 @@ impl Setting {
             inlet_range_pa: (fraction(inlet_pa, 0.02), fraction(inlet_pa, 0.98)),
             connections: connections(time, &recording.mud_pump_flow_m3_s),
             noise: Noise {
-                mud_pump_m3_s: noise(&recording.mud_pump_flow_m3_s),
-                booster_m3_s: noise(&recording.booster_flow_m3_s),
-                flow_m3_s: noise(&recording.return_flow_m3_s),
-                speed_pct: noise(&recording.pump_speed_pct),
-                inlet_pa: noise(inlet_pa),
+                mud_pump_m3_s: noise(&recording.mud_pump_flow_m3_s, step_s),
+                booster_m3_s: noise(&recording.booster_flow_m3_s, step_s),
+                flow_m3_s: noise(&recording.return_flow_m3_s, step_s),
+                speed_pct: noise(&recording.pump_speed_pct, step_s),
+                inlet_pa: noise(inlet_pa, step_s),
             },
         }
     }

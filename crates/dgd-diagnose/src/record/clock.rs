@@ -5,7 +5,7 @@ use super::{Record, between_seldom, bridged, mean, new_every_s, seldom_s, tails,
 use crate::claims::fixture::{recorded, steady};
 use crate::step::Step;
 use dgd_identify::Prepared;
-use dgd_recording::Well;
+use dgd_recording::{Channel, Well};
 
 /// A recording of so many samples, a step apart, whose return flow counts them.
 fn counted(n: usize, step_s: f64) -> (Well, Prepared) {
@@ -130,8 +130,14 @@ fn a_block_of_the_speed_may_be_off_by_half_a_quantum_and_its_noise() {
         Record::new(&well, &prepared, &[]).speed_error_pct
     };
     assert_eq!(error(vec![70.0; 500]), 0.0);
-    // It moves by 0.2 once a minute, and has no noise.
-    let steps = (0..500).map(|i| if i / 30 % 2 == 0 { 70.0 } else { 70.2 });
+    // It moves by 0.2 every minute or so, and has no noise.
+    let steps = (0..500).map(|i| {
+        if (i / 31 + i / 47) % 2 == 0 {
+            70.0
+        } else {
+            70.2
+        }
+    });
     assert!((error(steps.collect()) - 0.1).abs() < 1e-9);
     // White noise of 0.05 that is hardly rounded: five samples make a block. The tenth part of its differences is below
     // 0.126 of their deviation.
@@ -193,8 +199,8 @@ fn a_channel_that_is_logged_now_and_then_has_straight_lines_between_and_none_ove
     let mut values = every(5, 400);
     values[101..200].fill(f64::NAN);
     assert_eq!(seldom_s(&values, 1.0), Some(5.0));
-    between_seldom(&mut values, 1.0);
-    for (i, value) in values.iter().enumerate() {
+    let lines = between_seldom(&values, 1.0).unwrap();
+    for (i, value) in lines.iter().enumerate() {
         let missing = (101..200).contains(&i) || i > 395;
         assert_eq!(value.is_finite(), !missing, "{i}");
         assert!(missing || (value - i as f64).abs() < 1e-9, "{i} {value}");
@@ -207,16 +213,44 @@ fn a_channel_that_is_logged_now_and_then_has_straight_lines_between_and_none_ove
         (vec![f64::NAN; 300], 1.0),
         (every(500, 500), 1.0),
     ] {
-        let mut same = values.clone();
-        between_seldom(&mut same, step_s);
-        let finite = |v: &[f64]| v.iter().filter(|v| v.is_finite()).count();
-        assert_eq!(finite(&same), finite(&values));
+        assert_eq!(between_seldom(&values, step_s), None);
         assert_eq!(seldom_s(&values, step_s), None);
     }
     // What is missing for another reason is not logged seldom: the first half here.
     let mut half = every(1, 1000);
     half[..600].fill(f64::NAN);
     assert_eq!(seldom_s(&half, 1.0), None);
+}
+
+/// However the working clock lies to it: what is every 3 s in seconds is two samples of three on a clock of 2 s.
+#[test]
+fn a_slow_channel_is_whole_on_the_working_clock_whether_it_is_missing_or_held_in_between() {
+    let noise = crate::draws::normals(7, 1201);
+    for every in 2..=10 {
+        for held in [false, true] {
+            let (well, mut prepared) = counted(1201, 1.0);
+            let reading = |i: usize| 50.0 + 0.2 * noise[i - i % every];
+            let flow = &mut prepared.recording.return_flow_m3_s;
+            for (i, q) in flow.iter_mut().enumerate() {
+                let read = held || i % every == 0;
+                *q = if read { reading(i) } else { f64::NAN };
+            }
+            let record = Record::new(&well, &prepared, &[]);
+            assert_eq!(record.seldom, [(Channel::ReturnFlow, every as f64)]);
+            let last = 1200 - 1200 % every;
+            assert!(
+                record.flow[..last / 2].iter().all(|q| q.is_finite()),
+                "{every}"
+            );
+            // Half way between two readings lies their mean.
+            let middle = 0.5 * (reading(0) + reading(every));
+            assert!((record.flow[0] - reading(0)).abs() <= (middle - reading(0)).abs() + 1e-9);
+            // The same noise as that of all samples, for the fewer readings that it is had from.
+            let found = record.setting.noise.flow_m3_s / 0.2;
+            let times = (every as f64 / 2.0).max(1.0).sqrt();
+            assert!((found / times - 1.0).abs() < 0.25, "{every} {found}");
+        }
+    }
 }
 
 #[test]

@@ -99,7 +99,8 @@ impl Twins {
         let m = record.per_block;
         let apart = |samples: Range<usize>| pair.differ(record, [first, second], samples);
         // Few samples are as coarse as their last digit.
-        let digit = quantum(first).hypot(quantum(second)) / 12.0_f64.sqrt();
+        let digit =
+            quantum(first, record.dt_s).hypot(quantum(second, record.dt_s)) / 12.0_f64.sqrt();
         (0..=record.blocks / MASS_BLOCKS)
             .map(|row| {
                 let b = row * MASS_BLOCKS;

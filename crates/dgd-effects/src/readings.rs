@@ -1,0 +1,100 @@
+//! Which samples of a channel are readings of their own.
+
+/// Longest time from reading to reading of a source that is logged slowly, s: beyond it a value that is held is an operator's.
+pub const SLOWEST_S: f64 = 30.0;
+
+/// The samples at which a channel was read: the finite ones, and of a slow source that is held in between those alone at which it
+/// was read anew. `step_s` is the step of its even clock, s.
+///
+/// ```
+/// use dgd_effects::readings;
+///
+/// let held = [4.0, 4.0, 4.0, 7.0, 7.0, 7.0, 5.0, 5.0, 5.0];
+/// assert_eq!(readings(&held, 1.0, 1.0).collect::<Vec<_>>(), [0, 3, 6]);
+/// ```
+pub fn readings(values: &[f64], step_s: f64) -> impl Iterator<Item = usize> {
+    let every = held_for(values, step_s);
+    let mut last: Option<usize> = None;
+    (0..values.len()).filter(move |&i| {
+        let anew = |at: usize| i - at >= every || values[i] != values[at];
+        let read = values[i].is_finite() && last.is_none_or(anew);
+        if read {
+            last = Some(i);
+        }
+        read
+    })
+}
+
+/// For how many samples each reading is held; 1 where it is not, as a set-point that now and then is another one.
+fn held_for(values: &[f64], step_s: f64) -> usize {
+    let mut last: Option<(usize, f64)> = None;
+    let mut apart = Vec::new();
+    let mut finite = 0;
+    for (i, v) in values.iter().enumerate().filter(|(_, v)| v.is_finite()) {
+        finite += 1;
+        if last.is_none_or(|(_, before)| before != *v) {
+            apart.extend(last.map(|(at, _)| i - at));
+            last = Some((i, *v));
+        }
+    }
+    let middle = apart.len() / 2;
+    if apart.is_empty() || *apart.select_nth_unstable(middle).1 < 2 {
+        return 1;
+    }
+    let every = apart[middle];
+    if every as f64 * step_s > SLOWEST_S {
+        return 1;
+    }
+    // Whatever its source tells is new as a rule, and new only when it tells.
+    let times = apart.iter().filter(|k| k.is_multiple_of(every)).count();
+    let regular = 5 * times >= 4 * apart.len();
+    let told = 2 * apart.len() * every >= finite;
+    if regular && told { every } else { 1 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{held_for, readings};
+
+    fn swings(i: usize) -> f64 {
+        (0.7 * i as f64).sin()
+    }
+
+    fn held(k: usize) -> Vec<f64> {
+        (0..400).map(|i| swings(i - i % k)).collect()
+    }
+
+    #[test]
+    fn a_slow_source_that_is_held_is_read_where_it_tells_something_new() {
+        for k in [1, 2, 3, 10] {
+            assert_eq!(held_for(&held(k), 1.0), k);
+            let at: Vec<usize> = readings(&held(k), 1.0).collect();
+            assert_eq!(at, (0..400).step_by(k).collect::<Vec<_>>());
+        }
+        // While it stands it is read as often, and one that is late begins anew.
+        let mut stands = held(5);
+        stands[200..300].fill(0.0);
+        stands.remove(37);
+        let at: Vec<usize> = readings(&stands, 1.0).collect();
+        assert!(at.windows(2).all(|w| w[1] - w[0] <= 5), "{at:?}");
+        assert_eq!(&at[7..10], [35, 39, 44]);
+    }
+
+    #[test]
+    fn what_is_missing_is_not_read_and_what_repeats_for_another_reason_is() {
+        let missing: Vec<f64> = (0..400)
+            .map(|i| if i % 3 == 0 { swings(i) } else { f64::NAN })
+            .collect();
+        let at: Vec<usize> = readings(&missing, 1.0).collect();
+        assert_eq!(at, (0..400).step_by(3).collect::<Vec<_>>());
+        // A set-point, and digits coarser than the noise.
+        let set: Vec<f64> = (0..400).map(|i| 60.0 + (i / 50) as f64).collect();
+        let coarse: Vec<f64> = (0..400)
+            .map(|i| (3.0 * (0.07 * i as f64).sin()).round())
+            .collect();
+        for values in [set, coarse, vec![2.0; 400]] {
+            assert_eq!(readings(&values, 1.0).count(), 400);
+        }
+        assert_eq!(readings(&[f64::NAN; 4], 1.0).count(), 0);
+    }
+}
