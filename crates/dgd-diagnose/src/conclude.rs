@@ -4,7 +4,7 @@ mod again;
 mod residue;
 mod worse;
 
-use crate::belief::{calibrate, doubt, unmodelled};
+use crate::belief::{calibrate, doubt, left_over, unmodelled};
 use crate::contest::material;
 use crate::diagnosis::{
     Check, DiagnoseError, Diagnosis, Finding, MOST_STEP_S, Options, Stage, Verdict, beside,
@@ -149,7 +149,7 @@ pub fn diagnose(
     let mut simulation = simulate(well, &record, prepared, &windows, &before, &after)?;
     let inlet_raw = &prepared.inlet_pressure_pa;
     let swell = swell(inlet_raw, prepared.step_s, well.mud_density_kg_m3);
-    if let Some(s) = &swell {
+    if let Ok(s) = &swell {
         debug!(
             "swell of {:.1} s, {:.3} m stands {:.1} times above its surroundings",
             s.period_s, s.amplitude_m, s.ratio
@@ -201,14 +201,26 @@ pub fn diagnose(
     if let Sought::Any(most) = sought {
         checks.extend(again(&record, &after.effects, &selection.named, most)?);
     }
-    let full = Tangent::at(&record, &selection.state(), &[], Bend::Free).ok_or_else(short)?;
+    let state = selection.state();
+    let full = Tangent::at(&record, &state, &[], Bend::Free).ok_or_else(short)?;
+    let traces = traces(&record, (&before_fit, &start), (&full, &state));
+    let nothing_left = residue::left(&traces);
+    for one in &mut selection.named {
+        let relation = one.applied.effect.about().relation;
+        if residue::is_left_in(&traces, relation) {
+            left_over(one);
+            if let Sought::Given(suspects) = sought {
+                unless_outweighed(one, suspects);
+            }
+        }
+    }
     let mut findings: Vec<Finding> = selection
         .named
         .iter()
         .enumerate()
         .map(|(k, n)| finding(&record, &selection, k, n, &full, &simulation))
         .collect();
-    if let Some(s) = swell.filter(|s| s.ratio > s.believed) {
+    if let Some(s) = swell.ok().filter(|s| s.ratio > s.believed) {
         let held = |about: &About| start.iter().any(|a| a.effect.about().id == about.id);
         for about in (catalogue().iter().map(|effect| effect.about()))
             .filter(|about| about.search.method == Method::Spectrum && !held(about))
@@ -228,8 +240,11 @@ pub fn diagnose(
     findings.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     let tested = tested(&record, &selection, &findings, &start, swell);
     let unknown = |f: &Finding| f.effect == "unknown";
-    // What was only suspected may be less likely than not, and then is nothing that was left out.
-    let left_out: Vec<&Finding> = findings.iter().filter(|f| f.is_likely()).collect();
+    // What was only suspected may be less likely than not, and then is nothing that was left out; nor is a swell that nobody asked about.
+    let asked = |f: &Finding| options.suspects.is_empty() || options.suspects.contains(&f.effect);
+    let left_out: Vec<&Finding> = (findings.iter())
+        .filter(|f| f.is_likely() && asked(f))
+        .collect();
     let verdict = if left_out.is_empty() {
         // Suspects that explain nothing leave open what stands out beside them.
         if options.suspects.is_empty() || beside(&tested, &options.suspects).next().is_none() {
@@ -239,15 +254,13 @@ pub fn diagnose(
         }
     } else if left_out.iter().all(|f| unknown(f)) {
         Verdict::Unexplained
-    } else if left_out.iter().any(|f| unknown(f)) || !sound {
-        // What makes a run worse where no fit has looked is not all there is.
+    } else if left_out.iter().any(|f| unknown(f)) || !sound || !nothing_left.passed {
+        // What leaves more than noise, or makes a run worse where no fit has looked, is not all there is.
         Verdict::PartlyExplained
     } else {
         Verdict::Explained
     };
-    let state = selection.state();
-    let traces = traces(&record, (&before_fit, &start), (&full, &state));
-    checks.push(residue::left(&traces));
+    checks.push(nothing_left);
     checks.extend(residue::apart(well, &traces));
     checks.extend(residue::early(&selection.allowances));
     let work = record.tally.work();

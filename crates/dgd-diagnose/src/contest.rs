@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use std::sync::OnceLock;
 
 /// One effect in one round.
+#[derive(Clone)]
 pub(crate) struct Contender {
     pub effect: &'static dyn Effect,
     pub best: Candidate,

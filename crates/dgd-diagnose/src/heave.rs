@@ -1,9 +1,10 @@
 //! Rig motion: a narrow peak of swell in the spectrum of the inlet pressure.
 
 use crate::noise::spread;
-use crate::record::whole;
+use crate::record::{bridged, whole};
 use dgd_effects::{Rank, quantile};
 use dgd_units::STANDARD_GRAVITY_M_S2;
+use std::borrow::Cow;
 
 /// How far above the highest peak of noise alone swell is believed: floors of real spectra are not quite smooth.
 const ABOVE_NOISE: f64 = 1.4;
@@ -27,14 +28,39 @@ pub(crate) struct Swell {
 
 /// Length of a segment of the periodogram, s, but for what is no whole sample.
 const SEGMENT_S: f64 = 512.0;
+/// Longest stretch of missing samples that is bridged, s: half of the shortest swell.
+const BRIDGED_S: f64 = 2.5;
+/// Share of a segment that may be bridged.
+const MISSING: f64 = 0.1;
 
-/// Looks for swell between 5 and 20 s; `None` if the sampling cannot show it.
-pub(crate) fn swell(pressure_pa: &[f64], step_s: f64, density_kg_m3: f64) -> Option<Swell> {
+/// Why a recording cannot show swell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Unseen {
+    /// A period has too few samples.
+    Slow,
+    /// Too few segments are there, or have next to all their samples.
+    Short,
+}
+
+impl Unseen {
+    /// The reason in words.
+    pub(crate) fn reason(self) -> &'static str {
+        match self {
+            Self::Slow => "the sampling is too slow to show swell",
+            Self::Short => {
+                "too few stretches of nine minutes have next to all their inlet pressures"
+            }
+        }
+    }
+}
+
+/// Looks for swell between 5 and 20 s.
+pub(crate) fn swell(pressure_pa: &[f64], step_s: f64, density_kg_m3: f64) -> Result<Swell, Unseen> {
     let m = whole(SEGMENT_S / step_s);
     let highest = (1.0 / 5.0_f64).min(0.48 / step_s);
     let lowest = 1.0 / 20.0;
     if m < 32 || highest < 1.5 * lowest {
-        return None;
+        return Err(Unseen::Slow);
     }
     // As long as it is in whole samples.
     let segment_s = m as f64 * step_s;
@@ -54,9 +80,9 @@ pub(crate) fn swell(pressure_pa: &[f64], step_s: f64, density_kg_m3: f64) -> Opt
         .collect();
     let mut spectra: Vec<Vec<f64>> = Vec::new();
     for segment in pressure_pa.chunks_exact(m) {
-        if segment.iter().any(|v| !v.is_finite()) {
+        let Some(segment) = without_gaps(segment, step_s) else {
             continue;
-        }
+        };
         // A level in motion is no swell: the difference of neighbours whitens it, and its gain is known.
         let rate: Vec<f64> = segment.windows(2).map(|w| w[1] - w[0]).collect();
         let typical = spread(rate.iter().copied());
@@ -81,8 +107,31 @@ pub(crate) fn swell(pressure_pa: &[f64], step_s: f64, density_kg_m3: f64) -> Opt
         spectra.push(power);
     }
     if spectra.len() < 6 {
-        return None;
+        return Err(Unseen::Short);
     }
+    peak(&spectra, &bins, m, step_s, density_kg_m3).ok_or(Unseen::Short)
+}
+
+/// A segment with its few short gaps bridged; `None` if it has more, or longer ones.
+fn without_gaps(segment: &[f64], step_s: f64) -> Option<Cow<'_, [f64]>> {
+    let missing = segment.iter().filter(|v| !v.is_finite()).count();
+    if missing == 0 {
+        return Some(Cow::Borrowed(segment));
+    }
+    let longest = (segment.split(|v| v.is_finite())).map(<[f64]>::len).max()?;
+    let few = missing as f64 <= MISSING * segment.len() as f64;
+    (few && longest as f64 * step_s <= BRIDGED_S).then(|| Cow::Owned(bridged(segment)))
+}
+
+/// The highest peak of the mean of some spectra, of segments of `m` samples, over its floor; `None` if nothing is above that.
+fn peak(
+    spectra: &[Vec<f64>],
+    bins: &[usize],
+    m: usize,
+    step_s: f64,
+    density_kg_m3: f64,
+) -> Option<Swell> {
+    let segment_s = m as f64 * step_s;
     let mean: Vec<f64> = (0..bins.len())
         .map(|b| spectra.iter().map(|s| s[b]).sum::<f64>() / spectra.len() as f64)
         .collect();
@@ -93,7 +142,7 @@ pub(crate) fn swell(pressure_pa: &[f64], step_s: f64, density_kg_m3: f64) -> Opt
         })
         .collect();
     // The floor falls with frequency where noise is coloured: a straight line in logarithms, at the height of what is near.
-    let colour = colour(&smooth, &bins);
+    let colour = colour(&smooth, bins);
     let line: Vec<f64> = bins.iter().map(|k| (*k as f64).powf(colour)).collect();
     let flat: Vec<f64> = smooth.iter().zip(&line).map(|(p, line)| p / line).collect();
     let ratio = |b: usize| flat[b] / mean_floor(&flat, b);
@@ -211,20 +260,17 @@ mod tests {
     fn white_noise_has_no_swell() {
         for seed in 10..30 {
             let found = swell(&pressure(seed, 0.0, 10.0), 1.0, DENSITY);
-            assert!(
-                found.is_none_or(|s| s.ratio < 3.0),
-                "seed {seed}: {found:?}"
-            );
+            assert!(found.is_ok_and(|s| s.ratio < 3.0), "seed {seed}: {found:?}");
         }
     }
 
     #[test]
     fn a_slow_clock_and_a_short_or_empty_series_show_none() {
         let values = pressure(1, 0.5, 10.0);
-        assert!(swell(&values, 10.0, DENSITY).is_none());
-        assert!(swell(&values[..2000], 1.0, DENSITY).is_none());
-        assert!(swell(&[], 1.0, DENSITY).is_none());
-        assert!(swell(&[f64::NAN; 7200], 1.0, DENSITY).is_none());
-        assert!(swell(&[2e6; 7200], 1.0, DENSITY).is_none());
+        assert!(swell(&values, 10.0, DENSITY).is_err());
+        assert!(swell(&values[..2000], 1.0, DENSITY).is_err());
+        assert!(swell(&[], 1.0, DENSITY).is_err());
+        assert!(swell(&[f64::NAN; 7200], 1.0, DENSITY).is_err());
+        assert!(swell(&[2e6; 7200], 1.0, DENSITY).is_err());
     }
 }

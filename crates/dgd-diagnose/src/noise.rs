@@ -167,12 +167,9 @@ impl Whitening {
             .map(|b| whitening.valid[b] && rows.still[b])
             .collect();
         let still = high_pass(&residual[..n], &standing, 6);
-        let scale = spread(pick(&still, &standing, 0, f64::INFINITY)).max(800.0);
-        let scale = if scale.is_finite() {
-            scale.min(scale_f)
-        } else {
-            scale_f
-        };
+        // Where nothing stands there is no row to weigh.
+        let scale = spread(pick(&still, &standing, 0, f64::INFINITY));
+        let scale = scale.max(800.0).min(scale_f);
         for b in 0..n {
             if standing[b] {
                 whitening.weight[b] = 1.0 / scale;

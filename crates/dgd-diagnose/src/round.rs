@@ -142,6 +142,9 @@ impl<'a> Round<'a> {
                 .max_by(|a, b| a.evidence.total_cmp(&b.evidence));
             return most.map_or(Ruling::Nothing, |r| self.unnamed(r, r.evidence, None));
         };
+        if let Some((lasting, odds)) = self.lasting(best) {
+            return Ruling::Named(self.named(&lasting, Some(odds)));
+        }
         let beside = Beside::of(self, best, &bent);
         let broken = bent.unless_told(&beside);
         let rival = (self.rival(best, broken)).or_else(|| self.rival_beyond(best, broken));
@@ -206,7 +209,8 @@ impl<'a> Round<'a> {
 
     /// The one of some effects that explains most, named whatever its evidence; `None` if the recording excites none of them.
     pub(crate) fn given(&self, ids: &[String]) -> Option<Named> {
-        let given = |c: &&Contender| ids.iter().any(|id| id == c.effect.about().id);
+        let given =
+            |c: &&Contender| ids.iter().any(|id| id == c.effect.about().id) && c.best.energy > 0.0;
         let given = self.contenders.iter().filter(given);
         let best = given.max_by(|a, b| a.unblurred().total_cmp(&b.unblurred()))?;
         Some(self.suspected(best))

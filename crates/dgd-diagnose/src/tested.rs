@@ -1,7 +1,7 @@
 //! What was looked for: each effect of the catalogue with its detection limit.
 
 use crate::diagnosis::{Finding, Outcome, Tested};
-use crate::heave::Swell;
+use crate::heave::{Swell, Unseen};
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::select::{First, Selection};
@@ -13,7 +13,7 @@ pub(crate) fn tested(
     selection: &Selection,
     findings: &[Finding],
     start: &[Applied],
-    swell: Option<Swell>,
+    swell: Result<Swell, Unseen>,
 ) -> Vec<Tested> {
     // What the model to start from holds is not looked for.
     let held = |id: &str| start.iter().any(|a| a.effect.about().id == id);
@@ -74,10 +74,10 @@ fn limit(
     record: &Record,
     about: &About,
     first: Option<&First>,
-    swell: Option<Swell>,
+    swell: Result<Swell, Unseen>,
 ) -> Option<f64> {
     if about.search.method == Method::Spectrum {
-        return (swell.map(|s| s.limit_m)).filter(|limit_m| *limit_m < strength(about).high);
+        return (swell.ok().map(|s| s.limit_m)).filter(|limit_m| *limit_m < strength(about).high);
     }
     let carried = first?.showing.as_ref()?.limit(about)?;
     let (_, factor) = about.parameters[0].shown.scale(&record.setting);
@@ -91,7 +91,11 @@ fn hardly_shows(first: &First) -> bool {
 }
 
 /// Why a recording cannot show an effect with these needs.
-fn missing(record: &Record, swell: Option<Swell>, needs: &[Excitation]) -> Option<&'static str> {
+fn missing(
+    record: &Record,
+    swell: Result<Swell, Unseen>,
+    needs: &[Excitation],
+) -> Option<&'static str> {
     let stops = || record.filled.pumping.windows(2).any(|w| w[0] && !w[1]);
     let booster_steps = || {
         let (low, high) = record
@@ -110,9 +114,7 @@ fn missing(record: &Record, swell: Option<Swell>, needs: &[Excitation]) -> Optio
         Excitation::BoosterSteps => {
             (!booster_steps()).then_some("the booster flow does not change")
         }
-        Excitation::FastSampling => swell
-            .is_none()
-            .then_some("the sampling is too slow to show swell"),
+        Excitation::FastSampling => swell.err().map(Unseen::reason),
     })
 }
 

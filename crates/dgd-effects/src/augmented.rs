@@ -254,6 +254,9 @@ impl AugmentedModel {
             if i == window.start {
                 // The run starts from readings.
                 inlet -= inlet_bias;
+                if flow > STANDING_M3_S && c.meter_gain > 0.0 {
+                    flow = flow / c.meter_gain + c.leak_m3_s;
+                }
             }
             let still = column + c.line_kg_m3 * g * setting.line_length_m - weight * c.line_fall_m;
             let rate = g * rho / (setting.riser_area_m2 * c.area_factor.max(0.05));

@@ -1,5 +1,6 @@
 //! The rig at one moment, what effects change in it, and what they know beforehand.
 
+use crate::curves::STANDING_M3_S;
 use crate::order::{Rank, quantile};
 use crate::readings::readings;
 use dgd_recording::{Recording, Well};
@@ -221,7 +222,15 @@ impl Setting {
 
 /// Stretches of a minute or more with less than a tenth of the usual mud pump flow.
 fn connections(time_s: &[f64], flow_m3_s: &[f64]) -> Vec<Connection> {
-    let threshold = 0.1 * fraction(flow_m3_s, 0.8);
+    let all = fraction(flow_m3_s, 0.8);
+    // A pump that stands for most of a recording has its usual flow when it runs.
+    let running = flow_m3_s.iter().copied().filter(|q| *q > STANDING_M3_S);
+    let usual = if all > STANDING_M3_S {
+        all
+    } else {
+        quantile(running, Rank::Nearest(0.8)).unwrap_or(0.0)
+    };
+    let threshold = 0.1 * usual;
     let mut found: Vec<Connection> = Vec::new();
     let mut from: Option<f64> = None;
     for (&t, &q) in time_s.iter().zip(flow_m3_s) {

@@ -1,6 +1,6 @@
 //! Claims about the calibration of probabilities.
 
-use crate::belief::{CALIBRATION, calibrate, unmodelled};
+use crate::belief::{CALIBRATION, calibrate, left_over, unmodelled};
 use crate::relations::Applied;
 use crate::select::Named;
 
@@ -65,12 +65,44 @@ fn a_correction_that_no_model_runs_with_has_a_quarter_of_its_odds_and_a_cause_ke
     one.correction = Some((0, 0));
     unmodelled(&mut one);
     close(logit(one.probability), logit(0.9) - 4.0_f64.ln());
+    // What looks like it loses with it.
+    let share = |n: &Named| n.alternatives[0].1 / n.probability;
+    close(share(&one), share(&cause));
 }
 
 #[test]
 fn a_share_of_none_or_all_is_no_certainty() {
-    close(logit_of(1, 0.0, 0.0), CONSTANT + SHARE * logit(0.01));
+    close(logit_of(1, 0.0, 0.0), CONSTANT + SHARE * logit(1e-9));
     close(logit_of(1, 0.0, 1.0), CONSTANT + SHARE * logit(0.99));
+}
+
+#[test]
+fn a_cause_that_leaves_more_than_noise_has_an_eighth_of_its_odds_and_what_is_none_of_the_catalogue_the_rest()
+ {
+    let before = named(HURDLE, 0.96);
+    let mut one = before.clone();
+    left_over(&mut one);
+    close(logit(one.probability), logit(0.96) - 8.0_f64.ln());
+    let all = |n: &Named| n.probability + n.alternatives.iter().map(|a| a.1).sum::<f64>();
+    close(all(&one), all(&before));
+    assert_eq!(one.alternatives[0].0, "unknown");
+    // A correction is not the catalogue's.
+    let mut correction = Named {
+        correction: Some((0, 0)),
+        ..before
+    };
+    left_over(&mut correction);
+    assert_eq!(correction.probability, 0.96);
+}
+
+#[test]
+fn a_cause_that_a_rival_leaves_next_to_no_share_is_not_likely_for_all_its_evidence() {
+    let mut one = [named(1e4 * HURDLE, 1e-6)];
+    one[0].alternatives = vec![("lost_circulation".to_owned(), 0.99)];
+    calibrate(&mut one);
+    let [one] = one;
+    assert!(one.probability < 0.5, "{}", one.probability);
+    assert!(one.probability + one.alternatives[0].1 <= 1.0);
 }
 
 #[test]

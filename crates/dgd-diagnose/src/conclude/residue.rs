@@ -3,6 +3,7 @@
 use crate::diagnosis::{Check, Trace};
 use crate::relations::Applied;
 use crate::twins::Pair;
+use dgd_effects::Relation;
 use dgd_recording::Well;
 use dgd_units::STANDARD_GRAVITY_M_S2;
 
@@ -32,6 +33,12 @@ pub(super) fn left(traces: &[Trace]) -> Check {
         passed: more.is_empty(),
         detail,
     }
+}
+
+/// Whether a relation keeps more than that.
+pub(super) fn is_left_in(traces: &[Trace], relation: Relation) -> bool {
+    let of = |t: &&Trace| t.pair.is_none() && t.relation == relation;
+    traces.iter().filter(of).any(Trace::stands_off)
 }
 
 /// Whether two transmitters of one pressure read the same but for what instruments may be off by; `None` where no pressure has two.

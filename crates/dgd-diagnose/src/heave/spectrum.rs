@@ -1,7 +1,7 @@
 //! Claims about the numbers that a spectrum with swell gives.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::{highest_of_noise, swell};
+use super::{Unseen, highest_of_noise, swell};
 use crate::draws::normals;
 use dgd_units::STANDARD_GRAVITY_M_S2;
 
@@ -91,7 +91,7 @@ fn what_is_faster_than_five_seconds_or_slower_than_twenty_is_no_swell() {
     for period_s in [3.5, 40.0] {
         let found = swell(&pressure(7200, 1.0, &[(1.0, period_s)]), 1.0, DENSITY);
         assert!(
-            found.is_none_or(|s| s.ratio < s.believed),
+            found.is_err() || found.is_ok_and(|s| s.ratio < s.believed),
             "{period_s} s: {found:?}"
         );
     }
@@ -103,8 +103,8 @@ fn stretches_that_are_stuck_or_have_gaps_tell_nothing_and_spikes_little() {
     let whole = swell(&series, 1.0, DENSITY).unwrap();
     let mut longer = series[..2048].to_vec();
     longer.extend([2e6; 512]);
-    longer.extend(&series[..511]);
-    longer.push(f64::NAN);
+    longer.extend(&series[..509]);
+    longer.extend([f64::NAN; 3]);
     longer.extend(&series[2048..]);
     let same = swell(&longer, 1.0, DENSITY).unwrap();
     assert_eq!(format!("{same:?}"), format!("{whole:?}"));
@@ -121,16 +121,50 @@ fn stretches_that_are_stuck_or_have_gaps_tell_nothing_and_spikes_little() {
     assert!((found.period_s - 10.0).abs() < 0.1, "{found:?}");
 }
 
+/// A hundredth of the samples, or every seventh, is bridged; a seventh beside longer gaps is not.
+#[test]
+fn few_missing_samples_do_not_hide_a_swell() {
+    let series = pressure(12 * 512, 1.0, &[(0.5, 10.0)]);
+    let whole = swell(&series, 1.0, DENSITY).unwrap();
+    for (every, run, seen) in [
+        (97, 1, true),
+        (97, 2, true),
+        (15, 1, true),
+        (97, 3, false),
+        (7, 1, false),
+    ] {
+        let mut holes = series.clone();
+        for start in (0..holes.len() - run).step_by(every) {
+            holes[start..start + run].fill(f64::NAN);
+        }
+        let found = swell(&holes, 1.0, DENSITY);
+        if seen {
+            let found = found.unwrap();
+            assert!(found.ratio > 3.0 * found.believed, "{every} {found:?}");
+            assert!((found.period_s - whole.period_s).abs() < 0.1);
+            assert!(
+                (found.amplitude_m / whole.amplitude_m - 1.0).abs() < 0.1,
+                "{every} {found:?}"
+            );
+        } else {
+            assert_eq!(found.err(), Some(Unseen::Short));
+        }
+    }
+}
+
 #[test]
 fn six_stretches_are_enough_and_a_clock_of_six_seconds_for_a_long_swell() {
     let series = pressure(3072, 1.0, &[(0.5, 10.0)]);
-    assert!(swell(&series, 1.0, DENSITY).is_some());
-    assert!(swell(&series[..3071], 1.0, DENSITY).is_none());
+    assert!(swell(&series, 1.0, DENSITY).is_ok());
+    assert_eq!(
+        swell(&series[..3071], 1.0, DENSITY).err(),
+        Some(Unseen::Short)
+    );
     let slow = pressure(2400, 6.0, &[(0.5, 16.0)]);
     let found = swell(&slow, 6.0, DENSITY).unwrap();
     // 85 samples last 510 s, and their bins are that much wider.
     assert!((found.period_s / 16.0 - 1.0).abs() < 1e-3, "{found:?}");
-    assert!(swell(&slow, 6.5, DENSITY).is_none());
+    assert_eq!(swell(&slow, 6.5, DENSITY).err(), Some(Unseen::Slow));
 }
 
 /// By their means: the power of a peak scatters by a third over the floor of 14 stretches.
@@ -193,7 +227,7 @@ fn of_noise_alone_nothing_is_believed_and_no_less_than_must_be() {
     for (stretches, beyond) in [(6, 1.25), (14, 1.1), (50, 1.1)] {
         let all = normals(9, 200 * stretches * 512);
         let highest = (all.chunks_exact(stretches * 512))
-            .filter_map(|series| swell(series, 1.0, DENSITY))
+            .filter_map(|series| swell(series, 1.0, DENSITY).ok())
             .inspect(|s| assert!(s.ratio < s.believed, "{s:?}"))
             .map(|s| s.ratio)
             .fold(0.0, f64::max);

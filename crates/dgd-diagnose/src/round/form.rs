@@ -2,10 +2,10 @@
 
 use super::Round;
 use super::beside::Beside;
-use crate::contest::{Contender, solved};
+use crate::contest::{Contender, is_pump, solved};
 use crate::refine::refine;
 use crate::relations::Applied;
-use crate::scan::joined;
+use crate::scan::{joined, weigh};
 use crate::step::Step;
 use dgd_effects::About;
 use tracing::debug;
@@ -22,6 +22,9 @@ pub(super) const MOSTLY: f64 = 0.7;
 
 /// Odds, in e-folds, that matter to no probability.
 pub(super) const NO_ODDS: f64 = -4.0;
+
+/// Odds, in e-folds, that what passes stays, from which on no end of it is seen: what is as likely either way has none.
+const NO_END: f64 = -1.0;
 
 /// How far the form of an effect is bent.
 pub(super) struct Bent {
@@ -108,5 +111,36 @@ impl Round<'_> {
         let gain = gain - self.left_over(&c.best.signature, false);
         let odds = (gain - 3.0 - error * c.evidence) / (4.0 + 0.02 * c.evidence);
         if odds > 50.0 { 50.0 } else { odds }
+    }
+
+    /// What lowers the head for a while as something that stays once it has set in, with the logarithm of the odds of that, unless an end is
+    /// seen. Gas passes and wear grows: the catalogue holds no loss that stays.
+    pub(super) fn lasting(&self, c: &Contender) -> Option<(Contender, f64)> {
+        let about = c.effect.about();
+        let (Some(onset), Some(duration)) = (about.onset(), about.duration()) else {
+            return None;
+        };
+        if !is_pump(c.effect) || !self.record.takes(Step::Form) {
+            return None;
+        }
+        let one = solved(&c.best);
+        let (from, to) = about.interval_s(&one.parameters, self.record.setting.span_s);
+        let lasting = |lasts: f64| {
+            let mut one = one.clone();
+            (one.parameters[onset], one.parameters[duration]) = (from, lasts);
+            weigh(self.record, &self.gate, &self.state, one)
+        };
+        let best = lasting(4.0 * self.record.lasts_s());
+        let more = best.evidence - lasting(to - from).evidence;
+        // Of the same effect twice, of which the calibration takes half of the odds.
+        let odds = more / (0.5 * c.temperature());
+        debug!("{} stays: odds {odds:.1}", about.id);
+        let lasting = Contender {
+            best,
+            evidence: c.evidence + more,
+            formed: c.formed + more,
+            ..c.clone()
+        };
+        (odds > NO_END).then_some((lasting, odds))
     }
 }

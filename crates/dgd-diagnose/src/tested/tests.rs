@@ -6,7 +6,7 @@ use crate::Simulation;
 use crate::claims::fixture::{named, steady};
 use crate::diagnosis::{Outcome, Tested};
 use crate::finding::heaving;
-use crate::heave::Swell;
+use crate::heave::{Swell, Unseen};
 use crate::limit::{Energy, Showing};
 use crate::record::Record;
 use crate::relations::Applied;
@@ -32,7 +32,12 @@ const SWELL: Swell = Swell {
 };
 
 /// All effects as they fared on a recording in which each by itself showed evidence of 2 and an energy of 25.
-fn fared(record: &Record, swell: Option<Swell>, start: &[Applied], but: &str) -> Vec<Tested> {
+fn fared(
+    record: &Record,
+    swell: Result<Swell, Unseen>,
+    start: &[Applied],
+    but: &str,
+) -> Vec<Tested> {
     let first = |id| First {
         id,
         evidence: 2.0,
@@ -80,25 +85,25 @@ fn a_recording_that_lacks_what_an_effect_needs_cannot_show_it() {
     };
     says(
         &record,
-        None,
+        Err(Unseen::Slow),
         Excitation::PumpStops,
         "the subsea pump never stops",
     );
     says(
         &record,
-        None,
+        Err(Unseen::Slow),
         Excitation::Connections,
         "the mud pump never stops",
     );
     says(
         &record,
-        None,
+        Err(Unseen::Slow),
         Excitation::BoosterSteps,
         "the booster flow does not change",
     );
     says(
         &record,
-        None,
+        Err(Unseen::Slow),
         Excitation::FastSampling,
         "the sampling is too slow to show swell",
     );
@@ -106,7 +111,7 @@ fn a_recording_that_lacks_what_an_effect_needs_cannot_show_it() {
     record.filled.pumping[..50].fill(false);
     says(
         &record,
-        None,
+        Err(Unseen::Slow),
         Excitation::PumpStops,
         "the subsea pump never stops",
     );
@@ -122,7 +127,7 @@ fn a_recording_that_lacks_what_an_effect_needs_cannot_show_it() {
         Excitation::BoosterSteps,
         Excitation::FastSampling,
     ] {
-        says(&record, Some(SWELL), need, "");
+        says(&record, Ok(SWELL), need, "");
     }
 }
 
@@ -130,7 +135,7 @@ fn a_recording_that_lacks_what_an_effect_needs_cannot_show_it() {
 fn what_nothing_excites_is_not_testable_and_what_the_model_holds_is_not_told() {
     let record = steady(90);
     let start = [named("inflow_gain", &[0.01]).applied];
-    let found = fared(&record, Some(SWELL), &start, "influx");
+    let found = fared(&record, Ok(SWELL), &start, "influx");
     assert_eq!(found.len(), catalogue().len() - 1);
     assert!(found.iter().all(|t| t.effect != "inflow_gain"));
     let none = Outcome::NotTestable("nothing in the recording excites it".to_owned());
@@ -138,7 +143,7 @@ fn what_nothing_excites_is_not_testable_and_what_the_model_holds_is_not_told() {
     // Swell is sought in a spectrum, which is there.
     let heave = find("heave").unwrap().about();
     assert_eq!(heave.search.method, Method::Spectrum);
-    let without = fared(&record, Some(SWELL), &start, "heave");
+    let without = fared(&record, Ok(SWELL), &start, "heave");
     assert_eq!(*outcome(&without, "heave"), Outcome::NotSeen);
     let nothing_run = Simulation {
         t_s: Vec::new(),
@@ -152,7 +157,7 @@ fn what_nothing_excites_is_not_testable_and_what_the_model_holds_is_not_told() {
         &selected(Vec::new(), Vec::new()),
         &swelling,
         &[],
-        None,
+        Err(Unseen::Slow),
     );
     assert_eq!(*outcome(&told, "heave"), Outcome::Found);
 }
@@ -162,7 +167,7 @@ fn what_nothing_excites_is_not_testable_and_what_the_model_holds_is_not_told() {
 fn what_was_looked_for_is_told_with_its_standard_error_and_its_limit_in_the_scale_that_is_reported()
 {
     let record = steady(90);
-    let found = fared(&record, Some(SWELL), &[], "lost_circulation");
+    let found = fared(&record, Ok(SWELL), &[], "lost_circulation");
     for one in &found {
         let about = find(one.effect).unwrap().about();
         // What no round weighed would have to show what the catalogue asks.
