@@ -137,7 +137,7 @@ impl<'a> Round<'a> {
             return self.unnamed(r, beyond.evidence, None);
         }
         let Some((best, bent)) = best else {
-            let stands = |r: &&Correction| r.evidence > self.unknown_hurdle(r);
+            let stands = |r: &&Correction| r.evidence - self.tolerated(r) > self.unknown_hurdle(r);
             let most = (self.rivals.iter().filter(stands))
                 .max_by(|a, b| a.evidence.total_cmp(&b.evidence));
             return most.map_or(Ruling::Nothing, |r| self.unnamed(r, r.evidence, None));

@@ -4,7 +4,7 @@ use super::footprint::differs_along_stands;
 use super::form::is_exact;
 use super::{Round, Ruling};
 use crate::belief::{logistic, shared};
-use crate::contest::{self, Contender, alike, at_bound, solved, stands};
+use crate::contest::{self, Contender, alike, at_bound, material, solved, stands};
 use crate::empirical::{Correction, hurdle, instead_of};
 use crate::select::{Held, Named};
 use crate::timing::is_late_meter;
@@ -46,7 +46,9 @@ impl Round<'_> {
         } else {
             0.0
         };
-        let (probability, alternatives) = shared(self.real(best), others);
+        let (probability, mut alternatives) = shared(self.real(best), others);
+        // Something within an instrument's accuracy may be what shows, and then is nothing that was left out.
+        alternatives.retain(|(id, _)| !self.is_tolerated(id));
         Named {
             applied: solved(&best.best),
             evidence: best.evidence,
@@ -58,6 +60,12 @@ impl Round<'_> {
             held: None,
             most: self.most(best),
         }
+    }
+
+    /// Whether an effect would be within an instrument's accuracy.
+    fn is_tolerated(&self, id: &str) -> bool {
+        let mut named = self.contenders.iter().filter(|c| c.effect.about().id == id);
+        named.any(|c| !material(&solved(&c.best)))
     }
 
     /// Whether there is anything, by how far the evidence stands above the hurdle.

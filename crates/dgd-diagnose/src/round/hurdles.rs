@@ -63,6 +63,19 @@ impl Round<'_> {
             + self.lost_unseen(&r.signature)
     }
 
+    /// Evidence for a correction that instruments within their accuracy explain as well: of what stands out most where it acts and is less than
+    /// may be named.
+    pub(super) fn tolerated(&self, r: &Correction) -> f64 {
+        let within = |c: &&Contender| {
+            PLACES[r.place]
+                .shows_in
+                .contains(&c.effect.about().relation)
+                && !material(&solved(&c.best))
+        };
+        let evidence = self.contenders.iter().filter(within).map(|c| c.evidence);
+        evidence.fold(0.0, f64::max)
+    }
+
     /// Evidence for a candidate that may come of what the suction loses unseen.
     fn lost_unseen(&self, signature: &[f64]) -> f64 {
         (self.suction.as_ref()).map_or(0.0, |loss| loss.left_over(signature))
