@@ -4,7 +4,7 @@ mod again;
 mod residue;
 mod worse;
 
-use crate::belief::{calibrate, doubt, left_over, unmodelled};
+use crate::belief::{beside_unnamed, calibrate, doubt, left_over, unmodelled};
 use crate::contest::material;
 use crate::diagnosis::{
     Check, DiagnoseError, Diagnosis, Finding, MOST_STEP_S, Options, Stage, Verdict, beside,
@@ -105,6 +105,7 @@ pub fn diagnose(
     .ok_or_else(short)?;
     if record.takes(Step::Calibration) {
         calibrate(&mut selection.named);
+        beside_unnamed(&mut selection.named);
     }
     selection.named.iter_mut().for_each(doubt);
     if let Sought::Given(suspects) = sought {

@@ -102,7 +102,7 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
             } else {
                 Vec::new()
             };
-            // A sharp peak falls between the points of a grid: it pays for the places it could have been.
+            // What is proposed anew beside a grid pays for its places; a switch of the pump for those of a sharp peak too.
             let more = more_places(*effect, record);
             let sharp = if effect.is_switch() { 4.0 } else { 0.0 };
             let places = (found.len() as f64).ln() + more + sharp;

@@ -103,7 +103,8 @@ pub struct Finding {
     pub source: String,
     /// Natural logarithm of the Bayes factor against the model without it.
     pub evidence: f64,
-    /// What it had to show: evidence that sound recordings, and what else was named, do not reach.
+    /// Evidence that sound recordings, and what else was named, do not reach: that from which it is likely, and the least that it had to show to
+    /// be named. Beside an `unknown` it had to show three times as much; a suspect nothing.
     pub hurdle: f64,
     /// A test that would tell it from its likeliest serious alternative, of those for which the catalogue knows one.
     pub separating_test: Option<String>,
@@ -191,9 +192,9 @@ pub struct ParameterEstimate {
 pub struct HeldOut {
     /// Name of the signal with its SI unit.
     pub signal: String,
-    /// Free-run RMSE without the finding.
+    /// Free-run RMSE without the findings: all of them, the same in each.
     pub rmse_before: f64,
-    /// Free-run RMSE with it.
+    /// Free-run RMSE with them.
     pub rmse_after: f64,
     /// 95 % interval of 1 - after/before, by a paired bootstrap over blocks.
     pub improvement_ci95: (f64, f64),
@@ -221,7 +222,7 @@ pub struct Tested {
     /// The smallest strength that would have been named on this recording, as weighed in the last round of the search, beside what was
     /// named by then; a departure from what the model holds, never below an instrument's accuracy. `None` where nothing excites the effect,
     /// where it may not be named beside what was, where it could not be told from one that was there from the start, where only a
-    /// strength beyond what is plausible or weighed would do (what was named may hide it), and of swell where the sampling is too slow.
+    /// strength beyond what is plausible or weighed would do (what was named may hide it), and of swell where the sampling is too slow or too much is missing.
     pub limit: Option<f64>,
 }
 

@@ -1,6 +1,6 @@
 //! Claims about the calibration of probabilities.
 
-use crate::belief::{CALIBRATION, calibrate, left_over, unmodelled};
+use crate::belief::{CALIBRATION, beside_unnamed, calibrate, left_over, unmodelled};
 use crate::relations::Applied;
 use crate::select::Named;
 
@@ -93,6 +93,24 @@ fn a_cause_that_leaves_more_than_noise_has_an_eighth_of_its_odds_and_what_is_non
     };
     left_over(&mut correction);
     assert_eq!(correction.probability, 0.96);
+}
+
+#[test]
+fn a_name_beside_what_the_catalogue_does_not_hold_has_a_quarter_of_its_odds() {
+    let correction = |probability: f64| Named {
+        correction: Some((0, 0)),
+        ..named(HURDLE, probability)
+    };
+    let beside = |other: Named| {
+        let mut both = [named(HURDLE, 0.96), other];
+        beside_unnamed(&mut both);
+        both.map(|n| n.probability)
+    };
+    let [name, unnamed] = beside(correction(0.9));
+    close(logit(name), logit(0.96) - 4.0_f64.ln());
+    assert_eq!(unnamed, 0.9);
+    assert_eq!(beside(correction(0.4))[0], 0.96);
+    assert_eq!(beside(named(HURDLE, 0.9)), [0.96, 0.9]);
 }
 
 #[test]
