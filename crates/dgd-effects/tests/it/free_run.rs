@@ -190,11 +190,19 @@ fn gas_in_the_line_rounds_the_meter_and_keeps_the_volume() {
 }
 
 #[test]
-fn a_leak_at_the_start_loses_by_all_the_pressure_over_the_air() {
-    let run = steady(1).run(&model(&[("line_leak", &[0.002, 0.0])]), balanced());
+fn a_run_starts_from_the_flow_that_a_leak_and_a_gain_make_of_the_reading() {
     let over = column_pa() + model(&[]).friction_pa(Q) - AIR_PA;
+    // A leak loses by all the pressure over the air.
     let leak = 0.002 * (over / 1e6).sqrt();
-    close(run.return_flow_m3_s[0], Q - leak, 1e-12);
+    for (effect, parameters, flow) in [
+        ("line_leak", &[0.002, 0.0][..], Q + leak),
+        ("return_flow_gain", &[0.25][..], Q / 1.25),
+    ] {
+        let run = steady(1).run(&model(&[(effect, parameters)]), balanced());
+        close(run.return_flow_m3_s[0], Q, 1e-12);
+        let outlet_pa = column_pa() + model(&[]).friction_pa(flow);
+        close(run.outlet_pa[0], outlet_pa, 1e-6);
+    }
 }
 
 #[test]

@@ -42,14 +42,8 @@ fn recording(n: usize, holes: bool) -> (Recording, Vec<f64>) {
         }
     };
     let off = |i: usize| (500..530).contains(&i) || (1000..1090).contains(&i) || i >= n - 100;
-    // Noise of a known size: +1, -1, -1, +1, ... has no trend.
-    let noise = |i: usize| {
-        if (i / 2 + i).is_multiple_of(2) {
-            1.0
-        } else {
-            -1.0
-        }
-    };
+    // Noise of a known size.
+    let noise = |i: usize| if i.is_multiple_of(2) { 1.0 } else { -1.0 };
     let series = |f: &dyn Fn(usize) -> f64| (0..n).map(|i| hole(i, f(i))).collect::<Vec<f64>>();
     let inlet = series(&|i| AIR_PA + 1300.0 * G * 1200.0 + 1e3 * noise(i));
     let recording = Recording {
@@ -104,13 +98,42 @@ fn volume_range_and_span_follow_from_the_recording() {
 fn noise_is_that_of_the_channel_and_none_of_a_still_one() {
     let (recording, inlet) = recording(3000, false);
     let noise = Setting::of(&well(), &recording, &inlet).noise;
-    // Second differences of the pattern are all 2 in size: 2 / 0.6745 / sqrt 6.
-    close(
-        noise.booster_m3_s,
-        1e-4 * 2.0 / 0.6745 / 6.0_f64.sqrt(),
-        1e-6,
-    );
+    // Second differences of the pattern are all 4 in size: 4 / 0.6745 / sqrt 6.
+    let expected = 1e-4 * 4.0 / 0.6745 / 6.0_f64.sqrt();
+    close(noise.booster_m3_s, expected, 1e-6);
     assert_eq!(noise.speed_pct, 0.0);
+    // The same where every reading is held for three samples, or is followed by two that are missing.
+    for held in [true, false] {
+        let mut slow = recording.clone();
+        let every = |i: usize| held || i.is_multiple_of(3);
+        let read = |i: usize| {
+            if every(i) {
+                recording.booster_flow_m3_s[i / 3]
+            } else {
+                f64::NAN
+            }
+        };
+        slow.booster_flow_m3_s = (0..3000).map(read).collect();
+        let noise = Setting::of(&well(), &slow, &inlet).noise;
+        close(noise.booster_m3_s, expected, 1e-6);
+    }
+}
+
+#[test]
+fn connections_are_found_where_the_mud_pump_stands_for_most_of_a_recording() {
+    let (mut recording, inlet) = recording(3000, false);
+    for (i, q) in recording.mud_pump_flow_m3_s.iter_mut().enumerate() {
+        *q = if i % 1000 < 100 { 0.03 } else { 0.0 };
+    }
+    let found = Setting::of(&well(), &recording, &inlet).connections;
+    let from: Vec<f64> = found.iter().map(|c| c.from_s).collect();
+    assert_eq!(from, [100.0, 1100.0, 2100.0]);
+    recording.mud_pump_flow_m3_s.fill(0.0);
+    assert!(
+        Setting::of(&well(), &recording, &inlet)
+            .connections
+            .is_empty()
+    );
 }
 
 #[test]
