@@ -500,7 +500,7 @@ impl Described {
     }
 
     /// A suspicion with the line that it is about.
-    fn pointing(&self, suspicion: &Suspicion) -> String {
+    pub(crate) fn pointing(&self, suspicion: &Suspicion) -> String {
         let place = suspicion.place;
         let at = dgd_documents::well_line(&self.text, place.section, place.key, place.transmitter);
         self.told(at, &suspicion.to_string())

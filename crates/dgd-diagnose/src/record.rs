@@ -4,9 +4,9 @@ use crate::rest::{quantum, without_seldom_rest};
 use crate::step::Step;
 use crate::suction::heads_lost;
 use crate::work::Tally;
-use dgd_effects::{Rank, SLOWEST_S, Setting, quantile, readings};
+use dgd_effects::{Rank, Setting, quantile};
 use dgd_identify::Prepared;
-use dgd_recording::{Channel, Well};
+use dgd_recording::{Channel, Recording, SLOWEST_S, Well, held_for, readings};
 use dgd_replay::fill_gaps;
 use dgd_units::{STANDARD_ATMOSPHERE_PA, STANDARD_GRAVITY_M_S2};
 use std::ops::Range;
@@ -118,8 +118,9 @@ impl Record {
         // Samples are averaged where the recording is finer than the working clock.
         let fold = whole((clock_s / step).floor()).max(1);
         let dt_s = step * fold as f64;
+        let slow = Slow::of(recording, step);
         let thin = |values: &[f64]| -> Vec<f64> {
-            let lines = between_seldom(values, step);
+            let lines = slow.between(values);
             lines
                 .as_deref()
                 .unwrap_or(values)
@@ -130,7 +131,7 @@ impl Record {
         let per_block = whole(block_s / dt_s).max(1);
         let t_s: Vec<f64> = recording.time_s.chunks(fold).map(mean).collect();
         let seldom = (recording.series().into_iter())
-            .filter_map(|(channel, values)| Some((channel, seldom_s(values, step)?)))
+            .filter_map(|(channel, values)| Some((channel, slow.every_s(values)?)))
             .collect();
         let [mud_pump, booster, topfill, flow, speed, inlet, outlet] = [
             &recording.mud_pump_flow_m3_s,
@@ -158,7 +159,7 @@ impl Record {
             (&mut noise.inlet_pa, &prepared.inlet_pressure_pa),
         ] {
             // Samples on the line between two readings share their noise.
-            let samples = seldom_s(values, step).map_or(1.0, |every_s| every_s / dt_s);
+            let samples = slow.every_s(values).map_or(1.0, |every_s| every_s / dt_s);
             *noise *= samples.max(1.0).sqrt();
         }
         let native = &recording.pump_speed_pct;
@@ -294,20 +295,80 @@ pub(crate) fn tails(values: &[f64], k: usize) -> Option<(f64, f64)> {
     Some((at(Rank::Lower(k))?, at(Rank::Upper(k))?))
 }
 
-/// How far apart the readings of a channel are that is logged now and then, s; `None` of any other.
-fn seldom_s(values: &[f64], step_s: f64) -> Option<f64> {
-    let mut last: Option<usize> = None;
-    let mut apart = Vec::new();
-    for i in readings(values, step_s) {
-        apart.extend(last.map(|last| (i - last) as f64 * step_s));
-        last = Some(i);
+/// Channels that are logged now and then.
+struct Slow {
+    step_s: f64,
+    /// Where a channel of them is read whose readings are held; empty if there is none.
+    held_at: Vec<usize>,
+}
+
+impl Slow {
+    fn of(recording: &Recording, step_s: f64) -> Self {
+        let series = recording.series();
+        let held = series.iter().find(|(_, values)| {
+            let every = held_for(values);
+            every > 1 && every as f64 * step_s <= SLOWEST_S
+        });
+        Self {
+            step_s,
+            held_at: held.map_or_else(Vec::new, |(_, values)| readings(values, step_s).collect()),
+        }
     }
-    if (apart.len() + 1) as f64 >= SELDOM * values.len() as f64 {
-        return None;
+
+    /// Where a channel is read: a set-point that moves only where others are read is read with them.
+    fn readings<'a>(&'a self, values: &'a [f64]) -> Box<dyn Iterator<Item = usize> + 'a> {
+        if self.is_held_too(values) {
+            let at = self.held_at.iter().copied();
+            return Box::new(at.filter(|i| values.get(*i).is_some_and(|v| v.is_finite())));
+        }
+        Box::new(readings(values, self.step_s))
     }
-    let usual_s = quantile(apart.iter().copied(), Rank::MEDIAN)?;
-    let now_and_then = usual_s > 1.5 * step_s && quantile(apart, Rank::Upper(10))? <= SLOWEST_S;
-    now_and_then.then_some(usual_s)
+
+    /// Whether a channel moves, and hardly ever where no other is read.
+    fn is_held_too(&self, values: &[f64]) -> bool {
+        let (mut next, mut moves, mut beside) = (0, 0_usize, 0_usize);
+        for (i, pair) in values.windows(2).enumerate() {
+            if pair[0] == pair[1] || !pair[0].is_finite() || !pair[1].is_finite() {
+                continue;
+            }
+            next += self.held_at[next..].partition_point(|at| *at < i + 1);
+            moves += 1;
+            beside += usize::from(self.held_at.get(next) != Some(&(i + 1)));
+        }
+        moves > 0 && 20 * beside <= moves && !self.held_at.is_empty()
+    }
+
+    /// How far apart the readings of a channel are, s; `None` of one that is not logged now and then.
+    fn every_s(&self, values: &[f64]) -> Option<f64> {
+        let mut last: Option<usize> = None;
+        let mut apart = Vec::new();
+        for i in self.readings(values) {
+            apart.extend(last.map(|last| (i - last) as f64 * self.step_s));
+            last = Some(i);
+        }
+        if (apart.len() + 1) as f64 >= SELDOM * values.len() as f64 {
+            return None;
+        }
+        let usual_s = quantile(apart.iter().copied(), Rank::MEDIAN)?;
+        let furthest_s = quantile(apart, Rank::Upper(10))?;
+        (usual_s > 1.5 * self.step_s && furthest_s <= SLOWEST_S).then_some(usual_s)
+    }
+
+    /// Straight lines between the readings of such a channel, but not over its longer gaps; `None` of any other.
+    fn between(&self, values: &[f64]) -> Option<Vec<f64>> {
+        self.every_s(values)?;
+        let mut lines = vec![f64::NAN; values.len()];
+        let mut last: Option<usize> = None;
+        for i in self.readings(values) {
+            lines[i] = values[i];
+            let near = |from: &usize| (i - from) as f64 * self.step_s <= SLOWEST_S;
+            if let Some(from) = last.filter(near) {
+                fill_gaps(&mut lines[from..=i]);
+            }
+            last = Some(i);
+        }
+        Some(lines)
+    }
 }
 
 /// Usual time until a reading tells another value, s, whether it is held or missing until then; 0 of one that never does.
@@ -321,21 +382,6 @@ fn new_every_s(values: &[f64], step_s: f64) -> f64 {
         }
     }
     quantile(apart, Rank::MEDIAN).unwrap_or(0.0)
-}
-
-/// Straight lines between the readings of a channel that is logged now and then, but not over its longer gaps; `None` of any other.
-fn between_seldom(values: &[f64], step_s: f64) -> Option<Vec<f64>> {
-    seldom_s(values, step_s)?;
-    let mut lines = vec![f64::NAN; values.len()];
-    let mut last: Option<usize> = None;
-    for i in readings(values, step_s) {
-        lines[i] = values[i];
-        if let Some(from) = last.filter(|from| (i - from) as f64 * step_s <= SLOWEST_S) {
-            fill_gaps(&mut lines[from..=i]);
-        }
-        last = Some(i);
-    }
-    Some(lines)
 }
 
 /// Gaps bridged by straight lines, ends held; all 0 if nothing is finite.

@@ -63,7 +63,7 @@ fn runs(values: &[f64]) -> impl Iterator<Item = Range<usize>> {
 
 /// Quantisation step of a channel: the least by which its readings move, but for the rarest; 0 if they never do.
 pub(crate) fn quantum(values: &[f64], step_s: f64) -> f64 {
-    let read: Vec<f64> = dgd_effects::readings(values, step_s)
+    let read: Vec<f64> = dgd_recording::readings(values, step_s)
         .map(|i| values[i])
         .collect();
     let steps = read.windows(2).map(|w| (w[1] - w[0]).abs());

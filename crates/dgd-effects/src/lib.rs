@@ -16,7 +16,6 @@ mod effect;
 mod moment;
 mod order;
 mod own;
-mod readings;
 mod search;
 
 pub use augmented::{AppliedEffect, AugmentedModel, FreeRun, Inputs, UnknownEffect};
@@ -35,7 +34,6 @@ pub use effect::{
 pub use moment::{Changes, Connection, Moment, Noise, Setting, shrunk};
 pub use order::{Rank, quantile};
 pub use own::{RegisterError, register};
-pub use readings::{SLOWEST_S, readings};
 pub use search::{Belief, Excitation, Method, Search, Shown, Timing};
 
 /// The examples of the README compile.

@@ -2,8 +2,7 @@
 
 use crate::curves::STANDING_M3_S;
 use crate::order::{Rank, quantile};
-use crate::readings::readings;
-use dgd_recording::{Recording, Well};
+use dgd_recording::{Recording, Well, readings};
 use dgd_units::{STANDARD_ATMOSPHERE_PA, STANDARD_GRAVITY_M_S2};
 
 /// The rig at one sample, as measured or as simulated.

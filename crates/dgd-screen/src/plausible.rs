@@ -2,12 +2,14 @@
 
 mod causes;
 mod checks;
+mod coarse;
 mod facts;
 mod state;
 mod words;
 
 use causes::{Cause, explain};
 use checks::{Check, faults, through};
+pub use coarse::coarse;
 use dgd_recording::{Channel, Recording, Well};
 use dgd_units::{PressureReference, STANDARD_ATMOSPHERE_PA};
 use facts::{FactPass, Facts, quantile};

@@ -81,7 +81,7 @@ pub(crate) fn carry_out(
 ) -> Result<Diagnosed, Failure> {
     let well = load::read_well(&source.well)?;
     let start = search.model.map(|path| start(path, &well)).transpose()?;
-    let loaded = load::read_recordings(&source.recordings, &well, progress)?.within(source)?;
+    let mut loaded = load::read_recordings(&source.recordings, &well, progress)?.within(source)?;
     if out.exists() && !out.is_dir() {
         return Err(Failure::unwritten(out, "it is no folder"));
     }
@@ -89,6 +89,9 @@ pub(crate) fn carry_out(
         output::check(&out.join(name))?;
     }
     let first = &source.recordings[0];
+    let coarse = dgd_screen::coarse(&loaded.recording, loaded.step_s, &well);
+    let coarse = coarse.iter().map(|suspicion| well.pointing(suspicion));
+    loaded.suspicions.extend(coarse);
     loaded.warn_of_suspicions();
     progress.stage("screening", "");
     let (samples, began, dated_from) = (loaded.samples, loaded.began, loaded.dated_from());

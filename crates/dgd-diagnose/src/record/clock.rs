@@ -1,7 +1,7 @@
 //! Claims about what becomes of a screened recording on the working clock.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::{Record, between_seldom, bridged, mean, new_every_s, seldom_s, tails, whole};
+use super::{Record, Slow, bridged, mean, new_every_s, tails, whole};
 use crate::claims::fixture::{recorded, steady};
 use crate::step::Step;
 use dgd_identify::Prepared;
@@ -198,8 +198,12 @@ fn a_channel_that_is_logged_now_and_then_has_straight_lines_between_and_none_ove
     };
     let mut values = every(5, 400);
     values[101..200].fill(f64::NAN);
-    assert_eq!(seldom_s(&values, 1.0), Some(5.0));
-    let lines = between_seldom(&values, 1.0).unwrap();
+    let slow = |step_s: f64| Slow {
+        step_s,
+        held_at: Vec::new(),
+    };
+    assert_eq!(slow(1.0).every_s(&values), Some(5.0));
+    let lines = slow(1.0).between(&values).unwrap();
     for (i, value) in lines.iter().enumerate() {
         let missing = (101..200).contains(&i) || i > 395;
         assert_eq!(value.is_finite(), !missing, "{i}");
@@ -213,13 +217,13 @@ fn a_channel_that_is_logged_now_and_then_has_straight_lines_between_and_none_ove
         (vec![f64::NAN; 300], 1.0),
         (every(500, 500), 1.0),
     ] {
-        assert_eq!(between_seldom(&values, step_s), None);
-        assert_eq!(seldom_s(&values, step_s), None);
+        assert_eq!(slow(step_s).between(&values), None);
+        assert_eq!(slow(step_s).every_s(&values), None);
     }
     // What is missing for another reason is not logged seldom: the first half here.
     let mut half = every(1, 1000);
     half[..600].fill(f64::NAN);
-    assert_eq!(seldom_s(&half, 1.0), None);
+    assert_eq!(slow(1.0).every_s(&half), None);
 }
 
 /// However the working clock lies to it: what is every 3 s in seconds is two samples of three on a clock of 2 s.
@@ -250,6 +254,26 @@ fn a_slow_channel_is_whole_on_the_working_clock_whether_it_is_missing_or_held_in
             let times = (every as f64 / 2.0).max(1.0).sqrt();
             assert!((found / times - 1.0).abs() < 0.25, "{every} {found}");
         }
+    }
+}
+
+#[test]
+fn a_set_point_is_read_with_the_others_where_it_moves_with_them_alone() {
+    let noise = crate::draws::normals(7, 1201);
+    for (late, expected) in [(0, true), (1, false)] {
+        let (well, mut prepared) = counted(1201, 1.0);
+        let r = &mut prepared.recording;
+        r.return_flow_m3_s = (0..1201).map(|i| noise[i - i % 5]).collect();
+        // It goes up every minute or so, when the others are read or a second later.
+        r.pump_speed_pct = (0..1201)
+            .map(|i: usize| 60.0 + (i.saturating_sub(late) / 65) as f64)
+            .collect();
+        let record = Record::new(&well, &prepared, &[]);
+        let read = record.seldom.contains(&(Channel::PumpSpeed, 5.0));
+        assert_eq!(read, expected);
+        // Between two readings lies a line.
+        let between = record.filled.speed[31] - 60.0;
+        assert_eq!((0.2..0.9).contains(&between), expected, "{between}");
     }
 }
 

@@ -250,7 +250,7 @@ pub(super) fn quantile(values: impl Iterator<Item = f64>, share: f64) -> f64 {
     *finite.select_nth_unstable_by(at, f64::total_cmp).1
 }
 
-fn source_of(well: &Well, channel: Channel) -> Option<&ChannelSource> {
+pub(super) fn source_of(well: &Well, channel: Channel) -> Option<&ChannelSource> {
     let map = &well.channels;
     match channel {
         Channel::MudPumpFlow => Some(&map.mud_pump_flow),

@@ -7,13 +7,18 @@ pub const SLOWEST_S: f64 = 30.0;
 /// was read anew. `step_s` is the step of its even clock, s.
 ///
 /// ```
-/// use dgd_effects::readings;
+/// use dgd_recording::readings;
 ///
 /// let held = [4.0, 4.0, 4.0, 7.0, 7.0, 7.0, 5.0, 5.0, 5.0];
-/// assert_eq!(readings(&held, 1.0, 1.0).collect::<Vec<_>>(), [0, 3, 6]);
+/// assert_eq!(readings(&held, 1.0).collect::<Vec<_>>(), [0, 3, 6]);
 /// ```
 pub fn readings(values: &[f64], step_s: f64) -> impl Iterator<Item = usize> {
-    let every = held_for(values, step_s);
+    let held = held_for(values);
+    let every = if held as f64 * step_s > SLOWEST_S {
+        1
+    } else {
+        held
+    };
     let mut last: Option<usize> = None;
     (0..values.len()).filter(move |&i| {
         let anew = |at: usize| i - at >= every || values[i] != values[at];
@@ -25,8 +30,15 @@ pub fn readings(values: &[f64], step_s: f64) -> impl Iterator<Item = usize> {
     })
 }
 
-/// For how many samples each reading is held; 1 where it is not, as a set-point that now and then is another one.
-fn held_for(values: &[f64], step_s: f64) -> usize {
+/// For how many samples each reading of a slow source is held; 1 where it is not, as a set-point that now and then is another one.
+///
+/// ```
+/// use dgd_recording::held_for;
+///
+/// assert_eq!(held_for(&[4.0, 4.0, 7.0, 7.0, 5.0, 5.0]), 2);
+/// assert_eq!(held_for(&[4.0, 4.0, 4.0, 5.0, 5.0, 5.0, 5.0, 6.0]), 1);
+/// ```
+pub fn held_for(values: &[f64]) -> usize {
     let mut last: Option<(usize, f64)> = None;
     let mut apart = Vec::new();
     let mut finite = 0;
@@ -42,9 +54,6 @@ fn held_for(values: &[f64], step_s: f64) -> usize {
         return 1;
     }
     let every = apart[middle];
-    if every as f64 * step_s > SLOWEST_S {
-        return 1;
-    }
     // Whatever its source tells is new as a rule, and new only when it tells.
     let times = apart.iter().filter(|k| k.is_multiple_of(every)).count();
     let regular = 5 * times >= 4 * apart.len();
@@ -67,7 +76,7 @@ mod tests {
     #[test]
     fn a_slow_source_that_is_held_is_read_where_it_tells_something_new() {
         for k in [1, 2, 3, 10] {
-            assert_eq!(held_for(&held(k), 1.0), k);
+            assert_eq!(held_for(&held(k)), k);
             let at: Vec<usize> = readings(&held(k), 1.0).collect();
             assert_eq!(at, (0..400).step_by(k).collect::<Vec<_>>());
         }
