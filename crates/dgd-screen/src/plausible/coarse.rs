@@ -9,16 +9,16 @@ const FLOWING_M3_S: f64 = 1e-3;
 /// Share of the samples of flowing mud at which a meter must rest to be coarse.
 const RESTS: f64 = 0.5;
 /// Fewest movements that tell their size.
-const FEWEST: usize = 50;
+const FEWEST: usize = 20;
 /// Least movement of a pressure that is too coarse, Pa, and of the return flow, m³/s. Sound recordings with steps of 0.07 bar and of 38 L/min
 /// were told as sound; with 0.2 bar and 95 L/min causes were made up.
 const PRESSURE_PA: f64 = 1.5e4;
 const FLOW_M3_S: f64 = 1e-3;
 /// Time for which a reading is held that is too long, s: as far as samples may be apart.
-const HELD_S: f64 = 20.0;
+const HELD_S: f64 = 10.0;
 
 /// Channels in which causes are made up by what a historian leaves out: pressures and the return flow that rest while mud flows and then move
-/// by much, and any flow or pressure whose readings are held for 20 s or more.
+/// by much, and any flow or pressure whose readings are held for 10 s or more.
 ///
 /// - `recording`: as read, before any screening, on an even clock; any length.
 /// - `step_s`: step of that clock, s.

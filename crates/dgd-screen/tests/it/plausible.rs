@@ -1,8 +1,8 @@
 //! What a recording makes unlikely in its well description.
 
 use super::synthetic::steady;
-use dgd_recording::{ChannelMap, ChannelSource, Geometry, Recording, TimeSource, Well};
-use dgd_screen::{BlockSuspect, Suspicion, suspect};
+use dgd_recording::{Channel, ChannelMap, ChannelSource, Geometry, Recording, TimeSource, Well};
+use dgd_screen::{BlockSuspect, Suspicion, coarse, suspect};
 use dgd_units::Unit;
 use proptest::prelude::*;
 
@@ -246,4 +246,51 @@ proptest! {
             prop_assert!(!suspicion.message.is_empty());
         }
     }
+}
+
+/// What a historian makes of a recording: a value is kept until one is `least` away, and only every so many samples one is read.
+fn kept(mut recording: Recording, channel: Channel, least: f64, every: usize) -> Recording {
+    let values = recording.channel_mut(channel).unwrap();
+    let mut last = f64::NAN;
+    for (i, value) in values.iter_mut().enumerate() {
+        let away = !((*value - last).abs() < least);
+        if away && i.is_multiple_of(every) {
+            last = *value;
+        }
+        *value = last;
+    }
+    recording
+}
+
+#[test]
+fn what_a_historian_leaves_out_is_told_with_its_size_and_what_is_sound_is_not() {
+    let (inlet, back, pumped) = (
+        Channel::PumpInletPressure(1),
+        Channel::ReturnFlow,
+        Channel::MudPumpFlow,
+    );
+    for (channel, least, every, told) in [
+        (inlet, 1.6e4, 1, Some("by 2")),
+        (inlet, 1e3, 1, None),
+        (back, 1.6e-3, 1, Some("gpm or more")),
+        (back, 5e-4, 1, None),
+        (back, 0.0, 30, Some("every 30 s and holds it")),
+        (back, 0.0, 5, None),
+        // Strokes are counted: what is pumped in rests as it likes.
+        (pumped, 1.6e-3, 1, None),
+        (pumped, 0.0, 60, Some("every 60 s and holds it")),
+        (Channel::PumpSpeed, 1.0, 1, None),
+    ] {
+        let recording = kept(steady(7200, 1.0), channel, least, every);
+        let found = coarse(&recording, 1.0, &well());
+        match told {
+            None => assert_eq!(found, [], "{channel} {least} {every}"),
+            Some(part) => {
+                let one = only(&found);
+                assert_eq!(one.place.channel, Some(channel));
+                assert!(one.message.contains(part), "{}", one.message);
+            }
+        }
+    }
+    assert_eq!(coarse(&Recording::default(), 1.0, &well()), []);
 }

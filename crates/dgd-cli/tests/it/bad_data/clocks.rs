@@ -265,10 +265,30 @@ fn a_diagnosis_at_other_rates_names_the_same_causes() {
     assert_eq!(slow.claimed().len(), 2, "{:#}", slow.json["findings"]);
 }
 
+/// `dgd diagnose` of the demo with what is left of its return flow by a deadband.
+#[test]
+fn a_historians_deadband_is_doubted_aloud() {
+    let doubts = |least: f64| {
+        let last = std::cell::Cell::new(f64::NAN);
+        let kept = |_, value: f64| {
+            if !((value - last.get()).abs() < least) {
+                last.set(value);
+            }
+            last.get()
+        };
+        let told = Rig::first(3600).each(&["FT4"], kept).diagnosed();
+        let warnings = strings(&told.json["warnings"]);
+        let doubt =
+            |w: &&str| w.contains("return_flow `FT4` rests") && w.contains("believe no name");
+        warnings.iter().any(|w| doubt(&w) && told.err.contains(*w))
+    };
+    assert!(doubts(40.0) && !doubts(5.0));
+}
+
 /// `dgd diagnose` of the demo, every so many-th sample.
 #[test]
 fn samples_far_apart_are_doubted_aloud() {
-    for (step, doubted) in [(10, false), (20, true), (30, true)] {
+    for (step, doubted) in [(5, false), (10, true), (30, true)] {
         let (bench, ran) = Rig::sound().every(step).diagnose();
         assert_eq!(
             ran.err.contains("believe no name"),
