@@ -7,7 +7,8 @@ mod smooth;
 pub(crate) use periodic::{in_place, instead_of};
 pub(crate) use seen::pair_of;
 
-use crate::record::{MASS_BLOCKS, Record, tails, whole};
+use crate::numbers::{tails, whole};
+use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::Applied;
 use crate::scan::joined;
 use crate::step::Step;

@@ -1,7 +1,8 @@
 //! Free runs of both models, and what the findings gain on held-out windows.
 
 use crate::diagnosis::{DiagnoseError, HeldOut, Signal, Simulation};
-use crate::record::{Record, bridged, mean, tails};
+use crate::numbers::{bridged, mean, tails};
+use crate::record::Record;
 use dgd_effects::{AugmentedModel, Inputs, UnknownEffect};
 use dgd_identify::Prepared;
 use dgd_recording::Well;

@@ -2,7 +2,8 @@
 
 use crate::contest::solved;
 use crate::empirical::{correction, in_place};
-use crate::record::{Record, mean, tails, whole};
+use crate::numbers::{mean, tails, whole};
+use crate::record::Record;
 use crate::refine::refine;
 use crate::relations::Applied;
 use crate::scan::{joined, scan};

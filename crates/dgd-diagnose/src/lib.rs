@@ -20,6 +20,7 @@
 //! themselves (`dgd-effects`), documents and reports. This crate opens no file and prints nothing.
 #![deny(missing_docs)]
 
+mod bayes;
 mod belief;
 #[cfg(test)]
 mod claims;
@@ -38,6 +39,7 @@ mod heave;
 mod held_out;
 mod limit;
 mod noise;
+mod numbers;
 mod placebo;
 mod record;
 mod refine;

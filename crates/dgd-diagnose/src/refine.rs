@@ -1,7 +1,8 @@
 //! Parameters of named effects, moved to where all of them together explain most.
 
 use crate::empirical::{again, is_correction};
-use crate::record::{Record, whole};
+use crate::numbers::whole;
+use crate::record::Record;
 use crate::relations::Applied;
 use crate::scan::on_grid;
 use crate::tangent::{Bend, Tangent, dot};

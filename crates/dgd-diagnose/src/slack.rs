@@ -3,7 +3,8 @@
 //! A second effect must stand out from all of it; what a first one leaves over for want of form is no finding.
 
 use crate::empirical::{is_correction, is_seen};
-use crate::record::{MASS_BLOCKS, Record, mean, whole};
+use crate::numbers::{mean, whole};
+use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::{Applied, Blocks};
 use crate::scan::{joined, on_grid};
 use crate::tangent::Tangent;

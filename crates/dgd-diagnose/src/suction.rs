@@ -1,7 +1,8 @@
 //! What the suction between riser and pump inlet loses with the flow, and what it might where nothing tells.
 
 use crate::empirical::is_seen;
-use crate::record::{Record, mean, whole};
+use crate::numbers::{mean, whole};
+use crate::record::Record;
 use crate::relations::{Applied, imbalance_per_head};
 use crate::tangent::{Tangent, dot};
 use dgd_effects::{Rank, SUCTION, quantile};

@@ -5,7 +5,8 @@ mod parting;
 
 use crate::empirical::is_correction;
 use crate::noise::{Layout, Wander, Whitening};
-use crate::record::{Record, mean, tails};
+use crate::numbers::{mean, tails};
+use crate::record::Record;
 use crate::relations::{Applied, Rows, repeats};
 use crate::tangent::dot;
 use dgd_effects::{Action, Changes, KNOTS, Moment, Rank, STANDING_M3_S, quantile};

@@ -4,28 +4,9 @@ mod column;
 
 pub(crate) use column::Column;
 use column::take;
+pub(crate) use dgd_lsq::dot;
 use rayon::prelude::*;
 use std::ops::Range;
-
-/// Product of two vectors, in eight sums that the processor adds side by side.
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let n = a.len().min(b.len());
-    let (a, b) = (&a[..n], &b[..n]);
-    let mut sums = [0.0; 8];
-    let (parts_a, parts_b) = (a.chunks_exact(8), b.chunks_exact(8));
-    let rest: f64 = parts_a
-        .remainder()
-        .iter()
-        .zip(parts_b.remainder())
-        .map(|(x, y)| x * y)
-        .sum();
-    for (x, y) in parts_a.zip(parts_b) {
-        for k in 0..8 {
-            sums[k] += x[k] * y[k];
-        }
-    }
-    sums.iter().sum::<f64>() + rest
-}
 
 /// Rows that a vector may differ from 0 in.
 pub(crate) type Reach = std::ops::Range<usize>;

@@ -1,7 +1,8 @@
 //! Claims about the curves that are run and about what is more likely there than not.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::{likely, refitted, runnable};
+use super::models::runnable;
+use super::{likely, refitted};
 use crate::claims::fixture::{Hidden, drilled};
 use crate::draws::normals;
 use crate::record::Record;

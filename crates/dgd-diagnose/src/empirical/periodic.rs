@@ -7,7 +7,8 @@ use super::{
     Correction, Course, DRAWN, beside_riser, drawn, hold_without_stops, hurdle, plausible,
 };
 use crate::noise::Layout;
-use crate::record::{MASS_BLOCKS, Record, whole};
+use crate::numbers::whole;
+use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::Applied;
 use crate::scan::joined;
 use crate::tangent::{Bend, Tangent, dot};

@@ -1,9 +1,11 @@
 //! What parts two transmitters of one pressure: seen, so that it needs no knots, and put where the relations find it.
 
 use super::{BUSIEST_S, Correction, busiest, is_seen, size};
-use crate::record::{MASS_BLOCKS, Record, whole};
+use crate::bayes::evidence;
+use crate::numbers::whole;
+use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::Applied;
-use crate::scan::{evidence, joined};
+use crate::scan::joined;
 use crate::step::Step;
 use crate::tangent::{Tangent, dot};
 use crate::twins::{Pair, Twins};

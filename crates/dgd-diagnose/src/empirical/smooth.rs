@@ -1,6 +1,6 @@
 //! Smooth curves through knots.
 
-use crate::scan::ln_mean_exp;
+use crate::bayes::ln_mean_exp;
 use dgd_effects::KNOTS;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 

@@ -4,7 +4,8 @@
 use super::{best_gain, gains, simulate};
 use crate::claims::fixture::{DT_S, Hidden, cut, drilled, parabolas, recorded, setting, steady};
 use crate::draws::normals;
-use crate::record::{Record, mean};
+use crate::numbers::mean;
+use crate::record::Record;
 use crate::{DiagnoseError, Signal, Simulation};
 use dgd_effects::{AppliedEffect, AugmentedModel, Inputs};
 

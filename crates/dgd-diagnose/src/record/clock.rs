@@ -1,8 +1,9 @@
 //! Claims about what becomes of a screened recording on the working clock.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::{Record, Slow, bridged, mean, new_every_s, tails, whole};
+use super::{Record, Slow, new_every_s};
 use crate::claims::fixture::{recorded, steady};
+use crate::numbers::{bridged, mean, tails, whole};
 use crate::step::Step;
 use dgd_identify::Prepared;
 use dgd_recording::{Channel, Well};

@@ -1,7 +1,8 @@
 //! How fast the level moves, as the pump inlet pressure tells it.
 
 use super::blocks::calmed;
-use crate::record::{MASS_BLOCKS, Record, mean};
+use crate::numbers::mean;
+use crate::record::{MASS_BLOCKS, Record};
 use dgd_effects::shrunk;
 
 /// Rate of the pump inlet pressure in each row of the mass balance.

@@ -1,7 +1,8 @@
 //! The line's flow from the reading of its meter.
 
 use super::Applied;
-use crate::record::{Record, mean, whole};
+use crate::numbers::{mean, whole};
+use crate::record::Record;
 use dgd_effects::{MeterPath, STANDING_M3_S, shrunk};
 
 /// To either side of a sample, s, the meter is smoothed for what it shows later.
@@ -141,7 +142,7 @@ impl LineFlow {
         let inverted = (path != MeterPath::default()).then(|| {
             let noise = record.setting.noise.flow_m3_s;
             let flow = line_flow(&record.flow, path, record.dt_s, noise);
-            let filled = crate::record::bridged(&flow);
+            let filled = crate::numbers::bridged(&flow);
             (flow, filled)
         });
         Self { inverted }

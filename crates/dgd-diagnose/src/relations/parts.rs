@@ -1,7 +1,8 @@
 //! From samples to means of blocks, a row of the mass balance at a time.
 
 use super::{LevelRate, LineFlow};
-use crate::record::{MASS_BLOCKS, Record, mean, mean_of};
+use crate::numbers::{mean, mean_of};
+use crate::record::{MASS_BLOCKS, Record};
 use dgd_effects::Changes;
 use dgd_units::STANDARD_GRAVITY_M_S2;
 

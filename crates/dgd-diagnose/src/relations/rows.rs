@@ -1,7 +1,8 @@
 //! Which rows of the relations a recording supports.
 
 use super::Blocks;
-use crate::record::{MASS_BLOCKS, Record, mean};
+use crate::numbers::mean;
+use crate::record::{MASS_BLOCKS, Record};
 use dgd_effects::STANDING_M3_S;
 
 /// Rise of the outlet during a stop that only a pump makes, Pa: twenty times the 0.05 bar that transmitters wander by. Set by hand.

@@ -3,7 +3,8 @@
 use super::Bend;
 use super::frame::Frame;
 use crate::noise::{Layout, Whitening};
-use crate::record::{Record, mean};
+use crate::numbers::mean;
+use crate::record::Record;
 use crate::relations::{Blocks, Rows};
 use crate::unrest::late;
 use crate::vectors::{Column, Sparse};
@@ -165,7 +166,8 @@ mod tests {
     use super::{Columns, head_priors};
     use crate::claims::fixture::{Hidden, blocks, drilled};
     use crate::noise::Layout;
-    use crate::record::{Record, mean};
+    use crate::numbers::mean;
+    use crate::record::Record;
     use crate::relations::{Blocks, Rows};
     use crate::tangent::Bend;
     use crate::tangent::frame::Frame;

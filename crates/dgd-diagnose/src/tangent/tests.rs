@@ -2,11 +2,11 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::{Bend, Tangent, alike};
+use crate::bayes::evidence;
 use crate::claims::fixture::{BLOCK_S, Hidden, INFLUX_S, drilled};
 use crate::draws::normals;
 use crate::record::Record;
 use crate::relations::Applied;
-use crate::scan::evidence;
 use crate::slack::{Slack, slack};
 use crate::step::Step;
 use crate::vectors::{Sparse, dot};

@@ -1,10 +1,11 @@
 //! Whether two transmitters part by more than instruments wander, and the curve by which they do.
 
 use super::{Pair, Twins, precision};
+use crate::bayes::ln_mean_exp;
 use crate::noise::{Wander, Whitening, spread};
-use crate::record::{MASS_BLOCKS, Record, bridged};
+use crate::numbers::bridged;
+use crate::record::{MASS_BLOCKS, Record};
 use crate::rest::quantum;
-use crate::scan::ln_mean_exp;
 use crate::tangent::dot;
 use crate::unrest::WANDER_S;
 use crate::vectors::most_within;

@@ -280,7 +280,7 @@ fn a_historians_deadband_is_doubted_aloud() {
         let warnings = strings(&told.json["warnings"]);
         let doubt =
             |w: &&str| w.contains("return_flow `FT4` rests") && w.contains("believe no name");
-        warnings.iter().any(|w| doubt(&w) && told.err.contains(*w))
+        warnings.iter().any(|w| doubt(w) && told.err.contains(*w))
     };
     assert!(doubts(40.0) && !doubts(5.0));
 }

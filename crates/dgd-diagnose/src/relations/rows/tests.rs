@@ -3,7 +3,8 @@
 use super::Rows;
 use crate::claims::fixture::{DT_S, FLOW_M3_S, PER_BLOCK, steady};
 use crate::draws::normals;
-use crate::record::{MASS_BLOCKS, Record, whole};
+use crate::numbers::whole;
+use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::Blocks;
 use std::ops::Range;
 

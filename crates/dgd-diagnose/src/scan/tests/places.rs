@@ -2,7 +2,8 @@
 
 use crate::claims::fixture::{BLOCK_S, FLOW_M3_S, Hidden, SPEED_PCT, cut, drilled};
 use crate::draws::normals;
-use crate::record::{Record, whole};
+use crate::numbers::whole;
+use crate::record::Record;
 use crate::relations::Applied;
 use crate::scan::{
     Candidate, Energies, Found, grids, highest, more_places, scan, sharpen, softened, switches,

@@ -1,0 +1,183 @@
+//! The models before and after, trained without the held-out windows, and how they run through them.
+
+use super::likely;
+use crate::belief::unmodelled;
+use crate::diagnosis::{Check, DiagnoseError, Simulation};
+use crate::empirical::is_correction;
+use crate::finding::amiss;
+use crate::free_run::{gains, simulate};
+use crate::held_out::{held_out, model, trained};
+use crate::record::Record;
+use crate::refine::{settled, unshown};
+use crate::relations::Applied;
+use crate::scan::allowances_with;
+use crate::select::{Named, Selection, Sought};
+use crate::tangent::{Bend, FRICTION_PRIOR_PA, Tangent};
+use dgd_effects::AugmentedModel;
+use dgd_identify::Prepared;
+use dgd_recording::Well;
+use tracing::debug;
+
+/// The model without what was found, and the one with it.
+pub(super) struct Models {
+    /// Held-out windows, s.
+    pub windows: Vec<(f64, f64)>,
+    /// Blocks that lie in them.
+    excluded: Vec<bool>,
+    /// The effects of the model to start from, trained.
+    pub start: Vec<Applied>,
+    pub before_fit: Tangent,
+    after_state: Vec<Applied>,
+    pub before: AugmentedModel,
+    pub after: AugmentedModel,
+}
+
+impl Models {
+    /// Trains both; `None` where the training samples do not suffice.
+    ///
+    /// - `known`: effects of the model to start from, as they are in this recording.
+    /// - `kept`: the same as they were given.
+    pub(super) fn trained(
+        record: &Record,
+        selection: &Selection,
+        known: &[Applied],
+        kept: Vec<Applied>,
+    ) -> Option<Self> {
+        let span = record.setting.span_s;
+        let acting = selection.named.iter().map(|n| &n.applied).chain(known);
+        let intervals: Vec<(f64, f64)> = acting
+            .map(|a| a.effect.about().interval_s(&a.parameters, span))
+            .collect();
+        let windows = held_out(span, &intervals);
+        let excluded = blocks_within(record, &windows);
+        // From what was given, not from what the whole recording made of it: the held-out windows would have had their say.
+        let start = settled(record, &kept, &excluded).into_iter().zip(kept);
+        let start: Vec<Applied> = start
+            .map(|(trained, given)| trained.unwrap_or_else(|| unshown(given)))
+            .collect();
+        let before_state = allowances_with(record, &start, &excluded, Bend::Free, None)?;
+        let after_state = trained(record, &start, selection, &excluded)?;
+        let before_fit = runnable(record, &before_state, &excluded)?;
+        let after_fit = runnable(record, &after_state, &excluded)?;
+        let before = model(record, &before_state, &before_fit, &excluded);
+        let after = model(record, &after_state, &after_fit, &excluded);
+        Some(Self {
+            windows,
+            excluded,
+            start,
+            before_fit,
+            after_state,
+            before,
+            after,
+        })
+    }
+
+    /// Runs both through the windows; with what was found amiss with the corrections, which are then left out of the model and doubted.
+    ///
+    /// # Errors
+    /// Those of a free run.
+    pub(super) fn run(
+        mut self,
+        well: &Well,
+        record: &Record,
+        prepared: &Prepared,
+        named: &mut Vec<Named>,
+        sought: Sought<'_>,
+    ) -> Result<(Self, Simulation, Option<Check>), DiagnoseError> {
+        let run = |after: &AugmentedModel| {
+            simulate(well, record, prepared, &self.windows, &self.before, after)
+        };
+        let mut simulation = run(&self.after)?;
+        let mut check = None;
+        // An empirical correction can make the free run unstable: on the training stretches that shows, and it is left out.
+        if named.iter().any(|n| n.correction.is_some())
+            && gained(&simulation) > 0.0
+            && let Some(plain) = self.without_corrections(record, named.len())
+        {
+            let other = run(&plain)?;
+            debug!(
+                "free runs on the training stretches come to {:.2} with the correction, {:.2} without it",
+                gained(&simulation),
+                gained(&other)
+            );
+            if gained(&other) < gained(&simulation) {
+                check = Some(unstable(named, sought));
+                (self.after, simulation) = (plain, other);
+            }
+        }
+        if named.is_empty() {
+            // Nothing found: the two models are one.
+            self.after = self.before.clone();
+            for signal in &mut simulation.signals {
+                signal.after = signal.before.clone();
+            }
+        }
+        Ok((self, simulation, check))
+    }
+
+    /// The model after without the corrections among so many that were found.
+    fn without_corrections(&self, record: &Record, found: usize) -> Option<AugmentedModel> {
+        // Those of the model that the search starts from stay.
+        let first = self.after_state.len() - found;
+        let plain: Vec<Applied> = (self.after_state.iter().enumerate())
+            .filter(|(k, a)| *k < first || !is_correction(a.effect))
+            .map(|(_, a)| a.clone())
+            .collect();
+        let fit = runnable(record, &plain, &self.excluded)?;
+        Some(model(record, &plain, &fit, &self.excluded))
+    }
+}
+
+/// Which blocks lie in any of some windows, s, in order.
+fn blocks_within(record: &Record, windows: &[(f64, f64)]) -> Vec<bool> {
+    let seconds = record.block_s();
+    (0..record.blocks)
+        .map(|b| {
+            let from = record.setting.span_s.0 + b as f64 * seconds;
+            let to = from + seconds;
+            // Windows ascend: of those that end later, the first begins first.
+            let next = windows.partition_point(|w| w.1 <= from);
+            windows.get(next).is_some_and(|w| to > w.0)
+        })
+        .collect()
+}
+
+/// What the errors of free runs on the training stretches come to with what was found: the sum of the logarithms of their ratios.
+fn gained(simulation: &Simulation) -> f64 {
+    gains(simulation, false)
+        .iter()
+        .map(|g| (g.1 / g.0.max(1e-12)).ln())
+        .filter(|v| v.is_finite())
+        .sum()
+}
+
+/// Curves for a free run, as they would be fitted by hand: where standing mud pulls the friction's intercept far beyond what any
+/// is, the column at rest is not the model's, and the stops are left out. Curves bent to it would run wild.
+pub(super) fn runnable(record: &Record, state: &[Applied], excluded: &[bool]) -> Option<Tangent> {
+    let fit = Tangent::at(record, state, excluded, Bend::Free)?;
+    if fit.curves.friction[0].abs() < 3.0 * FRICTION_PRIOR_PA[0] {
+        return Some(fit);
+    }
+    let stops = |(out, still): (&bool, &bool)| *out || *still;
+    let flowing: Vec<bool> = excluded.iter().zip(&fit.rows.still).map(stops).collect();
+    Tangent::at(record, state, &flowing, Bend::Free).or(Some(fit))
+}
+
+/// Lowers what no model runs with, and lets go of what then is more likely not there, unless it was suspected.
+fn unstable(named: &mut Vec<Named>, sought: Sought<'_>) -> Check {
+    named.iter_mut().for_each(unmodelled);
+    let mut detail =
+        "it does not on the training stretches: the model that runs goes without it".to_owned();
+    if let Sought::Any(_) = sought {
+        let unlikely = named.iter().filter(|n| likely(n) < 0.5);
+        for (amiss, p) in unlikely.filter_map(|n| Some((amiss(n)?, n.probability))) {
+            detail += &format!("; that {amiss} is therefore not claimed (probability {p:.2})");
+        }
+        named.retain(|n| likely(n) >= 0.5);
+    }
+    Check {
+        name: "the empirical correction keeps the free run stable".into(),
+        passed: false,
+        detail,
+    }
+}

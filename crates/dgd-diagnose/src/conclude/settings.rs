@@ -1,0 +1,62 @@
+//! How a diagnosis came about, for whoever repeats it.
+
+use crate::record::{MASS_BLOCKS, Record};
+use crate::select::Selection;
+use crate::suction::ALLOWED_HEADS;
+use crate::work::Work;
+
+/// Names and values of what the recording and the search set.
+pub(super) fn settings(
+    record: &Record,
+    windows: &[(f64, f64)],
+    selection: &Selection,
+    work: Work,
+) -> Vec<(String, String)> {
+    let seconds = record.block_s();
+    let listed = |each: Vec<String>| each.join(", ");
+    let allowed = selection.allowances.iter().filter(|a| a.allowance);
+    let allowed = allowed.map(|a| format!("{} {} s", a.effect.about().id, a.parameters[0]));
+    let seldom =
+        (record.seldom.iter()).map(|(channel, every_s)| format!("{channel} every {every_s} s"));
+    [
+        ("working clock", format!("{} s", record.dt_s)),
+        ("block of relation residuals", format!("{seconds} s")),
+        ("row of the mass balance", format!("{} s", seconds * MASS_BLOCKS as f64)),
+        (
+            "held out",
+            format!("{} windows of {:.0} s", windows.len(), windows.first().map_or(0.0, |w| w.1 - w.0)),
+        ),
+        ("timing allowed for", listed(allowed.collect())),
+        (
+            "logged now and then, with straight lines between",
+            if record.seldom.is_empty() {
+                "no channel".into()
+            } else {
+                listed(seldom.collect())
+            },
+        ),
+        (
+            "suction loss",
+            match record.suction_heads {
+                Some(heads) => format!("{heads:.2} velocity heads of the return line"),
+                None => format!(
+                    "not known, for no riser transmitter tells it of a flow that changes: none is put back, and each effect must show more by \
+                     what {ALLOWED_HEADS} velocity heads would make of it"
+                ),
+            },
+        ),
+        ("work", told(work, record.t_s.len())),
+    ]
+    .map(|(name, value)| (name.to_owned(), value))
+    .into()
+}
+
+/// What a diagnosis cost, in words.
+fn told(work: Work, samples: usize) -> String {
+    format!(
+        "{} hypotheses weighed, relations run over {:.0} lengths of the recording, base curves fitted {} times",
+        work.hypotheses,
+        work.samples_run as f64 / samples as f64,
+        work.fits
+    )
+}

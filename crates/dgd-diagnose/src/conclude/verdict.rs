@@ -1,0 +1,113 @@
+//! The one word for what was found.
+
+use crate::diagnosis::{Finding, Tested, Verdict, beside};
+
+/// The verdict on findings and what was tested beside them.
+///
+/// - `suspects`: what alone was asked about; nothing if everything was.
+/// - `sound`: whether with the findings no output runs worse where no fit has looked, and no relation keeps more than noise.
+pub(super) fn verdict(
+    findings: &[Finding],
+    tested: &[Tested],
+    suspects: &[String],
+    sound: bool,
+) -> Verdict {
+    // What was only suspected may be less likely than not, and then is nothing that was left out; nor is a swell that nobody asked about.
+    let asked = |f: &Finding| suspects.is_empty() || suspects.contains(&f.effect);
+    let left_out = || findings.iter().filter(|f| f.is_likely() && asked(f));
+    let unknown = |f: &Finding| f.effect == dgd_effects::unknown().about().id;
+    if left_out().next().is_none() {
+        // Suspects that explain nothing leave open what stands out beside them.
+        return if suspects.is_empty() || beside(tested, suspects).next().is_none() {
+            Verdict::Consistent
+        } else {
+            Verdict::Unexplained
+        };
+    }
+    if left_out().all(unknown) {
+        Verdict::Unexplained
+    } else if left_out().any(unknown) || !sound {
+        Verdict::PartlyExplained
+    } else {
+        Verdict::Explained
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::verdict;
+    use crate::diagnosis::{Finding, Outcome, Tested, Verdict};
+    use dgd_effects::{Relation, find};
+
+    fn found(effect: &str, probability: f64) -> Finding {
+        Finding {
+            effect: effect.to_owned(),
+            resembles: None,
+            title: String::new(),
+            probability,
+            alternatives: Vec::new(),
+            relation: Relation::PumpHead,
+            shows_in: Vec::new(),
+            pair: None,
+            intervals_s: Vec::new(),
+            region: String::new(),
+            parameters: Vec::new(),
+            curve: None,
+            held_out: None,
+            equation_before: String::new(),
+            equation_after: String::new(),
+            source: String::new(),
+            evidence: 50.0,
+            hurdle: 8.0,
+            separating_test: None,
+            same_as: None,
+        }
+    }
+
+    /// An effect that stands out, or not, beside what was asked about.
+    fn standing(evidence: f64) -> Option<Tested> {
+        let about = find("return_flow_gain")?.about();
+        Some(Tested {
+            effect: about.id,
+            title: about.title,
+            outcome: Outcome::NotSeen,
+            evidence,
+            strength: "gain",
+            admissible: true,
+            hurdle: 6.0,
+            standard_error: None,
+            limit: None,
+        })
+    }
+
+    #[test]
+    fn names_explain_what_is_not_named_does_not_and_what_is_left_explains_in_part() {
+        let said = |found: &[Finding], sound| verdict(found, &[], &[], sound);
+        let (gas, unknown) = (found("gas_in_pump", 0.9), found("unknown", 0.9));
+        assert_eq!(said(&[], true), Verdict::Consistent);
+        assert_eq!(said(&[], false), Verdict::Consistent);
+        assert_eq!(said(&[gas.clone()], true), Verdict::Explained);
+        assert_eq!(said(&[gas.clone()], false), Verdict::PartlyExplained);
+        assert_eq!(said(&[unknown.clone()], true), Verdict::Unexplained);
+        assert_eq!(said(&[gas, unknown], true), Verdict::PartlyExplained);
+    }
+
+    #[test]
+    fn of_suspects_only_what_was_asked_counts_and_what_stands_out_beside_them_is_left_open() {
+        let suspects = ["gel_strength".to_owned()];
+        let said = |found: &[Finding], beside: f64| {
+            let tested: Vec<Tested> = standing(beside).into_iter().collect();
+            verdict(found, &tested, &suspects, true)
+        };
+        let (gel, swell) = (found("gel_strength", 0.9), found("heave", 0.99));
+        let unlikely = found("gel_strength", 0.2);
+        assert_eq!(said(&[gel.clone()], 285.0), Verdict::Explained);
+        assert_eq!(said(&[unlikely.clone()], 0.0), Verdict::Consistent);
+        assert_eq!(said(&[unlikely.clone()], 285.0), Verdict::Unexplained);
+        assert_eq!(
+            said(&[swell.clone(), unlikely], 285.0),
+            Verdict::Unexplained
+        );
+        assert_eq!(said(&[swell, gel], 0.0), Verdict::Explained);
+    }
+}
