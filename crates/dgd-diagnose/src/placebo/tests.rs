@@ -1,11 +1,13 @@
 //! Claims about what the same effect explains at other times.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::{other_times, placebo};
+use super::{beyond, other_times, placebo};
 use crate::claims::fixture::{DT_S, Hidden, INFLUX_S, SPEED_PCT, drilled, named, steady};
 use crate::diagnosis::Check;
 use crate::record::Record;
+use crate::scan::{Candidate, weigh};
 use crate::select::{Named, Selection};
+use crate::tangent::{Bend, Tangent, dot};
 use dgd_units::STANDARD_GRAVITY_M_S2;
 
 fn selected(named: Vec<Named>) -> Selection {
@@ -117,4 +119,62 @@ fn other_times_are_spread_and_do_not_meet_what_passes() {
     assert!(staying.iter().all(|at| (at - 4800.0).abs() >= 540.0));
     assert_eq!(times("influx", &[3e-3, 1000.0, 4500.0, 0.15]), [0.0; 0]);
     assert_eq!(times("return_flow_gain", &[0.02]), [0.0; 0]);
+}
+
+#[test]
+fn other_times_stand_in_the_middle_of_as_many_stretches() {
+    let mut record = steady(540);
+    record.setting.span_s = (1000.0, 6400.0);
+    let times = |id: &str, parameters: &[f64]| other_times(&record, &named(id, parameters).applied);
+    // Of 13 places in 40 from which an influx of 1300 s ends before 3000 s, or which it has left behind.
+    let passing = times("influx", &[3e-3, 3000.0, 1300.0, 0.15]);
+    assert_eq!(passing, [1205.0, 1410.0, 4382.5, 4690.0, 4895.0]);
+    // What stays may set in up to a tenth of the recording before its end.
+    let staying = times("line_restriction", &[5.0, 5800.0]);
+    assert_eq!(staying, [1486.0, 2336.5, 3187.0, 4037.5, 4888.0]);
+}
+
+#[test]
+fn a_placebo_counts_for_what_it_does_not_share_with_the_finding() {
+    let candidate = |id: &str, signature: [f64; 2]| {
+        let residual = [3.0, 4.0];
+        Candidate {
+            applied: named(id, &[]).applied,
+            signature: signature.to_vec(),
+            energy: dot(&signature, &signature),
+            score: dot(&signature, &residual),
+            evidence: 0.0,
+        }
+    };
+    // Of either sign, and of one.
+    let (any, one) = ("mud_density_change", "line_restriction");
+    for (own, placebo, id, expected) in [
+        ([1.0, 0.0], [0.0, 1.0], any, 8.0),
+        ([1.0, 0.0], [0.6, 0.8], any, 8.0),
+        ([2.0, 0.0], [0.6, 0.8], any, 8.0),
+        ([2.0, 0.0], [0.3, -0.4], any, 8.0),
+        ([2.0, 0.0], [0.3, -0.4], one, 0.0),
+        ([2.0, 0.0], [0.3, 0.4], one, 8.0),
+        // It is the finding over again.
+        ([2.0, 0.0], [3.0, 0.0], any, 0.0),
+        ([2.0, 0.0], [3.0, 0.05], any, 0.0),
+        ([2.0, 0.0], [3.0, 0.15], any, 8.0),
+    ] {
+        let found = beyond(&candidate(any, own), &candidate(id, placebo));
+        assert!(
+            (found - expected).abs() < 1e-9,
+            "{own:?} {placebo:?} {found}"
+        );
+    }
+}
+
+#[test]
+fn the_evidence_told_is_what_the_finding_explains_beside_the_others() {
+    let record = with_influx();
+    let checks = placebo(&record, &selected(vec![influx(INFLUX_S.0)]));
+    let tangent = Tangent::at(&record, &[], &[], Bend::Free).unwrap();
+    let own = weigh(&record, &tangent, &[], influx(INFLUX_S.0).applied);
+    let explained = 0.5 * own.score.powi(2) / own.energy;
+    let told = format!("of the evidence of {explained:.0} at ");
+    assert!(checks[0].detail.starts_with(&told), "{}", checks[0].detail);
 }
