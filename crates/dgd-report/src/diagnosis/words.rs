@@ -239,11 +239,13 @@ pub(super) fn gain(finding: &Finding, together: bool) -> Option<String> {
     let takes = if together { "they take" } else { "it takes" };
     let interval = if low.is_finite() && high.is_finite() {
         let told = if high < 0.0 {
-            (-high, -low)
+            percent_interval((-high, -low))
+        } else if low > 0.0 {
+            percent_interval((low, high))
         } else {
-            (low, high)
+            more_to_less(low, high)
         };
-        format!(" (95\u{a0}% interval {})", percent_interval(told))
+        format!(" (95\u{a0}% interval {told})")
     } else {
         String::new()
     };
@@ -265,14 +267,15 @@ pub(super) fn gain(finding: &Finding, together: bool) -> Option<String> {
     })
 }
 
+/// An interval that no gain lies in.
+fn more_to_less(low: f64, high: f64) -> String {
+    format!("{} more to {} less", percent(-low), percent(high))
+}
+
 /// By how much less the error is, with its interval; no gain is none.
 pub(super) fn less((low, high): (f64, f64)) -> String {
     if low <= 0.0 && high >= 0.0 {
-        format!(
-            "no sure gain; 95\u{a0}%: {} more to {} less",
-            percent(-low),
-            percent(high)
-        )
+        format!("no sure gain; 95\u{a0}%: {}", more_to_less(low, high))
     } else if high < 0.0 {
         format!("95\u{a0}%: {} more", percent_interval((-high, -low)))
     } else {
