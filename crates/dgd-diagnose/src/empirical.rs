@@ -17,8 +17,9 @@ use crate::twins::{Pair, Twins};
 use crate::unrest::wander;
 use crate::vectors::most_within;
 use dgd_effects::{
-    Effect, INLET_READING, KNOTS, METER_FACTOR, Method, PERIOD, PLACES, QUANTITIES, Relation,
-    unknown,
+    BALANCE, BOOSTER_FLOW, Effect, FLOW_RATE, FRICTION, HEAD, INLET_PRESSURE, INLET_READING, KNOTS,
+    METER_FACTOR, MUD_PUMP_FLOW, Method, PERIOD, PLACES, PUMP_SPEED, QUANTITIES, RETURN_FLOW,
+    Relation, TIME, unknown,
 };
 use rayon::prelude::*;
 use smooth::{smoothed, weighed};
@@ -124,12 +125,12 @@ pub(crate) fn corrections(record: &Record, state: &[Applied]) -> Vec<Correction>
     // A curve of flow and speed is the relation itself there: identification, no finding. A mass balance along the rate of
     // the flow is timing. Readings drift, or another line's flow gets into them.
     let own = |place, quantity| match place {
-        0 => quantity == 4,
-        1 => matches!(quantity, 4 | 5),
-        2 => quantity == 7,
-        INLET_READING => quantity != 0,
-        METER_FACTOR => !matches!(quantity, 0 | 4),
-        _ => !matches!(quantity, 2 | 3),
+        FRICTION => quantity == RETURN_FLOW,
+        HEAD => matches!(quantity, RETURN_FLOW | PUMP_SPEED),
+        BALANCE => quantity == FLOW_RATE,
+        INLET_READING => quantity != TIME,
+        METER_FACTOR => !matches!(quantity, TIME | RETURN_FLOW),
+        _ => !matches!(quantity, MUD_PUMP_FLOW | BOOSTER_FLOW),
     };
     let places: Vec<(usize, usize)> = (0..PERIOD)
         .flat_map(|quantity| (0..DRAWN).map(move |place| (place, quantity)))
@@ -263,7 +264,7 @@ fn drawn(
         return None;
     }
     let unit = PLACES[place].width;
-    let count = if course.period.is_some() || QUANTITIES[quantity] == "inlet pressure" {
+    let count = if course.period.is_some() || quantity == INLET_PRESSURE {
         FINE_KNOTS
     } else {
         KNOTS
@@ -274,7 +275,7 @@ fn drawn(
         tangent.change(record, &joined(state, &Applied::new(unknown(), parameters)))
     };
     let witnessed = beside_riser
-        .filter(|_| place == INLET_READING && QUANTITIES[quantity] == "time")
+        .filter(|_| place == INLET_READING && quantity == TIME)
         .and_then(|twins| twins.normal_equations((from, to), unit));
     if let Some((gram, right)) = &witnessed
         && weighed(&smoothed(gram, right, false, false)) <= 0.0
@@ -317,7 +318,7 @@ fn drawn(
             .collect()
     };
     let (mut gram, mut right) = tangent.normal_equations(record, &columns);
-    let balanced = PLACES[place].relation == Relation::RiserMassBalance && quantity == 0;
+    let balanced = PLACES[place].relation == Relation::RiserMassBalance && quantity == TIME;
     let round = course.period.is_some();
     let mut curves = smoothed(&gram, &right, balanced, round);
     let borne = weighed(&curves);
@@ -353,8 +354,7 @@ fn drawn(
     };
     // The booster's flow enters an outlet's reading alone: as little as in the friction, where it shows. The mud pump's comes and goes
     // with the return flow, as what mud leaves of its strength at rest does.
-    let booster =
-        PLACES[place].relation == Relation::Instrument && QUANTITIES[quantity] == "booster flow";
+    let booster = PLACES[place].relation == Relation::Instrument && quantity == BOOSTER_FLOW;
     Some(Correction {
         applied,
         signature,
@@ -399,24 +399,21 @@ pub(crate) fn is_seen(one: &Applied) -> bool {
         && seen::pair_of(whole(one.parameters[0])).is_some()
 }
 
-/// The quantity that what answers late leaves its trace in.
-pub(crate) const FLOW_RATE: &str = "rate of the return flow";
-
 /// Evidence that a correction reaches on sound recordings of this one's length.
 pub(crate) fn hurdle(c: &Correction) -> f64 {
-    let of_hours = match (PLACES[c.place].relation, QUANTITIES[c.quantity]) {
+    let of_hours = match (PLACES[c.place].relation, c.quantity) {
         // Transmitters and drives answer late: what is left follows how fast things move.
         (Relation::PumpHead, FLOW_RATE) => 60.0,
         // What errors of the flow do to a fitted curve, too.
-        (Relation::PumpHead, "inlet pressure") => 85.0,
-        (Relation::PumpHead, "booster flow") => 25.0,
+        (Relation::PumpHead, INLET_PRESSURE) => 85.0,
+        (Relation::PumpHead, BOOSTER_FLOW) => 25.0,
         (Relation::PumpHead, _) => 20.0,
         // Speed stands for flow without its meter's noise.
-        (Relation::ReturnLineFriction, "pump speed") => 110.0,
+        (Relation::ReturnLineFriction, PUMP_SPEED) => 110.0,
         (Relation::ReturnLineFriction, FLOW_RATE) => 45.0,
-        (Relation::ReturnLineFriction, "inlet pressure") => 30.0,
+        (Relation::ReturnLineFriction, INLET_PRESSURE) => 30.0,
         (Relation::ReturnLineFriction, _) => 20.0,
-        (Relation::Instrument, "time") => 15.0,
+        (Relation::Instrument, TIME) => 15.0,
         (Relation::Instrument, _) => 25.0,
         _ => 15.0,
     };

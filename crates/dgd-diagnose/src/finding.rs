@@ -15,19 +15,6 @@ use dgd_effects::{
     told_apart_by,
 };
 
-/// [`QUANTITIES`] with their SI units.
-const ALONG: [&str; QUANTITIES.len()] = [
-    "time_s",
-    "inlet_pressure_pa",
-    "mud_pump_flow_m3_s",
-    "booster_flow_m3_s",
-    "return_flow_m3_s",
-    "pump_speed_pct",
-    "time_since_start_s",
-    "return_flow_rate_m3_s2",
-    "time_within_period_s",
-];
-
 /// One named effect, or the correction that no effect explains.
 pub(crate) fn finding(
     record: &Record,
@@ -71,7 +58,7 @@ pub(crate) fn finding(
         held_out,
         equation_before: before.to_owned(),
         equation_after: match named.correction {
-            Some((_, q)) => format!("{before} + f({})", QUANTITIES[q]),
+            Some((_, q)) => format!("{before} + f({})", QUANTITIES[q].name),
             None => about.equation.to_owned(),
         },
         source: about.source.to_owned(),
@@ -86,7 +73,7 @@ pub(crate) fn finding(
 /// What of the model a correction finds amiss, such as "pump head depends on inlet pressure"; `None` of a cause.
 pub(crate) fn amiss(named: &Named) -> Option<String> {
     let (p, q) = named.correction?;
-    let (place, quantity) = (PLACES[p].name, QUANTITIES[q]);
+    let (place, quantity) = (PLACES[p].name, QUANTITIES[q].name);
     let parameters = &named.applied.parameters;
     let does = if q == PERIOD {
         let period_s = parameters[3] - parameters[2];
@@ -190,7 +177,7 @@ fn curve(parameters: &[f64], place: usize, quantity: usize) -> CorrectionCurve {
         })
         .collect();
     CorrectionCurve {
-        along: ALONG[quantity],
+        along: QUANTITIES[quantity].si_name,
         adds: match place {
             METER_FACTOR => "correction_fraction",
             _ if PLACES[place].relation == Relation::RiserMassBalance => "correction_m3_s",

@@ -6,7 +6,7 @@ use crate::record::Record;
 use crate::relations::Applied;
 use crate::scan::on_grid;
 use crate::tangent::{Bend, Tangent, dot};
-use dgd_effects::{KNOTS, PERIOD, QUANTITIES, Role};
+use dgd_effects::{KNOTS, PERIOD, Role, TIME};
 
 /// Sharpens every parameter of the effects at and after `from`, about the whole hypothesis.
 pub(crate) fn refine(
@@ -73,7 +73,7 @@ pub(crate) fn settled(
             let quantity = whole(own.parameters[1]);
             if let Some(found) = again(record, &others, &own, excluded) {
                 state[k] = Some(found.applied);
-            } else if quantity == PERIOD || QUANTITIES.get(quantity) == Some(&"time") {
+            } else if matches!(quantity, PERIOD | TIME) {
                 state[k] = None;
             }
             continue;

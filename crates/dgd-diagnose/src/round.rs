@@ -107,7 +107,7 @@ impl<'a> Round<'a> {
             debug!(
                 "round {number}: correction of {} by {} {:.1} of {:.1}, freedom {:.1}",
                 PLACES[r.place].name,
-                QUANTITIES[r.quantity],
+                QUANTITIES[r.quantity].name,
                 r.evidence,
                 self.unknown_hurdle(r),
                 r.freedom

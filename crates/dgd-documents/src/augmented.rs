@@ -279,7 +279,7 @@ fn read_knots(section: &Section<'_, '_>, listed: &Value<'_>) -> Option<Vec<f64>>
 fn codes(effect: &str, parameter: &str) -> Vec<&'static str> {
     match (effect, parameter) {
         ("unknown", "relation") => PLACES.iter().map(|place| place.name).collect(),
-        ("unknown", "quantity") => QUANTITIES.to_vec(),
+        ("unknown", "quantity") => QUANTITIES.map(|q| q.name).to_vec(),
         _ => Vec::new(),
     }
 }

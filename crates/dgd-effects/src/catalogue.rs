@@ -62,8 +62,9 @@ pub fn catalogue() -> &'static [&'static dyn Effect] {
 }
 
 pub use unknown::{
-    HEAD, INLET_READING, INLETS, KNOTS, METER_FACTOR, OUTLET_READING, OUTLETS, PERIOD, PLACES,
-    Place, QUANTITIES, RISER_READING, SINCE_START, SUCTION,
+    BALANCE, BOOSTER_FLOW, FLOW_RATE, FRICTION, HEAD, INLET_PRESSURE, INLET_READING, INLETS, KNOTS,
+    METER_FACTOR, MUD_PUMP_FLOW, OUTLET_READING, OUTLETS, PERIOD, PLACES, PUMP_SPEED, Place,
+    QUANTITIES, Quantity, RETURN_FLOW, RISER_READING, SINCE_START, SUCTION, TIME,
 };
 
 /// The empirical correction, which stands for what the catalogue does not hold.

@@ -20,9 +20,10 @@ mod search;
 
 pub use augmented::{AppliedEffect, AugmentedModel, FreeRun, Inputs, UnknownEffect};
 pub use catalogue::{
-    HEAD, INLET_READING, INLETS, KNOTS, METER_FACTOR, OUTLET_READING, OUTLETS, PERIOD, PLACES,
-    Place, QUANTITIES, RISER_READING, SINCE_START, SUCTION, catalogue, find, told_apart_by,
-    unknown,
+    BALANCE, BOOSTER_FLOW, FLOW_RATE, FRICTION, HEAD, INLET_PRESSURE, INLET_READING, INLETS, KNOTS,
+    METER_FACTOR, MUD_PUMP_FLOW, OUTLET_READING, OUTLETS, PERIOD, PLACES, PUMP_SPEED, Place,
+    QUANTITIES, Quantity, RETURN_FLOW, RISER_READING, SINCE_START, SUCTION, TIME, catalogue, find,
+    told_apart_by, unknown,
 };
 pub use curves::{
     Curves, FRICTION_TERMS, HEAD_POWERS, HEAD_TERMS, STANDING_M3_S, Scale, friction_terms,

@@ -164,7 +164,7 @@ fn a_correction_is_told_by_its_place_and_its_quantity() {
         named.correction = Some((place, quantity));
         let told = told(&named);
         let name = PLACES[place].name;
-        let along = QUANTITIES[quantity];
+        let along = QUANTITIES[quantity].name;
         let title = match quantity {
             0 => format!("{name} drifts over time"),
             PERIOD => format!("{name} swings with a period of 42 min"),

@@ -96,7 +96,7 @@ fn what_lies_in_left_out_rows_stays_as_it_was_given() {
 fn a_curve_along_time_that_the_recording_does_not_show_goes_and_one_along_the_speed_stays() {
     let record = hiding(0.0);
     for (along, stays) in [("time", false), ("pump speed", true)] {
-        let quantity = QUANTITIES.iter().position(|q| *q == along).unwrap();
+        let quantity = QUANTITIES.iter().position(|q| q.name == along).unwrap();
         let mut parameters = vec![0.0, quantity as f64, 40.0, 70.0];
         if along == "time" {
             (parameters[2], parameters[3]) = record.setting.span_s;

@@ -4,14 +4,14 @@ use super::form::NO_ODDS;
 use super::hurdles::{FURTHER, timed};
 use super::{Bent, Round};
 use crate::contest::{self, Contender, contest, material, solved};
-use crate::empirical::{Correction, FLOW_RATE, corrections, hurdle, plausible};
+use crate::empirical::{Correction, corrections, hurdle, plausible};
 use crate::ended::ended;
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::scan::on_grid;
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent};
-use dgd_effects::{About, HEAD, PLACES, QUANTITIES, Relation};
+use dgd_effects::{About, FLOW_RATE, HEAD, INLET_PRESSURE, PLACES, Relation, TIME};
 use std::cell::OnceCell;
 use tracing::debug;
 
@@ -181,9 +181,8 @@ pub(super) fn rivals_beside(
         return rivals;
     }
     for end in ended(record, gate, state) {
-        let along_time = |r: &&mut Correction| {
-            PLACES[r.place].relation == end.relation && QUANTITIES[r.quantity] == "time"
-        };
+        let along_time =
+            |r: &&mut Correction| PLACES[r.place].relation == end.relation && r.quantity == TIME;
         // It is a curve along time, with an edge that knots do not have.
         if let Some(r) = rivals.iter_mut().find(along_time) {
             r.evidence = r.evidence.max(end.evidence);
@@ -203,6 +202,5 @@ pub(super) fn share_rows(one: usize, other: usize) -> bool {
 /// Whether a correction is what a late meter leaves over, and no second thing: its form follows the rate of the flow, and the flow
 /// that is made of its reading is the noisier, which turns the head towards the inlet pressure.
 pub(super) fn owed_to_timing(r: &Correction) -> bool {
-    let quantity = QUANTITIES[r.quantity];
-    quantity == FLOW_RATE || (r.place == HEAD && quantity == "inlet pressure")
+    r.quantity == FLOW_RATE || (r.place == HEAD && r.quantity == INLET_PRESSURE)
 }

@@ -16,8 +16,8 @@ use crate::step::Step;
 use crate::suction::Unmeasured;
 use crate::tangent::{Bend, Tangent, dot};
 use dgd_effects::{
-    HEAD, INLETS, METER_FACTOR, OUTLET_READING, OUTLETS, PLACES, QUANTITIES, RISER_READING,
-    Relation, find, unknown,
+    HEAD, INLET_PRESSURE, INLETS, METER_FACTOR, OUTLET_READING, OUTLETS, PLACES, QUANTITIES,
+    RISER_READING, Relation, find, unknown,
 };
 use dgd_units::STANDARD_ATMOSPHERE_PA;
 
@@ -505,7 +505,7 @@ fn what_sound_recordings_show_too_is_no_rival_to_a_form_that_holds() {
     let record = sound();
     let wear = |evidence: f64| contender("pump_wear", &[2e-3], evidence, HERE);
     let lean = |evidence: f64| Correction {
-        quantity: (QUANTITIES.iter().position(|q| *q == "inlet pressure")).unwrap(),
+        quantity: INLET_PRESSURE,
         ..correction(HEAD, evidence)
     };
     let reached = hurdle(&lean(0.0));
@@ -1112,7 +1112,7 @@ fn a_late_meter_leaves_laws_of_the_rate_and_a_head_that_leans_over() {
                 ..correction(*place, 50.0)
             })
         })
-        .map(|(place, quantity)| (place, QUANTITIES[quantity]))
+        .map(|(place, quantity)| (place, QUANTITIES[quantity].name))
         .collect();
     let mut expected: Vec<(usize, &str)> = (0..PLACES.len())
         .map(|place| (place, "rate of the return flow"))

@@ -140,10 +140,12 @@ const ONE_OUTLET: Place = Place {
     least: 2.5e3,
 };
 
-const FRICTION: usize = 0;
+/// Place of the return line's friction in [`PLACES`].
+pub const FRICTION: usize = 0;
 /// Place of the pump's head in [`PLACES`].
 pub const HEAD: usize = 1;
-const BALANCE: usize = 2;
+/// Place of the riser's mass balance in [`PLACES`].
+pub const BALANCE: usize = 2;
 /// Place of the reading of the pump inlet transmitters in [`PLACES`].
 pub const INLET_READING: usize = 3;
 /// Place of the reading of the pump outlet transmitters in [`PLACES`].
@@ -162,24 +164,51 @@ pub const OUTLETS: [usize; 2] = [10, 11];
 /// A meter that reads by half too much or too little is no longer one: knots end there.
 const MOST_OFF: f64 = 0.5;
 
-/// Quantities along which a relation or reading is corrected, in the order of their codes.
-pub const QUANTITIES: [&str; 9] = [
-    "time",
-    "inlet pressure",
-    "mud pump flow",
-    "booster flow",
-    "return flow",
-    "pump speed",
-    "time since the pump started",
-    "rate of the return flow",
-    "time within its period",
-];
+/// Something along which a relation or reading is corrected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Quantity {
+    /// Its name.
+    pub name: &'static str,
+    /// Its name with the SI unit.
+    pub si_name: &'static str,
+}
 
+/// Place of the time in [`QUANTITIES`].
+pub const TIME: usize = 0;
+/// Place of the pump inlet pressure in [`QUANTITIES`].
+pub const INLET_PRESSURE: usize = 1;
+/// Place of the mud pump flow in [`QUANTITIES`].
+pub const MUD_PUMP_FLOW: usize = 2;
+/// Place of the booster flow in [`QUANTITIES`].
+pub const BOOSTER_FLOW: usize = 3;
+/// Place of the return flow in [`QUANTITIES`].
+pub const RETURN_FLOW: usize = 4;
+/// Place of the pump's speed in [`QUANTITIES`].
+pub const PUMP_SPEED: usize = 5;
 /// Place of the time since the pump started in [`QUANTITIES`]: knots lie evenly along `ln(1 + minutes)`.
 pub const SINCE_START: usize = 6;
-
+/// Place of the rate of the return flow in [`QUANTITIES`].
+pub const FLOW_RATE: usize = 7;
 /// Place of the time within its period in [`QUANTITIES`]: knots go from the beginning of the first one to its end, and round again.
 pub const PERIOD: usize = 8;
+
+/// Quantities along which a relation or reading is corrected, in the order of their codes.
+pub const QUANTITIES: [Quantity; 9] = {
+    const fn of(name: &'static str, si_name: &'static str) -> Quantity {
+        Quantity { name, si_name }
+    }
+    let mut all = [of("", ""); 9];
+    all[TIME] = of("time", "time_s");
+    all[INLET_PRESSURE] = of("inlet pressure", "inlet_pressure_pa");
+    all[MUD_PUMP_FLOW] = of("mud pump flow", "mud_pump_flow_m3_s");
+    all[BOOSTER_FLOW] = of("booster flow", "booster_flow_m3_s");
+    all[RETURN_FLOW] = of("return flow", "return_flow_m3_s");
+    all[PUMP_SPEED] = of("pump speed", "pump_speed_pct");
+    all[SINCE_START] = of("time since the pump started", "time_since_start_s");
+    all[FLOW_RATE] = of("rate of the return flow", "return_flow_rate_m3_s2");
+    all[PERIOD] = of("time within its period", "time_within_period_s");
+    all
+};
 
 const fn knot(name: &'static str) -> Parameter {
     Parameter {
@@ -296,14 +325,14 @@ impl Effect for Unknown {
                 slow = Some(now);
             }
             let x = match quantity {
-                0 => at.t_s,
-                1 => at.inlet_pa,
-                2 => at.mud_pump_m3_s,
-                3 => at.booster_m3_s,
-                4 => at.flow_m3_s,
-                5 => at.speed_pct,
+                TIME => at.t_s,
+                INLET_PRESSURE => at.inlet_pa,
+                MUD_PUMP_FLOW => at.mud_pump_m3_s,
+                BOOSTER_FLOW => at.booster_m3_s,
+                RETURN_FLOW => at.flow_m3_s,
+                PUMP_SPEED => at.speed_pct,
                 SINCE_START => (since / 60.0).ln_1p(),
-                7 => (at.flow_m3_s - now) / 20.0,
+                FLOW_RATE => (at.flow_m3_s - now) / 20.0,
                 PERIOD => from + (at.t_s - from).rem_euclid(to - from),
                 _ => return,
             };

@@ -2,7 +2,7 @@
 
 use super::made;
 use crate::claims::fixture::steady;
-use crate::empirical::{FLOW_RATE, hurdle, is_correction, plausible, range};
+use crate::empirical::{hurdle, is_correction, plausible, range};
 use dgd_effects::{KNOTS, PLACES, QUANTITIES, Relation, catalogue, unknown};
 
 #[test]
@@ -56,18 +56,18 @@ fn a_quantity_has_the_range_that_all_but_the_last_fiftieths_of_it_lie_in() {
 fn what_answers_late_or_stands_for_the_flow_must_show_more() {
     let of = |relation: Relation, quantity: &str| {
         let place = PLACES.iter().position(|p| p.relation == relation).unwrap();
-        let quantity = QUANTITIES.iter().position(|q| *q == quantity).unwrap();
+        let quantity = QUANTITIES.iter().position(|q| q.name == quantity).unwrap();
         hurdle(&made(place, quantity, &[], 0.0))
     };
     let head = |quantity| of(Relation::PumpHead, quantity);
     let friction = |quantity| of(Relation::ReturnLineFriction, quantity);
     let balance = |quantity| of(Relation::RiserMassBalance, quantity);
     let reading = |quantity| of(Relation::Instrument, quantity);
-    assert!(head("inlet pressure") > head(FLOW_RATE));
-    assert!(head(FLOW_RATE) > head("booster flow"));
+    assert!(head("inlet pressure") > head("rate of the return flow"));
+    assert!(head("rate of the return flow") > head("booster flow"));
     assert!(head("booster flow") > head("time") && head("time") == head("mud pump flow"));
-    assert!(friction("pump speed") > 2.0 * friction(FLOW_RATE));
-    assert!(friction(FLOW_RATE) > friction("inlet pressure"));
+    assert!(friction("pump speed") > 2.0 * friction("rate of the return flow"));
+    assert!(friction("rate of the return flow") > friction("inlet pressure"));
     assert!(friction("inlet pressure") > friction("time"));
     assert!(friction("time") == head("time") && head("time") > balance("time"));
     assert!(balance("time") == balance("pump speed") && balance("time") == reading("time"));
