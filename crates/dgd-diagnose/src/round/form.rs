@@ -116,6 +116,8 @@ impl Round<'_> {
     /// What lowers the head for a while as something that stays once it has set in, with the logarithm of the odds of that, unless an end is
     /// seen. Gas passes and wear grows: the catalogue holds no loss that stays.
     pub(super) fn lasting(&self, c: &Contender) -> Option<(Contender, f64)> {
+        /// Ends that are tried up to that of the recording, and one.
+        const LATER: usize = 10;
         let about = c.effect.about();
         let (Some(onset), Some(duration)) = (about.onset(), about.duration()) else {
             return None;
@@ -131,7 +133,13 @@ impl Round<'_> {
             weigh(self.record, &self.gate, &self.state, one)
         };
         let best = lasting(4.0 * self.record.lasts_s());
-        let more = best.evidence - lasting(to - from).evidence;
+        // It may pass later than the search looks for.
+        let rest = self.record.setting.span_s.1 - from;
+        let later = (1..LATER).map(|k| rest * k as f64 / LATER as f64);
+        let passing = later
+            .chain([to - from])
+            .map(|lasts| lasting(lasts).evidence);
+        let more = best.evidence - passing.fold(f64::NEG_INFINITY, f64::max);
         // Of the same effect twice, of which the calibration takes half of the odds.
         let odds = more / (0.5 * c.temperature());
         debug!("{} stays: odds {odds:.1}", about.id);
