@@ -67,7 +67,10 @@ pub(crate) fn finding(
         separating_test: separating_test(about.id, &named.alternatives),
         same_as: same_as(record, named),
     };
-    only_resembled(told, about)
+    // What passes, but not within the recording, does not look like it in that.
+    let lasts = about.duration().map(|k| named.applied.parameters[k]);
+    let stays = lasts.is_some_and(|lasts_s| lasts_s > record.lasts_s());
+    only_resembled(told, about, stays)
 }
 
 /// What of the model a correction finds amiss, such as "pump head depends on inlet pressure"; `None` of a cause.
@@ -89,7 +92,7 @@ pub(crate) fn amiss(named: &Named) -> Option<String> {
 }
 
 /// A finding whose effect is likelier to resemble the cause than to be it, told as what the catalogue does not hold.
-fn only_resembled(mut told: Finding, about: &About) -> Finding {
+fn only_resembled(mut told: Finding, about: &About, stays: bool) -> Finding {
     let unknown = dgd_effects::unknown().about().id;
     let at = (told.alternatives.iter())
         .position(|(id, probability)| id == unknown && *probability > told.probability);
@@ -107,8 +110,9 @@ fn only_resembled(mut told: Finding, about: &About) -> Finding {
     Finding {
         resembles: Some(about.id),
         title: format!(
-            "something outside the catalogue, which looks as if {}",
-            about.title
+            "something outside the catalogue, which looks as if {}{}",
+            about.title,
+            if stays { ", but stays" } else { "" }
         ),
         probability: probability.clamp(0.01, 0.99),
         ..told

@@ -119,6 +119,24 @@ fn a_test_is_told_of_a_pair_that_the_catalogue_confuses_and_of_no_other() {
 }
 
 #[test]
+fn what_resembles_a_passing_effect_but_for_its_end_is_told_as_such() {
+    for (lasts_s, stays) in [(2400.0, false), (21_600.0, true)] {
+        let told = told(&Named {
+            probability: 0.1,
+            alternatives: vec![("unknown".to_owned(), 0.88)],
+            ..named("gas_in_pump", &[0.05, 1800.0, lasts_s, 60.0])
+        });
+        assert_eq!(told.resembles, Some("gas_in_pump"));
+        assert_eq!(
+            told.title.ends_with("for a while, but stays"),
+            stays,
+            "{}",
+            told.title
+        );
+    }
+}
+
+#[test]
 fn what_is_likelier_to_resemble_an_effect_is_told_as_unknown() {
     let mut named = influx();
     named.probability = 0.3;
