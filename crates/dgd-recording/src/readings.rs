@@ -80,6 +80,11 @@ mod tests {
             let at: Vec<usize> = readings(&held(k), 1.0).collect();
             assert_eq!(at, (0..400).step_by(k).collect::<Vec<_>>());
         }
+        // Beyond half a minute it is no slow source.
+        for (step_s, apart) in [(3.0, 10), (3.1, 1), (0.1, 10)] {
+            let at: Vec<usize> = readings(&held(10), step_s).collect();
+            assert_eq!(at[1] - at[0], apart, "{step_s}");
+        }
         // While it stands it is read as often, and one that is late begins anew.
         let mut stands = held(5);
         stands[200..300].fill(0.0);
