@@ -106,7 +106,19 @@ mod tests {
         let coarse: Vec<f64> = (0..400)
             .map(|i| (3.0 * (0.07 * i as f64).sin()).round())
             .collect();
-        for values in [set, coarse, vec![2.0; 400]] {
+        // Moved twice, as long after one another, and left there.
+        let moved: Vec<f64> = (0..400)
+            .map(|i| {
+                if i < 20 {
+                    1.0
+                } else if i < 40 {
+                    2.0
+                } else {
+                    3.0
+                }
+            })
+            .collect();
+        for values in [set, coarse, moved, vec![2.0; 400]] {
             assert_eq!(readings(&values, 1.0).count(), 400);
         }
         assert_eq!(readings(&[f64::NAN; 4], 1.0).count(), 0);
