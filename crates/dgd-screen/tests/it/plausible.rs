@@ -293,4 +293,12 @@ fn what_a_historian_leaves_out_is_told_with_its_size_and_what_is_sound_is_not() 
         }
     }
     assert_eq!(coarse(&Recording::default(), 1.0, &well()), []);
+    // What counts is for how long a reading is held, not for how many samples.
+    let held = kept(steady(7200, 1.0), back, 0.0, 30);
+    assert_eq!(coarse(&held, 0.2, &well()), []);
+    assert!(
+        only(&coarse(&held, 0.5, &well()))
+            .message
+            .contains("every 15 s")
+    );
 }
