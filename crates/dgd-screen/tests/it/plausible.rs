@@ -302,3 +302,19 @@ fn what_a_historian_leaves_out_is_told_with_its_size_and_what_is_sound_is_not() 
             .contains("every 15 s")
     );
 }
+
+/// A transmitter that leaps from sample to sample keeps all that it reads, and what rests while mud stands is no deadband.
+#[test]
+fn a_noisy_pressure_is_not_coarse_nor_is_one_that_rests_while_mud_stands() {
+    let inlet = Channel::PumpInletPressure(1);
+    let mut noisy = steady(7200, 1.0);
+    for (i, value) in noisy.channel_mut(inlet).unwrap().iter_mut().enumerate() {
+        // One sample of ten repeats the one before.
+        *value += 2e4 * (i.min(i / 10 * 10 + 8) % 7) as f64;
+    }
+    assert_eq!(coarse(&noisy, 1.0, &well()), []);
+    let mut stopped = noisy.clone();
+    stopped.return_flow_m3_s[..5000].fill(0.0);
+    stopped.channel_mut(inlet).unwrap()[..5000].fill(24e5);
+    assert_eq!(coarse(&stopped, 1.0, &well()), []);
+}
