@@ -88,7 +88,7 @@ pub(crate) fn left_over(named: &mut Named) {
 /// their relations too, and their odds are a quarter.
 ///
 /// Of 40 recordings of such a cause beside one of the catalogue (`dgd-plant conceal --level 2 --kind beside --count 40 --seed 904`) names beside an `unknown` are
-/// right in 24 and wrong in two; of 160 of such a cause alone (foreign, 901 to 903, and the proof of 317153) two have one.
+/// right in 25 and wrong in two; of 160 of such a cause alone (foreign, 901 to 903, and the proof of 317153) two have one.
 pub(crate) fn beside_unnamed(named: &mut [Named]) {
     let unnamed = |n: &Named| n.correction.is_some() && n.probability > 0.5;
     if named.iter().any(unnamed) {

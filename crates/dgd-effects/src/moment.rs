@@ -180,7 +180,7 @@ impl Setting {
     ///
     /// `inlet_pa`: pump inlet pressure, Pa absolute, shape `(n,)`, as the mean of its transmitters. Values that are not
     /// finite are passed over. The riser's volume follows from the median inlet pressure; a connection is a minute or
-    /// more with less than a tenth of the mud pump's 80th percentile.
+    /// more with less than a tenth of the mud pump's 80th percentile, of that while it runs where it stands for most of the time.
     pub fn of(well: &Well, recording: &Recording, inlet_pa: &[f64]) -> Self {
         let geometry = &well.geometry;
         let weight = well.mud_density_kg_m3 * STANDARD_GRAVITY_M_S2;

@@ -113,6 +113,8 @@ pub enum IssueKind {
     Gap,
     /// Time steps vary; each sample was moved to the nearest even step.
     Jitter,
+    /// A channel's stamps are late by no whole number of steps; it was moved by the nearest.
+    LateStamps,
     /// The file's unit and the well description disagree; the description was used.
     UnitDisagrees,
 }

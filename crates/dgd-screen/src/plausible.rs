@@ -9,7 +9,7 @@ mod words;
 
 use causes::{Cause, explain};
 use checks::{Check, faults, through};
-pub use coarse::coarse;
+pub use coarse::{TOO_SELDOM_S, coarse};
 use dgd_recording::{Channel, Recording, Well};
 use dgd_units::{PressureReference, STANDARD_ATMOSPHERE_PA};
 use facts::{FactPass, Facts, quantile};

@@ -145,9 +145,7 @@ pub(crate) fn carry_out(
 
 /// What is to be said of samples so far apart that causes of seconds to minutes cannot be seen in them.
 fn doubt_of_step(step_s: f64) -> Option<String> {
-    /// Samples may be so far apart, s: sound recordings of every tenth second, and those that were averaged over 30 s, were accused.
-    const FAR_S: f64 = 10.0;
-    (step_s >= FAR_S).then(|| {
+    (step_s >= dgd_screen::TOO_SELDOM_S).then(|| {
         format!(
             "a sample every {step_s:.0} s: means over that long blur what goes on at a stop, and make causes up that are not there; \
              believe no name before it is found in an export of 5 s or finer"

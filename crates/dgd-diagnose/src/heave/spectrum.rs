@@ -121,7 +121,7 @@ fn stretches_that_are_stuck_or_have_gaps_tell_nothing_and_spikes_little() {
     assert!((found.period_s - 10.0).abs() < 0.1, "{found:?}");
 }
 
-/// A hundredth of the samples, or every seventh, is bridged; a seventh beside longer gaps is not.
+/// Few samples, one or two at a time, are bridged; every seventh is too many, and three at a time are too long.
 #[test]
 fn few_missing_samples_do_not_hide_a_swell() {
     let series = pressure(12 * 512, 1.0, &[(0.5, 10.0)]);

@@ -114,7 +114,7 @@ impl Round<'_> {
     }
 
     /// What lowers the head for a while as something that stays once it has set in, with the logarithm of the odds of that, unless an end is
-    /// seen. Gas passes and wear grows: the catalogue holds no loss that stays.
+    /// seen. Gas passes and wear grows: the catalogue holds no loss that stays. An influx that goes on is one all the same.
     pub(super) fn lasting(&self, c: &Contender) -> Option<(Contender, f64)> {
         /// Ends that are tried up to that of the recording, and one.
         const LATER: usize = 10;

@@ -435,7 +435,7 @@ impl Recording {
             let moved_s = steps * clock.step_s;
             if (moved_s - late_s).abs() > 1e-6 * clock.step_s {
                 issues.push(Issue {
-                    kind: IssueKind::Jitter,
+                    kind: IssueKind::LateStamps,
                     place: channel.to_string(),
                     message: format!(
                         "is {late_s} s late; its samples were moved by {moved_s} s, whole steps of the clock"

@@ -306,6 +306,7 @@ fn stamps_are_moved_by_whole_steps_which_is_told() {
         bits(&moved.pump_speed_pct),
         bits(&[2.0, 3.0, f64::NAN, f64::NAN])
     );
+    assert_eq!(issues[0].kind, IssueKind::LateStamps);
     assert_eq!(
         issues[0].to_string(),
         "pump_speed: is 3.5 s late; its samples were moved by 4 s, whole steps of the clock"

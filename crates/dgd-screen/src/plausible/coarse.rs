@@ -1,6 +1,6 @@
 //! Channels of which a historian keeps too little: a deadband, few digits, or a value every half minute.
 
-use super::facts::{is_flow, is_pressure, quantile, source_of};
+use super::facts::{is_pressure, quantile, source_of};
 use super::{Suspicion, place, words};
 use dgd_recording::{Channel, ChannelSource, Recording, Well, held_for};
 
@@ -10,15 +10,14 @@ const FLOWING_M3_S: f64 = 1e-3;
 const RESTS: f64 = 0.5;
 /// Fewest movements that tell their size.
 const FEWEST: usize = 20;
-/// Least movement of a pressure that is too coarse, Pa, and of the return flow, m³/s. Sound recordings with steps of 0.07 bar and of 38 L/min
-/// were told as sound; with 0.2 bar and 95 L/min causes were made up.
+/// Least movement of a pressure that is too coarse, Pa, and of the return flow, m³/s: set by hand.
 const PRESSURE_PA: f64 = 1.5e4;
 const FLOW_M3_S: f64 = 1e-3;
-/// Time for which a reading is held that is too long, s: as far as samples may be apart.
-const HELD_S: f64 = 10.0;
+/// Time between two readings that is too long for causes of seconds to minutes, s: set by hand.
+pub const TOO_SELDOM_S: f64 = 10.0;
 
 /// Channels in which causes are made up by what a historian leaves out: pressures and the return flow that rest while mud flows and then move
-/// by much, and any flow or pressure whose readings are held for 10 s or more.
+/// by much, and any flow or pressure whose readings are held for [`TOO_SELDOM_S`] or more.
 ///
 /// - `recording`: as read, before any screening, on an even clock; any length.
 /// - `step_s`: step of that clock, s.
@@ -40,7 +39,7 @@ pub fn coarse(recording: &Recording, step_s: f64, well: &Well) -> Vec<Suspicion>
             return None;
         };
         let held_s = held_for(values) as f64 * step_s;
-        let how = if held_s >= HELD_S && channel != Channel::PumpSpeed {
+        let how = if held_s >= TOO_SELDOM_S && channel != Channel::PumpSpeed {
             format!(
                 "tells a reading every {} s and holds it in between",
                 words::number(held_s)
@@ -67,11 +66,8 @@ fn movement(channel: Channel, values: &[f64], flowing: &[bool]) -> Option<f64> {
     let most = match channel {
         Channel::ReturnFlow => FLOW_M3_S,
         other if is_pressure(other) => PRESSURE_PA,
-        other => {
-            // Strokes are counted, and a set-point is set.
-            debug_assert!(is_flow(other) || other == Channel::PumpSpeed);
-            return None;
-        }
+        // Strokes are counted, and a set-point is set.
+        _ => return None,
     };
     let mut last = f64::NAN;
     let (mut rests, mut moves) = (0, Vec::new());
