@@ -6,7 +6,7 @@ mod footprint;
 mod form;
 mod hurdles;
 
-use crate::contest::{Contender, contest, solved};
+use crate::contest::{self, Contender, contest, solved};
 use crate::empirical::Correction;
 use crate::record::Record;
 use crate::relations::Applied;
@@ -205,6 +205,13 @@ impl<'a> Round<'a> {
             return self.unnamed(seen, evidence, None);
         }
         Ruling::Named(self.named(best, Some(odds)))
+    }
+
+    /// Whether an effect stands out beside what has been named, by what is asked of one that stands alone.
+    pub(crate) fn shows(&self, id: &str) -> bool {
+        let it = |c: &&Contender| c.effect.about().id == id;
+        (self.contenders.iter().find(it))
+            .is_some_and(|c| c.evidence > contest::hurdle(self.record, &c.best.applied))
     }
 
     /// The one of some effects that explains most, named whatever its evidence; `None` if the recording excites none of them.

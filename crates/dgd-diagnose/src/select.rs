@@ -149,9 +149,9 @@ pub(crate) fn select(
         // Two at a time would be held for nothing.
         drop(last.take());
         if std::mem::take(&mut joined_others)
-            && let Some(exchanged) = exchanged(record, start, &selection)
+            && let Some(revised) = revised(record, start, &selection)
         {
-            selection = exchanged;
+            selection = revised;
         }
         for one in selection.state() {
             let kind = if one.allowance { "allowed" } else { "named" };
@@ -195,8 +195,8 @@ pub(crate) fn select(
         }
     }
     // The last round that may name an effect has none behind it.
-    if joined_others && let Some(exchanged) = exchanged(record, start, &selection) {
-        selection = exchanged;
+    if joined_others && let Some(revised) = revised(record, start, &selection) {
+        selection = revised;
     }
     // No round is left in which a second effect might come.
     settled(&mut selection, &mut promises, &Ruling::Nothing);
@@ -211,9 +211,9 @@ pub(crate) fn select(
     Some(selection)
 }
 
-/// The selection with another effect in the place of one that was named before the last, where the two explain more: what is best by itself
-/// need not be one of the best two. `None` where none is.
-fn exchanged(record: &Record, start: &[Applied], selection: &Selection) -> Option<Selection> {
+/// The selection without an effect that was named before the last and stands out no more beside it, or with another one in its place, where
+/// the two explain more: what is best by itself need not be one of the best two. `None` where it stands.
+fn revised(record: &Record, start: &[Applied], selection: &Selection) -> Option<Selection> {
     /// Misfit that the other must save.
     const SAVES: f64 = 5.0;
     let (last, before) = selection.named.split_last()?;
@@ -231,8 +231,16 @@ fn exchanged(record: &Record, start: &[Applied], selection: &Selection) -> Optio
     for k in rivals {
         let mut other = selection.clone();
         let gone = other.named.remove(k).applied.effect.about().id;
-        let Some(Ruling::Named(named)) = Round::about(record, &other).map(|round| round.ruling())
-        else {
+        let Some(round) = Round::about(record, &other) else {
+            continue;
+        };
+        if !round.shows(gone) {
+            debug!("{gone} does not show beside {}", last.applied.effect.about().id);
+            other.named.pop();
+            other.accept(record, start, last.clone())?;
+            return Some(other);
+        }
+        let Ruling::Named(named) = round.ruling() else {
             continue;
         };
         let id = named.applied.effect.about().id;
