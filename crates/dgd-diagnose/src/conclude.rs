@@ -22,7 +22,7 @@ use crate::refine::settled;
 use crate::relations::{Applied, Blocks, Rows};
 use crate::select::{Named, Sought, select};
 use crate::step::Step;
-use crate::tangent::{Bend, Tangent};
+use crate::tangent::{Bend, LEAST_ROWS, Tangent};
 use crate::tested::tested;
 use crate::traces::traces;
 use again::again;
@@ -50,8 +50,8 @@ const LEAST_BLOCKS: usize = 190;
 /// pool the catalogue is weighed; memory grows in proportion to the samples.
 ///
 /// # Errors
-/// [`DiagnoseError::TooShort`] below 190 blocks of 10 s (of a step, where steps are longer), or where fewer than sixty outside
-/// the held-out windows show the line or the pump; [`DiagnoseError::Step`] on steps above a minute;
+/// [`DiagnoseError::TooShort`] below 190 blocks of 10 s (of a step, where steps are longer), [`DiagnoseError::TooFew`] where fewer than
+/// sixty outside the held-out windows show the line or the pump; [`DiagnoseError::Step`] on steps above a minute;
 /// [`DiagnoseError::UnknownEffect`] and [`DiagnoseError::NotInCatalogue`] if `options.start` or `options.suspects` hold an
 /// effect that the catalogue does not, [`DiagnoseError::NoEffects`] if `options.most_effects` is 0;
 /// [`DiagnoseError::Prepared`] and [`DiagnoseError::Well`] on input that cannot be.
@@ -69,7 +69,11 @@ pub fn diagnose(
     progress(Stage::Baseline);
     let record = Record::new(well, prepared, &options.without);
     if record.blocks < LEAST_BLOCKS {
-        return Err(too_short(&record));
+        return Err(DiagnoseError::TooShort {
+            block_s: record.block_s(),
+            blocks: record.blocks,
+            needed: LEAST_BLOCKS,
+        });
     }
     let sought = if options.suspects.is_empty() {
         Sought::Any(options.most_effects)
@@ -81,13 +85,13 @@ pub fn diagnose(
     let mut selection = select(&record, &known, sought, |round| {
         progress(Stage::Screening(round))
     })
-    .ok_or_else(|| too_short(&record))?;
+    .ok_or_else(|| too_few(&record))?;
     believe(&record, &mut selection.named, sought);
     progress(Stage::Fitting);
     let kept = given.iter().zip(&here).filter(|(_, here)| here.is_some());
     let kept: Vec<Applied> = kept.map(|(given, _)| given.clone()).collect();
     let models =
-        Models::trained(&record, &selection, &known, kept).ok_or_else(|| too_short(&record))?;
+        Models::trained(&record, &selection, &known, kept).ok_or_else(|| too_few(&record))?;
     progress(Stage::Confirming);
     let mut checks: Vec<Check> = refitted(&given, &here, record.setting.span_s)
         .into_iter()
@@ -107,7 +111,7 @@ pub fn diagnose(
         )?);
     }
     let state = selection.state();
-    let full = Tangent::at(&record, &state, &[], Bend::Free).ok_or_else(|| too_short(&record))?;
+    let full = Tangent::at(&record, &state, &[], Bend::Free).ok_or_else(|| too_few(&record))?;
     let traces = traces(
         &record,
         (&models.before_fit, &models.start),
@@ -190,11 +194,12 @@ fn accepted(
     Ok(given)
 }
 
-fn too_short(record: &Record) -> DiagnoseError {
-    DiagnoseError::TooShort {
+fn too_few(record: &Record) -> DiagnoseError {
+    DiagnoseError::TooFew {
         block_s: record.block_s(),
         usable: usable(record),
-        needed: LEAST_BLOCKS,
+        blocks: record.blocks,
+        needed: LEAST_ROWS,
     }
 }
 

@@ -398,16 +398,32 @@ pub enum DiagnoseError {
     /// No effect may be named.
     #[error("option `most_effects` is 0, expected at least 1")]
     NoEffects,
-    /// Too little of the recording can be used.
+    /// The recording is too short.
     #[error(
-        "{usable} blocks of {block_s} s with flow and pressure can be used, a diagnosis needs {needed} ({:.0} min): record for longer, or see what the screening rejects", *needed as f64 * block_s / 60.0
+        "the recording holds {blocks} blocks of {block_s} s, a diagnosis needs {needed} ({:.0} min): record for longer",
+        *needed as f64 * block_s / 60.0
     )]
     TooShort {
         /// Length of a block, s.
         block_s: f64,
-        /// Blocks in which both line and pump can be judged.
-        usable: usize,
+        /// Blocks of the recording.
+        blocks: usize,
         /// Blocks needed.
+        needed: usize,
+    },
+    /// Too little of the recording can be used.
+    #[error(
+        "flow and pressures can be used in {usable} of {blocks} blocks of {block_s} s, a diagnosis needs {needed} besides its held-out windows: \
+         see what the screening rejects, or record for longer"
+    )]
+    TooFew {
+        /// Length of a block, s.
+        block_s: f64,
+        /// Blocks in which both line and pump can be judged, held out or not.
+        usable: usize,
+        /// Blocks of the recording.
+        blocks: usize,
+        /// Blocks needed outside the held-out windows, of the line and of the pump.
         needed: usize,
     },
     /// A suspect is no effect of the catalogue.

@@ -245,6 +245,9 @@ fn region(record: &Record, interval: (f64, f64)) -> String {
 /// Doubt in a swell that stands no higher than it must; one twice as high is doubted half as much.
 const DOUBT: f64 = 0.4;
 
+/// Standard deviation that the period of a swell has at the least, s: the sea's own changes by more within hours.
+const LEAST_PERIOD_SD_S: f64 = 0.05;
+
 /// An effect that comes from a spectrum, not from the relations.
 pub(crate) fn heaving(
     record: &Record,
@@ -253,11 +256,11 @@ pub(crate) fn heaving(
     simulation: &Simulation,
 ) -> Finding {
     let span = record.setting.span_s;
-    let half = 1.96 * s.period_sd_s.max(0.05);
+    let within = |value: f64, sd: f64| (value, (value - 1.96 * sd, value + 1.96 * sd));
     // Period, then amplitude.
     let found = [
-        (s.period_s, (s.period_s - half, s.period_s + half)),
-        (s.amplitude_m, (0.7 * s.amplitude_m, 1.3 * s.amplitude_m)),
+        within(s.period_s, s.period_sd_s.max(LEAST_PERIOD_SD_S)),
+        within(s.amplitude_m, s.amplitude_sd_m),
     ];
     Finding {
         effect: about.id.to_owned(),
@@ -286,8 +289,8 @@ pub(crate) fn heaving(
         equation_before: equation_without(about).to_owned(),
         equation_after: about.equation.to_owned(),
         source: about.source.to_owned(),
-        evidence: s.ratio,
-        hurdle: s.believed,
+        evidence: s.evidence,
+        hurdle: s.hurdle,
         separating_test: None,
         same_as: None,
     }

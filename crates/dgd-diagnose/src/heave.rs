@@ -18,10 +18,16 @@ pub(crate) struct Swell {
     /// One standard deviation of the period.
     pub period_sd_s: f64,
     pub amplitude_m: f64,
+    /// One standard deviation of the amplitude.
+    pub amplitude_sd_m: f64,
     /// Power of the peak over the floor about it.
     pub ratio: f64,
     /// That from which swell is believed.
     pub believed: f64,
+    /// Natural logarithm of the likelihood ratio of the peak against its floor, less that of the places that it could have been.
+    pub evidence: f64,
+    /// The evidence of a peak that is just believed.
+    pub hurdle: f64,
     /// The smallest amplitude that would be believed, whatever its period.
     pub limit_m: f64,
 }
@@ -145,12 +151,12 @@ fn peak(
     let colour = colour(&smooth, bins);
     let line: Vec<f64> = bins.iter().map(|k| (*k as f64).powf(colour)).collect();
     let flat: Vec<f64> = smooth.iter().zip(&line).map(|(p, line)| p / line).collect();
-    let ratio = |b: usize| flat[b] / mean_floor(&flat, b);
+    let ratio = |b: usize| flat[b] / floor_about(&flat, b);
     let top = (0..flat.len()).max_by(|a, b| ratio(*a).total_cmp(&ratio(*b)))?;
-    let (ratio, level) = (ratio(top), mean_floor(&flat, top));
+    let (ratio, level) = (ratio(top), floor_about(&flat, top));
     let near = top.saturating_sub(4)..(top + 5).min(mean.len());
     let (mut weight, mut moment, mut second) = (0.0, 0.0, 0.0);
-    for b in near {
+    for b in near.clone() {
         let above = (mean[b] - level * line[b]).max(0.0);
         let f = bins[b] as f64 / segment_s;
         weight += above;
@@ -167,8 +173,11 @@ fn peak(
     let window = 0.5 * (m - 1) as f64;
     let energy = weight / 1.5;
     let amplitude = 2.0 * energy.sqrt() / window;
+    // Swell comes in groups: stretches differ in power by more than noise makes them.
+    let each = spectra.iter().map(|s| s[near.clone()].iter().sum::<f64>());
+    let amplitude_error = 0.5 * standard_error(each) / weight;
     // Of a narrow peak's power a third stands in the mean of three bins.
-    let floors = (0..flat.len()).map(|b| mean_floor(&flat, b) * line[b]);
+    let floors = (0..flat.len()).map(|b| floor_about(&flat, b) * line[b]);
     let highest = (floors.filter(|f| f.is_finite())).fold(level * line[top], f64::max);
     let believed = (ABOVE_NOISE * highest_of_noise(spectra.len(), bins.len())).max(LEAST_RATIO);
     let seen = 3.0 * (believed - 1.0) * highest / 1.5;
@@ -177,19 +186,38 @@ fn peak(
         period_s: 1.0 / frequency,
         period_sd_s: sd / (frequency * frequency),
         amplitude_m: amplitude / per_metre,
+        amplitude_sd_m: amplitude_error * amplitude / per_metre,
         ratio,
         believed,
+        evidence: evidence_of(ratio, spectra.len(), bins.len()),
+        hurdle: evidence_of(believed, spectra.len(), bins.len()),
         limit_m: 2.0 * seen.sqrt() / window / per_metre,
     })
 }
 
+/// Independent powers of the three neighbours that each bin is averaged over: by Hann's window, neighbours share 4/9 of their power, those
+/// beyond 1/36.
+const INDEPENDENT: f64 = 1.86;
+
+/// Natural logarithm of the likelihood ratio of a peak against its floor in the mean of some spectra, less that of the bins.
+///
+/// A power is an exponential variate about its mean (Whittle 1953), so `k` of them with a mean of `ratio` floors say `k (ratio - 1 - ln ratio)`.
+fn evidence_of(ratio: f64, stretches: usize, bins: usize) -> f64 {
+    INDEPENDENT * stretches as f64 * (ratio - 1.0 - ratio.ln()) - (bins as f64).ln()
+}
+
+/// Standard error of the mean of some values; 0 of fewer than two.
+fn standard_error(values: impl Iterator<Item = f64> + Clone) -> f64 {
+    let n = values.clone().count().max(2) as f64;
+    let mean = values.clone().sum::<f64>() / n;
+    let squares: f64 = values.map(|v| (v - mean).powi(2)).sum();
+    (squares / (n - 1.0) / n).sqrt()
+}
+
 /// Power over floor that the highest of some bins exceeds in one recording of a thousand, of noise alone.
 ///
-/// The mean of `k` independent powers is a gamma variate of shape `k`, whose cube root is nearly normal (Wilson and Hilferty 1931). Of
-/// the three neighbours that each bin is averaged over, Hann's window leaves 1.86 independent: neighbours share 4/9 of their power,
-/// those beyond 1/36.
+/// The mean of `k` independent powers is a gamma variate of shape `k`, whose cube root is nearly normal (Wilson and Hilferty 1931).
 fn highest_of_noise(stretches: usize, bins: usize) -> f64 {
-    const INDEPENDENT: f64 = 1.86;
     const RATE: f64 = 1e-3;
     // Of the normal distribution's tail (Abramowitz and Stegun 26.2.23, to 5e-4).
     let t = (-2.0 * (RATE / bins as f64).ln()).sqrt();
@@ -211,7 +239,7 @@ fn colour(power: &[f64], bins: &[usize]) -> f64 {
 }
 
 /// Median of the bins a little away from one.
-fn mean_floor(power: &[f64], b: usize) -> f64 {
+fn floor_about(power: &[f64], b: usize) -> f64 {
     let around = (0..power.len())
         .filter(|k| (6..=22).contains(&k.abs_diff(b)))
         .map(|k| power[k]);

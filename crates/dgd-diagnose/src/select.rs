@@ -235,7 +235,10 @@ fn revised(record: &Record, start: &[Applied], selection: &Selection) -> Option<
             continue;
         };
         if !round.shows(gone) {
-            debug!("{gone} does not show beside {}", last.applied.effect.about().id);
+            debug!(
+                "{gone} does not show beside {}",
+                last.applied.effect.about().id
+            );
             other.named.pop();
             other.accept(record, start, last.clone())?;
             return Some(other);

@@ -20,6 +20,7 @@ use columns::Columns;
 pub(crate) use columns::FRICTION_PRIOR_PA;
 use curves::Evaluated;
 use dgd_effects::{Curves, FRICTION_TERMS, HEAD_TERMS, Rank, quantile};
+pub(crate) use frame::LEAST_ROWS;
 use frame::{Frame, lonely};
 use nalgebra::{DMatrix, DVector};
 use std::sync::{Arc, OnceLock};

@@ -48,14 +48,20 @@ pub(crate) fn tested(
             let standard_error = (energy > 0.0)
                 .then(|| factor / energy.sqrt())
                 .filter(|e| e.is_finite());
+            let spectral = (about.search.method == Method::Spectrum).then_some(swell.ok());
+            let (evidence, hurdle) = match (first, spectral.flatten()) {
+                (Some(f), _) => (f.evidence, f.hurdle),
+                (None, Some(s)) => (s.evidence, s.hurdle),
+                (None, None) => (0.0, about.search.belief.hurdle),
+            };
             Tested {
                 effect: about.id,
                 title: about.title,
                 outcome,
-                evidence: first.map_or(0.0, |f| f.evidence),
+                evidence,
                 admissible: first.is_some_and(|f| f.admissible),
                 strength: strength(about).name,
-                hurdle: first.map_or(about.search.belief.hurdle, |f| f.hurdle),
+                hurdle,
                 standard_error,
                 limit: seen,
             }

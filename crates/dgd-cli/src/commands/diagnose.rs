@@ -155,11 +155,11 @@ fn doubt_of_step(step_s: f64) -> Option<String> {
 
 /// Why there is no diagnosis, and what tells more.
 fn undiagnosed(path: &Path, error: &DiagnoseError) -> Failure {
-    let short = matches!(error, DiagnoseError::TooShort { .. });
+    let rejected = matches!(error, DiagnoseError::TooFew { .. });
     Failure::Input {
         path: path.to_owned(),
         reason: error.to_string(),
-        help: short.then(|| {
+        help: rejected.then(|| {
             "`dgd fit` tells what the screening rejects, and why; pressures that repeat one value for a minute while their twins move, as a \
              historian with a deadband exports them, are left out beside that"
                 .into()

@@ -7,6 +7,7 @@ use crate::{Check, DiagnoseError, Diagnosis, Options, Outcome, Stage, Verdict, d
 use dgd_effects::AppliedEffect;
 use dgd_identify::Prepared;
 use dgd_recording::Well;
+use std::ops::Range;
 
 /// When the clocks start, s.
 const START_S: f64 = 5000.0;
@@ -174,20 +175,28 @@ fn what_is_held_out_no_fit_sees_and_all_else_it_does() {
 fn a_hundred_and_ninety_blocks_are_enough_and_fewer_are_refused_with_what_can_be_used() {
     let whole = fitted(&recorded(&first(190), START_S), &[]).unwrap();
     assert_eq!(whole.verdict, Verdict::Consistent);
-    let usable = |record: &Record| {
-        let refused = fitted(&recorded(record, START_S), &[]).unwrap_err();
-        let DiagnoseError::TooShort { usable, needed, .. } = refused else {
-            panic!("{refused}");
+    let refused = |record: &Record| fitted(&recorded(record, START_S), &[]).unwrap_err();
+    let DiagnoseError::TooShort { blocks, needed, .. } = refused(&first(189)) else {
+        panic!("189 blocks are enough");
+    };
+    assert_eq!((blocks, needed), (189, 190));
+    // Without a speed the line can be judged still, the pump cannot.
+    let usable = |lost: Range<usize>| {
+        let mut record = first(190);
+        record.speed[lost].fill(f64::NAN);
+        let DiagnoseError::TooFew {
+            usable,
+            blocks,
+            needed,
+            ..
+        } = refused(&record)
+        else {
+            panic!("enough blocks");
         };
-        assert_eq!(needed, 190);
+        assert_eq!((blocks, needed), (190, 60));
         usable
     };
-    let mut short = first(189);
-    let all = usable(&short);
-    assert!((187..=189).contains(&all), "{all}");
-    // Without a speed the line can be judged still, the pump cannot.
-    short.speed[100..200].fill(f64::NAN);
-    assert_eq!(usable(&short), all - 20);
+    assert_eq!(usable(100..200), usable(100..300) + 20);
 }
 
 #[test]

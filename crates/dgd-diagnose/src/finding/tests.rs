@@ -364,14 +364,17 @@ fn swell_is_told_with_its_period_and_amplitude_from_the_start_to_the_end() {
             period_s: 10.0,
             period_sd_s,
             amplitude_m: 0.5,
+            amplitude_sd_m: 0.05,
             ratio,
             believed: 2.5,
+            evidence: 40.0,
+            hurdle: 12.0,
             limit_m: 0.04,
         };
         let told = heaving(&record, about, swell, &nothing_run());
         assert!((told.probability - probability).abs() < 1e-12);
         assert_eq!(told.intervals_s, [record.setting.span_s]);
-        assert_eq!((told.evidence, told.hurdle), (ratio, 2.5));
+        assert_eq!((told.evidence, told.hurdle), (40.0, 12.0));
         let [period, amplitude] = &told.parameters[..] else {
             panic!("{:?}", told.parameters);
         };
@@ -386,8 +389,7 @@ fn swell_is_told_with_its_period_and_amplitude_from_the_start_to_the_end() {
             "{:?}",
             period.ci95
         );
-        // Its height is known to three tenths.
-        assert!((amplitude.ci95.0 - 0.35).abs() < 1e-9 && (amplitude.ci95.1 - 0.65).abs() < 1e-9);
+        assert!((amplitude.ci95.0 - 0.402).abs() < 1e-9 && (amplitude.ci95.1 - 0.598).abs() < 1e-9);
         assert_eq!(told.shows_in, [about.relation]);
         assert_eq!(told.equation_after, about.equation);
     }

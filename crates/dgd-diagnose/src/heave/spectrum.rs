@@ -1,7 +1,7 @@
 //! Claims about the numbers that a spectrum with swell gives.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::{Unseen, highest_of_noise, swell};
+use super::{Unseen, evidence_of, highest_of_noise, swell};
 use crate::draws::normals;
 use dgd_units::STANDARD_GRAVITY_M_S2;
 
@@ -22,6 +22,46 @@ fn pressure(n: usize, step_s: f64, swells: &[(f64, f64)]) -> Vec<f64> {
             2e6 + swells.iter().map(sine).sum::<f64>() + NOISE_PA * noise
         })
         .collect()
+}
+
+/// Of two hundred recordings' amplitudes, 1 in 20 lies beyond two standard deviations of its own.
+#[test]
+fn an_amplitude_is_as_certain_as_it_says() {
+    let beyond = (0..200).filter(|seed| {
+        let noise = normals(100 + seed, 7200);
+        let series: Vec<f64> = (noise.iter().enumerate())
+            .map(|(i, noise)| 2e6 + pa(0.2) * (0.7 * i as f64).sin() + NOISE_PA * noise)
+            .collect();
+        let found = swell(&series, 1.0, DENSITY).unwrap();
+        assert!((0.001..0.02).contains(&found.amplitude_sd_m), "{found:?}");
+        (found.amplitude_m - 0.2).abs() > 2.0 * found.amplitude_sd_m
+    });
+    let beyond = beyond.count();
+    assert!((4..=18).contains(&beyond), "{beyond}");
+}
+
+/// Two swells a half second apart beat over three and a half minutes; stretches of nine differ little, those of a slower beat a lot.
+#[test]
+fn a_swell_in_groups_has_an_amplitude_that_is_less_certain() {
+    let of = |other: f64| {
+        let series = pressure(7200, 1.0, &[(0.3, 10.0), (0.3, other)]);
+        swell(&series, 1.0, DENSITY).unwrap().amplitude_sd_m
+    };
+    let steady = swell(&pressure(7200, 1.0, &[(0.42, 10.0)]), 1.0, DENSITY);
+    assert!(of(10.1) > 3.0 * steady.unwrap().amplitude_sd_m);
+}
+
+#[test]
+fn evidence_is_that_of_exponential_powers_less_the_bins() {
+    let by_hand = 1.86 * 14.0 * (3.0 - 1.0 - 3.0_f64.ln()) - 76.0_f64.ln();
+    assert!((evidence_of(3.0, 14, 76) - by_hand).abs() < 1e-12);
+    let found = swell(&pressure(7200, 1.0, &[(0.3, 10.0)]), 1.0, DENSITY).unwrap();
+    assert!(
+        found.evidence > found.hurdle && found.hurdle > 0.0,
+        "{found:?}"
+    );
+    let none = swell(&pressure(7200, 1.0, &[]), 1.0, DENSITY).unwrap();
+    assert!(none.evidence < none.hurdle, "{none:?}");
 }
 
 /// A sine of amplitude A in noise of deviation s stands, under Hann's window over m samples and the mean of three bins,

@@ -11,7 +11,7 @@ use dgd_effects::{Curves, Rank, Scale, quantile};
 use std::sync::Arc;
 
 /// Valid rows of friction and of head, without which there is nothing to fit.
-const LEAST_ROWS: usize = 60;
+pub(crate) const LEAST_ROWS: usize = 60;
 
 /// All but the hypothesis.
 #[derive(Clone)]

@@ -26,8 +26,11 @@ const SWELL: Swell = Swell {
     period_s: 10.0,
     period_sd_s: 0.1,
     amplitude_m: 0.1,
+    amplitude_sd_m: 0.01,
     ratio: 2.0,
     believed: 2.5,
+    evidence: 4.0,
+    hurdle: 8.0,
     limit_m: 0.04,
 };
 

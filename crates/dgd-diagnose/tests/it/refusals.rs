@@ -30,7 +30,7 @@ fn a_recording_of_any_length_below_half_an_hour_is_refused() {
     for samples in [1, 2, 9, 10, 11, 59, 119, 300, 601, 1199, 1800] {
         let error = tried(&well, recording.slice(3000..3000 + samples), step_s).unwrap_err();
         let DiagnoseError::TooShort {
-            usable,
+            blocks,
             needed,
             block_s,
         } = error
@@ -39,8 +39,8 @@ fn a_recording_of_any_length_below_half_an_hour_is_refused() {
         };
         assert_eq!((needed, block_s), (190, 10.0));
         assert!(
-            usable <= samples.div_ceil(10),
-            "{usable} blocks in {samples} samples"
+            blocks <= samples.div_ceil(10),
+            "{blocks} blocks in {samples} samples"
         );
     }
 }
@@ -54,7 +54,7 @@ fn the_message_tells_how_much_can_be_used() {
     let error = tried(&well, standing, step_s).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "0 blocks of 10 s with flow and pressure can be used, a diagnosis needs 190 (32 min): record for longer, or see what the screening rejects"
+        "flow and pressures can be used in 0 of 540 blocks of 10 s, a diagnosis needs 60 besides its held-out windows: see what the screening rejects, or record for longer"
     );
 }
 
@@ -80,7 +80,7 @@ fn a_storm_of_gaps_is_refused_or_names_nothing_that_is_not_there() {
     let found = everywhere(60_000).unwrap();
     assert!(found.findings.is_empty(), "{:?}", found.findings);
     let refused = everywhere(64_500);
-    assert!(matches!(refused, Err(DiagnoseError::TooShort { .. })));
+    assert!(matches!(refused, Err(DiagnoseError::TooFew { .. })));
     // In one channel alone the rest may carry the diagnosis, or not: it does not panic, and never names anything
     // in a clean recording.
     for k in 0..channels(&mut recording.clone()).len() {
@@ -178,7 +178,7 @@ fn nothing_but_gaps_or_constants_is_refused() {
         channels(&mut flat).into_iter().for_each(|v| v.fill(value));
         let refused = tried(&well, flat, step_s);
         assert!(
-            matches!(refused, Err(DiagnoseError::TooShort { .. })),
+            matches!(refused, Err(DiagnoseError::TooFew { .. })),
             "{value}"
         );
     }

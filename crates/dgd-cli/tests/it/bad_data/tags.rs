@@ -76,7 +76,7 @@ fn a_diagnosis_of_swapped_tags_tells_them() {
     ran.refused(&[
         "`FT4` and pump_speed `SPM`",
         "if their tags are swapped",
-        "blocks of 10 s with flow and pressure can be used, a diagnosis needs",
+        "blocks of 10 s, a diagnosis needs 60 besides its held-out windows",
     ]);
     assert!(!bench.path("d").exists());
 }
