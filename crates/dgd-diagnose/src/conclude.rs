@@ -13,7 +13,9 @@ use crate::diagnosis::{
     Check, DiagnoseError, Diagnosis, Finding, MOST_STEP_S, Options, Stage, Trace,
 };
 use crate::empirical::is_correction;
+use crate::estimates::Estimator;
 use crate::finding::{finding, heaving};
+use crate::free_run::best_gain;
 use crate::heave::{Swell, Unseen, swell};
 use crate::numbers::whole;
 use crate::placebo::placebo;
@@ -120,11 +122,10 @@ pub fn diagnose(
     let nothing_left = residue::left(&traces);
     sound &= nothing_left.passed;
     doubt_what_is_left(&traces, &mut selection.named, sought);
-    let mut findings: Vec<Finding> = selection
-        .named
-        .iter()
-        .enumerate()
-        .map(|(k, n)| finding(&record, &selection, k, n, &full, &simulation))
+    let held_out = best_gain(&simulation);
+    let estimator = Estimator::of(&record, &state, &full);
+    let mut findings: Vec<Finding> = (selection.named.iter())
+        .map(|named| finding(&record, named, &estimator, held_out.clone()))
         .collect();
     let swell = swell(
         &prepared.inlet_pressure_pa,
@@ -132,7 +133,7 @@ pub fn diagnose(
         well.mud_density_kg_m3,
     );
     for (about, s) in swelling(swell, &models.start) {
-        findings.push(heaving(&record, about, s, &simulation));
+        findings.push(heaving(&record, about, s, held_out.clone()));
         // It moves no run; a search that starts from the model need not find it again.
         models.after.effects.push(AppliedEffect {
             id: about.id.to_owned(),

@@ -5,114 +5,145 @@ use crate::empirical::is_correction;
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::scan::on_grid;
-use crate::select::Selection;
+use crate::select::Named;
 use crate::step::Step;
 use crate::tangent::{Tangent, dot};
-use dgd_effects::Role;
+use dgd_effects::{Parameter, Role};
+use nalgebra::{DMatrix, DVector};
 
 /// Factor on standard errors: residuals are whiter in the model than on a rig.
 const WIDENING: f64 = 2.5;
 
-/// Estimates of the effect's parameters; intervals from the joint curvature of every continuous parameter, widened for
-/// what the forms lack; bare where [`Step::Calibration`] is left out.
-pub(crate) fn estimates(
-    record: &Record,
-    selection: &Selection,
-    k: usize,
-    full: &Tangent,
-) -> Vec<ParameterEstimate> {
-    let named = &selection.named[k];
-    let about = named.applied.effect.about();
-    if named.correction.is_some() {
-        return Vec::new();
-    }
-    let calibrated = record.takes(Step::Calibration);
-    let span = record.setting.span_s;
-    let widening = if calibrated { WIDENING } else { 1.0 };
-    let state = selection.state();
-    // One direction a continuous parameter of every effect.
-    let mut directions: Vec<(usize, usize, Vec<f64>)> = Vec::new();
-    for (e, one) in state.iter().enumerate() {
-        if one.allowance || is_correction(one.effect) {
-            continue;
-        }
-        for (j, parameter) in one.effect.about().parameters.iter().enumerate() {
-            if is_continuous(parameter.role) {
-                directions.push((e, j, direction(record, full, &state, (e, j), None)));
+/// What the estimates of all findings have in common.
+pub(crate) struct Estimator<'a> {
+    record: &'a Record,
+    /// All that was found and allowed for.
+    state: &'a [Applied],
+    /// The tangent about that.
+    full: &'a Tangent,
+    directions: Vec<Direction>,
+    covariance: Option<DMatrix<f64>>,
+}
+
+/// What a parameter of an effect changes in the rows, by its unit.
+#[derive(Clone)]
+struct Direction {
+    /// Of the state, which effect.
+    effect: usize,
+    parameter: usize,
+    change: Vec<f64>,
+}
+
+impl<'a> Estimator<'a> {
+    /// Intervals come from the joint curvature of every continuous parameter of every effect.
+    pub(crate) fn of(record: &'a Record, state: &'a [Applied], full: &'a Tangent) -> Self {
+        let mut directions = Vec::new();
+        for (effect, one) in state.iter().enumerate() {
+            if one.allowance || is_correction(one.effect) {
+                continue;
             }
-        }
-    }
-    let covariance = gram(&state, &directions).try_inverse();
-    let index = state
-        .iter()
-        .position(|a| !a.allowance && a.effect.about().id == about.id);
-    let profile = Profile {
-        record,
-        full,
-        state: &state,
-        directions: &directions,
-        most: 0.5 * (1.96 * widening).powi(2),
-    };
-    about
-        .parameters
-        .iter()
-        .enumerate()
-        .map(|(j, parameter)| {
-            let value = named.applied.parameters[j];
-            let timed = matches!(parameter.role, Role::Onset | Role::Duration);
-            let found = directions
-                .iter()
-                .position(|(e, i, _)| Some(*e) == index && *i == j);
-            let sd = match (&covariance, found) {
-                (Some(c), Some(a)) => c[(a, a)].max(0.0).sqrt() * widening,
-                _ => 0.0,
-            };
-            let (shift, factor) = parameter.shown.scale(&record.setting);
-            let shown = |v: f64| shift + factor * v;
-            let sized = j == 0 && calibrated;
-            let size = parameter.shown.size(shown(value)) / factor;
-            // What the forms lack is no smaller for more rows.
-            let sd = if sized {
-                sd.hypot(about.search.size_error * size)
-            } else {
-                sd
-            };
-            // Curvature reaches beyond what is plausible: no gel is negative, and no recording shows what began before it.
-            let within = |v: f64| match parameter.role {
-                Role::Onset => v.clamp(span.0, span.1.max(value).max(span.0)),
-                // A search may leave what is plausible, and an interval holds its estimate.
-                _ => v.clamp(parameter.low.min(value), parameter.high.max(value)),
-            };
-            let before = parameter.role == Role::Onset && value < span.0;
-            let end = |by: f64| shown(within(value + by));
-            let reach = match index {
-                Some(e) if timed => [-1.0, 1.0].map(|side: f64| {
-                    let lacks = if calibrated {
-                        parameter.time_error_s
-                    } else {
-                        0.0
-                    };
-                    side * profile.reach((e, j), side).hypot(1.96 * lacks)
-                }),
-                _ if sized => {
-                    let reach = [-1.96 * sd, 1.96 * sd];
-                    let grows = shown(value) >= parameter.shown.neutral();
-                    shrunk(reach, size, grows)
+            for (parameter, of) in one.effect.about().parameters.iter().enumerate() {
+                if is_continuous(of.role) {
+                    let change = direction(record, full, state, (effect, parameter), None);
+                    directions.push(Direction {
+                        effect,
+                        parameter,
+                        change,
+                    });
                 }
-                _ => [-1.96 * sd, 1.96 * sd],
-            };
-            ParameterEstimate {
-                name: parameter.name.to_owned(),
-                meaning: if before {
-                    format!("{}: before the recording begins", parameter.meaning)
-                } else {
-                    parameter.meaning.to_owned()
-                },
-                estimate: shown(within(value)),
-                ci95: (end(reach[0]), end(reach[1])),
             }
-        })
-        .collect()
+        }
+        Self {
+            covariance: gram(state, &directions).try_inverse(),
+            record,
+            state,
+            full,
+            directions,
+        }
+    }
+
+    /// Estimates of the parameters of a named effect, their intervals widened for what the forms lack; bare where [`Step::Calibration`] is
+    /// left out. A correction has none.
+    pub(crate) fn estimates(&self, named: &Named) -> Vec<ParameterEstimate> {
+        if named.correction.is_some() {
+            return Vec::new();
+        }
+        let about = named.applied.effect.about();
+        let of_this = |a: &Applied| !a.allowance && a.effect.about().id == about.id;
+        let effect = self.state.iter().position(of_this);
+        let each = about.parameters.iter().enumerate();
+        each.map(|(j, parameter)| self.estimate(&named.applied, (effect, j), parameter))
+            .collect()
+    }
+
+    /// The estimate of one parameter of an effect, which stands in the state at `e`.
+    fn estimate(
+        &self,
+        one: &Applied,
+        (e, j): (Option<usize>, usize),
+        parameter: &Parameter,
+    ) -> ParameterEstimate {
+        let calibrated = self.record.takes(Step::Calibration);
+        let widening = if calibrated { WIDENING } else { 1.0 };
+        let span = self.record.setting.span_s;
+        let value = one.parameters[j];
+        let (shift, factor) = parameter.shown.scale(&self.record.setting);
+        let shown = |v: f64| shift + factor * v;
+        let sized = j == 0 && calibrated;
+        let size = parameter.shown.size(shown(value)) / factor;
+        let mut sd = widening * self.curvature_sd((e, j));
+        if sized {
+            // What the forms lack is no smaller for more rows.
+            sd = sd.hypot(one.effect.about().search.size_error * size);
+        }
+        let reach = match (e, parameter.role) {
+            (Some(e), Role::Onset | Role::Duration) => {
+                let profile = Profile {
+                    estimator: self,
+                    most: 0.5 * (1.96 * widening).powi(2),
+                };
+                let lacks_s = if calibrated {
+                    parameter.time_error_s
+                } else {
+                    0.0
+                };
+                [-1.0, 1.0].map(|side| side * profile.reach((e, j), side).hypot(1.96 * lacks_s))
+            }
+            _ if sized => {
+                let grows = shown(value) >= parameter.shown.neutral();
+                shrunk([-1.96 * sd, 1.96 * sd], size, grows)
+            }
+            _ => [-1.96 * sd, 1.96 * sd],
+        };
+        // Curvature reaches beyond what is plausible: no gel is negative, and no recording shows what began before it.
+        let within = |v: f64| match parameter.role {
+            Role::Onset => v.clamp(span.0, span.1.max(value).max(span.0)),
+            // A search may leave what is plausible, and an interval holds its estimate.
+            _ => v.clamp(parameter.low.min(value), parameter.high.max(value)),
+        };
+        let before = parameter.role == Role::Onset && value < span.0;
+        let end = |by: f64| shown(within(value + by));
+        ParameterEstimate {
+            name: parameter.name.to_owned(),
+            meaning: if before {
+                format!("{}: before the recording begins", parameter.meaning)
+            } else {
+                parameter.meaning.to_owned()
+            },
+            estimate: shown(within(value)),
+            ci95: (end(reach[0]), end(reach[1])),
+        }
+    }
+
+    /// Standard deviation of a parameter by the joint curvature; 0 of one that has none.
+    fn curvature_sd(&self, (e, j): (Option<usize>, usize)) -> f64 {
+        let this = |d: &Direction| Some(d.effect) == e && d.parameter == j;
+        let at = self.directions.iter().position(this);
+        match (&self.covariance, at) {
+            (Some(c), Some(a)) => c[(a, a)].max(0.0).sqrt(),
+            _ => 0.0,
+        }
+    }
 }
 
 /// An interval of a size, as distances from it, of which the end that is the smaller size is so many times smaller instead: if the effect is
@@ -162,32 +193,29 @@ fn direction(
 }
 
 /// How directions overlap, with the priors of their parameters.
-fn gram(state: &[Applied], directions: &[(usize, usize, Vec<f64>)]) -> nalgebra::DMatrix<f64> {
+fn gram(state: &[Applied], directions: &[Direction]) -> DMatrix<f64> {
     let n = directions.len();
-    nalgebra::DMatrix::from_fn(n, n, |a, b| {
-        let (e, j, s) = &directions[a];
+    DMatrix::from_fn(n, n, |a, b| {
+        let of = &directions[a];
         let prior = if a == b {
-            let p = &state[*e].effect.about().parameters[*j];
+            let one = &state[of.effect];
+            let p = &one.effect.about().parameters[of.parameter];
             let width = if p.usual > 0.0 {
                 3.0 * p.usual
             } else {
-                state[*e].parameters[*j].abs().max(0.1)
+                one.parameters[of.parameter].abs().max(0.1)
             };
             1.0 / (width * width)
         } else {
             0.0
         };
-        dot(s, &directions[b].2) + prior
+        dot(&of.change, &directions[b].change) + prior
     })
 }
 
 /// What moving a time costs, beside the strengths and shapes that give way to it.
 struct Profile<'a> {
-    record: &'a Record,
-    full: &'a Tangent,
-    state: &'a [Applied],
-    /// What each strength and shape changes, by effect and parameter.
-    directions: &'a [(usize, usize, Vec<f64>)],
+    estimator: &'a Estimator<'a>,
     /// Evidence that the ends of an interval may cost.
     most: f64,
 }
@@ -198,8 +226,8 @@ impl Profile<'_> {
         /// A time is told with a standard error of three blocks of 10 s at best.
         const LEAST_S: f64 = 1.96 * 30.0;
         const GROWTH: f64 = 1.5;
-        let (from, to) = self.record.setting.span_s;
-        let still = self.misfit(self.state, e);
+        let (from, to) = self.estimator.record.setting.span_s;
+        let still = self.misfit(self.estimator.state, e);
         let costs = |by: f64| {
             let moved = self.moved((e, j), side * by);
             moved.is_none_or(|moved| self.misfit(&moved, e) - still > self.most)
@@ -225,11 +253,12 @@ impl Profile<'_> {
     /// The state with a time of an effect moved, its end kept where its beginning is moved; `None` where it ends before it begins, or
     /// begins beyond the recording.
     fn moved(&self, (e, j): (usize, usize), by: f64) -> Option<Vec<Applied>> {
-        let about = self.state[e].effect.about();
-        let mut moved = self.state.to_vec();
+        let Estimator { record, state, .. } = self.estimator;
+        let about = state[e].effect.about();
+        let mut moved = state.to_vec();
         let parameters = &mut moved[e].parameters;
         parameters[j] += by;
-        if Some(j) == about.onset() && parameters[j] > self.record.setting.span_s.1 {
+        if Some(j) == about.onset() && parameters[j] > record.setting.span_s.1 {
             return None;
         }
         if let Some(duration) = about.duration() {
@@ -245,22 +274,22 @@ impl Profile<'_> {
 
     /// Half the square of what a state leaves, its strengths and shapes fitted to it, those of an effect where that is.
     fn misfit(&self, state: &[Applied], e: usize) -> f64 {
-        let change = self.full.signature(self.record, state);
-        let left: Vec<f64> = (self.full.off.iter().zip(&change))
+        let Estimator { record, full, .. } = self.estimator;
+        let change = full.signature(record, state);
+        let left: Vec<f64> = (full.off.iter().zip(&change))
             .map(|(off, change)| off - change)
             .collect();
-        let there = |(of, j, s): &(usize, usize, Vec<f64>)| {
-            let s = if *of == e {
-                direction(self.record, self.full, state, (e, *j), Some(&change))
-            } else {
-                s.clone()
-            };
-            (*of, *j, s)
+        let there = |d: &Direction| {
+            if d.effect != e {
+                return d.clone();
+            }
+            let change = direction(record, full, state, (e, d.parameter), Some(&change));
+            Direction { change, ..*d }
         };
-        let directions: Vec<_> = self.directions.iter().map(there).collect();
-        let pull = nalgebra::DVector::from_iterator(
+        let directions: Vec<Direction> = self.estimator.directions.iter().map(there).collect();
+        let pull = DVector::from_iterator(
             directions.len(),
-            directions.iter().map(|(.., s)| dot(s, &left)),
+            directions.iter().map(|d| dot(&d.change, &left)),
         );
         let given = gram(state, &directions)
             .try_inverse()

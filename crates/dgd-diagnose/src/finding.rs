@@ -1,14 +1,12 @@
 //! A finding in words and numbers.
 
-use crate::diagnosis::{CorrectionCurve, Finding, ParameterEstimate, Simulation};
+use crate::diagnosis::{CorrectionCurve, Finding, HeldOut, ParameterEstimate};
 use crate::empirical::pair_of;
-use crate::estimates::estimates;
-use crate::free_run::best_gain;
+use crate::estimates::Estimator;
 use crate::heave::Swell;
 use crate::numbers::tails;
 use crate::record::Record;
-use crate::select::{Named, Selection};
-use crate::tangent::Tangent;
+use crate::select::Named;
 use crate::twins::Pair;
 use dgd_effects::{
     About, METER_FACTOR, OUTLET_READING, PERIOD, PLACES, QUANTITIES, Relation, SINCE_START, find,
@@ -16,13 +14,13 @@ use dgd_effects::{
 };
 
 /// One named effect, or the correction that no effect explains.
+///
+/// - `held_out`: gain on the held-out windows, the same for each finding.
 pub(crate) fn finding(
     record: &Record,
-    selection: &Selection,
-    k: usize,
     named: &Named,
-    full: &Tangent,
-    simulation: &Simulation,
+    estimator: &Estimator,
+    held_out: Option<HeldOut>,
 ) -> Finding {
     let about = named.applied.effect.about();
     let place = named.correction.map(|(p, _)| &PLACES[p]);
@@ -32,7 +30,6 @@ pub(crate) fn finding(
         Some(place) => base_equation(place.relation),
         None => equation_without(about),
     };
-    let held_out = best_gain(simulation);
     let title = amiss(named).map_or_else(
         || about.title.to_owned(),
         |amiss| format!("something outside the catalogue: {amiss}"),
@@ -53,7 +50,7 @@ pub(crate) fn finding(
             .map(Pair::name),
         intervals_s: vec![interval],
         region: region(record, interval),
-        parameters: estimates(record, selection, k, full),
+        parameters: estimator.estimates(named),
         curve: (named.correction).map(|(p, q)| curve(&named.applied.parameters, p, q)),
         held_out,
         equation_before: before.to_owned(),
@@ -253,7 +250,7 @@ pub(crate) fn heaving(
     record: &Record,
     about: &About,
     s: Swell,
-    simulation: &Simulation,
+    held_out: Option<HeldOut>,
 ) -> Finding {
     let span = record.setting.span_s;
     let within = |value: f64, sd: f64| (value, (value - 1.96 * sd, value + 1.96 * sd));
@@ -285,7 +282,7 @@ pub(crate) fn heaving(
             })
             .collect(),
         curve: None,
-        held_out: best_gain(simulation),
+        held_out,
         equation_before: equation_without(about).to_owned(),
         equation_after: about.equation.to_owned(),
         source: about.source.to_owned(),

@@ -126,84 +126,116 @@ pub(crate) fn simulate(
     })
 }
 
-/// RMSE before and after on held-out samples by signal; with a signal, its bootstrap interval too.
-pub(crate) fn gains(simulation: &Simulation, held_out: bool) -> Vec<(f64, f64, (f64, f64))> {
-    simulation
-        .signals
-        .iter()
-        .map(|s| {
-            // Sums by stretches of five minutes, for a bootstrap that keeps what hangs together.
-            let mut blocks: Vec<(f64, f64, f64)> = Vec::new();
-            let mut last = f64::NEG_INFINITY;
-            for i in 0..simulation.t_s.len() {
-                let (m, b, a) = (s.measured[i], s.before[i], s.after[i]);
-                let chosen = simulation.held_out[i] == held_out && simulation.valid[i];
-                if !(chosen && (m + b + a).is_finite()) {
-                    continue;
-                }
-                if simulation.t_s[i] - last > 300.0 {
-                    blocks.push((0.0, 0.0, 0.0));
-                    last = simulation.t_s[i];
-                }
-                if let Some(block) = blocks.last_mut() {
-                    block.0 += (m - b).powi(2);
-                    block.1 += (m - a).powi(2);
-                    block.2 += 1.0;
-                }
-            }
-            let rmse = |pick: &dyn Fn(usize) -> usize| -> (f64, f64) {
-                let (mut b, mut a, mut n) = (0.0, 0.0, 0.0);
-                for k in 0..blocks.len() {
-                    let block = blocks[pick(k)];
-                    b += block.0;
-                    a += block.1;
-                    n += block.2;
-                }
-                ((b / f64::max(n, 1.0)).sqrt(), (a / f64::max(n, 1.0)).sqrt())
-            };
-            if blocks.is_empty() {
-                return (f64::NAN, f64::NAN, (f64::NAN, f64::NAN));
-            }
-            let (before, after) = rmse(&|k| k);
-            // A xorshift: the draws need no more, and are the same on every run.
-            let mut seed = 88_172_645_463_325_252_u64;
-            let draws: Vec<f64> = (0..400)
-                .map(|_| {
-                    let picks: Vec<usize> = (0..blocks.len())
-                        .map(|_| {
-                            seed ^= seed << 13;
-                            seed ^= seed >> 7;
-                            seed ^= seed << 17;
-                            usize::try_from(seed % blocks.len() as u64).unwrap_or(0)
-                        })
-                        .collect();
-                    let (b, a) = rmse(&|k| picks[k]);
-                    1.0 - a / b.max(1e-12)
-                })
-                .collect();
-            // One in forty on either side leaves 95 %.
-            (
-                before,
-                after,
-                tails(&draws, 40).unwrap_or((f64::NAN, f64::NAN)),
-            )
-        })
-        .collect()
+/// Errors of a free run of one signal (RMSE) without the findings and with them.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Errors {
+    pub before: f64,
+    pub after: f64,
 }
 
-/// The signal that gains most on the held-out windows.
+impl Errors {
+    /// Share of the error that is left.
+    pub(crate) fn left(self) -> f64 {
+        self.after / self.before.max(1e-12)
+    }
+}
+
+/// Which samples of a free run are judged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Part {
+    HeldOut,
+    Training,
+}
+
+/// Sums of squared errors before and after over what hangs together, and its samples.
+#[derive(Debug, Clone, Copy, Default)]
+struct Sums {
+    before: f64,
+    after: f64,
+    samples: f64,
+}
+
+impl Sums {
+    /// RMSE over all of some stretches.
+    fn errors<'a>(stretches: impl IntoIterator<Item = &'a Self>) -> Errors {
+        let mut all = Self::default();
+        for one in stretches {
+            all.before += one.before;
+            all.after += one.after;
+            all.samples += one.samples;
+        }
+        let rmse = |sum: f64| (sum / all.samples.max(1.0)).sqrt();
+        Errors {
+            before: rmse(all.before),
+            after: rmse(all.after),
+        }
+    }
+}
+
+/// Stretches of five minutes of the samples that are judged.
+fn stretches(simulation: &Simulation, signal: &Signal, part: Part) -> Vec<Sums> {
+    const LENGTH_S: f64 = 300.0;
+    let mut out: Vec<Sums> = Vec::new();
+    let mut begun = f64::NEG_INFINITY;
+    for i in 0..simulation.t_s.len() {
+        let (m, b, a) = (signal.measured[i], signal.before[i], signal.after[i]);
+        let chosen = simulation.held_out[i] == (part == Part::HeldOut) && simulation.valid[i];
+        if !(chosen && (m + b + a).is_finite()) {
+            continue;
+        }
+        if simulation.t_s[i] - begun > LENGTH_S {
+            out.push(Sums::default());
+            begun = simulation.t_s[i];
+        }
+        if let Some(stretch) = out.last_mut() {
+            stretch.before += (m - b).powi(2);
+            stretch.after += (m - a).powi(2);
+            stretch.samples += 1.0;
+        }
+    }
+    out
+}
+
+/// Errors by signal; `None` of one that has no sample there.
+pub(crate) fn errors(simulation: &Simulation, part: Part) -> Vec<Option<Errors>> {
+    let of = |signal: &Signal| {
+        let stretches = stretches(simulation, signal, part);
+        (!stretches.is_empty()).then(|| Sums::errors(&stretches))
+    };
+    simulation.signals.iter().map(of).collect()
+}
+
+/// The signal that gains most on the held-out windows, with an interval by a bootstrap over stretches, which keeps what hangs together.
 pub(crate) fn best_gain(simulation: &Simulation) -> Option<HeldOut> {
-    gains(simulation, true)
-        .into_iter()
-        .zip(&simulation.signals)
-        .filter(|(g, _)| g.0.is_finite() && g.1.is_finite())
-        .min_by(|(a, _), (b, _)| (a.1 / a.0.max(1e-12)).total_cmp(&(b.1 / b.0.max(1e-12))))
-        .map(|((before, after, ci), signal)| HeldOut {
-            signal: signal.name.to_owned(),
-            rmse_before: before,
-            rmse_after: after,
-            improvement_ci95: ci,
+    let errors = errors(simulation, Part::HeldOut).into_iter();
+    let judged = (errors.zip(&simulation.signals)).filter_map(|(e, signal)| Some((e?, signal)));
+    let (best, signal) = judged.min_by(|(a, _), (b, _)| a.left().total_cmp(&b.left()))?;
+    Some(HeldOut {
+        signal: signal.name.to_owned(),
+        rmse_before: best.before,
+        rmse_after: best.after,
+        improvement_ci95: interval(&stretches(simulation, signal, Part::HeldOut)),
+    })
+}
+
+/// 95 % interval of the share of an error that was saved, by drawing some stretches again and again.
+fn interval(stretches: &[Sums]) -> (f64, f64) {
+    // A xorshift: the draws need no more, and are the same on every run.
+    let mut seed = 88_172_645_463_325_252_u64;
+    let mut pick = || {
+        seed ^= seed << 13;
+        seed ^= seed >> 7;
+        seed ^= seed << 17;
+        &stretches[usize::try_from(seed % stretches.len() as u64).unwrap_or(0)]
+    };
+    let draws: Vec<f64> = (0..400)
+        .map(|_| {
+            let drawn: Vec<&Sums> = stretches.iter().map(|_| pick()).collect();
+            1.0 - Sums::errors(drawn).left()
         })
+        .collect();
+    // One in forty on either side leaves 95 %.
+    tails(&draws, 40).unwrap_or((f64::NAN, f64::NAN))
 }
 
 #[cfg(test)]

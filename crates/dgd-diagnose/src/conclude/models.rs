@@ -5,7 +5,7 @@ use crate::belief::unmodelled;
 use crate::diagnosis::{Check, DiagnoseError, Simulation};
 use crate::empirical::is_correction;
 use crate::finding::amiss;
-use crate::free_run::{gains, simulate};
+use crate::free_run::{Part, errors, simulate};
 use crate::held_out::{held_out, model, trained};
 use crate::record::Record;
 use crate::refine::{settled, unshown};
@@ -144,9 +144,8 @@ fn blocks_within(record: &Record, windows: &[(f64, f64)]) -> Vec<bool> {
 
 /// What the errors of free runs on the training stretches come to with what was found: the sum of the logarithms of their ratios.
 fn gained(simulation: &Simulation) -> f64 {
-    gains(simulation, false)
-        .iter()
-        .map(|g| (g.1 / g.0.max(1e-12)).ln())
+    (errors(simulation, Part::Training).into_iter().flatten())
+        .map(|errors| errors.left().ln())
         .filter(|v| v.is_finite())
         .sum()
 }

@@ -1,7 +1,7 @@
 //! Which outputs the findings make worse where no fit has looked.
 
 use crate::diagnosis::{Check, Simulation};
-use crate::free_run::gains;
+use crate::free_run::{Errors, Part, errors};
 use dgd_units::Legible;
 
 /// Growth of an error from which on a signal is worse: set by hand, so that the trifles by which two fits differ are not told.
@@ -10,10 +10,11 @@ const WORSE: f64 = 1.1;
 /// Whether every signal runs free on the held-out windows as well with the findings as without them; those that do not are told by
 /// name, with both errors (RMSE).
 pub(super) fn worse(simulation: &Simulation) -> Check {
-    let gains = gains(simulation, true);
-    let worse: Vec<String> = (simulation.signals.iter().zip(&gains))
-        .filter(|(_, (before, after, _))| *after > WORSE * before)
-        .map(|(signal, (before, after, _))| told(signal.name, *before, *after))
+    let errors = errors(simulation, Part::HeldOut);
+    let worse: Vec<String> = (simulation.signals.iter().zip(errors))
+        .filter_map(|(signal, errors)| Some((signal, errors?)))
+        .filter(|(_, errors)| errors.after > WORSE * errors.before)
+        .map(|(signal, errors)| told(signal.name, errors))
         .collect();
     let (count, of) = (worse.len(), simulation.signals.len());
     let mut detail =
@@ -29,7 +30,7 @@ pub(super) fn worse(simulation: &Simulation) -> Check {
 }
 
 /// `riser level 0.53 m without the findings, 0.61 m with them`
-fn told(signal: &str, before: f64, after: f64) -> String {
+fn told(signal: &str, Errors { before, after }: Errors) -> String {
     let legible = Legible::of(signal);
     let Legible { factor, unit, .. } = legible;
     let [before, after] = figures([factor * before, factor * after]);

@@ -1,7 +1,7 @@
 //! Claims about estimates and their intervals: the curvature of a quadratic, by the closed forms of one parameter and of two.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::{Profile, direction, estimates, shrunk};
+use super::{Estimator, Profile, direction, shrunk};
 use crate::claims::fixture::{Hidden, INFLUX_S, drilled, named};
 use crate::diagnosis::ParameterEstimate;
 use crate::record::Record;
@@ -18,6 +18,16 @@ fn selected(allowances: Vec<Applied>, named: Vec<Named>) -> Selection {
         named,
         first: Vec::new(),
     }
+}
+
+/// Of the effect that was named `k`th.
+fn estimates(
+    record: &Record,
+    selection: &Selection,
+    k: usize,
+    full: &Tangent,
+) -> Vec<ParameterEstimate> {
+    Estimator::of(record, &selection.state(), full).estimates(&selection.named[k])
 }
 
 /// Half of an interval in standard deviations, on the side where a size is larger.
@@ -297,12 +307,8 @@ fn moved_as_expected(rate: f64) {
     let state = [named("inflow_gain", &[0.01]).applied, influx.applied];
     let full = Tangent::at(&record, &state, &[], Bend::Free).unwrap();
     let (onset, free) = ((1, 1), [(0, 0), (1, 0), (1, 3)]);
-    let directions = free.map(|(e, j)| (e, j, direction(&record, &full, &state, (e, j), None)));
     let profile = Profile {
-        record: &record,
-        full: &full,
-        state: &state,
-        directions: &directions,
+        estimator: &Estimator::of(&record, &state, &full),
         most: 1.0,
     };
     let expected = |state: &[Applied]| {
@@ -339,12 +345,9 @@ fn a_time_reaches_to_where_moving_it_costs_what_an_interval_may() {
     let from = INFLUX_S.0;
     let state = [one.applied.clone()];
     let full = Tangent::at(&record, &state, &[], Bend::Free).unwrap();
-    let directions = [0, 3].map(|j| (0, j, direction(&record, &full, &state, (0, j), None)));
+    let estimator = Estimator::of(&record, &state, &full);
     let within = |most: f64| Profile {
-        record: &record,
-        full: &full,
-        state: &state,
-        directions: &directions,
+        estimator: &estimator,
         most,
     };
     // Two and a half of its deviations at 95 %: (1.96 x 2.5)^2 / 2.

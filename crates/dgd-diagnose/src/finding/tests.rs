@@ -3,24 +3,16 @@
 
 use super::{curve, finding, heaving, region, separating_test};
 use crate::claims::fixture::{Hidden, INFLUX_S, drilled, named, steady};
-use crate::diagnosis::{Finding, Simulation};
+use crate::diagnosis::Finding;
+use crate::estimates::Estimator;
 use crate::heave::Swell;
 use crate::relations::Applied;
-use crate::select::{Named, Selection};
+use crate::select::Named;
 use crate::tangent::{Bend, Tangent};
 use dgd_effects::{
     About, HEAD, INLET_READING, KNOTS, METER_FACTOR, OUTLET_READING, OUTLETS, PERIOD, PLACES,
     QUANTITIES, Relation, SINCE_START, SUCTION, catalogue, find, told_apart_by, unknown,
 };
-
-fn nothing_run() -> Simulation {
-    Simulation {
-        t_s: Vec::new(),
-        held_out: Vec::new(),
-        valid: Vec::new(),
-        signals: Vec::new(),
-    }
-}
 
 /// What the clock says at the first sample, s.
 const START_S: f64 = 100.0;
@@ -42,13 +34,8 @@ fn told(named: &Named) -> Finding {
     record.setting.span_s = (START_S, START_S + 5400.0);
     record.t_s.iter_mut().for_each(|t| *t += START_S);
     let full = Tangent::at(&record, &[], &[], Bend::Free).unwrap();
-    let selection = Selection {
-        held: 0,
-        allowances: Vec::new(),
-        named: vec![named.clone()],
-        first: Vec::new(),
-    };
-    finding(&record, &selection, 0, named, &full, &nothing_run())
+    let state = [named.applied.clone()];
+    finding(&record, named, &Estimator::of(&record, &state, &full), None)
 }
 
 #[test]
@@ -371,7 +358,7 @@ fn swell_is_told_with_its_period_and_amplitude_from_the_start_to_the_end() {
             hurdle: 12.0,
             limit_m: 0.04,
         };
-        let told = heaving(&record, about, swell, &nothing_run());
+        let told = heaving(&record, about, swell, None);
         assert!((told.probability - probability).abs() < 1e-12);
         assert_eq!(told.intervals_s, [record.setting.span_s]);
         assert_eq!((told.evidence, told.hurdle), (40.0, 12.0));

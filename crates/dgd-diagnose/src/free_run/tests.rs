@@ -1,7 +1,7 @@
 //! Claims about the two free runs, and about what they are worth on samples that were chosen.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::{best_gain, gains, simulate};
+use super::{Errors, Part, best_gain, errors, simulate};
 use crate::claims::fixture::{DT_S, Hidden, cut, drilled, parabolas, recorded, setting, steady};
 use crate::draws::normals;
 use crate::numbers::mean;
@@ -34,7 +34,7 @@ fn simulated(from: usize, signals: Vec<Signal>) -> Simulation {
 #[test]
 fn errors_are_those_of_samples_that_are_chosen_trusted_and_whole() {
     // Errors of 3 and 5 before, of 1 and 2 after, held out; of 30 and 10 elsewhere.
-    let errors = |first: f64, held: [f64; 2]| -> Vec<f64> {
+    let off_by = |first: f64, held: [f64; 2]| -> Vec<f64> {
         (0..1200)
             .map(|i| if i < 600 { first } else { held[i % 2] })
             .collect()
@@ -43,8 +43,8 @@ fn errors_are_those_of_samples_that_are_chosen_trusted_and_whole() {
         600,
         vec![signal(
             "a",
-            errors(30.0, [3.0, 5.0]),
-            errors(10.0, [1.0, 2.0]),
+            off_by(30.0, [3.0, 5.0]),
+            off_by(10.0, [1.0, 2.0]),
         )],
     );
     whole.valid[700] = false;
@@ -54,7 +54,8 @@ fn errors_are_those_of_samples_that_are_chosen_trusted_and_whole() {
     whole.signals[0].before[703] = f64::NAN;
     whole.signals[0].after[704] = f64::INFINITY;
     whole.signals[0].after[705] = f64::NAN;
-    let (before, after, ci) = gains(&whole, true)[0];
+    let Errors { before, after } = errors(&whole, Part::HeldOut)[0].unwrap();
+    let ci = best_gain(&whole).unwrap().improvement_ci95;
     assert!((before - 17.0_f64.sqrt()).abs() < 1e-12, "{before}");
     assert!((after - 2.5_f64.sqrt()).abs() < 1e-12, "{after}");
     // Both stretches of five minutes gain alike.
@@ -63,7 +64,7 @@ fn errors_are_those_of_samples_that_are_chosen_trusted_and_whole() {
         (ci.0 - gain).abs() < 1e-3 && (ci.1 - gain).abs() < 1e-3,
         "{ci:?}"
     );
-    let (before, after, _) = gains(&whole, false)[0];
+    let Errors { before, after } = errors(&whole, Part::Training)[0].unwrap();
     assert!((before - 30.0).abs() < 1e-12 && (after - 10.0).abs() < 1e-12);
 }
 
@@ -79,7 +80,7 @@ fn what_hangs_together_for_five_minutes_is_drawn_together() {
         for i in 250..250 + gap {
             two.valid[i] = false;
         }
-        let (_, _, ci) = gains(&two, true)[0];
+        let ci = best_gain(&two).unwrap().improvement_ci95;
         assert!(
             (ci.0 - 0.2).abs() < 1e-12 && (ci.1 - 0.9).abs() < 1e-12,
             "{ci:?}"
@@ -100,8 +101,11 @@ fn the_interval_holds_ninety_five_of_a_hundred_draws() {
         .map(|i| 0.5 * share[i / 301].max(0.0).sqrt())
         .collect();
     let long = simulated(0, vec![signal("a", vec![1.0; n], after)]);
-    let (before, after, ci) = gains(&long, true)[0];
-    let gain = 1.0 - after / before;
+    let best = best_gain(&long).unwrap();
+    let (gain, ci) = (
+        1.0 - best.rmse_after / best.rmse_before,
+        best.improvement_ci95,
+    );
     // The mean of squares is 0.25 with a share of 0.3 / 20 of it as its deviation; the root has half of that.
     let sd = 0.5 * 0.5 * 0.3 / 20.0;
     for end in [gain - ci.0, ci.1 - gain] {
@@ -116,10 +120,10 @@ fn the_interval_holds_ninety_five_of_a_hundred_draws() {
 #[test]
 fn what_was_exact_stays_exact_and_without_samples_there_is_no_error() {
     let exact = simulated(0, vec![signal("a", vec![0.0; 400], vec![0.0; 400])]);
-    let (before, after, ci) = gains(&exact, true)[0];
-    assert_eq!((before, after, ci), (0.0, 0.0, (1.0, 1.0)));
-    let (before, after, ci) = gains(&exact, false)[0];
-    assert!(before.is_nan() && after.is_nan() && ci.0.is_nan() && ci.1.is_nan());
+    let best = best_gain(&exact).unwrap();
+    assert_eq!((best.rmse_before, best.rmse_after), (0.0, 0.0));
+    assert_eq!(best.improvement_ci95, (1.0, 1.0));
+    assert!(errors(&exact, Part::Training)[0].is_none());
 }
 
 #[test]

@@ -2,7 +2,6 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::tested;
-use crate::Simulation;
 use crate::claims::fixture::{named, steady};
 use crate::diagnosis::{Outcome, Tested};
 use crate::finding::heaving;
@@ -148,13 +147,7 @@ fn what_nothing_excites_is_not_testable_and_what_the_model_holds_is_not_told() {
     assert_eq!(heave.search.method, Method::Spectrum);
     let without = fared(&record, Ok(SWELL), &start, "heave");
     assert_eq!(*outcome(&without, "heave"), Outcome::NotSeen);
-    let nothing_run = Simulation {
-        t_s: Vec::new(),
-        held_out: Vec::new(),
-        valid: Vec::new(),
-        signals: Vec::new(),
-    };
-    let swelling = [heaving(&record, heave, SWELL, &nothing_run)];
+    let swelling = [heaving(&record, heave, SWELL, None)];
     let told = tested(
         &record,
         &selected(Vec::new(), Vec::new()),
