@@ -549,4 +549,4 @@ pub(crate) fn alike(a: &Candidate, b: &Candidate) -> bool {
 }
 
 #[cfg(test)]
-mod conditions;
+mod tests;

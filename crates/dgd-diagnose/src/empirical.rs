@@ -454,4 +454,4 @@ pub(crate) fn plausible(c: &Correction) -> bool {
 }
 
 #[cfg(test)]
-mod corrected;
+mod tests;

@@ -79,9 +79,9 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
     use super::{begins, ended};
-    use crate::claims::fixture::{FLOW_M3_S, Hidden, drilled};
     use crate::record::Record;
     use crate::tangent::{Bend, Tangent};
+    use crate::test_rig::{FLOW_M3_S, Hidden, drilled};
     use dgd_effects::{Relation, catalogue, find};
 
     const AT_S: f64 = 2700.0;

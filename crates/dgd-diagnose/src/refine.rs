@@ -205,4 +205,4 @@ fn climb(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usize) {
 }
 
 #[cfg(test)]
-mod starts;
+mod tests;

@@ -217,3 +217,6 @@ fn starts(record: &Record) -> impl Iterator<Item = f64> {
 fn finite(v: f64) -> f64 {
     if v.is_finite() { v } else { 0.0 }
 }
+
+#[cfg(test)]
+mod tests;

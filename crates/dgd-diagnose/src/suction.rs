@@ -106,12 +106,11 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
     use super::{ALLOWED_HEADS, Unmeasured, heads_lost};
-    use crate::claims::fixture::{Hidden, drilled};
-    use crate::draws::normals;
     use crate::record::Record;
     use crate::relations::{Applied, Blocks, imbalance_per_head};
     use crate::scan::weigh;
     use crate::tangent::{Bend, Tangent};
+    use crate::test_rig::{Hidden, drilled, normals};
     use dgd_effects::{RISER_READING, SUCTION, find, unknown};
 
     const DT_S: f64 = 2.0;

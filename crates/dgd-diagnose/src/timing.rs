@@ -252,3 +252,6 @@ fn pump_lags(state: &[Applied]) -> Vec<Applied> {
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests;

@@ -149,10 +149,10 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
     use super::{Footprint, Known, WITHIN_STANDS, known};
-    use crate::claims::fixture::{Hidden, INFLUX_S, drilled};
     use crate::relations::Applied;
     use crate::select::Selection;
     use crate::tangent::{Bend, Tangent};
+    use crate::test_rig::{Hidden, INFLUX_S, drilled};
     use dgd_effects::{KNOTS, find, unknown};
 
     /// A signature of four rows.

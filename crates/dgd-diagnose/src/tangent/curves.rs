@@ -149,10 +149,9 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
     use super::{Evaluated, robust, robust_curves};
-    use crate::claims::fixture::{blocks, parabolas};
-    use crate::draws::normals;
     use crate::noise::Layout;
     use crate::relations::Rows;
+    use crate::test_rig::{blocks, normals, parabolas};
 
     const ROWS: usize = 600;
     const TRUTH: [f64; 3] = [2e4, -3e5, 5e5];

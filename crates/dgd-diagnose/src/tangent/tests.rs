@@ -3,12 +3,11 @@
 
 use super::{Bend, Tangent, alike};
 use crate::bayes::evidence;
-use crate::claims::fixture::{BLOCK_S, Hidden, INFLUX_S, drilled};
-use crate::draws::normals;
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::slack::{Slack, slack};
 use crate::step::Step;
+use crate::test_rig::{BLOCK_S, Hidden, INFLUX_S, drilled, normals};
 use crate::vectors::{Sparse, dot};
 use dgd_effects::find;
 use std::sync::Arc;

@@ -253,9 +253,9 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
     use super::{Likelihood, Twins, straightened};
-    use crate::draws::normals;
     use crate::noise::Wander;
     use crate::tangent::dot;
+    use crate::test_rig::normals;
     use crate::twins::tests::{BLOCKS, WANDER, drifting, twins};
     use nalgebra::{DMatrix, DVector};
 

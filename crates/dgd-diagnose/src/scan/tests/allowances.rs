@@ -1,10 +1,10 @@
 //! Claims about what a candidate is worth, and about the delays and lags of a sound rig that are allowed for.
 
-use crate::claims::fixture::{Hidden, INFLUX_S, drilled};
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::scan::{allowances_with, weigh};
 use crate::tangent::{Bend, Tangent, dot};
+use crate::test_rig::{Hidden, INFLUX_S, drilled};
 use dgd_effects::{Timing, find};
 
 fn one(id: &str, parameters: &[f64]) -> Applied {

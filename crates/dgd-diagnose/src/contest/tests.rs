@@ -5,12 +5,12 @@ use super::{
     Contender, alike, at_bound, contest, doubtful, hurdle, material, settle, solved, stands,
     sustained, times,
 };
-use crate::claims::fixture::{BLOCK_S, FLOW_M3_S, Hidden, INFLUX_S, SPEED_PCT, drilled, steady};
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::scan::{Candidate, weigh};
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent, dot};
+use crate::test_rig::{BLOCK_S, FLOW_M3_S, Hidden, INFLUX_S, SPEED_PCT, drilled, steady};
 use dgd_effects::find;
 
 fn one(id: &str, parameters: &[f64]) -> Applied {

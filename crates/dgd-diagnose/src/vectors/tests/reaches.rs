@@ -1,6 +1,6 @@
 //! Claims about columns that touch few rows: what is left out is zeros only.
 
-use crate::draws::normals;
+use crate::test_rig::normals;
 use crate::vectors::{Column, dot, orthonormal, products, support, without};
 
 const ROWS: usize = 5003;
