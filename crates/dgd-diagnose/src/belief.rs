@@ -1,6 +1,5 @@
 //! From evidence to a probability that keeps its word.
 
-use crate::round::BARRED;
 use crate::select::Named;
 use dgd_effects::unknown;
 use tracing::debug;
@@ -15,6 +14,9 @@ pub(crate) const CALIBRATION: [f64; 4] = [-0.6, 0.65, 0.45, -2.0];
 
 /// E-folds of evidence over its hurdle from which a finding is clear.
 const CLEAR: f64 = 3.0;
+
+/// What it costs a cause, in e-folds, that it may not be named as it is.
+pub(crate) const BARRED: f64 = 1.4;
 
 /// Brings the probabilities of findings to the share of such findings that are right.
 pub(crate) fn calibrate(named: &mut [Named]) {

@@ -1,10 +1,10 @@
 //! Every effect of the catalogue against what is left over, and the conditions on those that stand out.
 
 use crate::bayes::ln_mean_exp;
-use crate::numbers::whole;
+use crate::numbers::{product, whole};
 use crate::record::Record;
 use crate::relations::{Applied, blurred};
-use crate::scan::{Candidate, joined, more_places, on_grid, product, scan, sharpen, weigh};
+use crate::scan::{Candidate, joined, more_places, on_grid, scan, sharpen, weigh};
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent, dot};
 use crate::timing::{is_late_meter, retimed};

@@ -4,9 +4,10 @@
 //! too coarse for its edge, and mud of another weight or thickness stands in for it.
 
 use crate::contest::{hurdle, sets_in, sustained};
+use crate::numbers::product;
 use crate::record::Record;
 use crate::relations::Applied;
-use crate::scan::{grids, on_grid, product, sharpen, switches, weigh};
+use crate::scan::{grids, on_grid, sharpen, switches, weigh};
 use crate::tangent::Tangent;
 use dgd_effects::{Effect, Method, Relation, catalogue};
 use rayon::prelude::*;

@@ -1,7 +1,6 @@
 //! Rig motion: a narrow peak of swell in the spectrum of the inlet pressure.
 
-use crate::noise::spread;
-use crate::numbers::{bridged, whole};
+use crate::numbers::{bridged, spread, whole};
 use dgd_effects::{Rank, quantile};
 use dgd_units::STANDARD_GRAVITY_M_S2;
 use std::borrow::Cow;

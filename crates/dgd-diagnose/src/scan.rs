@@ -1,7 +1,7 @@
 //! The catalogue held against the residuals: a grid over shapes, strengths solved exactly.
 
 use crate::bayes::evidence;
-use crate::numbers::whole;
+use crate::numbers::{product, whole};
 use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::Applied;
 use crate::tangent::{Bend, Tangent, dot};
@@ -77,23 +77,6 @@ pub(crate) fn grids(effect: &dyn Effect, record: &Record) -> Vec<Vec<f64>> {
                 .collect(),
         })
         .collect()
-}
-
-pub(crate) fn product(grids: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let mut out = vec![Vec::new()];
-    for grid in grids {
-        out = out
-            .iter()
-            .flat_map(|head| {
-                grid.iter().map(move |v| {
-                    let mut next = head.clone();
-                    next.push(*v);
-                    next
-                })
-            })
-            .collect();
-    }
-    out
 }
 
 /// One effect, everywhere on its grid; of the candidates the best has its signature.

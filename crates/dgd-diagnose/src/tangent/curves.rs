@@ -1,7 +1,8 @@
 //! The curves that lead to the linearisation, and what they leave over.
 
 use super::columns::{FRICTION_PRIOR_PA, head_priors};
-use crate::noise::{Layout, spread};
+use crate::noise::Layout;
+use crate::numbers::spread;
 use crate::relations::{Blocks, Rows};
 use dgd_effects::{Curves, FRICTION_TERMS, HEAD_TERMS, Scale, friction_terms, head_terms};
 use nalgebra::{DMatrix, DVector};

@@ -2,8 +2,8 @@
 
 use super::{Pair, Twins, precision};
 use crate::bayes::ln_mean_exp;
-use crate::noise::{Wander, Whitening, spread};
-use crate::numbers::bridged;
+use crate::noise::{Wander, Whitening};
+use crate::numbers::{bridged, spread};
 use crate::record::{MASS_BLOCKS, Record};
 use crate::rest::quantum;
 use crate::tangent::dot;

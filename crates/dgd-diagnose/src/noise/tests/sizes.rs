@@ -1,7 +1,8 @@
 //! Claims about the sizes, the memory and the kinship that are read from residuals.
 
 use super::{NO_WANDER, full, layout, patchy, remembering, white};
-use crate::noise::{Layout, Whitening, autoregression, high_pass, spread};
+use crate::noise::{Layout, Whitening, autoregression, high_pass};
+use crate::numbers::spread;
 use crate::relations::Rows;
 use crate::test_rig::normals;
 
