@@ -3,8 +3,8 @@
 use crate::bayes::ln_mean_exp;
 use crate::numbers::{product, whole};
 use crate::record::Record;
-use crate::relations::{Applied, blurred};
-use crate::scan::{Candidate, joined, more_places, on_grid, scan, sharpen, weigh};
+use crate::relations::{Applied, blurred, joined, on_grid};
+use crate::scan::{Candidate, more_places, scan, sharpen, weigh};
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent, dot};
 use crate::timing::{is_late_meter, retimed};

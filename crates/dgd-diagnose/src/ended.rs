@@ -6,8 +6,8 @@
 use crate::contest::{hurdle, sets_in, sustained};
 use crate::numbers::product;
 use crate::record::Record;
-use crate::relations::Applied;
-use crate::scan::{grids, on_grid, sharpen, switches, weigh};
+use crate::relations::{Applied, on_grid};
+use crate::scan::{grids, sharpen, switches, weigh};
 use crate::tangent::Tangent;
 use dgd_effects::{Effect, Method, Relation, catalogue};
 use rayon::prelude::*;

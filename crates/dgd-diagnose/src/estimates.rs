@@ -3,8 +3,7 @@
 use crate::diagnosis::ParameterEstimate;
 use crate::empirical::is_correction;
 use crate::record::Record;
-use crate::relations::Applied;
-use crate::scan::on_grid;
+use crate::relations::{Applied, on_grid};
 use crate::select::Selection;
 use crate::step::Step;
 use crate::tangent::{Tangent, dot};

@@ -2,8 +2,8 @@
 
 use crate::diagnosis::Check;
 use crate::record::Record;
-use crate::relations::Applied;
-use crate::scan::{Candidate, joined, weigh};
+use crate::relations::{Applied, joined};
+use crate::scan::{Candidate, weigh};
 use crate::select::Selection;
 use crate::tangent::{Bend, Tangent, dot};
 

@@ -3,8 +3,7 @@
 use crate::empirical::{again, is_correction};
 use crate::numbers::whole;
 use crate::record::Record;
-use crate::relations::Applied;
-use crate::scan::on_grid;
+use crate::relations::{Applied, on_grid};
 use crate::tangent::{Bend, Tangent, dot};
 use dgd_effects::{KNOTS, PERIOD, Role, TIME};
 

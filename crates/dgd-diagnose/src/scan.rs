@@ -3,9 +3,9 @@
 use crate::bayes::evidence;
 use crate::numbers::{product, whole};
 use crate::record::{MASS_BLOCKS, Record};
-use crate::relations::Applied;
+use crate::relations::{Applied, joined, on_grid};
 use crate::tangent::{Bend, Tangent, dot};
-use dgd_effects::{About, Effect, Role, Timing, catalogue};
+use dgd_effects::{Effect, Role, Timing, catalogue};
 
 /// An effect at one point of its grid.
 #[derive(Clone)]
@@ -18,11 +18,6 @@ pub(crate) struct Candidate {
     pub score: f64,
     /// Logarithm of the Bayes factor against nothing.
     pub evidence: f64,
-}
-
-/// Whether the strength is on a grid.
-pub(crate) fn on_grid(about: &About) -> bool {
-    matches!(about.parameters[0].role, Role::Grid(_))
 }
 
 /// Onsets on the grid at the most: each is weighed on the whole recording.
@@ -200,18 +195,6 @@ pub(crate) fn sharpen(
         }
     }
     best
-}
-
-/// The state with one effect more; a timing allowance of the same effect gives way to it.
-pub(crate) fn joined(state: &[Applied], one: &Applied) -> Vec<Applied> {
-    let id = one.effect.about().id;
-    let mut out: Vec<Applied> = state
-        .iter()
-        .filter(|a| !(a.allowance && a.effect.about().id == id))
-        .cloned()
-        .collect();
-    out.push(one.clone());
-    out
 }
 
 /// Misfit that an allowance must save.

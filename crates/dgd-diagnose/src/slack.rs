@@ -5,8 +5,7 @@
 use crate::empirical::{is_correction, is_seen};
 use crate::numbers::{mean, whole};
 use crate::record::{MASS_BLOCKS, Record};
-use crate::relations::{Applied, Blocks};
-use crate::scan::{joined, on_grid};
+use crate::relations::{Applied, Blocks, joined, on_grid};
 use crate::tangent::Tangent;
 use crate::vectors::Sparse;
 use dgd_effects::{

@@ -9,8 +9,7 @@ use super::{
 use crate::noise::Layout;
 use crate::numbers::whole;
 use crate::record::{MASS_BLOCKS, Record};
-use crate::relations::Applied;
-use crate::scan::joined;
+use crate::relations::{Applied, joined};
 use crate::tangent::{Bend, Tangent, dot};
 use dgd_effects::{INLET_READING, KNOTS, PERIOD, PLACES, unknown};
 use rayon::prelude::*;
