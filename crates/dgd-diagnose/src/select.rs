@@ -6,9 +6,8 @@ use crate::record::Record;
 use crate::refine::refine;
 use crate::relations::{Applied, joined, on_grid};
 use crate::round::{Round, Ruling};
-use crate::scan::allowances_with;
 use crate::tangent::{Bend, Tangent, dot};
-use crate::timing::allowed_beside;
+use crate::timing::{allowances_with, allowed_beside};
 use rayon::prelude::*;
 use tracing::debug;
 

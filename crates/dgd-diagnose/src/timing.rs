@@ -1,9 +1,12 @@
 //! What is late, and what is allowed to be: chosen together, since each stands in for the other.
 
+mod allowances;
+
+pub(crate) use allowances::allowances_with;
+
 use crate::record::Record;
 use crate::refine::{SHORTEST_S, nearest_time};
 use crate::relations::Applied;
-use crate::scan::allowances_with;
 use crate::tangent::{Bend, Tangent, dot};
 use dgd_effects::{About, Effect, Timing, catalogue};
 use nalgebra::{DMatrix, DVector};

@@ -1,10 +1,11 @@
 //! Claims about what is late, and about what is allowed to be, on an hour and a half of drilling.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::{allowed_beside, is_late_meter, retimed, stepped};
+mod allowances;
+
+use super::{allowances_with, allowed_beside, is_late_meter, retimed, stepped};
 use crate::refine::refine;
 use crate::relations::Applied;
-use crate::scan::allowances_with;
 use crate::select::{Named, Selection};
 use crate::tangent::{Bend, Tangent, dot};
 use crate::test_rig::{Hidden, drilled};
