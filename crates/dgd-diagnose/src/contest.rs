@@ -6,9 +6,10 @@ use crate::record::Record;
 use crate::relations::{Applied, blurred, joined, on_grid};
 use crate::scan::{Candidate, more_places, scan, sharpen, weigh};
 use crate::step::Step;
-use crate::tangent::{Bend, Tangent, dot};
+use crate::tangent::{Bend, Tangent};
 use crate::timing::{is_late_meter, retimed};
 use dgd_effects::{Effect, Method, Rank, Relation, Role, catalogue, quantile};
+use dgd_lsq::dot;
 use rayon::prelude::*;
 use std::sync::OnceLock;
 

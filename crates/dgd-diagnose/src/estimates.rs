@@ -6,8 +6,9 @@ use crate::record::Record;
 use crate::relations::{Applied, on_grid};
 use crate::select::Selection;
 use crate::step::Step;
-use crate::tangent::{Tangent, dot};
+use crate::tangent::Tangent;
 use dgd_effects::Role;
+use dgd_lsq::dot;
 
 /// Factor on standard errors: residuals are whiter in the model than on a rig.
 const WIDENING: f64 = 2.5;

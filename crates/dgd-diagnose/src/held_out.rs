@@ -8,9 +8,10 @@ use crate::refine::refine;
 use crate::relations::{Applied, joined};
 use crate::scan::scan;
 use crate::select::Selection;
-use crate::tangent::{Bend, Tangent, dot};
+use crate::tangent::{Bend, Tangent};
 use crate::timing::{allowed_beside, is_late_meter};
 use dgd_effects::{AppliedEffect, AugmentedModel, PERIOD};
+use dgd_lsq::dot;
 
 /// Length of a held-out window, s, at the least; a diagnosis promises 1200.
 const WINDOW_S: f64 = 1260.0;

@@ -4,8 +4,9 @@ use crate::bayes::evidence;
 use crate::numbers::{product, whole};
 use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::{Applied, joined, on_grid};
-use crate::tangent::{Tangent, dot};
+use crate::tangent::Tangent;
 use dgd_effects::{Effect, Role};
+use dgd_lsq::dot;
 
 /// An effect at one point of its grid.
 #[derive(Clone)]

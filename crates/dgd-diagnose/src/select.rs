@@ -6,8 +6,9 @@ use crate::record::Record;
 use crate::refine::refine;
 use crate::relations::{Applied, joined, on_grid};
 use crate::round::{Round, Ruling};
-use crate::tangent::{Bend, Tangent, dot};
+use crate::tangent::{Bend, Tangent};
 use crate::timing::{allowances_with, allowed_beside};
+use dgd_lsq::dot;
 use rayon::prelude::*;
 use tracing::debug;
 

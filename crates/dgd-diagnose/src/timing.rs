@@ -7,8 +7,9 @@ pub(crate) use allowances::allowances_with;
 use crate::record::Record;
 use crate::refine::{SHORTEST_S, nearest_time};
 use crate::relations::Applied;
-use crate::tangent::{Bend, Tangent, dot};
+use crate::tangent::{Bend, Tangent};
 use dgd_effects::{About, Effect, Timing, catalogue};
+use dgd_lsq::dot;
 use nalgebra::{DMatrix, DVector};
 
 /// Misfit that an allowance of the pump must save.

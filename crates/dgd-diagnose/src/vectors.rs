@@ -4,7 +4,6 @@ mod column;
 
 pub(crate) use column::Column;
 use column::take;
-pub(crate) use dgd_lsq::dot;
 use rayon::prelude::*;
 use std::ops::Range;
 

@@ -11,11 +11,12 @@ use super::{
 use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::Applied;
 use crate::step::Step;
-use crate::tangent::{Bend, Tangent, dot};
+use crate::tangent::{Bend, Tangent};
 use crate::test_rig::{BLOCK_S, FLOW_M3_S, Hidden, SPEED_PCT, drilled, normals};
 use dgd_effects::{
     INLET_READING, KNOTS, METER_FACTOR, OUTLET_READING, PLACES, QUANTITIES, Relation, unknown,
 };
+use dgd_lsq::dot;
 
 pub(super) const LENGTH_S: f64 = 5400.0;
 

@@ -5,8 +5,9 @@ use crate::empirical::{again, is_correction, is_seen};
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::select::Selection;
-use crate::tangent::{Bend, Tangent, dot};
+use crate::tangent::{Bend, Tangent};
 use dgd_effects::{About, Excitation};
+use dgd_lsq::dot;
 
 /// One cause that has been named.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -7,9 +7,9 @@ use crate::empirical::{Correction, hurdle};
 use crate::limit::{Energy, Showing};
 use crate::relations::{Applied, on_grid};
 use crate::scan::Candidate;
-use crate::tangent::dot;
 use crate::timing::is_late_meter;
 use dgd_effects::{About, PLACES, Relation};
+use dgd_lsq::dot;
 use std::ops::Range;
 use tracing::debug;
 

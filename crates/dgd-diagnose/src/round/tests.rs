@@ -15,12 +15,13 @@ use crate::scan::{Candidate, weigh};
 use crate::select::Named;
 use crate::step::Step;
 use crate::suction::Unmeasured;
-use crate::tangent::{Bend, Tangent, dot};
+use crate::tangent::{Bend, Tangent};
 use crate::test_rig::{Hidden, INFLUX_S, drilled, parabolas};
 use dgd_effects::{
     HEAD, INLET_PRESSURE, INLETS, METER_FACTOR, OUTLET_READING, OUTLETS, PLACES, QUANTITIES,
     RISER_READING, Relation, find, unknown,
 };
+use dgd_lsq::dot;
 use dgd_units::STANDARD_ATMOSPHERE_PA;
 
 /// Signatures of four rows: the same, and of nothing in common.

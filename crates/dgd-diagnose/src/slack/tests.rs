@@ -4,11 +4,12 @@
 use super::{Slack, slack};
 use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::{Applied, Blocks};
-use crate::tangent::{Bend, Tangent, dot};
+use crate::tangent::{Bend, Tangent};
 use crate::test_rig::{BLOCK_S, Hidden, INFLUX_S, drilled};
 use dgd_effects::{
     Connection, INLET_READING, INLETS, KNOTS, OUTLETS, RISER_READING, SUCTION, find,
 };
+use dgd_lsq::dot;
 
 fn one(id: &str, parameters: &[f64]) -> Applied {
     Applied::new(find(id).unwrap(), parameters.to_vec())

@@ -3,8 +3,9 @@
 use crate::record::Record;
 use crate::relations::{Applied, joined};
 use crate::scan::{Candidate, weigh};
-use crate::tangent::{Bend, Tangent, dot};
+use crate::tangent::{Bend, Tangent};
 use dgd_effects::{Effect, Timing, catalogue};
+use dgd_lsq::dot;
 
 /// Misfit that an allowance must save.
 const EARNED: f64 = 2.0;

@@ -7,9 +7,10 @@ use super::{allowances_with, allowed_beside, is_late_meter, retimed, stepped};
 use crate::refine::refine;
 use crate::relations::Applied;
 use crate::select::{Named, Selection};
-use crate::tangent::{Bend, Tangent, dot};
+use crate::tangent::{Bend, Tangent};
 use crate::test_rig::{Hidden, drilled};
 use dgd_effects::find;
+use dgd_lsq::dot;
 
 fn one(id: &str, parameters: &[f64]) -> Applied {
     Applied::new(find(id).unwrap(), parameters.to_vec())

@@ -6,10 +6,10 @@ use crate::noise::{Wander, Whitening};
 use crate::numbers::{bridged, spread};
 use crate::record::{MASS_BLOCKS, Record};
 use crate::rest::quantum;
-use crate::tangent::dot;
 use crate::unrest::WANDER_S;
 use crate::vectors::most_within;
 use dgd_effects::{Rank, quantile};
+use dgd_lsq::dot;
 use nalgebra::DVector;
 use std::ops::Range;
 use tracing::debug;
@@ -254,9 +254,9 @@ mod tests {
 
     use super::{Likelihood, Twins, straightened};
     use crate::noise::Wander;
-    use crate::tangent::dot;
     use crate::test_rig::normals;
     use crate::twins::tests::{BLOCKS, WANDER, drifting, twins};
+    use dgd_lsq::dot;
     use nalgebra::{DMatrix, DVector};
 
     /// Two that drift apart within a quarter of an hour while the pressures swing.

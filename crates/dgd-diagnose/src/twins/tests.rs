@@ -6,9 +6,9 @@ use crate::noise::Wander;
 use crate::numbers::whole;
 use crate::record::Record;
 use crate::relations::Applied;
-use crate::tangent::dot;
 use crate::test_rig::{normals, steady};
 use dgd_effects::{INLET_READING, INLETS, KNOTS, OUTLETS, RISER_READING, unknown};
+use dgd_lsq::dot;
 use nalgebra::{DMatrix, DVector};
 
 pub(super) const BLOCKS: usize = 1200;

@@ -2,8 +2,9 @@
 
 mod reaches;
 
-use super::{Column, Sparse, back_substitute, dot, products, without};
+use super::{Column, Sparse, back_substitute, products, without};
 use crate::test_rig::normals;
+use dgd_lsq::dot;
 
 /// Whole columns made orthonormal, of which the last rows are priors'; their triangle.
 fn orthonormal(columns: &mut [Vec<f64>], rows: usize) -> (Vec<Column>, Vec<Vec<f64>>) {

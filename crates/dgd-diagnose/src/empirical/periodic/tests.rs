@@ -9,9 +9,9 @@ use super::{
 use crate::empirical::tests::{LENGTH_S, SIZES, loose, made, off_by};
 use crate::record::Record;
 use crate::relations::Applied;
-use crate::tangent::dot;
 use crate::test_rig::{Hidden, drilled, normals};
 use dgd_effects::{INLET_READING, KNOTS, PERIOD, PLACES, unknown};
+use dgd_lsq::dot;
 use std::f64::consts::TAU;
 
 /// By a clock that starts at another time than 0.

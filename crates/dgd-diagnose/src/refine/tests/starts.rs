@@ -3,9 +3,10 @@
 use crate::record::Record;
 use crate::refine::{settled, unshown};
 use crate::relations::Applied;
-use crate::tangent::{Bend, Tangent, dot};
+use crate::tangent::{Bend, Tangent};
 use crate::test_rig::{Hidden, INFLUX_S, drilled};
 use dgd_effects::{KNOTS, QUANTITIES, find, unknown};
+use dgd_lsq::dot;
 
 fn hiding(influx_m3_s: f64) -> Record {
     drilled(Hidden {

@@ -3,9 +3,10 @@
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::scan::weigh;
-use crate::tangent::{Bend, Tangent, dot};
+use crate::tangent::{Bend, Tangent};
 use crate::test_rig::{Hidden, INFLUX_S, drilled};
 use dgd_effects::find;
+use dgd_lsq::dot;
 
 fn one(id: &str, parameters: &[f64]) -> Applied {
     Applied::new(find(id).unwrap(), parameters.to_vec())

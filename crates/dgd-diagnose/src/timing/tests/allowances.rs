@@ -2,10 +2,11 @@
 
 use crate::record::Record;
 use crate::relations::Applied;
-use crate::tangent::{Bend, Tangent, dot};
+use crate::tangent::{Bend, Tangent};
 use crate::test_rig::{Hidden, drilled};
 use crate::timing::allowances_with;
 use dgd_effects::{Timing, find};
+use dgd_lsq::dot;
 
 fn one(id: &str, parameters: &[f64]) -> Applied {
     Applied::new(find(id).unwrap(), parameters.to_vec())
