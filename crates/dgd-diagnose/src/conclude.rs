@@ -28,7 +28,7 @@ use crate::tangent::{Bend, LEAST_ROWS, Tangent};
 use crate::tested::tested;
 use crate::traces::traces;
 use again::again;
-use dgd_effects::{About, AppliedEffect, Method, catalogue, find};
+use dgd_effects::{About, AppliedEffect, Method, catalogue};
 use dgd_identify::Prepared;
 use dgd_recording::{ChannelSource, Well};
 use models::Models;
@@ -353,17 +353,7 @@ fn from_model(effects: &[AppliedEffect]) -> Result<Vec<Applied>, DiagnoseError> 
 
 /// An effect of the model to start from, looked up.
 fn applied(one: &AppliedEffect) -> Result<Applied, DiagnoseError> {
-    let effect = find(&one.id)
-        .filter(|e| e.takes(one.parameters.len()))
-        .ok_or_else(|| dgd_effects::UnknownEffect {
-            id: one.id.clone(),
-            given: one.parameters.len(),
-        })?;
-    Ok(Applied {
-        effect,
-        parameters: one.parameters.clone(),
-        allowance: false,
-    })
+    Ok(Applied::new(one.look_up()?, one.parameters.clone()))
 }
 
 #[cfg(test)]

@@ -1,14 +1,15 @@
 //! Every effect of the catalogue against what is left over, and the conditions on those that stand out.
 
 use crate::bayes::ln_mean_exp;
-use crate::numbers::whole;
+use crate::numbers::{product, whole};
 use crate::record::Record;
-use crate::relations::{Applied, blurred};
-use crate::scan::{Candidate, joined, more_places, on_grid, product, scan, sharpen, weigh};
+use crate::relations::{Applied, blurred, joined, on_grid};
+use crate::scan::{Candidate, more_places, scan, sharpen, weigh};
 use crate::step::Step;
-use crate::tangent::{Bend, Tangent, dot};
+use crate::tangent::{Bend, Tangent};
 use crate::timing::{is_late_meter, retimed};
 use dgd_effects::{Effect, Method, Rank, Relation, Role, catalogue, quantile};
+use dgd_lsq::dot;
 use rayon::prelude::*;
 use std::sync::OnceLock;
 
@@ -549,4 +550,4 @@ pub(crate) fn alike(a: &Candidate, b: &Candidate) -> bool {
 }
 
 #[cfg(test)]
-mod conditions;
+mod tests;

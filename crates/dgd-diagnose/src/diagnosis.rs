@@ -439,3 +439,6 @@ pub enum DiagnoseError {
     #[error(transparent)]
     UnknownEffect(#[from] dgd_effects::UnknownEffect),
 }
+
+#[cfg(test)]
+mod tests;

@@ -9,8 +9,7 @@ pub(crate) use seen::pair_of;
 
 use crate::numbers::{tails, whole};
 use crate::record::{MASS_BLOCKS, Record};
-use crate::relations::Applied;
-use crate::scan::joined;
+use crate::relations::{Applied, joined};
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent};
 use crate::twins::{Pair, Twins};
@@ -454,4 +453,4 @@ pub(crate) fn plausible(c: &Correction) -> bool {
 }
 
 #[cfg(test)]
-mod corrected;
+mod tests;

@@ -4,9 +4,10 @@
 //! too coarse for its edge, and mud of another weight or thickness stands in for it.
 
 use crate::contest::{hurdle, sets_in, sustained};
+use crate::numbers::product;
 use crate::record::Record;
-use crate::relations::Applied;
-use crate::scan::{grids, on_grid, product, sharpen, switches, weigh};
+use crate::relations::{Applied, on_grid};
+use crate::scan::{grids, sharpen, switches, weigh};
 use crate::tangent::Tangent;
 use dgd_effects::{Effect, Method, Relation, catalogue};
 use rayon::prelude::*;
@@ -79,9 +80,9 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
     use super::{begins, ended};
-    use crate::claims::fixture::{FLOW_M3_S, Hidden, drilled};
     use crate::record::Record;
     use crate::tangent::{Bend, Tangent};
+    use crate::test_rig::{FLOW_M3_S, Hidden, drilled};
     use dgd_effects::{Relation, catalogue, find};
 
     const AT_S: f64 = 2700.0;

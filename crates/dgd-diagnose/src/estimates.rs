@@ -3,12 +3,12 @@
 use crate::diagnosis::ParameterEstimate;
 use crate::empirical::is_correction;
 use crate::record::Record;
-use crate::relations::Applied;
-use crate::scan::on_grid;
+use crate::relations::{Applied, on_grid};
 use crate::select::Named;
 use crate::step::Step;
-use crate::tangent::{Tangent, dot};
+use crate::tangent::Tangent;
 use dgd_effects::{Parameter, Role};
+use dgd_lsq::dot;
 use nalgebra::{DMatrix, DVector};
 
 /// Factor on standard errors: residuals are whiter in the model than on a rig.

@@ -211,10 +211,9 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
     use super::{FIELDS, Ground, field_of, fields, rows};
-    use crate::claims::fixture::setting;
-    use crate::draws::normals;
     use crate::record::{Filled, Record};
     use crate::relations::{Applied, Blocks};
+    use crate::test_rig::{normals, setting};
     use dgd_effects::{Changes, Connection, MeterPath, Noise, Role, Setting, catalogue, find};
     use std::sync::Arc;
 

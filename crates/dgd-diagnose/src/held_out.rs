@@ -5,12 +5,13 @@ use crate::empirical::{correction, in_place};
 use crate::numbers::{mean, tails, whole};
 use crate::record::Record;
 use crate::refine::refine;
-use crate::relations::Applied;
-use crate::scan::{joined, scan};
+use crate::relations::{Applied, joined};
+use crate::scan::scan;
 use crate::select::Selection;
-use crate::tangent::{Bend, Tangent, dot};
+use crate::tangent::{Bend, Tangent};
 use crate::timing::{allowed_beside, is_late_meter};
 use dgd_effects::{AppliedEffect, AugmentedModel, PERIOD};
+use dgd_lsq::dot;
 
 /// Length of a held-out window, s, at the least; a diagnosis promises 1200.
 const WINDOW_S: f64 = 1260.0;
@@ -158,27 +159,4 @@ pub(crate) fn model(
 }
 
 #[cfg(test)]
-mod windows;
-#[cfg(test)]
-mod tests {
-    use super::held_out;
-
-    #[test]
-    fn every_window_lasts_twenty_minutes_and_all_a_fifth_of_one_to_a_hundred_hours() {
-        for quarter in 4..=400 {
-            let (from, total) = (17.0, 900.0 * f64::from(quarter));
-            let windows = held_out((from, from + total), &[]);
-            let mut last = from;
-            for w in &windows {
-                assert!(w.1 - w.0 >= 1200.0, "{total} s: window {w:?}");
-                assert!(w.0 >= last, "{total} s: {w:?} begins before {last}");
-                last = w.1;
-            }
-            assert!(last <= from + total);
-            let held: f64 = windows.iter().map(|w| w.1 - w.0).sum();
-            assert!(held >= 0.2 * total, "{total} s: {held} s held out");
-            // Something must be left to fit on.
-            assert!(held <= 0.36 * total, "{total} s: {held} s held out");
-        }
-    }
-}
+mod tests;

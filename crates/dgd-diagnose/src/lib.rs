@@ -22,13 +22,9 @@
 
 mod bayes;
 mod belief;
-#[cfg(test)]
-mod claims;
 mod conclude;
 mod contest;
 mod diagnosis;
-#[cfg(test)]
-mod draws;
 mod empirical;
 mod ended;
 mod estimates;
@@ -52,6 +48,8 @@ mod slack;
 mod step;
 mod suction;
 mod tangent;
+#[cfg(test)]
+mod test_rig;
 mod tested;
 mod timing;
 mod traces;

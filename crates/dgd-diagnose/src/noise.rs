@@ -3,8 +3,8 @@
 mod apply;
 mod memory;
 
+use crate::numbers::spread;
 use crate::relations::Rows;
-use dgd_effects::{Rank, quantile};
 use memory::{autoregression, high_pass};
 
 /// Where each relation's rows begin in a stacked vector.
@@ -78,12 +78,6 @@ pub(crate) struct Wander {
     pub hidden_head_pa: f64,
     /// Their correlation time over the length of a block.
     pub hidden_blocks: f64,
-}
-
-/// Median absolute value of the finite values over 0.6745: the standard deviation of a clean core; NaN if there is none.
-pub(crate) fn spread(values: impl IntoIterator<Item = f64>) -> f64 {
-    let sizes = values.into_iter().map(f64::abs);
-    quantile(sizes, Rank::MEDIAN).map_or(f64::NAN, |v| v / 0.6745)
 }
 
 impl Whitening {

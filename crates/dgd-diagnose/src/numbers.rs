@@ -35,6 +35,30 @@ pub(crate) fn tails(values: &[f64], k: usize) -> Option<(f64, f64)> {
     Some((at(Rank::Lower(k))?, at(Rank::Upper(k))?))
 }
 
+/// Median absolute value of the finite values over 0.6745: the standard deviation of a clean core; NaN if there is none.
+pub(crate) fn spread(values: impl IntoIterator<Item = f64>) -> f64 {
+    let sizes = values.into_iter().map(f64::abs);
+    quantile(sizes, Rank::MEDIAN).map_or(f64::NAN, |v| v / 0.6745)
+}
+
+/// Every choice of one value from each grid, in their order.
+pub(crate) fn product(grids: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let mut out = vec![Vec::new()];
+    for grid in grids {
+        out = out
+            .iter()
+            .flat_map(|head| {
+                grid.iter().map(move |v| {
+                    let mut next = head.clone();
+                    next.push(*v);
+                    next
+                })
+            })
+            .collect();
+    }
+    out
+}
+
 /// Gaps bridged by straight lines, ends held; all 0 if nothing is finite.
 pub(crate) fn bridged(values: &[f64]) -> Vec<f64> {
     let mut out = values.to_vec();

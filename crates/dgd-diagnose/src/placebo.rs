@@ -2,10 +2,11 @@
 
 use crate::diagnosis::Check;
 use crate::record::Record;
-use crate::relations::Applied;
-use crate::scan::{Candidate, joined, weigh};
+use crate::relations::{Applied, joined};
+use crate::scan::{Candidate, weigh};
 use crate::select::Selection;
-use crate::tangent::{Bend, Tangent, dot};
+use crate::tangent::{Bend, Tangent};
+use dgd_lsq::dot;
 
 /// Times at which a finding is tried again, at the most.
 const TIMES: usize = 5;

@@ -354,4 +354,4 @@ fn new_every_s(values: &[f64], step_s: f64) -> f64 {
 }
 
 #[cfg(test)]
-mod clock;
+mod tests;

@@ -3,10 +3,10 @@
 use crate::empirical::{again, is_correction};
 use crate::numbers::whole;
 use crate::record::Record;
-use crate::relations::Applied;
-use crate::scan::on_grid;
-use crate::tangent::{Bend, Tangent, dot};
+use crate::relations::{Applied, on_grid};
+use crate::tangent::{Bend, Tangent};
 use dgd_effects::{KNOTS, PERIOD, Role, TIME};
+use dgd_lsq::dot;
 
 /// Sharpens every parameter of the effects at and after `from`, about the whole hypothesis.
 pub(crate) fn refine(
@@ -205,4 +205,4 @@ fn climb(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usize) {
 }
 
 #[cfg(test)]
-mod starts;
+mod tests;

@@ -18,7 +18,7 @@ pub(crate) use parts::{Parts, Touched};
 pub(crate) use rows::{Rows, repeats};
 
 use crate::record::{MASS_BLOCKS, Record};
-use dgd_effects::{Changes, Effect, Moment};
+use dgd_effects::{About, Changes, Effect, Moment, Role};
 use parts::Row;
 use std::ops::Range;
 
@@ -49,6 +49,23 @@ impl Applied {
             allowance: true,
         }
     }
+}
+
+/// The state with one effect more; a timing allowance of the same effect gives way to it.
+pub(crate) fn joined(state: &[Applied], one: &Applied) -> Vec<Applied> {
+    let id = one.effect.about().id;
+    let mut out: Vec<Applied> = state
+        .iter()
+        .filter(|a| !(a.allowance && a.effect.about().id == id))
+        .cloned()
+        .collect();
+    out.push(one.clone());
+    out
+}
+
+/// Whether the strength of an effect is on a grid.
+pub(crate) fn on_grid(about: &About) -> bool {
+    matches!(about.parameters[0].role, Role::Grid(_))
 }
 
 /// Runs effects over samples of a recording, from where a row of the mass balance begins, and lays what they come to into `parts`.

@@ -16,7 +16,6 @@ use crate::suction::Unmeasured;
 use crate::tangent::{Bend, Tangent};
 use beside::{Beside, Second, rivals_beside};
 use dgd_effects::{PLACES, QUANTITIES, Relation};
-pub(crate) use findings::BARRED;
 use footprint::{Footprint, known};
 use form::Bent;
 use tracing::debug;

@@ -4,11 +4,11 @@ use crate::contest::Contender;
 use crate::limit::Showing;
 use crate::record::Record;
 use crate::refine::refine;
-use crate::relations::Applied;
+use crate::relations::{Applied, joined, on_grid};
 use crate::round::{Round, Ruling};
-use crate::scan::{allowances_with, joined, on_grid};
-use crate::tangent::{Bend, Tangent, dot};
-use crate::timing::allowed_beside;
+use crate::tangent::{Bend, Tangent};
+use crate::timing::{allowances_with, allowed_beside};
+use dgd_lsq::dot;
 use rayon::prelude::*;
 use tracing::debug;
 

@@ -5,8 +5,7 @@
 use crate::empirical::{is_correction, is_seen};
 use crate::numbers::{mean, whole};
 use crate::record::{MASS_BLOCKS, Record};
-use crate::relations::{Applied, Blocks};
-use crate::scan::{joined, on_grid};
+use crate::relations::{Applied, Blocks, joined, on_grid};
 use crate::tangent::Tangent;
 use crate::vectors::Sparse;
 use dgd_effects::{
@@ -217,3 +216,6 @@ fn starts(record: &Record) -> impl Iterator<Item = f64> {
 fn finite(v: f64) -> f64 {
     if v.is_finite() { v } else { 0.0 }
 }
+
+#[cfg(test)]
+mod tests;

@@ -4,8 +4,9 @@ use crate::empirical::is_seen;
 use crate::numbers::{mean, whole};
 use crate::record::Record;
 use crate::relations::{Applied, imbalance_per_head};
-use crate::tangent::{Tangent, dot};
+use crate::tangent::Tangent;
 use dgd_effects::{Rank, SUCTION, quantile};
+use dgd_lsq::dot;
 
 /// Most that a suction is taken to lose, in velocity heads of the return line.
 const MOST_HEADS: f64 = 5.0;
@@ -106,12 +107,11 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
     use super::{ALLOWED_HEADS, Unmeasured, heads_lost};
-    use crate::claims::fixture::{Hidden, drilled};
-    use crate::draws::normals;
     use crate::record::Record;
     use crate::relations::{Applied, Blocks, imbalance_per_head};
     use crate::scan::weigh;
     use crate::tangent::{Bend, Tangent};
+    use crate::test_rig::{Hidden, drilled, normals};
     use dgd_effects::{RISER_READING, SUCTION, find, unknown};
 
     const DT_S: f64 = 2.0;

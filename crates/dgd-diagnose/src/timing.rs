@@ -1,11 +1,15 @@
 //! What is late, and what is allowed to be: chosen together, since each stands in for the other.
 
+mod allowances;
+
+pub(crate) use allowances::allowances_with;
+
 use crate::record::Record;
 use crate::refine::{SHORTEST_S, nearest_time};
 use crate::relations::Applied;
-use crate::scan::allowances_with;
-use crate::tangent::{Bend, Tangent, dot};
+use crate::tangent::{Bend, Tangent};
 use dgd_effects::{About, Effect, Timing, catalogue};
+use dgd_lsq::dot;
 use nalgebra::{DMatrix, DVector};
 
 /// Misfit that an allowance of the pump must save.
@@ -252,3 +256,6 @@ fn pump_lags(state: &[Applied]) -> Vec<Applied> {
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests;

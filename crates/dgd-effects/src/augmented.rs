@@ -14,6 +14,21 @@ pub struct AppliedEffect {
     pub parameters: Vec<f64>,
 }
 
+impl AppliedEffect {
+    /// The effect of the catalogue that this is.
+    ///
+    /// # Errors
+    /// [`UnknownEffect`] if the catalogue holds none of that id, or one with another number of parameters.
+    pub fn look_up(&self) -> Result<&'static dyn Effect, UnknownEffect> {
+        find(&self.id)
+            .filter(|e| e.takes(self.parameters.len()))
+            .ok_or_else(|| UnknownEffect {
+                id: self.id.clone(),
+                given: self.parameters.len(),
+            })
+    }
+}
+
 /// The return-line model (Eqs. 3.45-3.46) with general curves and effects.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AugmentedModel {
@@ -324,7 +339,7 @@ impl AugmentedModel {
         });
         let setting = identified.as_ref().unwrap_or(setting);
         for one in &self.effects {
-            let effect = self.look_up(one)?;
+            let effect = one.look_up()?;
             let p = effect.meter_path(&one.parameters);
             path.delay_s += p.delay_s;
             path.lag_s += p.lag_s;
@@ -337,7 +352,7 @@ impl AugmentedModel {
     fn remembered(&self, step_s: f64) -> Result<usize, UnknownEffect> {
         let mut memory_s = 0.0_f64;
         for one in &self.effects {
-            memory_s = memory_s.max(self.look_up(one)?.memory_s(&one.parameters));
+            memory_s = memory_s.max(one.look_up()?.memory_s(&one.parameters));
         }
         let samples = (memory_s / step_s).ceil();
         #[allow(
@@ -350,15 +365,6 @@ impl AugmentedModel {
         } else {
             samples as usize
         })
-    }
-
-    fn look_up(&self, one: &AppliedEffect) -> Result<&'static dyn Effect, UnknownEffect> {
-        find(&one.id)
-            .filter(|e| e.takes(one.parameters.len()))
-            .ok_or_else(|| UnknownEffect {
-                id: one.id.clone(),
-                given: one.parameters.len(),
-            })
     }
 }
 

@@ -86,10 +86,9 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
     use super::{again, kept};
-    use crate::claims::fixture::{Hidden, drilled, named};
-    use crate::draws::normals;
     use crate::record::Record;
     use crate::select::{Sought, select};
+    use crate::test_rig::{Hidden, drilled, named, normals};
     use dgd_effects::AppliedEffect;
 
     /// Drilling with two outlet transmitters, of which the second climbs and falls back again and again.

@@ -96,9 +96,9 @@ pub(super) fn early(allowances: &[Applied]) -> Option<Check> {
 #[cfg(test)]
 mod tests {
     use super::{apart, early, left};
-    use crate::claims::fixture;
     use crate::diagnosis::Trace;
     use crate::relations::Applied;
+    use crate::test_rig::{recorded, steady};
     use crate::twins::Pair;
     use dgd_effects::{Relation, catalogue};
 
@@ -131,7 +131,7 @@ mod tests {
 
     #[test]
     fn two_of_one_pressure_are_a_bar_apart_at_the_most_beyond_the_mud_between() {
-        let (well, _) = fixture::recorded(&fixture::steady(10), 0.0);
+        let (well, _) = recorded(&steady(10), 0.0);
         let of = |pair: Pair, offset: f64| apart(&well, &[trace(Some(pair.name()), 0.0, offset)]);
         assert_eq!(apart(&well, &[trace(None, 0.0, 0.0)]), None);
         for (pair, offset, passed) in [

@@ -1,14 +1,15 @@
 //! Claims about the curves that are run and about what is more likely there than not.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
+mod answer;
+
 use super::models::runnable;
 use super::{likely, refitted};
-use crate::claims::fixture::{Hidden, drilled};
-use crate::draws::normals;
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::select::Named;
 use crate::tangent::{Bend, Tangent};
+use crate::test_rig::{Hidden, drilled, normals};
 use dgd_effects::{Curves, find, unknown};
 
 #[test]

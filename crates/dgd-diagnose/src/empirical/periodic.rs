@@ -9,10 +9,10 @@ use super::{
 use crate::noise::Layout;
 use crate::numbers::whole;
 use crate::record::{MASS_BLOCKS, Record};
-use crate::relations::Applied;
-use crate::scan::joined;
-use crate::tangent::{Bend, Tangent, dot};
+use crate::relations::{Applied, joined};
+use crate::tangent::{Bend, Tangent};
 use dgd_effects::{INLET_READING, KNOTS, PERIOD, PLACES, unknown};
+use dgd_lsq::dot;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 use tracing::debug;

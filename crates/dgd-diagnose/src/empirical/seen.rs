@@ -4,13 +4,13 @@ use super::{BUSIEST_S, Correction, busiest, is_seen, size};
 use crate::bayes::evidence;
 use crate::numbers::whole;
 use crate::record::{MASS_BLOCKS, Record};
-use crate::relations::Applied;
-use crate::scan::joined;
+use crate::relations::{Applied, joined};
 use crate::step::Step;
-use crate::tangent::{Tangent, dot};
+use crate::tangent::Tangent;
 use crate::twins::{Pair, Twins};
 use crate::unrest::wander;
 use dgd_effects::{INLET_READING, INLETS, OUTLETS, PLACES, RISER_READING, SUCTION, unknown};
+use dgd_lsq::dot;
 use std::ops::Range;
 use tracing::debug;
 

@@ -2,13 +2,13 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::{curve, finding, heaving, region, separating_test};
-use crate::claims::fixture::{Hidden, INFLUX_S, drilled, named, steady};
 use crate::diagnosis::Finding;
 use crate::estimates::Estimator;
 use crate::heave::Swell;
 use crate::relations::Applied;
 use crate::select::Named;
 use crate::tangent::{Bend, Tangent};
+use crate::test_rig::{Hidden, INFLUX_S, drilled, named, steady};
 use dgd_effects::{
     About, HEAD, INLET_READING, KNOTS, METER_FACTOR, OUTLET_READING, OUTLETS, PERIOD, PLACES,
     QUANTITIES, Relation, SINCE_START, SUCTION, catalogue, find, told_apart_by, unknown,

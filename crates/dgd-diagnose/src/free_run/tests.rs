@@ -2,10 +2,9 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::{Errors, Part, best_gain, errors, simulate};
-use crate::claims::fixture::{DT_S, Hidden, cut, drilled, parabolas, recorded, setting, steady};
-use crate::draws::normals;
 use crate::numbers::mean;
 use crate::record::Record;
+use crate::test_rig::{DT_S, Hidden, cut, drilled, normals, parabolas, recorded, setting, steady};
 use crate::{DiagnoseError, Signal, Simulation};
 use dgd_effects::{AppliedEffect, AugmentedModel, Inputs};
 

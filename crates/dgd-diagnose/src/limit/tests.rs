@@ -10,7 +10,7 @@ use dgd_effects::{About, Effect, Method, catalogue, find};
 fn amplitudes() -> impl Iterator<Item = &'static dyn Effect> {
     catalogue().iter().copied().filter(|effect| {
         let about = effect.about();
-        about.search.method == Method::Relations && !crate::scan::on_grid(about)
+        about.search.method == Method::Relations && !crate::relations::on_grid(about)
     })
 }
 

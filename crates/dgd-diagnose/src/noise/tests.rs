@@ -5,8 +5,8 @@ mod operator;
 mod sizes;
 
 use super::{Layout, Wander, Whitening, autoregression, high_pass};
-use crate::draws::normals;
 use crate::relations::Rows;
+use crate::test_rig::normals;
 
 const NO_WANDER: Wander = Wander {
     friction_pa: 0.0,

@@ -2,12 +2,13 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::{beyond, other_times, placebo};
-use crate::claims::fixture::{DT_S, Hidden, INFLUX_S, SPEED_PCT, drilled, named, steady};
 use crate::diagnosis::Check;
 use crate::record::Record;
 use crate::scan::{Candidate, weigh};
 use crate::select::{Named, Selection};
-use crate::tangent::{Bend, Tangent, dot};
+use crate::tangent::{Bend, Tangent};
+use crate::test_rig::{DT_S, Hidden, INFLUX_S, SPEED_PCT, drilled, named, steady};
+use dgd_lsq::dot;
 use dgd_units::STANDARD_GRAVITY_M_S2;
 
 fn selected(named: Vec<Named>) -> Selection {

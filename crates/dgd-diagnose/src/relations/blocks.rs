@@ -114,7 +114,7 @@ impl Blocks {
 /// Returns the averages and the number of blocks in each.
 pub(super) fn calmed(values: &[f64]) -> (Vec<f64>, Vec<f64>) {
     const REACH: usize = 6;
-    let noise = crate::noise::spread(values.windows(2).map(|w| w[1] - w[0]));
+    let noise = crate::numbers::spread(values.windows(2).map(|w| w[1] - w[0]));
     if !noise.is_finite() {
         return (values.to_vec(), vec![1.0; values.len()]);
     }

@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::{Applied, Blocks, LevelRate, LineFlow, Parts, Touched, run};
-use crate::claims::fixture::{DT_S, FLOW_M3_S, PER_BLOCK, SPEED_PCT, cut, steady};
 use crate::record::{MASS_BLOCKS, Record};
+use crate::test_rig::{DT_S, FLOW_M3_S, PER_BLOCK, SPEED_PCT, cut, steady};
 use dgd_effects::{Changes, Moment, find, shrunk};
 use dgd_units::STANDARD_GRAVITY_M_S2;
 

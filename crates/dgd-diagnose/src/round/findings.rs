@@ -3,7 +3,7 @@
 use super::footprint::differs_along_stands;
 use super::form::is_exact;
 use super::{Round, Ruling};
-use crate::belief::{logistic, shared};
+use crate::belief::{BARRED, logistic, shared};
 use crate::contest::{self, Contender, alike, at_bound, material, solved, stands};
 use crate::empirical::{Correction, hurdle, instead_of};
 use crate::select::{Held, Named};
@@ -13,9 +13,6 @@ use dgd_effects::PLACES;
 /// Evidence over which belief in a correction grows by a factor e in the odds, as a share of its hurdle: as sound recordings
 /// fall off below it.
 pub(super) const SCALE: f64 = 0.4;
-
-/// What it costs a cause, in e-folds, that it may not be named as it is.
-pub(crate) const BARRED: f64 = 1.4;
 
 impl Round<'_> {
     /// An effect as a finding, beside the alternatives to it; with the logarithm of the odds that it is none of the catalogue's, if that is

@@ -5,8 +5,9 @@ use crate::empirical::{again, is_correction, is_seen};
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::select::Selection;
-use crate::tangent::{Bend, Tangent, dot};
+use crate::tangent::{Bend, Tangent};
 use dgd_effects::{About, Excitation};
+use dgd_lsq::dot;
 
 /// One cause that has been named.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -149,10 +150,10 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
     use super::{Footprint, Known, WITHIN_STANDS, known};
-    use crate::claims::fixture::{Hidden, INFLUX_S, drilled};
     use crate::relations::Applied;
     use crate::select::Selection;
     use crate::tangent::{Bend, Tangent};
+    use crate::test_rig::{Hidden, INFLUX_S, drilled};
     use dgd_effects::{KNOTS, find, unknown};
 
     /// A signature of four rows.

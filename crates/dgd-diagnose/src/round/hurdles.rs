@@ -5,11 +5,11 @@ use super::{Round, SHOWS};
 use crate::contest::{self, Contender, at_bound, before, material, sets_in, solved, stands};
 use crate::empirical::{Correction, hurdle};
 use crate::limit::{Energy, Showing};
-use crate::relations::Applied;
-use crate::scan::{Candidate, on_grid};
-use crate::tangent::dot;
+use crate::relations::{Applied, on_grid};
+use crate::scan::Candidate;
 use crate::timing::is_late_meter;
 use dgd_effects::{About, PLACES, Relation};
+use dgd_lsq::dot;
 use std::ops::Range;
 use tracing::debug;
 

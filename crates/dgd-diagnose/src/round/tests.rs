@@ -1,11 +1,12 @@
 //! Claims about what a round comes to, on contenders and corrections made for it.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
+mod gas;
+
 use super::beside::{Beside, Second, is_left, owed_to_timing};
 use super::form::{Bent, MOSTLY, ROUGH};
 use super::hurdles::{BESIDE_UNNAMED, timed};
 use super::{Footprint, Round, Ruling};
-use crate::claims::fixture::{Hidden, INFLUX_S, drilled, parabolas};
 use crate::contest::{Contender, contest, put_on_one_scale, sets_in};
 use crate::empirical::{Correction, hurdle};
 use crate::record::Record;
@@ -14,11 +15,13 @@ use crate::scan::{Candidate, weigh};
 use crate::select::Named;
 use crate::step::Step;
 use crate::suction::Unmeasured;
-use crate::tangent::{Bend, Tangent, dot};
+use crate::tangent::{Bend, Tangent};
+use crate::test_rig::{Hidden, INFLUX_S, drilled, parabolas};
 use dgd_effects::{
     HEAD, INLET_PRESSURE, INLETS, METER_FACTOR, OUTLET_READING, OUTLETS, PLACES, QUANTITIES,
     RISER_READING, Relation, find, unknown,
 };
+use dgd_lsq::dot;
 use dgd_units::STANDARD_ATMOSPHERE_PA;
 
 /// Signatures of four rows: the same, and of nothing in common.

@@ -1,5 +1,5 @@
-//! Claims about what is tried before anything is weighed.
+//! Claims about what is tried, and what it weighs.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-mod allowances;
 mod places;
+mod weights;

@@ -164,13 +164,13 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
     use super::{Columns, head_priors};
-    use crate::claims::fixture::{Hidden, blocks, drilled};
     use crate::noise::Layout;
     use crate::numbers::mean;
     use crate::record::Record;
     use crate::relations::{Blocks, Rows};
     use crate::tangent::Bend;
     use crate::tangent::frame::Frame;
+    use crate::test_rig::{Hidden, blocks, drilled};
     use crate::vectors::Column;
     use dgd_effects::{FRICTION_TERMS, HEAD_POWERS, HEAD_TERMS};
 

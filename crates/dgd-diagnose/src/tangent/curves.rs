@@ -1,7 +1,8 @@
 //! The curves that lead to the linearisation, and what they leave over.
 
 use super::columns::{FRICTION_PRIOR_PA, head_priors};
-use crate::noise::{Layout, spread};
+use crate::noise::Layout;
+use crate::numbers::spread;
 use crate::relations::{Blocks, Rows};
 use dgd_effects::{Curves, FRICTION_TERMS, HEAD_TERMS, Scale, friction_terms, head_terms};
 use nalgebra::{DMatrix, DVector};
@@ -149,10 +150,9 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
     use super::{Evaluated, robust, robust_curves};
-    use crate::claims::fixture::{blocks, parabolas};
-    use crate::draws::normals;
     use crate::noise::Layout;
     use crate::relations::Rows;
+    use crate::test_rig::{blocks, normals, parabolas};
 
     const ROWS: usize = 600;
     const TRUTH: [f64; 3] = [2e4, -3e5, 5e5];

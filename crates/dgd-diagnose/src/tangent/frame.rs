@@ -154,10 +154,10 @@ fn upper(values: &[f64]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::{exclude, lonely, strike};
-    use crate::claims::fixture::{PER_BLOCK, steady};
     use crate::noise::Layout;
     use crate::record::MASS_BLOCKS;
     use crate::relations::Rows;
+    use crate::test_rig::{PER_BLOCK, steady};
 
     const BLOCKS: usize = 60;
     const LAYOUT: Layout = Layout {

@@ -3,14 +3,14 @@
 
 use super::{Bend, Tangent, alike};
 use crate::bayes::evidence;
-use crate::claims::fixture::{BLOCK_S, Hidden, INFLUX_S, drilled};
-use crate::draws::normals;
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::slack::{Slack, slack};
 use crate::step::Step;
-use crate::vectors::{Sparse, dot};
+use crate::test_rig::{BLOCK_S, Hidden, INFLUX_S, drilled, normals};
+use crate::vectors::Sparse;
 use dgd_effects::find;
+use dgd_lsq::dot;
 use std::sync::Arc;
 
 fn one(id: &str, parameters: &[f64]) -> Applied {

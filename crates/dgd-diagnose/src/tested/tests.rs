@@ -2,7 +2,6 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::tested;
-use crate::claims::fixture::{named, steady};
 use crate::diagnosis::{Outcome, Tested};
 use crate::finding::heaving;
 use crate::heave::{Swell, Unseen};
@@ -10,6 +9,7 @@ use crate::limit::{Energy, Showing};
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::select::{First, Named, Selection};
+use crate::test_rig::{named, steady};
 use dgd_effects::{Connection, Excitation, Method, catalogue, find};
 
 fn selected(named: Vec<Named>, first: Vec<First>) -> Selection {

@@ -2,11 +2,10 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::{levelled, traces};
-use crate::claims::fixture::{Hidden, INFLUX_S, drilled};
-use crate::draws::normals;
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::tangent::{Bend, Tangent};
+use crate::test_rig::{Hidden, INFLUX_S, drilled, normals};
 use dgd_effects::{Rank, Relation, find, quantile};
 
 /// What the clock says at the first sample, s.

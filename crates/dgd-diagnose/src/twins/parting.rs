@@ -2,14 +2,14 @@
 
 use super::{Pair, Twins, precision};
 use crate::bayes::ln_mean_exp;
-use crate::noise::{Wander, Whitening, spread};
-use crate::numbers::bridged;
+use crate::noise::{Wander, Whitening};
+use crate::numbers::{bridged, spread};
 use crate::record::{MASS_BLOCKS, Record};
 use crate::rest::quantum;
-use crate::tangent::dot;
 use crate::unrest::WANDER_S;
 use crate::vectors::most_within;
 use dgd_effects::{Rank, quantile};
+use dgd_lsq::dot;
 use nalgebra::DVector;
 use std::ops::Range;
 use tracing::debug;
@@ -253,10 +253,10 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
     use super::{Likelihood, Twins, straightened};
-    use crate::draws::normals;
     use crate::noise::Wander;
-    use crate::tangent::dot;
+    use crate::test_rig::normals;
     use crate::twins::tests::{BLOCKS, WANDER, drifting, twins};
+    use dgd_lsq::dot;
     use nalgebra::{DMatrix, DVector};
 
     /// Two that drift apart within a quarter of an hour while the pressures swing.

@@ -2,14 +2,13 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::{Pair, Twins};
-use crate::claims::fixture::steady;
-use crate::draws::normals;
 use crate::noise::Wander;
 use crate::numbers::whole;
 use crate::record::Record;
 use crate::relations::Applied;
-use crate::tangent::dot;
+use crate::test_rig::{normals, steady};
 use dgd_effects::{INLET_READING, INLETS, KNOTS, OUTLETS, RISER_READING, unknown};
+use dgd_lsq::dot;
 use nalgebra::{DMatrix, DVector};
 
 pub(super) const BLOCKS: usize = 1200;

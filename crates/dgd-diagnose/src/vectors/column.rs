@@ -1,6 +1,7 @@
 //! A column over many rows of which only those that it touches take memory.
 
-use super::{Reach, common, dot, joint, support};
+use super::{Reach, common, joint, support};
+use dgd_lsq::dot;
 use std::ops::Range;
 
 /// Rows held on either side of a reach, 0 in all of them: products that go by eights round outwards.

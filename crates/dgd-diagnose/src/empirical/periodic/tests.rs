@@ -2,17 +2,16 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::super::FINE_KNOTS;
-use super::super::corrected::{LENGTH_S, SIZES, loose, made, off_by};
 use super::{
     BETTER, Course, LEAST_TIMES, MOST, SHORTEST_S, STEPS, Search, drawn, in_place, instead_of,
     peaks, times,
 };
-use crate::claims::fixture::{Hidden, drilled};
-use crate::draws::normals;
+use crate::empirical::tests::{LENGTH_S, SIZES, loose, made, off_by};
 use crate::record::Record;
 use crate::relations::Applied;
-use crate::tangent::dot;
+use crate::test_rig::{Hidden, drilled, normals};
 use dgd_effects::{INLET_READING, KNOTS, PERIOD, PLACES, unknown};
+use dgd_lsq::dot;
 use std::f64::consts::TAU;
 
 /// By a clock that starts at another time than 0.

@@ -1,9 +1,10 @@
 //! Claims about the sizes, the memory and the kinship that are read from residuals.
 
 use super::{NO_WANDER, full, layout, patchy, remembering, white};
-use crate::draws::normals;
-use crate::noise::{Layout, Whitening, autoregression, high_pass, spread};
+use crate::noise::{Layout, Whitening, autoregression, high_pass};
+use crate::numbers::spread;
 use crate::relations::Rows;
+use crate::test_rig::normals;
 
 fn of(l: Layout, rows: &Rows, residual: &[f64], unrest: &[f64]) -> Whitening {
     Whitening::of(l, rows, residual, unrest, NO_WANDER)

@@ -1,8 +1,7 @@
 //! Claims about block means: what calm leaves of noise, and what inertia leaves of a drop.
 use super::{Blocks, calmed};
-use crate::claims::fixture::{BLOCK_S, steady};
-use crate::draws::normals;
 use crate::relations::Parts;
+use crate::test_rig::{BLOCK_S, normals, steady};
 
 const NOISE: f64 = 1e-4;
 

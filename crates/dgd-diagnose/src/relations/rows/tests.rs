@@ -1,11 +1,10 @@
 //! Claims about which rows a recording supports.
 
 use super::Rows;
-use crate::claims::fixture::{DT_S, FLOW_M3_S, PER_BLOCK, steady};
-use crate::draws::normals;
 use crate::numbers::whole;
 use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::Blocks;
+use crate::test_rig::{DT_S, FLOW_M3_S, PER_BLOCK, normals, steady};
 use std::ops::Range;
 
 const BLOCKS: usize = 60;

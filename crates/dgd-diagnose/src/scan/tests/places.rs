@@ -1,7 +1,5 @@
 //! Claims about the places at which an effect is tried: on its grid, at peaks of its score, and where its ends are moved to.
 
-use crate::claims::fixture::{BLOCK_S, FLOW_M3_S, Hidden, SPEED_PCT, cut, drilled};
-use crate::draws::normals;
 use crate::numbers::whole;
 use crate::record::Record;
 use crate::relations::Applied;
@@ -10,6 +8,7 @@ use crate::scan::{
     weigh,
 };
 use crate::tangent::{Bend, Tangent};
+use crate::test_rig::{BLOCK_S, FLOW_M3_S, Hidden, SPEED_PCT, cut, drilled, normals};
 use dgd_effects::find;
 
 fn one(id: &str, parameters: &[f64]) -> Applied {

@@ -1,10 +1,10 @@
 //! Claims about what swings with a period: found with it, in its place, and nowhere else.
 
 use super::{LENGTH_S, SIZES, made, off_by};
-use crate::claims::fixture::BLOCK_S;
 use crate::empirical::{Course, FINE_KNOTS, again, corrections, in_place, instead_of};
 use crate::record::Record;
 use crate::tangent::{Bend, Tangent};
+use crate::test_rig::BLOCK_S;
 use dgd_effects::{INLET_READING, KNOTS, OUTLET_READING, PERIOD};
 use std::f64::consts::TAU;
 

@@ -1,8 +1,8 @@
 //! Claims about a whole answer, on an hour and a half of drilling.
 
-use super::fixture::{DT_S, Hidden, INFLUX_S, drilled, recorded};
 use crate::free_run::{Part, errors};
 use crate::record::Record;
+use crate::test_rig::{DT_S, Hidden, INFLUX_S, drilled, recorded};
 use crate::{Check, DiagnoseError, Diagnosis, Options, Outcome, Stage, Verdict, diagnose};
 use dgd_effects::AppliedEffect;
 use dgd_identify::Prepared;

@@ -1,16 +1,22 @@
-//! Claims about what a named effect may be wrong by from stand to stand, and with the load.
+//! Claims about what a named effect may be wrong by: its parameters, its form, from stand to stand, and with the load.
+#![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::fixture::{BLOCK_S, Hidden, INFLUX_S, drilled};
+use super::{Slack, slack};
 use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::{Applied, Blocks};
-use crate::slack::{Slack, slack};
-use crate::tangent::{Bend, Tangent, dot};
+use crate::tangent::{Bend, Tangent};
+use crate::test_rig::{BLOCK_S, Hidden, INFLUX_S, drilled};
 use dgd_effects::{
     Connection, INLET_READING, INLETS, KNOTS, OUTLETS, RISER_READING, SUCTION, find,
 };
+use dgd_lsq::dot;
+
+fn one(id: &str, parameters: &[f64]) -> Applied {
+    Applied::new(find(id).unwrap(), parameters.to_vec())
+}
 
 fn free(record: &Record, id: &str, parameters: &[f64]) -> (Vec<Slack>, Tangent) {
-    let state = [Applied::new(find(id).unwrap(), parameters.to_vec())];
+    let state = [one(id, parameters)];
     let tangent = Tangent::at(record, &state, &[], Bend::Free).unwrap();
     (slack(record, &tangent, &state, 0), tangent)
 }
@@ -139,4 +145,52 @@ fn what_two_transmitters_part_by_may_also_sit_elsewhere() {
     }
     // Knots of a model are drawn where they are.
     assert!(of(SUCTION, &curve[..KNOTS]).0.is_empty());
+}
+
+#[test]
+fn an_influx_may_be_wrong_by_its_parameters_and_by_a_seventh_of_its_form() {
+    let record = drilled(Hidden {
+        influx_m3_s: 3e-3,
+        ..Hidden::default()
+    });
+    let (from, lasts, rise) = INFLUX_S;
+    let state = vec![one("influx", &[3e-3, from, lasts, rise])];
+    let tangent = Tangent::at(&record, &state, &[], Bend::Free).unwrap();
+    let free = slack(&record, &tangent, &state, 0);
+    // Strength, onset, duration, shape; then time twice and load, each with half of its form's error.
+    let widths: Vec<f64> = free.iter().map(|s| s.width).collect();
+    assert_eq!(widths, [3e-3, 120.0, 120.0, 1.0, 0.075, 0.075, 0.075]);
+
+    // Along its strength lies all that it does.
+    let columns: Vec<Vec<f64>> = free.iter().map(|s| s.column.whole()).collect();
+    let trace: Vec<f64> = columns[0].iter().map(|v| 3e-3 * v).collect();
+    let without = tangent.change(&record, &[]);
+    let size = dot(&trace, &trace).sqrt();
+    assert!(size > 1e-3);
+    for (trace, without) in trace.iter().zip(&without) {
+        assert!((trace + without).abs() < 1e-9 * size);
+    }
+    // Later by a second, it is what the trace loses in one: onset and duration together move it whole.
+    let later = one("influx", &[3e-3, from + 30.0, lasts, rise]);
+    let moved = tangent.change(&record, &[later]);
+    for (column, moved) in columns[1].iter().zip(&moved) {
+        assert!((30.0 * column - moved).abs() < 1e-9 * size);
+    }
+    // It may swell and fade from first to last, and be weak amidst; at the ends both are whole.
+    let mass = tangent.layout.mass_at();
+    for row in 0..tangent.layout.mass {
+        let t = (row * MASS_BLOCKS) as f64 * BLOCK_S;
+        let through = 2.0 * ((t - from) / lasts).clamp(0.0, 1.0) - 1.0;
+        let here = trace[mass + row];
+        let close = |k: usize, by: f64| {
+            let found = columns[k][mass + row];
+            assert!((found - here * by).abs() < 1e-9 * size, "{k} {row}");
+        };
+        close(4, through);
+        close(5, 2.0 * through * through - 1.0);
+    }
+    // An allowance is no finding, and not wrong by anything.
+    let mut allowed = state.clone();
+    allowed[0].allowance = true;
+    assert!(slack(&record, &tangent, &allowed, 0).is_empty());
 }

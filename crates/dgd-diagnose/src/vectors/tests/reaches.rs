@@ -1,7 +1,8 @@
 //! Claims about columns that touch few rows: what is left out is zeros only.
 
-use crate::draws::normals;
-use crate::vectors::{Column, dot, orthonormal, products, support, without};
+use crate::test_rig::normals;
+use crate::vectors::{Column, orthonormal, products, support, without};
+use dgd_lsq::dot;
 
 const ROWS: usize = 5003;
 /// More than eight, so that some stand before the last whole eight.

@@ -5,13 +5,14 @@ use super::{
     Contender, alike, at_bound, contest, doubtful, hurdle, material, settle, solved, stands,
     sustained, times,
 };
-use crate::claims::fixture::{BLOCK_S, FLOW_M3_S, Hidden, INFLUX_S, SPEED_PCT, drilled, steady};
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::scan::{Candidate, weigh};
 use crate::step::Step;
-use crate::tangent::{Bend, Tangent, dot};
+use crate::tangent::{Bend, Tangent};
+use crate::test_rig::{BLOCK_S, FLOW_M3_S, Hidden, INFLUX_S, SPEED_PCT, drilled, steady};
 use dgd_effects::find;
+use dgd_lsq::dot;
 
 fn one(id: &str, parameters: &[f64]) -> Applied {
     Applied::new(find(id).unwrap(), parameters.to_vec())

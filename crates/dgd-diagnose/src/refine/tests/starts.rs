@@ -1,12 +1,12 @@
 //! Claims about the effects of a model to start from.
-#![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::{settled, unshown};
-use crate::claims::fixture::{Hidden, INFLUX_S, drilled};
 use crate::record::Record;
+use crate::refine::{settled, unshown};
 use crate::relations::Applied;
-use crate::tangent::{Bend, Tangent, dot};
+use crate::tangent::{Bend, Tangent};
+use crate::test_rig::{Hidden, INFLUX_S, drilled};
 use dgd_effects::{KNOTS, QUANTITIES, find, unknown};
+use dgd_lsq::dot;
 
 fn hiding(influx_m3_s: f64) -> Record {
     drilled(Hidden {

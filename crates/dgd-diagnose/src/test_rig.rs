@@ -1,6 +1,9 @@
-//! A recording in which nothing happens but what a claim sets.
+//! What many tests are made on: a recording in which nothing happens but what a claim sets, and normal draws.
 
-use crate::draws::normals;
+mod draws;
+
+pub(crate) use draws::normals;
+
 use crate::record::{Filled, Record};
 use crate::relations::{Applied, Blocks};
 use crate::select::Named;

@@ -1,8 +1,8 @@
 //! Claims about what a correction must exceed, and over which range it is drawn.
 
 use super::made;
-use crate::claims::fixture::steady;
 use crate::empirical::{hurdle, is_correction, plausible, range};
+use crate::test_rig::steady;
 use dgd_effects::{KNOTS, PLACES, QUANTITIES, Relation, catalogue, unknown};
 
 #[test]

@@ -1,12 +1,11 @@
 //! Claims about where the windows are laid that no fit sees, and about the range over which a model was fitted.
-#![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::{held_out, model, trained};
-use crate::claims::fixture::{Hidden, INFLUX_S, drilled, named};
+use crate::held_out::{held_out, model, trained};
 use crate::record::Record;
 use crate::relations::{Applied, Blocks, Rows};
 use crate::select::Selection;
 use crate::tangent::{Bend, Tangent};
+use crate::test_rig::{Hidden, INFLUX_S, drilled, named};
 use dgd_effects::{Curves, find};
 
 const START_S: f64 = 300.0;

@@ -1,8 +1,7 @@
 //! Claims about the numbers that a spectrum with swell gives.
-#![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::{Unseen, evidence_of, highest_of_noise, swell};
-use crate::draws::normals;
+use crate::heave::{Unseen, evidence_of, highest_of_noise, swell};
+use crate::test_rig::normals;
 use dgd_units::STANDARD_GRAVITY_M_S2;
 
 const DENSITY: f64 = 1080.0;

@@ -1,22 +1,22 @@
 //! Claims about corrections: that they draw what is left over, where it is, and nothing where nothing is.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-mod limits;
 mod periods;
+mod ranges;
 
 use super::{
     Correction, DRAWN, again, busiest, correction, corrections, hold_without, hurdle, plausible,
     range, size,
 };
-use crate::claims::fixture::{BLOCK_S, FLOW_M3_S, Hidden, SPEED_PCT, drilled};
-use crate::draws::normals;
 use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::Applied;
 use crate::step::Step;
-use crate::tangent::{Bend, Tangent, dot};
+use crate::tangent::{Bend, Tangent};
+use crate::test_rig::{BLOCK_S, FLOW_M3_S, Hidden, SPEED_PCT, drilled, normals};
 use dgd_effects::{
     INLET_READING, KNOTS, METER_FACTOR, OUTLET_READING, PLACES, QUANTITIES, Relation, unknown,
 };
+use dgd_lsq::dot;
 
 pub(super) const LENGTH_S: f64 = 5400.0;
 

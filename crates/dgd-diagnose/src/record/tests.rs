@@ -2,9 +2,9 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::{Record, Slow, new_every_s};
-use crate::claims::fixture::{recorded, steady};
 use crate::numbers::{bridged, mean, tails, whole};
 use crate::step::Step;
+use crate::test_rig::{recorded, steady};
 use dgd_identify::Prepared;
 use dgd_recording::{Channel, Well};
 
@@ -142,7 +142,7 @@ fn a_block_of_the_speed_may_be_off_by_half_a_quantum_and_its_noise() {
     assert!((error(steps.collect()) - 0.1).abs() < 1e-9);
     // White noise of 0.05 that is hardly rounded: five samples make a block. The tenth part of its differences is below
     // 0.126 of their deviation.
-    let white: Vec<f64> = crate::draws::normals(5, 2700);
+    let white: Vec<f64> = crate::test_rig::normals(5, 2700);
     let white = white.iter().map(|v| 70.0 + 0.05 * v).collect();
     let expected = (0.05 / 5.0_f64.sqrt()).hypot(0.5 * 0.126 * 0.05 * 2.0_f64.sqrt());
     assert!((error(white) / expected - 1.0).abs() < 0.1);
@@ -230,7 +230,7 @@ fn a_channel_that_is_logged_now_and_then_has_straight_lines_between_and_none_ove
 /// However the working clock lies to it: what is every 3 s in seconds is two samples of three on a clock of 2 s.
 #[test]
 fn a_slow_channel_is_whole_on_the_working_clock_whether_it_is_missing_or_held_in_between() {
-    let noise = crate::draws::normals(7, 1201);
+    let noise = crate::test_rig::normals(7, 1201);
     for every in 2..=10 {
         for held in [false, true] {
             let (well, mut prepared) = counted(1201, 1.0);
@@ -260,7 +260,7 @@ fn a_slow_channel_is_whole_on_the_working_clock_whether_it_is_missing_or_held_in
 
 #[test]
 fn a_set_point_is_read_with_the_others_where_it_moves_with_them_alone() {
-    let noise = crate::draws::normals(7, 1201);
+    let noise = crate::test_rig::normals(7, 1201);
     for (late, expected) in [(0, true), (1, false)] {
         let (well, mut prepared) = counted(1201, 1.0);
         let r = &mut prepared.recording;

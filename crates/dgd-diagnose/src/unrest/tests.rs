@@ -1,13 +1,13 @@
 //! Claims about what stands between a sound model and a sound recording besides white noise.
 
-use super::fixture::{
-    BLOCK_S, FLOW_M3_S, MUD_PUMP_M3_S, PER_BLOCK, SPEED_PCT, blocks, parabolas, steady,
-};
+use super::{PRESSURE_WANDER_PA, late, moving, unrest, wander};
 use crate::noise::Layout;
 use crate::record::Record;
 use crate::relations::Blocks;
-use crate::unrest::{unrest, wander};
-use dgd_effects::Curves;
+use crate::test_rig::{
+    BLOCK_S, FLOW_M3_S, MUD_PUMP_M3_S, PER_BLOCK, SPEED_PCT, blocks, parabolas, steady,
+};
+use dgd_effects::{Curves, FRICTION_TERMS, HEAD_TERMS, Scale};
 
 const BLOCKS: usize = 30;
 const LAYOUT: Layout = Layout {
@@ -211,4 +211,85 @@ fn instruments_wander_within_their_accuracy_and_through_the_curves() {
     close(w.hidden_friction_pa, hidden * 2.0 * f);
     close(w.hidden_head_pa, hidden * 2.0 * r);
     close(w.hidden_blocks, 30.0);
+}
+
+#[test]
+fn a_head_on_its_way_moves_with_its_neighbours_and_one_at_rest_or_unknown_does_not() {
+    let mut head: Vec<f64> = vec![2e6; 40];
+    for (k, h) in head.iter_mut().enumerate().skip(20) {
+        *h = if k < 24 {
+            2e6 - 2e5 * (k as f64 - 19.0)
+        } else {
+            1.2e6
+        };
+    }
+    head[5] = f64::NAN;
+    let moves = moving(&head, 10.0);
+    let from = moves.iter().position(|m| *m);
+    let to = moves.iter().rposition(|m| *m);
+    // The ramp runs from 19 to 23; the noise remembers two blocks.
+    assert_eq!((from, to), (Some(17), Some(25)));
+    // Ten times slower it is worth less than the transmitters' accuracy.
+    assert!(!moving(&head, 100.0).contains(&true));
+}
+
+#[test]
+fn a_head_moves_from_where_half_a_second_of_its_rate_exceeds_the_transmitters_accuracy() {
+    for seconds in [10.0, 20.0] {
+        for (share, moves) in [(0.99, false), (1.01, true)] {
+            let step = 2.0 * PRESSURE_WANDER_PA * seconds * share;
+            let head: Vec<f64> = (0..30).map(|k| 3e6 - step * f64::from(k)).collect();
+            // At its ends a ramp is known from one side.
+            assert_eq!(moving(&head, seconds), vec![moves; 30], "{seconds} {share}");
+        }
+    }
+}
+
+#[test]
+fn what_answers_late_changes_the_head_by_its_rate_and_nothing_else() {
+    let mut head = [0.0; HEAD_TERMS];
+    head[1] = 2e6;
+    head[3] = -5e5;
+    let curves = Curves {
+        scale: Scale {
+            flow_m3_s: 0.06,
+            speed_pct: 60.0,
+        },
+        friction: [1e5; FRICTION_TERMS],
+        head,
+    };
+    let n = 20;
+    let flow: Vec<f64> = (0..n).map(|k| 0.02 + 0.001 * k as f64).collect();
+    let speed: Vec<f64> = (0..n).map(|k| 50.0 + 0.2 * k as f64).collect();
+    let by_flow = (curves.head_pa(52.0, 0.0301) - curves.head_pa(52.0, 0.0299)) / 2e-4;
+    let by_speed = (curves.head_pa(52.01, 0.03) - curves.head_pa(51.99, 0.03)) / 0.02;
+    let b = Blocks {
+        through: flow.clone(),
+        averaged: vec![1.0; n],
+        drop: vec![0.0; n],
+        friction_factor: vec![1.0; n],
+        lift: vec![0.0; n],
+        head_factor: vec![1.0; n],
+        difference: Vec::new(),
+        imbalance: vec![0.0; 4],
+        flow,
+        speed,
+    };
+    let layout = Layout {
+        blocks: n,
+        difference: 0,
+        mass: 4,
+    };
+    let [meter, drive] = late(10.0, &curves, &b, layout);
+    // 0.0001 m3/s and 0.02 % a second at the tenth block.
+    assert!((meter[n + 10] / (1e-4 * by_flow) - 1.0).abs() < 1e-6);
+    assert!((drive[n + 10] / (0.02 * by_speed) - 1.0).abs() < 1e-6);
+    for column in [meter, drive] {
+        assert!(
+            column[..n]
+                .iter()
+                .chain(&column[2 * n..])
+                .all(|v| *v == 0.0)
+        );
+    }
 }

@@ -1,4 +1,4 @@
-//! Normal draws for tests.
+//! Normal draws.
 
 /// Standard normal values; the same seed gives the same.
 pub(crate) fn normals(seed: u64, n: usize) -> Vec<f64> {
