@@ -20,7 +20,7 @@ mod well;
 
 pub use clock::{ClockError, ClockSurvey, Gap, survey_clock};
 pub use moment::Moment;
-pub use origin::rfc3339;
+pub use origin::{days_from_1970, rfc3339, zone_offset_s};
 pub use propose::{Proposal, ProposedChannel, propose_channels};
 pub use readings::{SLOWEST_S, held_for, readings};
 pub use recording::{Absent, BlockGrid, Channel, Recording, RecordingError, Unequal};
