@@ -143,6 +143,10 @@ pub(crate) fn sound(about: &About) -> Result<(), &'static str> {
             "it has a duration if and only if its extent is `Passing`",
         ),
         (
+            matches!(strength.role, Role::Grid(_)) && about.onset().is_some(),
+            "a strength on a grid has no onset: expected `Role::Amplitude`",
+        ),
+        (
             about.sensor().is_some() && about.onset().is_none(),
             "what sits in one transmitter needs an onset",
         ),
@@ -311,6 +315,19 @@ mod tests {
                     ..with(&[STRENGTH, Parameter::ONSET])
                 },
                 "a duration if",
+            ),
+            (
+                About {
+                    extent: Extent::FromOnset,
+                    ..with(&[
+                        Parameter {
+                            role: Role::Grid(&[1e-3]),
+                            ..STRENGTH
+                        },
+                        Parameter::ONSET,
+                    ])
+                },
+                "a strength on a grid has no onset",
             ),
             (
                 with(&[
