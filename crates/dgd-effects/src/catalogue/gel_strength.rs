@@ -1,8 +1,8 @@
 //! Gel that builds while the mud stands and breaks with the volume pumped on restart.
 
 use crate::{
-    About, Action, Belief, Component, Effect, End, Excitation, Extent, Parameter, Relation, Role,
-    Search, Setting,
+    About, Action, Belief, Component, Effect, End, Excitation, Parameter, Relation, Role, Search,
+    Setting,
 };
 
 /// See the module.
@@ -52,7 +52,6 @@ static ABOUT: About = About {
             ..Parameter::BASE
         },
     ],
-    extent: Extent::Always,
     search: Search {
         belief: Belief {
             hurdle: 5.0,

@@ -1,8 +1,6 @@
 //! A return line that loses mud before its meter from some time on.
 
-use crate::{
-    About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
-};
+use crate::{About, Action, Belief, Component, Effect, Parameter, Relation, Role, Search, Setting};
 use dgd_units::STANDARD_ATMOSPHERE_PA;
 
 /// See the module.
@@ -36,7 +34,6 @@ static ABOUT: About = About {
         },
         Parameter::ONSET,
     ],
-    extent: Extent::FromOnset,
     search: Search {
         belief: Belief {
             hurdle: 7.0,

@@ -1,8 +1,6 @@
 //! What no effect of the catalogue explains: an empirical correction of one relation, or of one reading, along one quantity.
 
-use crate::{
-    About, Action, Component, Effect, Extent, Method, Parameter, Relation, Role, Search, Setting,
-};
+use crate::{About, Action, Component, Effect, Method, Parameter, Relation, Role, Search, Setting};
 
 /// See the module.
 pub(super) struct Unknown;
@@ -282,7 +280,6 @@ static ABOUT: About = About {
         knot("c10"),
         knot("c11"),
     ],
-    extent: Extent::Always,
     search: Search {
         method: Method::Correction,
         ..Search::BASE

@@ -1,8 +1,6 @@
 //! A yield-stress mud: friction does not vanish with the flow, and standing mud shows none of it.
 
-use crate::{
-    About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
-};
+use crate::{About, Action, Belief, Component, Effect, Parameter, Relation, Role, Search, Setting};
 
 /// See the module.
 pub(super) struct YieldStress;
@@ -40,7 +38,6 @@ static ABOUT: About = About {
             ..Parameter::BASE
         },
     ],
-    extent: Extent::Always,
     search: Search {
         belief: Belief {
             hurdle: 6.0,
