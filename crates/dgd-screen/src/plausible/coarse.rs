@@ -1,7 +1,8 @@
 //! Channels of which a historian keeps too little: a deadband, few digits, or a value every half minute.
 
-use super::facts::{is_pressure, quantile, source_of};
-use super::{Suspicion, place, words};
+use super::facts::{quantile, source_of};
+use super::{Suspicion, WellLine, words};
+use crate::channel::is_pressure;
 use dgd_recording::{Channel, ChannelSource, Recording, Well, held_for};
 
 /// Flow from which on mud moves, m³/s: below it a meter and a pressure may rest.
@@ -52,7 +53,7 @@ pub fn coarse(recording: &Recording, step_s: f64, well: &Well) -> Vec<Suspicion>
             )
         };
         Some(Suspicion {
-            place: place(channel),
+            place: WellLine::of(channel),
             message: format!(
                 "{channel} `{tag}` {how}: that makes causes up which are not there; believe no name before it is found in an export with all readings"
             ),

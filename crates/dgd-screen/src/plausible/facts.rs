@@ -1,5 +1,6 @@
 //! A recording in block means, with what the well description says of each channel.
 
+use crate::channel::is_pressure;
 use dgd_recording::{Channel, ChannelSource, Recording, TimeSource, Well};
 use dgd_units::{Dimension, Unit};
 use rayon::prelude::*;
@@ -270,13 +271,6 @@ fn dimension_of(channel: Channel) -> Dimension {
         other if is_pressure(other) => Dimension::Pressure,
         _ => Dimension::FlowRate,
     }
-}
-
-pub(super) fn is_pressure(channel: Channel) -> bool {
-    matches!(
-        channel,
-        Channel::PumpInletPressure(_) | Channel::PumpOutletPressure(_) | Channel::RiserPressure
-    )
 }
 
 /// Flows into the riser, which may be steady for days.
