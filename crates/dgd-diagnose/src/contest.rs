@@ -8,7 +8,8 @@ use crate::scan::{Candidate, joined, more_places, on_grid, product, scan, sharpe
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent, dot};
 use crate::timing::{is_late_meter, retimed};
-use dgd_effects::{Effect, Method, Rank, Relation, Role, catalogue, quantile};
+use dgd_effects::{Effect, Method, Relation, Role, catalogue};
+use dgd_recording::{Rank, quantile};
 use rayon::prelude::*;
 use std::sync::OnceLock;
 

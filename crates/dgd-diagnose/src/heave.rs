@@ -2,7 +2,7 @@
 
 use crate::noise::spread;
 use crate::numbers::{bridged, whole};
-use dgd_effects::{Rank, quantile};
+use dgd_recording::{Rank, quantile};
 use dgd_units::STANDARD_GRAVITY_M_S2;
 use std::borrow::Cow;
 

@@ -4,7 +4,7 @@ mod apply;
 mod memory;
 
 use crate::relations::Rows;
-use dgd_effects::{Rank, quantile};
+use dgd_recording::{Rank, quantile};
 use memory::{autoregression, high_pass};
 
 /// Where each relation's rows begin in a stacked vector.

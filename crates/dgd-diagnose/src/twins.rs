@@ -9,7 +9,8 @@ use crate::numbers::{mean, tails};
 use crate::record::Record;
 use crate::relations::{Applied, Rows, repeats};
 use crate::tangent::dot;
-use dgd_effects::{Action, Changes, KNOTS, Moment, Rank, STANDING_M3_S, quantile};
+use dgd_effects::{Action, Changes, KNOTS, Moment, STANDING_M3_S};
+use dgd_recording::{Rank, quantile};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use std::ops::Range;
 

@@ -14,7 +14,6 @@ mod catalogue;
 mod curves;
 mod effect;
 mod moment;
-mod order;
 mod own;
 mod search;
 
@@ -33,7 +32,6 @@ pub use effect::{
     About, Action, Component, Effect, End, Extent, MeterPath, Parameter, Relation, Role,
 };
 pub use moment::{Changes, Connection, Moment, Noise, Setting, shrunk};
-pub use order::{Rank, quantile};
 pub use own::{RegisterError, register};
 pub use search::{Belief, Excitation, Method, Search, Shown, Timing};
 

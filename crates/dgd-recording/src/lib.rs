@@ -10,6 +10,7 @@
 
 mod clock;
 mod moment;
+mod order;
 mod origin;
 mod propose;
 mod readings;
@@ -20,6 +21,7 @@ mod well;
 
 pub use clock::{ClockError, ClockSurvey, Gap, survey_clock};
 pub use moment::Moment;
+pub use order::{Rank, quantile};
 pub use origin::{days_from_1970, rfc3339, zone_offset_s};
 pub use propose::{Proposal, ProposedChannel, propose_channels};
 pub use readings::{SLOWEST_S, held_for, readings};

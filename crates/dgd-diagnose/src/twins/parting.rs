@@ -9,7 +9,7 @@ use crate::rest::quantum;
 use crate::tangent::dot;
 use crate::unrest::WANDER_S;
 use crate::vectors::most_within;
-use dgd_effects::{Rank, quantile};
+use dgd_recording::{Rank, quantile};
 use nalgebra::DVector;
 use std::ops::Range;
 use tracing::debug;
