@@ -1,6 +1,9 @@
 //! What no effect of the catalogue explains: an empirical correction of one relation, or of one reading, along one quantity.
 
-use crate::{About, Action, Component, Effect, Method, Parameter, Relation, Role, Search, Setting};
+use crate::{
+    About, Action, Component, Effect, Method, Parameter, Relation, Role, STANDING_M3_S, Search,
+    Setting,
+};
 
 /// See the module.
 pub(super) struct Unknown;
@@ -347,7 +350,7 @@ impl Effect for Unknown {
                 return;
             }
             match place {
-                FRICTION if at.flow_m3_s > 1e-3 => changes.line_drop_pa += value,
+                FRICTION if at.flow_m3_s > STANDING_M3_S => changes.line_drop_pa += value,
                 HEAD => changes.head_pa += value,
                 BALANCE => changes.inflow_m3_s += value,
                 INLET_READING => changes.inlet_bias_pa = changes.inlet_bias_pa.map(|p| p + value),

@@ -1,6 +1,9 @@
 //! A yield-stress mud: friction does not vanish with the flow, and standing mud shows none of it.
 
-use crate::{About, Action, Belief, Component, Effect, Parameter, Relation, Role, Search, Setting};
+use crate::{
+    About, Action, Belief, Component, Effect, Parameter, Relation, Role, STANDING_M3_S, Search,
+    Setting,
+};
 
 /// See the module.
 pub(super) struct YieldStress;
@@ -60,7 +63,7 @@ impl Effect for YieldStress {
         let fade = p[1] * 3.5 * setting.line_area_m2;
         Box::new(move |at, changes| {
             let q = at.flow_m3_s.max(0.0);
-            let moving = (q / 1e-3).min(1.0);
+            let moving = (q / STANDING_M3_S).min(1.0);
             changes.line_drop_pa += drop * moving / (1.0 + q / fade);
         })
     }
