@@ -8,8 +8,9 @@ use crate::scan::{Candidate, more_places, scan, sharpen, weigh};
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent};
 use crate::timing::{is_late_meter, retimed};
-use dgd_effects::{Effect, Method, Rank, Relation, Role, catalogue, quantile};
+use dgd_effects::{Effect, Method, Relation, Role, catalogue};
 use dgd_lsq::dot;
+use dgd_recording::{Rank, quantile};
 use rayon::prelude::*;
 use std::sync::OnceLock;
 

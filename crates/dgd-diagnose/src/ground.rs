@@ -101,7 +101,7 @@ fn rows(record: &Record, one: &Applied) -> Range<usize> {
     let per_row = record.per_block * MASS_BLOCKS;
     let all = record.t_s.len().div_ceil(per_row);
     let about = one.effect.about();
-    if about.extent == Extent::Always {
+    if about.extent() == Extent::Always {
         return 0..all;
     }
     let (from, to) = about.interval_s(&one.parameters, record.setting.span_s);

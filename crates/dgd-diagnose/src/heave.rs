@@ -1,7 +1,7 @@
 //! Rig motion: a narrow peak of swell in the spectrum of the inlet pressure.
 
 use crate::numbers::{bridged, spread, whole};
-use dgd_effects::{Rank, quantile};
+use dgd_recording::{Rank, quantile};
 use dgd_units::STANDARD_GRAVITY_M_S2;
 use std::borrow::Cow;
 

@@ -1,6 +1,6 @@
 //! What is computed of any series.
 
-use dgd_effects::{Rank, quantile};
+use dgd_recording::{Rank, quantile};
 use dgd_replay::fill_gaps;
 
 /// The nearest whole number, at least 0.

@@ -5,9 +5,10 @@ use crate::rest::{quantum, without_seldom_rest};
 use crate::step::Step;
 use crate::suction::heads_lost;
 use crate::work::Tally;
-use dgd_effects::{Rank, Setting, quantile};
+pub(crate) use dgd_effects::STANDING_PCT;
+use dgd_effects::Setting;
 use dgd_identify::Prepared;
-use dgd_recording::{Channel, Recording, SLOWEST_S, Well, held_for, readings};
+use dgd_recording::{Channel, Rank, Recording, SLOWEST_S, Well, held_for, quantile, readings};
 use dgd_replay::fill_gaps;
 use dgd_units::{STANDARD_ATMOSPHERE_PA, STANDARD_GRAVITY_M_S2};
 use std::ops::Range;
@@ -23,8 +24,6 @@ const LONG_S: f64 = 40.0 * 3600.0;
 const MEASURED_S: f64 = 8.0 * 3600.0;
 /// Blocks in one row of the mass balance: differences of pressure need a longer base.
 pub(crate) const MASS_BLOCKS: usize = 3;
-/// Below this speed, %, the pump stands.
-pub(crate) const STANDING_PCT: f64 = 5.0;
 
 /// A channel that is read at fewer than this share of the samples, mostly no further apart than [`SLOWEST_S`], is logged now and then:
 /// straight lines lie between its readings, whether the samples there are missing or repeat the last one. What is missing otherwise stays missing.

@@ -67,7 +67,8 @@ pub(crate) fn quantum(values: &[f64], step_s: f64) -> f64 {
         .map(|i| values[i])
         .collect();
     let steps = read.windows(2).map(|w| (w[1] - w[0]).abs());
-    dgd_effects::quantile(steps.filter(|s| *s > 1e-6), dgd_effects::Rank::Lower(10)).unwrap_or(0.0)
+    dgd_recording::quantile(steps.filter(|s| *s > 1e-6), dgd_recording::Rank::Lower(10))
+        .unwrap_or(0.0)
 }
 
 #[cfg(test)]

@@ -5,8 +5,9 @@ use crate::numbers::{mean, whole};
 use crate::record::Record;
 use crate::relations::{Applied, imbalance_per_head};
 use crate::tangent::Tangent;
-use dgd_effects::{Rank, SUCTION, quantile};
+use dgd_effects::SUCTION;
 use dgd_lsq::dot;
+use dgd_recording::{Rank, quantile};
 
 /// Most that a suction is taken to lose, in velocity heads of the return line.
 const MOST_HEADS: f64 = 5.0;

@@ -17,8 +17,9 @@ use crate::vectors::{Column, Sparse, back_substitute, orthonormal, products, sup
 use columns::Columns;
 pub(crate) use columns::FRICTION_PRIOR_PA;
 use curves::Evaluated;
-use dgd_effects::{Curves, FRICTION_TERMS, HEAD_TERMS, Rank, quantile};
+use dgd_effects::{Curves, FRICTION_TERMS, HEAD_TERMS};
 use dgd_lsq::dot;
+use dgd_recording::{Rank, quantile};
 pub(crate) use frame::LEAST_ROWS;
 use frame::{Frame, lonely};
 use nalgebra::{DMatrix, DVector};

@@ -7,7 +7,8 @@ use crate::relations::Applied;
 use crate::tangent::Tangent;
 use crate::twins::{Pair, Twins};
 use crate::unrest::wander;
-use dgd_effects::{Rank, Relation, quantile};
+use dgd_effects::Relation;
+use dgd_recording::{Rank, quantile};
 
 /// Residuals by relation, before and after: tangents with their hypotheses.
 pub(crate) fn traces(

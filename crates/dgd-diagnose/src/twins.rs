@@ -8,8 +8,9 @@ use crate::noise::{Layout, Wander, Whitening};
 use crate::numbers::{mean, tails};
 use crate::record::Record;
 use crate::relations::{Applied, Rows, repeats};
-use dgd_effects::{Action, Changes, KNOTS, Moment, Rank, STANDING_M3_S, quantile};
+use dgd_effects::{Action, Changes, KNOTS, Moment, STANDING_M3_S};
 use dgd_lsq::dot;
+use dgd_recording::{Rank, quantile};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use std::ops::Range;
 

@@ -3,7 +3,8 @@
 use crate::noise::{Layout, Wander};
 use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::Blocks;
-use dgd_effects::{Curves, Rank, quantile};
+use dgd_effects::Curves;
+use dgd_recording::{Rank, quantile};
 
 /// Wander of a pressure transmitter that is still within its accuracy, Pa (one standard deviation).
 const PRESSURE_WANDER_PA: f64 = 2.5e3;

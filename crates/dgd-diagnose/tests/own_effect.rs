@@ -4,8 +4,8 @@
 
 use dgd_diagnose::{Options, Verdict, diagnose};
 use dgd_effects::{
-    About, Action, Component, Effect, Extent, Parameter, RegisterError, Relation, Role, Search,
-    Setting, catalogue, register,
+    About, Action, Component, Effect, Parameter, RegisterError, Relation, Role, Search, Setting,
+    catalogue, register,
 };
 use dgd_identify::prepare;
 use dgd_plant::{Cause, Foreign, Kind, Level, Order, Severity, conceal, record, write_case};
@@ -37,7 +37,6 @@ static ABOUT: About = About {
         usual: 1e-3,
         ..Parameter::BASE
     }],
-    extent: Extent::Always,
     search: Search::BASE,
 };
 

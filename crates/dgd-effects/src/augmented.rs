@@ -1,7 +1,8 @@
 //! The two-state model with effects, and its free run.
 
-use crate::curves::{Curves, STANDING_M3_S};
+use crate::curves::Curves;
 use crate::{Action, Changes, Effect, MeterPath, Moment, Setting, find};
+use dgd_recording::STANDING_M3_S;
 use dgd_units::{STANDARD_ATMOSPHERE_PA, STANDARD_GRAVITY_M_S2};
 use std::ops::Range;
 
@@ -423,8 +424,8 @@ impl Held {
 /// Flow that no run exceeds, m³/s.
 const MOST_M3_S: f64 = 0.3;
 
-/// Set-point below which the pump is taken to stand, %.
-const STANDING_PCT: f64 = 5.0;
+/// Below this speed, %, the pump is taken to stand.
+pub const STANDING_PCT: f64 = 5.0;
 
 impl Inputs<'_> {
     /// Samples that every channel has.

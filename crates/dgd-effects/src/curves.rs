@@ -2,8 +2,7 @@
 //!
 //! Their shape is identification, not a finding. Polynomials carry the trend, bumps of bounded height what is left.
 
-/// Below this flow, m³/s, the line stands.
-pub const STANDING_M3_S: f64 = 1e-3;
+use dgd_recording::STANDING_M3_S;
 
 /// Bumps by which a smooth curve may differ from its polynomial: in flow, and in flow over speed.
 const FRICTION_BUMPS: usize = 5;

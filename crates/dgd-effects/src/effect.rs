@@ -160,8 +160,6 @@ pub struct About {
     pub confusable: &'static [(&'static str, &'static str)],
     /// Its parameters: the strength first.
     pub parameters: &'static [Parameter],
-    /// Whether it begins at an onset and stays, passes, or is always there.
-    pub extent: Extent,
     /// How a diagnosis looks for it, and what it must show to be believed.
     pub search: Search,
 }
@@ -253,6 +251,23 @@ impl About {
             .position(|p| p.role == Role::Duration)
     }
 
+    /// Whether it begins at an onset and stays, passes, or is always there: as its parameters tell.
+    ///
+    /// ```
+    /// use dgd_effects::{Extent, find};
+    /// let extent = |id| find(id).map(|effect| effect.about().extent());
+    /// assert_eq!(extent("pump_wear"), Some(Extent::Always));
+    /// assert_eq!(extent("line_leak"), Some(Extent::FromOnset));
+    /// assert_eq!(extent("influx"), Some(Extent::Passing));
+    /// ```
+    pub fn extent(&self) -> Extent {
+        match (self.onset(), self.duration()) {
+            (None, _) => Extent::Always,
+            (Some(_), None) => Extent::FromOnset,
+            (Some(_), Some(_)) => Extent::Passing,
+        }
+    }
+
     /// Position of the outlet transmitter, if the effect sits in one of them.
     pub fn sensor(&self) -> Option<usize> {
         self.parameters
@@ -272,10 +287,8 @@ impl About {
     /// If there are fewer parameters than described.
     pub fn interval_s(&self, parameters: &[f64], span_s: (f64, f64)) -> (f64, f64) {
         let begins = self.onset().map_or(span_s.0, |k| parameters[k]);
-        let end = match (self.extent, self.duration()) {
-            (Extent::Passing, Some(k)) => (begins + parameters[k]).min(span_s.1),
-            _ => span_s.1,
-        };
+        let passes = self.duration().map(|k| begins + parameters[k]);
+        let end = passes.map_or(span_s.1, |end| end.min(span_s.1));
         let begins = begins.max(span_s.0);
         (begins, end.max(begins))
     }

@@ -14,11 +14,10 @@ mod catalogue;
 mod curves;
 mod effect;
 mod moment;
-mod order;
 mod own;
 mod search;
 
-pub use augmented::{AppliedEffect, AugmentedModel, FreeRun, Inputs, UnknownEffect};
+pub use augmented::{AppliedEffect, AugmentedModel, FreeRun, Inputs, STANDING_PCT, UnknownEffect};
 pub use catalogue::{
     BALANCE, BOOSTER_FLOW, FLOW_RATE, FRICTION, HEAD, INLET_PRESSURE, INLET_READING, INLETS, KNOTS,
     METER_FACTOR, MUD_PUMP_FLOW, OUTLET_READING, OUTLETS, PERIOD, PLACES, PUMP_SPEED, Place,
@@ -26,14 +25,13 @@ pub use catalogue::{
     told_apart_by, unknown,
 };
 pub use curves::{
-    Curves, FRICTION_TERMS, HEAD_POWERS, HEAD_TERMS, STANDING_M3_S, Scale, friction_terms,
-    head_terms,
+    Curves, FRICTION_TERMS, HEAD_POWERS, HEAD_TERMS, Scale, friction_terms, head_terms,
 };
+pub use dgd_recording::STANDING_M3_S;
 pub use effect::{
     About, Action, Component, Effect, End, Extent, MeterPath, Parameter, Relation, Role,
 };
 pub use moment::{Changes, Connection, Moment, Noise, Setting, shrunk};
-pub use order::{Rank, quantile};
 pub use own::{RegisterError, register};
 pub use search::{Belief, Excitation, Method, Search, Shown, Timing};
 

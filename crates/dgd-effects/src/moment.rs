@@ -1,8 +1,6 @@
 //! The rig at one moment, what effects change in it, and what they know beforehand.
 
-use crate::curves::STANDING_M3_S;
-use crate::order::{Rank, quantile};
-use dgd_recording::{Recording, Well, readings};
+use dgd_recording::{Rank, Recording, STANDING_M3_S, Well, quantile, readings};
 use dgd_units::{STANDARD_ATMOSPHERE_PA, STANDARD_GRAVITY_M_S2};
 
 /// The rig at one sample, as measured or as simulated.

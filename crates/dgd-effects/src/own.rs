@@ -1,6 +1,6 @@
 //! Effects of one's own beside those of the catalogue.
 
-use crate::{About, Effect, Extent, Method, Role};
+use crate::{About, Effect, Method, Role};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 static OWN: Mutex<Vec<&'static dyn Effect>> = Mutex::new(Vec::new());
@@ -135,12 +135,12 @@ pub(crate) fn sound(about: &About) -> Result<(), &'static str> {
             "two parameters have one name",
         ),
         (
-            about.onset().is_some() != (about.extent != Extent::Always),
-            "it has an onset if and only if its extent is not `Always`",
+            about.duration().is_some() && about.onset().is_none(),
+            "it has a duration but no onset",
         ),
         (
-            about.duration().is_some() != (about.extent == Extent::Passing),
-            "it has a duration if and only if its extent is `Passing`",
+            matches!(strength.role, Role::Grid(_)) && about.onset().is_some(),
+            "a strength on a grid has no onset: expected `Role::Amplitude`",
         ),
         (
             about.sensor().is_some() && about.onset().is_none(),
@@ -207,8 +207,8 @@ pub(crate) fn sound(about: &About) -> Result<(), &'static str> {
 mod tests {
     use super::{RegisterError, register, sound};
     use crate::{
-        About, Action, Component, Effect, Extent, Method, Parameter, Relation, Role, Search,
-        Setting, Timing, catalogue,
+        About, Action, Component, Effect, Method, Parameter, Relation, Role, Search, Setting,
+        Timing, catalogue,
     };
 
     const SOUND: About = About {
@@ -230,7 +230,6 @@ mod tests {
             usual: 1e-3,
             ..Parameter::BASE
         }],
-        extent: Extent::Always,
         search: Search::BASE,
     };
 
@@ -297,20 +296,26 @@ mod tests {
                 "beyond its bounds",
             ),
             (with(&[STRENGTH, STRENGTH]), "one name"),
-            (with(&[STRENGTH, Parameter::ONSET]), "an onset if"),
             (
-                About {
-                    extent: Extent::FromOnset,
-                    ..SOUND
-                },
-                "an onset if",
+                with(&[
+                    STRENGTH,
+                    Parameter {
+                        name: "duration_s",
+                        role: Role::Duration,
+                        ..Parameter::ONSET
+                    },
+                ]),
+                "a duration but no onset",
             ),
             (
-                About {
-                    extent: Extent::Passing,
-                    ..with(&[STRENGTH, Parameter::ONSET])
-                },
-                "a duration if",
+                with(&[
+                    Parameter {
+                        role: Role::Grid(&[1e-3]),
+                        ..STRENGTH
+                    },
+                    Parameter::ONSET,
+                ]),
+                "a strength on a grid has no onset",
             ),
             (
                 with(&[
@@ -412,7 +417,6 @@ mod tests {
                         allowance: &[1e-4],
                         ..SEARCH
                     },
-                    extent: Extent::FromOnset,
                     ..with(&[STRENGTH, Parameter::ONSET])
                 },
                 "always there",

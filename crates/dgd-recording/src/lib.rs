@@ -10,6 +10,7 @@
 
 mod clock;
 mod moment;
+mod order;
 mod origin;
 mod propose;
 mod readings;
@@ -20,10 +21,13 @@ mod well;
 
 pub use clock::{ClockError, ClockSurvey, Gap, survey_clock};
 pub use moment::Moment;
-pub use origin::rfc3339;
+pub use order::{Rank, quantile};
+pub use origin::{days_from_1970, rfc3339, zone_offset_s};
 pub use propose::{Proposal, ProposedChannel, propose_channels};
 pub use readings::{SLOWEST_S, held_for, readings};
-pub use recording::{Absent, BlockGrid, Channel, Recording, RecordingError, Unequal};
+pub use recording::{
+    Absent, BlockGrid, Channel, Recording, RecordingError, STANDING_M3_S, Unequal,
+};
 pub use survey::{BlockSurvey, ColumnSurvey, Run, TableSurvey, quantum, stuck_runs, survey};
 pub use table::{Column, Issue, IssueKind, Table};
 pub use well::{ChannelMap, ChannelSource, Geometry, TimeSource, Well, WellError};

@@ -17,13 +17,14 @@ const SHORT_S: f64 = 600.0;
 
 impl Moment {
     /// A date with a time, as people write it: `2024-10-26 03:00`, `2024-10-26T03:00:05.5`, with `Z` or `+02:00` where it tells
-    /// its zone; from 1970 to 2200.
+    /// its zone; from 1970 to 2200. `None` where it is no such text, or no date of the calendar.
     ///
     /// ```
     /// use dgd_recording::Moment;
     /// assert_eq!(Moment::parse("2024-10-26 03:00").map(|m| m.zoned), Some(false));
     /// assert_eq!(Moment::parse("2024-10-26T03:00+02:00"), Moment::parse("2024-10-26T01:00:00Z"));
     /// assert_eq!(Moment::parse("3h"), None);
+    /// assert_eq!(Moment::parse("2024-02-31 10:00"), None);
     /// ```
     #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
@@ -168,15 +169,28 @@ mod tests {
             assert_eq!(told.as_deref(), Some(shown), "{text}");
         }
         // As it is written for machines.
-        let at = Moment::parse("2024-10-26 03:00").expect("a date");
-        assert_eq!(at.rfc3339(), "2024-10-26T03:00:00-00:00");
-        assert_eq!(Moment::parse(&at.rfc3339()), Some(at));
+        for (text, written) in [
+            ("2024-10-26 03:00", "2024-10-26T03:00:00-00:00"),
+            ("2024-02-29 03:00", "2024-02-29T03:00:00-00:00"),
+            ("2000-02-29 03:00Z", "2000-02-29T03:00:00Z"),
+        ] {
+            let at = Moment::parse(text).expect("a date");
+            assert_eq!(at.rfc3339(), written);
+            assert_eq!(Moment::parse(&at.rfc3339()), Some(at));
+        }
         for text in [
             "",
             "2024-10-26",
             "26.10.2024 03:00",
             "2024-13-26 03:00",
             "2024-10-26 24:00",
+            "2024-02-31 10:00",
+            "2023-02-29 10:00",
+            "2100-02-29 10:00",
+            "2024-04-31 10:00",
+            "2024-10-00 10:00",
+            "2024-10-26 03:00+14:30",
+            "2024-10-26 03:00+02:75",
             "2024-10-26 03:00x",
             "2024-10-26 3:00 äöü",
         ] {

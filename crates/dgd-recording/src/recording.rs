@@ -83,6 +83,9 @@ impl fmt::Display for Channel {
     }
 }
 
+/// Below this flow, m³/s, mud stands in the return line, and so may its meter and the pressures.
+pub const STANDING_M3_S: f64 = 1e-3;
+
 /// Seconds without values between two recordings that are joined: longer than any
 /// delay a flow meter has.
 const SEAM_S: f64 = 120.0;

@@ -7,7 +7,7 @@ mod selection;
 pub use blocks::BlockSurvey;
 pub(crate) use selection::Selection;
 
-use crate::{ClockError, ClockSurvey, Column, Table, survey_clock};
+use crate::{ClockError, ClockSurvey, Column, Rank, Table, quantile, survey_clock};
 use column::ColumnPass;
 use dgd_units::{Dimension, Unit};
 
@@ -64,7 +64,8 @@ pub fn survey(table: &Table) -> TableSurvey {
         let mut pass = ColumnPass::default();
         pass.add(&column.values);
         increases.push(pass.increases());
-        columns.push(summary(column, &pass, median(&column.values)));
+        let median = quantile(column.values.iter().copied(), Rank::MEDIAN);
+        columns.push(summary(column, &pass, median));
     }
     let time_column = find_time(&columns, |index| increases[index]);
     let clock = time_column.map(|index| {
@@ -187,12 +188,6 @@ fn quantum_of(mut steps: Vec<f64>) -> Option<f64> {
         }
     }
     None
-}
-
-fn median(values: &[f64]) -> Option<f64> {
-    let mut finite: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
-    let middle = finite.len() / 2;
-    (!finite.is_empty()).then(|| *finite.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
 /// A column named or measured like time, or else one that only ever increases.

@@ -80,3 +80,11 @@ impl ChannelScreen {
         self.faults.iter().filter(|f| f.contains(fault)).count()
     }
 }
+
+/// Whether a channel is a transmitter of pressure.
+pub(crate) fn is_pressure(channel: Channel) -> bool {
+    matches!(
+        channel,
+        Channel::PumpInletPressure(_) | Channel::PumpOutletPressure(_) | Channel::RiserPressure
+    )
+}

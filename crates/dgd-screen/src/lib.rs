@@ -54,7 +54,7 @@ pub use blocks::{BlockScreen, ScreenedBlock};
 pub use channel::{ChannelScreen, Faults};
 pub use error::ScreenError;
 pub use options::{Limits, ScreenOptions};
-pub use plausible::{BlockSuspect, Place, Suspicion, TOO_SELDOM_S, coarse, suspect};
+pub use plausible::{BlockSuspect, Suspicion, TOO_SELDOM_S, WellLine, coarse, suspect};
 pub use reasons::{Reasons, Tally};
 pub use screening::{Screening, screen};
 

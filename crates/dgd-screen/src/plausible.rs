@@ -19,7 +19,7 @@ use std::fmt;
 /// A line of the well description.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
-pub struct Place {
+pub struct WellLine {
     /// Section: `mud`, `geometry` or `channels`.
     pub section: &'static str,
     /// Key in it.
@@ -30,13 +30,25 @@ pub struct Place {
     pub channel: Option<Channel>,
 }
 
-impl Place {
+impl WellLine {
     fn new(section: &'static str, key: &'static str) -> Self {
         Self {
             section,
             key,
             transmitter: None,
             channel: None,
+        }
+    }
+
+    fn of(channel: Channel) -> Self {
+        let transmitter = match channel {
+            Channel::PumpInletPressure(n) | Channel::PumpOutletPressure(n) => Some(n),
+            _ => None,
+        };
+        Self {
+            channel: Some(channel),
+            transmitter,
+            ..Self::new("channels", channel.name())
         }
     }
 }
@@ -46,7 +58,7 @@ impl Place {
 #[non_exhaustive]
 pub struct Suspicion {
     /// The line to look at first.
-    pub place: Place,
+    pub place: WellLine,
     /// What does not fit, and what would.
     pub message: String,
 }
@@ -206,7 +218,7 @@ fn mute(facts: &Facts) -> Vec<Suspicion> {
         .enumerate()
         .filter(|(_, t)| t.tag.is_some())
     {
-        let place = place(told.channel);
+        let place = WellLine::of(told.channel);
         let mut say = |message| suspicions.push(Suspicion { place, message });
         if told.present == 0.0 {
             say(format!(
@@ -239,18 +251,6 @@ fn mute(facts: &Facts) -> Vec<Suspicion> {
         }
     }
     suspicions
-}
-
-fn place(channel: Channel) -> Place {
-    let transmitter = match channel {
-        Channel::PumpInletPressure(n) | Channel::PumpOutletPressure(n) => Some(n),
-        _ => None,
-    };
-    Place {
-        channel: Some(channel),
-        transmitter,
-        ..Place::new("channels", channel.name())
-    }
 }
 
 /// An inflow that is the return flow by what the line's pressure says.

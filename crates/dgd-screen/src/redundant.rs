@@ -108,59 +108,20 @@ pub(crate) fn mark(
     rule: DisagreeRule,
 ) -> Option<Slow> {
     let mut pair = None;
-    let marks: Vec<(usize, Range<usize>)> = match series {
-        [] | [_] => Vec::new(),
-        [a, b] => {
-            let difference = |i: usize| {
-                if faults[0][i].trusted() & faults[1][i].trusted() {
-                    a[i] - b[i]
-                } else {
-                    f64::NAN
-                }
-            };
-            let slow = Slow::of(a.len(), rule.block, difference)?;
-            // The same, a stretch at a time.
-            let differences = |range: Range<usize>, out: &mut Vec<f64>| {
-                let values = a[range.clone()].iter().zip(&b[range.clone()]);
-                let faults = faults[0][range.clone()].iter().zip(&faults[1][range]);
-                out.extend(values.zip(faults).map(|((a, b), (fa, fb))| {
-                    if fa.trusted() & fb.trusted() {
-                        a - b
-                    } else {
-                        f64::NAN
-                    }
-                }));
-            };
-            let found = short_lived(a.len(), difference, differences, &slow, rule);
-            pair = Some(slow);
-            found
-                .into_iter()
-                .flat_map(|range| {
-                    let guilty = guilty(a, b, &range);
-                    (0..2)
-                        .filter(move |n| guilty[*n])
-                        .map(move |n| (n, range.clone()))
-                })
-                .collect()
+    let mut marks: Vec<(usize, Range<usize>)> = Vec::new();
+    for n in 0..differences(series.len()) {
+        let (samples, known) = (series[n].len(), &*faults);
+        let each = |i: usize| difference(series, known, n, i);
+        let Some(slow) = Slow::of(samples, rule.block, each) else {
+            continue;
+        };
+        let stretch = |range, out: &mut Vec<f64>| stretch(series, known, n, range, out);
+        for range in short_lived(samples, each, stretch, &slow, rule) {
+            let blamed = blamed(series, n, &range);
+            marks.extend(blamed.into_iter().map(|n| (n, range.clone())));
         }
-        many => (0..many.len())
-            .flat_map(|n| {
-                // Two of three outvote the third; two alone cannot.
-                let difference = |i: usize| from_middle(many, faults, n, i);
-                let moved = |range: &Range<usize>| moved(many, n, range);
-                let slow = Slow::of(many[n].len(), rule.block, difference);
-                slow.map_or(Vec::new(), |slow| {
-                    let differences =
-                        |range: Range<usize>, out: &mut Vec<f64>| out.extend(range.map(difference));
-                    short_lived(many[n].len(), difference, differences, &slow, rule)
-                })
-                .into_iter()
-                .filter(moved)
-                .map(move |range| (n, range))
-                .collect::<Vec<_>>()
-            })
-            .collect(),
-    };
+        pair = Some(slow).filter(|_| series.len() == 2);
+    }
     for (n, range) in marks {
         for fault in &mut faults[n][range] {
             *fault |= Faults::DISAGREES;
@@ -179,6 +140,8 @@ pub(crate) fn differences(transmitters: usize) -> usize {
 }
 
 /// The difference that disagreement shows in; NaN where it is not to be trusted.
+///
+/// Of three or more it is from their middle: two outvote the third, two alone cannot.
 pub(crate) fn difference(
     series: &[&[f64]],
     faults: &[impl AsRef<[Faults]>],
@@ -187,14 +150,38 @@ pub(crate) fn difference(
 ) -> f64 {
     match series {
         [a, b] => {
-            let trusted = |n: usize| faults[n].as_ref()[i].trusted();
-            if trusted(0) & trusted(1) {
-                a[i] - b[i]
-            } else {
-                f64::NAN
-            }
+            let faults = |n: usize| faults[n].as_ref()[i];
+            apart((a[i], faults(0)), (b[i], faults(1)))
         }
         many => from_middle(many, faults, n, i),
+    }
+}
+
+/// The first of two less the second.
+fn apart((a, of_a): (f64, Faults), (b, of_b): (f64, Faults)) -> f64 {
+    if of_a.trusted() & of_b.trusted() {
+        a - b
+    } else {
+        f64::NAN
+    }
+}
+
+/// Appends [`difference`] at each of a stretch, of two without looking at each sample's place.
+fn stretch(
+    series: &[&[f64]],
+    faults: &[Vec<Faults>],
+    n: usize,
+    range: Range<usize>,
+    out: &mut Vec<f64>,
+) {
+    match series {
+        [a, b] => {
+            let values = a[range.clone()].iter().zip(&b[range.clone()]);
+            let faults = faults[0][range.clone()].iter().zip(&faults[1][range]);
+            let both = values.zip(faults);
+            out.extend(both.map(|((a, b), (fa, fb))| apart((*a, *fa), (*b, *fb))));
+        }
+        many => out.extend(range.map(|i| from_middle(many, faults, n, i))),
     }
 }
 
@@ -242,6 +229,17 @@ pub(crate) fn least(mut off: Vec<f64>, rule: DisagreeRule) -> Option<f64> {
     (least > 0.0).then_some(least)
 }
 
+/// Takes a sample into the stretch that is open, or begins one with it; returns the one that ended, if it is too far behind.
+pub(crate) fn go_on(open: &mut Option<Range<usize>>, i: usize) -> Option<Range<usize>> {
+    match open {
+        Some(last) if i - last.end <= RESPITE => {
+            last.end = i + 1;
+            None
+        }
+        open => open.replace(i..i + 1),
+    }
+}
+
 /// Whether what left the slow median over `range` is short, and the level after it that of before.
 pub(crate) fn returns(
     range: &Range<usize>,
@@ -281,7 +279,7 @@ fn short_lived(
     let Some(least) = least(off.collect(), rule) else {
         return Vec::new();
     };
-    let mut found: Vec<Range<usize>> = Vec::new();
+    let (mut open, mut found) = (None, Vec::new());
     let mut here = Vec::with_capacity(slow.block.min(samples));
     for (block, centre) in slow.values.iter().enumerate() {
         let start = block * slow.block;
@@ -289,13 +287,11 @@ fn short_lived(
         differences(start..(start + slow.block).min(samples), &mut here);
         for (i, difference) in (start..).zip(&here) {
             if (difference - centre).abs() > least {
-                match found.last_mut() {
-                    Some(last) if i - last.end <= RESPITE => last.end = i + 1,
-                    _ => found.push(i..i + 1),
-                }
+                found.extend(go_on(&mut open, i));
             }
         }
     }
+    found.extend(open);
     found.retain(|range| returns(range, samples, rule.longest, &difference));
     found
 }

@@ -1,5 +1,6 @@
 //! The screening of a whole recording.
 
+use crate::channel::is_pressure;
 use crate::options::samples;
 use crate::redundant::{self, DisagreeRule};
 use crate::speed::{self, Readings};
@@ -206,13 +207,6 @@ impl<'a> Rules<'a> {
     pub(crate) fn frozen_floor(self) -> usize {
         samples(self.options.frozen_speed_s, self.step_s, 3)
     }
-}
-
-fn is_pressure(channel: Channel) -> bool {
-    matches!(
-        channel,
-        Channel::PumpInletPressure(_) | Channel::PumpOutletPressure(_) | Channel::RiserPressure
-    )
 }
 
 struct Job<'a> {

@@ -8,9 +8,8 @@ use crate::record::Record;
 use crate::relations::{Blocks, Rows};
 use crate::unrest::late;
 use crate::vectors::{Column, Sparse};
-use dgd_effects::{
-    FRICTION_TERMS, HEAD_POWERS, HEAD_TERMS, Rank, friction_terms, head_terms, quantile,
-};
+use dgd_effects::{FRICTION_TERMS, HEAD_POWERS, HEAD_TERMS, friction_terms, head_terms};
+use dgd_recording::{Rank, quantile};
 use std::sync::Arc;
 
 /// Prior widths of the friction terms, Pa at the scale's flow: intercept and linear term are physics, not curve.

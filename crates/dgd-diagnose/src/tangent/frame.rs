@@ -7,7 +7,8 @@ use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::{Blocks, Rows};
 use crate::slack::Slack;
 use crate::unrest::{unrest, wander};
-use dgd_effects::{Curves, Rank, Scale, quantile};
+use dgd_effects::{Curves, Scale};
+use dgd_recording::{Rank, quantile};
 use std::sync::Arc;
 
 /// Valid rows of friction and of head, without which there is nothing to fit.

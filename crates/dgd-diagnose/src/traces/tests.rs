@@ -6,7 +6,8 @@ use crate::record::Record;
 use crate::relations::Applied;
 use crate::tangent::{Bend, Tangent};
 use crate::test_rig::{Hidden, INFLUX_S, drilled, normals};
-use dgd_effects::{Rank, Relation, find, quantile};
+use dgd_effects::{Relation, find};
+use dgd_recording::{Rank, quantile};
 
 /// What the clock says at the first sample, s.
 const START_S: f64 = 1000.0;

@@ -4,8 +4,7 @@
 //! an area.
 
 use crate::{
-    About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
-    Shown,
+    About, Action, Belief, Component, Effect, Parameter, Relation, Role, Search, Setting, Shown,
 };
 
 /// See the module.
@@ -44,7 +43,6 @@ static ABOUT: About = About {
         shown: Shown::RiserArea,
         ..Parameter::BASE
     }],
-    extent: Extent::Always,
     search: Search {
         belief: Belief {
             hurdle: 8.0,

@@ -3,8 +3,8 @@
 use crate::moment::Lag;
 use crate::shrunk;
 use crate::{
-    About, Action, Belief, Component, Effect, Excitation, Extent, Parameter, Relation, Role,
-    Search, Setting,
+    About, Action, Belief, Component, Effect, Excitation, Parameter, Relation, Role, Search,
+    Setting,
 };
 
 /// See the module.
@@ -31,7 +31,6 @@ static ABOUT: About = About {
         usual: 25.0,
         ..Parameter::BASE
     }],
-    extent: Extent::Always,
     search: Search {
         least: Some(5.0),
         form_error: 0.1,

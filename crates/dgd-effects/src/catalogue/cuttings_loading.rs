@@ -2,8 +2,7 @@
 
 use crate::moment::{MIXING_LEAST, Stirred};
 use crate::{
-    About, Action, Component, Effect, Excitation, Extent, Parameter, Relation, Role, Search,
-    Setting,
+    About, Action, Component, Effect, Excitation, Parameter, Relation, Role, Search, Setting,
 };
 
 /// The drilled part of each stand between connections.
@@ -99,7 +98,6 @@ static ABOUT: About = About {
             ..Parameter::BASE
         },
     ],
-    extent: Extent::Always,
     search: Search {
         least: Some(1.5),
         stand_error: Some(0.3),

@@ -1,8 +1,6 @@
 //! Gas that lowers the pump head for a while.
 
-use crate::{
-    About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
-};
+use crate::{About, Action, Belief, Component, Effect, Parameter, Relation, Role, Search, Setting};
 
 /// See the module.
 pub(super) struct GasInPump;
@@ -48,7 +46,6 @@ static ABOUT: About = About {
             ..Parameter::BASE
         },
     ],
-    extent: Extent::Passing,
     search: Search {
         belief: Belief {
             hurdle: 8.0,

@@ -1,8 +1,8 @@
 //! Gel that builds while the mud stands and breaks with the volume pumped on restart.
 
 use crate::{
-    About, Action, Belief, Component, Effect, End, Excitation, Extent, Parameter, Relation, Role,
-    Search, Setting,
+    About, Action, Belief, Component, Effect, End, Excitation, Parameter, Relation, Role,
+    STANDING_M3_S, Search, Setting,
 };
 
 /// See the module.
@@ -52,7 +52,6 @@ static ABOUT: About = About {
             ..Parameter::BASE
         },
     ],
-    extent: Extent::Always,
     search: Search {
         belief: Belief {
             hurdle: 5.0,
@@ -76,7 +75,7 @@ impl Effect for GelStrength {
         let growth = p[2];
         let mut gelled = 0.0_f64;
         Box::new(move |at, changes| {
-            if at.flow_m3_s < 1e-3 {
+            if at.flow_m3_s < STANDING_M3_S {
                 gelled += (1.0 - (-at.dt_s / growth).exp()) * (1.0 - gelled);
             } else if at.flow_m3_s.is_finite() {
                 changes.line_drop_pa += full * gelled;

@@ -1,8 +1,8 @@
 //! Rig motion that modulates the pressures with the period of the swell.
 
 use crate::{
-    About, Action, Component, Effect, Excitation, Extent, Method, Parameter, Relation, Role,
-    Search, Setting,
+    About, Action, Component, Effect, Excitation, Method, Parameter, Relation, Role, Search,
+    Setting,
 };
 
 /// See the module.
@@ -38,7 +38,6 @@ static ABOUT: About = About {
             ..Parameter::BASE
         },
     ],
-    extent: Extent::Always,
     search: Search {
         method: Method::Spectrum,
         needs: &[Excitation::FastSampling],

@@ -4,8 +4,7 @@
 
 use super::return_flow_gain::gallons;
 use crate::{
-    About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
-    Shown,
+    About, Action, Belief, Component, Effect, Parameter, Relation, Role, Search, Setting, Shown,
 };
 
 /// See the module.
@@ -44,7 +43,6 @@ static ABOUT: About = About {
         shown: Shown::Gain,
         ..Parameter::BASE
     }],
-    extent: Extent::Always,
     search: Search {
         least: Some(6e-3),
         belief: Belief {

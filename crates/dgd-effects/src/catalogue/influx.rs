@@ -1,8 +1,6 @@
 //! Formation fluid that enters for a while: a kick.
 
-use crate::{
-    About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
-};
+use crate::{About, Action, Belief, Component, Effect, Parameter, Relation, Role, Search, Setting};
 use dgd_units::Legible;
 
 /// See the module.
@@ -59,7 +57,6 @@ static ABOUT: About = About {
             ..Parameter::BASE
         },
     ],
-    extent: Extent::Passing,
     search: Search {
         belief: Belief {
             hurdle: 3.0,

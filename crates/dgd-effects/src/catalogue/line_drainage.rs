@@ -2,8 +2,8 @@
 //! that the pump fills again before any mud returns.
 
 use crate::{
-    About, Action, Belief, Component, Effect, Excitation, Extent, Parameter, Relation, Role,
-    STANDING_M3_S, Search, Setting,
+    About, Action, Belief, Component, Effect, Excitation, Parameter, Relation, Role, STANDING_M3_S,
+    Search, Setting,
 };
 use dgd_units::{STANDARD_ATMOSPHERE_PA, STANDARD_GRAVITY_M_S2};
 
@@ -52,7 +52,6 @@ static ABOUT: About = About {
             ..Parameter::BASE
         },
     ],
-    extent: Extent::Always,
     search: Search {
         needs: &[Excitation::PumpStops],
         // A hand's breadth a minute: a surface that settles, not one that drains.

@@ -1,7 +1,8 @@
 //! A return line that loses mud before its meter from some time on.
 
 use crate::{
-    About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
+    About, Action, Belief, Component, Effect, Parameter, Relation, Role, STANDING_M3_S, Search,
+    Setting,
 };
 use dgd_units::STANDARD_ATMOSPHERE_PA;
 
@@ -36,7 +37,6 @@ static ABOUT: About = About {
         },
         Parameter::ONSET,
     ],
-    extent: Extent::FromOnset,
     search: Search {
         belief: Belief {
             hurdle: 7.0,
@@ -57,7 +57,7 @@ impl Effect for LineLeak {
     fn begin(&self, p: &[f64], _: &Setting) -> Action {
         let (leak, onset) = (p[0], p[1]);
         Box::new(move |at, changes| {
-            if at.t_s >= onset && at.flow_m3_s > 1e-3 {
+            if at.t_s >= onset && at.flow_m3_s > STANDING_M3_S {
                 let over = (at.outlet_pa - STANDARD_ATMOSPHERE_PA).max(0.0) / 1e6;
                 changes.leak_m3_s += leak * over.sqrt();
             }

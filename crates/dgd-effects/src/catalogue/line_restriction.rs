@@ -1,8 +1,6 @@
 //! A restriction in the return line from some time on.
 
-use crate::{
-    About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
-};
+use crate::{About, Action, Belief, Component, Effect, Parameter, Relation, Role, Search, Setting};
 
 /// See the module.
 pub(super) struct LineRestriction;
@@ -38,7 +36,6 @@ static ABOUT: About = About {
         },
         Parameter::ONSET,
     ],
-    extent: Extent::FromOnset,
     search: Search {
         belief: Belief {
             hurdle: 9.0,

@@ -1,8 +1,6 @@
 //! Mud lost to the formation, driven by pressure, from some time on.
 
-use crate::{
-    About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
-};
+use crate::{About, Action, Belief, Component, Effect, Parameter, Relation, Role, Search, Setting};
 
 /// See the module.
 pub(super) struct LostCirculation;
@@ -51,7 +49,6 @@ static ABOUT: About = About {
             ..Parameter::BASE
         },
     ],
-    extent: Extent::FromOnset,
     search: Search {
         form_error: 0.15,
         size_error: 0.05,

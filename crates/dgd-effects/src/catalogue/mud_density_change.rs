@@ -2,8 +2,7 @@
 
 use crate::moment::{MIXING_LEAST, Stirred};
 use crate::{
-    About, Action, Belief, Component, Effect, End, Extent, Parameter, Relation, Role, Search,
-    Setting,
+    About, Action, Belief, Component, Effect, End, Parameter, Relation, Role, Search, Setting,
 };
 
 /// See the module.
@@ -64,7 +63,6 @@ static ABOUT: About = About {
             ..Parameter::BASE
         },
     ],
-    extent: Extent::FromOnset,
     search: Search {
         belief: Belief {
             hurdle: 14.0,

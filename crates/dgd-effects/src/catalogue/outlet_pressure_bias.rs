@@ -1,8 +1,6 @@
 //! A constant offset of the pump outlet pressure.
 
-use crate::{
-    About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
-};
+use crate::{About, Action, Belief, Component, Effect, Parameter, Relation, Role, Search, Setting};
 use dgd_units::{STANDARD_ATMOSPHERE_PA, STANDARD_GRAVITY_M_S2};
 
 /// See the module.
@@ -36,7 +34,6 @@ static ABOUT: About = About {
         usual: 4e4,
         ..Parameter::BASE
     }],
-    extent: Extent::Always,
     search: Search {
         belief: Belief {
             hurdle: 24.0,

@@ -1,8 +1,6 @@
 //! One of the outlet transmitters shifts at some time and stays.
 
-use crate::{
-    About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
-};
+use crate::{About, Action, Belief, Component, Effect, Parameter, Relation, Role, Search, Setting};
 
 /// See the module.
 pub(super) struct OutletPressureBiasStep;
@@ -47,7 +45,6 @@ static ABOUT: About = About {
             ..Parameter::BASE
         },
     ],
-    extent: Extent::FromOnset,
     search: Search {
         belief: Belief {
             hurdle: 9.0,

@@ -1,8 +1,8 @@
 //! Pipe moved at connections, which displaces mud.
 
 use crate::{
-    About, Action, Belief, Component, Effect, Excitation, Extent, Parameter, Relation, Role,
-    Search, Setting,
+    About, Action, Belief, Component, Effect, Excitation, Parameter, Relation, Role, Search,
+    Setting,
 };
 
 /// See the module.
@@ -47,7 +47,6 @@ static ABOUT: About = About {
             ..Parameter::BASE
         },
     ],
-    extent: Extent::Always,
     search: Search {
         belief: Belief {
             hurdle: 8.0,

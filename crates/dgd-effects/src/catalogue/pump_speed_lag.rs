@@ -3,8 +3,7 @@
 use crate::moment::Lag;
 use crate::shrunk;
 use crate::{
-    About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
-    Timing,
+    About, Action, Belief, Component, Effect, Parameter, Relation, Role, Search, Setting, Timing,
 };
 
 /// See the module.
@@ -34,7 +33,6 @@ static ABOUT: About = About {
         usual: 12.0,
         ..Parameter::BASE
     }],
-    extent: Extent::Always,
     search: Search {
         belief: Belief {
             hurdle: 7.0,

@@ -1,8 +1,6 @@
 //! Pump wear: internal leakage grows and head is lost slowly.
 
-use crate::{
-    About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
-};
+use crate::{About, Action, Belief, Component, Effect, Parameter, Relation, Role, Search, Setting};
 
 /// See the module.
 pub(super) struct PumpWear;
@@ -32,7 +30,6 @@ static ABOUT: About = About {
         usual: 0.004,
         ..Parameter::BASE
     }],
-    extent: Extent::Always,
     search: Search {
         belief: Belief {
             hurdle: 4.0,

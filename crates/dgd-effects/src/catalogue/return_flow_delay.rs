@@ -2,8 +2,7 @@
 
 use crate::MeterPath;
 use crate::{
-    About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
-    Timing,
+    About, Action, Belief, Component, Effect, Parameter, Relation, Role, Search, Setting, Timing,
 };
 
 /// See the module.
@@ -40,7 +39,6 @@ static ABOUT: About = About {
         usual: 10.0,
         ..Parameter::BASE
     }],
-    extent: Extent::Always,
     search: Search {
         belief: Belief {
             hurdle: 7.0,

@@ -3,8 +3,7 @@
 //! The parameter is carried as the gain less 1, so that 0 changes nothing; it is reported as the gain.
 
 use crate::{
-    About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
-    Shown,
+    About, Action, Belief, Component, Effect, Parameter, Relation, Role, Search, Setting, Shown,
 };
 use dgd_units::Unit;
 
@@ -40,7 +39,6 @@ static ABOUT: About = About {
         shown: Shown::Gain,
         ..Parameter::BASE
     }],
-    extent: Extent::Always,
     search: Search {
         least: Some(6e-3),
         belief: Belief {

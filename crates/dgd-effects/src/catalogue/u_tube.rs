@@ -3,8 +3,8 @@
 use crate::moment::Lag;
 use crate::shrunk;
 use crate::{
-    About, Action, Belief, Component, Effect, Excitation, Extent, Parameter, Relation, Role,
-    Search, Setting,
+    About, Action, Belief, Component, Effect, Excitation, Parameter, Relation, Role, Search,
+    Setting,
 };
 
 /// See the module.
@@ -55,7 +55,6 @@ static ABOUT: About = About {
             ..Parameter::BASE
         },
     ],
-    extent: Extent::Always,
     search: Search {
         least: Some(7.5),
         form_error: 0.1,

@@ -1,7 +1,8 @@
 //! What no effect of the catalogue explains: an empirical correction of one relation, or of one reading, along one quantity.
 
 use crate::{
-    About, Action, Component, Effect, Extent, Method, Parameter, Relation, Role, Search, Setting,
+    About, Action, Component, Effect, Method, Parameter, Relation, Role, STANDING_M3_S, Search,
+    Setting,
 };
 
 /// See the module.
@@ -282,7 +283,6 @@ static ABOUT: About = About {
         knot("c10"),
         knot("c11"),
     ],
-    extent: Extent::Always,
     search: Search {
         method: Method::Correction,
         ..Search::BASE
@@ -350,7 +350,7 @@ impl Effect for Unknown {
                 return;
             }
             match place {
-                FRICTION if at.flow_m3_s > 1e-3 => changes.line_drop_pa += value,
+                FRICTION if at.flow_m3_s > STANDING_M3_S => changes.line_drop_pa += value,
                 HEAD => changes.head_pa += value,
                 BALANCE => changes.inflow_m3_s += value,
                 INLET_READING => changes.inlet_bias_pa = changes.inlet_bias_pa.map(|p| p + value),

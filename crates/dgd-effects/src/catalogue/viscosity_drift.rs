@@ -1,8 +1,7 @@
 //! Viscosity, and with it friction, drifts over hours.
 
 use crate::{
-    About, Action, Belief, Component, Effect, End, Extent, Parameter, Relation, Role, Search,
-    Setting,
+    About, Action, Belief, Component, Effect, End, Parameter, Relation, Role, Search, Setting,
 };
 
 /// Viscosity of a drilling mud at pipe shear rates; the well file does not tell it.
@@ -61,7 +60,6 @@ static ABOUT: About = About {
             ..Parameter::BASE
         },
     ],
-    extent: Extent::Always,
     search: Search {
         least: Some(0.05),
         form_error: 0.15,

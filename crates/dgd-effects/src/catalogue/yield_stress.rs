@@ -1,7 +1,8 @@
 //! A yield-stress mud: friction does not vanish with the flow, and standing mud shows none of it.
 
 use crate::{
-    About, Action, Belief, Component, Effect, Extent, Parameter, Relation, Role, Search, Setting,
+    About, Action, Belief, Component, Effect, Parameter, Relation, Role, STANDING_M3_S, Search,
+    Setting,
 };
 
 /// See the module.
@@ -40,7 +41,6 @@ static ABOUT: About = About {
             ..Parameter::BASE
         },
     ],
-    extent: Extent::Always,
     search: Search {
         belief: Belief {
             hurdle: 6.0,
@@ -63,7 +63,7 @@ impl Effect for YieldStress {
         let fade = p[1] * 3.5 * setting.line_area_m2;
         Box::new(move |at, changes| {
             let q = at.flow_m3_s.max(0.0);
-            let moving = (q / 1e-3).min(1.0);
+            let moving = (q / STANDING_M3_S).min(1.0);
             changes.line_drop_pa += drop * moving / (1.0 + q / fade);
         })
     }

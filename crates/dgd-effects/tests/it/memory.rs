@@ -8,7 +8,7 @@ fn an_effect_changes_nothing_outside_its_interval_and_may_begin_at_its_onset() {
     let (setting, moments) = (setting(), moments());
     for effect in catalogue() {
         let about = effect.about();
-        if about.extent == Extent::Always {
+        if about.extent() == Extent::Always {
             continue;
         }
         let p = usual(about);

@@ -1,5 +1,7 @@
 //! Time stamps in cells: ISO 8601 dates and times, clock times, `mm:ss.s`.
 
+use dgd_recording::{days_from_1970, zone_offset_s};
+
 const NS_PER_S: i64 = 1_000_000_000;
 const S_PER_DAY: i64 = 86_400;
 
@@ -125,7 +127,7 @@ pub(super) fn compact(cell: &[u8]) -> Option<Stamp> {
     } else if digits != 14 {
         return None;
     }
-    let days = days_of(year, month, day)?;
+    let days = days_from_1970(year, month, day)?;
     let hour = text.digits(2, 2).filter(|h| *h < 24)?;
     let minute = text.digits(2, 2).filter(|m| *m < 60)?;
     let (ns, _) = text.seconds(2)?;
@@ -176,7 +178,7 @@ impl Digits {
                     8 => high,
                     _ => return None,
                 };
-                let days = days_of(year, middle, low).filter(|_| fraction.is_empty())?;
+                let days = days_from_1970(year, middle, low).filter(|_| fraction.is_empty())?;
                 Some(Stamp {
                     ns: days * S_PER_DAY * NS_PER_S,
                     kind: StampKind::Date,
@@ -210,19 +212,6 @@ pub(super) fn is_dial(cells: &[&[u8]]) -> bool {
     };
     let even = |step: f64| step > 0.0 && step <= 1.5 * usual;
     steps().any(|(time, number)| even(time) && !even(number))
-}
-
-/// Days from 1970 of a date that is one, in the years that 64-bit nanoseconds can hold.
-fn days_of(year: i64, month: i64, day: i64) -> Option<i64> {
-    let leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
-    let most = match month {
-        2 => 28 + i64::from(leap),
-        4 | 6 | 9 | 11 => 30,
-        _ => 31,
-    };
-    let is_one =
-        (1900..2200).contains(&year) && (1..=12).contains(&month) && (1..=most).contains(&day);
-    is_one.then(|| days_from_civil(year, month, day))
 }
 
 /// The hour of the day of one before noon or after it, of which twelve comes first.
@@ -347,7 +336,7 @@ impl Text<'_> {
                 _ => (last, month, a),
             }
         };
-        let days = days_of(year, month, day)?;
+        let days = days_from_1970(year, month, day)?;
         self.0 = text.0;
         Some(days)
     }
@@ -384,26 +373,16 @@ impl Text<'_> {
             return Some(Some(0));
         }
         let sign = if self.any(b"+-")? == b'-' { -1 } else { 1 };
-        let hours = self.digits(2, 2).filter(|h| *h < 24)?;
+        let hours = self.digits(2, 2)?;
         let _ = self.any(b":");
         let minutes = if self.0.is_empty() {
             0
         } else {
             self.digits(2, 2)?
         };
-        self.0
-            .is_empty()
-            .then_some(Some(sign * (hours * 3600 + minutes * 60)))
+        let offset_s = zone_offset_s(hours, minutes).filter(|_| self.0.is_empty())?;
+        Some(Some(sign * offset_s))
     }
-}
-
-/// Days from 1970-01-01 (Howard Hinnant's `days_from_civil`).
-fn days_from_civil(year: i64, month: i64, day: i64) -> i64 {
-    let year = if month <= 2 { year - 1 } else { year };
-    let era = year.div_euclid(400);
-    let year_of_era = year.rem_euclid(400);
-    let day_of_year = (153 * ((month + 9) % 12) + 2) / 5 + day - 1;
-    era * 146_097 + year_of_era * 365 + year_of_era / 4 - year_of_era / 100 + day_of_year - 719_468
 }
 
 /// Turns the stamps of one column into seconds from the first, as they come.
@@ -555,6 +534,9 @@ mod tests {
             "14:11 x",
             "2024-10-22T",
             "2024-10-22T15:00+",
+            "2024-10-22T15:00+14:30",
+            "2024-10-22T15:00-23",
+            "2024-10-22T15:00+02:75",
             "",
             ":1",
         ] {

@@ -139,10 +139,8 @@ impl Side {
             let search = &mut it.search;
             for i in search.next..to {
                 if (difference(i - start) - slow.at(i)).abs() > least {
-                    match &mut search.open {
-                        Some(last) if i - last.end <= RESPITE => last.end = i + 1,
-                        open => search.waiting.extend(open.replace(i..i + 1)),
-                    }
+                    let ended = redundant::go_on(&mut search.open, i);
+                    search.waiting.extend(ended);
                 }
             }
             search.next = search.next.max(to);

@@ -64,13 +64,7 @@ impl Cause {
         match self {
             Self::Unit(told, unit) => {
                 for i in told {
-                    let (map, before) = (state.maps[*i], state.units[*i]);
-                    let factor = unit.factor / before.factor;
-                    other.maps[*i] = Map {
-                        from: map.from,
-                        factor: map.factor * factor,
-                        offset: (map.offset - before.offset) * factor + unit.offset,
-                    };
+                    other.maps[*i] = read_as(state.maps[*i], state.units[*i], *unit);
                     other.units[*i] = *unit;
                 }
             }

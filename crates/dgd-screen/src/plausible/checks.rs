@@ -165,7 +165,7 @@ fn column(state: &State<'_>, told: usize, flowing: &[usize]) -> (f64, f64) {
 fn friction(state: &State<'_>, flowing: &[usize]) -> f64 {
     let back = median(flowing.iter().map(|k| state.return_flow(*k)));
     let pumped = median(flowing.iter().map(|k| state.inflow(*k)));
-    let velocity = back.min(pumped) / state.line_area_m2();
+    let velocity = back.min(pumped) / state.geometry.line_area_m2();
     let geometry = &state.geometry;
     let lengths = geometry.pump_outlet_depth_m / geometry.return_line_id_m;
     let found = MOST_FRICTION * lengths * 0.5 * state.density_kg_m3 * velocity * velocity;
@@ -247,7 +247,7 @@ fn friction_factor(state: &State<'_>, outlets: &[usize], flowing: &[usize]) -> f
         return f64::NAN;
     }
     let geometry = &state.geometry;
-    line.slope * 2.0 * state.line_area_m2().powi(2) * geometry.return_line_id_m
+    line.slope * 2.0 * state.geometry.line_area_m2().powi(2) * geometry.return_line_id_m
         / (state.density_kg_m3 * geometry.pump_outlet_depth_m)
 }
 

@@ -1,11 +1,10 @@
 //! Channels of which a historian keeps too little: a deadband, few digits, or a value every half minute.
 
-use super::facts::{is_pressure, quantile, source_of};
-use super::{Suspicion, place, words};
-use dgd_recording::{Channel, ChannelSource, Recording, Well, held_for};
+use super::facts::{quantile, source_of};
+use super::{Suspicion, WellLine, words};
+use crate::channel::is_pressure;
+use dgd_recording::{Channel, ChannelSource, Recording, STANDING_M3_S, Well, held_for};
 
-/// Flow from which on mud moves, m³/s: below it a meter and a pressure may rest.
-const FLOWING_M3_S: f64 = 1e-3;
 /// Share of the samples of flowing mud at which a meter must rest to be coarse.
 const RESTS: f64 = 0.5;
 /// Fewest movements that tell their size.
@@ -32,7 +31,7 @@ pub const TOO_SELDOM_S: f64 = 10.0;
 /// ```
 pub fn coarse(recording: &Recording, step_s: f64, well: &Well) -> Vec<Suspicion> {
     let flowing: Vec<bool> = (recording.return_flow_m3_s.iter())
-        .map(|q| *q > FLOWING_M3_S)
+        .map(|q| *q > STANDING_M3_S)
         .collect();
     let told = |(channel, values): (Channel, &[f64])| {
         let ChannelSource::Column { tag, unit, .. } = source_of(well, channel)? else {
@@ -52,7 +51,7 @@ pub fn coarse(recording: &Recording, step_s: f64, well: &Well) -> Vec<Suspicion>
             )
         };
         Some(Suspicion {
-            place: place(channel),
+            place: WellLine::of(channel),
             message: format!(
                 "{channel} `{tag}` {how}: that makes causes up which are not there; believe no name before it is found in an export with all readings"
             ),

@@ -1,6 +1,7 @@
 //! A recording in block means, with what the well description says of each channel.
 
-use dgd_recording::{Channel, ChannelSource, Recording, TimeSource, Well};
+use crate::channel::is_pressure;
+use dgd_recording::{Channel, ChannelSource, Rank, Recording, TimeSource, Well};
 use dgd_units::{Dimension, Unit};
 use rayon::prelude::*;
 
@@ -232,22 +233,12 @@ fn constant(values: &[f64]) -> Option<f64> {
 
 /// Median of the finite values; NaN if there are none.
 pub(super) fn median(values: impl Iterator<Item = f64>) -> f64 {
-    quantile(values, 0.5)
+    dgd_recording::quantile(values, Rank::MEDIAN).unwrap_or(f64::NAN)
 }
 
 /// Quantile of the finite values; NaN if there are none.
 pub(super) fn quantile(values: impl Iterator<Item = f64>, share: f64) -> f64 {
-    let mut finite: Vec<f64> = values.filter(|v| v.is_finite()).collect();
-    if finite.is_empty() {
-        return f64::NAN;
-    }
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a share of a length"
-    )]
-    let at = (share * (finite.len() - 1) as f64).round() as usize;
-    *finite.select_nth_unstable_by(at, f64::total_cmp).1
+    dgd_recording::quantile(values, Rank::Nearest(share)).unwrap_or(f64::NAN)
 }
 
 pub(super) fn source_of(well: &Well, channel: Channel) -> Option<&ChannelSource> {
@@ -270,13 +261,6 @@ fn dimension_of(channel: Channel) -> Dimension {
         other if is_pressure(other) => Dimension::Pressure,
         _ => Dimension::FlowRate,
     }
-}
-
-pub(super) fn is_pressure(channel: Channel) -> bool {
-    matches!(
-        channel,
-        Channel::PumpInletPressure(_) | Channel::PumpOutletPressure(_) | Channel::RiserPressure
-    )
 }
 
 /// Flows into the riser, which may be steady for days.

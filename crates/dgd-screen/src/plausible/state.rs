@@ -1,9 +1,9 @@
 //! A way to read a recording: the description's own, or one of its alternatives.
 
-use super::facts::{Facts, feeds, is_flow, is_pressure, median, quantile};
+use super::facts::{Facts, feeds, is_flow, median, quantile};
+use crate::channel::is_pressure;
 use dgd_recording::{Channel, Geometry, Well};
 use dgd_units::{STANDARD_ATMOSPHERE_PA, STANDARD_GRAVITY_M_S2, Unit};
-use std::f64::consts::PI;
 
 /// Share of the largest flows above which mud counts as flowing, whatever its unit.
 const FLOWING_SHARE: f64 = 0.5;
@@ -75,10 +75,6 @@ impl<'a> State<'a> {
     /// Pressure of a full column down to a depth, Pa absolute.
     pub(super) fn column_pa(&self, depth_m: f64) -> f64 {
         STANDARD_ATMOSPHERE_PA + self.weight_pa_m() * depth_m
-    }
-
-    pub(super) fn line_area_m2(&self) -> f64 {
-        PI / 4.0 * self.geometry.return_line_id_m.powi(2)
     }
 
     pub(super) fn side(&self, ours: fn(Channel) -> bool) -> Vec<usize> {

@@ -1,10 +1,11 @@
 //! Faults and mistakes in words.
 
-use super::Place;
+use super::WellLine;
 use super::causes::Cause;
 use super::checks::{Check, Fault};
-use super::facts::{is_pressure, median, quantile};
+use super::facts::{median, quantile};
 use super::state::State;
+use crate::channel::is_pressure;
 use dgd_recording::Channel;
 use dgd_units::{Dimension, Unit};
 
@@ -267,45 +268,36 @@ pub(super) fn cause(before: &State<'_>, cause: &Cause, after: &State<'_>) -> Str
 }
 
 /// Where a mistake stands in the well description.
-pub(super) fn place_of_cause(state: &State<'_>, cause: &Cause) -> Place {
+pub(super) fn place_of_cause(state: &State<'_>, cause: &Cause) -> WellLine {
     match cause {
         Cause::Unit(told, _) => place_of(state, told.first().copied()),
         Cause::Swap(pairs) => place_of(state, pairs.first().map(|p| p.0)),
         Cause::Share(i) => place_of(state, Some(*i)),
-        Cause::Clock(..) => Place::new("channels", "time"),
-        Cause::Depths(..) => Place::new("geometry", "pump_inlet_depth"),
-        Cause::Density(..) => Place::new("mud", "density"),
-        Cause::Line(..) => Place::new("geometry", "return_line_id"),
-        Cause::Riser(true, ..) => Place::new("geometry", "riser_id"),
-        Cause::Riser(..) => Place::new("geometry", "drillpipe_od"),
+        Cause::Clock(..) => WellLine::new("channels", "time"),
+        Cause::Depths(..) => WellLine::new("geometry", "pump_inlet_depth"),
+        Cause::Density(..) => WellLine::new("mud", "density"),
+        Cause::Line(..) => WellLine::new("geometry", "return_line_id"),
+        Cause::Riser(true, ..) => WellLine::new("geometry", "riser_id"),
+        Cause::Riser(..) => WellLine::new("geometry", "drillpipe_od"),
     }
 }
 
 /// Where a fault's channel stands in the well description.
-pub(super) fn place_of_fault(state: &State<'_>, fault: &Fault) -> Place {
+pub(super) fn place_of_fault(state: &State<'_>, fault: &Fault) -> WellLine {
     let channel = |channel| place_of(state, state.facts.find(channel));
     match fault.check {
         Check::Column(i) | Check::Twins(i, _) | Check::Riser(i) => place_of(state, Some(i)),
         Check::Rise => channel(Channel::PumpInletPressure(0)),
         Check::Returned | Check::Moves => channel(Channel::ReturnFlow),
-        Check::Friction => Place::new("geometry", "return_line_id"),
+        Check::Friction => WellLine::new("geometry", "return_line_id"),
         Check::Speed | Check::Lifts => channel(Channel::PumpSpeed),
-        Check::Step => Place::new("channels", "time"),
-        Check::Density => Place::new("mud", "density"),
+        Check::Step => WellLine::new("channels", "time"),
+        Check::Density => WellLine::new("mud", "density"),
     }
 }
 
-pub(super) fn place_of(state: &State<'_>, told: Option<usize>) -> Place {
-    let Some(told) = told.map(|i| &state.facts.told[i]) else {
-        return Place::new("channels", "time");
-    };
-    let transmitter = match told.channel {
-        Channel::PumpInletPressure(n) | Channel::PumpOutletPressure(n) => Some(n),
-        _ => None,
-    };
-    Place {
-        channel: Some(told.channel),
-        transmitter,
-        ..Place::new("channels", told.channel.name())
-    }
+pub(super) fn place_of(state: &State<'_>, told: Option<usize>) -> WellLine {
+    told.map_or(WellLine::new("channels", "time"), |i| {
+        WellLine::of(state.facts.told[i].channel)
+    })
 }

@@ -39,7 +39,7 @@ impl Rank {
 /// The finite value of a rank; `None` if no value is finite.
 ///
 /// ```
-/// use dgd_effects::{Rank, quantile};
+/// use dgd_recording::{Rank, quantile};
 ///
 /// let flows = [3.0, f64::NAN, 1.0, 2.0];
 /// assert_eq!(quantile(flows, Rank::MEDIAN), Some(2.0));
