@@ -212,7 +212,7 @@ mod tests {
             ("annulus_area", &[0.05][..]),
             ("inflow_gain", &[0.01]),
             ("return_flow_gain", &[0.01]),
-            ("pipe_displacement", &[0.05, 2000.0, 60.0]),
+            ("pipe_displacement", &[0.05, 2000.0, 60.0, 0.0]),
             ("yield_stress", &[1e4, 0.3]),
         ] {
             let effect = find(id).unwrap();

@@ -125,6 +125,8 @@ pub enum Cause {
     PipeDisplacement {
         /// Displaced each time the mud pump stands, m³.
         volume_m3: f64,
+        /// Whether it goes in before the mud pump starts again, instead of after it has stopped.
+        before_start: bool,
     },
     /// The rig heaves: the return line's upper end moves, and a third of it the riser's surface.
     Heave {
@@ -229,6 +231,7 @@ pub(crate) struct Active {
     pub(crate) booster_lag_s: Option<f64>,
     pub(crate) area_m2: Option<f64>,
     pub(crate) pipe_m3: f64,
+    pub(crate) pipe_before_start: bool,
     pub(crate) heave: Option<(f64, f64)>,
     pub(crate) viscosity: Option<(f64, f64)>,
     pub(crate) restriction: Option<(f64, f64)>,
@@ -281,7 +284,10 @@ impl Active {
                 Cause::UTube { tau_s, drains_s } => a.string_lag_s = Some([tau_s, drains_s]),
                 Cause::BoosterLineStorage { tau_s } => a.booster_lag_s = Some(tau_s),
                 Cause::AnnulusArea { area_m2 } => a.area_m2 = Some(area_m2),
-                Cause::PipeDisplacement { volume_m3 } => a.pipe_m3 = volume_m3,
+                Cause::PipeDisplacement {
+                    volume_m3,
+                    before_start,
+                } => (a.pipe_m3, a.pipe_before_start) = (volume_m3, before_start),
                 Cause::Heave {
                     period_s,
                     amplitude_m,

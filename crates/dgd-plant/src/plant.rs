@@ -77,6 +77,8 @@ pub(crate) struct Plant {
     friction: FrictionAt,
     /// Seconds the mud pump has stood.
     connection_s: f64,
+    /// Until the mud pump starts again, s.
+    restart_s: f64,
     /// Gel in the line, share of its full strength.
     gel: f64,
     cushions_m3_s: [f64; 2],
@@ -179,6 +181,7 @@ impl Plant {
                 swelled: 1.0,
             },
             connection_s: 0.0,
+            restart_s: 0.0,
             gel: 0.0,
             cushions_m3_s: [0.0; 2],
             heave_rad: 0.0,
@@ -202,8 +205,16 @@ impl Plant {
         ]
     }
 
-    /// One second under the crew's orders and the pump's set-point; `clock_s` counts from the recording's start.
-    pub(crate) fn second(&mut self, orders: &Segment, speed_pct: f64, clock_s: f64) -> TrueState {
+    /// One second under the crew's orders and the pump's set-point; `clock_s` counts from the recording's start, and the crew wants the mud
+    /// pump in `restart_s`.
+    pub(crate) fn second(
+        &mut self,
+        orders: &Segment,
+        speed_pct: f64,
+        clock_s: f64,
+        restart_s: f64,
+    ) -> TrueState {
+        self.restart_s = restart_s;
         self.pit_kg_m3 = self.pit.step(1.0, &mut self.noise);
         self.stroke_factor = 1.0 + self.stroke.step(1.0, &mut self.noise);
         // Rig pumps are brought up and down by hand, stroke by stroke.
@@ -351,7 +362,12 @@ impl Plant {
         let inlet_depth = self.well.pump_inlet_depth_m;
         let level = self.riser.level_m() - heave_m / 3.0;
         let static_pa = ATMOSPHERE_PA + column * GRAVITY_M_S2 * (inlet_depth - level).max(0.0);
-        let pipe = if (30.0..70.0).contains(&self.connection_s) {
+        let wait_s = if c.pipe_before_start {
+            self.restart_s
+        } else {
+            self.connection_s
+        };
+        let pipe = if (30.0..70.0).contains(&wait_s) && self.connection_s > 0.0 {
             c.pipe_m3 / 40.0
         } else {
             0.0

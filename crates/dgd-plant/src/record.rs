@@ -7,7 +7,7 @@ use crate::control::PumpDesk;
 use crate::instrument::{Exception, Fault, FaultKind, Working, spoil};
 use crate::noise::Noise;
 use crate::plant::{Plant, TrueState};
-use crate::schedule::Control;
+use crate::schedule::{Control, Segment};
 
 /// Why a plan was refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -157,7 +157,8 @@ pub fn record(plan: &Plan) -> Result<Recording, PlantError> {
             left_s -= 1.0;
         }
         let order_pct = desk.order(orders.control, level_seen_m);
-        let state = plant.second(orders, order_pct, clock_s);
+        let restart_s = restart_s(segments.clone(), left_s);
+        let state = plant.second(orders, order_pct, clock_s, restart_s);
         let reading = read_all(&mut readers, &plant, &state, order_pct);
         level_seen_m = plan.well.riser_sensor_depth_m
             - (reading[8] * PSI_PA - ATMOSPHERE_PA) / (plan.well.mud_density_kg_m3 * GRAVITY_M_S2);
@@ -223,6 +224,22 @@ pub fn record(plan: &Plan) -> Result<Recording, PlantError> {
             .extend(spoil(values, c, &plan.faults[c], &mut noise));
     }
     Ok(rec)
+}
+
+/// Until the crew wants the mud pump again, s: 0 while it does, without end if it never does.
+fn restart_s<'a>(mut segments: impl Iterator<Item = &'a Segment>, left_s: f64) -> f64 {
+    let stands = |s: &Segment| s.mud_pump_gpm <= 0.0;
+    if segments.next().is_none_or(|now| !stands(now)) {
+        return 0.0;
+    }
+    let mut waits_s = left_s;
+    for next in segments {
+        if !stands(next) {
+            return waits_s;
+        }
+        waits_s += next.duration_s;
+    }
+    f64::INFINITY
 }
 
 fn exception(first: usize, end: usize) -> Fault {

@@ -1,8 +1,8 @@
 //! Pipe moved at connections, which displaces mud.
 
 use crate::{
-    About, Action, Belief, Component, Effect, Excitation, Parameter, Relation, Role, Search,
-    Setting,
+    About, Action, Belief, Component, Connection, Effect, Excitation, Parameter, Relation, Role,
+    Search, Setting,
 };
 
 /// See the module.
@@ -30,7 +30,7 @@ static ABOUT: About = About {
         },
         Parameter {
             name: "after_s",
-            meaning: "start after the mud pump has stopped",
+            meaning: "wait between the mud pump's stop, or start, and the move",
             role: Role::Shape(&[0.0, 30.0, 60.0, 90.0]),
             low: -60.0,
             high: 600.0,
@@ -44,6 +44,16 @@ static ABOUT: About = About {
             low: 10.0,
             high: 600.0,
             usual: 60.0,
+            ..Parameter::BASE
+        },
+        // Pipe is picked up as a connection begins and lowered before the next stand is drilled: connections differ in length.
+        Parameter {
+            name: "toward_end",
+            meaning: "0: the wait follows the mud pump's stop; 1: it precedes its start; between: a share of the connection",
+            role: Role::Shape(&[0.0, 1.0]),
+            low: 0.0,
+            high: 1.0,
+            usual: 0.0,
             ..Parameter::BASE
         },
     ],
@@ -66,12 +76,15 @@ impl Effect for PipeDisplacement {
     }
 
     fn begin(&self, p: &[f64], setting: &Setting) -> Action {
-        let (volume, after, lasts) = (p[0], p[1], p[2].max(1.0));
-        let starts: Vec<f64> = setting
-            .connections
-            .iter()
-            .map(|c| c.from_s + after)
-            .collect();
+        let (volume, after, lasts, toward_end) = (p[0], p[1], p[2].max(1.0), p[3]);
+        let begins = |c: &Connection| {
+            let first = c.from_s + after;
+            let last = c.to_s - after - lasts;
+            first + toward_end * (last - first)
+        };
+        let mut starts: Vec<f64> = setting.connections.iter().map(begins).collect();
+        // Of connections shorter than the wait, the later may have the earlier move.
+        starts.sort_by(f64::total_cmp);
         let mut next = 0;
         Box::new(move |at, changes| {
             while starts.get(next).is_some_and(|s| at.t_s >= s + lasts) {

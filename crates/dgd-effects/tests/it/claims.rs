@@ -390,7 +390,7 @@ fn annulus_area_is_a_factor_on_the_area() {
 
 #[test]
 fn pipe_displacement_brings_its_volume_at_each_connection() {
-    let c = run("pipe_displacement", &[0.3, 60.0, 120.0]);
+    let c = run("pipe_displacement", &[0.3, 60.0, 120.0, 0.0]);
     close(sum(&c, |c| c.inflow_m3_s), 0.3, 1e-9);
     assert_eq!(c[3059].inflow_m3_s, 0.0);
     close(c[3060].inflow_m3_s, 0.3 / 120.0, 1e-12);
@@ -398,9 +398,21 @@ fn pipe_displacement_brings_its_volume_at_each_connection() {
 }
 
 #[test]
+fn pipe_may_be_lowered_before_the_mud_pump_starts() {
+    // The connection lasts from 3000 to 3400 s.
+    for (toward_end, from) in [(1.0, 3220), (0.5, 3140)] {
+        let c = run("pipe_displacement", &[0.3, 60.0, 120.0, toward_end]);
+        close(sum(&c, |c| c.inflow_m3_s), 0.3, 1e-9);
+        assert_eq!(c[from - 1].inflow_m3_s, 0.0);
+        close(c[from].inflow_m3_s, 0.3 / 120.0, 1e-12);
+        assert_eq!(c[from + 120].inflow_m3_s, 0.0);
+    }
+}
+
+#[test]
 fn a_short_move_of_pipe_brings_its_volume_however_it_falls_on_the_clock() {
     for (after, lasts) in [(60.0, 12.2), (60.7, 12.2), (60.3, 1.4), (59.9, 30.0)] {
-        let c = run("pipe_displacement", &[0.3, after, lasts]);
+        let c = run("pipe_displacement", &[0.3, after, lasts, 0.0]);
         close(sum(&c, |c| c.inflow_m3_s), 0.3, 1e-9);
     }
 }

@@ -357,7 +357,10 @@ pub(crate) fn draw(id: &str, severity: Severity, rig: &Rig, noise: &mut Noise) -
         "pipe_displacement" => {
             let volume_m3 = 0.25 * size;
             (
-                Cause::PipeDisplacement { volume_m3 },
+                Cause::PipeDisplacement {
+                    volume_m3,
+                    before_start: choice < 0.5,
+                },
                 vec![("volume_m3", volume_m3)],
                 None,
                 BALANCE,
