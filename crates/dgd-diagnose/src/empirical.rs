@@ -8,7 +8,7 @@ pub(crate) use periodic::{in_place, instead_of};
 pub(crate) use seen::pair_of;
 
 use crate::numbers::{tails, whole};
-use crate::record::{MASS_BLOCKS, Record};
+use crate::record::Record;
 use crate::relations::{Applied, joined};
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent};
@@ -425,12 +425,13 @@ const BUSIEST_S: f64 = 600.0;
 /// Evidence that a signature owes to its busiest ten minutes: a reading that freezes once is no law of the rig.
 fn busiest(record: &Record, tangent: &Tangent, signature: &[f64]) -> f64 {
     let mut by_block = vec![0.0; record.blocks];
-    for (k, section) in tangent.layout.sections().into_iter().enumerate() {
-        for (i, row) in section.enumerate() {
-            let block = if k == 3 { i * MASS_BLOCKS } else { i };
-            let (s, off) = (signature[row], tangent.off[row]);
-            by_block[block] += s * (off - 0.5 * s);
-        }
+    for (row, (s, off)) in signature
+        .iter()
+        .zip(&tangent.off)
+        .enumerate()
+        .take(tangent.layout.len())
+    {
+        by_block[tangent.layout.block(row)] += s * (off - 0.5 * s);
     }
     most_within(&by_block, whole(BUSIEST_S / record.block_s()).max(1)).1
 }

@@ -33,6 +33,7 @@ mod free_run;
 mod ground;
 mod heave;
 mod held_out;
+mod layout;
 mod limit;
 mod noise;
 mod numbers;

@@ -3,41 +3,10 @@
 mod apply;
 mod memory;
 
+use crate::layout::{Layout, Section};
 use crate::numbers::spread;
 use crate::relations::Rows;
 use memory::{autoregression, high_pass};
-
-/// Where each relation's rows begin in a stacked vector.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Layout {
-    pub blocks: usize,
-    pub difference: usize,
-    pub mass: usize,
-}
-
-impl Layout {
-    pub(crate) fn len(self) -> usize {
-        2 * self.blocks + self.difference + self.mass
-    }
-    pub(crate) fn head(self) -> usize {
-        self.blocks
-    }
-    pub(crate) fn difference_at(self) -> usize {
-        2 * self.blocks
-    }
-    pub(crate) fn mass_at(self) -> usize {
-        2 * self.blocks + self.difference
-    }
-    /// Rows of friction, head, difference, mass.
-    pub(crate) fn sections(self) -> [std::ops::Range<usize>; 4] {
-        [
-            0..self.head(),
-            self.head()..self.difference_at(),
-            self.difference_at()..self.mass_at(),
-            self.mass_at()..self.len(),
-        ]
-    }
-}
 
 /// A whitening of stacked residuals: head less its share of friction, then an autoregression, then a scale.
 #[derive(Debug, Clone)]
@@ -46,7 +15,7 @@ pub(crate) struct Whitening {
     pub valid: Vec<bool>,
     /// Share of the friction row in the head row of the same block: both hold the outlet's noise.
     pub kinship: f64,
-    /// Two coefficients for friction, head, difference, mass.
+    /// Two coefficients for each section.
     pub memory: [[f64; 2]; 4],
     /// 1 over the standard deviation of each row's innovation, wander left out.
     pub weight: Vec<f64>,
@@ -80,6 +49,18 @@ pub(crate) struct Wander {
     pub hidden_blocks: f64,
 }
 
+impl Wander {
+    /// What is slow and what is hidden in a section, each one standard deviation.
+    pub(crate) fn of(&self, section: Section) -> [f64; 2] {
+        match section {
+            Section::Friction => [self.friction_pa, self.hidden_friction_pa],
+            Section::Head => [self.head_pa, self.hidden_head_pa],
+            Section::Outlets => [self.difference_pa, 0.0],
+            Section::Balance => [self.mass_m3_s, 0.0],
+        }
+    }
+}
+
 impl Whitening {
     /// Estimates the noise from residuals of a robust fit. `unrest` is each row's further standard deviation from
     /// its timing: what half a second is worth while things move.
@@ -90,17 +71,9 @@ impl Whitening {
         unrest: &[f64],
         wander: Wander,
     ) -> Self {
-        let mut valid = vec![false; layout.len()];
-        valid[..layout.blocks].copy_from_slice(&rows.friction);
-        valid[layout.head()..layout.difference_at()].copy_from_slice(&rows.head);
-        valid[layout.difference_at()..layout.mass_at()].copy_from_slice(&rows.difference);
-        valid[layout.mass_at()..].copy_from_slice(&rows.mass);
-        for (v, r) in valid.iter_mut().zip(residual) {
-            *v &= r.is_finite();
-        }
         let mut whitening = Self {
             layout,
-            valid,
+            valid: valid(layout, rows, residual),
             kinship: 0.0,
             memory: [[0.0; 2]; 4],
             weight: vec![0.0; layout.len()],
@@ -111,81 +84,126 @@ impl Whitening {
             scale: Vec::new(),
             predecessors: Vec::new(),
         };
-        let n = layout.blocks;
-        let flowing: Vec<bool> = (0..n)
-            .map(|b| whitening.valid[b] && !rows.still[b])
-            .collect();
-        let heads: Vec<bool> = whitening.valid[n..2 * n].to_vec();
-        let friction = high_pass(&residual[..n], &flowing, 15);
-        let head = high_pass(&residual[n..2 * n], &heads, 15);
-        let calm = |k: usize, limit: f64| unrest[k] < limit;
-        let pick = |values: &[f64], valid: &[bool], from: usize, limit: f64| -> Vec<f64> {
-            (0..values.len())
-                .filter(|&b| valid[b] && calm(from + b, limit))
-                .map(|b| values[b])
-                .collect()
-        };
-        let scale_f = spread(pick(&friction, &flowing, 0, 1500.0)).clamp(500.0, 1e5);
-        let scale_h = spread(pick(&head, &heads, n, 1500.0)).clamp(500.0, 1e5);
-        let (mut sff, mut sfh) = (0.0, 0.0);
-        for b in 0..n {
-            if flowing[b]
-                && heads[b]
-                && friction[b].abs() < 4.0 * scale_f
-                && head[b].abs() < 4.0 * scale_h
-            {
-                sff += friction[b] * friction[b];
-                sfh += friction[b] * head[b];
-            }
-        }
-        whitening.kinship = if sff > 0.0 {
-            (sfh / sff).clamp(0.0, 1.5)
-        } else {
-            0.0
-        };
-        let kin = whitening.kinship;
-        let own: Vec<f64> = (0..n)
-            .map(|b| {
-                if flowing[b] {
-                    head[b] - kin * friction[b]
-                } else {
-                    head[b]
-                }
-            })
-            .collect();
-        whitening.section(0, &friction, &flowing, (scale_f, 1500.0), &unrest[..n]);
-        let scale = spread(pick(&own, &heads, n, 1500.0)).clamp(2500.0, 1e5);
-        whitening.section(1, &own, &heads, (scale, 2500.0), &unrest[n..2 * n]);
-        // Standing mud: no ripple, its own noise.
-        let standing: Vec<bool> = (0..n)
-            .map(|b| whitening.valid[b] && rows.still[b])
-            .collect();
-        let still = high_pass(&residual[..n], &standing, 6);
-        // Where nothing stands there is no row to weigh.
-        let scale = spread(pick(&still, &standing, 0, f64::INFINITY));
-        let scale = scale.max(800.0).min(scale_f);
-        for b in 0..n {
-            if standing[b] {
-                whitening.weight[b] = 1.0 / scale;
-            }
-        }
-        if layout.difference > 0 {
-            let at = layout.difference_at();
-            let valid = whitening.valid[at..at + layout.difference].to_vec();
-            let values = high_pass(&residual[at..at + layout.difference], &valid, 30);
-            let zero = vec![0.0; layout.difference];
-            let scale = spread(pick(&values, &valid, at, f64::INFINITY)).clamp(200.0, 1e5);
-            whitening.section(2, &values, &valid, (scale, 200.0), &zero);
-        }
-        let at = layout.mass_at();
-        let valid = whitening.valid[at..].to_vec();
-        let values = high_pass(&residual[at..], &valid, 30);
-        let limit = 2e-4;
-        let scale = spread(pick(&values, &valid, at, limit)).clamp(2e-5, 1e-2);
-        whitening.section(3, &values, &valid, (scale, 2e-5), &unrest[at..]);
+        let flowing_pa = whitening.pressures(residual, unrest);
+        whitening.standing(residual, unrest, flowing_pa);
+        whitening.outlets(residual);
+        whitening.balance(residual, unrest);
         whitening.starts();
         whitening.filter(wander);
         whitening
+    }
+
+    /// Kinship, memory and weights of friction and head where mud flows; returns how much the friction varies there, Pa.
+    fn pressures(&mut self, residual: &[f64], unrest: &[f64]) -> f64 {
+        const REACH: usize = 15;
+        /// A row whose timing is worth more tells nothing of the noise.
+        const CALM_PA: f64 = 1500.0;
+        /// Standard deviations that no rig is below.
+        const LEAST_FRICTION_PA: f64 = 1500.0;
+        const LEAST_HEAD_PA: f64 = 2500.0;
+        let [of_friction, of_head] =
+            [Section::Friction, Section::Head].map(|s| self.layout.rows(s));
+        let flowing: Vec<bool> = of_friction.clone().map(|b| self.kin(b)).collect();
+        let heads = self.valid[of_head.clone()].to_vec();
+        let friction = high_pass(&residual[of_friction.clone()], &flowing, REACH);
+        let head = high_pass(&residual[of_head.clone()], &heads, REACH);
+        let (late_friction, late_head) = (&unrest[of_friction], &unrest[of_head]);
+        let friction_pa = spread(calm(&friction, &flowing, late_friction, CALM_PA));
+        let friction_pa = friction_pa.clamp(500.0, 1e5);
+        let head_pa = spread(calm(&head, &heads, late_head, CALM_PA)).clamp(500.0, 1e5);
+        let ordinary = |b: &usize| {
+            flowing[*b]
+                && heads[*b]
+                && friction[*b].abs() < 4.0 * friction_pa
+                && head[*b].abs() < 4.0 * head_pa
+        };
+        let (mut squares, mut products) = (0.0, 0.0);
+        for b in (0..self.layout.blocks).filter(ordinary) {
+            squares += friction[b] * friction[b];
+            products += friction[b] * head[b];
+        }
+        let kinship = if squares > 0.0 {
+            (products / squares).clamp(0.0, 1.5)
+        } else {
+            0.0
+        };
+        self.kinship = kinship;
+        let of_its_own = |b: usize| {
+            if flowing[b] {
+                head[b] - kinship * friction[b]
+            } else {
+                head[b]
+            }
+        };
+        let own: Vec<f64> = (0..self.layout.blocks).map(of_its_own).collect();
+        let sizes = (friction_pa, LEAST_FRICTION_PA);
+        self.weigh(Section::Friction, &friction, &flowing, sizes, late_friction);
+        let own_pa = spread(calm(&own, &heads, late_head, CALM_PA)).clamp(LEAST_HEAD_PA, 1e5);
+        self.weigh(
+            Section::Head,
+            &own,
+            &heads,
+            (own_pa, LEAST_HEAD_PA),
+            late_head,
+        );
+        friction_pa
+    }
+
+    /// Weights of the friction's rows where mud stands: no ripple, a noise of its own, which is no more than that of flowing mud.
+    fn standing(&mut self, residual: &[f64], unrest: &[f64], flowing_pa: f64) {
+        const REACH: usize = 6;
+        const LEAST_PA: f64 = 800.0;
+        let rows = self.layout.rows(Section::Friction);
+        let standing: Vec<bool> = (rows.clone())
+            .map(|b| self.valid[b] && self.still[b])
+            .collect();
+        let values = high_pass(&residual[rows.clone()], &standing, REACH);
+        // Where nothing stands there is no row to weigh.
+        let scale = spread(calm(
+            &values,
+            &standing,
+            &unrest[rows.clone()],
+            f64::INFINITY,
+        ));
+        let scale = scale.max(LEAST_PA).min(flowing_pa);
+        for b in rows.filter(|b| standing[*b]) {
+            self.weight[b] = 1.0 / scale;
+        }
+    }
+
+    /// Memory and weights of two outlet transmitters against each other, which no timing parts.
+    fn outlets(&mut self, residual: &[f64]) {
+        const REACH: usize = 30;
+        const LEAST_PA: f64 = 200.0;
+        let rows = self.layout.rows(Section::Outlets);
+        if rows.is_empty() {
+            return;
+        }
+        let valid = self.valid[rows.clone()].to_vec();
+        let values = high_pass(&residual[rows], &valid, REACH);
+        let zero = vec![0.0; values.len()];
+        let scale = spread(calm(&values, &valid, &zero, f64::INFINITY)).clamp(LEAST_PA, 1e5);
+        self.weigh(Section::Outlets, &values, &valid, (scale, LEAST_PA), &zero);
+    }
+
+    /// Memory and weights of the balance.
+    fn balance(&mut self, residual: &[f64], unrest: &[f64]) {
+        const REACH: usize = 30;
+        /// A row whose timing is worth more tells nothing of the noise.
+        const CALM_M3_S: f64 = 2e-4;
+        const LEAST_M3_S: f64 = 2e-5;
+        let rows = self.layout.rows(Section::Balance);
+        let valid = self.valid[rows.clone()].to_vec();
+        let values = high_pass(&residual[rows.clone()], &valid, REACH);
+        let unrest = &unrest[rows];
+        let scale = spread(calm(&values, &valid, unrest, CALM_M3_S)).clamp(LEAST_M3_S, 1e-2);
+        self.weigh(
+            Section::Balance,
+            &values,
+            &valid,
+            (scale, LEAST_M3_S),
+            unrest,
+        );
     }
 
     /// The same rows with another wander, but for some that are not used.
@@ -207,49 +225,25 @@ impl Whitening {
     /// Prepares the filter that takes the wander (an Ornstein-Uhlenbeck process) out of white rows: gains and
     /// innovation variances of a scalar Kalman filter, which do not depend on the data.
     fn filter(&mut self, wander: Wander) {
-        let l = self.layout;
-        let total = l.len();
+        let total = self.layout.len();
         self.gain = vec![[0.0; 2]; total];
         self.decay = vec![[1.0; 2]; total];
         self.scale = vec![0.0; total];
-        let sections = [
-            (
-                0,
-                l.blocks,
-                [wander.friction_pa, wander.hidden_friction_pa],
-                1.0,
-            ),
-            (
-                l.blocks,
-                l.blocks,
-                [wander.head_pa, wander.hidden_head_pa],
-                1.0,
-            ),
-            (
-                l.difference_at(),
-                l.difference,
-                [wander.difference_pa, 0.0],
-                1.0,
-            ),
-            (
-                l.mass_at(),
-                l.mass,
-                [wander.mass_m3_s, 0.0],
-                crate::record::MASS_BLOCKS as f64,
-            ),
-        ];
-        for (k, (from, len, sd, blocks)) in sections.into_iter().enumerate() {
+        for section in Section::ALL {
+            let rows = self.layout.rows(section);
+            let sd = wander.of(section);
+            let blocks = section.blocks_per_row() as f64;
+            let memory = self.memory[section as usize];
             // The autoregression lets slow things pass with this gain.
-            let pass = 1.0 - self.memory[k][0] - self.memory[k][1];
+            let pass = 1.0 - memory[0] - memory[1];
             let stationary = sd.map(|s| (s * pass).powi(2));
             let mut p = [[stationary[0], 0.0], [0.0, stationary[1]]];
             let mut last: Option<usize> = None;
-            for i in 0..len {
-                let row = from + i;
+            for row in rows {
                 if !self.valid[row] || self.weight[row] <= 0.0 {
                     continue;
                 }
-                let gap = last.map_or(f64::INFINITY, |j| (i - j) as f64) * blocks;
+                let gap = last.map_or(f64::INFINITY, |last| (row - last) as f64) * blocks;
                 let d = [
                     (-gap / wander.blocks).exp(),
                     (-gap / wander.hidden_blocks).exp(),
@@ -275,22 +269,21 @@ impl Whitening {
                 self.decay[row] = d;
                 self.gain[row] = gain;
                 self.scale[row] = 1.0 / total.sqrt();
-                last = Some(i);
+                last = Some(row);
             }
         }
     }
 
-    /// Memory and weights of one section.
-    fn section(
+    /// Memory and weights of one section, of which a scale and the least one are known.
+    fn weigh(
         &mut self,
-        k: usize,
+        section: Section,
         values: &[f64],
         valid: &[bool],
-        scale: (f64, f64),
+        (scale, least): (f64, f64),
         unrest: &[f64],
     ) {
-        let (scale, floor) = scale;
-        let scale = if scale.is_finite() { scale } else { floor };
+        let scale = if scale.is_finite() { scale } else { least };
         let calm: Vec<bool> = valid
             .iter()
             .zip(unrest)
@@ -301,17 +294,11 @@ impl Whitening {
             .filter(|&i| calm[i] && calm[i - 1] && calm[i - 2])
             .map(|i| values[i] - memory[0] * values[i - 1] - memory[1] * values[i - 2]);
         let sd = spread(innovations);
-        let sd = if sd.is_finite() { sd.max(floor) } else { scale };
-        self.memory[k] = memory;
-        let from = [
-            0,
-            self.layout.head(),
-            self.layout.difference_at(),
-            self.layout.mass_at(),
-        ][k];
-        for i in 0..values.len() {
+        let sd = if sd.is_finite() { sd.max(least) } else { scale };
+        self.memory[section as usize] = memory;
+        for (i, row) in self.layout.rows(section).enumerate() {
             if valid[i] {
-                self.weight[from + i] = 1.0 / (sd * sd + unrest[i] * unrest[i]).sqrt();
+                self.weight[row] = 1.0 / (sd * sd + unrest[i] * unrest[i]).sqrt();
             }
         }
     }
@@ -321,22 +308,17 @@ impl Whitening {
         self.valid[b] && !self.still[b]
     }
 
-    /// Whether row `i` of section `k` can stand in an autoregression.
-    fn linked(&self, k: usize, i: usize) -> bool {
-        let l = self.layout;
-        match k {
-            0 => self.valid[i] && !self.still[i],
-            1 => self.valid[l.blocks + i],
-            2 => self.valid[l.difference_at() + i],
-            _ => self.valid[l.mass_at() + i],
-        }
+    /// Whether row `i` of a section can stand in an autoregression.
+    fn linked(&self, section: Section, i: usize) -> bool {
+        let row = self.layout.rows(section).start + i;
+        self.valid[row] && !(section == Section::Friction && self.still[i])
     }
 
     /// The predecessors of a row with their weights; at the start of a run there are fewer.
-    fn memory_of(&self, k: usize, i: usize) -> impl Iterator<Item = (usize, f64)> + use<> {
-        let [a, b] = self.memory[k];
-        let one = i >= 1 && self.linked(k, i) && self.linked(k, i - 1);
-        let two = one && i >= 2 && self.linked(k, i - 2);
+    fn memory_of(&self, section: Section, i: usize) -> impl Iterator<Item = (usize, f64)> + use<> {
+        let [a, b] = self.memory[section as usize];
+        let one = i >= 1 && self.linked(section, i) && self.linked(section, i - 1);
+        let two = one && i >= 2 && self.linked(section, i - 2);
         let pair = match (one, two) {
             (true, true) => [(1, a), (2, b)],
             (true, false) => [(1, (a / (1.0 - b)).clamp(-0.95, 0.95)), (0, 0.0)],
@@ -347,24 +329,18 @@ impl Whitening {
 
     /// Factors that bring the first rows of a run, which have no full memory, to the size of the others.
     fn starts(&mut self) {
-        let l = self.layout;
-        let mut start = vec![1.0; l.len()];
-        let mut predecessors = vec![0; l.len()];
-        for (k, from, len) in [
-            (0, 0, l.blocks),
-            (1, l.blocks, l.blocks),
-            (2, l.difference_at(), l.difference),
-            (3, l.mass_at(), l.mass),
-        ] {
-            let [a, b] = self.memory[k];
+        let mut start = vec![1.0; self.layout.len()];
+        let mut predecessors = vec![0; self.layout.len()];
+        for section in Section::ALL {
+            let [a, b] = self.memory[section as usize];
             let r = (a / (1.0 - b)).clamp(-0.95, 0.95);
-            for i in 0..len {
-                let back = self.memory_of(k, i).map(|(back, _)| back).max();
-                predecessors[from + i] = back.unwrap_or(0);
-                if k == 0 && self.still[i] {
+            for (i, row) in self.layout.rows(section).enumerate() {
+                let back = self.memory_of(section, i).map(|(back, _)| back).max();
+                predecessors[row] = back.unwrap_or(0);
+                if section == Section::Friction && self.still[i] {
                     continue;
                 }
-                start[from + i] = match predecessors[from + i] {
+                start[row] = match predecessors[row] {
                     0 => ((1.0 - b * b) * (1.0 - r * r)).max(0.05).sqrt(),
                     1 => (1.0 - b * b).max(0.1).sqrt(),
                     _ => 1.0,
@@ -374,6 +350,29 @@ impl Whitening {
         self.start = start;
         self.predecessors = predecessors;
     }
+}
+
+/// Which rows of a stacked vector count: those that the recording supports and in which something is left.
+fn valid(layout: Layout, rows: &Rows, residual: &[f64]) -> Vec<bool> {
+    let mut valid = Vec::with_capacity(layout.len());
+    for section in Section::ALL {
+        valid.extend_from_slice(rows.of_section(section));
+    }
+    for (v, r) in valid.iter_mut().zip(residual) {
+        *v &= r.is_finite();
+    }
+    valid
+}
+
+/// The valid values whose timing is worth less than so much.
+fn calm<'a>(
+    values: &'a [f64],
+    valid: &'a [bool],
+    unrest: &'a [f64],
+    most: f64,
+) -> impl Iterator<Item = f64> + 'a {
+    let all = values.iter().zip(valid).zip(unrest);
+    all.filter_map(move |((v, valid), unrest)| (*valid && *unrest < most).then_some(*v))
 }
 
 #[cfg(test)]

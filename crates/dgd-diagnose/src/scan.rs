@@ -1,6 +1,7 @@
 //! The catalogue held against the residuals: a grid over shapes, strengths solved exactly.
 
 use crate::bayes::evidence;
+use crate::layout::Section;
 use crate::numbers::{product, whole};
 use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::{Applied, joined, on_grid};
@@ -302,12 +303,12 @@ pub(crate) fn switches(
         let mut tail = vec![0.0; n + 1];
         for b in (0..n).rev() {
             let mut here = product(b) + product(n + b);
-            if l.difference > 0 {
-                here += product(l.difference_at() + b);
+            if l.outlets > 0 {
+                here += product(l.rows(Section::Outlets).start + b);
             }
             let m = b / MASS_BLOCKS;
-            if m < l.mass {
-                here += product(l.mass_at() + m) / MASS_BLOCKS as f64;
+            if m < l.balance {
+                here += product(l.rows(Section::Balance).start + m) / MASS_BLOCKS as f64;
             }
             tail[b] = tail[b + 1] + here / shape[0];
         }

@@ -4,7 +4,7 @@
 
 use crate::empirical::{is_correction, is_seen};
 use crate::numbers::{mean, whole};
-use crate::record::{MASS_BLOCKS, Record};
+use crate::record::Record;
 use crate::relations::{Applied, Blocks, joined, on_grid};
 use crate::tangent::Tangent;
 use crate::vectors::Sparse;
@@ -133,11 +133,7 @@ fn form(record: &Record, tangent: &Tangent, applied: &[Applied], k: usize) -> Ve
     let span = record.setting.span_s;
     let seconds = record.block_s();
     let layout = tangent.layout;
-    let block = |row: usize| match row.checked_sub(layout.mass_at()) {
-        Some(k) => k * MASS_BLOCKS,
-        None => row % layout.blocks.max(1),
-    };
-    let time = |row: usize| span.0 + block(row) as f64 * seconds;
+    let time = |row: usize| span.0 + layout.block(row) as f64 * seconds;
     let modulated = |by: &dyn Fn(usize) -> f64, width: f64| {
         let rows = trace.iter().enumerate();
         let column: Vec<f64> = rows.map(|(row, v)| v * by(row)).collect();
@@ -159,7 +155,7 @@ fn form(record: &Record, tangent: &Tangent, applied: &[Applied], k: usize) -> Ve
         .collect();
     let typical = finite(mean(&moving)).max(STANDING_M3_S);
     let load = |row: usize| {
-        let q = flow.get(block(row)).copied().unwrap_or(f64::NAN);
+        let q = flow.get(layout.block(row)).copied().unwrap_or(f64::NAN);
         finite((q / typical - 1.0).clamp(-1.0, 1.0))
     };
     let error = FORM_SHARE * about.search.form_error;

@@ -1,6 +1,7 @@
 //! What the suction between riser and pump inlet loses with the flow, and what it might where nothing tells.
 
 use crate::empirical::is_seen;
+use crate::layout::Section;
 use crate::numbers::{mean, whole};
 use crate::record::Record;
 use crate::relations::{Applied, imbalance_per_head};
@@ -84,7 +85,10 @@ impl Unmeasured {
         }
         let mut change = vec![0.0; gate.layout.len()];
         let rows = imbalance_per_head(record);
-        for (there, row) in change[gate.layout.mass_at()..].iter_mut().zip(rows) {
+        for (there, row) in change[gate.layout.rows(Section::Balance)]
+            .iter_mut()
+            .zip(rows)
+        {
             *there = ALLOWED_HEADS * row;
         }
         let signature = gate.beyond(record, &change);

@@ -8,7 +8,8 @@ mod curves;
 mod frame;
 
 use crate::ground::Ground;
-use crate::noise::{Layout, Whitening};
+use crate::layout::{Layout, Section};
+use crate::noise::Whitening;
 use crate::record::Record;
 use crate::relations::{Applied, Blocks, Rows, joined};
 use crate::slack::{Slack, slack};
@@ -216,8 +217,8 @@ impl Tangent {
         let mut y = vec![0.0; total];
         y[..n].copy_from_slice(&blocks.drop);
         y[n..2 * n].copy_from_slice(&blocks.lift);
-        y[layout.difference_at()..layout.mass_at()].copy_from_slice(&blocks.difference);
-        y[layout.mass_at()..].copy_from_slice(&blocks.imbalance);
+        y[layout.rows(Section::Outlets)].copy_from_slice(&blocks.difference);
+        y[layout.rows(Section::Balance)].copy_from_slice(&blocks.imbalance);
         let mut off = whitening.apply_whole(&y);
         off.extend((means.iter().zip(&widths)).map(|(mean, width)| mean / width));
         let triangle = orthonormal(&mut basis);
@@ -361,7 +362,7 @@ impl Tangent {
         };
         (
             level(0, &|b| rows.friction[b] && !rows.still[b]),
-            level(self.layout.head(), &|b| rows.head[b]),
+            level(self.layout.rows(Section::Head).start, &|b| rows.head[b]),
         )
     }
 

@@ -1,8 +1,9 @@
 //! Residuals of each relation over time.
 
 use crate::diagnosis::Trace;
+use crate::layout::Section;
 use crate::noise::Wander;
-use crate::record::{MASS_BLOCKS, Record};
+use crate::record::Record;
 use crate::relations::Applied;
 use crate::tangent::Tangent;
 use crate::twins::{Pair, Twins};
@@ -16,85 +17,51 @@ pub(crate) fn traces(
     (before, start): (&Tangent, &[Applied]),
     (after, state): (&Tangent, &[Applied]),
 ) -> Vec<Trace> {
-    let (l, rows) = (before.layout, &after.rows);
-    let seconds = record.block_s();
+    let layout = before.layout;
     let [b, a] = [before, after].map(levelled);
     let may = wander(record, &after.curves);
     let starts_s = record.setting.span_s.0;
-    let section = |relation: Relation,
-                   unit: &'static str,
-                   from: usize,
-                   len: usize,
-                   step: f64,
-                   wander: f64,
-                   valid: &dyn Fn(usize) -> bool| {
+    let trace = |section: Section| {
+        let at = layout.rows(section);
         // Of the model before, too, what no fit has seen is shown, and stops that its curves are made without.
+        let valid = after.rows.of_section(section);
         let pick = |values: &[f64]| -> Vec<f64> {
-            (0..len)
-                .map(|i| if valid(i) { values[from + i] } else { f64::NAN })
+            let each = values[at.clone()].iter().zip(valid);
+            each.map(|(v, valid)| if *valid { *v } else { f64::NAN })
                 .collect()
         };
-        let weights = after.whitening.weight[from..from + len].iter().copied();
+        let weights = after.whitening.weight[at.clone()].iter().copied();
         let noise =
             quantile(weights.filter(|w| *w > 0.0), Rank::MEDIAN).map_or(f64::NAN, |w| 1.0 / w);
+        let [slow, hidden] = may.of(section);
+        let step_s = record.block_s() * section.blocks_per_row() as f64;
         Trace {
-            relation,
+            relation: section.relation(),
             pair: None,
-            unit,
-            t_s: (0..len)
-                .map(|i| starts_s + (i as f64 + 0.5) * step)
+            unit: if section == Section::Balance {
+                "m3/s"
+            } else {
+                "Pa"
+            },
+            t_s: (0..at.len())
+                .map(|i| starts_s + (i as f64 + 0.5) * step_s)
                 .collect(),
             before: pick(&b),
             after: pick(&a),
             offset: 0.0,
             noise,
-            wander,
+            wander: slow.hypot(hidden),
         }
     };
-    let mut out = vec![
-        section(
-            Relation::ReturnLineFriction,
-            "Pa",
-            0,
-            l.blocks,
-            seconds,
-            may.friction_pa.hypot(may.hidden_friction_pa),
-            &|i| rows.friction[i],
-        ),
-        section(
-            Relation::PumpHead,
-            "Pa",
-            l.head(),
-            l.blocks,
-            seconds,
-            may.head_pa.hypot(may.hidden_head_pa),
-            &|i| rows.head[i],
-        ),
-        section(
-            Relation::RiserMassBalance,
-            "m3/s",
-            l.mass_at(),
-            l.mass,
-            seconds * MASS_BLOCKS as f64,
-            may.mass_m3_s,
-            &|i| rows.mass[i],
-        ),
-    ];
+    let mut out: Vec<Trace> = [Section::Friction, Section::Head, Section::Balance]
+        .map(trace)
+        .into();
     // A transmitter that is mapped and says nothing has no neighbour to differ from.
-    if rows.difference.contains(&true) {
-        let outlets = section(
-            Relation::Instrument,
-            "Pa",
-            l.difference_at(),
-            l.difference,
-            seconds,
-            may.difference_pa,
-            &|i| rows.difference[i],
-        );
+    if after.rows.outlets.contains(&true) {
         out.push(Trace {
             pair: Some(Pair::Outlets.name()),
             offset: Pair::Outlets.offset(record).unwrap_or(f64::NAN),
-            ..outlets
+            ..trace(Section::Outlets)
         });
     }
     let beside = [Pair::Inlets, Pair::InletAndRiser];
@@ -111,11 +78,10 @@ pub(crate) fn traces(
 fn levelled(tangent: &Tangent) -> Vec<f64> {
     let mut residual = tangent.clean_residual();
     let (friction, head) = tangent.flowing_level(&residual, &[]);
-    let (n, rows) = (tangent.layout.blocks, &tangent.rows);
-    for (value, still) in residual.iter_mut().zip(&rows.still) {
+    for (value, still) in residual.iter_mut().zip(&tangent.rows.still) {
         *value -= if *still { 0.0 } else { friction };
     }
-    for value in &mut residual[tangent.layout.head()..][..n] {
+    for value in &mut residual[tangent.layout.rows(Section::Head)] {
         *value -= head;
     }
     residual

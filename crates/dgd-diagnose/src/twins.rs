@@ -4,7 +4,8 @@
 mod parting;
 
 use crate::empirical::is_correction;
-use crate::noise::{Layout, Wander, Whitening};
+use crate::layout::Layout;
+use crate::noise::{Wander, Whitening};
 use crate::numbers::{mean, tails};
 use crate::record::Record;
 use crate::relations::{Applied, Rows, repeats};
@@ -137,15 +138,15 @@ impl Twins {
         let residual: Vec<f64> = apart.iter().map(|v| v - middle).collect();
         let layout = Layout {
             blocks: 0,
-            difference: n,
-            mass: 0,
+            outlets: n,
+            balance: 0,
         };
         let rows = Rows {
             friction: Vec::new(),
             still: Vec::new(),
             head: Vec::new(),
-            difference: valid,
-            mass: Vec::new(),
+            outlets: valid,
+            balance: Vec::new(),
         };
         let whitening = Whitening::of(layout, &rows, &residual, &vec![0.0; n], wander);
         let (readings, (low, high)) = match pair {

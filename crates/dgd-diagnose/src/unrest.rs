@@ -1,6 +1,8 @@
 //! What stands between a sound model and a sound recording besides white noise: wander, timing, starts.
 
-use crate::noise::{Layout, Wander};
+use crate::layout::Layout;
+use crate::layout::Section;
+use crate::noise::Wander;
 use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::Blocks;
 use dgd_effects::Curves;
@@ -151,7 +153,7 @@ pub(crate) fn unrest(record: &Record, curves: &Curves, b: &Blocks, layout: Layou
         }
     }
     let m = record.per_block;
-    for k in 0..layout.mass {
+    for k in 0..layout.balance {
         let inside = |f: &dyn Fn(usize) -> f64| -> f64 {
             let mut sum = 0.0_f64;
             for i in k * m * MASS_BLOCKS..(k + 1) * m * MASS_BLOCKS {
@@ -174,7 +176,7 @@ pub(crate) fn unrest(record: &Record, curves: &Curves, b: &Blocks, layout: Layou
             .sum();
         // Noise adds up in a sum of absolute steps: only what exceeds it moves.
         let quiet = 3.0e-4;
-        out[layout.mass_at() + k] = TIMING_S
+        out[layout.rows(Section::Balance).start + k] = TIMING_S
             * ((pumps - quiet).max(0.0) + (booster - quiet).max(0.0) + blocks)
             / (seconds * MASS_BLOCKS as f64);
     }

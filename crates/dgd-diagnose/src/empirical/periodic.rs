@@ -6,9 +6,9 @@
 use super::{
     Correction, Course, DRAWN, beside_riser, drawn, hold_without_stops, hurdle, plausible,
 };
-use crate::noise::Layout;
+use crate::layout::{Layout, Section};
 use crate::numbers::whole;
-use crate::record::{MASS_BLOCKS, Record};
+use crate::record::Record;
 use crate::relations::{Applied, joined};
 use crate::tangent::{Bend, Tangent};
 use dgd_effects::{INLET_READING, KNOTS, PERIOD, PLACES, unknown};
@@ -182,7 +182,7 @@ impl<'a> Search<'a> {
         let mut slope = vec![0.0; layout.len()];
         if place == INLET_READING {
             let line = change(&|k| k as f64 / (KNOTS - 1) as f64);
-            for row in layout.mass_at()..layout.len() {
+            for row in layout.rows(Section::Balance) {
                 slope[row] = line[row] * (to - from);
             }
         }
@@ -251,9 +251,9 @@ impl<'a> Search<'a> {
 /// The middle of every row, s from the recording's start.
 pub(super) fn times(layout: Layout, block_s: f64) -> Vec<f64> {
     let mut times = Vec::with_capacity(layout.len());
-    for (k, section) in layout.sections().into_iter().enumerate() {
-        let row_s = block_s * if k == 3 { MASS_BLOCKS as f64 } else { 1.0 };
-        times.extend((0..section.len()).map(|i| (i as f64 + 0.5) * row_s));
+    for section in Section::ALL {
+        let row_s = block_s * section.blocks_per_row() as f64;
+        times.extend((0..layout.rows(section).len()).map(|i| (i as f64 + 0.5) * row_s));
     }
     times
 }

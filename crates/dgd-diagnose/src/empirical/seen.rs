@@ -2,6 +2,7 @@
 
 use super::{BUSIEST_S, Correction, busiest, is_seen, size};
 use crate::bayes::evidence;
+use crate::layout::Section;
 use crate::numbers::whole;
 use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::{Applied, joined};
@@ -243,7 +244,7 @@ impl Asked {
         let one = told.fine((suspect.place, suspect.sign));
         let mut signature = tangent.signature(record, &joined(state, &one));
         let layout = tangent.layout;
-        signature[layout.difference_at()..layout.mass_at()].fill(0.0);
+        signature[layout.rows(Section::Outlets)].fill(0.0);
         let (energy, score) = (dot(&signature, &signature), dot(&signature, &tangent.off));
         Self {
             energy,

@@ -8,6 +8,7 @@ use super::{
     Correction, DRAWN, again, busiest, correction, corrections, hold_without, hurdle, plausible,
     range, size,
 };
+use crate::layout::Section;
 use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::Applied;
 use crate::step::Step;
@@ -324,7 +325,10 @@ fn the_busiest_ten_minutes_are_those_in_which_most_is_explained() {
     assert_eq!(owed(&tangent, &rows(&[(100, 110)], -1.0)), 0.0);
     assert_eq!(owed(&tangent, &rows(&[(100, 110)], 5.0)), 0.0);
     // Rows of the head at the same time add to those of the friction, and a row of the balance counts at its time.
-    let (head, mass) = (layout.head(), layout.mass_at());
+    let (head, mass) = (
+        layout.rows(Section::Head).start,
+        layout.rows(Section::Balance).start,
+    );
     let k = 100 / MASS_BLOCKS;
     let at_once = rows(
         &[

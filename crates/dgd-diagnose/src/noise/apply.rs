@@ -1,6 +1,7 @@
 //! Whitening a stacked vector, and its transpose.
 
 use super::Whitening;
+use crate::layout::Section;
 use std::ops::Range;
 
 /// A wander that has decayed to this adds no digit to anything.
@@ -19,10 +20,9 @@ impl Whitening {
     }
 
     fn whitened(&self, stacked: &[f64], faded: f64) -> Vec<f64> {
-        let l = self.layout;
-        let n = l.blocks;
-        let mut out = vec![0.0; l.len()];
-        let sections = l.sections();
+        let n = self.layout.blocks;
+        let mut out = vec![0.0; self.layout.len()];
+        let sections = self.layout.sections();
         // Most columns and effects live in one relation, and many begin late: what is 0 stays 0.
         let ends = |rows: Range<usize>| {
             let here = |k: &usize| self.valid[*k] && stacked[*k] != 0.0;
@@ -36,12 +36,13 @@ impl Whitening {
             (Some(a), Some(b)) => Some((a.0.min(b.0), a.1.max(b.1))),
             (a, b) => a.or(b),
         };
-        for (k, (rows, live)) in sections.into_iter().zip(live).enumerate() {
+        for (section, (rows, live)) in Section::ALL.into_iter().zip(sections.into_iter().zip(live))
+        {
             let Some((first, last)) = live else {
                 continue;
             };
             let values = &stacked[rows.clone()];
-            if k == 1 {
+            if section == Section::Head {
                 let own: Vec<f64> = (first.saturating_sub(2)..n.min(last + 3))
                     .map(|b| {
                         if self.kin(b) {
@@ -52,14 +53,14 @@ impl Whitening {
                     })
                     .collect();
                 self.filtered(
-                    (k, faded),
+                    (section, faded),
                     &own,
                     first.saturating_sub(2),
                     (first, last),
                     &mut out[rows],
                 );
             } else {
-                self.filtered((k, faded), values, 0, (first, last), &mut out[rows]);
+                self.filtered((section, faded), values, 0, (first, last), &mut out[rows]);
             }
         }
         out
@@ -69,18 +70,18 @@ impl Whitening {
     /// `values` are its rows from `from` on; a wander below `faded` is none.
     fn filtered(
         &self,
-        (k, faded): (usize, f64),
+        (section, faded): (Section, f64),
         values: &[f64],
         from: usize,
         (first, last): (usize, usize),
         out: &mut [f64],
     ) {
-        let section = self.layout.sections()[k].clone();
-        let [a, b] = self.memory[k];
+        let rows = self.layout.rows(section);
+        let [a, b] = self.memory[section as usize];
         let alone = (a / (1.0 - b)).clamp(-0.95, 0.95);
         let mut wander = [0.0_f64; 2];
-        for i in first..section.len() {
-            let row = section.start + i;
+        for i in first..rows.len() {
+            let row = rows.start + i;
             if self.scale[row] <= 0.0 {
                 continue;
             }
@@ -117,17 +118,10 @@ impl Whitening {
     ///
     /// With it the score of an effect that switches on at any block is one running sum.
     pub(crate) fn transpose(&self, white: &[f64]) -> Vec<f64> {
-        let l = self.layout;
-        let n = l.blocks;
-        let mut grad = vec![0.0; l.len()];
-        for (from, to) in [
-            (0, n),
-            (n, 2 * n),
-            (l.difference_at(), l.mass_at()),
-            (l.mass_at(), l.len()),
-        ] {
+        let mut grad = vec![0.0; self.layout.len()];
+        for rows in self.layout.sections() {
             let mut wander = [0.0; 2];
-            for row in (from..to).rev() {
+            for row in rows.rev() {
                 if self.scale[row] <= 0.0 {
                     continue;
                 }
@@ -141,27 +135,23 @@ impl Whitening {
                 ];
             }
         }
-        let mut out = vec![0.0; l.len()];
-        for (k, from, len) in [
-            (0, 0, n),
-            (1, n, n),
-            (2, l.difference_at(), l.difference),
-            (3, l.mass_at(), l.mass),
-        ] {
-            for i in 0..len {
-                let row = from + i;
+        let mut out = vec![0.0; self.layout.len()];
+        for section in Section::ALL {
+            let rows = self.layout.rows(section);
+            let from = rows.start;
+            for (i, row) in rows.enumerate() {
                 if !self.valid[row] {
                     continue;
                 }
                 let g = grad[row] * self.start[row];
                 let mut send = |j: usize, weight: f64| {
                     out[from + j] += weight * g;
-                    if k == 1 && self.kin(j) {
+                    if section == Section::Head && self.kin(j) {
                         out[j] -= self.kinship * weight * g;
                     }
                 };
                 send(i, 1.0);
-                for (back, weight) in self.memory_of(k, i) {
+                for (back, weight) in self.memory_of(section, i) {
                     send(i - back, -weight);
                 }
             }

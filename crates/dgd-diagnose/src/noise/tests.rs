@@ -5,6 +5,7 @@ mod operator;
 mod sizes;
 
 use super::{Layout, Wander, Whitening, autoregression, high_pass};
+use crate::layout::Section;
 use crate::relations::Rows;
 use crate::test_rig::normals;
 
@@ -33,17 +34,17 @@ const SIZES: [f64; 4] = [6e3, 7e3, 5e3, 8e-4];
 fn layout(blocks: usize) -> Layout {
     Layout {
         blocks,
-        difference: blocks,
-        mass: blocks / 3,
+        outlets: blocks,
+        balance: blocks / 3,
     }
 }
 
 fn sections(l: Layout) -> [std::ops::Range<usize>; 4] {
     [
-        0..l.head(),
-        l.head()..l.difference_at(),
-        l.difference_at()..l.mass_at(),
-        l.mass_at()..l.len(),
+        0..l.rows(Section::Head).start,
+        l.rows(Section::Head),
+        l.rows(Section::Outlets),
+        l.rows(Section::Balance),
     ]
 }
 
@@ -53,8 +54,8 @@ fn full(l: Layout) -> Rows {
         friction: vec![true; l.blocks],
         still: vec![false; l.blocks],
         head: vec![true; l.blocks],
-        difference: vec![true; l.difference],
-        mass: vec![true; l.mass],
+        outlets: vec![true; l.outlets],
+        balance: vec![true; l.balance],
     }
 }
 
@@ -65,9 +66,9 @@ fn patchy(l: Layout) -> Rows {
         rows.still[b] = b % 97 < 12;
         rows.friction[b] = b % 31 > 1;
         rows.head[b] = !rows.still[b] && b % 23 != 4;
-        rows.difference[b] = b % 41 > 2;
+        rows.outlets[b] = b % 41 > 2;
     }
-    (0..l.mass).for_each(|k| rows.mass[k] = k % 19 != 3);
+    (0..l.balance).for_each(|k| rows.balance[k] = k % 19 != 3);
     rows
 }
 
@@ -115,7 +116,7 @@ fn the_transpose_is_the_transpose_of_apply() {
         }
     }
     for b in 0..l.blocks {
-        residual[l.head() + b] += 0.8 * residual[b];
+        residual[l.rows(Section::Head).start + b] += 0.8 * residual[b];
     }
     residual[77] = f64::NAN;
     let unrest: Vec<f64> = normals(2, l.len()).iter().map(|v| 1e-5 * v.abs()).collect();

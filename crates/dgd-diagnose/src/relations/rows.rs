@@ -1,6 +1,7 @@
 //! Which rows of the relations a recording supports.
 
 use super::Blocks;
+use crate::layout::Section;
 use crate::numbers::mean;
 use crate::record::{MASS_BLOCKS, Record};
 use dgd_effects::STANDING_M3_S;
@@ -16,11 +17,20 @@ pub(crate) struct Rows {
     /// Whether that row is static: no flow.
     pub still: Vec<bool>,
     pub head: Vec<bool>,
-    pub difference: Vec<bool>,
-    pub mass: Vec<bool>,
+    pub outlets: Vec<bool>,
+    pub balance: Vec<bool>,
 }
 
 impl Rows {
+    pub(crate) fn of_section(&self, section: Section) -> &[bool] {
+        match section {
+            Section::Friction => &self.friction,
+            Section::Head => &self.head,
+            Section::Outlets => &self.outlets,
+            Section::Balance => &self.balance,
+        }
+    }
+
     /// Which rows the recording supports.
     pub(crate) fn of(record: &Record, base: &Blocks) -> Self {
         let m = record.per_block;
@@ -101,13 +111,13 @@ impl Rows {
             .map(|(v, f)| *v && !f)
             .collect();
         let head: Vec<bool> = head.iter().zip(&frozen).map(|(v, f)| *v && !f).collect();
-        let difference = base
+        let outlets = base
             .difference
             .iter()
             .zip(&frozen)
             .map(|(d, f)| d.is_finite() && !f)
             .collect();
-        let mass = (0..n / MASS_BLOCKS)
+        let balance = (0..n / MASS_BLOCKS)
             .map(|k| {
                 let inputs = (k * MASS_BLOCKS..(k + 1) * MASS_BLOCKS).all(|b| {
                     full(&record.mud_pump, b)
@@ -121,8 +131,8 @@ impl Rows {
             friction,
             still,
             head,
-            difference,
-            mass,
+            outlets,
+            balance,
         }
     }
 }

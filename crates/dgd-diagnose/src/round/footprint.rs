@@ -150,6 +150,7 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
     use super::{Footprint, Known, WITHIN_STANDS, known};
+    use crate::layout::Section;
     use crate::relations::Applied;
     use crate::select::Selection;
     use crate::tangent::{Bend, Tangent};
@@ -225,14 +226,19 @@ mod tests {
         let layout = gate.layout;
         for (row, acts) in all[0].rows.iter().enumerate() {
             let at = row
-                .checked_sub(layout.mass_at())
+                .checked_sub(layout.rows(Section::Balance).start)
                 .map(|k| 30.0 * (k as f64 + 0.5));
             let inside = at.is_some_and(|t| t > from && t < from + lasts);
             assert_eq!(*acts, inside, "{row}");
         }
         assert_eq!(all[1].rows.len(), layout.len());
         let acting = all[1].rows.iter().filter(|acts| **acts).count();
-        assert!(acting > 0 && all[1].rows[layout.mass_at()..].iter().all(|acts| !acts));
+        assert!(
+            acting > 0
+                && all[1].rows[layout.rows(Section::Balance)]
+                    .iter()
+                    .all(|acts| !acts)
+        );
     }
 
     #[test]

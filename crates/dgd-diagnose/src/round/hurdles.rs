@@ -4,11 +4,12 @@ use super::form::Bent;
 use super::{Round, SHOWS};
 use crate::contest::{self, Contender, at_bound, before, material, sets_in, solved, stands};
 use crate::empirical::{Correction, hurdle};
+use crate::layout::Section;
 use crate::limit::{Energy, Showing};
 use crate::relations::{Applied, on_grid};
 use crate::scan::Candidate;
 use crate::timing::is_late_meter;
-use dgd_effects::{About, PLACES, Relation};
+use dgd_effects::{About, PLACES};
 use dgd_lsq::dot;
 use std::ops::Range;
 use tracing::debug;
@@ -190,20 +191,13 @@ impl Round<'_> {
 
     /// How much of an effect shows in the relations that a correction of some place enters.
     pub(super) fn share_in(&self, c: &Contender, place: usize) -> f64 {
-        const SECTIONS: [Relation; 4] = [
-            Relation::ReturnLineFriction,
-            Relation::PumpHead,
-            Relation::Instrument,
-            Relation::RiserMassBalance,
-        ];
         let energy =
             |rows: Range<usize>| dot(&c.best.signature[rows.clone()], &c.best.signature[rows]);
-        let sections = self.gate.layout.sections();
         let (mut there, mut whole) = (0.0, 0.0);
-        for (rows, relation) in sections.into_iter().zip(SECTIONS) {
-            let energy = energy(rows);
+        for section in Section::ALL {
+            let energy = energy(self.gate.layout.rows(section));
             whole += energy;
-            there += if PLACES[place].shows_in.contains(&relation) {
+            there += if PLACES[place].shows_in.contains(&section.relation()) {
                 energy
             } else {
                 0.0

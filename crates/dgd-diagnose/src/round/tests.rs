@@ -9,6 +9,7 @@ use super::hurdles::{BESIDE_UNNAMED, timed};
 use super::{Footprint, Round, Ruling};
 use crate::contest::{Contender, contest, put_on_one_scale, sets_in};
 use crate::empirical::{Correction, hurdle};
+use crate::layout::Section;
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::scan::{Candidate, weigh};
@@ -1073,8 +1074,8 @@ fn what_a_broken_form_stands_for_may_sit_in_another_relation_that_it_shows_in() 
         let mut round = round(&record, Vec::new(), vec![head]);
         let layout = round.gate.layout;
         let mut signature = vec![0.0; layout.len()];
-        signature[layout.head()] = in_head.sqrt();
-        signature[layout.mass_at()] = (1.0 - in_head).sqrt();
+        signature[layout.rows(Section::Head).start] = in_head.sqrt();
+        signature[layout.rows(Section::Balance).start] = (1.0 - in_head).sqrt();
         let mut best = gain(100.0);
         best.formed = formed;
         best.best.signature = signature;

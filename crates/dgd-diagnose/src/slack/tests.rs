@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::{Slack, slack};
+use crate::layout::Section;
 use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::{Applied, Blocks};
 use crate::tangent::{Bend, Tangent};
@@ -24,7 +25,7 @@ fn free(record: &Record, id: &str, parameters: &[f64]) -> (Vec<Slack>, Tangent) 
 /// Start of a stacked row, s.
 fn time(tangent: &Tangent, row: usize) -> f64 {
     let layout = tangent.layout;
-    let block = match row.checked_sub(layout.mass_at()) {
+    let block = match row.checked_sub(layout.rows(Section::Balance).start) {
         Some(k) => k * MASS_BLOCKS,
         None => row % layout.blocks,
     };
@@ -39,10 +40,10 @@ fn an_effect_may_grow_with_the_flow_from_nothing_to_twice() {
     let (free, tangent) = free(&record, "influx", &parameters);
     let flow = Blocks::under(&record, &[]).flow;
     let mean = flow.iter().sum::<f64>() / flow.len() as f64;
-    let mass = tangent.layout.mass_at();
+    let mass = tangent.layout.rows(Section::Balance).start;
     let (by_strength, by_load) = (free[0].column.whole(), free[6].column.whole());
     let mut seen = 0;
-    for k in 0..tangent.layout.mass {
+    for k in 0..tangent.layout.balance {
         let trace = 3e-3 * by_strength[mass + k];
         let load = flow[k * MASS_BLOCKS] / mean - 1.0;
         let found = by_load[mass + k];
@@ -133,12 +134,15 @@ fn what_two_transmitters_part_by_may_also_sit_elsewhere() {
         let (free, tangent) = of(place, &curve);
         assert_eq!(free.len(), others, "{place}");
         let layout = tangent.layout;
-        let (head, mass) = (layout.head()..layout.difference_at(), layout.mass_at());
+        let (head, mass) = (
+            layout.rows(Section::Head),
+            layout.rows(Section::Balance).start,
+        );
         for (k, slack) in free.iter().enumerate() {
             let column = slack.column.whole();
             let acts = |rows: std::ops::Range<usize>| column[rows].iter().any(|v| v.abs() > 1e-6);
             let outlet = OUTLETS.contains(&place);
-            assert_eq!(acts(0..layout.head()), outlet);
+            assert_eq!(acts(layout.rows(Section::Friction)), outlet);
             assert_eq!(acts(head.clone()), outlet || k == 0);
             assert_eq!(acts(mass..layout.len()), k == 1);
         }
@@ -177,8 +181,8 @@ fn an_influx_may_be_wrong_by_its_parameters_and_by_a_seventh_of_its_form() {
         assert!((30.0 * column - moved).abs() < 1e-9 * size);
     }
     // It may swell and fade from first to last, and be weak amidst; at the ends both are whole.
-    let mass = tangent.layout.mass_at();
-    for row in 0..tangent.layout.mass {
+    let mass = tangent.layout.rows(Section::Balance).start;
+    for row in 0..tangent.layout.balance {
         let t = (row * MASS_BLOCKS) as f64 * BLOCK_S;
         let through = 2.0 * ((t - from) / lasts).clamp(0.0, 1.0) - 1.0;
         let here = trace[mass + row];

@@ -2,7 +2,8 @@
 
 use super::Bend;
 use super::frame::Frame;
-use crate::noise::{Layout, Whitening};
+use crate::layout::{Layout, Section};
+use crate::noise::Whitening;
 use crate::numbers::mean;
 use crate::record::Record;
 use crate::relations::{Blocks, Rows};
@@ -104,9 +105,9 @@ impl Columns {
             out.beyond_curves
                 .push(Arc::new(Sparse::of(&column, &sections)));
         };
-        if layout.difference > 0 {
+        if layout.outlets > 0 {
             let mut column = vec![0.0; total];
-            column[layout.difference_at()..layout.mass_at()].fill(1.0);
+            column[layout.rows(Section::Outlets)].fill(1.0);
             beyond(column, OUTLETS_PRIOR_PA);
         }
         if frame.bend != Bend::Free {
@@ -140,7 +141,7 @@ fn lean(record: &Record, layout: Layout) -> Vec<f64> {
     let inlet = &record.filled.inlet;
     let typical = mean(inlet);
     let mut column = vec![0.0; layout.len()];
-    let head = &mut column[layout.head()..layout.difference_at()];
+    let head = &mut column[layout.rows(Section::Head)];
     for (row, samples) in head.iter_mut().zip(inlet.chunks(record.per_block)) {
         *row = mean(samples) - typical;
     }
@@ -163,7 +164,7 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
     use super::{Columns, head_priors};
-    use crate::noise::Layout;
+    use crate::layout::{Layout, Section};
     use crate::numbers::mean;
     use crate::record::Record;
     use crate::relations::{Blocks, Rows};
@@ -194,8 +195,8 @@ mod tests {
                 friction: vec![true; 90],
                 still: vec![false; 90],
                 head: (0..90).map(|k| k < 60).collect(),
-                difference: Vec::new(),
-                mass: Vec::new(),
+                outlets: Vec::new(),
+                balance: Vec::new(),
             };
             head_priors(&rows, &b)
         };
@@ -269,11 +270,11 @@ mod tests {
         let lean = columns(&record, Bend::Lean).beyond_curves[0].whole();
         let layout = Layout {
             blocks: record.blocks,
-            difference: 0,
-            mass: record.blocks / 3,
+            outlets: 0,
+            balance: record.blocks / 3,
         };
         assert_eq!(lean.len(), layout.len());
-        let head = layout.head()..layout.difference_at();
+        let head = layout.rows(Section::Head);
         let typical = mean(&record.filled.inlet);
         assert!(lean[..head.start].iter().all(|v| *v == 0.0));
         assert!(lean[head.end..].iter().all(|v| *v == 0.0));

@@ -1,7 +1,7 @@
 //! The curves that lead to the linearisation, and what they leave over.
 
 use super::columns::{FRICTION_PRIOR_PA, head_priors};
-use crate::noise::Layout;
+use crate::layout::Layout;
 use crate::numbers::spread;
 use crate::relations::{Blocks, Rows};
 use dgd_effects::{Curves, FRICTION_TERMS, HEAD_TERMS, Scale, friction_terms, head_terms};
@@ -150,7 +150,7 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
     use super::{Evaluated, robust, robust_curves};
-    use crate::noise::Layout;
+    use crate::layout::Layout;
     use crate::relations::Rows;
     use crate::test_rig::{blocks, normals, parabolas};
 
@@ -244,8 +244,8 @@ mod tests {
             friction: vec![true; 300],
             still: vec![false; 300],
             head: vec![true; 300],
-            difference: Vec::new(),
-            mass: Vec::new(),
+            outlets: Vec::new(),
+            balance: Vec::new(),
         };
         for k in 0..300 {
             let share = k as f64 / 300.0;
@@ -283,8 +283,8 @@ mod tests {
         b.imbalance = vec![1e-3, -2e-3, 3e-3];
         let layout = Layout {
             blocks: 9,
-            difference: 0,
-            mass: 3,
+            outlets: 0,
+            balance: 3,
         };
         let found = Evaluated::of(&curves, &b, None).residual(layout, &b);
         let friction = (0..9).map(|k| 1e3 * f64::from(k));

@@ -2,7 +2,8 @@
 
 use super::Bend;
 use super::curves::{Evaluated, robust_curves};
-use crate::noise::{Layout, Whitening};
+use crate::layout::{Layout, Section};
+use crate::noise::Whitening;
 use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::{Blocks, Rows};
 use crate::slack::Slack;
@@ -45,8 +46,8 @@ impl Frame {
         let curves = robust_curves(&rows, blocks, scale);
         let layout = Layout {
             blocks: record.blocks,
-            difference: blocks.difference.len(),
-            mass: blocks.imbalance.len(),
+            outlets: blocks.difference.len(),
+            balance: blocks.imbalance.len(),
         };
         let residual = Evaluated::of(&curves, blocks, None).residual(layout, blocks);
         Some(Self {
@@ -96,10 +97,10 @@ fn exclude(rows: &mut Rows, excluded: &[bool]) {
     for b in (0..rows.friction.len()).filter(|&b| excluded.get(b).copied().unwrap_or(false)) {
         rows.friction[b] = false;
         rows.head[b] = false;
-        if let Some(d) = rows.difference.get_mut(b) {
+        if let Some(d) = rows.outlets.get_mut(b) {
             *d = false;
         }
-        if let Some(m) = rows.mass.get_mut(b / MASS_BLOCKS) {
+        if let Some(m) = rows.balance.get_mut(b / MASS_BLOCKS) {
             *m = false;
         }
     }
@@ -107,15 +108,11 @@ fn exclude(rows: &mut Rows, excluded: &[bool]) {
 
 /// Takes one stacked row out; a friction row takes the head row of its block along.
 fn strike(rows: &mut Rows, layout: Layout, row: usize) {
-    if row < layout.head() {
-        rows.friction[row] = false;
-        rows.head[row] = false;
-    } else if row < layout.difference_at() {
-        rows.head[row - layout.head()] = false;
-    } else if row < layout.mass_at() {
-        rows.difference[row - layout.difference_at()] = false;
-    } else {
-        rows.mass[row - layout.mass_at()] = false;
+    match layout.place(row) {
+        (Section::Friction, b) => (rows.friction[b], rows.head[b]) = (false, false),
+        (Section::Head, b) => rows.head[b] = false,
+        (Section::Outlets, b) => rows.outlets[b] = false,
+        (Section::Balance, k) => rows.balance[k] = false,
     }
 }
 
@@ -129,10 +126,12 @@ pub(super) fn lonely(record: &Record, layout: Layout, off: &[f64]) -> Vec<usize>
         record.filled.pumping[r].iter().any(|p| !*p)
     };
     let mut out = Vec::new();
-    for (k, section) in layout.sections().into_iter().enumerate() {
-        let (from, to) = (section.start, section.end);
-        for row in section {
-            if off[row].abs() < 4.5 || (k < 2 && starting(row - from)) {
+    for section in Section::ALL {
+        let rows = layout.rows(section);
+        let (from, to) = (rows.start, rows.end);
+        let of_the_pump = matches!(section, Section::Friction | Section::Head);
+        for row in rows {
+            if off[row].abs() < 4.5 || (of_the_pump && starting(row - from)) {
                 continue;
             }
             // The memory of the filter lets a glitch ring for two rows; before it all is calm.
@@ -155,7 +154,7 @@ fn upper(values: &[f64]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::{exclude, lonely, strike};
-    use crate::noise::Layout;
+    use crate::layout::Layout;
     use crate::record::MASS_BLOCKS;
     use crate::relations::Rows;
     use crate::test_rig::{PER_BLOCK, steady};
@@ -163,8 +162,8 @@ mod tests {
     const BLOCKS: usize = 60;
     const LAYOUT: Layout = Layout {
         blocks: BLOCKS,
-        difference: BLOCKS,
-        mass: BLOCKS / MASS_BLOCKS,
+        outlets: BLOCKS,
+        balance: BLOCKS / MASS_BLOCKS,
     };
 
     fn rows() -> Rows {
@@ -172,14 +171,14 @@ mod tests {
             friction: vec![true; BLOCKS],
             still: vec![false; BLOCKS],
             head: vec![true; BLOCKS],
-            difference: vec![true; BLOCKS],
-            mass: vec![true; BLOCKS / MASS_BLOCKS],
+            outlets: vec![true; BLOCKS],
+            balance: vec![true; BLOCKS / MASS_BLOCKS],
         }
     }
 
     /// Rows of friction, head, difference and balance that are out.
     fn out(rows: &Rows) -> [Vec<usize>; 4] {
-        [&rows.friction, &rows.head, &rows.difference, &rows.mass]
+        [&rows.friction, &rows.head, &rows.outlets, &rows.balance]
             .map(|valid| (0..valid.len()).filter(|&k| !valid[k]).collect())
     }
 
@@ -206,8 +205,8 @@ mod tests {
         exclude(&mut rows, &excluded);
         assert_eq!(out(&rows), [vec![13], vec![13], vec![13], vec![4]]);
         // Without a second transmitter, and beyond the last whole row of the balance.
-        rows.difference.clear();
-        rows.mass.truncate(4);
+        rows.outlets.clear();
+        rows.balance.truncate(4);
         excluded = vec![false; BLOCKS];
         excluded[59] = true;
         exclude(&mut rows, &excluded);

@@ -3,6 +3,7 @@
 
 use super::{Bend, Tangent, alike};
 use crate::bayes::evidence;
+use crate::layout::Section;
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::slack::{Slack, slack};
@@ -52,7 +53,7 @@ fn one_freedom_more_is_worth_its_evidence() {
         for (seed, width) in [(1, 200.0), (2, 3e4)] {
             let mut column = normals(seed, bare.layout.len());
             // In the units of the balance, which are m³/s.
-            column[bare.layout.mass_at()..]
+            column[bare.layout.rows(Section::Balance).start..]
                 .iter_mut()
                 .for_each(|v| *v *= 1e-8);
             let off = bare.beyond(&record, &column);

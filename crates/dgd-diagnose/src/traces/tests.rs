@@ -57,7 +57,7 @@ fn each_relation_is_shown_where_it_is_used_and_comes_to_its_noise_with_the_cause
     assert_eq!(found.len(), 3);
     for (k, (trace, used)) in found
         .iter()
-        .zip([&rows.friction, &rows.head, &rows.mass])
+        .zip([&rows.friction, &rows.head, &rows.balance])
         .enumerate()
     {
         assert_eq!((trace.relation, trace.pair), (relations[k], None));

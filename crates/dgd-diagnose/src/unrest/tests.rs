@@ -1,7 +1,7 @@
 //! Claims about what stands between a sound model and a sound recording besides white noise.
 
 use super::{PRESSURE_WANDER_PA, late, moving, unrest, wander};
-use crate::noise::Layout;
+use crate::layout::Layout;
 use crate::record::Record;
 use crate::relations::Blocks;
 use crate::test_rig::{
@@ -12,8 +12,8 @@ use dgd_effects::{Curves, FRICTION_TERMS, HEAD_TERMS, Scale};
 const BLOCKS: usize = 30;
 const LAYOUT: Layout = Layout {
     blocks: BLOCKS,
-    difference: 0,
-    mass: BLOCKS / 3,
+    outlets: 0,
+    balance: BLOCKS / 3,
 };
 /// What half a second is worth.
 const TIMING_S: f64 = 0.5;
@@ -277,8 +277,8 @@ fn what_answers_late_changes_the_head_by_its_rate_and_nothing_else() {
     };
     let layout = Layout {
         blocks: n,
-        difference: 0,
-        mass: 4,
+        outlets: 0,
+        balance: 4,
     };
     let [meter, drive] = late(10.0, &curves, &b, layout);
     // 0.0001 m3/s and 0.02 % a second at the tenth block.

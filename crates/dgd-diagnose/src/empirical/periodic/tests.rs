@@ -7,6 +7,7 @@ use super::{
     peaks, times,
 };
 use crate::empirical::tests::{LENGTH_S, SIZES, loose, made, off_by};
+use crate::layout::Section;
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::test_rig::{Hidden, drilled, normals};
@@ -99,7 +100,7 @@ fn the_spectrum_is_what_a_wave_of_each_frequency_takes_out_of_the_residuals() {
         let times = times(tangent.layout, record.block_s());
         let pulse: Vec<f64> = (times.iter().enumerate())
             .map(|(row, t)| {
-                let (size, at) = if row < tangent.layout.mass_at() {
+                let (size, at) = if row < tangent.layout.rows(Section::Balance).start {
                     (1e4, 2600.0)
                 } else {
                     (1e-3, 2750.0)

@@ -1,6 +1,7 @@
 //! Claims about what a whitening does to rows, in full: the covariance that it is made for comes out as one.
 
 use super::{NO_WANDER, full, layout, patchy, white};
+use crate::layout::Section;
 use crate::noise::apply::FADED;
 use crate::noise::{Layout, Wander, Whitening};
 use crate::relations::Rows;
@@ -47,7 +48,7 @@ fn comes_out(w: &Whitening, cov: &dyn Fn(usize, usize) -> f64) -> Matrix {
             let mut impulse = vec![0.0; n];
             impulse[j] = 1.0;
             if j < w.layout.blocks && w.valid[j] && !w.still[j] {
-                impulse[w.layout.head() + j] = KINSHIP;
+                impulse[w.layout.rows(Section::Head).start + j] = KINSHIP;
             }
             w.apply(&impulse)
         })
@@ -81,8 +82,8 @@ fn runs(l: Layout) -> Rows {
     let gaps = |valid: &mut [bool], at: [usize; 4]| at.into_iter().for_each(|k| valid[k] = false);
     gaps(&mut rows.friction, [1, 4, 8, 12]);
     gaps(&mut rows.head, [2, 4, 7, 11]);
-    gaps(&mut rows.difference, [3, 5, 8, 12]);
-    gaps(&mut rows.mass, [0, 2, 5, 9]);
+    gaps(&mut rows.outlets, [3, 5, 8, 12]);
+    gaps(&mut rows.balance, [0, 2, 5, 9]);
     rows.still[15..19].fill(true);
     rows
 }

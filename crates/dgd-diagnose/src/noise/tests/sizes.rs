@@ -1,6 +1,7 @@
 //! Claims about the sizes, the memory and the kinship that are read from residuals.
 
 use super::{NO_WANDER, full, layout, patchy, remembering, white};
+use crate::layout::Section;
 use crate::noise::{Layout, Whitening, autoregression, high_pass};
 use crate::numbers::spread;
 use crate::relations::Rows;
@@ -14,7 +15,7 @@ fn of(l: Layout, rows: &Rows, residual: &[f64], unrest: &[f64]) -> Whitening {
 fn kindred(l: Layout, seed: u64) -> Vec<f64> {
     let mut residual = white(l, seed);
     for b in 0..l.blocks {
-        residual[l.head() + b] += 0.8 * residual[b];
+        residual[l.rows(Section::Head).start + b] += 0.8 * residual[b];
     }
     residual
 }
@@ -63,7 +64,7 @@ fn rows_of_zeros_are_of_no_kin() {
 fn a_head_row_weighs_what_it_holds_beside_friction() {
     let l = layout(6000);
     let w = of(l, &full(l), &kindred(l, 5), &vec![0.0; l.len()]);
-    let size = 1.0 / w.weight[l.head()];
+    let size = 1.0 / w.weight[l.rows(Section::Head).start];
     assert!((size / 7e3 - 1.0).abs() < 0.05, "{size}");
 }
 
@@ -92,10 +93,11 @@ fn a_section_has_the_memory_and_the_size_of_its_calm_rows() {
         .filter(|(calm, _)| calm.iter().all(|c| *c))
         .map(|(_, v)| v[2] - a * v[1] - b * v[0]);
     let size = spread(left);
-    for (k, range) in l.sections().into_iter().enumerate().take(3) {
+    for section in [Section::Friction, Section::Head, Section::Outlets] {
+        let range = l.rows(section);
         w.weight.fill(0.0);
-        w.section(k, &values, &valid, (scale, 0.1), &unrest);
-        assert_eq!(w.memory[k], [a, b]);
+        w.weigh(section, &values, &valid, (scale, 0.1), &unrest);
+        assert_eq!(w.memory[section as usize], [a, b]);
         for i in 0..n {
             let expected = if valid[i] {
                 1.0 / size.hypot(unrest[i])
@@ -103,7 +105,10 @@ fn a_section_has_the_memory_and_the_size_of_its_calm_rows() {
                 0.0
             };
             let found = w.weight[range.start + i];
-            assert!((found - expected).abs() < 1e-12, "{k}, {i}: {found}");
+            assert!(
+                (found - expected).abs() < 1e-12,
+                "{section:?}, {i}: {found}"
+            );
         }
         let elsewhere = w.weight.iter().filter(|v| **v > 0.0).count();
         assert_eq!(elsewhere, valid.iter().filter(|v| **v).count());

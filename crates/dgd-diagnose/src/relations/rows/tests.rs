@@ -62,9 +62,9 @@ fn no_row_lies_at_a_start_or_stop() {
     assert_eq!(used(&found.head), all(&[1..19, 41..60]));
     assert_eq!(used(&found.still), (22..39).collect::<Vec<usize>>());
     assert_eq!(used(&found.friction), all(&[1..19, 22..39, 41..60]));
-    assert_eq!(used(&found.difference).len(), BLOCKS);
+    assert_eq!(used(&found.outlets).len(), BLOCKS);
     // The balance needs no flow, but its own is not known where the line fills.
-    assert_eq!(used(&found.mass), all(&[1..13, 14..20]));
+    assert_eq!(used(&found.balance), all(&[1..13, 14..20]));
 }
 
 #[test]
@@ -88,7 +88,7 @@ fn a_block_that_turns_or_flows_in_part_is_a_start_or_stop() {
                 lost(&sound.friction, &found.friction),
                 near(block - 1, after)
             );
-            assert_eq!(lost(&sound.mass, &found.mass), [block / MASS_BLOCKS]);
+            assert_eq!(lost(&sound.balance, &found.balance), [block / MASS_BLOCKS]);
         }
     }
 }
@@ -104,8 +104,8 @@ fn a_gap_takes_the_rows_that_it_is_in() {
         [
             lost(&sound.friction, &found.friction),
             lost(&sound.head, &found.head),
-            lost(&sound.difference, &found.difference),
-            lost(&sound.mass, &found.mass),
+            lost(&sound.outlets, &found.outlets),
+            lost(&sound.balance, &found.balance),
         ]
     };
     let (here, row, none) = (vec![block], vec![block / MASS_BLOCKS], Vec::new());
@@ -146,7 +146,7 @@ fn a_gap_takes_the_rows_that_it_is_in() {
     assert_eq!(lost(&sound.head, &found.head), here);
     let mut record = stopped();
     whole(&mut record.outlets[1]);
-    assert_eq!(lost(&sound.difference, &rows(&record).difference), here);
+    assert_eq!(lost(&sound.outlets, &rows(&record).outlets), here);
     // A standing line needs its pressure and nothing else.
     let mut record = stopped();
     record.outlet[samples(30..31)].fill(f64::NAN);
@@ -188,7 +188,7 @@ fn a_transmitter_that_repeats_itself_is_stuck() {
             // From its first sample on, and two blocks beyond its last.
             let last = (first + repeats) / PER_BLOCK;
             let blocks: Vec<usize> = (first / PER_BLOCK..=last + 2).collect();
-            assert_eq!(lost(&sound.difference, &found.difference), blocks);
+            assert_eq!(lost(&sound.outlets, &found.outlets), blocks);
             assert_eq!(lost(&sound.friction, &found.friction), blocks);
             let head = if first < STOP.start * PER_BLOCK {
                 blocks
@@ -196,7 +196,7 @@ fn a_transmitter_that_repeats_itself_is_stuck() {
                 Vec::new()
             };
             assert_eq!(lost(&sound.head, &found.head), head);
-            assert!(lost(&sound.mass, &found.mass).is_empty());
+            assert!(lost(&sound.balance, &found.balance).is_empty());
             let found = stuck(repeats - 1);
             assert!(lost(&sound.friction, &found.friction).is_empty());
         }
@@ -222,7 +222,7 @@ fn an_outlet_that_rises_at_rest_tells_a_start_that_the_set_point_does_not() {
     assert_eq!(used(&found.friction), all(&[1..19, 22..29, 41..60]));
     assert_eq!(used(&found.head), all(&[1..19, 41..60]));
     let row = 30 / MASS_BLOCKS;
-    assert!(found.mass[row - 1] && !found.mass[row]);
+    assert!(found.balance[row - 1] && !found.balance[row]);
     // A line that drains falls, and what transmitters wander by is no start.
     for rise_pa in [-20e5, 0.5e5] {
         assert_eq!(with(rise_pa).still, rows(&stopped()).still);
