@@ -234,7 +234,14 @@ pub trait Effect: Send + Sync {
 }
 
 impl About {
-    /// Position of a parameter, by name.
+    /// Position of a parameter, by name: for who sets one of several, as in a model of one's own.
+    ///
+    /// ```
+    /// let about = dgd_effects::find("influx").expect("an effect of the catalogue").about();
+    /// let mut parameters = about.of_strength(0.002);
+    /// parameters[about.position("onset_s").expect("its onset")] = 3600.0;
+    /// assert_eq!(about.interval_s(&parameters, (0.0, 1e5)).0, 3600.0);
+    /// ```
     pub fn position(&self, name: &str) -> Option<usize> {
         self.parameters.iter().position(|p| p.name == name)
     }

@@ -210,10 +210,7 @@ pub(crate) fn warn_of_inflow(prepared: &Prepared, delay: i64, warnings: &mut Vec
     let inlet_pa = &prepared.inlet_pressure_pa;
     let n = inlet_pa.len();
     let base = samples_of(BASE_S, step_s).max(1);
-    let pumped = (recording.mud_pump_flow_m3_s.iter())
-        .zip(&recording.booster_flow_m3_s)
-        .zip(&recording.topfill_flow_m3_s);
-    let inflow = Running::of(pumped.map(|((mud, booster), topfill)| mud + booster + topfill));
+    let inflow = Running::of(recording.inflow_m3_s().into_iter());
     let outflow = Running::of(recording.return_flow_m3_s.iter().copied());
     let delay = isize::try_from(delay).unwrap_or_default();
     let every = (n / LOOKED_AT).max(base.div_ceil(2)).max(1);

@@ -1,6 +1,6 @@
 //! The friction's rungs: the sweep, the final law and the poorer ones.
 
-use crate::doubt::correlation_samples;
+use crate::correlation::correlation_samples;
 use crate::{Estimate, FrictionModel, FrictionTerm, IdentifyOptions};
 use dgd_friction::{
     DelayScan, DelaySweep, FrictionError, Loss, Minimum, PolynomialFit, Samples, SweepOptions,

@@ -8,7 +8,7 @@
 #![deny(missing_docs)]
 
 mod clocks;
-mod doubt;
+mod correlation;
 mod friction;
 mod identify;
 mod model;

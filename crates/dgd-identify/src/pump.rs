@@ -1,6 +1,6 @@
 //! The pump's rungs: the head curve at fixed and at free exponents.
 
-use crate::doubt::correlation_samples;
+use crate::correlation::correlation_samples;
 use crate::{Estimate, IdentifyOptions, PumpModel};
 use dgd_pump::{
     ConstrainedFit, ConstrainedOptions, CurveFit, ExponentSearch, HeadCurve, Limit, PumpError,

@@ -127,31 +127,6 @@ pub(crate) fn unit_in_name(tag: &str) -> Option<&str> {
     looked_for.then_some(unit)
 }
 
-/// Runs of at least `least` equal finite values, in order.
-pub fn stuck_runs(values: &[f64], least: usize) -> impl Iterator<Item = Run> {
-    let mut start = 0;
-    std::iter::from_fn(move || {
-        while start < values.len() {
-            let value = values[start];
-            let length = values[start..]
-                .iter()
-                .take_while(|v| **v == value)
-                .count()
-                .max(1);
-            let run = Run {
-                start,
-                length,
-                value,
-            };
-            start += length;
-            if length >= least && value.is_finite() {
-                return Some(run);
-            }
-        }
-        None
-    })
-}
-
 /// The quantisation step: the smallest difference of neighbours that at least one in
 /// a hundred of the changes shows. `None` if the values hardly change.
 ///

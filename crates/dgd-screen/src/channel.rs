@@ -70,7 +70,22 @@ pub struct ChannelScreen {
 }
 
 impl ChannelScreen {
-    /// Mask of the samples at which this transmitter may be trusted.
+    /// Mask of the samples at which this transmitter may be trusted: for what looks at it alone, as [`crate::Screening::keep`] looks at all
+    /// that a fit needs.
+    ///
+    /// ```
+    /// use dgd_recording::Channel;
+    /// use dgd_screen::Screening;
+    ///
+    /// /// The booster's flow where its meter may be trusted, and NaN where not.
+    /// fn trusted_booster(screening: &Screening, mut flow_m3_s: Vec<f64>) -> Vec<f64> {
+    ///     let valid = screening.channel(Channel::BoosterFlow).map(|screen| screen.valid());
+    ///     for (flow, valid) in flow_m3_s.iter_mut().zip(valid.unwrap_or_default()) {
+    ///         *flow = if valid { *flow } else { f64::NAN };
+    ///     }
+    ///     flow_m3_s
+    /// }
+    /// ```
     pub fn valid(&self) -> Vec<bool> {
         self.faults.iter().map(|f| f.trusted()).collect()
     }

@@ -79,11 +79,6 @@ impl Reasons {
         Self(self.0 & !other.0)
     }
 
-    /// The bits, for a compact file: 1 is [`Self::GAP`], then in the order of [`Self::ALL`].
-    pub fn bits(self) -> u16 {
-        self.0
-    }
-
     /// `self` if `yes`, else nothing.
     pub(crate) fn when(self, yes: bool) -> Self {
         Self(self.0 * u16::from(yes))
@@ -161,4 +156,16 @@ pub(crate) fn tally(reasons: &[Reasons]) -> Vec<Tally> {
         }
     }
     table
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Reasons;
+
+    #[test]
+    fn the_bits_stand_in_the_order_of_the_table() {
+        for (place, (reason, name)) in Reasons::ALL.iter().enumerate() {
+            assert_eq!(reason.0, 1 << place, "{name}");
+        }
+    }
 }

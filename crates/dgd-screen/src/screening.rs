@@ -37,7 +37,15 @@ impl Screening {
         self.reasons.iter().map(|r| r.is_empty()).collect()
     }
 
-    /// Mask of the samples against which nothing but `tolerated` speaks.
+    /// Mask of the samples against which nothing but `tolerated` speaks: for a purpose of one's own, which some of the reasons do not hinder.
+    ///
+    /// ```
+    /// # use dgd_screen::{Reasons, Screening};
+    /// /// Where the pump runs steadily or has only just started, for a study of its starts.
+    /// fn with_starts(screening: &Screening) -> Vec<bool> {
+    ///     screening.keep_despite(Reasons::SETTLING)
+    /// }
+    /// ```
     pub fn keep_despite(&self, tolerated: Reasons) -> Vec<bool> {
         let usable = |r: &Reasons| r.without(tolerated).is_empty();
         self.reasons.iter().map(usable).collect()

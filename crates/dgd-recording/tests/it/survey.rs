@@ -1,5 +1,5 @@
 use crate::wells::{column, table};
-use dgd_recording::{Column, Run, Table, quantum, stuck_runs, survey};
+use dgd_recording::{Column, Run, Table, quantum, survey};
 
 #[test]
 fn a_column_is_summed_up_in_its_own_unit() {
@@ -56,18 +56,6 @@ fn a_value_that_hardly_changes_has_no_quantum() {
     assert_eq!(quantum(&[1.0; 1000]), None);
     assert_eq!(quantum(&[]), None);
     assert_eq!(quantum(&[f64::NAN; 1000]), None);
-}
-
-#[test]
-fn runs_are_reported_once_in_order_and_never_of_nan() {
-    let nan = f64::NAN;
-    let values = [1.0, 1.0, 2.0, nan, nan, nan, 3.0, 3.0, 3.0];
-    let runs: Vec<(usize, usize)> = stuck_runs(&values, 2)
-        .map(|r| (r.start, r.length))
-        .collect();
-    assert_eq!(runs, [(0, 2), (6, 3)]);
-    assert_eq!(stuck_runs(&values, 4).count(), 0);
-    assert_eq!(stuck_runs(&values, 1).count(), 3);
 }
 
 #[test]
