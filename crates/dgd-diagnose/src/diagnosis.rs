@@ -389,7 +389,7 @@ pub enum DiagnoseError {
     Well(#[from] dgd_recording::WellError),
     /// Samples too far apart.
     #[error(
-        "the samples are {step_s} s apart, a diagnosis needs {MOST_STEP_S} s or less: record more often, or mend the unit of the time"
+        "the samples are {step_s} s apart, a diagnosis needs {MOST_STEP_S} s or less: sample more often, or correct the unit of the time"
     )]
     Step {
         /// Step of the clock, s.
@@ -400,7 +400,8 @@ pub enum DiagnoseError {
     NoEffects,
     /// Too little of the recording can be used.
     #[error(
-        "{usable} blocks of {block_s} s with flow and pressure can be used, a diagnosis needs {needed} ({:.0} min): record for longer, or see what the screening rejects", *needed as f64 * block_s / 60.0
+        "{usable} blocks of {block_s} s with flow and pressure can be used, a diagnosis needs {needed} ({:.0} min): record for longer, or check \
+         what the screening rejects", *needed as f64 * block_s / 60.0
     )]
     TooShort {
         /// Length of a block, s.
@@ -412,7 +413,7 @@ pub enum DiagnoseError {
     },
     /// A suspect is no effect of the catalogue.
     #[error(
-        "the catalogue holds no effect `{id}`; it holds {}",
+        "the catalogue has no effect `{id}`; it has {}",
         dgd_effects::catalogue().iter().map(|e| e.about().id).collect::<Vec<_>>().join(", ")
     )]
     NotInCatalogue {

@@ -22,7 +22,7 @@ pub enum ExportError {
         tag: String,
     },
     /// A series that is not as long as the clock.
-    #[error("`{name}` has {found} samples, expected {expected} as the time has")]
+    #[error("`{name}` has {found} samples, expected {expected} to match the time")]
     Length {
         /// The series.
         name: String,

@@ -89,8 +89,8 @@ pub fn diagnosis_page(
     if !warnings.is_empty() {
         page.section("Before you read on")
             .paragraph(
-                "The recording hardly fits its well description. If a line below is right, what follows is not: \
-                 mend the description and diagnose again.",
+                "The recording does not match its well description. If a line below is right, the rest of this report is not: correct the \
+                 description and diagnose again.",
             )
             .list(warnings);
     }

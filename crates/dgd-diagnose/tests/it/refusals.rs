@@ -54,7 +54,7 @@ fn the_message_tells_how_much_can_be_used() {
     let error = tried(&well, standing, step_s).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "0 blocks of 10 s with flow and pressure can be used, a diagnosis needs 190 (32 min): record for longer, or see what the screening rejects"
+        "0 blocks of 10 s with flow and pressure can be used, a diagnosis needs 190 (32 min): record for longer, or check what the screening rejects"
     );
 }
 

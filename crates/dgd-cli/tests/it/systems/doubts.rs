@@ -91,7 +91,7 @@ fn a_transmitter_that_never_moves_is_told_and_gives_no_cause() {
     );
     bench
         .dgd("diagnose two_tanks.csv --system two_tanks.toml --out d")
-        .refused(&["two_tanks.csv", "no instrument moves", "channels"]);
+        .refused(&["two_tanks.csv", "no instrument changes", "channels"]);
     assert!(!bench.path("d").exists());
     let bench = altered(|_, cells| {
         let mut row = kept(cells);
@@ -112,7 +112,7 @@ fn samples_that_are_fitted_and_held_out_are_told() {
         system.replace("[[0.0, 1600.0]]", "[[0.0, 1800.0]]"),
     );
     let (said, _) = fitted(&bench);
-    assert!(said.contains("that record.train holds too"), "{said}");
+    assert!(said.contains("that record.train also contains"), "{said}");
     for (window, why) in [
         ("[[1600.0, 0.0]]", "ends before it begins"),
         ("[[9000.0, 9100.0]]", "the record runs from 0 to 2400"),
@@ -214,7 +214,7 @@ fn a_dead_transmitter_beside_an_empty_one_gives_no_cause_either() {
     bench.write("two_tanks.toml", system);
     bench
         .dgd("diagnose two_tanks.csv --system two_tanks.toml --out d")
-        .refused(&["no instrument moves"]);
+        .refused(&["no instrument changes"]);
 }
 
 #[test]
@@ -244,7 +244,7 @@ fn kinds_are_listed_with_what_each_may_hold() {
     }
     bench
         .dgd("system kinds pipe")
-        .refused(&["`pipe` is no kind", "line", "tank"]);
+        .refused(&["`pipe` is not a kind", "line", "tank"]);
 }
 
 #[test]
