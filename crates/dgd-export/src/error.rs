@@ -73,7 +73,7 @@ pub enum ExportError {
     },
     /// A name that MATLAB does not take.
     #[error(
-        "`{name}` is no MATLAB name; it takes a letter, then letters, digits and `_`, 63 in all"
+        "`{name}` is not a MATLAB name: a letter, then letters, digits and `_`, at most 63 in all"
     )]
     Name {
         /// The name.

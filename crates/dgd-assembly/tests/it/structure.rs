@@ -50,7 +50,7 @@ pump = { kind = "centrifugal_pump", speed = 1.0, c0 = 1.0, c2 = 1.0 }
 line = { kind = "line", quadratic = 1.0 }
 "#;
     assert!(
-        problems(text).contains("hangs on no pressure"),
+        problems(text).contains("no pressure is defined"),
         "{}",
         problems(text)
     );

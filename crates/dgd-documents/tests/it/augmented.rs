@@ -161,7 +161,10 @@ fn an_unknown_effect_is_told_with_the_nearest() {
     assert_eq!(message, "effect `inflx` is not in the catalogue");
     assert_eq!(help, "did you mean `influx`?");
     let (_, help) = told_once("id = \"influx\"", "id = \"Flying Dutchman\"");
-    assert_eq!(help, "the effects stand in the catalogue's README");
+    assert_eq!(
+        help,
+        "the effects are listed in the README of the catalogue"
+    );
 }
 
 #[test]

@@ -126,7 +126,7 @@ fn channels_on_different_clocks_are_told() {
         .warns("the best delay, 30 s, is the last of the range: sweep further up");
     late(&PRESSURES, 30)
         .fitted()
-        .warns("the return flow is 17 s ahead of the pressures, which no meter is");
+        .warns("the return flow is 17 s ahead of the pressures, which is impossible for a meter");
     late(&["SPM"], 30)
         .fitted()
         .warns("with the pump speed read 30 s later than recorded");
@@ -191,7 +191,7 @@ fn a_meter_whose_clock_runs_fast_is_told() {
         *value = before.get(i + i / 50).copied().unwrap_or(f64::NAN);
     }
     rig.fitted()
-        .warns("ahead of the pressures, which no meter is");
+        .warns("ahead of the pressures, which is impossible for a meter");
 }
 
 /// Every tenth of a second, in between by straight lines.

@@ -166,7 +166,7 @@ fn a_speed_in_rpm_beside_its_full_speed_is_right() {
     rpm.fitted().right(0.0).suspects_nothing();
     let open = Rig::sound().saying("unit = \"%\"", "unit = \"rpm\"");
     open.fit()
-        .refused(&["beside the full speed", "full = \"1800 rpm\""]);
+        .refused(&["with the full speed", "full = \"1800 rpm\""]);
 }
 
 #[test]

@@ -101,7 +101,7 @@ fn a_constant_channel_is_named() {
     }
     let rested = Rig::sound().each(&["SPM"], |_, _| 51.0).fitted();
     rested.suspects(line_of("SPM"), &["never changes (51 %"]);
-    rested.warns("explains only 0 % of the head's variance");
+    rested.warns("explains only 0 % of the head variance");
 }
 
 #[test]
