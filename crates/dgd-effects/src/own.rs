@@ -417,7 +417,7 @@ mod tests {
                     extent: Extent::FromOnset,
                     ..with(&[STRENGTH, Parameter::ONSET])
                 },
-                "always there",
+                "always present",
             ),
             (
                 with(&[

@@ -64,7 +64,7 @@ type Write = fn(&Diagnosis, &mut Html);
 /// #     held_out_s: Vec::new(), began: None, settings: Vec::new(), work: Default::default(),
 /// # };
 /// let html = dgd_report::diagnosis_page(&diagnosis, "rig.csv", "dgd diagnose rig.csv --well well.toml", &[]);
-/// assert!(html.contains("Nothing is left out that this recording could show"));
+/// assert!(html.contains("The model leaves out nothing that this recording could show"));
 /// ```
 #[must_use]
 pub fn diagnosis_page(

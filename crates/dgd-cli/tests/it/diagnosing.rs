@@ -296,7 +296,7 @@ fn a_file_in_the_place_of_the_folder_is_told_before_the_work() {
     let ran = bench.dgd("diagnose rig.mat --well well.toml --out d");
     assert_eq!(ran.status, 1, "{ran:?}");
     assert!(
-        ran.err.contains("d cannot be written: it is no folder"),
+        ran.err.contains("d cannot be written: it is not a folder"),
         "{}",
         ran.err
     );

@@ -139,7 +139,7 @@ fn whoever_knows_no_effects_is_told_that_there_are_some() {
     let error = read_model(&source).unwrap_err();
     assert_eq!(
         error.problems[0].message,
-        "the model holds effects (influx), expected a two-state model without"
+        "the model contains effects (influx), expected a two-state model without effects"
     );
     let line = source.lines().nth(error.places[0].0 - 1).unwrap();
     assert_eq!(line, "[augmented]");

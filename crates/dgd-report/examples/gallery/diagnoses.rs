@@ -306,7 +306,7 @@ fn placebo(finding: &Finding) -> Option<Check> {
         name: format!("{}: placebo at another time explains less", finding.effect),
         passed: true,
         detail: format!(
-            "of the evidence of {:.0} at {:.0} s the best of 5 other times, {:.0} s, explains 2 %",
+            "of the evidence of {:.0} at {:.0} s, the best of 5 other times, {:.0} s, explains 2 %",
             finding.evidence,
             onset.estimate,
             0.3 * onset.estimate

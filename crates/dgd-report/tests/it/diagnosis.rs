@@ -165,7 +165,7 @@ fn the_wording_climbs_with_what_is_known() {
         lead.replace('\u{a0}', " ")
     };
     assert!(says(&diagnoses::consistent(2)).starts_with(
-        "Nothing is left out that this recording could show: 21 effects were looked for"
+        "The model leaves out nothing that this recording could show: 21 effects were looked for"
     ));
     assert!(says(&diagnoses::unknown(2)).contains("any of the 24 effects of the catalogue"));
     let class = says(&diagnoses::class(2));
@@ -220,7 +220,7 @@ fn suspects_that_explain_nothing_are_not_told_as_a_sound_recording() {
     of_one.suspected = vec!["return_flow_gain".to_owned()];
     let told = plain(&of_one);
     for wanted in [
-        "The recording shows nothing of what was suspected; nothing else was looked for but swell.",
+        "The recording shows no sign of what was suspected; nothing else was looked for except swell.",
         "No relation shows a mismatch",
         "Effects looked for 1 ",
     ] {

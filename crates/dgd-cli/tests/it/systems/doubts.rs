@@ -134,7 +134,7 @@ fn a_unit_of_another_dimension_is_refused_unless_the_reading_is_its_own() {
     );
     bench.dgd("system check bar.toml").refused(&[
         "level.unit",
-        "`bar` is no unit of a level",
+        "`bar` is not a unit of level",
         "gain",
     ]);
     bench.write(
