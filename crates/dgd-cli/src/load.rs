@@ -302,7 +302,7 @@ impl Units {
                 return Err(Failure::input(
                     path,
                     format!(
-                        "column `{tag}` is in {unit} here but in {} in {before}: one description cannot fit both; convert one of them",
+                        "column `{tag}` is in {unit} here but in {before} in {}: one description cannot fit both; convert one of them",
                         first.display()
                     ),
                 ));

@@ -246,7 +246,7 @@ pub(crate) fn warn_of_inflow(prepared: &Prepared, delay: i64, warnings: &mut Vec
         warnings.push(format!(
             "the riser balance error is {:.0} % smaller with the inflow read {late_s:.0} s later than recorded, as if the level moved first: {}",
             100.0 * (1.0 - (mse / now).sqrt()),
-            one_clock(late_s, "the tags of the flows in")
+            one_clock(late_s, "the tags of the inflows")
         ));
     }
 }

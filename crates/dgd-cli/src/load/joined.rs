@@ -322,7 +322,7 @@ mod tests {
             let Failure::Input { reason, help, .. } = refused(&all) else {
                 panic!("not of the input");
             };
-            let order = "begins 20 s before a.csv: name the recordings in order of time";
+            let order = "begins 20 s before a.csv: give the recordings in time order";
             assert_eq!(reason, order);
             assert!(help.unwrap().contains("zones"));
         }

@@ -432,7 +432,7 @@ mod tests {
         assert_eq!(cut, Some(["0.000".into(), "0.090".into()]));
         let nothing = told(160.0);
         assert_eq!((nothing.value.as_str(), nothing.ends), ("0.0203", None));
-        assert!(nothing.note.contains("not told"));
+        assert!(nothing.note.contains("not determined"));
         assert_eq!(told(f64::INFINITY).ends, None);
     }
 }

@@ -177,7 +177,7 @@ fn what_only_a_two_state_model_can_do_is_refused() {
         .refused(&["--kind riser", "augmented.toml", "dgd fit"]);
     bench
         .dgd("mask rig.mat --well well.toml --model augmented.toml --out m --references r.toml")
-        .refused(&["augmented.toml:", "holds effects (influx)", "dgd fit"]);
+        .refused(&["augmented.toml:", "contains effects (influx)", "dgd fit"]);
     assert!(!bench.path("m").exists());
 }
 

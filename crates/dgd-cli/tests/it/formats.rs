@@ -89,7 +89,7 @@ fn a_log_keeps_the_name_of_the_clock_and_that_it_was_set_back() {
     for name in ["back.csv", "back.mcap"] {
         bench
             .dgd(&format!("fit {name} --well well2.toml"))
-            .refused(&["the clock jumps back by 599 s", "share one time"]);
+            .refused(&["the clock jumps back by 599 s", "share the same times"]);
     }
 }
 
@@ -216,7 +216,7 @@ fn files_of_one_job_in_other_units_are_refused_with_both_names() {
         .dgd("fit day1.csv day2.csv --well well.toml")
         .refused(&[
             "day2.csv",
-            "is in l/min, in day1.csv in gpm",
+            "is in l/min here but in gpm in day1.csv",
             "convert one of them",
         ]);
 }

@@ -180,7 +180,7 @@ fn the_wording_climbs_with_what_is_known() {
     ));
     assert!(
         says(&finding)
-            .contains("it takes 94 % (95 % interval 90 to 95 %) off the error of the riser level")
+            .contains("it reduces the riser level error by 94 % (95 % interval 90 to 95 %)")
     );
     // Without an interval there is a cause, and no number.
     finding.findings[0].parameters[0].ci95 = (f64::NAN, f64::NAN);

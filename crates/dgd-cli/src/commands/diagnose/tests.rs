@@ -319,7 +319,7 @@ fn a_consistent_recording_is_told_with_what_would_have_been_seen() {
     let told = tell::tell(&started, &[], "rig.mat", Path::new("out"));
     let first = told.lines().next().unwrap();
     assert!(
-        first.ends_with("holds (influx, heave); but a check failed, see below"),
+        first.ends_with("starting model (influx, heave); but a check failed, see below"),
         "{first}"
     );
     started
@@ -445,7 +445,7 @@ fn what_several_findings_gain_is_told_once_and_of_all_together() {
         Path::new("out"),
     );
     assert!(told.contains("enters the well, and 2 more"), "{told}");
-    assert_eq!(told.matches("held out: ").count(), 1, "{told}");
+    assert_eq!(told.matches("\nheld out: ").count(), 1, "{told}");
     assert_eq!(told.matches("with them").count(), 2, "{told}");
 }
 

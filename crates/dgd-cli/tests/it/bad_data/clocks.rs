@@ -166,7 +166,7 @@ fn channels_on_another_clock_are_put_back_by_what_the_well_description_says() {
     let flows = ["FT1", "FT2", "FT3"];
     for (tags, late_s) in [(&flows[..], 25), (&["SPM"][..], 30)] {
         let warned = late(tags, 30).fitted();
-        let mend = format!("one clock? If not, `late = \"{late_s} s\"` beside");
+        let mend = format!("one clock? If not, set `late = \"{late_s} s\"` beside");
         warned.warns(&mend);
         let mut rig = late(tags, 30);
         for tag in tags {

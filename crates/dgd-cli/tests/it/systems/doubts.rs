@@ -86,7 +86,7 @@ fn a_transmitter_that_never_moves_is_told_and_gives_no_cause() {
     });
     let (said, _) = fitted(&bench);
     assert!(
-        said.contains("`level` reads 5 cm in all 401 samples"),
+        said.contains("`level` reads 5 cm in all 401 fitted samples"),
         "{said}"
     );
     bench
@@ -165,7 +165,11 @@ fn a_fit_that_is_worse_than_the_mean_is_told() {
         system.replace("unit = \"cm\"", "unit = \"m\""),
     );
     let (said, json) = fitted(&bench);
-    for part in ["`level` is off by", "its own mean", "units and channels"] {
+    for part in [
+        "`level` has an error of",
+        "its own mean",
+        "units and channels",
+    ] {
         assert!(said.contains(part), "{said}");
     }
     assert!(
@@ -271,7 +275,7 @@ fn what_has_no_name_asks_for_the_accuracy_that_would_excuse_it() {
     });
     let diagnose = "diagnose two_tanks.csv --system two_tanks.toml --out d";
     let ran = bench.dgd(diagnose);
-    let hint = "no `accuracy` is stated of level: what is within it is no mismatch";
+    let hint = "no `accuracy` is given for level: a mismatch within accuracy is not counted";
     assert!(
         ran.out.contains("unexplained") && ran.out.contains(hint),
         "{}",
