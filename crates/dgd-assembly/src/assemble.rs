@@ -101,8 +101,8 @@ fn tick(system: &System, net: &mut Network, problems: &mut Vec<Problem>) {
         Ok(found) if found.dimension == Dimension::Time => net.tick = found.factor,
         Ok(_) => problems.push(Problem::new(
             "record.unit",
-            format!("`{unit}` is no unit of time"),
-            "s, ms, min, h or d; or name what the samples stand along: `independent = \"depth\"`",
+            format!("`{unit}` is not a unit of time"),
+            "s, ms, min, h or d; or name the independent variable: `independent = \"depth\"`",
         )),
         Err(error) => problems.push(Problem::new("record.unit", error.to_string(), "")),
     }

@@ -69,7 +69,7 @@ pub(crate) fn number(setting: &Setting, property: &Property) -> Result<f64, Stri
             }
         }
         _ => Err(format!(
-            "is no number, expected a number in {}",
+            "is not a number, expected a number in {}",
             property.unit
         )),
     }
@@ -240,7 +240,7 @@ fn free(slots: &mut Slots, system: &System) {
             slots.problem(
                 path,
                 "is free and an input",
-                "take it out of [free] or of [inputs]",
+                "remove it from [free] or from [inputs]",
             );
         }
         slots.values[slot] = bounds.start;
@@ -268,5 +268,5 @@ fn unknown_path(slots: &mut Slots, path: &str, table: &str) {
     } else {
         format!("expected one of: {}", near.join(", "))
     };
-    slots.problem(path, format!("in {table} is no property"), mend);
+    slots.problem(path, format!("in {table} is not a property"), mend);
 }

@@ -112,7 +112,7 @@ static TANK: &[Property] = &[
         "m2",
         None,
         POSITIVE,
-        "cross-section; `area_profile = [[height, area], ..]` in its place",
+        "cross-section; or `area_profile = [[height, area], ..]` instead",
     ),
     p(
         "brim",
@@ -335,7 +335,7 @@ static DISPLACEMENT: &[Property] = &[
         "any",
         None,
         ANY,
-        "what drives it: strokes, voltage, set-point",
+        "input: strokes, voltage, set-point",
     ),
     p(
         "coefficient",
@@ -343,7 +343,7 @@ static DISPLACEMENT: &[Property] = &[
         "m3/s per input",
         Some(1.0),
         ANY,
-        "flow a unit of input",
+        "flow per unit of input",
     ),
 ];
 
@@ -453,7 +453,8 @@ static INSTRUMENT: &[Property] = &[
         "as the reading",
         Some(f64::NAN),
         POSITIVE,
-        "standard deviation by which it is off, in the instrument's unit: weighs it in a fit (from the record if absent); what a model is off by less is not a mismatch",
+        "standard deviation of its error, in the instrument's unit: its weight in a fit (from the record if absent); a smaller model error is not \
+         a mismatch",
     ),
     p(
         "low",
@@ -461,7 +462,7 @@ static INSTRUMENT: &[Property] = &[
         "as the reading",
         Some(f64::NEG_INFINITY),
         ANY,
-        "lower end of its range, in the instrument's unit; for the reader, nothing is computed from it",
+        "lower end of its range, in the instrument's unit; for information only",
     ),
     p(
         "high",
@@ -469,7 +470,7 @@ static INSTRUMENT: &[Property] = &[
         "as the reading",
         Some(INF),
         ANY,
-        "upper end of its range, in the instrument's unit; for the reader, nothing is computed from it",
+        "upper end of its range, in the instrument's unit; for information only",
     ),
 ];
 

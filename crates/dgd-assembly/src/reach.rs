@@ -161,7 +161,7 @@ pub(crate) fn warnings(assembly: &Assembly) -> Vec<Problem> {
             found.push(Problem::new(
                 path,
                 "no output depends on it",
-                "measure what it acts on, or make it known",
+                "measure what it acts on, or fix its value",
             ));
         }
     }
@@ -170,7 +170,7 @@ pub(crate) fn warnings(assembly: &Assembly) -> Vec<Problem> {
             found.push(Problem::new(
                 &driven.path,
                 "this input reaches no output",
-                "measure what it acts on, or take it out",
+                "measure what it acts on, or remove it",
             ));
         }
     }

@@ -172,7 +172,7 @@ pub(crate) fn check(graph: &Graph, slots: &Slots, problems: &mut Vec<Problem>) {
                 ),
                 (None, Some(&s)) => (
                     slots.parts[s].name.clone(),
-                    "connect it to where its flow goes",
+                    "connect it to the component that takes its flow",
                 ),
                 _ => (m.name.clone(), ""),
             };
@@ -207,10 +207,10 @@ pub(crate) fn check(graph: &Graph, slots: &Slots, problems: &mut Vec<Problem>) {
             join(&incidence.equations, &excess.equations)
         );
         let mend = if excess.unknowns.is_empty() {
-            "take one of these components out, or put a volume between them".to_owned()
+            "remove one of these components, or put a volume between them".to_owned()
         } else {
             format!(
-                "nothing determines: {}; two pumps that set the flow may not stand in series",
+                "nothing determines: {}; two pumps that set the flow must not be in series",
                 join(&incidence.unknowns, &excess.unknowns)
             )
         };
@@ -258,7 +258,7 @@ fn floating(graph: &Graph, slots: &Slots, problems: &mut Vec<Problem>) {
     if !loose.is_empty() {
         problems.push(Problem::new(
             "connections",
-            format!("a piece hangs on no pressure: {}", loose.join(", ")),
+            format!("no pressure is defined in this part: {}", loose.join(", ")),
             "connect it to a tank, volume, pressure boundary or `atmosphere`",
         ));
     }
@@ -278,7 +278,7 @@ fn floating(graph: &Graph, slots: &Slots, problems: &mut Vec<Problem>) {
             problems.push(Problem::new(
                 &part.name,
                 "is connected to nothing",
-                "add it to `connections`, or take it out",
+                "add it to `connections`, or remove it",
             ));
         }
     }

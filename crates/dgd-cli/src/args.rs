@@ -16,14 +16,14 @@ use values::{effects, parse_pair, parse_range, steps};
 #[derive(Debug, Parser)]
 #[command(name = "dgd", version, propagate_version = true, max_term_width = 100)]
 #[command(after_help = "Examples:
-  The whole job on an embedded recording, with pictures:
+  Everything on an embedded recording, with figures:
     dgd demo
   A recording of a rig, described in well.toml:
     dgd inspect rig.mat --propose well.toml
     dgd fit rig.mat --well well.toml
     dgd simulate rig.mat --well well.toml --model model.toml
     dgd diagnose rig.mat --well well.toml --out diagnosis
-  A system of one's own, described in system.toml:
+  Your own system, described in system.toml:
     dgd system kinds
     dgd system check system.toml --draw system.svg
     dgd fit bench.csv --system system.toml --out bench.toml
@@ -42,10 +42,10 @@ pub(crate) struct Global {
     /// Print the result as JSON instead of text
     #[arg(long, global = true, help_heading = "For every command")]
     pub(crate) json: bool,
-    /// Say more on standard error (-vv: even more)
+    /// Print more on standard error (-vv: even more)
     #[arg(short, long, global = true, help_heading = "For every command", action = clap::ArgAction::Count)]
     pub(crate) verbose: u8,
-    /// Say nothing but errors on standard error
+    /// Print only errors on standard error
     #[arg(
         short,
         long,
@@ -58,11 +58,11 @@ pub(crate) struct Global {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Tell what is in a file: channels, units, rate, gaps, stuck runs, ranges
+    /// Show what is in a file: channels, units, rate, gaps, stuck runs, ranges
     Inspect(Inspect),
-    /// Identify friction, meter delay and pump of a recording
+    /// Identify friction, meter delay and pump curve from a recording
     Fit(Fit),
-    /// Locate where model and recording differ, name the physics left out, show the fit improve
+    /// Locate where model and recording differ, name the missing physics, show how the fit improves
     Diagnose(Diagnose),
     /// List the effects that a diagnosis of a return line can name, and the steps of its search
     Catalogue,
@@ -70,11 +70,11 @@ pub(crate) enum Command {
     Simulate(Simulate),
     /// Check and draw the description of a system
     System(SystemCommand),
-    /// A, B, C, D around an operating point, with poles and time constants
+    /// Compute A, B, C, D at an operating point, with poles and time constants
     Linearise(Linearise),
-    /// What moves the readings: parameters ranked, and which of them a recording tells apart
+    /// Rank parameters by their effect on the readings, and show which of them a recording can separate
     Sensitivities(Sensitivities),
-    /// Write a recording and its model in percent of undisclosed references
+    /// Write a recording and its model as percentages of undisclosed references
     Mask(Mask),
     /// Write a recording in another format
     Convert(Convert),
@@ -89,15 +89,15 @@ pub(crate) enum Command {
   dgd inspect rig.mat --propose well.toml
   dgd inspect years.csv --in-blocks
 
-The table tells of each column: its smallest, median and largest value, the step of its quantisation, how many samples \
-repeat the one before, and the longest run of one value (`537 x 0` is 537 samples of 0).")]
+For each column the table gives the smallest, median and largest value, the quantisation step, the number of samples \
+that repeat the one before, and the longest run of one value (`537 x 0` is 537 samples of 0).")]
 pub(crate) struct Inspect {
     /// MAT v5 or v7.3, CSV or MCAP
     pub(crate) recording: PathBuf,
     /// Write the proposed channel map as the start of a well description
     #[arg(long, value_name = "FILE")]
     pub(crate) propose: Option<PathBuf>,
-    /// Read CSV or MCAP block by block, in memory that does not grow with the recording (from 1 GiB on it is, anyway)
+    /// Read CSV or MCAP in blocks, in constant memory (automatic from 1 GiB)
     #[arg(long)]
     pub(crate) in_blocks: bool,
 }
@@ -109,30 +109,30 @@ pub(crate) struct Inspect {
   dgd fit rig.mcap --well well.toml --delays 0:60 --robust --json
   dgd fit bench.mat --system system.toml --out bench.toml
 
-With --system the model is a system.toml with the fitted values, which --system takes again; beside it, under its name, \
-stand the simulation of all windows (.csv), the report (.html) and what it says for machines (.json).")]
+With --system the model is a system.toml with the fitted values, which --system accepts again. Next to it, under the same name, \
+are the simulation of all windows (.csv), the report (.html) and the report data (.json).")]
 pub(crate) struct Fit {
     #[command(flatten)]
     pub(crate) source: AnySource,
-    /// Where the model goes
+    /// File to write the model to
     #[arg(long, value_name = "FILE", default_value = "model.toml")]
     pub(crate) out: PathBuf,
     /// Draw Figures 3.2-3.7 and 3.9-3.11 into this folder, as SVG and PNG
     #[arg(long, value_name = "DIR", conflicts_with = "system")]
     pub(crate) figures: Option<PathBuf>,
-    /// Delays of the return flow meter to try, seconds from:to
+    /// Range of return flow meter delays to try, s
     #[arg(long, value_name = "FROM:TO", default_value = "0:30", value_parser = parse_range, allow_hyphen_values = true, conflicts_with = "system")]
     pub(crate) delays: (f64, f64),
-    /// Weigh outliers down (Huber): in the friction fits, or of a system's readings
+    /// Down-weight outliers (Huber), in the friction fits or in the readings of a system
     #[arg(long)]
     pub(crate) robust: bool,
-    /// Keep the pump's exponents at 2 and 2 (Eq. 3.31), with c1, c2 > 0
+    /// Keep the pump exponents at 2 and 2 (Eq. 3.31), with c1, c2 > 0
     #[arg(long, conflicts_with = "system")]
     pub(crate) fixed_exponents: bool,
-    /// Further starts of a system's fit, spread over the bounds
+    /// Additional starting points for a system fit, spread over the bounds
     #[arg(long, value_name = "N", default_value_t = 4, conflicts_with = "well")]
     pub(crate) starts: usize,
-    /// Estimate a system's values on its linear model as well, beside the others
+    /// Also estimate the values of a system on its linear model
     #[arg(long, conflicts_with = "well")]
     pub(crate) linear: bool,
 }
@@ -147,8 +147,8 @@ pub(crate) struct Fit {
   dgd diagnose rig.mat --well well.toml --out gas --suspect gas_in_pump
   dgd diagnose bench.mat --system system.toml --out diagnosis
 
-Writes diagnosis.json, simulation.csv (measured beside the model before and after), report.html and model.toml (with \
-the effects found; `dgd simulate` runs it) into the folder. Exit status is 0 whatever the verdict: consistent, explained, \
+Writes diagnosis.json, simulation.csv (measured, and the model before and after), report.html and model.toml (with \
+the effects found; `dgd simulate` runs it) into the folder. Exit status is 0 for every verdict: consistent, explained, \
 partly_explained or unexplained.")]
 pub(crate) struct Diagnose {
     #[command(flatten)]
@@ -156,10 +156,10 @@ pub(crate) struct Diagnose {
     /// Folder for diagnosis.json, simulation.csv, report.html and model.toml
     #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,
-    /// Start from the effects of this model, fitted again; only what is left out of it too is a finding
+    /// Start from the effects of this model, re-fitted; only what this model also leaves out is a finding
     #[arg(long, value_name = "FILE", conflicts_with = "system")]
     pub(crate) model: Option<PathBuf>,
-    /// Take these effects for given: fit them, whatever their evidence, and search for nothing else; several with commas between. `dgd catalogue` lists them
+    /// Look only for these effects and fit them whatever their evidence (comma-separated; `dgd catalogue` lists them)
     #[arg(
         long,
         value_name = "EFFECT",
@@ -169,7 +169,7 @@ pub(crate) struct Diagnose {
         conflicts_with = "system"
     )]
     pub(crate) suspect: Vec<String>,
-    /// Leave steps of the search out, to see what each buys
+    /// Omit steps of the search, to see what each contributes
     #[arg(long, value_name = "STEP", value_delimiter = ',', value_parser = steps(), conflicts_with = "system")]
     pub(crate) without: Vec<Step>,
 }
@@ -182,9 +182,9 @@ pub(crate) struct Diagnose {
   dgd simulate rig.mat --well well.toml --model diagnosis/model.toml
   dgd simulate bench.mat --system bench.toml --out run.csv
 
-A model that `dgd diagnose` wrote runs with its effects, level and flow together: --kind, --solver and --tolerance are \
-for models that `dgd fit` wrote, and --figures draws Figure 4.4 alone. With --system a report (.html) and what it says \
-for machines (.json) stand beside the output, under its name.")]
+A model written by `dgd diagnose` runs with its effects, level and flow together: --kind, --solver and --tolerance are \
+for models written by `dgd fit`, and --figures draws only Figure 4.4. With --system a report (.html) and its data \
+(.json) are written next to the output, under the same name.")]
 pub(crate) struct Simulate {
     #[command(flatten)]
     pub(crate) source: AnySource,
@@ -196,10 +196,10 @@ pub(crate) struct Simulate {
         conflicts_with = "system"
     )]
     pub(crate) model: PathBuf,
-    /// Measured beside simulated: .csv, .mcap or .mat
+    /// Output file, measured and simulated: .csv, .mcap or .mat
     #[arg(long, value_name = "FILE", default_value = "simulation.csv")]
     pub(crate) out: PathBuf,
-    /// Which equations are simulated, and which are driven by the recording
+    /// Which equations are simulated and which are driven by the recording
     #[arg(long, value_enum, default_value_t = KindArg::Coupled, conflicts_with = "system")]
     pub(crate) kind: KindArg,
     /// Riser level at the start, such as "140 m"; measured if absent
@@ -227,7 +227,7 @@ pub(crate) struct Simulate {
     /// Draw Figures 4.1-4.4 of the window into this folder, as SVG and PNG
     #[arg(long, value_name = "DIR", conflicts_with = "system")]
     pub(crate) figures: Option<PathBuf>,
-    /// From CSV or MCAP to CSV or MCAP: read, screen, run and write block by block, in memory that hardly grows with the recording (from 256 MiB on it is, anyway)
+    /// From CSV or MCAP to CSV or MCAP: read, screen, run and write in blocks, in nearly constant memory (automatic from 256 MiB)
     #[arg(long, conflicts_with = "system")]
     pub(crate) in_blocks: bool,
 }
@@ -260,17 +260,17 @@ pub(crate) enum SolverArg {
 #[command(after_help = "Examples:
   dgd mask rig.mat --well well.toml --references private/references.toml
 
-The references file undoes the masking: keep it. It is never written into the output folder.")]
+The references file reverses the masking: keep it. It is never written into the output folder.")]
 pub(crate) struct Mask {
     #[command(flatten)]
     pub(crate) source: Source,
-    /// The identified model to mask along; fitted from the recording if absent
+    /// The identified model to mask as well; fitted from the recording if absent
     #[arg(long, value_name = "FILE")]
     pub(crate) model: Option<PathBuf>,
-    /// Folder for what may be passed on: recording.csv, model.toml, report.html
+    /// Folder for the files that may be shared: recording.csv, model.toml, report.html
     #[arg(long, value_name = "DIR", default_value = "masked")]
     pub(crate) out: PathBuf,
-    /// The 100 % values: read if the file exists, else chosen and written there
+    /// File of 100 % values: read if it exists, otherwise chosen and written
     #[arg(long, value_name = "FILE")]
     pub(crate) references: PathBuf,
 }
@@ -290,10 +290,10 @@ pub(crate) struct Convert {
     /// Write MAT v7.3 (HDF5) instead of v5
     #[arg(long)]
     pub(crate) mat_v73: bool,
-    /// Name of the struct in MAT files: what the columns' names begin with up to a dot, else `recording`
+    /// Name of the struct in MAT files; by default the prefix of the column names up to a dot, or `recording`
     #[arg(long, value_name = "NAME")]
     pub(crate) root: Option<String>,
-    /// From CSV or MCAP to CSV or MCAP: read and write block by block, in memory that does not grow with the recording (from 64 MiB on it is, anyway)
+    /// From CSV or MCAP to CSV or MCAP: read and write in blocks, in constant memory (automatic from 64 MiB)
     #[arg(long)]
     pub(crate) in_blocks: bool,
 }
@@ -303,7 +303,7 @@ pub(crate) struct Convert {
   dgd demo
   dgd demo --out elsewhere --json")]
 pub(crate) struct Demo {
-    /// Folder for the report, its pictures and the model
+    /// Folder for the report, its figures and the model
     #[arg(long, value_name = "DIR", default_value = "dgd-demo")]
     pub(crate) out: PathBuf,
 }
@@ -316,9 +316,9 @@ pub(crate) struct SystemCommand {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum SystemAction {
-    /// List what a description may hold: kinds of components, their properties, units, ranges and defaults
+    /// List what a description may contain: component kinds, their properties, units, ranges and defaults
     Kinds(Kinds),
-    /// Is it well posed; its states, inputs, free parameters, and the effects that could sit on it
+    /// Check whether it is well posed; list its states, inputs, free parameters and possible effects
     Check(Check),
 }
 
@@ -338,7 +338,7 @@ pub(crate) struct Kinds {
   dgd system check system.toml --draw system.svg
   dgd system check system.toml --json | jq .effects
 
-What is not well posed is refused with status 2: every problem with its line, what is in excess, and how to mend it. \
+A system that is not well posed is refused with status 2: every problem with its line, what is in excess, and how to fix it. \
 It is drawn all the same.")]
 pub(crate) struct Check {
     /// The description of the system
@@ -355,8 +355,8 @@ pub(crate) struct Check {
   dgd linearise --well well.toml --out lin \\
     --at 'inflow.flow=800 gpm' pump.speed=72
 
-Inputs and states go by their paths (`dgd system check` lists them), in SI units or with a unit. What is not given of \
-the states is sought as the steady state. Writes linear.json and linear.mat, in MATLAB: l = load('linear.mat').linear; \
+Inputs and states are given by path (`dgd system check` lists them), in SI units or with a unit. States that are not \
+given are set to the steady state. Writes linear.json and linear.mat, in MATLAB: l = load('linear.mat').linear; \
 ss(l.A, l.B, l.C, l.D). With --well it also writes the model as system.toml.")]
 pub(crate) struct Linearise {
     #[command(flatten)]
@@ -369,16 +369,16 @@ pub(crate) struct Linearise {
         conflicts_with = "system"
     )]
     pub(crate) model: PathBuf,
-    /// Inputs and states of the operating point, SI or with a unit
+    /// Inputs and states of the operating point, in SI units or with a unit
     #[arg(long, value_name = "KEY=VALUE", num_args = 1.., value_parser = parse_pair)]
     pub(crate) at: Vec<(String, String)>,
-    /// Operating point of a recording at this time
+    /// Take the operating point from a recording at this time
     #[arg(long, value_name = "TIME", requires = "recording", conflicts_with_all = ["at", "well"], allow_hyphen_values = true)]
     pub(crate) at_time: Option<f64>,
-    /// The recording of --at-time
+    /// The recording for --at-time
     #[arg(long, value_name = "FILE", requires = "at_time")]
     pub(crate) recording: Option<PathBuf>,
-    /// Also the discrete model with inputs held over this step, s
+    /// Also compute the discrete model, with inputs held over this step, s
     #[arg(long, value_name = "SECONDS")]
     pub(crate) step: Option<f64>,
     /// Folder for linear.json and linear.mat
@@ -393,14 +393,14 @@ pub(crate) struct Linearise {
   dgd sensitivities inputs.csv --system system.toml --out plan
 
 Writes sensitivities.json, sensitivities.csv (along the run) and sensitivities.html into the folder. Instruments need \
-not have been recorded: inputs alone plan an experiment.")]
+not have been recorded: inputs alone are enough to plan an experiment.")]
 pub(crate) struct Sensitivities {
     /// MAT v5 or v7.3, CSV or MCAP
     pub(crate) recording: PathBuf,
-    /// The description of the system, or what a fit of it wrote
+    /// The description of the system, or the file written by a fit
     #[arg(long, value_name = "FILE")]
     pub(crate) system: PathBuf,
-    /// Also the profile likelihood of these parameters: each held, all others fitted (`all`: of every one)
+    /// Also compute the profile likelihood of these parameters: each held, all others fitted (`all`: every one)
     #[arg(long, value_name = "PATH", num_args = 1..)]
     pub(crate) profile: Vec<String>,
     /// Folder for sensitivities.json, sensitivities.csv and sensitivities.html

@@ -43,7 +43,7 @@ impl Failure {
 
     pub(crate) fn read(path: &Path, error: &std::io::Error) -> Self {
         let help = match error.kind() {
-            ErrorKind::NotFound => "check the path; it is taken from the current folder".into(),
+            ErrorKind::NotFound => "check the path; it is relative to the current folder".into(),
             ErrorKind::PermissionDenied => "ask for read permission on the file".into(),
             _ => String::new(),
         };
@@ -122,7 +122,7 @@ impl fmt::Display for Failure {
             Self::Arguments { reason } => f.write_str(reason),
             Self::Write { path, reason, help } => write!(
                 f,
-                "{} cannot be written: {reason}\n  help: nothing was left half-written; {help}",
+                "{} cannot be written: {reason}\n  help: no partial file was left; {help}",
                 path.display()
             ),
         }
@@ -136,9 +136,7 @@ fn mend(kind: ErrorKind) -> &'static str {
     match kind {
         ErrorKind::StorageFull => "free space or choose another disk",
         ErrorKind::QuotaExceeded => "free some of your quota or choose another disk",
-        ErrorKind::FileTooLarge => {
-            "raise the limit on the size of files (`ulimit -f`) or choose another disk"
-        }
+        ErrorKind::FileTooLarge => "raise the file size limit (`ulimit -f`) or choose another disk",
         ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
             "ask for permission to write there or choose another place"
         }

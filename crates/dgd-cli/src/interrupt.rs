@@ -85,8 +85,8 @@ fn end(signal: i32) {
     };
     let state = match held.0.written {
         0 => "no output was written, no temporary file is left".to_owned(),
-        1 => "one output had been written and is whole; no temporary file is left".to_owned(),
-        n => format!("{n} outputs had been written and are whole; no temporary file is left"),
+        1 => "one output had been written and is complete; no temporary file is left".to_owned(),
+        n => format!("{n} outputs had been written and are complete; no temporary file is left"),
     };
     let mut stderr = std::io::stderr();
     // Below the line of progress, which may be half drawn.

@@ -219,7 +219,7 @@ pub(crate) fn read_recordings(
         warnings.extend(well.contradicted(path, &table));
         let began = table.began(&well.channels.time);
         if began.is_none() && paths[..index].contains(path) {
-            warn!("{} is named twice: its samples count twice", path.display());
+            warn!("{} is given twice: its samples count twice", path.display());
         }
         let (recording, mapping) =
             Recording::from_table(table, well).map_err(|e| well.unmapped(path, &e, &issues))?;
@@ -270,7 +270,7 @@ pub(crate) fn read_recordings(
         warn!("{}: {issue}", path.display());
     }
     let mut loaded = loaded.ok_or_else(|| Failure::Arguments {
-        reason: "no recording was named".into(),
+        reason: "no recording was given".into(),
     })?;
     loaded.dates_hold = joint.dates_hold();
     loaded.suspicions = suspected.iter().map(|s| well.pointing(s)).collect();
@@ -302,7 +302,7 @@ impl Units {
                 return Err(Failure::input(
                     path,
                     format!(
-                        "column `{tag}` is in {unit}, in {} in {before}: one description cannot suit both; convert one of them",
+                        "column `{tag}` is in {unit} here but in {before} in {}: one description cannot fit both; convert one of them",
                         first.display()
                     ),
                 ));
@@ -405,7 +405,7 @@ impl Loaded {
             at.map_or_else(|| "?".to_owned(), |at| at.local())
         });
         let zone = if began.zoned && !asked_for.is_zoned() {
-            "; dates without a zone are read as UTC, in which this recording's stamps are told"
+            "; dates without a zone are read as UTC, the zone of this recording's time stamps"
         } else {
             ""
         };
@@ -489,7 +489,7 @@ impl Described {
             return None;
         }
         let said = format!(
-            "the samples of {} are taken to be {step_s} s apart, its column `{}` says {told_s:.6} s",
+            "the samples of {} are taken to be {step_s} s apart, but its column `{}` gives {told_s:.6} s",
             path.file_name()
                 .unwrap_or(path.as_os_str())
                 .to_string_lossy(),

@@ -38,7 +38,7 @@ pub(crate) fn check(path: &Path) -> Result<(), Failure> {
         None => Path::new("."),
     };
     if !folder.is_dir() {
-        let reason = format!("{} is no folder", folder.display());
+        let reason = format!("{} is not a folder", folder.display());
         return Err(Failure::unwritten(path, reason));
     }
     Hidden::create(folder, true)
@@ -182,7 +182,7 @@ impl Staged {
     fn put(&self) -> Result<Before, Failure> {
         let was_there = self.target.exists();
         if self.fresh && was_there {
-            let reason = "another run has written it meanwhile; run again to use it";
+            let reason = "another run has written it in the meantime; run again to use it";
             return Err(Failure::unwritten(&self.path, reason));
         }
         let second = hidden::second_name(self.hidden.path());
@@ -227,7 +227,7 @@ fn target(path: &Path) -> Result<PathBuf, Failure> {
         return Ok(path.to_owned());
     };
     if !target.is_file() {
-        return Err(Failure::unwritten(path, "it is no regular file"));
+        return Err(Failure::unwritten(path, "it is not a regular file"));
     }
     if INPUTS.lock().is_ok_and(|inputs| inputs.contains(&target)) {
         let reason = format!(

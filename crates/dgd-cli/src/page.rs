@@ -57,7 +57,7 @@ pub(crate) fn identified(
     }
     page.table(&parameters(fitted));
     if !fitted.identification.warnings.is_empty() {
-        page.paragraph("What to know before using it:")
+        page.paragraph("Before using it, note:")
             .list(&fitted.identification.warnings);
     }
     page.section("The model runs beside the recording")
@@ -92,8 +92,8 @@ fn lead(fitted: &Fitted, coupled: &Replay) -> String {
             brief((coupled.time_s.len() as f64 * model.data.step_s) / 3600.0), brief(d.rmse))
     });
     format!(
-        "The return flow meter is {} s late; friction is known to {} bar and pump head to {} m (root mean square) \
-         from {} samples, {kept:.0} % of the recording.{level}",
+        "The return flow meter is {} s late; the error of friction is {} bar and of pump head {} m (root mean square) over {} samples, {kept:.0} % \
+         of the recording.{level}",
         brief(model.delay_s),
         brief(model.friction.mse_pa2.sqrt() * 1e-5),
         brief(model.pump.mse_m2.sqrt()),
@@ -104,8 +104,7 @@ fn lead(fitted: &Fitted, coupled: &Replay) -> String {
 fn screening_sentence(fitted: &Fitted) -> String {
     let data = &fitted.identification.model.data;
     format!(
-        "{} samples, one every {} s. {} can be used: pump on, pressure rising over it, flow positive, no stuck or \
-         spiking transmitter.",
+        "{} samples, one every {} s. {} can be used: pump on, pressure rising across it, flow positive, no stuck or spiking transmitter.",
         count(data.samples),
         brief(data.step_s),
         count(data.kept)
@@ -119,7 +118,7 @@ fn rejected(fitted: &Fitted) -> Table {
         head: vec![
             "Reason".into(),
             "Samples".into(),
-            "Not rejected for a reason above".into(),
+            "Not rejected for an earlier reason".into(),
         ],
         rows: rows
             .map(|t| vec![t.name.to_owned(), count(t.total), count(t.first)])
@@ -132,13 +131,13 @@ fn friction_sentence(fitted: &Fitted) -> String {
     let root = |mse: f64| brief(mse.sqrt() * 1e-5);
     let first = id.undelayed.as_ref().map_or(String::new(), |f| {
         format!(
-            "With the flow as the meter shows it, C q + D q² leaves {} bar. ",
+            "With the flow as metered, C q + D q² leaves {} bar. ",
             root(f.mse_pa2)
         )
     });
     let last = id.cubic.as_ref().map_or(String::new(), |f| {
         format!(
-            " An offset and a cube in the place of the linear term leave {} bar.",
+            " An offset and a cubic term instead of the linear one leave {} bar.",
             root(f.mse_pa2)
         )
     });
@@ -153,9 +152,9 @@ fn pump_sentence(fitted: &Fitted) -> String {
     let pump = &fitted.identification.pump;
     let plain = pump.plain.as_ref().map_or(String::new(), |f| {
         let shape = if f.curve.c2 < 0.0 {
-            "but bends upwards (c2 < 0), which no pump does"
+            "but curves upwards (c2 < 0), which no pump does"
         } else {
-            "and bends down"
+            "and curves downwards"
         };
         format!(
             "With exponents 2 and 2 the fit leaves {} m {shape}. ",
@@ -208,9 +207,8 @@ fn parameters(fitted: &Fitted) -> Table {
         rows.push(vec![name.into(), number(value), "—".into(), unit.into()]);
     }
     Table {
-        caption:
-            "Parameters; the standard errors count residuals that hang together as the fewer samples that they are worth"
-                .into(),
+        caption: "Parameters; standard errors use the effective number of independent residuals"
+            .into(),
         head: ["Parameter", "Value", "Standard error", "Unit"]
             .map(Into::into)
             .to_vec(),
@@ -232,7 +230,7 @@ fn deviations([riser, flow, steady, coupled]: &[Replay; 4]) -> Table {
         ]
     };
     Table {
-        caption: "Root mean square of simulated less measured".into(),
+        caption: "Root mean square of simulated minus measured".into(),
         head: [
             "Simulation",
             "Level [m]",

@@ -48,7 +48,7 @@ fn single(recordings: &[PathBuf]) -> Result<&Path, Failure> {
         [one] => Ok(one),
         several => Err(Failure::Arguments {
             reason: format!(
-                "--system takes one recording, {} were named; part one recording by `windows` under [record.train] and [record.test]",
+                "--system takes one recording, {} were given; split one recording with `windows` under [record.train] and [record.test]",
                 several.len()
             ),
         }),
@@ -273,7 +273,7 @@ pub(crate) fn trouble(status: RunStatus) -> Option<String> {
     match status {
         RunStatus::Finished => None,
         RunStatus::Stopped(status) => Some(format!("the integrator gave up: {status:?}")),
-        RunStatus::NotSolved => Some("pressures and flows could not be solved for".into()),
+        RunStatus::NotSolved => Some("pressures and flows could not be solved".into()),
         other => Some(format!("{other:?}")),
     }
 }
@@ -283,7 +283,7 @@ pub(crate) fn ending(status: FitStatus) -> &'static str {
     match status {
         FitStatus::Converged => "converged",
         FitStatus::IterationLimit => "stopped at its limit of steps",
-        FitStatus::NoProgress => "stopped where no step made it better, which is no minimum",
+        FitStatus::NoProgress => "stopped where no step improved it, which is not a minimum",
         FitStatus::NoStart => "no start could be simulated",
         FitStatus::NothingFree => "nothing is free",
         _ => "ended otherwise",

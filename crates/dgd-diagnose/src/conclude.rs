@@ -239,7 +239,7 @@ fn swelling(
 ) -> impl Iterator<Item = (&'static About, Swell)> {
     if let Ok(s) = &swell {
         debug!(
-            "swell of {:.1} s, {:.3} m stands {:.1} times above its surroundings",
+            "swell of {:.1} s, {:.3} m is {:.1} times its surroundings",
             s.period_s, s.amplitude_m, s.ratio
         );
     }
@@ -305,16 +305,16 @@ fn refitted(given: &[Applied], here: &[Option<Applied>], span_s: (f64, f64)) -> 
             let why = if is_correction(before.effect) {
                 "this recording does not show the curve along time"
             } else {
-                "this recording speaks against it"
+                "this recording contradicts it"
             };
-            return format!("{}: {why}, it was left out", about.id);
+            return format!("{}: {why}; it was left out", about.id);
         };
         if is_correction(before.effect) {
             return format!("{}, a correction", about.id);
         }
         if !acts(after) {
             return format!(
-                "{}: by its own time it acts outside this recording, which says nothing of it",
+                "{}: its onset and duration lie outside this recording, which cannot confirm it",
                 about.id
             );
         }

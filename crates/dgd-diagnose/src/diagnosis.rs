@@ -389,7 +389,7 @@ pub enum DiagnoseError {
     Well(#[from] dgd_recording::WellError),
     /// Samples too far apart.
     #[error(
-        "the samples are {step_s} s apart, a diagnosis needs {MOST_STEP_S} s or less: record more often, or mend the unit of the time"
+        "the samples are {step_s} s apart, a diagnosis needs {MOST_STEP_S} s or less: sample more often, or correct the unit of the time"
     )]
     Step {
         /// Step of the clock, s.
@@ -414,7 +414,7 @@ pub enum DiagnoseError {
     /// Too little of the recording can be used.
     #[error(
         "flow and pressures can be used in {usable} of {blocks} blocks of {block_s} s, a diagnosis needs {needed} besides its held-out windows: \
-         see what the screening rejects, or record for longer"
+         check what the screening rejects, or record for longer"
     )]
     TooFew {
         /// Length of a block, s.
@@ -428,7 +428,7 @@ pub enum DiagnoseError {
     },
     /// A suspect is no effect of the catalogue.
     #[error(
-        "the catalogue holds no effect `{id}`; it holds {}",
+        "the catalogue has no effect `{id}`; it has {}",
         dgd_effects::catalogue().iter().map(|e| e.about().id).collect::<Vec<_>>().join(", ")
     )]
     NotInCatalogue {

@@ -79,7 +79,7 @@ pub(crate) fn amiss(named: &Named) -> Option<String> {
         let period_s = parameters[3] - parameters[2];
         format!("swings with a period of {:.0} min", period_s / 60.0)
     } else if is_level(&parameters[4..], SAME) {
-        "is off by the same throughout".to_owned()
+        "is offset by a constant amount".to_owned()
     } else if quantity == "time" {
         "drifts over time".to_owned()
     } else {
@@ -138,14 +138,14 @@ fn same_as(record: &Record, named: &Named) -> Option<String> {
     };
     let knots = &parameters[4..];
     if PLACES[place].relation == Relation::RiserMassBalance && is_level(knots, SAME) {
-        let told = "a flow meter whose zero is off, or a flow that is in another unit, of another tag or not logged";
+        let told = "a flow meter with a zero error, or a flow that is in another unit, under another tag or not logged";
         return Some(told.to_owned());
     }
     let outlet = place == OUTLET_READING || PLACES[place].relation == Relation::ReturnLineFriction;
     let mean = knots.iter().sum::<f64>() / knots.len() as f64;
     let offset = (outlet && is_level(knots, LEVEL)).then(|| find("outlet_pressure_bias"))??;
     let told = offset.same_as(&[mean], &record.setting)?;
-    Some(format!("for the most part {told}"))
+    Some(format!("mostly {told}"))
 }
 
 /// The curve of a correction of a place along a quantity, from the codes, ends and knots of [`dgd_effects::unknown`].

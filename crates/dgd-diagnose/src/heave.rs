@@ -52,9 +52,7 @@ impl Unseen {
     pub(crate) fn reason(self) -> &'static str {
         match self {
             Self::Slow => "the sampling is too slow to show swell",
-            Self::Short => {
-                "too few stretches of nine minutes have next to all their inlet pressures"
-            }
+            Self::Short => "too few nine-minute stretches have nearly all their inlet pressures",
         }
     }
 }

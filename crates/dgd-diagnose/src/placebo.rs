@@ -58,7 +58,7 @@ fn held_against(record: &Record, selection: &Selection, k: usize) -> Option<Chec
         name: format!("{}: placebo at another time explains less", about.id),
         passed: share < MOST,
         detail: format!(
-            "of the evidence of {explained:.0} at {:.0} s the best of {} other times, {:.0} s, explains {:.0} %",
+            "of the evidence of {explained:.0} at {:.0} s, the best of {} other times, {:.0} s, explains {:.0} %",
             named.parameters[onset],
             times.len(),
             at,

@@ -39,7 +39,9 @@ pub(crate) fn tested(
             } else if first.is_none() && about.search.method == Method::Relations {
                 Outcome::NotTestable("nothing in the recording excites it".to_owned())
             } else if seen.is_none() && first.is_some_and(hardly_shows) {
-                Outcome::NotTestable("no plausible strength of it would be named here".to_owned())
+                Outcome::NotTestable(
+                    "it would not be named here at any plausible strength".to_owned(),
+                )
             } else {
                 Outcome::NotSeen
             };

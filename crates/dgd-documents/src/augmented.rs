@@ -19,7 +19,7 @@ pub(crate) fn write_augmented(text: &mut String, model: &AugmentedModel) -> std:
     let curves = &model.curves;
     writeln!(
         text,
-        "\n# What a diagnosis made of it: base curves of free shape, and the effects that act. `dgd simulate` runs this."
+        "\n# Added by a diagnosis: free-form base curves and the effects that act. `dgd simulate` runs this."
     )?;
     writeln!(
         text,
@@ -185,7 +185,7 @@ fn read_effect(section: &Section<'_, '_>, item: &Value<'_>) -> Option<AppliedEff
     let Some(effect) = find(name) else {
         let ids = catalogue().iter().map(|e| e.about().id);
         let help = nearest(name, ids).map_or_else(
-            || "the effects stand in the catalogue's README".to_owned(),
+            || "the effects are listed in the README of the catalogue".to_owned(),
             |near| format!("did you mean `{near}`?"),
         );
         inner.problem(

@@ -87,8 +87,8 @@ fn estimate(text: &mut String, estimate: &MaskedEstimate) -> std::fmt::Result {
 pub fn write_references(references: &MaskReferences) -> String {
     let [flow, friction, head, level] = references.disclose();
     format!(
-        "# CONFIDENTIAL: what stands for 100 % in a masked recording. Whoever has this can undo the masking.\n\
-         flow = \"{flow} m3/s\"\nfriction = \"{friction} Pa\"\nhead = \"{head} m\"\nlevel = \"{level} m\"\n"
+        "# CONFIDENTIAL: the 100 % values of a masked recording. Anyone who has them can reverse the masking.\nflow = \"{flow} m3/s\"\nfriction = \
+         \"{friction} Pa\"\nhead = \"{head} m\"\nlevel = \"{level} m\"\n"
     )
 }
 

@@ -239,7 +239,7 @@ impl<'a, 'i> Section<'a, 'i> {
     pub(crate) fn text(&self, key: &str, value: &'a Value<'i>) -> Option<&'a str> {
         let text = value.get_ref().as_str();
         if text.is_none() {
-            self.wrong_type(key, value, "a text in quotes");
+            self.wrong_type(key, value, "a string in quotes");
         }
         text
     }
@@ -367,13 +367,13 @@ impl<'a, 'i> Section<'a, 'i> {
             Ok(si) if si.is_finite() => Some(si),
             Ok(_) => {
                 self.notes
-                    .problem(value.span(), format!("`{key}` is out of all bounds"), None);
+                    .problem(value.span(), format!("`{key}` is out of range"), None);
                 None
             }
             Err(error) => {
                 let message = match &error {
                     _ if self.notes.confidential => {
-                        format!("`{key}` is no {dimension} with its unit")
+                        format!("`{key}` is not a {dimension} with a unit")
                     }
                     // Its example is a length, the help's is of this key.
                     UnitError::NoNumber { found } => {

@@ -117,7 +117,7 @@ pub fn write_fitted_system(
     assembly.with_values(&values)?;
     let system = assembly.to_toml();
     let mut out = String::from(
-        "# A system with the values of a fit. The values under [fitted] count; [free] and [initial] keep where its search began.\n",
+        "# A system with the values of a fit. The values under [fitted] are used; [free] and [initial] keep the starting values.\n",
     );
     // Writing to a String cannot fail.
     let _ = write!(
@@ -224,7 +224,7 @@ fn read_fitted(
     assembly: &Assembly,
 ) -> Result<FittedSystem, DocumentError> {
     let wrong = |message: String| {
-        let help = "fit again, or take the table [fitted] out".to_owned();
+        let help = "fit again, or remove the table [fitted]".to_owned();
         let problem = Problem {
             span: span.clone(),
             message,
@@ -241,7 +241,7 @@ fn read_fitted(
         DocumentError::new(text, vec![problem])
     })?;
     let Some(table) = document.get("fitted").and_then(Value::as_table) else {
-        return Err(wrong("`fitted` is no table".into()));
+        return Err(wrong("`fitted` is not a table".into()));
     };
     let schema = table.get("schema").and_then(Value::as_str).unwrap_or("");
     if schema != FITTED_SCHEMA {
@@ -261,7 +261,7 @@ fn read_fitted(
     for (path, entry) in written.unwrap_or(&none) {
         let Some(bounds) = known.iter().find(|p| p.path == *path) else {
             return Err(wrong(format!(
-                "`fitted.parameters` holds `{path}`, which the system does not leave free"
+                "`fitted.parameters` has `{path}`, which is not free in the system"
             )));
         };
         let number = |key: &str| match entry.get(key) {

@@ -279,8 +279,8 @@ fn of_full_speed<'a, 'i>(
     let Some(full) = inner.get("full") else {
         inner.problem(
             place,
-            format!("`unit` of `{key}`: `{written}` becomes percent only beside the full speed"),
-            Some("add what 100 % is, such as `full = \"1800 rpm\"`".into()),
+            format!("`unit` of `{key}`: `{written}` can be converted to percent only with the full speed"),
+            Some("add the 100 % value, such as `full = \"1800 rpm\"`".into()),
         );
         return None;
     };

@@ -15,7 +15,7 @@ pub enum Interpolation {
 #[non_exhaustive]
 pub enum InputError {
     /// Times and values differ in length.
-    #[error("`{name}` has {found} values, expected {expected} (one a time)")]
+    #[error("`{name}` has {found} values, expected {expected} (one per time)")]
     Length {
         /// Signal.
         name: String,

@@ -48,9 +48,7 @@ pub struct AugmentedModel {
 
 /// An effect that the catalogue does not hold, or with another number of parameters than it takes.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error(
-    "effect `{id}` is not in the catalogue, or takes another number of parameters than {given}"
-)]
+#[error("effect `{id}` is not in the catalogue, or does not take {given} parameters")]
 pub struct UnknownEffect {
     /// The id asked for.
     pub id: String,

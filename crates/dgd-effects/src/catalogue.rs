@@ -91,8 +91,7 @@ pub fn told_apart_by(one: &str, other: &str) -> Option<&'static str> {
 }
 
 /// What tells an effect from a cause that the catalogue does not hold.
-const ITS_OWN_EQUATION: &str = "change flow, level and speed one at a time: the effect goes on as its equation says, \
-    something else does not";
+const ITS_OWN_EQUATION: &str = "change flow, level and speed one at a time: the effect follows its equation, something else does not";
 
 /// The effect of an id; `unknown` is the empirical correction.
 pub fn find(id: &str) -> Option<&'static dyn Effect> {

@@ -51,13 +51,15 @@ pub(crate) fn all() -> &'static [&'static dyn Effect] {
 #[non_exhaustive]
 pub enum RegisterError {
     /// The catalogue has been looked at.
-    #[error("effect `{id}` comes too late: register it before anything looks at the catalogue")]
+    #[error(
+        "effect `{id}` is registered too late: register it before anything reads the catalogue"
+    )]
     TooLate {
         /// Its id.
         id: &'static str,
     },
     /// There is one of this id.
-    #[error("the catalogue holds an effect `{id}` already: choose another id")]
+    #[error("the catalogue already has an effect `{id}`: choose another id")]
     Taken {
         /// Its id.
         id: &'static str,
@@ -117,22 +119,22 @@ pub(crate) fn sound(about: &About) -> Result<(), &'static str> {
                     .parameters
                     .iter()
                     .any(|p| listed(&p.role).is_some_and(<[f64]>::is_empty)),
-            "a parameter that is tried on a grid has no values to try",
+            "a parameter that is tried on a grid has no grid values",
         ),
         (
             !about.parameters.iter().all(within),
-            "a parameter's usual or tried value is beyond its bounds, or these are no range",
+            "the usual or a tried value of a parameter is beyond its bounds, or the bounds are not a range",
         ),
         (
             about
                 .parameters
                 .iter()
                 .any(|p| p.strange.is_some() && !(p.low.is_finite() && p.high.is_finite())),
-            "a parameter is strange at an end of a range that has none",
+            "a parameter is marked strange at an end that its range does not have",
         ),
         (
             { names }.any(|(k, p)| about.position(p.name) != Some(k)),
-            "two parameters have one name",
+            "two parameters have the same name",
         ),
         (
             about.duration().is_some() && about.onset().is_none(),
@@ -144,7 +146,7 @@ pub(crate) fn sound(about: &About) -> Result<(), &'static str> {
         ),
         (
             about.sensor().is_some() && about.onset().is_none(),
-            "what sits in one transmitter needs an onset",
+            "an effect in one transmitter needs an onset",
         ),
         (
             ![search.belief.hurdle, search.belief.scale]
@@ -162,41 +164,41 @@ pub(crate) fn sound(about: &About) -> Result<(), &'static str> {
             search
                 .least
                 .is_some_and(|least| !(least > 0.0 && least < strength.high)),
-            "the least strength that is named must lie between 0 and the highest",
+            "the least strength to be named must lie between 0 and the highest",
         ),
         (
             !search.allowance.is_empty() && (about.onset().is_some() || about.sensor().is_some()),
-            "what is allowed for is always there, but it has an onset or a transmitter",
+            "an allowance is always present, but this effect has an onset or a transmitter",
         ),
         (
             about.parameters[1..]
                 .iter()
                 .any(|p| p.role == Role::Amplitude),
-            "two parameters are strengths, expected the first alone",
+            "two parameters are strengths, expected only the first",
         ),
         (
             search.timing.is_some()
                 && (strength.high < 1.0
                     || (about.parameters[1..].iter()).any(|p| !matches!(p.role, Role::Shape(_)))),
-            "what makes something late has its time, of up to 1 s or more, and shapes as its parameters",
+            "the parameters of a delay or lag must be its time, of up to 1 s or more, and shapes",
         ),
         (
             !(search.allowance.is_sorted() && search.allowance.iter().all(allowed)),
-            "what is allowed for must rise, above 0 (times below it too) and up to the bound of the strength",
+            "allowance values must rise, above 0 (for times also below it) and up to the bound of the strength",
         ),
         (
             search
                 .stand_error
                 .is_some_and(|error| !(0.0..=1.0).contains(&error)),
-            "the error from stand to stand is a share, from 0 to 1",
+            "the error from stand to stand must be a share, from 0 to 1",
         ),
         (
             search.method == Method::Spectrum && about.parameters.len() != 2,
-            "what is found in the spectrum has two parameters, its period and amplitude",
+            "an effect found in the spectrum must have two parameters, period and amplitude",
         ),
         (
             search.method == Method::Correction,
-            "there is one empirical correction, expected `Method::Relations`",
+            "there can be only one empirical correction, expected `Method::Relations`",
         ),
     ];
     let first = wrong.into_iter().find(|(wrong, _)| *wrong);
@@ -223,7 +225,7 @@ mod tests {
         confusable: &[],
         parameters: &[Parameter {
             name: "offset_m3_s",
-            meaning: "reading less truth",
+            meaning: "reading minus true value",
             role: Role::Amplitude,
             low: -0.01,
             high: 0.01,
@@ -279,7 +281,7 @@ mod tests {
                     role: Role::Grid(&[]),
                     ..STRENGTH
                 }]),
-                "no values",
+                "no grid values",
             ),
             (
                 with(&[Parameter {
@@ -295,7 +297,7 @@ mod tests {
                 }]),
                 "beyond its bounds",
             ),
-            (with(&[STRENGTH, STRENGTH]), "one name"),
+            (with(&[STRENGTH, STRENGTH]), "the same name"),
             (
                 with(&[
                     STRENGTH,
@@ -388,7 +390,7 @@ mod tests {
                     timing: Some(Timing::Pump),
                     ..SEARCH
                 }),
-                "makes something late",
+                "a delay or lag",
             ),
             (
                 sought(Search {
@@ -419,7 +421,7 @@ mod tests {
                     },
                     ..with(&[STRENGTH, Parameter::ONSET])
                 },
-                "always there",
+                "always present",
             ),
             (
                 with(&[

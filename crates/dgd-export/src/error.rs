@@ -22,7 +22,7 @@ pub enum ExportError {
         tag: String,
     },
     /// A series that is not as long as the clock.
-    #[error("`{name}` has {found} samples, expected {expected} as the time has")]
+    #[error("`{name}` has {found} samples, expected {expected} to match the time")]
     Length {
         /// The series.
         name: String,
@@ -73,7 +73,7 @@ pub enum ExportError {
     },
     /// A name that MATLAB does not take.
     #[error(
-        "`{name}` is no MATLAB name; it takes a letter, then letters, digits and `_`, 63 in all"
+        "`{name}` is not a MATLAB name: a letter, then letters, digits and `_`, at most 63 in all"
     )]
     Name {
         /// The name.

@@ -22,7 +22,7 @@ pub enum FrictionError {
     },
     /// Powers of the flow are not a model: none, too many, repeated, negative or not finite.
     #[error(
-        "powers {found:?} are no friction model: expected 1 to {limit} distinct finite powers of at least 0"
+        "powers {found:?} are not a friction model: expected 1 to {limit} distinct finite powers of at least 0"
     )]
     Powers {
         /// Powers given.

@@ -29,9 +29,8 @@ pub(crate) fn warn_of_clocks(
         && let Some(ahead_s) = ahead(samples, step_s)
     {
         warnings.push(format!(
-            "the return flow is {ahead} s ahead of the pressures, which no meter is: do the channels share one clock? \
-             If not, `late` beside their tags in the well description mends it: {ahead} s or more for the pressures, \
-             -{ahead} s or less for the return flow",
+            "the return flow is {ahead} s ahead of the pressures, which is impossible for a meter: do the channels share one clock? If not, set \
+             `late` beside their tags in the well description: {ahead} s or more for the pressures, -{ahead} s or less for the return flow",
             ahead = -ahead_s
         ));
         return;
@@ -42,8 +41,8 @@ pub(crate) fn warn_of_clocks(
         let apart_s = APART_S.max(2.0 * step_s);
         if (a - b).abs() > apart_s && told_apart(early, late.best) && told_apart(late, early.best) {
             warnings.push(format!(
-                "the delay is {a:.0} s in the first half of the recording and {b:.0} s in the second: \
-                 does the clock of the return flow run as the others do?"
+                "the delay is {a:.0} s in the first half of the recording and {b:.0} s in the second: does the clock of the return flow run at the \
+                 same rate as the others?"
             ));
         }
     }
@@ -242,10 +241,9 @@ pub(crate) fn warn_of_inflow(prepared: &Prepared, delay: i64, warnings: &mut Vec
     if let Some((mse, late_s)) = latest(&LATE_S, step_s, left).filter(|(mse, _)| *mse < LEFT * now)
     {
         warnings.push(format!(
-            "the riser's balance is off by {:.0} % less with the inflow read {late_s:.0} s later than recorded, \
-             as if the level moved first: {}",
+            "the riser balance error is {:.0} % smaller with the inflow read {late_s:.0} s later than recorded, as if the level moved first: {}",
             100.0 * (1.0 - (mse / now).sqrt()),
-            one_clock(late_s, "the tags of the flows in")
+            one_clock(late_s, "the tags of the inflows")
         ));
     }
 }
@@ -253,7 +251,7 @@ pub(crate) fn warn_of_inflow(prepared: &Prepared, delay: i64, warnings: &mut Vec
 /// Asks for the clock, and says what mends a channel that has one of its own.
 fn one_clock(late_s: f64, tags: &str) -> String {
     format!(
-        "do the channels share one clock? If not, `late = \"{late_s:.0} s\"` beside {tags} in the well description mends it"
+        "do the channels share one clock? If not, set `late = \"{late_s:.0} s\"` beside {tags} in the well description"
     )
 }
 

@@ -93,22 +93,21 @@ pub(crate) fn final_friction(
         && robust.status != RobustStatus::Converged
     {
         warnings.push(format!(
-            "the robust friction fit did not come to rest ({:?} after {} rounds)",
+            "the robust friction fit did not converge ({:?} after {} rounds)",
             robust.status, robust.iterations
         ));
     }
     for (power, letter) in [(2.0, "D"), (3.0, "E")] {
         if fit.law.coefficient(power).is_some_and(|c| c < 0.0) {
             warnings.push(format!(
-                "{letter} is negative: do not use the friction law beyond the flows recorded"
+                "{letter} is negative: do not use the friction law outside the recorded flows"
             ));
         }
     }
     let at_rest_pa = fit.law.coefficient(0.0).unwrap_or(0.0);
     if at_rest_pa < LIGHTEST_PA {
         warnings.push(format!(
-            "B is {:.1} bar, and mud at rest has no friction below 0: is the density too high, the outlet not so deep, or an outlet transmitter \
-             off?",
+            "B is {:.1} bar, but friction at rest cannot be negative: is the density too high, the outlet less deep, or an outlet transmitter wrong?",
             1e-5 * at_rest_pa
         ));
     }

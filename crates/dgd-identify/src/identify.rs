@@ -158,7 +158,7 @@ pub fn identify(
     let rungs = match job.rungs(&Terms::Quadratic) {
         Err(FrictionError::Fit(_)) => {
             warnings.push(
-                "the flow varies too little to tell C from D: the delay was found with D alone"
+                "the flow varies too little to separate C from D: the delay was found with D alone"
                     .into(),
             );
             job.rungs(&Terms::Powers(vec![2.0]))

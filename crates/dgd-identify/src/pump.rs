@@ -64,7 +64,7 @@ pub(crate) fn fit_pump(
         (_, Some((search, _))) => {
             if search.joint.is_none() {
                 warnings.push(
-                    "speed and flow do not tell the pump's exponents from its coefficients: their standard errors take the exponents as known"
+                    "speed and flow do not separate the pump exponents from the coefficients: the standard errors assume known exponents"
                         .into(),
                 );
             }
@@ -80,7 +80,7 @@ pub(crate) fn fit_pump(
                     "the exponents were not found ({reason}); 2 and 2 are used"
                 )),
                 Some(Ok(_)) => warnings.push(
-                    "the exponents were not found (others than 2 and 2 fit no better); 2 and 2 are used".into(),
+                    "the exponents were not found (no others fit better than 2 and 2); 2 and 2 are used".into(),
                 ),
                 None => {}
             }
@@ -89,8 +89,7 @@ pub(crate) fn fit_pump(
     };
     if fit.r2 < EXPLAINED {
         warnings.push(format!(
-            "the head curve explains only {:.0} % of the head's variance: speed and flow hardly move, \
-             or are not those of the pump",
+            "the head curve explains only {:.0} % of the head variance: speed and flow hardly change, or are not those of the pump",
             100.0 * fit.r2.max(0.0)
         ));
     }
@@ -100,7 +99,7 @@ pub(crate) fn fit_pump(
         .is_ok_and(|s| !(s.falls_with_flow && s.concave))
     {
         warnings.push(
-            "the head curve does not fall and bend down over the whole recorded range".into(),
+            "the head curve does not fall and curve downwards over the whole recorded range".into(),
         );
     }
     let joint = gained.and_then(|(search, _)| search.joint);
@@ -156,8 +155,9 @@ fn warn_of_search(search: &ExponentSearch, warnings: &mut Vec<String>) {
     match search.status {
         SearchStatus::Converged => {}
         SearchStatus::RestartLimit => {
-            warnings
-                .push("the search for exponents was still gaining when its restarts ended".into());
+            warnings.push(
+                "the search for exponents was still improving when its restarts ended".into(),
+            );
         }
         SearchStatus::IterationLimit => {
             warnings.push("the search for exponents ran into its iteration limit".into());
@@ -166,7 +166,7 @@ fn warn_of_search(search: &ExponentSearch, warnings: &mut Vec<String>) {
     }
     if search.table_error > TABLE_ERROR {
         warnings.push(format!(
-            "the search for exponents saw its errors only to {:.0e} of their size",
+            "the search for exponents resolved its errors only to {:.0e} of their size",
             search.table_error
         ));
     }
@@ -204,7 +204,7 @@ fn at_two_and_two(
         Err(refusal @ PumpError::Fit(_)) => {
             let fit = fit_speed_alone(samples).ok_or_else(|| refusal.clone())?;
             warnings.push(format!(
-                "c0 w^2 - c1 w q - c2 q^2 was refused ({refusal}); c0 w^2 alone was fitted"
+                "c0 w^2 - c1 w q - c2 q^2 was rejected ({refusal}); c0 w^2 alone was fitted"
             ));
             Ok((fit, vec!["c1 > 0".to_owned(), "c2 > 0".to_owned()]))
         }

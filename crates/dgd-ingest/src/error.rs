@@ -13,8 +13,7 @@ pub enum IngestError {
     Empty,
     /// Neither MAT, nor MCAP, nor text.
     #[error(
-        "the file begins with {first_bytes}, which is none of MAT v5, MAT v7.3, MCAP or CSV text; \
-         export it to one of these"
+        "the file begins with {first_bytes}, which is not MAT v5, MAT v7.3, MCAP or CSV text; export it to one of these"
     )]
     Unrecognised {
         /// The first bytes in hexadecimal, at most sixteen.

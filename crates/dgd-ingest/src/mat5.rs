@@ -184,12 +184,12 @@ fn left_out(collector: &mut Collector, mut fault: Fault, reached: &str, mark: Ma
         let dropped = collector.roll_back(mark);
         let others = match dropped {
             0 => String::new(),
-            n => format!(", with {n} columns before it that no checksum vouches for"),
+            n => format!(", with {n} columns before it that no checksum covers"),
         };
         format!("the whole variable was left out{others}")
     } else {
         let kept = collector.columns_since(mark);
-        format!("it was left out with what follows in its variable; {kept} columns before it kept")
+        format!("it was left out, with the rest of its variable; {kept} columns before it kept")
     };
     collector.fault(fault, &consequence);
 }

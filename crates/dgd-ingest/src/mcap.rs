@@ -345,7 +345,7 @@ fn tell(stream: &mut Stream, issues: &mut Vec<Issue>) {
         tell(
             IssueKind::Skipped,
             format!(
-                "{} with arrays of more than {} elements; the rest of those was passed over",
+                "{} with arrays of more than {} elements; the rest of those was skipped",
                 count(stream.cut_arrays, "message"),
                 json::MAX_ELEMENTS
             ),

@@ -23,7 +23,7 @@ pub enum MaskingError {
     #[error(transparent)]
     Prepared(#[from] dgd_screen::ScreenError),
     /// Level, friction and head are of another recording.
-    #[error("`{name}` has {found} samples, expected {expected} as the recording has")]
+    #[error("`{name}` has {found} samples, expected {expected} as in the recording")]
     Length {
         /// The odd series.
         name: &'static str,

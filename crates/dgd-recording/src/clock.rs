@@ -54,8 +54,8 @@ pub enum ClockError {
     },
     /// A jump so long that an even clock over it would be mostly empty.
     #[error(
-        "the time stamps span {span_s} s at {step_s} s a step, which is {steps:.0} steps for {samples} samples; \
-         the largest jump is at {jump_s} s: split the file there, or mend its clock"
+        "the time stamps span {span_s} s at {step_s} s a step, which is {steps:.0} steps for {samples} samples; the largest jump is at {jump_s} s: \
+         split the file there, or correct its clock"
     )]
     Jump {
         /// First to last stamp, s.
@@ -71,8 +71,8 @@ pub enum ClockError {
     },
     /// Many samples in a row share each stamp, as where a spreadsheet has dropped the seconds.
     #[error(
-        "some {shared} samples in a row share each time stamp, and the stamps are {step_s:.0} s apart: they have lost their seconds, or each row \
-         is there several times; export them anew, or give the interval of the samples in place of the clock, time = {{ interval = \"{} s\" }}",
+        "some {shared} consecutive samples share each time stamp, and the stamps are {step_s:.0} s apart: they have lost their seconds, or each \
+         row appears several times; export again, or give the sample interval instead of the clock, time = {{ interval = \"{} s\" }}",
         step_s / *shared as f64
     )]
     Coarse {
@@ -83,8 +83,8 @@ pub enum ClockError {
     },
     /// The clock was set back, so that two stretches of the recording bear the same stamps.
     #[error(
-        "the clock jumps back by {back_s} s after {jump_s} s, and {samples} samples repeat stamps with other values: \
-         two stretches share one time; split the file there, or mend its clock"
+        "the clock jumps back by {back_s} s after {jump_s} s, and {samples} samples repeat stamps with other values: two stretches share the same \
+         times; split the file there, or correct its clock"
     )]
     SetBack {
         /// Stamp before the jump, s.

@@ -137,11 +137,7 @@ impl fmt::Display for Moment {
         let told = self.rfc3339().replace('T', " ");
         match told.strip_suffix('Z') {
             Some(utc) => write!(f, "{utc} UTC"),
-            None => write!(
-                f,
-                "{}, of which zone is not told",
-                told.trim_end_matches("-00:00")
-            ),
+            None => write!(f, "{} (time zone unknown)", told.trim_end_matches("-00:00")),
         }
     }
 }
@@ -155,11 +151,11 @@ mod tests {
         for (text, shown) in [
             (
                 "2024-10-26 03:00",
-                "2024-10-26 03:00:00, of which zone is not told",
+                "2024-10-26 03:00:00 (time zone unknown)",
             ),
             (
                 " 2024-10-26T03:00:05.5 ",
-                "2024-10-26 03:00:05.5, of which zone is not told",
+                "2024-10-26 03:00:05.5 (time zone unknown)",
             ),
             ("2024-10-26T03:00Z", "2024-10-26 03:00:00 UTC"),
             ("2024-10-26 03:00:00-05:30", "2024-10-26 08:30:00 UTC"),

@@ -158,11 +158,11 @@ pub fn propose_channels(survey: &TableSurvey) -> Proposal {
                 _ => false,
             };
             let (unit, reason) = if in_days {
-                ("d", "counted like time, in days as spreadsheets do")
+                ("d", "increases like time, in days as in spreadsheets")
             } else {
                 (
                     written.map_or("s", |u| u.symbol),
-                    "named or counted like time",
+                    "named like time, or increasing like it",
                 )
             };
             proposal.channels.push(ProposedChannel {

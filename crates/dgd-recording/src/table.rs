@@ -52,7 +52,7 @@ impl Table {
     /// let time = TimeSource::Column { tag: "t".into(), unit: dgd_units::Unit::parse("s")? };
     /// let began = table.began(&time).expect("a dated clock");
     /// assert_eq!((began.unix_ns, began.zoned), (86_402_000_000_000, false));
-    /// assert_eq!(began.to_string(), "1970-01-02 00:00:02, of which zone is not told");
+    /// assert_eq!(began.to_string(), "1970-01-02 00:00:02 (time zone unknown)");
     /// # Ok::<(), dgd_units::UnitError>(())
     /// ```
     #[must_use]

@@ -77,7 +77,7 @@ pub enum ReplayError {
         to_s: f64,
     },
     /// A series is not as long as the clock.
-    #[error("`{channel}` has {found} samples, expected {expected} as the time has")]
+    #[error("`{channel}` has {found} samples, expected {expected} to match the time")]
     Length {
         /// The odd series.
         channel: String,

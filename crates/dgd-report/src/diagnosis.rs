@@ -64,7 +64,7 @@ type Write = fn(&Diagnosis, &mut Html);
 /// #     held_out_s: Vec::new(), began: None, settings: Vec::new(), work: Default::default(),
 /// # };
 /// let html = dgd_report::diagnosis_page(&diagnosis, "rig.csv", "dgd diagnose rig.csv --well well.toml", &[]);
-/// assert!(html.contains("Nothing is left out that this recording could show"));
+/// assert!(html.contains("The model leaves out nothing that this recording could show"));
 /// ```
 #[must_use]
 pub fn diagnosis_page(
@@ -89,8 +89,8 @@ pub fn diagnosis_page(
     if !warnings.is_empty() {
         page.section("Before you read on")
             .paragraph(
-                "The recording hardly fits its well description. If a line below is right, what follows is not: \
-                 mend the description and diagnose again.",
+                "The recording does not match its well description. If a line below is right, the rest of this report is not: correct the \
+                 description and diagnose again.",
             )
             .list(warnings);
     }

@@ -148,14 +148,14 @@ impl Drawn {
         }
         if self.banded {
             text.push(
-                "Where samples crowd, a line is their mean and a pale band spans them all."
+                "Where samples are dense, the line is their mean and a pale band spans them all."
                     .to_owned(),
             );
         }
         match self.outside {
             0 => {}
-            1 => text.push("One sample lies outside the frame.".to_owned()),
-            n => text.push(format!("{} samples lie outside the frame.", count(n))),
+            1 => text.push("One sample is outside the frame.".to_owned()),
+            n => text.push(format!("{} samples are outside the frame.", count(n))),
         }
         match self.missing {
             0 => {}

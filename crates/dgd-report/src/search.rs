@@ -423,7 +423,7 @@ fn caption(path: &SearchPath<'_>, steps: &[Step], contours: bool, cost: &Axis) -
     }
     if refused > 0 {
         text.push_str(&format!(
-            " A red cross is a point the constraints refused ({refused})."
+            " A red cross is a point rejected by the constraints ({refused})."
         ));
     }
     text

@@ -71,7 +71,7 @@ pub fn riser_level(
     level.check(["level.measured.y", "level.simulated.y"])?;
     two(
         "4.1",
-        "Simulation of the riser level (depth below the rotary table), with the measured flows that drive it below.",
+        "Simulation of the riser level (depth below the rotary table), with the measured input flows below.",
         [(level_axis, "", &level.series()), (flow_axis, "", inputs)],
         [230.0, 150.0],
     )

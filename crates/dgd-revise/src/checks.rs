@@ -120,7 +120,7 @@ pub(crate) fn outweighs(
         name: "what is named is not outweighed by what stays unexplained".into(),
         passed,
         detail: format!(
-            "{}; {:.0} % of the squares left are no noise",
+            "{}; {:.0} % of the remaining squares are not noise",
             said.join("; "),
             100.0 * unexplained
         ),
@@ -139,9 +139,8 @@ pub(crate) fn confirmation(
             checks.push(Check {
                 name: "stands on the test part".into(),
                 passed: true,
-                detail:
-                    "there is none: what is claimed rests on left-out blocks of the training part"
-                        .into(),
+                detail: "there is none: the claim rests on left-out blocks of the training part"
+                    .into(),
             });
             return true;
         }
@@ -276,7 +275,7 @@ pub(crate) fn placebo(e: &Evidence<'_, '_>, without: &Trial, member: usize) -> C
             name,
             passed: own > greatest,
             detail: format!(
-                "takes {:.1} % of the squares at its place, {:.1} % at most when shifted",
+                "explains {:.1} % of the squares at its place, {:.1} % at most when shifted",
                 100.0 * own,
                 100.0 * greatest
             ),

@@ -202,13 +202,13 @@ pub(crate) fn findings(
         far.sort_by(|a, b| b.ratio().total_cmp(&a.ratio()));
         let title = match claim.withdrawn {
             Some(Withdrawn::Test) => {
-                "something is left out, but what explains the training part does not hold on the test part"
+                "something is left out, but the effects that explain the training part do not hold on the test part"
             }
             Some(Withdrawn::Outweighed) => {
-                "something is left out, but what could be named takes less than stays unexplained"
+                "something is left out, but the effects that could be named explain less than stays unexplained"
             }
             None => {
-                "something is left out, but no effect and no correction pays on left-out blocks"
+                "something is left out, but no effect and no correction improves the left-out blocks"
             }
         };
         all.push(unnamed(
@@ -259,7 +259,7 @@ pub(crate) fn unnamed(
         title: if said.is_empty() {
             title.into()
         } else {
-            format!("{title}: off by more than the noise, {}", said.join(", "))
+            format!("{title}: error larger than the noise, {}", said.join(", "))
         },
         equation: String::new(),
         source: String::new(),

@@ -10,7 +10,7 @@ pub enum ScreenError {
     #[error(transparent)]
     Unequal(#[from] Unequal),
     /// Something beside a recording is not as long as its clock.
-    #[error("`{channel}` has {found} samples, expected {expected} as the time has")]
+    #[error("`{channel}` has {found} samples, expected {expected} to match the time")]
     Length {
         /// What is odd.
         channel: &'static str,

@@ -265,7 +265,7 @@ fn exchanged(state: &State<'_>) -> Option<Suspicion> {
     (state.facts.told[i].tag.is_some() && faults(&after).is_empty()).then(|| Suspicion {
         place: words::place_of(state, Some(back)),
         message: format!(
-            "the pump's outlet pressure follows {} {} times as closely as {}; {}",
+            "the pump outlet pressure follows {} {} times as closely as {}; {}",
             words::named(state, i),
             words::number(closer),
             words::named(state, back),
@@ -294,8 +294,7 @@ fn atmosphere(state: &State<'_>) -> Option<Suspicion> {
                     return Some(Suspicion {
                         place: words::place_of(state, Some(above)),
                         message: format!(
-                            "{}, read as {}, and its twin {}, read as {}, are an atmosphere apart ({} bar): \
-                             both are gauge or both absolute",
+                            "{}, read as {}, and its twin {}, read as {}, differ by one atmosphere ({} bar): both must be gauge or both absolute",
                             words::named(state, above),
                             state.units[above],
                             words::named(state, below),

@@ -36,7 +36,7 @@ pub enum UnitError {
     },
     /// A comma in the number.
     #[error(
-        "`{found}` has a comma in its number; write a decimal point, and no mark for thousands"
+        "`{found}` has a comma in its number; write a decimal point and no thousands separator"
     )]
     Comma {
         /// What was written.

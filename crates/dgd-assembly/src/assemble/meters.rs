@@ -54,11 +54,11 @@ pub(super) fn meters(
                     problems.push(Problem::new(
                         format!("{name}.unit"),
                         format!(
-                            "`{}` is no unit of a {measures}",
+                            "`{}` is not a unit of {measures}",
                             text(component, "unit").unwrap_or_default()
                         ),
                         format!(
-                            "a unit such as {}; or a `gain`, for a reading of its own",
+                            "a unit such as {}; or a `gain`, for a reading with its own scale",
                             expected.si_symbol()
                         ),
                     ));

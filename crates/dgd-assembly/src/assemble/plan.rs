@@ -96,7 +96,7 @@ pub(super) fn flows(net: &mut Network, problems: &mut Vec<Problem>) {
         problems.push(Problem::new(
             "independent",
             format!("is no time, but {} would fill in time", listed(name)),
-            "use boundaries in their place",
+            "use boundaries instead",
         ));
     }
 }

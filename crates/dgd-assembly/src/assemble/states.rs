@@ -74,7 +74,7 @@ pub(super) fn states(system: &System, net: &mut Network, problems: &mut Vec<Prob
         let known = listed(list.iter().map(|s| s.path.as_str()));
         problems.push(Problem::new(
             path,
-            "in [initial] is no state",
+            "in [initial] is not a state",
             format!("states: {known}; a path is quoted, \"tank.level\""),
         ));
     }

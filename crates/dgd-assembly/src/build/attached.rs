@@ -35,7 +35,7 @@ pub(super) fn effect_slots(slots: &mut Slots, system: &System) {
             );
             slots.problem(
                 path,
-                format!("is no effect of a {}", kind.name()),
+                format!("is not an effect of a {}", kind.name()),
                 format!("expected one of: {known}"),
             );
             continue;
@@ -44,7 +44,11 @@ pub(super) fn effect_slots(slots: &mut Slots, system: &System) {
             .paths
             .contains_key(&format!("{path}.{}", effect.about().parameters[0].name))
         {
-            slots.problem(path, "is given twice", "an effect acts once on a component");
+            slots.problem(
+                path,
+                "is given twice",
+                "an effect can act only once on a component",
+            );
             continue;
         }
         let about = effect.about();
@@ -53,7 +57,7 @@ pub(super) fn effect_slots(slots: &mut Slots, system: &System) {
                 let known = listed(about.parameters.iter().map(|p| p.name));
                 slots.problem(
                     format!("{path}.{key}"),
-                    "is no parameter of the effect",
+                    "is not a parameter of the effect",
                     format!("expected one of: {known}"),
                 );
             }

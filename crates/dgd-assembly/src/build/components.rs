@@ -24,7 +24,7 @@ pub(super) fn component_slots(
         slots.problem(
             name,
             "cannot be the name of a component",
-            "a name holds no dot, space or `>` and is not `atmosphere` or `fluid`",
+            "a name must not contain a dot, space or `>`, nor be `atmosphere` or `fluid`",
         );
     }
     let kind = component.kind;
@@ -136,7 +136,7 @@ fn valve_law(slots: &mut Slots, name: &str, has: &dyn Fn(&str) -> bool) {
         has("loss_coefficient"),
     ];
     if ways.iter().filter(|w| **w).count() != 1 || (!ways[0] && !has("area")) {
-        slots.problem(name, "has no or several flow laws", "give one of `flow_coefficient`, `discharge_coefficient` with `area`, `loss_coefficient` with `area`");
+        slots.problem(name, "has no flow law, or several", "give one of `flow_coefficient`, `discharge_coefficient` with `area`, `loss_coefficient` with `area`");
     }
 }
 
@@ -188,7 +188,7 @@ fn points(slots: &mut Slots, name: &str, setting: Option<&Setting>) -> Vec<[f64;
     let Setting::Points(points) = setting else {
         slots.problem(
             path,
-            "is no list of points",
+            "is not a list of points",
             "write `area_profile = [[0.0, 1.0], [2.0, 1.5]]`",
         );
         return Vec::new();
@@ -253,8 +253,8 @@ pub(super) fn resolve_columns(slots: &mut Slots, system: &System) {
             Some(tank) => slots.parts[part].column = Some(tank),
             None => slots.problem(
                 format!("{name}.column"),
-                format!("`{tank}` is no tank"),
-                "name a tank of [components]",
+                format!("`{tank}` is not a tank"),
+                "name a tank in [components]",
             ),
         }
     }

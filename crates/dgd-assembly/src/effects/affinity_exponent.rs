@@ -7,7 +7,7 @@ pub(crate) struct This;
 
 static ABOUT: About = About {
     id: "affinity_exponent",
-    title: "head does not follow the speed as the curve says",
+    title: "head does not follow the speed as the curve predicts",
     kinds: &[Kind::CentrifugalPump],
     equation: "w_felt = w (w/50 %)^e",
     source: "Gülich, J. F., Centrifugal Pumps (2010), on similarity laws and their limits; the power is empirical",

@@ -7,7 +7,7 @@ pub(crate) struct This;
 
 static ABOUT: About = About {
     id: "back_pressure",
-    title: "what flows out raises the pressure at the boundary",
+    title: "the outflow raises the pressure at the boundary",
     kinds: &[Kind::Boundary],
     equation: "p = p_b + rise q|q|/Q²",
     source: "Idelchik, I. E., Handbook of Hydraulic Resistance (2007), on discharge losses",

@@ -16,7 +16,7 @@ static ABOUT: About = About {
     confusable: &[],
     parameters: &[ParameterAbout {
         name: "stop",
-        meaning: "resistance to backflow, in ten thousand times that forwards",
+        meaning: "resistance to backflow, in units of ten thousand times the forward resistance",
         size: Size::One,
         low: 0.0,
         high: 1.0,

@@ -7,14 +7,14 @@ pub(crate) struct This;
 
 static ABOUT: About = About {
     id: "brim_head",
-    title: "the level stands above the brim while it spills",
+    title: "the level rises above the brim while it spills",
     kinds: &[Kind::Tank],
     equation: "q_overflow = q_0 ((h − h_brim)/rise)^(3/2)",
     source: "White, F. M., Fluid Mechanics (2011), on sharp-crested weirs",
     excited_by: "spilling at several rates",
     confusable: &[(
         "overflow_caught",
-        "look at the tank itself: its level exceeds the brim",
+        "check the tank itself: its level exceeds the brim",
     )],
     parameters: &[ParameterAbout {
         name: "rise",

@@ -7,7 +7,7 @@ pub(crate) struct This;
 
 static ABOUT: About = About {
     id: "bypass",
-    title: "part of what enters misses the tank and falls into the one below",
+    title: "part of the inflow misses the tank and falls into the one below",
     kinds: &[Kind::Tank],
     equation: "q_below += share · q_in",
     source: "White, F. M., Fluid Mechanics (2011), on mass balance",

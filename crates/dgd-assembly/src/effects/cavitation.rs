@@ -13,7 +13,7 @@ static ABOUT: About = About {
     equation: "H = H(w, q) − P/(ρ g) (choke q/Q)^8",
     source: "Gülich, J. F., Centrifugal Pumps (2010), on cavitation and head drop; the eighth power is a smooth wall in place of the breakdown",
     excited_by: "high flow",
-    confusable: &[("viscosity_derating", "cavitation spares low flow")],
+    confusable: &[("viscosity_derating", "cavitation does not affect low flow")],
     parameters: &[ParameterAbout {
         name: "choke",
         meaning: "usual flow over the flow of breakdown",

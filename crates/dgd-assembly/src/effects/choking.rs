@@ -13,7 +13,7 @@ static ABOUT: About = About {
     equation: "dp = K q|q| + P (choke q/Q)^8",
     source: "IEC 60534-2-1 (2011), choked flow of liquids; the eighth power is a smooth wall in place of the limit",
     excited_by: "high flow",
-    confusable: &[("discharge_exponent", "choking leaves low flow alone")],
+    confusable: &[("discharge_exponent", "choking does not affect low flow")],
     parameters: &[ParameterAbout {
         name: "choke",
         meaning: "usual flow over the flow that chokes",

@@ -14,14 +14,14 @@ static ABOUT: About = About {
     source: "Bourgoyne, A. T. et al., Applied Drilling Engineering, SPE (1986), on cuttings",
     excited_by: "rest or flow, early and late",
     confusable: &[
-        ("friction_drift", "a drifting column is felt at rest too"),
+        ("friction_drift", "a drifting column also acts at rest"),
         (
             "reading_drift",
             "the same at one gauge; a second gauge on the line separates",
         ),
         (
             "tool_joints",
-            "a column is felt at rest, joints only with flow",
+            "a column also acts at rest, joints only with flow",
         ),
     ],
     parameters: &[ParameterAbout {

@@ -8,7 +8,7 @@ pub(crate) struct This;
 
 static ABOUT: About = About {
     id: "discharge_exponent",
-    title: "the flow does not go with the square root of the drop",
+    title: "the flow is not proportional to the square root of the drop",
     kinds: &[Kind::Valve, Kind::Orifice],
     equation: "dp = K q² |q/Q|^e",
     source: "Bos, M. G. (ed.), Discharge Measurement Structures, ILRI 20 (1989), on discharge exponents",

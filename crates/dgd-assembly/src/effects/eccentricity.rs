@@ -8,7 +8,7 @@ pub(crate) struct This;
 
 static ABOUT: About = About {
     id: "eccentricity",
-    title: "the inner pipe lies on the wall, or the section differs: friction by a factor",
+    title: "the inner pipe lies on the wall, or the section differs: friction changes by a factor",
     kinds: &[Kind::Line],
     equation: "F = F_0(q) (1 + change)",
     source: "Haciislamoglu, M. and Langlinais, J., J. Energy Resour. Technol. 112 (1990): less friction than a concentric annulus; one factor for all flows is a simplification",

@@ -8,7 +8,7 @@ pub(crate) struct This;
 
 static ABOUT: About = About {
     id: "flow_threshold",
-    title: "surface tension or a cake holds the flow back until a small head is there",
+    title: "surface tension or a cake blocks the flow until there is a small head",
     kinds: &[Kind::Valve, Kind::Orifice],
     equation: "dp = K q|q| + p_t tanh(q/0.01 Q)",
     source: "de Gennes, P.-G., Brochard-Wyart, F. and Quéré, D., Capillarity and Wetting Phenomena (2004), on capillary pressure; the tanh only smooths its sign",

@@ -13,7 +13,7 @@ static ABOUT: About = About {
     equation: "F = F_0(q) exp(change t/1000 T)",
     source: "Slettebø, D., NTNU (2015), Eq. 2.20; Kutasov, I. M., Applied Geothermics for Petroleum Engineers (1999)",
     excited_by: "the same flow early and late",
-    confusable: &[("column_drift", "a drifting column is felt at rest too")],
+    confusable: &[("column_drift", "a drifting column also acts at rest")],
     parameters: &[ParameterAbout {
         name: "change",
         meaning: "relative change in a thousand usual times",

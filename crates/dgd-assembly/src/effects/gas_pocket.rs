@@ -8,7 +8,7 @@ pub(crate) static THIS: OutletLag = OutletLag(&ABOUT);
 
 static ABOUT: About = About {
     id: "gas_pocket",
-    title: "gas in the line stores fluid: what leaves lags what enters",
+    title: "gas in the line stores fluid: the outflow lags the inflow",
     kinds: &[Kind::Line],
     equation: "τ dq_out/dt = q_in − q_out",
     source: "Wylie, E. B. and Streeter, V. L., Fluid Transients in Systems (1993), on lumped capacitance and gas",

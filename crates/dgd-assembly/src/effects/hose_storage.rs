@@ -8,7 +8,7 @@ pub(crate) static THIS: OutletLag = OutletLag(&ABOUT);
 
 static ABOUT: About = About {
     id: "hose_storage",
-    title: "the hose behind the pump fills and drains: what arrives lags",
+    title: "the hose downstream of the pump fills and drains: the delivery lags",
     kinds: &[Kind::DisplacementPump],
     equation: "τ dq_out/dt = q − q_out",
     source: "Wylie, E. B. and Streeter, V. L., Fluid Transients in Systems (1993), on lumped capacitance",

@@ -7,7 +7,7 @@ pub(crate) struct This;
 
 static ABOUT: About = About {
     id: "inflow_drift",
-    title: "the flow at the boundary drifts off its meter",
+    title: "the flow at the boundary drifts away from its meter",
     kinds: &[Kind::Boundary],
     equation: "q = q_b (1 + change t/1000 T)",
     source: "Lipták, B. G. (ed.), Instrument Engineers' Handbook, vol. 1 (2003), on flow meters",

@@ -7,7 +7,7 @@ pub(crate) struct This;
 
 static ABOUT: About = About {
     id: "inflow_gain",
-    title: "the flow at the boundary is known by a factor only",
+    title: "the flow at the boundary is known only up to a factor",
     kinds: &[Kind::Boundary],
     equation: "q = (1 + excess) q_b",
     source: "Lipták, B. G. (ed.), Instrument Engineers' Handbook, vol. 1 (2003), on flow meters",

@@ -7,7 +7,7 @@ pub(crate) struct This;
 
 static ABOUT: About = About {
     id: "inflow_lag",
-    title: "what enters arrives late: it fills the feed pipe or runs down the wall first",
+    title: "the inflow arrives late: it first fills the feed pipe or runs down the wall",
     kinds: &[Kind::Tank],
     equation: "τ dq_a/dt = q_in − q_a; A dh/dt = q_a − q_out",
     source: "Ogunnaike, B. A. and Ray, W. H., Process Dynamics, Modeling, and Control (1994), on first-order systems",

@@ -8,7 +8,7 @@ pub(crate) struct This;
 
 static ABOUT: About = About {
     id: "laminar_resistance",
-    title: "a laminar part of the resistance, felt at low flow",
+    title: "a laminar part of the resistance, visible at low flow",
     kinds: &[Kind::Valve, Kind::Orifice],
     equation: "dp = K q|q| + p_l q/Q",
     source: "Idelchik, I. E., Handbook of Hydraulic Resistance (2007), on resistance as A/Re + B",

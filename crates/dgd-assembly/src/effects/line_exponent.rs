@@ -8,7 +8,7 @@ pub(crate) struct This;
 
 static ABOUT: About = About {
     id: "line_exponent",
-    title: "friction follows the flow with another exponent: transition, smooth walls, shear thinning",
+    title: "friction follows the flow with a different exponent: transition, smooth walls, shear thinning",
     kinds: &[Kind::Line],
     equation: "F = F_0(q) |q/Q|^e",
     source: "Dodge, D. W. and Metzner, A. B., AIChE J. 5 (1959); Blasius, Forschg. Ing.-Wes. 131 (1913)",

@@ -21,7 +21,7 @@ static ABOUT: About = About {
     confusable: &[
         (
             "opening_lag",
-            "a late valve arrives where it is told to: long holds separate",
+            "a late valve reaches its command: long holds separate",
         ),
         (
             "opening_characteristic",

@@ -19,7 +19,7 @@ static ABOUT: About = About {
         ),
         (
             "opening_lag",
-            "a late valve arrives where it is told to: long holds separate",
+            "a late valve reaches its command: long holds separate",
         ),
     ],
     parameters: &[

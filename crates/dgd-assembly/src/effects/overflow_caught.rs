@@ -7,7 +7,7 @@ pub(crate) struct This;
 
 static ABOUT: About = About {
     id: "overflow_caught",
-    title: "part of what spills over the brim falls into the tank below",
+    title: "part of the overflow falls into the tank below",
     kinds: &[Kind::Tank],
     equation: "q_below += share · q_overflow",
     source: "White, F. M., Fluid Mechanics (2011), on the mass balance of a control volume",

@@ -7,7 +7,7 @@ pub(crate) struct This;
 
 static ABOUT: About = About {
     id: "pump_dead_band",
-    title: "below some input the pump stands",
+    title: "below some input the pump does not turn",
     kinds: &[Kind::DisplacementPump],
     equation: "q = c sign(u) max(|u| − band, 0)",
     source: "Slotine, J.-J. E. and Li, W., Applied Nonlinear Control (1991), on dead zones",

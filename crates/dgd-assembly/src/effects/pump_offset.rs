@@ -7,7 +7,7 @@ pub(crate) struct This;
 
 static ABOUT: About = About {
     id: "pump_offset",
-    title: "a constant flow beside what the input asks for",
+    title: "a constant flow in addition to that set by the input",
     kinds: &[Kind::DisplacementPump],
     equation: "q = c u + offset",
     source: "Ivantysyn, J. and Ivantysynova, M., Hydrostatic Pumps and Motors (2003), on losses; zero error of the set-point",

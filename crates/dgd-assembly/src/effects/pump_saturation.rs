@@ -7,7 +7,7 @@ pub(crate) struct This;
 
 static ABOUT: About = About {
     id: "pump_saturation",
-    title: "the pump gives no more than some flow",
+    title: "the pump flow saturates",
     kinds: &[Kind::DisplacementPump],
     equation: "q = min(c u, limit)",
     source: "Slotine, J.-J. E. and Li, W., Applied Nonlinear Control (1991), on saturation",
@@ -17,7 +17,10 @@ static ABOUT: About = About {
             "unseen_brim",
             "a full tank leaves the flow into it as it is",
         ),
-        ("pump_nonlinear_gain", "a saturation spares low inputs"),
+        (
+            "pump_nonlinear_gain",
+            "saturation does not affect low inputs",
+        ),
     ],
     parameters: &[ParameterAbout {
         name: "limit",

@@ -7,7 +7,7 @@ pub(crate) struct This;
 
 static ABOUT: About = About {
     id: "reading_clipping",
-    title: "the instrument reads no more than its range",
+    title: "the reading is clipped at the end of the range",
     kinds: &[Kind::Instrument],
     equation: "y = min(y_true, limit)",
     source: "Lipták, B. G. (ed.), Instrument Engineers' Handbook, vol. 1 (2003), on range and span",

@@ -7,7 +7,7 @@ pub(crate) struct This;
 
 static ABOUT: About = About {
     id: "reading_curvature",
-    title: "the instrument is not straight over its range",
+    title: "the instrument is not linear over its range",
     kinds: &[Kind::Instrument],
     equation: "y = y_true + 4 bow R (y_true/R)(1 − y_true/R)",
     source: "IEC 61298-2 (2008), terminal-based linearity",

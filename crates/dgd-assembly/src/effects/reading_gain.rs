@@ -7,7 +7,7 @@ pub(crate) struct This;
 
 static ABOUT: About = About {
     id: "reading_gain",
-    title: "the instrument reads by a factor too much or too little",
+    title: "the reading has a proportional error",
     kinds: &[Kind::Instrument],
     equation: "y = (1 + excess) y_true",
     source: "IEC 61298-2 (2008), measured error; Lipták, B. G. (ed.), Instrument Engineers' Handbook, vol. 1 (2003), on errors of instruments",

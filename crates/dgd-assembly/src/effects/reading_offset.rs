@@ -7,7 +7,7 @@ pub(crate) struct This;
 
 static ABOUT: About = About {
     id: "reading_offset",
-    title: "the instrument's zero is off",
+    title: "the instrument has a zero error",
     kinds: &[Kind::Instrument],
     equation: "y = y_true + offset",
     source: "IEC 61298-2 (2008), zero error; Lipták, B. G. (ed.), Instrument Engineers' Handbook, vol. 1 (2003), on errors of instruments",

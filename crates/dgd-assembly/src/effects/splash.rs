@@ -7,7 +7,7 @@ pub(crate) struct This;
 
 static ABOUT: About = About {
     id: "splash",
-    title: "part of what enters splashes out",
+    title: "part of the inflow splashes out",
     kinds: &[Kind::Tank],
     equation: "q_lost = share · q_in",
     source: "White, F. M., Fluid Mechanics (2011), on mass balance",

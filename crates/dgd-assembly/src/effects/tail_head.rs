@@ -8,7 +8,7 @@ pub(crate) struct This;
 
 static ABOUT: About = About {
     id: "tail_head",
-    title: "a tail pipe pulls, or the outlet is drowned",
+    title: "a tail pipe adds suction, or the outlet is submerged",
     kinds: &[Kind::Valve, Kind::Orifice],
     equation: "dp = K q|q| + p_tail",
     source: "White, F. M., Fluid Mechanics (2011), on Bernoulli's equation and exit losses",
@@ -19,7 +19,7 @@ static ABOUT: About = About {
     )],
     parameters: &[ParameterAbout {
         name: "head",
-        meaning: "pressure against the flow; negative: it pulls",
+        meaning: "pressure against the flow; negative: suction",
         size: Size::Pressure,
         low: -0.5,
         high: 0.3,

@@ -7,7 +7,7 @@ pub(crate) struct This;
 
 static ABOUT: About = About {
     id: "unseen_brim",
-    title: "the tank spills at a height that was not stated; part of it may be caught below",
+    title: "the tank spills at a height that was not stated; part of the overflow may be caught below",
     kinds: &[Kind::Tank],
     equation: "h ≤ h_spill; q_below += share · q_overflow",
     source: "White, F. M., Fluid Mechanics (2011), on mass balance and weirs",

@@ -8,7 +8,7 @@ pub(crate) struct This;
 
 static ABOUT: About = About {
     id: "viscosity_derating",
-    title: "a viscous fluid costs head with the flow",
+    title: "a viscous fluid reduces the head in proportion to flow",
     kinds: &[Kind::CentrifugalPump],
     equation: "H = H(w, q) − p_v q/(Q ρ g)",
     source: "ANSI/HI 9.6.7 (2015); Gülich, J. F., Centrifugal Pumps (2010), on viscous fluids; a loss in proportion to the flow is a simplification",

@@ -255,7 +255,7 @@ drain = { kind = "orifice", discharge_coefficient = 0.6, area = 1e-4 }
         .unwrap_err()
         .to_string();
     assert!(
-        wrong.contains("record.unit") && wrong.contains("no unit of time"),
+        wrong.contains("record.unit") && wrong.contains("not a unit of time"),
         "{wrong}"
     );
 }

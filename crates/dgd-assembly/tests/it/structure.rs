@@ -50,7 +50,7 @@ pump = { kind = "centrifugal_pump", speed = 1.0, c0 = 1.0, c2 = 1.0 }
 line = { kind = "line", quadratic = 1.0 }
 "#;
     assert!(
-        problems(text).contains("hangs on no pressure"),
+        problems(text).contains("no pressure is defined"),
         "{}",
         problems(text)
     );
@@ -100,9 +100,9 @@ valve = { kind = "valve" }
         "line 1: connections[0]: there is no component `atmosphre`",
         "line 3: tank.are: is not a property here",
         "line 3: tank.area: has no value",
-        "line 4: valve: has no or several flow laws",
+        "line 4: valve: has no flow law, or several",
         "line 6: valve.opening: is an input without a channel",
-        "line 8: valve.colour: in [free] is no property",
+        "line 8: valve.colour: in [free] is not a property",
     ] {
         assert!(found.contains(expected), "`{expected}` is not in:\n{found}");
     }
@@ -176,7 +176,7 @@ fn starts_that_are_missing_or_of_no_state_are_told() {
     let text = format!("connections = [\"tank -> valve -> atmosphere\"]{HEAD}");
     let found = problems(&text.replace("\"tank.level\" = 2.0", "\"tank.height\" = 2.0"));
     assert!(
-        found.contains("tank.height: in [initial] is no state (states: tank.level"),
+        found.contains("tank.height: in [initial] is not a state (states: tank.level"),
         "{found}"
     );
     let unmeasured = text

@@ -7,16 +7,16 @@ use std::path::{Path, PathBuf};
 /// The recordings and the well they were taken on.
 #[derive(Debug, Args)]
 pub(crate) struct Source {
-    /// Recordings in order of time: MAT v5 or v7.3, CSV or MCAP
+    /// Recordings in time order: MAT v5 or v7.3, CSV or MCAP
     #[arg(required = true)]
     pub(crate) recordings: Vec<PathBuf>,
     /// The well description
     #[arg(long, value_name = "FILE")]
     pub(crate) well: PathBuf,
-    /// Screen as the thesis does: every long run of one speed rejected, restarts kept
+    /// Screen as in the thesis: reject every long run of one speed, keep restarts
     #[arg(long)]
     pub(crate) thesis_screening: bool,
-    /// Only these seconds of the recordings' clock (3h:5h and 90min:2h too), or what lies between two dates
+    /// Only these seconds of the recording clock (3h:5h and 90min:2h too), or only between two dates
     /// (2024-10-26T03:00/05:00); all if absent
     #[arg(long, value_name = "FROM:TO", value_parser = Window::parse, allow_hyphen_values = true)]
     pub(crate) window: Option<Window>,
@@ -29,7 +29,7 @@ pub(crate) struct Described {
     /// The well description: the built-in return line
     #[arg(long, value_name = "FILE")]
     pub(crate) well: Option<PathBuf>,
-    /// The description of any system by its components, or what a fit of it wrote
+    /// The description of any system by its components, or the file written by a fit
     #[arg(long, value_name = "FILE")]
     pub(crate) system: Option<PathBuf>,
 }
@@ -37,15 +37,15 @@ pub(crate) struct Described {
 /// Recordings, and a well or a system.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct AnySource {
-    /// Recordings in order of time: MAT v5 or v7.3, CSV or MCAP; one with --system
+    /// Recordings in time order: MAT v5 or v7.3, CSV or MCAP; one with --system
     #[arg(required = true)]
     pub(crate) recordings: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) described: Described,
-    /// Screen as the thesis does: every long run of one speed rejected, restarts kept
+    /// Screen as in the thesis: reject every long run of one speed, keep restarts
     #[arg(long, conflicts_with = "system")]
     pub(crate) thesis_screening: bool,
-    /// Only these seconds of the recordings' clock (3h:5h and 90min:2h too), or what lies between two dates
+    /// Only these seconds of the recording clock (3h:5h and 90min:2h too), or only between two dates
     /// (2024-10-26T03:00/05:00); all if absent
     #[arg(long, value_name = "FROM:TO", value_parser = Window::parse, allow_hyphen_values = true, conflicts_with = "system")]
     pub(crate) window: Option<Window>,

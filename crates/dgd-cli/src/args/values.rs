@@ -37,9 +37,7 @@ pub(super) fn parse_range(text: &str) -> Result<(f64, f64), String> {
         let (figures, factor) = suffixed.unwrap_or((part, 1.0));
         let parsed = figures.trim().parse::<f64>().ok().map(|x| factor * x);
         let parsed = parsed.filter(|x| x.is_finite());
-        parsed.ok_or(format!(
-            "`{part}` is not a number of seconds, or of h or min"
-        ))
+        parsed.ok_or(format!("`{part}` is not a number in s, min or h"))
     };
     let (from, to) = (number(from)?, number(to)?);
     if from > to {

@@ -27,7 +27,7 @@ impl Window {
         let (from, to) = (from.trim(), to.trim());
         let date = |said: &str, whole: &str| {
             Moment::parse(whole).ok_or_else(|| {
-                format!("`{said}` is no date such as 2024-10-26T03:00 or 2024-10-26T03:00:00Z")
+                format!("`{said}` is not a date such as 2024-10-26T03:00 or 2024-10-26T03:00:00Z")
             })
         };
         let first = date(from, from)?;
@@ -38,7 +38,7 @@ impl Window {
             None => date(to, to)?,
         };
         if first.zoned != last.zoned {
-            return Err("one of the dates tells its zone, the other does not".into());
+            return Err("one of the dates has a time zone, the other does not".into());
         }
         if first.until(last) < 0.0 {
             return Err(format!("{from} is after {to}"));
@@ -52,12 +52,11 @@ impl Window {
             Self::Clock(from, to) => Ok((*from, *to)),
             Self::Dates(from, to) => {
                 let began = began.ok_or_else(|| format!(
-                    "--window {self} has dates, and the recordings do not tell throughout when they were taken: give seconds, \
-                     as in 3h:5h"
+                    "--window {self} has dates, but not all of the recordings have: give seconds, as in 3h:5h"
                 ))?;
                 if from.zoned && !began.zoned {
                     return Err(format!(
-                        "--window {self} tells a zone, and the recordings do not: write their own times, without one"
+                        "--window {self} has a time zone, but the recordings have none: give their own times, without a zone"
                     ));
                 }
                 Ok((began.until(*from), began.until(*to)))
@@ -152,16 +151,16 @@ mod tests {
     #[test]
     fn what_is_no_window_is_refused_with_what_to_write() {
         for (text, told) in [
-            ("2024-10-26T03:00/x", "`x` is no date"),
-            ("yesterday/today", "`yesterday` is no date"),
+            ("2024-10-26T03:00/x", "`x` is not a date"),
+            ("yesterday/today", "`yesterday` is not a date"),
             (
                 "2024-02-28T03:00/2024-02-31T05:00",
-                "`2024-02-31T05:00` is no date",
+                "`2024-02-31T05:00` is not a date",
             ),
-            ("2023-02-29T03:00/05:00", "`2023-02-29T03:00` is no date"),
+            ("2023-02-29T03:00/05:00", "`2023-02-29T03:00` is not a date"),
             (
                 "2024-10-26T03:00+99:00/05:00+99:00",
-                "`2024-10-26T03:00+99:00` is no date",
+                "`2024-10-26T03:00+99:00` is not a date",
             ),
             ("2024-10-26T03:00/02:00", "is after"),
             ("2024-10-26T03:00Z/2024-10-26T05:00", "the other does not"),

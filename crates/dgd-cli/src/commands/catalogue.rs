@@ -26,9 +26,8 @@ fn tell() -> String {
     }
     let steps: Vec<&str> = Step::ALL.iter().map(|s| s.name()).collect();
     format!(
-        "{} that `dgd diagnose --well` can name (`--suspect` takes them for given)\n{}\n\
-         {} of its search that `--without` leaves out\n  {}\n\n\
-         Those of a system depend on its components: `dgd system check` lists them.\n",
+        "{} that `dgd diagnose --well` can name (`--suspect` looks only for those given)\n{}\n{} of its search that `--without` can omit\n  \
+         {}\n\nThe effects of a system depend on its components: `dgd system check` lists them.\n",
         say::counted(catalogue().len(), "effect"),
         table.render(),
         say::counted(steps.len(), "step"),

@@ -90,7 +90,7 @@ fn in_blocks(
     let when = load::When::of(arguments.in_blocks, LONG);
     if matches!(target, Target::Mat5 | Target::Mat73) {
         let why = format!(
-            "{} is written whole: a MAT file holds one column after another; name it .csv or .mcap",
+            "{} cannot be written in blocks: a MAT file stores one column after another; name it .csv or .mcap",
             arguments.output.display()
         );
         let bytes = std::fs::metadata(&arguments.input).map_or(0, |input| input.len());
@@ -138,7 +138,7 @@ fn warn_of(arguments: &Convert, target: Target, table: &Table) {
     }
     if let (Some(origin), Target::Csv) = (&table.origin, target) {
         tracing::warn!(
-            "{}: a CSV counts from 0 s and does not keep when that was, {origin}; MCAP and MAT do",
+            "{}: a CSV counts from 0 s and does not keep the date of 0 s, {origin}; MCAP and MAT do",
             arguments.output.display()
         );
     }
@@ -167,7 +167,7 @@ fn keep_rows(arguments: &Convert, table: &mut Table) {
         more => format!(" and {more} more"),
     };
     tracing::warn!(
-        "{}: left out, as the others have {} values and nothing says in which rows theirs belong: {}{more}; a MAT file keeps them",
+        "{}: left out, because the other columns have {} values and the rows of these are unknown: {}{more}; a MAT file keeps them",
         arguments.output.display(),
         count(rows),
         named.collect::<Vec<_>>().join(", ")
@@ -210,7 +210,7 @@ impl Target {
             Some("mat") => Ok(Self::Mat5),
             _ => Err(Failure::Arguments {
                 reason: format!(
-                    "{}: the ending says no format; name it .csv, .mcap or .mat",
+                    "{}: the extension gives no format; name it .csv, .mcap or .mat",
                     path.display()
                 ),
             }),

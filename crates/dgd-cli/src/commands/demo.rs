@@ -62,8 +62,8 @@ pub(crate) fn run(arguments: &Demo, global: &Global) -> Result<String, Failure> 
     let folder = out.join("figures");
     let mut drawn = figures::draw_identification(&mut outputs, &folder, &fitted)?;
     drawn.extend(figures::draw_simulations(&mut outputs, &folder, &runs)?);
-    let provenance = "This recording is a stand-in: two hours of a simulated dual-gradient rig of higher fidelity than \
-                      the model, with the faults that field data have. No field data are shown.";
+    let provenance = "This recording is a stand-in: two hours from a simulated dual-gradient rig of higher fidelity than the model, with the \
+                      faults of field data. No field data are shown.";
     let html = page::identified(
         "A return line identified from its recording",
         provenance,
@@ -96,14 +96,11 @@ pub(crate) fn run(arguments: &Demo, global: &Global) -> Result<String, Failure> 
     }
     let (shown, there) = (out.display(), diagnosis_out.display());
     Ok(format!(
-        "{}\nfree run of level and flow: {} m and {} L/min off (root mean square)\n\n\
-         A second recording, in which something is concealed, is diagnosed:\n\n{}\n\
-         next: dgd inspect {shown}/recording.mat\n      \
-         dgd fit {shown}/recording.mat --well {shown}/well.toml --out {shown}/model.toml\n      \
-         dgd simulate {shown}/recording.mat --well {shown}/well.toml --model {shown}/model.toml --out {shown}/run.csv\n      \
-         dgd diagnose {there}/recording.mat --well {there}/well.toml --out {there}\n\
-         the fit: {shown}/report.html, with pictures in {shown}/figures\n\
-         the diagnosis, to open first: {there}/report.html\n",
+        "{}\nfree run: level error {} m, flow error {} L/min (root mean square)\n\nA second recording, in which something is concealed, is \
+         diagnosed:\n\n{}\nnext: dgd inspect {shown}/recording.mat\n      dgd fit {shown}/recording.mat --well {shown}/well.toml --out \
+         {shown}/model.toml\n      dgd simulate {shown}/recording.mat --well {shown}/well.toml --model {shown}/model.toml --out {shown}/run.csv\n      \
+         dgd diagnose {there}/recording.mat --well {there}/well.toml --out {there}\nthe fit: {shown}/report.html, with figures in \
+         {shown}/figures\nthe diagnosis, to open first: {there}/report.html\n",
         fit::tell(&fitted),
         brief(level),
         brief(flow * 6e4),

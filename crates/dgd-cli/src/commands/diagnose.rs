@@ -83,7 +83,7 @@ pub(crate) fn carry_out(
     let start = search.model.map(|path| start(path, &well)).transpose()?;
     let mut loaded = load::read_recordings(&source.recordings, &well, progress)?.within(source)?;
     if out.exists() && !out.is_dir() {
-        return Err(Failure::unwritten(out, "it is no folder"));
+        return Err(Failure::unwritten(out, "it is not a folder"));
     }
     for name in [DIAGNOSIS, SIMULATION, REPORT, MODEL] {
         output::check(&out.join(name))?;
@@ -147,8 +147,8 @@ pub(crate) fn carry_out(
 fn doubt_of_step(step_s: f64) -> Option<String> {
     (step_s >= dgd_screen::TOO_SELDOM_S).then(|| {
         format!(
-            "a sample every {step_s:.0} s: means over that long blur what goes on at a stop, and make causes up that are not there; \
-             believe no name before it is found in an export of 5 s or finer"
+            "a sample every {step_s:.0} s: averages that long blur pump stops, and this can produce false causes; confirm any finding on an export \
+             of 5 s or finer"
         )
     })
 }
@@ -160,8 +160,8 @@ fn undiagnosed(path: &Path, error: &DiagnoseError) -> Failure {
         path: path.to_owned(),
         reason: error.to_string(),
         help: rejected.then(|| {
-            "`dgd fit` tells what the screening rejects, and why; pressures that repeat one value for a minute while their twins move, as a \
-             historian with a deadband exports them, are left out beside that"
+            "`dgd fit` reports what the screening rejects, and why; pressures that repeat one value for a minute while their twins move, as in \
+             exports from a historian with a deadband, are left out in addition"
                 .into()
         }),
     }
@@ -197,13 +197,13 @@ fn start(path: &Path, well: &Well) -> Result<Vec<dgd_effects::AppliedEffect>, Fa
     let (density_kg_m3, geometry) = document.well();
     if density_kg_m3 != well.mud_density_kg_m3 || *geometry != well.geometry {
         tracing::warn!(
-            "{} was identified on a well of another mud or geometry; --well counts",
+            "{} was identified on a well with different mud or geometry; --well is used",
             path.display()
         );
     }
     let Some(augmented) = document.augmented else {
         tracing::warn!(
-            "{} holds no effects, so the diagnosis starts as without it",
+            "{} contains no effects, so the diagnosis starts as without it",
             path.display()
         );
         return Ok(Vec::new());

@@ -166,8 +166,8 @@ pub(crate) fn delays_in_samples(
     if from.abs() > MOST || to.abs() > MOST {
         return Err(Failure::Arguments {
             reason: format!(
-                "delays from {from_s} to {to_s} s are too many samples of {step_s} s: look at the unit of [channels] time in the well \
-                 description, or give fewer with --delays"
+                "delays from {from_s} to {to_s} s span too many samples of {step_s} s: check the unit of [channels] time in the well description, \
+                 or give a smaller range with --delays"
             ),
         });
     }
@@ -197,7 +197,11 @@ fn tell_into(text: &mut String, fitted: &Fitted) -> std::fmt::Result {
     )?;
     let share = 100.0 * data.kept as f64 / data.samples as f64;
     writeln!(text, "screening kept {} ({share:.1} %)\n", count(data.kept))?;
-    let mut reasons = TextTable::new(["rejected for", "samples", "of these by nothing before"]);
+    let mut reasons = TextTable::new([
+        "rejected for",
+        "samples",
+        "not rejected by an earlier reason",
+    ]);
     for tally in fitted.prepared.tally.iter().filter(|t| t.total > 0) {
         reasons.row([
             tally.name.to_owned(),

@@ -21,7 +21,7 @@ pub(crate) fn check(arguments: &Simulate) -> Result<(), Failure> {
     }
     let kind = format!("{:?}", arguments.kind).to_lowercase();
     let reason = format!(
-        "--kind {kind} needs a two-state model as `dgd fit` writes it; {} is a model with effects, which runs coupled",
+        "--kind {kind} needs a two-state model written by `dgd fit`; {} is a model with effects, which runs coupled",
         arguments.model.display()
     );
     Err(Failure::Arguments { reason })

@@ -24,8 +24,8 @@ pub(crate) fn run(arguments: &Inspect, global: &Global) -> Result<String, Failur
         // Somebody may have completed it.
         return Err(Failure::Write {
             path: path.clone(),
-            reason: "exists already, and may have been completed by hand".into(),
-            help: "propose another file, or take this one away first",
+            reason: "already exists, and may have been completed by hand".into(),
+            help: "propose another file, or remove this one first",
         });
     }
     let inspected = inspect(arguments, &progress)?;
@@ -121,17 +121,17 @@ fn tell(text: &mut String, inspected: &Inspected, proposal: &Proposal) -> std::f
         {
             writeln!(
                 text,
-                "clock: no column that was read looks like time; if one that was passed over holds the times, write them as in 2024-10-26 15:27:49"
+                "clock: no column that was read looks like time; if a skipped column holds the times, write them as in 2024-10-26 15:27:49"
             )?
         }
         _ => writeln!(
             text,
-            "clock: no column looks like time; say `time = {{ interval = \"1 s\" }}` in the well description"
+            "clock: no column looks like time; write `time = {{ interval = \"1 s\" }}` in the well description"
         )?,
     }
     if let Some(origin) = &table.origin {
         match origin.strip_suffix("-00:00") {
-            Some(local) => writeln!(text, "0 s is {local}, of which zone is not told")?,
+            Some(local) => writeln!(text, "0 s is {local} (time zone unknown)")?,
             None => writeln!(text, "0 s is {origin}")?,
         }
     }
@@ -254,8 +254,8 @@ fn as_json(inspected: &Inspected, proposal: &Proposal) -> Value {
 fn proposed_well(proposal: &Proposal) -> String {
     let mut text = String::from(
         "\
-# Proposed from the recording. Fill in what is `?`, and check every channel.
-# A quantity is a text with its unit: \"19.5 in\", \"13 5/8 in\", \"1080 kg/m3\".
+# Proposed from the recording. Replace every `?`, and check every channel.
+# A quantity is a string with a unit: \"19.5 in\", \"13 5/8 in\", \"1080 kg/m3\".
 [mud]
 density = \"? sg\"
 
@@ -263,9 +263,9 @@ density = \"? sg\"
 riser_id = \"? in\"             # inner diameter of the riser
 drillpipe_od = \"? in\"         # outer diameter of the drill pipe in it
 return_line_id = \"? in\"       # inner diameter of the mud return line
-pump_inlet_depth = \"? m\"      # subsea pump's inlet below the rotary table
+pump_inlet_depth = \"? m\"      # subsea pump inlet below the rotary table
 pump_outlet_depth = \"? m\"     # its outlet below the rotary table
-# where known:
+# if known:
 # riser_pressure_sensor_depth = \"? m\"
 # casing_od = \"? in\"
 # booster_line_id = \"? in\"

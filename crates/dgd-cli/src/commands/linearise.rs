@@ -52,7 +52,7 @@ pub(crate) fn run(arguments: &Linearise, global: &Global) -> Result<String, Fail
     let linear = linearise(assembly, &theta, &point.states, &point.inputs).map_err(wrong)?;
     let finite = [&linear.a, &linear.b, &linear.c, &linear.d];
     if finite.into_iter().flatten().any(|v| !v.is_finite()) {
-        let reason = "has no linear model at this operating point: pressures or flows cannot be solved for there";
+        let reason = "has no linear model at this operating point: pressures or flows cannot be solved there";
         return Err(Failure::input(&path, reason));
     }
     let discrete = match arguments.step {
@@ -93,7 +93,7 @@ fn described(arguments: &Linearise) -> Result<(SystemDocument, PathBuf, Option<S
         let well = load::read_well(well)?;
         if !model.fits_well(&well) {
             tracing::warn!(
-                "{} was identified on a well of another mud or geometry; the model's are used",
+                "{} was identified on a well with different mud or geometry; those of the model are used",
                 arguments.model.display()
             );
         }
@@ -141,7 +141,7 @@ fn given_point(
     if !missing.is_empty() {
         return Err(Failure::Arguments {
             reason: format!(
-                "the operating point does not say every input; add --at {}{}",
+                "the operating point does not give every input; add --at {}{}",
                 missing.join(" "),
                 or(", or take it from a recording with --at-time")
             ),
@@ -183,7 +183,7 @@ fn given_point(
             && (given - found).abs() > 1e-6 * given.abs().max(1e-9)
         {
             tracing::warn!(
-                "the steady state has {name} = {}, not {}; give every state to linearise away from it",
+                "the steady state has {name} = {}, not {}; to linearise away from it, give every state",
                 number(*found),
                 number(*given)
             );
@@ -491,7 +491,7 @@ fn tell(
         None => "as given; rates need not be zero there",
     };
     let levels = if linear.states.iter().any(|name| name.ends_with(".level")) {
-        "a level is the height above its tank's floor; `dgd simulate --well` tells the riser's as depth below the rotary table\n"
+        "a level is the height above the floor of its tank; `dgd simulate --well` gives the riser level as depth below the rotary table\n"
     } else {
         ""
     };

@@ -24,7 +24,7 @@ pub(crate) fn run(arguments: &Mask, global: &Global) -> Result<String, Failure> 
     if !loaded.suspicions.is_empty() {
         // What is suspected holds values and tags, which this command tells nobody.
         loaded.suspicions =
-            vec!["the recording hardly fits its well description: `dgd fit` says where".into()];
+            vec!["the recording does not match its well description: `dgd fit` says where".into()];
     }
     output::check(&arguments.out.join("recording.csv"))?;
     let mut fitted = fit::fit(
@@ -37,7 +37,7 @@ pub(crate) fn run(arguments: &Mask, global: &Global) -> Result<String, Failure> 
     )?;
     // They hold values, which this command tells nobody.
     if !fitted.identification.warnings.is_empty() {
-        tracing::warn!("the identification leaves doubts: `dgd fit` says which");
+        tracing::warn!("the identification raised warnings: `dgd fit` lists them");
     }
     if let Some(path) = &arguments.model {
         fitted.identification.model = load::read_base_model(path)?;
@@ -86,7 +86,7 @@ pub(crate) fn run(arguments: &Mask, global: &Global) -> Result<String, Failure> 
         "chosen and written to"
     };
     Ok(format!(
-        "masked {} samples into {}: recording.csv, model.toml, report.html\nreferences {verb} {}: keep that file, it undoes the masking\n",
+        "masked {} samples into {}: recording.csv, model.toml, report.html\nreferences {verb} {}: keep that file, it reverses the masking\n",
         count(recording.time_s.len()),
         arguments.out.display(),
         arguments.references.display()
@@ -98,7 +98,7 @@ fn refuse_references_inside(references: &Path, out: &Path) -> Result<(), Failure
     if resolved(references).starts_with(resolved(out)) {
         return Err(Failure::Arguments {
             reason: format!(
-                "--references {} lies in the folder {} that is passed on; choose another place",
+                "--references {} lies in the output folder {}, which will be shared; choose another place",
                 references.display(),
                 out.display()
             ),

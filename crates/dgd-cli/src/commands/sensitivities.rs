@@ -27,8 +27,8 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<String, Fail
     if assembly.parameters().is_empty() {
         return Err(Failure::Input {
             path: path.clone(),
-            reason: "leaves nothing free, so there is nothing to be sensitive to".into(),
-            help: Some("name under [free] what is in question, with its bounds".into()),
+            reason: "has no free parameters, so there are no sensitivities".into(),
+            help: Some("name the parameters in question under [free], with their bounds".into()),
         });
     }
     let recorded = columns::read(recording, path, assembly, &progress)?;
@@ -50,7 +50,10 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<String, Fail
         .map_err(|e| failed(path, recording, &e))?;
     for (k, window) in moved.iter().enumerate() {
         if let Some(trouble) = trouble(window.status) {
-            tracing::warn!("window {} is not simulated to its end: {trouble}", k + 1);
+            tracing::warn!(
+                "window {} could not be simulated to its end: {trouble}",
+                k + 1
+            );
         }
     }
     let found = identifiability(&moved).map_err(|e| failed(path, recording, &e))?;
@@ -193,7 +196,7 @@ fn html(
     let mut page = Page::new(
         format!("Sensitivities of {title}"),
         format!(
-            "How the readings along {recording} move with each free value. {}",
+            "How the readings along {recording} change with each free parameter. {}",
             page::rank_sentence(found)
         ),
     );
@@ -250,7 +253,7 @@ fn html(
                 String::new()
             };
             page.figure(&figure.with_caption(format!(
-                "Slope of {} by a parameter at the present values, times the parameter's range{which}.",
+                "Derivative of {} with respect to a parameter at the present values, times the range of the parameter{which}.",
                 gauge.name
             )));
         }
@@ -283,7 +286,8 @@ fn shares(
         row
     };
     dgd_report::Table {
-        caption: "Root mean square of each reading's slope by a parameter at the present values, times the parameter's range, in the reading's usual size".into(),
+        caption: "Root mean square of the derivative of each reading with respect to a parameter at the present values, times the range of the \
+                  parameter, in the usual size of the reading".into(),
         head,
         rows: order(found).into_iter().map(row).collect(),
     }

@@ -46,7 +46,7 @@ pub(crate) fn run(arguments: &Simulate, global: &Global) -> Result<String, Failu
     check_start(&options_given.start, geometry)?;
     if density_kg_m3 != well.mud_density_kg_m3 || *geometry != well.geometry {
         tracing::warn!(
-            "{} was identified on a well of another mud or geometry than {}; the model's are used",
+            "{} was identified on a well with different mud or geometry from {}; those of the model are used",
             arguments.model.display(),
             source.well.display()
         );
@@ -157,7 +157,7 @@ fn whole(job: &Job<'_>, progress: &Progress) -> Result<Done, Failure> {
             (run, Some((recording, model)))
         }
         (None, Base::WellOnly { .. }) => {
-            return Err(Failure::input(&arguments.model, "holds no model"));
+            return Err(Failure::input(&arguments.model, "contains no model"));
         }
     };
     warn_of_end(run.status);

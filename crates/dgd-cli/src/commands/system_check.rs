@@ -99,8 +99,8 @@ fn tell_into(
     )?;
     writeln!(
         text,
-        "{all} unknowns (flows through {branches} branches, pressures at {junctions} junctions) match \
-         {all} equations\n(a law a branch, a mass balance a junction); none is in excess.\n"
+        "{all} unknowns (flows through {branches} branches, pressures at {junctions} junctions) match {all} equations\n(one law per branch, one \
+         mass balance per junction); none is in excess.\n"
     )?;
     let states = assembly.states();
     if described.independent == "time" {
@@ -180,7 +180,7 @@ fn tell_into(
     )?;
     writeln!(
         text,
-        "{} could sit on it",
+        "{} could act on it",
         say::counted(found.effects.len(), "effect")
     )?;
     let mut table = TextTable::new(["component", "effects"]);

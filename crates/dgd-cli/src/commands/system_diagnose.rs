@@ -44,7 +44,7 @@ pub(crate) fn run(
     let assembly = &document.assembly;
     let held = columns::whole(recording, path, assembly, &progress)?;
     if out.exists() && !out.is_dir() {
-        return Err(Failure::unwritten(out, "it is no folder"));
+        return Err(Failure::unwritten(out, "it is not a folder"));
     }
     let names = [
         "model.toml",
@@ -105,7 +105,7 @@ fn words(stage: Stage) -> (&'static str, String) {
         Stage::Baseline => ("re-fitting", "the system as described".into()),
         Stage::Screening => ("screening", "the catalogue".into()),
         Stage::Fitting(size) => ("fitting", format!("sets of {size}")),
-        Stage::Exchanging => ("exchanging", "what was found for its rivals".into()),
+        Stage::Exchanging => ("exchanging", "what was found, for its rivals".into()),
         Stage::Confirming => ("confirming", "on the test part".into()),
     }
 }
@@ -155,9 +155,11 @@ fn sentence(done: &Done) -> String {
         })
         .collect();
     let answer = match revision.verdict {
-        Verdict::Consistent => "nothing is left out that this recording could show".to_owned(),
+        Verdict::Consistent => {
+            "the model leaves out nothing that this recording could show".to_owned()
+        }
         Verdict::Unexplained if found.is_empty() => {
-            "something is left out that no effect of the catalogue explains".to_owned()
+            "the model leaves out something that no effect of the catalogue explains".to_owned()
         }
         Verdict::Unexplained if revision.findings.iter().all(|f| f.component.is_empty()) => {
             found.join("; ")

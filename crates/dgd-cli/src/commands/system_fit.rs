@@ -96,7 +96,7 @@ pub(crate) fn run(
     } else {
         None
     };
-    progress.stage("comparing", "how the parameters move the readings");
+    progress.stage("comparing", "how the parameters affect the readings");
     let done = Done {
         title: system::title(assembly, path),
         recording: fitted.recording.clone(),
@@ -175,13 +175,13 @@ fn check(found: &Fit, system: &Path, recording: &Path) -> Result<(), Failure> {
     match found.status {
         FitStatus::NothingFree => refuse(
             system,
-            "leaves nothing free, so there is nothing to fit",
-            "name what is sought under [free], or run `dgd simulate --system`",
+            "has no free parameters, so there is nothing to fit",
+            "name the parameters to fit under [free], or run `dgd simulate --system`",
         ),
         FitStatus::NoStart => refuse(
             recording,
             "cannot be simulated from any start within the bounds",
-            "see the units of the inputs, then the values under [free] and [initial]",
+            "check the units of the inputs, then the values under [free] and [initial]",
         ),
         FitStatus::Converged => Ok(()),
         other => {
@@ -218,7 +218,7 @@ fn told(
         .collect();
     let found = moved.and_then(|moved| identifiability(&moved));
     if let Err(error) = &found {
-        tracing::warn!("what the recording tells of the parameters is left out: {error}");
+        tracing::warn!("the identifiability of the parameters is left out: {error}");
     }
     found.ok()
 }
@@ -248,7 +248,7 @@ fn sentence(done: &Done<'_>) -> String {
 
 fn html(done: &Done<'_>) -> Result<String, ReportError> {
     let lead = format!(
-        "{} free values fitted to {} readings of {}: the fit {}. Off by (root mean square): {}.",
+        "{} free parameters fitted to {} readings of {}: the fit {}. Error (root mean square): {}.",
         done.fitted.parameters.len(),
         count(done.fit.samples),
         done.recording,
@@ -273,11 +273,11 @@ fn html(done: &Done<'_>) -> Result<String, ReportError> {
         })
         .collect();
     page::parameters(&mut page, done.assembly, &parameters)?;
-    page.section("What the recording tells of them");
+    page.section("How well the recording determines them");
     match &done.told {
         Some(told) => page::identifiable(&mut page, told)?,
         None => {
-            page.paragraph("The runs beside the fit could not be made, so this is not known.");
+            page.paragraph("The runs needed for this could not be made, so it is not known.");
         }
     }
     if let Some(linear) = &done.linear {
@@ -293,14 +293,13 @@ fn html(done: &Done<'_>) -> Result<String, ReportError> {
             done.fit.iterations, done.fit.runs
         ),
         format!(
-            "Loss: {}. Variances are widened {} times for the memory of the residuals.",
+            "Loss: {}. Variances are widened {} times for the autocorrelation of the residuals.",
             if done.robust { "Huber" } else { "squares" },
             brief(done.fit.inflation)
         ),
     ]);
     if !done.issues.is_empty() {
-        page.paragraph("What was wrong in the recording:")
-            .list(done.issues);
+        page.paragraph("Faults in the recording:").list(done.issues);
     }
     Ok(page.html())
 }

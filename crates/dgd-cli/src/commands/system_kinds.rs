@@ -14,7 +14,7 @@ pub(crate) fn run(arguments: &Kinds, global: &Global) -> Result<String, Failure>
             let known = || Kind::ALL.map(Kind::name).join(", ");
             let kind = Kind::ALL.into_iter().find(|kind| kind.name() == name);
             vec![kind.ok_or_else(|| Failure::Arguments {
-                reason: format!("`{name}` is no kind of component; there are {}", known()),
+                reason: format!("`{name}` is not a kind of component; there are {}", known()),
             })?]
         }
     };
@@ -54,8 +54,8 @@ fn tell(kinds: &[Kind]) -> String {
         let _ = writeln!(text, "{}", table.render());
     }
     text.push_str(
-        "`needed`: given a number, free under [free], or driven under [inputs]. Numbers are in that unit, or texts with another, \
-         such as \"19.5 in\".\n",
+        "`needed`: given as a number, free under [free], or driven under [inputs]. Numbers are in that unit, or strings with another, such as \
+         \"19.5 in\".\n",
     );
     text
 }

@@ -113,7 +113,7 @@ fn html(
     let off = if said.is_empty() {
         "No instrument was recorded.".to_owned()
     } else {
-        format!("Off by (root mean square): {}.", said.join("; "))
+        format!("Error (root mean square): {}.", said.join("; "))
     };
     let mut page = Page::new(
         format!("Simulation of {title}"),

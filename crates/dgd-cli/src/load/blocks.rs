@@ -55,7 +55,8 @@ impl When {
 const LARGE: u64 = 256 << 20;
 
 /// What helps where a recording's form keeps it from being read in blocks; not who converts it.
-pub(crate) const CONVERTED: &str = "the CSV or MCAP that `dgd convert` makes of it need not be";
+pub(crate) const CONVERTED: &str =
+    "the CSV or MCAP file that `dgd convert` makes of it need not be";
 
 /// Opens a recording for reading in blocks; `None` if it is to be read whole, which is said with the `mend`, if there is one.
 pub(crate) fn open(
@@ -100,7 +101,7 @@ pub(super) fn open_with(
         })),
         Opened::Whole(reason) => {
             let mend = mend.map_or_else(String::new, |mend| format!("; {mend}"));
-            let why = format!("{} is read whole: {reason}{mend}", path.display());
+            let why = format!("{} is read in full: {reason}{mend}", path.display());
             when.say(metadata.len(), &why);
             Ok(None)
         }
@@ -146,7 +147,7 @@ impl Blocks {
             blocks += 1;
             take(block)?;
         }
-        debug!("{}: gone through in {blocks} blocks", self.path.display());
+        debug!("{}: read in {blocks} blocks", self.path.display());
         State::compare(&self.path, self.before, State::of(&self.file))?;
         Ok(())
     }

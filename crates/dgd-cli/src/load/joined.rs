@@ -92,8 +92,8 @@ impl Joint {
                 let shared = shared.min(later.len());
                 self.by_rule = true;
                 warn!(
-                    "{told}: its first {shared} samples have times that {told_before} has too, and other values (was a clock set back?); \
-                     all are kept, and on the joint clock 120 s lie between them"
+                    "{told}: its first {shared} samples share times with {told_before} but have other values (was a clock set back?); all are \
+                     kept, with 120 s between the two recordings on the joint clock"
                 );
                 all.append(later, step_s)
             }
@@ -101,13 +101,13 @@ impl Joint {
                 return Err(Failure::input(
                     path,
                     format!(
-                        "holds nothing that {told_before} does not hold: name each stretch of time once"
+                        "contains nothing that {told_before} does not contain: give each stretch of time once"
                     ),
                 ));
             }
             Seam::Shared(shared) => {
                 warn!(
-                    "{told}: its first {shared} samples are those that {told_before} ends with; they are left out"
+                    "{told}: its first {shared} samples are the last of {told_before}; they are left out"
                 );
                 left_out = shared;
                 let rest = later.slice(shared..later.len());
@@ -150,7 +150,7 @@ impl Dated {
         let told_before = before.path.display();
         if self.zoned != before.zoned {
             warn!(
-                "{}: of its times and those of {told_before} only the ones tell their zone; on the joint clock 120 s lie between them",
+                "{}: only one of it and {told_before} has a time zone; on the joint clock 120 s lie between them",
                 self.path.display()
             );
             return Ok(Seam::Untold);
@@ -160,10 +160,10 @@ impl Dated {
             return Err(Failure::Input {
                 path: self.path.clone(),
                 reason: format!(
-                    "begins {early_s:.0} s before {told_before}: name the recordings in order of time"
+                    "begins {early_s:.0} s before {told_before}: give the recordings in time order"
                 ),
                 help: (!self.zoned).then(|| {
-                    "if a clock was set back between them, write the times with their zones".into()
+                    "if a clock was set back between them, write the times with their time zones".into()
                 }),
             });
         }
@@ -322,7 +322,7 @@ mod tests {
             let Failure::Input { reason, help, .. } = refused(&all) else {
                 panic!("not of the input");
             };
-            let order = "begins 20 s before a.csv: name the recordings in order of time";
+            let order = "begins 20 s before a.csv: give the recordings in time order";
             assert_eq!(reason, order);
             assert!(help.unwrap().contains("zones"));
         }

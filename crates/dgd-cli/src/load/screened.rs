@@ -41,7 +41,7 @@ pub(crate) fn open<'w>(
     };
     if let Some(channel) = well.channels.off_clock() {
         let path = path.display();
-        let why = format!("{path} is read whole: `{channel}` has a clock of its own (`late`)");
+        let why = format!("{path} is read in full: `{channel}` has its own clock (`late`)");
         when.say(blocks.bytes(), &why);
         return Ok(None);
     }
@@ -59,7 +59,7 @@ pub(crate) fn open<'w>(
     }
     if !grid.is_in_order() {
         let why = format!(
-            "{} is read whole: its samples must be put in order; sort its rows by time",
+            "{} is read in full: its samples must be put in order; sort its rows by time",
             path.display()
         );
         when.say(blocks.bytes(), &why);

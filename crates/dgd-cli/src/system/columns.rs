@@ -185,9 +185,11 @@ pub(crate) fn whole(
     if doubts::all_dead(&files, &train) {
         return Err(Failure::Input {
             path: path.to_owned(),
-            reason: "no instrument moves in what is fitted, so no cause can be told".into(),
+            reason: "no instrument changes in the fitted part, so no cause can be identified"
+                .into(),
             help: Some(
-                "check that the transmitters were alive, and that the channels are theirs".into(),
+                "check that the transmitters were live, and that the channels are the right ones"
+                    .into(),
             ),
         });
     }
@@ -281,7 +283,7 @@ impl Files<'_> {
         if columns.is_empty() {
             return Err(Failure::input(
                 self.path,
-                format!("holds no column that {} names", self.system.display()),
+                format!("has no column named in {}", self.system.display()),
             ));
         }
         Ok(columns)

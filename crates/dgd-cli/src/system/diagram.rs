@@ -45,7 +45,7 @@ pub(crate) fn is_png(path: &Path) -> Result<bool, Failure> {
         Some("png") => Ok(true),
         _ => Err(Failure::Arguments {
             reason: format!(
-                "{}: the ending says no picture; name it .svg or .png",
+                "{}: the extension is not an image format; name it .svg or .png",
                 path.display()
             ),
         }),
@@ -139,7 +139,7 @@ fn component(system: &System, name: &str) -> DrawnComponent {
             notes: if air {
                 Vec::new()
             } else {
-                vec!["is no component".into()]
+                vec!["is not a component".into()]
             },
             marks: Vec::new(),
             instruments: Vec::new(),

@@ -53,7 +53,7 @@ impl Told {
         if at_bound {
             without(shown, "on its bound")
         } else if unseen {
-            without(brief(value), "not told by this recording")
+            without(brief(value), "not determined by this recording")
         } else {
             Self {
                 value: shown,
@@ -215,7 +215,7 @@ pub(crate) fn residuals(assembly: &Assembly, runs: &[Run]) -> Result<Vec<Figure>
         residual.map(|v| gauges[o].difference(v)).collect()
     };
     let curves = [CurveOf {
-        label: "Simulated less measured",
+        label: "Simulated minus measured",
         role: Role::Model,
         values: &of,
     }];
@@ -223,7 +223,7 @@ pub(crate) fn residuals(assembly: &Assembly, runs: &[Run]) -> Result<Vec<Figure>
     for (held_out, which) in [(false, "training"), (true, "held-out")] {
         let part: Vec<&Run> = runs.iter().filter(|r| r.held_out == held_out).collect();
         for some in known.chunks(PANELS).filter(|_| !part.is_empty()) {
-            let caption = format!("Residuals of the {which} part: what the model leaves.");
+            let caption = format!("Residuals of the {which} part.");
             figures.push(figure(assembly, &gauges, some, &part, &curves, &caption)?);
         }
     }
@@ -267,7 +267,7 @@ pub(crate) fn errors(assembly: &Assembly, runs: &[Run]) -> Table {
         row
     });
     Table {
-        caption: "Root mean square of simulated less measured".into(),
+        caption: "Root mean square of simulated minus measured".into(),
         head: [
             "Instrument",
             "Unit",
@@ -314,7 +314,7 @@ pub(crate) fn parameters(
         });
     }
     page.table(&Table {
-        caption: "Parameters; intervals know the noise and its memory, not a wrong model, and end at the bounds".into(),
+        caption: "Parameters; intervals include the noise and its autocorrelation, not model error, and end at the bounds".into(),
         head: [
             "Parameter",
             "Estimate",
@@ -348,7 +348,7 @@ pub(crate) fn identifiable(page: &mut Page, found: &Identifiability) -> Result<(
     let alike: Vec<String> = found.near_null.iter().map(near_null_sentence).collect();
     if !alike.is_empty() {
         page.paragraph(
-            "Combinations (in shares of each range) that move the readings least, weakest first:",
+            "Combinations (in shares of each range) that change the readings least, weakest first:",
         )
         .list(&alike);
     }
@@ -358,7 +358,7 @@ pub(crate) fn identifiable(page: &mut Page, found: &Identifiability) -> Result<(
         .map(|(a, b, index)| format!("{a} and {b}: collinearity index {}", brief(*index)))
         .collect();
     if !pairs.is_empty() {
-        page.paragraph("Pairs that move the readings in nearly the same way (index above 5):")
+        page.paragraph("Pairs that change the readings in nearly the same way (index above 5):")
             .list(&pairs);
     }
     Ok(())
@@ -370,14 +370,14 @@ pub(crate) fn rank_sentence(found: &Identifiability) -> String {
     let told = match all {
         0 => return "Nothing is free.".into(),
         _ if rank == all => {
-            format!("All {all} parameters move the readings, each in a way of its own")
+            format!("All {all} parameters change the readings, each in its own way")
         }
-        _ => format!("Of {all} parameters only {rank} combinations move the readings"),
+        _ => format!("Of {all} parameters only {rank} combinations change the readings"),
     };
     let index = found.collinearity;
     let apart = if index.is_finite() && index < 1e6 {
         format!(
-            " (collinearity index {}; above 10 to 15 some can stand in for others).",
+            " (collinearity index {}; above 10 to 15 some can substitute for others).",
             brief(index)
         )
     } else {
@@ -401,11 +401,11 @@ pub(crate) fn near_null_sentence(direction: &dgd_assembly::NearNull) -> String {
         text.push_str(&format!("{sign}{:.2} {path}", share.abs()));
     }
     if direction.relative <= NOTHING {
-        format!("not told: {text}")
+        format!("not determined: {text}")
     } else {
         let strength = direction.relative.sqrt();
         format!(
-            "told least: {text}, {} times weaker than the strongest",
+            "least determined: {text}, {} times weaker than the strongest",
             brief(1.0 / strength)
         )
     }
@@ -432,7 +432,7 @@ mod tests {
         assert_eq!(cut, Some(["0.000".into(), "0.090".into()]));
         let nothing = told(160.0);
         assert_eq!((nothing.value.as_str(), nothing.ends), ("0.0203", None));
-        assert!(nothing.note.contains("not told"));
+        assert!(nothing.note.contains("not determined"));
         assert_eq!(told(f64::INFINITY).ends, None);
     }
 }

@@ -41,7 +41,7 @@ pub(crate) fn simulate(
         keep_tail(&mut simulation, window.time.len());
         let number = runs.len() + 1;
         if let Some(trouble) = trouble(simulation.status) {
-            tracing::warn!("window {number} is not simulated to its end: {trouble}");
+            tracing::warn!("window {number} could not be simulated to its end: {trouble}");
         }
         for (state, values) in assembly.states().iter().zip(&simulation.states) {
             let torn = values.iter().position(|v| *v < 0.0);
@@ -121,7 +121,7 @@ pub(crate) fn worse_than_the_mean(assembly: &Assembly, runs: &[Run]) -> Vec<Stri
         (spread > 0.0 && off > WORSE * spread && off > accuracy).then(|| {
             let told = |si: f64| gauge.with_unit(&say::number(gauge.difference(si)));
             format!(
-                "`{}` is off by {}, where its own mean is by {}: the model says nothing of it; are units and channels right?",
+                "`{}` has an error of {}, against {} for its own mean: the model does not explain it; are units and channels right?",
                 gauge.name,
                 told(off),
                 told(spread)

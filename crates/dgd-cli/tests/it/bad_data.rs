@@ -137,7 +137,7 @@ fn masking_tells_that_something_is_suspected_and_nothing_of_it() {
     let bench = Rig::sound().saying("psia", "kPa").set_up();
     let ran = bench.dgd("mask rig.mat --well well.toml --out masked --references r.toml");
     assert!(
-        ran.err.contains("hardly fits its well description"),
+        ran.err.contains("does not match its well description"),
         "{}",
         ran.err
     );

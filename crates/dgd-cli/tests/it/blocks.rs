@@ -172,7 +172,7 @@ fn walked(bench: &Bench, input: &str) -> Vec<usize> {
     let ran = bench.dgd(&format!("{run} --in-blocks -vv"));
     assert_eq!(ran.status, 0, "{}", ran.err);
     let told = ran.err.lines().filter_map(|line| {
-        let (_, blocks) = line.split_once("gone through in ")?;
+        let (_, blocks) = line.split_once("read in ")?;
         blocks.trim_end_matches(" blocks").parse().ok()
     });
     told.collect()

@@ -177,7 +177,7 @@ fn what_only_a_two_state_model_can_do_is_refused() {
         .refused(&["--kind riser", "augmented.toml", "dgd fit"]);
     bench
         .dgd("mask rig.mat --well well.toml --model augmented.toml --out m --references r.toml")
-        .refused(&["augmented.toml:", "holds effects (influx)", "dgd fit"]);
+        .refused(&["augmented.toml:", "contains effects (influx)", "dgd fit"]);
     assert!(!bench.path("m").exists());
 }
 
@@ -296,7 +296,7 @@ fn a_file_in_the_place_of_the_folder_is_told_before_the_work() {
     let ran = bench.dgd("diagnose rig.mat --well well.toml --out d");
     assert_eq!(ran.status, 1, "{ran:?}");
     assert!(
-        ran.err.contains("d cannot be written: it is no folder"),
+        ran.err.contains("d cannot be written: it is not a folder"),
         "{}",
         ran.err
     );

@@ -114,7 +114,7 @@ fn a_disk_that_takes_nothing_more_leaves_the_old_file_and_no_other() {
         for part in [
             "out/",
             "cannot be written",
-            "help: nothing was left half-written",
+            "help: no partial file was left",
             "ulimit",
         ] {
             // The references are written first.

@@ -95,6 +95,6 @@ fn a_model_of_another_well_is_used_with_a_warning() {
     let bench = fitted();
     bench.write("other.toml", crate::bench::WELL.replace("1083.7", "1200"));
     let ran = bench.dgd("simulate rig.mat --well other.toml --model model.toml");
-    assert!(ran.err.contains("another mud or geometry"), "{}", ran.err);
+    assert!(ran.err.contains("different mud or geometry"), "{}", ran.err);
     assert_eq!(ran.status, 0);
 }

@@ -27,7 +27,8 @@ pub(super) fn again(
     }
     if !named.iter().any(|n| holds(effects, n)) {
         return Ok(Some(check(Some(
-            "the model goes without it: it keeps none of what speaks for `unknown`".to_owned(),
+            "the model does not contain it, and keeps none of the evidence for `unknown`"
+                .to_owned(),
         ))));
     }
     let start = settled(record, &from_model(effects)?, &[]);
@@ -65,7 +66,7 @@ fn kept(before: f64, left: f64) -> Check {
     };
     check((left > 0.0).then(|| {
         format!(
-            "of what speaks for `unknown` it keeps {share}: a diagnosis that starts from it finds `unknown` again"
+            "it keeps {share} of the evidence for `unknown`: a diagnosis that starts from it finds `unknown` again"
         )
     }))
 }
@@ -73,7 +74,7 @@ fn kept(before: f64, left: f64) -> Check {
 /// The check, with what is amiss.
 fn check(amiss: Option<String>) -> Check {
     let passed = amiss.is_none();
-    let sound = || "a diagnosis that starts from it finds no `unknown` again".to_owned();
+    let sound = || "a diagnosis that starts from it does not find `unknown` again".to_owned();
     Check {
         name: "the model that runs holds what is called unknown".into(),
         passed,
@@ -133,7 +134,8 @@ mod tests {
         for model in [&[][..], &[nothing], &[elsewhere], &[influx]] {
             let without = check(model);
             assert!(!without.passed);
-            let none = "the model goes without it: it keeps none of what speaks for `unknown`";
+            let none =
+                "the model does not contain it, and keeps none of the evidence for `unknown`";
             assert_eq!(without.detail, none);
         }
     }

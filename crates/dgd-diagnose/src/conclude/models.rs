@@ -96,7 +96,7 @@ impl Models {
         {
             let other = run(&plain)?;
             debug!(
-                "free runs on the training stretches come to {:.2} with the correction, {:.2} without it",
+                "relative error of free runs on the training stretches: {:.2} with the correction, {:.2} without it",
                 gained(&simulation),
                 gained(&other)
             );
@@ -166,7 +166,8 @@ pub(super) fn runnable(record: &Record, state: &[Applied], excluded: &[bool]) ->
 fn unstable(named: &mut Vec<Named>, sought: Sought<'_>) -> Check {
     named.iter_mut().for_each(unmodelled);
     let mut detail =
-        "it does not on the training stretches: the model that runs goes without it".to_owned();
+        "it does not on the training stretches, so it is left out of the model that runs"
+            .to_owned();
     if let Sought::Any(_) = sought {
         let unlikely = named.iter().filter(|n| likely(n) < 0.5);
         for (amiss, p) in unlikely.filter_map(|n| Some((amiss(n)?, n.probability))) {

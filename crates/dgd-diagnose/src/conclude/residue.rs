@@ -21,10 +21,10 @@ pub(super) fn left(traces: &[Trace]) -> Check {
         .map(|t| format!("{} {:.1} times", name(t), t.left()))
         .collect();
     let detail = if more.is_empty() {
-        "at most twice what noise and instruments within their accuracy make".to_owned()
+        "at most twice what noise and instrument accuracy explain".to_owned()
     } else {
         format!(
-            "of what noise and instruments within their accuracy make there is left (root mean square): {}",
+            "residuals as a multiple of what noise and instrument accuracy explain (root mean square): {}",
             more.join(", ")
         )
     };
@@ -70,7 +70,7 @@ pub(super) fn apart(well: &Well, traces: &[Trace]) -> Option<Check> {
         name: "transmitters of one pressure agree".into(),
         passed: pairs.iter().all(|(_, off)| off.abs() <= APART_PA),
         detail: format!(
-            "{}, beyond the weight of the mud between them; offsets are fitted, and hide what they are of",
+            "{}, beyond the weight of the mud between them; the offsets are fitted, and hide their cause",
             told.join(", ")
         ),
     })
@@ -87,7 +87,7 @@ pub(super) fn early(allowances: &[Applied]) -> Option<Check> {
         name: "the channels share one clock".into(),
         passed: false,
         detail: format!(
-            "{}: it is ahead of the pressures, which no meter is; that much was allowed for",
+            "{}: ahead of the pressures, which is impossible for a meter; this was allowed for",
             early.join(", ")
         ),
     })

@@ -40,8 +40,8 @@ pub(super) fn settings(
             match record.suction_heads {
                 Some(heads) => format!("{heads:.2} velocity heads of the return line"),
                 None => format!(
-                    "not known, for no riser transmitter tells it of a flow that changes: none is put back, and each effect must show more by \
-                     what {ALLOWED_HEADS} velocity heads would make of it"
+                    "unknown (no riser transmitter, or too little change in flow): not corrected for; every hurdle is raised by the evidence a \
+                     loss of {ALLOWED_HEADS} velocity heads would produce"
                 ),
             },
         ),
@@ -54,7 +54,7 @@ pub(super) fn settings(
 /// What a diagnosis cost, in words.
 fn told(work: Work, samples: usize) -> String {
     format!(
-        "{} hypotheses weighed, relations run over {:.0} lengths of the recording, base curves fitted {} times",
+        "{} hypotheses tested, relations run over {:.0} recording lengths, base curves fitted {} times",
         work.hypotheses,
         work.samples_run as f64 / samples as f64,
         work.fits

@@ -126,7 +126,7 @@ fn an_effect_that_acts_outside_the_recording_is_not_confirmed() {
         let here = [Some(one.clone())];
         let check = refitted(std::slice::from_ref(&one), &here, (0.0, 5400.0)).unwrap();
         assert_eq!(check.passed, confirmed, "{}", check.detail);
-        let outside = check.detail.contains("it acts outside this recording");
+        let outside = check.detail.contains("lie outside this recording");
         assert_eq!(outside, !confirmed, "{}", check.detail);
     }
 }

@@ -115,7 +115,7 @@ fn what_resembles_a_passing_effect_but_for_its_end_is_told_as_such() {
         });
         assert_eq!(told.resembles, Some("gas_in_pump"));
         assert_eq!(
-            told.title.ends_with("for a while, but stays"),
+            told.title.ends_with("temporarily, but stays"),
             stays,
             "{}",
             told.title
@@ -242,7 +242,7 @@ fn a_correction_that_is_nearly_level_is_told_as_the_offset_that_it_nearly_is() {
     let as_offset = told(&offset).same_as.unwrap();
     for place in [0, OUTLET_READING] {
         let level = with(place, [-6e4, -8e4]);
-        assert_eq!(level, Some(format!("for the most part {as_offset}")));
+        assert_eq!(level, Some(format!("mostly {as_offset}")));
         // One that varies by more than half of its mean is none, and one about nothing has none.
         assert_eq!(with(place, [-4e4, -8e4]), None);
         assert_eq!(with(place, [-1e4, 1e4]), None);
@@ -262,7 +262,7 @@ fn a_curve_that_is_the_same_all_along_does_not_drift() {
     assert!(
         same.same_as
             .unwrap()
-            .contains("a flow meter whose zero is off")
+            .contains("a flow meter with a zero error")
     );
     let drifts = zigzag(balance, [1.5e-3, 1.7e-3]);
     assert!(

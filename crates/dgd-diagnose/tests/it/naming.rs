@@ -118,7 +118,7 @@ fn a_transmitter_at_fault_is_named_and_hides_no_influx() {
     for name in [
         "the first pump inlet transmitter",
         "the first pump outlet transmitter",
-        "the riser's transmitter",
+        "the riser transmitter",
     ] {
         let mut spoilt = recording.clone();
         let reading = match name {

@@ -54,7 +54,7 @@ fn the_message_tells_how_much_can_be_used() {
     let error = tried(&well, standing, step_s).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "flow and pressures can be used in 0 of 540 blocks of 10 s, a diagnosis needs 60 besides its held-out windows: see what the screening rejects, or record for longer"
+        "flow and pressures can be used in 0 of 540 blocks of 10 s, a diagnosis needs 60 besides its held-out windows: check what the screening rejects, or record for longer"
     );
 }
 

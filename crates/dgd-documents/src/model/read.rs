@@ -38,7 +38,7 @@ pub fn read_model(source: &str) -> Result<(Model, Vec<Problem>), DocumentError> 
         let ids: Vec<&str> = effects.iter().map(|e| e.id.as_str()).collect();
         return refused(
             format!(
-                "the model holds effects ({}), expected a two-state model without",
+                "the model contains effects ({}), expected a two-state model without effects",
                 ids.join(", ")
             ),
             "take the model that `dgd fit` writes",
@@ -257,7 +257,7 @@ fn read_data(section: &Section<'_, '_>) -> DataUsed {
 
 fn texts(section: &Section<'_, '_>, key: &str, value: &crate::reader::Value<'_>) -> Vec<String> {
     let Some(list) = value.get_ref().as_array() else {
-        section.wrong_type(key, value, "a list of texts");
+        section.wrong_type(key, value, "a list of strings");
         return Vec::new();
     };
     list.iter()

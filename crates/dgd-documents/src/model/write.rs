@@ -101,7 +101,7 @@ fn write_into(text: &mut String, model: &Model) -> std::fmt::Result {
     }
     writeln!(
         text,
-        "\n# The meter shows the flow through the pump this late: q_meter(t) = q(t - delay)"
+        "\n# Delay of the meter behind the flow through the pump: q_meter(t) = q(t - delay)"
     )?;
     writeln!(
         text,

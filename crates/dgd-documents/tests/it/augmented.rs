@@ -139,7 +139,7 @@ fn whoever_knows_no_effects_is_told_that_there_are_some() {
     let error = read_model(&source).unwrap_err();
     assert_eq!(
         error.problems[0].message,
-        "the model holds effects (influx), expected a two-state model without"
+        "the model contains effects (influx), expected a two-state model without effects"
     );
     let line = source.lines().nth(error.places[0].0 - 1).unwrap();
     assert_eq!(line, "[augmented]");
@@ -161,7 +161,10 @@ fn an_unknown_effect_is_told_with_the_nearest() {
     assert_eq!(message, "effect `inflx` is not in the catalogue");
     assert_eq!(help, "did you mean `influx`?");
     let (_, help) = told_once("id = \"influx\"", "id = \"Flying Dutchman\"");
-    assert_eq!(help, "the effects stand in the catalogue's README");
+    assert_eq!(
+        help,
+        "the effects are listed in the README of the catalogue"
+    );
 }
 
 #[test]

@@ -104,7 +104,7 @@ fn the_document_without_a_schema_or_of_another_is_refused() {
     );
     assert_eq!(
         told_once("\"dgd.model/1\"", "1"),
-        "`schema` is an integer, expected a text in quotes"
+        "`schema` is an integer, expected a string in quotes"
     );
 }
 
@@ -190,11 +190,11 @@ fn texts_and_nothing_are_no_numbers() {
 fn a_list_that_is_none_is_told() {
     assert_eq!(
         told_once("active_constraints = []", "active_constraints = \"c1 > 0\""),
-        "`active_constraints` is a string, expected a list of texts"
+        "`active_constraints` is a string, expected a list of strings"
     );
     assert_eq!(
         told_once("[\"a.csv\", \"b.csv\"]", "[\"a.csv\", 7]"),
-        "`recordings` is an integer, expected a text in quotes"
+        "`recordings` is an integer, expected a string in quotes"
     );
     let one = MODEL.replacen("[[friction.term]]", "[friction.term]", 1);
     assert!(read_model(&one).is_err());

@@ -67,7 +67,7 @@ fn a_fit_that_does_not_belong_to_the_system_is_refused_at_its_line() {
     let text = write_fitted_system(&document.assembly, &fitted()).unwrap();
     let line = text.lines().position(|l| l == "[fitted]").unwrap() + 1;
     for (from, to, part) in [
-        ("tank.level@2", "tank.level@3", "does not leave free"),
+        ("tank.level@2", "tank.level@3", "is not free in the system"),
         ("4.5e-5", "4.5", "0.001"),
         ("value = 1.25", "value = \"x\"", "absent"),
         (FITTED_SCHEMA, "dgd.fitted-system/9", FITTED_SCHEMA),

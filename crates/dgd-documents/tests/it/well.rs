@@ -106,7 +106,7 @@ fn what_was_left_to_fill_in_and_a_comma_in_a_number_are_told_as_such() {
         told,
         [
             "`density` is not filled in",
-            "`riser_id`: `495,3 mm` has a comma in its number; write a decimal point, and no mark for thousands",
+            "`riser_id`: `495,3 mm` has a comma in its number; write a decimal point and no thousands separator",
             "`drillpipe_od`: `wide` does not begin with a number",
         ]
     );
@@ -242,7 +242,7 @@ fn a_tachometer_without_its_full_speed_is_refused_with_what_to_add() {
         panic!("{error}");
     };
     assert!(
-        problem.message.contains("beside the full speed"),
+        problem.message.contains("with the full speed"),
         "{problem:?}"
     );
     assert!(

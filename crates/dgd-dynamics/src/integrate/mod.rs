@@ -150,7 +150,7 @@ pub struct Trajectory {
 #[non_exhaustive]
 pub enum IntegrateError {
     /// A per-state argument has the wrong length.
-    #[error("`{name}` has {found} entries, expected {expected} (one a state)")]
+    #[error("`{name}` has {found} entries, expected {expected} (one per state)")]
     Dimension {
         /// Argument.
         name: &'static str,

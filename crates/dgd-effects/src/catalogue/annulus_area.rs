@@ -12,7 +12,7 @@ pub(super) struct AnnulusArea;
 
 static ABOUT: About = About {
     id: "annulus_area",
-    title: "the riser annulus has another area than the well file says",
+    title: "the riser annulus area differs from the well file",
     component: Component::Tank,
     relation: Relation::RiserMassBalance,
     equation_without: None,
@@ -22,15 +22,15 @@ static ABOUT: About = About {
     confusable: &[
         (
             "return_flow_gain",
-            "hold the level: an area shows only while it moves",
+            "hold the level: an area error shows only while the level moves",
         ),
         (
             "u_tube",
-            "move the level while the mud pump runs evenly: an area shows, a string that drains does not",
+            "move the level while the mud pump runs steadily: an area error shows, a draining string does not",
         ),
         (
             "booster_line_storage",
-            "move the level while the booster runs evenly: an area shows, a line that stores does not",
+            "move the level while the booster runs steadily: an area error shows, a storing line does not",
         ),
     ],
     parameters: &[Parameter {

@@ -12,14 +12,14 @@ pub(super) struct BoosterLineStorage;
 
 static ABOUT: About = About {
     id: "booster_line_storage",
-    title: "the booster line stores mud and gives it late",
+    title: "the booster line stores mud and releases it late",
     component: Component::Line,
     relation: Relation::RiserMassBalance,
     equation_without: Some("q_out = q_booster"),
     equation: "tau dq_out/dt = q_booster - q_out",
     source: "Slettebø 2015, Eqs. 2.30 and 2.38, reduced to one time constant",
     excited_by: "starts and stops of the booster pump",
-    confusable: &[("u_tube", "step the booster alone")],
+    confusable: &[("u_tube", "step the booster flow alone")],
     parameters: &[Parameter {
         name: "tau_s",
         meaning: "time constant of the line",

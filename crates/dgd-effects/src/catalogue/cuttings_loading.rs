@@ -31,11 +31,11 @@ static ABOUT: About = About {
     equation_without: Some("rho = rho_0"),
     equation: "V d(rho)/dt = q (rho_c s(t) - rho), s = 1 while drilling; p_in gains (rho - rho_0) g V_column/A",
     source: "cuttings concentration: Bourgoyne et al. 1986; stirred-tank mixing: Levenspiel 1999",
-    excited_by: "connections: between them the load builds and washes out",
+    excited_by: "connections: between them the load builds up and washes out",
     confusable: &[
         (
             "mud_density_change",
-            "watch a connection: new mud stays, cuttings wash out",
+            "observe a connection: new mud stays, cuttings wash out",
         ),
         (
             "outlet_pressure_bias",
@@ -54,7 +54,7 @@ static ABOUT: About = About {
         },
         Parameter {
             name: "drilled",
-            meaning: "share of a stand that is drilled, the rest circulated clean",
+            meaning: "share of a stand that is drilled; the rest is circulated clean",
             role: Role::Shape(&[0.76, 0.9, 0.97]),
             low: 0.4,
             high: 1.0,
@@ -63,7 +63,7 @@ static ABOUT: About = About {
         },
         Parameter {
             name: "mixing",
-            meaning: "mixed volume over mud in the riser",
+            meaning: "mixed volume over mud volume in the riser",
             role: Role::Shape(&[0.15, 0.3, 0.6, 1.0]),
             low: 0.03,
             high: 2.0,
@@ -81,7 +81,7 @@ static ABOUT: About = About {
         },
         Parameter {
             name: "begun",
-            meaning: "load of the mud as the recording begins, over that while drilling",
+            meaning: "load of the mud at the start of the recording, over that while drilling",
             role: Role::Shape(&[0.0, 1.0]),
             low: 0.0,
             high: 1.0,
@@ -90,7 +90,7 @@ static ABOUT: About = About {
         },
         Parameter {
             name: "column_share",
-            meaning: "share of the mud above the pump inlet that takes on the weight",
+            meaning: "share of the mud above the pump inlet that takes on the density",
             role: Role::Shape(&[0.0, 1.0]),
             low: 0.0,
             high: 1.5,

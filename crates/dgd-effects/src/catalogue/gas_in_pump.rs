@@ -7,7 +7,7 @@ pub(super) struct GasInPump;
 
 static ABOUT: About = About {
     id: "gas_in_pump",
-    title: "gas lowers the head for a while",
+    title: "gas lowers the pump head temporarily",
     component: Component::Pump,
     relation: Relation::PumpHead,
     equation_without: None,
@@ -38,7 +38,7 @@ static ABOUT: About = About {
         },
         Parameter {
             name: "edge_s",
-            meaning: "how long it takes to come, and to go",
+            meaning: "rise time, and equal fall time",
             role: Role::Edge(&[20.0, 150.0, 400.0]),
             low: 1.0,
             high: 1800.0,

@@ -10,7 +10,7 @@ pub(super) struct GelStrength;
 
 static ABOUT: About = About {
     id: "gel_strength",
-    title: "gel builds in standing mud and breaks on restart",
+    title: "gel builds up in standing mud and breaks on restart",
     component: Component::Line,
     relation: Relation::ReturnLineFriction,
     equation_without: Some("dp = 0"),
@@ -19,7 +19,7 @@ static ABOUT: About = About {
     excited_by: "restarts of the subsea pump after minutes of rest",
     confusable: &[(
         "line_drainage",
-        "look at the pressure at rest: it falls when the line drains",
+        "check the pressure at rest: it falls when the line drains",
     )],
     parameters: &[
         Parameter {
@@ -33,7 +33,7 @@ static ABOUT: About = About {
         },
         Parameter {
             name: "broken",
-            meaning: "volume pumped that breaks it to 1/e, share of the line's",
+            meaning: "pumped volume that breaks it to 1/e, as a share of the line volume",
             role: Role::Shape(&[0.08, 0.15, 0.3, 0.6]),
             low: 0.01,
             high: 3.0,

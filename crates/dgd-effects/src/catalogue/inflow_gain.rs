@@ -12,7 +12,7 @@ pub(super) struct InflowGain;
 
 static ABOUT: About = About {
     id: "inflow_gain",
-    title: "the mud pump flow (from strokes) is off in proportion",
+    title: "the mud pump flow (from strokes) has a proportional error",
     component: Component::Instrument,
     relation: Relation::RiserMassBalance,
     equation_without: Some("q_meter = q_mud_pump"),
@@ -26,11 +26,11 @@ static ABOUT: About = About {
         ),
         (
             "lost_circulation",
-            "stop the mud pump: a loss goes on, a gain does not",
+            "stop the mud pump: a loss continues, a gain does not",
         ),
         (
             "line_leak",
-            "look at head and line friction: a leak moves both, a gain of the inflow neither",
+            "check head and line friction: a leak changes both, an inflow gain changes neither",
         ),
     ],
     parameters: &[Parameter {
@@ -72,7 +72,7 @@ impl Effect for InflowGain {
         let side = if wider > 0.0 { "wider" } else { "narrower" };
         let liner = (p[0].abs() > NEXT_LINER).then(|| {
             let share = wider.abs();
-            format!("strokes counted with liners {share:.1} % {side} than those in the pump")
+            format!("strokes counted for liners {share:.1} % {side} than those in the pump")
         });
         match (liner, gallons(gain)) {
             (Some(liner), Some(gallons)) => Some(format!("{liner}; or {gallons}")),

@@ -22,13 +22,13 @@ static ABOUT: About = About {
         ),
         (
             "line_leak",
-            "look at head and line friction: a leak moves both",
+            "check head and line friction: a leak changes both",
         ),
     ],
     parameters: &[
         Parameter {
             name: "rate_m3_s",
-            meaning: "rate of the plateau",
+            meaning: "plateau rate",
             role: Role::Amplitude,
             low: 0.0,
             high: 0.05,
@@ -38,7 +38,7 @@ static ABOUT: About = About {
         Parameter::ONSET,
         Parameter {
             name: "duration_s",
-            meaning: "from first to last",
+            meaning: "duration from start to end",
             role: Role::Duration,
             low: 120.0,
             high: f64::INFINITY,
@@ -49,7 +49,7 @@ static ABOUT: About = About {
         },
         Parameter {
             name: "ramp",
-            meaning: "share of the duration in which it rises, and in which it dies away",
+            meaning: "share of the duration in which it rises, and in which it falls",
             role: Role::Shape(&[0.15]),
             low: 0.01,
             high: 0.5,
@@ -87,7 +87,7 @@ impl Effect for Influx {
         (p[0] >= PUMPED).then(|| {
             let Legible { factor, unit, .. } = Legible::of(ABOUT.parameters[0].name);
             let rate = factor * p[0];
-            format!("a pump of {rate:.0} {unit} that is not logged, or logged as still")
+            format!("a pump of {rate:.0} {unit} that is not logged, or logged as stopped")
         })
     }
 

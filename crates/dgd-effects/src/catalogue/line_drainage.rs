@@ -21,12 +21,12 @@ static ABOUT: About = About {
     excited_by: "pump stops",
     confusable: &[(
         "gel_strength",
-        "look at the pressure at rest: it falls when the line drains",
+        "check the pressure at rest: it falls when the line drains",
     )],
     parameters: &[
         Parameter {
             name: "rate_m_s",
-            meaning: "fall of the mud surface from a full line, at the usual riser level",
+            meaning: "rate of fall of the mud surface from a full line, at the usual riser level",
             role: Role::Amplitude,
             low: 0.0,
             high: 2.0,
@@ -35,7 +35,7 @@ static ABOUT: About = About {
         },
         Parameter {
             name: "taper",
-            meaning: "how the rate falls with what drives it: 0 not, 0.5 as through an orifice, 1 as through a narrow gap",
+            meaning: "how the rate depends on the driving head: 0 not at all, 0.5 as through an orifice, 1 as through a narrow gap",
             role: Role::Shape(&[0.0, 0.5, 1.0]),
             low: 0.0,
             high: 1.5,
@@ -44,7 +44,7 @@ static ABOUT: About = About {
         },
         Parameter {
             name: "prompt_s",
-            meaning: "how long the closed valve would take to leak what passes while it closes",
+            meaning: "time in which the closed valve would leak the volume that passes while it closes",
             role: Role::Shape(&[0.0, 300.0]),
             low: 0.0,
             high: 1800.0,

@@ -35,7 +35,7 @@ static ABOUT: About = About {
         },
         Parameter {
             name: "spread",
-            meaning: "how far gas is spread along the line: 0 one cushion, 0.5 two alike, 1 ever so many",
+            meaning: "how far gas is spread along the line: 0 one cushion, 0.5 two equal ones, 1 infinitely many",
             role: Role::Shape(&[0.0, 0.5]),
             low: 0.0,
             high: 1.0,

@@ -21,14 +21,14 @@ static ABOUT: About = About {
     confusable: &[
         (
             "lost_circulation",
-            "look at head and line friction: a leak moves both",
+            "check head and line friction: a leak changes both",
         ),
-        ("return_flow_gain", "look at the time before the onset"),
+        ("return_flow_gain", "check the time before the onset"),
     ],
     parameters: &[
         Parameter {
             name: "leak_m3_s",
-            meaning: "leak at 10 bar above the air",
+            meaning: "leak rate at 10 bar above atmospheric",
             role: Role::Amplitude,
             low: 0.0,
             high: 0.05,

@@ -7,7 +7,7 @@ pub(super) struct LineRestriction;
 
 static ABOUT: About = About {
     id: "line_restriction",
-    title: "a restriction in the return line from some time on",
+    title: "a restriction appears in the return line",
     component: Component::Line,
     relation: Relation::ReturnLineFriction,
     equation_without: Some("dp = 0"),
@@ -17,11 +17,11 @@ static ABOUT: About = About {
     confusable: &[
         (
             "mud_density_change",
-            "stop the pump: weight stays, a restriction goes",
+            "stop the pump: a density change stays, a restriction vanishes",
         ),
         (
             "viscosity_drift",
-            "low flow: a restriction fades with the square, a viscosity more slowly",
+            "low flow: a restriction falls with the square of flow, viscous friction more slowly",
         ),
     ],
     parameters: &[

@@ -17,21 +17,21 @@ static ABOUT: About = About {
     confusable: &[
         (
             "inflow_gain",
-            "stop the mud pump: a loss goes on, a gain does not",
+            "stop the mud pump: a loss continues, a gain does not",
         ),
         (
             "line_leak",
-            "look at head and line friction: a leak moves both",
+            "check head and line friction: a leak changes both",
         ),
         (
             "return_flow_gain",
-            "stop all pumps and watch the level: a loss goes on, a gain of a meter does not",
+            "stop all pumps and observe the level: a loss continues, a meter gain does not",
         ),
     ],
     parameters: &[
         Parameter {
             name: "J_m3_s_pa",
-            meaning: "loss by how far the pressure is above the fracture pressure",
+            meaning: "loss rate per unit of pressure above the fracture pressure",
             role: Role::Amplitude,
             low: 0.0,
             high: 1e-5,
@@ -41,7 +41,7 @@ static ABOUT: About = About {
         Parameter::ONSET,
         Parameter {
             name: "fracture",
-            meaning: "fracture pressure, share of the recorded inlet range",
+            meaning: "fracture pressure, as a share of the recorded inlet range",
             role: Role::Shape(&[-1.0, -0.1, 0.3]),
             low: -30.0,
             high: 0.95,

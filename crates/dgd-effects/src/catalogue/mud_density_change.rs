@@ -10,7 +10,7 @@ pub(super) struct MudDensityChange;
 
 static ABOUT: About = About {
     id: "mud_density_change",
-    title: "mud of another weight fills riser and line",
+    title: "mud of a different density fills riser and line",
     component: Component::Tank,
     relation: Relation::ReturnLineFriction,
     equation_without: Some("rho = rho_0"),
@@ -20,7 +20,7 @@ static ABOUT: About = About {
     confusable: &[
         (
             "line_restriction",
-            "stop the pump: weight stays, a restriction goes",
+            "stop the pump: a density change stays, a restriction vanishes",
         ),
         (
             "outlet_pressure_bias_step",
@@ -30,7 +30,7 @@ static ABOUT: About = About {
     parameters: &[
         Parameter {
             name: "delta_rho_kg_m3",
-            meaning: "new less old density",
+            meaning: "new minus old density",
             role: Role::Amplitude,
             low: -400.0,
             high: 400.0,
@@ -44,7 +44,7 @@ static ABOUT: About = About {
         },
         Parameter {
             name: "mixing",
-            meaning: "mixed volume over mud in the riser",
+            meaning: "mixed volume over mud volume in the riser",
             role: Role::Shape(&[0.25, 0.7]),
             low: 0.1,
             high: 3.0,
@@ -55,7 +55,7 @@ static ABOUT: About = About {
         },
         Parameter {
             name: "column_share",
-            meaning: "share of the mud above the pump inlet that takes on the weight",
+            meaning: "share of the mud above the pump inlet that takes on the density",
             role: Role::Shape(&[0.3, 1.0]),
             low: 0.0,
             high: 1.5,

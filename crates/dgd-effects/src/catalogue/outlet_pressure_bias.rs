@@ -8,7 +8,7 @@ pub(super) struct OutletPressureBias;
 
 static ABOUT: About = About {
     id: "outlet_pressure_bias",
-    title: "the pump outlet pressure carries a constant offset",
+    title: "the pump outlet pressure has a constant offset",
     component: Component::Instrument,
     relation: Relation::ReturnLineFriction,
     equation_without: Some("p_meter = p_out"),
@@ -18,16 +18,16 @@ static ABOUT: About = About {
     confusable: &[
         (
             "yield_stress",
-            "stop the pump: a bias stays, a yield stress goes",
+            "stop the pump: a bias stays, a yield stress vanishes",
         ),
         (
             "outlet_pressure_bias_step",
-            "look at the redundant transmitter",
+            "check the redundant transmitter",
         ),
     ],
     parameters: &[Parameter {
         name: "bias_pa",
-        meaning: "reading less truth",
+        meaning: "reading minus true value",
         role: Role::Amplitude,
         low: -5e5,
         high: 5e5,
@@ -72,9 +72,9 @@ impl Effect for OutletPressureBias {
         let gauge = if (atmospheres.abs() - 1.0).abs() > NEAR {
             ""
         } else if atmospheres < 0.0 {
-            "outlet transmitters that are gauge, described as absolute; or "
+            "gauge outlet transmitters described as absolute; or "
         } else {
-            "outlet transmitters that are absolute, described as gauge; or "
+            "absolute outlet transmitters described as gauge; or "
         };
         let more = if longer < 0.0 { "less" } else { "more" };
         Some(format!(

@@ -17,17 +17,17 @@ static ABOUT: About = About {
     confusable: &[
         (
             "mud_density_change",
-            "look at the redundant transmitter: density moves both",
+            "check the redundant transmitter: a density change affects both",
         ),
         (
             "line_restriction",
-            "stop the pump: a shift stays, a restriction goes",
+            "stop the pump: a shift stays, a restriction vanishes",
         ),
     ],
     parameters: &[
         Parameter {
             name: "bias_pa",
-            meaning: "reading less truth",
+            meaning: "reading minus true value",
             role: Role::Amplitude,
             low: -5e5,
             high: 5e5,
@@ -37,7 +37,7 @@ static ABOUT: About = About {
         Parameter::ONSET,
         Parameter {
             name: "sensor",
-            meaning: "which transmitter, from 1",
+            meaning: "transmitter number, from 1",
             role: Role::Sensor(&[1.0, 2.0]),
             low: 1.0,
             high: 2.0,

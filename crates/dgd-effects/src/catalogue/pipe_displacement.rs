@@ -17,7 +17,7 @@ static ABOUT: About = About {
     equation: "A dh/dt = q_in + V/T - q for T s at each connection",
     source: "closed-end displacement: Bourgoyne et al. 1986, on surge and swab",
     excited_by: "connections",
-    confusable: &[("u_tube", "a connection without moving pipe")],
+    confusable: &[("u_tube", "make a connection without moving pipe")],
     parameters: &[
         Parameter {
             name: "volume_m3",
@@ -30,7 +30,7 @@ static ABOUT: About = About {
         },
         Parameter {
             name: "after_s",
-            meaning: "wait between the mud pump's stop, or start, and the move",
+            meaning: "wait between the mud pump's stop (or start) and the movement",
             role: Role::Shape(&[0.0, 30.0, 60.0, 90.0]),
             low: -60.0,
             high: 600.0,
@@ -39,7 +39,7 @@ static ABOUT: About = About {
         },
         Parameter {
             name: "lasts_s",
-            meaning: "how long the pipe moves",
+            meaning: "duration of the movement",
             role: Role::Shape(&[30.0, 60.0, 120.0]),
             low: 10.0,
             high: 600.0,

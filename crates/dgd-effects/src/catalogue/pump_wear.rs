@@ -7,7 +7,7 @@ pub(super) struct PumpWear;
 
 static ABOUT: About = About {
     id: "pump_wear",
-    title: "internal leakage of the pump grows and head is lost",
+    title: "internal leakage of the pump grows and lowers its head",
     component: Component::Pump,
     relation: Relation::PumpHead,
     equation_without: None,
@@ -18,12 +18,12 @@ static ABOUT: About = About {
         ("gas_in_pump", "wait: gas passes, wear grows"),
         (
             "viscosity_drift",
-            "outlet pressure against flow: a viscosity moves it, wear does not",
+            "plot outlet pressure against flow: viscosity changes it, wear does not",
         ),
     ],
     parameters: &[Parameter {
         name: "leak_m3_s",
-        meaning: "internal leakage at the end at 10 bar",
+        meaning: "internal leakage at the end of the recording, at 10 bar",
         role: Role::Amplitude,
         low: 0.0,
         high: 0.05,

@@ -12,7 +12,7 @@ pub(super) struct ReturnFlowGain;
 
 static ABOUT: About = About {
     id: "return_flow_gain",
-    title: "the return flow meter reads in proportion too much or too little",
+    title: "the return flow meter has a proportional error",
     component: Component::Instrument,
     relation: Relation::RiserMassBalance,
     equation_without: Some("q_meter = q"),
@@ -26,7 +26,7 @@ static ABOUT: About = About {
         ),
         (
             "annulus_area",
-            "hold the level: an area shows only while it moves",
+            "hold the level: an area error shows only while the level moves",
         ),
     ],
     parameters: &[Parameter {
@@ -76,9 +76,9 @@ pub(super) fn gallons(gain: f64) -> Option<&'static str> {
     let ratio = us? / imperial?;
     let is = |ratio: f64| (gain / ratio - 1.0).abs() < NEAR;
     if is(ratio) {
-        Some("a flow in imperial gallons (impgpm), described as US ones (gpm)")
+        Some("a flow in imperial gallons (impgpm) described as US gallons (gpm)")
     } else if is(1.0 / ratio) {
-        Some("a flow in US gallons (gpm), described as imperial ones (impgpm)")
+        Some("a flow in US gallons (gpm) described as imperial gallons (impgpm)")
     } else {
         None
     }

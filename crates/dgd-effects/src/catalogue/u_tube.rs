@@ -20,8 +20,8 @@ static ABOUT: About = About {
     source: "Slettebø 2015, Eqs. 2.29 and 2.34, reduced to one time constant; evenly as by Torricelli's law, through nozzles",
     excited_by: "starts and stops of the mud pump",
     confusable: &[
-        ("booster_line_storage", "step the booster alone"),
-        ("pipe_displacement", "a connection without moving pipe"),
+        ("booster_line_storage", "step the booster flow alone"),
+        ("pipe_displacement", "make a connection without moving pipe"),
     ],
     parameters: &[
         Parameter {
@@ -37,7 +37,7 @@ static ABOUT: About = About {
         },
         Parameter {
             name: "drains",
-            meaning: "share of what fills it that drains when the pump stops",
+            meaning: "share of the string volume that drains when the pump stops",
             // A valve in the string may shut; what it holds back fills the stand that is added.
             role: Role::Shape(&[0.2, 0.5, 1.0]),
             low: 0.02,
@@ -47,7 +47,7 @@ static ABOUT: About = About {
         },
         Parameter {
             name: "evenly",
-            meaning: "how evenly it drains: 0 in proportion to its flow, 1 by as much a second",
+            meaning: "how evenly it drains: 0 in proportion to its flow, 1 at a constant rate",
             role: Role::Shape(&[0.0, 1.0]),
             low: 0.0,
             high: 1.0,

@@ -93,7 +93,7 @@ pub const PLACES: [Place; 12] = [
     },
     Place {
         relation: Relation::Instrument,
-        name: "the reading of the riser's transmitter",
+        name: "the reading of the riser transmitter",
         shows_in: &[],
         reading: "p_meter = p_riser",
         width: 1.5e4,
@@ -225,7 +225,7 @@ const fn knot(name: &'static str) -> Parameter {
 
 static ABOUT: About = About {
     id: "unknown",
-    title: "none of the catalogue's effects",
+    title: "a cause outside the catalogue",
     component: Component::Boundary,
     relation: Relation::Momentum,
     equation_without: None,
@@ -236,7 +236,8 @@ static ABOUT: About = About {
     parameters: &[
         Parameter {
             name: "relation",
-            meaning: "0 line friction, 1 pump head, 2 riser mass balance, 3 inlet reading, 4 outlet reading, 5 return meter's factor, 6 suction, 7 riser reading, 8 and 9 each inlet's, 10 and 11 each outlet's",
+            meaning: "0 line friction, 1 pump head, 2 riser mass balance, 3 inlet reading, 4 outlet reading, 5 return meter factor, 6 suction, 7 \
+                      riser reading, 8 and 9 single inlets, 10 and 11 single outlets",
             role: Role::Shape(&[]),
             low: 0.0,
             high: 11.0,

@@ -21,7 +21,7 @@ pub(super) struct ViscosityDrift;
 
 static ABOUT: About = About {
     id: "viscosity_drift",
-    title: "viscosity, and so friction, drifts over hours",
+    title: "viscosity, and with it friction, drifts over hours",
     component: Component::Line,
     relation: Relation::ReturnLineFriction,
     equation_without: Some("F(q, t) = F(q)"),
@@ -31,17 +31,17 @@ static ABOUT: About = About {
     confusable: &[
         (
             "line_restriction",
-            "low flow: a restriction fades with the square, a viscosity more slowly",
+            "low flow: a restriction falls with the square of flow, viscous friction more slowly",
         ),
         (
             "mud_density_change",
-            "stop the pump: weight stays, friction goes",
+            "stop the pump: a density change stays, friction vanishes",
         ),
     ],
     parameters: &[
         Parameter {
             name: "relative_mu_change",
-            meaning: "change of viscosity at the end, relative",
+            meaning: "relative change of viscosity at the end",
             role: Role::Amplitude,
             low: -0.97,
             high: 4.0,

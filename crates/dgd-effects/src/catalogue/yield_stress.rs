@@ -10,7 +10,7 @@ pub(super) struct YieldStress;
 
 static ABOUT: About = About {
     id: "yield_stress",
-    title: "flowing friction does not vanish with the flow",
+    title: "friction does not vanish as the flow goes to zero",
     component: Component::Line,
     relation: Relation::ReturnLineFriction,
     equation_without: Some("dp = 0"),
@@ -19,12 +19,12 @@ static ABOUT: About = About {
     excited_by: "low flow, high flow and pump stops",
     confusable: &[(
         "outlet_pressure_bias",
-        "stop the pump: a bias stays, a yield stress goes",
+        "stop the pump: a bias stays, a yield stress vanishes",
     )],
     parameters: &[
         Parameter {
             name: "drop_pa",
-            meaning: "friction of laminar flow, extended to no flow",
+            meaning: "laminar friction, extrapolated to zero flow",
             role: Role::Amplitude,
             low: 0.0,
             high: 1e6,
@@ -33,7 +33,7 @@ static ABOUT: About = About {
         },
         Parameter {
             name: "fade",
-            meaning: "flow at which turbulence has halved it, share of the largest",
+            meaning: "flow at which turbulence has halved it, as a share of the largest",
             role: Role::Shape(&[0.3, 1.0, 10.0, 40.0]),
             low: 0.05,
             high: 100.0,

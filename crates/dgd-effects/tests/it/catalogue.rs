@@ -279,11 +279,11 @@ fn an_offset_is_told_as_the_description_that_would_show_it() {
     for (pa, begins) in [
         (
             -101_325.0,
-            "outlet transmitters that are gauge, described as absolute; or mud",
+            "gauge outlet transmitters described as absolute; or mud",
         ),
         (
             95_000.0,
-            "outlet transmitters that are absolute, described as gauge; or mud",
+            "absolute outlet transmitters described as gauge; or mud",
         ),
         (85_000.0, "mud"),
         (-115_000.0, "mud"),
@@ -461,7 +461,7 @@ fn a_gain_is_told_as_the_liner_or_the_gallon_that_would_show_it() {
     let liner = told("inflow_gain", (6.5_f64 / 6.0).powi(2)).unwrap();
     assert_eq!(
         liner,
-        "strokes counted with liners 8.3 % wider than those in the pump"
+        "strokes counted for liners 8.3 % wider than those in the pump"
     );
     let narrow = told("inflow_gain", (6.0_f64 / 6.5).powi(2)).unwrap();
     assert!(narrow.contains("7.7 % narrower"), "{narrow}");

@@ -424,7 +424,7 @@ fn an_unknown_effect_is_refused_with_its_name() {
     assert_eq!(run("leprechaun", &[1.0]), Err(refused.clone()));
     assert_eq!(
         refused.to_string(),
-        "effect `leprechaun` is not in the catalogue, or takes another number of parameters than 1"
+        "effect `leprechaun` is not in the catalogue, or does not take 1 parameters"
     );
     assert_eq!(
         run("influx", &[1e-3]),

@@ -90,13 +90,13 @@ fn series_of_unequal_length_are_refused_with_the_culprit() {
     let error = identify(&prepared, &well(), &IdentifyOptions::default()).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "`pump_speed` has 599 samples, expected 600 as the time has"
+        "`pump_speed` has 599 samples, expected 600 to match the time"
     );
     prepared.recording.pump_speed_pct.push(50.0);
     prepared.keep.pop();
     let error = identify(&prepared, &well(), &IdentifyOptions::default()).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "`keep` has 599 samples, expected 600 as the time has"
+        "`keep` has 599 samples, expected 600 to match the time"
     );
 }

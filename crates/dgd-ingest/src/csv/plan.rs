@@ -88,7 +88,7 @@ impl Plan {
                         reading.unreadable.line, reading.head.tag
                     ),
                     message: format!(
-                        "{} without a number (the first is `{}`); the column was passed over{}",
+                        "{} without a number (the first is `{}`); the column was skipped{}",
                         count(texts, "cell"),
                         reading.unreadable.shown,
                         mend(reading)
@@ -200,7 +200,7 @@ pub(super) fn nothing(columns: usize) -> IngestError {
 fn mend(reading: &Reading) -> &'static str {
     let shown = reading.unreadable.shown.as_bytes();
     if reading.head.first.is_none() && stamp::is_slashed(shown) {
-        return ": none of the dates looked at tells days from months; write the year first, as in 2024-10-26";
+        return ": none of the dates examined distinguishes day from month; write the year first, as in 2024-10-26";
     }
     let mut parts = shown.splitn(3, |b| matches!(b, b'/' | b'-' | b'.' | b' '));
     let mut short = || {

@@ -185,17 +185,17 @@ impl Reading {
                 .bytes()
                 .all(|b| !b.is_ascii_alphabetic());
         let mend = if separated && !self.head.stamps {
-            " (a sign between thousands, or a decimal one? write them without the former)"
+            " (a thousands separator or a decimal sign? write them without the former)"
         } else {
             ""
         };
         let texts = format!(
-            "{} cannot be read as {what}, the first is `{}`{mend}; NaN stands there",
+            "{} cannot be read as {what}, the first is `{}`{mend}; read as NaN",
             count(self.unreadable.count, "cell"),
             self.unreadable.shown
         );
         let nulls = format!(
-            "{} with {}, which well logs write for no value; NaN stands there",
+            "{} with {}, which well logs write for no value; read as NaN",
             count(self.log_nulls.count, "cell"),
             self.log_nulls.shown
         );
@@ -456,11 +456,11 @@ impl Rows {
         Err(IngestError::NotTabular {
             place: format!("line {}", self.renamed.line),
             reason: format!(
-                "a second header, which begins with `{}`, has names of columns in other places than the first",
+                "a second header, which begins with `{}`, has its column names in other places than the first",
                 self.renamed.shown
             ),
             mend:
-                "split the file there: a column must hold one thing from its first line to its last"
+                "split the file there: a column must hold the same quantity from its first line to its last"
                     .into(),
         })
     }
@@ -482,7 +482,7 @@ impl Rows {
             &self.short,
             IssueKind::Damaged,
             format!(
-                "{} too short, the first has {} cells, expected {needed}; what is missing became NaN",
+                "{} too short, the first has {} cells, expected {needed}; the missing cells became NaN",
                 count(self.short.count, "line"),
                 self.short.shown
             ),

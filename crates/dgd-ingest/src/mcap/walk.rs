@@ -44,7 +44,7 @@ pub(super) fn walk(
         let Some(record) = Outer::at(bytes, at) else {
             // Cut off, or the last record's length is wrong and led astray.
             if let Some(next) = next_chunk(bytes, last + 1) {
-                walked.tell(last as u64, format!("the record here, or the one behind it, is damaged; went on at the next chunk, byte {next}"));
+                walked.tell(last as u64, format!("the record here, or the one after it, is damaged; reading continued at the next chunk, byte {next}"));
                 (at, last) = (next, next);
                 continue;
             }

@@ -102,7 +102,7 @@ fn thousands_are_grouped_where_two_signs_tell_and_not_guessed_elsewhere() {
     assert_eq!(told.place, "line 4, column `a`");
     assert!(
         told.message
-            .contains("between thousands, or a decimal one?"),
+            .contains("a thousands separator or a decimal sign?"),
         "{told}"
     );
 }
@@ -292,7 +292,7 @@ fn unreadable_cells_are_counted_with_their_first_place() {
     assert_eq!(issue.place, "line 3, column `a`");
     assert_eq!(
         issue.message,
-        "2 cells cannot be read as numbers, the first is `bad`; NaN stands there"
+        "2 cells cannot be read as numbers, the first is `bad`; read as NaN"
     );
 }
 

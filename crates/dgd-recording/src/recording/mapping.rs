@@ -19,7 +19,7 @@ pub enum RecordingError {
         present: String,
     },
     /// Columns of unequal length.
-    #[error("tag `{tag}` has {found} samples, expected {expected} as the time has")]
+    #[error("tag `{tag}` has {found} samples, expected {expected} to match the time")]
     Length {
         /// The odd column.
         tag: String,
@@ -39,7 +39,7 @@ pub enum RecordingError {
         second: String,
     },
     /// Rows that come in blocks do not reach as far as a channel's stamps are off.
-    #[error("`{channel}` has a clock of its own: its recording must be read whole")]
+    #[error("`{channel}` has its own clock: its recording must be read in full")]
     OffClock {
         /// The first such channel.
         channel: Channel,
@@ -108,7 +108,7 @@ impl RecordingError {
 
 /// A series that is not as long as its clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("`{channel}` has {found} samples, expected {expected} as the time has")]
+#[error("`{channel}` has {found} samples, expected {expected} to match the time")]
 pub struct Unequal {
     /// Whose series it is.
     pub channel: Channel,
@@ -292,7 +292,7 @@ fn disagreement(channel: &str, in_file: Option<&str>, described: Unit) -> Option
         kind: IssueKind::UnitDisagrees,
         place: channel.to_owned(),
         message: format!(
-            "the file says `{written}`, the well description `{described}`; the description was used"
+            "the file gives `{written}`, the well description `{described}`; the description was used"
         ),
     })
 }

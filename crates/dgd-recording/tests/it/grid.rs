@@ -29,7 +29,7 @@ fn a_series_of_another_length_is_refused_by_its_name_on_any_clock() {
         let error = recording.onto_grid().unwrap_err();
         assert_eq!(
             error.to_string(),
-            "`pump_speed` has 2 samples, expected 3 as the time has"
+            "`pump_speed` has 2 samples, expected 3 to match the time"
         );
     }
 }
@@ -139,7 +139,7 @@ fn a_clock_jump_is_refused_before_memory_is_taken() {
     assert!(
         error
             .to_string()
-            .contains("split the file there, or mend its clock")
+            .contains("split the file there, or correct its clock")
     );
 }
 

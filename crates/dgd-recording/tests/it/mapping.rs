@@ -120,7 +120,7 @@ fn the_description_s_unit_wins_and_only_real_disagreement_is_told() {
         assert_eq!(
             issues[0].to_string(),
             format!(
-                "pump_inlet_pressure 1: the file says `{loud}`, the well description `psia`; the description was used"
+                "pump_inlet_pressure 1: the file gives `{loud}`, the well description `psia`; the description was used"
             )
         );
     }

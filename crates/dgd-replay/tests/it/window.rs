@@ -263,7 +263,7 @@ fn a_series_of_another_length_is_refused() {
     recording.pump_outlet_pressure_pa[1].pop();
     assert_eq!(
         refused(&recording, &options(Kind::Riser)).to_string(),
-        "`pump_outlet_pressure 2` has 599 samples, expected 600 as the time has"
+        "`pump_outlet_pressure 2` has 599 samples, expected 600 to match the time"
     );
 }
 

@@ -49,7 +49,7 @@ pub(crate) fn class(hours: u32) -> Diagnosis {
         parameters: vec![
             parameter(
                 "leak_m3_s",
-                "leak at 10 bar above the air",
+                "leak rate at 10 bar above atmospheric",
                 4.1e-4,
                 (2.6e-4, 5.7e-4),
             ),
@@ -125,7 +125,7 @@ pub(crate) fn unknown(hours: u32) -> Diagnosis {
     diagnosis.checks.push(Check {
         name: "the model that runs holds what is called unknown".to_owned(),
         passed: false,
-        detail: "of what speaks for `unknown` it keeps 68 %: a diagnosis that starts from it finds `unknown` again"
+        detail: "it keeps 68 % of the evidence for `unknown`: a diagnosis that starts from it finds `unknown` again"
             .to_owned(),
     });
     diagnosis
@@ -306,7 +306,7 @@ fn placebo(finding: &Finding) -> Option<Check> {
         name: format!("{}: placebo at another time explains less", finding.effect),
         passed: true,
         detail: format!(
-            "of the evidence of {:.0} at {:.0} s the best of 5 other times, {:.0} s, explains 2 %",
+            "of the evidence of {:.0} at {:.0} s, the best of 5 other times, {:.0} s, explains 2 %",
             finding.evidence,
             onset.estimate,
             0.3 * onset.estimate

@@ -19,14 +19,14 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
     let left_out: Vec<(usize, &Finding)> = of(true).collect();
     let refuted = match refuted(of(false).map(|(_, f)| f)) {
         none if none.is_empty() && left_out.is_empty() && !diagnosis.suspected.is_empty() => {
-            "The recording shows nothing of what was suspected".to_owned()
+            "The recording shows no sign of what was suspected".to_owned()
         }
         refuted => refuted,
     };
     match left_out.as_slice() {
         [] if !refuted.is_empty() => format!("{refuted}; {}.", words::beside_suspects(diagnosis)),
         [] if diagnosis.verdict == Verdict::Consistent => nothing(diagnosis),
-        [] => "Model and recording differ, and the difference could not be placed.".to_owned(),
+        [] => "Model and recording differ, but the difference could not be located.".to_owned(),
         found => {
             let said = match found {
                 [(_, only)] => format!("{}.", clause(only, diagnosis)),
@@ -95,9 +95,9 @@ fn nothing(diagnosis: &Diagnosis) -> String {
         ),
     };
     match words::held(diagnosis) {
-        None => format!("Nothing is left out that this recording could show{numbers}."),
+        None => format!("The model leaves out nothing that this recording could show{numbers}."),
         Some(held) => format!(
-            "Nothing is left out that this recording could show, beyond what the model to start from holds, that {held}{numbers}."
+            "Beyond the starting model, in which {held}, nothing is left out that this recording could show{numbers}."
         ),
     }
 }
@@ -105,7 +105,7 @@ fn nothing(diagnosis: &Diagnosis) -> String {
 /// What a partial verdict adds where no finding says it.
 fn unnamed(diagnosis: &Diagnosis) -> &'static str {
     if diagnosis.verdict == Verdict::PartlyExplained && !diagnosis.findings.iter().any(is_unknown) {
-        " Something else is at work that is not named: an output runs worse with this on the held-out windows."
+        " Something else, which is not named, is also at work: an output runs worse with this on the held-out windows."
     } else {
         ""
     }
@@ -118,7 +118,7 @@ fn brief(finding: &Finding, diagnosis: &Diagnosis) -> String {
         Rung::Located if finding.resembles.is_some() => format!("{}, {when}", title(finding)),
         Rung::Located => {
             format!(
-                "{}, {when}, as neither the model nor the catalogue has it",
+                "{}, {when}, in a way that is in neither the model nor the catalogue",
                 located(finding)
             )
         }
@@ -142,14 +142,14 @@ fn clause(finding: &Finding, diagnosis: &Diagnosis) -> String {
     let gain = words::gain(finding, false).map_or_else(String::new, |gain| format!("; {gain}"));
     match Rung::of(finding) {
         Rung::Located if finding.resembles.is_some() => format!(
-            "Left out of the {place}, {when}: {}; none of the {} effects of the catalogue has its form, and the model holds \
-             what it looks like{gain}",
+            "Left out of the {place}, {when}: {}; none of the {} effects of the catalogue has its form, and the model contains the effect that it \
+             resembles{gain}",
             title(finding),
             dgd_effects::catalogue().len()
         ),
         Rung::Located => format!(
-            "{}, {when}, in a way that neither the model nor any of the {} effects of the catalogue holds; it is modelled \
-             by an empirical correction{gain}",
+            "{}, {when}, in a way described neither by the model nor by any of the {} effects of the catalogue; it is modelled by an empirical \
+             correction{gain}",
             capital(&located(finding)),
             dgd_effects::catalogue().len()
         ),
@@ -217,9 +217,9 @@ pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
         _ if only_suspected => "what was suspected is less likely than not",
         Some(finding) if diagnosis.verdict == Verdict::Explained => {
             if finding.serious().next().is_some() {
-                "the place is known, the cause is one of a few"
+                "the location is known; the cause is one of a few"
             } else {
-                "the place is known, the cause is likely and no more"
+                "the location is known; the cause is likely, but not certain"
             }
         }
         _ => meaning(diagnosis.verdict),
@@ -251,11 +251,11 @@ pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
 fn meaning(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Consistent => {
-            "model and recording differ by no more than noise and instruments within their accuracy"
+            "model and recording differ by no more than noise and instrument accuracy"
         }
         Verdict::Explained => "what was left out is named",
-        Verdict::PartlyExplained => "something is named, something else is not",
-        Verdict::Unexplained => "something is left out that the catalogue does not hold",
+        Verdict::PartlyExplained => "some of what was left out is named, some is not",
+        Verdict::Unexplained => "something is left out that is not in the catalogue",
     }
 }
 
@@ -279,7 +279,7 @@ fn consistent(diagnosis: &Diagnosis, html: &mut Html) {
         .fact(
             "Not testable here",
             &count(|o| matches!(o, Outcome::NotTestable(_))),
-            "the recording does not excite them, or would have them named at no plausible size",
+            "the recording does not excite them, or they would be named at no plausible size",
         )
         .fact(
             "Held out from every fit",
@@ -320,7 +320,7 @@ fn card(diagnosis: &Diagnosis, index: usize, finding: &Finding, html: &mut Html)
     html.close("ol").open("dl", "facts");
     let among: Vec<String> = finding.serious().map(|(id, _)| id.clone()).collect();
     let more = match (among.len(), is_unknown(finding)) {
-        (0, true) => "that it is none of the catalogue's".to_owned(),
+        (0, true) => "that it is outside the catalogue".to_owned(),
         (0, false) => words::other_or_nothing(finding),
         (1, _) => "one alternative".to_owned(),
         (n, _) => format!("{n} alternatives"),

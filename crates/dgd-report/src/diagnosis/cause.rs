@@ -20,16 +20,15 @@ pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
         apart(finding, html);
     }
     html.small(
-        "Evidence is the natural logarithm of the Bayes factor: 1 to 3 is positive, 3 to 5 strong, above 5 very strong \
-         (Kass and Raftery 1995). The final fit is weighed with all findings in the model, the first weighing is each \
-         effect alone against none. Probabilities grow with what \
-         exceeds the evidence that sound simulated recordings reach; the proof measures how well.",
+        "Evidence is the natural logarithm of the Bayes factor: 1 to 3 is positive, 3 to 5 strong, above 5 very strong (Kass and Raftery 1995). \
+         The final fit contains all findings; the first weighing tests each effect alone against none. Probabilities grow with the evidence in \
+         excess of what sound simulated recordings reach; the proof measures how reliable they are.",
     );
 }
 
 /// Without a finding: what came nearest.
 fn nothing(diagnosis: &Diagnosis, html: &mut Html) {
-    html.paragraph("No cause is claimed. The effects that came nearest, each alone against none:");
+    html.paragraph("No cause is claimed. The nearest effects, each alone against none:");
     let mut nearest: Vec<_> = diagnosis
         .tested
         .iter()
@@ -38,7 +37,7 @@ fn nothing(diagnosis: &Diagnosis, html: &mut Html) {
     nearest.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     nearest.truncate(5);
     if nearest.is_empty() {
-        html.small("No effect could be weighed.");
+        html.small("No effect could be tested.");
         return;
     }
     let rows: Vec<Vec<Cell>> = nearest
@@ -58,8 +57,8 @@ fn nothing(diagnosis: &Diagnosis, html: &mut Html) {
         "wide-first",
     );
     html.small(
-        "Natural logarithm of the Bayes factor against nothing; negative speaks for nothing (Kass and Raftery 1995). \
-         Many effects were tried, so the hurdle for a finding is higher than one effect alone would need.",
+        "Natural logarithm of the Bayes factor against no effect; a negative value favours no effect (Kass and Raftery 1995). Many effects were \
+         tried, so the hurdle for a finding is higher than one effect alone would need.",
     );
 }
 
@@ -67,7 +66,7 @@ fn in_words(evidence: f64) -> &'static str {
     if !evidence.is_finite() {
         "–"
     } else if evidence < 0.0 {
-        "speaks against it"
+        "evidence against it"
     } else if evidence < 1.0 {
         "not worth a mention"
     } else if evidence < 3.0 {
@@ -152,7 +151,7 @@ fn apart(finding: &Finding, html: &mut Html) {
         let rivals = listed(&rivals, "or");
         if Rung::of(finding) == Rung::Class {
             html.labelled(
-                "Cannot be told apart on this recording:",
+                "Cannot be separated on this recording:",
                 &format!("“{}” from {rivals}.", title(finding)),
             );
         } else {
@@ -162,7 +161,7 @@ fn apart(finding: &Finding, html: &mut Html) {
     if let Some(described) = &finding.same_as {
         let described = described.trim().trim_end_matches('.');
         html.labelled(
-            "The same would show if not the rig but its description, or what is logged, were at fault:",
+            "The recording would look the same if the description or the logging, not the rig, were at fault:",
             &format!("{described}."),
         );
     }

@@ -9,7 +9,7 @@ use super::words::{self, capital};
 pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
     html.heading("Checks");
     checks(diagnosis, html);
-    html.heading("What was tested, and down to which size");
+    html.heading("What was tested, and down to what size");
     tested(diagnosis, html);
     html.heading("Settings");
     settings(diagnosis, html);
@@ -82,12 +82,14 @@ fn tested(diagnosis: &Diagnosis, html: &mut Html) {
             .collect();
         if !diagnosis.suspected.is_empty() {
             html.paragraph(&format!(
-                "Only what was suspected was searched for ({}); every other effect was weighed by itself alone, before anything was named.",
+                "Only what was suspected was searched for ({}); every other effect was tested only by itself, before anything was named.",
                 diagnosis.suspected.join(", ")
             ));
         }
         html.table(
-            "The smallest size is the strength that this recording would have shown beside what is found. The evidence is each effect's alone, when it was first weighed, beside what it needed then: sound rigs reach less. What exceeded that, and explains nothing beside what is found, is not needed. What is resembled stands in the model for a cause that is none of the catalogue's.",
+            "The smallest size is the strength that this recording would have shown beside the findings. The evidence is that of each effect \
+             alone, when first tested; sound rigs reach less than the evidence needed. 'Not needed': the effect exceeded this alone but adds \
+             nothing to the findings. 'Resembled': it stands in the model for a cause outside the catalogue.",
             &[
                 "Effect",
                 "Outcome",

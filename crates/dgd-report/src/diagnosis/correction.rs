@@ -84,6 +84,6 @@ pub(super) fn picture(correction: &CorrectionCurve, html: &mut Html) {
     html.picture(
         &scene,
         &format!("The correction along the {along}"),
-        "Straight lines between knots; it is estimated on the whole recording.",
+        "Linear between knots; estimated on the whole recording.",
     );
 }

@@ -25,9 +25,9 @@ pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
         .collect();
     if diagnosis.findings.is_empty() {
         html.paragraph(if held.is_empty() {
-            "Nothing was added; the relations stand as the base model has them."
+            "Nothing was added; the relations are those of the base model."
         } else {
-            "Nothing was added; the relations stand as the model to start from has them."
+            "Nothing was added; the relations are those of the starting model."
         });
         for (name, equation) in BASE {
             base(name, equation, html);
@@ -64,10 +64,7 @@ fn base(name: &str, equation: &str, html: &mut Html) {
 /// What the model to start from holds, with its equations.
 fn given(held: &[&About], html: &mut Html) {
     for about in held {
-        html.paragraph(&format!(
-            "The model to start from holds that {}.",
-            held_title(about.id)
-        ));
+        html.paragraph(&format!("In the starting model, {}.", held_title(about.id)));
         base("Held", about.equation, html);
     }
 }
@@ -94,12 +91,13 @@ fn one(index: usize, finding: &Finding, html: &mut Html) {
     }
     if let Some(curve) = &finding.curve {
         html.paragraph(
-            "The correction is empirical: it has the shape that the residual shows, no physical cause is claimed.",
+            "The correction is empirical: it has the shape of the residual; no physical cause is claimed.",
         );
         correction::picture(curve, html);
     } else if is_unknown(finding) {
         html.paragraph(
-            "The equation only comes near: an effect of the catalogue explains much of it, and in a form that does not hold. No physical cause is claimed.",
+            "The equation is only an approximation: an effect of the catalogue explains much of the difference, but in a form that does not hold. \
+             No physical cause is claimed.",
         );
     }
     if finding.parameters.is_empty() {
@@ -126,7 +124,7 @@ fn one(index: usize, finding: &Finding, html: &mut Html) {
         })
         .collect();
     html.table(
-        "What was estimated, on the whole recording; the runs below use estimates without the held-out windows.",
+        "Estimates from the whole recording; the runs below use estimates without the held-out windows.",
         &["Parameter", "Estimate", "95 % interval"],
         &rows,
         "wide-first",

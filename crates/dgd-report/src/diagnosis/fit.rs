@@ -24,11 +24,11 @@ const MOST_SIGNALS: usize = 6;
 pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
     let twofold = !diagnosis.findings.is_empty();
     html.paragraph(if twofold {
-        "On windows that no fit has seen, both models run freely: from the measured state at the window's start, driven \
-         only by the flows into the well and the set-point of the pump's speed."
+        "On windows that no fit has used, both models run freely: from the measured state at the start of the window, driven only by the flows \
+         into the well and the pump speed set-point."
     } else {
-        "On windows that no fit has seen, the model runs freely: from the measured state at the window's start, driven \
-         only by the flows into the well and the set-point of the pump's speed."
+        "On windows that no fit has used, the model runs freely: from the measured state at the start of the window, driven only by the flows into \
+         the well and the pump speed set-point."
     });
     let windows = windows(diagnosis);
     if windows.is_empty() || diagnosis.simulation.signals.is_empty() {
@@ -168,7 +168,7 @@ fn multiples(diagnosis: &Diagnosis, windows: &[(f64, f64)], twofold: bool, html:
         "the held-out windows".to_owned()
     };
     let first = if twofold && all > windows.len() {
-        " Windows in which a finding acts come first; the errors below are those of all windows."
+        " Windows in which a finding acts come first; the errors below are for all windows."
     } else {
         ""
     };
@@ -181,8 +181,8 @@ fn multiples(diagnosis: &Diagnosis, windows: &[(f64, f64)], twofold: bool, html:
         &scene,
         "Free runs on held-out windows",
         &format!(
-            "Each column is one of {which} ({}), each row a signal on one scale. The pale band behind a line spans the \
-             measured samples.{depth}{first}",
+            "Each column is one of {which} ({}); each row is a signal on one scale. The pale band behind a line spans the measured \
+             samples.{depth}{first}",
             words::listed(&shown, "and")
         ),
     );
@@ -344,7 +344,7 @@ fn uncounted(simulation: &Simulation) -> String {
         return String::new();
     }
     format!(
-        " Of their {} samples {} count: the screening rejects the others, which are drawn all the same.",
+        " Of their {} samples {} count: the screening rejects the others, which are still drawn.",
         crate::axis::count(all),
         crate::axis::count(counted)
     )
@@ -365,12 +365,12 @@ fn gains(diagnosis: &Diagnosis, html: &mut Html) {
         Cell::Number(percent_interval(held.improvement_ci95)),
     ];
     let whose = if diagnosis.findings.len() > 1 {
-        "all findings bring together"
+        "all findings together improve"
     } else {
-        "the finding brings"
+        "the finding improves"
     };
     html.table(
-        &format!("What {whose}, on the signal that gains most; the interval is that of a paired bootstrap over blocks."),
+        &format!("What {whose}, on the signal that gains most; the interval is from a paired bootstrap over blocks."),
         &["Signal", "RMSE without", "RMSE with", "Improvement", "95 % interval"],
         &[row],
         "wide-first",

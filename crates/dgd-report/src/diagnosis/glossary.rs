@@ -6,11 +6,11 @@ use super::token::{What, tokens};
 
 /// A name in plain notation, what must stand in an equation for it to be meant, and its meaning.
 const MEANINGS: [(&str, &str, &str); 41] = [
-    ("p_out", "", "pressure at the pump's outlet"),
+    ("p_out", "", "pressure at the pump outlet"),
     ("p_in", "", "pressure at its inlet"),
     ("p_0", "", "atmosphere"),
     ("p_meter", "", "reading of the pressure transmitter"),
-    ("p_frac", "", "pressure from which on mud is lost"),
+    ("p_frac", "", "pressure above which mud is lost"),
     ("q", "", "flow through pump and return line"),
     ("q_in", "", "flow into the riser"),
     ("q_meter", "", "reading of the flow meter"),
@@ -19,10 +19,10 @@ const MEANINGS: [(&str, &str, &str); 41] = [
     ("q_out", "", "flow out of the booster line"),
     ("q_string", "", "flow out of the drill string"),
     ("q_0", "e q_0", "a usual flow of the mud pumps, 0.03 m³/s"),
-    ("s", "s tau", "share of what fills the string that drains"),
+    ("s", "s tau", "share of the string volume that drains"),
     ("e", "e q_0", "how evenly it drains"),
-    ("t_d", "", "delay of what is spread along the line"),
-    ("q_f", "", "flow at which friction takes over"),
+    ("t_d", "", "delay of the part spread along the line"),
+    ("q_f", "", "flow at which turbulent friction takes over"),
     ("h", "", "height of the mud in the riser"),
     ("A", "A dh", "cross-section of the riser annulus"),
     ("A", "L/A", "cross-section of the return line"),
@@ -41,16 +41,16 @@ const MEANINGS: [(&str, &str, &str); 41] = [
     ("w", "", "speed of the pump"),
     ("w_set", "", "its set-point"),
     ("rho", "", "density of the mud"),
-    ("rho_0", "", "the same by the well file"),
-    ("rho_in", "", "the same of what is pumped in"),
-    ("rho_c", "", "the same with cuttings"),
+    ("rho_0", "", "density according to the well file"),
+    ("rho_in", "", "density of the mud pumped in"),
+    ("rho_c", "", "density with cuttings"),
     ("V", "d(rho)", "volume in which muds mix"),
     ("tau", "tau d", "time constant"),
     ("tau", "4 tau", "strength of the gel at the wall"),
     ("mu", "", "viscosity"),
     ("Re", "", "Reynolds number"),
     ("g", "", "gravity"),
-    ("s", "s(t)", "course over time, from 0 to 1"),
+    ("s", "s(t)", "time profile, from 0 to 1"),
 ];
 
 /// One line that explains the letters of these equations, each once.

@@ -36,13 +36,11 @@ pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
     let span = words::span(diagnosis);
     if diagnosis.findings.is_empty() {
         html.paragraph(if !diagnosis.unsuspected().is_empty() {
-            "What was suspected shows in no relation, and something else may: the timeline shows what each of them leaves."
+            "What was suspected shows in no relation, but something else may: the timeline shows the residuals of each."
         } else if diagnosis.traces.iter().any(Trace::stands_off) {
-            "A check says that more is left than noise and instruments within their accuracy make, and nothing that could be named. \
-             The timeline shows where."
+            "A check reports residuals larger than noise and instrument accuracy explain, but nothing that could be named. The timeline shows where."
         } else {
-            "No relation shows a mismatch that stands out from noise and instruments within their accuracy. The timeline \
-             shows what each of them leaves."
+            "No relation shows a mismatch beyond noise and instrument accuracy. The timeline shows the residuals of each."
         });
     }
     timeline(diagnosis, span, html);
@@ -69,7 +67,7 @@ pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
             })
             .collect();
         html.table(
-            "Where each finding sits: in the model, in time, in the operating space.",
+            "Where each finding acts: in the model, in time, in the operating space.",
             &["Finding", "Relation", "When", "Operating region"],
             &rows,
             "",
@@ -110,10 +108,7 @@ fn timeline(diagnosis: &Diagnosis, span: (f64, f64), html: &mut Html) {
     }
     legend.push((Sign::Line(pen(Role::Model)), after));
     legend.push((Sign::Box(NOISE), "Noise of a block, ±2 σ"));
-    legend.push((
-        Sign::Line(EDGE),
-        "Noise and what instruments may wander by, ±2 σ",
-    ));
+    legend.push((Sign::Line(EDGE), "Noise and instrument wander, ±2 σ"));
     if twofold {
         legend.push((Sign::Box(ACTS), "Where a finding acts"));
     }
@@ -229,16 +224,16 @@ fn edges(scene: &mut Scene, lane: &Frame, sigma: f64) {
 
 fn caption(diagnosis: &Diagnosis, twofold: bool, outside: usize) -> String {
     let mut text = if twofold {
-        "Measured minus model in blocks, before and after the findings; a violet stretch is where a finding acts, in the \
-         lane of the relation it sits in, of a reading at fault in all that it enters. "
+        "Measured minus model in blocks, before and after the findings; a violet stretch is where a finding acts, in the lane of its relation or, \
+         for a faulty reading, of all relations that it affects. "
             .to_owned()
     } else {
         "Measured minus model in blocks. ".to_owned()
     };
     text.push_str(
-        "A relation that is complete scatters from block to block as widely as the dark grey band (noise); over minutes and \
-         hours it may stand off zero as far as the dotted lines, for instruments wander within their accuracy. What \
-         stands off throughout is an offset: the limits under Checks say from which size on one is named. ",
+        "A complete relation scatters from block to block as widely as the dark grey band (noise); over minutes and hours it may depart from zero \
+         as far as the dotted lines, because instruments wander within their accuracy. A constant departure is an offset: the limits under Checks \
+         give the size from which one is named. ",
     );
     // A constant between two transmitters is fitted; that it was must be seen.
     let taken_off: Vec<String> = (diagnosis.traces.iter())
@@ -253,9 +248,14 @@ fn caption(diagnosis: &Diagnosis, twofold: bool, outside: usize) -> String {
         })
         .collect();
     if !taken_off.is_empty() {
-        text.push_str(&format!("Taken off throughout: {}. ", taken_off.join(", ")));
+        text.push_str(&format!(
+            "Subtracted throughout: {}. ",
+            taken_off.join(", ")
+        ));
     }
-    text.push_str("Where blocks crowd, a line is their mean; the pale blue band spans them all.");
+    text.push_str(
+        "Where blocks are dense, the line is their mean and the pale blue band spans them all.",
+    );
     if let Some(began) = diagnosis.began {
         text.push_str(&format!(" 0 is {began}."));
     }

@@ -86,7 +86,7 @@ pub(super) fn other_or_nothing(finding: &Finding) -> String {
 /// An effect of the catalogue in words; its id where the catalogue does not hold it.
 pub(super) fn title_of(id: &str) -> String {
     if id == "unknown" {
-        return "none of the catalogue's effects".to_owned();
+        return "a cause outside the catalogue".to_owned();
     }
     dgd_effects::find(id).map_or_else(
         || id.replace('_', " "),
@@ -122,10 +122,10 @@ pub(super) fn beside_suspects(diagnosis: &Diagnosis) -> String {
         })
         .collect();
     if each.is_empty() {
-        return "nothing else was looked for but swell".to_owned();
+        return "nothing else was looked for except swell".to_owned();
     }
     format!(
-        "nothing else was judged, but beside it stands out: {}",
+        "nothing else was evaluated, but this also stands out: {}",
         each.join("; ")
     )
 }
@@ -202,7 +202,7 @@ fn on_the_clock(intervals_s: &[(f64, f64)], span_s: (f64, f64)) -> String {
         .filter(|(from, to)| from.is_finite() && to.is_finite())
         .collect();
     match given.as_slice() {
-        [] => "at a time that is not told".to_owned(),
+        [] => "at an unknown time".to_owned(),
         [first @ .., last] if given.len() <= 3 => {
             let mut words: Vec<String> = first.iter().map(stretch).collect();
             words.push(stretch(last));
@@ -236,7 +236,11 @@ pub(super) fn gain(finding: &Finding, together: bool) -> Option<String> {
     let held = finding.held_out.as_ref()?;
     let share = improvement(held.rmse_before, held.rmse_after)?;
     let (low, high) = held.improvement_ci95;
-    let takes = if together { "they take" } else { "it takes" };
+    let takes = if together {
+        "they reduce"
+    } else {
+        "it reduces"
+    };
     let interval = if low.is_finite() && high.is_finite() {
         let told = if high < 0.0 {
             percent_interval((-high, -low))
@@ -252,16 +256,16 @@ pub(super) fn gain(finding: &Finding, together: bool) -> Option<String> {
     let signal = signal(&held.signal);
     Some(if low <= 0.0 && high >= 0.0 {
         format!(
-            "on windows that no fit has seen the error of the {signal} does not surely change{interval}"
+            "on windows that no fit has used, the change in {signal} error is not significant{interval}"
         )
     } else if share >= 0.0 {
         format!(
-            "on windows that no fit has seen {takes} {}{interval} off the error of the {signal}",
+            "on windows that no fit has used, {takes} the {signal} error by {}{interval}",
             percent(share)
         )
     } else {
         format!(
-            "on windows that no fit has seen the error of the {signal} grows by {}{interval}",
+            "on windows that no fit has used, the {signal} error grows by {}{interval}",
             percent(-share)
         )
     })
@@ -275,7 +279,7 @@ fn more_to_less(low: f64, high: f64) -> String {
 /// By how much less the error is, with its interval; no gain is none.
 pub(super) fn less((low, high): (f64, f64)) -> String {
     if low <= 0.0 && high >= 0.0 {
-        format!("no sure gain; 95\u{a0}%: {}", more_to_less(low, high))
+        format!("not significant; 95\u{a0}%: {}", more_to_less(low, high))
     } else if high < 0.0 {
         format!("95\u{a0}%: {} more", percent_interval((-high, -low)))
     } else {
@@ -330,7 +334,7 @@ mod tests {
             .map(|i| (f64::from(i) * 2000.0, f64::from(i) * 2000.0 + 900.0))
             .collect();
         assert!(when(&many, span).starts_with("in 7 stretches of 1 h 45 min in all"));
-        assert_eq!(when(&[(f64::NAN, 1.0)], span), "at a time that is not told");
+        assert_eq!(when(&[(f64::NAN, 1.0)], span), "at an unknown time");
     }
 
     #[test]

@@ -16,7 +16,7 @@ fn far_outliers_are_left_out_and_counted() {
     let figure = all_samples(Scatter { x: &x, y: &y }, &axis(), &Axis::new("Loss [%]")).unwrap();
     assert_eq!(
         figure.caption(),
-        "Loss [%] against return flow [%]: all 5,003 samples. 3 samples lie outside the frame."
+        "Loss [%] against return flow [%]: all 5,003 samples. 3 samples are outside the frame."
     );
 }
 
@@ -27,7 +27,7 @@ fn a_range_given_by_the_caller_rules_and_is_counted() {
     assert!(
         figure
             .caption()
-            .ends_with("50 samples lie outside the frame."),
+            .ends_with("50 samples are outside the frame."),
         "{}",
         figure.caption()
     );
@@ -62,7 +62,7 @@ fn kept_samples_are_not_counted_twice() {
     assert!(
         figure
             .caption()
-            .ends_with("One sample lies outside the frame."),
+            .ends_with("One sample is outside the frame."),
         "{}",
         figure.caption()
     );
@@ -116,7 +116,7 @@ fn refused_search_steps_are_named() {
     assert_eq!(
         figure.caption(),
         "Search path of the exponents (n₀, n₂) in 3 steps, from (1, 2) to (1.5, 2.5); MSE [%²] falls from 3 to 1. A red \
-         cross is a point the constraints refused (1)."
+         cross is a point rejected by the constraints (1)."
     );
 }
 

@@ -78,7 +78,7 @@ fn the_timeline_says_what_noise_leaves_and_what_instruments_may_wander_by() {
         let told = words(&page(&diagnosis));
         for said in [
             "Noise of a block, ±2 σ",
-            "Noise and what instruments may wander by, ±2 σ",
+            "Noise and instrument wander, ±2 σ",
             "noise 0.030, with wander 0.050",
             "noise 18, with wander 30",
         ] {
@@ -108,13 +108,13 @@ fn every_verdict_has_every_section_and_both_pictures() {
 fn what_the_model_to_start_from_holds_is_told_with_its_equation() {
     for (name, mut diagnosis) in diagnoses::all(2) {
         let without = page(&diagnosis);
-        assert!(!words(&without).contains("model to start from"), "{name}");
+        assert!(!words(&without).contains("starting model"), "{name}");
         diagnosis.started_from = vec!["lost_circulation"];
         let html = page(&diagnosis);
         let told = words(&html);
         let title = "mud is lost to the formation, driven by pressure";
         assert!(
-            told.contains(&format!("The model to start from holds that {title}.")),
+            told.contains(&format!("In the starting model, {title}.")),
             "{name}"
         );
         let equation = find("lost_circulation").unwrap().about().equation;
@@ -122,9 +122,7 @@ fn what_the_model_to_start_from_holds_is_told_with_its_equation() {
         let count = |html: &str| html.matches(&alternative).count();
         assert_eq!(count(&html), count(&without) + 1, "{name}");
         if diagnosis.findings.is_empty() {
-            assert!(told.contains(&format!(
-                "beyond what the model to start from holds, that {title}"
-            )));
+            assert!(told.contains(&format!("Beyond the starting model, in which {title}")));
         }
     }
 }
@@ -149,8 +147,8 @@ fn what_only_resembles_an_effect_is_told_with_what_the_model_holds() {
     let told = words(&page(&diagnosis));
     let title = &diagnosis.findings[0].title;
     assert!(told.contains(&format!("{title}; none of the")), "{name}");
-    assert!(told.contains("the model holds what it looks like"));
-    assert!(told.contains("resembled") && told.contains("only comes near"));
+    assert!(told.contains("the model contains the effect that it resembles"));
+    assert!(told.contains("resembled") && told.contains("only an approximation"));
     assert!(!told.contains("empirical correction"), "{told}");
 }
 
@@ -167,7 +165,7 @@ fn the_wording_climbs_with_what_is_known() {
         lead.replace('\u{a0}', " ")
     };
     assert!(says(&diagnoses::consistent(2)).starts_with(
-        "Nothing is left out that this recording could show: 21 effects were looked for"
+        "The model leaves out nothing that this recording could show: 21 effects were looked for"
     ));
     assert!(says(&diagnoses::unknown(2)).contains("any of the 24 effects of the catalogue"));
     let class = says(&diagnoses::class(2));
@@ -182,7 +180,7 @@ fn the_wording_climbs_with_what_is_known() {
     ));
     assert!(
         says(&finding)
-            .contains("it takes 94 % (95 % interval 90 to 95 %) off the error of the riser level")
+            .contains("it reduces the riser level error by 94 % (95 % interval 90 to 95 %)")
     );
     // Without an interval there is a cause, and no number.
     finding.findings[0].parameters[0].ci95 = (f64::NAN, f64::NAN);
@@ -190,7 +188,7 @@ fn the_wording_climbs_with_what_is_known() {
     assert!(cause.contains("formation fluid enters the well") && !cause.contains("L/min"));
     let two = says(&diagnoses::two(2));
     assert!(two.starts_with("Two things are left out: A, the return flow is measured late"));
-    assert!(two.ends_with("Something else is at work that is not named: an output runs worse with this on the held-out windows."));
+    assert!(two.ends_with("Something else, which is not named, is also at work: an output runs worse with this on the held-out windows."));
     // What was only suspected need not be there.
     let mut suspected = diagnoses::two(2);
     for finding in &mut suspected.findings[1..] {
@@ -222,7 +220,7 @@ fn suspects_that_explain_nothing_are_not_told_as_a_sound_recording() {
     of_one.suspected = vec!["return_flow_gain".to_owned()];
     let told = plain(&of_one);
     for wanted in [
-        "The recording shows nothing of what was suspected; nothing else was looked for but swell.",
+        "The recording shows no sign of what was suspected; nothing else was looked for except swell.",
         "No relation shows a mismatch",
         "Effects looked for 1 ",
     ] {
@@ -233,8 +231,8 @@ fn suspects_that_explain_nothing_are_not_told_as_a_sound_recording() {
     of_one.verdict = Verdict::Unexplained;
     let told = plain(&of_one);
     for wanted in [
-        "nothing else was judged, but beside it stands out: formation fluid enters the well (ln BF 328, needed 3).",
-        "What was suspected shows in no relation, and something else may",
+        "nothing else was evaluated, but this also stands out: formation fluid enters the well (ln BF 328, needed 3).",
+        "What was suspected shows in no relation, but something else may",
         "Unexplained what was suspected is less likely than not",
     ] {
         assert!(told.contains(wanted), "{wanted}: {told}");
@@ -246,10 +244,10 @@ fn suspects_that_explain_nothing_are_not_told_as_a_sound_recording() {
 fn a_class_names_its_rivals_and_the_test_that_separates_them() {
     let text = words(&page(&diagnoses::class(2)));
     for wanted in [
-        "Cannot be told apart on this recording:",
+        "Cannot be separated on this recording:",
         "“mud is lost to the formation, driven by pressure”",
         "A test that would separate it from one of them:",
-        "look at head and line friction: a leak moves both",
+        "check head and line friction: a leak changes both",
     ] {
         assert!(text.contains(wanted), "{wanted}");
     }
@@ -259,7 +257,7 @@ fn a_class_names_its_rivals_and_the_test_that_separates_them() {
     // None is promised where none is known.
     diagnosis.findings[0].separating_test = None;
     assert!(!words(&page(&diagnosis)).contains("A test that would"));
-    assert!(!words(&page(&diagnoses::single(2))).contains("Cannot be told apart"));
+    assert!(!words(&page(&diagnoses::single(2))).contains("Cannot be separated"));
 }
 
 #[test]
@@ -269,7 +267,7 @@ fn a_likely_cause_without_rivals_is_no_class_and_no_certainty() {
     diagnosis.findings[0].alternatives.clear();
     let text = words(&page(&diagnosis));
     for said in [
-        "the cause is likely and no more",
+        "the cause is likely, but not certain",
         "46 % for something else, or nothing",
     ] {
         assert!(text.contains(said), "{said} is not in {text}");
@@ -559,7 +557,7 @@ fn empty_and_unequal_series_are_still_a_page() {
     let mut lost = diagnoses::single(1);
     lost.findings.clear();
     assert_eq!(lost.verdict, Verdict::Explained);
-    assert!(words(&page(&lost)).contains("the difference could not be placed"));
+    assert!(words(&page(&lost)).contains("the difference could not be located"));
 }
 
 #[test]

@@ -13,24 +13,24 @@ const FLOWS: [&str; 7] = ["gpm", "l/min", "m3/h", "l/s", "bbl/min", "m3/min", "m
 const CLOCKS: [&str; 5] = ["s", "ms", "min", "h", "d"];
 /// Lengths written in another unit than they were read in: true over read.
 const DEPTHS: [(f64, &str); 2] = [
-    (1.0 / 0.3048, "metres that are written as ft"),
-    (0.3048, "feet that are written as m"),
+    (1.0 / 0.3048, "metres written as ft"),
+    (0.3048, "feet written as m"),
 ];
 const DIAMETERS: [(f64, &str); 6] = [
-    (2.54, "inches that are written as cm"),
-    (1.0 / 2.54, "centimetres that are written as in"),
-    (25.4, "inches that are written as mm"),
-    (1.0 / 25.4, "millimetres that are written as in"),
-    (10.0, "centimetres that are written as mm"),
-    (0.1, "millimetres that are written as cm"),
+    (2.54, "inches written as cm"),
+    (1.0 / 2.54, "centimetres written as in"),
+    (25.4, "inches written as mm"),
+    (1.0 / 25.4, "millimetres written as in"),
+    (10.0, "centimetres written as mm"),
+    (0.1, "millimetres written as cm"),
 ];
 const DENSITIES: [(f64, &str); 6] = [
-    (8.345_404, "specific gravity that is written as ppg"),
-    (1.0 / 8.345_404, "ppg that are written as specific gravity"),
-    (1e3, "specific gravity that is written as kg/m3"),
-    (1e-3, "kg/m3 that are written as specific gravity"),
-    (119.826_43, "ppg that are written as kg/m3"),
-    (1.0 / 119.826_43, "kg/m3 that are written as ppg"),
+    (8.345_404, "specific gravity written as ppg"),
+    (1.0 / 8.345_404, "ppg written as specific gravity"),
+    (1e3, "specific gravity written as kg/m3"),
+    (1e-3, "kg/m3 written as specific gravity"),
+    (119.826_43, "ppg written as kg/m3"),
+    (1.0 / 119.826_43, "kg/m3 written as ppg"),
 ];
 
 /// Strain beyond the least from which an explanation is no longer worth telling.

@@ -40,20 +40,20 @@ pub fn coarse(recording: &Recording, step_s: f64, well: &Well) -> Vec<Suspicion>
         let held_s = held_for(values) as f64 * step_s;
         let how = if held_s >= TOO_SELDOM_S && channel != Channel::PumpSpeed {
             format!(
-                "tells a reading every {} s and holds it in between",
+                "gives a reading every {} s and holds it in between",
                 words::number(held_s)
             )
         } else {
             let step = movement(channel, values, &flowing)?;
             format!(
-                "rests at most samples while mud flows, and then moves by {} {unit} or more, as a deadband or few digits make it",
+                "is constant at most samples while mud flows and then moves by {} {unit} or more, as with a deadband or few digits",
                 words::number(step / unit.factor)
             )
         };
         Some(Suspicion {
             place: WellLine::of(channel),
             message: format!(
-                "{channel} `{tag}` {how}: that makes causes up which are not there; believe no name before it is found in an export with all readings"
+                "{channel} `{tag}` {how}: this can produce false causes; confirm any finding on an export with all readings"
             ),
         })
     };

@@ -134,7 +134,7 @@ pub(super) fn fault(state: &State<'_>, fault: &Fault) -> String {
             bar(at(b)),
         ),
         Check::Riser(i) => format!(
-            "{}, read as {}, shows {}, which is {} off what the pump inlet shows at nearly the same depth",
+            "{}, read as {}, shows {}, which differs by {} from the pump inlet at nearly the same depth",
             named(state, i),
             state.units[i],
             bar(at(i)),
@@ -148,7 +148,7 @@ pub(super) fn fault(state: &State<'_>, fault: &Fault) -> String {
             let back = median(flowing.iter().map(|k| state.return_flow(*k)));
             let pumped = median(flowing.iter().map(|k| state.inflow(*k)));
             format!(
-                "{} brings back {} of what is pumped in ({} against {}), read as {}",
+                "{} returns {} of the flow pumped in ({} against {}), read as {}",
                 of(state, Channel::ReturnFlow),
                 number(fault.found),
                 l_min(back),
@@ -157,7 +157,7 @@ pub(super) fn fault(state: &State<'_>, fault: &Fault) -> String {
             )
         }
         Check::Moves => format!(
-            "the riser level moves {} times as far as inflow and return flow, read as {}, make it",
+            "the riser level moves {} times as far as inflow and return flow, read as {}, imply",
             number(fault.found),
             units_of_flows(state),
         ),
@@ -166,12 +166,12 @@ pub(super) fn fault(state: &State<'_>, fault: &Fault) -> String {
             number(fault.found)
         ),
         Check::Lifts => format!(
-            "the pump's head does not follow {} (correlation {} with its square)",
+            "the pump head does not follow {} (correlation {} with its square)",
             of(state, Channel::PumpSpeed),
             number(fault.found)
         ),
         Check::Speed => format!(
-            "{} is read as %: it reaches {} %, where a pump runs at up to 100 % of its full speed",
+            "{} is read as %: it reaches {} %, but a pump runs at up to 100 % of its full speed",
             of(state, Channel::PumpSpeed),
             number(fault.found)
         ),
@@ -181,7 +181,7 @@ pub(super) fn fault(state: &State<'_>, fault: &Fault) -> String {
             number(fault.found)
         ),
         Check::Density => format!(
-            "mud of {} kg/m3 is no drilling mud ({} to {} kg/m3)",
+            "mud of {} kg/m3 is not a drilling mud ({} to {} kg/m3)",
             number(fault.found),
             number(fault.low),
             number(fault.high)

@@ -162,7 +162,7 @@ fn an_atmosphere_between_twins_is_suspected_only_where_one_is_gauge() {
     assert!(
         only(&found)
             .message
-            .contains("both are gauge or both absolute")
+            .contains("both must be gauge or both absolute")
     );
 }
 

@@ -10,7 +10,7 @@ fn a_series_of_another_length_is_refused_by_name() {
     let error = screen(&recording, 1.0, &ScreenOptions::default()).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "`pump_outlet_pressure 2` has 99 samples, expected 100 as the time has"
+        "`pump_outlet_pressure 2` has 99 samples, expected 100 to match the time"
     );
 }
 

@@ -46,7 +46,7 @@ pub(super) fn two_state(
             }
         }
         Err(error) => {
-            tracing::warn!("model.toml gets no two-state model: {error}");
+            tracing::warn!("model.toml will contain no two-state model: {error}");
             TwoState {
                 base: Base::WellOnly {
                     density_kg_m3: well.mud_density_kg_m3,
@@ -78,7 +78,7 @@ fn departures(identification: &Identification) -> Vec<(String, String)> {
         tell(
             "two-state model: return flow",
             format!(
-                "late by {} s{}: friction off by {} bar, without delay by {} bar",
+                "delay {} s{}: friction error {} bar, without delay {} bar",
                 brief(model.delay_s),
                 // Half a step from it no later one was tried.
                 if model.delay_s > LATEST_S - 0.5 * model.data.step_s {
@@ -98,7 +98,7 @@ fn departures(identification: &Identification) -> Vec<(String, String)> {
         tell(
             "two-state model: pump",
             format!(
-                "head by c0 w^{:.2} - c1 w q - c2 q^{:.2}: off by {} m, with squares by {} m",
+                "head c0 w^{:.2} - c1 w q - c2 q^{:.2}: error {} m, with squares {} m",
                 pump.n0,
                 pump.n2,
                 brief(pump.mse_m2.sqrt()),

@@ -82,19 +82,19 @@ fn sentence(diagnosis: &Diagnosis) -> String {
             String::new()
         } else {
             format!(
-                "\nover {hours} h held out the model runs free within {} (root mean square)",
+                "\nfree run over {hours} h held out: error {} (root mean square)",
                 off.join(", ")
             )
         };
         let beyond = match diagnosis.started_from.join(", ") {
             none if none.is_empty() => none,
-            held => format!(", beyond what the model to start from holds ({held})"),
+            held => format!(", beyond the effects of the starting model ({held})"),
         };
         if !diagnosis.suspected.is_empty() {
             let lead = diagnosis.verdict.name();
             let what = diagnosis.suspected.join(", ");
             return format!(
-                "{lead}, nothing of what was suspected ({what}) shows{beyond}{}{off}",
+                "{lead}, no sign of what was suspected ({what}){beyond}{}{off}",
                 unsuspected(diagnosis)
             );
         }
@@ -105,7 +105,7 @@ fn sentence(diagnosis: &Diagnosis) -> String {
             _ => "; but checks failed, see below",
         };
         return format!(
-            "consistent, nothing is left out that this recording could show{beyond}{but}{off}"
+            "consistent, the model leaves out nothing that this recording could show{beyond}{but}{off}"
         );
     };
     let lead = match diagnosis.verdict {
@@ -122,7 +122,7 @@ fn sentence(diagnosis: &Diagnosis) -> String {
     };
     let gain = first.held_out.as_ref().map_or(String::new(), |g| {
         format!(
-            "\nover {hours} h held out the {} in a free run is {} off {}, {} without",
+            "\nfree run over {hours} h held out: {} error {} {}, {} without",
             stem(&g.signal),
             quantity(&g.signal, g.rmse_after),
             with(diagnosis),
@@ -157,7 +157,7 @@ fn unsuspected(diagnosis: &Diagnosis) -> String {
         .collect();
     match each.join(", ") {
         none if none.is_empty() => none,
-        each => format!("; beside it stands out: {each}"),
+        each => format!("; also standing out: {each}"),
     }
 }
 
@@ -259,12 +259,12 @@ fn gained(gain: &HeldOut, with: &str) -> String {
         format!("{} to {} % less (95 %)", percent(low), percent(high))
     } else if high >= 0.0 {
         let (more, less) = (percent(-low), percent(high));
-        format!("no sure gain: {more} % more to {less} % less (95 %)")
+        format!("not significant: {more} % more to {less} % less (95 %)")
     } else {
         format!("{} to {} % more (95 %)", percent(-high), percent(-low))
     };
     format!(
-        "{} off by {} without, {} {with}: {said}",
+        "{} error {} without, {} {with}: {said}",
         stem(&gain.signal),
         quantity(&gain.signal, gain.rmse_before),
         quantity(&gain.signal, gain.rmse_after),
@@ -294,7 +294,7 @@ fn intervals(intervals_s: &[(f64, f64)], diagnosis: &Diagnosis) -> String {
         told.push(format!("and {} more", intervals_s.len() - SHOWN));
     }
     if told.is_empty() {
-        return "at no time of its own".into();
+        return "at no specific time".into();
     }
     told.join(", ")
 }
@@ -313,8 +313,7 @@ fn tell_tested(text: &mut String, diagnosis: &Diagnosis) -> std::fmt::Result {
         return Ok(());
     }
     if diagnosis.findings.is_empty() {
-        let mut table =
-            TextTable::new(["looked for, not seen", "would have been seen from", "", ""]);
+        let mut table = TextTable::new(["looked for, not seen", "smallest size seen", "", ""]);
         for one in unseen() {
             let strength = Legible::of(one.strength);
             let limit = one.limit.filter(|l| l.is_finite());
@@ -332,7 +331,7 @@ fn tell_tested(text: &mut String, diagnosis: &Diagnosis) -> std::fmt::Result {
     let all = count(diagnosis.tested.len());
     let resembled = match of(|o| matches!(o, Outcome::Resembled)).count() {
         0 => String::new(),
-        n => format!("{n} resembled by what is none of the catalogue's, "),
+        n => format!("{n} resembled by a cause outside the catalogue, "),
     };
     let not_needed = match diagnosis.findings.len() {
         0 => 0,
@@ -340,11 +339,11 @@ fn tell_tested(text: &mut String, diagnosis: &Diagnosis) -> std::fmt::Result {
     };
     let beside = match not_needed {
         0 => String::new(),
-        n => format!("{n} not needed beside that, "),
+        n => format!("{n} not needed in addition, "),
     };
     writeln!(
         text,
-        "tested {all} effects: {found} found, {resembled}{beside}{} not seen, {} that this recording cannot show",
+        "tested {all} effects: {found} found, {resembled}{beside}{} not seen, {} not testable on this recording",
         unseen().count() - not_needed,
         blind.len()
     )?;
@@ -354,7 +353,7 @@ fn tell_tested(text: &mut String, diagnosis: &Diagnosis) -> std::fmt::Result {
 fn tell_blind(text: &mut String, one: &Tested) -> std::fmt::Result {
     match &one.outcome {
         Outcome::NotTestable(reason) => {
-            writeln!(text, "  cannot be shown: {}: {reason}", one.effect)
+            writeln!(text, "  not testable: {}: {reason}", one.effect)
         }
         _ => Ok(()),
     }
@@ -369,7 +368,7 @@ fn tell_suspected(text: &mut String, diagnosis: &Diagnosis) -> std::fmt::Result 
     let (likely, unlikely): (Vec<_>, Vec<_>) = of_them.partition(|f| f.is_likely());
     writeln!(
         text,
-        "looked for {}: {} found, {} less likely than not; without --suspect all effects are looked for",
+        "looked for {}: {} found, {} less likely than not; omit --suspect to look for all effects",
         diagnosis.suspected.join(" and "),
         likely.len(),
         unlikely.len(),

@@ -48,7 +48,7 @@ fn kick() -> Finding {
         region: "at every flow".into(),
         parameters: vec![ParameterEstimate {
             name: "rate_m3_s".into(),
-            meaning: "rate of the plateau".into(),
+            meaning: "plateau rate".into(),
             estimate: 0.0021,
             ci95: (0.0019, 0.0023),
         }],
@@ -232,18 +232,18 @@ fn if_one_file_cannot_be_written_the_others_stay_as_they_were() {
 fn a_finding_is_told_first_and_then_with_its_numbers() {
     let told = tell::tell(
         &diagnosis(vec![kick()]),
-        &[("two-state model: pump".into(), "head by c0 w^1.80".into())],
+        &[("two-state model: pump".into(), "head c0 w^1.80".into())],
         "rig.mat",
         Path::new("out"),
     );
     assert!(
-        told.contains("\ntwo-state model: pump: head by c0 w^1.80\n"),
+        told.contains("\ntwo-state model: pump: head c0 w^1.80\n"),
         "{told}"
     );
     assert!(
         told.starts_with(
             "rig.mat: explained, formation fluid enters the well\n\
-             over 0.0025 h held out the riser level in a free run is 0.12 m off with it, 1.9 m without\n\n1. "
+             free run over 0.0025 h held out: riser level error 0.12 m with it, 1.9 m without\n\n1. "
         ),
         "{told}"
     );
@@ -254,7 +254,7 @@ fn a_finding_is_told_first_and_then_with_its_numbers() {
         "line_leak 0.020",
         "a flow check",
         "90 to 95 % less",
-        "tested 2 effects: 0 found, 1 not seen, 1 that this recording cannot show",
+        "tested 2 effects: 0 found, 1 not seen, 1 not testable on this recording",
         "gel_strength: the mud never stood",
         "failed: placebo: gains 4 %",
         "open out/report.html",
@@ -308,7 +308,7 @@ fn a_consistent_recording_is_told_with_what_would_have_been_seen() {
     let mut lines = told.lines();
     let (first, second) = (lines.next().unwrap(), lines.next().unwrap());
     assert!(
-        first.starts_with("rig.mat: consistent, nothing is left out"),
+        first.starts_with("rig.mat: consistent, the model leaves out nothing"),
         "{first}"
     );
     assert!(second.contains("riser level 0.5 m"), "{second}");
@@ -319,7 +319,7 @@ fn a_consistent_recording_is_told_with_what_would_have_been_seen() {
     let told = tell::tell(&started, &[], "rig.mat", Path::new("out"));
     let first = told.lines().next().unwrap();
     assert!(
-        first.ends_with("holds (influx, heave); but a check failed, see below"),
+        first.ends_with("starting model (influx, heave); but a check failed, see below"),
         "{first}"
     );
     started
@@ -355,11 +355,11 @@ fn a_gain_that_is_none_is_told_as_none() {
     assert_eq!(told(0.1, 0.25), "10 to 25 % less (95 %)");
     assert_eq!(
         told(-0.002, -0.0),
-        "no sure gain: 0.2 % more to 0 % less (95 %)"
+        "not significant: 0.2 % more to 0 % less (95 %)"
     );
     assert_eq!(
         told(-0.1, 0.02),
-        "no sure gain: 10 % more to 2 % less (95 %)"
+        "not significant: 10 % more to 2 % less (95 %)"
     );
     assert_eq!(told(-0.3, -0.04), "4 to 30 % more (95 %)");
 }
@@ -392,20 +392,20 @@ fn what_was_not_suspected_and_stands_out_is_told_where_no_suspect_is_likely() {
         stands("influx", 50.0),
     ];
     let told = |d: &Diagnosis| tell::tell(d, &[], "rig.mat", Path::new("out"));
-    let said = "rig.mat: unexplained, nothing of what was suspected (influx) shows; beside it stands out: annulus_area (ln BF 328), line_leak (ln BF 40)\n";
+    let said = "rig.mat: unexplained, no sign of what was suspected (influx); also standing out: annulus_area (ln BF 328), line_leak (ln BF 40)\n";
     assert!(told(&suspected).starts_with(said), "{}", told(&suspected));
     suspected.findings = vec![Finding {
         probability: 0.08,
         ..kick()
     }];
-    let said = "; beside it stands out: annulus_area (ln BF 328), line_leak (ln BF 40)";
+    let said = "; also standing out: annulus_area (ln BF 328), line_leak (ln BF 40)";
     assert!(told(&suspected).contains(said));
     // Beside a suspect that is likely the others may only look like it.
     suspected.findings = vec![kick()];
-    assert!(!told(&suspected).contains("stands out"));
+    assert!(!told(&suspected).contains("standing out"));
     suspected.findings.clear();
     suspected.suspected.clear();
-    assert!(!told(&suspected).contains("stands out"));
+    assert!(!told(&suspected).contains("standing out"));
 }
 
 #[test]
@@ -445,7 +445,7 @@ fn what_several_findings_gain_is_told_once_and_of_all_together() {
         Path::new("out"),
     );
     assert!(told.contains("enters the well, and 2 more"), "{told}");
-    assert_eq!(told.matches("held out: ").count(), 1, "{told}");
+    assert_eq!(told.matches("\nheld out: ").count(), 1, "{told}");
     assert_eq!(told.matches("with them").count(), 2, "{told}");
 }
 

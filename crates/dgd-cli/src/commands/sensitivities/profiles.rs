@@ -150,7 +150,7 @@ impl Profile {
             [Some(_), Some(_)] => "",
             [None, Some(_)] => "open as far as its lower bound",
             [Some(_), None] => "open as far as its upper bound",
-            [None, None] => "not told by this recording",
+            [None, None] => "not determined by this recording",
         }
     }
 
@@ -194,9 +194,9 @@ pub(super) fn tell(profiles: &[Profile]) -> String {
 
 pub(super) fn draw(page: &mut Page, profiles: &[Profile]) -> Result<(), ReportError> {
     page.section("Profile likelihood").paragraph(
-        "One parameter is held, all others are fitted again. Where the misfit stays below the line the recording allows the value; a \
-         profile that stays flat is a parameter that it does not tell. Unlike the intervals of a fit these do not take the model for \
-         linear. Rise: in variances of the residual, widened for its memory.",
+        "One parameter is held and all others are re-fitted. The recording allows the value where the misfit stays below the line; a flat profile \
+         means a parameter that the recording does not determine. Unlike the intervals of a fit, these do not assume a linear model. Rise: in \
+         variances of the residual, widened for its autocorrelation.",
     );
     let rows = profiles.iter().map(|p| {
         let [best, from, to] = p.told();
@@ -205,7 +205,7 @@ pub(super) fn draw(page: &mut Page, profiles: &[Profile]) -> Result<(), ReportEr
         vec![p.path.clone(), best, interval, unit, p.note().into()]
     });
     page.table(&Table {
-        caption: "Best value and 95 % interval by the profile".into(),
+        caption: "Best value and 95 % interval from the profile".into(),
         head: ["Parameter", "Best", "95 % interval", "Unit", ""]
             .map(Into::into)
             .to_vec(),

@@ -115,10 +115,10 @@ fn runs_in_blocks<'a>(job: &'a Job<'_>) -> Result<&'a Model, String> {
     if matches!(job.target, Target::Mat5 | Target::Mat73) {
         let output = shown(&job.arguments.out);
         return Err(format!(
-            "{output} is written whole: a MAT file holds one column after another; name it .csv or .mcap"
+            "{output} cannot be written in blocks: a MAT file stores one column after another; name it .csv or .mcap"
         ));
     }
-    let whole = format!("{} is read whole", shown(&recordings[0]));
+    let whole = format!("{} is read in full", shown(&recordings[0]));
     if recordings.len() > 1 {
         return Err(format!(
             "{whole}: it is joined with the next recording; simulate them one by one"
@@ -126,18 +126,18 @@ fn runs_in_blocks<'a>(job: &'a Job<'_>) -> Result<&'a Model, String> {
     }
     if job.source.window.as_ref().is_some_and(Window::is_dated) {
         return Err(format!(
-            "{whole}: dates tell the window; give seconds of the clock"
+            "{whole}: the window is given by dates; give seconds of the clock"
         ));
     }
     if job.options.delay_s < 0.0 {
         return Err(format!(
-            "{whole}: the model's flow meter shows what is to come; fit it with --delays from 0 on"
+            "{whole}: the flow meter of the model is ahead of the flow; fit it with --delays from 0"
         ));
     }
     match (&job.document.augmented, &job.document.base) {
         (None, Base::Identified(model)) => Ok(model),
         _ => Err(format!(
-            "{whole}: a model with effects runs on all of it; one that `dgd fit` wrote need not"
+            "{whole}: a model with effects needs the whole recording; one written by `dgd fit` does not"
         )),
     }
 }

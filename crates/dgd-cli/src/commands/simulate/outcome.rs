@@ -73,7 +73,10 @@ pub(super) fn why(status: Status) -> String {
             number(t)
         ),
         Status::TooManySteps { t } => {
-            format!("at {} s the steps ran out; raise --tolerance", number(t))
+            format!(
+                "at {} s the step limit was reached; raise --tolerance",
+                number(t)
+            )
         }
         Status::NonFinite { t } => format!(
             "at {} s the model gives no finite rate; check model.toml",
@@ -92,7 +95,7 @@ fn notes(run: &Outcome) -> Vec<String> {
     }
     if run.filled > 0 {
         notes.push(format!(
-            "{} input values were missing or not trusted and were interpolated",
+            "{} input values were missing or rejected, and were interpolated",
             count(run.filled)
         ));
     }
@@ -142,7 +145,7 @@ pub(super) fn tell(
         ),
     };
     let mut table = TextTable::new([
-        "simulated less measured",
+        "simulated minus measured",
         "root mean square",
         "mean",
         "largest",

@@ -18,7 +18,7 @@ pub(super) fn html(done: &Done, fitted: &FittedSystem) -> Result<String, ReportE
         page.section("What was left out");
     }
     if !done.issues.is_empty() {
-        page.note("What was wrong in the recording, which may be all that is found here:")
+        page.note("Faults in the recording, which may be all that is found here:")
             .list(&done.issues);
     }
     for finding in &revision.findings {
@@ -26,8 +26,8 @@ pub(super) fn html(done: &Done, fitted: &FittedSystem) -> Result<String, ReportE
     }
     if !revision.also_possible.is_empty() {
         page.section("Also possible").paragraph(
-            "Part of the model, which meets left-out blocks better with it, but of too little weight to be a finding, alternatives \
-             included, once chance and what stays unexplained are counted: something else may do the same.",
+            "Part of the model, which predicts left-out blocks better with it, but with too little weight to be a finding, alternatives included, \
+             after allowing for chance and for what stays unexplained: something else may do the same.",
         );
     }
     for finding in &revision.also_possible {
@@ -45,7 +45,7 @@ pub(super) fn html(done: &Done, fitted: &FittedSystem) -> Result<String, ReportE
         })
         .collect();
     if !classes.is_empty() {
-        page.note("This recording cannot tell these apart:")
+        page.note("This recording cannot separate these:")
             .list(&classes);
     }
     page.section("Before and after")
@@ -66,9 +66,9 @@ pub(super) fn html(done: &Done, fitted: &FittedSystem) -> Result<String, ReportE
         page.section("Sections").table(&sections(done));
     }
     page.section("What was tested").paragraph(
-        "Found: among the findings. Possible: part of the model, with too little weight for a finding. Alternative: as good as one of them. Absorbed: the free parameters do the same when \
-         they are fitted anew, so it cannot be seen here, and does not matter here. Not testable: the recording does \
-         not move it. Not seen: looked for, and not there, or with too little weight to be claimed.",
+        "Found: among the findings. Possible: part of the model, with too little weight for a finding. Alternative: as good as one of them. \
+         Absorbed: re-fitted free parameters do the same, so it cannot be seen here and does not matter here. Not testable: the recording does not \
+         excite it. Not seen: looked for, but absent or with too little weight to be claimed.",
     );
     page.table(&tested(done));
     let checks = revision.checks.iter().map(|c| {
@@ -106,8 +106,8 @@ fn found(page: &mut Page, done: &Done, finding: &Finding) {
     }
     points.extend(tell::likely(finding).map(|line| {
         format!(
-            "{}. The weight is that of the sets of effects that hold it among those fitted, by their scores on left-out blocks, \
-             less chance and what stays unexplained.",
+            "{}. The weight is that of the fitted sets of effects that contain it, by their scores on left-out blocks, less chance and what stays \
+             unexplained.",
             capital(line)
         )
     }));
@@ -118,7 +118,7 @@ fn found(page: &mut Page, done: &Done, finding: &Finding) {
     points.extend(tell::places(assembly, finding).into_iter().map(capital));
     if finding.left_out_loss.is_finite() {
         points.push(format!(
-            "Without it the mean square on left-out blocks is {} times the present one, {} standard errors more.",
+            "Without it the mean square on left-out blocks is {} times as large, {} standard errors more.",
             brief(1.0 + finding.left_out_loss),
             brief(finding.standard_errors)
         ));
@@ -156,7 +156,7 @@ fn before_and_after(done: &Done) -> dgd_report::Table {
         });
     dgd_report::Table {
         caption:
-            "Root mean square of simulated less measured: training, left-out blocks of it, held out"
+            "Root mean square of simulated minus measured: training, its left-out blocks, held out"
                 .into(),
         head: [
             "Instrument",
@@ -289,7 +289,8 @@ fn tested(done: &Done) -> dgd_report::Table {
         ]
     });
     dgd_report::Table {
-        caption: "Share of the residual's square that each would take away alone, its score in standard deviations, and the size that five of them would have shown".into(),
+        caption: "Share of the squared residual that each would remove alone, its score in standard deviations, and the size that would have \
+                  scored five of them".into(),
         head: ["Component", "Effect", "Outcome", "Share [%]", "Score", "Smallest size"].map(Into::into).to_vec(),
         rows: rows.collect(),
     }

@@ -54,7 +54,7 @@ fn no_accuracy(done: &Done) -> Option<String> {
         .collect();
     (!without.is_empty()).then(|| {
         format!(
-            "no `accuracy` is stated of {}: what is within it is no mismatch",
+            "no `accuracy` is given for {}: a mismatch within accuracy is not counted",
             without.join(", ")
         )
     })
@@ -76,14 +76,14 @@ fn told(text: &mut String, assembly: &Assembly, finding: &Finding) -> std::fmt::
     }
     let alternatives: Vec<&str> = finding.alternatives.iter().map(|a| a.0.as_str()).collect();
     if !alternatives.is_empty() {
-        writeln!(text, "  not told apart from: {}", alternatives.join(", "))?;
+        writeln!(text, "  not separated from: {}", alternatives.join(", "))?;
     }
     if let Some(test) = finding
         .separating_test
         .as_ref()
         .filter(|_| !alternatives.is_empty())
     {
-        writeln!(text, "  what would tell them apart: {test}")?;
+        writeln!(text, "  what would separate them: {test}")?;
     }
     writeln!(text)
 }
@@ -96,7 +96,7 @@ pub(super) fn likely(finding: &Finding) -> Option<String> {
     let together = together.map(probability).filter(|t| *t != probability(p));
     let together = together.map_or_else(String::new, |t| format!(", with its alternatives {t}"));
     Some(format!(
-        "probability {}{together}: so often was such a weight right where the truth was known",
+        "probability {}{together}: the share of such weights that were right where the truth was known",
         probability(p)
     ))
 }

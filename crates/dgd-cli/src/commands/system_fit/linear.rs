@@ -95,8 +95,8 @@ impl Linear {
 
     pub(super) fn draw(&self, page: &mut Page, assembly: &Assembly, fitted: &[FittedParameter]) {
         page.section("Estimated on the linear model").paragraph(&format!(
-            "The same values, with the linear model around the steady state at the mean of the inputs in the place of the equations; that \
-             fit {}. Where the two differ by more than their intervals, what is linear does not do for this recording.",
+            "The same parameters, with the equations replaced by the linear model around the steady state at the mean of the inputs; that fit {}. \
+             If the two differ by more than their intervals, a linear model is not adequate for this recording.",
             self.status
         ));
         page.table(&page::errors(assembly, &self.runs));

@@ -16,7 +16,7 @@ pub(super) fn of(files: &Files<'_>, train: &[Window], test: &[Window]) -> Vec<St
     let mut doubts = Vec::new();
     let layout = &files.assembly.system().record;
     if layout.time.is_some() && layout.step.is_some() {
-        doubts.push("`step` under [record] does not count: the samples have times".to_owned());
+        doubts.push("`step` under [record] is ignored: the samples have times".to_owned());
     }
     if files.assembly.system().independent == "time" {
         doubts.extend(gaps(files, "record.train", train));
@@ -82,7 +82,7 @@ fn gaps(files: &Files<'_>, part: &str, windows: &[Window]) -> Vec<String> {
         };
         let [from, to] = [longest[0], longest[1]].map(|t| (t / tick * 1e3).round() / 1e3);
         Some(format!(
-            "{part} has no samples from {from} to {to} {unit}{more}: nothing is known of the inputs there; give it windows before and after"
+            "{part} has no samples from {from} to {to} {unit}{more}: the inputs are unknown there; give it windows before and after"
         ))
     };
     let long = windows.iter().filter(|w| w.time.len() > FEWEST);
@@ -118,7 +118,7 @@ fn dead(files: &Files<'_>, train: &[Window]) -> Vec<String> {
         }
         (all >= FEWEST).then(|| {
             format!(
-                "`{}` reads {} in all {all} samples that are fitted: what it says of the system is that it does not move",
+                "`{}` reads {} in all {all} fitted samples: it says only that the system does not move",
                 gauge.name,
                 gauge.with_unit(&number(gauge.shown(first)))
             )
@@ -153,7 +153,7 @@ fn overlap(files: &Files<'_>, train: &[Window], test: &[Window]) -> Option<Strin
         .count();
     (both > train.len() + test.len()).then(|| {
         format!(
-            "record.test holds {} that record.train holds too: those are not held out",
+            "record.test contains {} that record.train also contains: those are not held out",
             counted(both, "sample")
         )
     })

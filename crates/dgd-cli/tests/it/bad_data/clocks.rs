@@ -64,7 +64,10 @@ fn a_recording_that_is_there_twice_counts_once() {
 fn stamps_without_seconds_are_refused_with_the_way_round() {
     let minutes = Rig::sound().each(&["t"], |_, t| 60.0 * (t / 60.0).floor());
     for ran in [minutes.fit(), minutes.diagnose().1] {
-        ran.refused(&["60 samples in a row share each time stamp", "interval = "]);
+        ran.refused(&[
+            "60 consecutive samples share each time stamp",
+            "interval = ",
+        ]);
     }
     // Ten a second tell as much as one a second.
     at_ten_hertz(1800)
@@ -123,7 +126,7 @@ fn channels_on_different_clocks_are_told() {
         .warns("the best delay, 30 s, is the last of the range: sweep further up");
     late(&PRESSURES, 30)
         .fitted()
-        .warns("the return flow is 17 s ahead of the pressures, which no meter is");
+        .warns("the return flow is 17 s ahead of the pressures, which is impossible for a meter");
     late(&["SPM"], 30)
         .fitted()
         .warns("with the pump speed read 30 s later than recorded");
@@ -163,7 +166,7 @@ fn channels_on_another_clock_are_put_back_by_what_the_well_description_says() {
     let flows = ["FT1", "FT2", "FT3"];
     for (tags, late_s) in [(&flows[..], 25), (&["SPM"][..], 30)] {
         let warned = late(tags, 30).fitted();
-        let mend = format!("one clock? If not, `late = \"{late_s} s\"` beside");
+        let mend = format!("one clock? If not, set `late = \"{late_s} s\"` beside");
         warned.warns(&mend);
         let mut rig = late(tags, 30);
         for tag in tags {
@@ -188,7 +191,7 @@ fn a_meter_whose_clock_runs_fast_is_told() {
         *value = before.get(i + i / 50).copied().unwrap_or(f64::NAN);
     }
     rig.fitted()
-        .warns("ahead of the pressures, which no meter is");
+        .warns("ahead of the pressures, which is impossible for a meter");
 }
 
 /// Every tenth of a second, in between by straight lines.
@@ -278,8 +281,9 @@ fn a_historians_deadband_is_doubted_aloud() {
         };
         let told = Rig::first(3600).each(&["FT4"], kept).diagnosed();
         let warnings = strings(&told.json["warnings"]);
-        let doubt =
-            |w: &&str| w.contains("return_flow `FT4` rests") && w.contains("believe no name");
+        let doubt = |w: &&str| {
+            w.contains("return_flow `FT4` is constant") && w.contains("confirm any finding")
+        };
         warnings.iter().any(|w| doubt(w) && told.err.contains(*w))
     };
     assert!(doubts(40.0) && !doubts(5.0));
@@ -291,7 +295,7 @@ fn samples_far_apart_are_doubted_aloud() {
     for (step, doubted) in [(5, false), (10, true), (30, true)] {
         let (bench, ran) = Rig::sound().every(step).diagnose();
         assert_eq!(
-            ran.err.contains("believe no name"),
+            ran.err.contains("confirm any finding"),
             doubted,
             "{step}: {}",
             ran.err

@@ -25,7 +25,7 @@ fn swapped_flows_are_told() {
         Rig::sound().swapped(a, b).fitted().suspects(
             line_of(&format!("\"{a}\"")),
             &[
-                "of what is pumped in",
+                "of the flow pumped in",
                 &format!("`{a}` and return_flow `FT4`"),
                 "if their tags are swapped",
             ],

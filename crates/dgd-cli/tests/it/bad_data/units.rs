@@ -63,7 +63,10 @@ fn a_gauge_reading_among_absolute_ones_is_told() {
     let rig = Rig::sound().saying("\"PT1\", unit = \"psia\"", "\"PT1\", unit = \"psig\"");
     rig.fitted().suspects(
         line_of("PT1"),
-        &["an atmosphere apart", "both are gauge or both absolute"],
+        &[
+            "differ by one atmosphere",
+            "both must be gauge or both absolute",
+        ],
     );
 }
 
@@ -129,7 +132,7 @@ fn flows_in_another_unit_are_told() {
         rig.fitted().suspects(
             line_of("\"FT4\""),
             &[
-                "of what is pumped in",
+                "of the flow pumped in",
                 wrong,
                 "as gpm return_flow `FT4` would be 3,105 L/min",
             ],
@@ -163,7 +166,7 @@ fn a_speed_in_rpm_beside_its_full_speed_is_right() {
     rpm.fitted().right(0.0).suspects_nothing();
     let open = Rig::sound().saying("unit = \"%\"", "unit = \"rpm\"");
     open.fit()
-        .refused(&["beside the full speed", "full = \"1800 rpm\""]);
+        .refused(&["with the full speed", "full = \"1800 rpm\""]);
 }
 
 #[test]
@@ -173,10 +176,7 @@ fn lengths_and_density_in_another_unit_are_told() {
         .saying("352.10 m", "352.10 ft");
     feet.fitted().suspects(
         line_of("pump_inlet_depth"),
-        &[
-            "it would fit a pump at 350 m",
-            "metres that are written as ft",
-        ],
+        &["it would fit a pump at 350 m", "metres written as ft"],
     );
     let metres = Rig::sound()
         .saying("350.30 m", "1149.3 m")
@@ -188,7 +188,10 @@ fn lengths_and_density_in_another_unit_are_told() {
     let ppg = Rig::sound().saying("1.080 sg", "1.080 ppg");
     ppg.fitted().suspects(
         line_of("density"),
-        &["mud of 129 kg/m3 is no drilling mud", "mud of 1,080 kg/m3"],
+        &[
+            "mud of 129 kg/m3 is not a drilling mud",
+            "mud of 1,080 kg/m3",
+        ],
     );
     // Within what mud may be off by; but the line would have to push.
     let pounds = Rig::sound().saying("1.080 sg", "10.80 ppg").fitted();

@@ -101,7 +101,7 @@ fn a_constant_channel_is_named() {
     }
     let rested = Rig::sound().each(&["SPM"], |_, _| 51.0).fitted();
     rested.suspects(line_of("SPM"), &["never changes (51 %"]);
-    rested.warns("explains only 0 % of the head's variance");
+    rested.warns("explains only 0 % of the head variance");
 }
 
 #[test]
@@ -148,7 +148,7 @@ fn a_transmitter_that_leaves_its_neighbour_is_told() {
         ("PT2", "the second pump inlet transmitter"),
         ("PT3", "the first pump outlet transmitter"),
         ("PT4", "the second pump outlet transmitter"),
-        ("PT5", "the riser's transmitter"),
+        ("PT5", "the riser transmitter"),
     ] {
         // Again and again, and slowly by some psi either way: of the riser's that might as well be a loss at the suction, as the
         // balance of the stand-in holds an inflow that is off.
@@ -177,7 +177,7 @@ fn a_transmitter_that_creeps_away_from_its_neighbour_for_hours_is_told() {
         ("PT2", -14.0, "the second pump inlet transmitter"),
         ("PT3", -11.0, "the first pump outlet transmitter"),
         ("PT4", 11.0, "the second pump outlet transmitter"),
-        ("PT5", 14.0, "the riser's transmitter"),
+        ("PT5", 14.0, "the riser transmitter"),
     ] {
         let mut rig = Rig::of_hours();
         let samples = rig.table.columns[0].values.len();

@@ -86,12 +86,12 @@ fn a_transmitter_that_never_moves_is_told_and_gives_no_cause() {
     });
     let (said, _) = fitted(&bench);
     assert!(
-        said.contains("`level` reads 5 cm in all 401 samples"),
+        said.contains("`level` reads 5 cm in all 401 fitted samples"),
         "{said}"
     );
     bench
         .dgd("diagnose two_tanks.csv --system two_tanks.toml --out d")
-        .refused(&["two_tanks.csv", "no instrument moves", "channels"]);
+        .refused(&["two_tanks.csv", "no instrument changes", "channels"]);
     assert!(!bench.path("d").exists());
     let bench = altered(|_, cells| {
         let mut row = kept(cells);
@@ -112,7 +112,7 @@ fn samples_that_are_fitted_and_held_out_are_told() {
         system.replace("[[0.0, 1600.0]]", "[[0.0, 1800.0]]"),
     );
     let (said, _) = fitted(&bench);
-    assert!(said.contains("that record.train holds too"), "{said}");
+    assert!(said.contains("that record.train also contains"), "{said}");
     for (window, why) in [
         ("[[1600.0, 0.0]]", "ends before it begins"),
         ("[[9000.0, 9100.0]]", "the record runs from 0 to 2400"),
@@ -134,7 +134,7 @@ fn a_unit_of_another_dimension_is_refused_unless_the_reading_is_its_own() {
     );
     bench.dgd("system check bar.toml").refused(&[
         "level.unit",
-        "`bar` is no unit of a level",
+        "`bar` is not a unit of level",
         "gain",
     ]);
     bench.write(
@@ -165,7 +165,11 @@ fn a_fit_that_is_worse_than_the_mean_is_told() {
         system.replace("unit = \"cm\"", "unit = \"m\""),
     );
     let (said, json) = fitted(&bench);
-    for part in ["`level` is off by", "its own mean", "units and channels"] {
+    for part in [
+        "`level` has an error of",
+        "its own mean",
+        "units and channels",
+    ] {
         assert!(said.contains(part), "{said}");
     }
     assert!(
@@ -214,7 +218,7 @@ fn a_dead_transmitter_beside_an_empty_one_gives_no_cause_either() {
     bench.write("two_tanks.toml", system);
     bench
         .dgd("diagnose two_tanks.csv --system two_tanks.toml --out d")
-        .refused(&["no instrument moves"]);
+        .refused(&["no instrument changes"]);
 }
 
 #[test]
@@ -244,7 +248,7 @@ fn kinds_are_listed_with_what_each_may_hold() {
     }
     bench
         .dgd("system kinds pipe")
-        .refused(&["`pipe` is no kind", "line", "tank"]);
+        .refused(&["`pipe` is not a kind", "line", "tank"]);
 }
 
 #[test]
@@ -271,7 +275,7 @@ fn what_has_no_name_asks_for_the_accuracy_that_would_excuse_it() {
     });
     let diagnose = "diagnose two_tanks.csv --system two_tanks.toml --out d";
     let ran = bench.dgd(diagnose);
-    let hint = "no `accuracy` is stated of level: what is within it is no mismatch";
+    let hint = "no `accuracy` is given for level: a mismatch within accuracy is not counted";
     assert!(
         ran.out.contains("unexplained") && ran.out.contains(hint),
         "{}",

@@ -72,13 +72,13 @@ fn a_recording_that_does_not_fit_the_system_is_told_with_the_mend() {
     );
     bench
         .dgd("fit two_tanks.csv --system still.toml")
-        .refused(&["still.toml", "nothing free", "[free]"]);
+        .refused(&["still.toml", "no free parameters", "[free]"]);
     bench
         .dgd("simulate two_tanks.csv --system still.toml")
         .done();
     bench
         .dgd("sensitivities two_tanks.csv --system still.toml --out s")
-        .refused(&["nothing free"]);
+        .refused(&["no free parameters"]);
 }
 
 #[test]

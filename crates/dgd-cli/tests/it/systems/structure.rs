@@ -264,7 +264,7 @@ fn what_cannot_be_told_apart_is_named() {
         ["upper_outlet.area", "upper_outlet.discharge_coefficient"]
     );
     let page = bench.text("s/sensitivities.html");
-    assert!(page.contains("not told") && page.contains("<svg"));
+    assert!(page.contains("not determined") && page.contains("<svg"));
     assert!(
         bench
             .text("s/sensitivities.csv")
