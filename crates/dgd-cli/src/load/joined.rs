@@ -330,7 +330,7 @@ mod tests {
             let said = refused(&[first(), (began(at_s, false), samples(taken, count))]);
             assert!(
                 said.to_string()
-                    .contains("holds nothing that a.csv does not hold")
+                    .contains("contains nothing that a.csv does not contain")
             );
         }
     }

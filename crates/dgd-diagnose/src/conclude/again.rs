@@ -165,7 +165,7 @@ mod tests {
         ] {
             let check = kept(100.0, left);
             assert!(!check.passed);
-            let told = format!("it keeps {told}:");
+            let told = format!("it keeps {told} of the evidence");
             assert!(check.detail.contains(&told), "{}", check.detail);
         }
         assert!(kept(100.0, 0.0).passed);

@@ -257,7 +257,7 @@ fn a_correction_that_is_nearly_level_is_told_as_the_offset_that_it_nearly_is() {
 fn a_curve_that_is_the_same_all_along_does_not_drift() {
     let (balance, friction) = (2, 0);
     let same = zigzag(balance, [1.5e-3, 1.6e-3]);
-    let says = "something outside the catalogue: riser mass balance is off by the same throughout";
+    let says = "something outside the catalogue: riser mass balance is offset by a constant amount";
     assert_eq!(same.title, says);
     assert!(
         same.same_as

@@ -329,7 +329,7 @@ fn a_consistent_recording_is_told_with_what_would_have_been_seen() {
     let told = tell::tell(&started, &[], "rig.mat", Path::new("out"));
     let first = told.lines().next().unwrap();
     assert!(
-        first.ends_with("beyond what the model to start from holds (influx, heave)"),
+        first.ends_with("beyond the effects of the starting model (influx, heave)"),
         "{first}"
     );
     // What makes an output worse is not all there is.

@@ -223,7 +223,7 @@ fn a_start_that_the_recording_speaks_against_is_left_out_aloud() {
     assert!(found.findings.is_empty(), "{:?}", found.findings);
     let told = |c: &&Check| {
         c.detail
-            .contains("return_flow_gain: this recording speaks against it")
+            .contains("return_flow_gain: this recording contradicts it")
     };
     assert!(!found.checks.iter().find(told).unwrap().passed);
 }
