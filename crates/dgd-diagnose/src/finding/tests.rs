@@ -275,7 +275,7 @@ fn a_curve_that_is_the_same_all_along_does_not_drift() {
     assert!(
         offset
             .title
-            .ends_with("return line friction is off by the same throughout")
+            .ends_with("return line friction is offset by a constant amount")
     );
     assert!(
         zigzag(friction, [0.0, 0.0])
