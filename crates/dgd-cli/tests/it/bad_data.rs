@@ -75,7 +75,7 @@ fn too_short_a_recording_is_refused_or_told() {
         .refused(&["in a recording of 30 samples"]);
     Rig::first(600).fitted().warns("the flow hardly moves");
     let (bench, ran) = Rig::first(1800).diagnose();
-    ran.refused(&["blocks of 10 s, a diagnosis needs 60 besides its held-out windows"]);
+    ran.refused(&["holds 180 blocks of 10 s, a diagnosis needs 190 (32 min)"]);
     assert!(!bench.path("d").exists());
 }
 

@@ -38,7 +38,7 @@ fn nan_at_nine_samples_of_ten_is_refused_by_a_fit_and_costs_a_diagnosis_no_cause
         .finds("line_drainage", "rate_m_s", 0.036, 0.004);
     assert_eq!(seldom.claimed().len(), 2, "{:#}", seldom.json["findings"]);
     let (_, ran) = storm(0.985).diagnose();
-    ran.refused(&["blocks of 10 s with flow and pressure can be used"]);
+    ran.refused(&["can be used in 0 of 720 blocks of 10 s", "`dgd fit`"]);
 }
 
 #[test]
