@@ -336,9 +336,10 @@ fn shown_beside(first: &mut [First], round: &Round, only: Option<&str>) {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-    use super::{Named, Promised, Selection, settled};
+    use super::{Named, Promised, Selection, revised, settled};
     use crate::relations::Applied;
     use crate::round::Ruling;
+    use crate::test_rig::{self, Hidden, INFLUX_S, drilled};
     use dgd_effects::{find, unknown};
 
     fn named(applied: Applied, probability: f64) -> Named {
@@ -419,5 +420,29 @@ mod tests {
         assert!(settled(&mut found, &mut promises, &Ruling::Nothing));
         let ids = found.named.iter().map(|n| n.applied.effect.about().id);
         assert_eq!(ids.collect::<Vec<_>>(), ["unknown"]);
+    }
+
+    /// A gain of the inflow may be what an influx looks like until that is found.
+    #[test]
+    fn what_does_not_show_beside_a_later_one_is_let_go_and_what_does_stays() {
+        let (from, lasts, rise) = INFLUX_S;
+        let of = |gain: f64| {
+            let mut record = drilled(Hidden {
+                influx_m3_s: 3e-3,
+                ..Hidden::default()
+            });
+            for read in &mut record.filled.mud_pump {
+                *read *= 1.0 + gain;
+            }
+            let found = selection(vec![
+                test_rig::named("inflow_gain", &[gain.max(0.01)]),
+                test_rig::named("influx", &[3e-3, from, lasts, rise]),
+            ]);
+            revised(&record, &[], &found)
+        };
+        let left = of(0.0).unwrap();
+        let ids = left.named.iter().map(|n| n.applied.effect.about().id);
+        assert_eq!(ids.collect::<Vec<_>>(), ["influx"]);
+        assert!(of(0.05).is_none());
     }
 }

@@ -270,7 +270,12 @@ fn bad_input_is_refused_and_nothing_is_written() {
     bench.write("wrong.toml", WELL.replace("QXRET17", "QXRET18"));
     diagnose("rig.mat --well wrong.toml").refused(&["return_flow", "QXRET18"]);
     bench.write("short.mat", mat5(&recording(60)));
-    diagnose("short.mat --well well.toml").refused(&["short.mat", "blocks", "32 min", "record for longer"]);
+    diagnose("short.mat --well well.toml").refused(&[
+        "short.mat",
+        "blocks",
+        "32 min",
+        "record for longer",
+    ]);
     bench
         .dgd("diagnose rig.mat --well well.toml")
         .refused(&["--out"]);
