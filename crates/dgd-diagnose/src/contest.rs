@@ -3,6 +3,7 @@
 use crate::bayes::ln_mean_exp;
 use crate::numbers::{product, whole};
 use crate::record::Record;
+use crate::refine::refine;
 use crate::relations::{Applied, blurred, joined, on_grid};
 use crate::scan::{Candidate, more_places, scan, sharpen, weigh};
 use crate::step::Step;
@@ -451,7 +452,7 @@ pub(crate) fn is_pump(effect: &dyn Effect) -> bool {
 }
 
 /// Looks within the bounds for the strength of a candidate that a straight line carries beyond them: a large change of
-/// viscosity is no small one many times over.
+/// viscosity is no small one many times over, and where the bound seems best even so, it may have another shape.
 fn settle(record: &Record, gate: &Tangent, state: &[Applied], c: &mut Candidate) {
     let about = c.applied.effect.about();
     if on_grid(about) || about.search.timing.is_some() || c.energy <= 0.0 {
@@ -463,21 +464,40 @@ fn settle(record: &Record, gate: &Tangent, state: &[Applied], c: &mut Candidate)
         return;
     }
     let bound = straight.clamp(p.low, p.high);
-    let tries = [0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 1.0].map(|share| {
-        let mut one = c.applied.clone();
-        one.parameters[0] = share * bound;
+    let of = |one: Applied| {
         let signature = gate.signature(record, &joined(state, &one));
         let apart = |(off, s): (&f64, &f64)| (off - s).powi(2);
         let misfit: f64 = gate.off.iter().zip(&signature).map(apart).sum();
-        (misfit, share * bound, signature)
-    });
-    let best = tries.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
-    if let Some((_, strength, mut signature)) = best.filter(|b| b.1 != bound && b.1 != 0.0) {
-        signature.iter_mut().for_each(|v| *v /= strength);
-        c.energy = dot(&signature, &signature);
-        c.score = strength * c.energy;
-        c.signature = signature;
+        (misfit, one, signature)
+    };
+    let with = |strength: f64| {
+        let mut one = c.applied.clone();
+        one.parameters[0] = strength;
+        one
+    };
+    let tries = [0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 1.0].map(|share| of(with(share * bound)));
+    let Some(mut best) = tries.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)) else {
+        return;
+    };
+    if at_bound(&best.1) {
+        let mut all = joined(state, &with(0.8 * bound));
+        let last = all.len() - 1;
+        refine(record, &mut all, last, &[], 2);
+        let reshaped = of(all.remove(last));
+        if reshaped.0 < best.0 {
+            best = reshaped;
+        }
     }
+    let (_, one, mut signature) = best;
+    let strength = one.parameters[0];
+    if at_bound(&one) || strength == 0.0 {
+        return;
+    }
+    signature.iter_mut().for_each(|v| *v /= strength);
+    c.energy = dot(&signature, &signature);
+    c.score = strength * c.energy;
+    c.signature = signature;
+    c.applied.parameters[1..].copy_from_slice(&one.parameters[1..]);
 }
 
 /// A candidate with its strength solved for.

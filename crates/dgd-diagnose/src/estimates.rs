@@ -162,7 +162,10 @@ fn shrunk(reach: [f64; 2], size: f64, grows: bool) -> [f64; 2] {
 
 /// Whether rows change smoothly with a parameter.
 fn is_continuous(role: Role) -> bool {
-    !matches!(role, Role::Sensor(_) | Role::Onset | Role::Duration)
+    match role {
+        Role::Amplitude | Role::Grid(_) | Role::Shape(_) | Role::Edge(_) => true,
+        Role::Choice(_) | Role::Sensor(_) | Role::Onset | Role::Duration => false,
+    }
 }
 
 /// What a parameter of an effect changes in the rows, by its unit; beside what a state changes in them, if it is not the full one.

@@ -330,9 +330,11 @@ mod tests {
                         .map(|p| match p.role {
                             Role::Onset => onset,
                             Role::Duration => 700.0,
-                            Role::Grid(v) | Role::Shape(v) | Role::Sensor(v) | Role::Edge(v) => {
-                                v.first().copied().unwrap_or(1.0)
-                            }
+                            Role::Grid(v)
+                            | Role::Shape(v)
+                            | Role::Choice(v)
+                            | Role::Sensor(v)
+                            | Role::Edge(v) => v.first().copied().unwrap_or(1.0),
                             Role::Amplitude => p.usual,
                         })
                         .collect();

@@ -172,7 +172,9 @@ fn climb(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usize) {
     let (mut misfit, mut gain) = left(&best);
     for scale in [1.0, 0.5, 0.25, 0.12] {
         for (j, parameter) in about.parameters.iter().enumerate() {
-            if j == 0 && along.is_some() || matches!(parameter.role, Role::Sensor(_)) {
+            if j == 0 && along.is_some()
+                || matches!(parameter.role, Role::Choice(_) | Role::Sensor(_))
+            {
                 continue;
             }
             for _ in 0..3 {

@@ -55,7 +55,10 @@ pub(crate) fn grids(effect: &dyn Effect, record: &Record) -> Vec<Vec<f64>> {
         .iter()
         .map(|p| match p.role {
             Role::Amplitude => vec![p.usual / 3.0],
-            Role::Grid(values) | Role::Shape(values) | Role::Sensor(values) => values.to_vec(),
+            Role::Grid(values)
+            | Role::Shape(values)
+            | Role::Choice(values)
+            | Role::Sensor(values) => values.to_vec(),
             Role::Onset => {
                 let count = whole((span / every_s(effect)).clamp(10.0, MOST_ONSETS));
                 // What stays shows little at the end, and is not told from what was always there at the beginning.

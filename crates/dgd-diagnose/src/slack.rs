@@ -98,7 +98,7 @@ fn parameters(record: &Record, tangent: &Tangent, applied: &[Applied], k: usize)
         .filter_map(|(j, parameter)| {
             let size = one.parameters[j].abs();
             match parameter.role {
-                Role::Sensor(_) => None,
+                Role::Choice(_) | Role::Sensor(_) => None,
                 Role::Onset | Role::Duration => Some(along(j, 30.0, ONSET_WIDTH_S)),
                 Role::Amplitude => Some(along(
                     j,

@@ -54,6 +54,8 @@ pub enum Role {
     Grid(&'static [f64]),
     /// Shape, tried on a grid.
     Shape(&'static [f64]),
+    /// One of a few ways in which the effect acts: each is tried, and there is nothing between them.
+    Choice(&'static [f64]),
     /// The outlet transmitter in which the effect sits, 1 or 2: each is tried, and the two must differ by the strength.
     Sensor(&'static [f64]),
     /// The time at which the effect sets in, s of the recording's clock.

@@ -84,9 +84,11 @@ pub(crate) fn sound(about: &About) -> Result<(), &'static str> {
         return Err("it has no parameter, expected its strength first");
     };
     let listed = |role: &Role| match role {
-        Role::Grid(values) | Role::Shape(values) | Role::Sensor(values) | Role::Edge(values) => {
-            Some(*values)
-        }
+        Role::Grid(values)
+        | Role::Shape(values)
+        | Role::Choice(values)
+        | Role::Sensor(values)
+        | Role::Edge(values) => Some(*values),
         Role::Amplitude | Role::Onset | Role::Duration => None,
     };
     let within = |p: &crate::Parameter| {

@@ -6,7 +6,7 @@ use super::{
     sustained, times,
 };
 use crate::record::Record;
-use crate::relations::Applied;
+use crate::relations::{Applied, Blocks};
 use crate::scan::{Candidate, weigh};
 use crate::step::Step;
 use crate::tangent::{Bend, Tangent};
@@ -202,6 +202,36 @@ fn a_strength_that_a_straight_line_carries_beyond_its_bound_is_looked_for_within
         assert_eq!((c.energy, c.score), (energy, 1e9));
         assert_eq!(solved(&c).parameters, applied.parameters);
     }
+}
+
+/// The line's friction falls to what it is with a fifth of the viscosity, evenly; of mud that thins at first, no plausible change does as much.
+#[test]
+fn a_strength_at_its_bound_is_looked_for_with_another_shape() {
+    let mut record = drilled(Hidden::default());
+    let thins = one("viscosity_drift", &[-0.8, 0.0]);
+    let factor = Blocks::under(&record, &[thins]).friction_factor;
+    for i in 0..record.flow.len() {
+        let block = (i / record.per_block).min(factor.len() - 1);
+        let friction_pa = 4e5 * (record.filled.flow[i] / FLOW_M3_S).powi(2);
+        let less_pa = (1.0 - factor[block]) * friction_pa;
+        // The pump turns as much more slowly.
+        let square = (record.filled.speed[i] / SPEED_PCT).powi(2) - less_pa / 45e5;
+        let speed = SPEED_PCT * square.sqrt();
+        for outlet in [&mut record.outlet[i], &mut record.filled.outlet[i]] {
+            *outlet -= less_pa;
+        }
+        (record.speed[i], record.filled.speed[i]) = (speed, speed);
+    }
+    record.outlets = vec![record.outlet.clone()];
+    let gate = Tangent::at(&record, &[], &[], Bend::Lean).unwrap();
+    let mut c = weigh(&record, &gate, &[], one("viscosity_drift", &[0.1, -0.5]));
+    assert!(at_bound(&solved(&c)));
+    settle(&record, &gate, &[], &mut c);
+    let [strength, bend] = solved(&c).parameters[..] else {
+        panic!("two parameters");
+    };
+    assert!((strength + 0.8).abs() < 0.1, "{strength}");
+    assert!(bend.abs() < 0.3, "{bend}");
 }
 
 #[test]

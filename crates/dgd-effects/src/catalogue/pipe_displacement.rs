@@ -49,8 +49,8 @@ static ABOUT: About = About {
         // Pipe is picked up as a connection begins and lowered before the next stand is drilled: connections differ in length.
         Parameter {
             name: "toward_end",
-            meaning: "0: the wait follows the mud pump's stop; 1: it precedes its start; between: a share of the connection",
-            role: Role::Shape(&[0.0, 1.0]),
+            meaning: "0: the wait follows the mud pump's stop; 1: it precedes its start",
+            role: Role::Choice(&[0.0, 1.0]),
             low: 0.0,
             high: 1.0,
             usual: 0.0,
@@ -76,11 +76,13 @@ impl Effect for PipeDisplacement {
     }
 
     fn begin(&self, p: &[f64], setting: &Setting) -> Action {
-        let (volume, after, lasts, toward_end) = (p[0], p[1], p[2].max(1.0), p[3]);
+        let (volume, after, lasts, toward_end) = (p[0], p[1], p[2].max(1.0), p[3] >= 0.5);
         let begins = |c: &Connection| {
-            let first = c.from_s + after;
-            let last = c.to_s - after - lasts;
-            first + toward_end * (last - first)
+            if toward_end {
+                c.to_s - after - lasts
+            } else {
+                c.from_s + after
+            }
         };
         let mut starts: Vec<f64> = setting.connections.iter().map(begins).collect();
         // Of connections shorter than the wait, the later may have the earlier move.

@@ -77,7 +77,11 @@ fn descriptions_are_whole() {
                 about.id,
                 p.name
             );
-            if let Role::Grid(values) | Role::Shape(values) | Role::Sensor(values) = p.role {
+            if let Role::Grid(values)
+            | Role::Shape(values)
+            | Role::Choice(values)
+            | Role::Sensor(values) = p.role
+            {
                 assert!(values.is_sorted(), "{} {}", about.id, p.name);
                 assert!(
                     values.iter().all(|v| (p.low..=p.high).contains(v)),
