@@ -76,12 +76,18 @@ impl Unit {
         if self.clock {
             return clock(si);
         }
-        self.with_symbol(decimal(si * self.factor, self.decimals(si, ci95)))
+        let value = si * self.factor;
+        let decimals = if ci95.0 == ci95.1 && value.fract() == 0.0 {
+            Some(0)
+        } else {
+            self.decimals(si, ci95)
+        };
+        self.with_symbol(decimal(value, decimals))
     }
 
-    /// The interval, `114 to 138 L/min`.
+    /// The interval, `114 to 138 L/min`; one of a few values has none.
     pub(super) fn interval(self, si: f64, (low, high): (f64, f64)) -> Option<String> {
-        if !(low.is_finite() && high.is_finite()) {
+        if !(low.is_finite() && high.is_finite()) || low == high {
             return None;
         }
         if self.clock {
@@ -233,6 +239,13 @@ mod tests {
         assert_eq!(gain.estimate(0.985_12, (0.982, 0.988)), "0.985");
         let density = split("delta_rho_kg_m3").1;
         assert_eq!(plain(&density.estimate(-41.3, (-60.0, -20.0))), "−41 kg/m³");
+    }
+
+    #[test]
+    fn one_of_a_few_values_has_no_interval() {
+        let choice = split("toward_end").1;
+        assert_eq!(choice.estimate(1.0, (1.0, 1.0)), "1");
+        assert_eq!(choice.interval(1.0, (1.0, 1.0)), None);
     }
 
     #[test]

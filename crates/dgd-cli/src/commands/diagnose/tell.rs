@@ -417,7 +417,8 @@ fn sized(name: &str, value: f64, (low, high): (f64, f64)) -> String {
 /// An estimate with its interval, to the digits that the interval leaves.
 fn estimate(value: f64, (low, high): (f64, f64)) -> String {
     let width = high - low;
-    if !width.is_finite() {
+    // One of a few values has no interval.
+    if !width.is_finite() || width == 0.0 {
         return brief(value);
     }
     let largest = low.abs().max(high.abs());
@@ -473,6 +474,6 @@ mod tests {
             "2.500e-8 [2.000e-8, 3.000e-8]"
         );
         assert_eq!(estimate(3.0, (f64::NAN, 4.0)), "3");
-        assert_eq!(estimate(3.0, (3.0, 3.0)), "3 [3, 3]");
+        assert_eq!(estimate(3.0, (3.0, 3.0)), "3");
     }
 }
