@@ -7,6 +7,7 @@ mod settings;
 mod verdict;
 mod worse;
 
+use crate::ablation::Step;
 use crate::belief::{beside_unnamed, calibrate, doubt, left_over};
 use crate::contest::material;
 use crate::diagnosis::{
@@ -23,7 +24,6 @@ use crate::record::Record;
 use crate::refine::settled;
 use crate::relations::{Applied, Blocks, Rows};
 use crate::select::{Named, Sought, select};
-use crate::step::Step;
 use crate::tangent::{Bend, LEAST_ROWS, Tangent};
 use crate::tested::tested;
 use crate::traces::traces;

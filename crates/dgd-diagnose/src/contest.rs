@@ -1,12 +1,12 @@
 //! Every effect of the catalogue against what is left over, and the conditions on those that stand out.
 
+use crate::ablation::Step;
 use crate::bayes::ln_mean_exp;
 use crate::numbers::{product, whole};
 use crate::record::Record;
 use crate::refine::refine;
 use crate::relations::{Applied, blurred, joined, on_grid};
 use crate::scan::{Candidate, more_places, scan, sharpen, weigh};
-use crate::step::Step;
 use crate::tangent::{Bend, Tangent};
 use crate::timing::{is_late_meter, retimed};
 use dgd_effects::{Effect, Method, Relation, Role, catalogue};

@@ -1,7 +1,7 @@
 //! What a diagnosis says.
 
-use crate::step::Step;
-use crate::work::Work;
+use crate::ablation::Step;
+use crate::cost::Work;
 use dgd_effects::{AugmentedModel, Relation, Setting};
 use dgd_recording::Moment;
 

@@ -7,13 +7,13 @@ mod smooth;
 pub(crate) use periodic::{in_place, instead_of};
 pub(crate) use seen::pair_of;
 
+use crate::ablation::Step;
+use crate::error_budget::wander;
 use crate::numbers::{tails, whole};
 use crate::record::Record;
 use crate::relations::{Applied, joined};
-use crate::step::Step;
 use crate::tangent::{Bend, Tangent};
 use crate::twins::{Pair, Twins};
-use crate::unrest::wander;
 use crate::vectors::most_within;
 use dgd_effects::{
     BALANCE, BOOSTER_FLOW, Effect, FLOW_RATE, FRICTION, HEAD, INLET_PRESSURE, INLET_READING, KNOTS,

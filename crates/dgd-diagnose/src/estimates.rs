@@ -1,11 +1,11 @@
 //! Estimates of parameters and their intervals.
 
+use crate::ablation::Step;
 use crate::diagnosis::ParameterEstimate;
 use crate::empirical::is_correction;
 use crate::record::Record;
 use crate::relations::{Applied, on_grid};
 use crate::select::Named;
-use crate::step::Step;
 use crate::tangent::Tangent;
 use dgd_effects::{Parameter, Role};
 use dgd_lsq::dot;

@@ -16,23 +16,27 @@
 //!    relations may not pay in the simulation that the model is for.
 //! 8. **Detection limits**: what was not seen, and how small it would have been seen. Without them `consistent` says nothing.
 //!
-//! The README tells the method in full, and its limits. Absent: reading and screening (`dgd-ingest`, `dgd-identify`), the effects
+//! `METHOD.md` describes the method in full, the README its limits. Absent: reading and screening (`dgd-ingest`, `dgd-identify`), the effects
 //! themselves (`dgd-effects`), documents and reports. This crate opens no file and prints nothing.
 #![deny(missing_docs)]
 
+mod ablation;
 mod bayes;
 mod belief;
 mod conclude;
 mod contest;
+mod cost;
 mod diagnosis;
 mod empirical;
-mod ended;
+mod ends_early;
+mod error_budget;
 mod estimates;
 mod finding;
 mod free_run;
-mod ground;
+mod frozen_speed;
 mod heave;
 mod held_out;
+mod incremental;
 mod layout;
 mod limit;
 mod noise;
@@ -41,12 +45,10 @@ mod placebo;
 mod record;
 mod refine;
 mod relations;
-mod rest;
 mod round;
 mod scan;
 mod select;
 mod slack;
-mod step;
 mod suction;
 mod tangent;
 #[cfg(test)]
@@ -55,17 +57,15 @@ mod tested;
 mod timing;
 mod traces;
 mod twins;
-mod unrest;
 mod vectors;
-mod work;
 
+pub use ablation::Step;
 pub use conclude::diagnose;
+pub use cost::Work;
 pub use diagnosis::{
     Check, CorrectionCurve, DiagnoseError, Diagnosis, Finding, HeldOut, Options, Outcome,
     ParameterEstimate, Signal, Simulation, Stage, Tested, Trace, Verdict,
 };
-pub use step::Step;
-pub use work::Work;
 
 /// The README's examples are tests.
 #[cfg(doctest)]

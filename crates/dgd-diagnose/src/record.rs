@@ -1,10 +1,10 @@
 //! The recording as the engine uses it: one even working clock, gaps bridged for states, masks for evidence.
 
+use crate::ablation::Step;
+use crate::cost::Tally;
+use crate::frozen_speed::{quantum, without_seldom_rest};
 use crate::numbers::{bridged, mean, whole};
-use crate::rest::{quantum, without_seldom_rest};
-use crate::step::Step;
 use crate::suction::heads_lost;
-use crate::work::Tally;
 pub(crate) use dgd_effects::STANDING_PCT;
 use dgd_effects::Setting;
 use dgd_identify::Prepared;

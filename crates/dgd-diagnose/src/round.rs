@@ -6,12 +6,12 @@ mod footprint;
 mod form;
 mod hurdles;
 
+use crate::ablation::Step;
 use crate::contest::{self, Contender, contest, solved};
 use crate::empirical::Correction;
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::select::{Named, Selection};
-use crate::step::Step;
 use crate::suction::Unmeasured;
 use crate::tangent::{Bend, Tangent};
 use beside::{Beside, Second, rivals_beside};

@@ -7,13 +7,13 @@ mod columns;
 mod curves;
 mod frame;
 
-use crate::ground::Ground;
+use crate::ablation::Step;
+use crate::incremental::Ground;
 use crate::layout::{Layout, Section};
 use crate::noise::Whitening;
 use crate::record::Record;
 use crate::relations::{Applied, Blocks, Rows, joined};
 use crate::slack::{Slack, slack};
-use crate::step::Step;
 use crate::vectors::{Column, Sparse, back_substitute, orthonormal, products, support, without};
 use columns::Columns;
 pub(crate) use columns::FRICTION_PRIOR_PA;
@@ -261,7 +261,7 @@ impl Tangent {
 
     /// Blocks in which the pump is on its way to another head.
     pub(crate) fn moving(&self, record: &Record) -> Vec<bool> {
-        crate::unrest::moving(&self.evaluated.head_pa, record.block_s())
+        crate::error_budget::moving(&self.evaluated.head_pa, record.block_s())
     }
 
     /// The whitened part of a stacked vector off the tangent.

@@ -1,13 +1,13 @@
 //! Residuals of each relation over time.
 
 use crate::diagnosis::Trace;
+use crate::error_budget::wander;
 use crate::layout::Section;
 use crate::noise::Wander;
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::tangent::Tangent;
 use crate::twins::{Pair, Twins};
-use crate::unrest::wander;
 use dgd_effects::Relation;
 use dgd_recording::{Rank, quantile};
 

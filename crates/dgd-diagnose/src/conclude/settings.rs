@@ -1,9 +1,9 @@
 //! How a diagnosis came about, for whoever repeats it.
 
+use crate::cost::Work;
 use crate::record::{MASS_BLOCKS, Record};
 use crate::select::Selection;
 use crate::suction::ALLOWED_HEADS;
-use crate::work::Work;
 
 /// Names and values of what the recording and the search set.
 pub(super) fn settings(

@@ -5,10 +5,10 @@ use super::{
     Contender, alike, at_bound, contest, doubtful, hurdle, material, settle, solved, stands,
     sustained, times,
 };
+use crate::ablation::Step;
 use crate::record::Record;
 use crate::relations::{Applied, Blocks};
 use crate::scan::{Candidate, weigh};
-use crate::step::Step;
 use crate::tangent::{Bend, Tangent};
 use crate::test_rig::{BLOCK_S, FLOW_M3_S, Hidden, INFLUX_S, SPEED_PCT, drilled, steady};
 use dgd_effects::find;

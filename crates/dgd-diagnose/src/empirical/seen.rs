@@ -1,15 +1,15 @@
 //! What parts two transmitters of one pressure: seen, so that it needs no knots, and put where the relations find it.
 
 use super::{BUSIEST_S, Correction, busiest, is_seen, size};
+use crate::ablation::Step;
 use crate::bayes::evidence;
+use crate::error_budget::wander;
 use crate::layout::Section;
 use crate::numbers::whole;
 use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::{Applied, joined};
-use crate::step::Step;
 use crate::tangent::Tangent;
 use crate::twins::{Pair, Twins};
-use crate::unrest::wander;
 use dgd_effects::{INLET_READING, INLETS, OUTLETS, PLACES, RISER_READING, SUCTION, unknown};
 use dgd_lsq::dot;
 use std::ops::Range;

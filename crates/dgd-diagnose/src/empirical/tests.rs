@@ -8,10 +8,10 @@ use super::{
     Correction, DRAWN, again, busiest, correction, corrections, hold_without, hurdle, plausible,
     range, size,
 };
+use crate::ablation::Step;
 use crate::layout::Section;
 use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::Applied;
-use crate::step::Step;
 use crate::tangent::{Bend, Tangent};
 use crate::test_rig::{BLOCK_S, FLOW_M3_S, Hidden, SPEED_PCT, drilled, normals};
 use dgd_effects::{

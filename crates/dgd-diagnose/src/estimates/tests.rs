@@ -2,11 +2,11 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::{Estimator, Profile, direction, shrunk};
+use crate::ablation::Step;
 use crate::diagnosis::ParameterEstimate;
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::select::{Named, Selection};
-use crate::step::Step;
 use crate::tangent::{Bend, Tangent};
 use crate::test_rig::{Hidden, INFLUX_S, drilled, named};
 use dgd_effects::{Role, find, unknown};

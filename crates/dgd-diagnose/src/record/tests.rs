@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::{Record, Slow, new_every_s};
+use crate::ablation::Step;
 use crate::numbers::{bridged, mean, tails, whole};
-use crate::step::Step;
 use crate::test_rig::{recorded, steady};
 use dgd_identify::Prepared;
 use dgd_recording::{Channel, Well};

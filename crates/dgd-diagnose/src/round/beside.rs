@@ -3,12 +3,12 @@
 use super::form::NO_ODDS;
 use super::hurdles::{FURTHER, timed};
 use super::{Bent, Round};
+use crate::ablation::Step;
 use crate::contest::{self, Contender, contest, material, solved};
 use crate::empirical::{Correction, corrections, hurdle, plausible};
-use crate::ended::ended;
+use crate::ends_early::ended;
 use crate::record::Record;
 use crate::relations::{Applied, on_grid};
-use crate::step::Step;
 use crate::tangent::{Bend, Tangent};
 use dgd_effects::{About, FLOW_RATE, HEAD, INLET_PRESSURE, PLACES, Relation, TIME};
 use std::cell::OnceCell;

@@ -2,11 +2,11 @@
 
 use super::Round;
 use super::beside::Beside;
+use crate::ablation::Step;
 use crate::contest::{Contender, is_pump, solved};
 use crate::refine::refine;
 use crate::relations::{Applied, joined};
 use crate::scan::weigh;
-use crate::step::Step;
 use dgd_effects::About;
 use tracing::debug;
 

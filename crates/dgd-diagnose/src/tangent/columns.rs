@@ -2,12 +2,12 @@
 
 use super::Bend;
 use super::frame::Frame;
+use crate::error_budget::late;
 use crate::layout::{Layout, Section};
 use crate::noise::Whitening;
 use crate::numbers::mean;
 use crate::record::Record;
 use crate::relations::{Blocks, Rows};
-use crate::unrest::late;
 use crate::vectors::{Column, Sparse};
 use dgd_effects::{FRICTION_TERMS, HEAD_POWERS, HEAD_TERMS, friction_terms, head_terms};
 use dgd_recording::{Rank, quantile};

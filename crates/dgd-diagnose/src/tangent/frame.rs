@@ -2,12 +2,12 @@
 
 use super::Bend;
 use super::curves::{Evaluated, robust_curves};
+use crate::error_budget::{unrest, wander};
 use crate::layout::{Layout, Section};
 use crate::noise::Whitening;
 use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::{Blocks, Rows};
 use crate::slack::Slack;
-use crate::unrest::{unrest, wander};
 use dgd_effects::{Curves, Scale};
 use dgd_recording::{Rank, quantile};
 use std::sync::Arc;

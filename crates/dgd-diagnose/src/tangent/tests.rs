@@ -2,12 +2,12 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::{Bend, Tangent, alike};
+use crate::ablation::Step;
 use crate::bayes::evidence;
 use crate::layout::Section;
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::slack::{Slack, slack};
-use crate::step::Step;
 use crate::test_rig::{BLOCK_S, Hidden, INFLUX_S, drilled, normals};
 use crate::vectors::Sparse;
 use dgd_effects::find;

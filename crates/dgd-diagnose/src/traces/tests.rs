@@ -134,7 +134,7 @@ fn flowing_mud_scatters_about_zero_and_what_no_fit_has_seen_is_shown() {
 fn wanders_of_what_is_seen_and_hidden_add_as_squares() {
     let record = record();
     let fit = Tangent::at(&record, &[], &[], Bend::Free).unwrap();
-    let may = crate::unrest::wander(&record, &fit.curves);
+    let may = crate::error_budget::wander(&record, &fit.curves);
     let found = traces(&record, (&fit, &[]), (&fit, &[]));
     let square = |k: usize| found[k].wander * found[k].wander;
     let friction = may.friction_pa.powi(2) + may.hidden_friction_pa.powi(2);

@@ -2,11 +2,11 @@
 
 use super::{Pair, Twins, precision};
 use crate::bayes::ln_mean_exp;
+use crate::error_budget::WANDER_S;
+use crate::frozen_speed::quantum;
 use crate::noise::{Wander, Whitening};
 use crate::numbers::{bridged, spread};
 use crate::record::{MASS_BLOCKS, Record};
-use crate::rest::quantum;
-use crate::unrest::WANDER_S;
 use crate::vectors::most_within;
 use dgd_lsq::dot;
 use dgd_recording::{Rank, quantile};

@@ -2,11 +2,11 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::{Correction, all, knots};
+use crate::ablation::Step;
 use crate::contest::{Contender, contest};
 use crate::empirical::{FINE_KNOTS, correction, hurdle, is_seen, merged, plausible};
 use crate::record::{MASS_BLOCKS, Record};
 use crate::relations::Applied;
-use crate::step::Step;
 use crate::tangent::{Bend, Tangent};
 use crate::test_rig::{FLOW_M3_S, Hidden, SPEED_PCT, drilled, normals};
 use dgd_effects::{INLET_READING, INLETS, KNOTS, OUTLETS, RISER_READING, SUCTION, unknown};

@@ -1,6 +1,6 @@
 //! Claims about how long a pump speed may rest before it is taken for frozen.
 
-use crate::rest::without_seldom_rest;
+use crate::frozen_speed::without_seldom_rest;
 
 /// A set-point that moves at every `k`-th sample, up and down by a tenth.
 fn moved(n: usize, k: usize) -> Vec<f64> {
