@@ -21,7 +21,7 @@ use crate::heave::{Swell, Unseen, swell};
 use crate::numbers::whole;
 use crate::placebo::placebo;
 use crate::record::Record;
-use crate::refine::settled;
+use crate::refine::fitted_here;
 use crate::relations::{Applied, Blocks, Rows};
 use crate::select::{Named, Sought, select};
 use crate::tangent::{Bend, LEAST_ROWS, Tangent};
@@ -82,7 +82,7 @@ pub fn diagnose(
     } else {
         Sought::Given(&options.suspects)
     };
-    let here = settled(&record, &given, &[]);
+    let here = fitted_here(&record, &given, &[]);
     let known: Vec<Applied> = here.iter().flatten().cloned().collect();
     let mut selection = select(&record, &known, sought, |round| {
         progress(Stage::Screening(round))

@@ -158,7 +158,7 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
     });
     for c in &mut out {
         if c.evidence > c.effect.about().search.belief.hurdle {
-            settle(record, gate, state, &mut c.best);
+            keep_within_bounds(record, gate, state, &mut c.best);
         }
     }
     retime(record, gate, state, &mut out);
@@ -453,7 +453,7 @@ pub(crate) fn is_pump(effect: &dyn Effect) -> bool {
 
 /// Looks within the bounds for the strength of a candidate that a straight line carries beyond them: a large change of
 /// viscosity is no small one many times over, and where the bound seems best even so, it may have another shape.
-fn settle(record: &Record, gate: &Tangent, state: &[Applied], c: &mut Candidate) {
+fn keep_within_bounds(record: &Record, gate: &Tangent, state: &[Applied], c: &mut Candidate) {
     let about = c.applied.effect.about();
     if on_grid(about) || about.search.timing.is_some() || c.energy <= 0.0 {
         return;

@@ -49,7 +49,7 @@ pub(crate) fn unshown(mut given: Applied) -> Applied {
 /// The effects of a model to start from, fitted to the recording as the curves are: else what their sizes are off by would
 /// pass for another effect. What the recording does not show stays as it is; `None` is what it speaks against, whatever the
 /// size, and curves along time that it does not show: what another recording was off by at some time is nothing here.
-pub(crate) fn settled(
+pub(crate) fn fitted_here(
     record: &Record,
     start: &[Applied],
     excluded: &[bool],

@@ -326,7 +326,7 @@ pub(crate) fn switches(
         let start = record.setting.span_s.0;
         let time = |b: usize| start + b as f64 * seconds;
         let mut peaks: Vec<(f64, usize, usize)> = Vec::new();
-        let mut settled = 0;
+        let mut passed = 0;
         let one_sided = about.parameters[0].low >= 0.0;
         let mut offer = |score: f64, energy: f64, from: usize, to: usize| {
             if (one_sided && score * shape[0] <= 0.0) || energy <= 0.0 {
@@ -334,11 +334,11 @@ pub(crate) fn switches(
             }
             let z2 = score * score / energy;
             // Peaks stand five minutes apart.
-            // Beginnings come in order: what lies five minutes back is settled.
-            while peaks.get(settled).is_some_and(|p| p.1 + apart <= from) {
-                settled += 1;
+            // Beginnings come in order: what lies five minutes back is passed.
+            while peaks.get(passed).is_some_and(|p| p.1 + apart <= from) {
+                passed += 1;
             }
-            match peaks[settled..]
+            match peaks[passed..]
                 .iter_mut()
                 .find(|p| p.1.abs_diff(from) < apart && p.2.abs_diff(to) < apart)
             {

@@ -167,7 +167,7 @@ pub(crate) fn select(
         };
         // A transmitter at fault keeps no promise, and breaks none.
         let aside = matches!(ruling, Ruling::Seen(_));
-        if !aside && settled(&mut selection, &mut promises, &ruling) {
+        if !aside && broken_promises(&mut selection, &mut promises, &ruling) {
             continue;
         }
         if let Ruling::Named(named) | Ruling::Promised(named, ..) = &ruling {
@@ -199,7 +199,7 @@ pub(crate) fn select(
         selection = revised;
     }
     // No round is left in which a second effect might come.
-    settled(&mut selection, &mut promises, &Ruling::Nothing);
+    broken_promises(&mut selection, &mut promises, &Ruling::Nothing);
     if let Some(round) = last {
         shown_beside(&mut selection.first, &round, None);
     }
@@ -282,7 +282,11 @@ impl Promised {
 
 /// Takes back what was named on promises that the round behind them does not keep, for no second effect came to do with the
 /// first what a correction does by itself: tells whether that correction stands in their place.
-fn settled(selection: &mut Selection, promises: &mut Vec<Promised>, ruling: &Ruling) -> bool {
+fn broken_promises(
+    selection: &mut Selection,
+    promises: &mut Vec<Promised>,
+    ruling: &Ruling,
+) -> bool {
     let mut instead = None;
     while let Some(promise) = promises.pop() {
         let behind = instead.as_ref().unwrap_or(ruling);
@@ -336,7 +340,7 @@ fn shown_beside(first: &mut [First], round: &Round, only: Option<&str>) {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-    use super::{Named, Promised, Selection, revised, settled};
+    use super::{Named, Promised, Selection, broken_promises, revised};
     use crate::relations::Applied;
     use crate::round::Ruling;
     use crate::test_rig::{self, Hidden, INFLUX_S, drilled};
@@ -399,7 +403,11 @@ mod tests {
     #[test]
     fn a_promise_that_is_not_kept_gives_way_to_the_correction() {
         let mut found = selection(vec![gain(0.9)]);
-        assert!(settled(&mut found, &mut vec![promise()], &Ruling::Nothing));
+        assert!(broken_promises(
+            &mut found,
+            &mut vec![promise()],
+            &Ruling::Nothing
+        ));
         let ids = found.named.iter().map(|n| n.applied.effect.about().id);
         assert_eq!(ids.collect::<Vec<_>>(), ["unknown"]);
     }
@@ -413,11 +421,11 @@ mod tests {
         let mut promises = vec![promise()];
         let mut found = selection(vec![gain(0.9)]);
         let next = Ruling::Promised(gain(0.8), "influx", Box::new(correction(("influx", 0.1))));
-        assert!(!settled(&mut found, &mut promises, &next));
+        assert!(!broken_promises(&mut found, &mut promises, &next));
         assert_eq!(promises.len(), 1);
         promises.push(second);
         found.named.push(gain(0.8));
-        assert!(settled(&mut found, &mut promises, &Ruling::Nothing));
+        assert!(broken_promises(&mut found, &mut promises, &Ruling::Nothing));
         let ids = found.named.iter().map(|n| n.applied.effect.about().id);
         assert_eq!(ids.collect::<Vec<_>>(), ["unknown"]);
     }

@@ -28,16 +28,16 @@ pub(crate) fn allowed_beside(
     let late = |a: &Applied| is_late_meter(a.effect.about());
     let meter = named.iter().filter(|a| late(a)).count();
     let mut fixed = start.to_vec();
-    let mut settled = None;
+    let mut decided_on = None;
     if let (1, Some(k)) = (meter, named.iter().position(late)) {
-        settled = Some(Timing::Pump);
+        decided_on = Some(Timing::Pump);
         let (time, lag) = timed(record, start, named, k, excluded)?;
         named[k].parameters[0] = time;
         fixed.extend(lag);
     }
     let held = fixed.len();
     fixed.extend(named.iter().cloned());
-    let state = allowances_with(record, &fixed, excluded, Bend::Lean, settled)?;
+    let state = allowances_with(record, &fixed, excluded, Bend::Lean, decided_on)?;
     let mut out = fixed[..held].to_vec();
     out.extend(state.into_iter().skip(fixed.len()));
     Some(out)

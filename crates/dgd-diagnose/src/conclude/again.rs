@@ -3,7 +3,7 @@
 use super::{from_model, likely};
 use crate::diagnosis::{Check, DiagnoseError};
 use crate::record::Record;
-use crate::refine::settled;
+use crate::refine::fitted_here;
 use crate::relations::Applied;
 use crate::select::{Named, Sought, select};
 use dgd_effects::AppliedEffect;
@@ -31,7 +31,7 @@ pub(super) fn again(
                 .to_owned(),
         ))));
     }
-    let start = settled(record, &from_model(effects)?, &[]);
+    let start = fitted_here(record, &from_model(effects)?, &[]);
     let start: Vec<Applied> = start.into_iter().flatten().collect();
     let found = select(record, &start, Sought::Any(most), |_| {});
     let left = |named: &[Named]| evidence(named.iter().filter(|n| likely(n) >= 0.5));

@@ -8,7 +8,7 @@ use crate::finding::amiss;
 use crate::free_run::{Part, errors, simulate};
 use crate::held_out::{held_out, model, trained};
 use crate::record::Record;
-use crate::refine::{settled, unshown};
+use crate::refine::{fitted_here, unshown};
 use crate::relations::Applied;
 use crate::select::{Named, Selection, Sought};
 use crate::tangent::{Bend, FRICTION_PRIOR_PA, Tangent};
@@ -51,7 +51,7 @@ impl Models {
         let windows = held_out(span, &intervals);
         let excluded = blocks_within(record, &windows);
         // From what was given, not from what the whole recording made of it: the held-out windows would have had their say.
-        let start = settled(record, &kept, &excluded).into_iter().zip(kept);
+        let start = fitted_here(record, &kept, &excluded).into_iter().zip(kept);
         let start: Vec<Applied> = start
             .map(|(trained, given)| trained.unwrap_or_else(|| unshown(given)))
             .collect();

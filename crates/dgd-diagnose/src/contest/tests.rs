@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::{
-    Contender, alike, at_bound, contest, doubtful, hurdle, material, settle, solved, stands,
-    sustained, times,
+    Contender, alike, at_bound, contest, doubtful, hurdle, keep_within_bounds, material, solved,
+    stands, sustained, times,
 };
 use crate::ablation::Step;
 use crate::record::Record;
@@ -171,7 +171,7 @@ fn a_strength_that_a_straight_line_carries_beyond_its_bound_is_looked_for_within
         gate.off = gate.signature(&record, &[at(truth)]);
         let mut c = weigh(&record, &gate, &[], at(0.1));
         c.score = beyond * c.energy;
-        settle(&record, &gate, &[], &mut c);
+        keep_within_bounds(&record, &gate, &[], &mut c);
         assert!((c.score / c.energy - truth).abs() < 1e-9, "{truth}");
         assert_eq!(solved(&c).parameters, [c.score / c.energy, 0.0]);
         for (s, off) in c.signature.iter().zip(&gate.off) {
@@ -185,7 +185,7 @@ fn a_strength_that_a_straight_line_carries_beyond_its_bound_is_looked_for_within
         let mut c = weigh(&record, &gate, &[], at(0.1));
         let energy = c.energy;
         c.score = straight * energy;
-        settle(&record, &gate, &[], &mut c);
+        keep_within_bounds(&record, &gate, &[], &mut c);
         assert_eq!((c.score, c.energy), (straight * energy, energy));
         let clamped = straight.clamp(p.low, p.high);
         assert!((solved(&c).parameters[0] - clamped).abs() < 1e-12);
@@ -198,7 +198,7 @@ fn a_strength_that_a_straight_line_carries_beyond_its_bound_is_looked_for_within
     ] {
         let mut c = candidate(applied.clone(), &[0.0], 0.0);
         (c.energy, c.score) = (energy, 1e9);
-        settle(&record, &gate, &[], &mut c);
+        keep_within_bounds(&record, &gate, &[], &mut c);
         assert_eq!((c.energy, c.score), (energy, 1e9));
         assert_eq!(solved(&c).parameters, applied.parameters);
     }
@@ -226,7 +226,7 @@ fn a_strength_at_its_bound_is_looked_for_with_another_shape() {
     let gate = Tangent::at(&record, &[], &[], Bend::Lean).unwrap();
     let mut c = weigh(&record, &gate, &[], one("viscosity_drift", &[0.1, -0.5]));
     assert!(at_bound(&solved(&c)));
-    settle(&record, &gate, &[], &mut c);
+    keep_within_bounds(&record, &gate, &[], &mut c);
     let [strength, bend] = solved(&c).parameters[..] else {
         panic!("two parameters");
     };

@@ -38,9 +38,9 @@ impl Rows {
             |values: &[f64], b: usize| values[b * m..(b + 1) * m].iter().all(|v| v.is_finite());
         let pumping = &record.filled.pumping;
         let n = record.blocks;
-        // In the first half minute after a start, and across a stop, the check valve decides.
-        let mut settled = vec![0.0_f64; n];
-        let mut rested = vec![0.0_f64; n];
+        // Blocks for which the pump has turned, or stood: about a start and a stop the check valve decides.
+        let mut turned = vec![0.0_f64; n];
+        let mut stood = vec![0.0_f64; n];
         let (mut on, mut off) = (0.0, 0.0);
         // A set-point that is stuck at 0 hides a start; the outlet tells it by what it reads above the lowest of the stop so far, for
         // two blocks together: a reading that drops out once is no low.
@@ -48,7 +48,7 @@ impl Rows {
         let mut lowest = f64::INFINITY;
         for b in 0..n {
             let r = b * m..(b + 1) * m;
-            let turning = pumping[r.clone()].iter().all(|p| *p)
+            let turns = pumping[r.clone()].iter().all(|p| *p)
                 && record.filled.flow[r.clone()]
                     .iter()
                     .all(|q| *q > 2.0 * STANDING_M3_S);
@@ -60,18 +60,18 @@ impl Rows {
             };
             let driven = outlet(b) > lowest + HIDDEN_START_PA;
             let standing = shut && !driven;
-            on = if turning { on + 1.0 } else { 0.0 };
+            on = if turns { on + 1.0 } else { 0.0 };
             off = if standing { off + 1.0 } else { 0.0 };
-            settled[b] = on;
-            rested[b] = off;
+            turned[b] = on;
+            stood[b] = off;
         }
         // Near shut-off the curve folds and the check valve flutters: no evidence there.
         let least_flow = 0.08 * base.flow.iter().copied().fold(0.0, f64::max);
         let head: Vec<bool> = (0..n)
             .map(|b| {
-                settled[b] > 1.0
+                turned[b] > 1.0
                     && base.flow[b] > least_flow
-                    && settled.get(b + 1).is_none_or(|s| *s > 0.0)
+                    && turned.get(b + 1).is_none_or(|s| *s > 0.0)
                     && full(&record.flow, b)
                     && full(&record.speed, b)
                     && base.lift[b].is_finite()
@@ -80,23 +80,23 @@ impl Rows {
             .collect();
         let still: Vec<bool> = (0..n)
             .map(|b| {
-                rested[b] > 2.0
-                    && rested.get(b + 1).is_none_or(|s| *s > 0.0)
+                stood[b] > 2.0
+                    && stood.get(b + 1).is_none_or(|s| *s > 0.0)
                     && base.drop[b].is_finite()
             })
             .collect();
         let friction: Vec<bool> = (0..n)
             .map(|b| {
                 still[b]
-                    || (settled[b] > 1.0
-                        && settled.get(b + 1).is_none_or(|s| *s > 0.0)
+                    || (turned[b] > 1.0
+                        && turned.get(b + 1).is_none_or(|s| *s > 0.0)
                         && full(&record.flow, b)
                         && base.drop[b].is_finite())
             })
             .collect();
         // A transmitter that repeats one value through its noise is stuck, whatever the screening made of it.
-        let limit_s = |b: usize| match settled.get(b) {
-            Some(settled) if *settled > 0.0 => 24.0,
+        let limit_s = |b: usize| match turned.get(b) {
+            Some(blocks) if *blocks > 0.0 => 24.0,
             _ => 60.0,
         };
         let mut frozen = vec![false; n];
@@ -122,7 +122,7 @@ impl Rows {
                 let inputs = (k * MASS_BLOCKS..(k + 1) * MASS_BLOCKS).all(|b| {
                     full(&record.mud_pump, b)
                         && full(&record.booster, b)
-                        && (settled[b] > 1.0 || rested[b] > 0.0)
+                        && (turned[b] > 1.0 || stood[b] > 0.0)
                 });
                 inputs && base.imbalance[k].is_finite()
             })

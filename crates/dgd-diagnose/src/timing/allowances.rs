@@ -17,13 +17,13 @@ const BETTER: f64 = 0.05;
 const SWEEPS: usize = 4;
 
 /// Delays and lags that clocks, rotors and block edges make in a sound rig, on top of a hypothesis: allowed for before
-/// anything is accused. `settled` are effects whose lateness has been decided upon.
+/// anything is accused. `decided_on` are effects whose lateness has been decided upon.
 pub(crate) fn allowances_with(
     record: &Record,
     start: &[Applied],
     excluded: &[bool],
     lean: Bend,
-    settled: Option<Timing>,
+    decided_on: Option<Timing>,
 ) -> Option<Vec<Applied>> {
     let mut state: Vec<Applied> = start.to_vec();
     let mut tangent = Tangent::at(record, &state, excluded, lean)?;
@@ -31,7 +31,7 @@ pub(crate) fn allowances_with(
         .filter(|effect| {
             let about = effect.about();
             let held = start.iter().any(|a| a.effect.about().id == about.id);
-            let decided = settled.is_some() && about.search.timing == settled;
+            let decided = decided_on.is_some() && about.search.timing == decided_on;
             !(held || decided || about.search.allowance.is_empty())
         })
         .collect();

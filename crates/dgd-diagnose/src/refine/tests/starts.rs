@@ -1,7 +1,7 @@
 //! Claims about the effects of a model to start from.
 
 use crate::record::Record;
-use crate::refine::{settled, unshown};
+use crate::refine::{fitted_here, unshown};
 use crate::relations::Applied;
 use crate::tangent::{Bend, Tangent};
 use crate::test_rig::{Hidden, INFLUX_S, drilled};
@@ -34,7 +34,7 @@ fn saved(record: &Record, start: &[Applied]) -> f64 {
 fn what_the_recording_shows_is_fitted_to_it() {
     let (record, start) = (hiding(3e-3), influx(2e-3));
     assert!(saved(&record, &start) > 50.0);
-    let found = settled(&record, &start, &[]);
+    let found = fitted_here(&record, &start, &[]);
     assert_eq!(found.len(), 1);
     let p = &found[0].as_ref().unwrap().parameters;
     assert!((p[0] / 3e-3 - 1.0).abs() < 0.1, "{p:?}");
@@ -51,7 +51,7 @@ fn what_it_hardly_shows_stays_as_it_was_given_and_what_it_speaks_against_goes() 
         let (record, start) = (hiding(hidden), influx(given));
         let saved = saved(&record, &start);
         assert!(saves.contains(&saved), "{saved}");
-        let found = settled(&record, &start, &[]);
+        let found = fitted_here(&record, &start, &[]);
         let kept = found[0].as_ref().map(|a| &a.parameters);
         assert_eq!(kept, stays.then_some(&start[0].parameters));
     }
@@ -67,7 +67,7 @@ fn of_two_effects_the_one_that_is_there_stays() {
         [there.clone(), absent.clone()],
         [absent.clone(), there.clone()],
     ] {
-        let found = settled(&record, &start, &[]);
+        let found = fitted_here(&record, &start, &[]);
         let ids: Vec<_> = found
             .iter()
             .flatten()
@@ -88,7 +88,7 @@ fn what_lies_in_left_out_rows_stays_as_it_was_given() {
         at_s > from - 600.0 && at_s < from + lasts + 600.0
     };
     let excluded: Vec<bool> = (0..record.blocks).map(acts).collect();
-    let found = settled(&record, &start, &excluded);
+    let found = fitted_here(&record, &start, &excluded);
     assert_eq!(found[0].as_ref().unwrap().parameters, start[0].parameters);
 }
 
@@ -103,7 +103,7 @@ fn a_curve_along_time_that_the_recording_does_not_show_goes_and_one_along_the_sp
         }
         parameters.extend((0..KNOTS).map(|k| 2e3 * (k % 2) as f64));
         let given = Applied::new(unknown(), parameters);
-        let found = settled(&record, std::slice::from_ref(&given), &[]);
+        let found = fitted_here(&record, std::slice::from_ref(&given), &[]);
         assert_eq!(found[0].is_some(), stays, "{along}");
         // On the training rows it adds nothing then.
         let flat = unshown(given);

@@ -28,9 +28,9 @@ fn drilling(late_s: f64, lag_s: f64) -> Record {
 fn allowed(
     record: &Record,
     start: &[Applied],
-    settled: Option<Timing>,
+    decided_on: Option<Timing>,
 ) -> Vec<(&'static str, f64)> {
-    let state = allowances_with(record, start, &[], Bend::Free, settled).unwrap();
+    let state = allowances_with(record, start, &[], Bend::Free, decided_on).unwrap();
     for (start, kept) in start.iter().zip(&state) {
         assert_eq!(start.parameters, kept.parameters);
         assert_eq!(start.allowance, kept.allowance);
@@ -108,8 +108,8 @@ fn what_is_held_or_settled_is_not_allowed_for_again() {
     let record = drilling(2.0, 3.0);
     let held = [one("return_flow_delay", &[2.0])];
     assert_eq!(allowed(&record, &held, None), [("pump_speed_lag", 3.0)]);
-    let unknown = |settled| {
-        let found = allowed(&record, &[], Some(settled));
+    let unknown = |decided_on| {
+        let found = allowed(&record, &[], Some(decided_on));
         found.iter().map(|f| f.0).collect::<Vec<_>>()
     };
     assert!(!unknown(Timing::Pump).contains(&"pump_speed_lag"));
