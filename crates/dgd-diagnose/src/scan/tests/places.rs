@@ -3,10 +3,8 @@
 use crate::numbers::whole;
 use crate::record::Record;
 use crate::relations::Applied;
-use crate::scan::{
-    Candidate, Energies, Found, grids, highest, more_places, scan, sharpen, softened, switches,
-    weigh,
-};
+use crate::scan::switches::{Energies, highest};
+use crate::scan::{Candidate, Found, grids, more_places, scan, sharpen, softened, switches, weigh};
 use crate::tangent::{Bend, Tangent};
 use crate::test_rig::{BLOCK_S, FLOW_M3_S, Hidden, SPEED_PCT, cut, drilled, normals};
 use dgd_effects::find;
