@@ -211,8 +211,9 @@ pub(crate) fn select(
     Some(selection)
 }
 
-/// The selection without an effect that was named before the last and stands out no more beside it, or with another one in its place, where
-/// the two explain more: what is best by itself need not be one of the best two. `None` where it stands.
+/// The selection reconsidered after its last effect was named: without an earlier effect of the same relation that no longer stands out
+/// beside it, or with another one in that effect's place if the two explain more (the best one need not be one of the best two). `None` if
+/// it stays as it is.
 fn revised(record: &Record, start: &[Applied], selection: &Selection) -> Option<Selection> {
     /// Misfit that the other must save.
     const SAVES: f64 = 5.0;
