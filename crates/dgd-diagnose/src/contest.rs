@@ -70,7 +70,7 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
         .filter(|a| !a.allowance)
         .map(|a| a.effect.about().id)
         .collect();
-    let pull = gate.whitening.transpose(&gate.off[..gate.layout.len()]);
+    let pull = gate.pull();
     let unleaning = OnceLock::new();
     let free = || {
         let free = unleaning.get_or_init(|| Tangent::beside(record, state, &[], Bend::Free));
@@ -276,8 +276,9 @@ fn without_lean(
 ) -> Option<Candidate> {
     let effect = best.applied.effect;
     if on_grid(effect.about()) {
-        return scan(record, free, &[], state, effect)
+        return scan(record, free, &free.pull(), state, effect)
             .into_iter()
+            .filter(|c| c.evidence.is_finite())
             .max_by(|a, b| a.evidence.total_cmp(&b.evidence));
     }
     let start = weigh(record, free, state, best.applied.clone());

@@ -34,7 +34,7 @@ fn begins(effect: &dyn Effect) -> bool {
 
 /// What shows that something ends, beside a state, above the hurdle of what would begin.
 pub(crate) fn ended(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec<Ended> {
-    let pull = gate.whitening.transpose(&gate.off[..gate.layout.len()]);
+    let pull = gate.pull();
     let of = |effect: &&'static dyn Effect| -> Option<Ended> {
         let about = effect.about();
         let tried = |mut parameters: Vec<f64>| {

@@ -3,7 +3,7 @@
 use crate::layout::Layout;
 use crate::layout::Section;
 use crate::noise::Wander;
-use crate::record::{MASS_BLOCKS, Record};
+use crate::record::{BALANCE_BLOCKS, Record};
 use crate::relations::Blocks;
 use dgd_effects::Curves;
 use dgd_recording::{Rank, quantile};
@@ -43,8 +43,8 @@ pub(crate) fn wander(record: &Record, curves: &Curves) -> Wander {
     Wander {
         friction_pa: PRESSURE_WANDER_PA.hypot(friction),
         head_pa: PRESSURE_WANDER_PA.hypot(head),
-        difference_pa: 1.5 * PRESSURE_WANDER_PA,
-        mass_m3_s: FLOW_WANDER * q.hypot(pump),
+        outlets_pa: 1.5 * PRESSURE_WANDER_PA,
+        balance_m3_s: FLOW_WANDER * q.hypot(pump),
         blocks: WANDER_S / record.block_s(),
         hidden_friction_pa: hidden * slope(&|q| curves.friction_pa(q)).abs(),
         hidden_head_pa: hidden * slope(&|q| curves.head_pa(w, q)).abs(),
@@ -156,7 +156,7 @@ pub(crate) fn unrest(record: &Record, curves: &Curves, b: &Blocks, layout: Layou
     for k in 0..layout.balance {
         let inside = |f: &dyn Fn(usize) -> f64| -> f64 {
             let mut sum = 0.0_f64;
-            for i in k * m * MASS_BLOCKS..(k + 1) * m * MASS_BLOCKS {
+            for i in k * m * BALANCE_BLOCKS..(k + 1) * m * BALANCE_BLOCKS {
                 let change = f(i + 1) - f(i);
                 sum += if change.is_finite() {
                     change.abs()
@@ -170,7 +170,7 @@ pub(crate) fn unrest(record: &Record, curves: &Curves, b: &Blocks, layout: Layou
         let f = &record.filled;
         let pumps = inside(&|i| f.mud_pump[i.min(last)]);
         let booster = inside(&|i| f.booster[i.min(last)]);
-        let blocks: f64 = (k * MASS_BLOCKS..(k + 1) * MASS_BLOCKS)
+        let blocks: f64 = (k * BALANCE_BLOCKS..(k + 1) * BALANCE_BLOCKS)
             .map(|i| (b.flow[(i + 1).min(n - 1)] - b.flow[i]).abs())
             .filter(|v| v.is_finite())
             .sum();
@@ -178,7 +178,7 @@ pub(crate) fn unrest(record: &Record, curves: &Curves, b: &Blocks, layout: Layou
         let quiet = 3.0e-4;
         out[layout.rows(Section::Balance).start + k] = TIMING_S
             * ((pumps - quiet).max(0.0) + (booster - quiet).max(0.0) + blocks)
-            / (seconds * MASS_BLOCKS as f64);
+            / (seconds * BALANCE_BLOCKS as f64);
     }
     out
 }

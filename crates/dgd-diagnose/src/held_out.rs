@@ -74,9 +74,7 @@ pub(crate) fn trained(
             None if is_late_meter(named.applied.effect.about()) => {}
             None => {
                 if let Some(tangent) = Tangent::at(record, &state, excluded, Bend::Free) {
-                    let pull = tangent
-                        .whitening
-                        .transpose(&tangent.off[..tangent.layout.len()]);
+                    let pull = tangent.pull();
                     let best = scan(record, &tangent, &pull, &state, named.applied.effect)
                         .into_iter()
                         .filter(|c| c.evidence.is_finite())

@@ -1,6 +1,6 @@
 //! The ground that candidates stand on: what a hypothesis comes to by itself, so that one effect more is run only where it acts.
 
-use crate::record::{MASS_BLOCKS, Record};
+use crate::record::{BALANCE_BLOCKS, Record};
 use crate::relations::{Applied, Blocks, LevelRate, LineFlow, Parts, Touched, run};
 use dgd_effects::{Action, Changes, Extent, MeterPath};
 use std::ops::Range;
@@ -10,7 +10,7 @@ const FIELDS: usize = 18;
 
 /// A hypothesis run over a recording.
 #[derive(Debug)]
-pub(crate) struct Ground {
+pub(crate) struct Incremental {
     line: LineFlow,
     rates: LevelRate,
     parts: Parts,
@@ -19,7 +19,7 @@ pub(crate) struct Ground {
     changes: Vec<(usize, Vec<f64>)>,
 }
 
-impl Ground {
+impl Incremental {
     /// Runs a hypothesis.
     pub(crate) fn under(record: &Record, applied: &[Applied]) -> Self {
         let line = LineFlow::under(record, applied);
@@ -71,7 +71,7 @@ impl Ground {
             return None;
         }
         let rows = rows(record, one);
-        let per_row = record.per_block * MASS_BLOCKS;
+        let per_row = record.per_block * BALANCE_BLOCKS;
         let samples = rows.start * per_row..(rows.end * per_row).min(record.t_s.len());
         let mut action = one.effect.begin(&one.parameters, &record.setting);
         let mut without = Changes::default();
@@ -98,7 +98,7 @@ impl Ground {
 ///
 /// [`Extent`] promises that nothing happens, and nothing is kept in mind, before an onset.
 fn rows(record: &Record, one: &Applied) -> Range<usize> {
-    let per_row = record.per_block * MASS_BLOCKS;
+    let per_row = record.per_block * BALANCE_BLOCKS;
     let all = record.t_s.len().div_ceil(per_row);
     let about = one.effect.about();
     if about.extent() == Extent::Always {
@@ -210,7 +210,7 @@ fn field_of(c: &mut Changes, field: usize) -> &mut f64 {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-    use super::{FIELDS, Ground, field_of, fields, rows};
+    use super::{FIELDS, Incremental, field_of, fields, rows};
     use crate::record::{Filled, Record};
     use crate::relations::{Applied, Blocks};
     use crate::test_rig::{normals, setting};
@@ -321,8 +321,11 @@ mod tests {
             vec![late("return_flow_gain", -0.03), late("inflow_gain", 0.02)],
         ];
         for state in states {
-            let ground = Ground::under(&record, &state);
-            assert_eq!(bits(&ground.blocks), bits(&Blocks::under(&record, &state)));
+            let incremental = Incremental::under(&record, &state);
+            assert_eq!(
+                bits(&incremental.blocks),
+                bits(&Blocks::under(&record, &state))
+            );
             for effect in catalogue().iter().copied() {
                 let about = effect.about();
                 for onset in [-1e6, 0.0, 1234.5, 3300.0, 4021.5, 9e6] {
@@ -340,7 +343,7 @@ mod tests {
                         .collect();
                     let one = Applied::new(effect, parameters);
                     let all: Vec<Applied> = state.iter().cloned().chain([one.clone()]).collect();
-                    let found = ground.with(&record, &one);
+                    let found = incremental.with(&record, &one);
                     let direct = effect.meter_path(&one.parameters) == MeterPath::default();
                     assert_eq!(found.is_some(), direct, "{}", about.id);
                     if let Some(found) = found {

@@ -1,6 +1,6 @@
 //! How the rows of the relations are stacked in one vector.
 
-use crate::record::MASS_BLOCKS;
+use crate::record::BALANCE_BLOCKS;
 use dgd_effects::Relation;
 use std::ops::Range;
 
@@ -13,7 +13,7 @@ pub(crate) enum Section {
     Head,
     /// The two outlet transmitters against each other, a row for each block; no row where there is one transmitter.
     Outlets,
-    /// A row for each [`MASS_BLOCKS`] blocks.
+    /// A row for each [`BALANCE_BLOCKS`] blocks.
     Balance,
 }
 
@@ -33,7 +33,7 @@ impl Section {
     pub(crate) fn blocks_per_row(self) -> usize {
         match self {
             Self::Friction | Self::Head | Self::Outlets => 1,
-            Self::Balance => MASS_BLOCKS,
+            Self::Balance => BALANCE_BLOCKS,
         }
     }
 }

@@ -37,8 +37,8 @@ pub(crate) struct Whitening {
 pub(crate) struct Wander {
     pub friction_pa: f64,
     pub head_pa: f64,
-    pub difference_pa: f64,
-    pub mass_m3_s: f64,
+    pub outlets_pa: f64,
+    pub balance_m3_s: f64,
     /// Correlation time over the length of a block.
     pub blocks: f64,
     /// Movements of the flow that its meter's noise hides, as they come through the friction curve.
@@ -55,8 +55,8 @@ impl Wander {
         match section {
             Section::Friction => [self.friction_pa, self.hidden_friction_pa],
             Section::Head => [self.head_pa, self.hidden_head_pa],
-            Section::Outlets => [self.difference_pa, 0.0],
-            Section::Balance => [self.mass_m3_s, 0.0],
+            Section::Outlets => [self.outlets_pa, 0.0],
+            Section::Balance => [self.balance_m3_s, 0.0],
         }
     }
 }

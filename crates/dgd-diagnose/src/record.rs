@@ -23,7 +23,7 @@ const LONG_S: f64 = 40.0 * 3600.0;
 /// How long the sound recordings lasted, s, whose evidence hurdles were set above.
 const MEASURED_S: f64 = 8.0 * 3600.0;
 /// Blocks in one row of the mass balance: differences of pressure need a longer base.
-pub(crate) const MASS_BLOCKS: usize = 3;
+pub(crate) const BALANCE_BLOCKS: usize = 3;
 
 /// A channel that is read at fewer than this share of the samples, mostly no further apart than [`SLOWEST_S`], is logged now and then:
 /// straight lines lie between its readings, whether the samples there are missing or repeat the last one. What is missing otherwise stays missing.

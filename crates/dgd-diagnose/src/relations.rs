@@ -17,7 +17,7 @@ pub(crate) use line_flow::{LineFlow, blurred};
 pub(crate) use parts::{Parts, Touched};
 pub(crate) use rows::{Rows, repeats};
 
-use crate::record::{MASS_BLOCKS, Record};
+use crate::record::{BALANCE_BLOCKS, Record};
 use dgd_effects::{About, Changes, Effect, Moment, Role};
 use parts::Row;
 use std::ops::Range;
@@ -82,7 +82,7 @@ pub(crate) fn run(
     record.tally.ran(samples.len());
     let (_, filled_flow) = line.of(record);
     let filled = &record.filled;
-    let per_row = record.per_block * MASS_BLOCKS;
+    let per_row = record.per_block * BALANCE_BLOCKS;
     // Row by row: samples need not be held once their means are taken.
     let mut row = Row::of(record, line, rates);
     row.changes.resize(per_row, Changes::default());

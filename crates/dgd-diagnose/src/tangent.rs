@@ -8,7 +8,7 @@ mod curves;
 mod frame;
 
 use crate::ablation::Step;
-use crate::incremental::Ground;
+use crate::incremental::Incremental;
 use crate::layout::{Layout, Section};
 use crate::noise::Whitening;
 use crate::record::Record;
@@ -43,7 +43,7 @@ pub(crate) struct Tangent {
     /// The hypothesis that it is linearised about.
     applied: Vec<Applied>,
     /// What that comes to by itself, once a candidate stands on it.
-    ground: OnceLock<Arc<Ground>>,
+    incremental: OnceLock<Arc<Incremental>>,
     pub rows: Rows,
     pub layout: Layout,
     pub whitening: Arc<Whitening>,
@@ -96,6 +96,11 @@ impl Tangent {
     pub(crate) fn refitted(&self, record: &Record, applied: &[Applied]) -> Self {
         let blocks = Blocks::under(record, applied);
         Self::with(record, applied, &blocks, self.frame())
+    }
+
+    /// What each raw row adds to the product of a whitened vector with the residual.
+    pub(crate) fn pull(&self) -> Vec<f64> {
+        (self.whitening).transpose(&self.off[..self.layout.len()])
     }
 
     /// Lets go of the columns, which are what memory goes into: for who only asks what is left when it is
@@ -242,7 +247,7 @@ impl Tangent {
         let residual = evaluated.residual(layout, blocks);
         Self {
             applied: applied.to_vec(),
-            ground: OnceLock::new(),
+            incremental: OnceLock::new(),
             rows,
             layout,
             whitening,
@@ -331,10 +336,10 @@ impl Tangent {
     pub(crate) fn change(&self, record: &Record, applied: &[Applied]) -> Vec<f64> {
         let blocks = match applied.split_last() {
             Some((one, state)) if alike(state, &self.applied) => {
-                let ground = self
-                    .ground
-                    .get_or_init(|| Arc::new(Ground::under(record, state)));
-                ground.with(record, one)
+                let incremental = self
+                    .incremental
+                    .get_or_init(|| Arc::new(Incremental::under(record, state)));
+                incremental.with(record, one)
             }
             _ => None,
         };

@@ -7,6 +7,7 @@ pub(crate) use draws::normals;
 use crate::record::{Filled, Record};
 use crate::relations::{Applied, Blocks};
 use crate::select::Named;
+use crate::tangent::{Bend, Tangent};
 use dgd_effects::{Curves, FRICTION_TERMS, HEAD_TERMS, Noise, Scale, Setting, find};
 use dgd_identify::Prepared;
 use dgd_recording::{ChannelMap, ChannelSource, Geometry, Recording, TimeSource, Well};
@@ -21,11 +22,23 @@ pub(crate) const FLOW_M3_S: f64 = 0.04;
 pub(crate) const SPEED_PCT: f64 = 70.0;
 pub(crate) const MUD_PUMP_M3_S: f64 = 0.03;
 
+/// An effect of the catalogue with its parameters.
+pub(crate) fn one(id: &str, parameters: &[f64]) -> Applied {
+    Applied::new(
+        find(id).expect("an effect of the catalogue"),
+        parameters.to_vec(),
+    )
+}
+
+/// About a hypothesis, with every row.
+pub(crate) fn tangent_at(record: &Record, state: &[Applied]) -> Tangent {
+    Tangent::at(record, state, &[], Bend::Free).expect("enough rows")
+}
+
 /// A finding of high probability without alternatives.
 pub(crate) fn named(id: &str, parameters: &[f64]) -> Named {
-    let effect = find(id).expect("an effect of the catalogue");
     Named {
-        applied: Applied::new(effect, parameters.to_vec()),
+        applied: one(id, parameters),
         evidence: 40.0,
         bent: 0.0,
         hurdle: 3.5,

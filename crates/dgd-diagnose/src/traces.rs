@@ -105,7 +105,7 @@ fn twins(
         after: after.residual().to_vec(),
         offset: pair.offset(record)?,
         noise: after.noise_pa(),
-        wander: may.difference_pa,
+        wander: may.outlets_pa,
     })
 }
 

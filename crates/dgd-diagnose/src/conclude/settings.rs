@@ -1,7 +1,7 @@
 //! How a diagnosis came about, for whoever repeats it.
 
 use crate::cost::Work;
-use crate::record::{MASS_BLOCKS, Record};
+use crate::record::{BALANCE_BLOCKS, Record};
 use crate::select::Selection;
 use crate::suction::ALLOWED_HEADS;
 
@@ -21,7 +21,7 @@ pub(super) fn settings(
     [
         ("working clock", format!("{} s", record.dt_s)),
         ("block of relation residuals", format!("{seconds} s")),
-        ("row of the mass balance", format!("{} s", seconds * MASS_BLOCKS as f64)),
+        ("row of the mass balance", format!("{} s", seconds * BALANCE_BLOCKS as f64)),
         (
             "held out",
             format!("{} windows of {:.0} s", windows.len(), windows.first().map_or(0.0, |w| w.1 - w.0)),

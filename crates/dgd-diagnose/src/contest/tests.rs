@@ -10,13 +10,9 @@ use crate::record::Record;
 use crate::relations::{Applied, Blocks};
 use crate::scan::{Candidate, weigh};
 use crate::tangent::{Bend, Tangent};
-use crate::test_rig::{BLOCK_S, FLOW_M3_S, Hidden, INFLUX_S, SPEED_PCT, drilled, steady};
+use crate::test_rig::{BLOCK_S, FLOW_M3_S, Hidden, INFLUX_S, SPEED_PCT, drilled, one, steady};
 use dgd_effects::find;
 use dgd_lsq::dot;
-
-fn one(id: &str, parameters: &[f64]) -> Applied {
-    Applied::new(find(id).unwrap(), parameters.to_vec())
-}
 
 /// A candidate whose strength solves to `solved`.
 fn candidate(applied: Applied, signature: &[f64], solved: f64) -> Candidate {

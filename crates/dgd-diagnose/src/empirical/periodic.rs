@@ -217,7 +217,7 @@ impl<'a> Search<'a> {
         };
 
         // Within a twelfth of the shortest period nothing swings: the frequencies need not ask every row.
-        let pull = (tangent.whitening).transpose(&tangent.off[..layout.len()]);
+        let pull = tangent.pull();
         let bin_s = SHORTEST_S / 12.0;
         let bins = whole(time_s.iter().fold(0.0, |m, t| t.max(m)) / bin_s) + 1;
         // Of what a wave makes, and of what its rate does.

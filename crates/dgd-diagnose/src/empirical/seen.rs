@@ -6,7 +6,7 @@ use crate::bayes::evidence;
 use crate::error_budget::wander;
 use crate::layout::Section;
 use crate::numbers::whole;
-use crate::record::{MASS_BLOCKS, Record};
+use crate::record::{BALANCE_BLOCKS, Record};
 use crate::relations::{Applied, joined};
 use crate::tangent::Tangent;
 use crate::twins::{Pair, Twins};
@@ -186,7 +186,7 @@ impl Told<'_> {
         let start_s = t_s.first().copied().unwrap_or(0.0) - 0.5 * dt_s;
         let block_s = self.record.block_s();
         let (curve, from_s, step_s) = if place == SUCTION {
-            (&self.edges, start_s, block_s * MASS_BLOCKS as f64)
+            (&self.edges, start_s, block_s * BALANCE_BLOCKS as f64)
         } else {
             (&self.blocks, start_s + 0.5 * block_s, block_s)
         };
@@ -205,7 +205,7 @@ impl Told<'_> {
     ) -> Correction {
         let (from, to) = self.record.setting.span_s;
         let mut parameters = vec![place as f64, 0.0, from, to];
-        let count = (self.record.blocks / MASS_BLOCKS + 1).min(MOST_KNOTS);
+        let count = (self.record.blocks / BALANCE_BLOCKS + 1).min(MOST_KNOTS);
         parameters.extend(knots(&self.blocks, count).map(|knot| sign * knot));
         Correction {
             applied: Applied::new(unknown(), parameters),

@@ -10,7 +10,7 @@ use super::{
 };
 use crate::ablation::Step;
 use crate::layout::Section;
-use crate::record::{MASS_BLOCKS, Record};
+use crate::record::{BALANCE_BLOCKS, Record};
 use crate::relations::Applied;
 use crate::tangent::{Bend, Tangent};
 use crate::test_rig::{BLOCK_S, FLOW_M3_S, Hidden, SPEED_PCT, drilled, normals};
@@ -329,7 +329,7 @@ fn the_busiest_ten_minutes_are_those_in_which_most_is_explained() {
         layout.rows(Section::Head).start,
         layout.rows(Section::Balance).start,
     );
-    let k = 100 / MASS_BLOCKS;
+    let k = 100 / BALANCE_BLOCKS;
     let at_once = rows(
         &[
             (100, 110),

@@ -203,8 +203,8 @@ fn instruments_wander_within_their_accuracy_and_through_the_curves() {
     close(w.friction_pa, 2.5e3_f64.hypot(0.0025 * 2.0 * f));
     let speed = 2.0 * 0.0005 * (h - r);
     close(w.head_pa, 2.5e3_f64.hypot((0.0025 * 2.0 * r).hypot(speed)));
-    close(w.difference_pa, 3750.0);
-    close(w.mass_m3_s, 0.0025 * FLOW_M3_S.hypot(MUD_PUMP_M3_S));
+    close(w.outlets_pa, 3750.0);
+    close(w.balance_m3_s, 0.0025 * FLOW_M3_S.hypot(MUD_PUMP_M3_S));
     close(w.blocks, 800.0);
     // Movements of two fifths of the meter's noise in a block.
     let hidden = 0.4 * 2e-4 / 5.0_f64.sqrt() / FLOW_M3_S;

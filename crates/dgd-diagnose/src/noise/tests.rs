@@ -12,8 +12,8 @@ use crate::test_rig::normals;
 const NO_WANDER: Wander = Wander {
     friction_pa: 0.0,
     head_pa: 0.0,
-    difference_pa: 0.0,
-    mass_m3_s: 0.0,
+    outlets_pa: 0.0,
+    balance_m3_s: 0.0,
     blocks: 300.0,
     hidden_friction_pa: 0.0,
     hidden_head_pa: 0.0,
@@ -22,8 +22,8 @@ const NO_WANDER: Wander = Wander {
 const WANDER: Wander = Wander {
     friction_pa: 2.5e3,
     head_pa: 4e3,
-    difference_pa: 3e3,
-    mass_m3_s: 2e-4,
+    outlets_pa: 3e3,
+    balance_m3_s: 2e-4,
     hidden_friction_pa: 1e3,
     hidden_head_pa: 2e3,
     ..NO_WANDER
@@ -153,8 +153,8 @@ fn wander_within_accuracy_is_filtered_to_white() {
     let sizes = [
         (WANDER.friction_pa, WANDER.hidden_friction_pa, 1.0),
         (WANDER.head_pa, WANDER.hidden_head_pa, 1.0),
-        (WANDER.difference_pa, 0.0, 1.0),
-        (WANDER.mass_m3_s, 0.0, 3.0),
+        (WANDER.outlets_pa, 0.0, 1.0),
+        (WANDER.balance_m3_s, 0.0, 3.0),
     ];
     let w = Whitening::of(l, &full(l), &noise, &vec![0.0; l.len()], WANDER);
     for (k, (range, (slow, hidden, blocks))) in sections(l).into_iter().zip(sizes).enumerate() {

@@ -25,7 +25,7 @@ pub(crate) struct Blocks {
     pub head_factor: Vec<f64>,
     /// First less second outlet transmitter, Pa.
     pub difference: Vec<f64>,
-    /// Imbalance of the riser, m³/s, one a [`MASS_BLOCKS`] blocks.
+    /// Imbalance of the riser, m³/s, one a [`BALANCE_BLOCKS`] blocks.
     pub imbalance: Vec<f64>,
 }
 

@@ -2,7 +2,7 @@
 
 use super::blocks::calmed;
 use crate::numbers::mean;
-use crate::record::{MASS_BLOCKS, Record};
+use crate::record::{BALANCE_BLOCKS, Record};
 use dgd_effects::shrunk;
 
 /// Rate of the pump inlet pressure in each row of the mass balance.
@@ -63,7 +63,7 @@ fn edge_flow(record: &Record, edge: usize) -> f64 {
 
 /// Rate at which a value at the edges of rows goes from one to the next, per second.
 fn from_edge_to_edge(record: &Record, value: impl Fn(usize) -> f64) -> Vec<f64> {
-    let per_row = record.per_block * MASS_BLOCKS;
+    let per_row = record.per_block * BALANCE_BLOCKS;
     let edges = record.t_s.len() / per_row + 1;
     let values: Vec<f64> = (0..edges).map(|k| value(k * per_row)).collect();
     (values.windows(2))
@@ -73,5 +73,5 @@ fn from_edge_to_edge(record: &Record, value: impl Fn(usize) -> f64) -> Vec<f64> 
 
 /// Length of a row, s.
 fn row_s(record: &Record) -> f64 {
-    record.dt_s * (record.per_block * MASS_BLOCKS) as f64
+    record.dt_s * (record.per_block * BALANCE_BLOCKS) as f64
 }

@@ -2,7 +2,7 @@
 
 use super::{LevelRate, LineFlow};
 use crate::numbers::{mean, mean_of};
-use crate::record::{MASS_BLOCKS, Record};
+use crate::record::{BALANCE_BLOCKS, Record};
 use dgd_effects::Changes;
 use dgd_units::STANDARD_GRAVITY_M_S2;
 
@@ -17,7 +17,7 @@ pub(crate) struct Parts {
     pub(super) lift: Vec<f64>,
     pub(super) head_factor: Vec<f64>,
     pub(super) difference: Vec<f64>,
-    /// One a [`MASS_BLOCKS`] blocks.
+    /// One a [`BALANCE_BLOCKS`] blocks.
     pub(super) imbalance: Vec<f64>,
 }
 
@@ -39,7 +39,7 @@ impl Parts {
             } else {
                 Vec::new()
             },
-            imbalance: vec![f64::NAN; blocks / MASS_BLOCKS],
+            imbalance: vec![f64::NAN; blocks / BALANCE_BLOCKS],
         }
     }
 }
@@ -204,7 +204,7 @@ impl<'a> Row<'a> {
                 parts.difference[b] = mean(&one[there.clone()]) - mean(&two[there]) - mean_of(bias);
             }
         }
-        if touched.has(Touched::IMBALANCE) && self.changes.len() == m * MASS_BLOCKS {
+        if touched.has(Touched::IMBALANCE) && self.changes.len() == m * BALANCE_BLOCKS {
             parts.imbalance[first / self.changes.len()] = self.imbalance(first);
         }
     }

@@ -3,7 +3,7 @@
 use super::Blocks;
 use crate::layout::Section;
 use crate::numbers::mean;
-use crate::record::{MASS_BLOCKS, Record};
+use crate::record::{BALANCE_BLOCKS, Record};
 use dgd_effects::STANDING_M3_S;
 
 /// Rise of the outlet during a stop that only a pump makes, Pa: twenty times the 0.05 bar that transmitters wander by. Set by hand.
@@ -117,9 +117,9 @@ impl Rows {
             .zip(&frozen)
             .map(|(d, f)| d.is_finite() && !f)
             .collect();
-        let balance = (0..n / MASS_BLOCKS)
+        let balance = (0..n / BALANCE_BLOCKS)
             .map(|k| {
-                let inputs = (k * MASS_BLOCKS..(k + 1) * MASS_BLOCKS).all(|b| {
+                let inputs = (k * BALANCE_BLOCKS..(k + 1) * BALANCE_BLOCKS).all(|b| {
                     full(&record.mud_pump, b)
                         && full(&record.booster, b)
                         && (turned[b] > 1.0 || stood[b] > 0.0)

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::{Applied, Blocks, LevelRate, LineFlow, Parts, Touched, run};
-use crate::record::{MASS_BLOCKS, Record};
+use crate::record::{BALANCE_BLOCKS, Record};
 use crate::test_rig::{DT_S, FLOW_M3_S, PER_BLOCK, SPEED_PCT, cut, steady};
 use dgd_effects::{Changes, Moment, find, shrunk};
 use dgd_units::STANDARD_GRAVITY_M_S2;
@@ -19,7 +19,7 @@ fn head_pa(t_s: f64) -> f64 {
 
 /// What the instruments of the rig read where the changes `c` act on it, by Eqs. 3.13, 2.27 and 3.45.
 fn read(c: &Changes, transmitters: usize) -> Record {
-    let mut record = steady(ROWS * MASS_BLOCKS);
+    let mut record = steady(ROWS * BALANCE_BLOCKS);
     let n = record.t_s.len();
     let g = STANDARD_GRAVITY_M_S2;
     let s = &record.setting;
@@ -254,7 +254,7 @@ fn of_a_level_that_moves_by_no_more_than_its_noise_another_area_tells_little() {
     // In half a minute it falls by 600 Pa, three times the noise, and a little more or less from row to row.
     let fall = 30.0 * HEAD_PA.1;
     record.setting.noise.inlet_pa = fall / 3.0;
-    let per_row = PER_BLOCK * MASS_BLOCKS;
+    let per_row = PER_BLOCK * BALANCE_BLOCKS;
     for (i, p) in record.inlet.iter_mut().enumerate() {
         let odd = ((i + per_row / 2) / per_row) % 2 == 1;
         *p += if odd { 8.0 } else { -8.0 };
@@ -287,7 +287,7 @@ fn of_a_level_that_moves_by_no_more_than_its_noise_another_area_tells_little() {
 #[test]
 fn a_row_of_the_balance_stands_a_tenth_of_gaps() {
     let mut record = read(&Changes::default(), 1);
-    let per_row = PER_BLOCK * MASS_BLOCKS;
+    let per_row = PER_BLOCK * BALANCE_BLOCKS;
     // One of fifteen samples, and two.
     record.flow[2 * per_row + 7] = f64::NAN;
     record.flow[3 * per_row + 4] = f64::NAN;
@@ -314,7 +314,7 @@ fn the_level_at_an_edge_is_that_of_two_seconds_to_either_side() {
         record.dt_s = dt_s;
         let plain = under(&record, &Changes::default()).imbalance;
         // Where the third row ends and the fourth begins.
-        let edge = 3 * PER_BLOCK * MASS_BLOCKS;
+        let edge = 3 * PER_BLOCK * BALANCE_BLOCKS;
         for at in edge - 5..edge + 5 {
             let mut record = record.clone();
             record.inlet[at] += 1e4;
@@ -338,7 +338,7 @@ fn rows_that_are_run_by_themselves_take_their_place_among_the_others() {
     let n = record.t_s.len() - 2 * PER_BLOCK;
     let mut record = cut(record, n + 4);
     record.blocks = n / PER_BLOCK;
-    let per_row = PER_BLOCK * MASS_BLOCKS;
+    let per_row = PER_BLOCK * BALANCE_BLOCKS;
     let (line, rates) = (LineFlow::under(&record, &[]), LevelRate::of(&record));
     let whole = |from: usize, to: usize| {
         run_whole(&record, |at| {
@@ -374,7 +374,7 @@ fn what_a_change_touches_is_all_that_it_changes_and_nothing_else() {
     let base = under(&record, &plain);
     // A marker stands where nothing is laid.
     let marked = |values: &[f64]| vec![-1.0; values.len()];
-    let per_row = PER_BLOCK * MASS_BLOCKS;
+    let per_row = PER_BLOCK * BALANCE_BLOCKS;
     for one in changes() {
         // From the middle of each row on: a bias that stays is none of the balance.
         let at_sample = |at: &Moment| {

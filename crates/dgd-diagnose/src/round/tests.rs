@@ -17,7 +17,7 @@ use crate::scan::{Candidate, weigh};
 use crate::select::Named;
 use crate::suction::Unmeasured;
 use crate::tangent::{Bend, Tangent};
-use crate::test_rig::{Hidden, INFLUX_S, drilled, parabolas};
+use crate::test_rig::{Hidden, INFLUX_S, drilled, one, parabolas};
 use dgd_effects::{
     HEAD, INLET_PRESSURE, INLETS, METER_FACTOR, OUTLET_READING, OUTLETS, PLACES, QUANTITIES,
     RISER_READING, Relation, find, unknown,
@@ -28,10 +28,6 @@ use dgd_units::STANDARD_ATMOSPHERE_PA;
 /// Signatures of four rows: the same, and of nothing in common.
 const HERE: [f64; 4] = [3.0, 4.0, 0.0, 0.0];
 const THERE: [f64; 4] = [0.0, 0.0, 5.0, 1.0];
-
-fn one(id: &str, parameters: &[f64]) -> Applied {
-    Applied::new(find(id).unwrap(), parameters.to_vec())
-}
 
 /// An effect whose strength comes out as given; its form is as good as any.
 fn contender(id: &str, parameters: &[f64], evidence: f64, signature: [f64; 4]) -> Contender {

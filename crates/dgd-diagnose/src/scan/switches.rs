@@ -3,7 +3,7 @@
 use super::Candidate;
 use crate::layout::Section;
 use crate::numbers::whole;
-use crate::record::{MASS_BLOCKS, Record};
+use crate::record::{BALANCE_BLOCKS, Record};
 use crate::relations::{Applied, joined};
 use crate::tangent::Tangent;
 use dgd_effects::Effect;
@@ -162,9 +162,9 @@ fn running_score(tangent: &Tangent, change: &[f64], pull: &[f64], strength: f64)
         if !outlets.is_empty() {
             here += product(outlets.start + b);
         }
-        let k = b / MASS_BLOCKS;
+        let k = b / BALANCE_BLOCKS;
         if k < balance.len() {
-            here += product(balance.start + k) / MASS_BLOCKS as f64;
+            here += product(balance.start + k) / BALANCE_BLOCKS as f64;
         }
         tail[b] = tail[b + 1] + here / strength;
     }

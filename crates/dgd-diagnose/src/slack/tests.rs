@@ -3,18 +3,12 @@
 
 use super::{Slack, slack};
 use crate::layout::Section;
-use crate::record::{MASS_BLOCKS, Record};
-use crate::relations::{Applied, Blocks};
+use crate::record::{BALANCE_BLOCKS, Record};
+use crate::relations::Blocks;
 use crate::tangent::{Bend, Tangent};
-use crate::test_rig::{BLOCK_S, Hidden, INFLUX_S, drilled};
-use dgd_effects::{
-    Connection, INLET_READING, INLETS, KNOTS, OUTLETS, RISER_READING, SUCTION, find,
-};
+use crate::test_rig::{BLOCK_S, Hidden, INFLUX_S, drilled, one};
+use dgd_effects::{Connection, INLET_READING, INLETS, KNOTS, OUTLETS, RISER_READING, SUCTION};
 use dgd_lsq::dot;
-
-fn one(id: &str, parameters: &[f64]) -> Applied {
-    Applied::new(find(id).unwrap(), parameters.to_vec())
-}
 
 fn free(record: &Record, id: &str, parameters: &[f64]) -> (Vec<Slack>, Tangent) {
     let state = [one(id, parameters)];
@@ -26,7 +20,7 @@ fn free(record: &Record, id: &str, parameters: &[f64]) -> (Vec<Slack>, Tangent) 
 fn time(tangent: &Tangent, row: usize) -> f64 {
     let layout = tangent.layout;
     let block = match row.checked_sub(layout.rows(Section::Balance).start) {
-        Some(k) => k * MASS_BLOCKS,
+        Some(k) => k * BALANCE_BLOCKS,
         None => row % layout.blocks,
     };
     block as f64 * BLOCK_S
@@ -45,7 +39,7 @@ fn an_effect_may_grow_with_the_flow_from_nothing_to_twice() {
     let mut seen = 0;
     for k in 0..tangent.layout.balance {
         let trace = 3e-3 * by_strength[mass + k];
-        let load = flow[k * MASS_BLOCKS] / mean - 1.0;
+        let load = flow[k * BALANCE_BLOCKS] / mean - 1.0;
         let found = by_load[mass + k];
         assert!((found - trace * load).abs() < 1e-12, "{k}: {found}");
         seen += usize::from((trace * load).abs() > 1e-5);
@@ -183,7 +177,7 @@ fn an_influx_may_be_wrong_by_its_parameters_and_by_a_seventh_of_its_form() {
     // It may swell and fade from first to last, and be weak amidst; at the ends both are whole.
     let mass = tangent.layout.rows(Section::Balance).start;
     for row in 0..tangent.layout.balance {
-        let t = (row * MASS_BLOCKS) as f64 * BLOCK_S;
+        let t = (row * BALANCE_BLOCKS) as f64 * BLOCK_S;
         let through = 2.0 * ((t - from) / lasts).clamp(0.0, 1.0) - 1.0;
         let here = trace[mass + row];
         let close = |k: usize, by: f64| {

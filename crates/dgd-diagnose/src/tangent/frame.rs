@@ -5,7 +5,7 @@ use super::curves::{Evaluated, robust_curves};
 use crate::error_budget::{unrest, wander};
 use crate::layout::{Layout, Section};
 use crate::noise::Whitening;
-use crate::record::{MASS_BLOCKS, Record};
+use crate::record::{BALANCE_BLOCKS, Record};
 use crate::relations::{Blocks, Rows};
 use crate::slack::Slack;
 use dgd_effects::{Curves, Scale};
@@ -100,7 +100,7 @@ fn exclude(rows: &mut Rows, excluded: &[bool]) {
         if let Some(d) = rows.outlets.get_mut(b) {
             *d = false;
         }
-        if let Some(m) = rows.balance.get_mut(b / MASS_BLOCKS) {
+        if let Some(m) = rows.balance.get_mut(b / BALANCE_BLOCKS) {
             *m = false;
         }
     }
@@ -155,7 +155,7 @@ fn upper(values: &[f64]) -> Option<f64> {
 mod tests {
     use super::{exclude, lonely, strike};
     use crate::layout::Layout;
-    use crate::record::MASS_BLOCKS;
+    use crate::record::BALANCE_BLOCKS;
     use crate::relations::Rows;
     use crate::test_rig::{PER_BLOCK, steady};
 
@@ -163,7 +163,7 @@ mod tests {
     const LAYOUT: Layout = Layout {
         blocks: BLOCKS,
         outlets: BLOCKS,
-        balance: BLOCKS / MASS_BLOCKS,
+        balance: BLOCKS / BALANCE_BLOCKS,
     };
 
     fn rows() -> Rows {
@@ -172,7 +172,7 @@ mod tests {
             still: vec![false; BLOCKS],
             head: vec![true; BLOCKS],
             outlets: vec![true; BLOCKS],
-            balance: vec![true; BLOCKS / MASS_BLOCKS],
+            balance: vec![true; BLOCKS / BALANCE_BLOCKS],
         }
     }
 
@@ -225,7 +225,7 @@ mod tests {
             assert_eq!(struck(BLOCKS + k), [none(), vec![k], none(), none()]);
             assert_eq!(struck(2 * BLOCKS + k), [none(), none(), vec![k], none()]);
         }
-        for k in [0, 7, BLOCKS / MASS_BLOCKS - 1] {
+        for k in [0, 7, BLOCKS / BALANCE_BLOCKS - 1] {
             assert_eq!(struck(3 * BLOCKS + k), [none(), none(), none(), vec![k]]);
         }
     }
@@ -275,7 +275,7 @@ mod tests {
                 assert_eq!(found.is_empty(), blocked, "{section} {k}");
             }
         }
-        let balance = 3 * BLOCKS + 40 / MASS_BLOCKS;
+        let balance = 3 * BLOCKS + 40 / BALANCE_BLOCKS;
         assert_eq!(alone(&[(balance, 6.0)], &[stands]), [balance]);
     }
 }

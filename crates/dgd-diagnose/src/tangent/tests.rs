@@ -8,15 +8,10 @@ use crate::layout::Section;
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::slack::{Slack, slack};
-use crate::test_rig::{BLOCK_S, Hidden, INFLUX_S, drilled, normals};
+use crate::test_rig::{BLOCK_S, Hidden, INFLUX_S, drilled, normals, one};
 use crate::vectors::Sparse;
-use dgd_effects::find;
 use dgd_lsq::dot;
 use std::sync::Arc;
-
-fn one(id: &str, parameters: &[f64]) -> Applied {
-    Applied::new(find(id).unwrap(), parameters.to_vec())
-}
 
 fn influx(rate: f64) -> Applied {
     let (from, lasts, rise) = INFLUX_S;

@@ -8,13 +8,9 @@ use crate::refine::refine;
 use crate::relations::Applied;
 use crate::select::{Named, Selection};
 use crate::tangent::{Bend, Tangent};
-use crate::test_rig::{Hidden, drilled};
+use crate::test_rig::{Hidden, drilled, one};
 use dgd_effects::find;
 use dgd_lsq::dot;
-
-fn one(id: &str, parameters: &[f64]) -> Applied {
-    Applied::new(find(id).unwrap(), parameters.to_vec())
-}
 
 #[test]
 fn sound_drilling_leaves_no_more_than_white_noise_and_needs_no_allowance() {

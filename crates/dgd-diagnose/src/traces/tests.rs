@@ -141,7 +141,7 @@ fn wanders_of_what_is_seen_and_hidden_add_as_squares() {
     let head = may.head_pa.powi(2) + may.hidden_head_pa.powi(2);
     assert!((square(0) / friction - 1.0).abs() < 1e-9);
     assert!((square(1) / head - 1.0).abs() < 1e-9);
-    assert_eq!(found[2].wander, may.mass_m3_s);
+    assert_eq!(found[2].wander, may.balance_m3_s);
 }
 
 #[test]

@@ -6,7 +6,7 @@ use crate::error_budget::WANDER_S;
 use crate::frozen_speed::quantum;
 use crate::noise::{Wander, Whitening};
 use crate::numbers::{bridged, spread};
-use crate::record::{MASS_BLOCKS, Record};
+use crate::record::{BALANCE_BLOCKS, Record};
 use crate::vectors::most_within;
 use dgd_lsq::dot;
 use dgd_recording::{Rank, quantile};
@@ -102,9 +102,9 @@ impl Twins {
         // Few samples are as coarse as their last digit.
         let digit =
             quantum(first, record.dt_s).hypot(quantum(second, record.dt_s)) / 12.0_f64.sqrt();
-        (0..=record.blocks / MASS_BLOCKS)
+        (0..=record.blocks / BALANCE_BLOCKS)
             .map(|row| {
-                let b = row * MASS_BLOCKS;
+                let b = row * BALANCE_BLOCKS;
                 let beside = [b.saturating_sub(1), b.min(record.blocks - 1)];
                 let of = |values: &[f64]| 0.5 * (values[beside[0]] + values[beside[1]]);
                 let smooth = of(&parting.curve);
@@ -129,12 +129,12 @@ impl Twins {
         };
         let own = of(self.wander)?;
         // As fast as they wander, for so much longer as it goes further.
-        let further = LEAVES_PA / self.wander.difference_pa;
+        let further = LEAVES_PA / self.wander.outlets_pa;
         let leaving = (LEAVES_PA, WANDER_S * further * further);
         let others: Vec<Likelihood> = (PARTING.into_iter().chain([leaving]))
             .filter_map(|(size_pa, length_s)| {
                 of(Wander {
-                    difference_pa: size_pa,
+                    outlets_pa: size_pa,
                     blocks: self.wander.blocks * length_s / WANDER_S,
                     ..self.wander
                 })
@@ -270,9 +270,9 @@ mod tests {
     }
 
     /// How likely their difference is by a wander of so many Pa over so many blocks.
-    fn likelihood(twins: &Twins, difference_pa: f64, blocks: f64) -> f64 {
+    fn likelihood(twins: &Twins, outlets_pa: f64, blocks: f64) -> f64 {
         let wander = Wander {
-            difference_pa,
+            outlets_pa,
             blocks,
             ..WANDER
         };
@@ -296,7 +296,7 @@ mod tests {
         let ln_volume: f64 = factor.l().diagonal().iter().map(|d| d.ln()).sum();
         let expected =
             whitening.ln_scales().sum::<f64>() - 0.5 * white.dot(&factor.solve(&white)) - ln_volume;
-        let found = likelihood(&twins, WANDER.difference_pa, WANDER.blocks);
+        let found = likelihood(&twins, WANDER.outlets_pa, WANDER.blocks);
         assert!((found - expected).abs() < 1e-6, "{found} {expected}");
         // What they may differ by counts in it.
         assert!((found + 0.5 * dot(&twins.apart, &twins.apart)).abs() > 1.0);
@@ -306,8 +306,8 @@ mod tests {
     fn the_two_part_where_they_go_further_or_faster_than_instruments_wander() {
         let twins = apart();
         // 15 and 60 kPa, over 1000 and 8000 s.
-        let own = likelihood(&twins, WANDER.difference_pa, 800.0);
-        let further = 6e4 / WANDER.difference_pa;
+        let own = likelihood(&twins, WANDER.outlets_pa, 800.0);
+        let further = 6e4 / WANDER.outlets_pa;
         let slow = (6e4, 800.0 * further * further);
         let gains = [
             (1.5e4, 100.0),

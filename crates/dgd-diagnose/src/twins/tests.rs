@@ -16,8 +16,8 @@ pub(super) const BLOCKS: usize = 1200;
 pub(super) const WANDER: Wander = Wander {
     friction_pa: 0.0,
     head_pa: 0.0,
-    difference_pa: 3e3,
-    mass_m3_s: 0.0,
+    outlets_pa: 3e3,
+    balance_m3_s: 0.0,
     blocks: 800.0,
     hidden_friction_pa: 0.0,
     hidden_head_pa: 0.0,

@@ -5,7 +5,7 @@ use super::{Correction, all, knots};
 use crate::ablation::Step;
 use crate::contest::{Contender, contest};
 use crate::empirical::{FINE_KNOTS, correction, hurdle, is_seen, merged, plausible};
-use crate::record::{MASS_BLOCKS, Record};
+use crate::record::{BALANCE_BLOCKS, Record};
 use crate::relations::Applied;
 use crate::tangent::{Bend, Tangent};
 use crate::test_rig::{FLOW_M3_S, Hidden, SPEED_PCT, drilled, normals};
@@ -120,7 +120,7 @@ fn what_parts_the_two_is_put_where_the_relations_find_it() {
         let p = &asked.applied.parameters;
         assert_eq!(p[..4], [place as f64, 0.0, 0.0, 5400.0]);
         // A knot for every row of the balance, and one more.
-        assert_eq!(p.len(), 4 + record.blocks / MASS_BLOCKS + 1);
+        assert_eq!(p.len(), 4 + record.blocks / BALANCE_BLOCKS + 1);
         assert!(is_seen(&asked.applied));
     }
 }

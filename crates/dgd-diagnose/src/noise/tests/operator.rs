@@ -14,8 +14,8 @@ const KINSHIP: f64 = 0.8;
 const WANDER: Wander = Wander {
     friction_pa: 0.7,
     head_pa: 1.5,
-    difference_pa: 0.4,
-    mass_m3_s: 1.1,
+    outlets_pa: 0.4,
+    balance_m3_s: 1.1,
     blocks: 20.0,
     hidden_friction_pa: 0.5,
     hidden_head_pa: 0.9,
@@ -135,8 +135,8 @@ fn white_rows_that_wander_come_out_white_across_gaps() {
     let sizes = [
         (WANDER.friction_pa, WANDER.hidden_friction_pa, 1.0),
         (WANDER.head_pa, WANDER.hidden_head_pa, 1.0),
-        (WANDER.difference_pa, 0.0, 1.0),
-        (WANDER.mass_m3_s, 0.0, 3.0),
+        (WANDER.outlets_pa, 0.0, 1.0),
+        (WANDER.balance_m3_s, 0.0, 3.0),
     ];
     let section = |row: usize| l.sections().iter().position(|s| s.contains(&row)).unwrap();
     let cov = |i: usize, j: usize| -> f64 {

@@ -4,13 +4,8 @@ use crate::record::Record;
 use crate::refine::refine;
 use crate::relations::Applied;
 use crate::tangent::{Bend, Tangent};
-use crate::test_rig::{Hidden, INFLUX_S, drilled};
-use dgd_effects::find;
+use crate::test_rig::{Hidden, INFLUX_S, drilled, one};
 use dgd_lsq::dot;
-
-fn one(id: &str, parameters: &[f64]) -> Applied {
-    Applied::new(find(id).unwrap(), parameters.to_vec())
-}
 
 fn misfit(record: &Record, state: &[Applied]) -> f64 {
     let tangent = Tangent::at(record, state, &[], Bend::Free).unwrap();

@@ -2,7 +2,7 @@
 
 use super::Rows;
 use crate::numbers::whole;
-use crate::record::{MASS_BLOCKS, Record};
+use crate::record::{BALANCE_BLOCKS, Record};
 use crate::relations::Blocks;
 use crate::test_rig::{DT_S, FLOW_M3_S, PER_BLOCK, normals, steady};
 use std::ops::Range;
@@ -88,7 +88,10 @@ fn a_block_that_turns_or_flows_in_part_is_a_start_or_stop() {
                 lost(&sound.friction, &found.friction),
                 near(block - 1, after)
             );
-            assert_eq!(lost(&sound.balance, &found.balance), [block / MASS_BLOCKS]);
+            assert_eq!(
+                lost(&sound.balance, &found.balance),
+                [block / BALANCE_BLOCKS]
+            );
         }
     }
 }
@@ -108,7 +111,7 @@ fn a_gap_takes_the_rows_that_it_is_in() {
             lost(&sound.balance, &found.balance),
         ]
     };
-    let (here, row, none) = (vec![block], vec![block / MASS_BLOCKS], Vec::new());
+    let (here, row, none) = (vec![block], vec![block / BALANCE_BLOCKS], Vec::new());
     let gap = f64::NAN;
     assert_eq!(
         without(|r, i| r.flow[i] = f64::NAN),
@@ -221,7 +224,7 @@ fn an_outlet_that_rises_at_rest_tells_a_start_that_the_set_point_does_not() {
     assert_eq!(used(&found.still), (22..29).collect::<Vec<usize>>());
     assert_eq!(used(&found.friction), all(&[1..19, 22..29, 41..60]));
     assert_eq!(used(&found.head), all(&[1..19, 41..60]));
-    let row = 30 / MASS_BLOCKS;
+    let row = 30 / BALANCE_BLOCKS;
     assert!(found.balance[row - 1] && !found.balance[row]);
     // A line that drains falls, and what transmitters wander by is no start.
     for rise_pa in [-20e5, 0.5e5] {

@@ -6,19 +6,11 @@ use crate::relations::Applied;
 use crate::scan::switches::{Energies, highest};
 use crate::scan::{Candidate, Found, grids, more_places, scan, sharpen, softened, switches, weigh};
 use crate::tangent::{Bend, Tangent};
-use crate::test_rig::{BLOCK_S, FLOW_M3_S, Hidden, SPEED_PCT, cut, drilled, normals};
+use crate::test_rig::{BLOCK_S, FLOW_M3_S, Hidden, SPEED_PCT, cut, drilled, normals, one};
 use dgd_effects::find;
-
-fn one(id: &str, parameters: &[f64]) -> Applied {
-    Applied::new(find(id).unwrap(), parameters.to_vec())
-}
 
 fn about(record: &Record) -> Tangent {
     Tangent::at(record, &[], &[], Bend::Free).unwrap()
-}
-
-fn pull(tangent: &Tangent) -> Vec<f64> {
-    (tangent.whitening).transpose(&tangent.off[..tangent.layout.len()])
 }
 
 /// The same recording by a clock that starts at another time.
@@ -245,7 +237,7 @@ fn running_sums_peak_at_the_block_where_a_switch_by_itself_scores_most() {
         for by_s in [0.0, 640.0] {
             let record = late_by(early.clone(), by_s);
             let tangent = about(&record);
-            let pull = pull(&tangent);
+            let pull = tangent.pull();
             let scores = scores(&record, &tangent, id, strength, others);
             let effect = find(id).unwrap();
             let signed = effect.about().parameters[0].low < 0.0;
@@ -298,7 +290,7 @@ fn running_sums_peak_at_the_block_where_a_switch_by_itself_scores_most() {
 fn gas_is_proposed_from_its_beginning_to_its_end() {
     let record = late_by(gassy(20.0), 640.0);
     let tangent = about(&record);
-    let pull = pull(&tangent);
+    let pull = tangent.pull();
     let gas = find("gas_in_pump").unwrap();
     let tried: Vec<Candidate> = [600.0, 1800.0, 3000.0]
         .map(|t| one("gas_in_pump", &[0.02, 640.0 + t, 1300.0, 20.0]))
@@ -360,7 +352,7 @@ fn three_of_the_highest_are_proposed_and_three_that_share_no_end() {
 fn what_passes_is_proposed_for_as_long_as_its_energy_lets_it_stand_out() {
     let record = gassy(20.0);
     let tangent = about(&record);
-    let pull = pull(&tangent);
+    let pull = tangent.pull();
     let gas = find("gas_in_pump").unwrap();
     let tried =
         |lasts: f64, energy: f64| coarse(one("gas_in_pump", &[0.02, 1500.0, lasts, 20.0]), energy);
@@ -475,7 +467,7 @@ fn a_slow_edge_is_found_about_the_middle_of_a_sharp_one() {
 fn a_scan_finds_a_switch_to_the_block_with_its_edge() {
     let record = gassy(150.0);
     let tangent = about(&record);
-    let pull = pull(&tangent);
+    let pull = tangent.pull();
     let found = scan(&record, &tangent, &pull, &[], find("gas_in_pump").unwrap());
     let best = found
         .iter()

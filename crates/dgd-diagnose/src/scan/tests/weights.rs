@@ -1,20 +1,9 @@
 //! Claims about what a candidate is worth.
 
 use crate::record::Record;
-use crate::relations::Applied;
 use crate::scan::weigh;
-use crate::tangent::{Bend, Tangent};
-use crate::test_rig::{Hidden, INFLUX_S, drilled};
-use dgd_effects::find;
+use crate::test_rig::{Hidden, INFLUX_S, drilled, one, tangent_at};
 use dgd_lsq::dot;
-
-fn one(id: &str, parameters: &[f64]) -> Applied {
-    Applied::new(find(id).unwrap(), parameters.to_vec())
-}
-
-fn at(record: &Record, state: &[Applied]) -> Tangent {
-    Tangent::at(record, state, &[], Bend::Free).unwrap()
-}
 
 fn drilling(late_s: f64, influx_m3_s: f64) -> Record {
     drilled(Hidden {
@@ -27,7 +16,7 @@ fn drilling(late_s: f64, influx_m3_s: f64) -> Record {
 #[test]
 fn what_is_no_proportion_is_worth_half_of_what_the_misfit_falls_by() {
     let record = drilling(2.0, 0.0);
-    let tangent = at(&record, &[]);
+    let tangent = tangent_at(&record, &[]);
     let misfit = dot(&tangent.off, &tangent.off);
     for one in [
         one("u_tube", &[6.0, 1.0, 0.0]),
@@ -46,7 +35,7 @@ fn what_is_no_proportion_is_worth_half_of_what_the_misfit_falls_by() {
 #[test]
 fn what_is_not_late_takes_nothing_away() {
     let record = drilling(2.0, 0.0);
-    let tangent = at(&record, &[]);
+    let tangent = tangent_at(&record, &[]);
     for id in ["return_flow_delay", "pump_speed_lag"] {
         let c = weigh(&record, &tangent, &[], one(id, &[0.0]));
         assert!(c.signature.iter().all(|v| v.abs() < 1e-6));
@@ -60,7 +49,7 @@ fn a_proportional_effect_weighs_the_same_at_any_strength_and_against_its_sign_no
     let weighed = |rate: f64, tried: f64| {
         let record = drilling(0.0, rate);
         let influx = one("influx", &[tried, from, lasts, rise]);
-        weigh(&record, &at(&record, &[]), &[], influx)
+        weigh(&record, &tangent_at(&record, &[]), &[], influx)
     };
     let (small, large) = (weighed(3e-3, 1e-3), weighed(3e-3, 4e-3));
     assert!((small.score / small.energy / 3e-3 - 1.0).abs() < 0.1);

@@ -2,19 +2,11 @@
 
 use crate::record::Record;
 use crate::relations::Applied;
-use crate::tangent::{Bend, Tangent};
-use crate::test_rig::{Hidden, drilled};
+use crate::tangent::Bend;
+use crate::test_rig::{Hidden, drilled, one, tangent_at};
 use crate::timing::allowances_with;
-use dgd_effects::{Timing, find};
+use dgd_effects::Timing;
 use dgd_lsq::dot;
-
-fn one(id: &str, parameters: &[f64]) -> Applied {
-    Applied::new(find(id).unwrap(), parameters.to_vec())
-}
-
-fn at(record: &Record, state: &[Applied]) -> Tangent {
-    Tangent::at(record, state, &[], Bend::Free).unwrap()
-}
 
 fn drilling(late_s: f64, lag_s: f64) -> Record {
     drilled(Hidden {
@@ -80,7 +72,7 @@ fn each_allowance_earns_its_place_and_no_other_time_is_better() {
     ] {
         let record = drilling(late_s, lag_s);
         let state = allowances_with(&record, &[], &[], Bend::Free, None).unwrap();
-        let tangent = at(&record, &state);
+        let tangent = tangent_at(&record, &state);
         let misfit = |state: &[Applied]| {
             let off = tangent.refitted(&record, state).off;
             0.5 * dot(&off, &off)
