@@ -209,18 +209,22 @@ pub(crate) fn warn_of_inflow(prepared: &Prepared, delay: i64, warnings: &mut Vec
     let inlet_pa = &prepared.inlet_pressure_pa;
     let n = inlet_pa.len();
     let base = samples_of(BASE_S, step_s).max(1);
-    let inflow = Running::of(recording.inflow_m3_s().into_iter());
-    let outflow = Running::of(recording.return_flow_m3_s.iter().copied());
+    let inflow = |t: usize| {
+        recording.mud_pump_flow_m3_s[t]
+            + recording.booster_flow_m3_s[t]
+            + recording.topfill_flow_m3_s[t]
+    };
     let delay = isize::try_from(delay).unwrap_or_default();
-    let every = (n / LOOKED_AT).max(base.div_ceil(2)).max(1);
+    let every = (n / (LOOKED_AT / 4)).max(base.div_ceil(2)).max(1);
     let most = samples_of(LATE_S[LATE_S.len() - 1], step_s);
     // The same rows for all, so that they can be compared.
     let rows: Vec<(usize, f64, f64)> = (0..n.saturating_sub(base + most))
         .step_by(every)
         .filter_map(|t| {
             let rise = inlet_pa[t + base] - inlet_pa[t];
-            let out = outflow.over(t.checked_add_signed(delay)?, base)?;
-            inflow.over(t, base + most)?;
+            let late = t.checked_add_signed(delay).filter(|t| t + base <= n)?;
+            let out = sum_over(late..late + base, |t| recording.return_flow_m3_s[t])?;
+            sum_over(t..t + base + most, inflow)?;
             rise.is_finite().then_some((t, rise, out))
         })
         .collect();
@@ -228,8 +232,8 @@ pub(crate) fn warn_of_inflow(prepared: &Prepared, delay: i64, warnings: &mut Vec
         let names = ["inflow", "outflow", "rest"];
         let mut sums = dgd_lsq::Accumulator::new(names).ok()?;
         for (t, rise, out) in &rows {
-            sums.push(&[inflow.over(t + late, base)?, *out, 1.0], *rise)
-                .ok()?;
+            let inflow = sum_over(t + late..t + late + base, inflow)?;
+            sums.push(&[inflow, *out, 1.0], *rise).ok()?;
         }
         let fit = sums.reduce().solve(1e6).ok()?;
         // More mud that flows in raises the pressure, or this is no balance.
@@ -295,27 +299,8 @@ fn samples_of(seconds: f64, step_s: f64) -> usize {
     samples
 }
 
-/// Sums of a channel from its beginning, for sums of any stretch of it.
-struct Running(Vec<(f64, usize)>);
-
-impl Running {
-    fn of(values: impl Iterator<Item = f64>) -> Self {
-        let mut sums = Vec::with_capacity(values.size_hint().0 + 1);
-        let (mut sum, mut finite) = (0.0, 0);
-        sums.push((sum, finite));
-        for value in values {
-            if value.is_finite() {
-                sum += value;
-                finite += 1;
-            }
-            sums.push((sum, finite));
-        }
-        Self(sums)
-    }
-
-    /// Sum over a stretch, `None` where a value is missing in it.
-    fn over(&self, from: usize, samples: usize) -> Option<f64> {
-        let (begin, end) = (self.0.get(from)?, self.0.get(from + samples)?);
-        (end.1 - begin.1 == samples).then_some(end.0 - begin.0)
-    }
+/// Sum over some samples, `None` where a value is missing in them.
+fn sum_over(samples: Range<usize>, value: impl Fn(usize) -> f64) -> Option<f64> {
+    let sum: f64 = samples.map(value).sum();
+    sum.is_finite().then_some(sum)
 }
