@@ -38,7 +38,7 @@ static ABOUT: About = About {
         needs: &[Excitation::BoosterSteps],
         allowance: &[1.5, 3.0, 4.5],
         belief: Belief {
-            hurdle: 5.0,
+            hurdle: 4.0,
             scale: 3.0,
         },
         ..Search::BASE

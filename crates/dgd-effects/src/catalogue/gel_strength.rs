@@ -54,7 +54,7 @@ static ABOUT: About = About {
     ],
     search: Search {
         belief: Belief {
-            hurdle: 5.0,
+            hurdle: 4.0,
             scale: 4.0,
         },
         form_error: 0.15,

@@ -65,7 +65,7 @@ static ABOUT: About = About {
         form_error: 0.15,
         size_error: 0.5,
         belief: Belief {
-            hurdle: 7.0,
+            hurdle: 4.5,
             scale: 5.0,
         },
         flowing: true,
