@@ -61,12 +61,6 @@ impl Correction {
         const LN_PRIOR: f64 = 3.0;
         self.borne - LN_PRIOR
     }
-
-    /// Whether it corrects the same place along the same quantity.
-    pub(crate) fn is_alike(&self, other: &Self) -> bool {
-        let course = |c: &Self| (c.curve.place, c.curve.quantity);
-        course(self) == course(other)
-    }
 }
 
 /// What is corrected along which quantity, and the first time of its period, s.
@@ -220,7 +214,8 @@ pub(crate) fn correction(
     let twins = (place == Place::InletReading)
         .then(|| beside_riser(record, tangent, state, excluded))
         .flatten();
-    let drawn = (DRAWN.contains(&place))
+    let drawn = DRAWN
+        .contains(&place)
         .then(|| drawn(record, tangent, state, twins.as_ref(), course))
         .flatten();
     merged(drawn.into_iter().collect(), seen)
@@ -232,7 +227,7 @@ pub(crate) fn correction(
 fn merged(drawn: Vec<Correction>, seen: Vec<Correction>) -> Vec<Correction> {
     let mut out = drawn;
     for seen in seen {
-        match (out.iter_mut()).find(|c| c.is_alike(&seen)) {
+        match (out.iter_mut()).find(|c| c.curve.is_alike(&seen.curve)) {
             Some(drawn) if drawn.evidence > seen.evidence => {}
             Some(drawn) => *drawn = seen,
             None => out.push(seen),
@@ -271,13 +266,7 @@ fn drawn(
     } else {
         KNOTS
     };
-    let through = |knots: Vec<f64>| Curve {
-        place,
-        quantity,
-        from,
-        to,
-        knots,
-    };
+    let through = |knots: Vec<f64>| Curve::new(place, quantity, (from, to), knots);
     let change = |knots: &dyn Fn(usize) -> f64| -> Vec<f64> {
         let curve = through((0..count).map(knots).collect());
         tangent.change(record, &joined(state, &Applied::from(&curve)))

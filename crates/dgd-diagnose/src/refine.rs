@@ -70,12 +70,12 @@ pub(crate) fn fitted_here(
         let mut others = all.clone();
         others.remove(at);
         if own.is_correction() {
-            let along_time = |c: &Curve| matches!(c.quantity, Quantity::Period | Quantity::Time);
             let held = own.curve();
             let found = (held.as_ref()).and_then(|held| again(record, &others, held, excluded));
+            let of_time = |held: Curve| matches!(held.quantity, Quantity::Period | Quantity::Time);
             if let Some(found) = found {
                 state[k] = Some(Applied::from(&found.curve));
-            } else if held.is_none_or(|held| along_time(&held)) {
+            } else if held.is_none_or(of_time) {
                 state[k] = None;
             }
             continue;

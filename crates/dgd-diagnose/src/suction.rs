@@ -269,13 +269,8 @@ mod tests {
         let gate = gate(&record);
         assert!(Unmeasured::of(&record, &gate, &[]).is_none());
         let seen = |place: Place| {
-            [Applied::from(&Curve {
-                place,
-                quantity: Quantity::Time,
-                from: 0.0,
-                to: 5400.0,
-                knots: vec![0.0; 100],
-            })]
+            let curve = Curve::new(place, Quantity::Time, (0.0, 5400.0), vec![0.0; 100]);
+            [Applied::from(&curve)]
         };
         assert!(Unmeasured::of(&record, &gate, &seen(Place::Suction)).is_some());
         assert!(Unmeasured::of(&record, &gate, &seen(Place::RiserReading)).is_none());

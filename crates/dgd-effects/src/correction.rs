@@ -208,13 +208,7 @@ pub const KNOTS: usize = 12;
 ///
 /// ```
 /// use dgd_effects::{Curve, Place, Quantity};
-/// let curve = Curve {
-///     place: Place::Head,
-///     quantity: Quantity::Time,
-///     from: 0.0,
-///     to: 60.0,
-///     knots: vec![0.0, 1e4, 3e4],
-/// };
+/// let curve = Curve::new(Place::Head, Quantity::Time, (0.0, 60.0), vec![0.0, 1e4, 3e4]);
 /// assert_eq!(curve.at(45.0), 2e4);
 /// assert_eq!(curve.parameters(), [1.0, 0.0, 0.0, 60.0, 0.0, 1e4, 3e4]);
 /// assert_eq!(Curve::read(&curve.parameters()), Some(curve));
@@ -234,6 +228,17 @@ pub struct Curve {
 }
 
 impl Curve {
+    /// The curve of a place along a quantity, with its first knot and its last where the quantity is `from` and `to`.
+    pub fn new(place: Place, quantity: Quantity, (from, to): (f64, f64), knots: Vec<f64>) -> Self {
+        Self {
+            place,
+            quantity,
+            from,
+            to,
+            knots,
+        }
+    }
+
     /// The curve that parameters stand for; `None` where there are too few for its head, or a code is none.
     pub fn read(parameters: &[f64]) -> Option<Self> {
         let [place, quantity, from, to, knots @ ..] = parameters else {
@@ -254,7 +259,7 @@ impl Curve {
         [&codes, &[self.from, self.to], &self.knots[..]].concat()
     }
 
-    /// Its value where the quantity is `x`; no finite number where `x` is none or both ends are the same.
+    /// Its value where the quantity is `x`, in the unit of the place; NaN where `x` is.
     pub fn at(&self, x: f64) -> f64 {
         let last = self.knots.len().saturating_sub(1);
         let position =
@@ -273,6 +278,11 @@ impl Curve {
     /// The first time of its period, from and to, s, if it has one.
     pub fn period_s(&self) -> Option<(f64, f64)> {
         (self.quantity == Quantity::Period).then_some((self.from, self.to))
+    }
+
+    /// Whether it corrects the same place along the same quantity, by whatever.
+    pub fn is_alike(&self, other: &Self) -> bool {
+        (self.place, self.quantity) == (other.place, other.quantity)
     }
 
     /// Whether it corrects nothing.
@@ -308,13 +318,7 @@ mod tests {
     fn a_curve_is_read_as_it_was_written_and_codes_are_positions() {
         for (i, place) in Place::ALL.into_iter().enumerate() {
             for (j, quantity) in Quantity::ALL.into_iter().enumerate() {
-                let curve = Curve {
-                    place,
-                    quantity,
-                    from: -1.0,
-                    to: 2.0,
-                    knots: vec![0.5; KNOTS],
-                };
+                let curve = Curve::new(place, quantity, (-1.0, 2.0), vec![0.5; KNOTS]);
                 let parameters = curve.parameters();
                 assert_eq!(parameters[..2], [i as f64, j as f64]);
                 assert_eq!(Curve::read(&parameters), Some(curve));
@@ -341,13 +345,12 @@ mod tests {
 
     #[test]
     fn a_curve_is_held_beyond_its_ends_and_is_flat_once_flattened() {
-        let curve = Curve {
-            place: Place::Head,
-            quantity: Quantity::Period,
-            from: 10.0,
-            to: 20.0,
-            knots: vec![1.0, 3.0, -1.0],
-        };
+        let curve = Curve::new(
+            Place::Head,
+            Quantity::Period,
+            (10.0, 20.0),
+            vec![1.0, 3.0, -1.0],
+        );
         let found = [0.0, 12.5, 15.0, 17.5, 99.0].map(|x| curve.at(x));
         assert_eq!(found, [1.0, 2.0, 3.0, 1.0, -1.0]);
         assert!(curve.at(f64::NAN).is_nan());

@@ -50,7 +50,7 @@ fn holds(effects: &[AppliedEffect], named: &Named) -> bool {
     named.applied.curve().is_some_and(|own| {
         let theirs = effects.iter().filter(|e| e.id == id);
         let mut curves = theirs.filter_map(|e| Curve::read(&e.parameters));
-        curves.any(|c| (c.place, c.quantity) == (own.place, own.quantity) && !c.is_flat())
+        curves.any(|curve| curve.is_alike(&own) && !curve.is_flat())
     })
 }
 

@@ -168,13 +168,8 @@ impl<'a> Search<'a> {
         let layout = tangent.layout;
         let (from, to) = record.setting.span_s;
         let change = |knot: &dyn Fn(usize) -> f64| -> Vec<f64> {
-            let curve = Curve {
-                place,
-                quantity: Quantity::Time,
-                from,
-                to,
-                knots: (0..KNOTS).map(|k| place.width() * knot(k)).collect(),
-            };
+            let knots = (0..KNOTS).map(|k| place.width() * knot(k)).collect();
+            let curve = Curve::new(place, Quantity::Time, (from, to), knots);
             let with = joined(self.state, &Applied::from(&curve));
             let finite = |v: f64| if v.is_finite() { v } else { 0.0 };
             (tangent.change(record, &with).into_iter())

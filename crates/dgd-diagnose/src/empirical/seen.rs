@@ -190,13 +190,9 @@ impl Told<'_> {
         } else {
             (&self.blocks, start_s + 0.5 * block_s, block_s)
         };
-        Curve {
-            place,
-            quantity: Quantity::Time,
-            from: from_s,
-            to: from_s + step_s * curve.len().saturating_sub(1) as f64,
-            knots: curve.iter().map(|v| sign * v).collect(),
-        }
+        let to_s = from_s + step_s * curve.len().saturating_sub(1) as f64;
+        let knots = curve.iter().map(|v| sign * v).collect();
+        Curve::new(place, Quantity::Time, (from_s, to_s), knots)
     }
 
     /// The correction of a place by the curve; the relations bear it out by so much.
@@ -210,13 +206,7 @@ impl Told<'_> {
         let count = (self.record.blocks / BALANCE_BLOCKS + 1).min(MOST_KNOTS);
         let knots = knots(&self.blocks, count).map(|knot| sign * knot);
         Correction {
-            curve: Curve {
-                place,
-                quantity: Quantity::Time,
-                from,
-                to,
-                knots: knots.collect(),
-            },
+            curve: Curve::new(place, Quantity::Time, (from, to), knots.collect()),
             signature,
             evidence: self.evidence + borne,
             borne,

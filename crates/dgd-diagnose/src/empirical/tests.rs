@@ -81,13 +81,7 @@ pub(super) fn loose(record: &Record) -> Tangent {
 pub(super) fn made(place: Place, quantity: Quantity, knots: &[f64], evidence: f64) -> Correction {
     Correction {
         size: size(place, knots),
-        curve: Curve {
-            place,
-            quantity,
-            from: 0.0,
-            to: LENGTH_S,
-            knots: knots.to_vec(),
-        },
+        curve: Curve::new(place, quantity, (0.0, LENGTH_S), knots.to_vec()),
         signature: Vec::new(),
         evidence,
         freedom: 3.0,

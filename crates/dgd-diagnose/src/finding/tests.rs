@@ -223,15 +223,8 @@ fn zigzag(place: Place, knots: [f64; 2]) -> Finding {
 
 /// A correction, as it is named.
 fn corrected(place: Place, quantity: Quantity, knots: Vec<f64>) -> Named {
-    let (from, to) = (100.0, 2620.0);
     Named {
-        applied: Applied::from(&Curve {
-            place,
-            quantity,
-            from,
-            to,
-            knots,
-        }),
+        applied: Applied::from(&Curve::new(place, quantity, (100.0, 2620.0), knots)),
         ..influx()
     }
 }
@@ -294,13 +287,12 @@ fn a_curve_that_is_the_same_all_along_does_not_drift() {
 #[test]
 fn knots_along_the_time_since_a_start_are_told_in_seconds() {
     // Half an hour at the last of three.
-    let told = told_curve(&Curve {
-        place: Place::Balance,
-        quantity: Quantity::SinceStart,
-        from: 0.0,
-        to: 30.0_f64.ln_1p(),
-        knots: vec![3e-4, -1e-4, f64::NAN],
-    });
+    let told = told_curve(&Curve::new(
+        Place::Balance,
+        Quantity::SinceStart,
+        (0.0, 30.0_f64.ln_1p()),
+        vec![3e-4, -1e-4, f64::NAN],
+    ));
     assert_eq!(
         (told.along, told.adds),
         ("time_since_start_s", "correction_m3_s")

@@ -145,10 +145,8 @@ impl<'r, 'a> Beside<'r, 'a> {
         let relation = self.best.effect.about().relation;
         let there = left.iter().filter(|c| is_left(c, rival, relation));
         let most = there.map(Correction::claim);
-        let still = left
-            .iter()
-            .find(|c| c.is_alike(rival))
-            .map_or(0.0, |c| c.borne);
+        let itself = |c: &&Correction| c.curve.is_alike(&rival.curve);
+        let still = left.iter().find(itself).map_or(0.0, |c| c.borne);
         (most.fold(0.0, f64::max), still > APART * rival.borne)
     }
 }

@@ -246,13 +246,12 @@ mod tests {
     #[test]
     fn knots_leave_five_times_as_much_over() {
         let record = drilled(Hidden::default());
-        let knots = Curve {
-            place: Place::Head,
-            quantity: Quantity::Time,
-            from: 0.0,
-            to: record.setting.span_s.1,
-            knots: vec![1e4; KNOTS],
-        };
+        let knots = Curve::new(
+            Place::Head,
+            Quantity::Time,
+            (0.0, record.setting.span_s.1),
+            vec![1e4; KNOTS],
+        );
         let state = [
             Applied::from(&knots),
             one("line_restriction", &[5.0, 3000.0]),

@@ -60,13 +60,7 @@ fn gain(evidence: f64) -> Contender {
 /// A correction of one of the places along time.
 fn correction(place: Place, evidence: f64) -> Correction {
     Correction {
-        curve: Curve {
-            place,
-            quantity: Quantity::Time,
-            from: 0.0,
-            to: 0.0,
-            knots: Vec::new(),
-        },
+        curve: Curve::new(place, Quantity::Time, (0.0, 0.0), Vec::new()),
         signature: HERE.to_vec(),
         evidence,
         freedom: 3.0,

@@ -114,13 +114,8 @@ fn what_two_transmitters_part_by_may_also_sit_elsewhere() {
     let record = drilled(Hidden::default());
     let curve: Vec<f64> = (0..180).map(|k| 1e4 * (f64::from(k) / 9.0).sin()).collect();
     let of = |place: Place, knots: &[f64]| {
-        let curve = Curve {
-            place,
-            quantity: Quantity::Time,
-            from: 0.0,
-            to: record.setting.span_s.1,
-            knots: knots.to_vec(),
-        };
+        let ends = (0.0, record.setting.span_s.1);
+        let curve = Curve::new(place, Quantity::Time, ends, knots.to_vec());
         free(&record, "unknown", &curve.parameters())
     };
     for (place, others) in [

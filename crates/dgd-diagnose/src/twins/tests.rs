@@ -135,13 +135,8 @@ fn what_a_reading_is_held_to_be_off_by_is_taken_off() {
     ] {
         // From the middle of the first block to that of the last.
         let to_s = 10.0 * (BLOCKS - 1) as f64 + 4.0;
-        let state = [Applied::from(&Curve {
-            place,
-            quantity: Quantity::Time,
-            from: 4.0,
-            to: to_s,
-            knots: curve.clone(),
-        })];
+        let held = Curve::new(place, Quantity::Time, (4.0, to_s), curve.clone());
+        let state = [Applied::from(&held)];
         let residual = |state: &[Applied]| {
             let twins = Twins::of(&record, pair, state, WANDER, &[]).unwrap();
             twins.residual().to_vec()

@@ -488,13 +488,7 @@ fn unknown_is_piecewise_linear_in_its_relation_and_held_beyond_its_knots() {
         1.0, 2.0, 4.0, 3.0, 0.0, -1.0, -1.0, -1.0, 0.0, 0.0, 2.0, 5.0,
     ];
     for place in [Place::Friction, Place::Head, Place::Balance] {
-        let curve = Curve {
-            place,
-            quantity: Quantity::Time,
-            from: 1000.0,
-            to: 2100.0,
-            knots: knots.to_vec(),
-        };
+        let curve = Curve::new(place, Quantity::Time, (1000.0, 2100.0), knots.to_vec());
         let c = drive("unknown", &curve.parameters(), &setting, &moments());
         let value = |i: usize| match place {
             Place::Friction => c[i].line_drop_pa,

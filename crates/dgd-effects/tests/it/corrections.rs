@@ -8,13 +8,12 @@ type Of = fn(&Moment) -> f64;
 
 /// Knots that rise by one each, so that a correction tells its own position among them.
 fn line(place: Place, quantity: Quantity, from: f64, to: f64) -> Curve {
-    Curve {
+    Curve::new(
         place,
         quantity,
-        from,
-        to,
-        knots: (0..KNOTS).map(|k| k as f64).collect(),
-    }
+        (from, to),
+        (0..KNOTS).map(|k| k as f64).collect(),
+    )
 }
 
 fn run(curve: &Curve, moments: &[Moment]) -> Vec<Changes> {

@@ -24,13 +24,12 @@ fn all() -> Vec<(&'static str, Vec<f64>)> {
         .map(|e| (e.about().id, usual(e.about())))
         .collect();
     for quantity in Quantity::ALL {
-        let curve = Curve {
-            place: Place::Balance,
+        let curve = Curve::new(
+            Place::Balance,
             quantity,
-            from: -1.0,
-            to: 1.0,
-            knots: (0..KNOTS).map(|k| 1e-4 * k as f64).collect(),
-        };
+            (-1.0, 1.0),
+            (0..KNOTS).map(|k| 1e-4 * k as f64).collect(),
+        );
         all.push(("unknown", curve.parameters()));
     }
     all

@@ -61,13 +61,12 @@ fn what_an_effect_saw_before_it_remembers_moves_it_by_rounding_alone() {
         Quantity::SinceStart,
         Quantity::FlowRate,
     ] {
-        let curve = Curve {
-            place: Place::Head,
+        let curve = Curve::new(
+            Place::Head,
             quantity,
-            from: 0.0,
-            to: 4.5,
-            knots: (0..KNOTS).map(|k| 1e4 * (k as f64).cos()).collect(),
-        };
+            (0.0, 4.5),
+            (0..KNOTS).map(|k| 1e4 * (k as f64).cos()).collect(),
+        );
         begins_anew("unknown", &curve.parameters());
     }
 }

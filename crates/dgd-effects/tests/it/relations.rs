@@ -76,13 +76,12 @@ fn plain() -> Vec<(&'static str, Vec<f64>)> {
         (Place::Balance, 1e-3),
     ] {
         let knots = [0.0, 0.5, 1.0, 1.5, 2.0, 2.0, 2.0, 0.5, -1.0, -0.5, 0.0, 0.0];
-        let curve = Curve {
+        let curve = Curve::new(
             place,
-            quantity: Quantity::Time,
-            from: 0.0,
-            to: SPAN_S,
-            knots: knots.map(|k: f64| k * size).to_vec(),
-        };
+            Quantity::Time,
+            (0.0, SPAN_S),
+            knots.map(|k: f64| k * size).to_vec(),
+        );
         all.push(("unknown", curve.parameters()));
     }
     all

@@ -34,13 +34,12 @@ fn swinging(place: Place, frequency: f64) -> Record {
 fn wave(place: Place, frequency: f64, phase: f64) -> Applied {
     let turn = |k: usize| TAU * k as f64 / (FINE_KNOTS - 1) as f64;
     let knots = (0..FINE_KNOTS).map(|k| place.width() * (turn(k) + phase).cos());
-    Applied::from(&Curve {
+    Applied::from(&Curve::new(
         place,
-        quantity: Quantity::Period,
-        from: START_S,
-        to: START_S + 1.0 / frequency,
-        knots: knots.collect(),
-    })
+        Quantity::Period,
+        (START_S, START_S + 1.0 / frequency),
+        knots.collect(),
+    ))
 }
 
 #[test]

@@ -271,13 +271,7 @@ fn of_a_curve_through_knots_and_one_that_is_seen_the_likelier_stands() {
 
 /// A curve that corrects nothing, through so many values.
 fn level(place: Place, quantity: Quantity, values: usize) -> Curve {
-    Curve {
-        place,
-        quantity,
-        from: 0.0,
-        to: 5400.0,
-        knots: vec![0.0; values],
-    }
+    Curve::new(place, quantity, (0.0, 5400.0), vec![0.0; values])
 }
 
 #[test]

@@ -99,13 +99,12 @@ fn a_curve_along_time_that_the_recording_does_not_show_goes_and_one_along_the_sp
         (Quantity::Time, record.setting.span_s, false),
         (Quantity::PumpSpeed, (40.0, 70.0), true),
     ] {
-        let given = Applied::from(&Curve {
-            place: Place::Friction,
+        let given = Applied::from(&Curve::new(
+            Place::Friction,
             quantity,
-            from,
-            to,
-            knots: (0..KNOTS).map(|k| 2e3 * (k % 2) as f64).collect(),
-        });
+            (from, to),
+            (0..KNOTS).map(|k| 2e3 * (k % 2) as f64).collect(),
+        ));
         let found = fitted_here(&record, std::slice::from_ref(&given), &[]);
         assert_eq!(found[0].is_some(), stays, "{quantity:?}");
         // On the training rows it adds nothing then.
