@@ -23,7 +23,7 @@ pub(crate) fn calibrate(named: &mut [Named]) {
     let [constant, margin, share, crowd] = CALIBRATION;
     // Two others are a crowd as far as both are likely: a third one that is hardly there makes none.
     let all: f64 = named.iter().map(|n| n.probability).sum();
-    for one in named.iter_mut().filter(|n| n.correction.is_none()) {
+    for one in named.iter_mut().filter(|n| !n.applied.is_correction()) {
         let raw = one.probability;
         // No share is a certainty; one of next to nothing is a rival's.
         let told = raw.clamp(1e-9, 0.99);
@@ -64,7 +64,7 @@ fn also(alternatives: &mut Vec<(String, f64)>, id: &str, more: f64) {
 pub(crate) fn doubt(named: &mut Named) {
     let parameters = named.applied.effect.about().parameters.iter();
     let strange = (parameters.zip(&named.applied.parameters)).any(|(p, v)| p.is_strange(*v));
-    if !strange || named.correction.is_some() {
+    if !strange || named.applied.is_correction() {
         return;
     }
     let of_this = logistic(-BARRED);
@@ -92,7 +92,7 @@ pub(crate) fn left_over(named: &mut Named) {
 /// Of 40 recordings of such a cause beside one of the catalogue (`dgd-plant conceal --level 2 --kind beside --count 40 --seed 904`) names beside an `unknown` are
 /// right in 25 and wrong in two; of 160 of such a cause alone (foreign, 901 to 903, and the proof of 317153) two have one.
 pub(crate) fn beside_unnamed(named: &mut [Named]) {
-    let unnamed = |n: &Named| n.correction.is_some() && n.probability > 0.5;
+    let unnamed = |n: &Named| n.applied.is_correction() && n.probability > 0.5;
     if named.iter().any(unnamed) {
         named.iter_mut().for_each(|one| outside(one, 0.25));
     }
@@ -100,7 +100,7 @@ pub(crate) fn beside_unnamed(named: &mut [Named]) {
 
 /// Multiplies the odds of an effect, and gives what that takes to what the catalogue does not hold.
 fn outside(named: &mut Named, odds: f64) {
-    if named.correction.is_some() {
+    if named.applied.is_correction() {
         return;
     }
     let own = named.probability;
@@ -116,7 +116,7 @@ fn outside(named: &mut Named, odds: f64) {
 /// --count 40 --seed 901`, 902 and 903.
 pub(crate) fn unmodelled(named: &mut Named) {
     const ODDS: f64 = 0.25;
-    if named.correction.is_none() {
+    if !named.applied.is_correction() {
         return;
     }
     let less = ODDS / (ODDS * named.probability + 1.0 - named.probability);

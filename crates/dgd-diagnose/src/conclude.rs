@@ -13,7 +13,6 @@ use crate::contest::material;
 use crate::diagnosis::{
     Check, DiagnoseError, Diagnosis, Finding, MOST_STEP_S, Options, Stage, Trace,
 };
-use crate::empirical::is_correction;
 use crate::estimates::Estimator;
 use crate::finding::{finding, heaving};
 use crate::free_run::best_gain;
@@ -302,14 +301,14 @@ fn refitted(given: &[Applied], here: &[Option<Applied>], span_s: (f64, f64)) -> 
     let told = given.iter().zip(here).map(|(before, after)| {
         let about = before.effect.about();
         let Some(after) = after else {
-            let why = if is_correction(before.effect) {
+            let why = if before.is_correction() {
                 "this recording does not show the curve along time"
             } else {
                 "this recording contradicts it"
             };
             return format!("{}: {why}; it was left out", about.id);
         };
-        if is_correction(before.effect) {
+        if before.is_correction() {
             return format!("{}, a correction", about.id);
         }
         if !acts(after) {
@@ -334,7 +333,7 @@ fn refitted(given: &[Applied], here: &[Option<Applied>], span_s: (f64, f64)) -> 
         if !acts(after) {
             return false;
         }
-        is_correction(before.effect) || (new - old).abs() <= 0.5 * old.abs()
+        before.is_correction() || (new - old).abs() <= 0.5 * old.abs()
     };
     Some(Check {
         name: "the effects of the model to start from are as strong here".into(),

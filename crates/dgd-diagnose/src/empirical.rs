@@ -15,16 +15,19 @@ use crate::relations::{Applied, joined};
 use crate::tangent::{Bend, Tangent};
 use crate::twins::{Pair, Twins};
 use crate::vectors::most_within;
-use dgd_effects::{
-    BALANCE, BOOSTER_FLOW, Effect, FLOW_RATE, FRICTION, HEAD, INLET_PRESSURE, INLET_READING, KNOTS,
-    METER_FACTOR, MUD_PUMP_FLOW, Method, PERIOD, PLACES, PUMP_SPEED, QUANTITIES, RETURN_FLOW,
-    Relation, TIME, unknown,
-};
+use dgd_effects::{Curve, KNOTS, Place, Quantity, Relation};
 use rayon::prelude::*;
 use smooth::{smoothed, weighed};
 
 /// Places that a curve through knots is drawn for. What two transmitters of one pressure tell of the others is [seen](seen::all).
-const DRAWN: usize = METER_FACTOR + 1;
+const DRAWN: [Place; 6] = [
+    Place::Friction,
+    Place::Head,
+    Place::Balance,
+    Place::InletReading,
+    Place::OutletReading,
+    Place::MeterFactor,
+];
 
 /// Knots along the inlet pressure, as the level goes up and down a riser by many lengths of what happens there; and along the time
 /// of a period, in which a filter may be cleaned at once.
@@ -33,7 +36,7 @@ const FINE_KNOTS: usize = 3 * (KNOTS - 1) + 1;
 /// A correction, weighed.
 #[derive(Clone)]
 pub(crate) struct Correction {
-    pub applied: Applied,
+    pub curve: Curve,
     /// What it takes out of the residuals, off the tangent.
     pub signature: Vec<f64>,
     /// Logarithm of the Bayes factor against nothing.
@@ -47,10 +50,7 @@ pub(crate) struct Correction {
     pub size: f64,
     pub least: f64,
     /// The curve by block, or by row of the balance, of one that is seen: finer than knots.
-    pub seen: Option<Applied>,
-    /// Index into [`PLACES`].
-    pub place: usize,
-    pub quantity: usize,
+    pub seen: Option<Curve>,
     /// By what its hurdle is multiplied, because the recording is longer than those it was set on.
     pub times: f64,
 }
@@ -63,57 +63,55 @@ impl Correction {
     }
 }
 
-/// What is corrected along which quantity: indices into [`PLACES`] and [`QUANTITIES`], and the first time of its period.
+/// What is corrected along which quantity, and the first time of its period, s.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Course {
-    pub place: usize,
-    pub quantity: usize,
-    pub period: Option<(f64, f64)>,
+    pub place: Place,
+    pub quantity: Quantity,
+    pub period_s: Option<(f64, f64)>,
 }
 
-impl Course {
-    /// That of a correction that is held.
-    pub(crate) fn of(held: &Applied) -> Self {
-        let p = &held.parameters;
-        let [place, quantity] = [0, 1].map(|k| whole(p[k]));
+impl From<&Curve> for Course {
+    fn from(curve: &Curve) -> Self {
         Self {
-            place,
-            quantity,
-            period: (quantity == PERIOD).then_some((p[2], p[3])),
+            place: curve.place,
+            quantity: curve.quantity,
+            period_s: curve.period_s(),
         }
     }
 }
 
-impl From<(usize, usize)> for Course {
-    fn from((place, quantity): (usize, usize)) -> Self {
+impl From<(Place, Quantity)> for Course {
+    fn from((place, quantity): (Place, Quantity)) -> Self {
         Self {
             place,
             quantity,
-            period: None,
+            period_s: None,
         }
     }
 }
 
-/// The range of a quantity in the recording.
-fn range(record: &Record, quantity: usize) -> (f64, f64) {
+/// The range of a quantity in the recording; a period has its own.
+fn range(record: &Record, quantity: Quantity) -> Option<(f64, f64)> {
     let f = &record.filled;
     let quantiles = |values: &[f64]| tails(values, 50).unwrap_or((0.0, 0.0));
-    match quantity {
-        0 => record.setting.span_s,
-        1 => quantiles(&f.inlet),
-        2 => quantiles(&f.mud_pump),
-        3 => quantiles(&f.booster),
-        4 => {
+    Some(match quantity {
+        Quantity::Time => record.setting.span_s,
+        Quantity::InletPressure => quantiles(&f.inlet),
+        Quantity::MudPumpFlow => quantiles(&f.mud_pump),
+        Quantity::BoosterFlow => quantiles(&f.booster),
+        Quantity::ReturnFlow => {
             let moving: Vec<f64> = f.flow.iter().copied().filter(|q| *q > 2e-3).collect();
             quantiles(&moving)
         }
-        5 => {
+        Quantity::PumpSpeed => {
             let turning: Vec<f64> = f.speed.iter().copied().filter(|w| *w > 10.0).collect();
             quantiles(&turning)
         }
-        6 => (0.0, 4.5),
-        _ => (-2e-4, 2e-4),
-    }
+        Quantity::SinceStart => (0.0, 4.5),
+        Quantity::FlowRate => (-2e-4, 2e-4),
+        Quantity::Period => return None,
+    })
 }
 
 /// Every correction that the recording excites, best first.
@@ -123,16 +121,20 @@ pub(crate) fn corrections(record: &Record, state: &[Applied]) -> Vec<Correction>
     };
     // A curve of flow and speed is the relation itself there: identification, no finding. A mass balance along the rate of
     // the flow is timing. Readings drift, or another line's flow gets into them.
-    let own = |place, quantity| match place {
-        FRICTION => quantity == RETURN_FLOW,
-        HEAD => matches!(quantity, RETURN_FLOW | PUMP_SPEED),
-        BALANCE => quantity == FLOW_RATE,
-        INLET_READING => quantity != TIME,
-        METER_FACTOR => !matches!(quantity, TIME | RETURN_FLOW),
-        _ => !matches!(quantity, MUD_PUMP_FLOW | BOOSTER_FLOW),
+    let own = |place, quantity| {
+        use Quantity::{BoosterFlow, FlowRate, MudPumpFlow, PumpSpeed, ReturnFlow, Time};
+        match place {
+            Place::Friction => quantity == ReturnFlow,
+            Place::Head => matches!(quantity, ReturnFlow | PumpSpeed),
+            Place::Balance => quantity == FlowRate,
+            Place::InletReading => quantity != Time,
+            Place::MeterFactor => !matches!(quantity, Time | ReturnFlow),
+            _ => !matches!(quantity, MudPumpFlow | BoosterFlow),
+        }
     };
-    let places: Vec<(usize, usize)> = (0..PERIOD)
-        .flat_map(|quantity| (0..DRAWN).map(move |place| (place, quantity)))
+    let places: Vec<(Place, Quantity)> = (Quantity::ALL.into_iter())
+        .filter(|quantity| *quantity != Quantity::Period)
+        .flat_map(|quantity| DRAWN.map(|place| (place, quantity)))
         .filter(|(place, quantity)| !own(*place, *quantity))
         .collect();
     let inlets_beside_riser = beside_riser(record, &whole, state, &[]);
@@ -178,7 +180,7 @@ fn hold_without(
     relation: Relation,
 ) {
     let doubtful =
-        |c: &Correction| PLACES[c.place].relation == relation && c.evidence > 0.5 * hurdle(c);
+        |c: &Correction| c.curve.place.relation() == relation && c.evidence > 0.5 * hurdle(c);
     if !blocks.contains(&true) || !found.iter().any(doubtful) {
         return;
     }
@@ -186,8 +188,7 @@ fn hold_without(
         return;
     };
     for c in found.iter_mut().filter(|c| doubtful(c)) {
-        let course = Course::of(&c.applied);
-        let again = correction(record, &others, state, blocks, course);
+        let again = correction(record, &others, state, blocks, &c.curve);
         let alone = again.map_or(0.0, |again| again.evidence);
         if alone < hurdle(c) {
             c.evidence = c.evidence.min(alone);
@@ -206,26 +207,27 @@ pub(crate) fn correction(
     course: impl Into<Course>,
 ) -> Option<Correction> {
     let course = course.into();
-    let (place, quantity) = (course.place, course.quantity);
+    let place = course.place;
     let seen = seen::pair_of(place).map_or_else(Vec::new, |pair| {
         seen::of(record, tangent, state, excluded, pair)
     });
-    let twins = (place == INLET_READING)
+    let twins = (place == Place::InletReading)
         .then(|| beside_riser(record, tangent, state, excluded))
         .flatten();
-    let drawn = (place < DRAWN)
+    let drawn = DRAWN
+        .contains(&place)
         .then(|| drawn(record, tangent, state, twins.as_ref(), course))
         .flatten();
     merged(drawn.into_iter().collect(), seen)
         .into_iter()
-        .find(|c| (c.place, c.quantity) == (place, quantity))
+        .find(|c| (c.curve.place, c.curve.quantity) == (place, course.quantity))
 }
 
 /// Curves through knots and those that are seen; of both in one place, the likelier.
 fn merged(drawn: Vec<Correction>, seen: Vec<Correction>) -> Vec<Correction> {
     let mut out = drawn;
     for seen in seen {
-        match (out.iter_mut()).find(|c| (c.place, c.quantity) == (seen.place, seen.quantity)) {
+        match (out.iter_mut()).find(|c| c.curve.is_alike(&seen.curve)) {
             Some(drawn) if drawn.evidence > seen.evidence => {}
             Some(drawn) => *drawn = seen,
             None => out.push(seen),
@@ -254,27 +256,23 @@ fn drawn(
     course: Course,
 ) -> Option<Correction> {
     let (place, quantity) = (course.place, course.quantity);
-    let (from, to) = match course.period {
-        Some(period) => period,
-        None if quantity == PERIOD => return None,
-        None => range(record, quantity),
-    };
+    let (from, to) = course.period_s.or_else(|| range(record, quantity))?;
     if to - from <= 1e-9 * to.abs().max(1e-3) {
         return None;
     }
-    let unit = PLACES[place].width;
-    let count = if course.period.is_some() || quantity == INLET_PRESSURE {
+    let unit = place.width();
+    let count = if course.period_s.is_some() || quantity == Quantity::InletPressure {
         FINE_KNOTS
     } else {
         KNOTS
     };
+    let through = |knots: Vec<f64>| Curve::new(place, quantity, (from, to), knots);
     let change = |knots: &dyn Fn(usize) -> f64| -> Vec<f64> {
-        let mut parameters = vec![place as f64, quantity as f64, from, to];
-        parameters.extend((0..count).map(knots));
-        tangent.change(record, &joined(state, &Applied::new(unknown(), parameters)))
+        let curve = through((0..count).map(knots).collect());
+        tangent.change(record, &joined(state, &Applied::from(&curve)))
     };
     let witnessed = beside_riser
-        .filter(|_| place == INLET_READING && quantity == TIME)
+        .filter(|_| place == Place::InletReading && quantity == Quantity::Time)
         .and_then(|twins| twins.normal_equations((from, to), unit));
     if let Some((gram, right)) = &witnessed
         && weighed(&smoothed(gram, right, false, false)) <= 0.0
@@ -282,7 +280,7 @@ fn drawn(
         // What the riser's transmitter does not see is no drift of the inlet's, and the relations need not be asked.
         return None;
     }
-    let columns: Vec<Vec<f64>> = if place == INLET_READING {
+    let columns: Vec<Vec<f64>> = if place == Place::InletReading {
         // The mass balance holds the rate of this reading: it answers no constant.
         (0..count)
             .map(|k| change(&|j| if j == k { unit } else { 0.0 }))
@@ -292,7 +290,7 @@ fn drawn(
         // moves within a row.
         let constant = change(&|_| unit);
         let last = (count - 1) as f64;
-        let position: Vec<f64> = if course.period.is_some() {
+        let position: Vec<f64> = if course.period_s.is_some() {
             // A period ends within a row, whose mean is of neither end.
             let within = |t: f64| (record.setting.span_s.0 + t - from).rem_euclid(to - from);
             let times = periodic::times(tangent.layout, record.block_s());
@@ -317,8 +315,8 @@ fn drawn(
             .collect()
     };
     let (mut gram, mut right) = tangent.normal_equations(record, &columns);
-    let balanced = PLACES[place].relation == Relation::RiserMassBalance && quantity == TIME;
-    let round = course.period.is_some();
+    let balanced = place == Place::Balance && quantity == Quantity::Time;
+    let round = course.period_s.is_some();
     let mut curves = smoothed(&gram, &right, balanced, round);
     let borne = weighed(&curves);
     if let Some((more, pull)) = witnessed {
@@ -329,22 +327,19 @@ fn drawn(
     let best = (curves.iter()).max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
     let evidence = weighed(&curves);
     let (coefficients, freedom) = (&best.coefficients, best.freedom);
-    let mut parameters = vec![place as f64, quantity as f64, from, to];
-    parameters.extend(coefficients.iter().map(|c| c * unit));
-    let size = size(place, &parameters[4..]);
-    let applied = Applied::new(unknown(), parameters);
-    let signature = if place == METER_FACTOR {
+    let curve = through(coefficients.iter().map(|c| c * unit).collect());
+    let signature = if place == Place::MeterFactor {
         // The curves of a flow that is off are no straight lines of it.
-        tangent.signature(record, &joined(state, &applied))
+        tangent.signature(record, &joined(state, &Applied::from(&curve)))
     } else {
-        let curve: Vec<f64> = (0..columns[0].len())
+        let change: Vec<f64> = (0..columns[0].len())
             .map(|i| {
                 (columns.iter().zip(coefficients))
                     .map(|(c, w)| w * c[i])
                     .sum()
             })
             .collect();
-        tangent.beyond(record, &curve)
+        tangent.beyond(record, &change)
     };
     let owed = if record.takes(Step::Busiest) {
         busiest(record, tangent, &signature)
@@ -353,18 +348,16 @@ fn drawn(
     };
     // The booster's flow enters an outlet's reading alone: as little as in the friction, where it shows. The mud pump's comes and goes
     // with the return flow, as what mud leaves of its strength at rest does.
-    let booster = PLACES[place].relation == Relation::Instrument && quantity == BOOSTER_FLOW;
+    let booster = place.relation() == Relation::Instrument && quantity == Quantity::BoosterFlow;
     Some(Correction {
-        applied,
+        size: size(place, &curve.knots),
+        curve,
         signature,
         evidence: evidence - owed,
         borne: borne - owed,
         freedom,
-        size,
-        least: PLACES[place].least * if booster { 0.5 } else { 1.0 },
+        least: place.least() * if booster { 0.5 } else { 1.0 },
         seen: None,
-        place,
-        quantity,
         times: Record::times_usual(record.lasts_s()),
     })
 }
@@ -373,46 +366,39 @@ fn drawn(
 pub(crate) fn again(
     record: &Record,
     others: &[Applied],
-    held: &Applied,
+    held: &Curve,
     excluded: &[bool],
 ) -> Option<Correction> {
-    let course = Course::of(held);
-    if course.place >= PLACES.len() || course.quantity >= QUANTITIES.len() {
-        return None;
-    }
     let tangent = Tangent::at(record, others, excluded, Bend::Loose)?;
-    let found = correction(record, &tangent, others, excluded, course)?;
+    let found = correction(record, &tangent, others, excluded, held)?;
     (found.evidence > hurdle(&found)).then_some(found)
 }
 
-/// Whether an effect is the empirical correction itself.
-pub(crate) fn is_correction(effect: &dyn Effect) -> bool {
-    effect.about().search.method == Method::Correction
-}
-
-/// Whether it is the curve of one that is seen, finer than any that is drawn: the shortest record has 64 rows of the balance.
-pub(crate) fn is_seen(one: &Applied) -> bool {
-    is_correction(one.effect)
-        && one.parameters.len() > 4 + FINE_KNOTS
-        && one.parameters[1] == 0.0
-        && seen::pair_of(whole(one.parameters[0])).is_some()
+/// The curve of a correction that is seen, finer than any that is drawn: the shortest record has 64 rows of the balance.
+pub(crate) fn seen_curve(one: &Applied) -> Option<Curve> {
+    let seen = |curve: &Curve| {
+        curve.knots.len() > FINE_KNOTS
+            && curve.quantity == Quantity::Time
+            && pair_of(curve.place).is_some()
+    };
+    one.curve().filter(seen)
 }
 
 /// Evidence that a correction reaches on sound recordings of this one's length.
 pub(crate) fn hurdle(c: &Correction) -> f64 {
-    let of_hours = match (PLACES[c.place].relation, c.quantity) {
+    let of_hours = match (c.curve.place.relation(), c.curve.quantity) {
         // Transmitters and drives answer late: what is left follows how fast things move.
-        (Relation::PumpHead, FLOW_RATE) => 60.0,
+        (Relation::PumpHead, Quantity::FlowRate) => 60.0,
         // What errors of the flow do to a fitted curve, too.
-        (Relation::PumpHead, INLET_PRESSURE) => 85.0,
-        (Relation::PumpHead, BOOSTER_FLOW) => 25.0,
+        (Relation::PumpHead, Quantity::InletPressure) => 85.0,
+        (Relation::PumpHead, Quantity::BoosterFlow) => 25.0,
         (Relation::PumpHead, _) => 20.0,
         // Speed stands for flow without its meter's noise.
-        (Relation::ReturnLineFriction, PUMP_SPEED) => 110.0,
-        (Relation::ReturnLineFriction, FLOW_RATE) => 45.0,
-        (Relation::ReturnLineFriction, INLET_PRESSURE) => 30.0,
+        (Relation::ReturnLineFriction, Quantity::PumpSpeed) => 110.0,
+        (Relation::ReturnLineFriction, Quantity::FlowRate) => 45.0,
+        (Relation::ReturnLineFriction, Quantity::InletPressure) => 30.0,
         (Relation::ReturnLineFriction, _) => 20.0,
-        (Relation::Instrument, TIME) => 15.0,
+        (Relation::Instrument, Quantity::Time) => 15.0,
         (Relation::Instrument, _) => 25.0,
         _ => 15.0,
     };
@@ -437,10 +423,9 @@ fn busiest(record: &Record, tangent: &Tangent, signature: &[f64]) -> f64 {
 }
 
 /// How large a curve is: its spread over the recording, and in the mass balance, which holds no constant of its own, its size.
-fn size(place: usize, curve: &[f64]) -> f64 {
+fn size(place: Place, curve: &[f64]) -> f64 {
     let n = curve.len() as f64;
-    let balance = PLACES[place].relation == Relation::RiserMassBalance;
-    let mean = if balance {
+    let mean = if place == Place::Balance {
         0.0
     } else {
         curve.iter().sum::<f64>() / n

@@ -2,7 +2,6 @@
 
 use crate::ablation::Step;
 use crate::diagnosis::ParameterEstimate;
-use crate::empirical::is_correction;
 use crate::record::Record;
 use crate::relations::{Applied, on_grid};
 use crate::select::Named;
@@ -39,7 +38,7 @@ impl<'a> Estimator<'a> {
     pub(crate) fn of(record: &'a Record, state: &'a [Applied], full: &'a Tangent) -> Self {
         let mut directions = Vec::new();
         for (effect, one) in state.iter().enumerate() {
-            if one.allowance || is_correction(one.effect) {
+            if one.allowance || one.is_correction() {
                 continue;
             }
             for (parameter, of) in one.effect.about().parameters.iter().enumerate() {
@@ -65,7 +64,7 @@ impl<'a> Estimator<'a> {
     /// Estimates of the parameters of a named effect, their intervals widened for what the forms lack; bare where [`Step::Calibration`] is
     /// left out. A correction has none.
     pub(crate) fn estimates(&self, named: &Named) -> Vec<ParameterEstimate> {
-        if named.correction.is_some() {
+        if named.applied.is_correction() {
             return Vec::new();
         }
         let about = named.applied.effect.about();

@@ -8,10 +8,7 @@ use crate::numbers::tails;
 use crate::record::Record;
 use crate::select::Named;
 use crate::twins::Pair;
-use dgd_effects::{
-    About, METER_FACTOR, OUTLET_READING, PERIOD, PLACES, QUANTITIES, Relation, SINCE_START, find,
-    told_apart_by,
-};
+use dgd_effects::{About, Curve, Place, Quantity, Relation, find, told_apart_by};
 
 /// One named effect, or the correction that no effect explains.
 ///
@@ -23,11 +20,11 @@ pub(crate) fn finding(
     held_out: Option<HeldOut>,
 ) -> Finding {
     let about = named.applied.effect.about();
-    let place = named.correction.map(|(p, _)| &PLACES[p]);
-    let relation = place.map_or(about.relation, |p| p.relation);
+    let curve = named.applied.curve();
+    let place = curve.as_ref().map(|c| c.place);
+    let relation = place.map_or(about.relation, Place::relation);
     let before = match place {
-        Some(place) if !place.reading.is_empty() => place.reading,
-        Some(place) => base_equation(place.relation),
+        Some(place) => (place.reading()).unwrap_or_else(|| base_equation(place.relation())),
         None => equation_without(about),
     };
     let title = amiss(named).map_or_else(
@@ -43,19 +40,18 @@ pub(crate) fn finding(
         probability: named.probability.clamp(0.01, 0.99),
         alternatives: named.alternatives.clone(),
         relation,
-        shows_in: place.map_or_else(|| vec![relation], |p| p.shows_in.to_vec()),
-        pair: (named.correction)
-            .and_then(|(p, _)| pair_of(p))
+        shows_in: place.map_or_else(|| vec![relation], |p| p.shows_in().to_vec()),
+        pair: (place.and_then(pair_of))
             .or_else(|| about.sensor().map(|_| Pair::Outlets))
             .map(Pair::name),
         intervals_s: vec![interval],
         region: region(record, interval),
         parameters: estimator.estimates(named),
-        curve: (named.correction).map(|(p, q)| curve(&named.applied.parameters, p, q)),
+        curve: curve.as_ref().map(told_curve),
         held_out,
         equation_before: before.to_owned(),
-        equation_after: match named.correction {
-            Some((_, q)) => format!("{before} + f({})", QUANTITIES[q].name),
+        equation_after: match &curve {
+            Some(curve) => format!("{before} + f({})", curve.quantity.name()),
             None => about.equation.to_owned(),
         },
         source: about.source.to_owned(),
@@ -72,20 +68,17 @@ pub(crate) fn finding(
 
 /// What of the model a correction finds amiss, such as "pump head depends on inlet pressure"; `None` of a cause.
 pub(crate) fn amiss(named: &Named) -> Option<String> {
-    let (p, q) = named.correction?;
-    let (place, quantity) = (PLACES[p].name, QUANTITIES[q].name);
-    let parameters = &named.applied.parameters;
-    let does = if q == PERIOD {
-        let period_s = parameters[3] - parameters[2];
-        format!("swings with a period of {:.0} min", period_s / 60.0)
-    } else if is_level(&parameters[4..], SAME) {
+    let curve = named.applied.curve()?;
+    let does = if let Some((from_s, to_s)) = curve.period_s() {
+        format!("swings with a period of {:.0} min", (to_s - from_s) / 60.0)
+    } else if is_level(&curve.knots, SAME) {
         "is offset by a constant amount".to_owned()
-    } else if quantity == "time" {
+    } else if curve.quantity == Quantity::Time {
         "drifts over time".to_owned()
     } else {
-        format!("depends on {quantity}")
+        format!("depends on {}", curve.quantity.name())
     };
-    Some(format!("{place} {does}"))
+    Some(format!("{} {does}", curve.place.name()))
 }
 
 /// A finding whose effect is likelier to resemble the cause than to be it, told as what the catalogue does not hold.
@@ -132,38 +125,31 @@ fn is_level(knots: &[f64], share: f64) -> bool {
 fn same_as(record: &Record, named: &Named) -> Option<String> {
     /// Share of its mean by which a curve may vary to be nearly an offset.
     const LEVEL: f64 = 0.5;
-    let (effect, parameters) = (named.applied.effect, &named.applied.parameters);
-    let Some((place, _)) = named.correction else {
+    let Some(Curve { place, knots, .. }) = named.applied.curve() else {
+        let (effect, parameters) = (named.applied.effect, &named.applied.parameters);
         return effect.same_as(parameters, &record.setting);
     };
-    let knots = &parameters[4..];
-    if PLACES[place].relation == Relation::RiserMassBalance && is_level(knots, SAME) {
+    if place == Place::Balance && is_level(&knots, SAME) {
         let told = "a flow meter with a zero error, or a flow that is in another unit, under another tag or not logged";
         return Some(told.to_owned());
     }
-    let outlet = place == OUTLET_READING || PLACES[place].relation == Relation::ReturnLineFriction;
+    let outlet = matches!(place, Place::OutletReading | Place::Friction);
     let mean = knots.iter().sum::<f64>() / knots.len() as f64;
-    let offset = (outlet && is_level(knots, LEVEL)).then(|| find("outlet_pressure_bias"))??;
+    let offset = (outlet && is_level(&knots, LEVEL)).then(|| find("outlet_pressure_bias"))??;
     let told = offset.same_as(&[mean], &record.setting)?;
     Some(format!("mostly {told}"))
 }
 
-/// The curve of a correction of a place along a quantity, from the codes, ends and knots of [`dgd_effects::unknown`].
-fn curve(parameters: &[f64], place: usize, quantity: usize) -> CorrectionCurve {
+/// The curve of a correction, as it is told.
+fn told_curve(curve: &Curve) -> CorrectionCurve {
     /// Points to a stretch between knots that lie along a logarithm, where the curve is not straight.
     const BENT: usize = 8;
-    let (from, to) = (parameters[2], parameters[3]);
-    let values = &parameters[4..];
+    let (from, to, values) = (curve.from, curve.to, &curve.knots);
     let last = values.len() - 1;
     // Knots lie evenly along the logarithm of the minutes and one.
-    let points = if quantity == SINCE_START { BENT } else { 1 };
-    let at = |x: f64| {
-        if quantity == SINCE_START {
-            60.0 * x.exp_m1()
-        } else {
-            x
-        }
-    };
+    let bent = curve.quantity == Quantity::SinceStart;
+    let points = if bent { BENT } else { 1 };
+    let at = |x: f64| if bent { 60.0 * x.exp_m1() } else { x };
     let knots = (0..=points * last)
         .map(|j| {
             let (k, beyond) = (j / points, (j % points) as f64 / points as f64);
@@ -178,10 +164,10 @@ fn curve(parameters: &[f64], place: usize, quantity: usize) -> CorrectionCurve {
         })
         .collect();
     CorrectionCurve {
-        along: QUANTITIES[quantity].si_name,
-        adds: match place {
-            METER_FACTOR => "correction_fraction",
-            _ if PLACES[place].relation == Relation::RiserMassBalance => "correction_m3_s",
+        along: curve.quantity.si_name(),
+        adds: match curve.place {
+            Place::MeterFactor => "correction_fraction",
+            Place::Balance => "correction_m3_s",
             _ => "correction_pa",
         },
         knots,

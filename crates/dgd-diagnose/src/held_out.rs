@@ -10,7 +10,7 @@ use crate::scan::scan;
 use crate::select::Selection;
 use crate::tangent::{Bend, Tangent};
 use crate::timing::{allowed_beside, is_late_meter};
-use dgd_effects::{AppliedEffect, AugmentedModel, PERIOD};
+use dgd_effects::{AppliedEffect, AugmentedModel, Quantity};
 use dgd_lsq::dot;
 
 /// Length of a held-out window, s, at the least; a diagnosis promises 1200.
@@ -69,7 +69,7 @@ pub(crate) fn trained(
     let mut timed: Vec<Applied> = selection.named.iter().map(|n| n.applied.clone()).collect();
     let mut state = allowed_beside(record, start, &mut timed, excluded)?;
     for (named, mut chosen) in selection.named.iter().zip(timed) {
-        match named.correction {
+        match named.applied.curve() {
             // Timed beside the pump's lag a moment ago.
             None if is_late_meter(named.applied.effect.about()) => {}
             None => {
@@ -91,21 +91,19 @@ pub(crate) fn trained(
                     }
                 }
             }
-            Some((place, quantity)) => {
+            Some(held) => {
                 let tangent = Tangent::at(record, &state, excluded, Bend::Loose);
                 let again = tangent.and_then(|t| {
-                    if quantity == PERIOD {
+                    if held.quantity == Quantity::Period {
                         // Its period is not told by the held-out windows either.
-                        in_place(record, &t, &state, place)
+                        in_place(record, &t, &state, held.place)
                     } else {
-                        correction(record, &t, &state, excluded, (place, quantity))
+                        correction(record, &t, &state, excluded, &held)
                     }
                 });
-                match again {
-                    Some(again) => chosen = again.applied,
-                    // What the training rows do not show may not be run on the held-out windows.
-                    None => chosen.parameters[4..].fill(0.0),
-                }
+                // What the training rows do not show may not be run on the held-out windows.
+                let trained = again.map_or_else(|| held.flattened(), |again| again.curve);
+                chosen = Applied::from(&trained);
             }
         }
         state = joined(&state, &chosen);

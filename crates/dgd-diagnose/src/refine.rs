@@ -1,11 +1,10 @@
 //! Parameters of named effects, moved to where all of them together explain most.
 
-use crate::empirical::{again, is_correction};
-use crate::numbers::whole;
+use crate::empirical::again;
 use crate::record::Record;
 use crate::relations::{Applied, on_grid};
 use crate::tangent::{Bend, Tangent};
-use dgd_effects::{KNOTS, PERIOD, Role, TIME};
+use dgd_effects::{Curve, KNOTS, Quantity, Role};
 use dgd_lsq::dot;
 
 /// Sharpens every parameter of the effects at and after `from`, about the whole hypothesis.
@@ -18,7 +17,7 @@ pub(crate) fn refine(
 ) {
     for _ in 0..rounds {
         for k in from..state.len() {
-            if state[k].allowance || is_correction(state[k].effect) {
+            if state[k].allowance || state[k].is_correction() {
                 continue;
             }
             let Some(tangent) = Tangent::at(record, state, excluded, Bend::Free) else {
@@ -39,9 +38,10 @@ fn moved(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usize) {
 
 /// An effect of a model to start from where the training rows do not hold it: a correction adds nothing, all else is as it was given.
 pub(crate) fn unshown(mut given: Applied) -> Applied {
-    if is_correction(given.effect) {
-        given.parameters.truncate(4 + KNOTS);
-        given.parameters[4..].fill(0.0);
+    if let Some(curve) = given.curve() {
+        let mut flat = curve.flattened();
+        flat.knots.truncate(KNOTS);
+        given.parameters = flat.parameters();
     }
     given
 }
@@ -69,11 +69,13 @@ pub(crate) fn fitted_here(
         };
         let mut others = all.clone();
         others.remove(at);
-        if is_correction(own.effect) {
-            let quantity = whole(own.parameters[1]);
-            if let Some(found) = again(record, &others, &own, excluded) {
-                state[k] = Some(found.applied);
-            } else if matches!(quantity, PERIOD | TIME) {
+        if own.is_correction() {
+            let held = own.curve();
+            let found = (held.as_ref()).and_then(|held| again(record, &others, held, excluded));
+            let of_time = |held: Curve| matches!(held.quantity, Quantity::Period | Quantity::Time);
+            if let Some(found) = found {
+                state[k] = Some(Applied::from(&found.curve));
+            } else if held.is_none_or(of_time) {
                 state[k] = None;
             }
             continue;

@@ -18,7 +18,7 @@ pub(crate) use parts::{Parts, Touched};
 pub(crate) use rows::{Rows, repeats};
 
 use crate::record::{BALANCE_BLOCKS, Record};
-use dgd_effects::{About, Changes, Effect, Moment, Role};
+use dgd_effects::{About, Changes, Curve, Effect, Method, Moment, Role, unknown};
 use parts::Row;
 use std::ops::Range;
 
@@ -48,6 +48,24 @@ impl Applied {
             parameters: effect.about().of_strength(strength),
             allowance: true,
         }
+    }
+
+    /// Whether it is the empirical correction.
+    pub(crate) fn is_correction(&self) -> bool {
+        self.effect.about().search.method == Method::Correction
+    }
+
+    /// The curve of a correction; `None` of an effect, and of a correction of no place that there is.
+    pub(crate) fn curve(&self) -> Option<Curve> {
+        (self.is_correction())
+            .then(|| Curve::read(&self.parameters))
+            .flatten()
+    }
+}
+
+impl From<&Curve> for Applied {
+    fn from(curve: &Curve) -> Self {
+        Self::new(unknown(), curve.parameters())
     }
 }
 

@@ -15,7 +15,7 @@ use crate::select::{Named, Selection};
 use crate::suction::Unmeasured;
 use crate::tangent::{Bend, Tangent};
 use beside::{Beside, Second, rivals_beside};
-use dgd_effects::{PLACES, QUANTITIES, Relation};
+use dgd_effects::{Place, Relation};
 use footprint::{Footprint, known};
 use form::Bent;
 use tracing::debug;
@@ -55,7 +55,7 @@ pub(crate) struct Round<'a> {
     /// Plausible corrections, best first.
     rivals: Vec<Correction>,
     /// Places of what has been found that the catalogue does not hold: effects that show there are not told beside it.
-    unnamed: Vec<usize>,
+    unnamed: Vec<Place>,
 }
 
 impl<'a> Round<'a> {
@@ -64,9 +64,9 @@ impl<'a> Round<'a> {
         let state = selection.state();
         let gate = Tangent::beside(record, &state, &[], Bend::Lean)?;
         let contenders = contest(record, &gate, &state);
-        let unnamed: Vec<usize> = (selection.named.iter())
+        let unnamed: Vec<Place> = (selection.named.iter())
             .filter(|n| n.is_unnamed())
-            .filter_map(|n| n.correction.map(|(place, _)| place))
+            .filter_map(|n| n.applied.curve().map(|curve| curve.place))
             .collect();
         let rivals = rivals_beside(record, &gate, &state, &unnamed);
         let known = known(record, &state, selection)?;
@@ -105,8 +105,8 @@ impl<'a> Round<'a> {
         for r in self.rivals.iter().take(3) {
             debug!(
                 "round {number}: correction of {} by {} {:.1} of {:.1}, freedom {:.1}",
-                PLACES[r.place].name,
-                QUANTITIES[r.quantity].name,
+                r.curve.place.name(),
+                r.curve.quantity.name(),
                 r.evidence,
                 self.unknown_hurdle(r),
                 r.freedom
@@ -189,7 +189,7 @@ impl<'a> Round<'a> {
             .max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
         let of_the_catalogue = |c: &Contender| {
             let about = c.effect.about();
-            let enters = PLACES[seen.place].shows_in.contains(&about.relation);
+            let enters = seen.curve.place.shows_in().contains(&about.relation);
             about.sensor().is_some() && enters && c.evidence > ALIKE * seen.evidence
         };
         (!self.contenders.iter().any(of_the_catalogue)).then_some(seen)
@@ -242,14 +242,16 @@ impl<'a> Round<'a> {
     fn rival_beyond(&self, best: &Contender, broken: f64) -> Option<&Correction> {
         // Only then is it asked where the effect shows.
         let enters = |r: &&Correction| {
-            broken > 0.0 && r.borne > self.rival_hurdle(r) && self.share_in(best, r.place) > SHOWS
+            broken > 0.0
+                && r.borne > self.rival_hurdle(r)
+                && self.share_in(best, r.curve.place) > SHOWS
         };
         self.rivals.iter().find(enters)
     }
 
     /// The corrections that enter a relation, best first.
     fn rivals_in(&self, relation: Relation) -> impl Iterator<Item = &Correction> {
-        (self.rivals.iter()).filter(move |r| PLACES[r.place].shows_in.contains(&relation))
+        (self.rivals.iter()).filter(move |r| r.curve.place.shows_in().contains(&relation))
     }
 }
 

@@ -8,6 +8,7 @@ use crate::relations::{Applied, joined, on_grid};
 use crate::round::{Round, Ruling};
 use crate::tangent::{Bend, Tangent};
 use crate::timing::{allowances_with, allowed_beside};
+use dgd_effects::Curve;
 use dgd_lsq::dot;
 use rayon::prelude::*;
 use tracing::debug;
@@ -25,8 +26,6 @@ pub(crate) struct Named {
     pub alternatives: Vec<(String, f64)>,
     /// The most that its probability may be beside another effect that is fitted to the same rows, which has the rest.
     pub most: Option<(f64, &'static str)>,
-    /// Place and quantity, where it is an empirical correction.
-    pub correction: Option<(usize, usize)>,
     /// Of a curve that is seen, while it is searched with the curve itself.
     pub held: Option<Held>,
 }
@@ -34,14 +33,14 @@ pub(crate) struct Named {
 impl Named {
     /// Whether it is something that the catalogue does not hold, and not what two transmitters show; until the search ends.
     pub(crate) fn is_unnamed(&self) -> bool {
-        self.correction.is_some() && self.held.is_none()
+        self.applied.is_correction() && self.held.is_none()
     }
 }
 
 /// What a model can hold of a curve that is seen.
 #[derive(Clone)]
 pub(crate) struct Held {
-    pub applied: Applied,
+    pub curve: Curve,
     /// Evidence that the relations bear of it.
     pub borne: f64,
 }
@@ -205,7 +204,7 @@ pub(crate) fn select(
     }
     for named in &mut selection.named {
         if let Some(held) = named.held.take() {
-            named.applied = held.applied;
+            named.applied = Applied::from(&held.curve);
         }
     }
     Some(selection)
@@ -220,9 +219,10 @@ fn revised(record: &Record, start: &[Applied], selection: &Selection) -> Option<
     let (last, before) = selection.named.split_last()?;
     let relation = last.applied.effect.about().relation;
     let rivals = (0..before.len()).filter(|k| {
-        before[*k].correction.is_none() && before[*k].applied.effect.about().relation == relation
+        !before[*k].applied.is_correction()
+            && before[*k].applied.effect.about().relation == relation
     });
-    if last.correction.is_some() {
+    if last.applied.is_correction() {
         return None;
     }
     let mut tangent = None;
@@ -355,7 +355,6 @@ mod tests {
             hurdle: 10.0,
             probability,
             alternatives: vec![("unknown".to_owned(), 0.99 - probability)],
-            correction: None,
             held: None,
             most: None,
         }

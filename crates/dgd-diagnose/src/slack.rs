@@ -2,15 +2,13 @@
 //!
 //! A second effect must stand out from all of it; what a first one leaves over for want of form is no finding.
 
-use crate::empirical::{is_correction, is_seen};
-use crate::numbers::{mean, whole};
+use crate::empirical::seen_curve;
+use crate::numbers::mean;
 use crate::record::Record;
 use crate::relations::{Applied, Blocks, joined, on_grid};
 use crate::tangent::Tangent;
 use crate::vectors::Sparse;
-use dgd_effects::{
-    Excitation, HEAD, OUTLET_READING, OUTLETS, RISER_READING, Role, STANDING_M3_S, SUCTION,
-};
+use dgd_effects::{Curve, Excitation, Place, Role, STANDING_M3_S};
 use std::sync::Arc;
 
 /// A direction in which the model may be off: a column in the units of the rows, and the prior width of its coefficient.
@@ -41,10 +39,10 @@ pub(crate) fn slack(
     if one.allowance {
         return Vec::new();
     }
-    if is_seen(one) {
-        return elsewhere(record, tangent, applied, k);
+    if let Some(curve) = seen_curve(one) {
+        return elsewhere(record, tangent, applied, &curve);
     }
-    if is_correction(one.effect) {
+    if one.is_correction() {
         return Vec::new();
     }
     let mut out = parameters(record, tangent, applied, k);
@@ -54,20 +52,19 @@ pub(crate) fn slack(
 
 /// What two transmitters part by, in the other places where some of it may sit: what the relations tell of how it is shared is
 /// less than what the two tell of the curve.
-fn elsewhere(record: &Record, tangent: &Tangent, applied: &[Applied], k: usize) -> Vec<Slack> {
-    let place = whole(applied[k].parameters[0]);
-    let others: &[usize] = if place == RISER_READING {
+fn elsewhere(record: &Record, tangent: &Tangent, applied: &[Applied], curve: &Curve) -> Vec<Slack> {
+    let others: &[Place] = match curve.place {
         // It is there because the relations find none of it.
-        &[]
-    } else if OUTLETS.contains(&place) {
-        &[OUTLET_READING]
-    } else {
-        &[HEAD, SUCTION]
+        Place::RiserReading => &[],
+        Place::FirstOutlet | Place::SecondOutlet => &[Place::OutletReading],
+        _ => &[Place::Head, Place::Suction],
     };
-    let of = |other: &usize| {
-        let mut there = applied[k].clone();
-        there.parameters[0] = *other as f64;
-        let change = tangent.change(record, &joined(applied, &there));
+    let of = |other: &Place| {
+        let there = Curve {
+            place: *other,
+            ..curve.clone()
+        };
+        let change = tangent.change(record, &joined(applied, &Applied::from(&there)));
         let column: Vec<f64> = change.into_iter().map(finite).collect();
         Slack {
             column: Arc::new(Sparse::of(&column, &tangent.layout.sections())),

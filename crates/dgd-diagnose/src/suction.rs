@@ -1,12 +1,12 @@
 //! What the suction between riser and pump inlet loses with the flow, and what it might where nothing tells.
 
-use crate::empirical::is_seen;
+use crate::empirical::seen_curve;
 use crate::layout::Section;
 use crate::numbers::{mean, whole};
 use crate::record::Record;
 use crate::relations::{Applied, imbalance_per_head};
 use crate::tangent::Tangent;
-use dgd_effects::SUCTION;
+use dgd_effects::Place;
 use dgd_lsq::dot;
 use dgd_recording::{Rank, quantile};
 
@@ -79,7 +79,8 @@ impl Unmeasured {
     /// `None` where the loss is measured, unless what lies between the transmitters that measure it is at fault: it is another from hour to hour
     /// then. Where the reading of one is, it drifts, which moves little from minute to minute.
     pub(crate) fn of(record: &Record, gate: &Tangent, state: &[Applied]) -> Option<Self> {
-        let at_fault = |one: &Applied| is_seen(one) && whole(one.parameters[0]) == SUCTION;
+        let at_fault =
+            |one: &Applied| seen_curve(one).is_some_and(|curve| curve.place == Place::Suction);
         if record.suction_heads.is_some() && !state.iter().any(at_fault) {
             return None;
         }
@@ -117,7 +118,7 @@ mod tests {
     use crate::scan::weigh;
     use crate::tangent::{Bend, Tangent};
     use crate::test_rig::{Hidden, drilled, normals};
-    use dgd_effects::{RISER_READING, SUCTION, find, unknown};
+    use dgd_effects::{Curve, Place, Quantity, find};
 
     const DT_S: f64 = 2.0;
     const SAMPLES: usize = 7200;
@@ -267,12 +268,11 @@ mod tests {
         record.suction_heads = Some(ALLOWED_HEADS);
         let gate = gate(&record);
         assert!(Unmeasured::of(&record, &gate, &[]).is_none());
-        let seen = |place: usize| {
-            let mut parameters = vec![place as f64, 0.0, 0.0, 5400.0];
-            parameters.extend([0.0; 100]);
-            [Applied::new(unknown(), parameters)]
+        let seen = |place: Place| {
+            let curve = Curve::new(place, Quantity::Time, (0.0, 5400.0), vec![0.0; 100]);
+            [Applied::from(&curve)]
         };
-        assert!(Unmeasured::of(&record, &gate, &seen(SUCTION)).is_some());
-        assert!(Unmeasured::of(&record, &gate, &seen(RISER_READING)).is_none());
+        assert!(Unmeasured::of(&record, &gate, &seen(Place::Suction)).is_some());
+        assert!(Unmeasured::of(&record, &gate, &seen(Place::RiserReading)).is_none());
     }
 }

@@ -44,7 +44,6 @@ pub(crate) fn named(id: &str, parameters: &[f64]) -> Named {
         hurdle: 3.5,
         probability: 0.9,
         alternatives: Vec::new(),
-        correction: None,
         held: None,
         most: None,
     }

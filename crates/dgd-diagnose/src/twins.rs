@@ -3,7 +3,6 @@
 
 mod parting;
 
-use crate::empirical::is_correction;
 use crate::layout::Layout;
 use crate::noise::{Wander, Whitening};
 use crate::numbers::{mean, tails};
@@ -234,7 +233,7 @@ fn precision(columns: &[Vec<f64>]) -> Option<Cholesky<f64, Dyn>> {
 
 /// By how much a hypothesis holds the first of two to read more than the second, at some times, Pa.
 fn held_apart(record: &Record, pair: Pair, state: &[Applied], t_s: &[f64]) -> Vec<f64> {
-    let of_readings = |a: &&Applied| is_correction(a.effect) || a.effect.about().sensor().is_some();
+    let of_readings = |a: &&Applied| a.is_correction() || a.effect.about().sensor().is_some();
     // They are off by the time alone: the readings of a moment do not count.
     let mut actions: Vec<Action> = (state.iter().filter(of_readings))
         .map(|a| a.effect.begin(&a.parameters, &record.setting))

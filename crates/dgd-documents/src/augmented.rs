@@ -3,8 +3,8 @@
 use crate::model::float;
 use crate::reader::{Section, Value};
 use dgd_effects::{
-    About, AppliedEffect, AugmentedModel, Curves, Effect, KNOTS, Method, PLACES, Parameter,
-    QUANTITIES, Role, Scale, catalogue, find,
+    About, AppliedEffect, AugmentedModel, Curves, Effect, KNOTS, Method, Parameter, Place,
+    Quantity, Role, Scale, catalogue, find,
 };
 use std::fmt::Write as _;
 
@@ -278,8 +278,8 @@ fn read_knots(section: &Section<'_, '_>, listed: &Value<'_>) -> Option<Vec<f64>>
 /// What the codes of a parameter stand for, from 0 on; none where it is a quantity.
 fn codes(effect: &str, parameter: &str) -> Vec<&'static str> {
     match (effect, parameter) {
-        ("unknown", "relation") => PLACES.iter().map(|place| place.name).collect(),
-        ("unknown", "quantity") => QUANTITIES.map(|q| q.name).to_vec(),
+        ("unknown", "relation") => Place::ALL.map(Place::name).to_vec(),
+        ("unknown", "quantity") => Quantity::ALL.map(Quantity::name).to_vec(),
         _ => Vec::new(),
     }
 }

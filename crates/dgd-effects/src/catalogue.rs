@@ -61,12 +61,6 @@ pub fn catalogue() -> &'static [&'static dyn Effect] {
     own::all()
 }
 
-pub use unknown::{
-    BALANCE, BOOSTER_FLOW, FLOW_RATE, FRICTION, HEAD, INLET_PRESSURE, INLET_READING, INLETS, KNOTS,
-    METER_FACTOR, MUD_PUMP_FLOW, OUTLET_READING, OUTLETS, PERIOD, PLACES, PUMP_SPEED, Place,
-    QUANTITIES, Quantity, RETURN_FLOW, RISER_READING, SINCE_START, SUCTION, TIME,
-};
-
 /// The empirical correction, which stands for what the catalogue does not hold.
 pub fn unknown() -> &'static dyn Effect {
     &unknown::Unknown

@@ -11,6 +11,7 @@
 
 mod augmented;
 mod catalogue;
+mod correction;
 mod curves;
 mod effect;
 mod moment;
@@ -18,12 +19,8 @@ mod own;
 mod search;
 
 pub use augmented::{AppliedEffect, AugmentedModel, FreeRun, Inputs, STANDING_PCT, UnknownEffect};
-pub use catalogue::{
-    BALANCE, BOOSTER_FLOW, FLOW_RATE, FRICTION, HEAD, INLET_PRESSURE, INLET_READING, INLETS, KNOTS,
-    METER_FACTOR, MUD_PUMP_FLOW, OUTLET_READING, OUTLETS, PERIOD, PLACES, PUMP_SPEED, Place,
-    QUANTITIES, Quantity, RETURN_FLOW, RISER_READING, SINCE_START, SUCTION, TIME, catalogue, find,
-    told_apart_by, unknown,
-};
+pub use catalogue::{catalogue, find, told_apart_by, unknown};
+pub use correction::{Curve, KNOTS, Place, Quantity};
 pub use curves::{
     Curves, FRICTION_TERMS, HEAD_POWERS, HEAD_TERMS, Scale, friction_terms, head_terms,
 };

@@ -16,7 +16,6 @@ fn named(evidence: f64, probability: f64, alternative: f64) -> Named {
         hurdle: 10.0,
         probability,
         alternatives: vec![("lost_circulation".to_owned(), alternative)],
-        correction: None,
         held: None,
         most: None,
     }

@@ -6,7 +6,7 @@ use crate::record::Record;
 use crate::refine::fitted_here;
 use crate::relations::Applied;
 use crate::select::{Named, Sought, select};
-use dgd_effects::AppliedEffect;
+use dgd_effects::{AppliedEffect, Curve};
 
 /// Searches again from the model that runs, as a diagnosis does that starts from it, where corrections are among what is `named`:
 /// the model may have to go without one, or one fitted without the held-out windows may explain too little.
@@ -40,19 +40,18 @@ pub(super) fn again(
 
 /// Evidence of the corrections among what is named.
 fn evidence<'a>(named: impl Iterator<Item = &'a Named>) -> f64 {
-    let corrections = named.filter(|n| n.correction.is_some());
+    let corrections = named.filter(|n| n.applied.is_correction());
     corrections.map(|n| n.evidence).sum()
 }
 
 /// Whether among the effects is a correction of the same place along the same quantity, with a curve that is not nothing.
 fn holds(effects: &[AppliedEffect], named: &Named) -> bool {
-    let about = named.applied.effect.about();
-    let alike = |e: &AppliedEffect| {
-        e.id == about.id
-            && e.parameters.get(..2) == named.applied.parameters.get(..2)
-            && e.parameters.iter().skip(4).any(|knot| *knot != 0.0)
-    };
-    named.correction.is_some() && effects.iter().any(alike)
+    let id = named.applied.effect.about().id;
+    named.applied.curve().is_some_and(|own| {
+        let theirs = effects.iter().filter(|e| e.id == id);
+        let mut curves = theirs.filter_map(|e| Curve::read(&e.parameters));
+        curves.any(|curve| curve.is_alike(&own) && !curve.is_flat())
+    })
 }
 
 /// What to say of a model that leaves so much of the evidence of its corrections to be found again.
@@ -90,7 +89,7 @@ mod tests {
     use crate::record::Record;
     use crate::select::{Sought, select};
     use crate::test_rig::{Hidden, drilled, named, normals};
-    use dgd_effects::AppliedEffect;
+    use dgd_effects::{AppliedEffect, Curve, Quantity};
 
     /// Drilling with two outlet transmitters, of which the second climbs and falls back again and again.
     fn sawing() -> Record {
@@ -114,7 +113,7 @@ mod tests {
         let [one] = &found[..] else {
             panic!("{}", found.len());
         };
-        assert!(one.correction.is_some() && one.probability > 0.5);
+        assert!(one.applied.is_correction() && one.probability > 0.5);
         let holds = AppliedEffect {
             id: one.applied.effect.about().id.to_owned(),
             parameters: one.applied.parameters.clone(),
@@ -123,10 +122,16 @@ mod tests {
             |effects: &[AppliedEffect]| again(&record, effects, &found, 1).unwrap().unwrap();
         let with = check(std::slice::from_ref(&holds));
         assert!(with.passed, "{}", with.detail);
-        let mut nothing = holds.clone();
-        nothing.parameters[4..].fill(0.0);
-        let mut elsewhere = holds.clone();
-        elsewhere.parameters[1] += 1.0;
+        let curve = one.applied.curve().unwrap();
+        let with = |curve: Curve| AppliedEffect {
+            id: holds.id.clone(),
+            parameters: curve.parameters(),
+        };
+        let nothing = with(curve.clone().flattened());
+        let elsewhere = with(Curve {
+            quantity: Quantity::InletPressure,
+            ..curve
+        });
         let influx = AppliedEffect {
             id: "influx".to_owned(),
             parameters: vec![1e-3, 0.0, 600.0, 0.15],

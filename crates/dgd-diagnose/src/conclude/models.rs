@@ -3,7 +3,6 @@
 use super::likely;
 use crate::belief::unmodelled;
 use crate::diagnosis::{Check, DiagnoseError, Simulation};
-use crate::empirical::is_correction;
 use crate::finding::amiss;
 use crate::free_run::{Part, errors, simulate};
 use crate::held_out::{held_out, model, trained};
@@ -90,7 +89,7 @@ impl Models {
         let mut simulation = run(&self.after)?;
         let mut check = None;
         // An empirical correction can make the free run unstable: on the training stretches that shows, and it is left out.
-        if named.iter().any(|n| n.correction.is_some())
+        if named.iter().any(|n| n.applied.is_correction())
             && gained(&simulation) > 0.0
             && let Some(plain) = self.without_corrections(record, named.len())
         {
@@ -120,7 +119,7 @@ impl Models {
         // Those of the model that the search starts from stay.
         let first = self.after_state.len() - found;
         let plain: Vec<Applied> = (self.after_state.iter().enumerate())
-            .filter(|(k, a)| *k < first || !is_correction(a.effect))
+            .filter(|(k, a)| *k < first || !a.is_correction())
             .map(|(_, a)| a.clone())
             .collect();
         let fit = runnable(record, &plain, &self.excluded)?;

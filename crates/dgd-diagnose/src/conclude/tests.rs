@@ -21,7 +21,6 @@ fn a_cause_is_as_likely_there_as_it_and_what_cannot_be_told_from_it() {
         hurdle: 10.0,
         probability: 0.3,
         alternatives: vec![("inflow_gain".to_owned(), 0.2), ("unknown".to_owned(), 0.1)],
-        correction: None,
         held: None,
         most: None,
     };

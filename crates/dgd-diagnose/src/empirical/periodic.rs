@@ -11,7 +11,7 @@ use crate::numbers::whole;
 use crate::record::Record;
 use crate::relations::{Applied, joined};
 use crate::tangent::{Bend, Tangent};
-use dgd_effects::{INLET_READING, KNOTS, PERIOD, PLACES, unknown};
+use dgd_effects::{Curve, KNOTS, Place, Quantity};
 use dgd_lsq::dot;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -45,9 +45,8 @@ pub(crate) fn instead_of(record: &Record, state: &[Applied], c: &Correction) -> 
     let search = Search::of(record, &tangent, state);
     let witnessed = beside_riser(record, &tangent, state, &[]).is_some();
     // Of a reading that drifts, the riser's transmitter draws the curve.
-    let places = (0..DRAWN).filter(|place| !(witnessed && *place == INLET_READING));
-    let places: Vec<usize> = places.collect();
-    let coarse: Vec<Swing> = (places.par_iter())
+    let coarse: Vec<Swing> = (DRAWN.par_iter())
+        .filter(|place| !(witnessed && **place == Place::InletReading))
         .filter_map(|place| search.coarse(*place))
         .filter(|found| plausible(&found.correction))
         .collect();
@@ -63,8 +62,8 @@ pub(crate) fn instead_of(record: &Record, state: &[Applied], c: &Correction) -> 
     let found = found.pop()?;
     debug!(
         "a period of {:.0} s in {} brings it to {:.1}",
-        found.applied.parameters[3] - found.applied.parameters[2],
-        PLACES[found.place].name,
+        found.curve.to - found.curve.from,
+        found.curve.place.name(),
         found.evidence
     );
     (found.evidence > (c.evidence + BETTER).max(hurdle(&found))).then_some(found)
@@ -75,7 +74,7 @@ pub(crate) fn in_place(
     record: &Record,
     tangent: &Tangent,
     state: &[Applied],
-    place: usize,
+    place: Place,
 ) -> Option<Correction> {
     let search = Search::of(record, tangent, state);
     (search.coarse(place).map(|found| search.finer(found))).filter(|found| found.evidence > 0.0)
@@ -121,7 +120,7 @@ impl<'a> Search<'a> {
     }
 
     /// The best of the peaks of the spectrum, its choice paid for.
-    fn coarse(&self, place: usize) -> Option<Swing> {
+    fn coarse(&self, place: Place) -> Option<Swing> {
         let power = self.spectrum(place)?;
         let peaks = peaks(&self.frequencies, &power);
         self.best(place, &peaks)
@@ -134,7 +133,7 @@ impl<'a> Search<'a> {
                 .map(|s| found.frequency + s * self.step)
                 .filter(|f| *f >= LEAST_TIMES * STEPS * self.step && *f <= 1.0 / SHORTEST_S)
                 .collect();
-            let better = self.best(found.correction.place, &near);
+            let better = self.best(found.correction.curve.place, &near);
             if let Some(better) = better.filter(|b| b.evidence() > found.evidence()) {
                 found = better;
             }
@@ -142,14 +141,14 @@ impl<'a> Search<'a> {
         found.correction
     }
 
-    fn best(&self, place: usize, frequencies: &[f64]) -> Option<Swing> {
+    fn best(&self, place: Place, frequencies: &[f64]) -> Option<Swing> {
         let from = self.record.setting.span_s.0;
         let choice = (self.frequencies.len() as f64 / STEPS).ln().max(0.0);
         let swing = |frequency: &f64| {
             let course = Course {
                 place,
-                quantity: PERIOD,
-                period: Some((from, from + 1.0 / frequency)),
+                quantity: Quantity::Period,
+                period_s: Some((from, from + 1.0 / frequency)),
             };
             let mut correction = drawn(self.record, self.tangent, self.state, None, course)?;
             correction.evidence -= choice;
@@ -163,15 +162,15 @@ impl<'a> Search<'a> {
     }
 
     /// What a swing of each frequency in a place takes out of the residuals, nearly: the tangent is not asked.
-    fn spectrum(&self, place: usize) -> Option<Vec<f64>> {
+    fn spectrum(&self, place: Place) -> Option<Vec<f64>> {
         let (first, last) = (*self.frequencies.first()?, *self.frequencies.last()?);
         let (record, tangent) = (self.record, self.tangent);
         let layout = tangent.layout;
         let (from, to) = record.setting.span_s;
         let change = |knot: &dyn Fn(usize) -> f64| -> Vec<f64> {
-            let mut parameters = vec![place as f64, 0.0, from, to];
-            parameters.extend((0..KNOTS).map(|k| PLACES[place].width * knot(k)));
-            let with = joined(self.state, &Applied::new(unknown(), parameters));
+            let knots = (0..KNOTS).map(|k| place.width() * knot(k)).collect();
+            let curve = Curve::new(place, Quantity::Time, (from, to), knots);
+            let with = joined(self.state, &Applied::from(&curve));
             let finite = |v: f64| if v.is_finite() { v } else { 0.0 };
             (tangent.change(record, &with).into_iter())
                 .map(finite)
@@ -180,7 +179,7 @@ impl<'a> Search<'a> {
         let constant = change(&|_| 1.0);
         // The mass balance holds the rate of the inlets' reading.
         let mut slope = vec![0.0; layout.len()];
-        if place == INLET_READING {
+        if place == Place::InletReading {
             let line = change(&|k| k as f64 / (KNOTS - 1) as f64);
             for row in layout.rows(Section::Balance) {
                 slope[row] = line[row] * (to - from);

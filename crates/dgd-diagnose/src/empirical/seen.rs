@@ -1,6 +1,6 @@
 //! What parts two transmitters of one pressure: seen, so that it needs no knots, and put where the relations find it.
 
-use super::{BUSIEST_S, Correction, busiest, is_seen, size};
+use super::{BUSIEST_S, Correction, busiest, seen_curve, size};
 use crate::ablation::Step;
 use crate::bayes::evidence;
 use crate::error_budget::wander;
@@ -10,31 +10,31 @@ use crate::record::{BALANCE_BLOCKS, Record};
 use crate::relations::{Applied, joined};
 use crate::tangent::Tangent;
 use crate::twins::{Pair, Twins};
-use dgd_effects::{INLET_READING, INLETS, OUTLETS, PLACES, RISER_READING, SUCTION, unknown};
+use dgd_effects::{Curve, Place, Quantity};
 use dgd_lsq::dot;
 use std::ops::Range;
 use tracing::debug;
 
 /// Where what parts two transmitters may sit.
 struct Suspect {
-    place: usize,
+    place: Place,
     pair: Pair,
     /// What the place is off by where the first reads one more than the second.
     sign: f64,
 }
 
-const fn suspect(place: usize, pair: Pair, sign: f64) -> Suspect {
+const fn suspect(place: Place, pair: Pair, sign: f64) -> Suspect {
     Suspect { place, pair, sign }
 }
 
 /// Those that enter the relations. The riser's reading enters none: it is at fault where nothing else is.
 const SUSPECTS: [Suspect; 6] = [
-    suspect(INLETS[0], Pair::Inlets, 1.0),
-    suspect(INLETS[1], Pair::Inlets, -1.0),
-    suspect(OUTLETS[0], Pair::Outlets, 1.0),
-    suspect(OUTLETS[1], Pair::Outlets, -1.0),
-    suspect(INLET_READING, Pair::InletAndRiser, 1.0),
-    suspect(SUCTION, Pair::InletAndRiser, 1.0),
+    suspect(Place::FirstInlet, Pair::Inlets, 1.0),
+    suspect(Place::SecondInlet, Pair::Inlets, -1.0),
+    suspect(Place::FirstOutlet, Pair::Outlets, 1.0),
+    suspect(Place::SecondOutlet, Pair::Outlets, -1.0),
+    suspect(Place::InletReading, Pair::InletAndRiser, 1.0),
+    suspect(Place::Suction, Pair::InletAndRiser, 1.0),
 ];
 
 /// Share of what parts the two that the relations find in the place where it sits. Of two alike, of which the other would have it with
@@ -61,10 +61,10 @@ const MOST_KNOTS: usize = 2880;
 const TELLS: f64 = 25.0;
 
 /// The pair that tells of a place.
-pub(crate) fn pair_of(place: usize) -> Option<Pair> {
+pub(crate) fn pair_of(place: Place) -> Option<Pair> {
     let of = |s: &&Suspect| s.place == place;
     let pair = SUSPECTS.iter().find(of).map(|s| s.pair);
-    pair.or((place == RISER_READING).then_some(Pair::InletAndRiser))
+    pair.or((place == Place::RiserReading).then_some(Pair::InletAndRiser))
 }
 
 /// Corrections by what parts two transmitters, of the places where the relations find it; `excluded` blocks tell nothing.
@@ -81,8 +81,8 @@ pub(super) fn all(
 ) -> Vec<Correction> {
     // What parts two is told once.
     let told = |pair: &Pair| {
-        let theirs = |one: &Applied| pair_of(whole(one.parameters[0])) == Some(*pair);
-        state.iter().any(|one| is_seen(one) && theirs(one))
+        let mut seen = state.iter().filter_map(seen_curve);
+        seen.any(|curve| pair_of(curve.place) == Some(*pair))
     };
     (Pair::ALL.into_iter())
         .filter(|pair| !told(pair))
@@ -131,7 +131,7 @@ pub(super) fn of(
             pair.name(),
             told.evidence,
             a.share,
-            PLACES[s.place].name,
+            s.place.name(),
             a.evidence
         );
     }
@@ -140,12 +140,12 @@ pub(super) fn of(
     // sooner than that.
     let tells = |a: &Asked| a.energy > 2.0 * TELLS;
     let none = |(s, a): &(&Suspect, Asked)| {
-        let untold = told.creeps && s.place == SUCTION && !tells(a);
+        let untold = told.creeps && s.place == Place::Suction && !tells(a);
         untold || tells(a) && a.share.abs() < NONE
     };
     if pair == Pair::InletAndRiser && asked.iter().all(none) {
         let nowhere = vec![0.0; tangent.off.len()];
-        out.push(told.correction((RISER_READING, -1.0), nowhere, 0.0));
+        out.push(told.correction((Place::RiserReading, -1.0), nowhere, 0.0));
     }
     let sits = match pair {
         Pair::InletAndRiser => SITS,
@@ -181,34 +181,32 @@ struct Told<'a> {
 
 impl Told<'_> {
     /// The curve as what a place is off by, with its sign. Of what the balance alone holds it has the levels from edge to edge.
-    fn fine(&self, (place, sign): (usize, f64)) -> Applied {
+    fn fine(&self, (place, sign): (Place, f64)) -> Curve {
         let Record { t_s, dt_s, .. } = self.record;
         let start_s = t_s.first().copied().unwrap_or(0.0) - 0.5 * dt_s;
         let block_s = self.record.block_s();
-        let (curve, from_s, step_s) = if place == SUCTION {
+        let (curve, from_s, step_s) = if place == Place::Suction {
             (&self.edges, start_s, block_s * BALANCE_BLOCKS as f64)
         } else {
             (&self.blocks, start_s + 0.5 * block_s, block_s)
         };
         let to_s = from_s + step_s * curve.len().saturating_sub(1) as f64;
-        let mut parameters = vec![place as f64, 0.0, from_s, to_s];
-        parameters.extend(curve.iter().map(|v| sign * v));
-        Applied::new(unknown(), parameters)
+        let knots = curve.iter().map(|v| sign * v).collect();
+        Curve::new(place, Quantity::Time, (from_s, to_s), knots)
     }
 
     /// The correction of a place by the curve; the relations bear it out by so much.
     fn correction(
         &self,
-        (place, sign): (usize, f64),
+        (place, sign): (Place, f64),
         signature: Vec<f64>,
         borne: f64,
     ) -> Correction {
         let (from, to) = self.record.setting.span_s;
-        let mut parameters = vec![place as f64, 0.0, from, to];
         let count = (self.record.blocks / BALANCE_BLOCKS + 1).min(MOST_KNOTS);
-        parameters.extend(knots(&self.blocks, count).map(|knot| sign * knot));
+        let knots = knots(&self.blocks, count).map(|knot| sign * knot);
         Correction {
-            applied: Applied::new(unknown(), parameters),
+            curve: Curve::new(place, Quantity::Time, (from, to), knots.collect()),
             signature,
             evidence: self.evidence + borne,
             borne,
@@ -216,8 +214,6 @@ impl Told<'_> {
             size: size(place, &self.beyond),
             least: LEAST_PA,
             seen: Some(self.fine((place, sign))),
-            place,
-            quantity: 0,
             times: Record::times_usual(self.record.lasts_s()),
         }
     }
@@ -242,7 +238,7 @@ impl Asked {
         suspect: &Suspect,
     ) -> Self {
         let one = told.fine((suspect.place, suspect.sign));
-        let mut signature = tangent.signature(record, &joined(state, &one));
+        let mut signature = tangent.signature(record, &joined(state, &Applied::from(&one)));
         let layout = tangent.layout;
         signature[layout.rows(Section::Outlets)].fill(0.0);
         let (energy, score) = (dot(&signature, &signature), dot(&signature, &tangent.off));

@@ -240,7 +240,6 @@ fn what_allows_for_timing_and_a_correction_take_no_certainty_away() {
     let gain = named("inflow_gain", &[0.0]);
     let correction = Named {
         applied: Applied::new(unknown(), knots),
-        correction: Some((2, 1)),
         held: None,
         most: None,
         ..gain.clone()

@@ -1,7 +1,7 @@
 //! Claims about what a finding says, in words and numbers.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::{curve, finding, heaving, region, separating_test};
+use super::{finding, heaving, region, separating_test, told_curve};
 use crate::diagnosis::Finding;
 use crate::estimates::Estimator;
 use crate::heave::Swell;
@@ -9,10 +9,7 @@ use crate::relations::Applied;
 use crate::select::Named;
 use crate::tangent::{Bend, Tangent};
 use crate::test_rig::{Hidden, INFLUX_S, drilled, named, steady};
-use dgd_effects::{
-    About, HEAD, INLET_READING, KNOTS, METER_FACTOR, OUTLET_READING, OUTLETS, PERIOD, PLACES,
-    QUANTITIES, Relation, SINCE_START, SUCTION, catalogue, find, told_apart_by, unknown,
-};
+use dgd_effects::{About, Curve, KNOTS, Place, Quantity, Relation, catalogue, find, told_apart_by};
 
 /// What the clock says at the first sample, s.
 const START_S: f64 = 100.0;
@@ -156,30 +153,25 @@ fn what_is_likelier_to_resemble_an_effect_is_told_as_unknown() {
 #[test]
 fn a_correction_is_told_by_its_place_and_its_quantity() {
     for (place, quantity) in [
-        (INLET_READING, 0),
-        (SUCTION, 0),
-        (OUTLETS[1], 0),
-        (METER_FACTOR, 4),
-        (0, 1),
-        (0, PERIOD),
+        (Place::InletReading, Quantity::Time),
+        (Place::Suction, Quantity::Time),
+        (Place::SecondOutlet, Quantity::Time),
+        (Place::MeterFactor, Quantity::ReturnFlow),
+        (Place::Friction, Quantity::InletPressure),
+        (Place::Friction, Quantity::Period),
     ] {
-        let mut named = influx();
-        named.applied = Applied::new(unknown(), vec![0.0; unknown().about().parameters.len()]);
-        named.applied.parameters[2..4].copy_from_slice(&[100.0, 2620.0]);
-        named.correction = Some((place, quantity));
-        let told = told(&named);
-        let name = PLACES[place].name;
-        let along = QUANTITIES[quantity].name;
+        let told = told(&corrected(place, quantity, vec![0.0; KNOTS]));
+        let (name, along) = (place.name(), quantity.name());
         let title = match quantity {
-            0 => format!("{name} drifts over time"),
-            PERIOD => format!("{name} swings with a period of 42 min"),
+            Quantity::Time => format!("{name} drifts over time"),
+            Quantity::Period => format!("{name} swings with a period of 42 min"),
             _ => format!("{name} depends on {along}"),
         };
         let before = match place {
-            INLET_READING => "p_meter = p_in",
-            SUCTION => "p_riser - p_in - k rho v^2 / 2 = constant",
-            METER_FACTOR => "q / q_meter = 1",
-            _ if place == OUTLETS[1] => "p_meter = p_out",
+            Place::InletReading => "p_meter = p_in",
+            Place::Suction => "p_riser - p_in - k rho v^2 / 2 = constant",
+            Place::MeterFactor => "q / q_meter = 1",
+            Place::SecondOutlet => "p_meter = p_out",
             _ => "p_out = p_0 + rho g L + phi(q) + rho L/A dq/dt",
         };
         let after = format!("{before} + f({along})");
@@ -191,11 +183,11 @@ fn a_correction_is_told_by_its_place_and_its_quantity() {
             (told.equation_before.as_str(), told.equation_after),
             (before, after)
         );
-        assert_eq!(told.relation, PLACES[place].relation);
-        assert_eq!(told.shows_in, PLACES[place].shows_in);
+        assert_eq!(told.relation, place.relation());
+        assert_eq!(told.shows_in, place.shows_in());
         let pair = match place {
-            INLET_READING | SUCTION => Some("pump inlet less riser pressure"),
-            _ if place == OUTLETS[1] => Some("outlet transmitters, first less second"),
+            Place::InletReading | Place::Suction => Some("pump inlet less riser pressure"),
+            Place::SecondOutlet => Some("outlet transmitters, first less second"),
             _ => None,
         };
         assert_eq!(told.pair, pair);
@@ -205,7 +197,7 @@ fn a_correction_is_told_by_its_place_and_its_quantity() {
         assert_eq!((from, to, curve.knots.len()), (100.0, 2620.0, KNOTS));
         assert_eq!(
             curve.adds,
-            if place == METER_FACTOR {
+            if place == Place::MeterFactor {
                 "correction_fraction"
             } else {
                 "correction_pa"
@@ -224,30 +216,38 @@ fn a_correction_is_told_by_its_place_and_its_quantity() {
 }
 
 /// What is told of a correction along time whose knots go to and fro between two values.
-fn zigzag(place: usize, knots: [f64; 2]) -> Finding {
-    let mut named = influx();
-    named.applied = Applied::new(unknown(), vec![0.0; unknown().about().parameters.len()]);
-    for (k, knot) in named.applied.parameters[4..].iter_mut().enumerate() {
-        *knot = knots[k % 2];
+fn zigzag(place: Place, knots: [f64; 2]) -> Finding {
+    let knots = (0..KNOTS).map(|k| knots[k % 2]).collect();
+    told(&corrected(place, Quantity::Time, knots))
+}
+
+/// A correction, as it is named.
+fn corrected(place: Place, quantity: Quantity, knots: Vec<f64>) -> Named {
+    Named {
+        applied: Applied::from(&Curve::new(place, quantity, (100.0, 2620.0), knots)),
+        ..influx()
     }
-    named.correction = Some((place, 0));
-    told(&named)
 }
 
 #[test]
 fn a_correction_that_is_nearly_level_is_told_as_the_offset_that_it_nearly_is() {
-    let with = |place: usize, knots: [f64; 2]| zigzag(place, knots).same_as;
+    let with = |place: Place, knots: [f64; 2]| zigzag(place, knots).same_as;
     let mut offset = influx();
     offset.applied = Applied::new(find("outlet_pressure_bias").unwrap(), vec![-7e4]);
     let as_offset = told(&offset).same_as.unwrap();
-    for place in [0, OUTLET_READING] {
+    for place in [Place::Friction, Place::OutletReading] {
         let level = with(place, [-6e4, -8e4]);
         assert_eq!(level, Some(format!("mostly {as_offset}")));
         // One that varies by more than half of its mean is none, and one about nothing has none.
         assert_eq!(with(place, [-4e4, -8e4]), None);
         assert_eq!(with(place, [-1e4, 1e4]), None);
     }
-    for place in [HEAD, METER_FACTOR, INLET_READING, OUTLETS[0]] {
+    for place in [
+        Place::Head,
+        Place::MeterFactor,
+        Place::InletReading,
+        Place::FirstOutlet,
+    ] {
         assert_eq!(with(place, [-6e4, -8e4]), None);
     }
     assert_eq!(told(&influx()).same_as, None);
@@ -255,7 +255,7 @@ fn a_correction_that_is_nearly_level_is_told_as_the_offset_that_it_nearly_is() {
 
 #[test]
 fn a_curve_that_is_the_same_all_along_does_not_drift() {
-    let (balance, friction) = (2, 0);
+    let (balance, friction) = (Place::Balance, Place::Friction);
     let same = zigzag(balance, [1.5e-3, 1.6e-3]);
     let says = "something outside the catalogue: riser mass balance is offset by a constant amount";
     assert_eq!(same.title, says);
@@ -287,9 +287,12 @@ fn a_curve_that_is_the_same_all_along_does_not_drift() {
 #[test]
 fn knots_along_the_time_since_a_start_are_told_in_seconds() {
     // Half an hour at the last of three.
-    let mut parameters = vec![2.0, SINCE_START as f64, 0.0, 30.0_f64.ln_1p()];
-    parameters.extend([3e-4, -1e-4, f64::NAN]);
-    let told = curve(&parameters, 2, SINCE_START);
+    let told = told_curve(&Curve::new(
+        Place::Balance,
+        Quantity::SinceStart,
+        (0.0, 30.0_f64.ln_1p()),
+        vec![3e-4, -1e-4, f64::NAN],
+    ));
     assert_eq!(
         (told.along, told.adds),
         ("time_since_start_s", "correction_m3_s")

@@ -10,7 +10,7 @@ use crate::ends_early::ended;
 use crate::record::Record;
 use crate::relations::{Applied, on_grid};
 use crate::tangent::{Bend, Tangent};
-use dgd_effects::{About, FLOW_RATE, HEAD, INLET_PRESSURE, PLACES, Relation, TIME};
+use dgd_effects::{About, Place, Quantity, Relation};
 use std::cell::OnceCell;
 use tracing::debug;
 
@@ -145,7 +145,7 @@ impl<'r, 'a> Beside<'r, 'a> {
         let relation = self.best.effect.about().relation;
         let there = left.iter().filter(|c| is_left(c, rival, relation));
         let most = there.map(Correction::claim);
-        let itself = |c: &&Correction| (c.place, c.quantity) == (rival.place, rival.quantity);
+        let itself = |c: &&Correction| c.curve.is_alike(&rival.curve);
         let still = left.iter().find(itself).map_or(0.0, |c| c.borne);
         (most.fold(0.0, f64::max), still > APART * rival.borne)
     }
@@ -153,12 +153,13 @@ impl<'r, 'a> Beside<'r, 'a> {
 
 /// Whether a correction tells what an effect of a relation leaves of what a rival tells.
 pub(super) fn is_left(c: &Correction, rival: &Correction, relation: Relation) -> bool {
-    let enters = |place: usize| PLACES[place].shows_in.contains(&relation);
+    let enters = |place: Place| place.shows_in().contains(&relation);
+    let (place, rival) = (c.curve.place, rival.curve.place);
     // A rival of another relation is told by what acts there.
-    let beyond = !enters(rival.place);
-    let acts = enters(c.place) || beyond && share_rows(c.place, rival.place);
+    let beyond = !enters(rival);
+    let acts = enters(place) || beyond && share_rows(place, rival);
     // In another place than the rival's sound recordings may show as much.
-    c.place == rival.place || acts && c.borne > hurdle(c)
+    place == rival || acts && c.borne > hurdle(c)
 }
 
 /// Plausible corrections beside a state, best first, in relations that nothing `unnamed` enters.
@@ -166,22 +167,23 @@ pub(super) fn rivals_beside(
     record: &Record,
     gate: &Tangent,
     state: &[Applied],
-    unnamed: &[usize],
+    unnamed: &[Place],
 ) -> Vec<Correction> {
     if !record.takes(Step::Corrections) {
         return Vec::new();
     }
     let timed = timed(state);
     // Knots leave something over where they act.
-    let acts = |place: usize| unnamed.iter().any(|knots| share_rows(place, *knots));
+    let acts = |place: Place| unnamed.iter().any(|knots| share_rows(place, *knots));
     let mut rivals = corrections(record, state);
-    rivals.retain(|r| plausible(r) && !acts(r.place) && !(timed && owed_to_timing(r)));
+    rivals.retain(|r| plausible(r) && !acts(r.curve.place) && !(timed && owed_to_timing(r)));
     if rivals.is_empty() {
         return rivals;
     }
     for end in ended(record, gate, state) {
-        let along_time =
-            |r: &&mut Correction| PLACES[r.place].relation == end.relation && r.quantity == TIME;
+        let along_time = |r: &&mut Correction| {
+            r.curve.place.relation() == end.relation && r.curve.quantity == Quantity::Time
+        };
         // It is a curve along time, with an edge that knots do not have.
         if let Some(r) = rivals.iter_mut().find(along_time) {
             r.evidence = r.evidence.max(end.evidence);
@@ -193,13 +195,17 @@ pub(super) fn rivals_beside(
 }
 
 /// Whether corrections of two places enter a relation in common.
-pub(super) fn share_rows(one: usize, other: usize) -> bool {
-    let mut relations = PLACES[one].shows_in.iter();
-    relations.any(|relation| PLACES[other].shows_in.contains(relation))
+pub(super) fn share_rows(one: Place, other: Place) -> bool {
+    let mut relations = one.shows_in().iter();
+    relations.any(|relation| other.shows_in().contains(relation))
 }
 
 /// Whether a correction is what a late meter leaves over, and no second thing: its form follows the rate of the flow, and the flow
 /// that is made of its reading is the noisier, which turns the head towards the inlet pressure.
 pub(super) fn owed_to_timing(r: &Correction) -> bool {
-    r.quantity == FLOW_RATE || (r.place == HEAD && r.quantity == INLET_PRESSURE)
+    match r.curve.quantity {
+        Quantity::FlowRate => true,
+        Quantity::InletPressure => r.curve.place == Place::Head,
+        _ => false,
+    }
 }

@@ -6,9 +6,9 @@ use super::{Round, Ruling};
 use crate::belief::{BARRED, logistic, shared};
 use crate::contest::{self, Contender, alike, at_bound, material, solved, stands};
 use crate::empirical::{Correction, hurdle, instead_of};
+use crate::relations::Applied;
 use crate::select::{Held, Named};
 use crate::timing::is_late_meter;
-use dgd_effects::PLACES;
 
 /// Evidence over which belief in a correction grows by a factor e in the odds, as a share of its hurdle: as sound recordings
 /// fall off below it.
@@ -53,7 +53,6 @@ impl Round<'_> {
             hurdle: self.hurdle(best),
             probability,
             alternatives,
-            correction: None,
             held: None,
             most: self.most(best),
         }
@@ -167,7 +166,7 @@ impl Round<'_> {
             .iter()
             .filter(|o| o.evidence > 0.0 && stands(self.record, &solved(&o.best)))
             .filter(|o| {
-                (PLACES[c.place].shows_in).contains(&o.effect.about().relation)
+                (c.curve.place.shows_in()).contains(&o.effect.about().relation)
                     && !at_bound(&solved(&o.best))
             })
             .map(|o| (o.effect.about().id.to_owned(), weight(o)))
@@ -176,17 +175,16 @@ impl Round<'_> {
         let real = logistic((evidence - self.unknown_hurdle(c)) / (SCALE * hurdle(c)) + 0.7);
         let (probability, alternatives) = shared(real, others);
         let held = c.seen.as_ref().map(|_| Held {
-            applied: c.applied.clone(),
+            curve: c.curve.clone(),
             borne: c.borne,
         });
         Named {
-            applied: c.seen.as_ref().unwrap_or(&told.applied).clone(),
+            applied: Applied::from(c.seen.as_ref().unwrap_or(&told.curve)),
             evidence,
             bent: 0.0,
             hurdle: self.unknown_hurdle(c),
             probability,
             alternatives,
-            correction: Some((told.place, told.quantity)),
             held,
             most: None,
         }

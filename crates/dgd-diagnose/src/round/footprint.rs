@@ -1,7 +1,7 @@
 //! What has been named already, and what it leaves over for want of form.
 
 use crate::contest::{hurdle, material};
-use crate::empirical::{again, is_correction, is_seen};
+use crate::empirical::{again, seen_curve};
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::select::Selection;
@@ -39,9 +39,10 @@ pub(super) fn known(
         for k in (0..selection.held).filter(|k| material(&state[*k])) {
             let mut without = state.to_vec();
             without.remove(k);
-            let evidence = if is_correction(state[k].effect) {
+            let evidence = if state[k].is_correction() {
                 // Knots are many, and the riser's transmitter may be the one that shows them.
-                again(record, &without, &state[k], &[]).map(|found| found.evidence)
+                let held = state[k].curve();
+                held.and_then(|held| again(record, &without, &held, &[]).map(|c| c.evidence))
             } else {
                 let off = whole.refitted(record, &without).off;
                 let gained = 0.5 * (dot(&off, &off) - dot(&whole.off, &whole.off));
@@ -114,7 +115,8 @@ impl Footprint {
                         .map(move |v| least > 0.0 && v.abs() > least)
                 })
                 .collect();
-            let knots = is_correction(state[one.place].effect) && !is_seen(&state[one.place]);
+            let own = &state[one.place];
+            let knots = own.is_correction() && seen_curve(own).is_none();
             Self {
                 rows,
                 evidence: one.evidence,
@@ -155,7 +157,7 @@ mod tests {
     use crate::select::Selection;
     use crate::tangent::{Bend, Tangent};
     use crate::test_rig::{Hidden, INFLUX_S, drilled};
-    use dgd_effects::{KNOTS, find, unknown};
+    use dgd_effects::{Curve, KNOTS, Place, Quantity, find};
 
     /// A signature of four rows.
     const HERE: [f64; 4] = [3.0, 4.0, 0.0, 0.0];
@@ -244,10 +246,14 @@ mod tests {
     #[test]
     fn knots_leave_five_times_as_much_over() {
         let record = drilled(Hidden::default());
-        let mut parameters = vec![1.0, 0.0, 0.0, record.setting.span_s.1];
-        parameters.extend([1e4; KNOTS]);
+        let knots = Curve::new(
+            Place::Head,
+            Quantity::Time,
+            (0.0, record.setting.span_s.1),
+            vec![1e4; KNOTS],
+        );
         let state = [
-            Applied::new(unknown(), parameters),
+            Applied::from(&knots),
             one("line_restriction", &[5.0, 3000.0]),
         ];
         let gate = Tangent::at(&record, &state, &[], Bend::Lean).unwrap();

@@ -9,7 +9,7 @@ use crate::limit::{Energy, Showing};
 use crate::relations::{Applied, on_grid};
 use crate::scan::Candidate;
 use crate::timing::is_late_meter;
-use dgd_effects::{About, PLACES};
+use dgd_effects::{About, Place};
 use dgd_lsq::dot;
 use std::ops::Range;
 use tracing::debug;
@@ -68,9 +68,7 @@ impl Round<'_> {
     /// may be named.
     pub(super) fn tolerated(&self, r: &Correction) -> f64 {
         let within = |c: &&Contender| {
-            PLACES[r.place]
-                .shows_in
-                .contains(&c.effect.about().relation)
+            (r.curve.place.shows_in()).contains(&c.effect.about().relation)
                 && !material(&solved(&c.best))
         };
         let evidence = self.contenders.iter().filter(within).map(|c| c.evidence);
@@ -147,9 +145,8 @@ impl Round<'_> {
     /// Whether an effect shows elsewhere than what the catalogue does not hold.
     fn is_beside(&self, c: &Contender) -> bool {
         let relation = &c.effect.about().relation;
-        (self.unnamed.iter()).all(|place| {
-            !PLACES[*place].shows_in.contains(relation) && self.share_in(c, *place) < SHOWS
-        })
+        (self.unnamed.iter())
+            .all(|place| !place.shows_in().contains(relation) && self.share_in(c, *place) < SHOWS)
     }
 
     /// Of the effects of the meter's timing one at the most: what it leaves over looks like the other.
@@ -190,14 +187,14 @@ impl Round<'_> {
     }
 
     /// How much of an effect shows in the relations that a correction of some place enters.
-    pub(super) fn share_in(&self, c: &Contender, place: usize) -> f64 {
+    pub(super) fn share_in(&self, c: &Contender, place: Place) -> f64 {
         let energy =
             |rows: Range<usize>| dot(&c.best.signature[rows.clone()], &c.best.signature[rows]);
         let (mut there, mut whole) = (0.0, 0.0);
         for section in Section::ALL {
             let energy = energy(self.gate.layout.rows(section));
             whole += energy;
-            there += if PLACES[place].shows_in.contains(&section.relation()) {
+            there += if place.shows_in().contains(&section.relation()) {
                 energy
             } else {
                 0.0

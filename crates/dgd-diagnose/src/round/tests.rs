@@ -18,10 +18,7 @@ use crate::select::Named;
 use crate::suction::Unmeasured;
 use crate::tangent::{Bend, Tangent};
 use crate::test_rig::{Hidden, INFLUX_S, drilled, one, parabolas};
-use dgd_effects::{
-    HEAD, INLET_PRESSURE, INLETS, METER_FACTOR, OUTLET_READING, OUTLETS, PLACES, QUANTITIES,
-    RISER_READING, Relation, find, unknown,
-};
+use dgd_effects::{Curve, Place, Quantity, Relation, find};
 use dgd_lsq::dot;
 use dgd_units::STANDARD_ATMOSPHERE_PA;
 
@@ -61,24 +58,24 @@ fn gain(evidence: f64) -> Contender {
 }
 
 /// A correction of one of the places along time.
-fn correction(place: usize, evidence: f64) -> Correction {
+fn correction(place: Place, evidence: f64) -> Correction {
     Correction {
-        applied: Applied::new(unknown(), vec![0.0; 4]),
+        curve: Curve::new(place, Quantity::Time, (0.0, 0.0), Vec::new()),
         signature: HERE.to_vec(),
         evidence,
         freedom: 3.0,
         borne: evidence,
-        size: 2.0 * PLACES[place].least,
-        least: PLACES[place].least,
+        size: 2.0 * place.least(),
+        least: place.least(),
         seen: None,
-        place,
-        quantity: 0,
         times: 1.0,
     }
 }
 
-fn place(relation: Relation) -> usize {
-    PLACES.iter().position(|p| p.relation == relation).unwrap()
+/// The same along another quantity.
+fn along(quantity: Quantity, mut one: Correction) -> Correction {
+    one.curve.quantity = quantity;
+    one
 }
 
 /// What contenders and corrections that are made up would leave over is not to be asked of it.
@@ -138,7 +135,7 @@ fn ended(ruling: Ruling) -> Named {
 fn told(ruling: Ruling) -> String {
     match ruling {
         Ruling::Named(n) | Ruling::Promised(n, ..) => n.applied.effect.about().id.to_owned(),
-        Ruling::Unnamed(n) | Ruling::Seen(n) => PLACES[n.correction.unwrap().0].name.to_owned(),
+        Ruling::Unnamed(n) | Ruling::Seen(n) => n.applied.curve().unwrap().place.name().to_owned(),
         Ruling::Nothing => "nothing".to_owned(),
     }
 }
@@ -150,18 +147,18 @@ fn logit(p: f64) -> f64 {
 #[test]
 fn an_effect_that_leaves_much_over_only_resembles_the_cause() {
     let record = swinging();
-    let balance = place(Relation::RiserMassBalance);
+    let balance = Place::Balance;
     let told_of = |evidence: f64, rival: f64| {
         let rivals = vec![correction(balance, rival)];
         told(round(&record, vec![influx(evidence)], rivals).ruling())
     };
-    assert_eq!(told_of(100.0, 60.0), PLACES[balance].name);
+    assert_eq!(told_of(100.0, 60.0), balance.name());
     // Of much that either explains it is little, and where sound recordings show as much it is not asked.
     assert_eq!(told_of(1e4, 6e3), "influx");
     assert_eq!(told_of(6e3, 1e4), "influx");
     assert_eq!(told_of(100.0, 10.0), "influx");
     // In rows that the rival does not enter nothing is left over.
-    let head = vec![correction(HEAD, 300.0)];
+    let head = vec![correction(Place::Head, 300.0)];
     assert_eq!(
         told(round(&record, vec![influx(100.0)], head).ruling()),
         "influx"
@@ -193,14 +190,14 @@ fn what_a_rival_tells_beside_an_effect_as_well_is_another_cause_and_the_larger_i
         let parameters = [1e4, 1500.0, 1.0];
         contender("outlet_pressure_bias_step", &parameters, evidence, HERE)
     };
-    let rival = correction(METER_FACTOR, 20.0);
+    let rival = correction(Place::MeterFactor, 20.0);
     let told_of = |evidence: f64, of_the_meter: f64| {
-        let rivals = vec![correction(METER_FACTOR, of_the_meter)];
+        let rivals = vec![correction(Place::MeterFactor, of_the_meter)];
         told(round(&record, vec![step(evidence)], rivals).ruling())
     };
     // A correction claims three less than its evidence.
     assert_eq!(told_of(58.0, 60.0), "outlet_pressure_bias_step");
-    assert_eq!(told_of(56.0, 60.0), PLACES[METER_FACTOR].name);
+    assert_eq!(told_of(56.0, 60.0), Place::MeterFactor.name());
     // The larger, the likelier it is a cause of its own.
     for evidence in [40.0, 60.0] {
         let best = step(evidence);
@@ -218,25 +215,25 @@ fn what_a_rival_tells_beside_an_effect_as_well_is_another_cause_and_the_larger_i
 #[test]
 fn what_is_left_is_told_where_the_effect_acts_or_the_rival_does() {
     use Relation::{PumpHead, ReturnLineFriction, RiserMassBalance};
-    let [line, balance] = [ReturnLineFriction, RiserMassBalance].map(place);
+    let (line, balance) = (Place::Friction, Place::Balance);
     let of_the_line = correction(line, 100.0);
     for (place, above, relation, left) in [
         // In the rival's place whatever it tells, and in another place of the effect's relation what no sound recording shows.
         (line, false, ReturnLineFriction, true),
-        (METER_FACTOR, true, ReturnLineFriction, true),
-        (METER_FACTOR, false, ReturnLineFriction, false),
+        (Place::MeterFactor, true, ReturnLineFriction, true),
+        (Place::MeterFactor, false, ReturnLineFriction, false),
         (balance, true, ReturnLineFriction, false),
         // A rival of another relation is told by what acts there, too.
         (line, false, RiserMassBalance, true),
         (balance, true, RiserMassBalance, true),
         (balance, false, RiserMassBalance, false),
-        (OUTLET_READING, true, RiserMassBalance, true),
-        (OUTLET_READING, false, RiserMassBalance, false),
+        (Place::OutletReading, true, RiserMassBalance, true),
+        (Place::OutletReading, false, RiserMassBalance, false),
         (balance, true, PumpHead, false),
     ] {
         let hurdle = hurdle(&correction(place, 0.0));
         let one = correction(place, if above { hurdle + 1.0 } else { 1.0 });
-        let said = format!("{} {above} beside {relation:?}", PLACES[place].name);
+        let said = format!("{} {above} beside {relation:?}", place.name());
         assert_eq!(is_left(&one, &of_the_line, relation), left, "{said}");
     }
 }
@@ -249,7 +246,14 @@ fn an_effect_that_leaves_nothing_over_is_the_cause_whatever_knots_explain() {
     let told_of = |id: &str, parameters: &[f64], evidence: f64| {
         let mut c = contender(id, parameters, evidence, HERE);
         c.best = weigh(&record, &gate, &[], one(id, parameters));
-        told(round(&record, vec![c], vec![correction(METER_FACTOR, 100.0)]).ruling())
+        told(
+            round(
+                &record,
+                vec![c],
+                vec![correction(Place::MeterFactor, 100.0)],
+            )
+            .ruling(),
+        )
     };
     for evidence in [50.0, 20.0] {
         let parameters = [RESTRICTION, RESTRICTED_S];
@@ -261,7 +265,7 @@ fn an_effect_that_leaves_nothing_over_is_the_cause_whatever_knots_explain() {
     // One that leaves the restriction over is not.
     assert_eq!(
         told_of("influx", &[1e-5, 1500.0, 1300.0, 0.15], 50.0),
-        PLACES[METER_FACTOR].name
+        Place::MeterFactor.name()
     );
 }
 
@@ -281,7 +285,7 @@ fn beside_what_the_catalogue_does_not_hold_only_another_relation_tells() {
         one.best.signature = signature;
         one
     };
-    let found = |unnamed: Option<Relation>, in_line: f64| {
+    let found = |unnamed: Option<Place>, in_line: f64| {
         // What the line holds more of is the likelier.
         let line = shows(
             contender("line_restriction", &[10.0, 2700.0], 300.0, HERE),
@@ -290,24 +294,24 @@ fn beside_what_the_catalogue_does_not_hold_only_another_relation_tells() {
         );
         let influx = shows(influx(100.0), 1.0, in_line);
         let mut round = round(&record, vec![line, influx], Vec::new());
-        round.unnamed.extend(unnamed.map(place));
+        round.unnamed.extend(unnamed);
         told(round.ruling())
     };
     // A tenth of what shows, and a little less or more.
     let tenth = |more: f64| (more * sections[3].len() as f64 / 9.0).sqrt();
     assert_eq!(found(None, 0.0), "line_restriction");
-    let line = Some(Relation::ReturnLineFriction);
+    let line = Some(Place::Friction);
     assert_eq!(found(line, tenth(0.99)), "influx");
     assert_eq!(found(line, tenth(1.01)), "nothing");
-    let balance = Some(Relation::RiserMassBalance);
+    let balance = Some(Place::Balance);
     assert_eq!(found(balance, 0.0), "line_restriction");
-    assert_eq!(found(Some(Relation::PumpHead), 0.0), "line_restriction");
+    assert_eq!(found(Some(Place::Head), 0.0), "line_restriction");
     // It must stand out by more than elsewhere.
     let at = |evidence: f64| {
         let one = shows(influx(evidence), 1.0, 0.0);
         let mut round = round(&record, vec![one], Vec::new());
         round.known = 1;
-        round.unnamed.push(place(Relation::PumpHead));
+        round.unnamed.push(Place::Head);
         told(round.ruling())
     };
     let asked = BESIDE_UNNAMED * (influx(0.0).effect.about().search.belief.hurdle + 8.0);
@@ -318,7 +322,7 @@ fn beside_what_the_catalogue_does_not_hold_only_another_relation_tells() {
 #[test]
 fn what_the_suction_may_lose_unseen_is_asked_beyond_the_hurdle() {
     let record = sound();
-    let (effect, other) = (influx(50.0), correction(2, 50.0));
+    let (effect, other) = (influx(50.0), correction(Place::Balance, 50.0));
     let mut round = round(&record, Vec::new(), Vec::new());
     let (own, of_correction) = (round.hurdle(&effect), round.unknown_hurdle(&other));
     // Of a signature of 3 and 4 a loss that goes the other way by 6 and 8 makes half of 100; one elsewhere nothing.
@@ -330,7 +334,7 @@ fn what_the_suction_may_lose_unseen_is_asked_beyond_the_hurdle() {
         assert_eq!(round.unknown_hurdle(&other), of_correction + more);
         assert_eq!(round.rival_hurdle(&other), hurdle(&other) + more);
         // It is no more beside what the catalogue does not hold.
-        round.unnamed = vec![0];
+        round.unnamed = vec![Place::Friction];
         assert_eq!(round.asked(&effect), BESIDE_UNNAMED * own + more);
         round.unnamed.clear();
         assert_eq!(round.asked(&effect), own + more);
@@ -340,7 +344,7 @@ fn what_the_suction_may_lose_unseen_is_asked_beyond_the_hurdle() {
 #[test]
 fn each_further_cause_must_show_more() {
     let record = sound();
-    let (effect, other) = (influx(50.0), correction(0, 50.0));
+    let (effect, other) = (influx(50.0), correction(Place::Friction, 50.0));
     let own = effect.effect.about().search.belief.hurdle;
     let mut round = round(&record, Vec::new(), Vec::new());
     let mut before = 0.0;
@@ -408,7 +412,7 @@ fn what_stands_above_its_hurdle_is_named_and_nothing_below() {
         assert_eq!(told_at(own + over + 0.1), "influx");
         assert_eq!(told_at(own + over), "nothing");
     }
-    let balance = place(Relation::RiserMassBalance);
+    let balance = Place::Balance;
     let least = hurdle(&correction(balance, 0.0));
     let told_at = |evidence: f64| {
         let rivals = vec![correction(balance, evidence)];
@@ -421,7 +425,7 @@ fn what_stands_above_its_hurdle_is_named_and_nothing_below() {
 #[test]
 fn the_odds_that_an_effect_only_resembles_decide_between_it_and_a_correction() {
     let record = sound();
-    let balance = place(Relation::RiserMassBalance);
+    let balance = Place::Balance;
     let contenders = vec![
         influx(100.0),
         gain(100.0),
@@ -448,7 +452,7 @@ fn the_odds_that_an_effect_only_resembles_decide_between_it_and_a_correction() {
     assert!((of(&named, "return_flow_gain") - 1.0).abs() < 1e-9);
     assert!((of(&named, "unknown") - 2.0 * (-1.0_f64).exp()).abs() < 1e-9);
     let unnamed = ended(ruled(1.0, None));
-    assert_eq!(unnamed.correction, Some((balance, 0)));
+    assert_eq!(unnamed.applied.curve(), Some(rival.curve.clone()));
     for id in ["influx", "return_flow_gain"] {
         assert!((of(&unnamed, id) - 0.5 * (-1.0_f64).exp()).abs() < 1e-9);
     }
@@ -467,7 +471,7 @@ fn the_odds_that_an_effect_only_resembles_decide_between_it_and_a_correction() {
 #[test]
 fn in_another_relation_a_correction_must_explain_twice_as_much() {
     let record = sound();
-    let friction = place(Relation::ReturnLineFriction);
+    let friction = Place::Friction;
     for evidence in [30.0, 100.0, 1000.0] {
         let rival = |times: f64| {
             let round = round(
@@ -504,28 +508,26 @@ fn what_a_form_gains_is_its_own_as_long_as_it_holds() {
 fn what_sound_recordings_show_too_is_no_rival_to_a_form_that_holds() {
     let record = sound();
     let wear = |evidence: f64| contender("pump_wear", &[2e-3], evidence, HERE);
-    let lean = |evidence: f64| Correction {
-        quantity: INLET_PRESSURE,
-        ..correction(HEAD, evidence)
-    };
+    let along_pressure = Quantity::InletPressure;
+    let lean = |evidence: f64| along(along_pressure, correction(Place::Head, evidence));
     let reached = hurdle(&lean(0.0));
     let rival = |evidence: f64, rivals: Vec<Correction>| {
         let round = round(&record, Vec::new(), rivals);
         let rival = round.rival(&wear(evidence), -1.0);
-        rival.map(|r| (r.place, r.quantity))
+        rival.map(|r| (r.curve.place, r.curve.quantity))
     };
-    let along = lean(0.0).quantity;
     assert_eq!(rival(40.0, vec![lean(0.9 * reached)]), None);
-    assert_eq!(rival(40.0, vec![lean(1.1 * reached)]), Some((HEAD, along)));
+    let leans = Some((Place::Head, along_pressure));
+    assert_eq!(rival(40.0, vec![lean(1.1 * reached)]), leans);
     // One that it hides behind, of which sound recordings show less, is one all the same.
-    let both = vec![lean(0.8 * reached), correction(HEAD, 60.0)];
-    assert_eq!(rival(20.0, both), Some((HEAD, 0)));
+    let both = vec![lean(0.8 * reached), correction(Place::Head, 60.0)];
+    assert_eq!(rival(20.0, both), Some((Place::Head, Quantity::Time)));
 }
 
 #[test]
 fn an_effect_at_the_bound_is_not_it_but_something_that_does_what_it_would() {
     let record = sound();
-    let balance = place(Relation::RiserMassBalance);
+    let balance = Place::Balance;
     let high = influx(0.0).effect.about().parameters[0].high;
     let beyond = |evidence: f64| {
         contender(
@@ -624,11 +626,11 @@ fn a_form_that_must_bend_only_lends_its_name_unless_earlier_ones_leave_that_over
 #[test]
 fn beside_a_correction_stand_the_effects_of_its_relation_that_might_be_it() {
     let record = sound();
-    let balance = place(Relation::RiserMassBalance);
+    let balance = Place::Balance;
     let high = influx(0.0).effect.about().parameters[0].high;
-    let lists = |contenders: Vec<Contender>, relation: usize, evidence: f64| {
+    let lists = |contenders: Vec<Contender>, place: Place, evidence: f64| {
         let round = round(&record, contenders, Vec::new());
-        ended(round.unnamed(&correction(relation, evidence), evidence, None))
+        ended(round.unnamed(&correction(place, evidence), evidence, None))
     };
     let odds = |n: &Named| {
         n.alternatives
@@ -668,17 +670,17 @@ fn beside_a_correction_stand_the_effects_of_its_relation_that_might_be_it() {
     }
     // Another relation, no evidence, the bound: none of these.
     let beyond = contender("influx", &[2.0 * high, 1500.0, 1300.0, 0.15], 60.0, HERE);
-    for (contenders, relation) in [
-        (vec![influx(60.0)], place(Relation::ReturnLineFriction)),
+    for (contenders, place) in [
+        (vec![influx(60.0)], Place::Friction),
         (vec![influx(0.0)], balance),
         (vec![beyond], balance),
     ] {
-        let alone = lists(contenders, relation, 60.0);
+        let alone = lists(contenders, place, 60.0);
         assert!(alone.alternatives.is_empty());
-        assert_eq!(alone.correction, Some((relation, 0)));
+        assert_eq!(alone.applied.curve().unwrap().place, place);
         assert_eq!(
             (alone.evidence, alone.hurdle),
-            (60.0, hurdle(&correction(relation, 0.0)))
+            (60.0, hurdle(&correction(place, 0.0)))
         );
     }
     // Alone it is likelier than not at its hurdle, and by e in the odds over two fifths of it.
@@ -716,7 +718,7 @@ fn what_a_second_effect_tells_bends_no_first_one_and_is_not_left_over() {
         odds: -1.0,
         sharpened: None,
     };
-    let friction = correction(place(Relation::ReturnLineFriction), 100.0);
+    let friction = correction(Place::Friction, 100.0);
     with(&record, &|round, best| {
         let beside = Beside::of(round, best, &holds);
         assert!(beside.second(|_| true).is_none());
@@ -959,9 +961,9 @@ fn late_meters_claim_what_they_are_apart_and_no_form_more() {
 #[test]
 fn what_two_transmitters_show_is_told_first_unless_an_effect_is_what_one_of_them_does() {
     let record = sound();
-    let first = |effect: Contender, place: usize, evidence: f64, seen: bool| {
+    let first = |effect: Contender, place: Place, evidence: f64, seen: bool| {
         let mut rival = correction(place, evidence);
-        rival.seen = seen.then(|| rival.applied.clone());
+        rival.seen = seen.then(|| rival.curve.clone());
         // Half of it is what the two tell by themselves.
         rival.borne = 0.5 * evidence;
         told(round(&record, vec![effect], vec![rival]).ruling())
@@ -972,36 +974,35 @@ fn what_two_transmitters_show_is_told_first_unless_an_effect_is_what_one_of_them
         let parameters = [4e4, 1500.0, 1.0];
         contender("outlet_pressure_bias_step", &parameters, evidence, HERE)
     };
-    let name = |place: usize| PLACES[place].name;
     // However much effects explain, in its relations or in others; not below its hurdle, and nothing that is drawn.
-    for place in [RISER_READING, OUTLETS[0]] {
+    for place in [Place::RiserReading, Place::FirstOutlet] {
         for effect in [influx as fn(f64) -> Contender, drift] {
             let id = effect(0.0).effect.about().id;
-            assert_eq!(first(effect(500.0), place, 100.0, true), name(place));
+            assert_eq!(first(effect(500.0), place, 100.0, true), place.name());
             assert_eq!(first(effect(500.0), place, 5.0, true), id);
             assert_eq!(first(effect(500.0), place, 100.0, false), id);
         }
     }
     // A transmitter that steps may be what parts two outlets, from seven tenths of what they show on, but no two inlets.
-    let (outlet, inlet) = (OUTLETS[0], INLETS[0]);
+    let (outlet, inlet) = (Place::FirstOutlet, Place::FirstInlet);
     assert_eq!(
         first(step(80.0), outlet, 100.0, true),
         step(0.0).effect.about().id
     );
-    assert_eq!(first(step(60.0), outlet, 100.0, true), name(outlet));
-    assert_eq!(first(step(500.0), inlet, 100.0, true), name(inlet));
+    assert_eq!(first(step(60.0), outlet, 100.0, true), outlet.name());
+    assert_eq!(first(step(500.0), inlet, 100.0, true), inlet.name());
     // What they explain of the relations as well is then held against what it claims.
     let beside = |evidence: f64, borne: f64| {
         let mut rival = correction(outlet, 100.0);
-        rival.seen = Some(rival.applied.clone());
+        rival.seen = Some(rival.curve.clone());
         rival.borne = borne;
         told(round(&record, vec![step(evidence)], vec![rival]).ruling())
     };
     for (evidence, borne, named) in [
         (80.0, 82.0, step(0.0).effect.about().id),
-        (80.0, 84.0, name(outlet)),
+        (80.0, 84.0, outlet.name()),
         (100.0, 100.0, step(0.0).effect.about().id),
-        (100.0, 130.0, name(outlet)),
+        (100.0, 130.0, outlet.name()),
     ] {
         assert_eq!(beside(evidence, borne), named, "{evidence} {borne}");
     }
@@ -1010,20 +1011,14 @@ fn what_two_transmitters_show_is_told_first_unless_an_effect_is_what_one_of_them
 #[test]
 fn the_rival_is_of_the_effects_relation_unless_another_explains_more() {
     let record = sound();
-    let (balance, friction) = (
-        place(Relation::RiserMassBalance),
-        place(Relation::ReturnLineFriction),
-    );
+    let (balance, friction) = (Place::Balance, Place::Friction);
     // Along the speed of the pump, sound recordings reach 110.
-    let along_speed = Correction {
-        quantity: 5,
-        ..correction(friction, 120.0)
-    };
+    let along_speed = along(Quantity::PumpSpeed, correction(friction, 120.0));
     let drag = || contender("line_restriction", &[5.0, 2000.0], 20.0, HERE);
     let rival = |best: &Contender, rivals: Vec<Correction>| {
         let round = round(&record, Vec::new(), rivals);
         let broken = round.form_broken(best, best.formed - best.evidence);
-        round.rival(best, broken).map(|r| r.place)
+        round.rival(best, broken).map(|r| r.curve.place)
     };
     let own = || along_speed.clone();
     assert_eq!(
@@ -1066,7 +1061,7 @@ fn the_rival_is_of_the_effects_relation_unless_another_explains_more() {
 fn what_a_broken_form_stands_for_may_sit_in_another_relation_that_it_shows_in() {
     let record = sound();
     let told_of = |formed: f64, in_head: f64, evidence: f64| {
-        let head = correction(place(Relation::PumpHead), evidence);
+        let head = correction(Place::Head, evidence);
         let mut round = round(&record, Vec::new(), vec![head]);
         let layout = round.gate.layout;
         let mut signature = vec![0.0; layout.len()];
@@ -1079,7 +1074,7 @@ fn what_a_broken_form_stands_for_may_sit_in_another_relation_that_it_shows_in() 
         round.contenders = vec![best];
         told(round.ruling())
     };
-    let least = hurdle(&correction(place(Relation::PumpHead), 0.0));
+    let least = hurdle(&correction(Place::Head, 0.0));
     assert_eq!(told_of(200.0, 0.2, 1.1 * least), "pump head");
     // Where it does not show there, where no correction stands there, and where its form holds, it is named.
     for (formed, in_head, evidence) in [
@@ -1104,19 +1099,12 @@ fn only_a_late_meter_that_was_named_makes_it_late() {
 
 #[test]
 fn a_late_meter_leaves_laws_of_the_rate_and_a_head_that_leans_over() {
-    let owed: Vec<(usize, &str)> = (0..PLACES.len())
-        .flat_map(|place| (0..QUANTITIES.len()).map(move |quantity| (place, quantity)))
-        .filter(|(place, quantity)| {
-            owed_to_timing(&Correction {
-                quantity: *quantity,
-                ..correction(*place, 50.0)
-            })
-        })
-        .map(|(place, quantity)| (place, QUANTITIES[quantity].name))
+    let owed: Vec<(Place, Quantity)> = (Place::ALL.into_iter())
+        .flat_map(|place| Quantity::ALL.map(|quantity| (place, quantity)))
+        .filter(|(place, quantity)| owed_to_timing(&along(*quantity, correction(*place, 50.0))))
         .collect();
-    let mut expected: Vec<(usize, &str)> = (0..PLACES.len())
-        .map(|place| (place, "rate of the return flow"))
-        .collect();
-    expected.insert(HEAD, (HEAD, "inlet pressure"));
+    let of_the_rate = Place::ALL.map(|place| (place, Quantity::FlowRate));
+    let mut expected = of_the_rate.to_vec();
+    expected.insert(1, (Place::Head, Quantity::InletPressure));
     assert_eq!(owed, expected);
 }

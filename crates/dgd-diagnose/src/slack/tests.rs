@@ -7,7 +7,7 @@ use crate::record::{BALANCE_BLOCKS, Record};
 use crate::relations::Blocks;
 use crate::tangent::{Bend, Tangent};
 use crate::test_rig::{BLOCK_S, Hidden, INFLUX_S, drilled, one};
-use dgd_effects::{Connection, INLET_READING, INLETS, KNOTS, OUTLETS, RISER_READING, SUCTION};
+use dgd_effects::{Connection, Curve, KNOTS, Place, Quantity};
 use dgd_lsq::dot;
 
 fn free(record: &Record, id: &str, parameters: &[f64]) -> (Vec<Slack>, Tangent) {
@@ -113,20 +113,20 @@ fn a_stand_ends_where_the_pump_starts_after_a_minute_or_more() {
 fn what_two_transmitters_part_by_may_also_sit_elsewhere() {
     let record = drilled(Hidden::default());
     let curve: Vec<f64> = (0..180).map(|k| 1e4 * (f64::from(k) / 9.0).sin()).collect();
-    let of = |place: usize, curve: &[f64]| {
-        let mut parameters = vec![place as f64, 0.0, 0.0, record.setting.span_s.1];
-        parameters.extend(curve);
-        free(&record, "unknown", &parameters)
+    let of = |place: Place, knots: &[f64]| {
+        let ends = (0.0, record.setting.span_s.1);
+        let curve = Curve::new(place, Quantity::Time, ends, knots.to_vec());
+        free(&record, "unknown", &curve.parameters())
     };
     for (place, others) in [
-        (SUCTION, 2),
-        (INLET_READING, 2),
-        (INLETS[1], 2),
-        (OUTLETS[0], 1),
-        (RISER_READING, 0),
+        (Place::Suction, 2),
+        (Place::InletReading, 2),
+        (Place::SecondInlet, 2),
+        (Place::FirstOutlet, 1),
+        (Place::RiserReading, 0),
     ] {
         let (free, tangent) = of(place, &curve);
-        assert_eq!(free.len(), others, "{place}");
+        assert_eq!(free.len(), others, "{place:?}");
         let layout = tangent.layout;
         let (head, mass) = (
             layout.rows(Section::Head),
@@ -135,14 +135,14 @@ fn what_two_transmitters_part_by_may_also_sit_elsewhere() {
         for (k, slack) in free.iter().enumerate() {
             let column = slack.column.whole();
             let acts = |rows: std::ops::Range<usize>| column[rows].iter().any(|v| v.abs() > 1e-6);
-            let outlet = OUTLETS.contains(&place);
+            let outlet = place == Place::FirstOutlet;
             assert_eq!(acts(layout.rows(Section::Friction)), outlet);
             assert_eq!(acts(head.clone()), outlet || k == 0);
             assert_eq!(acts(mass..layout.len()), k == 1);
         }
     }
     // Knots of a model are drawn where they are.
-    assert!(of(SUCTION, &curve[..KNOTS]).0.is_empty());
+    assert!(of(Place::Suction, &curve[..KNOTS]).0.is_empty());
 }
 
 #[test]

@@ -170,7 +170,6 @@ fn a_named_effect_takes_the_place_of_its_allowance() {
         hurdle: 10.0,
         probability: 0.9,
         alternatives: Vec::new(),
-        correction: None,
         held: None,
         most: None,
     };

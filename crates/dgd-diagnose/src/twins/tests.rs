@@ -7,7 +7,7 @@ use crate::numbers::whole;
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::test_rig::{normals, steady};
-use dgd_effects::{INLET_READING, INLETS, KNOTS, OUTLETS, RISER_READING, unknown};
+use dgd_effects::{Curve, KNOTS, Place, Quantity};
 use dgd_lsq::dot;
 use nalgebra::{DMatrix, DVector};
 
@@ -123,21 +123,20 @@ fn what_a_reading_is_held_to_be_off_by_is_taken_off() {
     let record = doubled();
     let curve: Vec<f64> = (0..BLOCKS).map(|b| 3e4 * (b as f64 / 90.0).sin()).collect();
     for (pair, place, share) in [
-        (Pair::Inlets, INLETS[0], 1.0),
-        (Pair::Inlets, INLETS[1], -1.0),
-        (Pair::Outlets, OUTLETS[0], 1.0),
-        (Pair::Outlets, OUTLETS[1], -1.0),
-        (Pair::InletAndRiser, INLET_READING, 1.0),
-        (Pair::InletAndRiser, INLETS[1], 0.5),
-        (Pair::InletAndRiser, RISER_READING, -1.0),
+        (Pair::Inlets, Place::FirstInlet, 1.0),
+        (Pair::Inlets, Place::SecondInlet, -1.0),
+        (Pair::Outlets, Place::FirstOutlet, 1.0),
+        (Pair::Outlets, Place::SecondOutlet, -1.0),
+        (Pair::InletAndRiser, Place::InletReading, 1.0),
+        (Pair::InletAndRiser, Place::SecondInlet, 0.5),
+        (Pair::InletAndRiser, Place::RiserReading, -1.0),
         // What moves both of two parts them by nothing.
-        (Pair::Inlets, INLET_READING, 0.0),
+        (Pair::Inlets, Place::InletReading, 0.0),
     ] {
         // From the middle of the first block to that of the last.
         let to_s = 10.0 * (BLOCKS - 1) as f64 + 4.0;
-        let mut parameters = vec![place as f64, 0.0, 4.0, to_s];
-        parameters.extend(&curve);
-        let state = [Applied::new(unknown(), parameters)];
+        let held = Curve::new(place, Quantity::Time, (4.0, to_s), curve.clone());
+        let state = [Applied::from(&held)];
         let residual = |state: &[Applied]| {
             let twins = Twins::of(&record, pair, state, WANDER, &[]).unwrap();
             twins.residual().to_vec()
@@ -147,7 +146,7 @@ fn what_a_reading_is_held_to_be_off_by_is_taken_off() {
         for (b, by) in curve.iter().enumerate() {
             // But for the median of what is left.
             let found = taken(b) - taken(0);
-            assert!((found - share * by).abs() < 1e-3, "{place} {b}: {found}");
+            assert!((found - share * by).abs() < 1e-3, "{place:?} {b}: {found}");
         }
     }
 }

@@ -6,8 +6,8 @@ use dgd_documents::{
     write_model_document,
 };
 use dgd_effects::{
-    AppliedEffect, AugmentedModel, Curves, FRICTION_TERMS, HEAD_TERMS, PLACES, Parameter,
-    QUANTITIES, Role, Scale, catalogue, find, unknown,
+    AppliedEffect, AugmentedModel, Curves, FRICTION_TERMS, HEAD_TERMS, Parameter, Place, Quantity,
+    Role, Scale, catalogue, find, unknown,
 };
 use proptest::prelude::*;
 
@@ -212,14 +212,14 @@ fn corrected(relation: &str, quantity: &str) -> String {
 
 #[test]
 fn a_correction_s_codes_are_those_of_the_catalogue() {
-    for (place, quantity) in [(0, 0), (PLACES.len() - 1, QUANTITIES.len() - 1)] {
+    for (place, quantity) in [(0, 0), (Place::ALL.len() - 1, Quantity::ALL.len() - 1)] {
         let source = corrected(&place.to_string(), &format!("{quantity}.0"));
         let (document, warnings) = read_model_document(&source).unwrap();
         assert!(warnings.is_empty(), "{warnings:?}");
         let effects = document.augmented.unwrap().effects;
         assert_eq!(effects[1].parameters[..2], [place as f64, quantity as f64]);
     }
-    let last = PLACES.len() - 1;
+    let last = Place::ALL.len() - 1;
     for wrong in ["12", "-1", "2.5", "1e300"] {
         let source = corrected(wrong, "0");
         let error = read_model_document(&source).unwrap_err();

@@ -1,7 +1,7 @@
 //! What each effect changes: where, in which direction, how much.
 
 use crate::{AIR_PA, G, RHO, close, drive, moments, setting};
-use dgd_effects::{Changes, MeterPath, Moment, find, shrunk};
+use dgd_effects::{Changes, Curve, MeterPath, Moment, Place, Quantity, find, shrunk};
 
 fn at(t_s: f64) -> Moment {
     moments().into_iter().find(|m| m.t_s >= t_s).unwrap()
@@ -487,13 +487,12 @@ fn unknown_is_piecewise_linear_in_its_relation_and_held_beyond_its_knots() {
     let knots = [
         1.0, 2.0, 4.0, 3.0, 0.0, -1.0, -1.0, -1.0, 0.0, 0.0, 2.0, 5.0,
     ];
-    for (relation, quantity) in [(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)] {
-        let mut p = vec![relation, quantity, 1000.0, 2100.0];
-        p.extend(knots);
-        let c = drive("unknown", &p, &setting, &moments());
-        let value = |i: usize| match relation {
-            0.0 => c[i].line_drop_pa,
-            1.0 => c[i].head_pa,
+    for place in [Place::Friction, Place::Head, Place::Balance] {
+        let curve = Curve::new(place, Quantity::Time, (1000.0, 2100.0), knots.to_vec());
+        let c = drive("unknown", &curve.parameters(), &setting, &moments());
+        let value = |i: usize| match place {
+            Place::Friction => c[i].line_drop_pa,
+            Place::Head => c[i].head_pa,
             _ => c[i].inflow_m3_s,
         };
         for (t, expected) in [
@@ -507,7 +506,7 @@ fn unknown_is_piecewise_linear_in_its_relation_and_held_beyond_its_knots() {
         ] {
             assert!(
                 (value(t) - expected).abs() < 1e-12,
-                "{relation} at {t}: {}",
+                "{place:?} at {t}: {}",
                 value(t)
             );
         }

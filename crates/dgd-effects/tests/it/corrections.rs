@@ -1,24 +1,33 @@
 //! The correction without physics: along which quantity, and to what, it is made.
 
 use crate::{close, drive, moments, setting};
-use dgd_effects::{
-    Changes, INLET_READING, INLETS, KNOTS, METER_FACTOR, Moment, OUTLET_READING, OUTLETS, PERIOD,
-    RISER_READING, SUCTION, catalogue, find, unknown,
-};
+use dgd_effects::{Changes, Curve, KNOTS, Moment, Place, Quantity, catalogue, find, unknown};
 
 /// What a quantity is at a moment.
 type Of = fn(&Moment) -> f64;
 
 /// Knots that rise by one each, so that a correction tells its own position among them.
-fn line(place: usize, quantity: f64, from: f64, to: f64) -> Vec<f64> {
-    let mut p = vec![place as f64, quantity, from, to];
-    p.extend((0..KNOTS).map(|k| k as f64));
-    p
+fn line(place: Place, quantity: Quantity, from: f64, to: f64) -> Curve {
+    Curve::new(
+        place,
+        quantity,
+        (from, to),
+        (0..KNOTS).map(|k| k as f64).collect(),
+    )
+}
+
+fn run(curve: &Curve, moments: &[Moment]) -> Vec<Changes> {
+    drive("unknown", &curve.parameters(), &setting(), moments)
+}
+
+/// What a line along time does in a place.
+fn along_time(place: Place) -> Vec<Changes> {
+    run(&line(place, Quantity::Time, 0.0, 6000.0), &moments())
 }
 
 /// Where a quantity lies between the ends, as the balance's correction has it.
-fn position(quantity: f64, from: f64, to: f64, moments: &[Moment]) -> Vec<f64> {
-    drive("unknown", &line(2, quantity, from, to), &setting(), moments)
+fn position(quantity: Quantity, from: f64, to: f64, moments: &[Moment]) -> Vec<f64> {
+    run(&line(Place::Balance, quantity, from, to), moments)
         .iter()
         .map(|c| c.inflow_m3_s / (KNOTS - 1) as f64)
         .collect()
@@ -27,13 +36,13 @@ fn position(quantity: f64, from: f64, to: f64, moments: &[Moment]) -> Vec<f64> {
 #[test]
 fn a_correction_follows_its_quantity() {
     let at = moments();
-    let quantities: [(f64, f64, f64, Of); 6] = [
-        (0.0, -10.0, 6100.0, |m| m.t_s),
-        (1.0, 150e5, 180e5, |m| m.inlet_pa),
-        (2.0, -0.01, 0.05, |m| m.mud_pump_m3_s),
-        (3.0, 0.0, 0.02, |m| m.booster_m3_s),
-        (4.0, -0.02, 0.06, |m| m.flow_m3_s),
-        (5.0, -5.0, 100.0, |m| m.speed_pct),
+    let quantities: [(Quantity, f64, f64, Of); 6] = [
+        (Quantity::Time, -10.0, 6100.0, |m| m.t_s),
+        (Quantity::InletPressure, 150e5, 180e5, |m| m.inlet_pa),
+        (Quantity::MudPumpFlow, -0.01, 0.05, |m| m.mud_pump_m3_s),
+        (Quantity::BoosterFlow, 0.0, 0.02, |m| m.booster_m3_s),
+        (Quantity::ReturnFlow, -0.02, 0.06, |m| m.flow_m3_s),
+        (Quantity::PumpSpeed, -5.0, 100.0, |m| m.speed_pct),
     ];
     for (quantity, from, to, of) in quantities {
         for (m, found) in at.iter().zip(position(quantity, from, to, &at)) {
@@ -44,7 +53,7 @@ fn a_correction_follows_its_quantity() {
 
 #[test]
 fn the_time_since_the_pump_started_counts_from_its_last_start_in_minutes() {
-    let found = position(6.0, -1.0, 9.0, &moments());
+    let found = position(Quantity::SinceStart, -1.0, 9.0, &moments());
     // It stands from 3100 s to 3300 s, and had turned for an hour before the recording.
     for (i, found) in found.into_iter().enumerate() {
         let since = match i {
@@ -58,20 +67,18 @@ fn the_time_since_the_pump_started_counts_from_its_last_start_in_minutes() {
 
 #[test]
 fn the_time_of_a_period_begins_again_with_each() {
-    let found = position(PERIOD as f64, 500.0, 1300.0, &moments());
+    let found = position(Quantity::Period, 500.0, 1300.0, &moments());
     for (i, found) in found.into_iter().enumerate() {
         // 500 s lie before the first one: they end another.
         let within = (i + 300) % 800;
         close(found, within as f64 / 800.0, 1e-9);
     }
     // A period of no length has no time, and a code beyond the last no quantity.
-    for (quantity, to) in [(PERIOD as f64, 500.0), (PERIOD as f64 + 1.0, 1300.0)] {
-        let found = drive(
-            "unknown",
-            &line(2, quantity, 500.0, to),
-            &setting(),
-            &moments(),
-        );
+    let none = line(Place::Balance, Quantity::Period, 500.0, 500.0).parameters();
+    let mut beyond = line(Place::Balance, Quantity::Period, 500.0, 1300.0).parameters();
+    beyond[1] += 1.0;
+    for parameters in [none, beyond] {
+        let found = drive("unknown", &parameters, &setting(), &moments());
         assert!(found.iter().all(|c| *c == Changes::default()));
     }
 }
@@ -83,18 +90,12 @@ fn a_correction_takes_as_many_knots_as_it_is_fine() {
     assert!(unknown.takes(least) && unknown.takes(least + 1) && unknown.takes(1000));
     assert!(!unknown.takes(least - 1));
     // Three times as many draw the same line.
-    let coarse = drive(
-        "unknown",
-        &line(2, 0.0, 0.0, 6000.0),
-        &setting(),
-        &moments(),
-    );
-    let mut fine = vec![2.0, 0.0, 0.0, 6000.0];
-    fine.extend((0..34).map(|k| f64::from(k) / 3.0));
-    for (coarse, fine) in coarse
-        .iter()
-        .zip(drive("unknown", &fine, &setting(), &moments()))
-    {
+    let fine = Curve {
+        knots: (0..34).map(|k| f64::from(k) / 3.0).collect(),
+        ..line(Place::Balance, Quantity::Time, 0.0, 6000.0)
+    };
+    let coarse = along_time(Place::Balance);
+    for (coarse, fine) in coarse.iter().zip(run(&fine, &moments())) {
         close(coarse.inflow_m3_s, fine.inflow_m3_s, 1e-9);
     }
     for effect in catalogue().iter().filter(|e| e.about().id != "unknown") {
@@ -118,28 +119,26 @@ fn the_rate_of_the_flow_is_that_of_some_twenty_seconds() {
         let ramp: Vec<Moment> = (0..4000)
             .map(|i| moment(i, 0.1, 0.03 + rate * 0.1 * i as f64))
             .collect();
-        let found = position(7.0, -1e-4, 1e-4, &ramp);
+        let found = position(Quantity::FlowRate, -1e-4, 1e-4, &ramp);
         close((2.0 * found[3999] - 1.0) * 1e-4, rate, 0.01);
         assert!((found[0] - 0.5).abs() < 1e-9);
         // Half of a change is gone after 20 s ln 2.
         let mut step = vec![moment(0, 0.1, 0.03); 10];
         step.extend((10..300).map(|i| moment(i, 0.1, 0.03 + 20.0 * rate)));
-        let found = position(7.0, -1e-4, 1e-4, &step);
+        let found = position(Quantity::FlowRate, -1e-4, 1e-4, &step);
         close((2.0 * found[148] - 1.0) * 1e-4, 0.5 * rate, 0.01);
     }
     // Of a step as long as that the mean is the flow itself; and a gap is forgotten.
     let slow = [0.03, 0.05, f64::NAN, 0.04].map(|q| moment(0, 20.0, q));
-    let found = position(7.0, -1e-4, 1e-4, &slow);
+    let found = position(Quantity::FlowRate, -1e-4, 1e-4, &slow);
     assert!([0, 1, 3].iter().all(|i| (found[*i] - 0.5).abs() < 1e-9));
     assert_eq!(found[2], 0.0);
 }
 
 #[test]
 fn a_reading_is_off_by_its_correction() {
-    let at = moments();
-    let along = |place: usize| drive("unknown", &line(place, 0.0, 0.0, 6000.0), &setting(), &at);
-    let inlet = along(INLET_READING);
-    let outlet = along(OUTLET_READING);
+    let inlet = along_time(Place::InletReading);
+    let outlet = along_time(Place::OutletReading);
     for (i, (inlet, outlet)) in inlet.iter().zip(&outlet).enumerate().skip(1) {
         let expected = (KNOTS - 1) as f64 * i as f64 / 6000.0;
         close(inlet.inlet_bias_pa[0], expected, 1e-9);
@@ -153,14 +152,8 @@ fn a_reading_is_off_by_its_correction() {
 
 #[test]
 fn what_is_lost_before_the_inlet_is_lost_to_the_pump_and_to_its_reading() {
-    let at = moments();
-    let lost = drive("unknown", &line(SUCTION, 0.0, 0.0, 6000.0), &setting(), &at);
-    let riser = drive(
-        "unknown",
-        &line(RISER_READING, 0.0, 0.0, 6000.0),
-        &setting(),
-        &at,
-    );
+    let lost = along_time(Place::Suction);
+    let riser = along_time(Place::RiserReading);
     for (i, (lost, riser)) in lost.iter().zip(&riser).enumerate() {
         let by = (KNOTS - 1) as f64 * i as f64 / 6000.0;
         let expected = Changes {
@@ -182,36 +175,34 @@ fn what_is_lost_before_the_inlet_is_lost_to_the_pump_and_to_its_reading() {
 
 #[test]
 fn one_of_two_transmitters_is_off_by_itself() {
-    let at = moments();
-    for (places, inlet) in [(INLETS, true), (OUTLETS, false)] {
-        for (k, place) in places.into_iter().enumerate() {
-            let found = drive("unknown", &line(place, 0.0, 0.0, 6000.0), &setting(), &at);
-            for (i, c) in found.iter().enumerate() {
-                let mut expected = Changes::default();
-                let bias = if inlet {
-                    &mut expected.inlet_bias_pa
-                } else {
-                    &mut expected.outlet_bias_pa
-                };
-                bias[k] = if inlet {
-                    c.inlet_bias_pa[k]
-                } else {
-                    c.outlet_bias_pa[k]
-                };
-                close(bias[k], (KNOTS - 1) as f64 * i as f64 / 6000.0, 1e-9);
-                assert_eq!(*c, expected);
-            }
+    for (place, inlet, k) in [
+        (Place::FirstInlet, true, 0),
+        (Place::SecondInlet, true, 1),
+        (Place::FirstOutlet, false, 0),
+        (Place::SecondOutlet, false, 1),
+    ] {
+        for (i, c) in along_time(place).iter().enumerate() {
+            let mut expected = Changes::default();
+            let (bias, found) = if inlet {
+                (&mut expected.inlet_bias_pa, c.inlet_bias_pa)
+            } else {
+                (&mut expected.outlet_bias_pa, c.outlet_bias_pa)
+            };
+            bias[k] = found[k];
+            close(bias[k], (KNOTS - 1) as f64 * i as f64 / 6000.0, 1e-9);
+            assert_eq!(*c, expected);
         }
     }
 }
 
 #[test]
 fn a_meters_factor_is_true_over_indicated_and_stays_one_of_a_meter() {
-    let at = moments();
     let off = |knot: f64| {
-        let mut p = vec![METER_FACTOR as f64, 0.0, 0.0, 6000.0];
-        p.extend([knot; KNOTS]);
-        drive("unknown", &p, &setting(), &at)
+        let level = Curve {
+            knots: vec![knot; KNOTS],
+            ..line(Place::MeterFactor, Quantity::Time, 0.0, 6000.0)
+        };
+        run(&level, &moments())
     };
     for (knot, factor) in [(0.03, 1.03), (-0.2, 0.8), (7.0, 1.5), (-7.0, 0.5)] {
         for c in off(knot) {
@@ -229,10 +220,10 @@ fn a_meters_factor_is_true_over_indicated_and_stays_one_of_a_meter() {
 
 #[test]
 fn a_finer_curve_than_a_model_holds_is_followed_too() {
-    let at = moments();
-    let mut p = vec![2.0, 0.0, 0.0, 6000.0];
-    p.extend((0..601).map(|k| if k == 300 { 1.0 } else { 0.0 }));
-    for (i, c) in drive("unknown", &p, &setting(), &at).iter().enumerate() {
+    let mut fine = line(Place::Balance, Quantity::Time, 0.0, 6000.0);
+    fine.knots = vec![0.0; 601];
+    fine.knots[300] = 1.0;
+    for (i, c) in run(&fine, &moments()).iter().enumerate() {
         close(
             c.inflow_m3_s,
             (1.0 - (i as f64 - 3000.0).abs() / 10.0).max(0.0),
@@ -245,6 +236,7 @@ fn a_finer_curve_than_a_model_holds_is_followed_too() {
 fn a_correction_remembers_as_long_as_the_knots_after_a_start_last() {
     // They end at `ln(1 + minutes)` of 4.5.
     let last = 60.0 * 4.5_f64.exp_m1();
-    let memory = unknown().memory_s(&line(0, 6.0, 0.0, 4.5));
+    let memory =
+        unknown().memory_s(&line(Place::Friction, Quantity::SinceStart, 0.0, 4.5).parameters());
     assert!((last..2.0 * last).contains(&memory), "{memory}");
 }

@@ -1,7 +1,7 @@
 //! What is missing for a while leaves no trace.
 
 use crate::{drive, members, moments, setting, usual};
-use dgd_effects::{KNOTS, Moment, catalogue};
+use dgd_effects::{Curve, KNOTS, Moment, Place, Quantity, catalogue};
 
 fn missing(m: &Moment) -> Moment {
     Moment {
@@ -23,10 +23,14 @@ fn all() -> Vec<(&'static str, Vec<f64>)> {
         .iter()
         .map(|e| (e.about().id, usual(e.about())))
         .collect();
-    for quantity in 0..9 {
-        let mut p = vec![2.0, f64::from(quantity), -1.0, 1.0];
-        p.extend((0..KNOTS).map(|k| 1e-4 * k as f64));
-        all.push(("unknown", p));
+    for quantity in Quantity::ALL {
+        let curve = Curve::new(
+            Place::Balance,
+            quantity,
+            (-1.0, 1.0),
+            (0..KNOTS).map(|k| 1e-4 * k as f64).collect(),
+        );
+        all.push(("unknown", curve.parameters()));
     }
     all
 }

@@ -1,7 +1,7 @@
 //! What effects keep in mind, and when they act.
 
 use crate::{drive, members, moments, setting, usual};
-use dgd_effects::{Changes, Extent, KNOTS, catalogue, find};
+use dgd_effects::{Changes, Curve, Extent, KNOTS, Place, Quantity, catalogue, find};
 
 #[test]
 fn an_effect_changes_nothing_outside_its_interval_and_may_begin_at_its_onset() {
@@ -56,10 +56,18 @@ fn what_an_effect_saw_before_it_remembers_moves_it_by_rounding_alone() {
         let about = effect.about();
         begins_anew(about.id, &usual(about));
     }
-    for quantity in [4.0, 6.0, 7.0] {
-        let mut p = vec![1.0, quantity, 0.0, 4.5];
-        p.extend((0..KNOTS).map(|k| 1e4 * (k as f64).cos()));
-        begins_anew("unknown", &p);
+    for quantity in [
+        Quantity::ReturnFlow,
+        Quantity::SinceStart,
+        Quantity::FlowRate,
+    ] {
+        let curve = Curve::new(
+            Place::Head,
+            quantity,
+            (0.0, 4.5),
+            (0..KNOTS).map(|k| 1e4 * (k as f64).cos()).collect(),
+        );
+        begins_anew("unknown", &curve.parameters());
     }
 }
 

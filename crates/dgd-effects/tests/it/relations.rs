@@ -1,7 +1,7 @@
 //! What a free run gives closes the relations, with the changes that the effects make of it.
 
 use crate::{AIR_PA, G, RHO, SPAN_S, drive, model, setting, usual};
-use dgd_effects::{Changes, Inputs, Moment, catalogue, find};
+use dgd_effects::{Changes, Curve, Inputs, Moment, Place, Quantity, catalogue, find};
 
 /// Two hours of slow swings, pump running throughout, from near the balance.
 struct Course {
@@ -70,13 +70,19 @@ fn plain() -> Vec<(&'static str, Vec<f64>)> {
         .filter(|a| !instruments.contains(&a.id) && !a.id.starts_with("outlet_"))
         .map(|a| (a.id, usual(a)))
         .collect();
-    for (relation, size) in [(0.0, 4e4), (1.0, 4e4), (2.0, 1e-3)] {
-        let knots =
-            [0.0, 0.5, 1.0, 1.5, 2.0, 2.0, 2.0, 0.5, -1.0, -0.5, 0.0, 0.0].map(|k: f64| k * size);
-        all.push((
-            "unknown",
-            [&[relation, 0.0, 0.0, SPAN_S][..], &knots[..]].concat(),
-        ));
+    for (place, size) in [
+        (Place::Friction, 4e4),
+        (Place::Head, 4e4),
+        (Place::Balance, 1e-3),
+    ] {
+        let knots = [0.0, 0.5, 1.0, 1.5, 2.0, 2.0, 2.0, 0.5, -1.0, -0.5, 0.0, 0.0];
+        let curve = Curve::new(
+            place,
+            Quantity::Time,
+            (0.0, SPAN_S),
+            knots.map(|k: f64| k * size).to_vec(),
+        );
+        all.push(("unknown", curve.parameters()));
     }
     all
 }

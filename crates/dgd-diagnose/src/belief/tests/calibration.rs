@@ -18,9 +18,15 @@ fn named(evidence: f64, probability: f64) -> Named {
         hurdle: HURDLE,
         probability,
         alternatives: vec![("lost_circulation".to_owned(), 0.5 * (1.0 - probability))],
-        correction: None,
         held: None,
         most: None,
+    }
+}
+
+fn correction(probability: f64) -> Named {
+    Named {
+        applied: Applied::new(dgd_effects::unknown(), Vec::new()),
+        ..named(HURDLE, probability)
     }
 }
 
@@ -62,7 +68,7 @@ fn a_correction_that_no_model_runs_with_has_a_quarter_of_its_odds_and_a_cause_ke
     let mut one = cause.clone();
     unmodelled(&mut one);
     assert_eq!(one.probability, cause.probability);
-    one.correction = Some((0, 0));
+    one.applied = correction(0.9).applied;
     unmodelled(&mut one);
     close(logit(one.probability), logit(0.9) - 4.0_f64.ln());
     // What looks like it loses with it.
@@ -87,20 +93,13 @@ fn a_cause_that_leaves_more_than_noise_has_an_eighth_of_its_odds_and_what_is_non
     close(all(&one), all(&before));
     assert_eq!(one.alternatives[0].0, "unknown");
     // A correction is not the catalogue's.
-    let mut correction = Named {
-        correction: Some((0, 0)),
-        ..before
-    };
-    left_over(&mut correction);
-    assert_eq!(correction.probability, 0.96);
+    let mut unnamed = correction(0.96);
+    left_over(&mut unnamed);
+    assert_eq!(unnamed.probability, 0.96);
 }
 
 #[test]
 fn a_name_beside_what_the_catalogue_does_not_hold_has_a_quarter_of_its_odds() {
-    let correction = |probability: f64| Named {
-        correction: Some((0, 0)),
-        ..named(HURDLE, probability)
-    };
     let beside = |other: Named| {
         let mut both = [named(HURDLE, 0.96), other];
         beside_unnamed(&mut both);
@@ -198,11 +197,7 @@ fn what_the_cause_gains_its_alternatives_lose_and_what_it_loses_they_lose_with_i
 
 #[test]
 fn an_empirical_correction_is_no_cause_and_keeps_its_probability() {
-    let correction = Named {
-        correction: Some((0, 0)),
-        ..named(100.0, 0.5)
-    };
-    let mut all = [correction, named(100.0, 0.5)];
+    let mut all = [correction(0.5), named(100.0, 0.5)];
     calibrate(&mut all);
     assert_eq!(all[0].probability, 0.5);
     assert_ne!(all[1].probability, 0.5);

@@ -6,12 +6,12 @@ use super::{
     BETTER, Course, LEAST_TIMES, MOST, SHORTEST_S, STEPS, Search, drawn, in_place, instead_of,
     peaks, times,
 };
-use crate::empirical::tests::{LENGTH_S, SIZES, loose, made, off_by};
+use crate::empirical::tests::{LENGTH_S, loose, made, off_by, size_in};
 use crate::layout::Section;
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::test_rig::{Hidden, drilled, normals};
-use dgd_effects::{INLET_READING, KNOTS, PERIOD, PLACES, unknown};
+use dgd_effects::{Curve, KNOTS, Place, Quantity};
 use dgd_lsq::dot;
 use std::f64::consts::TAU;
 
@@ -24,23 +24,22 @@ fn late(mut record: Record) -> Record {
     record
 }
 
-fn swinging(place: usize, frequency: f64) -> Record {
-    late(off_by(place, SIZES[place], |record, i| {
+fn swinging(place: Place, frequency: f64) -> Record {
+    late(off_by(place, size_in(place), |record, i| {
         (TAU * frequency * record.t_s[i] + 1.0).sin()
     }))
 }
 
 /// A wave along a period, as a correction of unit knots.
-fn wave(place: usize, frequency: f64, phase: f64) -> Applied {
-    let mut parameters = vec![
-        place as f64,
-        PERIOD as f64,
-        START_S,
-        START_S + 1.0 / frequency,
-    ];
+fn wave(place: Place, frequency: f64, phase: f64) -> Applied {
     let turn = |k: usize| TAU * k as f64 / (FINE_KNOTS - 1) as f64;
-    parameters.extend((0..FINE_KNOTS).map(|k| PLACES[place].width * (turn(k) + phase).cos()));
-    Applied::new(unknown(), parameters)
+    let knots = (0..FINE_KNOTS).map(|k| place.width() * (turn(k) + phase).cos());
+    Applied::from(&Curve::new(
+        place,
+        Quantity::Period,
+        (START_S, START_S + 1.0 / frequency),
+        knots.collect(),
+    ))
 }
 
 #[test]
@@ -61,7 +60,7 @@ fn frequencies_are_thirds_of_what_can_be_parted_from_two_times_and_a_half_to_ten
     assert_eq!(Search::of(&record, &tangent, &[]).frequencies.len(), MOST);
     record.setting.span_s.1 = START_S + 0.99 * LEAST_TIMES * SHORTEST_S;
     let none = Search::of(&record, &tangent, &[]);
-    assert!(none.frequencies.is_empty() && none.coarse(0).is_none());
+    assert!(none.frequencies.is_empty() && none.coarse(Place::Friction).is_none());
 }
 
 #[test]
@@ -92,7 +91,7 @@ fn peaks_are_higher_than_what_is_beside_them_and_two_at_the_most() {
 
 #[test]
 fn the_spectrum_is_what_a_wave_of_each_frequency_takes_out_of_the_residuals() {
-    for place in [0, 2, INLET_READING] {
+    for place in [Place::Friction, Place::Balance, Place::InletReading] {
         let record = swinging(place, 6.3 / LENGTH_S);
         let mut tangent = loose(&record);
         let drawn = tangent.off.clone();
@@ -129,7 +128,7 @@ fn the_spectrum_is_what_a_wave_of_each_frequency_takes_out_of_the_residuals() {
                 let expected = pull / energy * (x.sin() / x).powi(2);
                 assert!(
                     (power - expected).abs() < share * expected + rest * most,
-                    "{place} {frequency}: {power} {expected}"
+                    "{place:?} {frequency}: {power} {expected}"
                 );
             }
         }
@@ -145,14 +144,13 @@ fn the_spectrum_is_what_a_wave_of_each_frequency_takes_out_of_the_residuals() {
 fn a_period_is_told_to_a_twentieth_of_a_step_within_the_range_of_periods() {
     let step = 1.0 / (STEPS * LENGTH_S);
     let told = |truth: f64, from: f64| {
-        let record = swinging(0, truth);
+        let record = swinging(Place::Friction, truth);
         let tangent = loose(&record);
         let search = Search::of(&record, &tangent, &[]);
-        let start = search.best(0, &[from]).unwrap();
+        let start = search.best(Place::Friction, &[from]).unwrap();
         let finer = search.finer(start);
-        let p = &finer.applied.parameters;
-        assert_eq!(p[2], START_S);
-        1.0 / (p[3] - p[2])
+        assert_eq!(finer.curve.from, START_S);
+        1.0 / (finer.curve.to - START_S)
     };
     let middle = 6.0 / LENGTH_S;
     for apart in [-0.82, -0.3, -0.15, 0.23, 0.45, 0.82] {
@@ -170,17 +168,20 @@ fn a_period_is_told_to_a_twentieth_of_a_step_within_the_range_of_periods() {
 #[test]
 fn the_choice_among_what_can_be_parted_is_paid_for() {
     let frequency = 6.0 / LENGTH_S;
-    let record = swinging(0, frequency);
+    let record = swinging(Place::Friction, frequency);
     let tangent = loose(&record);
     let search = Search::of(&record, &tangent, &[]);
     let best = search
-        .best(0, &[0.8 * frequency, frequency, 1.2 * frequency])
+        .best(
+            Place::Friction,
+            &[0.8 * frequency, frequency, 1.2 * frequency],
+        )
         .unwrap();
     assert_eq!(best.frequency, frequency);
     let course = Course {
-        place: 0,
-        quantity: PERIOD,
-        period: Some((START_S, START_S + 1.0 / frequency)),
+        place: Place::Friction,
+        quantity: Quantity::Period,
+        period_s: Some((START_S, START_S + 1.0 / frequency)),
     };
     let plain = drawn(&record, &tangent, &[], None, course).unwrap();
     let choice = (20.0_f64 / 3.0).ln();
@@ -189,37 +190,47 @@ fn the_choice_among_what_can_be_parted_is_paid_for() {
     // Where nothing swings, no choice is worth its price.
     let sound = late(drilled(Hidden::default()));
     let tangent = loose(&sound);
-    for place in [0, 1, 2] {
-        assert!(in_place(&sound, &tangent, &[], place).is_none(), "{place}");
+    for place in [Place::Friction, Place::Head, Place::Balance] {
+        assert!(
+            in_place(&sound, &tangent, &[], place).is_none(),
+            "{place:?}"
+        );
     }
 }
 
 #[test]
 fn what_a_period_a_little_off_shows_less_of_is_asked_more_finely() {
     // Between two of the frequencies that are asked first.
-    let record = swinging(0, (6.5 + 1.0 / 6.0) / LENGTH_S);
+    let record = swinging(Place::Friction, (6.5 + 1.0 / 6.0) / LENGTH_S);
     let tangent = loose(&record);
     let search = Search::of(&record, &tangent, &[]);
-    let coarse = search.coarse(0).unwrap();
+    let coarse = search.coarse(Place::Friction).unwrap();
     let rough = coarse.evidence();
     let fine = search.finer(coarse).evidence;
     let evidence = 0.5 * (rough + fine - BETTER);
     assert!(evidence > rough + 1.0);
-    assert!(instead_of(&record, &[], &made(0, 0, &[0.0; KNOTS], evidence)).is_some());
+    assert!(
+        instead_of(
+            &record,
+            &[],
+            &made(Place::Friction, Quantity::Time, &[0.0; KNOTS], evidence)
+        )
+        .is_some()
+    );
 }
 
 #[test]
 fn where_the_riser_has_a_transmitter_the_inlets_reading_is_left_to_it() {
-    for place in [0, INLET_READING] {
+    for place in [Place::Friction, Place::InletReading] {
         let mut record = swinging(place, 7.5 / LENGTH_S);
-        let asked = made(place, 0, &[0.0; KNOTS], 20.0);
-        let told = |record: &Record| instead_of(record, &[], &asked).map(|c| c.place);
+        let asked = made(place, Quantity::Time, &[0.0; KNOTS], 20.0);
+        let told = |record: &Record| instead_of(record, &[], &asked).map(|c| c.curve.place);
         assert_eq!(told(&record), Some(place));
         let noise = normals(7, record.inlet.len());
         let riser = (record.inlet.iter().zip(noise)).map(|(p, noise)| p - 3e5 + 500.0 * noise);
         record.riser = Some(riser.collect());
-        if place == INLET_READING {
-            assert_ne!(told(&record), Some(INLET_READING));
+        if place == Place::InletReading {
+            assert_ne!(told(&record), Some(Place::InletReading));
         } else {
             assert_eq!(told(&record), Some(place));
         }

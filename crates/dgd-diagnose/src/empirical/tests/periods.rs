@@ -1,57 +1,61 @@
 //! Claims about what swings with a period: found with it, in its place, and nowhere else.
 
-use super::{LENGTH_S, SIZES, made, off_by};
+use super::{LENGTH_S, made, off_by, size_in};
 use crate::empirical::{Course, FINE_KNOTS, again, corrections, in_place, instead_of};
 use crate::record::Record;
+use crate::relations::Applied;
 use crate::tangent::{Bend, Tangent};
 use crate::test_rig::BLOCK_S;
-use dgd_effects::{INLET_READING, KNOTS, OUTLET_READING, PERIOD};
+use dgd_effects::{KNOTS, Place, Quantity};
 use std::f64::consts::TAU;
 
 /// Seven and a half times in the recording; between knots of a curve along time.
 const PERIOD_S: f64 = 720.0;
 
-fn swinging(place: usize, period_s: f64) -> Record {
-    off_by(place, SIZES[place], |record, i| {
+fn swinging(place: Place, period_s: f64) -> Record {
+    off_by(place, size_in(place), |record, i| {
         (TAU * record.t_s[i] / period_s).sin()
     })
 }
 
 #[test]
 fn what_swings_is_found_with_its_period_and_in_its_place() {
-    for place in [0, 2, INLET_READING, OUTLET_READING] {
+    for place in [
+        Place::Friction,
+        Place::Balance,
+        Place::InletReading,
+        Place::OutletReading,
+    ] {
         let record = swinging(place, PERIOD_S);
         let best = corrections(&record, &[]).remove(0);
         let found = instead_of(&record, &[], &best).unwrap();
-        assert_eq!((found.place, found.quantity), (place, PERIOD));
-        assert!(found.evidence > best.evidence + 10.0, "{place}");
-        let p = &found.applied.parameters;
-        assert_eq!(p.len(), 4 + FINE_KNOTS);
+        let curve = &found.curve;
+        assert_eq!((curve.place, curve.quantity), (place, Quantity::Period));
+        assert!(found.evidence > best.evidence + 10.0, "{place:?}");
+        assert_eq!(curve.knots.len(), FINE_KNOTS);
         assert!(
-            (p[4] - p[3 + FINE_KNOTS]).abs() < 1e-3 * SIZES[place],
+            (curve.knots[0] - curve.knots[FINE_KNOTS - 1]).abs() < 1e-3 * size_in(place),
             "it ends where it begins"
         );
-        assert!(
-            (p[3] - p[2] - PERIOD_S).abs() < 8.0,
-            "{place}: {}",
-            p[3] - p[2]
-        );
+        let period_s = curve.to - curve.from;
+        assert!((period_s - PERIOD_S).abs() < 8.0, "{place:?}: {period_s}");
         // Knots go round the period once, with the size and the phase of what is hidden.
-        for (k, knot) in p[4..].iter().enumerate() {
-            let truth = SIZES[place] * (TAU * k as f64 / (FINE_KNOTS - 1) as f64).sin();
+        for (k, knot) in curve.knots.iter().enumerate() {
+            let truth = size_in(place) * (TAU * k as f64 / (FINE_KNOTS - 1) as f64).sin();
             assert!(
-                (knot - truth).abs() < 0.3 * SIZES[place],
-                "{place} {k}: {knot} of {truth}"
+                (knot - truth).abs() < 0.3 * size_in(place),
+                "{place:?} {k}: {knot} of {truth}"
             );
         }
         // Made anew, as a model holds it, it keeps its period.
-        let again = again(&record, &[], &found.applied, &[]).unwrap();
-        assert_eq!(again.applied.parameters[..4], p[..4]);
+        let again = again(&record, &[], curve, &[]).unwrap();
+        assert_eq!(again.curve.period_s(), curve.period_s());
+        assert_eq!(again.curve.place, place);
         // But for the price of its choice, among frequencies of which a third can be parted.
         let choice = (LENGTH_S / 600.0 - 2.5).ln();
         let paid = again.evidence - found.evidence;
         assert!((paid - choice).abs() < 0.1, "{paid} {choice}");
-        assert_eq!(Course::of(&again.applied).period, Some((p[2], p[3])));
+        assert_eq!(Course::from(curve).period_s, Some((curve.from, curve.to)));
     }
 }
 
@@ -63,7 +67,9 @@ fn what_does_not_come_again_has_no_period() {
         |t: f64| if t > 2700.0 { 1.0 } else { 0.0 },
         |_: f64| 0.0,
     ] {
-        let record = off_by(0, SIZES[0], |record, i| curve(record.t_s[i]));
+        let record = off_by(Place::Friction, size_in(Place::Friction), |record, i| {
+            curve(record.t_s[i])
+        });
         let best = corrections(&record, &[]).remove(0);
         assert!(instead_of(&record, &[], &best).is_none());
     }
@@ -71,21 +77,32 @@ fn what_does_not_come_again_has_no_period() {
 
 #[test]
 fn a_period_must_be_better_than_what_needs_none_and_not_be_seen() {
-    let record = swinging(0, PERIOD_S);
-    let found = instead_of(&record, &[], &made(0, 0, &[0.0; KNOTS], 20.0)).unwrap();
-    let other = |evidence: f64| instead_of(&record, &[], &made(0, 0, &[0.0; KNOTS], evidence));
+    let record = swinging(Place::Friction, PERIOD_S);
+    let found = instead_of(
+        &record,
+        &[],
+        &made(Place::Friction, Quantity::Time, &[0.0; KNOTS], 20.0),
+    )
+    .unwrap();
+    let other = |evidence: f64| {
+        instead_of(
+            &record,
+            &[],
+            &made(Place::Friction, Quantity::Time, &[0.0; KNOTS], evidence),
+        )
+    };
     assert!(other(found.evidence - 10.1).is_some() && other(found.evidence - 9.9).is_none());
-    let mut seen = made(0, 0, &[0.0; KNOTS], 20.0);
-    seen.seen = Some(seen.applied.clone());
+    let mut seen = made(Place::Friction, Quantity::Time, &[0.0; KNOTS], 20.0);
+    seen.seen = Some(seen.curve.clone());
     assert!(instead_of(&record, &[], &seen).is_none());
 }
 
 #[test]
 fn what_is_held_is_left_out() {
-    let record = swinging(0, PERIOD_S);
+    let record = swinging(Place::Friction, PERIOD_S);
     let best = corrections(&record, &[]).remove(0);
     let found = instead_of(&record, &[], &best).unwrap();
-    let state = [found.applied.clone()];
+    let state = [Applied::from(&found.curve)];
     let left = corrections(&record, &state).remove(0);
     assert!(left.evidence < 0.02 * best.evidence, "{}", left.evidence);
     assert!(instead_of(&record, &state, &left).is_none());
@@ -94,7 +111,7 @@ fn what_is_held_is_left_out() {
 #[test]
 fn the_period_is_told_by_what_is_not_held_out_alone() {
     let held_out = |t: f64| (1800.0..3600.0).contains(&t);
-    let record = off_by(0, SIZES[0], |record, i| {
+    let record = off_by(Place::Friction, size_in(Place::Friction), |record, i| {
         let t = record.t_s[i];
         let period_s = if held_out(t) { 1100.0 } else { PERIOD_S };
         (TAU * t / period_s).sin()
@@ -103,9 +120,7 @@ fn the_period_is_told_by_what_is_not_held_out_alone() {
         .map(|b| held_out((b as f64 + 0.5) * BLOCK_S))
         .collect();
     let tangent = Tangent::at(&record, &[], &excluded, Bend::Loose).unwrap();
-    let p = in_place(&record, &tangent, &[], 0)
-        .unwrap()
-        .applied
-        .parameters;
-    assert!((p[3] - p[2] - PERIOD_S).abs() < 8.0, "{}", p[3] - p[2]);
+    let found = in_place(&record, &tangent, &[], Place::Friction).unwrap();
+    let period_s = found.curve.to - found.curve.from;
+    assert!((period_s - PERIOD_S).abs() < 8.0, "{period_s}");
 }

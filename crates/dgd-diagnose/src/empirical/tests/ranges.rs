@@ -1,9 +1,10 @@
 //! Claims about what a correction must exceed, and over which range it is drawn.
 
 use super::made;
-use crate::empirical::{hurdle, is_correction, plausible, range};
+use crate::empirical::{DRAWN, hurdle, plausible, range};
+use crate::relations::Applied;
 use crate::test_rig::steady;
-use dgd_effects::{KNOTS, PLACES, QUANTITIES, Relation, catalogue, unknown};
+use dgd_effects::{KNOTS, Place, Quantity, catalogue, unknown};
 
 #[test]
 fn a_quantity_has_the_range_that_all_but_the_last_fiftieths_of_it_lie_in() {
@@ -28,73 +29,70 @@ fn a_quantity_has_the_range_that_all_but_the_last_fiftieths_of_it_lie_in() {
     record.filled.flow = even(0.02, 0.05, n / 2);
     record.filled.speed = even(20.0, 70.0, n / 2);
     for (quantity, from, to) in [
-        (1, 1e7, 2e7),
-        (2, 0.01, 0.03),
-        (3, 0.0, 0.01),
-        (4, 0.02, 0.05),
-        (5, 20.0, 70.0),
+        (Quantity::InletPressure, 1e7, 2e7),
+        (Quantity::MudPumpFlow, 0.01, 0.03),
+        (Quantity::BoosterFlow, 0.0, 0.01),
+        (Quantity::ReturnFlow, 0.02, 0.05),
+        (Quantity::PumpSpeed, 20.0, 70.0),
     ] {
-        let (low, high) = range(&record, quantity);
+        let (low, high) = range(&record, quantity).unwrap();
         assert!(
             ((low - from) / (to - from) - 0.02).abs() < 0.005,
-            "{quantity}: {low}"
+            "{quantity:?}: {low}"
         );
         assert!(
             ((high - from) / (to - from) - 0.98).abs() < 0.005,
-            "{quantity}: {high}"
+            "{quantity:?}: {high}"
         );
     }
-    assert_eq!(range(&record, 0), (640.0, 1640.0));
+    assert_eq!(range(&record, Quantity::Time), Some((640.0, 1640.0)));
+    assert_eq!(range(&record, Quantity::Period), None);
     // An hour and a half after a start, and a flow that changes by a fiftieth of a litre a minute either way, are enough.
-    let (from, to) = range(&record, 6);
+    let (from, to) = range(&record, Quantity::SinceStart).unwrap();
     assert!(from == 0.0 && (to.exp_m1() - 90.0).abs() < 2.0);
-    let (from, to) = range(&record, 7);
+    let (from, to) = range(&record, Quantity::FlowRate).unwrap();
     assert!(from == -to && to > 0.0);
 }
 
 #[test]
 fn what_answers_late_or_stands_for_the_flow_must_show_more() {
-    let of = |relation: Relation, quantity: &str| {
-        let place = PLACES.iter().position(|p| p.relation == relation).unwrap();
-        let quantity = QUANTITIES.iter().position(|q| q.name == quantity).unwrap();
-        hurdle(&made(place, quantity, &[], 0.0))
-    };
-    let head = |quantity| of(Relation::PumpHead, quantity);
-    let friction = |quantity| of(Relation::ReturnLineFriction, quantity);
-    let balance = |quantity| of(Relation::RiserMassBalance, quantity);
-    let reading = |quantity| of(Relation::Instrument, quantity);
-    assert!(head("inlet pressure") > head("rate of the return flow"));
-    assert!(head("rate of the return flow") > head("booster flow"));
-    assert!(head("booster flow") > head("time") && head("time") == head("mud pump flow"));
-    assert!(friction("pump speed") > 2.0 * friction("rate of the return flow"));
-    assert!(friction("rate of the return flow") > friction("inlet pressure"));
-    assert!(friction("inlet pressure") > friction("time"));
-    assert!(friction("time") == head("time") && head("time") > balance("time"));
-    assert!(balance("time") == balance("pump speed") && balance("time") == reading("time"));
-    assert!(reading("mud pump flow") > friction("time") && balance("time") > 9.0);
+    use Quantity::{BoosterFlow, FlowRate, InletPressure, MudPumpFlow, PumpSpeed, Time};
+    let of = |place, quantity| hurdle(&made(place, quantity, &[], 0.0));
+    let head = |quantity| of(Place::Head, quantity);
+    let friction = |quantity| of(Place::Friction, quantity);
+    let balance = |quantity| of(Place::Balance, quantity);
+    let reading = |quantity| of(Place::InletReading, quantity);
+    assert!(head(InletPressure) > head(FlowRate));
+    assert!(head(FlowRate) > head(BoosterFlow));
+    assert!(head(BoosterFlow) > head(Time) && head(Time) == head(MudPumpFlow));
+    assert!(friction(PumpSpeed) > 2.0 * friction(FlowRate));
+    assert!(friction(FlowRate) > friction(InletPressure));
+    assert!(friction(InletPressure) > friction(Time));
+    assert!(friction(Time) == head(Time) && head(Time) > balance(Time));
+    assert!(balance(Time) == balance(PumpSpeed) && balance(Time) == reading(Time));
+    assert!(reading(MudPumpFlow) > friction(Time) && balance(Time) > 9.0);
 }
 
 #[test]
 fn no_correction_is_plausible_within_the_accuracy_of_instruments() {
-    for (place, least) in [3e3, 6e3, 1.5e-4, 6e3, 6e3, 4e-3].into_iter().enumerate() {
+    for (place, least) in DRAWN.into_iter().zip([3e3, 6e3, 1.5e-4, 6e3, 6e3, 4e-3]) {
         let spread = |by: f64, about: f64| -> bool {
             // As far above as below.
             let knots: Vec<f64> = (0..KNOTS)
                 .map(|k| about + by * least * if k % 2 == 0 { 1.0 } else { -1.0 })
                 .collect();
-            plausible(&made(place, 0, &knots, 0.0))
+            plausible(&made(place, Quantity::Time, &knots, 0.0))
         };
-        assert!(spread(1.01, 0.0) && !spread(0.99, 0.0), "{place}");
+        assert!(spread(1.01, 0.0) && !spread(0.99, 0.0), "{place:?}");
         // A constant is nothing but in the balance.
-        assert_eq!(spread(0.5, 30.0 * least), place == 2);
-        assert_eq!(spread(0.5, -30.0 * least), place == 2);
+        assert_eq!(spread(0.5, 30.0 * least), place == Place::Balance);
+        assert_eq!(spread(0.5, -30.0 * least), place == Place::Balance);
     }
 }
 
 #[test]
 fn a_correction_is_the_one_effect_without_physics() {
+    let is_correction = |effect| Applied::new(effect, Vec::new()).is_correction();
     assert!(is_correction(unknown()));
-    for effect in catalogue() {
-        assert_eq!(is_correction(*effect), effect.about().id == "unknown");
-    }
+    assert!(!catalogue().iter().any(|effect| is_correction(*effect)));
 }

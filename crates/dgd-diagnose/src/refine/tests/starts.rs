@@ -5,7 +5,7 @@ use crate::refine::{fitted_here, unshown};
 use crate::relations::Applied;
 use crate::tangent::{Bend, Tangent};
 use crate::test_rig::{Hidden, INFLUX_S, drilled};
-use dgd_effects::{KNOTS, QUANTITIES, find, unknown};
+use dgd_effects::{Curve, KNOTS, Place, Quantity, find};
 use dgd_lsq::dot;
 
 fn hiding(influx_m3_s: f64) -> Record {
@@ -95,20 +95,21 @@ fn what_lies_in_left_out_rows_stays_as_it_was_given() {
 #[test]
 fn a_curve_along_time_that_the_recording_does_not_show_goes_and_one_along_the_speed_stays() {
     let record = hiding(0.0);
-    for (along, stays) in [("time", false), ("pump speed", true)] {
-        let quantity = QUANTITIES.iter().position(|q| q.name == along).unwrap();
-        let mut parameters = vec![0.0, quantity as f64, 40.0, 70.0];
-        if along == "time" {
-            (parameters[2], parameters[3]) = record.setting.span_s;
-        }
-        parameters.extend((0..KNOTS).map(|k| 2e3 * (k % 2) as f64));
-        let given = Applied::new(unknown(), parameters);
+    for (quantity, (from, to), stays) in [
+        (Quantity::Time, record.setting.span_s, false),
+        (Quantity::PumpSpeed, (40.0, 70.0), true),
+    ] {
+        let given = Applied::from(&Curve::new(
+            Place::Friction,
+            quantity,
+            (from, to),
+            (0..KNOTS).map(|k| 2e3 * (k % 2) as f64).collect(),
+        ));
         let found = fitted_here(&record, std::slice::from_ref(&given), &[]);
-        assert_eq!(found[0].is_some(), stays, "{along}");
+        assert_eq!(found[0].is_some(), stays, "{quantity:?}");
         // On the training rows it adds nothing then.
-        let flat = unshown(given);
-        assert!(flat.parameters[4..].iter().all(|v| *v == 0.0));
-        assert_eq!(flat.parameters.len(), 4 + KNOTS);
+        let flat = unshown(given).curve().unwrap();
+        assert!(flat.is_flat() && flat.knots.len() == KNOTS);
     }
     let [gain] = [Applied::new(find("return_flow_gain").unwrap(), vec![0.05])];
     assert_eq!(unshown(gain).parameters, [0.05]);

@@ -39,7 +39,7 @@ fn a_head_that_is_lost_for_a_while_is_gas_and_one_that_stays_lost_is_nothing_of_
                 .alternatives
                 .iter()
                 .any(|(id, p)| id == "unknown" && *p > 0.5);
-            n.correction.is_some() || told
+            n.applied.is_correction() || told
         };
         assert_eq!(found.iter().any(unknown), !is_gas, "{stretch_s:?}");
     }
