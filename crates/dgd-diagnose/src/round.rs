@@ -141,6 +141,9 @@ impl<'a> Round<'a> {
                 .max_by(|a, b| a.evidence.total_cmp(&b.evidence));
             return most.map_or(Ruling::Nothing, |r| self.unnamed(r, r.evidence, None));
         };
+        if let Some((curve, odds)) = self.of_speed(best) {
+            return self.unnamed(&curve, curve.borne, Some((best, odds)));
+        }
         if let Some((lasting, odds)) = self.lasting(best) {
             return Ruling::Named(self.named(&lasting, Some(odds)));
         }

@@ -4,10 +4,12 @@ use super::Round;
 use super::beside::Beside;
 use crate::ablation::Step;
 use crate::contest::{Contender, is_pump, solved};
+use crate::empirical::{Correction, correction, plausible};
 use crate::refine::refine;
 use crate::relations::{Applied, joined};
 use crate::scan::weigh;
-use dgd_effects::About;
+use crate::tangent::{Bend, Tangent};
+use dgd_effects::{About, Place, Quantity};
 use tracing::debug;
 
 /// Error of a form up to which it is exact: a gain, an area, a loss on the velocity head, a lag in what is pumped.
@@ -53,6 +55,11 @@ impl Bent {
 /// Whether the form of an effect holds to the letter.
 pub(super) fn is_exact(about: &About) -> bool {
     about.search.form_error <= EXACT
+}
+
+/// Whether it lowers the head of the pump for a while.
+fn passes_at_pump(c: &Contender) -> bool {
+    c.effect.about().duration().is_some() && is_pump(c.effect)
 }
 
 impl Round<'_> {
@@ -113,6 +120,21 @@ impl Round<'_> {
         if odds > 50.0 { 50.0 } else { odds }
     }
 
+    /// The head as a curve of the pump's speed, with the logarithm of the odds of that, where it explains more than what passes at the
+    /// pump: the pump came to a speed at which its head is another, and left it again. No correction is made along the speed otherwise, as
+    /// that is the pump's curve itself.
+    pub(super) fn of_speed(&self, c: &Contender) -> Option<(Correction, f64)> {
+        if !passes_at_pump(c) || !self.record.takes(Step::Corrections) {
+            return None;
+        }
+        let loose = Tangent::beside(self.record, &self.state, &[], Bend::Loose)?;
+        let along = (Place::Head, Quantity::PumpSpeed);
+        let curve = correction(self.record, &loose, &self.state, &[], along)?;
+        let odds = (curve.claim() - c.claim()) / c.temperature();
+        debug!("{} along speed: odds {odds:.1}", c.effect.about().id);
+        (odds > 0.0 && plausible(&curve)).then_some((curve, odds))
+    }
+
     /// What lowers the head for a while as something that stays once it has set in, with the logarithm of the odds of that, unless an end is
     /// seen. Gas passes and wear grows: the catalogue holds no loss that stays. An influx that goes on is one all the same.
     pub(super) fn lasting(&self, c: &Contender) -> Option<(Contender, f64)> {
@@ -122,7 +144,7 @@ impl Round<'_> {
         let (Some(onset), Some(duration)) = (about.onset(), about.duration()) else {
             return None;
         };
-        if !is_pump(c.effect) || !self.record.takes(Step::Form) {
+        if !passes_at_pump(c) || !self.record.takes(Step::Form) {
             return None;
         }
         let one = solved(&c.best);

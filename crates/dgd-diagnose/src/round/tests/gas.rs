@@ -1,20 +1,21 @@
 //! Claims about a pump that lifts less for a while, or from then on.
 
 use crate::belief::calibrate;
+use crate::contest::Contender;
 use crate::record::Record;
-use crate::select::{Named, Sought, select};
+use crate::round::Round;
+use crate::select::{Named, Selection, Sought, select};
 use crate::test_rig::{Hidden, drilled};
 
-/// The same drilling with a pump that lifts less by a share in a stretch, s, for which it turns faster.
-fn lifting_less(loss: f64, stretch_s: std::ops::Range<f64>) -> Record {
+/// The same drilling with a pump that lifts less by a share, for which it turns faster, by the time, s, and the speed, %, that it would turn with.
+fn lifting_less(loss: impl Fn(f64, f64) -> f64) -> Record {
     let mut record = drilled(Hidden::default());
     for i in 0..record.t_s.len() {
-        if stretch_s.contains(&record.t_s[i]) {
-            let lift = record.outlet[i] - record.inlet[i];
-            // Its head is 45 bar times the square of the speed over 70 %, less what the flow takes.
-            let more = lift * loss / (1.0 - loss) / 45e5 * 70.0_f64.powi(2);
-            record.speed[i] = (record.speed[i].powi(2) + more).sqrt();
-        }
+        let loss = loss(record.t_s[i], record.speed[i]);
+        let lift = record.outlet[i] - record.inlet[i];
+        // Its head is 45 bar times the square of the speed over 70 %, less what the flow takes.
+        let more = lift * loss / (1.0 - loss) / 45e5 * 70.0_f64.powi(2);
+        record.speed[i] = (record.speed[i].powi(2) + more).sqrt();
     }
     record.filled.speed.clone_from(&record.speed);
     record
@@ -29,7 +30,7 @@ fn a_head_that_is_lost_for_a_while_is_gas_and_one_that_stays_lost_is_nothing_of_
         // It may have come before the recording began.
         (-1.0..3600.0, true),
     ] {
-        let record = lifting_less(0.05, stretch_s.clone());
+        let record = lifting_less(|t_s, _| if stretch_s.contains(&t_s) { 0.05 } else { 0.0 });
         let mut found = select(&record, &[], Sought::Any(3), |_| {}).unwrap().named;
         calibrate(&mut found);
         let gas = |n: &&Named| n.applied.effect.about().id == "gas_in_pump" && n.probability > 0.5;
@@ -43,4 +44,35 @@ fn a_head_that_is_lost_for_a_while_is_gas_and_one_that_stays_lost_is_nothing_of_
         };
         assert_eq!(found.iter().any(unknown), !is_gas, "{stretch_s:?}");
     }
+}
+
+#[test]
+fn a_head_that_is_lost_at_one_speed_whenever_that_comes_is_a_curve_of_the_speed_and_no_gas() {
+    let along_speed = |record: &Record| {
+        let nothing = Selection {
+            held: 0,
+            allowances: Vec::new(),
+            named: Vec::new(),
+            first: Vec::new(),
+        };
+        let round = Round::about(record, &nothing).unwrap();
+        let gas = |c: &&Contender| c.effect.about().id == "gas_in_pump";
+        let gas = round.contenders.iter().find(gas).unwrap();
+        round.of_speed(gas).map(|(found, _)| found.curve)
+    };
+    let passing = lifting_less(|t_s, _| {
+        if (1800.0..3600.0).contains(&t_s) {
+            0.05
+        } else {
+            0.0
+        }
+    });
+    assert!(along_speed(&passing).is_none());
+    // The pump turns that fast now and then.
+    let fast = lifting_less(|_, speed_pct| 0.05 * (-((speed_pct - 53.0) / 0.6).powi(2)).exp());
+    let curve = along_speed(&fast).unwrap();
+    assert!(
+        curve.at(53.0) < curve.at(50.0).min(curve.at(55.5)),
+        "{curve:?}"
+    );
 }
