@@ -39,7 +39,7 @@ static ABOUT: About = About {
     ],
     search: Search {
         belief: Belief {
-            hurdle: 5.0,
+            hurdle: 7.0,
             scale: 5.0,
         },
         form_error: 0.15,

@@ -72,7 +72,7 @@ fn a_head_that_is_lost_at_one_speed_whenever_that_comes_is_a_curve_of_the_speed_
     let fast = lifting_less(|_, speed_pct| 0.05 * (-((speed_pct - 53.0) / 0.6).powi(2)).exp());
     let curve = along_speed(&fast).unwrap();
     assert!(
-        curve.at(53.0) < curve.at(50.0).min(curve.at(55.5)),
+        curve.at(54.0) < curve.at(curve.from).min(curve.at(curve.to)),
         "{curve:?}"
     );
 }
