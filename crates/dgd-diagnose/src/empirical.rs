@@ -397,10 +397,10 @@ pub(crate) fn hurdle(c: &Correction) -> f64 {
         (Relation::ReturnLineFriction, Quantity::PumpSpeed) => 110.0,
         (Relation::ReturnLineFriction, Quantity::FlowRate) => 45.0,
         (Relation::ReturnLineFriction, Quantity::InletPressure) => 30.0,
-        (Relation::ReturnLineFriction, _) => 20.0,
+        (Relation::ReturnLineFriction, _) => 14.0,
         (Relation::Instrument, Quantity::Time) => 15.0,
         (Relation::Instrument, _) => 25.0,
-        _ => 15.0,
+        _ => 10.0,
     };
     of_hours * c.times
 }
