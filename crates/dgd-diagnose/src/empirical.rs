@@ -1,5 +1,6 @@
 //! The competitor: a correction of one relation along one quantity, with no physics in it.
 
+mod drawn;
 mod periodic;
 mod seen;
 mod smooth;
@@ -9,15 +10,15 @@ pub(crate) use seen::pair_of;
 
 use crate::ablation::Step;
 use crate::error_budget::wander;
-use crate::numbers::{tails, whole};
+use crate::numbers::whole;
 use crate::record::Record;
-use crate::relations::{Applied, joined};
+use crate::relations::Applied;
 use crate::tangent::{Bend, Tangent};
 use crate::twins::{Pair, Twins};
 use crate::vectors::most_within;
-use dgd_effects::{Curve, KNOTS, Place, Quantity, Relation};
+use dgd_effects::{Curve, Place, Quantity, Relation};
+use drawn::{FINE_KNOTS, drawn};
 use rayon::prelude::*;
-use smooth::{smoothed, weighed};
 
 /// Places that a curve through knots is drawn for. What two transmitters of one pressure tell of the others is [seen](seen::all).
 const DRAWN: [Place; 6] = [
@@ -28,10 +29,6 @@ const DRAWN: [Place; 6] = [
     Place::OutletReading,
     Place::MeterFactor,
 ];
-
-/// Knots along the inlet pressure, as the level goes up and down a riser by many lengths of what happens there; and along the time
-/// of a period, in which a filter may be cleaned at once.
-const FINE_KNOTS: usize = 3 * (KNOTS - 1) + 1;
 
 /// A correction, weighed.
 #[derive(Clone)]
@@ -89,29 +86,6 @@ impl From<(Place, Quantity)> for Course {
             period_s: None,
         }
     }
-}
-
-/// The range of a quantity in the recording; a period has its own.
-fn range(record: &Record, quantity: Quantity) -> Option<(f64, f64)> {
-    let f = &record.filled;
-    let quantiles = |values: &[f64]| tails(values, 50).unwrap_or((0.0, 0.0));
-    Some(match quantity {
-        Quantity::Time => record.setting.span_s,
-        Quantity::InletPressure => quantiles(&f.inlet),
-        Quantity::MudPumpFlow => quantiles(&f.mud_pump),
-        Quantity::BoosterFlow => quantiles(&f.booster),
-        Quantity::ReturnFlow => {
-            let moving: Vec<f64> = f.flow.iter().copied().filter(|q| *q > 2e-3).collect();
-            quantiles(&moving)
-        }
-        Quantity::PumpSpeed => {
-            let turning: Vec<f64> = f.speed.iter().copied().filter(|w| *w > 10.0).collect();
-            quantiles(&turning)
-        }
-        Quantity::SinceStart => (0.0, 4.5),
-        Quantity::FlowRate => (-2e-4, 2e-4),
-        Quantity::Period => return None,
-    })
 }
 
 /// Every correction that the recording excites, best first.
@@ -245,121 +219,6 @@ fn beside_riser(
 ) -> Option<Twins> {
     let wander = wander(record, &tangent.curves);
     Twins::of(record, Pair::InletAndRiser, state, wander, excluded)
-}
-
-/// The correction as a curve through knots; one of the inlets the riser's transmitter bears out or not.
-fn drawn(
-    record: &Record,
-    tangent: &Tangent,
-    state: &[Applied],
-    beside_riser: Option<&Twins>,
-    course: Course,
-) -> Option<Correction> {
-    let (place, quantity) = (course.place, course.quantity);
-    let (from, to) = course.period_s.or_else(|| range(record, quantity))?;
-    if to - from <= 1e-9 * to.abs().max(1e-3) {
-        return None;
-    }
-    let unit = place.width();
-    let count = if course.period_s.is_some() || quantity == Quantity::InletPressure {
-        FINE_KNOTS
-    } else {
-        KNOTS
-    };
-    let through = |knots: Vec<f64>| Curve::new(place, quantity, (from, to), knots);
-    let change = |knots: &dyn Fn(usize) -> f64| -> Vec<f64> {
-        let curve = through((0..count).map(knots).collect());
-        tangent.change(record, &joined(state, &Applied::from(&curve)))
-    };
-    let witnessed = beside_riser
-        .filter(|_| place == Place::InletReading && quantity == Quantity::Time)
-        .and_then(|twins| twins.normal_equations((from, to), unit));
-    if let Some((gram, right)) = &witnessed
-        && weighed(&smoothed(gram, right, false, false)) <= 0.0
-    {
-        // What the riser's transmitter does not see is no drift of the inlet's, and the relations need not be asked.
-        return None;
-    }
-    let columns: Vec<Vec<f64>> = if place == Place::InletReading {
-        // The mass balance holds the rate of this reading: it answers no constant.
-        (0..count)
-            .map(|k| change(&|j| if j == k { unit } else { 0.0 }))
-            .collect()
-    } else {
-        // A row's share of each knot follows from how it answers a constant and a straight line: the quantity hardly
-        // moves within a row.
-        let constant = change(&|_| unit);
-        let last = (count - 1) as f64;
-        let position: Vec<f64> = if course.period_s.is_some() {
-            // A period ends within a row, whose mean is of neither end.
-            let within = |t: f64| (record.setting.span_s.0 + t - from).rem_euclid(to - from);
-            let times = periodic::times(tangent.layout, record.block_s());
-            (times.into_iter())
-                .map(|t| last * within(t) / (to - from))
-                .collect()
-        } else {
-            // No larger than the constant, as friction is no straight line of a flow that is off.
-            let line = change(&|k| unit * k as f64 / last);
-            (line.iter().zip(&constant))
-                .map(|(line, whole)| last * line / whole)
-                .collect()
-        };
-        (0..count)
-            .map(|k| {
-                let hat = |(position, whole): (&f64, &f64)| {
-                    let share = (1.0 - (position - k as f64).abs()).max(0.0);
-                    if *whole == 0.0 { 0.0 } else { share * whole }
-                };
-                position.iter().zip(constant.iter()).map(hat).collect()
-            })
-            .collect()
-    };
-    let (mut gram, mut right) = tangent.normal_equations(record, &columns);
-    let balanced = place == Place::Balance && quantity == Quantity::Time;
-    let round = course.period_s.is_some();
-    let mut curves = smoothed(&gram, &right, balanced, round);
-    let borne = weighed(&curves);
-    if let Some((more, pull)) = witnessed {
-        gram += more;
-        right += pull;
-        curves = smoothed(&gram, &right, balanced, round);
-    }
-    let best = (curves.iter()).max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
-    let evidence = weighed(&curves);
-    let (coefficients, freedom) = (&best.coefficients, best.freedom);
-    let curve = through(coefficients.iter().map(|c| c * unit).collect());
-    let signature = if place == Place::MeterFactor {
-        // The curves of a flow that is off are no straight lines of it.
-        tangent.signature(record, &joined(state, &Applied::from(&curve)))
-    } else {
-        let change: Vec<f64> = (0..columns[0].len())
-            .map(|i| {
-                (columns.iter().zip(coefficients))
-                    .map(|(c, w)| w * c[i])
-                    .sum()
-            })
-            .collect();
-        tangent.beyond(record, &change)
-    };
-    let owed = if record.takes(Step::Busiest) {
-        busiest(record, tangent, &signature)
-    } else {
-        0.0
-    };
-    // The booster's flow enters an outlet's reading alone: as little as in the friction, where it shows. The mud pump's comes and goes
-    // with the return flow, as what mud leaves of its strength at rest does.
-    let booster = place.relation() == Relation::Instrument && quantity == Quantity::BoosterFlow;
-    Some(Correction {
-        size: size(place, &curve.knots),
-        curve,
-        signature,
-        evidence: evidence - owed,
-        borne: borne - owed,
-        freedom,
-        least: place.least() * if booster { 0.5 } else { 1.0 },
-        seen: None,
-        times: Record::times_usual(record.lasts_s()),
-    })
 }
 
 /// A correction that a model holds, made anew beside the `others`; `None` where the recording does not show it.
