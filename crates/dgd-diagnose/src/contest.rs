@@ -63,90 +63,148 @@ impl Contender {
 /// Contenders whose form is freed.
 const LIKELIEST: usize = 6;
 
+/// What effects are weighed on: residuals of curves that were fitted beside a state.
+struct Tangents<'a> {
+    record: &'a Record,
+    state: &'a [Applied],
+    /// The head may lean on the inlet pressure.
+    lean: &'a Tangent,
+    /// It may not; fitted when it is first asked for.
+    free: OnceLock<Option<Tangent>>,
+}
+
+impl Tangents<'_> {
+    fn free(&self) -> Option<&Tangent> {
+        let fitted = || Tangent::beside(self.record, self.state, &[], Bend::Free);
+        self.free.get_or_init(fitted).as_ref()
+    }
+}
+
 /// Evidence of every effect that a state does not hold, best first.
 pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec<Contender> {
+    let mut out = contenders(record, gate, state);
+    likeliest_first(&mut out);
+    hold_without_doubtful(record, gate, state, &mut out);
+    for c in &mut out {
+        if c.evidence > c.effect.about().search.belief.hurdle {
+            keep_within_bounds(record, gate, state, &mut c.best);
+        }
+    }
+    retime(record, gate, state, &mut out);
+    likeliest_first(&mut out);
+    free_forms(record, gate, state, &mut out);
+    put_on_one_scale(record, &mut out);
+    out
+}
+
+fn likeliest_first(contenders: &mut [Contender]) {
+    contenders.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+}
+
+/// The effects of the catalogue that a state does not hold, weighed.
+fn contenders(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec<Contender> {
     let taken: Vec<&str> = state
         .iter()
         .filter(|a| !a.allowance)
         .map(|a| a.effect.about().id)
         .collect();
     let pull = gate.pull();
-    let unleaning = OnceLock::new();
-    let free = || {
-        let free = unleaning.get_or_init(|| Tangent::beside(record, state, &[], Bend::Free));
-        free.as_ref()
+    let tangents = Tangents {
+        record,
+        state,
+        lean: gate,
+        free: OnceLock::new(),
     };
     // Effects are weighed on all cores: each by itself, so that their number changes no digit.
-    let mut out: Vec<Contender> = catalogue()
+    catalogue()
         .par_iter()
         .filter(|effect| {
             let about = effect.about();
             about.search.method == Method::Relations && !taken.contains(&about.id)
         })
-        .filter_map(|effect| {
-            let found = scan(record, gate, &pull, state, *effect);
-            let mut best = found
-                .iter()
-                .filter(|c| c.evidence.is_finite())
-                .max_by(|a, b| a.evidence.total_cmp(&b.evidence))?
-                .clone();
-            let plainest = Candidate {
-                signature: Vec::new(),
-                ..(found.iter().filter(|c| c.energy.is_finite()))
-                    .max_by(|a, b| a.energy.total_cmp(&b.energy))?
-                    .clone()
-            };
-            let strengths = if on_grid(effect.about()) {
-                let alike =
-                    |c: &&Candidate| c.applied.parameters[1..] == best.applied.parameters[1..];
-                (found.iter().filter(alike))
-                    .map(|c| (c.applied.parameters[0], c.energy))
-                    .collect()
-            } else {
-                Vec::new()
-            };
-            // What is proposed anew beside a grid pays for its places; a switch of the pump for those of a sharp peak too.
-            let more = more_places(*effect, record);
-            let sharp = if effect.is_switch() { 4.0 } else { 0.0 };
-            let places = (found.len() as f64).ln() + more + sharp;
-            let weighed = |c: &Candidate| {
-                if c.evidence.is_finite() {
-                    c.evidence
-                } else {
-                    -1e3
-                }
-            };
-            let mut evidence = ln_mean_exp(found.iter().map(weighed)) - more;
-            if is_pump(*effect)
-                && evidence > 1.0
-                && let Some(apart) =
-                    free().and_then(|free| without_lean(record, free, state, &best))
-            {
-                evidence = evidence.min(apart.evidence - places);
-                best = apart;
-            }
-            if let Some(far) = far(record, (gate, &free), state, &best)
-                && far.evidence - places > evidence
-            {
-                evidence = far.evidence - places;
-                best = far;
-            }
-            Some(Contender {
-                effect: *effect,
-                best,
-                evidence,
-                formed: evidence,
-                lost: 0.0,
-                evened: 0.0,
-                strengths,
-                plainest,
-            })
-        })
-        .collect();
-    drop(unleaning);
-    out.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-    let most = out.first().map_or(0.0, |c| c.evidence);
-    out.par_iter_mut().for_each(|c| {
+        .filter_map(|effect| contender(&tangents, &pull, *effect))
+        .collect()
+}
+
+/// An effect in all the shapes and places that are tried of it; `None` where it changes nothing. `pull` is that of the tangent that
+/// leans.
+fn contender(
+    tangents: &Tangents<'_>,
+    pull: &[f64],
+    effect: &'static dyn Effect,
+) -> Option<Contender> {
+    /// Evidence of a shape that cannot be weighed, in place of none.
+    const NONE: f64 = -1e3;
+    /// E-folds that a switch of the pump pays for the places of a sharp peak. Set by hand.
+    const SHARP: f64 = 4.0;
+    let Tangents { record, state, .. } = *tangents;
+    let found = scan(record, tangents.lean, pull, state, effect);
+    let mut best = found
+        .iter()
+        .filter(|c| c.evidence.is_finite())
+        .max_by(|a, b| a.evidence.total_cmp(&b.evidence))?
+        .clone();
+    let plainest = Candidate {
+        signature: Vec::new(),
+        ..(found.iter().filter(|c| c.energy.is_finite()))
+            .max_by(|a, b| a.energy.total_cmp(&b.energy))?
+            .clone()
+    };
+    let strengths = if on_grid(effect.about()) {
+        let alike = |c: &&Candidate| c.applied.parameters[1..] == best.applied.parameters[1..];
+        (found.iter().filter(alike))
+            .map(|c| (c.applied.parameters[0], c.energy))
+            .collect()
+    } else {
+        Vec::new()
+    };
+    // What is proposed anew beside a grid pays for its places; a switch of the pump for those of a sharp peak too.
+    let more = more_places(effect, record);
+    let sharp = if effect.is_switch() { SHARP } else { 0.0 };
+    let places = (found.len() as f64).ln() + more + sharp;
+    let weighed = |c: &Candidate| {
+        if c.evidence.is_finite() {
+            c.evidence
+        } else {
+            NONE
+        }
+    };
+    let mut evidence = ln_mean_exp(found.iter().map(weighed)) - more;
+    if is_pump(effect)
+        && evidence > 1.0
+        && let Some(apart) =
+            (tangents.free()).and_then(|free| without_lean(record, free, state, &best))
+    {
+        evidence = evidence.min(apart.evidence - places);
+        best = apart;
+    }
+    if let Some(far) = far(tangents, &best)
+        && far.evidence - places > evidence
+    {
+        evidence = far.evidence - places;
+        best = far;
+    }
+    Some(Contender {
+        effect,
+        best,
+        evidence,
+        formed: evidence,
+        lost: 0.0,
+        evened: 0.0,
+        strengths,
+        plainest,
+    })
+}
+
+/// Takes from contenders what they owe to blocks that may only look like them (see [`sustained`]).
+fn hold_without_doubtful(
+    record: &Record,
+    gate: &Tangent,
+    state: &[Applied],
+    contenders: &mut [Contender],
+) {
+    let most = contenders.first().map_or(0.0, |c| c.evidence);
+    contenders.par_iter_mut().for_each(|c| {
         // What the leader dwarfs is looked at again in the next round, beside it.
         let hurdle = c.effect.about().search.belief.hurdle;
         if c.evidence > (0.5 * hurdle).max(0.02 * most)
@@ -156,15 +214,12 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
             c.formed = c.evidence;
         }
     });
-    for c in &mut out {
-        if c.evidence > c.effect.about().search.belief.hurdle {
-            keep_within_bounds(record, gate, state, &mut c.best);
-        }
-    }
-    retime(record, gate, state, &mut out);
-    out.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-    let most = out.first().map_or(0.0, |c| c.evidence);
-    out.par_iter_mut().take(LIKELIEST).for_each(|c| {
+}
+
+/// Weighs the likeliest, which come first, with their forms within their errors.
+fn free_forms(record: &Record, gate: &Tangent, state: &[Applied], contenders: &mut [Contender]) {
+    let most = contenders.first().map_or(0.0, |c| c.evidence);
+    contenders.par_iter_mut().take(LIKELIEST).for_each(|c| {
         if record.takes(Step::Form) && c.evidence > 0.3 * most {
             // It pays for its form and the places it could have been, as the evidence does.
             let paid = (c.best.evidence - c.evidence).max(0.0);
@@ -172,8 +227,6 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
             c.formed = formed.max(c.evidence);
         }
     });
-    put_on_one_scale(record, &mut out);
-    out
 }
 
 /// Puts late meters on one scale: each was timed with all that is allowed for beside it, so what is left tells them apart, but for what
@@ -293,12 +346,7 @@ fn without_lean(
 ///
 /// A pump that loses a third of its flow bends the curves that are fitted without the loss: about them a small one may seem
 /// to be there with the wrong sign.
-fn far<'a>(
-    record: &Record,
-    (gate, free): (&Tangent, &dyn Fn() -> Option<&'a Tangent>),
-    state: &[Applied],
-    near: &Candidate,
-) -> Option<Candidate> {
+fn far(tangents: &Tangents<'_>, near: &Candidate) -> Option<Candidate> {
     /// Two strengths further apart than this are not one.
     const APART: f64 = 2.0;
     let about = near.applied.effect.about();
@@ -310,8 +358,9 @@ fn far<'a>(
     {
         return None;
     }
-    let lean = strong(record, gate, state, &near.applied)?;
-    let apart = strong(record, free()?, state, &near.applied)?;
+    let Tangents { record, state, .. } = *tangents;
+    let lean = strong(record, tangents.lean, state, &near.applied)?;
+    let apart = strong(record, tangents.free()?, state, &near.applied)?;
     let ratio = lean.applied.parameters[0] / apart.applied.parameters[0];
     (1.0 / APART..=APART).contains(&ratio).then(|| Candidate {
         evidence: lean.evidence.min(apart.evidence),
