@@ -38,13 +38,18 @@ impl Contender {
     /// What it may claim for its own: a form that must bend by much more than its error only lends its name, and one that has
     /// another strength in each stand bends at will.
     pub(crate) fn claim(&self) -> f64 {
+        /// How many errors of its form an effect may claim by, and how many where its strength differs by stands. Set by hand.
+        const ERRORS: f64 = 4.0;
+        const ERRORS_BY_STANDS: f64 = 1.0;
+        /// E-folds that any form may gain by bending. Set by hand.
+        const FREE: f64 = 5.0;
         let search = &self.effect.about().search;
         let errors = if search.stand_error.is_some() {
-            1.0
+            ERRORS_BY_STANDS
         } else {
-            4.0
+            ERRORS
         };
-        let most = (1.0 + errors * search.form_error) * self.evidence + 5.0;
+        let most = (1.0 + errors * search.form_error) * self.evidence + FREE;
         self.formed.min(most) + self.evened
     }
 
@@ -56,7 +61,11 @@ impl Contender {
     /// By how much less another effect claims for it to be less likely by a factor e: a Bayes factor counts in full near the noise; far
     /// above it, forms decide, and they are rough.
     pub(crate) fn temperature(&self) -> f64 {
-        (0.06 * self.claim()).hypot(1.5)
+        /// Far above the noise, as a share of the claim. Set by hand.
+        const SHARE: f64 = 0.06;
+        /// Near the noise, e-folds. Set by hand.
+        const LEAST: f64 = 1.5;
+        (SHARE * self.claim()).hypot(LEAST)
     }
 }
 
@@ -133,8 +142,10 @@ fn contender(
     pull: &[f64],
     effect: &'static dyn Effect,
 ) -> Option<Contender> {
-    /// Evidence of a shape that cannot be weighed, in place of none.
+    /// Evidence of a shape that cannot be weighed, e-folds: so little that it does not count in the mean over the shapes.
     const NONE: f64 = -1e3;
+    /// Evidence, e-folds, from which an effect of the pump is weighed without the lean too. Set by hand.
+    const LEAST: f64 = 1.0;
     /// E-folds that a switch of the pump pays for the places of a sharp peak. Set by hand.
     const SHARP: f64 = 4.0;
     let Tangents { record, state, .. } = *tangents;
@@ -171,7 +182,7 @@ fn contender(
     };
     let mut evidence = ln_mean_exp(found.iter().map(weighed)) - more;
     if is_pump(effect)
-        && evidence > 1.0
+        && evidence > LEAST
         && let Some(apart) =
             (tangents.free()).and_then(|free| without_lean(record, free, state, &best))
     {
@@ -203,11 +214,14 @@ fn hold_without_doubtful(
     state: &[Applied],
     contenders: &mut [Contender],
 ) {
+    /// Share of its hurdle, and of the leader's evidence, from which a contender is looked at: what the leader dwarfs is looked at again in
+    /// the next round, beside it. Set by hand.
+    const OF_HURDLE: f64 = 0.5;
+    const OF_LEADER: f64 = 0.02;
     let most = contenders.first().map_or(0.0, |c| c.evidence);
     contenders.par_iter_mut().for_each(|c| {
-        // What the leader dwarfs is looked at again in the next round, beside it.
         let hurdle = c.effect.about().search.belief.hurdle;
-        if c.evidence > (0.5 * hurdle).max(0.02 * most)
+        if c.evidence > (OF_HURDLE * hurdle).max(OF_LEADER * most)
             && let Some(sustained) = sustained(record, state, &c.best, &gate.rows.still)
         {
             c.evidence = c.evidence.min(sustained);
@@ -218,9 +232,11 @@ fn hold_without_doubtful(
 
 /// Weighs the likeliest, which come first, with their forms within their errors.
 fn free_forms(record: &Record, gate: &Tangent, state: &[Applied], contenders: &mut [Contender]) {
+    /// Share of the leader's evidence below which a form is not freed. Set by hand.
+    const OF_LEADER: f64 = 0.3;
     let most = contenders.first().map_or(0.0, |c| c.evidence);
     contenders.par_iter_mut().take(LIKELIEST).for_each(|c| {
-        if record.takes(Step::Form) && c.evidence > 0.3 * most {
+        if record.takes(Step::Form) && c.evidence > OF_LEADER * most {
             // It pays for its form and the places it could have been, as the evidence does.
             let paid = (c.best.evidence - c.evidence).max(0.0);
             let formed = gate.formed(record, state, &solved(&c.best)) - paid;
@@ -376,6 +392,10 @@ fn strong(
     state: &[Applied],
     one: &Applied,
 ) -> Option<Candidate> {
+    /// Strengths that are tried, over the usual one. Set by hand.
+    const TIMES: [f64; 5] = [1.0, 1.5, 2.0, 3.0, 4.5];
+    /// How many times more an effect must explain than its opposite. Set by hand.
+    const OPPOSITE: f64 = 2.0;
     let strength = &one.effect.about().parameters[0];
     let usual = strength.usual;
     let misfit = |off: &[f64]| 0.5 * dot(off, off);
@@ -386,8 +406,9 @@ fn strong(
         let off = tangent.refitted(record, &joined(state, &applied)).off;
         (applied, misfit(&tangent.off) - misfit(&off), off)
     };
-    let plausible = [1.0, 1.5, 2.0, 3.0, 4.5].into_iter();
-    let plausible = plausible.filter(|times| times * usual <= strength.high);
+    let plausible = TIMES
+        .into_iter()
+        .filter(|times| times * usual <= strength.high);
     let tried = plausible.map(|times| {
         let strength = times * usual;
         let (applied, saved, off) = refitted(strength);
@@ -407,7 +428,7 @@ fn strong(
     let most = tried.max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
     // What the opposite explains as well is a curve of another form, which either bends.
     let opposite = || refitted(-most.applied.parameters[0]).1;
-    let stands = most.evidence > 0.0 && most.evidence > 2.0 * opposite();
+    let stands = most.evidence > 0.0 && most.evidence > OPPOSITE * opposite();
     stands.then_some(most)
 }
 
@@ -442,13 +463,14 @@ pub(crate) fn sustained(
     Some(weigh(record, &tangent, state, c.applied.clone()).evidence)
 }
 
-/// Share of its evidence, and a little more, that an effect which sets in owes to the time before.
+/// Share of its evidence, and e-folds besides, that an effect which sets in owes to the time before. Set by hand.
 pub(crate) const SEEN: f64 = 0.03;
+const SEEN_BESIDES: f64 = 3.0;
 
 /// Whether what is there from some time on was not there before: always there, it would explain less.
 pub(crate) fn sets_in(record: &Record, gate: &Tangent, state: &[Applied], c: &Candidate) -> bool {
     always(record, gate, state, c)
-        .is_none_or(|always| (1.0 - SEEN) * c.evidence > always.evidence + 3.0)
+        .is_none_or(|always| (1.0 - SEEN) * c.evidence > always.evidence + SEEN_BESIDES)
 }
 
 /// Share of what a candidate that sets in, in the middle of the recording, explains that it would explain as well, were it there
@@ -471,18 +493,22 @@ pub(crate) fn before(record: &Record, gate: &Tangent, state: &[Applied], c: &Can
 
 /// A candidate that sets in, and stays, as it would be had it been there from the start; `None` for others.
 fn always(record: &Record, gate: &Tangent, state: &[Applied], c: &Candidate) -> Option<Candidate> {
+    /// How long before the recording what was always there set in, s. Set by hand.
+    const BEFORE_S: f64 = 1e6;
     let about = c.applied.effect.about();
     let (Some(onset), None) = (about.onset(), about.duration()) else {
         return None;
     };
     let mut always = c.applied.clone();
-    always.parameters[onset] = record.setting.span_s.0 - 1e6;
+    always.parameters[onset] = record.setting.span_s.0 - BEFORE_S;
     Some(weigh(record, gate, state, always))
 }
 
 /// The blocks about a candidate's edges, which may only look like one; `None` for what has none.
 fn doubtful(record: &Record, c: &Candidate) -> Option<Vec<bool>> {
+    /// Time on either side of an edge, s, and share of a short interval, that is left out. Set by hand.
     const HOLE_S: f64 = 300.0;
+    const HOLE_SHARE: f64 = 0.2;
     let about = c.applied.effect.about();
     if about.onset().is_none() || !record.takes(Step::Edges) {
         return None;
@@ -490,7 +516,7 @@ fn doubtful(record: &Record, c: &Candidate) -> Option<Vec<bool>> {
     let span = record.setting.span_s;
     let (from, to) = about.interval_s(&c.applied.parameters, span);
     let seconds = record.block_s();
-    let hole = HOLE_S.min(0.2 * (to - from));
+    let hole = HOLE_S.min(HOLE_SHARE * (to - from));
     let middles = (0..record.blocks).map(|b| span.0 + (b as f64 + 0.5) * seconds);
     let beside = |at: f64| (at - from).abs() < hole || (at - to).abs() < hole;
     Some(middles.map(beside).collect())
@@ -504,6 +530,10 @@ pub(crate) fn is_pump(effect: &dyn Effect) -> bool {
 /// Looks within the bounds for the strength of a candidate that a straight line carries beyond them: a large change of
 /// viscosity is no small one many times over, and where the bound seems best even so, it may have another shape.
 fn keep_within_bounds(record: &Record, gate: &Tangent, state: &[Applied], c: &mut Candidate) {
+    /// Strengths that are tried, over the bound. Set by hand.
+    const TRIED: [f64; 7] = [0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 1.0];
+    /// The strength, over the bound, from which another shape is looked for. Set by hand.
+    const START: f64 = 0.8;
     let about = c.applied.effect.about();
     if on_grid(about) || about.search.timing.is_some() || c.energy <= 0.0 {
         return;
@@ -525,12 +555,12 @@ fn keep_within_bounds(record: &Record, gate: &Tangent, state: &[Applied], c: &mu
         one.parameters[0] = strength;
         one
     };
-    let tries = [0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 1.0].map(|share| of(with(share * bound)));
+    let tries = TRIED.map(|share| of(with(share * bound)));
     let Some(mut best) = tries.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)) else {
         return;
     };
     if at_bound(&best.1) {
-        let mut all = joined(state, &with(0.8 * bound));
+        let mut all = joined(state, &with(START * bound));
         let last = all.len() - 1;
         refine(record, &mut all, last, &[], 2);
         let reshaped = of(all.remove(last));
@@ -587,6 +617,12 @@ pub(crate) fn at_bound(one: &Applied) -> bool {
 
 /// Whether a shift of one transmitter is there to see: the two differ by it before and after, for a while.
 pub(crate) fn stands(record: &Record, one: &Applied) -> bool {
+    /// Time before and after the onset in which the two are compared, s. Set by hand.
+    const REACH_S: f64 = 1200.0;
+    /// Samples on either side, at the least. Set by hand.
+    const LEAST: usize = 20;
+    /// The step that is seen over the one that was found. Set by hand.
+    const SHARES: std::ops::Range<f64> = 0.5..1.6;
     let about = one.effect.about();
     let (Some(onset), Some(sensor), [first, second]) =
         (about.onset(), about.sensor(), record.outlets.as_slice())
@@ -594,30 +630,33 @@ pub(crate) fn stands(record: &Record, one: &Applied) -> bool {
         return true;
     };
     let at = record.t_s.partition_point(|t| *t < one.parameters[onset]);
-    let reach = whole(1200.0 / record.dt_s);
+    let reach = whole(REACH_S / record.dt_s);
     let middle = |range: std::ops::Range<usize>| -> f64 {
         let apart = range
             .map(|i| first[i] - second[i])
             .filter(|v| v.is_finite());
-        if apart.clone().count() < 20 {
+        if apart.clone().count() < LEAST {
             return f64::NAN;
         }
         quantile(apart, Rank::MEDIAN).unwrap_or(f64::NAN)
     };
     let step = middle(at..(at + reach).min(first.len())) - middle(at.saturating_sub(reach)..at);
+    // Transmitters are numbered 1 and 2.
     let sign = if one.parameters[sensor] > 1.5 {
         -1.0
     } else {
         1.0
     };
     let share = sign * step / one.parameters[0];
-    (0.5..1.6).contains(&share)
+    SHARES.contains(&share)
 }
 
 /// Whether two effects explain the same residuals: the cosine between their signatures.
 pub(crate) fn alike(a: &Candidate, b: &Candidate) -> bool {
+    /// Cosine above which two are alike. Set by hand.
+    const ALIKE: f64 = 0.35;
     let size = (a.energy * b.energy).sqrt();
-    size > 0.0 && (dot(&a.signature, &b.signature) / size).abs() > 0.35
+    size > 0.0 && (dot(&a.signature, &b.signature) / size).abs() > ALIKE
 }
 
 #[cfg(test)]

@@ -55,6 +55,7 @@ pub(crate) struct Correction {
 impl Correction {
     /// What it may claim against an effect: its evidence pays for its freedom, and it is less likely beforehand.
     pub(crate) fn claim(&self) -> f64 {
+        /// E-folds by which it is less likely. Set by hand.
         const LN_PRIOR: f64 = 3.0;
         self.borne - LN_PRIOR
     }
@@ -153,8 +154,10 @@ fn hold_without(
     found: &mut [Correction],
     relation: Relation,
 ) {
+    /// Share of its hurdle from which a correction is weighed again. Set by hand.
+    const DOUBTFUL: f64 = 0.5;
     let doubtful =
-        |c: &Correction| c.curve.place.relation() == relation && c.evidence > 0.5 * hurdle(c);
+        |c: &Correction| c.curve.place.relation() == relation && c.evidence > DOUBTFUL * hurdle(c);
     if !blocks.contains(&true) || !found.iter().any(doubtful) {
         return;
     }
@@ -243,7 +246,8 @@ pub(crate) fn seen_curve(one: &Applied) -> Option<Curve> {
     one.curve().filter(seen)
 }
 
-/// Evidence that a correction reaches on sound recordings of this one's length.
+/// Evidence that a correction reaches on sound recordings of this one's length, e-folds. Set by hand, like the hurdles of effects above what
+/// nearly all simulated sound recordings reach (METHOD.md, section 6).
 pub(crate) fn hurdle(c: &Correction) -> f64 {
     let of_hours = match (c.curve.place.relation(), c.curve.quantity) {
         // Transmitters and drives answer late: what is left follows how fast things move.

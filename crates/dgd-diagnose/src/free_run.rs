@@ -231,6 +231,10 @@ pub(crate) fn best_gain(simulation: &Simulation) -> Option<HeldOut> {
 
 /// 95 % interval of the share of an error that was saved, by drawing some stretches again and again.
 fn interval(stretches: &[Sums]) -> (f64, f64) {
+    /// Draws of the bootstrap. Set by hand.
+    const DRAWS: usize = 400;
+    /// One in forty on either side leaves 95 %.
+    const TAIL: usize = 40;
     // A xorshift: the draws need no more, and are the same on every run.
     let mut seed = 88_172_645_463_325_252_u64;
     let mut pick = || {
@@ -239,14 +243,13 @@ fn interval(stretches: &[Sums]) -> (f64, f64) {
         seed ^= seed << 17;
         &stretches[usize::try_from(seed % stretches.len() as u64).unwrap_or(0)]
     };
-    let draws: Vec<f64> = (0..400)
+    let draws: Vec<f64> = (0..DRAWS)
         .map(|_| {
             let drawn: Vec<&Sums> = stretches.iter().map(|_| pick()).collect();
             1.0 - Sums::errors(drawn).left()
         })
         .collect();
-    // One in forty on either side leaves 95 %.
-    tails(&draws, 40).unwrap_or((f64::NAN, f64::NAN))
+    tails(&draws, TAIL).unwrap_or((f64::NAN, f64::NAN))
 }
 
 #[cfg(test)]

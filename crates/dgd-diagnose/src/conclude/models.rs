@@ -152,8 +152,10 @@ fn gained(simulation: &Simulation) -> f64 {
 /// Curves for a free run, as they would be fitted by hand: where standing mud pulls the friction's intercept far beyond what any
 /// is, the column at rest is not the model's, and the stops are left out. Curves bent to it would run wild.
 pub(super) fn runnable(record: &Record, state: &[Applied], excluded: &[bool]) -> Option<Tangent> {
+    /// Standard deviations of its prior up to which the intercept is one. Set by hand.
+    const INTERCEPT: f64 = 3.0;
     let fit = Tangent::at(record, state, excluded, Bend::Free)?;
-    if fit.curves.friction[0].abs() < 3.0 * FRICTION_PRIOR_PA[0] {
+    if fit.curves.friction[0].abs() < INTERCEPT * FRICTION_PRIOR_PA[0] {
         return Some(fit);
     }
     let stops = |(out, still): (&bool, &bool)| *out || *still;

@@ -45,6 +45,8 @@ pub(super) fn refitted(
     here: &[Option<Applied>],
     span_s: (f64, f64),
 ) -> Option<Check> {
+    /// Share by which a strength may change: what is half as strong again, or half as strong, may be something else by now.
+    const CHANGE: f64 = 0.5;
     if given.is_empty() {
         return None;
     }
@@ -80,7 +82,6 @@ pub(super) fn refitted(
         );
         format!("{}: {name} {old:.3e}, here {new:.3e}", about.id)
     });
-    // What is half as strong again, or half as strong, may be something else by now.
     let alike = |(before, after): (&Applied, &Option<Applied>)| {
         let Some(after) = after else {
             return false;
@@ -89,7 +90,7 @@ pub(super) fn refitted(
         if !acts(after) {
             return false;
         }
-        before.is_correction() || (new - old).abs() <= 0.5 * old.abs()
+        before.is_correction() || (new - old).abs() <= CHANGE * old.abs()
     };
     Some(Check {
         name: "the effects of the model to start from are as strong here".into(),

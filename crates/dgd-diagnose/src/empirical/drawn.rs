@@ -87,8 +87,11 @@ impl<'a> Drawing<'a> {
         state: &'a [Applied],
         course: Course,
     ) -> Option<Self> {
+        /// Range of a quantity that rests, over its size, and the least size, in the quantity's unit: rounding, not movement.
+        const RESTS: f64 = 1e-9;
+        const LEAST: f64 = 1e-3;
         let (from, to) = (course.period_s).or_else(|| range(record, course.quantity))?;
-        if to - from <= 1e-9 * to.abs().max(1e-3) {
+        if to - from <= RESTS * to.abs().max(LEAST) {
             return None;
         }
         let fine = course.period_s.is_some() || course.quantity == Quantity::InletPressure;
@@ -207,32 +210,53 @@ impl<'a> Drawing<'a> {
 
 /// Size up to which a curve may be the accuracy of instruments, in the unit of its place.
 fn least(course: Course) -> f64 {
+    /// By what it is multiplied for the booster's flow in an outlet's reading. Set by hand.
+    const BOOSTER: f64 = 0.5;
     // The booster's flow enters an outlet's reading alone: as little as in the friction, where it shows. The mud pump's comes and goes
     // with the return flow, as what mud leaves of its strength at rest does.
     let booster =
         course.place.relation() == Relation::Instrument && course.quantity == Quantity::BoosterFlow;
-    course.place.least() * if booster { 0.5 } else { 1.0 }
+    course.place.least() * if booster { BOOSTER } else { 1.0 }
 }
 
 /// The range of a quantity in the recording; a period has its own.
 pub(super) fn range(record: &Record, quantity: Quantity) -> Option<(f64, f64)> {
+    /// One value in so many lies beyond either end.
+    const TAIL: usize = 50;
+    /// Flow, m³/s, and speed, %, above which mud flows and the pump turns. Set by hand.
+    const FLOWING_M3_S: f64 = 2e-3;
+    const TURNING_PCT: f64 = 10.0;
+    /// Longest time since the pump started, as `ln(1 + minutes)`: an hour and a half. Set by hand.
+    const LN_MINUTES: f64 = 4.5;
+    /// Rate of the flow, m³/s², either way. Set by hand.
+    const RATE_M3_S2: f64 = 2e-4;
     let f = &record.filled;
-    let quantiles = |values: &[f64]| tails(values, 50).unwrap_or((0.0, 0.0));
+    let quantiles = |values: &[f64]| tails(values, TAIL).unwrap_or((0.0, 0.0));
     Some(match quantity {
         Quantity::Time => record.setting.span_s,
         Quantity::InletPressure => quantiles(&f.inlet),
         Quantity::MudPumpFlow => quantiles(&f.mud_pump),
         Quantity::BoosterFlow => quantiles(&f.booster),
         Quantity::ReturnFlow => {
-            let moving: Vec<f64> = f.flow.iter().copied().filter(|q| *q > 2e-3).collect();
+            let moving: Vec<f64> = f
+                .flow
+                .iter()
+                .copied()
+                .filter(|q| *q > FLOWING_M3_S)
+                .collect();
             quantiles(&moving)
         }
         Quantity::PumpSpeed => {
-            let turning: Vec<f64> = f.speed.iter().copied().filter(|w| *w > 10.0).collect();
+            let turning: Vec<f64> = f
+                .speed
+                .iter()
+                .copied()
+                .filter(|w| *w > TURNING_PCT)
+                .collect();
             quantiles(&turning)
         }
-        Quantity::SinceStart => (0.0, 4.5),
-        Quantity::FlowRate => (-2e-4, 2e-4),
+        Quantity::SinceStart => (0.0, LN_MINUTES),
+        Quantity::FlowRate => (-RATE_M3_S2, RATE_M3_S2),
         Quantity::Period => return None,
     })
 }
