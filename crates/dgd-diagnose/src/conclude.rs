@@ -216,7 +216,7 @@ fn believe(record: &Record, named: &mut Vec<Named>, sought: Sought<'_>) {
             .iter_mut()
             .for_each(|one| unless_outweighed(one, suspects));
     } else {
-        // It is weighed under what was tested, and neither claimed nor modelled.
+        // It is still listed among what was tested, but neither claimed nor modelled.
         named.retain(|n| likely(n) >= 0.5);
     }
 }
@@ -264,7 +264,7 @@ fn name_transmitter(finding: &mut Finding, well: &Well) {
     }
 }
 
-/// Leaves a suspect by itself where something that was not suspected is likelier: it does not stand for that.
+/// Drops the alternatives to a suspect that were not suspected, if one of them is likelier than it: the suspect does not stand for that.
 fn unless_outweighed(one: &mut Named, suspects: &[String]) {
     let beside = |a: &(String, f64)| !suspects.contains(&a.0);
     let own = one.probability;

@@ -22,21 +22,21 @@ pub(crate) struct Contender {
     pub best: Candidate,
     /// Logarithm of the Bayes factor against nothing.
     pub evidence: f64,
-    /// The same with the effect's form within its error: how much of the residuals is its own. Only for the likeliest few.
+    /// Evidence when the effect's form may bend within its error as well; only the likeliest few are weighed so, of others it is `evidence`.
     pub formed: f64,
-    /// Evidence that a late meter loses as it is turned round; 0 for others.
+    /// Evidence that a late meter loses because its lag is undone by a slope over many seconds, which blurs the flow; 0 for others.
     pub lost: f64,
-    /// What puts its claim on the scale of another late meter's that stands out; 0 where there is none.
+    /// What is added to the claim of a late meter so that it compares with another one's (see [`put_on_one_scale`]); otherwise 0.
     pub evened: f64,
     /// Strengths and the energies of what they change, where they are on a grid.
     pub strengths: Vec<(f64, f64)>,
-    /// Its shape that a unit of strength changes most by, without signature.
+    /// The shape that changes the rows most per unit of strength, without its signature.
     pub plainest: Candidate,
 }
 
 impl Contender {
-    /// What it may claim for its own: a form that must bend by much more than its error only lends its name, and one that has
-    /// another strength in each stand bends at will.
+    /// Evidence that it may claim as its own. A form that must bend by much more than its error is another cause's, so what bending gains
+    /// counts up to a limit; a lower one where the strength may differ in each stand, which bends at will.
     pub(crate) fn claim(&self) -> f64 {
         /// How many errors of its form an effect may claim by, and how many where its strength differs by stands. Set by hand.
         const ERRORS: f64 = 4.0;
@@ -53,13 +53,13 @@ impl Contender {
         self.formed.min(most) + self.evened
     }
 
-    /// Evidence of what makes the meter late as it would be, were nothing lost by turning it round; of others their evidence.
+    /// Evidence as it would be if nothing were lost by undoing a lag (see [`Self::lost`]).
     pub(crate) fn unblurred(&self) -> f64 {
         self.evidence + self.lost
     }
 
-    /// By how much less another effect claims for it to be less likely by a factor e: a Bayes factor counts in full near the noise; far
-    /// above it, forms decide, and they are rough.
+    /// By how many e-folds less another effect must claim to be less likely by a factor e. Near the noise a Bayes factor counts nearly in
+    /// full; far above it the errors of forms decide, and those grow with the evidence.
     pub(crate) fn temperature(&self) -> f64 {
         /// Far above the noise, as a share of the claim. Set by hand.
         const SHARE: f64 = 0.06;
@@ -245,8 +245,8 @@ fn free_forms(record: &Record, gate: &Tangent, state: &[Applied], contenders: &m
     });
 }
 
-/// Puts late meters on one scale: each was timed with all that is allowed for beside it, so what is left tells them apart, but for what
-/// a lag loses. A form that bends further tells nothing more.
+/// Makes the claims of late meters comparable. Each was timed together with every allowance, so their evidence tells them apart once what
+/// a lag loses is added back. All are credited with the most that any of them gains by bending: bending further is no evidence.
 pub(crate) fn put_on_one_scale(record: &Record, contenders: &mut [Contender]) {
     let late = |c: &&mut Contender| is_late_meter(c.effect.about());
     for c in contenders.iter_mut().filter(late) {
@@ -296,7 +296,7 @@ fn retime(record: &Record, gate: &Tangent, state: &[Applied], contenders: &mut [
         let places = (c.best.evidence - c.evidence).max(0.0);
         c.evidence -= own;
         c.formed -= own;
-        // What is allowed for takes the part of one form or of the other.
+        // Allowances may stand in for part of either form, so each form is timed together with them.
         let timed = shapes(&c.best.applied).into_iter().filter_map(|mut one| {
             let (time_s, evidence) = retimed(record, gate, state, &one)?;
             one.parameters[0] = time_s;
@@ -308,7 +308,7 @@ fn retime(record: &Record, gate: &Tangent, state: &[Applied], contenders: &mut [
             return;
         };
         if evidence - paid > c.evidence {
-            // What it paid is what is between the two.
+            // The difference of these two is what it paid, as for any contender.
             c.best = Candidate {
                 evidence,
                 ..weigh(record, gate, state, one)
@@ -335,8 +335,8 @@ fn shapes(one: &Applied) -> Vec<Applied> {
 
 /// The best of a pump's effect where the head may not lean on the inlet pressure.
 ///
-/// That lean takes most of a pump's effects with it, and all of what the curves only seem to lack. Without it they must
-/// stand out as well, with it they must not vanish.
+/// That lean absorbs most of a real effect of the pump, and all of what the curves merely fit badly. An effect must stand out without
+/// the lean, and must not vanish with it.
 fn without_lean(
     record: &Record,
     free: &Tangent,
@@ -358,10 +358,11 @@ fn without_lean(
     })
 }
 
-/// What a pump loses throughout, weighed at strengths far from nothing, with a head that may lean on the inlet pressure and without.
+/// Strong wear that was always there, weighed with a head that may lean on the inlet pressure and without; `None` of any other effect, and
+/// where the two do not agree on a strength.
 ///
-/// A pump that loses a third of its flow bends the curves that are fitted without the loss: about them a small one may seem
-/// to be there with the wrong sign.
+/// If a pump loses a third of its flow, curves that were fitted without the loss are so distorted that a small loss about them may
+/// appear with the wrong sign.
 fn far(tangents: &Tangents<'_>, near: &Candidate) -> Option<Candidate> {
     /// Two strengths further apart than this are not one.
     const APART: f64 = 2.0;
@@ -384,8 +385,8 @@ fn far(tangents: &Tangents<'_>, near: &Candidate) -> Option<Candidate> {
     })
 }
 
-/// The best of some strengths of an effect of one sign, from the usual one up, the curves fitted again beside each; `None` where what the
-/// curves take of it tells nothing.
+/// The best of some strengths of an effect of one sign, from the usual one up, with the curves fitted again beside each; `None` if it
+/// explains nothing, or if its opposite explains nearly as much.
 fn strong(
     record: &Record,
     tangent: &Tangent,
@@ -432,12 +433,11 @@ fn strong(
     stands.then_some(most)
 }
 
-/// Evidence without what may only look like the effect: without the minutes about the edges of its interval; for what comes
-/// upon flowing mud without the stops as well. `None` where nothing is left out; nothing where too little is left to tell.
+/// Evidence without the blocks that may merely look like the effect: those around the ends of its interval and, for effects of flowing
+/// mud, the stops. `None` if nothing is left out; 0 if too few blocks are left.
 ///
-/// A reading that freezes or jumps makes edges, as an effect does, and nothing between them. An effect is there as well
-/// when its beginning and end are not looked at. And where each stop leaves the line as full as its valve was quick, it is the
-/// standing column that changes, not the friction.
+/// A reading that freezes or jumps makes two edges with nothing between them; a real effect still shows without its edges. And a valve
+/// that closes late leaves the line lower at a stop: that changes the standing column, not the friction.
 pub(crate) fn sustained(
     record: &Record,
     state: &[Applied],
@@ -473,8 +473,8 @@ pub(crate) fn sets_in(record: &Record, gate: &Tangent, state: &[Applied], c: &Ca
         .is_none_or(|always| (1.0 - SEEN) * c.evidence > always.evidence + SEEN_BESIDES)
 }
 
-/// Share of what a candidate that sets in, in the middle of the recording, explains that it would explain as well, were it there
-/// from the start; of others 0.
+/// Share of what an effect that sets in half-way through the recording explains that it would explain without an onset as well; 0 for
+/// effects that do not set in, or pass.
 pub(crate) fn before(record: &Record, gate: &Tangent, state: &[Applied], c: &Candidate) -> f64 {
     let shared = |always: Candidate| {
         let (from, to) = record.setting.span_s;
@@ -491,7 +491,7 @@ pub(crate) fn before(record: &Record, gate: &Tangent, state: &[Applied], c: &Can
     if share.is_finite() { share } else { 0.0 }
 }
 
-/// A candidate that sets in, and stays, as it would be had it been there from the start; `None` for others.
+/// A candidate that sets in and stays, weighed as if it had been there from the start; `None` for others.
 fn always(record: &Record, gate: &Tangent, state: &[Applied], c: &Candidate) -> Option<Candidate> {
     /// How long before the recording what was always there set in, s. Set by hand.
     const BEFORE_S: f64 = 1e6;
@@ -504,7 +504,7 @@ fn always(record: &Record, gate: &Tangent, state: &[Applied], c: &Candidate) -> 
     Some(weigh(record, gate, state, always))
 }
 
-/// The blocks about a candidate's edges, which may only look like one; `None` for what has none.
+/// The blocks around the beginning and the end of a candidate; `None` if it has neither.
 fn doubtful(record: &Record, c: &Candidate) -> Option<Vec<bool>> {
     /// Time on either side of an edge, s, and share of a short interval, that is left out. Set by hand.
     const HOLE_S: f64 = 300.0;
@@ -527,8 +527,8 @@ pub(crate) fn is_pump(effect: &dyn Effect) -> bool {
     effect.about().relation == Relation::PumpHead
 }
 
-/// Looks within the bounds for the strength of a candidate that a straight line carries beyond them: a large change of
-/// viscosity is no small one many times over, and where the bound seems best even so, it may have another shape.
+/// Looks within the bounds for the strength of a candidate that was solved for on a straight line and lies beyond them: the friction does
+/// not grow in proportion to a large change of viscosity. Where the bound still seems best, another shape is tried.
 fn keep_within_bounds(record: &Record, gate: &Tangent, state: &[Applied], c: &mut Candidate) {
     /// Strengths that are tried, over the bound. Set by hand.
     const TRIED: [f64; 7] = [0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 1.0];
@@ -615,7 +615,7 @@ pub(crate) fn at_bound(one: &Applied) -> bool {
     (v <= p.low && p.low != 0.0) || v >= p.high
 }
 
-/// Whether a shift of one transmitter is there to see: the two differ by it before and after, for a while.
+/// Whether a shift of one outlet transmitter is seen in the difference of the two, after its onset against before.
 pub(crate) fn stands(record: &Record, one: &Applied) -> bool {
     /// Time before and after the onset in which the two are compared, s. Set by hand.
     const REACH_S: f64 = 1200.0;

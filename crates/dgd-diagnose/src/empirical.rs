@@ -38,8 +38,8 @@ pub(crate) struct Correction {
     pub signature: Vec<f64>,
     /// Logarithm of the Bayes factor against nothing.
     pub evidence: f64,
-    /// The part of it that the relations bear: what an effect competes with that stands. What two transmitters tell by themselves is
-    /// no effect's to explain, and where none stands all of it tells that none is the cause.
+    /// The part of it that comes from the relations, which is what effects compete with: none could explain what two transmitters show by
+    /// themselves.
     pub borne: f64,
     /// How many straight parameters its curve is worth.
     pub freedom: f64,
@@ -53,7 +53,7 @@ pub(crate) struct Correction {
 }
 
 impl Correction {
-    /// What it may claim against an effect: its evidence pays for its freedom, and it is less likely beforehand.
+    /// Evidence that it may claim against an effect: that pays for the freedom of the curve already, but a correction is less likely beforehand.
     pub(crate) fn claim(&self) -> f64 {
         /// E-folds by which it is less likely. Set by hand.
         const LN_PRIOR: f64 = 3.0;
@@ -94,8 +94,8 @@ pub(crate) fn corrections(record: &Record, state: &[Applied]) -> Vec<Correction>
     let Some(whole) = Tangent::beside(record, state, &[], Bend::Loose) else {
         return Vec::new();
     };
-    // A curve of flow and speed is the relation itself there: identification, no finding. A mass balance along the rate of
-    // the flow is timing. Readings drift, or another line's flow gets into them.
+    // No correction is made along what a relation's own curve depends on, as that is identification; nor of the mass balance along the
+    // rate of the flow, as that is timing. Readings are corrected along what makes instruments wrong: time, another line's flow.
     let own = |place, quantity| {
         use Quantity::{BoosterFlow, FlowRate, MudPumpFlow, PumpSpeed, ReturnFlow, Time};
         match place {
@@ -130,8 +130,8 @@ pub(crate) fn corrections(record: &Record, state: &[Applied]) -> Vec<Correction>
     out
 }
 
-/// Takes from corrections what they owe to stops, and to the way to another head. The tangent is in memory for no longer than it
-/// is asked.
+/// Lowers corrections that stand out only because of stops, or while the pump changes to another head. Takes the tangent to free its memory
+/// before others are made.
 fn hold_without_stops(record: &Record, whole: Tangent, state: &[Applied], out: &mut [Correction]) {
     if !record.takes(Step::Flowing) {
         return;
@@ -140,13 +140,13 @@ fn hold_without_stops(record: &Record, whole: Tangent, state: &[Applied], out: &
     let stops = (whole.rows.still.iter().zip(&moving)).map(|(still, moving)| *still || *moving);
     let stops: Vec<bool> = stops.collect();
     drop(whole);
-    // A stop leaves the line as full as its valve was quick, which is no friction; nor is what answers late on the way to it.
+    // A valve that closes late leaves the line lower at a stop, which is no friction; nor is what answers late on the way to the stop.
     hold_without(record, &stops, state, out, Relation::ReturnLineFriction);
-    // On the way to another head what answers half a second late passes for a law of level or inflow, at each stop again.
+    // A meter that answers half a second late gives the same error at each change of the head, as if that depended on level or inflow.
     hold_without(record, &moving, state, out, Relation::PumpHead);
 }
 
-/// Takes from corrections of a relation what they owe to some blocks, if without these they fall below their hurdle.
+/// Lowers corrections of a relation to their evidence without some blocks, if that is below their hurdle.
 fn hold_without(
     record: &Record,
     blocks: &[bool],

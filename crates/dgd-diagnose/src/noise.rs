@@ -1,4 +1,5 @@
-//! What the residuals of a right model look like: their size, memory and kinship, estimated from the recording.
+//! The noise in the residuals, estimated from the recording: its size, its memory (autocorrelation), and its kinship (what head and friction
+//! share).
 
 mod apply;
 mod memory;

@@ -30,8 +30,8 @@ const ALIKE: f64 = 0.7;
 pub(crate) enum Ruling {
     /// An effect.
     Named(Named),
-    /// An effect, on the promise that a second one, whose name it is, does beside it what a correction does; and the correction, which
-    /// stands in its place if it does not.
+    /// An effect, the id of a second one that seems to explain beside it what a correction does, and that correction: it takes the place of
+    /// the effect if the next round does not keep this promise.
     Promised(Named, &'static str, Box<Named>),
     /// Something that the catalogue does not hold: only effects of other relations are named beside it.
     Unnamed(Named),

@@ -14,7 +14,7 @@ impl Whitening {
         self.whitened(stacked, FADED)
     }
 
-    /// The same, the wander followed to the end: where a column ends decides upon the order of columns.
+    /// The same with the wander followed to the end: the order of columns depends on where each of them ends.
     pub(crate) fn apply_whole(&self, stacked: &[f64]) -> Vec<f64> {
         self.whitened(stacked, 0.0)
     }

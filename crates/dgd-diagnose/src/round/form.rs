@@ -19,13 +19,13 @@ pub(super) const EXACT: f64 = 0.1;
 /// what single causes in simulated recordings bend by; what only resembles them often bends by more (both are traced).
 pub(super) const ROUGH: f64 = 0.25;
 
-/// Over what a form bends by: what a second effect must show beside it, the slack of that form allowed for, to be what bends it.
+/// Share of what a form gains by bending that a second effect must explain beside it to be what bends it.
 pub(super) const MOSTLY: f64 = 0.7;
 
 /// Odds, in e-folds, that matter to no probability.
 pub(super) const NO_ODDS: f64 = -4.0;
 
-/// Odds, in e-folds, that what passes stays, from which on no end of it is seen: what is as likely either way has none.
+/// Odds, in e-folds, that a temporary effect is a permanent one, from which on it counts as permanent: its end must be plain to see.
 const NO_END: f64 = -1.0;
 
 /// How far the form of an effect is bent.
@@ -103,8 +103,8 @@ impl Round<'_> {
         }
     }
 
-    /// The same by itself, from what the slack of its form gains: how much that is beyond what the error of the form, and those
-    /// of the effects that were named before it, account for. What has another strength in each stand has no form to break.
+    /// Logarithm of the odds that the form of an effect does not hold, from what it gains by bending: by how much that exceeds what the error
+    /// of the form accounts for, and those of the effects named before it. A strength that differs in each stand has no form to break.
     pub(super) fn form_broken(&self, c: &Contender, gain: f64) -> f64 {
         /// E-folds that any form may gain. Set by hand.
         const FREE: f64 = 3.0;
