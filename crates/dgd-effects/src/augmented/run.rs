@@ -91,7 +91,7 @@ impl State {
         }
     }
 
-    /// Takes the state that a run starts from for what was read of the true one.
+    /// Takes the errors of the readings that a run starts from out of them.
     fn correct(&mut self, c: &Changes) {
         self.inlet_pa -= mean(c.inlet_bias_pa);
         if self.flow_m3_s > STANDING_M3_S && c.meter_gain > 0.0 {
