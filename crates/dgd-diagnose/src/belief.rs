@@ -1,4 +1,4 @@
-//! From evidence to a probability that keeps its word.
+//! From evidence to a probability: of findings at 0.8, four in five are right.
 
 use crate::select::Named;
 use dgd_effects::unknown;
@@ -20,16 +20,19 @@ pub(crate) const BARRED: f64 = 1.4;
 
 /// Brings the probabilities of findings to the share of such findings that are right.
 pub(crate) fn calibrate(named: &mut [Named]) {
+    /// No share is a certainty; one of next to nothing is a rival's.
+    const TOLD: (f64, f64) = (1e-9, 0.99);
+    /// Others whose probabilities add up to more than one by this are a crowd in full. Set by hand.
+    const CROWD: f64 = 0.5;
     let [constant, margin, share, crowd] = CALIBRATION;
     // Two others are a crowd as far as both are likely: a third one that is hardly there makes none.
     let all: f64 = named.iter().map(|n| n.probability).sum();
     for one in named.iter_mut().filter(|n| !n.applied.is_correction()) {
         let raw = one.probability;
-        // No share is a certainty; one of next to nothing is a rival's.
-        let told = raw.clamp(1e-9, 0.99);
+        let told = raw.clamp(TOLD.0, TOLD.1);
         let over = (one.evidence / one.hurdle.max(1.0)).max(1.0).ln();
         // What stands far above its hurdle stands in any company.
-        let crowded = (2.0 * (all - one.probability - 1.0)).clamp(0.0, 1.0);
+        let crowded = ((all - one.probability - 1.0) / CROWD).clamp(0.0, 1.0);
         let doubt = crowded * crowd * (1.0 - over / CLEAR).max(0.0);
         let own = logistic(constant + margin * over + share * (told / (1.0 - told)).ln() + doubt);
         debug!(
@@ -83,7 +86,9 @@ pub(crate) fn doubt(named: &mut Named) {
 /// Of 298 right names in the 400 recordings of `cargo xtask prove --count 200 --seed 317153`, which prove nothing of it, three were in such a relation, and
 /// of nine wrong ones two.
 pub(crate) fn left_over(named: &mut Named) {
-    outside(named, 0.125);
+    /// By what its odds are multiplied.
+    const ODDS: f64 = 0.125;
+    outside(named, ODDS);
 }
 
 /// Shares the probabilities of effects beside which something is told that the catalogue does not hold with that: it may show in
@@ -92,9 +97,11 @@ pub(crate) fn left_over(named: &mut Named) {
 /// Of 40 recordings of such a cause beside one of the catalogue (`dgd-plant conceal --level 2 --kind beside --count 40 --seed 904`) names beside an `unknown` are
 /// right in 25 and wrong in two; of 160 of such a cause alone (foreign, 901 to 903, and the proof of 317153) two have one.
 pub(crate) fn beside_unnamed(named: &mut [Named]) {
+    /// By what their odds are multiplied.
+    const ODDS: f64 = 0.25;
     let unnamed = |n: &Named| n.applied.is_correction() && n.probability > 0.5;
     if named.iter().any(unnamed) {
-        named.iter_mut().for_each(|one| outside(one, 0.25));
+        named.iter_mut().for_each(|one| outside(one, ODDS));
     }
 }
 
@@ -115,6 +122,7 @@ fn outside(named: &mut Named, odds: f64) {
 /// recordings of `cargo xtask prove --count 200 --seed 317153`, which prove nothing of it, and 120 of `dgd-plant conceal --level 2 --kind foreign
 /// --count 40 --seed 901`, 902 and 903.
 pub(crate) fn unmodelled(named: &mut Named) {
+    /// By what its odds are multiplied.
     const ODDS: f64 = 0.25;
     if !named.applied.is_correction() {
         return;
@@ -132,11 +140,13 @@ pub(crate) fn logistic(x: f64) -> f64 {
 /// Shares a probability between a cause of weight 1 and others of theirs: its own part, and those that count, likeliest
 /// first.
 pub(crate) fn shared(real: f64, mut others: Vec<(String, f64)>) -> (f64, Vec<(String, f64)>) {
+    /// Probability from which another cause counts. Set by hand.
+    const COUNTS: f64 = 0.01;
     let total: f64 = 1.0 + others.iter().map(|o| o.1).sum::<f64>();
     for other in &mut others {
         other.1 *= real / total;
     }
-    others.retain(|o| o.1 > 0.01);
+    others.retain(|o| o.1 > COUNTS);
     others.sort_by(|a, b| b.1.total_cmp(&a.1));
     (real / total, others)
 }

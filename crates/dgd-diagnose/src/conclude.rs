@@ -4,15 +4,13 @@ mod again;
 mod models;
 mod residue;
 mod settings;
+mod start;
 mod verdict;
 mod worse;
 
 use crate::ablation::Step;
 use crate::belief::{beside_unnamed, calibrate, doubt, left_over};
-use crate::contest::material;
-use crate::diagnosis::{
-    Check, DiagnoseError, Diagnosis, Finding, MOST_STEP_S, Options, Stage, Trace,
-};
+use crate::diagnosis::{DiagnoseError, Diagnosis, Finding, MOST_STEP_S, Options, Stage, Trace};
 use crate::estimates::Estimator;
 use crate::finding::{finding, heaving};
 use crate::free_run::best_gain;
@@ -20,7 +18,6 @@ use crate::heave::{Swell, Unseen, swell};
 use crate::numbers::whole;
 use crate::placebo::placebo;
 use crate::record::Record;
-use crate::refine::fitted_here;
 use crate::relations::{Applied, Blocks, Rows};
 use crate::select::{Named, Sought, select};
 use crate::tangent::{Bend, LEAST_ROWS, Tangent};
@@ -32,6 +29,7 @@ use dgd_identify::Prepared;
 use dgd_recording::{ChannelSource, Well};
 use models::Models;
 use settings::settings;
+use start::{Start, from_model};
 use tracing::debug;
 use verdict::verdict;
 use worse::worse;
@@ -68,49 +66,32 @@ pub fn diagnose(
 ) -> Result<Diagnosis, DiagnoseError> {
     let given = accepted(well, prepared, options)?;
     progress(Stage::Baseline);
-    let record = Record::new(well, prepared, &options.without);
-    if record.blocks < LEAST_BLOCKS {
-        return Err(DiagnoseError::TooShort {
-            block_s: record.block_s(),
-            blocks: record.blocks,
-            needed: LEAST_BLOCKS,
-        });
-    }
+    let record = recorded(well, prepared, options)?;
     let sought = if options.suspects.is_empty() {
         Sought::Any(options.most_effects)
     } else {
         Sought::Given(&options.suspects)
     };
-    let here = fitted_here(&record, &given, &[]);
-    let known: Vec<Applied> = here.iter().flatten().cloned().collect();
+    let start = Start::here(&record, given);
+    let known = start.known();
     let mut selection = select(&record, &known, sought, |round| {
         progress(Stage::Screening(round))
     })
     .ok_or_else(|| too_few(&record))?;
     believe(&record, &mut selection.named, sought);
+
     progress(Stage::Fitting);
-    let kept = given.iter().zip(&here).filter(|(_, here)| here.is_some());
-    let kept: Vec<Applied> = kept.map(|(given, _)| given.clone()).collect();
-    let models =
-        Models::trained(&record, &selection, &known, kept).ok_or_else(|| too_few(&record))?;
+    let models = Models::trained(&record, &selection, &known, start.kept())
+        .ok_or_else(|| too_few(&record))?;
+
     progress(Stage::Confirming);
-    let mut checks: Vec<Check> = refitted(&given, &here, record.setting.span_s)
-        .into_iter()
-        .collect();
     let (mut models, simulation, stability) =
         models.run(well, &record, prepared, &mut selection.named, sought)?;
-    checks.extend(stability);
     let not_worse = worse(&simulation);
-    let mut sound = not_worse.passed;
-    checks.push(not_worse);
-    if let Sought::Any(most) = sought {
-        checks.extend(again(
-            &record,
-            &models.after.effects,
-            &selection.named,
-            most,
-        )?);
-    }
+    let found_again = match sought {
+        Sought::Any(most) => again(&record, &models.after.effects, &selection.named, most)?,
+        Sought::Given(_) => None,
+    };
     let state = selection.state();
     let full = Tangent::at(&record, &state, &[], Bend::Free).ok_or_else(|| too_few(&record))?;
     let traces = traces(
@@ -119,35 +100,42 @@ pub fn diagnose(
         (&full, &state),
     );
     let nothing_left = residue::left(&traces);
-    sound &= nothing_left.passed;
     doubt_what_is_left(&traces, &mut selection.named, sought);
-    let held_out = best_gain(&simulation);
-    let estimator = Estimator::of(&record, &state, &full);
-    let mut findings: Vec<Finding> = (selection.named.iter())
-        .map(|named| finding(&record, named, &estimator, held_out.clone()))
-        .collect();
+
     let swell = swell(
         &prepared.inlet_pressure_pa,
         prepared.step_s,
         well.mud_density_kg_m3,
     );
-    for (about, s) in swelling(swell, &models.start) {
-        findings.push(heaving(&record, about, s, held_out.clone()));
-        // It moves no run; a search that starts from the model need not find it again.
-        models.after.effects.push(AppliedEffect {
-            id: about.id.to_owned(),
-            parameters: vec![s.period_s, s.amplitude_m],
-        });
-    }
+    let swelling: Vec<(&About, Swell)> = swelling(swell, &models.start).collect();
+    let held_out = best_gain(&simulation);
+    let estimator = Estimator::of(&record, &state, &full);
+    let named =
+        (selection.named.iter()).map(|named| finding(&record, named, &estimator, held_out.clone()));
+    let heaving = (swelling.iter()).map(|(about, s)| heaving(&record, about, *s, held_out.clone()));
+    let mut findings: Vec<Finding> = named.chain(heaving).collect();
     for finding in &mut findings {
         name_transmitter(finding, well);
     }
-    checks.extend(placebo(&record, &selection));
     findings.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    // A swell moves no run; it is in the model, so that a search that starts from it need not find it again.
+    let swells = (swelling.iter()).map(|(about, s)| AppliedEffect {
+        id: about.id.to_owned(),
+        parameters: vec![s.period_s, s.amplitude_m],
+    });
+    models.after.effects.extend(swells);
+
     let tested = tested(&record, &selection, &findings, &models.start, swell);
-    checks.push(nothing_left);
-    checks.extend(residue::apart(well, &traces));
-    checks.extend(residue::early(&selection.allowances));
+    let sound = not_worse.passed && nothing_left.passed;
+    let checks = (start.check(record.setting.span_s).into_iter())
+        .chain(stability)
+        .chain([not_worse])
+        .chain(found_again)
+        .chain(placebo(&record, &selection))
+        .chain([nothing_left])
+        .chain(residue::apart(well, &traces))
+        .chain(residue::early(&selection.allowances))
+        .collect();
     let work = record.tally.work();
     Ok(Diagnosis {
         verdict: verdict(&findings, &tested, &options.suspects, sound),
@@ -194,6 +182,19 @@ fn accepted(
     Ok(given)
 }
 
+/// The recording on its working clock, if it is long enough.
+fn recorded(well: &Well, prepared: &Prepared, options: &Options) -> Result<Record, DiagnoseError> {
+    let record = Record::new(well, prepared, &options.without);
+    if record.blocks < LEAST_BLOCKS {
+        return Err(DiagnoseError::TooShort {
+            block_s: record.block_s(),
+            blocks: record.blocks,
+            needed: LEAST_BLOCKS,
+        });
+    }
+    Ok(record)
+}
+
 fn too_few(record: &Record) -> DiagnoseError {
     DiagnoseError::TooFew {
         block_s: record.block_s(),
@@ -215,7 +216,7 @@ fn believe(record: &Record, named: &mut Vec<Named>, sought: Sought<'_>) {
             .iter_mut()
             .for_each(|one| unless_outweighed(one, suspects));
     } else {
-        // It is weighed under what was tested, and neither claimed nor modelled.
+        // It is still listed among what was tested, but neither claimed nor modelled.
         named.retain(|n| likely(n) >= 0.5);
     }
 }
@@ -263,7 +264,7 @@ fn name_transmitter(finding: &mut Finding, well: &Well) {
     }
 }
 
-/// Leaves a suspect by itself where something that was not suspected is likelier: it does not stand for that.
+/// Drops the alternatives to a suspect that were not suspected, if one of them is likelier than it: the suspect does not stand for that.
 fn unless_outweighed(one: &mut Named, suspects: &[String]) {
     let beside = |a: &(String, f64)| !suspects.contains(&a.0);
     let own = one.probability;
@@ -285,74 +286,6 @@ fn usable(record: &Record) -> usize {
         .zip(&rows.head)
         .filter(|(f, h)| **f && **h)
         .count()
-}
-
-/// How the effects of the model to start from came out on this recording, which holds nothing of those that are `None`.
-fn refitted(given: &[Applied], here: &[Option<Applied>], span_s: (f64, f64)) -> Option<Check> {
-    if given.is_empty() {
-        return None;
-    }
-    // What passed before this recording, or sets in after it, does nothing in it.
-    let acts = |one: &Applied| {
-        let about = one.effect.about();
-        let (from, to) = about.interval_s(&one.parameters, span_s);
-        about.onset().is_none() || from < to && from < span_s.1 && to > span_s.0
-    };
-    let told = given.iter().zip(here).map(|(before, after)| {
-        let about = before.effect.about();
-        let Some(after) = after else {
-            let why = if before.is_correction() {
-                "this recording does not show the curve along time"
-            } else {
-                "this recording contradicts it"
-            };
-            return format!("{}: {why}; it was left out", about.id);
-        };
-        if before.is_correction() {
-            return format!("{}, a correction", about.id);
-        }
-        if !acts(after) {
-            return format!(
-                "{}: its onset and duration lie outside this recording, which cannot confirm it",
-                about.id
-            );
-        }
-        let (name, old, new) = (
-            about.parameters[0].name,
-            before.parameters[0],
-            after.parameters[0],
-        );
-        format!("{}: {name} {old:.3e}, here {new:.3e}", about.id)
-    });
-    // What is half as strong again, or half as strong, may be something else by now.
-    let alike = |(before, after): (&Applied, &Option<Applied>)| {
-        let Some(after) = after else {
-            return false;
-        };
-        let (old, new) = (before.parameters[0], after.parameters[0]);
-        if !acts(after) {
-            return false;
-        }
-        before.is_correction() || (new - old).abs() <= 0.5 * old.abs()
-    };
-    Some(Check {
-        name: "the effects of the model to start from are as strong here".into(),
-        passed: given.iter().zip(here).all(alike),
-        detail: told.collect::<Vec<_>>().join("; "),
-    })
-}
-
-/// What a search starts from where it starts from a model. A model holds what was allowed for in its own recording; here it is
-/// allowed for anew.
-fn from_model(effects: &[AppliedEffect]) -> Result<Vec<Applied>, DiagnoseError> {
-    let held = effects.iter().map(applied).collect::<Result<Vec<_>, _>>()?;
-    let stays = |a: &Applied| a.effect.about().search.allowance.is_empty() || material(a);
-    Ok(held.into_iter().filter(stays).collect())
-}
-
-/// An effect of the model to start from, looked up.
-fn applied(one: &AppliedEffect) -> Result<Applied, DiagnoseError> {
-    Ok(Applied::new(one.look_up()?, one.parameters.clone()))
 }
 
 #[cfg(test)]

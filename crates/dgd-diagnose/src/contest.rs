@@ -1,17 +1,21 @@
 //! Every effect of the catalogue against what is left over, and the conditions on those that stand out.
 
+mod late;
+
+pub(crate) use late::put_on_one_scale;
+
 use crate::ablation::Step;
 use crate::bayes::ln_mean_exp;
-use crate::numbers::{product, whole};
+use crate::numbers::whole;
 use crate::record::Record;
 use crate::refine::refine;
-use crate::relations::{Applied, blurred, joined, on_grid};
+use crate::relations::{Applied, joined, on_grid};
 use crate::scan::{Candidate, more_places, scan, sharpen, weigh};
 use crate::tangent::{Bend, Tangent};
-use crate::timing::{is_late_meter, retimed};
-use dgd_effects::{Effect, Method, Relation, Role, catalogue};
+use dgd_effects::{Effect, Method, Relation, catalogue};
 use dgd_lsq::dot;
 use dgd_recording::{Rank, quantile};
+use late::retime;
 use rayon::prelude::*;
 use std::sync::OnceLock;
 
@@ -22,252 +26,233 @@ pub(crate) struct Contender {
     pub best: Candidate,
     /// Logarithm of the Bayes factor against nothing.
     pub evidence: f64,
-    /// The same with the effect's form within its error: how much of the residuals is its own. Only for the likeliest few.
+    /// Evidence when the effect's form may bend within its error as well; only the likeliest few are weighed so, of others it is `evidence`.
     pub formed: f64,
-    /// Evidence that a late meter loses as it is turned round; 0 for others.
+    /// Evidence that a late meter loses because its lag is undone by a slope over many seconds, which blurs the flow; 0 for others.
     pub lost: f64,
-    /// What puts its claim on the scale of another late meter's that stands out; 0 where there is none.
+    /// What is added to the claim of a late meter so that it compares with another one's (see [`put_on_one_scale`]); otherwise 0.
     pub evened: f64,
     /// Strengths and the energies of what they change, where they are on a grid.
     pub strengths: Vec<(f64, f64)>,
-    /// Its shape that a unit of strength changes most by, without signature.
+    /// The shape that changes the rows most per unit of strength, without its signature.
     pub plainest: Candidate,
 }
 
 impl Contender {
-    /// What it may claim for its own: a form that must bend by much more than its error only lends its name, and one that has
-    /// another strength in each stand bends at will.
+    /// Evidence that it may claim as its own. A form that must bend by much more than its error is another cause's, so what bending gains
+    /// counts up to a limit; a lower one where the strength may differ in each stand, which bends at will.
     pub(crate) fn claim(&self) -> f64 {
+        /// How many errors of its form an effect may claim by, and how many where its strength differs by stands. Set by hand.
+        const ERRORS: f64 = 4.0;
+        const ERRORS_BY_STANDS: f64 = 1.0;
+        /// E-folds that any form may gain by bending. Set by hand.
+        const FREE: f64 = 5.0;
         let search = &self.effect.about().search;
         let errors = if search.stand_error.is_some() {
-            1.0
+            ERRORS_BY_STANDS
         } else {
-            4.0
+            ERRORS
         };
-        let most = (1.0 + errors * search.form_error) * self.evidence + 5.0;
+        let most = (1.0 + errors * search.form_error) * self.evidence + FREE;
         self.formed.min(most) + self.evened
     }
 
-    /// Evidence of what makes the meter late as it would be, were nothing lost by turning it round; of others their evidence.
+    /// Evidence as it would be if nothing were lost by undoing a lag (see [`Self::lost`]).
     pub(crate) fn unblurred(&self) -> f64 {
         self.evidence + self.lost
     }
 
-    /// By how much less another effect claims for it to be less likely by a factor e: a Bayes factor counts in full near the noise; far
-    /// above it, forms decide, and they are rough.
+    /// By how many e-folds less another effect must claim to be less likely by a factor e. Near the noise a Bayes factor counts nearly in
+    /// full; far above it the errors of forms decide, and those grow with the evidence.
     pub(crate) fn temperature(&self) -> f64 {
-        (0.06 * self.claim()).hypot(1.5)
+        /// Far above the noise, as a share of the claim. Set by hand.
+        const SHARE: f64 = 0.06;
+        /// Near the noise, e-folds. Set by hand.
+        const LEAST: f64 = 1.5;
+        (SHARE * self.claim()).hypot(LEAST)
     }
 }
 
 /// Contenders whose form is freed.
 const LIKELIEST: usize = 6;
 
+/// What effects are weighed on: residuals of curves that were fitted beside a state.
+struct Tangents<'a> {
+    record: &'a Record,
+    state: &'a [Applied],
+    /// The head may lean on the inlet pressure.
+    lean: &'a Tangent,
+    /// It may not; fitted when it is first asked for.
+    free: OnceLock<Option<Tangent>>,
+}
+
+impl Tangents<'_> {
+    fn free(&self) -> Option<&Tangent> {
+        let fitted = || Tangent::beside(self.record, self.state, &[], Bend::Free);
+        self.free.get_or_init(fitted).as_ref()
+    }
+}
+
 /// Evidence of every effect that a state does not hold, best first.
 pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec<Contender> {
-    let taken: Vec<&str> = state
-        .iter()
-        .filter(|a| !a.allowance)
-        .map(|a| a.effect.about().id)
-        .collect();
-    let pull = gate.pull();
-    let unleaning = OnceLock::new();
-    let free = || {
-        let free = unleaning.get_or_init(|| Tangent::beside(record, state, &[], Bend::Free));
-        free.as_ref()
-    };
-    // Effects are weighed on all cores: each by itself, so that their number changes no digit.
-    let mut out: Vec<Contender> = catalogue()
-        .par_iter()
-        .filter(|effect| {
-            let about = effect.about();
-            about.search.method == Method::Relations && !taken.contains(&about.id)
-        })
-        .filter_map(|effect| {
-            let found = scan(record, gate, &pull, state, *effect);
-            let mut best = found
-                .iter()
-                .filter(|c| c.evidence.is_finite())
-                .max_by(|a, b| a.evidence.total_cmp(&b.evidence))?
-                .clone();
-            let plainest = Candidate {
-                signature: Vec::new(),
-                ..(found.iter().filter(|c| c.energy.is_finite()))
-                    .max_by(|a, b| a.energy.total_cmp(&b.energy))?
-                    .clone()
-            };
-            let strengths = if on_grid(effect.about()) {
-                let alike =
-                    |c: &&Candidate| c.applied.parameters[1..] == best.applied.parameters[1..];
-                (found.iter().filter(alike))
-                    .map(|c| (c.applied.parameters[0], c.energy))
-                    .collect()
-            } else {
-                Vec::new()
-            };
-            // What is proposed anew beside a grid pays for its places; a switch of the pump for those of a sharp peak too.
-            let more = more_places(*effect, record);
-            let sharp = if effect.is_switch() { 4.0 } else { 0.0 };
-            let places = (found.len() as f64).ln() + more + sharp;
-            let weighed = |c: &Candidate| {
-                if c.evidence.is_finite() {
-                    c.evidence
-                } else {
-                    -1e3
-                }
-            };
-            let mut evidence = ln_mean_exp(found.iter().map(weighed)) - more;
-            if is_pump(*effect)
-                && evidence > 1.0
-                && let Some(apart) =
-                    free().and_then(|free| without_lean(record, free, state, &best))
-            {
-                evidence = evidence.min(apart.evidence - places);
-                best = apart;
-            }
-            if let Some(far) = far(record, (gate, &free), state, &best)
-                && far.evidence - places > evidence
-            {
-                evidence = far.evidence - places;
-                best = far;
-            }
-            Some(Contender {
-                effect: *effect,
-                best,
-                evidence,
-                formed: evidence,
-                lost: 0.0,
-                evened: 0.0,
-                strengths,
-                plainest,
-            })
-        })
-        .collect();
-    drop(unleaning);
-    out.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-    let most = out.first().map_or(0.0, |c| c.evidence);
-    out.par_iter_mut().for_each(|c| {
-        // What the leader dwarfs is looked at again in the next round, beside it.
-        let hurdle = c.effect.about().search.belief.hurdle;
-        if c.evidence > (0.5 * hurdle).max(0.02 * most)
-            && let Some(sustained) = sustained(record, state, &c.best, &gate.rows.still)
-        {
-            c.evidence = c.evidence.min(sustained);
-            c.formed = c.evidence;
-        }
-    });
+    let mut out = contenders(record, gate, state);
+    likeliest_first(&mut out);
+    hold_without_doubtful(record, gate, state, &mut out);
     for c in &mut out {
         if c.evidence > c.effect.about().search.belief.hurdle {
             keep_within_bounds(record, gate, state, &mut c.best);
         }
     }
     retime(record, gate, state, &mut out);
-    out.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-    let most = out.first().map_or(0.0, |c| c.evidence);
-    out.par_iter_mut().take(LIKELIEST).for_each(|c| {
-        if record.takes(Step::Form) && c.evidence > 0.3 * most {
+    likeliest_first(&mut out);
+    free_forms(record, gate, state, &mut out);
+    put_on_one_scale(record, &mut out);
+    out
+}
+
+fn likeliest_first(contenders: &mut [Contender]) {
+    contenders.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+}
+
+/// The effects of the catalogue that a state does not hold, weighed.
+fn contenders(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec<Contender> {
+    let taken: Vec<&str> = state
+        .iter()
+        .filter(|a| !a.allowance)
+        .map(|a| a.effect.about().id)
+        .collect();
+    let pull = gate.pull();
+    let tangents = Tangents {
+        record,
+        state,
+        lean: gate,
+        free: OnceLock::new(),
+    };
+    // Effects are weighed on all cores: each by itself, so that their number changes no digit.
+    catalogue()
+        .par_iter()
+        .filter(|effect| {
+            let about = effect.about();
+            about.search.method == Method::Relations && !taken.contains(&about.id)
+        })
+        .filter_map(|effect| contender(&tangents, &pull, *effect))
+        .collect()
+}
+
+/// An effect in all the shapes and places that are tried of it; `None` where it changes nothing. `pull` is that of the tangent that
+/// leans.
+fn contender(
+    tangents: &Tangents<'_>,
+    pull: &[f64],
+    effect: &'static dyn Effect,
+) -> Option<Contender> {
+    /// Evidence of a shape that cannot be weighed, e-folds: so little that it does not count in the mean over the shapes.
+    const NONE: f64 = -1e3;
+    /// Evidence, e-folds, from which an effect of the pump is weighed without the lean too. Set by hand.
+    const LEAST: f64 = 1.0;
+    /// E-folds that a switch of the pump pays for the places of a sharp peak. Set by hand.
+    const SHARP: f64 = 4.0;
+    let Tangents { record, state, .. } = *tangents;
+    let found = scan(record, tangents.lean, pull, state, effect);
+    let mut best = found
+        .iter()
+        .filter(|c| c.evidence.is_finite())
+        .max_by(|a, b| a.evidence.total_cmp(&b.evidence))?
+        .clone();
+    let plainest = Candidate {
+        signature: Vec::new(),
+        ..(found.iter().filter(|c| c.energy.is_finite()))
+            .max_by(|a, b| a.energy.total_cmp(&b.energy))?
+            .clone()
+    };
+    let strengths = if on_grid(effect.about()) {
+        let alike = |c: &&Candidate| c.applied.parameters[1..] == best.applied.parameters[1..];
+        (found.iter().filter(alike))
+            .map(|c| (c.applied.parameters[0], c.energy))
+            .collect()
+    } else {
+        Vec::new()
+    };
+    // What is proposed anew beside a grid pays for its places; a switch of the pump for those of a sharp peak too.
+    let more = more_places(effect, record);
+    let sharp = if effect.is_switch() { SHARP } else { 0.0 };
+    let places = (found.len() as f64).ln() + more + sharp;
+    let weighed = |c: &Candidate| {
+        if c.evidence.is_finite() {
+            c.evidence
+        } else {
+            NONE
+        }
+    };
+    let mut evidence = ln_mean_exp(found.iter().map(weighed)) - more;
+    if is_pump(effect)
+        && evidence > LEAST
+        && let Some(apart) =
+            (tangents.free()).and_then(|free| without_lean(record, free, state, &best))
+    {
+        evidence = evidence.min(apart.evidence - places);
+        best = apart;
+    }
+    if let Some(far) = far(tangents, &best)
+        && far.evidence - places > evidence
+    {
+        evidence = far.evidence - places;
+        best = far;
+    }
+    Some(Contender {
+        effect,
+        best,
+        evidence,
+        formed: evidence,
+        lost: 0.0,
+        evened: 0.0,
+        strengths,
+        plainest,
+    })
+}
+
+/// Takes from contenders what they owe to blocks that may only look like them (see [`sustained`]).
+fn hold_without_doubtful(
+    record: &Record,
+    gate: &Tangent,
+    state: &[Applied],
+    contenders: &mut [Contender],
+) {
+    /// Share of its hurdle, and of the leader's evidence, from which a contender is looked at: what the leader dwarfs is looked at again in
+    /// the next round, beside it. Set by hand.
+    const OF_HURDLE: f64 = 0.5;
+    const OF_LEADER: f64 = 0.02;
+    let most = contenders.first().map_or(0.0, |c| c.evidence);
+    contenders.par_iter_mut().for_each(|c| {
+        let hurdle = c.effect.about().search.belief.hurdle;
+        if c.evidence > (OF_HURDLE * hurdle).max(OF_LEADER * most)
+            && let Some(sustained) = sustained(record, state, &c.best, &gate.rows.still)
+        {
+            c.evidence = c.evidence.min(sustained);
+            c.formed = c.evidence;
+        }
+    });
+}
+
+/// Weighs the likeliest, which come first, with their forms within their errors.
+fn free_forms(record: &Record, gate: &Tangent, state: &[Applied], contenders: &mut [Contender]) {
+    /// Share of the leader's evidence below which a form is not freed. Set by hand.
+    const OF_LEADER: f64 = 0.3;
+    let most = contenders.first().map_or(0.0, |c| c.evidence);
+    contenders.par_iter_mut().take(LIKELIEST).for_each(|c| {
+        if record.takes(Step::Form) && c.evidence > OF_LEADER * most {
             // It pays for its form and the places it could have been, as the evidence does.
             let paid = (c.best.evidence - c.evidence).max(0.0);
             let formed = gate.formed(record, state, &solved(&c.best)) - paid;
             c.formed = formed.max(c.evidence);
         }
     });
-    put_on_one_scale(record, &mut out);
-    out
-}
-
-/// Puts late meters on one scale: each was timed with all that is allowed for beside it, so what is left tells them apart, but for what
-/// a lag loses. A form that bends further tells nothing more.
-pub(crate) fn put_on_one_scale(record: &Record, contenders: &mut [Contender]) {
-    let late = |c: &&mut Contender| is_late_meter(c.effect.about());
-    for c in contenders.iter_mut().filter(late) {
-        let path = c.effect.meter_path(&c.best.applied.parameters);
-        c.lost = blurred(path, record.setting.span_s, record.told_every_s);
-    }
-    let mut late: Vec<&mut Contender> = (contenders.iter_mut())
-        .filter(|c| stands_late(record, c))
-        .collect();
-    if late.len() < 2 {
-        return;
-    }
-    let bends = |c: &Contender| c.claim() - c.evidence;
-    let most = late.iter().map(|c| bends(c)).fold(0.0, f64::max);
-    for c in &mut late {
-        c.evened = most - bends(c) + c.lost;
-    }
-}
-
-/// Whether a late meter stands out by itself.
-fn stands_late(record: &Record, c: &Contender) -> bool {
-    is_late_meter(c.effect.about()) && c.evidence > hurdle(record, &c.best.applied)
-}
-
-/// E-folds that another form than the usual one of what is late must explain beyond it: on a slow clock two cushions are as good as a delay.
-const UNUSUAL: f64 = 8.0;
-
-/// Times each late meter anew where more than one stands out.
-fn retime(record: &Record, gate: &Tangent, state: &[Applied], contenders: &mut [Contender]) {
-    let mut late: Vec<&mut Contender> = (contenders.iter_mut())
-        .filter(|c| stands_late(record, c))
-        .collect();
-    if late.len() < 2 {
-        return;
-    }
-    let price = |one: &Applied| {
-        let usual = one.effect.about().of_strength(one.parameters[0]);
-        if one.parameters == usual {
-            0.0
-        } else {
-            UNUSUAL
-        }
-    };
-    late.par_iter_mut().for_each(|c| {
-        let own = price(&c.best.applied);
-        // It pays for the places it could have been, as before.
-        let places = (c.best.evidence - c.evidence).max(0.0);
-        c.evidence -= own;
-        c.formed -= own;
-        // What is allowed for takes the part of one form or of the other.
-        let timed = shapes(&c.best.applied).into_iter().filter_map(|mut one| {
-            let (time_s, evidence) = retimed(record, gate, state, &one)?;
-            one.parameters[0] = time_s;
-            let paid = places + price(&one);
-            Some((one, evidence, paid))
-        });
-        let timed = timed.max_by(|a, b| (a.1 - a.2).total_cmp(&(b.1 - b.2)));
-        let Some((one, evidence, paid)) = timed else {
-            return;
-        };
-        if evidence - paid > c.evidence {
-            // What it paid is what is between the two.
-            c.best = Candidate {
-                evidence,
-                ..weigh(record, gate, state, one)
-            };
-            c.evidence = evidence - paid;
-            c.formed = c.evidence;
-        }
-    });
-}
-
-/// An effect in each of the forms that are tried of it, its strength as it is.
-fn shapes(one: &Applied) -> Vec<Applied> {
-    let forms =
-        (one.effect.about().parameters.iter().zip(&one.parameters)).map(|(p, v)| match p.role {
-            Role::Shape(values) => values.to_vec(),
-            _ => vec![*v],
-        });
-    let forms: Vec<Vec<f64>> = forms.collect();
-    product(&forms)
-        .into_iter()
-        .map(|parameters| Applied::new(one.effect, parameters))
-        .collect()
 }
 
 /// The best of a pump's effect where the head may not lean on the inlet pressure.
 ///
-/// That lean takes most of a pump's effects with it, and all of what the curves only seem to lack. Without it they must
-/// stand out as well, with it they must not vanish.
+/// That lean absorbs most of a real effect of the pump, and all of what the curves merely fit badly. An effect must stand out without
+/// the lean, and must not vanish with it.
 fn without_lean(
     record: &Record,
     free: &Tangent,
@@ -289,16 +274,12 @@ fn without_lean(
     })
 }
 
-/// What a pump loses throughout, weighed at strengths far from nothing, with a head that may lean on the inlet pressure and without.
+/// Strong wear that was always there, weighed with a head that may lean on the inlet pressure and without; `None` of any other effect, and
+/// where the two do not agree on a strength.
 ///
-/// A pump that loses a third of its flow bends the curves that are fitted without the loss: about them a small one may seem
-/// to be there with the wrong sign.
-fn far<'a>(
-    record: &Record,
-    (gate, free): (&Tangent, &dyn Fn() -> Option<&'a Tangent>),
-    state: &[Applied],
-    near: &Candidate,
-) -> Option<Candidate> {
+/// If a pump loses a third of its flow, curves that were fitted without the loss are so distorted that a small loss about them may
+/// appear with the wrong sign.
+fn far(tangents: &Tangents<'_>, near: &Candidate) -> Option<Candidate> {
     /// Two strengths further apart than this are not one.
     const APART: f64 = 2.0;
     let about = near.applied.effect.about();
@@ -310,8 +291,9 @@ fn far<'a>(
     {
         return None;
     }
-    let lean = strong(record, gate, state, &near.applied)?;
-    let apart = strong(record, free()?, state, &near.applied)?;
+    let Tangents { record, state, .. } = *tangents;
+    let lean = strong(record, tangents.lean, state, &near.applied)?;
+    let apart = strong(record, tangents.free()?, state, &near.applied)?;
     let ratio = lean.applied.parameters[0] / apart.applied.parameters[0];
     (1.0 / APART..=APART).contains(&ratio).then(|| Candidate {
         evidence: lean.evidence.min(apart.evidence),
@@ -319,14 +301,18 @@ fn far<'a>(
     })
 }
 
-/// The best of some strengths of an effect of one sign, from the usual one up, the curves fitted again beside each; `None` where what the
-/// curves take of it tells nothing.
+/// The best of some strengths of an effect of one sign, from the usual one up, with the curves fitted again beside each; `None` if it
+/// explains nothing, or if its opposite explains nearly as much.
 fn strong(
     record: &Record,
     tangent: &Tangent,
     state: &[Applied],
     one: &Applied,
 ) -> Option<Candidate> {
+    /// Strengths that are tried, over the usual one. Set by hand.
+    const TIMES: [f64; 5] = [1.0, 1.5, 2.0, 3.0, 4.5];
+    /// How many times more an effect must explain than its opposite. Set by hand.
+    const OPPOSITE: f64 = 2.0;
     let strength = &one.effect.about().parameters[0];
     let usual = strength.usual;
     let misfit = |off: &[f64]| 0.5 * dot(off, off);
@@ -337,8 +323,9 @@ fn strong(
         let off = tangent.refitted(record, &joined(state, &applied)).off;
         (applied, misfit(&tangent.off) - misfit(&off), off)
     };
-    let plausible = [1.0, 1.5, 2.0, 3.0, 4.5].into_iter();
-    let plausible = plausible.filter(|times| times * usual <= strength.high);
+    let plausible = TIMES
+        .into_iter()
+        .filter(|times| times * usual <= strength.high);
     let tried = plausible.map(|times| {
         let strength = times * usual;
         let (applied, saved, off) = refitted(strength);
@@ -358,16 +345,15 @@ fn strong(
     let most = tried.max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
     // What the opposite explains as well is a curve of another form, which either bends.
     let opposite = || refitted(-most.applied.parameters[0]).1;
-    let stands = most.evidence > 0.0 && most.evidence > 2.0 * opposite();
+    let stands = most.evidence > 0.0 && most.evidence > OPPOSITE * opposite();
     stands.then_some(most)
 }
 
-/// Evidence without what may only look like the effect: without the minutes about the edges of its interval; for what comes
-/// upon flowing mud without the stops as well. `None` where nothing is left out; nothing where too little is left to tell.
+/// Evidence without the blocks that may merely look like the effect: those around the ends of its interval and, for effects of flowing
+/// mud, the stops. `None` if nothing is left out; 0 if too few blocks are left.
 ///
-/// A reading that freezes or jumps makes edges, as an effect does, and nothing between them. An effect is there as well
-/// when its beginning and end are not looked at. And where each stop leaves the line as full as its valve was quick, it is the
-/// standing column that changes, not the friction.
+/// A reading that freezes or jumps makes two edges with nothing between them; a real effect still shows without its edges. And a valve
+/// that closes late leaves the line lower at a stop: that changes the standing column, not the friction.
 pub(crate) fn sustained(
     record: &Record,
     state: &[Applied],
@@ -393,17 +379,18 @@ pub(crate) fn sustained(
     Some(weigh(record, &tangent, state, c.applied.clone()).evidence)
 }
 
-/// Share of its evidence, and a little more, that an effect which sets in owes to the time before.
+/// Share of its evidence, and e-folds besides, that an effect which sets in owes to the time before. Set by hand.
 pub(crate) const SEEN: f64 = 0.03;
+const SEEN_BESIDES: f64 = 3.0;
 
 /// Whether what is there from some time on was not there before: always there, it would explain less.
 pub(crate) fn sets_in(record: &Record, gate: &Tangent, state: &[Applied], c: &Candidate) -> bool {
     always(record, gate, state, c)
-        .is_none_or(|always| (1.0 - SEEN) * c.evidence > always.evidence + 3.0)
+        .is_none_or(|always| (1.0 - SEEN) * c.evidence > always.evidence + SEEN_BESIDES)
 }
 
-/// Share of what a candidate that sets in, in the middle of the recording, explains that it would explain as well, were it there
-/// from the start; of others 0.
+/// Share of what an effect that sets in half-way through the recording explains that it would explain without an onset as well; 0 for
+/// effects that do not set in, or pass.
 pub(crate) fn before(record: &Record, gate: &Tangent, state: &[Applied], c: &Candidate) -> f64 {
     let shared = |always: Candidate| {
         let (from, to) = record.setting.span_s;
@@ -420,20 +407,24 @@ pub(crate) fn before(record: &Record, gate: &Tangent, state: &[Applied], c: &Can
     if share.is_finite() { share } else { 0.0 }
 }
 
-/// A candidate that sets in, and stays, as it would be had it been there from the start; `None` for others.
+/// A candidate that sets in and stays, weighed as if it had been there from the start; `None` for others.
 fn always(record: &Record, gate: &Tangent, state: &[Applied], c: &Candidate) -> Option<Candidate> {
+    /// How long before the recording what was always there set in, s. Set by hand.
+    const BEFORE_S: f64 = 1e6;
     let about = c.applied.effect.about();
     let (Some(onset), None) = (about.onset(), about.duration()) else {
         return None;
     };
     let mut always = c.applied.clone();
-    always.parameters[onset] = record.setting.span_s.0 - 1e6;
+    always.parameters[onset] = record.setting.span_s.0 - BEFORE_S;
     Some(weigh(record, gate, state, always))
 }
 
-/// The blocks about a candidate's edges, which may only look like one; `None` for what has none.
+/// The blocks around the beginning and the end of a candidate; `None` if it has neither.
 fn doubtful(record: &Record, c: &Candidate) -> Option<Vec<bool>> {
+    /// Time on either side of an edge, s, and share of a short interval, that is left out. Set by hand.
     const HOLE_S: f64 = 300.0;
+    const HOLE_SHARE: f64 = 0.2;
     let about = c.applied.effect.about();
     if about.onset().is_none() || !record.takes(Step::Edges) {
         return None;
@@ -441,7 +432,7 @@ fn doubtful(record: &Record, c: &Candidate) -> Option<Vec<bool>> {
     let span = record.setting.span_s;
     let (from, to) = about.interval_s(&c.applied.parameters, span);
     let seconds = record.block_s();
-    let hole = HOLE_S.min(0.2 * (to - from));
+    let hole = HOLE_S.min(HOLE_SHARE * (to - from));
     let middles = (0..record.blocks).map(|b| span.0 + (b as f64 + 0.5) * seconds);
     let beside = |at: f64| (at - from).abs() < hole || (at - to).abs() < hole;
     Some(middles.map(beside).collect())
@@ -452,9 +443,13 @@ pub(crate) fn is_pump(effect: &dyn Effect) -> bool {
     effect.about().relation == Relation::PumpHead
 }
 
-/// Looks within the bounds for the strength of a candidate that a straight line carries beyond them: a large change of
-/// viscosity is no small one many times over, and where the bound seems best even so, it may have another shape.
+/// Looks within the bounds for the strength of a candidate that was solved for on a straight line and lies beyond them: the friction does
+/// not grow in proportion to a large change of viscosity. Where the bound still seems best, another shape is tried.
 fn keep_within_bounds(record: &Record, gate: &Tangent, state: &[Applied], c: &mut Candidate) {
+    /// Strengths that are tried, over the bound. Set by hand.
+    const TRIED: [f64; 7] = [0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 1.0];
+    /// The strength, over the bound, from which another shape is looked for. Set by hand.
+    const START: f64 = 0.8;
     let about = c.applied.effect.about();
     if on_grid(about) || about.search.timing.is_some() || c.energy <= 0.0 {
         return;
@@ -476,12 +471,12 @@ fn keep_within_bounds(record: &Record, gate: &Tangent, state: &[Applied], c: &mu
         one.parameters[0] = strength;
         one
     };
-    let tries = [0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 1.0].map(|share| of(with(share * bound)));
+    let tries = TRIED.map(|share| of(with(share * bound)));
     let Some(mut best) = tries.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)) else {
         return;
     };
     if at_bound(&best.1) {
-        let mut all = joined(state, &with(0.8 * bound));
+        let mut all = joined(state, &with(START * bound));
         let last = all.len() - 1;
         refine(record, &mut all, last, &[], 2);
         let reshaped = of(all.remove(last));
@@ -536,8 +531,14 @@ pub(crate) fn at_bound(one: &Applied) -> bool {
     (v <= p.low && p.low != 0.0) || v >= p.high
 }
 
-/// Whether a shift of one transmitter is there to see: the two differ by it before and after, for a while.
+/// Whether a shift of one outlet transmitter is seen in the difference of the two, after its onset against before.
 pub(crate) fn stands(record: &Record, one: &Applied) -> bool {
+    /// Time before and after the onset in which the two are compared, s. Set by hand.
+    const REACH_S: f64 = 1200.0;
+    /// Samples on either side, at the least. Set by hand.
+    const LEAST: usize = 20;
+    /// The step that is seen over the one that was found. Set by hand.
+    const SHARES: std::ops::Range<f64> = 0.5..1.6;
     let about = one.effect.about();
     let (Some(onset), Some(sensor), [first, second]) =
         (about.onset(), about.sensor(), record.outlets.as_slice())
@@ -545,30 +546,33 @@ pub(crate) fn stands(record: &Record, one: &Applied) -> bool {
         return true;
     };
     let at = record.t_s.partition_point(|t| *t < one.parameters[onset]);
-    let reach = whole(1200.0 / record.dt_s);
+    let reach = whole(REACH_S / record.dt_s);
     let middle = |range: std::ops::Range<usize>| -> f64 {
         let apart = range
             .map(|i| first[i] - second[i])
             .filter(|v| v.is_finite());
-        if apart.clone().count() < 20 {
+        if apart.clone().count() < LEAST {
             return f64::NAN;
         }
         quantile(apart, Rank::MEDIAN).unwrap_or(f64::NAN)
     };
     let step = middle(at..(at + reach).min(first.len())) - middle(at.saturating_sub(reach)..at);
+    // Transmitters are numbered 1 and 2.
     let sign = if one.parameters[sensor] > 1.5 {
         -1.0
     } else {
         1.0
     };
     let share = sign * step / one.parameters[0];
-    (0.5..1.6).contains(&share)
+    SHARES.contains(&share)
 }
 
 /// Whether two effects explain the same residuals: the cosine between their signatures.
 pub(crate) fn alike(a: &Candidate, b: &Candidate) -> bool {
+    /// Cosine above which two are alike. Set by hand.
+    const ALIKE: f64 = 0.35;
     let size = (a.energy * b.energy).sqrt();
-    size > 0.0 && (dot(&a.signature, &b.signature) / size).abs() > 0.35
+    size > 0.0 && (dot(&a.signature, &b.signature) / size).abs() > ALIKE
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! The competitor: a correction of one relation along one quantity, with no physics in it.
 
+mod drawn;
 mod periodic;
 mod seen;
 mod smooth;
@@ -9,15 +10,15 @@ pub(crate) use seen::pair_of;
 
 use crate::ablation::Step;
 use crate::error_budget::wander;
-use crate::numbers::{tails, whole};
+use crate::numbers::whole;
 use crate::record::Record;
-use crate::relations::{Applied, joined};
+use crate::relations::Applied;
 use crate::tangent::{Bend, Tangent};
 use crate::twins::{Pair, Twins};
 use crate::vectors::most_within;
-use dgd_effects::{Curve, KNOTS, Place, Quantity, Relation};
+use dgd_effects::{Curve, Place, Quantity, Relation};
+use drawn::{FINE_KNOTS, drawn};
 use rayon::prelude::*;
-use smooth::{smoothed, weighed};
 
 /// Places that a curve through knots is drawn for. What two transmitters of one pressure tell of the others is [seen](seen::all).
 const DRAWN: [Place; 6] = [
@@ -29,10 +30,6 @@ const DRAWN: [Place; 6] = [
     Place::MeterFactor,
 ];
 
-/// Knots along the inlet pressure, as the level goes up and down a riser by many lengths of what happens there; and along the time
-/// of a period, in which a filter may be cleaned at once.
-const FINE_KNOTS: usize = 3 * (KNOTS - 1) + 1;
-
 /// A correction, weighed.
 #[derive(Clone)]
 pub(crate) struct Correction {
@@ -41,8 +38,8 @@ pub(crate) struct Correction {
     pub signature: Vec<f64>,
     /// Logarithm of the Bayes factor against nothing.
     pub evidence: f64,
-    /// The part of it that the relations bear: what an effect competes with that stands. What two transmitters tell by themselves is
-    /// no effect's to explain, and where none stands all of it tells that none is the cause.
+    /// The part of it that comes from the relations, which is what effects compete with: none could explain what two transmitters show by
+    /// themselves.
     pub borne: f64,
     /// How many straight parameters its curve is worth.
     pub freedom: f64,
@@ -56,8 +53,9 @@ pub(crate) struct Correction {
 }
 
 impl Correction {
-    /// What it may claim against an effect: its evidence pays for its freedom, and it is less likely beforehand.
+    /// Evidence that it may claim against an effect: that pays for the freedom of the curve already, but a correction is less likely beforehand.
     pub(crate) fn claim(&self) -> f64 {
+        /// E-folds by which it is less likely. Set by hand.
         const LN_PRIOR: f64 = 3.0;
         self.borne - LN_PRIOR
     }
@@ -91,36 +89,13 @@ impl From<(Place, Quantity)> for Course {
     }
 }
 
-/// The range of a quantity in the recording; a period has its own.
-fn range(record: &Record, quantity: Quantity) -> Option<(f64, f64)> {
-    let f = &record.filled;
-    let quantiles = |values: &[f64]| tails(values, 50).unwrap_or((0.0, 0.0));
-    Some(match quantity {
-        Quantity::Time => record.setting.span_s,
-        Quantity::InletPressure => quantiles(&f.inlet),
-        Quantity::MudPumpFlow => quantiles(&f.mud_pump),
-        Quantity::BoosterFlow => quantiles(&f.booster),
-        Quantity::ReturnFlow => {
-            let moving: Vec<f64> = f.flow.iter().copied().filter(|q| *q > 2e-3).collect();
-            quantiles(&moving)
-        }
-        Quantity::PumpSpeed => {
-            let turning: Vec<f64> = f.speed.iter().copied().filter(|w| *w > 10.0).collect();
-            quantiles(&turning)
-        }
-        Quantity::SinceStart => (0.0, 4.5),
-        Quantity::FlowRate => (-2e-4, 2e-4),
-        Quantity::Period => return None,
-    })
-}
-
 /// Every correction that the recording excites, best first.
 pub(crate) fn corrections(record: &Record, state: &[Applied]) -> Vec<Correction> {
     let Some(whole) = Tangent::beside(record, state, &[], Bend::Loose) else {
         return Vec::new();
     };
-    // A curve of flow and speed is the relation itself there: identification, no finding. A mass balance along the rate of
-    // the flow is timing. Readings drift, or another line's flow gets into them.
+    // No correction is made along what a relation's own curve depends on, as that is identification; nor of the mass balance along the
+    // rate of the flow, as that is timing. Readings are corrected along what makes instruments wrong: time, another line's flow.
     let own = |place, quantity| {
         use Quantity::{BoosterFlow, FlowRate, MudPumpFlow, PumpSpeed, ReturnFlow, Time};
         match place {
@@ -155,8 +130,8 @@ pub(crate) fn corrections(record: &Record, state: &[Applied]) -> Vec<Correction>
     out
 }
 
-/// Takes from corrections what they owe to stops, and to the way to another head. The tangent is in memory for no longer than it
-/// is asked.
+/// Lowers corrections that stand out only because of stops, or while the pump changes to another head. Takes the tangent to free its memory
+/// before others are made.
 fn hold_without_stops(record: &Record, whole: Tangent, state: &[Applied], out: &mut [Correction]) {
     if !record.takes(Step::Flowing) {
         return;
@@ -165,13 +140,13 @@ fn hold_without_stops(record: &Record, whole: Tangent, state: &[Applied], out: &
     let stops = (whole.rows.still.iter().zip(&moving)).map(|(still, moving)| *still || *moving);
     let stops: Vec<bool> = stops.collect();
     drop(whole);
-    // A stop leaves the line as full as its valve was quick, which is no friction; nor is what answers late on the way to it.
+    // A valve that closes late leaves the line lower at a stop, which is no friction; nor is what answers late on the way to the stop.
     hold_without(record, &stops, state, out, Relation::ReturnLineFriction);
-    // On the way to another head what answers half a second late passes for a law of level or inflow, at each stop again.
+    // A meter that answers half a second late gives the same error at each change of the head, as if that depended on level or inflow.
     hold_without(record, &moving, state, out, Relation::PumpHead);
 }
 
-/// Takes from corrections of a relation what they owe to some blocks, if without these they fall below their hurdle.
+/// Lowers corrections of a relation to their evidence without some blocks, if that is below their hurdle.
 fn hold_without(
     record: &Record,
     blocks: &[bool],
@@ -179,8 +154,10 @@ fn hold_without(
     found: &mut [Correction],
     relation: Relation,
 ) {
+    /// Share of its hurdle from which a correction is weighed again. Set by hand.
+    const DOUBTFUL: f64 = 0.5;
     let doubtful =
-        |c: &Correction| c.curve.place.relation() == relation && c.evidence > 0.5 * hurdle(c);
+        |c: &Correction| c.curve.place.relation() == relation && c.evidence > DOUBTFUL * hurdle(c);
     if !blocks.contains(&true) || !found.iter().any(doubtful) {
         return;
     }
@@ -247,121 +224,6 @@ fn beside_riser(
     Twins::of(record, Pair::InletAndRiser, state, wander, excluded)
 }
 
-/// The correction as a curve through knots; one of the inlets the riser's transmitter bears out or not.
-fn drawn(
-    record: &Record,
-    tangent: &Tangent,
-    state: &[Applied],
-    beside_riser: Option<&Twins>,
-    course: Course,
-) -> Option<Correction> {
-    let (place, quantity) = (course.place, course.quantity);
-    let (from, to) = course.period_s.or_else(|| range(record, quantity))?;
-    if to - from <= 1e-9 * to.abs().max(1e-3) {
-        return None;
-    }
-    let unit = place.width();
-    let count = if course.period_s.is_some() || quantity == Quantity::InletPressure {
-        FINE_KNOTS
-    } else {
-        KNOTS
-    };
-    let through = |knots: Vec<f64>| Curve::new(place, quantity, (from, to), knots);
-    let change = |knots: &dyn Fn(usize) -> f64| -> Vec<f64> {
-        let curve = through((0..count).map(knots).collect());
-        tangent.change(record, &joined(state, &Applied::from(&curve)))
-    };
-    let witnessed = beside_riser
-        .filter(|_| place == Place::InletReading && quantity == Quantity::Time)
-        .and_then(|twins| twins.normal_equations((from, to), unit));
-    if let Some((gram, right)) = &witnessed
-        && weighed(&smoothed(gram, right, false, false)) <= 0.0
-    {
-        // What the riser's transmitter does not see is no drift of the inlet's, and the relations need not be asked.
-        return None;
-    }
-    let columns: Vec<Vec<f64>> = if place == Place::InletReading {
-        // The mass balance holds the rate of this reading: it answers no constant.
-        (0..count)
-            .map(|k| change(&|j| if j == k { unit } else { 0.0 }))
-            .collect()
-    } else {
-        // A row's share of each knot follows from how it answers a constant and a straight line: the quantity hardly
-        // moves within a row.
-        let constant = change(&|_| unit);
-        let last = (count - 1) as f64;
-        let position: Vec<f64> = if course.period_s.is_some() {
-            // A period ends within a row, whose mean is of neither end.
-            let within = |t: f64| (record.setting.span_s.0 + t - from).rem_euclid(to - from);
-            let times = periodic::times(tangent.layout, record.block_s());
-            (times.into_iter())
-                .map(|t| last * within(t) / (to - from))
-                .collect()
-        } else {
-            // No larger than the constant, as friction is no straight line of a flow that is off.
-            let line = change(&|k| unit * k as f64 / last);
-            (line.iter().zip(&constant))
-                .map(|(line, whole)| last * line / whole)
-                .collect()
-        };
-        (0..count)
-            .map(|k| {
-                let hat = |(position, whole): (&f64, &f64)| {
-                    let share = (1.0 - (position - k as f64).abs()).max(0.0);
-                    if *whole == 0.0 { 0.0 } else { share * whole }
-                };
-                position.iter().zip(constant.iter()).map(hat).collect()
-            })
-            .collect()
-    };
-    let (mut gram, mut right) = tangent.normal_equations(record, &columns);
-    let balanced = place == Place::Balance && quantity == Quantity::Time;
-    let round = course.period_s.is_some();
-    let mut curves = smoothed(&gram, &right, balanced, round);
-    let borne = weighed(&curves);
-    if let Some((more, pull)) = witnessed {
-        gram += more;
-        right += pull;
-        curves = smoothed(&gram, &right, balanced, round);
-    }
-    let best = (curves.iter()).max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
-    let evidence = weighed(&curves);
-    let (coefficients, freedom) = (&best.coefficients, best.freedom);
-    let curve = through(coefficients.iter().map(|c| c * unit).collect());
-    let signature = if place == Place::MeterFactor {
-        // The curves of a flow that is off are no straight lines of it.
-        tangent.signature(record, &joined(state, &Applied::from(&curve)))
-    } else {
-        let change: Vec<f64> = (0..columns[0].len())
-            .map(|i| {
-                (columns.iter().zip(coefficients))
-                    .map(|(c, w)| w * c[i])
-                    .sum()
-            })
-            .collect();
-        tangent.beyond(record, &change)
-    };
-    let owed = if record.takes(Step::Busiest) {
-        busiest(record, tangent, &signature)
-    } else {
-        0.0
-    };
-    // The booster's flow enters an outlet's reading alone: as little as in the friction, where it shows. The mud pump's comes and goes
-    // with the return flow, as what mud leaves of its strength at rest does.
-    let booster = place.relation() == Relation::Instrument && quantity == Quantity::BoosterFlow;
-    Some(Correction {
-        size: size(place, &curve.knots),
-        curve,
-        signature,
-        evidence: evidence - owed,
-        borne: borne - owed,
-        freedom,
-        least: place.least() * if booster { 0.5 } else { 1.0 },
-        seen: None,
-        times: Record::times_usual(record.lasts_s()),
-    })
-}
-
 /// A correction that a model holds, made anew beside the `others`; `None` where the recording does not show it.
 pub(crate) fn again(
     record: &Record,
@@ -384,7 +246,8 @@ pub(crate) fn seen_curve(one: &Applied) -> Option<Curve> {
     one.curve().filter(seen)
 }
 
-/// Evidence that a correction reaches on sound recordings of this one's length.
+/// Evidence that a correction reaches on sound recordings of this one's length, e-folds. Set by hand, like the hurdles of effects above what
+/// nearly all simulated sound recordings reach (METHOD.md, section 6).
 pub(crate) fn hurdle(c: &Correction) -> f64 {
     let of_hours = match (c.curve.place.relation(), c.curve.quantity) {
         // Transmitters and drives answer late: what is left follows how fast things move.

@@ -3,12 +3,15 @@
 use crate::diagnosis::{DiagnoseError, HeldOut, Signal, Simulation};
 use crate::numbers::{bridged, mean, tails};
 use crate::record::Record;
-use dgd_effects::{AugmentedModel, Inputs, UnknownEffect};
+use dgd_effects::{AugmentedModel, FreeRun, Inputs, Setting, UnknownEffect};
 use dgd_identify::Prepared;
 use dgd_recording::Well;
 use std::ops::Range;
 
-/// Free runs over the whole recording, window by window.
+/// Samples that are run in one go, and the state that they start from: inlet pressure, Pa absolute, and line flow, m³/s.
+type Run = (Range<usize>, (f64, f64));
+
+/// Free runs of both models over the whole recording, window by window.
 pub(crate) fn simulate(
     well: &Well,
     record: &Record,
@@ -18,16 +21,8 @@ pub(crate) fn simulate(
     after: &AugmentedModel,
 ) -> Result<Simulation, DiagnoseError> {
     let recording = &prepared.recording;
-    let n = recording.time_s.len();
-    let t_s = recording.time_s.clone();
-    let held: Vec<bool> = t_s
-        .iter()
-        .map(|t| {
-            // Windows ascend: of those that end later, the first begins first.
-            let next = windows.partition_point(|w| w.1 <= *t);
-            windows.get(next).is_some_and(|w| *t >= w.0)
-        })
-        .collect();
+    let held_out = samples_within(&recording.time_s, windows);
+    let runs = runs(prepared, &held_out);
     let [mud, booster, topfill, speed] = [
         &recording.mud_pump_flow_m3_s,
         &recording.booster_flow_m3_s,
@@ -43,87 +38,103 @@ pub(crate) fn simulate(
         topfill_m3_s: &topfill,
         speed_pct: &speed,
     };
-    let levels = |inlet: &[f64]| -> Vec<f64> { inlet.iter().map(|p| well.level_m(*p)).collect() };
-    let heads = |outlet: &[f64], inlet: &[f64]| -> Vec<f64> {
-        let pairs = outlet.iter().zip(inlet);
-        pairs.map(|(o, i)| well.head_m(*i, *o)).collect()
-    };
-    let nan = || vec![f64::NAN; n];
-    // Stretches with the states that they start from.
-    let mut stretches: Vec<(Range<usize>, (f64, f64))> = Vec::new();
-    let mut i = 0;
-    while i < n {
-        let mut end = i + 1;
-        while end < n && held[end] == held[i] && t_s[end] - t_s[i] < 3600.0 {
-            end += 1;
-        }
-        // From the first sample with a state to start from.
-        let first = (i..end).find(|k| {
-            prepared.inlet_pressure_pa[*k].is_finite() && recording.return_flow_m3_s[*k].is_finite()
-        });
-        if let Some(first) = first {
-            let few = first..(first + 5).min(end);
-            let state = (
-                mean(&prepared.inlet_pressure_pa[few.clone()]),
-                mean(&recording.return_flow_m3_s[few]).max(0.0),
-            );
-            stretches.push((first..end, state));
-        }
-        i = end;
-    }
-    let run = |model: &AugmentedModel| -> Result<[Vec<f64>; 3], UnknownEffect> {
-        let mut out = [nan(), nan(), nan()];
-        let runs = model.free_runs(&record.setting, inputs, &stretches)?;
-        for ((stretch, _), run) in stretches.iter().zip(runs) {
-            let signals = [run.return_flow_m3_s, run.inlet_pa, run.outlet_pa];
-            for (all, one) in out.iter_mut().zip(&signals) {
-                all[stretch.clone()].copy_from_slice(one);
-            }
-        }
-        Ok(out)
-    };
-    // Each goes through the recording once; both at a time.
+    // Each model goes through the recording once; both at a time.
+    let run = |model| free_run(model, &record.setting, inputs, &runs);
     let (before, after) = rayon::join(|| run(before), || run(after));
-    let ([flow_before, inlet_before, outlet_before], [flow_after, inlet_after, outlet_after]) =
-        (before?, after?);
-    let inlet = &prepared.inlet_pressure_pa;
-    let outlet = &prepared.outlet_pressure_pa;
-    let (levels, heads) = (
-        Signal {
-            name: "riser_level_m",
-            measured: levels(inlet),
-            before: levels(&inlet_before),
-            after: levels(&inlet_after),
-        },
-        Signal {
-            name: "pump_head_m",
-            measured: heads(outlet, inlet),
-            before: heads(&outlet_before, &inlet_before),
-            after: heads(&outlet_after, &inlet_after),
-        },
-    );
-    let signals = vec![
-        Signal {
-            name: "return_flow_m3_s",
-            measured: recording.return_flow_m3_s.clone(),
-            before: flow_before,
-            after: flow_after,
-        },
-        levels,
-        Signal {
-            name: "pump_outlet_pressure_pa",
-            measured: outlet.clone(),
-            before: outlet_before,
-            after: outlet_after,
-        },
-        heads,
-    ];
+    let measured = FreeRun {
+        return_flow_m3_s: recording.return_flow_m3_s.clone(),
+        inlet_pa: prepared.inlet_pressure_pa.clone(),
+        outlet_pa: prepared.outlet_pressure_pa.clone(),
+    };
     Ok(Simulation {
-        t_s,
-        held_out: held,
+        signals: signals(well, &measured, &before?, &after?),
+        t_s: recording.time_s.clone(),
+        held_out,
         valid: prepared.keep.clone(),
-        signals,
     })
+}
+
+/// Which samples lie in any of some windows, s, which ascend.
+fn samples_within(t_s: &[f64], windows: &[(f64, f64)]) -> Vec<bool> {
+    let within = |t: &f64| {
+        // Windows ascend: of those that end later, the first begins first.
+        let next = windows.partition_point(|w| w.1 <= *t);
+        windows.get(next).is_some_and(|w| *t >= w.0)
+    };
+    t_s.iter().map(within).collect()
+}
+
+/// What is run in one go: within a held-out window or between two, from the first sample with a measured state.
+fn runs(prepared: &Prepared, held_out: &[bool]) -> Vec<Run> {
+    /// Length of a run, s, at the most; the next starts from a measured state again. Set by hand.
+    const LONGEST_S: f64 = 3600.0;
+    /// Samples whose mean is the state to start from, less noisy than one. Set by hand.
+    const START: usize = 5;
+    let t_s = &prepared.recording.time_s;
+    let (inlet, flow) = (
+        &prepared.inlet_pressure_pa,
+        &prepared.recording.return_flow_m3_s,
+    );
+    let mut out = Vec::new();
+    let mut from = 0;
+    while from < t_s.len() {
+        let mut to = from + 1;
+        while to < t_s.len() && held_out[to] == held_out[from] && t_s[to] - t_s[from] < LONGEST_S {
+            to += 1;
+        }
+        let first = (from..to).find(|k| inlet[*k].is_finite() && flow[*k].is_finite());
+        if let Some(first) = first {
+            let few = first..(first + START).min(to);
+            let state = (mean(&inlet[few.clone()]), mean(&flow[few]).max(0.0));
+            out.push((first..to, state));
+        }
+        from = to;
+    }
+    out
+}
+
+/// A model's free runs one after the other; NaN where none runs.
+fn free_run(
+    model: &AugmentedModel,
+    setting: &Setting,
+    inputs: Inputs<'_>,
+    runs: &[Run],
+) -> Result<FreeRun, UnknownEffect> {
+    let nan = || vec![f64::NAN; inputs.time_s.len()];
+    let mut all = FreeRun {
+        return_flow_m3_s: nan(),
+        inlet_pa: nan(),
+        outlet_pa: nan(),
+    };
+    let simulated = model.free_runs(setting, inputs, runs)?;
+    for ((samples, _), one) in runs.iter().zip(simulated) {
+        let at = samples.clone();
+        all.return_flow_m3_s[at.clone()].copy_from_slice(&one.return_flow_m3_s);
+        all.inlet_pa[at.clone()].copy_from_slice(&one.inlet_pa);
+        all.outlet_pa[at].copy_from_slice(&one.outlet_pa);
+    }
+    Ok(all)
+}
+
+/// The signals in which both models are held against the recording.
+fn signals(well: &Well, measured: &FreeRun, before: &FreeRun, after: &FreeRun) -> Vec<Signal> {
+    let signal = |name, of: &dyn Fn(&FreeRun) -> Vec<f64>| Signal {
+        name,
+        measured: of(measured),
+        before: of(before),
+        after: of(after),
+    };
+    let level = |run: &FreeRun| run.inlet_pa.iter().map(|p| well.level_m(*p)).collect();
+    let head = |run: &FreeRun| {
+        let pressures = run.inlet_pa.iter().zip(&run.outlet_pa);
+        pressures.map(|(i, o)| well.head_m(*i, *o)).collect()
+    };
+    vec![
+        signal("return_flow_m3_s", &|run| run.return_flow_m3_s.clone()),
+        signal("riser_level_m", &level),
+        signal("pump_outlet_pressure_pa", &|run| run.outlet_pa.clone()),
+        signal("pump_head_m", &head),
+    ]
 }
 
 /// Errors of a free run of one signal (RMSE) without the findings and with them.
@@ -220,6 +231,10 @@ pub(crate) fn best_gain(simulation: &Simulation) -> Option<HeldOut> {
 
 /// 95 % interval of the share of an error that was saved, by drawing some stretches again and again.
 fn interval(stretches: &[Sums]) -> (f64, f64) {
+    /// Draws of the bootstrap. Set by hand.
+    const DRAWS: usize = 400;
+    /// One in forty on either side leaves 95 %.
+    const TAIL: usize = 40;
     // A xorshift: the draws need no more, and are the same on every run.
     let mut seed = 88_172_645_463_325_252_u64;
     let mut pick = || {
@@ -228,14 +243,13 @@ fn interval(stretches: &[Sums]) -> (f64, f64) {
         seed ^= seed << 17;
         &stretches[usize::try_from(seed % stretches.len() as u64).unwrap_or(0)]
     };
-    let draws: Vec<f64> = (0..400)
+    let draws: Vec<f64> = (0..DRAWS)
         .map(|_| {
             let drawn: Vec<&Sums> = stretches.iter().map(|_| pick()).collect();
             1.0 - Sums::errors(drawn).left()
         })
         .collect();
-    // One in forty on either side leaves 95 %.
-    tails(&draws, 40).unwrap_or((f64::NAN, f64::NAN))
+    tails(&draws, TAIL).unwrap_or((f64::NAN, f64::NAN))
 }
 
 #[cfg(test)]

@@ -25,6 +25,14 @@ const HELD_SHARE: f64 = 0.215;
 pub(crate) fn held_out(span: (f64, f64), intervals: &[(f64, f64)]) -> Vec<(f64, f64)> {
     /// What lies this near, s, a fit on the rest cannot place.
     const MARGIN_S: f64 = 180.0;
+    /// Where the middle of a window lies in its part, if it may lie anywhere. Set by hand.
+    const USUAL: f64 = 0.55;
+    /// Step by which a window is moved, s.
+    const STEP_S: f64 = 60.0;
+    /// What it costs to cut a finding, and what it saves to lie within one, in seconds from the usual place: more than any distance
+    /// in a part, the first more than the second.
+    const CUT_S: f64 = 1e6;
+    const WITHIN_S: f64 = 1e5;
     let total = span.1 - span.0;
     let count = whole((total * HELD_SHARE / WINDOW_S).floor()).max(1);
     let length = (total * HELD_SHARE / count as f64).max(WINDOW_S).min(total);
@@ -32,8 +40,8 @@ pub(crate) fn held_out(span: (f64, f64), intervals: &[(f64, f64)]) -> Vec<(f64, 
     (0..count)
         .map(|k| {
             let first = span.0 + part * k as f64;
-            let usual = first + (0.55 * part - 0.5 * length).max(0.0);
-            let steps = whole(((part - length) / 60.0).floor().max(0.0));
+            let usual = first + (USUAL * part - 0.5 * length).max(0.0);
+            let steps = whole(((part - length) / STEP_S).floor().max(0.0));
             let cost = |from: f64| -> f64 {
                 let to = from + length;
                 let near =
@@ -43,10 +51,10 @@ pub(crate) fn held_out(span: (f64, f64), intervals: &[(f64, f64)]) -> Vec<(f64, 
                     .iter()
                     .filter(|i| i.0 <= from && i.1 >= to)
                     .count();
-                1e6 * cut as f64 - 1e5 * within as f64 + (from - usual).abs()
+                CUT_S * cut as f64 - WITHIN_S * within as f64 + (from - usual).abs()
             };
             let from = (0..=steps)
-                .map(|j| first + 60.0 * j as f64)
+                .map(|j| first + STEP_S * j as f64)
                 .chain([usual])
                 .min_by(|a, b| cost(*a).total_cmp(&cost(*b)))
                 .unwrap_or(usual);
@@ -120,6 +128,8 @@ pub(crate) fn model(
     fit: &Tangent,
     excluded: &[bool],
 ) -> AugmentedModel {
+    /// One block in so many lies beyond either end of a range.
+    const TAIL: usize = 200;
     let mut speeds = Vec::new();
     let mut ratios = Vec::new();
     for b in 0..record.blocks {
@@ -133,7 +143,7 @@ pub(crate) fn model(
             ratios.push(q / w.max(1.0));
         }
     }
-    let range = |values: &[f64]| tails(values, 200).unwrap_or((0.0, 0.0));
+    let range = |values: &[f64]| tails(values, TAIL).unwrap_or((0.0, 0.0));
     let (friction, head) = fit.flowing_level(&fit.residual, excluded);
     let mut curves = fit.curves.clone();
     curves.friction[0] += friction;

@@ -1,4 +1,5 @@
-//! What the residuals of a right model look like: their size, memory and kinship, estimated from the recording.
+//! The noise in the residuals, estimated from the recording: its size, its memory (autocorrelation), and its kinship (what head and friction
+//! share).
 
 mod apply;
 mod memory;
@@ -7,6 +8,13 @@ use crate::layout::{Layout, Section};
 use crate::numbers::spread;
 use crate::relations::Rows;
 use memory::{autoregression, high_pass};
+
+/// Most that a spread of pressures may be, Pa, and of the balance, m³/s. Set by hand.
+const MOST_PA: f64 = 1e5;
+const MOST_M3_S: f64 = 1e-2;
+
+/// Most that the memory of one row may be where only one stands before it: as one of a first order it is then stationary.
+const MOST_MEMORY: f64 = 0.95;
 
 /// A whitening of stacked residuals: head less its share of friction, then an autoregression, then a scale.
 #[derive(Debug, Clone)]
@@ -95,7 +103,14 @@ impl Whitening {
 
     /// Kinship, memory and weights of friction and head where mud flows; returns how much the friction varies there, Pa.
     fn pressures(&mut self, residual: &[f64], unrest: &[f64]) -> f64 {
+        /// Rows to either side whose mean is not noise: two and a half minutes. Set by hand.
         const REACH: usize = 15;
+        /// Least spread of friction or head before their common noise is known, Pa. Set by hand.
+        const LEAST_PA: f64 = 500.0;
+        /// Spreads from which on a row is no ordinary one. Set by hand.
+        const ORDINARY: f64 = 4.0;
+        /// Most of the friction's noise that a head row may hold. Set by hand.
+        const MOST_KINSHIP: f64 = 1.5;
         /// A row whose timing is worth more tells nothing of the noise.
         const CALM_PA: f64 = 1500.0;
         /// Standard deviations that no rig is below.
@@ -109,13 +124,13 @@ impl Whitening {
         let head = high_pass(&residual[of_head.clone()], &heads, REACH);
         let (late_friction, late_head) = (&unrest[of_friction], &unrest[of_head]);
         let friction_pa = spread(calm(&friction, &flowing, late_friction, CALM_PA));
-        let friction_pa = friction_pa.clamp(500.0, 1e5);
-        let head_pa = spread(calm(&head, &heads, late_head, CALM_PA)).clamp(500.0, 1e5);
+        let friction_pa = friction_pa.clamp(LEAST_PA, MOST_PA);
+        let head_pa = spread(calm(&head, &heads, late_head, CALM_PA)).clamp(LEAST_PA, MOST_PA);
         let ordinary = |b: &usize| {
             flowing[*b]
                 && heads[*b]
-                && friction[*b].abs() < 4.0 * friction_pa
-                && head[*b].abs() < 4.0 * head_pa
+                && friction[*b].abs() < ORDINARY * friction_pa
+                && head[*b].abs() < ORDINARY * head_pa
         };
         let (mut squares, mut products) = (0.0, 0.0);
         for b in (0..self.layout.blocks).filter(ordinary) {
@@ -123,7 +138,7 @@ impl Whitening {
             products += friction[b] * head[b];
         }
         let kinship = if squares > 0.0 {
-            (products / squares).clamp(0.0, 1.5)
+            (products / squares).clamp(0.0, MOST_KINSHIP)
         } else {
             0.0
         };
@@ -138,7 +153,7 @@ impl Whitening {
         let own: Vec<f64> = (0..self.layout.blocks).map(of_its_own).collect();
         let sizes = (friction_pa, LEAST_FRICTION_PA);
         self.weigh(Section::Friction, &friction, &flowing, sizes, late_friction);
-        let own_pa = spread(calm(&own, &heads, late_head, CALM_PA)).clamp(LEAST_HEAD_PA, 1e5);
+        let own_pa = spread(calm(&own, &heads, late_head, CALM_PA)).clamp(LEAST_HEAD_PA, MOST_PA);
         self.weigh(
             Section::Head,
             &own,
@@ -151,7 +166,9 @@ impl Whitening {
 
     /// Weights of the friction's rows where mud stands: no ripple, a noise of its own, which is no more than that of flowing mud.
     fn standing(&mut self, residual: &[f64], unrest: &[f64], flowing_pa: f64) {
+        /// Rows to either side whose mean is not noise: a minute. Set by hand.
         const REACH: usize = 6;
+        /// Standard deviation that no rig is below. Set by hand.
         const LEAST_PA: f64 = 800.0;
         let rows = self.layout.rows(Section::Friction);
         let standing: Vec<bool> = (rows.clone())
@@ -173,7 +190,9 @@ impl Whitening {
 
     /// Memory and weights of two outlet transmitters against each other, which no timing parts.
     fn outlets(&mut self, residual: &[f64]) {
+        /// Rows to either side whose mean is not noise: five minutes. Set by hand.
         const REACH: usize = 30;
+        /// Standard deviation that no pair of transmitters is below. Set by hand.
         const LEAST_PA: f64 = 200.0;
         let rows = self.layout.rows(Section::Outlets);
         if rows.is_empty() {
@@ -182,21 +201,23 @@ impl Whitening {
         let valid = self.valid[rows.clone()].to_vec();
         let values = high_pass(&residual[rows], &valid, REACH);
         let zero = vec![0.0; values.len()];
-        let scale = spread(calm(&values, &valid, &zero, f64::INFINITY)).clamp(LEAST_PA, 1e5);
+        let scale = spread(calm(&values, &valid, &zero, f64::INFINITY)).clamp(LEAST_PA, MOST_PA);
         self.weigh(Section::Outlets, &values, &valid, (scale, LEAST_PA), &zero);
     }
 
     /// Memory and weights of the balance.
     fn balance(&mut self, residual: &[f64], unrest: &[f64]) {
+        /// Rows to either side whose mean is not noise: a quarter of an hour. Set by hand.
         const REACH: usize = 30;
         /// A row whose timing is worth more tells nothing of the noise.
         const CALM_M3_S: f64 = 2e-4;
+        /// Standard deviation that no rig is below. Set by hand.
         const LEAST_M3_S: f64 = 2e-5;
         let rows = self.layout.rows(Section::Balance);
         let valid = self.valid[rows.clone()].to_vec();
         let values = high_pass(&residual[rows.clone()], &valid, REACH);
         let unrest = &unrest[rows];
-        let scale = spread(calm(&values, &valid, unrest, CALM_M3_S)).clamp(LEAST_M3_S, 1e-2);
+        let scale = spread(calm(&values, &valid, unrest, CALM_M3_S)).clamp(LEAST_M3_S, MOST_M3_S);
         self.weigh(
             Section::Balance,
             &values,
@@ -283,11 +304,13 @@ impl Whitening {
         (scale, least): (f64, f64),
         unrest: &[f64],
     ) {
+        /// Share of the scale from which on a row's timing tells too much of it for the memory. Set by hand.
+        const CALM: f64 = 0.5;
         let scale = if scale.is_finite() { scale } else { least };
         let calm: Vec<bool> = valid
             .iter()
             .zip(unrest)
-            .map(|(v, u)| *v && *u < 0.5 * scale)
+            .map(|(v, u)| *v && *u < CALM * scale)
             .collect();
         let memory = autoregression(values, &calm, scale);
         let innovations = (2..values.len())
@@ -321,7 +344,7 @@ impl Whitening {
         let two = one && i >= 2 && self.linked(section, i - 2);
         let pair = match (one, two) {
             (true, true) => [(1, a), (2, b)],
-            (true, false) => [(1, (a / (1.0 - b)).clamp(-0.95, 0.95)), (0, 0.0)],
+            (true, false) => [(1, alone([a, b])), (0, 0.0)],
             _ => [(0, 0.0), (0, 0.0)],
         };
         pair.into_iter().filter(|(back, _)| *back > 0)
@@ -329,11 +352,14 @@ impl Whitening {
 
     /// Factors that bring the first rows of a run, which have no full memory, to the size of the others.
     fn starts(&mut self) {
+        /// Least variance of an innovation over that of a row without predecessors, and of a row with one. Set by hand.
+        const LEAST_WITHOUT: f64 = 0.05;
+        const LEAST_WITH_ONE: f64 = 0.1;
         let mut start = vec![1.0; self.layout.len()];
         let mut predecessors = vec![0; self.layout.len()];
         for section in Section::ALL {
             let [a, b] = self.memory[section as usize];
-            let r = (a / (1.0 - b)).clamp(-0.95, 0.95);
+            let r = alone([a, b]);
             for (i, row) in self.layout.rows(section).enumerate() {
                 let back = self.memory_of(section, i).map(|(back, _)| back).max();
                 predecessors[row] = back.unwrap_or(0);
@@ -341,8 +367,8 @@ impl Whitening {
                     continue;
                 }
                 start[row] = match predecessors[row] {
-                    0 => ((1.0 - b * b) * (1.0 - r * r)).max(0.05).sqrt(),
-                    1 => (1.0 - b * b).max(0.1).sqrt(),
+                    0 => ((1.0 - b * b) * (1.0 - r * r)).max(LEAST_WITHOUT).sqrt(),
+                    1 => (1.0 - b * b).max(LEAST_WITH_ONE).sqrt(),
                     _ => 1.0,
                 };
             }
@@ -350,6 +376,11 @@ impl Whitening {
         self.start = start;
         self.predecessors = predecessors;
     }
+}
+
+/// What a row takes of the one before where it is the only one: the correlation of neighbours in an autoregression of second order.
+fn alone([a, b]: [f64; 2]) -> f64 {
+    (a / (1.0 - b)).clamp(-MOST_MEMORY, MOST_MEMORY)
 }
 
 /// Which rows of a stacked vector count: those that the recording supports and in which something is left.

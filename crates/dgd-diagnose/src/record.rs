@@ -107,32 +107,22 @@ impl Record {
     /// Brings a screened recording onto the working clock.
     pub(crate) fn new(well: &Well, prepared: &Prepared, without: &[Step]) -> Self {
         let recording = &prepared.recording;
-        let step = prepared.step_s;
-        // Days are searched at half the resolution: their evidence is in numbers.
-        let span_s = step * recording.time_s.len() as f64;
-        let (clock_s, block_s) = if span_s > LONG_S {
-            (2.0 * CLOCK_S, 2.0 * BLOCK_S)
-        } else {
-            (CLOCK_S, BLOCK_S)
-        };
-        // Samples are averaged where the recording is finer than the working clock.
-        let fold = whole((clock_s / step).floor()).max(1);
-        let dt_s = step * fold as f64;
-        let slow = Slow::of(recording, step);
+        let step_s = prepared.step_s;
+        let Clock {
+            fold,
+            dt_s,
+            per_block,
+        } = Clock::of(step_s, recording.time_s.len());
+        let slow = Slow::of(recording, step_s);
         let thin = |values: &[f64]| -> Vec<f64> {
             let lines = slow.between(values);
-            lines
-                .as_deref()
-                .unwrap_or(values)
-                .chunks(fold)
-                .map(mean)
-                .collect()
+            let values = lines.as_deref().unwrap_or(values);
+            values.chunks(fold).map(mean).collect()
         };
-        let per_block = whole(block_s / dt_s).max(1);
+        let both = |side: &[Vec<f64>]| -> Vec<Vec<f64>> {
+            side.iter().take(2).map(|values| thin(values)).collect()
+        };
         let t_s: Vec<f64> = recording.time_s.chunks(fold).map(mean).collect();
-        let seldom = (recording.series().into_iter())
-            .filter_map(|(channel, values)| Some((channel, slow.every_s(values)?)))
-            .collect();
         let [mud_pump, booster, topfill, flow, speed, inlet, outlet] = [
             &recording.mud_pump_flow_m3_s,
             &recording.booster_flow_m3_s,
@@ -143,28 +133,12 @@ impl Record {
             &prepared.outlet_pressure_pa,
         ]
         .map(|values| thin(values));
-        let [inlets, outlets] = [
-            &recording.pump_inlet_pressure_pa,
-            &recording.pump_outlet_pressure_pa,
-        ]
-        .map(|side| -> Vec<Vec<f64>> { side.iter().take(2).map(|values| thin(values)).collect() });
-        let pumping = bridged(&speed).iter().map(|w| *w > STANDING_PCT).collect();
-        let mut setting = Setting::of(well, recording, &prepared.inlet_pressure_pa);
-        let noise = &mut setting.noise;
-        for (noise, values) in [
-            (&mut noise.mud_pump_m3_s, &recording.mud_pump_flow_m3_s),
-            (&mut noise.booster_m3_s, &recording.booster_flow_m3_s),
-            (&mut noise.flow_m3_s, &recording.return_flow_m3_s),
-            (&mut noise.speed_pct, &recording.pump_speed_pct),
-            (&mut noise.inlet_pa, &prepared.inlet_pressure_pa),
-        ] {
-            // Samples on the line between two readings share their noise.
-            let samples = slow.every_s(values).map_or(1.0, |every_s| every_s / dt_s);
-            *noise *= samples.max(1.0).sqrt();
-        }
-        let native = &recording.pump_speed_pct;
-        let noise = setting.noise.speed_pct / (per_block as f64).sqrt();
+        let riser = recording.riser_pressure_pa.as_deref().map(thin);
+        let setting = slow.setting(well, prepared, dt_s);
+        let speed_noise_pct = setting.noise.speed_pct / (per_block as f64).sqrt();
+        let rounded_pct = SPEED_QUANTA * quantum(&recording.pump_speed_pct, step_s);
         let filled = Filled {
+            pumping: bridged(&speed).iter().map(|w| *w > STANDING_PCT).collect(),
             mud_pump: bridged(&mud_pump),
             booster: bridged(&booster),
             topfill: bridged(&topfill),
@@ -173,14 +147,12 @@ impl Record {
             // Effects see pressures without their noise, which the residuals hold (errors in variables).
             inlet: smoothed(&bridged(&inlet), dt_s),
             outlet: smoothed(&bridged(&outlet), dt_s),
-            pumping,
         };
-        let riser = recording.riser_pressure_pa.as_deref().map(thin);
         let head_pa = |i: usize| velocity_head_pa(&setting, filled.flow[i]);
         let suction_heads =
             (riser.as_deref()).and_then(|riser| heads_lost(&inlet, riser, head_pa, dt_s));
         let told = [&recording.return_flow_m3_s, &prepared.outlet_pressure_pa];
-        let told = told.map(|values| new_every_s(values, step));
+        let told = told.map(|values| new_every_s(values, step_s));
         Self {
             suction_heads,
             told_every_s: told.into_iter().fold(dt_s, f64::max),
@@ -193,15 +165,17 @@ impl Record {
             mud_pump,
             booster,
             flow,
-            speed: thin(&without_seldom_rest(native, step)),
-            speed_error_pct: noise.hypot(SPEED_QUANTA * quantum(native, step)),
+            speed: thin(&without_seldom_rest(&recording.pump_speed_pct, step_s)),
+            speed_error_pct: speed_noise_pct.hypot(rounded_pct),
             inlet,
-            inlets,
+            inlets: both(&recording.pump_inlet_pressure_pa),
             riser,
             outlet,
-            outlets,
+            outlets: both(&recording.pump_outlet_pressure_pa),
             filled,
-            seldom,
+            seldom: (recording.series().into_iter())
+                .filter_map(|(channel, values)| Some((channel, slow.every_s(values)?)))
+                .collect(),
             tally: Arc::default(),
         }
     }
@@ -263,6 +237,34 @@ fn smoothed(values: &[f64], dt_s: f64) -> Vec<f64> {
         .collect()
 }
 
+/// The working clock, and how a recording is brought onto it.
+struct Clock {
+    /// Samples of the recording that are averaged into one.
+    fold: usize,
+    dt_s: f64,
+    /// Samples of the working clock in a block.
+    per_block: usize,
+}
+
+impl Clock {
+    /// For a recording of so many samples, a step apart.
+    fn of(step_s: f64, samples: usize) -> Self {
+        // Days are searched at half the resolution: their evidence is in numbers.
+        let (clock_s, block_s) = if step_s * samples as f64 > LONG_S {
+            (2.0 * CLOCK_S, 2.0 * BLOCK_S)
+        } else {
+            (CLOCK_S, BLOCK_S)
+        };
+        let fold = whole((clock_s / step_s).floor()).max(1);
+        let dt_s = step_s * fold as f64;
+        Self {
+            fold,
+            dt_s,
+            per_block: whole(block_s / dt_s).max(1),
+        }
+    }
+}
+
 /// Channels that are logged now and then.
 struct Slow {
     step_s: f64,
@@ -320,6 +322,25 @@ impl Slow {
         let usual_s = quantile(apart.iter().copied(), Rank::MEDIAN)?;
         let furthest_s = quantile(apart, Rank::Upper(10))?;
         (usual_s > 1.5 * self.step_s && furthest_s <= SLOWEST_S).then_some(usual_s)
+    }
+
+    /// The rig as a recording shows it, with the noise of channels on the working clock, of step `dt_s`, that are logged now and then.
+    fn setting(&self, well: &Well, prepared: &Prepared, dt_s: f64) -> Setting {
+        let recording = &prepared.recording;
+        let mut setting = Setting::of(well, recording, &prepared.inlet_pressure_pa);
+        let noise = &mut setting.noise;
+        for (noise, values) in [
+            (&mut noise.mud_pump_m3_s, &recording.mud_pump_flow_m3_s),
+            (&mut noise.booster_m3_s, &recording.booster_flow_m3_s),
+            (&mut noise.flow_m3_s, &recording.return_flow_m3_s),
+            (&mut noise.speed_pct, &recording.pump_speed_pct),
+            (&mut noise.inlet_pa, &prepared.inlet_pressure_pa),
+        ] {
+            // Samples on the line between two readings share their noise.
+            let samples = self.every_s(values).map_or(1.0, |every_s| every_s / dt_s);
+            *noise *= samples.max(1.0).sqrt();
+        }
+        setting
     }
 
     /// Straight lines between the readings of such a channel, but not over its longer gaps; `None` of any other.

@@ -30,8 +30,8 @@ const ALIKE: f64 = 0.7;
 pub(crate) enum Ruling {
     /// An effect.
     Named(Named),
-    /// An effect, on the promise that a second one, whose name it is, does beside it what a correction does; and the correction, which
-    /// stands in its place if it does not.
+    /// An effect, the id of a second one that seems to explain beside it what a correction does, and that correction: it takes the place of
+    /// the effect if the next round does not keep this promise.
     Promised(Named, &'static str, Box<Named>),
     /// Something that the catalogue does not hold: only effects of other relations are named beside it.
     Unnamed(Named),
@@ -125,12 +125,16 @@ impl<'a> Round<'a> {
     }
 
     fn decided(&self) -> Ruling {
+        /// What lies at its bound must explain more than so many times what the best effect claims, and so many e-folds. Set by hand.
+        const BEYOND: f64 = 2.0;
+        const BEYOND_BESIDES: f64 = 10.0;
         let best = self.best();
         if let Some(seen) = self.seen_first() {
             return self.unnamed(seen, seen.evidence, None);
         }
         if let Some(beyond) = self.beyond()
-            && (best.as_ref()).is_none_or(|(b, _)| beyond.evidence > 2.0 * b.claim() + 10.0)
+            && (best.as_ref())
+                .is_none_or(|(b, _)| beyond.evidence > BEYOND * b.claim() + BEYOND_BESIDES)
             && let Some(r) = self.rivals_in(beyond.effect.about().relation).next()
         {
             return self.unnamed(r, beyond.evidence, None);
@@ -227,9 +231,11 @@ impl<'a> Round<'a> {
 
     /// The correction that competes with an effect: of its own relation, or one that nothing in the catalogue comes near.
     fn rival(&self, best: &Contender, broken: f64) -> Option<&Correction> {
+        /// How many times what an effect claims a correction of another relation must explain. Set by hand.
+        const FAR: f64 = 2.0;
         let relation = best.effect.about().relation;
         let far =
-            (self.rivals.iter()).find(|r| r.borne > self.rival_hurdle(r).max(2.0 * best.claim()));
+            (self.rivals.iter()).find(|r| r.borne > self.rival_hurdle(r).max(FAR * best.claim()));
         // What sound recordings show too is no rival to a form that holds.
         let stands =
             |r: &Correction| r.borne > self.rival_hurdle(r) || (r.borne > 0.0 && broken > 0.0);

@@ -1,9 +1,11 @@
 //! The two-state model with effects, and its free run.
 
+mod run;
+
 use crate::curves::Curves;
-use crate::{Action, Changes, Effect, MeterPath, Moment, Setting, find};
+use crate::{Effect, MeterPath, Setting, find};
 use dgd_recording::STANDING_M3_S;
-use dgd_units::{STANDARD_ATMOSPHERE_PA, STANDARD_GRAVITY_M_S2};
+use run::{Acting, Line, Stretch};
 use std::ops::Range;
 
 /// An effect with its parameters, in the order of its description.
@@ -84,14 +86,6 @@ pub struct FreeRun {
     pub inlet_pa: Vec<f64>,
     /// Outlet pressure as the mean of its meters would read, Pa absolute.
     pub outlet_pa: Vec<f64>,
-}
-
-/// A window that runs from a measured state, and the sample from which its effects see what came before.
-struct Stretch {
-    from: usize,
-    window: Range<usize>,
-    /// Inlet pressure, Pa absolute, and line flow, m³/s.
-    start: (f64, f64),
 }
 
 impl AugmentedModel {
@@ -175,9 +169,9 @@ impl AugmentedModel {
         inputs: Inputs<'a>,
         windows: &'a [(Range<usize>, (f64, f64))],
     ) -> Result<impl Iterator<Item = FreeRun> + 'a, UnknownEffect> {
-        let (mut actions, path) = self.begin(setting)?;
+        let mut acting = self.begin(setting)?;
         let remembered = self.remembered(inputs.step_s)?;
-        let mut full = true;
+        let line = Line::of(self, setting);
         let mut seen_to = 0;
         let run = move |(window, start): &(Range<usize>, (f64, f64))| {
             let from = window.start.saturating_sub(remembered).max(seen_to);
@@ -187,149 +181,13 @@ impl AugmentedModel {
                 window: window.clone(),
                 start: *start,
             };
-            self.stretch(setting, inputs, &stretch, path, &mut actions, &mut full)
+            line.run(inputs, &stretch, &mut acting)
         };
         Ok(windows.iter().map(run))
     }
 
-    /// One window, and before it what the effects remember of the time up to it.
-    fn stretch(
-        &self,
-        setting: &Setting,
-        inputs: Inputs<'_>,
-        stretch: &Stretch,
-        path: MeterPath,
-        actions: &mut [Action],
-        full: &mut bool,
-    ) -> FreeRun {
-        let Stretch {
-            from,
-            window,
-            start,
-        } = stretch;
-        let g = STANDARD_GRAVITY_M_S2;
-        let rho = setting.density_kg_m3;
-        let inertia = rho * setting.line_length_m / setting.line_area_m2;
-        let weight = rho * g;
-        let column = STANDARD_ATMOSPHERE_PA + weight * setting.line_length_m;
-        let held = Held::of(self);
-        let line_pa = |q: f64| held.friction_pa(&self.curves, q);
-        let (mut inlet, mut flow) = *start;
-        let mut outlet = column + line_pa(flow);
-        let steps = inputs.step_s.ceil().clamp(1.0, 20.0);
-        let dt = inputs.step_s / steps;
-        #[allow(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "1 to 20; a NaN becomes 0"
-        )]
-        let steps = steps as usize;
-        let end = window.end.min(inputs.samples());
-        let mut run = FreeRun::default();
-        let mut lagged = flow;
-        let mut past: Vec<f64> = Vec::with_capacity(end.saturating_sub(window.start));
-        for i in *from..end {
-            let speed = inputs.speed_pct[i];
-            let pumping = speed > STANDING_PCT;
-            let inside = i >= window.start;
-            let inflow = inputs.mud_pump_m3_s[i] + inputs.booster_m3_s[i] + inputs.topfill_m3_s[i];
-            let through = match (inside, pumping) {
-                (true, _) => flow,
-                (false, true) if flow > STANDING_M3_S => flow,
-                // A window that starts at rest tells nothing of what was pumped before it.
-                (false, true) => inflow.max(0.0),
-                (false, false) => 0.0,
-            };
-            // What flows at the window's start was measured at the line's top.
-            let returns = *full || i == window.start || (!inside && flow > STANDING_M3_S);
-            let moment = Moment {
-                index: i,
-                t_s: inputs.time_s[i],
-                dt_s: inputs.step_s,
-                mud_pump_m3_s: inputs.mud_pump_m3_s[i],
-                booster_m3_s: inputs.booster_m3_s[i],
-                topfill_m3_s: inputs.topfill_m3_s[i],
-                flow_m3_s: through,
-                outflow_m3_s: if returns { through } else { 0.0 },
-                speed_pct: speed,
-                inlet_pa: inlet,
-                outlet_pa: outlet,
-                pumping,
-            };
-            let mut c = Changes::default();
-            for action in actions.iter_mut() {
-                action(&moment, &mut c);
-            }
-            *full = c.line_fall_m <= 0.0;
-            if !inside {
-                continue;
-            }
-            let inlet_bias = 0.5 * (c.inlet_bias_pa[0] + c.inlet_bias_pa[1]);
-            if i == window.start {
-                // The run starts from readings.
-                inlet -= inlet_bias;
-                if flow > STANDING_M3_S && c.meter_gain > 0.0 {
-                    flow = flow / c.meter_gain + c.leak_m3_s;
-                }
-            }
-            let still = column + c.line_kg_m3 * g * setting.line_length_m - weight * c.line_fall_m;
-            let rate = g * rho / (setting.riser_area_m2 * c.area_factor.max(0.05));
-            // Only where there is mud does it rub, and is it to be moved.
-            let wet = (1.0 - c.line_fall_m / setting.line_length_m).clamp(0.02, 1.0);
-            let friction = wet * c.friction_factor * (1.0 + c.line_kg_m3 / rho);
-            let inertia = wet * inertia;
-            let lift = c.head_factor * (1.0 + c.riser_kg_m3 / rho);
-            let mut speeding = 0.0;
-            if i > window.start {
-                let true_speed = speed + c.speed_pct;
-                let before = flow;
-                for _ in 0..steps {
-                    let old = flow;
-                    flow = if moment.pumping {
-                        let balance = |q: f64| {
-                            inlet
-                                + c.head_pa
-                                + lift * self.head_pa(true_speed, q + c.recirculation_m3_s)
-                                - still
-                                - friction * line_pa(q)
-                                - if q > 1e-6 { c.line_drop_pa } else { 0.0 }
-                        };
-                        implicit(old, dt, inertia, balance)
-                    } else {
-                        0.0
-                    };
-                    let out = 0.5 * (old + flow);
-                    let net = inflow * (1.0 + c.entering_kg_m3 / rho) + c.inflow_m3_s
-                        - out * (1.0 + c.riser_kg_m3 / rho);
-                    inlet = (inlet + rate * net * dt).clamp(5e4, 1e8);
-                }
-                speeding = (flow - before) / inputs.step_s;
-            }
-            outlet = if moment.pumping && flow > 0.0 {
-                still + friction * line_pa(flow) + c.line_drop_pa + inertia * speeding
-            } else {
-                still
-            };
-            let outflow = if *full { flow } else { 0.0 };
-            let seen = (outflow - c.leak_m3_s).max(0.0) * c.meter_gain;
-            lagged = if path.lag_s > 0.0 {
-                lagged + (1.0 - (-inputs.step_s / path.lag_s).exp()) * (seen - lagged)
-            } else {
-                seen
-            };
-            past.push(lagged);
-            // Before the window the meter is taken to have shown what it shows at its start.
-            let late = delayed(&past, path.delay_s / inputs.step_s);
-            run.return_flow_m3_s.push(late);
-            run.inlet_pa.push(inlet + inlet_bias);
-            run.outlet_pa
-                .push(outlet + 0.5 * (c.outlet_bias_pa[0] + c.outlet_bias_pa[1]));
-        }
-        run
-    }
-
     /// Starts every effect.
-    fn begin(&self, setting: &Setting) -> Result<(Vec<Action>, MeterPath), UnknownEffect> {
+    fn begin(&self, setting: &Setting) -> Result<Acting, UnknownEffect> {
         let mut path = MeterPath::default();
         let mut actions = Vec::new();
         let identified = self.span_s.map(|span_s| Setting {
@@ -344,7 +202,7 @@ impl AugmentedModel {
             path.lag_s += p.lag_s;
             actions.push(effect.begin(&one.parameters, setting));
         }
-        Ok((actions, path))
+        Ok(Acting::new(actions, path))
     }
 
     /// How many samples before a window an effect may still remember in it.
@@ -426,6 +284,11 @@ const MOST_M3_S: f64 = 0.3;
 pub const STANDING_PCT: f64 = 5.0;
 
 impl Inputs<'_> {
+    /// What the meters say flows into the riser at a sample, m³/s.
+    fn inflow_m3_s(&self, i: usize) -> f64 {
+        self.mud_pump_m3_s[i] + self.booster_m3_s[i] + self.topfill_m3_s[i]
+    }
+
     /// Samples that every channel has.
     fn samples(&self) -> usize {
         [
@@ -452,60 +315,4 @@ fn within(value: f64, low: f64, high: f64) -> f64 {
     } else {
         value
     }
-}
-
-/// The value some samples back, the first one before that; a meter cannot show what is to come.
-fn delayed(past: &[f64], samples: f64) -> f64 {
-    let position = (past.len() - 1) as f64 - samples.max(0.0);
-    if position <= 0.0 {
-        return past[0];
-    }
-    #[allow(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "0 < position < len"
-    )]
-    let low = position.floor() as usize;
-    let share = position - low as f64;
-    match past.get(low + 1) {
-        Some(next) => past[low] + share * (next - past[low]),
-        None => past[low],
-    }
-}
-
-/// One step of implicit Euler for `inertia dq/dt = balance(q)`, q >= 0: bisection on a bracket, as the balance falls with q.
-fn implicit(old: f64, dt: f64, inertia: f64, balance: impl Fn(f64) -> f64) -> f64 {
-    let f = |q: f64| q - old - dt / inertia * balance(q);
-    let (mut low, mut high) = (0.0, MOST_M3_S);
-    if f(low) >= 0.0 {
-        return 0.0;
-    }
-    if f(high) <= 0.0 {
-        return high;
-    }
-    // The secant's point, kept inside the bracket.
-    let (mut flow, mut fhigh) = (f(low), f(high));
-    for _ in 0..30 {
-        let secant = low - flow * (high - low) / (fhigh - flow);
-        let middle = 0.5 * (low + high);
-        let q = if secant > low && secant < high {
-            secant
-        } else {
-            middle
-        };
-        let fq = f(q);
-        if fq.abs() < 1e-9 || high - low < 1e-9 {
-            return q;
-        }
-        if fq < 0.0 {
-            low = q;
-            flow = fq;
-            fhigh *= 0.5;
-        } else {
-            high = q;
-            fhigh = fq;
-            flow *= 0.5;
-        }
-    }
-    0.5 * (low + high)
 }

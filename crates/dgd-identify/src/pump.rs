@@ -32,6 +32,7 @@ pub struct PumpRungs {
     pub shape: Result<ShapeCheck, PumpError>,
 }
 
+/// Fits the head curve rung by rung, and takes the highest that the samples bear.
 pub(crate) fn fit_pump(
     samples: &Samples<'_>,
     options: &IdentifyOptions,
@@ -48,90 +49,68 @@ pub(crate) fn fit_pump(
         || options.free_exponents.then(search),
         || rayon::join(fixed, ranges),
     );
-    let together = |curve: &HeadCurve| {
-        correlation_samples(samples.keep.len(), |i| {
-            let head =
-                || samples.head_m[i] - curve.head_m(samples.speed_pct[i], samples.flow_m3_s[i]);
-            samples.keep[i].then(head)
-        })
-    };
-    let gained = search.as_ref().and_then(|search| {
+    let found = search.as_ref().and_then(|search| {
         let search = search.as_ref().ok()?;
-        let together = together(&search.fit.curve);
+        let together = together(samples, &search.fit.curve);
         gains(samples, search, &constrained, together).then_some((search, together))
     });
-    let (fit, active) = match (&search, gained) {
-        (_, Some((search, _))) => {
-            if search.joint.is_none() {
-                warnings.push(
-                    "speed and flow do not separate the pump exponents from the coefficients: the standard errors assume known exponents"
-                        .into(),
-                );
-            }
-            warn_of_search(search, warnings);
-            let limits = search.limits.iter().map(|limit| name_of(*limit).to_owned());
-            let limits: Vec<String> = limits.collect();
-            warn_of_bounds(&limits, warnings);
-            (search.fit.clone(), limits)
+    let chosen = if let Some((search, together)) = found {
+        at_found(search, together, warnings)
+    } else {
+        warn_of_no_exponents(search.as_ref(), warnings);
+        at_two_and_two(samples, &constrained, warnings)?
+    };
+    let shape = check_shape(&chosen.fit.curve, speeds, flows);
+    warn_of_curve(&chosen.fit, &shape, warnings);
+    let rungs = PumpRungs {
+        plain,
+        constrained,
+        search,
+        shape,
+    };
+    Ok((chosen.model(), rungs))
+}
+
+/// The curve of the rung that is taken.
+struct Chosen {
+    fit: CurveFit,
+    /// Constraints on whose bounds it lies.
+    active: Vec<String>,
+    /// Standard errors of c0, c1 and c2, of as many samples as were fitted.
+    errors: [Option<f64>; 3],
+    /// How many samples tell as much as one that is independent.
+    together: f64,
+}
+
+impl Chosen {
+    fn model(self) -> PumpModel {
+        let fit = self.fit;
+        let widening = self.together.sqrt();
+        let estimate = |value, index: usize| Estimate {
+            value,
+            standard_error: self.errors[index].map(|error| error * widening),
+        };
+        PumpModel {
+            c0: estimate(fit.curve.c0, 0),
+            c1: estimate(fit.curve.c1, 1),
+            c2: estimate(fit.curve.c2, 2),
+            n0: fit.curve.n0,
+            n2: fit.curve.n2,
+            mse_m2: fit.mse_m2,
+            r2: fit.r2,
+            samples: fit.n,
+            condition: fit.condition,
+            active_constraints: self.active,
         }
-        (poorer, None) => {
-            match poorer {
-                Some(Err(reason)) => warnings.push(format!(
-                    "the exponents were not found ({reason}); 2 and 2 are used"
-                )),
-                Some(Ok(_)) => warnings.push(
-                    "the exponents were not found (no others fit better than 2 and 2); 2 and 2 are used".into(),
-                ),
-                None => {}
-            }
-            at_two_and_two(samples, &constrained, warnings)?
-        }
-    };
-    if fit.r2 < EXPLAINED {
-        warnings.push(format!(
-            "the head curve explains only {:.0} % of the head variance: speed and flow hardly change, or are not those of the pump",
-            100.0 * fit.r2.max(0.0)
-        ));
     }
-    let shape = check_shape(&fit.curve, speeds, flows);
-    if shape
-        .as_ref()
-        .is_ok_and(|s| !(s.falls_with_flow && s.concave))
-    {
-        warnings.push(
-            "the head curve does not fall and curve downwards over the whole recorded range".into(),
-        );
-    }
-    let joint = gained.and_then(|(search, _)| search.joint);
-    let errors = joint.map_or(fit.standard_errors, |joint| joint.coefficients);
-    let widening = gained
-        .map_or_else(|| together(&fit.curve), |(_, together)| together)
-        .sqrt();
-    let estimate = |value, index: usize| Estimate {
-        value,
-        standard_error: errors[index].map(|error| error * widening),
-    };
-    let model = PumpModel {
-        c0: estimate(fit.curve.c0, 0),
-        c1: estimate(fit.curve.c1, 1),
-        c2: estimate(fit.curve.c2, 2),
-        n0: fit.curve.n0,
-        n2: fit.curve.n2,
-        mse_m2: fit.mse_m2,
-        r2: fit.r2,
-        samples: fit.n,
-        condition: fit.condition,
-        active_constraints: active,
-    };
-    Ok((
-        model,
-        PumpRungs {
-            plain,
-            constrained,
-            search,
-            shape,
-        },
-    ))
+}
+
+/// How many samples of what a curve leaves over tell as much as one that is independent.
+fn together(samples: &Samples<'_>, curve: &HeadCurve) -> f64 {
+    correlation_samples(samples.keep.len(), |i| {
+        let head = || samples.head_m[i] - curve.head_m(samples.speed_pct[i], samples.flow_m3_s[i]);
+        samples.keep[i].then(head)
+    })
 }
 
 /// Whether the exponents found fit better than 2 and 2 by more than two numbers fitted to noise
@@ -149,6 +128,66 @@ fn gains(
     };
     let independent = fit.n as f64 / together;
     poorer.is_none_or(|mse_m2| (mse_m2 / fit.mse_m2 - 1.0) * independent > GAIN)
+}
+
+/// The curve at the exponents that were found.
+fn at_found(search: &ExponentSearch, together: f64, warnings: &mut Vec<String>) -> Chosen {
+    if search.joint.is_none() {
+        warnings.push(
+            "speed and flow do not separate the pump exponents from the coefficients: the standard errors assume known exponents"
+                .into(),
+        );
+    }
+    warn_of_search(search, warnings);
+    let limits = search.limits.iter().map(|limit| name_of(*limit).to_owned());
+    let active: Vec<String> = limits.collect();
+    warn_of_bounds(&active, warnings);
+    let fit = search.fit.clone();
+    Chosen {
+        active,
+        errors: (search.joint).map_or(fit.standard_errors, |joint| joint.coefficients),
+        together,
+        fit,
+    }
+}
+
+/// Says why exponents that were searched for are not used.
+fn warn_of_no_exponents(
+    search: Option<&Result<ExponentSearch, PumpError>>,
+    warnings: &mut Vec<String>,
+) {
+    match search {
+        Some(Err(reason)) => warnings.push(format!(
+            "the exponents were not found ({reason}); 2 and 2 are used"
+        )),
+        Some(Ok(_)) => warnings.push(
+            "the exponents were not found (no others fit better than 2 and 2); 2 and 2 are used"
+                .into(),
+        ),
+        None => {}
+    }
+}
+
+/// Says where the curve explains little, or is no pump's.
+fn warn_of_curve(
+    fit: &CurveFit,
+    shape: &Result<ShapeCheck, PumpError>,
+    warnings: &mut Vec<String>,
+) {
+    if fit.r2 < EXPLAINED {
+        warnings.push(format!(
+            "the head curve explains only {:.0} % of the head variance: speed and flow hardly change, or are not those of the pump",
+            100.0 * fit.r2.max(0.0)
+        ));
+    }
+    if shape
+        .as_ref()
+        .is_ok_and(|s| !(s.falls_with_flow && s.concave))
+    {
+        warnings.push(
+            "the head curve does not fall and curve downwards over the whole recorded range".into(),
+        );
+    }
 }
 
 fn warn_of_search(search: &ExponentSearch, warnings: &mut Vec<String>) {
@@ -186,8 +225,8 @@ fn at_two_and_two(
     samples: &Samples<'_>,
     constrained: &Result<ConstrainedFit, PumpError>,
     warnings: &mut Vec<String>,
-) -> Result<(CurveFit, Vec<String>), PumpError> {
-    match constrained {
+) -> Result<Chosen, PumpError> {
+    let (fit, active) = match constrained {
         Ok(constrained) => {
             match constrained.status {
                 SolverStatus::Solved | SolverStatus::AlmostSolved => {}
@@ -199,17 +238,23 @@ fn at_two_and_two(
             let held = names.zip(constrained.active).filter(|(_, active)| *active);
             let held: Vec<String> = held.map(|(name, _)| name.to_owned()).collect();
             warn_of_bounds(&held, warnings);
-            Ok((constrained.fit.clone(), held))
+            (constrained.fit.clone(), held)
         }
         Err(refusal @ PumpError::Fit(_)) => {
             let fit = fit_speed_alone(samples).ok_or_else(|| refusal.clone())?;
             warnings.push(format!(
                 "c0 w^2 - c1 w q - c2 q^2 was rejected ({refusal}); c0 w^2 alone was fitted"
             ));
-            Ok((fit, vec!["c1 > 0".to_owned(), "c2 > 0".to_owned()]))
+            (fit, vec!["c1 > 0".to_owned(), "c2 > 0".to_owned()])
         }
-        Err(refusal) => Err(refusal.clone()),
-    }
+        Err(refusal) => return Err(refusal.clone()),
+    };
+    Ok(Chosen {
+        active,
+        errors: fit.standard_errors,
+        together: together(samples, &fit.curve),
+        fit,
+    })
 }
 
 /// `H = c0 w²` by least squares; `None` with fewer than two samples or a pump at rest.

@@ -41,6 +41,8 @@ pub(crate) enum Withdrawn {
 
 /// Fewest readings of the training part.
 const FEWEST: usize = 40;
+/// Rounds in which members are exchanged. Set by hand.
+const EXCHANGES: usize = 3;
 /// Sets that are given up for their placebo before nothing is claimed.
 const REFUSED: usize = 60;
 /// Corrections that are fitted, of all that were weighed.
@@ -182,42 +184,14 @@ pub fn revise(
         &mut |size| watch(Stage::Fitting(size)),
     );
     watch(Stage::Exchanging);
-    let hypotheses = context.hypotheses.len();
-    let (mut chosen, mut refused, mut stood) = (None, BTreeSet::new(), BTreeSet::new());
-    let mut rounds = 0;
-    // What does as well in a member's place may do better, and have others of its own.
-    while rounds < 3 {
-        let Some(best) = choice::choose(&scored, hypotheses, &refused) else {
-            break;
-        };
-        let now = choice::prune(&context, &folds, &mut scored, best);
-        if !scored[now].trial.members.is_empty() && !stood.contains(&now) {
-            if !choice::stand(&context, memory, &folds, &mut scored, now) {
-                // What it was pruned from stands no better.
-                refused.extend([best, now]);
-                if refused.len() > REFUSED {
-                    break;
-                }
-                continue;
-            }
-            stood.insert(now);
-        }
-        rounds += 1;
-        if chosen == Some(now) || scored[now].trial.members.is_empty() {
-            chosen = Some(now);
-            break;
-        }
-        chosen = Some(now);
-        let set = scored[now].clone();
-        scored.extend(sets::swaps(
-            &context,
-            &folds,
-            &set,
-            &scored,
-            &screened,
-            options.scored,
-        ));
-    }
+    let (mut chosen, refused) = exchanged(
+        &context,
+        &folds,
+        &screened,
+        memory,
+        options.scored,
+        &mut scored,
+    );
     if let Some(k) = chosen {
         let (now, unlikely) = likely(&context, &folds, &mut scored, &refused, k);
         // The others must stand without what was taken away.
@@ -251,6 +225,50 @@ pub fn revise(
     evidence.scored = scored;
     evidence.refused = refused;
     conclude::conclude(evidence, &folds, watch)
+}
+
+/// The likeliest set that stands, with the sets that did not; sets in which another effect takes a member's place are scored too.
+///
+/// - `most`: how many such sets are scored at most for each chosen one.
+fn exchanged(
+    context: &Context<'_>,
+    folds: &Folds,
+    screened: &[Screened],
+    memory: usize,
+    most: usize,
+    scored: &mut Vec<Scored>,
+) -> (Option<usize>, BTreeSet<usize>) {
+    let hypotheses = context.hypotheses.len();
+    let (mut chosen, mut refused, mut stood) = (None, BTreeSet::new(), BTreeSet::new());
+    let mut rounds = 0;
+    // What does as well in a member's place may do better, and have others of its own.
+    while rounds < EXCHANGES {
+        let Some(best) = choice::choose(scored, hypotheses, &refused) else {
+            break;
+        };
+        let now = choice::prune(context, folds, scored, best);
+        if !scored[now].trial.members.is_empty() && !stood.contains(&now) {
+            if !choice::stand(context, memory, folds, scored, now) {
+                // What it was pruned from stands no better.
+                refused.extend([best, now]);
+                if refused.len() > REFUSED {
+                    break;
+                }
+                continue;
+            }
+            stood.insert(now);
+        }
+        rounds += 1;
+        if chosen == Some(now) || scored[now].trial.members.is_empty() {
+            chosen = Some(now);
+            break;
+        }
+        chosen = Some(now);
+        let set = scored[now].clone();
+        let swaps = sets::swaps(context, folds, &set, scored, screened, most);
+        scored.extend(swaps);
+    }
+    (chosen, refused)
 }
 
 fn check(options: &Options) -> Result<(), ReviseError> {

@@ -7,15 +7,18 @@ use crate::checks::placebo;
 use crate::choice::untold;
 use crate::conclude::Evidence;
 use crate::context::Trial;
-use crate::empirical;
+use crate::empirical::{self, Corrected, Place};
 use crate::estimates::estimates;
 use crate::floor::Level;
 use crate::locate;
-use crate::revision::{Check, Class, Finding, Outcome, Shape, Tested};
+use crate::revision::{Check, Class, Estimate, Finding, Outcome, Shape, Tested};
 use crate::sets::Scored;
 use crate::stack::Row;
 use crate::tangent::dot;
 use crate::validate::Folds;
+
+/// A quantity along which a finding may lie, by window and sample.
+type Quantity = (String, Vec<Vec<f64>>);
 
 /// What a member of the claimed set rests on.
 pub(crate) struct Standing {
@@ -81,145 +84,153 @@ pub(crate) fn findings(
     )
     .unwrap_or_default();
     if let Some(k) = claim.set {
-        let chosen = &e.scored[k];
-        let estimates = fresh_jacobian(c, trial)
-            .map_or_else(Vec::new, |j| estimates(c, trial, &j, &chosen.left));
-        for Standing {
-            member: m,
-            without,
-            alone,
-            together,
-        } in standing
-        {
-            let h = &c.hypotheses[m];
-            let about = h.law.about();
-            let (loss, error) = without
-                .as_ref()
-                .map_or((f64::NAN, f64::NAN), |w| w.left.less(&chosen.left));
-            let rows = &chosen.trial.minimum.residuals;
-            let reduced = without.as_ref().map(|w| &w.trial.minimum.residuals);
-            let alternatives = e.alternatives(k, m);
-            let separating = alternatives
-                .iter()
-                .find_map(|(name, _)| {
-                    let id = name.rsplit('.').next()?;
-                    about.confusable.iter().find(|(other, _)| *other == id)
-                })
-                .or(about.confusable.first())
-                .map(|(_, test)| (*test).to_owned());
-            if let Some(w) = &without {
-                checks.push(placebo(e, &w.trial, m));
+        let left = &e.scored[k].left;
+        let estimates =
+            fresh_jacobian(c, trial).map_or_else(Vec::new, |j| estimates(c, trial, &j, left));
+        for one in &standing {
+            if let Some(without) = &one.without {
+                checks.push(placebo(e, &without.trial, one.member));
             }
-            let prefix = format!("{}.{}.", h.component, h.effect);
-            let list = if together < belief::LIKELY {
+            let list = if one.together < belief::LIKELY {
                 &mut doubtful
             } else {
                 &mut all
             };
-            list.push(Finding {
-                effect: h.effect.into(),
-                component: h.component.clone(),
-                title: about.title.into(),
-                equation: about.equation.into(),
-                source: about.source.into(),
-                parameters: estimates
-                    .iter()
-                    .filter(|p| p.path.starts_with(&prefix))
-                    .map(|p| {
-                        let name = &p.path[prefix.len()..];
-                        let meaning = about
-                            .parameters
-                            .iter()
-                            .find(|a| a.name == name)
-                            .map_or("", |a| a.meaning);
-                        crate::Estimate {
-                            meaning: meaning.into(),
-                            ..p.clone()
-                        }
-                    })
-                    .collect(),
-                intervals: reduced.map_or_else(Vec::new, |b| locate::intervals(c.data, b, rows)),
-                region: reduced.and_then(|b| locate::region(c.data, b, rows, &quantities)),
-                left_out_loss: loss / chosen.left.mean(),
-                standard_errors: loss / error,
-                probability: Some(belief::calibrated(alone)),
-                probability_with_alternatives: Some(belief::calibrated(together)),
-                alternatives,
-                separating_test: separating,
-                shape: None,
-            });
+            list.push(named(e, k, one, &estimates, &quantities));
         }
         for list in [&mut all, &mut doubtful] {
             list.sort_by(|a, b| b.left_out_loss.total_cmp(&a.left_out_loss));
         }
     }
-    if let Some(k) = &claim.correction {
-        let of = match &k.candidate.place {
-            empirical::Place::Output(o) => c.assembly.outputs()[*o].clone(),
-            empirical::Place::Inflow(component) => component.clone(),
-        };
-        let before = claim.set.map_or(&e.base_left, |k| &e.scored[k].left);
-        let (loss, error) = before.less(&k.left);
-        let rows = &k.minimum.residuals;
-        let plain = &trial.minimum.residuals;
-        let what = match k.candidate.place {
-            empirical::Place::Output(_) => "reading",
-            empirical::Place::Inflow(_) => "balance",
-        };
-        all.push(Finding {
-            effect: "unknown".into(),
-            component: of.clone(),
-            title: format!(
-                "something outside the catalogue: the {what} of {of} depends on {}",
-                k.candidate.along
-            ),
-            equation: match k.candidate.place {
-                empirical::Place::Output(_) => format!("{of} = model + f({})", k.candidate.along),
-                empirical::Place::Inflow(_) => {
-                    format!("inflow of {of} = model + f({})", k.candidate.along)
-                }
-            },
-            source: "piecewise linear, no physics".into(),
-            parameters: Vec::new(),
-            intervals: locate::intervals(c.data, plain, rows),
-            region: locate::region(c.data, plain, rows, &quantities),
-            left_out_loss: loss / k.left.mean(),
-            standard_errors: loss / error,
-            probability: None,
-            probability_with_alternatives: None,
-            alternatives: Vec::new(),
-            separating_test: None,
-            shape: Some(Shape {
-                of,
-                along: k.candidate.along.clone(),
-                knots: k.candidate.knots.clone(),
-                values: k.values.clone(),
-            }),
-        });
+    if let Some(correction) = &claim.correction {
+        all.push(corrected(e, claim.set, correction, trial, &quantities));
     }
     if all.is_empty() && e.is_left_out(claim) {
-        let mut far: Vec<&Level> = e.levels.iter().filter(|l| l.far()).collect();
-        far.sort_by(|a, b| b.ratio().total_cmp(&a.ratio()));
-        let title = match claim.withdrawn {
-            Some(Withdrawn::Test) => {
-                "something is left out, but the effects that explain the training part do not hold on the test part"
-            }
-            Some(Withdrawn::Outweighed) => {
-                "something is left out, but the effects that could be named explain less than stays unexplained"
-            }
-            None => {
-                "something is left out, but no effect and no correction improves the left-out blocks"
-            }
-        };
-        all.push(unnamed(
-            e,
-            e.base_trial,
-            &e.base_trial.minimum.residuals,
-            &far,
-            title,
-        ));
+        all.push(left_out(e, claim));
     }
     (all, doubtful)
+}
+
+/// A member of the chosen set as a finding, with the set's `estimates`.
+fn named(
+    e: &Evidence<'_, '_>,
+    chosen: usize,
+    standing: &Standing,
+    estimates: &[Estimate],
+    quantities: &[Quantity],
+) -> Finding {
+    let c = e.context;
+    let set = &e.scored[chosen];
+    let h = &c.hypotheses[standing.member];
+    let about = h.law.about();
+    let without = standing.without.as_ref();
+    let (loss, error) = without.map_or((f64::NAN, f64::NAN), |w| w.left.less(&set.left));
+    let rows = &set.trial.minimum.residuals;
+    let reduced = without.map(|w| &w.trial.minimum.residuals);
+    let alternatives = e.alternatives(chosen, standing.member);
+    let separating = alternatives
+        .iter()
+        .find_map(|(name, _)| {
+            let id = name.rsplit('.').next()?;
+            about.confusable.iter().find(|(other, _)| *other == id)
+        })
+        .or(about.confusable.first())
+        .map(|(_, test)| (*test).to_owned());
+    let prefix = format!("{}.{}.", h.component, h.effect);
+    let own = estimates.iter().filter(|p| p.path.starts_with(&prefix));
+    let parameters = own.map(|p| {
+        let name = &p.path[prefix.len()..];
+        let known = about.parameters.iter().find(|a| a.name == name);
+        Estimate {
+            meaning: known.map_or("", |a| a.meaning).into(),
+            ..p.clone()
+        }
+    });
+    Finding {
+        effect: h.effect.into(),
+        component: h.component.clone(),
+        title: about.title.into(),
+        equation: about.equation.into(),
+        source: about.source.into(),
+        parameters: parameters.collect(),
+        intervals: reduced.map_or_else(Vec::new, |b| locate::intervals(c.data, b, rows)),
+        region: reduced.and_then(|b| locate::region(c.data, b, rows, quantities)),
+        left_out_loss: loss / set.left.mean(),
+        standard_errors: loss / error,
+        probability: Some(belief::calibrated(standing.alone)),
+        probability_with_alternatives: Some(belief::calibrated(standing.together)),
+        alternatives,
+        separating_test: separating,
+        shape: None,
+    }
+}
+
+/// A correction, on top of the chosen set or of the base, as a finding; `plain` is fitted without it.
+fn corrected(
+    e: &Evidence<'_, '_>,
+    chosen: Option<usize>,
+    k: &Corrected,
+    plain: &Trial,
+    quantities: &[Quantity],
+) -> Finding {
+    let c = e.context;
+    let along = &k.candidate.along;
+    let (of, what, equation) = match &k.candidate.place {
+        Place::Output(o) => {
+            let of = c.assembly.outputs()[*o].clone();
+            let equation = format!("{of} = model + f({along})");
+            (of, "reading", equation)
+        }
+        Place::Inflow(component) => (
+            component.clone(),
+            "balance",
+            format!("inflow of {component} = model + f({along})"),
+        ),
+    };
+    let before = chosen.map_or(&e.base_left, |k| &e.scored[k].left);
+    let (loss, error) = before.less(&k.left);
+    let (rows, plain) = (&k.minimum.residuals, &plain.minimum.residuals);
+    Finding {
+        effect: "unknown".into(),
+        component: of.clone(),
+        title: format!("something outside the catalogue: the {what} of {of} depends on {along}"),
+        equation,
+        source: "piecewise linear, no physics".into(),
+        parameters: Vec::new(),
+        intervals: locate::intervals(c.data, plain, rows),
+        region: locate::region(c.data, plain, rows, quantities),
+        left_out_loss: loss / k.left.mean(),
+        standard_errors: loss / error,
+        probability: None,
+        probability_with_alternatives: None,
+        alternatives: Vec::new(),
+        separating_test: None,
+        shape: Some(Shape {
+            of,
+            along: along.clone(),
+            knots: k.candidate.knots.clone(),
+            values: k.values.clone(),
+        }),
+    }
+}
+
+/// What no effect and no correction tells, although it is there.
+fn left_out(e: &Evidence<'_, '_>, claim: &Claim) -> Finding {
+    let mut far: Vec<&Level> = e.levels.iter().filter(|l| l.far()).collect();
+    far.sort_by(|a, b| b.ratio().total_cmp(&a.ratio()));
+    let title = match claim.withdrawn {
+        Some(Withdrawn::Test) => {
+            "something is left out, but the effects that explain the training part do not hold on the test part"
+        }
+        Some(Withdrawn::Outweighed) => {
+            "something is left out, but the effects that could be named explain less than stays unexplained"
+        }
+        None => {
+            "something is left out, but no effect and no correction improves the left-out blocks"
+        }
+    };
+    let rows = &e.base_trial.minimum.residuals;
+    unnamed(e, e.base_trial, rows, &far, title)
 }
 
 /// An `unknown` at the instruments that lie far above their noise; nowhere if there are none.

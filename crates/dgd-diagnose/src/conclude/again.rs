@@ -1,6 +1,7 @@
 //! Whether the model that runs holds what was called unknown.
 
-use super::{from_model, likely};
+use super::likely;
+use super::start::from_model;
 use crate::diagnosis::{Check, DiagnoseError};
 use crate::record::Record;
 use crate::refine::fitted_here;

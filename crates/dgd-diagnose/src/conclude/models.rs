@@ -149,11 +149,13 @@ fn gained(simulation: &Simulation) -> f64 {
         .sum()
 }
 
-/// Curves for a free run, as they would be fitted by hand: where standing mud pulls the friction's intercept far beyond what any
-/// is, the column at rest is not the model's, and the stops are left out. Curves bent to it would run wild.
+/// Curves for a free run. Where mud at rest pulls the friction's intercept far from any plausible one, the column at rest is not the
+/// model's: the stops are left out, as curves that are bent to fit them make the run unstable.
 pub(super) fn runnable(record: &Record, state: &[Applied], excluded: &[bool]) -> Option<Tangent> {
+    /// Standard deviations of its prior up to which the intercept is one. Set by hand.
+    const INTERCEPT: f64 = 3.0;
     let fit = Tangent::at(record, state, excluded, Bend::Free)?;
-    if fit.curves.friction[0].abs() < 3.0 * FRICTION_PRIOR_PA[0] {
+    if fit.curves.friction[0].abs() < INTERCEPT * FRICTION_PRIOR_PA[0] {
         return Some(fit);
     }
     let stops = |(out, still): (&bool, &bool)| *out || *still;
@@ -161,7 +163,8 @@ pub(super) fn runnable(record: &Record, state: &[Applied], excluded: &[bool]) ->
     Tangent::at(record, state, &flowing, Bend::Free).or(Some(fit))
 }
 
-/// Lowers what no model runs with, and lets go of what then is more likely not there, unless it was suspected.
+/// Lowers the probability of corrections that make the free run unstable, and drops what is then more likely not there, unless it was
+/// suspected.
 fn unstable(named: &mut Vec<Named>, sought: Sought<'_>) -> Check {
     named.iter_mut().for_each(unmodelled);
     let mut detail =

@@ -3,8 +3,9 @@
 
 mod answer;
 
+use super::likely;
 use super::models::runnable;
-use super::{likely, refitted};
+use super::start::refitted;
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::select::Named;

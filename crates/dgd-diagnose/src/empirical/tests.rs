@@ -4,9 +4,10 @@
 mod periods;
 mod ranges;
 
+use super::drawn::range;
 use super::{
     Correction, DRAWN, again, busiest, correction, corrections, hold_without, hurdle, plausible,
-    range, size,
+    size,
 };
 use crate::ablation::Step;
 use crate::layout::Section;

@@ -1,6 +1,6 @@
 //! Whitening a stacked vector, and its transpose.
 
-use super::Whitening;
+use super::{Whitening, alone};
 use crate::layout::Section;
 use std::ops::Range;
 
@@ -14,7 +14,7 @@ impl Whitening {
         self.whitened(stacked, FADED)
     }
 
-    /// The same, the wander followed to the end: where a column ends decides upon the order of columns.
+    /// The same with the wander followed to the end: the order of columns depends on where each of them ends.
     pub(crate) fn apply_whole(&self, stacked: &[f64]) -> Vec<f64> {
         self.whitened(stacked, 0.0)
     }
@@ -78,7 +78,7 @@ impl Whitening {
     ) {
         let rows = self.layout.rows(section);
         let [a, b] = self.memory[section as usize];
-        let alone = (a / (1.0 - b)).clamp(-0.95, 0.95);
+        let alone = alone([a, b]);
         let mut wander = [0.0_f64; 2];
         for i in first..rows.len() {
             let row = rows.start + i;

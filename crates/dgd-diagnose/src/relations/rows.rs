@@ -8,6 +8,13 @@ use dgd_effects::STANDING_M3_S;
 
 /// Rise of the outlet during a stop that only a pump makes, Pa: twenty times the 0.05 bar that transmitters wander by. Set by hand.
 const HIDDEN_START_PA: f64 = 1e5;
+/// Share of the greatest flow below which the head tells nothing: near shut-off the curve folds and the check valve flutters. Set by hand.
+const LEAST_FLOW: f64 = 0.08;
+/// How many times [`STANDING_M3_S`] a flow must be at the least while the pump turns. Set by hand.
+const FLOWS: f64 = 2.0;
+/// How long an outlet transmitter repeats one value, s, before it is taken to be stuck: while the pump turns, and otherwise. Set by hand.
+const STUCK_TURNING_S: f64 = 24.0;
+const STUCK_S: f64 = 60.0;
 
 /// Which rows may be used, and how they were excited; from the bare recording.
 #[derive(Debug, Clone)]
@@ -36,105 +43,103 @@ impl Rows {
         let m = record.per_block;
         let full =
             |values: &[f64], b: usize| values[b * m..(b + 1) * m].iter().all(|v| v.is_finite());
-        let pumping = &record.filled.pumping;
         let n = record.blocks;
-        // Blocks for which the pump has turned, or stood: about a start and a stop the check valve decides.
-        let mut turned = vec![0.0_f64; n];
-        let mut stood = vec![0.0_f64; n];
-        let (mut on, mut off) = (0.0, 0.0);
+        let pump = PumpRuns::of(record);
+        let frozen = frozen(record, &pump);
+        let mut rows = Self {
+            friction: vec![false; n],
+            still: vec![false; n],
+            head: vec![false; n],
+            outlets: (base.difference.iter().zip(&frozen))
+                .map(|(difference, frozen)| difference.is_finite() && !frozen)
+                .collect(),
+            balance: vec![false; n / BALANCE_BLOCKS],
+        };
+        let least_flow = LEAST_FLOW * base.flow.iter().copied().fold(0.0, f64::max);
+        for b in 0..n {
+            let flowing = pump.turns_about(b) && full(&record.flow, b) && base.drop[b].is_finite();
+            rows.still[b] = pump.stands_about(b) && base.drop[b].is_finite();
+            rows.friction[b] = (rows.still[b] || flowing) && !frozen[b];
+            rows.head[b] = flowing
+                && base.flow[b] > least_flow
+                && full(&record.speed, b)
+                && base.lift[b].is_finite()
+                && !frozen[b];
+        }
+        for (k, row) in rows.balance.iter_mut().enumerate() {
+            let told = |b| {
+                full(&record.mud_pump, b)
+                    && full(&record.booster, b)
+                    && (pump.turned[b] > 1 || pump.stood[b] > 0)
+            };
+            *row = (k * BALANCE_BLOCKS..(k + 1) * BALANCE_BLOCKS).all(told)
+                && base.imbalance[k].is_finite();
+        }
+        rows
+    }
+}
+
+/// For how many blocks the pump has turned or stood by each block, that one included; 0 in a block in which it does not throughout.
+struct PumpRuns {
+    turned: Vec<usize>,
+    stood: Vec<usize>,
+}
+
+impl PumpRuns {
+    fn of(record: &Record) -> Self {
+        let m = record.per_block;
+        let mut runs = Self {
+            turned: Vec::with_capacity(record.blocks),
+            stood: Vec::with_capacity(record.blocks),
+        };
+        let outlet = |b: usize| mean(&record.outlet[b * m..(b + 1) * m]);
         // A set-point that is stuck at 0 hides a start; the outlet tells it by what it reads above the lowest of the stop so far, for
         // two blocks together: a reading that drops out once is no low.
-        let outlet = |b: usize| mean(&record.outlet[b * m..(b + 1) * m]);
         let mut lowest = f64::INFINITY;
-        for b in 0..n {
-            let r = b * m..(b + 1) * m;
-            let turns = pumping[r.clone()].iter().all(|p| *p)
-                && record.filled.flow[r.clone()]
-                    .iter()
-                    .all(|q| *q > 2.0 * STANDING_M3_S);
-            let shut = pumping[r.clone()].iter().all(|p| !*p)
-                && record.filled.flow[r].iter().all(|q| *q < STANDING_M3_S);
+        let (mut turned, mut stood) = (0, 0);
+        for b in 0..record.blocks {
+            let pumping = &record.filled.pumping[b * m..(b + 1) * m];
+            let flow = &record.filled.flow[b * m..(b + 1) * m];
+            let turns =
+                pumping.iter().all(|p| *p) && flow.iter().all(|q| *q > FLOWS * STANDING_M3_S);
+            let shut = pumping.iter().all(|p| !*p) && flow.iter().all(|q| *q < STANDING_M3_S);
             lowest = match (shut, b.checked_sub(1)) {
                 (true, Some(before)) => lowest.min(outlet(before).max(outlet(b))),
                 _ => f64::INFINITY,
             };
             let driven = outlet(b) > lowest + HIDDEN_START_PA;
-            let standing = shut && !driven;
-            on = if turns { on + 1.0 } else { 0.0 };
-            off = if standing { off + 1.0 } else { 0.0 };
-            turned[b] = on;
-            stood[b] = off;
+            turned = if turns { turned + 1 } else { 0 };
+            stood = if shut && !driven { stood + 1 } else { 0 };
+            runs.turned.push(turned);
+            runs.stood.push(stood);
         }
-        // Near shut-off the curve folds and the check valve flutters: no evidence there.
-        let least_flow = 0.08 * base.flow.iter().copied().fold(0.0, f64::max);
-        let head: Vec<bool> = (0..n)
-            .map(|b| {
-                turned[b] > 1.0
-                    && base.flow[b] > least_flow
-                    && turned.get(b + 1).is_none_or(|s| *s > 0.0)
-                    && full(&record.flow, b)
-                    && full(&record.speed, b)
-                    && base.lift[b].is_finite()
-                    && base.drop[b].is_finite()
-            })
-            .collect();
-        let still: Vec<bool> = (0..n)
-            .map(|b| {
-                stood[b] > 2.0
-                    && stood.get(b + 1).is_none_or(|s| *s > 0.0)
-                    && base.drop[b].is_finite()
-            })
-            .collect();
-        let friction: Vec<bool> = (0..n)
-            .map(|b| {
-                still[b]
-                    || (turned[b] > 1.0
-                        && turned.get(b + 1).is_none_or(|s| *s > 0.0)
-                        && full(&record.flow, b)
-                        && base.drop[b].is_finite())
-            })
-            .collect();
-        // A transmitter that repeats one value through its noise is stuck, whatever the screening made of it.
-        let limit_s = |b: usize| match turned.get(b) {
-            Some(blocks) if *blocks > 0.0 => 24.0,
-            _ => 60.0,
-        };
-        let mut frozen = vec![false; n];
-        for outlet in &record.outlets {
-            for (frozen, repeats) in frozen.iter_mut().zip(repeats(record, outlet, limit_s)) {
-                *frozen |= repeats;
-            }
-        }
-        let friction: Vec<bool> = friction
-            .iter()
-            .zip(&frozen)
-            .map(|(v, f)| *v && !f)
-            .collect();
-        let head: Vec<bool> = head.iter().zip(&frozen).map(|(v, f)| *v && !f).collect();
-        let outlets = base
-            .difference
-            .iter()
-            .zip(&frozen)
-            .map(|(d, f)| d.is_finite() && !f)
-            .collect();
-        let balance = (0..n / BALANCE_BLOCKS)
-            .map(|k| {
-                let inputs = (k * BALANCE_BLOCKS..(k + 1) * BALANCE_BLOCKS).all(|b| {
-                    full(&record.mud_pump, b)
-                        && full(&record.booster, b)
-                        && (turned[b] > 1.0 || stood[b] > 0.0)
-                });
-                inputs && base.imbalance[k].is_finite()
-            })
-            .collect();
-        Self {
-            friction,
-            still,
-            head,
-            outlets,
-            balance,
+        runs
+    }
+
+    /// Whether the pump turns in a block and in those beside it: about a start and a stop the check valve decides.
+    fn turns_about(&self, b: usize) -> bool {
+        self.turned[b] > 1 && self.turned.get(b + 1).is_none_or(|blocks| *blocks > 0)
+    }
+
+    /// Whether it stands in a block, the two before and the one behind it.
+    fn stands_about(&self, b: usize) -> bool {
+        self.stood[b] > 2 && self.stood.get(b + 1).is_none_or(|blocks| *blocks > 0)
+    }
+}
+
+/// Blocks in which an outlet transmitter repeats one value through its noise: it is stuck, whatever the screening made of it.
+fn frozen(record: &Record, pump: &PumpRuns) -> Vec<bool> {
+    let limit_s = |b: usize| match pump.turned.get(b) {
+        Some(blocks) if *blocks > 0 => STUCK_TURNING_S,
+        _ => STUCK_S,
+    };
+    let mut out = vec![false; record.blocks];
+    for outlet in &record.outlets {
+        for (frozen, repeats) in out.iter_mut().zip(repeats(record, outlet, limit_s)) {
+            *frozen |= repeats;
         }
     }
+    out
 }
 
 /// The blocks, and one or two behind them, in which a reading repeats one value for as long as a limit by block, s.

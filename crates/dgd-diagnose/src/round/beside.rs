@@ -14,7 +14,8 @@ use dgd_effects::{About, Place, Quantity, Relation};
 use std::cell::OnceCell;
 use tracing::debug;
 
-/// Share of the more that an effect and the corrections explain which is left over, from which on the effect is likelier not the cause.
+/// What corrections still claim beside an effect, over what the effect or its rival claims (the more of the two), from which on the effect is
+/// more likely not the cause.
 ///
 /// In simulated recordings of pairs (sets of seeds 882 and 883) true causes left at most 0.09 over, or a second effect told it, in 174 of 175
 /// rounds; beside single causes from outside the catalogue (860 to 862) effects left 0.12 and more in 138 of 144.
@@ -26,7 +27,7 @@ const POWER: f64 = 3.0;
 /// Share of what is left over that a second effect must tell to be what leaves it.
 const TOLD: f64 = 0.9;
 
-/// Share of what a rival explains that it explains beside an effect as well, if the two have nothing to do with each other.
+/// Share of what a rival explains that it still explains beside an effect, from which on the two are causes of their own.
 const APART: f64 = 0.9;
 
 /// A second effect beside the best one.

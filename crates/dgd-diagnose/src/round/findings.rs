@@ -14,6 +14,10 @@ use crate::timing::is_late_meter;
 /// fall off below it.
 pub(super) const SCALE: f64 = 0.4;
 
+/// Logarithm of the odds that there is anything where an effect, or a correction, just reaches its hurdle. Set by hand.
+const EFFECT_AT_HURDLE: f64 = 1.0;
+const CORRECTION_AT_HURDLE: f64 = 0.7;
+
 impl Round<'_> {
     /// An effect as a finding, beside the alternatives to it; with the logarithm of the odds that it is none of the catalogue's, if that is
     /// in question.
@@ -68,7 +72,7 @@ impl Round<'_> {
     pub(super) fn real(&self, best: &Contender) -> f64 {
         let belief = &best.effect.about().search.belief;
         let times = contest::times(self.record, &best.best.applied);
-        logistic((best.evidence - self.hurdle(best)) / (times * belief.scale) + 1.0)
+        logistic((best.evidence - self.hurdle(best)) / (times * belief.scale) + EFFECT_AT_HURDLE)
     }
 
     /// The most that the probability of an effect may be, and which other has the rest: a delay and a store are fitted to the same rows with
@@ -136,10 +140,16 @@ impl Round<'_> {
         evidence: f64,
         best: Option<(&Contender, f64)>,
     ) -> Named {
+        /// E-folds that make an effect less likely than the correction by a factor e: a share of what both are held against, and the least.
+        /// Set by hand.
+        const TEMPERATURE: f64 = 0.08;
+        const LEAST_TEMPERATURE: f64 = 6.0;
+        /// An effect is held against the correction at this many times its evidence. Set by hand.
+        const HANDICAP: f64 = 1.2;
         // That there is something was found without a period; with one it may be told better what.
         let swings = instead_of(self.record, &self.state, c);
         let told = swings.as_ref().unwrap_or(c);
-        let temperature = (0.08 * evidence).max(6.0);
+        let temperature = (TEMPERATURE * evidence).max(LEAST_TEMPERATURE);
         let resembling = best.map_or_else(Vec::new, |(best, odds)| {
             let mut class = self.alike(best);
             class.push((best.effect.about().id.to_owned(), 1.0));
@@ -158,7 +168,11 @@ impl Round<'_> {
                 0.0
             };
             let resembling = resembling.iter().find(|one| one.0 == about.id);
-            let likely = || ((1.2 * o.evidence - evidence) / temperature).min(0.0).exp();
+            let likely = || {
+                ((HANDICAP * o.evidence - evidence) / temperature)
+                    .min(0.0)
+                    .exp()
+            };
             resembling.map_or_else(likely, |one| one.1) * (-broken - barred).exp()
         };
         let others = self
@@ -172,7 +186,9 @@ impl Round<'_> {
             .map(|o| (o.effect.about().id.to_owned(), weight(o)))
             .collect();
         let evidence = evidence.max(c.evidence);
-        let real = logistic((evidence - self.unknown_hurdle(c)) / (SCALE * hurdle(c)) + 0.7);
+        let real = logistic(
+            (evidence - self.unknown_hurdle(c)) / (SCALE * hurdle(c)) + CORRECTION_AT_HURDLE,
+        );
         let (probability, alternatives) = shared(real, others);
         let held = c.seen.as_ref().map(|_| Held {
             curve: c.curve.clone(),

@@ -100,6 +100,8 @@ impl Footprint {
         state: &[Applied],
         known: &[Known],
     ) -> Vec<Self> {
+        /// Share of what an effect changes most in a section from which on it acts in a row. Set by hand.
+        const ACTS: f64 = 0.05;
         let each = known.iter().map(|one| {
             let mut without = state.to_vec();
             without.remove(one.place);
@@ -109,7 +111,7 @@ impl Footprint {
             };
             let rows = (gate.layout.sections().into_iter())
                 .flat_map(|section| {
-                    let least = 0.05 * most(section.clone());
+                    let least = ACTS * most(section.clone());
                     trace[section]
                         .iter()
                         .map(move |v| least > 0.0 && v.abs() > least)

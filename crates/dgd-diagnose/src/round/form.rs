@@ -19,13 +19,13 @@ pub(super) const EXACT: f64 = 0.1;
 /// what single causes in simulated recordings bend by; what only resembles them often bends by more (both are traced).
 pub(super) const ROUGH: f64 = 0.25;
 
-/// Over what a form bends by: what a second effect must show beside it, the slack of that form allowed for, to be what bends it.
+/// Share of what a form gains by bending that a second effect must explain beside it to be what bends it.
 pub(super) const MOSTLY: f64 = 0.7;
 
 /// Odds, in e-folds, that matter to no probability.
 pub(super) const NO_ODDS: f64 = -4.0;
 
-/// Odds, in e-folds, that what passes stays, from which on no end of it is seen: what is as likely either way has none.
+/// Odds, in e-folds, that a temporary effect is a permanent one, from which on it counts as permanent: its end must be plain to see.
 const NO_END: f64 = -1.0;
 
 /// How far the form of an effect is bent.
@@ -103,9 +103,16 @@ impl Round<'_> {
         }
     }
 
-    /// The same by itself, from what the slack of its form gains: how much that is beyond what the error of the form, and those
-    /// of the effects that were named before it, account for. What has another strength in each stand has no form to break.
+    /// Logarithm of the odds that the form of an effect does not hold, from what it gains by bending: by how much that exceeds what the error
+    /// of the form accounts for, and those of the effects named before it. A strength that differs in each stand has no form to break.
     pub(super) fn form_broken(&self, c: &Contender, gain: f64) -> f64 {
+        /// E-folds that any form may gain. Set by hand.
+        const FREE: f64 = 3.0;
+        /// E-folds beyond what it may gain that raise the odds by a factor e: these, and a share of the evidence. Set by hand.
+        const TEMPERATURE: f64 = 4.0;
+        const TEMPERATURE_SHARE: f64 = 0.02;
+        /// More odds than any probability tells, e-folds.
+        const MOST: f64 = 50.0;
         let search = &c.effect.about().search;
         if search.stand_error.is_some() {
             return f64::NEG_INFINITY;
@@ -116,8 +123,10 @@ impl Round<'_> {
             ROUGH
         };
         let gain = gain - self.left_over(&c.best.signature, false);
-        let odds = (gain - 3.0 - error * c.evidence) / (4.0 + 0.02 * c.evidence);
-        if odds > 50.0 { 50.0 } else { odds }
+        let odds =
+            (gain - FREE - error * c.evidence) / (TEMPERATURE + TEMPERATURE_SHARE * c.evidence);
+        // Not `min`: a NaN stays one.
+        if odds > MOST { MOST } else { odds }
     }
 
     /// The head as a curve of the pump's speed, with the logarithm of the odds of that, where it explains more than what passes at the
@@ -140,6 +149,10 @@ impl Round<'_> {
     pub(super) fn lasting(&self, c: &Contender) -> Option<(Contender, f64)> {
         /// Ends that are tried up to that of the recording, and one.
         const LATER: usize = 10;
+        /// How long what stays lasts, over the recording. Set by hand.
+        const STAYS: f64 = 4.0;
+        /// Share of the temperature: of the same effect twice the calibration takes half of the odds.
+        const TWICE: f64 = 0.5;
         let about = c.effect.about();
         let (Some(onset), Some(duration)) = (about.onset(), about.duration()) else {
             return None;
@@ -154,7 +167,7 @@ impl Round<'_> {
             (one.parameters[onset], one.parameters[duration]) = (from, lasts);
             weigh(self.record, &self.gate, &self.state, one)
         };
-        let best = lasting(4.0 * self.record.lasts_s());
+        let best = lasting(STAYS * self.record.lasts_s());
         // It may pass later than the search looks for.
         let rest = self.record.setting.span_s.1 - from;
         let later = (1..LATER).map(|k| rest * k as f64 / LATER as f64);
@@ -162,8 +175,7 @@ impl Round<'_> {
             .chain([to - from])
             .map(|lasts| lasting(lasts).evidence);
         let more = best.evidence - passing.fold(f64::NEG_INFINITY, f64::max);
-        // Of the same effect twice, of which the calibration takes half of the odds.
-        let odds = more / (0.5 * c.temperature());
+        let odds = more / (TWICE * c.temperature());
         debug!("{} stays: odds {odds:.1}", about.id);
         let lasting = Contender {
             best,

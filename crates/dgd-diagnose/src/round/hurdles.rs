@@ -57,9 +57,12 @@ impl Round<'_> {
 
     /// What a correction must show beside what has been named: knots fit the want of form of another effect with ease.
     pub(super) fn unknown_hurdle(&self, r: &Correction) -> f64 {
-        let first = if self.known == 0 { 1.0 } else { 1.5 };
+        /// By what its hurdle, and what a further effect must show, are multiplied beside what has been named. Set by hand.
+        const BESIDE_NAMED: f64 = 1.5;
+        const FURTHER: f64 = 2.0;
+        let first = if self.known == 0 { 1.0 } else { BESIDE_NAMED };
         first * hurdle(r)
-            + 2.0 * self.further()
+            + FURTHER * self.further()
             + self.left_over(&r.signature, true)
             + self.lost_unseen(&r.signature)
     }

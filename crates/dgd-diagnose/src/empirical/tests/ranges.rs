@@ -1,7 +1,8 @@
 //! Claims about what a correction must exceed, and over which range it is drawn.
 
 use super::made;
-use crate::empirical::{DRAWN, hurdle, plausible, range};
+use crate::empirical::drawn::range;
+use crate::empirical::{DRAWN, hurdle, plausible};
 use crate::relations::Applied;
 use crate::test_rig::steady;
 use dgd_effects::{KNOTS, Place, Quantity, catalogue, unknown};
