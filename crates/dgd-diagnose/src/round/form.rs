@@ -130,8 +130,8 @@ impl Round<'_> {
     }
 
     /// The head as a curve of the pump's speed, with the logarithm of the odds of that, where it explains more than what passes at the
-    /// pump: the pump came to a speed at which its head is another, and left it again. No correction is made along the speed otherwise, as
-    /// that is the pump's curve itself.
+    /// pump, and than any other correction: the pump came to a speed at which its head is another, and left it again. No correction is made
+    /// along the speed otherwise, as that is the pump's curve itself.
     pub(super) fn of_speed(&self, c: &Contender) -> Option<(Correction, f64)> {
         if !passes_at_pump(c) || !self.record.takes(Step::Corrections) {
             return None;
@@ -141,7 +141,8 @@ impl Round<'_> {
         let curve = correction(self.record, &loose, &self.state, &[], along)?;
         let odds = (curve.claim() - c.claim()) / c.temperature();
         debug!("{} along speed: odds {odds:.1}", c.effect.about().id);
-        (odds > 0.0 && plausible(&curve)).then_some((curve, odds))
+        let most = self.rivals.iter().all(|r| r.claim() < curve.claim());
+        (odds > 0.0 && most && plausible(&curve)).then_some((curve, odds))
     }
 
     /// What lowers the head for a while as something that stays once it has set in, with the logarithm of the odds of that, unless an end is
