@@ -131,14 +131,14 @@ impl AugmentedModel {
     /// sample.
     ///
     /// The model is `rho L/A dq/dt = p_in + H(w, q) - p_0 - rho g L - F(q)` and `A dh/dt = q_in - q` (Slettebø 2015,
-    /// Eqs. 3.46 and 3.45, with the line's inertia alone), each term as the effects' [`Changes`] alter it. Below 5 % of
+    /// Eqs. 3.46 and 3.45, with the line's inertia alone), each term as the effects' [`Changes`](crate::Changes) alter it. Below 5 % of
     /// speed the pump stands and a check valve holds the line: no flow, and the outlet shows the column.
     ///
     /// Effects live through the recording from its start, or for as long before the window as they remember
     /// ([`Effect::memory_s`]), so that those with an onset before the window are in force; before the window they see the
     /// inputs, the start's pressures, and a pump that while it turns passes the start's flow, or what flows into the riser where
     /// the window starts at rest. While the line fills
-    /// ([`Changes::line_fall_m`]) its meter shows nothing. Implicit in the flow (its time constant is a
+    /// ([`Changes::line_fall_m`](crate::Changes::line_fall_m)) its meter shows nothing. Implicit in the flow (its time constant is a
     /// second), trapezoidal in the level, in steps of at most 1 s up to a clock of 20 s. Flow stays within 0 to 0.3 m³/s,
     /// the true inlet pressure within 0.5 to 1000 bar. `start` holds readings.
     ///
