@@ -48,7 +48,7 @@ fn a_head_that_is_lost_for_a_while_is_gas_and_one_that_stays_lost_is_nothing_of_
 
 #[test]
 fn a_head_that_is_lost_at_one_speed_whenever_that_comes_is_a_curve_of_the_speed_and_no_gas() {
-    let along_speed = |record: &Record| {
+    let along_speed = |record: &Record, id: &str| {
         let nothing = Selection {
             held: 0,
             allowances: Vec::new(),
@@ -56,9 +56,9 @@ fn a_head_that_is_lost_at_one_speed_whenever_that_comes_is_a_curve_of_the_speed_
             first: Vec::new(),
         };
         let round = Round::about(record, &nothing).unwrap();
-        let gas = |c: &&Contender| c.effect.about().id == "gas_in_pump";
-        let gas = round.contenders.iter().find(gas).unwrap();
-        round.of_speed(gas).map(|(found, _)| found.curve)
+        let it = |c: &&Contender| c.effect.about().id == id;
+        let it = round.contenders.iter().find(it).unwrap();
+        round.of_speed(it).map(|(found, _)| found.curve)
     };
     let passing = lifting_less(|t_s, _| {
         if (1800.0..3600.0).contains(&t_s) {
@@ -67,10 +67,14 @@ fn a_head_that_is_lost_at_one_speed_whenever_that_comes_is_a_curve_of_the_speed_
             0.0
         }
     });
-    assert!(along_speed(&passing).is_none());
+    assert!(along_speed(&passing, "gas_in_pump").is_none());
     // The pump turns that fast now and then.
     let fast = lifting_less(|_, speed_pct| 0.05 * (-((speed_pct - 53.0) / 0.6).powi(2)).exp());
-    let curve = along_speed(&fast).unwrap();
+    // Wear does not pass, and an influx is not the pump's.
+    for id in ["pump_wear", "influx"] {
+        assert!(along_speed(&fast, id).is_none(), "{id}");
+    }
+    let curve = along_speed(&fast, "gas_in_pump").unwrap();
     assert!(
         curve.at(54.0) < curve.at(curve.from).min(curve.at(curve.to)),
         "{curve:?}"
