@@ -1,8 +1,8 @@
 //! The ground that candidates stand on: what a hypothesis comes to by itself, so that one effect more is run only where it acts.
 
 use crate::record::{BALANCE_BLOCKS, Record};
-use crate::relations::{Applied, Blocks, LevelRate, LineFlow, Parts, Touched, run};
-use dgd_effects::{Action, Changes, Extent, MeterPath};
+use crate::relations::{Applied, Blocks, LevelRate, LineFlow, Parts, Touched, begun, run};
+use dgd_effects::{Changes, Extent, MeterPath};
 use std::ops::Range;
 
 /// Fields of [`Changes`].
@@ -24,9 +24,7 @@ impl Incremental {
     pub(crate) fn under(record: &Record, applied: &[Applied]) -> Self {
         let line = LineFlow::under(record, applied);
         let rates = LevelRate::of(record);
-        let mut actions: Vec<Action> = (applied.iter())
-            .map(|one| one.effect.begin(&one.parameters, &record.setting))
-            .collect();
+        let mut actions = begun(record, applied);
         let samples = record.t_s.len();
         let plain = fields(&Changes::default());
         let mut touched: [Vec<f64>; FIELDS] = Default::default();

@@ -18,7 +18,7 @@ pub(crate) use parts::{Parts, Touched};
 pub(crate) use rows::{Rows, repeats};
 
 use crate::record::{BALANCE_BLOCKS, Record};
-use dgd_effects::{About, Changes, Curve, Effect, Method, Moment, Role, unknown};
+use dgd_effects::{About, Action, Changes, Curve, Effect, Method, Moment, Role, unknown};
 use parts::Row;
 use std::ops::Range;
 
@@ -84,6 +84,16 @@ pub(crate) fn joined(state: &[Applied], one: &Applied) -> Vec<Applied> {
 /// Whether the strength of an effect is on a grid.
 pub(crate) fn on_grid(about: &About) -> bool {
     matches!(about.parameters[0].role, Role::Grid(_))
+}
+
+/// Effects at the beginning of a recording, of which they have seen nothing.
+pub(crate) fn begun<'a>(
+    record: &Record,
+    applied: impl IntoIterator<Item = &'a Applied>,
+) -> Vec<Action> {
+    (applied.into_iter())
+        .map(|one| one.effect.begin(&one.parameters, &record.setting))
+        .collect()
 }
 
 /// Runs effects over samples of a recording, from where a row of the mass balance begins, and lays what they come to into `parts`.

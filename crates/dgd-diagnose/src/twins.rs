@@ -7,8 +7,8 @@ use crate::layout::Layout;
 use crate::noise::{Wander, Whitening};
 use crate::numbers::{mean, tails};
 use crate::record::Record;
-use crate::relations::{Applied, Rows, repeats};
-use dgd_effects::{Action, Changes, KNOTS, Moment, STANDING_M3_S};
+use crate::relations::{Applied, Rows, begun, repeats};
+use dgd_effects::{Changes, KNOTS, Moment, STANDING_M3_S};
 use dgd_lsq::dot;
 use dgd_recording::{Rank, quantile};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
@@ -235,9 +235,7 @@ fn precision(columns: &[Vec<f64>]) -> Option<Cholesky<f64, Dyn>> {
 fn held_apart(record: &Record, pair: Pair, state: &[Applied], t_s: &[f64]) -> Vec<f64> {
     let of_readings = |a: &&Applied| a.is_correction() || a.effect.about().sensor().is_some();
     // They are off by the time alone: the readings of a moment do not count.
-    let mut actions: Vec<Action> = (state.iter().filter(of_readings))
-        .map(|a| a.effect.begin(&a.parameters, &record.setting))
-        .collect();
+    let mut actions = begun(record, state.iter().filter(of_readings));
     let seconds = record.block_s();
     (t_s.iter().enumerate())
         .map(|(index, t)| {

@@ -7,6 +7,8 @@ use std::ops::{Range, RangeInclusive};
 
 /// Kept samples of each half that are looked at; they are spread over it in runs.
 const LOOKED_AT: usize = 20_000;
+/// Rows that speed and inflow are looked at in, over the whole recording.
+const ROWS: usize = LOOKED_AT / 4;
 /// Seconds by which the delays of two halves may differ: delays vary with the flow.
 const APART_S: f64 = 15.0;
 /// Seconds below 0 in which a flow that is ahead of its pressure is looked for.
@@ -157,7 +159,7 @@ pub(crate) fn warn_of_speed(samples: &PumpSamples<'_>, step_s: f64, warnings: &m
     /// Mean square that a late speed must leave at the most, of the one now.
     const LEFT: f64 = 0.125;
     let n = samples.keep.len();
-    let every = n.div_ceil(LOOKED_AT / 4).max(1);
+    let every = n.div_ceil(ROWS).max(1);
     let left = |late: usize| {
         let rows = n.checked_sub(late)?;
         // Gathered, so that a fit passes over these few alone.
@@ -209,13 +211,14 @@ pub(crate) fn warn_of_inflow(prepared: &Prepared, delay: i64, warnings: &mut Vec
     let inlet_pa = &prepared.inlet_pressure_pa;
     let n = inlet_pa.len();
     let base = samples_of(BASE_S, step_s).max(1);
+    // Of a few stretches: the whole series need not be made.
     let inflow = |t: usize| {
         recording.mud_pump_flow_m3_s[t]
             + recording.booster_flow_m3_s[t]
             + recording.topfill_flow_m3_s[t]
     };
     let delay = isize::try_from(delay).unwrap_or_default();
-    let every = (n / (LOOKED_AT / 4)).max(base.div_ceil(2)).max(1);
+    let every = (n / ROWS).max(base.div_ceil(2)).max(1);
     let most = samples_of(LATE_S[LATE_S.len() - 1], step_s);
     // The same rows for all, so that they can be compared.
     let rows: Vec<(usize, f64, f64)> = (0..n.saturating_sub(base + most))

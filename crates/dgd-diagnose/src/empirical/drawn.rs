@@ -232,29 +232,17 @@ pub(super) fn range(record: &Record, quantity: Quantity) -> Option<(f64, f64)> {
     const RATE_M3_S2: f64 = 2e-4;
     let f = &record.filled;
     let quantiles = |values: &[f64]| tails(values, TAIL).unwrap_or((0.0, 0.0));
+    let above = |values: &[f64], least: f64| {
+        let moving: Vec<f64> = values.iter().copied().filter(|v| *v > least).collect();
+        quantiles(&moving)
+    };
     Some(match quantity {
         Quantity::Time => record.setting.span_s,
         Quantity::InletPressure => quantiles(&f.inlet),
         Quantity::MudPumpFlow => quantiles(&f.mud_pump),
         Quantity::BoosterFlow => quantiles(&f.booster),
-        Quantity::ReturnFlow => {
-            let moving: Vec<f64> = f
-                .flow
-                .iter()
-                .copied()
-                .filter(|q| *q > FLOWING_M3_S)
-                .collect();
-            quantiles(&moving)
-        }
-        Quantity::PumpSpeed => {
-            let turning: Vec<f64> = f
-                .speed
-                .iter()
-                .copied()
-                .filter(|w| *w > TURNING_PCT)
-                .collect();
-            quantiles(&turning)
-        }
+        Quantity::ReturnFlow => above(&f.flow, FLOWING_M3_S),
+        Quantity::PumpSpeed => above(&f.speed, TURNING_PCT),
         Quantity::SinceStart => (0.0, LN_MINUTES),
         Quantity::FlowRate => (-RATE_M3_S2, RATE_M3_S2),
         Quantity::Period => return None,

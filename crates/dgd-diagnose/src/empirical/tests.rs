@@ -363,23 +363,13 @@ fn a_correction_pays_for_its_busiest_ten_minutes() {
         (waving(Place::Friction), true),
     ] {
         let tangent = loose(&record);
-        let paid = correction(
-            &record,
-            &tangent,
-            &[],
-            &[],
-            (Place::Friction, Quantity::Time),
-        )
-        .unwrap();
+        let drawn = |record: &Record| {
+            let along = (Place::Friction, Quantity::Time);
+            correction(record, &tangent, &[], &[], along).unwrap()
+        };
+        let paid = drawn(&record);
         record.without = vec![Step::Busiest];
-        let free = correction(
-            &record,
-            &tangent,
-            &[],
-            &[],
-            (Place::Friction, Quantity::Time),
-        )
-        .unwrap();
+        let free = drawn(&record);
         assert!(
             (free.evidence - busiest(&record, &tangent, &free.signature) - paid.evidence).abs()
                 < 1e-9

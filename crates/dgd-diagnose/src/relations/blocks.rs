@@ -1,8 +1,8 @@
 //! Means of blocks: calmed flows and speed, and drops without the line's inertia.
 
-use super::{Applied, LevelRate, LineFlow, Parts, Touched, run};
+use super::{Applied, LevelRate, LineFlow, Parts, Touched, begun, run};
 use crate::record::Record;
-use dgd_effects::{Action, Changes};
+use dgd_effects::Changes;
 
 /// Block means under a hypothesis, before any curve.
 #[derive(Debug, Clone)]
@@ -34,9 +34,7 @@ impl Blocks {
     pub(crate) fn under(record: &Record, applied: &[Applied]) -> Self {
         let line = LineFlow::under(record, applied);
         let rates = LevelRate::of(record);
-        let mut actions: Vec<Action> = (applied.iter())
-            .map(|one| one.effect.begin(&one.parameters, &record.setting))
-            .collect();
+        let mut actions = begun(record, applied);
         let mut parts = Parts::blank(record);
         run(
             record,
