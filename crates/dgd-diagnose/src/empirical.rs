@@ -1,5 +1,6 @@
 //! The competitor: a correction of one relation along one quantity, with no physics in it.
 
+mod crosstalk;
 mod drawn;
 mod periodic;
 mod seen;
@@ -17,6 +18,7 @@ use crate::tangent::{Bend, Tangent};
 use crate::twins::{Pair, Twins};
 use crate::vectors::most_within;
 use dgd_effects::{Curve, Place, Quantity, Relation};
+use crosstalk::crosstalk;
 use drawn::{FINE_KNOTS, drawn};
 use rayon::prelude::*;
 
@@ -120,6 +122,7 @@ pub(crate) fn corrections(record: &Record, state: &[Applied]) -> Vec<Correction>
                     let course = Course::from(*place);
                     drawn(record, &whole, state, inlets_beside_riser.as_ref(), course)
                 })
+                .chain(crosstalk(record, &whole, state))
                 .collect()
         },
         || seen::all(record, &whole, state, &[]),
@@ -195,19 +198,22 @@ pub(crate) fn correction(
         .contains(&place)
         .then(|| drawn(record, tangent, state, twins.as_ref(), course))
         .flatten();
-    merged(drawn.into_iter().collect(), seen)
+    let straight = (place == Place::OutletReading && course.quantity == Quantity::BoosterFlow)
+        .then(|| crosstalk(record, tangent, state))
+        .flatten();
+    merged(drawn.into_iter().chain(straight).collect(), seen)
         .into_iter()
         .find(|c| (c.curve.place, c.curve.quantity) == (place, course.quantity))
 }
 
-/// Curves through knots and those that are seen; of both in one place, the likelier.
+/// Curves that are drawn and those that are seen; of several in one place, the likeliest.
 fn merged(drawn: Vec<Correction>, seen: Vec<Correction>) -> Vec<Correction> {
-    let mut out = drawn;
-    for seen in seen {
-        match (out.iter_mut()).find(|c| c.curve.is_alike(&seen.curve)) {
-            Some(drawn) if drawn.evidence > seen.evidence => {}
-            Some(drawn) => *drawn = seen,
-            None => out.push(seen),
+    let mut out: Vec<Correction> = Vec::new();
+    for one in drawn.into_iter().chain(seen) {
+        match (out.iter_mut()).find(|c| c.curve.is_alike(&one.curve)) {
+            Some(other) if other.evidence > one.evidence => {}
+            Some(other) => *other = one,
+            None => out.push(one),
         }
     }
     out
@@ -261,7 +267,7 @@ pub(crate) fn hurdle(c: &Correction) -> f64 {
         (Relation::ReturnLineFriction, Quantity::FlowRate) => 45.0,
         (Relation::ReturnLineFriction, Quantity::InletPressure) => 30.0,
         (Relation::ReturnLineFriction, _) => 14.0,
-        (Relation::Instrument, Quantity::Time) => 15.0,
+        (Relation::Instrument, Quantity::Time | Quantity::BoosterFlow) => 15.0,
         (Relation::Instrument, _) => 25.0,
         _ => 10.0,
     };

@@ -98,6 +98,16 @@ impl Tangent {
         Self::with(record, applied, &blocks, self.frame())
     }
 
+    /// The same model on the same rows with the same noise, its curves bending otherwise.
+    pub(crate) fn bending(&self, record: &Record, bend: Bend) -> Self {
+        let blocks = Blocks::under(record, &self.applied);
+        let frame = Frame {
+            bend,
+            ..self.frame()
+        };
+        Self::with(record, &self.applied, &blocks, frame)
+    }
+
     /// What each raw row adds to the product of a whitened vector with the residual.
     pub(crate) fn pull(&self) -> Vec<f64> {
         (self.whitening).transpose(&self.off[..self.layout.len()])

@@ -209,7 +209,7 @@ impl<'a> Drawing<'a> {
 }
 
 /// Size up to which a curve may be the accuracy of instruments, in the unit of its place.
-fn least(course: Course) -> f64 {
+pub(super) fn least(course: Course) -> f64 {
     /// By what it is multiplied for the booster's flow in an outlet's reading. Set by hand.
     const BOOSTER: f64 = 0.5;
     // The booster's flow enters an outlet's reading alone: as little as in the friction, where it shows. The mud pump's comes and goes

@@ -1,0 +1,61 @@
+//! What another line's flow adds to a reading: so much a unit of flow.
+//!
+//! A curve through knots is drawn where the relations' own curves bend at will. Those then take up what comes and goes with the mud in
+//! the line, and of a booster that runs whenever mud flows nothing remains. A straight line through nought mimics no bend of theirs: it is
+//! weighed where effects are.
+
+use super::drawn::least;
+use super::{Correction, Course, size};
+use crate::bayes::evidence;
+use crate::record::Record;
+use crate::relations::{Applied, joined};
+use crate::tangent::{Bend, Tangent};
+use dgd_effects::{Curve, KNOTS, Place, Quantity};
+use dgd_lsq::dot;
+
+/// What is added to which reading along which flow.
+const ALONG: (Place, Quantity) = (Place::OutletReading, Quantity::BoosterFlow);
+
+/// Prior width of what is added at the largest flow, Pa. Set by hand: the signals of two transmitters on one cable.
+const WIDTH_PA: f64 = 4e4;
+
+/// The outlets' reading as it follows the booster; `None` of a booster that rests, and where nothing shows it. The tangent's rows and noise are
+/// taken, not how freely its curves bend.
+pub(super) fn crosstalk(
+    record: &Record,
+    tangent: &Tangent,
+    state: &[Applied],
+) -> Option<Correction> {
+    let course = Course::from(ALONG);
+    // Beyond its last knot a curve stays where it is; this one has no bend.
+    let most = record.filled.booster.iter().copied().fold(0.0, f64::max);
+    if most == 0.0 {
+        return None;
+    }
+    let through = |pa: f64| {
+        let knots = (0..KNOTS).map(|k| pa * k as f64 / (KNOTS - 1) as f64);
+        Curve::new(course.place, course.quantity, (0.0, most), knots.collect())
+    };
+    let stiff = tangent.bending(record, Bend::Lean);
+    let with = joined(state, &Applied::from(&through(WIDTH_PA)));
+    let mut signature = stiff.signature(record, &with);
+    let (energy, score) = (dot(&signature, &signature), dot(&signature, &stiff.off));
+    if energy == 0.0 {
+        return None;
+    }
+    let widths = score / (1.0 + energy);
+    signature.iter_mut().for_each(|v| *v *= widths);
+    let evidence = evidence(energy, score, 1.0, false);
+    let curve = through(WIDTH_PA * widths);
+    Some(Correction {
+        size: size(course.place, &curve.knots),
+        curve,
+        signature,
+        evidence,
+        borne: evidence,
+        freedom: energy / (1.0 + energy),
+        least: least(course),
+        seen: None,
+        times: Record::times_usual(record.lasts_s()),
+    })
+}
