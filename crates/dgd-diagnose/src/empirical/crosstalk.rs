@@ -9,18 +9,18 @@ use super::{Correction, Course, size};
 use crate::bayes::evidence;
 use crate::record::Record;
 use crate::relations::{Applied, joined};
-use crate::tangent::{Bend, Tangent};
+use crate::tangent::Tangent;
 use dgd_effects::{Curve, KNOTS, Place, Quantity};
 use dgd_lsq::dot;
 
 /// What is added to which reading along which flow.
-const ALONG: (Place, Quantity) = (Place::OutletReading, Quantity::BoosterFlow);
+pub(super) const ALONG: (Place, Quantity) = (Place::OutletReading, Quantity::BoosterFlow);
 
 /// Prior width of what is added at the largest flow, Pa. Set by hand: the signals of two transmitters on one cable.
 const WIDTH_PA: f64 = 4e4;
 
-/// The outlets' reading as it follows the booster; `None` of a booster that rests, and where nothing shows it. The tangent's rows and noise are
-/// taken, not how freely its curves bend.
+/// The outlets' reading as it follows the booster; `None` of a booster that rests, and where nothing shows it. The curves of the tangent bend
+/// no more than beside effects.
 pub(super) fn crosstalk(
     record: &Record,
     tangent: &Tangent,
@@ -36,10 +36,9 @@ pub(super) fn crosstalk(
         let knots = (0..KNOTS).map(|k| pa * k as f64 / (KNOTS - 1) as f64);
         Curve::new(course.place, course.quantity, (0.0, most), knots.collect())
     };
-    let stiff = tangent.bending(record, Bend::Lean);
     let with = joined(state, &Applied::from(&through(WIDTH_PA)));
-    let mut signature = stiff.signature(record, &with);
-    let (energy, score) = (dot(&signature, &signature), dot(&signature, &stiff.off));
+    let mut signature = tangent.signature(record, &with);
+    let (energy, score) = (dot(&signature, &signature), dot(&signature, &tangent.off));
     if energy == 0.0 {
         return None;
     }

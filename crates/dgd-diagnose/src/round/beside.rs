@@ -206,7 +206,6 @@ pub(super) fn share_rows(one: Place, other: Place) -> bool {
 pub(super) fn owed_to_timing(r: &Correction) -> bool {
     match r.curve.quantity {
         Quantity::FlowRate => true,
-        Quantity::InletPressure => r.curve.place == Place::Head,
         _ => false,
     }
 }

@@ -189,6 +189,11 @@ impl Round<'_> {
         let real = logistic(
             (evidence - self.unknown_hurdle(c)) / (SCALE * hurdle(c)) + CORRECTION_AT_HURDLE,
         );
+        // That the effect stands out tells as well that there is something. Beside others it may be what their forms lack.
+        let real = match best {
+            Some((best, _)) if self.known == 0 => real.max(self.real(best)),
+            _ => real,
+        };
         let (probability, alternatives) = shared(real, others);
         let held = c.seen.as_ref().map(|_| Held {
             curve: c.curve.clone(),

@@ -3,7 +3,7 @@
 use super::form::Bent;
 use super::{Round, SHOWS};
 use crate::contest::{self, Contender, at_bound, before, material, sets_in, solved, stands};
-use crate::empirical::{Correction, hurdle};
+use crate::empirical::{Correction, hurdle, rival_hurdle};
 use crate::layout::Section;
 use crate::limit::{Energy, Showing};
 use crate::relations::{Applied, on_grid};
@@ -52,7 +52,7 @@ impl Round<'_> {
 
     /// What a correction must show to be held against an effect: more than sound recordings show, and a loss at the suction.
     pub(super) fn rival_hurdle(&self, r: &Correction) -> f64 {
-        hurdle(r) + self.lost_unseen(&r.signature)
+        rival_hurdle(r) + self.lost_unseen(&r.signature)
     }
 
     /// What a correction must show beside what has been named: knots fit the want of form of another effect with ease.
