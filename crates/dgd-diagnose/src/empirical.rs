@@ -17,8 +17,8 @@ use crate::relations::Applied;
 use crate::tangent::{Bend, Tangent};
 use crate::twins::{Pair, Twins};
 use crate::vectors::most_within;
-use dgd_effects::{Curve, Place, Quantity, Relation};
 use crosstalk::crosstalk;
+use dgd_effects::{Curve, Place, Quantity, Relation};
 use drawn::{FINE_KNOTS, drawn};
 use rayon::prelude::*;
 
@@ -95,7 +95,8 @@ impl From<(Place, Quantity)> for Course {
 ///
 /// The head along the inlet pressure: a head that really depends on the level shows three to twenty times as much evidence there, sound
 /// recordings hardly more.
-fn is_told_apart(course: Course) -> bool {
+pub(crate) fn is_told_apart(course: impl Into<Course>) -> bool {
+    let course = course.into();
     (course.place, course.quantity) == (Place::Head, Quantity::InletPressure)
 }
 
@@ -129,7 +130,11 @@ pub(crate) fn corrections(record: &Record, state: &[Applied]) -> Vec<Correction>
             (places.par_iter())
                 .filter_map(|place| {
                     let course = Course::from(*place);
-                    let tangent = if is_told_apart(course) { &stiff } else { &whole };
+                    let tangent = if is_told_apart(course) {
+                        &stiff
+                    } else {
+                        &whole
+                    };
                     drawn(record, tangent, state, inlets_beside_riser.as_ref(), course)
                 })
                 .chain(crosstalk(record, &stiff, state))
@@ -207,16 +212,28 @@ pub(crate) fn correction(
         .flatten();
     let straight = (place, course.quantity) == crosstalk::ALONG;
     let stiff = (straight || is_told_apart(course)).then(|| tangent.bending(record, Bend::Lean));
-    let drawn_on = |tangent| drawn(record, tangent, state, twins.as_ref(), course);
+    let on = |tangent| drawn(record, tangent, state, twins.as_ref(), course);
     let drawn = match &stiff {
-        Some(stiff) if is_told_apart(course) => drawn_on(stiff),
-        _ if DRAWN.contains(&place) => drawn_on(tangent),
+        Some(stiff) if is_told_apart(course) => on(stiff),
+        _ if DRAWN.contains(&place) => on(tangent),
         _ => None,
     };
-    let straight = stiff.filter(|_| straight).and_then(|stiff| crosstalk(record, &stiff, state));
+    let straight = stiff
+        .filter(|_| straight)
+        .and_then(|stiff| crosstalk(record, &stiff, state));
     merged(drawn.into_iter().chain(straight).collect(), seen)
         .into_iter()
         .find(|c| (c.curve.place, c.curve.quantity) == (place, course.quantity))
+}
+
+/// The correction drawn on a tangent as it is, however its curves bend.
+pub(crate) fn drawn_on(
+    record: &Record,
+    tangent: &Tangent,
+    state: &[Applied],
+    course: impl Into<Course>,
+) -> Option<Correction> {
+    drawn(record, tangent, state, None, course.into())
 }
 
 /// Curves that are drawn and those that are seen; of several in one place, the likeliest.

@@ -19,7 +19,7 @@ pub(super) const ALONG: (Place, Quantity) = (Place::OutletReading, Quantity::Boo
 /// Prior width of what is added at the largest flow, Pa. Set by hand: the signals of two transmitters on one cable.
 const WIDTH_PA: f64 = 4e4;
 
-/// The outlets' reading as it follows the booster; `None` of a booster that rests, and where nothing shows it. The curves of the tangent bend
+/// The outlets' reading as it follows the booster; `None` of a booster that rests or never changes, and where nothing shows it. The curves of the tangent bend
 /// no more than beside effects.
 pub(super) fn crosstalk(
     record: &Record,
@@ -27,9 +27,10 @@ pub(super) fn crosstalk(
     state: &[Applied],
 ) -> Option<Correction> {
     let course = Course::from(ALONG);
-    // Beyond its last knot a curve stays where it is; this one has no bend.
-    let most = record.filled.booster.iter().copied().fold(0.0, f64::max);
-    if most == 0.0 {
+    // To the largest flow, as beyond its last knot a curve stays where it is: this one has no bend.
+    let flows = &record.filled.booster;
+    let most = flows.iter().copied().fold(0.0, f64::max);
+    if flows.iter().all(|flow| *flow == most) {
         return None;
     }
     let through = |pa: f64| {

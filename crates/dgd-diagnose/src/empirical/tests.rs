@@ -1,6 +1,7 @@
 //! Claims about corrections: that they draw what is left over, where it is, and nothing where nothing is.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
+mod crosstalk;
 mod periods;
 mod ranges;
 

@@ -201,11 +201,7 @@ pub(super) fn share_rows(one: Place, other: Place) -> bool {
     relations.any(|relation| other.shows_in().contains(relation))
 }
 
-/// Whether a correction is what a late meter leaves over, and no second thing: its form follows the rate of the flow, and the flow
-/// that is made of its reading is the noisier, which turns the head towards the inlet pressure.
+/// Whether a correction is what a late meter leaves over, and no second thing: its form follows the rate of the flow.
 pub(super) fn owed_to_timing(r: &Correction) -> bool {
-    match r.curve.quantity {
-        Quantity::FlowRate => true,
-        _ => false,
-    }
+    r.curve.quantity == Quantity::FlowRate
 }

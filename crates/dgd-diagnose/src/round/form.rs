@@ -4,7 +4,7 @@ use super::Round;
 use super::beside::Beside;
 use crate::ablation::Step;
 use crate::contest::{Contender, is_pump, solved};
-use crate::empirical::{Correction, correction, plausible};
+use crate::empirical::{Correction, correction, drawn_on, is_told_apart, plausible};
 use crate::refine::refine;
 use crate::relations::{Applied, joined};
 use crate::scan::weigh;
@@ -141,7 +141,15 @@ impl Round<'_> {
         let curve = correction(self.record, &loose, &self.state, &[], along)?;
         let odds = (curve.claim() - c.claim()) / c.temperature();
         debug!("{} along speed: odds {odds:.1}", c.effect.about().id);
-        let most = self.rivals.iter().all(|r| r.claim() < curve.claim());
+        // A rival that is weighed on stiffer curves claims more there than beside this one.
+        let claim = |r: &Correction| {
+            if is_told_apart(&r.curve) {
+                drawn_on(self.record, &loose, &self.state, &r.curve).map_or(0.0, |r| r.claim())
+            } else {
+                r.claim()
+            }
+        };
+        let most = self.rivals.iter().all(|r| claim(r) < curve.claim());
         (odds > 0.0 && most && plausible(&curve)).then_some((curve, odds))
     }
 

@@ -1,0 +1,100 @@
+//! Claims about what another line's flow adds to a reading, and about curves that no bend of the relations' own looks like.
+
+use super::{loose, off_by};
+use crate::empirical::drawn::range;
+use crate::empirical::{
+    again, correction, corrections, drawn_on, hurdle, is_told_apart, plausible, rival_hurdle,
+};
+use crate::record::Record;
+use crate::test_rig::{Hidden, drilled};
+use dgd_effects::{Place, Quantity};
+
+const ALONG: (Place, Quantity) = (Place::OutletReading, Quantity::BoosterFlow);
+
+/// Flow of a booster that runs, m³/s.
+const RUNS_M3_S: f64 = 0.012;
+
+/// Drilling in which the booster runs now and then, for which the mud pump gives less; the outlets read `pa` more while it does.
+fn boosted(pa: f64) -> Record {
+    let runs = |t_s: f64| (1000.0..1900.0).contains(&t_s) || t_s > 3600.0;
+    let mut record = off_by(Place::OutletReading, pa, |record, i| {
+        f64::from(u8::from(runs(record.t_s[i])))
+    });
+    for i in 0..record.t_s.len() {
+        let flow = if runs(record.t_s[i]) { RUNS_M3_S } else { 0.0 };
+        // It pumped 0.01 all the time.
+        record.mud_pump[i] += 0.01 - flow;
+        record.booster[i] = flow;
+    }
+    record.filled.mud_pump.clone_from(&record.mud_pump);
+    record.filled.booster.clone_from(&record.booster);
+    record
+}
+
+#[test]
+fn what_the_booster_adds_to_a_reading_is_a_straight_line_through_nought() {
+    for pa in [2e4, -2e4] {
+        let record = boosted(pa);
+        let found = correction(&record, &loose(&record), &[], &[], ALONG).unwrap();
+        assert!(found.evidence > hurdle(&found), "{}", found.evidence);
+        assert!(plausible(&found));
+        assert!(found.freedom <= 1.0);
+        let curve = &found.curve;
+        assert_eq!(curve.at(0.0), 0.0);
+        let added = curve.at(RUNS_M3_S) / pa;
+        assert!((added - 1.0).abs() < 0.1, "{added}");
+        let halfway = curve.at(0.5 * RUNS_M3_S) / curve.at(RUNS_M3_S);
+        assert!((halfway - 0.5).abs() < 1e-9);
+        // It is among all that are weighed, and a model that holds it has it again.
+        let all = corrections(&record, &[]);
+        let it = all.iter().find(|c| c.curve.is_alike(curve)).unwrap();
+        assert_eq!(it.curve, *curve);
+        assert_eq!(again(&record, &[], curve, &[]).unwrap().curve, *curve);
+    }
+}
+
+#[test]
+fn a_booster_adds_nothing_to_sound_readings_and_nothing_is_told_of_one_that_stays_as_it_is() {
+    let record = boosted(0.0);
+    let found = correction(&record, &loose(&record), &[], &[], ALONG).unwrap();
+    assert!(found.evidence < 0.0, "{}", found.evidence);
+    // It pumps the same all the time.
+    let steady = drilled(Hidden::default());
+    assert!(correction(&steady, &loose(&steady), &[], &[], ALONG).is_none());
+}
+
+#[test]
+fn a_form_needs_less_to_be_held_against_an_effect_than_knots() {
+    let record = boosted(2e4);
+    for c in corrections(&record, &[]) {
+        let form = (c.curve.place, c.curve.quantity) == ALONG;
+        assert_eq!(rival_hurdle(&c) < hurdle(&c), form, "{:?}", c.curve);
+        assert!(rival_hurdle(&c) > 0.5 * hurdle(&c));
+    }
+}
+
+#[test]
+fn a_head_that_depends_on_the_level_shows_more_where_its_own_curve_is_stiff() {
+    let along = (Place::Head, Quantity::InletPressure);
+    let record = off_by(Place::Head, 2e4, |record, i| {
+        let (from, to) = range(record, Quantity::InletPressure).unwrap();
+        let wave = 1.5 * std::f64::consts::TAU * (record.filled.inlet[i] - from) / (to - from);
+        wave.sin()
+    });
+    let tangent = loose(&record);
+    let stiff = correction(&record, &tangent, &[], &[], along).unwrap();
+    let at_will = drawn_on(&record, &tangent, &[], along).unwrap();
+    assert!(is_told_apart(&stiff.curve));
+    assert!(
+        stiff.evidence > 1.2 * at_will.evidence && at_will.evidence > 0.0,
+        "{} {}",
+        stiff.evidence,
+        at_will.evidence
+    );
+    // What is drawn elsewhere bends at will.
+    let along = (Place::Head, Quantity::SinceStart);
+    assert!(!is_told_apart(along));
+    let one = correction(&record, &tangent, &[], &[], along).unwrap();
+    let other = drawn_on(&record, &tangent, &[], along).unwrap();
+    assert_eq!(one.evidence, other.evidence);
+}
