@@ -127,17 +127,11 @@ pub(crate) fn corrections(record: &Record, state: &[Applied]) -> Vec<Correction>
     let stiff = whole.bending(record, Bend::Lean);
     let (drawn, seen) = rayon::join(
         || -> Vec<Correction> {
+            let twins = inlets_beside_riser.as_ref();
             (places.par_iter())
-                .filter_map(|place| {
-                    let course = Course::from(*place);
-                    let tangent = if is_told_apart(course) {
-                        &stiff
-                    } else {
-                        &whole
-                    };
-                    drawn(record, tangent, state, inlets_beside_riser.as_ref(), course)
+                .flat_map_iter(|place| {
+                    along(record, [&whole, &stiff], state, twins, Course::from(*place))
                 })
-                .chain(crosstalk(record, &stiff, state))
                 .collect()
         },
         || seen::all(record, &whole, state, &[]),
@@ -210,20 +204,32 @@ pub(crate) fn correction(
     let twins = (place == Place::InletReading)
         .then(|| beside_riser(record, tangent, state, excluded))
         .flatten();
-    let straight = (place, course.quantity) == crosstalk::ALONG;
-    let stiff = (straight || is_told_apart(course)).then(|| tangent.bending(record, Bend::Lean));
-    let on = |tangent| drawn(record, tangent, state, twins.as_ref(), course);
-    let drawn = match &stiff {
-        Some(stiff) if is_told_apart(course) => on(stiff),
-        _ if DRAWN.contains(&place) => on(tangent),
-        _ => None,
-    };
-    let straight = stiff
-        .filter(|_| straight)
-        .and_then(|stiff| crosstalk(record, &stiff, state));
-    merged(drawn.into_iter().chain(straight).collect(), seen)
+    let needed = is_told_apart(course) || crosstalk::is_of(course);
+    let stiff = needed.then(|| tangent.bending(record, Bend::Lean));
+    let tangents = [tangent, stiff.as_ref().unwrap_or(tangent)];
+    let drawn = along(record, tangents, state, twins.as_ref(), course);
+    merged(drawn.collect(), seen)
         .into_iter()
         .find(|c| (c.curve.place, c.curve.quantity) == (place, course.quantity))
+}
+
+/// What is drawn in one place along one quantity, and the straight line of what a flow adds to a reading. Of the tangents the curves of the
+/// first bend at will, those of the second no more than beside effects.
+fn along(
+    record: &Record,
+    [loose, stiff]: [&Tangent; 2],
+    state: &[Applied],
+    twins: Option<&Twins>,
+    course: Course,
+) -> impl Iterator<Item = Correction> {
+    let tangent = if is_told_apart(course) { stiff } else { loose };
+    let drawn = (DRAWN.contains(&course.place))
+        .then(|| drawn(record, tangent, state, twins, course))
+        .flatten();
+    let straight = crosstalk::is_of(course)
+        .then(|| crosstalk(record, stiff, state))
+        .flatten();
+    drawn.into_iter().chain(straight)
 }
 
 /// The correction drawn on a tangent as it is, however its curves bend.
@@ -309,13 +315,12 @@ pub(crate) fn rival_hurdle(c: &Correction) -> f64 {
     /// Share of its hurdle for what another line's flow adds to a reading, which has a form, as effects have. Set by hand: one in 330 simulated
     /// sound recordings shows more.
     const OF_A_FORM: f64 = 0.6;
-    let along = (c.curve.place, c.curve.quantity);
-    hurdle(c)
-        * if along == crosstalk::ALONG {
-            OF_A_FORM
-        } else {
-            1.0
-        }
+    let share = if crosstalk::is_of(Course::from(&c.curve)) {
+        OF_A_FORM
+    } else {
+        1.0
+    };
+    share * hurdle(c)
 }
 
 /// Length of what happens once, s.

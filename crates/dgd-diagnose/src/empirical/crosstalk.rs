@@ -13,20 +13,22 @@ use crate::tangent::Tangent;
 use dgd_effects::{Curve, KNOTS, Place, Quantity};
 use dgd_lsq::dot;
 
-/// What is added to which reading along which flow.
-pub(super) const ALONG: (Place, Quantity) = (Place::OutletReading, Quantity::BoosterFlow);
-
 /// Prior width of what is added at the largest flow, Pa. Set by hand: the signals of two transmitters on one cable.
 const WIDTH_PA: f64 = 4e4;
 
-/// The outlets' reading as it follows the booster; `None` of a booster that rests or never changes, and where nothing shows it. The curves of the tangent bend
-/// no more than beside effects.
+/// Whether what a flow may add to a reading is corrected: the booster's to the outlets'.
+pub(super) fn is_of(course: Course) -> bool {
+    (course.place, course.quantity) == (Place::OutletReading, Quantity::BoosterFlow)
+}
+
+/// The outlets' reading as it follows the booster; `None` of a booster that rests or never changes, and where nothing shows it. The curves of
+/// the tangent bend no more than beside effects.
 pub(super) fn crosstalk(
     record: &Record,
     tangent: &Tangent,
     state: &[Applied],
 ) -> Option<Correction> {
-    let course = Course::from(ALONG);
+    let course = Course::from((Place::OutletReading, Quantity::BoosterFlow));
     // To the largest flow, as beyond its last knot a curve stays where it is: this one has no bend.
     let flows = &record.filled.booster;
     let most = flows.iter().copied().fold(0.0, f64::max);
@@ -39,15 +41,14 @@ pub(super) fn crosstalk(
     };
     let with = joined(state, &Applied::from(&through(WIDTH_PA)));
     let mut signature = tangent.signature(record, &with);
-    let (energy, score) = (dot(&signature, &signature), dot(&signature, &tangent.off));
-    if energy == 0.0 {
-        return None;
-    }
+    let energy = dot(&signature, &signature);
+    let score = dot(&signature, &tangent.off);
     let widths = score / (1.0 + energy);
     signature.iter_mut().for_each(|v| *v *= widths);
     let evidence = evidence(energy, score, 1.0, false);
     let curve = through(WIDTH_PA * widths);
-    Some(Correction {
+    // Not so where nothing shows it, nor of a NaN.
+    (energy > 0.0).then(|| Correction {
         size: size(course.place, &curve.knots),
         curve,
         signature,
