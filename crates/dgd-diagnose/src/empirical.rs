@@ -91,11 +91,9 @@ impl From<(Place, Quantity)> for Course {
     }
 }
 
-/// Whether a correction is drawn where the curves bend no more than beside effects, not at will: no bend of theirs looks like it.
-///
-/// The head along the inlet pressure: a head that really depends on the level shows three to twenty times as much evidence there, sound
-/// recordings hardly more.
-pub(crate) fn is_told_apart(course: impl Into<Course>) -> bool {
+/// Whether a correction is drawn where the curves bend no more than beside effects, not at will, as curves that bend at will take up most of
+/// it: the head along the inlet pressure (METHOD.md, section 5).
+pub(crate) fn is_drawn_stiff(course: impl Into<Course>) -> bool {
     let course = course.into();
     (course.place, course.quantity) == (Place::Head, Quantity::InletPressure)
 }
@@ -204,7 +202,7 @@ pub(crate) fn correction(
     let twins = (place == Place::InletReading)
         .then(|| beside_riser(record, tangent, state, excluded))
         .flatten();
-    let needed = is_told_apart(course) || crosstalk::is_of(course);
+    let needed = is_drawn_stiff(course) || crosstalk::is_of(course);
     let stiff = needed.then(|| tangent.bending(record, Bend::Lean));
     let tangents = [tangent, stiff.as_ref().unwrap_or(tangent)];
     let drawn = along(record, tangents, state, twins.as_ref(), course);
@@ -213,7 +211,7 @@ pub(crate) fn correction(
         .find(|c| (c.curve.place, c.curve.quantity) == (place, course.quantity))
 }
 
-/// What is drawn in one place along one quantity, and the straight line of what a flow adds to a reading. Of the tangents the curves of the
+/// What is drawn in one place along one quantity: a curve through knots, or the straight line of what a flow adds to a reading. Of the tangents the curves of the
 /// first bend at will, those of the second no more than beside effects.
 fn along(
     record: &Record,
@@ -222,8 +220,9 @@ fn along(
     twins: Option<&Twins>,
     course: Course,
 ) -> impl Iterator<Item = Correction> {
-    let tangent = if is_told_apart(course) { stiff } else { loose };
-    let drawn = (DRAWN.contains(&course.place))
+    let tangent = if is_drawn_stiff(course) { stiff } else { loose };
+    let knots = DRAWN.contains(&course.place) && !crosstalk::is_of(course);
+    let drawn = knots
         .then(|| drawn(record, tangent, state, twins, course))
         .flatten();
     let straight = crosstalk::is_of(course)
@@ -275,7 +274,7 @@ pub(crate) fn again(
 ) -> Option<Correction> {
     let tangent = Tangent::at(record, others, excluded, Bend::Loose)?;
     let found = correction(record, &tangent, others, excluded, held)?;
-    (found.evidence > hurdle(&found)).then_some(found)
+    (found.evidence > rival_hurdle(&found)).then_some(found)
 }
 
 /// The curve of a correction that is seen, finer than any that is drawn: the shortest record has 64 rows of the balance.

@@ -31,7 +31,7 @@ use std::sync::{Arc, OnceLock};
 pub(crate) enum Bend {
     /// As pumps and lines do: for estimates.
     Free,
-    /// The head may also lean on the inlet pressure: a gate for effects of the pump.
+    /// The head may also lean on the inlet pressure: a gate for effects of the pump, and for corrections that have a form of their own.
     Lean,
     /// Every smooth shape, and a lean: what is left over then is no curve.
     Loose,

@@ -1,8 +1,8 @@
 //! What another line's flow adds to a reading: so much a unit of flow.
 //!
 //! A curve through knots is drawn where the relations' own curves bend at will. Those then take up what comes and goes with the mud in
-//! the line, and of a booster that runs whenever mud flows nothing remains. A straight line through nought mimics no bend of theirs: it is
-//! weighed where effects are.
+//! the line, and of a booster that runs whenever mud flows nothing remains. A straight line through nought is weighed where effects are, and
+//! like those without a look at its busiest ten minutes: a booster may stop for no longer.
 
 use super::drawn::least;
 use super::{Correction, Course, size};
@@ -21,18 +21,21 @@ pub(super) fn is_of(course: Course) -> bool {
     (course.place, course.quantity) == (Place::OutletReading, Quantity::BoosterFlow)
 }
 
-/// The outlets' reading as it follows the booster; `None` of a booster that rests or never changes, and where nothing shows it. The curves of
+/// The outlets' reading as it follows the booster; `None` of a booster that rests or hardly changes, and where nothing shows it. The curves of
 /// the tangent bend no more than beside effects.
 pub(super) fn crosstalk(
     record: &Record,
     tangent: &Tangent,
     state: &[Applied],
 ) -> Option<Correction> {
+    /// Share of its largest flow that the booster must fall below at some time. Set by hand.
+    const CHANGES: f64 = 0.5;
     let course = Course::from((Place::OutletReading, Quantity::BoosterFlow));
     // To the largest flow, as beyond its last knot a curve stays where it is: this one has no bend.
     let flows = &record.filled.booster;
     let most = flows.iter().copied().fold(0.0, f64::max);
-    if flows.iter().all(|flow| *flow == most) {
+    // What is always added is an offset.
+    if flows.iter().all(|flow| *flow >= CHANGES * most) {
         return None;
     }
     let through = |pa: f64| {

@@ -4,7 +4,8 @@
 //! the time of a period does both.
 
 use super::{
-    Correction, Course, DRAWN, beside_riser, drawn, hold_without_stops, hurdle, plausible,
+    Correction, Course, DRAWN, beside_riser, drawn, drawn_on, hold_without_stops, hurdle,
+    is_drawn_stiff, plausible,
 };
 use crate::layout::{Layout, Section};
 use crate::numbers::whole;
@@ -52,8 +53,14 @@ pub(crate) fn instead_of(record: &Record, state: &[Applied], c: &Correction) -> 
         .collect();
     // Of a period that is a little off the one place loses more than the other.
     let most = coarse.iter().map(Swing::evidence).fold(0.0, f64::max);
+    // What was drawn on stiff curves shows more there than beside these.
+    let shown = if is_drawn_stiff(&c.curve) {
+        drawn_on(record, &tangent, state, &c.curve).map_or(0.0, |drawn| drawn.evidence)
+    } else {
+        c.evidence
+    };
     let near = (coarse.into_par_iter())
-        .filter(|found| found.evidence() > NEAR * most && found.evidence() > NEAR * c.evidence);
+        .filter(|found| found.evidence() > NEAR * most && found.evidence() > NEAR * shown);
     let mut found: Vec<Correction> = near.map(|found| search.finer(found)).collect();
     found.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     found.truncate(1);
@@ -66,7 +73,7 @@ pub(crate) fn instead_of(record: &Record, state: &[Applied], c: &Correction) -> 
         found.curve.place.name(),
         found.evidence
     );
-    (found.evidence > (c.evidence + BETTER).max(hurdle(&found))).then_some(found)
+    (found.evidence > (shown + BETTER).max(hurdle(&found))).then_some(found)
 }
 
 /// The likeliest in one place; the choice of its period is paid for.

@@ -4,7 +4,7 @@ use super::Round;
 use super::beside::Beside;
 use crate::ablation::Step;
 use crate::contest::{Contender, is_pump, solved};
-use crate::empirical::{Correction, correction, drawn_on, is_told_apart, plausible};
+use crate::empirical::{Correction, correction, drawn_on, is_drawn_stiff, plausible};
 use crate::refine::refine;
 use crate::relations::{Applied, joined};
 use crate::scan::weigh;
@@ -143,8 +143,9 @@ impl Round<'_> {
         debug!("{} along speed: odds {odds:.1}", c.effect.about().id);
         // A rival that is weighed on stiffer curves claims more there than beside this one.
         let claim = |r: &Correction| {
-            if is_told_apart(&r.curve) {
-                drawn_on(self.record, &loose, &self.state, &r.curve).map_or(0.0, |r| r.claim())
+            if is_drawn_stiff(&r.curve) {
+                let drawn = drawn_on(self.record, &loose, &self.state, &r.curve);
+                drawn.map_or(0.0, |drawn| drawn.claim().min(r.claim()))
             } else {
                 r.claim()
             }
