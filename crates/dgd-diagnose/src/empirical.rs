@@ -93,8 +93,7 @@ impl From<(Place, Quantity)> for Course {
 
 /// Whether a correction is drawn where the curves bend no more than beside effects, not at will, as curves that bend at will take up most of
 /// it: the head along the inlet pressure (METHOD.md, section 5).
-pub(crate) fn is_drawn_stiff(course: impl Into<Course>) -> bool {
-    let course = course.into();
+fn is_drawn_stiff(course: Course) -> bool {
     (course.place, course.quantity) == (Place::Head, Quantity::InletPressure)
 }
 
@@ -127,7 +126,7 @@ pub(crate) fn corrections(record: &Record, state: &[Applied]) -> Vec<Correction>
         || -> Vec<Correction> {
             let twins = inlets_beside_riser.as_ref();
             (places.par_iter())
-                .flat_map_iter(|place| {
+                .filter_map(|place| {
                     along(record, [&whole, &stiff], state, twins, Course::from(*place))
                 })
                 .collect()
@@ -206,49 +205,51 @@ pub(crate) fn correction(
     let stiff = needed.then(|| tangent.bending(record, Bend::Lean));
     let tangents = [tangent, stiff.as_ref().unwrap_or(tangent)];
     let drawn = along(record, tangents, state, twins.as_ref(), course);
-    merged(drawn.collect(), seen)
+    merged(drawn.into_iter().collect(), seen)
         .into_iter()
         .find(|c| (c.curve.place, c.curve.quantity) == (place, course.quantity))
 }
 
-/// What is drawn in one place along one quantity: a curve through knots, or the straight line of what a flow adds to a reading. Of the tangents the curves of the
-/// first bend at will, those of the second no more than beside effects.
+/// What is drawn in one place along one quantity: a curve through knots, or the straight line of what a flow adds to a reading. The curves
+/// of the first tangent bend at will, those of the second no more than beside effects.
 fn along(
     record: &Record,
     [loose, stiff]: [&Tangent; 2],
     state: &[Applied],
     twins: Option<&Twins>,
     course: Course,
-) -> impl Iterator<Item = Correction> {
-    let tangent = if is_drawn_stiff(course) { stiff } else { loose };
-    let knots = DRAWN.contains(&course.place) && !crosstalk::is_of(course);
-    let drawn = knots
-        .then(|| drawn(record, tangent, state, twins, course))
-        .flatten();
-    let straight = crosstalk::is_of(course)
-        .then(|| crosstalk(record, stiff, state))
-        .flatten();
-    drawn.into_iter().chain(straight)
-}
-
-/// The correction drawn on a tangent as it is, however its curves bend.
-pub(crate) fn drawn_on(
-    record: &Record,
-    tangent: &Tangent,
-    state: &[Applied],
-    course: impl Into<Course>,
 ) -> Option<Correction> {
-    drawn(record, tangent, state, None, course.into())
+    if crosstalk::is_of(course) {
+        return crosstalk(record, stiff, state);
+    }
+    let tangent = if is_drawn_stiff(course) { stiff } else { loose };
+    (DRAWN.contains(&course.place))
+        .then(|| drawn(record, tangent, state, twins, course))
+        .flatten()
 }
 
-/// Curves that are drawn and those that are seen; of several in one place, the likeliest.
+/// A correction that is drawn on stiff curves as it would be on those of a `loose` tangent, to be held against what is drawn there; `None` of any
+/// other.
+pub(crate) fn at_will(
+    record: &Record,
+    loose: &Tangent,
+    state: &[Applied],
+    c: &Correction,
+) -> Option<Correction> {
+    let course = Course::from(&c.curve);
+    is_drawn_stiff(course)
+        .then(|| drawn(record, loose, state, None, course))
+        .flatten()
+}
+
+/// Curves that are drawn and those that are seen; of both in one place, the likelier.
 fn merged(drawn: Vec<Correction>, seen: Vec<Correction>) -> Vec<Correction> {
-    let mut out: Vec<Correction> = Vec::new();
-    for one in drawn.into_iter().chain(seen) {
-        match (out.iter_mut()).find(|c| c.curve.is_alike(&one.curve)) {
-            Some(other) if other.evidence > one.evidence => {}
-            Some(other) => *other = one,
-            None => out.push(one),
+    let mut out = drawn;
+    for seen in seen {
+        match (out.iter_mut()).find(|c| c.curve.is_alike(&seen.curve)) {
+            Some(drawn) if drawn.evidence > seen.evidence => {}
+            Some(drawn) => *drawn = seen,
+            None => out.push(seen),
         }
     }
     out
@@ -311,8 +312,8 @@ pub(crate) fn hurdle(c: &Correction) -> f64 {
 
 /// Evidence from which on a correction may be what an effect that stands out only resembles, e-folds: there is something then.
 pub(crate) fn rival_hurdle(c: &Correction) -> f64 {
-    /// Share of its hurdle for what another line's flow adds to a reading, which has a form, as effects have. Set by hand: one in 330 simulated
-    /// sound recordings shows more.
+    /// Share of its hurdle for what another line's flow adds to a reading, which has a form, as effects have. Set by hand: one or two in
+    /// 330 simulated sound recordings show more.
     const OF_A_FORM: f64 = 0.6;
     let share = if crosstalk::is_of(Course::from(&c.curve)) {
         OF_A_FORM

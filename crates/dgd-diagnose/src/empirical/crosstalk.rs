@@ -13,12 +13,15 @@ use crate::tangent::Tangent;
 use dgd_effects::{Curve, KNOTS, Place, Quantity};
 use dgd_lsq::dot;
 
-/// Prior width of what is added at the largest flow, Pa. Set by hand: the signals of two transmitters on one cable.
+/// Which reading is corrected along which flow.
+const ALONG: (Place, Quantity) = (Place::OutletReading, Quantity::BoosterFlow);
+
+/// Prior width of what is added at the largest flow, Pa. Set by hand.
 const WIDTH_PA: f64 = 4e4;
 
 /// Whether what a flow may add to a reading is corrected: the booster's to the outlets'.
 pub(super) fn is_of(course: Course) -> bool {
-    (course.place, course.quantity) == (Place::OutletReading, Quantity::BoosterFlow)
+    (course.place, course.quantity) == ALONG
 }
 
 /// The outlets' reading as it follows the booster; `None` of a booster that rests or hardly changes, and where nothing shows it. The curves of
@@ -30,7 +33,7 @@ pub(super) fn crosstalk(
 ) -> Option<Correction> {
     /// Share of its largest flow that the booster must fall below at some time. Set by hand.
     const CHANGES: f64 = 0.5;
-    let course = Course::from((Place::OutletReading, Quantity::BoosterFlow));
+    let course = Course::from(ALONG);
     // To the largest flow, as beyond its last knot a curve stays where it is: this one has no bend.
     let flows = &record.filled.booster;
     let most = flows.iter().copied().fold(0.0, f64::max);
@@ -50,7 +53,7 @@ pub(super) fn crosstalk(
     signature.iter_mut().for_each(|v| *v *= widths);
     let evidence = evidence(energy, score, 1.0, false);
     let curve = through(WIDTH_PA * widths);
-    // Not so where nothing shows it, nor of a NaN.
+    // Neither where nothing shows it nor of a NaN.
     (energy > 0.0).then(|| Correction {
         size: size(course.place, &curve.knots),
         curve,

@@ -4,8 +4,7 @@
 //! the time of a period does both.
 
 use super::{
-    Correction, Course, DRAWN, beside_riser, drawn, drawn_on, hold_without_stops, hurdle,
-    is_drawn_stiff, plausible,
+    Correction, Course, DRAWN, at_will, beside_riser, drawn, hold_without_stops, hurdle, plausible,
 };
 use crate::layout::{Layout, Section};
 use crate::numbers::whole;
@@ -54,11 +53,8 @@ pub(crate) fn instead_of(record: &Record, state: &[Applied], c: &Correction) -> 
     // Of a period that is a little off the one place loses more than the other.
     let most = coarse.iter().map(Swing::evidence).fold(0.0, f64::max);
     // What was drawn on stiff curves shows more there than beside these.
-    let shown = if is_drawn_stiff(&c.curve) {
-        drawn_on(record, &tangent, state, &c.curve).map_or(0.0, |drawn| drawn.evidence)
-    } else {
-        c.evidence
-    };
+    let here = at_will(record, &tangent, state, c);
+    let shown = here.map_or(c.evidence, |here| here.evidence.min(c.evidence));
     let near = (coarse.into_par_iter())
         .filter(|found| found.evidence() > NEAR * most && found.evidence() > NEAR * shown);
     let mut found: Vec<Correction> = near.map(|found| search.finer(found)).collect();

@@ -4,7 +4,7 @@ use super::Round;
 use super::beside::Beside;
 use crate::ablation::Step;
 use crate::contest::{Contender, is_pump, solved};
-use crate::empirical::{Correction, correction, drawn_on, is_drawn_stiff, plausible};
+use crate::empirical::{Correction, at_will, correction, plausible};
 use crate::refine::refine;
 use crate::relations::{Applied, joined};
 use crate::scan::weigh;
@@ -141,14 +141,10 @@ impl Round<'_> {
         let curve = correction(self.record, &loose, &self.state, &[], along)?;
         let odds = (curve.claim() - c.claim()) / c.temperature();
         debug!("{} along speed: odds {odds:.1}", c.effect.about().id);
-        // A rival that is weighed on stiffer curves claims more there than beside this one.
+        // A rival that is drawn on stiff curves claims more there than beside this one.
         let claim = |r: &Correction| {
-            if is_drawn_stiff(&r.curve) {
-                let drawn = drawn_on(self.record, &loose, &self.state, &r.curve);
-                drawn.map_or(0.0, |drawn| drawn.claim().min(r.claim()))
-            } else {
-                r.claim()
-            }
+            let here = at_will(self.record, &loose, &self.state, r);
+            here.map_or(r.claim(), |here| here.claim().min(r.claim()))
         };
         let most = self.rivals.iter().all(|r| claim(r) < curve.claim());
         (odds > 0.0 && most && plausible(&curve)).then_some((curve, odds))
