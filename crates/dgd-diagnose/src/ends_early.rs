@@ -7,7 +7,7 @@ use crate::contest::{hurdle, sets_in, sustained};
 use crate::numbers::product;
 use crate::record::Record;
 use crate::relations::{Applied, on_grid};
-use crate::scan::{grids, sharpen, switches, weigh};
+use crate::scan::{grids, sharpen, switches, weighed};
 use crate::tangent::Tangent;
 use dgd_effects::{Effect, Method, Relation, catalogue};
 use rayon::prelude::*;
@@ -39,18 +39,14 @@ pub(crate) fn ended(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec<E
         let about = effect.about();
         let tried = |mut parameters: Vec<f64>| {
             parameters[0] = -parameters[0].abs();
-            weigh(record, gate, state, Applied::new(*effect, parameters))
+            weighed(record, gate, state, Applied::new(*effect, parameters))
         };
         let coarse: Vec<_> = (product(&grids(*effect, record)).into_iter())
-            .map(|parameters| {
-                let mut c = tried(parameters);
-                c.signature = Vec::new();
-                c
-            })
+            .map(|parameters| tried(parameters).bare())
             .collect();
         let places = (coarse.len() as f64).ln();
         let best = (switches(record, gate, &pull, state, *effect, &coarse).into_iter())
-            .map(tried)
+            .map(|parameters| tried(parameters).whole())
             .filter(|c| c.evidence.is_finite())
             .max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
         let hurdle = hurdle(record, &best.applied);

@@ -25,6 +25,7 @@ mod bayes;
 mod belief;
 mod conclude;
 mod contest;
+mod cores;
 mod cost;
 mod diagnosis;
 mod empirical;

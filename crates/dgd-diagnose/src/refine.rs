@@ -1,5 +1,6 @@
 //! Parameters of named effects, moved to where all of them together explain most.
 
+use crate::cores::both;
 use crate::empirical::again;
 use crate::record::Record;
 use crate::relations::{Applied, on_grid};
@@ -107,13 +108,13 @@ pub(crate) const SHORTEST_S: f64 = 0.5;
 pub(crate) fn nearest_time(
     longest: f64,
     from: f64,
-    misfit: &mut dyn FnMut(f64) -> f64,
+    misfit: impl Fn(f64) -> f64 + Sync,
 ) -> (f64, f64) {
     let (mut best, mut least) = (from, misfit(from));
     for step in [3.0, 1.5, 0.7, 0.35] {
         for _ in 0..6 {
             let tries = [best + step, best - step].map(|time| time.clamp(SHORTEST_S, longest));
-            let found = tries.map(&mut *misfit);
+            let found: [f64; 2] = both(|| misfit(tries[0]), || misfit(tries[1])).into();
             let nearer = usize::from(found[1] < found[0]);
             if found[nearer] >= least - 0.05 {
                 break;
@@ -133,9 +134,7 @@ fn slide(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usize) {
         let off = tangent.refitted(record, &next).off;
         dot(&off, &off)
     };
-    let (best, _) = nearest_time(longest, state[k].parameters[0], &mut |time| {
-        misfit(time, state)
-    });
+    let (best, _) = nearest_time(longest, state[k].parameters[0], |time| misfit(time, state));
     state[k].parameters[0] = best;
 }
 

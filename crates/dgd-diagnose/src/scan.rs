@@ -8,7 +8,7 @@ use crate::bayes::evidence;
 use crate::numbers::{product, whole};
 use crate::record::Record;
 use crate::relations::{Applied, joined, on_grid};
-use crate::tangent::Tangent;
+use crate::tangent::{Sketch, Tangent};
 use dgd_effects::{Effect, Role};
 use dgd_lsq::dot;
 
@@ -16,7 +16,7 @@ use dgd_lsq::dot;
 #[derive(Clone)]
 pub(crate) struct Candidate {
     pub applied: Applied,
-    /// Signature off the tangent for one unit of strength (or for the grid value).
+    /// Signature off the tangent for one unit of strength (or for the grid value); empty where it was not asked for.
     pub signature: Vec<f64>,
     /// Its energy and its product with the residual.
     pub energy: f64,
@@ -93,16 +93,16 @@ pub(crate) fn scan(
     let mut found = Found::default();
     for parameters in product(&grids(effect, record)) {
         let one = Applied::new(effect, parameters);
-        found.take(weigh(record, tangent, state, one));
+        found.take(weighed(record, tangent, state, one));
     }
     if effect.is_switch() || is_coarse(effect, record) {
         for parameters in switches(record, tangent, pull, state, effect, &found.all) {
             let start = weigh(record, tangent, state, Applied::new(effect, parameters));
             let sharp = sharpen(record, tangent, state, start);
             for soft in softened(record, tangent, state, &sharp) {
-                found.take(soft);
+                found.take(soft.into());
             }
-            found.take(sharp);
+            found.take(sharp.into());
         }
     }
     found.all
@@ -116,16 +116,17 @@ struct Found {
 }
 
 impl Found {
-    fn take(&mut self, mut c: Candidate) {
-        let better = |k: usize| c.evidence >= self.all[k].evidence;
-        if c.evidence.is_finite() && self.best.is_none_or(better) {
+    fn take(&mut self, c: Weighed<'_>) {
+        let better = |k: usize| c.evidence() >= self.all[k].evidence;
+        let c = if c.evidence().is_finite() && self.best.is_none_or(better) {
             if let Some(k) = self.best {
                 self.all[k].signature = Vec::new();
             }
             self.best = Some(self.all.len());
+            c.whole()
         } else {
-            c.signature = Vec::new();
-        }
+            c.bare()
+        };
         self.all.push(c);
     }
 }
@@ -175,6 +176,8 @@ pub(crate) fn sharpen(
         return start;
     };
     let mut best = start;
+    // What was weighed before was no better than the best of then.
+    let mut seen = vec![best.applied.parameters.clone()];
     for step_s in [40.0, 20.0, 10.0] {
         for _ in 0..4 {
             let mut moved = false;
@@ -191,9 +194,14 @@ pub(crate) fn sharpen(
                     (_, Some(d)) => p[d] += sign * step_s,
                     _ => continue,
                 }
-                let next = weigh(record, tangent, state, Applied::new(best.applied.effect, p));
-                if next.evidence > best.evidence + 0.1 {
-                    best = next;
+                if seen.contains(&p) {
+                    continue;
+                }
+                seen.push(p.clone());
+                let next = Applied::new(best.applied.effect, p);
+                let next = weighed(record, tangent, state, next);
+                if next.evidence() > best.evidence + 0.1 {
+                    best = next.whole();
                     moved = true;
                 }
             }
@@ -205,13 +213,67 @@ pub(crate) fn sharpen(
     best
 }
 
-/// One point of the grid.
+/// A candidate whose signature is not worked out until it is known to be wanted.
+pub(crate) struct Weighed<'a> {
+    candidate: Candidate,
+    sketch: Option<Sketch<'a>>,
+    /// What the signature is multiplied by.
+    unit: f64,
+}
+
+impl Weighed<'_> {
+    pub(crate) fn evidence(&self) -> f64 {
+        self.candidate.evidence
+    }
+
+    /// With its signature.
+    pub(crate) fn whole(self) -> Candidate {
+        let mut out = self.candidate;
+        if let Some(sketch) = self.sketch {
+            out.signature = sketch.signature();
+            if self.unit != 1.0 {
+                out.signature.iter_mut().for_each(|v| *v *= self.unit);
+            }
+        }
+        out
+    }
+
+    /// Without.
+    pub(crate) fn bare(self) -> Candidate {
+        Candidate {
+            signature: Vec::new(),
+            ..self.candidate
+        }
+    }
+}
+
+impl From<Candidate> for Weighed<'_> {
+    fn from(candidate: Candidate) -> Self {
+        Self {
+            candidate,
+            sketch: None,
+            unit: 1.0,
+        }
+    }
+}
+
+/// One point of the grid, with its signature.
 pub(crate) fn weigh(
     record: &Record,
     tangent: &Tangent,
     state: &[Applied],
     one: Applied,
 ) -> Candidate {
+    weighed(record, tangent, state, one).whole()
+}
+
+/// One point of the grid.
+pub(crate) fn weighed<'a>(
+    record: &Record,
+    tangent: &'a Tangent,
+    state: &[Applied],
+    one: Applied,
+) -> Weighed<'a> {
     record.tally.weighed();
     let about = one.effect.about();
     let applied = joined(state, &one);
@@ -227,39 +289,38 @@ pub(crate) fn weigh(
         let energy = dot(&signature, &signature);
         let score = dot(&signature, &tangent.off);
         let evidence = 0.5 * (dot(&tangent.off, &tangent.off) - dot(&refitted.off, &refitted.off));
-        return Candidate {
+        let whole = Candidate {
             applied: one,
             signature,
             energy,
             score,
             evidence,
         };
+        return whole.into();
     }
-    let mut signature = tangent.signature(record, &applied);
-    let (energy, score, evidence_ln);
-    if on_grid(about) {
-        energy = dot(&signature, &signature);
-        score = dot(&signature, &tangent.off);
-        evidence_ln = score - 0.5 * energy;
+    let sketch = tangent.sketch(record, &applied);
+    let grid = on_grid(about);
+    let unit = if grid { 1.0 } else { 1.0 / one.parameters[0] };
+    let (energy, score) = (unit * unit * sketch.energy, unit * sketch.score);
+    let evidence = if grid {
+        score - 0.5 * energy
     } else {
-        let unit = 1.0 / one.parameters[0];
-        signature.iter_mut().for_each(|v| *v *= unit);
-        energy = dot(&signature, &signature);
-        score = dot(&signature, &tangent.off);
         // Of one sign, that of the strength that is tried.
-        evidence_ln = evidence(
-            energy,
-            score * unit.signum(),
-            about.parameters[0].usual,
-            about.parameters[0].low >= 0.0,
-        );
-    }
-    Candidate {
+        let one_sided = about.parameters[0].low >= 0.0;
+        let usual = about.parameters[0].usual;
+        evidence(energy, score * unit.signum(), usual, one_sided)
+    };
+    let candidate = Candidate {
         applied: one,
-        signature,
+        signature: Vec::new(),
         energy,
         score,
-        evidence: evidence_ln,
+        evidence,
+    };
+    Weighed {
+        candidate,
+        sketch: Some(sketch),
+        unit,
     }
 }
 

@@ -14,7 +14,9 @@ use crate::noise::Whitening;
 use crate::record::Record;
 use crate::relations::{Applied, Blocks, Rows, joined};
 use crate::slack::{Slack, slack};
-use crate::vectors::{Column, Sparse, back_substitute, orthonormal, products, support, without};
+use crate::vectors::{
+    Column, Reach, Sparse, back_substitute, orthonormal, products, support, without,
+};
 use columns::Columns;
 pub(crate) use columns::FRICTION_PRIOR_PA;
 use curves::Evaluated;
@@ -281,25 +283,71 @@ impl Tangent {
 
     /// The whitened part of a stacked vector off the tangent.
     pub(crate) fn project(&self, stacked: &[f64]) -> Vec<f64> {
+        self.off_columns(self.whitened(stacked))
+    }
+
+    /// A stacked vector whitened, and how much of it lies along each column.
+    fn whitened(&self, stacked: &[f64]) -> Whitened {
         debug_assert!(!self.basis.is_empty(), "its columns were released");
-        let mut w = self.whitening.apply(stacked);
+        let values = self.whitening.apply(stacked);
         // Most effects touch one relation: only the columns and rows that meet it cost anything.
-        let touched = support(&w);
-        w.resize(self.off.len(), 0.0);
-        if touched.is_empty() {
-            return w;
-        }
-        let scale = dot(&w[touched.clone()], &w[touched.clone()]).sqrt();
+        let touched = support(&values);
+        let within = &values[touched.clone()];
+        let energy = dot(within, within);
         // Columns are orthonormal: the products need not wait for one another.
-        let mut shares = products(&self.basis, &w, &touched);
+        let mut shares = products(&self.basis, &values, &touched);
         for share in &mut shares {
             // Not turned round: a NaN is passed over too.
-            if !(share.abs() > 1e-9 * scale) {
+            if !(share.abs() > 1e-9 * energy.sqrt()) {
                 *share = 0.0;
             }
         }
-        without(&mut w, &self.basis, &shares);
-        w
+        Whitened {
+            values,
+            touched,
+            energy,
+            shares,
+        }
+    }
+
+    /// What of it lies off the tangent, over the rows of the priors as well.
+    fn off_columns(&self, of: Whitened) -> Vec<f64> {
+        let mut out = of.values;
+        out.resize(self.off.len(), 0.0);
+        without(&mut out, &self.basis, &of.shares);
+        out
+    }
+
+    /// What a hypothesis takes out of the residuals, its energy and its product with what is left over known before it is worked out.
+    pub(crate) fn sketch(&self, record: &Record, applied: &[Applied]) -> Sketch<'_> {
+        self.sketched(record, &self.change(record, applied))
+    }
+
+    /// The same of a change of the stacked residuals.
+    fn sketched(&self, record: &Record, change: &[f64]) -> Sketch<'_> {
+        let worked_out = |signature: Vec<f64>| Sketch {
+            energy: dot(&signature, &signature),
+            score: dot(&signature, &self.off),
+            tangent: self,
+            of: Worked::Out(signature),
+        };
+        if !record.takes(Step::Projection) {
+            return worked_out(self.beyond(record, change));
+        }
+        let of = self.whitened(change);
+        // Off the columns by Pythagoras.
+        let energy = of.energy - dot(&of.shares, &of.shares);
+        if !(energy > LEFT * of.energy) {
+            return worked_out(self.off_columns(of));
+        }
+        // What is left over is at right angles to the columns.
+        let rows = of.touched.clone();
+        Sketch {
+            energy,
+            score: dot(&of.values[rows.clone()], &self.off[rows]),
+            tangent: self,
+            of: Worked::Later(of),
+        }
     }
 
     /// Inner products of changes of the stacked residuals, whitened and off the tangent, and those with the residual itself.
@@ -388,6 +436,43 @@ impl Tangent {
             column.take_from(&mut out, *beta);
         }
         out
+    }
+}
+
+/// Share of a change's energy off the columns below which too few digits of it are left by subtraction.
+const LEFT: f64 = 1e-6;
+
+/// A whitened vector and its products with a tangent's columns.
+struct Whitened {
+    values: Vec<f64>,
+    /// Rows from the first to the last that is not 0.
+    touched: Reach,
+    energy: f64,
+    shares: Vec<f64>,
+}
+
+/// A signature of which only the size is known yet: most candidates are weighed and dropped.
+pub(crate) struct Sketch<'a> {
+    /// Its energy.
+    pub energy: f64,
+    /// Its product with what is left over.
+    pub score: f64,
+    tangent: &'a Tangent,
+    of: Worked,
+}
+
+enum Worked {
+    Out(Vec<f64>),
+    Later(Whitened),
+}
+
+impl Sketch<'_> {
+    /// The whole of it.
+    pub(crate) fn signature(self) -> Vec<f64> {
+        match self.of {
+            Worked::Out(signature) => signature,
+            Worked::Later(of) => self.tangent.off_columns(of),
+        }
     }
 }
 

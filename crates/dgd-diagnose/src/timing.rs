@@ -4,6 +4,7 @@ mod allowances;
 
 pub(crate) use allowances::allowances_with;
 
+use crate::cores::each;
 use crate::record::Record;
 use crate::refine::{SHORTEST_S, nearest_time};
 use crate::relations::Applied;
@@ -68,11 +69,10 @@ fn timed(
         let off = tangent.refitted(record, &next).off;
         0.5 * dot(&off, &off)
     };
-    let (mut time, mut least) =
-        nearest_time(longest, state[at].parameters[0], &mut |t| misfit(t, None));
+    let (mut time, mut least) = nearest_time(longest, state[at].parameters[0], |t| misfit(t, None));
     let mut chosen = None;
     for lag in pump_lags(&state) {
-        let (t, m) = nearest_time(longest, time, &mut |t| misfit(t, Some(&lag)));
+        let (t, m) = nearest_time(longest, time, |t| misfit(t, Some(&lag)));
         if m < least - EARNED {
             (time, least, chosen) = (t, m, Some(lag));
         }
@@ -102,18 +102,16 @@ pub(crate) fn retimed(
     let mut here = off(&at);
     let mut least = half(&here);
     for _ in 0..ROUNDS {
-        let slopes: Vec<Vec<f64>> = (0..at.len())
-            .map(|k| {
-                let mut beside = at.clone();
-                let room = at[k] + STEP_S <= times.ranges[k].1;
-                let step = if room { STEP_S } else { -STEP_S };
-                beside[k] += step;
-                let there = off(&beside);
-                (there.iter().zip(&here))
-                    .map(|(there, here)| (there - here) / step)
-                    .collect()
-            })
-            .collect();
+        let slopes: Vec<Vec<f64>> = each((0..at.len()).collect(), |k| {
+            let mut beside = at.clone();
+            let room = at[k] + STEP_S <= times.ranges[k].1;
+            let step = if room { STEP_S } else { -STEP_S };
+            beside[k] += step;
+            let there = off(&beside);
+            (there.iter().zip(&here))
+                .map(|(there, here)| (there - here) / step)
+                .collect()
+        });
         let next = stepped(&slopes, &here, &at, &times.ranges);
         // A step that leads too far is taken by half, or by a quarter.
         let nearer = [1.0, 0.5, 0.25].into_iter().find_map(|share| {

@@ -2,6 +2,7 @@
 
 mod column;
 
+use crate::cores::idle;
 pub(crate) use column::Column;
 use column::take;
 use rayon::prelude::*;
@@ -131,28 +132,34 @@ pub(crate) fn without(vector: &mut [f64], columns: &[Column], shares: &[f64]) {
     }
 }
 
-/// Entries of the columns from which on all cores are worth their while.
-const MANY: usize = 1 << 19;
+/// Entries of columns from which on all cores are worth their while.
+pub(crate) const MANY: usize = 1 << 19;
 
-/// Makes columns over the same rows and priors orthonormal in place (modified Gram-Schmidt, twice); returns the upper
-/// triangle by columns: how the columns were made of these.
+/// Share of its length that must be left of a column, or it is rid of the others once more.
+const SHORTER: f64 = 1e-2;
+
+/// Makes columns over the same rows and priors orthonormal in place (modified Gram-Schmidt); returns the upper triangle by
+/// columns: how the columns were made of these.
+///
+/// A column of which little is left is rid of the others once more: rounding of what was taken away is as large a part of it as
+/// it has become shorter (Parlett 1998, section 6.9).
 ///
 /// Only the rows that two columns share cost anything, so that columns that touch little belong first. A column is taken
 /// out of all later ones as soon as it is known, which changes no digit and lets the later ones go on side by side.
 pub(crate) fn orthonormal(columns: &mut [Column]) -> Vec<Vec<f64>> {
     let p = columns.len();
     let mut triangle = vec![vec![0.0; p]; p];
-    // Who is one of several at work already goes on alone: a core that waits here for another would begin one more of
-    // them meanwhile, whose columns would stand beside these.
-    let alone = rayon::current_thread_index().is_some();
-    let many = !alone && columns.iter().map(Column::len).sum::<usize>() >= MANY;
+    let before: Vec<f64> = columns.iter().map(Column::norm).collect();
+    let many = idle() && columns.iter().map(Column::len).sum::<usize>() >= MANY;
     for a in 0..p {
         let (done, rest) = columns.split_at_mut(a);
         let Some((column, later)) = rest.split_first_mut() else {
             break;
         };
-        for (b, q) in done.iter().enumerate() {
-            triangle[a][b] += column.rid_of(q);
+        if column.norm() < SHORTER * before[a] {
+            for (b, q) in done.iter().enumerate() {
+                triangle[a][b] += column.rid_of(q);
+            }
         }
         let norm = column.norm();
         triangle[a][a] = norm;

@@ -23,10 +23,61 @@ pub struct Scale {
     pub speed_pct: f64,
 }
 
-/// A smooth bump of unit height.
-fn bump(x: f64, centre: f64, width: f64) -> f64 {
-    let u = (x - centre) / width;
-    (-0.5 * u * u).exp()
+/// Smooth bumps of unit height, equally far apart.
+struct Bumps {
+    /// Centre of the first.
+    first: f64,
+    /// From one centre to the next.
+    apart: f64,
+    /// Standard deviation of each.
+    width: f64,
+    /// Height of a bump at its neighbour's centre: exp(-(apart / width)² / 2).
+    beside: f64,
+}
+
+const FRICTION_BUMP: Bumps = Bumps {
+    first: 0.25,
+    apart: 0.25,
+    width: 0.2,
+    beside: 0.45783336177161427,
+};
+const HEAD_BUMP: Bumps = Bumps {
+    first: 0.0,
+    apart: 0.17,
+    width: 0.16,
+    beside: 0.568671053718672,
+};
+
+impl Bumps {
+    /// The height of each at a place.
+    ///
+    /// The nearest is worked out, and its neighbours from it: j centres further on, at a distance u from the nearest, a bump
+    /// is exp(u apart / width²)^j beside^(j²) times as high. That is two exponentials for all of them.
+    fn at<const N: usize>(&self, x: f64) -> [f64; N] {
+        /// Widths from the nearest centre at which exp(-u²/2) is 0 in double precision.
+        const FAR: f64 = 39.0;
+        let beyond = |k: &usize| x > self.first + self.apart * (*k as f64 - 0.5);
+        let nearest = (1..N).take_while(beyond).count();
+        let u = (x - self.first - self.apart * nearest as f64) / self.width;
+        let mut out = [0.0; N];
+        if u.abs() > FAR {
+            return out;
+        }
+        out[nearest] = (-0.5 * u * u).exp();
+        let onward = (u * self.apart / self.width).exp();
+        let square = self.beside * self.beside;
+        let mut step = onward * self.beside;
+        for k in nearest + 1..N {
+            out[k] = out[k - 1] * step;
+            step *= square;
+        }
+        let mut step = self.beside / onward;
+        for k in (0..nearest).rev() {
+            out[k] = out[k + 1] * step;
+            step *= square;
+        }
+        out
+    }
 }
 
 /// Friction of the line at a flow q, m³/s: B while the mud moves, and q to the powers 1, 1.75 (Blasius), 2, 3; then bumps in flow.
@@ -35,8 +86,8 @@ pub fn friction_terms(q: f64, scale: Scale) -> [f64; FRICTION_TERMS] {
     let moving = if q > STANDING_M3_S { 1.0 } else { 0.0 };
     let mut out = [0.0; FRICTION_TERMS];
     out[..5].copy_from_slice(&[moving, z, z * z.sqrt() * z.sqrt().sqrt(), z * z, z * z * z]);
-    for k in 0..FRICTION_BUMPS {
-        out[5 + k] = moving * bump(z, 0.25 * (k + 1) as f64, 0.2);
+    if moving > 0.0 {
+        out[5..].copy_from_slice(&FRICTION_BUMP.at::<FRICTION_BUMPS>(z));
     }
     out
 }
@@ -50,8 +101,9 @@ pub fn head_terms(w: f64, q: f64, scale: Scale) -> [f64; HEAD_TERMS] {
     let mut out = [0.0; HEAD_TERMS];
     let z2 = z * z;
     out[..HEAD_POWERS].copy_from_slice(&[1.0, x2, x * z, z2, x2 * x, x2 * z, x * z2, z2 * z]);
-    for k in 0..HEAD_BUMPS {
-        out[HEAD_POWERS + k] = x2 * bump(s, 0.17 * k as f64, 0.16);
+    let bumps = HEAD_BUMP.at::<HEAD_BUMPS>(s);
+    for (term, bump) in out[HEAD_POWERS..].iter_mut().zip(bumps) {
+        *term = x2 * bump;
     }
     out
 }
@@ -81,4 +133,37 @@ impl Curves {
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Bumps, FRICTION_BUMP, HEAD_BUMP};
+
+    #[test]
+    fn bumps_are_those_worked_out_one_by_one() {
+        let heights = |bumps: &Bumps, x: f64| -> [f64; 9] {
+            std::array::from_fn(|k| {
+                let u = (x - bumps.first - bumps.apart * k as f64) / bumps.width;
+                (-0.5 * u * u).exp()
+            })
+        };
+        for bumps in [&FRICTION_BUMP, &HEAD_BUMP] {
+            for x in (-400..=800).map(|i| 0.01 * f64::from(i)) {
+                for (got, want) in bumps.at::<9>(x).iter().zip(heights(bumps, x)) {
+                    assert!(
+                        (got - want).abs() <= 1e-12 * want + 1e-300,
+                        "{got} and {want} at {x}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn far_from_all_bumps_nothing_is_left() {
+        for x in [-1e300, -60.0, 60.0, 1e300, f64::INFINITY, f64::NEG_INFINITY] {
+            assert_eq!(HEAD_BUMP.at::<9>(x), [0.0; 9], "at {x}");
+        }
+        assert!(HEAD_BUMP.at::<9>(f64::NAN).iter().all(|v| v.is_nan()));
+    }
 }

@@ -60,28 +60,33 @@ pub(super) fn retime(
             UNUSUAL
         }
     };
+    // Allowances may stand in for part of either form, so each form is timed together with them.
+    let forms = (late.iter()).flat_map(|c| shapes(&c.best.applied));
+    let forms: Vec<Applied> = forms.collect();
+    let timed = forms.into_par_iter().map(|mut one| {
+        let (time_s, evidence) = retimed(record, gate, state, &one)?;
+        one.parameters[0] = time_s;
+        Some((one, evidence))
+    });
+    let timed: Vec<(Applied, f64)> = timed.flatten().collect();
     late.par_iter_mut().for_each(|c| {
         let own = price(&c.best.applied);
         // It pays for the places it could have been, as before.
         let places = (c.best.evidence - c.evidence).max(0.0);
         c.evidence -= own;
         c.formed -= own;
-        // Allowances may stand in for part of either form, so each form is timed together with them.
-        let timed = shapes(&c.best.applied).into_iter().filter_map(|mut one| {
-            let (time_s, evidence) = retimed(record, gate, state, &one)?;
-            one.parameters[0] = time_s;
-            let paid = places + price(&one);
-            Some((one, evidence, paid))
-        });
-        let timed = timed.max_by(|a, b| (a.1 - a.2).total_cmp(&(b.1 - b.2)));
-        let Some((one, evidence, paid)) = timed else {
+        let id = c.effect.about().id;
+        let forms = timed.iter().filter(|of| of.0.effect.about().id == id);
+        let forms = forms.map(|(one, evidence)| (one, *evidence, places + price(one)));
+        let best = forms.max_by(|a, b| (a.1 - a.2).total_cmp(&(b.1 - b.2)));
+        let Some((one, evidence, paid)) = best else {
             return;
         };
         if evidence - paid > c.evidence {
             // The difference of these two is what it paid, as for any contender.
             c.best = Candidate {
                 evidence,
-                ..weigh(record, gate, state, one)
+                ..weigh(record, gate, state, one.clone())
             };
             c.evidence = evidence - paid;
             c.formed = c.evidence;

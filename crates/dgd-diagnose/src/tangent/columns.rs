@@ -2,13 +2,14 @@
 
 use super::Bend;
 use super::frame::Frame;
+use crate::cores::each;
 use crate::error_budget::late;
 use crate::layout::{Layout, Section};
 use crate::noise::Whitening;
 use crate::numbers::mean;
 use crate::record::Record;
 use crate::relations::{Blocks, Rows};
-use crate::vectors::{Column, Sparse};
+use crate::vectors::{Column, MANY, Sparse};
 use dgd_effects::{FRICTION_TERMS, HEAD_POWERS, HEAD_TERMS, friction_terms, head_terms};
 use dgd_recording::{Rank, quantile};
 use std::sync::Arc;
@@ -80,25 +81,35 @@ impl Columns {
             Bend::Loose if term > 0 => LOOSE,
             _ => 1.0,
         };
-        // Filled in by one column after the other.
-        let mut whole = vec![0.0; total];
+        // Bends of the curves, each in one section.
+        let bends = |section: Section, columns: Vec<Vec<f64>>| {
+            let whiten = |column: Vec<f64>| {
+                let mut whole = vec![0.0; total];
+                whole[layout.rows(section)].copy_from_slice(&column);
+                Column::of(&whitening.apply_whole(&whole))
+            };
+            if total * columns.len() >= MANY {
+                each(columns, whiten)
+            } else {
+                columns.into_iter().map(whiten).collect()
+            }
+        };
         let friction = by_column(n, |b| {
             friction_terms(blocks.flow[b], scale).map(|v| v * blocks.friction_factor[b])
         });
-        for (a, (column, width)) in friction.into_iter().zip(FRICTION_PRIOR_PA).enumerate() {
-            whole[..n].copy_from_slice(&column);
-            out.push(whitening, &whole, 0.0, width * wide(a));
+        out.whitened.extend(bends(Section::Friction, friction));
+        for (a, width) in FRICTION_PRIOR_PA.into_iter().enumerate() {
+            out.means.push(0.0);
+            out.widths.push(width * wide(a));
         }
-        whole[..n].fill(0.0);
         let head = by_column(n, |b| {
             head_terms(blocks.speed[b], blocks.through[b], scale).map(|v| v * blocks.head_factor[b])
         });
-        let priors = head_priors(&frame.rows, blocks);
-        for (a, (column, (mean, width))) in head.into_iter().zip(priors).enumerate() {
-            whole[n..2 * n].copy_from_slice(&column);
-            out.push(whitening, &whole, mean, width * wide(a));
+        out.whitened.extend(bends(Section::Head, head));
+        for (a, (mean, width)) in head_priors(&frame.rows, blocks).into_iter().enumerate() {
+            out.means.push(mean);
+            out.widths.push(width * wide(a));
         }
-        drop(whole);
         let sections = layout.sections();
         let mut beyond = |column: Vec<f64>, width: f64| {
             out.push(whitening, &column, 0.0, width);

@@ -1,79 +1,71 @@
 //! The curves that lead to the linearisation, and what they leave over.
 
 use super::columns::{FRICTION_PRIOR_PA, head_priors};
+use crate::cores::both;
 use crate::layout::Layout;
 use crate::numbers::spread;
 use crate::relations::{Blocks, Rows};
-use dgd_effects::{Curves, FRICTION_TERMS, HEAD_TERMS, Scale, friction_terms, head_terms};
-use nalgebra::{DMatrix, DVector};
+use dgd_effects::{Curves, Scale, friction_terms, head_terms};
+use nalgebra::{SMatrix, SVector};
 
 /// Fits both curves robustly to the valid rows.
 pub(super) fn robust_curves(rows: &Rows, b: &Blocks, scale: Scale) -> Curves {
     // These only lead to the linearisation: their priors need no means.
     let head_widths = head_priors(rows, b).map(|(mean, width)| mean.hypot(width));
-    let scaled = |terms: &[f64], factor: f64| terms.iter().map(|v| v * factor).collect();
-    let mut curves = Curves {
-        scale,
-        friction: [0.0; FRICTION_TERMS],
-        head: [0.0; HEAD_TERMS],
+    let friction = || {
+        robust_over(
+            &rows.friction,
+            &b.drop,
+            |k| friction_terms(b.flow[k], scale).map(|v| v * b.friction_factor[k]),
+            &FRICTION_PRIOR_PA,
+        )
     };
-    curves.friction.copy_from_slice(&robust_over(
-        &rows.friction,
-        &b.drop,
-        |k| scaled(&friction_terms(b.flow[k], scale), b.friction_factor[k]),
-        &FRICTION_PRIOR_PA,
-    ));
-    curves.head.copy_from_slice(&robust_over(
-        &rows.head,
-        &b.lift,
-        |k| {
-            scaled(
-                &head_terms(b.speed[k], b.through[k], scale),
-                b.head_factor[k],
-            )
-        },
-        &head_widths,
-    ));
-    curves
+    let head = || {
+        robust_over(
+            &rows.head,
+            &b.lift,
+            |k| head_terms(b.speed[k], b.through[k], scale).map(|v| v * b.head_factor[k]),
+            &head_widths,
+        )
+    };
+    let (friction, head) = both(friction, head);
+    Curves {
+        scale,
+        friction,
+        head,
+    }
 }
 
 /// The robust fit of `terms` to the rows of `y` that are valid.
-fn robust_over(
+fn robust_over<const P: usize>(
     valid: &[bool],
     y: &[f64],
-    terms: impl Fn(usize) -> Vec<f64>,
-    widths: &[f64],
-) -> Vec<f64> {
-    let kept: Vec<usize> = (0..valid.len())
-        .filter(|&k| valid[k] && y[k].is_finite())
-        .collect();
-    let table: Vec<Vec<f64>> = kept.iter().map(|&k| terms(k)).collect();
-    let columns: Vec<Vec<f64>> = (0..widths.len())
-        .map(|a| table.iter().map(|r| r[a]).collect())
-        .collect();
-    let values: Vec<f64> = kept.iter().map(|&k| y[k]).collect();
-    robust(&columns, &values, widths)
+    terms: impl Fn(usize) -> [f64; P],
+    widths: &[f64; P],
+) -> [f64; P] {
+    let kept = (0..valid.len()).filter(|&k| valid[k] && y[k].is_finite());
+    let (rows, values): (Vec<_>, Vec<_>) = kept.map(|k| (terms(k), y[k])).unzip();
+    robust(&rows, &values, widths)
 }
 
 /// A robust straight least-squares fit; returns the coefficients.
-fn robust(columns: &[Vec<f64>], y: &[f64], widths: &[f64]) -> Vec<f64> {
-    let p = columns.len();
+fn robust<const P: usize>(rows: &[[f64; P]], y: &[f64], widths: &[f64; P]) -> [f64; P] {
     let mut weight = vec![1.0; y.len()];
-    let mut beta = vec![0.0; p];
+    let mut beta = [0.0; P];
     for _ in 0..8 {
-        let mut normal = DMatrix::<f64>::zeros(p, p);
-        let mut right = DVector::<f64>::zeros(p);
-        for i in 0..y.len() {
-            for a in 0..p {
-                let wa = weight[i] * columns[a][i];
-                right[a] += wa * y[i];
+        let mut normal = SMatrix::<f64, P, P>::zeros();
+        let mut right = SVector::<f64, P>::zeros();
+        for ((row, y), weight) in rows.iter().zip(y).zip(&weight) {
+            for a in 0..P {
+                let wa = weight * row[a];
+                right[a] += wa * y;
                 for b in 0..=a {
-                    normal[(a, b)] += wa * columns[b][i];
+                    normal[(a, b)] += wa * row[b];
                 }
             }
         }
-        for a in 0..p {
-            for b in a + 1..p {
+        for a in 0..P {
+            for b in a + 1..P {
                 normal[(a, b)] = normal[(b, a)];
             }
             // A noise of 5 kPa stands against the prior; a whisper keeps collinear terms apart.
@@ -84,9 +76,10 @@ fn robust(columns: &[Vec<f64>], y: &[f64], widths: &[f64]) -> Vec<f64> {
         };
         let solved = factor.solve(&right);
         beta.copy_from_slice(solved.as_slice());
-        let residual: Vec<f64> = (0..y.len())
-            .map(|i| y[i] - (0..p).map(|a| columns[a][i] * beta[a]).sum::<f64>())
-            .collect();
+        let off = |(row, y): (&[f64; P], &f64)| {
+            y - row.iter().zip(&beta).map(|(v, b)| v * b).sum::<f64>()
+        };
+        let residual: Vec<f64> = rows.iter().zip(y).map(off).collect();
         let scale = spread(residual.iter().copied()).max(200.0);
         for (w, r) in weight.iter_mut().zip(&residual) {
             let u = r.abs() / scale;
@@ -158,16 +151,16 @@ mod tests {
     const TRUTH: [f64; 3] = [2e4, -3e5, 5e5];
 
     /// A parabola of a quantity from 0 to 1, with noise of so many Pa.
-    fn parabola(noise_pa: f64) -> (Vec<Vec<f64>>, Vec<f64>) {
-        let x: Vec<f64> = (0..ROWS).map(|k| k as f64 / ROWS as f64).collect();
-        let columns: Vec<Vec<f64>> = (0..3)
-            .map(|power| x.iter().map(|x| x.powi(power)).collect())
-            .collect();
+    fn parabola(noise_pa: f64) -> (Vec<[f64; 3]>, Vec<f64>) {
+        let x = (0..ROWS).map(|k| k as f64 / ROWS as f64);
+        let rows: Vec<[f64; 3]> = x.map(|x| [1.0, x, x * x]).collect();
         let noise = normals(5, ROWS);
-        let y = (0..ROWS)
-            .map(|k| (0..3).map(|a| TRUTH[a] * columns[a][k]).sum::<f64>() + noise_pa * noise[k])
+        let y = (rows.iter().zip(&noise))
+            .map(|(row, noise)| {
+                row.iter().zip(TRUTH).map(|(v, c)| v * c).sum::<f64>() + noise_pa * noise
+            })
             .collect();
-        (columns, y)
+        (rows, y)
     }
 
     fn assert_near(found: &[f64], expected: &[f64], within: f64) {
@@ -178,20 +171,20 @@ mod tests {
 
     #[test]
     fn a_curve_of_wide_priors_is_the_one_that_was_drawn() {
-        let (columns, y) = parabola(0.0);
-        assert_near(&robust(&columns, &y, &[1e9; 3]), &TRUTH, 1.0);
+        let (rows, y) = parabola(0.0);
+        assert_near(&robust(&rows, &y, &[1e9; 3]), &TRUTH, 1.0);
     }
 
     #[test]
     fn a_row_pulls_in_full_within_twice_the_spread_no_more_beyond_and_less_again_far_off() {
-        let (columns, clean) = parabola(0.0);
+        let (rows, clean) = parabola(0.0);
         for by in [
             -350.0, 100.0, 300.0, 800.0, 1400.0, -1400.0, 2e3, 5e3, -5e4, 5e5,
         ] {
             let mut y = clean.clone();
             // A tenth of the rows, all at one side; the spread is held to be 200 Pa at the least.
             y.iter_mut().skip(3).step_by(10).for_each(|v| *v += by);
-            let found = robust(&columns, &y, &[1e9; 3]);
+            let found = robust(&rows, &y, &[1e9; 3]);
             let size = f64::abs(by);
             let pull = size.min(400.0).min(400.0 * 1600.0 / size).copysign(by);
             // What all others hold against it.
@@ -214,12 +207,11 @@ mod tests {
         // One column of ones, of prior width w: n rows of noise 5 kPa against one of the prior.
         let y = vec![1e4; 16];
         for width in [5e3, 2.5e3, 1e3] {
-            let found = robust(&[vec![1.0; 16]], &y, &[width]);
+            let found = robust(&[[1.0]; 16], &y, &[width]);
             let share = 16.0 / (16.0 + (5e3_f64 / width).powi(2));
             assert!((found[0] / 1e4 - share).abs() < 1e-6, "{width}: {found:?}");
         }
-        let columns = [vec![1.0; 16], vec![0.0; 16]];
-        let found = robust(&columns, &y, &[1e9, 1e9]);
+        let found = robust(&[[1.0, 0.0]; 16], &y, &[1e9, 1e9]);
         assert!(
             (found[0] - 1e4).abs() < 1e-3 && found[1] == 0.0,
             "{found:?}"
@@ -230,7 +222,7 @@ mod tests {
     fn columns_that_nothing_tells_apart_share_what_they_explain() {
         let y = vec![1e4; 16];
         for size in [1.0, 1e3] {
-            let found = robust(&[vec![size; 16], vec![size; 16]], &y, &[1e9, 1e9]);
+            let found = robust(&[[size, size]; 16], &y, &[1e9, 1e9]);
             let sum = size * (found[0] + found[1]);
             assert!((sum - 1e4).abs() < 1.0, "{size}: {found:?}");
         }

@@ -1,12 +1,12 @@
 //! Claims about the tangent: what is off it, what its freedom costs, and when it is that of another hypothesis.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::{Bend, Tangent, alike};
+use super::{Bend, Tangent, Worked, alike};
 use crate::ablation::Step;
 use crate::bayes::evidence;
 use crate::layout::Section;
 use crate::record::Record;
-use crate::relations::Applied;
+use crate::relations::{Applied, Blocks};
 use crate::slack::{Slack, slack};
 use crate::test_rig::{BLOCK_S, Hidden, INFLUX_S, drilled, normals, one};
 use crate::vectors::Sparse;
@@ -189,4 +189,37 @@ fn without_flow_or_without_speed_there_is_nothing_to_fit() {
     let mut unknown = sound;
     unknown.outlet.fill(f64::NAN);
     assert!(Tangent::at(&unknown, &[], &[], Bend::Free).is_none());
+}
+
+#[test]
+fn a_sketch_tells_the_size_of_the_signature_that_it_comes_to() {
+    let mut record = record();
+    for without in [vec![], vec![Step::Projection]] {
+        record.without = without;
+        let tangent = about(&record, Bend::Loose);
+        let of = |one: Applied| tangent.change(&record, &[one]);
+        // What is a term of the friction, whose prior is wide, but for a thousandth of it: nothing is left to subtract from.
+        let leak = of(one("line_leak", &[1e-3, 0.0]));
+        let mut within = leak.iter().map(|v| 1e-3 * v).collect::<Vec<_>>();
+        for (row, q) in within.iter_mut().zip(&Blocks::under(&record, &[]).flow) {
+            *row += 1e5 * (q / tangent.curves.scale.flow_m3_s).powi(2);
+        }
+        let restriction = of(one("line_restriction", &[5.0, 2000.0]));
+        let changes = [of(influx(1e-3)), restriction, leak, within];
+        for (k, change) in changes.iter().enumerate() {
+            let sketch = tangent.sketched(&record, change);
+            let later = matches!(sketch.of, Worked::Later(_));
+            assert_eq!(later, k < 3 && record.takes(Step::Projection), "{k}");
+            let (energy, score) = (sketch.energy, sketch.score);
+            let signature = sketch.signature();
+            assert_eq!(signature, tangent.beyond(&record, change), "{k}");
+            let exact = dot(&signature, &signature);
+            assert!(
+                (energy - exact).abs() <= 1e-8 * exact,
+                "{k}: {energy} {exact}"
+            );
+            let size = (exact * dot(&tangent.off, &tangent.off)).sqrt();
+            close(score, dot(&signature, &tangent.off), size);
+        }
+    }
 }

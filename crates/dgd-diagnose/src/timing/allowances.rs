@@ -1,5 +1,6 @@
 //! Delays and lags of a sound rig.
 
+use crate::cores::each;
 use crate::record::Record;
 use crate::relations::{Applied, joined};
 use crate::scan::{Candidate, weigh};
@@ -50,16 +51,16 @@ pub(crate) fn allowances_with(
             let values = values.filter(|time_s| **time_s > 0.0 || !late);
             let dear = |time_s: f64| if time_s < 0.0 { EARLY } else { 0.0 };
             let held = now.map_or(0.0, |k| dear(state[k].parameters[0]));
-            let best = (values.filter(|v| now.is_none_or(|k| state[k].parameters[0] != **v)))
-                .map(|v| {
-                    let weighed = weigh(record, &tangent, &state, one(v));
-                    let evidence = weighed.evidence - dear(*v) + held;
-                    Candidate {
-                        evidence,
-                        ..weighed
-                    }
-                })
-                .max_by(|a, b| a.evidence.total_cmp(&b.evidence));
+            let values = values.filter(|v| now.is_none_or(|k| state[k].parameters[0] != **v));
+            let weighed = each(values.collect(), |v| {
+                let weighed = weigh(record, &tangent, &state, one(v));
+                let evidence = weighed.evidence - dear(*v) + held;
+                Candidate {
+                    evidence,
+                    ..weighed
+                }
+            });
+            let best = (weighed.into_iter()).max_by(|a, b| a.evidence.total_cmp(&b.evidence));
             let mut least = EARNED;
             let mut next = None;
             if let Some(k) = now {

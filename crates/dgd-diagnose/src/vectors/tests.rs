@@ -41,6 +41,25 @@ fn columns_come_out_orthonormal_even_when_two_are_nearly_one() {
 }
 
 #[test]
+fn a_column_that_is_rid_of_the_others_once_is_as_good_as_one_that_is_twice() {
+    // From all of its own to a hundred-millionth.
+    for own in (0..=16).map(|k| 10_f64.powf(-0.5 * f64::from(k))) {
+        let mut columns: Vec<Vec<f64>> = (1..=5).map(|k| normals(k, 203)).collect();
+        let among: Vec<f64> = (0..203)
+            .map(|i| columns[0][i] - columns[1][i] + columns[2][i] + own * columns[4][i])
+            .collect();
+        columns[3] = among;
+        orthonormal(&mut columns, 203);
+        for a in 0..5 {
+            for b in 0..a {
+                let product = dot(&columns[a], &columns[b]);
+                assert!(product.abs() < 1e-13, "{own}: {product}");
+            }
+        }
+    }
+}
+
+#[test]
 fn a_sparse_column_is_the_whole_one_and_takes_what_that_takes() {
     let noise = normals(3, 60);
     let mut column = vec![0.0; 60];

@@ -158,7 +158,7 @@ fn of_all_candidates_the_best_alone_keeps_its_signature() {
     for evidence in evidences {
         let mut c = coarse(one("line_leak", &[1e-3, 0.0]), 1.0);
         (c.signature, c.evidence) = (vec![1.0], evidence);
-        found.take(c);
+        found.take(c.into());
     }
     assert_eq!(found.all.len(), evidences.len());
     // Of two alike the later one, as `Iterator::max_by` has it.
