@@ -59,13 +59,14 @@ pub(crate) fn parse(mut words: impl Iterator<Item = String>) -> Result<Conceal, 
                 order.kind = match text.as_str() {
                     "single" => Kind::Single,
                     "pair" => Kind::Pair,
+                    "several" => Kind::Several,
                     "clean" => Kind::Clean,
                     "foreign" => Kind::Foreign,
                     "beside" => Kind::Beside,
                     "mix" => Kind::Mix,
                     _ => {
                         return Err(format!(
-                            "`--kind` is `{text}`, expected single, pair, clean, foreign, beside or mix"
+                            "`--kind` is `{text}`, expected single, pair, several, clean, foreign, beside or mix"
                         ));
                     }
                 };
@@ -96,7 +97,7 @@ pub(crate) fn parse(mut words: impl Iterator<Item = String>) -> Result<Conceal, 
             Kind::Mix if foreign => order.kind = Kind::Foreign,
             Kind::Mix => order.kind = Kind::Single,
             Kind::Foreign if foreign => {}
-            Kind::Single | Kind::Pair | Kind::Beside if !foreign => {}
+            Kind::Single | Kind::Pair | Kind::Several | Kind::Beside if !foreign => {}
             _ => return Err(format!("`{effect}` does not go with that `--kind`")),
         }
     }

@@ -30,6 +30,9 @@ const TOLD: f64 = 0.9;
 /// Share of what a rival explains that it still explains beside an effect, from which on the two are causes of their own.
 const APART: f64 = 0.9;
 
+/// Share of what a correction tells beside an effect that it tells without it, below which the effect has put it there. Set by hand.
+const BROUGHT_OUT: f64 = 0.5;
+
 /// A second effect beside the best one.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Second {
@@ -144,23 +147,40 @@ impl<'r, 'a> Beside<'r, 'a> {
         } = self.round;
         let left = rivals_beside(record, &gate, self.state(), unnamed);
         let relation = self.best.effect.about().relation;
-        let there = left.iter().filter(|c| is_left(c, rival, relation));
-        let most = there.map(Correction::claim);
+        let of_the_rival = left
+            .iter()
+            .filter(|c| c.curve.is_alike(&rival.curve) || !self.told_before(c));
+        let most = of_the_rival.map(|c| left_of(c, rival, relation));
         let itself = |c: &&Correction| c.curve.is_alike(&rival.curve);
         let still = left.iter().find(itself).map_or(0.0, |c| c.borne);
         (most.fold(0.0, f64::max), still > APART * rival.borne)
     }
+
+    /// Whether a correction told as much without the effect: what the effect does not touch is a cause of its own, and nothing that it
+    /// leaves of the rival.
+    fn told_before(&self, c: &Correction) -> bool {
+        let before = (self.round.rivals.iter()).find(|b| b.curve.is_alike(&c.curve));
+        // What the effect brings out of nothing it has put there.
+        before.is_some_and(|b| c.borne > APART * b.borne && b.borne > BROUGHT_OUT * c.borne)
+    }
 }
 
-/// Whether a correction tells what an effect of a relation leaves of what a rival tells.
-pub(super) fn is_left(c: &Correction, rival: &Correction, relation: Relation) -> bool {
+/// What a correction claims of what an effect of a relation leaves over that a rival tells, e-folds; 0 of one that tells of something else.
+pub(super) fn left_of(c: &Correction, rival: &Correction, relation: Relation) -> f64 {
     let enters = |place: Place| place.shows_in().contains(&relation);
     let (place, rival) = (c.curve.place, rival.curve.place);
+    if place == rival {
+        return c.claim().max(0.0);
+    }
     // A rival of another relation is told by what acts there.
     let beyond = !enters(rival);
     let acts = enters(place) || beyond && share_rows(place, rival);
     // In another place than the rival's sound recordings may show as much.
-    place == rival || acts && c.borne > hurdle(c)
+    if acts {
+        (c.claim() - hurdle(c)).max(0.0)
+    } else {
+        0.0
+    }
 }
 
 /// Plausible corrections beside a state, best first, in relations that nothing `unnamed` enters.

@@ -3,7 +3,7 @@
 
 mod gas;
 
-use super::beside::{Beside, Second, is_left, owed_to_timing};
+use super::beside::{Beside, Second, left_of, owed_to_timing};
 use super::form::{Bent, MOSTLY, ROUGH};
 use super::hurdles::{BESIDE_UNNAMED, timed};
 use super::{Footprint, Round, Ruling};
@@ -232,9 +232,16 @@ fn what_is_left_is_told_where_the_effect_acts_or_the_rival_does() {
         (balance, true, PumpHead, false),
     ] {
         let hurdle = hurdle(&correction(place, 0.0));
-        let one = correction(place, if above { hurdle + 1.0 } else { 1.0 });
+        let one = correction(place, if above { hurdle + 5.0 } else { 3.5 });
         let said = format!("{} {above} beside {relation:?}", place.name());
-        assert_eq!(is_left(&one, &of_the_line, relation), left, "{said}");
+        // Of that what it claims in the rival's place, and what it claims beyond a sound recording's in another.
+        let expected = match (left, place == of_the_line.curve.place) {
+            (false, _) => 0.0,
+            (true, true) => one.claim(),
+            (true, false) => 2.0,
+        };
+        let told = left_of(&one, &of_the_line, relation);
+        assert!((told - expected).abs() < 1e-12, "{said}: {told}");
     }
 }
 
@@ -348,7 +355,7 @@ fn each_further_cause_must_show_more() {
     let own = effect.effect.about().search.belief.hurdle;
     let mut round = round(&record, Vec::new(), Vec::new());
     let mut before = 0.0;
-    for (known, more) in [0.0, 8.0, 40.0, 200.0, 400.0, 800.0, 800.0]
+    for (known, more) in [0.0, 8.0, 16.0, 32.0, 64.0, 128.0, 128.0]
         .into_iter()
         .enumerate()
     {
@@ -403,7 +410,7 @@ fn belief_in_an_effect_grows_by_e_in_the_odds_over_its_scale() {
 fn what_stands_above_its_hurdle_is_named_and_nothing_below() {
     let record = sound();
     let own = influx(0.0).effect.about().search.belief.hurdle;
-    for (known, over) in [(0, 0.0), (1, 8.0), (2, 40.0)] {
+    for (known, over) in [(0, 0.0), (1, 8.0), (2, 16.0)] {
         let told_at = |evidence: f64| {
             let mut round = round(&record, vec![influx(evidence)], Vec::new());
             round.known = known;
@@ -771,7 +778,7 @@ fn what_a_second_effect_tells_bends_no_first_one_and_is_not_left_over() {
                 .second(|_| true)
                 .map_or(0.0, |second| second.evidence);
             assert!(
-                (shows + 800.0 - alone).abs() < 0.02 * alone,
+                (shows + 128.0 - alone).abs() < 0.02 * alone,
                 "{known}: {shows}"
             );
         }

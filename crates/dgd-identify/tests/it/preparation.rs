@@ -32,7 +32,8 @@ fn a_stuck_transmitter_is_blanked_alone_and_its_twin_carries_on() {
     let gone = blanked(&recording, &prepared.recording);
     assert_eq!(
         gone,
-        [(Channel::PumpOutletPressure(1), (3000..3300).collect())]
+        // What it repeats it once read.
+        [(Channel::PumpOutletPressure(1), (3001..3300).collect())]
     );
     assert!(prepared.keep[3000..3300].iter().all(|keep| *keep));
     let rest = &prepared.outlet_pressure_pa[3000..3300];
@@ -43,6 +44,25 @@ fn a_stuck_transmitter_is_blanked_alone_and_its_twin_carries_on() {
             .zip(twin)
             .all(|(mean, twin)| (mean - twin).abs() < 1e3)
     );
+}
+
+#[test]
+fn a_meter_that_is_logged_now_and_then_is_known_where_it_is_read() {
+    let mut recording = Rig::default().recording();
+    let read = recording.return_flow_m3_s.clone();
+    // For half an hour of the recording the logger holds each reading for five minutes.
+    for from in (3000..4800).step_by(300) {
+        recording.return_flow_m3_s[from..from + 300].fill(read[from]);
+    }
+    let prepared = prepared(recording);
+    for (i, known) in prepared.recording.return_flow_m3_s[3000..4800]
+        .iter()
+        .enumerate()
+    {
+        assert_eq!(known.is_finite(), i % 300 == 0, "{i}");
+    }
+    // A fit takes none of them.
+    assert!(prepared.keep[3000..4800].iter().all(|keep| !keep));
 }
 
 #[test]

@@ -14,6 +14,8 @@ pub enum Kind {
     Single,
     /// Two effects of the catalogue.
     Pair,
+    /// Three effects of the catalogue, or four.
+    Several,
     /// Nothing.
     Clean,
     /// One effect that is in no catalogue.
@@ -33,9 +35,9 @@ pub struct Order {
     pub level: Level,
     /// What is hidden.
     pub kind: Kind,
-    /// Only this severity; by default singles and foreigns take all in turn, and pairs are moderate.
+    /// Only this severity; by default singles and foreigns take all in turn, and what comes in company is moderate.
     pub severity: Option<Severity>,
-    /// Only this effect of [`EFFECTS`] or kind of [`FOREIGN`]; in a pair, the first.
+    /// Only this effect of [`EFFECTS`] or kind of [`FOREIGN`]; in company, the first.
     pub effect: Option<&'static str>,
     /// How long each recording lasts, h; by default 4 to 8, as drawn.
     pub hours: Option<f64>,
@@ -178,6 +180,18 @@ fn hide(order: &Order, kind: Kind, turn: usize, rig: &Rig, noise: &mut Noise) ->
                 if id != first && meets == same {
                     hidden.push(second);
                     break;
+                }
+            }
+        }
+        Kind::Several => {
+            let severity = order.severity.unwrap_or(Severity::Moderate);
+            let first = order.effect.unwrap_or(EFFECTS[turn % EFFECTS.len()]);
+            hidden.extend(effect::draw(first, severity, rig, noise));
+            let count = 3 + pick(noise, 2);
+            for _ in 0..200 {
+                let id = EFFECTS[pick(noise, EFFECTS.len())];
+                if hidden.len() < count && hidden.iter().all(|h| h.effect != id) {
+                    hidden.extend(effect::draw(id, severity, rig, noise));
                 }
             }
         }

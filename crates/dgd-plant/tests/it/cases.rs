@@ -80,6 +80,23 @@ fn mix_holds_its_shares_and_goes_through_all_effects_and_severities() {
 }
 
 #[test]
+fn several_are_three_or_four_and_each_another() {
+    let cases: Vec<Case> = (0..48)
+        .map(|i| conceal(&order(Kind::Several, None), i))
+        .collect();
+    let with = |n: usize| cases.iter().filter(|c| c.hidden.len() == n).count();
+    assert!(with(3) > 10 && with(4) > 10 && with(3) + with(4) == 48);
+    for (case, first) in cases.iter().zip(EFFECTS.iter().cycle()) {
+        assert_eq!(case.hidden[0].effect, *first);
+        let mut names: Vec<&str> = case.hidden.iter().map(|h| h.effect).collect();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), case.hidden.len());
+        assert_eq!(case.plan.causes.len(), case.hidden.len());
+    }
+}
+
+#[test]
 fn level_two_lacks_transmitters_and_samples_slower_at_times() {
     let two = Order {
         level: Level::Two,
