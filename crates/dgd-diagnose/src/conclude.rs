@@ -9,7 +9,7 @@ mod verdict;
 mod worse;
 
 use crate::ablation::Step;
-use crate::belief::{beside_unnamed, calibrate, doubt, left_over};
+use crate::belief::{beside_unnamed, calibrate, doubt, is_unnamed_among, left_over};
 use crate::diagnosis::{DiagnoseError, Diagnosis, Finding, MOST_STEP_S, Options, Stage, Trace};
 use crate::estimates::Estimator;
 use crate::finding::{finding, heaving};
@@ -223,9 +223,10 @@ fn believe(record: &Record, named: &mut Vec<Named>, sought: Sought<'_>) {
 
 /// Doubts causes whose relation keeps more than noise with all that was found.
 fn doubt_what_is_left(traces: &[Trace], named: &mut [Named], sought: Sought<'_>) {
+    let unnamed = is_unnamed_among(named);
     let left = |n: &&mut Named| residue::is_left_in(traces, n.applied.effect.about().relation);
     for one in named.iter_mut().filter(left) {
-        left_over(one);
+        left_over(one, unnamed);
         if let Sought::Given(suspects) = sought {
             unless_outweighed(one, suspects);
         }

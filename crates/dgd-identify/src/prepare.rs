@@ -6,7 +6,7 @@ use dgd_screen::{Faults, ScreenError, ScreenOptions, Tally, screen};
 /// A screened recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prepared {
-    /// The recording, NaN wherever a transmitter cannot be trusted; of a stuck run it keeps the first value, which was read.
+    /// The recording, NaN wherever a transmitter cannot be trusted; of a stuck run a flow meter keeps the first value, which was read.
     pub recording: Recording,
     /// Step of its even clock, s.
     pub step_s: f64,
@@ -77,12 +77,6 @@ pub fn prepare(
                     .zip(faults)
                     .filter(|(_, faults)| !faults.trusted());
                 faulty.for_each(|(value, _)| *value = f64::NAN);
-            }
-            // What a transmitter repeats it once read: between readings that a logger holds it is not known, at each of them it is.
-            for run in &channel.stuck {
-                if channel.faults[run.start] == Faults::STUCK {
-                    values[run.start] = run.value;
-                }
             }
         }
     };

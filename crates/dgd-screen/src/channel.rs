@@ -23,15 +23,17 @@ impl Faults {
     pub const DISAGREES: Self = Self(1 << 4);
     /// Pump speed only: did not change for long. No fault by itself.
     pub const CONSTANT: Self = Self(1 << 5);
+    /// Flows only: read here, and repeated from the next sample on, which is stuck. No fault by itself, but no sample for a fit.
+    pub const HELD: Self = Self(1 << 6);
 
     /// Whether every fault in `other` is among these.
     pub fn contains(self, other: Self) -> bool {
         self.0 & other.0 == other.0
     }
 
-    /// Whether the value may be trusted: no fault, or merely a constant speed.
+    /// Whether the value may be trusted: no fault, or merely a constant speed or the first of a stuck run.
     pub fn trusted(self) -> bool {
-        self.0 & !Self::CONSTANT.0 == 0
+        self.0 & !(Self::CONSTANT | Self::HELD).0 == 0
     }
 }
 

@@ -192,12 +192,14 @@ impl<'a> Rules<'a> {
         }
     }
 
-    /// What runs of one value mean.
-    pub(crate) fn fault_of_runs(channel: Channel) -> Faults {
-        if channel == Channel::PumpSpeed {
-            Faults::CONSTANT
-        } else {
-            Faults::STUCK
+    /// What runs of one value mean: at their first sample, and from the next on.
+    ///
+    /// What a flow meter repeats it once read; a pressure has a twin to tell it.
+    pub(crate) fn faults_of_runs(channel: Channel) -> [Faults; 2] {
+        match channel {
+            Channel::PumpSpeed => [Faults::CONSTANT; 2],
+            _ if is_pressure(channel) => [Faults::STUCK; 2],
+            _ => [Faults::HELD, Faults::STUCK],
         }
     }
 
@@ -240,10 +242,7 @@ impl Job<'_> {
             let turning = || self.turning(run);
             rules.is_honest(channel, run.value, steps.quantum, whole, turning, shortest)
         });
-        let fault = Rules::fault_of_runs(channel);
-        for run in &found.runs {
-            mark(&mut faults, run.start..run.start + run.length, fault);
-        }
+        mark_runs(&mut faults, 0, &found.runs, Rules::faults_of_runs(channel));
         let (stuck, constant) = if channel == Channel::PumpSpeed {
             (Vec::new(), found.runs)
         } else {
@@ -359,13 +358,7 @@ impl Job<'_> {
             faults: &channel.faults,
         };
         channel.stuck = speed::frozen(readings, outlet_pa, steps, &runs, window);
-        for run in &channel.stuck {
-            mark(
-                &mut channel.faults,
-                run.start..run.start + run.length,
-                Faults::STUCK,
-            );
-        }
+        mark_runs(&mut channel.faults, 0, &channel.stuck, [Faults::STUCK; 2]);
         channel
     }
 
@@ -487,8 +480,20 @@ fn of_faults(faults: Faults, stuck: Reasons, disagree: Reasons) -> Reasons {
     Reasons::GAP.when(faults.contains(Faults::MISSING))
         | Reasons::OUT_OF_RANGE.when(faults.contains(Faults::OUT_OF_RANGE))
         | Reasons::SPIKE.when(faults.contains(Faults::SPIKE))
-        | stuck.when(faults.contains(Faults::STUCK))
+        | stuck.when(faults.contains(Faults::STUCK) || faults.contains(Faults::HELD))
         | disagree.when(faults.contains(Faults::DISAGREES))
+}
+
+/// Marks the samples, of which the first is `start`, that lie in runs: the first of each, and the rest.
+pub(crate) fn mark_runs(faults: &mut [Faults], start: usize, runs: &[Run], of: [Faults; 2]) {
+    let end = start + faults.len();
+    let first = runs.partition_point(|r| r.start + r.length <= start);
+    for run in runs[first..].iter().take_while(|r| r.start < end) {
+        let range = run.start.max(start)..(run.start + run.length).min(end);
+        for i in range {
+            faults[i - start] |= of[usize::from(i > run.start)];
+        }
+    }
 }
 
 fn mark(faults: &mut [Faults], range: Range<usize>, fault: Faults) {

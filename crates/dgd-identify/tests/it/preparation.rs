@@ -32,8 +32,7 @@ fn a_stuck_transmitter_is_blanked_alone_and_its_twin_carries_on() {
     let gone = blanked(&recording, &prepared.recording);
     assert_eq!(
         gone,
-        // What it repeats it once read.
-        [(Channel::PumpOutletPressure(1), (3001..3300).collect())]
+        [(Channel::PumpOutletPressure(1), (3000..3300).collect())]
     );
     assert!(prepared.keep[3000..3300].iter().all(|keep| *keep));
     let rest = &prepared.outlet_pressure_pa[3000..3300];

@@ -3,7 +3,7 @@
 use super::ScreenedBlock;
 use super::series::Known;
 use crate::scan::scan;
-use crate::screening::Rules;
+use crate::screening::{Rules, mark_runs};
 use crate::speed::Readings;
 use crate::spike::{self, LONGEST};
 use crate::{Faults, ScreenOptions};
@@ -201,7 +201,7 @@ impl Window {
             }
             let mut found = series.settled[here.clone()].to_vec();
             if *channel == Channel::PumpSpeed {
-                mark_runs(&mut found, range.start, frozen, Faults::STUCK);
+                mark_runs(&mut found, range.start, frozen, [Faults::STUCK; 2]);
             }
             faults.push((*channel, found));
         }
@@ -248,18 +248,8 @@ impl Series {
         self.jumps
             .extend(found.jumps.iter().map(|at| start + from + at));
         self.faults.extend_from_slice(&self.scanned[old..]);
-        let fault = Rules::fault_of_runs(known.channel);
-        mark_runs(&mut self.faults[old..], start + old, &known.runs, fault);
-    }
-}
-
-/// Marks the samples, of which the first is `start`, that lie in runs.
-fn mark_runs(faults: &mut [Faults], start: usize, runs: &[Run], fault: Faults) {
-    let end = start + faults.len();
-    let first = runs.partition_point(|r| r.start + r.length <= start);
-    for run in runs[first..].iter().take_while(|r| r.start < end) {
-        let range = run.start.max(start)..(run.start + run.length).min(end);
-        mark(faults, range.start - start..range.end - start, fault);
+        let faults = Rules::faults_of_runs(known.channel);
+        mark_runs(&mut self.faults[old..], start + old, &known.runs, faults);
     }
 }
 

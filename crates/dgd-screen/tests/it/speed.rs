@@ -76,7 +76,8 @@ fn a_frozen_reading_is_found_where_values_are_missing() {
         let screening = screen(&recording, 1.0, &ScreenOptions::default()).unwrap();
         let of = |channel| {
             let faults = &screening.channel(channel).unwrap().faults;
-            move |i: usize| faults[i].contains(Faults::STUCK) || faults[i].contains(Faults::MISSING)
+            let of_a_run = [Faults::STUCK, Faults::HELD, Faults::MISSING];
+            move |i: usize| of_a_run.iter().any(|fault| faults[i].contains(*fault))
         };
         assert!((3000..3300).all(of(Channel::PumpSpeed)));
         assert!((1000..1200).all(of(Channel::ReturnFlow)));

@@ -83,30 +83,34 @@ fn a_share_of_none_or_all_is_no_certainty() {
 }
 
 #[test]
-fn a_cause_that_leaves_more_than_noise_has_an_eighth_of_its_odds_and_what_is_none_of_the_catalogue_the_rest()
+fn a_cause_that_leaves_more_than_noise_has_a_fifth_of_its_odds_and_what_is_none_of_the_catalogue_the_rest()
  {
     let before = named(HURDLE, 0.96);
     let mut one = before.clone();
-    left_over(&mut one);
-    close(logit(one.probability), logit(0.96) - 8.0_f64.ln());
+    left_over(&mut one, false);
+    close(logit(one.probability), logit(0.96) - 5.0_f64.ln());
     let all = |n: &Named| n.probability + n.alternatives.iter().map(|a| a.1).sum::<f64>();
     close(all(&one), all(&before));
     assert_eq!(one.alternatives[0].0, "unknown");
     // A correction is not the catalogue's.
     let mut unnamed = correction(0.96);
-    left_over(&mut unnamed);
+    left_over(&mut unnamed, false);
     assert_eq!(unnamed.probability, 0.96);
 }
 
 #[test]
-fn a_name_beside_what_the_catalogue_does_not_hold_has_a_quarter_of_its_odds() {
+fn a_name_beside_what_the_catalogue_does_not_hold_has_a_third_of_its_odds_and_is_doubted_once() {
     let beside = |other: Named| {
         let mut both = [named(HURDLE, 0.96), other];
         beside_unnamed(&mut both);
         both.map(|n| n.probability)
     };
     let [name, unnamed] = beside(correction(0.9));
-    close(logit(name), logit(0.96) - 4.0_f64.ln());
+    close(logit(name), logit(0.96) + 0.35_f64.ln());
+    // What its relation keeps is of the same cause.
+    let mut doubted = named(HURDLE, name);
+    left_over(&mut doubted, true);
+    close(logit(doubted.probability), logit(0.96) - 5.0_f64.ln());
     assert_eq!(unnamed, 0.9);
     assert_eq!(beside(correction(0.4))[0], 0.96);
     assert_eq!(beside(named(HURDLE, 0.9)), [0.96, 0.9]);
@@ -174,7 +178,9 @@ fn three_are_a_crowd_two_are_not_and_what_stands_far_above_its_hurdle_stands_in_
     calibrate(&mut three);
     calibrate(&mut two);
     close(logit(three[0].probability), logit(two[0].probability));
-    assert!(logit(three[2].probability) < logit(0.1));
+    let mut alone = [named(11.0, 0.1)];
+    calibrate(&mut alone);
+    assert!(three[2].probability < alone[0].probability);
 }
 
 #[test]
