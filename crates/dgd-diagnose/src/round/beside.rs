@@ -158,7 +158,7 @@ impl<'r, 'a> Beside<'r, 'a> {
 
     /// Whether a correction told as much without the effect: what the effect does not touch is a cause of its own, and nothing that it
     /// leaves of the rival.
-    fn told_before(&self, c: &Correction) -> bool {
+    pub(super) fn told_before(&self, c: &Correction) -> bool {
         let before = (self.round.rivals.iter()).find(|b| b.curve.is_alike(&c.curve));
         // What the effect brings out of nothing it has put there.
         before.is_some_and(|b| c.borne > APART * b.borne && b.borne > BROUGHT_OUT * c.borne)

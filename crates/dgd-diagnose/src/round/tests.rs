@@ -246,6 +246,25 @@ fn what_is_left_is_told_where_the_effect_acts_or_the_rival_does() {
 }
 
 #[test]
+fn what_tells_as_much_without_an_effect_is_not_left_over_by_it() {
+    let record = sound();
+    let rivals = vec![correction(Place::MeterFactor, 100.0)];
+    let round = round(&record, Vec::new(), rivals);
+    let best = influx(50.0);
+    let holds = Bent {
+        odds: -1.0,
+        sharpened: None,
+    };
+    let beside = Beside::of(&round, &best, &holds);
+    for (beside_it, before) in [(89.0, false), (91.0, true), (199.0, true), (201.0, false)] {
+        let one = correction(Place::MeterFactor, beside_it);
+        assert_eq!(beside.told_before(&one), before, "{beside_it}");
+    }
+    // Of another place nothing was told before.
+    assert!(!beside.told_before(&correction(Place::Balance, 100.0)));
+}
+
+#[test]
 fn an_effect_that_leaves_nothing_over_is_the_cause_whatever_knots_explain() {
     let mut record = restricted(Hidden::default());
     record.without = vec![Step::TwoDo];
