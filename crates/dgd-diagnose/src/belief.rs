@@ -5,7 +5,7 @@ use dgd_effects::unknown;
 use tracing::debug;
 
 /// Logit of the calibrated probability: constant, per e-fold of evidence over hurdle, per logit of the share among
-/// alternatives, and in a crowd of three findings or more, which tells of something else.
+/// alternatives, and in a crowd of three findings or more, which may tell of something else.
 ///
 /// A logistic regression on findings in simulated recordings of seeds below 1000, whether each was concealed there, rounded
 /// by hand within its errors, its constant towards doubt: of `cargo xtask calibrate --seeds 704,705` 0.3, 0.85 and 0.4, with errors of 0.8, 0.3 and
