@@ -91,13 +91,18 @@ impl Selection {
         for (named, applied) in self.named.iter_mut().zip(applied) {
             named.applied = applied;
         }
+        self.refine(record);
+        Some(())
+    }
+
+    /// Moves every effect to where all findings together explain most.
+    fn refine(&mut self, record: &Record) {
         let mut joint = self.state();
         let fixed = joint.len() - self.named.len();
         refine(record, &mut joint, fixed, &[], 2);
         for (named, refined) in self.named.iter_mut().zip(&joint[fixed..]) {
             named.applied = refined.clone();
         }
-        Some(())
     }
 }
 
@@ -176,7 +181,11 @@ pub(crate) fn select(
         }
         match ruling {
             Ruling::Nothing => break,
-            Ruling::Unnamed(correction) => selection.named.push(correction),
+            Ruling::Unnamed(correction) => {
+                selection.named.push(correction);
+                // Its curve was drawn with the strengths of the named effects free.
+                selection.refine(record);
+            }
             Ruling::Named(named) => {
                 selection.accept(record, start, named)?;
                 joined_others = matches!(sought, Sought::Any(_));
