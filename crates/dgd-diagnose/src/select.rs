@@ -400,6 +400,30 @@ mod tests {
     }
 
     #[test]
+    fn named_effects_move_beside_the_curve_of_what_is_not_named() {
+        let rate = 3e-3;
+        let record = drilled(Hidden {
+            influx_m3_s: rate,
+            ..Hidden::default()
+        });
+        let (from, lasts, rise) = INFLUX_S;
+        let weak = Applied::new(find("influx").unwrap(), vec![0.5 * rate, from, lasts, rise]);
+        // A curve of the balance along the return flow that adds nothing.
+        let mut flat = vec![2.0, 4.0, 0.02, 0.05];
+        flat.resize(16, 0.0);
+        let mut found = selection(vec![
+            named(weak, 0.9),
+            named(Applied::new(unknown(), flat.clone()), 0.8),
+        ]);
+        found.refine(&record);
+        let found: Vec<&[f64]> = (found.named.iter())
+            .map(|n| n.applied.parameters.as_slice())
+            .collect();
+        assert!((found[0][0] - rate).abs() < 0.1 * rate, "{found:?}");
+        assert_eq!(found[1], flat);
+    }
+
+    #[test]
     fn a_promise_is_kept_by_a_name_or_by_what_may_be_the_one_that_was_promised() {
         let kept = |ruling: Ruling| promise().is_kept(&ruling);
         assert!(kept(Ruling::Named(gain(0.6))));
