@@ -189,8 +189,11 @@ fn hide(order: &Order, kind: Kind, turn: usize, rig: &Rig, noise: &mut Noise) ->
             hidden.extend(effect::draw(first, severity, rig, noise));
             let count = 3 + pick(noise, 2);
             for _ in 0..200 {
+                if hidden.len() == count {
+                    break;
+                }
                 let id = EFFECTS[pick(noise, EFFECTS.len())];
-                if hidden.len() < count && hidden.iter().all(|h| h.effect != id) {
+                if hidden.iter().all(|h| h.effect != id) {
                     hidden.extend(effect::draw(id, severity, rig, noise));
                 }
             }
