@@ -1,42 +1,32 @@
 //! From evidence to a probability: of findings at 0.8, four in five are right.
 
-use crate::select::Named;
+use crate::selection::Named;
 use dgd_effects::unknown;
 use tracing::debug;
 
-/// Logit of the calibrated probability: constant, per e-fold of evidence over hurdle, per logit of the share among
-/// alternatives, and in a crowd of three findings or more, which may tell of something else.
+/// Logit of the calibrated probability: constant, per e-fold of evidence over hurdle, and per logit of the share among alternatives.
 ///
 /// A logistic regression on findings in simulated recordings of seeds below 1000, whether each was concealed there, rounded
 /// by hand within its errors, its constant towards doubt: of `cargo xtask calibrate --seeds 704,705` 0.3, 0.85 and 0.4, with errors of 0.8, 0.3 and
-/// 0.2; but where the cause was outside the catalogue more names are wrong than in that mix. Of crowds it saw few: in 390 recordings, 90 of three or four
-/// causes (721, 722), 80 of two (717, 731), 60 of one (712), 40 of one beside something outside the catalogue (732) and 120 of that alone (711), names in
-/// a crowd are right in 107 of 111, which is no reason to doubt one more than another. The proof's seeds are others.
-pub(crate) const CALIBRATION: [f64; 4] = [-0.6, 0.65, 0.45, -0.5];
+/// 0.2; but where the cause was outside the catalogue more names are wrong than in that mix. The proof's seeds are others.
+///
+/// Company is no reason for doubt: in 390 recordings, 90 of three or four causes (721, 722), 80 of two (717, 731), 60 of one (712), 40 of one beside
+/// something outside the catalogue (732) and 120 of that alone (711), names among three or more are right in 107 of 111.
+pub(crate) const CALIBRATION: [f64; 3] = [-0.6, 0.65, 0.45];
 
-/// E-folds of evidence over its hurdle from which a finding is clear.
-const CLEAR: f64 = 3.0;
-
-/// What it costs a cause, in e-folds, that it may not be named as it is.
+/// What it costs a cause, in e-folds, that it may not be named as it is: `unknown` is then four times as likely. Set by hand.
 pub(crate) const BARRED: f64 = 1.4;
 
 /// Brings the probabilities of findings to the share of such findings that are right.
 pub(crate) fn calibrate(named: &mut [Named]) {
     /// No share is a certainty; one of next to nothing is a rival's.
     const TOLD: (f64, f64) = (1e-9, 0.99);
-    /// Others whose probabilities add up to more than one by this are a crowd in full. Set by hand.
-    const CROWD: f64 = 0.5;
-    let [constant, margin, share, crowd] = CALIBRATION;
-    // Two others are a crowd as far as both are likely: a third one that is hardly there makes none.
-    let all: f64 = named.iter().map(|n| n.probability).sum();
+    let [constant, margin, share] = CALIBRATION;
     for one in named.iter_mut().filter(|n| !n.applied.is_correction()) {
         let raw = one.probability;
         let told = raw.clamp(TOLD.0, TOLD.1);
         let over = (one.evidence / one.hurdle.max(1.0)).max(1.0).ln();
-        // What stands far above its hurdle stands in any company.
-        let crowded = ((all - one.probability - 1.0) / CROWD).clamp(0.0, 1.0);
-        let doubt = crowded * crowd * (1.0 - over / CLEAR).max(0.0);
-        let own = logistic(constant + margin * over + share * (told / (1.0 - told)).ln() + doubt);
+        let own = logistic(constant + margin * over + share * (told / (1.0 - told)).ln());
         debug!(
             "{} share {raw:.3}, e-folds over its hurdle {over:.2}: {own:.3}",
             one.applied.effect.about().id
@@ -107,19 +97,16 @@ pub(crate) fn left_over(named: &mut Named, beside_unnamed: bool) {
     outside(named, odds);
 }
 
-/// Shares the probabilities of effects beside which something is told that the catalogue does not hold with that.
-pub(crate) fn beside_unnamed(named: &mut [Named]) {
-    if is_unnamed_among(named) {
+/// Shares the probabilities of effects beside which something is told that the catalogue does not hold with that; whether anything is.
+pub(crate) fn beside_unnamed(named: &mut [Named]) -> bool {
+    let unnamed = |n: &Named| n.applied.is_correction() && n.probability > 0.5;
+    let any = named.iter().any(unnamed);
+    if any {
         named
             .iter_mut()
             .for_each(|one| outside(one, BESIDE_UNNAMED));
     }
-}
-
-/// Whether something is told that the catalogue does not hold.
-pub(crate) fn is_unnamed_among(named: &[Named]) -> bool {
-    let unnamed = |n: &Named| n.applied.is_correction() && n.probability > 0.5;
-    named.iter().any(unnamed)
+    any
 }
 
 /// Multiplies the odds of an effect, and gives what that takes to what the catalogue does not hold.

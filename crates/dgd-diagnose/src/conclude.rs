@@ -9,7 +9,7 @@ mod verdict;
 mod worse;
 
 use crate::ablation::Step;
-use crate::belief::{beside_unnamed, calibrate, doubt, is_unnamed_among, left_over};
+use crate::belief::{beside_unnamed, calibrate, doubt, left_over};
 use crate::diagnosis::{DiagnoseError, Diagnosis, Finding, MOST_STEP_S, Options, Stage, Trace};
 use crate::estimates::Estimator;
 use crate::finding::{finding, heaving};
@@ -19,7 +19,8 @@ use crate::numbers::whole;
 use crate::placebo::placebo;
 use crate::record::Record;
 use crate::relations::{Applied, Blocks, Rows};
-use crate::select::{Named, Sought, select};
+use crate::select::{Sought, select};
+use crate::selection::Named;
 use crate::tangent::{Bend, LEAST_ROWS, Tangent};
 use crate::tested::tested;
 use crate::traces::traces;
@@ -78,7 +79,7 @@ pub fn diagnose(
         progress(Stage::Screening(round))
     })
     .ok_or_else(|| too_few(&record))?;
-    believe(&record, &mut selection.named, sought);
+    let doubted = believe(&record, &mut selection.named, sought);
 
     progress(Stage::Fitting);
     let models = Models::trained(&record, &selection, &known, start.kept())
@@ -93,14 +94,14 @@ pub fn diagnose(
         Sought::Given(_) => None,
     };
     let state = selection.state();
-    let full = Tangent::at(&record, &state, &[], Bend::Free).ok_or_else(|| too_few(&record))?;
+    let full = Tangent::at(&record, &state, &[], Bend::Stiff).ok_or_else(|| too_few(&record))?;
     let traces = traces(
         &record,
         (&models.before_fit, &models.start),
         (&full, &state),
     );
     let nothing_left = residue::left(&traces);
-    doubt_what_is_left(&traces, &mut selection.named, sought);
+    doubt_what_is_left(&traces, &mut selection.named, doubted, sought);
 
     let swell = swell(
         &prepared.inlet_pressure_pa,
@@ -204,11 +205,12 @@ fn too_few(record: &Record) -> DiagnoseError {
     }
 }
 
-/// Calibrates what the search found, and lets go of what is more likely not there.
-fn believe(record: &Record, named: &mut Vec<Named>, sought: Sought<'_>) {
+/// Calibrates what the search found, and lets go of what is more likely not there. Whether names were doubted for something unnamed beside them.
+fn believe(record: &Record, named: &mut Vec<Named>, sought: Sought<'_>) -> bool {
+    let mut doubted = false;
     if record.takes(Step::Calibration) {
         calibrate(named);
-        beside_unnamed(named);
+        doubted = beside_unnamed(named);
     }
     named.iter_mut().for_each(doubt);
     if let Sought::Given(suspects) = sought {
@@ -217,16 +219,16 @@ fn believe(record: &Record, named: &mut Vec<Named>, sought: Sought<'_>) {
             .for_each(|one| unless_outweighed(one, suspects));
     } else {
         // It is still listed among what was tested, but neither claimed nor modelled.
-        named.retain(|n| likely(n) >= 0.5);
+        named.retain(|n| n.likely() >= 0.5);
     }
+    doubted
 }
 
-/// Doubts causes whose relation keeps more than noise with all that was found.
-fn doubt_what_is_left(traces: &[Trace], named: &mut [Named], sought: Sought<'_>) {
-    let unnamed = is_unnamed_among(named);
+/// Doubts causes whose relation keeps more than noise with all that was found; less, where something unnamed had them `doubted` already.
+fn doubt_what_is_left(traces: &[Trace], named: &mut [Named], doubted: bool, sought: Sought<'_>) {
     let left = |n: &&mut Named| residue::is_left_in(traces, n.applied.effect.about().relation);
     for one in named.iter_mut().filter(left) {
-        left_over(one, unnamed);
+        left_over(one, doubted);
         if let Sought::Given(suspects) = sought {
             unless_outweighed(one, suspects);
         }
@@ -272,11 +274,6 @@ fn unless_outweighed(one: &mut Named, suspects: &[String]) {
     if (one.alternatives.iter()).any(|a| beside(a) && a.1 > own) {
         one.alternatives.retain(|a| !beside(a));
     }
-}
-
-/// How likely it is that there is anything: the cause named, or one that cannot be told from it.
-fn likely(one: &Named) -> f64 {
-    one.probability + one.alternatives.iter().map(|a| a.1).sum::<f64>()
 }
 
 /// Blocks in which both the line and the pump can be judged.

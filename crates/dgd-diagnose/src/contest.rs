@@ -88,7 +88,7 @@ struct Tangents<'a> {
 
 impl Tangents<'_> {
     fn free(&self) -> Option<&Tangent> {
-        let fitted = || Tangent::beside(self.record, self.state, &[], Bend::Free);
+        let fitted = || Tangent::beside(self.record, self.state, &[], Bend::Stiff);
         self.free.get_or_init(fitted).as_ref()
     }
 }
@@ -173,7 +173,7 @@ fn contender(
     } else {
         Vec::new()
     };
-    // What is proposed anew beside a grid pays for its places; a switch of the pump for those of a sharp peak too.
+    // Candidates between grid points pay for how many were tried; a switch of the pump for the places of a sharp peak too.
     let more = more_places(effect, record);
     let sharp = if effect.is_switch() { SHARP } else { 0.0 };
     let places = (found.len() as f64).ln() + more + sharp;
@@ -302,7 +302,7 @@ fn far(tangents: &Tangents<'_>, near: &Candidate) -> Option<Candidate> {
 }
 
 /// The best of some strengths of an effect of one sign, from the usual one up, with the curves fitted again beside each; `None` if it
-/// explains nothing, or if its opposite explains nearly as much.
+/// explains nothing, or if its opposite explains half as much.
 fn strong(
     record: &Record,
     tangent: &Tangent,

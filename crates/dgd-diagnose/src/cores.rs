@@ -4,8 +4,8 @@ use rayon::prelude::*;
 
 /// Whether a core may be idle.
 ///
-/// Who is one of several at work already goes on alone: a core that waits here for another would begin one more of them
-/// meanwhile, whose columns would stand beside these.
+/// Within a task of the pool work goes on alone: a worker that waits here would take on another task meanwhile, whose columns would
+/// stand in memory beside these.
 pub(crate) fn idle() -> bool {
     rayon::current_thread_index().is_none()
 }

@@ -192,7 +192,7 @@ pub struct ParameterEstimate {
 pub struct HeldOut {
     /// Name of the signal with its SI unit.
     pub signal: String,
-    /// Free-run RMSE without the findings: all of them, the same in each.
+    /// Free-run RMSE without any of the findings: the same value in each.
     pub rmse_before: f64,
     /// Free-run RMSE with them.
     pub rmse_after: f64,
@@ -354,7 +354,8 @@ pub struct Options {
     pub start: Vec<dgd_effects::AppliedEffect>,
     /// Most effects that are fitted together.
     pub most_effects: usize,
-    /// Ids of effects that are taken for given: they are fitted and nothing is searched for. Empty for a search.
+    /// Ids of the only effects that are searched for: each is fitted whatever its evidence, and its probability says whether it is there. Empty
+    /// for the whole catalogue.
     pub suspects: Vec<String>,
     /// Steps of the chain that are left out; for measuring what each buys.
     pub without: Vec<Step>,

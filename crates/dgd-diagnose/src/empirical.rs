@@ -7,7 +7,6 @@ mod seen;
 mod smooth;
 
 pub(crate) use periodic::{in_place, instead_of};
-pub(crate) use seen::pair_of;
 
 use crate::ablation::Step;
 use crate::error_budget::wander;
@@ -19,7 +18,7 @@ use crate::twins::{Pair, Twins};
 use crate::vectors::most_within;
 use crosstalk::crosstalk;
 use dgd_effects::{Curve, Place, Quantity, Relation};
-use drawn::{FINE_KNOTS, drawn};
+use drawn::drawn;
 use rayon::prelude::*;
 
 /// Places that a curve through knots is drawn for. What two transmitters of one pressure tell of the others is [seen](seen::all).
@@ -195,7 +194,7 @@ pub(crate) fn correction(
 ) -> Option<Correction> {
     let course = course.into();
     let place = course.place;
-    let seen = seen::pair_of(place).map_or_else(Vec::new, |pair| {
+    let seen = Pair::of(place).map_or_else(Vec::new, |pair| {
         seen::of(record, tangent, state, excluded, pair)
     });
     let twins = (place == Place::InletReading)
@@ -276,16 +275,6 @@ pub(crate) fn again(
     let tangent = Tangent::at(record, others, excluded, Bend::Loose)?;
     let found = correction(record, &tangent, others, excluded, held)?;
     (found.evidence > rival_hurdle(&found)).then_some(found)
-}
-
-/// The curve of a correction that is seen, finer than any that is drawn: the shortest record has 64 rows of the balance.
-pub(crate) fn seen_curve(one: &Applied) -> Option<Curve> {
-    let seen = |curve: &Curve| {
-        curve.knots.len() > FINE_KNOTS
-            && curve.quantity == Quantity::Time
-            && pair_of(curve.place).is_some()
-    };
-    one.curve().filter(seen)
 }
 
 /// Evidence that a correction reaches on sound recordings of this one's length, e-folds. Set by hand, like the hurdles of effects above what

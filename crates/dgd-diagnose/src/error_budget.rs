@@ -1,9 +1,10 @@
 //! What stands between a sound model and a sound recording besides white noise: wander, timing, starts.
 
+use crate::layout::BALANCE_BLOCKS;
 use crate::layout::Layout;
 use crate::layout::Section;
 use crate::noise::Wander;
-use crate::record::{BALANCE_BLOCKS, Record};
+use crate::record::Record;
 use crate::relations::Blocks;
 use dgd_effects::Curves;
 use dgd_recording::{Rank, quantile};
@@ -96,7 +97,8 @@ pub(crate) fn late(seconds: f64, curves: &Curves, b: &Blocks, layout: Layout) ->
     out
 }
 
-/// What that timing is worth in each row, in its unit.
+/// Standard deviation that each row has beyond white noise, in its unit: of timing, of starts, and of the noise of flow and speed through the
+/// curves.
 pub(crate) fn unrest(record: &Record, curves: &Curves, b: &Blocks, layout: Layout) -> Vec<f64> {
     let n = layout.blocks;
     let seconds = record.block_s();

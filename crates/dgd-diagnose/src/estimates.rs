@@ -4,13 +4,13 @@ use crate::ablation::Step;
 use crate::diagnosis::ParameterEstimate;
 use crate::record::Record;
 use crate::relations::{Applied, on_grid};
-use crate::select::Named;
+use crate::selection::Named;
 use crate::tangent::Tangent;
 use dgd_effects::{Parameter, Role};
 use dgd_lsq::dot;
 use nalgebra::{DMatrix, DVector};
 
-/// Factor on standard errors: residuals are whiter in the model than on a rig.
+/// Factor on standard errors: residuals are whiter in the model than on a rig. Set by hand; what the intervals hold with it is in `PROOF.md`.
 const WIDENING: f64 = 2.5;
 
 /// What the estimates of all findings have in common.
@@ -134,14 +134,16 @@ impl<'a> Estimator<'a> {
         }
     }
 
-    /// Standard deviation of a parameter by the joint curvature; 0 of one that has none.
+    /// Standard deviation of a parameter by the joint curvature; 0 of one that has none, and infinite where nothing tells it.
     fn curvature_sd(&self, (e, j): (Option<usize>, usize)) -> f64 {
         let this = |d: &Direction| Some(d.effect) == e && d.parameter == j;
         let at = self.directions.iter().position(this);
-        match (&self.covariance, at) {
-            (Some(c), Some(a)) => c[(a, a)].max(0.0).sqrt(),
-            _ => 0.0,
-        }
+        let Some(a) = at else {
+            return 0.0;
+        };
+        let variance = self.covariance.as_ref().map(|c| c[(a, a)]);
+        let told = variance.filter(|v| v.is_finite());
+        told.map_or(f64::INFINITY, |v| v.max(0.0).sqrt())
     }
 }
 

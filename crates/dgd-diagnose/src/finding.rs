@@ -1,12 +1,11 @@
 //! A finding in words and numbers.
 
 use crate::diagnosis::{CorrectionCurve, Finding, HeldOut, ParameterEstimate};
-use crate::empirical::pair_of;
 use crate::estimates::Estimator;
 use crate::heave::Swell;
 use crate::numbers::tails;
 use crate::record::Record;
-use crate::select::Named;
+use crate::selection::Named;
 use crate::twins::Pair;
 use dgd_effects::{About, Curve, Place, Quantity, Relation, find, told_apart_by};
 
@@ -41,8 +40,13 @@ pub(crate) fn finding(
         alternatives: named.alternatives.clone(),
         relation,
         shows_in: place.map_or_else(|| vec![relation], |p| p.shows_in().to_vec()),
-        pair: (place.and_then(pair_of))
-            .or_else(|| about.sensor().map(|_| Pair::Outlets))
+        pair: (place.and_then(Pair::of))
+            .or_else(|| {
+                about
+                    .sensor()
+                    .filter(|_| record.outlets.len() > 1)
+                    .map(|_| Pair::Outlets)
+            })
             .map(Pair::name),
         intervals_s: vec![interval],
         region: region(record, interval),
@@ -225,7 +229,7 @@ fn region(record: &Record, interval: (f64, f64)) -> String {
     }
 }
 
-/// Doubt in a swell that stands no higher than it must; one twice as high is doubted half as much.
+/// Doubt in a swell that stands no higher than it must; one twice as high is doubted half as much. Set by hand, not calibrated.
 const DOUBT: f64 = 0.4;
 
 /// Standard deviation that the period of a swell has at the least, s: the sea's own changes by more within hours.

@@ -1,6 +1,6 @@
 //! A pump speed that rests: an operator's set-point, or a reading that froze?
 
-use crate::record::STANDING_PCT;
+use dgd_effects::STANDING_PCT;
 use std::ops::Range;
 
 /// Shortest and longest rest that is looked at, s: below the first a reading repeats by chance, beyond the second

@@ -7,7 +7,7 @@ use crate::record::Record;
 use crate::refine::refine;
 use crate::relations::{Applied, joined};
 use crate::scan::scan;
-use crate::select::Selection;
+use crate::selection::Selection;
 use crate::tangent::{Bend, Tangent};
 use crate::timing::{allowed_beside, is_late_meter};
 use dgd_effects::{AppliedEffect, AugmentedModel, Quantity};
@@ -81,7 +81,7 @@ pub(crate) fn trained(
             // Timed beside the pump's lag a moment ago.
             None if is_late_meter(named.applied.effect.about()) => {}
             None => {
-                if let Some(tangent) = Tangent::at(record, &state, excluded, Bend::Free) {
+                if let Some(tangent) = Tangent::at(record, &state, excluded, Bend::Stiff) {
                     let pull = tangent.pull();
                     let best = scan(record, &tangent, &pull, &state, named.applied.effect)
                         .into_iter()

@@ -1,11 +1,12 @@
 //! The ground that candidates stand on: what a hypothesis comes to by itself, so that one effect more is run only where it acts.
 
-use crate::record::{BALANCE_BLOCKS, Record};
+use crate::layout::BALANCE_BLOCKS;
+use crate::record::Record;
 use crate::relations::{Applied, Blocks, LevelRate, LineFlow, Parts, Touched, begun, run};
 use dgd_effects::{Changes, Extent, MeterPath};
 use std::ops::Range;
 
-/// Fields of [`Changes`].
+/// Values among [`Changes`] that a relation holds.
 const FIELDS: usize = 18;
 
 /// A hypothesis run over a recording.
@@ -114,27 +115,46 @@ fn rows(record: &Record, one: &Applied) -> Range<usize> {
     first.min(end) / per_row..end.div_ceil(per_row)
 }
 
-fn fields(c: &Changes) -> [f64; FIELDS] {
-    let [[outlet, other_outlet], [inlet, other_inlet]] = [c.outlet_bias_pa, c.inlet_bias_pa];
+/// Every member that a relation holds, taken apart so that a new one is not passed over.
+fn fields(changes: &Changes) -> [f64; FIELDS] {
+    let Changes {
+        inflow_m3_s,
+        area_factor,
+        entering_kg_m3,
+        riser_kg_m3,
+        line_kg_m3,
+        line_drop_pa,
+        friction_factor,
+        line_fall_m,
+        head_factor,
+        head_pa,
+        speed_pct,
+        recirculation_m3_s,
+        leak_m3_s,
+        meter_gain,
+        outlet_bias_pa: [outlet, other_outlet],
+        inlet_bias_pa: [inlet, other_inlet],
+        riser_bias_pa: _,
+    } = changes;
     [
-        c.inflow_m3_s,
-        c.area_factor,
-        c.entering_kg_m3,
-        c.riser_kg_m3,
-        c.line_kg_m3,
-        c.line_drop_pa,
-        c.friction_factor,
-        c.line_fall_m,
-        c.head_factor,
-        c.head_pa,
-        c.speed_pct,
-        c.recirculation_m3_s,
-        c.leak_m3_s,
-        c.meter_gain,
-        outlet,
-        other_outlet,
-        inlet,
-        other_inlet,
+        *inflow_m3_s,
+        *area_factor,
+        *entering_kg_m3,
+        *riser_kg_m3,
+        *line_kg_m3,
+        *line_drop_pa,
+        *friction_factor,
+        *line_fall_m,
+        *head_factor,
+        *head_pa,
+        *speed_pct,
+        *recirculation_m3_s,
+        *leak_m3_s,
+        *meter_gain,
+        *outlet,
+        *other_outlet,
+        *inlet,
+        *other_inlet,
     ]
 }
 
@@ -242,6 +262,7 @@ mod tests {
         let per_block = 5;
         Record {
             setting: Setting {
+                outlets: 2,
                 connections: vec![Connection {
                     from_s: 1500.0,
                     to_s: 1700.0,
@@ -275,6 +296,7 @@ mod tests {
             t_s,
             mud_pump,
             booster,
+            topfill: vec![0.001; SAMPLES],
             flow,
             speed,
             inlet,

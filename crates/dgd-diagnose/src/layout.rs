@@ -1,8 +1,10 @@
 //! How the rows of the relations are stacked in one vector.
 
-use crate::record::BALANCE_BLOCKS;
 use dgd_effects::Relation;
 use std::ops::Range;
+
+/// Blocks in one row of the mass balance: differences of pressure need a longer base.
+pub(crate) const BALANCE_BLOCKS: usize = 3;
 
 /// The rows of one relation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -76,6 +78,16 @@ impl Layout {
         let section = Section::ALL.into_iter().find(holds);
         let section = section.unwrap_or(Section::Balance);
         (section, row - self.rows(section).start)
+    }
+
+    /// The middle of every row, s from the recording's start, for blocks of so many seconds.
+    pub(crate) fn times_s(self, block_s: f64) -> Vec<f64> {
+        let mut times = Vec::with_capacity(self.len());
+        for section in Section::ALL {
+            let row_s = block_s * section.blocks_per_row() as f64;
+            times.extend((0..self.rows(section).len()).map(|i| (i as f64 + 0.5) * row_s));
+        }
+        times
     }
 
     /// The first block that a row is about.

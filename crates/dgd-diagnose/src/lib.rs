@@ -49,6 +49,7 @@ mod relations;
 mod round;
 mod scan;
 mod select;
+mod selection;
 mod slack;
 mod suction;
 mod tangent;

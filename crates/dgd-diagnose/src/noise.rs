@@ -244,7 +244,7 @@ impl Whitening {
     }
 
     /// Prepares the filter that takes the wander (an Ornstein-Uhlenbeck process) out of white rows: gains and
-    /// innovation variances of a scalar Kalman filter, which do not depend on the data.
+    /// innovation variances of a Kalman filter with a scalar measurement, which do not depend on the data.
     fn filter(&mut self, wander: Wander) {
         let total = self.layout.len();
         self.gain = vec![[0.0; 2]; total];

@@ -4,7 +4,7 @@ use crate::diagnosis::Check;
 use crate::record::Record;
 use crate::relations::{Applied, joined};
 use crate::scan::{Candidate, weigh};
-use crate::select::Selection;
+use crate::selection::Selection;
 use crate::tangent::{Bend, Tangent};
 use dgd_lsq::dot;
 
@@ -40,7 +40,7 @@ fn held_against(record: &Record, selection: &Selection, k: usize) -> Option<Chec
     let others = rest.fold(selection.allowances.clone(), |all, (_, n)| {
         joined(&all, &n.applied)
     });
-    let tangent = Tangent::at(record, &others, &[], Bend::Free)?;
+    let tangent = Tangent::at(record, &others, &[], Bend::Stiff)?;
     let own = weigh(record, &tangent, &others, named.clone());
     let explained = 0.5 * own.score * own.score / own.energy;
     // With no energy it is no number, and of next to nothing every share is large.

@@ -5,8 +5,7 @@ use crate::cost::Tally;
 use crate::frozen_speed::{quantum, without_seldom_rest};
 use crate::numbers::{bridged, mean, whole};
 use crate::suction::heads_lost;
-pub(crate) use dgd_effects::STANDING_PCT;
-use dgd_effects::Setting;
+use dgd_effects::{STANDING_PCT, Setting};
 use dgd_identify::Prepared;
 use dgd_recording::{Channel, Rank, Recording, SLOWEST_S, Well, held_for, quantile, readings};
 use dgd_replay::fill_gaps;
@@ -22,8 +21,6 @@ const CLOCK_S: f64 = 2.0;
 const LONG_S: f64 = 40.0 * 3600.0;
 /// How long the sound recordings lasted, s, whose evidence hurdles were set above.
 const MEASURED_S: f64 = 8.0 * 3600.0;
-/// Blocks in one row of the mass balance: differences of pressure need a longer base.
-pub(crate) const BALANCE_BLOCKS: usize = 3;
 
 /// A channel that is read at fewer than this share of the samples, mostly no further apart than [`SLOWEST_S`], is logged now and then:
 /// straight lines lie between its readings, whether the samples there are missing or repeat the last one. What is missing otherwise stays missing.
@@ -40,18 +37,19 @@ pub(crate) struct Record {
     pub dt_s: f64,
     pub mud_pump: Vec<f64>,
     pub booster: Vec<f64>,
+    pub topfill: Vec<f64>,
     pub flow: Vec<f64>,
     /// Without the rests in which the reading may be frozen.
     pub speed: Vec<f64>,
     /// What a block of the reading may be off by, %: part of its quantum, and its noise.
     pub speed_error_pct: f64,
     pub inlet: Vec<f64>,
-    /// Each inlet transmitter, where there are two.
+    /// The first two inlet transmitters; one where there is one.
     pub inlets: Vec<Vec<f64>>,
     /// Riser pressure, where it has a transmitter.
     pub riser: Option<Vec<f64>>,
     pub outlet: Vec<f64>,
-    /// Each outlet transmitter, where there are two.
+    /// The first two outlet transmitters; one where there is one.
     pub outlets: Vec<Vec<f64>>,
     /// The same with gaps bridged, for the states of effects.
     pub filled: Filled,
@@ -164,6 +162,7 @@ impl Record {
             dt_s,
             mud_pump,
             booster,
+            topfill,
             flow,
             speed: thin(&without_seldom_rest(&recording.pump_speed_pct, step_s)),
             speed_error_pct: speed_noise_pct.hypot(rounded_pct),
@@ -249,7 +248,7 @@ struct Clock {
 impl Clock {
     /// For a recording of so many samples, a step apart.
     fn of(step_s: f64, samples: usize) -> Self {
-        // Days are searched at half the resolution: their evidence is in numbers.
+        // Days are searched at half the resolution: they have rows enough.
         let (clock_s, block_s) = if step_s * samples as f64 > LONG_S {
             (2.0 * CLOCK_S, 2.0 * BLOCK_S)
         } else {

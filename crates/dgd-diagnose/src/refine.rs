@@ -21,7 +21,7 @@ pub(crate) fn refine(
             if state[k].allowance || state[k].is_correction() {
                 continue;
             }
-            let Some(tangent) = Tangent::at(record, state, excluded, Bend::Free) else {
+            let Some(tangent) = Tangent::at(record, state, excluded, Bend::Stiff) else {
                 return;
             };
             moved(record, &tangent, state, k);
@@ -58,14 +58,14 @@ pub(crate) fn fitted_here(
     /// Misfit that an effect must save for its size to be sought, or cost to be refuted.
     const SHOWN: f64 = 8.0;
     let mut state: Vec<Option<Applied>> = start.iter().cloned().map(Some).collect();
-    for k in [(); 2].iter().flat_map(|()| 0..start.len()) {
+    for k in (0..2).flat_map(|_| 0..start.len()) {
         let Some(own) = state[k].clone() else {
             continue;
         };
         let held = |state: &[Option<Applied>]| state.iter().flatten().cloned().collect::<Vec<_>>();
         let at = state[..k].iter().flatten().count();
         let all = held(&state);
-        let Some(tangent) = Tangent::at(record, &all, excluded, Bend::Free) else {
+        let Some(tangent) = Tangent::at(record, &all, excluded, Bend::Stiff) else {
             break;
         };
         let mut others = all.clone();

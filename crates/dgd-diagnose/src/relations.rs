@@ -17,8 +17,9 @@ pub(crate) use line_flow::{LineFlow, blurred};
 pub(crate) use parts::{Parts, Touched};
 pub(crate) use rows::{Rows, repeats};
 
-use crate::record::{BALANCE_BLOCKS, Record};
-use dgd_effects::{About, Action, Changes, Curve, Effect, Method, Moment, Role, unknown};
+use crate::layout::BALANCE_BLOCKS;
+use crate::record::Record;
+use dgd_effects::{About, Action, Changes, Curve, Effect, KNOTS, Method, Moment, Role, unknown};
 use parts::Row;
 use std::ops::Range;
 
@@ -80,6 +81,10 @@ pub(crate) fn joined(state: &[Applied], one: &Applied) -> Vec<Applied> {
     out.push(one.clone());
     out
 }
+
+/// Knots along the inlet pressure, as the level goes up and down a riser by many lengths of what happens there; and along the time
+/// of a period, in which a filter may be cleaned at once.
+pub(crate) const FINE_KNOTS: usize = 3 * (KNOTS - 1) + 1;
 
 /// Whether the strength of an effect is on a grid.
 pub(crate) fn on_grid(about: &About) -> bool {

@@ -5,19 +5,20 @@ mod findings;
 mod footprint;
 mod form;
 mod hurdles;
+mod suction;
 
 use crate::ablation::Step;
 use crate::contest::{self, Contender, contest, solved};
 use crate::empirical::Correction;
 use crate::record::Record;
 use crate::relations::Applied;
-use crate::select::{Named, Selection};
-use crate::suction::Unmeasured;
+use crate::selection::{Named, Selection};
 use crate::tangent::{Bend, Tangent};
 use beside::{Beside, Second, rivals_beside};
 use dgd_effects::{Place, Relation};
 use footprint::{Footprint, known};
 use form::Bent;
+use suction::Unmeasured;
 use tracing::debug;
 
 /// Share of what an effect explains from which on it shows in a relation.

@@ -1,87 +1,18 @@
 //! From residuals to named effects: one a round, refined together.
 
 use crate::contest::Contender;
-use crate::limit::Showing;
 use crate::record::Record;
 use crate::refine::refine;
-use crate::relations::{Applied, joined, on_grid};
+use crate::relations::{Applied, on_grid};
 use crate::round::{Round, Ruling};
+use crate::selection::{First, Named, Selection};
 use crate::tangent::{Bend, Tangent};
 use crate::timing::{allowances_with, allowed_beside};
-use dgd_effects::Curve;
 use dgd_lsq::dot;
 use rayon::prelude::*;
 use tracing::debug;
 
-/// A named effect.
-#[derive(Clone)]
-pub(crate) struct Named {
-    pub applied: Applied,
-    pub evidence: f64,
-    /// What its form gained within its error, where its strength differs along stands; else 0.
-    pub bent: f64,
-    /// Evidence that sound recordings, and what was named before, do not reach.
-    pub hurdle: f64,
-    pub probability: f64,
-    pub alternatives: Vec<(String, f64)>,
-    /// The most that its probability may be beside another effect that is fitted to the same rows, which has the rest.
-    pub most: Option<(f64, &'static str)>,
-    /// Of a curve that is seen, while it is searched with the curve itself.
-    pub held: Option<Held>,
-}
-
-impl Named {
-    /// Whether it is something that the catalogue does not hold, and not what two transmitters show; until the search ends.
-    pub(crate) fn is_unnamed(&self) -> bool {
-        self.applied.is_correction() && self.held.is_none()
-    }
-}
-
-/// What a model can hold of a curve that is seen.
-#[derive(Clone)]
-pub(crate) struct Held {
-    pub curve: Curve,
-    /// Evidence that the relations bear of it.
-    pub borne: f64,
-}
-
-/// An effect in the first round.
-#[derive(Clone)]
-pub(crate) struct First {
-    pub id: &'static str,
-    pub evidence: f64,
-    /// Evidence that it must show to be named.
-    pub hurdle: f64,
-    /// Energy of a unit of strength, 0 where the strength is on a grid.
-    pub energy: f64,
-    /// Whether it might be named but for its evidence.
-    pub admissible: bool,
-    /// How it would show beside what was named before the last round that weighed it; `None` before, and where it may not be named there.
-    pub showing: Option<Showing>,
-}
-
-/// The outcome of the search.
-#[derive(Clone)]
-pub(crate) struct Selection {
-    /// How many effects the search starts from; they stand first among the allowances.
-    pub held: usize,
-    /// What the search starts from, and what is allowed for beside it.
-    pub allowances: Vec<Applied>,
-    pub named: Vec<Named>,
-    /// How each effect fared before anything was named.
-    pub first: Vec<First>,
-}
-
 impl Selection {
-    /// The full hypothesis.
-    pub(crate) fn state(&self) -> Vec<Applied> {
-        let mut out = self.allowances.clone();
-        for n in &self.named {
-            out = joined(&out, &n.applied);
-        }
-        out
-    }
-
     /// Takes a finding in and refines all of them together.
     fn accept(&mut self, record: &Record, start: &[Applied], found: Named) -> Option<()> {
         self.named.push(found);
@@ -169,7 +100,7 @@ pub(crate) fn select(
             Sought::Any(_) => round.ruling(),
             Sought::Given(ids) => round.given(ids).map_or(Ruling::Nothing, Ruling::Named),
         };
-        // A transmitter at fault keeps no promise, and breaks none.
+        // A faulty transmitter neither keeps nor breaks a pending promise.
         let aside = matches!(ruling, Ruling::Seen(_));
         if !aside && broken_promises(&mut selection, &mut promises, &ruling) {
             continue;
@@ -262,7 +193,7 @@ fn revised(record: &Record, start: &[Applied], selection: &Selection) -> Option<
         }
         // Both are judged by the same noise and on the same rows.
         if tangent.is_none() {
-            tangent = Some(Tangent::at(record, &selection.state(), &[], Bend::Free)?);
+            tangent = Some(Tangent::at(record, &selection.state(), &[], Bend::Stiff)?);
         }
         let tangent = tangent.as_ref()?;
         let saved = misfit(&tangent.off) - misfit(&tangent.refitted(record, &other.state()).off);
@@ -350,9 +281,10 @@ fn shown_beside(first: &mut [First], round: &Round, only: Option<&str>) {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-    use super::{Named, Promised, Selection, broken_promises, revised};
+    use super::{Promised, broken_promises, revised};
     use crate::relations::Applied;
     use crate::round::Ruling;
+    use crate::selection::{Named, Selection};
     use crate::test_rig::{self, Hidden, INFLUX_S, drilled};
     use dgd_effects::{find, unknown};
 

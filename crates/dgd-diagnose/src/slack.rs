@@ -2,11 +2,11 @@
 //!
 //! A second effect must stand out from all of it; what a first one leaves over for want of form is no finding.
 
-use crate::empirical::seen_curve;
 use crate::numbers::mean;
 use crate::record::Record;
 use crate::relations::{Applied, Blocks, joined, on_grid};
 use crate::tangent::Tangent;
+use crate::twins::seen_curve;
 use crate::vectors::Sparse;
 use dgd_effects::{Curve, Excitation, Place, Role, STANDING_M3_S};
 use std::sync::Arc;

@@ -32,7 +32,7 @@ use std::sync::{Arc, OnceLock};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Bend {
     /// As pumps and lines do: for estimates.
-    Free,
+    Stiff,
     /// The head may also lean on the inlet pressure: a gate for effects of the pump, and for corrections that have a form of their own.
     Lean,
     /// Every smooth shape, and a lean: what is left over then is no curve.
@@ -288,7 +288,7 @@ impl Tangent {
 
     /// A stacked vector whitened, and how much of it lies along each column.
     fn whitened(&self, stacked: &[f64]) -> Whitened {
-        debug_assert!(!self.basis.is_empty(), "its columns were released");
+        assert!(!self.basis.is_empty(), "its columns were released");
         let values = self.whitening.apply(stacked);
         // Most effects touch one relation: only the columns and rows that meet it cost anything.
         let touched = support(&values);
@@ -297,7 +297,7 @@ impl Tangent {
         // Columns are orthonormal: the products need not wait for one another.
         let mut shares = products(&self.basis, &values, &touched);
         for share in &mut shares {
-            // Not turned round: a NaN is passed over too.
+            // Written as `!(a > b)`, so that a NaN is set to 0 too.
             if !(share.abs() > 1e-9 * energy.sqrt()) {
                 *share = 0.0;
             }

@@ -6,7 +6,7 @@ pub(crate) use draws::normals;
 
 use crate::record::{Filled, Record};
 use crate::relations::{Applied, Blocks};
-use crate::select::Named;
+use crate::selection::Named;
 use crate::tangent::{Bend, Tangent};
 use dgd_effects::{Curves, FRICTION_TERMS, HEAD_TERMS, Noise, Scale, Setting, find};
 use dgd_identify::Prepared;
@@ -32,7 +32,7 @@ pub(crate) fn one(id: &str, parameters: &[f64]) -> Applied {
 
 /// About a hypothesis, with every row.
 pub(crate) fn tangent_at(record: &Record, state: &[Applied]) -> Tangent {
-    Tangent::at(record, state, &[], Bend::Free).expect("enough rows")
+    Tangent::at(record, state, &[], Bend::Stiff).expect("enough rows")
 }
 
 /// A finding of high probability without alternatives.
@@ -60,6 +60,7 @@ pub(crate) fn setting(span_s: (f64, f64)) -> Setting {
         riser_volume_m3: 200.0,
         span_s,
         inlet_range_pa: (163e5, 165e5),
+        outlets: 2,
         connections: Vec::new(),
         noise: Noise::default(),
     }
@@ -97,6 +98,7 @@ pub(crate) fn steady(blocks: usize) -> Record {
         t_s,
         mud_pump: all(MUD_PUMP_M3_S),
         booster: all(0.01),
+        topfill: all(0.0),
         flow: all(FLOW_M3_S),
         speed: all(SPEED_PCT),
         inlet: all(164e5),
@@ -272,7 +274,7 @@ pub(crate) fn recorded(record: &Record, start_s: f64) -> (Well, Prepared) {
         time_s: record.t_s.iter().map(|t| t + start_s).collect(),
         mud_pump_flow_m3_s: record.mud_pump.clone(),
         booster_flow_m3_s: record.booster.clone(),
-        topfill_flow_m3_s: record.filled.topfill.clone(),
+        topfill_flow_m3_s: record.topfill.clone(),
         return_flow_m3_s: record.flow.clone(),
         pump_inlet_pressure_pa: vec![record.inlet.clone()],
         pump_outlet_pressure_pa: vec![record.outlet.clone()],
@@ -296,6 +298,7 @@ pub(crate) fn cut(mut record: Record, n: usize) -> Record {
         &mut record.t_s,
         &mut record.mud_pump,
         &mut record.booster,
+        &mut record.topfill,
         &mut record.flow,
         &mut record.speed,
         &mut record.inlet,

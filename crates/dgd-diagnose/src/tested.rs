@@ -4,7 +4,7 @@ use crate::diagnosis::{Finding, Outcome, Tested};
 use crate::heave::{Swell, Unseen};
 use crate::record::Record;
 use crate::relations::Applied;
-use crate::select::{First, Selection};
+use crate::selection::{First, Selection};
 use dgd_effects::{About, Excitation, Method, Parameter, catalogue};
 
 /// How each effect of the catalogue fared, and the smallest strength that would have passed its hurdle.

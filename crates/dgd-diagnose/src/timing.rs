@@ -60,7 +60,7 @@ fn timed(
     let mut state = start.to_vec();
     let at = state.len() + k;
     state.extend(named.iter().cloned());
-    let tangent = Tangent::at(record, &state, excluded, Bend::Free)?;
+    let tangent = Tangent::at(record, &state, excluded, Bend::Stiff)?;
     let longest = state[at].effect.about().parameters[0].high;
     let misfit = |time: f64, lag: Option<&Applied>| -> f64 {
         let mut next = state.clone();
@@ -163,7 +163,7 @@ impl Times {
                 let held = state.iter().find(|a| of(a) == id);
                 times.beside.push(effect);
                 times.first.push(held.map_or(0.0, |a| a.parameters[0]));
-                // What is held to be early may stay so; nothing else is for nothing.
+                // An allowance that was fitted as early may stay so; all others start at 0.
                 let shortest = held.map_or(0.0, |a| a.parameters[0].min(0.0));
                 times.ranges.push((shortest, *longest));
             }

@@ -7,8 +7,8 @@ use crate::layout::Layout;
 use crate::noise::{Wander, Whitening};
 use crate::numbers::{mean, tails};
 use crate::record::Record;
-use crate::relations::{Applied, Rows, begun, repeats};
-use dgd_effects::{Changes, KNOTS, Moment, STANDING_M3_S};
+use crate::relations::{Applied, FINE_KNOTS, Rows, begun, repeats};
+use dgd_effects::{Changes, Curve, KNOTS, Moment, Place, Quantity, STANDING_M3_S};
 use dgd_lsq::dot;
 use dgd_recording::{Rank, quantile};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
@@ -23,6 +23,16 @@ const LATE_S: f64 = 10.0;
 
 /// A transmitter that repeats one value for so long while the other does not is stuck, s.
 const STUCK_S: f64 = 60.0;
+
+/// The curve of a correction that is seen, finer than any that is drawn: the shortest record has 64 rows of the balance.
+pub(crate) fn seen_curve(one: &Applied) -> Option<Curve> {
+    let seen = |curve: &Curve| {
+        curve.knots.len() > FINE_KNOTS
+            && curve.quantity == Quantity::Time
+            && Pair::of(curve.place).is_some()
+    };
+    one.curve().filter(seen)
+}
 
 /// Which two.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,6 +54,16 @@ impl Pair {
             Self::Inlets => "inlet transmitters, first less second",
             Self::Outlets => "outlet transmitters, first less second",
             Self::InletAndRiser => "pump inlet less riser pressure",
+        }
+    }
+
+    /// The two that tell of a place.
+    pub(crate) const fn of(place: Place) -> Option<Self> {
+        match place {
+            Place::FirstInlet | Place::SecondInlet => Some(Self::Inlets),
+            Place::FirstOutlet | Place::SecondOutlet => Some(Self::Outlets),
+            Place::InletReading | Place::Suction | Place::RiserReading => Some(Self::InletAndRiser),
+            _ => None,
         }
     }
 

@@ -228,7 +228,7 @@ impl AugmentedModel {
 /// Friction of the line in a run: its curve up to where that is greatest within the flows at which it was identified, and how it goes on.
 ///
 /// Mud that flows faster rubs more. A curve that was bent by what it does not hold, or that is asked beyond its range, may fall
-/// without end, and the flow that balances it lies out of this world.
+/// without end, and there is then no flow that balances it within what is physical.
 #[derive(Debug, Clone, Copy)]
 struct Held {
     top_m3_s: f64,

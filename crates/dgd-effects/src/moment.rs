@@ -126,6 +126,8 @@ pub struct Setting {
     pub inlet_range_pa: (f64, f64),
     /// Stretches without mud pump flow, in order.
     pub connections: Vec<Connection>,
+    /// Outlet transmitters, whose mean is the outlet pressure.
+    pub outlets: usize,
     /// Noise of the channels that effects delay.
     pub noise: Noise,
 }
@@ -201,6 +203,7 @@ impl Setting {
             ),
             inlet_range_pa: (fraction(inlet_pa, 0.02), fraction(inlet_pa, 0.98)),
             connections: connections(time, &recording.mud_pump_flow_m3_s),
+            outlets: recording.pump_outlet_pressure_pa.len(),
             noise: Noise {
                 mud_pump_m3_s: noise(&recording.mud_pump_flow_m3_s, step_s),
                 booster_m3_s: noise(&recording.booster_flow_m3_s, step_s),

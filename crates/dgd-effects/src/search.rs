@@ -120,7 +120,7 @@ impl Shown {
         (whole, whole)
     }
 
-    /// The reported value of an effect that does nothing; no area is without an effect, and is none at 0.
+    /// The reported value that relative sizes count from: 1 of a gain, 0 otherwise.
     pub fn neutral(self) -> f64 {
         match self {
             Self::Gain => 1.0,

@@ -54,7 +54,7 @@ type Write = fn(&Diagnosis, &mut Html);
 /// # let setting = Setting {
 /// #     density_kg_m3: 1200.0, riser_area_m2: 0.15, line_area_m2: 0.02, line_diameter_m: 0.15,
 /// #     line_length_m: 1400.0, riser_volume_m3: 200.0, span_s: (0.0, 3600.0),
-/// #     inlet_range_pa: (1e6, 2e6), connections: Vec::new(), noise: Noise::default(),
+/// #     inlet_range_pa: (1e6, 2e6), connections: Vec::new(), outlets: 2, noise: Noise::default(),
 /// # };
 /// # let simulation =
 /// #     Simulation { t_s: Vec::new(), held_out: Vec::new(), valid: Vec::new(), signals: Vec::new() };

@@ -8,15 +8,8 @@ use serde_json::{Value, json};
 use std::collections::BTreeSet;
 
 /// What the logit of the probability grows with.
-pub(crate) const NAMES: [&str; 4] = [
-    "constant",
-    "e-fold over hurdle",
-    "logit of the share",
-    "three or more",
-];
+pub(crate) const NAMES: [&str; 3] = ["constant", "e-fold over hurdle", "logit of the share"];
 
-/// E-folds over its hurdle from which company no longer matters, as `belief.rs` has it.
-const CLEAR: f64 = 3.0;
 /// Standard deviation of the prior on each coefficient.
 pub(crate) const PRIOR: f64 = 10.0;
 
@@ -34,18 +27,12 @@ pub(crate) struct Claim {
 /// Findings of effects of the catalogue; those called unknown are not calibrated.
 pub(crate) fn claims(cases: &[Case]) -> Vec<Claim> {
     let of = |c: &Case| {
-        let crowded = c.answer.findings.len() > 2;
         let claim = |f: &crate::prove::answer::Finding| {
             let (evidence, hurdle) = f.evidence.zip(f.hurdle)?;
             let over = (evidence / hurdle.max(1.0)).max(1.0).ln();
-            let company = if crowded {
-                (1.0 - over / CLEAR).max(0.0)
-            } else {
-                0.0
-            };
             (f.effect != "unknown").then(|| Claim {
                 seed: c.seed,
-                row: vec![1.0, over, logit(f.probability), company],
+                row: vec![1.0, over, logit(f.probability)],
                 share: f.probability,
                 right: c.truth.names().any(|t| t == f.effect),
             })
@@ -62,17 +49,15 @@ pub(crate) fn claims(cases: &[Case]) -> Vec<Claim> {
 /// What the regression comes to beside the constants now.
 pub(crate) struct Belief {
     pub(crate) claims: Vec<Claim>,
-    /// Findings in a crowd of three or more.
-    pub(crate) crowded: usize,
     /// The constants of `belief.rs`, if they could be read.
-    pub(crate) now: Option<[f64; 4]>,
+    pub(crate) now: Option<[f64; 3]>,
     pub(crate) fit: Option<Fit>,
     /// By claim, from the other seeds; empty with one seed.
     pub(crate) left_out: Vec<f64>,
 }
 
 impl Belief {
-    pub(crate) fn of(cases: &[Case], now: Option<[f64; 4]>) -> Belief {
+    pub(crate) fn of(cases: &[Case], now: Option<[f64; 3]>) -> Belief {
         let claims = claims(cases);
         let rows = |keep: &dyn Fn(&Claim) -> bool| -> Vec<(Vec<f64>, bool)> {
             let kept = claims.iter().filter(|c| keep(c));
@@ -93,7 +78,6 @@ impl Belief {
             left_out.clear();
         }
         Belief {
-            crowded: claims.iter().filter(|c| c.row[3] > 0.0).count(),
             claims,
             now,
             fit: whole,
@@ -130,7 +114,7 @@ impl Belief {
         let [bare, now, left_out] = self.brier();
         json!({
             "names": NAMES, "now": self.now, "derived": self.fit.as_ref().map(|f| &f.coefficients),
-            "standard_errors": self.fit.as_ref().map(|f| &f.errors), "findings": self.claims.len(), "in_a_crowd": self.crowded,
+            "standard_errors": self.fit.as_ref().map(|f| &f.errors), "findings": self.claims.len(),
             "right": self.claims.iter().filter(|c| c.right).count(),
             "brier": {"bare": bare, "now": now, "derived_from_other_seeds": left_out},
         })
@@ -138,13 +122,13 @@ impl Belief {
 }
 
 /// The constants as `belief.rs` has them, read from its text: no command tells them.
-pub(crate) fn now() -> Option<[f64; 4]> {
+pub(crate) fn now() -> Option<[f64; 3]> {
     let path = tools::root().join("crates/dgd-diagnose/src/belief.rs");
     constants(&std::fs::read_to_string(path).ok()?)
 }
 
-fn constants(source: &str) -> Option<[f64; 4]> {
-    let (_, rest) = source.split_once("const CALIBRATION: [f64; 4] = [")?;
+fn constants(source: &str) -> Option<[f64; 3]> {
+    let (_, rest) = source.split_once("const CALIBRATION: [f64; 3] = [")?;
     let (list, _) = rest.split_once(']')?;
     let numbers: Option<Vec<f64>> = list
         .split(',')
@@ -193,16 +177,13 @@ pub(crate) mod tests {
     #[test]
     fn the_rule_by_which_claims_are_right_is_recovered_and_beats_the_bare_share() {
         let truth = [-2.5, 0.8, 0.6];
-        let belief = Belief::of(&claimed(truth), Some([4.0, 0.0, 0.0, 0.0]));
+        let belief = Belief::of(&claimed(truth), Some([4.0, 0.0, 0.0]));
         let fit = belief.fit.as_ref().unwrap();
         for ((found, error), truth) in fit.coefficients.iter().zip(&fit.errors).zip(truth) {
             assert!((found - truth).abs() < 3.0 * error, "{fit:?}");
         }
         let [bare, now, left_out] = belief.brier().map(Option::unwrap);
         assert!(left_out < bare && left_out < now, "{bare} {now} {left_out}");
-        // Nothing is said of crowds where there are none: the prior's standard deviation.
-        assert_eq!(belief.crowded, 0);
-        assert!((fit.errors[3] - PRIOR).abs() < 1e-9);
     }
 
     #[test]
@@ -218,7 +199,6 @@ pub(crate) mod tests {
         let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} {b}");
         close(claims[0].row[1], 1.5);
         close(claims[0].row[2], 9.0_f64.ln());
-        close(claims[0].row[3], 0.5);
         close(claims[1].row[1], 0.0);
         close(claims[1].row[2], 99.0_f64.ln());
         assert!(claims[0].right && !claims[1].right);
@@ -237,9 +217,9 @@ pub(crate) mod tests {
 
     #[test]
     fn the_constants_of_the_source_are_found() {
-        let text = "const CALIBRATION: [f64; 4] = [-0.9, 0.55,\n 0.5, -2.5];";
-        assert_eq!(constants(text), Some([-0.9, 0.55, 0.5, -2.5]));
-        assert_eq!(constants("const CALIBRATION: [f64; 4] = [1.0];"), None);
+        let text = "const CALIBRATION: [f64; 3] = [-0.9, 0.55,\n 0.5];";
+        assert_eq!(constants(text), Some([-0.9, 0.55, 0.5]));
+        assert_eq!(constants("const CALIBRATION: [f64; 3] = [1.0];"), None);
         assert_eq!(constants(""), None);
         assert!(now().is_some(), "belief.rs has another form now");
     }

@@ -191,8 +191,7 @@ fn belief(html: &mut String, b: &Belief) {
     put!(html, "<h2>From evidence to probability</h2>");
     put!(
         html,
-        "<p>logit p = b<sub>0</sub> + b<sub>1</sub> ln(evidence / hurdle) + b<sub>2</sub> logit(share) + b<sub>3</sub> [three findings or more] (1 − ln(evidence / hurdle) / 3), the last \
-         bracket not below 0; share: the bare probability among alternatives, 0.01 to 0.99.</p>"
+        "<p>logit p = b<sub>0</sub> + b<sub>1</sub> ln(evidence / hurdle) + b<sub>2</sub> logit(share); share: the bare probability among alternatives, 0.01 to 0.99.</p>"
     );
     let value = |list: Option<&[f64]>, k: usize| -> String {
         let value = list.and_then(|l| l.get(k));
@@ -201,11 +200,7 @@ fn belief(html: &mut String, b: &Belief) {
     let fit = b.fit.as_ref();
     let errors = fit.map(|f: &Fit| f.errors.as_slice());
     let row = |(k, name): (usize, &&str)| {
-        // What no finding speaks of keeps the prior.
-        let silent = k == 3 && b.crowded == 0;
-        let fitted = fit
-            .filter(|_| !silent)
-            .map(|f: &Fit| f.coefficients.as_slice());
+        let fitted = fit.map(|f: &Fit| f.coefficients.as_slice());
         vec![
             Cell::Name((*name).to_owned()),
             Cell::Number(value(b.now.as_ref().map(|n| n.as_slice()), k)),
@@ -220,11 +215,10 @@ fn belief(html: &mut String, b: &Belief) {
     table(html, &["coefficient", "now", "derived", ""], &cells);
     put!(
         html,
-        "<p class=\"quiet\">{} findings of effects of the catalogue, {} of them among three or more and near their hurdles. A normal prior of standard deviation {PRIOR:.0} on each coefficient keeps it finite. \
+        "<p class=\"quiet\">{} findings of effects of the catalogue. A normal prior of standard deviation {PRIOR:.0} on each coefficient keeps it finite. \
          Findings are those that the hurdles of now let through and that are likelier than not: with other hurdles, calibrate again. Errors take findings of one recording \
          for independent.</p>",
-        b.claims.len(),
-        b.crowded
+        b.claims.len()
     );
     figure(
         html,

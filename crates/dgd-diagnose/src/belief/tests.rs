@@ -4,7 +4,7 @@ mod calibration;
 
 use super::{calibrate, doubt, shared};
 use crate::relations::Applied;
-use crate::select::Named;
+use crate::selection::Named;
 use dgd_effects::find;
 
 fn named(evidence: f64, probability: f64, alternative: f64) -> Named {

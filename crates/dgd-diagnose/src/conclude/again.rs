@@ -1,12 +1,12 @@
 //! Whether the model that runs holds what was called unknown.
 
-use super::likely;
 use super::start::from_model;
 use crate::diagnosis::{Check, DiagnoseError};
 use crate::record::Record;
 use crate::refine::fitted_here;
 use crate::relations::Applied;
-use crate::select::{Named, Sought, select};
+use crate::select::{Sought, select};
+use crate::selection::Named;
 use dgd_effects::{AppliedEffect, Curve};
 
 /// Searches again from the model that runs, as a diagnosis does that starts from it, where corrections are among what is `named`:
@@ -35,7 +35,7 @@ pub(super) fn again(
     let start = fitted_here(record, &from_model(effects)?, &[]);
     let start: Vec<Applied> = start.into_iter().flatten().collect();
     let found = select(record, &start, Sought::Any(most), |_| {});
-    let left = |named: &[Named]| evidence(named.iter().filter(|n| likely(n) >= 0.5));
+    let left = |named: &[Named]| evidence(named.iter().filter(|n| n.likely() >= 0.5));
     Ok(found.map(|found| kept(before, left(&found.named))))
 }
 

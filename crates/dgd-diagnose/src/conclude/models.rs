@@ -1,6 +1,5 @@
 //! The models before and after, trained without the held-out windows, and how they run through them.
 
-use super::likely;
 use crate::belief::unmodelled;
 use crate::diagnosis::{Check, DiagnoseError, Simulation};
 use crate::finding::amiss;
@@ -9,7 +8,8 @@ use crate::held_out::{held_out, model, trained};
 use crate::record::Record;
 use crate::refine::{fitted_here, unshown};
 use crate::relations::Applied;
-use crate::select::{Named, Selection, Sought};
+use crate::select::Sought;
+use crate::selection::{Named, Selection};
 use crate::tangent::{Bend, FRICTION_PRIOR_PA, Tangent};
 use crate::timing::allowances_with;
 use dgd_effects::AugmentedModel;
@@ -54,7 +54,7 @@ impl Models {
         let start: Vec<Applied> = start
             .map(|(trained, given)| trained.unwrap_or_else(|| unshown(given)))
             .collect();
-        let before_state = allowances_with(record, &start, &excluded, Bend::Free, None)?;
+        let before_state = allowances_with(record, &start, &excluded, Bend::Stiff, None)?;
         let after_state = trained(record, &start, selection, &excluded)?;
         let before_fit = runnable(record, &before_state, &excluded)?;
         let after_fit = runnable(record, &after_state, &excluded)?;
@@ -154,13 +154,13 @@ fn gained(simulation: &Simulation) -> f64 {
 pub(super) fn runnable(record: &Record, state: &[Applied], excluded: &[bool]) -> Option<Tangent> {
     /// Standard deviations of its prior up to which the intercept is one. Set by hand.
     const INTERCEPT: f64 = 3.0;
-    let fit = Tangent::at(record, state, excluded, Bend::Free)?;
+    let fit = Tangent::at(record, state, excluded, Bend::Stiff)?;
     if fit.curves.friction[0].abs() < INTERCEPT * FRICTION_PRIOR_PA[0] {
         return Some(fit);
     }
     let stops = |(out, still): (&bool, &bool)| *out || *still;
     let flowing: Vec<bool> = excluded.iter().zip(&fit.rows.still).map(stops).collect();
-    Tangent::at(record, state, &flowing, Bend::Free).or(Some(fit))
+    Tangent::at(record, state, &flowing, Bend::Stiff).or(Some(fit))
 }
 
 /// Lowers the probability of corrections that make the free run unstable, and drops what is then more likely not there, unless it was
@@ -171,11 +171,11 @@ fn unstable(named: &mut Vec<Named>, sought: Sought<'_>) -> Check {
         "it does not on the training stretches, so it is left out of the model that runs"
             .to_owned();
     if let Sought::Any(_) = sought {
-        let unlikely = named.iter().filter(|n| likely(n) < 0.5);
+        let unlikely = named.iter().filter(|n| n.likely() < 0.5);
         for (amiss, p) in unlikely.filter_map(|n| Some((amiss(n)?, n.probability))) {
             detail += &format!("; that {amiss} is therefore not claimed (probability {p:.2})");
         }
-        named.retain(|n| likely(n) >= 0.5);
+        named.retain(|n| n.likely() >= 0.5);
     }
     Check {
         name: "the empirical correction keeps the free run stable".into(),

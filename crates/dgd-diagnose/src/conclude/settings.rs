@@ -1,8 +1,9 @@
 //! How a diagnosis came about, for whoever repeats it.
 
 use crate::cost::Work;
-use crate::record::{BALANCE_BLOCKS, Record};
-use crate::select::Selection;
+use crate::layout::BALANCE_BLOCKS;
+use crate::record::Record;
+use crate::selection::Selection;
 use crate::suction::ALLOWED_HEADS;
 
 /// Names and values of what the recording and the search set.

@@ -3,12 +3,11 @@
 
 mod answer;
 
-use super::likely;
 use super::models::runnable;
 use super::start::refitted;
 use crate::record::Record;
 use crate::relations::Applied;
-use crate::select::Named;
+use crate::selection::Named;
 use crate::tangent::{Bend, Tangent};
 use crate::test_rig::{Hidden, drilled, normals};
 use dgd_effects::{Curves, find, unknown};
@@ -25,7 +24,7 @@ fn a_cause_is_as_likely_there_as_it_and_what_cannot_be_told_from_it() {
         held: None,
         most: None,
     };
-    assert!((likely(&one) - 0.6).abs() < 1e-12);
+    assert!((one.likely() - 0.6).abs() < 1e-12);
 }
 
 /// Drilling with a stop of fifty minutes, in which the column is not as heavy as that of the model.
@@ -55,7 +54,7 @@ fn stopped(lighter_pa: f64) -> Record {
 }
 
 fn curves(record: &Record, excluded: &[bool]) -> Curves {
-    let fit = Tangent::at(record, &[], excluded, Bend::Free).unwrap();
+    let fit = Tangent::at(record, &[], excluded, Bend::Stiff).unwrap();
     fit.curves
 }
 

@@ -428,7 +428,7 @@ fn what_a_pump_loses_is_told_as_it_is_where_the_head_does_not_lean() {
     }
     record.filled.speed.clone_from(&record.speed);
     let gate = Tangent::at(&record, &[], &[], Bend::Lean).unwrap();
-    let free = Tangent::at(&record, &[], &[], Bend::Free).unwrap();
+    let free = Tangent::at(&record, &[], &[], Bend::Stiff).unwrap();
     let found = contest(&record, &gate, &[]);
     let gas = (found.iter())
         .find(|c| c.effect.about().id == "gas_in_pump")

@@ -1,19 +1,15 @@
 //! A curve through knots, drawn for what the relations leave over.
 
 use super::smooth::{smoothed, weighed};
-use super::{Correction, Course, busiest, periodic, size};
+use super::{Correction, Course, busiest, size};
 use crate::ablation::Step;
 use crate::numbers::tails;
 use crate::record::Record;
-use crate::relations::{Applied, joined};
+use crate::relations::{Applied, FINE_KNOTS, joined};
 use crate::tangent::Tangent;
 use crate::twins::Twins;
 use dgd_effects::{Curve, KNOTS, Place, Quantity, Relation};
 use nalgebra::{DMatrix, DVector};
-
-/// Knots along the inlet pressure, as the level goes up and down a riser by many lengths of what happens there; and along the time
-/// of a period, in which a filter may be cleaned at once.
-pub(super) const FINE_KNOTS: usize = 3 * (KNOTS - 1) + 1;
 
 /// The correction of one place along one quantity; `None` if the recording does not move the quantity, or if the riser's transmitter
 /// (`beside_riser`) shows no such drift of the inlets.
@@ -146,7 +142,7 @@ impl<'a> Drawing<'a> {
             let (from, to) = self.range;
             let begin = self.record.setting.span_s.0;
             let within = |t: f64| (begin + t - from).rem_euclid(to - from);
-            let times = periodic::times(self.tangent.layout, self.record.block_s());
+            let times = self.tangent.layout.times_s(self.record.block_s());
             return (times.into_iter())
                 .map(|t| last * within(t) / (to - from))
                 .collect();

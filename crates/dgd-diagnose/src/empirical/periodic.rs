@@ -6,7 +6,7 @@
 use super::{
     Correction, Course, DRAWN, at_will, beside_riser, drawn, hold_without_stops, hurdle, plausible,
 };
-use crate::layout::{Layout, Section};
+use crate::layout::Section;
 use crate::numbers::whole;
 use crate::record::Record;
 use crate::relations::{Applied, joined};
@@ -188,7 +188,7 @@ impl<'a> Search<'a> {
                 slope[row] = line[row] * (to - from);
             }
         }
-        let time_s = times(layout, record.block_s());
+        let time_s = layout.times_s(record.block_s());
 
         // Noise is smooth in the frequency: a few tell of those between.
         let energy = |frequency: f64| -> f64 {
@@ -248,16 +248,6 @@ impl<'a> Search<'a> {
         };
         Some(self.frequencies.par_iter().map(power).collect())
     }
-}
-
-/// The middle of every row, s from the recording's start.
-pub(super) fn times(layout: Layout, block_s: f64) -> Vec<f64> {
-    let mut times = Vec::with_capacity(layout.len());
-    for section in Section::ALL {
-        let row_s = block_s * section.blocks_per_row() as f64;
-        times.extend((0..layout.rows(section).len()).map(|i| (i as f64 + 0.5) * row_s));
-    }
-    times
 }
 
 /// The highest peaks, by their frequency.

@@ -1,15 +1,16 @@
 //! What parts two transmitters of one pressure: seen, so that it needs no knots, and put where the relations find it.
 
-use super::{BUSIEST_S, Correction, busiest, seen_curve, size};
+use super::{BUSIEST_S, Correction, busiest, size};
 use crate::ablation::Step;
 use crate::bayes::evidence;
 use crate::error_budget::wander;
+use crate::layout::BALANCE_BLOCKS;
 use crate::layout::Section;
 use crate::numbers::whole;
-use crate::record::{BALANCE_BLOCKS, Record};
+use crate::record::Record;
 use crate::relations::{Applied, joined};
 use crate::tangent::Tangent;
-use crate::twins::{Pair, Twins};
+use crate::twins::{Pair, Twins, seen_curve};
 use dgd_effects::{Curve, Place, Quantity};
 use dgd_lsq::dot;
 use std::ops::Range;
@@ -60,13 +61,6 @@ const MOST_KNOTS: usize = 2880;
 /// Evidence that the relations would have for it, if it sat in a place: from so much on they can tell.
 const TELLS: f64 = 25.0;
 
-/// The pair that tells of a place.
-pub(crate) fn pair_of(place: Place) -> Option<Pair> {
-    let of = |s: &&Suspect| s.place == place;
-    let pair = SUSPECTS.iter().find(of).map(|s| s.pair);
-    pair.or((place == Place::RiserReading).then_some(Pair::InletAndRiser))
-}
-
 /// Corrections by what parts two transmitters, of the places where the relations find it; `excluded` blocks tell nothing.
 ///
 /// One of two at the pump inlet or outlet enters the mean that the relations hold by half, either with its own sign. Of the inlets
@@ -82,7 +76,7 @@ pub(super) fn all(
     // What parts two is told once.
     let told = |pair: &Pair| {
         let mut seen = state.iter().filter_map(seen_curve);
-        seen.any(|curve| pair_of(curve.place) == Some(*pair))
+        seen.any(|curve| Pair::of(curve.place) == Some(*pair))
     };
     (Pair::ALL.into_iter())
         .filter(|pair| !told(pair))

@@ -11,8 +11,9 @@ use super::{
     size,
 };
 use crate::ablation::Step;
+use crate::layout::BALANCE_BLOCKS;
 use crate::layout::Section;
-use crate::record::{BALANCE_BLOCKS, Record};
+use crate::record::Record;
 use crate::relations::Applied;
 use crate::tangent::{Bend, Tangent};
 use crate::test_rig::{BLOCK_S, FLOW_M3_S, Hidden, SPEED_PCT, drilled, normals};

@@ -6,11 +6,12 @@ use crate::ablation::Step;
 use crate::diagnosis::ParameterEstimate;
 use crate::record::Record;
 use crate::relations::Applied;
-use crate::select::{Named, Selection};
+use crate::selection::{Named, Selection};
 use crate::tangent::{Bend, Tangent};
 use crate::test_rig::{Hidden, INFLUX_S, drilled, named};
 use dgd_effects::{Role, find, unknown};
 use dgd_lsq::dot;
+use nalgebra::DMatrix;
 
 fn selected(allowances: Vec<Applied>, named: Vec<Named>) -> Selection {
     Selection {
@@ -100,7 +101,7 @@ fn influx_of(rate: f64) -> (Record, Named) {
 
 /// The tangent about all that is selected.
 fn about(record: &Record, selection: &Selection) -> Tangent {
-    Tangent::at(record, &selection.state(), &[], Bend::Free).unwrap()
+    Tangent::at(record, &selection.state(), &[], Bend::Stiff).unwrap()
 }
 
 /// Two and a half times the posterior's deviation, and the form's error beside it.
@@ -200,6 +201,28 @@ fn no_interval_reaches_beyond_what_is_plausible() {
 }
 
 #[test]
+fn where_the_curvature_cannot_be_inverted_a_strength_may_be_all_that_is_plausible() {
+    let record = drilled(Hidden::default());
+    let one = named("inflow_gain", &[0.02]);
+    let selection = selected(Vec::new(), vec![one.clone()]);
+    let (state, full) = (selection.state(), about(&record, &selection));
+    let about = one.applied.effect.about().parameters[0];
+    let (shift, factor) = about.shown.scale(&record.setting);
+    let size = |found: &[ParameterEstimate]| found[0].ci95;
+    let told = Estimator::of(&record, &state, &full);
+    let inside = size(&told.estimates(&one));
+    for covariance in [None, Some(DMatrix::from_element(1, 1, f64::NAN))] {
+        let untold = Estimator {
+            covariance,
+            ..Estimator::of(&record, &state, &full)
+        };
+        let (low, high) = size(&untold.estimates(&one));
+        assert!(low < inside.0 && high > inside.1);
+        assert_eq!(high, shift + factor * about.high);
+    }
+}
+
+#[test]
 fn two_strengths_that_look_alike_are_less_certain_together() {
     let record = drilled(Hidden::default());
     let both = vec![
@@ -261,7 +284,7 @@ fn what_allows_for_timing_and_a_correction_take_no_certainty_away() {
 fn times_are_known_to_a_minute_at_best_and_a_rate_no_better_than_its_form() {
     let (record, one) = influx_of(3e-3);
     let state = [one.applied.clone()];
-    let full = Tangent::at(&record, &state, &[], Bend::Free).unwrap();
+    let full = Tangent::at(&record, &state, &[], Bend::Stiff).unwrap();
     let found = estimates(&record, &selected(Vec::new(), vec![one]), 0, &full);
     let names: Vec<&str> = found.iter().map(|p| p.name.as_str()).collect();
     assert_eq!(names, ["rate_m3_s", "onset_s", "duration_s", "ramp"]);
@@ -305,7 +328,7 @@ fn moved_as_expected(rate: f64) {
     let (record, influx) = influx_of(rate);
     let (from, lasts, rise) = INFLUX_S;
     let state = [named("inflow_gain", &[0.01]).applied, influx.applied];
-    let full = Tangent::at(&record, &state, &[], Bend::Free).unwrap();
+    let full = Tangent::at(&record, &state, &[], Bend::Stiff).unwrap();
     let (onset, free) = ((1, 1), [(0, 0), (1, 0), (1, 3)]);
     let profile = Profile {
         estimator: &Estimator::of(&record, &state, &full),
@@ -344,7 +367,7 @@ fn a_time_reaches_to_where_moving_it_costs_what_an_interval_may() {
     let (record, one) = influx_of(5e-4);
     let from = INFLUX_S.0;
     let state = [one.applied.clone()];
-    let full = Tangent::at(&record, &state, &[], Bend::Free).unwrap();
+    let full = Tangent::at(&record, &state, &[], Bend::Stiff).unwrap();
     let estimator = Estimator::of(&record, &state, &full);
     let within = |most: f64| Profile {
         estimator: &estimator,
@@ -378,7 +401,7 @@ fn the_smaller_an_effect_the_less_is_told_of_when_it_began() {
     let onset = |rate: f64| {
         let (record, one) = influx_of(rate);
         let state = [one.applied.clone()];
-        let full = Tangent::at(&record, &state, &[], Bend::Free).unwrap();
+        let full = Tangent::at(&record, &state, &[], Bend::Stiff).unwrap();
         let found = estimates(&record, &selected(Vec::new(), vec![one]), 0, &full);
         let (low, high) = found[1].ci95;
         assert!(low < from && from < high);
@@ -432,7 +455,7 @@ fn an_onset_before_the_recording_is_told_as_one_and_an_interval_holds_its_estima
     let (from, _, _) = INFLUX_S;
     record.setting.span_s.0 = from + 600.0;
     let state = [one.applied.clone()];
-    let full = Tangent::at(&record, &state, &[], Bend::Free).unwrap();
+    let full = Tangent::at(&record, &state, &[], Bend::Stiff).unwrap();
     let found = estimates(&record, &selected(Vec::new(), vec![one.clone()]), 0, &full);
     let onset = &found[1];
     assert_eq!((onset.estimate, onset.ci95.0), (from + 600.0, from + 600.0));

@@ -6,7 +6,7 @@ use crate::diagnosis::Finding;
 use crate::estimates::Estimator;
 use crate::heave::Swell;
 use crate::relations::Applied;
-use crate::select::Named;
+use crate::selection::Named;
 use crate::tangent::{Bend, Tangent};
 use crate::test_rig::{Hidden, INFLUX_S, drilled, named, steady};
 use dgd_effects::{About, Curve, KNOTS, Place, Quantity, Relation, catalogue, find, told_apart_by};
@@ -30,7 +30,7 @@ fn told(named: &Named) -> Finding {
     });
     record.setting.span_s = (START_S, START_S + 5400.0);
     record.t_s.iter_mut().for_each(|t| *t += START_S);
-    let full = Tangent::at(&record, &[], &[], Bend::Free).unwrap();
+    let full = Tangent::at(&record, &[], &[], Bend::Stiff).unwrap();
     let state = [named.applied.clone()];
     finding(&record, named, &Estimator::of(&record, &state, &full), None)
 }

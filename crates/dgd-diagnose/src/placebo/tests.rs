@@ -5,7 +5,7 @@ use super::{beyond, other_times, placebo};
 use crate::diagnosis::Check;
 use crate::record::Record;
 use crate::scan::{Candidate, weigh};
-use crate::select::{Named, Selection};
+use crate::selection::{Named, Selection};
 use crate::tangent::{Bend, Tangent};
 use crate::test_rig::{DT_S, Hidden, INFLUX_S, SPEED_PCT, drilled, named, steady};
 use dgd_lsq::dot;
@@ -173,7 +173,7 @@ fn a_placebo_counts_for_what_it_does_not_share_with_the_finding() {
 fn the_evidence_told_is_what_the_finding_explains_beside_the_others() {
     let record = with_influx();
     let checks = placebo(&record, &selected(vec![influx(INFLUX_S.0)]));
-    let tangent = Tangent::at(&record, &[], &[], Bend::Free).unwrap();
+    let tangent = Tangent::at(&record, &[], &[], Bend::Stiff).unwrap();
     let own = weigh(&record, &tangent, &[], influx(INFLUX_S.0).applied);
     let explained = 0.5 * own.score.powi(2) / own.energy;
     let told = format!("of the evidence of {explained:.0} at ");

@@ -1,8 +1,9 @@
 //! How fast the level moves, as the pump inlet pressure tells it.
 
 use super::blocks::calmed;
+use crate::layout::BALANCE_BLOCKS;
 use crate::numbers::mean;
-use crate::record::{BALANCE_BLOCKS, Record};
+use crate::record::Record;
 use dgd_effects::shrunk;
 
 /// Rate of the pump inlet pressure in each row of the mass balance.

@@ -1,8 +1,9 @@
 //! From samples to means of blocks, a row of the mass balance at a time.
 
 use super::{LevelRate, LineFlow};
+use crate::layout::BALANCE_BLOCKS;
 use crate::numbers::{mean, mean_of};
-use crate::record::{BALANCE_BLOCKS, Record};
+use crate::record::Record;
 use dgd_effects::Changes;
 use dgd_units::STANDARD_GRAVITY_M_S2;
 

@@ -1,9 +1,10 @@
 //! Which rows of the relations a recording supports.
 
 use super::Blocks;
+use crate::layout::BALANCE_BLOCKS;
 use crate::layout::Section;
 use crate::numbers::mean;
-use crate::record::{BALANCE_BLOCKS, Record};
+use crate::record::Record;
 use dgd_effects::STANDING_M3_S;
 
 /// Rise of the outlet during a stop that only a pump makes, Pa: twenty times the 0.05 bar that transmitters wander by. Set by hand.
@@ -70,6 +71,7 @@ impl Rows {
             let told = |b| {
                 full(&record.mud_pump, b)
                     && full(&record.booster, b)
+                    && full(&record.topfill, b)
                     && (pump.turned[b] > 1 || pump.stood[b] > 0)
             };
             *row = (k * BALANCE_BLOCKS..(k + 1) * BALANCE_BLOCKS).all(told)

@@ -2,7 +2,8 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::{Applied, Blocks, LevelRate, LineFlow, Parts, Touched, run};
-use crate::record::{BALANCE_BLOCKS, Record};
+use crate::layout::BALANCE_BLOCKS;
+use crate::record::Record;
 use crate::test_rig::{DT_S, FLOW_M3_S, PER_BLOCK, SPEED_PCT, cut, steady};
 use dgd_effects::{Changes, Moment, find, shrunk};
 use dgd_units::STANDARD_GRAVITY_M_S2;
@@ -33,7 +34,8 @@ fn read(c: &Changes, transmitters: usize) -> Record {
     let stored = c.area_factor * s.riser_area_m2 / (rho * g) * rate;
     let inflow = (stored + FLOW_M3_S * riser - c.inflow_m3_s) / (1.0 + c.entering_kg_m3 / rho);
     let (booster, topfill) = (0.01, 0.002);
-    record.filled.topfill = vec![topfill; n];
+    record.topfill = vec![topfill; n];
+    record.filled.topfill.clone_from(&record.topfill);
     record.mud_pump = vec![inflow - booster - topfill; n];
     record.flow = vec![(FLOW_M3_S - c.leak_m3_s) * c.meter_gain; n];
     record.speed = vec![SPEED_PCT - c.speed_pct; n];

@@ -1,7 +1,6 @@
 //! What is left over beside an effect: corrections that still tell something, and effects that do.
 
-use super::form::NO_ODDS;
-use super::hurdles::{FURTHER, timed};
+use super::hurdles::{FURTHER, NO_ODDS, timed};
 use super::{Bent, Round};
 use crate::ablation::Step;
 use crate::contest::{self, Contender, contest, material, solved};
@@ -160,7 +159,7 @@ impl<'r, 'a> Beside<'r, 'a> {
     /// leaves of the rival.
     pub(super) fn told_before(&self, c: &Correction) -> bool {
         let before = (self.round.rivals.iter()).find(|b| b.curve.is_alike(&c.curve));
-        // What the effect brings out of nothing it has put there.
+        // A correction that shows only beside the effect is the effect's doing.
         before.is_some_and(|b| c.borne > APART * b.borne && b.borne > BROUGHT_OUT * c.borne)
     }
 }

@@ -7,7 +7,7 @@ use crate::belief::{BARRED, logistic, shared};
 use crate::contest::{self, Contender, alike, at_bound, material, solved, stands};
 use crate::empirical::{Correction, hurdle, instead_of};
 use crate::relations::Applied;
-use crate::select::{Held, Named};
+use crate::selection::{Held, Named};
 use crate::timing::is_late_meter;
 
 /// Evidence over which belief in a correction grows by a factor e in the odds, as a share of its hurdle: as sound recordings

@@ -1,11 +1,12 @@
 //! What has been named already, and what it leaves over for want of form.
 
 use crate::contest::{hurdle, material};
-use crate::empirical::{again, seen_curve};
+use crate::empirical::again;
 use crate::record::Record;
 use crate::relations::Applied;
-use crate::select::Selection;
+use crate::selection::Selection;
 use crate::tangent::{Bend, Tangent};
+use crate::twins::seen_curve;
 use dgd_effects::{About, Excitation};
 use dgd_lsq::dot;
 
@@ -156,7 +157,7 @@ mod tests {
     use super::{Footprint, Known, WITHIN_STANDS, known};
     use crate::layout::Section;
     use crate::relations::Applied;
-    use crate::select::Selection;
+    use crate::selection::Selection;
     use crate::tangent::{Bend, Tangent};
     use crate::test_rig::{Hidden, INFLUX_S, drilled};
     use dgd_effects::{Curve, KNOTS, Place, Quantity, find};

@@ -2,6 +2,7 @@
 
 use super::Round;
 use super::beside::Beside;
+use super::hurdles::NO_ODDS;
 use crate::ablation::Step;
 use crate::contest::{Contender, is_pump, solved};
 use crate::empirical::{Correction, at_will, correction, plausible};
@@ -21,9 +22,6 @@ pub(super) const ROUGH: f64 = 0.25;
 
 /// Share of what a form gains by bending that a second effect must explain beside it to be what bends it.
 pub(super) const MOSTLY: f64 = 0.7;
-
-/// Odds, in e-folds, that matter to no probability.
-pub(super) const NO_ODDS: f64 = -4.0;
 
 /// Odds, in e-folds, that a temporary effect is a permanent one, from which on it counts as permanent: its end must be plain to see.
 const NO_END: f64 = -1.0;

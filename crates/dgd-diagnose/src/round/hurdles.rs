@@ -14,6 +14,9 @@ use dgd_lsq::dot;
 use std::ops::Range;
 use tracing::debug;
 
+/// Odds, in e-folds, that matter to no probability.
+pub(super) const NO_ODDS: f64 = -4.0;
+
 /// Evidence that a first, second, third effect and so on must show beyond its hurdle: causes seldom come together. Each asks twice what the
 /// one before it does.
 ///

@@ -1,9 +1,10 @@
 //! Where something that sets in, or passes, would explain most.
 
 use super::Candidate;
+use crate::layout::BALANCE_BLOCKS;
 use crate::layout::Section;
 use crate::numbers::whole;
-use crate::record::{BALANCE_BLOCKS, Record};
+use crate::record::Record;
 use crate::relations::{Applied, joined};
 use crate::tangent::Tangent;
 use dgd_effects::Effect;

@@ -2,8 +2,9 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::{Slack, slack};
+use crate::layout::BALANCE_BLOCKS;
 use crate::layout::Section;
-use crate::record::{BALANCE_BLOCKS, Record};
+use crate::record::Record;
 use crate::relations::Blocks;
 use crate::tangent::{Bend, Tangent};
 use crate::test_rig::{BLOCK_S, Hidden, INFLUX_S, drilled, one};
@@ -12,7 +13,7 @@ use dgd_lsq::dot;
 
 fn free(record: &Record, id: &str, parameters: &[f64]) -> (Vec<Slack>, Tangent) {
     let state = [one(id, parameters)];
-    let tangent = Tangent::at(record, &state, &[], Bend::Free).unwrap();
+    let tangent = Tangent::at(record, &state, &[], Bend::Stiff).unwrap();
     (slack(record, &tangent, &state, 0), tangent)
 }
 
@@ -153,7 +154,7 @@ fn an_influx_may_be_wrong_by_its_parameters_and_by_a_seventh_of_its_form() {
     });
     let (from, lasts, rise) = INFLUX_S;
     let state = vec![one("influx", &[3e-3, from, lasts, rise])];
-    let tangent = Tangent::at(&record, &state, &[], Bend::Free).unwrap();
+    let tangent = Tangent::at(&record, &state, &[], Bend::Stiff).unwrap();
     let free = slack(&record, &tangent, &state, 0);
     // Strength, onset, duration, shape; then time twice and load, each with half of its form's error.
     let widths: Vec<f64> = free.iter().map(|s| s.width).collect();

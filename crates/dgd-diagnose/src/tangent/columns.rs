@@ -121,7 +121,7 @@ impl Columns {
             column[layout.rows(Section::Outlets)].fill(1.0);
             beyond(column, OUTLETS_PRIOR_PA);
         }
-        if frame.bend != Bend::Free {
+        if frame.bend != Bend::Stiff {
             beyond(lean(record, layout), LEAN_PRIOR);
         }
         if frame.bend == Bend::Loose {
@@ -240,7 +240,7 @@ mod tests {
                 record.outlets.push(record.outlets[0].clone());
             }
             let [free, lean, loose] =
-                [Bend::Free, Bend::Lean, Bend::Loose].map(|bend| columns(&record, bend).widths);
+                [Bend::Stiff, Bend::Lean, Bend::Loose].map(|bend| columns(&record, bend).widths);
             // The offset of the outlets; the lean; what answers late.
             assert_eq!(free.len(), curves + outlets - 1);
             assert_eq!(lean.len(), free.len() + 1);
@@ -258,7 +258,7 @@ mod tests {
     fn a_factor_on_a_curve_is_one_on_its_columns() {
         let record = record();
         let plain = Blocks::under(&record, &[]);
-        let frame = Frame::of(&record, &plain, &[], Bend::Free).unwrap();
+        let frame = Frame::of(&record, &plain, &[], Bend::Stiff).unwrap();
         let mut other = plain.clone();
         other.friction_factor.fill(1.25);
         other.head_factor.fill(0.5);

@@ -68,7 +68,7 @@ fn robust<const P: usize>(rows: &[[f64; P]], y: &[f64], widths: &[f64; P]) -> [f
             for b in a + 1..P {
                 normal[(a, b)] = normal[(b, a)];
             }
-            // A noise of 5 kPa stands against the prior; a whisper keeps collinear terms apart.
+            // A noise of 5 kPa stands against the prior; a relative 1e-10 keeps the matrix positive definite.
             normal[(a, a)] += (5e3 / widths[a]).powi(2) + 1e-10 * normal[(a, a)].max(1e-12);
         }
         let Some(factor) = normal.cholesky() else {

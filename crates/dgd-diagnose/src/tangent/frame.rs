@@ -3,9 +3,10 @@
 use super::Bend;
 use super::curves::{Evaluated, robust_curves};
 use crate::error_budget::{unrest, wander};
+use crate::layout::BALANCE_BLOCKS;
 use crate::layout::{Layout, Section};
 use crate::noise::Whitening;
-use crate::record::{BALANCE_BLOCKS, Record};
+use crate::record::Record;
 use crate::relations::{Blocks, Rows};
 use crate::slack::Slack;
 use dgd_effects::{Curves, Scale};
@@ -154,8 +155,8 @@ fn upper(values: &[f64]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::{exclude, lonely, strike};
+    use crate::layout::BALANCE_BLOCKS;
     use crate::layout::Layout;
-    use crate::record::BALANCE_BLOCKS;
     use crate::relations::Rows;
     use crate::test_rig::{PER_BLOCK, steady};
 

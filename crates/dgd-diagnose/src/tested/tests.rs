@@ -8,7 +8,7 @@ use crate::heave::{Swell, Unseen};
 use crate::limit::{Energy, Showing};
 use crate::record::Record;
 use crate::relations::Applied;
-use crate::select::{First, Named, Selection};
+use crate::selection::{First, Named, Selection};
 use crate::test_rig::{named, steady};
 use dgd_effects::{Connection, Excitation, Method, catalogue, find};
 

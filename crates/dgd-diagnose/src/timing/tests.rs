@@ -6,7 +6,7 @@ mod allowances;
 use super::{allowances_with, allowed_beside, is_late_meter, retimed, stepped};
 use crate::refine::refine;
 use crate::relations::Applied;
-use crate::select::{Named, Selection};
+use crate::selection::{Named, Selection};
 use crate::tangent::{Bend, Tangent};
 use crate::test_rig::{Hidden, drilled, one};
 use dgd_effects::find;
@@ -15,11 +15,11 @@ use dgd_lsq::dot;
 #[test]
 fn sound_drilling_leaves_no_more_than_white_noise_and_needs_no_allowance() {
     let record = drilled(Hidden::default());
-    let tangent = Tangent::at(&record, &[], &[], Bend::Free).unwrap();
+    let tangent = Tangent::at(&record, &[], &[], Bend::Stiff).unwrap();
     let misfit = dot(&tangent.off, &tangent.off);
     let rows = tangent.whitening.valid.iter().filter(|v| **v).count();
     assert!(rows > 1000 && misfit < rows as f64);
-    let allowed = allowances_with(&record, &[], &[], Bend::Free, None).unwrap();
+    let allowed = allowances_with(&record, &[], &[], Bend::Stiff, None).unwrap();
     assert!(allowed.is_empty());
 }
 

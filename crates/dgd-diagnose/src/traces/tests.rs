@@ -46,7 +46,7 @@ fn spread(values: &[f64]) -> f64 {
 fn each_relation_is_shown_where_it_is_used_and_comes_to_its_noise_with_the_cause() {
     let record = record();
     let [before, after] =
-        [&[][..], &influx()].map(|state| Tangent::at(&record, state, &[], Bend::Free).unwrap());
+        [&[][..], &influx()].map(|state| Tangent::at(&record, state, &[], Bend::Stiff).unwrap());
     let found = traces(&record, (&before, &[]), (&after, &influx()));
     let rows = &after.rows;
     let relations = [
@@ -104,8 +104,8 @@ fn flowing_mud_scatters_about_zero_and_what_no_fit_has_seen_is_shown() {
     let excluded: Vec<bool> = (0..record.blocks)
         .map(|b| b < 60 || stop.contains(&b))
         .collect();
-    let before = Tangent::at(&record, &[], &excluded, Bend::Free).unwrap();
-    let after = Tangent::at(&record, &influx(), &[], Bend::Free).unwrap();
+    let before = Tangent::at(&record, &[], &excluded, Bend::Stiff).unwrap();
+    let after = Tangent::at(&record, &influx(), &[], Bend::Stiff).unwrap();
     let found = traces(&record, (&before, &[]), (&after, &influx()));
     for fit in [&before, &after] {
         let (friction, head) = fit.flowing_level(&levelled(fit), &[]);
@@ -133,7 +133,7 @@ fn flowing_mud_scatters_about_zero_and_what_no_fit_has_seen_is_shown() {
 #[test]
 fn wanders_of_what_is_seen_and_hidden_add_as_squares() {
     let record = record();
-    let fit = Tangent::at(&record, &[], &[], Bend::Free).unwrap();
+    let fit = Tangent::at(&record, &[], &[], Bend::Stiff).unwrap();
     let may = crate::error_budget::wander(&record, &fit.curves);
     let found = traces(&record, (&fit, &[]), (&fit, &[]));
     let square = |k: usize| found[k].wander * found[k].wander;
@@ -167,7 +167,7 @@ fn transmitters_are_held_against_their_neighbours_where_they_have_any_that_say_s
         .zip(&noise)
         .map(|(p, n)| p - 1e4 + 500.0 * n);
     record.inlets = vec![record.inlet.clone(), apart.collect()];
-    let fit = |record: &Record| Tangent::at(record, &[], &[], Bend::Free).unwrap();
+    let fit = |record: &Record| Tangent::at(record, &[], &[], Bend::Stiff).unwrap();
     let tangent = fit(&record);
     let found = traces(&record, (&tangent, &[]), (&tangent, &[]));
     let pairs: Vec<_> = found.iter().filter_map(|t| t.pair).collect();
@@ -200,7 +200,7 @@ fn transmitters_are_held_against_their_neighbours_where_they_have_any_that_say_s
 fn noise_is_that_of_the_blocks_that_are_used_however_few() {
     let mut record = record();
     let noise = |record: &Record| {
-        let fit = Tangent::at(record, &influx(), &[], Bend::Free).unwrap();
+        let fit = Tangent::at(record, &influx(), &[], Bend::Stiff).unwrap();
         let found = traces(record, (&fit, &influx()), (&fit, &influx()));
         found.iter().map(|t| t.noise).collect::<Vec<_>>()
     };

@@ -124,6 +124,15 @@ impl<'a> Line<'a> {
         self.held.friction_pa(&self.model.curves, flow_m3_s)
     }
 
+    /// What the outlet pressure reads too much, Pa: where there is one transmitter it is the first.
+    fn outlet_bias_pa(&self, changes: &Changes) -> f64 {
+        if self.setting.outlets == 1 {
+            changes.outlet_bias_pa[0]
+        } else {
+            mean(changes.outlet_bias_pa)
+        }
+    }
+
     /// One window, and before it what the effects remember of the time up to it.
     pub(super) fn run(
         &self,
@@ -172,7 +181,7 @@ impl<'a> Line<'a> {
             run.inlet_pa
                 .push(state.inlet_pa + mean(changes.inlet_bias_pa));
             run.outlet_pa
-                .push(state.outlet_pa + mean(changes.outlet_bias_pa));
+                .push(state.outlet_pa + self.outlet_bias_pa(&changes));
         }
         run
     }
@@ -303,20 +312,20 @@ fn delayed(past: &[f64], samples: f64) -> f64 {
     }
 }
 
-/// One step of implicit Euler for `inertia dq/dt = balance(q)`, q >= 0: bisection on a bracket, as the balance falls with q.
+/// One step of implicit Euler for `inertia dq/dt = balance(q)`, q >= 0: false position on a bracket, the end that stays halved, as the balance
+/// falls with q.
 fn implicit(old: f64, dt: f64, inertia: f64, balance: impl Fn(f64) -> f64) -> f64 {
     let f = |q: f64| q - old - dt / inertia * balance(q);
     let (mut low, mut high) = (0.0, MOST_M3_S);
-    if f(low) >= 0.0 {
+    let (mut f_low, mut f_high) = (f(low), f(high));
+    if f_low >= 0.0 {
         return 0.0;
     }
-    if f(high) <= 0.0 {
+    if f_high <= 0.0 {
         return high;
     }
-    // The secant's point, kept inside the bracket.
-    let (mut flow, mut fhigh) = (f(low), f(high));
     for _ in 0..30 {
-        let secant = low - flow * (high - low) / (fhigh - flow);
+        let secant = low - f_low * (high - low) / (f_high - f_low);
         let middle = 0.5 * (low + high);
         let q = if secant > low && secant < high {
             secant
@@ -329,12 +338,12 @@ fn implicit(old: f64, dt: f64, inertia: f64, balance: impl Fn(f64) -> f64) -> f6
         }
         if fq < 0.0 {
             low = q;
-            flow = fq;
-            fhigh *= 0.5;
+            f_low = fq;
+            f_high *= 0.5;
         } else {
             high = q;
-            fhigh = fq;
-            flow *= 0.5;
+            f_high = fq;
+            f_low *= 0.5;
         }
     }
     0.5 * (low + high)

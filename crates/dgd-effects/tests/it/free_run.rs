@@ -87,6 +87,23 @@ fn a_disturbed_level_returns_to_the_balance() {
 }
 
 #[test]
+fn a_step_of_the_only_outlet_transmitter_is_read_whole_and_of_one_of_two_by_half() {
+    let drive = Drive::new(60, 1.0, |_| Q, |_| W);
+    let read = |outlets: usize, effects: &[(&str, &[f64])]| {
+        let setting = Setting {
+            outlets,
+            ..setting()
+        };
+        let run = model(effects).free_run(&setting, drive.inputs(), 0..60, balanced());
+        run.unwrap().outlet_pa[59]
+    };
+    for (outlets, share) in [(1, 1.0), (2, 0.5)] {
+        let step = [("outlet_pressure_bias_step", &[4e4, 0.0, 1.0][..])];
+        close(read(outlets, &step) - read(outlets, &[]), share * 4e4, 1e-6);
+    }
+}
+
+#[test]
 fn the_riser_keeps_what_flows_in_and_not_out() {
     let start = balanced();
     let drive = Drive::new(

@@ -34,6 +34,7 @@ pub(crate) fn setting() -> Setting {
         riser_volume_m3: 200.0,
         span_s: (0.0, SPAN_S),
         inlet_range_pa: (160e5, 168e5),
+        outlets: 2,
         connections: vec![Connection {
             from_s: 3000.0,
             to_s: 3400.0,

@@ -519,6 +519,7 @@ fn setting(end: f64) -> Setting {
         riser_volume_m3: 190.0,
         span_s: (0.0, end),
         inlet_range_pa: (1.49e7, 1.55e7),
+        outlets: 2,
         connections: vec![Connection {
             from_s: 0.2 * end,
             to_s: 0.2 * end + 300.0,

@@ -152,6 +152,7 @@ fn diagnosis(findings: Vec<Finding>) -> Diagnosis {
             riser_volume_m3: 30.0,
             span_s: (0.0, 30.0),
             inlet_range_pa: (2e6, 3e6),
+            outlets: 2,
             connections: Vec::new(),
             noise: Noise::default(),
         },

@@ -2,13 +2,12 @@
 
 use crate::belief::{CALIBRATION, beside_unnamed, calibrate, left_over, unmodelled};
 use crate::relations::Applied;
-use crate::select::Named;
+use crate::selection::Named;
 
 const HURDLE: f64 = 10.0;
 const CONSTANT: f64 = CALIBRATION[0];
 const MARGIN: f64 = CALIBRATION[1];
 const SHARE: f64 = CALIBRATION[2];
-const CROWD: f64 = CALIBRATION[3];
 
 fn named(evidence: f64, probability: f64) -> Named {
     Named {
@@ -47,7 +46,7 @@ fn close(found: f64, expected: f64) {
 
 #[test]
 fn logits_add_up_from_evidence_over_the_hurdle_and_the_share_among_alternatives() {
-    const { assert!(CONSTANT < 0.0 && MARGIN > 0.0 && SHARE > 0.0 && CROWD < 0.0) };
+    const { assert!(CONSTANT < 0.0 && MARGIN > 0.0 && SHARE > 0.0) };
     // At the hurdle and with even odds, the constant alone.
     close(logit_of(1, 0.0, 0.5), CONSTANT);
     close(logit_of(1, 2.0, 0.5), CONSTANT + MARGIN * 2.0);
@@ -160,27 +159,13 @@ fn what_bounds_a_probability_bounds_it_however_much_evidence_there_is_and_anothe
 }
 
 #[test]
-fn three_are_a_crowd_two_are_not_and_what_stands_far_above_its_hurdle_stands_in_any() {
-    for folds in [0.0, 1.5, 3.0, 5.0] {
-        let alone = logit_of(1, folds, 0.99);
-        close(logit_of(2, folds, 0.99), alone);
-        let doubt = CROWD * (1.0 - folds / 3.0).max(0.0);
-        for count in [3, 4, 6] {
-            close(logit_of(count, folds, 0.99), alone + doubt);
+fn company_neither_adds_to_a_probability_nor_takes_from_it() {
+    for (folds, share) in [(0.0, 0.99), (1.5, 0.625), (5.0, 0.99)] {
+        let alone = logit_of(1, folds, share);
+        for count in [2, 3, 6] {
+            close(logit_of(count, folds, share), alone);
         }
-        // Of three that are hardly likelier than not each has half of that.
-        let alone = logit_of(1, folds, 0.625);
-        close(logit_of(3, folds, 0.625), alone + 0.5 * doubt);
     }
-    // A third one that is hardly there takes nothing from two that are.
-    let mut three = [named(20.0, 0.9), named(20.0, 0.9), named(11.0, 0.1)];
-    let mut two = three[..2].to_vec();
-    calibrate(&mut three);
-    calibrate(&mut two);
-    close(logit(three[0].probability), logit(two[0].probability));
-    let mut alone = [named(11.0, 0.1)];
-    calibrate(&mut alone);
-    assert!(three[2].probability < alone[0].probability);
 }
 
 #[test]

@@ -44,7 +44,7 @@ fn first(blocks: usize) -> Record {
     for values in [
         &mut record.mud_pump,
         &mut record.booster,
-        &mut record.filled.topfill,
+        &mut record.topfill,
         &mut record.flow,
         &mut record.speed,
         &mut record.inlet,

@@ -1,15 +1,15 @@
 //! Claims about the search for a period: which frequencies it asks, what a swing of each explains, and how finely it is told.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::super::FINE_KNOTS;
 use super::{
     BETTER, Course, LEAST_TIMES, MOST, SHORTEST_S, STEPS, Search, drawn, in_place, instead_of,
-    peaks, times,
+    peaks,
 };
 use crate::empirical::tests::{LENGTH_S, loose, made, off_by, size_in};
 use crate::layout::Section;
 use crate::record::Record;
 use crate::relations::Applied;
+use crate::relations::FINE_KNOTS;
 use crate::test_rig::{Hidden, drilled, normals};
 use dgd_effects::{Curve, KNOTS, Place, Quantity};
 use dgd_lsq::dot;
@@ -67,7 +67,7 @@ fn frequencies_are_thirds_of_what_can_be_parted_from_two_times_and_a_half_to_ten
 fn rows_are_timed_by_their_middle() {
     let record = drilled(Hidden::default());
     let layout = loose(&record).layout;
-    let times = times(layout, 10.0);
+    let times = layout.times_s(10.0);
     assert_eq!(times.len(), layout.len());
     for (section, step) in layout.sections().into_iter().zip([10.0, 10.0, 10.0, 30.0]) {
         for (i, t) in times[section].iter().enumerate() {
@@ -96,7 +96,7 @@ fn the_spectrum_is_what_a_wave_of_each_frequency_takes_out_of_the_residuals() {
         let mut tangent = loose(&record);
         let drawn = tangent.off.clone();
         // And a pulse, which has waves of all frequencies, a little later in the balance.
-        let times = times(tangent.layout, record.block_s());
+        let times = tangent.layout.times_s(record.block_s());
         let pulse: Vec<f64> = (times.iter().enumerate())
             .map(|(row, t)| {
                 let (size, at) = if row < tangent.layout.rows(Section::Balance).start {

@@ -4,11 +4,14 @@
 use super::{Correction, all, knots};
 use crate::ablation::Step;
 use crate::contest::{Contender, contest};
-use crate::empirical::{FINE_KNOTS, correction, hurdle, merged, plausible, seen_curve};
-use crate::record::{BALANCE_BLOCKS, Record};
+use crate::empirical::{correction, hurdle, merged, plausible};
+use crate::layout::BALANCE_BLOCKS;
+use crate::record::Record;
 use crate::relations::Applied;
+use crate::relations::FINE_KNOTS;
 use crate::tangent::{Bend, Tangent};
 use crate::test_rig::{FLOW_M3_S, Hidden, SPEED_PCT, drilled, normals};
+use crate::twins::seen_curve;
 use dgd_effects::{Curve, KNOTS, Place, Quantity};
 use dgd_lsq::dot;
 

@@ -1,9 +1,10 @@
 //! Claims about what swings with a period: found with it, in its place, and nowhere else.
 
 use super::{LENGTH_S, made, off_by, size_in};
-use crate::empirical::{Course, FINE_KNOTS, again, corrections, in_place, instead_of};
+use crate::empirical::{Course, again, corrections, in_place, instead_of};
 use crate::record::Record;
 use crate::relations::Applied;
+use crate::relations::FINE_KNOTS;
 use crate::tangent::{Bend, Tangent};
 use crate::test_rig::BLOCK_S;
 use dgd_effects::{KNOTS, Place, Quantity};

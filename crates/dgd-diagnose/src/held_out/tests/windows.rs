@@ -3,7 +3,7 @@
 use crate::held_out::{held_out, model, trained};
 use crate::record::Record;
 use crate::relations::{Applied, Blocks, Rows};
-use crate::select::Selection;
+use crate::selection::Selection;
 use crate::tangent::{Bend, Tangent};
 use crate::test_rig::{Hidden, INFLUX_S, drilled, named};
 use dgd_effects::{Curves, find};
@@ -86,7 +86,7 @@ fn a_window_lies_within_a_finding_where_it_fits() {
 #[test]
 fn curves_hold_where_all_but_a_hundredth_of_the_blocks_were() {
     let record = drilled(Hidden::default());
-    let fit = Tangent::at(&record, &[], &[], Bend::Free).unwrap();
+    let fit = Tangent::at(&record, &[], &[], Bend::Stiff).unwrap();
     let state = [Applied::new(
         find("influx").unwrap(),
         vec![1e-3, 0.0, 600.0, 0.15],
@@ -150,7 +150,7 @@ fn a_run_keeps_what_the_transmitters_show_of_mud_that_flows() {
     for p in &mut record.outlet[..5 * (record.blocks / 3)] {
         *p += 2e5;
     }
-    let fit = Tangent::at(&record, &[], &excluded, Bend::Free).unwrap();
+    let fit = Tangent::at(&record, &[], &excluded, Bend::Stiff).unwrap();
     let found = model(&record, &[], &fit, &excluded);
     let [friction, head] = left(&record, &found.curves, &excluded);
     assert!(

@@ -8,7 +8,7 @@ use crate::test_rig::{Hidden, INFLUX_S, drilled, one};
 use dgd_lsq::dot;
 
 fn misfit(record: &Record, state: &[Applied]) -> f64 {
-    let tangent = Tangent::at(record, state, &[], Bend::Free).unwrap();
+    let tangent = Tangent::at(record, state, &[], Bend::Stiff).unwrap();
     dot(&tangent.off, &tangent.off)
 }
 

@@ -25,7 +25,7 @@ fn influx(rate_m3_s: f64) -> [Applied; 1] {
 
 /// By how much the misfit falls with an effect: half of the squares.
 fn saved(record: &Record, start: &[Applied]) -> f64 {
-    let without = Tangent::at(record, &[], &[], Bend::Free).unwrap();
+    let without = Tangent::at(record, &[], &[], Bend::Stiff).unwrap();
     let with = without.refitted(record, start);
     0.5 * (dot(&without.off, &without.off) - dot(&with.off, &with.off))
 }

@@ -1,8 +1,9 @@
 //! Claims about which rows a recording supports.
 
 use super::Rows;
+use crate::layout::BALANCE_BLOCKS;
 use crate::numbers::whole;
-use crate::record::{BALANCE_BLOCKS, Record};
+use crate::record::Record;
 use crate::relations::Blocks;
 use crate::test_rig::{DT_S, FLOW_M3_S, PER_BLOCK, normals, steady};
 use std::ops::Range;
@@ -124,6 +125,7 @@ fn a_gap_takes_the_rows_that_it_is_in() {
     for change in [
         |r: &mut Record, i: usize| r.mud_pump[i] = f64::NAN,
         |r: &mut Record, i: usize| r.booster[i] = f64::NAN,
+        |r: &mut Record, i: usize| r.topfill[i] = f64::NAN,
     ] {
         assert_eq!(
             without(change),

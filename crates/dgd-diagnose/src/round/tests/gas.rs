@@ -4,7 +4,8 @@ use crate::belief::calibrate;
 use crate::contest::Contender;
 use crate::record::Record;
 use crate::round::Round;
-use crate::select::{Named, Selection, Sought, select};
+use crate::select::{Sought, select};
+use crate::selection::{Named, Selection};
 use crate::test_rig::{Hidden, drilled};
 
 /// The same drilling with a pump that lifts less by a share, for which it turns faster, by the time, s, and the speed, %, that it would turn with.

@@ -10,7 +10,7 @@ use crate::test_rig::{BLOCK_S, FLOW_M3_S, Hidden, SPEED_PCT, cut, drilled, norma
 use dgd_effects::find;
 
 fn about(record: &Record) -> Tangent {
-    Tangent::at(record, &[], &[], Bend::Free).unwrap()
+    Tangent::at(record, &[], &[], Bend::Stiff).unwrap()
 }
 
 /// The same recording by a clock that starts at another time.

@@ -22,7 +22,7 @@ fn allowed(
     start: &[Applied],
     decided_on: Option<Timing>,
 ) -> Vec<(&'static str, f64)> {
-    let state = allowances_with(record, start, &[], Bend::Free, decided_on).unwrap();
+    let state = allowances_with(record, start, &[], Bend::Stiff, decided_on).unwrap();
     for (start, kept) in start.iter().zip(&state) {
         assert_eq!(start.parameters, kept.parameters);
         assert_eq!(start.allowance, kept.allowance);
@@ -71,7 +71,7 @@ fn each_allowance_earns_its_place_and_no_other_time_is_better() {
         (2.0, 5.0),
     ] {
         let record = drilling(late_s, lag_s);
-        let state = allowances_with(&record, &[], &[], Bend::Free, None).unwrap();
+        let state = allowances_with(&record, &[], &[], Bend::Stiff, None).unwrap();
         let tangent = tangent_at(&record, &state);
         let misfit = |state: &[Applied]| {
             let off = tangent.refitted(&record, state).off;

@@ -1,0 +1,80 @@
+//! What a search has found so far.
+
+use crate::limit::Showing;
+use crate::relations::{Applied, joined};
+use dgd_effects::Curve;
+
+/// A named effect.
+#[derive(Clone)]
+pub(crate) struct Named {
+    pub applied: Applied,
+    pub evidence: f64,
+    /// What its form gained within its error, where its strength differs along stands; else 0.
+    pub bent: f64,
+    /// Evidence that sound recordings, and what was named before, do not reach.
+    pub hurdle: f64,
+    pub probability: f64,
+    pub alternatives: Vec<(String, f64)>,
+    /// The most that its probability may be beside another effect that is fitted to the same rows, which has the rest.
+    pub most: Option<(f64, &'static str)>,
+    /// Of a curve that is seen, while it is searched with the curve itself.
+    pub held: Option<Held>,
+}
+
+impl Named {
+    /// Whether it is something that the catalogue does not hold, and not what two transmitters show; until the search ends.
+    pub(crate) fn is_unnamed(&self) -> bool {
+        self.applied.is_correction() && self.held.is_none()
+    }
+
+    /// How likely it is that there is anything: the cause named, or one that cannot be told from it.
+    pub(crate) fn likely(&self) -> f64 {
+        self.probability + self.alternatives.iter().map(|a| a.1).sum::<f64>()
+    }
+}
+
+/// What a model can hold of a curve that is seen.
+#[derive(Clone)]
+pub(crate) struct Held {
+    pub curve: Curve,
+    /// Evidence that the relations bear of it.
+    pub borne: f64,
+}
+
+/// An effect in the first round.
+#[derive(Clone)]
+pub(crate) struct First {
+    pub id: &'static str,
+    pub evidence: f64,
+    /// Evidence that it must show to be named.
+    pub hurdle: f64,
+    /// Energy of a unit of strength, 0 where the strength is on a grid.
+    pub energy: f64,
+    /// Whether it might be named but for its evidence.
+    pub admissible: bool,
+    /// How it would show beside what was named before the last round that weighed it; `None` before, and where it may not be named there.
+    pub showing: Option<Showing>,
+}
+
+/// The outcome of the search.
+#[derive(Clone)]
+pub(crate) struct Selection {
+    /// How many effects the search starts from; they stand first among the allowances.
+    pub held: usize,
+    /// What the search starts from, and what is allowed for beside it.
+    pub allowances: Vec<Applied>,
+    pub named: Vec<Named>,
+    /// How each effect fared before anything was named.
+    pub first: Vec<First>,
+}
+
+impl Selection {
+    /// The full hypothesis.
+    pub(crate) fn state(&self) -> Vec<Applied> {
+        let mut out = self.allowances.clone();
+        for n in &self.named {
+            out = joined(&out, &n.applied);
+        }
+        out
+    }
+}
