@@ -1,4 +1,4 @@
-//! Steps of the chain that can be left out, so that what each buys can be measured.
+//! Steps of the chain that can be left out, so that what each contributes can be measured.
 
 /// A step of the chain. `cargo xtask prove --ablate` runs a proof without each in turn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -357,7 +357,7 @@ pub struct Options {
     /// Ids of the only effects that are searched for: each is fitted whatever its evidence, and its probability says whether it is there. Empty
     /// for the whole catalogue.
     pub suspects: Vec<String>,
-    /// Steps of the chain that are left out; for measuring what each buys.
+    /// Steps of the chain that are left out; for measuring what each contributes.
     pub without: Vec<Step>,
     /// When the recording's clock was at 0, if that is known; it changes no finding, and stands in the answer.
     pub began: Option<Moment>,

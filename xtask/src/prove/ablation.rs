@@ -1,4 +1,4 @@
-//! What each step of the chain buys: the same sealed recordings diagnosed without it.
+//! What each step of the chain contributes: the same sealed recordings diagnosed without it.
 
 use super::Sealed;
 use super::batch;
@@ -317,11 +317,17 @@ pub(crate) fn compare(whole: &[Row], without: &[(String, Vec<Row>)], levels: &[u
     levels.iter().flat_map(of).collect()
 }
 
-/// In words, level by level: what buys nothing, what costs.
+/// In words, level by level: what contributes, with the answers right only with the step and only without it, and what costs.
 pub(crate) fn words(list: &[OfStep], level: u8) -> String {
     let said = |s: &OfStep| match s.better.len() == s.worse.len() {
         true => s.step.clone(),
-        false => format!("{} (p = {:.2})", s.step, s.chance()),
+        false => format!(
+            "{} ({} to {}, p {})",
+            s.step,
+            s.better.len(),
+            s.worse.len(),
+            chance_in_words(s.chance())
+        ),
     };
     let named = |wanted: Worth| -> Vec<String> {
         list.iter()
@@ -331,12 +337,12 @@ pub(crate) fn words(list: &[OfStep], level: u8) -> String {
     };
     let mut said = Vec::new();
     for (worth, verb) in [
-        (Worth::Buys, "buys something"),
+        (Worth::Buys, "contributes"),
         (
             Worth::Undecided,
             "changes answers, for better as much as for worse",
         ),
-        (Worth::Nothing, "buys nothing"),
+        (Worth::Nothing, "contributes nothing"),
         (Worth::Costs, "costs right answers, or honest probabilities"),
     ] {
         let steps = named(worth);
@@ -345,6 +351,15 @@ pub(crate) fn words(list: &[OfStep], level: u8) -> String {
         }
     }
     format!("On this ensemble at level {level}, {}.", said.join("; "))
+}
+
+/// A chance as it is printed: none is nought.
+fn chance_in_words(p: f64) -> String {
+    if p < 0.001 {
+        "< 0.001".to_owned()
+    } else {
+        format!("= {p:.3}")
+    }
 }
 
 /// For `proof.json`.
@@ -409,9 +424,11 @@ pub(crate) mod tests {
         assert_eq!(of[1].worth(), Worth::Costs);
         assert_eq!(of[2].worth(), Worth::Nothing);
         assert_eq!(of[0].chance(), 1.0, "one case proves nothing");
+        assert_eq!(chance_in_words(1e-6), "< 0.001");
         let said = words(&of, 2);
         assert!(
-            said.contains("buys nothing: busiest") && said.contains("buys something: edges"),
+            said.contains("contributes nothing: busiest")
+                && said.contains("contributes: edges (1 to 0, p = 1.000)"),
             "{said}"
         );
     }

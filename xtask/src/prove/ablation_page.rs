@@ -1,4 +1,4 @@
-//! The page's section on what each step of the chain buys.
+//! The page's section on what each step of the chain contributes.
 
 use super::ablation::{Figures, OfStep, Unit, Worth, words};
 use super::page::{Cell, put, table};
@@ -11,8 +11,8 @@ pub(crate) fn section(html: &mut String, steps: &[OfStep]) {
     }
     put!(
         html,
-        "<h2>What each step buys</h2><p>The same sealed recordings, diagnosed without each step of the chain in turn. First the figures of the whole chain, below \
-         them how they change without the step: a step that buys something leaves a loss there.</p>"
+        "<h2>What each step contributes</h2><p>The same sealed recordings, diagnosed without each step of the chain in turn. First the figures of the whole chain, below \
+         them how they change without the step: a step that contributes leaves a loss there.</p>"
     );
     let mut levels: Vec<u8> = steps.iter().map(|s| s.level).collect();
     levels.dedup();
@@ -42,8 +42,8 @@ pub(crate) fn section(html: &mut String, steps: &[OfStep]) {
         "<p class=\"quiet\">Single effects by severity, pairs and recordings with something outside the catalogue (unknown): share answered exactly; clean ones: share with a false \
          alarm; conf. wrong: of the findings of probability 0.9 or more; ci95: share that holds the truth; s: median seconds of a run. Differences of shares in percentage points. Right \
          with / without: cases of all sorts answered exactly with the step and not without it, and the other way round; p: chance of so uneven a split if the step did nothing (two-sided \
-         sign test). A step buys something if more cases need it than are spoilt by it, or, with as many, if without it the squared errors of the probabilities are larger by more \
-         than two of their standard errors, paired case by case, or the coverage lies two points further from its target; it buys nothing if the \
+         sign test). A step contributes if more cases need it than are spoilt by it, or, with as many, if without it the squared errors of the probabilities are larger by more \
+         than two of their standard errors, paired case by case, or the coverage lies two points further from its target; it contributes nothing if the \
          answers are the same but for trifles.</p>"
     );
 }
@@ -88,7 +88,7 @@ mod tests {
         for step in ["edges", "form", "busiest"] {
             assert!(html.contains(&format!("<th scope=\"row\">{step}</th>")));
         }
-        assert!(html.contains("buys nothing: busiest"), "{html}");
+        assert!(html.contains("contributes nothing: busiest"), "{html}");
         assert!(html.contains("✓ 1 / 0") && html.contains("✗ 0 / 1"));
         let mut none = String::new();
         section(&mut none, &[]);

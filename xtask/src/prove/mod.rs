@@ -92,7 +92,7 @@ pub(crate) struct Settings {
     /// Keep the simulation.csv of every case, some megabytes each
     #[arg(long)]
     keep: bool,
-    /// Diagnose all again without each step of the chain in turn, to see what it buys
+    /// Diagnose all again without each step of the chain in turn, to see what it contributes
     #[arg(long)]
     ablate: bool,
     /// Only these steps, such as edges,form; `dgd catalogue` lists them
@@ -234,7 +234,7 @@ struct Proof<'a> {
     origin: &'a Origin,
     summaries: &'a [Summary],
     rows: &'a [Row],
-    /// What each step buys; empty without `--ablate`.
+    /// What each step contributes; empty without `--ablate`.
     steps: &'a [ablation::OfStep],
 }
 

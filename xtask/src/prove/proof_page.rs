@@ -461,7 +461,7 @@ mod tests {
             "Against the limit of the recording",
             "Held-out gain against a fit that knows the truth",
             "Below 95 %: 1",
-            "What each step buys",
+            "What each step contributes",
         ] {
             assert!(html.contains(section), "{section}");
             assert!(!bare.contains(section), "{section}");

@@ -55,7 +55,7 @@ fn table(summaries: &[Summary]) -> String {
     text
 }
 
-/// What each step buys at a level; empty where none was left out.
+/// What each step contributes at a level; empty where none was left out.
 fn steps(list: &[OfStep], level: u8) -> String {
     let here: Vec<&OfStep> = list.iter().filter(|s| s.level == level).collect();
     if here.is_empty() {

@@ -44,6 +44,12 @@ impl Rows {
         let m = record.per_block;
         let full =
             |values: &[f64], b: usize| values[b * m..(b + 1) * m].iter().all(|v| v.is_finite());
+        // It is started by hand, now and then, and goes on as it is over a few samples.
+        let topped = |b: usize| {
+            record.topfill[b * m..(b + 1) * m]
+                .iter()
+                .any(|v| v.is_finite())
+        };
         let n = record.blocks;
         let pump = PumpRuns::of(record);
         let frozen = frozen(record, &pump);
@@ -71,7 +77,7 @@ impl Rows {
             let told = |b| {
                 full(&record.mud_pump, b)
                     && full(&record.booster, b)
-                    && full(&record.topfill, b)
+                    && topped(b)
                     && (pump.turned[b] > 1 || pump.stood[b] > 0)
             };
             *row = (k * BALANCE_BLOCKS..(k + 1) * BALANCE_BLOCKS).all(told)

@@ -125,15 +125,21 @@ fn a_gap_takes_the_rows_that_it_is_in() {
     for change in [
         |r: &mut Record, i: usize| r.mud_pump[i] = f64::NAN,
         |r: &mut Record, i: usize| r.booster[i] = f64::NAN,
-        |r: &mut Record, i: usize| r.topfill[i] = f64::NAN,
     ] {
         assert_eq!(
             without(change),
             [none.clone(), none.clone(), none.clone(), row.clone()]
         );
     }
-    // A mean of some samples will do for a pressure: a whole block must be missing.
+    // A mean of some samples will do for a pressure, and a few readings for the top-fill: a whole block must be missing.
     let whole = |values: &mut [f64]| values[samples(10..11)].fill(f64::NAN);
+    assert_eq!(
+        without(|r, i| r.topfill[i] = f64::NAN),
+        [const { Vec::<usize>::new() }; 4]
+    );
+    let mut record = stopped();
+    whole(&mut record.topfill);
+    assert_eq!(lost(&sound.balance, &rows(&record).balance), row);
     for one in [gap, 184e5] {
         let mut record = stopped();
         record.outlet[sample] = one;
