@@ -1,12 +1,10 @@
 //! What stands between a sound model and a sound recording besides white noise: wander, timing, starts.
 
-use crate::layout::BALANCE_BLOCKS;
-use crate::layout::Layout;
-use crate::layout::Section;
+use crate::layout::{BALANCE_BLOCKS, Layout, Section};
 use crate::noise::Wander;
 use crate::record::Record;
 use crate::relations::Blocks;
-use dgd_effects::Curves;
+use dgd_effects::{Curves, STANDING_M3_S};
 use dgd_recording::{Rank, quantile};
 
 /// Wander of a pressure transmitter that is still within its accuracy, Pa (one standard deviation).
@@ -100,89 +98,126 @@ pub(crate) fn late(seconds: f64, curves: &Curves, b: &Blocks, layout: Layout) ->
 /// Standard deviation that each row has beyond white noise, in its unit: of timing, of starts, and of the noise of flow and speed through the
 /// curves.
 pub(crate) fn unrest(record: &Record, curves: &Curves, b: &Blocks, layout: Layout) -> Vec<f64> {
-    let n = layout.blocks;
-    let seconds = record.block_s();
-    let rate = |f: &dyn Fn(usize) -> f64, k: usize, last: usize| -> f64 {
-        let (a, z) = (k.saturating_sub(1), (k + 1).min(last));
-        let change = (f(z) - f(a)) / ((z - a).max(1) as f64 * seconds);
-        if change.is_finite() {
-            TIMING_S * change.abs()
-        } else {
-            0.0
-        }
+    let mut unrest = Unrest {
+        record,
+        curves,
+        b,
+        layout,
+        sd: vec![0.0; layout.len()],
     };
-    let inertia = record.inertia();
-    let mut out = vec![0.0; layout.len()];
-    for k in 0..n {
-        let bend = match (k.checked_sub(1), b.flow.get(k + 1)) {
-            (Some(a), Some(z)) => (z - 2.0 * b.flow[k] + b.flow[a]).abs() / seconds * inertia * 0.3,
-            _ => 0.0,
+    unrest.add_timing();
+    unrest.add_starts();
+    unrest.add_meter_noise();
+    unrest.add_timing_of_balance();
+    unrest.sd
+}
+
+/// What that is made of, a part at a time; rows of friction and head stand at `k` and `blocks + k` of block `k`.
+struct Unrest<'a> {
+    record: &'a Record,
+    curves: &'a Curves,
+    b: &'a Blocks,
+    layout: Layout,
+    sd: Vec<f64>,
+}
+
+impl Unrest<'_> {
+    /// What friction and head change by within [`TIMING_S`], and the inertia of a flow that bends.
+    fn add_timing(&mut self) {
+        /// Share of the inertia by means of blocks that a bend may miss. Set by hand.
+        const BEND: f64 = 0.3;
+        let Self { curves, b, .. } = *self;
+        let (n, seconds) = (self.layout.blocks, self.record.block_s());
+        let inertia = self.record.inertia();
+        let rate = |f: &dyn Fn(usize) -> f64, k: usize| -> f64 {
+            let (a, z) = (k.saturating_sub(1), (k + 1).min(n - 1));
+            let change = (f(z) - f(a)) / ((z - a).max(1) as f64 * seconds);
+            finite_or_0(TIMING_S * change.abs())
         };
-        out[k] = rate(&|i| curves.friction_pa(b.flow[i]), k, n - 1)
-            + if bend.is_finite() { bend } else { 0.0 };
-        out[n + k] = rate(&|i| curves.head_pa(b.speed[i], b.through[i]), k, n - 1);
+        for k in 0..n {
+            let bend = match (k.checked_sub(1), b.flow.get(k + 1)) {
+                (Some(a), Some(z)) => {
+                    (z - 2.0 * b.flow[k] + b.flow[a]).abs() / seconds * inertia * BEND
+                }
+                _ => 0.0,
+            };
+            self.sd[k] = rate(&|i| curves.friction_pa(b.flow[i]), k) + finite_or_0(bend);
+            self.sd[n + k] = rate(&|i| curves.head_pa(b.speed[i], b.through[i]), k);
+        }
     }
-    // In the first minute after a start the line fills and the check valve opens: the model does not hold there.
-    let mut running = f64::INFINITY;
-    for k in 0..n {
-        let r = k * record.per_block..(k + 1) * record.per_block;
-        let turning = record.filled.pumping[r.clone()].iter().all(|p| *p)
-            && record.filled.flow[r]
-                .iter()
-                .all(|q| *q > dgd_effects::STANDING_M3_S);
-        running = if turning { running + seconds } else { 0.0 };
-        let start = START_PA * (-running / 25.0).exp();
-        out[k] = out[k].hypot(start);
-        out[n + k] = out[n + k].hypot(start);
-    }
-    // The meter's noise, where calm surroundings do not average it out, comes through the slope of the curves; so does
-    // what the speed may be off by. Without it the head's slope would be lost to errors in variables.
-    let noise = record.setting.noise.flow_m3_s / (record.per_block as f64).sqrt();
-    for k in 0..n {
-        let q = b.flow[k];
-        let left = noise / b.averaged[k].sqrt() / q.max(1e-3) / 0.02;
-        let through = |f: &dyn Fn(f64) -> f64| (f(1.01 * q) - f(0.99 * q)).abs() * left;
-        out[k] = out[k].hypot(through(&|q| curves.friction_pa(q)));
-        let w = b.speed[k];
-        let by_speed =
-            (curves.head_pa(1.01 * w, q) - curves.head_pa(0.99 * w, q)).abs() / (0.02 * w);
-        out[n + k] = (out[n + k].hypot(through(&|q| curves.head_pa(w, q))))
-            .hypot(record.speed_error_pct * by_speed);
-        for row in [k, n + k] {
-            if !out[row].is_finite() {
-                out[row] = 0.0;
+
+    /// In the first minute after a start the line fills and the check valve opens: the model does not hold there.
+    fn add_starts(&mut self) {
+        /// How fast that is over, s. Set by hand.
+        const OVER_S: f64 = 25.0;
+        let (n, seconds) = (self.layout.blocks, self.record.block_s());
+        let filled = &self.record.filled;
+        let mut running = f64::INFINITY;
+        for k in 0..n {
+            let samples = k * self.record.per_block..(k + 1) * self.record.per_block;
+            let turning = filled.pumping[samples.clone()].iter().all(|p| *p)
+                && filled.flow[samples].iter().all(|q| *q > STANDING_M3_S);
+            running = if turning { running + seconds } else { 0.0 };
+            let start = START_PA * (-running / OVER_S).exp();
+            for row in [k, n + k] {
+                self.sd[row] = self.sd[row].hypot(start);
             }
         }
     }
-    let m = record.per_block;
-    for k in 0..layout.balance {
-        let inside = |f: &dyn Fn(usize) -> f64| -> f64 {
-            let mut sum = 0.0_f64;
-            for i in k * m * BALANCE_BLOCKS..(k + 1) * m * BALANCE_BLOCKS {
-                let change = f(i + 1) - f(i);
-                sum += if change.is_finite() {
-                    change.abs()
-                } else {
-                    0.0
-                };
+
+    /// The meter's noise, where calm surroundings do not average it out, comes through the slope of the curves; so does what the speed may be off
+    /// by. Without it the head's slope would be lost to errors in variables.
+    fn add_meter_noise(&mut self) {
+        /// Flow below which noise is no share of it, m³/s.
+        const LEAST_M3_S: f64 = 1e-3;
+        /// Slopes are taken over 1 % to either side.
+        const SIDES: (f64, f64) = (0.99, 1.01);
+        let Self { curves, b, .. } = *self;
+        let n = self.layout.blocks;
+        let noise = self.record.setting.noise.flow_m3_s / (self.record.per_block as f64).sqrt();
+        for k in 0..n {
+            let (q, w) = (b.flow[k], b.speed[k]);
+            let left = noise / b.averaged[k].sqrt() / q.max(LEAST_M3_S) / 0.02;
+            let through = |f: &dyn Fn(f64) -> f64| (f(SIDES.1 * q) - f(SIDES.0 * q)).abs() * left;
+            let by_speed = (curves.head_pa(SIDES.1 * w, q) - curves.head_pa(SIDES.0 * w, q)).abs()
+                / (0.02 * w);
+            self.sd[k] = self.sd[k].hypot(through(&|q| curves.friction_pa(q)));
+            self.sd[n + k] = (self.sd[n + k].hypot(through(&|q| curves.head_pa(w, q))))
+                .hypot(self.record.speed_error_pct * by_speed);
+            for row in [k, n + k] {
+                self.sd[row] = finite_or_0(self.sd[row]);
             }
-            sum
-        };
-        let last = record.t_s.len() - 1;
-        let f = &record.filled;
-        let pumps = inside(&|i| f.mud_pump[i.min(last)]);
-        let booster = inside(&|i| f.booster[i.min(last)]);
-        let blocks: f64 = (k * BALANCE_BLOCKS..(k + 1) * BALANCE_BLOCKS)
-            .map(|i| (b.flow[(i + 1).min(n - 1)] - b.flow[i]).abs())
-            .filter(|v| v.is_finite())
-            .sum();
-        // Noise adds up in a sum of absolute steps: only what exceeds it moves.
-        let quiet = 3.0e-4;
-        out[layout.rows(Section::Balance).start + k] = TIMING_S
-            * ((pumps - quiet).max(0.0) + (booster - quiet).max(0.0) + blocks)
-            / (seconds * BALANCE_BLOCKS as f64);
+        }
     }
-    out
+
+    /// What pumps and line move within [`TIMING_S`], over a row of the balance.
+    fn add_timing_of_balance(&mut self) {
+        /// Noise adds up in a sum of absolute steps: only what exceeds it moves, m³/s. Set by hand.
+        const QUIET_M3_S: f64 = 3.0e-4;
+        let Self { b, .. } = *self;
+        let (n, m) = (self.layout.blocks, self.record.per_block);
+        let filled = &self.record.filled;
+        let last = self.record.t_s.len() - 1;
+        let first = self.layout.rows(Section::Balance).start;
+        let over_s = self.record.block_s() * BALANCE_BLOCKS as f64;
+        for k in 0..self.layout.balance {
+            let samples = k * m * BALANCE_BLOCKS..(k + 1) * m * BALANCE_BLOCKS;
+            let pumped = |flow: &[f64]| -> f64 {
+                let steps = (samples.clone())
+                    .map(|i| finite_or_0((flow[(i + 1).min(last)] - flow[i.min(last)]).abs()));
+                (steps.sum::<f64>() - QUIET_M3_S).max(0.0)
+            };
+            let line: f64 = (k * BALANCE_BLOCKS..(k + 1) * BALANCE_BLOCKS)
+                .map(|i| finite_or_0((b.flow[(i + 1).min(n - 1)] - b.flow[i]).abs()))
+                .sum();
+            let moved = pumped(&filled.mud_pump) + pumped(&filled.booster) + line;
+            self.sd[first + k] = TIMING_S * moved / over_s;
+        }
+    }
+}
+
+fn finite_or_0(value: f64) -> f64 {
+    if value.is_finite() { value } else { 0.0 }
 }
 
 #[cfg(test)]

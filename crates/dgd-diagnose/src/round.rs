@@ -31,9 +31,14 @@ const ALIKE: f64 = 0.7;
 pub(crate) enum Ruling {
     /// An effect.
     Named(Named),
-    /// An effect, the id of a second one that seems to explain beside it what a correction does, and that correction: it takes the place of
-    /// the effect if the next round does not keep this promise.
-    Promised(Named, &'static str, Box<Named>),
+    /// An effect beside which a second one seems to explain what a correction does.
+    Promised {
+        named: Named,
+        /// Id of the effect that the next round is to name.
+        second: &'static str,
+        /// The correction, which takes the place of the effect if that round does not keep this promise.
+        otherwise: Box<Named>,
+    },
     /// Something that the catalogue does not hold: only effects of other relations are named beside it.
     Unnamed(Named),
     /// Something that two transmitters show: the search goes on beside it.
@@ -178,11 +183,11 @@ impl<'a> Round<'a> {
         let resembling =
             || self.corrected(rival, rival.borne.max(best.evidence), Some((best, odds)));
         match second {
-            Some(second) if odds > 0.0 => Ruling::Promised(
-                self.named(best, None),
-                second.about.id,
-                Box::new(resembling()),
-            ),
+            Some(second) if odds > 0.0 => Ruling::Promised {
+                named: self.named(best, None),
+                second: second.about.id,
+                otherwise: Box::new(resembling()),
+            },
             Some(_) => Ruling::Named(self.named(best, None)),
             None if odds > 0.0 => Ruling::Unnamed(resembling()),
             None => Ruling::Named(self.named(best, Some(odds))),

@@ -105,7 +105,7 @@ pub(crate) fn select(
         if !aside && broken_promises(&mut selection, &mut promises, &ruling) {
             continue;
         }
-        if let Ruling::Named(named) | Ruling::Promised(named, ..) = &ruling {
+        if let Ruling::Named(named) | Ruling::Promised { named, .. } = &ruling {
             // No later round weighs it.
             let id = named.applied.effect.about().id;
             shown_beside(&mut selection.first, round, Some(id));
@@ -122,7 +122,11 @@ pub(crate) fn select(
                 joined_others = matches!(sought, Sought::Any(_));
             }
             Ruling::Seen(named) => selection.accept(record, start, named)?,
-            Ruling::Promised(named, second, otherwise) => {
+            Ruling::Promised {
+                named,
+                second,
+                otherwise,
+            } => {
                 let before = selection.clone();
                 selection.accept(record, start, named)?;
                 promises.push(Promised {
@@ -209,7 +213,7 @@ impl Promised {
     /// Whether the round behind it names an effect, or holds the one that was promised for not much less likely than a correction.
     fn is_kept(&self, ruling: &Ruling) -> bool {
         match ruling {
-            Ruling::Named(_) | Ruling::Promised(..) => true,
+            Ruling::Named(_) | Ruling::Promised { .. } => true,
             Ruling::Unnamed(correction) | Ruling::Seen(correction) => {
                 let of = |(id, p): &(String, f64)| {
                     id == self.second && *p > NOT_MUCH_LESS * correction.probability
@@ -234,7 +238,7 @@ fn broken_promises(
         if promise.is_kept(behind) {
             match behind {
                 // Which may be taken back itself.
-                Ruling::Promised(..) => promises.push(promise),
+                Ruling::Promised { .. } => promises.push(promise),
                 _ => promises.clear(),
             }
             break;
@@ -385,7 +389,11 @@ mod tests {
         };
         let mut promises = vec![promise()];
         let mut found = selection(vec![gain(0.9)]);
-        let next = Ruling::Promised(gain(0.8), "influx", Box::new(correction(("influx", 0.1))));
+        let next = Ruling::Promised {
+            named: gain(0.8),
+            second: "influx",
+            otherwise: Box::new(correction(("influx", 0.1))),
+        };
         assert!(!broken_promises(&mut found, &mut promises, &next));
         assert_eq!(promises.len(), 1);
         promises.push(second);

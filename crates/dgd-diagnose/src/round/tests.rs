@@ -134,7 +134,9 @@ fn ended(ruling: Ruling) -> Named {
 /// Name of the effect, or the place of the correction.
 fn told(ruling: Ruling) -> String {
     match ruling {
-        Ruling::Named(n) | Ruling::Promised(n, ..) => n.applied.effect.about().id.to_owned(),
+        Ruling::Named(n) | Ruling::Promised { named: n, .. } => {
+            n.applied.effect.about().id.to_owned()
+        }
         Ruling::Unnamed(n) | Ruling::Seen(n) => n.applied.curve().unwrap().place.name().to_owned(),
         Ruling::Nothing => "nothing".to_owned(),
     }
@@ -483,7 +485,12 @@ fn the_odds_that_an_effect_only_resembles_decide_between_it_and_a_correction() {
         assert!((of(&unnamed, id) - 0.5 * (-1.0_f64).exp()).abs() < 1e-9);
     }
     // Where a second effect tells what is left over, the two are the cause if it is named, and the first is whatever comes if it leaves little.
-    let Ruling::Promised(named, id, otherwise) = ruled(1.0, Some(second())) else {
+    let Ruling::Promised {
+        named,
+        second: id,
+        otherwise,
+    } = ruled(1.0, Some(second()))
+    else {
         panic!("no promise")
     };
     assert_eq!((id, of(&named, "unknown")), ("line_leak", 0.0));
