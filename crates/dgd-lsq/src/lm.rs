@@ -75,11 +75,12 @@ pub struct Minimum {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Ending {
-    /// At a minimum, to the tolerance.
+    /// At a minimum, to the tolerance; or, after a gain, as near to one as the residuals can tell.
     Converged,
     /// [`Effort::steps`] were used up.
     StepLimit,
-    /// No step lowered the cost, and it is no minimum either.
+    /// No step lowered the cost, though the Jacobian promises more than the tolerance: the residuals have a kink, or their Jacobian is wrong.
+    /// Or there was no Jacobian.
     NoProgress,
     /// There are no residuals at the start, or a kept one is not a number.
     NoStart,
@@ -232,7 +233,15 @@ pub fn minimise<R: Residuals + ?Sized>(
     let (mut age, mut damping, mut done, mut small, mut refused) = (0, 1e-3, 0, 0, 0);
     let mut fresh: usize = if known.is_some() { 0 } else { 1 };
     let mut ending = Ending::StepLimit;
-    let mut gained = false;
+    let (mut gained, mut promised) = (false, 0.0);
+    // Where no step is accepted it is flat as far as the residuals can tell, if one was before or none was worth taking.
+    let given_up = |gained: bool, promised: f64| {
+        if gained || promised < effort.tolerance {
+            Ending::Converged
+        } else {
+            Ending::NoProgress
+        }
+    };
     while done < effort.steps {
         // A robust loss weighs anew at each step; within it costs are compared by the same weights.
         let weights = problem.weights(&r);
@@ -263,8 +272,16 @@ pub fn minimise<R: Residuals + ?Sized>(
         let d: Vec<f64> = (0..p)
             .map(|i| (trial[i] - theta[i]) / bounds.span(i))
             .collect();
+        if refused == 0 {
+            promised = promise(&normal, &gradient, &d) / cost;
+        }
         if d.iter().all(|d| d.abs() < 1e-12) {
-            ending = Ending::Converged;
+            // Damping makes any step small.
+            ending = if refused == 0 {
+                Ending::Converged
+            } else {
+                given_up(gained, promised)
+            };
             break;
         }
         let there = problem.at(&trial);
@@ -308,12 +325,7 @@ pub fn minimise<R: Residuals + ?Sized>(
             refused += 1;
             damping *= 8.0;
             if refused > effort.patience {
-                // No descent although the gradient says so: as flat as the residuals can tell, if anything was gained before.
-                ending = if gained {
-                    Ending::Converged
-                } else {
-                    Ending::NoProgress
-                };
+                ending = given_up(gained, promised);
                 break;
             }
         }
@@ -326,6 +338,12 @@ pub fn minimise<R: Residuals + ?Sized>(
         steps: done,
         ending,
     }
+}
+
+/// What the cost would fall by along `d` were the residuals straight.
+fn promise(normal: &DMatrix<f64>, gradient: &DVector<f64>, d: &[f64]) -> f64 {
+    let d = DVector::from_column_slice(d);
+    -d.dot(gradient) - 0.5 * d.dot(&(normal * &d))
 }
 
 /// Broyden's update: what the step `d` taught of its own direction.
@@ -579,9 +597,27 @@ mod tests {
         let mut none = |_: &[f64]| None::<Vec<f64>>;
         let found = minimise(&mut none, &[0.5], &bounds, None, None, SPARING);
         assert!(found.ending == Ending::NoStart && found.cost.is_infinite());
-        // Steps of a difference lead down, whole ones do not.
-        let mut kinked = |t: &[f64]| Some(vec![1.0 + if t[0] == 0.5 { 0.0 } else { 1e-3 }]);
-        let found = minimise(&mut kinked, &[0.5], &bounds, None, None, SPARING);
-        assert_eq!((found.ending, found.theta[0]), (Ending::NoProgress, 0.5));
+        // The differences promise descent, no step keeps it. A high kink has a short step, which damping alone makes tiny.
+        for kink in [1e-3, 2e-2, 5e-2] {
+            let mut kinked = |t: &[f64]| Some(vec![1.0 + if t[0] == 0.5 { 0.0 } else { kink }]);
+            for effort in [SPARING, Effort::default()] {
+                let found = minimise(&mut kinked, &[0.5], &bounds, None, None, effort);
+                assert_eq!((found.ending, found.theta[0]), (Ending::NoProgress, 0.5));
+            }
+        }
+    }
+
+    #[test]
+    fn a_start_at_the_minimum_has_converged_though_nothing_is_gained() {
+        let bounds = Bounds {
+            low: vec![0.0],
+            high: vec![1.0],
+        };
+        let mut f = |t: &[f64]| Some(vec![t[0] - 0.3, t[0] - 0.9, 0.1 * (5.0 * t[0]).sin()]);
+        let found = minimise(&mut f, &[0.5], &bounds, None, None, Effort::default());
+        for effort in [SPARING, Effort::default()] {
+            let again = minimise(&mut f, &found.theta, &bounds, None, None, effort);
+            assert_eq!(again.ending, Ending::Converged, "{again:?}");
+        }
     }
 }
