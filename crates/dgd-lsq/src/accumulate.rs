@@ -191,7 +191,7 @@ impl Accumulator {
         }
     }
 
-    /// Solves with the default limit on the condition number, [`CONDITION_LIMIT`].
+    /// Solves with [`CONDITION_LIMIT`] as the limit on the condition number.
     ///
     /// # Errors
     /// Those of [`Reduced::solve`].
