@@ -94,6 +94,24 @@ pub trait Residuals {
 
     /// `∂residual/∂parameter` by parameters scaled to 0..1 of their bounds, shape `(n, p)`, where the residuals are `r`;
     /// `None` if there is none. By forward [`differences`] unless written otherwise.
+    ///
+    /// ```
+    /// use dgd_lsq::lm::{Bounds, Effort, Residuals, minimise};
+    /// use dgd_lsq::nalgebra::DMatrix;
+    /// struct Line;
+    /// impl Residuals for Line {
+    ///     fn at(&mut self, t: &[f64]) -> Option<Vec<f64>> {
+    ///         Some(vec![2.0 * t[0] - 3.0])
+    ///     }
+    ///     fn jacobian(&mut self, _: &[f64], _: &[f64], bounds: &Bounds) -> Option<DMatrix<f64>> {
+    ///         Some(DMatrix::from_element(1, 1, 2.0 * bounds.span(0)))
+    ///     }
+    /// }
+    /// let bounds = Bounds::new(vec![0.0], vec![5.0])?;
+    /// let found = minimise(&mut Line, &[0.0], &bounds, None, None, Effort::default());
+    /// assert!((found.theta[0] - 1.5).abs() < 1e-9);
+    /// # Ok::<(), dgd_lsq::LsqError>(())
+    /// ```
     fn jacobian(&mut self, theta: &[f64], r: &[f64], bounds: &Bounds) -> Option<DMatrix<f64>> {
         Some(differences(self, theta, r, bounds))
     }

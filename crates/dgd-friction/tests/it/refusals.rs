@@ -1,7 +1,7 @@
 use dgd_friction::{
-    CONDITION_LIMIT, FrictionError, Loss, Samples, SweepOptions, Terms, delay_sweep, fit,
+    CONDITION_LIMIT, FrictionError, Loss, LsqError, RobustOptions, Samples, SweepOptions, Terms,
+    delay_sweep, fit,
 };
-use dgd_lsq::{LsqError, RobustOptions};
 
 use crate::Recording;
 
