@@ -145,6 +145,47 @@ pub struct Trajectory {
     pub statistics: Statistics,
 }
 
+impl Trajectory {
+    /// State at `times[i]`, shape `(dimension,)`.
+    ///
+    /// # Panics
+    /// If so many times were not written.
+    ///
+    /// ```
+    /// # use dgd_dynamics::integrate::{integrate, Method, Options, Plan, System};
+    /// /// A weight on a spring: place and speed.
+    /// struct Spring;
+    /// impl System for Spring {
+    ///     fn dimension(&self) -> usize { 2 }
+    ///     fn rhs(&self, _t: f64, x: &[f64], dx: &mut [f64]) { (dx[0], dx[1]) = (x[1], -x[0]) }
+    /// }
+    /// let plan = Plan { start: 0.0, end: 3.0, outputs: &[0.0, 1.5, 3.0], breaks: &[] };
+    /// let options = Options::new(1e-8, vec![1e-8; 2]);
+    /// let run = integrate(Method::DormandPrince, &mut Spring, &[1.0, 0.0], &plan, &options)?;
+    /// assert!((run.state(1)[0] - 1.5f64.cos()).abs() < 1e-6);
+    /// for (t, x) in run.iter() {
+    ///     assert!((x[1] + t.sin()).abs() < 1e-6);
+    /// }
+    /// # Ok::<(), dgd_dynamics::integrate::IntegrateError>(())
+    /// ```
+    #[must_use]
+    pub fn state(&self, i: usize) -> &[f64] {
+        assert!(i < self.times.len(), "{i} of {} times", self.times.len());
+        &self.states[i * self.dimension..][..self.dimension]
+    }
+
+    /// The times written, each with its state, shape `(dimension,)`.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = (f64, &[f64])> + '_ {
+        let times = self.times.iter().enumerate();
+        times.map(|(i, t)| (*t, self.state(i)))
+    }
+
+    /// One of the states at all times.
+    pub(crate) fn column(&self, k: usize) -> Vec<f64> {
+        self.iter().map(|(_, x)| x[k]).collect()
+    }
+}
+
 /// Why an integration was refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -193,7 +234,7 @@ pub enum IntegrateError {
 /// }
 /// let plan = Plan { start: 0.0, end: 1.0, outputs: &[0.5, 1.0], breaks: &[] };
 /// let run = integrate(Method::Rodas, &mut Decay, &[1.0], &plan, &Options::new(1e-8, vec![1e-8]))?;
-/// assert!((run.states[1] - (-1.0f64).exp()).abs() < 1e-7);
+/// assert!((run.state(1)[0] - (-1.0f64).exp()).abs() < 1e-7);
 /// # Ok::<(), dgd_dynamics::integrate::IntegrateError>(())
 /// ```
 pub fn integrate<S: System + ?Sized>(
