@@ -1,7 +1,7 @@
 //! Initial-value problems `dx/dt = f(t, x)` whose input has kinks.
 //!
 //! Implement [`System`], fill a [`Plan`], call [`integrate()`]. Three methods share one driver:
-//! [`Method::DormandPrince`] (explicit, order 5) for smooth non-stiff problems, [`Method::Rodas`]
+//! [`Method::DormandPrince`] (explicit, order 5) for smooth non-stiff problems, [`Method::Rodasp`]
 //! (linearly implicit, L-stable, order 4) for stiff ones and [`Method::Rodas3`] (the same of order 3)
 //! for stiff ones whose breaks come close on each other. All stop exactly at the break times,
 //! restart there, and write the requested times by dense output.
@@ -31,7 +31,7 @@ pub enum Method {
     /// order where a fast mode follows a moving input, 3rd-order dense output (Steinebach 1995;
     /// Hairer and Wanner 1996, IV.7).
     #[default]
-    Rodas,
+    Rodasp,
     /// RODAS3 3(2): linearly implicit Rosenbrock of half the evaluations a step, L-stable, stiffly accurate, 2nd-order dense
     /// output (Sandu et al. 1997). For inputs that bend at every sample, which no step may be longer than.
     Rodas3,
@@ -233,7 +233,7 @@ pub enum IntegrateError {
 ///     fn rhs(&self, _t: f64, x: &[f64], dx: &mut [f64]) { dx[0] = -x[0] }
 /// }
 /// let plan = Plan { start: 0.0, end: 1.0, outputs: &[0.5, 1.0], breaks: &[] };
-/// let run = integrate(Method::Rodas, &mut Decay, &[1.0], &plan, &Options::new(1e-8, vec![1e-8]))?;
+/// let run = integrate(Method::Rodasp, &mut Decay, &[1.0], &plan, &Options::new(1e-8, vec![1e-8]))?;
 /// assert!((run.state(1)[0] - (-1.0f64).exp()).abs() < 1e-7);
 /// # Ok::<(), dgd_dynamics::integrate::IntegrateError>(())
 /// ```
@@ -268,7 +268,7 @@ fn run<S: System + ?Sized, V: Vector>(
 /// An integration that is done part by part, each up to a break.
 pub(crate) enum Parts<V: Vector> {
     DormandPrince(driver::Carried<V, DormandPrince<V>>),
-    Rodas(driver::Carried<V, Rosenbrock<V, Rodasp>>),
+    Rodasp(driver::Carried<V, Rosenbrock<V, Rodasp>>),
     Rodas3(driver::Carried<V, Rosenbrock<V, Rodas3>>),
 }
 
@@ -279,7 +279,7 @@ impl<V: Vector> Parts<V> {
             Method::DormandPrince => {
                 Self::DormandPrince(driver::Carried::new(DormandPrince::new(n), initial))
             }
-            Method::Rodas => Self::Rodas(driver::Carried::new(Rosenbrock::new(n), initial)),
+            Method::Rodasp => Self::Rodasp(driver::Carried::new(Rosenbrock::new(n), initial)),
             Method::Rodas3 => Self::Rodas3(driver::Carried::new(Rosenbrock::new(n), initial)),
         }
     }
@@ -296,9 +296,9 @@ impl<V: Vector> Parts<V> {
                 let (part, carried) = driver::drive(carried, system, plan, options);
                 (part, Self::DormandPrince(carried))
             }
-            Self::Rodas(carried) => {
+            Self::Rodasp(carried) => {
                 let (part, carried) = driver::drive(carried, system, plan, options);
-                (part, Self::Rodas(carried))
+                (part, Self::Rodasp(carried))
             }
             Self::Rodas3(carried) => {
                 let (part, carried) = driver::drive(carried, system, plan, options);
