@@ -248,22 +248,21 @@ pub fn fit(
     Ok(conclude(assembly, problem, &minimum))
 }
 
-/// Scaled parameters lie between 0 and 1.
-fn unit_box(p: usize) -> Bounds {
-    Bounds {
-        low: vec![0.0; p],
-        high: vec![1.0; p],
-    }
-}
-
-/// Minimises from scaled parameters.
+/// Minimises from scaled parameters, which lie between 0 and 1.
 fn minimise(problem: &mut Residual<'_>, start: &[f64], steps: usize, tolerance: f64) -> Minimum {
     let effort = Effort {
         steps,
         tolerance,
         ..Effort::default()
     };
-    lm::minimise(problem, start, &unit_box(start.len()), None, None, effort)
+    lm::minimise(
+        problem,
+        start,
+        &Bounds::unit(start.len()),
+        None,
+        None,
+        effort,
+    )
 }
 
 fn conclude(assembly: &Assembly, mut problem: Residual<'_>, minimum: &Minimum) -> Fit {
@@ -271,7 +270,7 @@ fn conclude(assembly: &Assembly, mut problem: Residual<'_>, minimum: &Minimum) -
     let theta = problem.theta(&minimum.theta);
     let p = minimum.theta.len();
     let residuals = problem.differences(&theta).unwrap_or_default();
-    let jacobian = problem.jacobian(&minimum.theta, &minimum.residuals, &unit_box(p));
+    let jacobian = problem.jacobian(&minimum.theta, &minimum.residuals, &Bounds::unit(p));
     // What no reading tells may well have been left on a bound; nothing holds it there.
     let on_bound: Vec<bool> = (minimum.theta.iter().zip(told(jacobian.as_ref(), minimum)))
         .map(|(z, told)| told && (*z <= 1e-9 || *z >= 1.0 - 1e-9))

@@ -55,7 +55,7 @@ pub fn steady_state(
             outputs: &[],
             breaks: &[],
         };
-        let run = integrate::integrate(Method::Rodas, &mut model, &x, &plan, &settings)?;
+        let run = integrate::integrate(Method::Rodasp, &mut model, &x, &plan, &settings)?;
         if run.end_state.iter().all(|v| v.is_finite()) {
             x = run.end_state;
         }

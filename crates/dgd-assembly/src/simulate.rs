@@ -17,7 +17,7 @@ use dgd_dynamics::integrate::{self, Method, Plan, Status, Tolerances};
 /// Settings of a simulation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SimulationOptions {
-    /// Integration method; [`Method::Rodas`] by default, which stiff systems need.
+    /// Integration method; [`Method::Rodasp`] by default, which stiff systems need.
     pub method: Method,
     /// Relative tolerance of a step; 1e-5 by default. The absolute one is a tenth of it times the state's usual size.
     pub relative: f64,

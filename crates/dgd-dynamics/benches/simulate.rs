@@ -62,7 +62,7 @@ fn benches(c: &mut Criterion) {
     for seconds in [6_000, 305_820] {
         let (time, inflow, speed) = inputs(seconds);
         let mut group = c.benchmark_group(format!("coupled_{seconds}_s"));
-        for method in [Method::Rodas3, Method::Rodas, Method::DormandPrince] {
+        for method in [Method::Rodas3, Method::Rodasp, Method::DormandPrince] {
             let options = SimulationOptions {
                 method,
                 ..SimulationOptions::default()

@@ -4,11 +4,12 @@ use crate::polynomial::{column_names, fill_terms, term};
 use crate::{FrictionError, Polynomial, Terms};
 use dgd_lsq::{Accumulator, LsqError, RobustOptions, RobustStatus, fit_robust};
 
-/// Most the condition number of a friction fit may be by default.
+/// Most the condition number of the column-scaled regressors of a friction fit may be.
 ///
 /// Flow spread evenly over 0 to its largest gives 8 for `C q + D q²` and 19 for `B + D q² + E q³`;
 /// spread over 1 % either side of one value it gives 350 and 72,000. Past 1e4 the terms are not
-/// told apart by the flow but by the noise.
+/// told apart by the flow but by the noise. [`dgd_lsq::CONDITION_LIMIT`] is where digits end and knows of no noise; that of
+/// `dgd-pump` is greater because its terms are more alike on any rig.
 pub const CONDITION_LIMIT: f64 = 1e4;
 
 /// Rows whose powers are taken together.
@@ -149,7 +150,8 @@ pub enum Loss {
     /// Least squares.
     #[default]
     Squared,
-    /// Huber's, see [`dgd_lsq::fit_robust`].
+    /// Huber's, see [`dgd_lsq::fit_robust`]. A [`RobustOptions::condition_limit`] above [`CONDITION_LIMIT`], as its default is, counts as
+    /// that: what noise blurs for least squares it blurs for Huber's loss.
     Huber(RobustOptions),
 }
 

@@ -17,6 +17,7 @@ mod polynomial;
 mod sums;
 mod sweep;
 
+pub use dgd_lsq::{LsqError, RobustOptions, RobustStatus};
 pub use error::FrictionError;
 pub use fit::{CONDITION_LIMIT, Loss, PolynomialFit, Reweighting, Samples, fit};
 pub use pipe::{

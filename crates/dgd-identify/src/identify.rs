@@ -21,7 +21,7 @@ pub struct IdentifyOptions {
     pub loss: Loss,
     /// Search for the pump's exponents (Eq. 3.39); else 2 and 2 (Eq. 3.31), constrained.
     pub free_exponents: bool,
-    /// Settings of that search; n0 from 1 by default, below which nothing can be simulated.
+    /// Settings of that search.
     pub search: SearchOptions,
 }
 
@@ -31,10 +31,7 @@ impl Default for IdentifyOptions {
             delays: 0..=30,
             loss: Loss::Squared,
             free_exponents: true,
-            search: SearchOptions {
-                n0: 1.0..=4.0,
-                ..SearchOptions::default()
-            },
+            search: SearchOptions::default(),
         }
     }
 }

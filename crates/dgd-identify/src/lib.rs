@@ -16,6 +16,19 @@ mod prepare;
 mod pump;
 mod series;
 
+/// The simulations' parameters, which [`Model::return_line`] gives.
+pub use dgd_dynamics::return_line::ReturnLine;
+// What the functions here take and return, so that their user need not name the crates below.
+pub use dgd_friction::{
+    DelaySweep, FrictionError, Loss, LsqError, Minimum, Polynomial, PolynomialFit, Reweighting,
+    RobustOptions, RobustStatus,
+};
+pub use dgd_pump::{
+    ConstrainedFit, CurveFit, ExponentSearch, HeadCurve, JointErrors, Limit, PathPoint, Place,
+    PumpError, Rule, SearchOptions, SearchStatus, ShapeCheck, SolverStatus, Trial,
+};
+pub use dgd_recording::{Geometry, Recording, Well, WellError};
+pub use dgd_screen::{Limits, ScreenError, ScreenOptions, Tally};
 pub use identify::{Identification, IdentifyError, IdentifyOptions, identify};
 pub use model::{DataUsed, Estimate, FrictionModel, FrictionTerm, Model, PumpModel};
 pub use prepare::{Prepared, prepare};

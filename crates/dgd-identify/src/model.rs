@@ -140,3 +140,62 @@ impl Model {
         self.density_kg_m3 == well.mud_density_kg_m3 && self.geometry == well.geometry
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::IdentifyOptions;
+    use dgd_dynamics::return_line::{Friction, GRAVITY_M_S2, PumpHead, ReturnLine};
+    use dgd_pump::HeadCurve;
+
+    const PUMP: PumpHead = PumpHead {
+        c0: 0.0688,
+        c1: 3.0,
+        c2: 2.4e3,
+        n0: 1.95,
+        n2: 1.62,
+    };
+
+    fn line(pump: PumpHead) -> ReturnLine {
+        ReturnLine {
+            density_kg_m3: 1000.0,
+            riser_area_m2: 0.1704,
+            line_area_m2: 0.01824,
+            inlet_depth_m: 350.0,
+            outlet_depth_m: 350.0,
+            friction: Friction::default(),
+            pump,
+            non_return_valve: true,
+            b_is_offset: false,
+        }
+    }
+
+    #[test]
+    fn exponents_are_sought_where_they_can_be_simulated() {
+        let range = IdentifyOptions::default().search.n0;
+        let at = |n0| line(PumpHead { n0, ..PUMP }).check();
+        assert!(at(*range.start()).is_ok() && at(*range.end()).is_ok());
+        assert!(at(range.start() - 1e-9).is_err(), "nor is any left out");
+        assert_eq!(range, dgd_pump::SearchOptions::default().n0);
+    }
+
+    /// What is fitted by the one is simulated by the other.
+    #[test]
+    fn the_head_simulated_is_the_head_fitted_at_any_speed_and_flow() {
+        for (n0, n2) in [(2.0, 2.0), (1.95, 1.62), (1.0, 1.0), (3.0, 1.5)] {
+            let PumpHead { c0, c1, c2, .. } = PUMP;
+            let fitted = HeadCurve { c0, c1, c2, n0, n2 };
+            let simulated = PumpHead { n0, n2, ..PUMP };
+            let line = line(simulated);
+            for w in [-40.0, -1e-9, -0.0, 0.0, 1e-9, 30.0, 100.0] {
+                for q in [-0.05, -0.0, 0.0, 1e-6, 0.05] {
+                    let (a, b) = (simulated.head_m(w, q), fitted.head_m(w, q));
+                    assert!((a - b).abs() <= 1e-14 * (1.0 + b.abs()), "{w} {q}: {a} {b}");
+                    let drive_m = line.drive_pa(0.0, w, q) / (1000.0 * GRAVITY_M_S2);
+                    assert!((drive_m - b).abs() <= 1e-13 * (1.0 + b.abs()), "{w} {q}");
+                }
+            }
+            assert!(simulated.head_m(f64::NAN, 0.05).is_nan());
+            assert!(fitted.head_m(f64::NAN, 0.05).is_nan());
+        }
+    }
+}

@@ -191,7 +191,7 @@ impl Accumulator {
         }
     }
 
-    /// Solves with the default limit on the condition number, [`CONDITION_LIMIT`].
+    /// Solves with [`CONDITION_LIMIT`] as the limit on the condition number.
     ///
     /// # Errors
     /// Those of [`Reduced::solve`].
@@ -300,6 +300,7 @@ fn all_finite(values: &[f64]) -> bool {
 /// Sum of the products of two slices, as far as the shorter one goes.
 ///
 /// In eight partial sums: the compiler may not reorder a sum, so the order is spelled out.
+#[doc(hidden)] // For the crates beside this one.
 #[must_use]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     let n = a.len().min(b.len());

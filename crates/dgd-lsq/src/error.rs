@@ -1,4 +1,4 @@
-/// Why a least-squares fit was refused.
+/// Why a least-squares fit, or the bounds of one, were refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LsqError {
@@ -79,6 +79,24 @@ pub enum LsqError {
     Overflow {
         /// Column name, or `y` for the observation.
         column: String,
+    },
+    /// There are not as many lower bounds as upper ones.
+    #[error("{high} upper bounds for {low} lower ones, expected one of each a parameter")]
+    BoundCount {
+        /// Lower bounds.
+        low: usize,
+        /// Upper bounds.
+        high: usize,
+    },
+    /// The bounds of a parameter are not finite, not finitely apart or not in order.
+    #[error("parameter {index} is bound to {low}..={high}, expected finite numbers in this order")]
+    Bound {
+        /// Parameter, counted from 0.
+        index: usize,
+        /// Its lower bound.
+        low: f64,
+        /// Its upper bound.
+        high: f64,
     },
     /// An option is out of its domain.
     #[error("option `{name}` is {found}, expected {expected}")]

@@ -4,10 +4,12 @@ use crate::LsqError;
 use crate::accumulate::MAX_COLUMNS;
 use nalgebra::DMatrix;
 
-/// Default limit on the condition number of the column-scaled triangle.
+/// Most the condition number of the column-scaled triangle may be in [`finish`](crate::Accumulator::finish), and in
+/// [`fit_robust`](crate::fit_robust) unless its options say otherwise; [`Reduced::solve`] takes any limit.
 ///
 /// Beyond it fewer than about six digits of the coefficients are left of the sixteen of `f64`.
-/// It is a numerical limit; a model that needs richer data should ask for a smaller one.
+/// It is a numerical limit, of rounding alone; a model whose data have noise should ask for a smaller one, as `dgd-friction` (1e4) and
+/// `dgd-pump` (1e5) do.
 pub const CONDITION_LIMIT: f64 = 1e10;
 
 /// A linear least-squares estimate with the statistics of MATLAB's `lsqcov`.

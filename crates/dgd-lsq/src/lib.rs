@@ -33,6 +33,8 @@ mod robust;
 pub use accumulate::{Accumulator, MAX_COLUMNS, dot};
 pub use error::LsqError;
 pub use fit::{CONDITION_LIMIT, Fit, Reduced};
+/// The matrices of [`lm`], of the version that it is built with.
+pub use nalgebra;
 pub use robust::{RobustFit, RobustOptions, RobustStatus, fit_robust};
 
 /// The example of the README compiles.

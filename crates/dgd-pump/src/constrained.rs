@@ -27,7 +27,8 @@ impl Default for ConstrainedOptions {
     }
 }
 
-/// How the quadratic programme ended. The coefficients are to be used after the first two only.
+/// How the quadratic programme ended. There are coefficients after the first two; after the others only if polishing found the optimum all
+/// the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum SolverStatus {
@@ -74,7 +75,7 @@ pub struct ConstrainedFit {
     pub floors: [f64; 3],
     /// Which of c0, c1, c2 sit at their floor.
     pub active: [bool; 3],
-    /// How the solver ended.
+    /// How the solver ended; unless it solved the problem the answer is polished.
     pub status: SolverStatus,
     /// Largest violation of the optimality conditions (stationarity, bounds, signs of multipliers), in the
     /// scaled problem where columns and head have unit length. Below 1e-9 when all is well.
@@ -92,7 +93,8 @@ pub struct ConstrainedFit {
 ///
 /// # Errors
 /// Those of [`fit_unconstrained`](crate::fit_unconstrained); [`PumpError::Domain`] on a floor share
-/// outside 0 to 1 (0 excluded); [`PumpError::Solver`] if the solver does not accept the problem.
+/// outside 0 to 1 (0 excluded); [`PumpError::Solver`] if the solver does not accept the problem,
+/// [`PumpError::Unsolved`] if it ends without an answer and polishing finds none either.
 ///
 /// # Source
 /// Thesis Eqs. 3.31 and 3.44; against all active sets: `tests/it/constrained.rs`. Solver: Goulart
@@ -172,6 +174,15 @@ fn constrain(
         Some((x, active)) => (x, active, true),
         None => (solution.x, solution.active(), false),
     };
+    let kkt_residual = scaled.kkt(x, active);
+    // What a solver had when it gave up is no fit.
+    let solved = matches!(status, SolverStatus::Solved | SolverStatus::AlmostSolved);
+    if !(polished || solved && kkt_residual.is_finite()) {
+        return Err(PumpError::Unsolved {
+            status,
+            kkt_residual,
+        });
+    }
     // A held coefficient is its floor to the last bit; the scaled one is that to rounding.
     let c = [0, 1, 2].map(|j| {
         if active[j] {
@@ -220,7 +231,7 @@ fn constrain(
         floors,
         active,
         status,
-        kkt_residual: scaled.kkt(x, active),
+        kkt_residual,
         polished,
     })
 }
@@ -330,20 +341,28 @@ impl Scaled {
         (self.kkt(x, active) < 1e-9).then_some((x, active))
     }
 
-    /// Largest violation of the Karush-Kuhn-Tucker conditions.
+    /// Largest violation of the Karush-Kuhn-Tucker conditions; infinite where a number is missing.
     fn kkt(&self, x: [f64; 3], active: [bool; 3]) -> f64 {
+        // `f64::max` leaves a NaN out.
+        let worse = |a: f64, b: f64| {
+            if a.is_nan() || b.is_nan() {
+                f64::INFINITY
+            } else {
+                a.max(b)
+            }
+        };
         (0..3)
             .map(|j| {
                 let gradient = (0..3).map(|k| self.gram[j][k] * x[k]).sum::<f64>() - self.b[j];
                 let bound = x[j] - self.floors[j];
                 if active[j] {
                     // The multiplier is the gradient: it must not be negative.
-                    bound.abs().max(-gradient)
+                    worse(bound.abs(), -gradient)
                 } else {
-                    gradient.abs().max(-bound)
+                    worse(gradient.abs(), -bound)
                 }
             })
-            .fold(0.0, f64::max)
+            .fold(0.0, worse)
     }
 }
 
@@ -385,6 +404,20 @@ mod tests {
         assert_eq!(problem.kkt([0.5, -0.25, 0.75], [false; 3]), 0.375);
         // Held though it would rather rise.
         assert_eq!(problem.kkt([0.5, 0.125, 0.125], [false, true, true]), 0.625);
+    }
+
+    #[test]
+    fn a_missing_number_is_no_optimum() {
+        let problem = plain([0.5, -0.25, 0.75], [0.0, 0.125, 0.125]);
+        let nan = f64::NAN;
+        for held in [[false; 3], [false, true, false], [true; 3]] {
+            for x in [[nan; 3], [nan, 0.125, 0.75], [0.5, nan, 0.75]] {
+                assert_eq!(problem.kkt(x, held), f64::INFINITY);
+            }
+            let mut problem = plain([0.5, -0.25, 0.75], [0.0, 0.125, 0.125]);
+            problem.gram[1][1] = nan;
+            assert_eq!(problem.kkt([0.5, 0.125, 0.75], held), f64::INFINITY);
+        }
     }
 
     #[test]

@@ -6,7 +6,9 @@ use dgd_lsq::{Accumulator, Fit, Reduced};
 
 /// Most the condition number of the column-scaled regressors may be.
 ///
-/// Where speed and flow go together, as on a rig, about 100 is usual.
+/// Where speed and flow go together, as on a rig, about 100 is usual: three powers of two quantities that rise together are more alike than
+/// the powers of one that is spread, so this is ten times what `dgd-friction` allows. [`dgd_lsq::CONDITION_LIMIT`] is where
+/// digits end and knows of no noise.
 pub const CONDITION_LIMIT: f64 = 1e5;
 
 /// Names of the columns in refusals.

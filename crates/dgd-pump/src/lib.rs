@@ -26,6 +26,7 @@ pub use constrained::{
     ConstrainedFit, ConstrainedOptions, SolverStatus, fit_constrained, fit_free_and_constrained,
 };
 pub use curve::HeadCurve;
+pub use dgd_lsq::LsqError;
 pub use error::PumpError;
 pub use fit::{CONDITION_LIMIT, CurveFit, Samples, fit_unconstrained};
 pub use joint::JointErrors;

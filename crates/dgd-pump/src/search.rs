@@ -53,7 +53,7 @@ pub struct SearchOptions {
     pub rule: Rule,
     /// First guess of (n0, n2). Default (1.9, 1.6).
     pub start: (f64, f64),
-    /// Allowed n0. Default 0.5 to 4.
+    /// Allowed n0; from 0.1. Default 1 to 4: below 1 the slope at standstill is infinite, and simulations (`dgd-dynamics`) refuse the curve.
     pub n0: RangeInclusive<f64>,
     /// Allowed n2; at least 1, where 1 itself is excluded (thesis Eq. 3.44). Default 1 to 4.
     pub n2: RangeInclusive<f64>,
@@ -71,7 +71,7 @@ impl Default for SearchOptions {
         Self {
             rule: Rule::default(),
             start: (1.9, 1.6),
-            n0: 0.5..=4.0,
+            n0: 1.0..=4.0,
             n2: 1.0..=4.0,
             tolerance: 1e-9,
             max_iterations: 400,

@@ -86,11 +86,11 @@ impl Baseline {
 /// fitted beside them; `None` if none sits on a bound.
 pub(crate) fn inside(context: &Context<'_>, trial: &Trial) -> Option<Baseline> {
     let built = context.build(&trial.members)?;
-    let declared = Context::start(&built, &Values::new()).1;
-    let bounds = &trial.bounds;
+    let declared = Context::start(&built, &Values::new())?.1;
+    let (low, high) = (trial.bounds.low(), trial.bounds.high());
     let at_bound = |theta: &[f64], i: usize| {
-        let near = 1e-6 * (bounds.high[i] - bounds.low[i]);
-        theta[i] - bounds.low[i] <= near || bounds.high[i] - theta[i] <= near
+        let near = 1e-6 * (high[i] - low[i]);
+        theta[i] - low[i] <= near || high[i] - theta[i] <= near
     };
     let fitted = &trial.minimum.theta;
     let (held, moving): (Vec<usize>, Vec<usize>) =
@@ -111,10 +111,7 @@ pub(crate) fn inside(context: &Context<'_>, trial: &Trial) -> Option<Baseline> {
             runner.run(&all).map(|s| context.residual(s))
         },
         &of(&theta),
-        &Bounds {
-            low: of(&bounds.low),
-            high: of(&bounds.high),
-        },
+        &Bounds::new(of(low), of(high)).ok()?,
         None,
         None,
         NEAR,

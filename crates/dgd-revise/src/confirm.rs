@@ -35,10 +35,11 @@ fn starts(
     let (Some(share), false) = (share, moving.is_empty()) else {
         return Some(vec![theta.clone(); test.windows.len()]);
     };
-    let bounds = Bounds {
-        low: moving.iter().map(|&i| parameters[i].low).collect(),
-        high: moving.iter().map(|&i| parameters[i].high).collect(),
-    };
+    let bounds = Bounds::new(
+        moving.iter().map(|&i| parameters[i].low).collect(),
+        moving.iter().map(|&i| parameters[i].high).collect(),
+    )
+    .ok()?;
     let effort = Effort {
         steps: 30,
         tolerance: 1e-6,

@@ -71,24 +71,28 @@ impl Context<'_> {
         simulated
     }
 
-    /// Start and bounds of an assembly's parameters.
-    pub(crate) fn start(assembly: &Assembly, values: &Values) -> (Vec<String>, Vec<f64>, Bounds) {
-        let mut bounds = Bounds::default();
+    /// Start and bounds of an assembly's parameters. `None` if the bounds cannot be, which no assembly has.
+    pub(crate) fn start(
+        assembly: &Assembly,
+        values: &Values,
+    ) -> Option<(Vec<String>, Vec<f64>, Bounds)> {
+        let (mut low, mut high) = (Vec::new(), Vec::new());
         let (mut paths, mut theta) = (Vec::new(), Vec::new());
         for p in assembly.parameters() {
             theta.push(values.get(&p.path).copied().unwrap_or(p.start));
-            bounds.low.push(p.low);
-            bounds.high.push(p.high);
+            low.push(p.low);
+            high.push(p.high);
             paths.push(p.path);
         }
+        let bounds = Bounds::new(low, high).ok()?;
         bounds.clamp(&mut theta);
-        (paths, theta, bounds)
+        Some((paths, theta, bounds))
     }
 
     /// Fits a set from a start. `None` if it cannot be built or run.
     pub(crate) fn fit(&self, members: &[usize], values: &Values, effort: Effort) -> Option<Trial> {
         let built = self.build(members)?;
-        let (paths, theta, bounds) = Self::start(&built, values);
+        let (paths, theta, bounds) = Self::start(&built, values)?;
         let mut runner = Runner::new(&built, self.data, &self.simulation).ok()?;
         let minimum = lm::minimise(
             &mut |t: &[f64]| runner.run(t).map(|s| self.residual(s)),

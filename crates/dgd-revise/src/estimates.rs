@@ -34,7 +34,7 @@ pub(crate) fn estimates(
     let variance = 2.0 * trial.cost() / free * inflation;
     let at_bound: Vec<bool> = (0..p)
         .map(|i| {
-            let (low, high) = (trial.bounds.low[i], trial.bounds.high[i]);
+            let (low, high) = (trial.bounds.low()[i], trial.bounds.high()[i]);
             let theta = trial.minimum.theta[i];
             theta - low <= 1e-6 * (high - low) || high - theta <= 1e-6 * (high - low)
         })
@@ -64,7 +64,7 @@ pub(crate) fn estimates(
     }
     (0..p)
         .map(|i| {
-            let (low, high) = (trial.bounds.low[i], trial.bounds.high[i]);
+            let (low, high) = (trial.bounds.low()[i], trial.bounds.high()[i]);
             let value = trial.minimum.theta[i];
             let folds: Vec<f64> = left.thetas.iter().take(5).map(|t| t[i]).collect();
             let n = folds.len().max(1) as f64;

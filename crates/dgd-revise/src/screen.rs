@@ -218,8 +218,8 @@ fn one(
                 .zip(values)
                 .map(|(p, v)| (path(h, p), *v)),
         );
-        let (_, theta, _) = Context::start(&built, &all);
-        let Some(simulated) = runner.run(&theta) else {
+        let start = Context::start(&built, &all);
+        let Some(simulated) = start.and_then(|(_, theta, _)| runner.run(&theta)) else {
             continue;
         };
         let there = context.residual(simulated);

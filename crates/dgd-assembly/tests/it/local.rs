@@ -48,7 +48,7 @@ fn differences_of_runs_and_variational_equations_agree() {
     let (assembly, window) = cascade(5.0);
     let theta = assembly.start();
     let by_runs = sensitivities(&assembly, &theta, &window, 0, &tight()).unwrap();
-    for method in [Method::DormandPrince, Method::Rodas] {
+    for method in [Method::DormandPrince, Method::Rodasp] {
         let by_equations = sensitivities_variational(
             &assembly,
             &theta,

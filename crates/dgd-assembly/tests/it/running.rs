@@ -189,7 +189,7 @@ fn explicit_and_implicit_methods_agree() {
     let u = steps(200, 5, 1.0, 10.0);
     let window = window(&assembly, &[("u", &u)]);
     let runs: Vec<_> = [
-        dgd_dynamics::integrate::Method::Rodas,
+        dgd_dynamics::integrate::Method::Rodasp,
         dgd_dynamics::integrate::Method::DormandPrince,
     ]
     .into_iter()

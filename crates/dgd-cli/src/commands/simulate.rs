@@ -220,7 +220,7 @@ pub(crate) fn tolerance(relative: f64) -> Result<f64, Failure> {
 pub(crate) fn method(solver: SolverArg) -> Method {
     match solver {
         SolverArg::Rodas3 => Method::Rodas3,
-        SolverArg::Rodas => Method::Rodas,
+        SolverArg::Rodas => Method::Rodasp,
         SolverArg::DormandPrince => Method::DormandPrince,
     }
 }

@@ -1,7 +1,7 @@
 //! Initial-value problems `dx/dt = f(t, x)` whose input has kinks.
 //!
 //! Implement [`System`], fill a [`Plan`], call [`integrate()`]. Three methods share one driver:
-//! [`Method::DormandPrince`] (explicit, order 5) for smooth non-stiff problems, [`Method::Rodas`]
+//! [`Method::DormandPrince`] (explicit, order 5) for smooth non-stiff problems, [`Method::Rodasp`]
 //! (linearly implicit, L-stable, order 4) for stiff ones and [`Method::Rodas3`] (the same of order 3)
 //! for stiff ones whose breaks come close on each other. All stop exactly at the break times,
 //! restart there, and write the requested times by dense output.
@@ -31,7 +31,7 @@ pub enum Method {
     /// order where a fast mode follows a moving input, 3rd-order dense output (Steinebach 1995;
     /// Hairer and Wanner 1996, IV.7).
     #[default]
-    Rodas,
+    Rodasp,
     /// RODAS3 3(2): linearly implicit Rosenbrock of half the evaluations a step, L-stable, stiffly accurate, 2nd-order dense
     /// output (Sandu et al. 1997). For inputs that bend at every sample, which no step may be longer than.
     Rodas3,
@@ -145,6 +145,47 @@ pub struct Trajectory {
     pub statistics: Statistics,
 }
 
+impl Trajectory {
+    /// State at `times[i]`, shape `(dimension,)`.
+    ///
+    /// # Panics
+    /// If so many times were not written.
+    ///
+    /// ```
+    /// # use dgd_dynamics::integrate::{integrate, Method, Options, Plan, System};
+    /// /// A weight on a spring: place and speed.
+    /// struct Spring;
+    /// impl System for Spring {
+    ///     fn dimension(&self) -> usize { 2 }
+    ///     fn rhs(&self, _t: f64, x: &[f64], dx: &mut [f64]) { (dx[0], dx[1]) = (x[1], -x[0]) }
+    /// }
+    /// let plan = Plan { start: 0.0, end: 3.0, outputs: &[0.0, 1.5, 3.0], breaks: &[] };
+    /// let options = Options::new(1e-8, vec![1e-8; 2]);
+    /// let run = integrate(Method::DormandPrince, &mut Spring, &[1.0, 0.0], &plan, &options)?;
+    /// assert!((run.state(1)[0] - 1.5f64.cos()).abs() < 1e-6);
+    /// for (t, x) in run.iter() {
+    ///     assert!((x[1] + t.sin()).abs() < 1e-6);
+    /// }
+    /// # Ok::<(), dgd_dynamics::integrate::IntegrateError>(())
+    /// ```
+    #[must_use]
+    pub fn state(&self, i: usize) -> &[f64] {
+        assert!(i < self.times.len(), "{i} of {} times", self.times.len());
+        &self.states[i * self.dimension..][..self.dimension]
+    }
+
+    /// The times written, each with its state, shape `(dimension,)`.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = (f64, &[f64])> + '_ {
+        let times = self.times.iter().enumerate();
+        times.map(|(i, t)| (*t, self.state(i)))
+    }
+
+    /// One of the states at all times.
+    pub(crate) fn column(&self, k: usize) -> Vec<f64> {
+        self.iter().map(|(_, x)| x[k]).collect()
+    }
+}
+
 /// Why an integration was refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -192,8 +233,8 @@ pub enum IntegrateError {
 ///     fn rhs(&self, _t: f64, x: &[f64], dx: &mut [f64]) { dx[0] = -x[0] }
 /// }
 /// let plan = Plan { start: 0.0, end: 1.0, outputs: &[0.5, 1.0], breaks: &[] };
-/// let run = integrate(Method::Rodas, &mut Decay, &[1.0], &plan, &Options::new(1e-8, vec![1e-8]))?;
-/// assert!((run.states[1] - (-1.0f64).exp()).abs() < 1e-7);
+/// let run = integrate(Method::Rodasp, &mut Decay, &[1.0], &plan, &Options::new(1e-8, vec![1e-8]))?;
+/// assert!((run.state(1)[0] - (-1.0f64).exp()).abs() < 1e-7);
 /// # Ok::<(), dgd_dynamics::integrate::IntegrateError>(())
 /// ```
 pub fn integrate<S: System + ?Sized>(
@@ -227,7 +268,7 @@ fn run<S: System + ?Sized, V: Vector>(
 /// An integration that is done part by part, each up to a break.
 pub(crate) enum Parts<V: Vector> {
     DormandPrince(driver::Carried<V, DormandPrince<V>>),
-    Rodas(driver::Carried<V, Rosenbrock<V, Rodasp>>),
+    Rodasp(driver::Carried<V, Rosenbrock<V, Rodasp>>),
     Rodas3(driver::Carried<V, Rosenbrock<V, Rodas3>>),
 }
 
@@ -238,7 +279,7 @@ impl<V: Vector> Parts<V> {
             Method::DormandPrince => {
                 Self::DormandPrince(driver::Carried::new(DormandPrince::new(n), initial))
             }
-            Method::Rodas => Self::Rodas(driver::Carried::new(Rosenbrock::new(n), initial)),
+            Method::Rodasp => Self::Rodasp(driver::Carried::new(Rosenbrock::new(n), initial)),
             Method::Rodas3 => Self::Rodas3(driver::Carried::new(Rosenbrock::new(n), initial)),
         }
     }
@@ -255,9 +296,9 @@ impl<V: Vector> Parts<V> {
                 let (part, carried) = driver::drive(carried, system, plan, options);
                 (part, Self::DormandPrince(carried))
             }
-            Self::Rodas(carried) => {
+            Self::Rodasp(carried) => {
                 let (part, carried) = driver::drive(carried, system, plan, options);
-                (part, Self::Rodas(carried))
+                (part, Self::Rodasp(carried))
             }
             Self::Rodas3(carried) => {
                 let (part, carried) = driver::drive(carried, system, plan, options);

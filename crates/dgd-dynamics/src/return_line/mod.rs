@@ -76,14 +76,17 @@ pub struct PumpHead {
 }
 
 impl PumpHead {
-    /// Head in m of mud.
+    /// Head in m of mud, continued as `dgd_pump::HeadCurve` is: oddly to flows below 0, and a speed below 0 counts as 0, while a NaN stays
+    /// one. Simulations refuse such speeds.
     #[must_use]
     pub fn head_m(&self, speed_pct: f64, flow_m3_s: f64) -> f64 {
-        let powers = (speed_pct.powf(self.n0), flow_m3_s.abs().powf(self.n2));
-        self.head_of(powers, speed_pct, flow_m3_s)
+        // Not `max`, which would hide a NaN.
+        let w = if speed_pct < 0.0 { 0.0 } else { speed_pct };
+        let powers = (w.powf(self.n0), flow_m3_s.abs().powf(self.n2));
+        self.head_of(powers, w, flow_m3_s)
     }
 
-    /// The same with `w^n0` and `|q|^n2` known: they are dear.
+    /// The same with `w^n0` and `|q|^n2` known, which are dear, and the speed at least 0.
     fn head_of(&self, (spun, swept): (f64, f64), speed_pct: f64, flow_m3_s: f64) -> f64 {
         self.c0 * spun - self.c1 * speed_pct * flow_m3_s - self.c2 * swept.copysign(flow_m3_s)
     }
@@ -190,7 +193,7 @@ impl ReturnLine {
     }
 
     /// Net pressure that accelerates the flow, Pa: the bracket of Eq. 3.46, generalised to
-    /// `h_in ≠ h_out`.
+    /// `h_in ≠ h_out`. A speed below 0 counts as 0 ([`PumpHead::head_m`]).
     #[must_use]
     pub fn drive_pa(&self, level_m: f64, speed_pct: f64, flow_m3_s: f64) -> f64 {
         self.drive_under(level_m, flow_m3_s, self.pump.head_m(speed_pct, flow_m3_s))

@@ -109,21 +109,15 @@ impl LineParts {
         }
         let signal = |name, values| Signal::new(name, time_s, values, Default::default());
         let inputs = [signal(names[0], first)?, signal(names[1], second)?];
-        let column = |run: &Trajectory, k: usize| -> Vec<f64> {
-            run.states
-                .chunks_exact(run.dimension)
-                .map(|x| x[k])
-                .collect()
-        };
         let (run, bounds) = match &mut self.0 {
             Kind::Coupled(going) => going.go(inputs, last)?,
             Kind::Riser(going) => going.go(inputs, last)?,
             Kind::Flow(going) => going.go(inputs, last)?,
         };
         let (level_m, flow_m3_s) = match &self.0 {
-            Kind::Coupled(_) => (column(&run, 0), column(&run, 1)),
-            Kind::Riser(_) => (column(&run, 0), sample(&inputs[1], &run.times)),
-            Kind::Flow(_) => (sample(&inputs[0], &run.times), column(&run, 0)),
+            Kind::Coupled(_) => (run.column(0), run.column(1)),
+            Kind::Riser(_) => (run.column(0), sample(&inputs[1], &run.times)),
+            Kind::Flow(_) => (sample(&inputs[0], &run.times), run.column(0)),
         };
         Ok(Simulation {
             time_s: run.times,

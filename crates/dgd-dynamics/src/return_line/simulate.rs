@@ -119,10 +119,9 @@ pub fn simulate_coupled(
     let absolute = vec![options.level_tolerance_m, options.flow_tolerance_m3_s];
     let inputs = [inflow_m3_s, speed_pct];
     let run = simulate(line, &mut system, &x, absolute, &inputs, output_s, options)?;
-    let column = |k: usize| run.states.chunks_exact(2).map(|x| x[k]).collect();
     Ok(Simulation {
-        level_m: column(0),
-        flow_m3_s: column(1),
+        level_m: run.column(0),
+        flow_m3_s: run.column(1),
         ..finish(&system, run)
     })
 }

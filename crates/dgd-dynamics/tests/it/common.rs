@@ -4,7 +4,7 @@ use dgd_dynamics::inputs::{Interpolation, Signal};
 use dgd_dynamics::integrate::Method;
 use dgd_dynamics::return_line::{Friction, PumpHead, ReturnLine, SimulationOptions};
 
-pub(crate) const METHODS: [Method; 3] = [Method::Rodas, Method::Rodas3, Method::DormandPrince];
+pub(crate) const METHODS: [Method; 3] = [Method::Rodasp, Method::Rodas3, Method::DormandPrince];
 
 pub(crate) fn line() -> ReturnLine {
     ReturnLine {

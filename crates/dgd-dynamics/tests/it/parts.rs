@@ -121,7 +121,7 @@ proptest! {
         part in 1..120_usize,
         step_s in prop_oneof![Just(1.0), Just(0.3), Just(40.0)],
         kind in prop_oneof![Just(Kind::Coupled), Just(Kind::Riser), Just(Kind::Flow)],
-        method in prop_oneof![Just(Method::Rodas), Just(Method::Rodas3), Just(Method::DormandPrince)],
+        method in prop_oneof![Just(Method::Rodasp), Just(Method::Rodas3), Just(Method::DormandPrince)],
         max_steps in prop_oneof![3 => Just(10_000_000), 1 => 1..500_usize],
     ) {
         let t: Vec<f64> = (0..n).map(|i| i as f64 * step_s).collect();

@@ -70,7 +70,7 @@ fn unusable_plans_and_tolerances_are_refused() {
         breaks: &[],
     };
     let go = |x: &[f64], plan: Plan<'_>, options: &Options| {
-        integrate(Method::Rodas, &mut Nothing, x, &plan, options)
+        integrate(Method::Rodasp, &mut Nothing, x, &plan, options)
     };
     assert!(go(&[0.0; 2], plan, &good).is_ok());
     let name = |error: IntegrateError| match error {

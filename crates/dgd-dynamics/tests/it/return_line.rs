@@ -43,7 +43,7 @@ fn the_methods_agree_and_converge_with_the_tolerance() {
     let go = |method, tol| {
         simulate_coupled(&line(), START, &u, &w, &time, &options(method, tol)).unwrap()
     };
-    let best = go(Method::Rodas, 1e-11);
+    let best = go(Method::Rodasp, 1e-11);
     assert!(farthest(&best.flow_m3_s, &go(Method::DormandPrince, 1e-11).flow_m3_s) < 1e-11);
     for method in METHODS {
         for (tol, allowed) in [(1e-4, 1e-5), (1e-6, 1e-7), (1e-8, 1e-9)] {
@@ -269,7 +269,7 @@ fn momentum_balances_when_inlet_and_outlet_lie_at_different_depths() {
         &linear(&t, &u),
         &linear(&t, &ws),
         &t,
-        &options(Method::Rodas, 1e-9),
+        &options(Method::Rodasp, 1e-9),
     )
     .unwrap();
     let found = (run.flow_m3_s[1] - q) / 1e-4;
@@ -292,7 +292,7 @@ fn an_offset_b_leaves_the_flow_alone() {
         let mut line = line();
         line.friction.b_pa = b_pa;
         line.b_is_offset = b_is_offset;
-        simulate_coupled(&line, START, &u, &w, &time, &options(Method::Rodas, 1e-6))
+        simulate_coupled(&line, START, &u, &w, &time, &options(Method::Rodasp, 1e-6))
             .unwrap()
             .flow_m3_s
     };
@@ -377,7 +377,7 @@ fn later_clocks_give_the_same_run() {
             &linear(time, &inflow),
             &linear(time, &speed),
             time,
-            &options(Method::Rodas, 1e-6),
+            &options(Method::Rodasp, 1e-6),
         )
         .unwrap()
     };

@@ -45,7 +45,7 @@ fn the_steady_flow_is_the_limit_of_the_dynamic_one() {
             &linear(&t, &level),
             &linear(&t, &speed),
             &t,
-            &options(Method::Rodas, 1e-10),
+            &options(Method::Rodasp, 1e-10),
         )
         .unwrap();
         let (q, status) = steady_flow(&line(), h, w).unwrap();
@@ -95,7 +95,7 @@ fn a_start_at_the_steady_state_stays_there() {
         &linear(&t, &u),
         &linear(&t, &w),
         &t,
-        &options(Method::Rodas, 1e-6),
+        &options(Method::Rodasp, 1e-6),
     )
     .unwrap();
     assert!((run.level_m[1] - 140.0).abs() < 1e-9);

@@ -1,5 +1,4 @@
-use dgd_friction::{Loss, Terms, fit};
-use dgd_lsq::{RobustOptions, RobustStatus};
+use dgd_friction::{Loss, RobustOptions, RobustStatus, Terms, fit};
 
 use crate::Recording;
 

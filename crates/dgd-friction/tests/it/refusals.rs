@@ -1,5 +1,7 @@
-use dgd_friction::{FrictionError, Loss, Samples, SweepOptions, Terms, delay_sweep, fit};
-use dgd_lsq::{LsqError, RobustOptions};
+use dgd_friction::{
+    CONDITION_LIMIT, FrictionError, Loss, LsqError, RobustOptions, Samples, SweepOptions, Terms,
+    delay_sweep, fit,
+};
 
 use crate::Recording;
 
@@ -142,4 +144,26 @@ fn a_sampling_interval_of_zero_is_refused() {
         delay_sweep(&recording().samples(), &Terms::Quadratic, &options),
         Err(FrictionError::Domain { name: "dt_s", .. })
     ));
+}
+
+#[test]
+fn the_condition_limit_of_a_robust_fit_may_be_lower_but_not_higher() {
+    let mut recording = recording();
+    let mut refused_at = |spread: f64, condition_limit| {
+        for (i, q) in recording.flow.iter_mut().enumerate() {
+            *q = 0.05 * (1.0 + spread * crate::noise(i));
+        }
+        let loss = Loss::Huber(RobustOptions {
+            condition_limit,
+            ..RobustOptions::default()
+        });
+        match fit(&recording.samples(), 0, &Terms::Quadratic, loss) {
+            Err(FrictionError::Fit(LsqError::NotExcited { limit, .. })) => Some(limit),
+            other => other.map(|_| None).unwrap(),
+        }
+    };
+    // Conditions of some 350 and 35,000.
+    assert_eq!(refused_at(1e-2, 1e10), None);
+    assert_eq!(refused_at(1e-2, 100.0), Some(100.0));
+    assert_eq!(refused_at(1e-4, 1e10), Some(CONDITION_LIMIT));
 }

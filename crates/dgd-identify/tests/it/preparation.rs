@@ -1,9 +1,8 @@
 //! What `prepare` blanks and what it leaves.
 
 use super::rig::Rig;
-use dgd_identify::{Prepared, prepare};
+use dgd_identify::{Prepared, ScreenOptions, prepare};
 use dgd_recording::{Channel, Recording};
-use dgd_screen::ScreenOptions;
 
 fn prepared(recording: Recording) -> Prepared {
     prepare(recording, 1.0, &ScreenOptions::default()).unwrap()

@@ -1,9 +1,7 @@
 //! The truth is recovered, and what must not matter does not.
 
 use super::rig::{self, Rig, fit, well};
-use dgd_friction::{Loss, Minimum};
-use dgd_identify::{IdentifyOptions, Model};
-use dgd_lsq::RobustOptions;
+use dgd_identify::{IdentifyOptions, Loss, Minimum, Model, RobustOptions};
 use dgd_recording::Recording;
 
 /// Root mean square error of a model's friction, Pa, and head, m, over the truth's swings.

@@ -1,9 +1,10 @@
 //! Each error variant.
 
 use super::rig::{Rig, well};
-use dgd_identify::{Identification, IdentifyError, IdentifyOptions, identify, prepare};
+use dgd_identify::{
+    Identification, IdentifyError, IdentifyOptions, ScreenOptions, identify, prepare,
+};
 use dgd_recording::Recording;
-use dgd_screen::ScreenOptions;
 
 fn tried(recording: Recording) -> Result<Identification, IdentifyError> {
     let prepared = prepare(recording, 1.0, &ScreenOptions::default()).unwrap();

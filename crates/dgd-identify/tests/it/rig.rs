@@ -1,8 +1,7 @@
 //! A made recording whose friction, delay and head curve are known.
 
-use dgd_identify::{Identification, IdentifyOptions, identify, prepare};
+use dgd_identify::{Identification, IdentifyOptions, ScreenOptions, identify, prepare};
 use dgd_recording::{ChannelMap, ChannelSource, Geometry, Recording, TimeSource, Well};
-use dgd_screen::ScreenOptions;
 use dgd_units::{Dimension, Unit};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;

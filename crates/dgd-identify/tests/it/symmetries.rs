@@ -1,9 +1,10 @@
 //! What must not matter to a model, and what must turn with the recording.
 
 use super::rig::{Rig, fit, normal, well};
-use dgd_identify::{Identification, IdentifyOptions, Model, Prepared, identify, prepare};
+use dgd_identify::{
+    Identification, IdentifyOptions, Model, Prepared, ScreenOptions, identify, prepare,
+};
 use dgd_recording::{ChannelMap, ChannelSource, Column, Recording, Table, TimeSource, Well};
-use dgd_screen::ScreenOptions;
 use dgd_units::{Dimension, Unit};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -1,6 +1,5 @@
-use dgd_lsq::LsqError;
 use dgd_pump::{
-    ConstrainedOptions, CurveFit, HeadCurve, PumpError, Rule, Samples, SearchOptions,
+    ConstrainedOptions, CurveFit, HeadCurve, LsqError, PumpError, Rule, Samples, SearchOptions,
     fit_constrained, fit_unconstrained, search_exponents,
 };
 

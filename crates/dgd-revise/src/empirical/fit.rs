@@ -33,9 +33,12 @@ pub(crate) fn fit(
 ) -> Option<Corrected> {
     let n = candidate.knots.len();
     let p = trial.minimum.theta.len();
-    let mut bounds: Bounds = trial.bounds.clone();
-    bounds.low.extend(std::iter::repeat_n(-1e3, n));
-    bounds.high.extend(std::iter::repeat_n(1e3, n));
+    let with = |of: &[f64], knots: f64| [of, &vec![knots; n]].concat();
+    let bounds = Bounds::new(
+        with(trial.bounds.low(), -1e3),
+        with(trial.bounds.high(), 1e3),
+    )
+    .ok()?;
     let effort = Effort {
         steps: 16,
         tolerance: 1e-3,
@@ -51,7 +54,7 @@ pub(crate) fn fit(
     let mut first: Option<Minimum> = None;
     // From the fit without the correction, and from where that began: what it did to make up for the lack may be far from
     // what is right with the correction.
-    let declared = Context::start(&context.build(&trial.members)?, &Default::default()).1;
+    let declared = Context::start(&context.build(&trial.members)?, &Default::default())?.1;
     let mut problem = Problem::new(context, &trial.members, given)?;
     // Beside effects that fit, the fit itself is start enough.
     let starts = if trial.members.is_empty() { 2 } else { 1 };

@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use std::path::Path;
 
 const OPTIONS: SimulationOptions = SimulationOptions {
-    method: dgd_assembly::Method::Rodas,
+    method: dgd_assembly::Method::Rodasp,
     relative: 1e-6,
     max_steps: 10_000_000,
     linear: true,
