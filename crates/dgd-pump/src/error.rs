@@ -1,4 +1,3 @@
-use crate::SolverStatus;
 use dgd_lsq::LsqError;
 
 /// Why a pump estimate was refused.
@@ -53,16 +52,6 @@ pub enum PumpError {
     /// The quadratic programme could not be set up or run.
     #[error("the quadratic programme was not accepted by the solver")]
     Solver,
-    /// The quadratic programme ran and ended without an answer: there are no coefficients to use.
-    #[error(
-        "the quadratic programme was not solved: {status:?}, {kkt_residual:.1e} from an optimum"
-    )]
-    Unsolved {
-        /// How the solver ended.
-        status: SolverStatus,
-        /// Largest violation of the optimality conditions by what it had then; infinite if that had a NaN.
-        kkt_residual: f64,
-    },
     /// The least-squares problem was refused: too few samples, or too little excitation.
     #[error(transparent)]
     Fit(#[from] LsqError),
