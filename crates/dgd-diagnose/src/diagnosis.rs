@@ -314,23 +314,23 @@ pub struct Trace {
 impl Trace {
     /// Standard deviation of a block's residual when nothing is left out: noise, and wander on top of it.
     #[must_use]
-    pub fn may(&self) -> f64 {
+    pub fn expected_sd(&self) -> f64 {
         self.noise.hypot(self.wander)
     }
 
     /// Whether more is left with the findings than noise and wander make. Of 363 simulated recordings rightly named the most that was left is
     /// 1.98 times as much, in the head.
     #[must_use]
-    pub fn stands_off(&self) -> bool {
-        self.left() > 2.0
+    pub fn exceeds_noise(&self) -> bool {
+        self.excess() > 2.0
     }
 
     /// How many times as much is left with the findings (root mean square) as may be; NaN where nothing is.
     #[must_use]
-    pub fn left(&self) -> f64 {
+    pub fn excess(&self) -> f64 {
         let finite = self.after.iter().filter(|v| v.is_finite());
         let (sum, count) = finite.fold((0.0, 0.0), |(sum, n), v| (sum + v * v, n + 1.0));
-        (sum / count).sqrt() / self.may()
+        (sum / count).sqrt() / self.expected_sd()
     }
 }
 

@@ -4,7 +4,7 @@
 //!
 //! 1. **Record and relations**: the recording on one clock, friction, head, redundant instruments and mass balance in blocks of
 //!    10 s, or 20 s beyond 40 h. Relations are linear in most effects and say where a mismatch sits; a free run tells neither.
-//! 2. **Noise**: spread, memory, kinship of relations and wander of instruments within their accuracy. Drift that every sound
+//! 2. **Noise**: spread, memory, coupling of relations and wander of instruments within their accuracy. Drift that every sound
 //!    instrument has would otherwise be the first thing found.
 //! 3. **Tangent**: all base parameters fitted again, and only what lies off their tangent counted. What a re-fit removes
 //!    needs no new physics.

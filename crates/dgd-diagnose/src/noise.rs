@@ -1,4 +1,4 @@
-//! The noise in the residuals, estimated from the recording: its size, its memory (autocorrelation), and its kinship (what head and friction
+//! The noise in the residuals, estimated from the recording: its size, its memory (autocorrelation), and its coupling (what head and friction
 //! share).
 
 mod apply;
@@ -22,7 +22,7 @@ pub(crate) struct Whitening {
     pub layout: Layout,
     pub valid: Vec<bool>,
     /// Share of the friction row in the head row of the same block: both hold the outlet's noise.
-    pub kinship: f64,
+    pub coupling: f64,
     /// Two coefficients for each section.
     pub memory: [[f64; 2]; 4],
     /// 1 over the standard deviation of each row's innovation, wander left out.
@@ -82,7 +82,7 @@ impl Whitening {
         let mut whitening = Self {
             layout,
             valid: valid(layout, rows, residual),
-            kinship: 0.0,
+            coupling: 0.0,
             memory: [[0.0; 2]; 4],
             weight: vec![0.0; layout.len()],
             still: rows.still.clone(),
@@ -137,15 +137,15 @@ impl Whitening {
             squares += friction[b] * friction[b];
             products += friction[b] * head[b];
         }
-        let kinship = if squares > 0.0 {
+        let coupling = if squares > 0.0 {
             (products / squares).clamp(0.0, MOST_KINSHIP)
         } else {
             0.0
         };
-        self.kinship = kinship;
+        self.coupling = coupling;
         let of_its_own = |b: usize| {
             if flowing[b] {
-                head[b] - kinship * friction[b]
+                head[b] - coupling * friction[b]
             } else {
                 head[b]
             }

@@ -24,7 +24,7 @@ use dgd_effects::{Curves, FRICTION_TERMS, HEAD_TERMS};
 use dgd_lsq::dot;
 use dgd_recording::{Rank, quantile};
 pub(crate) use frame::LEAST_ROWS;
-use frame::{Frame, lonely};
+use frame::{Frame, isolated};
 use nalgebra::{DMatrix, DVector};
 use std::sync::{Arc, OnceLock};
 
@@ -81,13 +81,13 @@ impl Tangent {
         let blocks = Blocks::under(record, applied);
         let rough = Frame::of(record, &blocks, excluded, bend)?;
         let first = Self::with(record, applied, &blocks, rough.clone());
-        let lonely = lonely(record, first.layout, &first.off);
+        let isolated = isolated(record, first.layout, &first.off);
         let frame = rough.again(
             record,
             &blocks,
             first.curves.clone(),
             &first.residual,
-            lonely,
+            isolated,
         );
         // Its place is taken: two at a time would be held for nothing.
         drop(first);

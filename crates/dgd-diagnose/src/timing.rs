@@ -112,7 +112,7 @@ pub(crate) fn retimed(
                 .map(|(there, here)| (there - here) / step)
                 .collect()
         });
-        let next = stepped(&slopes, &here, &at, &times.ranges);
+        let next = gauss_newton_step(&slopes, &here, &at, &times.ranges);
         // A step that leads too far is taken by half, or by a quarter.
         let nearer = [1.0, 0.5, 0.25].into_iter().find_map(|share| {
             let next: Vec<f64> = (at.iter().zip(&next))
@@ -189,7 +189,7 @@ impl Times {
 
 /// Gauss and Newton's step within ranges: what would leave its range is held at its bound, and the others are solved for again. What
 /// changes nothing stays.
-pub(crate) fn stepped(
+pub(crate) fn gauss_newton_step(
     slopes: &[Vec<f64>],
     off: &[f64],
     at: &[f64],

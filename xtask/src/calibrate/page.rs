@@ -379,7 +379,7 @@ mod tests {
         write(&Calibration {
             settings: &settings(&[11, 12, 13]),
             hurdles: Hurdles::of(&cases, RULE),
-            belief: Belief::of(&cases, Some([-0.9, 0.55, 0.5, -2.5])),
+            belief: Belief::of(&cases, Some([-0.9, 0.55, 0.5])),
             sizes: Sizes::of(&cases, &BTreeMap::new()),
             cases,
             broken: vec!["seed-11-mix/level-2/c003: <b>".into()],

@@ -17,8 +17,8 @@ pub(super) fn left(traces: &[Trace]) -> Check {
             .map_or_else(|| t.relation.name().replace('_', " "), str::to_owned)
     };
     let more: Vec<String> = (traces.iter())
-        .filter(|t| t.stands_off())
-        .map(|t| format!("{} {:.1} times", name(t), t.left()))
+        .filter(|t| t.exceeds_noise())
+        .map(|t| format!("{} {:.1} times", name(t), t.excess()))
         .collect();
     let detail = if more.is_empty() {
         "at most twice what noise and instrument accuracy explain".to_owned()
@@ -38,7 +38,7 @@ pub(super) fn left(traces: &[Trace]) -> Check {
 /// Whether a relation keeps more than that.
 pub(super) fn is_left_in(traces: &[Trace], relation: Relation) -> bool {
     let of = |t: &&Trace| t.pair.is_none() && t.relation == relation;
-    traces.iter().filter(of).any(Trace::stands_off)
+    traces.iter().filter(of).any(Trace::exceeds_noise)
 }
 
 /// Whether two transmitters of one pressure read the same but for what instruments may be off by; `None` where no pressure has two.

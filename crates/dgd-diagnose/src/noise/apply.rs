@@ -46,7 +46,7 @@ impl Whitening {
                 let own: Vec<f64> = (first.saturating_sub(2)..n.min(last + 3))
                     .map(|b| {
                         if self.kin(b) {
-                            values[b] - self.kinship * stacked[b]
+                            values[b] - self.coupling * stacked[b]
                         } else {
                             values[b] - 0.0
                         }
@@ -147,7 +147,7 @@ impl Whitening {
                 let mut send = |j: usize, weight: f64| {
                     out[from + j] += weight * g;
                     if section == Section::Head && self.kin(j) {
-                        out[j] -= self.kinship * weight * g;
+                        out[j] -= self.coupling * weight * g;
                     }
                 };
                 send(i, 1.0);

@@ -109,7 +109,7 @@ fn moments(values: &[f64]) -> (f64, f64) {
 fn the_transpose_is_the_transpose_of_apply() {
     let l = layout(600);
     let mut residual = white(l, 1);
-    // A memory and a kinship to be whitened, and values that are not there.
+    // A memory and a coupling to be whitened, and values that are not there.
     for range in sections(l) {
         for i in range.start + 1..range.end {
             residual[i] += 0.3 * residual[i - 1];
@@ -121,7 +121,7 @@ fn the_transpose_is_the_transpose_of_apply() {
     residual[77] = f64::NAN;
     let unrest: Vec<f64> = normals(2, l.len()).iter().map(|v| 1e-5 * v.abs()).collect();
     let w = Whitening::of(l, &patchy(l), &residual, &unrest, WANDER);
-    assert!(w.kinship > 0.1 && w.memory.iter().all(|m| m[0] != 0.0));
+    assert!(w.coupling > 0.1 && w.memory.iter().all(|m| m[0] != 0.0));
     for seed in 3..13 {
         // Every section has its say.
         let (x, y) = (white(l, seed), normals(seed + 100, l.len()));

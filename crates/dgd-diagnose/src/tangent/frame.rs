@@ -67,10 +67,10 @@ impl Frame {
         blocks: &Blocks,
         curves: Curves,
         residual: &[f64],
-        lonely: Vec<usize>,
+        isolated: Vec<usize>,
     ) -> Self {
         let layout = self.whitening.layout;
-        for row in lonely {
+        for row in isolated {
             strike(&mut self.rows, layout, row);
         }
         self.whitening = whitening(record, blocks, layout, &self.rows, &curves, residual);
@@ -120,7 +120,7 @@ fn strike(rows: &mut Rows, layout: Layout, row: usize) {
 /// Rows more than 4.5 deviations off between calm neighbours, away from starts of the pump: `off` is whitened, stacked.
 ///
 /// A row that stands out alone is a glitch: no effect of minutes looks like that.
-pub(super) fn lonely(record: &Record, layout: Layout, off: &[f64]) -> Vec<usize> {
+pub(super) fn isolated(record: &Record, layout: Layout, off: &[f64]) -> Vec<usize> {
     let m = record.per_block;
     let starting = |b: usize| {
         let r = (b.saturating_sub(9) * m)..((b + 2) * m).min(record.filled.pumping.len());
@@ -154,7 +154,7 @@ fn upper(values: &[f64]) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::{exclude, lonely, strike};
+    use super::{exclude, isolated, strike};
     use crate::layout::BALANCE_BLOCKS;
     use crate::layout::Layout;
     use crate::relations::Rows;
@@ -195,7 +195,7 @@ mod tests {
         }
         let mut all = vec![0.0; LAYOUT.len()];
         off.iter().for_each(|(row, by)| all[*row] = *by);
-        lonely(&record, LAYOUT, &all)
+        isolated(&record, LAYOUT, &all)
     }
 
     #[test]

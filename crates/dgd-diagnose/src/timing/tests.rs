@@ -3,7 +3,7 @@
 
 mod allowances;
 
-use super::{allowances_with, allowed_beside, is_late_meter, retimed, stepped};
+use super::{allowances_with, allowed_beside, gauss_newton_step, is_late_meter, retimed};
 use crate::refine::refine;
 use crate::relations::Applied;
 use crate::selection::{Named, Selection};
@@ -124,12 +124,12 @@ fn times_that_would_leave_their_range_are_held_and_the_others_solved_for_again()
     ];
     let off = [-3.0, -8.0, -1.0];
     let from = [1.0, 1.0, 1.0];
-    let wide = stepped(&slopes, &off, &from, &[(0.0, 90.0); 3]);
+    let wide = gauss_newton_step(&slopes, &off, &from, &[(0.0, 90.0); 3]);
     for (got, want) in wide.iter().zip([4.0, 6.0, 1.5]) {
         assert!((got - want).abs() < 1e-6, "{wide:?}");
     }
     // Held at 3, the second leaves 2 + 4 of the second row to the first: (3 + 6) / 2.
-    let held = stepped(
+    let held = gauss_newton_step(
         &slopes,
         &off,
         &from,
@@ -140,7 +140,7 @@ fn times_that_would_leave_their_range_are_held_and_the_others_solved_for_again()
     }
     // A pump whose speed stands tells nothing of its lag.
     let still = [slopes[0].clone(), vec![0.0; 3], slopes[2].clone()];
-    let told = stepped(&still, &off, &from, &[(0.0, 90.0); 3]);
+    let told = gauss_newton_step(&still, &off, &from, &[(0.0, 90.0); 3]);
     for (got, want) in told.iter().zip([1.0 + 5.5, 1.0, 1.5]) {
         assert!((got - want).abs() < 1e-6, "{told:?}");
     }

@@ -37,7 +37,7 @@ pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
     if diagnosis.findings.is_empty() {
         html.paragraph(if !diagnosis.unsuspected().is_empty() {
             "What was suspected shows in no relation, but something else may: the timeline shows the residuals of each."
-        } else if diagnosis.traces.iter().any(Trace::stands_off) {
+        } else if diagnosis.traces.iter().any(Trace::exceeds_noise) {
             "A check reports residuals larger than noise and instrument accuracy explain, but nothing that could be named. The timeline shows where."
         } else {
             "No relation shows a mismatch beyond noise and instrument accuracy. The timeline shows the residuals of each."
@@ -157,9 +157,9 @@ fn timeline(diagnosis: &Diagnosis, span: (f64, f64), html: &mut Html) {
         for finding in (diagnosis.findings.iter()).filter(|f| shows(f, trace) || !somewhere(f)) {
             stretches(&mut scene, &lane, &finding.intervals_s, ACTS);
         }
-        band(&mut scene, &lane, trace.may() * factor, 0.08);
+        band(&mut scene, &lane, trace.expected_sd() * factor, 0.08);
         band(&mut scene, &lane, trace.noise * factor, 0.17);
-        edges(&mut scene, &lane, trace.may() * factor);
+        edges(&mut scene, &lane, trace.expected_sd() * factor);
         grid(&mut scene, &lane, &x_scale, &y_scale);
         let mut draw = |values: &[f64], role: Role| {
             let points = trace.t_s.iter().zip(values).map(|(&t, &v)| (t, v * factor));
@@ -284,7 +284,7 @@ fn head(scene: &mut Scene, trace: &Trace, twofold: bool, top: f64) -> f64 {
     let text = format!(
         "RMS {said}; noise {}, with wander {}",
         text(trace.noise),
-        text(trace.may())
+        text(trace.expected_sd())
     );
     scene.text([RIGHT, top + 13.0], &text, TEXT, SOFT_INK, Anchor::End);
     top + 19.0
@@ -300,7 +300,10 @@ fn rms(values: &[f64]) -> f64 {
 
 fn y_range(trace: &Trace, twofold: bool, factor: f64) -> [f64; 2] {
     let before = trace.before.iter().filter(|_| twofold);
-    let noise = [1.1 * SIGMAS * trace.may(), -1.1 * SIGMAS * trace.may()];
+    let noise = [
+        1.1 * SIGMAS * trace.expected_sd(),
+        -1.1 * SIGMAS * trace.expected_sd(),
+    ];
     let mut values: Vec<f64> = before
         .chain(&trace.after)
         .chain(&noise)

@@ -9,7 +9,7 @@ use crate::relations::Rows;
 type Matrix = Vec<Vec<f64>>;
 
 const MEMORY: [[f64; 2]; 4] = [[0.3, 0.1], [-0.4, -0.3], [0.25, 0.15], [0.2, -0.2]];
-const KINSHIP: f64 = 0.8;
+const COUPLING: f64 = 0.8;
 /// So short that rows forget within the made record.
 const WANDER: Wander = Wander {
     friction_pa: 0.7,
@@ -30,7 +30,7 @@ fn whitening(l: Layout, rows: &Rows, memory: [[f64; 2]; 4], wander: Wander) -> W
             *weight = 1.0 / size(row);
         }
     }
-    (w.memory, w.kinship) = (memory, KINSHIP);
+    (w.memory, w.coupling) = (memory, COUPLING);
     w.starts();
     w.filter(wander);
     w
@@ -48,7 +48,7 @@ fn comes_out(w: &Whitening, cov: &dyn Fn(usize, usize) -> f64) -> Matrix {
             let mut impulse = vec![0.0; n];
             impulse[j] = 1.0;
             if j < w.layout.blocks && w.valid[j] && !w.still[j] {
-                impulse[w.layout.rows(Section::Head).start + j] = KINSHIP;
+                impulse[w.layout.rows(Section::Head).start + j] = COUPLING;
             }
             w.apply(&impulse)
         })

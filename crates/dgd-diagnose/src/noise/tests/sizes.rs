@@ -1,4 +1,4 @@
-//! Claims about the sizes, the memory and the kinship that are read from residuals.
+//! Claims about the sizes, the memory and the coupling that are read from residuals.
 
 use super::{NO_WANDER, full, layout, patchy, remembering, white};
 use crate::layout::Section;
@@ -21,7 +21,7 @@ fn kindred(l: Layout, seed: u64) -> Vec<f64> {
 }
 
 #[test]
-fn kinship_is_the_slope_where_both_flow_and_neither_is_beyond_four_deviations_of_calm_rows() {
+fn coupling_is_the_slope_where_both_flow_and_neither_is_beyond_four_deviations_of_calm_rows() {
     let l = layout(900);
     let rows = patchy(l);
     let n = l.blocks;
@@ -49,7 +49,7 @@ fn kinship_is_the_slope_where_both_flow_and_neither_is_beyond_four_deviations_of
     assert!(pairs.len() > 300 && pairs.len() < 700, "{}", pairs.len());
     let slope = pairs.iter().map(|(f, h)| f * h).sum::<f64>()
         / pairs.iter().map(|(f, _)| f * f).sum::<f64>();
-    let found = of(l, &rows, &residual, &unrest).kinship;
+    let found = of(l, &rows, &residual, &unrest).coupling;
     assert!(slope > 0.1 && (found - slope).abs() < 1e-12, "{found}");
 }
 
@@ -57,7 +57,7 @@ fn kinship_is_the_slope_where_both_flow_and_neither_is_beyond_four_deviations_of
 fn rows_of_zeros_are_of_no_kin() {
     let l = layout(100);
     let zero = vec![0.0; l.len()];
-    assert_eq!(of(l, &full(l), &zero, &zero).kinship, 0.0);
+    assert_eq!(of(l, &full(l), &zero, &zero).coupling, 0.0);
 }
 
 #[test]
