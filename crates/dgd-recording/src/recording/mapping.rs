@@ -44,6 +44,14 @@ pub enum RecordingError {
         /// The first such channel.
         channel: Channel,
     },
+    /// Rows were to be put on a clock that has not been found yet.
+    #[error(
+        "the clock is not known yet: all stamps must be gone through before rows are put on it"
+    )]
+    NoClockYet,
+    /// Rows that come in blocks are not in the order of their stamps.
+    #[error("the rows are not in the order of their stamps: the recording must be read in full")]
+    OutOfOrder,
     /// No samples.
     #[error("the recording has no samples")]
     Empty,
