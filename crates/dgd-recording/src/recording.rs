@@ -386,7 +386,7 @@ impl Recording {
         start
     }
 
-    /// Mean of the inlet transmitters at each sample, over those that have a value.
+    /// Mean of the inlet transmitters at each sample, over those that have a value; NaN where none has. Shape of `time_s`.
     pub fn mean_inlet_pressure_pa(&self) -> Vec<f64> {
         mean_of_present(&self.pump_inlet_pressure_pa, self.len())
     }
@@ -407,11 +407,12 @@ impl Recording {
     }
 }
 
-/// Redundant transmitters are averaged (thesis section 2.6); one that is silent leaves the mean to the others.
+/// Redundant transmitters are averaged (thesis section 2.6); one that is silent leaves the mean to the others, and so does
+/// one whose series has ended.
 fn mean_of_present(series: &[Vec<f64>], rows: usize) -> Vec<f64> {
     match series {
-        [only] => only.clone(),
-        [a, b] => a
+        [only] if only.len() == rows => only.clone(),
+        [a, b] if a.len() == rows && b.len() == rows => a
             .iter()
             .zip(b)
             .map(|(a, b)| match (a.is_finite(), b.is_finite()) {
@@ -422,7 +423,10 @@ fn mean_of_present(series: &[Vec<f64>], rows: usize) -> Vec<f64> {
             .collect(),
         many => (0..rows)
             .map(|i| {
-                let present = many.iter().map(|s| s[i]).filter(|v| v.is_finite());
+                let present = many
+                    .iter()
+                    .filter_map(|s| s.get(i))
+                    .filter(|v| v.is_finite());
                 let (sum, count) =
                     present.fold((0.0, 0.0), |(sum, count), v| (sum + v, count + 1.0));
                 sum / count

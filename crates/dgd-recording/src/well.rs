@@ -152,8 +152,10 @@ pub struct ChannelMap {
     /// q_MRL, flow out of the return line at the rig (FT 4).
     pub return_flow: ChannelSource,
     /// Pressure at the subsea pump's inlet; redundant transmitters (PT 1, PT 2).
+    ///
+    /// The mean is over all of them. A diagnosis compares the first two with each other; a third is only in the mean.
     pub pump_inlet_pressure: Vec<ChannelSource>,
-    /// Pressure at the subsea pump's outlet; redundant transmitters (PT 3, PT 4).
+    /// Pressure at the subsea pump's outlet; redundant transmitters (PT 3, PT 4). More than two as at the inlet.
     pub pump_outlet_pressure: Vec<ChannelSource>,
     /// Riser pressure (PT 5), where there is a transmitter.
     pub riser_pressure: Option<ChannelSource>,

@@ -206,6 +206,25 @@ fn the_mean_of_redundant_transmitters_leaves_the_silent_one_out() {
 }
 
 #[test]
+fn a_transmitter_whose_series_ends_early_leaves_the_mean_to_the_others() {
+    let mean = |series: &[&[f64]]| {
+        let recording = Recording {
+            time_s: vec![0.0, 1.0, 2.0],
+            pump_inlet_pressure_pa: series.iter().map(|values| values.to_vec()).collect(),
+            ..Recording::default()
+        };
+        let mean = recording.mean_inlet_pressure_pa();
+        assert_eq!(mean.len(), 3, "{series:?}");
+        mean
+    };
+    assert_eq!(mean(&[&[1.0, 2.0, 3.0], &[3.0]]), [2.0, 2.0, 3.0]);
+    let three = mean(&[&[1.0, 2.0, 3.0], &[3.0], &[5.0, 4.0, 5.0, 6.0]]);
+    assert_eq!(three, [3.0, 3.0, 4.0]);
+    assert!(mean(&[&[1.0, 2.0]])[2].is_nan());
+    assert!(mean(&[]).iter().all(|p| p.is_nan()));
+}
+
+#[test]
 fn a_slice_holds_the_same_samples_of_every_channel() {
     let stamps: Vec<f64> = (0..40).map(f64::from).collect();
     let (mut recording, _) = Recording::from_table(table(&stamps), &well()).unwrap();
