@@ -30,7 +30,7 @@ pub use recording::{
 };
 pub use survey::{BlockSurvey, ColumnSurvey, Run, TableSurvey, quantum, survey};
 pub use table::{Column, Issue, IssueKind, Table};
-pub use well::{ChannelMap, ChannelSource, Geometry, TimeSource, Well, WellError};
+pub use well::{ChannelError, ChannelMap, ChannelSource, Geometry, TimeSource, Well, WellError};
 
 /// The example of the README compiles.
 #[cfg(doctest)]

@@ -8,6 +8,7 @@ pub use mapping::{Absent, RecordingError, Unequal};
 
 use crate::clock::{STRETCH, most_steps};
 use crate::{ClockError, ClockSurvey, Issue, survey_clock};
+use dgd_units::Dimension;
 use std::fmt;
 use std::ops::Range;
 
@@ -68,6 +69,26 @@ impl Channel {
             Self::PumpOutletPressure(_) => "pump_outlet_pressure",
             Self::RiserPressure => "riser_pressure",
             Self::PumpSpeed => "pump_speed",
+        }
+    }
+
+    /// What the channel measures, and so what its unit must.
+    ///
+    /// ```
+    /// # use dgd_recording::Channel;
+    /// # use dgd_units::Dimension;
+    /// assert_eq!(Channel::ReturnFlow.dimension(), Dimension::FlowRate);
+    /// assert_eq!(Channel::PumpSpeed.dimension(), Dimension::Percent);
+    /// ```
+    pub fn dimension(self) -> Dimension {
+        match self {
+            Self::MudPumpFlow | Self::BoosterFlow | Self::TopfillFlow | Self::ReturnFlow => {
+                Dimension::FlowRate
+            }
+            Self::PumpInletPressure(_) | Self::PumpOutletPressure(_) | Self::RiserPressure => {
+                Dimension::Pressure
+            }
+            Self::PumpSpeed => Dimension::Percent,
         }
     }
 }
