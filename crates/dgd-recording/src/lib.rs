@@ -19,7 +19,7 @@ mod survey;
 mod table;
 mod well;
 
-pub use clock::{ClockError, ClockSurvey, Gap, survey_clock};
+pub use clock::{ClockError, ClockSurvey, Gap, Uneven, check_even, odd_step, survey_clock};
 pub use moment::Moment;
 pub use order::{Rank, quantile};
 pub use origin::{days_from_1970, rfc3339, zone_offset_s};

@@ -7,7 +7,7 @@ pub use blocks::BlockGrid;
 pub use mapping::{Absent, RecordingError, Unequal};
 
 use crate::clock::{STRETCH, most_steps};
-use crate::{ClockError, ClockSurvey, Issue, survey_clock};
+use crate::{ClockError, ClockSurvey, Issue, Uneven, check_even, survey_clock};
 use dgd_units::Dimension;
 use std::fmt;
 use std::ops::Range;
@@ -136,6 +136,14 @@ impl Recording {
                 expected,
             })
         })
+    }
+
+    /// Checks that the samples are so many seconds apart, as [`Self::onto_grid`] puts them: [`check_even`] of `time_s`.
+    ///
+    /// # Errors
+    /// [`Uneven`], with the first place where they are not.
+    pub fn check_even(&self, step_s: f64) -> Result<(), Uneven> {
+        check_even(&self.time_s, step_s)
     }
 
     /// Every channel with its series, in the order of Table 2.1.
