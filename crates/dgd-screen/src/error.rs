@@ -27,6 +27,14 @@ pub enum ScreenError {
         /// Samples announced.
         expected: usize,
     },
+    /// A block that has not the transmitters of those before.
+    #[error("a block of {found} channels, expected the {expected} of the blocks before")]
+    Transmitters {
+        /// Channels of the block.
+        found: usize,
+        /// Channels of the blocks before.
+        expected: usize,
+    },
     /// The step of the clock is no step.
     #[error("the step is {found} s, expected a positive number")]
     Step {
