@@ -17,7 +17,7 @@ pub struct ClockSurvey {
     pub span_s: (f64, f64),
     /// Stamps that are missing or not finite.
     pub missing: usize,
-    /// Stamps equal to their predecessor (after ordering).
+    /// Stamps equal to their predecessor (after ordering), to a millionth of a step.
     pub duplicates: usize,
     /// Stamps earlier than their predecessor.
     pub backward: usize,

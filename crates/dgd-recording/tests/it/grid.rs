@@ -209,6 +209,16 @@ fn a_stretch_that_is_there_twice_alike_counts_once() {
 }
 
 #[test]
+fn a_stamp_that_hardly_differs_from_the_one_before_repeats_it() {
+    let mut stamps: Vec<f64> = (0..100).map(f64::from).collect();
+    stamps.insert(51, 50.0 + 1e-7);
+    let (gridded, step_s, issues) = recording(&stamps).onto_grid().unwrap();
+    assert_eq!(gridded.len(), 100);
+    assert_eq!(gridded.check_even(step_s), Ok(()));
+    assert!(kinds(&issues).contains(&IssueKind::DuplicateTime));
+}
+
+#[test]
 fn a_clock_that_jumps_stands_or_runs_at_another_step_is_named_with_the_place() {
     let even: Vec<f64> = (0..200).map(f64::from).collect();
     assert_eq!(check_even(&even, 1.0), Ok(()));
