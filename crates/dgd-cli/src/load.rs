@@ -227,10 +227,8 @@ pub(crate) fn read_recordings(
         let (recording, step_s, clock) =
             recording.onto_grid().map_err(|e| Failure::input(path, e))?;
         issues.extend(mapping.into_iter().chain(clock));
-        once(
-            &mut suspected,
-            dgd_screen::suspect(&recording, step_s, well),
-        );
+        let found = dgd_screen::suspect(&recording, step_s, well);
+        once(&mut suspected, found.map_err(|e| Failure::input(path, e))?);
         let issues: Vec<_> = issues
             .into_iter()
             .map(|issue| (path.clone(), issue))

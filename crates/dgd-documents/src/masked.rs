@@ -61,7 +61,7 @@ fn write_into(text: &mut String, model: &MaskedModel) -> std::fmt::Result {
     }
     writeln!(
         text,
-        "\n# dh/dt = level_rate_per_s (q - q_in);  in steady flow H = level_in_head h + friction_in_head F"
+        "\n# dh/dt = level_rate_per_s (q - q_in);  in steady flow H = level_in_head h + friction_in_head F + depth_in_head_pct"
     )?;
     writeln!(
         text,
@@ -70,9 +70,10 @@ fn write_into(text: &mut String, model: &MaskedModel) -> std::fmt::Result {
     )?;
     writeln!(
         text,
-        "level_in_head = {}\nfriction_in_head = {}",
+        "level_in_head = {}\nfriction_in_head = {}\ndepth_in_head_pct = {}",
         float(model.level_in_head),
-        float(model.friction_in_head)
+        float(model.friction_in_head),
+        float(model.depth_in_head_pct)
     )
 }
 

@@ -286,7 +286,13 @@ fn of_full_speed<'a, 'i>(
     };
     let full = inner.positive("full", full, Dimension::RotationalSpeed, "1800 rpm")?;
     let unit = Unit::parse(written).ok()?;
-    Some(unit.in_percent_of(unit.from_si(full)))
+    match unit.in_percent_of(unit.from_si(full)) {
+        Ok(unit) => Some(unit),
+        Err(error) => {
+            inner.problem(place, format!("`full` of `{key}`: {error}"), None);
+            None
+        }
+    }
 }
 
 /// The keys of a column's source: tag, unit, for a tachometer the reading at 100 %, and what its stamps are late by.

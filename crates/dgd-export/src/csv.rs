@@ -51,6 +51,9 @@ pub fn write_csv(
 }
 
 /// A CSV file that is written block by block, as [`write_csv`] writes it at once.
+///
+/// Without [`Self::finish`] its last rows are lost.
+#[must_use = "call `finish`"]
 #[derive(Debug)]
 pub struct CsvWriter<W> {
     writer: W,

@@ -10,8 +10,10 @@ pub enum ExportError {
     #[error("cannot write: {0}")]
     Io(#[from] std::io::Error),
     /// The MCAP library failed.
+    ///
+    /// Boxed: its error type is not part of this crate's interface, and may change with the library.
     #[error("cannot write the log: {0}")]
-    Mcap(#[from] mcap::McapError),
+    Mcap(#[source] Box<dyn std::error::Error + Send + Sync>),
     /// A table without columns.
     #[error("the table has no columns")]
     NoColumns,

@@ -54,3 +54,26 @@ pub(crate) fn check_width(block: &Table, expected: usize) -> Result<(), ExportEr
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;
+
+/// A writer that nobody ends is told by the compiler.
+///
+/// ```compile_fail
+/// #![deny(unused_must_use)]
+/// # fn main() -> Result<(), dgd_export::ExportError> {
+/// # let head = dgd_recording::Table::default();
+/// dgd_export::CsvWriter::new(&head, &dgd_export::CsvOptions::default(), Vec::new())?;
+/// # Ok(())
+/// # }
+/// ```
+///
+/// ```compile_fail
+/// #![deny(unused_must_use)]
+/// # fn main() -> Result<(), dgd_export::ExportError> {
+/// # let head = dgd_recording::Table::default();
+/// let log = std::io::Cursor::new(Vec::new());
+/// dgd_export::McapWriter::new(&head, &dgd_export::McapOptions::default(), log)?;
+/// # Ok(())
+/// # }
+/// ```
+#[cfg(doctest)]
+struct Unfinished;

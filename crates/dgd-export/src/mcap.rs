@@ -80,6 +80,9 @@ pub fn write_mcap(
 }
 
 /// An MCAP log that is written block by block, as [`write_mcap`] writes it at once.
+///
+/// Without [`Self::finish`] it has neither end nor index, and a failure to write the last chunk is lost.
+#[must_use = "call `finish`"]
 pub struct McapWriter<W: Write + Seek> {
     log: ::mcap::Writer<W>,
     channel_id: u16,
@@ -123,15 +126,20 @@ impl<W: Write + Seek> McapWriter<W> {
             .compression_threads(0)
             .profile("")
             .library(concat!("dgd-export ", env!("CARGO_PKG_VERSION")))
-            .create(writer)?;
+            .create(writer)
+            .map_err(failed)?;
         let schema = schema(members().map(|(_, column)| column));
-        let schema_id = log.add_schema("dgd.Sample", "jsonschema", &schema)?;
+        let schema_id = log
+            .add_schema("dgd.Sample", "jsonschema", &schema)
+            .map_err(failed)?;
         let clock_tag = &head.columns[time].tag;
         let mut metadata = BTreeMap::new();
         if clock_tag != UNNAMED_CLOCK {
             metadata.insert(CLOCK_TAG.to_owned(), clock_tag.clone());
         }
-        let channel_id = log.add_channel(schema_id, &options.topic, "json", &metadata)?;
+        let channel_id = log
+            .add_channel(schema_id, &options.topic, "json", &metadata)
+            .map_err(failed)?;
         let heads = members().enumerate();
         Ok(Self {
             log,
@@ -186,7 +194,9 @@ impl<W: Write + Seek> McapWriter<W> {
                 log_time,
                 publish_time: log_time,
             };
-            self.log.write_to_known_channel(&header, message)?;
+            self.log
+                .write_to_known_channel(&header, message)
+                .map_err(failed)?;
             self.rows += 1;
         }
         Ok(())
@@ -197,9 +207,13 @@ impl<W: Write + Seek> McapWriter<W> {
     /// # Errors
     /// [`ExportError::Mcap`].
     pub fn finish(mut self) -> Result<(), ExportError> {
-        self.log.finish()?;
+        self.log.finish().map_err(failed)?;
         Ok(())
     }
+}
+
+fn failed(error: ::mcap::McapError) -> ExportError {
+    ExportError::Mcap(Box::new(error))
 }
 
 /// Index of the time column, and the seconds in one of its units.

@@ -25,7 +25,7 @@ impl Prepared {
     ///
     /// # Errors
     /// [`ScreenError::Unequal`] or [`ScreenError::Length`] if something is not as long as the clock, [`ScreenError::Step`] if
-    /// the step is no positive number.
+    /// the step is no positive number, [`ScreenError::Uneven`] if the clock is not even by that step.
     pub fn check(&self) -> Result<(), ScreenError> {
         self.recording.check()?;
         let expected = self.recording.len();
@@ -42,10 +42,10 @@ impl Prepared {
                 });
             }
         }
-        if self.step_s.is_finite() && self.step_s > 0.0 {
-            return Ok(());
+        if !(self.step_s.is_finite() && self.step_s > 0.0) {
+            return Err(ScreenError::Step { found: self.step_s });
         }
-        Err(ScreenError::Step { found: self.step_s })
+        Ok(self.recording.check_even(self.step_s)?)
     }
 }
 
@@ -55,7 +55,7 @@ impl Prepared {
 /// is then taken over the rest.
 ///
 /// # Errors
-/// [`ScreenError`] if a series is not as long as the clock, or an option is off.
+/// [`ScreenError`] if a series is not as long as the clock, the clock is not even by `step_s`, or an option is off.
 pub fn prepare(
     mut recording: Recording,
     step_s: f64,

@@ -18,6 +18,14 @@ pub enum FileError {
         /// What the system says.
         source: io::Error,
     },
+    /// No memory for that many bytes, as of a sparse file that claims more than there is.
+    #[error("{} has {bytes} bytes, for which there is no memory; split the file", path.display())]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+        /// Its size.
+        bytes: u64,
+    },
     /// The file was read, its content not understood.
     #[error("{}: {source}", path.display())]
     Content {
@@ -34,19 +42,20 @@ pub enum FileError {
 /// few megabytes and at the end.
 ///
 /// # Errors
-/// [`FileError`], which names the file.
+/// [`FileError`], which names the file: [`FileError::TooLarge`] if there is no memory for it.
 pub fn read_file(
-    path: &Path,
+    path: impl AsRef<Path>,
     mut progress: impl FnMut(u64, u64),
 ) -> Result<(Format, Table), FileError> {
     const STEP: u64 = 4 << 20;
+    let path = path.as_ref();
     let io = |source| FileError::Io {
         path: path.to_owned(),
         source,
     };
     let mut file = File::open(path).map_err(io)?;
     let size = file.metadata().map_err(io)?.len();
-    let mut bytes = Vec::with_capacity(usize::try_from(size).unwrap_or(0));
+    let mut bytes = room(path, size)?;
     loop {
         let read = file
             .by_ref()
@@ -64,4 +73,35 @@ pub fn read_file(
         path: path.to_owned(),
         source,
     })
+}
+
+/// An empty vector with room for a file, which may be larger than memory.
+fn room(path: &Path, size: u64) -> Result<Vec<u8>, FileError> {
+    let mut bytes = Vec::new();
+    let room = usize::try_from(size).map(|size| bytes.try_reserve_exact(size));
+    if matches!(room, Ok(Ok(()))) {
+        return Ok(bytes);
+    }
+    Err(FileError::TooLarge {
+        path: path.to_owned(),
+        bytes: size,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_larger_than_memory_is_refused_by_its_name_and_does_not_abort() {
+        let path = Path::new("sparse.mat");
+        for size in [u64::MAX, 1 << 62] {
+            let told = room(path, size).map_err(|e| e.to_string());
+            let expected = format!(
+                "sparse.mat has {size} bytes, for which there is no memory; split the file"
+            );
+            assert_eq!(told, Err(expected));
+        }
+        assert!(room(path, 1000).is_ok_and(|bytes| bytes.capacity() >= 1000));
+    }
 }

@@ -8,8 +8,9 @@
 //!
 //! # What a reader of the masked data can and cannot find
 //! Ratios of references are in the data and cannot be hidden: the mass balance
-//! (Eq. 3.45) fixes q₁₀₀/(A_a h₁₀₀), the pressure balance (Eq. 4.2) fixes h₁₀₀/H₁₀₀
-//! and F₁₀₀/(ρ g H₁₀₀). The scale itself is in none of them. It would be in the
+//! (Eq. 3.45) fixes q₁₀₀/(A_a h₁₀₀), the pressure balance (Eq. 4.2) fixes h₁₀₀/H₁₀₀,
+//! F₁₀₀/(ρ g H₁₀₀) and, in percent of H₁₀₀, by how much the pump's outlet is deeper than its
+//! inlet. The scale itself is in none of them. It would be in the
 //! transmitters' quantisation (0.5 gpm is a fixed share of q₁₀₀), so every flow and every
 //! pressure gets noise before anything is worked out of it: a share of the reference, on all
 //! time scales, and always the same for the same samples. The README has the whole threat model.

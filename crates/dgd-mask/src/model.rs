@@ -22,10 +22,14 @@ pub struct MaskedModel {
     pub delay_s: f64,
     /// Level change a second and percent of net outflow: `dh/dt = rate (q - q_in)`, 1/s (Eq. 3.45).
     pub level_rate_per_s: f64,
-    /// `H = level_in_head h + friction_in_head F` in steady flow (Eq. 4.2), all in percent.
+    /// `H = level_in_head h + friction_in_head F + depth_in_head_pct` in steady flow (Eq. 4.2), all in percent.
     pub level_in_head: f64,
     /// See [`Self::level_in_head`].
     pub friction_in_head: f64,
+    /// By how much the pump's outlet lies deeper than its inlet, % of head; 0 for a pump with both at one depth, as in the thesis.
+    ///
+    /// It is in the recording too, which gives the other three terms of this balance.
+    pub depth_in_head_pct: f64,
     /// Samples the model was identified from.
     pub kept: usize,
 }
@@ -49,8 +53,6 @@ pub struct MaskedTerm {
 }
 
 /// Masks an identified model (Eqs. 3.9-3.12 applied to 3.26, 3.39, 3.45 and 4.2).
-///
-/// For a pump whose inlet and outlet lie at one depth, as in the thesis.
 pub fn mask_model(model: &Model, references: &MaskReferences) -> MaskedModel {
     let weight_pa_m = model.density_kg_m3 * STANDARD_GRAVITY_M_S2;
     let scaled = |estimate: &Estimate, scale: &dyn Fn(f64) -> f64| MaskedEstimate {
@@ -83,6 +85,8 @@ pub fn mask_model(model: &Model, references: &MaskReferences) -> MaskedModel {
         level_rate_per_s: references.mask_level(unit_flow_m3_s / model.geometry.riser_area_m2()),
         level_in_head: references.mask_head(references.unmask_level(1.0)),
         friction_in_head: references.mask_head(references.unmask_friction(1.0) / weight_pa_m),
+        depth_in_head_pct: references
+            .mask_head(model.geometry.pump_outlet_depth_m - model.geometry.pump_inlet_depth_m),
         kept: model.data.kept,
     }
 }

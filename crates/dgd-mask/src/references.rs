@@ -3,7 +3,7 @@
 use dgd_identify::{Prepared, Series};
 use dgd_recording::Recording;
 use dgd_units::MaskReferences;
-use rand::{RngExt, SeedableRng};
+use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sha2::{Digest, Sha256};
 
@@ -56,7 +56,7 @@ pub fn choose_references(
             .filter(|(_, keep)| **keep)
             .map(|(v, _)| *v);
         let largest = kept.fold(0.0, f64::max);
-        let factor = random.random_range(1.05..1.6);
+        let factor = factor(&mut random);
         if largest > 0.0 {
             Ok(largest * factor)
         } else {
@@ -68,6 +68,17 @@ pub fn choose_references(
     let head = reference("pump head", &series.head_m)?;
     let level = reference("riser level", &series.level_m)?;
     Ok(MaskReferences::new(flow, friction, head, level)?)
+}
+
+/// From 1.05 to below 1.6, in 2^52 steps.
+///
+/// From the generator's bits, as they are specified: what `rand` makes of them may change from release to release, and then
+/// the references of a rig.
+fn factor(random: &mut ChaCha8Rng) -> f64 {
+    const LEAST: f64 = 1.05;
+    const MOST: f64 = 1.6;
+    let share = (random.next_u64() >> 12) as f64 * f64::EPSILON;
+    share * (MOST - LEAST) + LEAST
 }
 
 /// A generator that only the owner of the recording can seed.

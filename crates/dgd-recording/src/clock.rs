@@ -17,7 +17,7 @@ pub struct ClockSurvey {
     pub span_s: (f64, f64),
     /// Stamps that are missing or not finite.
     pub missing: usize,
-    /// Stamps equal to their predecessor (after ordering).
+    /// Stamps equal to their predecessor (after ordering), to a millionth of a step.
     pub duplicates: usize,
     /// Stamps earlier than their predecessor.
     pub backward: usize,
@@ -120,6 +120,96 @@ pub fn survey_clock(time_s: &[f64]) -> Result<ClockSurvey, ClockError> {
             return clock.finish();
         }
     }
+}
+
+/// Where a clock does not run in steps of the length that it should.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Uneven {
+    /// A step that is off by more than half of one.
+    #[error(
+        "the clock steps by {found_s} s after sample {sample}, expected {step_s} s: put the recording on an even clock"
+    )]
+    Step {
+        /// The sample before the odd step, from 1.
+        sample: usize,
+        /// That step, s.
+        found_s: f64,
+        /// The step expected, s.
+        step_s: f64,
+    },
+    /// Steps that are off together.
+    #[error("the clock steps by {found_s} s on average, expected {step_s} s")]
+    Mean {
+        /// The mean step, s.
+        found_s: f64,
+        /// The step expected, s.
+        step_s: f64,
+    },
+}
+
+/// A step may be off by this share of one.
+const OFF: f64 = 0.5;
+/// The mean step may be off by this share of one, which jitter is not in many samples.
+const MEAN_OFF: f64 = 0.01;
+
+/// The first sample, from 0, after which the clock steps by anything that is off by more than half of `step_s`.
+///
+/// One pass, no memory. What [`Recording::onto_grid`](crate::Recording::onto_grid) gives has none, however few digits the
+/// stamps leave to the step.
+///
+/// ```
+/// # use dgd_recording::odd_step;
+/// assert_eq!(odd_step(&[0.0, 1.0, 2.2, 3.0], 1.0), None);
+/// assert_eq!(odd_step(&[0.0, 1.0, 3.0, 4.0], 1.0), Some(1));
+/// ```
+pub fn odd_step(time_s: &[f64], step_s: f64) -> Option<usize> {
+    let most_s = (OFF * step_s + rounding(time_s)).min(step_s);
+    // Nothing is within an infinite step, and a time that is no number is not within anything.
+    let most_s = most_s.min(f64::MAX);
+    let on = |w: &[f64]| (w[1] - w[0] - step_s).abs() <= most_s;
+    // Without an early exit the compiler can vectorise it.
+    if time_s.windows(2).fold(true, |all, w| all & on(w)) {
+        return None;
+    }
+    time_s.windows(2).position(|w| !on(w))
+}
+
+/// Checks that stamps, s, in order, lie on an even clock of this step: no step is off by more than half of one
+/// ([`odd_step`]), and the last stamp is where the step puts it, to half a step or, of many, to 1 %.
+///
+/// Fewer than two stamps are even.
+///
+/// # Errors
+/// [`Uneven`], with the first place where they do not.
+pub fn check_even(time_s: &[f64], step_s: f64) -> Result<(), Uneven> {
+    if let Some(sample) = odd_step(time_s, step_s) {
+        return Err(Uneven::Step {
+            sample: sample + 1,
+            found_s: time_s[sample + 1] - time_s[sample],
+            step_s,
+        });
+    }
+    let [first_s, .., last_s] = time_s else {
+        return Ok(());
+    };
+    let steps = (time_s.len() - 1) as f64;
+    let off_s = (last_s - first_s - steps * step_s).abs();
+    if off_s <= (OFF * step_s).max(MEAN_OFF * steps * step_s) + rounding(time_s) {
+        return Ok(());
+    }
+    Err(Uneven::Mean {
+        found_s: (last_s - first_s) / steps,
+        step_s,
+    })
+}
+
+/// By how much the difference of two stamps may be off because they have so few digits: each is rounded, and so is what a
+/// grid adds to its first.
+fn rounding(time_s: &[f64]) -> f64 {
+    let ends = time_s.first().into_iter().chain(time_s.last());
+    let largest = ends.fold(0.0f64, |largest, t| largest.max(t.abs()));
+    4.0 * f64::EPSILON * largest.min(f64::MAX)
 }
 
 impl ClockSurvey {

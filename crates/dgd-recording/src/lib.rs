@@ -19,7 +19,7 @@ mod survey;
 mod table;
 mod well;
 
-pub use clock::{ClockError, ClockSurvey, Gap, survey_clock};
+pub use clock::{ClockError, ClockSurvey, Gap, Uneven, check_even, odd_step, survey_clock};
 pub use moment::Moment;
 pub use order::{Rank, quantile};
 pub use origin::{days_from_1970, rfc3339, zone_offset_s};
@@ -30,7 +30,7 @@ pub use recording::{
 };
 pub use survey::{BlockSurvey, ColumnSurvey, Run, TableSurvey, quantum, survey};
 pub use table::{Column, Issue, IssueKind, Table};
-pub use well::{ChannelMap, ChannelSource, Geometry, TimeSource, Well, WellError};
+pub use well::{ChannelError, ChannelMap, ChannelSource, Geometry, TimeSource, Well, WellError};
 
 /// The example of the README compiles.
 #[cfg(doctest)]

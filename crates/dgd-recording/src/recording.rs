@@ -7,7 +7,8 @@ pub use blocks::BlockGrid;
 pub use mapping::{Absent, RecordingError, Unequal};
 
 use crate::clock::{STRETCH, most_steps};
-use crate::{ClockError, ClockSurvey, Issue, survey_clock};
+use crate::{ClockError, ClockSurvey, Issue, Uneven, check_even, survey_clock};
+use dgd_units::Dimension;
 use std::fmt;
 use std::ops::Range;
 
@@ -70,6 +71,26 @@ impl Channel {
             Self::PumpSpeed => "pump_speed",
         }
     }
+
+    /// What the channel measures, and so what its unit must.
+    ///
+    /// ```
+    /// # use dgd_recording::Channel;
+    /// # use dgd_units::Dimension;
+    /// assert_eq!(Channel::ReturnFlow.dimension(), Dimension::FlowRate);
+    /// assert_eq!(Channel::PumpSpeed.dimension(), Dimension::Percent);
+    /// ```
+    pub fn dimension(self) -> Dimension {
+        match self {
+            Self::MudPumpFlow | Self::BoosterFlow | Self::TopfillFlow | Self::ReturnFlow => {
+                Dimension::FlowRate
+            }
+            Self::PumpInletPressure(_) | Self::PumpOutletPressure(_) | Self::RiserPressure => {
+                Dimension::Pressure
+            }
+            Self::PumpSpeed => Dimension::Percent,
+        }
+    }
 }
 
 impl fmt::Display for Channel {
@@ -115,6 +136,14 @@ impl Recording {
                 expected,
             })
         })
+    }
+
+    /// Checks that the samples are so many seconds apart, as [`Self::onto_grid`] puts them: [`check_even`] of `time_s`.
+    ///
+    /// # Errors
+    /// [`Uneven`], with the first place where they are not.
+    pub fn check_even(&self, step_s: f64) -> Result<(), Uneven> {
+        check_even(&self.time_s, step_s)
     }
 
     /// Every channel with its series, in the order of Table 2.1.
@@ -386,7 +415,7 @@ impl Recording {
         start
     }
 
-    /// Mean of the inlet transmitters at each sample, over those that have a value.
+    /// Mean of the inlet transmitters at each sample, over those that have a value; NaN where none has. Shape of `time_s`.
     pub fn mean_inlet_pressure_pa(&self) -> Vec<f64> {
         mean_of_present(&self.pump_inlet_pressure_pa, self.len())
     }
@@ -407,11 +436,12 @@ impl Recording {
     }
 }
 
-/// Redundant transmitters are averaged (thesis section 2.6); one that is silent leaves the mean to the others.
+/// Redundant transmitters are averaged (thesis section 2.6); one that is silent leaves the mean to the others, and so does
+/// one whose series has ended.
 fn mean_of_present(series: &[Vec<f64>], rows: usize) -> Vec<f64> {
     match series {
-        [only] => only.clone(),
-        [a, b] => a
+        [only] if only.len() == rows => only.clone(),
+        [a, b] if a.len() == rows && b.len() == rows => a
             .iter()
             .zip(b)
             .map(|(a, b)| match (a.is_finite(), b.is_finite()) {
@@ -422,7 +452,10 @@ fn mean_of_present(series: &[Vec<f64>], rows: usize) -> Vec<f64> {
             .collect(),
         many => (0..rows)
             .map(|i| {
-                let present = many.iter().map(|s| s[i]).filter(|v| v.is_finite());
+                let present = many
+                    .iter()
+                    .filter_map(|s| s.get(i))
+                    .filter(|v| v.is_finite());
                 let (sum, count) =
                     present.fold((0.0, 0.0), |(sum, count), v| (sum + v, count + 1.0));
                 sum / count

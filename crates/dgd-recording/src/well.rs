@@ -1,7 +1,7 @@
 //! The well a recording was taken on (Table 2.2) and its channel map (Table 2.1).
 
 use crate::Channel;
-use dgd_units::{STANDARD_ATMOSPHERE_PA, STANDARD_GRAVITY_M_S2, Unit};
+use dgd_units::{Dimension, STANDARD_ATMOSPHERE_PA, STANDARD_GRAVITY_M_S2, Unit};
 use std::f64::consts::PI;
 
 /// A well: its mud, its geometry and the channels of its recordings.
@@ -48,23 +48,63 @@ impl Geometry {
     }
 }
 
-/// A number of a well that none can have.
+/// What of a well cannot be.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error("`{name}` of the well is {found}, expected {expected}")]
-pub struct WellError {
-    /// The field.
-    pub name: &'static str,
-    /// Its value.
-    pub found: f64,
-    /// What it may be.
-    pub expected: &'static str,
+#[non_exhaustive]
+pub enum WellError {
+    /// A number that no well can have.
+    #[error("`{name}` of the well is {found}, expected {expected}")]
+    Number {
+        /// The field.
+        name: &'static str,
+        /// Its value.
+        found: f64,
+        /// What it may be.
+        expected: &'static str,
+    },
+    /// A channel that cannot be.
+    #[error(transparent)]
+    Channel(#[from] ChannelError),
+}
+
+/// What of a channel map cannot be.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ChannelError {
+    /// A unit of something that the channel does not measure.
+    #[error("`{channel}` is in `{unit}`, a unit of {}, expected a unit of {expected} such as `{}`", unit.dimension, expected.example())]
+    Unit {
+        /// The channel.
+        channel: Channel,
+        /// Its unit.
+        unit: Unit,
+        /// What the channel measures.
+        expected: Dimension,
+    },
+    /// A clock that is not in a unit of time.
+    #[error("the clock is in `{unit}`, a unit of {}, expected a unit of time such as `s`", unit.dimension)]
+    Clock {
+        /// Its unit.
+        unit: Unit,
+    },
+    /// Stamps that are late by no number of seconds, or a constant that is none: the channel would be blank.
+    #[error("`{name}` of `{channel}` is {found}, expected a finite number")]
+    NotFinite {
+        /// The channel.
+        channel: Channel,
+        /// The field, `late_s` or `si`.
+        name: &'static str,
+        /// Its value.
+        found: f64,
+    },
 }
 
 impl Well {
-    /// Checks density, diameters and depths, which a [`Well`] made by hand may have as it likes.
+    /// Checks density, diameters, depths and channels, which a [`Well`] made by hand may have as it likes.
     ///
     /// # Errors
-    /// [`WellError`] if one is no positive number, or the drill pipe does not fit into the riser.
+    /// [`WellError::Number`] if one is no positive number, or the drill pipe does not fit into the riser,
+    /// [`WellError::Channel`] as [`ChannelMap::check`] has it.
     pub fn check(&self) -> Result<(), WellError> {
         let Geometry {
             riser_id_m,
@@ -98,7 +138,7 @@ impl Well {
                 && !(found > 0.0 && found.is_finite())
             {
                 let expected = "a positive number";
-                return Err(WellError {
+                return Err(WellError::Number {
                     name,
                     found,
                     expected,
@@ -106,13 +146,13 @@ impl Well {
             }
         }
         if drillpipe_od_m >= riser_id_m {
-            return Err(WellError {
+            return Err(WellError::Number {
                 name: "drillpipe_od_m",
                 found: drillpipe_od_m,
                 expected: "less than `riser_id_m`",
             });
         }
-        Ok(())
+        Ok(self.channels.check()?)
     }
 
     /// Riser level h_r, m below the rotary table, from the inlet pressure, Pa absolute (Eq. 4.1).
@@ -152,8 +192,10 @@ pub struct ChannelMap {
     /// q_MRL, flow out of the return line at the rig (FT 4).
     pub return_flow: ChannelSource,
     /// Pressure at the subsea pump's inlet; redundant transmitters (PT 1, PT 2).
+    ///
+    /// The mean is over all of them. A diagnosis compares the first two with each other; a third is only in the mean.
     pub pump_inlet_pressure: Vec<ChannelSource>,
-    /// Pressure at the subsea pump's outlet; redundant transmitters (PT 3, PT 4).
+    /// Pressure at the subsea pump's outlet; redundant transmitters (PT 3, PT 4). More than two as at the inlet.
     pub pump_outlet_pressure: Vec<ChannelSource>,
     /// Riser pressure (PT 5), where there is a transmitter.
     pub riser_pressure: Option<ChannelSource>,
@@ -162,6 +204,51 @@ pub struct ChannelMap {
 }
 
 impl ChannelMap {
+    /// Checks that every channel is in a unit of what it measures, and that its numbers are some.
+    ///
+    /// # Errors
+    /// [`ChannelError`] for the clock or the first channel that is not.
+    ///
+    /// ```
+    /// use dgd_recording::{ChannelError, ChannelMap, ChannelSource};
+    /// # use dgd_units::{Unit, UnitError};
+    /// fn in_psi(mut map: ChannelMap) -> Result<(), UnitError> {
+    ///     map.return_flow = ChannelSource::column("FT4", Unit::parse("psi")?);
+    ///     assert!(matches!(map.check(), Err(ChannelError::Unit { .. })));
+    ///     Ok(())
+    /// }
+    /// ```
+    pub fn check(&self) -> Result<(), ChannelError> {
+        if let TimeSource::Column { unit, .. } = self.time
+            && unit.dimension != Dimension::Time
+        {
+            return Err(ChannelError::Clock { unit });
+        }
+        for (channel, source) in self.sources() {
+            let expected = channel.dimension();
+            let (name, found) = match source {
+                ChannelSource::Column { unit, .. } if unit.dimension != expected => {
+                    let unit = *unit;
+                    return Err(ChannelError::Unit {
+                        channel,
+                        unit,
+                        expected,
+                    });
+                }
+                ChannelSource::Column { late_s, .. } => ("late_s", *late_s),
+                ChannelSource::Constant { si } => ("si", *si),
+            };
+            if !found.is_finite() {
+                return Err(ChannelError::NotFinite {
+                    channel,
+                    name,
+                    found,
+                });
+            }
+        }
+        Ok(())
+    }
+
     /// The channels that are columns of the file, each with its tag, in the order of [`Recording::series`](crate::Recording::series).
     pub fn tags(&self) -> Vec<(Channel, &str)> {
         let tagged = self.sources().filter_map(|(channel, source)| match source {

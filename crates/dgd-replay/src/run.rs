@@ -4,7 +4,7 @@ use crate::Replay;
 use crate::blocks::{BlockReplay, check_lengths};
 use dgd_dynamics::DynamicsError;
 use dgd_dynamics::return_line::{ReturnLine, SimulationOptions};
-use dgd_recording::Recording;
+use dgd_recording::{Recording, odd_step};
 use std::ops::Range;
 
 /// Which simulation.
@@ -136,9 +136,7 @@ fn check_clock(time_s: &[f64], first: usize) -> Result<(), ReplayError> {
     let mut steps: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
     let middle = steps.len() / 2;
     let step_s = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
-    // Negated, so that a time that is no number is odd too.
-    let odd = |w: &[f64]| !(off(w, step_s) <= 0.5 * step_s);
-    let Some(sample) = time_s.windows(2).position(odd) else {
+    let Some(sample) = odd_step(time_s, step_s) else {
         return Ok(());
     };
     Err(ReplayError::Uneven {

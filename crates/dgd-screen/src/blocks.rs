@@ -70,8 +70,9 @@ pub struct BlockScreen {
     step_s: f64,
     samples: usize,
     pass: Pass,
-    /// Samples of this pass so far.
+    /// Samples of this pass so far, and the second of the last.
     taken: usize,
+    last_s: Option<f64>,
     channels: Vec<Channel>,
     steps: Vec<StepPass>,
     runs: Vec<RunPass>,
@@ -142,6 +143,7 @@ impl BlockScreen {
             samples,
             pass: Pass::Steps,
             taken: 0,
+            last_s: None,
             channels: Vec::new(),
             steps: Vec::new(),
             runs: Vec::new(),
@@ -158,10 +160,10 @@ impl BlockScreen {
     /// - `block`: as [`crate::screen`] takes a recording; all blocks must have the same transmitters.
     ///
     /// # Errors
-    /// [`ScreenError::Unequal`] on unequal series, [`ScreenError::Blocks`] on more samples than were announced or on other
-    /// transmitters.
+    /// [`ScreenError::Unequal`] on unequal series, [`ScreenError::Uneven`] on a clock that is not even, also from block to
+    /// block, [`ScreenError::Blocks`] on more samples than were announced or on other transmitters.
     pub fn add(&mut self, block: &Recording) -> Result<ScreenedBlock, ScreenError> {
-        block.check()?;
+        crate::error::check_next(block, self.step_s, self.last_s)?;
         let all = block.series();
         let expected = block.len();
         let channels: Vec<Channel> = all.iter().map(|(channel, _)| *channel).collect();
@@ -173,6 +175,7 @@ impl BlockScreen {
             return Err(self.uneven(found));
         }
         let from = std::mem::replace(&mut self.taken, found);
+        self.last_s = block.time_s.last().copied().or(self.last_s);
         let rules = Rules {
             step_s: self.step_s,
             options: &self.options,
@@ -211,7 +214,7 @@ impl BlockScreen {
             step_s: self.step_s,
             options: &self.options,
         };
-        self.taken = 0;
+        (self.taken, self.last_s) = (0, None);
         self.window.clear();
         self.pass = match self.pass {
             Pass::Steps => {

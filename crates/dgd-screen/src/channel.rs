@@ -1,6 +1,7 @@
 //! What is wrong with one transmitter, sample by sample.
 
 use dgd_recording::{Channel, Run};
+use dgd_units::Dimension;
 use std::ops::{BitOr, BitOrAssign};
 
 /// A set of faults of one transmitter at one sample; empty if it may be trusted.
@@ -100,8 +101,5 @@ impl ChannelScreen {
 
 /// Whether a channel is a transmitter of pressure.
 pub(crate) fn is_pressure(channel: Channel) -> bool {
-    matches!(
-        channel,
-        Channel::PumpInletPressure(_) | Channel::PumpOutletPressure(_) | Channel::RiserPressure
-    )
+    channel.dimension() == Dimension::Pressure
 }

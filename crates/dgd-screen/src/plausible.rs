@@ -7,6 +7,7 @@ mod facts;
 mod state;
 mod words;
 
+use crate::{ScreenError, error};
 use causes::{Cause, explain};
 use checks::{Check, faults, through};
 pub use coarse::{TOO_SELDOM_S, coarse};
@@ -92,11 +93,20 @@ const MOSTLY: f64 = 0.5;
 /// What it cannot see: all pressures gauge where absolute is said (an atmosphere is no more than
 /// a transmitter's bias), UK for US gallons, swapped inflows (only their sum is used), swapped
 /// transmitters of one side. It is silent where there is too little to judge.
-pub fn suspect(recording: &Recording, step_s: f64, well: &Well) -> Vec<Suspicion> {
-    if recording.is_empty() || !(step_s > 0.0 && step_s.is_finite()) {
-        return Vec::new();
+///
+/// # Errors
+/// [`ScreenError::Step`], [`ScreenError::Unequal`], [`ScreenError::Uneven`]: silence would pass for a sound description.
+/// Without samples there is nothing to suspect.
+pub fn suspect(
+    recording: &Recording,
+    step_s: f64,
+    well: &Well,
+) -> Result<Vec<Suspicion>, ScreenError> {
+    error::check(recording, step_s)?;
+    if recording.is_empty() {
+        return Ok(Vec::new());
     }
-    judge(&Facts::of(recording, step_s, well), well)
+    Ok(judge(&Facts::of(recording, step_s, well), well))
 }
 
 /// [`suspect`] of a recording that comes in blocks, to the same words, whatever the blocks.
@@ -105,43 +115,64 @@ pub fn suspect(recording: &Recording, step_s: f64, well: &Well) -> Vec<Suspicion
 ///
 /// ```
 /// # use dgd_recording::{Recording, Well};
-/// # fn told(well: &Well, blocks: &[Recording]) -> Vec<dgd_screen::Suspicion> {
-/// let mut suspect = dgd_screen::BlockSuspect::new(1.0);
-/// blocks.iter().for_each(|block| suspect.add(block));
-/// suspect.finish(well)
+/// # use dgd_screen::{BlockSuspect, ScreenError, Suspicion};
+/// # fn told(well: &Well, blocks: &[Recording]) -> Result<Vec<Suspicion>, ScreenError> {
+/// let mut suspect = BlockSuspect::new(1.0)?;
+/// for block in blocks {
+///     suspect.add(block)?;
+/// }
+/// Ok(suspect.finish(well))
 /// # }
 /// ```
 #[derive(Debug)]
 pub struct BlockSuspect {
     step_s: f64,
+    /// Second of the last sample.
+    last_s: Option<f64>,
     passes: Vec<(Channel, FactPass)>,
 }
 
 impl BlockSuspect {
     /// For a recording on an even clock of this step, s.
-    pub fn new(step_s: f64) -> Self {
-        Self {
+    ///
+    /// # Errors
+    /// [`ScreenError::Step`] if the step is no positive number.
+    pub fn new(step_s: f64) -> Result<Self, ScreenError> {
+        error::check_step(step_s)?;
+        Ok(Self {
             step_s,
+            last_s: None,
             passes: Vec::new(),
-        }
+        })
     }
 
     /// Takes the next samples; all blocks must have the same transmitters.
-    pub fn add(&mut self, block: &Recording) {
+    ///
+    /// # Errors
+    /// Those of [`suspect`], and [`ScreenError::Transmitters`] on others than before; the block is then left out.
+    pub fn add(&mut self, block: &Recording) -> Result<(), ScreenError> {
+        error::check_next(block, self.step_s, self.last_s)?;
         let all = block.series();
         if self.passes.is_empty() {
             let pass = FactPass::new(self.step_s);
             self.passes = all.iter().map(|(c, _)| (*c, pass.clone())).collect();
         }
+        if !all.iter().map(|s| s.0).eq(self.passes.iter().map(|p| p.0)) {
+            return Err(ScreenError::Transmitters {
+                found: all.len(),
+                expected: self.passes.len(),
+            });
+        }
         for ((_, pass), (_, values)) in self.passes.iter_mut().zip(all) {
             pass.add(values);
         }
+        self.last_s = block.time_s.last().copied().or(self.last_s);
+        Ok(())
     }
 
     /// What the recording makes unlikely.
     pub fn finish(self, well: &Well) -> Vec<Suspicion> {
-        let empty = self.passes.iter().all(|(_, pass)| pass.is_empty());
-        if empty || !(self.step_s > 0.0 && self.step_s.is_finite()) {
+        if self.passes.iter().all(|(_, pass)| pass.is_empty()) {
             return Vec::new();
         }
         judge(&Facts::gathered(self.passes, self.step_s, well), well)

@@ -79,8 +79,9 @@ impl Screening {
 /// not stuck. The time is linear in the samples.
 ///
 /// # Errors
-/// [`ScreenError::Unequal`] on unequal series, [`ScreenError::Step`] and
-/// [`ScreenError::Option`] on numbers that cannot be.
+/// [`ScreenError::Unequal`] on unequal series, [`ScreenError::Uneven`] on a clock that is
+/// not even or of another step, [`ScreenError::Step`] and [`ScreenError::Option`] on
+/// numbers that cannot be.
 ///
 /// # Source
 /// Thesis, section 3.3.1 (rules of usable data, stuck runs).
@@ -90,7 +91,7 @@ pub fn screen(
     options: &ScreenOptions,
 ) -> Result<Screening, ScreenError> {
     let rules = Rules::new(step_s, options)?;
-    recording.check()?;
+    crate::error::check(recording, step_s)?;
     let job = Job { recording, rules };
     let mut channels: Vec<ChannelScreen> = recording
         .series()
@@ -117,11 +118,8 @@ pub(crate) struct Rules<'a> {
 impl<'a> Rules<'a> {
     pub(crate) fn new(step_s: f64, options: &'a ScreenOptions) -> Result<Self, ScreenError> {
         options.check()?;
-        if step_s > 0.0 && step_s.is_finite() {
-            Ok(Self { step_s, options })
-        } else {
-            Err(ScreenError::Step { found: step_s })
-        }
+        crate::error::check_step(step_s)?;
+        Ok(Self { step_s, options })
     }
 
     pub(crate) fn limits(self, channel: Channel) -> Limits {

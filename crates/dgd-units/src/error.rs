@@ -50,4 +50,10 @@ pub enum UnitError {
         /// A value that would do.
         example: &'static str,
     },
+    /// A reading that cannot stand for 100 %.
+    #[error("100 % is {found}, expected a positive number")]
+    Full {
+        /// The reading.
+        found: f64,
+    },
 }

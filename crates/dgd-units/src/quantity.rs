@@ -2,6 +2,7 @@
 
 use crate::{Dimension, Unit, UnitError};
 use std::fmt;
+use std::str::FromStr;
 
 /// Splits `"13 5/8 in"` into the number 13.625 and the unit `"in"`.
 ///
@@ -115,7 +116,15 @@ macro_rules! quantity {
             /// # Errors
             /// [`UnitError::WrongDimension`] if `unit` measures something else.
             pub fn to_unit(self, unit: Unit) -> Result<f64, UnitError> {
-                Unit::parse_as(unit.symbol, Dimension::$dimension).map(|unit| unit.from_si(self.0))
+                Ok(unit.of(Dimension::$dimension)?.from_si(self.0))
+            }
+        }
+
+        impl FromStr for $name {
+            type Err = UnitError;
+
+            fn from_str(text: &str) -> Result<Self, UnitError> {
+                Self::parse(text)
             }
         }
 

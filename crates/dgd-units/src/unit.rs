@@ -3,6 +3,7 @@
 use crate::{STANDARD_ATMOSPHERE_PA, UnitError};
 use std::collections::HashMap;
 use std::fmt;
+use std::str::FromStr;
 use std::sync::LazyLock;
 
 /// What a unit measures.
@@ -395,28 +396,47 @@ impl Unit {
     /// # Errors
     /// [`UnitError::UnknownUnit`] or [`UnitError::WrongDimension`].
     pub fn parse_as(text: &str, dimension: Dimension) -> Result<Self, UnitError> {
-        let unit = Self::parse(text)?;
-        if unit.dimension == dimension {
-            return Ok(unit);
+        Self::parse(text)?.written(text, dimension)
+    }
+
+    /// The unit itself, if it measures `dimension`.
+    ///
+    /// # Errors
+    /// [`UnitError::WrongDimension`].
+    pub(crate) fn of(self, dimension: Dimension) -> Result<Self, UnitError> {
+        self.written(self.symbol, dimension)
+    }
+
+    /// The same of a unit that was written in its own way.
+    fn written(self, text: &str, dimension: Dimension) -> Result<Self, UnitError> {
+        if self.dimension == dimension {
+            return Ok(self);
         }
         Err(UnitError::WrongDimension {
             found: text.chars().take(40).collect(),
-            is: unit.dimension,
+            is: self.dimension,
             expected: dimension,
             example: dimension.example(),
         })
     }
 
-    /// This unit where `full` of it, above 0, is 100 %: the tachometer of a pump whose speed is told in percent.
+    /// This unit where `full` of it is 100 %: the tachometer of a pump whose speed is told in percent.
+    ///
+    /// # Errors
+    /// [`UnitError::Full`] unless `full` is above 0, and neither so small nor so large that no percentage comes of it.
     ///
     /// ```
     /// # use dgd_units::Unit;
     /// let rpm = Unit::parse("rpm")?;
-    /// assert_eq!(rpm.in_percent_of(1800.0).to_si(900.0), 50.0);
+    /// assert_eq!(rpm.in_percent_of(1800.0)?.to_si(900.0), 50.0);
     /// # Ok::<(), dgd_units::UnitError>(())
     /// ```
-    pub fn in_percent_of(self, full: f64) -> Self {
-        unit(self.symbol, Dimension::Percent, 100.0 / full)
+    pub fn in_percent_of(self, full: f64) -> Result<Self, UnitError> {
+        let factor = 100.0 / full;
+        if factor > 0.0 && factor.is_finite() {
+            return Ok(unit(self.symbol, Dimension::Percent, factor));
+        }
+        Err(UnitError::Full { found: full })
     }
 
     /// The SI unit of a dimension.
@@ -444,6 +464,14 @@ impl Unit {
         for value in values {
             *value = self.to_si(*value);
         }
+    }
+}
+
+impl FromStr for Unit {
+    type Err = UnitError;
+
+    fn from_str(text: &str) -> Result<Self, UnitError> {
+        Self::parse(text)
     }
 }
 

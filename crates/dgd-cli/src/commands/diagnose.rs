@@ -89,7 +89,8 @@ pub(crate) fn carry_out(
         output::check(&out.join(name))?;
     }
     let first = &source.recordings[0];
-    let coarse = dgd_screen::coarse(&loaded.recording, loaded.step_s, &well);
+    let coarse = dgd_screen::coarse(&loaded.recording, loaded.step_s, &well)
+        .map_err(|e| Failure::input(first, e))?;
     let coarse = coarse.iter().map(|suspicion| well.pointing(suspicion));
     loaded.suspicions.extend(coarse);
     loaded.warn_of_suspicions();

@@ -103,7 +103,8 @@ impl Screened<'_> {
 
     /// Gathers what the screening must know before it can begin; gives what the recording makes unlikely in the well description.
     pub(crate) fn look_through(&mut self, progress: &Progress) -> Result<Vec<String>, Failure> {
-        let mut suspect = Some(BlockSuspect::new(self.grid.step_s()));
+        let suspect = BlockSuspect::new(self.grid.step_s());
+        let mut suspect = Some(suspect.map_err(|e| Failure::input(&self.path, e))?);
         let mut suspicions = Vec::new();
         for pass in 1.. {
             if self.screen.is_last_pass() {
@@ -112,7 +113,7 @@ impl Screened<'_> {
             progress.stage("screening", &format!("pass {pass}"));
             self.pass(|screen, part| {
                 if let Some(suspect) = &mut suspect {
-                    suspect.add(&part);
+                    suspect.add(&part)?;
                 }
                 screen.add(&part).map(drop)
             })?;

@@ -40,4 +40,12 @@ fn a_masked_model_is_toml_whatever_its_numbers() {
     let d = table["friction"]["term"][1]["value"].as_float().unwrap();
     assert!((d - 1.2e8 * 6e-4 * 6e-4 / 5e3).abs() < 1e-12, "{d}");
     assert!(!text.contains("350.3") && !text.contains("1080"), "{text}");
+    let balance = &table["balance"];
+    assert_eq!(balance["depth_in_head_pct"].as_float(), Some(0.0));
+    // An outlet 6 m deeper, in % of 300 m of head.
+    model.geometry.pump_outlet_depth_m = model.geometry.pump_inlet_depth_m + 6.0;
+    let text = write_masked_model(&mask_model(&model, &references));
+    let table: toml::Table = text.parse().unwrap();
+    let deeper = table["balance"]["depth_in_head_pct"].as_float().unwrap();
+    assert!((deeper - 2.0).abs() < 1e-9, "{deeper}");
 }

@@ -5,6 +5,7 @@ use dgd_identify::{
     Identification, IdentifyError, IdentifyOptions, ScreenOptions, identify, prepare,
 };
 use dgd_recording::Recording;
+use dgd_screen::ScreenError;
 
 fn tried(recording: Recording) -> Result<Identification, IdentifyError> {
     let prepared = prepare(recording, 1.0, &ScreenOptions::default()).unwrap();
@@ -99,5 +100,22 @@ fn series_of_unequal_length_are_refused_with_the_culprit() {
     assert_eq!(
         error.to_string(),
         "`keep` has 599 samples, expected 600 to match the time"
+    );
+}
+
+#[test]
+fn a_clock_that_is_not_even_is_refused_when_prepared_and_after() {
+    let options = ScreenOptions::default();
+    let mut jumped = short().recording();
+    jumped.time_s[300..].iter_mut().for_each(|t| *t += 60.0);
+    let error = prepare(jumped, 1.0, &options).unwrap_err();
+    assert!(matches!(error, ScreenError::Uneven(_)), "{error}");
+    assert!(prepare(short().recording(), 1.3, &options).is_err());
+    let mut prepared = prepare(short().recording(), 1.0, &options).unwrap();
+    prepared.step_s = 10.0;
+    let error = identify(&prepared, &well(), &IdentifyOptions::default()).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "the clock steps by 1 s after sample 1, expected 10 s: put the recording on an even clock"
     );
 }

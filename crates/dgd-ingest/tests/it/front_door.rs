@@ -79,7 +79,8 @@ fn a_file_is_read_with_progress_and_named_in_errors() {
     let path = std::env::temp_dir().join(format!("dgd-ingest-{}.csv", std::process::id()));
     std::fs::write(&path, "t,a\n0,1\n1,2\n").unwrap();
     let mut seen = Vec::new();
-    let (format, table) = read_file(&path, |done, size| seen.push((done, size))).unwrap();
+    let (format, table) =
+        read_file(path.as_os_str(), |done, size| seen.push((done, size))).unwrap();
     std::fs::remove_file(&path).unwrap();
     assert_eq!((format, table.rows()), (Format::Csv, 2));
     assert_eq!(seen.last(), Some(&(12, 12)));

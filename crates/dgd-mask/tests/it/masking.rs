@@ -1,5 +1,7 @@
 use crate::rig::Rig;
+use dgd_identify::{Prepared, Series};
 use dgd_mask::{MaskedRecording, MaskingError, choose_references, mask_recording};
+use dgd_recording::Recording;
 
 fn masked(rig: &Rig) -> MaskedRecording {
     let (prepared, series) = rig.voyage();
@@ -96,6 +98,53 @@ fn the_same_recording_is_masked_the_same_and_another_is_not() {
     assert_eq!(choose_references(&prepared, &series).unwrap(), chosen);
     prepared.recording.pump_speed_pct[17] += 0.1;
     assert_ne!(choose_references(&prepared, &series).unwrap(), chosen);
+}
+
+/// A recording of exact numbers, and four quantities beside it.
+fn exact() -> (Prepared, Series) {
+    let row = |n: i32, of: i32| -> Vec<f64> {
+        let at = |i: i32| f64::from(i * n % of);
+        (0..64).map(at).collect()
+    };
+    let recording = Recording {
+        time_s: (0..64).map(f64::from).collect(),
+        mud_pump_flow_m3_s: row(3, 7),
+        booster_flow_m3_s: row(5, 11),
+        topfill_flow_m3_s: row(2, 3),
+        return_flow_m3_s: row(7, 13),
+        pump_inlet_pressure_pa: vec![row(11, 17)],
+        pump_outlet_pressure_pa: vec![row(13, 19)],
+        riser_pressure_pa: None,
+        pump_speed_pct: row(17, 23),
+    };
+    let series = Series {
+        level_m: row(19, 29),
+        friction_pa: row(23, 31),
+        head_m: row(29, 37),
+    };
+    let prepared = Prepared {
+        keep: vec![true; 64],
+        step_s: 1.0,
+        inlet_pressure_pa: row(11, 17),
+        outlet_pressure_pa: row(13, 19),
+        tally: Vec::new(),
+        recording,
+    };
+    (prepared, series)
+}
+
+/// Pinned: another draw would make a rig's next recording incomparable with those shared before.
+#[test]
+fn the_draw_of_the_references_is_pinned_to_the_last_bit() {
+    let (prepared, series) = exact();
+    let chosen = choose_references(&prepared, &series).unwrap().disclose();
+    let expected: [f64; 4] = [
+        13.856_510_505_430_741,
+        33.535_844_513_601_134,
+        40.312_031_342_925_28,
+        35.478_082_483_722_87,
+    ];
+    assert_eq!(chosen.map(f64::to_bits), expected.map(f64::to_bits));
 }
 
 #[test]

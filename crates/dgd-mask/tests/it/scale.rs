@@ -106,6 +106,7 @@ fn models_of_two_rig_sizes_are_the_same_in_percent() {
             .collect();
         all.extend([m.friction_rmse_pct, m.head_rmse_pct, m.n0, m.n2, m.delay_s]);
         all.extend([m.level_rate_per_s, m.level_in_head, m.friction_in_head]);
+        all.push(m.depth_in_head_pct);
         all
     };
     for (a, b) in numbers(&Rig::default()).iter().zip(numbers(&other())) {
@@ -146,8 +147,34 @@ fn a_masked_model_predicts_what_the_model_does() {
     let by_mask = masked.level_in_head * references.mask_level(level_m)
         + masked.friction_in_head * friction_pct;
     assert!((steady - by_mask).abs() < 1e-9);
+    assert_eq!(masked.depth_in_head_pct, 0.0);
     // Net outflow of 1 % raises h by this much a second.
     let rate =
         references.mask_level(references.unmask_flow(1.0) / rig.well().geometry.riser_area_m2());
     assert!((masked.level_rate_per_s - rate).abs() < 1e-15);
+}
+
+#[test]
+fn the_balance_holds_for_a_pump_whose_outlet_is_not_at_the_depth_of_its_inlet() {
+    let rig = Rig::default();
+    let references = rig.references();
+    for deeper_m in [-2.5, 0.0, 7.25] {
+        let mut well = rig.well();
+        well.geometry.pump_outlet_depth_m += deeper_m;
+        let mut model = model(&rig);
+        model.geometry = well.geometry.clone();
+        let masked = mask_model(&model, &references);
+        // Two pressures in steady flow, seen three ways by the well itself.
+        let (inlet_pa, outlet_pa) = (2.6e6, 4.3e6);
+        let level = references.mask_level(well.level_m(inlet_pa));
+        let friction = references.mask_friction(well.line_friction_pa(outlet_pa));
+        let head = references.mask_head(well.head_m(inlet_pa, outlet_pa));
+        let by_mask = masked.level_in_head * level
+            + masked.friction_in_head * friction
+            + masked.depth_in_head_pct;
+        assert!(
+            (head - by_mask).abs() < 1e-9,
+            "{deeper_m}: {head} {by_mask}"
+        );
+    }
 }

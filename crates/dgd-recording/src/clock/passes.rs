@@ -86,6 +86,8 @@ struct Near {
 struct Fit {
     step_s: f64,
     jitter_s: f64,
+    /// Stamps that are so little after the one before that the two are one.
+    repeats: usize,
     gaps: Vec<Gap>,
 }
 
@@ -249,15 +251,17 @@ impl ClockPasses {
         let Fit {
             step_s,
             jitter_s,
+            repeats,
             gaps,
         } = std::mem::take(&mut self.fit);
         let order = &self.order;
-        let sound = order.missing + order.duplicates + order.backward == 0 && gaps.is_empty();
+        let duplicates = order.duplicates + repeats;
+        let sound = order.missing + duplicates + order.backward == 0 && gaps.is_empty();
         ClockSurvey {
             step_s,
             span_s: (order.first.unwrap_or(order.last), order.last),
             missing: order.missing,
-            duplicates: order.duplicates,
+            duplicates,
             backward: order.backward,
             jitter_s,
             even: sound && jitter_s <= ON_CLOCK * step_s,
@@ -373,6 +377,9 @@ impl Fit {
         self.jitter_s = self
             .jitter_s
             .max((steps - steps.round()).abs() * self.step_s);
+        // Else both would pass for being on the clock, each on the same step of it.
+        let repeats = |from: f64| stamp > from && stamp - from <= 2.0 * ON_CLOCK * self.step_s;
+        self.repeats += usize::from(from.is_some_and(repeats));
         // A missing sample makes a step of two; half a step of slack leaves jitter alone.
         if let Some(from_s) = from.filter(|from| stamp - from > 1.5 * self.step_s) {
             self.gaps.push(Gap {

@@ -150,12 +150,17 @@ impl<'w> BlockGrid<'w> {
     /// Gives the samples of the next rows, in one part or, around gaps, in several.
     ///
     /// # Errors
-    /// What `take` returns, and those of [`Recording::from_table`].
+    /// [`RecordingError::NoClockYet`] while [`Self::next_pass`] still asks for the stamps, [`RecordingError::OutOfOrder`] unless
+    /// [`Self::is_in_order`]; what `take` returns, and those of [`Recording::from_table`].
     pub fn each<E: From<RecordingError>>(
         &mut self,
         block: &Table,
         mut take: impl FnMut(Recording) -> Result<(), E>,
     ) -> Result<(), E> {
+        let clock = self.clock.as_ref().ok_or(RecordingError::NoClockYet)?;
+        if clock.backward > 0 {
+            return Err(RecordingError::OutOfOrder.into());
+        }
         if block.rows() == 0 {
             return Ok(());
         }
@@ -165,9 +170,6 @@ impl<'w> BlockGrid<'w> {
             ..Table::default()
         };
         let (rows, _) = Recording::from_rows(named, self.well, &mut self.origin)?;
-        let Some(clock) = &self.clock else {
-            return Ok(());
-        };
         if clock.even {
             self.given += rows.len();
             return take(rows);

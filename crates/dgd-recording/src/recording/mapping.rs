@@ -2,7 +2,9 @@
 
 use super::{Channel, Recording};
 use crate::survey_clock;
-use crate::{ChannelMap, ChannelSource, ClockError, Issue, IssueKind, Table, TimeSource, Well};
+use crate::{
+    ChannelError, ChannelMap, ChannelSource, ClockError, Issue, IssueKind, Table, TimeSource, Well,
+};
 use dgd_units::{Dimension, PressureReference, Unit};
 use rayon::prelude::*;
 
@@ -18,6 +20,9 @@ pub enum RecordingError {
         /// Tags in the file, shortened.
         present: String,
     },
+    /// A channel of the description that cannot be.
+    #[error(transparent)]
+    Channel(#[from] ChannelError),
     /// Columns of unequal length.
     #[error("tag `{tag}` has {found} samples, expected {expected} to match the time")]
     Length {
@@ -44,6 +49,14 @@ pub enum RecordingError {
         /// The first such channel.
         channel: Channel,
     },
+    /// Rows were to be put on a clock that has not been found yet.
+    #[error(
+        "the clock is not known yet: all stamps must be gone through before rows are put on it"
+    )]
+    NoClockYet,
+    /// Rows that come in blocks are not in the order of their stamps.
+    #[error("the rows are not in the order of their stamps: the recording must be read in full")]
+    OutOfOrder,
     /// No samples.
     #[error("the recording has no samples")]
     Empty,
@@ -338,9 +351,10 @@ impl Recording {
     /// Returns the recording on the file's own clock, and the issues found on the way.
     ///
     /// # Errors
-    /// [`RecordingError`] if a mapped column is missing, of another length or mapped twice, or the interval of a clock without
-    /// stamps is no positive number.
+    /// [`RecordingError`] if a channel cannot be ([`ChannelMap::check`]), a mapped column is missing, of another length or
+    /// mapped twice, or the interval of a clock without stamps is no positive number.
     pub fn from_table(table: Table, well: &Well) -> Result<(Self, Vec<Issue>), RecordingError> {
+        well.channels.check()?;
         Self::from_rows(table, well, &mut Origin::whole())
     }
 

@@ -1,5 +1,8 @@
 use crate::wells::{table, well};
-use dgd_recording::{ClockError, IssueKind, Recording, RecordingError, survey_clock};
+use dgd_recording::{
+    ClockError, IssueKind, Recording, RecordingError, Uneven, check_even, odd_step, survey_clock,
+};
+use proptest::prelude::*;
 
 fn recording(time_s: &[f64]) -> Recording {
     Recording::from_table(table(time_s), &well()).unwrap().0
@@ -203,4 +206,119 @@ fn a_stretch_that_is_there_twice_alike_counts_once() {
         kinds(&issues),
         [IssueKind::BackwardTime, IssueKind::DuplicateTime]
     );
+}
+
+#[test]
+fn a_stamp_that_hardly_differs_from_the_one_before_repeats_it() {
+    let mut stamps: Vec<f64> = (0..100).map(f64::from).collect();
+    stamps.insert(51, 50.0 + 1e-7);
+    let (gridded, step_s, issues) = recording(&stamps).onto_grid().unwrap();
+    assert_eq!(gridded.len(), 100);
+    assert_eq!(gridded.check_even(step_s), Ok(()));
+    assert!(kinds(&issues).contains(&IssueKind::DuplicateTime));
+}
+
+#[test]
+fn a_clock_that_jumps_stands_or_runs_at_another_step_is_named_with_the_place() {
+    let even: Vec<f64> = (0..200).map(f64::from).collect();
+    assert_eq!(check_even(&even, 1.0), Ok(()));
+    let broken = |at: usize, t: f64| {
+        let mut stamps = even.clone();
+        stamps[at] = t;
+        check_even(&stamps, 1.0).unwrap_err()
+    };
+    let odd = |sample, found_s| Uneven::Step {
+        sample,
+        found_s,
+        step_s: 1.0,
+    };
+    assert_eq!(broken(100, 99.0), odd(100, 0.0));
+    assert_eq!(broken(199, 1e6), odd(199, 1e6 - 198.0));
+    assert_eq!(
+        broken(100, 100.6).to_string(),
+        odd(100, 100.6 - 99.0).to_string()
+    );
+    for (at, hole) in [(0, 1), (100, 100), (199, 199)] {
+        for t in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let Uneven::Step { sample, .. } = broken(at, t) else {
+                panic!("{}", broken(at, t));
+            };
+            assert_eq!(sample, hole, "{t}");
+        }
+    }
+    // Each step is within half of one, all of them together are not.
+    for step_s in [0.9, 0.98, 1.02, 1.4] {
+        let expected = Uneven::Mean {
+            found_s: 1.0,
+            step_s,
+        };
+        assert_eq!(check_even(&even, step_s), Err(expected));
+    }
+    for step_s in [0.1, 2.1, 0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let refused = check_even(&even, step_s);
+        assert!(matches!(refused, Err(Uneven::Step { .. })), "{step_s}");
+    }
+    assert_eq!(check_even(&[], 1.0), Ok(()));
+    assert_eq!(check_even(&[f64::NAN], 1.0), Ok(()));
+    assert_eq!(odd_step(&[7.0], 1.0), None);
+}
+
+#[test]
+fn jitter_within_half_a_step_is_even() {
+    let stamps: Vec<f64> = (0..500)
+        .map(|i| f64::from(i) + 0.2 * (1.7 * f64::from(i)).sin())
+        .collect();
+    assert_eq!(check_even(&stamps, 1.0), Ok(()));
+    assert_eq!(check_even(&stamps, 1.009), Ok(()));
+}
+
+fn stamp() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        6 => 0.0..200.0_f64,
+        6 => (0..200_i32).prop_map(f64::from),
+        1 => any::<f64>(),
+        1 => Just(f64::NAN),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    #[test]
+    fn what_lies_on_a_grid_is_even_by_its_own_step(
+        mut stamps in prop::collection::vec(stamp(), 2..80),
+        sorted: bool,
+        // A step of some units in the last place of an epoch, whole or not.
+        epoch in prop_oneof![4 => Just(0.0), 1 => -2e9..2e9_f64, 1 => Just(1e16), 1 => Just(-1e300)],
+        digits in 0.5..4.0_f64,
+    ) {
+        if epoch != 0.0 {
+            let unit = digits * (epoch.abs().next_up() - epoch.abs());
+            stamps.iter_mut().for_each(|t| *t = epoch + unit * (*t % 300.0));
+        }
+        if sorted {
+            stamps.sort_by(f64::total_cmp);
+        }
+        let n = stamps.len();
+        let series = || vec![0.0; n];
+        let recording = Recording {
+            time_s: stamps,
+            mud_pump_flow_m3_s: series(),
+            booster_flow_m3_s: series(),
+            topfill_flow_m3_s: series(),
+            return_flow_m3_s: series(),
+            pump_speed_pct: series(),
+            ..Recording::default()
+        };
+        if let Ok((mut gridded, step_s, _)) = recording.onto_grid() {
+            prop_assert_eq!(gridded.check_even(step_s), Ok(()));
+            // Nor is what is joined of such, or cut out of them.
+            let later = gridded.clone();
+            if epoch == 0.0 && gridded.append(later, step_s).is_ok() {
+                prop_assert_eq!(gridded.check_even(step_s), Ok(()));
+            }
+            let cut = gridded.len() / 3..gridded.len() / 2;
+            prop_assert_eq!(gridded.slice(cut).check_even(step_s), Ok(()));
+        }
+    }
 }

@@ -93,6 +93,34 @@ fn a_missing_column_is_refused_before_anything_is_read() {
     compare(&table, 2);
 }
 
+#[test]
+fn rows_that_cannot_be_put_on_a_clock_are_refused_and_not_dropped() {
+    let well = well();
+    for (stamps, expected) in [
+        ([0.0, 1.0, 2.0, 3.0], None),
+        ([0.0, 2.0, 1.0, 3.0], Some(RecordingError::OutOfOrder)),
+    ] {
+        let table = table(&stamps);
+        let mut grid = BlockGrid::new(&cut(&table, 0, 0), 4, &well).unwrap();
+        let each = |grid: &mut BlockGrid<'_>| {
+            let mut samples = 0;
+            let given = grid.each(&table, |part| {
+                samples += part.len();
+                Ok::<_, RecordingError>(())
+            });
+            given.map(|()| samples)
+        };
+        assert_eq!(each(&mut grid), Err(RecordingError::NoClockYet));
+        grid.add(&table);
+        while grid.next_pass().unwrap() {
+            assert_eq!(each(&mut grid), Err(RecordingError::NoClockYet));
+            grid.add(&table);
+        }
+        assert_eq!(grid.is_in_order(), expected.is_none());
+        assert_eq!(each(&mut grid), expected.map_or(Ok(4), Err));
+    }
+}
+
 proptest! {
     #[test]
     fn any_stamps_in_any_blocks(

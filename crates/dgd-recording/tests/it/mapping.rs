@@ -1,8 +1,9 @@
 use crate::wells::{column, source, table, unit, well};
 use dgd_recording::{
-    BlockGrid, Channel, ChannelSource, IssueKind, Recording, RecordingError, TimeSource,
+    BlockGrid, Channel, ChannelError, ChannelSource, IssueKind, Recording, RecordingError,
+    TimeSource, Well, WellError,
 };
-use dgd_units::STANDARD_ATMOSPHERE_PA;
+use dgd_units::{Dimension, STANDARD_ATMOSPHERE_PA};
 
 const GPM: f64 = 6.3090e-5;
 const PSI: f64 = 6894.75729;
@@ -203,6 +204,95 @@ fn the_mean_of_redundant_transmitters_leaves_the_silent_one_out() {
     assert_eq!(inlet[..2], [2.0, 3.0]);
     assert!(inlet[2].is_nan());
     assert_eq!(recording.mean_outlet_pressure_pa(), [3.0, 3.0, 2.0]);
+}
+
+#[test]
+fn a_transmitter_whose_series_ends_early_leaves_the_mean_to_the_others() {
+    let mean = |series: &[&[f64]]| {
+        let recording = Recording {
+            time_s: vec![0.0, 1.0, 2.0],
+            pump_inlet_pressure_pa: series.iter().map(|values| values.to_vec()).collect(),
+            ..Recording::default()
+        };
+        let mean = recording.mean_inlet_pressure_pa();
+        assert_eq!(mean.len(), 3, "{series:?}");
+        mean
+    };
+    assert_eq!(mean(&[&[1.0, 2.0, 3.0], &[3.0]]), [2.0, 2.0, 3.0]);
+    let three = mean(&[&[1.0, 2.0, 3.0], &[3.0], &[5.0, 4.0, 5.0, 6.0]]);
+    assert_eq!(three, [3.0, 3.0, 4.0]);
+    assert!(mean(&[&[1.0, 2.0]])[2].is_nan());
+    assert!(mean(&[]).iter().all(|p| p.is_nan()));
+}
+
+/// Refused by both fronts, alike.
+fn refusal(well: &Well) -> ChannelError {
+    let Err(WellError::Channel(error)) = well.check() else {
+        panic!("{:?}", well.check());
+    };
+    let refused = Recording::from_table(table(&[0.0, 1.0]), well).unwrap_err();
+    assert!(matches!(refused, RecordingError::Channel(_)), "{refused}");
+    assert_eq!(refused.to_string(), error.to_string());
+    error
+}
+
+#[test]
+fn a_channel_in_a_unit_of_something_else_is_refused_with_what_it_measures() {
+    assert_eq!(well().check(), Ok(()));
+    let mut odd = well();
+    odd.channels.return_flow = source("FT4", "psi");
+    assert_eq!(
+        refusal(&odd).to_string(),
+        "`return_flow` is in `psi`, a unit of pressure, expected a unit of flow rate such as `gpm`"
+    );
+    let mut odd = well();
+    odd.channels.pump_inlet_pressure[1] = source("PT2", "%");
+    let expected = ChannelError::Unit {
+        channel: Channel::PumpInletPressure(1),
+        unit: unit("%"),
+        expected: Dimension::Pressure,
+    };
+    assert_eq!(refusal(&odd), expected);
+    // A tachometer counts as percent only once its full reading is known.
+    let mut odd = well();
+    odd.channels.pump_speed = source("SPM", "rpm");
+    assert!(matches!(refusal(&odd), ChannelError::Unit { .. }));
+    let tachometer = unit("rpm").in_percent_of(1800.0).unwrap();
+    odd.channels.pump_speed = ChannelSource::column("SPM", tachometer);
+    assert_eq!(odd.check(), Ok(()));
+    let mut odd = well();
+    odd.channels.time = TimeSource::Column {
+        tag: "t".into(),
+        unit: unit("m"),
+    };
+    assert_eq!(
+        refusal(&odd).to_string(),
+        "the clock is in `m`, a unit of length, expected a unit of time such as `s`"
+    );
+}
+
+#[test]
+fn a_constant_or_a_lateness_that_is_no_number_is_refused() {
+    for found in [f64::NAN, f64::INFINITY] {
+        let mut odd = well();
+        odd.channels.topfill_flow = ChannelSource::Constant { si: found };
+        assert_eq!(
+            refusal(&odd).to_string(),
+            format!("`si` of `topfill_flow` is {found}, expected a finite number")
+        );
+        let mut odd = well();
+        odd.channels.riser_pressure = Some(ChannelSource::Column {
+            tag: "PT5".into(),
+            unit: unit("psia"),
+            late_s: found,
+        });
+        let ChannelError::NotFinite { channel, name, .. } = refusal(&odd) else {
+            panic!("{}", refusal(&odd));
+        };
+        assert_eq!((channel, name), (Channel::RiserPressure, "late_s"));
+        let head = table(&[]);
+        assert!(BlockGrid::new(&head, 10, &odd).is_err());
+    }
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use super::facts::{quantile, source_of};
 use super::{Suspicion, WellLine, words};
 use crate::channel::is_pressure;
+use crate::{ScreenError, error};
 use dgd_recording::{Channel, ChannelSource, Recording, STANDING_M3_S, Well, held_for};
 
 /// Share of the samples of flowing mud at which a meter must rest to be coarse.
@@ -23,13 +24,22 @@ pub const TOO_SELDOM_S: f64 = 10.0;
 ///
 /// ```
 /// # use dgd_recording::{Recording, Well};
-/// # fn told(recording: &Recording, well: &Well) {
-/// for suspicion in dgd_screen::coarse(recording, 1.0, well) {
+/// # fn told(recording: &Recording, well: &Well) -> Result<(), dgd_screen::ScreenError> {
+/// for suspicion in dgd_screen::coarse(recording, 1.0, well)? {
 ///     eprintln!("{suspicion}");
 /// }
+/// # Ok(())
 /// # }
 /// ```
-pub fn coarse(recording: &Recording, step_s: f64, well: &Well) -> Vec<Suspicion> {
+///
+/// # Errors
+/// [`ScreenError::Step`], [`ScreenError::Unequal`], [`ScreenError::Uneven`], as [`crate::suspect`].
+pub fn coarse(
+    recording: &Recording,
+    step_s: f64,
+    well: &Well,
+) -> Result<Vec<Suspicion>, ScreenError> {
+    error::check(recording, step_s)?;
     let flowing: Vec<bool> = (recording.return_flow_m3_s.iter())
         .map(|q| *q > STANDING_M3_S)
         .collect();
@@ -57,7 +67,7 @@ pub fn coarse(recording: &Recording, step_s: f64, well: &Well) -> Vec<Suspicion>
             ),
         })
     };
-    recording.series().into_iter().filter_map(told).collect()
+    Ok(recording.series().into_iter().filter_map(told).collect())
 }
 
 /// The least movement of a meter that rests while mud flows, but for the rarest tenth, where it is too much.

@@ -1,6 +1,5 @@
 //! A recording in block means, with what the well description says of each channel.
 
-use crate::channel::is_pressure;
 use dgd_recording::{Channel, ChannelSource, Rank, Recording, TimeSource, Well};
 use dgd_units::{Dimension, Unit};
 use rayon::prelude::*;
@@ -92,7 +91,7 @@ impl Told {
     ) -> Option<Self> {
         let (tag, unit) = match source_of(well, channel)? {
             ChannelSource::Column { tag, unit, .. } => (Some(tag.clone()), *unit),
-            ChannelSource::Constant { .. } => (None, Unit::si(dimension_of(channel))),
+            ChannelSource::Constant { .. } => (None, Unit::si(channel.dimension())),
         };
         // What never changes is told as such; it has nothing to say on its unit.
         if tag.is_some() && constant.is_some() && !feeds(channel) {
@@ -255,19 +254,11 @@ pub(super) fn source_of(well: &Well, channel: Channel) -> Option<&ChannelSource>
     }
 }
 
-fn dimension_of(channel: Channel) -> Dimension {
-    match channel {
-        Channel::PumpSpeed => Dimension::Percent,
-        other if is_pressure(other) => Dimension::Pressure,
-        _ => Dimension::FlowRate,
-    }
-}
-
 /// Flows into the riser, which may be steady for days.
 pub(super) fn feeds(channel: Channel) -> bool {
     is_flow(channel) && channel != Channel::ReturnFlow
 }
 
 pub(super) fn is_flow(channel: Channel) -> bool {
-    !is_pressure(channel) && channel != Channel::PumpSpeed
+    channel.dimension() == Dimension::FlowRate
 }

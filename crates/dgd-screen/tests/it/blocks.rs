@@ -1,7 +1,7 @@
 //! What is screened block by block is what is screened at once.
 
 use crate::robust::recording;
-use crate::synthetic::{Noise, with_speed};
+use crate::synthetic::{Noise, every, with_speed};
 use dgd_recording::Recording;
 use dgd_screen::{
     BlockScreen, Faults, ScreenError, ScreenOptions, ScreenedBlock, Screening, screen,
@@ -216,6 +216,20 @@ fn blocks_that_are_not_those_announced_are_refused() {
     while screening.next_pass().unwrap() {}
 }
 
+#[test]
+fn blocks_whose_clock_jumps_are_refused_within_and_between_them() {
+    let mut recording = with_speed(60, 1.0, |_| 60.0);
+    recording.time_s[30..].iter_mut().for_each(|t| *t += 10.0);
+    for cut in [20, 30, 40] {
+        let mut screening = BlockScreen::new(60, 1.0, &ScreenOptions::default()).unwrap();
+        let first = screening.add(&recording.slice(0..cut));
+        let error = first
+            .and_then(|_| screening.add(&recording.slice(cut..60)))
+            .unwrap_err();
+        assert!(matches!(error, ScreenError::Uneven(_)), "{cut}: {error}");
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
@@ -226,6 +240,7 @@ proptest! {
         lengths in proptest::collection::vec(1..50_usize, 1..5),
     ) {
         let options = ScreenOptions::default();
+        let recording = every(step_s, recording);
         let whole = screen(&recording, step_s, &options).unwrap();
         if !recording.is_empty() {
             compare(&recording, &whole, &in_blocks(&recording, step_s, &options, &lengths));

@@ -1,8 +1,8 @@
 //! What a recording makes unlikely in its well description.
 
-use super::synthetic::steady;
+use super::synthetic::{every, steady};
 use dgd_recording::{Channel, ChannelMap, ChannelSource, Geometry, Recording, TimeSource, Well};
-use dgd_screen::{BlockSuspect, Suspicion, coarse, suspect};
+use dgd_screen::{BlockSuspect, ScreenError, Suspicion, coarse, suspect};
 use dgd_units::Unit;
 use proptest::prelude::*;
 
@@ -42,13 +42,13 @@ fn well() -> Well {
 }
 
 fn suspicions(recording: &Recording, well: &Well) -> Vec<Suspicion> {
-    let found = suspect(recording, 1.0, well);
+    let found = suspect(recording, 1.0, well).unwrap();
     // In blocks the same.
     for length in [1000, 1 << 20] {
-        let mut blocks = BlockSuspect::new(1.0);
+        let mut blocks = BlockSuspect::new(1.0).unwrap();
         for from in (0..recording.len()).step_by(length) {
             let to = (from + length).min(recording.len());
-            blocks.add(&recording.slice(from..to));
+            blocks.add(&recording.slice(from..to)).unwrap();
         }
         assert_eq!(blocks.finish(well), found);
     }
@@ -77,7 +77,49 @@ fn a_sound_recording_is_not_suspected() {
 #[test]
 fn nothing_is_suspected_of_nothing() {
     assert_eq!(suspicions(&Recording::default(), &well()), []);
-    assert_eq!(suspect(&steady(100, 1.0), f64::NAN, &well()), []);
+}
+
+#[test]
+fn what_cannot_be_judged_is_refused_and_not_called_sound() {
+    let sound = steady(100, 1.0);
+    let all = |recording: &Recording, step_s: f64| {
+        let in_blocks = BlockSuspect::new(step_s).and_then(|mut blocks| blocks.add(recording));
+        let refused = suspect(recording, step_s, &well()).unwrap_err();
+        assert_eq!(in_blocks.unwrap_err().to_string(), refused.to_string());
+        let coarse = coarse(recording, step_s, &well()).unwrap_err();
+        assert_eq!(coarse.to_string(), refused.to_string());
+        refused
+    };
+    for step_s in [f64::NAN, 0.0, -1.0, f64::INFINITY] {
+        assert!(matches!(all(&sound, step_s), ScreenError::Step { .. }));
+    }
+    assert!(matches!(all(&sound, 2.0), ScreenError::Uneven(_)));
+    let mut short = sound.clone();
+    short.return_flow_m3_s.pop();
+    assert!(matches!(all(&short, 1.0), ScreenError::Unequal(_)));
+}
+
+#[test]
+fn a_block_with_other_transmitters_or_after_a_jump_is_refused() {
+    let recording = steady(100, 1.0);
+    let mut blocks = BlockSuspect::new(1.0).unwrap();
+    blocks.add(&recording.slice(0..50)).unwrap();
+    let mut fewer = recording.slice(50..100);
+    fewer.pump_inlet_pressure_pa.pop();
+    let error = blocks.add(&fewer).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "a block of 9 channels, expected the 10 of the blocks before"
+    );
+    // As many, but others.
+    let moved = fewer.pump_inlet_pressure_pa[0].clone();
+    fewer.pump_outlet_pressure_pa.push(moved);
+    assert!(blocks.add(&fewer).is_err());
+    let error = blocks.add(&recording.slice(60..100)).unwrap_err();
+    assert!(matches!(error, ScreenError::Uneven(_)), "{error}");
+    blocks.add(&recording.slice(50..100)).unwrap();
+    let whole = suspect(&recording, 1.0, &well()).unwrap();
+    assert_eq!(blocks.finish(&well()), whole);
 }
 
 #[test]
@@ -215,7 +257,7 @@ proptest! {
             prop_assume!(apart(inlet, riser) < 4.8e5);
         }
         prop_assume!(apart(&recording.pump_outlet_pressure_pa[0], &recording.pump_outlet_pressure_pa[1]) < 4.8e5);
-        prop_assert_eq!(suspect(&recording, 1.0, &well), []);
+        prop_assert_eq!(suspect(&recording, 1.0, &well), Ok(vec![]));
     }
 
     /// Whatever a recording holds, it is looked at to the end.
@@ -223,9 +265,9 @@ proptest! {
     fn nothing_makes_it_panic(
         scale in proptest::array::uniform9(prop_oneof![Just(0.0), Just(f64::NAN), Just(f64::INFINITY), -1e12..1e12f64]),
         n in 0usize..400,
-        step_s in prop_oneof![Just(0.0), Just(1e-9), Just(1.0), Just(1e9)],
+        step_s in prop_oneof![Just(1e-9), Just(1.0), Just(1e9)],
     ) {
-        let mut recording = steady(n, 1.0);
+        let mut recording = every(step_s, steady(n, 1.0));
         let mut scales = scale.iter().cycle();
         let series = [
             &mut recording.mud_pump_flow_m3_s,
@@ -242,7 +284,7 @@ proptest! {
             let by = scales.next().unwrap();
             values.iter_mut().for_each(|v| *v *= by);
         }
-        for suspicion in suspect(&recording, step_s, &well()) {
+        for suspicion in suspect(&recording, step_s, &well()).unwrap() {
             prop_assert!(!suspicion.message.is_empty());
         }
     }
@@ -282,7 +324,7 @@ fn what_a_historian_leaves_out_is_told_with_its_size_and_what_is_sound_is_not() 
         (Channel::PumpSpeed, 1.0, 1, None),
     ] {
         let recording = kept(steady(7200, 1.0), channel, least, every);
-        let found = coarse(&recording, 1.0, &well());
+        let found = coarse(&recording, 1.0, &well()).unwrap();
         match told {
             None => assert_eq!(found, [], "{channel} {least} {every}"),
             Some(part) => {
@@ -292,15 +334,14 @@ fn what_a_historian_leaves_out_is_told_with_its_size_and_what_is_sound_is_not() 
             }
         }
     }
-    assert_eq!(coarse(&Recording::default(), 1.0, &well()), []);
+    let told = |recording: &Recording, step_s: f64| {
+        coarse(&every(step_s, recording.clone()), step_s, &well()).unwrap()
+    };
+    assert_eq!(told(&Recording::default(), 1.0), []);
     // What counts is for how long a reading is held, not for how many samples.
     let held = kept(steady(7200, 1.0), back, 0.0, 30);
-    assert_eq!(coarse(&held, 0.2, &well()), []);
-    assert!(
-        only(&coarse(&held, 0.5, &well()))
-            .message
-            .contains("every 15 s")
-    );
+    assert_eq!(told(&held, 0.2), []);
+    assert!(only(&told(&held, 0.5)).message.contains("every 15 s"));
 }
 
 /// A transmitter that leaps from sample to sample keeps all that it reads, and what rests while mud stands is no deadband.
@@ -312,9 +353,9 @@ fn a_noisy_pressure_is_not_coarse_nor_is_one_that_rests_while_mud_stands() {
         // One sample of ten repeats the one before.
         *value += 2e4 * (i.min(i / 10 * 10 + 8) % 7) as f64;
     }
-    assert_eq!(coarse(&noisy, 1.0, &well()), []);
+    assert_eq!(coarse(&noisy, 1.0, &well()), Ok(vec![]));
     let mut stopped = noisy.clone();
     stopped.return_flow_m3_s[..5000].fill(0.0);
     stopped.channel_mut(inlet).unwrap()[..5000].fill(24e5);
-    assert_eq!(coarse(&stopped, 1.0, &well()), []);
+    assert_eq!(coarse(&stopped, 1.0, &well()), Ok(vec![]));
 }

@@ -1,5 +1,5 @@
-use crate::synthetic::steady;
-use dgd_recording::Recording;
+use crate::synthetic::{every, steady};
+use dgd_recording::{Recording, Uneven};
 use dgd_screen::{Limits, Reasons, ScreenError, ScreenOptions, screen};
 use proptest::prelude::*;
 
@@ -19,6 +19,24 @@ fn a_step_that_is_none_is_refused() {
     for step_s in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let error = screen(&steady(10, 1.0), step_s, &ScreenOptions::default()).unwrap_err();
         assert!(matches!(error, ScreenError::Step { .. }), "{error}");
+    }
+}
+
+#[test]
+fn a_clock_that_is_not_even_or_of_another_step_is_refused() {
+    let options = ScreenOptions::default();
+    let mut jumped = steady(100, 1.0);
+    jumped.time_s[40..].iter_mut().for_each(|t| *t += 500.0);
+    let error = screen(&jumped, 1.0, &options).unwrap_err();
+    let expected = Uneven::Step {
+        sample: 40,
+        found_s: 501.0,
+        step_s: 1.0,
+    };
+    assert_eq!(error, ScreenError::Uneven(expected));
+    for step_s in [0.5, 0.97, 1.4, 60.0] {
+        let error = screen(&steady(100, 1.0), step_s, &options).unwrap_err();
+        assert!(matches!(error, ScreenError::Uneven(_)), "{step_s}: {error}");
     }
 }
 
@@ -153,6 +171,7 @@ proptest! {
         thesis in any::<bool>(),
     ) {
         let options = if thesis { ScreenOptions::thesis() } else { ScreenOptions::default() };
+        let recording = every(step_s, recording);
         let screening = screen(&recording, step_s, &options).unwrap();
         prop_assert_eq!(screening.reasons.len(), recording.len());
         for (i, kept) in screening.keep().iter().enumerate().filter(|(_, k)| **k) {

@@ -37,6 +37,14 @@ pub(crate) fn steady(n: usize, step_s: f64) -> Recording {
     })
 }
 
+/// The same samples, so many seconds apart.
+pub(crate) fn every(step_s: f64, recording: Recording) -> Recording {
+    Recording {
+        time_s: (0..recording.len()).map(|i| i as f64 * step_s).collect(),
+        ..recording
+    }
+}
+
 /// The pump runs at `speed_pct`; off where that is not positive.
 pub(crate) fn with_speed(n: usize, step_s: f64, speed_pct: impl Fn(f64) -> f64) -> Recording {
     let mut noise = Noise::new(7);

@@ -120,6 +120,40 @@ fn a_quantity_converts_to_units_of_its_own_dimension_only() {
     assert_eq!(length.to_string(), "0.254 m");
 }
 
+#[test]
+fn a_quantity_is_given_in_the_unit_that_was_passed_and_not_in_its_namesake() {
+    let from_seabed = Unit {
+        offset: 350.0,
+        factor: 2.0,
+        ..Unit::parse("m").unwrap()
+    };
+    let depth = Length::from_si(400.0);
+    assert_eq!(depth.to_unit(from_seabed), Ok(25.0));
+    let speed = Unit::parse("m").unwrap().in_percent_of(500.0).unwrap();
+    assert_eq!(
+        depth.to_unit(speed).unwrap_err().to_string(),
+        "`m` is a unit of percent, expected a unit of length such as `m`"
+    );
+}
+
+#[test]
+fn what_cannot_be_100_percent_is_refused() {
+    let rpm = Unit::parse("rpm").unwrap();
+    for full in [0.0, -0.0, -1800.0, f64::NAN, f64::INFINITY, 1e-320] {
+        let error = rpm.in_percent_of(full).unwrap_err();
+        assert!(matches!(error, UnitError::Full { .. }), "{full}");
+    }
+}
+
+#[test]
+fn units_and_quantities_are_parsed_as_the_standard_library_does() {
+    assert_eq!("gal/min".parse(), Unit::parse("gpm"));
+    assert_eq!("600 gpm".parse(), FlowRate::parse("600 gpm"));
+    assert_eq!("14.7 psia".parse(), Pressure::parse("14.7 psia"));
+    assert_eq!("1.08 sg".parse(), Density::parse("1.08 sg"));
+    assert_eq!("19.5".parse::<Length>(), Length::parse("19.5"));
+}
+
 proptest! {
     #[test]
     fn to_si_and_back_is_the_identity(value in -1e6f64..1e6, index in 0usize..60) {
