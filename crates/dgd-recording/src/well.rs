@@ -48,7 +48,7 @@ impl Geometry {
     }
 }
 
-/// What of a well cannot be.
+/// Why a well is refused.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum WellError {
@@ -62,12 +62,12 @@ pub enum WellError {
         /// What it may be.
         expected: &'static str,
     },
-    /// A channel that cannot be.
+    /// A channel whose description is refused.
     #[error(transparent)]
     Channel(#[from] ChannelError),
 }
 
-/// What of a channel map cannot be.
+/// Why a channel map is refused.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ChannelError {
@@ -204,7 +204,7 @@ pub struct ChannelMap {
 }
 
 impl ChannelMap {
-    /// Checks that every channel is in a unit of what it measures, and that its numbers are some.
+    /// Checks that every channel is in a unit of what it measures, and that its numbers are finite.
     ///
     /// # Errors
     /// [`ChannelError`] for the clock or the first channel that is not.

@@ -3,9 +3,12 @@
 use super::Blocks;
 use crate::layout::BALANCE_BLOCKS;
 use crate::layout::Section;
-use crate::numbers::mean;
+use crate::numbers::{mean, whole};
 use crate::record::Record;
 use dgd_effects::STANDING_M3_S;
+
+/// A top-fill is started and stopped by hand, now and then: so near to a reading it is what that says, s. Set by hand.
+const TOPPED_S: f64 = 60.0;
 
 /// Rise of the outlet during a stop that only a pump makes, Pa: twenty times the 0.05 bar that transmitters wander by. Set by hand.
 const HIDDEN_START_PA: f64 = 1e5;
@@ -44,11 +47,11 @@ impl Rows {
         let m = record.per_block;
         let full =
             |values: &[f64], b: usize| values[b * m..(b + 1) * m].iter().all(|v| v.is_finite());
-        // It is started by hand, now and then, and goes on as it is over a few samples.
+        let reach = whole(TOPPED_S / record.dt_s);
         let topped = |b: usize| {
-            record.topfill[b * m..(b + 1) * m]
-                .iter()
-                .any(|v| v.is_finite())
+            let last = ((b + 1) * m + reach).min(record.topfill.len());
+            let about = &record.topfill[(b * m).saturating_sub(reach).min(last)..last];
+            about.iter().any(|v| v.is_finite())
         };
         let n = record.blocks;
         let pump = PumpRuns::of(record);

@@ -20,7 +20,7 @@ pub enum RecordingError {
         /// Tags in the file, shortened.
         present: String,
     },
-    /// A channel of the description that cannot be.
+    /// A channel whose description is refused.
     #[error(transparent)]
     Channel(#[from] ChannelError),
     /// Columns of unequal length.
@@ -351,7 +351,7 @@ impl Recording {
     /// Returns the recording on the file's own clock, and the issues found on the way.
     ///
     /// # Errors
-    /// [`RecordingError`] if a channel cannot be ([`ChannelMap::check`]), a mapped column is missing, of another length or
+    /// [`RecordingError`] if a channel is refused by [`ChannelMap::check`], a mapped column is missing, of another length or
     /// mapped twice, or the interval of a clock without stamps is no positive number.
     pub fn from_table(table: Table, well: &Well) -> Result<(Self, Vec<Issue>), RecordingError> {
         well.channels.check()?;

@@ -237,10 +237,15 @@ impl Diagnosed {
 
     /// Every finding that is more likely there than not.
     pub(super) fn claimed(&self) -> Vec<&str> {
+        self.found_at(0.5)
+    }
+
+    /// Every finding of that probability or more.
+    pub(super) fn found_at(&self, probability: f64) -> Vec<&str> {
         let found = self.json["findings"].as_array().unwrap();
-        let likely = |f: &&Value| f["probability"].as_f64().unwrap() >= 0.5;
-        let claimed = found.iter().filter(likely);
-        claimed.map(|f| f["effect"].as_str().unwrap()).collect()
+        let likely = |f: &&Value| f["probability"].as_f64().unwrap() >= probability;
+        let likely = found.iter().filter(likely);
+        likely.map(|f| f["effect"].as_str().unwrap()).collect()
     }
 }
 

@@ -131,15 +131,16 @@ fn a_gap_takes_the_rows_that_it_is_in() {
             [none.clone(), none.clone(), none.clone(), row.clone()]
         );
     }
-    // A mean of some samples will do for a pressure, and a few readings for the top-fill: a whole block must be missing.
+    // The top-fill goes on as it is for a minute to either side.
+    let topped = |missing: Range<usize>| {
+        let mut record = stopped();
+        record.topfill[samples(missing)].fill(gap);
+        lost(&sound.balance, &rows(&record).balance)
+    };
+    assert_eq!(topped(block - 5..block + 7), none);
+    assert_eq!(topped(block - 6..block + 7), row);
+    // A mean of some samples will do for a pressure: a whole block must be missing.
     let whole = |values: &mut [f64]| values[samples(10..11)].fill(f64::NAN);
-    assert_eq!(
-        without(|r, i| r.topfill[i] = f64::NAN),
-        [const { Vec::<usize>::new() }; 4]
-    );
-    let mut record = stopped();
-    whole(&mut record.topfill);
-    assert_eq!(lost(&sound.balance, &rows(&record).balance), row);
     for one in [gap, 184e5] {
         let mut record = stopped();
         record.outlet[sample] = one;
