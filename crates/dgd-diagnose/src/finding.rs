@@ -41,12 +41,7 @@ pub(crate) fn finding(
         relation,
         shows_in: place.map_or_else(|| vec![relation], |p| p.shows_in().to_vec()),
         pair: (place.and_then(Pair::of))
-            .or_else(|| {
-                about
-                    .sensor()
-                    .filter(|_| record.outlets.len() > 1)
-                    .map(|_| Pair::Outlets)
-            })
+            .or((about.sensor().is_some() && record.outlets.len() > 1).then_some(Pair::Outlets))
             .map(Pair::name),
         intervals_s: vec![interval],
         region: region(record, interval),

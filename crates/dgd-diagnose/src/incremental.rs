@@ -81,8 +81,9 @@ impl Incremental {
             samples,
             &mut parts,
             |moment, c| {
+                let slots = slots(&mut without);
                 for (field, column) in &self.changes {
-                    *field_of(&mut without, *field) = column[moment.index];
+                    *slots[*field] = column[moment.index];
                 }
                 copy(&without, c);
                 action(moment, c);
@@ -115,8 +116,8 @@ fn rows(record: &Record, one: &Applied) -> Range<usize> {
     first.min(end) / per_row..end.div_ceil(per_row)
 }
 
-/// Every member that a relation holds, taken apart so that a new one is not passed over.
-fn fields(changes: &Changes) -> [f64; FIELDS] {
+/// Every value that a relation holds, in one order; taken apart so that a new member is not passed over.
+fn slots(changes: &mut Changes) -> [&mut f64; FIELDS] {
     let Changes {
         inflow_m3_s,
         area_factor,
@@ -137,25 +138,29 @@ fn fields(changes: &Changes) -> [f64; FIELDS] {
         riser_bias_pa: _,
     } = changes;
     [
-        *inflow_m3_s,
-        *area_factor,
-        *entering_kg_m3,
-        *riser_kg_m3,
-        *line_kg_m3,
-        *line_drop_pa,
-        *friction_factor,
-        *line_fall_m,
-        *head_factor,
-        *head_pa,
-        *speed_pct,
-        *recirculation_m3_s,
-        *leak_m3_s,
-        *meter_gain,
-        *outlet,
-        *other_outlet,
-        *inlet,
-        *other_inlet,
+        inflow_m3_s,
+        area_factor,
+        entering_kg_m3,
+        riser_kg_m3,
+        line_kg_m3,
+        line_drop_pa,
+        friction_factor,
+        line_fall_m,
+        head_factor,
+        head_pa,
+        speed_pct,
+        recirculation_m3_s,
+        leak_m3_s,
+        meter_gain,
+        outlet,
+        other_outlet,
+        inlet,
+        other_inlet,
     ]
+}
+
+fn fields(changes: &Changes) -> [f64; FIELDS] {
+    slots(&mut { *changes }).map(|value| *value)
 }
 
 /// Copies member by member: as a whole they are too large to be copied without a call, and it is done for every sample.
@@ -198,37 +203,11 @@ fn copy(from: &Changes, to: &mut Changes) {
     to.riser_bias_pa = *riser_bias_pa;
 }
 
-/// A field by its place in [`fields`]; no relation holds the riser's reading.
-fn field_of(c: &mut Changes, field: usize) -> &mut f64 {
-    let [outlet, other_outlet] = &mut c.outlet_bias_pa;
-    let [inlet, other_inlet] = &mut c.inlet_bias_pa;
-    match field {
-        0 => &mut c.inflow_m3_s,
-        1 => &mut c.area_factor,
-        2 => &mut c.entering_kg_m3,
-        3 => &mut c.riser_kg_m3,
-        4 => &mut c.line_kg_m3,
-        5 => &mut c.line_drop_pa,
-        6 => &mut c.friction_factor,
-        7 => &mut c.line_fall_m,
-        8 => &mut c.head_factor,
-        9 => &mut c.head_pa,
-        10 => &mut c.speed_pct,
-        11 => &mut c.recirculation_m3_s,
-        12 => &mut c.leak_m3_s,
-        13 => &mut c.meter_gain,
-        14 => outlet,
-        15 => other_outlet,
-        16 => inlet,
-        _ => other_inlet,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-    use super::{FIELDS, Incremental, field_of, fields, rows};
+    use super::{FIELDS, Incremental, fields, rows, slots};
     use crate::record::{Filled, Record};
     use crate::relations::{Applied, Blocks};
     use crate::test_rig::{normals, setting};
@@ -379,7 +358,7 @@ mod tests {
     fn a_field_is_the_one_at_its_place() {
         for field in 0..FIELDS {
             let mut c = Changes::default();
-            *field_of(&mut c, field) = 7.0;
+            *slots(&mut c)[field] = 7.0;
             let mut expected = fields(&Changes::default());
             expected[field] = 7.0;
             assert_eq!(fields(&c), expected);

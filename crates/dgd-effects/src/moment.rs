@@ -96,6 +96,18 @@ impl Default for Changes {
     }
 }
 
+impl Changes {
+    /// What the outlet pressure reads too much, Pa, as the mean of so many transmitters; a single one is the first.
+    pub fn read_outlet_bias_pa(&self, transmitters: usize) -> f64 {
+        let [first, second] = self.outlet_bias_pa;
+        if transmitters < 2 {
+            first
+        } else {
+            0.5 * (first + second)
+        }
+    }
+}
+
 /// A stretch in which the mud pump stands: a connection.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Connection {

@@ -4,8 +4,7 @@ use super::{BUSIEST_S, Correction, busiest, size};
 use crate::ablation::Step;
 use crate::bayes::evidence;
 use crate::error_budget::wander;
-use crate::layout::BALANCE_BLOCKS;
-use crate::layout::Section;
+use crate::layout::{BALANCE_BLOCKS, Section};
 use crate::numbers::whole;
 use crate::record::Record;
 use crate::relations::{Applied, joined};
@@ -19,23 +18,22 @@ use tracing::debug;
 /// Where what parts two transmitters may sit.
 struct Suspect {
     place: Place,
-    pair: Pair,
     /// What the place is off by where the first reads one more than the second.
     sign: f64,
 }
 
-const fn suspect(place: Place, pair: Pair, sign: f64) -> Suspect {
-    Suspect { place, pair, sign }
+const fn suspect(place: Place, sign: f64) -> Suspect {
+    Suspect { place, sign }
 }
 
 /// Those that enter the relations. The riser's reading enters none: it is at fault where nothing else is.
 const SUSPECTS: [Suspect; 6] = [
-    suspect(Place::FirstInlet, Pair::Inlets, 1.0),
-    suspect(Place::SecondInlet, Pair::Inlets, -1.0),
-    suspect(Place::FirstOutlet, Pair::Outlets, 1.0),
-    suspect(Place::SecondOutlet, Pair::Outlets, -1.0),
-    suspect(Place::InletReading, Pair::InletAndRiser, 1.0),
-    suspect(Place::Suction, Pair::InletAndRiser, 1.0),
+    suspect(Place::FirstInlet, 1.0),
+    suspect(Place::SecondInlet, -1.0),
+    suspect(Place::FirstOutlet, 1.0),
+    suspect(Place::SecondOutlet, -1.0),
+    suspect(Place::InletReading, 1.0),
+    suspect(Place::Suction, 1.0),
 ];
 
 /// Share of what parts the two that the relations find in the place where it sits. Of two alike, of which the other would have it with
@@ -116,7 +114,7 @@ pub(super) fn of(
         record,
     };
     let asked: Vec<(&Suspect, Asked)> = (SUSPECTS.iter())
-        .filter(|s| s.pair == pair)
+        .filter(|s| Pair::of(s.place) == Some(pair))
         .map(|s| (s, Asked::of(record, tangent, state, &told, s)))
         .collect();
     for (s, a) in &asked {

@@ -11,8 +11,7 @@ use super::{
     size,
 };
 use crate::ablation::Step;
-use crate::layout::BALANCE_BLOCKS;
-use crate::layout::Section;
+use crate::layout::{BALANCE_BLOCKS, Section};
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::tangent::{Bend, Tangent};

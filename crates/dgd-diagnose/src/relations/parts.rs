@@ -161,15 +161,8 @@ impl<'a> Row<'a> {
             STANDARD_GRAVITY_M_S2,
         );
         let (column, length) = (record.column_pa(), record.setting.line_length_m);
-        let single = record.outlets.len() < 2;
-        let outlet = |i: usize, c: &Changes| {
-            let bias = if single {
-                c.outlet_bias_pa[0]
-            } else {
-                0.5 * (c.outlet_bias_pa[0] + c.outlet_bias_pa[1])
-            };
-            record.outlet[i] - bias
-        };
+        let outlet =
+            |i: usize, c: &Changes| record.outlet[i] - c.read_outlet_bias_pa(record.outlets.len());
         let lay = Means {
             row: self,
             first,

@@ -1,8 +1,7 @@
 //! Which rows of the relations a recording supports.
 
 use super::Blocks;
-use crate::layout::BALANCE_BLOCKS;
-use crate::layout::Section;
+use crate::layout::{BALANCE_BLOCKS, Section};
 use crate::numbers::{mean, whole};
 use crate::record::Record;
 use dgd_effects::STANDING_M3_S;
@@ -50,7 +49,7 @@ impl Rows {
         let reach = whole(TOPPED_S / record.dt_s);
         let topped = |b: usize| {
             let last = ((b + 1) * m + reach).min(record.topfill.len());
-            let about = &record.topfill[(b * m).saturating_sub(reach).min(last)..last];
+            let about = &record.topfill[(b * m).saturating_sub(reach)..last];
             about.iter().any(|v| v.is_finite())
         };
         let n = record.blocks;

@@ -1,8 +1,7 @@
 //! Where something that sets in, or passes, would explain most.
 
 use super::Candidate;
-use crate::layout::BALANCE_BLOCKS;
-use crate::layout::Section;
+use crate::layout::{BALANCE_BLOCKS, Section};
 use crate::numbers::whole;
 use crate::record::Record;
 use crate::relations::{Applied, joined};

@@ -2,8 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::{Slack, slack};
-use crate::layout::BALANCE_BLOCKS;
-use crate::layout::Section;
+use crate::layout::{BALANCE_BLOCKS, Section};
 use crate::record::Record;
 use crate::relations::Blocks;
 use crate::tangent::{Bend, Tangent};

@@ -3,8 +3,7 @@
 use super::Bend;
 use super::curves::{Evaluated, robust_curves};
 use crate::error_budget::{unrest, wander};
-use crate::layout::BALANCE_BLOCKS;
-use crate::layout::{Layout, Section};
+use crate::layout::{BALANCE_BLOCKS, Layout, Section};
 use crate::noise::Whitening;
 use crate::record::Record;
 use crate::relations::{Blocks, Rows};

@@ -23,11 +23,11 @@ pub(crate) fn allowances_with(
     record: &Record,
     start: &[Applied],
     excluded: &[bool],
-    lean: Bend,
+    bend: Bend,
     decided_on: Option<Timing>,
 ) -> Option<Vec<Applied>> {
     let mut state: Vec<Applied> = start.to_vec();
-    let mut tangent = Tangent::at(record, &state, excluded, lean)?;
+    let mut tangent = Tangent::at(record, &state, excluded, bend)?;
     let timed: Vec<&'static dyn Effect> = (catalogue().iter().copied())
         .filter(|effect| {
             let about = effect.about();
@@ -78,7 +78,7 @@ pub(crate) fn allowances_with(
             }
             if let Some(next) = next {
                 state = next;
-                tangent = Tangent::at(record, &state, excluded, lean)?;
+                tangent = Tangent::at(record, &state, excluded, bend)?;
                 moved = true;
             }
         }

@@ -124,15 +124,6 @@ impl<'a> Line<'a> {
         self.held.friction_pa(&self.model.curves, flow_m3_s)
     }
 
-    /// What the outlet pressure reads too much, Pa: where there is one transmitter it is the first.
-    fn outlet_bias_pa(&self, changes: &Changes) -> f64 {
-        if self.setting.outlets == 1 {
-            changes.outlet_bias_pa[0]
-        } else {
-            mean(changes.outlet_bias_pa)
-        }
-    }
-
     /// One window, and before it what the effects remember of the time up to it.
     pub(super) fn run(
         &self,
@@ -181,7 +172,7 @@ impl<'a> Line<'a> {
             run.inlet_pa
                 .push(state.inlet_pa + mean(changes.inlet_bias_pa));
             run.outlet_pa
-                .push(state.outlet_pa + self.outlet_bias_pa(&changes));
+                .push(state.outlet_pa + changes.read_outlet_bias_pa(self.setting.outlets));
         }
         run
     }
