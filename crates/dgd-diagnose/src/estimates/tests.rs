@@ -106,7 +106,7 @@ fn about(record: &Record, selection: &Selection) -> Tangent {
 
 /// Two and a half times the posterior's deviation, and the form's error beside it.
 fn widened(variance: f64, form: f64) -> f64 {
-    (2.5 * variance.sqrt()).hypot(form)
+    (2.0 * variance.sqrt()).hypot(form)
 }
 
 #[test]
@@ -373,8 +373,8 @@ fn a_time_reaches_to_where_moving_it_costs_what_an_interval_may() {
         estimator: &estimator,
         most,
     };
-    // Two and a half of its deviations at 95 %: (1.96 x 2.5)^2 / 2.
-    let usual = within(12.005);
+    // Two of its deviations at 95 %: (1.96 x 2)^2 / 2.
+    let usual = within(7.6832);
     for side in [-1.0, 1.0] {
         assert_eq!(within(1e-6).reach((0, 1), side), 1.96 * 30.0);
         let far = usual.reach((0, 1), side);
@@ -382,8 +382,8 @@ fn a_time_reaches_to_where_moving_it_costs_what_an_interval_may() {
             let moved = usual.moved((0, 1), side * by).unwrap();
             usual.misfit(&moved, 0) - usual.misfit(&state, 0)
         };
-        assert!(far > 1.96 * 30.0 && costs(far) > 12.005, "{far}");
-        assert!(costs(far * (1.0 - 1.0 / 16.0)) <= 12.005, "{far}");
+        assert!(far > 1.96 * 30.0 && costs(far) > 7.6832, "{far}");
+        assert!(costs(far * (1.0 - 1.0 / 16.0)) <= 7.6832, "{far}");
     }
     let found = estimates(&record, &selected(Vec::new(), vec![one]), 0, &full);
     let lacks = 1.96 * find("influx").unwrap().about().parameters[1].time_error_s;
@@ -433,7 +433,7 @@ fn what_the_recording_does_not_show_is_known_as_well_as_before() {
         } else {
             0.0
         };
-        let half = 1.96 * (2.5 * width).hypot(form);
+        let half = 1.96 * (2.0 * width).hypot(form);
         let low = match j {
             0 => values[0] * (-half / values[0]).exp(),
             _ => values[j] - half,
