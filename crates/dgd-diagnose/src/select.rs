@@ -143,6 +143,10 @@ pub(crate) fn select(
     }
     // No round is left in which a second effect might come.
     broken_promises(&mut selection, &mut promises, &Ruling::Nothing);
+    // Beside what was found later nothing of it may be left; what is searched for by name keeps its answer.
+    if matches!(sought, Sought::Any(_)) {
+        selection.named.retain(|n| !n.has_no_size());
+    }
     if let Some(round) = last {
         shown_beside(&mut selection.first, &round, None);
     }
@@ -401,6 +405,14 @@ mod tests {
         assert!(broken_promises(&mut found, &mut promises, &Ruling::Nothing));
         let ids = found.named.iter().map(|n| n.applied.effect.about().id);
         assert_eq!(ids.collect::<Vec<_>>(), ["unknown"]);
+    }
+
+    #[test]
+    fn an_effect_of_size_zero_is_none_but_a_correction_has_no_size() {
+        let influx = |rate: f64| test_rig::named("influx", &[rate, 4e3, 1e3, 60.0]);
+        assert!(influx(0.0).has_no_size() && influx(-0.0).has_no_size());
+        assert!(!influx(1e-9).has_no_size());
+        assert!(!correction(("influx", 0.4)).has_no_size());
     }
 
     /// A gain of the inflow may be what an influx looks like until that is found.

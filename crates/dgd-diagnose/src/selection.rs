@@ -27,6 +27,11 @@ impl Named {
         self.applied.is_correction() && self.held.is_none()
     }
 
+    /// Whether its strength was refined to nothing. A correction's curve has none.
+    pub(crate) fn has_no_size(&self) -> bool {
+        !self.applied.is_correction() && self.applied.parameters[0] == 0.0
+    }
+
     /// How likely it is that there is anything: the cause named, or one that cannot be told from it.
     pub(crate) fn likely(&self) -> f64 {
         self.probability + self.alternatives.iter().map(|a| a.1).sum::<f64>()
