@@ -15,7 +15,7 @@ const COVERED: f64 = 0.95;
 /// Standard deviations to either side of an interval of that share.
 const Z: f64 = 1.96;
 /// Factor on bare standard errors, as the estimates have it.
-pub(crate) const WIDENING: f64 = 2.5;
+pub(crate) const WIDENING: f64 = 2.0;
 /// Fewer sizes than this tell nothing of the twentieth that an interval may miss.
 const LEAST: usize = 10;
 
