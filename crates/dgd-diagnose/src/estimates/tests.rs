@@ -104,7 +104,7 @@ fn about(record: &Record, selection: &Selection) -> Tangent {
     Tangent::at(record, &selection.state(), &[], Bend::Stiff).unwrap()
 }
 
-/// Two and a half times the posterior's deviation, and the form's error beside it.
+/// Twice the posterior's deviation, and the form's error beside it.
 fn widened(variance: f64, form: f64) -> f64 {
     (2.0 * variance.sqrt()).hypot(form)
 }
