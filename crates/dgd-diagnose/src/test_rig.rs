@@ -4,11 +4,12 @@ mod draws;
 
 pub(crate) use draws::normals;
 
+use crate::diagnosis::Finding;
 use crate::record::{Filled, Record};
 use crate::relations::{Applied, Blocks};
 use crate::selection::Named;
 use crate::tangent::{Bend, Tangent};
-use dgd_effects::{Curves, FRICTION_TERMS, HEAD_TERMS, Noise, Scale, Setting, find};
+use dgd_effects::{Curves, FRICTION_TERMS, HEAD_TERMS, Noise, Relation, Scale, Setting, find};
 use dgd_identify::Prepared;
 use dgd_recording::{ChannelMap, ChannelSource, Geometry, Recording, TimeSource, Well};
 use dgd_units::STANDARD_GRAVITY_M_S2;
@@ -46,6 +47,32 @@ pub(crate) fn named(id: &str, parameters: &[f64]) -> Named {
         alternatives: Vec::new(),
         held: None,
         most: None,
+    }
+}
+
+/// A finding of the pump's head without parameters.
+pub(crate) fn found(effect: &str, probability: f64) -> Finding {
+    Finding {
+        effect: effect.to_owned(),
+        resembles: None,
+        title: String::new(),
+        probability,
+        alternatives: Vec::new(),
+        relation: Relation::PumpHead,
+        shows_in: Vec::new(),
+        pair: None,
+        intervals_s: Vec::new(),
+        region: String::new(),
+        parameters: Vec::new(),
+        curve: None,
+        held_out: None,
+        equation_before: String::new(),
+        equation_after: String::new(),
+        source: String::new(),
+        evidence: 50.0,
+        hurdle: 8.0,
+        separating_test: None,
+        same_as: None,
     }
 }
 

@@ -183,3 +183,145 @@ fn unstable(named: &mut Vec<Named>, sought: Sought<'_>) -> Check {
         detail,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+
+    use super::{Models, model, runnable};
+    use crate::diagnosis::Check;
+    use crate::record::Record;
+    use crate::relations::Applied;
+    use crate::select::Sought;
+    use crate::selection::{Named, Selection};
+    use crate::test_rig::{FLOW_M3_S, Hidden, INFLUX_S, drilled, named, one, recorded};
+    use dgd_effects::{AugmentedModel, Curve, KNOTS, Place, Quantity};
+
+    const RATE_M3_S: f64 = 3e-3;
+
+    fn influx(rate: f64) -> Applied {
+        let (from, lasts, rise) = INFLUX_S;
+        one("influx", &[rate, from, lasts, rise])
+    }
+
+    /// So much more inflow at every return flow.
+    fn more(inflow_m3_s: f64) -> Applied {
+        let range = (0.9 * FLOW_M3_S, 1.4 * FLOW_M3_S);
+        let knots = vec![inflow_m3_s; KNOTS];
+        Applied::from(&Curve::new(
+            Place::Balance,
+            Quantity::ReturnFlow,
+            range,
+            knots,
+        ))
+    }
+
+    fn claimed(applied: Applied) -> Named {
+        Named {
+            applied,
+            probability: 0.7,
+            ..named("influx", &[0.0; 4])
+        }
+    }
+
+    fn flowing(influx_m3_s: f64) -> Record {
+        drilled(Hidden {
+            influx_m3_s,
+            ..Hidden::default()
+        })
+    }
+
+    fn ids(model: &AugmentedModel) -> Vec<&str> {
+        model.effects.iter().map(|e| e.id.as_str()).collect()
+    }
+
+    /// Trained, beside a model that it starts from.
+    fn trained(record: &Record, start: &[Applied], named: &[Named]) -> Models {
+        let selection = Selection {
+            held: start.len(),
+            allowances: start.to_vec(),
+            named: named.to_vec(),
+            first: Vec::new(),
+        };
+        Models::trained(record, &selection, start, start.to_vec()).unwrap()
+    }
+
+    #[test]
+    fn of_corrections_those_found_are_left_out_and_those_started_from_stay() {
+        let record = flowing(RATE_M3_S);
+        let found = [claimed(influx(RATE_M3_S)), claimed(more(0.0))];
+        let alone = trained(&record, &[], &found);
+        assert_eq!(ids(&alone.after), ["influx", "unknown"]);
+        let plain = alone.without_corrections(&record, 2).unwrap();
+        assert_eq!(ids(&plain), ["influx"]);
+        let beside = trained(&record, &[more(0.0)], &found);
+        let plain = beside.without_corrections(&record, 2).unwrap();
+        assert_eq!(ids(&plain), ["unknown", "influx"]);
+    }
+
+    /// Run with what it was not trained to, and what is then claimed and checked.
+    fn run(
+        record: &Record,
+        state: &[Applied],
+        sought: Sought<'_>,
+    ) -> (Models, Vec<f64>, Option<Check>) {
+        let mut named: Vec<Named> = state.iter().cloned().map(claimed).collect();
+        let mut models = trained(record, &[], &named);
+        models.after_state = state.to_vec();
+        let fit = runnable(record, state, &models.excluded).unwrap();
+        models.after = model(record, state, &fit, &models.excluded);
+        let (well, prepared) = recorded(record, 0.0);
+        let (models, _, check) = models
+            .run(&well, record, &prepared, &mut named, sought)
+            .unwrap();
+        (models, named.iter().map(|n| n.probability).collect(), check)
+    }
+
+    #[test]
+    fn a_correction_that_makes_the_run_unstable_is_neither_run_nor_claimed() {
+        let record = flowing(RATE_M3_S);
+        let state = [influx(RATE_M3_S), more(0.2 * FLOW_M3_S)];
+        let (models, left, check) = run(&record, &state, Sought::Any(6));
+        assert_eq!(ids(&models.after), ["influx"]);
+        assert_eq!(left, [0.7]);
+        let check = check.unwrap();
+        assert!(!check.passed && check.detail.contains("not claimed"));
+        // What was asked about is told all the same.
+        let suspects = ["unknown".to_owned()];
+        let (_, left, check) = run(&record, &state, Sought::Given(&suspects));
+        assert!(left.len() == 2 && left[1] < 0.5 && check.is_some());
+    }
+
+    #[test]
+    fn a_correction_without_which_the_run_is_no_better_stays() {
+        for (concealed, state) in [
+            // The run is better with both than without.
+            (RATE_M3_S, [influx(RATE_M3_S), more(0.0)]),
+            // It is worse, and the correction has no part in that.
+            (0.0, [influx(RATE_M3_S), more(0.0)]),
+        ] {
+            let (models, left, check) = run(&flowing(concealed), &state, Sought::Any(6));
+            assert_eq!(ids(&models.after), ["influx", "unknown"]);
+            assert_eq!((left, check), (vec![0.7, 0.7], None));
+        }
+    }
+
+    #[test]
+    fn where_nothing_is_found_the_two_models_are_one() {
+        let record = flowing(0.0);
+        let (well, prepared) = recorded(&record, 0.0);
+        let mut models = trained(&record, &[], &[]);
+        models.after = model(
+            &record,
+            &[influx(RATE_M3_S)],
+            &models.before_fit,
+            &models.excluded,
+        );
+        let (models, simulation, check) = models
+            .run(&well, &record, &prepared, &mut Vec::new(), Sought::Any(6))
+            .unwrap();
+        assert_eq!((models.after, check), (models.before, None));
+        let same = simulation.signals.iter().all(|s| s.before == s.after);
+        assert!(same && !simulation.signals.is_empty());
+    }
+}

@@ -5,12 +5,18 @@ mod answer;
 
 use super::models::runnable;
 use super::start::refitted;
+use super::{accepted, believe, doubt_what_is_left, name_transmitter, unless_outweighed};
+use crate::ablation::Step;
+use crate::diagnosis::{DiagnoseError, Finding, Options, ParameterEstimate, Trace};
 use crate::record::Record;
 use crate::relations::Applied;
+use crate::select::Sought;
 use crate::selection::Named;
 use crate::tangent::{Bend, Tangent};
-use crate::test_rig::{Hidden, drilled, normals};
-use dgd_effects::{Curves, find, unknown};
+use crate::test_rig::{Hidden, drilled, found, named, normals, recorded, steady};
+use dgd_effects::{Curves, Relation, find, unknown};
+use dgd_recording::{ChannelSource, TimeSource};
+use dgd_units::Unit;
 
 #[test]
 fn a_cause_is_as_likely_there_as_it_and_what_cannot_be_told_from_it() {
@@ -128,4 +134,175 @@ fn an_effect_that_acts_outside_the_recording_is_not_confirmed() {
         let outside = check.detail.contains("lie outside this recording");
         assert_eq!(outside, !confirmed, "{}", check.detail);
     }
+}
+
+fn influx(probability: f64, alternatives: &[(&str, f64)]) -> Named {
+    Named {
+        probability,
+        alternatives: (alternatives.iter())
+            .map(|(id, p)| ((*id).to_owned(), *p))
+            .collect(),
+        ..named("influx", &[1e-3, 0.0, 600.0, 0.15])
+    }
+}
+
+fn correction(probability: f64) -> Named {
+    Named {
+        applied: Applied::new(unknown(), vec![0.0; unknown().about().parameters.len()]),
+        ..influx(probability, &[])
+    }
+}
+
+fn ids(named: &[Named]) -> Vec<&str> {
+    named.iter().map(|n| n.applied.effect.about().id).collect()
+}
+
+#[test]
+fn what_outweighs_a_suspect_and_was_not_suspected_is_no_alternative_to_it() {
+    let of = |alternatives: &[(&str, f64)], suspects: &[&str]| {
+        let mut one = influx(0.3, alternatives);
+        let suspects: Vec<String> = suspects.iter().map(|s| (*s).to_owned()).collect();
+        unless_outweighed(&mut one, &suspects);
+        let left = one.alternatives.into_iter().map(|a| a.0);
+        left.collect::<Vec<_>>()
+    };
+    let suspects = ["influx", "annulus_area"];
+    let likelier = ("inflow_gain", 0.4);
+    assert_eq!(of(&[("inflow_gain", 0.3)], &suspects), ["inflow_gain"]);
+    assert_eq!(of(&[("annulus_area", 0.4)], &suspects), ["annulus_area"]);
+    let nothing: [String; 0] = [];
+    assert_eq!(of(&[likelier], &suspects), nothing);
+    // Nothing else that was not suspected stays either, but what was suspected does.
+    assert_eq!(
+        of(
+            &[("annulus_area", 0.2), likelier, ("unknown", 0.05)],
+            &suspects
+        ),
+        ["annulus_area"]
+    );
+}
+
+#[test]
+fn what_is_more_likely_not_there_is_kept_of_suspects_alone() {
+    let record = steady(10);
+    let after = |record: &Record, probability: f64, sought: Sought<'_>| {
+        let mut named = vec![influx(probability, &[])];
+        let doubted = believe(record, &mut named, sought);
+        assert!(!doubted, "there is nothing unnamed");
+        named
+    };
+    let suspects = ["influx".to_owned()];
+    assert!(after(&record, 0.05, Sought::Any(6)).is_empty());
+    assert_eq!(after(&record, 0.05, Sought::Given(&suspects)).len(), 1);
+    let believed = after(&record, 0.95, Sought::Any(6));
+    assert_ne!(believed[0].probability, 0.95);
+    let uncalibrated = Record {
+        without: vec![Step::Calibration],
+        ..record
+    };
+    let raw = |probability: f64| after(&uncalibrated, probability, Sought::Any(6));
+    assert_eq!(raw(0.95)[0].probability, 0.95);
+    assert_eq!((raw(0.5).len(), raw(0.49).len()), (1, 0));
+}
+
+#[test]
+fn names_are_doubted_beside_what_is_likely_and_has_none() {
+    let record = steady(10);
+    let beside = |probability: f64| {
+        let mut named = vec![influx(0.95, &[]), correction(probability)];
+        let doubted = believe(&record, &mut named, Sought::Any(6));
+        (doubted, named[0].probability)
+    };
+    let (alone, doubted) = (beside(0.5), beside(0.9));
+    assert!(!alone.0 && doubted.0);
+    assert!(doubted.1 < alone.1, "{doubted:?} {alone:?}");
+}
+
+/// A trace of a relation, so many times as large as noise and accuracy explain.
+fn trace(relation: Relation, times: f64) -> Trace {
+    Trace {
+        relation,
+        pair: None,
+        unit: "Pa",
+        t_s: vec![0.0; 2],
+        before: vec![0.0; 2],
+        after: vec![5e3 * times, -5e3 * times],
+        offset: 0.0,
+        noise: 3e3,
+        wander: 4e3,
+    }
+}
+
+#[test]
+fn a_name_is_doubted_where_its_relation_keeps_more_than_noise_and_less_if_it_was_before() {
+    let of = |relation: Relation, times: f64, doubted: bool| {
+        let mut named = vec![influx(0.9, &[])];
+        let traces = [trace(relation, times)];
+        doubt_what_is_left(&traces, &mut named, doubted, Sought::Any(6));
+        named[0].probability
+    };
+    let own = Relation::RiserMassBalance;
+    assert_eq!(of(own, 1.0, false), 0.9);
+    assert_eq!(of(Relation::PumpHead, 3.0, false), 0.9);
+    let (once, again) = (of(own, 3.0, false), of(own, 3.0, true));
+    assert!(once < again && again < 0.9, "{once} {again}");
+}
+
+#[test]
+fn a_suspect_that_is_doubted_for_what_is_left_does_not_stand_for_that() {
+    let suspects = ["influx".to_owned()];
+    let mut found = vec![influx(0.4, &[])];
+    let traces = [trace(Relation::RiserMassBalance, 3.0)];
+    doubt_what_is_left(&traces, &mut found, false, Sought::Given(&suspects));
+    assert!(found[0].probability < 0.2);
+    assert!(found[0].alternatives.is_empty());
+    let mut any = vec![influx(0.4, &[])];
+    doubt_what_is_left(&traces, &mut any, false, Sought::Any(6));
+    assert_eq!(any[0].alternatives[0].0, "unknown");
+    assert_eq!(ids(&any), ["influx"]);
+}
+
+#[test]
+fn an_outlet_transmitter_is_told_by_its_tag() {
+    let (mut well, _) = recorded(&steady(10), 0.0);
+    well.channels.pump_outlet_pressure = vec![
+        ChannelSource::column("PT-1", Unit::parse("Pa").unwrap()),
+        ChannelSource::column("PT-2", Unit::parse("Pa").unwrap()),
+        ChannelSource::Constant { si: 0.0 },
+    ];
+    let told = |name: &str, sensor: f64| {
+        let parameter = |name: &str| ParameterEstimate {
+            name: name.to_owned(),
+            meaning: "which".to_owned(),
+            estimate: sensor,
+            ci95: (sensor, sensor),
+        };
+        let mut finding = Finding {
+            parameters: vec![parameter(name)],
+            ..found("outlet_pressure_bias_step", 0.9)
+        };
+        name_transmitter(&mut finding, &well);
+        finding.parameters.remove(0).meaning
+    };
+    assert_eq!(told("sensor", 1.0), "which: `PT-1`");
+    assert_eq!(told("sensor", 2.0), "which: `PT-2`");
+    // A constant has no tag, and what is no sensor none either.
+    assert_eq!(told("sensor", 3.0), "which");
+    assert_eq!(told("sensor", 4.0), "which");
+    assert_eq!(told("bias_pa", 1.0), "which");
+}
+
+#[test]
+fn samples_a_minute_apart_are_diagnosed_and_rarer_ones_refused() {
+    let of = |step_s: f64| {
+        let (mut well, mut prepared) = recorded(&steady(10), 0.0);
+        well.channels.time = TimeSource::Interval { step_s };
+        prepared.step_s = step_s;
+        for (i, t) in prepared.recording.time_s.iter_mut().enumerate() {
+            *t = step_s * i as f64;
+        }
+        accepted(&well, &prepared, &Options::default()).map(|given| given.len())
+    };
+    assert_eq!(of(60.0), Ok(0));
+    assert_eq!(of(61.0), Err(DiagnoseError::Step { step_s: 61.0 }));
 }

@@ -37,32 +37,8 @@ pub(super) fn verdict(
 mod tests {
     use super::verdict;
     use crate::diagnosis::{Finding, Outcome, Tested, Verdict};
-    use dgd_effects::{Relation, find};
-
-    fn found(effect: &str, probability: f64) -> Finding {
-        Finding {
-            effect: effect.to_owned(),
-            resembles: None,
-            title: String::new(),
-            probability,
-            alternatives: Vec::new(),
-            relation: Relation::PumpHead,
-            shows_in: Vec::new(),
-            pair: None,
-            intervals_s: Vec::new(),
-            region: String::new(),
-            parameters: Vec::new(),
-            curve: None,
-            held_out: None,
-            equation_before: String::new(),
-            equation_after: String::new(),
-            source: String::new(),
-            evidence: 50.0,
-            hurdle: 8.0,
-            separating_test: None,
-            same_as: None,
-        }
-    }
+    use crate::test_rig::found;
+    use dgd_effects::find;
 
     /// An effect that stands out, or not, beside what was asked about.
     fn standing(evidence: f64) -> Option<Tested> {
