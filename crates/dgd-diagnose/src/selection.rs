@@ -83,3 +83,36 @@ impl Selection {
         out
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Held;
+    use crate::selection::Named;
+    use crate::test_rig::{named, one};
+    use dgd_effects::{Curve, KNOTS, Place, Quantity, unknown};
+
+    #[test]
+    fn what_has_no_name_is_a_correction_that_no_two_transmitters_show() {
+        let curve = Curve::new(Place::Head, Quantity::Time, (0.0, 5400.0), vec![0.0; KNOTS]);
+        let correction = |held: Option<Held>| Named {
+            applied: (&curve).into(),
+            held,
+            ..named("influx", &[1e-3, 0.0, 600.0, 0.15])
+        };
+        let held = Held {
+            curve: curve.clone(),
+            borne: 1.0,
+        };
+        assert_eq!(
+            correction(None).applied.effect.about().id,
+            unknown().about().id
+        );
+        assert!(correction(None).is_unnamed());
+        assert!(!correction(Some(held)).is_unnamed());
+        let effect = Named {
+            applied: one("inflow_gain", &[0.02]),
+            ..correction(None)
+        };
+        assert!(!effect.is_unnamed());
+    }
+}

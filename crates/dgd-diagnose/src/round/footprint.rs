@@ -154,7 +154,7 @@ impl Footprint {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-    use super::{Footprint, Known, WITHIN_STANDS, known};
+    use super::{Footprint, Known, WITHIN_STANDS, differs_along_stands, known};
     use crate::layout::Section;
     use crate::relations::Applied;
     use crate::selection::Selection;
@@ -175,6 +175,15 @@ mod tests {
 
     fn one(id: &str, parameters: &[f64]) -> Applied {
         Applied::new(find(id).unwrap(), parameters.to_vec())
+    }
+
+    #[test]
+    fn strength_differs_along_stands_where_drilling_sets_it_and_not_where_a_stop_does() {
+        let of = |id: &str| differs_along_stands(find(id).unwrap().about());
+        assert!(of("cuttings_loading"));
+        // At a stop there is only how much.
+        assert!(!of("gel_strength") && !of("line_drainage"));
+        assert!(!of("influx"));
     }
 
     #[test]

@@ -1,11 +1,16 @@
 //! Claims about what another line's flow adds to a reading, and about what is drawn where the relations' own curves are stiff.
 
 use super::{loose, off_by};
-use crate::empirical::drawn::range;
-use crate::empirical::{again, at_will, correction, corrections, hurdle, plausible, rival_hurdle};
+use crate::empirical::crosstalk::crosstalk;
+use crate::empirical::drawn::{least, range};
+use crate::empirical::{
+    Course, again, at_will, correction, corrections, hurdle, plausible, rival_hurdle,
+};
 use crate::record::Record;
+use crate::tangent::{Bend, Tangent};
 use crate::test_rig::{Hidden, drilled, normals};
 use dgd_effects::{Place, Quantity};
+use dgd_lsq::dot;
 
 const ALONG: (Place, Quantity) = (Place::OutletReading, Quantity::BoosterFlow);
 
@@ -63,6 +68,37 @@ fn a_booster_adds_nothing_to_sound_readings_and_nothing_is_told_of_one_that_stay
     let wavering = |noise: &f64| 0.01 + 5e-4 * noise;
     steady.filled.booster = noise.iter().map(wavering).collect();
     assert!(correction(&steady, &loose(&steady), &[], &[], ALONG).is_none());
+}
+
+#[test]
+fn what_it_takes_out_of_the_residuals_is_what_it_explains() {
+    let record = boosted(2e4);
+    let stiff = Tangent::beside(&record, &[], &[], Bend::Lean).unwrap();
+    let found = crosstalk(&record, &stiff, &[]).unwrap();
+    let rest: Vec<f64> = (stiff.off.iter().zip(&found.signature))
+        .map(|(off, signature)| off - signature)
+        .collect();
+    let explained = 0.5 * (dot(&stiff.off, &stiff.off) - dot(&rest, &rest));
+    // The width beforehand costs some e-folds.
+    let paid = explained - found.evidence;
+    assert!((0.0..10.0).contains(&paid), "{explained} {paid}");
+    assert!((0.9..1.0).contains(&found.freedom), "{}", found.freedom);
+}
+
+#[test]
+fn of_the_booster_in_an_outlet_reading_half_as_much_is_more_than_accuracy() {
+    let of = |(place, quantity): (Place, Quantity)| {
+        let course = Course::from((place, quantity));
+        least(course) / place.least()
+    };
+    assert_eq!(of(ALONG), 0.5);
+    for (place, quantity) in [
+        (Place::OutletReading, Quantity::MudPumpFlow),
+        (Place::Friction, Quantity::BoosterFlow),
+        (Place::Head, Quantity::Time),
+    ] {
+        assert_eq!(of((place, quantity)), 1.0);
+    }
 }
 
 #[test]
