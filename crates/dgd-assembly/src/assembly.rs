@@ -4,6 +4,7 @@ use crate::assemble;
 use crate::error::{AssemblyError, Problem};
 use crate::network::{Network, NodeKind, Start};
 use crate::spec::{Bounds, EffectSetting, System};
+use dgd_units::Unit;
 
 /// A system that was found to be well posed, compiled.
 ///
@@ -129,6 +130,13 @@ impl Assembly {
     #[must_use]
     pub fn inputs(&self) -> Vec<String> {
         self.net.driven.iter().map(|d| d.path.clone()).collect()
+    }
+
+    /// The unit that the channel of an input is read in, to what is carried: of a share, per cent are hundredths. `None` of what is no
+    /// input, or has no unit.
+    pub fn input_unit(&self, path: &str) -> Option<Unit> {
+        let driven = self.net.driven.iter().find(|d| d.path == path)?;
+        driven.unit
     }
 
     /// Number of training windows: one if none is given.

@@ -193,23 +193,24 @@ fn inputs(slots: &mut Slots, system: &System) {
                 "add `channel = \"column\"`",
             );
         }
-        let unit = match input.unit.as_deref().map(Unit::parse).transpose() {
+        let expected = property_of(system, path).and_then(|p| p.dimension);
+        let share = expected == Some(Dimension::Number);
+        let read = |written: &str| match (Unit::parse(written)?, expected) {
+            // A bare number is a share: per cent are hundredths of it.
+            (unit, _) if share && unit.dimension == Dimension::Percent => Ok(Unit {
+                factor: 0.01 * unit.factor,
+                ..unit
+            }),
+            (_, Some(dimension)) => Unit::parse_as(written, dimension),
+            (unit, None) => Ok(unit),
+        };
+        let unit = match input.unit.as_deref().map(read).transpose() {
             Ok(unit) => unit,
             Err(error) => {
                 slots.problem(path, error.to_string(), "");
                 None
             }
         };
-        // A bare number is a share: per cent are hundredths of it.
-        let share =
-            property_of(system, path).is_some_and(|p| p.dimension == Some(Dimension::Number));
-        let unit = unit.map(|u| match u.dimension {
-            Dimension::Percent if share => Unit {
-                factor: 0.01 * u.factor,
-                ..u
-            },
-            _ => u,
-        });
         slots.driven.push(Driven {
             path: path.clone(),
             slot,

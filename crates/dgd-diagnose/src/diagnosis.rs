@@ -112,7 +112,33 @@ pub struct Finding {
     pub same_as: Option<String>,
 }
 
+/// Name of the check that no output runs worse with the findings where no fit has looked.
+pub(crate) const NOT_WORSE: &str = "no output is made worse on held-out windows";
+
+/// Name of the check that no relation keeps more than noise with them.
+pub(crate) const NOISE_IS_LEFT: &str = "what is left is noise";
+
 impl Diagnosis {
+    /// Why findings that are all named explain only part: what they leave, and what they make worse; nothing of any other verdict, nor
+    /// where one of them is `unknown` and says it itself.
+    pub fn shortfalls(&self) -> Vec<&'static str> {
+        let unknown = |f: &Finding| f.effect == dgd_effects::unknown().about().id;
+        if self.verdict != Verdict::PartlyExplained || self.findings.iter().any(unknown) {
+            return Vec::new();
+        }
+        let failed = |name: &str| self.checks.iter().any(|c| c.name == name && !c.passed);
+        [
+            (NOISE_IS_LEFT, "more than noise is left"),
+            (
+                NOT_WORSE,
+                "an output runs worse with it on the held-out windows",
+            ),
+        ]
+        .into_iter()
+        .filter_map(|(name, says)| failed(name).then_some(says))
+        .collect()
+    }
+
     /// What was not suspected and stands out by itself, where nothing that was suspected is likely: most evidence first, three at the most.
     pub fn unsuspected(&self) -> Vec<&Tested> {
         let explained = self.findings.iter().any(Finding::is_likely);

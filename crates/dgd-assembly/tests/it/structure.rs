@@ -85,6 +85,26 @@ c = { kind = "line", length = 10.0, bore = 0.1, inertia = true }
 }
 
 #[test]
+fn an_input_is_read_in_a_unit_of_what_it_is() {
+    let of = |unit: &str| {
+        problems(&format!(
+            r#"connections = ["atmosphere -> valve -> tank"]
+[components]
+tank = {{ kind = "tank", area = 1.0 }}
+valve = {{ kind = "valve", flow_coefficient = 1e-5 }}
+[inputs]
+"valve.opening" = {{ channel = "z", unit = "{unit}" }}
+"#
+        ))
+    };
+    for wrong in ["degC", "psi"] {
+        let found = of(wrong);
+        let expected = format!("line 6: valve.opening: `{wrong}` is a unit of");
+        assert!(found.contains(&expected), "{found}");
+    }
+}
+
+#[test]
 fn each_mistake_in_a_document_is_told_with_its_line() {
     let text = r#"connections = ["tank -> valve -> atmosphre"]
 [components]

@@ -117,11 +117,11 @@ fn given_point(
     let mut given_states = vec![None; states.len()];
     let mut given_inputs = vec![None; inputs.len()];
     for (key, text) in at {
-        let value = parse(assembly, key, text)?;
+        let value = || parse(assembly, key, text).map(Some);
         if let Some(k) = states.iter().position(|s| s == key) {
-            given_states[k] = Some(value);
+            given_states[k] = value()?;
         } else if let Some(k) = inputs.iter().position(|i| i == key) {
-            given_inputs[k] = Some(value);
+            given_inputs[k] = value()?;
         } else {
             let known: Vec<&str> = inputs.iter().chain(&states).map(String::as_str).collect();
             return Err(Failure::Arguments {
@@ -208,6 +208,12 @@ fn parse(assembly: &Assembly, key: &str, text: &str) -> Result<f64, Failure> {
     }
     let dimension = dimension(assembly, key)
         .ok_or_else(|| wrong("it has no unit here; write the number alone".into()))?;
+    // A share may be written in hundredths, as in the description.
+    if dimension == Dimension::Number
+        && Unit::parse(unit).is_ok_and(|u| u.dimension == Dimension::Percent)
+    {
+        return Ok(0.01 * value);
+    }
     let unit = Unit::parse_as(unit, dimension).map_err(|e| wrong(e.to_string()))?;
     Ok(unit.to_si(value))
 }
@@ -216,7 +222,13 @@ fn dimension(assembly: &Assembly, key: &str) -> Option<Dimension> {
     let (component, property) = key.split_once('.')?;
     let kind = assembly.system().components.get(component)?.kind;
     let known = kind.properties().iter().find(|p| p.name == property);
-    known.map_or_else(|| dimension_of_state(property), |p| p.dimension)
+    let own = known.map_or_else(|| dimension_of_state(property), |p| p.dimension);
+    own.or_else(|| {
+        // Of a component that takes any signal, that of its channel.
+        let input = assembly.system().inputs.get(key)?;
+        let unit = Unit::parse(input.unit.as_ref()?).ok()?;
+        Some(unit.dimension)
+    })
 }
 
 /// Where a state would start, as a guess.
@@ -380,7 +392,7 @@ fn as_json(
     })
 }
 
-/// Units of the numbers: SI, or what a reading or an input without a unit of the catalogue is recorded in.
+/// Units of the numbers: SI, or what a reading without a unit of the catalogue is recorded in.
 struct Units {
     states: Vec<String>,
     inputs: Vec<String>,
@@ -392,12 +404,13 @@ impl Units {
         let system = assembly.system();
         let input = |path: &String| {
             let si = unit_of(system, path);
-            let written = || system.inputs.get(path).and_then(|input| input.unit.clone());
-            if si.is_empty() {
-                written().unwrap_or(si)
-            } else {
-                si
+            if !si.is_empty() {
+                return si;
             }
+            // What drives a component that takes any signal is read in the unit of its channel, and carried in SI.
+            dimension(assembly, path)
+                .map_or("1", Dimension::si_symbol)
+                .to_owned()
         };
         Self {
             states: linear.states.iter().map(|n| unit_of(system, n)).collect(),

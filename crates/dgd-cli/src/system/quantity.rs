@@ -34,7 +34,10 @@ impl Quantity {
         }
         if let Some(written) = system.inputs.get(name).and_then(|i| i.unit.clone()) {
             return Self {
-                unit: converted(&written),
+                // As the assembly reads it: of what is carried as a share, per cent are hundredths.
+                unit: assembly
+                    .input_unit(name)
+                    .filter(|u| u.dimension != Dimension::Number),
                 symbol: if written == "1" {
                     String::new()
                 } else {

@@ -1,6 +1,6 @@
 //! What the traces show that no finding says: what is left, and transmitters that are apart throughout.
 
-use crate::diagnosis::{Check, Trace};
+use crate::diagnosis::{Check, NOISE_IS_LEFT, Trace};
 use crate::relations::Applied;
 use crate::twins::Pair;
 use dgd_effects::Relation;
@@ -29,7 +29,7 @@ pub(super) fn left(traces: &[Trace]) -> Check {
         )
     };
     Check {
-        name: "what is left is noise".into(),
+        name: NOISE_IS_LEFT.into(),
         passed: more.is_empty(),
         detail,
     }

@@ -1,6 +1,6 @@
 //! Which outputs the findings make worse where no fit has looked.
 
-use crate::diagnosis::{Check, Simulation};
+use crate::diagnosis::{Check, NOT_WORSE, Simulation};
 use crate::free_run::{Errors, Part, errors};
 use dgd_units::Legible;
 
@@ -23,7 +23,7 @@ pub(super) fn worse(simulation: &Simulation) -> Check {
         detail.push_str(&format!(": {}", worse.join("; ")));
     }
     Check {
-        name: "no output is made worse on held-out windows".into(),
+        name: NOT_WORSE.into(),
         passed: worse.is_empty(),
         detail,
     }

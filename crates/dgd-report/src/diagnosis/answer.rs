@@ -103,11 +103,10 @@ fn nothing(diagnosis: &Diagnosis) -> String {
 }
 
 /// What a partial verdict adds where no finding says it.
-fn unnamed(diagnosis: &Diagnosis) -> &'static str {
-    if diagnosis.verdict == Verdict::PartlyExplained && !diagnosis.findings.iter().any(is_unknown) {
-        " Something else, which is not named, is also at work: an output runs worse with this on the held-out windows."
-    } else {
-        ""
+fn unnamed(diagnosis: &Diagnosis) -> String {
+    match diagnosis.shortfalls().join(", and ") {
+        none if none.is_empty() => none,
+        short => format!(" It does not explain everything: {short}."),
     }
 }
 
@@ -254,7 +253,7 @@ fn meaning(verdict: Verdict) -> &'static str {
             "model and recording differ by no more than noise and instrument accuracy"
         }
         Verdict::Explained => "what was left out is named",
-        Verdict::PartlyExplained => "some of what was left out is named, some is not",
+        Verdict::PartlyExplained => "what is named does not explain everything",
         Verdict::Unexplained => "something is left out that is not in the catalogue",
     }
 }

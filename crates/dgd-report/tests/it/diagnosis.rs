@@ -188,7 +188,9 @@ fn the_wording_climbs_with_what_is_known() {
     assert!(cause.contains("formation fluid enters the well") && !cause.contains("L/min"));
     let two = says(&diagnoses::two(2));
     assert!(two.starts_with("Two things are left out: A, the return flow is measured late"));
-    assert!(two.ends_with("Something else, which is not named, is also at work: an output runs worse with this on the held-out windows."));
+    assert!(two.ends_with(
+        "It does not explain everything: an output runs worse with it on the held-out windows."
+    ));
     // What was only suspected need not be there.
     let mut suspected = diagnoses::two(2);
     for finding in &mut suspected.findings[1..] {

@@ -141,13 +141,11 @@ fn sentence(diagnosis: &Diagnosis) -> String {
         .into_iter()
         .chain(Some(suspected).filter(|s| !s.is_empty()))
         .collect();
-    let unknown = diagnosis.findings.iter().any(|f| f.effect == "unknown");
-    let worse = if diagnosis.verdict == Verdict::PartlyExplained && !unknown {
-        " (an output runs worse with it on the held-out windows)"
-    } else {
-        ""
+    let short = match diagnosis.shortfalls().join(", and ") {
+        none if none.is_empty() => none,
+        short => format!(" ({short})"),
     };
-    format!("{lead}{worse}, {}{gain}", said.join("; "))
+    format!("{lead}{short}, {}{gain}", said.join("; "))
 }
 
 /// What stands out that was not suspected.

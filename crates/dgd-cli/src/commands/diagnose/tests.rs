@@ -336,9 +336,31 @@ fn a_consistent_recording_is_told_with_what_would_have_been_seen() {
     // What makes an output worse is not all there is.
     let mut worse = diagnosis(vec![kick()]);
     worse.verdict = Verdict::PartlyExplained;
-    let told = tell::tell(&worse, &[], "rig.mat", Path::new("out"));
-    let says = "rig.mat: partly explained (an output runs worse with it on the held-out windows), ";
-    assert!(told.starts_with(says), "{told}");
+    let failing = |name: &str| Check {
+        name: name.to_owned(),
+        passed: false,
+        detail: String::new(),
+    };
+    let noise = failing("what is left is noise");
+    let output = failing("no output is made worse on held-out windows");
+    for (checks, says) in [
+        (
+            vec![output.clone()],
+            "partly explained (an output runs worse with it on the held-out windows), ",
+        ),
+        (
+            vec![noise.clone()],
+            "partly explained (more than noise is left), ",
+        ),
+        (
+            vec![output, noise],
+            "partly explained (more than noise is left, and an output runs worse with it on the held-out windows), ",
+        ),
+    ] {
+        worse.checks = checks;
+        let told = tell::tell(&worse, &[], "rig.mat", Path::new("out"));
+        assert!(told.starts_with(&format!("rig.mat: {says}")), "{told}");
+    }
 }
 
 #[test]

@@ -185,6 +185,44 @@ gauge = { kind = "instrument", measures = "level", of = "pit" }
 }
 
 #[test]
+fn inputs_are_given_in_their_units_and_the_linear_model_tells_those_that_it_is_in() {
+    let bench = Bench::bare();
+    bench.write(
+        "pit.toml",
+        r#"
+connections = ["feed -> pit -> valve -> atmosphere"]
+[components]
+feed = { kind = "displacement_pump" }
+pit = { kind = "tank", area = 2.0 }
+valve = { kind = "valve", flow_coefficient = 1e-5 }
+gauge = { kind = "instrument", measures = "level", of = "pit" }
+[inputs]
+"feed.input" = { channel = "q", unit = "l/min" }
+"valve.opening" = { channel = "z", unit = "%" }
+[initial]
+"pit.level" = 1.0
+"#
+        .replace("feed -> pit", "atmosphere -> feed -> pit"),
+    );
+    let at = |point: &str| format!("linearise --system pit.toml --at {point} --out lin");
+    let told = bench.json(
+        &at("feed.input=600l/min valve.opening=80% pit.level=1.5"),
+        "dgd.linear/1",
+    );
+    assert_eq!(told["operating_point"]["inputs"]["feed.input"], 0.01);
+    assert_eq!(told["operating_point"]["inputs"]["valve.opening"], 0.8);
+    let linear = super::document(&bench, "lin/linear.json");
+    assert_eq!(linear["input_units"], serde_json::json!(["m3/s", "1"]));
+    // What is misspelt is told before its unit is.
+    bench
+        .dgd(&at("feed.input=600l/min valve.openin=80% pit.level=1.5"))
+        .refused(&["valve.openin", "no such input or state", "valve.opening"]);
+    bench
+        .dgd(&at("feed.input=600psi valve.opening=0.8 pit.level=1.5"))
+        .refused(&["feed.input", "psi"]);
+}
+
+#[test]
 fn the_built_in_return_line_is_linearised_as_dgd_dynamics_does() {
     use dgd_dynamics::return_line::{LineState, linearise};
     let bench = Bench::new();

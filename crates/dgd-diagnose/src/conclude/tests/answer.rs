@@ -1,5 +1,6 @@
 //! Claims about a whole answer, on an hour and a half of drilling.
 
+use crate::diagnosis::NOT_WORSE;
 use crate::free_run::{Part, errors};
 use crate::record::Record;
 use crate::test_rig::{DT_S, Hidden, INFLUX_S, drilled, recorded};
@@ -59,7 +60,7 @@ fn first(blocks: usize) -> Record {
 fn assert_counted(found: &Diagnosis) {
     let check = &found.checks[0];
     let errors = errors(&found.simulation, Part::HeldOut);
-    assert_eq!(check.name, "no output is made worse on held-out windows");
+    assert_eq!(check.name, NOT_WORSE);
     let worse = (errors.iter().flatten())
         .filter(|e| e.after / e.before > 1.1)
         .count();
