@@ -75,12 +75,6 @@ impl Quantity {
     }
 }
 
-/// A unit that is converted.
-fn converted(written: &str) -> Option<Unit> {
-    let unit = Unit::parse(written).ok();
-    unit.filter(|u| u.dimension != Dimension::Number)
-}
-
 /// `74 % of the squares lie where lower.level is 3.1 to 4.2 cm (20 % of the samples)`
 pub(crate) fn place(assembly: &Assembly, region: &Region) -> String {
     let Region {
