@@ -9,7 +9,7 @@ use crate::network::{Attached, Driven, FLUID_SLOTS, FreeSlot, Part};
 use crate::spec::{Setting, System};
 use attached::effect_slots;
 use components::{component_slots, resolve_columns};
-use dgd_units::{Dimension, Unit, split_number};
+use dgd_units::{Unit, split_number};
 use std::collections::BTreeMap;
 
 /// What the first pass over a description gives.
@@ -58,15 +58,14 @@ pub(crate) fn number(setting: &Setting, property: &Property) -> Result<f64, Stri
             if unit.is_empty() || unit == property.unit {
                 return Ok(value);
             }
-            match property.dimension {
-                Some(dimension) => Unit::parse_as(unit, dimension)
-                    .map(|u| u.to_si(value))
-                    .map_err(|e| e.to_string()),
-                None => Err(format!(
+            if property.dimension.is_none() {
+                return Err(format!(
                     "`{text}` has a unit, expected a bare number in {}",
                     property.unit
-                )),
+                ));
             }
+            let unit = property.unit_of(unit).map_err(|e| e.to_string())?;
+            Ok(unit.to_si(value))
         }
         _ => Err(format!(
             "is not a number, expected a number in {}",
@@ -193,16 +192,11 @@ fn inputs(slots: &mut Slots, system: &System) {
                 "add `channel = \"column\"`",
             );
         }
-        let expected = property_of(system, path).and_then(|p| p.dimension);
-        let share = expected == Some(Dimension::Number);
-        let read = |written: &str| match (Unit::parse(written)?, expected) {
-            // A bare number is a share: per cent are hundredths of it.
-            (unit, _) if share && unit.dimension == Dimension::Percent => Ok(Unit {
-                factor: 0.01 * unit.factor,
-                ..unit
-            }),
-            (_, Some(dimension)) => Unit::parse_as(written, dimension),
-            (unit, None) => Ok(unit),
+        let read = |written: &str| {
+            property_of(system, path).map_or_else(
+                || Unit::parse(written),
+                |property| property.unit_of(written),
+            )
         };
         let unit = match input.unit.as_deref().map(read).transpose() {
             Ok(unit) => unit,

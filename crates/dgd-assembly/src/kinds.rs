@@ -1,7 +1,7 @@
 //! Which properties a component of each kind has.
 
 use crate::spec::Kind;
-use dgd_units::Dimension;
+use dgd_units::{Dimension, Unit, UnitError};
 
 /// A property of a kind of component.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,6 +23,22 @@ pub struct Property {
 }
 
 impl Property {
+    /// The unit that its values are `written` in, to what it is held in: a bare number may be written in per cent, which are hundredths of it.
+    ///
+    /// # Errors
+    /// [`UnitError`] if there is no such unit, or it measures something else.
+    pub fn unit_of(&self, written: &str) -> Result<Unit, UnitError> {
+        let unit = Unit::parse(written)?;
+        match self.dimension {
+            Some(Dimension::Number) if unit.dimension == Dimension::Percent => Ok(Unit {
+                factor: 0.01 * unit.factor,
+                ..unit
+            }),
+            Some(dimension) => Unit::parse_as(written, dimension),
+            None => Ok(unit),
+        }
+    }
+
     /// What it may be, in words.
     #[must_use]
     pub fn range(&self) -> String {

@@ -122,8 +122,8 @@ impl Diagnosis {
     /// Why findings that are all named explain only part: what they leave, and what they make worse; nothing of any other verdict, nor
     /// where one of them is `unknown` and says it itself.
     pub fn shortfalls(&self) -> Vec<&'static str> {
-        let unknown = |f: &Finding| f.effect == dgd_effects::unknown().about().id;
-        if self.verdict != Verdict::PartlyExplained || self.findings.iter().any(unknown) {
+        let unknown = self.findings.iter().any(Finding::is_unknown);
+        if self.verdict != Verdict::PartlyExplained || unknown {
             return Vec::new();
         }
         let failed = |name: &str| self.checks.iter().any(|c| c.name == name && !c.passed);
@@ -164,6 +164,11 @@ pub(crate) fn beside<'t>(
 impl Finding {
     /// Probability from which on an alternative is a serious one.
     pub const SERIOUS: f64 = 0.05;
+
+    /// Whether it is something that the catalogue does not hold.
+    pub fn is_unknown(&self) -> bool {
+        self.effect == dgd_effects::unknown().about().id
+    }
 
     /// Whether it, or one of what it is not told from, is likelier there than not: what was only suspected
     /// ([`Options::suspects`]) need not be.

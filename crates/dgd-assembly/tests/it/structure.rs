@@ -85,22 +85,39 @@ c = { kind = "line", length = 10.0, bore = 0.1, inertia = true }
 }
 
 #[test]
-fn an_input_is_read_in_a_unit_of_what_it_is() {
-    let of = |unit: &str| {
-        problems(&format!(
+fn a_share_is_written_in_per_cent_or_as_it_is_and_in_no_other_unit() {
+    let text = |valve: &str, unit: &str| {
+        format!(
             r#"connections = ["atmosphere -> valve -> tank"]
 [components]
 tank = {{ kind = "tank", area = 1.0 }}
-valve = {{ kind = "valve", flow_coefficient = 1e-5 }}
+valve = {{ kind = "valve", flow_coefficient = 1e-5{valve} }}
+[initial]
+"tank.level" = 1.0
 [inputs]
-"valve.opening" = {{ channel = "z", unit = "{unit}" }}
+{unit}
 "#
-        ))
+        )
     };
+    let driven = |unit: &str| {
+        let input = format!(r#""valve.opening" = {{ channel = "z", unit = "{unit}" }}"#);
+        text("", &input)
+    };
+    let held = |value: &str| text(&format!(r#", opening = "{value}""#), "");
+    for (unit, value) in [("%", 80.0), ("1", 0.8)] {
+        let read = Assembly::parse(&driven(unit)).unwrap();
+        let unit = read.input_unit("valve.opening").unwrap();
+        assert_eq!(unit.to_si(value), 0.8);
+    }
+    assert!(Assembly::parse(&held("80 %")).is_ok());
     for wrong in ["degC", "psi"] {
-        let found = of(wrong);
-        let expected = format!("line 6: valve.opening: `{wrong}` is a unit of");
-        assert!(found.contains(&expected), "{found}");
+        for text in [driven(wrong), held(&format!("80 {wrong}"))] {
+            let found = problems(&text);
+            assert!(
+                found.contains(&format!("valve.opening: `{wrong}` is a unit of")),
+                "{found}"
+            );
+        }
     }
 }
 

@@ -9,8 +9,8 @@ use crate::say::{self, TextTable, number};
 use crate::system::runs::{self, Run};
 use crate::system::{self, Gauge, columns, dimension_of_state, failed, gauges, unit_of};
 use dgd_assembly::{
-    Assembly, AssemblyError, Initial, Linear, RecordLayout, SimulationOptions, Window, linearise,
-    steady_state,
+    Assembly, AssemblyError, Initial, Linear, Property, RecordLayout, SimulationOptions, Window,
+    linearise, steady_state,
 };
 use dgd_documents::{SystemDocument, read_system, return_line_system};
 use dgd_export::{MatValue, write_mat5_values};
@@ -206,29 +206,30 @@ fn parse(assembly: &Assembly, key: &str, text: &str) -> Result<f64, Failure> {
     if unit.is_empty() {
         return Ok(value);
     }
-    let dimension = dimension(assembly, key)
-        .ok_or_else(|| wrong("it has no unit here; write the number alone".into()))?;
-    // A share may be written in hundredths, as in the description.
-    if dimension == Dimension::Number
-        && Unit::parse(unit).is_ok_and(|u| u.dimension == Dimension::Percent)
-    {
-        return Ok(0.01 * value);
-    }
-    let unit = Unit::parse_as(unit, dimension).map_err(|e| wrong(e.to_string()))?;
-    Ok(unit.to_si(value))
+    let unit = match (property(assembly, key), dimension(assembly, key)) {
+        (Some(property), _) if property.dimension.is_some() => property.unit_of(unit),
+        (_, Some(dimension)) => Unit::parse_as(unit, dimension),
+        (_, None) => return Err(wrong("it has no unit here; write the number alone".into())),
+    };
+    Ok(unit.map_err(|e| wrong(e.to_string()))?.to_si(value))
 }
 
-fn dimension(assembly: &Assembly, key: &str) -> Option<Dimension> {
-    let (component, property) = key.split_once('.')?;
+/// The property of a component that a path stands for, if it is none of its states.
+fn property(assembly: &Assembly, key: &str) -> Option<&'static Property> {
+    let (component, name) = key.split_once('.')?;
     let kind = assembly.system().components.get(component)?.kind;
-    let known = kind.properties().iter().find(|p| p.name == property);
-    let own = known.map_or_else(|| dimension_of_state(property), |p| p.dimension);
-    own.or_else(|| {
-        // Of a component that takes any signal, that of its channel.
-        let input = assembly.system().inputs.get(key)?;
-        let unit = Unit::parse(input.unit.as_ref()?).ok()?;
-        Some(unit.dimension)
-    })
+    kind.properties().iter().find(|p| p.name == name)
+}
+
+/// Of a state, of a property, of the channel that drives a component by any signal.
+fn dimension(assembly: &Assembly, key: &str) -> Option<Dimension> {
+    let Some(property) = property(assembly, key) else {
+        let (component, state) = key.split_once('.')?;
+        assembly.system().components.get(component)?;
+        return dimension_of_state(state);
+    };
+    let channel = || assembly.input_unit(key).map(|unit| unit.dimension);
+    property.dimension.or_else(channel)
 }
 
 /// Where a state would start, as a guess.
@@ -409,7 +410,7 @@ impl Units {
             }
             // What drives a component that takes any signal is read in the unit of its channel, and carried in SI.
             dimension(assembly, path)
-                .map_or("1", Dimension::si_symbol)
+                .map_or("", Dimension::si_symbol)
                 .to_owned()
         };
         Self {

@@ -147,6 +147,23 @@ level = { kind = "instrument", measures = "level", of = "tank", channel = "h", u
     }
 
     #[test]
+    fn an_opening_is_told_in_per_cent_where_its_channel_is() {
+        let opened = |unit: &str| {
+            let input = format!("[inputs]\n\"outlet.opening\" = {{ channel = \"z\"{unit} }}");
+            let text = TANKS.replace("[inputs]", &input).replacen(
+                r#"{ kind = "orifice", discharge_coefficient = 0.6, area = 1e-4 }"#,
+                r#"{ kind = "valve", flow_coefficient = 1e-5 }"#,
+                1,
+            );
+            let assembly = Assembly::parse(&text).unwrap();
+            Quantity::of(&assembly, "outlet.opening").range((0.55, 0.8))
+        };
+        assert_eq!(opened(r#", unit = "%""#), "55 to 80 %");
+        assert_eq!(opened(r#", unit = "1""#), "0.55 to 0.80");
+        assert_eq!(opened(""), "0.55 to 0.80");
+    }
+
+    #[test]
     fn depths_are_told_in_the_unit_of_the_record_and_times_in_seconds() {
         let told = |record: &str| {
             let text = TANKS.replace("[initial]", &format!("[record]\n{record}\n[initial]"));

@@ -20,16 +20,7 @@ use dgd_units::Unit;
 
 #[test]
 fn a_cause_is_as_likely_there_as_it_and_what_cannot_be_told_from_it() {
-    let one = Named {
-        applied: Applied::new(find("influx").unwrap(), vec![1e-3, 0.0, 600.0, 0.15]),
-        evidence: 20.0,
-        bent: 0.0,
-        hurdle: 10.0,
-        probability: 0.3,
-        alternatives: vec![("inflow_gain".to_owned(), 0.2), ("unknown".to_owned(), 0.1)],
-        held: None,
-        most: None,
-    };
+    let one = influx(0.3, &[("inflow_gain", 0.2), ("unknown", 0.1)]);
     assert!((one.likely() - 0.6).abs() < 1e-12);
 }
 
@@ -153,10 +144,6 @@ fn correction(probability: f64) -> Named {
     }
 }
 
-fn ids(named: &[Named]) -> Vec<&str> {
-    named.iter().map(|n| n.applied.effect.about().id).collect()
-}
-
 #[test]
 fn what_outweighs_a_suspect_and_was_not_suspected_is_no_alternative_to_it() {
     let of = |alternatives: &[(&str, f64)], suspects: &[&str]| {
@@ -164,14 +151,13 @@ fn what_outweighs_a_suspect_and_was_not_suspected_is_no_alternative_to_it() {
         let suspects: Vec<String> = suspects.iter().map(|s| (*s).to_owned()).collect();
         unless_outweighed(&mut one, &suspects);
         let left = one.alternatives.into_iter().map(|a| a.0);
-        left.collect::<Vec<_>>()
+        left.collect::<Vec<String>>()
     };
     let suspects = ["influx", "annulus_area"];
     let likelier = ("inflow_gain", 0.4);
     assert_eq!(of(&[("inflow_gain", 0.3)], &suspects), ["inflow_gain"]);
     assert_eq!(of(&[("annulus_area", 0.4)], &suspects), ["annulus_area"]);
-    let nothing: [String; 0] = [];
-    assert_eq!(of(&[likelier], &suspects), nothing);
+    assert!(of(&[likelier], &suspects).is_empty());
     // Nothing else that was not suspected stays either, but what was suspected does.
     assert_eq!(
         of(
@@ -259,7 +245,6 @@ fn a_suspect_that_is_doubted_for_what_is_left_does_not_stand_for_that() {
     let mut any = vec![influx(0.4, &[])];
     doubt_what_is_left(&traces, &mut any, false, Sought::Any(6));
     assert_eq!(any[0].alternatives[0].0, "unknown");
-    assert_eq!(ids(&any), ["influx"]);
 }
 
 #[test]

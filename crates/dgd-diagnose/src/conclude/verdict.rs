@@ -15,7 +15,6 @@ pub(super) fn verdict(
     // What was only suspected may be less likely than not, and then is nothing that was left out; nor is a swell that nobody asked about.
     let asked = |f: &Finding| suspects.is_empty() || suspects.contains(&f.effect);
     let left_out = || findings.iter().filter(|f| f.is_likely() && asked(f));
-    let unknown = |f: &Finding| f.effect == dgd_effects::unknown().about().id;
     if left_out().next().is_none() {
         // Suspects that explain nothing leave open what stands out beside them.
         return if suspects.is_empty() || beside(tested, suspects).next().is_none() {
@@ -24,9 +23,9 @@ pub(super) fn verdict(
             Verdict::Unexplained
         };
     }
-    if left_out().all(unknown) {
+    if left_out().all(Finding::is_unknown) {
         Verdict::Unexplained
-    } else if left_out().any(unknown) || !sound {
+    } else if left_out().any(Finding::is_unknown) || !sound {
         Verdict::PartlyExplained
     } else {
         Verdict::Explained

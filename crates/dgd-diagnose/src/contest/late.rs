@@ -112,40 +112,50 @@ fn shapes(one: &Applied) -> Vec<Applied> {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-    use super::{retime, shapes};
+    use super::{UNUSUAL, retime, shapes};
     use crate::contest::{Contender, contest};
+    use crate::record::Record;
     use crate::tangent::{Bend, Tangent};
     use crate::test_rig::{Hidden, drilled, one};
+    use crate::timing::retimed;
+    use dgd_effects::find;
 
     fn of<'c>(contenders: &'c mut [Contender], id: &str) -> &'c mut Contender {
         let it = |c: &&mut Contender| c.effect.about().id == id;
         contenders.iter_mut().find(it).unwrap()
     }
 
-    #[test]
-    fn a_store_is_tried_in_each_of_its_forms_and_a_delay_has_one() {
-        let delay = one("return_flow_delay", &[9.0]);
-        let tried: Vec<Vec<f64>> = (shapes(&delay).into_iter()).map(|a| a.parameters).collect();
-        assert_eq!(tried, [[9.0]]);
-        let store = one("line_gas_storage", &[9.0, 0.5]);
-        let tried: Vec<Vec<f64>> = (shapes(&store).into_iter()).map(|a| a.parameters).collect();
-        assert_eq!(tried, [[9.0, 0.0], [9.0, 0.5]]);
-    }
-
-    #[test]
-    fn late_meters_are_timed_again_only_where_two_of_them_stand_out() {
+    /// Drilling in which the return flow's meter is 9 s late, and what is weighed about nothing else.
+    fn late() -> (Record, Tangent, Vec<Contender>) {
         let record = drilled(Hidden {
             late_s: 9.0,
             ..Hidden::default()
         });
         let gate = Tangent::beside(&record, &[], &[], Bend::Lean).unwrap();
-        let known = contest(&record, &gate, &[]);
+        let contenders = contest(&record, &gate, &[]);
+        (record, gate, contenders)
+    }
+
+    #[test]
+    fn a_store_is_tried_in_each_of_its_forms_and_a_delay_has_one() {
+        let tried = |id: &str, parameters: &[f64]| -> Vec<Vec<f64>> {
+            let shapes = shapes(&one(id, parameters));
+            shapes.into_iter().map(|a| a.parameters).collect()
+        };
+        assert_eq!(tried("return_flow_delay", &[9.0]), [[9.0]]);
+        let store = tried("line_gas_storage", &[9.0, 0.5]);
+        assert_eq!(store, [[9.0, 0.0], [9.0, 0.5]]);
+    }
+
+    #[test]
+    fn late_meters_are_timed_again_only_where_two_of_them_stand_out() {
+        let (record, gate, known) = late();
+        let wrong = one("return_flow_delay", &[5.0]);
         let disturbed = |second: bool| {
             let mut now = known.clone();
             let delay = of(&mut now, "return_flow_delay");
-            let places = delay.best.evidence - delay.evidence;
-            delay.best.applied.parameters[0] = 5.0;
-            (delay.best.evidence, delay.evidence) = (40.0 + places, 40.0);
+            delay.best.applied = wrong.clone();
+            (delay.best.evidence, delay.evidence) = (42.0, 40.0);
             if !second {
                 of(&mut now, "line_gas_storage").evidence = 0.0;
             }
@@ -153,46 +163,33 @@ mod tests {
             of(&mut now, "return_flow_delay").clone()
         };
         let alone = disturbed(false);
-        assert_eq!(
-            (alone.best.applied.parameters[0], alone.evidence),
-            (5.0, 40.0)
-        );
+        assert_eq!(alone.best.applied.parameters, wrong.parameters);
+        assert_eq!(alone.evidence, 40.0);
         let again = disturbed(true);
         let time_s = again.best.applied.parameters[0];
         assert!((time_s - 9.0).abs() < 1.0, "{time_s}");
-        let before = known
-            .iter()
-            .find(|c| c.effect.about().id == "return_flow_delay");
-        let before = before.unwrap();
-        let paid = |c: &Contender| c.best.evidence - c.evidence;
-        assert!((paid(&again) - paid(before)).abs() < 1e-9);
-        // From another start its time ends a step beside, which costs an e-fold or two.
-        let (now, then) = (again.evidence, before.evidence);
-        assert!((0.99 * then..1.01 * then).contains(&now), "{now} {then}");
+        let best = (time_s, again.best.evidence);
+        assert_eq!(Some(best), retimed(&record, &gate, &[], &wrong));
+        // It pays for the places that it could have been, as before.
+        assert_eq!(again.evidence, best.1 - 2.0);
         assert_eq!(again.formed, again.evidence);
     }
 
     #[test]
     fn an_unusual_form_pays_for_itself() {
-        let record = drilled(Hidden {
-            late_s: 9.0,
-            ..Hidden::default()
-        });
-        let gate = Tangent::beside(&record, &[], &[], Bend::Lean).unwrap();
-        let mut now = contest(&record, &gate, &[]);
+        let (record, gate, mut now) = late();
         // More than any form shows: what is known stays, and pays for its form.
-        let paid = |now: &mut [Contender], id: &str, parameters: &[f64]| {
-            let c = of(now, id);
-            c.best.applied.parameters = parameters.to_vec();
+        let mut paid = |spread: f64| {
+            let c = of(&mut now, "line_gas_storage");
+            c.best.applied.parameters = vec![4.0, spread];
             (c.best.evidence, c.evidence, c.formed) = (1e9, 1e9, 1e9);
-            retime(&record, &gate, &[], now);
-            let c = of(now, id);
+            retime(&record, &gate, &[], &mut now);
+            let c = of(&mut now, "line_gas_storage");
             (1e9 - c.evidence, 1e9 - c.formed)
         };
-        let usual = one("line_gas_storage", &[]).effect.about().of_strength(4.0);
-        assert_eq!(paid(&mut now, "line_gas_storage", &usual), (0.0, 0.0));
-        let mut other = usual;
-        other[1] = if other[1] == 0.5 { 1.0 } else { 0.5 };
-        assert_eq!(paid(&mut now, "line_gas_storage", &other), (8.0, 8.0));
+        let store = find("line_gas_storage").unwrap().about();
+        let usual = store.of_strength(4.0)[1];
+        assert_eq!(paid(usual), (0.0, 0.0));
+        assert_eq!(paid(0.5 - usual), (UNUSUAL, UNUSUAL));
     }
 }

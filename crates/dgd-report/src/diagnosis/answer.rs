@@ -6,8 +6,7 @@ use super::html::Html;
 use super::letter;
 use super::quantity::{percent, split};
 use super::words::{
-    self, RUNGS, Rung, capital, estimated, improvement, is_unknown, listed, strength, title,
-    title_of,
+    self, RUNGS, Rung, capital, estimated, improvement, listed, strength, title, title_of,
 };
 
 /// The whole diagnosis in a sentence.
@@ -318,7 +317,7 @@ fn card(diagnosis: &Diagnosis, index: usize, finding: &Finding, html: &mut Html)
     }
     html.close("ol").open("dl", "facts");
     let among: Vec<String> = finding.serious().map(|(id, _)| id.clone()).collect();
-    let more = match (among.len(), is_unknown(finding)) {
+    let more = match (among.len(), finding.is_unknown()) {
         (0, true) => "that it is outside the catalogue".to_owned(),
         (0, false) => words::other_or_nothing(finding),
         (1, _) => "one alternative".to_owned(),

@@ -5,7 +5,7 @@ use dgd_diagnose::{Diagnosis, Finding, Outcome};
 use super::html::{Cell, Html};
 use super::letter;
 use super::quantity::{evidence, percent};
-use super::words::{Rung, capital, is_unknown, listed, other_or_nothing, title, title_of};
+use super::words::{Rung, capital, listed, other_or_nothing, title, title_of};
 
 const MOST_ALTERNATIVES: usize = 8;
 
@@ -137,7 +137,7 @@ fn apart(finding: &Finding, html: &mut Html) {
         .collect();
     let count = rivals.len();
     if count == 0 {
-        if !is_unknown(finding) {
+        if !finding.is_unknown() {
             let others = "no other effect has a probability of 5 % or more on this recording";
             match Rung::of(finding) {
                 Rung::Class => html.labelled(

@@ -5,7 +5,7 @@ use dgd_effects::{About, find};
 
 use super::html::{Cell, Html};
 use super::quantity::split;
-use super::words::{capital, held_title, is_unknown, title};
+use super::words::{capital, held_title, title};
 use super::{correction, glossary, letter, plain};
 
 /// The relations of the base model, for a page without findings.
@@ -94,7 +94,7 @@ fn one(index: usize, finding: &Finding, html: &mut Html) {
             "The correction is empirical: it has the shape of the residual; no physical cause is claimed.",
         );
         correction::picture(curve, html);
-    } else if is_unknown(finding) {
+    } else if finding.is_unknown() {
         html.paragraph(
             "The equation is only an approximation: an effect of the catalogue explains much of the difference, but in a form that does not hold. \
              No physical cause is claimed.",

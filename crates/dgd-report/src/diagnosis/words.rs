@@ -32,7 +32,7 @@ const SURE: f64 = 0.8;
 
 impl Rung {
     pub(super) fn of(finding: &Finding) -> Self {
-        if is_unknown(finding) {
+        if finding.is_unknown() {
             return Self::Located;
         }
         if !(finding.probability >= SURE) {
@@ -45,10 +45,6 @@ impl Rung {
             _ => Self::Cause,
         }
     }
-}
-
-pub(super) fn is_unknown(finding: &Finding) -> bool {
-    finding.effect == "unknown"
 }
 
 /// The parameter that says how strong an effect is: the first one of the catalogue, otherwise the first one given.
