@@ -2,7 +2,7 @@
 
 mod doubts;
 
-use super::{Gauge, failed, gauges};
+use super::{Gauge, failed, file_name, gauges};
 use crate::failure::Failure;
 use crate::load;
 use crate::progress::Progress;
@@ -252,6 +252,8 @@ impl Files<'_> {
                 self.check_unit(found, layout.unit.as_deref(), "[record]");
             }
             add(time, &self.on_the_clock(found));
+        } else if layout.step.is_none() && self.assembly.system().independent == "time" {
+            return Err(self.untimed());
         }
         for (path, input) in &self.assembly.system().inputs {
             let wanted = stands_for(part, &input.channel);
@@ -287,6 +289,28 @@ impl Files<'_> {
             ));
         }
         Ok(columns)
+    }
+
+    /// The system does not tell when the samples were taken: a step of 1 s would only be a guess.
+    fn untimed(&self) -> Failure {
+        let clock = (self.table.clock)
+            .or_else(|| dgd_recording::survey(self.table).time_column)
+            .and_then(|index| self.table.columns.get(index));
+        let help = clock.map_or_else(
+            || {
+                "set `step` there to the seconds between samples, or `time` to the column of times"
+                    .to_owned()
+            },
+            |column| {
+                let [tag, file] = [column.tag.clone(), file_name(self.path)];
+                format!("set `time = \"{tag}\"` there: {file} has that column of times")
+            },
+        );
+        Failure::Input {
+            path: self.system.to_owned(),
+            reason: "has neither `time` nor `step` under [record], so it does not tell when the samples were taken".into(),
+            help: Some(help),
+        }
     }
 
     fn found(&self, tag: &str, what: &str, mend: &str) -> Result<&Column, Failure> {

@@ -56,6 +56,15 @@ fn a_recording_that_does_not_fit_the_system_is_told_with_the_mend() {
         "record.train",
         "9000",
     ]);
+    let untimed = |record: &str| system.split("[record]").next().unwrap().to_owned() + record;
+    bench.write("untimed.toml", untimed(""));
+    bench
+        .dgd("fit two_tanks.csv --system untimed.toml")
+        .refused(&["untimed.toml", "neither `time` nor `step`", "time = \"t\""]);
+    bench.write("untimed.toml", untimed("[record]\nstep = 4.0\n"));
+    bench
+        .dgd("simulate two_tanks.csv --system untimed.toml")
+        .done();
     bench.write(
         "still.toml",
         system
