@@ -46,6 +46,15 @@ pub(crate) fn calibrate(named: &mut [Named]) {
     }
 }
 
+/// Lowers the probability of an effect to `most`; what it loses is another one's.
+pub(crate) fn less_likely(named: &mut Named, most: f64, other: &str) {
+    let lost = named.probability - most;
+    if lost > 0.0 {
+        named.probability = most;
+        also(&mut named.alternatives, other, lost);
+    }
+}
+
 /// Makes an alternative likelier by so much.
 fn also(alternatives: &mut Vec<(String, f64)>, id: &str, more: f64) {
     match alternatives.iter_mut().find(|a| a.0 == id) {

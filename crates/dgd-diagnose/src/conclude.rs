@@ -13,13 +13,13 @@ use crate::belief::{beside_unnamed, calibrate, doubt, left_over};
 use crate::diagnosis::{DiagnoseError, Diagnosis, Finding, MOST_STEP_S, Options, Stage, Trace};
 use crate::estimates::Estimator;
 use crate::finding::{finding, heaving};
-use crate::free_run::best_gain;
+use crate::free_run::told_by;
 use crate::heave::{Swell, Unseen, swell};
 use crate::numbers::whole;
 use crate::placebo::placebo;
 use crate::record::Record;
 use crate::relations::{Applied, Blocks, Rows};
-use crate::select::{Sought, select};
+use crate::select::{Sought, doubt_outdone, select};
 use crate::selection::Named;
 use crate::tangent::{Bend, LEAST_ROWS, Tangent};
 use crate::tested::tested;
@@ -79,6 +79,9 @@ pub fn diagnose(
         progress(Stage::Screening(round))
     })
     .ok_or_else(|| too_few(&record))?;
+    if let Sought::Given(_) = sought {
+        doubt_outdone(&record, &known, &mut selection, options.most_effects);
+    }
     let doubted = believe(&record, &mut selection.named, sought);
 
     progress(Stage::Fitting);
@@ -109,7 +112,7 @@ pub fn diagnose(
         well.mud_density_kg_m3,
     );
     let swelling: Vec<(&About, Swell)> = swelling(swell, &models.start).collect();
-    let held_out = best_gain(&simulation);
+    let held_out = told_by(&simulation);
     let estimator = Estimator::of(&record, &state, &full);
     let named =
         (selection.named.iter()).map(|named| finding(&record, named, &estimator, held_out.clone()));

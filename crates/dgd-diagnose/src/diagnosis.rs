@@ -93,7 +93,7 @@ pub struct Finding {
     pub parameters: Vec<ParameterEstimate>,
     /// The curve of an empirical correction, which has no parameters. An `unknown` has it, or [`Self::resembles`].
     pub curve: Option<CorrectionCurve>,
-    /// Gain on the held-out windows, on the signal that gains most.
+    /// Gain on the held-out windows, on the signal that gains most; where none gains, on the one that loses most.
     pub held_out: Option<HeldOut>,
     /// The relation as the base model has it, in plain notation.
     pub equation_before: String,
@@ -385,8 +385,8 @@ pub struct Options {
     pub start: Vec<dgd_effects::AppliedEffect>,
     /// Most effects that are fitted together.
     pub most_effects: usize,
-    /// Ids of the only effects that are searched for: each is fitted whatever its evidence, and its probability says whether it is there. Empty
-    /// for the whole catalogue.
+    /// Ids of the only effects that are fitted, whatever their evidence; the probability of each says whether it is there, and is low where
+    /// a search of the whole catalogue does not name it and leaves nothing of it to be seen. Empty for the whole catalogue.
     pub suspects: Vec<String>,
     /// Steps of the chain that are left out; for measuring what each contributes.
     pub without: Vec<Step>,

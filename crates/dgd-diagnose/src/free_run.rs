@@ -216,11 +216,21 @@ pub(crate) fn errors(simulation: &Simulation, part: Part) -> Vec<Option<Errors>>
     simulation.signals.iter().map(of).collect()
 }
 
-/// The signal that gains most on the held-out windows, with an interval by a bootstrap over stretches, which keeps what hangs together.
-pub(crate) fn best_gain(simulation: &Simulation) -> Option<HeldOut> {
+/// The signal that gains most on the held-out windows, or where none gains the one that loses most, with an interval by a bootstrap
+/// over stretches, which keeps what hangs together.
+pub(crate) fn told_by(simulation: &Simulation) -> Option<HeldOut> {
     let errors = errors(simulation, Part::HeldOut).into_iter();
-    let judged = (errors.zip(&simulation.signals)).filter_map(|(e, signal)| Some((e?, signal)));
-    let (best, signal) = judged.min_by(|(a, _), (b, _)| a.left().total_cmp(&b.left()))?;
+    let judged: Vec<(Errors, &Signal)> = (errors.zip(&simulation.signals))
+        .filter_map(|(e, signal)| Some((e?, signal)))
+        .collect();
+    let by_share =
+        |a: &&(Errors, &Signal), b: &&(Errors, &Signal)| a.0.left().total_cmp(&b.0.left());
+    let best = judged.iter().min_by(by_share)?;
+    let (best, signal) = if best.0.left() < 1.0 {
+        best
+    } else {
+        judged.iter().max_by(by_share)?
+    };
     Some(HeldOut {
         signal: signal.name.to_owned(),
         rmse_before: best.before,

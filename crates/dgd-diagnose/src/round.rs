@@ -226,6 +226,12 @@ impl<'a> Round<'a> {
             .is_some_and(|c| c.evidence > contest::hurdle(self.record, &c.best.applied))
     }
 
+    /// How likely it is that an effect is there beside what has been named, whatever looks like it.
+    pub(crate) fn beside(&self, id: &str) -> f64 {
+        let it = |c: &&Contender| c.effect.about().id == id;
+        (self.contenders.iter().find(it)).map_or(0.0, |c| self.real(c))
+    }
+
     /// The one of some effects that explains most, named whatever its evidence; `None` if the recording excites none of them.
     pub(crate) fn given(&self, ids: &[String]) -> Option<Named> {
         let given =

@@ -370,7 +370,7 @@ fn gains(diagnosis: &Diagnosis, html: &mut Html) {
         "the finding improves"
     };
     html.table(
-        &format!("What {whose}, on the signal that gains most; the interval is from a paired bootstrap over blocks."),
+        &format!("What {whose}, on the signal that gains most, or where none gains on the one that loses most; the interval is from a paired bootstrap over blocks."),
         &["Signal", "RMSE without", "RMSE with", "Improvement", "95 % interval"],
         &[row],
         "wide-first",

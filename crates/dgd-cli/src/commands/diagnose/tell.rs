@@ -357,7 +357,7 @@ fn tell_blind(text: &mut String, one: &Tested) -> std::fmt::Result {
     }
 }
 
-/// How what was suspected fared: nothing else was searched for, only weighed before anything was named.
+/// How what was suspected fared: nothing else was fitted.
 fn tell_suspected(text: &mut String, diagnosis: &Diagnosis) -> std::fmt::Result {
     let suspected = |id: &str| diagnosis.suspected.iter().any(|s| s == id);
     // Swell is told apart, whatever was suspected.
