@@ -19,7 +19,8 @@ pub(crate) fn write_augmented(text: &mut String, model: &AugmentedModel) -> std:
     let curves = &model.curves;
     writeln!(
         text,
-        "\n# Added by a diagnosis: free-form base curves and the effects that act. `dgd simulate` runs this."
+        "\n# Added by a diagnosis: free-form base curves and the effects that act, in SI units. `dgd simulate` runs this.\n\
+         # Fitted without the held-out windows, so that they test it; the sizes in the report are of the whole recording."
     )?;
     writeln!(
         text,

@@ -233,7 +233,7 @@ fn left_out(e: &Evidence<'_, '_>, claim: &Claim) -> Finding {
     unnamed(e, e.base_trial, rows, &far, title)
 }
 
-/// An `unknown` at the instruments that lie far above their noise; nowhere if there are none.
+/// An `unknown` at the instrument that lies far above its noise; without a place if there are several, which are told, or none.
 ///
 /// - `rows`: training residuals of the fitted `trial`.
 pub(crate) fn unnamed(
@@ -264,9 +264,11 @@ pub(crate) fn unnamed(
     }
     Finding {
         effect: "unknown".into(),
-        component: far
-            .first()
-            .map_or_else(String::new, |l| names[l.output].clone()),
+        component: match far {
+            [only] => names[only.output].clone(),
+            // The largest error often sits downstream of what is wrong.
+            _ => String::new(),
+        },
         title: if said.is_empty() {
             title.into()
         } else {

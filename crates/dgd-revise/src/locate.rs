@@ -65,22 +65,27 @@ pub(crate) fn region(
         if !(of[n - 1].0 - of[0].0 > 1e-6 * of[n - 1].0.abs()) {
             continue;
         }
-        let edge = |k: usize| k * n / BINS;
+        // A value that the quantity keeps lies wholly on one side of an edge.
+        let edges: Vec<usize> = (0..=BINS)
+            .map(|k| k * n / BINS)
+            .map(|k| of.get(k).map_or(n, |at| of.partition_point(|p| p.0 < at.0)))
+            .collect();
         // Ranges of a tenth to a half of the samples: how much more than their share of samples lies there.
         for width in 1..=BINS / 2 {
             for first in 0..=BINS - width {
-                let part = &of[edge(first)..edge(first + width)];
+                let part = &of[edges[first]..edges[first + width]];
                 let (Some(low), Some(high)) = (part.first(), part.last()) else {
                     continue;
                 };
                 let share = part.iter().map(|p| p.1).sum::<f64>() / total;
-                let crowded = share - width as f64 / BINS as f64;
+                let of_samples = part.len() as f64 / n as f64;
+                let crowded = share - of_samples;
                 if best.as_ref().is_none_or(|b| crowded > b.0 + 1e-9) {
                     let region = Region {
                         along: name.clone(),
                         range: (low.0, high.0),
                         share,
-                        of_samples: width as f64 / BINS as f64,
+                        of_samples,
                     };
                     best = Some((crowded, region));
                 }
@@ -88,4 +93,43 @@ pub(crate) fn region(
         }
     }
     best.map(|b| b.1)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+
+    use super::region;
+    use crate::stack::Data;
+    use dgd_assembly::Window;
+
+    /// The region along a quantity of such values, where the squares fall by 1 at samples 70 to 99 alone.
+    fn told(quantity: impl Fn(usize) -> f64) -> ((f64, f64), f64, f64) {
+        let window = Window {
+            time: (0..100).map(f64::from).collect(),
+            readings: vec![vec![0.0; 100]],
+            ..Window::default()
+        };
+        let data = Data::new(vec![window], true);
+        let before: Vec<f64> = (0..100).map(|i| f64::from(u8::from(i >= 70))).collect();
+        let quantities = [("u".to_owned(), vec![(0..100).map(quantity).collect()])];
+        let found = region(&data, &before, &[0.0; 100], &quantities).unwrap();
+        (found.range, found.share, found.of_samples)
+    }
+
+    #[test]
+    fn a_region_is_where_more_of_the_squares_lie_than_of_the_samples() {
+        assert_eq!(told(|i| i as f64), ((70.0, 99.0), 1.0, 0.3));
+    }
+
+    #[test]
+    fn a_value_that_is_kept_is_wholly_within_a_region_or_without() {
+        let stepped = |i: usize| if i < 64 { 1.0 } else { 2.0 };
+        assert_eq!(told(stepped), ((2.0, 2.0), 1.0, 0.36));
+        // The region would end within the samples of 2.
+        let thrice = |i: usize| [1.0, 2.0, 3.0][usize::from(i >= 55) + usize::from(i >= 85)];
+        let (range, share, of_samples) = told(thrice);
+        assert_eq!((range, of_samples), ((2.0, 3.0), 0.45));
+        assert!((share - 1.0).abs() < 1e-12);
+    }
 }

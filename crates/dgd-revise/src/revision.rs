@@ -66,7 +66,8 @@ impl Verdict {
 pub struct Finding {
     /// Id of the effect in the catalogue, or `unknown`.
     pub effect: String,
-    /// Component it sits on; the instrument or state of an `unknown`, empty if it has no place.
+    /// Component it sits on; of an `unknown` the instrument or state that is corrected, or the only instrument that shows it; empty if
+    /// none is or several are.
     pub component: String,
     /// A few words for people.
     pub title: String,
@@ -106,7 +107,7 @@ pub struct Finding {
 pub struct Region {
     /// The independent variable, or the path of an input, a state or an instrument; as simulated by the re-fitted base.
     pub along: String,
-    /// Its range, in the units of the assembly: SI where a unit is given.
+    /// Its range, in the units of the assembly: SI where a unit is given; both ends the same where that is one value.
     pub range: (f64, f64),
     /// Share of the squares that lies there.
     pub share: f64,

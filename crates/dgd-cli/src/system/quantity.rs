@@ -65,9 +65,14 @@ impl Quantity {
         self.unit.map_or(si, |u| u.from_si(si))
     }
 
-    /// `3.1 to 4.2 cm`
+    /// `3.1 to 4.2 cm`; `5 cm` where that is one value.
     pub(crate) fn range(&self, (from, to): (f64, f64)) -> String {
         let (from, to) = (self.shown(from), self.shown(to));
+        if from == to {
+            return format!("{} {}", say::number(from), self.symbol)
+                .trim_end()
+                .to_owned();
+        }
         let [_, from, to] = say::with_interval(from, (from, to));
         format!("{from} to {to} {}", self.symbol)
             .trim_end()
@@ -75,7 +80,7 @@ impl Quantity {
     }
 }
 
-/// `74 % of the squares lie where lower.level is 3.1 to 4.2 cm (20 % of the samples)`
+/// `74 % of the squares lie where the simulated lower.level is 3.1 to 4.2 cm (20 % of the samples)`
 pub(crate) fn place(assembly: &Assembly, region: &Region) -> String {
     let Region {
         along,
@@ -83,8 +88,11 @@ pub(crate) fn place(assembly: &Assembly, region: &Region) -> String {
         share,
         of_samples,
     } = region;
+    let system = assembly.system();
+    let given = *along == system.independent || system.inputs.contains_key(along);
+    let run = if given { "" } else { "the simulated " };
     format!(
-        "{:.0} % of the squares lie where {along} is {} ({:.0} % of the samples)",
+        "{:.0} % of the squares lie where {run}{along} is {} ({:.0} % of the samples)",
         100.0 * share,
         Quantity::of(assembly, along).range(*range),
         100.0 * of_samples
@@ -196,6 +204,15 @@ string = { kind = "line", length = 1.0, bore = 0.1, friction = "polynomial", qua
         assert_eq!(
             place(&assembly, &region),
             "74 % of the squares lie where feed.flow is 60 to 120 l/min (20 % of the samples)"
+        );
+        let full = Region {
+            along: "tank.level".into(),
+            range: (0.4, 0.4),
+            ..region
+        };
+        assert_eq!(
+            place(&assembly, &full),
+            "74 % of the squares lie where the simulated tank.level is 40 cm (20 % of the samples)"
         );
         let all: Vec<(f64, f64)> = (0..5u32)
             .map(|i| (100.0 * f64::from(i), 100.0 * f64::from(i) + 40.0))
