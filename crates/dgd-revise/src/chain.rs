@@ -11,7 +11,7 @@ use crate::error::ReviseError;
 use crate::floor;
 use crate::noise;
 use crate::parallel::Threads;
-use crate::revision::{Options, Revision, Stage};
+use crate::revision::{Excuse, Options, Revision, Stage};
 use crate::screen::{Screened, screen, screen_inside};
 use crate::sets::{self, Scored, Width};
 use crate::stack::Data;
@@ -158,8 +158,7 @@ pub fn revise(
         refused: BTreeSet::new(),
         claim: Claim::default(),
     };
-    let open = gate.iter().any(|p| gate.len() as f64 * p <= options.gate);
-    if !open || evidence.excuse.is_some_and(|e| e != Excuse::Small) {
+    if !evidence.open(&gate) || evidence.excuse.is_some_and(|e| e != Excuse::Small) {
         return conclude::conclude(evidence, &folds, watch);
     }
     let width = Width {
@@ -337,17 +336,6 @@ fn gate(
         null_probability(free_coarse, 4),
         memory_probability(context, base),
     ]
-}
-
-/// Why what is left of the re-fitted base is none that these instruments could show, be it ever so systematic.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Excuse {
-    /// Each recorded instrument says how accurate it is, and is met within that.
-    Accuracy,
-    /// Each is, or what is left of it is its noise.
-    Noise,
-    /// The same to ten per cent, in which an effect may still be seen, but where nothing else is worth a word.
-    Small,
 }
 
 fn excuse(context: &Context<'_>, levels: &[floor::Level]) -> Option<Excuse> {

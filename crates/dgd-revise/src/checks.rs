@@ -1,14 +1,13 @@
 //! Checks on what is claimed, passed or failed.
 
 use crate::baseline::{self, Baseline};
-use crate::chain::Excuse;
 use crate::conclude::{Evidence, Told};
 use crate::confirm::{self};
 use crate::context::{Context, Trial};
 use crate::findings::Standing;
 use crate::floor::Level;
 use crate::noise::{lags, portmanteau};
-use crate::revision::Check;
+use crate::revision::{Check, Excuse};
 use crate::screen::screen;
 use crate::tangent::dot;
 use crate::validate::LeftOut;
@@ -26,8 +25,7 @@ pub(crate) fn gate_checks(e: &Evidence<'_, '_>) -> Vec<Check> {
         .zip(e.gate)
         .map(|(w, p)| format!("{w}: p = {p:.3}"))
         .collect();
-    let least = e.gate.iter().copied().fold(1.0, f64::min);
-    let open = words.len() as f64 * least <= e.options.gate;
+    let open = e.open(&e.gate);
     // A gate that stays shut is the answer, not a failure.
     let mut checks = vec![Check {
         name: if open {

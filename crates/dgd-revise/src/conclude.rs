@@ -2,7 +2,7 @@
 
 use crate::baseline::{Baseline, fresh_jacobian};
 use crate::belief;
-use crate::chain::{Claim, Excuse, Withdrawn};
+use crate::chain::{Claim, Withdrawn};
 use crate::checks::{bounds_check, confirmation, gate_checks, outweighs, remainder, whiteness};
 use crate::confirm::{self, Readings};
 use crate::context::{Context, Trial};
@@ -11,7 +11,7 @@ use crate::estimates::estimates;
 use crate::findings::{Standing, classes, findings, standings, tested, unnamed};
 use crate::floor::{self, Level};
 use crate::revision::{
-    Check, Contender, Model, Options, OutputGain, Revision, Signal, Stage, Trace, Verdict,
+    Check, Contender, Excuse, Model, Options, OutputGain, Revision, Signal, Stage, Trace, Verdict,
 };
 use crate::screen::Screened;
 use crate::sets::Scored;
@@ -54,11 +54,15 @@ pub(crate) struct Told {
 }
 
 impl Evidence<'_, '_> {
+    /// Whether any of some probabilities of the gate is too small for chance.
+    pub(crate) fn open(&self, of: &[f64]) -> bool {
+        of.iter()
+            .any(|p| self.gate.len() as f64 * p <= self.options.gate)
+    }
+
     /// Whether a score of the gate is more than chance, or the memory is none that an instrument has of its own.
     pub(crate) fn stands_out(&self) -> bool {
-        let n = self.gate.len();
-        let scores = &self.gate[..n - 1];
-        let open = scores.iter().any(|p| n as f64 * p <= self.options.gate);
+        let open = self.open(&self.gate[..self.gate.len() - 1]);
         self.excuse.is_none() && (open || self.levels.iter().any(Level::unexcused))
     }
 
@@ -258,8 +262,11 @@ pub(crate) fn conclude(
     }
     let outputs = gains(&evidence, &before, &after, &left_after);
     let classes = classes(&evidence, &claim);
+    let excused = (evidence.excuse)
+        .filter(|_| verdict == Verdict::Consistent && evidence.open(&evidence.gate));
     Ok(Revision {
         verdict,
+        excused,
         tested: tested(&evidence, &findings, &doubtful),
         findings,
         also_possible: doubtful,

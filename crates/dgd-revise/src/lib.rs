@@ -56,8 +56,8 @@ mod validate;
 pub use chain::revise;
 pub use error::ReviseError;
 pub use revision::{
-    Check, Class, Contender, Estimate, Finding, Model, Options, Outcome, OutputGain, Region,
-    Revision, Section, Shape, Signal, Stage, TestStart, Tested, Trace, Verdict,
+    Check, Class, Contender, Estimate, Excuse, Finding, Model, Options, Outcome, OutputGain,
+    Region, Revision, Section, Shape, Signal, Stage, TestStart, Tested, Trace, Verdict,
 };
 
 /// The README's examples are tests.

@@ -7,6 +7,9 @@ use dgd_assembly::{Assembly, SimulationOptions};
 pub struct Revision {
     /// The answer in a word.
     pub verdict: Verdict,
+    /// Why the answer is [`Verdict::Consistent`] although more than chance is left of the re-fitted base; `None` where nothing is, and of any
+    /// other answer.
+    pub excused: Option<Excuse>,
     /// What was left out, greatest gain first; empty when consistent.
     pub findings: Vec<Finding>,
     /// What is part of the model because it pays on left-out blocks, and has with its alternatives a weight of less than a half once
@@ -33,6 +36,17 @@ pub struct Revision {
     pub sections: Vec<Section>,
     /// Settings and facts of the run, name and value.
     pub settings: Vec<(String, String)>,
+}
+
+/// Why what is left of the re-fitted base is nothing that these instruments could show, be it ever so systematic.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Excuse {
+    /// Each recorded instrument says how accurate it is, and is met within that.
+    Accuracy,
+    /// Each is, or what is left of it is its noise.
+    Noise,
+    /// The same to ten per cent, in which an effect may still be seen, but where nothing else is worth a word.
+    Small,
 }
 
 /// The answer in a word: one of the four that `dgd-diagnose` has for a return line, which `dgd-cli`'s tests hold alike.

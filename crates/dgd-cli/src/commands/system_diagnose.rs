@@ -14,8 +14,8 @@ use dgd_assembly::{Assembly, Record};
 use dgd_documents::{FittedParameter, FittedSystem, write_fitted_system};
 use dgd_recording::Table;
 use dgd_revise::{
-    Estimate, Finding, Model, Options, Outcome, OutputGain, ReviseError, Revision, Shape, Stage,
-    Trace, Verdict, revise,
+    Estimate, Excuse, Finding, Model, Options, Outcome, OutputGain, ReviseError, Revision, Shape,
+    Stage, Trace, Verdict, revise,
 };
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -155,9 +155,15 @@ fn sentence(done: &Done) -> String {
         })
         .collect();
     let answer = match revision.verdict {
-        Verdict::Consistent => {
-            "the model leaves out nothing that this recording could show".to_owned()
-        }
+        Verdict::Consistent => match revision.excused {
+            None => "the model leaves out nothing that this recording could show".to_owned(),
+            Some(Excuse::Accuracy) => {
+                "what the model leaves is more than chance, but within the accuracy of the instruments".to_owned()
+            }
+            Some(Excuse::Noise | Excuse::Small) => {
+                "what the model leaves is more than chance, but no more than a tenth above the instruments' noise".to_owned()
+            }
+        },
         Verdict::Unexplained if found.is_empty() => {
             "the model leaves out something that no effect of the catalogue explains".to_owned()
         }
@@ -289,6 +295,10 @@ fn as_json(done: &Done) -> Value {
         "system": done.title,
         "recording": done.recording,
         "verdict": revision.verdict.name(),
+        "excused": revision.excused.map(|e| match e {
+            Excuse::Accuracy => "accuracy",
+            Excuse::Noise | Excuse::Small => "noise",
+        }),
         "findings": list(&revision.findings),
         "also_possible": list(&revision.also_possible),
         "classes": revision.classes.iter().map(|c| json!({

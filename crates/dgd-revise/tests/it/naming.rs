@@ -3,7 +3,7 @@
 use crate::benches::{
     Loop, Tanks, growing_string, names, pump_loop, tank_with_crest, told, two_tanks, well,
 };
-use dgd_revise::{Outcome, Verdict};
+use dgd_revise::{Excuse, Outcome, Verdict};
 
 const OVERFLOW: Tanks = Tanks {
     caught: 0.4,
@@ -81,6 +81,7 @@ fn nothing_is_found_on_a_clean_bench() {
         400,
     );
     assert_eq!(found.verdict, Verdict::Consistent, "{}", told(&found));
+    assert_eq!(found.excused, None);
     assert!(found.findings.is_empty() && found.classes.is_empty());
     // It says how small an effect it would have seen.
     let limit = |component: &str, effect: &str| {
@@ -241,6 +242,8 @@ fn what_the_instruments_are_not_good_for_is_no_mismatch() {
     let found = growing_string(Some(5e6), 600);
     assert_eq!(found.verdict, Verdict::Consistent, "{}", told(&found));
     assert!(found.findings.is_empty() && found.sections.is_empty());
+    // There is a mismatch, and it does not matter.
+    assert_eq!(found.excused, Some(Excuse::Accuracy));
     let check = |c: &&dgd_revise::Check| c.name.contains("accuracy");
     assert!(found.checks.iter().find(check).is_some_and(|c| c.passed));
 }

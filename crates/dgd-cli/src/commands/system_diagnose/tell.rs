@@ -161,21 +161,17 @@ fn gains(done: &Done) -> TextTable {
 
 fn checks(text: &mut String, done: &Done) -> std::fmt::Result {
     let revision = &done.revision;
-    if revision.verdict == Verdict::Consistent {
-        for check in &revision.checks {
-            let said = if check.passed { "" } else { "not so: " };
-            writeln!(text, "\n{said}{} ({})", check.name, check.detail)?;
-        }
-        return Ok(());
-    }
     let passed = revision.checks.iter().filter(|c| c.passed).count();
     writeln!(
         text,
         "\nchecks: {passed} of {} passed",
         revision.checks.len()
     )?;
-    for check in revision.checks.iter().filter(|c| !c.passed) {
-        writeln!(text, "  failed: {}: {}", check.name, check.detail)?;
+    // Why nothing was found rests on what was checked.
+    let all = revision.verdict == Verdict::Consistent;
+    for check in revision.checks.iter().filter(|c| all || !c.passed) {
+        let lead = if check.passed { "passed" } else { "failed" };
+        writeln!(text, "  {lead}: {}: {}", check.name, check.detail)?;
     }
     Ok(())
 }
