@@ -156,6 +156,14 @@ pub enum AssemblyError {
         /// Parameters there are.
         known: String,
     },
+    /// Nothing that a fit estimates has that path.
+    #[error("no free parameter or free initial state is called `{name}`, expected one of: {known}")]
+    Free {
+        /// Path asked for.
+        name: String,
+        /// Paths there are.
+        known: String,
+    },
     /// An effect is not in the catalogue or does not attach to the component.
     #[error("effect `{effect}` does not attach to `{component}`, expected one of: {known}")]
     Effect {

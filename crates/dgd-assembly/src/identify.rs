@@ -186,7 +186,7 @@ pub struct ProfilePoint {
 /// A flat profile is a parameter the record does not tell (Raue, A. et al., Bioinformatics 25, 2009).
 ///
 /// # Errors
-/// [`AssemblyError::Column`] if `path` is no parameter; else as [`fit()`].
+/// [`AssemblyError::Free`] if `path` is no parameter; else as [`fit()`].
 pub fn profile(
     assembly: &Assembly,
     windows: &[Window],
@@ -197,9 +197,8 @@ pub fn profile(
     let parameters = assembly.parameters();
     let Some(index) = parameters.iter().position(|p| p.path == path) else {
         let known = crate::build::listed(parameters.iter().map(|p| p.path.as_str()));
-        return Err(AssemblyError::Column {
+        return Err(AssemblyError::Free {
             name: path.into(),
-            use_: "a profile".into(),
             known,
         });
     };

@@ -159,7 +159,7 @@ pub(crate) struct Diagnose {
     /// Start from the effects of this model, re-fitted; only what this model also leaves out is a finding
     #[arg(long, value_name = "FILE", conflicts_with = "system")]
     pub(crate) model: Option<PathBuf>,
-    /// Fit only these effects, whatever their evidence, and tell how likely each is (comma-separated; `dgd catalogue` lists them)
+    /// Fit only these effects, whatever their evidence, and tell how likely each is (comma-separated; `dgd catalogue` lists them; with --well)
     #[arg(
         long,
         value_name = "EFFECT",

@@ -161,7 +161,7 @@ fn warn_of_no_exponents(
             "the exponents were not found ({reason}); 2 and 2 are used"
         )),
         Some(Ok(_)) => warnings.push(
-            "the exponents were not found (no others fit better than 2 and 2); 2 and 2 are used"
+            "the exponents were not found (no others fit better than 2 and 2 by more than noise); 2 and 2 are used"
                 .into(),
         ),
         None => {}

@@ -134,7 +134,7 @@ pub(super) fn fault(state: &State<'_>, fault: &Fault) -> String {
             bar(at(b)),
         ),
         Check::Riser(i) => format!(
-            "{}, read as {}, shows {}, which differs by {} from the pump inlet at nearly the same depth",
+            "{}, read as {}, shows {}, which differs by {} from the pump inlet brought to its depth",
             named(state, i),
             state.units[i],
             bar(at(i)),
