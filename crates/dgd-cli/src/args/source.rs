@@ -46,7 +46,7 @@ pub(crate) struct AnySource {
     #[arg(long, conflicts_with = "system")]
     pub(crate) thesis_screening: bool,
     /// Only these seconds of the recording clock (3h:5h and 90min:2h too), or only between two dates
-    /// (2024-10-26T03:00/05:00); all if absent. A system names its windows under [record]
+    /// (2024-10-26T03:00/05:00); all if absent. A system names its windows in its file
     #[arg(long, value_name = "FROM:TO", value_parser = Window::parse, allow_hyphen_values = true, conflicts_with = "system")]
     pub(crate) window: Option<Window>,
 }
