@@ -2,6 +2,7 @@
 
 mod again;
 mod models;
+mod outdone;
 mod residue;
 mod settings;
 mod start;
@@ -19,7 +20,7 @@ use crate::numbers::whole;
 use crate::placebo::placebo;
 use crate::record::Record;
 use crate::relations::{Applied, Blocks, Rows};
-use crate::select::{Sought, doubt_outdone, select};
+use crate::select::{Sought, select};
 use crate::selection::Named;
 use crate::tangent::{Bend, LEAST_ROWS, Tangent};
 use crate::tested::tested;
@@ -29,6 +30,7 @@ use dgd_effects::{About, AppliedEffect, Method, catalogue};
 use dgd_identify::Prepared;
 use dgd_recording::{ChannelSource, Well};
 use models::Models;
+use outdone::doubt_outdone;
 use settings::settings;
 use start::{Start, from_model};
 use tracing::debug;
@@ -79,10 +81,13 @@ pub fn diagnose(
         progress(Stage::Screening(round))
     })
     .ok_or_else(|| too_few(&record))?;
-    if let Sought::Given(_) = sought {
-        doubt_outdone(&record, &known, &mut selection, options.most_effects);
-    }
     let doubted = believe(&record, &mut selection.named, sought);
+    if let Sought::Given(suspects) = sought {
+        let asked = (suspects, options.most_effects);
+        doubt_outdone(&record, &known, &mut selection.named, asked, |round| {
+            progress(Stage::Screening(round))
+        });
+    }
 
     progress(Stage::Fitting);
     let models = Models::trained(&record, &selection, &known, start.kept())

@@ -226,6 +226,12 @@ impl<'a> Round<'a> {
             .is_some_and(|c| c.evidence > contest::hurdle(self.record, &c.best.applied))
     }
 
+    /// The same, where what the forms of named effects leave over, and the suction loses unseen, does not count.
+    pub(crate) fn shows_beside(&self, id: &str) -> bool {
+        let it = |c: &&Contender| c.effect.about().id == id;
+        (self.contenders.iter().find(it)).is_some_and(|c| c.evidence > self.hurdle_of_one(c))
+    }
+
     /// How likely it is that an effect is there beside what has been named, whatever looks like it.
     pub(crate) fn beside(&self, id: &str) -> f64 {
         let it = |c: &&Contender| c.effect.about().id == id;

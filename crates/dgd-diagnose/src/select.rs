@@ -1,7 +1,5 @@
 //! From residuals to named effects: one a round, refined together.
 
-mod outdone;
-
 use crate::contest::Contender;
 use crate::record::Record;
 use crate::refine::refine;
@@ -13,8 +11,6 @@ use crate::timing::{allowances_with, allowed_beside};
 use dgd_lsq::dot;
 use rayon::prelude::*;
 use tracing::debug;
-
-pub(crate) use outdone::doubt_outdone;
 
 impl Selection {
     /// Takes a finding in and refines all of them together.

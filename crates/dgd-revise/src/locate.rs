@@ -65,18 +65,28 @@ pub(crate) fn region(
         if !(of[n - 1].0 - of[0].0 > 1e-6 * of[n - 1].0.abs()) {
             continue;
         }
-        // A value that the quantity keeps lies wholly on one side of an edge.
-        let edges: Vec<usize> = (0..=BINS)
-            .map(|k| k * n / BINS)
-            .map(|k| of.get(k).map_or(n, |at| of.partition_point(|p| p.0 < at.0)))
-            .collect();
-        // Ranges of a tenth to a half of the samples: how much more than their share of samples lies there.
-        for width in 1..=BINS / 2 {
-            for first in 0..=BINS - width {
+        // Tenths of the samples; a value that the quantity keeps lies wholly on one side of an edge, or between two of its own.
+        let mut edges = vec![0, n];
+        for at in (1..BINS).map(|k| of[k * n / BINS].0) {
+            let below = of.partition_point(|p| p.0 < at);
+            let upto = of.partition_point(|p| p.0 <= at);
+            edges.push(below);
+            if upto - below > 1 {
+                edges.push(upto);
+            }
+        }
+        edges.sort_unstable();
+        edges.dedup();
+        // Ranges of up to half of the samples, or of one value: how much more than their share of samples lies there.
+        for width in 1..edges.len() {
+            for first in 0..edges.len() - width {
                 let part = &of[edges[first]..edges[first + width]];
                 let (Some(low), Some(high)) = (part.first(), part.last()) else {
                     continue;
                 };
+                if part.len() > n / 2 + 1 && low.0 < high.0 {
+                    continue;
+                }
                 let share = part.iter().map(|p| p.1).sum::<f64>() / total;
                 let of_samples = part.len() as f64 / n as f64;
                 let crowded = share - of_samples;
@@ -127,6 +137,9 @@ mod tests {
         let stepped = |i: usize| if i < 64 { 1.0 } else { 2.0 };
         assert_eq!(told(stepped), ((2.0, 2.0), 1.0, 0.36));
         // The region would end within the samples of 2.
+        // Mostly at its lowest or its highest value, as an opening.
+        assert_eq!(told(|i| f64::from(u8::from(i >= 95))).0, (1.0, 1.0));
+        assert_eq!(told(|i| f64::from(u8::from(i < 95))).0, (0.0, 0.0));
         let thrice = |i: usize| [1.0, 2.0, 3.0][usize::from(i >= 55) + usize::from(i >= 85)];
         let (range, share, of_samples) = told(thrice);
         assert_eq!((range, of_samples), ((2.0, 3.0), 0.45));

@@ -41,6 +41,11 @@ impl Round<'_> {
         self.beside_named(c) + self.lost_unseen(&c.best.signature)
     }
 
+    /// The same for one of which nobody asks how many have been named.
+    pub(super) fn hurdle_of_one(&self, c: &Contender) -> f64 {
+        self.hurdle(c) - self.further()
+    }
+
     /// The same but for what the suction may lose unseen.
     fn beside_named(&self, c: &Contender) -> f64 {
         contest::hurdle(self.record, &c.best.applied)
