@@ -165,7 +165,7 @@ pub struct RecordLayout {
     /// Column of the independent variable; without it `step` numbers the samples.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time: Option<String>,
-    /// Step between samples where there is no column, in `unit`; 1 if absent.
+    /// Step between samples where there is no column, in `unit`; 1 if absent, which `dgd` refuses along time.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub step: Option<f64>,
     /// Unit of the column, of `step` and of the windows: of time, s if absent, and read into s; or of another

@@ -14,7 +14,7 @@ pub struct Diagnosis {
     pub findings: Vec<Finding>,
     /// Ids of the effects of the model to start from ([`Options::start`]) that the recording does not speak against.
     pub started_from: Vec<&'static str>,
-    /// Ids of all that was searched for ([`Options::suspects`]); empty where that was the whole catalogue.
+    /// Ids of all that was fitted ([`Options::suspects`]); empty where that might be anything.
     pub suspected: Vec<String>,
     /// Every effect of the catalogue that the model does not hold: seen, not seen and down to which size, or not testable here.
     pub tested: Vec<Tested>,

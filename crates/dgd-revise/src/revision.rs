@@ -43,9 +43,9 @@ pub struct Revision {
 pub enum Excuse {
     /// Each recorded instrument says how accurate it is, and is met within that.
     Accuracy,
-    /// Each is, or what is left of it is its noise.
+    /// Each recorded instrument is met within the accuracy that it states, or to no more than its noise.
     Noise,
-    /// The same to ten per cent, in which an effect may still be seen, but where nothing else is worth a word.
+    /// Each is met within the accuracy that it states, or to a tenth more than its noise, in which an effect may still be seen.
     Small,
 }
 

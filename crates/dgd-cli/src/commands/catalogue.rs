@@ -26,7 +26,7 @@ fn tell() -> String {
     }
     let steps: Vec<&str> = Step::ALL.iter().map(|s| s.name()).collect();
     format!(
-        "{} that `dgd diagnose --well` can name (`--suspect` looks only for those given)\n{}\n{} of its search that `--without` can omit\n  \
+        "{} that `dgd diagnose --well` can name (`--suspect` fits only those given)\n{}\n{} of its search that `--without` can omit\n  \
          {}\n\nThe effects of a system depend on its components: `dgd system check` lists them.\n",
         say::counted(catalogue().len(), "effect"),
         table.render(),

@@ -296,14 +296,14 @@ impl Files<'_> {
         let clock = (self.table.clock)
             .or_else(|| dgd_recording::survey(self.table).time_column)
             .and_then(|index| self.table.columns.get(index));
+        let step = "`step` there to the seconds between samples";
         let help = clock.map_or_else(
-            || {
-                "set `step` there to the seconds between samples, or `time` to the column of times"
-                    .to_owned()
-            },
+            || format!("set {step}, or `time` to the column of times"),
             |column| {
                 let [tag, file] = [column.tag.clone(), file_name(self.path)];
-                format!("set `time = \"{tag}\"` there: {file} has that column of times")
+                format!(
+                    "set `time = \"{tag}\"` there, which looks like the times of {file}, or {step}"
+                )
             },
         );
         Failure::Input {

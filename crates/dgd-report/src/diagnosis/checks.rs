@@ -82,7 +82,7 @@ fn tested(diagnosis: &Diagnosis, html: &mut Html) {
             .collect();
         if !diagnosis.suspected.is_empty() {
             html.paragraph(&format!(
-                "Only what was suspected was searched for ({}); every other effect was tested only by itself, before anything was named.",
+                "Only what was suspected was fitted ({}), and judged beside what a search of the whole catalogue finds; every other effect is listed as it was tested by itself, before anything was named.",
                 diagnosis.suspected.join(", ")
             ));
         }

@@ -199,7 +199,7 @@ fn the_wording_climbs_with_what_is_known() {
     }
     suspected.suspected = vec!["return_flow_delay".to_owned(), "influx".to_owned()];
     let told = words(&page(&suspected));
-    assert!(told.contains("Only what was suspected was searched for (return_flow_delay, influx)"));
+    assert!(told.contains("Only what was suspected was fitted (return_flow_delay, influx)"));
     let one = says(&suspected);
     assert!(
         one.starts_with("Left out of the friction of the return line"),

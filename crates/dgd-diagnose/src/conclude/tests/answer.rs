@@ -121,7 +121,7 @@ fn an_influx_is_named_where_it_is_and_modelled() {
     let other = tested("lost_circulation");
     assert!(other.outcome == Outcome::NotSeen && other.limit.is_some_and(|l| l > 0.0));
 
-    // Taken for given, it is fitted and nothing else is searched for.
+    // Suspected, it is fitted and nothing else is.
     let options = Options {
         suspects: vec!["influx".to_owned()],
         ..Options::default()
