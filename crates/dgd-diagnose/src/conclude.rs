@@ -14,7 +14,7 @@ use crate::belief::{beside_unnamed, calibrate, doubt, left_over};
 use crate::diagnosis::{DiagnoseError, Diagnosis, Finding, MOST_STEP_S, Options, Stage, Trace};
 use crate::estimates::Estimator;
 use crate::finding::{finding, heaving};
-use crate::free_run::told_by;
+use crate::free_run::headline_gain;
 use crate::heave::{Swell, Unseen, swell};
 use crate::numbers::whole;
 use crate::placebo::placebo;
@@ -117,7 +117,7 @@ pub fn diagnose(
         well.mud_density_kg_m3,
     );
     let swelling: Vec<(&About, Swell)> = swelling(swell, &models.start).collect();
-    let held_out = told_by(&simulation);
+    let held_out = headline_gain(&simulation);
     let estimator = Estimator::of(&record, &state, &full);
     let named =
         (selection.named.iter()).map(|named| finding(&record, named, &estimator, held_out.clone()));

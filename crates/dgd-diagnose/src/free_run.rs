@@ -218,7 +218,7 @@ pub(crate) fn errors(simulation: &Simulation, part: Part) -> Vec<Option<Errors>>
 
 /// The signal that gains most on the held-out windows, or where none gains the one that loses most, with an interval by a bootstrap
 /// over stretches, which keeps what hangs together.
-pub(crate) fn told_by(simulation: &Simulation) -> Option<HeldOut> {
+pub(crate) fn headline_gain(simulation: &Simulation) -> Option<HeldOut> {
     let errors = errors(simulation, Part::HeldOut).into_iter();
     let judged: Vec<(Errors, &Signal)> = (errors.zip(&simulation.signals))
         .filter_map(|(e, signal)| Some((e?, signal)))

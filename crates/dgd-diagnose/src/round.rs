@@ -221,21 +221,22 @@ impl<'a> Round<'a> {
 
     /// Whether an effect stands out beside what has been named, by what is asked of one that stands alone.
     pub(crate) fn shows(&self, id: &str) -> bool {
-        let it = |c: &&Contender| c.effect.about().id == id;
-        (self.contenders.iter().find(it))
+        (self.contender(id))
             .is_some_and(|c| c.evidence > contest::hurdle(self.record, &c.best.applied))
     }
 
     /// The same, where what the forms of named effects leave over, and the suction loses unseen, does not count.
     pub(crate) fn shows_beside(&self, id: &str) -> bool {
-        let it = |c: &&Contender| c.effect.about().id == id;
-        (self.contenders.iter().find(it)).is_some_and(|c| c.evidence > self.hurdle_of_one(c))
+        (self.contender(id)).is_some_and(|c| c.evidence > self.hurdle_of_one(c))
     }
 
     /// How likely it is that an effect is there beside what has been named, whatever looks like it.
     pub(crate) fn beside(&self, id: &str) -> f64 {
-        let it = |c: &&Contender| c.effect.about().id == id;
-        (self.contenders.iter().find(it)).map_or(0.0, |c| self.real(c))
+        self.contender(id).map_or(0.0, |c| self.real(c))
+    }
+
+    fn contender(&self, id: &str) -> Option<&Contender> {
+        self.contenders.iter().find(|c| c.effect.about().id == id)
     }
 
     /// The one of some effects that explains most, named whatever its evidence; `None` if the recording excites none of them.

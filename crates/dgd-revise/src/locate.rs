@@ -136,10 +136,10 @@ mod tests {
     fn a_value_that_is_kept_is_wholly_within_a_region_or_without() {
         let stepped = |i: usize| if i < 64 { 1.0 } else { 2.0 };
         assert_eq!(told(stepped), ((2.0, 2.0), 1.0, 0.36));
-        // The region would end within the samples of 2.
         // Mostly at its lowest or its highest value, as an opening.
         assert_eq!(told(|i| f64::from(u8::from(i >= 95))).0, (1.0, 1.0));
         assert_eq!(told(|i| f64::from(u8::from(i < 95))).0, (0.0, 0.0));
+        // The region would end within the samples of 2.
         let thrice = |i: usize| [1.0, 2.0, 3.0][usize::from(i >= 55) + usize::from(i >= 85)];
         let (range, share, of_samples) = told(thrice);
         assert_eq!((range, of_samples), ((2.0, 3.0), 0.45));

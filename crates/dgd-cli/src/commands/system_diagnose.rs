@@ -161,7 +161,7 @@ fn sentence(done: &Done) -> String {
                 "what the model leaves is more than chance, but within the accuracy of the instruments".to_owned()
             }
             Some(Excuse::Noise | Excuse::Small) => {
-                "what the model leaves is more than chance, but of each instrument within its accuracy or a tenth of its noise".to_owned()
+                "what the model leaves is more than chance, but of each instrument within its accuracy, or no more than a tenth above its noise".to_owned()
             }
         },
         Verdict::Unexplained if found.is_empty() => {

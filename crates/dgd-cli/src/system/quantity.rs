@@ -68,15 +68,13 @@ impl Quantity {
     /// `3.1 to 4.2 cm`; `5 cm` where that is one value.
     pub(crate) fn range(&self, (from, to): (f64, f64)) -> String {
         let (from, to) = (self.shown(from), self.shown(to));
-        if from == to {
-            return format!("{} {}", say::number(from), self.symbol)
-                .trim_end()
-                .to_owned();
-        }
-        let [_, from, to] = say::with_interval(from, (from, to));
-        format!("{from} to {to} {}", self.symbol)
-            .trim_end()
-            .to_owned()
+        let said = if from == to {
+            say::number(from)
+        } else {
+            let [_, from, to] = say::with_interval(from, (from, to));
+            format!("{from} to {to}")
+        };
+        format!("{said} {}", self.symbol).trim_end().to_owned()
     }
 }
 

@@ -78,8 +78,8 @@ mod tests {
     use crate::selection::Named;
     use crate::test_rig::{Hidden, drilled, named};
 
-    /// How likely a suspect is where mud flows in for a while.
-    fn likely(gain: f64, suspects: &[&str]) -> Vec<(String, f64)> {
+    /// How likely one suspect is, fitted alone and beside what a search for anything finds, where mud flows in for a while.
+    fn likely(gain: f64, suspect: &str) -> [f64; 2] {
         let mut record = drilled(Hidden {
             influx_m3_s: 3e-3,
             ..Hidden::default()
@@ -87,32 +87,31 @@ mod tests {
         for read in &mut record.filled.mud_pump {
             *read *= 1.0 + gain;
         }
-        let suspects: Vec<String> = suspects.iter().map(|s| (*s).to_owned()).collect();
+        let suspects = [suspect.to_owned()];
         let sought = Sought::Given(&suspects);
         let mut found = select(&record, &[], sought, |_| {}).unwrap();
         believe(&record, &mut found.named, sought);
+        let alone = found.named[0].probability;
         doubt_outdone(&record, &[], &mut found.named, (&suspects, 3), |_| {});
-        let told = |n: &Named| (n.applied.effect.about().id.to_owned(), n.probability);
-        found.named.iter().map(told).collect()
+        [alone, found.named[0].probability]
     }
 
     #[test]
     fn a_suspect_that_only_resembles_what_was_not_suspected_is_doubted() {
-        // Fitted alone they would be 0.997 and 0.86 likely.
         for only_resembles in ["annulus_area", "lost_circulation"] {
-            let doubted = likely(0.0, &[only_resembles]);
-            assert!(doubted[0].1 < 0.01, "{doubted:?}");
+            let [alone, beside] = likely(0.0, only_resembles);
+            assert!(alone > 0.5 && beside < 0.01, "{alone} {beside}");
         }
-        let right = likely(0.0, &["influx"]);
-        assert!(right[0].1 > 0.9, "{right:?}");
+        let [_, right] = likely(0.0, "influx");
+        assert!(right > 0.9, "{right}");
     }
 
     /// A wrong reading of the inflow beside an influx that explains more: too small to be named there at 2 %, named at 3 %.
     #[test]
     fn a_suspect_that_shows_beside_a_stronger_one_is_not() {
         for gain in [-0.02, -0.03] {
-            let weaker = likely(gain, &["inflow_gain"]);
-            assert!(weaker[0].1 > 0.7, "{weaker:?}");
+            let [alone, beside] = likely(gain, "inflow_gain");
+            assert!(beside > 0.7 && beside == alone, "{alone} {beside}");
         }
     }
 

@@ -1,7 +1,7 @@
 //! Claims about the two free runs, and about what they are worth on samples that were chosen.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::{Errors, Part, errors, simulate, told_by};
+use super::{Errors, Part, errors, headline_gain, simulate};
 use crate::numbers::mean;
 use crate::record::Record;
 use crate::test_rig::{DT_S, Hidden, cut, drilled, normals, parabolas, recorded, setting, steady};
@@ -54,7 +54,7 @@ fn errors_are_those_of_samples_that_are_chosen_trusted_and_whole() {
     whole.signals[0].after[704] = f64::INFINITY;
     whole.signals[0].after[705] = f64::NAN;
     let Errors { before, after } = errors(&whole, Part::HeldOut)[0].unwrap();
-    let ci = told_by(&whole).unwrap().improvement_ci95;
+    let ci = headline_gain(&whole).unwrap().improvement_ci95;
     assert!((before - 17.0_f64.sqrt()).abs() < 1e-12, "{before}");
     assert!((after - 2.5_f64.sqrt()).abs() < 1e-12, "{after}");
     // Both stretches of five minutes gain alike.
@@ -79,7 +79,7 @@ fn what_hangs_together_for_five_minutes_is_drawn_together() {
         for i in 250..250 + gap {
             two.valid[i] = false;
         }
-        let ci = told_by(&two).unwrap().improvement_ci95;
+        let ci = headline_gain(&two).unwrap().improvement_ci95;
         assert!(
             (ci.0 - 0.2).abs() < 1e-12 && (ci.1 - 0.9).abs() < 1e-12,
             "{ci:?}"
@@ -100,7 +100,7 @@ fn the_interval_holds_ninety_five_of_a_hundred_draws() {
         .map(|i| 0.5 * share[i / 301].max(0.0).sqrt())
         .collect();
     let long = simulated(0, vec![signal("a", vec![1.0; n], after)]);
-    let best = told_by(&long).unwrap();
+    let best = headline_gain(&long).unwrap();
     let (gain, ci) = (
         1.0 - best.rmse_after / best.rmse_before,
         best.improvement_ci95,
@@ -119,14 +119,14 @@ fn the_interval_holds_ninety_five_of_a_hundred_draws() {
 #[test]
 fn what_was_exact_stays_exact_and_without_samples_there_is_no_error() {
     let exact = simulated(0, vec![signal("a", vec![0.0; 400], vec![0.0; 400])]);
-    let best = told_by(&exact).unwrap();
+    let best = headline_gain(&exact).unwrap();
     assert_eq!((best.rmse_before, best.rmse_after), (0.0, 0.0));
     assert_eq!(best.improvement_ci95, (1.0, 1.0));
     assert!(errors(&exact, Part::Training)[0].is_none());
 }
 
 #[test]
-fn the_signal_told_by_has_the_least_share_left_whatever_the_unit_and_where_none_gains_the_most() {
+fn the_headline_signal_has_the_least_share_left_whatever_the_unit_and_where_none_gains_the_most() {
     let of = |before: f64, after: f64, name| signal(name, vec![before; 700], vec![after; 700]);
     let mut many = simulated(
         300,
@@ -137,19 +137,22 @@ fn the_signal_told_by_has_the_least_share_left_whatever_the_unit_and_where_none_
             of(f64::NAN, 0.0, "none"),
         ],
     );
-    let best = told_by(&many).unwrap();
+    let best = headline_gain(&many).unwrap();
     assert_eq!(best.signal, "tenth");
     assert!((best.rmse_before - 1e3).abs() < 1e-6 && (best.rmse_after - 1e2).abs() < 1e-6);
     assert!((best.improvement_ci95.0 - 0.9).abs() < 1e-9);
     assert!((best.improvement_ci95.1 - 0.9).abs() < 1e-9);
     many.held_out.fill(false);
-    assert!(told_by(&many).is_none());
+    assert!(headline_gain(&many).is_none());
     let harmed = vec![
         of(1e-3, 1.1e-3, "tenth"),
         of(1.0, 5.0, "worst"),
         of(2.0, 3.0, "half"),
     ];
-    assert_eq!(told_by(&simulated(300, harmed)).unwrap().signal, "worst");
+    assert_eq!(
+        headline_gain(&simulated(300, harmed)).unwrap().signal,
+        "worst"
+    );
 }
 
 /// The curves by which the drilling was made.

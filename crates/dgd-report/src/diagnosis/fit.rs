@@ -25,8 +25,8 @@ pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
     let twofold = !diagnosis.findings.is_empty();
     html.paragraph(if twofold {
         "On windows that no fit has used, both models run freely: from the measured state at the start of the window, driven only by the flows \
-         into the well and the pump speed set-point. The models are those of model.toml, whose sizes differ a little from the findings': those are fitted to \
-         the whole recording."
+         into the well and the pump speed set-point. The model with the findings is that of model.toml: its sizes are fitted without these windows, those of \
+         the findings to the whole recording."
     } else {
         "On windows that no fit has used, the model runs freely: from the measured state at the start of the window, driven only by the flows into \
          the well and the pump speed set-point."
