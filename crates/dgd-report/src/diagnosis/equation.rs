@@ -124,7 +124,7 @@ fn one(index: usize, finding: &Finding, html: &mut Html) {
         })
         .collect();
     html.table(
-        "Estimates from the whole recording; the runs below use estimates without the held-out windows.",
+        "Estimates from the whole recording; the runs below, and model.toml, use estimates without the held-out windows.",
         &["Parameter", "Estimate", "95 % interval"],
         &rows,
         "wide-first",

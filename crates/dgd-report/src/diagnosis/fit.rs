@@ -25,8 +25,7 @@ pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
     let twofold = !diagnosis.findings.is_empty();
     html.paragraph(if twofold {
         "On windows that no fit has used, both models run freely: from the measured state at the start of the window, driven only by the flows \
-         into the well and the pump speed set-point. The model with the findings is that of model.toml: its sizes are fitted without these windows, those of \
-         the findings to the whole recording."
+         into the well and the pump speed set-point."
     } else {
         "On windows that no fit has used, the model runs freely: from the measured state at the start of the window, driven only by the flows into \
          the well and the pump speed set-point."
@@ -365,14 +364,22 @@ fn gains(diagnosis: &Diagnosis, html: &mut Html) {
         Cell::Number(improvement.map_or_else(|| "–".to_owned(), percent)),
         Cell::Number(percent_interval(held.improvement_ci95)),
     ];
-    let whose = if diagnosis.findings.len() > 1 {
-        "all findings together improve"
-    } else {
-        "the finding improves"
+    let several = diagnosis.findings.len() > 1;
+    let what = match (held.rmse_after < held.rmse_before, several) {
+        (true, true) => "What all findings together improve, on the signal that gains most",
+        (true, false) => "What the finding improves, on the signal that gains most",
+        (false, true) => "No signal gains with the findings, this one least",
+        (false, false) => "No signal gains with the finding, this one least",
     };
     html.table(
-        &format!("What {whose}, on the signal that gains most, or where none gains on the one that loses most; the interval is from a paired bootstrap over blocks."),
-        &["Signal", "RMSE without", "RMSE with", "Improvement", "95 % interval"],
+        &format!("{what}; the interval is from a paired bootstrap over blocks."),
+        &[
+            "Signal",
+            "RMSE without",
+            "RMSE with",
+            "Improvement",
+            "95 % interval",
+        ],
         &[row],
         "wide-first",
     );
