@@ -121,7 +121,7 @@ pub(super) fn beside_suspects(diagnosis: &Diagnosis) -> String {
         return "nothing else was looked for except swell".to_owned();
     }
     format!(
-        "nothing else was evaluated, but this also stands out: {}",
+        "nothing else was fitted, but this also stands out: {}",
         each.join("; ")
     )
 }

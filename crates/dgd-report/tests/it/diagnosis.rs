@@ -233,7 +233,7 @@ fn suspects_that_explain_nothing_are_not_told_as_a_sound_recording() {
     of_one.verdict = Verdict::Unexplained;
     let told = plain(&of_one);
     for wanted in [
-        "nothing else was evaluated, but this also stands out: formation fluid enters the well (ln BF 328, needed 3).",
+        "nothing else was fitted, but this also stands out: formation fluid enters the well (ln BF 328, needed 3).",
         "What was suspected shows in no relation, but something else may",
         "Unexplained what was suspected is less likely than not",
     ] {
