@@ -118,7 +118,7 @@ pub(super) fn beside_suspects(diagnosis: &Diagnosis) -> String {
         })
         .collect();
     if each.is_empty() {
-        return "nothing else was looked for except swell".to_owned();
+        return "nothing else was fitted except swell".to_owned();
     }
     format!(
         "nothing else was fitted, but this also stands out: {}",

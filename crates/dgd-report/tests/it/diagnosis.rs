@@ -222,7 +222,7 @@ fn suspects_that_explain_nothing_are_not_told_as_a_sound_recording() {
     of_one.suspected = vec!["return_flow_gain".to_owned()];
     let told = plain(&of_one);
     for wanted in [
-        "The recording shows no sign of what was suspected; nothing else was looked for except swell.",
+        "The recording shows no sign of what was suspected; nothing else was fitted except swell.",
         "No relation shows a mismatch",
         "Effects looked for 1 ",
     ] {
