@@ -95,6 +95,14 @@ impl Assembly {
         self.net.tick
     }
 
+    /// The time that effects' drifts and lags are multiples of, s: `[scale] time`, or what the description suggests; in the record's
+    /// unit where its samples stand along something else than time.
+    #[must_use]
+    pub fn usual_time_s(&self) -> f64 {
+        let part = self.net.parts.first();
+        part.map_or(1.0, |part| part.scale.time_s)
+    }
+
     /// The description as TOML.
     #[must_use]
     pub fn to_toml(&self) -> String {

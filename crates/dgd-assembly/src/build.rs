@@ -74,9 +74,10 @@ pub(crate) fn number(setting: &Setting, property: &Property) -> Result<f64, Stri
     }
 }
 
-fn within(value: f64, property: &Property) -> bool {
-    value.is_nan() && property.default.is_some_and(f64::is_nan)
-        || value >= property.low && value <= property.high
+/// Why a property cannot be that; one that may be absent may be NaN.
+fn refused(value: f64, property: &Property) -> Option<String> {
+    let absent = value.is_nan() && property.default.is_some_and(f64::is_nan);
+    property.refusal(value).filter(|_| !absent)
 }
 
 pub(crate) fn read(system: &System) -> Slots {
@@ -139,17 +140,12 @@ fn properties(
     for (key, setting) in settings {
         let path = format!("{name}.{key}");
         if let Some(index) = table.iter().position(|p| p.name == key) {
-            match number(setting, &table[index]) {
-                Ok(value) if within(value, &table[index]) => slots.values[base + index] = value,
-                Ok(value) => {
-                    let p = &table[index];
-                    slots.problem(
-                        path,
-                        format!("is {value} {}, expected {}", p.unit, p.range()),
-                        p.meaning,
-                    );
+            let property = &table[index];
+            match number(setting, property).map(|value| (value, refused(value, property))) {
+                Ok((value, None)) => slots.values[base + index] = value,
+                Ok((_, Some(message))) | Err(message) => {
+                    slots.problem(path, message, property.meaning);
                 }
-                Err(message) => slots.problem(path, message, table[index].meaning),
             }
         } else if !choices.iter().any(|(c, _)| c == key) {
             let known = listed(

@@ -39,6 +39,15 @@ impl Property {
         }
     }
 
+    /// Why it cannot be `value`, in SI, if that lies outside its range; NaN lies outside.
+    #[must_use]
+    pub fn refusal(&self, value: f64) -> Option<String> {
+        let unit = if self.unit == "1" { "" } else { self.unit };
+        let gap = if unit.is_empty() { "" } else { " " };
+        (!(self.low..=self.high).contains(&value))
+            .then(|| format!("is {value}{gap}{unit}, expected {}", self.range()))
+    }
+
     /// What it may be, in words.
     #[must_use]
     pub fn range(&self) -> String {
@@ -379,7 +388,7 @@ static VALVE: &[Property] = &[
         Some(D::Number),
         "1",
         Some(1.0),
-        NOT_NEGATIVE,
+        (0.0, 1.0),
         "share of the full flow coefficient",
     ),
     p(

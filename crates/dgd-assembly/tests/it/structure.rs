@@ -110,6 +110,11 @@ valve = {{ kind = "valve", flow_coefficient = 1e-5{valve} }}
         assert_eq!(unit.to_si(value), 0.8);
     }
     assert!(Assembly::parse(&held("80 %")).is_ok());
+    let found = problems(&held("80"));
+    assert!(
+        found.contains("valve.opening: is 80, expected 0 to 1"),
+        "{found}"
+    );
     for wrong in ["degC", "psi"] {
         for text in [driven(wrong), held(&format!("80 {wrong}"))] {
             let found = problems(&text);

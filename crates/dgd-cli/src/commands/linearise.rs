@@ -203,15 +203,19 @@ fn parse(assembly: &Assembly, key: &str, text: &str) -> Result<f64, Failure> {
         reason: format!("--at {key}={text}: {reason}"),
     };
     let (value, unit) = split_number(text).map_err(|e| wrong(e.to_string()))?;
-    if unit.is_empty() {
-        return Ok(value);
-    }
-    let unit = match (property(assembly, key), dimension(assembly, key)) {
-        (Some(property), _) if property.dimension.is_some() => property.unit_of(unit),
-        (_, Some(dimension)) => Unit::parse_as(unit, dimension),
+    let property = property(assembly, key);
+    let unit = match (property, dimension(assembly, key)) {
+        _ if unit.is_empty() => Ok(None),
+        (Some(property), _) if property.dimension.is_some() => property.unit_of(unit).map(Some),
+        (_, Some(dimension)) => Unit::parse_as(unit, dimension).map(Some),
         (_, None) => return Err(wrong("it has no unit here; write the number alone".into())),
     };
-    Ok(unit.map_err(|e| wrong(e.to_string()))?.to_si(value))
+    let unit = unit.map_err(|e| wrong(e.to_string()))?;
+    let value = unit.map_or(value, |unit| unit.to_si(value));
+    match property.and_then(|p| p.refusal(value)) {
+        Some(refusal) => Err(wrong(format!("it {refusal}"))),
+        None => Ok(value),
+    }
 }
 
 /// The property of a component that a path stands for, if it is none of its states.

@@ -230,7 +230,7 @@ fn probability(p: f64) -> String {
 }
 
 fn estimate_as_json(assembly: &Assembly, e: &Estimate) -> Value {
-    json!({ "path": e.path, "meaning": e.meaning, "value": e.value, "ci95": [e.ci95.0, e.ci95.1],
+    json!({ "path": e.path, "meaning": tell::meaning(assembly, e), "value": e.value, "ci95": [e.ci95.0, e.ci95.1],
             "standard_error": e.standard_error, "at_bound": e.at_bound, "unit": unit_of(assembly.system(), &e.path) })
 }
 

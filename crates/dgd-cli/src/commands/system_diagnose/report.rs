@@ -113,7 +113,7 @@ fn found(page: &mut Page, done: &Done, finding: &Finding) {
     }));
     points.extend(finding.parameters.iter().map(|p| {
         let line = page::typeset(&tell::parameter(assembly, p));
-        format!("{line}: {}", p.meaning)
+        format!("{line}: {}", tell::meaning(assembly, p))
     }));
     points.extend(tell::places(assembly, finding).into_iter().map(capital));
     if finding.left_out_loss.is_finite() {

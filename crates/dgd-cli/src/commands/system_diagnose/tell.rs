@@ -2,6 +2,7 @@
 
 use super::{Done, name, probability, sentence};
 use crate::say::{TextTable, number};
+use crate::system::quantity::Quantity;
 use crate::system::{bounds, page, quantity, unit_of};
 use dgd_assembly::Assembly;
 use dgd_revise::{Estimate, Finding, Verdict};
@@ -69,7 +70,12 @@ fn told(text: &mut String, assembly: &Assembly, finding: &Finding) -> std::fmt::
         writeln!(text, "  {line}")?;
     }
     for p in &finding.parameters {
-        writeln!(text, "  {}: {}", parameter(assembly, p), p.meaning)?;
+        writeln!(
+            text,
+            "  {}: {}",
+            parameter(assembly, p),
+            meaning(assembly, p)
+        )?;
     }
     for line in places(assembly, finding) {
         writeln!(text, "  {line}")?;
@@ -111,6 +117,14 @@ pub(super) fn parameter(assembly: &Assembly, e: &Estimate) -> String {
         None => told.note.to_owned(),
     };
     format!("{} = {}{gap}{unit} ({said})", e.path, told.value)
+}
+
+/// What a parameter means, with the time of this record where the catalogue counts in usual times.
+pub(super) fn meaning(assembly: &Assembly, e: &Estimate) -> String {
+    let clock = Quantity::of(assembly, &assembly.system().independent);
+    let thousand = 1000.0 * assembly.usual_time_s();
+    e.meaning
+        .replace("a thousand usual times", &clock.range((thousand, thousand)))
 }
 
 /// Where it lies: in the operating space, and along the recording.
@@ -174,4 +188,47 @@ fn checks(text: &mut String, done: &Done) -> std::fmt::Result {
         writeln!(text, "  {lead}: {}: {}", check.name, check.detail)?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may")]
+    use super::*;
+
+    #[test]
+    fn a_drift_is_told_in_the_time_of_the_record() {
+        let tank = |lines: &str| {
+            let text = format!(
+                r#"
+{lines}
+connections = ["tank -> valve -> atmosphere"]
+[components]
+tank = {{ kind = "tank", area = 1.0 }}
+valve = {{ kind = "valve", flow_coefficient = 1e-5 }}
+gauge = {{ kind = "instrument", measures = "level", of = "tank" }}
+[initial]
+"tank.level" = 1.0
+"#
+            );
+            Assembly::parse(&text).unwrap()
+        };
+        let share = Estimate {
+            path: "valve.clogging.share".into(),
+            meaning: "share of the opening lost in a thousand usual times".into(),
+            value: 0.2,
+            standard_error: 0.01,
+            ci95: (0.18, 0.22),
+            at_bound: false,
+        };
+        for (lines, told) in [
+            ("scale = { time = 4.0 }", "lost in 4000 s"),
+            (
+                "scale = { time = \"4 min\" }\nrecord = { unit = \"min\" }",
+                "lost in 240000 s",
+            ),
+        ] {
+            let found = meaning(&tank(lines), &share);
+            assert!(found.ends_with(told), "{found}");
+        }
+    }
 }

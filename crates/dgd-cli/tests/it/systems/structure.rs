@@ -220,6 +220,9 @@ gauge = { kind = "instrument", measures = "level", of = "pit" }
     bench
         .dgd(&at("feed.input=600psi valve.opening=0.8 pit.level=1.5"))
         .refused(&["feed.input", "psi"]);
+    bench
+        .dgd(&at("feed.input=600l/min valve.opening=80 pit.level=1.5"))
+        .refused(&["valve.opening=80", "it is 80, expected 0 to 1"]);
 }
 
 #[test]
