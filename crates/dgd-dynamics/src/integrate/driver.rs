@@ -67,6 +67,93 @@ impl<V: Vector, M: Stepper<V>> Carried<V, M> {
     }
 }
 
+/// The samples that were asked for, as the steps pass them.
+struct Samples<'a> {
+    /// Times still ahead.
+    pending: &'a [f64],
+    times: Vec<f64>,
+    states: Vec<f64>,
+}
+
+impl<'a> Samples<'a> {
+    fn new(pending: &'a [f64], dimension: usize) -> Self {
+        Self {
+            pending,
+            times: Vec::with_capacity(pending.len()),
+            states: Vec::with_capacity(pending.len() * dimension),
+        }
+    }
+
+    /// Those due at `t`, where the state is `x`.
+    #[inline(always)]
+    fn take(&mut self, t: f64, x: &[f64]) {
+        while let [due, rest @ ..] = self.pending
+            && *due <= t
+        {
+            self.times.push(*due);
+            self.states.extend_from_slice(x);
+            self.pending = rest;
+        }
+    }
+
+    /// Those due before `until`, which lies within the step.
+    fn take_within<V: Vector, M: Stepper<V>>(
+        &mut self,
+        method: &M,
+        step: &Step<'_, V>,
+        until: f64,
+    ) {
+        while let [due, rest @ ..] = self.pending
+            && *due < until
+        {
+            self.times.push(*due);
+            let from = self.states.len();
+            self.states.resize(from + step.x.get().len(), 0.0);
+            step.at(method, (due - step.t) / step.h, &mut self.states[from..]);
+            self.pending = rest;
+        }
+    }
+}
+
+/// A step of `h` from `t`, between its two states.
+struct Step<'a, V> {
+    t: f64,
+    h: f64,
+    x: &'a V,
+    next: &'a V,
+}
+
+impl<V: Vector> Step<'_, V> {
+    /// The state at the fraction `theta` of it.
+    fn at<M: Stepper<V>>(&self, method: &M, theta: f64, out: &mut [f64]) {
+        method.dense(theta, self.h, self.x, self.next, out);
+    }
+
+    /// Bisects for the earliest crossing; returns the guard and the fraction of the step at which it is just negative.
+    fn locate<M: Stepper<V>, S: System + ?Sized>(
+        &self,
+        method: &M,
+        system: &S,
+        found: usize,
+        scratch: &mut [f64],
+    ) -> (usize, f64) {
+        let (mut index, mut low, mut high) = (found, 0.0_f64, 1.0_f64);
+        // 52 halvings exhaust the fraction's bits.
+        for _ in 0..52 {
+            let middle = 0.5 * (low + high);
+            self.at(method, middle, scratch);
+            match crossing(system, self.t + middle * self.h, scratch) {
+                Some(now) => (index, high) = (now, middle),
+                None => low = middle,
+            }
+            if (high - low) * self.h <= f64::EPSILON * self.t.abs() {
+                break;
+            }
+        }
+        (index, high)
+    }
+}
+
 /// Goes on from where the last part ended, which must be a break of the whole: then the parts are the whole, to the last bit.
 pub(super) fn drive<V: Vector, M: Stepper<V>, S: System + ?Sized>(
     carried: Carried<V, M>,
@@ -93,20 +180,11 @@ pub(super) fn drive<V: Vector, M: Stepper<V>, S: System + ?Sized>(
         .copy_from_slice(&options.tolerances.absolute);
     let relative = options.tolerances.relative;
 
-    let mut times = Vec::with_capacity(plan.outputs.len());
-    let mut states = Vec::with_capacity(plan.outputs.len() * n);
-    let mut pending = plan.outputs;
+    let mut samples = Samples::new(plan.outputs, n);
     let mut breaks = plan.breaks;
     let mut t = plan.start;
     let mut status = Status::Finished;
-
-    while let [first, rest @ ..] = pending
-        && *first <= t
-    {
-        times.push(t);
-        states.extend_from_slice(x.get());
-        pending = rest;
-    }
+    samples.take(t, x.get());
 
     'segments: while t < plan.end {
         while let [first, rest @ ..] = breaks
@@ -140,14 +218,7 @@ pub(super) fn drive<V: Vector, M: Stepper<V>, S: System + ?Sized>(
                 status = Status::TooManySteps { t };
                 break 'segments;
             }
-            let remaining = stop - t;
-            let (trial, last) = if h >= remaining * (1.0 - 1e-12) {
-                (remaining, true)
-            } else if 2.0 * h > remaining {
-                (0.5 * remaining, false) // no sliver before the break
-            } else {
-                (h, false)
-            };
+            let (trial, last) = shortened(h, stop - t);
             let solved = method.attempt(system, t, &x, trial, &mut next, &mut error, &mut count);
             let scaled = if solved {
                 norm(error.get(), x.get(), next.get(), absolute.get(), relative)
@@ -175,22 +246,17 @@ pub(super) fn drive<V: Vector, M: Stepper<V>, S: System + ?Sized>(
             }
             count.steps += 1;
             let reached = if last { stop } else { t + trial };
-            let crossed = crossing(system, reached, next.get());
-            if let Some(found) = crossed {
-                let (index, theta) =
-                    locate(&method, system, found, t, trial, &x, &next, error.get_mut());
+            let step = Step {
+                t,
+                h: trial,
+                x: &x,
+                next: &next,
+            };
+            if let Some(found) = crossing(system, reached, next.get()) {
+                let (index, theta) = step.locate(&method, system, found, error.get_mut());
                 let event = (t + theta * trial).min(reached);
-                method.dense(theta, trial, &x, &next, error.get_mut());
-                write_dense(
-                    &method,
-                    event,
-                    t,
-                    trial,
-                    (&x, &next),
-                    &mut pending,
-                    &mut times,
-                    &mut states,
-                );
+                step.at(&method, theta, error.get_mut());
+                samples.take_within(&method, &step, event);
                 stalled = if event > t + shortest { 0 } else { stalled + 1 };
                 x.get_mut().copy_from_slice(error.get());
                 t = event;
@@ -198,27 +264,14 @@ pub(super) fn drive<V: Vector, M: Stepper<V>, S: System + ?Sized>(
                 system.cross(index, t, x.get_mut());
                 settle(system, t, x.get_mut(), &mut count);
                 method.restart();
-                emit_at(t, x.get(), &mut pending, &mut times, &mut states);
+                samples.take(t, x.get());
                 if stalled > MAX_STALLED {
                     status = Status::StepTooSmall { t };
                     break 'segments;
                 }
                 continue;
             }
-            if let Some(&due) = pending.first()
-                && due < reached
-            {
-                write_dense(
-                    &method,
-                    reached,
-                    t,
-                    trial,
-                    (&x, &next),
-                    &mut pending,
-                    &mut times,
-                    &mut states,
-                );
-            }
+            samples.take_within(&method, &step, reached);
             let cut = trial < h && scaled <= CUT_IS_FINE;
             // A proposal that spans the segment already need not grow, which saves the power
             // function of the controller.
@@ -230,13 +283,13 @@ pub(super) fn drive<V: Vector, M: Stepper<V>, S: System + ?Sized>(
             t = reached;
             std::mem::swap(&mut x, &mut next);
             method.accept();
-            emit_at(t, x.get(), &mut pending, &mut times, &mut states);
+            samples.take(t, x.get());
         }
     }
     let trajectory = Trajectory {
         dimension: n,
-        times,
-        states,
+        times: samples.times,
+        states: samples.states,
         end: t,
         end_state: x.get().to_vec(),
         status,
@@ -254,38 +307,15 @@ pub(super) fn drive<V: Vector, M: Stepper<V>, S: System + ?Sized>(
     (trajectory, carried)
 }
 
-/// Writes the outputs due at exactly `t`.
+/// What is left of the proposal `h` where the segment ends in `remaining`, and whether it reaches that end.
 #[inline(always)]
-fn emit_at(t: f64, x: &[f64], pending: &mut &[f64], times: &mut Vec<f64>, states: &mut Vec<f64>) {
-    while let [first, rest @ ..] = *pending
-        && *first <= t
-    {
-        times.push(*first);
-        states.extend_from_slice(x);
-        *pending = rest;
-    }
-}
-
-/// Writes the outputs due before `until` from the step of `h` that started at `t`.
-#[expect(clippy::too_many_arguments, reason = "the step's data and three sinks")]
-fn write_dense<V: Vector, M: Stepper<V>>(
-    method: &M,
-    until: f64,
-    t: f64,
-    h: f64,
-    (x, next): (&V, &V),
-    pending: &mut &[f64],
-    times: &mut Vec<f64>,
-    states: &mut Vec<f64>,
-) {
-    while let [due, rest @ ..] = *pending
-        && *due < until
-    {
-        times.push(*due);
-        let from = states.len();
-        states.resize(from + x.get().len(), 0.0);
-        method.dense((due - t) / h, h, x, next, &mut states[from..]);
-        *pending = rest;
+fn shortened(h: f64, remaining: f64) -> (f64, bool) {
+    if h >= remaining * (1.0 - 1e-12) {
+        (remaining, true)
+    } else if 2.0 * h > remaining {
+        (0.5 * remaining, false) // no sliver before the break
+    } else {
+        (h, false)
     }
 }
 
@@ -332,35 +362,6 @@ fn crossing<S: System + ?Sized>(system: &S, t: f64, x: &[f64]) -> Option<usize> 
         }
     }
     None
-}
-
-/// Bisects for the earliest crossing in the step; returns the guard and the fraction of the step
-/// at which it is just negative.
-#[expect(clippy::too_many_arguments, reason = "the step's data, passed flat")]
-fn locate<V: Vector, M: Stepper<V>, S: System + ?Sized>(
-    method: &M,
-    system: &S,
-    found: usize,
-    t: f64,
-    h: f64,
-    x: &V,
-    next: &V,
-    scratch: &mut [f64],
-) -> (usize, f64) {
-    let (mut index, mut low, mut high) = (found, 0.0_f64, 1.0_f64);
-    // 52 halvings exhaust the fraction's bits.
-    for _ in 0..52 {
-        let middle = 0.5 * (low + high);
-        method.dense(middle, h, x, next, scratch);
-        match crossing(system, t + middle * h, scratch) {
-            Some(now) => (index, high) = (now, middle),
-            None => low = middle,
-        }
-        if (high - low) * h <= f64::EPSILON * t.abs() {
-            break;
-        }
-    }
-    (index, high)
 }
 
 /// A hundredth of the time in which the state would change by its own size.
