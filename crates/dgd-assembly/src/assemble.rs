@@ -13,6 +13,7 @@ use crate::network::{Location, Network};
 use crate::spec::{Kind, System};
 use crate::structure;
 use dgd_units::{Dimension, Unit};
+pub(crate) use sizes::shown_sizes;
 
 pub(crate) fn compile(system: &System) -> Result<Network, AssemblyError> {
     let mut slots = build::read(system);

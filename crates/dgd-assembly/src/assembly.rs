@@ -1,9 +1,10 @@
 //! The front door: a checked assembly, its parameters and states.
 
-use crate::assemble;
+use crate::assemble::{self, shown_sizes};
 use crate::error::{AssemblyError, Problem};
 use crate::network::{Network, NodeKind, Start};
-use crate::spec::{Bounds, EffectSetting, System};
+use crate::record::Window;
+use crate::spec::{Bounds, EffectSetting, Setting, System};
 use dgd_units::Unit;
 
 /// A system that was found to be well posed, compiled.
@@ -218,6 +219,52 @@ impl Assembly {
             if let Some(crate::spec::Initial::Free(bounds)) = system.initial.get_mut(&state.path) {
                 bounds.start = value;
             }
+        }
+        if !system.effects.is_empty() {
+            // What effects count in must not follow what was fitted.
+            self.keep_sizes(&mut system);
+        }
+        Self::new(system)
+    }
+
+    /// Writes the sizes that the description leaves to be estimated; that of levels only where one holds for all tanks.
+    fn keep_sizes(&self, system: &mut System) {
+        let Some(scale) = self.net.parts.first().map(|part| part.scale) else {
+            return;
+        };
+        let levels = self
+            .net
+            .tanks
+            .iter()
+            .map(|&tank| self.net.parts[tank].scale.level_m);
+        let one_level = levels.clone().all(|level| level == scale.level_m);
+        let sizes = [
+            ("level", scale.level_m),
+            ("flow", scale.flow_m3_s),
+            ("pressure", scale.pressure_pa),
+            ("time", scale.time_s),
+        ];
+        for (name, size) in sizes {
+            if name != "level" || one_level {
+                let estimated = Setting::Number(size);
+                system.scale.entry(name.to_owned()).or_insert(estimated);
+            }
+        }
+    }
+
+    /// The same system with the usual sizes that a record shows where it has no tank to estimate them from and `[scale]` does not give
+    /// them: half of what is recorded of flows and of pressures is larger, and the time is twice the interval between samples.
+    ///
+    /// # Errors
+    /// [`AssemblyError::IllPosed`] as [`Self::new`].
+    pub fn sized_by(&self, windows: &[Window]) -> Result<Self, AssemblyError> {
+        if !self.net.tanks.is_empty() {
+            return Ok(self.clone());
+        }
+        let mut system = self.system.clone();
+        for (name, size) in shown_sizes(&self.net, windows, system.independent == "time") {
+            let shown = Setting::Number(size);
+            system.scale.entry(name.to_owned()).or_insert(shown);
         }
         Self::new(system)
     }

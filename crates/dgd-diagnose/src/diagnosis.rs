@@ -119,6 +119,12 @@ pub(crate) const NOT_WORSE: &str = "no output is made worse on held-out windows"
 pub(crate) const NOISE_IS_LEFT: &str = "what is left is noise";
 
 impl Diagnosis {
+    /// Whether anything that was found acts in a held-out window: elsewhere these windows can neither support it nor contradict it.
+    pub fn acts_held_out(&self) -> bool {
+        let mut acts = self.findings.iter().flat_map(|f| &f.intervals_s);
+        acts.any(|(from, to)| self.held_out_s.iter().any(|(a, b)| from < b && to > a))
+    }
+
     /// Why findings that are all named explain only part: what they leave, and what they make worse; nothing of any other verdict, nor
     /// where one of them is `unknown` and says it itself.
     pub fn shortfalls(&self) -> Vec<&'static str> {

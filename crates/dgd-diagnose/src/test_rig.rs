@@ -314,6 +314,7 @@ pub(crate) fn recorded(record: &Record, start_s: f64) -> (Well, Prepared) {
         inlet_pressure_pa: record.inlet.clone(),
         outlet_pressure_pa: record.outlet.clone(),
         tally: Vec::new(),
+        stuck: Vec::new(),
         recording,
     };
     (well, prepared)

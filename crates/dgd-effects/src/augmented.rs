@@ -3,7 +3,7 @@
 mod run;
 
 use crate::curves::Curves;
-use crate::{Effect, MeterPath, Setting, find};
+use crate::{Effect, MeterPath, Role, Setting, find};
 use dgd_recording::STANDING_M3_S;
 use run::{Acting, Line, Stretch};
 use std::ops::Range;
@@ -88,7 +88,39 @@ pub struct FreeRun {
     pub outlet_pa: Vec<f64>,
 }
 
+/// What became of effects that set in at some time of one recording on a later one, by id.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct CarriedOver {
+    /// They go on.
+    pub ongoing: Vec<&'static str>,
+    /// They have passed.
+    pub over: Vec<&'static str>,
+}
+
 impl AugmentedModel {
+    /// Takes the effects to a later recording, which begins at `from_s` of its own clock: what set in and had no end acts from there on,
+    /// and what lasted for a while is over. An id that the catalogue does not hold stays as it is.
+    pub fn carry_over(&mut self, from_s: f64) -> CarriedOver {
+        let mut carried = CarriedOver::default();
+        self.effects.retain_mut(|one| {
+            let Ok(effect) = one.look_up() else {
+                return true;
+            };
+            let about = effect.about();
+            let at = |role| about.parameters.iter().position(|p| p.role == role);
+            match (at(Role::Onset), at(Role::Duration)) {
+                (_, Some(_)) => carried.over.push(about.id),
+                (Some(onset), None) => {
+                    one.parameters[onset] = from_s;
+                    carried.ongoing.push(about.id);
+                }
+                (None, None) => {}
+            }
+            !carried.over.contains(&about.id)
+        });
+        carried
+    }
+
     /// Pressure rise over the pump, Pa, at a speed, %, and a flow, m³/s.
     ///
     /// Beyond the range of speeds by affinity (head over speed squared is a function of flow over speed); beyond the range of

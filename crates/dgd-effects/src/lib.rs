@@ -18,7 +18,9 @@ mod moment;
 mod own;
 mod search;
 
-pub use augmented::{AppliedEffect, AugmentedModel, FreeRun, Inputs, STANDING_PCT, UnknownEffect};
+pub use augmented::{
+    AppliedEffect, AugmentedModel, CarriedOver, FreeRun, Inputs, STANDING_PCT, UnknownEffect,
+};
 pub use catalogue::{catalogue, find, told_apart_by, unknown};
 pub use correction::{Curve, KNOTS, Place, Quantity};
 pub use curves::{

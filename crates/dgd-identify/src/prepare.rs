@@ -1,6 +1,6 @@
 //! A recording with its untrusted values blanked and its usable samples marked.
 
-use dgd_recording::Recording;
+use dgd_recording::{Channel, Recording, Run};
 use dgd_screen::{Faults, ScreenError, ScreenOptions, Tally, screen};
 
 /// A screened recording.
@@ -18,6 +18,8 @@ pub struct Prepared {
     pub outlet_pressure_pa: Vec<f64>,
     /// Samples rejected, by reason.
     pub tally: Vec<Tally>,
+    /// Stretches in which a transmitter repeats one value for longer than by chance, by transmitter.
+    pub stuck: Vec<(Channel, Run)>,
 }
 
 impl Prepared {
@@ -81,9 +83,14 @@ pub fn prepare(
         }
     };
     let ((), (keep, tally)) = rayon::join(blank, || (screening.keep(), screening.tally()));
+    let stuck = screening.channels.iter().flat_map(|one| {
+        let runs = one.stuck.iter();
+        runs.map(|run| (one.channel, *run))
+    });
     Ok(Prepared {
         keep,
         tally,
+        stuck: stuck.collect(),
         inlet_pressure_pa: screening.inlet_pressure_pa,
         outlet_pressure_pa: screening.outlet_pressure_pa,
         recording,
@@ -109,6 +116,28 @@ impl Prepared {
             pump_outlet_pressure_pa: vec![self.outlet_pressure_pa],
             ..self.recording
         }
+    }
+
+    /// What is to be said of transmitters that repeated one value for many minutes while the pump ran: what is not used there, and where.
+    /// Short stretches are part of every recording.
+    pub fn stuck_for_long(&self) -> Vec<String> {
+        /// Seconds from which on a stretch is told.
+        const LONG_S: f64 = 600.0;
+        let time_s = &self.recording.time_s;
+        let seconds = |run: &Run| {
+            #[expect(clippy::cast_precision_loss, reason = "samples of a run")]
+            let length = run.length as f64;
+            length * self.step_s
+        };
+        let long = (self.stuck.iter()).filter(|(_, run)| seconds(run) >= LONG_S);
+        long.filter_map(|(channel, run)| {
+            let from = time_s.get(run.start)?;
+            Some(format!(
+                "`{channel}` repeats one value from {from:.0} to {:.0} s and is not used there; is it frozen?",
+                from + seconds(run)
+            ))
+        })
+        .collect()
     }
 
     /// Samples that identification may use.

@@ -299,7 +299,7 @@ mod tests {
         let assembly = Assembly::parse(&text).unwrap();
         let columns = vec![("h", h.as_slice()), ("q", q.as_slice())];
         let windows = assembly.windows(&Record { columns }, Portion::Train);
-        let data = Data::new(windows.unwrap(), true);
+        let data = Data::training(windows.unwrap());
         let mut context = Context {
             assembly: &assembly,
             data: &data,

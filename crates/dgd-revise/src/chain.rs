@@ -5,6 +5,7 @@ use crate::belief;
 use crate::blocks::{Blocks, null_probability};
 use crate::choice;
 use crate::conclude::{self, Evidence};
+use crate::confirm::TestPart;
 use crate::context::{Context, Trial};
 use crate::empirical::{self, Corrected};
 use crate::error::ReviseError;
@@ -95,8 +96,11 @@ pub fn revise(
     watch: &mut dyn FnMut(Stage),
 ) -> Result<Revision, ReviseError> {
     check(options)?;
-    let train = Data::new(assembly.windows(record, Portion::Train)?, true);
-    let test = Data::new(assembly.windows(record, Portion::Test)?, false);
+    let train = assembly.windows(record, Portion::Train)?;
+    // Where no tank says what is usual, the record does.
+    let assembly = &assembly.sized_by(&train)?;
+    let train = Data::training(train);
+    let test = TestPart::new(assembly.held_out(record)?);
     if train.rows.len() < FEWEST {
         return Err(ReviseError::TooShort {
             expected: FEWEST,
@@ -287,11 +291,6 @@ fn check(options: &Options) -> Result<(), ReviseError> {
             options.least_gain,
             "at least 0 and less than 1",
         );
-    }
-    if let crate::TestStart::FirstSamples(share) = options.test_start
-        && !(share > 0.0 && share <= 1.0)
-    {
-        return refuse("test_start", share, "more than 0 and at most 1");
     }
     for (name, n) in [
         ("most_effects", options.most_effects),

@@ -133,7 +133,7 @@ pub(crate) fn confirmation(
     checks: &mut Vec<Check>,
 ) -> bool {
     let (Some(b), Some(a)) = (&before.test, &after.test) else {
-        if e.test.windows.is_empty() {
+        if e.test.data.windows.is_empty() {
             checks.push(Check {
                 name: "stands on the test part".into(),
                 passed: true,
@@ -151,11 +151,14 @@ pub(crate) fn confirmation(
     };
     let (mut stands, mut best, mut worst, mut sum) = (false, Vec::new(), Vec::new(), 0.0);
     for (o, name) in e.context.assembly.outputs().iter().enumerate() {
-        let (rb, ra) = (confirm::rms(b, e.test, o), confirm::rms(a, e.test, o));
+        let (rb, ra) = (
+            confirm::rms(b, &e.test.data, o),
+            confirm::rms(a, &e.test.data, o),
+        );
         if !rb.is_finite() {
             continue;
         }
-        let (low, high) = confirm::gain_interval(b, a, e.test, o, e.memory);
+        let (low, high) = confirm::gain_interval(b, a, &e.test.data, o, e.memory);
         // In no unit: whoever shows it has units of its own.
         let line = format!(
             "{name}: {:.3} of what it was, 95 % {:.3} to {:.3}",

@@ -4,7 +4,7 @@ use crate::baseline::{Baseline, fresh_jacobian};
 use crate::belief;
 use crate::chain::{Claim, Withdrawn};
 use crate::checks::{bounds_check, confirmation, gate_checks, outweighs, remainder, whiteness};
-use crate::confirm::{self, Readings};
+use crate::confirm::{self, Readings, TestPart};
 use crate::context::{Context, Trial};
 use crate::error::ReviseError;
 use crate::estimates::estimates;
@@ -24,7 +24,7 @@ use std::collections::BTreeSet;
 pub(crate) struct Evidence<'c, 'a> {
     pub context: &'c Context<'a>,
     pub options: &'c Options,
-    pub test: &'c Data,
+    pub test: &'c TestPart,
     pub in_time: bool,
     pub memory: usize,
     pub base: &'c Baseline,
@@ -81,11 +81,11 @@ impl Evidence<'_, '_> {
         let mut held = Vec::new();
         if let Some(test) = &after.test {
             let of = |row: &Row| test[row.window][row.output][row.sample];
-            let rows = self.test.rows.iter().zip(&self.test.measured);
+            let rows = self.test.data.rows.iter().zip(&self.test.data.measured);
             let off: Vec<f64> = rows
                 .map(|(row, m)| (of(row) - m) / c.scale[row.output])
                 .collect();
-            held = floor::plain(self.test, &off, outputs, &c.scale, &[]);
+            held = floor::plain(&self.test.data, &off, outputs, &c.scale, &[]);
         }
         [train, held]
     }
@@ -128,7 +128,6 @@ impl Evidence<'_, '_> {
 
     fn tell(&self, trial: &Trial, claim: &Claim) -> Option<Told> {
         let c = self.context;
-        let how = self.options.test_start;
         // Beside names a correction is told, not run: the model after is the one that can be written down.
         let correction = claim.correction.as_ref().filter(|_| claim.set.is_none());
         let train = match correction {
@@ -143,15 +142,15 @@ impl Evidence<'_, '_> {
                 empirical::run_corrected(c, c.data, &trial.members, theta, &k.candidate, &k.values)?
             }
         };
-        let test = if self.test.windows.is_empty() {
+        let test = if self.test.data.windows.is_empty() {
             None
         } else {
             match correction {
-                None => confirm::run_test(c, trial, None, self.test, how),
+                None => confirm::run_test(c, trial, None, self.test),
                 Some(k) => {
                     let mut own = trial.clone();
                     own.minimum.theta = k.minimum.theta[..trial.paths.len()].to_vec();
-                    confirm::run_test(c, &own, Some((k, trial)), self.test, how)
+                    confirm::run_test(c, &own, Some((k, trial)), self.test)
                 }
             }
         };
@@ -327,7 +326,7 @@ fn gains(e: &Evidence<'_, '_>, before: &Told, after: &Told, left: &LeftOut) -> V
             let test = |t: &Told| {
                 t.test
                     .as_ref()
-                    .map_or(f64::NAN, |r| confirm::rms(r, e.test, o))
+                    .map_or(f64::NAN, |r| confirm::rms(r, &e.test.data, o))
             };
             let by = |l: &LeftOut| (l.by_output[o].0 / l.by_output[o].1).sqrt() * c.scale[o];
             OutputGain {
@@ -339,7 +338,7 @@ fn gains(e: &Evidence<'_, '_>, before: &Told, after: &Told, left: &LeftOut) -> V
                 left_out: (by(&e.base_left), by(left)),
                 test: (test(before), test(after)),
                 test_gain_ci95: match (&before.test, &after.test) {
-                    (Some(b), Some(a)) => confirm::gain_interval(b, a, e.test, o, e.memory),
+                    (Some(b), Some(a)) => confirm::gain_interval(b, a, &e.test.data, o, e.memory),
                     _ => (f64::NAN, f64::NAN),
                 },
             }
@@ -371,7 +370,7 @@ fn traces(e: &Evidence<'_, '_>, before: &Told, after: &Told) -> Vec<Trace> {
     };
     let mut all = part(e.context.data, &before.train, &after.train, false);
     if let (Some(b), Some(a)) = (&before.test, &after.test) {
-        all.extend(part(e.test, b, a, true));
+        all.extend(part(&e.test.data, b, a, true));
     }
     all
 }
@@ -382,7 +381,7 @@ fn settings(e: &Evidence<'_, '_>, withdrawn: &[String]) -> Vec<(String, String)>
             "training readings".into(),
             e.context.data.rows.len().to_string(),
         ),
-        ("test readings".into(), e.test.rows.len().to_string()),
+        ("test readings".into(), e.test.data.rows.len().to_string()),
         ("hypotheses".into(), e.context.hypotheses.len().to_string()),
         ("sets fitted to the end".into(), e.scored.len().to_string()),
         (

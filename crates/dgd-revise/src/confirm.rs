@@ -3,97 +3,36 @@
 use crate::context::{Context, Trial};
 use crate::draws::Draws;
 use crate::empirical::{self, Corrected};
-use crate::revision::TestStart;
 use crate::stack::{Data, Runner};
-use dgd_lsq::lm::{self, Bounds, Effort};
+use dgd_assembly::{Assembly, HeldOut, Window};
 
 /// Readings of a fitted set over windows, by window, output and sample.
 pub(crate) type Readings = Vec<Vec<Vec<f64>>>;
 
-/// Parameters for each held-out window: those of the training, with initial states as asked for.
-fn starts(
-    context: &Context<'_>,
-    trial: &Trial,
-    test: &Data,
-    how: TestStart,
-) -> Option<Vec<Vec<f64>>> {
-    let theta = &trial.minimum.theta;
-    let built = context.build(&trial.members)?;
-    let parameters = built.parameters();
-    let own_channels = built.system().record.test.as_ref().is_some_and(|t| {
-        !t.channels.is_empty() && t.channels != built.system().record.train.channels
-    });
-    let share = match how {
-        TestStart::Trained => None,
-        TestStart::FirstSamples(share) => Some(share),
-        TestStart::Automatic => (!own_channels).then_some(0.05),
-    };
-    // Free initial states of the first window are those without `@`.
-    let moving: Vec<usize> = (0..parameters.len())
-        .filter(|&i| parameters[i].initial && !parameters[i].path.contains('@'))
-        .collect();
-    let (Some(share), false) = (share, moving.is_empty()) else {
-        return Some(vec![theta.clone(); test.windows.len()]);
-    };
-    let bounds = Bounds::new(
-        moving.iter().map(|&i| parameters[i].low).collect(),
-        moving.iter().map(|&i| parameters[i].high).collect(),
-    )
-    .ok()?;
-    let effort = Effort {
-        steps: 30,
-        tolerance: 1e-6,
-        fresh: 30,
-        ..crate::baseline::SPARING
-    };
-    test.windows
-        .iter()
-        .map(|window| {
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "a share of a length"
-            )]
-            let n = (share * window.time.len() as f64).ceil().max(3.0) as usize;
-            let mut first = window.clone();
-            first.time.truncate(n);
-            first
-                .inputs
-                .iter_mut()
-                .chain(&mut first.readings)
-                .for_each(|v| v.truncate(n));
-            let data = Data::new(vec![first], false);
-            let mut runner = Runner::new(&built, &data, &context.simulation).ok()?;
-            let mut full = theta.clone();
-            let start: Vec<f64> = moving.iter().map(|&i| theta[i]).collect();
-            let found = lm::minimise(
-                &mut |t: &[f64]| {
-                    for (&i, v) in moving.iter().zip(t) {
-                        full[i] = *v;
-                    }
-                    let simulated = runner.run(&full)?;
-                    Some(
-                        simulated
-                            .iter()
-                            .zip(&data.measured)
-                            .zip(&data.rows)
-                            .map(|((s, m), row)| (s - m) / context.scale[row.output])
-                            .collect(),
-                    )
-                },
-                &start,
-                &bounds,
-                None,
-                None,
-                effort,
-            );
-            let mut theta = theta.clone();
-            for (&i, v) in moving.iter().zip(&found.theta) {
-                theta[i] = *v;
-            }
-            Some(theta)
+/// The test part: held-out windows, and the runs that tell where they start.
+pub(crate) struct TestPart {
+    pub data: Data,
+    held_out: Vec<HeldOut>,
+}
+
+impl TestPart {
+    pub(crate) fn new(held_out: Vec<HeldOut>) -> Self {
+        let windows: Vec<Window> = held_out.iter().map(|held| held.window.clone()).collect();
+        let numbers = vec![0; windows.len()];
+        Self {
+            data: Data::new(windows, numbers),
+            held_out,
+        }
+    }
+
+    /// What an assembly is run over, by window: its last samples are the window's.
+    fn runs<'a>(&'a self, built: &'a Assembly) -> impl Iterator<Item = (Data, usize)> + 'a {
+        self.held_out.iter().map(|held| {
+            let (number, run) = held.run(built);
+            let samples = held.window.time.len();
+            (Data::new(vec![run.clone()], vec![number]), samples)
         })
-        .collect()
+    }
 }
 
 /// Rounds in which a correction and the quantity that it goes along settle.
@@ -105,26 +44,20 @@ pub(crate) fn run_test(
     context: &Context<'_>,
     trial: &Trial,
     corrected: Option<(&Corrected, &Trial)>,
-    test: &Data,
-    how: TestStart,
+    test: &TestPart,
 ) -> Option<Readings> {
-    let thetas = starts(context, trial, test, how)?;
-    let plain_thetas = match corrected {
-        Some((_, plain)) => starts(context, plain, test, how)?,
-        None => Vec::new(),
-    };
     let built = context.build(&trial.members)?;
+    let theta = &trial.minimum.theta;
     let mut all = Vec::new();
-    for (w, window) in test.windows.iter().enumerate() {
-        let one = Data::new(vec![window.clone()], false);
+    for (run, samples) in test.runs(&built) {
         let outputs = match corrected {
-            None => Runner::new(&built, &one, &context.simulation)
+            None => Runner::new(&built, &run, &context.simulation)
                 .ok()?
-                .outputs(&thetas[w])?,
+                .outputs(theta)?,
             Some((c, plain)) => {
                 // The quantity as the uncorrected model sees it there.
                 let quantities =
-                    empirical::quantities(context, &one, &plain.members, &plain_thetas[w])?;
+                    empirical::quantities(context, &run, &plain.members, &plain.minimum.theta)?;
                 let quantity = quantities
                     .into_iter()
                     .find(|(n, _)| *n == c.candidate.along)?
@@ -134,32 +67,27 @@ pub(crate) fn run_test(
                     ..c.candidate.clone()
                 };
                 for _ in 0..SETTLE {
-                    let own = empirical::seen(
-                        context,
-                        &one,
-                        &trial.members,
-                        &thetas[w],
-                        &there,
-                        &c.values,
-                    );
+                    let own =
+                        empirical::seen(context, &run, &trial.members, theta, &there, &c.values);
                     match own {
                         Some(quantity) => there.quantity = quantity,
                         None => break,
                     }
                 }
-                empirical::run_corrected(
-                    context,
-                    &one,
-                    &trial.members,
-                    &thetas[w],
-                    &there,
-                    &c.values,
-                )?
+                empirical::run_corrected(context, &run, &trial.members, theta, &there, &c.values)?
             }
         };
-        all.extend(outputs);
+        all.extend(outputs.into_iter().map(|run| tail(run, samples)));
     }
     Some(all)
+}
+
+/// The last samples of each output of a run.
+fn tail(mut outputs: Vec<Vec<f64>>, samples: usize) -> Vec<Vec<f64>> {
+    for values in &mut outputs {
+        values.drain(..values.len().saturating_sub(samples));
+    }
+    outputs
 }
 
 /// Root mean square of an output over windows; NaN if it was not recorded.

@@ -155,7 +155,7 @@ fn fed(
     for (w, window) in windows.iter_mut().enumerate() {
         window.inputs.insert(place, candidate.shift(values, w));
     }
-    Some((built, Data::new(windows, data.training)))
+    Some((built, Data::new(windows, data.numbers.clone())))
 }
 
 /// Runs a set with a correction of given values at the knots; by window, output and sample.

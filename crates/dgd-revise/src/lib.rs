@@ -57,7 +57,7 @@ pub use chain::revise;
 pub use error::ReviseError;
 pub use revision::{
     Check, Class, Contender, Estimate, Excuse, Finding, Model, Options, Outcome, OutputGain,
-    Region, Revision, Section, Shape, Signal, Stage, TestStart, Tested, Trace, Verdict,
+    Region, Revision, Section, Shape, Signal, Stage, Tested, Trace, Verdict,
 };
 
 /// The README's examples are tests.

@@ -120,7 +120,7 @@ mod tests {
             readings: vec![vec![0.0; 100]],
             ..Window::default()
         };
-        let data = Data::new(vec![window], true);
+        let data = Data::training(vec![window]);
         let before: Vec<f64> = (0..100).map(|i| f64::from(u8::from(i >= 70))).collect();
         let quantities = [("u".to_owned(), vec![(0..100).map(quantity).collect()])];
         let found = region(&data, &before, &[0.0; 100], &quantities).unwrap();

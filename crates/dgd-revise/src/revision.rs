@@ -313,18 +313,6 @@ pub enum Stage {
     Confirming,
 }
 
-/// What a held-out window starts from where the description leaves an initial state free.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub enum TestStart {
-    /// `Trained` if the test part has channels of its own, otherwise `FirstSamples(0.05)`.
-    #[default]
-    Automatic,
-    /// As fitted on the first training window.
-    Trained,
-    /// Fitted on the first share of the test window's samples, all parameters held.
-    FirstSamples(f64),
-}
-
 /// Settings of a revision.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
@@ -340,8 +328,6 @@ pub struct Options {
     pub gate: f64,
     /// Least share of the left-out root mean square that must go; 0.01 by default.
     pub least_gain: f64,
-    /// Start of held-out windows.
-    pub test_start: TestStart,
     /// Threads; all of the machine if 0. The answer does not depend on it.
     pub threads: usize,
     /// Settings of the simulations.
@@ -357,7 +343,6 @@ impl Default for Options {
             scored: 8,
             gate: 0.01,
             least_gain: 0.01,
-            test_start: TestStart::Automatic,
             threads: 0,
             simulation: SimulationOptions::default(),
         }

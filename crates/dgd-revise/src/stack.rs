@@ -20,18 +20,24 @@ pub(crate) struct Data {
     pub measured: Vec<f64>,
     /// Samples before each window, and all at the end.
     pub offsets: Vec<usize>,
-    /// Whether window k is training window k, with its own free initial states; held-out windows use those of the first.
-    pub training: bool,
+    /// By window, the training window whose free initial states it starts from.
+    pub numbers: Vec<usize>,
 }
 
 impl Data {
-    pub(crate) fn new(windows: Vec<Window>, training: bool) -> Self {
+    /// The training windows, each with its own free initial states.
+    pub(crate) fn training(windows: Vec<Window>) -> Self {
+        let numbers = (0..windows.len()).collect();
+        Self::new(windows, numbers)
+    }
+
+    pub(crate) fn new(windows: Vec<Window>, numbers: Vec<usize>) -> Self {
         let mut data = Self {
             windows: Vec::new(),
             rows: Vec::new(),
             measured: Vec::new(),
             offsets: vec![0],
-            training,
+            numbers,
         };
         for (w, window) in windows.iter().enumerate() {
             for (output, reading) in window.readings.iter().enumerate() {
@@ -174,11 +180,8 @@ impl<'a> Runner<'a> {
         let simulators = data
             .windows
             .iter()
-            .enumerate()
-            .map(|(number, window)| {
-                let number = if data.training { number } else { 0 };
-                Pace::new(assembly, window, number, options)
-            })
+            .zip(&data.numbers)
+            .map(|(window, &number)| Pace::new(assembly, window, number, options))
             .collect::<Result<_, _>>()?;
         Ok(Self { simulators, data })
     }

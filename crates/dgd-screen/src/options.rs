@@ -24,6 +24,10 @@ pub struct ScreenOptions {
     /// pump is off and refills afterwards, so that until then its hydrostatic column,
     /// and with it the friction of Eq. 3.13, is wrong. The thesis takes 0.
     pub settle_s: f64,
+    /// Seconds before the pump stops in which it is looked for running down; samples there at less than nine tenths of the highest speed
+    /// are left out. Default 120: the head falls with the speed at once, while a late meter still reads the flow of before, or the
+    /// last of it swings behind a check valve that has closed. The thesis takes 0.
+    pub run_down_s: f64,
     /// Fewest equal return flows in a row that count as stuck, samples. Default 5.
     pub stuck_flow_samples: usize,
     /// Shortest run of one pressure that counts as stuck, s. Default 30.
@@ -67,6 +71,7 @@ impl Default for ScreenOptions {
         Self {
             pump_on_above_pct: 0.5,
             settle_s: 120.0,
+            run_down_s: 120.0,
             stuck_flow_samples: 5,
             stuck_pressure_s: 30.0,
             stuck_inflow_s: 120.0,
@@ -101,6 +106,7 @@ impl ScreenOptions {
         Self {
             pump_on_above_pct: 0.0,
             settle_s: 0.0,
+            run_down_s: 0.0,
             reject_constant_speed: true,
             ..Self::default()
         }
@@ -116,6 +122,7 @@ impl ScreenOptions {
         };
         for (name, found) in [
             ("settle_s", self.settle_s),
+            ("run_down_s", self.run_down_s),
             ("stuck_pressure_s", self.stuck_pressure_s),
             ("stuck_inflow_s", self.stuck_inflow_s),
             ("constant_speed_s", self.constant_speed_s),

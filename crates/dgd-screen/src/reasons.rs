@@ -39,15 +39,18 @@ impl Reasons {
     pub const INLETS_DISAGREE: Self = Self(1 << 12);
     /// The outlet transmitters disagree for a short while, and neither is the liar.
     pub const OUTLETS_DISAGREE: Self = Self(1 << 13);
+    /// The pump is running down to a stop.
+    pub const STOPPING: Self = Self(1 << 14);
 
     /// Every reason with its name in reports, in the order in which [`Tally::first`] asks.
-    pub const ALL: [(Self, &'static str); 14] = [
+    pub const ALL: [(Self, &'static str); 15] = [
         (Self::GAP, "gap"),
         (Self::OUT_OF_RANGE, "out of range"),
         (Self::PUMP_OFF, "pump off"),
         (Self::NO_PRESSURE_RISE, "no pressure rise"),
         (Self::NO_FLOW, "no flow"),
         (Self::SETTLING, "settling"),
+        (Self::STOPPING, "stopping"),
         (Self::STUCK_RETURN_FLOW, "stuck return flow"),
         (Self::STUCK_PUMP_SPEED, "stuck pump speed"),
         (Self::CONSTANT_PUMP_SPEED, "constant pump speed"),

@@ -376,6 +376,7 @@ impl Job<'_> {
             self.judge(part, here, channels, inlet_pa, outlet_pa);
         });
         self.settling(&mut reasons);
+        self.stopping(&mut reasons);
         reasons
     }
 
@@ -469,6 +470,30 @@ impl Job<'_> {
             if left > 0 {
                 left -= 1;
                 *reason |= Reasons::SETTLING.when(!was_off);
+            }
+        }
+    }
+
+    /// Marks the samples before each stop of the pump at which it runs down already.
+    fn stopping(&self, reasons: &mut [Reasons]) {
+        /// Share of the speed before from which on it has not begun to run down.
+        const RUNNING: f64 = 0.9;
+        let longest = samples(self.rules.options.run_down_s, self.rules.step_s, 0);
+        let speeds = &self.recording.pump_speed_pct;
+        // From the last sample at which it was on; a gap says nothing about the pump.
+        let mut began = None;
+        for (i, w) in speeds.iter().enumerate().filter(|(_, w)| w.is_finite()) {
+            if *w > self.rules.options.pump_on_above_pct {
+                began.get_or_insert(i);
+                continue;
+            }
+            let Some(start) = began.take() else {
+                continue;
+            };
+            let before = start.max(i.saturating_sub(longest))..i;
+            let highest = speeds[before.clone()].iter().copied().fold(0.0, f64::max);
+            for k in before {
+                reasons[k] |= Reasons::STOPPING.when(speeds[k] < RUNNING * highest);
             }
         }
     }

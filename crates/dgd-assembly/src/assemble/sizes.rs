@@ -7,8 +7,55 @@ use crate::error::Problem;
 use crate::kinds::{self, Property};
 use crate::laws;
 use crate::network::{Network, Reading};
+use crate::record::Window;
 use crate::spec::{Initial, Kind, System};
-use dgd_units::Dimension;
+use dgd_units::{Dimension, Unit};
+
+/// The usual flow, pressure and time that a record shows, under their names in `[scale]`, where it shows them: medians of what flows
+/// and pressures are recorded, and twice the interval between samples.
+pub(crate) fn shown_sizes(
+    net: &Network,
+    windows: &[Window],
+    in_time: bool,
+) -> Vec<(&'static str, f64)> {
+    let inputs = (net.driven.iter().enumerate()).flat_map(|(i, driven)| {
+        let of_windows = windows.iter().filter_map(move |w| w.inputs.get(i));
+        of_windows.map(move |values| (driven.unit, values))
+    });
+    let readings = (net.meters.iter().enumerate()).flat_map(|(o, meter)| {
+        let of_windows = windows.iter().filter_map(move |w| w.readings.get(o));
+        of_windows.map(move |values| (meter.unit, values))
+    });
+    let recorded: Vec<(Option<Unit>, &Vec<f64>)> = inputs.chain(readings).collect();
+    let usual = |dimension: Dimension| {
+        let of_it = recorded
+            .iter()
+            .filter(|(unit, _)| unit.is_some_and(|u| u.dimension == dimension));
+        median(of_it.flat_map(|(_, values)| values.iter().map(|v| v.abs())))
+    };
+    let interval = || {
+        let steps = windows.iter().flat_map(|w| w.time.windows(2));
+        median(steps.map(|pair| pair[1] - pair[0])).map(|step| 2.0 * step)
+    };
+    [
+        ("flow", usual(Dimension::FlowRate)),
+        ("pressure", usual(Dimension::Pressure)),
+        ("time", in_time.then(interval).flatten()),
+    ]
+    .into_iter()
+    .filter_map(|(name, size)| Some((name, size?)))
+    .collect()
+}
+
+/// The middle of the values above 0, if there are any.
+fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.filter(|v| v.is_finite() && *v > 0.0).collect();
+    let middle = values.len() / 2;
+    if values.is_empty() {
+        return None;
+    }
+    Some(*values.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
 
 /// Usual sizes, and the parameters of effects that were left open.
 pub(super) fn sizes(system: &System, net: &mut Network, problems: &mut Vec<Problem>) {

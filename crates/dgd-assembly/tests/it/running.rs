@@ -394,3 +394,44 @@ fn an_opening_in_per_cent_is_a_share() {
     let loop_window = window(&assembly, &[("t", &t), ("w", &w), ("z", &z)]);
     assert_eq!(loop_window.inputs, [w, z]);
 }
+
+#[test]
+fn a_fitted_system_that_is_written_down_keeps_what_its_effects_count_in() {
+    // The orifice's area says what flow is usual; the wear of the pump is told by that.
+    let text = r#"
+connections = ["feed -> tank -> valve -> atmosphere"]
+[components]
+feed = { kind = "boundary" }
+tank = { kind = "tank", area = 1.0 }
+valve = { kind = "valve" }
+gauge = { kind = "instrument", measures = "level", of = "tank", channel = "h" }
+[inputs]
+"feed.flow" = { channel = "q" }
+[initial]
+"tank.level" = 1.0
+[free]
+"valve.flow_coefficient" = { start = 3e-5, low = 1e-6, high = 1e-3 }
+"#;
+    let drifting = Assembly::parse(text)
+        .unwrap()
+        .with_effect("valve", "clogging", &["share"])
+        .unwrap();
+    let q = vec![2e-3; 200];
+    let window = window(&drifting, &[("q", &q)]);
+    // Far from where the search starts, where the usual time would be another.
+    let paths: Vec<String> = drifting
+        .parameters()
+        .iter()
+        .map(|p| p.path.clone())
+        .collect();
+    let at = |path: &str| if path.contains("share") { 0.4 } else { 9e-5 };
+    let theta: Vec<f64> = paths.iter().map(|path| at(path)).collect();
+    let fitted = drifting.with_values(&theta).unwrap();
+    let read = Assembly::parse(&fitted.to_toml()).unwrap();
+    let run = |assembly: &Assembly| {
+        let run = assembly.simulate(&theta, &window, 0, &tight()).unwrap();
+        run.outputs[0].clone()
+    };
+    assert_eq!(read.usual_time_s(), drifting.usual_time_s());
+    assert!(apart(&run(&read), &run(&drifting)) < 1e-12);
+}

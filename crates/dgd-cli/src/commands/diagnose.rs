@@ -6,6 +6,7 @@ mod tell;
 mod tests;
 
 use crate::args::{Diagnose, Global, Source, Subject};
+use crate::commands::carried::carry_over;
 use crate::commands::fit::{names, screening};
 use crate::commands::system_diagnose;
 use crate::failure::Failure;
@@ -80,7 +81,7 @@ pub(crate) fn carry_out(
     progress: &Progress,
 ) -> Result<Diagnosed, Failure> {
     let well = load::read_well(&source.well)?;
-    let start = search.model.map(|path| start(path, &well)).transpose()?;
+    let model = search.model.map(|path| start(path, &well)).transpose()?;
     let mut loaded = load::read_recordings(&source.recordings, &well, progress)?.within(source)?;
     if out.exists() && !out.is_dir() {
         return Err(Failure::unwritten(out, "it is not a folder"));
@@ -99,6 +100,26 @@ pub(crate) fn carry_out(
     let prepared = prepare(loaded.recording, loaded.step_s, &screening(source))
         .map_err(|e| Failure::input(first, e))?;
     let mut warnings = loaded.suspicions;
+    for doubt in prepared.stuck_for_long() {
+        tracing::warn!("{doubt}");
+        warnings.push(doubt);
+    }
+    let mut start = Vec::new();
+    if let (Some(path), Some(mut document)) = (search.model, model) {
+        let from_s = prepared
+            .recording
+            .time_s
+            .first()
+            .copied()
+            .unwrap_or_default();
+        if let Some(carried) = carry_over(&mut document, path, &source.recordings, from_s) {
+            tracing::warn!("{carried}");
+            warnings.push(carried);
+        }
+        start = document
+            .augmented
+            .map_or_else(Vec::new, |model| model.effects);
+    }
     let recordings = names(source);
     progress.stage("identifying", "friction, delay and pump");
     let identified = base::two_state(&prepared, &well, samples, &recordings)?;
@@ -111,7 +132,7 @@ pub(crate) fn carry_out(
         warnings.push(doubt);
     }
     let options = Options {
-        start: start.unwrap_or_default(),
+        start,
         suspects: search.suspects.to_vec(),
         without: search.without.to_vec(),
         began: dated_from,
@@ -192,8 +213,8 @@ fn write(
     Ok(json)
 }
 
-/// The effects that a diagnosis starts from.
-fn start(path: &Path, well: &Well) -> Result<Vec<dgd_effects::AppliedEffect>, Failure> {
+/// The model whose effects a diagnosis starts from.
+fn start(path: &Path, well: &Well) -> Result<ModelDocument, Failure> {
     let document = load::read_model(path)?;
     let (density_kg_m3, geometry) = document.well();
     if density_kg_m3 != well.mud_density_kg_m3 || *geometry != well.geometry {
@@ -202,14 +223,13 @@ fn start(path: &Path, well: &Well) -> Result<Vec<dgd_effects::AppliedEffect>, Fa
             path.display()
         );
     }
-    let Some(augmented) = document.augmented else {
+    if document.augmented.is_none() {
         tracing::warn!(
             "{} contains no effects, so the diagnosis starts as without it",
             path.display()
         );
-        return Ok(Vec::new());
-    };
-    Ok(augmented.effects)
+    }
+    Ok(document)
 }
 
 fn words(stage: Stage) -> (&'static str, String) {

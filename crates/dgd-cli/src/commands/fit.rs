@@ -115,6 +115,7 @@ pub(crate) fn fit(
     identification.model.data.recordings = names(source);
     // They come first in the answer: what follows may rest on a wrong unit.
     identification.warnings.splice(0..0, loaded.suspicions);
+    identification.warnings.extend(prepared.stuck_for_long());
     let issues = loaded
         .issues
         .iter()

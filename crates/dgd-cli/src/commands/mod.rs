@@ -1,5 +1,6 @@
 //! One module a command.
 
+mod carried;
 pub(crate) mod catalogue;
 pub(crate) mod convert;
 pub(crate) mod demo;

@@ -4,6 +4,7 @@ mod blocks;
 mod outcome;
 
 use crate::args::{Global, KindArg, Simulate, SolverArg, Source, Subject, Window};
+use crate::commands::carried::carry_over;
 use crate::commands::convert::Target;
 use crate::commands::fit::screening;
 use crate::commands::{free_run, system_simulate};
@@ -71,11 +72,8 @@ pub(crate) fn run(arguments: &Simulate, global: &Global) -> Result<String, Failu
         outcome,
         drawn,
         warnings,
+        effects,
     } = done;
-    let effects = document.augmented.as_ref().map(|model| {
-        let ids = model.effects.iter().map(|e| e.id.clone());
-        ids.collect::<Vec<String>>()
-    });
     let (seconds, stages) = (progress.seconds(), progress.seconds_by_stage());
     drop(progress);
     if global.json {
@@ -107,8 +105,10 @@ struct Job<'a> {
 struct Done {
     outcome: Outcome,
     drawn: Vec<PathBuf>,
-    /// What is suspected of the well description.
+    /// What is suspected of the well description, and of the model on this recording.
     warnings: Vec<String>,
+    /// Ids of the effects that acted, of a model that has such.
+    effects: Option<Vec<String>>,
 }
 
 impl Job<'_> {
@@ -142,11 +142,27 @@ fn whole(job: &Job<'_>, progress: &Progress) -> Result<Done, Failure> {
     progress.stage("screening", "");
     let prepared = prepare(loaded.recording, loaded.step_s, &screening(source))
         .map_err(|e| Failure::input(first, e))?;
-    let warnings = loaded.suspicions;
+    let mut warnings = loaded.suspicions;
+    for doubt in prepared.stuck_for_long() {
+        tracing::warn!("{doubt}");
+        warnings.push(doubt);
+    }
+    let mut document = (*document).clone();
+    let from_s = prepared
+        .recording
+        .time_s
+        .first()
+        .copied()
+        .unwrap_or_default();
+    let (path, recordings) = (&arguments.model, &source.recordings);
+    if let Some(carried) = carry_over(&mut document, path, recordings, from_s) {
+        tracing::warn!("{carried}");
+        warnings.push(carried);
+    }
     let (run, recording) = match (&document.augmented, &document.base) {
         (Some(model), _) => {
             progress.stage("simulating", "");
-            let run = free_run::run(document, model, well, &prepared, options, first)?;
+            let run = free_run::run(&document, model, well, &prepared, options, first)?;
             (run, None)
         }
         (None, Base::Identified(model)) => {
@@ -179,10 +195,15 @@ fn whole(job: &Job<'_>, progress: &Progress) -> Result<Done, Failure> {
         };
     }
     outputs.keep()?;
+    let effects = document.augmented.map(|model| {
+        let ids = model.effects.into_iter().map(|e| e.id);
+        ids.collect::<Vec<String>>()
+    });
     Ok(Done {
         outcome: Outcome::of(&run),
         drawn,
         warnings,
+        effects,
     })
 }
 

@@ -7,7 +7,7 @@ use crate::failure::Failure;
 use crate::load;
 use crate::progress::Progress;
 use crate::say::counted;
-use dgd_assembly::{Assembly, Initial, PartLayout, Portion, Record, Window};
+use dgd_assembly::{Assembly, HeldOut, PartLayout, Portion, Record, Window};
 use dgd_recording::{Column, Table};
 use dgd_units::{Dimension, Unit};
 use std::borrow::Cow;
@@ -19,14 +19,6 @@ pub(crate) struct Recorded {
     pub(crate) test: Vec<HeldOut>,
     /// What was wrong in the file and lived with.
     pub(crate) issues: Vec<String>,
-}
-
-/// A window that no fit has seen.
-pub(crate) struct HeldOut {
-    pub(crate) window: Window,
-    /// The training window before it in the same recording, by number, and all samples from its start to the end of this one: a run
-    /// through these says where this one starts without a look at its readings.
-    pub(crate) through: Option<(usize, Window)>,
 }
 
 impl Recorded {
@@ -54,19 +46,14 @@ pub(crate) fn read(
     let train = files.windows(Portion::Train)?;
     let test = files.windows(Portion::Test)?;
     let doubts = files.doubts(&train, &test);
-    let whole = if runs_through(assembly) && !test.is_empty() {
+    let whole = if assembly.holds_out_of_one_run() && !test.is_empty() {
         files.windows(Portion::All)?.into_iter().next()
     } else {
         None
     };
     let test = test
         .into_iter()
-        .map(|window| HeldOut {
-            through: whole
-                .as_ref()
-                .and_then(|whole| through(whole, &train, &window)),
-            window,
-        })
+        .map(|window| HeldOut::new(window, whole.as_ref(), &train))
         .collect();
     Ok(Recorded {
         train,
@@ -109,40 +96,6 @@ fn timed(mut table: Table, path: &Path, assembly: &Assembly) -> (Table, Option<S
         column.values.retain(|_| kept.next().is_none_or(|has| *has));
     }
     (table, Some(said))
-}
-
-/// Whether the held-out part is a later stretch of the recording that is trained on, and its start is not simply measured.
-fn runs_through(assembly: &Assembly) -> bool {
-    let system = assembly.system();
-    let same = system.record.test.as_ref().is_some_and(|test| {
-        test.channels.is_empty() || test.channels == system.record.train.channels
-    });
-    let measured = |state: &String| {
-        matches!(system.initial.get(state), Some(Initial::Measured(_)))
-            || (state.ends_with(".level") && !system.initial.contains_key(state))
-    };
-    same && system.independent == "time" && !assembly.states().iter().all(measured)
-}
-
-/// All samples from the start of the last training window before `window` to its end.
-fn through(whole: &Window, train: &[Window], window: &Window) -> Option<(usize, Window)> {
-    let (&from, &to) = (window.time.first()?, window.time.last()?);
-    let starts = train.iter().map(|w| w.time.first().copied());
-    let (number, start) = starts
-        .enumerate()
-        .filter_map(|(k, start)| Some((k, start?)))
-        .filter(|(_, start)| *start < from)
-        .max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let first = whole.time.partition_point(|t| *t < start);
-    let last = whole.time.partition_point(|t| *t <= to);
-    let cut = |values: &Vec<f64>| values.get(first..last).unwrap_or_default().to_vec();
-    let run = Window {
-        time: cut(&whole.time),
-        inputs: whole.inputs.iter().map(cut).collect(),
-        readings: whole.readings.iter().map(cut).collect(),
-        origin: whole.origin,
-    };
-    (run.time.len() >= window.time.len()).then_some((number, run))
 }
 
 /// A recording's columns of both parts.

@@ -29,10 +29,9 @@ pub(crate) fn simulate(
     let mut runs: Vec<Run> = Vec::new();
     let train = recorded.train.iter().enumerate();
     let train = train.map(|(k, window)| (false, k, window, window));
-    let test = recorded.test.iter().map(|held| match &held.through {
-        Some((k, whole)) => (true, *k, whole, &held.window),
-        // Another run: it takes the initial states of the first training window.
-        None => (true, 0, &held.window, &held.window),
+    let test = recorded.test.iter().map(|held| {
+        let (start, run) = held.run(assembly);
+        (true, start, run, &held.window)
     });
     for (held_out, start, run, window) in train.chain(test) {
         let mut simulation = assembly

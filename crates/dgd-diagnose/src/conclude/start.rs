@@ -1,11 +1,13 @@
 //! The effects of the model that a diagnosis starts from.
 
+use super::worse::figures;
 use crate::contest::material;
 use crate::diagnosis::{Check, DiagnoseError};
 use crate::record::Record;
 use crate::refine::fitted_here;
 use crate::relations::Applied;
 use dgd_effects::AppliedEffect;
+use dgd_units::Legible;
 
 /// The effects of the model to start from.
 pub(super) struct Start {
@@ -56,7 +58,7 @@ pub(super) fn refitted(
         let (from, to) = about.interval_s(&one.parameters, span_s);
         about.onset().is_none() || from < to && from < span_s.1 && to > span_s.0
     };
-    let told = given.iter().zip(here).map(|(before, after)| {
+    let outcome = |(before, after): (&Applied, &Option<Applied>)| -> (bool, String) {
         let about = before.effect.about();
         let Some(after) = after else {
             let why = if before.is_correction() {
@@ -64,38 +66,39 @@ pub(super) fn refitted(
             } else {
                 "this recording contradicts it"
             };
-            return format!("{}: {why}; it was left out", about.id);
+            return (false, format!("{}: {why}; it was left out", about.id));
         };
+        if !acts(after) {
+            let outside =
+                "its onset and duration lie outside this recording, which cannot confirm it";
+            return (false, format!("{}: {outside}", about.id));
+        }
         if before.is_correction() {
-            return format!("{}, a correction", about.id);
+            return (true, format!("{}, a correction", about.id));
         }
-        if !acts(after) {
-            return format!(
-                "{}: its onset and duration lie outside this recording, which cannot confirm it",
-                about.id
-            );
-        }
-        let (name, old, new) = (
-            about.parameters[0].name,
-            before.parameters[0],
-            after.parameters[0],
-        );
-        format!("{}: {name} {old:.3e}, here {new:.3e}", about.id)
-    });
-    let alike = |(before, after): (&Applied, &Option<Applied>)| {
-        let Some(after) = after else {
-            return false;
-        };
         let (old, new) = (before.parameters[0], after.parameters[0]);
-        if !acts(after) {
-            return false;
-        }
-        before.is_correction() || (new - old).abs() <= CHANGE * old.abs()
+        let strength = Legible::of(about.parameters[0].name);
+        let Legible { factor, unit, .. } = strength;
+        let [shown, here] = figures([factor * old, factor * new]);
+        let told = format!("{}: {} {shown} {unit}", about.id, strength.words());
+        let told = format!("{}, here {here} {unit}", told.trim_end());
+        let alike = (new - old).abs() <= CHANGE * old.abs();
+        (alike, told.trim_end().to_owned())
+    };
+    let outcomes: Vec<(bool, String)> = given.iter().zip(here).map(outcome).collect();
+    // What differs comes first: that is what the check failed for.
+    let [differing, alike] = [false, true].map(|passed| -> Vec<&str> {
+        let those = outcomes.iter().filter(|outcome| outcome.0 == passed);
+        those.map(|outcome| outcome.1.as_str()).collect()
+    });
+    let detail = match (differing.is_empty(), alike.is_empty()) {
+        (false, false) => format!("{}; as strong: {}", differing.join("; "), alike.join("; ")),
+        _ => [differing, alike.clone()].concat().join("; "),
     };
     Some(Check {
         name: "the effects of the model to start from are as strong here".into(),
-        passed: given.iter().zip(here).all(alike),
-        detail: told.collect::<Vec<_>>().join("; "),
+        passed: alike.len() == outcomes.len(),
+        detail,
     })
 }
 

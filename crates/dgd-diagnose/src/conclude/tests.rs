@@ -100,7 +100,12 @@ fn an_effect_is_as_strong_here_from_half_its_strength_to_half_as_strong_again() 
         )
         .unwrap();
         assert_eq!(check.passed, passed, "{}", check.detail);
-        let told = format!("unknown, a correction; inflow_gain: gain {given:.3e}, here {here:.3e}");
+        let gains = format!("inflow_gain: gain {given:.3}, here {here:.3}");
+        let told = if passed {
+            format!("unknown, a correction; {gains}")
+        } else {
+            format!("{gains}; as strong: unknown, a correction")
+        };
         assert_eq!(check.detail, told);
     }
     assert_eq!(refitted(&[], &[], (0.0, 5400.0)), None);

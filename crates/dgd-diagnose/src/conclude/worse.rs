@@ -41,7 +41,7 @@ fn told(signal: &str, Errors { before, after }: Errors) -> String {
 }
 
 /// Both with as many decimals: three figures of the larger.
-fn figures(values: [f64; 2]) -> [String; 2] {
+pub(super) fn figures(values: [f64; 2]) -> [String; 2] {
     let largest = values[0].abs().max(values[1].abs());
     let decimals = if largest >= 100.0 {
         0

@@ -45,6 +45,18 @@ fn a_stuck_transmitter_is_blanked_alone_and_its_twin_carries_on() {
 }
 
 #[test]
+fn a_reading_that_is_frozen_for_many_minutes_is_told_and_a_short_one_is_not() {
+    for (samples, told) in [(900, true), (300, false)] {
+        let mut recording = Rig::default().recording();
+        let frozen = recording.pump_inlet_pressure_pa[0][3000];
+        recording.pump_inlet_pressure_pa[0][3000..3000 + samples].fill(frozen);
+        let said = prepared(recording).stuck_for_long();
+        let expected = "`pump_inlet_pressure 1` repeats one value from 3000 to 3900 s and is not used there; is it frozen?";
+        assert_eq!(said, if told { vec![expected] } else { vec![] });
+    }
+}
+
+#[test]
 fn a_meter_that_is_logged_now_and_then_is_known_where_it_is_read() {
     let mut recording = Rig::default().recording();
     let read = recording.return_flow_m3_s.clone();

@@ -122,6 +122,7 @@ fn in_order(prepared: &Prepared, order: &[usize]) -> Prepared {
         inlet_pressure_pa: one(&prepared.inlet_pressure_pa),
         outlet_pressure_pa: one(&prepared.outlet_pressure_pa),
         tally: prepared.tally.clone(),
+        stuck: prepared.stuck.clone(),
     }
 }
 

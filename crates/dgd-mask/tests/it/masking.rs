@@ -128,6 +128,7 @@ fn exact() -> (Prepared, Series) {
         inlet_pressure_pa: row(11, 17),
         outlet_pressure_pa: row(13, 19),
         tally: Vec::new(),
+        stuck: Vec::new(),
         recording,
     };
     (prepared, series)

@@ -126,6 +126,7 @@ impl Rig {
             inlet_pressure_pa: inlet,
             outlet_pressure_pa: outlet,
             tally: Vec::new(),
+            stuck: Vec::new(),
             recording,
         };
         (prepared, series)

@@ -59,7 +59,7 @@ fn several(found: &[(usize, &Finding)], diagnosis: &Diagnosis) -> String {
             Some((improvement(h.rmse_before, h.rmse_after)?, f))
         })
         .max_by(|a, b| a.0.total_cmp(&b.0))
-        .and_then(|(_, f)| words::gain(f, true))
+        .and_then(|(_, f)| words::gain(f, diagnosis, true))
         .map_or_else(String::new, |gain| format!(" {}.", capital(&gain)));
     format!("{number} are left out: {}.{best}", each.join("; "))
 }
@@ -137,7 +137,8 @@ fn brief(finding: &Finding, diagnosis: &Diagnosis) -> String {
 fn clause(finding: &Finding, diagnosis: &Diagnosis) -> String {
     let place = words::relation(finding.relation);
     let when = words::when(finding, diagnosis);
-    let gain = words::gain(finding, false).map_or_else(String::new, |gain| format!("; {gain}"));
+    let gain =
+        words::gain(finding, diagnosis, false).map_or_else(String::new, |gain| format!("; {gain}"));
     match Rung::of(finding) {
         Rung::Located if finding.resembles.is_some() => format!(
             "Left out of the {place}, {when}: {}; none of the {} effects of the catalogue has its form, and the model contains the effect that it \
@@ -340,7 +341,11 @@ fn card(diagnosis: &Diagnosis, index: usize, finding: &Finding, html: &mut Html)
         &capital(words::relation(finding.relation)),
         &words::when(finding, diagnosis),
     );
-    match &finding.held_out {
+    match finding
+        .held_out
+        .as_ref()
+        .filter(|_| diagnosis.acts_held_out())
+    {
         Some(held) => {
             let share = improvement(held.rmse_before, held.rmse_after);
             let value = share.map_or_else(

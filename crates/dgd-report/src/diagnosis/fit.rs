@@ -355,6 +355,12 @@ fn gains(diagnosis: &Diagnosis, html: &mut Html) {
     let Some(held) = diagnosis.findings.iter().find_map(|f| f.held_out.as_ref()) else {
         return;
     };
+    if !diagnosis.acts_held_out() {
+        html.paragraph(
+            "No held-out window lies where what was found acts: these windows can neither support nor contradict it.",
+        );
+        return;
+    }
     let (name, unit) = split(&held.signal);
     let improvement = improvement(held.rmse_before, held.rmse_after);
     let row = vec![

@@ -228,8 +228,11 @@ pub(super) fn listed(words: &[String], last_word: &str) -> String {
 }
 
 /// The held-out gain of a finding as a clause.
-pub(super) fn gain(finding: &Finding, together: bool) -> Option<String> {
+pub(super) fn gain(finding: &Finding, diagnosis: &Diagnosis, together: bool) -> Option<String> {
     let held = finding.held_out.as_ref()?;
+    if !diagnosis.acts_held_out() {
+        return Some("the windows that no fit has used do not reach where it acts".to_owned());
+    }
     let share = improvement(held.rmse_before, held.rmse_after)?;
     let (low, high) = held.improvement_ci95;
     let takes = if together {

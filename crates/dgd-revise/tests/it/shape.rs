@@ -2,7 +2,7 @@
 
 use crate::benches::{noisy, steps};
 use dgd_assembly::{Assembly, Record};
-use dgd_revise::{Options, ReviseError, Revision, TestStart, revise};
+use dgd_revise::{Options, ReviseError, Revision, revise};
 
 const TEXT: &str = r#"
 connections = ["pump -> tank -> valve -> atmosphere"]
@@ -139,11 +139,6 @@ fn wrong_calls_are_refused() {
         })),
         "pool"
     );
-    let start = Options {
-        test_start: TestStart::FirstSamples(0.0),
-        ..Options::default()
-    };
-    assert_eq!(name(refused(start)), "test_start");
     assert!(matches!(
         with(TEXT, &q[..1], &h[..1], &Options::default()),
         Err(ReviseError::Assembly(_))
@@ -160,4 +155,107 @@ fn wrong_calls_are_refused() {
     let mut wild = q.clone();
     wild[3] = 1e300;
     assert!(with(TEXT, &wild, &h, &Options::default()).is_err());
+}
+
+#[test]
+fn a_held_out_stretch_of_the_recording_is_run_up_to_from_a_start_that_is_given() {
+    // The level is at 0.4 m where the recording begins, and elsewhere where the held-out part does.
+    let text = TEXT.replace("{ start = 0.5, low = 0.0, high = 3.0 }", "0.4");
+    let q = steps(300, 10, 0.008, 0.014, 2);
+    let mut level = 0.4_f64;
+    let mut all = Vec::new();
+    for q in &q {
+        all.push(level);
+        for _ in 0..100 {
+            level += 0.01 * (q - 1e-4 * (9806.65 * level).sqrt()) / 0.5;
+        }
+    }
+    assert!(
+        (all[200] - 0.4).abs() > 0.05,
+        "it says nothing: {}",
+        all[200]
+    );
+    let h = noisy(all.into_iter(), 1e-3, 3);
+    let found = with(&text, &q, &h, &Options::default()).unwrap();
+    let gauge = &found.outputs[0];
+    assert!(
+        gauge.test.0 < 1.3 * gauge.training.0,
+        "held out {:?}, trained {:?}",
+        gauge.test,
+        gauge.training
+    );
+}
+
+/// A pump into a line between two transmitters; nothing in it has a level.
+const STANDPIPE: &str = r#"
+connections = ["pump -> string -> bit -> atmosphere"]
+[components]
+pump = { kind = "boundary" }
+string = { kind = "line", friction = "polynomial" }
+bit = { kind = "orifice", discharge_coefficient = 0.95, area = 4e-4 }
+spp = { kind = "instrument", measures = "pressure", of = "string.inlet", channel = "p", unit = "bar" }
+below = { kind = "instrument", measures = "pressure", of = "bit.inlet", channel = "b", unit = "bar" }
+[inputs]
+"pump.flow" = { channel = "q", unit = "m3/s" }
+[free]
+"string.quadratic" = { start = 5e9, low = 1e8, high = 1e11 }
+[record]
+time = "t"
+train.windows = [[0.0, 1799.0]]
+test.windows = [[1800.0, 2397.0]]
+"#;
+
+#[test]
+fn without_a_tank_the_record_says_what_is_usual_and_the_model_keeps_it() {
+    let t: Vec<f64> = (0..800).map(|i| 3.0 * f64::from(i)).collect();
+    let q = steps(800, 20, 0.02, 0.04, 5);
+    let bit = |q: f64| 1e-5 * (101_325.0 + 500.0 * (q / (0.95 * 4e-4)).powi(2));
+    let pipe = |q: f64| 1e-5 * 7e9 * q * q;
+    let below = noisy(q.iter().map(|q| bit(*q)), 0.1, 7);
+    // A standpipe transmitter that follows with 60 s, thirty times an estimate without the record.
+    let mut lagged = bit(q[0]) + pipe(q[0]);
+    let spp = noisy(
+        q.iter().map(|q| {
+            lagged += (bit(*q) + pipe(*q) - lagged) * (1.0 - (-3.0_f64 / 60.0).exp());
+            lagged
+        }),
+        0.1,
+        8,
+    );
+    let assembly = Assembly::parse(STANDPIPE).unwrap();
+    let record = Record {
+        columns: vec![("t", &t), ("q", &q), ("p", &spp), ("b", &below)],
+    };
+    let found = revise(&assembly, &record, &Options::default(), &mut |_| {}).unwrap();
+    let lag = &found.findings[0];
+    assert_eq!(
+        (lag.effect.as_str(), lag.component.as_str()),
+        ("reading_lag", "spp")
+    );
+    let tau = &lag.parameters[0];
+    assert!(!tau.at_bound && (tau.value - 60.0).abs() < 6.0, "{tau:?}");
+    // What is written down runs as what was told.
+    let after = Assembly::parse(&found.after.assembly.to_toml()).unwrap();
+    let runs = after.held_out(&record).unwrap();
+    let (number, run) = runs[0].run(&after);
+    let simulated = after
+        .simulate(
+            &found.after.theta,
+            run,
+            number,
+            &Options::default().simulation,
+        )
+        .unwrap();
+    let told = &found
+        .traces
+        .iter()
+        .find(|trace| trace.test)
+        .unwrap()
+        .outputs[0]
+        .after;
+    let from = simulated.outputs[0].len() - told.len();
+    let apart = (simulated.outputs[0][from..].iter().zip(told))
+        .map(|(a, b)| (a - b).abs())
+        .fold(0.0, f64::max);
+    assert!(apart < 1e-2 * told[0].abs(), "{apart} of {}", told[0]);
 }

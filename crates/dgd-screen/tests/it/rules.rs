@@ -88,6 +88,28 @@ fn a_restart_settles_and_the_start_of_the_recording_does_not() {
 }
 
 #[test]
+fn a_pump_that_runs_down_is_left_out_and_one_that_is_throttled_is_not() {
+    let recording = with_speed(3000, 1.0, |t| {
+        let running = if t < 800.0 { 60.0 } else { 45.0 };
+        // Down by 3 % a second from 1000 s.
+        let down = if t < 1200.0 { 1000.0 } else { f64::INFINITY };
+        (running - 3.0 * (t - down).max(0.0)).max(0.0) + if t < 800.0 { 0.0 } else { 1e-9 * t }
+    });
+    let stopping = |options: &ScreenOptions| -> Vec<usize> {
+        let screening = screen(&recording, 1.0, options).unwrap();
+        (0..3000)
+            .filter(|i| screening.reasons[*i].contains(Reasons::STOPPING))
+            .collect()
+    };
+    // Below nine tenths of 45 % at 40.5 %, and below 0.5 % at 1015 s.
+    assert_eq!(
+        stopping(&ScreenOptions::default()),
+        (1002..1015).collect::<Vec<_>>()
+    );
+    assert_eq!(stopping(&ScreenOptions::thesis()), Vec::<usize>::new());
+}
+
+#[test]
 fn one_silent_transmitter_of_two_costs_no_sample() {
     let mut recording = steady(2000, 1.0);
     recording.pump_inlet_pressure_pa[0][500..700].fill(f64::NAN);

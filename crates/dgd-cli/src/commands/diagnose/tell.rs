@@ -34,7 +34,13 @@ fn tell_into(
     }
     // What they gain is known of all together.
     if let Some(gain) = diagnosis.findings.iter().find_map(|f| f.held_out.as_ref()) {
-        writeln!(text, "held out: {}\n", gained(gain, with(diagnosis)))?;
+        let said = if diagnosis.acts_held_out() {
+            gained(gain, with(diagnosis))
+        } else {
+            "no held-out window lies where what was found acts, so they say nothing of it"
+                .to_owned()
+        };
+        writeln!(text, "held out: {said}\n")?;
     }
     tell_tested(text, diagnosis)?;
     for (name, what) in departures {
@@ -120,7 +126,11 @@ fn sentence(diagnosis: &Diagnosis) -> String {
         0 => String::new(),
         n => format!(", and {n} more"),
     };
-    let gain = first.held_out.as_ref().map_or(String::new(), |g| {
+    let told = first
+        .held_out
+        .as_ref()
+        .filter(|_| diagnosis.acts_held_out());
+    let gain = told.map_or(String::new(), |g| {
         format!(
             "\nfree run over {hours} h held out: {} error {} {}, {} without",
             stem(&g.signal),

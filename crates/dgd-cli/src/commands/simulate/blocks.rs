@@ -92,6 +92,7 @@ pub(super) fn run(job: &Job<'_>, progress: &Progress) -> Result<Option<Done>, Fa
         outcome,
         drawn,
         warnings,
+        effects: None,
     }))
 }
 

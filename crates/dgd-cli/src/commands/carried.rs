@@ -1,0 +1,62 @@
+//! The effects of a model on another recording than the one that it was identified on.
+
+use dgd_documents::ModelDocument;
+use std::path::{Path, PathBuf};
+
+/// Takes the effects of `document`, read from `model`, to `recordings`, which begin at `from_s` of their clock, where they are none of those
+/// that it was identified on; says what that makes of effects that set in at some time.
+pub(super) fn carry_over(
+    document: &mut ModelDocument,
+    model: &Path,
+    recordings: &[PathBuf],
+    from_s: f64,
+) -> Option<String> {
+    let known = document.model()?.data.recordings.clone();
+    let another = !known.is_empty() && !recordings.iter().any(|path| is_among(&known, path));
+    let augmented = document.augmented.as_mut().filter(|_| another)?;
+    let carried = augmented.carry_over(from_s);
+    let told = [
+        (carried.ongoing, "acts from the start here"),
+        (carried.over, "is over here"),
+    ]
+    .into_iter()
+    .filter(|(ids, _)| !ids.is_empty())
+    .map(|(ids, what)| format!("{} {what}", ids.join(", ")));
+    let told: Vec<String> = told.collect();
+    (!told.is_empty()).then(|| {
+        format!(
+            "{} was identified on {}: {}",
+            model.display(),
+            known.join(", "),
+            told.join("; ")
+        )
+    })
+}
+
+/// Whether a recording is one of those `known` by name, in whichever format; a name may be followed by a window.
+fn is_among(known: &[String], path: &Path) -> bool {
+    let stem = |name: &str| {
+        let file = name.split(" (").next().unwrap_or(name);
+        Path::new(file).file_stem().map(ToOwned::to_owned)
+    };
+    let own = path.file_stem().map(ToOwned::to_owned);
+    known.iter().any(|name| stem(name) == own)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_among;
+    use std::path::Path;
+
+    #[test]
+    fn a_recording_is_known_by_its_name_in_any_format_and_window() {
+        let known = [
+            "day_a.csv".to_owned(),
+            "day_b.mat (200 to 900 s)".to_owned(),
+        ];
+        for same in ["day_a.csv", "else/day_a.mcap", "day_b.mat"] {
+            assert!(is_among(&known, Path::new(same)), "{same}");
+        }
+        assert!(!is_among(&known, Path::new("day_c.csv")));
+    }
+}
