@@ -114,11 +114,11 @@ fn likeliest_first(contenders: &mut [Contender]) {
     contenders.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
 }
 
-/// The effects of the catalogue that a state does not hold, weighed.
+/// The effects of the catalogue that a state does not hold, and those of them that come and go, at other times, weighed.
 fn contenders(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec<Contender> {
     let taken: Vec<&str> = state
         .iter()
-        .filter(|a| !a.allowance)
+        .filter(|a| !a.allowance && a.effect.about().duration().is_none())
         .map(|a| a.effect.about().id)
         .collect();
     let pull = gate.pull();
@@ -153,7 +153,9 @@ fn contender(
     /// E-folds that a switch of the pump pays for the places of a sharp peak. Set by hand.
     const SHARP: f64 = 4.0;
     let Tangents { record, state, .. } = *tangents;
-    let found = scan(record, tangents.lean, pull, state, effect);
+    let mut found = scan(record, tangents.lean, pull, state, effect);
+    let span_s = record.setting.span_s;
+    found.retain(|c| !again(state, &c.applied, span_s));
     let mut best = found
         .iter()
         .filter(|c| c.evidence.is_finite())
@@ -209,6 +211,15 @@ fn contender(
         strengths,
         plainest,
     })
+}
+
+/// Whether an effect acts while a state has it act already.
+fn again(state: &[Applied], one: &Applied, span_s: (f64, f64)) -> bool {
+    let about = one.effect.about();
+    let (from, to) = about.interval_s(&one.parameters, span_s);
+    let same = (state.iter()).filter(|held| !held.allowance && held.effect.about().id == about.id);
+    same.map(|held| about.interval_s(&held.parameters, span_s))
+        .any(|(begins, ends)| from < ends && to > begins)
 }
 
 /// Takes from contenders what they owe to blocks that may only look like them (see [`sustained`]).

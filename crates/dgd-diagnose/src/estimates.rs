@@ -71,7 +71,12 @@ impl<'a> Estimator<'a> {
             return Vec::new();
         }
         let about = named.applied.effect.about();
-        let of_this = |a: &Applied| !a.allowance && a.effect.about().id == about.id;
+        // It may have come more than once.
+        let of_this = |a: &Applied| {
+            !a.allowance
+                && a.effect.about().id == about.id
+                && a.parameters == named.applied.parameters
+        };
         let effect = self.state.iter().position(of_this);
         let each = about.parameters.iter().enumerate();
         each.map(|(j, parameter)| self.estimate(&named.applied, (effect, j), parameter))

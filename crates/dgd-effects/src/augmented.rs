@@ -3,7 +3,7 @@
 mod run;
 
 use crate::curves::Curves;
-use crate::{Effect, MeterPath, Role, Setting, find};
+use crate::{Effect, MeterPath, Setting, find};
 use dgd_recording::STANDING_M3_S;
 use run::{Acting, Line, Stretch};
 use std::ops::Range;
@@ -107,8 +107,7 @@ impl AugmentedModel {
                 return true;
             };
             let about = effect.about();
-            let at = |role| about.parameters.iter().position(|p| p.role == role);
-            match (at(Role::Onset), at(Role::Duration)) {
+            match (about.onset(), about.duration()) {
                 (_, Some(_)) => carried.over.push(about.id),
                 (Some(onset), None) => {
                     one.parameters[onset] = from_s;

@@ -170,6 +170,44 @@ fn an_effect_in_the_model_shows_in_its_run() {
 }
 
 #[test]
+fn on_another_recording_what_has_set_in_goes_on_and_what_passed_is_over() {
+    let leak = |onset_s: f64| AppliedEffect {
+        id: "line_leak".into(),
+        parameters: vec![2e-3, onset_s],
+    };
+    let bench = twins(vec![kick(), leak(2000.0)]);
+    std::fs::copy(bench.path("rig.mat"), bench.path("next.mat")).unwrap();
+    let run = |recording: &str, out: &str| {
+        bench.json(
+            &format!("simulate {recording} --well well.toml --model augmented.toml --out {out}"),
+            "dgd.simulate/1",
+        )
+    };
+    let same = run("rig.mat", "same.csv");
+    assert_eq!(same["effects"], serde_json::json!(["influx", "line_leak"]));
+    assert_eq!(same["warnings"], serde_json::json!([]));
+    let next = run("next.mat", "next.csv");
+    assert_eq!(next["effects"], serde_json::json!(["line_leak"]));
+    let warned = next["warnings"][0].as_str().unwrap();
+    for part in [
+        "rig.mat",
+        "line_leak acts from the start here",
+        "influx is over here",
+    ] {
+        assert!(warned.contains(part), "{warned}");
+    }
+    // From its start the meter reads what the leak leaves.
+    let flow = |file| column(&bench, file, "return_flow_m3_s_simulated");
+    let (same, next) = (flow("same.csv"), flow("next.csv"));
+    assert!(
+        (300..900).all(|i| next[i] < same[i] - 1e-3),
+        "{} {}",
+        next[600],
+        same[600]
+    );
+}
+
+#[test]
 fn what_only_a_two_state_model_can_do_is_refused() {
     let bench = twins(vec![kick()]);
     bench
