@@ -176,6 +176,8 @@ pub(crate) struct Hidden {
     pub lag_s: f64,
     /// Rate of an influx, m³/s: from [`INFLUX_S`] on it rises, stands, and dies away.
     pub influx_m3_s: f64,
+    /// How much later the same comes again, s; 0: it does not.
+    pub again_s: f64,
 }
 
 /// Onset, duration, and the share of it in which the influx rises.
@@ -265,8 +267,16 @@ pub(crate) fn drilled(hidden: Hidden) -> Record {
 /// Rate of the influx at a time.
 fn hidden_rate(hidden: Hidden, t: f64) -> f64 {
     let (from, lasts, rise) = INFLUX_S;
-    let x = (t - from) / lasts;
-    hidden.influx_m3_s * (x / rise).min((1.0 - x) / rise).clamp(0.0, 1.0)
+    let one = |t: f64| {
+        let x = (t - from) / lasts;
+        (x / rise).min((1.0 - x) / rise).clamp(0.0, 1.0)
+    };
+    let again = if hidden.again_s > 0.0 {
+        one(t - hidden.again_s)
+    } else {
+        0.0
+    };
+    hidden.influx_m3_s * (one(t) + again)
 }
 
 /// The recording that a record was made of, and its well, with a clock that starts at some time.

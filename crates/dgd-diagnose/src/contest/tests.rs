@@ -2,15 +2,17 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::{
-    Contender, alike, at_bound, contest, doubtful, hurdle, keep_within_bounds, material, solved,
-    stands, sustained, times,
+    Contender, again, alike, at_bound, contest, doubtful, hurdle, keep_within_bounds, material,
+    solved, stands, sustained, times,
 };
 use crate::ablation::Step;
 use crate::record::Record;
 use crate::relations::{Applied, Blocks};
 use crate::scan::{Candidate, weigh};
 use crate::tangent::{Bend, Tangent};
-use crate::test_rig::{BLOCK_S, FLOW_M3_S, Hidden, INFLUX_S, SPEED_PCT, drilled, one, steady};
+use crate::test_rig::{
+    BLOCK_S, FLOW_M3_S, Hidden, INFLUX_S, SPEED_PCT, drilled, one, steady, tangent_at,
+};
 use dgd_effects::find;
 use dgd_lsq::dot;
 
@@ -39,6 +41,32 @@ fn within(record: &Record, stretches: &[(f64, f64)]) -> Vec<f64> {
         .map(|b| (b as f64 + 0.5) * BLOCK_S)
         .filter(|t| stretches.iter().any(|(from, to)| (*from..*to).contains(t)))
         .collect()
+}
+
+#[test]
+fn only_what_comes_and_goes_is_sought_again_and_only_at_other_times() {
+    let kick = |from: f64| one("influx", &[3e-3, from, 600.0, 0.15]);
+    let state = [kick(1000.0)];
+    for (from, acts) in [
+        (500.0, true),
+        (1500.0, true),
+        (300.0, false),
+        (1700.0, false),
+    ] {
+        assert_eq!(again(&state, &kick(from), (0.0, 5400.0)), acts, "{from}");
+    }
+    assert!(!again(
+        &state,
+        &one("line_leak", &[1e-3, 1200.0]),
+        (0.0, 5400.0)
+    ));
+    let record = drilled(Hidden::default());
+    let sought = |id: &str, state: &[Applied]| {
+        let contenders = contest(&record, &tangent_at(&record, state), state);
+        contenders.iter().any(|c| c.effect.about().id == id)
+    };
+    assert!(sought("influx", &state));
+    assert!(!sought("line_leak", &[one("line_leak", &[1e-3, 1200.0])]));
 }
 
 #[test]
