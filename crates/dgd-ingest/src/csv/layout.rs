@@ -110,7 +110,7 @@ impl Known<'_> {
         while first > from && is_row(first - 1) {
             first -= 1;
         }
-        if first > from && self.are_names(&lines[first - 1]) {
+        if self.is_below_header(&lines[..first], from) {
             return Some(first);
         }
         // Names and titles may be numbers, but where no names stand above them they begin with words.
@@ -153,6 +153,18 @@ impl Known<'_> {
     fn leads_with_value(&self, line: &Line<'_>) -> bool {
         let first = self.sorts(line).next();
         first.is_some_and(|(index, cell, s)| self.is_value(index, cell, s))
+    }
+
+    /// Whether the last of these lines are a header; the first `codes` of them are items of WITS.
+    fn is_below_header(&self, above: &[Line<'_>], codes: usize) -> bool {
+        let Some((last, before)) = above.split_last() else {
+            return false;
+        };
+        let units = || {
+            let names = before.last();
+            names.is_some_and(|names| is_unit_row(&last.cells, names, self.numeric))
+        };
+        above.len() == codes || self.are_names(last) || units()
     }
 
     /// Whether words of its own stand above every column of numbers or times.

@@ -57,6 +57,13 @@ fn first_rows_with_words_are_rows_and_the_header_stays() {
         values(&read("t,a\nbad,1\n1,2\n2,3\n"), "a"),
         &[1.0, 2.0, 3.0],
     );
+    // Units of one kind, and items of WITS, are a header too.
+    for (text, tag) in [
+        ("a,b\npsi,psi\nbad,5\n6,7\n8,9\n", "b"),
+        ("0108,0110\nbad,5\n6,7\n8,9\n", "0110"),
+    ] {
+        assert_same(values(&read(text), tag), &[5.0, 7.0, 9.0]);
+    }
     let table = read("t,a,ratio\ns,psi,1\n0,2,0.5\n1,3,0.6\n");
     assert_eq!(unit(&table, "ratio"), Some("1"));
     assert_eq!(values(&table, "t"), [0.0, 1.0]);
