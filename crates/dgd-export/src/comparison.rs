@@ -1,6 +1,7 @@
 //! Measured beside two simulations, as CSV.
 
 use crate::ExportError;
+use crate::csv::push_quoted;
 use crate::number::push_fixed;
 use std::io::Write;
 
@@ -32,7 +33,7 @@ pub struct ComparedSignal<'a> {
 
 /// Writes `t_s,held_out,valid` and, for each signal, `<name>_measured,<name>_before,<name>_after`; a row a sample.
 ///
-/// There is no row of units: the names have them. Flags are 0 or 1. A value that is not finite is an empty cell.
+/// There is no row of units: the names have them. A name with a comma, a quote or a line end stands within quotes. Flags are 0 or 1. A value that is not finite is an empty cell.
 /// Values are rounded to 1e-9 m³/s, 1e-6 m, 1e-2 Pa (by the name's ending; 1e-9 of anything else), which is a
 /// thousandth of what a transmitter resolves or less, and halves the file.
 ///
@@ -66,7 +67,8 @@ pub fn write_comparison_csv(
     text.extend_from_slice(b"t_s,held_out,valid");
     for signal in comparison.signals {
         for what in ["measured", "before", "after"] {
-            text.extend_from_slice(format!(",{}_{what}", signal.name).as_bytes());
+            text.push(b',');
+            push_quoted(&mut text, &format!("{}_{what}", signal.name));
         }
     }
     text.push(b'\n');

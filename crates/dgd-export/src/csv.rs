@@ -143,14 +143,19 @@ fn line<'a>(text: &mut Vec<u8>, cells: impl Iterator<Item = &'a str>) {
         if index > 0 {
             text.push(b',');
         }
-        let special = |c: char| matches!(c, ',' | ';' | '\t' | '"' | '\n' | '\r');
-        if cell.contains(special) || cell.trim() != cell {
-            text.push(b'"');
-            text.extend_from_slice(cell.replace('"', "\"\"").as_bytes());
-            text.push(b'"');
-        } else {
-            text.extend_from_slice(cell.as_bytes());
-        }
+        push_quoted(text, cell);
     }
     text.push(b'\n');
+}
+
+/// Appends a text as one cell, within quotes where a reader would cut it otherwise.
+pub(crate) fn push_quoted(text: &mut Vec<u8>, cell: &str) {
+    let special = |c: char| matches!(c, ',' | ';' | '\t' | '"' | '\n' | '\r');
+    if cell.contains(special) || cell.trim() != cell {
+        text.push(b'"');
+        text.extend_from_slice(cell.replace('"', "\"\"").as_bytes());
+        text.push(b'"');
+    } else {
+        text.extend_from_slice(cell.as_bytes());
+    }
 }

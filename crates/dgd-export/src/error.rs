@@ -33,6 +33,18 @@ pub enum ExportError {
         /// Its length.
         found: usize,
     },
+    /// A matrix with another number of values than its shape has.
+    #[error("matrix `{name}` has {found} values, expected {rows} x {columns}")]
+    Shape {
+        /// The matrix.
+        name: String,
+        /// Its rows.
+        rows: usize,
+        /// Its columns.
+        columns: usize,
+        /// Its values.
+        found: usize,
+    },
     /// A block that has not the columns of its head.
     #[error("a block of {found} columns, expected {expected} as the head has")]
     Width {
@@ -48,6 +60,12 @@ pub enum ExportError {
         tag: String,
         /// The names there are, shortened.
         present: String,
+    },
+    /// The clock has no column beside it: its messages would say nothing, and no reader would find a number in them.
+    #[error("the table has no column but its clock `{tag}`, expected at least one more")]
+    OnlyTime {
+        /// The clock.
+        tag: String,
     },
     /// The time column's unit is no unit of time.
     #[error("time column `{tag}` is in `{found}`, expected a unit of time")]
@@ -75,7 +93,7 @@ pub enum ExportError {
     },
     /// A name that MATLAB does not take.
     #[error(
-        "`{name}` is not a MATLAB name: a letter, then letters, digits and `_`, at most 63 in all"
+        "`{name}` is not a MATLAB name: a letter, then letters, digits and `_`, at most 63 in all, and no keyword such as `end`"
     )]
     Name {
         /// The name.

@@ -14,7 +14,7 @@ pub(crate) const ORIGIN: &str = "origin";
 /// The field that each column of `table` is written to in the struct `root`.
 ///
 /// A leading `root.` goes; what MATLAB does not take in a name becomes `_`; a name that
-/// begins otherwise than with a letter gets an `x`; a second column of the same name gets
+/// begins otherwise than with a letter, and a word of the language such as `end`, gets an `x`; a second column of the same name gets
 /// `_2`. The fields `units` and `origin` are kept for the units and the start time.
 ///
 /// ```
@@ -36,7 +36,10 @@ pub fn field_names(table: &Table, root: &str) -> Vec<String> {
                 .strip_prefix(root)
                 .and_then(|t| t.strip_prefix('.'))
                 .unwrap_or(&column.tag);
-            let plain = plain_name(tag);
+            let mut plain = plain_name(tag);
+            if KEYWORDS.contains(&plain.as_str()) {
+                plain.insert(0, 'x');
+            }
             let mut name = plain.clone();
             let mut count = 1_usize;
             while !taken.insert(name.clone()) {
@@ -78,9 +81,33 @@ pub fn struct_of(table: &Table) -> Option<&str> {
     (whole && is_name(root)).then_some(root)
 }
 
+/// Words of the language, which no name may be: what `iskeyword` lists, MATLAB R2024b.
+const KEYWORDS: [&str; 20] = [
+    "break",
+    "case",
+    "catch",
+    "classdef",
+    "continue",
+    "else",
+    "elseif",
+    "end",
+    "for",
+    "function",
+    "global",
+    "if",
+    "otherwise",
+    "parfor",
+    "persistent",
+    "return",
+    "spmd",
+    "switch",
+    "try",
+    "while",
+];
+
 /// Whether MATLAB takes a name as it is.
-fn is_name(name: &str) -> bool {
-    name.len() <= MAX_NAME && plain_name(name) == name
+pub(crate) fn is_name(name: &str) -> bool {
+    name.len() <= MAX_NAME && plain_name(name) == name && !KEYWORDS.contains(&name)
 }
 
 pub(crate) fn plain_name(tag: &str) -> String {

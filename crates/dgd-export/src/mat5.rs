@@ -9,7 +9,7 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 
 use crate::error::ExportError;
-use crate::mat::{MAX_NAME, ORIGIN, Struct, UNITS, plain_name};
+use crate::mat::{ORIGIN, Struct, UNITS, is_name};
 
 const MI_INT8: u32 = 1;
 const MI_INT32: u32 = 5;
@@ -66,7 +66,7 @@ pub enum MatValue {
 ///
 /// # Errors
 /// [`ExportError::NoColumns`] without values, [`ExportError::Name`] if MATLAB would not take a name,
-/// [`ExportError::NameTaken`] on two fields of one name, [`ExportError::Length`] on a matrix with another number of values than
+/// [`ExportError::NameTaken`] on two fields of one name, [`ExportError::Shape`] on a matrix with another number of values than
 /// its shape has, [`ExportError::TooLarge`] from 4 GiB on, [`ExportError::Io`] from `out`.
 ///
 /// ```
@@ -122,7 +122,7 @@ enum Body<'t> {
 }
 
 fn check_name(name: &str) -> Result<(), ExportError> {
-    if name.len() > MAX_NAME || plain_name(name) != name {
+    if !is_name(name) {
         return Err(ExportError::Name { name: name.into() });
     }
     Ok(())
@@ -157,9 +157,10 @@ fn value_of<'t>(name: &str, value: &'t MatValue) -> Result<Matrix<'t>, ExportErr
         } => {
             let expected = rows.saturating_mul(*columns);
             if values.len() != expected {
-                return Err(ExportError::Length {
+                return Err(ExportError::Shape {
                     name: name.into(),
-                    expected,
+                    rows: *rows,
+                    columns: *columns,
                     found: values.len(),
                 });
             }

@@ -30,8 +30,8 @@ const DEFLATE_LEVEL: u8 = 6;
 ///
 /// Each column becomes a field of n x 1 doubles under the name that
 /// [`field_names`](crate::field_names) gives; units go to `root.units.<field>`, the start
-/// time to `root.origin`. The same table gives the same bytes. The file comes whole, for
-/// its header points to what follows.
+/// time to `root.origin`. The fields come in the order of their names, for `MATLAB_fields`, which could say another, is not written.
+/// The same table gives the same bytes. The file comes whole, for its header points to what follows.
 ///
 /// # Errors
 /// [`ExportError::NoColumns`], [`ExportError::Name`] if MATLAB would not take `root`,

@@ -14,7 +14,7 @@ use std::io::{Seek, Write};
 /// How to write an MCAP log.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct McapOptions {
-    /// Column that is the clock. Default: `t`, or else the column that
+    /// Column that is the clock. Default: [`Table::clock`], else the column that is named `t` and nothing else, else the one that
     /// [`dgd_recording::survey`] takes for one.
     pub time_tag: Option<String>,
     /// Topic of the samples. Default: `/rig`.
@@ -36,6 +36,10 @@ const UNNAMED_CLOCK: &str = "t";
 /// Metadata of the channel that name the clock.
 const CLOCK_TAG: &str = "time_tag";
 
+/// Metadata of the channel, and their value, of log times that are of an unknown zone.
+const ZONE: &str = "time_zone";
+const UNKNOWN_ZONE: &str = "unknown";
+
 /// No recording is longer than this, s; a larger time is an epoch, not a time from the start.
 const LONGEST_S: f64 = 5e8;
 
@@ -44,12 +48,13 @@ const LONGEST_S: f64 = 5e8;
 /// Foxglove plots it as it is.
 ///
 /// The time column becomes the log time, in whole nanoseconds after the table's origin
-/// (after zero, if it has none), and is no member; the channel's metadata name it in `time_tag`. Other values have the fewest digits
+/// (after zero, if it has none), and is no member; the channel's metadata name it in `time_tag`, and say
+/// `time_zone: unknown` if the origin ends in `-00:00`. Other values have the fewest digits
 /// that read back to the same `f64`; NaN is `null`, and so is what a shorter column
 /// lacks. JSON has no infinity: it becomes `null` too. Chunks are zstd, with checksums.
 ///
 /// # Errors
-/// [`ExportError`]: no such time column, a time that is missing or negative, equal
+/// [`ExportError`]: no such time column, no other column beside it, a time that is missing or negative, equal
 /// names, an origin that is no time, or a writer that fails.
 ///
 /// ```
@@ -70,7 +75,7 @@ pub fn write_mcap(
     writer: impl Write + Seek,
 ) -> Result<(), ExportError> {
     let mut options = options.clone();
-    if options.time_tag.is_none() && table.column("t").is_none() {
+    if options.time_tag.is_none() && told_clock(table).is_none() {
         let found = survey(table).time_column;
         options.time_tag = found.map(|index| table.columns[index].tag.clone());
     }
@@ -107,13 +112,18 @@ impl<W: Write + Seek> fmt::Debug for McapWriter<W> {
 impl<W: Write + Seek> McapWriter<W> {
     /// Begins with the names, the units and the origin of `head`, whose values are left out.
     ///
-    /// The clock is the column of [`McapOptions::time_tag`], or else `t`.
+    /// The clock is the column of [`McapOptions::time_tag`], else that of [`Table::clock`], else `t`.
     ///
     /// # Errors
     /// Those of [`write_mcap`] that no value can cause.
     pub fn new(head: &Table, options: &McapOptions, writer: W) -> Result<Self, ExportError> {
         crate::check_names(head)?;
-        let (time, factor) = clock(head, options.time_tag.as_deref().unwrap_or("t"))?;
+        let (time, factor) = clock(head, options.time_tag.as_deref())?;
+        if head.columns.len() == 1 {
+            return Err(ExportError::OnlyTime {
+                tag: head.columns[time].tag.clone(),
+            });
+        }
         let start_ns = head.origin.as_deref().map_or(Ok(0), |text| {
             head.origin_ns().ok_or_else(|| ExportError::Origin {
                 found: text.to_owned(),
@@ -136,6 +146,9 @@ impl<W: Write + Seek> McapWriter<W> {
         let mut metadata = BTreeMap::new();
         if clock_tag != UNNAMED_CLOCK {
             metadata.insert(CLOCK_TAG.to_owned(), clock_tag.clone());
+        }
+        if (head.origin.as_deref()).is_some_and(|origin| origin.trim_end().ends_with("-00:00")) {
+            metadata.insert(ZONE.to_owned(), UNKNOWN_ZONE.to_owned());
         }
         let channel_id = log
             .add_channel(schema_id, &options.topic, "json", &metadata)
@@ -216,10 +229,17 @@ fn failed(error: ::mcap::McapError) -> ExportError {
     ExportError::Mcap(Box::new(error))
 }
 
-/// Index of the time column, and the seconds in one of its units.
-fn clock(head: &Table, tag: &str) -> Result<(usize, f64), ExportError> {
-    let index = head.find(tag).ok_or_else(|| ExportError::NoTime {
-        tag: tag.to_owned(),
+/// The column that the table says is its clock, or that is named as one by convention.
+fn told_clock(head: &Table) -> Option<usize> {
+    let told = head.clock.filter(|index| *index < head.columns.len());
+    told.or_else(|| head.columns.iter().position(|c| c.tag == UNNAMED_CLOCK))
+}
+
+/// Index of the time column, which may be given by its tag, and the seconds in one of its units.
+fn clock(head: &Table, tag: Option<&str>) -> Result<(usize, f64), ExportError> {
+    let found = tag.map_or_else(|| told_clock(head), |tag| head.find(tag));
+    let index = found.ok_or_else(|| ExportError::NoTime {
+        tag: tag.unwrap_or(UNNAMED_CLOCK).to_owned(),
         present: head
             .columns
             .iter()

@@ -4,7 +4,8 @@
 //! writes: superblocks 0 to 3, old and new groups, compact, contiguous and chunked data
 //! sets with gzip, shuffle and fletcher32. Every address is checked against the file
 //! before it is followed, every size against what the file can hold before memory is
-//! asked for. Groups come as dotted names, in the order of the file's index.
+//! asked for. Groups come as dotted names, in the order of the file's index, which is that of the names: MATLAB keeps
+//! the order of a struct's fields in `MATLAB_fields`, a list of texts of any length, which is not read.
 
 mod chunks;
 mod dataset;

@@ -26,6 +26,10 @@ const MAX_TOPIC: usize = 1024;
 /// Metadata of a channel that name the clock of its messages.
 const CLOCK_TAG: &str = "time_tag";
 
+/// Metadata of a channel, and their value, of log times whose zone nobody knows.
+const ZONE: &str = "time_zone";
+const UNKNOWN_ZONE: &str = "unknown";
+
 /// Log times from 2001 on are wall-clock times; smaller ones count from the start of something.
 const EPOCH_NS: u64 = 978_307_200_000_000_000;
 
@@ -91,6 +95,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Table, IngestError> {
     };
     let mut columns = vec![clock(clock_tag.clone(), seconds(&log_ns, start_ns))];
     let several = numeric.len() > 1;
+    let zoned = numeric.iter().all(|(stream, _)| stream.zoned);
     for (index, (stream, units)) in numeric.iter_mut().enumerate() {
         let sources = (index != busiest).then(|| nearest(&stream.log_ns, &log_ns));
         if let Some((_, moved_ns)) = sources.as_ref().filter(|(_, moved_ns)| *moved_ns > 0) {
@@ -118,7 +123,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Table, IngestError> {
     Ok(Table {
         columns,
         issues,
-        origin: origin(start_ns),
+        origin: origin(start_ns, zoned),
         clock: Some(0),
     })
 }
@@ -158,9 +163,9 @@ fn column(topic: &str, prefixed: bool, path: &[u8], units: &mut Units, values: V
 }
 
 /// The start as a wall-clock time, if it is one.
-fn origin(start_ns: u64) -> Option<String> {
+fn origin(start_ns: u64, zoned: bool) -> Option<String> {
     let wall_clock = i64::try_from(start_ns).ok()?;
-    (start_ns >= EPOCH_NS).then(|| dgd_recording::rfc3339(wall_clock, true))
+    (start_ns >= EPOCH_NS).then(|| dgd_recording::rfc3339(wall_clock, zoned))
 }
 
 /// What was met beside the numbers.
@@ -291,14 +296,17 @@ impl Log {
             self.units[*index].extend(units);
             return Source::Stream(*index);
         }
-        let mut metadata = channel.metadata.iter();
-        let clock_tag = metadata.find(|(key, _)| *key == CLOCK_TAG);
+        let metadata = |key: &str| {
+            let mut all = channel.metadata.iter();
+            all.find(|(k, _)| *k == key).map(|(_, value)| *value)
+        };
         self.by_topic
             .insert(channel.topic.to_owned(), self.streams.len());
         let mut stream = Stream::new(channel.topic.to_owned());
-        stream.named_clock = clock_tag
-            .filter(|(_, tag)| !tag.is_empty() && tag.len() <= MAX_TOPIC)
-            .map(|(_, tag)| (*tag).to_owned());
+        stream.named_clock = metadata(CLOCK_TAG)
+            .filter(|tag| !tag.is_empty() && tag.len() <= MAX_TOPIC)
+            .map(str::to_owned);
+        stream.zoned = metadata(ZONE) != Some(UNKNOWN_ZONE);
         self.streams.push(stream);
         self.units.push(units);
         Source::Stream(self.streams.len() - 1)

@@ -212,7 +212,30 @@ fn rounding(time_s: &[f64]) -> f64 {
     4.0 * f64::EPSILON * largest.min(f64::MAX)
 }
 
+/// A number above 0 to so many significant figures, without zeros at its end.
+fn shown(value: f64, figures: usize) -> String {
+    let rounded = format!("{value:.*e}", figures.saturating_sub(1));
+    rounded
+        .parse()
+        .map_or(rounded, |value: f64| value.to_string())
+}
+
 impl ClockSurvey {
+    /// The survey of a clock whose stamps were read as seconds and are `seconds` long each.
+    pub(crate) fn in_units_of(&self, seconds: f64) -> Self {
+        let gap = |gap: &Gap| Gap {
+            from_s: gap.from_s * seconds,
+            to_s: gap.to_s * seconds,
+        };
+        Self {
+            step_s: self.step_s * seconds,
+            span_s: (self.span_s.0 * seconds, self.span_s.1 * seconds),
+            jitter_s: self.jitter_s * seconds,
+            gaps: self.gaps.iter().map(gap).collect(),
+            ..self.clone()
+        }
+    }
+
     /// What is wrong with the clock, in words, one issue a kind.
     pub fn issues(&self) -> Vec<Issue> {
         let mut issues = Vec::new();
@@ -266,8 +289,9 @@ impl ClockSurvey {
             self.jitter_s > ON_CLOCK * self.step_s,
             IssueKind::Jitter,
             format!(
-                "steps vary by up to {:.3} s around {} s; samples moved to the nearest step",
-                self.jitter_s, self.step_s
+                "steps vary by up to {} s around {} s; samples moved to the nearest step",
+                shown(self.jitter_s, 2),
+                shown(self.step_s, 6)
             ),
         );
         issues

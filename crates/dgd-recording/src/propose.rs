@@ -1,6 +1,6 @@
 //! A channel map proposed from names, units and ranges.
 
-use crate::TableSurvey;
+use crate::{ColumnSurvey, TableSurvey};
 use dgd_units::Dimension;
 
 /// A proposed channel map; a person should read it before it is used.
@@ -21,8 +21,10 @@ pub struct ProposedChannel {
     pub channel: &'static str,
     /// Column name.
     pub tag: String,
-    /// Unit to write into `well.toml`.
+    /// Unit to write into `well.toml`; of a tachometer also what it reads at full speed is to be written.
     pub unit: String,
+    /// Why the unit is assumed, if it is not the file's.
+    pub unit_assumed: Option<String>,
     /// Why this column.
     pub reason: String,
 }
@@ -107,7 +109,7 @@ const WANTED: &[Wanted] = &[
             &["pt3"],
             &["pt4"],
             &["outlet"],
-            &["discharge"],
+            &["disch"],
             &["spmout"],
             &["pout"],
         ],
@@ -126,19 +128,30 @@ const WANTED: &[Wanted] = &[
     Wanted {
         channel: "pump_speed",
         dimension: Dimension::Percent,
-        names: &[&["spm"], &["speed"], &["wssp"], &["omega"]],
+        names: &[&["spm"], &["st1"], &["speed"], &["wssp"], &["omega"]],
         most: 1,
         needed: true,
         usual: "%",
     },
 ];
 
-/// Whether a clock without a unit counts days: no rig is recorded a thousand times a second, and a fraction of a second to a minute in
-/// days is a usual step.
-fn counts_days(step: f64) -> bool {
-    const S_PER_DAY: f64 = 86_400.0;
-    step < 1e-3 && (0.05..=61.0).contains(&(S_PER_DAY * step))
-}
+/// Names of the tachometer of the subsea pump: the pumps at the rig and the drill string turn too.
+const TACHOMETER: &[&[&str]] = &[
+    &["st1"],
+    &["ssp", "rpm"],
+    &["ssp", "speed"],
+    &["subsea", "pump"],
+    &["subsea", "speed"],
+    &["pump", "speed"],
+    &["wssp"],
+    &["omega"],
+];
+const OTHER_TACHOMETERS: [&str; 4] = ["mud", "boost", "charge", "stroke"];
+
+/// Words of columns in percent that are no speeds.
+const OTHER_PERCENT: [&str; 9] = [
+    "flow", "choke", "valve", "open", "level", "paddle", "torque", "gas", "position",
+];
 
 /// Proposes which column is which channel, by name and unit, and says what is doubtful.
 pub fn propose_channels(survey: &TableSurvey) -> Proposal {
@@ -153,11 +166,7 @@ pub fn propose_channels(survey: &TableSurvey) -> Proposal {
             taken[index] = true;
             let column = &survey.columns[index];
             let written = column.unit.filter(|u| u.dimension == Dimension::Time);
-            let in_days = match &survey.clock {
-                Some(Ok(clock)) => written.is_none() && counts_days(clock.step_s),
-                _ => false,
-            };
-            let (unit, reason) = if in_days {
+            let (unit, reason) = if survey.counts_days() {
                 ("d", "increases like time, in days as in spreadsheets")
             } else {
                 (
@@ -169,6 +178,7 @@ pub fn propose_channels(survey: &TableSurvey) -> Proposal {
                 channel: "time",
                 tag: column.tag.clone(),
                 unit: unit.to_owned(),
+                unit_assumed: written.is_none().then(|| why_assumed(column)),
                 reason: reason.into(),
             });
         }
@@ -195,20 +205,27 @@ pub fn propose_channels(survey: &TableSurvey) -> Proposal {
                 let unit = column.unit.map_or(wanted.usual, |u| u.symbol);
                 // The thesis's psi are absolute (section 2.6); the file leaves it open.
                 let unit = if unit == "psi" { "psia" } else { unit };
-                let unit_reason = match &column.unit_written {
-                    Some(written) if column.tag.ends_with(written.as_str()) => {
+                let unit_assumed = column.unit.is_none().then(|| why_assumed(column));
+                let unit_reason = match (&column.unit_written, &unit_assumed) {
+                    (None, _) => format!("no unit in the file, `{unit}` assumed"),
+                    (Some(_), Some(why)) => format!("{why}, `{unit}` assumed"),
+                    (Some(written), None) if column.tag.ends_with(written.as_str()) => {
                         format!("unit `{written}` at its end")
                     }
-                    Some(written) => format!("unit `{written}`"),
-                    None => format!("no unit in the file, `{unit}` assumed"),
+                    (Some(written), None) => format!("unit `{written}`"),
                 };
                 proposal.channels.push(ProposedChannel {
                     channel: wanted.channel,
                     tag: column.tag.clone(),
                     unit: unit.to_owned(),
+                    unit_assumed,
                     reason: format!("name has `{}`, {unit_reason}", words.join(" ")),
                 });
             }
+        }
+        if proposal.channels.len() == before && wanted.dimension == Dimension::Percent {
+            let found = tachometer(survey, &taken).or_else(|| only_percent(survey, &taken));
+            proposal.channels.extend(found);
         }
         if proposal.channels.len() == before && wanted.needed {
             proposal.missing.push(wanted.channel);
@@ -216,6 +233,75 @@ pub fn propose_channels(survey: &TableSurvey) -> Proposal {
     }
     proposal.doubts = doubts(survey, &proposal);
     proposal
+}
+
+/// Why a column's unit must be assumed.
+fn why_assumed(column: &ColumnSurvey) -> String {
+    match &column.unit_written {
+        None => "the file names none".into(),
+        Some(written) => format!("the file's `{written}` is none that is known for it"),
+    }
+}
+
+/// Pump speed from a column in revolutions.
+fn tachometer(survey: &TableSurvey, taken: &[bool]) -> Option<ProposedChannel> {
+    let free = || {
+        survey
+            .columns
+            .iter()
+            .zip(taken)
+            .filter(|(_, taken)| !**taken)
+    };
+    let turns = |column: &ColumnSurvey| {
+        let is_rate = (column.unit).is_some_and(|u| u.dimension == Dimension::RotationalSpeed);
+        is_rate && column.range.is_some() && !has_word(column, &OTHER_TACHOMETERS)
+    };
+    TACHOMETER.iter().find_map(|words| {
+        let (column, _) =
+            free().find(|(column, _)| turns(column) && matches(&column.tag, words))?;
+        Some(speed(
+            column,
+            format!(
+                "name has `{}`, in revolutions: the full speed is to be written",
+                words.join(" ")
+            ),
+        ))
+    })
+}
+
+/// Pump speed from the one column in percent, unless its name says that it is another share.
+fn only_percent(survey: &TableSurvey, taken: &[bool]) -> Option<ProposedChannel> {
+    let percent = |column: &ColumnSurvey| {
+        let unit = column
+            .unit
+            .is_some_and(|u| u.dimension == Dimension::Percent);
+        unit && column.range.is_some()
+    };
+    let mut found = (survey.columns.iter().zip(taken)).filter(|(column, _)| percent(column));
+    match (found.next(), found.next()) {
+        (Some((column, false)), None) if !has_word(column, &OTHER_PERCENT) => Some(speed(
+            column,
+            "the only column in percent, whose name does not say what of".into(),
+        )),
+        _ => None,
+    }
+}
+
+fn speed(column: &ColumnSurvey, reason: String) -> ProposedChannel {
+    ProposedChannel {
+        channel: "pump_speed",
+        tag: column.tag.clone(),
+        unit: column.unit.map_or("%", |u| u.symbol).to_owned(),
+        unit_assumed: None,
+        reason,
+    }
+}
+
+/// Whether a column's name, or its unit as written, holds one of these.
+fn has_word(column: &ColumnSurvey, words: &[&str]) -> bool {
+    let written = column.unit_written.as_deref().unwrap_or_default();
+    let text = format!("{} {written}", column.tag).to_lowercase();
+    words.iter().any(|word| text.contains(word))
 }
 
 /// A short word alone must be the whole of the tag's last part, and beside others one of
@@ -258,6 +344,15 @@ fn tokens(name: &str) -> Vec<String> {
 
 fn doubts(survey: &TableSurvey, proposal: &Proposal) -> Vec<String> {
     let mut doubts = Vec::new();
+    if let Some(time) = proposal.channels.iter().find(|c| c.channel == "time")
+        && time.unit == "s"
+        && survey.steps_like_days()
+    {
+        doubts.push(format!(
+            "`{}` steps by less than a millisecond if read as s, as a clock in days would: is the unit right?",
+            time.tag
+        ));
+    }
     let column = |channel: &str| {
         let proposed = proposal.channels.iter().find(|c| c.channel == channel)?;
         let column = survey.columns.iter().find(|c| c.tag == proposed.tag)?;
@@ -296,6 +391,7 @@ fn doubts(survey: &TableSurvey, proposal: &Proposal) -> Vec<String> {
         ));
     }
     if let Some((tag, unit, speed)) = column("pump_speed")
+        && unit == "%"
         && !(0.0..=100.0).contains(&speed)
     {
         doubts.push(format!(

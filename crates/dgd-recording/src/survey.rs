@@ -18,9 +18,39 @@ pub struct TableSurvey {
     pub columns: Vec<ColumnSurvey>,
     /// Index of the column taken for the clock, if one looks like it.
     pub time_column: Option<usize>,
-    /// Its survey, or why it is none.
+    /// Its survey, or why it is none; stamps without a unit are taken for seconds.
     pub clock: Option<Result<ClockSurvey, ClockError>>,
 }
+
+impl TableSurvey {
+    /// Whether the clock counts days, as those of MATLAB and of spreadsheets do, although no unit says so: no rig is recorded a thousand
+    /// times a second, and a fraction of a second to a minute in days is a usual step.
+    #[must_use]
+    pub fn counts_days(&self) -> bool {
+        let written = self.time_column.and_then(|index| self.columns[index].unit);
+        self.steps_like_days() && written.is_none_or(|u| u.dimension != Dimension::Time)
+    }
+
+    /// Whether the clock's step is none of seconds, and one of days that is usual in seconds.
+    pub(crate) fn steps_like_days(&self) -> bool {
+        let Some(Ok(clock)) = &self.clock else {
+            return false;
+        };
+        let seconds = 0.05..=61.0;
+        clock.step_s < 1e-3 && seconds.contains(&(S_PER_DAY * clock.step_s))
+    }
+
+    /// [`Self::clock`] in seconds, also where it [counts days](Self::counts_days).
+    #[must_use]
+    pub fn clock_in_seconds(&self) -> Option<Result<ClockSurvey, ClockError>> {
+        match &self.clock {
+            Some(Ok(clock)) if self.counts_days() => Some(Ok(clock.in_units_of(S_PER_DAY))),
+            clock => clock.clone(),
+        }
+    }
+}
+
+const S_PER_DAY: f64 = 86_400.0;
 
 /// Summary of a column; values are in the column's own unit.
 #[derive(Debug, Clone, PartialEq)]

@@ -39,7 +39,8 @@ pub fn split_number(text: &str) -> Result<(f64, &str), UnitError> {
     {
         let fraction = numerator / denominator;
         return Ok((
-            if whole < 0.0 {
+            // `-0 1/2` too.
+            if whole.is_sign_negative() {
                 whole - fraction
             } else {
                 whole + fraction

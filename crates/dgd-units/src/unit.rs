@@ -259,8 +259,16 @@ const TABLE: &[(Unit, &[&str])] = &[
         &["kpa(a)", "kpaabs", "kpa(abs)"],
     ),
     (
+        pressure("MPaa", 1e6, Absolute),
+        &["mpa(a)", "mpaabs", "mpa(abs)"],
+    ),
+    (
         pressure("bara", 1e5, Absolute),
         &["bar(a)", "barabs", "bar(abs)"],
+    ),
+    (
+        pressure("mbara", 1e2, Absolute),
+        &["mbar(a)", "mbarabs", "mbar(abs)"],
     ),
     (
         pressure("psia", PSI, Absolute),
@@ -270,6 +278,7 @@ const TABLE: &[(Unit, &[&str])] = &[
     (pressure("kPag", 1e3, Gauge), &["kpa(g)", "kpagauge"]),
     (pressure("MPag", 1e6, Gauge), &["mpa(g)", "mpagauge"]),
     (pressure("barg", 1e5, Gauge), &["bar(g)", "bargauge"]),
+    (pressure("mbarg", 1e2, Gauge), &["mbar(g)", "mbargauge"]),
     (pressure("psig", PSI, Gauge), &["psi(g)", "psigauge"]),
     (unit("kg/m3", Dimension::Density, 1.0), &["kg/m^3", "kgm-3"]),
     (
@@ -369,24 +378,23 @@ impl Unit {
     /// The unit that `text` names, in any of its spellings.
     ///
     /// Case, spaces and square brackets do not count, so `[L/min]` is `l/min`.
-    /// The one exception is `mPa`, which is refused: milli- and megapascal differ
-    /// by case alone, and a factor 10⁹ is no guess to make.
+    /// The one exception is `mPa`, with or without its zero (`mPag`), which is refused: milli- and
+    /// megapascal differ by case alone, and a factor 10⁹ is no guess to make.
     ///
     /// # Errors
     /// [`UnitError::UnknownUnit`], with the nearest known spelling where one is near.
     pub fn parse(text: &str) -> Result<Self, UnitError> {
         let plain = plain(text);
-        let ambiguous = plain == "mPa";
         let wanted = plain.to_lowercase();
-        match SPELLINGS.get(&wanted) {
-            Some(unit) if !ambiguous => Ok(*unit),
+        let found = SPELLINGS.get(&wanted);
+        // Not `mPa.s`, which no letter in capitals makes a pressure.
+        let ambiguous =
+            |unit: &Unit| plain.starts_with("mPa") && unit.dimension == Dimension::Pressure;
+        match found {
+            Some(unit) if !ambiguous(unit) => Ok(*unit),
             _ => Err(UnitError::UnknownUnit {
                 found: text.chars().take(40).collect(),
-                suggestion: if ambiguous {
-                    Some("MPa")
-                } else {
-                    nearest(&wanted)
-                },
+                suggestion: found.map(|unit| unit.symbol).or_else(|| nearest(&wanted)),
             }),
         }
     }
@@ -439,9 +447,19 @@ impl Unit {
         Err(UnitError::Full { found: full })
     }
 
-    /// The SI unit of a dimension.
+    /// The SI unit of a dimension: what [`Unit::parse`] makes of its [symbol](Dimension::si_symbol).
+    ///
+    /// A `Pa` therefore does not say what its zero is ([`PressureReference::Unstated`]) and is absolute.
+    ///
+    /// ```
+    /// # use dgd_units::{Dimension, Unit};
+    /// assert_eq!(Unit::parse("Pa"), Ok(Unit::si(Dimension::Pressure)));
+    /// ```
     pub fn si(dimension: Dimension) -> Self {
-        unit(dimension.si_symbol(), dimension, 1.0)
+        match dimension {
+            Dimension::Pressure => pressure(dimension.si_symbol(), 1.0, Unstated),
+            _ => unit(dimension.si_symbol(), dimension, 1.0),
+        }
     }
 
     /// Every known unit, by dimension.

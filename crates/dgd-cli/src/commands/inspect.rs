@@ -8,7 +8,8 @@ use crate::progress::Progress;
 use crate::say::{self, TextTable, count, number};
 use dgd_ingest::Format;
 use dgd_recording::{
-    ColumnSurvey, IssueKind, Proposal, Table, TableSurvey, propose_channels, survey,
+    ColumnSurvey, IssueKind, Proposal, ProposedChannel, Table, TableSurvey, propose_channels,
+    survey,
 };
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -90,13 +91,14 @@ fn inspect(arguments: &Inspect, progress: &Progress) -> Result<Inspected, Failur
 
 fn tell(text: &mut String, inspected: &Inspected, proposal: &Proposal) -> std::fmt::Result {
     let (table, found) = (&inspected.head, &inspected.found);
-    match (&found.clock, found.time_column) {
+    match (&found.clock_in_seconds(), found.time_column) {
         (Some(Ok(clock)), Some(index)) => {
             let hours = (clock.span_s.1 - clock.span_s.0) / 3600.0;
             let tag = &found.columns[index].tag;
+            let unit = if found.counts_days() { " in days" } else { "" };
             writeln!(
                 text,
-                "clock: `{tag}`, every {} s, {} h",
+                "clock: `{tag}`{unit}, every {} s, {} h",
                 number(clock.step_s),
                 number(hours)
             )?;
@@ -218,7 +220,7 @@ fn as_json(inspected: &Inspected, proposal: &Proposal) -> Value {
             "longest_run": c.longest_run.map(|r| json!({ "start": r.start, "length": r.length, "value": r.value })),
         })
     };
-    let clock = match &found.clock {
+    let clock = match &found.clock_in_seconds() {
         None => Value::Null,
         Some(Err(error)) => json!({ "error": error.to_string() }),
         Some(Ok(clock)) => json!({
@@ -243,7 +245,7 @@ fn as_json(inspected: &Inspected, proposal: &Proposal) -> Value {
         "columns": found.columns.iter().map(column).collect::<Vec<_>>(),
         "issues": table.issues.iter().map(ToString::to_string).collect::<Vec<_>>(),
         "proposal": {
-            "channels": channels.map(|c| json!({ "channel": c.channel, "tag": c.tag, "unit": c.unit, "reason": c.reason })).collect::<Vec<_>>(),
+            "channels": channels.map(|c| json!({ "channel": c.channel, "tag": c.tag, "unit": c.unit, "unit_assumed": c.unit_assumed, "reason": c.reason })).collect::<Vec<_>>(),
             "missing": proposal.missing,
             "doubts": proposal.doubts,
         },
@@ -276,17 +278,20 @@ pump_outlet_depth = \"? m\"     # its outlet below the rotary table
     );
     let mut names: Vec<&str> = proposal.channels.iter().map(|c| c.channel).collect();
     names.dedup();
-    let quote = |s: &str| Value::from(s).to_string();
     for name in names {
         let of_name = proposal.channels.iter().filter(|c| c.channel == name);
-        let sources: Vec<String> = of_name
-            .map(|c| format!("{{ tag = {}, unit = {} }}", quote(&c.tag), quote(&c.unit)))
-            .collect();
+        let sources: Vec<String> = (of_name.clone()).map(proposed_source).collect();
         let list = sources.join(", ");
+        let assumed = of_name.clone().find_map(|c| c.unit_assumed.as_deref());
+        let assumed = assumed.map_or_else(String::new, |why| {
+            // The file's words, and a comment ends with its line.
+            let why = why.replace(char::is_control, " ");
+            format!("  # unit assumed: {why}")
+        });
         let _ = if several(name) {
-            writeln!(text, "{name} = [{list}]")
+            writeln!(text, "{name} = [{list}]{assumed}")
         } else {
-            writeln!(text, "{name} = {list}")
+            writeln!(text, "{name} = {list}{assumed}")
         };
     }
     for missing in &proposal.missing {
@@ -298,7 +303,10 @@ pump_outlet_depth = \"? m\"     # its outlet below the rotary table
             "return_flow" => ("gpm", "out of the return line, at the rig"),
             "pump_inlet_pressure" => ("psia", "at the subsea pump's inlet"),
             "pump_outlet_pressure" => ("psia", "at the subsea pump's outlet"),
-            _ => ("%", "of the subsea pump, in percent of full speed"),
+            _ => (
+                "%",
+                "of the subsea pump, in percent of full speed; a tachometer has unit = \"rpm\", full = \"? rpm\"",
+            ),
         };
         let _ = writeln!(
             text,
@@ -308,7 +316,106 @@ pump_outlet_depth = \"? m\"     # its outlet below the rotary table
     text
 }
 
+/// A column as a source; a tachometer needs the full speed that is 100 %.
+fn proposed_source(proposed: &ProposedChannel) -> String {
+    let quote = |s: &str| Value::from(s).to_string();
+    let full = if proposed.channel == "pump_speed" && proposed.unit != "%" {
+        format!(", full = {}", quote(&format!("? {}", proposed.unit)))
+    } else {
+        String::new()
+    };
+    let (tag, unit) = (quote(&proposed.tag), quote(&proposed.unit));
+    format!("{{ tag = {tag}, unit = {unit}{full} }}")
+}
+
 /// Whether a channel is a list of redundant transmitters.
 fn several(channel: &str) -> bool {
     channel.starts_with("pump_inlet") || channel.starts_with("pump_outlet")
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+mod tests {
+    use super::*;
+    use dgd_recording::Column;
+
+    fn inspected(columns: &[(&str, Option<&str>, f64)]) -> Inspected {
+        let column = |(tag, unit, step): &(&str, Option<&str>, f64)| Column {
+            tag: (*tag).into(),
+            unit: unit.map(str::to_owned),
+            values: (0..3601).map(|k| 45_591.0 + step * f64::from(k)).collect(),
+        };
+        let head = Table {
+            columns: columns.iter().map(column).collect(),
+            ..Table::default()
+        };
+        Inspected {
+            format: Format::Csv,
+            rows: head.rows(),
+            found: survey(&head),
+            head,
+        }
+    }
+
+    #[test]
+    fn a_proposed_well_says_which_units_are_assumed_and_asks_for_the_full_speed() {
+        let inspected = inspected(&[
+            ("t", Some("s"), 1.0),
+            ("FT1", None, 0.5),
+            ("FT4", Some("l/min"), 0.5),
+            ("PT1", None, 0.5),
+            ("PT2", Some("bara"), 0.5),
+            ("SSP rpm", Some("rpm"), 0.5),
+        ]);
+        let well = proposed_well(&propose_channels(&inspected.found));
+        let line = |key: &str| {
+            let mut lines = well.lines();
+            lines.find(|l| l.starts_with(key)).unwrap_or(key).to_owned()
+        };
+        let assumed = "  # unit assumed: the file names none";
+        assert_eq!(line("time"), r#"time = { tag = "t", unit = "s" }"#);
+        assert_eq!(
+            line("mud_pump_flow"),
+            format!(r#"mud_pump_flow = {{ tag = "FT1", unit = "gpm" }}{assumed}"#)
+        );
+        assert_eq!(
+            line("return_flow"),
+            r#"return_flow = { tag = "FT4", unit = "l/min" }"#
+        );
+        assert!(line("pump_inlet_pressure").ends_with(assumed));
+        assert_eq!(
+            line("pump_speed"),
+            r#"pump_speed = { tag = "SSP rpm", unit = "rpm", full = "? rpm" }"#
+        );
+        // Whoever fills nothing in is told that too.
+        let refused = dgd_documents::read_well(&well).unwrap_err();
+        assert!(
+            refused.to_string().contains("`full` is not filled in"),
+            "{refused}"
+        );
+    }
+
+    #[test]
+    fn the_placeholder_for_a_speed_mentions_a_tachometer() {
+        let well = proposed_well(&propose_channels(&inspected(&[("t", None, 1.0)]).found));
+        let line = well.lines().find(|l| l.starts_with("# pump_speed"));
+        assert!(
+            line.unwrap().contains(r#"unit = "rpm", full = "? rpm""#),
+            "{well}"
+        );
+    }
+
+    #[test]
+    fn a_clock_in_days_is_told_in_seconds() {
+        let inspected = inspected(&[("t", None, 1.0 / 86_400.0), ("FT4", None, 0.5)]);
+        let proposal = propose_channels(&inspected.found);
+        let mut text = String::new();
+        tell(&mut text, &inspected, &proposal).unwrap();
+        assert!(
+            text.starts_with("clock: `t` in days, every 1 s, 1 h\n"),
+            "{text}"
+        );
+        let step_s = as_json(&inspected, &proposal)["clock"]["step_s"].as_f64();
+        assert!((step_s.unwrap() - 1.0).abs() < 1e-6);
+    }
 }

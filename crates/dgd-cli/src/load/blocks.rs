@@ -168,9 +168,10 @@ impl Blocks {
         Ok(survey.finish())
     }
 
-    /// The column that is the clock, where none is called `t`.
+    /// The column that is the clock, where the file names none and none is called `t`.
     pub(crate) fn time_tag(&mut self, progress: &Progress) -> Result<Option<String>, Failure> {
-        if self.head().column("t").is_some() {
+        let head = self.head();
+        if head.clock.is_some() || head.columns.iter().any(|c| c.tag == "t") {
             return Ok(None);
         }
         let mut survey = BlockSurvey::new(self.reader.head());

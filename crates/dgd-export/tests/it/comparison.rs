@@ -61,6 +61,23 @@ fn what_is_not_finite_is_an_empty_cell() {
 }
 
 #[test]
+fn names_with_commas_quotes_and_line_ends_stay_one_cell() {
+    let values = [1.0];
+    let signals = [
+        signal("flow, \"out\"_m3_s", &values),
+        signal("two\nlines_m", &values),
+    ];
+    let text = written(&comparison(&[0.0], &signals));
+    assert!(
+        text.starts_with(
+            "t_s,held_out,valid,\"flow, \"\"out\"\"_m3_s_measured\",\"flow, \"\"out\"\"_m3_s_before\","
+        ),
+        "{text}"
+    );
+    assert!(text.contains(",\"two\nlines_m_after\"\n0,"), "{text}");
+}
+
+#[test]
 fn long_comparisons_are_written_whole_and_read_back_to_their_rounding() {
     let time: Vec<f64> = (0..70_000).map(f64::from).collect();
     let level: Vec<f64> = time

@@ -45,7 +45,17 @@ fn both_carry_matlabs_header() {
 #[test]
 fn a_root_that_matlab_would_not_take_is_refused() {
     let table = table(&["t"]);
-    for root in ["", "2nd", "a b", "a.b", "_a", "é", &"a".repeat(64)] {
+    for root in [
+        "",
+        "2nd",
+        "a b",
+        "a.b",
+        "_a",
+        "é",
+        "end",
+        "for",
+        &"a".repeat(64),
+    ] {
         assert!(
             matches!(mat5(&table, root), Err(ExportError::Name { .. })),
             "{root}"
@@ -80,12 +90,14 @@ fn field_names_are_ones_that_matlab_takes_and_differ() {
         &long,
         "a-b",
         "a b",
+        "return",
+        "Return",
     ];
     let names = field_names(&table(&tags), "gom");
     assert_eq!(names[..5], ["x", "x_", "units_2", "units_3", "pump_SPM"]);
     assert_eq!(names[5], "n".repeat(63));
     assert_eq!(names[6], "n".repeat(61) + "_2");
-    assert_eq!(names[7..], ["a_b", "a_b_2"]);
+    assert_eq!(names[7..], ["a_b", "a_b_2", "xreturn", "Return"]);
     for name in &names {
         assert!(name.len() <= 63 && name.starts_with(|c: char| c.is_ascii_alphabetic()));
     }
@@ -145,14 +157,20 @@ mod values {
             written(&twice),
             Err(ExportError::NameTaken { .. })
         ));
-        let short = matrix(2, 2, &[1.0]);
         assert!(matches!(
-            written(&[("A", short)]),
-            Err(ExportError::Length {
-                expected: 4,
+            written(&[("while", one())]),
+            Err(ExportError::Name { .. })
+        ));
+        let short = written(&[("A", matrix(2, 3, &[1.0]))]).unwrap_err();
+        assert!(matches!(
+            short,
+            ExportError::Shape {
+                rows: 2,
+                columns: 3,
                 found: 1,
                 ..
-            })
+            }
         ));
+        assert_eq!(short.to_string(), "matrix `A` has 1 values, expected 2 x 3");
     }
 }

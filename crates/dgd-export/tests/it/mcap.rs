@@ -79,6 +79,37 @@ fn log_times_count_from_the_origin_and_in_the_columns_unit() {
 }
 
 #[test]
+fn the_clock_is_the_given_one_then_the_tables_then_t() {
+    let of = |clock, time_tag: Option<&str>| {
+        let table = Table {
+            clock,
+            ..table(vec![
+                column("pump.t", Some("s"), &[5.0, 6.0]),
+                column("t", Some("s"), &[1.0, 2.0]),
+                column("stamp", Some("s"), &[3.0, 4.0]),
+            ])
+        };
+        let options = McapOptions {
+            time_tag: time_tag.map(Into::into),
+            ..McapOptions::default()
+        };
+        messages(&written(&table, &options))[0].0
+    };
+    assert_eq!(of(Some(2), Some("pump.t")), 5_000_000_000);
+    assert_eq!(of(Some(2), None), 3_000_000_000);
+    assert_eq!(of(None, None), 1_000_000_000);
+    // A clock that ends in `.t` is none by its name.
+    let nested = table(vec![
+        column("time", Some("s"), &[1.0, 2.0]),
+        column("motor.t", Some("degC"), &[3.0, 4.0]),
+    ]);
+    assert_eq!(
+        messages(&written(&nested, &McapOptions::default()))[0].0,
+        1_000_000_000
+    );
+}
+
+#[test]
 fn the_schema_says_type_and_unit_of_each_member() {
     let log = written(&rig(), &McapOptions::default());
     let summary = mcap::Summary::read(&log).unwrap().unwrap();
@@ -126,6 +157,8 @@ fn each_refusal_has_its_error() {
         write(&of("t", Some("gpm"), &[0.0])),
         Err(ExportError::TimeUnit { .. })
     ));
+    let only = table(vec![column("t", Some("s"), &[0.0, 1.0])]);
+    assert!(matches!(write(&only), Err(ExportError::OnlyTime { tag }) if tag == "t"));
     for bad in [f64::NAN, -1.0, 1.4e9, f64::INFINITY] {
         assert!(matches!(
             write(&of("t", None, &[0.0, bad])),

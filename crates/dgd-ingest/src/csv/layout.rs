@@ -30,6 +30,8 @@ pub(super) struct Head {
     pub(super) unit: Option<String>,
     /// Whether the file names it.
     pub(super) named: bool,
+    /// Whether the header ends before it.
+    pub(super) beyond: bool,
     /// Its name as written, which others may share.
     pub(super) written: String,
     pub(super) stamps: bool,
@@ -84,6 +86,106 @@ fn sort(cell: &[u8], delimiter: u8, first: Option<stamp::First>) -> Sort {
         return Sort::Number;
     }
     stamp::parse(cell, first).map_or(Sort::Text, Sort::Stamp)
+}
+
+/// What the sampled values tell of the columns, to judge a line by.
+struct Known<'a> {
+    delimiter: u8,
+    heads: &'a [Head],
+    numeric: &'a [bool],
+}
+
+impl Known<'_> {
+    /// Index of the first row of values, none of which is above `from`.
+    fn first_row(&self, lines: &[Line<'_>], from: usize) -> Option<usize> {
+        let sure = (from..lines.len()).find(|index| self.is_mostly_values(&lines[*index]));
+        let sure =
+            sure.or_else(|| (from..lines.len()).rfind(|index| self.holds_a_value(&lines[*index])))?;
+        let is_row = |index: usize| {
+            let above = (index > from).then(|| &lines[index - 1]);
+            self.holds_a_value(&lines[index])
+                || is_placeholder(&lines[index], above, &lines[index + 1])
+        };
+        let mut first = sure;
+        while first > from && is_row(first - 1) {
+            first -= 1;
+        }
+        if self.is_below_header(&lines[..first], from) {
+            return Some(first);
+        }
+        // Names and titles may be numbers, but where no names stand above them they begin with words.
+        let worded = lines[first..sure].iter();
+        let worded = worded.take_while(|line| !self.leads_with_value(line));
+        Some(first + worded.count())
+    }
+
+    /// The cells of columns of numbers or times, and what they are.
+    fn sorts<'l>(&'l self, line: &'l Line<'_>) -> impl Iterator<Item = (usize, &'l [u8], Sort)> {
+        let cells = line.cells.iter().zip(self.numeric).enumerate();
+        let cells = cells.filter(|(_, (_, numeric))| **numeric);
+        cells.map(|(index, (cell, _))| {
+            let sort = sort(cell, self.delimiter, self.heads[index].first);
+            (index, *cell, sort)
+        })
+    }
+
+    fn is_mostly_values(&self, line: &Line<'_>) -> bool {
+        let count = |test: fn(Sort) -> bool| self.sorts(line).filter(|(.., s)| test(*s)).count();
+        count(Sort::readable) > count(|s| s == Sort::Text)
+    }
+
+    /// Whether a cell is a number or a time as its column has below; among units `1` is one of them.
+    fn holds_a_value(&self, line: &Line<'_>) -> bool {
+        let mut values =
+            (self.sorts(line)).filter(|(index, cell, s)| self.is_value(*index, cell, *s));
+        let among_units = || line.cells.iter().any(|c| *c != b"1" && is_known_unit(c));
+        values.any(|(_, cell, _)| cell != b"1" || !among_units())
+    }
+
+    fn is_value(&self, index: usize, cell: &[u8], sort: Sort) -> bool {
+        match sort {
+            Sort::Number => !self.heads[index].stamps && !number::is_missing(cell),
+            Sort::Stamp(_) => self.heads[index].stamps,
+            Sort::Empty | Sort::Text => false,
+        }
+    }
+
+    fn leads_with_value(&self, line: &Line<'_>) -> bool {
+        let first = self.sorts(line).next();
+        first.is_some_and(|(index, cell, s)| self.is_value(index, cell, s))
+    }
+
+    /// Whether the last of these lines are a header; the first `codes` of them are items of WITS.
+    fn is_below_header(&self, above: &[Line<'_>], codes: usize) -> bool {
+        let Some((last, before)) = above.split_last() else {
+            return false;
+        };
+        let units = || {
+            let names = before.last();
+            names.is_some_and(|names| is_unit_row(&last.cells, names, self.numeric))
+        };
+        above.len() == codes || self.are_names(last) || units()
+    }
+
+    /// Whether words of its own stand above every column of numbers or times.
+    fn are_names(&self, line: &Line<'_>) -> bool {
+        fills_with_names(line, self.numeric) && self.sorts(line).all(|(.., s)| s == Sort::Text)
+    }
+}
+
+/// Whether a line says one word over and over where values are missing: `No Data,No Data`. Units may be of one word too, but they stand
+/// there once.
+fn is_placeholder(line: &Line<'_>, above: Option<&Line<'_>>, below: &Line<'_>) -> bool {
+    let mut filled = line.cells.iter().filter(|c| !c.is_empty());
+    let Some(word) = filled.next() else {
+        return false;
+    };
+    let again = below.cells.contains(word) || above.is_some_and(|above| above.cells == line.cells);
+    again && filled.all(|c| c == word) && !is_known_unit(word)
+}
+
+fn is_known_unit(cell: &[u8]) -> bool {
+    Unit::parse(bare(&words(cell))).is_ok()
 }
 
 /// The parts of a text from which the samples are taken.
@@ -171,23 +273,24 @@ pub(super) fn layout(glimpse: &Glimpse<'_>) -> Result<Layout, IngestError> {
         numeric[index] = stamps + numbers > 0 && stamps + numbers >= texts;
     }
     let codes = usize::from(head.len() > 1 && are_codes(&head[0]) && !are_codes(&head[1]));
-    let first_row = head.iter().skip(codes).position(|line| {
-        let of = |test: fn(Sort) -> bool| {
-            let cells = line.cells.iter().zip(numeric.iter().zip(&heads));
-            cells
-                .filter(|(_, (numeric, _))| **numeric)
-                .filter(|(cell, (_, head))| test(sort(cell, delimiter, head.first)))
-                .count()
-        };
-        of(Sort::readable) > of(|s| s == Sort::Text)
-    });
-    let first_row = codes + first_row.ok_or_else(|| nothing_numeric(text))?;
+    let known = Known {
+        delimiter,
+        heads: &heads,
+        numeric: &numeric,
+    };
+    let first_row = known
+        .first_row(&head, codes)
+        .ok_or_else(|| nothing_numeric(text))?;
     if first_row > 0 {
         // One long line makes no column, most of them do.
         let mut lengths: Vec<usize> = rows().map(|l| l.cells.len()).collect();
         lengths.sort_unstable();
         let usual = lengths[lengths.len() / 2];
-        heads.truncate(usual.max(head[first_row - 1].cells.len()));
+        let header = head[first_row - 1].cells.len();
+        heads.truncate(usual.max(header));
+        for beyond in heads.iter_mut().skip(header) {
+            beyond.beyond = true;
+        }
     }
     name(&mut heads, &head[..first_row], &numeric);
     let cells = |index: usize| -> Vec<&[u8]> {
@@ -394,7 +497,7 @@ fn name(heads: &mut [Head], above: &[Line<'_>], numeric: &[bool]) {
         let below = units
             .map(text)
             .map(|u| bare(&u).to_owned())
-            .filter(|u| !u.is_empty());
+            .filter(|u| !u.is_empty() && !is_no_unit(u));
         head.unit = below.or(unit.map(str::to_owned));
     }
     // Channels are found by name, so no two columns may share one.
@@ -424,30 +527,38 @@ fn is_unit_row(cells: &[&[u8]], names: &Line<'_>, numeric: &[bool]) -> bool {
         .filter(|c| Unit::parse(bare(c)).is_ok())
         .count();
     let bracketed = filled.iter().filter(|c| bare(c).len() < c.len()).count();
-    let named: Vec<String> = names
-        .cells
-        .iter()
+    let named = names.cells.iter().filter(|c| !c.is_empty()).count();
+    let units_of_their_own = filled.iter().any(|c| split_unit(c).1.is_some());
+    if units_of_their_own {
+        return false;
+    }
+    if named < filled.len() {
+        // A column without a name, not a title above names that are units.
+        let as_wide = names.cells.len() == cells.len();
+        return as_wide && 2 * named > filled.len() && known == filled.len();
+    }
+    // Titles rarely fill every column with words of their own; names do.
+    2 * known.max(bracketed) >= filled.len() || fills_with_names(names, numeric)
+}
+
+/// Whether every column of numbers has a cell of its own in a line.
+fn fills_with_names(line: &Line<'_>, numeric: &[bool]) -> bool {
+    let named: Vec<String> = (line.cells.iter())
         .map(|c| words(c))
         .filter(|c| !c.is_empty())
         .collect();
-    let distinct = |texts: &[String]| {
-        texts
-            .iter()
-            .collect::<std::collections::BTreeSet<_>>()
-            .len()
-            == texts.len()
-    };
-    // Titles rarely fill every column with words of their own; names do.
-    let names_complete = named.len() > 1
-        && distinct(&named)
-        && numeric.iter().enumerate().all(|(index, numeric)| {
-            !numeric || names.cells.get(index).is_some_and(|c| !c.is_empty())
-        });
-    let units_of_their_own = filled.iter().any(|c| split_unit(c).1.is_some());
-    if named.len() < filled.len() || units_of_their_own {
-        return false;
-    }
-    2 * known.max(bracketed) >= filled.len() || names_complete
+    let distinct: std::collections::BTreeSet<_> = named.iter().collect();
+    let filled = |index: usize| line.cells.get(index).is_some_and(|c| !c.is_empty());
+    named.len() > 1
+        && distinct.len() == named.len()
+        && (numeric.iter().enumerate()).all(|(index, numeric)| !numeric || filled(index))
+}
+
+/// Whether what stands below a name is a number or a time, which are no units but for `1`.
+fn is_no_unit(text: &str) -> bool {
+    let cell = text.as_bytes();
+    let is_value = number::parse_with_comma(cell).is_some() || stamp::parse(cell, None).is_some();
+    is_value && Unit::parse(text).is_err()
 }
 
 /// Without the brackets around it.

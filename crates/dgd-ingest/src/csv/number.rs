@@ -43,12 +43,16 @@ pub(crate) fn plain(bytes: &[u8]) -> Option<(f64, usize)> {
     Some((if negative { -value } else { value }, at))
 }
 
-/// The number that a trimmed cell holds, decimal point, exponent and `inf` included.
+/// The number that a trimmed cell holds, decimal point, exponent and `inf` included; digits too large for `f64` are none.
 pub(crate) fn parse(cell: &[u8]) -> Option<f64> {
     match plain(cell) {
         Some((value, length)) if length == cell.len() => Some(value),
         // The standard parser would take any of these as a number too: `nan`, `infinity`.
-        _ => std::str::from_utf8(cell).ok()?.parse().ok(),
+        _ => {
+            let value: f64 = std::str::from_utf8(cell).ok()?.parse().ok()?;
+            let overflows = value.is_infinite() && cell.iter().any(u8::is_ascii_digit);
+            (!overflows).then_some(value)
+        }
     }
 }
 
@@ -174,8 +178,9 @@ mod tests {
             parse(b"0.1234567890123456789"),
             Some(0.123_456_789_012_345_68)
         );
+        assert_eq!(parse(b"-inf"), Some(f64::NEG_INFINITY));
         assert_eq!(parse(b"-0").map(f64::to_bits), Some((-0.0_f64).to_bits()));
-        for text in ["", "-", ".", "1.2.3", "12a", "0x10", "1 2", "1_0"] {
+        for text in ["", "-", ".", "1.2.3", "12a", "0x10", "1 2", "1_0", "1e999"] {
             assert_eq!(parse(text.as_bytes()), None, "{text}");
         }
     }

@@ -21,6 +21,8 @@ pub(super) struct Reading {
     /// Cells that are neither number, nor time, nor empty.
     pub(super) unreadable: Tally,
     log_nulls: Tally,
+    /// Cells with a number to the right of the header's last.
+    beyond: Tally,
 }
 
 /// How often, and where first.
@@ -152,11 +154,15 @@ impl Reading {
             readable: 0,
             unreadable: Tally::default(),
             log_nulls: Tally::default(),
+            beyond: Tally::default(),
         }
     }
 
     fn push(&mut self, value: f64, line: u64) {
         self.readable += 1;
+        if self.head.beyond {
+            self.beyond.add(line, || format!("{value}"));
+        }
         if !self.head.stamps && number::is_log_null(value) {
             self.log_nulls.add(line, || format!("{value}"));
             self.values.push(f64::NAN);
@@ -199,9 +205,19 @@ impl Reading {
             count(self.log_nulls.count, "cell"),
             self.log_nulls.shown
         );
+        let beyond = (self.beyond.count > 0).then(|| Issue {
+            kind: IssueKind::Damaged,
+            place: format!("line {}, column `{}`", self.beyond.line, self.head.tag),
+            message: format!(
+                "{} to the right of the header's last name, the first is `{}` (a decimal comma where commas separate the cells?); read as a column without a name",
+                count(self.beyond.count, "cell"),
+                self.beyond.shown
+            ),
+        });
         [
             issue(&self.unreadable, texts),
             issue(&self.log_nulls, nulls),
+            beyond,
         ]
         .into_iter()
         .flatten()

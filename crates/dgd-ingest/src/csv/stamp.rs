@@ -210,8 +210,11 @@ pub(super) fn is_dial(cells: &[&[u8]]) -> bool {
     let Some(usual) = usual.get(usual.len() / 2) else {
         return false;
     };
-    let even = |step: f64| step > 0.0 && step <= 1.5 * usual;
-    steps().any(|(time, number)| even(time) && !even(number))
+    let limit = 1.5 * usual;
+    // From 23:59:59 to midnight the number falls by more than this; one that falls by less runs backwards.
+    const MIDNIGHT: f64 = -200_000.0;
+    let jumps = |number: f64| number > limit || number < MIDNIGHT;
+    steps().any(|(time, number)| time > 0.0 && time <= limit && jumps(number))
 }
 
 /// The hour of the day of one before noon or after it, of which twelve comes first.

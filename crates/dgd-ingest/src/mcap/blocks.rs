@@ -96,6 +96,7 @@ impl LogBlocks {
             return Ok(Opened::Whole(WHOLE_ORDER));
         }
         let (rows, start_ns) = (stream.messages(), stream.first_ns().unwrap_or(0));
+        let zoned = stream.zoned;
         let units = &mut log.units[at];
         let tag = stream.clock_tag();
         let mut columns = vec![clock(tag.clone(), Vec::new())];
@@ -117,7 +118,7 @@ impl LogBlocks {
             head: Table {
                 columns,
                 issues,
-                origin: origin(start_ns),
+                origin: origin(start_ns, zoned),
                 clock: Some(0),
             },
             length,

@@ -173,7 +173,7 @@ impl Scanner<'_> {
             b"true" => 1.0,
             b"false" => 0.0,
             b"null" => f64::NAN,
-            token => number::parse(token)?,
+            token => std::str::from_utf8(token).ok()?.parse().ok()?,
         };
         self.at += length;
         Some(value)

@@ -16,6 +16,8 @@ pub(super) struct Stream {
     pub(super) topic: String,
     /// What its channel calls the clock.
     pub(super) named_clock: Option<String>,
+    /// Whether its log times are of UTC.
+    pub(super) zoned: bool,
     pub(super) log_ns: Vec<u64>,
     /// What [`Stream::settle`] let go of.
     settled: Settled,
@@ -60,6 +62,7 @@ impl Stream {
     pub(super) fn new(topic: String) -> Self {
         Self {
             topic,
+            zoned: true,
             ..Self::default()
         }
     }

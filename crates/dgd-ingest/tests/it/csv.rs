@@ -39,6 +39,149 @@ fn unknown_units_below_a_full_header_are_units() {
 }
 
 #[test]
+fn first_rows_with_words_are_rows_and_the_header_stays() {
+    let table = read("t,a\n0,bad\n1,2\n2,3\n");
+    assert_eq!(tags(&table), ["t", "a"]);
+    assert_same(values(&table, "t"), &[0.0, 1.0, 2.0]);
+    assert_same(values(&table, "a"), &[NAN, 2.0, 3.0]);
+    assert_eq!((unit(&table, "t"), unit(&table, "a")), (None, None));
+    assert_eq!(
+        issue(&table, IssueKind::UnreadableValue).place,
+        "line 2, column `a`"
+    );
+    // Below units too; and `1` is a number unless units stand beside it.
+    let table = read("t,a\ns,gpm\n1,bad\n2,2\n3,3\n");
+    assert_eq!(unit(&table, "a"), Some("gpm"));
+    assert_same(values(&table, "t"), &[1.0, 2.0, 3.0]);
+    assert_same(
+        values(&read("t,a\nbad,1\n1,2\n2,3\n"), "a"),
+        &[1.0, 2.0, 3.0],
+    );
+    // Units of one kind, and items of WITS, are a header too.
+    for (text, tag) in [
+        ("a,b\npsi,psi\nbad,5\n6,7\n8,9\n", "b"),
+        ("0108,0110\nbad,5\n6,7\n8,9\n", "0110"),
+    ] {
+        assert_same(values(&read(text), tag), &[5.0, 7.0, 9.0]);
+    }
+    let table = read("t,a,ratio\ns,psi,1\n0,2,0.5\n1,3,0.6\n");
+    assert_eq!(unit(&table, "ratio"), Some("1"));
+    assert_eq!(values(&table, "t"), [0.0, 1.0]);
+}
+
+#[test]
+fn a_historian_export_that_begins_without_data_keeps_its_header() {
+    let rows = |from: u32, cells: &str, n: u32| -> String {
+        (from..from + n).map(|s| format!("{s},{cells}\n")).collect()
+    };
+    let text = format!("time,FT4\n{}{}", rows(100, "No Data", 3), rows(103, "5", 5));
+    let table = read(&text);
+    assert_eq!(tags(&table), ["time", "FT4"]);
+    assert_eq!(values(&table, "time").len(), 8);
+    assert_eq!(
+        issue(&table, IssueKind::UnreadableValue).place,
+        "line 2, column `FT4`"
+    );
+    // Dated, most tags without data: for 3 rows, and for more than are sampled at the start.
+    for missing in [3, 300] {
+        let row = |i: u32, value: &str| {
+            let clock = format!("{:02}:{:02}", i / 60, i % 60);
+            format!(
+                "2024-10-22 15:{clock},1.2{}\n",
+                format!(",{value}").repeat(6)
+            )
+        };
+        let rows: String = (0..missing)
+            .map(|i| row(i, "No Data"))
+            .chain((missing..1000).map(|i| row(i, "3.5")))
+            .collect();
+        let table = read(&format!("Time,Choke,FT1,FT2,PT1,PT2,SPM,TT1\n{rows}"));
+        assert_eq!(
+            tags(&table),
+            ["Time", "Choke", "FT1", "FT2", "PT1", "PT2", "SPM", "TT1"]
+        );
+        assert_eq!(table.origin.as_deref(), Some("2024-10-22T15:00:00-00:00"));
+        assert_eq!(values(&table, "TT1").len(), 1000);
+        assert!(values(&table, "TT1")[0].is_nan());
+        assert_eq!(values(&table, "TT1")[999], 3.5);
+    }
+}
+
+#[test]
+fn rows_of_one_word_are_no_units_and_are_told() {
+    let nothing = "No Data,No Data\n";
+    for text in [
+        format!("t,a\n{nothing}{nothing}0,1\n1,2\n"),
+        format!("t,a\n{nothing}0,No Data\n1,2\n2,3\n"),
+    ] {
+        let table = read(&text);
+        assert_eq!(tags(&table), ["t", "a"]);
+        assert_eq!(unit(&table, "a"), None);
+        assert_eq!(issue(&table, IssueKind::Skipped).place, "line 2");
+    }
+    let table = read("WOB,Hook\nk-lbs,k-lbs\n0,1\n1,2\n");
+    assert_eq!(unit(&table, "WOB"), Some("k-lbs"));
+}
+
+#[test]
+fn numbers_above_the_values_may_be_titles_and_names() {
+    let table = read("Version,2.0,,\nt,FT1,FT2,7\n0,1,2,3\n1,2,3,4\n");
+    assert_eq!(tags(&table), ["t", "FT1", "FT2", "7"]);
+    assert_eq!(values(&table, "7"), [3.0, 4.0]);
+    let table = read("Version,2.0,,\nt,FT1,FT2,PT1\ns,gpm,gpm,psi\n0,1,2,3\n1,2,3,4\n");
+    assert_eq!(tags(&table), ["t", "FT1", "FT2", "PT1"]);
+    assert_eq!(unit(&table, "PT1"), Some("psi"));
+}
+
+#[test]
+fn units_stand_below_a_column_without_a_name() {
+    let table = read("t,,FT4\ns,psi,gpm\n0,1,2\n1,2,3\n");
+    assert_eq!(tags(&table), ["t", "c2", "FT4"]);
+    assert_eq!(
+        (unit(&table, "c2"), unit(&table, "FT4")),
+        (Some("psi"), Some("gpm"))
+    );
+    // Names that are units below a title are names.
+    assert_eq!(
+        tags(&read("Title,,\nt,m,s\n0,1,2\n1,2,3\n")),
+        ["t", "m", "s"]
+    );
+}
+
+#[test]
+fn a_number_too_large_to_be_one_is_unreadable() {
+    let table = read("t,a\n0,1\n1,1e999\n2,-inf\n");
+    assert_same(values(&table, "a"), &[1.0, NAN, f64::NEG_INFINITY]);
+    assert_eq!(
+        issue(&table, IssueKind::UnreadableValue).place,
+        "line 3, column `a`"
+    );
+}
+
+#[test]
+fn lines_longer_than_the_header_are_told() {
+    let table = read("t,a\n0,1,5\n1,2,5\n2,3,5\n");
+    assert_eq!(tags(&table), ["t", "a", "c3"]);
+    let told = issue(&table, IssueKind::Damaged);
+    assert_eq!(told.place, "line 2, column `c3`");
+    assert!(told.message.contains("decimal comma"), "{told}");
+    assert!(read("t,a\n0,1,\n1,2,\n").issues.is_empty());
+    assert!(read("0,1,5\n1,2,5\n").issues.is_empty());
+}
+
+#[test]
+fn numbers_that_run_backwards_are_no_time_of_the_day() {
+    for written in ["3\n1\n2\n2\n", "5\n4\n3\n", "120\n100\n59\n58\n"] {
+        let table = read(&format!("t,a\n{}", written.replace('\n', ",1\n")));
+        let expected: Vec<f64> = written.lines().map(|l| l.parse().unwrap()).collect();
+        assert_same(values(&table, "t"), &expected);
+        assert_eq!(unit(&table, "t"), None);
+    }
+    let midnight = read("t,a\n235958,1\n235959,2\n0,3\n1,4\n");
+    assert_same(values(&midnight, "t"), &[0.0, 1.0, 2.0, 3.0]);
+}
+
+#[test]
 fn units_stand_in_brackets_behind_names() {
     let table = read("t [s],FT1 (gpm),ROP(1 ft),Flow (in)\n0,1,2,3\n1,2,3,4\n");
     assert_eq!(tags(&table), ["t", "FT1", "ROP(1 ft)", "Flow (in)"]);

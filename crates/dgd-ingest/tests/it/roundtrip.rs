@@ -2,6 +2,7 @@
 
 use crate::{assert_same, table_of, unit, values};
 use dgd_export::{CsvOptions, McapOptions, write_csv, write_mcap};
+use dgd_ingest::{BlockOptions, BlockReader, Opened, ReadOptions};
 use dgd_recording::{Column, Table};
 use std::io::Cursor;
 
@@ -95,15 +96,40 @@ fn mcap_returns_tenths_of_seconds_as_their_nearest_numbers() {
 }
 
 #[test]
-fn an_origin_survives_in_a_log() {
-    let origin = Some("2014-10-07T06:30:00.25Z".to_owned());
-    let table = Table {
-        origin: origin.clone(),
-        ..sample(1.0)
+fn an_origin_survives_in_a_log_and_so_does_an_unknown_zone() {
+    for origin in ["2014-10-07T06:30:00.25Z", "2014-10-07T06:30:00.25-00:00"] {
+        let table = Table {
+            origin: Some(origin.to_owned()),
+            ..sample(1.0)
+        };
+        let log = mcap(&table);
+        let found = table_of(&log).unwrap();
+        assert_eq!(found.origin.as_deref(), Some(origin));
+        assert_same(values(&found, "t"), &table.columns[0].values);
+        let options = ReadOptions::default();
+        let opened = BlockReader::open(Cursor::new(log), &options, BlockOptions::default());
+        let Ok(Opened::Blocks(blocks)) = opened else {
+            panic!("one topic in order");
+        };
+        assert_eq!(blocks.head().origin.as_deref(), Some(origin));
+    }
+}
+
+#[test]
+fn a_column_without_a_name_keeps_its_unit_in_text() {
+    let column = |tag: &str, unit: &str| Column {
+        tag: tag.into(),
+        unit: Some(unit.into()),
+        values: vec![0.0, 1.0],
     };
-    let found = table_of(&mcap(&table)).unwrap();
-    assert_eq!(found.origin, origin);
-    assert_same(values(&found, "t"), &table.columns[0].values);
+    let columns = vec![column("t", "s"), column("", "psi"), column("FT4", "gpm")];
+    let table = Table {
+        columns,
+        ..Table::default()
+    };
+    let found = table_of(&csv(&table)).unwrap();
+    assert_eq!(unit(&found, "c2"), Some("psi"));
+    assert_same(values(&found, "FT4"), &[0.0, 1.0]);
 }
 
 #[test]

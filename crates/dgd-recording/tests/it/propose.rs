@@ -51,6 +51,28 @@ fn a_clock_of_a_spreadsheet_counts_days() {
     };
     assert_eq!(unit(1.0 / 86_400.0, None), "d");
     assert_eq!(unit(10.0 / 86_400.0, None), "d");
+    let stamps: Vec<f64> = (0..3601)
+        .map(|k| 45_591.9 + f64::from(k) / 86_400.0)
+        .collect();
+    let doubts = proposed(&table(&stamps)).doubts;
+    assert!(doubts[0].contains("as a clock in days would"), "{doubts:?}");
+    let clock = survey(&table(&stamps)).clock_in_seconds();
+    assert_eq!(clock, survey(&table(&stamps)).clock, "its unit is written");
+    let mut bare = table(&stamps);
+    bare.columns[0].unit = None;
+    let clock = survey(&bare).clock_in_seconds().unwrap().unwrap();
+    assert!((clock.step_s - 1.0).abs() < 1e-6, "{}", clock.step_s);
+    let hour = clock.span_s.1 - clock.span_s.0;
+    assert!((hour - 3600.0).abs() < 1e-3, "{hour}");
+    let told = clock.issues()[0].message.clone();
+    assert!(
+        told.ends_with("s around 1 s; samples moved to the nearest step"),
+        "{told}"
+    );
+    assert!(
+        !told.contains(" 0 s") && !told.contains("0.000 s"),
+        "{told}"
+    );
     // A unit that is written stands, and so does a step that is one of seconds.
     assert_eq!(unit(1.0 / 86_400.0, Some("h")), "h");
     assert_eq!(unit(0.1, None), "s");
@@ -153,6 +175,78 @@ fn a_file_without_units_gets_the_thesis_s_and_says_so() {
     assert_eq!(
         (inlet.tag.as_str(), inlet.unit.as_str()),
         ("gom.PT1", "psia")
+    );
+}
+
+#[test]
+fn an_assumed_unit_comes_with_the_reason() {
+    let mut bare = table(&stamps());
+    bare.columns[4].unit = None;
+    bare.columns[5].unit = Some("kgf".into());
+    let proposal = proposed(&bare);
+    let assumed: Vec<(&str, &str)> = (proposal.channels.iter())
+        .filter_map(|c| Some((c.tag.as_str(), c.unit_assumed.as_deref()?)))
+        .collect();
+    assert_eq!(
+        assumed,
+        [
+            ("gom.FT4", "the file names none"),
+            ("gom.PT1", "the file's `kgf` is none that is known for it")
+        ]
+    );
+    assert!(proposal.channels[5].reason.ends_with("`psia` assumed"));
+}
+
+/// What is proposed for the pump speed beside columns of these tags and units.
+fn speed_of(others: &[(&str, &str)]) -> Option<(String, String)> {
+    let mut columns = vec![column("t", "s", &stamps())];
+    columns.extend(
+        others
+            .iter()
+            .map(|(tag, unit)| column(tag, unit, &stamps())),
+    );
+    let proposal = proposed(&Table {
+        columns,
+        ..Table::default()
+    });
+    let found = proposal.channels.iter().find(|c| c.channel == "pump_speed");
+    found.map(|c| (c.tag.clone(), c.unit.clone()))
+}
+
+#[test]
+fn the_pump_speed_is_the_only_percent_or_a_tachometer_of_its_name() {
+    let is = |tag: &str, unit: &str| Some((tag.to_owned(), unit.to_owned()));
+    assert_eq!(speed_of(&[("ST1", "%"), ("ST2", "%")]), is("ST1", "%"));
+    assert_eq!(speed_of(&[("SSP", "%")]), is("SSP", "%"));
+    assert_eq!(speed_of(&[("SSP", "%"), ("X", "%")]), None);
+    assert_eq!(speed_of(&[("Choke opening", "%")]), None);
+    assert_eq!(speed_of(&[("SSP rpm", "rpm")]), is("SSP rpm", "rpm"));
+    assert_eq!(speed_of(&[("Subsea Pump", "Hz")]), is("Subsea Pump", "Hz"));
+    for (tag, unit) in [
+        ("Rotary speed", "rpm"),
+        ("Mud pump speed", "rpm"),
+        ("Pump speed", "strokes/min"),
+    ] {
+        assert_eq!(speed_of(&[(tag, unit)]), None, "{tag}");
+    }
+    // Percent of full speed needs nothing to be looked up.
+    let both = [("SSP rpm", "rpm"), ("Pump speed", "%")];
+    assert_eq!(speed_of(&both), is("Pump speed", "%"));
+}
+
+#[test]
+fn discharge_may_be_shortened() {
+    let pressures = ["Disch P1", "Disch P2"].map(|tag| column(tag, "psig", &stamps()));
+    let proposal = proposed(&Table {
+        columns: [vec![column("t", "s", &stamps())], pressures.to_vec()].concat(),
+        ..Table::default()
+    });
+    assert_eq!(
+        tags(&proposal)[1..],
+        [
+            ("pump_outlet_pressure", "Disch P1"),
+            ("pump_outlet_pressure", "Disch P2")
+        ]
     );
 }
 

@@ -37,6 +37,23 @@ fn gauge_pressure_adds_one_atmosphere_and_absolute_does_not() {
     assert_eq!(Unit::parse("psig").unwrap().to_si(0.0), 101_325.0);
     assert_eq!(Unit::parse("psia").unwrap().to_si(0.0), 0.0);
     assert_eq!(Unit::parse("bar(g)").unwrap().to_si(1.0), 201_325.0);
+    for (absolute, gauge, one_pa) in [
+        ("MPaa", "MPag", 1e6),
+        ("MPa(a)", "MPa(g)", 1e6),
+        ("mbara", "mbarg", 1e2),
+        ("mbar(abs)", "mbar(g)", 1e2),
+    ] {
+        assert_eq!(Unit::parse(absolute).unwrap().to_si(1.0), one_pa);
+        assert_eq!(Unit::parse(gauge).unwrap().to_si(1.0), 101_325.0 + one_pa);
+    }
+}
+
+#[test]
+fn the_si_unit_of_a_dimension_is_what_its_symbol_names() {
+    for unit in Unit::known() {
+        let si = Unit::si(unit.dimension);
+        assert_eq!(Unit::parse(unit.dimension.si_symbol()), Ok(si));
+    }
 }
 
 #[test]
@@ -53,9 +70,14 @@ fn case_spaces_brackets_and_superscripts_do_not_count() {
 
 #[test]
 fn millipascal_is_refused_because_megapascal_differs_by_case_alone() {
-    for spelling in ["mPa", "[mPa]", " m Pa "] {
+    for spelling in [
+        "mPa", "[mPa]", " m Pa ", "mPag", "mPa(g)", "mPaa", "mPa(abs)",
+    ] {
         assert!(Unit::parse(spelling).is_err(), "{spelling}");
     }
+    let error = Unit::parse("mPa(g)").unwrap_err();
+    assert!(error.to_string().contains("`MPag`"), "{error}");
+    assert_eq!(Unit::parse("mPa.s").unwrap().symbol, "cP");
     let error = Unit::parse("mPa").unwrap_err();
     assert!(error.to_string().contains("`MPa`"), "{error}");
     assert_eq!(Unit::parse("MPa").unwrap().factor, 1e6);
@@ -88,6 +110,8 @@ fn written_values_are_read_with_decimals_and_fractions() {
     let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-12 * b.abs().max(1.0), "{a} {b}");
     close(Length::parse("19.5 in").unwrap().si(), 0.4953);
     close(Length::parse("13 5/8 in").unwrap().si(), 0.346_075);
+    close(Length::parse("-13 5/8 in").unwrap().si(), -0.346_075);
+    close(Length::parse("-0 1/2 in").unwrap().si(), -0.0127);
     close(Length::parse("5/8in").unwrap().si(), 0.015_875);
     close(Length::parse("350.30 mRKB").unwrap().si(), 350.3);
     close(Density::parse("1.080 sg").unwrap().si(), 1080.0);
