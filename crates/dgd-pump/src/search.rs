@@ -381,13 +381,13 @@ fn check(options: &SearchOptions) -> Result<(), PumpError> {
             "n0",
             n0,
             rises(n0, 0.1),
-            "a range from at least 0.1 up to at most 10",
+            "a rising range, or one value, from 0.1 to at most 10",
         ),
         (
             "n2",
             n2,
             rises(n2, 1.0) && n2.1 > 1.0,
-            "a range from at least 1 up to above 1 and at most 10",
+            "a rising range from 1, or one value above it, to at most 10",
         ),
     ] {
         if !legal {
