@@ -307,13 +307,6 @@ fn the_delay_found_holds_the_lag_of_the_line() {
     let lag_s = line.density_kg_m3 * line.outlet_depth_m
         / line.line_area_m2
         / line.friction.slope_pa_s_m3(0.045);
-    eprintln!(
-        "LAG {lag_s} {} {:?} {} {:?}",
-        found.model.delay_s,
-        found.model.pump,
-        flow.iter().copied().fold(1.0, f64::min),
-        found.warnings
-    );
     assert!((1.0..2.0).contains(&lag_s), "{lag_s}");
     assert!(
         (10.0..=11.0).contains(&found.model.delay_s),
