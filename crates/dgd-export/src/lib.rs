@@ -25,7 +25,8 @@ pub use mat5::{MatValue, write_mat5, write_mat5_values};
 pub use mat73::write_mat73;
 pub use mcap::{McapOptions, McapWriter, write_mcap};
 
-use dgd_recording::Table;
+// What the functions here take, so that their user need not name the crate below.
+pub use dgd_recording::{Column, Issue, Table};
 use std::collections::BTreeSet;
 
 /// Readers find a channel by its name.

@@ -201,8 +201,8 @@ pub struct Reweighting {
 ///
 /// # Errors
 /// [`FrictionError::Length`], [`FrictionError::NonFinite`] on the first bad kept friction,
-/// [`FrictionError::Powers`], and [`FrictionError::Fit`] on too few rows or flow that varies too
-/// little (condition above [`CONDITION_LIMIT`]).
+/// [`FrictionError::Powers`], and [`FrictionError::Fit`] on too few rows, flow that varies too
+/// little (condition above [`CONDITION_LIMIT`]) or options of Huber's loss out of their domain.
 ///
 /// # Source
 /// Thesis Eqs. 3.14-3.29; recovery of a known law: `tests/it/fit.rs`.
@@ -251,7 +251,12 @@ pub(crate) fn fit_checked(
         }
         Loss::Huber(options) => {
             let options = RobustOptions {
-                condition_limit: options.condition_limit.min(CONDITION_LIMIT),
+                condition_limit: if options.condition_limit > CONDITION_LIMIT {
+                    CONDITION_LIMIT
+                } else {
+                    // One that is none is refused: not `min`, which would hide a NaN.
+                    options.condition_limit
+                },
                 ..options
             };
             let replay = |visit: &mut dyn FnMut(&[f64], f64)| {

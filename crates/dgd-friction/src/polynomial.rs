@@ -57,7 +57,7 @@ pub struct Polynomial {
 }
 
 impl Polynomial {
-    /// Friction in Pa at a flow in m³/s.
+    /// Friction in Pa at a flow in m³/s; NaN for a law of fewer coefficients than powers, or more.
     ///
     /// ```
     /// let law = dgd_friction::Polynomial { powers: vec![0.0, 2.0], coefficients: vec![10.0, 3.0] };
@@ -65,11 +65,17 @@ impl Polynomial {
     /// assert_eq!(law.eval(-2.0), -2.0);
     /// ```
     pub fn eval(&self, flow_m3_s: f64) -> f64 {
+        if self.powers.len() != self.coefficients.len() {
+            return f64::NAN;
+        }
         self.terms().map(|(n, c)| c * term(flow_m3_s, n)).sum()
     }
 
-    /// Its derivative in Pa·s/m³; even in the flow. Infinite at rest for a power between 0 and 1.
+    /// Its derivative in Pa·s/m³; even in the flow. Infinite at rest for a power between 0 and 1; NaN where [`Self::eval`] is.
     pub fn derivative(&self, flow_m3_s: f64) -> f64 {
+        if self.powers.len() != self.coefficients.len() {
+            return f64::NAN;
+        }
         self.terms()
             .filter(|(n, _)| *n != 0.0)
             .map(|(n, c)| c * n * flow_m3_s.abs().powf(n - 1.0))

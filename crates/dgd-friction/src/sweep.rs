@@ -50,7 +50,8 @@ pub enum Minimum {
 pub struct DelaySweep {
     /// Delays tried, s, rising, shape `(d,)`.
     pub delays_s: Vec<f64>,
-    /// Mean squared error (over n - p) at each, Pa², shape `(d,)`; NaN where no fit was possible, or of fewer than half of the rows of the
+    /// Mean squared error (over n - p) at each, Pa², shape `(d,)`: at `best` by QR of the rows, at the others by sums, rounded to 1e-12 of
+    /// the mean of F² (see [`delay_sweep`]), and 0 where the error is less than that; NaN where no fit was possible, or of fewer than half of the rows of the
     /// delay that has most: rows differ from delay to delay, and a few fit any law.
     pub mse_pa2: Vec<f64>,
     /// Samples used at each, shape `(d,)`.
@@ -89,7 +90,7 @@ impl DelayScan {
     /// Fits the rows at the best delay; `samples` are those that were scanned.
     ///
     /// # Errors
-    /// [`FrictionError::Fit`] on too few rows or poor excitation, [`FrictionError::Length`] if they are not those that were
+    /// [`FrictionError::Fit`] on too few rows, poor excitation or options of Huber's loss out of their domain, [`FrictionError::Length`] if they are not those that were
     /// scanned, as far as their number tells.
     pub fn fit(self, samples: &Samples) -> Result<DelaySweep, FrictionError> {
         samples.check()?;
@@ -102,9 +103,18 @@ impl DelayScan {
                 expected: rows(self.n[self.best]),
             });
         }
+        // What is left of sums of much larger squares may be rounding.
+        let mut mse_pa2 = self.mse_pa2;
+        mse_pa2[self.best] = match self.loss {
+            Loss::Squared => fit.mse_pa2,
+            Loss::Huber(_) => {
+                let delay = self.best_delay_samples;
+                fit_checked(samples, delay, &self.powers, Loss::Squared)?.mse_pa2
+            }
+        };
         Ok(DelaySweep {
             delays_s: self.delays_s,
-            mse_pa2: self.mse_pa2,
+            mse_pa2,
             n: self.n,
             best: self.best,
             best_delay_samples: self.best_delay_samples,
@@ -126,8 +136,9 @@ impl DelayScan {
 /// The sweep does not solve one problem per delay. The regressors are rotated once into a basis
 /// that is orthonormal at the delay of the range nearest 0 that can be fitted, so the normal equations at the others are
 /// well conditioned; their Gram matrix changes from one delay to the next only at the ends of kept
-/// runs; the cross terms are a correlation, 16 delays at a time. Sums agree with QR to about 1e-10
-/// of the error; the fit reported at the best delay is by QR of the rows.
+/// runs; the cross terms are a correlation, 16 delays at a time. Sums are rounded to about 1e-12 of the mean of F², which is taken about
+/// the mean of the friction where the law has an offset: an error of a thousandth of the friction, in its root, is met to 1e-6 of itself.
+/// The fit and the error reported at the best delay are by QR of the rows.
 ///
 /// # Errors
 /// [`FrictionError::Length`], [`FrictionError::NonFinite`], [`FrictionError::Powers`],
@@ -166,6 +177,11 @@ pub fn delay_scan(
         });
     }
     let basis = Basis::near_rest(samples, first..=last, &powers)?;
+    let shifted = powers.contains(&0.0).then(|| about_mean(samples));
+    let samples = &Samples {
+        friction_pa: shifted.as_deref().unwrap_or(samples.friction_pa),
+        ..*samples
+    };
     let problem = Problem {
         samples,
         powers: &powers,
@@ -210,6 +226,20 @@ pub fn delay_scan(
         loss: options.loss,
         powers,
     })
+}
+
+/// Friction less the mean of what is kept: a law with an offset leaves the same errors of it, whose sums are rounded less.
+fn about_mean(samples: &Samples) -> Vec<f64> {
+    let pairs = || samples.friction_pa.iter().zip(samples.keep);
+    let (sum, rows) = pairs().fold((0.0, 0.0), |(sum, rows), (f, keep)| {
+        if *keep {
+            (sum + f, rows + 1.0)
+        } else {
+            (sum, rows)
+        }
+    });
+    let mean = sum / f64::max(rows, 1.0);
+    samples.friction_pa.iter().map(|f| f - mean).collect()
 }
 
 /// A delay has at least so many-th part of the rows of the one that has most, or its error is not told.

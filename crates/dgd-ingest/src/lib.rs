@@ -27,7 +27,8 @@ pub use detect::detect;
 pub use error::IngestError;
 pub use file::{FileError, read_file};
 
-use dgd_recording::{Issue, IssueKind, Table};
+// What the functions here return, so that their user need not name the crate below.
+pub use dgd_recording::{Column, Issue, IssueKind, Table};
 use std::fmt;
 
 /// A file format.
@@ -80,9 +81,9 @@ pub struct ReadOptions {
 /// [`IngestError`] if the bytes are none of the formats, or hold no column of numbers.
 ///
 /// ```
-/// use dgd_ingest::{Format, ReadOptions, read};
+/// use dgd_ingest::{Format, ReadOptions, Table, read};
 /// let bytes = b"t,FT4\ns,gpm\n0,796.5\n1,797\n";
-/// let (format, table) = read(bytes, &ReadOptions::default())?;
+/// let (format, table): (Format, Table) = read(bytes, &ReadOptions::default())?;
 /// assert_eq!(format, Format::Csv);
 /// assert_eq!(table.columns[1].unit.as_deref(), Some("gpm"));
 /// assert_eq!(table.columns[1].values, [796.5, 797.0]);

@@ -80,6 +80,20 @@ pub enum LsqError {
         /// Column name, or `y` for the observation.
         column: String,
     },
+    /// The sums of squares are too small for `f64`: give the columns more sensible units.
+    #[error("the squares of column `{column}` underflow")]
+    Underflow {
+        /// Column name, or `y` for the observation.
+        column: String,
+    },
+    /// A coefficient is held at no number, or twice.
+    #[error("coefficient {index} is held at {value}, expected one finite value")]
+    Held {
+        /// Column, counted from 0.
+        index: usize,
+        /// The value, or the second one.
+        value: f64,
+    },
     /// There are not as many lower bounds as upper ones.
     #[error("{high} upper bounds for {low} lower ones, expected one of each a parameter")]
     BoundCount {

@@ -12,6 +12,27 @@ use nalgebra::DMatrix;
 /// `dgd-pump` (1e5) do.
 pub const CONDITION_LIMIT: f64 = 1e10;
 
+/// Values below it have squares that lose digits, or are 0.
+const LEAST_ROOT: f64 = 1e-150;
+
+fn overflow(column: &str) -> LsqError {
+    LsqError::Overflow {
+        column: column.to_owned(),
+    }
+}
+
+/// Infinite is a limit too: any condition is right then.
+pub(crate) fn check_condition_limit(found: f64) -> Result<(), LsqError> {
+    if found > 0.0 {
+        return Ok(());
+    }
+    Err(LsqError::Option {
+        name: "condition_limit",
+        found,
+        expected: "above 0",
+    })
+}
+
 /// A linear least-squares estimate with the statistics of MATLAB's `lsqcov`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
@@ -39,8 +60,11 @@ pub struct Fit {
 }
 
 impl Fit {
-    /// The estimate for one row of regressors, shape `(p,)`.
+    /// The estimate for one row of regressors, shape `(p,)`; NaN for a row of another width.
     pub fn predict(&self, row: &[f64]) -> f64 {
+        if row.len() != self.coefficients.len() {
+            return f64::NAN;
+        }
         self.coefficients.iter().zip(row).map(|(c, x)| c * x).sum()
     }
 }
@@ -102,9 +126,16 @@ impl Reduced {
     /// errors do not count the held coefficients as estimated.
     ///
     /// # Errors
-    /// [`LsqError::Columns`] if no column is left.
+    /// [`LsqError::Held`] on a value that is not finite or a column held twice, [`LsqError::Overflow`] if what is held of the observations
+    /// leaves `f64`, [`LsqError::Columns`] if no column is left.
     pub fn hold(&self, held: &[(usize, f64)]) -> Result<Self, LsqError> {
         let p = self.names.len();
+        for (place, &(index, value)) in held.iter().enumerate() {
+            let twice = held[..place].iter().any(|(other, _)| *other == index);
+            if index < p && (twice || !value.is_finite()) {
+                return Err(LsqError::Held { index, value });
+            }
+        }
         let free: Vec<usize> = (0..p)
             .filter(|j| held.iter().all(|(h, _)| h != j))
             .collect();
@@ -126,6 +157,9 @@ impl Reduced {
                     .filter(|(j, _)| *j < p)
                     .map(|&(j, v)| v * self.r(i, j))
                     .sum::<f64>();
+            if !y.is_finite() {
+                return Err(overflow("y"));
+            }
             rows.push(&row, y)?;
         }
         Ok(Self {
@@ -137,20 +171,16 @@ impl Reduced {
 
     /// Solves for the coefficients and their statistics.
     ///
-    /// - `condition_limit`: most the condition number of the column-scaled triangle may be.
+    /// - `condition_limit`: most the condition number of the column-scaled triangle may be; infinite for any.
     ///
     /// # Errors
-    /// [`LsqError::TooFewRows`] if n <= p, [`LsqError::NotExcited`] on a zero column or beyond the
-    /// limit, [`LsqError::Overflow`] on squares beyond `f64`.
+    /// [`LsqError::Option`] on a limit that is not above 0, [`LsqError::TooFewRows`] if n <= p, [`LsqError::NotExcited`] on a zero column
+    /// or beyond the limit, [`LsqError::Overflow`] and [`LsqError::Underflow`] on squares beyond `f64`.
     pub fn solve(&self, condition_limit: f64) -> Result<Fit, LsqError> {
+        check_condition_limit(condition_limit)?;
+        self.check_range()?;
         let p = self.names.len();
-        let norms: Vec<f64> = (0..=p).map(|j| self.column_norm(j)).collect();
-        if let Some(j) = norms.iter().position(|norm| !norm.is_finite()) {
-            let column = self.names.get(j).map_or("y", String::as_str);
-            return Err(LsqError::Overflow {
-                column: column.to_owned(),
-            });
-        }
+        let norms: Vec<f64> = (0..p).map(|j| self.column_norm(j)).collect();
         let degrees = match self.n.checked_sub(p as u64) {
             Some(degrees) if degrees > 0 => degrees,
             _ => {
@@ -160,7 +190,7 @@ impl Reduced {
                 });
             }
         };
-        let condition = self.excitation(&norms[..p], condition_limit)?;
+        let condition = self.excitation(&norms, condition_limit)?;
         let inverse = self.inverse_triangle();
         let coefficients = (0..p)
             .map(|i| (i..p).map(|k| inverse[i * p + k] * self.r(k, p)).sum())
@@ -195,6 +225,24 @@ impl Reduced {
 
     fn width(&self) -> usize {
         self.names.len() + 1
+    }
+
+    /// Whether the squares of all columns are within `f64`.
+    fn check_range(&self) -> Result<(), LsqError> {
+        let name = |j: usize| self.names.get(j).map_or("y", String::as_str);
+        // First: what underflows in one column may come out as infinite in the next.
+        for j in 0..self.width() {
+            let largest = (0..=j).fold(0.0, |most: f64, i| most.max(self.r(i, j).abs()));
+            if largest > 0.0 && largest < LEAST_ROOT {
+                return Err(LsqError::Underflow {
+                    column: name(j).to_owned(),
+                });
+            }
+        }
+        match (0..self.width()).find(|&j| !self.column_norm(j).is_finite()) {
+            Some(j) => Err(overflow(name(j))),
+            None => Ok(()),
+        }
     }
 
     /// Condition number of R with unit columns, or the columns that take part in a near-dependence.

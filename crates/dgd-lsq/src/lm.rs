@@ -24,7 +24,9 @@ impl Bounds {
     /// From the least and the greatest values, shape `(p,)` each, in the units of the parameters. Where the two are equal the parameter
     /// is held.
     ///
-    /// Steps are taken in shares of the box, so none may be infinite: where nothing is known, a generous number will do.
+    /// Steps are taken in shares of the box, and slopes by differences over at least 2e-7 of it, so none may be infinite, and none should be
+    /// further out than a few thousand times what the parameter may be: beyond a million times, differences may span more than the
+    /// parameter itself, and the search find nothing.
     ///
     /// # Errors
     /// [`LsqError::BoundCount`] if the two differ in length; [`LsqError::Bound`] with the first parameter whose bounds are not finite, not
@@ -142,7 +144,7 @@ pub struct Minimum {
     pub theta: Vec<f64>,
     /// All rows, kept or not; empty if the start could not be run.
     pub residuals: Vec<f64>,
-    /// Half the weighted sum of squares of the kept rows; infinite if the start could not be run.
+    /// Half the weighted sum of squares of the kept rows; not finite if the start could not be run.
     pub cost: f64,
     /// By parameters scaled to 0..1 of their bounds, at or near `theta`; all rows.
     pub jacobian: DMatrix<f64>,
@@ -161,9 +163,10 @@ pub enum Ending {
     /// [`Effort::steps`] were used up.
     StepLimit,
     /// No step lowered the cost, though the Jacobian promises more than the tolerance: the residuals have a kink, or their Jacobian is wrong.
-    /// Or there was no Jacobian, or none of numbers.
+    /// Or there was no Jacobian, or none of numbers, or the bounds are too wide for one by differences.
     NoProgress,
-    /// The start has a NaN, or another length than the bounds; or there are no residuals there, or a kept one is not a number.
+    /// The start has a NaN, or another length than the bounds; or there are no residuals there, or a kept one is not a number or its square
+    /// beyond `f64`.
     NoStart,
 }
 

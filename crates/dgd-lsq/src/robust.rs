@@ -1,15 +1,20 @@
 //! Huber's M-estimate by iteratively reweighted least squares.
 
+use crate::fit::check_condition_limit;
 use crate::{Accumulator, CONDITION_LIMIT, Fit, LsqError};
 
 /// Median of |z| of a standard normal z: makes the MAD a standard deviation.
 const NORMAL_MAD: f64 = 0.674_489_750_196_081_7;
 
+/// Least `k`: so few residuals lie within fewer scales that none tells the slope of the loss.
+const LEAST_K: f64 = 1e-3;
+
 /// How [`fit_robust`] weighs and when it stops.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RobustOptions {
     /// Residuals beyond this many scales count less, weight `k/|u|`. Default 1.345: 95 % as
-    /// efficient as least squares on normal residuals (Holland and Welsch 1977).
+    /// efficient as least squares on normal residuals (Holland and Welsch 1977). At least 1e-3: below it this is the least absolute
+    /// error, of which Huber's standard errors say nothing.
     pub k: f64,
     /// Stop when no coefficient moves more than this share of its standard error. Default 1e-3.
     pub tolerance: f64,
@@ -30,6 +35,26 @@ impl Default for RobustOptions {
     }
 }
 
+impl RobustOptions {
+    fn check(&self) -> Result<(), LsqError> {
+        let finite = |found: f64, least: f64| found.is_finite() && found >= least;
+        let refusal = |name, found, expected| {
+            Err(LsqError::Option {
+                name,
+                found,
+                expected,
+            })
+        };
+        if !finite(self.k, LEAST_K) {
+            return refusal("k", self.k, "a finite number of at least 0.001");
+        }
+        if !finite(self.tolerance, f64::MIN_POSITIVE) {
+            return refusal("tolerance", self.tolerance, "a finite number above 0");
+        }
+        check_condition_limit(self.condition_limit)
+    }
+}
+
 /// How the reweighting ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
@@ -38,7 +63,7 @@ pub enum RobustStatus {
     Converged,
     /// The iteration limit was reached first.
     IterationLimit,
-    /// At least half of the residuals are zero, or the same but for a thousandth of the least-squares error, so there is no scale to weigh by:
+    /// More than half of the residuals are zero, or the same but for a thousandth of the least-squares error, so there is no scale to weigh by:
     /// the last weighted fit is returned, and its standard errors are NaN unless every row fits.
     ZeroScale,
 }
@@ -50,7 +75,8 @@ pub struct RobustFit {
     pub names: Vec<String>,
     /// Estimate per column, shape `(p,)`.
     pub coefficients: Vec<f64>,
-    /// Huber's (1981, chapter 7) standard errors, shape `(p,)`; independent residuals assumed.
+    /// Huber's (1981, chapter 7) standard errors, shape `(p,)`; independent residuals assumed. Infinite where no residual lies within `k`
+    /// scales.
     pub standard_errors: Vec<f64>,
     /// Their covariance, shape `(p, p)`, row-major.
     pub covariance: Vec<f64>,
@@ -79,7 +105,7 @@ pub struct RobustFit {
 ///
 /// # Errors
 /// Those of [`Accumulator::push`] and [`Reduced::solve`](crate::Reduced::solve);
-/// [`LsqError::Option`] on `k` or `tolerance` not above 0.
+/// [`LsqError::Option`] on `k` below 1e-3, or `tolerance` or `condition_limit` not above 0.
 ///
 /// # Source
 /// P. J. Huber, Robust Statistics (1981), chapter 7; recovery with outliers: `tests/it/robust.rs`.
@@ -104,15 +130,7 @@ where
     S: Into<String>,
     R: Fn(&mut dyn FnMut(&[f64], f64)),
 {
-    for (name, found) in [("k", options.k), ("tolerance", options.tolerance)] {
-        if !(found.is_finite() && found > 0.0) {
-            return Err(LsqError::Option {
-                name,
-                found,
-                expected: "above 0",
-            });
-        }
-    }
+    options.check()?;
     let empty = Accumulator::new(names)?;
     let solve = |weight: &dyn Fn(f64) -> f64, coefficients: &[f64]| {
         let mut fitted = empty.clone();
@@ -250,7 +268,15 @@ fn scale_of(residuals: &mut [f64]) -> f64 {
         return 0.0;
     }
     let middle = residuals.len() / 2;
-    let (_, median, _) =
+    let even = residuals.len().is_multiple_of(2);
+    let (below, upper, _) =
         residuals.select_nth_unstable_by(middle, |a, b| a.abs().total_cmp(&b.abs()));
-    median.abs() / NORMAL_MAD
+    let upper = upper.abs();
+    let lower = if even {
+        below.iter().fold(0.0, |most: f64, r| most.max(r.abs()))
+    } else {
+        upper
+    };
+    // Halved first: their sum may overflow.
+    (0.5 * lower + 0.5 * upper) / NORMAL_MAD
 }

@@ -21,6 +21,9 @@ mod model;
 mod recording;
 mod references;
 
+// What the functions here take, so that their user need not name the crates below.
+pub use dgd_identify::{Model, Prepared, Series};
+pub use dgd_units::MaskReferences;
 pub use model::{MaskedEstimate, MaskedModel, MaskedTerm, mask_model};
 pub use recording::{MaskedRecording, mask_recording};
 pub use references::{MaskingError, choose_references};

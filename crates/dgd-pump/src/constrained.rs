@@ -1,6 +1,6 @@
 //! Least squares with the signs of the thesis (Eq. 3.44) as bounds: a small quadratic programme.
 
-use crate::fit::{check_exponents, reduce};
+use crate::fit::{check_exponents, check_head, reduce};
 use crate::{CONDITION_LIMIT, CurveFit, HeadCurve, PumpError, Samples};
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{
@@ -27,7 +27,8 @@ impl Default for ConstrainedOptions {
     }
 }
 
-/// How the quadratic programme ended. The coefficients are to be used after the first two only.
+/// How the quadratic programme ended. The coefficients are to be used after the first two, or if they are polished
+/// ([`ConstrainedFit::polished`]).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum SolverStatus {
@@ -79,7 +80,8 @@ pub struct ConstrainedFit {
     /// Largest violation of the optimality conditions (stationarity, bounds, signs of multipliers), in the
     /// scaled problem where columns and head have unit length. Below 1e-9 when all is well, infinite if a coefficient is no number.
     pub kkt_residual: f64,
-    /// Whether the solver's answer was refined by solving for the free coefficients alone.
+    /// Whether the solver's answer was refined by solving for the free coefficients alone; then it meets the optimality conditions, whatever
+    /// the status.
     pub polished: bool,
 }
 
@@ -88,12 +90,12 @@ pub struct ConstrainedFit {
 /// The problem is scaled to columns and head of unit length, solved by an interior-point method
 /// (Clarabel, tolerances 1e-12), and polished: the coefficients found at their bounds are held there and the rest is
 /// solved by least squares on the triangle. The polished answer is kept only if it meets the
-/// optimality conditions. Match the status of what comes back: after an iteration limit or a numerical failure the coefficients are
-/// only where the solver stopped.
+/// optimality conditions: then it is the optimum even where the solver ran into its limit. Where it is not kept, match the status: after an
+/// iteration limit or a numerical failure the coefficients are only where the solver stopped.
 ///
 /// # Errors
 /// Those of [`fit_unconstrained`](crate::fit_unconstrained); [`PumpError::Domain`] on a floor share
-/// outside 0 to 1 (0 excluded); [`PumpError::Solver`] if the solver does not accept the problem.
+/// outside 0 to 1 (0 excluded) or a head of 0 in all kept samples; [`PumpError::Solver`] if the solver does not accept the problem.
 ///
 /// # Source
 /// Thesis Eqs. 3.31 and 3.44; against all active sets: `tests/it/constrained.rs`. Solver: Goulart
@@ -164,6 +166,7 @@ fn constrain(
     (n0, n2): (f64, f64),
     options: &ConstrainedOptions,
 ) -> Result<ConstrainedFit, PumpError> {
+    check_head(reduced.column_norm(3))?;
     let share = options.floor_share;
     let scaled = Scaled::new(reduced, [0.0, share, share]);
     let (status, solution) = scaled.solve(options.max_iterations)?;
@@ -260,11 +263,7 @@ impl Solution {
 impl Scaled {
     fn new(reduced: &Reduced, floors: [f64; 3]) -> Self {
         let norms = [0, 1, 2].map(|j| reduced.column_norm(j));
-        // A head of zero throughout has no scale of its own.
-        let size = match reduced.column_norm(3) {
-            0.0 => 1.0,
-            size => size,
-        };
+        let size = reduced.column_norm(3);
         let r = |i: usize, j: usize| reduced.r(i, j) / norms[j];
         let inner = |i: usize, f: &dyn Fn(usize) -> f64| (0..3).map(|k| r(k, i) * f(k)).sum();
         Self {

@@ -49,10 +49,12 @@ impl HeadCurve {
         -self.c1 * w - times(self.n2 * self.c2, power(flow_m3_s.abs(), self.n2 - 1.0))
     }
 
-    /// ∂H/∂w in m/%: `n0 c0 w^(n0-1) - c1 q`.
+    /// ∂H/∂w in m/%: `n0 c0 w^(n0-1) - c1 q`; 0 at speeds below 0, which count as 0.
     pub fn slope_speed(&self, speed_pct: f64, flow_m3_s: f64) -> f64 {
-        let w = not_below_rest(speed_pct);
-        times(self.n0 * self.c0, power(w, self.n0 - 1.0)) - self.c1 * flow_m3_s
+        if speed_pct < 0.0 {
+            return 0.0;
+        }
+        times(self.n0 * self.c0, power(speed_pct, self.n0 - 1.0)) - self.c1 * flow_m3_s
     }
 
     /// ∂²H/∂q² in m/(m³/s)²: `-(n2-1) n2 c2 q^(n2-2)` (thesis Eq. 3.43), odd in q.

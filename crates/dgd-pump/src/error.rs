@@ -42,8 +42,20 @@ pub enum PumpError {
         /// Its domain.
         expected: &'static str,
     },
+    /// A range of exponents falls, or leaves what is allowed.
+    #[error("`{name}` is {from} to {to}, expected {expected}")]
+    Range {
+        /// Name of the range.
+        name: &'static str,
+        /// Its start.
+        from: f64,
+        /// Its end.
+        to: f64,
+        /// What would have been accepted.
+        expected: &'static str,
+    },
     /// No exponents tried give a falling, concave curve (thesis Eq. 3.44), by
-    /// [`Rule::Refuse`](crate::Rule::Refuse).
+    /// [`Rule::Refuse`](crate::Rule::Refuse); or those that do by the sums of the search do not by QR of the rows.
     #[error("none of {tried} exponent pairs gives c1 > 0 and c2 > 0")]
     NoFeasibleExponents {
         /// Pairs tried: the start and a grid over the allowed range.

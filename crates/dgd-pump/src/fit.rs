@@ -193,6 +193,18 @@ pub(crate) fn check_exponents(n0: f64, n2: f64) -> Result<(), PumpError> {
     Ok(())
 }
 
+/// Refuses a head of 0 throughout, told by any measure of its size: it says nothing of a pump, and has no scale.
+pub(crate) fn check_head(size: f64) -> Result<(), PumpError> {
+    if size > 0.0 {
+        return Ok(());
+    }
+    Err(PumpError::Domain {
+        name: "head_m",
+        found: 0.0,
+        expected: "a head other than 0 in some kept sample",
+    })
+}
+
 /// The triangle of `[w^n0, -w q, -q^n2 | H]`.
 pub(crate) fn reduce(samples: &Samples, n0: f64, n2: f64) -> Result<Reduced, PumpError> {
     reduce_powers(samples, |_, w, q| (power(w, n0), power(q, n2)))

@@ -1,8 +1,9 @@
 //! Standard errors of the coefficients and the exponents together.
 
-use crate::search::Limit;
+use crate::search::{Limit, SearchOptions};
 use crate::{CurveFit, Samples};
 use dgd_lsq::Accumulator;
+use std::ops::RangeInclusive;
 
 /// Rows that the curvature is taken from: of longer recordings every so many-th, which is as good a measure of it.
 const ROWS: usize = 8192;
@@ -16,7 +17,8 @@ const TOLD_APART: f64 = 1e7;
 pub struct JointErrors {
     /// Of c0, c1, c2; `None` where the coefficient was held.
     pub coefficients: [Option<f64>; 3],
-    /// Of n0, n2; `None` where the exponent rests on an end of its range or its coefficient was held.
+    /// Of n0, n2; `None` where the exponent is fixed, rests on an end of its range or its coefficient was held, and where the error is wider
+    /// than the range, which tells nothing.
     pub exponents: [Option<f64>; 2],
 }
 
@@ -28,15 +30,20 @@ pub(crate) fn joint_errors(
     samples: &Samples<'_>,
     fit: &CurveFit,
     limits: &[Limit],
+    options: &SearchOptions,
 ) -> Option<JointErrors> {
     let curve = &fit.curve;
     let free = fit.standard_errors.map(|error| error.is_some());
+    let width = |range: &RangeInclusive<f64>| range.end() - range.start();
+    let widths = [width(&options.n0), width(&options.n2)];
     let moves = [
         free[0]
+            && widths[0] > 0.0
             && !limits
                 .iter()
                 .any(|l| matches!(l, Limit::N0Lower | Limit::N0Upper)),
         free[2]
+            && widths[1] > 0.0
             && !limits
                 .iter()
                 .any(|l| matches!(l, Limit::N2Lower | Limit::N2Upper)),
@@ -74,6 +81,6 @@ pub(crate) fn joint_errors(
     let told = all.iter().flatten().all(|error| error.is_finite());
     told.then_some(JointErrors {
         coefficients: [all[0], all[1], all[2]],
-        exponents: [all[3], all[4]],
+        exponents: [0, 1].map(|i| all[3 + i].filter(|error| *error <= widths[i])),
     })
 }

@@ -9,7 +9,7 @@ use argmin::core::{CostFunction, Error, Executor, IterState, KV, State, Terminat
 use argmin::solver::neldermead::NelderMead;
 use nalgebra::Vector2;
 
-use crate::fit::reduce_powers;
+use crate::fit::{check_head, reduce_powers};
 use crate::joint::{JointErrors, joint_errors};
 use crate::pass::hash;
 use crate::table::Table;
@@ -29,6 +29,9 @@ const GONE: f64 = 1e-4;
 
 /// Pairs per exponent tried when the start is not feasible.
 const GRID: u32 = 13;
+
+/// Trials of a search by [`Rule::Refuse`] that are looked at again, each by a pass over the rows, where the best does not comply.
+const CONFIRMED: usize = 64;
 
 /// Places kept of powers already taken, as a power of 2.
 const MEMO_BITS: u32 = 14;
@@ -53,9 +56,9 @@ pub struct SearchOptions {
     pub rule: Rule,
     /// First guess of (n0, n2). Default (1.9, 1.6).
     pub start: (f64, f64),
-    /// Allowed n0; from 0.1. Default 1 to 4: below 1 the slope at standstill is infinite, and simulations (`dgd-dynamics`) refuse the curve.
+    /// Allowed n0; from 0.1 to 10, fixed where both ends are one. Default 1 to 4: below 1 the slope at standstill is infinite, and simulations (`dgd-dynamics`) refuse the curve.
     pub n0: RangeInclusive<f64>,
-    /// Allowed n2; at least 1, where 1 itself is excluded (thesis Eq. 3.44). Default 1 to 4.
+    /// Allowed n2; from 1, which itself is excluded (thesis Eq. 3.44), to 10, fixed where both ends are one. Default 1 to 4.
     pub n2: RangeInclusive<f64>,
     /// Stop a search when the costs of the simplex scatter by less than this share of the best, and
     /// the whole when no restart gains more. Default 1e-9.
@@ -77,6 +80,20 @@ impl Default for SearchOptions {
             max_iterations: 400,
             restarts: 20,
         }
+    }
+}
+
+impl SearchOptions {
+    /// The exponents that a corner of the simplex stands for: one that is fixed does not move with it.
+    fn pair(&self, corner: &Vector2<f64>) -> (f64, f64) {
+        let exponent = |range: &RangeInclusive<f64>, n: f64| {
+            if range.start() == range.end() {
+                *range.start()
+            } else {
+                n
+            }
+        };
+        (exponent(&self.n0, corner[0]), exponent(&self.n2, corner[1]))
     }
 }
 
@@ -183,9 +200,9 @@ pub struct ExponentSearch {
 /// nodes of the exponents, and a pair costs under a microsecond. The final fit is by QR over the rows and checks this.
 ///
 /// # Errors
-/// Those of [`fit_unconstrained`](crate::fit_unconstrained); [`PumpError::Domain`] on a range, a
-/// start or a tolerance out of domain, or no kept sample with speed and flow above 0;
-/// [`PumpError::NoFeasibleExponents`].
+/// Those of [`fit_unconstrained`](crate::fit_unconstrained); [`PumpError::Range`] on exponents out of domain; [`PumpError::Domain`] on a
+/// start or a tolerance out of domain, no kept sample with speed and flow above 0, a head of 0 in all of them, or one that is upside down:
+/// best met with c0 below 0; [`PumpError::NoFeasibleExponents`].
 ///
 /// # Source
 /// Thesis Eqs. 3.39-3.44 and Figure 3.10; recovery of known exponents: `tests/it/search.rs`.
@@ -200,6 +217,7 @@ pub fn search_exponents(
         // The fit itself says what is missing.
         crate::fit_unconstrained(samples, options.start.0, options.start.1)?;
     }
+    check_head(table.mean_square_head())?;
     let log = RefCell::new(Vec::new());
     let path = Arc::new(Mutex::new(Vec::new()));
     let cost = |search| Cost {
@@ -232,28 +250,18 @@ pub fn search_exponents(
             break;
         }
     }
-    let reduced = {
-        let speed = Memo::new(best.n0);
-        let flow = Memo::new(best.n2);
-        reduce_powers(samples, |_, w, q| (speed.power(w), flow.power(q)))?
-    };
-    let answer = match options.rule {
-        Rule::Hold => table.solve_bounded(best.n0, best.n2),
-        Rule::Refuse => table.solve(best.n0, best.n2),
-    };
-    let shares = answer.map_or([1.0; 2], |answer| [answer.share1, answer.share2]);
-    let held: Vec<(usize, f64)> = [1, 2]
-        .into_iter()
-        .zip(shares)
-        .filter_map(|(j, share)| (share == 0.0).then_some((j, 0.0)))
-        .collect();
-    let free = if held.is_empty() {
-        reduced
-    } else {
-        reduced.hold(&held)?
+    let mut found = fit_at(samples, &table, options.rule, &best)?;
+    if options.rule == Rule::Refuse && !complies(&found.fit) {
+        (best, found) = confirmed(samples, &table, &log.borrow())?;
     }
-    .solve(CONDITION_LIMIT)?;
-    let fit = CurveFit::from_held(&free, &held, best.n0, best.n2);
+    let FitAt { fit, shares, rss } = found;
+    if fit.curve.c0 < 0.0 {
+        return Err(PumpError::Domain {
+            name: "c0",
+            found: fit.curve.c0,
+            expected: "a head that rises with the speed, c0 of at least 0",
+        });
+    }
     let limits = limits(shares, options, &best);
     let walled = limits.contains(&Limit::C1Zero) || limits.contains(&Limit::C2Zero);
     if options.rule == Rule::Refuse && walled && status == SearchStatus::Converged {
@@ -267,9 +275,9 @@ pub fn search_exponents(
     ];
     let path = path.lock().map(|path| path.clone()).unwrap_or_default();
     Ok(ExponentSearch {
-        joint: joint_errors(samples, &fit, &limits),
+        joint: joint_errors(samples, &fit, &limits, options),
         limits,
-        table_error: (seen - free.rss).abs() / (free.rss + CLOSE * squares),
+        table_error: (seen - rss).abs() / (rss + CLOSE * squares),
         fit,
         status,
         start: (start.n0, start.n2),
@@ -285,6 +293,73 @@ pub fn search_exponents(
     })
 }
 
+/// The fit by QR of the rows at a pair of exponents.
+struct FitAt {
+    fit: CurveFit,
+    /// Of the c1 and the c2 term in the head, by the table; 0 where held there.
+    shares: [f64; 2],
+    /// Residual sum of squares, m².
+    rss: f64,
+}
+
+fn fit_at(samples: &Samples, table: &Table, rule: Rule, at: &Point) -> Result<FitAt, PumpError> {
+    let reduced = {
+        let speed = Memo::new(at.n0);
+        let flow = Memo::new(at.n2);
+        reduce_powers(samples, |_, w, q| (speed.power(w), flow.power(q)))?
+    };
+    let answer = match rule {
+        Rule::Hold => table.solve_bounded(at.n0, at.n2),
+        Rule::Refuse => table.solve(at.n0, at.n2),
+    };
+    let shares = answer.map_or([1.0; 2], |answer| [answer.share1, answer.share2]);
+    let held: Vec<(usize, f64)> = [1, 2]
+        .into_iter()
+        .zip(shares)
+        .filter_map(|(j, share)| (share == 0.0).then_some((j, 0.0)))
+        .collect();
+    let free = if held.is_empty() {
+        reduced
+    } else {
+        reduced.hold(&held)?
+    }
+    .solve(CONDITION_LIMIT)?;
+    Ok(FitAt {
+        fit: CurveFit::from_held(&free, &held, at.n0, at.n2),
+        shares,
+        rss: free.rss,
+    })
+}
+
+/// What [`Rule::Refuse`] asks of a fit.
+fn complies(fit: &CurveFit) -> bool {
+    fit.curve.c1 > 0.0 && fit.curve.c2 > 0.0
+}
+
+/// The best trial that complies by QR too, where sums of the table were rounded to the right side of a wall.
+fn confirmed(
+    samples: &Samples,
+    table: &Table,
+    trials: &[Trial],
+) -> Result<(Point, FitAt), PumpError> {
+    let point = |trial: &Trial| {
+        let Trial { n0, n2, .. } = *trial;
+        trial.mse_m2.map(|mse| Point { n0, n2, mse })
+    };
+    let mut points: Vec<Point> = trials.iter().filter_map(point).collect();
+    points.sort_by(|a, b| a.mse.total_cmp(&b.mse));
+    points.dedup_by(|a, b| (a.n0, a.n2) == (b.n0, b.n2));
+    for at in points.into_iter().take(CONFIRMED) {
+        if let Ok(found) = fit_at(samples, table, Rule::Refuse, &at)
+            && complies(&found.fit)
+        {
+            return Ok((at, found));
+        }
+    }
+    let tried = trials.len();
+    Err(PumpError::NoFeasibleExponents { tried })
+}
+
 /// Difference of two mean squared errors that tells them apart, m²: below it the sums themselves are rounded.
 fn tell(options: &SearchOptions, table: &Table, mse_m2: f64) -> f64 {
     (options.tolerance * mse_m2).max(ROUNDING * table.mean_square_head())
@@ -298,12 +373,30 @@ fn check(options: &SearchOptions) -> Result<(), PumpError> {
             expected,
         })
     };
-    let ranges = [("n0", &options.n0, 0.1), ("n2", &options.n2, 1.0)];
-    for (name, range, least) in ranges {
-        let (from, to) = (*range.start(), *range.end());
-        if !(from >= least && from < to && to <= 10.0) {
-            let found = if from >= least { to } else { from };
-            return domain(name, found, "a rising range from 0.1 (n2: 1) to at most 10");
+    let n0 = (*options.n0.start(), *options.n0.end());
+    let n2 = (*options.n2.start(), *options.n2.end());
+    let rises = |(from, to): (f64, f64), least: f64| from >= least && from <= to && to <= 10.0;
+    for (name, (from, to), legal, expected) in [
+        (
+            "n0",
+            n0,
+            rises(n0, 0.1),
+            "a rising range, or one value, from 0.1 to at most 10",
+        ),
+        (
+            "n2",
+            n2,
+            rises(n2, 1.0) && n2.1 > 1.0,
+            "a rising range from 1, or one value above it, to at most 10",
+        ),
+    ] {
+        if !legal {
+            return Err(PumpError::Range {
+                name,
+                from,
+                to,
+                expected,
+            });
         }
     }
     for (name, found) in [("start.0", options.start.0), ("start.1", options.start.1)] {
@@ -366,13 +459,15 @@ impl CostFunction for Cost<'_> {
     fn cost(&self, n: &Self::Param) -> Result<f64, Error> {
         // Infinity in the thesis; the optimiser sums costs, so a large finite number here.
         let refused = 1e6 * self.table.mean_square_head();
-        Ok(self.mse(n[0], n[1]).unwrap_or(refused))
+        let (n0, n2) = self.options.pair(n);
+        Ok(self.mse(n0, n2).unwrap_or(refused))
     }
 }
 
 /// The guess if it is feasible, else the best of a grid over the ranges.
 fn feasible_start(cost: &Cost) -> Option<Point> {
     let (n0, n2) = cost.options.start;
+    let (n0, n2) = cost.options.pair(&Vector2::new(n0, n2));
     cost.point(n0, n2).or_else(|| {
         let place = |range: &RangeInclusive<f64>, i: u32| {
             let share = (f64::from(i) + 0.5) / f64::from(GRID);
@@ -391,7 +486,7 @@ fn feasible_start(cost: &Cost) -> Option<Point> {
 
 /// Why nothing is feasible: too little excitation if even the plain fit is refused.
 fn refusal(samples: &Samples, options: &SearchOptions, log: &RefCell<Vec<Trial>>) -> PumpError {
-    let (n0, n2) = options.start;
+    let (n0, n2) = options.pair(&Vector2::new(options.start.0, options.start.1));
     match crate::fit_unconstrained(samples, n0.max(0.1), n2.max(1.0)) {
         Err(refusal) => refusal,
         Ok(_) => PumpError::NoFeasibleExponents {
@@ -447,6 +542,7 @@ fn run(cost: Cost, from: Point, signs: (f64, f64), path: &Arc<Mutex<Vec<PathPoin
         .add_observer(
             Recorder {
                 search,
+                options: options.clone(),
                 path: Arc::clone(path),
             },
             ObserverMode::Always,
@@ -466,13 +562,14 @@ fn run(cost: Cost, from: Point, signs: (f64, f64), path: &Arc<Mutex<Vec<PathPoin
     let Some(n) = state.get_best_param() else {
         return unmoved;
     };
+    let (n0, n2) = options.pair(n);
     Run {
         mse: state.get_best_cost(),
         last: PathPoint {
             search,
             iteration: state.get_iter(),
-            n0: n[0],
-            n2: n[1],
+            n0,
+            n2,
             mse_m2: state.get_best_cost(),
         },
         ended,
@@ -482,6 +579,7 @@ fn run(cost: Cost, from: Point, signs: (f64, f64), path: &Arc<Mutex<Vec<PathPoin
 /// Keeps the best corner of every iteration.
 struct Recorder {
     search: u32,
+    options: SearchOptions,
     path: Arc<Mutex<Vec<PathPoint>>>,
 }
 
@@ -491,12 +589,13 @@ impl Recorder {
     fn keep(&self, state: &Simplex) {
         if let (Some(n), Ok(mut path)) = (state.get_param(), self.path.lock()) {
             // The iteration counter is still 0 after the first one.
+            let (n0, n2) = self.options.pair(n);
             let begun = path.last().is_some_and(|last| last.search == self.search);
             path.push(PathPoint {
                 search: self.search,
                 iteration: state.get_iter() + u64::from(begun),
-                n0: n[0],
-                n2: n[1],
+                n0,
+                n2,
                 mse_m2: state.get_cost(),
             });
         }
@@ -571,6 +670,50 @@ impl Memo {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Speed, flow and a head that rises with the flow up to exponents of about 2.
+    fn rows() -> [Vec<f64>; 3] {
+        let chance = |i: u32, k: u32| f64::from((i * k) % 601) / 601.0;
+        let speed: Vec<f64> = (0..600).map(|i| 20.0 + 70.0 * chance(i, 37)).collect();
+        let flow: Vec<f64> = (0..600).map(|i| 0.07 * chance(i, 229)).collect();
+        let pairs = speed.iter().zip(&flow);
+        let head = pairs.map(|(w, q)| 0.05 * w * w + 1.0 * w * q - 1.8e4 * q * q);
+        let head = head.collect();
+        [speed, flow, head]
+    }
+
+    /// The sums may round a pair to the right side of a wall; the rows decide.
+    #[test]
+    fn a_trial_that_the_rows_do_not_confirm_is_passed_over() {
+        let [speed, flow, head] = rows();
+        let samples = Samples {
+            speed_pct: &speed,
+            flow_m3_s: &flow,
+            head_m: &head,
+            keep: &[true; 600],
+        };
+        let table = Table::new(&samples, &(1.0..=4.0), &(1.0..=4.0)).expect("flows");
+        let trial = |n0, n2, mse| Trial {
+            search: 0,
+            n0,
+            n2,
+            mse_m2: Some(mse),
+        };
+        let fit = |n0, n2| crate::fit_unconstrained(&samples, n0, n2).expect("rich data");
+        let (wrong, right) = (trial(2.0, 2.0, 1.0), trial(2.3, 1.3, 2.0));
+        assert!(!complies(&fit(2.0, 2.0)) && complies(&fit(2.3, 1.3)));
+        let refused = Trial {
+            mse_m2: None,
+            ..right
+        };
+        let (at, found) = confirmed(&samples, &table, &[refused, right, wrong]).expect("one");
+        assert_eq!((at.n0, at.n2), (2.3, 1.3));
+        assert!(complies(&found.fit));
+        assert!(matches!(
+            confirmed(&samples, &table, &[refused, wrong]),
+            Err(PumpError::NoFeasibleExponents { tried: 2 })
+        ));
+    }
 
     #[test]
     fn an_optimum_rests_on_a_limit_within_a_thousandth_of_the_range_or_of_the_head() {

@@ -3,6 +3,7 @@
 mod waiting;
 
 use crate::fill::{Filling, join};
+use crate::run::{check_delay, samples_late};
 use crate::{Kind, Pair, Replay, ReplayError, ReplayOptions};
 use dgd_dynamics::integrate::{Statistics, Status};
 use dgd_dynamics::return_line::{
@@ -13,16 +14,15 @@ use dgd_recording::Recording;
 use std::ops::Range;
 use waiting::{Waiting, take};
 
-/// [`crate::replay`] of a recording that comes in blocks: the same rows, to the last bit, whatever the blocks.
+/// [`crate::replay`] of a recording that comes in blocks: the same rows, to the last bit, whatever the blocks, or at the end
+/// [`ReplayError::Drift`].
 ///
 /// Rows are given when they are known, or, while many wait, when there are a quarter more of them. Held are rows that wait: for the next value of an input that has none, for the next
 /// kink of one (the integrator must know where a straight stretch of its inputs ends), for the meter's delay, for
 /// the first measured state. Memory grows with the longest such wait, not with the recording.
 ///
 /// ```
-/// use dgd_dynamics::return_line::ReturnLine;
-/// use dgd_recording::Recording;
-/// use dgd_replay::{BlockReplay, ReplayError, ReplayOptions};
+/// use dgd_replay::{BlockReplay, Recording, ReplayError, ReplayOptions, ReturnLine};
 /// # fn rows(line: &ReturnLine, blocks: Vec<Recording>) -> Result<usize, ReplayError> {
 /// let mut replay = BlockReplay::new(line, &ReplayOptions::default(), 86_400, (0.0, 86_399.0))?;
 /// let mut rows = 0;
@@ -41,6 +41,10 @@ pub struct BlockReplay {
     announced: usize,
     taken: usize,
     span_s: (f64, f64),
+    /// Mean step of the recording, s.
+    step_s: f64,
+    /// Whether the meter shows no flow of the window in the recording.
+    unseen: bool,
     /// Samples until the meter shows the flow of the window's first.
     until_shown: usize,
     waiting: Waiting,
@@ -88,7 +92,8 @@ impl BlockReplay {
     /// - `options`: as for [`crate::replay`].
     ///
     /// # Errors
-    /// [`ReplayError::Delay`] on a negative one: the rows of a block would need readings of the blocks after it.
+    /// [`ReplayError::Delay`] on a negative one: the rows of a block would need readings of the blocks after it;
+    /// [`ReplayError::Dynamics`] on one that is infinite, or if the model's parameters are refused.
     pub fn new(
         line: &ReturnLine,
         options: &ReplayOptions,
@@ -96,11 +101,12 @@ impl BlockReplay {
         span_s: (f64, f64),
     ) -> Result<Self, ReplayError> {
         let delay_s = options.delay_s;
-        if delay_s >= 0.0 {
-            Ok(Self::with_any_delay(line, options, samples, span_s))
-        } else {
-            Err(ReplayError::Delay { delay_s })
+        if delay_s.is_nan() || delay_s < 0.0 {
+            return Err(ReplayError::Delay { delay_s });
         }
+        check_delay(delay_s)?;
+        line.check()?;
+        Ok(Self::with_any_delay(line, options, samples, span_s))
     }
 
     /// The same, negative delays too, of which [`Self::whole`] asks nothing.
@@ -111,7 +117,7 @@ impl BlockReplay {
         span_s: (f64, f64),
     ) -> Self {
         let step_s = (span_s.1 - span_s.0) / samples.saturating_sub(1) as f64;
-        let steps = (options.delay_s / step_s).round();
+        let steps = samples_late(options.delay_s, step_s);
         // Beyond the end of the recording all delays are alike.
         #[expect(
             clippy::cast_possible_truncation,
@@ -138,6 +144,8 @@ impl BlockReplay {
             announced: samples,
             taken: 0,
             span_s,
+            step_s,
+            unseen: false,
             until_shown,
             waiting,
             again: 0,
@@ -191,11 +199,14 @@ impl BlockReplay {
     ///
     /// # Errors
     /// Those of [`crate::replay`]; a window without two samples, or an input without a value, is told only here.
-    /// [`ReplayError::Blocks`] on fewer samples than were announced.
+    /// [`ReplayError::Blocks`] on fewer samples than were announced; [`ReplayError::Drift`] if the clock of the window is so much slower or
+    /// faster than the recording's that the rows given are not those of [`crate::replay`], for which the delay is another number of samples.
     pub fn finish(mut self) -> Result<Replay, ReplayError> {
         if self.taken < self.announced {
             return Err(self.uneven(self.taken));
         }
+        self.check_drift()?;
+        self.unseen = self.shown() == 0;
         let rows = self.waiting.time_s.len();
         let missing = rows - self.waiting.pump_flow_m3_s.len();
         self.show(vec![f64::NAN; missing]);
@@ -207,9 +218,24 @@ impl BlockReplay {
         mut self,
         window: Recording,
         pump_flow_m3_s: Vec<f64>,
+        unseen: bool,
     ) -> Result<Replay, ReplayError> {
+        self.unseen = unseen;
         self.take(window, pump_flow_m3_s);
         self.end()
+    }
+
+    /// The window's step is known at its end alone, when its rows are given by the step of the whole.
+    fn check_drift(&self) -> Result<(), ReplayError> {
+        let (Some((from_s, to_s)), true) = (self.window, self.samples >= 2) else {
+            return Ok(());
+        };
+        let (delay_s, step_s) = (self.options.delay_s, self.step_s);
+        let found_s = (to_s - from_s) / (self.samples - 1) as f64;
+        if samples_late(delay_s, found_s) == samples_late(delay_s, step_s) {
+            return Ok(());
+        }
+        Err(ReplayError::Drift { found_s, step_s })
     }
 
     fn uneven(&self, found: usize) -> ReplayError {
@@ -288,7 +314,17 @@ impl BlockReplay {
             });
         }
         let (from_s, to_s) = self.window.unwrap_or(self.span_s);
-        let missing = |name| ReplayError::NoInput { name, from_s, to_s };
+        let (delay_s, unseen) = (self.options.delay_s, self.unseen);
+        let missing = |name| match name {
+            "return_flow" if unseen => ReplayError::DelayBeyond {
+                delay_s,
+                from_s,
+                to_s,
+                start_s,
+                end_s,
+            },
+            _ => ReplayError::NoInput { name, from_s, to_s },
+        };
         let waiting = &mut self.waiting;
         let [mud_pump, booster, topfill] = &mut waiting.inflows;
         for (name, input) in [
@@ -322,10 +358,23 @@ impl BlockReplay {
         }
     }
 
+    /// States to start from: measured ones may be off by their noise, where the model has an end.
+    fn first_state(&self) -> LineState {
+        let (line, given) = (&self.line, &self.options.start);
+        let mut level_m = self.start.level_m.unwrap_or(f64::NAN);
+        if given.level_m.is_none() {
+            level_m = level_m.clamp(0.0, line.inlet_depth_m.max(0.0));
+        }
+        let mut flow_m3_s = self.start.flow_m3_s.unwrap_or(f64::NAN);
+        if given.flow_m3_s.is_none() && line.non_return_valve && flow_m3_s < 0.0 {
+            flow_m3_s = 0.0;
+        }
+        LineState { level_m, flow_m3_s }
+    }
+
     fn begin(&self) -> Result<Running, ReplayError> {
         let (line, solver) = (&self.line, &self.options.solver);
-        let level_m = self.start.level_m.unwrap_or(f64::NAN);
-        let flow_m3_s = self.start.flow_m3_s.unwrap_or(f64::NAN);
+        let LineState { level_m, flow_m3_s } = self.first_state();
         let states = match self.options.kind {
             Kind::Coupled => {
                 let start = LineState { level_m, flow_m3_s };

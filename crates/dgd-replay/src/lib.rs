@@ -13,6 +13,13 @@ mod outcome;
 mod run;
 
 pub use blocks::BlockReplay;
+// What the functions here take and return, so that their user need not name the crates below.
+pub use dgd_dynamics::DynamicsError;
+pub use dgd_dynamics::integrate::{Method, Statistics, Status};
+pub use dgd_dynamics::return_line::{
+    Friction, PumpHead, ReturnLine, RiserBounds, SimulationOptions,
+};
+pub use dgd_recording::Recording;
 pub use fill::fill_gaps;
 pub use outcome::{Deviation, DeviationSums, Pair, Replay};
 pub use run::{Kind, ReplayError, ReplayOptions, Start, replay};

@@ -22,7 +22,8 @@ pub enum Kind {
 }
 
 /// Where the states start; what is `None` is taken from the recording at the
-/// window's first sample that has it.
+/// window's first sample that has it, and brought within the riser and, with the non-return valve, to a flow of at least 0. What is given
+/// must be there.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Start {
     /// Riser level, m.
@@ -86,6 +87,32 @@ pub enum ReplayError {
         /// Its length.
         found: usize,
     },
+    /// The meter is so late, or early, that the recording shows no flow of the window.
+    #[error(
+        "a meter that is {delay_s} s late shows no flow of {from_s} to {to_s} s in a recording of {start_s} to {end_s} s; choose another delay or window"
+    )]
+    DelayBeyond {
+        /// The delay, s.
+        delay_s: f64,
+        /// First second of the window.
+        from_s: f64,
+        /// Last second of the window.
+        to_s: f64,
+        /// First second of the recording.
+        start_s: f64,
+        /// Last second of the recording.
+        end_s: f64,
+    },
+    /// The clock of the window is not that of the recording, by which blocks read the meter ahead.
+    #[error(
+        "the clock steps by {found_s} s in the window and by {step_s} s in the recording, by which the delay is another number of samples: put the recording on an even clock"
+    )]
+    Drift {
+        /// Mean step in the window, s.
+        found_s: f64,
+        /// Mean step in the recording, s.
+        step_s: f64,
+    },
     /// The flow meter shows what is to come, which blocks do not hold yet.
     #[error("the delay is {delay_s} s, expected at least 0 s of a recording in blocks")]
     Delay {
@@ -119,6 +146,12 @@ pub enum ReplayError {
 
 fn step_s(time_s: &[f64]) -> f64 {
     (time_s[time_s.len() - 1] - time_s[0]) / (time_s.len() - 1) as f64
+}
+
+/// Samples by which a meter is late on a clock, in whole numbers; halves go away from 0, whatever rounding makes of the step.
+pub(crate) fn samples_late(delay_s: f64, step_s: f64) -> f64 {
+    let exact = delay_s / step_s;
+    (exact * (1.0 + 1e-9)).round()
 }
 
 /// Refuses a window, whose first sample has the number `first`, of which a step is off by more than half of one.
@@ -172,6 +205,17 @@ fn reach(window: Range<usize>, steps: f64, len: usize) -> Range<usize> {
     window.start.saturating_sub(before)..window.end.saturating_add(after).min(len)
 }
 
+pub(crate) fn check_delay(delay_s: f64) -> Result<(), ReplayError> {
+    if delay_s.is_finite() {
+        return Ok(());
+    }
+    Err(ReplayError::Dynamics(DynamicsError::Parameter {
+        name: "delay_s",
+        found: delay_s,
+        expected: "a finite number",
+    }))
+}
+
 /// Runs the model over a window of a recording that is on an even clock.
 ///
 /// # Errors
@@ -187,13 +231,7 @@ pub fn replay(
 ) -> Result<Replay, ReplayError> {
     check_lengths(recording)?;
     let time = &recording.time_s;
-    if !options.delay_s.is_finite() {
-        return Err(ReplayError::Dynamics(DynamicsError::Parameter {
-            name: "delay_s",
-            found: options.delay_s,
-            expected: "a finite number",
-        }));
-    }
+    check_delay(options.delay_s)?;
     let span_s = (
         time.first().copied().unwrap_or(0.0),
         time.last().copied().unwrap_or(0.0),
@@ -212,13 +250,19 @@ pub fn replay(
     }
     let steps = match last - first {
         0 | 1 => 0.0,
-        _ => (options.delay_s / step_s(&time[first..last])).round(),
+        _ => samples_late(options.delay_s, step_s(&time[first..last])),
     };
     let reached = reach(first..last, steps, time.len());
     check_clock(&time[reached.clone()], reached.start)?;
     let pump_flow_m3_s = (first..last)
         .map(|i| ahead(&recording.return_flow_m3_s, i, steps))
         .collect();
+    // Of the samples that the meter is read at, none is in the recording.
+    let unseen = first as f64 + steps >= time.len() as f64 || last as f64 + steps <= 0.0;
     let window = recording.slice(first..last);
-    BlockReplay::with_any_delay(line, options, time.len(), span_s).whole(window, pump_flow_m3_s)
+    BlockReplay::with_any_delay(line, options, time.len(), span_s).whole(
+        window,
+        pump_flow_m3_s,
+        unseen,
+    )
 }

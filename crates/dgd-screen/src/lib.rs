@@ -1,7 +1,7 @@
 //! Screening: which samples of a recording may be used for identification, and
 //! why the others may not.
 //!
-//! Start at [`screen`] with a [`dgd_recording::Recording`] on an even clock. It
+//! Start at [`screen`] with a [`Recording`] on an even clock. It
 //! applies the rules of section 3.3 of the thesis (pump on, positive pressure
 //! rise, positive flow, no stuck runs) and looks at each transmitter for gaps,
 //! spikes, frozen values, impossible values and short disagreement with its
@@ -12,8 +12,7 @@
 //! prints nothing.
 //!
 //! ```
-//! use dgd_recording::Recording;
-//! use dgd_screen::{Reasons, ScreenOptions, screen};
+//! use dgd_screen::{Reasons, Recording, ScreenOptions, screen};
 //! let n = 100;
 //! let noisy = |level: f64, step: f64| -> Vec<f64> {
 //!     (0..n).map(|i| level + step * f64::from(i * 37 % 11)).collect()
@@ -52,6 +51,8 @@ mod stuck;
 
 pub use blocks::{BlockScreen, ScreenedBlock};
 pub use channel::{ChannelScreen, Faults};
+// What the functions here take, so that their user need not name the crate below.
+pub use dgd_recording::{Channel, Recording, Well};
 pub use error::ScreenError;
 pub use options::{Limits, ScreenOptions};
 pub use plausible::{BlockSuspect, Suspicion, TOO_SELDOM_S, WellLine, coarse, suspect};

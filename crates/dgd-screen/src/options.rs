@@ -150,13 +150,16 @@ impl ScreenOptions {
                 "a number between 0 and 1",
             );
         }
-        for (name, limits) in [
-            ("pressure_pa", self.pressure_pa),
-            ("flow_m3_s", self.flow_m3_s),
-            ("speed_pct", self.speed_pct),
+        for (low, high, limits) in [
+            ("pressure_pa.low", "pressure_pa.high", self.pressure_pa),
+            ("flow_m3_s.low", "flow_m3_s.high", self.flow_m3_s),
+            ("speed_pct.low", "speed_pct.high", self.speed_pct),
         ] {
-            if limits.low.is_nan() || limits.high.is_nan() || limits.low >= limits.high {
-                return refuse(name, limits.low, "a low limit below the high one");
+            if limits.high.is_nan() {
+                return refuse(high, limits.high, "a number");
+            }
+            if limits.low.is_nan() || limits.low >= limits.high {
+                return refuse(low, limits.low, "a limit below the high one");
             }
         }
         Ok(())

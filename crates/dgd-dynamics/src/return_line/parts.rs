@@ -1,7 +1,7 @@
 //! The simulations of chapter 4 with inputs that come in parts.
 
 use super::model::{COUPLED, FLOW, Line, RISER};
-use super::simulate::{check_speed, refused, sample, settings};
+use super::simulate::{check_speed, check_start, refused, sample, settings};
 use super::{LineState, ReturnLine, RiserBounds, Simulation, SimulationOptions};
 use crate::DynamicsError;
 use crate::inputs::{Signal, Straight};
@@ -164,6 +164,7 @@ impl<const KIND: u8, V: Vector> Going<KIND, V> {
             outputs: &[],
             breaks: &[],
         };
+        check_start::<KIND>(line, initial)?;
         check(initial.len(), initial, &nowhere, &settings).map_err(refused::<KIND>)?;
         let mut x = V::zeros(initial.len());
         x.get_mut().copy_from_slice(initial);

@@ -36,7 +36,8 @@ impl Default for SimulationOptions {
     }
 }
 
-/// The two states.
+/// The two states. As a start, the level is within the riser, 0 to the depth of the pump inlet, and the flow, with a non-return valve, at
+/// least 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LineState {
     /// Riser level h_r, m below the riser's top.
@@ -83,7 +84,7 @@ pub struct Simulation {
 /// - `output_s`: ascending times to write, s; the first is the start, the last the end.
 ///
 /// # Errors
-/// [`DynamicsError`] on parameters out of range, a negative speed, an input that does not cover
+/// [`DynamicsError`] on parameters or a start out of range, a negative speed, an input that does not cover
 /// the span, times that do not ascend.
 ///
 /// ```
@@ -207,6 +208,8 @@ fn simulate<const KIND: u8>(
     options: &SimulationOptions,
 ) -> Result<Trajectory, DynamicsError> {
     line.check()?;
+    check_start::<KIND>(line, initial)?;
+    check_times(output_s)?;
     let (&start, &end) = output_s
         .first()
         .zip(output_s.last())
@@ -220,7 +223,6 @@ fn simulate<const KIND: u8>(
             signal.time_s()[0],
             signal.time_s()[signal.time_s().len() - 1],
         );
-        // Negated, so that a NaN time is refused too.
         if !(first <= start && end <= last) {
             let name = signal.name().to_owned();
             return Err(DynamicsError::Span {
@@ -243,16 +245,61 @@ fn simulate<const KIND: u8>(
     integrate(options.method, system, initial, &plan, &settings).map_err(refused::<KIND>)
 }
 
-/// What the integrator refuses, by the names it has here.
-pub(super) fn refused<const KIND: u8>(error: IntegrateError) -> DynamicsError {
-    let names: &[[&'static str; 2]] = match KIND {
+/// Names of start and tolerance of each state.
+fn names<const KIND: u8>() -> &'static [[&'static str; 2]] {
+    match KIND {
         RISER => &[["start_level_m", "level_tolerance_m"]],
         FLOW => &[["start_flow_m3_s", "flow_tolerance_m3_s"]],
         _ => &[
             ["start.level_m", "level_tolerance_m"],
             ["start.flow_m3_s", "flow_tolerance_m3_s"],
         ],
+    }
+}
+
+/// Refuses a start outside the riser or against the valve, which the run could not write; one that is no number is the integrator's affair.
+pub(super) fn check_start<const KIND: u8>(
+    line: &ReturnLine,
+    initial: &[f64],
+) -> Result<(), DynamicsError> {
+    let refuse = |state: usize, expected| {
+        Err(DynamicsError::Parameter {
+            name: names::<KIND>()[state][0],
+            found: initial[state],
+            expected,
+        })
     };
+    let level = if KIND == FLOW { 0.0 } else { initial[0] };
+    if level < 0.0 || level > line.inlet_depth_m {
+        return refuse(0, "a level from 0 to the depth of the pump inlet");
+    }
+    let last = initial.len() - 1;
+    if KIND != RISER && line.non_return_valve && initial[last] < 0.0 {
+        return refuse(last, "a flow of at least 0, with the non-return valve");
+    }
+    Ok(())
+}
+
+/// Refuses times to write that do not ascend, before an end of them is held against anything else.
+fn check_times(output_s: &[f64]) -> Result<(), DynamicsError> {
+    let mut before = f64::NEG_INFINITY;
+    for (index, &found) in output_s.iter().enumerate() {
+        if !(found >= before && found.is_finite()) {
+            return Err(DynamicsError::Sample {
+                name: "output_s".to_owned(),
+                index,
+                found,
+                expected: "ascending finite times",
+            });
+        }
+        before = found;
+    }
+    Ok(())
+}
+
+/// What the integrator refuses, by the names it has here.
+pub(super) fn refused<const KIND: u8>(error: IntegrateError) -> DynamicsError {
+    let names = names::<KIND>();
     let IntegrateError::Value {
         name,
         index,

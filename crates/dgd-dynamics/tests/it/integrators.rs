@@ -632,3 +632,70 @@ fn an_output_at_the_end_is_the_state_there_to_the_last_bit() {
         }
     }
 }
+
+/// Nothing to solve is solved.
+#[test]
+fn a_system_without_states_is_finished() {
+    struct Nothing;
+    impl System for Nothing {
+        fn dimension(&self) -> usize {
+            0
+        }
+        fn rhs(&self, _: f64, _: &[f64], _: &mut [f64]) {}
+    }
+    let plan = Plan {
+        start: 0.0,
+        end: 1.0,
+        outputs: &[0.0, 0.5, 1.0],
+        breaks: &[0.3],
+    };
+    for method in METHODS {
+        let run = integrate(
+            method,
+            &mut Nothing,
+            &[],
+            &plan,
+            &Options::new(1e-6, vec![]),
+        )
+        .unwrap();
+        assert_eq!((run.status, run.end), (Status::Finished, 1.0));
+        assert_eq!(run.times, plan.outputs);
+        assert!(run.iter().all(|(_, x)| x.is_empty()));
+    }
+}
+
+/// `x' = λ (x - sin t) + cos t` goes along `sin t`; between the ends of long steps its dense output may not.
+#[test]
+fn outputs_of_a_very_stiff_problem_are_right_at_breaks_and_with_short_steps() {
+    struct Follower;
+    impl System for Follower {
+        fn dimension(&self) -> usize {
+            1
+        }
+        fn rhs(&self, t: f64, x: &[f64], rate: &mut [f64]) {
+            rate[0] = -1e4 * (x[0] - t.sin()) + t.cos();
+        }
+    }
+    let outputs: Vec<f64> = (0..=100).map(|i| 0.1 * f64::from(i)).collect();
+    for method in [Method::Rodasp, Method::Rodas3] {
+        let worst = |breaks: &[f64], max_step| {
+            let plan = Plan {
+                start: 0.0,
+                end: 10.0,
+                outputs: &outputs,
+                breaks,
+            };
+            let options = Options {
+                max_step,
+                ..Options::new(1e-4, vec![1e-4])
+            };
+            let run = integrate(method, &mut Follower, &[0.0], &plan, &options).unwrap();
+            assert_eq!(run.status, Status::Finished);
+            run.iter()
+                .map(|(t, x)| (x[0] - t.sin()).abs())
+                .fold(0.0, f64::max)
+        };
+        assert!(worst(&outputs, f64::INFINITY) < 1e-3);
+        assert!(worst(&[], 1e-2) < 1e-3);
+    }
+}

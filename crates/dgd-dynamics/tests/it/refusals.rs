@@ -284,10 +284,6 @@ fn an_input_must_cover_both_ends_of_the_span() {
         go([0.0, 10.0], [0.0, 9.0], [0.0, 10.0]),
         Some("speed".to_owned())
     );
-    assert_eq!(
-        go([0.0, 10.0], [0.0, 10.0], [f64::NAN, 10.0]),
-        Some("signal".to_owned())
-    );
 }
 
 #[test]
@@ -349,10 +345,19 @@ fn unusable_parameters_inputs_and_spans_are_refused() {
             ..
         })
     ));
-    assert!(matches!(
-        go(line(), &speed, &[5.0, 1.0]),
-        Err(DynamicsError::Integrate(_))
-    ));
+    for (outputs, place) in [
+        (&[5.0, 4.0][..], 1),
+        (&[f64::NAN], 0),
+        (&[0.0, f64::NAN, 2.0], 1),
+        (&[0.0, 1.0, f64::INFINITY], 2),
+    ] {
+        match go(line(), &speed, outputs) {
+            Err(DynamicsError::Sample { name, index, .. }) => {
+                assert_eq!((name.as_str(), index), ("output_s", place));
+            }
+            other => panic!("{other:?}"),
+        }
+    }
     assert!(matches!(
         steady_state(&line(), &[1.0], &[]),
         Err(DynamicsError::Length { .. })
@@ -418,4 +423,43 @@ fn a_start_or_tolerance_that_cannot_be_is_refused_by_its_own_name() {
     };
     assert_eq!(flow(f64::NAN, good), "start_flow_m3_s");
     assert_eq!(flow(0.05, no_flow), "flow_tolerance_m3_s");
+}
+
+#[test]
+fn a_start_outside_the_riser_or_against_the_valve_is_refused() {
+    let t = [0.0, 10.0];
+    let (inflow, speed, level) = ([0.05; 2], [60.0; 2], [140.0; 2]);
+    let (inflow, speed, level) = (linear(&t, &inflow), linear(&t, &speed), linear(&t, &level));
+    let options = SimulationOptions::default();
+    let name = |error| match error {
+        Some(DynamicsError::Parameter { name, .. }) => Some(name),
+        None => None,
+        Some(other) => panic!("{other}"),
+    };
+    let with = |non_return_valve| ReturnLine {
+        non_return_valve,
+        ..line()
+    };
+    let coupled = |line: &ReturnLine, level_m, flow_m3_s| {
+        let start = LineState { level_m, flow_m3_s };
+        let at_once = simulate_coupled(line, start, &inflow, &speed, &t, &options);
+        let in_parts = LineParts::coupled(line, start, &options);
+        let found = name(at_once.err());
+        assert_eq!(name(in_parts.err()), found);
+        found
+    };
+    let (valve, open) = (with(true), with(false));
+    assert_eq!(coupled(&valve, 150.0, -0.05), Some("start.flow_m3_s"));
+    assert_eq!(coupled(&open, 150.0, -0.05), None);
+    for level_m in [-20.0, 350.4, 1e300] {
+        assert_eq!(coupled(&valve, level_m, 0.05), Some("start.level_m"));
+        let riser = simulate_riser_alone(&open, level_m, &inflow, &inflow, &t, &options);
+        assert_eq!(name(riser.err()), Some("start_level_m"));
+    }
+    for level_m in [0.0, 350.3] {
+        assert_eq!(coupled(&valve, level_m, 0.0), None);
+    }
+    let flow = |line| simulate_flow_alone(line, -0.05, &level, &speed, &t, &options);
+    assert_eq!(name(flow(&valve).err()), Some("start_flow_m3_s"));
+    assert_eq!(name(flow(&open).err()), None);
 }

@@ -63,3 +63,14 @@ fn up_to_eight_powers_are_a_model_and_a_ninth_is_refused_with_what_was_given() {
         other => panic!("{other:?}"),
     }
 }
+
+#[test]
+fn a_law_whose_coefficients_are_not_as_many_as_its_powers_has_no_friction() {
+    for coefficients in [vec![10.0], vec![10.0, 3.0, 1.0]] {
+        let law = Polynomial {
+            powers: vec![0.0, 2.0],
+            coefficients,
+        };
+        assert!(law.eval(2.0).is_nan() && law.derivative(2.0).is_nan());
+    }
+}

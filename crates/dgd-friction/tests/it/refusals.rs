@@ -167,3 +167,24 @@ fn the_condition_limit_of_a_robust_fit_may_be_lower_but_not_higher() {
     assert_eq!(refused_at(1e-2, 100.0), Some(100.0));
     assert_eq!(refused_at(1e-4, 1e10), Some(CONDITION_LIMIT));
 }
+
+#[test]
+fn a_condition_limit_of_a_robust_fit_that_is_no_number_is_refused() {
+    for condition_limit in [f64::NAN, 0.0, -1.0] {
+        let loss = Loss::Huber(RobustOptions {
+            condition_limit,
+            ..RobustOptions::default()
+        });
+        let refused = fit(&recording().samples(), 0, &Terms::Quadratic, loss);
+        assert!(
+            matches!(
+                refused,
+                Err(FrictionError::Fit(LsqError::Option {
+                    name: "condition_limit",
+                    ..
+                }))
+            ),
+            "{refused:?}"
+        );
+    }
+}

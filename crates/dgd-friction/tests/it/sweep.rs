@@ -1,4 +1,6 @@
-use dgd_friction::{Loss, Minimum, Samples, SweepOptions, Terms, delay_scan, delay_sweep, fit};
+use dgd_friction::{
+    Loss, Minimum, RobustOptions, Samples, SweepOptions, Terms, delay_scan, delay_sweep, fit,
+};
 
 use crate::Recording;
 
@@ -252,4 +254,39 @@ fn of_equal_errors_the_earliest_delay_is_the_best() {
     let first = sweep.mse_pa2.iter().position(|mse| *mse == least);
     assert_eq!(first, Some(sweep.best));
     assert!(sweep.best == 5 || sweep.best == 13, "{:?}", sweep.mse_pa2);
+}
+
+/// Sums of squares a hundred million times the error: an offset of 2e7 Pa and a noise of 2 kPa.
+#[test]
+fn a_large_offset_does_not_round_the_error_away() {
+    let law = |q: f64| 2e7 + 1.2e8 * q * q;
+    let recording = Recording::new(5000, 13, law, 3e3).damaged();
+    let samples = recording.samples();
+    let sweep = delay_sweep(&samples, &Terms::OffsetCubic, &over(0..=30)).unwrap();
+    assert_eq!(sweep.best_delay_samples, 13);
+    for (delay, mse) in (0..).zip(&sweep.mse_pa2) {
+        let exact = fit(&samples, delay, &Terms::OffsetCubic, Loss::Squared).unwrap();
+        assert!((mse / exact.mse_pa2 - 1.0).abs() < 1e-9, "{delay}: {mse}");
+    }
+}
+
+/// Next to no error beside much friction: what the sums leave is rounding, and the rows tell.
+#[test]
+fn the_error_at_the_best_delay_is_that_of_the_rows_and_the_others_are_rounded_to_the_squares() {
+    let recording = Recording::new(5000, 13, quadratic, 1e-4);
+    let samples = recording.samples();
+    let squares = recording.friction.iter().map(|f| f * f).sum::<f64>() / 5000.0;
+    let exact = |delay| fit(&samples, delay, &Terms::Quadratic, Loss::Squared).unwrap();
+    for loss in [Loss::Squared, Loss::Huber(RobustOptions::default())] {
+        let options = SweepOptions {
+            loss,
+            ..SweepOptions::default()
+        };
+        let sweep = delay_sweep(&samples, &Terms::Quadratic, &options).unwrap();
+        assert_eq!(sweep.best_delay_samples, 13);
+        assert_eq!(sweep.mse_pa2[13], exact(13).mse_pa2);
+        for (delay, mse) in (0..).zip(&sweep.mse_pa2) {
+            assert!((mse - exact(delay).mse_pa2).abs() < 1e-12 * squares);
+        }
+    }
 }

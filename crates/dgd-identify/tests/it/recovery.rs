@@ -3,6 +3,8 @@
 use super::rig::{self, Rig, fit, well};
 use dgd_identify::{IdentifyOptions, Loss, Minimum, Model, RobustOptions};
 use dgd_recording::Recording;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
 
 /// Root mean square error of a model's friction, Pa, and head, m, over the truth's swings.
 fn errors(model: &Model, rig: &Rig) -> (f64, f64) {
@@ -236,4 +238,79 @@ fn the_model_says_what_it_was_made_from() {
     heavier.mud_density_kg_m3 += 1.0;
     assert!(!model.fits_well(&heavier));
     model.return_line().check().unwrap();
+}
+
+/// Of a line that moves as it must: the outlet pressure accelerates the mud before it flows, so the meter seems later by inertia over the slope
+/// of the friction.
+#[test]
+fn the_delay_found_holds_the_lag_of_the_line() {
+    use dgd_dynamics::inputs::{Interpolation, Signal};
+    use dgd_dynamics::return_line::{
+        Friction, LineState, PumpHead, ReturnLine, SimulationOptions, derive_outputs,
+        measured_flow, simulate_coupled,
+    };
+    let line = ReturnLine {
+        density_kg_m3: 1080.0,
+        riser_area_m2: 0.170_44,
+        line_area_m2: 0.018_241,
+        inlet_depth_m: 350.3,
+        outlet_depth_m: 348.0,
+        friction: Friction {
+            b_pa: rig::B,
+            c_pa_s_m3: 0.0,
+            d_pa_s2_m6: rig::D,
+            e_pa_s3_m9: rig::E,
+        },
+        pump: PumpHead {
+            c0: rig::C0,
+            c1: rig::C1,
+            c2: rig::C2,
+            n0: rig::N0,
+            n2: rig::N2,
+        },
+        non_return_valve: true,
+        b_is_offset: false,
+    };
+    let time: Vec<f64> = (0..9000).map(f64::from).collect();
+    let of = |value: &dyn Fn(f64) -> f64| time.iter().map(|t| value(*t)).collect::<Vec<f64>>();
+    let inflow = of(&|t| 0.045 + 0.01 * (t / 397.0).sin());
+    let speed = of(&|t| 65.0 + 6.0 * (t / 173.0).sin() + 4.0 * (t / 31.0 + 1.0).sin());
+    let signal = |values| Signal::new("input", &time, values, Interpolation::Linear).unwrap();
+    let start = LineState {
+        level_m: 170.0,
+        flow_m3_s: 0.045,
+    };
+    let (u, w) = (signal(&inflow), signal(&speed));
+    let options = SimulationOptions::default();
+    let run = simulate_coupled(&line, start, &u, &w, &time, &options).unwrap();
+    let (level, flow) = (&run.level_m, &run.flow_m3_s);
+    let pressures = derive_outputs(&line, level, flow, &speed, true).unwrap();
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    let mut noisy = |values: &[f64], sigma: f64| -> Vec<f64> {
+        values
+            .iter()
+            .map(|v| v + sigma * rig::normal(&mut random))
+            .collect()
+    };
+    let recording = Recording {
+        mud_pump_flow_m3_s: noisy(&inflow, 1e-5),
+        booster_flow_m3_s: vec![0.0; 9000],
+        topfill_flow_m3_s: vec![0.0; 9000],
+        return_flow_m3_s: noisy(&measured_flow(&time, flow, 9.0).unwrap(), 2e-5),
+        pump_inlet_pressure_pa: vec![noisy(&pressures.inlet_pa, 1e3)],
+        pump_outlet_pressure_pa: vec![noisy(&pressures.outlet_pa, 1e3)],
+        riser_pressure_pa: None,
+        pump_speed_pct: noisy(&speed, 1e-3),
+        time_s: time.clone(),
+    };
+    let found = fit(recording, 1.0, &IdentifyOptions::default());
+    let lag_s = line.density_kg_m3 * line.outlet_depth_m
+        / line.line_area_m2
+        / line.friction.slope_pa_s_m3(0.045);
+    assert!((1.0..2.0).contains(&lag_s), "{lag_s}");
+    assert!(
+        (10.0..=11.0).contains(&found.model.delay_s),
+        "{}",
+        found.model.delay_s
+    );
 }

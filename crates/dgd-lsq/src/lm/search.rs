@@ -13,6 +13,10 @@ const EASED: (f64, f64) = (0.3, 1e-9);
 const STIFFENED: f64 = 8.0;
 /// A step shorter than this in every parameter, in shares of its bounds, is none.
 const NO_STEP: f64 = 1e-12;
+/// In wide bounds a step without damping of less than this share of the parameter, or of 1e-12, is none.
+const STILL: f64 = 1e-10;
+/// Bounds this many times as far apart as the parameter is large, or as 1, are wide: differences within them tell no slope.
+const WIDE: f64 = 1e8;
 /// A step that gains less than this share of the cost leads not far: an updated Jacobian is renewed after it.
 const NOT_FAR: f64 = 0.02;
 
@@ -132,7 +136,7 @@ impl<'a, R: Residuals + ?Sized> Search<'a, R> {
         let weights = self.problem.weights(&self.residuals);
         let weights = weights.as_deref();
         let cost = half_square(&self.residuals, self.keep, weights);
-        if cost.is_nan() {
+        if !cost.is_finite() {
             return ControlFlow::Break(Ending::NoStart);
         }
         if self.theta.is_empty() || cost <= 0.0 {
@@ -149,9 +153,9 @@ impl<'a, R: Residuals + ?Sized> Search<'a, R> {
             .map(|i| (trial[i] - self.theta[i]) / self.bounds.span(i))
             .collect();
         if self.refused == 0 {
-            self.promised = promise(&normal, &gradient, &moved) / cost;
+            self.promised = self.promise(&normal, &gradient, &moved) / cost;
         }
-        if moved.iter().all(|d| d.abs() < NO_STEP) {
+        if self.is_none(&moved) {
             // Damping makes any step small.
             return ControlFlow::Break(if self.refused == 0 {
                 Ending::Converged
@@ -169,6 +173,35 @@ impl<'a, R: Residuals + ?Sized> Search<'a, R> {
             // The fault may be the old Jacobian's.
             None if self.age > 0 && self.fresh < self.effort.fresh => self.renew(),
             None => self.refuse(),
+        }
+    }
+
+    /// Whether a step, in shares of the bounds, is too short to try; in wide bounds any step may be short, and is none if it is worth nothing.
+    fn is_none(&self, moved: &[f64]) -> bool {
+        moved.iter().all(|d| d.abs() < NO_STEP) && !self.is_doubtful()
+    }
+
+    /// Whether a step, in shares of the bounds, is short beside the parameters.
+    fn is_still(&self, moved: &[f64]) -> bool {
+        let mut steps = moved.iter().zip(&self.theta).enumerate();
+        steps.all(|(i, (d, t))| (d * self.bounds.span(i)).abs() <= NO_STEP.max(STILL * t.abs()))
+    }
+
+    /// Whether the bounds are so wide that slopes may be wrong.
+    fn is_wide(&self) -> bool {
+        let mut spans = self.theta.iter().enumerate();
+        spans.any(|(i, t)| self.bounds.span(i) > WIDE * t.abs().max(1.0))
+    }
+
+    /// What the cost would fall by along the step; in wide bounds along that without damping, which makes any promise small there.
+    fn promise(&self, normal: &DMatrix<f64>, gradient: &DVector<f64>, moved: &[f64]) -> f64 {
+        if !self.is_wide() {
+            return promise(normal, gradient, moved);
+        }
+        match step(normal, gradient, &self.theta, self.bounds, EASED.1) {
+            Some(free) if self.is_still(&free) => 0.0,
+            Some(free) => promise(normal, gradient, &free),
+            None => promise(normal, gradient, moved),
         }
     }
 
@@ -199,7 +232,7 @@ impl<'a, R: Residuals + ?Sized> Search<'a, R> {
         } else {
             self.small = 0;
         }
-        if self.small >= 2 {
+        if self.small >= 2 && !self.is_doubtful() {
             return ControlFlow::Break(Ending::Converged);
         }
         // Several steps on one; more only while they lead far.
@@ -229,9 +262,14 @@ impl<'a, R: Residuals + ?Sized> Search<'a, R> {
         ControlFlow::Continue(())
     }
 
+    /// Whether more is promised than was gained, in bounds so wide that slopes may be wrong.
+    fn is_doubtful(&self) -> bool {
+        self.promised >= self.effort.tolerance && self.is_wide()
+    }
+
     /// Where no step is accepted it is flat as far as the residuals can tell, if one was before or none was worth taking.
     fn given_up(&self) -> Ending {
-        if self.gained || self.promised < self.effort.tolerance {
+        if self.gained && !self.is_doubtful() || self.promised < self.effort.tolerance {
             Ending::Converged
         } else {
             Ending::NoProgress

@@ -233,3 +233,58 @@ fn a_start_at_the_minimum_has_converged_though_nothing_is_gained() {
         assert_eq!(again.ending, Ending::Converged, "{again:?}");
     }
 }
+
+/// What only has its slopes: the Jacobian is exact, by one column a parameter.
+struct Exact<F, J>(F, J);
+impl<F: Fn(&[f64]) -> Vec<f64>, J: Fn(&[f64]) -> [[f64; 2]; 2]> Residuals for Exact<F, J> {
+    fn at(&mut self, t: &[f64]) -> Option<Vec<f64>> {
+        Some((self.0)(t))
+    }
+    fn jacobian(&mut self, t: &[f64], _: &[f64], bounds: &Bounds) -> Option<DMatrix<f64>> {
+        let slopes = (self.1)(t);
+        Some(DMatrix::from_fn(2, 2, |i, j| slopes[i][j] * bounds.span(j)))
+    }
+}
+
+#[test]
+fn with_an_exact_jacobian_bounds_may_be_as_wide_as_they_like() {
+    for wide in [1e3, 1e6, 1e9, 1e12, 1e15] {
+        let bounds = cube(-wide, wide);
+        let mut line = Exact(
+            |t: &[f64]| vec![t[0] - 1.0, t[1] - 2.0],
+            |_: &[f64]| [[1.0, 0.0], [0.0, 1.0]],
+        );
+        let found = minimise(&mut line, &[0.0; 2], &bounds, None, None, SPARING);
+        assert_eq!(found.ending, Ending::Converged);
+        assert!((found.theta[0] - 1.0).abs() < 1e-5, "{wide}: {found:?}");
+        assert!((found.theta[1] - 2.0).abs() < 1e-5, "{wide}: {found:?}");
+        let mut valley = Exact(
+            |t: &[f64]| vec![10.0 * (t[1] - t[0] * t[0]), 1.0 - t[0]],
+            |t: &[f64]| [[-20.0 * t[0], 10.0], [-1.0, 0.0]],
+        );
+        let effort = Effort::default();
+        let found = minimise(&mut valley, &[-1.2, 1.0], &bounds, None, None, effort);
+        assert_eq!(found.ending, Ending::Converged, "{wide}");
+        assert!((found.theta[0] - 1.0).abs() < 1e-4, "{wide}: {found:?}");
+    }
+}
+
+#[test]
+fn in_bounds_too_wide_for_differences_nothing_is_called_a_minimum_that_is_none() {
+    let mut f = |t: &[f64]| Some(vec![10.0 * (t[1] - t[0] * t[0]), 1.0 - t[0]]);
+    for wide in [1e9, 1e12] {
+        for effort in [SPARING, Effort::default()] {
+            let bounds = cube(-wide, wide);
+            let found = minimise(&mut f, &[-1.2, 1.0], &bounds, None, None, effort);
+            let met = (found.theta[0] - 1.0).abs() < 1e-3;
+            assert!(met || found.ending != Ending::Converged, "{found:?}");
+        }
+    }
+}
+
+#[test]
+fn residuals_whose_squares_are_beyond_numbers_are_no_start() {
+    let mut f = |t: &[f64]| Some(vec![1e160 * (t[0] - 0.3)]);
+    let found = minimise(&mut f, &[0.5], &Bounds::unit(1), None, None, SPARING);
+    assert_eq!((found.ending, found.theta), (Ending::NoStart, vec![0.5]));
+}

@@ -191,3 +191,96 @@ fn bad_columns_are_refused_whole() {
     ));
     assert_eq!(rows.rows(), 1);
 }
+
+#[test]
+fn a_condition_limit_that_is_none_is_refused_and_an_infinite_one_is_not() {
+    let mut rows = Accumulator::new(["1"]).unwrap();
+    for y in [1.0, 2.0, 4.0] {
+        rows.push(&[1.0], y).unwrap();
+    }
+    let rows = rows.reduce();
+    let robust = |condition_limit| {
+        let options = RobustOptions {
+            condition_limit,
+            ..RobustOptions::default()
+        };
+        let visit =
+            |row: &mut dyn FnMut(&[f64], f64)| [1.0, 2.0, 4.0].iter().for_each(|y| row(&[1.0], *y));
+        fit_robust(["1"], visit, &options).map(|fit| fit.least_squares)
+    };
+    for limit in [f64::NAN, 0.0, -1.0] {
+        for refused in [rows.solve(limit), robust(limit)] {
+            assert!(
+                matches!(
+                    refused,
+                    Err(LsqError::Option {
+                        name: "condition_limit",
+                        ..
+                    })
+                ),
+                "{limit}: {refused:?}"
+            );
+        }
+    }
+    assert_eq!(rows.solve(f64::INFINITY), robust(f64::INFINITY));
+}
+
+#[test]
+fn squares_too_small_for_f64_are_refused_by_name() {
+    let refused = |x: f64, y: f64| {
+        let mut rows = Accumulator::new(["x", "z"]).unwrap();
+        for i in 0..9_u32 {
+            let (a, b) = (f64::from(i % 4), f64::from(i % 3));
+            rows.push(&[x * a, b], y * (a + f64::from(i % 2))).unwrap();
+        }
+        rows.finish().err()
+    };
+    let underflow = |column: &str| {
+        Some(LsqError::Underflow {
+            column: column.to_owned(),
+        })
+    };
+    assert_eq!(refused(1e-158, 1.0), underflow("x"));
+    for y in [1e-160, 1e-200] {
+        assert_eq!(refused(1.0, y), underflow("y"));
+    }
+    assert_eq!(refused(1e-140, 1e-140), None);
+    assert_eq!(refused(1.0, 0.0), None, "zeros are no rounding");
+}
+
+#[test]
+fn a_row_of_another_width_has_no_estimate() {
+    let mut rows = Accumulator::new(["1", "q"]).unwrap();
+    for i in 0..5_u32 {
+        rows.push(&[1.0, f64::from(i)], f64::from(i)).unwrap();
+    }
+    let fit = rows.finish().unwrap();
+    assert!(fit.predict(&[1.0]).is_nan() && fit.predict(&[1.0; 3]).is_nan());
+    assert!((fit.predict(&[1.0, 7.0]) - 7.0).abs() < 1e-12);
+}
+
+#[test]
+fn what_is_held_twice_or_at_no_number_is_refused() {
+    let mut rows = Accumulator::new(["1", "q"]).unwrap();
+    for i in 0..5_u32 {
+        rows.push(&[1.0, f64::from(i)], 1.0).unwrap();
+    }
+    let rows = rows.reduce();
+    let held = |held: &[(usize, f64)]| rows.hold(held).err();
+    assert_eq!(
+        held(&[(0, 1.0), (0, 2.0)]),
+        Some(LsqError::Held {
+            index: 0,
+            value: 2.0
+        })
+    );
+    for value in [f64::NAN, f64::INFINITY] {
+        assert!(matches!(
+            held(&[(1, value)]),
+            Some(LsqError::Held { index: 1, .. })
+        ));
+    }
+    let column = "y".to_owned();
+    assert_eq!(held(&[(1, 1e308)]), Some(LsqError::Overflow { column }));
+    assert_eq!(held(&[(7, f64::NAN), (1, 0.5)]), None, "there is no eighth");
+}

@@ -1,4 +1,4 @@
-use dgd_lsq::{RobustOptions, RobustStatus, fit_robust};
+use dgd_lsq::{LsqError, RobustOptions, RobustStatus, fit_robust};
 
 use crate::noise;
 
@@ -96,4 +96,46 @@ fn a_scale_that_shrinks_to_nothing_is_told_and_has_no_errors() {
     assert_eq!(fit.status, RobustStatus::ZeroScale);
     assert!(fit.standard_errors.iter().all(|e| e.is_nan()), "{fit:?}");
     assert!(fit.least_squares.standard_errors[1] > 1e-4);
+}
+
+/// Of an even number the median is the mean of the two in the middle.
+#[test]
+fn the_scale_is_the_median_of_even_and_odd_numbers_of_rows() {
+    let of = |deviations: &[f64]| {
+        let rows = |visit: &mut Visit| {
+            deviations.iter().for_each(|d| {
+                visit(&[1.0], 10.0 + d);
+                visit(&[1.0], 10.0 - d);
+            });
+        };
+        let fit = fit_robust(["1"], rows, &RobustOptions::default()).unwrap();
+        assert!((fit.coefficients[0] - 10.0).abs() < 1e-12);
+        fit.scale * 0.674_489_750_196_081_7
+    };
+    // Each twice: of 4 the middle two are 1 and 2, of 6 both are 2.
+    assert!((of(&[1.0, 2.0]) - 1.5).abs() < 1e-12);
+    assert!((of(&[1.0, 2.0, 4.0]) - 2.0).abs() < 1e-12);
+}
+
+#[test]
+fn without_a_residual_inside_errors_are_infinite_and_far_fewer_scales_are_refused() {
+    let rows = |visit: &mut Visit| {
+        [-1.0, 1.0, -2.0, 2.0]
+            .iter()
+            .for_each(|y| visit(&[1.0], *y))
+    };
+    let with = |k| {
+        let options = RobustOptions {
+            k,
+            ..RobustOptions::default()
+        };
+        fit_robust(["1"], rows, &options)
+    };
+    assert_eq!(with(0.1).unwrap().standard_errors[0], f64::INFINITY);
+    assert!(with(1.345).unwrap().standard_errors[0] > 0.0);
+    let refused = with(1e-300).unwrap_err();
+    assert!(
+        matches!(refused, LsqError::Option { name: "k", .. }),
+        "{refused}"
+    );
 }

@@ -65,3 +65,11 @@ fn a_missing_speed_has_no_head_and_one_below_rest_is_rest() {
     assert!(PUMP.slope_speed(f64::NAN, 0.05).is_nan());
     assert_eq!(PUMP.head_m(-3.0, 0.05), PUMP.head_m(0.0, 0.05));
 }
+
+/// Below rest the head is that at rest, whatever the speed.
+#[test]
+fn the_head_does_not_change_with_a_speed_below_rest() {
+    assert_eq!(PUMP.head_m(-5.0, 0.05), PUMP.head_m(-6.0, 0.05));
+    assert_eq!(PUMP.slope_speed(-5.0, 0.05), 0.0);
+    assert!(PUMP.slope_speed(f64::NAN, 0.05).is_nan());
+}

@@ -168,7 +168,7 @@ fn refusing_a_head_that_only_rises_leaves_no_exponents() {
 }
 
 #[test]
-fn exponents_ranges_and_tolerances_out_of_domain_are_refused() {
+fn exponents_starts_and_tolerances_out_of_domain_are_refused() {
     let recording = Recording::new(100, &PUMP, 1.0);
     let samples = recording.samples();
     assert!(matches!(
@@ -176,43 +176,24 @@ fn exponents_ranges_and_tolerances_out_of_domain_are_refused() {
         Err(PumpError::Domain { name: "n0", .. })
     ));
     let plain = SearchOptions::default();
-    let cases = [
-        (
-            "n2",
-            SearchOptions {
-                n2: 0.5..=4.0,
-                ..plain.clone()
-            },
-        ),
-        (
-            "n0",
-            SearchOptions {
-                n0: 2.0..=2.0,
-                ..plain.clone()
-            },
-        ),
-        (
-            "n0",
-            SearchOptions {
-                n0: 1.0..=f64::NAN,
-                ..plain.clone()
-            },
-        ),
-        (
-            "start.1",
-            SearchOptions {
-                start: (2.0, f64::NAN),
-                ..plain.clone()
-            },
-        ),
-        (
+    let start = (2.0, f64::NAN);
+    let mut cases = vec![(
+        "start.1",
+        SearchOptions {
+            start,
+            ..plain.clone()
+        },
+    )];
+    for tolerance in [0.0, 1.0, -1e-3] {
+        let options = plain.clone();
+        cases.push((
             "tolerance",
             SearchOptions {
-                tolerance: 0.0,
-                ..plain.clone()
+                tolerance,
+                ..options
             },
-        ),
-    ];
+        ));
+    }
     for (expected, options) in cases {
         match search_exponents(&samples, &options) {
             Err(PumpError::Domain { name, .. }) => assert_eq!(name, expected),
@@ -222,33 +203,55 @@ fn exponents_ranges_and_tolerances_out_of_domain_are_refused() {
 }
 
 #[test]
-fn the_end_of_a_range_that_is_at_fault_is_the_one_told() {
+fn a_range_of_exponents_is_refused_with_both_ends() {
     let recording = Recording::new(100, &PUMP, 1.0);
-    let refused = |n0: std::ops::RangeInclusive<f64>| {
+    let refused = |n0: std::ops::RangeInclusive<f64>, n2: std::ops::RangeInclusive<f64>| {
         let options = SearchOptions {
             n0,
+            n2,
             ..SearchOptions::default()
         };
         match search_exponents(&recording.samples(), &options) {
-            Err(PumpError::Domain { name, found, .. }) => Some((name, found)),
+            Err(PumpError::Range { name, from, to, .. }) => Some((name, from, to)),
             _ => None,
         }
     };
-    assert_eq!(refused(0.05..=4.0), Some(("n0", 0.05)));
-    assert_eq!(refused(1.0..=10.5), Some(("n0", 10.5)));
-    let falling = 3.0..=2.5;
-    assert_eq!(refused(falling), Some(("n0", 2.5)));
-    assert_eq!(refused(0.1..=10.0), None, "the widest range allowed");
-    for tolerance in [1.0, -1e-3] {
+    let any = || 1.0..=4.0;
+    let falling = 4.0..=1.0;
+    assert_eq!(refused(falling, any()), Some(("n0", 4.0, 1.0)));
+    assert_eq!(refused(0.05..=4.0, any()), Some(("n0", 0.05, 4.0)));
+    assert_eq!(refused(1.0..=10.5, any()), Some(("n0", 1.0, 10.5)));
+    assert!(refused(1.0..=f64::NAN, any()).is_some());
+    assert_eq!(refused(any(), 0.5..=4.0), Some(("n2", 0.5, 4.0)));
+    assert_eq!(refused(any(), 1.0..=1.0), Some(("n2", 1.0, 1.0)));
+    assert_eq!(refused(0.1..=10.0, 1.0..=10.0), None, "the widest allowed");
+}
+
+#[test]
+fn a_head_that_is_upside_down_or_zero_is_refused() {
+    let mut recording = Recording::new(2000, &PUMP, 0.1);
+    recording.head.iter_mut().for_each(|h| *h = -*h);
+    for rule in [Rule::Hold, Rule::Refuse] {
         let options = SearchOptions {
-            tolerance,
+            rule,
             ..SearchOptions::default()
         };
         match search_exponents(&recording.samples(), &options) {
-            Err(PumpError::Domain { name, found, .. }) => {
-                assert_eq!((name, found), ("tolerance", tolerance));
-            }
+            Err(PumpError::Domain {
+                name: "c0", found, ..
+            }) => assert!(found < 0.0),
+            Err(PumpError::NoFeasibleExponents { .. }) if rule == Rule::Refuse => {}
             other => panic!("{other:?}"),
         }
+    }
+    recording.head.fill(0.0);
+    let samples = recording.samples();
+    let search = search_exponents(&samples, &SearchOptions::default()).unwrap_err();
+    let bound = fit_constrained(&samples, 2.0, 2.0, &ConstrainedOptions::default()).unwrap_err();
+    for refused in [search, bound] {
+        assert!(
+            matches!(refused, PumpError::Domain { name: "head_m", .. }),
+            "{refused}"
+        );
     }
 }

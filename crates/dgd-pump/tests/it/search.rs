@@ -444,3 +444,73 @@ fn a_search_costs_what_it_did() {
         assert!(now.abs_diff(told) * 50 <= told, "{now}, were {told}");
     }
 }
+
+/// Along a wall where c2 is next to nothing n2 is next to unknown.
+#[test]
+fn beside_a_wall_coefficients_comply_and_an_exponent_that_nothing_tells_has_no_error() {
+    for (c1, c2) in [(60.0, -4e3), (5.0, -1e3), (3.0, -10.0)] {
+        let convex = HeadCurve {
+            c1,
+            c2,
+            n2: 2.0,
+            ..TRUTH
+        };
+        let recording = Recording::new(3000, &convex, 0.5);
+        let options = SearchOptions {
+            rule: Rule::Refuse,
+            ..SearchOptions::default()
+        };
+        let found = search_exponents(&recording.samples(), &options).unwrap();
+        assert!(found.fit.curve.c1 > 0.0 && found.fit.curve.c2 > 0.0);
+        let [n0, n2] = found.joint.unwrap().exponents;
+        assert!(n0.unwrap() < 0.1 && n2.is_none(), "{n0:?} {n2:?}");
+    }
+    // Away from the ends of the range too.
+    let speed_alone = HeadCurve {
+        c1: 0.0,
+        c2: 0.0,
+        ..TRUTH
+    };
+    let recording = Recording::new(3000, &speed_alone, 1e-3);
+    let options = SearchOptions {
+        rule: Rule::Refuse,
+        ..SearchOptions::default()
+    };
+    let found = search_exponents(&recording.samples(), &options).unwrap();
+    assert_eq!(found.limits, [Limit::C1Zero, Limit::C2Zero]);
+    assert_eq!(found.joint.unwrap().exponents[1], None);
+}
+
+#[test]
+fn an_exponent_whose_range_is_one_value_is_held_there() {
+    let recording = Recording::new(8000, &TRUTH, 0.1);
+    let search = |n0, n2| {
+        let options = SearchOptions {
+            n0,
+            n2,
+            ..SearchOptions::default()
+        };
+        search_exponents(&recording.samples(), &options).unwrap()
+    };
+    let found = search(1.93..=1.93, 1.0..=4.0);
+    assert_eq!(found.status, SearchStatus::Converged);
+    assert!((found.fit.curve.n2 - 1.64).abs() < 1e-2, "{:?}", found.fit);
+    let errors = found.joint.unwrap().exponents;
+    assert!(
+        errors[0].is_none() && errors[1].unwrap() < 1e-2,
+        "{errors:?}"
+    );
+    assert!(found.path.iter().all(|at| at.n0 == 1.93));
+    assert!(found.trials.iter().all(|at| at.n0 == 1.93));
+    // What fits best with n2 held is no worse than at a neighbour.
+    let found = search(1.0..=4.0, 2.0..=2.0);
+    let HeadCurve { n0, n2, .. } = found.fit.curve;
+    assert_eq!(n2, 2.0);
+    for beside in [n0 - 1e-3, n0 + 1e-3] {
+        let options = ConstrainedOptions::default();
+        let other = fit_constrained(&recording.samples(), beside, 2.0, &options).unwrap();
+        assert!(other.fit.mse_m2 > found.fit.mse_m2);
+    }
+    let found = search(2.0..=2.0, 2.0..=2.0);
+    assert_eq!((found.fit.curve.n0, found.fit.curve.n2), (2.0, 2.0));
+}

@@ -1,8 +1,11 @@
 //! A recording that comes in blocks is replayed as one that is there at once.
 
 use crate::rig::{line, options, recording};
-use dgd_recording::{Channel, Recording};
-use dgd_replay::{BlockReplay, Kind, Pair, Replay, ReplayError, ReplayOptions, replay};
+use dgd_recording::Channel;
+use dgd_replay::{
+    BlockReplay, DynamicsError, Kind, Pair, Recording, Replay, ReplayError, ReplayOptions,
+    ReturnLine, replay,
+};
 use proptest::prelude::*;
 
 fn in_blocks(
@@ -174,4 +177,71 @@ fn blocks_that_are_not_the_recording_announced_are_refused() {
     let mut all = run();
     all.add(recording.slice(0..90)).unwrap();
     all.finish().unwrap();
+}
+
+#[test]
+fn an_infinite_delay_and_a_line_that_cannot_be_are_refused_before_any_block() {
+    let refused = |line: &ReturnLine, delay_s| {
+        let options = ReplayOptions {
+            delay_s,
+            ..options(Kind::Coupled)
+        };
+        match BlockReplay::new(line, &options, 100, (0.0, 99.0)) {
+            Err(ReplayError::Dynamics(DynamicsError::Parameter { name, .. })) => Some(name),
+            Err(other) => panic!("{other}"),
+            Ok(_) => None,
+        }
+    };
+    assert_eq!(refused(&line(), f64::INFINITY), Some("delay_s"));
+    let floating = ReturnLine {
+        density_kg_m3: -1.0,
+        ..line()
+    };
+    assert_eq!(refused(&floating, 12.0), Some("density_kg_m3"));
+    assert_eq!(refused(&line(), 12.0), None);
+}
+
+/// A clock of 1.0 s a step at first and of 1.1 s later: 20 s are 20 samples there and 19 of the mean.
+#[test]
+fn a_window_on_another_clock_than_the_whole_has_the_same_rows_or_says_why_not() {
+    let mut recording = recording(3000);
+    for (i, t) in (0..).zip(recording.time_s.iter_mut().skip(1500)) {
+        *t = 1500.0 + 1.1 * f64::from(i);
+    }
+    let options = |window_s, delay_s| ReplayOptions {
+        window_s,
+        delay_s,
+        ..options(Kind::Riser)
+    };
+    let early = Some((0.0, 1000.0));
+    for (window_s, delay_s) in [(None, 20.0), (early, 4.0), (early, 0.0)] {
+        let options = options(window_s, delay_s);
+        let whole = text(replay(&line(), &recording, &options));
+        assert_eq!(text(in_blocks(&recording, &options, 70)), whole);
+    }
+    let options = options(early, 20.0);
+    assert!(replay(&line(), &recording, &options).is_ok());
+    let drift = in_blocks(&recording, &options, 70).unwrap_err();
+    assert!(
+        matches!(drift, ReplayError::Drift { found_s: 1.0, .. }),
+        "{drift}"
+    );
+}
+
+#[test]
+fn a_delay_beyond_the_recording_is_to_blame() {
+    let recording = recording(300);
+    let options = ReplayOptions {
+        delay_s: 900.0,
+        ..options(Kind::Coupled)
+    };
+    for refused in [
+        replay(&line(), &recording, &options).unwrap_err(),
+        in_blocks(&recording, &options, 70).unwrap_err(),
+    ] {
+        assert!(
+            matches!(refused, ReplayError::DelayBeyond { delay_s: 900.0, .. }),
+            "{refused}"
+        );
+    }
 }

@@ -311,3 +311,28 @@ fn deviation_is_simulated_less_measured() {
     assert_eq!(deviation.rmse, 5.0_f64.sqrt());
     assert_eq!(Pair::default().deviation(), None);
 }
+
+/// Noise may put a first reading where the model has an end; a start that is given is meant.
+#[test]
+fn a_measured_start_is_brought_within_the_model_and_a_given_one_is_refused() {
+    let mut recording = recording(300);
+    let most = recording.pump_inlet_pressure_pa[0][0] + 1e8;
+    recording.return_flow_m3_s[0] = -0.01;
+    for pressure in &mut recording.pump_inlet_pressure_pa {
+        pressure[0] = most;
+    }
+    let mut options = options(Kind::Coupled);
+    options.delay_s = 0.0;
+    let run = replay(&line(), &recording, &options).unwrap();
+    assert_eq!(run.level_m.simulated[0], 0.0);
+    assert_eq!(run.pump_flow_m3_s.simulated[0], 0.0);
+    let name = |options: &ReplayOptions| match refused(&recording, options) {
+        ReplayError::Dynamics(DynamicsError::Parameter { name, .. }) => name,
+        other => panic!("{other}"),
+    };
+    options.start.flow_m3_s = Some(-0.05);
+    assert_eq!(name(&options), "start.flow_m3_s");
+    options.start.flow_m3_s = Some(0.05);
+    options.start.level_m = Some(-20.0);
+    assert_eq!(name(&options), "start.level_m");
+}

@@ -65,11 +65,21 @@ fn an_option_that_cannot_be_is_refused_by_name() {
             },
         ),
         (
-            "flow_m3_s",
+            "flow_m3_s.low",
             ScreenOptions {
                 flow_m3_s: Limits {
                     low: 1.0,
                     high: 0.0,
+                },
+                ..ScreenOptions::default()
+            },
+        ),
+        (
+            "flow_m3_s.high",
+            ScreenOptions {
+                flow_m3_s: Limits {
+                    low: 0.0,
+                    high: f64::NAN,
                 },
                 ..ScreenOptions::default()
             },
