@@ -137,4 +137,17 @@ impl Effect for CuttingsLoading {
             changes.line_kg_m3 += line.step(leaving, flow, at.dt_s);
         })
     }
+
+    fn same_as(&self, p: &[f64], setting: &Setting) -> Option<String> {
+        /// Share of a stand without cuttings, and of the load that is missing at the start, that washes nothing out to speak of.
+        const HARDLY: f64 = 0.05;
+        let stays = p[1] - p[3] > 1.0 - HARDLY && p[4] > 1.0 - HARDLY;
+        let rho = setting.density_kg_m3;
+        stays.then(|| {
+            format!(
+                "mud of {:.0} kg/m3, described as {rho:.0}: this load is there from the start and does not wash out",
+                rho + p[0]
+            )
+        })
+    }
 }

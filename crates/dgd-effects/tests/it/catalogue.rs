@@ -486,3 +486,15 @@ fn a_gain_is_told_as_the_liner_or_the_gallon_that_would_show_it() {
     assert_eq!(told("return_flow_gain", 1.17), None);
     assert_eq!(told("return_flow_gain", 0.86), None);
 }
+
+#[test]
+fn cuttings_that_never_wash_out_are_a_heavier_mud() {
+    let s = setting();
+    let cuttings = find("cuttings_loading").unwrap();
+    let told =
+        |drilled: f64, begun: f64| cuttings.same_as(&[50.0, drilled, 0.3, 0.0, begun, 0.02], &s);
+    let heavier = format!("mud of {:.0} kg/m3", s.density_kg_m3 + 50.0);
+    assert!(told(1.0, 1.0).unwrap().starts_with(&heavier));
+    assert_eq!(told(0.82, 1.0), None);
+    assert_eq!(told(1.0, 0.0), None);
+}
