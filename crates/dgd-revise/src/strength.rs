@@ -63,7 +63,7 @@ fn slightest(
         if !slight(&context.hypotheses[member], &told) {
             continue;
         }
-        let Some(rest) = choice::without(context, folds, scored, set, member) else {
+        let Some(rest) = without(context, folds, scored, &whole, member) else {
             continue;
         };
         let loss = scored[rest].left.less(&whole.left).0 / whole.left.mean().max(1e-300);
@@ -71,13 +71,33 @@ fn slightest(
             least = Some((loss, member, rest));
         }
     }
-    let (_, member, rest) = least?;
-    if let Some(trial) = context.refine(&scored[rest].trial, baseline::FULL)
-        && let Some(left) = folds.of_trial(context, &trial)
-    {
-        scored[rest] = Scored { trial, left };
+    least.map(|(_, member, rest)| (member, rest))
+}
+
+/// The number of the set without a member, fitted from the values that the others have beside it: what was fitted before may lie in
+/// another minimum, and a member that is none would be worth what parts the two.
+fn without(
+    context: &Context<'_>,
+    folds: &Folds,
+    scored: &mut Vec<Scored>,
+    whole: &Scored,
+    member: usize,
+) -> Option<usize> {
+    let mut rest = whole.trial.members.clone();
+    rest.retain(|other| *other != member);
+    let known = scored.iter().position(|s| s.trial.members == rest);
+    let trial = context.fit(&rest, &whole.trial.values(), baseline::FULL)?;
+    let better = known.is_none_or(|k| trial.cost() < scored[k].trial.cost());
+    if !better {
+        return known;
     }
-    Some((member, rest))
+    let left = folds.of_trial(context, &trial)?;
+    let fresh = Scored { trial, left };
+    match known {
+        Some(k) => scored[k] = fresh,
+        None => scored.push(fresh),
+    }
+    known.or(Some(scored.len() - 1))
 }
 
 #[cfg(test)]
