@@ -436,7 +436,7 @@ pub fn parse_system(text: &str) -> Result<System, AssemblyError> {
         AssemblyError::Syntax {
             line,
             column,
-            message: error.message().trim().replace('\n', "; "),
+            message: crate::near::with_meant(&error.message().trim().replace('\n', "; ")),
         }
     })
 }

@@ -5,11 +5,12 @@ mod components;
 
 use crate::error::Problem;
 use crate::kinds::{self, Property};
+use crate::near::meant;
 use crate::network::{Attached, Driven, FLUID_SLOTS, FreeSlot, Part};
-use crate::spec::{Setting, System};
+use crate::spec::{Kind, Setting, System};
 use attached::effect_slots;
 use components::{component_slots, resolve_columns};
-use dgd_units::{Unit, split_number};
+use dgd_units::{Unit, UnitError, split_number};
 use std::collections::BTreeMap;
 
 /// What the first pass over a description gives.
@@ -27,6 +28,15 @@ pub(crate) struct Slots {
 impl Slots {
     pub(crate) fn part(&self, name: &str) -> Option<usize> {
         self.parts.iter().position(|p| p.name == name)
+    }
+
+    /// The components that carry flow, and `more`, for a name that is none of them.
+    pub(crate) fn carriers(&self, written: &str, more: &[&str]) -> String {
+        let carries = |part: &&Part| part.kind != Kind::Instrument;
+        let parts = self.parts.iter().filter(carries);
+        let names = parts.map(|p| p.name.as_str()).chain(more.iter().copied());
+        let meant = meant(written, names.clone());
+        format!("{meant}components: {}", listed(names))
     }
 
     fn problem(
@@ -64,7 +74,12 @@ pub(crate) fn number(setting: &Setting, property: &Property) -> Result<f64, Stri
                     property.unit
                 ));
             }
-            let unit = property.unit_of(unit).map_err(|e| e.to_string())?;
+            let unit = property.unit_of(unit).map_err(|e| match e {
+                UnitError::UnknownUnit {
+                    suggestion: None, ..
+                } => format!("{e}, expected one such as `{}`", property.unit),
+                other => other.to_string(),
+            })?;
             Ok(unit.to_si(value))
         }
         _ => Err(format!(
@@ -154,10 +169,12 @@ fn properties(
                     .map(|p| p.name)
                     .chain(choices.iter().map(|c| c.0)),
             );
+            let all = table.iter().map(|p| p.name);
+            let meant = meant(key, all.chain(choices.iter().map(|c| c.0)));
             slots.problem(
                 path,
                 "is not a property here",
-                format!("expected one of: {known}"),
+                format!("{meant}expected one of: {known}"),
             );
         }
     }
@@ -252,12 +269,15 @@ fn unknown_path(slots: &mut Slots, path: &str, table: &str) {
         .cloned()
         .collect();
     let mend = if near.is_empty() {
-        let names = listed(slots.parts.iter().map(|p| p.name.as_str()));
+        let all = || slots.parts.iter().map(|p| p.name.as_str());
         format!(
-            "there is no component `{part}`; components: {names}; a path is quoted, \"tank.area\""
+            "{}there is no component `{part}`; components: {}; a path is quoted, \"tank.area\"",
+            meant(part, all()),
+            listed(all())
         )
     } else {
-        format!("expected one of: {}", near.join(", "))
+        let meant = meant(path, near.iter().map(String::as_str));
+        format!("{meant}expected one of: {}", near.join(", "))
     };
     slots.problem(path, format!("in {table} is not a property"), mend);
 }

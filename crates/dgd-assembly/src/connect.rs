@@ -182,11 +182,10 @@ pub(crate) fn find_port(
         return Some((ATMOSPHERE, 0));
     }
     let Some(i) = slots.part(name) else {
-        let known = listed(slots.parts.iter().map(|p| p.name.as_str()));
         problems.push(Problem::new(
             path,
             format!("there is no component `{name}`"),
-            format!("components: {known}, atmosphere"),
+            slots.carriers(name, &["atmosphere"]),
         ));
         return None;
     };

@@ -28,14 +28,16 @@ impl Property {
     /// # Errors
     /// [`UnitError`] if there is no such unit, or it measures something else.
     pub fn unit_of(&self, written: &str) -> Result<Unit, UnitError> {
-        let unit = Unit::parse(written)?;
-        match self.dimension {
-            Some(Dimension::Number) if unit.dimension == Dimension::Percent => Ok(Unit {
-                factor: 0.01 * unit.factor,
-                ..unit
-            }),
-            Some(dimension) => Unit::parse_as(written, dimension),
-            None => Ok(unit),
+        let unit = Unit::parse(written);
+        match (self.dimension, unit) {
+            (Some(Dimension::Number), Ok(unit)) if unit.dimension == Dimension::Percent => {
+                Ok(Unit {
+                    factor: 0.01 * unit.factor,
+                    ..unit
+                })
+            }
+            (Some(dimension), _) => Unit::parse_as(written, dimension),
+            (None, unit) => unit,
         }
     }
 

@@ -23,6 +23,7 @@ mod laws;
 mod linear;
 mod locate;
 mod model;
+mod near;
 mod network;
 mod reach;
 mod record;

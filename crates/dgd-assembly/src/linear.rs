@@ -224,6 +224,11 @@ pub fn linearise(
     Ok(linear)
 }
 
+/// Share of a matrix's size within which its eigenvalues are rounding: differences give it to ten digits at most.
+const ROUNDING: f64 = 1e-12;
+/// The same of a discrete matrix, whose eigenvalues are told from 1: a few dozen units in the last place.
+const ROUNDING_AT_ONE: f64 = 1e-14;
+
 impl Linear {
     /// The discrete model with inputs held over steps of `step_s` (zero-order hold): `exp([A B; 0 0] h)`.
     ///
@@ -267,7 +272,8 @@ impl Linear {
         Ok(discrete)
     }
 
-    /// Eigenvalues of `A` as (real, imaginary), by falling real part: 1/s if continuous. Empty if `A` is not finite.
+    /// Eigenvalues of `A` as (real, imaginary), by falling real part: 1/s if continuous. Empty if `A` is not finite. What is no more than the
+    /// rounding of a continuous `A` is 0.
     #[must_use]
     pub fn poles(&self) -> Vec<(f64, f64)> {
         let n = self.states.len();
@@ -275,11 +281,24 @@ impl Linear {
             return Vec::new();
         }
         let a = DMatrix::from_row_slice(n, n, &self.a);
+        let least = match self.step_s {
+            None => ROUNDING * a.norm(),
+            Some(_) => 0.0,
+        };
         let Some(schur) = Schur::try_new(a, f64::EPSILON, 100_000) else {
             return Vec::new();
         };
         let values = schur.complex_eigenvalues();
-        let mut poles: Vec<(f64, f64)> = values.iter().map(|v| (v.re, v.im)).collect();
+        let mut poles: Vec<(f64, f64)> = (values.iter())
+            .map(|v| (v.re, v.im))
+            .map(|(re, im)| {
+                if re.hypot(im) <= least {
+                    (0.0, 0.0)
+                } else {
+                    (re, im)
+                }
+            })
+            .collect();
         poles.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.total_cmp(&b.1)));
         poles
     }
@@ -287,11 +306,15 @@ impl Linear {
     /// Time constants, s, in the order of [`poles`](Self::poles): `−1/Re`, infinite for an integrator, negative if unstable.
     #[must_use]
     pub fn time_constants(&self) -> Vec<f64> {
-        let real = |(re, im): (f64, f64)| match self.step_s {
-            Some(h) => re.hypot(im).ln() / h,
-            None => re,
+        let constant = |(re, im): (f64, f64)| {
+            let (real, step) = match self.step_s {
+                Some(h) => (re.hypot(im).ln(), h),
+                None => (re, 1.0),
+            };
+            let still = real == 0.0 || (self.step_s.is_some() && real.abs() <= ROUNDING_AT_ONE);
+            if still { f64::INFINITY } else { -step / real }
         };
-        self.poles().into_iter().map(|p| -1.0 / real(p)).collect()
+        self.poles().into_iter().map(constant).collect()
     }
 }
 

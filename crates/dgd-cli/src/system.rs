@@ -2,6 +2,7 @@
 
 pub(crate) mod columns;
 pub(crate) mod diagram;
+pub(crate) mod measure;
 pub(crate) mod page;
 pub(crate) mod quantity;
 pub(crate) mod runs;
@@ -9,7 +10,7 @@ pub(crate) mod runs;
 use crate::failure::Failure;
 use crate::load::read_text;
 use dgd_assembly::{
-    Assembly, AssemblyError, Component, FitStatus, RunStatus, Setting, Size, System,
+    Assembly, AssemblyError, Component, FitStatus, Kind, RunStatus, Setting, Size, System,
 };
 use dgd_documents::{DocumentError, SystemDocument};
 use dgd_recording::Column;
@@ -194,6 +195,16 @@ fn gauge(system: &System, name: &str, component: Option<&Component>) -> Gauge {
         unit,
         symbol: if symbol == "1" { String::new() } else { symbol },
     }
+}
+
+/// Openings of valves that are neither given nor sought nor recorded: the valves are fully open.
+pub(crate) fn at_default(system: &System) -> Vec<String> {
+    let valves = system.components.iter();
+    let valves =
+        valves.filter(|(_, c)| c.kind == Kind::Valve && !c.settings.contains_key("opening"));
+    let paths = valves.map(|(name, _)| format!("{name}.opening"));
+    let known = |path: &String| system.inputs.contains_key(path) || system.free.contains_key(path);
+    paths.filter(|path| !known(path)).collect()
 }
 
 /// A property that is a word.

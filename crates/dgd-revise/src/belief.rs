@@ -200,6 +200,26 @@ mod tests {
     }
 
     #[test]
+    fn what_does_worse_than_an_empty_place_is_no_stand_in_though_few_blocks_decide() {
+        use crate::choice::{stand_ins, untold};
+        // All the squares sit in one block: their standard error is as large as they are.
+        let crowded = |members: &[usize], square: f64| {
+            let mut one = set(members, 1.0);
+            one.left.blocks[3] += square;
+            one
+        };
+        let scored = [
+            crowded(&[], 100.0),
+            crowded(&[1], 0.0),
+            crowded(&[2], 500.0),
+            crowded(&[3], 30.0),
+            crowded(&[4], 60.0),
+        ];
+        assert!(scored.iter().all(|s| untold(s, &scored[1])));
+        assert_eq!(stand_ins(&scored, 1, 1), [3]);
+    }
+
+    #[test]
     fn what_is_outweighed_by_what_stays_unexplained_is_not_sure_however_it_beats_the_other_sets() {
         assert_eq!(tempered(1.0, (2.0, 0.2), 0.0), SUREST);
         assert!((tempered(1.0, (2.0, 0.2), 0.5) - 0.8).abs() < 1e-9);

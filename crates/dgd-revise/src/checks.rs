@@ -11,8 +11,10 @@ use crate::revision::{Check, Excuse};
 use crate::screen::screen;
 use crate::tangent::dot;
 use crate::validate::LeftOut;
+use dgd_assembly::EffectParameter;
 
-pub(crate) fn gate_checks(e: &Evidence<'_, '_>) -> Vec<Check> {
+/// - `slight`: members taken from the chosen set because they may as well be none.
+pub(crate) fn gate_checks(e: &Evidence<'_, '_>, slight: &[usize]) -> Vec<Check> {
     let words = [
         "catalogue, whitened residual",
         "catalogue, plain residual",
@@ -64,11 +66,22 @@ pub(crate) fn gate_checks(e: &Evidence<'_, '_>) -> Vec<Check> {
             detail: each(&of_noise),
         }),
         None if e.levels.iter().any(Level::unexcused) => checks.push(Check {
-            name: "what the re-fitted base leaves may be the instruments' own noise".into(),
-            passed: false,
+            // As above: that more is left is why effects were sought.
+            name: "what the re-fitted base leaves is more than the instruments' own noise".into(),
+            passed: true,
             detail: each(&of_noise),
         }),
         None => {}
+    }
+    if !slight.is_empty() {
+        checks.push(Check {
+            name: "effects that may as well be none are not claimed".into(),
+            passed: true,
+            detail: format!(
+                "within two standard errors of no change: {}",
+                e.names(slight).join("; ")
+            ),
+        });
     }
     if !e.unlikely.is_empty() {
         let each = e.unlikely.iter();
@@ -220,7 +233,7 @@ pub(crate) fn bounds_check(
     left: &LeftOut,
     checks: &mut Vec<Check>,
 ) {
-    let mut at: Vec<String> = Vec::new();
+    let (mut at, mut ends): (Vec<String>, Vec<String>) = Default::default();
     let mut turning: Vec<String> = Vec::new();
     for &m in &trial.members {
         let h = &e.context.hypotheses[m];
@@ -231,10 +244,15 @@ pub(crate) fn bounds_check(
             };
             let value = trial.minimum.theta[i];
             let near = 1e-6 * (p.high - p.low);
-            if value - p.low <= near {
-                at.push(format!("{path} is on its lower bound"));
-            } else if p.high - value <= near {
-                at.push(format!("{path} is on its upper bound"));
+            let (side, bound) = match (value - p.low <= near, p.high - value <= near) {
+                (true, _) => ("lower", p.low),
+                (_, true) => ("upper", p.high),
+                _ => ("", f64::NAN),
+            };
+            if ends_by_nature(p, bound) {
+                ends.push(format!("{path} is {bound}, where it ends by nature"));
+            } else if !side.is_empty() {
+                at.push(format!("{path} is on its {side} bound"));
             }
             let side = |t: &Vec<f64>| (t[i] - p.neutral).signum();
             if k == 0
@@ -251,10 +269,10 @@ pub(crate) fn bounds_check(
     checks.push(Check {
         name: "effects lie within their bounds".into(),
         passed: at.is_empty(),
-        detail: if at.is_empty() {
-            "all".into()
-        } else {
-            at.join("; ")
+        detail: match at.is_empty() {
+            true if ends.is_empty() => "all".into(),
+            true => format!("all; {}", ends.join("; ")),
+            false => at.join("; "),
         },
     });
     checks.push(Check {
@@ -266,6 +284,12 @@ pub(crate) fn bounds_check(
             turning.join("; ")
         },
     });
+}
+
+/// Whether a parameter can be no more than a bound whatever the range that is searched: a share of none or all, a size of nothing.
+fn ends_by_nature(p: &EffectParameter, bound: f64) -> bool {
+    let share = p.low == 0.0 && p.high == 1.0;
+    bound == 0.0 || bound == p.neutral || (share && bound == p.high)
 }
 
 /// The same change of the readings, shifted along the record, must explain less of what the member explains.
@@ -327,4 +351,27 @@ pub(crate) fn shifted(
         greatest = greatest.max(gain(&base.tangent.off(&moved)));
     }
     Some((gain(&point.direction), greatest))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::ends_by_nature;
+    use dgd_assembly::EffectParameter;
+
+    #[test]
+    fn none_and_all_are_natural_ends_and_how_far_a_search_goes_is_not() {
+        let of = |low: f64, high: f64, neutral: f64| EffectParameter {
+            name: "share",
+            low,
+            high,
+            neutral,
+            usual: high,
+        };
+        let share = of(0.0, 1.0, 0.0);
+        assert!(ends_by_nature(&share, 0.0) && ends_by_nature(&share, 1.0));
+        assert!(!ends_by_nature(&of(0.0, 0.2, 0.0), 0.2));
+        let exponent = of(-0.6, 1.0, 0.0);
+        assert!(!ends_by_nature(&exponent, -0.6) && !ends_by_nature(&exponent, 1.0));
+        assert!(!ends_by_nature(&share, f64::NAN));
+    }
 }

@@ -61,12 +61,27 @@ pub(crate) fn untold(set: &Scored, chosen: &Scored) -> bool {
     more <= TOLD * error || alike(set, chosen)
 }
 
+/// Share of the squares between the chosen set and what it has in common with another, above which that does not take its place.
+const IN_PLACE: f64 = 0.5;
+
+/// Whether a set may stand in the chosen one's place: not told from it, and worth more than half of what the chosen one is worth beyond their
+/// common members. Where the squares sit in few blocks the standard error alone lets pass what is worse than nothing.
+pub(crate) fn stands_in(scored: &[Scored], set: &Scored, chosen: &Scored) -> bool {
+    let kept = |m: &&usize| set.trial.members.contains(m);
+    let members = chosen.trial.members.iter();
+    let common: Vec<usize> = members.filter(kept).copied().collect();
+    let common = scored.iter().find(|s| s.trial.members == common);
+    let worth = common.map_or(f64::INFINITY, |c| c.left.less(&chosen.left).0);
+    let unit = 2.0 / independent(&chosen.trial).max(2.0) * chosen.left.mean();
+    untold(set, chosen) && set.left.less(&chosen.left).0 <= unit.max(IN_PLACE * worth)
+}
+
 /// What does as well in the place of a member of the chosen set, the others kept.
 pub(crate) fn stand_ins(scored: &[Scored], chosen: usize, member: usize) -> Vec<usize> {
     let set = &scored[chosen];
     let members = &set.trial.members;
     let mut found = Vec::new();
-    for s in scored.iter().filter(|s| untold(s, set)) {
+    for s in scored.iter().filter(|s| stands_in(scored, s, set)) {
         let m = &s.trial.members;
         if m.len() != members.len() || members.iter().any(|o| *o != member && !m.contains(o)) {
             continue;

@@ -17,7 +17,7 @@ use crate::screen::Screened;
 use crate::sets::Scored;
 use crate::stack::{Data, Row, Runner};
 use crate::validate::{Folds, LeftOut};
-use crate::{empirical, sections};
+use crate::{empirical, sections, strength};
 use std::collections::BTreeSet;
 
 /// Everything weighed.
@@ -180,6 +180,13 @@ pub(crate) fn conclude(
         .tell(evidence.base_trial, &nothing)
         .ok_or(ReviseError::NotRun)?;
     let mut claim = std::mem::take(&mut evidence.claim);
+    // A correction was fitted on top of the whole set.
+    let mut slight = Vec::new();
+    if let (Some(k), None) = (claim.set, &claim.correction) {
+        let (rest, gone) = strength::firm(c, evidence.memory, folds, &mut evidence.scored, k);
+        claim.set = Some(rest);
+        slight = gone;
+    }
     let set = |claim: &Claim| -> Trial {
         claim.set.map_or_else(
             || evidence.base_trial.clone(),
@@ -188,7 +195,7 @@ pub(crate) fn conclude(
     };
     let mut trial = set(&claim);
     let mut after = evidence.tell(&trial, &claim).ok_or(ReviseError::NotRun)?;
-    let mut checks = gate_checks(&evidence);
+    let mut checks = gate_checks(&evidence, &slight);
     let found_something = claim.set.is_some() || claim.correction.is_some();
     let mut withdrawn = Vec::new();
     let mut standing: Vec<Standing> = Vec::new();

@@ -4,7 +4,7 @@ use crate::baseline::fresh_jacobian;
 use crate::belief;
 use crate::chain::{Claim, Withdrawn};
 use crate::checks::placebo;
-use crate::choice::untold;
+use crate::choice::stands_in;
 use crate::conclude::Evidence;
 use crate::context::Trial;
 use crate::empirical::{self, Corrected, Place};
@@ -14,8 +14,10 @@ use crate::locate;
 use crate::revision::{Check, Class, Estimate, Finding, Outcome, Shape, Tested};
 use crate::sets::Scored;
 use crate::stack::Row;
+use crate::strength;
 use crate::tangent::dot;
 use crate::validate::Folds;
+use dgd_assembly::About;
 
 /// A quantity along which a finding may lie, by window and sample.
 type Quantity = (String, Vec<Vec<f64>>);
@@ -128,14 +130,7 @@ fn named(
     let rows = &set.trial.minimum.residuals;
     let reduced = without.map(|w| &w.trial.minimum.residuals);
     let alternatives = e.alternatives(chosen, standing.member);
-    let separating = alternatives
-        .iter()
-        .find_map(|(name, _)| {
-            let id = name.rsplit('.').next()?;
-            about.confusable.iter().find(|(other, _)| *other == id)
-        })
-        .or(about.confusable.first())
-        .map(|(_, test)| (*test).to_owned());
+    let rivals: Vec<Vec<usize>> = alternatives.iter().map(|(other, _)| vec![*other]).collect();
     let prefix = format!("{}.{}.", h.component, h.effect);
     let own = estimates.iter().filter(|p| p.path.starts_with(&prefix));
     let parameters = own.map(|p| {
@@ -159,8 +154,11 @@ fn named(
         standard_errors: loss / error,
         probability: Some(belief::calibrated(standing.alone)),
         probability_with_alternatives: Some(belief::calibrated(standing.together)),
-        alternatives,
-        separating_test: separating,
+        alternatives: (alternatives.into_iter())
+            .map(|(other, worse)| (e.name(other), worse))
+            .collect(),
+        separating_test: separating(e, &[standing.member], &rivals),
+        slight: strength::slight(h, estimates),
         shape: None,
     }
 }
@@ -205,6 +203,7 @@ fn corrected(
         probability_with_alternatives: None,
         alternatives: Vec::new(),
         separating_test: None,
+        slight: false,
         shape: Some(Shape {
             of,
             along: along.clone(),
@@ -285,6 +284,7 @@ pub(crate) fn unnamed(
         probability_with_alternatives: None,
         alternatives: Vec::new(),
         separating_test: None,
+        slight: false,
         shape: None,
     }
 }
@@ -310,7 +310,7 @@ impl Evidence<'_, '_> {
     }
 
     /// What left-out blocks do not tell from a member in its place.
-    fn alternatives(&self, chosen: usize, member: usize) -> Vec<(String, f64)> {
+    fn alternatives(&self, chosen: usize, member: usize) -> Vec<(usize, f64)> {
         let set = &self.scored[chosen];
         let rest: Vec<usize> = set
             .trial
@@ -319,7 +319,7 @@ impl Evidence<'_, '_> {
             .copied()
             .filter(|m| *m != member)
             .collect();
-        let mut found: Vec<(String, f64)> = Vec::new();
+        let mut found: Vec<(usize, f64)> = Vec::new();
         for s in &self.scored {
             let m = &s.trial.members;
             if m.len() != set.trial.members.len() || !rest.iter().all(|r| m.contains(r)) {
@@ -329,9 +329,8 @@ impl Evidence<'_, '_> {
                 continue;
             };
             let (more, _) = s.left.less(&set.left);
-            let name = self.name(other);
-            if untold(s, set) && found.iter().all(|f| f.0 != name) {
-                found.push((name, more / set.left.mean()));
+            if stands_in(&self.scored, s, set) && found.iter().all(|f| f.0 != other) {
+                found.push((other, more / set.left.mean()));
             }
         }
         found.sort_by(|a, b| a.1.total_cmp(&b.1));
@@ -351,7 +350,7 @@ pub(crate) fn classes(e: &Evidence<'_, '_>, claim: &Claim) -> Vec<Class> {
         .scored
         .iter()
         .filter(|s| s.trial.members.len() == size && s.trial.members != chosen.trial.members)
-        .filter(|s| untold(s, chosen))
+        .filter(|s| stands_in(&e.scored, s, chosen))
         .collect();
     if alike.is_empty() {
         return Vec::new();
@@ -362,6 +361,7 @@ pub(crate) fn classes(e: &Evidence<'_, '_>, claim: &Claim) -> Vec<Class> {
         apart: vec![0.0],
         separating_test: None,
     };
+    let mut rivals = Vec::new();
     for s in alike {
         let names = e.names(&s.trial.members);
         if class.members.contains(&names) {
@@ -377,36 +377,48 @@ pub(crate) fn classes(e: &Evidence<'_, '_>, claim: &Claim) -> Vec<Class> {
             .collect();
         class.members.push(names);
         class.apart.push(dot(&d, &d).sqrt() / rms);
-        if class.separating_test.is_none() {
-            class.separating_test = separating(e, &chosen.trial.members, &s.trial.members);
-        }
+        rivals.push(s.trial.members.clone());
     }
+    class.separating_test = separating(e, &chosen.trial.members, &rivals);
     vec![class]
 }
 
-/// What the catalogue says of telling a member of one set from a member of the other.
-pub(crate) fn separating(e: &Evidence<'_, '_>, a: &[usize], b: &[usize]) -> Option<String> {
-    let law = |m: &usize| e.context.hypotheses[*m].law.about();
-    let own = a.iter().filter(|m| !b.contains(m));
-    for m in own {
-        for n in b.iter().filter(|n| !a.contains(n)) {
-            let ways = [(m, n), (n, m)];
-            let named = ways.iter().find_map(|(x, y)| {
-                law(x)
-                    .confusable
-                    .iter()
-                    .find(|(id, _)| *id == law(y).id)
-                    .map(|(_, test)| *test)
-            });
-            if let Some(test) = named {
+/// What would tell a set from its rivals.
+pub(crate) fn separating(
+    e: &Evidence<'_, '_>,
+    set: &[usize],
+    rivals: &[Vec<usize>],
+) -> Option<String> {
+    let about = |members: &[usize]| -> Vec<(usize, &'static About)> {
+        let each = members.iter();
+        each.map(|m| (*m, e.context.hypotheses[*m].law.about()))
+            .collect()
+    };
+    let rivals: Vec<_> = rivals.iter().map(|r| about(r)).collect();
+    test_between(&about(set), &rivals)
+}
+
+/// What the catalogue says of telling a set from the first of its rivals of which it says so, by a member of each that the other has not;
+/// what shows the set best where it says so of none, and nothing where there is no rival.
+fn test_between(set: &[(usize, &About)], rivals: &[Vec<(usize, &About)>]) -> Option<String> {
+    let known = |a: &About, b: &About| {
+        let ways = [(a, b), (b, a)];
+        let ways = ways.map(|(x, y)| x.confusable.iter().find(|(id, _)| *id == y.id));
+        ways.into_iter().flatten().map(|(_, test)| *test).next()
+    };
+    for rival in rivals {
+        for (_, mine) in set.iter().filter(|m| rival.iter().all(|n| n.0 != m.0)) {
+            let mut theirs = rival.iter().filter(|n| set.iter().all(|m| m.0 != n.0));
+            let test = theirs.find_map(|n| known(mine, n.1));
+            if let Some(test) = test {
                 return Some(test.to_owned());
             }
         }
     }
-    // Not foreseen by the catalogue: what shows the claimed effect best.
-    a.iter()
-        .find(|m| !b.contains(m))
-        .map(|m| format!("more of: {}", law(m).excited_by))
+    // Not foreseen by the catalogue.
+    let first = rivals.first()?;
+    let mine = set.iter().find(|m| first.iter().all(|n| n.0 != m.0))?;
+    Some(format!("more of: {}", mine.1.excited_by))
 }
 
 pub(crate) fn tested(
@@ -454,4 +466,39 @@ pub(crate) fn tested(
             }
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+
+    use super::test_between;
+    use dgd_assembly::effects;
+
+    #[test]
+    fn a_test_is_that_of_a_pair_at_hand_from_either_side_or_says_what_shows_the_effect() {
+        let of = |id: &str| effects::find(id).unwrap().about();
+        let between = |rivals: &[&str]| {
+            let rivals: Vec<_> = (1..).zip(rivals).map(|(n, r)| vec![(n, of(r))]).collect();
+            test_between(&[(0, of("opening_play"))], &rivals)
+        };
+        // The catalogue has it under stiction alone.
+        let own = of("opening_play").confusable;
+        assert!(own.iter().all(|(id, _)| *id != "opening_stiction"));
+        let test = between(&["opening_stiction"]).unwrap();
+        assert!(test.contains("without a jump"), "{test}");
+        assert_eq!(between(&["vortex", "opening_stiction"]).unwrap(), test);
+        let none = between(&["vortex"]).unwrap();
+        assert!(none.starts_with("more of: an opening that turns"), "{none}");
+        assert_eq!(between(&[]), None);
+    }
+
+    #[test]
+    fn what_both_sets_hold_is_told_from_nothing() {
+        let of = |id: &str| effects::find(id).unwrap().about();
+        let play = (0, of("opening_play"));
+        let (set, rival) = ([play, (1, of("vortex"))], vec![play, (2, of("taper"))]);
+        let test = test_between(&set, &[rival]).unwrap();
+        assert!(!test.contains("opening"), "{test}");
+    }
 }

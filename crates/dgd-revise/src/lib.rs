@@ -50,6 +50,7 @@ mod screen;
 mod sections;
 mod sets;
 mod stack;
+mod strength;
 mod tangent;
 mod validate;
 

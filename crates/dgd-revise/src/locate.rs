@@ -77,6 +77,9 @@ pub(crate) fn region(
         }
         edges.sort_unstable();
         edges.dedup();
+        let fall = |from: usize, to: usize| of[from..to].iter().map(|p| p.1).sum::<f64>();
+        // Where squares rise instead, they make no share of the others larger.
+        let total: f64 = edges.windows(2).map(|e| fall(e[0], e[1]).max(0.0)).sum();
         // Ranges of up to half of the samples, or of one value: how much more than their share of samples lies there.
         for width in 1..edges.len() {
             for first in 0..edges.len() - width {
@@ -87,7 +90,7 @@ pub(crate) fn region(
                 if part.len() > n / 2 + 1 && low.0 < high.0 {
                     continue;
                 }
-                let share = part.iter().map(|p| p.1).sum::<f64>() / total;
+                let share = fall(edges[first], edges[first + width]) / total;
                 let of_samples = part.len() as f64 / n as f64;
                 let crowded = share - of_samples;
                 if best.as_ref().is_none_or(|b| crowded > b.0 + 1e-9) {
@@ -130,6 +133,22 @@ mod tests {
     #[test]
     fn a_region_is_where_more_of_the_squares_lie_than_of_the_samples() {
         assert_eq!(told(|i| i as f64), ((70.0, 99.0), 1.0, 0.3));
+    }
+
+    #[test]
+    fn no_region_holds_more_than_all_of_the_squares_where_others_rise() {
+        let window = Window {
+            time: (0..100).map(f64::from).collect(),
+            readings: vec![vec![0.0; 100]],
+            ..Window::default()
+        };
+        let data = Data::training(vec![window]);
+        let fell = |i: u32| f64::from(u8::from(i >= 70));
+        let before: Vec<f64> = (0..100).map(fell).collect();
+        let after: Vec<f64> = (0..100).map(|i| 0.3 * (1.0 - fell(i))).collect();
+        let quantities = [("u".to_owned(), vec![(0..100).map(f64::from).collect()])];
+        let found = region(&data, &before, &after, &quantities).unwrap();
+        assert_eq!((found.range, found.share), ((70.0, 99.0), 1.0));
     }
 
     #[test]

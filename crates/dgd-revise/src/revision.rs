@@ -107,11 +107,13 @@ pub struct Finding {
     /// The same line for the weight of it and its alternatives together: that one of them is what was left out.
     pub probability_with_alternatives: Option<f64>,
     /// Effects (`component.effect`) that do as well in its place, likeliest first, with the share by which the left-out
-    /// mean square is greater (negative: smaller).
+    /// mean square is greater (negative: smaller); each is worth more than half of what it is worth.
     pub alternatives: Vec<(String, f64)>,
     /// A test that would tell it from the likeliest of its alternatives for which the catalogue names one; where it names one for none of them,
-    /// from what the effect is mistaken for first of all.
+    /// what shows the effect best. `None` without alternatives.
     pub separating_test: Option<String>,
+    /// Whether its strength lies within two standard errors of the value that changes nothing.
+    pub slight: bool,
     /// Shape of an `unknown`: quantity and correction at its knots.
     pub shape: Option<Shape>,
 }
@@ -123,7 +125,7 @@ pub struct Region {
     pub along: String,
     /// Its range, in the units of the assembly: SI where a unit is given; both ends the same where that is one value.
     pub range: (f64, f64),
-    /// Share of the squares that lies there.
+    /// Share of the squares that lies there, of all where they fall.
     pub share: f64,
     /// Share of the samples that lies there.
     pub of_samples: f64,

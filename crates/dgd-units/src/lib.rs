@@ -26,6 +26,8 @@ pub use error::UnitError;
 pub use legible::Legible;
 pub use mask::{MaskError, MaskReferences};
 pub use quantity::{Density, FlowRate, Length, Pressure, split_number};
+#[doc(hidden)]
+pub use unit::edit_distance;
 pub use unit::{Dimension, PressureReference, Unit};
 
 /// Standard atmosphere, Pa: the p0 of the thesis and the zero of gauge pressure.

@@ -394,17 +394,24 @@ impl Unit {
             Some(unit) if !ambiguous(unit) => Ok(*unit),
             _ => Err(UnitError::UnknownUnit {
                 found: text.chars().take(40).collect(),
-                suggestion: found.map(|unit| unit.symbol).or_else(|| nearest(&wanted)),
+                suggestion: (found.map(|unit| unit.symbol)).or_else(|| nearest(&wanted, None)),
             }),
         }
     }
 
-    /// [`Unit::parse`], and the unit must measure `dimension`.
+    /// [`Unit::parse`], and the unit must measure `dimension`; so does what an error suggests.
     ///
     /// # Errors
     /// [`UnitError::UnknownUnit`] or [`UnitError::WrongDimension`].
     pub fn parse_as(text: &str, dimension: Dimension) -> Result<Self, UnitError> {
-        Self::parse(text)?.written(text, dimension)
+        match Self::parse(text) {
+            Ok(unit) => unit.written(text, dimension),
+            Err(UnitError::UnknownUnit { found, .. }) => Err(UnitError::UnknownUnit {
+                found,
+                suggestion: nearest(&plain(text).to_lowercase(), Some(dimension)),
+            }),
+            Err(other) => Err(other),
+        }
     }
 
     /// The unit itself, if it measures `dimension`.
@@ -499,8 +506,8 @@ impl fmt::Display for Unit {
     }
 }
 
-/// The known spelling at an edit distance of one, or two for longer words.
-fn nearest(wanted: &str) -> Option<&'static str> {
+/// The known spelling at an edit distance of one, or two for longer words; of a unit of that dimension, if one is given.
+fn nearest(wanted: &str, dimension: Option<Dimension>) -> Option<&'static str> {
     if wanted.len() > 16 {
         return None;
     }
@@ -508,6 +515,7 @@ fn nearest(wanted: &str) -> Option<&'static str> {
     let length = wanted.chars().count();
     TABLE
         .iter()
+        .filter(|(unit, _)| dimension.is_none_or(|d| unit.dimension == d))
         .map(|(unit, _)| unit.symbol)
         .filter(|symbol| symbol.len().abs_diff(length) <= 2)
         .map(|symbol| (edit_distance(&fold(symbol), wanted), symbol))
@@ -516,8 +524,10 @@ fn nearest(wanted: &str) -> Option<&'static str> {
         .map(|(_, symbol)| symbol)
 }
 
-/// Insertions, deletions, substitutions and swaps of neighbours from `a` to `b`.
-fn edit_distance(a: &str, b: &str) -> usize {
+/// Insertions, deletions, substitutions and swaps of neighbours from `a` to `b`. For the crates beside this one alone.
+#[doc(hidden)]
+#[must_use]
+pub fn edit_distance(a: &str, b: &str) -> usize {
     let (a, b): (Vec<char>, Vec<char>) = (a.chars().collect(), b.chars().collect());
     let mut rows = vec![vec![0; b.len() + 1]; a.len() + 1];
     rows[0] = (0..=b.len()).collect();

@@ -1,6 +1,6 @@
 //! What the instruments read.
 
-use crate::build::{Slots, listed};
+use crate::build::Slots;
 use crate::connect::{OUTLET, find_port};
 use crate::error::Problem;
 use crate::network::{Location, Meter, Network, NodeKind, Reading};
@@ -40,7 +40,12 @@ pub(super) fn meters(
             }
             continue;
         };
-        let unit = match text(component, "unit").map(Unit::parse).transpose() {
+        let parse = |written: &str| match dimension(measures) {
+            // Of the same dimension is what an error suggests.
+            Some(expected) => Unit::parse(written).or_else(|_| Unit::parse_as(written, expected)),
+            None => Unit::parse(written),
+        };
+        let unit = match text(component, "unit").map(parse).transpose() {
             Ok(unit) => {
                 let gain = format!("{name}.gain");
                 let own = component.settings.contains_key("gain")
@@ -100,17 +105,10 @@ fn reading(
 ) -> Option<Reading> {
     let (name, port) = of.split_once('.').map_or((of, None), |(n, p)| (n, Some(p)));
     let Some(part) = slots.part(name) else {
-        let known = listed(
-            slots
-                .parts
-                .iter()
-                .filter(|p| p.kind != Kind::Instrument)
-                .map(|p| p.name.as_str()),
-        );
         problems.push(Problem::new(
             path,
             format!("there is no component `{name}`"),
-            format!("components: {known}"),
+            slots.carriers(name, &[]),
         ));
         return None;
     };

@@ -101,6 +101,12 @@ pub(super) fn component_slots(
             "the Darcy law and inertia need `length` and `bore`",
         );
     }
+    let said = matches!(settings.get("friction"), Some(Setting::Text(word)) if word == "darcy");
+    // Without a word on friction a bore may stand for the loss of fittings alone.
+    let long = inertia || said || (friction == Friction::Darcy && !given("minor_loss"));
+    if kind == Kind::Line && long {
+        line_length(slots, system, name, base);
+    }
     if matches!(kind, Kind::Valve | Kind::Orifice) {
         valve_law(slots, name, &given);
     }
@@ -127,6 +133,19 @@ pub(super) fn component_slots(
             reading: 1.0,
         },
     });
+}
+
+/// A line that needs a length has one, or gets it from a recording or a fit.
+fn line_length(slots: &mut Slots, system: &System, name: &str, base: usize) {
+    let path = format!("{name}.length");
+    let later = system.free.contains_key(&path) || system.inputs.contains_key(&path);
+    if !later && slots.values[base + kinds::line::LENGTH] == 0.0 {
+        slots.problem(
+            path,
+            "is missing or 0",
+            "the Darcy law and inertia need `length`",
+        );
+    }
 }
 
 fn valve_law(slots: &mut Slots, name: &str, has: &dyn Fn(&str) -> bool) {

@@ -313,3 +313,39 @@ fn sensitivities_of_the_heavy_loop_agree_with_the_implicit_method() {
     .unwrap();
     agree(&by_runs, &by_equations, 2e-3);
 }
+
+#[test]
+fn what_returns_all_it_receives_is_an_integrator_though_its_pole_is_rounded() {
+    // A pump loop between two tanks, as it was linearised.
+    let a = vec![
+        -0.005_171_749_856_075_392,
+        0.0,
+        3.595_707_210_264_402_8,
+        0.000_387_881_239_253_778_05,
+        0.0,
+        -0.269_678_040_820_017_8,
+        0.0,
+        0.001_026_949_987_079_203_4,
+        -10.666_853_015_950_377,
+    ];
+    let linear = dgd_assembly::Linear {
+        states: ["header.level", "sump.level", "riser.flow"]
+            .map(String::from)
+            .to_vec(),
+        inputs: Vec::new(),
+        outputs: Vec::new(),
+        a,
+        b: Vec::new(),
+        c: Vec::new(),
+        d: Vec::new(),
+        step_s: None,
+        rates: vec![0.0; 3],
+    };
+    assert_eq!(linear.poles()[0], (0.0, 0.0));
+    let discrete = linear.discrete(1.0).unwrap();
+    for model in [&linear, &discrete] {
+        let constants = model.time_constants();
+        assert_eq!(constants[0], f64::INFINITY, "{constants:?}");
+        assert!((constants[1] - 192.39).abs() < 0.01, "{constants:?}");
+    }
+}

@@ -259,3 +259,82 @@ fn values_out_of_range_and_units_of_another_kind_are_refused() {
     let found = problems(&text.replace("area = 1.0", "area = \"3 bar\""));
     assert!(found.contains("tank.area"), "{found}");
 }
+
+#[test]
+fn a_line_with_darcy_friction_or_inertia_needs_a_length() {
+    let line = |keys: &str| {
+        problems(&format!(
+            "connections = [\"tank -> valve -> riser -> atmosphere\"]{HEAD}\"riser.flow\" = 0.0\n[components.riser]\nkind = \"line\"\n{keys}"
+        ))
+    };
+    let missing = "line 9: riser.length: is missing or 0";
+    for keys in [
+        "bore = 0.04\nfriction = \"darcy\"\ninertia = true",
+        "flow_area = 0.01\ninertia = true",
+        "bore = 0.04\nfriction = \"darcy\"\nminor_loss = 2.0",
+        "bore = 0.04",
+    ] {
+        let found = line(keys);
+        assert!(found.contains(missing), "{keys}: {found}");
+    }
+    for keys in [
+        "bore = 0.04\nlength = 12.0\nfriction = \"darcy\"\ninertia = true",
+        // The loss of a bend at the speed in its bore.
+        "bore = 0.04\nminor_loss = 2.0",
+        "quadratic = 1e6",
+    ] {
+        let found = line(keys);
+        assert!(!found.contains("riser.length"), "{keys}: {found}");
+    }
+}
+
+#[test]
+fn what_was_misspelt_is_told_with_what_was_meant() {
+    let text = format!("connections = [\"tank -> valve -> atmosphere\"]{HEAD}");
+    let cases = [
+        ("-> valve", "-> valv", "did you mean `valve`?"),
+        ("atmosphere", "atmosphre", "did you mean `atmosphere`?"),
+        ("of = \"tank\"", "of = \"tnak\"", "did you mean `tank`?"),
+        ("area = 1.0", "aera = 1.0", "did you mean `area`?"),
+        (
+            "kind = \"valve\"",
+            "kind = \"vlave\"",
+            "did you mean `valve`?",
+        ),
+        ("[initial]", "[intial]", "did you mean `initial`?"),
+    ];
+    for (right, wrong, meant) in cases {
+        let found = Assembly::parse(&text.replacen(right, wrong, 1))
+            .unwrap_err()
+            .to_string();
+        assert!(found.contains(meant), "{wrong}: {found}");
+    }
+    // What carries no flow is no end of a connection.
+    let found = problems(&text.replacen("-> valve", "-> valv", 1));
+    assert!(
+        found.contains("components: tank, valve, atmosphere"),
+        "{found}"
+    );
+}
+
+#[test]
+fn a_unit_that_is_suggested_is_of_the_dimension_that_is_asked_for() {
+    let text = format!("connections = [\"tank -> valve -> atmosphere\"]{HEAD}");
+    let area = problems(&text.replace("area = 1.0", "area = \"3 dm\""));
+    assert!(
+        area.contains("unknown unit `dm`, expected one such as `m2`"),
+        "{area}"
+    );
+    let density = problems(&format!("{text}[fluid]\ndensity = \"1.30 kg\"\n"));
+    assert!(
+        density.contains("unknown unit `kg`; did you mean `sg`?"),
+        "{density}"
+    );
+    // Near a unit of pressure alone.
+    let gauge = text.replace("of = \"tank\"", "of = \"tank\", unit = \"baar\"");
+    let level = problems(&gauge);
+    assert!(
+        level.contains("`baar`") && !level.contains("`bar`"),
+        "{level}"
+    );
+}

@@ -80,7 +80,8 @@ pub(crate) fn run(arguments: &Linearise, global: &Global) -> Result<String, Fail
         value["seconds"] = json!(seconds);
         return Ok(say::json(&value));
     }
-    Ok(tell(&title, assembly, &point, &linear, &outputs))
+    let well = arguments.described.system.is_none();
+    Ok(tell(&title, assembly, &point, &linear, &outputs, well))
 }
 
 /// The system, its file, and its text if it is the built-in one.
@@ -477,12 +478,14 @@ fn as_mat(
     all
 }
 
+/// - `well`: whether it is the built-in system of a well, whose level `dgd simulate --well` counts downwards.
 fn tell(
     title: &str,
     assembly: &Assembly,
     point: &Point,
     linear: &Linear,
     outputs: &[&PathBuf],
+    well: bool,
 ) -> String {
     let described = assembly.system();
     let mut table = TextTable::new(["at", "value", "unit"]);
@@ -490,6 +493,33 @@ fn tell(
     for (name, value) in linear.inputs.iter().zip(&point.inputs).chain(states) {
         table.row([name.clone(), number(*value), unit_of(described, name)]);
     }
+    let mut poles = String::new();
+    if !linear.states.is_empty() {
+        poles = format!("\n{}", dynamics(linear).render());
+    }
+    let steady = match point.residual {
+        Some(_) => "a steady state",
+        None if linear.states.is_empty() => "without states: the matrix D is all there is",
+        None => "as given; rates need not be zero there",
+    };
+    let levels = if well {
+        "a level is the height above the floor of its tank; `dgd simulate --well` gives the riser level as depth below the rotary table\n"
+    } else {
+        ""
+    };
+    let files: Vec<String> = outputs.iter().map(|p| p.display().to_string()).collect();
+    format!(
+        "{title}: {}, {}, {}\noperating point ({steady})\n{}{levels}{poles}\nwrote {}\n",
+        say::counted(linear.states.len(), "state"),
+        say::counted(linear.inputs.len(), "input"),
+        say::counted(linear.outputs.len(), "output"),
+        table.render(),
+        files.join(", ")
+    )
+}
+
+/// Poles with their time constants.
+fn dynamics(linear: &Linear) -> TextTable {
     let mut poles = TextTable::new(["pole, 1/s", "imaginary", "time constant, s"]);
     for ((re, im), constant) in linear.poles().iter().zip(linear.time_constants()) {
         let imaginary = if *im == 0.0 {
@@ -504,23 +534,5 @@ fn tell(
         };
         poles.row([number(*re), imaginary, constant]);
     }
-    let steady = match point.residual {
-        Some(_) => "a steady state",
-        None => "as given; rates need not be zero there",
-    };
-    let levels = if linear.states.iter().any(|name| name.ends_with(".level")) {
-        "a level is the height above the floor of its tank; `dgd simulate --well` gives the riser level as depth below the rotary table\n"
-    } else {
-        ""
-    };
-    let files: Vec<String> = outputs.iter().map(|p| p.display().to_string()).collect();
-    format!(
-        "{title}: {}, {}, {}\noperating point ({steady})\n{}{levels}\n{}\nwrote {}\n",
-        say::counted(linear.states.len(), "state"),
-        say::counted(linear.inputs.len(), "input"),
-        say::counted(linear.outputs.len(), "output"),
-        table.render(),
-        poles.render(),
-        files.join(", ")
-    )
+    poles
 }

@@ -103,7 +103,9 @@ fn tell_into(
          mass balance per junction); none is in excess.\n"
     )?;
     let states = assembly.states();
-    if described.independent == "time" {
+    if states.is_empty() && described.independent == "time" {
+        writeln!(text, "no states: each sample is a steady state\n")?;
+    } else if described.independent == "time" {
         let mut table = TextTable::new(["state", "starts at", "unit"]);
         for state in &states {
             table.row([
@@ -140,6 +142,14 @@ fn tell_into(
         say::counted(described.inputs.len(), "input"),
         table.render()
     )?;
+    let open = system::at_default(described);
+    if !open.is_empty() {
+        writeln!(
+            text,
+            "at its default, fully open: {}; what is recorded belongs under [inputs]\n",
+            open.join(", ")
+        )?;
+    }
     let mut table = TextTable::new(["output", "measures", "channel", "unit"]);
     let gauges = gauges(assembly);
     for gauge in &gauges {
@@ -250,6 +260,7 @@ fn as_json(arguments: &Check, document: &SystemDocument, found: &Found) -> Value
         },
         "states": assembly.states(),
         "inputs": assembly.inputs(),
+        "at_default": system::at_default(described),
         "outputs": gauges(assembly).iter()
             .map(|g| json!({ "name": g.name, "measures": g.measures, "channel": g.channel, "unit": g.symbol })).collect::<Vec<_>>(),
         "free": parameters.iter()

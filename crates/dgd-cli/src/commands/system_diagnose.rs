@@ -8,14 +8,15 @@ use crate::failure::Failure;
 use crate::output::{self, Outputs};
 use crate::progress::Progress;
 use crate::say::{self, brief};
+use crate::system::measure::Measure;
 use crate::system::quantity::{self, Quantity};
-use crate::system::{self, Gauge, column, columns, failed, gauges, unit_of};
-use dgd_assembly::{Assembly, Record};
+use crate::system::{self, Gauge, column, columns, failed, gauges};
+use dgd_assembly::{Assembly, Record, System};
 use dgd_documents::{FittedParameter, FittedSystem, write_fitted_system};
 use dgd_recording::Table;
 use dgd_revise::{
     Estimate, Excuse, Finding, Model, Options, Outcome, OutputGain, ReviseError, Revision, Shape,
-    Stage, Trace, Verdict, revise,
+    Stage, Tested, Trace, Verdict, revise,
 };
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -138,22 +139,42 @@ fn name(finding: &Finding) -> String {
     format!("{}.{}", finding.component, finding.effect)
 }
 
+/// A finding with as much reserve as it deserves.
+fn told(finding: &Finding) -> String {
+    /// Alternatives that are named; the others are counted.
+    const NAMED: usize = 2;
+    // Nothing is named.
+    if finding.component.is_empty() {
+        return finding.title.clone();
+    }
+    // What is as likely as not, or may as well be none, is told as no more than that.
+    let doubtful = finding.slight
+        || finding
+            .probability_with_alternatives
+            .is_some_and(|p| p < LIKELY);
+    let perhaps = if doubtful { "perhaps " } else { "" };
+    let (name, title) = (name(finding), &finding.title);
+    let others = &finding.alternatives;
+    if others.is_empty() || finding.probability.is_none_or(|p| p >= LIKELY) {
+        return format!("{perhaps}{name} ({title})");
+    }
+    let mut all = vec![name];
+    all.extend(others.iter().take(NAMED).map(|(other, _)| other.clone()));
+    let more = others.len().saturating_sub(NAMED);
+    let last = match more {
+        0 => all.pop().unwrap_or_default(),
+        n => format!("{n} more"),
+    };
+    format!(
+        "{perhaps}one of {} or {last} (the first: {title})",
+        all.join(", ")
+    )
+}
+
 /// The answer in one sentence.
 fn sentence(done: &Done) -> String {
     let revision = &done.revision;
-    let found: Vec<String> = revision
-        .findings
-        .iter()
-        .map(|f| match f.component.as_str() {
-            // Nothing is named.
-            "" => f.title.clone(),
-            // What is as likely as not is told as no more than that.
-            _ if f.probability_with_alternatives.is_some_and(|p| p < LIKELY) => {
-                format!("perhaps {} ({})", name(f), f.title)
-            }
-            _ => format!("{} ({})", name(f), f.title),
-        })
-        .collect();
+    let found: Vec<String> = revision.findings.iter().map(told).collect();
     let answer = match revision.verdict {
         Verdict::Consistent => match revision.excused {
             None => "the model leaves out nothing that this recording could show".to_owned(),
@@ -213,6 +234,16 @@ fn gained(gain: &OutputGain, gauge: &Gauge) -> Option<String> {
     })
 }
 
+/// The parameter of an effect, its distance from neutral that would have shown, and the unit of that.
+fn smallest(system: &System, tested: &Tested) -> Option<(&'static str, f64, String)> {
+    let about = dgd_assembly::effects::find(tested.effect)?.about();
+    let first = about.parameters.first()?.name;
+    let path = format!("{}.{}.{first}", tested.component, tested.effect);
+    let measure = Measure::of(system, &path);
+    let limit = tested.limit.filter(|l| l.is_finite())?;
+    Some((first, measure.size(limit), measure.symbol))
+}
+
 fn outcome(outcome: Outcome) -> &'static str {
     match outcome {
         Outcome::Found => "found",
@@ -230,8 +261,10 @@ fn probability(p: f64) -> String {
 }
 
 fn estimate_as_json(assembly: &Assembly, e: &Estimate) -> Value {
-    json!({ "path": e.path, "meaning": tell::meaning(assembly, e), "value": e.value, "ci95": [e.ci95.0, e.ci95.1],
-            "standard_error": e.standard_error, "at_bound": e.at_bound, "unit": unit_of(assembly.system(), &e.path) })
+    let measure = Measure::of(assembly.system(), &e.path);
+    let (low, high) = measure.ends(e.ci95);
+    json!({ "path": e.path, "meaning": tell::meaning(assembly, e), "value": measure.shown(e.value), "ci95": [low, high],
+            "standard_error": measure.size(e.standard_error), "at_bound": e.at_bound, "unit": measure.symbol })
 }
 
 fn finding_as_json(assembly: &Assembly, f: &Finding) -> Value {
@@ -256,6 +289,7 @@ fn finding_as_json(assembly: &Assembly, f: &Finding) -> Value {
         "probability_with_alternatives": f.probability_with_alternatives,
         "alternatives": f.alternatives.iter().map(|(n, worse)| json!({ "effect": n, "worse_by": worse })).collect::<Vec<_>>(),
         "separating_test": f.separating_test,
+        "slight": f.slight,
         "shape": f.shape.as_ref().map(|s| shape_as_json(assembly, s)),
     })
 }
@@ -295,6 +329,7 @@ fn as_json(done: &Done) -> Value {
         "system": done.title,
         "recording": done.recording,
         "verdict": revision.verdict.name(),
+        "answer": sentence(done),
         "excused": revision.excused.map(|e| match e {
             Excuse::Accuracy => "accuracy",
             Excuse::Noise | Excuse::Small => "noise",
@@ -309,16 +344,23 @@ fn as_json(done: &Done) -> Value {
             json!({ "name": o.output, "unit": gauge.symbol, "training": pair(o.training), "left_out": pair(o.left_out),
                     "test": pair(o.test), "test_gain_ci95": [o.test_gain_ci95.0, o.test_gain_ci95.1] })
         }).collect::<Vec<_>>(),
-        "tested": revision.tested.iter().map(|t| json!({
-            "component": t.component, "effect": t.effect, "title": t.title, "outcome": outcome(t.outcome),
-            "gain": t.gain, "score": t.score, "limit": t.limit,
-        })).collect::<Vec<_>>(),
+        "tested": revision.tested.iter().map(|t| {
+            let smallest = smallest(assembly.system(), t);
+            json!({
+                "component": t.component, "effect": t.effect, "title": t.title, "outcome": outcome(t.outcome),
+                "gain": t.gain, "score": t.score, "limit": smallest.as_ref().map(|s| s.1),
+                "parameter": smallest.as_ref().map(|s| s.0), "unit": smallest.map(|s| s.2),
+            })
+        }).collect::<Vec<_>>(),
         "contenders": revision.contenders.iter().map(|c| json!({
             "members": c.members, "training": c.training, "left_out": c.left_out, "standard_error": c.standard_error,
         })).collect::<Vec<_>>(),
         "sections": revision.sections.iter().map(|s| json!({
             "from": s.from, "to": s.to, "cause": s.cause, "common": s.common, "own": s.own,
-            "parameters": s.parameters.iter().map(|(p, v)| json!({ "path": p, "value": v, "unit": unit_of(assembly.system(), p) })).collect::<Vec<_>>(),
+            "parameters": s.parameters.iter().map(|(p, v)| {
+                let measure = Measure::of(assembly.system(), p);
+                json!({ "path": p, "value": measure.shown(*v), "unit": measure.symbol })
+            }).collect::<Vec<_>>(),
         })).collect::<Vec<_>>(),
         "checks": revision.checks.iter().map(|c| json!({ "name": c.name, "passed": c.passed, "detail": c.detail })).collect::<Vec<_>>(),
         "parameters": { "before": model(&revision.before), "after": model(&revision.after) },
@@ -365,4 +407,71 @@ fn curve(trace: &Trace, output: usize, which: usize, gauge: &Gauge) -> Vec<f64> 
         return vec![f64::NAN; trace.time.len()];
     }
     values.iter().map(|v| gauge.shown(*v)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn finding(probability: f64, alternatives: &[&str]) -> Finding {
+        let others = alternatives.iter().map(|name| ((*name).to_owned(), 0.01));
+        Finding {
+            effect: "opening_play".into(),
+            component: "gate".into(),
+            title: "the valve has play".into(),
+            equation: String::new(),
+            source: String::new(),
+            parameters: Vec::new(),
+            intervals: Vec::new(),
+            region: None,
+            left_out_loss: 1.0,
+            standard_errors: 3.0,
+            probability: Some(probability),
+            probability_with_alternatives: Some(0.8),
+            alternatives: others.collect(),
+            separating_test: None,
+            slight: false,
+            shape: None,
+        }
+    }
+
+    #[test]
+    fn a_name_among_ties_is_told_as_one_of_them_and_what_may_be_none_as_perhaps() {
+        let others = [
+            "gate.opening_stiction",
+            "first.taper",
+            "first.vortex",
+            "l1.lag",
+        ];
+        assert_eq!(
+            told(&finding(0.8, &[])),
+            "gate.opening_play (the valve has play)"
+        );
+        // Likelier than all others together.
+        assert_eq!(
+            told(&finding(0.7, &others[..1])),
+            "gate.opening_play (the valve has play)"
+        );
+        assert_eq!(
+            told(&finding(0.4, &others[..1])),
+            "one of gate.opening_play or gate.opening_stiction (the first: the valve has play)"
+        );
+        assert_eq!(
+            told(&finding(0.2, &others)),
+            "one of gate.opening_play, gate.opening_stiction, first.taper or 2 more (the first: the valve has play)"
+        );
+        let slight = Finding {
+            slight: true,
+            ..finding(0.8, &[])
+        };
+        assert_eq!(
+            told(&slight),
+            "perhaps gate.opening_play (the valve has play)"
+        );
+        let unlikely = Finding {
+            probability_with_alternatives: Some(0.4),
+            ..finding(0.2, &others[..1])
+        };
+        assert!(told(&unlikely).starts_with("perhaps one of "));
+    }
 }

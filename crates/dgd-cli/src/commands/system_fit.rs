@@ -8,8 +8,9 @@ use crate::output::{self, Outputs};
 use crate::progress::Progress;
 use crate::say::{self, TextTable, brief, count, number};
 use crate::system::columns::{self, Recorded};
+use crate::system::measure::Measure;
 use crate::system::runs::{self, Run};
-use crate::system::{self, bounds, diagram, ending, failed, gauges, page, unit_of};
+use crate::system::{self, bounds, diagram, ending, failed, gauges, page};
 use dgd_assembly::{
     Assembly, Fit, FitOptions, FitStatus, Identifiability, Loss, SimulationOptions, fit,
     identifiability, sensitivities,
@@ -46,7 +47,7 @@ pub(crate) fn run(
     let progress = Progress::new(global);
     let (recording, document) = system::open(path, recordings)?;
     let assembly = &document.assembly;
-    let recorded = columns::read(recording, path, assembly, &progress)?;
+    let recorded = columns::read(recording, path, assembly, &progress)?.measured()?;
     let files = Files::of(&arguments.out)?;
     progress.stage(
         "fitting",
@@ -313,17 +314,20 @@ fn as_json(done: &Done<'_>, files: &Files) -> Value {
         .iter()
         .zip(&known)
         .map(|(p, bounds)| {
-            let (low, high) = page::interval(p, (bounds.low, bounds.high));
+            let measure = Measure::of(system, &p.path);
+            let within = (bounds.low, bounds.high);
+            let ci95 = measure.ends(page::interval(p, within));
+            let (low, high) = measure.ends(within);
             json!({
                 "path": p.path,
-                "value": p.value,
-                "standard_error": p.standard_error,
-                "ci95": [low, high],
-                "low": bounds.low,
-                "high": bounds.high,
+                "value": measure.shown(p.value),
+                "standard_error": measure.size(p.standard_error),
+                "ci95": [ci95.0, ci95.1],
+                "low": low,
+                "high": high,
                 "at_bound": p.at_bound,
                 "initial": bounds.initial,
-                "unit": unit_of(system, &p.path),
+                "unit": measure.symbol,
             })
         })
         .collect();
@@ -396,15 +400,18 @@ fn tell_into(text: &mut String, done: &Done<'_>, files: &Files) -> std::fmt::Res
     writeln!(text)?;
     let mut table = TextTable::new(["parameter", "estimate", "95 % from", "to", "unit", "note"]);
     for p in &done.fitted.parameters {
+        let measure = Measure::of(done.assembly.system(), &p.path);
         let bounds = bounds(done.assembly, &p.path);
-        let told = page::Told::of(p.value, p.at_bound, page::interval(p, bounds), bounds);
+        let ci95 = measure.ends(page::interval(p, bounds));
+        let (value, bounds) = (measure.shown(p.value), measure.ends(bounds));
+        let told = page::Told::of(value, p.at_bound, ci95, bounds);
         let [from, to] = told.ends.unwrap_or_default();
         table.row([
             p.path.clone(),
             told.value,
             from,
             to,
-            unit_of(done.assembly.system(), &p.path),
+            measure.symbol,
             told.note.into(),
         ]);
     }

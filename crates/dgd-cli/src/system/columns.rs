@@ -19,6 +19,8 @@ pub(crate) struct Recorded {
     pub(crate) test: Vec<HeldOut>,
     /// What was wrong in the file and lived with.
     pub(crate) issues: Vec<String>,
+    /// Why nothing can be fitted to it, where no instrument has a column.
+    unread: Option<Failure>,
 }
 
 impl Recorded {
@@ -26,6 +28,11 @@ impl Recorded {
     pub(crate) fn samples(&self) -> usize {
         let all = self.train.iter().chain(self.test.iter().map(|t| &t.window));
         all.map(|w| w.time.len()).sum()
+    }
+
+    /// Itself, if an instrument has a column to be fitted to.
+    pub(crate) fn measured(mut self) -> Result<Self, Failure> {
+        self.unread.take().map_or(Ok(self), Err)
     }
 }
 
@@ -56,6 +63,7 @@ pub(crate) fn read(
         .map(|window| HeldOut::new(window, whole.as_ref(), &train))
         .collect();
     Ok(Recorded {
+        unread: files.unread(),
         train,
         test,
         issues: (table.issues.iter().map(ToString::to_string))
@@ -121,6 +129,7 @@ pub(crate) fn whole(
         table: &table,
     };
     let mut columns = files.named(Portion::Train)?;
+    files.unread().map_or(Ok(()), Err)?;
     if assembly.system().record.test.is_some() {
         for (name, values) in files.named(Portion::Test)? {
             if !columns.iter().any(|c| c.0 == name) {
@@ -223,9 +232,13 @@ impl Files<'_> {
             let Some(found) = self.table.column(wanted) else {
                 if portion != Portion::All {
                     tracing::warn!(
-                        "{}: no column `{wanted}`, so `{}` counts as not recorded in [{name}]",
+                        "{}: no column `{wanted}`, so `{}` counts as not recorded in [{name}]; it has {}: set `channel` of `{}` under [components], \
+                         or `channels` under [{name}], in {}",
                         self.path.display(),
-                        gauge.name
+                        gauge.name,
+                        self.tags(),
+                        gauge.name,
+                        self.system.display()
                     );
                 }
                 continue;
@@ -267,18 +280,46 @@ impl Files<'_> {
     }
 
     fn found(&self, tag: &str, what: &str, mend: &str) -> Result<&Column, Failure> {
-        self.table.column(tag).ok_or_else(|| {
-            const SHOWN: usize = 20;
-            let tags = self.table.columns.iter().map(|c| c.tag.as_str());
-            let mut known = tags.take(SHOWN).collect::<Vec<_>>().join(", ");
-            if self.table.columns.len() > SHOWN {
-                known.push_str(", ...");
-            }
-            Failure::Input {
-                path: self.path.to_owned(),
-                reason: format!("has no column `{tag}` for {what}; it has {known}"),
-                help: Some(format!("set {mend} in {}", self.system.display())),
-            }
+        self.table.column(tag).ok_or_else(|| Failure::Input {
+            path: self.path.to_owned(),
+            reason: format!("has no column `{tag}` for {what}; it has {}", self.tags()),
+            help: Some(format!("set {mend} in {}", self.system.display())),
+        })
+    }
+
+    /// The columns of the file, the first of many.
+    fn tags(&self) -> String {
+        const SHOWN: usize = 20;
+        let tags = self.table.columns.iter().map(|c| c.tag.as_str());
+        let mut known = tags.take(SHOWN).collect::<Vec<_>>().join(", ");
+        if self.table.columns.len() > SHOWN {
+            known.push_str(", ...");
+        }
+        known
+    }
+
+    /// Where there are instruments and none has a column in what is fitted: nothing is left to compare.
+    fn unread(&self) -> Option<Failure> {
+        let part = &self.assembly.system().record.train;
+        let all = gauges(self.assembly);
+        let wanted = |g: &Gauge| stands_for(part, &g.channel).to_owned();
+        if all.is_empty() || all.iter().any(|g| self.table.column(&wanted(g)).is_some()) {
+            return None;
+        }
+        let each = all
+            .iter()
+            .map(|g| format!("`{}` for `{}`", wanted(g), g.name));
+        let missing = each.collect::<Vec<_>>().join(", ");
+        let system = self.system.display();
+        Some(Failure::Input {
+            path: self.path.to_owned(),
+            reason: format!(
+                "has no column of any instrument: {missing}; it has {}",
+                self.tags()
+            ),
+            help: Some(format!(
+                "set `channel` of the instruments under [components], or `channels` under [record.train], in {system}"
+            )),
         })
     }
 

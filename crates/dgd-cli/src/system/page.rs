@@ -1,7 +1,8 @@
 //! Parts of the pages on systems: runs beside the recording, residuals, parameters.
 
+use super::measure::Measure;
 use super::runs::{self, Run};
-use super::{Gauge, gauges, unit_of};
+use super::{Gauge, gauges};
 use crate::say::{self, brief, count, number};
 use dgd_assembly::{Assembly, Identifiability};
 use dgd_documents::FittedParameter;
@@ -295,22 +296,25 @@ pub(crate) fn parameters(
         let Some(bounds) = known.iter().find(|k| k.path == p.path) else {
             continue;
         };
-        let unit = typeset(&unit_of(assembly.system(), &p.path));
-        let told = Told::of(p.value, p.at_bound, *ci95, (bounds.low, bounds.high));
+        let measure = Measure::of(assembly.system(), &p.path);
+        let (value, ci95) = (measure.shown(p.value), measure.ends(*ci95));
+        let bounds = measure.ends((bounds.low, bounds.high));
+        let unit = typeset(&measure.symbol);
+        let told = Told::of(value, p.at_bound, ci95, bounds);
         let between = told.ends.map(|[from, to]| format!("{from} to {to}"));
         rows.push(vec![
             p.path.clone(),
             told.value,
             between.unwrap_or_else(|| told.note.to_owned()),
-            format!("{} to {}", number(bounds.low), number(bounds.high)),
+            format!("{} to {}", number(bounds.0), number(bounds.1)),
             unit.clone(),
         ]);
         drawn.push(WithinBounds {
             label: p.path.clone(),
-            value: p.value,
-            interval: *ci95,
-            bounds: (bounds.low, bounds.high),
-            note: format!("{} {unit}", brief(p.value)).trim_end().to_owned(),
+            value,
+            interval: ci95,
+            bounds,
+            note: format!("{} {unit}", brief(value)).trim_end().to_owned(),
         });
     }
     page.table(&Table {

@@ -61,11 +61,14 @@ fn every_problem_is_told_at_its_line() {
         told[2].1.contains("[channels] has no `return_flow`"),
         "{told:?}"
     );
+    // Near a unit of flow, which no speed has.
+    assert!(told[3].1.ends_with("unknown unit `gmp`"), "{told:?}");
+    let flow = messages(&GOM.replacen("unit = \"gpm\"", "unit = \"gmp\"", 1));
     assert!(
-        told[3]
+        flow[0]
             .1
             .contains("unknown unit `gmp`; did you mean `gpm`?"),
-        "{told:?}"
+        "{flow:?}"
     );
 }
 

@@ -1,8 +1,8 @@
 //! The page of a diagnosis of a system: what was left out, before and after, what was tested.
 
-use super::{Done, curve, name, outcome, sentence, tell};
+use super::{Done, curve, name, outcome, sentence, smallest, tell};
 use crate::say::{brief, number};
-use crate::system::{diagram, page, quantity::Quantity, unit_of};
+use crate::system::{diagram, measure::Measure, page, quantity::Quantity};
 use dgd_assembly::System;
 use dgd_documents::FittedSystem;
 use dgd_report::{Axis, Page, ReportError, Role, Series, TimePanel, series_over, time_series};
@@ -12,7 +12,11 @@ pub(super) fn html(done: &Done, fitted: &FittedSystem) -> Result<String, ReportE
     let revision = &done.revision;
     let mut page = Page::new(
         format!("Diagnosis of {} on {}", done.title, done.recording),
-        capital(sentence(done)),
+        format!(
+            "Verdict: {}. {}",
+            revision.verdict.name().replace('_', " "),
+            capital(sentence(done))
+        ),
     );
     if !revision.findings.is_empty() {
         page.section("What was left out");
@@ -241,8 +245,9 @@ fn sections(done: &Done) -> dgd_report::Table {
     let along = Quantity::of(assembly, &assembly.system().independent);
     let rows = done.revision.sections.iter().map(|s| {
         let values = s.parameters.iter().map(|(p, v)| {
-            let unit = page::typeset(&unit_of(assembly.system(), p));
-            let told = format!("{p} = {} {unit}", number(*v));
+            let measure = Measure::of(assembly.system(), p);
+            let unit = page::typeset(&measure.symbol);
+            let told = format!("{p} = {} {unit}", number(measure.shown(*v)));
             told.trim_end().to_owned()
         });
         let cause = if s.cause.is_empty() {
@@ -285,7 +290,7 @@ fn tested(done: &Done) -> dgd_report::Table {
             outcome(t.outcome).replace('_', " "),
             tenths(100.0 * t.gain),
             tenths(t.score),
-            smallest(system, t).unwrap_or_else(|| "—".into()),
+            size(system, t).unwrap_or_else(|| "—".into()),
         ]
     });
     dgd_report::Table {
@@ -301,13 +306,10 @@ fn tenths(value: f64) -> String {
 }
 
 /// `height 0.28 m`: the distance from neutral that would have shown.
-fn smallest(system: &System, tested: &Tested) -> Option<String> {
-    let about = dgd_assembly::effects::find(tested.effect)?.about();
-    let first = about.parameters.first()?.name;
-    let path = format!("{}.{}.{first}", tested.component, tested.effect);
-    let unit = page::typeset(&unit_of(system, &path));
-    let size = brief(tested.limit.filter(|l| l.is_finite())?);
-    Some(format!("{first} {size} {unit}").trim_end().to_owned())
+fn size(system: &System, tested: &Tested) -> Option<String> {
+    let (name, size, unit) = smallest(system, tested)?;
+    let told = format!("{name} {} {}", brief(size), page::typeset(&unit));
+    Some(told.trim_end().to_owned())
 }
 
 /// Sets that do the same: what all hold is said once.

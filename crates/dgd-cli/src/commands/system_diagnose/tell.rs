@@ -3,7 +3,7 @@
 use super::{Done, name, probability, sentence};
 use crate::say::{TextTable, number};
 use crate::system::quantity::Quantity;
-use crate::system::{bounds, page, quantity, unit_of};
+use crate::system::{bounds, measure::Measure, page, quantity};
 use dgd_assembly::Assembly;
 use dgd_revise::{Estimate, Finding, Verdict};
 use std::fmt::Write as _;
@@ -84,11 +84,7 @@ fn told(text: &mut String, assembly: &Assembly, finding: &Finding) -> std::fmt::
     if !alternatives.is_empty() {
         writeln!(text, "  not separated from: {}", alternatives.join(", "))?;
     }
-    if let Some(test) = finding
-        .separating_test
-        .as_ref()
-        .filter(|_| !alternatives.is_empty())
-    {
+    if let Some(test) = &finding.separating_test {
         writeln!(text, "  what would separate them: {test}")?;
     }
     writeln!(text)
@@ -109,9 +105,12 @@ pub(super) fn likely(finding: &Finding) -> Option<String> {
 
 /// A parameter with its unit and its interval, as it stands among all parameters too.
 pub(super) fn parameter(assembly: &Assembly, e: &Estimate) -> String {
-    let unit = unit_of(assembly.system(), &e.path);
+    let measure = Measure::of(assembly.system(), &e.path);
+    let unit = &measure.symbol;
     let gap = if unit.is_empty() { "" } else { " " };
-    let told = page::Told::of(e.value, e.at_bound, e.ci95, bounds(assembly, &e.path));
+    let bounds = measure.ends(bounds(assembly, &e.path));
+    let (value, ci95) = (measure.shown(e.value), measure.ends(e.ci95));
+    let told = page::Told::of(value, e.at_bound, ci95, bounds);
     let said = match told.ends {
         Some([from, to]) => format!("95 %: {from} to {to}"),
         None => told.note.to_owned(),

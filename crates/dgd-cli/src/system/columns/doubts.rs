@@ -2,8 +2,9 @@
 
 use super::{Files, stands_for};
 use crate::say::{counted, number};
-use crate::system::gauges;
-use dgd_assembly::Window;
+use crate::system::{at_default, gauges};
+use dgd_assembly::{Property, System, Window};
+use dgd_units::Dimension;
 
 /// A step of the clock this many times the usual one is a gap.
 const GAP: f64 = 5.0;
@@ -23,6 +24,8 @@ pub(super) fn of(files: &Files<'_>, train: &[Window], test: &[Window]) -> Vec<St
         doubts.extend(gaps(files, "record.test", test));
     }
     doubts.extend(missing(files));
+    doubts.extend(beyond(files, train, test));
+    doubts.extend(unused(files));
     doubts.extend(dead(files, train));
     doubts.extend(overlap(files, train, test));
     doubts
@@ -55,6 +58,98 @@ fn missing(files: &Files<'_>) -> Vec<String> {
         }
     }
     doubts
+}
+
+/// Inputs that leave what their property may be: per cent that were read as shares, above all.
+fn beyond(files: &Files<'_>, train: &[Window], test: &[Window]) -> Vec<String> {
+    /// Share of the range by which a transmitter may be off at its ends.
+    const SLACK: f64 = 0.05;
+    let assembly = files.assembly;
+    let one = |(k, path): (usize, &String)| {
+        let property = property(assembly.system(), path)?;
+        let slack = SLACK * (property.high - property.low);
+        if !slack.is_finite() {
+            return None;
+        }
+        let windows = train.iter().chain(test);
+        let values = windows.filter_map(|w| w.inputs.get(k)).flatten();
+        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+            (low.min(*v), high.max(*v))
+        });
+        let input = assembly.system().inputs.get(path)?;
+        let tag = stands_for(&assembly.system().record.train, &input.channel);
+        let bare = input.unit.as_deref().is_none_or(|unit| unit == "1");
+        let share = property.dimension == Some(Dimension::Number) && property.high == 1.0;
+        if high > property.high + slack {
+            let mend = if share && bare {
+                "did you mean `unit = \"%\"`?".to_owned()
+            } else {
+                format!("expected {}", property.range())
+            };
+            let (high, most) = (number(high), number(property.high));
+            return Some(format!(
+                "`{tag}`, the input `{path}`, reaches {high}, above {most}: {mend}"
+            ));
+        }
+        (low < property.low - slack).then(|| {
+            let (low, range) = (number(low), property.range());
+            format!("`{tag}`, the input `{path}`, falls to {low}, expected {range}")
+        })
+    };
+    assembly
+        .inputs()
+        .iter()
+        .enumerate()
+        .filter_map(one)
+        .collect()
+}
+
+/// The property of a component that an input stands for.
+fn property(system: &System, path: &str) -> Option<&'static Property> {
+    let (component, name) = path.split_once('.')?;
+    let kind = system.components.get(component)?.kind;
+    kind.properties().iter().find(|p| p.name == name)
+}
+
+/// Columns that nothing uses, where an opening stands at its default: it may be among them.
+fn unused(files: &Files<'_>) -> Option<String> {
+    const SHOWN: usize = 8;
+    let system = files.assembly.system();
+    let open = at_default(system);
+    let layout = &system.record;
+    let channels = system.inputs.values().map(|i| i.channel.clone());
+    let channels = channels.chain(gauges(files.assembly).into_iter().map(|g| g.channel));
+    let mut used: Vec<&str> = layout.time.iter().map(String::as_str).collect();
+    let channels: Vec<String> = channels.collect();
+    for part in std::iter::once(&layout.train).chain(&layout.test) {
+        used.extend(channels.iter().map(|channel| stands_for(part, channel)));
+    }
+    let found: Vec<usize> = (used.iter())
+        .filter_map(|tag| files.table.column(tag))
+        .filter_map(|c| files.table.columns.iter().position(|d| d.tag == c.tag))
+        .collect();
+    let rest = (files.table.columns.iter().enumerate())
+        .filter(|(k, _)| !found.contains(k) && files.table.clock != Some(*k));
+    let mut rest: Vec<&str> = rest.map(|(_, c)| c.tag.as_str()).collect();
+    if open.is_empty() || rest.is_empty() {
+        return None;
+    }
+    let more = rest.len().saturating_sub(SHOWN);
+    rest.truncate(SHOWN);
+    let more = if more > 0 {
+        format!(" and {more} more")
+    } else {
+        String::new()
+    };
+    let stand = if open.len() == 1 { "stands" } else { "stand" };
+    Some(format!(
+        "{} {stand} fully open, as by default, and nothing uses the columns {}{more}: what was recorded belongs under [inputs]",
+        open.iter()
+            .map(|path| format!("`{path}`"))
+            .collect::<Vec<_>>()
+            .join(", "),
+        rest.join(", ")
+    ))
 }
 
 /// Where the clock of a window skips: the longest of its gaps, in the unit of the record.

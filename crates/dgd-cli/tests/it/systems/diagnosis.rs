@@ -46,7 +46,34 @@ fn a_level_that_is_read_late_is_named_and_the_model_with_it_runs() {
         &told["outputs"][0]["test"][1],
     );
     assert!(after.as_f64().unwrap() < 0.5 * before.as_f64().unwrap());
-    assert!(bench.text("d/report.html").contains("reading_delay"));
+    let page = bench.text("d/report.html");
+    assert!(
+        page.contains("reading_delay")
+            && page.contains("Verdict: explained. Left out: level.reading_delay")
+    );
+    let answer = told["answer"].as_str().unwrap();
+    assert!(
+        answer.starts_with("left out: level.reading_delay"),
+        "{answer}"
+    );
+    // A mismatch is why effects are sought, and fails no check.
+    let checks = told["checks"].as_array().unwrap();
+    let noise = |c: &&serde_json::Value| c["name"].as_str().unwrap().contains("own noise");
+    assert!(checks.iter().filter(noise).all(|c| c["passed"] == true));
+    // What would have shown at an instrument that is read in centimetres.
+    let tested = told["tested"].as_array().unwrap();
+    let drift = tested
+        .iter()
+        .find(|t| t["effect"] == "reading_drift")
+        .unwrap();
+    assert_eq!(
+        (&drift["parameter"], &drift["unit"]),
+        (&"change".into(), &"cm".into())
+    );
+    assert!(
+        drift["limit"].as_f64().is_none_or(|cm| cm > 0.005),
+        "{drift}"
+    );
     assert!(
         bench
             .text("d/simulation.csv")

@@ -292,3 +292,98 @@ fn what_has_no_name_asks_for_the_accuracy_that_would_excuse_it() {
         ran.out
     );
 }
+
+/// A tank that empties through a valve, with its recording: times, opening, level and one more column.
+fn valve(opening: &str, input: &str) -> Bench {
+    let bench = Bench::bare();
+    bench.write(
+        "valve.toml",
+        format!(
+            r#"
+connections = ["tank -> valve -> atmosphere"]
+[components]
+tank = {{ kind = "tank", area = 1.0 }}
+valve = {{ kind = "valve", flow_coefficient = 1e-5 }}
+level = {{ kind = "instrument", measures = "level", of = "tank", channel = "h" }}
+[initial]
+"tank.level" = 1.0
+[record]
+time = "t"
+{input}
+"#
+        ),
+    );
+    let row = |i: u32| format!("{i},{opening},{},7\n", 1.0 - 0.01 * f64::from(i));
+    let rows: String = (0..30).map(row).collect();
+    bench.write("valve.csv", format!("t,z,h,spare\n{rows}"));
+    bench
+}
+
+/// What a simulation says on the way.
+fn said(bench: &Bench) -> String {
+    let ran = bench.dgd("simulate valve.csv --system valve.toml --out run.csv");
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    ran.err
+}
+
+#[test]
+fn an_opening_beyond_one_is_suspected_to_be_in_per_cent() {
+    let bare = "[inputs]\n\"valve.opening\" = { channel = \"z\" }";
+    let told = "`z`, the input `valve.opening`, reaches 70, above 1: did you mean `unit = \"%\"`?";
+    let found = said(&valve("70", bare));
+    assert!(found.contains(told), "{found}");
+    let share = said(&valve("0.7", bare));
+    // A transmitter that is a little off at its end.
+    let end = said(&valve("1.01", bare));
+    let percent = bare.replace("\"z\"", "\"z\", unit = \"%\"");
+    let percent = said(&valve("70", &percent));
+    for found in [share, end, percent] {
+        assert!(!found.contains("valve.opening"), "{found}");
+    }
+}
+
+#[test]
+fn an_opening_at_its_default_is_told_beside_columns_that_nothing_uses() {
+    let bench = valve("0.7", "");
+    let found = said(&bench);
+    let told =
+        "`valve.opening` stands fully open, as by default, and nothing uses the columns z, spare";
+    assert!(found.contains(told), "{found}");
+    let checked = bench.dgd("system check valve.toml").done();
+    assert!(
+        checked.contains("at its default, fully open: valve.opening"),
+        "{checked}"
+    );
+    let told = bench.json("system check valve.toml", "dgd.system-check/1");
+    assert_eq!(told["at_default"], serde_json::json!(["valve.opening"]));
+}
+
+#[test]
+fn an_instrument_without_its_column_is_told_with_the_columns_there_are() {
+    let bench = benches();
+    let system = bench.text("two_tanks.toml");
+    let wrong = system.replace("channel = \"h2\"", "channel = \"h3\"");
+    bench.write("wrong.toml", wrong);
+    let ran = bench.dgd("simulate two_tanks.csv --system wrong.toml --out run.csv");
+    for part in [
+        "no column `h3`",
+        "it has t, u, h2",
+        "`channel` of `level`",
+        "wrong.toml",
+    ] {
+        assert!(ran.err.contains(part), "{}", ran.err);
+    }
+    for command in [
+        "fit two_tanks.csv --out m.toml",
+        "diagnose two_tanks.csv --out d",
+    ] {
+        bench
+            .dgd(&format!("{command} --system wrong.toml"))
+            .refused(&[
+                "two_tanks.csv",
+                "no column of any instrument: `h3` for `level`",
+                "it has t, u, h2",
+                "under [components]",
+            ]);
+    }
+}

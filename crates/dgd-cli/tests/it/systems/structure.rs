@@ -319,3 +319,36 @@ fn what_cannot_be_told_apart_is_named() {
             .all(|r| r["importance"].as_f64().unwrap() <= first)
     );
 }
+
+#[test]
+fn a_relation_is_linearised_without_tables_of_states_and_poles() {
+    let bench = Bench::bare();
+    bench.write(
+        "string.toml",
+        r#"
+independent = "depth"
+connections = ["mud -> string -> atmosphere"]
+[components]
+mud = { kind = "boundary" }
+string = { kind = "line", length = 1.0, bore = 0.1, friction = "polynomial", quadratic = 1e8 }
+loss = { kind = "instrument", measures = "drop", of = "string", unit = "bar" }
+[inputs]
+"mud.flow" = { channel = "q" }
+"#,
+    );
+    let said = bench
+        .dgd("linearise --system string.toml --at mud.flow=0.03 --out lin")
+        .done();
+    assert!(said.contains("without states"), "{said}");
+    for part in ["pole", "rates need not be zero", "rotary"] {
+        assert!(!said.contains(part), "`{part}` is in {said}");
+    }
+    let benches = benches();
+    let said = benches
+        .dgd("linearise --system pump_loop.toml --at pump.speed=80 throttle.opening=0.7 --out lin")
+        .done();
+    assert!(
+        said.contains("integrator") && !said.contains("rotary"),
+        "{said}"
+    );
+}
