@@ -170,9 +170,12 @@ fn given_point(
         let all: Vec<String> = states.iter().map(|s| format!("{s}=...")).collect();
         return Err(Failure::Input {
             path: path.to_owned(),
-            reason: "has no steady state at these inputs (a tank that nothing regulates fills, spills or empties)".into(),
+            reason: "has no steady state at these inputs (a tank that nothing regulates fills, spills or empties, or an input lies beyond what the \
+                     system can hold)"
+                .into(),
             help: Some(format!(
-                "give every state with --at {}{}",
+                "{}give every state with --at {}{}",
+                taken_as_si(assembly, at),
                 all.join(" "),
                 or(", or take the point from a recording with --at-time")
             )),
@@ -235,6 +238,23 @@ fn dimension(assembly: &Assembly, key: &str) -> Option<Dimension> {
     };
     let channel = || assembly.input_unit(key).map(|unit| unit.dimension);
     property.dimension.or_else(channel)
+}
+
+/// What was given without a unit, as it was taken: a flow of 3000 was meant in l/min.
+fn taken_as_si(assembly: &Assembly, at: &[(String, String)]) -> String {
+    let bare = |text: &str| split_number(text).is_ok_and(|(_, unit)| unit.is_empty());
+    let taken: Vec<String> = at
+        .iter()
+        .filter(|(_, text)| bare(text))
+        .filter_map(|(key, text)| {
+            let dimension = dimension(assembly, key).filter(|d| *d != Dimension::Number)?;
+            Some(format!("{key}={text} in {}", Unit::si(dimension).symbol))
+        })
+        .collect();
+    if taken.is_empty() {
+        return String::new();
+    }
+    format!("check the units ({} was taken); or ", taken.join(", "))
 }
 
 /// Where a state would start, as a guess.
