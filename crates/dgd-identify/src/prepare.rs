@@ -119,7 +119,7 @@ impl Prepared {
     }
 
     /// What is to be said of transmitters that repeated one value for many minutes while the pump ran: what is not used there, and where.
-    /// Short stretches are part of every recording.
+    /// Short stretches are part of every recording, and a channel that never changes is suspected as such.
     pub fn stuck_for_long(&self) -> Vec<String> {
         /// Seconds from which on a stretch is told.
         const LONG_S: f64 = 600.0;
@@ -129,7 +129,8 @@ impl Prepared {
             let length = run.length as f64;
             length * self.step_s
         };
-        let long = (self.stuck.iter()).filter(|(_, run)| seconds(run) >= LONG_S);
+        let whole = |run: &Run| 10 * run.length >= 9 * time_s.len();
+        let long = (self.stuck.iter()).filter(|(_, run)| seconds(run) >= LONG_S && !whole(run));
         long.filter_map(|(channel, run)| {
             let from = time_s.get(run.start)?;
             Some(format!(
