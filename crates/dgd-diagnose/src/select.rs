@@ -289,7 +289,7 @@ fn shown_beside(first: &mut [First], round: &Round, only: Option<&str>) {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-    use super::{Promised, Sought, broken_promises, revised, select};
+    use super::{Promised, broken_promises, revised};
     use crate::relations::Applied;
     use crate::round::Ruling;
     use crate::selection::{Named, Selection};
@@ -361,29 +361,6 @@ mod tests {
             .collect();
         assert!((found[0][0] - rate).abs() < 0.1 * rate, "{found:?}");
         assert_eq!(found[1], flat);
-    }
-
-    #[test]
-    fn what_comes_twice_is_named_twice_each_at_its_time() {
-        let again_s = 2200.0;
-        let record = drilled(Hidden {
-            influx_m3_s: 3e-3,
-            again_s,
-            ..Hidden::default()
-        });
-        let found = select(&record, &[], Sought::Any(3), |_| {}).unwrap();
-        let mut onsets: Vec<f64> = (found.named.iter())
-            .map(|n| {
-                assert_eq!(n.applied.effect.about().id, "influx");
-                n.applied.parameters[1]
-            })
-            .collect();
-        onsets.sort_by(f64::total_cmp);
-        let (from, lasts, _) = INFLUX_S;
-        assert_eq!(onsets.len(), 2, "{onsets:?}");
-        for (onset, truth) in onsets.iter().zip([from, from + again_s]) {
-            assert!((onset - truth).abs() < 0.1 * lasts, "{onsets:?}");
-        }
     }
 
     #[test]

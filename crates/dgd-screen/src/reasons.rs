@@ -22,25 +22,25 @@ impl Reasons {
     pub const NO_FLOW: Self = Self(1 << 4);
     /// The pump started only just now.
     pub const SETTLING: Self = Self(1 << 5);
+    /// The pump is running down to a stop.
+    pub const STOPPING: Self = Self(1 << 6);
     /// The return flow meter is stuck.
-    pub const STUCK_RETURN_FLOW: Self = Self(1 << 6);
+    pub const STUCK_RETURN_FLOW: Self = Self(1 << 7);
     /// The reading of the pump speed is frozen.
-    pub const STUCK_PUMP_SPEED: Self = Self(1 << 7);
+    pub const STUCK_PUMP_SPEED: Self = Self(1 << 8);
     /// The pump speed does not change for long (only by
     /// [`crate::ScreenOptions::reject_constant_speed`]).
-    pub const CONSTANT_PUMP_SPEED: Self = Self(1 << 8);
+    pub const CONSTANT_PUMP_SPEED: Self = Self(1 << 9);
     /// No inlet transmitter can be trusted, one of them because it is stuck.
-    pub const STUCK_INLET_PRESSURE: Self = Self(1 << 9);
+    pub const STUCK_INLET_PRESSURE: Self = Self(1 << 10);
     /// No outlet transmitter can be trusted, one of them because it is stuck.
-    pub const STUCK_OUTLET_PRESSURE: Self = Self(1 << 10);
+    pub const STUCK_OUTLET_PRESSURE: Self = Self(1 << 11);
     /// A needed value is a spike.
-    pub const SPIKE: Self = Self(1 << 11);
+    pub const SPIKE: Self = Self(1 << 12);
     /// The inlet transmitters disagree for a short while, and neither is the liar.
-    pub const INLETS_DISAGREE: Self = Self(1 << 12);
+    pub const INLETS_DISAGREE: Self = Self(1 << 13);
     /// The outlet transmitters disagree for a short while, and neither is the liar.
-    pub const OUTLETS_DISAGREE: Self = Self(1 << 13);
-    /// The pump is running down to a stop.
-    pub const STOPPING: Self = Self(1 << 14);
+    pub const OUTLETS_DISAGREE: Self = Self(1 << 14);
 
     /// Every reason with its name in reports, in the order in which [`Tally::first`] asks.
     pub const ALL: [(Self, &'static str); 15] = [

@@ -134,8 +134,16 @@ impl Known<'_> {
         count(Sort::readable) > count(|s| s == Sort::Text)
     }
 
-    /// Whether a cell is a number or a time as its column has below; among units `1` is one of them.
+    /// Whether a cell is a number or a time as its column has below; among units `1` is one of them, and a time beside nothing but units
+    /// is that of whoever wrote them.
     fn holds_a_value(&self, line: &Line<'_>) -> bool {
+        let words = || self.sorts(line).filter(|(.., s)| *s == Sort::Text);
+        if words().count() > 1
+            && words().count() + 1 == self.sorts(line).count()
+            && words().all(|(_, cell, _)| is_known_unit(cell))
+        {
+            return false;
+        }
         let mut values =
             (self.sorts(line)).filter(|(index, cell, s)| self.is_value(*index, cell, *s));
         let among_units = || line.cells.iter().any(|c| *c != b"1" && is_known_unit(c));
