@@ -476,8 +476,9 @@ impl Job<'_> {
 
     /// Marks the samples before each stop of the pump at which it runs down already.
     fn stopping(&self, reasons: &mut [Reasons]) {
-        /// Share of the speed before from which on it has not begun to run down.
-        const RUNNING: f64 = 0.9;
+        /// Share of the speed before below which it lifts less than half of what it did, which holds no column: what is above tells of the
+        /// meter's delay.
+        const RUNNING: f64 = 0.7;
         let longest = samples(self.rules.options.run_down_s, self.rules.step_s, 0);
         let speeds = &self.recording.pump_speed_pct;
         // From the last sample at which it was on; a gap says nothing about the pump.

@@ -231,7 +231,10 @@ pub(super) fn listed(words: &[String], last_word: &str) -> String {
 pub(super) fn gain(finding: &Finding, diagnosis: &Diagnosis, together: bool) -> Option<String> {
     let held = finding.held_out.as_ref()?;
     if !diagnosis.acts_held_out() {
-        return Some("the windows that no fit has used do not reach where it acts".to_owned());
+        let acts = if together { "they act" } else { "it acts" };
+        return Some(format!(
+            "the windows that no fit has used do not reach where {acts}"
+        ));
     }
     let share = improvement(held.rmse_before, held.rmse_after)?;
     let (low, high) = held.improvement_ci95;
