@@ -160,6 +160,14 @@ pub(crate) fn paths(paths: &[std::path::PathBuf]) -> Vec<String> {
     paths.iter().map(|p| p.display().to_string()).collect()
 }
 
+/// Warns at once of what the answer tells [`again`].
+pub(crate) fn warn(warnings: &mut Vec<String>, doubts: impl IntoIterator<Item = String>) {
+    for doubt in doubts {
+        tracing::warn!("{doubt}");
+        warnings.push(doubt);
+    }
+}
+
 /// Warnings before an answer, though they were told as they were met: but not to somebody who sees both.
 pub(crate) fn again(warnings: &[String]) -> String {
     if std::io::stdout().is_terminal() && std::io::stderr().is_terminal() {

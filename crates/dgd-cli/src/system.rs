@@ -10,7 +10,7 @@ pub(crate) mod runs;
 use crate::failure::Failure;
 use crate::load::read_text;
 use dgd_assembly::{
-    Assembly, AssemblyError, Component, FitStatus, Kind, RunStatus, Setting, Size, System,
+    Assembly, AssemblyError, Component, FitStatus, Kind, Property, RunStatus, Setting, Size, System,
 };
 use dgd_documents::{DocumentError, SystemDocument};
 use dgd_recording::Column;
@@ -92,6 +92,13 @@ pub(crate) fn clock(assembly: &Assembly) -> (&str, Option<String>) {
         "time" => ("t", Some("s".to_owned())),
         other => (other, assembly.system().record.unit.clone()),
     }
+}
+
+/// The property of a component that a path stands for, if it is none of its states.
+pub(crate) fn property(system: &System, path: &str) -> Option<&'static Property> {
+    let (component, name) = path.split_once('.')?;
+    let kind = system.components.get(component)?.kind;
+    kind.properties().iter().find(|p| p.name == name)
 }
 
 /// A column of a table.

@@ -5,7 +5,7 @@ use crate::diagnosis::ParameterEstimate;
 use crate::record::Record;
 use crate::relations::{Applied, on_grid};
 use crate::selection::Named;
-use crate::tangent::Tangent;
+use crate::tangent::{Tangent, alike};
 use dgd_effects::{Parameter, Role};
 use dgd_lsq::dot;
 use nalgebra::{DMatrix, DVector};
@@ -71,12 +71,9 @@ impl<'a> Estimator<'a> {
             return Vec::new();
         }
         let about = named.applied.effect.about();
-        // It may have come more than once.
-        let of_this = |a: &Applied| {
-            !a.allowance
-                && a.effect.about().id == about.id
-                && a.parameters == named.applied.parameters
-        };
+        // The same effect may have come more than once.
+        let this = std::slice::from_ref(&named.applied);
+        let of_this = |a: &Applied| !a.allowance && alike(std::slice::from_ref(a), this);
         let effect = self.state.iter().position(of_this);
         let each = about.parameters.iter().enumerate();
         each.map(|(j, parameter)| self.estimate(&named.applied, (effect, j), parameter))

@@ -477,7 +477,7 @@ impl Sketch<'_> {
 }
 
 /// Whether two hypotheses are the same, digit for digit.
-fn alike(a: &[Applied], b: &[Applied]) -> bool {
+pub(crate) fn alike(a: &[Applied], b: &[Applied]) -> bool {
     let bits = |one: &Applied| {
         one.parameters
             .iter()

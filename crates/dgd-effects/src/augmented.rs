@@ -107,16 +107,20 @@ impl AugmentedModel {
                 return true;
             };
             let about = effect.about();
-            match (about.onset(), about.duration()) {
-                (_, Some(_)) => carried.over.push(about.id),
-                (Some(onset), None) => {
+            let passes = about.duration().is_some();
+            match about.onset() {
+                _ if passes => carried.over.push(about.id),
+                Some(onset) => {
                     one.parameters[onset] = from_s;
                     carried.ongoing.push(about.id);
                 }
-                (None, None) => {}
+                None => {}
             }
-            !carried.over.contains(&about.id)
+            !passes
         });
+        // What came more than once is told once.
+        carried.over.sort_unstable();
+        carried.over.dedup();
         carried
     }
 

@@ -118,7 +118,7 @@ impl Prepared {
         }
     }
 
-    /// What is to be said of transmitters that repeated one value for many minutes while the pump ran: what is not used there, and where.
+    /// What is to be said of transmitters that repeated one value for many minutes: what is not used there, and where.
     /// Short stretches are part of every recording, and a channel that never changes is suspected as such.
     pub fn stuck_for_long(&self) -> Vec<String> {
         /// Seconds from which on a stretch is told.

@@ -24,7 +24,7 @@ pub struct ScreenOptions {
     /// pump is off and refills afterwards, so that until then its hydrostatic column,
     /// and with it the friction of Eq. 3.13, is wrong. The thesis takes 0.
     pub settle_s: f64,
-    /// Seconds before the pump stops in which it is looked for running down; samples there at less than seven tenths of the highest speed
+    /// Seconds before a stop of the pump within which its run-down is sought; samples there at less than seven tenths of the highest speed
     /// are left out. Default 120: the pump then lifts less than half of what it did, while a late meter still reads the flow of before, or
     /// flickers behind a check valve that has closed. The thesis takes 0.
     pub run_down_s: f64,

@@ -1,20 +1,22 @@
 //! The effects of a model on another recording than the one that it was identified on.
 
 use dgd_documents::ModelDocument;
+use dgd_identify::Prepared;
 use std::path::{Path, PathBuf};
 
-/// Takes the effects of `document`, read from `model`, to `recordings`, which begin at `from_s` of their clock, where they are none of those
+/// Takes the effects of `document`, read from `model`, to `recordings`, screened as `prepared`, where they are none of those
 /// that it was identified on; says what that makes of effects that set in at some time.
 pub(super) fn carry_over(
     document: &mut ModelDocument,
     model: &Path,
     recordings: &[PathBuf],
-    from_s: f64,
+    prepared: &Prepared,
 ) -> Option<String> {
     let known = document.model()?.data.recordings.clone();
     let another = !known.is_empty() && !recordings.iter().any(|path| is_among(&known, path));
     let augmented = document.augmented.as_mut().filter(|_| another)?;
-    let carried = augmented.carry_over(from_s);
+    let begins = prepared.recording.time_s.first();
+    let carried = augmented.carry_over(begins.copied().unwrap_or_default());
     let told = [
         (carried.ongoing, "acts from the start here"),
         (carried.over, "is over here"),

@@ -100,22 +100,13 @@ pub(crate) fn carry_out(
     let prepared = prepare(loaded.recording, loaded.step_s, &screening(source))
         .map_err(|e| Failure::input(first, e))?;
     let mut warnings = loaded.suspicions;
-    for doubt in prepared.stuck_for_long() {
-        tracing::warn!("{doubt}");
-        warnings.push(doubt);
-    }
+    say::warn(&mut warnings, prepared.stuck_for_long());
     let mut start = Vec::new();
     if let (Some(path), Some(mut document)) = (search.model, model) {
-        let from_s = prepared
-            .recording
-            .time_s
-            .first()
-            .copied()
-            .unwrap_or_default();
-        if let Some(carried) = carry_over(&mut document, path, &source.recordings, from_s) {
-            tracing::warn!("{carried}");
-            warnings.push(carried);
-        }
+        say::warn(
+            &mut warnings,
+            carry_over(&mut document, path, &source.recordings, &prepared),
+        );
         start = document
             .augmented
             .map_or_else(Vec::new, |model| model.effects);
@@ -123,14 +114,8 @@ pub(crate) fn carry_out(
     let recordings = names(source);
     progress.stage("identifying", "friction, delay and pump");
     let identified = base::two_state(&prepared, &well, samples, &recordings)?;
-    for doubt in &identified.clocks {
-        tracing::warn!("{doubt}");
-    }
-    warnings.extend(identified.clocks.iter().cloned());
-    if let Some(doubt) = doubt_of_step(prepared.step_s) {
-        tracing::warn!("{doubt}");
-        warnings.push(doubt);
-    }
+    say::warn(&mut warnings, identified.clocks.iter().cloned());
+    say::warn(&mut warnings, doubt_of_step(prepared.step_s));
     let options = Options {
         start,
         suspects: search.suspects.to_vec(),

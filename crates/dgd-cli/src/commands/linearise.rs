@@ -7,10 +7,10 @@ use crate::output::{self, Outputs};
 use crate::progress::Progress;
 use crate::say::{self, TextTable, number};
 use crate::system::runs::{self, Run};
-use crate::system::{self, Gauge, columns, dimension_of_state, failed, gauges, unit_of};
+use crate::system::{self, Gauge, columns, dimension_of_state, failed, gauges, property, unit_of};
 use dgd_assembly::{
-    Assembly, AssemblyError, Initial, Linear, Property, RecordLayout, SimulationOptions, Window,
-    linearise, steady_state,
+    Assembly, AssemblyError, Initial, Linear, RecordLayout, SimulationOptions, Window, linearise,
+    steady_state,
 };
 use dgd_documents::{SystemDocument, read_system, return_line_system};
 use dgd_export::{MatValue, write_mat5_values};
@@ -207,7 +207,7 @@ fn parse(assembly: &Assembly, key: &str, text: &str) -> Result<f64, Failure> {
         reason: format!("--at {key}={text}: {reason}"),
     };
     let (value, unit) = split_number(text).map_err(|e| wrong(e.to_string()))?;
-    let property = property(assembly, key);
+    let property = property(assembly.system(), key);
     let unit = match (property, dimension(assembly, key)) {
         _ if unit.is_empty() => Ok(None),
         (Some(property), _) if property.dimension.is_some() => property.unit_of(unit).map(Some),
@@ -222,16 +222,9 @@ fn parse(assembly: &Assembly, key: &str, text: &str) -> Result<f64, Failure> {
     }
 }
 
-/// The property of a component that a path stands for, if it is none of its states.
-fn property(assembly: &Assembly, key: &str) -> Option<&'static Property> {
-    let (component, name) = key.split_once('.')?;
-    let kind = assembly.system().components.get(component)?.kind;
-    kind.properties().iter().find(|p| p.name == name)
-}
-
 /// Of a state, of a property, of the channel that drives a component by any signal.
 fn dimension(assembly: &Assembly, key: &str) -> Option<Dimension> {
-    let Some(property) = property(assembly, key) else {
+    let Some(property) = property(assembly.system(), key) else {
         let (component, state) = key.split_once('.')?;
         assembly.system().components.get(component)?;
         return dimension_of_state(state);

@@ -143,22 +143,13 @@ fn whole(job: &Job<'_>, progress: &Progress) -> Result<Done, Failure> {
     let prepared = prepare(loaded.recording, loaded.step_s, &screening(source))
         .map_err(|e| Failure::input(first, e))?;
     let mut warnings = loaded.suspicions;
-    for doubt in prepared.stuck_for_long() {
-        tracing::warn!("{doubt}");
-        warnings.push(doubt);
-    }
+    say::warn(&mut warnings, prepared.stuck_for_long());
     let mut document = (*document).clone();
-    let from_s = prepared
-        .recording
-        .time_s
-        .first()
-        .copied()
-        .unwrap_or_default();
     let (path, recordings) = (&arguments.model, &source.recordings);
-    if let Some(carried) = carry_over(&mut document, path, recordings, from_s) {
-        tracing::warn!("{carried}");
-        warnings.push(carried);
-    }
+    say::warn(
+        &mut warnings,
+        carry_over(&mut document, path, recordings, &prepared),
+    );
     let (run, recording) = match (&document.augmented, &document.base) {
         (Some(model), _) => {
             progress.stage("simulating", "");

@@ -93,7 +93,8 @@ pub(super) fn refitted(
     });
     let detail = match (differing.is_empty(), alike.is_empty()) {
         (false, false) => format!("{}; as strong: {}", differing.join("; "), alike.join("; ")),
-        _ => [differing, alike.clone()].concat().join("; "),
+        (false, true) => differing.join("; "),
+        (true, _) => alike.join("; "),
     };
     Some(Check {
         name: "the effects of the model to start from are as strong here".into(),

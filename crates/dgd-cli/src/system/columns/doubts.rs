@@ -2,8 +2,8 @@
 
 use super::{Files, stands_for};
 use crate::say::{counted, number};
-use crate::system::{at_default, gauges};
-use dgd_assembly::{Property, System, Window};
+use crate::system::{at_default, gauges, property};
+use dgd_assembly::Window;
 use dgd_units::Dimension;
 
 /// A step of the clock this many times the usual one is a gap.
@@ -102,13 +102,6 @@ fn beyond(files: &Files<'_>, train: &[Window], test: &[Window]) -> Vec<String> {
         .enumerate()
         .filter_map(one)
         .collect()
-}
-
-/// The property of a component that an input stands for.
-fn property(system: &System, path: &str) -> Option<&'static Property> {
-    let (component, name) = path.split_once('.')?;
-    let kind = system.components.get(component)?.kind;
-    kind.properties().iter().find(|p| p.name == name)
 }
 
 /// Columns that nothing uses, where an opening stands at its default: it may be among them.
