@@ -201,6 +201,23 @@ pub struct CorrectionCurve {
 }
 
 impl CorrectionCurve {
+    /// From when to when it adds one value and else nothing, s, and that value, if it is such a curve.
+    pub fn episode(&self) -> Option<((f64, f64), f64)> {
+        let [
+            ..,
+            (begins, before),
+            (from, value),
+            (to, until),
+            (ends, after),
+            _,
+        ] = self.knots[..]
+        else {
+            return None;
+        };
+        let edges = begins == from && ends == to && value == until;
+        (edges && before == 0.0 && after == 0.0).then_some(((from, to), value))
+    }
+
     /// Least and greatest of what it adds; `None` of no number.
     pub fn range(&self) -> Option<(f64, f64)> {
         let added = self.knots.iter().map(|k| k.1).filter(|v| v.is_finite());

@@ -2,24 +2,25 @@
 
 mod crosstalk;
 mod drawn;
+mod episodic;
 mod periodic;
 mod seen;
 mod smooth;
-
-pub(crate) use periodic::{in_place, instead_of};
 
 use crate::ablation::Step;
 use crate::error_budget::wander;
 use crate::numbers::whole;
 use crate::record::Record;
-use crate::relations::Applied;
+use crate::relations::{Applied, joined};
 use crate::tangent::{Bend, Tangent};
 use crate::twins::{Pair, Twins};
 use crate::vectors::most_within;
 use crosstalk::crosstalk;
 use dgd_effects::{Curve, Place, Quantity, Relation};
+use dgd_lsq::dot;
 use drawn::drawn;
 use rayon::prelude::*;
+use tracing::debug;
 
 /// Places that a curve through knots is drawn for. What two transmitters of one pressure tell of the others is [seen](seen::all).
 const DRAWN: [Place; 6] = [
@@ -62,12 +63,13 @@ impl Correction {
     }
 }
 
-/// What is corrected along which quantity, and the first time of its period, s.
+/// What is corrected along which quantity.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Course {
     pub place: Place,
     pub quantity: Quantity,
-    pub period_s: Option<(f64, f64)>,
+    /// From when to when the first period goes, or the episode, s.
+    pub timed_s: Option<(f64, f64)>,
 }
 
 impl From<&Curve> for Course {
@@ -75,7 +77,7 @@ impl From<&Curve> for Course {
         Self {
             place: curve.place,
             quantity: curve.quantity,
-            period_s: curve.period_s(),
+            timed_s: curve.timed_s(),
         }
     }
 }
@@ -85,7 +87,7 @@ impl From<(Place, Quantity)> for Course {
         Self {
             place,
             quantity,
-            period_s: None,
+            timed_s: None,
         }
     }
 }
@@ -115,7 +117,7 @@ pub(crate) fn corrections(record: &Record, state: &[Applied]) -> Vec<Correction>
         }
     };
     let places: Vec<(Place, Quantity)> = (Quantity::ALL.into_iter())
-        .filter(|quantity| *quantity != Quantity::Period)
+        .filter(|quantity| !quantity.is_timed())
         .flat_map(|quantity| DRAWN.map(|place| (place, quantity)))
         .filter(|(place, quantity)| !own(*place, *quantity))
         .collect();
@@ -137,6 +139,113 @@ pub(crate) fn corrections(record: &Record, state: &[Applied]) -> Vec<Correction>
     hold_without_stops(record, whole, state, &mut out);
     out.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     out
+}
+
+/// A correction along the time of a period, or of an episode, that tells more than this one, in any place, if there is one.
+pub(crate) fn instead_of(record: &Record, state: &[Applied], c: &Correction) -> Option<Correction> {
+    /// Evidence by which what comes again, and what begins or ends, must be better than what needs no times: e-folds. Set by hand.
+    const COMES_AGAIN: f64 = 10.0;
+    const BEGINS: f64 = 5.0;
+    if c.seen.is_some() {
+        return None;
+    }
+    let tangent = Tangent::beside(record, state, &[], Bend::Loose)?;
+    let places = drawn_places(record, &tangent, state);
+    // What was drawn on stiff curves shows more there than beside these.
+    let here = at_will(record, &tangent, state, c);
+    let shown = here.map_or(c.evidence, |here| here.evidence.min(c.evidence));
+    let found = [
+        periodic::best(record, &tangent, state, &places, shown),
+        episodic::best(record, &tangent, state, &places),
+    ];
+    let mut found: Vec<Correction> = found.into_iter().flatten().collect();
+    // Stops come nearly as regularly.
+    hold_without_stops(record, tangent, state, &mut found);
+    let better = |found: &Correction| {
+        let by = match found.curve.quantity {
+            Quantity::Period => COMES_AGAIN,
+            _ => BEGINS,
+        };
+        told(found, shown);
+        found.evidence > (shown + by).max(hurdle(found))
+    };
+    (found.into_iter().filter(better)).max_by(|a, b| a.evidence.total_cmp(&b.evidence))
+}
+
+/// An episode in any place that leaves less over than an effect which only resembles the cause, if there is one.
+///
+/// What either explains is not on one scale: an instrument that shifts is taken for one that wanders where mud of another weight is not, and what is
+/// not yet in place counts as noise. Both are therefore fitted beside the noise that is left with the episode in place.
+pub(crate) fn episode_like(
+    record: &Record,
+    state: &[Applied],
+    resembling: &Applied,
+) -> Option<Correction> {
+    /// E-folds by which it must leave less, as its edges were chosen. Set by hand.
+    const LESS: f64 = 10.0;
+    let tangent = Tangent::beside(record, state, &[], Bend::Loose)?;
+    let places = drawn_places(record, &tangent, state);
+    let found = episodic::best(record, &tangent, state, &places)?;
+    let mut found = vec![found];
+    hold_without_stops(record, tangent, state, &mut found);
+    let found = found.pop().filter(|found| found.evidence > hurdle(found))?;
+    let beside = Tangent::at(
+        record,
+        &joined(state, &Applied::from(&found.curve)),
+        &[],
+        Bend::Lean,
+    )?;
+    let other = beside.refitted(record, &joined(state, resembling));
+    let left = |one: &Tangent| 0.5 * dot(&one.off, &one.off);
+    let less = left(&other) - left(&beside);
+    debug!(
+        "an episode in {}, {:.0} s to {:.0} s, leaves {less:.1} less than {}",
+        found.curve.place.name(),
+        found.curve.from,
+        found.curve.to,
+        resembling.effect.about().id
+    );
+    (less > LESS).then_some(found)
+}
+
+/// Tells in the log what a timed correction tells more.
+fn told(found: &Correction, shown: f64) {
+    let Curve {
+        place,
+        quantity,
+        from,
+        to,
+        ..
+    } = &found.curve;
+    debug!(
+        "{} in {}, {from:.0} s to {to:.0} s, brings it from {shown:.1} to {:.1}",
+        quantity.name(),
+        place.name(),
+        found.evidence
+    );
+}
+
+/// Places that a timed curve may be drawn for: of a reading that drifts, the riser's transmitter draws the curve.
+fn drawn_places(record: &Record, tangent: &Tangent, state: &[Applied]) -> Vec<Place> {
+    let witnessed = beside_riser(record, tangent, state, &[]).is_some();
+    let drawn = |place: &Place| *place != Place::InletReading || !witnessed;
+    DRAWN.into_iter().filter(drawn).collect()
+}
+
+/// A timed correction that a model holds, made anew in its place beside a state: its times are not told by the excluded blocks either.
+pub(crate) fn timed_anew(
+    record: &Record,
+    tangent: &Tangent,
+    state: &[Applied],
+    held: &Curve,
+) -> Option<Correction> {
+    (match held.quantity {
+        Quantity::Period => periodic::in_place(record, tangent, state, held.place),
+        Quantity::Episode => episodic::in_place(record, tangent, state, held.place),
+        _ => None,
+    })
+    .inspect(|found| told(found, 0.0))
+    .filter(|found| found.evidence > 0.0)
 }
 
 /// Lowers corrections that stand out only because of stops, or while the pump changes to another head. Takes the tangent to free its memory
@@ -220,6 +329,9 @@ fn along(
 ) -> Option<Correction> {
     if crosstalk::is_of(course) {
         return crosstalk(record, stiff, state);
+    }
+    if let (Quantity::Episode, Some(times_s)) = (course.quantity, course.timed_s) {
+        return episodic::between(record, loose, state, course.place, times_s);
     }
     let tangent = if is_drawn_stiff(course) { stiff } else { loose };
     (DRAWN.contains(&course.place))

@@ -26,12 +26,12 @@ pub(crate) fn finding(
         Some(place) => (place.reading()).unwrap_or_else(|| base_equation(place.relation())),
         None => equation_without(about),
     };
-    let title = amiss(named).map_or_else(
+    let title = amiss(record, named).map_or_else(
         || about.title.to_owned(),
         |amiss| format!("something outside the catalogue: {amiss}"),
     );
     let span = record.setting.span_s;
-    let interval = about.interval_s(&named.applied.parameters, span);
+    let interval = named.applied.interval_s(span);
     let told = Finding {
         effect: about.id.to_owned(),
         resembles: None,
@@ -46,7 +46,7 @@ pub(crate) fn finding(
         intervals_s: vec![interval],
         region: region(record, interval),
         parameters: estimator.estimates(named),
-        curve: curve.as_ref().map(told_curve),
+        curve: curve.as_ref().map(|curve| told_curve(curve, span)),
         held_out,
         equation_before: before.to_owned(),
         equation_after: match &curve {
@@ -66,9 +66,16 @@ pub(crate) fn finding(
 }
 
 /// What of the model a correction finds amiss, such as "pump head depends on inlet pressure"; `None` of a cause.
-pub(crate) fn amiss(named: &Named) -> Option<String> {
+pub(crate) fn amiss(record: &Record, named: &Named) -> Option<String> {
     let curve = named.applied.curve()?;
-    let does = if let Some((from_s, to_s)) = curve.period_s() {
+    let span = record.setting.span_s;
+    let does = if let Some((from_s, to_s)) = curve.episode_s(span) {
+        match (from_s > span.0, to_s < span.1) {
+            (true, false) => format!("shifts at {from_s:.0} s"),
+            (false, _) => format!("is off until {to_s:.0} s"),
+            (true, true) => format!("is off from {from_s:.0} s to {to_s:.0} s"),
+        }
+    } else if let Some((from_s, to_s)) = curve.period_s() {
         format!("swings with a period of {:.0} min", (to_s - from_s) / 60.0)
     } else if is_level(&curve.knots, SAME) {
         "is offset by a constant amount".to_owned()
@@ -124,10 +131,14 @@ fn is_level(knots: &[f64], share: f64) -> bool {
 fn same_as(record: &Record, named: &Named) -> Option<String> {
     /// Share of its mean by which a curve may vary to be nearly an offset.
     const LEVEL: f64 = 0.5;
-    let Some(Curve { place, knots, .. }) = named.applied.curve() else {
+    let Some(curve) = named.applied.curve() else {
         let (effect, parameters) = (named.applied.effect, &named.applied.parameters);
         return effect.same_as(parameters, &record.setting);
     };
+    if curve.quantity == Quantity::Episode {
+        return None;
+    }
+    let Curve { place, knots, .. } = curve;
     if place == Place::Balance && is_level(&knots, SAME) {
         let told = "a flow meter with a zero error, or a flow that is in another unit, under another tag or not logged";
         return Some(told.to_owned());
@@ -140,9 +151,30 @@ fn same_as(record: &Record, named: &Named) -> Option<String> {
 }
 
 /// The curve of a correction, as it is told.
-fn told_curve(curve: &Curve) -> CorrectionCurve {
+fn told_curve(curve: &Curve, span_s: (f64, f64)) -> CorrectionCurve {
     /// Points to a stretch between knots that lie along a logarithm, where the curve is not straight.
     const BENT: usize = 8;
+    let adds = match curve.place {
+        Place::MeterFactor => "correction_fraction",
+        Place::Balance => "correction_m3_s",
+        _ => "correction_pa",
+    };
+    if let Some((begins, ends)) = curve.episode_s(span_s) {
+        let value = curve.at(begins);
+        let knots = [
+            (span_s.0, 0.0),
+            (begins, 0.0),
+            (begins, value),
+            (ends, value),
+            (ends, 0.0),
+            (span_s.1, 0.0),
+        ];
+        return CorrectionCurve {
+            along: Quantity::Time.si_name(),
+            adds,
+            knots: knots.to_vec(),
+        };
+    }
     let (from, to, values) = (curve.from, curve.to, &curve.knots);
     let last = values.len() - 1;
     // Knots lie evenly along the logarithm of the minutes and one.
@@ -164,11 +196,7 @@ fn told_curve(curve: &Curve) -> CorrectionCurve {
         .collect();
     CorrectionCurve {
         along: curve.quantity.si_name(),
-        adds: match curve.place {
-            Place::MeterFactor => "correction_fraction",
-            Place::Balance => "correction_m3_s",
-            _ => "correction_pa",
-        },
+        adds,
         knots,
     }
 }

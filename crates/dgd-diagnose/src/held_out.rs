@@ -1,7 +1,7 @@
 //! The held-out windows, and both models fitted without them.
 
 use crate::contest::solved;
-use crate::empirical::{correction, in_place};
+use crate::empirical::{correction, timed_anew};
 use crate::numbers::{mean, tails, whole};
 use crate::record::Record;
 use crate::refine::refine;
@@ -10,7 +10,7 @@ use crate::scan::scan;
 use crate::selection::Selection;
 use crate::tangent::{Bend, Tangent};
 use crate::timing::{allowed_beside, is_late_meter};
-use dgd_effects::{AppliedEffect, AugmentedModel, Quantity};
+use dgd_effects::{AppliedEffect, AugmentedModel};
 use dgd_lsq::dot;
 
 /// Length of a held-out window, s, at the least; a diagnosis promises 1200.
@@ -102,9 +102,8 @@ pub(crate) fn trained(
             Some(held) => {
                 let tangent = Tangent::at(record, &state, excluded, Bend::Loose);
                 let again = tangent.and_then(|t| {
-                    if held.quantity == Quantity::Period {
-                        // Its period is not told by the held-out windows either.
-                        in_place(record, &t, &state, held.place)
+                    if held.quantity.is_timed() {
+                        timed_anew(record, &t, &state, &held)
                     } else {
                         correction(record, &t, &state, excluded, &held)
                     }

@@ -73,7 +73,7 @@ pub(crate) fn fitted_here(
         if own.is_correction() {
             let held = own.curve();
             let found = (held.as_ref()).and_then(|held| again(record, &others, held, excluded));
-            let of_time = |held: Curve| matches!(held.quantity, Quantity::Period | Quantity::Time);
+            let of_time = |held: Curve| held.quantity.is_timed() || held.quantity == Quantity::Time;
             if let Some(found) = found {
                 state[k] = Some(Applied::from(&found.curve));
             } else if held.is_none_or(of_time) {

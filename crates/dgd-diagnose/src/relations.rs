@@ -62,6 +62,12 @@ impl Applied {
             .then(|| Curve::read(&self.parameters))
             .flatten()
     }
+
+    /// From when to when it acts within a recording from and to so many seconds.
+    pub(crate) fn interval_s(&self, span_s: (f64, f64)) -> (f64, f64) {
+        let episode = self.curve().and_then(|curve| curve.episode_s(span_s));
+        episode.unwrap_or_else(|| self.effect.about().interval_s(&self.parameters, span_s))
+    }
 }
 
 impl From<&Curve> for Applied {

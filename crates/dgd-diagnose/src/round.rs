@@ -9,7 +9,7 @@ mod suction;
 
 use crate::ablation::Step;
 use crate::contest::{self, Contender, contest, solved};
-use crate::empirical::Correction;
+use crate::empirical::{Correction, episode_like};
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::selection::{Named, Selection};
@@ -155,10 +155,14 @@ impl<'a> Round<'a> {
             return self.unnamed(&curve, curve.borne, Some((best, odds)));
         }
         if let Some((lasting, odds)) = self.lasting(best) {
-            return Ruling::Named(self.named(&lasting, Some(odds)));
+            let episode = self.episode_like(&lasting, odds);
+            return episode.unwrap_or_else(|| Ruling::Named(self.named(&lasting, Some(odds))));
         }
         let beside = Beside::of(self, best, &bent);
         let broken = bent.unless_told(&beside);
+        if let Some(episode) = self.episode_like(best, broken) {
+            return episode;
+        }
         let rival = (self.rival(best, broken)).or_else(|| self.rival_beyond(best, broken));
         let Some(rival) = rival else {
             return Ruling::Named(self.named(best, (broken > 0.0).then_some(broken)));
@@ -169,6 +173,21 @@ impl<'a> Round<'a> {
         // What is left over decides, however far the form is bent: a form may bend and leave nothing.
         let (resembles, second) = beside.resembles(rival);
         self.by_what_is_left(best, rival, resembles, second)
+    }
+
+    /// An episode in place of an effect that by the logarithm of the odds only resembles the cause, if one tells more.
+    fn episode_like(&self, best: &Contender, odds: f64) -> Option<Ruling> {
+        let like = || {
+            let state = self.sharpened(best);
+            episode_like(self.record, &self.state, state.last()?)
+        };
+        let episode = (odds > 0.0).then(like)??;
+        let evidence = episode.borne.max(best.evidence);
+        Some(Ruling::Unnamed(self.corrected(
+            &episode,
+            evidence,
+            Some((best, odds)),
+        )))
     }
 
     /// Decides by the logarithm of the odds that the best effect only resembles what a rival tells, and by the second effect that tells what

@@ -3,7 +3,7 @@
 mod run;
 
 use crate::curves::Curves;
-use crate::{Effect, MeterPath, Setting, find};
+use crate::{Curve, Effect, MeterPath, Method, Quantity, Setting, find};
 use dgd_recording::STANDING_M3_S;
 use run::{Acting, Line, Stretch};
 use std::ops::Range;
@@ -88,6 +88,13 @@ pub struct FreeRun {
     pub outlet_pa: Vec<f64>,
 }
 
+/// The curve of a correction that acts for a while or from some time on.
+fn episode_of(effect: &dyn Effect, parameters: &[f64]) -> Option<Curve> {
+    let curve =
+        (effect.about().search.method == Method::Correction).then(|| Curve::read(parameters))?;
+    curve.filter(|curve| curve.quantity == Quantity::Episode)
+}
+
 /// What became of effects that set in at some time of one recording on a later one, by id.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct CarriedOver {
@@ -107,14 +114,21 @@ impl AugmentedModel {
                 return true;
             };
             let about = effect.about();
-            let passes = about.duration().is_some();
-            match about.onset() {
-                _ if passes => carried.over.push(about.id),
-                Some(onset) => {
-                    one.parameters[onset] = from_s;
-                    carried.ongoing.push(about.id);
-                }
-                None => {}
+            let episode = episode_of(effect, &one.parameters);
+            let passes = match &episode {
+                Some(episode) => !episode.goes_on(),
+                None => about.duration().is_some(),
+            };
+            if passes {
+                carried.over.push(about.id);
+            } else if let Some(episode) = episode {
+                let begun = (from_s, None);
+                one.parameters =
+                    Curve::episode(episode.place, begun, episode.at(episode.from)).parameters();
+                carried.ongoing.push(about.id);
+            } else if let Some(onset) = about.onset() {
+                one.parameters[onset] = from_s;
+                carried.ongoing.push(about.id);
             }
             !passes
         });

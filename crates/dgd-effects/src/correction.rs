@@ -151,11 +151,13 @@ pub enum Quantity {
     FlowRate,
     /// The time within its period, s: knots go from the beginning of the first one to its end, and round again.
     Period,
+    /// The time within an episode, s: knots go from its beginning to its end, and before and after it nothing is corrected.
+    Episode,
 }
 
 impl Quantity {
     /// All of them, in the order of their codes.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Time,
         Self::InletPressure,
         Self::MudPumpFlow,
@@ -165,7 +167,13 @@ impl Quantity {
         Self::SinceStart,
         Self::FlowRate,
         Self::Period,
+        Self::Episode,
     ];
+
+    /// Whether its curve has times of its own, which nothing but the recording tells.
+    pub fn is_timed(self) -> bool {
+        matches!(self, Self::Period | Self::Episode)
+    }
 
     /// Its name, for people.
     pub fn name(self) -> &'static str {
@@ -179,6 +187,7 @@ impl Quantity {
             Self::SinceStart => "time since the pump started",
             Self::FlowRate => "rate of the return flow",
             Self::Period => "time within its period",
+            Self::Episode => "time within an episode",
         }
     }
 
@@ -194,14 +203,19 @@ impl Quantity {
             Self::SinceStart => "time_since_start_s",
             Self::FlowRate => "return_flow_rate_m3_s2",
             Self::Period => "time_within_period_s",
+            Self::Episode => "time_within_episode_s",
         }
     }
 }
 
+/// How long an episode lasts that is not over, s: longer than any recording.
+const LASTING_S: f64 = 1e9;
+
 /// Knots of a correction, at the least: a finer curve has more.
 pub const KNOTS: usize = 12;
 
-/// A correction of a place along a quantity: straight between knots, the same beyond the first and the last.
+/// A correction of a place along a quantity: straight between knots, the same beyond the first and the last, but nothing before and after an
+/// [episode](Quantity::Episode).
 ///
 /// As parameters of [`unknown`](crate::unknown()) it is a list of numbers, place and quantity by their codes: the positions in
 /// [`Place::ALL`] and [`Quantity::ALL`].
@@ -239,6 +253,22 @@ impl Curve {
         }
     }
 
+    /// What is off by the same all the time from `from_s` to `to_s`, or from `from_s` on if it does not end.
+    ///
+    /// ```
+    /// use dgd_effects::{Curve, Place};
+    /// let span_s = (0.0, 3600.0);
+    /// let once = Curve::episode(Place::Balance, (600.0, Some(900.0)), -2e-3);
+    /// assert_eq!(once.episode_s(span_s), Some((600.0, 900.0)));
+    /// assert_eq!([599.0, 600.0, 899.0, 901.0].map(|t| once.at(t)), [0.0, -2e-3, -2e-3, 0.0]);
+    /// let on = Curve::episode(Place::Head, (600.0, None), 4e4);
+    /// assert_eq!(on.episode_s(span_s), Some((600.0, 3600.0)));
+    /// ```
+    pub fn episode(place: Place, (from_s, to_s): (f64, Option<f64>), value: f64) -> Self {
+        let range = (from_s, to_s.unwrap_or(from_s + LASTING_S));
+        Self::new(place, Quantity::Episode, range, vec![value; KNOTS])
+    }
+
     /// The curve that parameters stand for; `None` where there are too few for its head, or a code is none.
     pub fn read(parameters: &[f64]) -> Option<Self> {
         let [place, quantity, from, to, knots @ ..] = parameters else {
@@ -261,6 +291,9 @@ impl Curve {
 
     /// Its value where the quantity is `x`, in the unit of the place; NaN where `x` is.
     pub fn at(&self, x: f64) -> f64 {
+        if self.quantity == Quantity::Episode && (x < self.from || x > self.to) {
+            return 0.0;
+        }
         let last = self.knots.len().saturating_sub(1);
         let position =
             ((x - self.from) / (self.to - self.from) * last as f64).clamp(0.0, last as f64);
@@ -275,9 +308,25 @@ impl Curve {
         below + share * (above - below)
     }
 
+    /// From when to when its first period goes, or the episode, s, if it has either.
+    pub fn timed_s(&self) -> Option<(f64, f64)> {
+        (self.quantity.is_timed()).then_some((self.from, self.to))
+    }
+
     /// The first time of its period, from and to, s, if it has one.
     pub fn period_s(&self) -> Option<(f64, f64)> {
         (self.quantity == Quantity::Period).then_some((self.from, self.to))
+    }
+
+    /// From when to when it acts within a recording from and to so many seconds, if it is an episode.
+    pub fn episode_s(&self, span_s: (f64, f64)) -> Option<(f64, f64)> {
+        let begins = self.from.max(span_s.0);
+        (self.quantity == Quantity::Episode).then(|| (begins, self.to.min(span_s.1).max(begins)))
+    }
+
+    /// Whether it is an episode that is not over when the recording ends.
+    pub fn goes_on(&self) -> bool {
+        self.quantity == Quantity::Episode && self.to - self.from >= LASTING_S
     }
 
     /// Whether it corrects the same place along the same quantity, by whatever.

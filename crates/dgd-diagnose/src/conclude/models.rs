@@ -44,9 +44,7 @@ impl Models {
     ) -> Option<Self> {
         let span = record.setting.span_s;
         let acting = selection.named.iter().map(|n| &n.applied).chain(known);
-        let intervals: Vec<(f64, f64)> = acting
-            .map(|a| a.effect.about().interval_s(&a.parameters, span))
-            .collect();
+        let intervals: Vec<(f64, f64)> = acting.map(|a| a.interval_s(span)).collect();
         let windows = held_out(span, &intervals);
         let excluded = blocks_within(record, &windows);
         // From what was given, not from what the whole recording made of it: the held-out windows would have had their say.
@@ -100,7 +98,7 @@ impl Models {
                 gained(&other)
             );
             if gained(&other) < gained(&simulation) {
-                check = Some(unstable(named, sought));
+                check = Some(unstable(record, named, sought));
                 (self.after, simulation) = (plain, other);
             }
         }
@@ -165,14 +163,14 @@ pub(super) fn runnable(record: &Record, state: &[Applied], excluded: &[bool]) ->
 
 /// Lowers the probability of corrections that make the free run unstable, and drops what is then more likely not there, unless it was
 /// suspected.
-fn unstable(named: &mut Vec<Named>, sought: Sought<'_>) -> Check {
+fn unstable(record: &Record, named: &mut Vec<Named>, sought: Sought<'_>) -> Check {
     named.iter_mut().for_each(unmodelled);
     let mut detail =
         "it does not on the training stretches, so it is left out of the model that runs"
             .to_owned();
     if let Sought::Any(_) = sought {
         let unlikely = named.iter().filter(|n| n.likely() < 0.5);
-        for (amiss, p) in unlikely.filter_map(|n| Some((amiss(n)?, n.probability))) {
+        for (amiss, p) in unlikely.filter_map(|n| Some((amiss(record, n)?, n.probability))) {
             detail += &format!("; that {amiss} is therefore not claimed (probability {p:.2})");
         }
         named.retain(|n| n.likely() >= 0.5);

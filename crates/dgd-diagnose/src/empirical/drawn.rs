@@ -86,11 +86,11 @@ impl<'a> Drawing<'a> {
         /// Range of a quantity that rests, over its size, and the least size, in the quantity's unit: rounding, not movement.
         const RESTS: f64 = 1e-9;
         const LEAST: f64 = 1e-3;
-        let (from, to) = (course.period_s).or_else(|| range(record, course.quantity))?;
+        let (from, to) = (course.timed_s).or_else(|| range(record, course.quantity))?;
         if to - from <= RESTS * to.abs().max(LEAST) {
             return None;
         }
-        let fine = course.period_s.is_some() || course.quantity == Quantity::InletPressure;
+        let fine = course.timed_s.is_some() || course.quantity == Quantity::InletPressure;
         Some(Self {
             record,
             tangent,
@@ -137,7 +137,7 @@ impl<'a> Drawing<'a> {
     /// Where each row lies, in knots from the first, by how it answers a straight line and a `constant`.
     fn positions(&self, constant: &[f64]) -> Vec<f64> {
         let last = (self.knots - 1) as f64;
-        if self.course.period_s.is_some() {
+        if self.course.timed_s.is_some() {
             // A row in which a period ends answers the mean of both ends, and lies at neither: periods go by the clock.
             let (from, to) = self.range;
             let begin = self.record.setting.span_s.0;
@@ -172,7 +172,7 @@ impl<'a> Drawing<'a> {
         let (mut gram, mut right) = self.tangent.normal_equations(self.record, changes);
         // The mass balance has no term of its own for a constant.
         let constant = (course.place, course.quantity) == (Place::Balance, Quantity::Time);
-        let round = course.period_s.is_some();
+        let round = course.timed_s.is_some();
         let mut curves = smoothed(&gram, &right, constant, round);
         let borne = weighed(&curves);
         if let Some((more, pull)) = riser {
@@ -241,6 +241,6 @@ pub(super) fn range(record: &Record, quantity: Quantity) -> Option<(f64, f64)> {
         Quantity::PumpSpeed => above(&f.speed, TURNING_PCT),
         Quantity::SinceStart => (0.0, LN_MINUTES),
         Quantity::FlowRate => (-RATE_M3_S2, RATE_M3_S2),
-        Quantity::Period => return None,
+        Quantity::Period | Quantity::Episode => return None,
     })
 }

@@ -3,19 +3,16 @@
 //! A curve along time tells nothing of what was held out, and its knots do not follow what swings in less than an hour. One along
 //! the time of a period does both.
 
-use super::{
-    Correction, Course, DRAWN, at_will, beside_riser, drawn, hold_without_stops, hurdle, plausible,
-};
+use super::{Correction, Course, drawn, plausible};
 use crate::layout::Section;
 use crate::numbers::whole;
 use crate::record::Record;
 use crate::relations::{Applied, joined};
-use crate::tangent::{Bend, Tangent};
+use crate::tangent::Tangent;
 use dgd_effects::{Curve, KNOTS, Place, Quantity};
 use dgd_lsq::dot;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
-use tracing::debug;
 
 /// Shortest period, s: what is shorter swings within a row of the mass balance.
 const SHORTEST_S: f64 = 600.0;
@@ -33,54 +30,38 @@ const PEAKS: usize = 2;
 const COARSE: usize = 10;
 /// Share of the most evidence from which on a place is asked more finely.
 const NEAR: f64 = 0.4;
-/// Evidence by which it must be better than what needs no period: e-folds.
-const BETTER: f64 = 10.0;
 
-/// A correction along the time of a period that tells more than this one, in any place, if there is one.
-pub(crate) fn instead_of(record: &Record, state: &[Applied], c: &Correction) -> Option<Correction> {
-    if c.seen.is_some() {
-        return None;
-    }
-    let tangent = Tangent::beside(record, state, &[], Bend::Loose)?;
-    let search = Search::of(record, &tangent, state);
-    let witnessed = beside_riser(record, &tangent, state, &[]).is_some();
-    // Of a reading that drifts, the riser's transmitter draws the curve.
-    let coarse: Vec<Swing> = (DRAWN.par_iter())
-        .filter(|place| !(witnessed && **place == Place::InletReading))
+/// The likeliest in any of some places, if any comes near what is `shown` without a period; the choice of its period is paid for.
+pub(super) fn best(
+    record: &Record,
+    tangent: &Tangent,
+    state: &[Applied],
+    places: &[Place],
+    shown: f64,
+) -> Option<Correction> {
+    let search = Search::of(record, tangent, state);
+    let coarse: Vec<Swing> = (places.par_iter())
         .filter_map(|place| search.coarse(*place))
         .filter(|found| plausible(&found.correction))
         .collect();
     // Of a period that is a little off the one place loses more than the other.
     let most = coarse.iter().map(Swing::evidence).fold(0.0, f64::max);
-    // What was drawn on stiff curves shows more there than beside these.
-    let here = at_will(record, &tangent, state, c);
-    let shown = here.map_or(c.evidence, |here| here.evidence.min(c.evidence));
     let near = (coarse.into_par_iter())
         .filter(|found| found.evidence() > NEAR * most && found.evidence() > NEAR * shown);
     let mut found: Vec<Correction> = near.map(|found| search.finer(found)).collect();
     found.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-    found.truncate(1);
-    // Stops come nearly as regularly.
-    hold_without_stops(record, tangent, state, &mut found);
-    let found = found.pop()?;
-    debug!(
-        "a period of {:.0} s in {} brings it to {:.1}",
-        found.curve.to - found.curve.from,
-        found.curve.place.name(),
-        found.evidence
-    );
-    (found.evidence > (shown + BETTER).max(hurdle(&found))).then_some(found)
+    found.into_iter().next()
 }
 
 /// The likeliest in one place; the choice of its period is paid for.
-pub(crate) fn in_place(
+pub(super) fn in_place(
     record: &Record,
     tangent: &Tangent,
     state: &[Applied],
     place: Place,
 ) -> Option<Correction> {
     let search = Search::of(record, tangent, state);
-    (search.coarse(place).map(|found| search.finer(found))).filter(|found| found.evidence > 0.0)
+    search.coarse(place).map(|found| search.finer(found))
 }
 
 /// What swings with a frequency, Hz.
@@ -151,7 +132,7 @@ impl<'a> Search<'a> {
             let course = Course {
                 place,
                 quantity: Quantity::Period,
-                period_s: Some((from, from + 1.0 / frequency)),
+                timed_s: Some((from, from + 1.0 / frequency)),
             };
             let mut correction = drawn(self.record, self.tangent, self.state, None, course)?;
             correction.evidence -= choice;

@@ -115,7 +115,7 @@ impl Effect for Unknown {
                 slow = Some(now);
             }
             let value = curve.at(match curve.quantity {
-                Quantity::Time => at.t_s,
+                Quantity::Time | Quantity::Episode => at.t_s,
                 Quantity::InletPressure => at.inlet_pa,
                 Quantity::MudPumpFlow => at.mud_pump_m3_s,
                 Quantity::BoosterFlow => at.booster_m3_s,

@@ -242,6 +242,15 @@ fn curve(curve: &CorrectionCurve) -> Option<String> {
         let ends = format!("{} to {} {unit}", brief(low), brief(high));
         (legible.words(), ends.trim_end().to_owned())
     };
+    if let Some(((from, to), value)) = curve.episode() {
+        let legible = Legible::of(curve.adds);
+        let size = brief(value * legible.factor);
+        let told = format!("{} {size} {}", legible.words(), legible.unit);
+        return Some(format!(
+            "{} from {from:.0} to {to:.0} s, else nothing",
+            told.trim_end()
+        ));
+    }
     let (stem, adds) = told(curve.adds, low, high);
     let (along, range) = told(curve.along, *from, *to);
     Some(format!("{stem} {adds} along {along}, {range}"))
