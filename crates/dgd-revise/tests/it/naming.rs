@@ -122,6 +122,11 @@ fn a_siphon_that_no_catalogue_holds_is_unknown_with_its_place() {
         (shape.knots[least.unwrap()] - 0.12).abs() < 0.02,
         "{shape:?}"
     );
+    // The curve is part of the readings after, and of no model.
+    assert_eq!(found.unwritten(), found.findings.first());
+    assert_eq!(found.after.theta, found.before.theta);
+    let (before, after) = found.outputs[0].training;
+    assert!(after < before, "{}", told(&found));
 }
 
 #[test]
