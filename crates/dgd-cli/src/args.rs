@@ -28,7 +28,8 @@ use values::{effects, parse_pair, parse_range, steps};
     dgd system check system.toml --draw system.svg
     dgd fit bench.csv --system system.toml --out bench.toml
 
-Exit status: 0 done, 2 the input cannot be used, 1 an output cannot be written.")]
+Exit status: 0 done, 2 the input or the arguments cannot be used, 1 an output cannot be written, \
+also where its place cannot be used.")]
 pub(crate) struct Arguments {
     #[command(flatten)]
     pub(crate) global: Global,
@@ -149,7 +150,8 @@ pub(crate) struct Fit {
 
 Writes diagnosis.json, simulation.csv (measured, and the model before and after), report.html and model.toml (with \
 the effects found; `dgd simulate` runs it) into the folder. Exit status is 0 for every verdict: consistent, explained, \
-partly_explained or unexplained.")]
+partly_explained or unexplained; 2 if the input cannot be used, 1 if the folder or a file in it cannot be written. \
+A terminal shows the stage that the work is in; -v prints a line as each begins.")]
 pub(crate) struct Diagnose {
     #[command(flatten)]
     pub(crate) source: AnySource,

@@ -20,7 +20,7 @@ use dgd_recording::{
 use dgd_replay::ReplayError;
 use dgd_screen::Suspicion;
 use dgd_units::Unit;
-use joined::Joint;
+use joined::{Joint, Taken};
 use std::fs::File;
 use std::io::Read;
 use std::ops::{Deref, Range};
@@ -218,6 +218,11 @@ pub(crate) fn read_recordings(
         units.check(path, &table, well)?;
         warnings.extend(well.contradicted(path, &table));
         let began = table.began(&well.channels.time);
+        let taken = Taken {
+            path,
+            began,
+            first_stamp_s: table.first_stamp_s(&well.channels.time),
+        };
         if began.is_none() && paths[..index].contains(path) {
             warn!("{} is given twice: its samples count twice", path.display());
         }
@@ -235,7 +240,7 @@ pub(crate) fn read_recordings(
             .collect();
         match &mut loaded {
             None => {
-                joint = Joint::of(path, began, &recording);
+                joint = Joint::of(taken, &recording);
                 loaded = Some(Loaded {
                     recording,
                     step_s,
@@ -256,8 +261,7 @@ pub(crate) fn read_recordings(
                     );
                     return Err(Failure::input(path, reason));
                 }
-                let left_out =
-                    joint.append(&mut all.recording, recording, step_s, (path, began))?;
+                let left_out = joint.append(&mut all.recording, recording, step_s, taken)?;
                 all.samples += samples.saturating_sub(left_out);
                 all.formats.push(format);
                 all.issues.extend(issues);

@@ -87,6 +87,29 @@ impl Polynomial {
         self.terms().find(|(n, _)| *n == power).map(|(_, c)| c)
     }
 
+    /// `[B, C, D, E]` of `B + C q + D q² + E q³`, in Pa/(m³/s)^0 to Pa/(m³/s)³: 0 where the law lacks the power, and `None` where it has
+    /// another, such as 1.75, or fewer coefficients than powers.
+    ///
+    /// That is what the friction of a simulation takes, field by field:
+    ///
+    /// ```
+    /// use dgd_dynamics::return_line::Friction;
+    /// use dgd_friction::Polynomial;
+    /// let law = Polynomial { powers: vec![0.0, 2.0, 3.0], coefficients: vec![2e4, 1.2e8, 4e8] };
+    /// let [b_pa, c_pa_s_m3, d_pa_s2_m6, e_pa_s3_m9] = law.cubic().ok_or("a power that no simulation has")?;
+    /// let friction = Friction { b_pa, c_pa_s_m3, d_pa_s2_m6, e_pa_s3_m9 };
+    /// for q in [-0.03, 0.0, 0.05] {
+    ///     assert!((friction.loss_pa(q) - law.eval(q)).abs() < 1e-9);
+    /// }
+    /// # Ok::<(), &str>(())
+    /// ```
+    pub fn cubic(&self) -> Option<[f64; 4]> {
+        const POWERS: [f64; 4] = [0.0, 1.0, 2.0, 3.0];
+        let plain = self.powers.iter().all(|n| POWERS.contains(n));
+        (plain && self.powers.len() == self.coefficients.len())
+            .then(|| POWERS.map(|n| self.coefficient(n).unwrap_or(0.0)))
+    }
+
     fn terms(&self) -> impl Iterator<Item = (f64, f64)> {
         self.powers
             .iter()

@@ -5,6 +5,19 @@
 /// Head H in m of the pumped fluid, speed w in percent of full (0 to 100), flow q in m³/s. The
 /// units of the coefficients follow. A fit of the same data with flow in percent of some
 /// `q_100` has `c1·q_100/100` and `c2·(q_100/100)^n2` instead.
+///
+/// The pump of a simulation has the same letters in the same units; n0 and n2 must be at least 1 there:
+///
+/// ```
+/// use dgd_dynamics::return_line::PumpHead;
+/// use dgd_pump::HeadCurve;
+/// let HeadCurve { c0, c1, c2, n0, n2 } = HeadCurve { c0: 0.0688, c1: 3.0, c2: 2.4e3, n0: 1.95, n2: 1.62 };
+/// let pump = PumpHead { c0, c1, c2, n0, n2 };
+/// let curve = HeadCurve { c0, c1, c2, n0, n2 };
+/// for (w, q) in [(60.0, 0.05), (0.0, 0.0), (72.0, -0.01)] {
+///     assert!((pump.head_m(w, q) - curve.head_m(w, q)).abs() < 1e-12);
+/// }
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HeadCurve {
     /// c0, m/%^n0: head at no flow.

@@ -58,11 +58,7 @@ impl Table {
     #[must_use]
     pub fn began(&self, time: &TimeSource) -> Option<Moment> {
         let origin = Moment::of_rfc3339(self.origin.as_deref()?)?;
-        let first = |index: usize| {
-            let stamps = &self.columns.get(index)?.values;
-            let finite = stamps.iter().copied().filter(|t| t.is_finite());
-            finite.reduce(f64::min)
-        };
+        let first = |index: usize| self.earliest(index);
         let after_s = match (time, self.clock) {
             (TimeSource::Column { tag, unit }, clock) => {
                 let mapped = self.find(tag)?;
@@ -75,6 +71,33 @@ impl Table {
             (TimeSource::Interval { .. }, None) => 0.0,
         };
         origin.after(after_s)
+    }
+
+    /// What the clock that a channel map names reads at the earliest row, s, whatever it counts from; `None` where the map names no
+    /// column, or one that is not there or has no value.
+    ///
+    /// ```
+    /// use dgd_recording::{Column, Table, TimeSource};
+    /// let clock = Column { tag: "t".into(), values: vec![f64::NAN, 61.0, 60.0], ..Column::default() };
+    /// let table = Table { columns: vec![clock], ..Table::default() };
+    /// let time = TimeSource::Column { tag: "t".into(), unit: dgd_units::Unit::parse("min")? };
+    /// assert_eq!(table.first_stamp_s(&time), Some(3600.0));
+    /// assert_eq!(table.first_stamp_s(&TimeSource::Interval { step_s: 1.0 }), None);
+    /// # Ok::<(), dgd_units::UnitError>(())
+    /// ```
+    #[must_use]
+    pub fn first_stamp_s(&self, time: &TimeSource) -> Option<f64> {
+        match time {
+            TimeSource::Column { tag, unit } => Some(unit.to_si(self.earliest(self.find(tag)?)?)),
+            TimeSource::Interval { .. } => None,
+        }
+    }
+
+    /// The least value of a column.
+    fn earliest(&self, index: usize) -> Option<f64> {
+        let stamps = &self.columns.get(index)?.values;
+        let finite = stamps.iter().copied().filter(|t| t.is_finite());
+        finite.reduce(f64::min)
     }
 }
 

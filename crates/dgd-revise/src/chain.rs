@@ -34,9 +34,13 @@ pub(crate) struct Claim {
 /// Why something that was chosen is not claimed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Withdrawn {
-    /// It does not stand on the test part.
-    Test,
-    /// It is outweighed by what it leaves unexplained.
+    /// It cannot be simulated on the test part.
+    NotRun,
+    /// The squares of all instruments on the test part together are no fewer with it.
+    Worse,
+    /// They are fewer, but those of no instrument by more than chance.
+    Chance,
+    /// No member has a weight of a half, chance and what stays unexplained counted.
     Outweighed,
 }
 

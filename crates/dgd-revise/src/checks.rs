@@ -1,6 +1,7 @@
 //! Checks on what is claimed, passed or failed.
 
 use crate::baseline::{self, Baseline};
+use crate::chain::Withdrawn;
 use crate::conclude::{Evidence, Told};
 use crate::confirm::{self};
 use crate::context::{Context, Trial};
@@ -115,7 +116,7 @@ pub(crate) fn remainder(e: &Evidence<'_, '_>, poor: &[Level]) -> Check {
     }
 }
 
-/// Whether a named effect takes more than stays unexplained.
+/// Whether a named effect has a weight of a half.
 pub(crate) fn outweighs(
     e: &Evidence<'_, '_>,
     standing: &[Standing],
@@ -128,7 +129,9 @@ pub(crate) fn outweighs(
     });
     let said: Vec<String> = each.collect();
     Check {
-        name: "what is named is not outweighed by what stays unexplained".into(),
+        name:
+            "something named has a weight of half or more, less chance and what stays unexplained"
+                .into(),
         passed,
         detail: format!(
             "{}; {:.0} % of the remaining squares are not noise",
@@ -138,13 +141,13 @@ pub(crate) fn outweighs(
     }
 }
 
-/// Whether the claim stands on the test part; without one it does.
+/// Why the claim does not stand on the test part; `None` if it does, or if there is no such part.
 pub(crate) fn confirmation(
     e: &Evidence<'_, '_>,
     before: &Told,
     after: &Told,
     checks: &mut Vec<Check>,
-) -> bool {
+) -> Option<Withdrawn> {
     let (Some(b), Some(a)) = (&before.test, &after.test) else {
         if e.test.data.windows.is_empty() {
             checks.push(Check {
@@ -153,16 +156,16 @@ pub(crate) fn confirmation(
                 detail: "there is none: the claim rests on left-out blocks of the training part"
                     .into(),
             });
-            return true;
+            return None;
         }
         checks.push(Check {
             name: "stands on the test part".into(),
             passed: false,
             detail: "a model cannot be simulated there".into(),
         });
-        return false;
+        return Some(Withdrawn::NotRun);
     };
-    let (mut stands, mut best, mut worst, mut sum) = (false, Vec::new(), Vec::new(), 0.0);
+    let (mut gains, mut best, mut worst, mut sum) = (false, Vec::new(), Vec::new(), 0.0);
     for (o, name) in e.context.assembly.outputs().iter().enumerate() {
         let (rb, ra) = (
             confirm::rms(b, &e.test.data, o),
@@ -180,7 +183,7 @@ pub(crate) fn confirmation(
             1.0 - low
         );
         sum += (ra / e.context.scale[o]).powi(2) - (rb / e.context.scale[o]).powi(2);
-        stands |= low > 0.0;
+        gains |= low > 0.0;
         // A worsening counts that is more than chance and more than a twentieth of what noise there is.
         if high < 0.0 && ra > 1.05 * rb {
             worst.push(line.clone());
@@ -188,10 +191,14 @@ pub(crate) fn confirmation(
         best.push(line);
     }
     // The sum over outputs, each in its own scale, must fall as well.
-    stands &= sum < 0.0;
+    let why = if sum >= 0.0 {
+        Some(Withdrawn::Worse)
+    } else {
+        (!gains).then_some(Withdrawn::Chance)
+    };
     checks.push(Check {
         name: "stands on the test part".into(),
-        passed: stands,
+        passed: why.is_none(),
         detail: best.join("; "),
     });
     checks.push(Check {
@@ -203,7 +210,7 @@ pub(crate) fn confirmation(
             worst.join("; ")
         },
     });
-    stands
+    why
 }
 
 pub(crate) fn whiteness(e: &Evidence<'_, '_>, rows: &[f64], checks: &mut Vec<Check>) {

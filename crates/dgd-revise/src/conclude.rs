@@ -200,10 +200,8 @@ pub(crate) fn conclude(
     let mut withdrawn = Vec::new();
     let mut standing: Vec<Standing> = Vec::new();
     if found_something {
-        let mut why = None;
-        if !confirmation(&evidence, &before, &after, &mut checks) {
-            why = Some(Withdrawn::Test);
-        } else if let Some(k) = claim.set {
+        let mut why = confirmation(&evidence, &before, &after, &mut checks);
+        if let (None, Some(k)) = (why, claim.set) {
             let unexplained = evidence.unexplained(&after);
             standing = standings(&evidence, k, unexplained, folds);
             let surest = standing.iter().map(|s| s.together).fold(0.0, f64::max);

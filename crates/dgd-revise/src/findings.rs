@@ -218,11 +218,17 @@ fn left_out(e: &Evidence<'_, '_>, claim: &Claim) -> Finding {
     let mut far: Vec<&Level> = e.levels.iter().filter(|l| l.far()).collect();
     far.sort_by(|a, b| b.ratio().total_cmp(&a.ratio()));
     let title = match claim.withdrawn {
-        Some(Withdrawn::Test) => {
-            "something is left out, but the effects that explain the training part do not hold on the test part"
+        Some(Withdrawn::NotRun) => {
+            "something is left out, but what fits the training part better cannot be simulated on the test part"
+        }
+        Some(Withdrawn::Worse) => {
+            "something is left out, but what fits the training part better does not fit the test part better"
+        }
+        Some(Withdrawn::Chance) => {
+            "something is left out, but what fits the training part better improves no instrument on the test part by more than chance"
         }
         Some(Withdrawn::Outweighed) => {
-            "something is left out, but the effects that could be named explain less than stays unexplained"
+            "something is left out, but no effect that could be named has a weight of half or more, less chance and what stays unexplained"
         }
         None => {
             "something is left out, but no effect and no correction improves the left-out blocks"

@@ -25,7 +25,7 @@ pub struct Revision {
     pub contenders: Vec<Contender>,
     /// The assembly as described, fitted again.
     pub before: Model,
-    /// The assembly with the findings, fitted.
+    /// The assembly with the findings, fitted; without a correction, see [`Self::unwritten`].
     pub after: Model,
     /// Root mean squares of each instrument, before and after; a correction is part of it only where nothing is named.
     pub outputs: Vec<OutputGain>,
@@ -36,6 +36,17 @@ pub struct Revision {
     pub sections: Vec<Section>,
     /// Settings and facts of the run, name and value.
     pub settings: Vec<(String, String)>,
+}
+
+impl Revision {
+    /// The finding whose correction is part of [`Self::outputs`] and [`Self::traces`] after, and not of [`Self::after`]: no component of an
+    /// assembly holds a curve without physics, so the model after simulates as [`Self::before`]. `None` where the model after gives the
+    /// readings after; beside names a correction is told and not run.
+    #[must_use]
+    pub fn unwritten(&self) -> Option<&Finding> {
+        let alone = self.verdict == Verdict::Unexplained;
+        self.findings.iter().find(|f| alone && f.shape.is_some())
+    }
 }
 
 /// Why what is left of the re-fitted base is nothing that these instruments could show, be it ever so systematic.

@@ -8,8 +8,8 @@ mod state;
 mod words;
 
 use crate::{ScreenError, error};
-use causes::{Cause, explain};
-use checks::{Check, faults, through};
+use causes::{Cause, TwoUnits, explain, two_units};
+use checks::{Fault, faults, through};
 pub use coarse::{TOO_SELDOM_S, coarse};
 use dgd_recording::{Channel, Recording, Well};
 use dgd_units::{PressureReference, STANDARD_ATMOSPHERE_PA};
@@ -88,7 +88,8 @@ const MOSTLY: f64 = 0.5;
 /// and 1.67 times; the level moves with what the flows leave in the riser; the return line's
 /// friction factor is one of a pipe; a pump's speed is in percent; time steps are a recorder's. Of
 /// every single mistake of description (another unit of one or several channels, tags swapped,
-/// depths, density or diameters in another unit) those that mend all of it are named.
+/// depths, density or diameters in another unit) those that mend all of it are named; where none does, a unit of pressures
+/// and one of flows that mend it together, if there are such, each with its line.
 ///
 /// What it cannot see: all pressures gauge where absolute is said (an atmosphere is no more than
 /// a transmitter's bias), UK for US gallons, swapped inflows (only their sum is used), swapped
@@ -181,27 +182,58 @@ impl BlockSuspect {
 
 fn judge(facts: &Facts, well: &Well) -> Vec<Suspicion> {
     let mut suspicions = mute(facts);
-    let mut state = State::described(facts, well);
-    let mut found = faults(&state);
+    let state = State::described(facts, well);
+    let found = faults(&state);
     let sound = found.is_empty();
-    let any_pressure = found.iter().any(|f| {
-        matches!(
-            f.check,
-            Check::Column(_) | Check::Twins(..) | Check::Riser(_) | Check::Rise
-        )
-    });
+    let any_pressure = found.iter().any(|f| f.check.is_of_pressures());
+    let mut told = one_by_one(&state, &found);
+    // A mistake that mends all is the plainest explanation; several need not be better than two units at once.
+    if told.mistakes > 1
+        && let Some(both) = two_units(&state)
+        && (told.mistakes > 2 || both.strain < told.strain)
+    {
+        told = pair_told(&state, &found, both);
+    }
+    suspicions.extend(told.suspicions);
+    let state = told.state;
+    if !any_pressure {
+        suspicions.extend(atmosphere(&state));
+    }
+    // Only of a recording without any other fault: a wrong unit upsets this too.
+    if sound {
+        suspicions.extend(exchanged(&state));
+    }
+    suspicions
+}
+
+/// Mistakes in words, and how the recording reads without them.
+struct Told<'a> {
+    suspicions: Vec<Suspicion>,
+    /// How many they are; none explains what stays at fault.
+    mistakes: usize,
+    strain: f64,
+    state: State<'a>,
+}
+
+/// One mistake after the other, each of which explains most of what is at fault by then.
+fn one_by_one<'a>(described: &State<'a>, found: &[Fault]) -> Told<'a> {
+    let (mut state, mut found) = (described.clone(), found.to_vec());
+    let (mut suspicions, mut mistakes, mut price) = (Vec::new(), 0, 0.0);
     // Each turn takes away at least one fault.
     while !found.is_empty() {
         let explained = explain(&state, &found);
         let Some(best) = explained.first() else {
+            mistakes = usize::MAX;
             suspicions.extend(found.iter().map(|fault| Suspicion {
                 place: words::place_of_fault(&state, fault),
                 message: format!("{}: check tag and unit", words::fault(&state, fault)),
             }));
             break;
         };
-        let gone = |f: &&checks::Fault| best.left.iter().all(|l| l.check != f.check);
-        let told: Vec<&checks::Fault> = found.iter().filter(gone).collect();
+        mistakes += 1;
+        price += causes::price(&state, &best.cause);
+        let gone = |f: &&Fault| best.left.iter().all(|l| l.check != f.check);
+        let told: Vec<&Fault> = found.iter().filter(gone).collect();
         let first = told.first().map(|f| words::fault(&state, f));
         let alternatives: Vec<String> = explained
             .iter()
@@ -220,14 +252,42 @@ fn judge(facts: &Facts, well: &Well) -> Vec<Suspicion> {
         state = next;
         found = left;
     }
-    if !any_pressure {
-        suspicions.extend(atmosphere(&state));
+    Told {
+        suspicions,
+        mistakes,
+        strain: causes::unease(&state) + price,
+        state,
     }
-    // Only of a recording without any other fault: a wrong unit upsets this too.
-    if sound {
-        suspicions.extend(exchanged(&state));
+}
+
+/// A unit of pressures, and beside it one of flows: what the second explains shows once the first is mended.
+fn pair_told<'a>(described: &State<'a>, found: &[Fault], both: TwoUnits<'a>) -> Told<'a> {
+    let TwoUnits {
+        pressures: (pressure, between),
+        flows: (flow, state),
+        strain,
+    } = both;
+    let said = |before: &State<'_>, cause: &Cause, after: &State<'_>, fault: Option<&Fault>| {
+        let fault = fault.map(|f| words::fault(before, f));
+        Suspicion {
+            place: words::place_of_cause(before, cause),
+            message: format!(
+                "{}; {}",
+                fault.unwrap_or_default(),
+                words::cause(before, cause, after)
+            ),
+        }
+    };
+    let shown = found.iter().find(|f| f.check.is_of_pressures());
+    let first = said(described, &pressure, &between, shown.or(found.first()));
+    let mut second = said(&between, &flow, &state, faults(&between).first());
+    second.message = format!("with the pressures mended, {}", second.message);
+    Told {
+        suspicions: vec![first, second],
+        mistakes: 2,
+        strain,
+        state,
     }
-    suspicions
 }
 
 /// Channels that have no value, hardly any, or always the same.

@@ -81,6 +81,8 @@ pub(crate) fn run(
     let fitted = fitted(&done);
     let model = write_fitted_system(&done.revision.after.assembly, &fitted)
         .map_err(|e| failed(path, recording, &e))?;
+    let head = tell::unwritten(&done).map_or_else(String::new, |line| format!("# {line}.\n"));
+    let model = head + &model;
     let html = report::html(&done, &fitted).map_err(|e| Failure::unwritten(&files[2], e))?;
     let value = as_json(&done);
     let table = table(&done, assembly);
@@ -352,6 +354,7 @@ fn as_json(done: &Done) -> Value {
                 "parameter": smallest.as_ref().map(|s| s.0), "unit": smallest.map(|s| s.2),
             })
         }).collect::<Vec<_>>(),
+        "after_is_model": revision.unwritten().is_none(),
         "contenders": revision.contenders.iter().map(|c| json!({
             "members": c.members, "training": c.training, "left_out": c.left_out, "standard_error": c.standard_error,
         })).collect::<Vec<_>>(),

@@ -14,6 +14,26 @@ pub(super) struct Joint {
     ends_dated: bool,
     /// Whether a recording stands 120 s behind the one before it, wherever its dates are.
     by_rule: bool,
+    /// The last recording.
+    last: Option<Clock>,
+}
+
+/// Whence a recording is, and what its file tells of its time.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Taken<'a> {
+    pub(super) path: &'a Path,
+    /// When its earliest row was taken.
+    pub(super) began: Option<Moment>,
+    /// What its clock reads there, s, whatever it counts from.
+    pub(super) first_stamp_s: Option<f64>,
+}
+
+/// What the clock of a recording reads, whatever it counts from.
+#[derive(Debug)]
+struct Clock {
+    path: PathBuf,
+    from_s: f64,
+    to_s: f64,
 }
 
 /// A recording that tells when it was taken.
@@ -40,12 +60,13 @@ enum Seam {
 
 impl Joint {
     /// Of a first recording.
-    pub(super) fn of(path: &Path, began: Option<Moment>, recording: &Recording) -> Self {
-        let dated = began.map(|began| Dated::of(path, began, recording));
+    pub(super) fn of(taken: Taken<'_>, recording: &Recording) -> Self {
+        let dated = (taken.began).map(|began| Dated::of(taken.path, began, recording));
         Self {
             ends_dated: dated.is_some(),
             dated,
             by_rule: false,
+            last: Clock::of(taken, recording),
         }
     }
 
@@ -63,9 +84,11 @@ impl Joint {
         all: &mut Recording,
         later: Recording,
         step_s: f64,
-        (path, began): (&Path, Option<Moment>),
+        taken: Taken<'_>,
     ) -> Result<usize, Failure> {
-        let dated = began.map(|began| Dated::of(path, began, &later));
+        let path = taken.path;
+        let dated = (taken.began).map(|began| Dated::of(path, began, &later));
+        let clock = Clock::of(taken, &later);
         let seam = match (&self.dated, &dated) {
             (Some(before), Some(dated)) => {
                 let seam = dated.behind(before, step_s)?;
@@ -115,13 +138,48 @@ impl Joint {
             }
             Seam::Untold => {
                 self.by_rule = true;
+                let reversed = clock.as_ref().zip(self.last.as_ref());
+                if let Some(doubt) = reversed.and_then(|(clock, last)| clock.before(last)) {
+                    warn!("{doubt}");
+                }
                 all.append(later, step_s)
             }
         };
         appended.map_err(|e| Failure::input(path, e))?;
         self.ends_dated = dated.is_some();
         self.dated = dated.or(self.dated.take());
+        self.last = clock;
         Ok(left_out)
+    }
+}
+
+impl Clock {
+    /// `None` of a recording without a clock of its own.
+    fn of(taken: Taken<'_>, recording: &Recording) -> Option<Self> {
+        let first_s = taken.first_stamp_s?;
+        // The even clock counts from the earliest row.
+        Some(Self {
+            path: taken.path.to_owned(),
+            from_s: first_s + recording.time_s.first()?,
+            to_s: first_s + recording.time_s.last()?,
+        })
+    }
+
+    /// A doubt of the order, where its clock ends before that of the recording given before it begins. No more than a doubt: seconds of
+    /// the day begin again at midnight, and a recorder at its start.
+    fn before(&self, other: &Self) -> Option<String> {
+        (self.to_s < other.from_s).then(|| {
+            format!(
+                "{}: its clock reads {:.0} to {:.0} s, that of {}, given before it, {:.0} to {:.0} s: if both count from the same moment, give the \
+                 recordings in time order; taken as given, with 120 s between them on the joint clock",
+                self.path.display(),
+                self.from_s,
+                self.to_s,
+                other.path.display(),
+                other.from_s,
+                other.to_s
+            )
+        })
     }
 }
 
@@ -211,7 +269,7 @@ fn same(all: &Recording, later: &Recording, shared: usize) -> bool {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-    use super::{Joint, same};
+    use super::{Clock, Joint, Taken, same};
     use crate::failure::Failure;
     use dgd_recording::{Moment, Recording};
     use std::path::Path;
@@ -241,11 +299,16 @@ mod tests {
 
     /// One after another, each with its beginning; the samples left out and what came of it.
     fn joined(all: &[(Option<Moment>, Recording)]) -> Result<(usize, Recording), Failure> {
+        let taken = |path, began| Taken {
+            path: Path::new(path),
+            began,
+            first_stamp_s: None,
+        };
         let (first, mut whole) = all[0].clone();
-        let mut joint = Joint::of(Path::new("a.csv"), first, &whole);
+        let mut joint = Joint::of(taken("a.csv", first), &whole);
         let mut left_out = 0;
         for (began, next) in &all[1..] {
-            let at = (Path::new("b.csv"), *began);
+            let at = taken("b.csv", *began);
             left_out += joint.append(&mut whole, next.clone(), STEP_S, at)?;
         }
         Ok((left_out, whole))
@@ -333,6 +396,27 @@ mod tests {
                     .contains("contains nothing that a.csv does not contain")
             );
         }
+    }
+
+    #[test]
+    fn clocks_without_dates_that_run_back_are_doubted_and_those_that_begin_again_are_not() {
+        let taken = |name, first_stamp_s| Taken {
+            path: Path::new(name),
+            began: None,
+            first_stamp_s,
+        };
+        let of = |name, from_s| Clock::of(taken(name, Some(from_s)), &samples(0, 10)).unwrap();
+        let doubt = |first, next| of("b.csv", next).before(&of("a.csv", first));
+        let said = doubt(200.0, 0.0).unwrap();
+        let told = "b.csv: its clock reads 0 to 18 s, that of a.csv, given before it, 200 to 218 s";
+        assert!(
+            said.starts_with(told) && said.contains("time order"),
+            "{said}"
+        );
+        // In order, and each from its own start.
+        assert_eq!(doubt(0.0, 200.0), None);
+        assert_eq!(doubt(0.0, 0.0), None);
+        assert!(Clock::of(taken("none.csv", None), &samples(0, 10)).is_none());
     }
 
     #[test]

@@ -135,6 +135,34 @@ fn a_recording_cut_in_two_is_the_same_recording() {
 }
 
 #[test]
+fn clocks_without_dates_that_show_another_order_are_told_and_those_in_order_are_not() {
+    let bench = Bench::new();
+    copies(&bench);
+    let text = bench.text("rig.csv");
+    let mut lines = text.lines();
+    let head = [lines.next().unwrap(), lines.next().unwrap()].join("\n");
+    let rows: Vec<&str> = lines.take(4000).collect();
+    for (rows, name) in [(&rows[..2000], "early.csv"), (&rows[2000..], "late.csv")] {
+        bench.write(name, format!("{head}\n{}\n", rows.join("\n")));
+    }
+    let said = |files: &str| {
+        let ran = bench.dgd(&format!("fit {files} --well well.toml --out model.toml"));
+        assert_eq!(ran.status, 0, "{}", ran.err);
+        ran.err
+    };
+    let reversed = said("late.csv early.csv");
+    for part in [
+        "early.csv: its clock reads 0 to 1999 s",
+        "late.csv, given before it, 2000 to 3999 s",
+        "in time order",
+    ] {
+        assert!(reversed.contains(part), "{reversed}");
+    }
+    let ordered = said("early.csv late.csv");
+    assert!(!ordered.contains("time order"), "{ordered}");
+}
+
+#[test]
 fn a_window_may_be_told_by_dates_and_the_answer_tells_them() {
     let bench = Bench::new();
     copies(&bench);

@@ -74,3 +74,22 @@ fn a_law_whose_coefficients_are_not_as_many_as_its_powers_has_no_friction() {
         assert!(law.eval(2.0).is_nan() && law.derivative(2.0).is_nan());
     }
 }
+
+#[test]
+fn a_law_of_whole_powers_is_a_cubic_in_order_and_any_other_is_none() {
+    let of = |powers: &[f64], coefficients: &[f64]| {
+        let law = Polynomial {
+            powers: powers.to_vec(),
+            coefficients: coefficients.to_vec(),
+        };
+        law.cubic()
+    };
+    // In the order of the powers, not of the law.
+    assert_eq!(
+        of(&[3.0, 0.0, 2.0], &[4.0, 1.0, 3.0]),
+        Some([1.0, 0.0, 3.0, 4.0])
+    );
+    assert_eq!(of(&[1.0, 1.75], &[2.0, 5.0]), None);
+    assert_eq!(of(&[4.0], &[5.0]), None);
+    assert_eq!(of(&[1.0, 2.0], &[2.0]), None);
+}

@@ -122,6 +122,11 @@ fn a_siphon_that_no_catalogue_holds_is_unknown_with_its_place() {
         (shape.knots[least.unwrap()] - 0.12).abs() < 0.02,
         "{shape:?}"
     );
+    // The curve is part of the readings after, and of no model.
+    assert_eq!(found.unwritten(), found.findings.first());
+    assert_eq!(found.after.theta, found.before.theta);
+    let (before, after) = found.outputs[0].training;
+    assert!(after < before, "{}", told(&found));
 }
 
 #[test]
@@ -207,6 +212,29 @@ fn what_does_not_hold_on_the_test_part_is_withdrawn() {
         .unwrap();
     assert!(!stands.passed, "{}", told(&found));
     assert_eq!(found.after.theta, found.before.theta);
+}
+
+/// Both are withdrawn, by different rules.
+#[test]
+fn what_is_withdrawn_is_told_by_the_rule_that_withdrew_it() {
+    for (below, from, says) in [
+        (-6e4, 1000.0, "does not fit the test part better"),
+        (
+            0.0,
+            1500.0,
+            "improves no instrument on the test part by more than chance",
+        ),
+    ] {
+        let found = well(6e4, below, from, 300);
+        let title = &found.findings[0].title;
+        assert!(title.contains(says), "{}", told(&found));
+        let mut checks = found.checks.iter();
+        let stands = checks.find(|c| c.name == "stands on the test part");
+        // `standpipe: 0.925 of what it was, ..`: the numbers say the same.
+        let (_, share) = stands.unwrap().detail.split_once(": ").unwrap();
+        let share: f64 = share.split(' ').next().unwrap().parse().unwrap();
+        assert_eq!(share < 1.0, below == 0.0, "{share}");
+    }
 }
 
 #[test]

@@ -172,7 +172,7 @@ pub(super) fn explain<'a>(state: &State<'a>, found: &[Fault]) -> Vec<Explained<'
         {
             continue;
         }
-        let strain = strain(state, &other, &cause);
+        let strain = unease(&other) + price(state, &cause);
         explained.push(Explained {
             cause,
             state: other,
@@ -188,9 +188,56 @@ pub(super) fn explain<'a>(state: &State<'a>, found: &[Fault]) -> Vec<Explained<'
     explained
 }
 
-/// Units that siblings have are likelier than others, one channel's mistake than several channels',
-/// and what makes twins agree and flows balance than what barely passes.
-fn strain(before: &State<'_>, state: &State<'_>, cause: &Cause) -> f64 {
+/// A unit of pressures and one of flows that are wrong at once.
+pub(super) struct TwoUnits<'a> {
+    /// The first mistake, and how the recording reads without it.
+    pub(super) pressures: (Cause, State<'a>),
+    /// The second, and how it reads without both.
+    pub(super) flows: (Cause, State<'a>),
+    /// As that of a single mistake.
+    pub(super) strain: f64,
+}
+
+/// The plainest pair of a unit of pressures and one of flows without which nothing is at fault.
+///
+/// The two hide each other: friction and the level's movement rest on both, so that a unit that is right alone makes them worse.
+pub(super) fn two_units<'a>(state: &State<'a>) -> Option<TwoUnits<'a>> {
+    let recorded = |i: &usize| state.facts.told[*i].tag.is_some();
+    let of = |dimension| {
+        let causes = units(state, dimension, &recorded).into_iter();
+        causes.filter_map(|cause| Some((cause.undone(state)?, cause)))
+    };
+    // What rests on pressures alone, or on flows alone, must be mended by the one.
+    let upright =
+        |wrong: &dyn Fn(&Fault) -> bool, other: &State<'_>| !faults(other).iter().any(wrong);
+    let pressures =
+        of(Dimension::Pressure).filter(|(other, _)| upright(&|f| f.check.is_of_pressures(), other));
+    let flows: Vec<Cause> = of(Dimension::FlowRate)
+        .filter(|(other, _)| upright(&|f| f.check == Check::Returned, other))
+        .map(|(_, cause)| cause)
+        .collect();
+    let mut best: Option<TwoUnits<'a>> = None;
+    for (between, pressure) in pressures {
+        for flow in &flows {
+            let Some(other) = flow.undone(&between) else {
+                continue;
+            };
+            let strain = unease(&other) + price(state, &pressure) + price(state, flow);
+            let plainer = best.as_ref().is_none_or(|b| strain < b.strain);
+            if plainer && faults(&other).is_empty() {
+                best = Some(TwoUnits {
+                    pressures: (pressure.clone(), between.clone()),
+                    flows: (flow.clone(), other),
+                    strain,
+                });
+            }
+        }
+    }
+    best
+}
+
+/// How far from plain a recording reads: twins that agree and flows that balance are likelier than what barely passes.
+pub(super) fn unease(state: &State<'_>) -> f64 {
     let flowing = state.flowing();
     let mut strain: f64 = 0.0;
     for side in [state.inlets(), state.outlets()] {
@@ -219,24 +266,74 @@ fn strain(before: &State<'_>, state: &State<'_>, cause: &Cause) -> f64 {
     if moves.is_finite() {
         strain += 0.3 * moves.ln().abs();
     }
+    strain
+}
+
+/// What a mistake costs: units that siblings have are likelier than others, one channel's mistake than several channels'.
+pub(super) fn price(before: &State<'_>, cause: &Cause) -> f64 {
     match cause {
-        Cause::Share(_) => strain + 0.05,
+        Cause::Share(_) => 0.05,
         Cause::Unit(told, unit) => {
             let siblings = before.units.iter().enumerate();
             let in_use = siblings
                 .filter(|(i, _)| !told.contains(i))
                 .any(|(_, u)| u.factor == unit.factor);
-            strain + if in_use { 0.0 } else { 0.1 }
+            if in_use { 0.0 } else { 0.1 }
         }
-        Cause::Clock(..) => strain + 0.05 * state.step_s().ln().abs(),
+        Cause::Clock(_, factor) => 0.05 * (factor * before.step_s()).ln().abs(),
         Cause::Swap(pairs) => {
             let alike =
                 |(a, b): &(usize, usize)| before.units[*a].dimension == before.units[*b].dimension;
             let each = pairs.iter().map(|p| if alike(p) { 0.1 } else { 0.2 });
-            strain + each.sum::<f64>()
+            each.sum::<f64>()
         }
-        _ => strain + 0.2,
+        _ => 0.2,
     }
+}
+
+/// Units of a dimension that one of its channels, or several that go together, may be in.
+fn units(state: &State<'_>, dimension: Dimension, recorded: &dyn Fn(&usize) -> bool) -> Vec<Cause> {
+    let (groups, units) = match dimension {
+        Dimension::Pressure => (
+            vec![state.inlets(), state.outlets(), state.pressures()],
+            &PRESSURES[..],
+        ),
+        _ => (vec![state.inflows(), state.flows()], &FLOWS[..]),
+    };
+    let all: Vec<usize> = (0..state.facts.told.len()).filter(recorded).collect();
+    let singles = all
+        .iter()
+        .filter(|i| state.units[**i].dimension == dimension);
+    let mut groups: Vec<Vec<usize>> = singles
+        .map(|i| vec![*i])
+        .chain(groups)
+        .map(|group| group.into_iter().filter(recorded).collect())
+        .collect();
+    groups.retain(|group: &Vec<usize>| !group.is_empty());
+    groups.dedup();
+    let in_use = all.iter().map(|i| state.units[*i]);
+    let units = in_use
+        .filter(|u| u.dimension == dimension)
+        .chain(units.iter().filter_map(|u| Unit::parse(u).ok()));
+    let mut distinct: Vec<Unit> = Vec::new();
+    for unit in units {
+        // `bar` and `bara` are one reading; gauge and absolute are told apart elsewhere.
+        if distinct.iter().all(|d| d.factor != unit.factor) {
+            distinct.push(unit);
+        }
+    }
+    let mut causes = Vec::new();
+    for group in groups {
+        for unit in &distinct {
+            let other = |i: &usize| state.units[*i].factor != unit.factor;
+            let told: Vec<usize> = group.iter().copied().filter(other).collect();
+            let cause = Cause::Unit(told, *unit);
+            if group.iter().any(other) && !causes.contains(&cause) {
+                causes.push(cause);
+            }
+        }
+    }
+    causes
 }
 
 /// Every mistake that could be behind the faults.
@@ -246,49 +343,8 @@ fn causes(state: &State<'_>, found: &[Fault]) -> Vec<Cause> {
     let any = |f: fn(&Check) -> bool| found.iter().any(|fault| f(&fault.check));
     let mut causes = Vec::new();
     let all: Vec<usize> = (0..told.len()).filter(recorded).collect();
-    for (dimension, groups, units) in [
-        (
-            Dimension::Pressure,
-            vec![state.inlets(), state.outlets(), state.pressures()],
-            &PRESSURES[..],
-        ),
-        (
-            Dimension::FlowRate,
-            vec![state.inflows(), state.flows()],
-            &FLOWS[..],
-        ),
-    ] {
-        let singles = all
-            .iter()
-            .filter(|i| state.units[**i].dimension == dimension);
-        let mut groups: Vec<Vec<usize>> = singles
-            .map(|i| vec![*i])
-            .chain(groups)
-            .map(|group| group.into_iter().filter(recorded).collect())
-            .collect();
-        groups.retain(|group: &Vec<usize>| !group.is_empty());
-        groups.dedup();
-        let in_use = all.iter().map(|i| state.units[*i]);
-        let units = in_use
-            .filter(|u| u.dimension == dimension)
-            .chain(units.iter().filter_map(|u| Unit::parse(u).ok()));
-        let mut distinct: Vec<Unit> = Vec::new();
-        for unit in units {
-            // `bar` and `bara` are one reading; gauge and absolute are told apart elsewhere.
-            if distinct.iter().all(|d| d.factor != unit.factor) {
-                distinct.push(unit);
-            }
-        }
-        for group in groups {
-            for unit in &distinct {
-                let other = |i: &usize| state.units[*i].factor != unit.factor;
-                let told: Vec<usize> = group.iter().copied().filter(other).collect();
-                let cause = Cause::Unit(told, *unit);
-                if group.iter().any(other) && !causes.contains(&cause) {
-                    causes.push(cause);
-                }
-            }
-        }
+    for dimension in [Dimension::Pressure, Dimension::FlowRate] {
+        causes.extend(units(state, dimension, &recorded));
     }
     for (n, a) in all.iter().enumerate() {
         for b in &all[n + 1..] {

@@ -59,6 +59,16 @@ pub(super) enum Check {
     Density,
 }
 
+impl Check {
+    /// Whether it is one of pressures beside each other and the mud, whatever flows.
+    pub(super) fn is_of_pressures(self) -> bool {
+        matches!(
+            self,
+            Self::Column(_) | Self::Twins(..) | Self::Riser(_) | Self::Rise
+        )
+    }
+}
+
 /// A check that does not hold.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Fault {

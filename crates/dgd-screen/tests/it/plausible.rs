@@ -187,6 +187,60 @@ fn two_mistakes_are_told_as_two() {
     assert_eq!(keys, ["pump_inlet_pressure", "return_flow"]);
 }
 
+/// The recording as it is read where all its pressures, or those of the inlet, and all its flows, or that of the return, are
+/// described in other units than it has.
+fn misread_both(pressures: (&str, bool), flows: (&str, bool)) -> (Recording, Well) {
+    let (mut recording, mut well) = (steady(7200, 1.0), well());
+    let (unit, all) = pressures;
+    let channels = &mut well.channels;
+    for (n, source) in channels.pump_inlet_pressure.iter_mut().enumerate() {
+        *source = column(["PT1", "PT2"][n], unit);
+        misread(&mut recording.pump_inlet_pressure_pa[n], unit, "psia");
+    }
+    if all {
+        for (n, source) in channels.pump_outlet_pressure.iter_mut().enumerate() {
+            *source = column(["PT3", "PT4"][n], unit);
+            misread(&mut recording.pump_outlet_pressure_pa[n], unit, "psia");
+        }
+        channels.riser_pressure = Some(column("PT5", unit));
+        misread(recording.riser_pressure_pa.as_mut().unwrap(), unit, "psia");
+    }
+    let (unit, all) = flows;
+    channels.return_flow = column("FT4", unit);
+    misread(&mut recording.return_flow_m3_s, unit, "gpm");
+    if all {
+        channels.mud_pump_flow = column("FT1", unit);
+        channels.booster_flow = column("FT2", unit);
+        misread(&mut recording.mud_pump_flow_m3_s, unit, "gpm");
+        misread(&mut recording.booster_flow_m3_s, unit, "gpm");
+    }
+    (recording, well)
+}
+
+#[test]
+fn a_unit_of_pressures_and_one_of_flows_are_told_together() {
+    let all_pressures = ["bar", "kPa"].map(|unit| (unit, true));
+    for pressures in all_pressures.into_iter().chain([("bar", false)]) {
+        for flows in [("l/min", true), ("l/s", true), ("l/min", false)] {
+            let (recording, well) = misread_both(pressures, flows);
+            let found = suspicions(&recording, &well);
+            let said: Vec<&str> = found.iter().map(|s| s.message.as_str()).collect();
+            let case = format!("{pressures:?} {flows:?}: {said:#?}");
+            assert_eq!(found.len(), 2, "{case}");
+            let of = |key: &str| found.iter().find(|s| s.place.key == key);
+            let flow = if flows.1 {
+                "mud_pump_flow"
+            } else {
+                "return_flow"
+            };
+            for (key, says) in [("pump_inlet_pressure", "; as psia "), (flow, "; as gpm ")] {
+                let told = of(key).is_some_and(|s| s.message.contains(says));
+                assert!(told, "{key}, {case}");
+            }
+        }
+    }
+}
+
 #[test]
 fn an_atmosphere_between_twins_is_suspected_only_where_one_is_gauge() {
     let mut recording = steady(7200, 1.0);

@@ -54,6 +54,9 @@ pub(super) fn html(done: &Done, fitted: &FittedSystem) -> Result<String, ReportE
     }
     page.section("Before and after")
         .table(&before_and_after(done));
+    if let Some(line) = tell::unwritten(done) {
+        page.note(&format!("{}.", capital(line)));
+    }
     figures(&mut page, done)?;
     page.section("The system")
         .figure(&diagram::draw(revision.after.assembly.system())?);

@@ -1,7 +1,7 @@
 //! A diagnosis of a system for the terminal, and the words that its page shares.
 
 use super::{Done, name, probability, sentence};
-use crate::say::{TextTable, number};
+use crate::say::{TextTable, brief, number};
 use crate::system::quantity::Quantity;
 use crate::system::{bounds, measure::Measure, page, quantity};
 use dgd_assembly::Assembly;
@@ -28,6 +28,9 @@ pub(super) fn answer(text: &mut String, done: &Done, out: &Path) -> std::fmt::Re
         told(text, assembly, finding)?;
     }
     write!(text, "{}", gains(done).render())?;
+    if let Some(line) = unwritten(done) {
+        writeln!(text, "{line}")?;
+    }
     checks(text, done)?;
     if let Some(line) = no_accuracy(done) {
         writeln!(text, "{line}")?;
@@ -37,6 +40,37 @@ pub(super) fn answer(text: &mut String, done: &Done, out: &Path) -> std::fmt::Re
         text,
         "\nwrote {shown}/diagnosis.json, simulation.csv and model.toml; open {shown}/report.html"
     )
+}
+
+/// What of the answer `model.toml` does not hold, and what it leaves.
+pub(super) fn unwritten(done: &Done) -> Option<String> {
+    let revision = &done.revision;
+    let Some(finding) = revision.unwritten() else {
+        let mut beside = revision.findings.iter().filter_map(|f| f.shape.as_ref());
+        let shape = beside.next()?;
+        return Some(format!(
+            "the correction of {} along {} is part neither of \"after\" nor of model.toml, which simulates as \"after\"",
+            shape.of, shape.along
+        ));
+    };
+    let shape = finding.shape.as_ref()?;
+    let outputs = || revision.outputs.iter().zip(&done.gauges);
+    let tested = outputs().any(|(gain, _)| gain.test.0.is_finite());
+    let part = if tested { "held out" } else { "training" };
+    let left: Vec<String> = outputs()
+        .filter_map(|(gain, gauge)| {
+            let before = if tested { gain.test.0 } else { gain.training.0 };
+            let shown = gauge.with_unit(&brief(gauge.difference(before)));
+            (before.is_finite()).then(|| format!("{} {shown}", gain.output))
+        })
+        .collect();
+    Some(format!(
+        "\"after\" contains the correction of {} along {}, which no component can hold: it is not in model.toml, which simulates as before it \
+         (off by, rms, {part}: {})",
+        shape.of,
+        shape.along,
+        left.join(", ")
+    ))
 }
 
 /// What is left without a name may be no more than the instruments leave.

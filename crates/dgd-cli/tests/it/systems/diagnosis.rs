@@ -85,3 +85,58 @@ fn a_level_that_is_read_late_is_named_and_the_model_with_it_runs() {
     );
     assert!(rms(&run, "level", "test") < 0.1);
 }
+
+/// A curve along time is no component: what the answer says of `model.toml` is what a simulation of it gives.
+#[test]
+fn a_correction_that_no_model_holds_is_told_with_what_the_model_leaves() {
+    let bench = benches();
+    let text = bench.text("two_tanks.csv");
+    let mut tilted = String::new();
+    for (i, line) in text.lines().enumerate() {
+        let (rest, level) = line.rsplit_once(',').unwrap();
+        let Ok(level) = level.parse::<f64>() else {
+            tilted += &format!("{line}\n");
+            continue;
+        };
+        // Up and down again, as nothing in the catalogue goes.
+        let t = f64::from(u32::try_from(i).unwrap());
+        let tent = 4.0 - (t / 20.0 - 4.0).abs();
+        tilted += &format!("{rest},{}\n", level + tent.max(0.0));
+    }
+    bench.write("tilted.csv", tilted);
+    let told = bench.json(
+        "diagnose tilted.csv --system two_tanks.toml --out d",
+        "dgd.system-diagnosis/1",
+    );
+    assert_eq!(told["verdict"], "unexplained", "{told:#}");
+    assert_eq!(told["findings"][0]["shape"]["along"], "time", "{told:#}");
+    assert_eq!(told["after_is_model"], false);
+    let [before, after] = [0, 1].map(|k| told["outputs"][0]["test"][k].as_f64().unwrap());
+    assert!(after < before);
+    let run = bench.json(
+        "simulate tilted.csv --system d/model.toml --out run.csv",
+        "dgd.system-simulation/1",
+    );
+    let left = rms(&run, "level", "test");
+    assert!(
+        (left / before - 1.0).abs() < 1e-3,
+        "{left} {before} {after}"
+    );
+    let line = format!(
+        "it is not in model.toml, which simulates as before it (off by, rms, held out: level {left:.2} cm)"
+    );
+    let model = bench.text("d/model.toml");
+    let head = model.lines().next().unwrap().to_owned();
+    let again = bench.dgd("diagnose tilted.csv --system two_tanks.toml --out e -v");
+    for said in [head, bench.text("d/report.html"), again.out] {
+        assert!(said.contains(&line), "{line}: {said}");
+    }
+    for stage in [
+        "re-fitting the system as described",
+        "screening the catalogue",
+        "fitting sets of 1",
+        "confirming on the test part",
+    ] {
+        assert!(again.err.contains(stage), "{stage}: {}", again.err);
+    }
+}
