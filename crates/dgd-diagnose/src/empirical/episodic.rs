@@ -7,6 +7,7 @@ use super::drawn::least;
 use super::{BUSIEST_S, Correction, Course, busiest, plausible};
 use crate::ablation::Step;
 use crate::layout::Section;
+use crate::numbers::whole;
 use crate::record::Record;
 use crate::relations::{Applied, joined};
 use crate::tangent::Tangent;
@@ -27,7 +28,7 @@ pub(super) fn best(
 ) -> Option<Correction> {
     let search = Search::of(record, tangent, state);
     let found: Vec<Correction> = (places.par_iter())
-        .filter_map(|place| search.finer(search.coarse(*place).filter(|e| e.evidence > 0.0)?))
+        .filter_map(|place| search.likeliest(*place))
         .collect();
     (found.into_iter().filter(plausible)).max_by(|a, b| a.evidence.total_cmp(&b.evidence))
 }
@@ -39,8 +40,7 @@ pub(super) fn in_place(
     state: &[Applied],
     place: Place,
 ) -> Option<Correction> {
-    let search = Search::of(record, tangent, state);
-    search.coarse(place).and_then(|e| search.finer(e))
+    Search::of(record, tangent, state).likeliest(place)
 }
 
 /// What one place is off by from one time to another, s: in the mass balance and in the factor of the meter from nothing, elsewhere from
@@ -218,45 +218,61 @@ impl<'a> Search<'a> {
             .collect()
     }
 
-    /// The best of the episodes that begin and end with a stretch.
-    fn coarse(&self, place: Place) -> Option<Episode> {
+    /// The likeliest episode in a place. What goes on and what ends are nearly as likely where only its edges tell them apart.
+    fn likeliest(&self, place: Place) -> Option<Correction> {
         let answer = self.answer(place);
+        (self.coarse(place, &answer).into_iter().flatten())
+            .filter_map(|e| self.finer(&answer, e))
+            .max_by(|a, b| a.evidence.total_cmp(&b.evidence))
+    }
+
+    /// The best of the episodes that begin with a stretch and go on, and of those that end with one.
+    fn coarse(&self, place: Place, answer: &Answer) -> [Option<Episode>; 2] {
         let edge = |k: usize| self.lasts_s() * k as f64 / STRETCHES as f64;
         let columns: Vec<Vec<f64>> = (0..STRETCHES)
-            .map(|k| self.column(&answer, edge(k), edge(k + 1), false))
+            .map(|k| self.column(answer, edge(k), edge(k + 1), false))
             .collect();
         let (gram, right) = self.tangent.normal_equations(self.record, &columns);
         let sums = Sums::of(&gram, &right);
         // What is off until some time is as much off from then on, except where there is no constant to set one off against the other.
         let first = usize::from(place != Place::Balance && place != Place::MeterFactor);
-        (first..STRETCHES)
-            .flat_map(|a| (a + 1..=STRETCHES).map(move |b| (a, b)))
-            .filter(|(a, b)| b - a < STRETCHES && edge(*b) - edge(*a) > BUSIEST_S)
-            .map(|(a, b)| {
-                let choice = choice(a > 0, b < STRETCHES);
-                let (energy, pull) = sums.between(a, b);
-                Episode {
-                    place,
-                    from: edge(a),
-                    to: edge(b),
-                    evidence: Solved::of(energy, pull).evidence - choice,
-                    choice,
-                }
-            })
-            .max_by(|a, b| a.evidence.total_cmp(&b.evidence))
+        let of = |a: usize, b: usize| {
+            let choice = choice(a > 0, b < STRETCHES);
+            let (energy, pull) = sums.between(a, b);
+            Episode {
+                place,
+                from: edge(a),
+                to: edge(b),
+                evidence: Solved::of(energy, pull).evidence - choice,
+                choice,
+            }
+        };
+        let least = 1 + whole((BUSIEST_S / edge(1)).floor());
+        let best = |ends: bool| {
+            let until = |a: usize| {
+                let last = if ends { STRETCHES - 1 } else { STRETCHES };
+                let from = if ends { a + least } else { STRETCHES };
+                (from..=last).map(move |b| (a, b))
+            };
+            (first..STRETCHES.saturating_sub(least))
+                .flat_map(until)
+                .filter(|(a, b)| b - a < STRETCHES)
+                .map(|(a, b)| of(a, b))
+                .filter(|e| e.evidence > 0.0)
+                .max_by(|a, b| a.evidence.total_cmp(&b.evidence))
+        };
+        [best(false), best(true)]
     }
 
     /// The same with its edges where they explain most, to the block.
-    fn finer(&self, mut e: Episode) -> Option<Correction> {
-        let answer = self.answer(e.place);
+    fn finer(&self, answer: &Answer, mut e: Episode) -> Option<Correction> {
         let end = self.lasts_s();
         let explains = |from: f64, to: f64| {
-            let column = self.column(&answer, from, to, true);
+            let column = self.column(answer, from, to, true);
             let (gram, right) = (self.tangent).normal_equations(self.record, &[column]);
             Solved::of(gram[(0, 0)], right[0]).evidence
         };
         let mut most = explains(e.from, e.to);
-        tracing::debug!("XX {} coarse {:.0} {:.0} ev {:.1} exact-edge {:.1}", e.place.name(), e.from, e.to, e.evidence, most);
         let mut moved = |e: &mut Episode, by: f64, first: bool| {
             let (from, to) = if first {
                 (e.from + by, e.to)
