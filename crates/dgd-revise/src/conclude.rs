@@ -297,10 +297,9 @@ fn hold(
         withdrawn: why,
         ..Claim::default()
     };
-    let base = e.trial(&nothing);
     Ok(Held {
-        after: e.tell(base, &nothing).ok_or(ReviseError::NotRun)?,
-        trial: base.clone(),
+        after: (e.tell(e.base_trial, &nothing)).ok_or(ReviseError::NotRun)?,
+        trial: e.base_trial.clone(),
         claim: nothing,
         standing: Vec::new(),
         withdrawn: e.names(&trial.members),
