@@ -13,6 +13,20 @@ pub struct Record<'a> {
     pub columns: Vec<(&'a str, &'a [f64])>,
 }
 
+impl<'a> Record<'a> {
+    fn find(&self, name: &str) -> Option<&'a [f64]> {
+        self.columns.iter().find(|c| c.0 == name).map(|c| c.1)
+    }
+
+    fn column(&self, name: &str, use_: &str) -> Result<&'a [f64], AssemblyError> {
+        self.find(name).ok_or_else(|| AssemblyError::Column {
+            name: name.into(),
+            use_: use_.into(),
+            known: listed(self.columns.iter().map(|c| c.0)),
+        })
+    }
+}
+
 /// Which part of the record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Portion {
@@ -65,17 +79,47 @@ impl Assembly {
         portion: Portion,
     ) -> Result<Vec<Window>, AssemblyError> {
         let layout = &self.system.record;
-        let none = PartLayout::default();
         let (part, name) = match (portion, &layout.test) {
             (Portion::Test, Some(test)) => (test, "record.test"),
             (Portion::Test, None) => return Ok(Vec::new()),
             (Portion::Train | Portion::All, _) => (&layout.train, "record.train"),
         };
-        let spans = if portion == Portion::All {
-            &none.windows
+        let samples = self.samples(record, part)?;
+        let spans: &[[f64; 2]] = if portion == Portion::All || part.windows.is_empty() {
+            &[[f64::NEG_INFINITY, f64::INFINITY]]
         } else {
             &part.windows
         };
+        let mut windows = Vec::new();
+        for span in spans {
+            let window = samples.within(span.map(|at| at * self.net.tick));
+            if window.time.len() < 2 {
+                return Err(AssemblyError::Window {
+                    part: name.into(),
+                    from: span[0],
+                    to: span[1],
+                    found: window.time.len(),
+                    expected: 2,
+                    why: samples.why_few(*span, self.net.tick),
+                });
+            }
+            windows.push(window);
+        }
+        let another_run = portion == Portion::Test
+            && !part.channels.is_empty()
+            && part.channels != layout.train.channels;
+        if !another_run {
+            let train = layout.train.windows.first();
+            let origin = samples.origin(train.map_or(f64::NEG_INFINITY, |w| w[0] * self.net.tick));
+            for window in &mut windows {
+                window.origin = origin;
+            }
+        }
+        Ok(windows)
+    }
+
+    /// All samples of a record, under the channels of a part.
+    fn samples(&self, record: &Record<'_>, part: &PartLayout) -> Result<Samples, AssemblyError> {
         let length = record.columns.first().map_or(0, |c| c.1.len());
         if let Some((name, column)) = record.columns.iter().find(|c| c.1.len() != length) {
             return Err(AssemblyError::Length {
@@ -85,105 +129,21 @@ impl Assembly {
             });
         }
         let time = self.times(record, length)?;
-        let column = |channel: &str| -> Option<&[f64]> {
-            let wanted = part.channels.get(channel).map_or(channel, String::as_str);
-            record.columns.iter().find(|c| c.0 == wanted).map(|c| c.1)
-        };
-        let missing = |channel: &str, use_: &str| AssemblyError::Column {
-            name: part
-                .channels
-                .get(channel)
-                .cloned()
-                .unwrap_or_else(|| channel.into()),
-            use_: use_.into(),
-            known: listed(record.columns.iter().map(|c| c.0)),
-        };
+        let wanted = |channel| part.channels.get(channel).unwrap_or(channel);
         let mut inputs = Vec::new();
         for driven in &self.net.driven {
-            let raw =
-                column(&driven.channel).ok_or_else(|| missing(&driven.channel, &driven.path))?;
+            let raw = record.column(wanted(&driven.channel), &driven.path)?;
             inputs.push(convert(raw, driven.unit));
         }
-        let readings: Vec<Vec<f64>> = self
-            .net
-            .meters
-            .iter()
-            .map(|m| column(&m.channel).map_or_else(Vec::new, |raw| convert(raw, m.unit)))
-            .collect();
-        let whole = [[f64::NEG_INFINITY, f64::INFINITY]];
-        let spans: &[[f64; 2]] = if spans.is_empty() { &whole } else { spans };
-        let mut windows = Vec::new();
-        for span in spans {
-            let [from, to] = span.map(|at| at * self.net.tick);
-            let mut window = Window {
-                inputs: vec![Vec::new(); inputs.len()],
-                readings: vec![Vec::new(); readings.len()],
-                ..Window::default()
-            };
-            let mut last = vec![f64::NAN; inputs.len()];
-            for i in 0..length {
-                for (value, column) in last.iter_mut().zip(&inputs) {
-                    if column[i].is_finite() {
-                        *value = column[i];
-                    }
-                }
-                if !(time[i] >= from && time[i] <= to) || last.iter().any(|v| v.is_nan()) {
-                    continue;
-                }
-                window.time.push(time[i]);
-                for (out, &value) in window.inputs.iter_mut().zip(&last) {
-                    out.push(value);
-                }
-                for (out, column) in window.readings.iter_mut().zip(&readings) {
-                    out.extend(column.get(i));
-                }
-            }
-            if window.time.len() < 2 {
-                let [from, to] = span.map(|at| at * self.net.tick);
-                let within = time.iter().filter(|t| **t >= from && **t <= to).count();
-                let why = match (time.first(), time.last()) {
-                    _ if from > to => "it ends before it begins".to_owned(),
-                    (Some(first), Some(last)) if within < 2 => {
-                        let ends = [first, last].map(|t| t / self.net.tick);
-                        format!("the record runs from {} to {}", ends[0], ends[1])
-                    }
-                    (Some(_), Some(_)) => {
-                        format!("{within} lie there, before every input has its first value")
-                    }
-                    _ => "the record is empty".to_owned(),
-                };
-                return Err(AssemblyError::Window {
-                    part: name.into(),
-                    from: span[0],
-                    to: span[1],
-                    found: window.time.len(),
-                    expected: 2,
-                    why,
-                });
-            }
-            windows.push(window);
-        }
-        let another_run = portion == Portion::Test
-            && !part.channels.is_empty()
-            && part.channels != layout.train.channels;
-        if !another_run {
-            // Samples before the first value of an input are in no window.
-            let first = inputs
-                .iter()
-                .map(|column| column.iter().position(|v| v.is_finite()))
-                .try_fold(0, |latest, first| first.map(|f| latest.max(f)));
-            let start = layout
-                .train
-                .windows
-                .first()
-                .map_or(f64::NEG_INFINITY, |w| w[0] * self.net.tick);
-            let origin =
-                first.and_then(|first| time[first..].iter().copied().find(|t| *t >= start));
-            for window in &mut windows {
-                window.origin = origin;
-            }
-        }
-        Ok(windows)
+        let readings = self.net.meters.iter().map(|m| {
+            let raw = record.find(wanted(&m.channel));
+            raw.map_or_else(Vec::new, |raw| convert(raw, m.unit))
+        });
+        Ok(Samples {
+            time,
+            inputs,
+            readings: readings.collect(),
+        })
     }
 
     fn times(&self, record: &Record<'_>, length: usize) -> Result<Vec<f64>, AssemblyError> {
@@ -193,18 +153,9 @@ impl Assembly {
             #[expect(clippy::cast_precision_loss, reason = "sample numbers")]
             return Ok((0..length).map(|i| i as f64 * step).collect());
         };
-        let found =
-            record
-                .columns
-                .iter()
-                .find(|c| c.0 == name)
-                .ok_or_else(|| AssemblyError::Column {
-                    name: name.clone(),
-                    use_: self.system.independent.clone(),
-                    known: listed(record.columns.iter().map(|c| c.0)),
-                })?;
+        let found = record.column(name, &self.system.independent)?;
         let mut before = f64::NEG_INFINITY;
-        for (i, &t) in found.1.iter().enumerate() {
+        for (i, &t) in found.iter().enumerate() {
             // A relation between samples needs no order.
             if !t.is_finite() || (self.net.in_time && t <= before) {
                 return Err(AssemblyError::Times {
@@ -216,7 +167,76 @@ impl Assembly {
             }
             before = t;
         }
-        Ok(found.1.iter().map(|t| t * self.net.tick).collect())
+        Ok(found.iter().map(|t| t * self.net.tick).collect())
+    }
+}
+
+/// All samples of a record, in SI units.
+struct Samples {
+    time: Vec<f64>,
+    inputs: Vec<Vec<f64>>,
+    /// Empty where there is no such column.
+    readings: Vec<Vec<f64>>,
+}
+
+impl Samples {
+    /// Those of a span, each with the last value of every input.
+    fn within(&self, [from, to]: [f64; 2]) -> Window {
+        let mut window = Window {
+            inputs: vec![Vec::new(); self.inputs.len()],
+            readings: vec![Vec::new(); self.readings.len()],
+            ..Window::default()
+        };
+        let mut last = vec![f64::NAN; self.inputs.len()];
+        for (i, &time) in self.time.iter().enumerate() {
+            for (value, column) in last.iter_mut().zip(&self.inputs) {
+                if column[i].is_finite() {
+                    *value = column[i];
+                }
+            }
+            if !(time >= from && time <= to) || last.iter().any(|v| v.is_nan()) {
+                continue;
+            }
+            window.time.push(time);
+            for (out, &value) in window.inputs.iter_mut().zip(&last) {
+                out.push(value);
+            }
+            for (out, column) in window.readings.iter_mut().zip(&self.readings) {
+                out.extend(column.get(i));
+            }
+        }
+        window
+    }
+
+    /// Why a span, in units of `tick`, holds too few.
+    fn why_few(&self, span: [f64; 2], tick: f64) -> String {
+        let [from, to] = span.map(|at| at * tick);
+        let within = self
+            .time
+            .iter()
+            .filter(|t| **t >= from && **t <= to)
+            .count();
+        match (self.time.first(), self.time.last()) {
+            _ if from > to => "it ends before it begins".to_owned(),
+            (Some(first), Some(last)) if within < 2 => {
+                format!("the record runs from {} to {}", first / tick, last / tick)
+            }
+            (Some(_), Some(_)) => {
+                format!("{within} lie there, before every input has its first value")
+            }
+            _ => "the record is empty".to_owned(),
+        }
+    }
+
+    /// The first sample from `start` on that may be in a window.
+    fn origin(&self, start: f64) -> Option<f64> {
+        // Samples before the first value of an input are in no window.
+        let first = self
+            .inputs
+            .iter()
+            .map(|column| column.iter().position(|v| v.is_finite()))
+            .try_fold(0, |latest, first| first.map(|f| latest.max(f)))?;
+        self.time[first..].iter().copied().find(|t| *t >= start)
     }
 }
 

@@ -131,29 +131,29 @@ pub(crate) fn save(
 
 /// Figures 3.2-3.7 and 3.9-3.11.
 pub(crate) fn identification(fitted: &Fitted, units: &Units) -> Result<Vec<Figure>, ReportError> {
-    let id = &fitted.identification;
-    let (flow_axis, friction_axis) = (
-        Units::axis("Return flow", units.flow),
-        Units::axis("Frictional loss", units.friction),
-    );
-    let head_axis = Units::axis("Pump head", units.head);
-    let scaled =
-        |values: &[f64], scale: f64| -> Vec<f64> { values.iter().map(|v| v * scale).collect() };
-    let keep = &fitted.prepared.keep;
-    let chosen = |values: &[f64], scale: f64, keep: &[bool]| -> Vec<f64> {
-        values
-            .iter()
-            .zip(keep)
-            .filter(|(_, k)| **k)
-            .map(|(v, _)| v * scale)
-            .collect()
-    };
     let measured_flow = &fitted.prepared.recording.return_flow_m3_s;
-    let kept_q = chosen(measured_flow, units.flow.0, keep);
-    let kept_f = chosen(&id.series.friction_pa, units.friction.0, keep);
-    let shifted_q = chosen(&id.pump_flow_m3_s, units.flow.0, keep);
+    let kept_q = chosen(measured_flow, &fitted.prepared.keep, units.flow.0);
+    let flows = flows_to(largest(&kept_q) / units.flow.0);
+    let mut figures = friction(fitted, units, &kept_q, &flows)?;
+    figures.extend(pump(fitted, units, flows)?);
+    Ok(figures)
+}
+
+/// Figures 3.2-3.7: `kept_q` in the figures' unit, `flows` to draw the laws at in m³/s.
+fn friction(
+    fitted: &Fitted,
+    units: &Units,
+    kept_q: &[f64],
+    flows: &[f64],
+) -> Result<Vec<Figure>, ReportError> {
+    let id = &fitted.identification;
+    let keep = &fitted.prepared.keep;
+    let flow_axis = Units::axis("Return flow", units.flow);
+    let friction_axis = Units::axis("Frictional loss", units.friction);
+    let kept_f = chosen(&id.series.friction_pa, keep, units.friction.0);
+    let shifted_q = chosen(&id.pump_flow_m3_s, keep, units.flow.0);
     let kept = Scatter {
-        x: &kept_q,
+        x: kept_q,
         y: &kept_f,
     };
     let shifted = Scatter {
@@ -176,24 +176,20 @@ pub(crate) fn identification(fitted: &Fitted, units: &Units) -> Result<Vec<Figur
         figures.push(all_samples(all, &flow_axis, &friction_axis)?);
         figures.push(kept_samples(all, kept, &flow_axis, &friction_axis)?);
     }
-    let largest = kept_q.iter().copied().fold(0.0, f64::max) / units.flow.0;
-    let flows: Vec<f64> = (0..=CURVE_POINTS)
-        .map(|i| largest * f64::from(i) / f64::from(CURVE_POINTS))
-        .collect();
-    let drawn_flows = scaled(&flows, units.flow.0);
-    let law = |law: &Polynomial| -> Vec<f64> {
+    let drawn_flows = scaled(flows, units.flow.0);
+    let values = |law: &Polynomial| -> Vec<f64> {
         flows
             .iter()
             .map(|q| law.eval(*q) * units.friction.0)
             .collect()
     };
     if let Ok(fit) = &id.undelayed {
-        let y = law(&fit.law);
+        let law = values(&fit.law);
         figures.push(friction_fit(
             kept,
             Curve {
                 x: &drawn_flows,
-                y: &y,
+                y: &law,
             },
             &flow_axis,
             &friction_axis,
@@ -203,35 +199,43 @@ pub(crate) fn identification(fitted: &Fitted, units: &Units) -> Result<Vec<Figur
     let mse_axis = Axis::new(format!("Mean squared error [{}²]", units.friction.1));
     figures.push(delay_sweep(&id.sweep.delays_s, &mse, &mse_axis)?);
     let delay_s = id.sweep.delays_s[id.sweep.best];
-    let y = law(&id.sweep.fit.law);
+    let law = values(&id.sweep.fit.law);
     figures.push(delayed_friction_fit(
         delay_s,
         shifted,
         Curve {
             x: &drawn_flows,
-            y: &y,
+            y: &law,
         },
         &flow_axis,
         &friction_axis,
     )?);
     if let Ok(fit) = &id.cubic {
-        let y = law(&fit.law);
-        let model = Curve {
-            x: &drawn_flows,
-            y: &y,
-        };
+        let law = values(&fit.law);
         figures.push(final_friction_fit(
             delay_s,
             shifted,
-            model,
+            Curve {
+                x: &drawn_flows,
+                y: &law,
+            },
             &flow_axis,
             &friction_axis,
         )?);
     }
+    Ok(figures)
+}
+
+/// Figures 3.9-3.11; `flows` in m³/s where no cloud of samples says how far to draw.
+fn pump(fitted: &Fitted, units: &Units, flows: Vec<f64>) -> Result<Vec<Figure>, ReportError> {
+    let fits = &fitted.identification.pump;
+    let flow_axis = Units::axis("Return flow", units.flow);
+    let head_axis = Units::axis("Pump head", units.head);
     let clouds = SpeedClouds::of(fitted, units);
     let flows = clouds.flows_m3_s(units).unwrap_or(flows);
     let drawn_flows = scaled(&flows, units.flow.0);
-    if let Ok(fit) = &id.pump.plain {
+    let mut figures = Vec::new();
+    if let Ok(fit) = &fits.plain {
         let curves = clouds.curves(&fit.curve, &flows, units);
         figures.push(first_pump_curves(
             &clouds.families(&drawn_flows, &curves),
@@ -240,7 +244,7 @@ pub(crate) fn identification(fitted: &Fitted, units: &Units) -> Result<Vec<Figur
             &head_axis,
         )?);
     }
-    if let Some(Ok(search)) = &id.pump.search {
+    if let Some(Ok(search)) = &fits.search {
         // The first search is the thesis's; its restarts only confirm the end.
         let first: Vec<_> = search.path.iter().filter(|p| p.search == 0).collect();
         let corner = |f: fn(&dgd_pump::PathPoint) -> f64| -> Vec<f64> {
@@ -266,6 +270,27 @@ pub(crate) fn identification(fitted: &Fitted, units: &Units) -> Result<Vec<Figur
     Ok(figures)
 }
 
+fn scaled(values: &[f64], scale: f64) -> Vec<f64> {
+    values.iter().map(|v| v * scale).collect()
+}
+
+/// The kept ones, scaled.
+fn chosen(values: &[f64], keep: &[bool], scale: f64) -> Vec<f64> {
+    let kept = values.iter().zip(keep).filter(|(_, k)| **k);
+    kept.map(|(v, _)| v * scale).collect()
+}
+
+fn largest<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
+    values.into_iter().copied().fold(0.0, f64::max)
+}
+
+/// Flows to draw laws at.
+fn flows_to(largest_m3_s: f64) -> Vec<f64> {
+    (0..=CURVE_POINTS)
+        .map(|i| largest_m3_s * f64::from(i) / f64::from(CURVE_POINTS))
+        .collect()
+}
+
 /// Samples near each of some evenly spread speeds.
 struct SpeedClouds {
     speeds_pct: Vec<f64>,
@@ -277,12 +302,7 @@ impl SpeedClouds {
     fn of(fitted: &Fitted, units: &Units) -> Self {
         let id = &fitted.identification;
         let speed = &fitted.prepared.recording.pump_speed_pct;
-        let mut kept: Vec<f64> = speed
-            .iter()
-            .zip(&id.pump_keep)
-            .filter(|(_, k)| **k)
-            .map(|(w, _)| *w)
-            .collect();
+        let mut kept = chosen(speed, &id.pump_keep, 1.0);
         kept.sort_by(f64::total_cmp);
         // The outermost hundredths are starts and stops.
         let at = |share: f64| kept.get(index(kept.len(), share)).copied().unwrap_or(0.0);
@@ -312,9 +332,8 @@ impl SpeedClouds {
     /// Flows to draw the curves at: from none to a little beyond the samples, where the law has been seen to hold.
     fn flows_m3_s(&self, units: &Units) -> Option<Vec<f64>> {
         const BEYOND: f64 = 1.15;
-        let largest = self.flow.iter().flatten().copied().fold(0.0, f64::max) / units.flow.0;
-        let at = |i| BEYOND * largest * f64::from(i) / f64::from(CURVE_POINTS);
-        (largest > 0.0).then(|| (0..=CURVE_POINTS).map(at).collect())
+        let largest = largest(self.flow.iter().flatten()) / units.flow.0;
+        (largest > 0.0).then(|| flows_to(BEYOND * largest))
     }
 
     fn curves(&self, curve: &HeadCurve, flows_m3_s: &[f64], units: &Units) -> Vec<Vec<f64>> {
@@ -363,11 +382,10 @@ struct ScaledPair<'a> {
 
 impl<'a> ScaledPair<'a> {
     fn of(run: &'a Replay, pair: &Pair, scale: f64) -> Self {
-        let scaled = |values: &[f64]| values.iter().map(|v| v * scale).collect();
         Self {
             time_s: &run.time_s,
-            measured: scaled(&pair.measured),
-            simulated: scaled(&pair.simulated),
+            measured: scaled(&pair.measured, scale),
+            simulated: scaled(&pair.simulated, scale),
         }
     }
 
@@ -392,13 +410,8 @@ pub(crate) fn simulations(runs: &[Replay; 4], units: &Units) -> Result<Vec<Figur
     let level_axis = Units::axis("Riser level", units.level);
     let speed_axis = Axis::new("Pump speed [%]");
     let level = ScaledPair::of(riser, &riser.level_m, units.level.0);
-    let inflow: Vec<f64> = riser.inflow_m3_s.iter().map(|q| q * units.flow.0).collect();
-    let outflow: Vec<f64> = riser
-        .pump_flow_m3_s
-        .measured
-        .iter()
-        .map(|q| q * units.flow.0)
-        .collect();
+    let inflow = scaled(&riser.inflow_m3_s, units.flow.0);
+    let outflow = scaled(&riser.pump_flow_m3_s.measured, units.flow.0);
     let line = |label, role, values| Line {
         label,
         role,

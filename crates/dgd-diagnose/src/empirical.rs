@@ -161,21 +161,25 @@ pub(crate) fn instead_of(record: &Record, state: &[Applied], c: &Correction) -> 
     let mut found: Vec<Correction> = found.into_iter().flatten().collect();
     // Stops come nearly as regularly.
     hold_without_stops(record, tangent, state, &mut found);
-    let better = |found: &Correction| {
+    found.retain(|found| {
+        told(found, shown);
         let by = match found.curve.quantity {
             Quantity::Period => COMES_AGAIN,
             _ => BEGINS,
         };
-        told(found, shown);
         found.evidence > (shown + by).max(hurdle(found))
+    });
+    found.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+    // A curve of more freedom leaves half a square less for each.
+    let owes_more = |found: &Correction| {
+        found.curve.quantity == Quantity::Episode
+            && leaves_more(record, state, &Applied::from(&c.curve), found)
+                .is_none_or(|more| more > 0.5 * c.freedom)
     };
-    (found.into_iter().filter(better)).max_by(|a, b| a.evidence.total_cmp(&b.evidence))
+    found.into_iter().find(|found| !owes_more(found))
 }
 
 /// An episode in any place that leaves less over than an effect which only resembles the cause, if there is one.
-///
-/// What either explains is not on one scale: an instrument that shifts is taken for one that wanders where mud of another weight is not, and what is
-/// not yet in place counts as noise. Both are therefore fitted beside the noise that is left with the episode in place.
 pub(crate) fn episode_like(
     record: &Record,
     state: &[Applied],
@@ -189,23 +193,34 @@ pub(crate) fn episode_like(
     let mut found = vec![found];
     hold_without_stops(record, tangent, state, &mut found);
     let found = found.pop().filter(|found| found.evidence > hurdle(found))?;
-    let beside = Tangent::at(
-        record,
-        &joined(state, &Applied::from(&found.curve)),
-        &[],
-        Bend::Lean,
-    )?;
-    let other = beside.refitted(record, &joined(state, resembling));
+    let more = leaves_more(record, state, resembling, &found)?;
+    (more < -LESS).then_some(found)
+}
+
+/// What an episode leaves over more than something else does, e-folds.
+///
+/// What either explains is not on one scale: an instrument that shifts may be one that wanders, where mud of another weight may not, and what is not
+/// yet in place counts as noise. Both are fitted beside the noise that is left with the other one in place.
+fn leaves_more(
+    record: &Record,
+    state: &[Applied],
+    other: &Applied,
+    episode: &Correction,
+) -> Option<f64> {
+    let with_other = Tangent::at(record, &joined(state, other), &[], Bend::Lean)?;
+    let with_it = with_other.refitted(record, &joined(state, &Applied::from(&episode.curve)));
     let left = |one: &Tangent| 0.5 * dot(&one.off, &one.off);
-    let less = left(&other) - left(&beside);
+    let more = left(&with_it) - left(&with_other);
     debug!(
-        "an episode in {}, {:.0} s to {:.0} s, leaves {less:.1} less than {}",
-        found.curve.place.name(),
-        found.curve.from,
-        found.curve.to,
-        resembling.effect.about().id
+        "an episode in {}, {:.0} s to {:.0} s, leaves {more:.1} more than {}",
+        episode.curve.place.name(),
+        episode.curve.from,
+        episode.curve.to,
+        other
+            .curve()
+            .map_or(other.effect.about().id, |c| c.quantity.name())
     );
-    (less > LESS).then_some(found)
+    more.is_finite().then_some(more)
 }
 
 /// Tells in the log what a timed correction tells more.

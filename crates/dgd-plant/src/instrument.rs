@@ -187,8 +187,8 @@ pub(crate) fn spoil(
                 values.len().saturating_sub(1),
             );
             let count = crate::constants::index(length, values.len() - first).max(1);
-            let sign = if noise.unit() < 0.5 { -1.0 } else { 1.0 };
-            let wild = 1.0 + sign * noise.between(rates.spike_fraction.0, rates.spike_fraction.1);
+            let wild =
+                1.0 + noise.sign() * noise.between(rates.spike_fraction.0, rates.spike_fraction.1);
             let held = values[first];
             for v in &mut values[first..first + count] {
                 *v = match kind {

@@ -36,6 +36,11 @@ impl Noise {
         low + (high - low) * self.unit()
     }
 
+    /// -1 or 1.
+    pub(crate) fn sign(&mut self) -> f64 {
+        if self.unit() < 0.5 { -1.0 } else { 1.0 }
+    }
+
     /// Standard normal (Box and Muller).
     pub(crate) fn normal(&mut self) -> f64 {
         if let Some(z) = self.spare.take() {

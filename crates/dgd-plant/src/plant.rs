@@ -6,7 +6,7 @@ use crate::constants::{ATMOSPHERE_PA, GPM_M3_S, GRAVITY_M_S2};
 use crate::line::ReturnLine;
 use crate::mud::FrictionTable;
 use crate::noise::{Noise, Wander};
-use crate::pump::{Drive, NonReturnValve};
+use crate::pump::{Drive, NonReturnValve, PumpParameters};
 use crate::riser::Riser;
 use crate::schedule::Segment;
 use crate::well::Well;
@@ -98,6 +98,46 @@ pub(crate) struct Plant {
 struct FrictionAt {
     viscosity: f64,
     swelled: f64,
+}
+
+/// What comes up to the pump's inlet from well and booster line.
+struct Inflow {
+    pumped_m3_s: f64,
+    gained_m3_s: f64,
+    lost_m3_s: f64,
+    /// Density that cuttings and new mud add.
+    cuttings_kg_m3: f64,
+}
+
+impl Inflow {
+    fn net_m3_s(&self) -> f64 {
+        self.pumped_m3_s + self.gained_m3_s - self.lost_m3_s
+    }
+}
+
+/// The way of the mud from the riser through the pump, for one step.
+struct Lift {
+    static_pa: f64,
+    suction_pa_s2_m6: f64,
+    /// From the pump's inlet up to its outlet.
+    rise_pa: f64,
+    weight_pa_m: f64,
+    shaft: f64,
+    head_factor: f64,
+    leak_m3_s: f64,
+}
+
+impl Lift {
+    fn inlet_pa(&self, q: f64) -> f64 {
+        self.static_pa - self.suction_pa_s2_m6 * q * q.abs()
+    }
+
+    fn before_valve_pa(&self, pump: &PumpParameters, q: f64) -> f64 {
+        let leak = self.leak_m3_s;
+        let through = if q > -leak && leak > 0.0 { q + leak } else { q };
+        let head_m = pump.head_m(self.shaft, through);
+        self.inlet_pa(q) + self.rise_pa + self.weight_pa_m * head_m * self.head_factor
+    }
 }
 
 impl Plant {
@@ -338,132 +378,180 @@ impl Plant {
 
     fn step(&mut self, speed_pct: f64) {
         let dt = 1.0 / STEPS as f64;
-        let t_s = self.seconds;
         let heave_m = self.heave_m(dt);
-        let asked_pct = self.asked_pct(speed_pct);
-        let p = &self.physics;
-        let c = &self.causes;
-        let [mud, boost, mut topfill] = self.rig_pumps_m3_s();
-        if let Some(Foreign::TopfillOffset(more)) = c.foreign {
-            topfill += more;
-        }
-        let s = &mut self.state;
-        let [fills_s, drains_s] = c.string_lag_s.unwrap_or([p.string_lag_s; 2]);
-        let string_lag_s = if mud < s.bit_flow_m3_s {
-            drains_s
-        } else {
-            fills_s
-        };
-        s.bit_flow_m3_s += (mud - s.bit_flow_m3_s) * lag(dt, string_lag_s);
-        s.booster_flow_m3_s += (boost - s.booster_flow_m3_s) * lag(dt, p.booster_lag_s);
-        s.topfill_m3_s = topfill;
         let density = self.well.mud_density_kg_m3;
-        let column = density + self.riser.upper_kg_m3();
         let inlet_depth = self.well.pump_inlet_depth_m;
         let level = self.riser.level_m() - heave_m / 3.0;
-        let static_pa = ATMOSPHERE_PA + column * GRAVITY_M_S2 * (inlet_depth - level).max(0.0);
-        let wait_s = if c.pipe_before_start {
-            self.restart_s
-        } else {
-            self.connection_s
-        };
-        let pipe = if (30.0..70.0).contains(&wait_s) && self.connection_s > 0.0 {
-            c.pipe_m3 / 40.0
-        } else {
-            0.0
-        };
-        let gained = c.influx_m3_s(t_s) + pipe;
-        let lost = c.loss_m3_s(t_s, static_pa);
-        let pumped = s.bit_flow_m3_s + s.booster_flow_m3_s;
-        let below = pumped + gained - lost;
-        let cuttings = p.cuttings_kg_m3 * self.drilling * s.bit_flow_m3_s / pumped.max(1e-6)
-            + c.cuttings_kg_m3 * self.drilling
-            + c.new_mud_kg_m3(t_s);
+        let column = density + self.riser.upper_kg_m3();
+        let riser_pa =
+            |depth_m: f64| ATMOSPHERE_PA + column * GRAVITY_M_S2 * (depth_m - level).max(0.0);
+        let static_pa = riser_pa(inlet_depth);
 
-        if c.speed_lag_s > 0.0 {
-            self.drive.follow(dt, asked_pct, c.speed_lag_s);
-        } else {
-            self.drive.step(dt, asked_pct, p.pump.slew_pct_s);
-        }
-        let shaft = p.pump.shaft(self.drive.speed_pct);
+        self.supply(dt);
+        let below = self.inflow(static_pa);
+        self.turn(dt, speed_pct);
         let drawn = self.line.inflow_m3_s();
-        let suction_kg_m3 = self.riser.suction_kg_m3(below.max(0.0), drawn);
-        let weight = (density + suction_kg_m3) * GRAVITY_M_S2;
-        let area = self.well.return_line_area_m2();
-        let mut suction_pa = p.suction_loss * density / (2.0 * area * area);
-        let mut head_factor = 1.0 - c.gas_share(t_s);
-        match c.foreign {
-            Some(Foreign::InletFilterClog(most, period_s)) => {
-                suction_pa += most * (t_s / period_s).rem_euclid(1.0).powi(2);
-            }
-            Some(Foreign::HeadRippleLevel(size, wave_m)) => {
-                head_factor += size * (std::f64::consts::TAU * level / wave_m).sin();
-            }
-            _ => {}
-        }
-        let lift_pa = weight * (inlet_depth - self.well.pump_outlet_depth_m);
-        let tip2 = p.pump.head_m(shaft, 0.0).max(0.0);
-        let leak = c.leak_growth_m3_s2 * t_s.max(0.0) * (tip2 / 100.0).sqrt();
-        let inlet_pa = |q: f64| static_pa - suction_pa * q * q.abs();
-        let before_valve = |q: f64| {
-            let head = if q > -leak && leak > 0.0 {
-                p.pump.head_m(shaft, q + leak)
-            } else {
-                p.pump.head_m(shaft, q)
-            };
-            inlet_pa(q) + lift_pa + weight * head * head_factor
-        };
+        let suction_kg_m3 = self.riser.suction_kg_m3(below.net_m3_s().max(0.0), drawn);
+        let lift = self.lift(static_pa, suction_kg_m3, level);
+        let pump = &self.physics.pump;
         // The line's upper end moves with the rig, the foot does not.
         let swing_pa = density * GRAVITY_M_S2 * heave_m;
 
         let standing_pa = self.line.static_foot_pa() + swing_pa;
-        let forward = drawn > 1e-5 || before_valve(0.0) > standing_pa;
+        let forward = drawn > 1e-5 || lift.before_valve_pa(pump, 0.0) > standing_pa;
         self.valve.step(dt, forward);
         let valve = &self.valve;
-        let drive = |q: f64| before_valve(q) - valve.loss_pa(q);
+        let drive = |q: f64| lift.before_valve_pa(pump, q) - valve.loss_pa(q);
         let drains = speed_pct <= 0.0 && drawn < 1e-4 && self.line.wet_m() > 0.1 * inlet_depth;
-        let bled = if drains { c.drain_m_s * area } else { 0.0 };
+        let bled = if drains {
+            self.causes.drain_m_s * self.well.return_line_area_m2()
+        } else {
+            0.0
+        };
         let passed = self
             .line
             .step(dt, suction_kg_m3, bled, |q| drive(q) - swing_pa);
 
         let q = passed.inflow_m3_s;
+        let outlet_pa = drive(q);
+        let topfill = self.state.topfill_m3_s;
         let spilled = self.riser.step(
             dt,
-            (below, self.pit_kg_m3 + cuttings),
+            (below.net_m3_s(), self.pit_kg_m3 + below.cuttings_kg_m3),
             (topfill, self.pit_kg_m3),
             q - bled,
             passed.bottom_excess_kg_m3,
         );
-        // Over the shaker trough to the meter: two tanks, then a stretch of pipe.
-        let gauge_pa = drive(q) - ATMOSPHERE_PA;
-        let leaked = c.leak_m3_s(t_s, gauge_pa).min(passed.outflow_m3_s.max(0.0));
-        let k = lag(dt, p.flow_line_lag_s);
-        let mut behind = passed.outflow_m3_s - leaked;
-        for (flow, tau_s) in self.cushions_m3_s.iter_mut().zip(c.cushions_s) {
-            *flow += (behind - *flow) * lag(dt, tau_s);
-            behind = *flow;
-        }
-        self.flow_line[0] += (behind - self.flow_line[0]) * k;
-        self.flow_line[1] += (self.flow_line[0] - self.flow_line[1]) * k;
-        let slot = &mut self.on_the_way[self.next_out];
-        s.metered_flow_m3_s = std::mem::replace(slot, self.flow_line[1]);
-        self.next_out = (self.next_out + 1) % self.on_the_way.len();
+        let leaked = self
+            .causes
+            .leak_m3_s(self.seconds, outlet_pa - ATMOSPHERE_PA)
+            .min(passed.outflow_m3_s.max(0.0));
+        let metered = self.metered_m3_s(dt, passed.outflow_m3_s - leaked);
 
+        let s = &mut self.state;
+        s.metered_flow_m3_s = metered;
         s.riser_level_m = self.riser.level_m();
         s.pump_flow_m3_s = q;
         s.line_outflow_m3_s = passed.outflow_m3_s;
-        s.pump_inlet_pa = inlet_pa(q);
-        s.pump_outlet_pa = drive(q);
-        s.riser_sensor_pa = ATMOSPHERE_PA
-            + column * GRAVITY_M_S2 * (self.well.riser_sensor_depth_m - level).max(0.0);
+        s.pump_inlet_pa = lift.inlet_pa(q);
+        s.pump_outlet_pa = outlet_pa;
+        s.riser_sensor_pa = riser_pa(self.well.riser_sensor_depth_m);
         s.pump_speed_pct = self.drive.speed_pct;
         s.line_filled_m = self.line.wet_m();
         s.line_volume_m3 = self.line.volume_m3();
         s.suction_density_kg_m3 = density + suction_kg_m3;
         s.line_top_density_kg_m3 = density + passed.top_excess_kg_m3;
-        s.came_in_m3 += dt * (pumped + gained + topfill);
-        s.went_out_m3 += dt * (passed.outflow_m3_s + spilled + lost);
+        s.came_in_m3 += dt * (below.pumped_m3_s + below.gained_m3_s + topfill);
+        s.went_out_m3 += dt * (passed.outflow_m3_s + spilled + below.lost_m3_s);
+    }
+
+    /// The rig pumps' flows, as they leave string, booster line and topfill line.
+    fn supply(&mut self, dt_s: f64) {
+        let [mud, boost, mut topfill] = self.rig_pumps_m3_s();
+        if let Some(Foreign::TopfillOffset(more)) = self.causes.foreign {
+            topfill += more;
+        }
+        let p = &self.physics;
+        let s = &mut self.state;
+        let [fills_s, drains_s] = self.causes.string_lag_s.unwrap_or([p.string_lag_s; 2]);
+        let string_lag_s = if mud < s.bit_flow_m3_s {
+            drains_s
+        } else {
+            fills_s
+        };
+        s.bit_flow_m3_s += (mud - s.bit_flow_m3_s) * lag(dt_s, string_lag_s);
+        s.booster_flow_m3_s += (boost - s.booster_flow_m3_s) * lag(dt_s, p.booster_lag_s);
+        s.topfill_m3_s = topfill;
+    }
+
+    /// What comes up to the pump's inlet, where the riser stands at `static_pa`.
+    fn inflow(&self, static_pa: f64) -> Inflow {
+        let c = &self.causes;
+        let s = &self.state;
+        let t_s = self.seconds;
+        let pumped_m3_s = s.bit_flow_m3_s + s.booster_flow_m3_s;
+        let drilled =
+            self.physics.cuttings_kg_m3 * self.drilling * s.bit_flow_m3_s / pumped_m3_s.max(1e-6);
+        Inflow {
+            pumped_m3_s,
+            gained_m3_s: c.influx_m3_s(t_s) + self.pipe_m3_s(),
+            lost_m3_s: c.loss_m3_s(t_s, static_pa),
+            cuttings_kg_m3: drilled + c.cuttings_kg_m3 * self.drilling + c.new_mud_kg_m3(t_s),
+        }
+    }
+
+    /// What pipe displaces that goes in at a connection, m³/s.
+    fn pipe_m3_s(&self) -> f64 {
+        let wait_s = if self.causes.pipe_before_start {
+            self.restart_s
+        } else {
+            self.connection_s
+        };
+        if (30.0..70.0).contains(&wait_s) && self.connection_s > 0.0 {
+            self.causes.pipe_m3 / 40.0
+        } else {
+            0.0
+        }
+    }
+
+    /// Turns the shaft towards the set-point.
+    fn turn(&mut self, dt_s: f64, speed_pct: f64) {
+        let asked_pct = self.asked_pct(speed_pct);
+        let lag_s = self.causes.speed_lag_s;
+        if lag_s > 0.0 {
+            self.drive.follow(dt_s, asked_pct, lag_s);
+        } else {
+            self.drive
+                .step(dt_s, asked_pct, self.physics.pump.slew_pct_s);
+        }
+    }
+
+    /// What lifts mud into the line now, drawn from a riser that stands at `static_pa`, its surface at `level_m`.
+    fn lift(&self, static_pa: f64, suction_kg_m3: f64, level_m: f64) -> Lift {
+        let p = &self.physics;
+        let c = &self.causes;
+        let t_s = self.seconds;
+        let density = self.well.mud_density_kg_m3;
+        let area = self.well.return_line_area_m2();
+        let weight_pa_m = (density + suction_kg_m3) * GRAVITY_M_S2;
+        let mut suction_pa_s2_m6 = p.suction_loss * density / (2.0 * area * area);
+        let mut head_factor = 1.0 - c.gas_share(t_s);
+        match c.foreign {
+            Some(Foreign::InletFilterClog(most, period_s)) => {
+                suction_pa_s2_m6 += most * (t_s / period_s).rem_euclid(1.0).powi(2);
+            }
+            Some(Foreign::HeadRippleLevel(size, wave_m)) => {
+                head_factor += size * (std::f64::consts::TAU * level_m / wave_m).sin();
+            }
+            _ => {}
+        }
+        let shaft = p.pump.shaft(self.drive.speed_pct);
+        let shut_in_m = p.pump.head_m(shaft, 0.0).max(0.0);
+        Lift {
+            static_pa,
+            suction_pa_s2_m6,
+            rise_pa: weight_pa_m * (self.well.pump_inlet_depth_m - self.well.pump_outlet_depth_m),
+            weight_pa_m,
+            shaft,
+            head_factor,
+            leak_m3_s: c.leak_growth_m3_s2 * t_s.max(0.0) * (shut_in_m / 100.0).sqrt(),
+        }
+    }
+
+    /// The flow at the meter, over the shaker trough: gas cushions, two tanks, then a stretch of pipe.
+    fn metered_m3_s(&mut self, dt_s: f64, outflow_m3_s: f64) -> f64 {
+        let mut behind = outflow_m3_s;
+        for (flow, tau_s) in self.cushions_m3_s.iter_mut().zip(self.causes.cushions_s) {
+            *flow += (behind - *flow) * lag(dt_s, tau_s);
+            behind = *flow;
+        }
+        let k = lag(dt_s, self.physics.flow_line_lag_s);
+        self.flow_line[0] += (behind - self.flow_line[0]) * k;
+        self.flow_line[1] += (self.flow_line[0] - self.flow_line[1]) * k;
+        let slot = &mut self.on_the_way[self.next_out];
+        let metered = std::mem::replace(slot, self.flow_line[1]);
+        self.next_out = (self.next_out + 1) % self.on_the_way.len();
+        metered
     }
 
     /// What the instruments add of their own, in the order of the channels: flows m³/s, pressures Pa.

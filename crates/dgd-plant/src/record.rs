@@ -1,7 +1,7 @@
 //! Runs a plan and files what the instruments say.
 
 use crate::cause::Active;
-use crate::config::{CHANNELS, Plan};
+use crate::config::{CHANNELS, Historian, Plan};
 use crate::constants::{ATMOSPHERE_PA, GPM_M3_S, GRAVITY_M_S2, PSI_PA};
 use crate::control::PumpDesk;
 use crate::instrument::{Exception, Fault, FaultKind, Working, spoil};
@@ -100,25 +100,7 @@ fn check(plan: &Plan) -> Result<(), PlantError> {
 /// schedule, [`PlantError::NotPositive`] on a length, density or time constant that cannot be.
 pub fn record(plan: &Plan) -> Result<Recording, PlantError> {
     check(plan)?;
-    let n = plan.samples();
-    let mut starts = Vec::with_capacity(plan.series.len());
-    let mut first = 0;
-    for &count in &plan.series {
-        starts.push(first);
-        first += count;
-    }
-
-    let begin_m = plan
-        .schedule
-        .iter()
-        .find_map(|s| {
-            if let Control::Level(m) = s.control {
-                Some(m)
-            } else {
-                None
-            }
-        })
-        .unwrap_or(0.4 * plan.well.pump_inlet_depth_m);
+    let begin_m = begin_m(plan);
     let causes = Active::new(&plan.causes);
     let mut plant = Plant::new(&plan.well, &plan.physics, &causes, plan.seed, begin_m);
     let mut desk = PumpDesk::new(&plan.controller, begin_m);
@@ -128,96 +110,27 @@ pub fn record(plan: &Plan) -> Result<Recording, PlantError> {
         .zip(100..)
         .map(|(kind, stream)| Working::new(kind, plan.seed, stream))
         .collect();
-    let mut filing: Vec<Exception> = vec![Exception::default(); CHANNELS.len()];
-    let mut rec = Recording {
-        time_s: Vec::with_capacity(n),
-        channels: std::array::from_fn(|_| Vec::with_capacity(n)),
-        starts,
-        truth: Vec::with_capacity(n),
-        faults: Vec::new(),
-    };
-
-    let mut segments = plan.schedule.iter().peekable();
-    let mut left_s = segments.peek().map_or(0.0, |s| s.duration_s);
-    let mut orders = &plan.schedule[0];
+    let mut shift = Shift::new(&plan.schedule);
+    let mut files = Files::new(plan);
     let mut level_seen_m = begin_m;
-    let mut skip_s: f64 = 0.0;
     // The plant runs in for twenty minutes before the recording begins.
     let mut clock_s: f64 = -1200.0;
-    let mut silent_since: Option<usize> = None;
-    while rec.time_s.len() < n {
+    while !files.full() {
         if clock_s >= 0.0 {
-            while left_s <= 0.0 && segments.len() > 1 {
-                segments.next();
-                if let Some(next) = segments.peek() {
-                    orders = next;
-                    left_s = next.duration_s;
-                }
-            }
-            left_s -= 1.0;
+            shift.tick();
         }
+        let orders = shift.orders();
         let order_pct = desk.order(orders.control, level_seen_m);
-        let restart_s = restart_s(segments.clone(), left_s);
-        let state = plant.second(orders, order_pct, clock_s, restart_s);
+        let state = plant.second(orders, order_pct, clock_s, shift.restart_s());
         let reading = read_all(&mut readers, &plant, &state, order_pct);
         level_seen_m = plan.well.riser_sensor_depth_m
             - (reading[8] * PSI_PA - ATMOSPHERE_PA) / (plan.well.mud_density_kg_m3 * GRAVITY_M_S2);
         if clock_s >= 0.0 {
-            if let Some(&(_, lost)) = plan
-                .historian
-                .gaps_s
-                .iter()
-                .find(|&&(at, _)| at.to_bits() == clock_s.to_bits())
-            {
-                skip_s = lost;
-                let (first, count) = (rec.time_s.len(), crate::constants::index(lost, n));
-                rec.faults.push(Fault {
-                    channel: None,
-                    kind: FaultKind::Gap,
-                    first,
-                    count,
-                });
-            }
-            let live = orders.every_second;
-            let i = rec.time_s.len();
-            if live {
-                filing.iter_mut().for_each(Exception::forget);
-            }
-            let filed: [f64; 10] = std::array::from_fn(|c| {
-                if live {
-                    reading[c]
-                } else {
-                    filing[c].file(
-                        reading[c],
-                        plan.historian.poll_s[c],
-                        plan.historian.deadband[c],
-                        plan.historian.silence_s,
-                    )
-                }
-            });
-            if skip_s > 0.0 {
-                skip_s -= 1.0;
-            } else {
-                rec.time_s.push(clock_s);
-                for (channel, value) in rec.channels.iter_mut().zip(filed) {
-                    channel.push(value);
-                }
-                rec.truth.push(state);
-                match (live, silent_since) {
-                    (false, None) => silent_since = Some(i),
-                    (true, Some(first)) => {
-                        rec.faults.push(exception(first, i));
-                        silent_since = None;
-                    }
-                    _ => {}
-                }
-            }
+            files.add(clock_s, &reading, state, orders.every_second);
         }
         clock_s += 1.0;
     }
-    if let Some(first) = silent_since {
-        rec.faults.push(exception(first, n));
-    }
+    let mut rec = files.close();
     for (c, values) in rec.channels.iter_mut().enumerate() {
         let mut noise = Noise::new(plan.seed, 200 + c as u64);
         rec.faults
@@ -226,28 +139,153 @@ pub fn record(plan: &Plan) -> Result<Recording, PlantError> {
     Ok(rec)
 }
 
-/// Until the crew wants the mud pump again, s: 0 while it does, without end if it never does.
-fn restart_s<'a>(mut segments: impl Iterator<Item = &'a Segment>, left_s: f64) -> f64 {
-    let stands = |s: &Segment| s.mud_pump_gpm <= 0.0;
-    if segments.next().is_none_or(|now| !stands(now)) {
-        return 0.0;
-    }
-    let mut waits_s = left_s;
-    for next in segments {
-        if !stands(next) {
-            return waits_s;
-        }
-        waits_s += next.duration_s;
-    }
-    f64::INFINITY
+/// The first level that the crew asks for; the riser stands there at the start.
+fn begin_m(plan: &Plan) -> f64 {
+    let asked = plan.schedule.iter().find_map(|s| match s.control {
+        Control::Level(m) => Some(m),
+        _ => None,
+    });
+    asked.unwrap_or(0.4 * plan.well.pump_inlet_depth_m)
 }
 
-fn exception(first: usize, end: usize) -> Fault {
-    Fault {
-        channel: None,
-        kind: FaultKind::Exception,
-        first,
-        count: end - first,
+/// The crew goes through its schedule, and stays in the last segment.
+struct Shift<'a> {
+    /// The present segment and those after it.
+    segments: &'a [Segment],
+    left_s: f64,
+}
+
+impl<'a> Shift<'a> {
+    fn new(segments: &'a [Segment]) -> Self {
+        let left_s = segments[0].duration_s;
+        Self { segments, left_s }
+    }
+
+    fn orders(&self) -> &'a Segment {
+        &self.segments[0]
+    }
+
+    /// A second goes by.
+    fn tick(&mut self) {
+        while self.left_s <= 0.0 && self.segments.len() > 1 {
+            self.segments = &self.segments[1..];
+            self.left_s = self.orders().duration_s;
+        }
+        self.left_s -= 1.0;
+    }
+
+    /// Until the crew wants the mud pump again, s: 0 while it does, without end if it never does.
+    fn restart_s(&self) -> f64 {
+        let stands = |s: &Segment| s.mud_pump_gpm <= 0.0;
+        if !stands(self.orders()) {
+            return 0.0;
+        }
+        let mut waits_s = self.left_s;
+        for next in &self.segments[1..] {
+            if !stands(next) {
+                return waits_s;
+            }
+            waits_s += next.duration_s;
+        }
+        f64::INFINITY
+    }
+}
+
+/// The recording as the historian files it.
+struct Files<'a> {
+    historian: &'a Historian,
+    samples: usize,
+    rec: Recording,
+    channels: Vec<Exception>,
+    /// What of a gap is still to come, s.
+    skip_s: f64,
+    /// Since when values are filed by exception.
+    silent_since: Option<usize>,
+}
+
+impl<'a> Files<'a> {
+    fn new(plan: &'a Plan) -> Self {
+        let n = plan.samples();
+        let first_of = |first: &mut usize, count: &usize| {
+            let start = *first;
+            *first += count;
+            Some(start)
+        };
+        Self {
+            historian: &plan.historian,
+            samples: n,
+            rec: Recording {
+                time_s: Vec::with_capacity(n),
+                channels: std::array::from_fn(|_| Vec::with_capacity(n)),
+                starts: plan.series.iter().scan(0, first_of).collect(),
+                truth: Vec::with_capacity(n),
+                faults: Vec::new(),
+            },
+            channels: vec![Exception::default(); CHANNELS.len()],
+            skip_s: 0.0,
+            silent_since: None,
+        }
+    }
+
+    fn full(&self) -> bool {
+        self.rec.time_s.len() >= self.samples
+    }
+
+    /// Files the readings of a second, unless the clock skips it; `live` ones as they are.
+    fn add(&mut self, clock_s: f64, reading: &[f64; 10], state: TrueState, live: bool) {
+        let i = self.rec.time_s.len();
+        let mut gaps = self.historian.gaps_s.iter();
+        if let Some(&(_, lost_s)) = gaps.find(|(at_s, _)| at_s.to_bits() == clock_s.to_bits()) {
+            self.skip_s = lost_s;
+            self.rec.faults.push(Fault {
+                channel: None,
+                kind: FaultKind::Gap,
+                first: i,
+                count: crate::constants::index(lost_s, self.samples),
+            });
+        }
+        let filed = self.filed(reading, live);
+        if self.skip_s > 0.0 {
+            self.skip_s -= 1.0;
+            return;
+        }
+        self.rec.time_s.push(clock_s);
+        for (channel, value) in self.rec.channels.iter_mut().zip(filed) {
+            channel.push(value);
+        }
+        self.rec.truth.push(state);
+        if live {
+            self.end_silence(i);
+        } else {
+            self.silent_since.get_or_insert(i);
+        }
+    }
+
+    fn filed(&mut self, reading: &[f64; 10], live: bool) -> [f64; 10] {
+        if live {
+            self.channels.iter_mut().for_each(Exception::forget);
+            return *reading;
+        }
+        let h = self.historian;
+        std::array::from_fn(|c| {
+            self.channels[c].file(reading[c], h.poll_s[c], h.deadband[c], h.silence_s)
+        })
+    }
+
+    fn end_silence(&mut self, end: usize) {
+        if let Some(first) = self.silent_since.take() {
+            self.rec.faults.push(Fault {
+                channel: None,
+                kind: FaultKind::Exception,
+                first,
+                count: end - first,
+            });
+        }
+    }
+
+    fn close(mut self) -> Recording {
+        self.end_silence(self.rec.time_s.len());
+        self.rec
     }
 }
 

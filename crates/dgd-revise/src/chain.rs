@@ -125,24 +125,13 @@ pub fn revise(
     let base = Baseline::of(&context, &base_trial).ok_or(ReviseError::NotRun)?;
 
     watch(Stage::Screening);
-    let memory = base
-        .noise
-        .of
-        .iter()
-        .map(noise::Ar::memory)
-        .max()
-        .unwrap_or(1);
+    let memory = base.noise.memory();
     let blocks = Blocks::new(&train, memory);
-    let numbers: Vec<usize> = (0..context.hypotheses.len()).collect();
-    let mut screened = screen(&context, &base, &blocks, &numbers);
     let corrections = empirical::survey(&context, &base, &base_trial, &blocks);
-    let gate = gate(&context, &base, &screened, &corrections);
+    let (screened, gate) = screening(&context, &base, &base_trial, &blocks, &corrections);
     let levels = floor::levels(&context, &base_trial, &base.noise, &base.residual);
     let excuse = excuse(&context, &levels);
     tracing::debug!(?gate, memory, ?excuse, ?levels, "gate");
-    if let Some(inside) = baseline::inside(&context, &base_trial) {
-        screen_inside(&context, &inside, &blocks, &mut screened);
-    }
     let in_time = assembly.system().independent == "time";
     let folds = Folds::new(&train, in_time, memory);
     let base_left = folds
@@ -166,99 +155,86 @@ pub fn revise(
         refused: BTreeSet::new(),
         claim: Claim::default(),
     };
-    if !evidence.open(&gate) || evidence.excuse.is_some_and(|e| e != Excuse::Small) {
-        return conclude::conclude(evidence, &folds, watch);
+    if evidence.open(&gate) && evidence.excuse.is_none_or(|e| e == Excuse::Small) {
+        let chosen = search(&mut evidence, &folds, &blocks, watch);
+        evidence.claim = claim(&evidence, &folds, &blocks, &corrections, chosen);
     }
+    conclude::conclude(evidence, &folds, watch)
+}
+
+/// How every effect fares beside the base, and the [`gate`].
+fn screening(
+    context: &Context<'_>,
+    base: &Baseline,
+    base_trial: &Trial,
+    blocks: &Blocks,
+    corrections: &[empirical::Candidate],
+) -> (Vec<Screened>, [f64; 5]) {
+    let numbers: Vec<usize> = (0..context.hypotheses.len()).collect();
+    let mut screened = screen(context, base, blocks, &numbers);
+    let gate = gate(context, base, &screened, corrections);
+    if let Some(inside) = baseline::inside(context, base_trial) {
+        screen_inside(context, &inside, blocks, &mut screened);
+    }
+    (screened, gate)
+}
+
+/// Scores sets of effects, and chooses the one to be claimed, if any is worth it.
+fn search(
+    e: &mut Evidence<'_, '_>,
+    folds: &Folds,
+    blocks: &Blocks,
+    watch: &mut dyn FnMut(Stage),
+) -> Option<usize> {
+    let (context, options) = (e.context, e.options);
     let width = Width {
         pool: options.pool,
         scored: options.scored,
         beam: 2,
         most: options.most_effects,
     };
-    let mut scored = sets::search(
-        &context,
-        &folds,
-        &blocks,
-        (
-            &base,
-            Scored {
-                trial: base_trial.clone(),
-                left: evidence.base_left.clone(),
-            },
-        ),
-        &screened,
+    let base = Scored {
+        trial: e.base_trial.clone(),
+        left: e.base_left.clone(),
+    };
+    e.scored = sets::search(
+        context,
+        folds,
+        blocks,
+        (e.base, base),
+        e.screened,
         width,
         &mut |size| watch(Stage::Fitting(size)),
     );
     watch(Stage::Exchanging);
-    let (mut chosen, refused) = exchanged(
-        &context,
-        &folds,
-        &screened,
-        memory,
-        options.scored,
-        &mut scored,
-    );
-    if let Some(k) = chosen {
-        let (now, unlikely) = likely(&context, &folds, &mut scored, &refused, k);
-        // The others must stand without what was taken away.
-        chosen = now.filter(|&set| {
-            unlikely.is_empty()
-                || scored[set].trial.members.is_empty()
-                || choice::stand(&context, memory, &folds, &mut scored, set)
-        });
-        evidence.unlikely = unlikely;
-    }
-    if let Some(k) = chosen
-        && let Some(trial) = context.refine(&scored[k].trial, baseline::FULL)
-        && let Some(left) = folds.of_trial(&context, &trial)
+    let exchanged = exchanged(e, folds);
+    let chosen = exchanged.and_then(|k| likely(e, folds, k))?;
+    if let Some(trial) = context.refine(&e.scored[chosen].trial, baseline::FULL)
+        && let Some(left) = folds.of_trial(context, &trial)
     {
-        scored[k] = Scored { trial, left };
+        e.scored[chosen] = Scored { trial, left };
     }
-    let pays = |s: &Scored| {
-        let gain = 1.0 - (s.left.mean() / scored[0].left.mean()).sqrt();
-        !s.trial.members.is_empty() && gain >= options.least_gain
-    };
-    let chosen = chosen.filter(|&c| pays(&scored[c]));
-    evidence.claim = claim(
-        &context,
-        &folds,
-        &blocks,
-        &base_trial,
-        &corrections,
-        &scored,
-        chosen,
-    );
-    evidence.scored = scored;
-    evidence.refused = refused;
-    conclude::conclude(evidence, &folds, watch)
+    let set = &e.scored[chosen];
+    let gain = 1.0 - (set.left.mean() / e.scored[0].left.mean()).sqrt();
+    (!set.trial.members.is_empty() && gain >= options.least_gain).then_some(chosen)
 }
 
-/// The likeliest set that stands, with the sets that did not; sets in which another effect takes a member's place are scored too.
-///
-/// - `most`: how many such sets are scored at most for each chosen one.
-fn exchanged(
-    context: &Context<'_>,
-    folds: &Folds,
-    screened: &[Screened],
-    memory: usize,
-    most: usize,
-    scored: &mut Vec<Scored>,
-) -> (Option<usize>, BTreeSet<usize>) {
-    let hypotheses = context.hypotheses.len();
-    let (mut chosen, mut refused, mut stood) = (None, BTreeSet::new(), BTreeSet::new());
+/// The likeliest set that stands; those that do not are refused, and sets in which another effect takes a member's place are scored too.
+fn exchanged(e: &mut Evidence<'_, '_>, folds: &Folds) -> Option<usize> {
+    let context = e.context;
+    let (mut chosen, mut stood) = (None, BTreeSet::new());
     let mut rounds = 0;
     // What does as well in a member's place may do better, and have others of its own.
     while rounds < EXCHANGES {
-        let Some(best) = choice::choose(scored, hypotheses, &refused) else {
+        let Some(best) = choice::choose(&e.scored, context.hypotheses.len(), &e.refused) else {
             break;
         };
-        let now = choice::prune(context, folds, scored, best);
-        if !scored[now].trial.members.is_empty() && !stood.contains(&now) {
-            if !choice::stand(context, memory, folds, scored, now) {
+        let now = choice::prune(context, folds, &mut e.scored, best);
+        if !e.scored[now].trial.members.is_empty() && !stood.contains(&now) {
+            if !choice::stand(context, e.memory, folds, &mut e.scored, now) {
                 // What it was pruned from stands no better.
-                refused.extend([best, now]);
-                if refused.len() > REFUSED {
+                e.refused.extend([best, now]);
+                if e.refused.len() > REFUSED {
                     break;
                 }
                 continue;
@@ -266,16 +242,16 @@ fn exchanged(
             stood.insert(now);
         }
         rounds += 1;
-        if chosen == Some(now) || scored[now].trial.members.is_empty() {
+        if chosen == Some(now) || e.scored[now].trial.members.is_empty() {
             chosen = Some(now);
             break;
         }
         chosen = Some(now);
-        let set = scored[now].clone();
-        let swaps = sets::swaps(context, folds, &set, scored, screened, most);
-        scored.extend(swaps);
+        let most = e.options.scored;
+        let swaps = sets::swaps(context, folds, &e.scored[now], &e.scored, e.screened, most);
+        e.scored.extend(swaps);
     }
-    (chosen, refused)
+    chosen
 }
 
 fn check(options: &Options) -> Result<(), ReviseError> {
@@ -360,39 +336,37 @@ fn excuse(context: &Context<'_>, levels: &[floor::Level]) -> Option<Excuse> {
     .map(|(_, excuse)| excuse)
 }
 
-/// The chosen set without the members of low weight, and those with their weights.
-fn likely(
-    context: &Context<'_>,
-    folds: &Folds,
-    scored: &mut Vec<Scored>,
-    refused: &BTreeSet<usize>,
-    chosen: usize,
-) -> (Option<usize>, Vec<(usize, f64)>) {
+/// The chosen set without the members of low weight, which are noted, unless what is left does not stand.
+fn likely(e: &mut Evidence<'_, '_>, folds: &Folds, chosen: usize) -> Option<usize> {
+    let context = e.context;
     let unexplained = {
-        let residuals = &scored[chosen].trial.minimum.residuals;
+        let residuals = &e.scored[chosen].trial.minimum.residuals;
         let outputs = context.scale.len();
         let levels = floor::plain(context.data, residuals, outputs, &context.scale, &[]);
         floor::unexplained(&levels)
     };
     // What stands alone is withdrawn or not when all has been counted.
-    let several = scored[chosen].trial.members.len() > 1;
-    let mut unlikely = Vec::new();
-    for (member, weight) in belief::of_members(scored, chosen, refused) {
+    let several = e.scored[chosen].trial.members.len() > 1;
+    for (member, weight) in belief::of_members(&e.scored, chosen, &e.refused) {
         let mut loss = (f64::INFINITY, 0.0);
-        if several && let Some(k) = choice::without(context, folds, scored, chosen, member) {
-            let mean = scored[chosen].left.mean().max(1e-300);
-            let (more, error) = scored[k].left.less(&scored[chosen].left);
+        if several && let Some(k) = choice::without(context, folds, &mut e.scored, chosen, member) {
+            let mean = e.scored[chosen].left.mean().max(1e-300);
+            let (more, error) = e.scored[k].left.less(&e.scored[chosen].left);
             loss = (more / mean, error / mean);
         }
         if let Some(weight) = belief::unlikely(weight, loss, unexplained) {
-            unlikely.push((member, weight));
+            e.unlikely.push((member, weight));
         }
     }
-    let mut now = Some(chosen);
-    for &(member, _) in &unlikely {
-        now = now.and_then(|set| choice::without(context, folds, scored, set, member));
+    let mut now = chosen;
+    for &(member, _) in &e.unlikely {
+        now = choice::without(context, folds, &mut e.scored, now, member)?;
     }
-    (now, unlikely)
+    // The others must stand without what was taken away.
+    let stands = e.unlikely.is_empty()
+        || e.scored[now].trial.members.is_empty()
+        || choice::stand(context, e.memory, folds, &mut e.scored, now);
+    stands.then_some(now)
 }
 
 /// The least of the instruments' probabilities by Ljung and Box, times their number.
@@ -416,14 +390,13 @@ const ENOUGH: f64 = 0.5;
 /// The chosen set, unless a correction without physics clearly beats it; and a correction beside it that still takes much
 /// away.
 fn claim(
-    context: &Context<'_>,
+    e: &Evidence<'_, '_>,
     folds: &Folds,
     blocks: &Blocks,
-    base_trial: &Trial,
     corrections: &[empirical::Candidate],
-    scored: &[Scored],
     chosen: Option<usize>,
 ) -> Claim {
+    let (context, scored) = (e.context, &e.scored);
     let best =
         |trial: &Trial, candidates: &[empirical::Candidate], enough: f64| -> Option<Corrected> {
             let few: Vec<&empirical::Candidate> = candidates.iter().take(CORRECTIONS).collect();
@@ -450,7 +423,7 @@ fn claim(
         Some(k) => CLEAR * scored[k].left.mean(),
         None => ENOUGH * scored[0].left.mean(),
     };
-    let alone = best(base_trial, corrections, enough);
+    let alone = best(e.base_trial, corrections, enough);
     let Some(set) = chosen.map(|k| &scored[k]) else {
         claim.correction = alone.filter(|c| clearly(c, &scored[0].left, ENOUGH));
         return claim;

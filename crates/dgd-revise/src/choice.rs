@@ -100,12 +100,7 @@ pub(crate) fn without(
     member: usize,
 ) -> Option<usize> {
     let trial = scored[set].trial.clone();
-    let rest: Vec<usize> = trial
-        .members
-        .iter()
-        .copied()
-        .filter(|o| *o != member)
-        .collect();
+    let rest = trial.others(member);
     if let Some(known) = scored.iter().position(|s| s.trial.members == rest) {
         return Some(known);
     }
@@ -203,13 +198,7 @@ pub(crate) fn prune(
         let tasks: Vec<Task> = set
             .members
             .iter()
-            .map(|m| {
-                set.members
-                    .iter()
-                    .copied()
-                    .filter(|o| o != m)
-                    .collect::<Vec<_>>()
-            })
+            .map(|&m| set.others(m))
             .filter(|rest| scored.iter().all(|s| s.trial.members != *rest))
             .map(|members| Task {
                 members,

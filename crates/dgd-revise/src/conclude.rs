@@ -117,6 +117,11 @@ impl Evidence<'_, '_> {
         all
     }
 
+    /// The set that is claimed, or the base.
+    fn trial(&self, claim: &Claim) -> &Trial {
+        claim.set.map_or(self.base_trial, |k| &self.scored[k].trial)
+    }
+
     pub(crate) fn name(&self, m: usize) -> String {
         let h = &self.context.hypotheses[m];
         format!("{}.{}", h.component, h.effect)
@@ -174,75 +179,37 @@ pub(crate) fn conclude(
     watch: &mut dyn FnMut(Stage),
 ) -> Result<Revision, ReviseError> {
     watch(Stage::Confirming);
-    let c = evidence.context;
     let nothing = Claim::default();
     let before = evidence
         .tell(evidence.base_trial, &nothing)
         .ok_or(ReviseError::NotRun)?;
-    let mut claim = std::mem::take(&mut evidence.claim);
-    // A correction was fitted on top of the whole set.
-    let mut slight = Vec::new();
-    if let (Some(k), None) = (claim.set, &claim.correction) {
-        let (rest, gone) = strength::firm(c, evidence.memory, folds, &mut evidence.scored, k);
-        claim.set = Some(rest);
-        slight = gone;
-    }
-    let set = |claim: &Claim| -> Trial {
-        claim.set.map_or_else(
-            || evidence.base_trial.clone(),
-            |k| evidence.scored[k].trial.clone(),
-        )
-    };
-    let mut trial = set(&claim);
-    let mut after = evidence.tell(&trial, &claim).ok_or(ReviseError::NotRun)?;
-    let mut checks = gate_checks(&evidence, &slight);
-    let found_something = claim.set.is_some() || claim.correction.is_some();
-    let mut withdrawn = Vec::new();
-    let mut standing: Vec<Standing> = Vec::new();
-    if found_something {
-        let mut why = confirmation(&evidence, &before, &after, &mut checks);
-        if let (None, Some(k)) = (why, claim.set) {
-            let unexplained = evidence.unexplained(&after);
-            standing = standings(&evidence, k, unexplained, folds);
-            let surest = standing.iter().map(|s| s.together).fold(0.0, f64::max);
-            let outweighed = surest < belief::LIKELY;
-            checks.push(outweighs(&evidence, &standing, unexplained, !outweighed));
-            why = outweighed.then_some(Withdrawn::Outweighed);
-        }
-        if why.is_some() {
-            withdrawn = evidence.names(&trial.members);
-            standing = Vec::new();
-            claim = Claim {
-                withdrawn: why,
-                ..Claim::default()
-            };
-            trial = set(&claim);
-            after = evidence.tell(&trial, &claim).ok_or(ReviseError::NotRun)?;
-        }
-    }
+    let (claim, slight) = firm(&mut evidence, folds);
+    let e = &evidence;
+    let mut checks = gate_checks(e, &slight);
+    let Held {
+        claim,
+        trial,
+        after,
+        standing,
+        withdrawn,
+    } = hold(e, claim, &before, folds, &mut checks)?;
     let left_after = match (claim.set, &claim.correction) {
-        (Some(k), _) => evidence.scored[k].left.clone(),
-        (None, Some(k)) => k.left.clone(),
-        _ => evidence.base_left.clone(),
+        (Some(k), _) => &e.scored[k].left,
+        (None, Some(k)) => &k.left,
+        _ => &e.base_left,
     };
-    let (mut findings, doubtful) = findings(&evidence, &claim, &trial, standing, &mut checks);
+    let (mut findings, doubtful) = findings(e, &claim, &trial, standing, &mut checks);
     if claim.set.is_some() {
-        bounds_check(&evidence, &trial, &left_after, &mut checks);
+        bounds_check(e, &trial, left_after, &mut checks);
     }
-    let mut verdict = match (claim.set.is_some(), claim.correction.is_some()) {
-        (true, true) => Verdict::PartlyExplained,
-        (true, false) => Verdict::Explained,
-        (false, true) => Verdict::Unexplained,
-        (false, false) if evidence.is_left_out(&claim) => Verdict::Unexplained,
-        (false, false) => Verdict::Consistent,
-    };
+    let mut verdict = verdict(e, &claim);
     if verdict == Verdict::Explained {
-        let poor = evidence.poor(&after);
-        checks.push(remainder(&evidence, &poor));
+        let poor = e.poor(&after);
+        checks.push(remainder(e, &poor));
         if !poor.is_empty() {
             verdict = Verdict::PartlyExplained;
             findings.push(unnamed(
-                &evidence,
+                e,
                 &trial,
                 &after.rows,
                 &poor.iter().collect::<Vec<_>>(),
@@ -250,12 +217,12 @@ pub(crate) fn conclude(
             ));
         }
     }
-    whiteness(&evidence, &after.rows, &mut checks);
+    whiteness(e, &after.rows, &mut checks);
     // What is consistent holds throughout.
-    let sections = if evidence.in_time || verdict == Verdict::Consistent {
+    let sections = if e.in_time || verdict == Verdict::Consistent {
         Vec::new()
     } else {
-        sections::sections(c, &trial, &evidence.scored, &evidence)
+        sections::sections(e.context, &trial, &e.scored, e)
     };
     if sections.len() > 1 {
         checks.push(Check {
@@ -264,26 +231,112 @@ pub(crate) fn conclude(
             detail: format!("{} sections with parameters of their own", sections.len()),
         });
     }
-    let outputs = gains(&evidence, &before, &after, &left_after);
-    let classes = classes(&evidence, &claim);
-    let excused = (evidence.excuse)
-        .filter(|_| verdict == Verdict::Consistent && evidence.open(&evidence.gate));
+    let excused = (e.excuse).filter(|_| verdict == Verdict::Consistent && e.open(&e.gate));
     Ok(Revision {
         verdict,
         excused,
-        tested: tested(&evidence, &findings, &doubtful),
+        tested: tested(e, &findings, &doubtful),
         findings,
         also_possible: doubtful,
-        classes,
+        classes: classes(e, &claim),
         checks,
-        contenders: contenders(&evidence),
-        before: model(&evidence, evidence.base_trial, &evidence.base_left)?,
-        after: model(&evidence, &trial, &left_after)?,
-        outputs,
-        traces: traces(&evidence, &before, &after),
+        contenders: contenders(e),
+        before: model(e, e.base_trial, &e.base_left)?,
+        after: model(e, &trial, left_after)?,
+        outputs: gains(e, &before, &after, left_after),
+        traces: traces(e, &before, &after),
         sections,
-        settings: settings(&evidence, &withdrawn),
+        settings: settings(e, &withdrawn),
     })
+}
+
+/// The claim without members that may as well be none, and those.
+fn firm(e: &mut Evidence<'_, '_>, folds: &Folds) -> (Claim, Vec<usize>) {
+    let mut claim = std::mem::take(&mut e.claim);
+    let mut slight = Vec::new();
+    // A correction was fitted on top of the whole set.
+    if let (Some(k), None) = (claim.set, &claim.correction) {
+        let (rest, gone) = strength::firm(e.context, e.memory, folds, &mut e.scored, k);
+        claim.set = Some(rest);
+        slight = gone;
+    }
+    (claim, slight)
+}
+
+/// What is claimed after the test part was seen.
+struct Held {
+    claim: Claim,
+    trial: Trial,
+    after: Told,
+    standing: Vec<Standing>,
+    /// Names that were claimed before.
+    withdrawn: Vec<String>,
+}
+
+/// The claim, or nothing where something speaks against it.
+fn hold(
+    e: &Evidence<'_, '_>,
+    claim: Claim,
+    before: &Told,
+    folds: &Folds,
+    checks: &mut Vec<Check>,
+) -> Result<Held, ReviseError> {
+    let trial = e.trial(&claim);
+    let after = e.tell(trial, &claim).ok_or(ReviseError::NotRun)?;
+    let (why, standing) = objection(e, &claim, (before, &after), folds, checks);
+    if why.is_none() {
+        return Ok(Held {
+            trial: trial.clone(),
+            claim,
+            after,
+            standing,
+            withdrawn: Vec::new(),
+        });
+    }
+    let nothing = Claim {
+        withdrawn: why,
+        ..Claim::default()
+    };
+    Ok(Held {
+        after: (e.tell(e.base_trial, &nothing)).ok_or(ReviseError::NotRun)?,
+        trial: e.base_trial.clone(),
+        claim: nothing,
+        standing: Vec::new(),
+        withdrawn: e.names(&trial.members),
+    })
+}
+
+/// Why a claim is withdrawn, if it is, and what its members rest on.
+fn objection(
+    e: &Evidence<'_, '_>,
+    claim: &Claim,
+    (before, after): (&Told, &Told),
+    folds: &Folds,
+    checks: &mut Vec<Check>,
+) -> (Option<Withdrawn>, Vec<Standing>) {
+    if claim.set.is_none() && claim.correction.is_none() {
+        return (None, Vec::new());
+    }
+    let why = confirmation(e, before, after, checks);
+    let (None, Some(k)) = (why, claim.set) else {
+        return (why, Vec::new());
+    };
+    let unexplained = e.unexplained(after);
+    let standing = standings(e, k, unexplained, folds);
+    let surest = standing.iter().map(|s| s.together).fold(0.0, f64::max);
+    let outweighed = surest < belief::LIKELY;
+    checks.push(outweighs(e, &standing, unexplained, !outweighed));
+    (outweighed.then_some(Withdrawn::Outweighed), standing)
+}
+
+fn verdict(e: &Evidence<'_, '_>, claim: &Claim) -> Verdict {
+    match (claim.set.is_some(), claim.correction.is_some()) {
+        (true, true) => Verdict::PartlyExplained,
+        (true, false) => Verdict::Explained,
+        (false, true) => Verdict::Unexplained,
+        (false, false) if e.is_left_out(claim) => Verdict::Unexplained,
+        (false, false) => Verdict::Consistent,
+    }
 }
 
 fn contenders(e: &Evidence<'_, '_>) -> Vec<Contender> {

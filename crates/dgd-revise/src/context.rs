@@ -34,6 +34,13 @@ impl Trial {
         self.minimum.cost
     }
 
+    /// The members but one.
+    pub(crate) fn others(&self, member: usize) -> Vec<usize> {
+        let mut rest = self.members.clone();
+        rest.retain(|m| *m != member);
+        rest
+    }
+
     pub(crate) fn values(&self) -> Values {
         self.paths
             .iter()
@@ -45,6 +52,14 @@ impl Trial {
 
 pub(crate) fn path(h: &Hypothesis, p: &EffectParameter) -> String {
     format!("{}.{}.{}", h.component, h.effect, p.name)
+}
+
+/// Values with those of an effect beside them.
+pub(crate) fn with(values: &Values, h: &Hypothesis, own: &[f64]) -> Values {
+    let mut all = values.clone();
+    let named = h.parameters.iter().zip(own);
+    all.extend(named.map(|(p, v)| (path(h, p), *v)));
+    all
 }
 
 impl Context<'_> {

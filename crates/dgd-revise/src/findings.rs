@@ -299,12 +299,7 @@ impl Evidence<'_, '_> {
     /// The chosen set without one member, fitted and scored.
     fn without(&self, chosen: usize, member: usize, folds: &Folds) -> Option<Scored> {
         let set = &self.scored[chosen].trial;
-        let rest: Vec<usize> = set
-            .members
-            .iter()
-            .copied()
-            .filter(|m| *m != member)
-            .collect();
+        let rest = set.others(member);
         if let Some(known) = self.scored.iter().find(|s| s.trial.members == rest) {
             return Some(known.clone());
         }
@@ -318,13 +313,7 @@ impl Evidence<'_, '_> {
     /// What left-out blocks do not tell from a member in its place.
     fn alternatives(&self, chosen: usize, member: usize) -> Vec<(usize, f64)> {
         let set = &self.scored[chosen];
-        let rest: Vec<usize> = set
-            .trial
-            .members
-            .iter()
-            .copied()
-            .filter(|m| *m != member)
-            .collect();
+        let rest = set.trial.others(member);
         let mut found: Vec<(usize, f64)> = Vec::new();
         for s in &self.scored {
             let m = &s.trial.members;

@@ -50,6 +50,11 @@ impl Noise {
         Self { of }
     }
 
+    /// The longest memory of an output, in samples.
+    pub(crate) fn memory(&self) -> usize {
+        self.of.iter().map(Ar::memory).max().unwrap_or(1)
+    }
+
     /// Rows turned into innovations in standard deviations; 0 where there is no past.
     pub(crate) fn whiten(&self, data: &Data, values: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; values.len()];

@@ -2,7 +2,7 @@
 
 use crate::baseline::Baseline;
 use crate::blocks::Blocks;
-use crate::context::{Context, Values, path};
+use crate::context::{Context, Values, with};
 use crate::stack::Runner;
 use crate::tangent::dot;
 use dgd_assembly::{EffectParameter, Hypothesis};
@@ -208,17 +208,9 @@ fn one(
         return screened;
     };
     let total = dot(&base.off, &base.off).max(1e-300);
-    let mut by_score: Option<Point> = None;
-    let mut by_gain: Vec<Point> = Vec::new();
+    let mut best = Best::default();
     for values in grid {
-        let mut all: Values = base.values.clone();
-        all.extend(
-            h.parameters
-                .iter()
-                .zip(values)
-                .map(|(p, v)| (path(h, p), *v)),
-        );
-        let start = Context::start(&built, &all);
+        let start = Context::start(&built, &with(&base.values, h, values));
         let Some(simulated) = start.and_then(|(_, theta, _)| runner.run(&theta)) else {
             continue;
         };
@@ -244,22 +236,14 @@ fn one(
             continue;
         }
         let first = &h.parameters[0];
-        let strength = values[0];
         // The residual is simulated less measured: the effect must take it away.
         let slope = -dot(&off, &base.off);
-        let (low, high) = if first.neutral.is_finite() {
-            let away = strength - first.neutral;
-            let a = (first.low - first.neutral) / away;
-            let b = (first.high - first.neutral) / away;
-            (a.min(b), a.max(b))
-        } else {
-            (0.3, 2.0)
-        };
+        let (low, high) = multiples(first, values[0]);
         let times = (slope / square).clamp(low, high);
         let gain = (2.0 * times * slope - times * times * square) / total;
         let score = dot(&white, &base.white_off).powi(2) / white_square;
         if first.neutral.is_finite() {
-            let limit = 5.0 * (strength - first.neutral).abs() / white_square.sqrt();
+            let limit = 5.0 * (values[0] - first.neutral).abs() / white_square.sqrt();
             screened.limit = screened.limit.min(limit);
         }
         screened.sums.push((
@@ -268,32 +252,66 @@ fn one(
         ));
         screened.score = screened.score.max(score);
         screened.gain = screened.gain.max(gain);
-        let mut start = values.clone();
-        if first.neutral.is_finite() {
-            start[0] = first.neutral + times * (strength - first.neutral);
-            if start[0] == first.neutral {
-                start[0] = first.neutral + 0.1 * (strength - first.neutral);
-            }
-        }
-        let point = Point {
-            values: start,
+        best.add(Point {
+            values: scaled(first, values, times),
             from: Arc::clone(from),
             gain,
             score,
             direction: off,
-        };
-        if by_score.as_ref().is_none_or(|b| point.score > b.score) {
-            by_score = Some(point.clone());
-        }
-        by_gain.push(point);
-        by_gain.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        by_gain.truncate(2);
+        });
     }
-    screened.points = by_gain;
-    if let Some(point) = by_score
-        && screened.points.iter().all(|p| p.values != point.values)
-    {
-        screened.points.push(point);
-    }
+    screened.points = best.into_points();
     screened
+}
+
+/// How many times the change at a strength the effect may make within its bounds.
+fn multiples(first: &EffectParameter, strength: f64) -> (f64, f64) {
+    if !first.neutral.is_finite() {
+        return (0.3, 2.0);
+    }
+    let away = strength - first.neutral;
+    let a = (first.low - first.neutral) / away;
+    let b = (first.high - first.neutral) / away;
+    (a.min(b), a.max(b))
+}
+
+/// The values of a grid point, `times` as strong; never none.
+fn scaled(first: &EffectParameter, values: &[f64], times: f64) -> Vec<f64> {
+    let mut start = values.to_vec();
+    if first.neutral.is_finite() {
+        let away = values[0] - first.neutral;
+        start[0] = first.neutral + times * away;
+        if start[0] == first.neutral {
+            start[0] = first.neutral + 0.1 * away;
+        }
+    }
+    start
+}
+
+/// The two best by gain, and the best by score.
+#[derive(Default)]
+struct Best {
+    by_gain: Vec<Point>,
+    by_score: Option<Point>,
+}
+
+impl Best {
+    fn add(&mut self, point: Point) {
+        if self.by_score.as_ref().is_none_or(|b| point.score > b.score) {
+            self.by_score = Some(point.clone());
+        }
+        self.by_gain.push(point);
+        self.by_gain.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        self.by_gain.truncate(2);
+    }
+
+    fn into_points(self) -> Vec<Point> {
+        let mut points = self.by_gain;
+        if let Some(point) = self.by_score
+            && points.iter().all(|p| p.values != point.values)
+        {
+            points.push(point);
+        }
+        points
+    }
 }

@@ -4,7 +4,7 @@
 use crate::baseline::{Baseline, NEAR, QUICK};
 use crate::blocks::Blocks;
 use crate::choice::choose;
-use crate::context::{Context, Trial, Values, path};
+use crate::context::{self, Context, Trial, Values};
 use crate::empirical;
 use crate::floor;
 use crate::screen::{Point, Screened, screen_again};
@@ -41,15 +41,7 @@ pub(crate) struct Task {
 
 /// Start of a fit with an effect at one of its strengths beside `values`.
 fn with(values: &Values, context: &Context<'_>, number: usize, point: &Point) -> Values {
-    let mut all = values.clone();
-    let h = &context.hypotheses[number];
-    all.extend(
-        h.parameters
-            .iter()
-            .zip(&point.values)
-            .map(|(p, v)| (path(h, p), *v)),
-    );
-    all
+    context::with(values, &context.hypotheses[number], &point.values)
 }
 
 fn joined(a: &[usize], b: usize) -> Vec<usize> {
@@ -364,13 +356,7 @@ pub(crate) fn swaps(
         let Some(own) = screened.iter().find(|s| s.number == out) else {
             continue;
         };
-        let rest: Vec<usize> = chosen
-            .trial
-            .members
-            .iter()
-            .copied()
-            .filter(|m| *m != out)
-            .collect();
+        let rest = chosen.trial.others(out);
         let mut others: Vec<(f64, &Screened)> = screened
             .iter()
             .filter(|s| s.usable() && !chosen.trial.members.contains(&s.number))

@@ -83,8 +83,7 @@ fn without(
     whole: &Scored,
     member: usize,
 ) -> Option<usize> {
-    let mut rest = whole.trial.members.clone();
-    rest.retain(|other| *other != member);
+    let rest = whole.trial.others(member);
     let known = scored.iter().position(|s| s.trial.members == rest);
     let trial = context.fit(&rest, &whole.trial.values(), baseline::FULL)?;
     let better = known.is_none_or(|k| trial.cost() < scored[k].trial.cost());

@@ -59,68 +59,119 @@ fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
 
 /// Usual sizes, and the parameters of effects that were left open.
 pub(super) fn sizes(system: &System, net: &mut Network, problems: &mut Vec<Problem>) {
-    let property = |name, dimension| Property {
-        name,
-        dimension: Some(dimension),
-        unit: "SI",
-        default: None,
-        low: 0.0,
-        high: f64::INFINITY,
-        meaning: "",
-    };
-    let mut given = |name: &'static str, dimension| {
-        let setting = system.scale.get(name)?;
-        match number(setting, &property(name, dimension)) {
-            Ok(value) => Some(value),
-            Err(message) => {
-                problems.push(Problem::new(format!("scale.{name}"), message, ""));
-                None
+    let given = Given::read(system, problems);
+    let usual = usual(system, net, &given);
+    for i in 0..net.parts.len() {
+        let level_m = if net.parts[i].kind == Kind::Tank {
+            tank_level(system, net, &given, i)
+        } else {
+            usual.level_m
+        };
+        let meter = net.meters.iter().find(|m| m.part == i);
+        let reading = meter.map_or(1.0, |m| {
+            let size = match m.reading {
+                Reading::Level(tank) => tank_level(system, net, &given, net.tanks[tank]),
+                Reading::Pressure(_) | Reading::Drop { .. } => usual.pressure_pa,
+                Reading::Head { .. } => usual.level_m,
+                Reading::Flow { .. } | Reading::Leaving { .. } | Reading::Source(_) => {
+                    usual.flow_m3_s
+                }
+                Reading::Speed(_) => 100.0,
+            };
+            let gain = net.values[net.parts[i].base + kinds::instrument::GAIN].abs();
+            positive(Some(size * gain)).unwrap_or(1.0)
+        });
+        net.parts[i].scale = Scale {
+            level_m,
+            reading,
+            ..usual
+        };
+    }
+    neutral(net);
+    hook(net);
+}
+
+/// Names in `[scale]`.
+const SIZES: [(&str, Dimension); 4] = [
+    ("level", Dimension::Length),
+    ("flow", Dimension::FlowRate),
+    ("pressure", Dimension::Pressure),
+    ("time", Dimension::Time),
+];
+
+/// What `[scale]` says, where it does.
+struct Given {
+    level: Option<f64>,
+    flow: Option<f64>,
+    pressure: Option<f64>,
+    time: Option<f64>,
+}
+
+impl Given {
+    fn read(system: &System, problems: &mut Vec<Problem>) -> Self {
+        let [level, flow, pressure, time] = SIZES.map(|(name, dimension)| {
+            let property = Property {
+                name,
+                dimension: Some(dimension),
+                unit: "SI",
+                default: None,
+                low: 0.0,
+                high: f64::INFINITY,
+                meaning: "",
+            };
+            number(system.scale.get(name)?, &property)
+                .map_err(|message| {
+                    problems.push(Problem::new(format!("scale.{name}"), message, ""))
+                })
+                .ok()
+        });
+        for key in system.scale.keys() {
+            if SIZES.iter().all(|(name, _)| name != key) {
+                problems.push(Problem::new(
+                    format!("scale.{key}"),
+                    "is no size",
+                    "expected level, flow, pressure or time",
+                ));
             }
         }
-    };
-    let given = [
-        given("level", Dimension::Length),
-        given("flow", Dimension::FlowRate),
-        given("pressure", Dimension::Pressure),
-        given("time", Dimension::Time),
-    ];
-    for key in system
-        .scale
-        .keys()
-        .filter(|k| !["level", "flow", "pressure", "time"].contains(&k.as_str()))
-    {
-        problems.push(Problem::new(
-            format!("scale.{key}"),
-            "is no size",
-            "expected level, flow, pressure or time",
-        ));
+        Self {
+            level: positive(level),
+            flow: positive(flow),
+            pressure: positive(pressure),
+            time: positive(time),
+        }
     }
-    let weight = net.values[kinds::fluid::DENSITY] * net.values[kinds::fluid::GRAVITY];
-    let level_of = |net: &Network, tank: usize| {
-        let part = &net.parts[tank];
-        let initial = match system.initial.get(&format!("{}.level", part.name)) {
-            Some(Initial::Given(level)) => Some(*level),
-            Some(Initial::Free(bounds)) => Some(bounds.high),
-            _ => None,
-        };
-        positive(given[0])
-            .or(positive(Some(net.values[part.base + kinds::tank::BRIM])))
-            .or(positive(initial))
-            .unwrap_or(1.0)
+}
+
+fn tank_level(system: &System, net: &Network, given: &Given, tank: usize) -> f64 {
+    let part = &net.parts[tank];
+    let initial = match system.initial.get(&format!("{}.level", part.name)) {
+        Some(Initial::Given(level)) => Some(*level),
+        Some(Initial::Free(bounds)) => Some(bounds.high),
+        _ => None,
     };
+    (given.level)
+        .or(positive(Some(net.values[part.base + kinds::tank::BRIM])))
+        .or(positive(initial))
+        .unwrap_or(1.0)
+}
+
+/// Sizes of the whole system, each from those before it where nothing is given.
+fn usual(system: &System, net: &Network, given: &Given) -> Scale {
+    let weight = net.values[kinds::fluid::DENSITY] * net.values[kinds::fluid::GRAVITY];
     let level = net
         .tanks
         .iter()
-        .map(|&t| level_of(net, t))
+        .map(|&t| tank_level(system, net, given, t))
         .fold(0.0, f64::max);
-    let pressure = positive(given[2])
+    let pressure = (given.pressure)
         .or(positive(Some(weight * level)))
         .unwrap_or(1e5);
     let mut at_pressure: Vec<f64> = (0..net.parts.len())
         .filter_map(|i| positive(flow_at(net, i, pressure)))
         .collect();
     at_pressure.sort_by(f64::total_cmp);
-    let flow = positive(given[1])
+    let flow = (given.flow)
         .or(at_pressure.get(at_pressure.len() / 2).copied())
         .unwrap_or(1.0);
     let level = if level > 0.0 {
@@ -132,35 +183,21 @@ pub(super) fn sizes(system: &System, net: &mut Network, problems: &mut Vec<Probl
         .tanks
         .first()
         .map(|&t| net.values[net.parts[t].base + kinds::tank::AREA]);
-    let time = positive(given[3])
+    let time = (given.time)
         .or(positive(system.record.step.map(|s| 2.0 * s * net.tick)))
         .or(positive(area.map(|a| 0.05 * a * level / flow)))
         .unwrap_or(1.0);
-    for i in 0..net.parts.len() {
-        let own = if net.parts[i].kind == Kind::Tank {
-            level_of(net, i)
-        } else {
-            level
-        };
-        let reading = net.meters.iter().find(|m| m.part == i).map_or(1.0, |m| {
-            let size = match m.reading {
-                Reading::Level(tank) => level_of(net, net.tanks[tank]),
-                Reading::Pressure(_) | Reading::Drop { .. } => pressure,
-                Reading::Head { .. } => level,
-                Reading::Flow { .. } | Reading::Leaving { .. } | Reading::Source(_) => flow,
-                Reading::Speed(_) => 100.0,
-            };
-            let gain = net.values[net.parts[i].base + kinds::instrument::GAIN].abs();
-            positive(Some(size * gain)).unwrap_or(1.0)
-        });
-        net.parts[i].scale = Scale {
-            level_m: own,
-            flow_m3_s: flow,
-            pressure_pa: pressure,
-            time_s: time,
-            reading,
-        };
+    Scale {
+        level_m: level,
+        flow_m3_s: flow,
+        pressure_pa: pressure,
+        time_s: time,
+        reading: 1.0,
     }
+}
+
+/// Parameters of effects that nothing says start where they change nothing.
+fn neutral(net: &mut Network) {
     for attached in &net.effects {
         let scale = &net.parts[attached.part].scale;
         for (slot, parameter) in (attached.base..).zip(attached.effect.about().parameters) {
@@ -169,8 +206,11 @@ pub(super) fn sizes(system: &System, net: &mut Network, problems: &mut Vec<Probl
             }
         }
     }
-    for i in 0..net.parts.len() {
-        let part = &net.parts[i];
+}
+
+/// Which value each component's effects may change.
+fn hook(net: &mut Network) {
+    for (i, part) in net.parts.iter().enumerate() {
         if part.effects.is_empty() {
             continue;
         }
@@ -179,9 +219,7 @@ pub(super) fn sizes(system: &System, net: &mut Network, problems: &mut Vec<Probl
             Kind::Boundary => Some(kinds::boundary::PRESSURE),
             kind => kind.drive(),
         };
-        if let Some(slot) = slot {
-            net.hooked.push((part.base + slot, i));
-        }
+        net.hooked.extend(slot.map(|slot| (part.base + slot, i)));
     }
 }
 

@@ -16,17 +16,7 @@ pub(super) fn component_slots(
     component: &Component,
     missing: &mut Vec<(usize, String, &'static Property)>,
 ) {
-    if name.is_empty()
-        || name == "atmosphere"
-        || name == "fluid"
-        || name.contains(|c: char| c == '.' || c == '>' || c.is_whitespace())
-    {
-        slots.problem(
-            name,
-            "cannot be the name of a component",
-            "a name must not contain a dot, space or `>`, nor be `atmosphere` or `fluid`",
-        );
-    }
+    check_name(slots, name);
     let kind = component.kind;
     let table = kind.properties();
     let base = slots.values.len();
@@ -67,45 +57,18 @@ pub(super) fn component_slots(
         ports.push(("inlet".to_owned(), None));
         tank_ports(slots, name, settings.get("ports"), &mut ports);
     }
-    let friction = match word(slots, name, settings, "friction").as_deref() {
-        None if given("power_coefficient") => Friction::Power,
-        None if given("bore")
-            && !["linear", "quadratic", "cubic", "constant"]
-                .iter()
-                .any(|k| given(k)) =>
-        {
-            Friction::Darcy
-        }
-        None | Some("polynomial") => Friction::Polynomial,
-        Some("darcy") => Friction::Darcy,
-        Some("power") => Friction::Power,
-        Some("none") => Friction::None,
-        Some(other) => {
-            let message =
-                format!("is `{other}`, expected \"darcy\", \"polynomial\", \"power\" or \"none\"");
-            slots.problem(format!("{name}.friction"), message, "");
-            Friction::None
-        }
-    };
+    let friction = friction(slots, name, settings, &given);
     let inertia = flag(slots, name, settings, "inertia");
-    let own = &slots.values[base..];
-    if kind == Kind::Line
-        && (friction == Friction::Darcy || inertia)
-        && !given("flow_area")
-        && !given("bore")
-        && !(own[kinds::line::BORE].is_finite() && own[kinds::line::BORE] > own[kinds::line::INNER])
-    {
-        slots.problem(
-            format!("{name}.bore"),
-            "is missing or not above the inner diameter",
-            "the Darcy law and inertia need `length` and `bore`",
-        );
-    }
-    let said = matches!(settings.get("friction"), Some(Setting::Text(word)) if word == "darcy");
-    // Without a word on friction a bore may stand for the loss of fittings alone.
-    let long = inertia || said || (friction == Friction::Darcy && !given("minor_loss"));
-    if kind == Kind::Line && long {
-        line_length(slots, system, name, base);
+    if kind == Kind::Line {
+        let said = matches!(settings.get("friction"), Some(Setting::Text(word)) if word == "darcy");
+        let darcy = friction == Friction::Darcy;
+        if darcy || inertia {
+            line_bore(slots, name, base, &given);
+        }
+        // Without a word on friction a bore may stand for the loss of fittings alone.
+        if inertia || said || (darcy && !given("minor_loss")) {
+            line_length(slots, system, name, base);
+        }
     }
     if matches!(kind, Kind::Valve | Kind::Orifice) {
         valve_law(slots, name, &given);
@@ -133,6 +96,57 @@ pub(super) fn component_slots(
             reading: 1.0,
         },
     });
+}
+
+fn check_name(slots: &mut Slots, name: &str) {
+    if name.is_empty()
+        || name == "atmosphere"
+        || name == "fluid"
+        || name.contains(|c: char| c == '.' || c == '>' || c.is_whitespace())
+    {
+        slots.problem(
+            name,
+            "cannot be the name of a component",
+            "a name must not contain a dot, space or `>`, nor be `atmosphere` or `fluid`",
+        );
+    }
+}
+
+/// The law of friction, by its word or by what is given.
+fn friction(
+    slots: &mut Slots,
+    name: &str,
+    settings: &BTreeMap<String, Setting>,
+    given: &dyn Fn(&str) -> bool,
+) -> Friction {
+    let polynomial = ["linear", "quadratic", "cubic", "constant"];
+    match word(slots, name, settings, "friction").as_deref() {
+        None if given("power_coefficient") => Friction::Power,
+        None if given("bore") && !polynomial.into_iter().any(given) => Friction::Darcy,
+        None | Some("polynomial") => Friction::Polynomial,
+        Some("darcy") => Friction::Darcy,
+        Some("power") => Friction::Power,
+        Some("none") => Friction::None,
+        Some(other) => {
+            let message =
+                format!("is `{other}`, expected \"darcy\", \"polynomial\", \"power\" or \"none\"");
+            slots.problem(format!("{name}.friction"), message, "");
+            Friction::None
+        }
+    }
+}
+
+fn line_bore(slots: &mut Slots, name: &str, base: usize, given: &dyn Fn(&str) -> bool) {
+    let own = &slots.values[base..];
+    let (bore, inner) = (own[kinds::line::BORE], own[kinds::line::INNER]);
+    let ring = bore.is_finite() && bore > inner;
+    if !ring && !given("flow_area") && !given("bore") {
+        slots.problem(
+            format!("{name}.bore"),
+            "is missing or not above the inner diameter",
+            "the Darcy law and inertia need `length` and `bore`",
+        );
+    }
 }
 
 /// A line that needs a length has one, or gets it from a recording or a fit.

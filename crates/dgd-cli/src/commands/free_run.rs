@@ -8,8 +8,8 @@ use dgd_dynamics::integrate::{Statistics, Status};
 use dgd_dynamics::return_line::RiserBounds;
 use dgd_effects::{AugmentedModel, Inputs, Setting, find};
 use dgd_identify::Prepared;
-use dgd_recording::Well;
-use dgd_replay::{Pair, Replay, ReplayError, ReplayOptions, fill_gaps};
+use dgd_recording::{Recording, Well};
+use dgd_replay::{Pair, Replay, ReplayError, ReplayOptions, Start, fill_gaps};
 use dgd_units::{STANDARD_ATMOSPHERE_PA, STANDARD_GRAVITY_M_S2};
 use std::ops::Range;
 use std::path::Path;
@@ -59,66 +59,19 @@ fn replay(
         ..well.clone()
     };
     let setting = Setting::of(&well, recording, &prepared.inlet_pressure_pa);
-    let mut filled = 0;
-    let mut input = |name: &'static str, values: &[f64]| {
-        filled += values[window.clone()]
-            .iter()
-            .filter(|v| !v.is_finite())
-            .count();
-        let mut values = values.to_vec();
-        fill_gaps(&mut values)
-            .map(|_| values)
-            .ok_or_else(|| none(name, time, &window))
+    let none = |name| none(name, time, &window);
+    let driven = Driven::read(recording, &window).map_err(none)?;
+    let column = Column {
+        weight_pa_m: density_kg_m3 * STANDARD_GRAVITY_M_S2,
+        foot_m: geometry.pump_inlet_depth_m,
     };
-    let mud_pump = input("mud_pump_flow", &recording.mud_pump_flow_m3_s)?;
-    let booster = input("booster_flow", &recording.booster_flow_m3_s)?;
-    let topfill = input("topfill_flow", &recording.topfill_flow_m3_s)?;
-    let mut speed = input("pump_speed", &recording.pump_speed_pct)?;
-    speed.iter_mut().for_each(|w| *w = w.max(0.0));
-    let weight = density_kg_m3 * STANDARD_GRAVITY_M_S2;
-    let depth = geometry.pump_inlet_depth_m;
-    let level_of = |inlet_pa: f64| depth - (inlet_pa - STANDARD_ATMOSPHERE_PA) / weight;
     let inlet = &prepared.inlet_pressure_pa[window.clone()];
     let outlet = &prepared.outlet_pressure_pa[window.clone()];
     let flow = &recording.return_flow_m3_s[window.clone()];
-    let given = &options.start;
-    // From the first sample at which level and flow are given or measured.
-    let first = inlet.iter().zip(flow).position(|(inlet, flow)| {
-        (given.level_m.is_some() || inlet.is_finite())
-            && (given.flow_m3_s.is_some() || flow.is_finite())
-    });
-    let first = first.ok_or_else(|| {
-        let name = if inlet.iter().any(|p| p.is_finite()) {
-            "return_flow"
-        } else {
-            "pump_inlet_pressure"
-        };
-        none(name, time, &window)
-    })?;
-    let start_inlet = match given.level_m {
-        Some(level) => STANDARD_ATMOSPHERE_PA + weight * (depth - level),
-        None => start_of(&inlet[first..]),
-    };
-    let start_flow = match given.flow_m3_s {
-        Some(flow) => flow,
-        None => start_of(&flow[first..]).max(0.0),
-    };
-    let inputs = Inputs {
-        time_s: time,
-        step_s: prepared.step_s,
-        mud_pump_m3_s: &mud_pump,
-        booster_m3_s: &booster,
-        topfill_m3_s: &topfill,
-        speed_pct: &speed,
-    };
-    let from = window.start + first;
+    let (first, start) = start(&options.start, &column, inlet, flow).map_err(none)?;
+    let inputs = driven.inputs(time, prepared.step_s);
     let mut ran = model
-        .free_run(
-            &setting,
-            inputs,
-            from..window.end,
-            (start_inlet, start_flow),
-        )
+        .free_run(&setting, inputs, window.start + first..window.end, start)
         .map_err(|e| e.to_string())?;
     for series in [
         &mut ran.return_flow_m3_s,
@@ -127,45 +80,141 @@ fn replay(
     ] {
         series.splice(0..0, std::iter::repeat_n(f64::NAN, first));
     }
-    let head = |outlet: &[f64], inlet: &[f64]| -> Vec<f64> {
-        let both = outlet.iter().zip(inlet);
-        both.map(|(o, i)| (o - i) / weight).collect()
+    let level = column.levels_m(&ran.inlet_pa);
+    let at = |reached: &dyn Fn(f64) -> bool| {
+        let index = level.iter().position(|h| reached(*h));
+        index.map(|i| time[window.start + i])
     };
+    let bounds = RiserBounds {
+        full_s: at(&|level| level <= 0.0),
+        empty_s: at(&|level| level >= column.foot_m),
+        valve_shut_s: None,
+    };
+    let ahead = ahead(&recording.return_flow_m3_s, &window, model, prepared.step_s);
     let pair = |measured: Vec<f64>, simulated: Vec<f64>| Pair {
         measured,
         simulated,
     };
-    let level: Vec<f64> = ran.inlet_pa.iter().map(|p| level_of(*p)).collect();
-    let at = |reached: fn(f64, f64) -> bool| {
-        let index = level.iter().position(|h| reached(*h, depth));
-        index.map(|i| time[window.start + i])
-    };
     Ok(Replay {
-        bounds: RiserBounds {
-            full_s: at(|level, _| level <= 0.0),
-            empty_s: at(|level, depth| level >= depth),
-            valve_shut_s: None,
-        },
+        bounds,
         time_s: time[window.clone()].to_vec(),
-        level_m: pair(inlet.iter().map(|p| level_of(*p)).collect(), level),
-        pump_flow_m3_s: pair(
-            ahead(&recording.return_flow_m3_s, &window, model, prepared.step_s),
-            Vec::new(),
-        ),
+        level_m: pair(column.levels_m(inlet), level),
+        pump_flow_m3_s: pair(ahead, Vec::new()),
         return_flow_m3_s: pair(flow.to_vec(), ran.return_flow_m3_s),
-        head_m: pair(head(outlet, inlet), head(&ran.outlet_pa, &ran.inlet_pa)),
+        head_m: pair(
+            column.heads_m(outlet, inlet),
+            column.heads_m(&ran.outlet_pa, &ran.inlet_pa),
+        ),
         inlet_pressure_pa: pair(inlet.to_vec(), ran.inlet_pa),
         outlet_pressure_pa: pair(outlet.to_vec(), ran.outlet_pa),
-        inflow_m3_s: window
-            .clone()
-            .map(|i| mud_pump[i] + booster[i] + topfill[i])
-            .collect(),
-        speed_pct: speed[window.clone()].to_vec(),
-        filled,
+        inflow_m3_s: window.clone().map(|i| driven.inflow_m3_s(i)).collect(),
+        speed_pct: driven.speed[window].to_vec(),
+        filled: driven.filled,
         status: Some(Status::Finished),
         statistics: Statistics::default(),
         unsolved: 0,
     })
+}
+
+/// What drives the model, without gaps.
+struct Driven {
+    mud_pump: Vec<f64>,
+    booster: Vec<f64>,
+    topfill: Vec<f64>,
+    speed: Vec<f64>,
+    /// Samples of the window that were none.
+    filled: usize,
+}
+
+impl Driven {
+    /// `Err` names the channel without a value.
+    fn read(recording: &Recording, window: &Range<usize>) -> Result<Self, &'static str> {
+        let mut filled = 0;
+        let mut input = |name: &'static str, values: &[f64]| {
+            let within = values[window.clone()].iter();
+            filled += within.filter(|v| !v.is_finite()).count();
+            let mut values = values.to_vec();
+            fill_gaps(&mut values).map(|_| values).ok_or(name)
+        };
+        let mut driven = Self {
+            mud_pump: input("mud_pump_flow", &recording.mud_pump_flow_m3_s)?,
+            booster: input("booster_flow", &recording.booster_flow_m3_s)?,
+            topfill: input("topfill_flow", &recording.topfill_flow_m3_s)?,
+            speed: input("pump_speed", &recording.pump_speed_pct)?,
+            filled: 0,
+        };
+        driven.filled = filled;
+        driven.speed.iter_mut().for_each(|w| *w = w.max(0.0));
+        Ok(driven)
+    }
+
+    fn inputs<'a>(&'a self, time_s: &'a [f64], step_s: f64) -> Inputs<'a> {
+        Inputs {
+            time_s,
+            step_s,
+            mud_pump_m3_s: &self.mud_pump,
+            booster_m3_s: &self.booster,
+            topfill_m3_s: &self.topfill,
+            speed_pct: &self.speed,
+        }
+    }
+
+    fn inflow_m3_s(&self, i: usize) -> f64 {
+        self.mud_pump[i] + self.booster[i] + self.topfill[i]
+    }
+}
+
+/// The mud above the pump's inlet.
+struct Column {
+    weight_pa_m: f64,
+    /// Depth of the inlet.
+    foot_m: f64,
+}
+
+impl Column {
+    fn inlet_pa(&self, level_m: f64) -> f64 {
+        STANDARD_ATMOSPHERE_PA + self.weight_pa_m * (self.foot_m - level_m)
+    }
+
+    fn levels_m(&self, inlet_pa: &[f64]) -> Vec<f64> {
+        let above = inlet_pa.iter().map(|p| p - STANDARD_ATMOSPHERE_PA);
+        above.map(|p| self.foot_m - p / self.weight_pa_m).collect()
+    }
+
+    fn heads_m(&self, outlet_pa: &[f64], inlet_pa: &[f64]) -> Vec<f64> {
+        let both = outlet_pa.iter().zip(inlet_pa);
+        both.map(|(o, i)| (o - i) / self.weight_pa_m).collect()
+    }
+}
+
+/// The first sample at which level and flow are given or measured, with the inlet pressure and the flow there; `Err` names the channel
+/// that has none.
+fn start(
+    given: &Start,
+    column: &Column,
+    inlet: &[f64],
+    flow: &[f64],
+) -> Result<(usize, (f64, f64)), &'static str> {
+    let first = inlet.iter().zip(flow).position(|(inlet, flow)| {
+        (given.level_m.is_some() || inlet.is_finite())
+            && (given.flow_m3_s.is_some() || flow.is_finite())
+    });
+    let first = first.ok_or_else(|| {
+        if inlet.iter().any(|p| p.is_finite()) {
+            "return_flow"
+        } else {
+            "pump_inlet_pressure"
+        }
+    })?;
+    let start_inlet = match given.level_m {
+        Some(level) => column.inlet_pa(level),
+        None => start_of(&inlet[first..]),
+    };
+    let start_flow = match given.flow_m3_s {
+        Some(flow) => flow,
+        None => start_of(&flow[first..]).max(0.0),
+    };
+    Ok((first, (start_inlet, start_flow)))
 }
 
 /// Mean of the first few samples, as a diagnosis starts its free runs: one alone would start the run on its noise.

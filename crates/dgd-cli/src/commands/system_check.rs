@@ -7,7 +7,7 @@ use crate::output;
 use crate::say::{self, TextTable, number};
 use crate::system::diagram::{self, OPEN_AIR};
 use crate::system::{self, gauges, unit_of};
-use dgd_assembly::{Assembly, Hypothesis, Kind, effects_for};
+use dgd_assembly::{Assembly, Hypothesis, Kind, System, effects_for};
 use dgd_documents::SystemDocument;
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
@@ -102,31 +102,49 @@ fn tell_into(
         "{all} unknowns (flows through {branches} branches, pressures at {junctions} junctions) match {all} equations\n(one law per branch, one \
          mass balance per junction); none is in excess.\n"
     )?;
+    tell_states(text, assembly)?;
+    tell_inputs(text, described)?;
+    tell_outputs(text, assembly)?;
+    tell_free(text, assembly)?;
+    tell_effects(text, found)?;
+    let warnings = assembly.warnings();
+    if !warnings.is_empty() {
+        writeln!(text)?;
+    }
+    for warning in warnings {
+        writeln!(text, "warning: {warning}")?;
+    }
+    if let Some(draw) = &arguments.draw {
+        writeln!(text, "\ndrew {}", draw.display())?;
+    }
+    Ok(())
+}
+
+fn tell_states(text: &mut String, assembly: &Assembly) -> std::fmt::Result {
+    let described = assembly.system();
     let states = assembly.states();
-    if states.is_empty() && described.independent == "time" {
-        writeln!(text, "no states: each sample is a steady state\n")?;
-    } else if described.independent == "time" {
-        let mut table = TextTable::new(["state", "starts at", "unit"]);
-        for state in &states {
-            table.row([
-                state.clone(),
-                start(assembly, state),
-                unit_of(described, state),
-            ]);
-        }
-        writeln!(
-            text,
-            "{}\n{}",
-            say::counted(states.len(), "state"),
-            table.render()
-        )?;
-    } else {
-        writeln!(
+    if described.independent != "time" {
+        return writeln!(
             text,
             "static: each sample along {} is a steady state\n",
             described.independent
-        )?;
+        );
     }
+    if states.is_empty() {
+        return writeln!(text, "no states: each sample is a steady state\n");
+    }
+    let mut table = TextTable::new(["state", "starts at", "unit"]);
+    for state in &states {
+        table.row([
+            state.clone(),
+            start(assembly, state),
+            unit_of(described, state),
+        ]);
+    }
+    counted(text, states.len(), "state", &table)
+}
+
+fn tell_inputs(text: &mut String, described: &System) -> std::fmt::Result {
     let mut table = TextTable::new(["input", "channel", "between samples", "unit"]);
     for (path, input) in &described.inputs {
         let unit = input
@@ -136,12 +154,7 @@ fn tell_into(
         let between = format!("{:?}", input.between).to_lowercase();
         table.row([path.clone(), input.channel.clone(), between, unit]);
     }
-    writeln!(
-        text,
-        "{}\n{}",
-        say::counted(described.inputs.len(), "input"),
-        table.render()
-    )?;
+    counted(text, described.inputs.len(), "input", &table)?;
     let open = system::at_default(described);
     if !open.is_empty() {
         writeln!(
@@ -150,22 +163,20 @@ fn tell_into(
             open.join(", ")
         )?;
     }
+    Ok(())
+}
+
+fn tell_outputs(text: &mut String, assembly: &Assembly) -> std::fmt::Result {
     let mut table = TextTable::new(["output", "measures", "channel", "unit"]);
     let gauges = gauges(assembly);
-    for gauge in &gauges {
-        table.row([
-            gauge.name.clone(),
-            gauge.measures.clone(),
-            gauge.channel.clone(),
-            gauge.symbol.clone(),
-        ]);
+    let count = gauges.len();
+    for gauge in gauges {
+        table.row([gauge.name, gauge.measures, gauge.channel, gauge.symbol]);
     }
-    writeln!(
-        text,
-        "{}\n{}",
-        say::counted(gauges.len(), "output"),
-        table.render()
-    )?;
+    counted(text, count, "output", &table)
+}
+
+fn tell_free(text: &mut String, assembly: &Assembly) -> std::fmt::Result {
     let parameters = assembly.parameters();
     let mut table = TextTable::new(["free", "starts at", "from", "to", "unit"]);
     for p in &parameters {
@@ -179,43 +190,28 @@ fn tell_into(
             number(p.start),
             number(p.low),
             number(p.high),
-            unit_of(described, &p.path),
+            unit_of(assembly.system(), &p.path),
         ]);
     }
-    writeln!(
-        text,
-        "{}\n{}",
-        say::counted(parameters.len(), "free parameter"),
-        table.render()
-    )?;
-    writeln!(
-        text,
-        "{} could act on it",
-        say::counted(found.effects.len(), "effect")
-    )?;
+    counted(text, parameters.len(), "free parameter", &table)
+}
+
+fn tell_effects(text: &mut String, found: &Found) -> std::fmt::Result {
+    let count = say::counted(found.effects.len(), "effect");
+    writeln!(text, "{count} could act on it")?;
     let mut table = TextTable::new(["component", "effects"]);
     for (component, ids) in by_component(found) {
         for (row, some) in ids.chunks(4).enumerate() {
-            let name = if row == 0 {
-                component.to_owned()
-            } else {
-                String::new()
-            };
-            table.row([name, some.join(", ")]);
+            let name = if row == 0 { component } else { "" };
+            table.row([name.to_owned(), some.join(", ")]);
         }
     }
-    write!(text, "{}", table.render())?;
-    let warnings = assembly.warnings();
-    if !warnings.is_empty() {
-        writeln!(text)?;
-    }
-    for warning in warnings {
-        writeln!(text, "warning: {warning}")?;
-    }
-    if let Some(draw) = &arguments.draw {
-        writeln!(text, "\ndrew {}", draw.display())?;
-    }
-    Ok(())
+    write!(text, "{}", table.render())
+}
+
+/// How many there are, and the table of them.
+fn counted(text: &mut String, count: usize, what: &str, table: &TextTable) -> std::fmt::Result {
+    writeln!(text, "{}\n{}", say::counted(count, what), table.render())
 }
 
 fn by_component(found: &Found) -> Vec<(&str, Vec<&'static str>)> {

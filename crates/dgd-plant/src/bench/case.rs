@@ -260,7 +260,6 @@ fn quantile(record: &Record, output: usize, share: f64) -> f64 {
 
 /// What is concealed, of `amount` times the moderate size.
 fn size(thing: &str, amount: f64, clean: &Case, noise: &mut Noise) -> Option<Hidden> {
-    let sign = |noise: &mut Noise| if noise.unit() < 0.5 { -1.0 } else { 1.0 };
     let length_s = SAMPLES as f64 * SAMPLING_S;
     Some(match thing {
         "crest_overflow" => Hidden::CrestOverflow {
@@ -291,7 +290,7 @@ fn size(thing: &str, amount: f64, clean: &Case, noise: &mut Noise) -> Option<Hid
             area_m2: 2.2e-3 / amount.sqrt(),
         },
         "level_drift" => Hidden::LevelDrift {
-            per_hour_m: 0.06 * amount * sign(noise),
+            per_hour_m: 0.06 * amount * noise.sign(),
         },
         // 3 % of 0.23 l/s at 3 bar.
         "pump_slip" => Hidden::PumpSlip {
@@ -326,7 +325,7 @@ fn size(thing: &str, amount: f64, clean: &Case, noise: &mut Noise) -> Option<Hid
             wave_m: noise.between(0.35, 0.5),
         },
         "echo_of_the_valve" => Hidden::EchoOfTheValve {
-            level_m: 0.04 * amount * sign(noise),
+            level_m: 0.04 * amount * noise.sign(),
             delay_s: noise.between(20.0, 40.0).round(),
         },
         "travelling_rag" => Hidden::TravellingRag {

@@ -54,7 +54,7 @@ impl Programme {
             let ramp = samples(noise.between(ramp_s.0, ramp_s.1));
             // Every third move or so is a trim, which a sticking valve does not follow.
             value = if noise.unit() < 0.35 {
-                let trim = 0.08 * span * if noise.unit() < 0.5 { -1.0 } else { 1.0 };
+                let trim = 0.08 * span * noise.sign();
                 (value + trim).clamp(range.0, range.1)
             } else {
                 noise.between(range.0, range.1)

@@ -130,306 +130,337 @@ pub struct Hidden {
 /// From this length on, s, recordings are of days.
 const DAYS_S: f64 = 12.0 * 3600.0;
 
+/// What is drawn for every effect, used or not, so that a case differs from its neighbours in its effect alone.
+struct Lot {
+    effect: &'static str,
+    severity: Severity,
+    /// Share of the moderate size that the severity says.
+    factor: f64,
+    /// The same, drawn about it.
+    size: f64,
+    sign: f64,
+    onset_s: f64,
+    end_s: f64,
+    lasts_s: f64,
+    choice: f64,
+    second: f64,
+}
+
+impl Lot {
+    fn draw(effect: &'static str, severity: Severity, rig: &Rig, noise: &mut Noise) -> Self {
+        let end_s = rig.length_s;
+        // In days a cause may set in hours before the end.
+        let (early, late) = if end_s > DAYS_S {
+            (0.03, 0.97)
+        } else {
+            (0.33, 0.6)
+        };
+        // Evaluated in this order: a seed stands for its case.
+        Self {
+            effect,
+            severity,
+            factor: severity.factor(),
+            size: severity.factor() * noise.between(0.8, 1.2),
+            sign: noise.sign(),
+            onset_s: (end_s * noise.between(early, late)).round(),
+            end_s,
+            lasts_s: noise.between(0.6, 1.0) * 3600.0,
+            choice: noise.unit(),
+            second: noise.unit(),
+        }
+    }
+
+    /// The effect as this cause, always there, without parameters.
+    fn hides(&self, cause: Cause, relation: &'static [&'static str]) -> Hidden {
+        Hidden {
+            effect: self.effect,
+            kind: None,
+            severity: self.severity,
+            params: Vec::new(),
+            extra: Vec::new(),
+            interval_s: None,
+            relation,
+            cause,
+        }
+    }
+
+    /// Measured over true, of a meter.
+    fn gain(&self) -> f64 {
+        1.0 + self.sign * 0.04 * self.size
+    }
+
+    /// From the onset to the end.
+    fn since(&self) -> (f64, f64) {
+        (self.onset_s, self.end_s)
+    }
+
+    /// From the onset, and over well before the end.
+    fn span_s(&self, lasts_s: f64) -> (f64, f64) {
+        let until_s = (self.onset_s + lasts_s).min(self.end_s - 600.0);
+        (self.onset_s, until_s)
+    }
+}
+
+impl Hidden {
+    fn scored(mut self, name: &'static str, value: f64) -> Self {
+        self.params.push((name, value));
+        self
+    }
+
+    fn also(mut self, name: &'static str, value: f64) -> Self {
+        self.extra.push((name, value));
+        self
+    }
+
+    fn during(mut self, interval_s: (f64, f64)) -> Self {
+        self.interval_s = Some(interval_s);
+        self
+    }
+}
+
 /// Draws an effect of the catalogue for a rig; `None` for an id that is not in [`EFFECTS`].
-#[expect(
-    clippy::too_many_lines,
-    reason = "one arm an effect, each a line of the catalogue"
-)]
 pub(crate) fn draw(id: &str, severity: Severity, rig: &Rig, noise: &mut Noise) -> Option<Hidden> {
     let effect = EFFECTS.into_iter().find(|e| *e == id)?;
-    let f = severity.factor();
-    let end = rig.length_s;
-    // Drawn for every effect, so that a case differs from its neighbours in its effect alone.
-    let size = f * noise.between(0.8, 1.2);
-    let sign = if noise.unit() < 0.5 { -1.0 } else { 1.0 };
-    // In days a cause may set in hours before the end.
-    let (early, late) = if end > DAYS_S {
-        (0.03, 0.97)
-    } else {
-        (0.33, 0.6)
-    };
-    let onset_s = (end * noise.between(early, late)).round();
-    let lasts_s = noise.between(0.6, 1.0) * 3600.0;
-    let choice = noise.unit();
-    let second = noise.unit();
-    let since = Some((onset_s, end));
-    let span_s = (onset_s, (onset_s + lasts_s).min(end - 600.0));
-    let area = rig.well.annulus_area_m2();
-    let gain = 1.0 + sign * 0.04 * size;
-    let mut extra = Vec::new();
-    let (cause, params, interval_s, relation): (Cause, Vec<(&'static str, f64)>, _, _) = match id {
+    let lot = Lot::draw(effect, severity, rig, noise);
+    of_instrument(&lot, rig)
+        .or_else(|| of_line(&lot, rig, noise))
+        .or_else(|| of_pump(&lot, rig, noise))
+        .or_else(|| of_inflow(&lot, rig, noise))
+        .or_else(|| of_riser(&lot, rig))
+}
+
+fn of_instrument(lot: &Lot, rig: &Rig) -> Option<Hidden> {
+    let Lot { size, sign, .. } = *lot;
+    Some(match lot.effect {
         "return_flow_delay" => {
-            let delay_s = (8.0 + f * (2.0 + 4.0 * choice)).round();
+            let delay_s = (8.0 + lot.factor * (2.0 + 4.0 * lot.choice)).round();
             let cause = Cause::ReturnFlowDelay {
                 delay_s: delay_s - rig.base_delay_s,
             };
-            (cause, vec![("delay_s", delay_s)], None, FRICTION_HEAD)
+            lot.hides(cause, FRICTION_HEAD).scored("delay_s", delay_s)
         }
-        "return_flow_gain" => (
-            Cause::ReturnFlowGain { gain },
-            vec![("gain", gain)],
-            None,
-            BALANCE,
-        ),
-        "inflow_gain" => (
-            Cause::InflowGain { gain },
-            vec![("gain", gain)],
-            None,
-            BALANCE,
-        ),
+        "return_flow_gain" => {
+            let gain = lot.gain();
+            lot.hides(Cause::ReturnFlowGain { gain }, BALANCE)
+                .scored("gain", gain)
+        }
+        "inflow_gain" => {
+            let gain = lot.gain();
+            lot.hides(Cause::InflowGain { gain }, BALANCE)
+                .scored("gain", gain)
+        }
         "outlet_pressure_bias" => {
             let bias_pa = sign * 6e4 * size;
-            (
-                Cause::OutletPressureBias { bias_pa },
-                vec![("bias_pa", bias_pa)],
-                None,
-                FRICTION_HEAD,
-            )
+            let cause = Cause::OutletPressureBias { bias_pa };
+            lot.hides(cause, FRICTION_HEAD).scored("bias_pa", bias_pa)
         }
         "outlet_pressure_bias_step" => {
             let bias_pa = sign * 5e4 * size;
-            let sensor: u8 = if choice < 0.5 { 1 } else { 2 };
-            (
-                Cause::OutletPressureBiasStep {
-                    bias_pa,
-                    sensor,
-                    onset_s,
-                },
-                vec![("bias_pa", bias_pa), ("sensor", f64::from(sensor))],
-                since,
-                FRICTION,
-            )
+            let sensor: u8 = if lot.choice < 0.5 { 1 } else { 2 };
+            let cause = Cause::OutletPressureBiasStep {
+                bias_pa,
+                sensor,
+                onset_s: lot.onset_s,
+            };
+            lot.hides(cause, FRICTION)
+                .during(lot.since())
+                .scored("bias_pa", bias_pa)
+                .scored("sensor", f64::from(sensor))
         }
+        _ => return None,
+    })
+}
+
+/// What is in the return line, and the mud that it carries.
+fn of_line(lot: &Lot, rig: &Rig, noise: &mut Noise) -> Option<Hidden> {
+    let Lot { size, onset_s, .. } = *lot;
+    let well = &rig.well;
+    Some(match lot.effect {
         "mud_density_change" => {
-            let delta_rho_kg_m3 = sign * 40.0 * size;
-            (
-                Cause::MudDensityChange {
-                    delta_rho_kg_m3,
-                    onset_s,
-                },
-                vec![("delta_rho_kg_m3", delta_rho_kg_m3)],
-                since,
-                FRICTION,
-            )
+            let delta_rho_kg_m3 = lot.sign * 40.0 * size;
+            let cause = Cause::MudDensityChange {
+                delta_rho_kg_m3,
+                onset_s,
+            };
+            lot.hides(cause, FRICTION)
+                .during(lot.since())
+                .scored("delta_rho_kg_m3", delta_rho_kg_m3)
         }
         "cuttings_loading" => {
             let delta_rho_kg_m3 = 22.0 * size;
-            (
-                Cause::CuttingsLoading { delta_rho_kg_m3 },
-                vec![("delta_rho_kg_m3", delta_rho_kg_m3)],
-                None,
-                FRICTION,
-            )
+            lot.hides(Cause::CuttingsLoading { delta_rho_kg_m3 }, FRICTION)
+                .scored("delta_rho_kg_m3", delta_rho_kg_m3)
         }
         "yield_stress" => {
             let friction_pa = 5e4 * size;
-            let tau_pa = friction_pa * 3.0 * rig.well.return_line_id_m
-                / (16.0 * rig.well.pump_outlet_depth_m);
-            extra.push(("tau_y_pa", tau_pa));
-            (
-                Cause::YieldStress {
-                    tau_pa,
-                    turbulent_share: 0.4 + 0.6 * choice,
-                },
-                Vec::new(),
-                None,
-                FRICTION,
-            )
+            let tau_pa =
+                friction_pa * 3.0 * well.return_line_id_m / (16.0 * well.pump_outlet_depth_m);
+            let cause = Cause::YieldStress {
+                tau_pa,
+                turbulent_share: 0.4 + 0.6 * lot.choice,
+            };
+            lot.hides(cause, FRICTION).also("tau_y_pa", tau_pa)
         }
         "gel_strength" => {
             let tau_gel_pa = 12.0 * size;
-            let line_m3 = rig.well.return_line_area_m2() * rig.well.pump_outlet_depth_m;
-            (
-                Cause::GelStrength {
-                    tau_gel_pa,
-                    build_s: 200.0 + 150.0 * choice,
-                    break_m3: line_m3 * (0.4 + 0.6 * second),
-                },
-                vec![("tau_gel_pa", tau_gel_pa)],
-                None,
-                FRICTION,
-            )
+            let line_m3 = well.return_line_area_m2() * well.pump_outlet_depth_m;
+            let cause = Cause::GelStrength {
+                tau_gel_pa,
+                build_s: 200.0 + 150.0 * lot.choice,
+                break_m3: line_m3 * (0.4 + 0.6 * lot.second),
+            };
+            lot.hides(cause, FRICTION).scored("tau_gel_pa", tau_gel_pa)
         }
         "line_drainage" => {
             let rate_m_s = 0.12 * size;
-            (
-                Cause::LineDrainage { rate_m_s },
-                vec![("rate_m_s", rate_m_s)],
-                None,
-                FRICTION,
-            )
+            lot.hides(Cause::LineDrainage { rate_m_s }, FRICTION)
+                .scored("rate_m_s", rate_m_s)
         }
+        "viscosity_drift" => {
+            let relative_mu_change = (lot.sign * 0.6 * size).max(-0.8);
+            let cause = Cause::ViscosityDrift {
+                relative_mu_change,
+                length_s: lot.end_s,
+            };
+            lot.hides(cause, FRICTION)
+                .scored("relative_mu_change", relative_mu_change)
+        }
+        "line_restriction" => {
+            let k = 14.0 * size;
+            lot.hides(Cause::LineRestriction { k, onset_s }, FRICTION)
+                .during(lot.since())
+                .scored("K", k)
+        }
+        "line_leak" => {
+            let c = 1.96e-6 * size;
+            lot.hides(Cause::LineLeak { c, onset_s }, BALANCE)
+                .during(lot.since())
+                .also("C", c)
+        }
+        "line_gas_storage" => {
+            let tau_s = 18.0 * size;
+            // At level two gas is spread along the line in half of the rigs: two cushions.
+            let spread = rig.level == Level::Two && noise.unit() < 0.5;
+            let second = if spread { 0.5 * tau_s } else { 0.0 };
+            let cause = Cause::LineGasStorage {
+                cushions_s: [tau_s - second, second],
+            };
+            lot.hides(cause, FRICTION_BALANCE)
+                .scored("tau_s", tau_s)
+                .also("second_s", second)
+        }
+        _ => return None,
+    })
+}
+
+fn of_pump(lot: &Lot, rig: &Rig, noise: &mut Noise) -> Option<Hidden> {
+    let size = lot.size;
+    Some(match lot.effect {
         "pump_wear" => {
-            let leak_growth_m3_s2 = 0.025 * size * rig.leak_for_all_head_m3_s() / end;
-            extra.push(("leak_growth", leak_growth_m3_s2));
-            (
-                Cause::PumpWear { leak_growth_m3_s2 },
-                Vec::new(),
-                None,
-                HEAD,
-            )
+            let leak_growth_m3_s2 = 0.025 * size * rig.leak_for_all_head_m3_s() / lot.end_s;
+            lot.hides(Cause::PumpWear { leak_growth_m3_s2 }, HEAD)
+                .also("leak_growth", leak_growth_m3_s2)
         }
         "gas_in_pump" => {
             let head_loss_fraction = 0.07 * size;
-            let span_s = (
-                onset_s,
-                (onset_s + noise.between(1800.0, 3600.0)).min(end - 600.0),
-            );
-            (
-                Cause::GasInPump {
-                    head_loss_fraction,
-                    span_s,
-                },
-                vec![("head_loss_fraction", head_loss_fraction)],
-                Some(span_s),
-                HEAD,
-            )
+            let span_s = lot.span_s(noise.between(1800.0, 3600.0));
+            let cause = Cause::GasInPump {
+                head_loss_fraction,
+                span_s,
+            };
+            lot.hides(cause, HEAD)
+                .during(span_s)
+                .scored("head_loss_fraction", head_loss_fraction)
         }
         "pump_speed_lag" => {
             let tau_s = 18.0 * size;
-            (
-                Cause::PumpSpeedLag { tau_s },
-                vec![("tau_s", tau_s)],
-                None,
-                HEAD,
-            )
+            lot.hides(Cause::PumpSpeedLag { tau_s }, HEAD)
+                .scored("tau_s", tau_s)
         }
+        _ => return None,
+    })
+}
+
+/// What comes into the riser, or leaves it, otherwise than through the pump.
+fn of_inflow(lot: &Lot, rig: &Rig, noise: &mut Noise) -> Option<Hidden> {
+    let size = lot.size;
+    Some(match lot.effect {
         "influx" => {
             let rate_m3_s = 0.0022 * size;
-            (
-                Cause::Influx { rate_m3_s, span_s },
-                vec![("rate_m3_s", rate_m3_s)],
-                Some(span_s),
-                BALANCE,
-            )
+            let span_s = lot.span_s(lot.lasts_s);
+            lot.hides(Cause::Influx { rate_m3_s, span_s }, BALANCE)
+                .during(span_s)
+                .scored("rate_m3_s", rate_m3_s)
         }
         "lost_circulation" => {
             let j_m3_s_pa = 2.5e-8 * size;
-            let fracture_pa = rig.inlet_pa() - 1e5 * (0.8 + 1.7 * choice);
-            extra.push(("p_frac_pa", fracture_pa));
-            (
-                Cause::LostCirculation {
-                    j_m3_s_pa,
-                    fracture_pa,
-                    onset_s,
-                },
-                vec![("J_m3_s_pa", j_m3_s_pa)],
-                since,
-                BALANCE,
-            )
+            let fracture_pa = rig.inlet_pa() - 1e5 * (0.8 + 1.7 * lot.choice);
+            let cause = Cause::LostCirculation {
+                j_m3_s_pa,
+                fracture_pa,
+                onset_s: lot.onset_s,
+            };
+            lot.hides(cause, BALANCE)
+                .during(lot.since())
+                .scored("J_m3_s_pa", j_m3_s_pa)
+                .also("p_frac_pa", fracture_pa)
         }
         "u_tube" => {
             // 24 s is faint: the moderate 60 s less what every string has.
-            let tau_s = (15.0 + 45.0 * f) * noise.between(0.9, 1.1);
+            let tau_s = (15.0 + 45.0 * lot.factor) * noise.between(0.9, 1.1);
             // At level two a valve in the string holds some of it back in half of the rigs.
             let held = noise.unit().mul_add(2.0, -1.0).max(0.0);
             let drains_s = match rig.level {
                 Level::One => tau_s,
                 Level::Two => tau_s * (1.0 - 0.8 * held),
             };
-            extra.extend([("tau_s", tau_s), ("drains_s", drains_s)]);
-            (Cause::UTube { tau_s, drains_s }, Vec::new(), None, BALANCE)
+            lot.hides(Cause::UTube { tau_s, drains_s }, BALANCE)
+                .also("tau_s", tau_s)
+                .also("drains_s", drains_s)
         }
         "booster_line_storage" => {
             let tau_s = 35.0 * size;
-            (
-                Cause::BoosterLineStorage { tau_s },
-                vec![("tau_s", tau_s)],
-                None,
-                BALANCE,
-            )
+            lot.hides(Cause::BoosterLineStorage { tau_s }, BALANCE)
+                .scored("tau_s", tau_s)
         }
+        _ => return None,
+    })
+}
+
+fn of_riser(lot: &Lot, rig: &Rig) -> Option<Hidden> {
+    let Lot { size, choice, .. } = *lot;
+    Some(match lot.effect {
         "annulus_area" => {
+            let area = rig.well.annulus_area_m2();
             // Either another pipe or riser than the file says, or, as practice has it, on the way to the casing's annulus.
             let change = if choice < 0.5 {
-                sign * 0.12 * size
+                lot.sign * 0.12 * size
             } else {
-                f * (rig.casing_area_m2() / area - 1.0)
+                lot.factor * (rig.casing_area_m2() / area - 1.0)
             };
             let area_m2 = area * (1.0 + change).max(0.3);
-            (
-                Cause::AnnulusArea { area_m2 },
-                vec![("area_m2", area_m2)],
-                None,
-                BALANCE,
-            )
+            lot.hides(Cause::AnnulusArea { area_m2 }, BALANCE)
+                .scored("area_m2", area_m2)
         }
         "pipe_displacement" => {
             let volume_m3 = 0.25 * size;
-            (
-                Cause::PipeDisplacement {
-                    volume_m3,
-                    before_start: choice < 0.5,
-                },
-                vec![("volume_m3", volume_m3)],
-                None,
-                BALANCE,
-            )
+            let cause = Cause::PipeDisplacement {
+                volume_m3,
+                before_start: choice < 0.5,
+            };
+            lot.hides(cause, BALANCE).scored("volume_m3", volume_m3)
         }
         "heave" => {
             let (period_s, amplitude_m) = (8.0 + 6.0 * choice, 0.5 * size);
-            extra.push(("amplitude_m", amplitude_m));
-            (
-                Cause::Heave {
-                    period_s,
-                    amplitude_m,
-                },
-                vec![("period_s", period_s)],
-                None,
-                HEAD_BALANCE,
-            )
+            let cause = Cause::Heave {
+                period_s,
+                amplitude_m,
+            };
+            lot.hides(cause, HEAD_BALANCE)
+                .scored("period_s", period_s)
+                .also("amplitude_m", amplitude_m)
         }
-        "viscosity_drift" => {
-            let relative_mu_change = (sign * 0.6 * size).max(-0.8);
-            (
-                Cause::ViscosityDrift {
-                    relative_mu_change,
-                    length_s: end,
-                },
-                vec![("relative_mu_change", relative_mu_change)],
-                None,
-                FRICTION,
-            )
-        }
-        "line_restriction" => {
-            let k = 14.0 * size;
-            (
-                Cause::LineRestriction { k, onset_s },
-                vec![("K", k)],
-                since,
-                FRICTION,
-            )
-        }
-        "line_leak" => {
-            let c = 1.96e-6 * size;
-            extra.push(("C", c));
-            (Cause::LineLeak { c, onset_s }, Vec::new(), since, BALANCE)
-        }
-        _ => {
-            let tau_s = 18.0 * size;
-            // At level two gas is spread along the line in half of the rigs: two cushions.
-            let spread = rig.level == Level::Two && noise.unit() < 0.5;
-            let second = if spread { 0.5 * tau_s } else { 0.0 };
-            extra.push(("second_s", second));
-            (
-                Cause::LineGasStorage {
-                    cushions_s: [tau_s - second, second],
-                },
-                vec![("tau_s", tau_s)],
-                None,
-                FRICTION_BALANCE,
-            )
-        }
-    };
-    Some(Hidden {
-        effect,
-        kind: None,
-        severity,
-        params,
-        extra,
-        interval_s,
-        relation,
-        cause,
+        _ => return None,
     })
 }
 
@@ -442,7 +473,7 @@ pub(crate) fn draw_foreign(
 ) -> Option<Hidden> {
     let size = severity.factor() * noise.between(0.8, 1.2);
     let choice = noise.unit();
-    let sign = if noise.unit() < 0.5 { -1.0 } else { 1.0 };
+    let sign = noise.sign();
     let end = rig.length_s;
     let (foreign, relation): (_, &'static [&'static str]) = match kind {
         "head_ripple_level" => (
