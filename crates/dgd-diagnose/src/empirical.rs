@@ -170,20 +170,29 @@ pub(crate) fn instead_of(record: &Record, state: &[Applied], c: &Correction) -> 
         found.evidence > (shown + by).max(hurdle(found))
     });
     found.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-    // A curve of more freedom leaves half a square less for each.
-    let owes_more = |found: &Correction| {
-        found.curve.quantity == Quantity::Episode
-            && leaves_more(record, state, &Applied::from(&c.curve), found)
-                .is_none_or(|more| more > 0.5 * c.freedom)
-    };
-    found.into_iter().find(|found| !owes_more(found))
+    (found.into_iter()).find(|found| {
+        found.curve.quantity == Quantity::Period || leaves_no_more(record, state, c, found)
+    })
 }
 
-/// An episode in any place that leaves less over than an effect which only resembles the cause, if there is one.
+/// Whether an episode leaves no more over than a correction, of which every parameter takes half a square away.
+fn leaves_no_more(
+    record: &Record,
+    state: &[Applied],
+    c: &Correction,
+    episode: &Correction,
+) -> bool {
+    leaves_more(record, state, &Applied::from(&c.curve), episode)
+        .is_some_and(|more| more < 0.5 * c.freedom)
+}
+
+/// An episode in any place that leaves less over than an effect which only resembles the cause, and no more than a `rival` to that, if there is
+/// one.
 pub(crate) fn episode_like(
     record: &Record,
     state: &[Applied],
     resembling: &Applied,
+    rival: Option<&Correction>,
 ) -> Option<Correction> {
     /// E-folds by which it must leave less, as its edges were chosen. Set by hand.
     const LESS: f64 = 10.0;
@@ -193,8 +202,9 @@ pub(crate) fn episode_like(
     let mut found = vec![found];
     hold_without_stops(record, tangent, state, &mut found);
     let found = found.pop().filter(|found| found.evidence > hurdle(found))?;
-    let more = leaves_more(record, state, resembling, &found)?;
-    (more < -LESS).then_some(found)
+    let less = leaves_more(record, state, resembling, &found)? < -LESS;
+    let stands = |rival: &Correction| leaves_no_more(record, state, rival, &found);
+    (less && rival.is_none_or(stands)).then_some(found)
 }
 
 /// What an episode leaves over more than something else does, e-folds.

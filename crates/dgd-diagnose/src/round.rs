@@ -179,7 +179,8 @@ impl<'a> Round<'a> {
     fn episode_like(&self, best: &Contender, odds: f64) -> Option<Ruling> {
         let like = || {
             let state = self.sharpened(best);
-            episode_like(self.record, &self.state, state.last()?)
+            let rival = (self.rivals.iter()).find(|r| r.borne > self.rival_hurdle(r));
+            episode_like(self.record, &self.state, state.last()?, rival)
         };
         let episode = (odds > 0.0).then(like)??;
         let evidence = episode.borne.max(best.evidence);
