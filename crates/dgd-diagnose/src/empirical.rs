@@ -141,11 +141,12 @@ pub(crate) fn corrections(record: &Record, state: &[Applied]) -> Vec<Correction>
     out
 }
 
+/// Evidence by which what comes again, and what begins or ends, must be better than what needs no times: e-folds. Set by hand.
+const COMES_AGAIN: f64 = 10.0;
+const BEGINS: f64 = 5.0;
+
 /// A correction along the time of a period, or of an episode, that tells more than this one, in any place, if there is one.
 pub(crate) fn instead_of(record: &Record, state: &[Applied], c: &Correction) -> Option<Correction> {
-    /// Evidence by which what comes again, and what begins or ends, must be better than what needs no times: e-folds. Set by hand.
-    const COMES_AGAIN: f64 = 10.0;
-    const BEGINS: f64 = 5.0;
     if c.seen.is_some() {
         return None;
     }
@@ -171,8 +172,26 @@ pub(crate) fn instead_of(record: &Record, state: &[Applied], c: &Correction) -> 
     });
     found.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     (found.into_iter()).find(|found| {
-        found.curve.quantity == Quantity::Period || leaves_no_more(record, state, c, found)
+        found.curve.quantity == Quantity::Period
+            || leaves_no_more(record, state, c, found) && is_all(record, state, found)
     })
+}
+
+/// Whether an episode is all that its place is off by: beside it a course along time has hardly anything left to tell.
+fn is_all(record: &Record, state: &[Applied], episode: &Correction) -> bool {
+    /// Share of its evidence that may be left over. Set by hand: that at which effects are as likely to resemble the cause as to be it.
+    const LEFT: f64 = 0.12;
+    let state = joined(state, &Applied::from(&episode.curve));
+    let beside = Tangent::beside(record, &state, &[], Bend::Loose);
+    let course = (episode.curve.place, Quantity::Time);
+    let left = beside.and_then(|tangent| correction(record, &tangent, &state, &[], course));
+    if let Some(left) = &left {
+        debug!(
+            "a course along time has {:.1} left beside it",
+            left.evidence
+        );
+    }
+    left.is_none_or(|left| left.evidence < (LEFT * episode.evidence).max(hurdle(&left)))
 }
 
 /// Whether an episode leaves no more over than a correction, of which every parameter takes half a square away.
@@ -204,7 +223,8 @@ pub(crate) fn episode_like(
     let found = found.pop().filter(|found| found.evidence > hurdle(found))?;
     let less = leaves_more(record, state, resembling, &found)? < -LESS;
     let stands = |rival: &Correction| leaves_no_more(record, state, rival, &found);
-    (less && rival.is_none_or(stands)).then_some(found)
+    let alone = less && rival.is_none_or(stands) && is_all(record, state, &found);
+    alone.then_some(found)
 }
 
 /// What an episode leaves over more than something else does, e-folds.
@@ -429,7 +449,7 @@ pub(crate) fn hurdle(c: &Correction) -> f64 {
         (Relation::ReturnLineFriction, Quantity::FlowRate) => 45.0,
         (Relation::ReturnLineFriction, Quantity::InletPressure) => 30.0,
         (Relation::ReturnLineFriction, _) => 14.0,
-        (Relation::Instrument, Quantity::Time) => 15.0,
+        (Relation::Instrument, Quantity::Time | Quantity::Episode) => 15.0,
         (Relation::Instrument, _) => 25.0,
         _ => 10.0,
     };

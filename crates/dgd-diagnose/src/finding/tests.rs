@@ -215,6 +215,46 @@ fn a_correction_is_told_by_its_place_and_its_quantity() {
     }
 }
 
+#[test]
+fn an_episode_is_told_with_its_times_and_by_its_one_value() {
+    let (begin, end) =
+        told(&corrected(Place::Balance, Quantity::Time, vec![1e-3; 6])).intervals_s[0];
+    let value = -6e-3;
+    for ((from_s, to_s), title, acts) in [
+        ((2000.0, None), "shifts at 2000 s", (2000.0, end)),
+        (
+            (begin, Some(2000.0)),
+            "is off until 2000 s",
+            (begin, 2000.0),
+        ),
+        (
+            (2000.0, Some(3000.0)),
+            "is off from 2000 s to 3000 s",
+            (2000.0, 3000.0),
+        ),
+    ] {
+        let curve = Curve::episode(Place::Balance, (from_s, to_s), value);
+        let told = told(&Named {
+            applied: Applied::from(&curve),
+            ..influx()
+        });
+        assert!(
+            told.title.ends_with(&format!("riser mass balance {title}")),
+            "{}",
+            told.title
+        );
+        assert_eq!(told.intervals_s, [acts]);
+        // A flow that is off for a while is under its own tag.
+        assert_eq!(told.same_as, None);
+        let curve = told.curve.unwrap();
+        assert_eq!((curve.along, curve.adds), ("time_s", "correction_m3_s"));
+        assert_eq!(curve.episode(), Some((acts, value)));
+        assert_eq!((curve.knots[0].0, curve.knots[5].0), (begin, end));
+    }
+    let drifts = told(&corrected(Place::Balance, Quantity::Time, vec![1e-3; 6]));
+    assert_eq!(drifts.curve.unwrap().episode(), None);
+}
+
 /// What is told of a correction along time whose knots go to and fro between two values.
 fn zigzag(place: Place, knots: [f64; 2]) -> Finding {
     let knots = (0..KNOTS).map(|k| knots[k % 2]).collect();
@@ -287,12 +327,15 @@ fn a_curve_that_is_the_same_all_along_does_not_drift() {
 #[test]
 fn knots_along_the_time_since_a_start_are_told_in_seconds() {
     // Half an hour at the last of three.
-    let told = told_curve(&Curve::new(
-        Place::Balance,
-        Quantity::SinceStart,
-        (0.0, 30.0_f64.ln_1p()),
-        vec![3e-4, -1e-4, f64::NAN],
-    ));
+    let told = told_curve(
+        &Curve::new(
+            Place::Balance,
+            Quantity::SinceStart,
+            (0.0, 30.0_f64.ln_1p()),
+            vec![3e-4, -1e-4, f64::NAN],
+        ),
+        (0.0, 5400.0),
+    );
     assert_eq!(
         (told.along, told.adds),
         ("time_since_start_s", "correction_m3_s")

@@ -242,10 +242,10 @@ fn a_correction_s_codes_are_those_of_the_catalogue() {
         let line = source.lines().nth(error.places[0].0 - 1).unwrap();
         assert!(line.starts_with("parameters = { relation = "), "{line}");
     }
-    let error = read_model_document(&corrected("12", "9")).unwrap_err();
+    let error = read_model_document(&corrected("12", "10")).unwrap_err();
     let told: Vec<&str> = error.problems.iter().map(|p| p.message.as_str()).collect();
     assert_eq!(told.len(), 2, "{error}");
-    let quantity = "`quantity` of effect `unknown` is 9.0, expected a code from 0 to 8";
+    let quantity = "`quantity` of effect `unknown` is 10.0, expected a code from 0 to 9";
     assert_eq!(told[1], quantity);
     let help = error.problems[1].help.as_deref().unwrap();
     assert!(help.ends_with("8 time within its period"), "{help}");

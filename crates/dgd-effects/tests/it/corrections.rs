@@ -1,6 +1,6 @@
 //! The correction without physics: along which quantity, and to what, it is made.
 
-use crate::{close, drive, moments, setting};
+use crate::{close, drive, model, moments, setting};
 use dgd_effects::{Changes, Curve, KNOTS, Moment, Place, Quantity, catalogue, find, unknown};
 
 /// What a quantity is at a moment.
@@ -239,4 +239,44 @@ fn a_correction_remembers_as_long_as_the_knots_after_a_start_last() {
     let memory =
         unknown().memory_s(&line(Place::Friction, Quantity::SinceStart, 0.0, 4.5).parameters());
     assert!((last..2.0 * last).contains(&memory), "{memory}");
+}
+
+#[test]
+fn an_episode_acts_between_its_times_alone() {
+    let (value, moments) = (2e-3, moments());
+    for times in [(1000.0, Some(1500.0)), (1000.0, None)] {
+        let changes = run(&Curve::episode(Place::Balance, times, value), &moments);
+        for (moment, c) in moments.iter().zip(&changes) {
+            let acts = moment.t_s >= times.0 && times.1.is_none_or(|to| moment.t_s <= to);
+            let expected = if acts { value } else { 0.0 };
+            assert!(
+                (c.inflow_m3_s - expected).abs() < 1e-15,
+                "{times:?} at {}",
+                moment.t_s
+            );
+        }
+    }
+}
+
+#[test]
+fn on_a_later_recording_an_episode_goes_on_from_its_start_or_is_over() {
+    let carried = |times: (f64, Option<f64>)| {
+        let curve = Curve::episode(Place::Head, times, -4e4);
+        let mut model = model(&[("unknown", &curve.parameters())]);
+        let told = model.carry_over(100.0);
+        let left = model
+            .effects
+            .first()
+            .map(|e| Curve::read(&e.parameters).unwrap());
+        (left, told.ongoing, told.over)
+    };
+    let from_there = Curve::episode(Place::Head, (100.0, None), -4e4);
+    assert_eq!(
+        carried((7000.0, None)),
+        (Some(from_there), vec!["unknown"], vec![])
+    );
+    assert_eq!(
+        carried((7000.0, Some(7800.0))),
+        (None, vec![], vec!["unknown"])
+    );
 }

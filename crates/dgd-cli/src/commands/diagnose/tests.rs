@@ -286,6 +286,24 @@ fn a_correction_is_told_by_what_its_curve_spans() {
 }
 
 #[test]
+fn an_episode_is_told_by_its_value_and_its_times() {
+    let added = [0.0, 0.0, -6e-3, -6e-3, 0.0, 0.0];
+    let times = [0.0, 7000.0, 7000.0, 7800.0, 7800.0, 14_400.0];
+    let episode = Finding {
+        parameters: Vec::new(),
+        curve: Some(CorrectionCurve {
+            along: "time_s",
+            adds: "correction_m3_s",
+            knots: times.into_iter().zip(added).collect(),
+        }),
+        ..kick()
+    };
+    let told = tell::tell(&diagnosis(vec![episode]), &[], "rig.mat", Path::new("out"));
+    let size = "   size     correction -360 L/min from 7000 to 7800 s, else nothing\n";
+    assert!(told.contains(size), "{told}");
+}
+
+#[test]
 fn a_finding_has_dates_where_the_recording_does() {
     let told = |began: Option<&str>| {
         let finding = Finding {

@@ -1,13 +1,13 @@
 //! Claims about what swings with a period: found with it, in its place, and nowhere else.
 
 use super::{LENGTH_S, made, off_by, size_in};
-use crate::empirical::{Course, again, corrections, in_place, instead_of};
+use crate::empirical::{Course, again, corrections, instead_of, timed_anew};
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::relations::FINE_KNOTS;
 use crate::tangent::{Bend, Tangent};
 use crate::test_rig::BLOCK_S;
-use dgd_effects::{KNOTS, Place, Quantity};
+use dgd_effects::{Curve, KNOTS, Place, Quantity};
 use std::f64::consts::TAU;
 
 /// Seven and a half times in the recording; between knots of a curve along time.
@@ -56,7 +56,7 @@ fn what_swings_is_found_with_its_period_and_in_its_place() {
         let choice = (LENGTH_S / 600.0 - 2.5).ln();
         let paid = again.evidence - found.evidence;
         assert!((paid - choice).abs() < 0.1, "{paid} {choice}");
-        assert_eq!(Course::from(curve).period_s, Some((curve.from, curve.to)));
+        assert_eq!(Course::from(curve).timed_s, Some((curve.from, curve.to)));
     }
 }
 
@@ -72,7 +72,8 @@ fn what_does_not_come_again_has_no_period() {
             curve(record.t_s[i])
         });
         let best = corrections(&record, &[]).remove(0);
-        assert!(instead_of(&record, &[], &best).is_none());
+        let found = instead_of(&record, &[], &best);
+        assert!(found.is_none_or(|c| c.curve.quantity != Quantity::Period));
     }
 }
 
@@ -121,7 +122,8 @@ fn the_period_is_told_by_what_is_not_held_out_alone() {
         .map(|b| held_out((b as f64 + 0.5) * BLOCK_S))
         .collect();
     let tangent = Tangent::at(&record, &[], &excluded, Bend::Loose).unwrap();
-    let found = in_place(&record, &tangent, &[], Place::Friction).unwrap();
+    let swings = Curve::new(Place::Friction, Quantity::Period, (0.0, 1.0), Vec::new());
+    let found = timed_anew(&record, &tangent, &[], &swings).unwrap();
     let period_s = found.curve.to - found.curve.from;
     assert!((period_s - PERIOD_S).abs() < 8.0, "{period_s}");
 }

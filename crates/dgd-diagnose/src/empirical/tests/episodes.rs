@@ -1,0 +1,152 @@
+//! Claims about what sets in, or lasts for a while: found with its times and in its place, and not taken for what has a course of its own.
+
+use super::{LENGTH_S, loose, made, off_by, size_in, waving};
+use crate::empirical::drawn::range;
+use crate::empirical::{
+    DRAWN, again, correction, corrections, episode_like, episodic, instead_of, leaves_no_more,
+    timed_anew,
+};
+use crate::record::Record;
+use crate::relations::Applied;
+use crate::tangent::{Bend, Tangent};
+use crate::test_rig::{BLOCK_S, one};
+use dgd_effects::{Curve, KNOTS, Place, Quantity};
+
+/// Sets in, between knots of a curve along time, and goes on.
+const ON: (f64, f64) = (2630.0, LENGTH_S);
+/// Lasts for a while.
+const WHILE: (f64, f64) = (1610.0, 2830.0);
+
+/// One place is off by its size between two times.
+fn off_between(place: Place, (from_s, to_s): (f64, f64)) -> Record {
+    off_by(place, size_in(place), |record, i| {
+        let t = record.t_s[i];
+        if t >= from_s && t < to_s { 1.0 } else { 0.0 }
+    })
+}
+
+/// A course along time that explains next to nothing.
+fn asked(place: Place) -> crate::empirical::Correction {
+    made(place, Quantity::Time, &[0.0; KNOTS], 5.0)
+}
+
+#[test]
+fn what_sets_in_and_what_passes_is_found_with_its_times_and_in_its_place() {
+    // The head of this rig is off by running slower, which at one speed is its curve.
+    for place in DRAWN.into_iter().filter(|p| *p != Place::Head) {
+        for times in [ON, WHILE] {
+            if (place, times) == (Place::InletReading, WHILE) {
+                // In an hour and a half twenty minutes of head are too little to tell by.
+                continue;
+            }
+            let record = off_between(place, times);
+            let found = instead_of(&record, &[], &asked(place));
+            let found = found.unwrap_or_else(|| panic!("{place:?} {times:?}"));
+            let curve = &found.curve;
+            let said = format!("{place:?} {times:?}: {curve:?}");
+            assert_eq!(
+                (curve.place, curve.quantity),
+                (place, Quantity::Episode),
+                "{said}"
+            );
+            let (from_s, to_s) = curve.episode_s((0.0, LENGTH_S)).unwrap();
+            assert!((from_s - times.0).abs() <= BLOCK_S, "{said}");
+            assert!((to_s - times.1).abs() <= BLOCK_S, "{said}");
+            assert_eq!(curve.goes_on(), times == ON, "{said}");
+            let size = curve.at(from_s) / size_in(place);
+            assert!((size - 1.0).abs() < 0.15, "{size} {said}");
+            // Made anew, as a model holds it, it keeps its times.
+            let again = again(&record, &[], curve, &[]).unwrap();
+            assert_eq!(again.curve.timed_s(), curve.timed_s(), "{said}");
+            // And nothing of it is left beside it.
+            let state = [Applied::from(curve)];
+            let left = corrections(&record, &state).remove(0).evidence;
+            assert!(left < 0.05 * found.evidence + 5.0, "{left} {said}");
+        }
+    }
+}
+
+#[test]
+fn what_ends_within_ten_minutes_or_has_a_course_of_its_own_is_none() {
+    let episode = |record: &Record, place: Place| {
+        let best = corrections(record, &[])
+            .into_iter()
+            .find(|c| c.curve.place == place);
+        let found = instead_of(record, &[], &best.unwrap())?;
+        (found.curve.quantity == Quantity::Episode).then_some(found.curve)
+    };
+    for place in [Place::Friction, Place::Head, Place::Balance] {
+        let short = off_between(place, (2630.0, 3130.0));
+        assert_eq!(episode(&short, place), None, "{place:?}");
+        assert_eq!(episode(&waving(place), place), None, "{place:?}");
+        let ramp = off_by(place, size_in(place), |record, i| record.t_s[i] / LENGTH_S);
+        assert_eq!(episode(&ramp, place), None, "{place:?}");
+    }
+}
+
+#[test]
+fn a_curve_that_leaves_less_is_told_from_an_episode() {
+    // Friction goes with the level, which is high for a while: an episode explains some of that.
+    let place = Place::Friction;
+    let record = off_by(place, 2.0 * size_in(place), |record, i| {
+        let (from, to) = range(record, Quantity::InletPressure).unwrap();
+        f64::from(u8::from(record.filled.inlet[i] > from + 0.7 * (to - from)))
+    });
+    let along = (place, Quantity::InletPressure);
+    let best = correction(&record, &loose(&record), &[], &[], along).unwrap();
+    assert!(best.evidence > 100.0, "{}", best.evidence);
+    let tangent = loose(&record);
+    let episode = episodic::in_place(&record, &tangent, &[], place).unwrap();
+    assert!(!leaves_no_more(&record, &[], &best, &episode));
+    // Where it is one, a course along time leaves more.
+    let record = off_between(place, WHILE);
+    let tangent = loose(&record);
+    let course = correction(&record, &tangent, &[], &[], (place, Quantity::Time)).unwrap();
+    let episode = episodic::in_place(&record, &tangent, &[], place).unwrap();
+    assert!(leaves_no_more(&record, &[], &course, &episode));
+}
+
+#[test]
+fn its_times_are_told_by_what_is_not_held_out_alone() {
+    let held_out = |t: f64| (3600.0..4800.0).contains(&t);
+    // In the held-out window it is not there.
+    let record = off_by(Place::Friction, size_in(Place::Friction), |record, i| {
+        let t = record.t_s[i];
+        if t >= ON.0 && !held_out(t) { 1.0 } else { 0.0 }
+    });
+    let excluded: Vec<bool> = (0..record.blocks)
+        .map(|b| held_out((b as f64 + 0.5) * BLOCK_S))
+        .collect();
+    let tangent = Tangent::at(&record, &[], &excluded, Bend::Loose).unwrap();
+    let held = Curve::episode(Place::Friction, (0.0, None), 0.0);
+    let found = timed_anew(&record, &tangent, &[], &held).unwrap().curve;
+    assert!(
+        (found.from - ON.0).abs() <= BLOCK_S && found.goes_on(),
+        "{found:?}"
+    );
+    // What is not timed is not made anew so.
+    let drift = Curve::new(
+        Place::Friction,
+        Quantity::Time,
+        (0.0, LENGTH_S),
+        vec![0.0; KNOTS],
+    );
+    assert!(timed_anew(&record, &tangent, &[], &drift).is_none());
+}
+
+#[test]
+fn an_episode_takes_the_place_of_an_effect_only_if_it_leaves_less() {
+    let heavier = one("mud_density_change", &[20.0, ON.0, 0.1, 0.3]);
+    let shifted = off_between(Place::OutletReading, ON);
+    let found = episode_like(&shifted, &[], &heavier, None).unwrap();
+    assert_eq!(found.curve.place, Place::OutletReading);
+    // Not beside a curve that leaves as little: itself, with the freedom of a curve.
+    let mut rival = found.clone();
+    rival.freedom = 0.0;
+    assert!(episode_like(&shifted, &[], &heavier, Some(&rival)).is_none());
+    rival.curve.knots.fill(0.0);
+    assert!(episode_like(&shifted, &[], &heavier, Some(&rival)).is_some());
+    // Nor where the effect is what it is told as.
+    let lasting = Applied::from(&found.curve);
+    assert!(episode_like(&shifted, &[], &lasting, None).is_none());
+}
