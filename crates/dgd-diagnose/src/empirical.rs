@@ -277,20 +277,41 @@ fn drawn_places(record: &Record, tangent: &Tangent, state: &[Applied]) -> Vec<Pl
     DRAWN.into_iter().filter(drawn).collect()
 }
 
-/// A timed correction that a model holds, made anew in its place beside a state: its times are not told by the excluded blocks either.
+/// A timed correction that was found, made anew in its place without the excluded blocks: its times are not told by them either. An episode whose
+/// other rows do not tell nearly the same times is a course along time.
 pub(crate) fn timed_anew(
     record: &Record,
     tangent: &Tangent,
     state: &[Applied],
+    excluded: &[bool],
     held: &Curve,
 ) -> Option<Correction> {
-    (match held.quantity {
-        Quantity::Period => periodic::in_place(record, tangent, state, held.place),
-        Quantity::Episode => episodic::in_place(record, tangent, state, held.place),
+    /// Share of the time that either of two episodes acts in which both do, from which on they are the same. Set by hand.
+    const SAME: f64 = 0.8;
+    let (place, span_s) = (held.place, record.setting.span_s);
+    let found = match held.quantity {
+        Quantity::Period => periodic::in_place(record, tangent, state, place),
+        Quantity::Episode => {
+            let found = episodic::in_place(record, tangent, state, place);
+            let times = |curve: &Curve| curve.episode_s(span_s);
+            let same = (found.as_ref())
+                .and_then(|found| Some(shared(times(&found.curve)?, times(held)?)))
+                .is_some_and(|share| share > SAME);
+            if same {
+                found
+            } else {
+                correction(record, tangent, state, excluded, (place, Quantity::Time))
+            }
+        }
         _ => None,
-    })
-    .inspect(|found| told(found, 0.0))
-    .filter(|found| found.evidence > 0.0)
+    };
+    found.filter(|found| found.evidence > 0.0)
+}
+
+/// Of the time that lies in either of two intervals, the share that lies in both.
+fn shared(a: (f64, f64), b: (f64, f64)) -> f64 {
+    let both = (a.1.min(b.1) - a.0.max(b.0)).max(0.0);
+    both / (a.1 - a.0 + b.1 - b.0 - both)
 }
 
 /// Lowers corrections that stand out only because of stops, or while the pump changes to another head. Takes the tangent to free its memory

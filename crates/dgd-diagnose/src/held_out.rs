@@ -103,7 +103,7 @@ pub(crate) fn trained(
                 let tangent = Tangent::at(record, &state, excluded, Bend::Loose);
                 let again = tangent.and_then(|t| {
                     if held.quantity.is_timed() {
-                        timed_anew(record, &t, &state, &held)
+                        timed_anew(record, &t, &state, excluded, &held)
                     } else {
                         correction(record, &t, &state, excluded, &held)
                     }

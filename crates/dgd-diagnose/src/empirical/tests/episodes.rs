@@ -118,20 +118,24 @@ fn its_times_are_told_by_what_is_not_held_out_alone() {
         .map(|b| held_out((b as f64 + 0.5) * BLOCK_S))
         .collect();
     let tangent = Tangent::at(&record, &[], &excluded, Bend::Loose).unwrap();
-    let held = Curve::episode(Place::Friction, (0.0, None), 0.0);
-    let found = timed_anew(&record, &tangent, &[], &held).unwrap().curve;
+    let anew = |held: &Curve| {
+        let found = timed_anew(&record, &tangent, &[], &excluded, held);
+        found.map(|found| found.curve)
+    };
+    let found = anew(&Curve::episode(Place::Friction, (2900.0, None), 0.0)).unwrap();
     assert!(
         (found.from - ON.0).abs() <= BLOCK_S && found.goes_on(),
         "{found:?}"
     );
-    // What is not timed is not made anew so.
-    let drift = Curve::new(
+    // Where they tell other times than were found, it is a course along time; and what is not timed is not made anew so.
+    let other = anew(&Curve::episode(
         Place::Friction,
-        Quantity::Time,
-        (0.0, LENGTH_S),
-        vec![0.0; KNOTS],
-    );
-    assert!(timed_anew(&record, &tangent, &[], &drift).is_none());
+        (1000.0, Some(3000.0)),
+        0.0,
+    ))
+    .unwrap();
+    assert_eq!(other.quantity, Quantity::Time);
+    assert_eq!(anew(&other), None);
 }
 
 #[test]

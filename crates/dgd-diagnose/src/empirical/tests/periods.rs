@@ -123,7 +123,7 @@ fn the_period_is_told_by_what_is_not_held_out_alone() {
         .collect();
     let tangent = Tangent::at(&record, &[], &excluded, Bend::Loose).unwrap();
     let swings = Curve::new(Place::Friction, Quantity::Period, (0.0, 1.0), Vec::new());
-    let found = timed_anew(&record, &tangent, &[], &swings).unwrap();
+    let found = timed_anew(&record, &tangent, &[], &excluded, &swings).unwrap();
     let period_s = found.curve.to - found.curve.from;
     assert!((period_s - PERIOD_S).abs() < 8.0, "{period_s}");
 }
