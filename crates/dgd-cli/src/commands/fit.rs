@@ -75,12 +75,8 @@ pub(crate) fn run(arguments: &Fit, global: &Global) -> Result<String, Failure> {
     let mut text = tell(&fitted);
     let _ = writeln!(text, "\nwrote {}", arguments.out.display());
     if let Some(folder) = &arguments.figures {
-        let _ = writeln!(
-            text,
-            "drew {} figures into {}",
-            drawn.len() / 2,
-            folder.display()
-        );
+        let drawn = say::counted(drawn.len() / 2, "figure");
+        let _ = writeln!(text, "drew {drawn} into {}", folder.display());
     }
     Ok(text)
 }

@@ -221,6 +221,71 @@ fn misread(falsify: impl Fn(&mut dgd_recording::Recording)) -> Diagnosis {
 }
 
 #[test]
+fn what_sets_in_or_passes_outside_the_catalogue_is_told_with_its_times() {
+    const AT_S: f64 = 7000.0;
+    type Falsified = fn(&mut dgd_recording::Recording);
+    let cases: [(Falsified, &str, Option<f64>); 3] = [
+        (
+            |r| {
+                // Both outlets read 0.8 bar too much, which a heavier mud would do nearly as well.
+                for outlet in &mut r.pump_outlet_pressure_pa {
+                    from(&r.time_s, AT_S, outlet, |p| p + 8e4);
+                }
+            },
+            "the reading of the pump outlet transmitters shifts at",
+            None,
+        ),
+        (
+            |r| from(&r.time_s, AT_S, &mut r.return_flow_m3_s, |q| 0.94 * q),
+            "the factor of the return flow meter shifts at",
+            None,
+        ),
+        (
+            |r| {
+                // A flow that nobody measures goes in for a quarter of an hour.
+                let unmeasured = |t: f64| {
+                    if (AT_S..AT_S + 900.0).contains(&t) {
+                        6e-3
+                    } else {
+                        0.0
+                    }
+                };
+                for (q, t) in r.mud_pump_flow_m3_s.iter_mut().zip(&r.time_s) {
+                    *q += unmeasured(*t);
+                }
+            },
+            "riser mass balance is off from",
+            Some(AT_S + 900.0),
+        ),
+    ];
+    for (falsify, says, ends) in cases {
+        let found = misread(falsify);
+        let finding = &found.findings[0];
+        assert_eq!(
+            (finding.effect.as_str(), found.findings.len()),
+            ("unknown", 1),
+            "{says}: {:?}",
+            found.findings
+        );
+        assert!(finding.title.contains(says), "{}", finding.title);
+        let (from_s, to_s) = finding.intervals_s[0];
+        assert!((from_s - AT_S).abs() < 60.0, "{says}: {from_s}");
+        if let Some(ends) = ends {
+            assert!((to_s - ends).abs() < 60.0, "{says}: {to_s}");
+        } else {
+            gains_on_held_out_windows(finding);
+        }
+    }
+}
+
+/// Changes a channel from some time on.
+fn from(time_s: &[f64], at_s: f64, channel: &mut [f64], change: impl Fn(f64) -> f64) {
+    for (value, _) in channel.iter_mut().zip(time_s).filter(|(_, t)| **t >= at_s) {
+        *value = change(*value);
+    }
+}
+
+#[test]
 fn inlet_transmitters_that_drift_are_told_from_a_pump_that_loses_head() {
     let (well, mut recording, step_s) = recorded(&case(301, None));
     let end = recording.time_s.last().copied().unwrap();

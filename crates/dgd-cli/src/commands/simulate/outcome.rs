@@ -1,7 +1,7 @@
 //! What is told of a simulation.
 
 use crate::args::Simulate;
-use crate::say::{self, TextTable, count, number};
+use crate::say::{self, TextTable, count, counted, number};
 use dgd_dynamics::integrate::{Statistics, Status};
 use dgd_dynamics::return_line::RiserBounds;
 use dgd_replay::{Deviation, DeviationSums, Pair, Replay};
@@ -183,7 +183,12 @@ pub(super) fn tell(
     }
     let _ = writeln!(text, "\nwrote {}", arguments.out.display());
     if let Some(folder) = &arguments.figures {
-        let _ = writeln!(text, "drew {} figures into {}", drawn / 2, folder.display());
+        let _ = writeln!(
+            text,
+            "drew {} into {}",
+            counted(drawn / 2, "figure"),
+            folder.display()
+        );
     }
     text
 }
