@@ -1,5 +1,6 @@
 //! From evidence to a probability: of findings at 0.8, four in five are right.
 
+use crate::relations::Applied;
 use crate::selection::Named;
 use dgd_effects::unknown;
 use tracing::debug;
@@ -64,11 +65,15 @@ fn also(alternatives: &mut Vec<(String, f64)>, id: &str, more: f64) {
     alternatives.sort_by(|a, b| b.1.total_cmp(&a.1));
 }
 
+/// Whether the form of an effect has come to an end of what it may be.
+pub(crate) fn is_strange(one: &Applied) -> bool {
+    let mut parameters = one.effect.about().parameters.iter().zip(&one.parameters);
+    !one.is_correction() && parameters.any(|(p, v)| p.is_strange(*v))
+}
+
 /// Shares the probability of an effect whose form has come to an end of what it may be with what the catalogue does not hold.
 pub(crate) fn doubt(named: &mut Named) {
-    let parameters = named.applied.effect.about().parameters.iter();
-    let strange = (parameters.zip(&named.applied.parameters)).any(|(p, v)| p.is_strange(*v));
-    if !strange || named.applied.is_correction() {
+    if !is_strange(&named.applied) {
         return;
     }
     let of_this = logistic(-BARRED);

@@ -201,16 +201,21 @@ fn leaves_no_more(
     c: &Correction,
     episode: &Correction,
 ) -> bool {
-    leaves_more(record, state, &Applied::from(&c.curve), episode)
-        .is_some_and(|more| more < 0.5 * c.freedom)
+    leaves_more(
+        record,
+        state,
+        &joined(state, &Applied::from(&c.curve)),
+        episode,
+    )
+    .is_some_and(|more| more < 0.5 * c.freedom)
 }
 
-/// An episode in any place that leaves less over than an effect which only resembles the cause, and no more than a `rival` to that, if there is
-/// one.
+/// An episode in any place that leaves less over than a state `with` an effect which only resembles the cause, and no more than a `rival` to that,
+/// if there is one.
 pub(crate) fn episode_like(
     record: &Record,
     state: &[Applied],
-    resembling: &Applied,
+    with: &[Applied],
     rival: Option<&Correction>,
 ) -> Option<Correction> {
     /// E-folds by which it must leave less, as its edges were chosen. Set by hand.
@@ -221,34 +226,33 @@ pub(crate) fn episode_like(
     let mut found = vec![found];
     hold_without_stops(record, tangent, state, &mut found);
     let found = found.pop().filter(|found| found.evidence > hurdle(found))?;
-    let less = leaves_more(record, state, resembling, &found)? < -LESS;
+    let less = leaves_more(record, state, with, &found)? < -LESS;
     let stands = |rival: &Correction| leaves_no_more(record, state, rival, &found);
     let alone = less && rival.is_none_or(stands) && is_all(record, state, &found);
     alone.then_some(found)
 }
 
-/// What an episode leaves over more than something else does, e-folds.
+/// What an episode beside a state leaves over more than what is `with` that instead, e-folds.
 ///
 /// What either explains is not on one scale: an instrument that shifts may be one that wanders, where mud of another weight may not, and what is not
 /// yet in place counts as noise. Both are fitted beside the noise that is left with the other one in place.
 fn leaves_more(
     record: &Record,
     state: &[Applied],
-    other: &Applied,
+    with: &[Applied],
     episode: &Correction,
 ) -> Option<f64> {
-    let with_other = Tangent::at(record, &joined(state, other), &[], Bend::Lean)?;
-    let with_it = with_other.refitted(record, &joined(state, &Applied::from(&episode.curve)));
+    let without_it = Tangent::at(record, with, &[], Bend::Lean)?;
+    let with_it = without_it.refitted(record, &joined(state, &Applied::from(&episode.curve)));
     let left = |one: &Tangent| 0.5 * dot(&one.off, &one.off);
-    let more = left(&with_it) - left(&with_other);
+    let more = left(&with_it) - left(&without_it);
+    let what = |one: &Applied| (one.curve()).map_or(one.effect.about().id, |c| c.quantity.name());
     debug!(
-        "an episode in {}, {:.0} s to {:.0} s, leaves {more:.1} more than {}",
+        "an episode in {}, {:.0} s to {:.0} s, leaves {more:.1} more than {:?}",
         episode.curve.place.name(),
         episode.curve.from,
         episode.curve.to,
-        other
-            .curve()
-            .map_or(other.effect.about().id, |c| c.quantity.name())
+        with.iter().skip(state.len()).map(what).collect::<Vec<_>>()
     );
     more.is_finite().then_some(more)
 }

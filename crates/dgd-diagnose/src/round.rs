@@ -8,6 +8,7 @@ mod hurdles;
 mod suction;
 
 use crate::ablation::Step;
+use crate::belief::BARRED;
 use crate::contest::{self, Contender, contest, solved};
 use crate::empirical::{Correction, episode_like};
 use crate::record::Record;
@@ -155,14 +156,21 @@ impl<'a> Round<'a> {
             return self.unnamed(&curve, curve.borne, Some((best, odds)));
         }
         if let Some((lasting, odds)) = self.lasting(best) {
-            let episode = self.episode_like(&lasting, odds);
+            let episode = self.episode_like(&lasting, odds, &self.sharpened(&lasting));
             return episode.unwrap_or_else(|| Ruling::Named(self.named(&lasting, Some(odds))));
         }
         let beside = Beside::of(self, best, &bent);
-        let broken = bent.unless_told(&beside);
-        if let Some(episode) = self.episode_like(best, broken) {
+        let resembles = if beside.is_strange() {
+            bent.odds.max(BARRED)
+        } else {
+            bent.odds
+        };
+        if resembles > 0.0
+            && let Some(episode) = self.episode_like(best, resembles, &beside.with_second())
+        {
             return episode;
         }
+        let broken = bent.unless_told(&beside);
         let rival = (self.rival(best, broken)).or_else(|| self.rival_beyond(best, broken));
         let Some(rival) = rival else {
             return Ruling::Named(self.named(best, (broken > 0.0).then_some(broken)));
@@ -175,20 +183,18 @@ impl<'a> Round<'a> {
         self.by_what_is_left(best, rival, resembles, second)
     }
 
-    /// An episode in place of an effect that by the logarithm of the odds only resembles the cause, if one tells more.
-    fn episode_like(&self, best: &Contender, odds: f64) -> Option<Ruling> {
-        let like = || {
-            let state = self.sharpened(best);
-            let rival = (self.rivals.iter()).find(|r| r.borne > self.rival_hurdle(r));
-            episode_like(self.record, &self.state, state.last()?, rival)
-        };
-        let episode = (odds > 0.0).then(like)??;
+    /// An episode in place of an effect that by the logarithm of the odds only resembles the cause, if one tells more than the effect with what
+    /// else is in the state.
+    fn episode_like(&self, best: &Contender, odds: f64, with: &[Applied]) -> Option<Ruling> {
+        let rival = (self.rivals.iter()).find(|r| r.borne > self.rival_hurdle(r));
+        let episode = (odds > 0.0)
+            .then(|| episode_like(self.record, &self.state, with, rival))
+            .flatten()?;
         let evidence = episode.borne.max(best.evidence);
-        Some(Ruling::Unnamed(self.corrected(
-            &episode,
-            evidence,
-            Some((best, odds)),
-        )))
+        let resembling = Some((best, odds));
+        Some(Ruling::Unnamed(
+            self.corrected(&episode, evidence, resembling),
+        ))
     }
 
     /// Decides by the logarithm of the odds that the best effect only resembles what a rival tells, and by the second effect that tells what

@@ -3,11 +3,12 @@
 use super::hurdles::{FURTHER, NO_ODDS, timed};
 use super::{Bent, Round};
 use crate::ablation::Step;
+use crate::belief::is_strange;
 use crate::contest::{self, Contender, contest, material, solved};
 use crate::empirical::{Correction, corrections, hurdle, plausible};
 use crate::ends_early::ended;
 use crate::record::Record;
-use crate::relations::{Applied, on_grid};
+use crate::relations::{Applied, joined, on_grid};
 use crate::tangent::{Bend, Tangent};
 use dgd_effects::{About, Place, Quantity, Relation};
 use std::cell::OnceCell;
@@ -33,9 +34,10 @@ const APART: f64 = 0.9;
 const BROUGHT_OUT: f64 = 0.5;
 
 /// A second effect beside the best one.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone)]
 pub(super) struct Second {
     pub about: &'static About,
+    pub applied: Applied,
     /// What it explains beyond what a further effect must.
     pub evidence: f64,
 }
@@ -67,6 +69,27 @@ impl<'r, 'a> Beside<'r, 'a> {
         self.state.get_or_init(|| self.round.sharpened(self.best))
     }
 
+    /// Whether the effect, sharpened, has come to an end of what its form may be.
+    pub(super) fn is_strange(&self) -> bool {
+        let may_be = self
+            .best
+            .effect
+            .about()
+            .parameters
+            .iter()
+            .any(|p| p.strange.is_some());
+        may_be && self.state().last().is_some_and(is_strange)
+    }
+
+    /// The state with the effect, and with the likeliest second one, if there is any.
+    pub(super) fn with_second(&self) -> Vec<Applied> {
+        let second = self.second(|_| true);
+        second.map_or_else(
+            || self.state().to_vec(),
+            |s| joined(self.state(), &s.applied),
+        )
+    }
+
     fn gate(&self) -> Option<Tangent> {
         Tangent::beside(self.round.record, self.state(), &[], Bend::Lean)
     }
@@ -74,7 +97,7 @@ impl<'r, 'a> Beside<'r, 'a> {
     /// The likeliest second effect of some kind that might be named.
     pub(super) fn second(&self, kind: impl Fn(&About) -> bool) -> Option<Second> {
         let seconds = self.seconds.get_or_init(|| self.seconds());
-        seconds.iter().find(|second| kind(second.about)).copied()
+        seconds.iter().find(|second| kind(second.about)).cloned()
     }
 
     fn seconds(&self) -> Vec<Second> {
@@ -92,6 +115,7 @@ impl<'r, 'a> Beside<'r, 'a> {
         };
         let second = |c: Contender| Second {
             about: c.effect.about(),
+            applied: solved(&c.best),
             evidence: c.evidence - further,
         };
         let contenders = contest(record, &gate, self.state()).into_iter();

@@ -464,6 +464,7 @@ fn the_odds_that_an_effect_only_resembles_decide_between_it_and_a_correction() {
     let rival = correction(balance, 80.0);
     let second = || Second {
         about: find("line_leak").unwrap().about(),
+        applied: one("line_leak", &[1e-3, 2000.0]),
         evidence: 50.0,
     };
     let ruled =

@@ -248,7 +248,7 @@ fn a_correction_s_codes_are_those_of_the_catalogue() {
     let quantity = "`quantity` of effect `unknown` is 10.0, expected a code from 0 to 9";
     assert_eq!(told[1], quantity);
     let help = error.problems[1].help.as_deref().unwrap();
-    assert!(help.ends_with("8 time within its period"), "{help}");
+    assert!(help.ends_with("9 time within an episode"), "{help}");
 }
 
 /// Reads back what a document with one effect is written as.
