@@ -76,7 +76,7 @@ fn the_time_of_a_period_begins_again_with_each() {
     // A period of no length has no time, and a code beyond the last no quantity.
     let none = line(Place::Balance, Quantity::Period, 500.0, 500.0).parameters();
     let mut beyond = line(Place::Balance, Quantity::Period, 500.0, 1300.0).parameters();
-    beyond[1] += 1.0;
+    beyond[1] = Quantity::ALL.len() as f64;
     for parameters in [none, beyond] {
         let found = drive("unknown", &parameters, &setting(), &moments());
         assert!(found.iter().all(|c| *c == Changes::default()));
