@@ -204,18 +204,22 @@ impl CorrectionCurve {
     /// From when to when it adds one value and else nothing, s, and that value, if it is such a curve.
     pub fn episode(&self) -> Option<((f64, f64), f64)> {
         let [
-            ..,
+            first,
             (begins, before),
             (from, value),
             (to, until),
             (ends, after),
-            _,
+            last,
         ] = self.knots[..]
         else {
             return None;
         };
         let edges = begins == from && ends == to && value == until;
-        (edges && before == 0.0 && after == 0.0).then_some(((from, to), value))
+        // It may have begun before the recording did, or go on after that.
+        let begun = first == (from, value) && before == value;
+        let goes_on = last == (to, value) && after == value;
+        let acts = edges && (before == 0.0 || begun) && (after == 0.0 || goes_on);
+        acts.then_some(((from, to), value))
     }
 
     /// Least and greatest of what it adds; `None` of no number.

@@ -161,13 +161,16 @@ fn told_curve(curve: &Curve, span_s: (f64, f64)) -> CorrectionCurve {
     };
     if let Some((begins, ends)) = curve.episode_s(span_s) {
         let value = curve.at(begins);
+        // At an end of the recording there is no edge.
+        let beyond = |edge: bool| if edge { 0.0 } else { value };
+        let (before, after) = (beyond(begins > span_s.0), beyond(ends < span_s.1));
         let knots = [
-            (span_s.0, 0.0),
-            (begins, 0.0),
+            (span_s.0, before),
+            (begins, before),
             (begins, value),
             (ends, value),
-            (ends, 0.0),
-            (span_s.1, 0.0),
+            (ends, after),
+            (span_s.1, after),
         ];
         return CorrectionCurve {
             along: Quantity::Time.si_name(),
