@@ -198,30 +198,11 @@ pub struct CorrectionCurve {
     pub adds: &'static str,
     /// The quantity at each knot, and what is added there.
     pub knots: Vec<(f64, f64)>,
+    /// The one value that an episode adds as long as it acts ([`Finding::intervals_s`]); it adds nothing else.
+    pub level: Option<f64>,
 }
 
 impl CorrectionCurve {
-    /// From when to when it adds one value and else nothing, s, and that value, if it is such a curve.
-    pub fn episode(&self) -> Option<((f64, f64), f64)> {
-        let [
-            first,
-            (begins, before),
-            (from, value),
-            (to, until),
-            (ends, after),
-            last,
-        ] = self.knots[..]
-        else {
-            return None;
-        };
-        let edges = begins == from && ends == to && value == until;
-        // It may have begun before the recording did, or go on after that.
-        let begun = first == (from, value) && before == value;
-        let goes_on = last == (to, value) && after == value;
-        let acts = edges && (before == 0.0 || begun) && (after == 0.0 || goes_on);
-        acts.then_some(((from, to), value))
-    }
-
     /// Least and greatest of what it adds; `None` of no number.
     pub fn range(&self) -> Option<(f64, f64)> {
         let added = self.knots.iter().map(|k| k.1).filter(|v| v.is_finite());

@@ -6,21 +6,23 @@ mod episodic;
 mod periodic;
 mod seen;
 mod smooth;
+mod straight;
+mod timed;
+
+pub(crate) use timed::{anew, episode_like, instead_of};
 
 use crate::ablation::Step;
 use crate::error_budget::wander;
 use crate::numbers::whole;
 use crate::record::Record;
-use crate::relations::{Applied, joined};
+use crate::relations::Applied;
 use crate::tangent::{Bend, Tangent};
 use crate::twins::{Pair, Twins};
 use crate::vectors::most_within;
 use crosstalk::crosstalk;
 use dgd_effects::{Curve, Place, Quantity, Relation};
-use dgd_lsq::dot;
 use drawn::drawn;
 use rayon::prelude::*;
-use tracing::debug;
 
 /// Places that a curve through knots is drawn for. What two transmitters of one pressure tell of the others is [seen](seen::all).
 const DRAWN: [Place; 6] = [
@@ -139,183 +141,6 @@ pub(crate) fn corrections(record: &Record, state: &[Applied]) -> Vec<Correction>
     hold_without_stops(record, whole, state, &mut out);
     out.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     out
-}
-
-/// Evidence by which what comes again, and what begins or ends, must be better than what needs no times: e-folds. Set by hand.
-const COMES_AGAIN: f64 = 10.0;
-const BEGINS: f64 = 5.0;
-
-/// A correction along the time of a period, or of an episode, that tells more than this one, in any place, if there is one.
-pub(crate) fn instead_of(record: &Record, state: &[Applied], c: &Correction) -> Option<Correction> {
-    if c.seen.is_some() {
-        return None;
-    }
-    let tangent = Tangent::beside(record, state, &[], Bend::Loose)?;
-    let places = drawn_places(record, &tangent, state);
-    // What was drawn on stiff curves shows more there than beside these.
-    let here = at_will(record, &tangent, state, c);
-    let shown = here.map_or(c.evidence, |here| here.evidence.min(c.evidence));
-    let found = [
-        periodic::best(record, &tangent, state, &places, shown),
-        episodic::best(record, &tangent, state, &places),
-    ];
-    let mut found: Vec<Correction> = found.into_iter().flatten().collect();
-    // Stops come nearly as regularly.
-    hold_without_stops(record, tangent, state, &mut found);
-    found.retain(|found| {
-        told(found, shown);
-        let by = match found.curve.quantity {
-            Quantity::Period => COMES_AGAIN,
-            _ => BEGINS,
-        };
-        found.evidence > (shown + by).max(hurdle(found))
-    });
-    found.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-    (found.into_iter()).find(|found| {
-        found.curve.quantity == Quantity::Period
-            || leaves_no_more(record, state, c, found) && is_all(record, state, found)
-    })
-}
-
-/// Whether an episode is all that its place is off by: beside it a course along time has hardly anything left to tell.
-fn is_all(record: &Record, state: &[Applied], episode: &Correction) -> bool {
-    /// Share of its evidence that may be left over. Set by hand: that at which effects are as likely to resemble the cause as to be it.
-    const LEFT: f64 = 0.12;
-    let state = joined(state, &Applied::from(&episode.curve));
-    let beside = Tangent::beside(record, &state, &[], Bend::Loose);
-    let course = (episode.curve.place, Quantity::Time);
-    let left = beside.and_then(|tangent| correction(record, &tangent, &state, &[], course));
-    if let Some(left) = &left {
-        debug!(
-            "a course along time has {:.1} left beside it",
-            left.evidence
-        );
-    }
-    left.is_none_or(|left| left.evidence < (LEFT * episode.evidence).max(hurdle(&left)))
-}
-
-/// Whether an episode leaves no more over than a correction, of which every parameter takes half a square away.
-fn leaves_no_more(
-    record: &Record,
-    state: &[Applied],
-    c: &Correction,
-    episode: &Correction,
-) -> bool {
-    leaves_more(
-        record,
-        state,
-        &joined(state, &Applied::from(&c.curve)),
-        episode,
-    )
-    .is_some_and(|more| more < 0.5 * c.freedom)
-}
-
-/// An episode in any place that leaves less over than a state `with` an effect which only resembles the cause, and no more than a `rival` to that,
-/// if there is one.
-pub(crate) fn episode_like(
-    record: &Record,
-    state: &[Applied],
-    with: &[Applied],
-    rival: Option<&Correction>,
-) -> Option<Correction> {
-    /// E-folds by which it must leave less, as its edges were chosen. Set by hand.
-    const LESS: f64 = 10.0;
-    let tangent = Tangent::beside(record, state, &[], Bend::Loose)?;
-    let places = drawn_places(record, &tangent, state);
-    let found = episodic::best(record, &tangent, state, &places)?;
-    let mut found = vec![found];
-    hold_without_stops(record, tangent, state, &mut found);
-    let found = found.pop().filter(|found| found.evidence > hurdle(found))?;
-    let less = leaves_more(record, state, with, &found)? < -LESS;
-    let stands = |rival: &Correction| leaves_no_more(record, state, rival, &found);
-    let alone = less && rival.is_none_or(stands) && is_all(record, state, &found);
-    alone.then_some(found)
-}
-
-/// What an episode beside a state leaves over more than what is `with` that instead, e-folds.
-///
-/// What either explains is not on one scale: an instrument that shifts may be one that wanders, where mud of another weight may not, and what is not
-/// yet in place counts as noise. Both are fitted beside the noise that is left with the other one in place.
-fn leaves_more(
-    record: &Record,
-    state: &[Applied],
-    with: &[Applied],
-    episode: &Correction,
-) -> Option<f64> {
-    let without_it = Tangent::at(record, with, &[], Bend::Lean)?;
-    let with_it = without_it.refitted(record, &joined(state, &Applied::from(&episode.curve)));
-    let left = |one: &Tangent| 0.5 * dot(&one.off, &one.off);
-    let more = left(&with_it) - left(&without_it);
-    let what = |one: &Applied| (one.curve()).map_or(one.effect.about().id, |c| c.quantity.name());
-    debug!(
-        "an episode in {}, {:.0} s to {:.0} s, leaves {more:.1} more than {:?}",
-        episode.curve.place.name(),
-        episode.curve.from,
-        episode.curve.to,
-        with.iter().skip(state.len()).map(what).collect::<Vec<_>>()
-    );
-    more.is_finite().then_some(more)
-}
-
-/// Tells in the log what a timed correction tells more.
-fn told(found: &Correction, shown: f64) {
-    let Curve {
-        place,
-        quantity,
-        from,
-        to,
-        ..
-    } = &found.curve;
-    debug!(
-        "{} in {}, {from:.0} s to {to:.0} s, brings it from {shown:.1} to {:.1}",
-        quantity.name(),
-        place.name(),
-        found.evidence
-    );
-}
-
-/// Places that a timed curve may be drawn for: of a reading that drifts, the riser's transmitter draws the curve.
-fn drawn_places(record: &Record, tangent: &Tangent, state: &[Applied]) -> Vec<Place> {
-    let witnessed = beside_riser(record, tangent, state, &[]).is_some();
-    let drawn = |place: &Place| *place != Place::InletReading || !witnessed;
-    DRAWN.into_iter().filter(drawn).collect()
-}
-
-/// A timed correction that was found, made anew in its place without the excluded blocks: its times are not told by them either. An episode whose
-/// other rows do not tell nearly the same times is a course along time.
-pub(crate) fn timed_anew(
-    record: &Record,
-    tangent: &Tangent,
-    state: &[Applied],
-    excluded: &[bool],
-    held: &Curve,
-) -> Option<Correction> {
-    /// Share of the time that either of two episodes acts in which both do, from which on they are the same. Set by hand.
-    const SAME: f64 = 0.8;
-    let (place, span_s) = (held.place, record.setting.span_s);
-    let found = match held.quantity {
-        Quantity::Period => periodic::in_place(record, tangent, state, place),
-        Quantity::Episode => {
-            let found = episodic::in_place(record, tangent, state, place);
-            let times = |curve: &Curve| curve.episode_s(span_s);
-            let same = (found.as_ref())
-                .and_then(|found| Some(shared(times(&found.curve)?, times(held)?)))
-                .is_some_and(|share| share > SAME);
-            if same {
-                found
-            } else {
-                correction(record, tangent, state, excluded, (place, Quantity::Time))
-            }
-        }
-        _ => None,
-    };
-    found.filter(|found| found.evidence > 0.0)
-}
-
-/// Of the time that lies in either of two intervals, the share that lies in both.
-fn shared(a: (f64, f64), b: (f64, f64)) -> f64 {
-    let both = (a.1.min(b.1) - a.0.max(b.0)).max(0.0);
-    both / (a.1 - a.0 + b.1 - b.0 - both)
 }
 
 /// Lowers corrections that stand out only because of stops, or while the pump changes to another head. Takes the tangent to free its memory
@@ -496,6 +321,15 @@ pub(crate) fn rival_hurdle(c: &Correction) -> f64 {
 
 /// Length of what happens once, s.
 const BUSIEST_S: f64 = 600.0;
+
+/// Evidence that a signature may not count: what it owes to its busiest ten minutes.
+fn owed(record: &Record, tangent: &Tangent, signature: &[f64]) -> f64 {
+    if record.takes(Step::Busiest) {
+        busiest(record, tangent, signature)
+    } else {
+        0.0
+    }
+}
 
 /// Evidence that a signature owes to its busiest ten minutes: a reading that freezes once is no law of the rig.
 fn busiest(record: &Record, tangent: &Tangent, signature: &[f64]) -> f64 {

@@ -26,7 +26,7 @@ pub(crate) fn finding(
         Some(place) => (place.reading()).unwrap_or_else(|| base_equation(place.relation())),
         None => equation_without(about),
     };
-    let title = amiss(record, named).map_or_else(
+    let title = amiss(named, record.setting.span_s).map_or_else(
         || about.title.to_owned(),
         |amiss| format!("something outside the catalogue: {amiss}"),
     );
@@ -66,11 +66,10 @@ pub(crate) fn finding(
 }
 
 /// What of the model a correction finds amiss, such as "pump head depends on inlet pressure"; `None` of a cause.
-pub(crate) fn amiss(record: &Record, named: &Named) -> Option<String> {
+pub(crate) fn amiss(named: &Named, span_s: (f64, f64)) -> Option<String> {
     let curve = named.applied.curve()?;
-    let span = record.setting.span_s;
-    let does = if let Some((from_s, to_s)) = curve.episode_s(span) {
-        match (from_s > span.0, to_s < span.1) {
+    let does = if let Some((from_s, to_s)) = curve.episode_s(span_s) {
+        match (from_s > span_s.0, to_s < span_s.1) {
             (true, false) => format!("shifts at {from_s:.0} s"),
             (false, _) => format!("is off until {to_s:.0} s"),
             (true, true) => format!("is off from {from_s:.0} s to {to_s:.0} s"),
@@ -161,21 +160,19 @@ fn told_curve(curve: &Curve, span_s: (f64, f64)) -> CorrectionCurve {
     };
     if let Some((begins, ends)) = curve.episode_s(span_s) {
         let value = curve.at(begins);
+        let mut knots = vec![(begins, value), (ends, value)];
         // At an end of the recording there is no edge.
-        let beyond = |edge: bool| if edge { 0.0 } else { value };
-        let (before, after) = (beyond(begins > span_s.0), beyond(ends < span_s.1));
-        let knots = [
-            (span_s.0, before),
-            (begins, before),
-            (begins, value),
-            (ends, value),
-            (ends, after),
-            (span_s.1, after),
-        ];
+        if begins > span_s.0 {
+            knots.splice(0..0, [(span_s.0, 0.0), (begins, 0.0)]);
+        }
+        if ends < span_s.1 {
+            knots.extend([(ends, 0.0), (span_s.1, 0.0)]);
+        }
         return CorrectionCurve {
             along: Quantity::Time.si_name(),
             adds,
-            knots: knots.to_vec(),
+            knots,
+            level: Some(value),
         };
     }
     let (from, to, values) = (curve.from, curve.to, &curve.knots);
@@ -201,6 +198,7 @@ fn told_curve(curve: &Curve, span_s: (f64, f64)) -> CorrectionCurve {
         along: curve.quantity.si_name(),
         adds,
         knots,
+        level: None,
     }
 }
 

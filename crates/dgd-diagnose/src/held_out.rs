@@ -1,7 +1,7 @@
 //! The held-out windows, and both models fitted without them.
 
 use crate::contest::solved;
-use crate::empirical::{correction, timed_anew};
+use crate::empirical::anew;
 use crate::numbers::{mean, tails, whole};
 use crate::record::Record;
 use crate::refine::refine;
@@ -101,13 +101,7 @@ pub(crate) fn trained(
             }
             Some(held) => {
                 let tangent = Tangent::at(record, &state, excluded, Bend::Loose);
-                let again = tangent.and_then(|t| {
-                    if held.quantity.is_timed() {
-                        timed_anew(record, &t, &state, excluded, &held)
-                    } else {
-                        correction(record, &t, &state, excluded, &held)
-                    }
-                });
+                let again = tangent.and_then(|t| anew(record, &t, &state, excluded, &held));
                 // What the training rows do not show may not be run on the held-out windows.
                 let trained = again.map_or_else(|| held.flattened(), |again| again.curve);
                 chosen = Applied::from(&trained);

@@ -156,7 +156,7 @@ impl<'a> Round<'a> {
             return self.unnamed(&curve, curve.borne, Some((best, odds)));
         }
         if let Some((lasting, odds)) = self.lasting(best) {
-            let episode = self.episode_like(&lasting, odds, &self.sharpened(&lasting));
+            let episode = self.episode_like(&lasting, odds, || self.sharpened(&lasting));
             return episode.unwrap_or_else(|| Ruling::Named(self.named(&lasting, Some(odds))));
         }
         let beside = Beside::of(self, best, &bent);
@@ -165,9 +165,7 @@ impl<'a> Round<'a> {
         } else {
             bent.odds
         };
-        if resembles > 0.0
-            && let Some(episode) = self.episode_like(best, resembles, &beside.with_second())
-        {
+        if let Some(episode) = self.episode_like(best, resembles, || beside.with_second()) {
             return episode;
         }
         let broken = bent.unless_told(&beside);
@@ -183,13 +181,19 @@ impl<'a> Round<'a> {
         self.by_what_is_left(best, rival, resembles, second)
     }
 
-    /// An episode in place of an effect that by the logarithm of the odds only resembles the cause, if one tells more than the effect with what
-    /// else is in the state.
-    fn episode_like(&self, best: &Contender, odds: f64, with: &[Applied]) -> Option<Ruling> {
+    /// An episode in place of an effect that by the logarithm of the odds only resembles the cause, if one tells more than the state `with` the
+    /// effect, and what may be beside it.
+    fn episode_like(
+        &self,
+        best: &Contender,
+        odds: f64,
+        with: impl FnOnce() -> Vec<Applied>,
+    ) -> Option<Ruling> {
+        if odds <= 0.0 {
+            return None;
+        }
         let rival = (self.rivals.iter()).find(|r| r.borne > self.rival_hurdle(r));
-        let episode = (odds > 0.0)
-            .then(|| episode_like(self.record, &self.state, with, rival))
-            .flatten()?;
+        let episode = episode_like(self.record, &self.state, &with(), rival)?;
         let evidence = episode.borne.max(best.evidence);
         let resembling = Some((best, odds));
         Some(Ruling::Unnamed(
@@ -211,7 +215,7 @@ impl<'a> Round<'a> {
         match second {
             Some(second) if odds > 0.0 => Ruling::Promised {
                 named: self.named(best, None),
-                second: second.about.id,
+                second: second.applied.effect.about().id,
                 otherwise: Box::new(resembling()),
             },
             Some(_) => Ruling::Named(self.named(best, None)),

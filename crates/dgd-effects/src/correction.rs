@@ -339,6 +339,13 @@ impl Curve {
         self.knots.iter().all(|knot| *knot == 0.0)
     }
 
+    /// The same curve, so many times as high.
+    #[must_use]
+    pub fn scaled(&self, times: f64) -> Self {
+        let knots = self.knots.iter().map(|knot| times * knot).collect();
+        Self::new(self.place, self.quantity, (self.from, self.to), knots)
+    }
+
     /// The same curve, which corrects nothing.
     #[must_use]
     pub fn flattened(mut self) -> Self {

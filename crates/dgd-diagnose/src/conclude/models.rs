@@ -98,7 +98,7 @@ impl Models {
                 gained(&other)
             );
             if gained(&other) < gained(&simulation) {
-                check = Some(unstable(record, named, sought));
+                check = Some(unstable(named, sought, record.setting.span_s));
                 (self.after, simulation) = (plain, other);
             }
         }
@@ -163,14 +163,14 @@ pub(super) fn runnable(record: &Record, state: &[Applied], excluded: &[bool]) ->
 
 /// Lowers the probability of corrections that make the free run unstable, and drops what is then more likely not there, unless it was
 /// suspected.
-fn unstable(record: &Record, named: &mut Vec<Named>, sought: Sought<'_>) -> Check {
+fn unstable(named: &mut Vec<Named>, sought: Sought<'_>, span_s: (f64, f64)) -> Check {
     named.iter_mut().for_each(unmodelled);
     let mut detail =
         "it does not on the training stretches, so it is left out of the model that runs"
             .to_owned();
     if let Sought::Any(_) = sought {
         let unlikely = named.iter().filter(|n| n.likely() < 0.5);
-        for (amiss, p) in unlikely.filter_map(|n| Some((amiss(record, n)?, n.probability))) {
+        for (amiss, p) in unlikely.filter_map(|n| Some((amiss(n, span_s)?, n.probability))) {
             detail += &format!("; that {amiss} is therefore not claimed (probability {p:.2})");
         }
         named.retain(|n| n.likely() >= 0.5);

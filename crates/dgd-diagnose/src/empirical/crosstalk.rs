@@ -4,14 +4,12 @@
 //! the line, and of a booster that runs whenever mud flows nothing remains. A straight line through nought is weighed where effects are, and
 //! like those without a look at its busiest ten minutes: a booster may stop for no longer.
 
-use super::drawn::least;
-use super::{Correction, Course, size};
-use crate::bayes::evidence;
+use super::straight::sized;
+use super::{Correction, Course};
 use crate::record::Record;
-use crate::relations::{Applied, joined};
+use crate::relations::Applied;
 use crate::tangent::Tangent;
 use dgd_effects::{Curve, KNOTS, Place, Quantity};
-use dgd_lsq::dot;
 
 /// Which reading is corrected along which flow.
 const ALONG: (Place, Quantity) = (Place::OutletReading, Quantity::BoosterFlow);
@@ -41,28 +39,7 @@ pub(super) fn crosstalk(
     if flows.iter().all(|flow| *flow >= CHANGES * most) {
         return None;
     }
-    let through = |pa: f64| {
-        let knots = (0..KNOTS).map(|k| pa * k as f64 / (KNOTS - 1) as f64);
-        Curve::new(course.place, course.quantity, (0.0, most), knots.collect())
-    };
-    let with = joined(state, &Applied::from(&through(WIDTH_PA)));
-    let mut signature = tangent.signature(record, &with);
-    let energy = dot(&signature, &signature);
-    let score = dot(&signature, &tangent.off);
-    let widths = score / (1.0 + energy);
-    signature.iter_mut().for_each(|v| *v *= widths);
-    let evidence = evidence(energy, score, 1.0, false);
-    let curve = through(WIDTH_PA * widths);
-    // Neither where nothing shows it nor of a NaN.
-    (energy > 0.0).then(|| Correction {
-        size: size(course.place, &curve.knots),
-        curve,
-        signature,
-        evidence,
-        borne: evidence,
-        freedom: energy / (1.0 + energy),
-        least: least(course),
-        seen: None,
-        times: Record::times_usual(record.lasts_s()),
-    })
+    let knots = (0..KNOTS).map(|k| WIDTH_PA * k as f64 / (KNOTS - 1) as f64);
+    let unit = Curve::new(course.place, course.quantity, (0.0, most), knots.collect());
+    sized(record, tangent, state, &unit)
 }

@@ -1,8 +1,7 @@
 //! A curve through knots, drawn for what the relations leave over.
 
 use super::smooth::{smoothed, weighed};
-use super::{Correction, Course, busiest, size};
-use crate::ablation::Step;
+use super::{Correction, Course, owed, size};
 use crate::numbers::tails;
 use crate::record::Record;
 use crate::relations::{Applied, FINE_KNOTS, joined};
@@ -33,11 +32,7 @@ pub(super) fn drawn(
     let fit = drawing.fit(&changes, riser)?;
     let curve = drawing.through(fit.values.iter().map(|c| c * place.width()).collect());
     let signature = drawing.signature(&curve, &fit.values, &changes);
-    let owed = if record.takes(Step::Busiest) {
-        busiest(record, tangent, &signature)
-    } else {
-        0.0
-    };
+    let owed = owed(record, tangent, &signature);
     Some(Correction {
         size: size(place, &curve.knots),
         curve,

@@ -3,13 +3,13 @@
 //! Knots along time are too far apart for an edge. A place that is off by the same from one time to another needs three numbers,
 //! tells when, and holds on windows that no fit has used.
 
-use super::drawn::least;
-use super::{BUSIEST_S, Correction, Course, busiest, plausible};
-use crate::ablation::Step;
-use crate::layout::Section;
+use super::straight::sized;
+use super::timed::Answer;
+use super::{BUSIEST_S, Correction, owed, plausible};
+use crate::bayes::evidence;
 use crate::numbers::whole;
 use crate::record::Record;
-use crate::relations::{Applied, joined};
+use crate::relations::Applied;
 use crate::tangent::Tangent;
 use dgd_effects::{Curve, KNOTS, Place, Quantity};
 use nalgebra::{DMatrix, DVector};
@@ -19,6 +19,7 @@ use rayon::prelude::*;
 const STRETCHES: usize = 96;
 /// Places of an edge that are tried within a stretch.
 const ALL_OVER: i32 = 12;
+
 /// The likeliest in any of some places; the choice of its times is paid for.
 pub(super) fn best(
     record: &Record,
@@ -50,43 +51,21 @@ pub(super) fn between(
     tangent: &Tangent,
     state: &[Applied],
     place: Place,
-    (from_s, to_s): (f64, f64),
+    times_s: (f64, f64),
 ) -> Option<Correction> {
-    let course = Course {
+    let unit = Curve::new(
         place,
-        quantity: Quantity::Episode,
-        timed_s: Some((from_s, to_s)),
-    };
-    let off_by =
-        |value: f64| Curve::new(place, Quantity::Episode, (from_s, to_s), vec![value; KNOTS]);
-    let with = |curve: &Curve| joined(state, &Applied::from(curve));
-    let change = tangent.change(record, &with(&off_by(place.width())));
-    let (gram, right) = tangent.normal_equations(record, std::slice::from_ref(&change));
-    let one = Solved::of(gram[(0, 0)], right[0]);
-    let curve = off_by(one.widths * place.width());
-    // Rows are not linear in an error of the flow.
-    let signature = if place == Place::MeterFactor {
-        tangent.signature(record, &with(&curve))
-    } else {
-        let change: Vec<f64> = change.iter().map(|c| one.widths * c).collect();
-        tangent.beyond(record, &change)
-    };
-    let owed = if record.takes(Step::Busiest) {
-        busiest(record, tangent, &signature)
-    } else {
-        0.0
-    };
-    let evidence = one.evidence - owed;
-    evidence.is_finite().then(|| Correction {
-        size: size(record, &curve),
-        curve,
-        signature,
-        evidence,
-        borne: evidence,
-        freedom: one.freedom,
-        least: least(course),
-        seen: None,
-        times: Record::times_usual(record.lasts_s()),
+        Quantity::Episode,
+        times_s,
+        vec![place.width(); KNOTS],
+    );
+    let found = sized(record, tangent, state, &unit)?;
+    let owed = owed(record, tangent, &found.signature);
+    Some(Correction {
+        size: size(record, &found.curve),
+        evidence: found.evidence - owed,
+        borne: found.borne - owed,
+        ..found
     })
 }
 
@@ -103,30 +82,11 @@ fn size(record: &Record, curve: &Curve) -> f64 {
     curve.at(begins).abs() * spread.max(0.0).sqrt()
 }
 
-/// One number of unit prior width, solved for.
-struct Solved {
-    widths: f64,
-    evidence: f64,
-    freedom: f64,
-}
-
-impl Solved {
-    /// From its energy and its product with what is left over.
-    fn of(energy: f64, pull: f64) -> Self {
-        let energy = energy.max(0.0);
-        Self {
-            widths: pull / (1.0 + energy),
-            evidence: 0.5 * pull * pull / (1.0 + energy) - 0.5 * energy.ln_1p(),
-            freedom: energy / (1.0 + energy),
-        }
-    }
-}
-
-/// What one place is off by between two edges, s from the recording's start.
+/// What one place is off by between two edges.
 struct Episode {
     place: Place,
-    from: f64,
-    to: f64,
+    /// s from the recording's start.
+    edges: [f64; 2],
     evidence: f64,
     /// What the choice of its edges costs, which is taken off.
     choice: f64,
@@ -143,12 +103,6 @@ struct Search<'a> {
 struct Times {
     middle_s: Vec<f64>,
     length_s: Vec<f64>,
-}
-
-/// How the rows answer a place that is off all the time by its width, and one that runs away by a width a second.
-struct Answer {
-    constant: Vec<f64>,
-    rate: Vec<f64>,
 }
 
 impl<'a> Search<'a> {
@@ -171,35 +125,10 @@ impl<'a> Search<'a> {
         self.record.lasts_s()
     }
 
-    /// How the rows answer a place.
-    fn answer(&self, place: Place) -> Answer {
-        let span = self.record.setting.span_s;
-        let change = |last: f64| -> Vec<f64> {
-            let share = |k: usize| 1.0 + (last - 1.0) * k as f64 / (KNOTS - 1) as f64;
-            let knots = (0..KNOTS).map(|k| place.width() * share(k)).collect();
-            let curve = Curve::new(place, Quantity::Time, span, knots);
-            let with = joined(self.state, &Applied::from(&curve));
-            let finite = |v: f64| if v.is_finite() { v } else { 0.0 };
-            (self.tangent.change(self.record, &with).into_iter())
-                .map(finite)
-                .collect()
-        };
-        let constant = change(1.0);
-        let mut rate = vec![0.0; constant.len()];
-        // The mass balance holds the rate of the inlets' reading.
-        if place == Place::InletReading {
-            let rising = change(2.0);
-            for row in self.tangent.layout.rows(Section::Balance) {
-                rate[row] = (rising[row] - constant[row]) * self.lasts_s();
-            }
-        }
-        Answer { constant, rate }
-    }
-
     /// What being off by a width between two edges changes in the rows.
     ///
     /// Of a reading whose rate the mass balance holds, that tells to the row when it jumps: `edged` or not.
-    fn column(&self, answer: &Answer, from: f64, to: f64, edged: bool) -> Vec<f64> {
+    fn column(&self, answer: &Answer, [from, to]: [f64; 2], edged: bool) -> Vec<f64> {
         let end = self.lasts_s();
         let Times { middle_s, length_s } = &self.times;
         (0..middle_s.len())
@@ -220,7 +149,7 @@ impl<'a> Search<'a> {
 
     /// The likeliest episode in a place. What goes on and what ends are nearly as likely where only its edges tell them apart.
     fn likeliest(&self, place: Place) -> Option<Correction> {
-        let answer = self.answer(place);
+        let answer = Answer::of(self.record, self.tangent, self.state, place);
         (self.coarse(place, &answer).into_iter().flatten())
             .filter_map(|e| self.finer(&answer, e))
             .max_by(|a, b| a.evidence.total_cmp(&b.evidence))
@@ -230,7 +159,7 @@ impl<'a> Search<'a> {
     fn coarse(&self, place: Place, answer: &Answer) -> [Option<Episode>; 2] {
         let edge = |k: usize| self.lasts_s() * k as f64 / STRETCHES as f64;
         let columns: Vec<Vec<f64>> = (0..STRETCHES)
-            .map(|k| self.column(answer, edge(k), edge(k + 1), false))
+            .map(|k| self.column(answer, [edge(k), edge(k + 1)], false))
             .collect();
         let (gram, right) = self.tangent.normal_equations(self.record, &columns);
         let sums = Sums::of(&gram, &right);
@@ -241,23 +170,24 @@ impl<'a> Search<'a> {
             let (energy, pull) = sums.between(a, b);
             Episode {
                 place,
-                from: edge(a),
-                to: edge(b),
-                evidence: Solved::of(energy, pull).evidence - choice,
+                edges: [edge(a), edge(b)],
+                evidence: evidence(energy, pull, 1.0, false) - choice,
                 choice,
             }
         };
         let least = 1 + whole((BUSIEST_S / edge(1)).floor());
         let best = |ends: bool| {
             let until = |a: usize| {
-                let last = if ends { STRETCHES - 1 } else { STRETCHES };
-                let from = if ends { a + least } else { STRETCHES };
-                (from..=last).map(move |b| (a, b))
+                let last = if ends {
+                    a + least..STRETCHES
+                } else {
+                    STRETCHES..STRETCHES + 1
+                };
+                last.map(move |b| of(a, b))
             };
-            (first..STRETCHES.saturating_sub(least))
-                .flat_map(until)
-                .filter(|(a, b)| b - a < STRETCHES)
-                .map(|(a, b)| of(a, b))
+            // From beginning to end it is no episode.
+            let begins = first.max(usize::from(!ends))..STRETCHES.saturating_sub(least);
+            (begins.flat_map(until))
                 .filter(|e| e.evidence > 0.0)
                 .max_by(|a, b| a.evidence.total_cmp(&b.evidence))
         };
@@ -267,53 +197,49 @@ impl<'a> Search<'a> {
     /// The same with its edges where they explain most, to the block.
     fn finer(&self, answer: &Answer, mut e: Episode) -> Option<Correction> {
         let end = self.lasts_s();
-        let explains = |from: f64, to: f64| {
-            let column = self.column(answer, from, to, true);
+        let explains = |edges: [f64; 2]| {
+            let column = self.column(answer, edges, true);
             let (gram, right) = (self.tangent).normal_equations(self.record, &[column]);
-            Solved::of(gram[(0, 0)], right[0]).evidence
+            evidence(gram[(0, 0)], right[0], 1.0, false)
         };
-        let mut most = explains(e.from, e.to);
-        let mut moved = |e: &mut Episode, by: f64, first: bool| {
-            let (from, to) = if first {
-                (e.from + by, e.to)
-            } else {
-                (e.from, e.to + by)
-            };
-            let stays = if first { e.from <= 0.0 } else { e.to >= end };
-            if stays || from <= 0.0 && first || to >= end && !first || to - from <= BUSIEST_S {
-                return;
-            }
-            let there = explains(from, to);
-            if there > most {
-                (e.from, e.to, most) = (from, to, there);
+        let mut most = explains(e.edges);
+        let inside = |edge: f64| edge > 0.0 && edge < end;
+        let mut try_at = |edges: &mut [f64; 2], which: usize, at: f64| {
+            let mut there = *edges;
+            there[which] = at;
+            // An end of the recording is no edge, and does not move.
+            if inside(edges[which]) && inside(at) && there[1] - there[0] > BUSIEST_S {
+                let explained = explains(there);
+                if explained > most {
+                    (*edges, most) = (there, explained);
+                }
             }
         };
         let stretch = end / STRETCHES as f64;
         // What jumps is told to the row: it is looked for all over the stretches beside.
-        for first in [true, false] {
-            let at = (e.from, e.to);
+        for which in [0, 1] {
+            let from = e.edges[which];
             for k in -ALL_OVER..=ALL_OVER {
-                let to = f64::from(k) / f64::from(ALL_OVER) * stretch;
-                let moved_so_far = if first { e.from - at.0 } else { e.to - at.1 };
-                moved(&mut e, to - moved_so_far, first);
+                let by = f64::from(k) / f64::from(ALL_OVER) * stretch;
+                try_at(&mut e.edges, which, from + by);
             }
         }
         let mut step = 0.5 * stretch / f64::from(ALL_OVER);
         while step >= 0.5 * self.record.block_s() {
-            for (by, first) in [(-step, true), (step, true), (-step, false), (step, false)] {
-                moved(&mut e, by, first);
+            for (which, by) in [(0, -step), (0, step), (1, -step), (1, step)] {
+                let at = e.edges[which] + by;
+                try_at(&mut e.edges, which, at);
             }
             step *= 0.5;
         }
-        let begin = self.record.setting.span_s.0;
-        let (from_s, to_s) = (begin + e.from, (e.to < end).then_some(begin + e.to));
-        let curve = Curve::episode(e.place, (from_s, to_s), 0.0);
+        let [from_s, to_s] = e.edges.map(|edge| self.record.setting.span_s.0 + edge);
+        let times = Curve::episode(e.place, (from_s, inside(e.edges[1]).then_some(to_s)), 0.0);
         let mut found = between(
             self.record,
             self.tangent,
             self.state,
             e.place,
-            (curve.from, curve.to),
+            (times.from, times.to),
         )?;
         found.evidence -= e.choice;
         found.borne -= e.choice;

@@ -3,13 +3,13 @@
 //! A curve along time tells nothing of what was held out, and its knots do not follow what swings in less than an hour. One along
 //! the time of a period does both.
 
+use super::timed::Answer;
 use super::{Correction, Course, drawn, plausible};
-use crate::layout::Section;
 use crate::numbers::whole;
 use crate::record::Record;
-use crate::relations::{Applied, joined};
+use crate::relations::Applied;
 use crate::tangent::Tangent;
-use dgd_effects::{Curve, KNOTS, Place, Quantity};
+use dgd_effects::{Place, Quantity};
 use dgd_lsq::dot;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -150,25 +150,10 @@ impl<'a> Search<'a> {
         let (first, last) = (*self.frequencies.first()?, *self.frequencies.last()?);
         let (record, tangent) = (self.record, self.tangent);
         let layout = tangent.layout;
-        let (from, to) = record.setting.span_s;
-        let change = |knot: &dyn Fn(usize) -> f64| -> Vec<f64> {
-            let knots = (0..KNOTS).map(|k| place.width() * knot(k)).collect();
-            let curve = Curve::new(place, Quantity::Time, (from, to), knots);
-            let with = joined(self.state, &Applied::from(&curve));
-            let finite = |v: f64| if v.is_finite() { v } else { 0.0 };
-            (tangent.change(record, &with).into_iter())
-                .map(finite)
-                .collect()
-        };
-        let constant = change(&|_| 1.0);
-        // The mass balance holds the rate of the inlets' reading.
-        let mut slope = vec![0.0; layout.len()];
-        if place == Place::InletReading {
-            let line = change(&|k| k as f64 / (KNOTS - 1) as f64);
-            for row in layout.rows(Section::Balance) {
-                slope[row] = line[row] * (to - from);
-            }
-        }
+        let Answer {
+            constant,
+            rate: slope,
+        } = Answer::of(record, tangent, self.state, place);
         let time_s = layout.times_s(record.block_s());
 
         // Noise is smooth in the frequency: a few tell of those between.

@@ -1,6 +1,6 @@
 //! What parts two transmitters of one pressure: seen, so that it needs no knots, and put where the relations find it.
 
-use super::{BUSIEST_S, Correction, busiest, size};
+use super::{BUSIEST_S, Correction, owed, size};
 use crate::ablation::Step;
 use crate::bayes::evidence;
 use crate::error_budget::wander;
@@ -147,11 +147,7 @@ pub(super) fn of(
     for (s, a) in asked.into_iter().filter(there) {
         let mut signature = a.signature;
         signature.iter_mut().for_each(|v| *v *= a.share);
-        let owed = if record.takes(Step::Busiest) {
-            busiest(record, tangent, &signature)
-        } else {
-            0.0
-        };
+        let owed = owed(record, tangent, &signature);
         out.push(told.correction((s.place, s.sign), signature, a.evidence - owed));
     }
     out

@@ -248,15 +248,21 @@ fn an_episode_is_told_with_its_times_and_by_its_one_value() {
         assert_eq!(told.same_as, None);
         let curve = told.curve.unwrap();
         assert_eq!((curve.along, curve.adds), ("time_s", "correction_m3_s"));
-        assert_eq!(curve.episode(), Some((acts, value)));
-        assert_eq!((curve.knots[0].0, curve.knots[5].0), (begin, end));
+        assert_eq!(curve.level, Some(value));
         // No edge is drawn where the recording begins or ends.
-        let drawn = |acts: f64, edge: f64| if acts == edge { value } else { 0.0 };
-        let ends = (drawn(acts.0, begin), drawn(acts.1, end));
-        assert_eq!((curve.knots[0].1, curve.knots[5].1), ends);
+        let before = [(begin, 0.0), (acts.0, 0.0)];
+        let after = [(acts.1, 0.0), (end, 0.0)];
+        let mut drawn = vec![(acts.0, value), (acts.1, value)];
+        if acts.0 > begin {
+            drawn.splice(0..0, before);
+        }
+        if acts.1 < end {
+            drawn.extend(after);
+        }
+        assert_eq!(curve.knots, drawn);
     }
     let drifts = told(&corrected(Place::Balance, Quantity::Time, vec![1e-3; 6]));
-    assert_eq!(drifts.curve.unwrap().episode(), None);
+    assert_eq!(drifts.curve.unwrap().level, None);
 }
 
 /// What is told of a correction along time whose knots go to and fro between two values.

@@ -36,7 +36,6 @@ const BROUGHT_OUT: f64 = 0.5;
 /// A second effect beside the best one.
 #[derive(Clone)]
 pub(super) struct Second {
-    pub about: &'static About,
     pub applied: Applied,
     /// What it explains beyond what a further effect must.
     pub evidence: f64,
@@ -97,7 +96,10 @@ impl<'r, 'a> Beside<'r, 'a> {
     /// The likeliest second effect of some kind that might be named.
     pub(super) fn second(&self, kind: impl Fn(&About) -> bool) -> Option<Second> {
         let seconds = self.seconds.get_or_init(|| self.seconds());
-        seconds.iter().find(|second| kind(second.about)).cloned()
+        seconds
+            .iter()
+            .find(|second| kind(second.applied.effect.about()))
+            .cloned()
     }
 
     fn seconds(&self) -> Vec<Second> {
@@ -114,7 +116,6 @@ impl<'r, 'a> Beside<'r, 'a> {
             c.evidence > hurdle && material(&solved(&c.best))
         };
         let second = |c: Contender| Second {
-            about: c.effect.about(),
             applied: solved(&c.best),
             evidence: c.evidence - further,
         };

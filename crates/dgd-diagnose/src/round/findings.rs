@@ -147,9 +147,7 @@ impl Round<'_> {
         /// An effect is held against the correction at this many times its evidence. Set by hand.
         const HANDICAP: f64 = 1.2;
         // That there is something was found without times of its own; with them it may be told better what.
-        let timed = (!c.curve.quantity.is_timed())
-            .then(|| instead_of(self.record, &self.state, c))
-            .flatten();
+        let timed = instead_of(self.record, &self.state, c);
         let told = timed.as_ref().unwrap_or(c);
         let temperature = (TEMPERATURE * evidence).max(LEAST_TEMPERATURE);
         let resembling = best.map_or_else(Vec::new, |(best, odds)| {

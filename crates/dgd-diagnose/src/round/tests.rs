@@ -18,7 +18,7 @@ use crate::scan::{Candidate, weigh};
 use crate::selection::Named;
 use crate::tangent::{Bend, Tangent};
 use crate::test_rig::{Hidden, INFLUX_S, drilled, one, parabolas};
-use dgd_effects::{Curve, Place, Quantity, Relation, find};
+use dgd_effects::{Curve, Place, Quantity, Relation};
 use dgd_lsq::dot;
 use dgd_units::STANDARD_ATMOSPHERE_PA;
 
@@ -463,7 +463,6 @@ fn the_odds_that_an_effect_only_resembles_decide_between_it_and_a_correction() {
     let best = &round.contenders[0];
     let rival = correction(balance, 80.0);
     let second = || Second {
-        about: find("line_leak").unwrap().about(),
         applied: one("line_leak", &[1e-3, 2000.0]),
         evidence: 50.0,
     };

@@ -197,6 +197,7 @@ fn a_correction_has_its_curve_and_no_number_that_is_none() {
         along: "time_s",
         adds: "correction_pa",
         knots: vec![(0.0, 12.5), (60.0, f64::NAN), (120.0, -3.0)],
+        level: None,
     };
     let correction = Finding {
         curve: Some(curve),

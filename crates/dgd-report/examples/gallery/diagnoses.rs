@@ -106,6 +106,7 @@ pub(crate) fn unknown(hours: u32) -> Diagnosis {
                 .map(|k| (f64::from(k), 0.004 * f64::from(k)))
                 .map(|(k, q)| (q, 6.4e4 * (-0.35 * k).exp() * (0.9 * k).cos()))
                 .collect(),
+            level: None,
         }),
         held_out: Some(HeldOut {
             signal: "pump_outlet_pressure_pa".to_owned(),

@@ -242,13 +242,13 @@ fn curve(curve: &CorrectionCurve) -> Option<String> {
         let ends = format!("{} to {} {unit}", brief(low), brief(high));
         (legible.words(), ends.trim_end().to_owned())
     };
-    if let Some(((from, to), value)) = curve.episode() {
+    if let Some(level) = curve.level {
         let legible = Legible::of(curve.adds);
-        let size = brief(value * legible.factor);
-        let told = format!("{} {size} {}", legible.words(), legible.unit);
+        let size = format!("{} {}", brief(level * legible.factor), legible.unit);
+        let size = size.trim_end();
         return Some(format!(
-            "{} from {from:.0} to {to:.0} s, else nothing",
-            told.trim_end()
+            "{} {size} while it acts, else nothing",
+            legible.words()
         ));
     }
     let (stem, adds) = told(curve.adds, low, high);

@@ -272,6 +272,7 @@ fn a_correction_is_told_by_what_its_curve_spans() {
             along: "pump_speed_pct",
             adds: "correction_fraction",
             knots: vec![(40.0, -0.02), (55.0, 0.01), (70.0, 0.005)],
+            level: None,
         }),
         ..kick()
     };
@@ -286,7 +287,7 @@ fn a_correction_is_told_by_what_its_curve_spans() {
 }
 
 #[test]
-fn an_episode_is_told_by_its_value_and_its_times() {
+fn an_episode_is_told_by_its_one_value() {
     let added = [0.0, 0.0, -6e-3, -6e-3, 0.0, 0.0];
     let times = [0.0, 7000.0, 7000.0, 7800.0, 7800.0, 14_400.0];
     let episode = Finding {
@@ -295,11 +296,12 @@ fn an_episode_is_told_by_its_value_and_its_times() {
             along: "time_s",
             adds: "correction_m3_s",
             knots: times.into_iter().zip(added).collect(),
+            level: Some(-6e-3),
         }),
         ..kick()
     };
     let told = tell::tell(&diagnosis(vec![episode]), &[], "rig.mat", Path::new("out"));
-    let size = "   size     correction -360 L/min from 7000 to 7800 s, else nothing\n";
+    let size = "   size     correction -360 L/min while it acts, else nothing\n";
     assert!(told.contains(size), "{told}");
 }
 

@@ -2,8 +2,9 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::{Course, LEAST_TIMES, MOST, SHORTEST_S, STEPS, Search, drawn, in_place, peaks};
+use crate::empirical::instead_of;
 use crate::empirical::tests::{LENGTH_S, loose, made, off_by, size_in};
-use crate::empirical::{COMES_AGAIN, instead_of};
+use crate::empirical::timed::COMES_AGAIN;
 use crate::layout::Section;
 use crate::record::Record;
 use crate::relations::Applied;

@@ -2,9 +2,9 @@
 
 use super::{LENGTH_S, loose, made, off_by, size_in, waving};
 use crate::empirical::drawn::range;
+use crate::empirical::timed::leaves_no_more;
 use crate::empirical::{
-    DRAWN, again, correction, corrections, episode_like, episodic, instead_of, leaves_no_more,
-    timed_anew,
+    DRAWN, again, anew, correction, corrections, episode_like, episodic, instead_of,
 };
 use crate::record::Record;
 use crate::relations::Applied;
@@ -118,24 +118,20 @@ fn its_times_are_told_by_what_is_not_held_out_alone() {
         .map(|b| held_out((b as f64 + 0.5) * BLOCK_S))
         .collect();
     let tangent = Tangent::at(&record, &[], &excluded, Bend::Loose).unwrap();
-    let anew = |held: &Curve| {
-        let found = timed_anew(&record, &tangent, &[], &excluded, held);
+    let made_anew = |held: &Curve| {
+        let found = anew(&record, &tangent, &[], &excluded, held);
         found.map(|found| found.curve)
     };
-    let found = anew(&Curve::episode(Place::Friction, (2900.0, None), 0.0)).unwrap();
+    let found = made_anew(&Curve::episode(Place::Friction, (2900.0, None), 0.0)).unwrap();
     assert!(
         (found.from - ON.0).abs() <= BLOCK_S && found.goes_on(),
         "{found:?}"
     );
-    // Where they tell other times than were found, it is a course along time; and what is not timed is not made anew so.
-    let other = anew(&Curve::episode(
-        Place::Friction,
-        (1000.0, Some(3000.0)),
-        0.0,
-    ))
-    .unwrap();
+    // Where they tell other times than were found, it is a course along time, as what is not timed is.
+    let other = (1000.0, Some(3000.0));
+    let other = made_anew(&Curve::episode(Place::Friction, other, 0.0)).unwrap();
     assert_eq!(other.quantity, Quantity::Time);
-    assert_eq!(anew(&other), None);
+    assert_eq!(made_anew(&other), Some(other));
 }
 
 #[test]

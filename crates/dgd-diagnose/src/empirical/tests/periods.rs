@@ -1,7 +1,7 @@
 //! Claims about what swings with a period: found with it, in its place, and nowhere else.
 
 use super::{LENGTH_S, made, off_by, size_in};
-use crate::empirical::{Course, again, corrections, instead_of, timed_anew};
+use crate::empirical::{Course, again, anew, corrections, instead_of};
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::relations::FINE_KNOTS;
@@ -123,7 +123,7 @@ fn the_period_is_told_by_what_is_not_held_out_alone() {
         .collect();
     let tangent = Tangent::at(&record, &[], &excluded, Bend::Loose).unwrap();
     let swings = Curve::new(Place::Friction, Quantity::Period, (0.0, 1.0), Vec::new());
-    let found = timed_anew(&record, &tangent, &[], &excluded, &swings).unwrap();
+    let found = anew(&record, &tangent, &[], &excluded, &swings).unwrap();
     let period_s = found.curve.to - found.curve.from;
     assert!((period_s - PERIOD_S).abs() < 8.0, "{period_s}");
 }
