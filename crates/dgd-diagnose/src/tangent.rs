@@ -368,9 +368,13 @@ impl Tangent {
             })
             .collect();
         let n = changes.len();
-        let gram = DMatrix::from_fn(n, n, |a, b| {
-            dot(&whitened[a], &whitened[b]) - dot(&within[a], &within[b])
-        });
+        let mut gram = DMatrix::zeros(n, n);
+        for a in 0..n {
+            for b in 0..=a {
+                let product = dot(&whitened[a], &whitened[b]) - dot(&within[a], &within[b]);
+                (gram[(a, b)], gram[(b, a)]) = (product, product);
+            }
+        }
         let right = DVector::from_fn(n, |a, _| dot(&whitened[a], &self.off[..rows]));
         (gram, right)
     }

@@ -1,4 +1,4 @@
-//! What sets in at some time and stays, or lasts for a while: a transmitter that shifts, a valve that was left open for ten minutes.
+//! What sets in at some time and stays, or lasts for a while: a transmitter that shifts, a valve that was left open for half an hour.
 //!
 //! Knots along time are too far apart for an edge. A place that is off by the same from one time to another needs three numbers,
 //! tells when, and holds on windows that no fit has used.
