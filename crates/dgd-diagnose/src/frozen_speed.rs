@@ -1,6 +1,7 @@
 //! A pump speed that rests: an operator's set-point, or a reading that froze?
 
-use dgd_effects::STANDING_PCT;
+use crate::numbers::{bridged, mean, whole};
+use dgd_effects::{STANDING_M3_S, STANDING_PCT};
 use std::ops::Range;
 
 /// Shortest and longest rest that is looked at, s: below the first a reading repeats by chance, beyond the second
@@ -10,6 +11,9 @@ const REST_S: Range<f64> = 20.0..600.0;
 const AROUND: usize = 300;
 /// Chance of an honest rest, at a given sample, below which nothing is taken from it.
 const CHANCE: f64 = 1e-6;
+/// What the outlet loses at least as the flow dies, Pa, from mean to mean of so long, s: four times what transmitters wander by. Set by hand.
+const FELL_PA: f64 = 2e4;
+const FELL_S: f64 = 15.0;
 
 /// A speed without the rests that are too long for its jitter and too short for an operator's.
 ///
@@ -46,6 +50,48 @@ pub(crate) fn without_seldom_rest(speed_pct: &[f64], step_s: f64) -> Vec<f64> {
         let share = (repeats[to] - repeats[from] + 1.0) / (samples[to] - samples[from] + 1.0);
         if (rest.len() - 1) as f64 * share.ln() < CHANCE.ln() {
             out[rest].fill(f64::NAN);
+        }
+    }
+    out
+}
+
+/// A speed without gaps in which a stop begins where the return flow tells it, if the speed tells it late.
+///
+/// A set-point that jumps to standstill from a rest or a gap, while no mud has flowed for a while and the outlet lost its friction as the flow
+/// died, had frozen. A meter that drops out leaves the outlet where it was.
+///
+/// - `speed_pct`: with its gaps; flow, m³/s, and outlet pressure, Pa, without. Shape `(n,)` each.
+pub(crate) fn stopping_with_the_flow(
+    speed_pct: &[f64],
+    flow_m3_s: &[f64],
+    outlet_pa: &[f64],
+    dt_s: f64,
+) -> Vec<f64> {
+    let window = whole(FELL_S / dt_s).max(1);
+    let level = |from: usize| mean(&outlet_pa[from..from + window]);
+    let mut out = bridged(speed_pct);
+    for stop in 1..speed_pct.len() {
+        let stands = |w: f64| w <= STANDING_PCT;
+        if !stands(speed_pct[stop]) || stands(speed_pct[stop - 1]) {
+            continue;
+        }
+        // The sample of the jump may be a mean of both.
+        let mut rests_at = f64::NAN;
+        let rests = |i: &usize| {
+            let w = speed_pct[*i];
+            let rests = w.is_nan() || rests_at.is_nan() || w == rests_at;
+            if *i + 1 < stop && !w.is_nan() {
+                rests_at = w;
+            }
+            rests && flow_m3_s[*i] < STANDING_M3_S
+        };
+        let late = (0..stop).rev().take_while(rests).count();
+        let died = stop - late;
+        if late as f64 * dt_s < REST_S.start || late < 2 * window || died < 2 * window {
+            continue;
+        }
+        if level(died - 2 * window) - level(died + window) > FELL_PA {
+            out[died..stop].fill(speed_pct[stop]);
         }
     }
     out

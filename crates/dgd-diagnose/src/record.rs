@@ -2,7 +2,7 @@
 
 use crate::ablation::Step;
 use crate::cost::Tally;
-use crate::frozen_speed::{quantum, without_seldom_rest};
+use crate::frozen_speed::{quantum, stopping_with_the_flow, without_seldom_rest};
 use crate::numbers::{bridged, mean, whole};
 use crate::suction::heads_lost;
 use dgd_effects::{STANDING_PCT, Setting};
@@ -135,16 +135,18 @@ impl Record {
         let setting = slow.setting(well, prepared, dt_s);
         let speed_noise_pct = setting.noise.speed_pct / (per_block as f64).sqrt();
         let rounded_pct = SPEED_QUANTA * quantum(&recording.pump_speed_pct, step_s);
+        let (told_flow, told_outlet) = (bridged(&flow), bridged(&outlet));
+        let told_speed = stopping_with_the_flow(&speed, &told_flow, &told_outlet, dt_s);
         let filled = Filled {
-            pumping: bridged(&speed).iter().map(|w| *w > STANDING_PCT).collect(),
+            pumping: told_speed.iter().map(|w| *w > STANDING_PCT).collect(),
             mud_pump: bridged(&mud_pump),
             booster: bridged(&booster),
             topfill: bridged(&topfill),
-            flow: bridged(&flow),
-            speed: bridged(&speed),
+            flow: told_flow,
+            speed: told_speed,
             // Effects see pressures without their noise, which the residuals hold (errors in variables).
             inlet: smoothed(&bridged(&inlet), dt_s),
-            outlet: smoothed(&bridged(&outlet), dt_s),
+            outlet: smoothed(&told_outlet, dt_s),
         };
         let head_pa = |i: usize| velocity_head_pa(&setting, filled.flow[i]);
         let suction_heads =

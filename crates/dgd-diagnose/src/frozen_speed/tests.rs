@@ -2,7 +2,8 @@
 
 mod lengths;
 
-use super::{quantum, without_seldom_rest};
+use super::{quantum, stopping_with_the_flow, without_seldom_rest};
+use dgd_effects::STANDING_M3_S;
 
 /// A set-point that moves by a tenth now and then: at sample i if `moves(i)`.
 fn speed(moves: impl Fn(usize) -> bool) -> Vec<f64> {
@@ -72,4 +73,42 @@ fn the_quantum_is_the_least_usual_step() {
     assert!((quantum(&speed(|i| digit(i) < 5), 1.0) - 0.1).abs() < 1e-9);
     assert_eq!(quantum(&[60.0; 50], 1.0), 0.0);
     assert_eq!(quantum(&[], 1.0), 0.0);
+}
+
+#[test]
+fn a_stop_that_a_frozen_speed_tells_late_begins_where_the_flow_ends() {
+    // The flow dies at sample 1000, the speed is told to 1100; two seconds a sample.
+    let told = |last_pct: f64, flow_m3_s: f64, fall_pa: f64| {
+        let of = |flowing: f64, standing: f64| -> Vec<f64> {
+            (0..1500)
+                .map(|i| if i < 1000 { flowing } else { standing })
+                .collect()
+        };
+        let (flow, outlet) = (of(0.03, flow_m3_s), of(40e5, 40e5 - fall_pa));
+        let mut speed = vec![59.0; 1500];
+        speed[1100] = last_pct;
+        speed[1101..].fill(0.0);
+        let frozen = stopping_with_the_flow(&speed, &flow, &outlet, 2.0);
+        // A screening that saw it leaves a gap.
+        speed[900..1100].fill(f64::NAN);
+        let missing = stopping_with_the_flow(&speed, &flow, &outlet, 2.0);
+        [frozen, missing].map(|speed| speed.iter().position(|w| *w <= 0.0))
+    };
+    for last_pct in [0.0, 29.5] {
+        assert_eq!(told(last_pct, 0.0, 3e5), [Some(1000); 2], "{last_pct}");
+    }
+    // Where mud flows on, or the outlet does not know of a stop, the speed is believed.
+    assert_eq!(told(0.0, STANDING_M3_S, 3e5), [Some(1100); 2]);
+    assert_eq!(told(0.0, 0.0, 0.1e5), [Some(1100); 2]);
+    // So is a pump that was run down slowly, and one that never stops.
+    let slow: Vec<f64> = (0..1500_u16)
+        .map(|i| (59.0 - 0.1 * f64::from(i.saturating_sub(800))).max(0.0))
+        .collect();
+    let outlet: Vec<f64> = (0..1500)
+        .map(|i| if i < 1000 { 40e5 } else { 37e5 })
+        .collect();
+    for speed in [slow, vec![59.0; 1500]] {
+        let told = stopping_with_the_flow(&speed, &vec![0.0; 1500], &outlet, 2.0);
+        assert_eq!(told, speed);
+    }
 }

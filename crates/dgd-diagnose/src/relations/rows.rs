@@ -11,6 +11,10 @@ const TOPPED_S: f64 = 60.0;
 
 /// Rise of the outlet during a stop that only a pump makes, Pa: twenty times the 0.05 bar that transmitters wander by. Set by hand.
 const HIDDEN_START_PA: f64 = 1e5;
+/// Share of the rise until a flow is told, and rise, Pa, from which on the pump had started before: a shallow pump lifts the outlet by less than
+/// [`HIDDEN_START_PA`]. Set by hand.
+const STARTED_SHARE: f64 = 0.25;
+const STARTED_PA: f64 = 2e4;
 /// Share of the greatest flow below which the head tells nothing: near shut-off the curve folds and the check valve flutters. Set by hand.
 const LEAST_FLOW: f64 = 0.08;
 /// How many times [`STANDING_M3_S`] a flow must be at the least while the pump turns. Set by hand.
@@ -113,6 +117,15 @@ impl PumpRuns {
             let turns =
                 pumping.iter().all(|p| *p) && flow.iter().all(|q| *q > FLOWS * STANDING_M3_S);
             let shut = pumping.iter().all(|p| !*p) && flow.iter().all(|q| *q < STANDING_M3_S);
+            let risen = outlet(b) - lowest;
+            if !shut && risen > STARTED_PA {
+                // Speed and flow may both be told late: a block in which the outlet has risen already is none of the stop.
+                let from = lowest + (STARTED_SHARE * risen).max(STARTED_PA);
+                let before = runs.stood.iter_mut().enumerate().rev();
+                for (_, stood) in before.take_while(|(k, _)| outlet(*k) > from) {
+                    *stood = 0;
+                }
+            }
             lowest = match (shut, b.checked_sub(1)) {
                 (true, Some(before)) => lowest.min(outlet(before).max(outlet(b))),
                 _ => f64::INFINITY,

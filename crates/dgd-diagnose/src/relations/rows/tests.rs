@@ -169,6 +169,38 @@ fn a_gap_takes_the_rows_that_it_is_in() {
 }
 
 #[test]
+fn a_start_that_flow_and_speed_tell_late_ends_the_stop() {
+    let sound = rows(&stopped());
+    // The outlet stands lower until block 33, in which the pump starts; neither tells before block 40.
+    let late = |rise_pa: f64| {
+        let mut record = stopped();
+        for values in [&mut record.outlet, &mut record.filled.outlet] {
+            for v in &mut values[samples(20..33)] {
+                *v -= rise_pa;
+            }
+        }
+        lost(&sound.still, &rows(&record).still)
+    };
+    // A block too many before the start is left out, as before any.
+    let hidden: Vec<usize> = (32..39).collect();
+    for rise_pa in [2e5, 0.9e5, 0.3e5] {
+        assert_eq!(late(rise_pa), hidden, "{rise_pa}");
+    }
+    assert!(late(0.1e5).is_empty(), "transmitters wander");
+    // Whoever lets the line fill while the pump stands has not started it: the level that it starts from is the last.
+    let mut record = stopped();
+    for values in [&mut record.outlet, &mut record.filled.outlet] {
+        for v in &mut values[samples(24..28)] {
+            *v -= 0.9e5;
+        }
+        for v in &mut values[samples(39..40)] {
+            *v -= 0.9e5;
+        }
+    }
+    assert!(lost(&sound.still, &rows(&record).still).is_empty());
+}
+
+#[test]
 fn near_shut_off_the_head_has_no_rows() {
     let sound = rows(&stopped());
     // More than a twelfth of the greatest flow is enough, less is not; friction is asked at either.
