@@ -10,7 +10,7 @@ mod verdict;
 mod worse;
 
 use crate::ablation::Step;
-use crate::belief::{beside_unnamed, calibrate, doubt, left_over};
+use crate::belief::{beside_unnamed, calibrate, doubt, left_over, run_away};
 use crate::diagnosis::{DiagnoseError, Diagnosis, Finding, MOST_STEP_S, Options, Stage, Trace};
 use crate::estimates::Estimator;
 use crate::finding::{finding, heaving};
@@ -35,7 +35,7 @@ use settings::settings;
 use start::{Start, from_model};
 use tracing::debug;
 use verdict::verdict;
-use worse::worse;
+use worse::{runs_away, worse};
 
 /// Blocks that a diagnosis needs: a held-out window and ten minutes to fit on.
 const LEAST_BLOCKS: usize = 190;
@@ -110,6 +110,9 @@ pub fn diagnose(
     );
     let nothing_left = residue::left(&traces);
     doubt_what_is_left(&traces, &mut selection.named, doubted, sought);
+    if runs_away(&simulation) {
+        selection.named.iter_mut().for_each(run_away);
+    }
 
     let swell = swell(
         &prepared.inlet_pressure_pa,

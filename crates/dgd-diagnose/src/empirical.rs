@@ -9,7 +9,7 @@ mod smooth;
 mod straight;
 mod timed;
 
-pub(crate) use timed::{anew, episode_like, instead_of};
+pub(crate) use timed::{anew, episode_like, instead_of, passing};
 
 use crate::ablation::Step;
 use crate::error_budget::wander;

@@ -24,8 +24,12 @@ const HIDDEN_SHARE: f64 = 0.4;
 
 /// How far the sections wander while every instrument keeps its accuracy.
 pub(crate) fn wander(record: &Record, curves: &Curves) -> Wander {
-    let middle =
-        |values: &[f64]| -> f64 { quantile(values.iter().copied(), Rank::MEDIAN).unwrap_or(0.0) };
+    // Of a pump that stands for most of a recording, the hours in which it turns tell.
+    let turning = |values: &[f64]| -> Vec<f64> {
+        let all = values.iter().zip(&record.filled.pumping);
+        all.filter_map(|(v, turns)| turns.then_some(*v)).collect()
+    };
+    let middle = |values: &[f64]| -> f64 { quantile(turning(values), Rank::MEDIAN).unwrap_or(0.0) };
     let (q, w, pump) = (
         middle(&record.flow),
         middle(&record.speed),

@@ -303,7 +303,9 @@ pub(crate) fn heaving(
         evidence: s.evidence,
         hurdle: s.hurdle,
         separating_test: None,
-        same_as: None,
+        same_as: (s.folded_s).map(|folded_s| {
+            format!("a motion with a period of {folded_s:.1} s, if nothing smooths it before the logger: sampled so seldom the two are one")
+        }),
     }
 }
 

@@ -29,6 +29,16 @@ pub(crate) struct Swell {
     pub hurdle: f64,
     /// The smallest amplitude that would be believed, whatever its period.
     pub limit_m: f64,
+    /// A shorter period that shows as this one at the recording's sampling, unless something before the logger keeps it out.
+    pub folded_s: Option<f64>,
+}
+
+/// The period about the Nyquist frequency that readings a step apart show as another one; `None` of one shorter than swell is.
+fn folded(period_s: f64, step_s: f64) -> Option<f64> {
+    /// Set by hand: wind sea is shorter, and moves no rig.
+    const SHORTEST_S: f64 = 4.0;
+    let folded_s = 1.0 / (1.0 / step_s - 1.0 / period_s);
+    (folded_s > SHORTEST_S).then_some(folded_s)
 }
 
 /// Length of a segment of the periodogram, s, but for what is no whole sample.
@@ -189,6 +199,7 @@ fn peak(
         evidence: evidence_of(ratio, spectra.len(), bins.len()),
         hurdle: evidence_of(believed, spectra.len(), bins.len()),
         limit_m: 2.0 * seen.sqrt() / window / per_metre,
+        folded_s: folded(1.0 / frequency, step_s),
     })
 }
 

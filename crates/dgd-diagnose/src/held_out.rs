@@ -2,10 +2,10 @@
 
 use crate::contest::solved;
 use crate::empirical::anew;
-use crate::numbers::{mean, tails, whole};
+use crate::numbers::{tails, whole};
 use crate::record::Record;
 use crate::refine::refine;
-use crate::relations::{Applied, joined};
+use crate::relations::{Applied, Blocks, joined};
 use crate::scan::scan;
 use crate::selection::Selection;
 use crate::tangent::{Bend, Tangent};
@@ -123,19 +123,17 @@ pub(crate) fn model(
 ) -> AugmentedModel {
     /// One block in so many lies beyond either end of a range.
     const TAIL: usize = 200;
-    let mut speeds = Vec::new();
-    let mut ratios = Vec::new();
-    for b in 0..record.blocks {
-        if fit.rows.head[b] {
-            let r = b * record.per_block..(b + 1) * record.per_block;
-            let (w, q) = (
-                mean(&record.filled.speed[r.clone()]),
-                mean(&record.filled.flow[r]),
-            );
-            speeds.push(w);
-            ratios.push(q / w.max(1.0));
-        }
-    }
+    // In the true speed and flow, as the curves are: not in what an instrument reads that is off.
+    let blocks = Blocks::under(record, state);
+    let told = (0..record.blocks).filter(|b| fit.rows.head[*b]);
+    let (speeds, ratios): (Vec<f64>, Vec<f64>) = told
+        .map(|b| {
+            (
+                blocks.speed[b],
+                blocks.through[b] / blocks.speed[b].max(1.0),
+            )
+        })
+        .unzip();
     let range = |values: &[f64]| tails(values, TAIL).unwrap_or((0.0, 0.0));
     let (friction, head) = fit.flowing_level(&fit.residual, excluded);
     let mut curves = fit.curves.clone();

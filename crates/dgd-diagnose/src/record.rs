@@ -20,7 +20,7 @@ const CLOCK_S: f64 = 2.0;
 /// From this length on, s, clock and blocks are twice as long.
 const LONG_S: f64 = 40.0 * 3600.0;
 /// How long the sound recordings lasted, s, whose evidence hurdles were set above.
-const MEASURED_S: f64 = 8.0 * 3600.0;
+pub(crate) const MEASURED_S: f64 = 8.0 * 3600.0;
 
 /// A channel that is read at fewer than this share of the samples, mostly no further apart than [`SLOWEST_S`], is logged now and then:
 /// straight lines lie between its readings, whether the samples there are missing or repeat the last one. What is missing otherwise stays missing.

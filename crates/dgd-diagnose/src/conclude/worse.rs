@@ -7,6 +7,15 @@ use dgd_units::Legible;
 /// Growth of an error from which on a signal is worse: set by hand, so that the trifles by which two fits differ are not told.
 const WORSE: f64 = 1.1;
 
+/// Growth of an error from which on the model runs away. Set by hand, above the 2.4 that simulated recordings reach with what is there.
+const RUNS_AWAY: f64 = 2.5;
+
+/// Whether a signal runs away with the findings: that refutes them, however much better the rows are told.
+pub(super) fn runs_away(simulation: &Simulation) -> bool {
+    let mut errors = errors(simulation, Part::HeldOut).into_iter().flatten();
+    errors.any(|errors| errors.after > RUNS_AWAY * errors.before)
+}
+
 /// Whether every signal runs free on the held-out windows as well with the findings as without them; those that do not are told by
 /// name, with both errors (RMSE).
 pub(super) fn worse(simulation: &Simulation) -> Check {
@@ -59,7 +68,7 @@ pub(super) fn figures(values: [f64; 2]) -> [String; 2] {
 
 #[cfg(test)]
 mod tests {
-    use super::worse;
+    use super::{runs_away, worse};
     use crate::diagnosis::{Signal, Simulation};
 
     /// An hour, held out whole, in which a run is off by so much before and after.
@@ -101,6 +110,16 @@ mod tests {
             let check = worse(&off(&[("riser_level_m", 1.0, after)]));
             assert_eq!(check.passed, passed, "{}", check.detail);
             assert_eq!(check.detail.contains("riser level"), !passed);
+        }
+    }
+
+    #[test]
+    fn a_model_runs_away_that_is_wrong_by_more_than_twice_and_a_half_in_any_signal() {
+        for (after, away) in [(0.3, false), (2.4, false), (2.6, true)] {
+            let of = |name| (name, 1.0, 1.0);
+            let mut signals = ["return_flow_m3_s", "riser_level_m", "pump_head_m"].map(of);
+            signals[1].2 = after;
+            assert_eq!(runs_away(&off(&signals)), away, "{after}");
         }
     }
 

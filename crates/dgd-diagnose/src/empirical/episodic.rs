@@ -7,8 +7,9 @@ use super::straight::sized;
 use super::timed::Answer;
 use super::{BUSIEST_S, Correction, owed, plausible};
 use crate::bayes::evidence;
+use crate::layout::Section;
 use crate::numbers::whole;
-use crate::record::Record;
+use crate::record::{MEASURED_S, Record};
 use crate::relations::Applied;
 use crate::tangent::Tangent;
 use dgd_effects::{Curve, KNOTS, Place, Quantity};
@@ -19,6 +20,36 @@ use rayon::prelude::*;
 const STRETCHES: usize = 96;
 /// Places of an edge that are tried within a stretch.
 const ALL_OVER: i32 = 12;
+
+/// Whether the rows of a relation are off to one side, for longer than what happens once, by more than noise may be: then a search may pay.
+pub(super) fn may_be(record: &Record, tangent: &Tangent) -> bool {
+    /// E-folds. Set by hand, below what any episode must show beside the choice of its edges.
+    const SHOWS: f64 = 12.0;
+    let (layout, lasts_s) = (tangent.layout, record.lasts_s());
+    let times_s = layout.times_s(record.block_s());
+    let least = 1 + whole(BUSIEST_S * STRETCHES as f64 / lasts_s);
+    Section::ALL.into_iter().any(|section| {
+        // Sum and number of the rows from the first on, stretch by stretch.
+        let mut sums = [(0.0, 0.0); STRETCHES + 1];
+        for row in layout
+            .rows(section)
+            .filter(|row| tangent.whitening.valid[*row])
+        {
+            let stretch = whole(times_s[row] / lasts_s * STRETCHES as f64).min(STRETCHES - 1);
+            sums[stretch + 1].0 += tangent.off[row];
+            sums[stretch + 1].1 += 1.0;
+        }
+        for k in 0..STRETCHES {
+            sums[k + 1].0 += sums[k].0;
+            sums[k + 1].1 += sums[k].1;
+        }
+        let shows = |a: usize, b: usize| {
+            let (sum, rows) = (sums[b].0 - sums[a].0, sums[b].1 - sums[a].1);
+            0.5 * sum * sum > SHOWS * rows
+        };
+        (0..STRETCHES).any(|a| (a + least..=STRETCHES).any(|b| shows(a, b)))
+    })
+}
 
 /// The likeliest in any of some places; the choice of its times is paid for.
 pub(super) fn best(
@@ -63,23 +94,31 @@ pub(super) fn between(
     let owed = owed(record, tangent, &found.signature);
     Some(Correction {
         size: size(record, &found.curve),
+        times: Record::times_usual(acts_s(record, &found.curve)),
         evidence: found.evidence - owed,
         borne: found.borne - owed,
         ..found
     })
 }
 
-/// How large an episode is: its spread over the recording, or, in the mass balance, which holds no constant of its own, its size.
+/// How long an episode acts within the recording, s.
+fn acts_s(record: &Record, curve: &Curve) -> f64 {
+    let acts = curve.episode_s(record.setting.span_s);
+    acts.map_or(record.lasts_s(), |(begins, ends)| ends - begins)
+}
+
+/// How large an episode is: its spread over the recording, of days over those about it, or, in the mass balance, which holds no constant of its
+/// own, its size.
 fn size(record: &Record, curve: &Curve) -> f64 {
-    let (from, to) = record.setting.span_s;
-    let (begins, ends) = curve.episode_s((from, to)).unwrap_or((from, to));
-    let share = (ends - begins) / (to - from);
+    let acts_s = acts_s(record, curve);
+    let about_s = record.lasts_s().min(MEASURED_S.max(2.0 * acts_s));
+    let share = acts_s / about_s;
     let spread = if curve.place == Place::Balance {
         share
     } else {
         share * (1.0 - share)
     };
-    curve.at(begins).abs() * spread.max(0.0).sqrt()
+    curve.at(curve.from).abs() * spread.max(0.0).sqrt()
 }
 
 /// What one place is off by between two edges.

@@ -50,6 +50,20 @@ pub(crate) fn instead_of(record: &Record, state: &[Applied], c: &Correction) -> 
     })
 }
 
+/// An episode that is all that its place is off by, if the residuals of a `gate` about a state look as if there were one.
+pub(crate) fn passing(record: &Record, gate: &Tangent, state: &[Applied]) -> Option<Correction> {
+    if !episodic::may_be(record, gate) {
+        return None;
+    }
+    let tangent = Tangent::beside(record, state, &[], Bend::Loose)?;
+    let places = drawn_places(record, &tangent, state);
+    let mut found = episodic::best(record, &tangent, state, &places)?;
+    hold_without_stops(record, tangent, state, std::slice::from_mut(&mut found));
+    told(&found, 0.0);
+    let it = found.evidence > hurdle(&found) && is_all(record, state, &found);
+    it.then_some(found)
+}
+
 /// Whether an episode is all that its place is off by: beside it a course along time has hardly anything left to tell.
 fn is_all(record: &Record, state: &[Applied], episode: &Correction) -> bool {
     /// Share of its evidence that may be left over. Set by hand: that at which effects are as likely to resemble the cause as to be it.

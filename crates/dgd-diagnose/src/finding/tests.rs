@@ -413,8 +413,11 @@ fn swell_is_told_with_its_period_and_amplitude_from_the_start_to_the_end() {
             evidence: 40.0,
             hurdle: 12.0,
             limit_m: 0.04,
+            folded_s: (ratio > 4.0).then_some(8.0),
         };
         let told = heaving(&record, about, swell, None);
+        let folded = told.same_as.as_ref().map(|same| same.contains("8.0 s"));
+        assert_eq!(folded, (ratio > 4.0).then_some(true));
         assert!((told.probability - probability).abs() < 1e-12);
         assert_eq!(told.intervals_s, [record.setting.span_s]);
         assert_eq!((told.evidence, told.hurdle), (40.0, 12.0));

@@ -31,6 +31,7 @@ const SWELL: Swell = Swell {
     evidence: 4.0,
     hurdle: 8.0,
     limit_m: 0.04,
+    folded_s: None,
 };
 
 /// All effects as they fared on a recording in which each by itself showed evidence of 2 and an energy of 25.

@@ -206,6 +206,23 @@ fn six_stretches_are_enough_and_a_clock_of_six_seconds_for_a_long_swell() {
     assert_eq!(swell(&slow, 6.5, DENSITY).err(), Some(Unseen::Slow));
 }
 
+#[test]
+fn a_swell_that_is_sampled_too_seldom_is_told_with_the_period_that_it_may_have() {
+    let found = |step_s: f64, period_s: f64| {
+        let series = pressure(3600, step_s, &[(0.5, period_s)]);
+        swell(&series, step_s, DENSITY).unwrap()
+    };
+    // Every 5 s, 8 s look like 13.3 s, and the other way round.
+    let folded = found(5.0, 8.0);
+    let plain = found(5.0, 40.0 / 3.0);
+    for one in [folded, plain] {
+        assert!((one.period_s - 13.33).abs() < 0.1, "{one:?}");
+        assert!((one.folded_s.unwrap() - 8.0).abs() < 0.05, "{one:?}");
+    }
+    assert_eq!(found(1.0, 8.0).folded_s, None);
+    assert_eq!(found(2.0, 8.0).folded_s, None);
+}
+
 /// By their means: the power of a peak scatters by a third over the floor of 14 stretches.
 #[test]
 fn a_swell_above_its_limit_is_believed_whatever_its_period_and_one_far_below_is_not() {
