@@ -293,3 +293,26 @@ fn what_answers_late_changes_the_head_by_its_rate_and_nothing_else() {
         );
     }
 }
+
+#[test]
+fn a_pump_that_stands_for_most_of_a_recording_wanders_by_what_it_does_when_it_turns() {
+    let curves = parabolas(4e5, 30e5, 5e5);
+    let turning = wander(&steady(BLOCKS), &curves);
+    let mut record = steady(BLOCKS);
+    let stands = 0..2 * BLOCKS / 3 * PER_BLOCK;
+    record.filled.pumping[stands.clone()].fill(false);
+    for values in [
+        &mut record.flow,
+        &mut record.filled.flow,
+        &mut record.speed,
+        &mut record.filled.speed,
+        &mut record.mud_pump,
+        &mut record.filled.mud_pump,
+    ] {
+        values[stands.clone()].fill(0.0);
+    }
+    let mostly_standing = wander(&record, &curves);
+    close(mostly_standing.balance_m3_s, turning.balance_m3_s);
+    close(mostly_standing.friction_pa, turning.friction_pa);
+    close(mostly_standing.head_pa, turning.head_pa);
+}

@@ -105,6 +105,18 @@ fn mud_density_change_fills_the_riser_as_a_stirred_tank_then_the_line() {
 }
 
 #[test]
+fn mud_of_another_density_that_was_there_before_the_first_sample_has_mixed_in() {
+    let first_s = moments()[0].t_s;
+    for onset_s in [first_s, first_s - 1e4] {
+        let c = run("mud_density_change", &[40.0, onset_s, 0.25, 0.25]);
+        for changes in [&c[0], &c[500]] {
+            close(changes.riser_kg_m3, 40.0, 1e-9);
+            close(changes.line_kg_m3, 40.0, 1e-9);
+        }
+    }
+}
+
+#[test]
 fn cuttings_loading_washes_out_before_the_connection_and_keeps_the_mass_balance() {
     let setting = setting();
     let c = run("cuttings_loading", &[30.0, 0.8, 0.15, 0.0, 1.0, 0.0]);

@@ -4,7 +4,7 @@ use super::{LENGTH_S, loose, made, off_by, size_in, waving};
 use crate::empirical::drawn::range;
 use crate::empirical::timed::leaves_no_more;
 use crate::empirical::{
-    DRAWN, again, anew, correction, corrections, episode_like, episodic, instead_of,
+    DRAWN, again, anew, correction, corrections, episode_like, episodic, instead_of, passing,
 };
 use crate::record::Record;
 use crate::relations::Applied;
@@ -149,4 +149,50 @@ fn an_episode_takes_the_place_of_an_effect_only_if_it_leaves_less() {
     // Nor where the effect is what it is told as.
     let lasting = Applied::from(&found.curve);
     assert!(episode_like(&shifted, &[], std::slice::from_ref(&lasting), None).is_none());
+}
+
+#[test]
+fn what_passes_competes_from_the_start_where_rows_look_like_it() {
+    let beside = |record: &Record| {
+        let gate = Tangent::at(record, &[], &[], Bend::Lean).unwrap();
+        passing(record, &gate, &[])
+    };
+    for place in [Place::Friction, Place::Balance, Place::MeterFactor] {
+        let record = off_between(place, WHILE);
+        let found = beside(&record).unwrap_or_else(|| panic!("{place:?}"));
+        assert_eq!(found.curve.place, place);
+        let (from_s, to_s) = found.curve.episode_s((0.0, LENGTH_S)).unwrap();
+        assert!((from_s - WHILE.0).abs() <= BLOCK_S && (to_s - WHILE.1).abs() <= BLOCK_S);
+        // Ten minutes alone are none.
+        assert!(beside(&off_between(place, (2630.0, 3130.0))).is_none());
+        // Nor is what has a course of its own.
+        assert!(beside(&waving(place)).is_none(), "{place:?}");
+    }
+    // Of sound drilling no row looks like it, so that none is sought.
+    let sound = off_by(Place::Balance, 0.0, |_, _| 0.0);
+    let gate = Tangent::at(&sound, &[], &[], Bend::Lean).unwrap();
+    assert!(!episodic::may_be(&sound, &gate));
+}
+
+#[test]
+fn of_days_an_episode_of_hours_is_asked_no_more_than_of_hours() {
+    let record = off_between(Place::Friction, WHILE);
+    let weighed = |hours: f64| {
+        let mut longer = record.clone();
+        let (from, _) = record.setting.span_s;
+        longer.setting.span_s = (from, from + hours * 3600.0);
+        let found = episodic::between(&longer, &loose(&record), &[], Place::Friction, WHILE);
+        let found = found.unwrap();
+        (found.times, found.size)
+    };
+    // What it is compared with are the eight hours about it, however many days there are.
+    let (times, size) = weighed(8.0);
+    assert_eq!(times, 1.0);
+    assert_eq!(weighed(72.0), (times, size));
+    // What goes on for days is asked more.
+    let mut days = record.clone();
+    days.setting.span_s.1 = 72.0 * 3600.0;
+    let on = (WHILE.0, f64::INFINITY);
+    let on = episodic::between(&days, &loose(&record), &[], Place::Friction, on).unwrap();
+    assert!(on.times > 8.0, "{}", on.times);
 }
