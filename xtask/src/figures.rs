@@ -12,6 +12,14 @@ use std::process::Command;
 const SEED: &str = "5";
 /// Window of Figures 4.1-4.4 in the thesis, s.
 const WINDOW: &str = "14000:20000";
+/// What stands above the rows of the comparison.
+const HEAD: &str = "# The thesis's ladder on the stand-in recording\n\n\
+    The thesis's field data are confidential. The right-hand column comes from a **stand-in**: a simulated rig of\n\
+    higher fidelity than the model (`dgd-plant`), calibrated so that the same effects appear. Its agreement with\n\
+    the thesis shows that the pipeline does what the thesis did; it says nothing about the field. Its seed (5) was\n\
+    chosen as the nearest to the thesis of the first eight; `crates/dgd-plant/README.md` tells what others give.\n\
+    The thesis gives its errors in percent of undisclosed references, so errors are compared as ratios.\n\n\
+    | quantity | thesis | stand-in |\n|---|---|---|\n";
 
 /// Makes the recording, fits, simulates, draws and compares.
 pub(crate) fn draw(out: &Path) -> Result<()> {
@@ -92,23 +100,21 @@ struct Runs {
 
 /// The thesis's numbers beside the stand-in's.
 fn compare(inspected: &Value, fitted: &Value, runs: &Runs) -> Result<String> {
-    let number = |value: &Value, path: &str| {
-        value
-            .pointer(path)
-            .and_then(Value::as_f64)
-            .with_context(|| format!("`dgd` gave no number at {path}"))
-    };
-    let (f14, f23, f26) = (
-        "/friction/eq_3_14",
-        "/friction/eq_3_23",
-        "/friction/eq_3_26",
-    );
-    let mse = |stage: &str| number(fitted, &format!("{stage}/mse_pa2"));
-    let head = |stage: &str| number(fitted, &format!("/pump/{stage}/mse_m2"));
-    let sign = |x: f64| if x < 0.0 { "negative" } else { "positive" };
-    let coefficient =
-        |stage: &str, index: usize| number(fitted, &format!("{stage}/coefficients/{index}"));
-    let deviation = |run: &Value, signal: &str| number(run, &format!("/deviation/{signal}/rmse"));
+    let mut text = String::from(HEAD);
+    text.push_str(&screening(fitted)?);
+    text.push_str(&friction(fitted)?);
+    text.push_str(&pump(fitted)?);
+    text.push_str(&simulated(runs)?);
+    let seconds = number(fitted, "/seconds")?;
+    let columns = inspected["columns"].as_array().map_or(0, Vec::len);
+    writeln!(
+        text,
+        "\n{columns} columns a series; the fit took {seconds:.2} s, figures included."
+    )?;
+    Ok(text)
+}
+
+fn screening(fitted: &Value) -> Result<String> {
     let kept = number(fitted, "/kept")?;
     let measured = number(fitted, "/samples")?;
     let rows = [
@@ -118,6 +124,20 @@ fn compare(inspected: &Value, fitted: &Value, runs: &Runs) -> Result<String> {
             "52,579 (17.2 %)",
             &format!("{kept:.0} ({:.1} %)", 100.0 * kept / measured),
         ),
+    ];
+    Ok(rows.concat())
+}
+
+fn friction(fitted: &Value) -> Result<String> {
+    let (f14, f23, f26) = (
+        "/friction/eq_3_14",
+        "/friction/eq_3_23",
+        "/friction/eq_3_26",
+    );
+    let mse = |stage: &str| number(fitted, &format!("{stage}/mse_pa2"));
+    let coefficient =
+        |stage: &str, index: usize| number(fitted, &format!("{stage}/coefficients/{index}"));
+    let rows = [
         row("C in Eq. 3.14", "negative", sign(coefficient(f14, 0)?)),
         row(
             "best delay (Eq. 3.24)",
@@ -144,6 +164,13 @@ fn compare(inspected: &Value, fitted: &Value, runs: &Runs) -> Result<String> {
                 sign(coefficient(f26, 2)?)
             ),
         ),
+    ];
+    Ok(rows.concat())
+}
+
+fn pump(fitted: &Value) -> Result<String> {
+    let head = |stage: &str| number(fitted, &format!("/pump/{stage}/mse_m2"));
+    let rows = [
         row(
             "c2 in Eq. 3.31, unconstrained",
             "negative",
@@ -163,6 +190,13 @@ fn compare(inspected: &Value, fitted: &Value, runs: &Runs) -> Result<String> {
                 number(fitted, "/pump/eq_3_39/n2")?
             ),
         ),
+    ];
+    Ok(rows.concat())
+}
+
+fn simulated(runs: &Runs) -> Result<String> {
+    let deviation = |run: &Value, signal: &str| number(run, &format!("/deviation/{signal}/rmse"));
+    let rows = [
         row(
             "riser level simulated alone (Figure 4.1)",
             "drifts off, same trends",
@@ -194,23 +228,18 @@ fn compare(inspected: &Value, fitted: &Value, runs: &Runs) -> Result<String> {
             ),
         ),
     ];
-    let mut text = String::from(
-        "# The thesis's ladder on the stand-in recording\n\n\
-         The thesis's field data are confidential. The right-hand column comes from a **stand-in**: a simulated rig of\n\
-         higher fidelity than the model (`dgd-plant`), calibrated so that the same effects appear. Its agreement with\n\
-         the thesis shows that the pipeline does what the thesis did; it says nothing about the field. Its seed (5) was\n\
-         chosen as the nearest to the thesis of the first eight; `crates/dgd-plant/README.md` tells what others give.\n\
-         The thesis gives its errors in percent of undisclosed references, so errors are compared as ratios.\n\n\
-         | quantity | thesis | stand-in |\n|---|---|---|\n",
-    );
-    rows.iter().for_each(|row| text.push_str(row));
-    let seconds = number(fitted, "/seconds")?;
-    let columns = inspected["columns"].as_array().map_or(0, Vec::len);
-    writeln!(
-        text,
-        "\n{columns} columns a series; the fit took {seconds:.2} s, figures included."
-    )?;
-    Ok(text)
+    Ok(rows.concat())
+}
+
+fn number(value: &Value, path: &str) -> Result<f64> {
+    value
+        .pointer(path)
+        .and_then(Value::as_f64)
+        .with_context(|| format!("`dgd` gave no number at {path}"))
+}
+
+fn sign(x: f64) -> &'static str {
+    if x < 0.0 { "negative" } else { "positive" }
 }
 
 fn row(name: &str, thesis: &str, ours: &str) -> String {

@@ -1,6 +1,6 @@
 //! Effects of one's own beside those of the catalogue.
 
-use crate::{About, Effect, Method, Role};
+use crate::{About, Effect, Method, Parameter, Role};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 static OWN: Mutex<Vec<&'static dyn Effect>> = Mutex::new(Vec::new());
@@ -79,30 +79,25 @@ pub enum RegisterError {
 /// # Errors
 /// What does not.
 pub(crate) fn sound(about: &About) -> Result<(), &'static str> {
-    let search = &about.search;
     let Some(strength) = about.parameters.first() else {
         return Err("it has no parameter, expected its strength first");
     };
-    let listed = |role: &Role| match role {
-        Role::Grid(values)
-        | Role::Shape(values)
-        | Role::Choice(values)
-        | Role::Sensor(values)
-        | Role::Edge(values) => Some(*values),
-        Role::Amplitude | Role::Onset | Role::Duration => None,
-    };
-    let within = |p: &crate::Parameter| {
-        let values = listed(&p.role).unwrap_or(&[]);
-        p.low < p.high
-            && (p.low..=p.high).contains(&p.usual)
-            && values.iter().all(|v| (p.low..=p.high).contains(v))
-    };
-    // What is late may seem early, by a clock of its own.
-    let allowed = |value: &f64| {
-        (*value > 0.0 || *value < 0.0 && search.timing.is_some()) && *value <= strength.high
-    };
-    let names = about.parameters.iter().enumerate();
-    let wrong = [
+    let mut faults = of_strength(about, strength)
+        .into_iter()
+        .chain(of_ranges(about))
+        .chain(of_onset(about, strength))
+        .chain(of_weights(about, strength))
+        .chain(of_other_parameters(about, strength))
+        .chain(of_search(about, strength));
+    let first = faults.find(|(is, _)| *is);
+    first.map_or(Ok(()), |(_, what)| Err(what))
+}
+
+/// Whether something is wrong, and what.
+type Fault = (bool, &'static str);
+
+fn of_strength(about: &About, strength: &Parameter) -> [Fault; 3] {
+    [
         (
             about.id.is_empty() || about.title.trim().is_empty(),
             "its id or title is empty",
@@ -115,8 +110,29 @@ pub(crate) fn sound(about: &About) -> Result<(), &'static str> {
             strength.role == Role::Amplitude && strength.usual <= 0.0,
             "its strength has no usual size, expected one above 0",
         ),
+    ]
+}
+
+/// Of the bounds of all parameters, the values listed for them, and their names.
+fn of_ranges(about: &About) -> [Fault; 4] {
+    let listed = |role: &Role| match role {
+        Role::Grid(values)
+        | Role::Shape(values)
+        | Role::Choice(values)
+        | Role::Sensor(values)
+        | Role::Edge(values) => Some(*values),
+        Role::Amplitude | Role::Onset | Role::Duration => None,
+    };
+    let within = |p: &Parameter| {
+        let values = listed(&p.role).unwrap_or(&[]);
+        p.low < p.high
+            && (p.low..=p.high).contains(&p.usual)
+            && values.iter().all(|v| (p.low..=p.high).contains(v))
+    };
+    let names = about.parameters.iter().enumerate();
+    [
         (
-            search.method == Method::Relations
+            about.search.method == Method::Relations
                 && about
                     .parameters
                     .iter()
@@ -138,6 +154,11 @@ pub(crate) fn sound(about: &About) -> Result<(), &'static str> {
             { names }.any(|(k, p)| about.position(p.name) != Some(k)),
             "two parameters have the same name",
         ),
+    ]
+}
+
+fn of_onset(about: &About, strength: &Parameter) -> [Fault; 3] {
+    [
         (
             about.duration().is_some() && about.onset().is_none(),
             "it has a duration but no onset",
@@ -150,6 +171,13 @@ pub(crate) fn sound(about: &About) -> Result<(), &'static str> {
             about.sensor().is_some() && about.onset().is_none(),
             "an effect in one transmitter needs an onset",
         ),
+    ]
+}
+
+/// Of the numbers that it is weighed by.
+fn of_weights(about: &About, strength: &Parameter) -> [Fault; 3] {
+    let search = &about.search;
+    [
         (
             ![search.belief.hurdle, search.belief.scale]
                 .iter()
@@ -168,22 +196,38 @@ pub(crate) fn sound(about: &About) -> Result<(), &'static str> {
                 .is_some_and(|least| !(least > 0.0 && least < strength.high)),
             "the least strength to be named must lie between 0 and the highest",
         ),
+    ]
+}
+
+/// Of parameters that an effect searched in this way cannot have beside its strength.
+fn of_other_parameters(about: &About, strength: &Parameter) -> [Fault; 3] {
+    let search = &about.search;
+    let others = &about.parameters[1..];
+    [
         (
             !search.allowance.is_empty() && (about.onset().is_some() || about.sensor().is_some()),
             "an allowance is always present, but this effect has an onset or a transmitter",
         ),
         (
-            about.parameters[1..]
-                .iter()
-                .any(|p| p.role == Role::Amplitude),
+            others.iter().any(|p| p.role == Role::Amplitude),
             "two parameters are strengths, expected only the first",
         ),
         (
             search.timing.is_some()
                 && (strength.high < 1.0
-                    || (about.parameters[1..].iter()).any(|p| !matches!(p.role, Role::Shape(_)))),
+                    || others.iter().any(|p| !matches!(p.role, Role::Shape(_)))),
             "the parameters of a delay or lag must be its time, of up to 1 s or more, and shapes",
         ),
+    ]
+}
+
+fn of_search(about: &About, strength: &Parameter) -> [Fault; 4] {
+    let search = &about.search;
+    // What is late may seem early, by a clock of its own.
+    let allowed = |value: &f64| {
+        (*value > 0.0 || *value < 0.0 && search.timing.is_some()) && *value <= strength.high
+    };
+    [
         (
             !(search.allowance.is_sorted() && search.allowance.iter().all(allowed)),
             "allowance values must rise, above 0 (for times also below it) and up to the bound of the strength",
@@ -202,9 +246,7 @@ pub(crate) fn sound(about: &About) -> Result<(), &'static str> {
             search.method == Method::Correction,
             "there can be only one empirical correction, expected `Method::Relations`",
         ),
-    ];
-    let first = wrong.into_iter().find(|(wrong, _)| *wrong);
-    first.map_or(Ok(()), |(_, what)| Err(what))
+    ]
 }
 
 #[cfg(test)]

@@ -1,5 +1,8 @@
 //! The plant at work: supply, riser, pump and line, advanced together.
 
+mod flow_line;
+mod resistance;
+
 use crate::cause::{Active, Foreign};
 use crate::config::Physics;
 use crate::constants::{ATMOSPHERE_PA, GPM_M3_S, GRAVITY_M_S2};
@@ -10,6 +13,8 @@ use crate::pump::{Drive, NonReturnValve, PumpParameters};
 use crate::riser::Riser;
 use crate::schedule::Segment;
 use crate::well::Well;
+use flow_line::FlowLine;
+use resistance::{Resistance, Settings};
 
 /// Steps a second. A quarter of a second resolves every lag the plant has.
 pub(crate) const STEPS: usize = 4;
@@ -64,9 +69,7 @@ pub(crate) struct Plant {
     mud_pump_gpm: f64,
     booster_gpm: f64,
     topfill_gpm: f64,
-    flow_line: [f64; 2],
-    on_the_way: Vec<f64>,
-    next_out: usize,
+    flow_line: FlowLine,
     noise: Noise,
     pit: Wander,
     stroke: Wander,
@@ -74,30 +77,17 @@ pub(crate) struct Plant {
     stroke_factor: f64,
     drilling: f64,
     causes: Active,
-    friction: FrictionAt,
+    resistance: Resistance,
     /// Seconds the mud pump has stood.
     connection_s: f64,
     /// Until the mud pump starts again, s.
     restart_s: f64,
-    /// Gel in the line, share of its full strength.
-    gel: f64,
-    cushions_m3_s: [f64; 2],
     heave_rad: f64,
-    swell: f64,
-    sense: f64,
-    choke: (f64, f64),
     seconds: f64,
     shiver: Noise,
     trembling: Wander,
     tremble_pa: f64,
     state: TrueState,
-}
-
-/// Which friction table is in use.
-#[derive(Debug, Clone, Copy)]
-struct FrictionAt {
-    viscosity: f64,
-    swelled: f64,
 }
 
 /// What comes up to the pump's inlet from well and booster line.
@@ -173,10 +163,6 @@ impl Plant {
         // A stream of its own: what trembles must not move what is drawn after it.
         let mut shiver = Noise::new(seed, 4);
         let trembling = Wander::new(physics.tremble_pa, 2.0, &mut shiver);
-        let slots = crate::constants::index(
-            (physics.flow_meter_delay_s * STEPS as f64).round(),
-            600 * STEPS,
-        );
         let state = TrueState {
             riser_level_m: level_m,
             line_filled_m: line.wet_m(),
@@ -206,9 +192,11 @@ impl Plant {
             mud_pump_gpm: 0.0,
             booster_gpm: 0.0,
             topfill_gpm: 0.0,
-            flow_line: [0.0; 2],
-            on_the_way: vec![0.0; slots.max(1)],
-            next_out: 0,
+            flow_line: FlowLine::new(
+                causes.cushions_s,
+                physics.flow_line_lag_s,
+                physics.flow_meter_delay_s,
+            ),
             noise,
             pit,
             stroke,
@@ -216,18 +204,10 @@ impl Plant {
             stroke_factor: 1.0,
             drilling: 0.0,
             causes: causes.clone(),
-            friction: FrictionAt {
-                viscosity: 1.0,
-                swelled: 1.0,
-            },
+            resistance: Resistance::new(),
             connection_s: 0.0,
             restart_s: 0.0,
-            gel: 0.0,
-            cushions_m3_s: [0.0; 2],
             heave_rad: 0.0,
-            swell: 0.0,
-            sense: 0.0,
-            choke: (0.0, 0.0),
             seconds: 0.0,
             shiver,
             trembling,
@@ -271,7 +251,13 @@ impl Plant {
             self.connection_s + 1.0
         };
         self.seconds = clock_s;
-        self.age(clock_s);
+        let settings = Settings {
+            well: &self.well,
+            physics: &self.physics,
+            causes: &self.causes,
+        };
+        self.resistance
+            .age(clock_s, &settings, &mut self.line, &mut self.noise);
         let usual = 2.5 * self.well.return_line_area_m2();
         self.tremble_pa = self.trembling.step(1.0, &mut self.shiver)
             * (self.line.inflow_m3_s() / usual).clamp(0.0, 1.5);
@@ -279,79 +265,6 @@ impl Plant {
             self.step(speed_pct);
         }
         self.state
-    }
-
-    /// What changes slowly: gel, viscosity, restrictions and their like, once a second.
-    fn age(&mut self, t_s: f64) {
-        let c = &self.causes;
-        let q = self.line.inflow_m3_s();
-        let flows = q > 1e-3;
-        let mut stubborn = 0.0;
-        let mut share = 1.0;
-        let diameter = self.well.return_line_id_m;
-        if let Some((tau, turbulent)) = c.yield_stress {
-            stubborn = 16.0 / 3.0 * tau / diameter;
-            share = turbulent;
-        }
-        if let Some((tau, build_s, break_m3)) = c.gel {
-            if flows {
-                self.gel *= (-q / break_m3).exp();
-            } else {
-                self.gel += (1.0 - self.gel) / build_s;
-            }
-            let gel = 4.0 * tau * self.gel / diameter;
-            share = (share * stubborn + gel) / (stubborn + gel).max(1e-9);
-            stubborn += gel;
-        }
-        let mut k = self.physics.line.minor_loss + c.restriction_k(t_s);
-        let mut swelled = 1.0;
-        match c.foreign {
-            Some(Foreign::FrictionSwell(size, tau_s)) => {
-                self.swell = if flows {
-                    self.swell + (1.0 - self.swell) / tau_s
-                } else {
-                    0.0
-                };
-                swelled = 1.0 + size * self.swell;
-            }
-            Some(Foreign::FrictionHysteresis(size_pa)) => {
-                let slope = q - self.choke.0;
-                self.choke.0 = q;
-                let push = (slope / 2e-4).clamp(-1.0, 1.0);
-                // It remembers the last clear movement and forgets it over half an hour.
-                self.sense += (push - self.sense) * 0.1 * push.abs() - self.sense / 1800.0;
-                if flows {
-                    stubborn += (1.0 + self.sense) * 0.5 * size_pa / self.well.pump_outlet_depth_m;
-                }
-            }
-            Some(Foreign::ChokeStick(low, high)) => {
-                // Stuck where it is until the flow has moved by a tenth; then it jumps to the other seat.
-                if (q - self.choke.0).abs() > 0.1 * self.choke.0.abs().max(0.01) {
-                    self.choke.0 = q;
-                    self.choke.1 = if self.noise.unit() < 0.5 { low } else { high };
-                }
-                k += self.choke.1;
-            }
-            _ => {}
-        }
-        self.line.set_minor_loss(k);
-        self.line.set_stubborn(stubborn, share);
-        let viscosity = c.viscosity_factor(t_s);
-        let moved = (viscosity - self.friction.viscosity).abs() > 0.002
-            || (swelled - self.friction.swelled).abs() > 0.002;
-        if moved {
-            self.friction = FrictionAt { viscosity, swelled };
-            let mut mud = self.physics.rheology.clone();
-            mud.consistency_pa_sn *= viscosity;
-            let mut table = FrictionTable::new(
-                &mud,
-                diameter,
-                self.physics.line.roughness_m,
-                self.well.mud_density_kg_m3,
-            );
-            table.scale(swelled);
-            self.line.set_friction(table);
-        }
     }
 
     /// Height of the rig above its mean, m.
@@ -426,7 +339,7 @@ impl Plant {
             .causes
             .leak_m3_s(self.seconds, outlet_pa - ATMOSPHERE_PA)
             .min(passed.outflow_m3_s.max(0.0));
-        let metered = self.metered_m3_s(dt, passed.outflow_m3_s - leaked);
+        let metered = self.flow_line.pass(dt, passed.outflow_m3_s - leaked);
 
         let s = &mut self.state;
         s.metered_flow_m3_s = metered;
@@ -536,22 +449,6 @@ impl Plant {
             head_factor,
             leak_m3_s: c.leak_growth_m3_s2 * t_s.max(0.0) * (shut_in_m / 100.0).sqrt(),
         }
-    }
-
-    /// The flow at the meter, over the shaker trough: gas cushions, two tanks, then a stretch of pipe.
-    fn metered_m3_s(&mut self, dt_s: f64, outflow_m3_s: f64) -> f64 {
-        let mut behind = outflow_m3_s;
-        for (flow, tau_s) in self.cushions_m3_s.iter_mut().zip(self.causes.cushions_s) {
-            *flow += (behind - *flow) * lag(dt_s, tau_s);
-            behind = *flow;
-        }
-        let k = lag(dt_s, self.physics.flow_line_lag_s);
-        self.flow_line[0] += (behind - self.flow_line[0]) * k;
-        self.flow_line[1] += (self.flow_line[0] - self.flow_line[1]) * k;
-        let slot = &mut self.on_the_way[self.next_out];
-        let metered = std::mem::replace(slot, self.flow_line[1]);
-        self.next_out = (self.next_out + 1) % self.on_the_way.len();
-        metered
     }
 
     /// What the instruments add of their own, in the order of the channels: flows m³/s, pressures Pa.

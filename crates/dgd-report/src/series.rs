@@ -5,7 +5,7 @@ use crate::color::{Role, SOFT_INK, tone};
 use crate::data::{Interval, Series, same_length};
 use crate::error::ReportError;
 use crate::figure::Figure;
-use crate::panel::{Key, Line, Panel, Sign, Stack, draw};
+use crate::panel::{Drawn, Key, Line, Panel, Sign, Stack, draw};
 use crate::scene::Pen;
 
 const MOST_PANELS: usize = 12;
@@ -182,115 +182,34 @@ pub struct Residuals<'a> {
 /// [`ReportError::TooMany`] above 12 sets, [`ReportError::Range`] on an axis range that cannot be drawn.
 pub fn residual_histogram(sets: &[Residuals<'_>], axis: &Axis) -> Result<Figure, ReportError> {
     at_most("sets", sets.len(), MOST_SERIES)?;
-    let mut values: Vec<Vec<f64>> = Vec::new();
-    for set in sets {
-        let mut finite: Vec<f64> = set
-            .value
-            .iter()
-            .copied()
-            .filter(|v| v.is_finite())
-            .collect();
-        finite.sort_unstable_by(f64::total_cmp);
-        values.push(finite);
-    }
-    let mut all: Vec<f64> = values.concat();
+    let values: Vec<Vec<f64>> = sets.iter().map(|s| finite_sorted(s.value)).collect();
     let range = match given(axis)? {
         Some(range) => range,
-        None => roomy(robust_range(&mut all, 1.5)),
+        None => roomy(robust_range(&mut values.concat(), 1.5)),
     };
     let bins = bin_count(&values, range);
-    let outlines: Vec<[Vec<f64>; 2]> = values.iter().map(|v| outline(v, range, bins)).collect();
+    let outlines: Vec<Curve> = values.iter().map(|v| outline(v, range, bins)).collect();
     let single = (sets.len() == 1)
         .then(|| normal(&values[0], range, bins))
         .flatten();
 
-    let top = outlines
-        .iter()
-        .chain(&single)
-        .flat_map(|o| &o[1])
-        .copied()
-        .fold(0.0, f64::max);
-    let share = Axis::new("Share of the samples [%]");
-    let mut panel = Panel::new(
-        &if top > 0.0 {
-            share.within(0.0, 1.06 * top)
-        } else {
-            share
-        },
-        320.0,
-    );
+    let mut panel = Panel::new(&share_axis(outlines.iter().chain(&single)), 320.0);
     let mut caption = format!("Distribution of the {}.", axis.in_sentence());
-    for (index, (set, [x, y])) in sets.iter().zip(&outlines).enumerate() {
-        let color = set.role.color();
+    for (index, (set, curve)) in sets.iter().zip(&outlines).enumerate() {
         if values[index].is_empty() {
             continue;
         }
-        let filled = index == 0;
-        if filled {
-            panel.areas.push((
-                x.iter()
-                    .copied()
-                    .zip(y.iter().copied())
-                    .map(|(x, y)| [x, y])
-                    .collect(),
-                tone(color, 0.3),
-            ));
-        }
-        let pen = Pen::new(color, if filled { 1.4 } else { 2.0 });
-        panel.lines.push(Line {
-            counted: false,
-            ..Line::new(x, y, pen)
-        });
-        let sign = if filled {
-            Sign::Box(tone(color, 0.45))
-        } else {
-            Sign::Line(pen)
-        };
-        panel.keys.push(Key {
-            sign,
-            text: set.label.to_owned(),
-        });
-        let at = |share: f64| quantile(&values[index], share);
-        caption.push_str(&format!(
-            " {}: median {}, middle half from {} to {}.",
-            set.label,
-            told(at(0.5), at(0.75) - at(0.25)),
-            told(at(0.25), at(0.75) - at(0.25)),
-            told(at(0.75), at(0.75) - at(0.25)),
-        ));
+        add_outline(&mut panel, set, curve, index == 0);
+        caption.push_str(&quartiles(set.label, &values[index]));
     }
-    if let Some([x, y]) = &single {
-        let pen = Pen {
-            color: SOFT_INK,
-            width: 1.5,
-            dash: Some([5.0, 3.5]),
-        };
-        panel.lines.push(Line {
-            counted: false,
-            ..Line::new(x, y, pen)
-        });
-        panel.keys.push(Key {
-            sign: Sign::Line(pen),
-            text: "Normal, same median and spread".to_owned(),
-        });
+    if let Some(curve) = &single {
+        add_normal(&mut panel, curve);
     }
     let mut drawn = draw(&Stack::new(
         &axis.clone().within(range[0], range[1]),
         vec![panel],
     ))?;
-    if let Some(frame) = drawn
-        .frames
-        .first()
-        .copied()
-        .filter(|_| range[0] < 0.0 && range[1] > 0.0)
-    {
-        let x = frame.place(0.0, 0.0)[0];
-        drawn.scene.line(
-            [x, frame.top],
-            [x, frame.bottom()],
-            Pen::new(tone(SOFT_INK, 0.7), 1.0),
-        );
-    }
+    mark_zero(&mut drawn, range);
     drawn.outside = values
         .iter()
         .flatten()
@@ -299,6 +218,91 @@ pub fn residual_histogram(sets: &[Residuals<'_>], axis: &Axis) -> Result<Figure,
     drawn.missing = sets.iter().map(|s| s.value.len()).sum::<usize>()
         - values.iter().map(Vec::len).sum::<usize>();
     Ok(Figure::new("", caption, drawn))
+}
+
+/// Abscissas and ordinates.
+type Curve = [Vec<f64>; 2];
+
+fn finite_sorted(values: &[f64]) -> Vec<f64> {
+    let mut finite: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+    finite.sort_unstable_by(f64::total_cmp);
+    finite
+}
+
+/// From zero to a little above the highest of the curves.
+fn share_axis<'a>(curves: impl Iterator<Item = &'a Curve>) -> Axis {
+    let top = curves.flat_map(|c| &c[1]).copied().fold(0.0, f64::max);
+    let share = Axis::new("Share of the samples [%]");
+    if top > 0.0 {
+        share.within(0.0, 1.06 * top)
+    } else {
+        share
+    }
+}
+
+fn add_outline<'a>(panel: &mut Panel<'a>, set: &Residuals<'_>, [x, y]: &'a Curve, filled: bool) {
+    let color = set.role.color();
+    if filled {
+        let points = x.iter().copied().zip(y.iter().copied());
+        panel
+            .areas
+            .push((points.map(|(x, y)| [x, y]).collect(), tone(color, 0.3)));
+    }
+    let pen = Pen::new(color, if filled { 1.4 } else { 2.0 });
+    panel.lines.push(Line {
+        counted: false,
+        ..Line::new(x, y, pen)
+    });
+    let sign = if filled {
+        Sign::Box(tone(color, 0.45))
+    } else {
+        Sign::Line(pen)
+    };
+    panel.keys.push(Key {
+        sign,
+        text: set.label.to_owned(),
+    });
+}
+
+fn add_normal<'a>(panel: &mut Panel<'a>, [x, y]: &'a Curve) {
+    let pen = Pen {
+        color: SOFT_INK,
+        width: 1.5,
+        dash: Some([5.0, 3.5]),
+    };
+    panel.lines.push(Line {
+        counted: false,
+        ..Line::new(x, y, pen)
+    });
+    panel.keys.push(Key {
+        sign: Sign::Line(pen),
+        text: "Normal, same median and spread".to_owned(),
+    });
+}
+
+/// Median and middle half of a set, in words.
+fn quartiles(label: &str, sorted: &[f64]) -> String {
+    let [low, median, high] = [0.25, 0.5, 0.75].map(|share| quantile(sorted, share));
+    let told = |value: f64| told(value, high - low);
+    format!(
+        " {label}: median {}, middle half from {} to {}.",
+        told(median),
+        told(low),
+        told(high),
+    )
+}
+
+/// A line at zero, where zero is inside.
+fn mark_zero(drawn: &mut Drawn, [low, high]: [f64; 2]) {
+    let frame = drawn.frames.first().copied();
+    if let Some(frame) = frame.filter(|_| low < 0.0 && high > 0.0) {
+        let x = frame.place(0.0, 0.0)[0];
+        drawn.scene.line(
+            [x, frame.top],
+            [x, frame.bottom()],
+            Pen::new(tone(SOFT_INK, 0.7), 1.0),
+        );
+    }
 }
 
 /// Value below which `share` of the sorted values lie; 0 for none.
@@ -344,7 +348,7 @@ fn bin_count(sets: &[Vec<f64>], [low, high]: [f64; 2]) -> usize {
 }
 
 /// Steps over the bins, starting and ending at zero.
-fn outline(sorted: &[f64], [low, high]: [f64; 2], bins: usize) -> [Vec<f64>; 2] {
+fn outline(sorted: &[f64], [low, high]: [f64; 2], bins: usize) -> Curve {
     let edge = |bin: usize| low + (high - low) * bin as f64 / bins as f64;
     let total = sorted.len().max(1) as f64;
     let (mut xs, mut ys) = (vec![low], vec![0.0]);
@@ -364,7 +368,7 @@ fn outline(sorted: &[f64], [low, high]: [f64; 2], bins: usize) -> [Vec<f64>; 2] 
 }
 
 /// The normal curve with the median and the middle half of the values, as a share for each bin.
-fn normal(sorted: &[f64], [low, high]: [f64; 2], bins: usize) -> Option<[Vec<f64>; 2]> {
+fn normal(sorted: &[f64], [low, high]: [f64; 2], bins: usize) -> Option<Curve> {
     // The middle half of a normal distribution is 1.349 standard deviations wide.
     let sigma = (quantile(sorted, 0.75) - quantile(sorted, 0.25)) / 1.349;
     let middle = quantile(sorted, 0.5);

@@ -349,7 +349,10 @@ fn likely(e: &mut Evidence<'_, '_>, folds: &Folds, chosen: usize) -> Option<usiz
     let several = e.scored[chosen].trial.members.len() > 1;
     for (member, weight) in belief::of_members(&e.scored, chosen, &e.refused) {
         let mut loss = (f64::INFINITY, 0.0);
-        if several && let Some(k) = choice::without(context, folds, &mut e.scored, chosen, member) {
+        if several
+            && let Some(k) =
+                choice::find_or_fit_reduced(context, folds, &mut e.scored, chosen, member)
+        {
             let mean = e.scored[chosen].left.mean().max(1e-300);
             let (more, error) = e.scored[k].left.less(&e.scored[chosen].left);
             loss = (more / mean, error / mean);
@@ -360,7 +363,7 @@ fn likely(e: &mut Evidence<'_, '_>, folds: &Folds, chosen: usize) -> Option<usiz
     }
     let mut now = chosen;
     for &(member, _) in &e.unlikely {
-        now = choice::without(context, folds, &mut e.scored, now, member)?;
+        now = choice::find_or_fit_reduced(context, folds, &mut e.scored, now, member)?;
     }
     // The others must stand without what was taken away.
     let stands = e.unlikely.is_empty()

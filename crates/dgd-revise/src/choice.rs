@@ -91,8 +91,8 @@ pub(crate) fn stand_ins(scored: &[Scored], chosen: usize, member: usize) -> Vec<
     found
 }
 
-/// The set without one member; fitted and scored if it was not.
-pub(crate) fn without(
+/// The number of the set without one member; fitted, scored and added if it was not there.
+pub(crate) fn find_or_fit_reduced(
     context: &Context<'_>,
     folds: &Folds,
     scored: &mut Vec<Scored>,
@@ -172,7 +172,7 @@ pub(crate) fn stand(
     let trial = scored[set].trial.clone();
     // A single one stands beside the base, which was scored first.
     for &m in &trial.members {
-        let Some(rest) = without(context, folds, scored, set, m) else {
+        let Some(rest) = find_or_fit_reduced(context, folds, scored, set, m) else {
             return false;
         };
         let without = &scored[rest];

@@ -43,7 +43,7 @@ pub(crate) fn standings(
     let weights = belief::weights(&e.scored, chosen, &e.refused);
     let together = belief::of_members(&e.scored, chosen, &e.refused);
     let of = |(member, together): (usize, f64)| {
-        let without = e.without(chosen, member, folds);
+        let without = e.reduced_set(chosen, member, folds);
         let mean = set.left.mean().max(1e-300);
         let loss = without.as_ref().map_or((f64::NAN, f64::NAN), |w| {
             let (loss, error) = w.left.less(&set.left);
@@ -296,8 +296,8 @@ pub(crate) fn unnamed(
 }
 
 impl Evidence<'_, '_> {
-    /// The chosen set without one member, fitted and scored.
-    fn without(&self, chosen: usize, member: usize, folds: &Folds) -> Option<Scored> {
+    /// The chosen set without one member; fitted and scored if it was not, but not added to what is scored.
+    fn reduced_set(&self, chosen: usize, member: usize, folds: &Folds) -> Option<Scored> {
         let set = &self.scored[chosen].trial;
         let rest = set.others(member);
         if let Some(known) = self.scored.iter().find(|s| s.trial.members == rest) {

@@ -63,7 +63,7 @@ fn slightest(
         if !slight(&context.hypotheses[member], &told) {
             continue;
         }
-        let Some(rest) = without(context, folds, scored, &whole, member) else {
+        let Some(rest) = refit_reduced(context, folds, scored, &whole, member) else {
             continue;
         };
         let loss = scored[rest].left.less(&whole.left).0 / whole.left.mean().max(1e-300);
@@ -76,7 +76,7 @@ fn slightest(
 
 /// The number of the set without a member, fitted from the values that the others have beside it: what was fitted before may lie in
 /// another minimum, and a member that is none would be worth what parts the two.
-fn without(
+fn refit_reduced(
     context: &Context<'_>,
     folds: &Folds,
     scored: &mut Vec<Scored>,

@@ -52,80 +52,84 @@ impl Score {
     }
 }
 
+/// Scores by title.
+type Measures = Vec<(&'static str, Score)>;
+
 /// The scores of some cases, by title.
-pub(crate) fn measures(rows: &[&Row]) -> Vec<(&'static str, Score)> {
-    let some = |sorts: &[Sort]| -> Vec<&Row> {
-        rows.iter()
-            .copied()
-            .filter(|r| sorts.contains(&r.sort()))
-            .collect()
-    };
-    let share = |of: &[&Row], is: &dyn Fn(&Row) -> bool| {
-        let mut tally = Tally::default();
-        of.iter().for_each(|r| tally.add(is(r)));
-        Score::Share(tally)
-    };
-    let held = some(&[Sort::Held]);
-    let lacking = some(&[Sort::Lacking]);
-    let foreign = some(&[Sort::Foreign]);
-    let clean = some(&[Sort::Clean]);
-    let known = some(&[Sort::Held, Sort::Lacking]);
-    let there = some(&[Sort::Held, Sort::Lacking, Sort::Foreign]);
-    let collect = |of: &[&Row], f: &dyn Fn(&Row) -> Option<f64>| -> Vec<f64> {
-        of.iter().filter_map(|r| f(r)).collect()
-    };
-    let factor = |v: Vec<f64>| Score::Factor(median(&v), v.len());
-    let percent = |v: Vec<f64>| Score::Percent(median(&v), v.len());
-    let walls = collect(rows, &|r| Some(r.wall_s));
-    let longest = walls.iter().copied().reduce(f64::max);
-    let mut sure = Tally::default();
-    rows.iter()
-        .flat_map(|r| r.confident())
-        .for_each(|right| sure.add(!right));
-    let mut covered = Tally::default();
-    rows.iter()
-        .flat_map(|r| r.covered())
-        .for_each(|holds| covered.add(holds));
-    let weighed: Vec<(f64, bool)> = rows.iter().flat_map(|r| r.weighed()).collect();
+pub(crate) fn measures(rows: &[&Row]) -> Measures {
+    [
+        naming(rows),
+        location(rows),
+        reliability(rows),
+        held_out(rows),
+        wall_time(rows),
+    ]
+    .concat()
+}
+
+/// What was found and named.
+fn naming(rows: &[&Row]) -> Measures {
+    let held = of_sort(rows, &[Sort::Held]);
+    let lacking = of_sort(rows, &[Sort::Lacking]);
+    let foreign = of_sort(rows, &[Sort::Foreign]);
+    let there = of_sort(rows, &CONCEALED);
     let named = |r: &Row| matches!(r.outcome, Outcome::Right | Outcome::Beside);
     vec![
         (
             "something concealed, something found",
-            share(&there, &Row::detected),
+            share(&there, Row::detected),
         ),
         (
             "in the catalogue: named, and nothing else",
-            share(&held, &|r| r.outcome == Outcome::Right),
+            share(&held, |r| r.outcome == Outcome::Right),
         ),
         (
             "the same, findings of probability 0.5 or more alone",
-            share(&held, &|r| r.outcome_from(0.5) == Outcome::Right),
+            share(&held, |r| r.outcome_from(0.5) == Outcome::Right),
         ),
-        ("in the catalogue: named", share(&held, &named)),
+        ("in the catalogue: named", share(&held, named)),
         (
             "in the catalogue: named or among the alternatives",
-            share(&held, &|r| named(r) || r.outcome == Outcome::Within),
+            share(&held, |r| named(r) || r.outcome == Outcome::Within),
         ),
         (
             "in no catalogue, but in textbooks: called unknown",
-            share(&lacking, &|r| r.outcome == Outcome::Right),
+            share(&lacking, |r| r.outcome == Outcome::Right),
         ),
         (
             "foreign: called unknown",
-            share(&foreign, &|r| r.outcome == Outcome::Right),
+            share(&foreign, |r| r.outcome == Outcome::Right),
         ),
+    ]
+}
+
+/// Where findings lie.
+fn location(rows: &[&Row]) -> Measures {
+    let there = of_sort(rows, &CONCEALED);
+    let known = of_sort(rows, &[Sort::Held, Sort::Lacking]);
+    vec![
         (
             "a finding on the right component",
-            share(&there, &|r| r.located),
+            share(&there, |r| r.located),
         ),
         (
             "a finding on the right kind of component",
-            share(&known, &|r| r.kind),
+            share(&known, |r| r.kind),
         ),
-        ("clean: false alarms", share(&clean, &Row::detected)),
+    ]
+}
+
+/// How far what is stated holds: that there is something, its probability, its interval.
+fn reliability(rows: &[&Row]) -> Measures {
+    let clean = of_sort(rows, &[Sort::Clean]);
+    let sure = rows.iter().flat_map(|r| r.confident());
+    let covered = rows.iter().flat_map(|r| r.covered());
+    let weighed: Vec<(f64, bool)> = rows.iter().flat_map(|r| r.weighed()).collect();
+    vec![
+        ("clean: false alarms", share(&clean, Row::detected)),
         (
             "findings of probability 0.9 or more: wrong",
-            Score::Share(sure),
+            Score::Share(tally(sure.map(|right| !right))),
         ),
         (
             "stated probabilities: Brier score (0.25 is knowing nothing)",
@@ -133,34 +137,72 @@ pub(crate) fn measures(rows: &[&Row]) -> Vec<(&'static str, Score)> {
         ),
         (
             "95 % intervals of sizes that hold the truth",
-            Score::Share(covered),
+            Score::Share(tally(covered)),
         ),
+    ]
+}
+
+/// What is gained on held-out samples.
+fn held_out(rows: &[&Row]) -> Measures {
+    let there = of_sort(rows, &CONCEALED);
+    let held = of_sort(rows, &[Sort::Held]);
+    let collect = |of: &[&Row], f: fn(&Row) -> Option<f64>| -> Vec<f64> {
+        of.iter().filter_map(|r| f(r)).collect()
+    };
+    let factor = |v: Vec<f64>| Score::Factor(median(&v), v.len());
+    let percent = |v: Vec<f64>| Score::Percent(median(&v), v.len());
+    vec![
         (
             "held-out error over the noise, before (median)",
-            factor(collect(&there, &|r| r.off().map(|o| o.0))),
+            factor(collect(&there, |r| r.off().map(|o| o.0))),
         ),
         (
             "held-out error over the noise, after (median)",
-            factor(collect(&there, &|r| r.off().map(|o| o.1))),
+            factor(collect(&there, |r| r.off().map(|o| o.1))),
         ),
         (
             "share of the gain that knowing the truth allows (median)",
-            percent(collect(&there, &Row::share)),
+            percent(collect(&there, Row::share)),
         ),
         (
             "the same, in the catalogue (median)",
-            percent(collect(&held, &Row::share)),
+            percent(collect(&held, Row::share)),
         ),
         (
             "an instrument made worse on held-out samples",
-            share(rows, &|r| !r.worse().is_empty()),
+            share(rows, |r| !r.worse().is_empty()),
         ),
+    ]
+}
+
+fn wall_time(rows: &[&Row]) -> Measures {
+    let walls: Vec<f64> = rows.iter().map(|r| r.wall_s).collect();
+    let longest = walls.iter().copied().reduce(f64::max);
+    vec![
         (
             "wall time, median",
             Score::Seconds(median(&walls), walls.len()),
         ),
         ("wall time, longest", Score::Seconds(longest, walls.len())),
     ]
+}
+
+/// Sorts of cases in which something is concealed.
+const CONCEALED: [Sort; 3] = [Sort::Held, Sort::Lacking, Sort::Foreign];
+
+fn of_sort<'a>(rows: &[&'a Row], sorts: &[Sort]) -> Vec<&'a Row> {
+    let is = |r: &&Row| sorts.contains(&r.sort());
+    rows.iter().copied().filter(is).collect()
+}
+
+fn share(of: &[&Row], is: impl Fn(&Row) -> bool) -> Score {
+    Score::Share(tally(of.iter().map(|r| is(r))))
+}
+
+fn tally(each: impl Iterator<Item = bool>) -> Tally {
+    let mut tally = Tally::default();
+    each.for_each(|right| tally.add(right));
+    tally
 }
 
 /// Mean square by which stated probabilities miss what came.

@@ -91,6 +91,25 @@ fn inspect(arguments: &Inspect, progress: &Progress) -> Result<Inspected, Failur
 
 fn tell(text: &mut String, inspected: &Inspected, proposal: &Proposal) -> std::fmt::Result {
     let (table, found) = (&inspected.head, &inspected.found);
+    tell_clock(text, table, found)?;
+    if let Some(origin) = &table.origin {
+        match origin.strip_suffix("-00:00") {
+            Some(local) => writeln!(text, "0 s is {local} (time zone unknown)")?,
+            None => writeln!(text, "0 s is {origin}")?,
+        }
+    }
+    write!(text, "\n{}", columns(found))?;
+    if !table.issues.is_empty() {
+        writeln!(text, "\nissues:")?;
+        for issue in table.issues.iter().take(SHOWN) {
+            writeln!(text, "  {issue}")?;
+        }
+        more(text, table.issues.len(), "issues")?;
+    }
+    tell_proposal(text, proposal)
+}
+
+fn tell_clock(text: &mut String, table: &Table, found: &TableSurvey) -> std::fmt::Result {
     match (&found.clock_in_seconds(), found.time_column) {
         (Some(Ok(clock)), Some(index)) => {
             let hours = (clock.span_s.1 - clock.span_s.0) / 3600.0;
@@ -113,9 +132,9 @@ fn tell(text: &mut String, inspected: &Inspected, proposal: &Proposal) -> std::f
                     number(gap.to_s)
                 )?;
             }
-            more(text, clock.gaps.len(), "gaps")?;
+            more(text, clock.gaps.len(), "gaps")
         }
-        (Some(Err(error)), _) => writeln!(text, "clock: {error}")?,
+        (Some(Err(error)), _) => writeln!(text, "clock: {error}"),
         _ if table
             .issues
             .iter()
@@ -124,19 +143,16 @@ fn tell(text: &mut String, inspected: &Inspected, proposal: &Proposal) -> std::f
             writeln!(
                 text,
                 "clock: no column that was read looks like time; if a skipped column holds the times, write them as in 2024-10-26 15:27:49"
-            )?
+            )
         }
         _ => writeln!(
             text,
             "clock: no column looks like time; write `time = {{ interval = \"1 s\" }}` in the well description"
-        )?,
+        ),
     }
-    if let Some(origin) = &table.origin {
-        match origin.strip_suffix("-00:00") {
-            Some(local) => writeln!(text, "0 s is {local} (time zone unknown)")?,
-            None => writeln!(text, "0 s is {origin}")?,
-        }
-    }
+}
+
+fn columns(found: &TableSurvey) -> String {
     let mut columns = TextTable::new([
         "column",
         "unit",
@@ -169,14 +185,10 @@ fn tell(text: &mut String, inspected: &Inspected, proposal: &Proposal) -> std::f
             }),
         ]);
     }
-    write!(text, "\n{}", columns.render())?;
-    if !table.issues.is_empty() {
-        writeln!(text, "\nissues:")?;
-        for issue in table.issues.iter().take(SHOWN) {
-            writeln!(text, "  {issue}")?;
-        }
-        more(text, table.issues.len(), "issues")?;
-    }
+    columns.render()
+}
+
+fn tell_proposal(text: &mut String, proposal: &Proposal) -> std::fmt::Result {
     writeln!(text, "\nproposed channels (read them before use):")?;
     for channel in &proposal.channels {
         let tag = &channel.tag;

@@ -240,16 +240,38 @@ impl<'a> Glimpse<'a> {
 pub(super) fn layout(glimpse: &Glimpse<'_>) -> Result<Layout, IngestError> {
     let text = glimpse.head;
     let delimiter = sniff(glimpse).ok_or_else(|| nothing_numeric(text))?;
-    let sampled = sample(glimpse, delimiter);
-    let head: Vec<Line<'_>> = sampled.head;
+    let Sample { head, middle } = sample(glimpse, delimiter);
     // The sample's second half is values, whatever stands above it.
-    let rows = || head[head.len() / 2..].iter().chain(&sampled.middle);
-    let width = head
-        .iter()
-        .chain(&sampled.middle)
-        .map(|l| l.cells.len())
-        .max()
-        .unwrap_or(0);
+    let rows: Vec<&Line<'_>> = head[head.len() / 2..].iter().chain(&middle).collect();
+    let mut columns = Columns::of(&rows, width(&head, &middle)?, delimiter);
+    let codes = usize::from(head.len() > 1 && are_codes(&head[0]) && !are_codes(&head[1]));
+    let first_row = columns
+        .known(delimiter)
+        .first_row(&head, codes)
+        .ok_or_else(|| nothing_numeric(text))?;
+    let (above, below) = head.split_at(first_row);
+    if let Some(header) = above.last() {
+        columns.end(header.cells.len(), &rows);
+    }
+    name(&mut columns.heads, above, &columns.numeric);
+    let values: Vec<&Line<'_>> = below.iter().chain(&middle).collect();
+    columns.read_digits_as_times(&values);
+    columns.date_the_clock(&values);
+    Ok(Layout {
+        delimiter,
+        columns: columns.heads,
+        start: head[first_row].start,
+        line: head[first_row].number,
+    })
+}
+
+/// Cells of the widest line.
+///
+/// # Errors
+/// Too many.
+fn width(head: &[Line<'_>], middle: &[Line<'_>]) -> Result<usize, IngestError> {
+    let widths = head.iter().chain(middle).map(|l| l.cells.len());
+    let width = widths.max().unwrap_or(0);
     if width > MAX_COLUMNS {
         return Err(IngestError::TooLarge {
             what: format!(
@@ -260,94 +282,116 @@ pub(super) fn layout(glimpse: &Glimpse<'_>) -> Result<Layout, IngestError> {
             limit: MAX_COLUMNS as u64,
         });
     }
-    let mut heads = vec![Head::default(); width];
-    let mut numeric = vec![false; width];
-    let mut kinds = vec![None; width];
-    for (index, head) in heads.iter_mut().enumerate() {
-        let cells = || rows().filter_map(|l| l.cells.get(index));
-        let first = stamp::first(cells().map(|c| c.as_ref()));
-        head.first = first;
-        let sorts = || cells().map(|c| sort(c, delimiter, first));
-        let count = |test: fn(Sort) -> bool| sorts().filter(|s| test(*s)).count();
-        let stamps = count(|s| matches!(s, Sort::Stamp(_)));
-        let texts = count(|s| s == Sort::Text);
-        let numbers = count(|s| s == Sort::Number);
-        head.stamps = stamps > numbers;
-        kinds[index] = sorts().find_map(|s| match s {
-            Sort::Stamp(stamp) if head.stamps => Some(stamp.kind),
-            _ => None,
-        });
-        head.two_are_hours = sorts().all(two_may_be_hours);
-        numeric[index] = stamps + numbers > 0 && stamps + numbers >= texts;
+    Ok(width)
+}
+
+/// The columns as the sampled lines tell them.
+struct Columns {
+    heads: Vec<Head>,
+    /// Whether they hold numbers or times.
+    numeric: Vec<bool>,
+    /// What their times are.
+    kinds: Vec<Option<stamp::StampKind>>,
+}
+
+impl Columns {
+    fn of(rows: &[&Line<'_>], width: usize, delimiter: u8) -> Self {
+        let mut columns = Self {
+            heads: vec![Head::default(); width],
+            numeric: vec![false; width],
+            kinds: vec![None; width],
+        };
+        for (index, head) in columns.heads.iter_mut().enumerate() {
+            let cells = || rows.iter().filter_map(|l| l.cells.get(index));
+            let first = stamp::first(cells().map(|c| c.as_ref()));
+            head.first = first;
+            let sorts = || cells().map(|c| sort(c, delimiter, first));
+            let count = |test: fn(Sort) -> bool| sorts().filter(|s| test(*s)).count();
+            let stamps = count(|s| matches!(s, Sort::Stamp(_)));
+            let texts = count(|s| s == Sort::Text);
+            let numbers = count(|s| s == Sort::Number);
+            head.stamps = stamps > numbers;
+            columns.kinds[index] = sorts().find_map(|s| match s {
+                Sort::Stamp(stamp) if head.stamps => Some(stamp.kind),
+                _ => None,
+            });
+            head.two_are_hours = sorts().all(two_may_be_hours);
+            columns.numeric[index] = stamps + numbers > 0 && stamps + numbers >= texts;
+        }
+        columns
     }
-    let codes = usize::from(head.len() > 1 && are_codes(&head[0]) && !are_codes(&head[1]));
-    let known = Known {
-        delimiter,
-        heads: &heads,
-        numeric: &numeric,
-    };
-    let first_row = known
-        .first_row(&head, codes)
-        .ok_or_else(|| nothing_numeric(text))?;
-    if first_row > 0 {
+
+    fn known(&self, delimiter: u8) -> Known<'_> {
+        Known {
+            delimiter,
+            heads: &self.heads,
+            numeric: &self.numeric,
+        }
+    }
+
+    /// Ends them where the header or the rows do.
+    fn end(&mut self, header: usize, rows: &[&Line<'_>]) {
         // One long line makes no column, most of them do.
-        let mut lengths: Vec<usize> = rows().map(|l| l.cells.len()).collect();
+        let mut lengths: Vec<usize> = rows.iter().map(|l| l.cells.len()).collect();
         lengths.sort_unstable();
         let usual = lengths[lengths.len() / 2];
-        let header = head[first_row - 1].cells.len();
-        heads.truncate(usual.max(header));
-        for beyond in heads.iter_mut().skip(header) {
+        self.heads.truncate(usual.max(header));
+        for beyond in self.heads.iter_mut().skip(header) {
             beyond.beyond = true;
         }
     }
-    name(&mut heads, &head[..first_row], &numeric);
-    let cells = |index: usize| -> Vec<&[u8]> {
-        let sampled = head[first_row..].iter().chain(&sampled.middle);
-        let cells = sampled.filter_map(|l| l.cells.get(index).copied());
-        cells
-            .filter(|c| !c.is_empty() && !number::is_missing(c))
-            .collect()
-    };
-    // Digits alone are a number, unless a column of times holds a date or a time of the day in each, or both.
-    for (index, head) in heads.iter_mut().enumerate() {
-        if head.stamps || !numeric[index] || !is_time_name(&head.tag) {
-            continue;
-        }
-        let cells = cells(index);
-        if stamp::is_dial(&cells) {
-            head.stamps = true;
-            head.digits = Some(stamp::Digits::Clock);
-            kinds[index] = Some(stamp::StampKind::Clock);
-        } else {
-            head.stamps = !cells.is_empty() && cells.iter().all(|c| stamp::compact(c).is_some());
+
+    /// Digits alone are a number, unless a column of times holds a date or a time of the day in each, or both.
+    fn read_digits_as_times(&mut self, values: &[&Line<'_>]) {
+        for (index, head) in self.heads.iter_mut().enumerate() {
+            if head.stamps || !self.numeric[index] || !is_time_name(&head.tag) {
+                continue;
+            }
+            let cells = filled(values, index);
+            if stamp::is_dial(&cells) {
+                head.stamps = true;
+                head.digits = Some(stamp::Digits::Clock);
+                self.kinds[index] = Some(stamp::StampKind::Clock);
+            } else {
+                head.stamps =
+                    !cells.is_empty() && cells.iter().all(|c| stamp::compact(c).is_some());
+            }
         }
     }
-    let at = |kind: stamp::StampKind| {
-        let mut kinds = kinds.iter().take(heads.len());
-        kinds.position(|k| *k == Some(kind))
-    };
-    if let Some(clock) = at(stamp::StampKind::Clock) {
+
+    /// Finds the dates of a clock in another column.
+    fn date_the_clock(&mut self, values: &[&Line<'_>]) {
+        let Some(clock) = self.at(stamp::StampKind::Clock) else {
+            return;
+        };
         let is_date = |index: &usize| {
-            let (head, cells) = (&heads[*index], cells(*index));
-            let named = numeric[*index] && !head.stamps && is_date_name(&head.tag);
+            let (head, cells) = (&self.heads[*index], filled(values, *index));
+            let named = self.numeric[*index] && !head.stamps && is_date_name(&head.tag);
             let digits = |cell: &&[u8]| stamp::Digits::Date.parse(cell).is_some();
             named && !cells.is_empty() && cells.iter().all(digits)
         };
-        if at(stamp::StampKind::Date).is_some() {
-            heads[clock].dated = true;
-        } else if let Some(date) = (0..heads.len()).find(is_date) {
-            heads[clock].dated = true;
-            heads[date].stamps = true;
-            heads[date].digits = Some(stamp::Digits::Date);
+        if self.at(stamp::StampKind::Date).is_some() {
+            self.heads[clock].dated = true;
+        } else if let Some(date) = (0..self.heads.len()).find(is_date) {
+            self.heads[clock].dated = true;
+            self.heads[date].stamps = true;
+            self.heads[date].digits = Some(stamp::Digits::Date);
         }
     }
-    let (start, line) = (head[first_row].start, head[first_row].number);
-    Ok(Layout {
-        delimiter,
-        columns: heads,
-        start,
-        line,
-    })
+
+    /// The first column of such times.
+    fn at(&self, kind: stamp::StampKind) -> Option<usize> {
+        let mut kinds = self.kinds.iter().take(self.heads.len());
+        kinds.position(|k| *k == Some(kind))
+    }
+}
+
+/// The cells of a column in which something stands.
+fn filled<'a>(lines: &[&Line<'a>], index: usize) -> Vec<&'a [u8]> {
+    let cells = lines.iter().filter_map(|l| l.cells.get(index).copied());
+    cells
+        .filter(|c| !c.is_empty() && !number::is_missing(c))
+        .collect()
 }
 
 /// Whether a line names its columns by the four digits of WITS items: record, item.

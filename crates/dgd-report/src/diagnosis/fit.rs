@@ -77,86 +77,154 @@ fn spread(all: &[(f64, f64)], most: usize) -> Vec<(f64, f64)> {
 }
 
 fn multiples(diagnosis: &Diagnosis, windows: &[(f64, f64)], twofold: bool, html: &mut Html) {
-    let simulation = &diagnosis.simulation;
-    let indices: Vec<Vec<usize>> = windows
+    let signals = diagnosis.simulation.signals.iter();
+    let signals: Vec<&Signal> = signals.take(MOST_SIGNALS).collect();
+    #[expect(clippy::cast_precision_loss, reason = "at most four windows")]
+    let columns = windows.len() as f64;
+    let (units, label) = time_units(words::span(diagnosis));
+    let multiples = Multiples {
+        simulation: &diagnosis.simulation,
+        windows,
+        indices: indices(&diagnosis.simulation, windows),
+        spans: acting(diagnosis),
+        twofold,
+        units,
+        width: (RIGHT - LEFT - GAP * (columns - 1.0)) / columns,
+    };
+    let mut scene = Scene {
+        width: WIDTH,
+        ..Scene::default()
+    };
+    let legend = multiples.legend();
+    let mut top = keys(&mut scene, LEFT, RIGHT, 4.0, &legend) + 2.0;
+    for (row, signal) in signals.iter().enumerate() {
+        heading(&mut scene, top, diagnosis, signal, twofold);
+        top += 19.0;
+        multiples.row(&mut scene, top, signal, row + 1 == signals.len());
+        top += ROW + 10.0;
+    }
+    time_label(&mut scene, LEFT, RIGHT, top + 24.0, label);
+    scene.height = (top + 32.0).round();
+    html.picture(
+        &scene,
+        "Free runs on held-out windows",
+        &caption(diagnosis, windows, &signals, twofold),
+    );
+}
+
+/// Panels of one signal a row and one window a column.
+struct Multiples<'a> {
+    simulation: &'a Simulation,
+    windows: &'a [(f64, f64)],
+    /// Samples of each window.
+    indices: Vec<Vec<usize>>,
+    /// Where a finding acts, s.
+    spans: Vec<(f64, f64)>,
+    twofold: bool,
+    units: Units,
+    /// Of a panel.
+    width: f64,
+}
+
+impl Multiples<'_> {
+    fn legend(&self) -> Vec<(Sign, &'static str)> {
+        let mut legend = vec![(Sign::Line(under()), "Measured")];
+        if self.twofold {
+            legend.push((Sign::Line(pen(Role::Before)), "Before"));
+            legend.push((Sign::Line(pen(Role::Model)), "After"));
+        } else {
+            legend.push((Sign::Line(pen(Role::Model)), "Model"));
+        }
+        if !self.spans.is_empty() {
+            legend.push((Sign::Box(ACTS), "A finding acts"));
+        }
+        legend
+    }
+
+    fn row(&self, scene: &mut Scene, top: f64, signal: &Signal, last: bool) {
+        let factor = split(signal.name).1.factor;
+        let y = y_range(signal, &self.indices, self.twofold, factor);
+        let y_scale = Scale::new(y, 3.0, Units::Plain);
+        let mut left = LEFT;
+        for (column, (window, index)) in self.windows.iter().zip(&self.indices).enumerate() {
+            let frame = Frame {
+                left,
+                top,
+                width: self.width,
+                height: ROW,
+                x: [window.0, window.1],
+                y,
+            };
+            let x_scale = Scale::new(frame.x, (self.width / 70.0).max(2.0), self.units);
+            stretches(scene, &frame, &self.spans, ACTS);
+            grid(scene, &frame, &x_scale, &y_scale);
+            self.lines(scene, &frame, signal, index, factor);
+            border(scene, &frame, &x_scale, &y_scale, last, column == 0);
+            left += self.width + GAP;
+        }
+    }
+
+    fn lines(
+        &self,
+        scene: &mut Scene,
+        frame: &Frame,
+        signal: &Signal,
+        index: &[usize],
+        factor: f64,
+    ) {
+        let mut draw = |values: &[f64], role: Role| {
+            let points = index
+                .iter()
+                .filter_map(|&i| Some((*self.simulation.t_s.get(i)?, values.get(i)? * factor)));
+            let measured = role == Role::Measured;
+            let pen = if measured { under() } else { pen(role) };
+            line(scene, frame, points, pen, measured);
+        };
+        draw(&signal.measured, Role::Measured);
+        if self.twofold {
+            draw(&signal.before, Role::Before);
+        }
+        draw(&signal.after, Role::Model);
+    }
+}
+
+/// Samples of each window.
+fn indices(simulation: &Simulation, windows: &[(f64, f64)]) -> Vec<Vec<usize>> {
+    windows
         .iter()
         .map(|(from, to)| {
             let inside = |(_, t): &(usize, &f64)| (*from..=*to).contains(*t);
             let times = simulation.t_s.iter().enumerate();
             times.filter(inside).map(|(i, _)| i).collect()
         })
-        .collect();
-    let mut scene = Scene {
-        width: WIDTH,
-        ..Scene::default()
-    };
-    let mut legend = vec![(Sign::Line(under()), "Measured")];
-    if twofold {
-        legend.push((Sign::Line(pen(Role::Before)), "Before"));
-        legend.push((Sign::Line(pen(Role::Model)), "After"));
-    } else {
-        legend.push((Sign::Line(pen(Role::Model)), "Model"));
-    }
-    #[expect(clippy::cast_precision_loss, reason = "at most four windows")]
-    let columns = windows.len() as f64;
-    let width = (RIGHT - LEFT - GAP * (columns - 1.0)) / columns;
-    let (units, label) = time_units(words::span(diagnosis));
-    // What acts throughout would shade everything and tell nothing.
+        .collect()
+}
+
+/// Where a finding acts. What acts throughout would shade everything and tell nothing.
+fn acting(diagnosis: &Diagnosis) -> Vec<(f64, f64)> {
     let (start, end) = words::span(diagnosis);
-    let spans: Vec<(f64, f64)> = diagnosis
+    diagnosis
         .findings
         .iter()
         .flat_map(|f| f.intervals_s.iter().copied())
         .filter(|(from, to)| to - from < 0.98 * (end - start))
-        .collect();
-    if !spans.is_empty() {
-        legend.push((Sign::Box(ACTS), "A finding acts"));
-    }
-    let mut top = keys(&mut scene, LEFT, RIGHT, 4.0, &legend) + 2.0;
-    let signals: Vec<&Signal> = simulation.signals.iter().take(MOST_SIGNALS).collect();
-    for (row, signal) in signals.iter().enumerate() {
-        let (name, unit) = split(signal.name);
-        let heading = format!("{} [{}]", capital(&name), unit.symbol);
-        scene.bold([LEFT, top + 13.0], &heading, 13.0, INK, Anchor::Start);
-        let told = told_error(diagnosis, signal, twofold);
-        scene.text([RIGHT, top + 13.0], &told, TEXT, SOFT_INK, Anchor::End);
-        top += 19.0;
-        let y = y_range(signal, &indices, twofold, unit.factor);
-        let y_scale = Scale::new(y, 3.0, Units::Plain);
-        let mut left = LEFT;
-        for (column, (window, index)) in windows.iter().zip(&indices).enumerate() {
-            let frame = Frame {
-                left,
-                top,
-                width,
-                height: ROW,
-                x: [window.0, window.1],
-                y,
-            };
-            let x_scale = Scale::new(frame.x, (width / 70.0).max(2.0), units);
-            stretches(&mut scene, &frame, &spans, ACTS);
-            grid(&mut scene, &frame, &x_scale, &y_scale);
-            let mut draw = |values: &[f64], role: Role| {
-                let points = index
-                    .iter()
-                    .filter_map(|&i| Some((*simulation.t_s.get(i)?, values.get(i)? * unit.factor)));
-                let measured = role == Role::Measured;
-                let pen = if measured { under() } else { pen(role) };
-                line(&mut scene, &frame, points, pen, measured);
-            };
-            draw(&signal.measured, Role::Measured);
-            if twofold {
-                draw(&signal.before, Role::Before);
-            }
-            draw(&signal.after, Role::Model);
-            let last = row + 1 == signals.len();
-            border(&mut scene, &frame, &x_scale, &y_scale, last, column == 0);
-            left += width + GAP;
-        }
-        top += ROW + 10.0;
-    }
-    time_label(&mut scene, LEFT, RIGHT, top + 24.0, label);
-    scene.height = (top + 32.0).round();
+        .collect()
+}
+
+fn heading(scene: &mut Scene, top: f64, diagnosis: &Diagnosis, signal: &Signal, twofold: bool) {
+    let (name, unit) = split(signal.name);
+    let heading = format!("{} [{}]", capital(&name), unit.symbol);
+    scene.bold([LEFT, top + 13.0], &heading, 13.0, INK, Anchor::Start);
+    let told = told_error(diagnosis, signal, twofold);
+    scene.text([RIGHT, top + 13.0], &told, TEXT, SOFT_INK, Anchor::End);
+}
+
+fn caption(
+    diagnosis: &Diagnosis,
+    windows: &[(f64, f64)],
+    signals: &[&Signal],
+    twofold: bool,
+) -> String {
     let shown = windows
         .iter()
         .map(|(from, to)| format!("{} to {}", clock(*from), clock(*to)))
@@ -177,15 +245,11 @@ fn multiples(diagnosis: &Diagnosis, windows: &[(f64, f64)], twofold: bool, html:
     } else {
         ""
     };
-    html.picture(
-        &scene,
-        "Free runs on held-out windows",
-        &format!(
-            "Each column is one of {which} ({}); each row is a signal on one scale. The pale band behind a line spans the measured \
-             samples.{depth}{first}",
-            words::listed(&shown, "and")
-        ),
-    );
+    format!(
+        "Each column is one of {which} ({}); each row is a signal on one scale. The pale band behind a line spans the measured \
+         samples.{depth}{first}",
+        words::listed(&shown, "and")
+    )
 }
 
 /// Range of a signal over the windows shown.
