@@ -50,8 +50,16 @@ pub(crate) fn instead_of(record: &Record, state: &[Applied], c: &Correction) -> 
     })
 }
 
-/// An episode that is all that its place is off by, if the residuals of a `gate` about a state look as if there were one.
-pub(crate) fn passing(record: &Record, gate: &Tangent, state: &[Applied]) -> Option<Correction> {
+/// An episode that is all that its place is off by and tells more than what is `drawn` there, if the residuals of a `gate` about a state look as if
+/// there were one.
+///
+/// Knots along time hardly follow twenty minutes of it, so that nothing else need stand out.
+pub(crate) fn passing(
+    record: &Record,
+    gate: &Tangent,
+    state: &[Applied],
+    drawn: &[Correction],
+) -> Option<Correction> {
     if !episodic::may_be(record, gate) {
         return None;
     }
@@ -59,9 +67,11 @@ pub(crate) fn passing(record: &Record, gate: &Tangent, state: &[Applied]) -> Opt
     let places = drawn_places(record, &tangent, state);
     let mut found = episodic::best(record, &tangent, state, &places)?;
     hold_without_stops(record, tangent, state, std::slice::from_mut(&mut found));
-    told(&found, 0.0);
-    let it = found.evidence > hurdle(&found) && is_all(record, state, &found);
-    it.then_some(found)
+    let there = drawn.iter().filter(|c| c.curve.place == found.curve.place);
+    let shown = there.map(|c| c.evidence).fold(0.0, f64::max);
+    told(&found, shown);
+    let stands = found.evidence > (shown + BEGINS).max(hurdle(&found));
+    (stands && is_all(record, state, &found)).then_some(found)
 }
 
 /// Whether an episode is all that its place is off by: beside it a course along time has hardly anything left to tell.

@@ -221,7 +221,7 @@ pub(super) fn rivals_beside(
     // Knots leave something over where they act.
     let acts = |place: Place| unnamed.iter().any(|knots| share_rows(place, *knots));
     let mut rivals = corrections(record, state);
-    rivals.extend(passing(record, gate, state));
+    rivals.extend(passing(record, gate, state, &rivals));
     rivals.retain(|r| plausible(r) && !acts(r.curve.place) && !(timed && owed_to_timing(r)));
     if rivals.is_empty() {
         return rivals;

@@ -155,7 +155,7 @@ fn an_episode_takes_the_place_of_an_effect_only_if_it_leaves_less() {
 fn what_passes_competes_from_the_start_where_rows_look_like_it() {
     let beside = |record: &Record| {
         let gate = Tangent::at(record, &[], &[], Bend::Lean).unwrap();
-        passing(record, &gate, &[])
+        passing(record, &gate, &[], &corrections(record, &[]))
     };
     for place in [Place::Friction, Place::Balance, Place::MeterFactor] {
         let record = off_between(place, WHILE);
