@@ -16,11 +16,6 @@ impl Selection {
     /// Takes a finding in and refines all of them together.
     fn accept(&mut self, record: &Record, start: &[Applied], found: Named) -> Option<()> {
         self.named.push(found);
-        self.settle(record, start)
-    }
-
-    /// Refines all findings together, beside what is allowed for.
-    fn settle(&mut self, record: &Record, start: &[Applied]) -> Option<()> {
         // What a named effect hid, or stood in for it, is allowed for anew: a lag of the pump for a late meter.
         let mut applied: Vec<Applied> = self.named.iter().map(|n| n.applied.clone()).collect();
         self.allowances = allowed_beside(record, start, &mut applied, &[])?;
@@ -121,9 +116,6 @@ pub(crate) fn select(
                 selection.named.push(correction);
                 // Its curve was drawn with the strengths of the named effects free.
                 selection.refine(record);
-                if let Some(fewer) = without_stand_ins(record, start, &selection) {
-                    selection = fewer;
-                }
             }
             Ruling::Named(named) => {
                 selection.accept(record, start, named)?;
@@ -219,40 +211,6 @@ fn revised(record: &Record, start: &[Applied], selection: &Selection) -> Option<
         }
     }
     best
-}
-
-/// The selection without the effects that stood in for the correction that was found last: named earlier in a relation that it shows in, and
-/// not to be seen beside it. `None` if there are none. Two that undo each other are each needed beside the other, so all are left out at first.
-fn without_stand_ins(
-    record: &Record,
-    start: &[Applied],
-    selection: &Selection,
-) -> Option<Selection> {
-    let (last, earlier) = selection.named.split_last()?;
-    let place = last.applied.curve()?.place;
-    let doubted = |n: &Named| {
-        let relation = n.applied.effect.about().relation;
-        !n.applied.is_correction() && place.shows_in().contains(&relation)
-    };
-    if !earlier.iter().any(doubted) {
-        return None;
-    }
-    let mut fewer = selection.clone();
-    fewer.named.retain(|n| !doubted(n));
-    let round = Round::about(record, &fewer)?;
-    let stands_in = |n: &Named| doubted(n) && !round.shows(n.applied.effect.about().id);
-    for n in earlier.iter().filter(|n| stands_in(n)) {
-        debug!("{} stood in for it", n.applied.effect.about().id);
-    }
-    fewer.named = (selection.named.iter())
-        .filter(|n| !stands_in(n))
-        .cloned()
-        .collect();
-    if fewer.named.len() == selection.named.len() {
-        return None;
-    }
-    fewer.settle(record, start)?;
-    Some(fewer)
 }
 
 impl Promised {
