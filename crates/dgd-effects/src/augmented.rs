@@ -109,6 +109,8 @@ impl AugmentedModel {
     /// and what lasted for a while is over. An id that the catalogue does not hold stays as it is.
     pub fn carry_over(&mut self, from_s: f64) -> CarriedOver {
         let mut carried = CarriedOver::default();
+        // Before the span that the model was identified on, and so before anything of it that takes time.
+        let before_s = self.span_s.map_or(from_s, |(begins, _)| from_s.min(begins));
         self.effects.retain_mut(|one| {
             let Ok(effect) = one.look_up() else {
                 return true;
@@ -127,7 +129,7 @@ impl AugmentedModel {
                     Curve::episode(episode.place, begun, episode.at(episode.from)).parameters();
                 carried.ongoing.push(about.id);
             } else if let Some(onset) = about.onset() {
-                one.parameters[onset] = from_s;
+                one.parameters[onset] = before_s;
                 carried.ongoing.push(about.id);
             }
             !passes

@@ -16,11 +16,16 @@ pub(super) fn verdict(
     let asked = |f: &Finding| suspects.is_empty() || suspects.contains(&f.effect);
     let left_out = || findings.iter().filter(|f| f.is_likely() && asked(f));
     if left_out().next().is_none() {
-        // Suspects that explain nothing leave open what stands out beside them.
-        return if suspects.is_empty() || beside(tested, suspects).next().is_none() {
-            Verdict::Consistent
+        // Suspects that explain nothing leave open what stands out beside them; and more than noise is something, though nobody can tell what.
+        let open = if suspects.is_empty() {
+            findings.is_empty() && !sound
         } else {
+            beside(tested, suspects).next().is_some()
+        };
+        return if open {
             Verdict::Unexplained
+        } else {
+            Verdict::Consistent
         };
     }
     if left_out().all(Finding::is_unknown) {
@@ -60,7 +65,7 @@ mod tests {
         let said = |found: &[Finding], sound| verdict(found, &[], &[], sound);
         let both = [found("gas_in_pump", 0.9), found("unknown", 0.9)];
         assert_eq!(said(&[], true), Verdict::Consistent);
-        assert_eq!(said(&[], false), Verdict::Consistent);
+        assert_eq!(said(&[], false), Verdict::Unexplained);
         assert_eq!(said(&both[..1], true), Verdict::Explained);
         assert_eq!(said(&both[..1], false), Verdict::PartlyExplained);
         assert_eq!(said(&both[1..], true), Verdict::Unexplained);

@@ -85,13 +85,11 @@ impl Effect for MudDensityChange {
         let mut riser = Stirred::new(p[2] * setting.riser_volume_m3);
         let turned = p[3] / p[2].max(MIXING_LEAST);
         let mut line = Stirred::new(0.5 * setting.line_volume_m3());
-        let mut begun = false;
+        if onset <= setting.span_s.0 {
+            // It was there before, and has mixed in.
+            (riser.value, line.value) = (step, step);
+        }
         Box::new(move |at, changes| {
-            // What is there from the first sample on was there before, and has mixed in.
-            if !begun && at.t_s >= onset {
-                (riser.value, line.value) = (step, step);
-            }
-            begun = true;
             let entering = if at.t_s >= onset { step } else { 0.0 };
             let inflow = at.mud_pump_m3_s + at.booster_m3_s + at.topfill_m3_s;
             let leaving = riser.step(entering, inflow, at.dt_s);

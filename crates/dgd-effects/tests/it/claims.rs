@@ -106,8 +106,8 @@ fn mud_density_change_fills_the_riser_as_a_stirred_tank_then_the_line() {
 
 #[test]
 fn mud_of_another_density_that_was_there_before_the_first_sample_has_mixed_in() {
-    let first_s = moments()[0].t_s;
-    for onset_s in [first_s, first_s - 1e4] {
+    let (begins_s, _) = setting().span_s;
+    for onset_s in [begins_s, begins_s - 1e4] {
         let c = run("mud_density_change", &[40.0, onset_s, 0.25, 0.25]);
         for changes in [&c[0], &c[500]] {
             close(changes.riser_kg_m3, 40.0, 1e-9);

@@ -352,7 +352,7 @@ fn effects_live_on_from_window_to_window() {
     // Pumped fast, then slowly: by its start alone, the second window would take the first for as slow.
     let fast = |t: f64| if t < 1500.0 { 1.0 } else { 0.6 };
     let drive = Drive::new(3000, 1.0, |t| Q * fast(t), |t| W * fast(t).sqrt());
-    let model = model(&[("mud_density_change", &[30.0, 0.0, 1.0, 0.3])]);
+    let model = model(&[("mud_density_change", &[30.0, 1.0, 1.0, 0.3])]);
     let whole = drive.run(&model, balanced());
     let state = (whole.inlet_pa[1600], whole.return_flow_m3_s[1600]);
     let windows = [(0..1600, balanced()), (1600..3000, state)];

@@ -25,7 +25,7 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
     match left_out.as_slice() {
         [] if !refuted.is_empty() => format!("{refuted}; {}.", words::beside_suspects(diagnosis)),
         [] if diagnosis.verdict == Verdict::Consistent => nothing(diagnosis),
-        [] => "Model and recording differ, but the difference could not be located.".to_owned(),
+        [] => "Model and recording differ by more than noise and instrument accuracy explain, but no cause could be told.".to_owned(),
         found => {
             let said = match found {
                 [(_, only)] => format!("{}.", clause(only, diagnosis)),
@@ -221,7 +221,7 @@ pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
                 "the location is known; the cause is likely, but not certain"
             }
         }
-        _ => meaning(diagnosis.verdict),
+        _ => meaning(diagnosis),
     };
     html.open("p", "verdict")
         .element("span", &format!("mark {class}"), word)
@@ -247,13 +247,16 @@ pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
     }
 }
 
-fn meaning(verdict: Verdict) -> &'static str {
-    match verdict {
+fn meaning(diagnosis: &Diagnosis) -> &'static str {
+    match diagnosis.verdict {
         Verdict::Consistent => {
             "model and recording differ by no more than noise and instrument accuracy"
         }
         Verdict::Explained => "what was left out is named",
         Verdict::PartlyExplained => "what is named does not explain everything",
+        Verdict::Unexplained if diagnosis.findings.is_empty() => {
+            "more than noise is left, and no cause could be told"
+        }
         Verdict::Unexplained => "something is left out that is not in the catalogue",
     }
 }

@@ -559,7 +559,7 @@ fn empty_and_unequal_series_are_still_a_page() {
     let mut lost = diagnoses::single(1);
     lost.findings.clear();
     assert_eq!(lost.verdict, Verdict::Explained);
-    assert!(words(&page(&lost)).contains("the difference could not be located"));
+    assert!(words(&page(&lost)).contains("no cause could be told"));
 }
 
 #[test]

@@ -104,6 +104,11 @@ fn sentence(diagnosis: &Diagnosis) -> String {
                 unsuspected(diagnosis)
             );
         }
+        if diagnosis.verdict == Verdict::Unexplained {
+            return format!(
+                "unexplained, the recording differs from the model by more than noise{beyond}, and no cause could be told; see the failed check{off}"
+            );
+        }
         let failed = diagnosis.checks.iter().filter(|c| !c.passed).count();
         let but = match failed {
             0 => "",

@@ -97,12 +97,12 @@ fn curves_hold_where_all_but_a_hundredth_of_the_blocks_were() {
         (found.effects[0].id.as_str(), &found.effects[0].parameters),
         ("influx", &state[0].parameters)
     );
+    let blocks = Blocks::under(&record, &state);
     let mut speeds = Vec::new();
     let mut ratios = Vec::new();
     for b in (0..record.blocks).filter(|b| fit.rows.head[*b]) {
-        let of = |v: &[f64]| v[5 * b..5 * b + 5].iter().sum::<f64>() / 5.0;
-        speeds.push(of(&record.filled.speed));
-        ratios.push(of(&record.filled.flow) / of(&record.filled.speed));
+        speeds.push(blocks.speed[b]);
+        ratios.push(blocks.through[b] / blocks.speed[b]);
     }
     for (values, range) in [(speeds, found.speed_range_pct), (ratios, found.ratio_range)] {
         let beyond = values.len() / 200;
@@ -117,6 +117,17 @@ fn curves_hold_where_all_but_a_hundredth_of_the_blocks_were() {
         assert_eq!((below, above), (beyond, beyond), "{range:?}");
         assert!(beyond > 0);
     }
+}
+
+#[test]
+fn curves_hold_over_true_flows_where_the_meter_has_a_gain() {
+    let record = drilled(Hidden::default());
+    let fit = Tangent::at(&record, &[], &[], Bend::Stiff).unwrap();
+    let most = |gain: f64| {
+        let state = [Applied::new(find("return_flow_gain").unwrap(), vec![gain])];
+        model(&record, &state, &fit, &[]).ratio_range.1
+    };
+    assert!((most(-0.2) / most(0.0) - 1.25).abs() < 1e-9);
 }
 
 /// What curves leave over of the friction and of the head, where mud flows, of the blocks that are let in.
