@@ -82,6 +82,22 @@ pub(crate) fn grids(effect: &dyn Effect, record: &Record) -> Vec<Vec<f64>> {
         .collect()
 }
 
+/// The points of the grid that are tried: what lasts for hours begins at fewer places, and its ends move further.
+fn points(effect: &dyn Effect, record: &Record) -> impl Iterator<Item = Vec<f64>> {
+    /// Duration up to which every place is tried, s; of twice that every second one, and so on.
+    const EVERYWHERE_S: f64 = 3600.0;
+    let grids = grids(effect, record);
+    let about = effect.about();
+    let timed = about.onset().zip(about.duration());
+    product(&grids).into_iter().filter(move |p| {
+        timed.is_none_or(|(onset, duration)| {
+            let place = grids[onset].iter().position(|onset_s| *onset_s == p[onset]);
+            let every = whole((p[duration] / EVERYWHERE_S).round()).max(1);
+            place.is_none_or(|place| place % every == 0)
+        })
+    })
+}
+
 /// One effect, everywhere on its grid; of the candidates the best has its signature.
 pub(crate) fn scan(
     record: &Record,
@@ -91,7 +107,7 @@ pub(crate) fn scan(
     effect: &'static dyn Effect,
 ) -> Vec<Candidate> {
     let mut found = Found::default();
-    for parameters in product(&grids(effect, record)) {
+    for parameters in points(effect, record) {
         let one = Applied::new(effect, parameters);
         found.take(weighed(record, tangent, state, one));
     }

@@ -1,10 +1,12 @@
 //! Claims about the places at which an effect is tried: on its grid, at peaks of its score, and where its ends are moved to.
 
-use crate::numbers::whole;
+use crate::numbers::{product, whole};
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::scan::switches::{Energies, highest};
-use crate::scan::{Candidate, Found, grids, more_places, scan, sharpen, softened, switches, weigh};
+use crate::scan::{
+    Candidate, Found, grids, more_places, points, scan, sharpen, softened, switches, weigh,
+};
 use crate::tangent::{Bend, Tangent};
 use crate::test_rig::{BLOCK_S, FLOW_M3_S, Hidden, SPEED_PCT, cut, drilled, normals, one};
 use dgd_effects::find;
@@ -140,6 +142,7 @@ fn what_passes_is_tried_as_long_as_it_leaves_three_tenths_of_the_recording() {
         (3000.0, &[1300.0]),
         (3300.0, &[1300.0, 2300.0]),
         (6000.0, &[1300.0, 2300.0, 3600.0]),
+        (4.0 * 3600.0, &[1300.0, 2300.0, 3600.0, 6000.0, 10_000.0]),
     ] {
         let mut record = drilled(Hidden::default());
         record.setting.span_s = (100.0, 100.0 + span);
@@ -149,6 +152,25 @@ fn what_passes_is_tried_as_long_as_it_leaves_three_tenths_of_the_recording() {
         let usual = influx.about().parameters[0].usual;
         assert!(found[0].len() == 1 && (3.0 * found[0][0] / usual - 1.0).abs() < 1e-12);
     }
+}
+
+#[test]
+fn what_lasts_for_hours_is_tried_at_fewer_places_and_all_else_everywhere() {
+    let mut record = drilled(Hidden::default());
+    record.setting.span_s = (0.0, 6.0 * 3600.0);
+    let tried = |id: &str| {
+        let effect = find(id).unwrap();
+        let all = product(&grids(effect, &record)).len();
+        (points(effect, &record).collect::<Vec<_>>(), all)
+    };
+    let (influxes, _) = tried("influx");
+    let duration = find("influx").unwrap().about().duration().unwrap();
+    let of = |lasts_s: f64| influxes.iter().filter(|p| p[duration] == lasts_s).count();
+    let everywhere = of(1300.0);
+    assert_eq!((of(2300.0), of(3600.0)), (everywhere, everywhere));
+    assert_eq!((of(6000.0), of(10_000.0)), (everywhere / 2, everywhere / 3));
+    let (leaks, all) = tried("line_leak");
+    assert_eq!(leaks.len(), all);
 }
 
 #[test]
