@@ -111,7 +111,7 @@ pub fn diagnose(
     let nothing_left = residue::left(&traces);
     doubt_what_is_left(&traces, &mut selection.named, doubted, sought);
     if runs_away(&simulation) {
-        selection.named.iter_mut().for_each(run_away);
+        doubt_what_runs_away(&mut selection.named, sought);
     }
 
     let swell = swell(
@@ -240,6 +240,16 @@ fn doubt_what_is_left(traces: &[Trace], named: &mut [Named], doubted: bool, soug
     let left = |n: &&mut Named| residue::is_left_in(traces, n.applied.effect.about().relation);
     for one in named.iter_mut().filter(left) {
         left_over(one, doubted);
+        if let Sought::Given(suspects) = sought {
+            unless_outweighed(one, suspects);
+        }
+    }
+}
+
+/// Doubts all effects with which an output runs away.
+fn doubt_what_runs_away(named: &mut [Named], sought: Sought<'_>) {
+    for one in named {
+        run_away(one);
         if let Sought::Given(suspects) = sought {
             unless_outweighed(one, suspects);
         }

@@ -9,7 +9,8 @@ mod smooth;
 mod straight;
 mod timed;
 
-pub(crate) use timed::{anew, episode_like, instead_of, passing};
+pub(crate) use episodic::episode_may_be;
+pub(crate) use timed::{anew, episode_like, instead_of};
 
 use crate::ablation::Step;
 use crate::error_budget::wander;
@@ -100,8 +101,12 @@ fn is_drawn_stiff(course: Course) -> bool {
     (course.place, course.quantity) == (Place::Head, Quantity::InletPressure)
 }
 
-/// Every correction that the recording excites, best first.
-pub(crate) fn corrections(record: &Record, state: &[Applied]) -> Vec<Correction> {
+/// Every correction that the recording excites, best first; `with_episode`, an episode among them if one stands out beside the others.
+pub(crate) fn corrections(
+    record: &Record,
+    state: &[Applied],
+    with_episode: bool,
+) -> Vec<Correction> {
     let Some(whole) = Tangent::beside(record, state, &[], Bend::Loose) else {
         return Vec::new();
     };
@@ -138,7 +143,12 @@ pub(crate) fn corrections(record: &Record, state: &[Applied]) -> Vec<Correction>
     );
     drop(stiff);
     let mut out = merged(drawn, seen);
+    let episode = with_episode
+        .then(|| timed::sought(record, &whole, state))
+        .flatten();
+    out.extend(episode);
     hold_without_stops(record, whole, state, &mut out);
+    timed::keep_what_stands_out(record, state, &mut out);
     out.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     out
 }

@@ -22,7 +22,7 @@ const STRETCHES: usize = 96;
 const ALL_OVER: i32 = 12;
 
 /// Whether the rows of a relation are off to one side, for longer than what happens once, by more than noise may be: then a search may pay.
-pub(super) fn may_be(record: &Record, tangent: &Tangent) -> bool {
+pub(crate) fn episode_may_be(record: &Record, tangent: &Tangent) -> bool {
     /// E-folds. Set by hand, below what any episode must show beside the choice of its edges.
     const SHOWS: f64 = 12.0;
     let (layout, lasts_s) = (tangent.layout, record.lasts_s());

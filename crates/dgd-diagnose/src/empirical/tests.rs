@@ -159,7 +159,7 @@ fn a_correction_along_time_draws_what_its_place_is_off_by() {
         let sound = drilled(Hidden::default());
         assert!(again(&sound, &[], curve, &[]).is_none());
         // Of all corrections it is the likeliest, or one of a place that its rows are shared with.
-        let all = corrections(&record, &[]);
+        let all = corrections(&record, &[], false);
         let best = &all[0].curve;
         let shares = (best.place.shows_in().iter()).any(|r| place.shows_in().contains(r));
         assert!(shares, "{best:?}");
@@ -193,7 +193,7 @@ fn a_correction_along_another_quantity_is_a_law_of_it() {
 #[test]
 fn sound_drilling_has_no_correction_and_none_is_tried_that_is_the_relation_itself() {
     let record = drilled(Hidden::default());
-    let found = corrections(&record, &[]);
+    let found = corrections(&record, &[], false);
     for c in &found {
         assert!(c.evidence < hurdle(c), "{:?}: {}", c.curve, c.evidence);
     }
@@ -449,7 +449,7 @@ fn what_a_late_meter_leaves_on_the_way_to_another_flow_is_no_law_of_the_friction
         ..Hidden::default()
     });
     let friction = |record: &Record| -> Vec<(Quantity, f64, f64)> {
-        let mut of: Vec<(Quantity, f64, f64)> = (corrections(record, &[]).iter())
+        let mut of: Vec<(Quantity, f64, f64)> = (corrections(record, &[], false).iter())
             .filter(|c| c.curve.place == Place::Friction)
             .map(|c| (c.curve.quantity, c.evidence, hurdle(c)))
             .collect();

@@ -50,28 +50,28 @@ pub(crate) fn instead_of(record: &Record, state: &[Applied], c: &Correction) -> 
     })
 }
 
-/// An episode that is all that its place is off by and tells more than what is `drawn` there, if the residuals of a `gate` about a state look as if
-/// there were one.
+/// The likeliest episode in any place.
 ///
 /// Knots along time hardly follow twenty minutes of it, so that nothing else need stand out.
-pub(crate) fn passing(
-    record: &Record,
-    gate: &Tangent,
-    state: &[Applied],
-    drawn: &[Correction],
-) -> Option<Correction> {
-    if !episodic::may_be(record, gate) {
-        return None;
-    }
-    let tangent = Tangent::beside(record, state, &[], Bend::Loose)?;
-    let places = drawn_places(record, &tangent, state);
-    let mut found = episodic::best(record, &tangent, state, &places)?;
-    hold_without_stops(record, tangent, state, std::slice::from_mut(&mut found));
-    let there = drawn.iter().filter(|c| c.curve.place == found.curve.place);
+pub(super) fn sought(record: &Record, tangent: &Tangent, state: &[Applied]) -> Option<Correction> {
+    let places = drawn_places(record, tangent, state);
+    episodic::best(record, tangent, state, &places)
+}
+
+/// Leaves an episode out that does not tell more than what else there is in its place, or is not all that this is off by.
+pub(super) fn keep_what_stands_out(record: &Record, state: &[Applied], out: &mut Vec<Correction>) {
+    let is_episode = |c: &Correction| c.curve.quantity == Quantity::Episode;
+    let Some(at) = out.iter().position(is_episode) else {
+        return;
+    };
+    let episode = out.swap_remove(at);
+    let there = out.iter().filter(|c| c.curve.place == episode.curve.place);
     let shown = there.map(|c| c.evidence).fold(0.0, f64::max);
-    told(&found, shown);
-    let stands = found.evidence > (shown + BEGINS).max(hurdle(&found));
-    (stands && is_all(record, state, &found)).then_some(found)
+    told(&episode, shown);
+    let stands = episode.evidence > (shown + BEGINS).max(hurdle(&episode));
+    if stands && is_all(record, state, &episode) {
+        out.push(episode);
+    }
 }
 
 /// Whether an episode is all that its place is off by: beside it a course along time has hardly anything left to tell.

@@ -5,7 +5,7 @@ use super::{Bent, Round};
 use crate::ablation::Step;
 use crate::belief::is_strange;
 use crate::contest::{self, Contender, contest, material, solved};
-use crate::empirical::{Correction, corrections, hurdle, passing, plausible};
+use crate::empirical::{Correction, corrections, episode_may_be, hurdle, plausible};
 use crate::ends_early::ended;
 use crate::record::Record;
 use crate::relations::{Applied, joined, on_grid};
@@ -220,8 +220,7 @@ pub(super) fn rivals_beside(
     let timed = timed(state);
     // Knots leave something over where they act.
     let acts = |place: Place| unnamed.iter().any(|knots| share_rows(place, *knots));
-    let mut rivals = corrections(record, state);
-    rivals.extend(passing(record, gate, state, &rivals));
+    let mut rivals = corrections(record, state, episode_may_be(record, gate));
     rivals.retain(|r| plausible(r) && !acts(r.curve.place) && !(timed && owed_to_timing(r)));
     if rivals.is_empty() {
         return rivals;

@@ -274,6 +274,45 @@ fn what_sets_in_or_passes_outside_the_catalogue_is_told_with_its_times() {
     }
 }
 
+/// A gain of the inflow, which the loss of so short a time looks like to who fits none of it, does not come before.
+#[test]
+fn a_loss_of_twenty_five_minutes_is_one_finding_with_its_times() {
+    let lost_s = (5000.0, 6500.0);
+    let found = misread(|r| {
+        let all = r.mud_pump_flow_m3_s.iter_mut().zip(&r.time_s);
+        all.filter(|(_, t)| (lost_s.0..lost_s.1).contains(*t))
+            .for_each(|(q, _)| *q += 4e-3);
+    });
+    let [finding] = &found.findings[..] else {
+        panic!("{:?}", found.findings);
+    };
+    assert_eq!(finding.effect, "unknown");
+    assert!(finding.probability > 0.9, "{}", finding.probability);
+    let (from_s, to_s) = finding.intervals_s[0];
+    assert!((from_s - lost_s.0).abs() < 120.0 && (to_s - lost_s.1).abs() < 120.0);
+}
+
+#[test]
+fn a_kick_of_two_hours_and_a_half_is_an_influx() {
+    const PLATEAU_M3_S: f64 = 1e-3;
+    let (from_s, lasts_s, ramp_s) = (3000.0, 9000.0, 1500.0);
+    let found = misread(|r| {
+        for (q, t) in r.mud_pump_flow_m3_s.iter_mut().zip(&r.time_s) {
+            let edge = (t - from_s).min(from_s + lasts_s - t) / ramp_s;
+            *q -= PLATEAU_M3_S * edge.clamp(0.0, 1.0);
+        }
+    });
+    let finding = &found.findings[0];
+    assert_eq!(finding.effect, "influx", "{:?}", found.findings);
+    let rate = finding.parameters[0].estimate;
+    assert!((rate / PLATEAU_M3_S - 1.0).abs() < 0.2, "{rate}");
+    let (a, b) = finding.intervals_s[0];
+    assert!(
+        (a - from_s).abs() < 600.0 && (b - from_s - lasts_s).abs() < 600.0,
+        "{a} to {b}"
+    );
+}
+
 /// Changes a channel from some time on.
 fn from(time_s: &[f64], at_s: f64, channel: &mut [f64], change: impl Fn(f64) -> f64) {
     for (value, _) in channel.iter_mut().zip(time_s).filter(|(_, t)| **t >= at_s) {

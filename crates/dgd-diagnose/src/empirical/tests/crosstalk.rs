@@ -49,7 +49,7 @@ fn what_the_booster_adds_to_a_reading_is_a_straight_line_through_nought() {
         let halfway = curve.at(0.5 * RUNS_M3_S) / curve.at(RUNS_M3_S);
         assert!((halfway - 0.5).abs() < 1e-9);
         // It is among all that are weighed, and a model that holds it has it again.
-        let all = corrections(&record, &[]);
+        let all = corrections(&record, &[], false);
         let it = all.iter().find(|c| c.curve.is_alike(curve)).unwrap();
         assert_eq!(it.curve, *curve);
         assert_eq!(again(&record, &[], curve, &[]).unwrap().curve, *curve);
@@ -104,7 +104,7 @@ fn of_the_booster_in_an_outlet_reading_half_as_much_is_more_than_accuracy() {
 #[test]
 fn a_form_needs_less_to_be_held_against_an_effect_than_knots() {
     let record = boosted(2e4);
-    let all = corrections(&record, &[]);
+    let all = corrections(&record, &[], false);
     assert!(
         all.iter()
             .any(|c| (c.curve.place, c.curve.quantity) == ALONG)

@@ -4,7 +4,7 @@ use super::{LENGTH_S, loose, made, off_by, size_in, waving};
 use crate::empirical::drawn::range;
 use crate::empirical::timed::leaves_no_more;
 use crate::empirical::{
-    DRAWN, again, anew, correction, corrections, episode_like, episodic, instead_of, passing,
+    DRAWN, again, anew, correction, corrections, episode_like, episodic, instead_of,
 };
 use crate::record::Record;
 use crate::relations::Applied;
@@ -60,7 +60,7 @@ fn what_sets_in_and_what_passes_is_found_with_its_times_and_in_its_place() {
             assert_eq!(again.curve.timed_s(), curve.timed_s(), "{said}");
             // And nothing of it is left beside it.
             let state = [Applied::from(curve)];
-            let left = corrections(&record, &state).remove(0).evidence;
+            let left = corrections(&record, &state, false).remove(0).evidence;
             assert!(left < 0.05 * found.evidence + 5.0, "{left} {said}");
         }
     }
@@ -69,7 +69,7 @@ fn what_sets_in_and_what_passes_is_found_with_its_times_and_in_its_place() {
 #[test]
 fn what_ends_within_ten_minutes_or_has_a_course_of_its_own_is_none() {
     let episode = |record: &Record, place: Place| {
-        let best = corrections(record, &[])
+        let best = corrections(record, &[], false)
             .into_iter()
             .find(|c| c.curve.place == place);
         let found = instead_of(record, &[], &best.unwrap())?;
@@ -155,7 +155,8 @@ fn an_episode_takes_the_place_of_an_effect_only_if_it_leaves_less() {
 fn what_passes_competes_from_the_start_where_rows_look_like_it() {
     let beside = |record: &Record| {
         let gate = Tangent::at(record, &[], &[], Bend::Lean).unwrap();
-        passing(record, &gate, &[], &corrections(record, &[]))
+        let all = corrections(record, &[], episodic::episode_may_be(record, &gate));
+        (all.into_iter()).find(|c| c.curve.quantity == Quantity::Episode)
     };
     for place in [Place::Friction, Place::Balance, Place::MeterFactor] {
         let record = off_between(place, WHILE);
@@ -171,7 +172,7 @@ fn what_passes_competes_from_the_start_where_rows_look_like_it() {
     // Of sound drilling no row looks like it, so that none is sought.
     let sound = off_by(Place::Balance, 0.0, |_, _| 0.0);
     let gate = Tangent::at(&sound, &[], &[], Bend::Lean).unwrap();
-    assert!(!episodic::may_be(&sound, &gate));
+    assert!(!episodic::episode_may_be(&sound, &gate));
 }
 
 #[test]

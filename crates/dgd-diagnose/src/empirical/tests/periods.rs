@@ -28,7 +28,7 @@ fn what_swings_is_found_with_its_period_and_in_its_place() {
         Place::OutletReading,
     ] {
         let record = swinging(place, PERIOD_S);
-        let best = corrections(&record, &[]).remove(0);
+        let best = corrections(&record, &[], false).remove(0);
         let found = instead_of(&record, &[], &best).unwrap();
         let curve = &found.curve;
         assert_eq!((curve.place, curve.quantity), (place, Quantity::Period));
@@ -71,7 +71,7 @@ fn what_does_not_come_again_has_no_period() {
         let record = off_by(Place::Friction, size_in(Place::Friction), |record, i| {
             curve(record.t_s[i])
         });
-        let best = corrections(&record, &[]).remove(0);
+        let best = corrections(&record, &[], false).remove(0);
         let found = instead_of(&record, &[], &best);
         assert!(found.is_none_or(|c| c.curve.quantity != Quantity::Period));
     }
@@ -102,10 +102,10 @@ fn a_period_must_be_better_than_what_needs_none_and_not_be_seen() {
 #[test]
 fn what_is_held_is_left_out() {
     let record = swinging(Place::Friction, PERIOD_S);
-    let best = corrections(&record, &[]).remove(0);
+    let best = corrections(&record, &[], false).remove(0);
     let found = instead_of(&record, &[], &best).unwrap();
     let state = [Applied::from(&found.curve)];
-    let left = corrections(&record, &state).remove(0);
+    let left = corrections(&record, &state, false).remove(0);
     assert!(left.evidence < 0.02 * best.evidence, "{}", left.evidence);
     assert!(instead_of(&record, &state, &left).is_none());
 }
