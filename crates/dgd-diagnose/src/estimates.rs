@@ -101,7 +101,7 @@ impl<'a> Estimator<'a> {
             sd = sd.hypot(one.effect.about().search.size_error * size);
         }
         let reach = match (e, parameter.role) {
-            (Some(e), Role::Onset | Role::Duration) => {
+            (Some(e), Role::Onset | Role::Duration(_)) => {
                 let profile = Profile {
                     estimator: self,
                     most: 0.5 * (1.96 * widened(WIDENING_OF_TIMES)).powi(2),
@@ -170,7 +170,7 @@ fn shrunk(reach: [f64; 2], size: f64, grows: bool) -> [f64; 2] {
 fn is_continuous(role: Role) -> bool {
     match role {
         Role::Amplitude | Role::Grid(_) | Role::Shape(_) | Role::Edge(_) => true,
-        Role::Choice(_) | Role::Sensor(_) | Role::Onset | Role::Duration => false,
+        Role::Choice(_) | Role::Sensor(_) | Role::Onset | Role::Duration(_) => false,
     }
 }
 

@@ -331,7 +331,7 @@ mod tests {
                     let parameters = (about.parameters.iter())
                         .map(|p| match p.role {
                             Role::Onset => onset,
-                            Role::Duration => 700.0,
+                            Role::Duration(_) => 700.0,
                             Role::Grid(v)
                             | Role::Shape(v)
                             | Role::Choice(v)

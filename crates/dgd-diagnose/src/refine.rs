@@ -183,7 +183,7 @@ fn climb(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usize) {
                 for sign in [1.0, -1.0] {
                     let mut p = best.clone();
                     let step = match parameter.role {
-                        Role::Onset | Role::Duration => 80.0 * scale,
+                        Role::Onset | Role::Duration(_) => 80.0 * scale,
                         Role::Grid(_) => 0.15 * scale * best[j].abs().max(1.0),
                         _ => 0.2 * scale * best[j].abs().max(0.1),
                     };

@@ -74,10 +74,10 @@ pub(crate) fn grids(effect: &dyn Effect, record: &Record) -> Vec<Vec<f64>> {
                 (0..count).map(|k| from + first + step * k as f64).collect()
             }
             Role::Edge(values) => values[..1].to_vec(),
-            Role::Duration => [1300.0, 2300.0, 3600.0, 6000.0, 10_000.0]
-                .into_iter()
-                .filter(|d| *d < 0.7 * span)
-                .collect(),
+            Role::Duration(values) => {
+                let tried = values.iter().copied();
+                tried.filter(|d| *d < 0.7 * span).collect()
+            }
         })
         .collect()
 }

@@ -96,7 +96,7 @@ fn parameters(record: &Record, tangent: &Tangent, applied: &[Applied], k: usize)
             let size = one.parameters[j].abs();
             match parameter.role {
                 Role::Choice(_) | Role::Sensor(_) => None,
-                Role::Onset | Role::Duration => Some(along(j, 30.0, ONSET_WIDTH_S)),
+                Role::Onset | Role::Duration(_) => Some(along(j, 30.0, ONSET_WIDTH_S)),
                 Role::Amplitude => Some(along(
                     j,
                     (0.05 * size).max(0.01 * parameter.usual),

@@ -314,7 +314,7 @@ fn is_within(section: &Section<'_, '_>, about: &About, parameter: &Parameter, va
     let Parameter {
         name, low, high, ..
     } = *parameter;
-    let timed = matches!(parameter.role, Role::Onset | Role::Duration);
+    let timed = matches!(parameter.role, Role::Onset | Role::Duration(_));
     let right = timed || about.search.method != Method::Relations || (low..=high).contains(&value);
     if let Some(written) = section.get(name).filter(|_| !right) {
         let message = format!(

@@ -60,8 +60,8 @@ pub enum Role {
     Sensor(&'static [f64]),
     /// The time at which the effect sets in, s of the recording's clock.
     Onset,
-    /// How long it lasts, s.
-    Duration,
+    /// How long it lasts, s: these are tried, and refined from there.
+    Duration(&'static [f64]),
     /// How long it takes to set in, and to pass, s: tried where its interval has been found.
     Edge(&'static [f64]),
 }
@@ -257,7 +257,7 @@ impl About {
     pub fn duration(&self) -> Option<usize> {
         self.parameters
             .iter()
-            .position(|p| p.role == Role::Duration)
+            .position(|p| matches!(p.role, Role::Duration(_)))
     }
 
     /// Whether it begins at an onset and stays, passes, or is always there: as its parameters tell.

@@ -120,8 +120,9 @@ fn of_ranges(about: &About) -> [Fault; 4] {
         | Role::Shape(values)
         | Role::Choice(values)
         | Role::Sensor(values)
+        | Role::Duration(values)
         | Role::Edge(values) => Some(*values),
-        Role::Amplitude | Role::Onset | Role::Duration => None,
+        Role::Amplitude | Role::Onset => None,
     };
     let within = |p: &Parameter| {
         let values = listed(&p.role).unwrap_or(&[]);
@@ -347,7 +348,7 @@ mod tests {
                     STRENGTH,
                     Parameter {
                         name: "duration_s",
-                        role: Role::Duration,
+                        role: Role::Duration(&[3600.0]),
                         ..Parameter::ONSET
                     },
                 ]),

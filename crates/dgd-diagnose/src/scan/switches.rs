@@ -84,7 +84,7 @@ const APART_S: f64 = 300.0;
 const EDGE_S: f64 = 600.0;
 
 /// How long what passes may last, s, where it is proposed.
-const PASSES_S: std::ops::Range<f64> = 1200.0..12_000.0;
+const PASSES_S: std::ops::Range<f64> = 1200.0..6000.0;
 
 /// How far apart beginnings of what passes are tried at the most, s: half of it can still be made up by sharpening.
 const STEP_S: f64 = 240.0;

@@ -272,7 +272,7 @@ fn a_strength_or_shape_beyond_its_bounds_is_told_and_a_time_may_lie_anywhere() {
         read_back(one)
     };
     for p in influx.parameters {
-        if matches!(p.role, Role::Onset | Role::Duration) {
+        if matches!(p.role, Role::Onset | Role::Duration(_)) {
             assert!(told(p.name, 1e9).is_ok(), "{}", p.name);
             continue;
         }
@@ -428,7 +428,7 @@ fn no_document_makes_the_reader_try_endless_effects() {
 /// Any value that a parameter may have.
 fn allowed(parameter: &Parameter) -> BoxedStrategy<f64> {
     let bounds = parameter.low..=parameter.high;
-    let timed = matches!(parameter.role, Role::Onset | Role::Duration);
+    let timed = matches!(parameter.role, Role::Onset | Role::Duration(_));
     if timed || !(parameter.low.is_finite() && parameter.high.is_finite()) {
         finite().boxed()
     } else {

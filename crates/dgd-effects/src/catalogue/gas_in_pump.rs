@@ -29,7 +29,7 @@ static ABOUT: About = About {
         Parameter {
             name: "duration_s",
             meaning: "how long",
-            role: Role::Duration,
+            role: Role::Duration(&[1300.0, 2300.0, 3600.0]),
             low: 1200.0,
             high: f64::INFINITY,
             usual: 2400.0,

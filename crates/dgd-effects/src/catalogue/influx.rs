@@ -39,7 +39,7 @@ static ABOUT: About = About {
         Parameter {
             name: "duration_s",
             meaning: "duration from start to end",
-            role: Role::Duration,
+            role: Role::Duration(&[1300.0, 2300.0, 3600.0, 6000.0, 10_000.0]),
             low: 120.0,
             high: f64::INFINITY,
             usual: 3000.0,

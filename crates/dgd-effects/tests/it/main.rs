@@ -82,7 +82,7 @@ pub(crate) fn usual(about: &About) -> Vec<f64> {
         .iter()
         .map(|p| match p.role {
             Role::Onset => 1500.0,
-            Role::Duration => 2000.0,
+            Role::Duration(_) => 2000.0,
             _ => p.usual,
         })
         .collect()
