@@ -102,7 +102,8 @@ const BESIDE_UNNAMED: f64 = 0.35;
 
 /// By what the odds of effects are multiplied with which the model runs away where no fit has looked.
 ///
-/// Of 292 recordings with findings (the proof of 417227) it did in two, with wrong effects in either; in 300 more (`dgd-plant conceal`, 851 and 852) in none.
+/// Of 292 recordings with findings (the proof of 417227, with the code of 8a7fbc2) it did in one, with wrong effects, and with the code before that in
+/// another, with a wrong one; in 372 more (`dgd-plant conceal`, seeds 851 and 852, earlier code) in none.
 const RUNS_AWAY: f64 = 0.1;
 
 /// Shares the probability of an effect with which the model runs away with what the catalogue does not hold.

@@ -14,7 +14,7 @@ use crate::belief::{beside_unnamed, calibrate, doubt, left_over, run_away};
 use crate::diagnosis::{DiagnoseError, Diagnosis, Finding, MOST_STEP_S, Options, Stage, Trace};
 use crate::estimates::Estimator;
 use crate::finding::{finding, heaving};
-use crate::free_run::headline_gain;
+use crate::free_run::{Part, errors, headline_gain};
 use crate::heave::{Swell, Unseen, swell};
 use crate::numbers::whole;
 use crate::placebo::placebo;
@@ -96,7 +96,8 @@ pub fn diagnose(
     progress(Stage::Confirming);
     let (mut models, simulation, stability) =
         models.run(well, &record, prepared, &mut selection.named, sought)?;
-    let not_worse = worse(&simulation);
+    let errors = errors(&simulation, Part::HeldOut);
+    let not_worse = worse(&simulation, &errors);
     let found_again = match sought {
         Sought::Any(most) => again(&record, &models.after.effects, &selection.named, most)?,
         Sought::Given(_) => None,
@@ -110,9 +111,8 @@ pub fn diagnose(
     );
     let nothing_left = residue::left(&traces);
     doubt_what_is_left(&traces, &mut selection.named, doubted, sought);
-    if runs_away(&simulation) {
-        doubt_what_runs_away(&mut selection.named, sought);
-    }
+    let away = runs_away(&errors);
+    doubt_more(&mut selection.named, sought, |_| away, run_away);
 
     let swell = swell(
         &prepared.inlet_pressure_pa,
@@ -237,19 +237,19 @@ fn believe(record: &Record, named: &mut Vec<Named>, sought: Sought<'_>) -> bool 
 
 /// Doubts causes whose relation keeps more than noise with all that was found; less, where something unnamed had them `doubted` already.
 fn doubt_what_is_left(traces: &[Trace], named: &mut [Named], doubted: bool, sought: Sought<'_>) {
-    let left = |n: &&mut Named| residue::is_left_in(traces, n.applied.effect.about().relation);
-    for one in named.iter_mut().filter(left) {
-        left_over(one, doubted);
-        if let Sought::Given(suspects) = sought {
-            unless_outweighed(one, suspects);
-        }
-    }
+    let left = |n: &Named| residue::is_left_in(traces, n.applied.effect.about().relation);
+    doubt_more(named, sought, left, |n| left_over(n, doubted));
 }
 
-/// Doubts all effects with which an output runs away.
-fn doubt_what_runs_away(named: &mut [Named], sought: Sought<'_>) {
-    for one in named {
-        run_away(one);
+/// Makes those causes less likely of which something `speaks` against them.
+fn doubt_more(
+    named: &mut [Named],
+    sought: Sought<'_>,
+    speaks: impl Fn(&Named) -> bool,
+    lower: impl Fn(&mut Named),
+) {
+    for one in named.iter_mut().filter(|one| speaks(one)) {
+        lower(one);
         if let Sought::Given(suspects) = sought {
             unless_outweighed(one, suspects);
         }

@@ -13,6 +13,7 @@ use dgd_effects::{Curves, FRICTION_TERMS, HEAD_TERMS, Noise, Relation, Scale, Se
 use dgd_identify::Prepared;
 use dgd_recording::{ChannelMap, ChannelSource, Geometry, Recording, TimeSource, Well};
 use dgd_units::STANDARD_GRAVITY_M_S2;
+use std::ops::Range;
 use std::sync::Arc;
 
 pub(crate) const DT_S: f64 = 2.0;
@@ -130,6 +131,19 @@ pub(crate) fn steady(blocks: usize) -> Record {
         speed: all(SPEED_PCT),
         inlet: all(164e5),
         outlet: all(184e5),
+    }
+}
+
+/// Lets the rig's pump stand in some samples.
+pub(crate) fn stand(record: &mut Record, samples: &Range<usize>) {
+    record.filled.pumping[samples.clone()].fill(false);
+    for values in [
+        &mut record.flow,
+        &mut record.filled.flow,
+        &mut record.speed,
+        &mut record.filled.speed,
+    ] {
+        values[samples.clone()].fill(0.0);
     }
 }
 

@@ -1,7 +1,7 @@
 //! Which outputs the findings make worse where no fit has looked.
 
 use crate::diagnosis::{Check, NOT_WORSE, Simulation};
-use crate::free_run::{Errors, Part, errors};
+use crate::free_run::Errors;
 use dgd_units::Legible;
 
 /// Growth of an error from which on a signal is worse: set by hand, so that the trifles by which two fits differ are not told.
@@ -11,17 +11,17 @@ const WORSE: f64 = 1.1;
 const RUNS_AWAY: f64 = 2.5;
 
 /// Whether a signal runs away with the findings: that refutes them, however much better the rows are told.
-pub(super) fn runs_away(simulation: &Simulation) -> bool {
-    let mut errors = errors(simulation, Part::HeldOut).into_iter().flatten();
-    errors.any(|errors| errors.after > RUNS_AWAY * errors.before)
+pub(super) fn runs_away(errors: &[Option<Errors>]) -> bool {
+    (errors.iter().flatten()).any(|errors| errors.after > RUNS_AWAY * errors.before)
 }
 
 /// Whether every signal runs free on the held-out windows as well with the findings as without them; those that do not are told by
 /// name, with both errors (RMSE).
-pub(super) fn worse(simulation: &Simulation) -> Check {
-    let errors = errors(simulation, Part::HeldOut);
+///
+/// - `errors`: of each signal, on the held-out windows.
+pub(super) fn worse(simulation: &Simulation, errors: &[Option<Errors>]) -> Check {
     let worse: Vec<String> = (simulation.signals.iter().zip(errors))
-        .filter_map(|(signal, errors)| Some((signal, errors?)))
+        .filter_map(|(signal, errors)| Some((signal, (*errors)?)))
         .filter(|(_, errors)| errors.after > WORSE * errors.before)
         .map(|(signal, errors)| told(signal.name, errors))
         .collect();
@@ -69,7 +69,12 @@ pub(super) fn figures(values: [f64; 2]) -> [String; 2] {
 #[cfg(test)]
 mod tests {
     use super::{runs_away, worse};
-    use crate::diagnosis::{Signal, Simulation};
+    use crate::diagnosis::{Check, Signal, Simulation};
+    use crate::free_run::{Part, errors};
+
+    fn held_out(simulation: &Simulation) -> Check {
+        worse(simulation, &errors(simulation, Part::HeldOut))
+    }
 
     /// An hour, held out whole, in which a run is off by so much before and after.
     fn off(signals: &[(&'static str, f64, f64)]) -> Simulation {
@@ -90,7 +95,7 @@ mod tests {
 
     #[test]
     fn each_signal_that_grows_by_more_than_a_tenth_is_told_with_both_errors() {
-        let check = worse(&off(&[
+        let check = held_out(&off(&[
             ("return_flow_m3_s", 1e-3, 1.2e-3),
             ("riser_level_m", 0.5, 0.54),
             ("pump_outlet_pressure_pa", 2e5, 1e5),
@@ -107,7 +112,7 @@ mod tests {
     #[test]
     fn a_tenth_more_is_not_worse_and_a_little_more_than_that_is() {
         for (after, passed) in [(0.5, true), (1.0, true), (1.09, true), (1.11, false)] {
-            let check = worse(&off(&[("riser_level_m", 1.0, after)]));
+            let check = held_out(&off(&[("riser_level_m", 1.0, after)]));
             assert_eq!(check.passed, passed, "{}", check.detail);
             assert_eq!(check.detail.contains("riser level"), !passed);
         }
@@ -119,7 +124,8 @@ mod tests {
             let of = |name| (name, 1.0, 1.0);
             let mut signals = ["return_flow_m3_s", "riser_level_m", "pump_head_m"].map(of);
             signals[1].2 = after;
-            assert_eq!(runs_away(&off(&signals)), away, "{after}");
+            let errors = errors(&off(&signals), Part::HeldOut);
+            assert_eq!(runs_away(&errors), away, "{after}");
         }
     }
 
@@ -127,6 +133,6 @@ mod tests {
     fn a_signal_that_nobody_measured_is_not_made_worse() {
         let mut unseen = off(&[("riser_level_m", 1.0, 2.0)]);
         unseen.signals[0].measured.fill(f64::NAN);
-        assert!(worse(&unseen).passed);
+        assert!(held_out(&unseen).passed);
     }
 }

@@ -27,7 +27,7 @@ pub(crate) fn episode_may_be(record: &Record, tangent: &Tangent) -> bool {
     const SHOWS: f64 = 12.0;
     let (layout, lasts_s) = (tangent.layout, record.lasts_s());
     let times_s = layout.times_s(record.block_s());
-    let least = 1 + whole(BUSIEST_S * STRETCHES as f64 / lasts_s);
+    let least = least_stretches(lasts_s);
     Section::ALL.into_iter().any(|section| {
         // Sum and number of the rows from the first on, stretch by stretch.
         let mut sums = [(0.0, 0.0); STRETCHES + 1];
@@ -35,7 +35,8 @@ pub(crate) fn episode_may_be(record: &Record, tangent: &Tangent) -> bool {
             .rows(section)
             .filter(|row| tangent.whitening.valid[*row])
         {
-            let stretch = whole(times_s[row] / lasts_s * STRETCHES as f64).min(STRETCHES - 1);
+            let stretch = (times_s[row] / lasts_s * STRETCHES as f64).floor();
+            let stretch = whole(stretch).min(STRETCHES - 1);
             sums[stretch + 1].0 += tangent.off[row];
             sums[stretch + 1].1 += 1.0;
         }
@@ -49,6 +50,11 @@ pub(crate) fn episode_may_be(record: &Record, tangent: &Tangent) -> bool {
         };
         (0..STRETCHES).any(|a| (a + least..=STRETCHES).any(|b| shows(a, b)))
     })
+}
+
+/// Stretches that last longer than what happens once.
+fn least_stretches(lasts_s: f64) -> usize {
+    1 + whole((BUSIEST_S * STRETCHES as f64 / lasts_s).floor())
 }
 
 /// The likeliest in any of some places; the choice of its times is paid for.
@@ -214,7 +220,7 @@ impl<'a> Search<'a> {
                 choice,
             }
         };
-        let least = 1 + whole((BUSIEST_S / edge(1)).floor());
+        let least = least_stretches(self.lasts_s());
         let best = |ends: bool| {
             let until = |a: usize| {
                 let last = if ends {

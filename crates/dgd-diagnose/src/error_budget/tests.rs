@@ -5,7 +5,7 @@ use crate::layout::Layout;
 use crate::record::Record;
 use crate::relations::Blocks;
 use crate::test_rig::{
-    BLOCK_S, FLOW_M3_S, MUD_PUMP_M3_S, PER_BLOCK, SPEED_PCT, blocks, parabolas, steady,
+    BLOCK_S, FLOW_M3_S, MUD_PUMP_M3_S, PER_BLOCK, SPEED_PCT, blocks, parabolas, stand, steady,
 };
 use dgd_effects::{Curves, FRICTION_TERMS, HEAD_TERMS, Scale};
 
@@ -300,17 +300,8 @@ fn a_pump_that_stands_for_most_of_a_recording_wanders_by_what_it_does_when_it_tu
     let turning = wander(&steady(BLOCKS), &curves);
     let mut record = steady(BLOCKS);
     let stands = 0..2 * BLOCKS / 3 * PER_BLOCK;
-    record.filled.pumping[stands.clone()].fill(false);
-    for values in [
-        &mut record.flow,
-        &mut record.filled.flow,
-        &mut record.speed,
-        &mut record.filled.speed,
-        &mut record.mud_pump,
-        &mut record.filled.mud_pump,
-    ] {
-        values[stands.clone()].fill(0.0);
-    }
+    stand(&mut record, &stands);
+    record.mud_pump[stands].fill(0.0);
     let mostly_standing = wander(&record, &curves);
     close(mostly_standing.balance_m3_s, turning.balance_m3_s);
     close(mostly_standing.friction_pa, turning.friction_pa);

@@ -5,7 +5,7 @@ use super::{levelled, traces};
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::tangent::{Bend, Tangent};
-use crate::test_rig::{Hidden, INFLUX_S, drilled, normals};
+use crate::test_rig::{Hidden, INFLUX_S, drilled, normals, stand};
 use dgd_effects::{Relation, find};
 use dgd_recording::{Rank, quantile};
 
@@ -90,15 +90,7 @@ fn flowing_mud_scatters_about_zero_and_what_no_fit_has_seen_is_shown() {
     // A stop whose column stands a bar too low, and no fit sees it, nor the hour's first ten minutes.
     let (stop, per_block) = (300..340, record.per_block);
     let samples = stop.start * per_block..stop.end * per_block;
-    record.filled.pumping[samples.clone()].fill(false);
-    for values in [
-        &mut record.flow,
-        &mut record.filled.flow,
-        &mut record.speed,
-        &mut record.filled.speed,
-    ] {
-        values[samples.clone()].fill(0.0);
-    }
+    stand(&mut record, &samples);
     let standing = record.column_pa() - 1e5;
     record.outlet[samples.clone()].fill(standing);
     let excluded: Vec<bool> = (0..record.blocks)

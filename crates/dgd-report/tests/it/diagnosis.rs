@@ -560,6 +560,8 @@ fn empty_and_unequal_series_are_still_a_page() {
     lost.findings.clear();
     assert_eq!(lost.verdict, Verdict::Explained);
     assert!(words(&page(&lost)).contains("no cause could be told"));
+    lost.verdict = Verdict::Unexplained;
+    assert!(words(&page(&lost)).contains("more than noise is left, and no cause could be told"));
 }
 
 #[test]

@@ -335,6 +335,14 @@ fn a_consistent_recording_is_told_with_what_would_have_been_seen() {
     assert!(second.contains("riser level 0.5 m"), "{second}");
     assert!(told.contains("heave"), "{told}");
     assert!(told.contains("0.009  bar  amplitude"), "{told}");
+    let mut open = diagnosis(Vec::new());
+    open.verdict = Verdict::Unexplained;
+    let told = tell::tell(&open, &[], "rig.mat", Path::new("out"));
+    let first = told.lines().next().unwrap();
+    assert!(
+        first.starts_with("rig.mat: unexplained") && first.contains("no cause could be told"),
+        "{first}"
+    );
     let mut started = diagnosis(Vec::new());
     started.started_from = vec!["influx", "heave"];
     let told = tell::tell(&started, &[], "rig.mat", Path::new("out"));

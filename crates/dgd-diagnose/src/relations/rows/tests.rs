@@ -5,7 +5,7 @@ use crate::layout::BALANCE_BLOCKS;
 use crate::numbers::whole;
 use crate::record::Record;
 use crate::relations::Blocks;
-use crate::test_rig::{DT_S, FLOW_M3_S, PER_BLOCK, normals, steady};
+use crate::test_rig::{DT_S, FLOW_M3_S, PER_BLOCK, normals, stand, steady};
 use std::ops::Range;
 
 const BLOCKS: usize = 60;
@@ -20,16 +20,7 @@ fn samples(blocks: Range<usize>) -> Range<usize> {
 /// Ten minutes with two noisy outlet transmitters and a stop in the middle.
 fn stopped() -> Record {
     let mut record = steady(BLOCKS);
-    let stop = samples(STOP);
-    record.filled.pumping[stop.clone()].fill(false);
-    for values in [
-        &mut record.flow,
-        &mut record.filled.flow,
-        &mut record.speed,
-        &mut record.filled.speed,
-    ] {
-        values[stop.clone()].fill(0.0);
-    }
+    stand(&mut record, &samples(STOP));
     record.outlets = [1, 2]
         .map(|seed| normals(seed, record.t_s.len()))
         .map(|noise| noise.iter().map(|v| 184e5 + 500.0 * v).collect())
