@@ -68,8 +68,8 @@ fn samples_within(t_s: &[f64], windows: &[(f64, f64)]) -> Vec<bool> {
 fn runs(prepared: &Prepared, held_out: &[bool]) -> Vec<Run> {
     /// Length of a run, s, at the most; the next starts from a measured state again. Set by hand.
     const LONGEST_S: f64 = 3600.0;
-    /// Samples whose mean is the state to start from, less noisy than one. Set by hand.
-    const START: usize = 5;
+    /// Time over which the mean is the state to start from, s: less noisy than one sample. Set by hand.
+    const START_S: f64 = 5.0;
     let t_s = &prepared.recording.time_s;
     let (inlet, flow) = (
         &prepared.inlet_pressure_pa,
@@ -84,7 +84,9 @@ fn runs(prepared: &Prepared, held_out: &[bool]) -> Vec<Run> {
         }
         let first = (from..to).find(|k| inlet[*k].is_finite() && flow[*k].is_finite());
         if let Some(first) = first {
-            let few = first..(first + START).min(to);
+            let few = t_s[first..to].iter();
+            let few = few.take_while(|t| **t - t_s[first] < START_S).count();
+            let few = first..first + few;
             let state = (mean(&inlet[few.clone()]), mean(&flow[few]).max(0.0));
             out.push((first..to, state));
         }

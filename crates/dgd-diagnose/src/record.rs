@@ -325,7 +325,7 @@ impl Slow {
         (usual_s > 1.5 * self.step_s && furthest_s <= SLOWEST_S).then_some(usual_s)
     }
 
-    /// The rig as a recording shows it, with the noise of channels on the working clock, of step `dt_s`, that are logged now and then.
+    /// The rig as a recording shows it, with the noise that channels have on the working clock, of step `dt_s`.
     fn setting(&self, well: &Well, prepared: &Prepared, dt_s: f64) -> Setting {
         let recording = &prepared.recording;
         let mut setting = Setting::of(well, recording, &prepared.inlet_pressure_pa);
@@ -337,9 +337,8 @@ impl Slow {
             (&mut noise.speed_pct, &recording.pump_speed_pct),
             (&mut noise.inlet_pa, &prepared.inlet_pressure_pa),
         ] {
-            // Samples on the line between two readings share their noise.
-            let samples = self.every_s(values).map_or(1.0, |every_s| every_s / dt_s);
-            *noise *= samples.max(1.0).sqrt();
+            // A mean over several readings has less; samples on the line between two of them share theirs.
+            *noise *= (self.every_s(values).unwrap_or(self.step_s) / dt_s).sqrt();
         }
         setting
     }
