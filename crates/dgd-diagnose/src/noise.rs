@@ -30,6 +30,8 @@ pub(crate) struct Whitening {
     still: Vec<bool>,
     /// Factor on a row that lacks predecessors.
     start: Vec<f64>,
+    /// Share of something slow that is left of a row once its predecessors are taken off.
+    passes: Vec<f64>,
     /// Share of an innovation by which the filter moves its estimate of the wander, by row.
     gain: Vec<[f64; 2]>,
     /// Decay of the wander since the section's previous row, by row.
@@ -87,6 +89,7 @@ impl Whitening {
             weight: vec![0.0; layout.len()],
             still: rows.still.clone(),
             start: Vec::new(),
+            passes: Vec::new(),
             gain: Vec::new(),
             decay: Vec::new(),
             scale: Vec::new(),
@@ -254,10 +257,7 @@ impl Whitening {
             let rows = self.layout.rows(section);
             let sd = wander.of(section);
             let blocks = section.blocks_per_row() as f64;
-            let memory = self.memory[section as usize];
-            // The autoregression lets slow things pass with this gain.
-            let pass = 1.0 - memory[0] - memory[1];
-            let stationary = sd.map(|s| (s * pass).powi(2));
+            let stationary = sd.map(|s| s * s);
             let mut p = [[stationary[0], 0.0], [0.0, stationary[1]]];
             let mut last: Option<usize> = None;
             for row in rows {
@@ -279,8 +279,10 @@ impl Whitening {
                         d[1] * d[1] * p[1][1] + (1.0 - d[1] * d[1]) * stationary[1],
                     ],
                 ];
-                let seen = [p[0][0] + p[0][1], p[1][0] + p[1][1]];
-                let total = seen[0] + seen[1] + 1.0 / (self.weight[row] * self.weight[row]);
+                let passes = self.passes[row];
+                let seen = [p[0][0] + p[0][1], p[1][0] + p[1][1]].map(|sum| passes * sum);
+                let total =
+                    passes * (seen[0] + seen[1]) + 1.0 / (self.weight[row] * self.weight[row]);
                 let gain = [seen[0] / total, seen[1] / total];
                 for a in 0..2 {
                     for b in 0..2 {
@@ -350,12 +352,13 @@ impl Whitening {
         pair.into_iter().filter(|(back, _)| *back > 0)
     }
 
-    /// Factors that bring the first rows of a run, which have no full memory, to the size of the others.
+    /// Factors that bring the first rows of a run, which have no full memory, to the size of the others, and what each row lets pass.
     fn starts(&mut self) {
         /// Least variance of an innovation over that of a row without predecessors, and of a row with one. Set by hand.
         const LEAST_WITHOUT: f64 = 0.05;
         const LEAST_WITH_ONE: f64 = 0.1;
         let mut start = vec![1.0; self.layout.len()];
+        let mut passes = vec![1.0; self.layout.len()];
         let mut predecessors = vec![0; self.layout.len()];
         for section in Section::ALL {
             let [a, b] = self.memory[section as usize];
@@ -371,9 +374,12 @@ impl Whitening {
                     1 => (1.0 - b * b).max(LEAST_WITH_ONE).sqrt(),
                     _ => 1.0,
                 };
+                let taken: f64 = self.memory_of(section, i).map(|(_, share)| share).sum();
+                passes[row] = start[row] * (1.0 - taken);
             }
         }
         self.start = start;
+        self.passes = passes;
         self.predecessors = predecessors;
     }
 }

@@ -102,7 +102,7 @@ impl Whitening {
             };
             let (decay, gain) = (self.decay[row], self.gain[row]);
             wander = [wander[0] * decay[0], wander[1] * decay[1]];
-            let innovation = value - wander[0] - wander[1];
+            let innovation = value - self.passes[row] * (wander[0] + wander[1]);
             if !innovation.is_finite() {
                 continue;
             }
@@ -129,10 +129,8 @@ impl Whitening {
                 let innovation =
                     white[row] * self.scale[row] + wander[0] * gain[0] + wander[1] * gain[1];
                 grad[row] = innovation;
-                wander = [
-                    decay[0] * (wander[0] - innovation),
-                    decay[1] * (wander[1] - innovation),
-                ];
+                let back = self.passes[row] * innovation;
+                wander = [decay[0] * (wander[0] - back), decay[1] * (wander[1] - back)];
             }
         }
         let mut out = vec![0.0; self.layout.len()];
