@@ -330,7 +330,7 @@ pub(crate) fn rival_hurdle(c: &Correction) -> f64 {
 }
 
 /// Length of what happens once, s.
-const BUSIEST_S: f64 = 600.0;
+pub(crate) const BUSIEST_S: f64 = 600.0;
 
 /// Evidence that a signature may not count: what it owes to its busiest ten minutes.
 fn owed(record: &Record, tangent: &Tangent, signature: &[f64]) -> f64 {
