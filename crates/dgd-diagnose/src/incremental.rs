@@ -2,7 +2,7 @@
 
 use crate::layout::BALANCE_BLOCKS;
 use crate::record::Record;
-use crate::relations::{Applied, Blocks, LevelRate, LineFlow, Parts, Touched, begun, run};
+use crate::relations::{Applied, Blocks, LevelRate, LineFlow, Metered, Parts, Touched, begun, run};
 use dgd_effects::{Changes, Extent, MeterPath};
 use std::ops::Range;
 
@@ -34,6 +34,7 @@ impl Incremental {
             record,
             (&line, &rates),
             0..samples,
+            Metered::default(),
             &mut parts,
             |moment, c| {
                 *c = Changes::default();
@@ -64,7 +65,7 @@ impl Incremental {
     }
 
     /// The hypothesis with one effect more, digit for digit what running all of them gives; `None` for an effect
-    /// between line and meter.
+    /// between line and meter, which changes the flow that the others see.
     pub(crate) fn with(&self, record: &Record, one: &Applied) -> Option<Blocks> {
         if one.effect.meter_path(&one.parameters) != MeterPath::default() {
             return None;
@@ -75,22 +76,39 @@ impl Incremental {
         let mut action = one.effect.begin(&one.parameters, &record.setting);
         let mut without = Changes::default();
         let mut parts = self.parts.clone();
+        let meter = samples.start.checked_sub(1).map(|before| {
+            let mut known = Changes::default();
+            self.lay(before, &mut known);
+            Metered::under(&known)
+        });
+        let mut all = Touched::default();
         run(
             record,
             (&self.line, &self.rates),
             samples,
+            meter.unwrap_or_default(),
             &mut parts,
             |moment, c| {
-                let slots = slots(&mut without);
-                for (field, column) in &self.changes {
-                    *slots[*field] = column[moment.index];
-                }
+                self.lay(moment.index, &mut without);
                 copy(&without, c);
                 action(moment, c);
-                Touched::between(&without, c)
+                let touched = Touched::between(&without, c);
+                all = all.or(touched);
+                touched
             },
         );
+        if all.meter() && !self.changes.is_empty() {
+            return None;
+        }
         Some(Blocks::of(record, parts, Some((&self.parts, &self.blocks))))
+    }
+
+    /// Writes what the hypothesis changes at a sample.
+    fn lay(&self, sample: usize, changes: &mut Changes) {
+        let slots = slots(changes);
+        for (field, column) in &self.changes {
+            *slots[*field] = column[sample];
+        }
     }
 }
 
@@ -316,6 +334,8 @@ mod tests {
                 late("return_flow_delay", 1.5),
                 late("booster_line_storage", 3.0),
             ],
+            // One that follows the flow, beside what changes between it and the meter.
+            vec![late("line_leak", 1e-3), late("line_restriction", 0.5)],
             // Changes from the first sample to the last.
             vec![late("return_flow_gain", -0.03), late("inflow_gain", 0.02)],
         ];
@@ -344,7 +364,12 @@ mod tests {
                     let all: Vec<Applied> = state.iter().cloned().chain([one.clone()]).collect();
                     let found = incremental.with(&record, &one);
                     let direct = effect.meter_path(&one.parameters) == MeterPath::default();
-                    assert_eq!(found.is_some(), direct, "{}", about.id);
+                    // What it does to the flow, the others see.
+                    let between = matches!(about.id, "return_flow_gain" | "line_leak");
+                    if !(between && direct && onset > 0.0 && about.onset().is_some()) {
+                        let runs = direct && !(between && !state.is_empty());
+                        assert_eq!(found.is_some(), runs, "{} at {onset}", about.id);
+                    }
                     if let Some(found) = found {
                         let expected = Blocks::under(&record, &all);
                         assert!(bits(&found) == bits(&expected), "{} at {onset}", about.id);

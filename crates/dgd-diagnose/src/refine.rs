@@ -185,7 +185,7 @@ fn climb(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usize) {
                     let step = match parameter.role {
                         Role::Onset | Role::Duration(_) => 80.0 * scale,
                         Role::Grid(_) => 0.15 * scale * best[j].abs().max(1.0),
-                        _ => 0.2 * scale * best[j].abs().max(0.1),
+                        _ => 0.2 * scale * best[j].abs().max(0.1 * parameter.usual).max(0.1),
                     };
                     p[j] = (p[j] + sign * step).clamp(parameter.low, parameter.high);
                     let (m, g) = left(&p);

@@ -97,6 +97,38 @@ pub(crate) fn on_grid(about: &About) -> bool {
     matches!(about.parameters[0].role, Role::Grid(_))
 }
 
+/// What effects do between line and meter.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Metered {
+    gain: f64,
+    leak_m3_s: f64,
+}
+
+impl Metered {
+    pub(crate) fn under(c: &Changes) -> Self {
+        Self {
+            gain: c.meter_gain,
+            leak_m3_s: c.leak_m3_s,
+        }
+    }
+
+    /// Flow that leaves the line for a reading, m³/s.
+    fn outflow_m3_s(self, read_m3_s: f64) -> f64 {
+        read_m3_s / self.gain
+    }
+
+    /// Flow through the line for a reading, m³/s.
+    fn line_m3_s(self, read_m3_s: f64) -> f64 {
+        self.outflow_m3_s(read_m3_s) + self.leak_m3_s
+    }
+}
+
+impl Default for Metered {
+    fn default() -> Self {
+        Self::under(&Changes::default())
+    }
+}
+
 /// Effects at the beginning of a recording, of which they have seen nothing.
 pub(crate) fn begun<'a>(
     record: &Record,
@@ -109,12 +141,14 @@ pub(crate) fn begun<'a>(
 
 /// Runs effects over samples of a recording, from where a row of the mass balance begins, and lays what they come to into `parts`.
 ///
+/// `meter` is what effects do to the meter in the sample before, which the flow that they see in the first one follows.
 /// `changes` is called for each sample in order and writes what the effects change over what is there of some other sample, for it is
 /// large to hand about; it tells what that touches of what `parts` hold already.
 pub(crate) fn run(
     record: &Record,
     (line, rates): (&LineFlow, &LevelRate),
     samples: Range<usize>,
+    meter: Metered,
     parts: &mut Parts,
     mut changes: impl FnMut(&Moment, &mut Changes) -> Touched,
 ) {
@@ -126,6 +160,7 @@ pub(crate) fn run(
     let mut row = Row::of(record, line, rates);
     row.changes.resize(per_row, Changes::default());
     let mut touched = Touched::default();
+    let mut meter = meter;
     let mut laid = samples.start;
     for i in samples.clone() {
         let moment = Moment {
@@ -135,14 +170,16 @@ pub(crate) fn run(
             mud_pump_m3_s: filled.mud_pump[i],
             booster_m3_s: filled.booster[i],
             topfill_m3_s: filled.topfill[i],
-            flow_m3_s: filled_flow[i],
-            outflow_m3_s: filled_flow[i],
+            flow_m3_s: meter.line_m3_s(filled_flow[i]),
+            outflow_m3_s: meter.outflow_m3_s(filled_flow[i]),
             speed_pct: filled.speed[i],
             inlet_pa: filled.inlet[i],
             outlet_pa: filled.outlet[i],
             pumping: filled.pumping[i],
         };
-        touched = touched.or(changes(&moment, &mut row.changes[i - laid]));
+        let here = &mut row.changes[i - laid];
+        touched = touched.or(changes(&moment, here));
+        meter = Metered::under(here);
         let length = i + 1 - laid;
         if length == per_row || i + 1 == samples.end {
             row.changes.truncate(length);

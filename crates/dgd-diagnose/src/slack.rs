@@ -103,6 +103,7 @@ fn parameters(record: &Record, tangent: &Tangent, applied: &[Applied], k: usize)
                     size.max(parameter.usual),
                 )),
                 Role::Grid(_) | Role::Shape(_) | Role::Edge(_) => {
+                    let size = if size > 0.0 { size } else { parameter.usual };
                     Some(along(j, (0.1 * size).max(0.1), (0.3 * size).max(1.0)))
                 }
             }

@@ -1,6 +1,6 @@
 //! Means of blocks: calmed flows and speed, and drops without the line's inertia.
 
-use super::{Applied, LevelRate, LineFlow, Parts, Touched, begun, run};
+use super::{Applied, LevelRate, LineFlow, Metered, Parts, Touched, begun, run};
 use crate::record::Record;
 use dgd_effects::Changes;
 
@@ -40,6 +40,7 @@ impl Blocks {
             record,
             (&line, &rates),
             0..record.t_s.len(),
+            Metered::default(),
             &mut parts,
             |moment, c| {
                 *c = Changes::default();

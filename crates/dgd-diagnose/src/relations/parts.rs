@@ -119,6 +119,11 @@ impl Touched {
         )
     }
 
+    /// Whether the flow through the line is among them: what is done between line and meter, and by nothing else.
+    pub(crate) fn meter(self) -> bool {
+        self.has(Self::FLOW)
+    }
+
     /// The parts of both.
     pub(crate) fn or(self, other: Self) -> Self {
         Self(self.0 | other.0)

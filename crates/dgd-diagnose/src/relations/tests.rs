@@ -1,7 +1,7 @@
 //! Claims about the relations under a hypothesis: where it is the truth, what is left is the rig's own curves and a balance of 0.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::{Applied, Blocks, LevelRate, LineFlow, Parts, Touched, run};
+use super::{Applied, Blocks, LevelRate, LineFlow, Metered, Parts, Touched, run};
 use crate::layout::BALANCE_BLOCKS;
 use crate::record::Record;
 use crate::test_rig::{DT_S, FLOW_M3_S, PER_BLOCK, SPEED_PCT, cut, steady};
@@ -64,6 +64,7 @@ fn run_whole(record: &Record, changes: impl Fn(&Moment) -> Changes) -> Parts {
         record,
         (&line, &rates),
         0..record.t_s.len(),
+        Metered::default(),
         &mut parts,
         |at, c| {
             *c = changes(at);
@@ -356,10 +357,18 @@ fn rows_that_are_run_by_themselves_take_their_place_among_the_others() {
         let end = (to * per_row).min(record.t_s.len());
         let samples = from * per_row..end;
         let mut laid = base.clone();
-        run(&record, (&line, &rates), samples, &mut laid, |_, c| {
-            *c = all;
-            Touched::ALL
-        });
+        let meter = Metered::default();
+        run(
+            &record,
+            (&line, &rates),
+            samples,
+            meter,
+            &mut laid,
+            |_, c| {
+                *c = all;
+                Touched::ALL
+            },
+        );
         let expected = whole(from * per_row, end);
         assert_eq!(listed(&laid), listed(&expected), "{from}..{to}");
     }
@@ -401,6 +410,7 @@ fn what_a_change_touches_is_all_that_it_changes_and_nothing_else() {
             &record,
             (&line, &rates),
             0..record.t_s.len(),
+            Metered::default(),
             &mut laid,
             |at, c| {
                 *c = at_sample(at);
@@ -415,6 +425,33 @@ fn what_a_change_touches_is_all_that_it_changes_and_nothing_else() {
             assert_eq!(laid, wanted, "{name} under {one:?}");
         }
     }
+}
+
+#[test]
+fn effects_see_the_flow_of_the_line_and_not_what_its_meter_makes_of_it() {
+    let between = Changes {
+        leak_m3_s: 5e-3,
+        meter_gain: 0.9,
+        ..Changes::default()
+    };
+    let record = read(&between, 1);
+    let (line, rates) = (LineFlow::under(&record, &[]), LevelRate::of(&record));
+    let samples = 0..record.t_s.len();
+    let mut parts = Parts::blank(&record);
+    let meter = Metered::under(&between);
+    run(
+        &record,
+        (&line, &rates),
+        samples,
+        meter,
+        &mut parts,
+        |at, c| {
+            close(at.flow_m3_s, FLOW_M3_S, FLOW_M3_S);
+            close(at.outflow_m3_s, FLOW_M3_S - 5e-3, FLOW_M3_S);
+            *c = between;
+            Touched::ALL
+        },
+    );
 }
 
 #[test]

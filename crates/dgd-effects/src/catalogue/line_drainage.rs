@@ -45,10 +45,10 @@ static ABOUT: About = About {
         Parameter {
             name: "prompt_s",
             meaning: "time in which the closed valve would leak the volume that passes while it closes",
-            role: Role::Shape(&[0.0, 300.0]),
+            role: Role::Shape(&[0.0, 60.0, 300.0]),
             low: 0.0,
             high: 1800.0,
-            usual: 0.0,
+            usual: 60.0,
             ..Parameter::BASE
         },
     ],
