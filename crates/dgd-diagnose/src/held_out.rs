@@ -76,7 +76,7 @@ pub(crate) fn trained(
 ) -> Option<Vec<Applied>> {
     let mut timed: Vec<Applied> = selection.named.iter().map(|n| n.applied.clone()).collect();
     let mut state = allowed_beside(record, start, &mut timed, excluded)?;
-    for (named, mut chosen) in selection.named.iter().zip(timed) {
+    for (k, (named, mut chosen)) in selection.named.iter().zip(timed).enumerate() {
         match named.applied.curve() {
             // Timed beside the pump's lag a moment ago.
             None if is_late_meter(named.applied.effect.about()) => {}
@@ -100,8 +100,12 @@ pub(crate) fn trained(
                 }
             }
             Some(held) => {
-                let tangent = Tangent::at(record, &state, excluded, Bend::Loose);
-                let again = tangent.and_then(|t| anew(record, &t, &state, excluded, &held));
+                // Of two episodes the larger would be found again in place of either.
+                let later = selection.named[k + 1..].iter().map(|n| &n.applied);
+                let later = later.filter(|one| one.curve().is_some_and(|c| c.is_apart(&held)));
+                let beside: Vec<Applied> = state.iter().chain(later).cloned().collect();
+                let tangent = Tangent::at(record, &beside, excluded, Bend::Loose);
+                let again = tangent.and_then(|t| anew(record, &t, &beside, excluded, &held));
                 // What the training rows do not show may not be run on the held-out windows.
                 let trained = again.map_or_else(|| held.flattened(), |again| again.curve);
                 chosen = Applied::from(&trained);

@@ -16,7 +16,7 @@ use crate::relations::Applied;
 use crate::selection::{Named, Selection};
 use crate::tangent::{Bend, Tangent};
 use beside::{Beside, Second, rivals_beside};
-use dgd_effects::{Place, Relation};
+use dgd_effects::{Curve, Relation};
 use footprint::{Footprint, known};
 use form::Bent;
 use suction::Unmeasured;
@@ -61,8 +61,8 @@ pub(crate) struct Round<'a> {
     suction: Option<Unmeasured>,
     /// Plausible corrections, best first.
     rivals: Vec<Correction>,
-    /// Places of what has been found that the catalogue does not hold: effects that show there are not told beside it.
-    unnamed: Vec<Place>,
+    /// What has been found that the catalogue does not hold: effects that show there are not told beside it.
+    unnamed: Vec<Curve>,
 }
 
 impl<'a> Round<'a> {
@@ -71,9 +71,9 @@ impl<'a> Round<'a> {
         let state = selection.state();
         let gate = Tangent::beside(record, &state, &[], Bend::Lean)?;
         let contenders = contest(record, &gate, &state);
-        let unnamed: Vec<Place> = (selection.named.iter())
+        let unnamed: Vec<Curve> = (selection.named.iter())
             .filter(|n| n.is_unnamed())
-            .filter_map(|n| n.applied.curve().map(|curve| curve.place))
+            .filter_map(|n| n.applied.curve())
             .collect();
         let rivals = rivals_beside(record, &gate, &state, &unnamed);
         let known = known(record, &state, selection)?;
@@ -122,13 +122,20 @@ impl<'a> Round<'a> {
     }
 
     /// Decides between the best effect and the best correction. Beside what the catalogue does not hold only an effect that needs no second one
-    /// is named.
+    /// is named, and an episode at another time: what happens once may happen again.
     pub(crate) fn ruling(&self) -> Ruling {
         match self.decided() {
             Ruling::Named(named) => Ruling::Named(named),
+            Ruling::Unnamed(found) if self.is_at_another_time(&found) => Ruling::Unnamed(found),
             _ if !self.unnamed.is_empty() => Ruling::Nothing,
             ruling => ruling,
         }
+    }
+
+    /// Whether all that the catalogue does not hold are episodes, no two of which overlap.
+    fn is_at_another_time(&self, found: &Named) -> bool {
+        let found = found.applied.curve();
+        found.is_some_and(|found| self.unnamed.iter().all(|held| held.is_apart(&found)))
     }
 
     fn decided(&self) -> Ruling {

@@ -324,6 +324,12 @@ impl Curve {
         (self.quantity == Quantity::Episode).then(|| (begins, self.to.min(span_s.1).max(begins)))
     }
 
+    /// Whether both are episodes, which do not overlap.
+    pub fn is_apart(&self, other: &Self) -> bool {
+        let episodes = [self, other].map(|c| c.quantity == Quantity::Episode);
+        episodes == [true; 2] && (self.to <= other.from || other.to <= self.from)
+    }
+
     /// Whether it is an episode that is not over when the recording ends.
     pub fn goes_on(&self) -> bool {
         self.quantity == Quantity::Episode && self.to - self.from >= LASTING_S

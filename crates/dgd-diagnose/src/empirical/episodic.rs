@@ -97,13 +97,73 @@ pub(super) fn between(
         vec![place.width(); KNOTS],
     );
     let found = sized(record, tangent, state, &unit)?;
-    let owed = owed(record, tangent, &found.signature);
+    let happened = place == Place::Balance
+        && !may_have_frozen(record, times_s)
+        && outlasts_once(record, tangent, &found.signature);
+    let owed = if happened {
+        0.0
+    } else {
+        owed(record, tangent, &found.signature)
+    };
     Some(Correction {
         size: size(record, &found.curve),
         times: Record::times_usual(acts_s(record, &found.curve)),
         evidence: found.evidence - owed,
         borne: found.borne - owed,
         ..found
+    })
+}
+
+/// Whether the signature of an episode of the mass balance explains more there than ten minutes of it would by themselves: a jump of a
+/// reading is a moment of the balance.
+fn outlasts_once(record: &Record, tangent: &Tangent, signature: &[f64]) -> bool {
+    /// E-folds. Set by hand.
+    const MORE: f64 = 3.0;
+    let rows = tangent.layout.rows(Section::Balance);
+    let row_s = record.block_s() * Section::Balance.blocks_per_row() as f64;
+    let once = whole(BUSIEST_S / row_s).max(1);
+    let told: Vec<(f64, f64)> = (signature[rows.clone()].iter().zip(&tangent.off[rows]))
+        .map(|(s, off)| (s * off, s * s))
+        .collect();
+    // The most that a strength of its own explains in some rows, from the first on.
+    let explained = |(product, energy): (f64, f64)| 0.5 * product * product / energy.max(1e-300);
+    let add = |sum: &mut (f64, f64), one: &(f64, f64)| {
+        *sum = (sum.0 + one.0, sum.1 + one.1);
+        Some(*sum)
+    };
+    let whole = told
+        .iter()
+        .scan((0.0, 0.0), add)
+        .last()
+        .map_or(0.0, explained);
+    let within = |first: usize| {
+        let some = told[first..].iter().take(once).scan((0.0, 0.0), add);
+        some.map(explained).fold(0.0, f64::max)
+    };
+    (0..told.len()).all(|first| within(first) + MORE < whole)
+}
+
+/// Whether a reading of the mass balance stands still for half of an episode or more and moves again as it ends, or before: then it may have
+/// frozen. One that never stands still has not, and what it tells of in ten minutes has happened.
+pub(super) fn may_have_frozen(record: &Record, (from_s, to_s): (f64, f64)) -> bool {
+    /// How much later than the episode ends a reading may move again, s: its edges are told to the row. Set by hand.
+    const LATER_S: f64 = 120.0;
+    let at = |t_s: f64| record.t_s.partition_point(|t| *t < t_s);
+    let (first, end, last) = (at(from_s), at(to_s), at(to_s + LATER_S));
+    let flows = [
+        &record.mud_pump,
+        &record.booster,
+        &record.topfill,
+        &record.flow,
+    ];
+    (flows.into_iter().chain(&record.inlets)).any(|reading| {
+        let mut stands = 0;
+        (first..last.min(reading.len()).saturating_sub(1)).any(|i| {
+            let moves = reading[i + 1] != reading[i];
+            let frozen = moves && 2 * stands >= end - first;
+            stands = if moves { 0 } else { stands + 1 };
+            frozen
+        })
     })
 }
 

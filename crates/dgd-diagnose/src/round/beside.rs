@@ -10,7 +10,7 @@ use crate::ends_early::ended;
 use crate::record::Record;
 use crate::relations::{Applied, joined, on_grid};
 use crate::tangent::{Bend, Tangent};
-use dgd_effects::{About, Place, Quantity, Relation};
+use dgd_effects::{About, Curve, Place, Quantity, Relation};
 use std::cell::OnceCell;
 use tracing::debug;
 
@@ -207,21 +207,24 @@ pub(super) fn left_of(c: &Correction, rival: &Correction, relation: Relation) ->
     }
 }
 
-/// Plausible corrections beside a state, best first, in relations that nothing `unnamed` enters.
+/// Plausible corrections beside a state, best first, in relations that nothing `unnamed` enters but at another time.
 pub(super) fn rivals_beside(
     record: &Record,
     gate: &Tangent,
     state: &[Applied],
-    unnamed: &[Place],
+    unnamed: &[Curve],
 ) -> Vec<Correction> {
     if !record.takes(Step::Corrections) {
         return Vec::new();
     }
     let timed = timed(state);
     // Knots leave something over where they act.
-    let acts = |place: Place| unnamed.iter().any(|knots| share_rows(place, *knots));
+    let acts = |curve: &Curve| {
+        let mut held = unnamed.iter();
+        held.any(|held| share_rows(curve.place, held.place) && !curve.is_apart(held))
+    };
     let mut rivals = corrections(record, state, episode_may_be(record, gate));
-    rivals.retain(|r| plausible(r) && !acts(r.curve.place) && !(timed && owed_to_timing(r)));
+    rivals.retain(|r| plausible(r) && !acts(&r.curve) && !(timed && owed_to_timing(r)));
     if rivals.is_empty() {
         return rivals;
     }

@@ -162,7 +162,8 @@ impl Round<'_> {
     fn is_beside(&self, c: &Contender) -> bool {
         let relation = &c.effect.about().relation;
         (self.unnamed.iter())
-            .all(|place| !place.shows_in().contains(relation) && self.share_in(c, *place) < SHOWS)
+            .map(|curve| curve.place)
+            .all(|place| !place.shows_in().contains(relation) && self.share_in(c, place) < SHOWS)
     }
 
     /// Of the effects of the meter's timing one at the most: what it leaves over looks like the other.

@@ -78,6 +78,11 @@ fn along(quantity: Quantity, mut one: Correction) -> Correction {
     one
 }
 
+/// A curve along time that the catalogue does not hold.
+fn always(place: Place) -> Curve {
+    correction(place, 0.0).curve
+}
+
 /// What contenders and corrections that are made up would leave over is not to be asked of it.
 fn sound() -> Record {
     let mut record = drilled(Hidden::default());
@@ -322,7 +327,7 @@ fn beside_what_the_catalogue_does_not_hold_only_another_relation_tells() {
         );
         let influx = shows(influx(100.0), 1.0, in_line);
         let mut round = round(&record, vec![line, influx], Vec::new());
-        round.unnamed.extend(unnamed);
+        round.unnamed.extend(unnamed.map(always));
         told(round.ruling())
     };
     // A tenth of what shows, and a little less or more.
@@ -339,12 +344,37 @@ fn beside_what_the_catalogue_does_not_hold_only_another_relation_tells() {
         let one = shows(influx(evidence), 1.0, 0.0);
         let mut round = round(&record, vec![one], Vec::new());
         round.known = 1;
-        round.unnamed.push(Place::Head);
+        round.unnamed.push(always(Place::Head));
         told(round.ruling())
     };
     let asked = BESIDE_UNNAMED * (influx(0.0).effect.about().search.belief.hurdle + 8.0);
     assert_eq!(at(asked + 0.1), "influx");
     assert_eq!(at(asked), "nothing");
+}
+
+#[test]
+fn what_happens_once_may_happen_again() {
+    let record = sound();
+    let balance = Place::Balance;
+    let episode = |from_s: f64, to_s: Option<f64>| Curve::episode(balance, (from_s, to_s), -3e-3);
+    let beside = |held: Curve, found: Curve| {
+        let rival = Correction {
+            curve: found,
+            ..correction(balance, 1e3)
+        };
+        let mut round = round(&record, Vec::new(), vec![rival]);
+        round.unnamed.push(held);
+        told(round.ruling())
+    };
+    let first = || episode(600.0, Some(1500.0));
+    assert_eq!(
+        beside(first(), episode(1500.0, Some(2400.0))),
+        balance.name()
+    );
+    assert_eq!(beside(episode(1500.0, None), first()), balance.name());
+    assert_eq!(beside(first(), episode(1499.0, Some(2400.0))), "nothing");
+    assert_eq!(beside(first(), always(balance)), "nothing");
+    assert_eq!(beside(always(balance), first()), "nothing");
 }
 
 #[test]
@@ -362,7 +392,7 @@ fn what_the_suction_may_lose_unseen_is_asked_beyond_the_hurdle() {
         assert_eq!(round.unknown_hurdle(&other), of_correction + more);
         assert_eq!(round.rival_hurdle(&other), hurdle(&other) + more);
         // It is no more beside what the catalogue does not hold.
-        round.unnamed = vec![Place::Friction];
+        round.unnamed = vec![always(Place::Friction)];
         assert_eq!(round.asked(&effect), BESIDE_UNNAMED * own + more);
         round.unnamed.clear();
         assert_eq!(round.asked(&effect), own + more);

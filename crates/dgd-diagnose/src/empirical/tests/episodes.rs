@@ -2,6 +2,7 @@
 
 use super::{LENGTH_S, loose, made, off_by, size_in, waving};
 use crate::empirical::drawn::range;
+use crate::empirical::episodic::may_have_frozen;
 use crate::empirical::timed::leaves_no_more;
 use crate::empirical::{
     DRAWN, again, anew, correction, corrections, episode_like, episodic, instead_of,
@@ -23,6 +24,43 @@ fn off_between(place: Place, (from_s, to_s): (f64, f64)) -> Record {
         let t = record.t_s[i];
         if t >= from_s && t < to_s { 1.0 } else { 0.0 }
     })
+}
+
+/// A rig whose every reading moves from sample to sample.
+fn alive() -> Record {
+    let mut record = off_by(Place::Balance, 0.0, |_, _| 0.0);
+    let stir = |reading: &mut Vec<f64>, size: f64| {
+        for (i, v) in reading.iter_mut().enumerate() {
+            *v += size * (2.4 * i as f64).sin();
+        }
+    };
+    let flows = [
+        &mut record.mud_pump,
+        &mut record.booster,
+        &mut record.topfill,
+        &mut record.flow,
+    ];
+    flows.into_iter().for_each(|flow| stir(flow, 1e-5));
+    record.inlets.iter_mut().for_each(|p| stir(p, 50.0));
+    record
+}
+
+#[test]
+fn a_reading_may_have_frozen_that_stands_for_half_an_episode_and_then_moves() {
+    let (from, to) = WHILE;
+    let half = from + 0.5 * (to - from);
+    let frozen = |from_s: f64, to_s: f64| {
+        let mut record = alive();
+        let at = |t_s: f64| record.t_s.partition_point(|t| *t < t_s);
+        let (first, end) = (at(from_s), at(to_s));
+        record.booster[first..end].fill(1e-3);
+        may_have_frozen(&record, WHILE)
+    };
+    assert!(!may_have_frozen(&alive(), WHILE));
+    assert!(frozen(from, half + 20.0) && !frozen(from, half - 20.0));
+    // It thaws as the episode ends, or stands for another reason.
+    assert!(frozen(half, to + 60.0) && !frozen(half, to + 200.0));
+    assert!(!frozen(half, LENGTH_S));
 }
 
 /// A course along time that explains next to nothing.
