@@ -6,7 +6,7 @@ pub(crate) use late::put_on_one_scale;
 
 use crate::ablation::Step;
 use crate::bayes::ln_mean_exp;
-use crate::empirical::BUSIEST_S;
+use crate::empirical::excess;
 use crate::numbers::whole;
 use crate::record::Record;
 use crate::refine::refine;
@@ -254,45 +254,15 @@ fn take_off_what_happened_once(record: &Record, gate: &Tangent, contenders: &mut
         return;
     }
     for c in contenders.iter_mut().filter(|c| c.evidence > 0.0) {
-        c.evidence -= excess(record, gate, &c.best);
+        let best = &c.best;
+        let strength = if on_grid(best.applied.effect.about()) {
+            1.0
+        } else {
+            best.score / best.energy
+        };
+        c.evidence -= excess(record, gate, &best.signature, strength);
         c.formed = c.evidence;
     }
-}
-
-/// Evidence that a candidate has in its busiest ten minutes beyond what it would show there if it were the cause, e-folds.
-///
-/// Of a signature s with energy E in a window, rows that hold it with white noise gain `E/2`, give or take `sqrt(E)`.
-fn excess(record: &Record, gate: &Tangent, c: &Candidate) -> f64 {
-    /// Times what a window would gain that a form which is not quite right may gain. Set by hand.
-    const TIMES: f64 = 2.0;
-    /// Deviations: the busiest of many windows is looked at. Set by hand.
-    const DEVIATIONS: f64 = 3.0;
-    let strength = if on_grid(c.applied.effect.about()) {
-        1.0
-    } else {
-        c.score / c.energy
-    };
-    let mut by_block = vec![(0.0, 0.0); record.blocks];
-    let rows = c.signature.iter().zip(&gate.off);
-    for (row, (s, off)) in rows.enumerate().take(gate.layout.len()) {
-        let s = strength * s;
-        let (gained, energy) = &mut by_block[gate.layout.block(row)];
-        *gained += s * (off - 0.5 * s);
-        *energy += s * s;
-    }
-    let reach = whole(BUSIEST_S / record.block_s()).max(1);
-    let (mut gained, mut energy, mut most) = (0.0, 0.0, 0.0_f64);
-    for (k, one) in by_block.iter().enumerate() {
-        gained += one.0;
-        energy += one.1;
-        if let Some(gone) = k.checked_sub(reach) {
-            gained -= by_block[gone].0;
-            energy -= by_block[gone].1;
-        }
-        let would = 0.5 * TIMES * energy + DEVIATIONS * energy.max(0.0).sqrt();
-        most = most.max(gained - would);
-    }
-    most
 }
 
 /// Weighs the likeliest, which come first, with their forms within their errors.

@@ -90,6 +90,8 @@ pub(super) fn between(
     place: Place,
     times_s: (f64, f64),
 ) -> Option<Correction> {
+    /// Share of the recording from which on an episode is rather a course of its own. Set by hand.
+    const MOSTLY: f64 = 0.5;
     let unit = Curve::new(
         place,
         Quantity::Episode,
@@ -97,7 +99,9 @@ pub(super) fn between(
         vec![place.width(); KNOTS],
     );
     let found = sized(record, tangent, state, &unit)?;
+    let lasts_s = acts_s(record, &found.curve);
     let happened = place == Place::Balance
+        && lasts_s < MOSTLY * record.lasts_s()
         && !may_have_frozen(record, times_s)
         && outlasts_once(record, tangent, &found.signature);
     let owed = if happened {
@@ -107,7 +111,7 @@ pub(super) fn between(
     };
     Some(Correction {
         size: size(record, &found.curve),
-        times: Record::times_usual(acts_s(record, &found.curve)),
+        times: Record::times_usual(lasts_s),
         evidence: found.evidence - owed,
         borne: found.borne - owed,
         ..found
