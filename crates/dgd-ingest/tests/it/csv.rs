@@ -672,6 +672,36 @@ fn epoch_numbers_become_seconds_from_the_first() {
 }
 
 #[test]
+fn a_stated_unit_of_time_tells_dates_from_counters() {
+    let stamped = |unit: &str, first: f64, step: f64| {
+        read(&format!("time [{unit}],a\n{first},1\n{},2\n", first + step))
+    };
+    // A counter in ms or µs that runs for days is no date in seconds.
+    for counter in ["ms", "us", "µs"] {
+        let table = stamped(counter, 1e9, 1e3);
+        assert_same(values(&table, "time"), &[1e9, 1e9 + 1e3]);
+        assert_eq!(
+            (unit(&table, "time"), &table.origin),
+            (Some(counter), &None)
+        );
+    }
+    for (written, scale) in [
+        ("s", 1.0),
+        ("ms", 1e3),
+        ("us", 1e6),
+        ("ns", 1e9),
+        ("UTC", 1.0),
+    ] {
+        let table = stamped(written, 1_412_640_000.0 * scale, 2.0 * scale);
+        assert_same(values(&table, "time"), &[0.0, 2.0]);
+        assert_eq!(unit(&table, "time"), Some("s"));
+        assert_eq!(table.origin.as_deref(), Some("2014-10-07T00:00:00Z"));
+    }
+    let days = stamped("d", 1e9, 1.0);
+    assert_same(values(&days, "time"), &[1e9, 1e9 + 1.0]);
+}
+
+#[test]
 fn every_cell_agrees_with_an_independent_parser() {
     let mut dice = crate::Dice(7);
     let mut text = String::from("t,a,b\n");
