@@ -100,7 +100,7 @@ impl Plan {
             if reading.readable == 0 && !reading.head.named {
                 continue; // trailing delimiters
             }
-            issues.extend(reading.issues());
+            issues.extend(reading.issues(rows.points));
             if reading.head.named && reading.head.tag != reading.head.written {
                 issues.push(Issue {
                     kind: IssueKind::Renamed,

@@ -251,6 +251,33 @@ fn thousands_are_grouped_where_two_signs_tell_and_not_guessed_elsewhere() {
 }
 
 #[test]
+fn a_comma_alone_that_may_separate_thousands_is_told_with_both_readings() {
+    let doubts = |text: &str| -> Vec<String> {
+        let issues = read(text).issues;
+        issues.iter().map(ToString::to_string).collect()
+    };
+    let said = "line 4, column `a`: 2 cells with a comma that may separate thousands, the first is `1,002`; read as 1.002, not as 1002 \
+                (write them without a thousands separator)";
+    for delimiter in [";", "\t", "|"] {
+        let text = |rows: &str| format!("t;a\n{rows}").replace(';', delimiter);
+        // Whole numbers that go on into the thousands, and points in another column.
+        let counted = text("0;998\n1;999\n2;1,002\n3;1,003\n");
+        assert_eq!(doubts(&counted), [said], "{delimiter}");
+        assert_eq!(values(&read(&counted), "a")[2], 1.002);
+        let pointed = text("0.5;8\n1.5;9\n2.5;1,002\n3.5;1,003\n");
+        assert_eq!(doubts(&pointed), [said], "{delimiter}");
+        // Decimal commas: one of the column has other digits behind it, or nothing speaks for thousands.
+        for sound in [
+            "0,5;998\n1,5;999,5\n2,5;1,002\n",
+            "0;0,998\n1;0,999\n2;1,002\n",
+            "0,125;1,002\n0,250;1,003\n0,375;2\n",
+        ] {
+            assert!(doubts(&text(sound)).is_empty(), "{sound:?}");
+        }
+    }
+}
+
+#[test]
 fn digits_alone_are_a_date_in_a_column_of_times() {
     let table = read("time,a\n20241026003000,1\n20241026003001,2\n20241026003100,3\n");
     assert_same(values(&table, "time"), &[0.0, 1.0, 60.0]);
