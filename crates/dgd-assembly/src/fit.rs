@@ -14,8 +14,8 @@ pub enum Loss {
     /// By their square.
     #[default]
     Square,
-    /// By their square up to `k` robust standard deviations (1.4826 times the median size), beyond that by their size
-    /// (Huber 1964).
+    /// By their square up to `k` robust standard deviations (1.4826 times the median size; of those that are not 0 where
+    /// most are), beyond that by their size (Huber 1964).
     Huber(f64),
 }
 

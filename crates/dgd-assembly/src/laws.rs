@@ -48,7 +48,7 @@ pub(crate) fn square_inverse(k: f64, drop: f64) -> Dual {
     }
 }
 
-/// `k` of `dp = k q|q|` of a valve or orifice; a shut one has a huge one.
+/// `k` of `dp = k q|q|` of a valve or orifice; a shut one has a huge one, and so has one whose opening is read as below 0.
 #[inline(always)]
 pub(crate) fn valve_square(own: &[f64], density: f64) -> f64 {
     let conductance = if own[valve::FLOW_COEFFICIENT].is_finite() {
@@ -58,7 +58,7 @@ pub(crate) fn valve_square(own: &[f64], density: f64) -> f64 {
     } else {
         own[valve::AREA] * (2.0 / (density * own[valve::LOSS])).sqrt()
     };
-    let open = own[valve::OPENING] * conductance;
+    let open = own[valve::OPENING].max(0.0) * conductance;
     // A shut valve keeps a millionth of a millionth: neighbours' pressures stay determined.
     1.0 / (open * open).max(1e-24)
 }
@@ -167,6 +167,18 @@ mod tests {
                 assert!((back.d * drop.d - 1.0).abs() < 1e-9, "{k} {q}");
             }
         }
+    }
+
+    #[test]
+    fn a_valve_that_is_read_as_less_than_shut_is_shut() {
+        let mut own = vec![f64::NAN; valve::COUNT];
+        own[valve::FLOW_COEFFICIENT] = 1e-3;
+        let mut at = |opening: f64| {
+            own[valve::OPENING] = opening;
+            valve_square(&own, 1000.0)
+        };
+        assert_eq!(at(-0.03), at(0.0));
+        assert!(at(0.03) < 1e-6 * at(0.0));
     }
 
     #[test]

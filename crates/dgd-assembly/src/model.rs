@@ -173,7 +173,11 @@ impl Work {
             let mut gas = own[tank::GAS_PRESSURE];
             if own[tank::GAS_VOLUME].is_finite() {
                 // Isothermal cushion; a thousandth of it stays however full the tank.
-                let left = own[tank::GAS_VOLUME] - own[tank::AREA] * x[k];
+                let filled = match part.profile.as_slice() {
+                    [] => own[tank::AREA] * x[k],
+                    profile => tanks::filled(profile, x[k]),
+                };
+                let left = own[tank::GAS_VOLUME] - filled;
                 gas *= own[tank::GAS_VOLUME] / left.max(1e-3 * own[tank::GAS_VOLUME]);
             }
             let mut head = x[k];

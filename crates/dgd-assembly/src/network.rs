@@ -171,6 +171,18 @@ pub(crate) enum Reading {
     Speed(usize),
 }
 
+impl Reading {
+    /// Dimension of what is measured; none of a speed, which pumps take in units of their own.
+    pub(crate) fn dimension(&self) -> Option<Dimension> {
+        match self {
+            Self::Level(_) | Self::Head { .. } => Some(Dimension::Length),
+            Self::Pressure(_) | Self::Drop { .. } => Some(Dimension::Pressure),
+            Self::Flow { .. } | Self::Leaving { .. } | Self::Source(_) => Some(Dimension::FlowRate),
+            Self::Speed(_) => None,
+        }
+    }
+}
+
 #[derive(Debug, Clone)]
 pub(crate) struct Meter {
     pub part: usize,

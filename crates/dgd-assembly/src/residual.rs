@@ -202,9 +202,7 @@ impl Residuals for Residual<'_> {
         let Loss::Huber(k) = self.loss else {
             return None;
         };
-        let mut sizes: Vec<f64> = r.iter().map(|r| r.abs()).collect();
-        sizes.sort_by(f64::total_cmp);
-        let limit = k * 1.4826 * sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
+        let limit = k * 1.4826 * median_size(r);
         Some(
             r.iter()
                 .map(|r| {
@@ -219,9 +217,36 @@ impl Residuals for Residual<'_> {
     }
 }
 
+/// Median size of the residuals; of those that are not 0 where most are, as of a system at rest, for then that of all weighs every
+/// other one with nothing.
+fn median_size(r: &[f64]) -> f64 {
+    let mut sizes: Vec<f64> = r.iter().map(|r| r.abs()).collect();
+    sizes.sort_by(f64::total_cmp);
+    let median = |sizes: &[f64]| sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
+    let zeros = sizes.partition_point(|size| *size <= 0.0);
+    match median(&sizes) {
+        0.0 => median(&sizes[zeros..]),
+        all => all,
+    }
+}
+
 fn deviation(values: &[f64]) -> f64 {
     #[expect(clippy::cast_precision_loss, reason = "sample counts")]
     let n = values.len().max(1) as f64;
     let mean = values.iter().sum::<f64>() / n;
     (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::median_size;
+
+    #[test]
+    fn residuals_that_are_mostly_0_have_a_size() {
+        assert_eq!(median_size(&[1.0, -3.0, 2.0]), 2.0);
+        assert_eq!(median_size(&[0.0, -3.0, 2.0]), 2.0);
+        assert_eq!(median_size(&[0.0, 0.0, 0.0, -0.0, -3.0, 2.0, 4.0]), 3.0);
+        assert_eq!(median_size(&[0.0, 0.0]), 0.0);
+        assert_eq!(median_size(&[]), 0.0);
+    }
 }

@@ -4,7 +4,7 @@ use crate::model::float;
 use crate::reader::{Notes, Section, parse};
 use crate::{DocumentError, Problem};
 use dgd_mask::{MaskedEstimate, MaskedModel};
-use dgd_units::{Dimension, MaskReferences};
+use dgd_units::{Dimension, FullScale, MaskReferences};
 use std::fmt::Write as _;
 
 /// Writes a masked model: percentages only.
@@ -107,10 +107,15 @@ pub fn read_references(source: &str) -> Result<(MaskReferences, Vec<Problem>), D
     let level = root.need_positive("level", Dimension::Length, "200 m");
     root.warn_of_unread();
     let references = match (flow, friction, head, level) {
-        (Some(flow), Some(friction), Some(head), Some(level)) => {
-            MaskReferences::new(flow, friction, head, level)
-                .map_err(|error| notes.problem(0..source.len(), error.to_string(), None))
-                .ok()
+        (Some(flow_m3_s), Some(friction_pa), Some(head_m), Some(level_m)) => {
+            MaskReferences::new(FullScale {
+                flow_m3_s,
+                friction_pa,
+                head_m,
+                level_m,
+            })
+            .map_err(|error| notes.problem(0..source.len(), error.to_string(), None))
+            .ok()
         }
         _ => None,
     };

@@ -82,9 +82,12 @@ impl Polynomial {
             .sum()
     }
 
-    /// Coefficient of a power, if the law has it: `coefficient(0.0)` is B, 1 is C, 2 is D, 3 is E.
+    /// Coefficient of a power, if the law has it: `coefficient(0.0)` is B, 1 is C, 2 is D, 3 is E. The sum, as in [`Self::eval`], of a
+    /// power that stands there more than once.
     pub fn coefficient(&self, power: f64) -> Option<f64> {
-        self.terms().find(|(n, _)| *n == power).map(|(_, c)| c)
+        let mut all = self.terms().filter(|(n, _)| *n == power);
+        let (_, first) = all.next()?;
+        Some(all.fold(first, |sum, (_, c)| sum + c))
     }
 
     /// `[B, C, D, E]` of `B + C q + D q² + E q³`, in Pa/(m³/s)^0 to Pa/(m³/s)³: 0 where the law lacks the power, and `None` where it has

@@ -365,7 +365,7 @@ fn tell(stream: &mut Stream, issues: &mut Vec<Issue>) {
 ///
 /// Nearest, not last: holding the last value would delay one topic against the other by
 /// up to a step, which looks like a slow instrument. A message farther than 0.6 steps of
-/// the slower topic is no neighbour.
+/// the slower topic is no neighbour. Of messages with one log time the last counts.
 fn nearest(of_ns: &[u64], at_ns: &[u64]) -> (Vec<Option<usize>>, u64) {
     let reach = median_step(of_ns).max(median_step(at_ns)) / 5 * 3;
     let mut farthest = 0;
@@ -373,7 +373,8 @@ fn nearest(of_ns: &[u64], at_ns: &[u64]) -> (Vec<Option<usize>>, u64) {
     let sources = at_ns.iter().map(|at| {
         while of_ns
             .get(next + 1)
-            .is_some_and(|ns| ns.abs_diff(*at) < of_ns[next].abs_diff(*at))
+            // Messages that share a log time are equally near: what is behind them must not stay out of reach.
+            .is_some_and(|ns| *ns == of_ns[next] || ns.abs_diff(*at) < of_ns[next].abs_diff(*at))
         {
             next += 1;
         }
@@ -391,7 +392,8 @@ fn nearest(of_ns: &[u64], at_ns: &[u64]) -> (Vec<Option<usize>>, u64) {
 fn median_step(ns: &[u64]) -> u64 {
     let mut steps: Vec<u64> = ns
         .windows(2)
-        .map(|w| w[1] - w[0])
+        // A topic whose clock was set back is left as logged.
+        .map(|w| w[1].saturating_sub(w[0]))
         .filter(|s| *s > 0)
         .collect();
     if steps.is_empty() {

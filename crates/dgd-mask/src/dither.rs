@@ -130,10 +130,17 @@ fn whole(value: f64) -> i64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use dgd_units::FullScale;
 
     #[expect(clippy::unwrap_used, reason = "a test may fail by panic")]
     fn references() -> MaskReferences {
-        MaskReferences::new(0.07, 6e5, 190.0, 200.0).unwrap()
+        MaskReferences::new(FullScale {
+            flow_m3_s: 0.07,
+            friction_pa: 6e5,
+            head_m: 190.0,
+            level_m: 200.0,
+        })
+        .unwrap()
     }
 
     fn recording(from: usize, to: usize) -> Recording {
@@ -186,7 +193,13 @@ mod tests {
         other.pump_speed_pct.fill(70.1);
         let other = flicker(&other, 1.0, &references());
         #[expect(clippy::unwrap_used, reason = "a test may fail by panic")]
-        let references = MaskReferences::new(0.07, 6e5, 190.0, 201.0).unwrap();
+        let references = MaskReferences::new(FullScale {
+            flow_m3_s: 0.07,
+            friction_pa: 6e5,
+            head_m: 190.0,
+            level_m: 201.0,
+        })
+        .unwrap();
         let elsewhere = flicker(&recording(0, 5_000), 1.0, &references);
         for noises in [other, elsewhere] {
             for (a, b) in plain.iter().zip(&noises) {

@@ -2,7 +2,7 @@
 
 use dgd_identify::{Prepared, Series};
 use dgd_recording::Recording;
-use dgd_units::MaskReferences;
+use dgd_units::{FullScale, MaskReferences};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sha2::{Digest, Sha256};
@@ -63,11 +63,16 @@ pub fn choose_references(
             Err(MaskingError::NothingPositive { quantity })
         }
     };
-    let flow = reference("return flow", &prepared.recording.return_flow_m3_s)?;
-    let friction = reference("friction", &series.friction_pa)?;
-    let head = reference("pump head", &series.head_m)?;
-    let level = reference("riser level", &series.level_m)?;
-    Ok(MaskReferences::new(flow, friction, head, level)?)
+    let flow_m3_s = reference("return flow", &prepared.recording.return_flow_m3_s)?;
+    let friction_pa = reference("friction", &series.friction_pa)?;
+    let head_m = reference("pump head", &series.head_m)?;
+    let level_m = reference("riser level", &series.level_m)?;
+    Ok(MaskReferences::new(FullScale {
+        flow_m3_s,
+        friction_pa,
+        head_m,
+        level_m,
+    })?)
 }
 
 /// From 1.05 to below 1.6, in 2^52 steps.

@@ -19,6 +19,8 @@ pub struct ClockSurvey {
     pub missing: usize,
     /// Stamps equal to their predecessor (after ordering), to a millionth of a step.
     pub duplicates: usize,
+    /// Stamps whose step of the even clock belongs to an earlier sample, duplicates apart; those samples are dropped.
+    pub crowded: usize,
     /// Stamps earlier than their predecessor.
     pub backward: usize,
     /// Largest distance of a stamp from the even clock, s.
@@ -291,6 +293,19 @@ impl ClockSurvey {
             format!(
                 "steps vary by up to {} s around {} s; samples moved to the nearest step",
                 shown(self.jitter_s, 2),
+                shown(self.step_s, 6)
+            ),
+        );
+        tell(
+            self.crowded > 0,
+            IssueKind::Crowded,
+            format!(
+                "{} on a step of {} s that an earlier sample has: dropped (if the samples are evenly spaced, give their interval instead of the \
+                 clock)",
+                match self.crowded {
+                    1 => "1 sample lies".to_owned(),
+                    crowded => format!("{crowded} samples lie"),
+                },
                 shown(self.step_s, 6)
             ),
         );

@@ -136,6 +136,8 @@ pub enum IssueKind {
     Gap,
     /// Time steps vary; each sample was moved to the nearest even step.
     Jitter,
+    /// Samples lie closer than the even clock steps; of those on one step the first was kept.
+    Crowded,
     /// A channel's stamps are late by no whole number of steps; it was moved by the nearest.
     LateStamps,
     /// The file's unit and the well description disagree; the description was used.

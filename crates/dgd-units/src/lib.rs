@@ -24,7 +24,7 @@ mod unit;
 
 pub use error::UnitError;
 pub use legible::Legible;
-pub use mask::{MaskError, MaskReferences};
+pub use mask::{FullScale, MaskError, MaskReferences};
 pub use quantity::{Density, FlowRate, Length, Pressure, split_number};
 #[doc(hidden)]
 pub use unit::edit_distance;

@@ -4,8 +4,9 @@
 /// numbers, so they never enter a masked artefact.
 ///
 /// ```
-/// use dgd_units::MaskReferences;
-/// let references = MaskReferences::new(0.06, 5e5, 300.0, 200.0)?;
+/// use dgd_units::{FullScale, MaskReferences};
+/// let full = FullScale { flow_m3_s: 0.06, friction_pa: 5e5, head_m: 300.0, level_m: 200.0 };
+/// let references = MaskReferences::new(full)?;
 /// assert_eq!(references.mask_flow(0.03), 50.0);
 /// // 2e8 Pa/(m³/s)² at 50 % flow is 180 kPa, 36 % friction, either way round.
 /// let masked = references.mask_friction_coefficient(2e8, 2.0);
@@ -18,6 +19,21 @@ pub struct MaskReferences {
     friction_pa: f64,
     head_m: f64,
     level_m: f64,
+}
+
+/// What stands for 100 %, by name: head and level are both in m.
+///
+/// As confidential as [`MaskReferences`], and so without `Debug`.
+#[derive(Clone, Copy, PartialEq)]
+pub struct FullScale {
+    /// Flow, m³/s.
+    pub flow_m3_s: f64,
+    /// Friction, Pa.
+    pub friction_pa: f64,
+    /// Pump head, m.
+    pub head_m: f64,
+    /// Riser level, m.
+    pub level_m: f64,
 }
 
 /// Hides the values, so that no log line or panic message can disclose them.
@@ -36,16 +52,17 @@ pub struct MaskError {
 }
 
 impl MaskReferences {
-    /// From the 100 % values of flow (m³/s), friction (Pa), head (m) and riser level (m).
+    /// From the values that stand for 100 %.
     ///
     /// # Errors
     /// [`MaskError`] naming the first reference that is not positive and finite.
-    pub fn new(
-        flow_m3_s: f64,
-        friction_pa: f64,
-        head_m: f64,
-        level_m: f64,
-    ) -> Result<Self, MaskError> {
+    pub fn new(full: FullScale) -> Result<Self, MaskError> {
+        let FullScale {
+            flow_m3_s,
+            friction_pa,
+            head_m,
+            level_m,
+        } = full;
         let named = [
             ("flow", flow_m3_s),
             ("friction", friction_pa),

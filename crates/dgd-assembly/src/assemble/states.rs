@@ -119,6 +119,23 @@ fn start(
                     format!("instruments: {known}"),
                 ));
             }
+            let reading = meter.map(|meter| &net.meters[meter].reading);
+            if let Some(measured) = reading.map(|reading| reading.dimension())
+                && measured != Some(dimension)
+            {
+                let what = measured.map_or("no quantity of a state".to_owned(), |measured| {
+                    format!("what is in {}", measured.si_symbol())
+                });
+                problems.push(Problem::new(
+                    path,
+                    format!(
+                        "is in {}, but `{}` measures {what}",
+                        dimension.si_symbol(),
+                        m.measured
+                    ),
+                    "an instrument that measures the state itself, or a value",
+                ));
+            }
             Some(Start::Measured(meter.unwrap_or_default()))
         }
         Initial::Free(bounds) => {

@@ -99,6 +99,26 @@ impl Work {
     }
 }
 
+/// Volume between level 0 and another, negative below it.
+pub(super) fn filled(profile: &[[f64; 2]], level: f64) -> f64 {
+    let (from, to) = (level.min(0.0), level.max(0.0));
+    // Between two of the heights the area is straight, and so the rule of trapezia exact.
+    let slab = |low: f64, high: f64| {
+        0.5 * (profile_area(profile, low) + profile_area(profile, high)) * (high - low)
+    };
+    let mut volume = 0.0;
+    let mut low = from;
+    for high in profile
+        .iter()
+        .map(|p| p[0])
+        .filter(|h| *h > from && *h < to)
+    {
+        volume += slab(low, high);
+        low = high;
+    }
+    (volume + slab(low, to)).copysign(level)
+}
+
 fn profile_area(profile: &[[f64; 2]], level: f64) -> f64 {
     let above = profile.partition_point(|p| p[0] <= level);
     match (above.checked_sub(1), profile.get(above)) {

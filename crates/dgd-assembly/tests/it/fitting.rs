@@ -98,6 +98,44 @@ fn a_robust_loss_is_not_pulled_by_spikes() {
 }
 
 #[test]
+fn a_robust_loss_has_a_scale_where_most_of_the_record_is_at_rest() {
+    let text = r#"
+        connections = ["feed -> tank"]
+        [components]
+        feed = { kind = "boundary" }
+        tank = { kind = "tank", area = 1.0 }
+        level = { kind = "instrument", measures = "level", of = "tank" }
+        [inputs]
+        "feed.flow" = { channel = "q", between = "held" }
+        [initial]
+        "tank.level" = 0.0
+        [free]
+        "level.gain" = { start = 1.0, low = 0.5, high = 2.0 }
+    "#;
+    let assembly = Assembly::parse(text).unwrap();
+    // Nothing flows, and nothing is read, until three quarters are over.
+    let q: Vec<f64> = (0..400).map(|i| if i < 300 { 0.0 } else { 0.01 }).collect();
+    let mut noise = Noise(5);
+    let read: Vec<f64> = (0..400)
+        .map(|i| match i {
+            0..=300 => 0.0,
+            _ => 1.3 * 0.01 * f64::from(i - 300) + 1e-3 * noise.next(),
+        })
+        .collect();
+    let record = Record {
+        columns: vec![("q", &q), ("level", &read)],
+    };
+    let windows = assembly.windows(&record, Portion::Train).unwrap();
+    let options = FitOptions {
+        loss: Loss::Huber(1.5),
+        ..Default::default()
+    };
+    let found = fit(&assembly, &windows, &options).unwrap();
+    assert!((found.theta[0] - 1.3).abs() < 2e-3, "{:?}", found.theta);
+    assert!(found.standard_error[0] > 0.0);
+}
+
+#[test]
 fn missing_readings_are_left_out() {
     let (assembly, truth, mut window) = cascade(0.0);
     window.readings[0][100..400].fill(f64::NAN);

@@ -81,6 +81,28 @@ fn a_closed_tank_stops_filling_where_its_gas_balances_the_feed() {
 }
 
 #[test]
+fn the_gas_of_a_closed_tank_is_what_its_profile_leaves() {
+    let text = r#"
+        connections = ["main -> valve -> tank.outlet"]
+        [components]
+        main = { kind = "boundary", pressure = "4 bar" }
+        valve = { kind = "valve", flow_coefficient = 1e-5 }
+        tank = { kind = "tank", area_profile = [[-1.0, 0.2], [0.5, 0.5], [1.0, 0.4]], gas_volume = 1.0 }
+        p = { kind = "instrument", measures = "pressure", of = "tank" }
+        [initial]
+        "tank.level" = 0.0
+    "#;
+    let assembly = Assembly::parse(text).unwrap();
+    let steady = steady_state(&assembly, &[], &[], &[0.1]).unwrap();
+    let h = steady.state[0];
+    assert!(steady.found && h > 1.0, "{steady:?}");
+    // Area 0.4 m2 at level 0: two trapezia, and a prism above.
+    let filled = 0.5 * 0.5 * (0.4 + 0.5) + 0.5 * 0.5 * (0.5 + 0.4) + 0.4 * (h - 1.0);
+    let balance = 101_325.0 / (1.0 - filled) + 9806.65 * h - 4e5;
+    assert!(balance.abs() < 1.0, "{balance}");
+}
+
+#[test]
 fn a_cone_fills_with_the_root_of_its_volume() {
     // A wedge: area h, so that volume is h²/2 and a constant feed gives h = sqrt(2 q t) from h0.
     let text = r#"

@@ -232,6 +232,28 @@ fn starts_that_are_missing_or_of_no_state_are_told() {
 }
 
 #[test]
+fn a_start_is_measured_by_an_instrument_of_its_own_dimension() {
+    let text = format!("connections = [\"tank -> valve -> atmosphere\"]{HEAD}").replace(
+        "\"tank.level\" = 2.0",
+        "\"tank.level\" = { measured = \"gauge\" }",
+    );
+    assert!(Assembly::parse(&text).is_ok());
+    for (measures, said) in [
+        (
+            "measures = \"pressure\", of = \"tank\"",
+            "line 7: tank.level: is in m, but `gauge` measures what is in Pa",
+        ),
+        (
+            "measures = \"flow\", of = \"valve\"",
+            "tank.level: is in m, but `gauge` measures what is in m3/s",
+        ),
+    ] {
+        let found = problems(&text.replace("measures = \"level\", of = \"tank\"", measures));
+        assert!(found.contains(said), "`{said}` is not in:\n{found}");
+    }
+}
+
+#[test]
 fn a_tank_in_a_relation_without_time_is_refused() {
     let text =
         format!("independent = \"depth\"\nconnections = [\"tank -> valve -> atmosphere\"]{HEAD}");

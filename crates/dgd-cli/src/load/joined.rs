@@ -76,7 +76,7 @@ impl Joint {
     }
 
     /// Appends a recording to what was joined, as far behind as it was taken unless most would be missing then; 120 s behind where
-    /// that is not known. What both hold counts once.
+    /// that is not known. What both hold counts once; a value that only one of them has stays.
     ///
     /// Returns how many of its samples are left out; refuses one that was taken before the one before it.
     pub(super) fn append(
@@ -120,21 +120,35 @@ impl Joint {
                 );
                 all.append(later, step_s)
             }
-            Seam::Shared(shared) if shared >= later.len() => {
-                return Err(Failure::input(
-                    path,
-                    format!(
-                        "contains nothing that {told_before} does not contain: give each stretch of time once"
-                    ),
-                ));
-            }
             Seam::Shared(shared) => {
+                let start = all.len() - shared;
+                let known = shared.min(later.len());
+                let appended = all.append_after(later.slice(known..later.len()), step_s, 0);
+                let filled = fill(all, &later, start);
+                let within = known == later.len();
+                if within && filled == 0 {
+                    return Err(Failure::input(
+                        path,
+                        format!(
+                            "contains nothing that {told_before} does not contain: give each stretch of time once"
+                        ),
+                    ));
+                }
+                let but = match filled {
+                    0 => String::new(),
+                    n => format!(", but for {n} values that {told_before} lacks"),
+                };
                 warn!(
-                    "{told}: its first {shared} samples are the last of {told_before}; they are left out"
+                    "{told}: its first {known} samples are the last of {told_before}; they are left out{but}"
                 );
-                left_out = shared;
-                let rest = later.slice(shared..later.len());
-                all.append_after(rest, step_s, 0)
+                left_out = known;
+                if within {
+                    // What was joined still ends with the recording before.
+                    return appended
+                        .map(|_| left_out)
+                        .map_err(|e| Failure::input(path, e));
+                }
+                appended
             }
             Seam::Untold => {
                 self.by_rule = true;
@@ -241,6 +255,23 @@ impl Dated {
     }
 }
 
+/// Puts what a recording has where another, from `start` on, has no value; says how many values those were.
+fn fill(all: &mut Recording, later: &Recording, start: usize) -> usize {
+    let mut filled = 0;
+    for (channel, theirs) in later.series() {
+        let Some(mine) = all.channel_mut(channel) else {
+            continue;
+        };
+        for (mine, theirs) in mine[start..].iter_mut().zip(theirs) {
+            if !mine.is_finite() && theirs.is_finite() {
+                *mine = *theirs;
+                filled += 1;
+            }
+        }
+    }
+    filled
+}
+
 /// Whether the first samples of a recording are those that another ends with, so many of them, but for one in ten.
 fn same(all: &Recording, later: &Recording, shared: usize) -> bool {
     let Some(start) = all.len().checked_sub(shared) else {
@@ -337,6 +368,34 @@ mod tests {
             assert_eq!(*all.time_s.last().unwrap(), STEP_S * (length - 1) as f64);
             assert_eq!(all.pump_speed_pct.last(), Some(&f64::from(taken + 4)));
         }
+    }
+
+    #[test]
+    fn what_only_the_later_recording_has_of_the_stretch_of_both_is_kept() {
+        // The first ends in rows without values, the later has a transmitter that it lacks.
+        let mut first = samples(0, 10);
+        for channel in first.series().iter().map(|(c, _)| *c).collect::<Vec<_>>() {
+            first.channel_mut(channel).unwrap()[6..].fill(f64::NAN);
+        }
+        let mut later = samples(6, 5);
+        later.riser_pressure_pa = Some(vec![2e5; 5]);
+        let all = [(began(0, true), first), (began(12, true), later)];
+        let (left_out, whole) = joined(&all).unwrap();
+        assert_eq!((left_out, whole.len()), (4, 11));
+        assert_eq!(whole.pump_speed_pct, samples(0, 11).pump_speed_pct);
+        assert_eq!(whole.riser_pressure_pa.unwrap()[6..], [2e5; 5]);
+
+        // One that lies within the other may have what that lacks, and the next stands behind the longer one.
+        let mut first = samples(0, 10);
+        first.return_flow_m3_s[3] = f64::NAN;
+        let all = [
+            (began(0, true), first),
+            (began(4, true), samples(2, 5)),
+            (began(20, true), samples(10, 5)),
+        ];
+        let (left_out, whole) = joined(&all).unwrap();
+        assert_eq!((left_out, whole.len()), (5, 15));
+        assert_eq!(whole.return_flow_m3_s, samples(0, 15).return_flow_m3_s);
     }
 
     /// Filler never outgrows what was recorded by much, however many recordings there are.

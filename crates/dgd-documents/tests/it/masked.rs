@@ -1,10 +1,16 @@
 use dgd_documents::{read_references, write_masked_model, write_references};
 use dgd_mask::mask_model;
-use dgd_units::MaskReferences;
+use dgd_units::{FullScale, MaskReferences};
 
 #[test]
 fn references_are_read_back_to_the_last_bit() {
-    let references = MaskReferences::new(0.1 + 0.2, 1e5 / 3.0, 299.999_999, 7e-11).unwrap();
+    let references = MaskReferences::new(FullScale {
+        flow_m3_s: 0.1 + 0.2,
+        friction_pa: 1e5 / 3.0,
+        head_m: 299.999_999,
+        level_m: 7e-11,
+    })
+    .unwrap();
     let (again, warnings) = read_references(&write_references(&references)).unwrap();
     assert_eq!(again, references);
     assert!(warnings.is_empty());
@@ -31,7 +37,13 @@ fn a_masked_model_is_toml_whatever_its_numbers() {
     let (mut model, _) = dgd_documents::read_model(super::model::MODEL).unwrap();
     model.friction.mse_pa2 = f64::NAN;
     model.friction.terms[1].coefficient.standard_error = Some(f64::INFINITY);
-    let references = MaskReferences::new(0.06, 5e5, 300.0, 200.0).unwrap();
+    let references = MaskReferences::new(FullScale {
+        flow_m3_s: 0.06,
+        friction_pa: 5e5,
+        head_m: 300.0,
+        level_m: 200.0,
+    })
+    .unwrap();
     let text = write_masked_model(&mask_model(&model, &references));
     let table: toml::Table = text.parse().unwrap();
     assert!(table["friction"]["rmse_pct"].as_float().unwrap().is_nan());

@@ -93,3 +93,15 @@ fn a_law_of_whole_powers_is_a_cubic_in_order_and_any_other_is_none() {
     assert_eq!(of(&[4.0], &[5.0]), None);
     assert_eq!(of(&[1.0, 2.0], &[2.0]), None);
 }
+
+#[test]
+fn a_power_that_stands_twice_counts_twice_everywhere() {
+    let law = Polynomial {
+        powers: vec![0.0, 2.0, 2.0],
+        coefficients: vec![10.0, 3.0, 4.0],
+    };
+    assert_eq!(law.eval(2.0), 38.0);
+    assert_eq!(law.coefficient(2.0), Some(7.0));
+    assert_eq!(law.cubic(), Some([10.0, 0.0, 7.0, 0.0]));
+    assert_eq!(law.coefficient(1.0), None);
+}

@@ -112,6 +112,23 @@ pub(super) fn parse_with_comma(cell: &[u8]) -> Option<(f64, bool)> {
     parse(copy).map(|value| (value, true))
 }
 
+/// Whether the comma in a cell, read as a decimal sign, may as well separate thousands: `1,002`, but not `0,500` or `1234,567`.
+pub(super) fn may_be_thousands(cell: &[u8]) -> bool {
+    let plain = cell.strip_prefix(b"-").or(cell.strip_prefix(b"+"));
+    let mut parts = plain.unwrap_or(cell).split(|b| *b == b',');
+    let (Some(whole), Some(behind), None) = (parts.next(), parts.next(), parts.next()) else {
+        return false;
+    };
+    let digits = |part: &[u8]| part.iter().all(u8::is_ascii_digit);
+    let leads = (1..=3).contains(&whole.len()) && whole[0] != b'0';
+    leads && behind.len() == 3 && digits(whole) && digits(behind)
+}
+
+/// Whether a cell is a number from 100 to 999, such as stand below `1,000` where commas separate thousands.
+pub(super) fn is_hundreds(cell: &[u8]) -> bool {
+    cell.len() == 3 && cell[0] != b'0' && cell.iter().all(u8::is_ascii_digit)
+}
+
 /// The number in a cell with a comma in it though commas separate cells, so that it stands in quotes: `"2,078.5"`, `"329,25"`. Three
 /// digits behind a comma alone may be thousands, and are not guessed.
 pub(super) fn parse_quoted(cell: &[u8]) -> Option<f64> {
@@ -190,6 +207,25 @@ mod tests {
         assert_eq!(parse_with_comma(b"1,5"), Some((1.5, true)));
         assert_eq!(parse_with_comma(b"1.5"), Some((1.5, false)));
         assert_eq!(parse_with_comma(b"1,234,5"), None);
+    }
+
+    #[test]
+    fn a_comma_before_three_digits_may_separate_thousands() {
+        for (cell, may) in [
+            ("1,002", true),
+            ("-12,345", true),
+            ("+999,000", true),
+            ("0,500", false),
+            ("1234,567", false),
+            ("1,5", false),
+            (",500", false),
+            ("1,2e3", false),
+            ("1.234,567", false),
+            ("12", false),
+        ] {
+            assert_eq!(may_be_thousands(cell.as_bytes()), may, "{cell}");
+        }
+        assert!(is_hundreds(b"998") && !is_hundreds(b"099") && !is_hundreds(b"9.8"));
     }
 
     #[test]

@@ -5,6 +5,7 @@ use super::rows::{Reading, Rows};
 use super::stamp::{self, StampKind};
 use crate::{IngestError, count};
 use dgd_recording::{Column, Issue, IssueKind, Table};
+use dgd_units::{Dimension, Unit};
 
 /// What becomes of each column of a text, once all of its rows were read.
 #[derive(Debug)]
@@ -99,7 +100,7 @@ impl Plan {
             if reading.readable == 0 && !reading.head.named {
                 continue; // trailing delimiters
             }
-            issues.extend(reading.issues());
+            issues.extend(reading.issues(rows.points));
             if reading.head.named && reading.head.tag != reading.head.written {
                 issues.push(Issue {
                     kind: IssueKind::Renamed,
@@ -125,7 +126,8 @@ impl Plan {
             if reading.head.stamps {
                 planned.unit = Some("s".into());
             } else if origin.is_none() {
-                planned.epoch = epoch(&planned.tag, seen.first_finite[index]);
+                let unit = planned.unit.as_deref();
+                planned.epoch = epoch(&planned.tag, unit, seen.first_finite[index]);
             }
             if let Some(epoch) = planned.epoch {
                 planned.unit = Some("s".into());
@@ -228,8 +230,8 @@ fn date_and_clock(readings: &[Reading]) -> Option<Date> {
 /// Seconds, milli-, micro- or nanoseconds from 1970, which become seconds from the first.
 ///
 /// Only a column named like time is taken, and only if its values lie between 2001
-/// and 2100 in one of the four.
-fn epoch(tag: &str, first: Option<f64>) -> Option<Epoch> {
+/// and 2100 in one of the four: the one that the file states, if it does.
+fn epoch(tag: &str, unit: Option<&str>, first: Option<f64>) -> Option<Epoch> {
     const FROM_TO_S: (f64, f64) = (978_307_200.0, 4_102_444_800.0);
     if !is_time_name(tag) {
         return None;
@@ -238,7 +240,25 @@ fn epoch(tag: &str, first: Option<f64>) -> Option<Epoch> {
     let per_second = [1.0, 1e3, 1e6, 1e9]
         .into_iter()
         .find(|per_second| (FROM_TO_S.0..FROM_TO_S.1).contains(&(first / per_second)))?;
-    Some(Epoch { first, per_second })
+    let stated = unit.and_then(per_second_of);
+    // A counter in ms reaches what would be the seconds of a date after eleven days.
+    stated
+        .is_none_or(|stated| stated == per_second)
+        .then_some(Epoch { first, per_second })
+}
+
+/// How many of a unit a second has; `None` for what is no unit at all, such as `[UTC]`.
+fn per_second_of(unit: &str) -> Option<f64> {
+    match unit {
+        "us" | "µs" | "μs" => return Some(1e6),
+        "ns" => return Some(1e9),
+        _ => {}
+    }
+    let unit = Unit::parse(unit).ok()?;
+    Some(match unit.dimension {
+        Dimension::Time => unit.from_si(1.0).round(),
+        _ => f64::NAN,
+    })
 }
 
 impl Epoch {

@@ -23,6 +23,18 @@ pub(super) struct Reading {
     log_nulls: Tally,
     /// Cells with a number to the right of the header's last.
     beyond: Tally,
+    commas: Commas,
+}
+
+/// What the cells of a column tell of a comma in them, where commas separate no cells.
+#[derive(Default)]
+struct Commas {
+    /// Cells whose comma may separate thousands.
+    doubtful: Tally,
+    /// Whether another cell shows that it is a decimal sign.
+    decimal: bool,
+    /// Whether whole numbers go up to the thousands.
+    hundreds: bool,
 }
 
 /// How often, and where first.
@@ -67,7 +79,7 @@ pub(super) struct Rows {
     renamed: Tally,
     commas: Tally,
     /// Whether a cell has a decimal point; only asked where commas are free.
-    points: bool,
+    pub(super) points: bool,
     cut: Option<(u64, usize)>,
 }
 
@@ -155,6 +167,7 @@ impl Reading {
             unreadable: Tally::default(),
             log_nulls: Tally::default(),
             beyond: Tally::default(),
+            commas: Commas::default(),
         }
     }
 
@@ -171,7 +184,31 @@ impl Reading {
         }
     }
 
-    pub(super) fn issues(&self) -> impl Iterator<Item = Issue> {
+    /// Looks at the comma of a cell that was read as a decimal one.
+    fn add_comma(&mut self, cell: &[u8], line: u64) {
+        if number::may_be_thousands(cell) {
+            self.commas.doubtful.add(line, || words(cell));
+        } else {
+            self.commas.decimal = true;
+        }
+    }
+
+    /// How many commas may separate thousands: all of them, if numbers without one or decimal points elsewhere say so.
+    fn doubtful_commas(&self, points: bool) -> u64 {
+        let Commas {
+            doubtful,
+            decimal,
+            hundreds,
+        } = &self.commas;
+        if !decimal && (points || *hundreds) {
+            doubtful.count
+        } else {
+            0
+        }
+    }
+
+    /// What was wrong with its cells; `points` if a cell of the text has a decimal point.
+    pub(super) fn issues(&self, points: bool) -> impl Iterator<Item = Issue> {
         let issue = |tally: &Tally, message: String| {
             (tally.count > 0).then(|| Issue {
                 kind: IssueKind::UnreadableValue,
@@ -214,10 +251,24 @@ impl Reading {
                 self.beyond.shown
             ),
         });
+        let doubtful = self.doubtful_commas(points);
+        let first = &self.commas.doubtful;
+        let commas = (doubtful > 0).then(|| Issue {
+            kind: IssueKind::UnreadableValue,
+            place: format!("line {}, column `{}`", first.line, self.head.tag),
+            message: format!(
+                "{} with a comma that may separate thousands, the first is `{}`; read as {}, not as {} (write them without a thousands separator)",
+                count(doubtful, "cell"),
+                first.shown,
+                first.shown.replace(',', "."),
+                first.shown.replace(',', "")
+            ),
+        });
         [
             issue(&self.unreadable, texts),
             issue(&self.log_nulls, nulls),
             beyond,
+            commas,
         ]
         .into_iter()
         .flatten()
@@ -327,7 +378,11 @@ impl Rows {
                 column.push(value, self.row.line);
                 self.row.readable += 1;
                 self.row.open |= next.is_none();
-                self.points |= self.delimiter != b',' && text[at..end].contains(&b'.');
+                if self.delimiter != b',' {
+                    let cell = &text[at..at + length];
+                    self.points |= cell.contains(&b'.');
+                    column.commas.hundreds |= number::is_hundreds(cell);
+                }
                 return (end, 0);
             }
         }
@@ -360,8 +415,10 @@ impl Rows {
             number::parse_with_comma(bytes).map(|(value, comma)| {
                 if comma {
                     self.commas.add(row.line, || words(bytes));
+                    column.add_comma(bytes, row.line);
                 } else {
                     self.points |= bytes.contains(&b'.');
+                    column.commas.hundreds |= number::is_hundreds(bytes);
                 }
                 value
             })
@@ -521,7 +578,9 @@ impl Rows {
                 count(self.wordy.count, "line")
             ),
         );
-        if self.points {
+        let doubtful = self.columns.iter().map(|c| c.doubtful_commas(self.points));
+        // Those are told column by column.
+        if self.points && self.commas.count > doubtful.sum() {
             tell(
                 &self.commas,
                 IssueKind::UnreadableValue,

@@ -251,6 +251,33 @@ fn thousands_are_grouped_where_two_signs_tell_and_not_guessed_elsewhere() {
 }
 
 #[test]
+fn a_comma_alone_that_may_separate_thousands_is_told_with_both_readings() {
+    let doubts = |text: &str| -> Vec<String> {
+        let issues = read(text).issues;
+        issues.iter().map(ToString::to_string).collect()
+    };
+    let said = "line 4, column `a`: 2 cells with a comma that may separate thousands, the first is `1,002`; read as 1.002, not as 1002 \
+                (write them without a thousands separator)";
+    for delimiter in [";", "\t", "|"] {
+        let text = |rows: &str| format!("t;a\n{rows}").replace(';', delimiter);
+        // Whole numbers that go on into the thousands, and points in another column.
+        let counted = text("0;998\n1;999\n2;1,002\n3;1,003\n");
+        assert_eq!(doubts(&counted), [said], "{delimiter}");
+        assert_eq!(values(&read(&counted), "a")[2], 1.002);
+        let pointed = text("0.5;8\n1.5;9\n2.5;1,002\n3.5;1,003\n");
+        assert_eq!(doubts(&pointed), [said], "{delimiter}");
+        // Decimal commas: one of the column has other digits behind it, or nothing speaks for thousands.
+        for sound in [
+            "0,5;998\n1,5;999,5\n2,5;1,002\n",
+            "0;0,998\n1;0,999\n2;1,002\n",
+            "0,125;1,002\n0,250;1,003\n0,375;2\n",
+        ] {
+            assert!(doubts(&text(sound)).is_empty(), "{sound:?}");
+        }
+    }
+}
+
+#[test]
 fn digits_alone_are_a_date_in_a_column_of_times() {
     let table = read("time,a\n20241026003000,1\n20241026003001,2\n20241026003100,3\n");
     assert_same(values(&table, "time"), &[0.0, 1.0, 60.0]);
@@ -669,6 +696,36 @@ fn epoch_numbers_become_seconds_from_the_first() {
         values(&read("count,a\n1412640000,1\n"), "count"),
         [1_412_640_000.0]
     );
+}
+
+#[test]
+fn a_stated_unit_of_time_tells_dates_from_counters() {
+    let stamped = |unit: &str, first: f64, step: f64| {
+        read(&format!("time [{unit}],a\n{first},1\n{},2\n", first + step))
+    };
+    // A counter in ms or µs that runs for days is no date in seconds.
+    for counter in ["ms", "us", "µs"] {
+        let table = stamped(counter, 1e9, 1e3);
+        assert_same(values(&table, "time"), &[1e9, 1e9 + 1e3]);
+        assert_eq!(
+            (unit(&table, "time"), &table.origin),
+            (Some(counter), &None)
+        );
+    }
+    for (written, scale) in [
+        ("s", 1.0),
+        ("ms", 1e3),
+        ("us", 1e6),
+        ("ns", 1e9),
+        ("UTC", 1.0),
+    ] {
+        let table = stamped(written, 1_412_640_000.0 * scale, 2.0 * scale);
+        assert_same(values(&table, "time"), &[0.0, 2.0]);
+        assert_eq!(unit(&table, "time"), Some("s"));
+        assert_eq!(table.origin.as_deref(), Some("2014-10-07T00:00:00Z"));
+    }
+    let days = stamped("d", 1e9, 1.0);
+    assert_same(values(&days, "time"), &[1e9, 1e9 + 1.0]);
 }
 
 #[test]

@@ -191,6 +191,24 @@ fn topics_in_step_are_not_delayed_against_each_other() {
 }
 
 #[test]
+fn messages_that_share_a_log_time_keep_those_behind_them_within_reach() {
+    let mut log = Log::new(WriteOptions::new());
+    let rig = log.channel("/rig", "json", "");
+    let tank = log.channel("/tank", "json", "");
+    for i in 0..10_u64 {
+        log.write(rig, i * SECOND, &format!(r#"{{"a": {i}}}"#));
+    }
+    for (s, level) in [(0, 0), (2, 2), (2, 20), (4, 4), (6, 6), (8, 8)] {
+        log.write(tank, s * SECOND, &format!(r#"{{"level": {level}}}"#));
+    }
+    let table = table_of(&log.bytes()).unwrap();
+    assert_same(
+        values(&table, "tank.level"),
+        &[0.0, 0.0, 20.0, 20.0, 4.0, 4.0, 6.0, 6.0, 8.0, 8.0],
+    );
+}
+
+#[test]
 fn messages_out_of_order_are_sorted_and_told() {
     let mut log = Log::new(WriteOptions::new());
     let rig = log.channel("/rig", "json", "");
@@ -213,6 +231,28 @@ fn a_clock_that_was_set_back_is_left_for_whoever_reads_it() {
     assert_eq!(values(&table, "t")[39..42], [39.0, 20.0, 21.0]);
     let told = issue(&table, IssueKind::BackwardTime);
     assert!(told.message.contains("left as logged"), "{told}");
+}
+
+#[test]
+fn a_clock_that_was_set_back_is_left_beside_other_topics_too() {
+    let mut log = Log::new(WriteOptions::new());
+    let rig = log.channel("/rig", "json", "");
+    let tank = log.channel("/tank", "json", "");
+    for s in (0..40).chain(20..60) {
+        log.write(rig, s * SECOND, &format!(r#"{{"a":{s}}}"#));
+    }
+    for s in 0..60 {
+        log.write(tank, s * SECOND, &format!(r#"{{"level":{s}}}"#));
+    }
+    let table = table_of(&log.bytes()).unwrap();
+    assert_eq!(values(&table, "t")[39..42], [39.0, 20.0, 21.0]);
+    assert_eq!(values(&table, "rig.a")[39..42], [39.0, 20.0, 21.0]);
+    assert_eq!(
+        values(&table, "tank.level")[..40],
+        values(&table, "t")[..40]
+    );
+    let told = issue(&table, IssueKind::BackwardTime);
+    assert_eq!(told.place, "topic `/rig`");
 }
 
 #[test]

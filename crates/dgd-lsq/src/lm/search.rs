@@ -1,6 +1,6 @@
 //! The search itself: what is known at each moment, and what one turn makes of it.
 
-use super::step::{broyden, half_square, normal_equations, promise, step};
+use super::step::{Moved, any_waits, broyden, half_square, normal_equations, promise, step};
 use super::{Bounds, Effort, Ending, Minimum, Residuals};
 use nalgebra::{DMatrix, DVector};
 use std::ops::ControlFlow;
@@ -34,6 +34,8 @@ pub(super) struct Search<'a, R: ?Sized> {
     /// Jacobians asked for.
     fresh: usize,
     damping: f64,
+    /// Which parameters are moved.
+    which: Moved,
     /// Steps tried.
     done: usize,
     /// Gains below the tolerance, in a row.
@@ -99,6 +101,7 @@ impl<'a, R: Residuals + ?Sized> Search<'a, R> {
             age: 0,
             fresh: usize::from(known.is_none()),
             damping: DAMPING,
+            which: Moved::Plain,
             done: 0,
             small: 0,
             refused: 0,
@@ -110,11 +113,50 @@ impl<'a, R: Residuals + ?Sized> Search<'a, R> {
     /// Turns until one ends it.
     pub(super) fn run(&mut self) -> Ending {
         while self.done < self.effort.steps {
-            if let ControlFlow::Break(ending) = self.turn() {
+            if let ControlFlow::Break(ending) = self.turn()
+                && !(ending == Ending::Converged && self.release())
+            {
                 return ending;
             }
         }
         Ending::StepLimit
+    }
+
+    /// Moves the parameters too that waited for the others, if that promises anything; says whether it does.
+    fn release(&mut self) -> bool {
+        let weights = self.problem.weights(&self.residuals);
+        let weights = weights.as_deref();
+        let cost = half_square(&self.residuals, self.keep, weights);
+        if self.which == Moved::All || cost <= 0.0 {
+            return false;
+        }
+        let (normal, gradient) =
+            normal_equations(&self.jacobian, &self.residuals, self.keep, weights);
+        if !any_waits(&normal) {
+            return false;
+        }
+        self.which = Moved::All;
+        let free = self.step(&normal, &gradient, EASED.1);
+        let promised = free.map_or(0.0, |free| promise(&normal, &gradient, &free) / cost);
+        (self.damping, self.small, self.refused) = (DAMPING, 0, 0);
+        promised >= self.effort.tolerance
+    }
+
+    /// The damped step in shares of the bounds.
+    fn step(
+        &self,
+        normal: &DMatrix<f64>,
+        gradient: &DVector<f64>,
+        damping: f64,
+    ) -> Option<Vec<f64>> {
+        step(
+            normal,
+            gradient,
+            &self.theta,
+            self.bounds,
+            damping,
+            self.which,
+        )
     }
 
     /// What was found.
@@ -198,7 +240,7 @@ impl<'a, R: Residuals + ?Sized> Search<'a, R> {
         if !self.is_wide() {
             return promise(normal, gradient, moved);
         }
-        match step(normal, gradient, &self.theta, self.bounds, EASED.1) {
+        match self.step(normal, gradient, EASED.1) {
             Some(free) if self.is_still(&free) => 0.0,
             Some(free) => promise(normal, gradient, &free),
             None => promise(normal, gradient, moved),
@@ -207,7 +249,7 @@ impl<'a, R: Residuals + ?Sized> Search<'a, R> {
 
     /// Where the damped step leads, within the bounds; `None` if its equations have no solution.
     fn trial(&self, normal: &DMatrix<f64>, gradient: &DVector<f64>) -> Option<Vec<f64>> {
-        let moved = step(normal, gradient, &self.theta, self.bounds, self.damping)?;
+        let moved = self.step(normal, gradient, self.damping)?;
         let mut trial = self.theta.clone();
         for (i, moved) in moved.iter().enumerate() {
             trial[i] += moved * self.bounds.span(i);

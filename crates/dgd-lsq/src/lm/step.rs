@@ -75,6 +75,32 @@ pub(super) fn normal_equations(
     (normal, gradient)
 }
 
+/// What a parameter must tell to be moved, beside the one that tells most.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Moved {
+    /// Its squared slope is more than [`SLIGHT`]; damping takes it for [`STIFF`] at least, so that noise in a slope leads not far.
+    Plain,
+    /// It tells anything at all.
+    All,
+}
+
+/// Share of the greatest squared slope up to which a parameter waits for the others.
+const SLIGHT: f64 = 1e-12;
+const STIFF: f64 = 1e-9;
+
+/// Greatest squared slope.
+fn steepest(normal: &DMatrix<f64>) -> f64 {
+    (0..normal.nrows())
+        .map(|i| normal[(i, i)])
+        .fold(0.0_f64, f64::max)
+}
+
+/// Whether a parameter waits that tells anything.
+pub(super) fn any_waits(normal: &DMatrix<f64>) -> bool {
+    let least = SLIGHT * steepest(normal);
+    (0..normal.nrows()).any(|i| normal[(i, i)] > 0.0 && normal[(i, i)] <= least)
+}
+
 /// Damped step in scaled parameters; those that would leave their bounds are held there and the rest solved again.
 pub(super) fn step(
     normal: &DMatrix<f64>,
@@ -82,14 +108,19 @@ pub(super) fn step(
     theta: &[f64],
     bounds: &Bounds,
     damping: f64,
+    which: Moved,
 ) -> Option<Vec<f64>> {
     let p = theta.len();
-    let top = (0..p).map(|i| normal[(i, i)]).fold(0.0_f64, f64::max);
+    let top = steepest(normal);
+    let (least, stiff) = match which {
+        Moved::Plain => (SLIGHT * top, STIFF * top),
+        Moved::All => (0.0, 0.0),
+    };
     let at = |i: usize| (theta[i] - bounds.low[i]) / bounds.span(i);
     let mut fixed: Vec<Option<f64>> = (0..p)
         .map(|i| {
             let out = at(i) <= 0.0 && gradient[i] > 0.0 || at(i) >= 1.0 && gradient[i] < 0.0;
-            (out || !(normal[(i, i)] > 1e-12 * top)).then_some(0.0)
+            (out || !(normal[(i, i)] > least)).then_some(0.0)
         })
         .collect();
     for _ in 0..=p {
@@ -104,7 +135,7 @@ pub(super) fn step(
             for (n, &j) in moving.iter().enumerate() {
                 a[(m, n)] = normal[(i, j)];
             }
-            a[(m, m)] += damping * normal[(i, i)].max(1e-9 * top);
+            a[(m, m)] += damping * normal[(i, i)].max(stiff);
             b[m] = -gradient[i];
             for (j, f) in fixed.iter().enumerate() {
                 b[m] -= f.map_or(0.0, |f| normal[(i, j)] * f);

@@ -38,6 +38,27 @@ fn a_minimum_outside_the_box_is_met_at_its_wall() {
 }
 
 #[test]
+fn a_parameter_that_tells_a_millionth_of_another_is_found_too() {
+    for slight in [1e-6, 1e-9] {
+        // The steep one is bent, so that it takes several steps.
+        let mut f = |t: &[f64]| {
+            let steep = (t[0] - 0.3) * (2.0 + t[0]);
+            Some(vec![steep / slight, t[1] - 0.5])
+        };
+        for effort in [SPARING, Effort::default()] {
+            let found = minimise(&mut f, &[0.0; 2], &cube(0.0, 1.0), None, None, effort);
+            assert_eq!(found.ending, Ending::Converged);
+            assert!((found.theta[0] - 0.3).abs() < 1e-6, "{found:?}");
+            assert!((found.theta[1] - 0.5).abs() < 1e-4, "{slight}: {found:?}");
+        }
+    }
+    // One that tells nothing stays.
+    let mut f = |t: &[f64]| Some(vec![t[0] - 0.3, 0.1]);
+    let found = minimise(&mut f, &[0.0, 0.7], &cube(0.0, 1.0), None, None, SPARING);
+    assert_eq!((found.ending, found.theta[1]), (Ending::Converged, 0.7));
+}
+
+#[test]
 fn rows_left_out_do_not_pull() {
     let mut f = |t: &[f64]| Some(vec![t[0] - 0.3, t[0] - 0.9]);
     let bounds = within(&[0.0], &[1.0]);

@@ -2,7 +2,7 @@
 
 use dgd_identify::{Prepared, Series};
 use dgd_recording::{ChannelMap, ChannelSource, Geometry, Recording, TimeSource, Well};
-use dgd_units::{MaskReferences, Unit};
+use dgd_units::{FullScale, MaskReferences, Unit};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -135,12 +135,12 @@ impl Rig {
     /// References proportional to the rig's size.
     pub(crate) fn references(&self) -> MaskReferences {
         let weight = self.density_kg_m3 / Self::default().density_kg_m3;
-        MaskReferences::new(
-            0.0731 * self.flow,
-            1.317e6 * self.length * weight,
-            331.7 * self.length,
-            207.3 * self.length,
-        )
+        MaskReferences::new(FullScale {
+            flow_m3_s: 0.0731 * self.flow,
+            friction_pa: 1.317e6 * self.length * weight,
+            head_m: 331.7 * self.length,
+            level_m: 207.3 * self.length,
+        })
         .unwrap()
     }
 }

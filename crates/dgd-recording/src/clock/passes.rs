@@ -88,6 +88,8 @@ struct Fit {
     jitter_s: f64,
     /// Stamps that are so little after the one before that the two are one.
     repeats: usize,
+    /// Stamps on the step of the one before that are none of these.
+    crowded: usize,
     gaps: Vec<Gap>,
 }
 
@@ -252,6 +254,7 @@ impl ClockPasses {
             step_s,
             jitter_s,
             repeats,
+            crowded,
             gaps,
         } = std::mem::take(&mut self.fit);
         let order = &self.order;
@@ -262,6 +265,7 @@ impl ClockPasses {
             span_s: (order.first.unwrap_or(order.last), order.last),
             missing: order.missing,
             duplicates,
+            crowded,
             backward: order.backward,
             jitter_s,
             even: sound && jitter_s <= ON_CLOCK * step_s,
@@ -300,6 +304,7 @@ impl Even {
             span_s: (first, last),
             missing: 0,
             duplicates: 0,
+            crowded: 0,
             backward: 0,
             jitter_s: 0.0,
             gaps: Vec::new(),
@@ -373,13 +378,18 @@ impl Near {
 
 impl Fit {
     fn add(&mut self, from: Option<f64>, stamp: f64, first: f64) {
-        let steps = (stamp - first) / self.step_s;
+        let steps_to = |stamp: f64| (stamp - first) / self.step_s;
+        let steps = steps_to(stamp);
         self.jitter_s = self
             .jitter_s
             .max((steps - steps.round()).abs() * self.step_s);
         // Else both would pass for being on the clock, each on the same step of it.
         let repeats = |from: f64| stamp > from && stamp - from <= 2.0 * ON_CLOCK * self.step_s;
-        self.repeats += usize::from(from.is_some_and(repeats));
+        let repeated = from.is_some_and(repeats);
+        self.repeats += usize::from(repeated);
+        // Stamps come in order, so that those of one step are neighbours.
+        let crowds = |from: f64| stamp > from && steps_to(from).round() == steps.round();
+        self.crowded += usize::from(!repeated && from.is_some_and(crowds));
         // A missing sample makes a step of two; half a step of slack leaves jitter alone.
         if let Some(from_s) = from.filter(|from| stamp - from > 1.5 * self.step_s) {
             self.gaps.push(Gap {

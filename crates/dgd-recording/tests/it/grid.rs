@@ -128,6 +128,24 @@ fn rounded_stamps_of_an_odd_step_keep_their_samples() {
 }
 
 #[test]
+fn samples_that_find_their_step_taken_are_counted() {
+    // At a mean of 1 Hz, but most steps near the median of 1.6 s.
+    let mut stamps = vec![0.0];
+    stamps.extend((0..500).flat_map(|i| [1.6, 2.0].map(|t| f64::from(2 * i) + t)));
+    let clock = survey_clock(&stamps).unwrap();
+    let (gridded, _, issues) = recording(&stamps).onto_grid().unwrap();
+    let kept = gridded.pump_speed_pct.iter().filter(|w| w.is_finite());
+    assert_eq!(kept.count() + clock.crowded, 1001);
+    assert_eq!((clock.crowded, clock.duplicates), (375, 0));
+    assert_eq!(kinds(&issues).last(), Some(&IssueKind::Crowded));
+    let told = issues.last().unwrap().to_string();
+    assert!(
+        told.starts_with("time: 375 samples lie on a step of 1.6 s that an earlier sample has"),
+        "{told}"
+    );
+}
+
+#[test]
 fn a_clock_jump_is_refused_before_memory_is_taken() {
     let mut stamps: Vec<f64> = (0..1000).map(f64::from).collect();
     stamps.extend((0..1000).map(|i| 1.7e9 + f64::from(i)));

@@ -1,9 +1,15 @@
-use dgd_units::MaskReferences;
+use dgd_units::{FullScale, MaskReferences};
 use proptest::prelude::*;
 
 #[test]
 fn masking_is_a_percentage_of_the_reference() {
-    let references = MaskReferences::new(0.06, 5e5, 300.0, 200.0).unwrap();
+    let references = MaskReferences::new(FullScale {
+        flow_m3_s: 0.06,
+        friction_pa: 5e5,
+        head_m: 300.0,
+        level_m: 200.0,
+    })
+    .unwrap();
     assert_eq!(references.mask_friction(2.5e5), 50.0);
     assert_eq!(references.mask_flow(0.06), 100.0);
     assert_eq!(references.mask_head(30.0), 10.0);
@@ -13,7 +19,13 @@ fn masking_is_a_percentage_of_the_reference() {
 #[test]
 fn a_reference_that_is_not_positive_is_named_but_not_shown() {
     for bad in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-320] {
-        let error = MaskReferences::new(0.06, 5e5, bad, 200.0).unwrap_err();
+        let error = MaskReferences::new(FullScale {
+            flow_m3_s: 0.06,
+            friction_pa: 5e5,
+            head_m: bad,
+            level_m: 200.0,
+        })
+        .unwrap_err();
         assert_eq!(
             error.to_string(),
             "the head reference must be a positive finite number"
@@ -23,14 +35,20 @@ fn a_reference_that_is_not_positive_is_named_but_not_shown() {
 
 #[test]
 fn debug_output_does_not_disclose_the_references() {
-    let references = MaskReferences::new(0.0613, 5e5, 300.0, 200.0).unwrap();
+    let references = MaskReferences::new(FullScale {
+        flow_m3_s: 0.0613,
+        friction_pa: 5e5,
+        head_m: 300.0,
+        level_m: 200.0,
+    })
+    .unwrap();
     assert_eq!(format!("{references:?}"), "MaskReferences(undisclosed)");
 }
 
 proptest! {
     #[test]
     fn mask_and_unmask_are_inverse(value in -1e6f64..1e6, reference in 1e-3f64..1e6, power in 0f64..3.0) {
-        let r = MaskReferences::new(reference, reference * 2.0, reference * 3.0, reference * 5.0).unwrap();
+        let r = MaskReferences::new(FullScale { flow_m3_s: reference, friction_pa: reference * 2.0, head_m: reference * 3.0, level_m: reference * 5.0 }).unwrap();
         let close = |a: f64, b: f64| (a - b).abs() <= 1e-12 * b.abs();
         prop_assert!(close(r.unmask_flow(r.mask_flow(value)), value));
         prop_assert!(close(r.unmask_friction(r.mask_friction(value)), value));
@@ -42,7 +60,7 @@ proptest! {
 
     #[test]
     fn a_masked_law_gives_the_masked_value(coefficient in -1e3f64..1e3, flow in 0.001f64..0.1, power in 0f64..3.0) {
-        let r = MaskReferences::new(0.06, 5e5, 300.0, 200.0).unwrap();
+        let r = MaskReferences::new(FullScale { flow_m3_s: 0.06, friction_pa: 5e5, head_m: 300.0, level_m: 200.0 }).unwrap();
         let masked = r.mask_head_coefficient(coefficient, power) * r.mask_flow(flow).powf(power);
         let expected = r.mask_head(coefficient * flow.powf(power));
         prop_assert!((masked - expected).abs() <= 1e-11 * expected.abs().max(1e-12));
