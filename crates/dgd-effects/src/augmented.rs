@@ -245,12 +245,14 @@ impl AugmentedModel {
             span_s,
             ..setting.clone()
         });
-        let setting = identified.as_ref().unwrap_or(setting);
         for one in &self.effects {
             let effect = one.look_up()?;
             let p = effect.meter_path(&one.parameters);
             path.delay_s += p.delay_s;
             path.lag_s += p.lag_s;
+            // Stands, and what was there before the first sample, are those of the recording that runs.
+            let grows = effect.grown(&one.parameters, 1.0).is_some();
+            let setting = identified.as_ref().filter(|_| grows).unwrap_or(setting);
             actions.push(effect.begin(&one.parameters, setting));
         }
         Ok(Acting::new(actions, path))
