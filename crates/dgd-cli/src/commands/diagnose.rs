@@ -6,7 +6,7 @@ mod tell;
 mod tests;
 
 use crate::args::{Diagnose, Global, Source, Subject};
-use crate::commands::carried::carry_over;
+use crate::commands::carried::{carry_over, effects_here};
 use crate::commands::fit::{names, screening};
 use crate::commands::system_diagnose;
 use crate::failure::Failure;
@@ -107,9 +107,7 @@ pub(crate) fn carry_out(
             &mut warnings,
             carry_over(&mut document, path, &source.recordings, &prepared),
         );
-        start = document
-            .augmented
-            .map_or_else(Vec::new, |model| model.effects);
+        start = effects_here(document, &prepared.recording.time_s);
     }
     let recordings = names(source);
     progress.stage("identifying", "friction, delay and pump");

@@ -208,6 +208,29 @@ fn on_another_recording_what_has_set_in_goes_on_and_what_passed_is_over() {
 }
 
 #[test]
+fn on_another_recording_what_grows_is_told() {
+    let wear = AppliedEffect {
+        id: "pump_wear".into(),
+        parameters: vec![1e-3],
+    };
+    let bench = twins(vec![wear]);
+    std::fs::copy(bench.path("rig.mat"), bench.path("next.mat")).unwrap();
+    let run = "simulate next.mat --well well.toml --model augmented.toml --out next.csv";
+    let warned = |why: &str| {
+        let said = bench.json(run, "dgd.simulate/1");
+        let warned = said["warnings"][0].as_str().unwrap();
+        assert!(warned.contains(why), "{warned}");
+    };
+    warned("pump_wear grows to its strength here, however long it takes");
+    let section = "[augmented]\n";
+    let spanned = format!("{section}span_s = [0.0, 1999.0]\n");
+    let model = bench.text("augmented.toml");
+    assert!(model.contains(section));
+    bench.write("augmented.toml", model.replace(section, &spanned));
+    warned("pump_wear grows here as fast as there");
+}
+
+#[test]
 fn what_only_a_two_state_model_can_do_is_refused() {
     let bench = twins(vec![kick()]);
     bench

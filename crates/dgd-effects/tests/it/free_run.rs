@@ -460,6 +460,37 @@ fn what_grows_is_as_strong_at_every_time_by_its_rate_over_another_length() {
 }
 
 #[test]
+fn what_grows_is_told_of_another_recording_by_its_rate_and_within_its_bounds() {
+    let leak: &[f64] = &[2e-3, 10.0];
+    let mut model = AugmentedModel {
+        span_s: Some((100.0, 1100.0)),
+        ..model(&[
+            ("pump_wear", &[4e-3]),
+            ("line_leak", leak),
+            ("viscosity_drift", &[0.2, 1.0]),
+        ])
+    };
+    let told = |model: &AugmentedModel, span_s| -> Vec<Vec<f64>> {
+        let effects = model.effects_over(span_s).into_iter();
+        effects.map(|one| one.parameters).collect()
+    };
+    let [wear, other, drift] = &told(&model, (0.0, 3000.0))[..] else {
+        panic!("three effects");
+    };
+    close(wear[0], 1.2e-2, 1e-12);
+    assert_eq!(other, leak);
+    close(drift[0], 1.8, 1e-12);
+    assert_eq!(told(&model, (0.0, 1e6))[0], [0.05]);
+    assert_eq!(
+        model.carry_over(0.0).growing,
+        ["pump_wear", "viscosity_drift"]
+    );
+    // Of a model that was identified on nothing no rate is known.
+    model.span_s = None;
+    assert_eq!(model.effects_over((0.0, 1e6)), model.effects);
+}
+
+#[test]
 fn the_future_of_the_inputs_changes_nothing_before() {
     let drive = Drive::new(
         4000,

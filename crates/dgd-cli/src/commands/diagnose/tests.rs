@@ -3,12 +3,13 @@
 
 use super::{DIAGNOSIS, MODEL, REPORT, SIMULATION, Search, command, tell, write};
 use crate::args::{Source, Window};
+use crate::commands::carried::effects_here;
 use crate::failure::Failure;
 use dgd_diagnose::{
     Check, CorrectionCurve, Diagnosis, Finding, HeldOut, Outcome, ParameterEstimate, Signal,
     Simulation, Step, Tested, Verdict, Work,
 };
-use dgd_documents::{Base, read_model_document};
+use dgd_documents::{Base, ModelDocument, read_model_document};
 use dgd_effects::{
     AppliedEffect, AugmentedModel, Curves, FRICTION_TERMS, HEAD_TERMS, Noise, Relation, Scale,
     Setting, find,
@@ -539,4 +540,22 @@ fn the_command_in_the_report_names_files_without_their_folders() {
         "dgd diagnose a.csv b.csv --well w.toml --model model.toml --suspect influx,line_leak --without edges \
          --thesis-screening --window 600:7200.5 --out diagnosis"
     );
+}
+
+#[test]
+fn what_grows_starts_from_what_its_rate_makes_of_it_over_this_recording() {
+    let wear = AppliedEffect {
+        id: "pump_wear".into(),
+        parameters: vec![1e-3],
+    };
+    let document = ModelDocument {
+        base: base(),
+        augmented: Some(AugmentedModel {
+            span_s: Some((0.0, 1000.0)),
+            effects: vec![wear],
+            ..diagnosis(Vec::new()).after
+        }),
+    };
+    let start = effects_here(document, &[500.0, 501.0, 3500.0]);
+    assert!((start[0].parameters[0] - 3e-3).abs() < 1e-15, "{start:?}");
 }
