@@ -344,6 +344,37 @@ fn bad_input_is_refused_and_nothing_is_written() {
 }
 
 #[test]
+fn a_third_transmitter_is_said_not_to_be_used() {
+    let bench = Bench::new();
+    let mut table = recording(300);
+    let mut third = table
+        .columns
+        .iter()
+        .find(|c| c.tag == "PXOUB17")
+        .unwrap()
+        .clone();
+    third.tag = "PXOUC17".into();
+    table.columns.push(third);
+    bench.write("three.mat", mat5(&table));
+    let (second, third) = (
+        r#""PXOUB17", unit = "psia" }"#,
+        r#", { tag = "PXOUC17", unit = "psia" }"#,
+    );
+    assert!(WELL.contains(second));
+    bench.write(
+        "three.toml",
+        WELL.replace(second, &format!("{second}{third}")),
+    );
+    // Too short to be diagnosed, which is found out after it was read.
+    let ran = bench.dgd("diagnose three.mat --well three.toml --out d");
+    assert!(
+        ran.err.contains("`pump_outlet_pressure 3` is not used"),
+        "{}",
+        ran.err
+    );
+}
+
+#[test]
 fn a_model_that_is_read_is_not_replaced() {
     let bench = twins(vec![kick()]);
     std::fs::create_dir(bench.path("d")).unwrap();
