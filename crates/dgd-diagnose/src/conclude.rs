@@ -44,7 +44,7 @@ const LEAST_BLOCKS: usize = 190;
 ///
 /// - `well`: mud, geometry and channels. One outlet transmitter is enough; the riser's own, where there is one, is held
 ///   against the inlet's, which tells what the suction loses between the two, and enters no relation itself.
-/// - `prepared`: the recording after `dgd_identify::prepare`, on its even clock.
+/// - `prepared`: the recording after `dgd_identify::prepare`, on its even clock, of at most two transmitters a pump side: effects know of no third.
 /// - `options`: effects that the model already holds, and how many are fitted together at most.
 /// - `progress`: called as each [`Stage`] begins.
 ///

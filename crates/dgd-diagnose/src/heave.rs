@@ -1,7 +1,7 @@
 //! Rig motion: a narrow peak of swell in the spectrum of the inlet pressure.
 
 use crate::numbers::{bridged, spread, whole};
-use dgd_recording::{Rank, quantile};
+use dgd_recording::{Rank, held_for, quantile};
 use dgd_units::STANDARD_GRAVITY_M_S2;
 use std::borrow::Cow;
 
@@ -48,6 +48,9 @@ const BRIDGED_S: f64 = 2.5;
 /// Share of a segment that may be bridged.
 const MISSING: f64 = 0.1;
 
+/// Segments that tell a peak from noise at the least.
+const LEAST_SEGMENTS: usize = 6;
+
 /// Why a recording cannot show swell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Unseen {
@@ -55,6 +58,8 @@ pub(crate) enum Unseen {
     Slow,
     /// Too few segments are there, or have next to all their samples.
     Short,
+    /// In too many segments one value is repeated.
+    Still,
 }
 
 impl Unseen {
@@ -63,12 +68,35 @@ impl Unseen {
         match self {
             Self::Slow => "the sampling is too slow to show swell",
             Self::Short => "too few nine-minute stretches have nearly all their inlet pressures",
+            Self::Still => "the inlet pressure repeats one value",
         }
     }
 }
 
 /// Looks for swell between 5 and 20 s.
 pub(crate) fn swell(pressure_pa: &[f64], step_s: f64, density_kg_m3: f64) -> Result<Swell, Unseen> {
+    let held = held_for(pressure_pa);
+    if held > 1 {
+        // Readings that are repeated do not tell more of what lies between them.
+        return spectral(
+            &once(pressure_pa, held),
+            step_s * held as f64,
+            density_kg_m3,
+        );
+    }
+    spectral(pressure_pa, step_s, density_kg_m3)
+}
+
+/// Each reading once, of those that are held for so many samples.
+fn once(values: &[f64], held: usize) -> Vec<f64> {
+    let read = |held: &[f64]| held.iter().copied().find(|v| v.is_finite());
+    (values.chunks(held))
+        .map(|held| read(held).unwrap_or(f64::NAN))
+        .collect()
+}
+
+/// The same of readings that are each there once.
+fn spectral(pressure_pa: &[f64], step_s: f64, density_kg_m3: f64) -> Result<Swell, Unseen> {
     let m = whole(SEGMENT_S / step_s);
     let highest = (1.0 / 5.0_f64).min(0.48 / step_s);
     let lowest = 1.0 / 20.0;
@@ -92,16 +120,17 @@ pub(crate) fn swell(pressure_pa: &[f64], step_s: f64, density_kg_m3: f64) -> Res
         .flat_map(|i| angles.iter().map(move |angle| (angle * i as f64).sin_cos()))
         .collect();
     let mut spectra: Vec<Vec<f64>> = Vec::new();
+    let mut still = 0;
     for segment in pressure_pa.chunks_exact(m) {
         let Some(segment) = without_gaps(segment, step_s) else {
             continue;
         };
         // A level in motion is no swell: the difference of neighbours whitens it, and its gain is known.
         let rate: Vec<f64> = segment.windows(2).map(|w| w[1] - w[0]).collect();
-        let typical = spread(rate.iter().copied());
-        if !(typical > 0.0) {
+        let Some(typical) = typical(&rate) else {
+            still += 1;
             continue;
-        }
+        };
         let mut sums = vec![(0.0, 0.0); bins.len()];
         let tapered = rate.iter().zip(&window);
         for ((v, window), turns) in tapered.zip(turns.chunks_exact(bins.len())) {
@@ -119,10 +148,21 @@ pub(crate) fn swell(pressure_pa: &[f64], step_s: f64, density_kg_m3: f64) -> Res
             .collect();
         spectra.push(power);
     }
-    if spectra.len() < 6 {
-        return Err(Unseen::Short);
+    if spectra.len() < LEAST_SEGMENTS {
+        let enough = spectra.len() + still >= LEAST_SEGMENTS;
+        return Err(if enough { Unseen::Still } else { Unseen::Short });
     }
     peak(&spectra, &bins, m, step_s, density_kg_m3).ok_or(Unseen::Short)
+}
+
+/// Size of usual differences of neighbours: of a coarse reading, most of which are 0, their root mean square; `None` if all are.
+fn typical(rate: &[f64]) -> Option<f64> {
+    let core = spread(rate.iter().copied());
+    if core > 0.0 {
+        return Some(core);
+    }
+    let square = rate.iter().map(|v| v * v).sum::<f64>() / rate.len() as f64;
+    (square > 0.0).then(|| square.sqrt())
 }
 
 /// A segment with its few short gaps bridged; `None` if it has more, or longer ones.

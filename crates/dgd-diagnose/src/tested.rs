@@ -6,6 +6,7 @@ use crate::record::Record;
 use crate::relations::Applied;
 use crate::selection::{First, Selection};
 use dgd_effects::{About, Excitation, Method, Parameter, catalogue};
+use dgd_recording::STANDING_M3_S;
 
 /// How each effect of the catalogue fared, and the smallest strength that would have passed its hurdle.
 pub(crate) fn tested(
@@ -104,7 +105,10 @@ fn missing(
     swell: Result<Swell, Unseen>,
     needs: &[Excitation],
 ) -> Option<&'static str> {
-    let stops = || record.filled.pumping.windows(2).any(|w| w[0] && !w[1]);
+    let runs = || record.filled.pumping.contains(&true);
+    // What begins at rest and starts tells of the rest as well as a stop does.
+    let rests = || record.filled.pumping.contains(&false);
+    let pumps = || (record.filled.mud_pump.iter()).any(|q| *q > STANDING_M3_S);
     let booster_steps = || {
         let (low, high) = record
             .filled
@@ -114,7 +118,9 @@ fn missing(
         high - low > 1e-3
     };
     needs.iter().find_map(|need| match need {
-        Excitation::PumpStops => (!stops()).then_some("the subsea pump never stops"),
+        Excitation::PumpStops if !runs() => Some("the subsea pump never runs"),
+        Excitation::PumpStops => (!rests()).then_some("the subsea pump never stops"),
+        Excitation::Connections if !pumps() => Some("the mud pump never runs"),
         Excitation::Connections => {
             let none = record.setting.connections.is_empty();
             none.then_some("the mud pump never stops")

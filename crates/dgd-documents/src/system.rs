@@ -298,7 +298,6 @@ fn read_fitted(
     })
 }
 
-/// An assembly's problems with their lines as spans.
 /// Refuses a document that is plainly of another kind.
 fn check_kind(text: &str) -> Result<(), DocumentError> {
     match parse(text) {
@@ -308,6 +307,7 @@ fn check_kind(text: &str) -> Result<(), DocumentError> {
     }
 }
 
+/// An assembly's problems with their lines as spans.
 fn told(text: &str, error: &AssemblyError) -> DocumentError {
     let problems = match error {
         AssemblyError::Syntax {

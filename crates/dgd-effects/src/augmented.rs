@@ -95,13 +95,15 @@ fn episode_of(effect: &dyn Effect, parameters: &[f64]) -> Option<Curve> {
     curve.filter(|curve| curve.quantity == Quantity::Episode)
 }
 
-/// What became of effects that set in at some time of one recording on a later one, by id.
+/// What became of effects that set in at some time of one recording, or grew over it, on a later one, by id.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct CarriedOver {
     /// They go on.
     pub ongoing: Vec<&'static str>,
     /// They have passed.
     pub over: Vec<&'static str>,
+    /// They grow, as fast as over the span that the model was identified on.
+    pub growing: Vec<&'static str>,
 }
 
 impl AugmentedModel {
@@ -121,6 +123,9 @@ impl AugmentedModel {
                 Some(episode) => !episode.goes_on(),
                 None => about.duration().is_some(),
             };
+            if effect.grown(&one.parameters, 1.0).is_some() {
+                carried.growing.push(about.id);
+            }
             if passes {
                 carried.over.push(about.id);
             } else if let Some(episode) = episode {
@@ -138,6 +143,27 @@ impl AugmentedModel {
         carried.over.sort_unstable();
         carried.over.dedup();
         carried
+    }
+
+    /// The effects as they are told of a recording that spans from, to, s: what grows over a recording is as strong as its rate makes it by the
+    /// end of this one, within its bounds.
+    pub fn effects_over(&self, span_s: (f64, f64)) -> Vec<AppliedEffect> {
+        let lasts_s = |(from, to): (f64, f64)| (to - from).max(1.0);
+        let times = self
+            .span_s
+            .map_or(1.0, |own| lasts_s(span_s) / lasts_s(own));
+        let told = |one: &AppliedEffect| {
+            let mut told = one.clone();
+            if let Ok(effect) = one.look_up()
+                && let Some(mut grown) = effect.grown(&one.parameters, times)
+            {
+                let strength = &effect.about().parameters[0];
+                grown[0] = within(grown[0], strength.low, strength.high);
+                told.parameters = grown;
+            }
+            told
+        };
+        self.effects.iter().map(told).collect()
     }
 
     /// Pressure rise over the pump, Pa, at a speed, %, and a flow, m³/s.
@@ -245,12 +271,14 @@ impl AugmentedModel {
             span_s,
             ..setting.clone()
         });
-        let setting = identified.as_ref().unwrap_or(setting);
         for one in &self.effects {
             let effect = one.look_up()?;
             let p = effect.meter_path(&one.parameters);
             path.delay_s += p.delay_s;
             path.lag_s += p.lag_s;
+            // Stands, and what was there before the first sample, are those of the recording that runs.
+            let grows = effect.grown(&one.parameters, 1.0).is_some();
+            let setting = identified.as_ref().filter(|_| grows).unwrap_or(setting);
             actions.push(effect.begin(&one.parameters, setting));
         }
         Ok(Acting::new(actions, path))

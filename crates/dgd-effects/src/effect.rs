@@ -223,6 +223,12 @@ pub trait Effect: Send + Sync {
         if self.is_switch() { 0.0 } else { f64::INFINITY }
     }
 
+    /// Parameters with which it grows as fast over a recording so many times as long; `None` of what does not grow from a recording's start to
+    /// its end.
+    fn grown(&self, _parameters: &[f64], _times: f64) -> Option<Vec<f64>> {
+        None
+    }
+
     /// What would show the same if not the rig were at fault but the description of its well, or what is logged, where there is such a thing:
     /// in words with numbers.
     fn same_as(&self, _parameters: &[f64], _setting: &Setting) -> Option<String> {

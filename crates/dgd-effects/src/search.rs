@@ -76,7 +76,7 @@ pub struct Belief {
 /// What a recording must hold to show an effect at all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Excitation {
-    /// Stops of the subsea pump.
+    /// A stop or a start of the subsea pump.
     PumpStops,
     /// Stretches in which the mud pump stands.
     Connections,

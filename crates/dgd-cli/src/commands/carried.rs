@@ -1,11 +1,12 @@
 //! The effects of a model on another recording than the one that it was identified on.
 
 use dgd_documents::ModelDocument;
+use dgd_effects::AppliedEffect;
 use dgd_identify::Prepared;
 use std::path::{Path, PathBuf};
 
 /// Takes the effects of `document`, read from `model`, to `recordings`, screened as `prepared`, where they are none of those
-/// that it was identified on; says what that makes of effects that set in at some time.
+/// that it was identified on; says what that makes of effects that set in at some time, and which of them grow.
 pub(super) fn carry_over(
     document: &mut ModelDocument,
     model: &Path,
@@ -17,7 +18,12 @@ pub(super) fn carry_over(
     let augmented = document.augmented.as_mut().filter(|_| another)?;
     let begins = prepared.recording.time_s.first();
     let carried = augmented.carry_over(begins.copied().unwrap_or_default());
+    let grows = match augmented.span_s {
+        Some(_) => "grows here as fast as there",
+        None => "grows to its strength here, however long it takes",
+    };
     let told = [
+        (carried.growing, grows),
         (carried.ongoing, "acts from the start here"),
         (carried.over, "is over here"),
     ]
@@ -43,6 +49,16 @@ fn is_among(known: &[String], path: &Path) -> bool {
     };
     let own = path.file_stem().map(ToOwned::to_owned);
     known.iter().any(|name| stem(name) == own)
+}
+
+/// The effects of a model as a diagnosis of a recording with these times starts from them.
+pub(super) fn effects_here(document: ModelDocument, time_s: &[f64]) -> Vec<AppliedEffect> {
+    let span_s = match time_s {
+        [from, .., to] => (*from, *to),
+        _ => (0.0, 0.0),
+    };
+    let model = document.augmented;
+    model.map_or_else(Vec::new, |model| model.effects_over(span_s))
 }
 
 #[cfg(test)]

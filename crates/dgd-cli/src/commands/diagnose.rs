@@ -6,7 +6,7 @@ mod tell;
 mod tests;
 
 use crate::args::{Diagnose, Global, Source, Subject};
-use crate::commands::carried::carry_over;
+use crate::commands::carried::{carry_over, effects_here};
 use crate::commands::fit::{names, screening};
 use crate::commands::system_diagnose;
 use crate::failure::Failure;
@@ -18,7 +18,7 @@ use dgd_diagnose::{DiagnoseError, Diagnosis, Options, Simulation, Stage, Step, d
 use dgd_documents::{Base, ModelDocument, write_diagnosis, write_model_document};
 use dgd_export::{ComparedSignal, Comparison, ExportError, write_comparison_csv};
 use dgd_identify::prepare;
-use dgd_recording::Well;
+use dgd_recording::{Channel, Recording, Well};
 use std::io::Write;
 use std::path::Path;
 
@@ -97,9 +97,11 @@ pub(crate) fn carry_out(
     loaded.warn_of_suspicions();
     progress.stage("screening", "");
     let (samples, began, dated_from) = (loaded.samples, loaded.began, loaded.dated_from());
+    let unused = beyond_two(&mut loaded.recording);
     let prepared = prepare(loaded.recording, loaded.step_s, &screening(source))
         .map_err(|e| Failure::input(first, e))?;
     let mut warnings = loaded.suspicions;
+    say::warn(&mut warnings, unused);
     say::warn(&mut warnings, prepared.stuck_for_long());
     let mut start = Vec::new();
     if let (Some(path), Some(mut document)) = (search.model, model) {
@@ -107,9 +109,7 @@ pub(crate) fn carry_out(
             &mut warnings,
             carry_over(&mut document, path, &source.recordings, &prepared),
         );
-        start = document
-            .augmented
-            .map_or_else(Vec::new, |model| model.effects);
+        start = effects_here(document, &prepared.recording.time_s);
     }
     let recordings = names(source);
     progress.stage("identifying", "friction, delay and pump");
@@ -148,6 +148,25 @@ pub(crate) fn carry_out(
         warnings,
         recording,
     })
+}
+
+/// Leaves out transmitters of a pump side beyond the first two, and says so: what an effect does to the mean is that of two.
+fn beyond_two(recording: &mut Recording) -> Vec<String> {
+    const MOST: usize = 2;
+    let channels = recording.series().into_iter().map(|(channel, _)| channel);
+    let beyond = channels.filter(|channel| match channel {
+        Channel::PumpInletPressure(n) | Channel::PumpOutletPressure(n) => *n >= MOST,
+        _ => false,
+    });
+    let told = beyond.map(|channel| {
+        format!(
+            "`{channel}` is not used: a diagnosis takes the first two transmitters of a pump side"
+        )
+    });
+    let told = told.collect();
+    recording.pump_inlet_pressure_pa.truncate(MOST);
+    recording.pump_outlet_pressure_pa.truncate(MOST);
+    told
 }
 
 /// What is to be said of samples so far apart that causes of seconds to minutes cannot be seen in them.

@@ -208,6 +208,29 @@ fn on_another_recording_what_has_set_in_goes_on_and_what_passed_is_over() {
 }
 
 #[test]
+fn on_another_recording_what_grows_is_told() {
+    let wear = AppliedEffect {
+        id: "pump_wear".into(),
+        parameters: vec![1e-3],
+    };
+    let bench = twins(vec![wear]);
+    std::fs::copy(bench.path("rig.mat"), bench.path("next.mat")).unwrap();
+    let run = "simulate next.mat --well well.toml --model augmented.toml --out next.csv";
+    let warned = |why: &str| {
+        let said = bench.json(run, "dgd.simulate/1");
+        let warned = said["warnings"][0].as_str().unwrap();
+        assert!(warned.contains(why), "{warned}");
+    };
+    warned("pump_wear grows to its strength here, however long it takes");
+    let section = "[augmented]\n";
+    let spanned = format!("{section}span_s = [0.0, 1999.0]\n");
+    let model = bench.text("augmented.toml");
+    assert!(model.contains(section));
+    bench.write("augmented.toml", model.replace(section, &spanned));
+    warned("pump_wear grows here as fast as there");
+}
+
+#[test]
 fn what_only_a_two_state_model_can_do_is_refused() {
     let bench = twins(vec![kick()]);
     bench
@@ -318,6 +341,37 @@ fn bad_input_is_refused_and_nothing_is_written() {
         .dgd("diagnose rig.mat --well well.toml")
         .refused(&["--out"]);
     assert!(!bench.path("d").exists());
+}
+
+#[test]
+fn a_third_transmitter_is_said_not_to_be_used() {
+    let bench = Bench::new();
+    let mut table = recording(300);
+    let mut third = table
+        .columns
+        .iter()
+        .find(|c| c.tag == "PXOUB17")
+        .unwrap()
+        .clone();
+    third.tag = "PXOUC17".into();
+    table.columns.push(third);
+    bench.write("three.mat", mat5(&table));
+    let (second, third) = (
+        r#""PXOUB17", unit = "psia" }"#,
+        r#", { tag = "PXOUC17", unit = "psia" }"#,
+    );
+    assert!(WELL.contains(second));
+    bench.write(
+        "three.toml",
+        WELL.replace(second, &format!("{second}{third}")),
+    );
+    // Too short to be diagnosed, which is found out after it was read.
+    let ran = bench.dgd("diagnose three.mat --well three.toml --out d");
+    assert!(
+        ran.err.contains("`pump_outlet_pressure 3` is not used"),
+        "{}",
+        ran.err
+    );
 }
 
 #[test]

@@ -205,7 +205,7 @@ fn samples_are_held_out_from_the_start_of_a_window_to_before_its_end() {
 
 /// A stretch is simulated by itself: an hour, or a window, or what is between two.
 #[test]
-fn every_stretch_starts_from_the_mean_of_its_first_five_readings_and_runs_free() {
+fn every_stretch_starts_from_the_mean_of_its_first_five_seconds_and_runs_free() {
     let record = drilled(Hidden::default());
     let (well, prepared) = recorded(&record, START_S);
     let run = ran(&record, &[(1000.0, 2260.0)]);
@@ -234,7 +234,8 @@ fn every_stretch_starts_from_the_mean_of_its_first_five_readings_and_runs_free()
     };
     // From 0 s, 1000 s, 2260 s; the last stretch is shorter than an hour.
     for stretch in [0..500, 500..1130, 1130..record.t_s.len()] {
-        let few = stretch.start..stretch.start + 5;
+        // Three samples, two seconds apart.
+        let few = stretch.start..stretch.start + 3;
         let state = (mean(&record.inlet[few.clone()]), mean(&record.flow[few]));
         for (model, after) in [(model(), false), (with_influx(), true)] {
             let alone = model

@@ -110,14 +110,28 @@ fn a_recording_that_lacks_what_an_effect_needs_cannot_show_it() {
         Excitation::FastSampling,
         "the sampling is too slow to show swell",
     );
-    // A pump that only starts has not stopped.
-    record.filled.pumping[..50].fill(false);
+    // What never runs does not stop either.
+    let mut idle = record.clone();
+    idle.filled.pumping.fill(false);
+    idle.filled.mud_pump.fill(0.0);
     says(
-        &record,
+        &idle,
         Err(Unseen::Slow),
         Excitation::PumpStops,
-        "the subsea pump never stops",
+        "the subsea pump never runs",
     );
+    says(
+        &idle,
+        Err(Unseen::Slow),
+        Excitation::Connections,
+        "the mud pump never runs",
+    );
+    // At rest at first, or in the end: either shows what a rest leaves.
+    for rest in [0..50, 400..450] {
+        let mut rested = record.clone();
+        rested.filled.pumping[rest].fill(false);
+        says(&rested, Err(Unseen::Slow), Excitation::PumpStops, "");
+    }
     record.filled.pumping[100..150].fill(false);
     record.setting.connections = vec![Connection {
         from_s: 100.0,

@@ -129,12 +129,12 @@ impl Effect for CuttingsLoading {
             }
             let drilling = spans.get(next).is_some_and(|s| at.t_s >= s.0);
             let entering = if drilling { load } else { 0.0 };
-            let flow = at.flow_m3_s;
-            let leaving = riser.step(entering, flow, at.dt_s);
+            // The mass balance has the load enter with all that flows in: what does not leave by the pump loads the riser.
+            let inflow = at.mud_pump_m3_s + at.booster_m3_s + at.topfill_m3_s;
+            let leaving = riser.step(entering, inflow, at.dt_s);
             changes.riser_kg_m3 += leaving;
-            // Cuttings come from the hole with the mud: the mass is theirs, not the mud pump's.
             changes.entering_kg_m3 += leaving + turned * (entering - leaving);
-            changes.line_kg_m3 += line.step(leaving, flow, at.dt_s);
+            changes.line_kg_m3 += line.step(leaving, at.flow_m3_s, at.dt_s);
         })
     }
 

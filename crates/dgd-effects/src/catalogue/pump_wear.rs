@@ -50,12 +50,17 @@ impl Effect for PumpWear {
         let leak = p[0];
         let (from, to) = setting.span_s;
         Box::new(move |at, changes| {
-            let worn = (at.t_s - from) / (to - from).max(1.0);
+            // What was worn before it was identified is in the head's curve.
+            let worn = ((at.t_s - from) / (to - from).max(1.0)).max(0.0);
             let lift = (at.outlet_pa - at.inlet_pa).max(0.0) / 1e6;
             if at.pumping {
                 changes.recirculation_m3_s += leak * worn * lift.sqrt();
             }
         })
+    }
+
+    fn grown(&self, p: &[f64], times: f64) -> Option<Vec<f64>> {
+        Some(vec![p[0] * times])
     }
 
     fn memory_s(&self, _: &[f64]) -> f64 {

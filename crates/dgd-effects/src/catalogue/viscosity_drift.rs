@@ -96,6 +96,10 @@ impl Effect for ViscosityDrift {
         })
     }
 
+    fn grown(&self, p: &[f64], times: f64) -> Option<Vec<f64>> {
+        Some(vec![p[0] * times.max(0.0).powf(1.0 + p[1]), p[1]])
+    }
+
     fn memory_s(&self, _: &[f64]) -> f64 {
         0.0
     }

@@ -397,6 +397,99 @@ fn wear_keeps_the_pace_of_the_recording_that_it_was_identified_on() {
     );
 }
 
+/// A model that was identified on a later, or on a shorter recording.
+#[test]
+fn before_it_was_identified_wear_takes_nothing_from_the_leak() {
+    let drive = steady(2000);
+    let run = |leak_m3_s: f64| {
+        let model = AugmentedModel {
+            span_s: Some((1500.0, 2500.0)),
+            ..model(&[("pump_wear", &[leak_m3_s])])
+        };
+        drive.run(&model, balanced()).return_flow_m3_s
+    };
+    let (worn, sound) = (run(4e-3), run(0.0));
+    assert_eq!(worn[..1500], sound[..1500]);
+    assert!(worn[1999] < sound[1999] - 1e-4);
+}
+
+#[test]
+fn stands_are_those_of_the_recording_that_runs_whatever_the_model_was_identified_on() {
+    let drive = steady(6000);
+    let run = |span_s| {
+        let model = AugmentedModel {
+            span_s,
+            ..model(&[("cuttings_loading", &[30.0, 0.8, 0.15, 0.0, 0.0, 0.5])])
+        };
+        drive.run(&model, balanced())
+    };
+    let own = run(None);
+    // The second stand lies beyond the end of the first of these, and is a small part of it by that of the second.
+    for span_s in [(0.0, 2500.0), (0.0, 9e4), (-3e3, 1e3)] {
+        assert_eq!(run(Some(span_s)), own, "{span_s:?}");
+    }
+}
+
+#[test]
+fn what_grows_is_as_strong_at_every_time_by_its_rate_over_another_length() {
+    let setting = setting();
+    let longer = Setting {
+        span_s: (0.0, 3.0 * setting.span_s.1),
+        ..setting.clone()
+    };
+    let mut grow = Vec::new();
+    for effect in catalogue() {
+        let about = effect.about();
+        let p = usual(about);
+        let Some(grown) = effect.grown(&p, 3.0) else {
+            continue;
+        };
+        grow.push(about.id);
+        assert_eq!(effect.grown(&p, 1.0), Some(p.clone()));
+        let here = crate::drive(about.id, &p, &setting, &crate::moments());
+        let there = crate::drive(about.id, &grown, &longer, &crate::moments());
+        for (here, there) in here.iter().zip(&there) {
+            for ((name, a, size), (_, b, _)) in
+                crate::members(here).into_iter().zip(crate::members(there))
+            {
+                assert!((a - b).abs() < 1e-9 * size, "{} {name}: {a} {b}", about.id);
+            }
+        }
+    }
+    assert_eq!(grow, ["pump_wear", "viscosity_drift"]);
+}
+
+#[test]
+fn what_grows_is_told_of_another_recording_by_its_rate_and_within_its_bounds() {
+    let leak: &[f64] = &[2e-3, 10.0];
+    let mut model = AugmentedModel {
+        span_s: Some((100.0, 1100.0)),
+        ..model(&[
+            ("pump_wear", &[4e-3]),
+            ("line_leak", leak),
+            ("viscosity_drift", &[0.2, 1.0]),
+        ])
+    };
+    let told = |model: &AugmentedModel, span_s| -> Vec<Vec<f64>> {
+        let effects = model.effects_over(span_s).into_iter();
+        effects.map(|one| one.parameters).collect()
+    };
+    let [wear, other, drift] = &told(&model, (0.0, 3000.0))[..] else {
+        panic!("three effects");
+    };
+    close(wear[0], 1.2e-2, 1e-12);
+    assert_eq!(other, leak);
+    close(drift[0], 1.8, 1e-12);
+    assert_eq!(told(&model, (0.0, 1e6))[0], [0.05]);
+    assert_eq!(
+        model.carry_over(0.0).growing,
+        ["pump_wear", "viscosity_drift"]
+    );
+    // Of a model that was identified on nothing no rate is known.
+    model.span_s = None;
+    assert_eq!(model.effects_over((0.0, 1e6)), model.effects);
+}
+
 #[test]
 fn the_future_of_the_inputs_changes_nothing_before() {
     let drive = Drive::new(

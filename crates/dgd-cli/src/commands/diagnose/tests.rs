@@ -1,19 +1,20 @@
 //! The writers and the words, on a diagnosis made by hand.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::{DIAGNOSIS, MODEL, REPORT, SIMULATION, Search, command, tell, write};
+use super::{DIAGNOSIS, MODEL, REPORT, SIMULATION, Search, beyond_two, command, tell, write};
 use crate::args::{Source, Window};
+use crate::commands::carried::effects_here;
 use crate::failure::Failure;
 use dgd_diagnose::{
     Check, CorrectionCurve, Diagnosis, Finding, HeldOut, Outcome, ParameterEstimate, Signal,
     Simulation, Step, Tested, Verdict, Work,
 };
-use dgd_documents::{Base, read_model_document};
+use dgd_documents::{Base, ModelDocument, read_model_document};
 use dgd_effects::{
     AppliedEffect, AugmentedModel, Curves, FRICTION_TERMS, HEAD_TERMS, Noise, Relation, Scale,
     Setting, find,
 };
-use dgd_recording::{Geometry, Moment};
+use dgd_recording::{Geometry, Moment, Recording};
 use std::path::Path;
 
 const GEOMETRY: Geometry = Geometry {
@@ -539,4 +540,41 @@ fn the_command_in_the_report_names_files_without_their_folders() {
         "dgd diagnose a.csv b.csv --well w.toml --model model.toml --suspect influx,line_leak --without edges \
          --thesis-screening --window 600:7200.5 --out diagnosis"
     );
+}
+
+#[test]
+fn what_grows_starts_from_what_its_rate_makes_of_it_over_this_recording() {
+    let wear = AppliedEffect {
+        id: "pump_wear".into(),
+        parameters: vec![1e-3],
+    };
+    let document = ModelDocument {
+        base: base(),
+        augmented: Some(AugmentedModel {
+            span_s: Some((0.0, 1000.0)),
+            effects: vec![wear],
+            ..diagnosis(Vec::new()).after
+        }),
+    };
+    let start = effects_here(document, &[500.0, 501.0, 3500.0]);
+    assert!((start[0].parameters[0] - 3e-3).abs() < 1e-15, "{start:?}");
+}
+
+#[test]
+fn of_three_transmitters_of_a_side_the_first_two_are_used_and_the_third_is_named() {
+    let side = |n: usize| (0..n).map(|k| vec![k as f64]).collect::<Vec<_>>();
+    let mut recording = Recording {
+        pump_inlet_pressure_pa: side(3),
+        pump_outlet_pressure_pa: side(1),
+        ..Recording::default()
+    };
+    let told = beyond_two(&mut recording);
+    assert_eq!(told.len(), 1);
+    assert!(
+        told[0].starts_with("`pump_inlet_pressure 3` is not used"),
+        "{told:?}"
+    );
+    assert_eq!(recording.pump_inlet_pressure_pa, side(2));
+    assert_eq!(recording.pump_outlet_pressure_pa, side(1));
+    assert_eq!(beyond_two(&mut recording), [""; 0]);
 }
