@@ -19,7 +19,9 @@ pub(crate) use rows::{Rows, repeats};
 
 use crate::layout::BALANCE_BLOCKS;
 use crate::record::Record;
-use dgd_effects::{About, Action, Changes, Curve, Effect, KNOTS, Method, Moment, Role, unknown};
+use dgd_effects::{
+    About, Action, Changes, Curve, Effect, KNOTS, Method, Moment, Role, STANDING_M3_S, unknown,
+};
 use parts::Row;
 use std::ops::Range;
 
@@ -117,9 +119,14 @@ impl Metered {
         read_m3_s / self.gain
     }
 
-    /// Flow through the line for a reading, m³/s.
+    /// Flow through the line for a reading, m³/s; of mud that stands nothing leaks on.
     fn line_m3_s(self, read_m3_s: f64) -> f64 {
-        self.outflow_m3_s(read_m3_s) + self.leak_m3_s
+        let outflow = self.outflow_m3_s(read_m3_s);
+        if outflow > STANDING_M3_S {
+            outflow + self.leak_m3_s
+        } else {
+            outflow
+        }
     }
 }
 

@@ -16,7 +16,7 @@ use crate::relations::Applied;
 use crate::selection::{Named, Selection};
 use crate::tangent::{Bend, Tangent};
 use beside::{Beside, Second, rivals_beside};
-use dgd_effects::{Curve, Relation};
+use dgd_effects::{Curve, Quantity, Relation};
 use footprint::{Footprint, known};
 use form::Bent;
 use suction::Unmeasured;
@@ -188,20 +188,31 @@ impl<'a> Round<'a> {
         self.by_what_is_left(best, rival, resembles, second)
     }
 
-    /// An episode in place of an effect that by the logarithm of the odds only resembles the cause, if one tells more than the state `with` the
-    /// effect, and what may be beside it.
+    /// An episode in place of an effect that by the logarithm of the odds only resembles the cause, or that tells hardly more than an episode
+    /// does, if one tells more than the state `with` the effect, and what may be beside it.
     fn episode_like(
         &self,
         best: &Contender,
         odds: f64,
         with: impl FnOnce() -> Vec<Applied>,
     ) -> Option<Ruling> {
-        if odds <= 0.0 {
+        /// Share of the evidence of an effect from which on an episode is held against it: a meter that reads less from some time on tells
+        /// nearly what a leak does. Set by hand.
+        const NEARLY: f64 = 0.8;
+        let nearly = |r: &Correction| {
+            r.curve.quantity == Quantity::Episode && r.borne > NEARLY * best.evidence
+        };
+        if odds <= 0.0 && !self.rivals.iter().any(nearly) {
             return None;
         }
         let rival = (self.rivals.iter()).find(|r| r.borne > self.rival_hurdle(r));
-        let episode = episode_like(self.record, &self.state, &with(), rival)?;
+        let (episode, less) = episode_like(self.record, &self.state, &with(), rival)?;
         let evidence = episode.borne.max(best.evidence);
+        let odds = if odds > 0.0 {
+            odds
+        } else {
+            less / best.temperature()
+        };
         let resembling = Some((best, odds));
         Some(Ruling::Unnamed(
             self.corrected(&episode, evidence, resembling),

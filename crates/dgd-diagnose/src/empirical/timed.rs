@@ -108,13 +108,13 @@ pub(super) fn leaves_no_more(
 }
 
 /// An episode in any place that leaves less over than a state `with` an effect which only resembles the cause, and no more than a `rival` to that,
-/// if there is one.
+/// if there is one; with how much less it leaves, e-folds.
 pub(crate) fn episode_like(
     record: &Record,
     state: &[Applied],
     with: &[Applied],
     rival: Option<&Correction>,
-) -> Option<Correction> {
+) -> Option<(Correction, f64)> {
     /// E-folds by which it must leave less, as its edges were chosen. Set by hand.
     const LESS: f64 = 10.0;
     let tangent = Tangent::beside(record, state, &[], Bend::Loose)?;
@@ -122,11 +122,12 @@ pub(crate) fn episode_like(
     let mut found = episodic::best(record, &tangent, state, &places)?;
     hold_without_stops(record, tangent, state, std::slice::from_mut(&mut found));
     let stands = |rival: &Correction| leaves_no_more(record, state, rival, &found);
+    let less = -leaves_more(record, state, with, &found)?;
     let it = found.evidence > hurdle(&found)
-        && leaves_more(record, state, with, &found)? < -LESS
+        && less > LESS
         && rival.is_none_or(stands)
         && is_all(record, state, &found);
-    it.then_some(found)
+    it.then_some((found, less))
 }
 
 /// What an episode beside a state leaves over more than what is `with` that instead, e-folds.

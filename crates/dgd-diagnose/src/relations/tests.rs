@@ -434,7 +434,9 @@ fn effects_see_the_flow_of_the_line_and_not_what_its_meter_makes_of_it() {
         meter_gain: 0.9,
         ..Changes::default()
     };
-    let record = read(&between, 1);
+    let mut record = read(&between, 1);
+    let stops = record.t_s.len() / 2;
+    record.filled.flow[stops..].fill(0.0);
     let (line, rates) = (LineFlow::under(&record, &[]), LevelRate::of(&record));
     let samples = 0..record.t_s.len();
     let mut parts = Parts::blank(&record);
@@ -446,8 +448,13 @@ fn effects_see_the_flow_of_the_line_and_not_what_its_meter_makes_of_it() {
         meter,
         &mut parts,
         |at, c| {
-            close(at.flow_m3_s, FLOW_M3_S, FLOW_M3_S);
-            close(at.outflow_m3_s, FLOW_M3_S - 5e-3, FLOW_M3_S);
+            let (flow, outflow) = if at.index < stops {
+                (FLOW_M3_S, FLOW_M3_S - 5e-3)
+            } else {
+                (0.0, 0.0)
+            };
+            close(at.flow_m3_s, flow, FLOW_M3_S);
+            close(at.outflow_m3_s, outflow, FLOW_M3_S);
             *c = between;
             Touched::ALL
         },

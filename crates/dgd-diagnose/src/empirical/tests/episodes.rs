@@ -176,7 +176,7 @@ fn its_times_are_told_by_what_is_not_held_out_alone() {
 fn an_episode_takes_the_place_of_an_effect_only_if_it_leaves_less() {
     let heavier = one("mud_density_change", &[20.0, ON.0, 0.1, 0.3]);
     let shifted = off_between(Place::OutletReading, ON);
-    let found = episode_like(&shifted, &[], std::slice::from_ref(&heavier), None).unwrap();
+    let (found, _) = episode_like(&shifted, &[], std::slice::from_ref(&heavier), None).unwrap();
     assert_eq!(found.curve.place, Place::OutletReading);
     // Not beside a curve that leaves as little: itself, with the freedom of a curve.
     let mut rival = found.clone();
