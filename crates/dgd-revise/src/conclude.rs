@@ -451,6 +451,12 @@ fn settings(e: &Evidence<'_, '_>, withdrawn: &[String]) -> Vec<(String, String)>
         let a: Vec<String> = ar.a.iter().map(|a| format!("{a:.3}")).collect();
         all.push((format!("autoregression of {name}"), a.join(" ")));
     }
+    for (name, held) in (e.context.assembly.outputs().iter()).zip(&e.context.data.held) {
+        if *held > 1 {
+            let told = format!("samples over which the log repeats {name}, counted once");
+            all.push((told, held.to_string()));
+        }
+    }
     if !withdrawn.is_empty() {
         all.push(("withdrawn".into(), withdrawn.join(", ")));
     }

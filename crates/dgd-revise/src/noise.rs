@@ -19,6 +19,8 @@ pub(crate) struct Ar {
     pub sigma: f64,
     /// Rows.
     pub rows: usize,
+    /// Samples from one row to the next.
+    pub stride: usize,
 }
 
 /// Longest memory tried, in samples.
@@ -30,7 +32,7 @@ impl Noise {
         let of = (0..outputs)
             .map(|o| {
                 let runs = runs(data, o);
-                let mut best = (f64::INFINITY, Ar::default());
+                let mut best = (f64::INFINITY, Ar::without_memory(data, residual, o));
                 for order in 0..=LONGEST {
                     if let Some(ar) = Ar::fit(residual, &runs, order) {
                         let n = ar.rows as f64;
@@ -44,6 +46,7 @@ impl Noise {
                         }
                     }
                 }
+                best.1.stride = stride(data, o);
                 best.1
             })
             .collect();
@@ -74,8 +77,22 @@ impl Noise {
     }
 }
 
-/// Rows of an output without a gap.
+/// Samples from one row of an output to the next, usually: a slow instrument leaves cells empty.
+fn stride(data: &Data, output: usize) -> usize {
+    let rows = data.of_output(output);
+    let mut apart: Vec<usize> = rows
+        .windows(2)
+        .map(|w| (&data.rows[w[0]], &data.rows[w[1]]))
+        .filter(|(a, b)| a.window == b.window)
+        .map(|(a, b)| b.sample - a.sample)
+        .collect();
+    apart.sort_unstable();
+    apart.get(apart.len() / 2).copied().unwrap_or(1)
+}
+
+/// Rows of an output without a gap: no two further apart than one and a half times as usual.
 pub(crate) fn runs(data: &Data, output: usize) -> Vec<std::ops::Range<usize>> {
+    let most = 3 * stride(data, output) / 2;
     let mut all: Vec<std::ops::Range<usize>> = Vec::new();
     for (i, row) in data
         .rows
@@ -87,7 +104,7 @@ pub(crate) fn runs(data: &Data, output: usize) -> Vec<std::ops::Range<usize>> {
             Some(last)
                 if last.end == i
                     && data.rows[i - 1].window == row.window
-                    && data.rows[i - 1].sample + 1 == row.sample =>
+                    && row.sample - data.rows[i - 1].sample <= most =>
             {
                 last.end = i + 1;
             }
@@ -110,6 +127,17 @@ fn innovations(a: &[f64], r: &[f64], runs: &[std::ops::Range<usize>]) -> Vec<f64
 }
 
 impl Ar {
+    /// All rows of an output, whatever lies between them.
+    fn without_memory(data: &Data, residual: &[f64], output: usize) -> Self {
+        let rows = data.of_output(output);
+        let values: Vec<f64> = rows.iter().map(|&i| residual[i]).collect();
+        Self {
+            sigma: robust(&values),
+            rows: rows.len(),
+            ..Self::default()
+        }
+    }
+
     fn fit(r: &[f64], runs: &[std::ops::Range<usize>], order: usize) -> Option<Self> {
         let mut normal = DMatrix::zeros(order, order);
         let mut right = DVector::zeros(order);
@@ -135,6 +163,7 @@ impl Ar {
         Some(Self {
             sigma: robust(&innovations),
             rows: innovations.len(),
+            stride: 1,
             a,
         })
     }
@@ -152,7 +181,8 @@ impl Ar {
                 last = k + 1;
             }
         }
-        last
+        // A row of a slow instrument stands for the samples up to the next only where it remembers itself.
+        1 + (last - 1) * self.stride.max(1)
     }
 }
 
@@ -208,6 +238,8 @@ pub(crate) fn lags(rows: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::draws::Draws;
+    use dgd_assembly::Window;
 
     #[test]
     fn tails_are_those_of_the_table() {
@@ -229,8 +261,52 @@ mod tests {
             a: vec![0.9],
             sigma: 1.0,
             rows: 400,
+            stride: 1,
         };
         // 0.9^15 = 0.206
         assert_eq!(ar.memory(), 16);
+        assert_eq!(Ar { stride: 3, ..ar }.memory(), 46);
+    }
+
+    /// Residual of a reading that is there in the samples of `there` only, and the noise found.
+    fn noise_of(n: usize, there: impl Fn(usize) -> bool) -> (Data, Vec<f64>, Noise) {
+        let mut draws = Draws::new(9, 0);
+        let mut x = 0.0;
+        let mut values: Vec<f64> = Vec::new();
+        for i in 0..n {
+            if there(i) {
+                x = 0.8 * x + draws.below(20_001) as f64 / 10_000.0 - 1.0;
+            }
+            values.push(if there(i) { x } else { f64::NAN });
+        }
+        let data = Data::training(vec![Window {
+            time: (0..n).map(|i| i as f64).collect(),
+            readings: vec![values],
+            ..Window::default()
+        }]);
+        let residual = data.measured.clone();
+        let noise = Noise::of(&data, &residual, 1);
+        (data, residual, noise)
+    }
+
+    #[test]
+    fn a_slow_instrument_remembers_its_last_reading() {
+        let (data, residual, noise) = noise_of(1200, |i| i % 3 == 0);
+        let ar = &noise.of[0];
+        assert!((ar.a[0] - 0.8).abs() < 0.1 && ar.stride == 3, "{ar:?}");
+        let white = noise.whiten(&data, &residual);
+        assert!(white.iter().filter(|w| **w != 0.0).count() > 390);
+    }
+
+    #[test]
+    fn readings_too_scattered_to_have_neighbours_have_a_scale() {
+        // Two by two, ever further apart.
+        let (data, residual, noise) = noise_of(2000, |i| {
+            (i as f64).sqrt() % 1.0 < 1e-9 || (i as f64 - 1.0).sqrt() % 1.0 < 1e-9
+        });
+        let ar = &noise.of[0];
+        assert!(ar.a.is_empty() && ar.sigma > 0.0, "{ar:?}");
+        let white = noise.whiten(&data, &residual);
+        assert!(white.iter().all(|w| *w != 0.0));
     }
 }
