@@ -10,7 +10,7 @@ use crate::floor::Level;
 use crate::noise::{lags, portmanteau};
 use crate::revision::{Check, Excuse};
 use crate::screen::screen;
-use crate::tangent::dot;
+use crate::tangent::{Tangent, dot};
 use crate::validate::LeftOut;
 use dgd_assembly::EffectParameter;
 
@@ -302,10 +302,20 @@ fn ends_by_nature(p: &EffectParameter, bound: f64) -> bool {
 /// The same change of the readings, shifted along the record, must explain less of what the member explains.
 pub(crate) fn placebo(e: &Evidence<'_, '_>, without: &Trial, member: usize) -> Check {
     let name = format!("placebo of {}", e.name(member));
-    match shifted(e.context, e.memory, without, member) {
-        Some((own, greatest)) => Check {
+    let shares = shifted(e.context, e.memory, without, member);
+    let passed = shares.is_some_and(|(own, moved)| at_its_place(own, moved));
+    match shares {
+        Some((own, None)) => Check {
             name,
-            passed: own > greatest,
+            passed,
+            detail: format!(
+                "explains {:.1} % of the squares at its place; nothing to shift against, as it is the same wherever it is shifted to",
+                100.0 * own
+            ),
+        },
+        Some((own, Some(greatest))) => Check {
+            name,
+            passed,
             detail: format!(
                 "explains {:.1} % of the squares at its place, {:.1} % at most when shifted",
                 100.0 * own,
@@ -320,14 +330,23 @@ pub(crate) fn placebo(e: &Evidence<'_, '_>, without: &Trial, member: usize) -> C
     }
 }
 
+/// Whether a member stands its placebo, by what [`shifted`] tells.
+pub(crate) fn at_its_place(own: f64, moved: Option<f64>) -> bool {
+    moved.is_none_or(|moved| own > moved)
+}
+
+/// Correlation with the change at its place from which on a shifted one is the same: an experiment repeated after half the record
+/// maps onto itself, and round-off tells which of the two explains more. Set by hand.
+const SAME: f64 = 0.9;
+
 /// Share of the squares left by `without` that a member's change takes at its place, and at most when it is shifted along the
-/// record by eighths.
+/// record by eighths; `None` in place of the latter where every shift maps it onto itself.
 pub(crate) fn shifted(
     c: &Context<'_>,
     memory: usize,
     without: &Trial,
     member: usize,
-) -> Option<(f64, f64)> {
+) -> Option<(f64, Option<f64>)> {
     let blocks = crate::blocks::Blocks::new(c.data, memory);
     let own = |base: &Baseline| {
         let screened = screen(c, base, &blocks, &[member]);
@@ -344,26 +363,57 @@ pub(crate) fn shifted(
         }
     };
     let total = dot(&base.off, &base.off).max(1e-300);
-    let gain = |d: &[f64]| dot(d, &base.off).powi(2) / dot(d, d).max(1e-300) / total;
-    let mut greatest = 0.0_f64;
-    for shift in 1..=7 {
-        let mut moved = vec![0.0; point.direction.len()];
-        for o in 0..c.scale.len() {
-            let rows = c.data.of_output(o);
+    let gain = |d: &[f64]| along(d, &base.off) / total;
+    let rows: Vec<Vec<usize>> = (0..c.scale.len()).map(|o| c.data.of_output(o)).collect();
+    let others = others(&point.direction, &rows, &base.tangent);
+    Some((
+        gain(&point.direction),
+        others.iter().map(|d| gain(d)).reduce(f64::max),
+    ))
+}
+
+/// Square of the part of `v` along `direction`.
+fn along(direction: &[f64], v: &[f64]) -> f64 {
+    dot(direction, v).powi(2) / dot(direction, direction).max(1e-300)
+}
+
+/// A direction off the tangent, shifted along the rows of each output by eighths, where it is no longer the [`SAME`].
+fn others(direction: &[f64], rows: &[Vec<usize>], tangent: &Tangent) -> Vec<Vec<f64>> {
+    let shifted = |shift: usize| {
+        let mut moved = vec![0.0; direction.len()];
+        for rows in rows {
             let n = rows.len();
             for (k, &i) in rows.iter().enumerate() {
-                moved[i] = point.direction[rows[(k + shift * n / 8) % n]];
+                moved[i] = direction[rows[(k + shift * n / 8) % n]];
             }
         }
-        greatest = greatest.max(gain(&base.tangent.off(&moved)));
-    }
-    Some((gain(&point.direction), greatest))
+        tangent.off(&moved)
+    };
+    let differs = |d: &Vec<f64>| along(d, direction) < SAME * SAME * dot(direction, direction);
+    (1..=7).map(shifted).filter(differs).collect()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::ends_by_nature;
+    use super::{at_its_place, ends_by_nature, others};
+    use crate::tangent::Tangent;
     use dgd_assembly::EffectParameter;
+
+    #[test]
+    fn a_change_that_a_shift_maps_onto_itself_is_no_placebo_of_itself() {
+        let rows = [(0..80).collect::<Vec<usize>>()];
+        let none = Tangent::of([]);
+        let of = |f: fn(usize) -> bool| -> usize {
+            let direction: Vec<f64> = (0..80).map(|i| f64::from(u8::from(f(i)))).collect();
+            others(&direction, &rows, &none).len()
+        };
+        assert_eq!(of(|i| i < 5), 7);
+        // The same experiment twice: not where it is shifted by half.
+        assert_eq!(of(|i| i % 40 < 5), 6);
+        assert_eq!(of(|i| i % 10 < 5), 0);
+        assert!(at_its_place(0.2, None) && at_its_place(0.2, Some(0.1)));
+        assert!(!at_its_place(0.2, Some(0.2)));
+    }
 
     #[test]
     fn none_and_all_are_natural_ends_and_how_far_a_search_goes_is_not() {
