@@ -141,7 +141,7 @@ pub(crate) fn outweighs(
     }
 }
 
-/// Why the claim does not stand on the test part; `None` if it does, or if there is no such part.
+/// Why the claim does not stand on the test part; `None` if it does, or if there is no such part or too few readings in it.
 pub(crate) fn confirmation(
     e: &Evidence<'_, '_>,
     before: &Told,
@@ -166,6 +166,7 @@ pub(crate) fn confirmation(
         return Some(Withdrawn::NotRun);
     };
     let (mut gains, mut best, mut worst, mut sum) = (false, Vec::new(), Vec::new(), 0.0);
+    let mut told = false;
     for (o, name) in e.context.assembly.outputs().iter().enumerate() {
         let (rb, ra) = (
             confirm::rms(b, &e.test.data, o),
@@ -176,12 +177,13 @@ pub(crate) fn confirmation(
         }
         let (low, high) = confirm::gain_interval(b, a, &e.test.data, o, e.memory);
         // In no unit: whoever shows it has units of its own.
-        let line = format!(
-            "{name}: {:.3} of what it was, 95 % {:.3} to {:.3}",
-            ra / rb,
-            1.0 - high,
-            1.0 - low
-        );
+        let share = format!("{name}: {:.3} of what it was", ra / rb);
+        let line = if low.is_finite() {
+            told = true;
+            format!("{share}, 95 % {:.3} to {:.3}", 1.0 - high, 1.0 - low)
+        } else {
+            format!("{share}, too few readings for an interval")
+        };
         sum += (ra / e.context.scale[o]).powi(2) - (rb / e.context.scale[o]).powi(2);
         gains |= low > 0.0;
         // A worsening counts that is more than chance and more than a twentieth of what noise there is.
@@ -189,6 +191,19 @@ pub(crate) fn confirmation(
             worst.push(line.clone());
         }
         best.push(line);
+    }
+    if !told {
+        // As without a test part: so few readings speak neither for it nor against it.
+        checks.push(Check {
+            name: "stands on the test part".into(),
+            passed: true,
+            detail: format!(
+                "fewer than {} readings of each instrument, which tell nothing: the claim rests on left-out blocks of the training part{}",
+                confirm::FEWEST,
+                best.iter().map(|b| format!("; {b}")).collect::<String>()
+            ),
+        });
+        return None;
     }
     // The sum over outputs, each in its own scale, must fall as well.
     let why = if sum >= 0.0 {

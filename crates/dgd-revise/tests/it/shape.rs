@@ -120,6 +120,23 @@ fn an_instrument_read_every_third_sample_shows_what_it_showed_in_every_one() {
 }
 
 #[test]
+fn a_test_part_of_few_readings_withdraws_nothing() {
+    let (q, h) = columns();
+    let text = TEXT.replace("[[200.0, 299.0]]", "[[200.0, 209.0]]");
+    let found = with(&text, &q, &h, &Options::default()).unwrap();
+    assert_eq!(found.findings.len(), 1, "{:?}", found.checks);
+    assert_eq!(found.findings[0].effect, "reading_offset");
+    let mut checks = found.checks.iter();
+    let stands = checks.find(|c| c.name == "stands on the test part");
+    let stands = stands.unwrap();
+    assert!(
+        stands.passed && stands.detail.contains("fewer than 12 readings"),
+        "{stands:?}"
+    );
+    assert!(!stands.detail.contains("NaN"), "{stands:?}");
+}
+
+#[test]
 fn the_model_after_reads_back_and_finds_nothing_more() {
     let (q, h) = columns();
     let found = with(TEXT, &q, &h, &Options::default()).unwrap();
