@@ -1,6 +1,7 @@
 //! What is left over when nothing is left out: an autoregression for each output, with a robust scale.
 
 use crate::stack::Data;
+use crate::tangent::dot;
 use nalgebra::{DMatrix, DVector};
 
 /// Noise of each output.
@@ -168,23 +169,46 @@ impl Ar {
         })
     }
 
-    /// Samples over which the residual remembers itself, from the AR's own correlation; at most 200.
-    pub(crate) fn memory(&self) -> usize {
-        let mut past = vec![0.0; self.a.len().max(1)];
-        past[0] = 1.0;
-        let mut last = 1;
-        for k in 1..200 {
-            let next: f64 = self.a.iter().zip(&past).map(|(a, p)| a * p).sum();
-            past.rotate_right(1);
-            past[0] = next;
-            if next.abs() > 0.2 {
-                last = k + 1;
+    /// Response to one innovation; `None` if it does not die out.
+    fn impulse(&self) -> Option<Vec<f64>> {
+        let mut all = vec![1.0];
+        while all.len() < RESPONSE {
+            let past = all.iter().rev();
+            let next: f64 = self.a.iter().zip(past).map(|(a, p)| a * p).sum();
+            if !(next.abs() < GROWN) {
+                return None;
             }
+            all.push(next);
         }
+        Some(all)
+    }
+
+    /// Samples over which the residual remembers itself, from the AR's own correlation; at most those of 200 rows.
+    pub(crate) fn memory(&self) -> usize {
+        let last = self.impulse().map_or(MEMORY, |psi| {
+            let square = dot(&psi, &psi);
+            let remembers = |k: &usize| (dot(&psi[*k..], &psi) / square).abs() > 0.2;
+            (1..MEMORY).rev().find(remembers).map_or(1, |k| k + 1)
+        });
         // A row of a slow instrument stands for the samples up to the next only where it remembers itself.
         1 + (last - 1) * self.stride.max(1)
     }
+
+    /// Variance of a mean of many against that of white ones of the same deviation, (Σψ)²/Σψ²; between 1 and 199, that of a first
+    /// order with 0.99.
+    pub(crate) fn inflation(&self) -> f64 {
+        let of = |psi: Vec<f64>| psi.iter().sum::<f64>().powi(2) / dot(&psi, &psi);
+        self.impulse().map_or(INFLATION, of).clamp(1.0, INFLATION)
+    }
 }
+
+/// Samples of a response to one innovation.
+const RESPONSE: usize = 1000;
+/// A response that grows so far does not die out.
+const GROWN: f64 = 1e3;
+/// Longest memory, in rows.
+const MEMORY: usize = 200;
+const INFLATION: f64 = 199.0;
 
 /// 1.4826 times the median size; the root mean square where more than half are nought.
 pub(crate) fn robust(values: &[f64]) -> f64 {
@@ -237,6 +261,7 @@ pub(crate) fn lags(rows: usize) -> usize {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may")]
     use super::*;
     use crate::draws::Draws;
     use dgd_assembly::Window;
@@ -265,7 +290,33 @@ mod tests {
         };
         // 0.9^15 = 0.206
         assert_eq!(ar.memory(), 16);
+        assert!((ar.inflation() - 1.9 / 0.1).abs() < 1e-6);
         assert_eq!(Ar { stride: 3, ..ar }.memory(), 46);
+    }
+
+    #[test]
+    fn what_is_remembered_beyond_one_sample_lasts_and_counts_by_its_own_correlation() {
+        let of = |a: &[f64]| Ar {
+            a: a.to_vec(),
+            ..Ar::default()
+        };
+        // Yule and Walker for x = 0.5 x₋₁ + 0.4 x₋₂: ρ₁ = 0.5/0.6, ρ₂ = 0.5 ρ₁ + 0.4, and so on.
+        let mut rho = vec![1.0, 0.5 / 0.6];
+        while rho.len() < 400 {
+            let n = rho.len();
+            rho.push(0.5 * rho[n - 1] + 0.4 * rho[n - 2]);
+        }
+        let ar = of(&[0.5, 0.4]);
+        let last = rho.iter().rposition(|r| *r > 0.2).unwrap();
+        assert_eq!(ar.memory(), last + 1);
+        let inflation = 1.0 + 2.0 * rho[1..].iter().sum::<f64>();
+        assert!((ar.inflation() / inflation - 1.0).abs() < 1e-6);
+        // What only remembers two samples back is inflated as if each of two chains were a first order.
+        assert!((of(&[0.0, 0.5]).inflation() - 3.0).abs() < 1e-6);
+        // What does not die out, and what swings.
+        assert_eq!((of(&[1.1]).memory(), of(&[1.1]).inflation()), (200, 199.0));
+        assert_eq!(of(&[-0.5]).inflation(), 1.0);
+        assert_eq!((of(&[]).memory(), of(&[]).inflation()), (1, 1.0));
     }
 
     /// Residual of a reading that is there in the samples of `there` only, and the noise found.
