@@ -223,11 +223,11 @@ pub(crate) fn robust(values: &[f64]) -> f64 {
 }
 
 /// Ljung and Box's portmanteau statistic over `lags` lags, and its normal deviate under white noise
-/// (Wilson and Hilferty's root of the chi-square).
+/// (Wilson and Hilferty's root of the chi-square); 0 both where there are too few values to tell.
 pub(crate) fn portmanteau(values: &[f64], lags: usize) -> (f64, f64) {
     let n = values.len() as f64;
     let square: f64 = values.iter().map(|v| v * v).sum();
-    if !(square > 0.0) || values.len() <= lags + 1 {
+    if !(square > 0.0) || lags == 0 || values.len() <= lags + 1 {
         return (0.0, 0.0);
     }
     let q: f64 = (1..=lags)
@@ -292,6 +292,12 @@ mod tests {
         assert_eq!(ar.memory(), 16);
         assert!((ar.inflation() - 1.9 / 0.1).abs() < 1e-6);
         assert_eq!(Ar { stride: 3, ..ar }.memory(), 46);
+    }
+
+    #[test]
+    fn of_four_readings_no_memory_is_told() {
+        let values = [1.0, -0.4, 0.7, 0.2];
+        assert_eq!(portmanteau(&values, lags(values.len())), (0.0, 0.0));
     }
 
     #[test]
