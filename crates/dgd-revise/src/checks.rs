@@ -42,7 +42,6 @@ pub(crate) fn gate_checks(e: &Evidence<'_, '_>, slight: &[usize]) -> Vec<Check> 
     }];
     let names = e.context.assembly.outputs();
     let accuracies = e.context.assembly.accuracies();
-    let off = |l: &Level| l.rms * e.context.scale[l.output];
     let each = |said: &dyn Fn(&Level) -> String| {
         let each = e
             .levels
@@ -50,21 +49,19 @@ pub(crate) fn gate_checks(e: &Evidence<'_, '_>, slight: &[usize]) -> Vec<Check> 
             .map(|l| format!("{}: {}", names[l.output], said(l)));
         each.collect::<Vec<_>>().join("; ")
     };
-    let of_noise = |l: &Level| format!("{:.2} times its noise", l.ratio());
+    let of_either =
+        |l: &Level| excused_by(l, l.rms * e.context.scale[l.output], accuracies[l.output]);
     match e.excuse {
         Some(Excuse::Accuracy) => checks.push(Check {
             name: "the re-fitted base is off by no more than the accuracy stated".into(),
             passed: true,
-            detail: each(&|l| {
-                // In no unit: whoever shows it has units of its own.
-                let stated = accuracies[l.output].unwrap_or(f64::NAN);
-                format!("{:.2} of it", off(l) / stated)
-            }),
+            detail: each(&of_either),
         }),
         Some(Excuse::Noise | Excuse::Small) => checks.push(Check {
-            name: "the re-fitted base is off by the noise to ten per cent".into(),
+            name: "each instrument is within its accuracy, or off by the noise to ten per cent and chance"
+                .into(),
             passed: true,
-            detail: each(&of_noise),
+            detail: each(&of_either),
         }),
         None if e.levels.iter().any(Level::unexcused) => checks.push(Check {
             // As above: that more is left is why effects were sought.
@@ -96,6 +93,19 @@ pub(crate) fn gate_checks(e: &Evidence<'_, '_>, slight: &[usize]) -> Vec<Check> 
         });
     }
     checks
+}
+
+fn of_noise(l: &Level) -> String {
+    format!("{:.2} times its noise", l.ratio())
+}
+
+/// What excuses an instrument that is `off` by so much: its accuracy, else its noise.
+fn excused_by(l: &Level, off: f64, accuracy: Option<f64>) -> String {
+    match accuracy {
+        // In no unit: whoever shows it has units of its own.
+        Some(stated) if off <= stated => format!("{:.2} of its accuracy", off / stated),
+        _ => of_noise(l),
+    }
 }
 
 /// Whether the named set leaves no more than noise.
@@ -410,7 +420,8 @@ fn others(direction: &[f64], rows: &[Vec<usize>], tangent: &Tangent) -> Vec<Vec<
 
 #[cfg(test)]
 mod tests {
-    use super::{at_its_place, ends_by_nature, others};
+    use super::{at_its_place, ends_by_nature, excused_by, others};
+    use crate::floor::Level;
     use crate::tangent::Tangent;
     use dgd_assembly::EffectParameter;
 
@@ -428,6 +439,23 @@ mod tests {
         assert_eq!(of(|i| i % 10 < 5), 0);
         assert!(at_its_place(0.2, None) && at_its_place(0.2, Some(0.1)));
         assert!(!at_its_place(0.2, Some(0.2)));
+    }
+
+    #[test]
+    fn an_instrument_within_its_accuracy_is_not_said_to_be_within_its_noise() {
+        let level = Level {
+            output: 0,
+            rms: 5.0,
+            floor: 1.0,
+            readings: 100,
+            memory: 0.0,
+            own: false,
+            rounding: false,
+        };
+        let of = |accuracy| excused_by(&level, 10.0, accuracy);
+        assert_eq!(of(Some(20.0)), "0.50 of its accuracy");
+        assert_eq!(of(Some(9.0)), "5.00 times its noise");
+        assert_eq!(of(None), "5.00 times its noise");
     }
 
     #[test]
