@@ -50,6 +50,8 @@ const FEWEST: usize = 40;
 const EXCHANGES: usize = 3;
 /// Sets that are given up for their placebo before nothing is claimed.
 const REFUSED: usize = 60;
+/// Significance below which the scores of the gate never open it, whatever is left out.
+const LEAST_GATE: f64 = 0.005;
 /// Corrections that are fitted, of all that were weighed.
 const CORRECTIONS: usize = 8;
 
@@ -262,8 +264,12 @@ fn check(options: &Options) -> Result<(), ReviseError> {
             expected,
         })
     };
-    if !(options.gate > 0.0 && options.gate < 1.0) {
-        return refuse("gate", options.gate, "more than 0 and less than 1");
+    if !(options.gate >= LEAST_GATE && options.gate < 1.0) {
+        return refuse(
+            "gate",
+            options.gate,
+            "at least 0.005 (five tests, of which 999 draws tell no probability below 0.001) and less than 1",
+        );
     }
     if !(options.least_gain >= 0.0 && options.least_gain < 1.0) {
         return refuse(

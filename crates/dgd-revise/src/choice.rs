@@ -2,7 +2,7 @@
 //! superfluous.
 
 use crate::baseline::{NEAR, QUICK};
-use crate::checks::shifted;
+use crate::checks::{at_its_place, shifted};
 use crate::context::{Context, Trial};
 use crate::sets::{Scored, Task, finish, try_all};
 use crate::tangent::dot;
@@ -178,7 +178,7 @@ pub(crate) fn stand(
         let without = &scored[rest];
         let shares = shifted(context, memory, &without.trial, m);
         tracing::debug!(?shares, member = m, set = ?trial.members, "placebo");
-        if !shares.is_some_and(|(own, moved)| own > moved) {
+        if !shares.is_some_and(|(own, moved)| at_its_place(own, moved)) {
             return false;
         }
     }

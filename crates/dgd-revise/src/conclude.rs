@@ -242,7 +242,8 @@ pub(crate) fn conclude(
         checks,
         contenders: contenders(e),
         before: model(e, e.base_trial, &e.base_left)?,
-        after: model(e, &trial, left_after)?,
+        // A correction is part of no model: without a set these are the base's parameters, and its folds tell of them.
+        after: model(e, &trial, claim.set.map_or(&e.base_left, |_| left_after))?,
         outputs: gains(e, &before, &after, left_after),
         traces: traces(e, &before, &after),
         sections,
@@ -361,16 +362,10 @@ fn contenders(e: &Evidence<'_, '_>) -> Vec<Contender> {
 fn model(e: &Evidence<'_, '_>, trial: &Trial, left: &LeftOut) -> Result<Model, ReviseError> {
     let built = e.context.build(&trial.members).ok_or(ReviseError::NotRun)?;
     let jacobian = fresh_jacobian(e.context, trial).ok_or(ReviseError::NotRun)?;
-    // With a correction the folds hold its coefficients too.
-    let mut left = left.clone();
-    left.thetas
-        .iter_mut()
-        .for_each(|t| t.truncate(trial.paths.len()));
-    left.thetas.retain(|t| t.len() == trial.paths.len());
     Ok(Model {
         assembly: built.with_values(&trial.minimum.theta)?,
         theta: trial.minimum.theta.clone(),
-        parameters: estimates(e.context, trial, &jacobian, &left),
+        parameters: estimates(e.context, trial, &jacobian, left),
     })
 }
 
@@ -450,6 +445,12 @@ fn settings(e: &Evidence<'_, '_>, withdrawn: &[String]) -> Vec<(String, String)>
     for (name, ar) in e.context.assembly.outputs().iter().zip(&e.base.noise.of) {
         let a: Vec<String> = ar.a.iter().map(|a| format!("{a:.3}")).collect();
         all.push((format!("autoregression of {name}"), a.join(" ")));
+    }
+    for (name, held) in (e.context.assembly.outputs().iter()).zip(&e.context.data.held) {
+        if *held > 1 {
+            let told = format!("samples over which the log repeats {name}, counted once");
+            all.push((told, held.to_string()));
+        }
     }
     if !withdrawn.is_empty() {
         all.push(("withdrawn".into(), withdrawn.join(", ")));

@@ -102,8 +102,11 @@ pub(crate) fn rms(readings: &Readings, data: &Data, output: usize) -> f64 {
     f64::sqrt(sum / n)
 }
 
+/// Fewest readings of an instrument for an interval.
+pub(crate) const FEWEST: usize = 12;
+
 /// 95 % interval of 1 − after/before by a paired moving-block bootstrap (Künsch 1989), blocks of a twelfth of the record at
-/// most.
+/// most; NaN for fewer than [`FEWEST`] readings.
 pub(crate) fn gain_interval(
     before: &Readings,
     after: &Readings,
@@ -122,7 +125,7 @@ pub(crate) fn gain_interval(
         })
         .collect();
     let n = pairs.len();
-    if n < 12 {
+    if n < FEWEST {
         return (f64::NAN, f64::NAN);
     }
     let length = (3 * memory).clamp(n.div_ceil(50), n.div_ceil(12));

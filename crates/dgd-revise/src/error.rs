@@ -9,7 +9,7 @@ pub enum ReviseError {
     /// The record and the assembly do not fit together.
     #[error(transparent)]
     Assembly(#[from] AssemblyError),
-    /// Too few samples to leave blocks out.
+    /// Too few samples to leave blocks out; a reading that the log repeats counts once an update.
     #[error("the training part has {found} readings, expected at least {expected}")]
     TooShort {
         /// Readings needed.

@@ -1,7 +1,7 @@
 //! Parameters with their doubt.
 
 use crate::context::{Context, Trial};
-use crate::noise::Noise;
+use crate::noise::{Ar, Noise};
 use crate::revision::Estimate;
 use crate::validate::LeftOut;
 use nalgebra::{DMatrix, SymmetricEigen};
@@ -21,15 +21,7 @@ pub(crate) fn estimates(
     let p = trial.paths.len();
     let noise = Noise::of(context.data, r, context.scale.len());
     // Variance of a mean of correlated residuals against that of white ones.
-    let inflation = noise
-        .of
-        .iter()
-        .map(|ar| {
-            let sum: f64 = ar.a.iter().sum();
-            let first = ar.a.first().copied().unwrap_or(0.0);
-            ((1.0 + first.clamp(0.0, 0.99)) / (1.0 - sum.clamp(0.0, 0.99))).max(1.0)
-        })
-        .fold(1.0, f64::max);
+    let inflation = noise.of.iter().map(Ar::inflation).fold(1.0, f64::max);
     let free = r.len().saturating_sub(p).max(1) as f64;
     let variance = 2.0 * trial.cost() / free * inflation;
     let at_bound: Vec<bool> = (0..p)

@@ -265,6 +265,24 @@ mod tests {
     }
 
     #[test]
+    fn an_instrument_of_four_readings_keeps_nothing_from_being_small() {
+        let mut draws = Draws::new(4, 0);
+        let many: Vec<f64> = (0..400).map(|_| normal(&mut draws)).collect();
+        let mut few = vec![f64::NAN; 400];
+        for (k, v) in [0.5, -0.6, 0.4, -0.3].into_iter().enumerate() {
+            few[100 * k] = v;
+        }
+        let data = Data::training(vec![dgd_assembly::Window {
+            time: (0..400).map(f64::from).collect(),
+            readings: vec![many, few],
+            ..dgd_assembly::Window::default()
+        }]);
+        let levels = plain(&data, &data.measured, 2, &[1.0, 1.0], &Vec::new());
+        assert_eq!(levels[1].readings, 4);
+        assert!(too_small(&[&levels[0], &levels[1]], SMALL), "{levels:?}");
+    }
+
+    #[test]
     fn a_reading_of_few_values_is_no_better_than_its_step() {
         let coarse: Vec<f64> = (0..100).map(|i| 0.5 * f64::from(i / 20)).collect();
         assert_eq!(step(&coarse), 0.5);

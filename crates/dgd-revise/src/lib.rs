@@ -42,6 +42,7 @@ mod error;
 mod estimates;
 mod findings;
 mod floor;
+mod held;
 mod locate;
 mod noise;
 mod parallel;

@@ -5,38 +5,61 @@ use crate::stack::Data;
 
 /// Stretches of the independent variable that hold 60 % of what the squares fell by, at most a fortieth of the record fine.
 pub(crate) fn intervals(data: &Data, before: &[f64], after: &[f64]) -> Vec<(f64, f64)> {
-    let mut found: Vec<(f64, f64)> = Vec::new();
+    let length = data.samples().div_ceil(40).max(1);
+    // One pool over all windows: an event in one of them is no event of the others.
+    let mut bins: Vec<Bin> = Vec::new();
     for (w, window) in data.windows.iter().enumerate() {
-        let n = window.time.len();
-        let length = n.div_ceil(40).max(1);
-        let mut fall = vec![0.0; n.div_ceil(length)];
+        let time = &window.time;
+        // Samples of a relation come in any order.
+        let mut order: Vec<usize> = (0..time.len()).collect();
+        order.sort_by(|a, b| time[*a].total_cmp(&time[*b]));
+        let mut bin_of = vec![0; time.len()];
+        for (k, part) in order.chunks(length).enumerate() {
+            part.iter().for_each(|&i| bin_of[i] = bins.len() + k);
+        }
+        let last = order.len().saturating_sub(1);
+        bins.extend((0..order.len()).step_by(length).map(|k| Bin {
+            window: w,
+            from: time[order[k]],
+            to: time[order[(k + length).min(last)]],
+            fall: 0.0,
+        }));
         for (i, row) in data.rows.iter().enumerate().filter(|(_, r)| r.window == w) {
-            fall[row.sample / length] += before[i].powi(2) - after[i].powi(2);
-        }
-        let total: f64 = fall.iter().filter(|f| **f > 0.0).sum();
-        let mut order: Vec<usize> = (0..fall.len()).collect();
-        order.sort_by(|a, b| fall[*b].total_cmp(&fall[*a]));
-        let (mut sum, mut chosen) = (0.0, Vec::new());
-        for k in order {
-            if sum >= 0.6 * total || !(fall[k] > 0.0) {
-                break;
-            }
-            sum += fall[k];
-            chosen.push(k);
-        }
-        chosen.sort_unstable();
-        let time = |i: usize| window.time[i.min(n - 1)];
-        let mut last: Option<usize> = None;
-        for k in chosen {
-            let (from, to) = (time(k * length), time((k + 1) * length));
-            match (last, found.last_mut()) {
-                (Some(l), Some(open)) if l + 1 == k => open.1 = to,
-                _ => found.push((from, to)),
-            }
-            last = Some(k);
+            bins[bin_of[row.sample]].fall += before[i].powi(2) - after[i].powi(2);
         }
     }
+    let total: f64 = bins.iter().map(|b| b.fall.max(0.0)).sum();
+    let mut order: Vec<usize> = (0..bins.len()).collect();
+    order.sort_by(|a, b| bins[*b].fall.total_cmp(&bins[*a].fall));
+    let (mut sum, mut chosen) = (0.0, Vec::new());
+    for k in order {
+        if sum >= 0.6 * total || !(bins[k].fall > 0.0) {
+            break;
+        }
+        sum += bins[k].fall;
+        chosen.push(k);
+    }
+    chosen.sort_unstable();
+    let mut found: Vec<(f64, f64)> = Vec::new();
+    let mut last: Option<usize> = None;
+    for k in chosen {
+        let next = |l: usize| l + 1 == k && bins[l].window == bins[k].window;
+        match (last, found.last_mut()) {
+            (Some(l), Some(open)) if next(l) => open.1 = bins[k].to,
+            _ => found.push((bins[k].from, bins[k].to)),
+        }
+        last = Some(k);
+    }
     found
+}
+
+/// A stretch of a window.
+struct Bin {
+    window: usize,
+    from: f64,
+    to: f64,
+    /// What the squares fell by.
+    fall: f64,
 }
 
 /// The quantity in a range of which the fall of the squares is most crowded; `None` where nothing fell.
@@ -112,7 +135,7 @@ pub(crate) fn region(
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-    use super::region;
+    use super::{intervals, region};
     use crate::stack::Data;
     use dgd_assembly::Window;
 
@@ -128,6 +151,52 @@ mod tests {
         let quantities = [("u".to_owned(), vec![(0..100).map(quantity).collect()])];
         let found = region(&data, &before, &[0.0; 100], &quantities).unwrap();
         (found.range, found.share, found.of_samples)
+    }
+
+    /// Intervals where the squares fall by `share` at each sample, by window and independent variable.
+    fn stretches(windows: &[Vec<f64>], share: impl Fn(usize, f64) -> f64) -> Vec<(f64, f64)> {
+        let window = |time: &Vec<f64>| Window {
+            time: time.clone(),
+            readings: vec![(0..time.len()).map(|i| i as f64).collect()],
+            ..Window::default()
+        };
+        let data = Data::training(windows.iter().map(window).collect());
+        let before: Vec<f64> = data
+            .rows
+            .iter()
+            .map(|row| share(row.window, data.time(row)).sqrt())
+            .collect();
+        intervals(&data, &before, &vec![0.0; before.len()])
+    }
+
+    #[test]
+    fn stretches_are_those_of_the_record_not_of_each_of_its_windows() {
+        let windows = [0.0, 200.0].map(|from| (0..100).map(|i| from + f64::from(i)).collect());
+        let event = |w: usize, t: f64| {
+            if w == 1 && (230.0..240.0).contains(&t) {
+                1.0
+            } else {
+                1e-6
+            }
+        };
+        let found = stretches(&windows, event);
+        assert!(
+            !found.is_empty() && found.iter().all(|s| s.0 >= 230.0 && s.1 <= 240.0),
+            "{found:?}"
+        );
+    }
+
+    #[test]
+    fn stretches_of_a_relation_ascend_whatever_the_order_of_its_samples() {
+        let event = |_: usize, t: f64| f64::from(u8::from((20.0..40.0).contains(&t)));
+        let ascending: Vec<f64> = (0..100).map(f64::from).collect();
+        let mut descending = ascending.clone();
+        descending.reverse();
+        let mixed: Vec<f64> = (0..100).map(|i| f64::from(37 * i % 100)).collect();
+        let found = stretches(&[ascending], event);
+        assert_eq!(found, stretches(&[descending], event));
+        assert_eq!(found, stretches(&[mixed], event));
+        assert!(found.iter().all(|s| s.0 < s.1), "{found:?}");
     }
 
     #[test]

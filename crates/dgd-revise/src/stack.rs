@@ -1,5 +1,6 @@
 //! The samples of all windows in one column: what is compared, and what a run leaves over.
 
+use crate::held;
 use dgd_assembly::{
     Assembly, AssemblyError, Method, RunStatus, Simulation, SimulationOptions, Simulator, Window,
 };
@@ -22,6 +23,8 @@ pub(crate) struct Data {
     pub offsets: Vec<usize>,
     /// By window, the training window whose free initial states it starts from.
     pub numbers: Vec<usize>,
+    /// By output, samples over which the log repeats a reading; such a reading is one row. 1 if it does not.
+    pub held: Vec<usize>,
 }
 
 impl Data {
@@ -32,7 +35,13 @@ impl Data {
     }
 
     pub(crate) fn new(windows: Vec<Window>, numbers: Vec<usize>) -> Self {
+        let outputs = windows.first().map_or(0, |w| w.readings.len());
+        let held = |output: usize| {
+            let readings = windows.iter().map(|w| w.readings[output].as_slice());
+            held::usual(&readings.collect::<Vec<_>>())
+        };
         let mut data = Self {
+            held: (0..outputs).map(held).collect(),
             windows: Vec::new(),
             rows: Vec::new(),
             measured: Vec::new(),
@@ -41,13 +50,13 @@ impl Data {
         };
         for (w, window) in windows.iter().enumerate() {
             for (output, reading) in window.readings.iter().enumerate() {
-                for (sample, value) in reading.iter().enumerate().filter(|(_, v)| v.is_finite()) {
+                for sample in held::new(reading, data.held[output]) {
                     data.rows.push(Row {
                         window: w,
                         output,
                         sample,
                     });
-                    data.measured.push(*value);
+                    data.measured.push(reading[sample]);
                 }
             }
             data.offsets.push(data.offsets[w] + window.time.len());

@@ -125,6 +125,7 @@ fn a_siphon_that_no_catalogue_holds_is_unknown_with_its_place() {
     // The curve is part of the readings after, and of no model.
     assert_eq!(found.unwritten(), found.findings.first());
     assert_eq!(found.after.theta, found.before.theta);
+    assert_eq!(found.after.parameters, found.before.parameters);
     let (before, after) = found.outputs[0].training;
     assert!(after < before, "{}", told(&found));
 }

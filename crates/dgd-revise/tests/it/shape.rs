@@ -2,7 +2,7 @@
 
 use crate::benches::{noisy, steps};
 use dgd_assembly::{Assembly, Record};
-use dgd_revise::{Options, ReviseError, Revision, revise};
+use dgd_revise::{Options, ReviseError, Revision, Verdict, revise};
 
 const TEXT: &str = r#"
 connections = ["pump -> tank -> valve -> atmosphere"]
@@ -24,16 +24,26 @@ test.windows = [[200.0, 299.0]]
 
 /// A tank whose outlet lies 0.3 m below its zero.
 fn columns() -> (Vec<f64>, Vec<f64>) {
-    let q = steps(300, 10, 0.002, 0.012, 2);
+    tank(300, 0.3)
+}
+
+/// A tank whose outlet lies some metres below its zero.
+fn tank(n: usize, below: f64) -> (Vec<f64>, Vec<f64>) {
+    let (q, all) = tank_without_noise(n, below);
+    (q, noisy(all.into_iter(), 1e-3, 3))
+}
+
+fn tank_without_noise(n: usize, below: f64) -> (Vec<f64>, Vec<f64>) {
+    let q = steps(n, 10, 0.002, 0.012, 2);
     let mut level = 0.4_f64;
     let mut all = Vec::new();
     for q in &q {
         all.push(level);
         for _ in 0..100 {
-            level += 0.01 * (q - 1e-4 * (9806.65 * (level + 0.3)).sqrt()) / 0.5;
+            level += 0.01 * (q - 1e-4 * (9806.65 * (level + below).max(0.0)).sqrt()) / 0.5;
         }
     }
-    (q, noisy(all.into_iter(), 1e-3, 3))
+    (q, all)
 }
 
 fn with(text: &str, q: &[f64], h: &[f64], options: &Options) -> Result<Revision, ReviseError> {
@@ -88,6 +98,66 @@ fn missing_readings_are_left_out() {
 }
 
 #[test]
+fn a_reading_that_the_log_holds_between_updates_leaves_a_sound_model_consistent() {
+    let text = TEXT
+        .replace("[[0.0, 199.0]]", "[[0.0, 799.0]]")
+        .replace("[[200.0, 299.0]]", "[[800.0, 999.0]]");
+    let (q, fresh) = tank(1000, 0.0);
+    // Every sample is logged, of an instrument that reads every fifth.
+    let h: Vec<f64> = (0..1000).map(|i| fresh[i / 5 * 5]).collect();
+    let found = with(&text, &q, &h, &Options::default()).unwrap();
+    assert_eq!(found.verdict, Verdict::Consistent, "{:?}", found.checks);
+    let told = |(name, value): &(String, String)| name.contains("the log repeats") && value == "5";
+    assert!(found.settings.iter().any(told), "{:?}", found.settings);
+}
+
+#[test]
+fn an_instrument_read_every_third_sample_shows_what_it_showed_in_every_one() {
+    let (q, mut h) = columns();
+    for (i, h) in h.iter_mut().enumerate() {
+        if i % 3 != 0 {
+            *h = f64::NAN;
+        }
+    }
+    let found = with(TEXT, &q, &h, &Options::default()).unwrap();
+    let effects: Vec<&str> = found.findings.iter().map(|f| f.effect.as_str()).collect();
+    assert_eq!(effects, ["reading_offset"], "{:?}", found.checks);
+}
+
+#[test]
+fn an_experiment_done_twice_shows_what_it_shows_once() {
+    let text = TEXT
+        .replace("[[0.0, 199.0]]", "[[0.0, 199.0], [200.0, 399.0]]")
+        .replace("[[200.0, 299.0]]", "[[400.0, 499.0]]");
+    let (once, clean) = tank_without_noise(300, 0.3);
+    let twice = |x: &[f64]| [&x[..200], &x[..200], &x[200..]].concat();
+    // With these the noise lets the second run explain more of the first than its own.
+    for seed in [1, 3] {
+        let h = noisy(twice(&clean).into_iter(), 1e-3, seed);
+        let found = with(&text, &twice(&once), &h, &Options::default()).unwrap();
+        let effects: Vec<&str> = found.findings.iter().map(|f| f.effect.as_str()).collect();
+        assert_eq!(effects, ["reading_offset"], "{:?}", found.checks);
+    }
+}
+
+#[test]
+fn a_test_part_of_few_readings_withdraws_nothing() {
+    let (q, h) = columns();
+    let text = TEXT.replace("[[200.0, 299.0]]", "[[200.0, 209.0]]");
+    let found = with(&text, &q, &h, &Options::default()).unwrap();
+    assert_eq!(found.findings.len(), 1, "{:?}", found.checks);
+    assert_eq!(found.findings[0].effect, "reading_offset");
+    let mut checks = found.checks.iter();
+    let stands = checks.find(|c| c.name == "stands on the test part");
+    let stands = stands.unwrap();
+    assert!(
+        stands.passed && stands.detail.contains("fewer than 12 readings"),
+        "{stands:?}"
+    );
+    assert!(!stands.detail.contains("NaN"), "{stands:?}");
+}
+
+#[test]
 fn the_model_after_reads_back_and_finds_nothing_more() {
     let (q, h) = columns();
     let found = with(TEXT, &q, &h, &Options::default()).unwrap();
@@ -104,13 +174,16 @@ fn wrong_calls_are_refused() {
         ReviseError::Option { name, .. } => name,
         other => panic!("{other}"),
     };
-    assert_eq!(
-        name(refused(Options {
-            gate: 0.0,
-            ..Options::default()
-        })),
-        "gate"
-    );
+    // Five tests of 999 draws cannot tell less than 0.005.
+    for gate in [0.0, 0.0049, 1.0] {
+        assert_eq!(
+            name(refused(Options {
+                gate,
+                ..Options::default()
+            })),
+            "gate"
+        );
+    }
     assert_eq!(
         name(refused(Options {
             least_gain: 1.0,
