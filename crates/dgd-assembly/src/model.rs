@@ -173,11 +173,7 @@ impl Work {
             let mut gas = own[tank::GAS_PRESSURE];
             if own[tank::GAS_VOLUME].is_finite() {
                 // Isothermal cushion; a thousandth of it stays however full the tank.
-                let filled = match part.profile.as_slice() {
-                    [] => own[tank::AREA] * x[k],
-                    profile => tanks::filled(profile, x[k]),
-                };
-                let left = own[tank::GAS_VOLUME] - filled;
+                let left = own[tank::GAS_VOLUME] - self.filled(net, k, x);
                 gas *= own[tank::GAS_VOLUME] / left.max(1e-3 * own[tank::GAS_VOLUME]);
             }
             let mut head = x[k];

@@ -370,7 +370,15 @@ fn nearest(of_ns: &[u64], at_ns: &[u64]) -> (Vec<Option<usize>>, u64) {
     let reach = median_step(of_ns).max(median_step(at_ns)) / 5 * 3;
     let mut farthest = 0;
     let mut next = 0;
+    let mut before = 0;
+    let in_order = of_ns.is_sorted();
     let sources = at_ns.iter().map(|at| {
+        // Where the clock of the busiest was set back, the messages of its second stretch are behind. One that was set back
+        // itself is walked on as logged.
+        if *at < before && in_order {
+            next = of_ns.partition_point(|ns| ns <= at).saturating_sub(1);
+        }
+        before = *at;
         while of_ns
             .get(next + 1)
             // Messages that share a log time are equally near: what is behind them must not stay out of reach.

@@ -142,14 +142,13 @@ pub fn mask_recording(
     })
 }
 
-/// Values within the range of the usable ones and nothing, a twentieth of it added; NaN beyond.
+/// Values within the range of the usable ones and nothing; NaN beyond, for a full scale may be just above the largest.
 fn known<'a>(values: &'a [f64], keep: &[bool]) -> impl Iterator<Item = f64> + use<'a> {
     let kept = values.iter().zip(keep).filter(|(_, keep)| **keep);
     let (low, high) = kept.fold((0.0f64, 0.0f64), |(low, high), (v, _)| {
         (low.min(*v), high.max(*v))
     });
-    let margin = 0.05 * (high - low);
-    let told = low - margin..=high + margin;
+    let told = low..=high;
     values
         .iter()
         .map(move |v| if told.contains(v) { *v } else { f64::NAN })

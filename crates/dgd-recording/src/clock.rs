@@ -17,7 +17,8 @@ pub struct ClockSurvey {
     pub span_s: (f64, f64),
     /// Stamps that are missing or not finite.
     pub missing: usize,
-    /// Stamps equal to their predecessor (after ordering), to a millionth of a step.
+    /// Stamps equal to their predecessor (after ordering), to a millionth of a step, and on the same step of the even clock;
+    /// those samples are dropped.
     pub duplicates: usize,
     /// Stamps whose step of the even clock belongs to an earlier sample, duplicates apart; those samples are dropped.
     pub crowded: usize,

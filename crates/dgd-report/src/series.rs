@@ -124,8 +124,16 @@ fn laid_out(
                 dash: series.role.dash(),
             };
             out.lines.push(Line::new(series.time_s, series.value, pen));
+            // Readings with gaps between them all are dots.
+            let known = series.value.iter().map(|v| v.is_finite());
+            let any = known.clone().any(|known| known);
+            let joined = known.clone().zip(known.skip(1)).any(|(a, b)| a && b);
             out.keys.push(Key {
-                sign: Sign::Line(pen),
+                sign: if any && !joined {
+                    Sign::Dot(pen.color)
+                } else {
+                    Sign::Line(pen)
+                },
                 text: series.label.to_owned(),
             });
         }

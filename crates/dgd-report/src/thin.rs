@@ -1,6 +1,7 @@
 //! Many samples made few shapes: clouds to occupied cells, curves to what a pixel column can show.
 
-use crate::scene::Runs;
+use crate::color::Color;
+use crate::scene::{Runs, Shape};
 
 /// A rectangle on paper with the values at its edges.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -207,21 +208,49 @@ pub(crate) struct Path {
     pub lines: Vec<Vec<[f64; 2]>>,
     /// Where many samples fall on one unit of width: the band they span; the line is then their mean.
     pub bands: Vec<Vec<[f64; 2]>>,
+    /// Abscissas and ordinates, in the frame's units, of points between gaps: a line through one would not be seen.
+    pub lone: [Vec<f64>; 2],
+}
+
+impl Path {
+    /// The dots of the lone points; no more than a line's worth.
+    pub(crate) fn dots(&self, frame: &Frame, color: Color) -> impl Iterator<Item = Shape> {
+        const MOST_RUNS: usize = 6000;
+        let [x, y] = &self.lone;
+        let thin = cells(frame, x, y, MOST_RUNS, false);
+        let held = |runs: &Runs| !runs.runs.is_empty();
+        let dot = move |runs| Shape::Dots {
+            runs,
+            width: thin.dot,
+            color,
+        };
+        thin.shades.into_iter().filter(held).map(dot)
+    }
 }
 
 /// The curve with no more points than paper can show.
 pub(crate) fn curve(frame: &Frame, x: &[f64], y: &[f64]) -> Path {
     let mut path = Path::default();
     let mut run: Vec<[f64; 2]> = Vec::new();
+    let mut last = [f64::NAN; 2];
+    let mut end = |run: &mut Vec<[f64; 2]>, [x, y]: [f64; 2]| {
+        if run.len() == 1 {
+            path.lone[0].push(x);
+            path.lone[1].push(y);
+        } else {
+            add_run(frame, run, &mut path);
+        }
+        run.clear();
+    };
     for (&x, &y) in x.iter().zip(y) {
         if x.is_finite() && y.is_finite() {
             run.push(frame.place(x, y));
+            last = [x, y];
         } else {
-            add_run(frame, &run, &mut path);
-            run.clear();
+            end(&mut run, last);
         }
     }
-    add_run(frame, &run, &mut path);
+    end(&mut run, last);
     path
 }
 
@@ -416,6 +445,16 @@ mod tests {
             .len(),
             2
         );
+    }
+
+    #[test]
+    fn a_point_between_gaps_is_a_dot() {
+        let y = [0.1, f64::NAN, 0.2, 0.3, f64::NAN, 0.4];
+        let path = curve(&FRAME, &[0.0, 0.2, 0.4, 0.6, 0.8, 1.0], &y);
+        assert_eq!(path.lone, [vec![0.0, 1.0], vec![0.1, 0.4]]);
+        assert_eq!(path.lines.len(), 1);
+        let dots: Vec<Shape> = path.dots(&FRAME, Color(0, 0, 0)).collect();
+        assert!(matches!(&dots[..], [Shape::Dots { runs, .. }] if runs.runs.len() == 2));
     }
 
     #[test]

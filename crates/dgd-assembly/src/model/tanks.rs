@@ -23,6 +23,32 @@ impl Work {
         area.max(1e-12)
     }
 
+    /// Volume between level 0 and the surface of a tank, negative below it.
+    pub(super) fn filled(&self, net: &Network, number: usize, x: &[f64]) -> f64 {
+        /// An effect may have a kink between two heights.
+        const PARTS: u32 = 4;
+        let part = &net.parts[net.tanks[number]];
+        let (profile, level) = (part.profile.as_slice(), x[number]);
+        if net.effects_of(net.tanks[number]).is_empty() {
+            if profile.is_empty() {
+                return self.values[part.base + tank::AREA] * level;
+            }
+            // Between two of the heights the area is straight, and so the rule of trapezia exact.
+            let mean = |a, b| 0.5 * (profile_area(profile, a) + profile_area(profile, b));
+            return slabs(profile, level, |low, high| mean(low, high) * (high - low));
+        }
+        let area = |level| self.area(net, number, level, x);
+        slabs(profile, level, |low, high| {
+            let step = (high - low) / f64::from(PARTS);
+            // Simpson's rule is exact where an effect makes a parabola of the straight area.
+            let simpson = |part: u32| {
+                let a = low + step * f64::from(part);
+                step / 6.0 * (area(a) + 4.0 * area(a + 0.5 * step) + area(a + step))
+            };
+            (0..PARTS).map(simpson).sum()
+        })
+    }
+
     pub(crate) fn balance(&mut self, net: &Network, x: &[f64]) {
         self.inflow.fill(0.0);
         self.outflow.fill(0.0);
@@ -99,13 +125,9 @@ impl Work {
     }
 }
 
-/// Volume between level 0 and another, negative below it.
-pub(super) fn filled(profile: &[[f64; 2]], level: f64) -> f64 {
+/// Sum of the slabs between level 0 and another, of which the heights of a profile are edges; negative below 0.
+fn slabs(profile: &[[f64; 2]], level: f64, slab: impl Fn(f64, f64) -> f64) -> f64 {
     let (from, to) = (level.min(0.0), level.max(0.0));
-    // Between two of the heights the area is straight, and so the rule of trapezia exact.
-    let slab = |low: f64, high: f64| {
-        0.5 * (profile_area(profile, low) + profile_area(profile, high)) * (high - low)
-    };
     let mut volume = 0.0;
     let mut low = from;
     for high in profile

@@ -103,6 +103,43 @@ fn the_gas_of_a_closed_tank_is_what_its_profile_leaves() {
 }
 
 #[test]
+fn the_gas_of_a_closed_tank_is_what_a_taper_leaves() {
+    let shapes = [
+        "area = 0.5",
+        "area_profile = [[-1.0, 0.2], [0.3, 0.5], [1.0, 0.4]]",
+    ];
+    for shape in shapes {
+        let text = format!(
+            r#"
+            connections = ["feed -> tank.outlet"]
+            [components]
+            feed = {{ kind = "boundary", flow = "1 l/s" }}
+            tank = {{ kind = "tank", {shape}, gas_volume = 1.0 }}
+            p = {{ kind = "instrument", measures = "pressure", of = "tank" }}
+            level = {{ kind = "instrument", measures = "level", of = "tank" }}
+            [initial]
+            "tank.level" = 0.0
+        "#
+        );
+        let assembly = Assembly::parse(&text).unwrap();
+        let tapered = assembly.with_effect("tank", "taper", &["slope"]).unwrap();
+        let t = clock(300, 1.0);
+        let pressures = |slope: f64| -> Vec<f64> {
+            let window = window(&tapered, &[("t", &t)]);
+            let run = tapered.simulate(&[slope], &window, 0, &tight()).unwrap();
+            let gas = run.outputs[0].iter().zip(&run.outputs[1]);
+            gas.map(|(level, p)| p - 9806.65 * level).collect()
+        };
+        // Whatever the shape, what came in is what the gas has lost.
+        let expected: Vec<f64> = t.iter().map(|t| 101_325.0 / (1.0 - 1e-3 * t)).collect();
+        for slope in [0.0, 0.8, -0.6] {
+            let off = apart(&pressures(slope), &expected);
+            assert!(off < 20.0, "{shape}, {slope}: {off} Pa");
+        }
+    }
+}
+
+#[test]
 fn a_cone_fills_with_the_root_of_its_volume() {
     // A wedge: area h, so that volume is h²/2 and a constant feed gives h = sqrt(2 q t) from h0.
     let text = r#"

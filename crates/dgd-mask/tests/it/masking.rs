@@ -217,6 +217,27 @@ fn a_meter_at_its_full_scale_is_blanked() {
 }
 
 #[test]
+fn a_full_scale_just_above_the_usable_range_is_blanked() {
+    let rig = Rig::default();
+    let (mut prepared, series) = rig.voyage();
+    let kept = |prepared: &dgd_identify::Prepared| {
+        let flows = prepared.recording.return_flow_m3_s.iter();
+        let kept = flows.zip(&prepared.keep).filter(|(_, keep)| **keep);
+        kept.fold(0.0f64, |most, (flow, _)| most.max(*flow))
+    };
+    for i in 20..30 {
+        prepared.keep[i] = false;
+    }
+    let most = kept(&prepared);
+    prepared.recording.return_flow_m3_s[20..30].fill(most * 1000.0 / 960.0);
+    prepared.recording.return_flow_m3_s[29] = most;
+    let masked = mask_recording(&prepared, &series, &rig.references()).unwrap();
+    let plateau = &masked.return_flow_pct[20..29];
+    assert!(plateau.iter().all(|v| v.is_nan()), "{plateau:?}");
+    assert!(masked.return_flow_pct[29].is_finite());
+}
+
+#[test]
 fn a_quantity_that_is_nowhere_positive_is_refused_by_name() {
     let (prepared, series) = Rig::default().voyage();
     let refused = |f: &dyn Fn(&mut dgd_identify::Prepared, &mut dgd_identify::Series)| {

@@ -383,13 +383,14 @@ impl Fit {
         self.jitter_s = self
             .jitter_s
             .max((steps - steps.round()).abs() * self.step_s);
-        // Else both would pass for being on the clock, each on the same step of it.
-        let repeats = |from: f64| stamp > from && stamp - from <= 2.0 * ON_CLOCK * self.step_s;
-        let repeated = from.is_some_and(repeats);
-        self.repeats += usize::from(repeated);
         // Stamps come in order, so that those of one step are neighbours.
-        let crowds = |from: f64| stamp > from && steps_to(from).round() == steps.round();
-        self.crowded += usize::from(!repeated && from.is_some_and(crowds));
+        let dropped = |from: &f64| stamp > *from && steps_to(*from).round() == steps.round();
+        if let Some(from) = from.filter(dropped) {
+            // Else both would pass for being on the clock, each on the same step of it.
+            let repeats = stamp - from <= 2.0 * ON_CLOCK * self.step_s;
+            self.repeats += usize::from(repeats);
+            self.crowded += usize::from(!repeats);
+        }
         // A missing sample makes a step of two; half a step of slack leaves jitter alone.
         if let Some(from_s) = from.filter(|from| stamp - from > 1.5 * self.step_s) {
             self.gaps.push(Gap {

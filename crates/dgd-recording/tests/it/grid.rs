@@ -146,6 +146,19 @@ fn samples_that_find_their_step_taken_are_counted() {
 }
 
 #[test]
+fn a_repeat_whose_sample_is_kept_is_none() {
+    // A millionth of a step apart, the one before the middle of it and the other behind.
+    let mut stamps: Vec<f64> = (0..5000).map(f64::from).collect();
+    stamps.splice(101..101, [100.499_999_5, 100.500_000_5]);
+    let clock = survey_clock(&stamps).unwrap();
+    assert_eq!(clock.step_s, 1.0);
+    let (gridded, _, _) = recording(&stamps).onto_grid().unwrap();
+    let kept = gridded.pump_speed_pct.iter().filter(|w| w.is_finite());
+    assert_eq!(kept.count() + clock.duplicates + clock.crowded, 5002);
+    assert_eq!((clock.duplicates, clock.crowded), (0, 2));
+}
+
+#[test]
 fn a_clock_jump_is_refused_before_memory_is_taken() {
     let mut stamps: Vec<f64> = (0..1000).map(f64::from).collect();
     stamps.extend((0..1000).map(|i| 1.7e9 + f64::from(i)));

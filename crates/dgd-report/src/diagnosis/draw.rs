@@ -117,7 +117,9 @@ pub(super) fn line(
             });
         }
     }
-    scene.lines(curve(frame, &x, &mean).lines, pen);
+    let path = curve(frame, &x, &mean);
+    scene.shapes.extend(path.dots(frame, pen.color));
+    scene.lines(path.lines, pen);
     outside
 }
 

@@ -173,6 +173,8 @@ pub(super) fn data(drawn: &mut Drawn, panel: &Panel<'_>, frame: &Frame, most_run
             };
             drawn.scene.lines(path.lines.clone(), rim);
         }
+        let lone = path.dots(frame, line.pen.color);
+        drawn.scene.shapes.extend(lone);
         drawn.banded |= !path.bands.is_empty();
         for points in path.bands {
             drawn.scene.shapes.push(Shape::Polygon {

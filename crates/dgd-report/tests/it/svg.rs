@@ -1,6 +1,6 @@
 use crate::figures;
 use crate::synthetic::Noise;
-use dgd_report::{Axis, Scatter, all_samples};
+use dgd_report::{Axis, Role, Scatter, Series, TimePanel, all_samples, time_series};
 
 const MEGABYTE: usize = 1_000_000;
 
@@ -146,4 +146,38 @@ fn text_in_the_figure_is_text() {
     ] {
         assert!(texts.contains(&wanted), "{wanted} in {texts:?}");
     }
+}
+
+#[test]
+fn readings_with_gaps_between_them_are_dots() {
+    let time_s: Vec<f64> = (0..120).map(f64::from).collect();
+    let every = |step: usize| -> Vec<f64> {
+        let value = |i: usize| (0.1 * i as f64).sin();
+        (0..120)
+            .map(|i| if i % step == 0 { value(i) } else { f64::NAN })
+            .collect()
+    };
+    let model = every(1);
+    let drawn = |measured: &[f64]| {
+        let series =
+            [(Role::Measured, measured), (Role::Model, &model)].map(|(role, value)| Series {
+                label: "Level",
+                role,
+                time_s: &time_s,
+                value,
+            });
+        let panel = TimePanel {
+            axis: Axis::new("Level [m]"),
+            title: "",
+            series: &series,
+        };
+        time_series(&[panel], &[]).unwrap().svg()
+    };
+    let (lone, joined) = (drawn(&every(10)), drawn(&every(1)));
+    assert_sound("lone", &lone);
+    let dots = |svg: &str| svg.matches("stroke-linecap=\"round\"").count();
+    assert_eq!((dots(&lone), dots(&joined)), (1, 0));
+    // In the key as well.
+    let keys = |svg: &str| svg.matches("<circle").count();
+    assert_eq!((keys(&lone), keys(&joined)), (1, 0));
 }
