@@ -366,8 +366,9 @@ mod tests {
                     let direct = effect.meter_path(&one.parameters) == MeterPath::default();
                     // What it does to the flow, the others see.
                     let between = matches!(about.id, "return_flow_gain" | "line_leak");
-                    if !(between && direct && onset > 0.0 && about.onset().is_some()) {
-                        let runs = direct && !(between && !state.is_empty());
+                    let not_yet = onset > 0.0 && about.onset().is_some();
+                    if !(between && not_yet) {
+                        let runs = direct && (state.is_empty() || !between);
                         assert_eq!(found.is_some(), runs, "{} at {onset}", about.id);
                     }
                     if let Some(found) = found {
