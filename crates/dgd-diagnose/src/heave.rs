@@ -76,7 +76,7 @@ impl Unseen {
 /// Looks for swell between 5 and 20 s.
 pub(crate) fn swell(pressure_pa: &[f64], step_s: f64, density_kg_m3: f64) -> Result<Swell, Unseen> {
     let held = held_for(pressure_pa);
-    if held > 1 {
+    if held > 1 && !passes_levels(pressure_pa, held) {
         // Readings that are repeated do not tell more of what lies between them.
         return spectral(
             &once(pressure_pa, held),
@@ -85,6 +85,25 @@ pub(crate) fn swell(pressure_pa: &[f64], step_s: f64, density_kg_m3: f64) -> Res
         );
     }
     spectral(pressure_pa, step_s, density_kg_m3)
+}
+
+/// Whether values that change after so many samples as a rule are those of a coarse instrument, each of which swell passes in its turn,
+/// rather than held readings: all changes are by one level, and next to none comes as late as one behind a reading that is repeated.
+fn passes_levels(values: &[f64], held: usize) -> bool {
+    let mut last: Option<(usize, f64)> = None;
+    let (mut steps, mut late) = (Vec::new(), 0);
+    for (i, v) in values.iter().enumerate().filter(|(_, v)| v.is_finite()) {
+        if let Some((at, before)) = last.filter(|(_, before)| before != v) {
+            steps.push((v - before).abs());
+            late += usize::from(2 * (i - at) > 3 * held);
+        }
+        if last.is_none_or(|(_, before)| before != *v) {
+            last = Some((i, *v));
+        }
+    }
+    let level = steps.iter().copied().fold(f64::INFINITY, f64::min);
+    let single = steps.iter().filter(|step| **step < 1.5 * level).count();
+    20 * single >= 19 * steps.len() && 10 * late < steps.len()
 }
 
 /// Each reading once, of those that are held for so many samples.

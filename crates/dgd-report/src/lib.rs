@@ -55,7 +55,7 @@ pub use friction::{
 };
 pub use page::{Page, Table};
 pub use pump::{SpeedFamily, final_pump_curves, first_pump_curves};
-pub use ranking::{Ranked, WithinBounds, ranking, within_bounds};
+pub use ranking::{MOST_ROWS, Ranked, WithinBounds, ranking, within_bounds};
 pub use raster::MAX_PIXELS;
 pub use search::{CostGrid, SearchPath, exponent_search};
 pub use series::{Residuals, TimePanel, residual_histogram, series_over, time_series};

@@ -11,7 +11,8 @@ use crate::scene::{Anchor, Pen, Scene};
 const ROW: f64 = 24.0;
 const SIZE: f64 = 13.5;
 const TOP: f64 = 10.0;
-const MOST: usize = 200;
+/// Rows of a [`ranking`] or of [`within_bounds`].
+pub const MOST_ROWS: usize = 200;
 /// Share of the width that names may take.
 const NAMES: f64 = 0.42;
 
@@ -29,7 +30,7 @@ pub struct Ranked {
 /// Bars by size, largest above, drawn from zero.
 ///
 /// # Errors
-/// [`ReportError::TooMany`] above 200 rows.
+/// [`ReportError::TooMany`] above [`MOST_ROWS`].
 ///
 /// ```
 /// use dgd_report::{Axis, Ranked, ranking};
@@ -137,7 +138,7 @@ pub struct WithinBounds {
 /// Estimates with their intervals, each on its own scale from its lower to its upper bound.
 ///
 /// # Errors
-/// [`ReportError::TooMany`] above 200 rows.
+/// [`ReportError::TooMany`] above [`MOST_ROWS`].
 pub fn within_bounds(rows: &[WithinBounds]) -> Result<Figure, ReportError> {
     check(rows.len())?;
     let (left, names) = names_column(rows.iter().map(|r| r.label.as_str()));
@@ -201,11 +202,11 @@ pub fn within_bounds(rows: &[WithinBounds]) -> Result<Figure, ReportError> {
 }
 
 fn check(found: usize) -> Result<(), ReportError> {
-    if found > MOST {
+    if found > MOST_ROWS {
         return Err(ReportError::TooMany {
             what: "rows",
             found,
-            most: MOST,
+            most: MOST_ROWS,
         });
     }
     Ok(())

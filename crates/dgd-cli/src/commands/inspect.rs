@@ -242,6 +242,7 @@ fn as_json(inspected: &Inspected, proposal: &Proposal) -> Value {
             "to_s": clock.span_s.1,
             "missing": clock.missing,
             "duplicates": clock.duplicates,
+            "crowded": clock.crowded,
             "backward": clock.backward,
             "jitter_s": clock.jitter_s,
             "gaps": clock.gaps.iter().map(|g| json!([g.from_s, g.to_s])).collect::<Vec<_>>(),

@@ -7,7 +7,7 @@ use crate::say::{self, brief, count, number};
 use dgd_assembly::{Assembly, Identifiability};
 use dgd_documents::FittedParameter;
 use dgd_report::{
-    Axis, Figure, Page, Ranked, ReportError, Residuals, Role, Series, Table, TimePanel,
+    Axis, Figure, MOST_ROWS, Page, Ranked, ReportError, Residuals, Role, Series, Table, TimePanel,
     WithinBounds, ranking, residual_histogram, series_over, time_series, within_bounds,
 };
 
@@ -330,13 +330,21 @@ pub(crate) fn parameters(
         .to_vec(),
         rows,
     });
+    // The table has them all.
+    if drawn.len() > MOST_ROWS {
+        page.note(&format!(
+            "Drawn are the first {MOST_ROWS} of the {} parameters.",
+            drawn.len()
+        ));
+        drawn.truncate(MOST_ROWS);
+    }
     page.figure(&within_bounds(&drawn)?);
     Ok(())
 }
 
 /// What the sensitivities tell of the parameters.
 pub(crate) fn identifiable(page: &mut Page, found: &Identifiability) -> Result<(), ReportError> {
-    let rows: Vec<Ranked> = found
+    let mut rows: Vec<Ranked> = found
         .parameters
         .iter()
         .zip(&found.importance)
@@ -348,6 +356,14 @@ pub(crate) fn identifiable(page: &mut Page, found: &Identifiability) -> Result<(
         .collect();
     let axis = Axis::new("Change of the readings over the range of a parameter [usual sizes]");
     page.paragraph(&rank_sentence(found));
+    if rows.len() > MOST_ROWS {
+        page.note(&format!(
+            "Drawn are the {MOST_ROWS} of the {} parameters that change the readings most.",
+            rows.len()
+        ));
+        rows.sort_by(|a, b| b.value.total_cmp(&a.value));
+        rows.truncate(MOST_ROWS);
+    }
     page.figure(&ranking(&rows, &axis)?);
     let alike: Vec<String> = found.near_null.iter().map(near_null_sentence).collect();
     if !alike.is_empty() {
@@ -418,6 +434,67 @@ pub(crate) fn near_null_sentence(direction: &dgd_assembly::NearNull) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const TANK: &str = r#"
+connections = ["feed -> tank -> outlet -> atmosphere"]
+[components]
+feed = { kind = "boundary" }
+tank = { kind = "tank" }
+outlet = { kind = "orifice", discharge_coefficient = 0.6, area = 1e-4 }
+level = { kind = "instrument", measures = "level", of = "tank", channel = "h", unit = "cm" }
+[inputs]
+"feed.flow" = { channel = "q", unit = "l/min" }
+[initial]
+"tank.level" = 0.1
+[free]
+"tank.area" = { start = 0.02, low = 0.01, high = 0.04 }
+"#;
+
+    #[test]
+    fn more_parameters_than_a_figure_has_rows_are_all_in_the_table() {
+        let assembly = Assembly::parse(TANK).unwrap();
+        let fitted = FittedParameter {
+            path: "tank.area".into(),
+            value: 0.02,
+            standard_error: 0.001,
+            at_bound: false,
+        };
+        let html = |n: usize| {
+            let of = |_| Parameter {
+                fitted: &fitted,
+                ci95: (0.018, 0.022),
+            };
+            let fitted: Vec<Parameter<'_>> = (0..n).map(of).collect();
+            let mut page = Page::new("A tank", "");
+            parameters(&mut page, &assembly, &fitted).unwrap();
+            page.html()
+        };
+        let rows = |html: &str| html.matches("<td>tank.area</td>").count();
+        let (few, many) = (html(MOST_ROWS), html(MOST_ROWS + 10));
+        assert_eq!((rows(&few), rows(&many)), (MOST_ROWS, MOST_ROWS + 10));
+        let told = "Drawn are the first 200 of the 210 parameters.";
+        assert!(many.contains(told) && !few.contains("Drawn are"));
+    }
+
+    #[test]
+    fn of_more_parameters_than_a_figure_has_rows_those_that_tell_most_are_ranked() {
+        let n = MOST_ROWS + 10;
+        let found = Identifiability {
+            parameters: (0..n).map(|i| format!("p{i}")).collect(),
+            importance: (0..n).map(|i| i as f64).collect(),
+            gram: Vec::new(),
+            eigenvalues: Vec::new(),
+            rank: n,
+            collinearity: 1.0,
+            pairs: Vec::new(),
+            near_null: Vec::new(),
+        };
+        let mut page = Page::new("A tank", "");
+        identifiable(&mut page, &found).unwrap();
+        let html = page.html();
+        assert!(html.contains(">p209<") && html.contains(">p10<") && !html.contains(">p9<"));
+        assert!(html.contains("the 200 of the 210 parameters"));
+    }
 
     #[test]
     fn an_interval_ends_at_the_bounds_and_one_beyond_both_tells_nothing() {

@@ -3,7 +3,7 @@
 
 mod spectrum;
 
-use super::{Unseen, swell};
+use super::{Unseen, once, passes_levels, spectral, swell};
 use crate::test_rig::normals;
 use dgd_units::STANDARD_GRAVITY_M_S2;
 
@@ -109,5 +109,33 @@ fn a_coarse_reading_shows_swell_and_no_more_than_is_there() {
             .collect();
         let found = swell(&coarse(&calm), 1.0, DENSITY).unwrap();
         assert!(found.ratio < found.believed, "{found:?}");
+    }
+}
+
+#[test]
+fn swell_that_passes_from_level_to_level_of_a_coarse_reading_is_not_held() {
+    // Without noise, two levels of 0.1 bar, each of which lasts about five samples: one value of each is too few.
+    for (period_s, quanta, offset) in [(10.1, 0.8, 0.5), (9.9, 0.6, 0.5)] {
+        let values: Vec<f64> = (0..7200)
+            .map(|i| {
+                let turns = f64::from(i) / period_s;
+                2e6 + 1e4 * (offset + quanta * (2.0 * std::f64::consts::PI * turns).sin()).round()
+            })
+            .collect();
+        assert_eq!(dgd_recording::held_for(&values), 5, "{period_s}");
+        let found = swell(&values, 1.0, DENSITY).unwrap();
+        assert!(found.ratio > found.believed, "{found:?}");
+        assert!((found.period_s / period_s - 1.0).abs() < 0.01, "{found:?}");
+        let thinned = spectral(&once(&values, 5), 5.0, DENSITY);
+        assert!(thinned.is_ok_and(|s| (s.period_s / period_s - 1.0).abs() > 0.01));
+    }
+    // Held readings repeat themselves now and then if they are coarse, and move by any size if they are not.
+    let fine = normals(3, 1000);
+    let coarse: Vec<f64> = fine.iter().map(|v| f64::from(*v > 0.0)).collect();
+    for read in [fine, coarse] {
+        let log: Vec<f64> = (read.iter())
+            .flat_map(|v| std::iter::repeat_n(*v, 5))
+            .collect();
+        assert!(!passes_levels(&log, 5));
     }
 }
