@@ -433,6 +433,7 @@ pub(crate) fn near_null_sentence(direction: &dgd_assembly::NearNull) -> String {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
     use super::*;
 
     const TANK: &str = r#"

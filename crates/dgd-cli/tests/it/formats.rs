@@ -390,7 +390,8 @@ fn inspect_tells_samples_that_find_their_step_taken() {
     // A mean of 1 s, but most steps near the median of 1.6 s.
     let stamps = (0..200).flat_map(|i| [1.6, 2.0].map(|t| f64::from(2 * i) + t));
     let rows: Vec<String> = stamps.map(|t| format!("{t},1\n")).collect();
-    bench.write("rig.csv", &format!("time [s],FT4\n0,1\n{}", rows.concat()));
+    let rows = rows.concat();
+    bench.write("rig.csv", format!("time [s],FT4\n0,1\n{rows}"));
     let said = bench.json("inspect rig.csv", "dgd.inspect/1");
     let clock = &said["clock"];
     assert!(clock["crowded"].as_u64() > Some(100), "{clock}");
