@@ -172,7 +172,14 @@ impl<'a> Round<'a> {
         } else {
             bent.odds
         };
-        if let Some(episode) = self.episode_like(best, resembles, || beside.with_second()) {
+        let with = || {
+            if resembles > 0.0 {
+                beside.with_second()
+            } else {
+                beside.state().to_vec()
+            }
+        };
+        if let Some(episode) = self.episode_like(best, resembles, with) {
             return episode;
         }
         let broken = bent.unless_told(&beside);
@@ -202,7 +209,9 @@ impl<'a> Round<'a> {
         let nearly = |r: &Correction| {
             r.curve.quantity == Quantity::Episode && r.borne > NEARLY * best.evidence
         };
-        if odds <= 0.0 && !self.rivals.iter().any(nearly) {
+        // What passes by itself is an episode already.
+        let stays = best.effect.about().duration().is_none();
+        if odds <= 0.0 && !(stays && self.rivals.iter().any(nearly)) {
             return None;
         }
         let rival = (self.rivals.iter()).find(|r| r.borne > self.rival_hurdle(r));

@@ -64,7 +64,7 @@ impl<'r, 'a> Beside<'r, 'a> {
         }
     }
 
-    fn state(&self) -> &[Applied] {
+    pub(super) fn state(&self) -> &[Applied] {
         self.state.get_or_init(|| self.round.sharpened(self.best))
     }
 

@@ -26,9 +26,10 @@ fn assert_still(found: Work, [samples_run, hypotheses, fits]: [u64; 3]) {
 
 #[test]
 fn a_diagnosis_costs_what_it_did() {
-    // More is slower and wants a reason; fewer are to be written down here.
-    assert_still(cost(None, 4), [5_171_955, 1037, 123]);
-    assert_still(cost(Some("influx"), 4), [13_639_725, 2131, 259]);
+    // More is slower and wants a reason; fewer are to be written down here. With the noise of a sample, not of a reading, more late meters are
+    // worth a look to the second.
+    assert_still(cost(None, 4), [5_610_780, 1080, 159]);
+    assert_still(cost(Some("influx"), 4), [14_455_905, 2250, 307]);
 }
 
 #[test]
