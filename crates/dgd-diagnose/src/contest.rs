@@ -253,7 +253,12 @@ fn take_off_what_happened_once(record: &Record, gate: &Tangent, contenders: &mut
     if !record.takes(Step::Busiest) {
         return;
     }
-    for c in contenders.iter_mut().filter(|c| c.evidence > 0.0) {
+    // What passes may be short, and its edges are not quite its form's.
+    let stays = |c: &&mut Contender| c.effect.about().duration().is_none();
+    for c in (contenders.iter_mut())
+        .filter(|c| c.evidence > 0.0)
+        .filter(stays)
+    {
         let best = &c.best;
         let strength = if on_grid(best.applied.effect.about()) {
             1.0

@@ -104,15 +104,13 @@ pub(super) fn between(
         && lasts_s < MOSTLY * record.lasts_s()
         && !may_have_frozen(record, times_s)
         && outlasts_once(record, tangent, &found.signature);
-    let owed = if happened {
-        0.0
-    } else {
-        owed(record, tangent, &found.signature)
-    };
+    // It tells that there is something; against an effect, which pays for its form, it pays as any correction does.
+    let owed = owed(record, tangent, &found.signature);
+    let of_something = if happened { 0.0 } else { owed };
     Some(Correction {
         size: size(record, &found.curve),
         times: Record::times_usual(lasts_s),
-        evidence: found.evidence - owed,
+        evidence: found.evidence - of_something,
         borne: found.borne - owed,
         ..found
     })
