@@ -33,6 +33,8 @@ pub(crate) struct Contender {
     pub lost: f64,
     /// What is added to the claim of a late meter so that it compares with another one's (see [`put_on_one_scale`]); otherwise 0.
     pub evened: f64,
+    /// Evidence that was taken off because ten minutes showed far more than the effect would.
+    pub once: f64,
     /// Strengths and the energies of what they change, where they are on a grid.
     pub strengths: Vec<(f64, f64)>,
     /// The shape that changes the rows most per unit of strength, without its signature.
@@ -61,6 +63,16 @@ impl Contender {
     /// Evidence as it would be if nothing were lost by undoing a lag (see [`Self::lost`]).
     pub(crate) fn unblurred(&self) -> f64 {
         self.evidence + self.lost
+    }
+
+    /// The same with what happened once put back: a suspect is weighed alone, whatever else there is.
+    pub(crate) fn alone(&self) -> Self {
+        Self {
+            evidence: self.evidence + self.once,
+            formed: self.formed + self.once,
+            once: 0.0,
+            ..self.clone()
+        }
     }
 
     /// By how many e-folds less another effect must claim to be less likely by a factor e. Near the noise a Bayes factor counts nearly in
@@ -210,6 +222,7 @@ fn contender(
         formed: evidence,
         lost: 0.0,
         evened: 0.0,
+        once: 0.0,
         strengths,
         plainest,
     })
@@ -265,7 +278,8 @@ fn take_off_what_happened_once(record: &Record, gate: &Tangent, contenders: &mut
         } else {
             best.score / best.energy
         };
-        c.evidence -= excess(record, gate, &best.signature, strength);
+        c.once = excess(record, gate, &best.signature, strength);
+        c.evidence -= c.once;
         c.formed = c.evidence;
     }
 }

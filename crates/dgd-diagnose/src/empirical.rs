@@ -341,23 +341,24 @@ fn owed(record: &Record, tangent: &Tangent, signature: &[f64]) -> f64 {
     }
 }
 
-/// Evidence that a signature of so much strength has in its busiest ten minutes beyond what it would show there were it the cause, e-folds.
+/// Evidence that a signature owes to its busiest ten minutes: a reading that freezes once is no law of the rig.
+fn busiest(record: &Record, tangent: &Tangent, signature: &[f64]) -> f64 {
+    let gained: Vec<f64> = (gained_by_block(record, tangent, signature, 1.0).iter())
+        .map(|block| block.0)
+        .collect();
+    most_within(&gained, once(record)).1
+}
+
+/// Evidence that a signature of so much strength has in ten minutes beyond what it would show there were it the cause, e-folds.
 ///
 /// Of a signature with energy E in a window, rows that hold it with white noise gain `E/2`, give or take `sqrt(E)`.
 pub(crate) fn excess(record: &Record, tangent: &Tangent, signature: &[f64], strength: f64) -> f64 {
-    /// Times what a window would gain that a form which is not quite right may gain. Set by hand.
-    const TIMES: f64 = 2.0;
+    /// Energies that a window may gain: twice what it would, for a form that is not quite right. Set by hand.
+    const ENERGIES: f64 = 1.0;
     /// Deviations: the busiest of many windows is looked at. Set by hand.
     const DEVIATIONS: f64 = 3.0;
-    let mut by_block = vec![(0.0, 0.0); record.blocks];
-    let rows = signature.iter().zip(&tangent.off);
-    for (row, (s, off)) in rows.enumerate().take(tangent.layout.len()) {
-        let s = strength * s;
-        let (gained, energy) = &mut by_block[tangent.layout.block(row)];
-        *gained += s * (off - 0.5 * s);
-        *energy += s * s;
-    }
-    let reach = whole(BUSIEST_S / record.block_s()).max(1);
+    let by_block = gained_by_block(record, tangent, signature, strength);
+    let reach = once(record);
     let (mut gained, mut energy, mut most) = (0.0, 0.0, 0.0_f64);
     for (k, one) in by_block.iter().enumerate() {
         gained += one.0;
@@ -366,24 +367,33 @@ pub(crate) fn excess(record: &Record, tangent: &Tangent, signature: &[f64], stre
             gained -= by_block[gone].0;
             energy -= by_block[gone].1;
         }
-        let would = 0.5 * TIMES * energy + DEVIATIONS * energy.max(0.0).sqrt();
+        let would = ENERGIES * energy + DEVIATIONS * energy.max(0.0).sqrt();
         most = most.max(gained - would);
     }
     most
 }
 
-/// Evidence that a signature owes to its busiest ten minutes: a reading that freezes once is no law of the rig.
-fn busiest(record: &Record, tangent: &Tangent, signature: &[f64]) -> f64 {
-    let mut by_block = vec![0.0; record.blocks];
-    for (row, (s, off)) in signature
-        .iter()
-        .zip(&tangent.off)
-        .enumerate()
-        .take(tangent.layout.len())
-    {
-        by_block[tangent.layout.block(row)] += s * (off - 0.5 * s);
+/// What a signature of so much strength gains in each block, e-folds, and its energy there.
+fn gained_by_block(
+    record: &Record,
+    tangent: &Tangent,
+    signature: &[f64],
+    strength: f64,
+) -> Vec<(f64, f64)> {
+    let mut by_block = vec![(0.0, 0.0); record.blocks];
+    let rows = signature.iter().zip(&tangent.off);
+    for (row, (s, off)) in rows.enumerate().take(tangent.layout.len()) {
+        let s = strength * s;
+        let (gained, energy) = &mut by_block[tangent.layout.block(row)];
+        *gained += s * (off - 0.5 * s);
+        *energy += s * s;
     }
-    most_within(&by_block, whole(BUSIEST_S / record.block_s()).max(1)).1
+    by_block
+}
+
+/// Blocks in what happens once.
+fn once(record: &Record) -> usize {
+    whole(BUSIEST_S / record.block_s()).max(1)
 }
 
 /// How large a curve is: its spread over the recording, and in the mass balance, which holds no constant of its own, its size.

@@ -155,7 +155,7 @@ pub(crate) fn run(
     record: &Record,
     (line, rates): (&LineFlow, &LevelRate),
     samples: Range<usize>,
-    meter: Metered,
+    mut meter: Metered,
     parts: &mut Parts,
     mut changes: impl FnMut(&Moment, &mut Changes) -> Touched,
 ) {
@@ -167,7 +167,6 @@ pub(crate) fn run(
     let mut row = Row::of(record, line, rates);
     row.changes.resize(per_row, Changes::default());
     let mut touched = Touched::default();
-    let mut meter = meter;
     let mut laid = samples.start;
     for i in samples.clone() {
         let moment = Moment {

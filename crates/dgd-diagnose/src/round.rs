@@ -300,9 +300,9 @@ impl<'a> Round<'a> {
     pub(crate) fn given(&self, ids: &[String]) -> Option<Named> {
         let given =
             |c: &&Contender| ids.iter().any(|id| id == c.effect.about().id) && c.best.energy > 0.0;
-        let given = self.contenders.iter().filter(given);
+        let given = self.contenders.iter().filter(given).map(Contender::alone);
         let best = given.max_by(|a, b| a.unblurred().total_cmp(&b.unblurred()))?;
-        Some(self.suspected(best))
+        Some(self.suspected(&best))
     }
 
     /// The correction that competes with an effect: of its own relation, or one that nothing in the catalogue comes near.

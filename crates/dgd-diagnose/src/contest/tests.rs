@@ -92,6 +92,7 @@ fn a_form_may_claim_what_it_lacks_by_no_more_than_its_error_accounts_for() {
             formed,
             lost: 0.0,
             evened: 0.0,
+            once: 0.0,
             strengths: Vec::new(),
         };
         contender.claim()

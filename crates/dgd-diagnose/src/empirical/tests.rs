@@ -8,8 +8,8 @@ mod ranges;
 
 use super::drawn::range;
 use super::{
-    Correction, DRAWN, again, busiest, correction, corrections, hold_without, hurdle, plausible,
-    size,
+    Correction, DRAWN, again, busiest, correction, corrections, excess, hold_without, hurdle,
+    plausible, size,
 };
 use crate::ablation::Step;
 use crate::layout::{BALANCE_BLOCKS, Section};
@@ -476,4 +476,29 @@ fn along_what_moves_by_a_last_digit_there_is_no_correction() {
         *p = 164e5 + 1e-6 * i as f64;
     }
     assert!(correction(&record, &tangent, &[], &[], ALONG_INLET).is_none());
+}
+
+#[test]
+fn ten_minutes_count_for_no_more_than_what_would_show_there() {
+    let record = drilled(Hidden::default());
+    let mut tangent = loose(&record);
+    let layout = tangent.layout;
+    let rows = layout.rows(Section::Friction);
+    let owed = |tangent: &Tangent, of: f64| {
+        let mut signature = vec![0.0; layout.len()];
+        signature[rows.clone()].fill(1.0);
+        excess(&record, tangent, &signature, of)
+    };
+    // What is there all the time, as it is expected or half as large again, owes nothing to any ten minutes.
+    for off in [1.0, 1.5] {
+        tangent.off.fill(0.0);
+        tangent.off[rows.clone()].fill(off);
+        assert_eq!(owed(&tangent, 1.0), 0.0);
+    }
+    // Of 60 blocks that hold 9 in place of 1, in a window with an energy of 60: 60 (9 - 1/2) - 60 - 3 sqrt(60).
+    tangent.off[rows.start + 100..rows.start + 160].fill(9.0);
+    assert!((owed(&tangent, 1.0) - (60.0 * 7.5 - 3.0 * 60.0_f64.sqrt())).abs() < 1e-9);
+    // Of half the strength, a quarter of the energy.
+    let half = 60.0 * (4.5 - 0.125) - 15.0 - 3.0 * 15.0_f64.sqrt();
+    assert!((owed(&tangent, 0.5) - half).abs() < 1e-9);
 }

@@ -153,6 +153,7 @@ fn a_grid_begins_with_what_a_sound_rig_is_allowed_and_hides_what_its_like_may_ha
             formed: 20.0,
             lost: 0.0,
             evened: 0.0,
+            once: 0.0,
             strengths: vec![(1.0, 1.0), (1.5, 3.0), (4.0, 30.0)],
         };
         match Energy::on_grid(&contender, state) {
