@@ -238,10 +238,24 @@ fn along(
     if let (Quantity::Episode, Some(times_s)) = (course.quantity, course.timed_s) {
         return episodic::between(record, loose, state, course.place, times_s);
     }
-    let tangent = if is_drawn_stiff(course) { stiff } else { loose };
-    (DRAWN.contains(&course.place))
-        .then(|| drawn(record, tangent, state, twins, course))
-        .flatten()
+    if !DRAWN.contains(&course.place) {
+        return None;
+    }
+    if !is_drawn_stiff(course) {
+        return drawn(record, loose, state, twins, course);
+    }
+    let mut found = drawn(record, stiff, state, twins, course)?;
+    let least = LEAST_AT_WILL * found.times;
+    if found.evidence > least {
+        // A hump of the head's own curve, which stiff curves do not follow, shows along the level that goes with the flow; of a law of the
+        // level itself something is left however the curves bend.
+        let left = at_will(record, loose, state, &found).map_or(0.0, |c| c.evidence);
+        if left < least {
+            found.evidence = found.evidence.min(left);
+            found.borne = found.borne.min(left);
+        }
+    }
+    Some(found)
 }
 
 /// A correction that is drawn on stiff curves as it would be on those of a `loose` tangent, to be held against what is drawn there; `None` of any
@@ -293,6 +307,10 @@ pub(crate) fn again(
     let found = correction(record, &tangent, others, excluded, held)?;
     (found.evidence > rival_hurdle(&found)).then_some(found)
 }
+
+/// What must be left, once curves bend at will, of a correction that is drawn where they do not, e-folds. Set by hand: a hump of half a bar
+/// leaves up to 26.
+const LEAST_AT_WILL: f64 = 30.0;
 
 /// Evidence that a correction reaches on sound recordings of this one's length, e-folds. Set by hand, like the hurdles of effects above what
 /// nearly all simulated sound recordings reach (METHOD.md, section 6).

@@ -20,7 +20,7 @@ const START_PA: f64 = 2.5e4;
 /// How long movements of the flow last that its meter's noise hides, s.
 const HIDDEN_S: f64 = 300.0;
 /// Share of the meter's block noise up to which true movements of the flow hide in it.
-const HIDDEN_SHARE: f64 = 0.4;
+const HIDDEN_SHARE: f64 = 0.57;
 
 /// How far the sections wander while every instrument keeps its accuracy.
 pub(crate) fn wander(record: &Record, curves: &Curves) -> Wander {

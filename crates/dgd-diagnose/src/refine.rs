@@ -5,7 +5,7 @@ use crate::empirical::again;
 use crate::record::Record;
 use crate::relations::{Applied, on_grid};
 use crate::tangent::{Bend, Tangent};
-use dgd_effects::{Curve, KNOTS, Quantity, Role};
+use dgd_effects::{Curve, KNOTS, Parameter, Quantity, Role};
 use dgd_lsq::dot;
 
 /// Sharpens every parameter of the effects at and after `from`, about the whole hypothesis.
@@ -140,11 +140,21 @@ fn slide(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usize) {
 
 /// Moves every parameter but the strength in ever smaller steps, the strength solved for beside them.
 fn climb(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usize) {
+    /// Times that all parameters are moved by steps of one size, and what a time must gain for the next. Set by hand.
+    const SWEEPS: usize = 4;
+    const LEAST_GAIN: f64 = 1.0;
+    // An onset and an end that follow a growth again and again leave the time at which the rows put them.
+    let in_time = |role: Role| matches!(role, Role::Onset | Role::Duration(_));
     let about = state[k].effect.about();
     let shifted = |parameters: Vec<f64>, state: &[Applied]| -> Vec<f64> {
         let mut next = state.to_vec();
         next[k].parameters = parameters;
         tangent.signature(record, &next)
+    };
+    let sweeps = if about.parameters.iter().any(|p| in_time(p.role)) {
+        1
+    } else {
+        SWEEPS
     };
     let base = state[k].parameters.clone();
     let mut best = base.clone();
@@ -170,32 +180,33 @@ fn climb(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usize) {
             None => (total, 0.0),
         }
     };
+    let moves = |(j, p): &(usize, &Parameter)| {
+        !(*j == 0 && along.is_some() || matches!(p.role, Role::Choice(_) | Role::Sensor(_)))
+    };
     let (mut misfit, mut gain) = left(&best);
     for scale in [1.0, 0.5, 0.25, 0.12] {
-        for (j, parameter) in about.parameters.iter().enumerate() {
-            if j == 0 && along.is_some()
-                || matches!(parameter.role, Role::Choice(_) | Role::Sensor(_))
-            {
-                continue;
-            }
-            for _ in 0..3 {
-                let mut better = false;
-                for sign in [1.0, -1.0] {
-                    let mut p = best.clone();
-                    let step = match parameter.role {
-                        Role::Onset | Role::Duration(_) => 80.0 * scale,
-                        Role::Grid(_) => 0.15 * scale * best[j].abs().max(1.0),
-                        _ => 0.2 * scale * best[j].abs().max(0.1 * parameter.usual).max(0.1),
-                    };
-                    p[j] = (p[j] + sign * step).clamp(parameter.low, parameter.high);
-                    let (m, g) = left(&p);
-                    if m < misfit - 0.05 {
-                        (best, misfit, gain, better) = (p, m, g, true);
+        // What one parameter gains may leave another free to move on.
+        for _ in 0..sweeps {
+            let before = misfit;
+            for (j, parameter) in about.parameters.iter().enumerate().filter(moves) {
+                for _ in 0..3 {
+                    let mut better = false;
+                    for sign in [1.0, -1.0] {
+                        let mut p = best.clone();
+                        p[j] += sign * scale * stride(parameter, best[j]);
+                        p[j] = p[j].clamp(parameter.low, parameter.high);
+                        let (m, g) = left(&p);
+                        if m < misfit - 0.05 {
+                            (best, misfit, gain, better) = (p, m, g, true);
+                        }
+                    }
+                    if !better {
+                        break;
                     }
                 }
-                if !better {
-                    break;
-                }
+            }
+            if misfit > before - LEAST_GAIN {
+                break;
             }
         }
     }
@@ -205,6 +216,15 @@ fn climb(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usize) {
         best[0] = (best[0] + gain.clamp(-limit, limit)).clamp(p.low, p.high);
     }
     state[k].parameters = best;
+}
+
+/// The longest step of a parameter from a value.
+fn stride(parameter: &Parameter, value: f64) -> f64 {
+    match parameter.role {
+        Role::Onset | Role::Duration(_) => 80.0,
+        Role::Grid(_) => 0.15 * value.abs().max(1.0),
+        _ => 0.2 * value.abs().max(0.1 * parameter.usual).max(0.1),
+    }
 }
 
 #[cfg(test)]

@@ -2,9 +2,9 @@
 
 use super::{loose, off_by};
 use crate::empirical::crosstalk::crosstalk;
-use crate::empirical::drawn::{least, range};
+use crate::empirical::drawn::{drawn, least, range};
 use crate::empirical::{
-    Course, again, at_will, correction, corrections, hurdle, plausible, rival_hurdle,
+    Course, LEAST_AT_WILL, again, at_will, correction, corrections, hurdle, plausible, rival_hurdle,
 };
 use crate::record::Record;
 use crate::tangent::{Bend, Tangent};
@@ -119,7 +119,7 @@ fn a_form_needs_less_to_be_held_against_an_effect_than_knots() {
 #[test]
 fn a_head_that_depends_on_the_level_shows_more_where_its_own_curve_is_stiff() {
     let along = (Place::Head, Quantity::InletPressure);
-    let record = off_by(Place::Head, 2e4, |record, i| {
+    let record = off_by(Place::Head, 5e4, |record, i| {
         let (from, to) = range(record, Quantity::InletPressure).unwrap();
         let wave = 1.5 * std::f64::consts::TAU * (record.filled.inlet[i] - from) / (to - from);
         wave.sin()
@@ -137,4 +137,26 @@ fn a_head_that_depends_on_the_level_shows_more_where_its_own_curve_is_stiff() {
     let along = (Place::Head, Quantity::SinceStart);
     let one = correction(&record, &tangent, &[], &[], along).unwrap();
     assert!(at_will(&record, &tangent, &[], &one).is_none());
+}
+
+#[test]
+fn a_hump_of_the_heads_own_curve_is_no_law_of_the_level_that_goes_with_the_flow() {
+    let along = (Place::Head, Quantity::InletPressure);
+    for (pa, waves) in [(2e4, 1.0), (2e4, 1.5), (5e4, 0.75), (5e4, 1.0), (5e4, 1.5)] {
+        let record = off_by(Place::Head, pa, |record, i| {
+            let (from, to) = range(record, Quantity::ReturnFlow).unwrap();
+            let share = (record.filled.flow[i] - from) / (to - from);
+            (waves * std::f64::consts::TAU * share).sin()
+        });
+        let loose = loose(&record);
+        let stiff = loose.bending(&record, Bend::Lean);
+        let on_stiff = drawn(&record, &stiff, &[], None, along.into()).unwrap();
+        let found = correction(&record, &loose, &[], &[], along).unwrap();
+        let evidence = [on_stiff.evidence, found.evidence];
+        assert!(
+            evidence[0] > 100.0 && evidence[1] < LEAST_AT_WILL,
+            "{evidence:?}"
+        );
+        assert!(found.borne <= found.evidence);
+    }
 }
