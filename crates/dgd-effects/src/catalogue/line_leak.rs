@@ -38,6 +38,8 @@ static ABOUT: About = About {
         Parameter::ONSET,
     ],
     search: Search {
+        // At 50 bar half a percent of 2,700 L/min, within which a meter may wander.
+        least: Some(1e-4),
         belief: Belief {
             hurdle: 7.0,
             scale: 5.0,
