@@ -251,7 +251,7 @@ fn along(
         // level itself something is left however the curves bend.
         let left = at_will(record, loose, state, &found).map_or(0.0, |c| c.evidence);
         if left < least {
-            found.evidence = found.evidence.min(left);
+            found.evidence = left;
             found.borne = found.borne.min(left);
         }
     }

@@ -19,7 +19,7 @@ pub(crate) const WANDER_S: f64 = 8000.0;
 const START_PA: f64 = 2.5e4;
 /// How long movements of the flow last that its meter's noise hides, s.
 const HIDDEN_S: f64 = 300.0;
-/// Share of the meter's block noise up to which true movements of the flow hide in it.
+/// Share of the meter's block noise up to which true movements of the flow hide in it. Set by hand.
 const HIDDEN_SHARE: f64 = 0.57;
 
 /// How far the sections wander while every instrument keeps its accuracy.

@@ -140,24 +140,23 @@ fn slide(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usize) {
 
 /// Moves every parameter but the strength in ever smaller steps, the strength solved for beside them.
 fn climb(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usize) {
-    /// Times that all parameters are moved by steps of one size, and what a time must gain for the next. Set by hand.
+    /// Sweeps over all parameters with steps of one size, and what one must gain for the next. Set by hand.
     const SWEEPS: usize = 4;
     const LEAST_GAIN: f64 = 1.0;
-    // An onset and an end that follow a growth again and again leave the time at which the rows put them.
-    let in_time = |role: Role| matches!(role, Role::Onset | Role::Duration(_));
+    /// Steps of one parameter in a sweep, and what one must gain. Set by hand.
+    const STEPS: usize = 3;
+    const GAIN: f64 = 0.05;
     let about = state[k].effect.about();
     let shifted = |parameters: Vec<f64>, state: &[Applied]| -> Vec<f64> {
         let mut next = state.to_vec();
         next[k].parameters = parameters;
         tangent.signature(record, &next)
     };
-    let sweeps = if about.parameters.iter().any(|p| in_time(p.role)) {
-        1
-    } else {
-        SWEEPS
-    };
+    // Swept again, the times of an influx explain what was left of the training part, and less of what is held out.
+    let has_times =
+        (about.parameters.iter()).any(|p| matches!(p.role, Role::Onset | Role::Duration(_)));
+    let sweeps = if has_times { 1 } else { SWEEPS };
     let base = state[k].parameters.clone();
-    let mut best = base.clone();
     // The direction of a little more strength.
     let along = (!on_grid(about)).then(|| {
         let step = (0.05 * base[0].abs()).max(0.02 * about.parameters[0].usual);
@@ -183,33 +182,38 @@ fn climb(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usize) {
     let moves = |(j, p): &(usize, &Parameter)| {
         !(*j == 0 && along.is_some() || matches!(p.role, Role::Choice(_) | Role::Sensor(_)))
     };
-    let (mut misfit, mut gain) = left(&best);
+    let (misfit, gain) = left(&base);
+    let mut best = (base, misfit, gain);
+    let step = |best: &mut (Vec<f64>, f64, f64), j: usize, parameter: &Parameter, scale: f64| {
+        for _ in 0..STEPS {
+            let before = best.1;
+            for sign in [1.0, -1.0] {
+                let mut p = best.0.clone();
+                p[j] += sign * scale * stride(parameter, p[j]);
+                p[j] = p[j].clamp(parameter.low, parameter.high);
+                let (misfit, gain) = left(&p);
+                if misfit < best.1 - GAIN {
+                    *best = (p, misfit, gain);
+                }
+            }
+            if best.1 >= before {
+                break;
+            }
+        }
+    };
     for scale in [1.0, 0.5, 0.25, 0.12] {
         // What one parameter gains may leave another free to move on.
         for _ in 0..sweeps {
-            let before = misfit;
+            let before = best.1;
             for (j, parameter) in about.parameters.iter().enumerate().filter(moves) {
-                for _ in 0..3 {
-                    let mut better = false;
-                    for sign in [1.0, -1.0] {
-                        let mut p = best.clone();
-                        p[j] += sign * scale * stride(parameter, best[j]);
-                        p[j] = p[j].clamp(parameter.low, parameter.high);
-                        let (m, g) = left(&p);
-                        if m < misfit - 0.05 {
-                            (best, misfit, gain, better) = (p, m, g, true);
-                        }
-                    }
-                    if !better {
-                        break;
-                    }
-                }
+                step(&mut best, j, parameter, scale);
             }
-            if misfit > before - LEAST_GAIN {
+            if best.1 > before - LEAST_GAIN {
                 break;
             }
         }
     }
+    let (mut best, _, gain) = best;
     if along.is_some() {
         let p = &about.parameters[0];
         let limit = best[0].abs().max(p.usual);

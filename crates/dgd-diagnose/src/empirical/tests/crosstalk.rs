@@ -4,7 +4,8 @@ use super::{loose, off_by};
 use crate::empirical::crosstalk::crosstalk;
 use crate::empirical::drawn::{drawn, least, range};
 use crate::empirical::{
-    Course, LEAST_AT_WILL, again, at_will, correction, corrections, hurdle, plausible, rival_hurdle,
+    Correction, Course, LEAST_AT_WILL, again, at_will, correction, corrections, hurdle, plausible,
+    rival_hurdle,
 };
 use crate::record::Record;
 use crate::tangent::{Bend, Tangent};
@@ -13,6 +14,7 @@ use dgd_effects::{Place, Quantity};
 use dgd_lsq::dot;
 
 const ALONG: (Place, Quantity) = (Place::OutletReading, Quantity::BoosterFlow);
+const ALONG_LEVEL: (Place, Quantity) = (Place::Head, Quantity::InletPressure);
 
 /// Flow of a booster that runs, m³/s.
 const RUNS_M3_S: f64 = 0.012;
@@ -116,16 +118,26 @@ fn a_form_needs_less_to_be_held_against_an_effect_than_knots() {
     }
 }
 
-#[test]
-fn a_head_that_depends_on_the_level_shows_more_where_its_own_curve_is_stiff() {
-    let along = (Place::Head, Quantity::InletPressure);
-    let record = off_by(Place::Head, 5e4, |record, i| {
+/// A head that is off by so much along a wave of one and a half lengths of its inlet pressure's range.
+fn rippled(pa: f64) -> Record {
+    off_by(Place::Head, pa, |record, i| {
         let (from, to) = range(record, Quantity::InletPressure).unwrap();
         let wave = 1.5 * std::f64::consts::TAU * (record.filled.inlet[i] - from) / (to - from);
         wave.sin()
-    });
+    })
+}
+
+/// The head along the inlet pressure, drawn where the curves bend no more than beside effects.
+fn on_stiff(record: &Record, loose: &Tangent) -> Correction {
+    let stiff = loose.bending(record, Bend::Lean);
+    drawn(record, &stiff, &[], None, ALONG_LEVEL.into()).unwrap()
+}
+
+#[test]
+fn a_head_that_depends_on_the_level_shows_more_where_its_own_curve_is_stiff() {
+    let record = rippled(2e4);
     let tangent = loose(&record);
-    let stiff = correction(&record, &tangent, &[], &[], along).unwrap();
+    let stiff = on_stiff(&record, &tangent);
     let loose = at_will(&record, &tangent, &[], &stiff).unwrap();
     assert!(
         stiff.evidence > 1.2 * loose.evidence && loose.evidence > 0.0,
@@ -140,8 +152,17 @@ fn a_head_that_depends_on_the_level_shows_more_where_its_own_curve_is_stiff() {
 }
 
 #[test]
+fn a_law_of_the_level_that_is_left_where_curves_bend_at_will_keeps_its_evidence() {
+    let record = rippled(5e4);
+    let loose = loose(&record);
+    let found = correction(&record, &loose, &[], &[], ALONG_LEVEL).unwrap();
+    let stiff = on_stiff(&record, &loose);
+    assert!(found.evidence > 100.0, "{}", found.evidence);
+    assert_eq!([found.evidence, found.borne], [stiff.evidence, stiff.borne]);
+}
+
+#[test]
 fn a_hump_of_the_heads_own_curve_is_no_law_of_the_level_that_goes_with_the_flow() {
-    let along = (Place::Head, Quantity::InletPressure);
     for (pa, waves) in [(2e4, 1.0), (2e4, 1.5), (5e4, 0.75), (5e4, 1.0), (5e4, 1.5)] {
         let record = off_by(Place::Head, pa, |record, i| {
             let (from, to) = range(record, Quantity::ReturnFlow).unwrap();
@@ -149,10 +170,8 @@ fn a_hump_of_the_heads_own_curve_is_no_law_of_the_level_that_goes_with_the_flow(
             (waves * std::f64::consts::TAU * share).sin()
         });
         let loose = loose(&record);
-        let stiff = loose.bending(&record, Bend::Lean);
-        let on_stiff = drawn(&record, &stiff, &[], None, along.into()).unwrap();
-        let found = correction(&record, &loose, &[], &[], along).unwrap();
-        let evidence = [on_stiff.evidence, found.evidence];
+        let found = correction(&record, &loose, &[], &[], ALONG_LEVEL).unwrap();
+        let evidence = [on_stiff(&record, &loose).evidence, found.evidence];
         assert!(
             evidence[0] > 100.0 && evidence[1] < LEAST_AT_WILL,
             "{evidence:?}"
