@@ -11,7 +11,10 @@ use crate::numbers::whole;
 use crate::record::Record;
 use crate::refine::refine;
 use crate::relations::{Applied, joined, on_grid};
-use crate::scan::{Candidate, more_places, scan, sharpen, weigh};
+use crate::scan::{
+    Candidate, between, likeliest, more_places, of_each, points, scan, sharpen, sharpened, weigh,
+    weighed,
+};
 use crate::tangent::{Bend, Tangent};
 use dgd_effects::{Effect, Method, Relation, catalogue};
 use dgd_lsq::dot;
@@ -142,23 +145,33 @@ fn contenders(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec<Contend
         lean: gate,
         free: OnceLock::new(),
     };
-    // Effects are weighed on all cores: each by itself, so that their number changes no digit.
-    catalogue()
-        .par_iter()
+    let effects: Vec<&'static dyn Effect> = (catalogue().iter().copied())
         .filter(|effect| {
             let about = effect.about();
             about.search.method == Method::Relations && !taken.contains(&about.id)
         })
-        .filter_map(|effect| contender(&tangents, &pull, *effect))
+        .collect();
+    let grids = (effects.iter())
+        .map(|effect| points(*effect, record))
+        .collect();
+    let mut found = of_each(grids, |one| vec![weighed(record, gate, state, one).bare()]);
+    let places: Vec<Vec<Applied>> = (effects.par_iter().zip(&found).with_max_len(1))
+        .map(|(effect, coarse)| between(record, gate, &pull, state, *effect, coarse))
+        .collect();
+    let more = of_each(places, |one| sharpened(record, gate, state, one));
+    for (found, more) in found.iter_mut().zip(more) {
+        found.extend(more);
+    }
+    (effects.into_par_iter().zip(found).with_max_len(1))
+        .filter_map(|(effect, found)| contender(&tangents, effect, found))
         .collect()
 }
 
-/// An effect in all the shapes and places that are tried of it; `None` where it changes nothing. `pull` is that of the tangent that
-/// leans.
+/// An effect in all the shapes and places that were tried of it; `None` where it changes nothing.
 fn contender(
     tangents: &Tangents<'_>,
-    pull: &[f64],
     effect: &'static dyn Effect,
+    mut found: Vec<Candidate>,
 ) -> Option<Contender> {
     /// Evidence of a shape that cannot be weighed, e-folds: so little that it does not count in the mean over the shapes.
     const NONE: f64 = -1e3;
@@ -167,20 +180,12 @@ fn contender(
     /// E-folds that a switch of the pump pays for the places of a sharp peak. Set by hand.
     const SHARP: f64 = 4.0;
     let Tangents { record, state, .. } = *tangents;
-    let mut found = scan(record, tangents.lean, pull, state, effect);
     let span_s = record.setting.span_s;
     found.retain(|c| !again(state, &c.applied, span_s));
-    let mut best = found
-        .iter()
-        .filter(|c| c.evidence.is_finite())
-        .max_by(|a, b| a.evidence.total_cmp(&b.evidence))?
+    let mut best = likeliest(record, tangents.lean, state, &found)?;
+    let plainest = (found.iter().filter(|c| c.energy.is_finite()))
+        .max_by(|a, b| a.energy.total_cmp(&b.energy))?
         .clone();
-    let plainest = Candidate {
-        signature: Vec::new(),
-        ..(found.iter().filter(|c| c.energy.is_finite()))
-            .max_by(|a, b| a.energy.total_cmp(&b.energy))?
-            .clone()
-    };
     let strengths = if on_grid(effect.about()) {
         let alike = |c: &&Candidate| c.applied.parameters[1..] == best.applied.parameters[1..];
         (found.iter().filter(alike))
@@ -249,7 +254,7 @@ fn hold_without_doubtful(
     const OF_HURDLE: f64 = 0.5;
     const OF_LEADER: f64 = 0.02;
     let most = contenders.first().map_or(0.0, |c| c.evidence);
-    contenders.par_iter_mut().for_each(|c| {
+    contenders.par_iter_mut().with_max_len(1).for_each(|c| {
         let hurdle = c.effect.about().search.belief.hurdle;
         if c.evidence > (OF_HURDLE * hurdle).max(OF_LEADER * most)
             && let Some(sustained) = sustained(record, state, &c.best, &gate.rows.still)
@@ -289,7 +294,8 @@ fn free_forms(record: &Record, gate: &Tangent, state: &[Applied], contenders: &m
     /// Share of the leader's evidence below which a form is not freed. Set by hand.
     const OF_LEADER: f64 = 0.3;
     let most = contenders.first().map_or(0.0, |c| c.evidence);
-    contenders.par_iter_mut().take(LIKELIEST).for_each(|c| {
+    let likeliest = contenders.par_iter_mut().take(LIKELIEST);
+    likeliest.with_max_len(1).for_each(|c| {
         if record.takes(Step::Form) && c.evidence > OF_LEADER * most {
             // It pays for its form and the places it could have been, as the evidence does.
             let paid = (c.best.evidence - c.evidence).max(0.0);
@@ -311,10 +317,7 @@ fn without_lean(
 ) -> Option<Candidate> {
     let effect = best.applied.effect;
     if on_grid(effect.about()) {
-        return scan(record, free, &free.pull(), state, effect)
-            .into_iter()
-            .filter(|c| c.evidence.is_finite())
-            .max_by(|a, b| a.evidence.total_cmp(&b.evidence));
+        return scan(record, free, &free.pull(), state, effect);
     }
     let start = weigh(record, free, state, best.applied.clone());
     Some(if effect.is_switch() {
@@ -373,10 +376,10 @@ fn strong(
         let off = tangent.refitted(record, &joined(state, &applied)).off;
         (applied, misfit(&tangent.off) - misfit(&off), off)
     };
-    let plausible = TIMES
-        .into_iter()
-        .filter(|times| times * usual <= strength.high);
-    let tried = plausible.map(|times| {
+    let plausible: Vec<f64> = (TIMES.into_iter())
+        .filter(|times| times * usual <= strength.high)
+        .collect();
+    let tried = plausible.into_par_iter().with_max_len(1).map(|times| {
         let strength = times * usual;
         let (applied, saved, off) = refitted(strength);
         let changes = tangent.off.iter().zip(&off);
@@ -392,7 +395,8 @@ fn strong(
             energy,
         }
     });
-    let most = tried.max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
+    let tried: Vec<Candidate> = tried.collect();
+    let most = (tried.into_iter()).max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
     // What the opposite explains as well is a curve of another form, which either bends.
     let opposite = || refitted(-most.applied.parameters[0]).1;
     let stands = most.evidence > 0.0 && most.evidence > OPPOSITE * opposite();

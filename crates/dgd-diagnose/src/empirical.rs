@@ -133,7 +133,7 @@ pub(crate) fn corrections(
     let (drawn, seen) = rayon::join(
         || -> Vec<Correction> {
             let twins = inlets_beside_riser.as_ref();
-            (places.par_iter())
+            (places.par_iter().with_max_len(1))
                 .filter_map(|place| {
                     along(record, [&whole, &stiff], state, twins, Course::from(*place))
                 })
@@ -153,7 +153,8 @@ pub(crate) fn corrections(
     out
 }
 
-/// Lowers corrections that stand out only because of stops, or while the pump changes to another head. Takes the tangent to free its memory
+/// Lowers corrections that stand out only because of stops, or while the pump changes to another head, to their evidence without these, if
+/// that is below their hurdle. Takes the tangent to free its memory
 /// before others are made.
 fn hold_without_stops(record: &Record, whole: Tangent, state: &[Applied], out: &mut [Correction]) {
     if !record.takes(Step::Flowing) {
@@ -163,38 +164,50 @@ fn hold_without_stops(record: &Record, whole: Tangent, state: &[Applied], out: &
     let stops = (whole.rows.still.iter().zip(&moving)).map(|(still, moving)| *still || *moving);
     let stops: Vec<bool> = stops.collect();
     drop(whole);
-    // A valve that closes late leaves the line lower at a stop, which is no friction; nor is what answers late on the way to the stop.
-    hold_without(record, &stops, state, out, Relation::ReturnLineFriction);
-    // A meter that answers half a second late gives the same error at each change of the head, as if that depended on level or inflow.
-    hold_without(record, &moving, state, out, Relation::PumpHead);
+    let (friction, head) = rayon::join(
+        // A valve that closes late leaves the line lower at a stop, which is no friction; nor is what answers late on the way to the stop.
+        || without(record, &stops, state, out, Relation::ReturnLineFriction),
+        // A meter that answers half a second late gives the same error at each change of the head, as if that depended on level or inflow.
+        || without(record, &moving, state, out, Relation::PumpHead),
+    );
+    for (k, alone) in friction.into_iter().chain(head) {
+        hold_to(&mut out[k], alone);
+    }
 }
 
-/// Lowers corrections of a relation to their evidence without some blocks, if that is below their hurdle.
-fn hold_without(
+/// Lowers a correction to the evidence that it has without some blocks, if that is below its hurdle.
+fn hold_to(c: &mut Correction, alone: f64) {
+    if alone < hurdle(c) {
+        c.evidence = c.evidence.min(alone);
+        c.borne = c.borne.min(alone);
+    }
+}
+
+/// Evidence that doubtful corrections of a relation have without some blocks, and which of those found they are.
+fn without(
     record: &Record,
     blocks: &[bool],
     state: &[Applied],
-    found: &mut [Correction],
+    found: &[Correction],
     relation: Relation,
-) {
+) -> Vec<(usize, f64)> {
     /// Share of its hurdle from which a correction is weighed again. Set by hand.
     const DOUBTFUL: f64 = 0.5;
     let doubtful =
         |c: &Correction| c.curve.place.relation() == relation && c.evidence > DOUBTFUL * hurdle(c);
     if !blocks.contains(&true) || !found.iter().any(doubtful) {
-        return;
+        return Vec::new();
     }
     let Some(others) = Tangent::beside(record, state, blocks, Bend::Loose) else {
-        return;
+        return Vec::new();
     };
-    for c in found.iter_mut().filter(|c| doubtful(c)) {
-        let again = correction(record, &others, state, blocks, &c.curve);
-        let alone = again.map_or(0.0, |again| again.evidence);
-        if alone < hurdle(c) {
-            c.evidence = c.evidence.min(alone);
-            c.borne = c.borne.min(alone);
-        }
-    }
+    (found.iter().enumerate())
+        .filter(|(_, c)| doubtful(c))
+        .map(|(k, c)| {
+            let again = correction(record, &others, state, blocks, &c.curve);
+            (k, again.map_or(0.0, |again| again.evidence))
+        })
+        .collect()
 }
 
 /// The correction of one relation or reading along one quantity, without the `excluded` blocks, which a tangent knows by itself;

@@ -7,7 +7,7 @@ use crate::contest::{hurdle, sets_in, sustained};
 use crate::numbers::product;
 use crate::record::Record;
 use crate::relations::{Applied, on_grid};
-use crate::scan::{grids, sharpen, switches, weighed};
+use crate::scan::{Candidate, grids, of_each, sharpen, switches, weigh, weighed};
 use crate::tangent::Tangent;
 use dgd_effects::{Effect, Method, Relation, catalogue};
 use rayon::prelude::*;
@@ -32,21 +32,34 @@ fn begins(effect: &dyn Effect) -> bool {
         && !on_grid(about)
 }
 
-/// What shows that something ends, beside a state, above the hurdle of what would begin.
-pub(crate) fn ended(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec<Ended> {
+/// What shows that something ends in some relations, beside a state, above the hurdle of what would begin.
+pub(crate) fn ended(
+    record: &Record,
+    gate: &Tangent,
+    state: &[Applied],
+    relations: &[Relation],
+) -> Vec<Ended> {
     let pull = gate.pull();
-    let of = |effect: &&'static dyn Effect| -> Option<Ended> {
+    let effects: Vec<&'static dyn Effect> = (catalogue().iter().copied())
+        .filter(|effect| begins(*effect) && relations.contains(&effect.about().relation))
+        .collect();
+    let opposite = |effect: &'static dyn Effect, mut parameters: Vec<f64>| {
+        parameters[0] = -parameters[0].abs();
+        Applied::new(effect, parameters)
+    };
+    let grids = (effects.iter())
+        .map(|effect| {
+            let all = product(&grids(*effect, record)).into_iter();
+            all.map(|parameters| opposite(*effect, parameters))
+                .collect()
+        })
+        .collect();
+    let coarse = of_each(grids, |one| vec![weighed(record, gate, state, one).bare()]);
+    let of = |(effect, coarse): (&'static dyn Effect, Vec<Candidate>)| -> Option<Ended> {
         let about = effect.about();
-        let tried = |mut parameters: Vec<f64>| {
-            parameters[0] = -parameters[0].abs();
-            weighed(record, gate, state, Applied::new(*effect, parameters))
-        };
-        let coarse: Vec<_> = (product(&grids(*effect, record)).into_iter())
-            .map(|parameters| tried(parameters).bare())
-            .collect();
         let places = (coarse.len() as f64).ln();
-        let best = (switches(record, gate, &pull, state, *effect, &coarse).into_iter())
-            .map(|parameters| tried(parameters).whole())
+        let best = (switches(record, gate, &pull, state, effect, &coarse).into_iter())
+            .map(|parameters| weigh(record, gate, state, opposite(effect, parameters)))
             .filter(|c| c.evidence.is_finite())
             .max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
         let hurdle = hurdle(record, &best.applied);
@@ -67,8 +80,9 @@ pub(crate) fn ended(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec<E
             evidence,
         })
     };
-    let effects = catalogue().par_iter().filter(|effect| begins(**effect));
-    effects.filter_map(of).collect()
+    (effects.into_par_iter().zip(coarse).with_max_len(1))
+        .filter_map(of)
+        .collect()
 }
 
 #[cfg(test)]
@@ -104,7 +118,12 @@ mod tests {
         let found = |before_pa: f64, after_pa: f64| {
             let record = restricted(before_pa, after_pa);
             let gate = Tangent::at(&record, &[], &[], Bend::Lean).unwrap();
-            ended(&record, &gate, &[])
+            ended(
+                &record,
+                &gate,
+                &[],
+                &[Relation::ReturnLineFriction, Relation::RiserMassBalance],
+            )
         };
         let gone = found(6e4, 0.0);
         let friction = |one: &&super::Ended| one.relation == Relation::ReturnLineFriction;

@@ -83,10 +83,7 @@ pub(crate) fn trained(
             None => {
                 if let Some(tangent) = Tangent::at(record, &state, excluded, Bend::Stiff) {
                     let pull = tangent.pull();
-                    let best = scan(record, &tangent, &pull, &state, named.applied.effect)
-                        .into_iter()
-                        .filter(|c| c.evidence.is_finite())
-                        .max_by(|a, b| a.evidence.total_cmp(&b.evidence));
+                    let best = scan(record, &tangent, &pull, &state, named.applied.effect);
                     // Refined from where the training rows are explained better: a coarse grid beside the whole recording's place.
                     let left = |one: &Applied| {
                         let off = tangent.refitted(record, &joined(&state, one)).off;

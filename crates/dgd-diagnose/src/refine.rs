@@ -2,6 +2,7 @@
 
 use crate::cores::both;
 use crate::empirical::again;
+use crate::incremental::Incremental;
 use crate::record::Record;
 use crate::relations::{Applied, on_grid};
 use crate::tangent::{Bend, Tangent};
@@ -147,10 +148,20 @@ fn climb(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usize) {
     const STEPS: usize = 3;
     const GAIN: f64 = 0.05;
     let about = state[k].effect.about();
-    let shifted = |parameters: Vec<f64>, state: &[Applied]| -> Vec<f64> {
-        let mut next = state.to_vec();
-        next[k].parameters = parameters;
-        tangent.signature(record, &next)
+    // Only this effect moves: all others are run once.
+    let mut others = state.to_vec();
+    let own = others.remove(k);
+    let ground = Incremental::under(record, &others);
+    let shifted = |parameters: Vec<f64>| -> Vec<f64> {
+        let one = Applied {
+            parameters,
+            ..own.clone()
+        };
+        let blocks = (ground.with(record, &one)).unwrap_or_else(|| {
+            let all: Vec<Applied> = others.iter().cloned().chain([one]).collect();
+            ground.other(record, &all)
+        });
+        tangent.beyond(record, &tangent.change_to(&blocks))
     };
     // Swept again, the times of an influx explain what was left of the training part, and less of what is held out.
     let has_times =
@@ -162,13 +173,13 @@ fn climb(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usize) {
         let step = (0.05 * base[0].abs()).max(0.02 * about.parameters[0].usual);
         let mut p = base.clone();
         p[0] += step;
-        let s: Vec<f64> = shifted(p, state).iter().map(|v| v / step).collect();
+        let s: Vec<f64> = shifted(p).iter().map(|v| v / step).collect();
         let energy = dot(&s, &s).max(1e-300);
         (s, energy)
     });
     // What is left over when the parameters move, with the strength free: (misfit, change of strength).
     let left = |parameters: &[f64]| -> (f64, f64) {
-        let shift = shifted(parameters.to_vec(), state);
+        let shift = shifted(parameters.to_vec());
         let rest: Vec<f64> = tangent.off.iter().zip(&shift).map(|(a, b)| a - b).collect();
         let total = dot(&rest, &rest);
         match &along {
@@ -186,19 +197,19 @@ fn climb(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usize) {
     let mut best = (base, misfit, gain);
     let step = |best: &mut (Vec<f64>, f64, f64), j: usize, parameter: &Parameter, scale: f64| {
         for _ in 0..STEPS {
-            let before = best.1;
-            for sign in [1.0, -1.0] {
+            let tried = |sign: f64| {
                 let mut p = best.0.clone();
                 p[j] += sign * scale * stride(parameter, p[j]);
                 p[j] = p[j].clamp(parameter.low, parameter.high);
                 let (misfit, gain) = left(&p);
-                if misfit < best.1 - GAIN {
-                    *best = (p, misfit, gain);
-                }
-            }
-            if best.1 >= before {
+                (p, misfit, gain)
+            };
+            let tried: [_; 2] = rayon::join(|| tried(1.0), || tried(-1.0)).into();
+            let nearer = tried.into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
+            let Some(nearer) = nearer.filter(|nearer| nearer.1 < best.1 - GAIN) else {
                 break;
-            }
+            };
+            *best = nearer;
         }
     };
     for scale in [1.0, 0.5, 0.25, 0.12] {

@@ -10,6 +10,7 @@ mod suction;
 use crate::ablation::Step;
 use crate::belief::BARRED;
 use crate::contest::{self, Contender, contest, solved};
+use crate::cores::both;
 use crate::empirical::{Correction, episode_like};
 use crate::record::Record;
 use crate::relations::Applied;
@@ -70,12 +71,14 @@ impl<'a> Round<'a> {
     pub(crate) fn about(record: &'a Record, selection: &Selection) -> Option<Self> {
         let state = selection.state();
         let gate = Tangent::beside(record, &state, &[], Bend::Lean)?;
-        let contenders = contest(record, &gate, &state);
         let unnamed: Vec<Curve> = (selection.named.iter())
             .filter(|n| n.is_unnamed())
             .filter_map(|n| n.applied.curve())
             .collect();
-        let rivals = rivals_beside(record, &gate, &state, &unnamed);
+        let (contenders, rivals) = both(
+            || contest(record, &gate, &state),
+            || rivals_beside(record, &gate, &state, &unnamed),
+        );
         let known = known(record, &state, selection)?;
         let footprints = if record.takes(Step::Footprints) {
             Footprint::all(record, &gate, &state, &known)

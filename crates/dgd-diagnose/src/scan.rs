@@ -11,6 +11,7 @@ use crate::relations::{Applied, joined, on_grid};
 use crate::tangent::{Sketch, Tangent};
 use dgd_effects::{Effect, Role};
 use dgd_lsq::dot;
+use rayon::prelude::*;
 
 /// An effect at one point of its grid.
 #[derive(Clone)]
@@ -25,8 +26,20 @@ pub(crate) struct Candidate {
     pub evidence: f64,
 }
 
-/// Onsets on the grid at the most: each is weighed on the whole recording.
+impl Candidate {
+    /// Without its signature, which is as long as the recording.
+    pub(crate) fn bare(self) -> Self {
+        Self {
+            signature: Vec::new(),
+            ..self
+        }
+    }
+}
+
+/// Onsets on the grid at the most: each is weighed on the whole recording. Where they would be more, the grid only measures energies, for which
+/// fewer do.
 const MOST_ONSETS: f64 = 60.0;
+const COARSE_ONSETS: f64 = 32.0;
 
 /// How far apart the onsets of an effect are tried, s, unless that were too many. A switch is sharpened to the block later: its grid only
 /// measures energies.
@@ -34,18 +47,24 @@ fn every_s(effect: &dyn Effect) -> f64 {
     if effect.is_switch() { 1200.0 } else { 600.0 }
 }
 
+/// Onsets that would be tried, were the grid as fine on all recordings.
+fn places(effect: &dyn Effect, record: &Record) -> f64 {
+    let (from, to) = record.setting.span_s;
+    (to - from) / every_s(effect)
+}
+
 /// Whether a recording is so long that the grid steps over what passes.
 fn is_coarse(effect: &dyn Effect, record: &Record) -> bool {
-    more_places(effect, record) > 0.0
+    effect.about().onset().is_some() && places(effect, record) > MOST_ONSETS
 }
 
 /// What the places that a grid of long recordings leaves out cost a candidate that is proposed between its points, e-folds.
 pub(crate) fn more_places(effect: &dyn Effect, record: &Record) -> f64 {
-    if effect.about().onset().is_none() {
-        return 0.0;
+    if is_coarse(effect, record) {
+        (places(effect, record) / COARSE_ONSETS).ln()
+    } else {
+        0.0
     }
-    let (from, to) = record.setting.span_s;
-    ((to - from) / every_s(effect) / MOST_ONSETS).max(1.0).ln()
 }
 
 /// Grid values of each parameter; the strength of a proportional effect stands at a third of its usual size.
@@ -63,7 +82,11 @@ pub(crate) fn grids(effect: &dyn Effect, record: &Record) -> Vec<Vec<f64>> {
             | Role::Choice(values)
             | Role::Sensor(values) => values.to_vec(),
             Role::Onset => {
-                let count = whole((span / every_s(effect)).clamp(10.0, MOST_ONSETS));
+                let count = whole(if is_coarse(effect, record) {
+                    COARSE_ONSETS
+                } else {
+                    places(effect, record).max(10.0)
+                });
                 // What stays shows little at the end, and is not told from what was always there at the beginning.
                 let (first, last) = if about.duration().is_some() {
                     (0.01 * span, 0.04 * span)
@@ -83,68 +106,104 @@ pub(crate) fn grids(effect: &dyn Effect, record: &Record) -> Vec<Vec<f64>> {
 }
 
 /// The points of the grid that are tried: what lasts for hours begins at fewer places, and its ends move further.
-fn points(effect: &dyn Effect, record: &Record) -> impl Iterator<Item = Vec<f64>> {
+pub(crate) fn points(effect: &'static dyn Effect, record: &Record) -> Vec<Applied> {
     /// Duration up to which every place is tried, s; of twice that every second one, and so on.
     const EVERYWHERE_S: f64 = 3600.0;
     let grids = grids(effect, record);
     let about = effect.about();
     let timed = about.onset().zip(about.duration());
-    product(&grids).into_iter().filter(move |p| {
+    let tried = |p: &Vec<f64>| {
         timed.is_none_or(|(onset, duration)| {
             let place = grids[onset].iter().position(|onset_s| *onset_s == p[onset]);
             let every = whole((p[duration] / EVERYWHERE_S).round()).max(1);
             place.is_none_or(|place| place % every == 0)
         })
-    })
+    };
+    let all = product(&grids).into_iter().filter(tried);
+    all.map(|p| Applied::new(effect, p)).collect()
 }
 
-/// One effect, everywhere on its grid; of the candidates the best has its signature.
+/// The likeliest of one effect, everywhere on its grid and between its points, with its signature; `None` if nothing can be weighed.
 pub(crate) fn scan(
     record: &Record,
     tangent: &Tangent,
     pull: &[f64],
     state: &[Applied],
     effect: &'static dyn Effect,
+) -> Option<Candidate> {
+    let on_grid = |one| vec![weighed(record, tangent, state, one).bare()];
+    let mut found = of_each(vec![points(effect, record)], on_grid).concat();
+    let places = between(record, tangent, pull, state, effect, &found);
+    let more = of_each(vec![places], |one| sharpened(record, tangent, state, one));
+    found.extend(more.into_iter().flatten());
+    likeliest(record, tangent, state, &found)
+}
+
+/// What is made of each of some hypotheses, group by group.
+///
+/// On all cores, each by itself, so that their number changes no digit; and not group by group, as some have far more of them than others, or
+/// dearer ones.
+pub(crate) fn of_each(
+    groups: Vec<Vec<Applied>>,
+    of: impl Fn(Applied) -> Vec<Candidate> + Send + Sync,
+) -> Vec<Vec<Candidate>> {
+    let sizes: Vec<usize> = groups.iter().map(Vec::len).collect();
+    let all: Vec<Applied> = groups.into_iter().flatten().collect();
+    let made: Vec<Vec<Candidate>> = all.into_par_iter().with_max_len(1).map(of).collect();
+    let mut made = made.into_iter();
+    (sizes.into_iter())
+        .map(|size| made.by_ref().take(size).flatten().collect())
+        .collect()
+}
+
+/// Where one effect would explain most, to the block, between the points of its `coarse` grid.
+pub(crate) fn between(
+    record: &Record,
+    tangent: &Tangent,
+    pull: &[f64],
+    state: &[Applied],
+    effect: &'static dyn Effect,
+    coarse: &[Candidate],
+) -> Vec<Applied> {
+    if !effect.is_switch() && !is_coarse(effect, record) {
+        return Vec::new();
+    }
+    (switches(record, tangent, pull, state, effect, coarse).into_iter())
+        .map(|parameters| Applied::new(effect, parameters))
+        .collect()
+}
+
+/// One hypothesis with its ends where they explain most, and with each length of edge that it may have; without their signatures.
+pub(crate) fn sharpened(
+    record: &Record,
+    tangent: &Tangent,
+    state: &[Applied],
+    one: Applied,
 ) -> Vec<Candidate> {
-    let mut found = Found::default();
-    for parameters in points(effect, record) {
-        let one = Applied::new(effect, parameters);
-        found.take(weighed(record, tangent, state, one));
-    }
-    if effect.is_switch() || is_coarse(effect, record) {
-        for parameters in switches(record, tangent, pull, state, effect, &found.all) {
-            let start = weigh(record, tangent, state, Applied::new(effect, parameters));
-            let sharp = sharpen(record, tangent, state, start);
-            for soft in softened(record, tangent, state, &sharp) {
-                found.take(soft.into());
-            }
-            found.take(sharp.into());
-        }
-    }
-    found.all
+    let start = weigh(record, tangent, state, one);
+    let sharp = sharpen(record, tangent, state, start);
+    let soft = softened(record, tangent, state, &sharp);
+    (soft.into_iter().chain([sharp]))
+        .map(Candidate::bare)
+        .collect()
 }
 
-/// Candidates of one effect. Signatures are as long as the recording: only the best one keeps its own.
-#[derive(Default)]
-struct Found {
-    all: Vec<Candidate>,
-    best: Option<usize>,
-}
-
-impl Found {
-    fn take(&mut self, c: Weighed<'_>) {
-        let better = |k: usize| c.evidence() >= self.all[k].evidence;
-        let c = if c.evidence().is_finite() && self.best.is_none_or(better) {
-            if let Some(k) = self.best {
-                self.all[k].signature = Vec::new();
-            }
-            self.best = Some(self.all.len());
-            c.whole()
-        } else {
-            c.bare()
-        };
-        self.all.push(c);
-    }
+/// The likeliest of some candidates, the last of equals, with its signature, which is worked out if it was not kept; `None` if none can be
+/// weighed.
+pub(crate) fn likeliest(
+    record: &Record,
+    tangent: &Tangent,
+    state: &[Applied],
+    found: &[Candidate],
+) -> Option<Candidate> {
+    let best = (found.iter())
+        .filter(|c| c.evidence.is_finite())
+        .max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
+    Some(if best.signature.is_empty() {
+        weigh(record, tangent, state, best.applied.clone())
+    } else {
+        best.clone()
+    })
 }
 
 /// A candidate whose edges take longer, their middles kept, for each length of edge that its effect may have.
@@ -256,20 +315,7 @@ impl Weighed<'_> {
 
     /// Without.
     pub(crate) fn bare(self) -> Candidate {
-        Candidate {
-            signature: Vec::new(),
-            ..self.candidate
-        }
-    }
-}
-
-impl From<Candidate> for Weighed<'_> {
-    fn from(candidate: Candidate) -> Self {
-        Self {
-            candidate,
-            sketch: None,
-            unit: 1.0,
-        }
+        self.candidate.bare()
     }
 }
 
@@ -305,14 +351,18 @@ pub(crate) fn weighed<'a>(
         let energy = dot(&signature, &signature);
         let score = dot(&signature, &tangent.off);
         let evidence = 0.5 * (dot(&tangent.off, &tangent.off) - dot(&refitted.off, &refitted.off));
-        let whole = Candidate {
+        let candidate = Candidate {
             applied: one,
             signature,
             energy,
             score,
             evidence,
         };
-        return whole.into();
+        return Weighed {
+            candidate,
+            sketch: None,
+            unit: 1.0,
+        };
     }
     let sketch = tangent.sketch(record, &applied);
     let grid = on_grid(about);

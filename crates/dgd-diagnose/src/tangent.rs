@@ -15,7 +15,7 @@ use crate::record::Record;
 use crate::relations::{Applied, Blocks, Rows, joined};
 use crate::slack::{Slack, slack};
 use crate::vectors::{
-    Column, Reach, Sparse, back_substitute, orthonormal, products, support, without,
+    Column, Reach, Sparse, back_substitute, orthonormal, product_within, products, support, without,
 };
 use columns::Columns;
 pub(crate) use columns::FRICTION_PRIOR_PA;
@@ -45,7 +45,7 @@ pub(crate) struct Tangent {
     /// The hypothesis that it is linearised about.
     applied: Vec<Applied>,
     /// What that comes to by itself, once a candidate stands on it.
-    incremental: OnceLock<Arc<Incremental>>,
+    ground: OnceLock<Arc<Incremental>>,
     pub rows: Rows,
     pub layout: Layout,
     pub whitening: Arc<Whitening>,
@@ -78,36 +78,42 @@ impl Tangent {
         excluded: &[bool],
         bend: Bend,
     ) -> Option<Self> {
-        let blocks = Blocks::under(record, applied);
-        let rough = Frame::of(record, &blocks, excluded, bend)?;
-        let first = Self::with(record, applied, &blocks, rough.clone());
+        let ground = Arc::new(Incremental::under(record, applied));
+        let blocks = ground.blocks();
+        let rough = Frame::of(record, blocks, excluded, bend)?;
+        let first = Self::with(record, applied, blocks, rough.clone());
         let isolated = isolated(record, first.layout, &first.off);
         let frame = rough.again(
             record,
-            &blocks,
+            blocks,
             first.curves.clone(),
             &first.residual,
             isolated,
         );
         // Its place is taken: two at a time would be held for nothing.
         drop(first);
-        Some(Self::with(record, applied, &blocks, frame))
+        Some(Self::on(record, ground, applied, frame))
     }
 
     /// The model re-fitted under another hypothesis, its noise and rows as here.
     pub(crate) fn refitted(&self, record: &Record, applied: &[Applied]) -> Self {
-        let blocks = Blocks::under(record, applied);
+        let blocks = self.ground(record).other(record, applied);
         Self::with(record, applied, &blocks, self.frame())
+    }
+
+    /// What its hypothesis comes to by itself.
+    fn ground(&self, record: &Record) -> Arc<Incremental> {
+        let run = || Arc::new(Incremental::under(record, &self.applied));
+        Arc::clone(self.ground.get_or_init(run))
     }
 
     /// The same model on the same rows with the same noise, its curves bending otherwise.
     pub(crate) fn bending(&self, record: &Record, bend: Bend) -> Self {
-        let blocks = Blocks::under(record, &self.applied);
         let frame = Frame {
             bend,
             ..self.frame()
         };
-        Self::with(record, &self.applied, &blocks, frame)
+        Self::on(record, self.ground(record), &self.applied, frame)
     }
 
     /// What each raw row adds to the product of a whitened vector with the residual.
@@ -161,7 +167,7 @@ impl Tangent {
         Some(if slack.is_empty() {
             bare
         } else {
-            bare.slackened(record, applied, slack)
+            bare.slackened(record, slack)
         })
     }
 
@@ -184,7 +190,7 @@ impl Tangent {
         let mut free = self.slack.clone();
         free.extend(slack(record, &plain, &applied, applied.len() - 1));
         let before = plain.misfit();
-        (before, plain.slackened(record, &applied, free).misfit())
+        (before, plain.slackened(record, free).misfit())
     }
 
     /// Half of the squares that are left over, and the logarithm of the volume of what is free.
@@ -193,13 +199,21 @@ impl Tangent {
     }
 
     /// The same tangent with other slack.
-    fn slackened(self, record: &Record, applied: &[Applied], slack: Vec<Slack>) -> Self {
+    fn slackened(self, record: &Record, slack: Vec<Slack>) -> Self {
+        let (ground, applied) = (self.ground(record), self.applied.clone());
         let frame = Frame {
             slack,
             ..self.into_frame()
         };
-        let blocks = Blocks::under(record, applied);
-        Self::with(record, applied, &blocks, frame)
+        Self::on(record, ground, &applied, frame)
+    }
+
+    /// The tangent in a known frame, about a hypothesis that has been run.
+    fn on(record: &Record, ground: Arc<Incremental>, applied: &[Applied], frame: Frame) -> Self {
+        Self {
+            ground: OnceLock::from(Arc::clone(&ground)),
+            ..Self::with(record, applied, ground.blocks(), frame)
+        }
     }
 
     /// The tangent in a known frame; `blocks` are those under `applied`.
@@ -259,7 +273,7 @@ impl Tangent {
         let residual = evaluated.residual(layout, blocks);
         Self {
             applied: applied.to_vec(),
-            incremental: OnceLock::new(),
+            ground: OnceLock::new(),
             rows,
             layout,
             whitening,
@@ -356,26 +370,38 @@ impl Tangent {
         record: &Record,
         changes: &[Vec<f64>],
     ) -> (DMatrix<f64>, DVector<f64>) {
-        let whitened: Vec<Vec<f64>> = changes.iter().map(|c| self.whitening.apply(c)).collect();
-        let rows = self.layout.len();
+        let whitened: Vec<(Vec<f64>, Reach)> = changes
+            .iter()
+            .map(|change| {
+                let values = self.whitening.apply(change);
+                let touched = support(&values);
+                (values, touched)
+            })
+            .collect();
         let within: Vec<Vec<f64>> = whitened
             .iter()
-            .map(|w| {
+            .map(|(values, touched)| {
                 if !record.takes(Step::Projection) {
                     return vec![0.0; self.basis.len()];
                 }
-                products(&self.basis, w, &support(w))
+                products(&self.basis, values, touched)
             })
             .collect();
+        let off = &self.off[..self.layout.len()];
+        // Off the columns by Pythagoras. Most changes touch one relation, many of them for a while.
+        let product = |a: usize, b: (&[f64], &Reach)| {
+            let (values, touched) = &whitened[a];
+            product_within((values, touched), b)
+        };
         let n = changes.len();
         let mut gram = DMatrix::zeros(n, n);
-        for a in 0..n {
+        for (a, (values, touched)) in whitened.iter().enumerate() {
             for b in 0..=a {
-                let product = dot(&whitened[a], &whitened[b]) - dot(&within[a], &within[b]);
+                let product = product(b, (values, touched)) - dot(&within[a], &within[b]);
                 (gram[(a, b)], gram[(b, a)]) = (product, product);
             }
         }
-        let right = DVector::from_fn(n, |a, _| dot(&whitened[a], &self.off[..rows]));
+        let right = DVector::from_fn(n, |a, _| product(a, (off, &(0..off.len()))));
         (gram, right)
     }
 
@@ -396,18 +422,18 @@ impl Tangent {
 
     /// The same before whitening.
     pub(crate) fn change(&self, record: &Record, applied: &[Applied]) -> Vec<f64> {
+        let ground = self.ground(record);
         let blocks = match applied.split_last() {
-            Some((one, state)) if alike(state, &self.applied) => {
-                let incremental = self
-                    .incremental
-                    .get_or_init(|| Arc::new(Incremental::under(record, state)));
-                incremental.with(record, one)
-            }
+            Some((one, state)) if alike(state, &self.applied) => ground.with(record, one),
             _ => None,
         };
-        let blocks = blocks.unwrap_or_else(|| Blocks::under(record, applied));
-        let with = Evaluated::of(&self.curves, &blocks, Some(&self.evaluated))
-            .residual(self.layout, &blocks);
+        self.change_to(&blocks.unwrap_or_else(|| ground.other(record, applied)))
+    }
+
+    /// What it takes out of the residuals of these curves that blocks are as they are under another hypothesis.
+    pub(crate) fn change_to(&self, blocks: &Blocks) -> Vec<f64> {
+        let with = Evaluated::of(&self.curves, blocks, Some(&self.evaluated))
+            .residual(self.layout, blocks);
         self.residual
             .iter()
             .zip(&with)

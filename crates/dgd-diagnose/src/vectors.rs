@@ -5,6 +5,7 @@ mod column;
 use crate::cores::idle;
 pub(crate) use column::Column;
 use column::take;
+use dgd_lsq::dot;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -36,6 +37,16 @@ fn add_products(sums: &mut [f64; 8], a: &[f64], b: &[f64]) {
             sums[k] += x[k] * y[k];
         }
     }
+}
+
+/// Product of two vectors of one length of which each is 0 outside its reach, the digits those of [`dot`] of the whole of them.
+pub(crate) fn product_within(a: (&[f64], &Reach), b: (&[f64], &Reach)) -> f64 {
+    let n = a.0.len();
+    let whole = n / 8 * 8;
+    let rows = eights(&common(a.1, b.1), 0, n);
+    let mut sums = [0.0; 8];
+    add_products(&mut sums, &a.0[rows.clone()], &b.0[rows]);
+    dot(&a.0[whole..], &b.0[whole..]) + sums.iter().sum::<f64>()
 }
 
 /// A column that is 0 but for one stretch of rows in each of some sections; only these take memory.

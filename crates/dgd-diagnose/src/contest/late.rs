@@ -63,13 +63,13 @@ pub(super) fn retime(
     // Allowances may stand in for part of either form, so each form is timed together with them.
     let forms = (late.iter()).flat_map(|c| shapes(&c.best.applied));
     let forms: Vec<Applied> = forms.collect();
-    let timed = forms.into_par_iter().map(|mut one| {
+    let timed = forms.into_par_iter().with_max_len(1).map(|mut one| {
         let (time_s, evidence) = retimed(record, gate, state, &one)?;
         one.parameters[0] = time_s;
         Some((one, evidence))
     });
     let timed: Vec<(Applied, f64)> = timed.flatten().collect();
-    late.par_iter_mut().for_each(|c| {
+    late.par_iter_mut().with_max_len(1).for_each(|c| {
         let own = price(&c.best.applied);
         // It pays for the places it could have been, as before.
         let places = (c.best.evidence - c.evidence).max(0.0);

@@ -65,7 +65,7 @@ pub(super) fn best(
     places: &[Place],
 ) -> Option<Correction> {
     let search = Search::of(record, tangent, state);
-    let found: Vec<Correction> = (places.par_iter())
+    let found: Vec<Correction> = (places.par_iter().with_max_len(1))
         .filter_map(|place| search.likeliest(*place))
         .collect();
     (found.into_iter().filter(plausible)).max_by(|a, b| a.evidence.total_cmp(&b.evidence))

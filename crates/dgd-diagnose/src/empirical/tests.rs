@@ -8,8 +8,8 @@ mod ranges;
 
 use super::drawn::range;
 use super::{
-    Correction, DRAWN, again, busiest, correction, corrections, excess, hold_without, hurdle,
-    plausible, size,
+    Correction, DRAWN, again, busiest, correction, corrections, excess, hold_to, hurdle, plausible,
+    size, without,
 };
 use crate::ablation::Step;
 use crate::layout::{BALANCE_BLOCKS, Section};
@@ -392,15 +392,14 @@ fn what_some_blocks_alone_show_is_taken_from_corrections_of_their_relation() {
     let sound = drilled(Hidden::default());
     let waving = waving(Place::Friction);
     let blocks: Vec<bool> = (0..sound.blocks).map(|b| b % 24 < 6).collect();
+    let hold = |record: &Record, blocks: &[bool], found: &mut [Correction]| {
+        for (k, alone) in without(record, blocks, &[], found, Relation::ReturnLineFriction) {
+            hold_to(&mut found[k], alone);
+        }
+    };
     let held = |record: &Record, blocks: &[bool], c: Correction| {
         let mut found = vec![c];
-        hold_without(
-            record,
-            blocks,
-            &[],
-            &mut found,
-            Relation::ReturnLineFriction,
-        );
+        hold(record, blocks, &mut found);
         found[0].evidence
     };
     let claimed =
@@ -431,13 +430,7 @@ fn what_some_blocks_alone_show_is_taken_from_corrections_of_their_relation() {
         claimed(Place::Head, 100.0),
         claimed(Place::Friction, 1.0),
     ];
-    hold_without(
-        &sound,
-        &blocks,
-        &[],
-        &mut found,
-        Relation::ReturnLineFriction,
-    );
+    hold(&sound, &blocks, &mut found);
     assert!(found[0].evidence < 5.0);
     assert_eq!((found[1].evidence, found[2].evidence), (100.0, 1.0));
 }

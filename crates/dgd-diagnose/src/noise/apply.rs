@@ -5,7 +5,7 @@ use crate::layout::Section;
 use std::ops::Range;
 
 /// A wander that has decayed to this adds no digit to anything.
-pub(super) const FADED: f64 = 1e-150;
+pub(super) const FADED: f64 = 1e-40;
 
 impl Whitening {
     /// Whitens a stacked vector; rows that may not be used become 0, and so do those that only a wander reaches which

@@ -1,7 +1,7 @@
 //! The line's flow from the reading of its meter.
 
 use super::Applied;
-use crate::numbers::{mean, whole};
+use crate::numbers::whole;
 use crate::record::Record;
 use dgd_effects::{MeterPath, STANDING_M3_S, shrunk};
 
@@ -39,8 +39,24 @@ fn at(values: &[f64], position: f64) -> f64 {
 /// Means of so many samples to either side.
 fn smoothed(values: &[f64], half: usize) -> Vec<f64> {
     let n = values.len();
+    // Sum and number of the finite values before each.
+    let mut before = vec![(0.0, 0.0); n + 1];
+    for (i, v) in values.iter().enumerate() {
+        let (sum, count) = before[i];
+        before[i + 1] = if v.is_finite() {
+            (sum + v, count + 1.0)
+        } else {
+            (sum, count)
+        };
+    }
     (0..n)
-        .map(|i| mean(&values[i.saturating_sub(half)..(i + half + 1).min(n)]))
+        .map(|i| {
+            let (from, to) = (
+                before[i.saturating_sub(half)],
+                before[(i + half + 1).min(n)],
+            );
+            (to.0 - from.0) / (to.1 - from.1)
+        })
         .collect()
 }
 
@@ -126,6 +142,7 @@ pub(crate) fn blurred(path: MeterPath, span_s: (f64, f64), told_every_s: f64) ->
 /// Flow of the line, as the meter's path under a hypothesis has it.
 #[derive(Debug, Clone)]
 pub(crate) struct LineFlow {
+    path: MeterPath,
     /// With gaps, and without; `None` where nothing stands between line and meter.
     inverted: Option<(Vec<f64>, Vec<f64>)>,
 }
@@ -145,7 +162,12 @@ impl LineFlow {
             let filled = crate::numbers::bridged(&flow);
             (flow, filled)
         });
-        Self { inverted }
+        Self { path, inverted }
+    }
+
+    /// Whether it is that of another hypothesis, digit for digit.
+    pub(crate) fn is(&self, other: &Self) -> bool {
+        self.path == other.path
     }
 
     /// Flow of every sample with gaps, and without.

@@ -60,6 +60,9 @@ impl Touched {
     const DIFFERENCE: u16 = 1 << 7;
     const IMBALANCE: u16 = 1 << 8;
 
+    /// What the flow of the line enters.
+    pub(crate) const METERED: Self = Self(Self::FLOW | Self::THROUGH | Self::IMBALANCE);
+
     /// Nothing is known yet.
     pub(crate) const ALL: Self = Self((1 << 9) - 1);
 
@@ -113,7 +116,7 @@ impl Touched {
                 | of(lift, Self::LIFT)
                 | of(speed, Self::SPEED)
                 | of(through, Self::THROUGH)
-                | of(meter, Self::FLOW | Self::THROUGH | Self::IMBALANCE)
+                | of(meter, Self::METERED.0)
                 | of(outlet, Self::DROP | Self::LIFT | Self::DIFFERENCE)
                 | of(inlet, Self::LIFT | Self::IMBALANCE),
         )
@@ -142,8 +145,6 @@ pub(super) struct Row<'a> {
     rates: &'a LevelRate,
     /// What effects change, sample by sample.
     pub(super) changes: Vec<Changes>,
-    /// Samples of the net inflow.
-    net: Vec<f64>,
 }
 
 impl<'a> Row<'a> {
@@ -153,12 +154,11 @@ impl<'a> Row<'a> {
             flow: line.of(record).0,
             rates,
             changes: Vec::new(),
-            net: Vec::new(),
         }
     }
 
     /// Lays the means of its whole blocks into `parts`, of what is touched; `first` is the number of its first sample.
-    pub(super) fn lay_into(&mut self, parts: &mut Parts, first: usize, touched: Touched) {
+    pub(super) fn lay_into(&self, parts: &mut Parts, first: usize, touched: Touched) {
         let record = self.record;
         let (m, rho, g) = (
             record.per_block,
@@ -210,26 +210,35 @@ impl<'a> Row<'a> {
 
     /// Flow through the line at a sample, m³/s.
     fn through(&self, i: usize, c: &Changes) -> f64 {
-        self.flow[i] / c.meter_gain + c.leak_m3_s
+        // Hardly any effect changes the gain, and to divide is dear.
+        let read = self.flow[i];
+        let outflow = if c.meter_gain == 1.0 {
+            read
+        } else {
+            read / c.meter_gain
+        };
+        outflow + c.leak_m3_s
     }
 
     /// What flows in less what flows out and what the riser stores, m³/s: Eq. 3.45 over the row.
-    fn imbalance(&mut self, first: usize) -> f64 {
+    fn imbalance(&self, first: usize) -> f64 {
         let record = self.record;
         let setting = &record.setting;
         let (rho, filled) = (setting.density_kg_m3, &record.filled);
         let per_area = record.riser_m3_per_pa();
-        self.net.clear();
+        let (mut net, mut counted) = (0.0, 0);
         for (i, c) in (first..).zip(&self.changes) {
             let through = self.through(i, c);
             let inflow = filled.mud_pump[i] + filled.booster[i] + filled.topfill[i];
-            self.net.push(
-                inflow * (1.0 + c.entering_kg_m3 / rho) + c.inflow_m3_s
-                    - through * (1.0 + c.riser_kg_m3 / rho),
-            );
+            let kept = inflow * (1.0 + c.entering_kg_m3 / rho) + c.inflow_m3_s
+                - through * (1.0 + c.riser_kg_m3 / rho);
+            if kept.is_finite() {
+                net += kept;
+                counted += 1;
+            }
         }
         let samples = self.changes.len();
-        let bad = self.net.iter().filter(|v| !v.is_finite()).count();
+        let bad = samples - counted;
         let (Some(begin), Some(end)) = (self.changes.first(), self.changes.last()) else {
             return f64::NAN;
         };
@@ -240,7 +249,7 @@ impl<'a> Row<'a> {
         let drift = (inlet_bias(end) - inlet_bias(begin)) / (record.dt_s * (samples - 1) as f64);
         // Exactly 0 for the area that the well has: then the last term is none, to the bit.
         let excess = mean_of(self.changes.iter().map(|c| c.area_factor - 1.0));
-        mean(&self.net)
+        net / counted as f64
             - per_area * (self.rates.read(row) - drift)
             - per_area * excess * self.rates.told(row, drift)
     }
@@ -275,11 +284,14 @@ impl Means<'_> {
 /// Mean of a block without its greatest and least value, so that a spike costs nothing.
 fn trimmed(values: impl Iterator<Item = f64>) -> f64 {
     let (mut sum, mut count, mut low, mut high) = (0.0, 0.0, f64::INFINITY, f64::NEG_INFINITY);
-    for v in values.filter(|v| v.is_finite()) {
-        sum += v;
-        count += 1.0;
-        low = low.min(v);
-        high = high.max(v);
+    for v in values {
+        // A plain comparison: `f64::min` also asks for what is not a number, which costs as much as all the rest.
+        if v.is_finite() {
+            sum += v;
+            count += 1.0;
+            low = if v < low { v } else { low };
+            high = if v > high { v } else { high };
+        }
     }
     if count >= 4.0 {
         (sum - low - high) / (count - 2.0)

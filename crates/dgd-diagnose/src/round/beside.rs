@@ -225,15 +225,16 @@ pub(super) fn rivals_beside(
     };
     let mut rivals = corrections(record, state, episode_may_be(record, gate));
     rivals.retain(|r| plausible(r) && !acts(&r.curve) && !(timed && owed_to_timing(r)));
-    if rivals.is_empty() {
-        return rivals;
-    }
-    for end in ended(record, gate, state) {
-        let along_time = |r: &&mut Correction| {
-            r.curve.place.relation() == end.relation && r.curve.quantity == Quantity::Time
+    // What ends is a curve along time, with an edge that knots do not have.
+    let along_time: Vec<Relation> = (rivals.iter())
+        .filter(|r| r.curve.quantity == Quantity::Time)
+        .map(|r| r.curve.place.relation())
+        .collect();
+    for end in ended(record, gate, state, &along_time) {
+        let course = |r: &&mut Correction| {
+            r.curve.quantity == Quantity::Time && r.curve.place.relation() == end.relation
         };
-        // It is a curve along time, with an edge that knots do not have.
-        if let Some(r) = rivals.iter_mut().find(along_time) {
+        if let Some(r) = rivals.iter_mut().find(course) {
             r.evidence = r.evidence.max(end.evidence);
             r.borne = r.borne.max(end.evidence);
         }

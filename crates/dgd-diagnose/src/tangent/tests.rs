@@ -57,7 +57,7 @@ fn one_freedom_more_is_worth_its_evidence() {
                 column: Arc::new(Sparse::of(&column, &sections)),
                 width,
             };
-            let with = bare.clone().slackened(&record, &[], vec![free]);
+            let with = bare.clone().slackened(&record, vec![free]);
             let worth = evidence(energy, score, width, false);
             assert!(worth.abs() > 1e-3);
             close(cost(&bare) - cost(&with), worth, cost(&bare));
@@ -75,7 +75,7 @@ fn an_effect_within_its_form_is_worth_what_it_saves_and_each_freedom_by_itself()
         let mut expected = cost(&bare) - cost(&plain);
         let mut held: Vec<Slack> = Vec::new();
         for free in slack(&record, &plain, state, 0) {
-            let so_far = plain.clone().slackened(&record, state, held.clone());
+            let so_far = plain.clone().slackened(&record, held.clone());
             let off = so_far.beyond(&record, &free.column.whole());
             let (energy, score) = (dot(&off, &off), dot(&off, &so_far.off));
             expected += evidence(energy, score, free.width, false);

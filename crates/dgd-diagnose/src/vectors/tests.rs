@@ -2,7 +2,7 @@
 
 mod reaches;
 
-use super::{Column, Sparse, back_substitute, products, without};
+use super::{Column, Sparse, back_substitute, product_within, products, support, without};
 use crate::test_rig::normals;
 use dgd_lsq::dot;
 
@@ -163,6 +163,17 @@ fn piece_by_piece_products_and_differences_have_the_digits_of_whole_ones() {
     }
     without(&mut vector, &held, &shares);
     assert!(bits(&vector) == bits(&plain));
+}
+
+#[test]
+fn a_product_of_what_touches_little_has_the_digits_of_the_whole() {
+    let columns = sparse();
+    for a in &columns {
+        for b in &columns {
+            let found = product_within((a, &support(a)), (b, &support(b)));
+            assert_eq!(bits(&[found]), bits(&[dot(a, b)]));
+        }
+    }
 }
 
 #[test]

@@ -5,7 +5,7 @@ use crate::record::Record;
 use crate::relations::Applied;
 use crate::scan::switches::{Energies, highest};
 use crate::scan::{
-    Candidate, Found, grids, more_places, points, scan, sharpen, softened, switches, weigh,
+    Candidate, grids, likeliest, more_places, points, scan, sharpen, softened, switches, weigh,
 };
 use crate::tangent::{Bend, Tangent};
 use crate::test_rig::{BLOCK_S, FLOW_M3_S, Hidden, SPEED_PCT, cut, drilled, normals, one};
@@ -95,14 +95,16 @@ fn coarse(applied: Applied, energy: f64) -> Candidate {
 
 #[test]
 fn onsets_are_tried_evenly_within_the_recording_whatever_its_clock() {
-    // Every ten minutes, a switch every twenty; ten at least, sixty at most.
+    // Every ten minutes, a switch every twenty; ten at least, and 32 where they would be more than sixty.
     for (id, hours, count) in [
         ("line_leak", 10.0, 30),
         ("line_leak", 1.5, 10),
-        ("line_leak", 40.0, 60),
+        ("line_leak", 20.0, 60),
+        ("line_leak", 40.0, 32),
         ("influx", 4.0, 24),
         ("influx", 1.0, 10),
-        ("influx", 30.0, 60),
+        ("influx", 10.0, 60),
+        ("influx", 30.0, 32),
     ] {
         let effect = find(id).unwrap();
         let mut record = drilled(Hidden::default());
@@ -161,11 +163,16 @@ fn what_lasts_for_hours_is_tried_at_fewer_places_and_all_else_everywhere() {
     let tried = |id: &str| {
         let effect = find(id).unwrap();
         let all = product(&grids(effect, &record)).len();
-        (points(effect, &record).collect::<Vec<_>>(), all)
+        (points(effect, &record), all)
     };
     let (influxes, _) = tried("influx");
     let duration = find("influx").unwrap().about().duration().unwrap();
-    let of = |lasts_s: f64| influxes.iter().filter(|p| p[duration] == lasts_s).count();
+    let of = |lasts_s: f64| {
+        influxes
+            .iter()
+            .filter(|p| p.parameters[duration] == lasts_s)
+            .count()
+    };
     let everywhere = of(1300.0);
     assert_eq!((of(2300.0), of(3600.0)), (everywhere, everywhere));
     assert_eq!((of(6000.0), of(10_000.0)), (everywhere / 2, everywhere / 3));
@@ -174,20 +181,31 @@ fn what_lasts_for_hours_is_tried_at_fewer_places_and_all_else_everywhere() {
 }
 
 #[test]
-fn of_all_candidates_the_best_alone_keeps_its_signature() {
-    let mut found = Found::default();
+fn of_all_candidates_the_likeliest_comes_with_its_signature() {
+    let record = shifted(0.0, 3e4);
+    let tangent = Tangent::at(&record, &[], &[], Bend::Lean).unwrap();
     let evidences = [f64::NAN, 1.0, 3.0, f64::INFINITY, 2.0, 3.0, f64::NAN, -1.0];
-    for evidence in evidences {
-        let mut c = coarse(one("line_leak", &[1e-3, 0.0]), 1.0);
-        (c.signature, c.evidence) = (vec![1.0], evidence);
-        found.take(c.into());
-    }
-    assert_eq!(found.all.len(), evidences.len());
+    let candidates = |signature: &[f64]| -> Vec<Candidate> {
+        let of = |(k, evidence): (usize, &f64)| {
+            let leak = one("line_leak", &[1e-3, 100.0 * k as f64]);
+            let mut c = coarse(leak, 1.0);
+            (c.signature, c.evidence) = (signature.to_vec(), *evidence);
+            c
+        };
+        evidences.iter().enumerate().map(of).collect()
+    };
+    let best = |found: &[Candidate]| likeliest(&record, &tangent, &[], found);
     // Of two alike the later one, as `Iterator::max_by` has it.
-    for (k, c) in found.all.iter().enumerate() {
-        assert_eq!(c.signature.is_empty(), k != 5, "{k}");
-    }
-    assert_eq!(found.best, Some(5));
+    let kept = best(&candidates(&[1.0])).unwrap();
+    assert_eq!(kept.applied.parameters[1], 500.0);
+    assert_eq!(kept.signature, [1.0]);
+    // What was not kept is worked out.
+    let anew = best(&candidates(&[])).unwrap();
+    let weighed = weigh(&record, &tangent, &[], kept.applied);
+    assert_eq!(anew.signature, weighed.signature);
+    assert_eq!(anew.evidence, weighed.evidence);
+    assert!(anew.energy > 0.0);
+    assert!(best(&candidates(&[])[..1]).is_none());
 }
 
 #[test]
@@ -226,9 +244,9 @@ fn places_that_a_grid_steps_over_are_paid_for() {
         more_places(find(id).unwrap(), &record)
     };
     assert_eq!(more("influx", 10.0), 0.0);
-    assert!((more("influx", 80.0) - 8.0_f64.ln()).abs() < 1e-12);
+    assert!((more("influx", 80.0) - 15.0_f64.ln()).abs() < 1e-12);
     assert_eq!(more("line_leak", 20.0), 0.0);
-    assert!((more("line_leak", 80.0) - 4.0_f64.ln()).abs() < 1e-12);
+    assert!((more("line_leak", 80.0) - 7.5_f64.ln()).abs() < 1e-12);
     assert_eq!(more("return_flow_gain", 2400.0), 0.0);
 }
 
