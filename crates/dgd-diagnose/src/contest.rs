@@ -373,7 +373,7 @@ fn strong(
         let mut applied = one.clone();
         applied.parameters[0] = strength;
         record.tally.weighed();
-        let off = tangent.refitted(record, &joined(state, &applied)).off;
+        let off = tangent.left_over(record, &joined(state, &applied));
         (applied, misfit(&tangent.off) - misfit(&off), off)
     };
     let plausible: Vec<f64> = (TIMES.into_iter())

@@ -86,7 +86,7 @@ pub(crate) fn trained(
                     let best = scan(record, &tangent, &pull, &state, named.applied.effect);
                     // Refined from where the training rows are explained better: a coarse grid beside the whole recording's place.
                     let left = |one: &Applied| {
-                        let off = tangent.refitted(record, &joined(&state, one)).off;
+                        let off = tangent.left_over(record, &joined(&state, one));
                         dot(&off, &off)
                     };
                     if let Some(coarse) = best.map(|best| solved(&best))

@@ -83,7 +83,7 @@ pub(crate) fn fitted_here(
             continue;
         }
         let misfit = |applied: &[Applied]| {
-            let off = tangent.refitted(record, applied).off;
+            let off = tangent.left_over(record, applied);
             0.5 * dot(&off, &off)
         };
         let (now, without) = (misfit(&all), misfit(&others));
@@ -132,7 +132,7 @@ fn slide(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usize) {
     let misfit = |time: f64, state: &[Applied]| -> f64 {
         let mut next = state.to_vec();
         next[k].parameters[0] = time;
-        let off = tangent.refitted(record, &next).off;
+        let off = tangent.left_over(record, &next);
         dot(&off, &off)
     };
     let (best, _) = nearest_time(longest, state[k].parameters[0], |time| misfit(time, state));

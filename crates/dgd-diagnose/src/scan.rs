@@ -341,16 +341,13 @@ pub(crate) fn weighed<'a>(
     let applied = joined(state, &one);
     if about.search.timing.is_some() {
         // A late meter or pump bends the curves that were fitted without it: they are fitted again.
-        let refitted = tangent.refitted(record, &applied);
-        let signature: Vec<f64> = tangent
-            .off
-            .iter()
-            .zip(&refitted.off)
+        let left = tangent.left_over(record, &applied);
+        let signature: Vec<f64> = (tangent.off.iter().zip(&left))
             .map(|(a, b)| a - b)
             .collect();
         let energy = dot(&signature, &signature);
         let score = dot(&signature, &tangent.off);
-        let evidence = 0.5 * (dot(&tangent.off, &tangent.off) - dot(&refitted.off, &refitted.off));
+        let evidence = 0.5 * (dot(&tangent.off, &tangent.off) - dot(&left, &left));
         let candidate = Candidate {
             applied: one,
             signature,

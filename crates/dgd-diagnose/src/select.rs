@@ -204,7 +204,7 @@ fn revised(record: &Record, start: &[Applied], selection: &Selection) -> Option<
             tangent = Some(Tangent::at(record, &selection.state(), &[], Bend::Stiff)?);
         }
         let tangent = tangent.as_ref()?;
-        let saved = misfit(&tangent.off) - misfit(&tangent.refitted(record, &other.state()).off);
+        let saved = misfit(&tangent.off) - misfit(&tangent.left_over(record, &other.state()));
         debug!("{id} in the place of {gone} saves {saved:.1}");
         if saved > most {
             (best, most) = (Some(other), saved);

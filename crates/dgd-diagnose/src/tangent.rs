@@ -101,6 +101,12 @@ impl Tangent {
         Self::with(record, applied, &blocks, self.frame())
     }
 
+    /// What the model re-fitted so leaves over, whitened: the `off` of [`Self::refitted`], without all else.
+    pub(crate) fn left_over(&self, record: &Record, applied: &[Applied]) -> Vec<f64> {
+        let blocks = self.ground(record).other(record, applied);
+        Solved::of(record, &blocks, &self.frame()).off
+    }
+
     /// What its hypothesis comes to by itself.
     fn ground(&self, record: &Record) -> Arc<Incremental> {
         let run = || Arc::new(Incremental::under(record, &self.applied));
@@ -122,7 +128,7 @@ impl Tangent {
     }
 
     /// Lets go of the columns, which are what memory goes into: for who only asks what is left when it is
-    /// [re-fitted](Self::refitted).
+    /// [re-fitted](Self::left_over).
     pub(crate) fn release_columns(&mut self) {
         self.basis = Vec::new();
         self.nuisance = Vec::new();
@@ -218,13 +224,13 @@ impl Tangent {
 
     /// The tangent in a known frame; `blocks` are those under `applied`.
     fn with(record: &Record, applied: &[Applied], blocks: &Blocks, frame: Frame) -> Self {
-        record.tally.fitted();
-        let Columns {
-            mut whitened,
+        let Solved {
+            basis,
+            off,
+            mut beta,
+            ln_volume,
             beyond_curves,
-            means,
-            widths,
-        } = Columns::of(record, blocks, &frame);
+        } = Solved::of(record, blocks, &frame);
         let Frame {
             rows,
             mut curves,
@@ -233,38 +239,6 @@ impl Tangent {
             slack,
         } = frame;
         let layout = whitening.layout;
-        let (n, total, p) = (layout.blocks, layout.len(), whitened.len());
-        // Columns that touch little first: they stay short among themselves.
-        let mut order: Vec<usize> = (0..p).collect();
-        order.sort_by_key(|&a| whitened[a].reach().len());
-        let mut basis: Vec<Column> = order
-            .iter()
-            .map(|&a| {
-                let mut priors = vec![0.0; p];
-                priors[a] = 1.0 / widths[a];
-                std::mem::take(&mut whitened[a]).with_priors(priors)
-            })
-            .collect();
-        let mut y = vec![0.0; total];
-        y[..n].copy_from_slice(&blocks.drop);
-        y[n..2 * n].copy_from_slice(&blocks.lift);
-        y[layout.rows(Section::Outlets)].copy_from_slice(&blocks.difference);
-        y[layout.rows(Section::Balance)].copy_from_slice(&blocks.imbalance);
-        let mut off = whitening.apply_whole(&y);
-        off.extend((means.iter().zip(&widths)).map(|(mean, width)| mean / width));
-        let triangle = orthonormal(&mut basis);
-        let mut right = vec![0.0; p];
-        for (q, r) in basis.iter().zip(&mut right) {
-            *r = q.dot(&off);
-            q.take_from(&mut off, *r);
-        }
-        let ln_volume = (triangle.iter().zip(&order).enumerate())
-            .map(|(k, (row, &a))| (row[k].abs() * widths[a]).ln())
-            .sum();
-        let mut beta = vec![0.0; p];
-        for (value, &a) in back_substitute(&triangle, right).into_iter().zip(&order) {
-            beta[a] = value;
-        }
         let rest = beta.split_off(FRICTION_TERMS + HEAD_TERMS);
         let (friction, head) = beta.split_at(FRICTION_TERMS);
         curves.friction.copy_from_slice(friction);
@@ -466,6 +440,69 @@ impl Tangent {
             column.take_from(&mut out, *beta);
         }
         out
+    }
+}
+
+/// What is free in a frame, solved for.
+struct Solved {
+    basis: Vec<Column>,
+    off: Vec<f64>,
+    /// Coefficient of each column, curves first.
+    beta: Vec<f64>,
+    ln_volume: f64,
+    /// Columns of what is no curve.
+    beyond_curves: Vec<Arc<Sparse>>,
+}
+
+impl Solved {
+    fn of(record: &Record, blocks: &Blocks, frame: &Frame) -> Self {
+        record.tally.fitted();
+        let Columns {
+            mut whitened,
+            beyond_curves,
+            means,
+            widths,
+        } = Columns::of(record, blocks, frame);
+        let layout = frame.whitening.layout;
+        let (n, total, p) = (layout.blocks, layout.len(), whitened.len());
+        // Columns that touch little first: they stay short among themselves.
+        let mut order: Vec<usize> = (0..p).collect();
+        order.sort_by_key(|&a| whitened[a].reach().len());
+        let mut basis: Vec<Column> = order
+            .iter()
+            .map(|&a| {
+                let mut priors = vec![0.0; p];
+                priors[a] = 1.0 / widths[a];
+                std::mem::take(&mut whitened[a]).with_priors(priors)
+            })
+            .collect();
+        let mut y = vec![0.0; total];
+        y[..n].copy_from_slice(&blocks.drop);
+        y[n..2 * n].copy_from_slice(&blocks.lift);
+        y[layout.rows(Section::Outlets)].copy_from_slice(&blocks.difference);
+        y[layout.rows(Section::Balance)].copy_from_slice(&blocks.imbalance);
+        let mut off = frame.whitening.apply_whole(&y);
+        off.extend((means.iter().zip(&widths)).map(|(mean, width)| mean / width));
+        let triangle = orthonormal(&mut basis);
+        let mut right = vec![0.0; p];
+        for (q, r) in basis.iter().zip(&mut right) {
+            *r = q.dot(&off);
+            q.take_from(&mut off, *r);
+        }
+        let ln_volume = (triangle.iter().zip(&order).enumerate())
+            .map(|(k, (row, &a))| (row[k].abs() * widths[a]).ln())
+            .sum();
+        let mut beta = vec![0.0; p];
+        for (value, &a) in back_substitute(&triangle, right).into_iter().zip(&order) {
+            beta[a] = value;
+        }
+        Self {
+            basis,
+            off,
+            beta,
+            ln_volume,
+            beyond_curves,
+        }
     }
 }
 

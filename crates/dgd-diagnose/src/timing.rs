@@ -66,7 +66,7 @@ fn timed(
         let mut next = state.clone();
         next[at].parameters[0] = time;
         next.extend(lag.cloned());
-        let off = tangent.refitted(record, &next).off;
+        let off = tangent.left_over(record, &next);
         0.5 * dot(&off, &off)
     };
     let (mut time, mut least) = nearest_time(longest, state[at].parameters[0], |t| misfit(t, None));
@@ -96,7 +96,7 @@ pub(crate) fn retimed(
     const ROUNDS: usize = 6;
     const SAVES: f64 = 0.5;
     let times = Times::beside(state, meter);
-    let off = |at: &[f64]| gate.refitted(record, &times.applied(at)).off;
+    let off = |at: &[f64]| gate.left_over(record, &times.applied(at));
     let half = |off: &[f64]| 0.5 * dot(off, off);
     let mut at = times.first.clone();
     let mut here = off(&at);

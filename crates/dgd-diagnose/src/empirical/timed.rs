@@ -141,9 +141,10 @@ fn leaves_more(
     episode: &Correction,
 ) -> Option<f64> {
     let without_it = Tangent::at(record, with, &[], Bend::Lean)?;
-    let with_it = without_it.refitted(record, &joined(state, &Applied::from(&episode.curve)));
-    let left = |one: &Tangent| 0.5 * dot(&one.off, &one.off);
-    let more = left(&with_it) - left(&without_it);
+    let beside = joined(state, &Applied::from(&episode.curve));
+    let with_it = without_it.left_over(record, &beside);
+    let left = |off: &[f64]| 0.5 * dot(off, off);
+    let more = left(&with_it) - left(&without_it.off);
     let Curve {
         place, from, to, ..
     } = &episode.curve;

@@ -45,7 +45,7 @@ pub(super) fn known(
                 let held = state[k].curve();
                 held.and_then(|held| again(record, &without, &held, &[]).map(|c| c.evidence))
             } else {
-                let off = whole.refitted(record, &without).off;
+                let off = whole.left_over(record, &without);
                 let gained = 0.5 * (dot(&off, &off) - dot(&whole.off, &whole.off));
                 (gained > hurdle(record, &state[k])).then_some(gained)
             };

@@ -66,7 +66,7 @@ pub(crate) fn allowances_with(
             if let Some(k) = now {
                 let mut without = state.clone();
                 without.remove(k);
-                let off = tangent.refitted(record, &without).off;
+                let off = tangent.left_over(record, &without);
                 let lost = 0.5 * (dot(&off, &off) - dot(&tangent.off, &tangent.off));
                 least = BETTER.max(EARNED + held - lost);
                 if lost < EARNED + held {
