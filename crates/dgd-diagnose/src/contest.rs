@@ -6,15 +6,13 @@ pub(crate) use late::put_on_one_scale;
 
 use crate::ablation::Step;
 use crate::bayes::ln_mean_exp;
+use crate::cores::apiece;
 use crate::empirical::excess;
 use crate::numbers::whole;
 use crate::record::Record;
 use crate::refine::refine;
 use crate::relations::{Applied, joined, on_grid};
-use crate::scan::{
-    Candidate, between, likeliest, more_places, of_each, points, scan, sharpen, sharpened, weigh,
-    weighed,
-};
+use crate::scan::{Candidate, likeliest, more_places, scan, searched, sharpen, weigh};
 use crate::tangent::{Bend, Tangent};
 use dgd_effects::{Effect, Method, Relation, catalogue};
 use dgd_lsq::dot;
@@ -138,7 +136,6 @@ fn contenders(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec<Contend
         .filter(|a| !a.allowance && a.effect.about().duration().is_none())
         .map(|a| a.effect.about().id)
         .collect();
-    let pull = gate.pull();
     let tangents = Tangents {
         record,
         state,
@@ -151,19 +148,10 @@ fn contenders(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec<Contend
             about.search.method == Method::Relations && !taken.contains(&about.id)
         })
         .collect();
-    let grids = (effects.iter())
-        .map(|effect| points(*effect, record))
-        .collect();
-    let mut found = of_each(grids, |one| vec![weighed(record, gate, state, one).bare()]);
-    let places: Vec<Vec<Applied>> = (effects.par_iter().zip(&found).with_max_len(1))
-        .map(|(effect, coarse)| between(record, gate, &pull, state, *effect, coarse))
-        .collect();
-    let more = of_each(places, |one| sharpened(record, gate, state, one));
-    for (found, more) in found.iter_mut().zip(more) {
-        found.extend(more);
-    }
-    (effects.into_par_iter().zip(found).with_max_len(1))
-        .filter_map(|(effect, found)| contender(&tangents, effect, found))
+    let found = searched(record, gate, state, &effects);
+    let of = |(effect, found)| contender(&tangents, effect, found);
+    (apiece(effects.into_iter().zip(found).collect(), of).into_iter())
+        .flatten()
         .collect()
 }
 
@@ -317,7 +305,7 @@ fn without_lean(
 ) -> Option<Candidate> {
     let effect = best.applied.effect;
     if on_grid(effect.about()) {
-        return scan(record, free, &free.pull(), state, effect);
+        return scan(record, free, state, effect);
     }
     let start = weigh(record, free, state, best.applied.clone());
     Some(if effect.is_switch() {
@@ -379,7 +367,7 @@ fn strong(
     let plausible: Vec<f64> = (TIMES.into_iter())
         .filter(|times| times * usual <= strength.high)
         .collect();
-    let tried = plausible.into_par_iter().with_max_len(1).map(|times| {
+    let tried = apiece(plausible, |times| {
         let strength = times * usual;
         let (applied, saved, off) = refitted(strength);
         let changes = tangent.off.iter().zip(&off);
@@ -395,7 +383,6 @@ fn strong(
             energy,
         }
     });
-    let tried: Vec<Candidate> = tried.collect();
     let most = (tried.into_iter()).max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
     // What the opposite explains as well is a curve of another form, which either bends.
     let opposite = || refitted(-most.applied.parameters[0]).1;

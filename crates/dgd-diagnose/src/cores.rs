@@ -19,6 +19,13 @@ pub(crate) fn each<T: Send, R: Send>(items: Vec<T>, of: impl Fn(T) -> R + Send +
     }
 }
 
+/// Of each item, in their order, wherever it is asked: for what is dear and not alike, so that each is handed out alone.
+///
+/// A worker that waits for the last of them may take on another task of the pool meanwhile, and hold its columns beside its own.
+pub(crate) fn apiece<T: Send, R: Send>(items: Vec<T>, of: impl Fn(T) -> R + Send + Sync) -> Vec<R> {
+    items.into_par_iter().with_max_len(1).map(of).collect()
+}
+
 /// Both.
 pub(crate) fn both<A: Send, B: Send>(
     one: impl FnOnce() -> A + Send,
@@ -33,7 +40,7 @@ pub(crate) fn both<A: Send, B: Send>(
 
 #[cfg(test)]
 mod tests {
-    use super::{both, each, idle};
+    use super::{apiece, both, each, idle};
 
     #[test]
     fn answers_come_in_order_whether_a_core_is_idle_or_not() {
@@ -41,6 +48,7 @@ mod tests {
         let expected: Vec<u64> = (0..100).map(|k| k * k).collect();
         assert!(idle());
         assert_eq!(squares(), expected);
+        assert_eq!(apiece((0..100).collect(), |k: u64| k * k), expected);
         assert_eq!(both(|| 1, || "two"), (1, "two"));
         // Within the pool all goes on where it is.
         let (here, there) = rayon::join(

@@ -154,8 +154,7 @@ pub(crate) fn corrections(
 }
 
 /// Lowers corrections that stand out only because of stops, or while the pump changes to another head, to their evidence without these, if
-/// that is below their hurdle. Takes the tangent to free its memory
-/// before others are made.
+/// that is below their hurdle. Takes the tangent to free its memory before others are made.
 fn hold_without_stops(record: &Record, whole: Tangent, state: &[Applied], out: &mut [Correction]) {
     if !record.takes(Step::Flowing) {
         return;

@@ -4,13 +4,13 @@
 //! too coarse for its edge, and mud of another weight or thickness stands in for it.
 
 use crate::contest::{hurdle, sets_in, sustained};
+use crate::cores::apiece;
 use crate::numbers::product;
 use crate::record::Record;
 use crate::relations::{Applied, on_grid};
 use crate::scan::{Candidate, grids, of_each, sharpen, switches, weigh, weighed};
 use crate::tangent::Tangent;
 use dgd_effects::{Effect, Method, Relation, catalogue};
-use rayon::prelude::*;
 use tracing::debug;
 
 /// Something that ends.
@@ -80,8 +80,8 @@ pub(crate) fn ended(
             evidence,
         })
     };
-    (effects.into_par_iter().zip(coarse).with_max_len(1))
-        .filter_map(of)
+    (apiece(effects.into_iter().zip(coarse).collect(), of).into_iter())
+        .flatten()
         .collect()
 }
 

@@ -82,8 +82,7 @@ pub(crate) fn trained(
             None if is_late_meter(named.applied.effect.about()) => {}
             None => {
                 if let Some(tangent) = Tangent::at(record, &state, excluded, Bend::Stiff) {
-                    let pull = tangent.pull();
-                    let best = scan(record, &tangent, &pull, &state, named.applied.effect);
+                    let best = scan(record, &tangent, &state, named.applied.effect);
                     // Refined from where the training rows are explained better: a coarse grid beside the whole recording's place.
                     let left = |one: &Applied| {
                         let off = tangent.left_over(record, &joined(&state, one));

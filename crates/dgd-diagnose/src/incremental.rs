@@ -25,7 +25,7 @@ impl Incremental {
     pub(crate) fn under(record: &Record, applied: &[Applied]) -> Self {
         let line = LineFlow::under(record, applied);
         let rates = LevelRate::of(record);
-        let mut actions = begun(record, applied);
+        let mut act = begun(record, applied);
         let samples = record.t_s.len();
         let plain = fields(&Changes::default());
         let mut touched: [Vec<f64>; FIELDS] = Default::default();
@@ -37,10 +37,7 @@ impl Incremental {
             Metered::default(),
             &mut parts,
             |moment, c| {
-                *c = Changes::default();
-                for action in &mut actions {
-                    action(moment, c);
-                }
+                act(moment, c);
                 for ((column, plain), value) in touched.iter_mut().zip(plain).zip(fields(c)) {
                     if column.is_empty() {
                         if value.to_bits() == plain.to_bits() {
@@ -77,7 +74,7 @@ impl Incremental {
         } else {
             Touched::METERED
         };
-        let mut actions = begun(record, applied);
+        let mut act = begun(record, applied);
         let mut here = Changes::default();
         let mut parts = self.parts.clone();
         run(
@@ -87,10 +84,7 @@ impl Incremental {
             Metered::default(),
             &mut parts,
             |moment, c| {
-                *c = Changes::default();
-                for action in &mut actions {
-                    action(moment, c);
-                }
+                act(moment, c);
                 self.lay(moment.index, &mut here);
                 Touched::between(&here, c).or(metered)
             },

@@ -136,14 +136,19 @@ impl Default for Metered {
     }
 }
 
-/// Effects at the beginning of a recording, of which they have seen nothing.
+/// Effects at the beginning of a recording, of which they have seen nothing: called for each sample in order, writes what all of them change.
 pub(crate) fn begun<'a>(
     record: &Record,
     applied: impl IntoIterator<Item = &'a Applied>,
-) -> Vec<Action> {
-    (applied.into_iter())
-        .map(|one| one.effect.begin(&one.parameters, &record.setting))
-        .collect()
+) -> impl FnMut(&Moment, &mut Changes) {
+    let begin = |one: &Applied| one.effect.begin(&one.parameters, &record.setting);
+    let mut actions: Vec<Action> = applied.into_iter().map(begin).collect();
+    move |moment, c| {
+        *c = Changes::default();
+        for action in &mut actions {
+            action(moment, c);
+        }
+    }
 }
 
 /// Runs effects over samples of a recording, from where a row of the mass balance begins, and lays what they come to into `parts`.

@@ -5,13 +5,13 @@ mod switches;
 pub(crate) use switches::switches;
 
 use crate::bayes::evidence;
+use crate::cores::apiece;
 use crate::numbers::{product, whole};
 use crate::record::Record;
 use crate::relations::{Applied, joined, on_grid};
 use crate::tangent::{Sketch, Tangent};
 use dgd_effects::{Effect, Role};
 use dgd_lsq::dot;
-use rayon::prelude::*;
 
 /// An effect at one point of its grid.
 #[derive(Clone)]
@@ -106,7 +106,7 @@ pub(crate) fn grids(effect: &dyn Effect, record: &Record) -> Vec<Vec<f64>> {
 }
 
 /// The points of the grid that are tried: what lasts for hours begins at fewer places, and its ends move further.
-pub(crate) fn points(effect: &'static dyn Effect, record: &Record) -> Vec<Applied> {
+fn points(effect: &'static dyn Effect, record: &Record) -> Vec<Applied> {
     /// Duration up to which every place is tried, s; of twice that every second one, and so on.
     const EVERYWHERE_S: f64 = 3600.0;
     let grids = grids(effect, record);
@@ -127,16 +127,40 @@ pub(crate) fn points(effect: &'static dyn Effect, record: &Record) -> Vec<Applie
 pub(crate) fn scan(
     record: &Record,
     tangent: &Tangent,
-    pull: &[f64],
     state: &[Applied],
     effect: &'static dyn Effect,
 ) -> Option<Candidate> {
-    let on_grid = |one| vec![weighed(record, tangent, state, one).bare()];
-    let mut found = of_each(vec![points(effect, record)], on_grid).concat();
-    let places = between(record, tangent, pull, state, effect, &found);
-    let more = of_each(vec![places], |one| sharpened(record, tangent, state, one));
-    found.extend(more.into_iter().flatten());
+    let found = searched(record, tangent, state, &[effect]).concat();
     likeliest(record, tangent, state, &found)
+}
+
+/// Candidates of each of some effects: the points of its grid, and between them, to the block, where it would explain most; without their
+/// signatures.
+pub(crate) fn searched(
+    record: &Record,
+    tangent: &Tangent,
+    state: &[Applied],
+    effects: &[&'static dyn Effect],
+) -> Vec<Vec<Candidate>> {
+    let pull = tangent.pull();
+    let grids = effects.iter().map(|effect| points(*effect, record));
+    let mut found = of_each(grids.collect(), |one| {
+        vec![weighed(record, tangent, state, one).bare()]
+    });
+    let both = effects.iter().zip(&found).collect();
+    let places = apiece(both, |(effect, coarse)| {
+        if !effect.is_switch() && !is_coarse(*effect, record) {
+            return Vec::new();
+        }
+        (switches(record, tangent, &pull, state, *effect, coarse).into_iter())
+            .map(|parameters| Applied::new(*effect, parameters))
+            .collect()
+    });
+    let more = of_each(places, |one| sharpened(record, tangent, state, one));
+    for (found, more) in found.iter_mut().zip(more) {
+        found.extend(more);
+    }
+    found
 }
 
 /// What is made of each of some hypotheses, group by group.
@@ -149,32 +173,14 @@ pub(crate) fn of_each(
 ) -> Vec<Vec<Candidate>> {
     let sizes: Vec<usize> = groups.iter().map(Vec::len).collect();
     let all: Vec<Applied> = groups.into_iter().flatten().collect();
-    let made: Vec<Vec<Candidate>> = all.into_par_iter().with_max_len(1).map(of).collect();
-    let mut made = made.into_iter();
+    let mut made = apiece(all, of).into_iter();
     (sizes.into_iter())
         .map(|size| made.by_ref().take(size).flatten().collect())
         .collect()
 }
 
-/// Where one effect would explain most, to the block, between the points of its `coarse` grid.
-pub(crate) fn between(
-    record: &Record,
-    tangent: &Tangent,
-    pull: &[f64],
-    state: &[Applied],
-    effect: &'static dyn Effect,
-    coarse: &[Candidate],
-) -> Vec<Applied> {
-    if !effect.is_switch() && !is_coarse(effect, record) {
-        return Vec::new();
-    }
-    (switches(record, tangent, pull, state, effect, coarse).into_iter())
-        .map(|parameters| Applied::new(effect, parameters))
-        .collect()
-}
-
 /// One hypothesis with its ends where they explain most, and with each length of edge that it may have; without their signatures.
-pub(crate) fn sharpened(
+fn sharpened(
     record: &Record,
     tangent: &Tangent,
     state: &[Applied],

@@ -44,7 +44,7 @@ pub(crate) enum Bend {
 pub(crate) struct Tangent {
     /// The hypothesis that it is linearised about.
     applied: Vec<Applied>,
-    /// What that comes to by itself, once a candidate stands on it.
+    /// What that comes to by itself; of a re-fit, once a candidate stands on it.
     ground: OnceLock<Arc<Incremental>>,
     pub rows: Rows,
     pub layout: Layout,

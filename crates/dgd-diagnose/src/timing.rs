@@ -4,6 +4,7 @@ mod allowances;
 
 pub(crate) use allowances::allowances_with;
 
+use crate::cores::apiece;
 use crate::record::Record;
 use crate::refine::{SHORTEST_S, nearest_time};
 use crate::relations::Applied;
@@ -11,7 +12,6 @@ use crate::tangent::{Bend, Tangent};
 use dgd_effects::{About, Effect, Timing, catalogue};
 use dgd_lsq::dot;
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 /// Misfit that an allowance of the pump must save.
 const EARNED: f64 = 3.0;
@@ -102,7 +102,7 @@ pub(crate) fn retimed(
     let mut here = off(&at);
     let mut least = half(&here);
     for _ in 0..ROUNDS {
-        let slopes = (0..at.len()).into_par_iter().with_max_len(1).map(|k| {
+        let slopes: Vec<Vec<f64>> = apiece((0..at.len()).collect(), |k| {
             let mut beside = at.clone();
             let room = at[k] + STEP_S <= times.ranges[k].1;
             let step = if room { STEP_S } else { -STEP_S };
@@ -112,7 +112,6 @@ pub(crate) fn retimed(
                 .map(|(there, here)| (there - here) / step)
                 .collect()
         });
-        let slopes: Vec<Vec<f64>> = slopes.collect();
         let next = gauss_newton_step(&slopes, &here, &at, &times.ranges);
         // A step that leads too far is taken by half, or by a quarter.
         let nearer = [1.0, 0.5, 0.25].into_iter().find_map(|share| {

@@ -255,7 +255,7 @@ fn precision(columns: &[Vec<f64>]) -> Option<Cholesky<f64, Dyn>> {
 fn held_apart(record: &Record, pair: Pair, state: &[Applied], t_s: &[f64]) -> Vec<f64> {
     let of_readings = |a: &&Applied| a.is_correction() || a.effect.about().sensor().is_some();
     // They are off by the time alone: the readings of a moment do not count.
-    let mut actions = begun(record, state.iter().filter(of_readings));
+    let mut act = begun(record, state.iter().filter(of_readings));
     let seconds = record.block_s();
     (t_s.iter().enumerate())
         .map(|(index, t)| {
@@ -276,9 +276,7 @@ fn held_apart(record: &Record, pair: Pair, state: &[Applied], t_s: &[f64]) -> Ve
                 pumping: f.pumping[i],
             };
             let mut changes = Changes::default();
-            for action in &mut actions {
-                action(&moment, &mut changes);
-            }
+            act(&moment, &mut changes);
             pair.apart(&changes)
         })
         .collect()

@@ -1,6 +1,7 @@
 //! Late meters, a delay or a store: fitted to the same rows, so timed and weighed alike.
 
 use super::{Contender, hurdle};
+use crate::cores::apiece;
 use crate::numbers::product;
 use crate::record::Record;
 use crate::relations::{Applied, blurred};
@@ -63,12 +64,12 @@ pub(super) fn retime(
     // Allowances may stand in for part of either form, so each form is timed together with them.
     let forms = (late.iter()).flat_map(|c| shapes(&c.best.applied));
     let forms: Vec<Applied> = forms.collect();
-    let timed = forms.into_par_iter().with_max_len(1).map(|mut one| {
+    let timed = apiece(forms, |mut one| {
         let (time_s, evidence) = retimed(record, gate, state, &one)?;
         one.parameters[0] = time_s;
         Some((one, evidence))
     });
-    let timed: Vec<(Applied, f64)> = timed.flatten().collect();
+    let timed: Vec<(Applied, f64)> = timed.into_iter().flatten().collect();
     late.par_iter_mut().with_max_len(1).for_each(|c| {
         let own = price(&c.best.applied);
         // It pays for the places it could have been, as before.

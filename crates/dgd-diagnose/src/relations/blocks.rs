@@ -2,7 +2,6 @@
 
 use super::{Applied, LevelRate, LineFlow, Metered, Parts, Touched, begun, run};
 use crate::record::Record;
-use dgd_effects::Changes;
 
 /// Block means under a hypothesis, before any curve.
 #[derive(Debug, Clone)]
@@ -34,7 +33,7 @@ impl Blocks {
     pub(crate) fn under(record: &Record, applied: &[Applied]) -> Self {
         let line = LineFlow::under(record, applied);
         let rates = LevelRate::of(record);
-        let mut actions = begun(record, applied);
+        let mut act = begun(record, applied);
         let mut parts = Parts::blank(record);
         run(
             record,
@@ -43,10 +42,7 @@ impl Blocks {
             Metered::default(),
             &mut parts,
             |moment, c| {
-                *c = Changes::default();
-                for action in &mut actions {
-                    action(moment, c);
-                }
+                act(moment, c);
                 Touched::ALL
             },
         );

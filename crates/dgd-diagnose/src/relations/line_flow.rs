@@ -1,7 +1,7 @@
 //! The line's flow from the reading of its meter.
 
 use super::Applied;
-use crate::numbers::whole;
+use crate::numbers::{mean, whole};
 use crate::record::Record;
 use dgd_effects::{MeterPath, STANDING_M3_S, shrunk};
 
@@ -39,24 +39,8 @@ fn at(values: &[f64], position: f64) -> f64 {
 /// Means of so many samples to either side.
 fn smoothed(values: &[f64], half: usize) -> Vec<f64> {
     let n = values.len();
-    // Sum and number of the finite values before each.
-    let mut before = vec![(0.0, 0.0); n + 1];
-    for (i, v) in values.iter().enumerate() {
-        let (sum, count) = before[i];
-        before[i + 1] = if v.is_finite() {
-            (sum + v, count + 1.0)
-        } else {
-            (sum, count)
-        };
-    }
     (0..n)
-        .map(|i| {
-            let (from, to) = (
-                before[i.saturating_sub(half)],
-                before[(i + half + 1).min(n)],
-            );
-            (to.0 - from.0) / (to.1 - from.1)
-        })
+        .map(|i| mean(&values[i.saturating_sub(half)..(i + half + 1).min(n)]))
         .collect()
 }
 

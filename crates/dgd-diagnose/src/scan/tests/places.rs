@@ -507,12 +507,7 @@ fn a_slow_edge_is_found_about_the_middle_of_a_sharp_one() {
 fn a_scan_finds_a_switch_to_the_block_with_its_edge() {
     let record = gassy(150.0);
     let tangent = about(&record);
-    let pull = tangent.pull();
-    let found = scan(&record, &tangent, &pull, &[], find("gas_in_pump").unwrap());
-    let best = found
-        .iter()
-        .max_by(|a, b| a.evidence.total_cmp(&b.evidence))
-        .unwrap();
+    let best = scan(&record, &tangent, &[], find("gas_in_pump").unwrap()).unwrap();
     let p = &best.applied.parameters;
     assert!((p[1] - GAS_S.0).abs() <= 30.0 && p[3] == 150.0, "{p:?}");
     assert!((p[1] + p[2] - GAS_S.0 - GAS_S.1).abs() <= 30.0, "{p:?}");
