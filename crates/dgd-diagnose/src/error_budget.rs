@@ -2,6 +2,7 @@
 
 use crate::layout::{BALANCE_BLOCKS, Layout, Section};
 use crate::noise::Wander;
+use crate::numbers::mean;
 use crate::record::Record;
 use crate::relations::Blocks;
 use dgd_effects::{Curves, STANDING_M3_S};
@@ -97,6 +98,28 @@ pub(crate) fn late(seconds: f64, curves: &Curves, b: &Blocks, layout: Layout) ->
         }
     }
     out
+}
+
+/// What a mud pump that is told a second early changes in the rows of the balance, and what a meter of the line is that answers a second late.
+///
+/// Both hold for every change of a flow alike: a gain is told from another by how much goes in and out while the level moves, and there a
+/// third of a second is worth as much as a gain of a per cent.
+pub(crate) fn late_flows(record: &Record, layout: Layout) -> [Vec<f64>; 2] {
+    let row_s = record.block_s() * BALANCE_BLOCKS as f64;
+    let per_row = record.per_block * BALANCE_BLOCKS;
+    let rows = layout.rows(Section::Balance);
+    let filled = &record.filled;
+    [&filled.mud_pump, &filled.flow].map(|flow| {
+        let at_edge = |k: usize| mean(&flow[record.about_edge(k * per_row)]);
+        let mut column = vec![0.0; layout.len()];
+        let mut begin = at_edge(0);
+        for (k, row) in column[rows.clone()].iter_mut().enumerate() {
+            let end = at_edge(k + 1);
+            *row = finite_or_0((end - begin) / row_s);
+            begin = end;
+        }
+        column
+    })
 }
 
 /// Standard deviation that each row has beyond white noise, in its unit: of timing, of starts, and of the noise of flow and speed through the

@@ -215,12 +215,25 @@ fn climb(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usize) {
     for scale in [1.0, 0.5, 0.25, 0.12] {
         // What one parameter gains may leave another free to move on.
         for _ in 0..sweeps {
-            let before = best.1;
+            let (from, before) = (best.0.clone(), best.1);
             for (j, parameter) in about.parameters.iter().enumerate().filter(moves) {
                 step(&mut best, j, parameter, scale);
             }
             if best.1 > before - LEAST_GAIN {
                 break;
+            }
+            if has_times {
+                continue;
+            }
+            // Along a narrow valley one parameter at a time is slow: all of them as far again.
+            let further: Vec<f64> = (about.parameters.iter().zip(best.0.iter().zip(&from)))
+                .map(|(parameter, (to, from))| {
+                    (2.0 * to - from).clamp(parameter.low, parameter.high)
+                })
+                .collect();
+            let (misfit, gain) = left(&further);
+            if misfit < best.1 - GAIN {
+                best = (further, misfit, gain);
             }
         }
     }

@@ -58,6 +58,12 @@ impl Applied {
         self.effect.about().search.method == Method::Correction
     }
 
+    /// Whether it is a finding of something late.
+    pub(crate) fn names_lateness(&self) -> bool {
+        let search = &self.effect.about().search;
+        !self.allowance && (search.timing.is_some() || !search.allowance.is_empty())
+    }
+
     /// The curve of a correction; `None` of an effect, and of a correction of no place that there is.
     pub(crate) fn curve(&self) -> Option<Curve> {
         (self.is_correction())

@@ -1,7 +1,7 @@
 //! Claims about what stands between a sound model and a sound recording besides white noise.
 
-use super::{PRESSURE_WANDER_PA, late, moving, unrest, wander};
-use crate::layout::Layout;
+use super::{PRESSURE_WANDER_PA, late, late_flows, moving, unrest, wander};
+use crate::layout::{Layout, Section};
 use crate::record::Record;
 use crate::relations::Blocks;
 use crate::test_rig::{
@@ -292,6 +292,52 @@ fn what_answers_late_changes_the_head_by_its_rate_and_nothing_else() {
                 .all(|v| *v == 0.0)
         );
     }
+}
+
+#[test]
+fn flows_that_are_late_change_what_the_balance_holds_by_their_steps_and_nothing_else() {
+    let mut record = steady(BLOCKS);
+    let more_m3_s = 3e-3;
+    // Up in the third row, down at the edge of the sixth and the seventh.
+    let (up, down) = (2 * 15 + 7, 6 * 15);
+    let shifted = |by: usize| {
+        let mut flow = vec![FLOW_M3_S; record.t_s.len()];
+        flow[up + by..down + by].fill(FLOW_M3_S + more_m3_s);
+        flow
+    };
+    let (told, later) = (shifted(0), shifted(1));
+    record.filled.flow.clone_from(&told);
+    record.flow.clone_from(&told);
+    let [mud_pump, meter] = late_flows(&record, LAYOUT);
+    assert!(mud_pump.iter().all(|v| *v == 0.0));
+    let balance = LAYOUT.rows(Section::Balance);
+    assert!(meter[..balance.start].iter().all(|v| *v == 0.0));
+    let step = more_m3_s / 30.0;
+    // At the edge of two rows both have half of it.
+    let expected = [
+        0.0,
+        0.0,
+        step,
+        0.0,
+        0.0,
+        -0.5 * step,
+        -0.5 * step,
+        0.0,
+        0.0,
+        0.0,
+    ];
+    for (found, expected) in meter[balance.clone()].iter().zip(expected) {
+        close(*found, expected);
+    }
+    // That is what the balance changes by, a second of it.
+    let before = Blocks::under(&record, &[]).imbalance;
+    record.flow.clone_from(&later);
+    let after = Blocks::under(&record, &[]).imbalance;
+    for (k, (before, after)) in before.iter().zip(&after).enumerate().take(5) {
+        close((after - before) / 2.0, meter[balance.start + k]);
+    }
+    let by_hand = |k: usize| (after[k] - before[k]) / 2.0;
+    close(by_hand(5) + by_hand(6), -step);
 }
 
 #[test]

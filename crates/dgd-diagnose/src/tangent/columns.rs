@@ -3,7 +3,7 @@
 use super::Bend;
 use super::frame::Frame;
 use crate::cores::each;
-use crate::error_budget::late;
+use crate::error_budget::{late, late_flows};
 use crate::layout::{Layout, Section};
 use crate::noise::Whitening;
 use crate::numbers::mean;
@@ -28,6 +28,9 @@ const OUTLETS_PRIOR_PA: f64 = 2e4;
 const LEAN_PRIOR: f64 = 0.1;
 /// Prior width of the time that meter and drive answer late where only more than timing counts, s.
 const LATE_S: f64 = 2.0;
+/// Prior width of the time by which mud pump and meter answer later or sooner than is allowed for, s: allowances go in steps of half a second and
+/// of one. Set by hand.
+const LATE_FLOW_S: f64 = 0.35;
 /// How much wider the curves' priors are where every smooth shape is let in.
 const LOOSE: f64 = 6.0;
 
@@ -121,6 +124,11 @@ impl Columns {
             column[layout.rows(Section::Outlets)].fill(1.0);
             beyond(column, OUTLETS_PRIOR_PA);
         }
+        if frame.late_flows {
+            for column in late_flows(record, layout) {
+                beyond(column, LATE_FLOW_S);
+            }
+        }
         if frame.bend != Bend::Stiff {
             beyond(lean(record, layout), LEAN_PRIOR);
         }
@@ -191,7 +199,7 @@ mod tests {
 
     fn columns(record: &Record, bend: Bend) -> Columns {
         let blocks = Blocks::under(record, &[]);
-        let frame = Frame::of(record, &blocks, &[], bend).unwrap();
+        let frame = Frame::of(record, &[], &blocks, &[], bend).unwrap();
         Columns::of(record, &blocks, &frame)
     }
 
@@ -241,8 +249,8 @@ mod tests {
             }
             let [free, lean, loose] =
                 [Bend::Stiff, Bend::Lean, Bend::Loose].map(|bend| columns(&record, bend).widths);
-            // The offset of the outlets; the lean; what answers late.
-            assert_eq!(free.len(), curves + outlets - 1);
+            // The offset of the outlets and two flows that are told late; the lean; what answers late.
+            assert_eq!(free.len(), curves + outlets - 1 + 2);
             assert_eq!(lean.len(), free.len() + 1);
             assert_eq!(loose.len(), lean.len() + 2);
             assert_eq!(lean[..free.len()], free);
@@ -258,13 +266,14 @@ mod tests {
     fn a_factor_on_a_curve_is_one_on_its_columns() {
         let record = record();
         let plain = Blocks::under(&record, &[]);
-        let frame = Frame::of(&record, &plain, &[], Bend::Stiff).unwrap();
+        let frame = Frame::of(&record, &[], &plain, &[], Bend::Stiff).unwrap();
         let mut other = plain.clone();
         other.friction_factor.fill(1.25);
         other.head_factor.fill(0.5);
         let of = |b: &Blocks| -> Vec<Vec<f64>> {
             let whitened = Columns::of(&record, b, &frame).whitened;
-            whitened.iter().map(Column::whole).collect()
+            let curves = whitened[..FRICTION_TERMS + HEAD_TERMS].iter();
+            curves.map(Column::whole).collect()
         };
         for (k, (one, other)) in of(&plain).iter().zip(of(&other)).enumerate() {
             let factor = if k < FRICTION_TERMS { 1.25 } else { 0.5 };
@@ -278,7 +287,8 @@ mod tests {
     #[test]
     fn the_lean_is_the_inlet_pressure_about_its_mean_in_the_rows_of_the_head() {
         let record = record();
-        let lean = columns(&record, Bend::Lean).beyond_curves[0].whole();
+        // Behind the flows that are told late.
+        let lean = columns(&record, Bend::Lean).beyond_curves[2].whole();
         let layout = Layout {
             blocks: record.blocks,
             outlets: 0,

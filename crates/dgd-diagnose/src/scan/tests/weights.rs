@@ -35,7 +35,8 @@ fn what_is_no_proportion_is_worth_half_of_what_the_misfit_falls_by() {
 #[test]
 fn what_is_not_late_takes_nothing_away() {
     let record = drilling(2.0, 0.0);
-    let tangent = tangent_at(&record, &[]);
+    // A lateness that is named, of 0 here, leaves no flow free to be late.
+    let tangent = tangent_at(&record, &[]).of_exact_flows(&record);
     for id in ["return_flow_delay", "pump_speed_lag"] {
         let c = weigh(&record, &tangent, &[], one(id, &[0.0]));
         assert!(c.signature.iter().all(|v| v.abs() < 1e-6));
