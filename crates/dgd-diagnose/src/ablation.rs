@@ -4,6 +4,8 @@
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Step {
+    /// Mud pump and return meter may be late by part of a second in the mass balance.
+    LateFlows,
     /// What sets in or passes must show without the minutes about its edges.
     Edges,
     /// What comes upon flowing mud must show without the stops.
@@ -28,8 +30,9 @@ pub enum Step {
 
 impl Step {
     /// Every step, in the order of the chain.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Projection,
+        Self::LateFlows,
         Self::Edges,
         Self::Flowing,
         Self::Form,
@@ -44,6 +47,7 @@ impl Step {
     /// Its name on the command line.
     pub fn name(self) -> &'static str {
         match self {
+            Self::LateFlows => "late-flows",
             Self::Edges => "edges",
             Self::Flowing => "flowing",
             Self::Form => "form",

@@ -62,8 +62,6 @@ pub(crate) struct Tangent {
     pub residual: Vec<f64>,
     /// How freely the curves may bend.
     bend: Bend,
-    /// Whether flows may be late beyond what is allowed for.
-    late_flows: bool,
     /// What the named effects may be wrong by.
     slack: Vec<Slack>,
     /// Logarithm of the prior's volume over the posterior's: the price of all freedom.
@@ -82,7 +80,7 @@ impl Tangent {
     ) -> Option<Self> {
         let ground = Arc::new(Incremental::under(record, applied));
         let blocks = ground.blocks();
-        let rough = Frame::of(record, applied, blocks, excluded, bend)?;
+        let rough = Frame::of(record, blocks, excluded, bend)?;
         let first = Self::with(record, applied, blocks, rough.clone());
         let isolated = isolated(record, first.layout, &first.off);
         let frame = rough.again(
@@ -100,13 +98,13 @@ impl Tangent {
     /// The model re-fitted under another hypothesis, its noise and rows as here.
     pub(crate) fn refitted(&self, record: &Record, applied: &[Applied]) -> Self {
         let blocks = self.ground(record).other(record, applied);
-        Self::with(record, applied, &blocks, self.frame_under(applied))
+        Self::with(record, applied, &blocks, self.frame())
     }
 
     /// What the model re-fitted so leaves over, whitened: the `off` of [`Self::refitted`], without all else.
     pub(crate) fn left_over(&self, record: &Record, applied: &[Applied]) -> Vec<f64> {
         let blocks = self.ground(record).other(record, applied);
-        Solved::of(record, &blocks, &self.frame_under(applied)).off
+        Solved::of(record, applied, &blocks, &self.frame()).off
     }
 
     /// What its hypothesis comes to by itself.
@@ -119,16 +117,6 @@ impl Tangent {
     pub(crate) fn bending(&self, record: &Record, bend: Bend) -> Self {
         let frame = Frame {
             bend,
-            ..self.frame()
-        };
-        Self::on(record, self.ground(record), &self.applied, frame)
-    }
-
-    /// The same model whose flows are told at their time.
-    #[cfg(test)]
-    pub(crate) fn of_exact_flows(&self, record: &Record) -> Self {
-        let frame = Frame {
-            late_flows: false,
             ..self.frame()
         };
         Self::on(record, self.ground(record), &self.applied, frame)
@@ -153,7 +141,6 @@ impl Tangent {
             curves: self.curves,
             whitening: self.whitening,
             bend: self.bend,
-            late_flows: self.late_flows,
             slack: self.slack,
         }
     }
@@ -165,16 +152,7 @@ impl Tangent {
             curves: self.curves.clone(),
             whitening: Arc::clone(&self.whitening),
             bend: self.bend,
-            late_flows: self.late_flows,
             slack: self.slack.clone(),
-        }
-    }
-
-    /// The same under another hypothesis: a lateness that it names leaves no flow free to be late.
-    fn frame_under(&self, applied: &[Applied]) -> Frame {
-        Frame {
-            late_flows: self.late_flows && !applied.iter().any(Applied::names_lateness),
-            ..self.frame()
         }
     }
 
@@ -252,13 +230,12 @@ impl Tangent {
             mut beta,
             ln_volume,
             beyond_curves,
-        } = Solved::of(record, blocks, &frame);
+        } = Solved::of(record, applied, blocks, &frame);
         let Frame {
             rows,
             mut curves,
             whitening,
             bend,
-            late_flows,
             slack,
         } = frame;
         let layout = whitening.layout;
@@ -281,7 +258,6 @@ impl Tangent {
             off,
             residual,
             bend,
-            late_flows,
             slack,
             ln_volume,
             evaluated,
@@ -479,14 +455,15 @@ struct Solved {
 }
 
 impl Solved {
-    fn of(record: &Record, blocks: &Blocks, frame: &Frame) -> Self {
+    /// `blocks` are those under `applied`.
+    fn of(record: &Record, applied: &[Applied], blocks: &Blocks, frame: &Frame) -> Self {
         record.tally.fitted();
         let Columns {
             mut whitened,
             beyond_curves,
             means,
             widths,
-        } = Columns::of(record, blocks, frame);
+        } = Columns::of(record, applied, blocks, frame);
         let layout = frame.whitening.layout;
         let (n, total, p) = (layout.blocks, layout.len(), whitened.len());
         // Columns that touch little first: they stay short among themselves.

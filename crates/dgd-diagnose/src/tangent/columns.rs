@@ -2,13 +2,14 @@
 
 use super::Bend;
 use super::frame::Frame;
+use crate::ablation::Step;
 use crate::cores::each;
 use crate::error_budget::{late, late_flows};
 use crate::layout::{Layout, Section};
 use crate::noise::Whitening;
 use crate::numbers::mean;
 use crate::record::Record;
-use crate::relations::{Blocks, Rows};
+use crate::relations::{Applied, Blocks, Rows};
 use crate::vectors::{Column, MANY, Sparse};
 use dgd_effects::{FRICTION_TERMS, HEAD_POWERS, HEAD_TERMS, friction_terms, head_terms};
 use dgd_recording::{Rank, quantile};
@@ -57,7 +58,7 @@ fn typical_lift(rows: &Rows, blocks: &Blocks) -> f64 {
     quantile(lifts, Rank::MEDIAN).unwrap_or(1e6).max(1e5)
 }
 
-/// Friction terms, then head terms, then the offset of the outlets, the lean, lateness and the slack, as far as they are there.
+/// Friction terms, then head terms, then the offset of the outlets, the lean, lateness, the slack and flows that are told late, as far as they are there.
 pub(super) struct Columns {
     /// Whitened as soon as they are made, and held only so: columns are what a tangent's memory goes into.
     pub whitened: Vec<Column>,
@@ -70,7 +71,8 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    pub(super) fn of(record: &Record, blocks: &Blocks, frame: &Frame) -> Self {
+    /// `blocks` are those under `applied`.
+    pub(super) fn of(record: &Record, applied: &[Applied], blocks: &Blocks, frame: &Frame) -> Self {
         let whitening = &frame.whitening;
         let (layout, scale) = (whitening.layout, frame.curves.scale);
         let mut out = Self {
@@ -124,11 +126,6 @@ impl Columns {
             column[layout.rows(Section::Outlets)].fill(1.0);
             beyond(column, OUTLETS_PRIOR_PA);
         }
-        if frame.late_flows {
-            for column in late_flows(record, layout) {
-                beyond(column, LATE_FLOW_S);
-            }
-        }
         if frame.bend != Bend::Stiff {
             beyond(lean(record, layout), LEAN_PRIOR);
         }
@@ -140,6 +137,13 @@ impl Columns {
         for free in &frame.slack {
             out.push(whitening, &free.column.whole(), 0.0, free.width);
             out.beyond_curves.push(Arc::clone(&free.column));
+        }
+        // Last, so that two hypotheses have all other columns alike. What a named lateness leaves over for want of form is no clock.
+        if record.takes(Step::LateFlows) && !applied.iter().any(Applied::names_lateness) {
+            for column in late_flows(record, layout) {
+                out.push(whitening, &column, 0.0, LATE_FLOW_S);
+                (out.beyond_curves).push(Arc::new(Sparse::of(&column, &sections)));
+            }
         }
         out
     }
@@ -183,6 +187,7 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
     use super::{Columns, head_priors};
+    use crate::ablation::Step;
     use crate::layout::{Layout, Section};
     use crate::numbers::mean;
     use crate::record::Record;
@@ -199,8 +204,8 @@ mod tests {
 
     fn columns(record: &Record, bend: Bend) -> Columns {
         let blocks = Blocks::under(record, &[]);
-        let frame = Frame::of(record, &[], &blocks, &[], bend).unwrap();
-        Columns::of(record, &blocks, &frame)
+        let frame = Frame::of(record, &blocks, &[], bend).unwrap();
+        Columns::of(record, &[], &blocks, &frame)
     }
 
     #[test]
@@ -242,6 +247,7 @@ mod tests {
     #[test]
     fn loose_curves_are_six_times_as_free_but_for_their_offsets() {
         let mut record = record();
+        record.without = vec![Step::LateFlows];
         let curves = FRICTION_TERMS + HEAD_TERMS;
         for outlets in [1, 2] {
             if outlets == 2 {
@@ -249,8 +255,8 @@ mod tests {
             }
             let [free, lean, loose] =
                 [Bend::Stiff, Bend::Lean, Bend::Loose].map(|bend| columns(&record, bend).widths);
-            // The offset of the outlets and two flows that are told late; the lean; what answers late.
-            assert_eq!(free.len(), curves + outlets - 1 + 2);
+            // The offset of the outlets; the lean; what answers late.
+            assert_eq!(free.len(), curves + outlets - 1);
             assert_eq!(lean.len(), free.len() + 1);
             assert_eq!(loose.len(), lean.len() + 2);
             assert_eq!(lean[..free.len()], free);
@@ -266,12 +272,12 @@ mod tests {
     fn a_factor_on_a_curve_is_one_on_its_columns() {
         let record = record();
         let plain = Blocks::under(&record, &[]);
-        let frame = Frame::of(&record, &[], &plain, &[], Bend::Stiff).unwrap();
+        let frame = Frame::of(&record, &plain, &[], Bend::Stiff).unwrap();
         let mut other = plain.clone();
         other.friction_factor.fill(1.25);
         other.head_factor.fill(0.5);
         let of = |b: &Blocks| -> Vec<Vec<f64>> {
-            let whitened = Columns::of(&record, b, &frame).whitened;
+            let whitened = Columns::of(&record, &[], b, &frame).whitened;
             let curves = whitened[..FRICTION_TERMS + HEAD_TERMS].iter();
             curves.map(Column::whole).collect()
         };
@@ -287,8 +293,7 @@ mod tests {
     #[test]
     fn the_lean_is_the_inlet_pressure_about_its_mean_in_the_rows_of_the_head() {
         let record = record();
-        // Behind the flows that are told late.
-        let lean = columns(&record, Bend::Lean).beyond_curves[2].whole();
+        let lean = columns(&record, Bend::Lean).beyond_curves[0].whole();
         let layout = Layout {
             blocks: record.blocks,
             outlets: 0,

@@ -6,7 +6,7 @@ use crate::error_budget::{unrest, wander};
 use crate::layout::{BALANCE_BLOCKS, Layout, Section};
 use crate::noise::Whitening;
 use crate::record::Record;
-use crate::relations::{Applied, Blocks, Rows};
+use crate::relations::{Blocks, Rows};
 use crate::slack::Slack;
 use dgd_effects::{Curves, Scale};
 use dgd_recording::{Rank, quantile};
@@ -22,17 +22,13 @@ pub(super) struct Frame {
     pub curves: Curves,
     pub whitening: Arc<Whitening>,
     pub bend: Bend,
-    /// Whether flows may be late beyond what is allowed for.
-    pub late_flows: bool,
     pub slack: Vec<Slack>,
 }
 
 impl Frame {
     /// Curves fitted robustly and the noise that they leave, without the `excluded` blocks; `None` where too little is left.
-    /// `blocks` are those under `applied`.
     pub(super) fn of(
         record: &Record,
-        applied: &[Applied],
         blocks: &Blocks,
         excluded: &[bool],
         bend: Bend,
@@ -59,8 +55,6 @@ impl Frame {
             rows,
             curves,
             bend,
-            // What a named lateness leaves over for want of form is no clock.
-            late_flows: !applied.iter().any(Applied::names_lateness),
             slack: Vec::new(),
         })
     }

@@ -1,5 +1,6 @@
 //! Claims about what a candidate is worth.
 
+use crate::ablation::Step;
 use crate::record::Record;
 use crate::scan::weigh;
 use crate::test_rig::{Hidden, INFLUX_S, drilled, one, tangent_at};
@@ -34,9 +35,10 @@ fn what_is_no_proportion_is_worth_half_of_what_the_misfit_falls_by() {
 
 #[test]
 fn what_is_not_late_takes_nothing_away() {
-    let record = drilling(2.0, 0.0);
+    let mut record = drilling(2.0, 0.0);
     // A lateness that is named, of 0 here, leaves no flow free to be late.
-    let tangent = tangent_at(&record, &[]).of_exact_flows(&record);
+    record.without = vec![Step::LateFlows];
+    let tangent = tangent_at(&record, &[]);
     for id in ["return_flow_delay", "pump_speed_lag"] {
         let c = weigh(&record, &tangent, &[], one(id, &[0.0]));
         assert!(c.signature.iter().all(|v| v.abs() < 1e-6));
