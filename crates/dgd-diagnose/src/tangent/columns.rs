@@ -32,6 +32,8 @@ const LATE_S: f64 = 2.0;
 /// Prior width of the time by which mud pump and meter answer later or sooner than is allowed for, s: allowances go in steps of half a second and
 /// of one. Set by hand.
 const LATE_FLOW_S: f64 = 0.35;
+/// Longest recording in which they may be late, s: over days rows outweigh that width, and a meter 6 s late in one of 85 h was ten widths of it.
+const LATE_FLOW_WITHIN_S: f64 = 10.0 * 3600.0;
 /// How much wider the curves' priors are where every smooth shape is let in.
 const LOOSE: f64 = 6.0;
 
@@ -139,7 +141,11 @@ impl Columns {
             out.beyond_curves.push(Arc::clone(&free.column));
         }
         // Last, so that two hypotheses have all other columns alike. What a named lateness leaves over for want of form is no clock.
-        if record.takes(Step::LateFlows) && !applied.iter().any(Applied::names_lateness) {
+        let (from, to) = record.setting.span_s;
+        if to - from <= LATE_FLOW_WITHIN_S
+            && record.takes(Step::LateFlows)
+            && !applied.iter().any(Applied::names_lateness)
+        {
             for column in late_flows(record, layout) {
                 out.push(whitening, &column, 0.0, LATE_FLOW_S);
                 (out.beyond_curves).push(Arc::new(Sparse::of(&column, &sections)));
