@@ -102,8 +102,8 @@ pub(crate) fn late(seconds: f64, curves: &Curves, b: &Blocks, layout: Layout) ->
 
 /// What a mud pump that is told a second early changes in the rows of the balance, and what a meter of the line is that answers a second late.
 ///
-/// Both hold for every change of a flow alike: a gain is told from another by how much goes in and out while the level moves, and there a
-/// third of a second is worth as much as a gain of a per cent.
+/// Both hold for every change of a flow alike: a gain is told from another by how much goes in and out while the level moves, to which
+/// part of a second at every step adds, or from which it takes.
 pub(crate) fn late_flows(record: &Record, layout: Layout) -> [Vec<f64>; 2] {
     let row_s = record.block_s() * BALANCE_BLOCKS as f64;
     let per_row = record.per_block * BALANCE_BLOCKS;

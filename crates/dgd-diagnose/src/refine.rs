@@ -219,11 +219,8 @@ fn climb(record: &Record, tangent: &Tangent, state: &mut [Applied], k: usize) {
             for (j, parameter) in about.parameters.iter().enumerate().filter(moves) {
                 step(&mut best, j, parameter, scale);
             }
-            if best.1 > before - LEAST_GAIN {
+            if has_times || best.1 > before - LEAST_GAIN {
                 break;
-            }
-            if has_times {
-                continue;
             }
             // Along a narrow valley one parameter at a time is slow: all of them as far again.
             let further: Vec<f64> = (about.parameters.iter().zip(best.0.iter().zip(&from)))

@@ -73,6 +73,7 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
     use super::{doubt_outdone, outdoes};
+    use crate::ablation::Step;
     use crate::conclude::believe;
     use crate::select::{Sought, select};
     use crate::selection::Named;
@@ -84,8 +85,10 @@ mod tests {
             influx_m3_s: 3e-3,
             ..Hidden::default()
         });
-        for read in [&mut record.flow, &mut record.filled.flow] {
-            read.iter_mut().for_each(|q| *q *= 1.0 + gain);
+        // The level of this drilling moves with every step of the flow: late flows would look like an area.
+        record.without = vec![Step::LateFlows];
+        for read in &mut record.filled.mud_pump {
+            *read *= 1.0 + gain;
         }
         let suspects = [suspect.to_owned()];
         let sought = Sought::Given(&suspects);
@@ -98,22 +101,19 @@ mod tests {
 
     #[test]
     fn a_suspect_that_only_resembles_what_was_not_suspected_is_doubted() {
-        // Of an area it is seen at once.
-        for (only_resembles, likely_alone) in [("annulus_area", false), ("lost_circulation", true)]
-        {
+        for only_resembles in ["annulus_area", "lost_circulation"] {
             let [alone, beside] = likely(0.0, only_resembles);
-            assert_eq!(alone > 0.5, likely_alone, "{alone}");
-            assert!(beside < 0.02, "{beside}");
+            assert!(alone > 0.5 && beside < 0.01, "{alone} {beside}");
         }
         let [_, right] = likely(0.0, "influx");
         assert!(right > 0.9, "{right}");
     }
 
-    /// A wrong reading of the return flow beside an influx that explains more.
+    /// A wrong reading of the inflow beside an influx that explains more: too small to be named there at 2 %, named at 3 %.
     #[test]
     fn a_suspect_that_shows_beside_a_stronger_one_is_not() {
-        for gain in [0.02, 0.03] {
-            let [alone, beside] = likely(gain, "return_flow_gain");
+        for gain in [-0.02, -0.03] {
+            let [alone, beside] = likely(gain, "inflow_gain");
             assert!(beside > 0.7 && beside == alone, "{alone} {beside}");
         }
     }

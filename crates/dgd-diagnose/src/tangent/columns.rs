@@ -32,7 +32,8 @@ const LATE_S: f64 = 2.0;
 /// Prior width of the time by which mud pump and meter answer later or sooner than is allowed for, s: allowances go in steps of half a second and
 /// of one. Set by hand.
 const LATE_FLOW_S: f64 = 0.35;
-/// Longest recording in which they may be late, s: over days rows outweigh that width, and a meter 6 s late in one of 85 h was ten widths of it.
+/// Longest recording in which they may be late, s. Set by hand: over days rows outweigh any width, and a meter that is 6 s late in 85 h was not
+/// named beside them.
 const LATE_FLOW_WITHIN_S: f64 = 10.0 * 3600.0;
 /// How much wider the curves' priors are where every smooth shape is let in.
 const LOOSE: f64 = 6.0;
@@ -60,7 +61,8 @@ fn typical_lift(rows: &Rows, blocks: &Blocks) -> f64 {
     quantile(lifts, Rank::MEDIAN).unwrap_or(1e6).max(1e5)
 }
 
-/// Friction terms, then head terms, then the offset of the outlets, the lean, lateness, the slack and flows that are told late, as far as they are there.
+/// Friction terms, then head terms, then the offset of the outlets, the lean, lateness, the slack and flows that are told late, as far as
+/// they are there.
 pub(super) struct Columns {
     /// Whitened as soon as they are made, and held only so: columns are what a tangent's memory goes into.
     pub whitened: Vec<Column>,
@@ -117,23 +119,17 @@ impl Columns {
             out.means.push(mean);
             out.widths.push(width * wide(a));
         }
-        let sections = layout.sections();
-        let mut beyond = |column: Vec<f64>, width: f64| {
-            out.push(whitening, &column, 0.0, width);
-            out.beyond_curves
-                .push(Arc::new(Sparse::of(&column, &sections)));
-        };
         if layout.outlets > 0 {
             let mut column = vec![0.0; total];
             column[layout.rows(Section::Outlets)].fill(1.0);
-            beyond(column, OUTLETS_PRIOR_PA);
+            out.push_beyond(whitening, &column, OUTLETS_PRIOR_PA);
         }
         if frame.bend != Bend::Stiff {
-            beyond(lean(record, layout), LEAN_PRIOR);
+            out.push_beyond(whitening, &lean(record, layout), LEAN_PRIOR);
         }
         if frame.bend == Bend::Loose {
             for column in late(record.block_s(), &frame.curves, blocks, layout) {
-                beyond(column, LATE_S);
+                out.push_beyond(whitening, &column, LATE_S);
             }
         }
         for free in &frame.slack {
@@ -147,11 +143,17 @@ impl Columns {
             && !applied.iter().any(Applied::names_lateness)
         {
             for column in late_flows(record, layout) {
-                out.push(whitening, &column, 0.0, LATE_FLOW_S);
-                (out.beyond_curves).push(Arc::new(Sparse::of(&column, &sections)));
+                out.push_beyond(whitening, &column, LATE_FLOW_S);
             }
         }
         out
+    }
+
+    /// What is no curve.
+    fn push_beyond(&mut self, whitening: &Whitening, column: &[f64], width: f64) {
+        self.push(whitening, column, 0.0, width);
+        let sparse = Sparse::of(column, &whitening.layout.sections());
+        self.beyond_curves.push(Arc::new(sparse));
     }
 
     fn push(&mut self, whitening: &Whitening, column: &[f64], mean: f64, width: f64) {
