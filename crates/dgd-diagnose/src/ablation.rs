@@ -6,6 +6,8 @@
 pub enum Step {
     /// Mud pump and return meter may be late by part of a second in the mass balance.
     LateFlows,
+    /// What the meter of the return flow reads after a stop of the pump tells a delay from a store.
+    Stops,
     /// What sets in or passes must show without the minutes about its edges.
     Edges,
     /// What comes upon flowing mud must show without the stops.
@@ -30,9 +32,10 @@ pub enum Step {
 
 impl Step {
     /// Every step, in the order of the chain.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Projection,
         Self::LateFlows,
+        Self::Stops,
         Self::Edges,
         Self::Flowing,
         Self::Form,
@@ -48,6 +51,7 @@ impl Step {
     pub fn name(self) -> &'static str {
         match self {
             Self::LateFlows => "late-flows",
+            Self::Stops => "stops",
             Self::Edges => "edges",
             Self::Flowing => "flowing",
             Self::Form => "form",

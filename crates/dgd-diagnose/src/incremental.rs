@@ -315,6 +315,7 @@ mod tests {
             seldom: Vec::new(),
             tally: Arc::default(),
             suction_heads: None,
+            stops: Vec::new(),
             told_every_s: 2.0,
             per_block,
             blocks: SAMPLES / per_block,

@@ -51,6 +51,7 @@ mod scan;
 mod select;
 mod selection;
 mod slack;
+mod stops;
 mod suction;
 mod tangent;
 #[cfg(test)]

@@ -4,6 +4,7 @@ use crate::ablation::Step;
 use crate::cost::Tally;
 use crate::frozen_speed::{quantum, stopping_with_the_flow, without_seldom_rest};
 use crate::numbers::{bridged, mean, whole};
+use crate::stops::{Readings, Stop, stops};
 use crate::suction::heads_lost;
 use dgd_effects::{STANDING_PCT, Setting};
 use dgd_identify::Prepared;
@@ -65,6 +66,8 @@ pub(crate) struct Record {
     pub tally: Arc<Tally>,
     /// What the suction loses, in velocity heads of the return line; `None` where nothing tells it.
     pub suction_heads: Option<f64>,
+    /// Stops of the pump that tell the path of the return flow's meter.
+    pub stops: Vec<Stop>,
 }
 
 /// Series without gaps.
@@ -151,9 +154,30 @@ impl Record {
         let head_pa = |i: usize| velocity_head_pa(&setting, filled.flow[i]);
         let suction_heads =
             (riser.as_deref()).and_then(|riser| heads_lost(&inlet, riser, head_pa, dt_s));
+        let stop_readings = Readings {
+            step_s,
+            speed_pct: &recording.pump_speed_pct,
+            flow_m3_s: &recording.return_flow_m3_s,
+            outlet_pa: &prepared.outlet_pressure_pa,
+            noise_m3_s: setting.noise.flow_m3_s * (fold as f64).sqrt(),
+            per_block: fold * per_block,
+        };
+        let of_stops = [
+            stop_readings.speed_pct,
+            stop_readings.flow_m3_s,
+            stop_readings.outlet_pa,
+        ];
+        // What is read now and then has no edges.
+        let tell = of_stops.iter().all(|values| slow.every_s(values).is_none());
+        let stops = if tell && !without.contains(&Step::Stops) {
+            stops(&stop_readings)
+        } else {
+            Vec::new()
+        };
         let told = [&recording.return_flow_m3_s, &prepared.outlet_pressure_pa];
         let told = told.map(|values| new_every_s(values, step_s));
         Self {
+            stops,
             suction_heads,
             told_every_s: told.into_iter().fold(dt_s, f64::max),
             setting,

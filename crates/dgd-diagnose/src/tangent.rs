@@ -12,8 +12,9 @@ use crate::incremental::Incremental;
 use crate::layout::{Layout, Section};
 use crate::noise::Whitening;
 use crate::record::Record;
-use crate::relations::{Applied, Blocks, Rows, joined};
+use crate::relations::{Applied, Blocks, Rows, joined, meter_path};
 use crate::slack::{Slack, slack};
+use crate::stops::left_over;
 use crate::vectors::{
     Column, Reach, Sparse, back_substitute, orthonormal, product_within, products, support, without,
 };
@@ -54,9 +55,9 @@ pub(crate) struct Tangent {
     rest: Vec<f64>,
     /// Columns of `rest`, stacked rows.
     nuisance: Vec<Arc<Sparse>>,
-    /// Orthonormal columns, over whitened rows followed by prior rows.
+    /// Orthonormal columns, over whitened rows followed by those of the stops, which they do not touch, and prior rows.
     basis: Vec<Column>,
-    /// Whitened residual off the tangent, the same shape.
+    /// Whitened residual off the tangent, the same shape: between rows and priors stands what is left over of the stops.
     pub off: Vec<f64>,
     /// Raw residual of the curves alone (wanders not taken out), stacked.
     pub residual: Vec<f64>,
@@ -466,6 +467,8 @@ impl Solved {
         } = Columns::of(record, applied, blocks, frame);
         let layout = frame.whitening.layout;
         let (n, total, p) = (layout.blocks, layout.len(), whitened.len());
+        // What the path of the meter leaves over of the stops, no curve can take.
+        let stops = left_over(&record.stops, &frame.rows.stops, meter_path(applied));
         // Columns that touch little first: they stay short among themselves.
         let mut order: Vec<usize> = (0..p).collect();
         order.sort_by_key(|&a| whitened[a].reach().len());
@@ -474,7 +477,9 @@ impl Solved {
             .map(|&a| {
                 let mut priors = vec![0.0; p];
                 priors[a] = 1.0 / widths[a];
-                std::mem::take(&mut whitened[a]).with_priors(priors)
+                (std::mem::take(&mut whitened[a]))
+                    .with_rows_behind(stops.len())
+                    .with_priors(priors)
             })
             .collect();
         let mut y = vec![0.0; total];
@@ -483,6 +488,7 @@ impl Solved {
         y[layout.rows(Section::Outlets)].copy_from_slice(&blocks.difference);
         y[layout.rows(Section::Balance)].copy_from_slice(&blocks.imbalance);
         let mut off = frame.whitening.apply_whole(&y);
+        off.extend(stops);
         off.extend((means.iter().zip(&widths)).map(|(mean, width)| mean / width));
         let triangle = orthonormal(&mut basis);
         let mut right = vec![0.0; p];

@@ -120,6 +120,7 @@ pub(crate) fn steady(blocks: usize) -> Record {
         seldom: Vec::new(),
         tally: Arc::default(),
         suction_heads: None,
+        stops: Vec::new(),
         told_every_s: 2.0,
         per_block: PER_BLOCK,
         blocks,

@@ -166,6 +166,7 @@ impl Twins {
             head: Vec::new(),
             outlets: valid,
             balance: Vec::new(),
+            stops: Vec::new(),
         };
         let whitening = Whitening::of(layout, &rows, &residual, &vec![0.0; n], wander);
         let (readings, (low, high)) = match pair {

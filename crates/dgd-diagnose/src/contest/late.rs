@@ -37,18 +37,29 @@ fn stands_late(record: &Record, c: &Contender) -> bool {
     is_late_meter(c.effect.about()) && c.evidence > hurdle(record, &c.best.applied)
 }
 
+/// Whether a meter is allowed for that is as late as that of a sound rig may be.
+fn as_late_as_is_sound(one: &Applied) -> bool {
+    let about = one.effect.about();
+    let latest = about.search.allowance.last();
+    one.allowance
+        && is_late_meter(about)
+        && latest.is_some_and(|latest| one.parameters[0] >= *latest)
+}
+
 /// E-folds that another form than the usual one of what is late must explain beyond it: on a slow clock two cushions are as good as a delay.
 const UNUSUAL: f64 = 8.0;
 
-/// Times each late meter anew where more than one stands out.
+/// Times each late meter anew where more than one stands out; and where the meter is as late as a sound one may be: whatever else was allowed for may then
+/// stand in for the rest.
 pub(super) fn retime(
     record: &Record,
     gate: &Tangent,
     state: &[Applied],
     contenders: &mut [Contender],
 ) {
+    let at_its_latest = state.iter().any(as_late_as_is_sound);
     let mut late: Vec<&mut Contender> = (contenders.iter_mut())
-        .filter(|c| stands_late(record, c))
+        .filter(|c| is_late_meter(c.effect.about()) && (at_its_latest || stands_late(record, c)))
         .collect();
     if late.len() < 2 {
         return;

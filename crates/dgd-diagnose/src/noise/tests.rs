@@ -56,6 +56,7 @@ fn full(l: Layout) -> Rows {
         head: vec![true; l.blocks],
         outlets: vec![true; l.outlets],
         balance: vec![true; l.balance],
+        stops: Vec::new(),
     }
 }
 

@@ -123,6 +123,17 @@ pub(crate) fn blurred(path: MeterPath, span_s: (f64, f64), told_every_s: f64) ->
     }
 }
 
+/// What lies between line and meter under a hypothesis.
+pub(crate) fn meter_path(applied: &[Applied]) -> MeterPath {
+    let mut path = MeterPath::default();
+    for one in applied {
+        let p = one.effect.meter_path(&one.parameters);
+        path.delay_s += p.delay_s;
+        path.lag_s += p.lag_s;
+    }
+    path
+}
+
 /// Flow of the line, as the meter's path under a hypothesis has it.
 #[derive(Debug, Clone)]
 pub(crate) struct LineFlow {
@@ -134,12 +145,7 @@ pub(crate) struct LineFlow {
 impl LineFlow {
     /// The flow under a hypothesis.
     pub(crate) fn under(record: &Record, applied: &[Applied]) -> Self {
-        let mut path = MeterPath::default();
-        for one in applied {
-            let p = one.effect.meter_path(&one.parameters);
-            path.delay_s += p.delay_s;
-            path.lag_s += p.lag_s;
-        }
+        let path = meter_path(applied);
         let inverted = (path != MeterPath::default()).then(|| {
             let noise = record.setting.noise.flow_m3_s;
             let flow = line_flow(&record.flow, path, record.dt_s, noise);

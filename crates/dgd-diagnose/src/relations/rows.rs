@@ -33,6 +33,8 @@ pub(crate) struct Rows {
     pub head: Vec<bool>,
     pub outlets: Vec<bool>,
     pub balance: Vec<bool>,
+    /// Stops of the pump that tell the path of the meter, by stop.
+    pub stops: Vec<bool>,
 }
 
 impl Rows {
@@ -67,6 +69,7 @@ impl Rows {
                 .map(|(difference, frozen)| difference.is_finite() && !frozen)
                 .collect(),
             balance: vec![false; n / BALANCE_BLOCKS],
+            stops: vec![true; record.stops.len()],
         };
         let least_flow = LEAST_FLOW * base.flow.iter().copied().fold(0.0, f64::max);
         for b in 0..n {

@@ -229,6 +229,7 @@ mod tests {
                 head: (0..90).map(|k| k < 60).collect(),
                 outlets: Vec::new(),
                 balance: Vec::new(),
+                stops: Vec::new(),
             };
             head_priors(&rows, &b)
         };

@@ -238,6 +238,7 @@ mod tests {
             head: vec![true; 300],
             outlets: Vec::new(),
             balance: Vec::new(),
+            stops: Vec::new(),
         };
         for k in 0..300 {
             let share = k as f64 / 300.0;

@@ -8,6 +8,7 @@ use crate::noise::Whitening;
 use crate::record::Record;
 use crate::relations::{Blocks, Rows};
 use crate::slack::Slack;
+use crate::stops::Stop;
 use dgd_effects::{Curves, Scale};
 use dgd_recording::{Rank, quantile};
 use std::sync::Arc;
@@ -34,7 +35,7 @@ impl Frame {
         bend: Bend,
     ) -> Option<Self> {
         let mut rows = Rows::of(record, blocks);
-        exclude(&mut rows, excluded);
+        exclude(&mut rows, &record.stops, excluded);
         let scale = Scale {
             flow_m3_s: upper(&record.flow)?.max(5e-3),
             speed_pct: upper(&record.speed)?.max(10.0),
@@ -93,8 +94,12 @@ fn whitening(
 }
 
 /// Takes every row of the excluded blocks out.
-fn exclude(rows: &mut Rows, excluded: &[bool]) {
-    for b in (0..rows.friction.len()).filter(|&b| excluded.get(b).copied().unwrap_or(false)) {
+fn exclude(rows: &mut Rows, stops: &[Stop], excluded: &[bool]) {
+    let out = |b: usize| excluded.get(b).copied().unwrap_or(false);
+    for (used, stop) in rows.stops.iter_mut().zip(stops) {
+        *used &= !stop.blocks.clone().any(out);
+    }
+    for b in (0..rows.friction.len()).filter(|&b| out(b)) {
         rows.friction[b] = false;
         rows.head[b] = false;
         if let Some(d) = rows.outlets.get_mut(b) {
@@ -173,6 +178,7 @@ mod tests {
             head: vec![true; BLOCKS],
             outlets: vec![true; BLOCKS],
             balance: vec![true; BLOCKS / BALANCE_BLOCKS],
+            stops: Vec::new(),
         }
     }
 
@@ -202,14 +208,14 @@ mod tests {
         let mut rows = rows();
         let mut excluded = vec![false; 20];
         excluded[13] = true;
-        exclude(&mut rows, &excluded);
+        exclude(&mut rows, &[], &excluded);
         assert_eq!(out(&rows), [vec![13], vec![13], vec![13], vec![4]]);
         // Without a second transmitter, and beyond the last whole row of the balance.
         rows.outlets.clear();
         rows.balance.truncate(4);
         excluded = vec![false; BLOCKS];
         excluded[59] = true;
-        exclude(&mut rows, &excluded);
+        exclude(&mut rows, &[], &excluded);
         assert_eq!(out(&rows), [vec![13, 59], vec![13, 59], vec![], vec![]]);
     }
 

@@ -34,6 +34,14 @@ impl Column {
         out
     }
 
+    /// The same with more rows behind, which it does not touch.
+    pub(crate) fn with_rows_behind(self, more: usize) -> Self {
+        Self {
+            rows: self.rows + more,
+            ..self
+        }
+    }
+
     /// The same with rows of priors behind.
     pub(crate) fn with_priors(self, priors: Vec<f64>) -> Self {
         Self { priors, ..self }

@@ -48,7 +48,7 @@ static ABOUT: About = About {
             hurdle: 7.0,
             scale: 4.0,
         },
-        least: Some(3.5),
+        least: Some(2.5),
         form_error: 0.15,
         size_error: 0.1,
         timing: Some(Timing::Meter),
