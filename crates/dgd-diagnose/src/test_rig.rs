@@ -8,6 +8,7 @@ use crate::diagnosis::Finding;
 use crate::record::{Filled, Record};
 use crate::relations::{Applied, Blocks};
 use crate::selection::Named;
+use crate::stops::{Readings, Stop, stops};
 use crate::tangent::{Bend, Tangent};
 use dgd_effects::{Curves, FRICTION_TERMS, HEAD_TERMS, Noise, Relation, Scale, Setting, find};
 use dgd_identify::Prepared;
@@ -133,6 +134,23 @@ pub(crate) fn steady(blocks: usize) -> Record {
         inlet: all(164e5),
         outlet: all(184e5),
     }
+}
+
+/// Three stops of the pump at half an hour each, told by a meter that is late by whole seconds.
+pub(crate) fn stops_told_late(late_s: usize) -> Vec<Stop> {
+    let n = 5400;
+    let stands = |k: usize| k % 1800 >= 1700;
+    let while_turning = |value: f64| move |k: usize| if stands(k) { 0.0 } else { value };
+    let series = |of: &dyn Fn(usize) -> f64| (0..n).map(of).collect::<Vec<f64>>();
+    let metered = |k: usize| while_turning(FLOW_M3_S)(k.saturating_sub(late_s));
+    stops(&Readings {
+        step_s: 1.0,
+        speed_pct: &series(&while_turning(SPEED_PCT)),
+        flow_m3_s: &series(&metered),
+        outlet_pa: &series(&|k| 180e5 + while_turning(4e5)(k)),
+        noise_m3_s: 1e-4,
+        per_block: 10,
+    })
 }
 
 /// Lets the rig's pump stand in some samples.

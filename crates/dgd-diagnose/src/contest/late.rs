@@ -127,6 +127,7 @@ mod tests {
     use super::{UNUSUAL, retime, shapes};
     use crate::contest::{Contender, contest};
     use crate::record::Record;
+    use crate::relations::Applied;
     use crate::tangent::{Bend, Tangent};
     use crate::test_rig::{Hidden, drilled, one};
     use crate::timing::retimed;
@@ -185,6 +186,31 @@ mod tests {
         // It pays for the places that it could have been, as before.
         assert_eq!(again.evidence, best.1 - 2.0);
         assert_eq!(again.formed, again.evidence);
+    }
+
+    #[test]
+    fn beside_a_meter_as_late_as_is_sound_all_that_is_late_is_timed_again() {
+        let record = drilled(Hidden {
+            late_s: 9.0,
+            ..Hidden::default()
+        });
+        let effect = find("return_flow_delay").unwrap();
+        let timed = |allowed_s: f64| {
+            let state = [Applied::allowed(effect, allowed_s)];
+            let gate = Tangent::beside(&record, &state, &[], Bend::Lean).unwrap();
+            let mut now = contest(&record, &gate, &state);
+            for id in ["return_flow_delay", "line_gas_storage"] {
+                let c = of(&mut now, id);
+                c.best.applied.parameters[0] = 3.0;
+                (c.evidence, c.formed) = (0.0, 0.0);
+            }
+            retime(&record, &gate, &state, &mut now);
+            ["return_flow_delay", "line_gas_storage"]
+                .map(|id| of(&mut now, id).best.applied.parameters[0])
+        };
+        let latest = *effect.about().search.allowance.last().unwrap();
+        assert!(timed(latest).into_iter().all(|time_s| time_s > 5.0));
+        assert_eq!(timed(latest - 0.5), [3.0, 3.0]);
     }
 
     #[test]

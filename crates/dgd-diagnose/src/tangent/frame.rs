@@ -162,7 +162,7 @@ mod tests {
     use crate::layout::BALANCE_BLOCKS;
     use crate::layout::Layout;
     use crate::relations::Rows;
-    use crate::test_rig::{PER_BLOCK, steady};
+    use crate::test_rig::{PER_BLOCK, steady, stops_told_late};
 
     const BLOCKS: usize = 60;
     const LAYOUT: Layout = Layout {
@@ -217,6 +217,31 @@ mod tests {
         excluded[59] = true;
         exclude(&mut rows, &[], &excluded);
         assert_eq!(out(&rows), [vec![13, 59], vec![13, 59], vec![], vec![]]);
+    }
+
+    #[test]
+    fn an_excluded_block_takes_the_stop_out_that_it_lies_in() {
+        let stops = stops_told_late(9);
+        let used = |b: usize| {
+            let mut rows = Rows {
+                stops: vec![true; stops.len()],
+                ..rows()
+            };
+            let mut excluded = vec![false; 540];
+            excluded[b] = true;
+            exclude(&mut rows, &stops, &excluded);
+            rows.stops
+        };
+        // From 20 s before the pump stands at 1700 s, and 3500 s, to a minute and a half after.
+        for (b, expected) in [
+            (167, [true, true, true]),
+            (168, [false, true, true]),
+            (178, [false, true, true]),
+            (179, [true, true, true]),
+            (350, [true, false, true]),
+        ] {
+            assert_eq!(used(b), expected, "{b}");
+        }
     }
 
     #[test]

@@ -9,7 +9,7 @@ use crate::record::Record;
 use crate::relations::{Applied, Blocks};
 use crate::scan::weigh;
 use crate::slack::{Slack, slack};
-use crate::test_rig::{BLOCK_S, Hidden, INFLUX_S, drilled, normals, one};
+use crate::test_rig::{BLOCK_S, Hidden, INFLUX_S, drilled, normals, one, stops_told_late};
 use crate::vectors::Sparse;
 use dgd_lsq::dot;
 use std::sync::Arc;
@@ -268,4 +268,37 @@ fn a_meter_late_by_less_than_is_allowed_for_speaks_for_no_gain() {
         .map(|(late_s, gain)| leads(late_s, gain));
     assert!(all.iter().all(|[free, _]| *free > 0.0), "{all:?}");
     assert!(all.iter().any(|[_, exact]| *exact < -0.5), "{all:?}");
+}
+
+#[test]
+fn stops_count_for_the_path_of_the_meter_and_for_nothing_else() {
+    let bare = drilled(Hidden {
+        late_s: 9.0,
+        ..Hidden::default()
+    });
+    let mut told = bare.clone();
+    told.stops = stops_told_late(9);
+    let [without, with] = [&bare, &told].map(|record| about(record, Bend::Stiff));
+    let weighed = |one: Applied| {
+        let of = |record, tangent| weigh(record, tangent, &[], one.clone()).evidence;
+        of(&told, &with) - of(&bare, &without)
+    };
+    let rows = with.off.len() - without.off.len();
+    assert_eq!(rows, 3 * 90 + 1);
+    let at = without.layout.len();
+    let of_stops = &with.off[at..at + rows];
+    let most = 0.5 * dot(of_stops, of_stops);
+    assert!(most > 40.0, "{most}");
+    // A delay owes them all that they hold, a store some of it.
+    let delay = weighed(one("return_flow_delay", &[9.0]));
+    assert!(delay > most - 1.0 && delay <= most, "{delay} of {most}");
+    let store = weighed(one("line_gas_storage", &[9.0, 0.0]));
+    assert!(store < 0.5 * most, "{store} of {most}");
+    // What makes no meter late is worth the same, but for the order of sums.
+    let other = weighed(influx(2e-3));
+    assert!(other.abs() < 1e-6, "{other}");
+    let terms = |t: &Tangent| [&t.curves.friction[..], &t.curves.head[..]].concat();
+    for (a, b) in terms(&with).into_iter().zip(terms(&without)) {
+        close(a, b, b.abs());
+    }
 }
