@@ -84,16 +84,14 @@ impl From<&Curve> for Applied {
     }
 }
 
-/// The state with one effect more; what was allowed for of the same effect gives way to it, and so does what else of the same lateness.
+/// The state with one effect more; a timing allowance of the same effect gives way to it.
 pub(crate) fn joined(state: &[Applied], one: &Applied) -> Vec<Applied> {
-    let about = one.effect.about();
-    let gives_way = |a: &Applied| {
-        let of = a.effect.about();
-        let as_late = of.search.timing.is_some() && of.search.timing == about.search.timing;
-        // An early meter is a matter of clocks, late or not.
-        a.allowance && (of.id == about.id || (as_late && a.parameters[0] > 0.0))
-    };
-    let mut out: Vec<Applied> = (state.iter()).filter(|a| !gives_way(a)).cloned().collect();
+    let id = one.effect.about().id;
+    let mut out: Vec<Applied> = state
+        .iter()
+        .filter(|a| !(a.allowance && a.effect.about().id == id))
+        .cloned()
+        .collect();
     out.push(one.clone());
     out
 }

@@ -26,7 +26,7 @@ const FLOWS: f64 = 5.0;
 /// What the flow before may be off by where it is taken for a straight line, as a share of it. Set by hand.
 const OFF: f64 = 0.05;
 /// Squares that one stop adds at the most: a reading that freezes as the pump stops is one accident, and no path.
-const MOST: f64 = 40.0;
+const MOST: f64 = 120.0;
 /// Dampings of a sound meter, s, and the width that is expected of them.
 const DAMPINGS_S: [f64; 5] = [0.0, 0.5, 1.0, 1.5, 2.0];
 const DAMPING_S: f64 = 1.0;

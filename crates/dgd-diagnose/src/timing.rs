@@ -32,9 +32,9 @@ pub(crate) fn allowed_beside(
     let mut decided_on = None;
     if let (1, Some(k)) = (meter, named.iter().position(late)) {
         decided_on = Some(Timing::Pump);
-        let (time, lag) = timed(record, start, named, k, excluded)?;
+        let (time, beside) = timed(record, start, named, k, excluded)?;
         named[k].parameters[0] = time;
-        fixed.extend(lag);
+        fixed.extend(beside);
     }
     let held = fixed.len();
     fixed.extend(named.iter().cloned());
@@ -56,28 +56,37 @@ fn timed(
     named: &[Applied],
     k: usize,
     excluded: &[bool],
-) -> Option<(f64, Option<Applied>)> {
+) -> Option<(f64, Vec<Applied>)> {
     let mut state = start.to_vec();
     let at = state.len() + k;
     state.extend(named.iter().cloned());
     let tangent = Tangent::at(record, &state, excluded, Bend::Stiff)?;
     let longest = state[at].effect.about().parameters[0].high;
-    let misfit = |time: f64, lag: Option<&Applied>| -> f64 {
+    let misfit = |time: f64, beside: &[Applied]| -> f64 {
         let mut next = state.clone();
         next[at].parameters[0] = time;
-        next.extend(lag.cloned());
+        next.extend_from_slice(beside);
         let off = tangent.left_over(record, &next);
         0.5 * dot(&off, &off)
     };
-    let (mut time, mut least) = nearest_time(longest, state[at].parameters[0], |t| misfit(t, None));
-    let mut chosen = None;
-    for lag in pump_lags(&state) {
-        let (t, m) = nearest_time(longest, time, |t| misfit(t, Some(&lag)));
-        if m < least - EARNED {
-            (time, least, chosen) = (t, m, Some(lag));
+    let mut beside = Vec::new();
+    let (mut time, mut least) = nearest_time(longest, state[at].parameters[0], |t| misfit(t, &[]));
+    // That a meter is a second late itself needs no proof: what fits best stands.
+    for (timing, earned) in [(Timing::Pump, EARNED), (Timing::Meter, 0.0)] {
+        let mut best = None;
+        for late in sound_times(&state, timing) {
+            let mut tried = beside.clone();
+            tried.push(late);
+            let (t, m) = nearest_time(longest, time, |t| misfit(t, &tried));
+            if m < least - earned {
+                (least, best) = (m, Some((t, tried)));
+            }
+        }
+        if let Some(best) = best {
+            (time, beside) = best;
         }
     }
-    Some((time, chosen))
+    Some((time, beside))
 }
 
 /// A late meter's time, s, and its evidence, with whatever a sound rig may be late by fitted beside it.
@@ -255,23 +264,21 @@ pub(crate) fn gauss_newton_step(
     next
 }
 
-/// Lags of the pump that a sound rig shows, where a hypothesis holds none.
-fn pump_lags(state: &[Applied]) -> Vec<Applied> {
+/// What a sound rig may be late by in a way, where a hypothesis holds none of it.
+fn sound_times(state: &[Applied], timing: Timing) -> Vec<Applied> {
     catalogue()
         .iter()
         .copied()
-        .filter(|effect| effect.about().search.timing == Some(Timing::Pump))
+        .filter(|effect| effect.about().search.timing == Some(timing))
         .filter(|effect| {
             let id = effect.about().id;
             state.iter().all(|a| a.effect.about().id != id)
         })
         .flat_map(|effect: &'static dyn Effect| {
-            effect
-                .about()
-                .search
-                .allowance
-                .iter()
-                .map(move |lag| Applied::allowed(effect, *lag))
+            let times = effect.about().search.allowance.iter();
+            times
+                .filter(|time_s| **time_s > 0.0)
+                .map(move |time_s| Applied::allowed(effect, *time_s))
         })
         .collect()
 }

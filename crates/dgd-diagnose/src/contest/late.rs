@@ -49,8 +49,8 @@ fn as_late_as_is_sound(one: &Applied) -> bool {
 /// E-folds that another form than the usual one of what is late must explain beyond it: on a slow clock two cushions are as good as a delay.
 const UNUSUAL: f64 = 8.0;
 
-/// Times each late meter anew where more than one stands out; and where the meter is as late as a sound one may be: whatever else was allowed for may then
-/// stand in for the rest.
+/// Times each late meter that stands out anew, and all of them where the meter is allowed for that is as late as a sound one may be: what else was allowed
+/// for may then stand in for the rest.
 pub(super) fn retime(
     record: &Record,
     gate: &Tangent,
@@ -61,9 +61,6 @@ pub(super) fn retime(
     let mut late: Vec<&mut Contender> = (contenders.iter_mut())
         .filter(|c| is_late_meter(c.effect.about()) && (at_its_latest || stands_late(record, c)))
         .collect();
-    if late.len() < 2 {
-        return;
-    }
     let price = |one: &Applied| {
         let usual = one.effect.about().of_strength(one.parameters[0]);
         if one.parameters == usual {
@@ -161,24 +158,22 @@ mod tests {
     }
 
     #[test]
-    fn late_meters_are_timed_again_only_where_two_of_them_stand_out() {
+    fn late_meters_that_stand_out_are_timed_again() {
         let (record, gate, known) = late();
         let wrong = one("return_flow_delay", &[5.0]);
-        let disturbed = |second: bool| {
+        let disturbed = |evidence: f64| {
             let mut now = known.clone();
             let delay = of(&mut now, "return_flow_delay");
             delay.best.applied = wrong.clone();
-            (delay.best.evidence, delay.evidence) = (42.0, 40.0);
-            if !second {
-                of(&mut now, "line_gas_storage").evidence = 0.0;
-            }
+            (delay.best.evidence, delay.evidence) = (evidence + 2.0, evidence);
+            of(&mut now, "line_gas_storage").evidence = 0.0;
             retime(&record, &gate, &[], &mut now);
             of(&mut now, "return_flow_delay").clone()
         };
-        let alone = disturbed(false);
-        assert_eq!(alone.best.applied.parameters, wrong.parameters);
-        assert_eq!(alone.evidence, 40.0);
-        let again = disturbed(true);
+        let hidden = disturbed(4.0);
+        assert_eq!(hidden.best.applied.parameters, wrong.parameters);
+        assert_eq!(hidden.evidence, 4.0);
+        let again = disturbed(40.0);
         let time_s = again.best.applied.parameters[0];
         assert!((time_s - 9.0).abs() < 1.0, "{time_s}");
         let best = (time_s, again.best.evidence);

@@ -1,10 +1,10 @@
 //! Claims about the relations under a hypothesis: where it is the truth, what is left is the rig's own curves and a balance of 0.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::{Applied, Blocks, LevelRate, LineFlow, Metered, Parts, Touched, joined, run};
+use super::{Applied, Blocks, LevelRate, LineFlow, Metered, Parts, Touched, run};
 use crate::layout::BALANCE_BLOCKS;
 use crate::record::Record;
-use crate::test_rig::{DT_S, FLOW_M3_S, PER_BLOCK, SPEED_PCT, cut, one, steady};
+use crate::test_rig::{DT_S, FLOW_M3_S, PER_BLOCK, SPEED_PCT, cut, steady};
 use dgd_effects::{Changes, Moment, find, shrunk};
 use dgd_units::STANDARD_GRAVITY_M_S2;
 
@@ -489,34 +489,4 @@ fn a_hypothesis_of_several_effects_is_all_of_them_and_their_meter_paths_add_up()
     );
     close(found.flow[10] * 1.02, sound.flow[10], FLOW_M3_S);
     close(found.lift[10] + 3e4, sound.lift[10], 20e5);
-}
-
-#[test]
-fn a_lateness_that_is_allowed_for_gives_way_to_one_of_the_same_instrument() {
-    let allowed = |id: &str, time_s| Applied::allowed(find(id).unwrap(), time_s);
-    let beside = |delay_s: f64, id: &str| -> Vec<&str> {
-        let state = [
-            allowed("return_flow_delay", delay_s),
-            allowed("pump_speed_lag", 2.0),
-            allowed("u_tube", 2.0),
-            one("inflow_gain", &[0.02]),
-        ];
-        let usual = find(id).unwrap().about().of_strength(9.0);
-        let all = joined(&state, &one(id, &usual));
-        all.iter().map(|a| a.effect.about().id).collect()
-    };
-    let [delay, lag, tube, gain] = [
-        "return_flow_delay",
-        "pump_speed_lag",
-        "u_tube",
-        "inflow_gain",
-    ];
-    let store = "line_gas_storage";
-    assert_eq!(beside(2.0, delay), [lag, tube, gain, delay]);
-    assert_eq!(beside(2.0, store), [lag, tube, gain, store]);
-    // Clocks that differ are no lateness.
-    assert_eq!(beside(-2.0, store), [delay, lag, tube, gain, store]);
-    assert_eq!(beside(-2.0, delay), [lag, tube, gain, delay]);
-    assert_eq!(beside(2.0, lag), [delay, tube, gain, lag]);
-    assert_eq!(beside(2.0, "influx"), [delay, lag, tube, gain, "influx"]);
 }
