@@ -1,6 +1,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
 use super::{ENOUGH, Fade, MOST, Readings, Stop, left_over, stops};
+use crate::numbers::whole;
 use crate::test_rig::normals;
 use dgd_effects::MeterPath;
 use dgd_lsq::dot;
@@ -32,12 +33,12 @@ impl Rig {
     /// The samples of such a rig, its meter run at a tenth of a second.
     fn reading_every(step_s: f64, count: usize, path: MeterPath) -> Self {
         const FINE_S: f64 = 0.1;
-        let n = (count as f64 * EVERY_S / FINE_S).round() as usize;
+        let n = whole((count as f64 * EVERY_S / FINE_S).round());
         let stands = |k: usize| (k as f64 * FINE_S).rem_euclid(EVERY_S) > EVERY_S - STANDS_S;
         let line: Vec<f64> = (0..n)
             .map(|k| if stands(k) { 0.0 } else { FLOW_M3_S })
             .collect();
-        let late = (path.delay_s / FINE_S).round() as usize;
+        let late = whole((path.delay_s / FINE_S).round());
         let mut metered = FLOW_M3_S;
         let metered: Vec<f64> = (0..n)
             .map(|k| {
@@ -51,7 +52,7 @@ impl Rig {
             })
             .collect();
         // Just after the edge of a sample.
-        let every = (step_s / FINE_S).round() as usize;
+        let every = whole((step_s / FINE_S).round());
         let at: Vec<usize> = (0..n / every).map(|i| i * every).collect();
         let noise = normals(5, at.len());
         Self {
@@ -195,7 +196,7 @@ fn what_is_no_sharp_stop_tells_nothing() {
     two_left(&|rig| {
         rig.since_stop(
             -12.0,
-            |s, w| *w = if s < -6.0 || s >= 0.0 { 0.0 } else { 70.0 },
+            |s, w| *w = if (-6.0..0.0).contains(&s) { 70.0 } else { 0.0 },
             |rig| &mut rig.speed_pct,
         )
     });
