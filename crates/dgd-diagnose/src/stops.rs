@@ -25,7 +25,7 @@ const AFTER_S: (f64, f64) = (10.0, 20.0);
 const FLOWS: f64 = 5.0;
 /// What the flow before may be off by where it is taken for a straight line, as a share of it. Set by hand.
 const OFF: f64 = 0.05;
-/// Squares that one stop adds at the most: a reading that freezes as the pump stops is one accident, and no path.
+/// Squares that one stop adds at the most: a reading that freezes as the pump stops is one accident, and no path. Set by hand.
 const MOST: f64 = 120.0;
 /// Dampings of a sound meter, s, and the width that is expected of them.
 const DAMPINGS_S: [f64; 5] = [0.0, 0.5, 1.0, 1.5, 2.0];

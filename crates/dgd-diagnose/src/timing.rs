@@ -13,13 +13,13 @@ use dgd_effects::{About, Effect, Timing, catalogue};
 use dgd_lsq::dot;
 use nalgebra::{DMatrix, DVector};
 
-/// Misfit that an allowance of the pump must save.
+/// Misfit that a lag of the pump must save.
 const EARNED: f64 = 3.0;
 
 /// The timing allowances that named effects leave to be made, on top of `start`; a late meter among `named` is timed anew.
 ///
 /// A lag of the pump, wrongly allowed for, takes part of the meter's delay. So the meter is timed beside every lag, and
-/// the least that explains it stands.
+/// the least that explains it stands; then a store is timed beside every delay that a sound meter may have.
 pub(crate) fn allowed_beside(
     record: &Record,
     start: &[Applied],
@@ -49,7 +49,7 @@ pub(crate) fn is_late_meter(about: &About) -> bool {
     about.search.timing == Some(Timing::Meter)
 }
 
-/// The time of the late meter `named[k]` and the pump's lag beside it, if one earns its place.
+/// The time of the late meter `named[k]`, and what a sound rig is late by beside it.
 fn timed(
     record: &Record,
     start: &[Applied],

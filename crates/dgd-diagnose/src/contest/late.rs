@@ -37,7 +37,7 @@ fn stands_late(record: &Record, c: &Contender) -> bool {
     is_late_meter(c.effect.about()) && c.evidence > hurdle(record, &c.best.applied)
 }
 
-/// Whether a meter is allowed for that is as late as that of a sound rig may be.
+/// Whether it allows for as much as a sound meter may be late by.
 fn as_late_as_is_sound(one: &Applied) -> bool {
     let about = one.effect.about();
     let latest = about.search.allowance.last();
@@ -49,8 +49,8 @@ fn as_late_as_is_sound(one: &Applied) -> bool {
 /// E-folds that another form than the usual one of what is late must explain beyond it: on a slow clock two cushions are as good as a delay.
 const UNUSUAL: f64 = 8.0;
 
-/// Times each late meter that stands out anew, and all of them where the meter is allowed for that is as late as a sound one may be: what else was allowed
-/// for may then stand in for the rest.
+/// Times each late meter that stands out anew; all of them where as much lateness was allowed for as a sound meter may have: what else was
+/// allowed for may then stand in for the rest.
 pub(super) fn retime(
     record: &Record,
     gate: &Tangent,
