@@ -229,9 +229,12 @@ pub(crate) fn left_over(stops: &[Stop], used: &[bool], path: MeterPath) -> Vec<f
     }
     let tried = DAMPINGS_S.map(|damping_s| {
         let told: Vec<(f64, f64)> = (stops.iter().zip(used))
-            .map(|(stop, used)| match used {
-                true => stop.squares(path, damping_s),
-                false => (0.0, 0.0),
+            .map(|(stop, used)| {
+                if *used {
+                    stop.squares(path, damping_s)
+                } else {
+                    (0.0, 0.0)
+                }
             })
             .collect();
         let squares: f64 = told.iter().map(|(squares, _)| bounded(*squares)).sum();
@@ -240,8 +243,9 @@ pub(crate) fn left_over(stops: &[Stop], used: &[bool], path: MeterPath) -> Vec<f
     let best = (tried.into_iter()).min_by(|a, b| a.0.total_cmp(&b.0));
     let (_, damping_s, told) = best.unwrap_or_default();
     let mut out = Vec::new();
-    for ((stop, used), (squares, sooner_s)) in stops.iter().zip(used).zip(told) {
-        let share = if *used && squares > 0.0 {
+    for (stop, (squares, sooner_s)) in stops.iter().zip(told) {
+        // One that is not used has none.
+        let share = if squares > 0.0 {
             (bounded(squares) / squares).sqrt()
         } else {
             0.0

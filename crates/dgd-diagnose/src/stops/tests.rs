@@ -15,7 +15,6 @@ const EVERY_S: f64 = 600.0;
 const STANDS_S: f64 = 180.0;
 
 /// A pump that stops at once, a line that follows, and a meter behind a path.
-#[derive(Clone)]
 struct Rig {
     step_s: f64,
     count: usize,
@@ -204,22 +203,14 @@ fn what_is_no_sharp_stop_tells_nothing() {
     two_left(&|rig| {
         rig.since_stop(
             0.0,
-            |s, q| {
-                if s < 10.0 {
-                    *q = f64::NAN
-                }
-            },
+            |s, q| *q = if s < 10.0 { f64::NAN } else { *q },
             |rig| &mut rig.flow_m3_s,
         )
     });
     two_left(&|rig| {
         rig.since_stop(
             -15.0,
-            |s, q| {
-                if s < 0.0 {
-                    *q = f64::NAN
-                }
-            },
+            |s, q| *q = if s < 0.0 { f64::NAN } else { *q },
             |rig| &mut rig.flow_m3_s,
         )
     });
