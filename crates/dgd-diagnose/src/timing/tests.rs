@@ -45,6 +45,25 @@ fn a_late_meter_is_timed_from_either_side_without_a_lag_of_the_pump() {
 }
 
 #[test]
+fn a_named_store_keeps_the_delay_of_a_sound_meter_beside_it() {
+    let record = drilled(Hidden {
+        late_s: 6.0,
+        ..Hidden::default()
+    });
+    let mut named = vec![one("line_gas_storage", &[6.0, 0.0])];
+    let beside = allowed_beside(&record, &[], &mut named, &[]).unwrap();
+    let [delay] = beside.as_slice() else {
+        panic!("{} beside it", beside.len());
+    };
+    // All of this lateness is a delay: as much of it is allowed for as may be.
+    assert_eq!(delay.effect.about().id, "return_flow_delay");
+    assert!(delay.allowance);
+    assert_eq!(delay.parameters, [2.5]);
+    let time_s = named[0].parameters[0];
+    assert!(time_s < 6.0 - 0.5 * 2.5, "{time_s}");
+}
+
+#[test]
 fn a_late_meter_is_timed_beside_the_lag_of_the_pump_that_earns_its_place() {
     let record = drilled(Hidden {
         late_s: 6.0,
