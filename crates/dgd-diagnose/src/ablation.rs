@@ -26,13 +26,15 @@ pub enum Step {
     Busiest,
     /// Before `unknown`, a second effect beside the best is tried: it may do what a correction does, or bend the best one's form.
     TwoDo,
+    /// What the relations keep beyond that of sound recordings once the search has ended is `unknown`.
+    Remains,
     /// Probabilities are brought to the share of findings that are right, and standard errors of sizes to intervals that hold 95 %.
     Calibration,
 }
 
 impl Step {
     /// Every step, in the order of the chain.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Projection,
         Self::LateFlows,
         Self::Stops,
@@ -44,6 +46,7 @@ impl Step {
         Self::Corrections,
         Self::Busiest,
         Self::TwoDo,
+        Self::Remains,
         Self::Calibration,
     ];
 
@@ -61,6 +64,7 @@ impl Step {
             Self::Corrections => "corrections",
             Self::Busiest => "busiest",
             Self::TwoDo => "two-do",
+            Self::Remains => "remains",
             Self::Calibration => "calibration",
         }
     }

@@ -20,6 +20,7 @@ use crate::numbers::whole;
 use crate::placebo::placebo;
 use crate::record::Record;
 use crate::relations::{Applied, Blocks, Rows};
+use crate::remains;
 use crate::select::{Sought, select};
 use crate::selection::Named;
 use crate::tangent::{Bend, LEAST_ROWS, Tangent};
@@ -82,6 +83,9 @@ pub fn diagnose(
     })
     .ok_or_else(|| too_few(&record))?;
     let doubted = believe(&record, &mut selection.named, sought);
+    if let Sought::Any(_) = sought {
+        remains::tell(&record, &mut selection);
+    }
     if let Sought::Given(suspects) = sought {
         let asked = (suspects, options.most_effects);
         doubt_outdone(&record, &known, &mut selection.named, asked, |round| {

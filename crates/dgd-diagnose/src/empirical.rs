@@ -153,6 +153,24 @@ pub(crate) fn corrections(
     out
 }
 
+/// The plausible correction of a relation that tells most beside the curves of a tangent, along what those depend on as well.
+pub(crate) fn likeliest_in(
+    record: &Record,
+    tangent: &Tangent,
+    state: &[Applied],
+    relation: Relation,
+) -> Option<Correction> {
+    let quantities = || Quantity::ALL.into_iter().filter(|q| !q.is_timed());
+    let courses: Vec<Course> = (DRAWN.into_iter())
+        .filter(|place| place.relation() == relation)
+        .flat_map(|place| quantities().map(move |quantity| Course::from((place, quantity))))
+        .collect();
+    let drawn: Vec<Correction> = (courses.par_iter().with_max_len(1))
+        .filter_map(|course| drawn(record, tangent, state, None, *course))
+        .collect();
+    (drawn.into_iter().filter(plausible)).max_by(|a, b| a.evidence.total_cmp(&b.evidence))
+}
+
 /// Lowers corrections that stand out only because of stops, or while the pump changes to another head, to their evidence without these, if
 /// that is below their hurdle. Takes the tangent to free its memory before others are made.
 fn hold_without_stops(record: &Record, whole: Tangent, state: &[Applied], out: &mut [Correction]) {

@@ -46,6 +46,7 @@ mod placebo;
 mod record;
 mod refine;
 mod relations;
+mod remains;
 mod round;
 mod scan;
 mod select;

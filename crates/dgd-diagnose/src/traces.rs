@@ -17,42 +17,9 @@ pub(crate) fn traces(
     (before, start): (&Tangent, &[Applied]),
     (after, state): (&Tangent, &[Applied]),
 ) -> Vec<Trace> {
-    let layout = before.layout;
-    let [b, a] = [before, after].map(levelled);
+    let levelled = [before, after].map(levelled);
     let may = wander(record, &after.curves);
-    let starts_s = record.setting.span_s.0;
-    let trace = |section: Section| {
-        let at = layout.rows(section);
-        // Of the model before, too, what no fit has seen is shown, and stops that its curves are made without.
-        let valid = after.rows.of_section(section);
-        let pick = |values: &[f64]| -> Vec<f64> {
-            let each = values[at.clone()].iter().zip(valid);
-            each.map(|(v, valid)| if *valid { *v } else { f64::NAN })
-                .collect()
-        };
-        let weights = after.whitening.weight[at.clone()].iter().copied();
-        let noise =
-            quantile(weights.filter(|w| *w > 0.0), Rank::MEDIAN).map_or(f64::NAN, |w| 1.0 / w);
-        let [slow, hidden] = may.of(section);
-        let step_s = record.block_s() * section.blocks_per_row() as f64;
-        Trace {
-            relation: section.relation(),
-            pair: None,
-            unit: if section == Section::Balance {
-                "m3/s"
-            } else {
-                "Pa"
-            },
-            t_s: (0..at.len())
-                .map(|i| starts_s + (i as f64 + 0.5) * step_s)
-                .collect(),
-            before: pick(&b),
-            after: pick(&a),
-            offset: 0.0,
-            noise,
-            wander: slow.hypot(hidden),
-        }
-    };
+    let trace = |section: Section| of_section(record, section, &levelled, after);
     let mut out: Vec<Trace> = [Section::Friction, Section::Head, Section::Balance]
         .map(trace)
         .into();
@@ -72,6 +39,52 @@ pub(crate) fn traces(
             .flatten(),
     );
     out
+}
+
+/// How many times as much a tangent keeps in the rows of a section as noise and wander make (root mean square); NaN where it has none.
+pub(crate) fn excess(record: &Record, tangent: &Tangent, section: Section) -> f64 {
+    let residual = levelled(tangent);
+    of_section(record, section, &[residual.clone(), residual], tangent).excess()
+}
+
+/// The trace of a section from two levelled residuals, on the rows of the tangent `after` and with its noise.
+fn of_section(
+    record: &Record,
+    section: Section,
+    [before, held]: &[Vec<f64>; 2],
+    after: &Tangent,
+) -> Trace {
+    let at = after.layout.rows(section);
+    let may = wander(record, &after.curves);
+    let starts_s = record.setting.span_s.0;
+    // Of the model before, too, what no fit has seen is shown, and stops that its curves are made without.
+    let valid = after.rows.of_section(section);
+    let pick = |values: &[f64]| -> Vec<f64> {
+        let each = values[at.clone()].iter().zip(valid);
+        each.map(|(v, valid)| if *valid { *v } else { f64::NAN })
+            .collect()
+    };
+    let weights = after.whitening.weight[at.clone()].iter().copied();
+    let noise = quantile(weights.filter(|w| *w > 0.0), Rank::MEDIAN).map_or(f64::NAN, |w| 1.0 / w);
+    let [slow, hidden] = may.of(section);
+    let step_s = record.block_s() * section.blocks_per_row() as f64;
+    Trace {
+        relation: section.relation(),
+        pair: None,
+        unit: if section == Section::Balance {
+            "m3/s"
+        } else {
+            "Pa"
+        },
+        t_s: (0..at.len())
+            .map(|i| starts_s + (i as f64 + 0.5) * step_s)
+            .collect(),
+        before: pick(before),
+        after: pick(held),
+        offset: 0.0,
+        noise,
+        wander: slow.hypot(hidden),
+    }
 }
 
 /// The residual of a tangent about the curves of the model that runs: what stands off where mud flows is theirs.
