@@ -190,11 +190,17 @@ impl<'r, 'a> Beside<'r, 'a> {
 }
 
 /// What a correction claims of what an effect of a relation leaves over that a rival tells, e-folds; 0 of one that tells of something else.
-pub(super) fn left_of(c: &Correction, rival: &Correction, relation: Relation) -> f64 {
+pub(super) fn left_of(c: &Correction, of: &Correction, relation: Relation) -> f64 {
     let enters = |place: Place| place.shows_in().contains(&relation);
-    let (place, rival) = (c.curve.place, rival.curve.place);
+    let (place, rival) = (c.curve.place, of.curve.place);
     if place == rival {
-        return c.claim().max(0.0);
+        let by_speed = (place, c.curve.quantity) == (Place::Friction, Quantity::PumpSpeed);
+        return if by_speed && of.curve.quantity != Quantity::PumpSpeed {
+            // Speed stands for flow without its meter's noise: of sound recordings, too, friction shows along it.
+            (c.claim() - hurdle(c)).max(0.0)
+        } else {
+            c.claim().max(0.0)
+        };
     }
     // A rival of another relation is told by what acts there.
     let beyond = !enters(rival);

@@ -254,6 +254,25 @@ fn what_is_left_is_told_where_the_effect_acts_or_the_rival_does() {
 }
 
 #[test]
+fn friction_along_the_speed_is_left_beside_another_rival_only_beyond_what_sound_recordings_show() {
+    let relation = Relation::ReturnLineFriction;
+    let [time, speed] = [Quantity::Time, Quantity::PumpSpeed];
+    let usual = hurdle(&along(speed, correction(Place::Friction, 0.0)));
+    for (of, quantity, evidence, left) in [
+        (time, speed, usual, 0.0),
+        (time, speed, usual + 8.0, 5.0),
+        (speed, speed, 20.0, 17.0),
+        (speed, time, 20.0, 17.0),
+        (time, Quantity::FlowRate, 20.0, 17.0),
+    ] {
+        let rival = along(of, correction(Place::Friction, 100.0));
+        let one = along(quantity, correction(Place::Friction, evidence));
+        let told = left_of(&one, &rival, relation);
+        assert!((told - left).abs() < 1e-9, "{evidence}: {told}");
+    }
+}
+
+#[test]
 fn what_tells_as_much_without_an_effect_is_not_left_over_by_it() {
     let record = sound();
     let rivals = vec![correction(Place::MeterFactor, 100.0)];
