@@ -57,7 +57,7 @@ pub(crate) fn less_likely(named: &mut Named, most: f64, other: &str) {
 }
 
 /// Makes an alternative likelier by so much.
-fn also(alternatives: &mut Vec<(String, f64)>, id: &str, more: f64) {
+pub(crate) fn also(alternatives: &mut Vec<(String, f64)>, id: &str, more: f64) {
     match alternatives.iter_mut().find(|a| a.0 == id) {
         Some(known) => known.1 += more,
         None => alternatives.push((id.to_owned(), more)),

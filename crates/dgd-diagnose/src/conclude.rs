@@ -82,15 +82,19 @@ pub fn diagnose(
         progress(Stage::Screening(round))
     })
     .ok_or_else(|| too_few(&record))?;
-    let doubted = believe(&record, &mut selection.named, sought);
-    if let Sought::Any(_) = sought {
-        remains::tell(&record, &mut selection);
-    }
-    if let Sought::Given(suspects) = sought {
-        let asked = (suspects, options.most_effects);
-        doubt_outdone(&record, &known, &mut selection.named, asked, |round| {
-            progress(Stage::Screening(round))
-        });
+    let mut doubted = believe(&record, &mut selection.named, sought);
+    match sought {
+        Sought::Any(_) => {
+            if remains::tell(&record, &mut selection) && record.takes(Step::Calibration) {
+                doubted = beside_unnamed(&mut selection.named);
+            }
+        }
+        Sought::Given(suspects) => {
+            let asked = (suspects, options.most_effects);
+            doubt_outdone(&record, &known, &mut selection.named, asked, |round| {
+                progress(Stage::Screening(round))
+            });
+        }
     }
 
     progress(Stage::Fitting);

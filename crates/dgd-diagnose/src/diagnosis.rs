@@ -369,9 +369,8 @@ impl Trace {
 
     /// How many times as much as noise and wander explain may be left where nothing is left out: 2.4 in the pump's head, whose curve may have a
     /// hump, and 2 elsewhere. Of 300 simulated sound recordings the most that was left is 2.14 times as much, in the head, and 1.4 elsewhere; of 363
-    /// rightly named 1.98, in the head.
-    #[must_use]
-    pub fn most(&self) -> f64 {
+    /// with the right name the head kept 1.98.
+    fn most(&self) -> f64 {
         match (self.pair, self.relation) {
             (None, Relation::PumpHead) => MOST_OF_HEAD,
             _ => 2.0,
@@ -381,10 +380,15 @@ impl Trace {
     /// How many times as much is left with the findings (root mean square) as may be; NaN where nothing is.
     #[must_use]
     pub fn excess(&self) -> f64 {
-        let finite = self.after.iter().filter(|v| v.is_finite());
-        let (sum, count) = finite.fold((0.0, 0.0), |(sum, n), v| (sum + v * v, n + 1.0));
-        (sum / count).sqrt() / self.expected_sd()
+        times(&self.after, self.expected_sd())
     }
+}
+
+/// Root mean square of the values that are finite, in standard deviations; NaN of none.
+pub(crate) fn times(values: &[f64], sd: f64) -> f64 {
+    let finite = values.iter().filter(|v| v.is_finite());
+    let (sum, count) = finite.fold((0.0, 0.0), |(sum, n), v| (sum + v * v, n + 1.0));
+    (sum / count).sqrt() / sd
 }
 
 /// Where the diagnosis stands, for progress bars.

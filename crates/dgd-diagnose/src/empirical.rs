@@ -153,8 +153,9 @@ pub(crate) fn corrections(
     out
 }
 
-/// The plausible correction of a relation that tells most beside the curves of a tangent, along what those depend on as well.
-pub(crate) fn likeliest_in(
+/// The plausible correction of a relation that tells most beside the curves of a tangent, which may bend no more than they do there; along what those
+/// depend on as well.
+pub(crate) fn most_telling(
     record: &Record,
     tangent: &Tangent,
     state: &[Applied],

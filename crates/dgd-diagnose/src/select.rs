@@ -189,7 +189,8 @@ fn revised(record: &Record, start: &[Applied], selection: &Selection) -> Option<
                 last.applied.effect.about().id
             );
             other.named.pop();
-            other.accept(record, start, last.clone())?;
+            let last = anew(record, &other, last, gone);
+            other.accept(record, start, last)?;
             return Some(other);
         }
         let Ruling::Named(named) = round.ruling() else {
@@ -211,6 +212,15 @@ fn revised(record: &Record, start: &[Applied], selection: &Selection) -> Option<
         }
     }
     best
+}
+
+/// A named effect as it stands out without one that does not show beside it: it was weighed beside that, which had taken most of what it explains,
+/// and is no alternative to it any more.
+fn anew(record: &Record, before: &Selection, named: &Named, gone: &str) -> Named {
+    let weighed = Round::about(record, before).and_then(|round| round.without_rival(named, gone));
+    weighed
+        .filter(|weighed| weighed.evidence > named.evidence)
+        .unwrap_or_else(|| named.clone())
 }
 
 impl Promised {
@@ -436,6 +446,11 @@ mod tests {
         let left = of(0.0).unwrap();
         let ids = left.named.iter().map(|n| n.applied.effect.about().id);
         assert_eq!(ids.collect::<Vec<_>>(), ["influx"]);
+        // It is weighed anew without what had its part of the evidence, and has that for no alternative.
+        let beside = test_rig::named("influx", &[3e-3, from, lasts, rise]).evidence;
+        let alone = &left.named[0];
+        assert!(alone.evidence > 1.5 * beside, "{}", alone.evidence);
+        assert!(alone.alternatives.iter().all(|a| a.0 != "inflow_gain"));
         assert!(of(0.05).is_none());
     }
 }

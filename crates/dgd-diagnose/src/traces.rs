@@ -1,6 +1,6 @@
 //! Residuals of each relation over time.
 
-use crate::diagnosis::Trace;
+use crate::diagnosis::{Trace, times};
 use crate::error_budget::wander;
 use crate::layout::Section;
 use crate::noise::Wander;
@@ -17,9 +17,33 @@ pub(crate) fn traces(
     (before, start): (&Tangent, &[Applied]),
     (after, state): (&Tangent, &[Applied]),
 ) -> Vec<Trace> {
-    let levelled = [before, after].map(levelled);
+    let layout = before.layout;
+    let [b, a] = [before, after].map(levelled);
     let may = wander(record, &after.curves);
-    let trace = |section: Section| of_section(record, section, &levelled, after);
+    let starts_s = record.setting.span_s.0;
+    let trace = |section: Section| {
+        // Of the model before, too, what no fit has seen is shown, and stops that its curves are made without.
+        let pick = |values: &[f64]| on_rows(after, section, values);
+        let (noise, wander) = sizes(after, section, may);
+        let step_s = record.block_s() * section.blocks_per_row() as f64;
+        Trace {
+            relation: section.relation(),
+            pair: None,
+            unit: if section == Section::Balance {
+                "m3/s"
+            } else {
+                "Pa"
+            },
+            t_s: (0..layout.rows(section).len())
+                .map(|i| starts_s + (i as f64 + 0.5) * step_s)
+                .collect(),
+            before: pick(&b),
+            after: pick(&a),
+            offset: 0.0,
+            noise,
+            wander,
+        }
+    };
     let mut out: Vec<Trace> = [Section::Friction, Section::Head, Section::Balance]
         .map(trace)
         .into();
@@ -41,50 +65,31 @@ pub(crate) fn traces(
     out
 }
 
-/// How many times as much a tangent keeps in the rows of a section as noise and wander make (root mean square); NaN where it has none.
-pub(crate) fn excess(record: &Record, tangent: &Tangent, section: Section) -> f64 {
+/// How many times as much a tangent keeps in a section as noise and wander make (root mean square), by section; NaN of one without rows.
+pub(crate) fn excess<'a>(record: &Record, tangent: &'a Tangent) -> impl Fn(Section) -> f64 + 'a {
     let residual = levelled(tangent);
-    of_section(record, section, &[residual.clone(), residual], tangent).excess()
+    let may = wander(record, &tangent.curves);
+    move |section| {
+        let (noise, wander) = sizes(tangent, section, may);
+        times(&on_rows(tangent, section, &residual), noise.hypot(wander))
+    }
 }
 
-/// The trace of a section from two levelled residuals, on the rows of the tangent `after` and with its noise.
-fn of_section(
-    record: &Record,
-    section: Section,
-    [before, held]: &[Vec<f64>; 2],
-    after: &Tangent,
-) -> Trace {
-    let at = after.layout.rows(section);
-    let may = wander(record, &after.curves);
-    let starts_s = record.setting.span_s.0;
-    // Of the model before, too, what no fit has seen is shown, and stops that its curves are made without.
-    let valid = after.rows.of_section(section);
-    let pick = |values: &[f64]| -> Vec<f64> {
-        let each = values[at.clone()].iter().zip(valid);
-        each.map(|(v, valid)| if *valid { *v } else { f64::NAN })
-            .collect()
-    };
-    let weights = after.whitening.weight[at.clone()].iter().copied();
+/// Values of a section where its rows are used, else NaN.
+fn on_rows(tangent: &Tangent, section: Section, values: &[f64]) -> Vec<f64> {
+    let values = &values[tangent.layout.rows(section)];
+    let each = values.iter().zip(tangent.rows.of_section(section));
+    each.map(|(v, valid)| if *valid { *v } else { f64::NAN })
+        .collect()
+}
+
+/// Standard deviations of noise, and of what instruments within their accuracy may wander by, in a row of a section.
+fn sizes(tangent: &Tangent, section: Section, may: Wander) -> (f64, f64) {
+    let rows = tangent.layout.rows(section);
+    let weights = tangent.whitening.weight[rows].iter().copied();
     let noise = quantile(weights.filter(|w| *w > 0.0), Rank::MEDIAN).map_or(f64::NAN, |w| 1.0 / w);
     let [slow, hidden] = may.of(section);
-    let step_s = record.block_s() * section.blocks_per_row() as f64;
-    Trace {
-        relation: section.relation(),
-        pair: None,
-        unit: if section == Section::Balance {
-            "m3/s"
-        } else {
-            "Pa"
-        },
-        t_s: (0..at.len())
-            .map(|i| starts_s + (i as f64 + 0.5) * step_s)
-            .collect(),
-        before: pick(before),
-        after: pick(held),
-        offset: 0.0,
-        noise,
-        wander: slow.hypot(hidden),
-    }
+    (noise, slow.hypot(hidden))
 }
 
 /// The residual of a tangent about the curves of the model that runs: what stands off where mud flows is theirs.

@@ -5,6 +5,7 @@ use crate::diagnosis::{Check, DiagnoseError};
 use crate::record::Record;
 use crate::refine::fitted_here;
 use crate::relations::Applied;
+use crate::remains;
 use crate::select::{Sought, select};
 use crate::selection::Named;
 use dgd_effects::{AppliedEffect, Curve};
@@ -35,8 +36,11 @@ pub(super) fn again(
     let start = fitted_here(record, &from_model(effects)?, &[]);
     let start: Vec<Applied> = start.into_iter().flatten().collect();
     let found = select(record, &start, Sought::Any(most), |_| {});
-    let left = |named: &[Named]| evidence(named.iter().filter(|n| n.likely() >= 0.5));
-    Ok(found.map(|found| kept(before, left(&found.named))))
+    Ok(found.map(|mut found| {
+        found.named.retain(|n| n.likely() >= 0.5);
+        remains::tell(record, &mut found);
+        kept(before, evidence(found.named.iter()))
+    }))
 }
 
 /// Evidence of the corrections among what is named.

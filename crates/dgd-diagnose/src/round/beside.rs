@@ -190,12 +190,12 @@ impl<'r, 'a> Beside<'r, 'a> {
 }
 
 /// What a correction claims of what an effect of a relation leaves over that a rival tells, e-folds; 0 of one that tells of something else.
-pub(super) fn left_of(c: &Correction, of: &Correction, relation: Relation) -> f64 {
+pub(super) fn left_of(c: &Correction, rival: &Correction, relation: Relation) -> f64 {
     let enters = |place: Place| place.shows_in().contains(&relation);
-    let (place, rival) = (c.curve.place, of.curve.place);
-    if place == rival {
-        let by_speed = (place, c.curve.quantity) == (Place::Friction, Quantity::PumpSpeed);
-        return if by_speed && of.curve.quantity != Quantity::PumpSpeed {
+    let (ours, theirs) = (&c.curve, &rival.curve);
+    if ours.place == theirs.place {
+        let by_speed = (ours.place, ours.quantity) == (Place::Friction, Quantity::PumpSpeed);
+        return if by_speed && theirs.quantity != Quantity::PumpSpeed {
             // Speed stands for flow without its meter's noise: of sound recordings, too, friction shows along it.
             (c.claim() - hurdle(c)).max(0.0)
         } else {
@@ -203,8 +203,8 @@ pub(super) fn left_of(c: &Correction, of: &Correction, relation: Relation) -> f6
         };
     }
     // A rival of another relation is told by what acts there.
-    let beyond = !enters(rival);
-    let acts = enters(place) || beyond && share_rows(place, rival);
+    let beyond = !enters(theirs.place);
+    let acts = enters(ours.place) || beyond && share_rows(ours.place, theirs.place);
     // In another place than the rival's sound recordings may show as much.
     if acts {
         (c.claim() - hurdle(c)).max(0.0)

@@ -25,6 +25,17 @@ impl Round<'_> {
         self.among(best, self.alike(best), unknown)
     }
 
+    /// A finding with the evidence and the alternatives that it has here, but for one that is known not to be the cause; `None` of a correction.
+    pub(crate) fn without_rival(&self, named: &Named, rival: &str) -> Option<Named> {
+        let best = self.contender(named.applied.effect.about().id)?;
+        let mut others = self.alike(best);
+        others.retain(|other| other.0 != rival);
+        Some(Named {
+            applied: named.applied.clone(),
+            ..self.among(best, others, None)
+        })
+    }
+
     /// A suspect as a finding. Another effect may be likelier than it by any number: that was not asked about.
     pub(super) fn suspected(&self, best: &Contender) -> Named {
         /// More than any probability tells.

@@ -81,7 +81,9 @@ fn a_correction_beside_what_it_may_be_instead_is_not_let_go_for_that() {
     let mut one = correction(0.6);
     one.alternatives = vec![("gel_strength".to_owned(), 0.395)];
     unmodelled(&mut one);
+    // As a sum of 0.99: its own odds alone would come to 0.27.
     close(one.probability, 0.6 * (0.25 / (0.25 * 0.99 + 0.01)));
+    assert!(one.probability > 0.5 && one.likely() > 0.9);
 }
 
 #[test]
