@@ -108,7 +108,8 @@ fn over<'a>(record: &Record, tangent: &'a Tangent) -> impl Fn(Section) -> f64 + 
     move |section| times_noise(section) / most_of_sound(section)
 }
 
-/// The correction of a section's relation that tells most beside a state, if it stands out and clearly less is kept with it.
+/// The correction of a section's relation that tells most beside a state, if it tells anything and clearly less is kept with it. That there is something
+/// is known without its hurdle.
 fn better(record: &Record, bare: &Tangent, state: &[Applied], kept: &Kept) -> Option<Correction> {
     /// Share that may still be kept. Set by hand: the eight of [`unnamed`] kept 0.4 to 0.8 of it.
     const CLEARLY: f64 = 0.9;
@@ -122,7 +123,7 @@ fn better(record: &Record, bare: &Tangent, state: &[Applied], kept: &Kept) -> Op
         kept.over,
         best.curve.quantity.name()
     );
-    (best.evidence > hurdle(&best) && left < CLEARLY * kept.over).then_some(best)
+    (best.evidence > 0.0 && left < CLEARLY * kept.over).then_some(best)
 }
 
 /// A correction as a finding, by how far what is kept exceeds what sound recordings keep. What it takes the place of shares the rest: it may still be
