@@ -111,7 +111,7 @@ fn over<'a>(record: &Record, tangent: &'a Tangent) -> impl Fn(Section) -> f64 + 
 /// The correction of a section's relation that tells most beside a state, if it tells anything and clearly less is kept with it. That there is something
 /// is known without its hurdle.
 fn better(record: &Record, bare: &Tangent, state: &[Applied], kept: &Kept) -> Option<Correction> {
-    /// Share that may still be kept. Set by hand: the eight of [`unnamed`] kept 0.4 to 0.8 of it.
+    /// Share that may still be kept. Set by hand: the six of [`unnamed`] kept 0.3 to 0.7 of it.
     const CLEARLY: f64 = 0.9;
     let relation = kept.section.relation();
     let best = most_telling(record, bare, state, relation)?;
@@ -130,7 +130,7 @@ fn better(record: &Record, bare: &Tangent, state: &[Applied], kept: &Kept) -> Op
 /// the cause.
 fn unnamed(best: &Correction, over: f64, there: &[&Named]) -> Named {
     /// Logarithm of the odds that there is something at that limit, and by which power they grow beyond it. Set by hand: of 120 recordings of level
-    /// two (`dgd-plant conceal --kind foreign --level 2 --count 60`, seeds 921 and 922) seven came to this, each with such a cause, and of 300 sound
+    /// two (`dgd-plant conceal --kind foreign --level 2 --count 60`, seeds 921 and 922) six came to this, each with such a cause, and of 300 sound
     /// ones none.
     const AT_LIMIT: f64 = 1.1;
     const POWER: f64 = 4.0;
