@@ -101,6 +101,13 @@ fn is_drawn_stiff(course: Course) -> bool {
     (course.place, course.quantity) == (Place::Head, Quantity::InletPressure)
 }
 
+/// Every place that a curve through knots is drawn for, along every quantity that has no times of its own.
+fn courses() -> impl Iterator<Item = (Place, Quantity)> {
+    (Quantity::ALL.into_iter())
+        .filter(|quantity| !quantity.is_timed())
+        .flat_map(|quantity| DRAWN.map(|place| (place, quantity)))
+}
+
 /// Every correction that the recording excites, best first; `with_episode`, an episode among them if one stands out beside the others.
 pub(crate) fn corrections(
     record: &Record,
@@ -123,9 +130,7 @@ pub(crate) fn corrections(
             _ => !matches!(quantity, MudPumpFlow | BoosterFlow),
         }
     };
-    let places: Vec<(Place, Quantity)> = (Quantity::ALL.into_iter())
-        .filter(|quantity| !quantity.is_timed())
-        .flat_map(|quantity| DRAWN.map(|place| (place, quantity)))
+    let places: Vec<(Place, Quantity)> = courses()
         .filter(|(place, quantity)| !own(*place, *quantity))
         .collect();
     let inlets_beside_riser = beside_riser(record, &whole, state, &[]);
@@ -161,13 +166,11 @@ pub(crate) fn most_telling(
     state: &[Applied],
     relation: Relation,
 ) -> Option<Correction> {
-    let quantities = || Quantity::ALL.into_iter().filter(|q| !q.is_timed());
-    let courses: Vec<Course> = (DRAWN.into_iter())
-        .filter(|place| place.relation() == relation)
-        .flat_map(|place| quantities().map(move |quantity| Course::from((place, quantity))))
+    let places: Vec<(Place, Quantity)> = courses()
+        .filter(|(place, _)| place.relation() == relation)
         .collect();
-    let drawn: Vec<Correction> = (courses.par_iter().with_max_len(1))
-        .filter_map(|course| drawn(record, tangent, state, None, *course))
+    let drawn: Vec<Correction> = (places.par_iter().with_max_len(1))
+        .filter_map(|place| drawn(record, tangent, state, None, Course::from(*place)))
         .collect();
     (drawn.into_iter().filter(plausible)).max_by(|a, b| a.evidence.total_cmp(&b.evidence))
 }

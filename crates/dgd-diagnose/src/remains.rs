@@ -38,10 +38,7 @@ struct Kept {
 /// those leave much more than noise, no such shape is the cause. Only the head is asked beside effects: the forms of mud that mixes leave up to
 /// 2.8 times as much as noise of the friction, where they are the cause.
 pub(crate) fn tell(record: &Record, selection: &mut Selection) -> bool {
-    if ![Step::Remains, Step::Corrections]
-        .into_iter()
-        .all(|step| record.takes(step))
-    {
+    if !record.takes(Step::Remains) || !record.takes(Step::Corrections) {
         return false;
     }
     let named = &selection.named;
@@ -92,14 +89,13 @@ fn instead(record: &Record, selection: &Selection) -> Option<Named> {
     if over.is_nan() || over <= IN_QUESTION {
         return None;
     }
-    let (there, elsewhere): (Vec<&Named>, Vec<&Named>) =
-        selection.named.iter().partition(|n| is_in_head(n));
-    let state = (elsewhere.iter()).fold(selection.allowances.clone(), |state, n| {
-        joined(&state, &n.applied)
-    });
+    let mut elsewhere = selection.clone();
+    elsewhere.named.retain(|n| !is_in_head(n));
+    let state = elsewhere.state();
     let bare = Tangent::at(record, &state, &[], Bend::Stiff)?;
     let best = better(record, &bare, &state, &Kept { section, over })?;
-    Some(unnamed(&best, over, &there))
+    let there = selection.named.iter().filter(|n| is_in_head(n));
+    Some(unnamed(&best, over, &there.collect::<Vec<_>>()))
 }
 
 /// What the sections keep of a tangent, over the most of a sound recording; NaN of one that has no rows.

@@ -302,8 +302,8 @@ mod tests {
     use super::{Promised, broken_promises, revised};
     use crate::relations::Applied;
     use crate::round::Ruling;
-    use crate::selection::{Named, Selection};
-    use crate::test_rig::{self, Hidden, INFLUX_S, drilled};
+    use crate::selection::Named;
+    use crate::test_rig::{self, Hidden, INFLUX_S, drilled, selection};
     use dgd_effects::{find, unknown};
 
     fn named(applied: Applied, probability: f64) -> Named {
@@ -322,15 +322,6 @@ mod tests {
     fn gain(probability: f64) -> Named {
         let gain = find("return_flow_gain").unwrap();
         named(Applied::new(gain, vec![0.02]), probability)
-    }
-
-    fn selection(named: Vec<Named>) -> Selection {
-        Selection {
-            held: 0,
-            allowances: Vec::new(),
-            named,
-            first: Vec::new(),
-        }
     }
 
     fn promise() -> Promised {

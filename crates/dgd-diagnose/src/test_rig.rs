@@ -7,7 +7,7 @@ pub(crate) use draws::normals;
 use crate::diagnosis::Finding;
 use crate::record::{Filled, Record};
 use crate::relations::{Applied, Blocks};
-use crate::selection::Named;
+use crate::selection::{Named, Selection};
 use crate::stops::{Readings, Stop, stops};
 use crate::tangent::{Bend, Tangent};
 use dgd_effects::{Curves, FRICTION_TERMS, HEAD_TERMS, Noise, Relation, Scale, Setting, find};
@@ -49,6 +49,16 @@ pub(crate) fn named(id: &str, parameters: &[f64]) -> Named {
         alternatives: Vec::new(),
         held: None,
         most: None,
+    }
+}
+
+/// What a search has found that allowed for nothing.
+pub(crate) fn selection(named: Vec<Named>) -> Selection {
+    Selection {
+        held: 0,
+        allowances: Vec::new(),
+        named,
+        first: Vec::new(),
     }
 }
 

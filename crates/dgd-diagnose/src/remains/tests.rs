@@ -5,7 +5,7 @@ use crate::ablation::Step;
 use crate::layout::Section;
 use crate::record::Record;
 use crate::selection::{Named, Selection};
-use crate::test_rig::{Hidden, drilled, named, tangent_at};
+use crate::test_rig::{Hidden, drilled, named, selection, tangent_at};
 use dgd_effects::{Place, Quantity};
 use std::f64::consts::TAU;
 
@@ -24,15 +24,6 @@ fn swinging(by: f64, reading: impl Fn(&mut Record) -> &mut Vec<f64>) -> Record {
 /// The pump turns by up to so many % less or more than is read.
 fn turning(by_pct: f64) -> Record {
     swinging(by_pct, |record| &mut record.filled.speed)
-}
-
-fn selection(named: Vec<Named>) -> Selection {
-    Selection {
-        held: 0,
-        allowances: Vec::new(),
-        named,
-        first: Vec::new(),
-    }
 }
 
 fn told(record: &Record, named: Vec<Named>) -> Selection {
