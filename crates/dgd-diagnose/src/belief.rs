@@ -91,33 +91,33 @@ pub(crate) fn doubt(named: &mut Named) {
 ///
 /// Of 298 right names in the 400 recordings of `cargo xtask prove --count 200 --seed 317153`, which prove nothing of it, three were in such a relation,
 /// and of nine wrong ones two; in the 390 that [`CALIBRATION`] names 13 of 526 and one of 23. Beside that, a wrong name is five times as often in one.
-const LEFT_OVER: f64 = 0.2;
+const ODDS_OF_LEFT_OVER: f64 = 0.2;
 
 /// By what the odds of effects are multiplied beside which something is told that the catalogue does not hold: it may show in their relations too.
 ///
 /// Of 40 recordings of such a cause beside one of the catalogue (`dgd-plant conceal --level 2 --kind beside --count 40 --seed 904`) names beside an `unknown` are
 /// right in 25 and wrong in two, in the 390 that [`CALIBRATION`] names right in 33 and wrong in one; of 160 of such a cause alone (foreign, 901 to 903, and
 /// the proof of 317153) two have one.
-const BESIDE_UNNAMED: f64 = 0.35;
+const ODDS_BESIDE_UNNAMED: f64 = 0.35;
 
 /// By what the odds of effects are multiplied with which the model runs away where no fit has looked.
 ///
 /// Of 292 recordings with findings (the proof of 417227, with the code of 8a7fbc2) it did in one, with wrong effects, and with the code before that in
 /// another, with a wrong one; in 372 more (`dgd-plant conceal`, seeds 851 and 852, earlier code) in none.
-const RUNS_AWAY: f64 = 0.1;
+const ODDS_OF_RUNNING_AWAY: f64 = 0.1;
 
 /// Shares the probability of an effect with which the model runs away with what the catalogue does not hold.
 pub(crate) fn run_away(named: &mut Named) {
-    outside(named, RUNS_AWAY);
+    outside(named, ODDS_OF_RUNNING_AWAY);
 }
 
 /// Shares the probability of an effect whose relation keeps more than noise with what the catalogue does not hold. Where something of that has been told
 /// already, and the effect doubted for it, it is not doubted twice.
 pub(crate) fn left_over(named: &mut Named, beside_unnamed: bool) {
     let odds = if beside_unnamed {
-        LEFT_OVER / BESIDE_UNNAMED
+        ODDS_OF_LEFT_OVER / ODDS_BESIDE_UNNAMED
     } else {
-        LEFT_OVER
+        ODDS_OF_LEFT_OVER
     };
     outside(named, odds);
 }
@@ -129,7 +129,7 @@ pub(crate) fn beside_unnamed(named: &mut [Named]) -> bool {
     if any {
         named
             .iter_mut()
-            .for_each(|one| outside(one, BESIDE_UNNAMED));
+            .for_each(|one| outside(one, ODDS_BESIDE_UNNAMED));
     }
     any
 }

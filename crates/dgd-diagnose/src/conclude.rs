@@ -22,7 +22,7 @@ use crate::record::Record;
 use crate::relations::{Applied, Blocks, Rows};
 use crate::remains;
 use crate::select::{Sought, select};
-use crate::selection::Named;
+use crate::selection::{Named, Selection};
 use crate::tangent::{Bend, LEAST_ROWS, Tangent};
 use crate::tested::tested;
 use crate::traces::traces;
@@ -78,23 +78,15 @@ pub fn diagnose(
     };
     let start = Start::here(&record, given);
     let known = start.known();
-    let mut selection = select(&record, &known, sought, |round| {
+    let mut selection = found(&record, &known, sought, |round| {
         progress(Stage::Screening(round))
     })
     .ok_or_else(|| too_few(&record))?;
-    let mut doubted = believe(&record, &mut selection.named, sought);
-    match sought {
-        Sought::Any(_) => {
-            if remains::tell(&record, &mut selection) && record.takes(Step::Calibration) {
-                doubted = beside_unnamed(&mut selection.named);
-            }
-        }
-        Sought::Given(suspects) => {
-            let asked = (suspects, options.most_effects);
-            doubt_outdone(&record, &known, &mut selection.named, asked, |round| {
-                progress(Stage::Screening(round))
-            });
-        }
+    if let Sought::Given(suspects) = sought {
+        let asked = (suspects, options.most_effects);
+        doubt_outdone(&record, &known, &mut selection.named, asked, |round| {
+            progress(Stage::Screening(round))
+        });
     }
 
     progress(Stage::Fitting);
@@ -104,6 +96,8 @@ pub fn diagnose(
     progress(Stage::Confirming);
     let (mut models, simulation, stability) =
         models.run(well, &record, prepared, &mut selection.named, sought)?;
+    // Not beside a correction that no model runs with and that is therefore not claimed.
+    let doubted = record.takes(Step::Calibration) && beside_unnamed(&mut selection.named);
     let errors = errors(&simulation, Part::HeldOut);
     let not_worse = worse(&simulation, &errors);
     let found_again = match sought {
@@ -224,12 +218,25 @@ fn too_few(record: &Record) -> DiagnoseError {
     }
 }
 
-/// Calibrates what the search found, and lets go of what is more likely not there. Whether names were doubted for something unnamed beside them.
-fn believe(record: &Record, named: &mut Vec<Named>, sought: Sought<'_>) -> bool {
-    let mut doubted = false;
+/// What a search finds, as it is believed, and what remains where it was for anything; `None` where too few rows can be judged.
+fn found(
+    record: &Record,
+    start: &[Applied],
+    sought: Sought<'_>,
+    round_begins: impl FnMut(usize),
+) -> Option<Selection> {
+    let mut selection = select(record, start, sought, round_begins)?;
+    believe(record, &mut selection.named, sought);
+    if let Sought::Any(_) = sought {
+        remains::tell(record, &mut selection);
+    }
+    Some(selection)
+}
+
+/// Calibrates what a search found, and lets go of what is more likely not there.
+fn believe(record: &Record, named: &mut Vec<Named>, sought: Sought<'_>) {
     if record.takes(Step::Calibration) {
         calibrate(named);
-        doubted = beside_unnamed(named);
     }
     named.iter_mut().for_each(doubt);
     if let Sought::Given(suspects) = sought {
@@ -240,7 +247,6 @@ fn believe(record: &Record, named: &mut Vec<Named>, sought: Sought<'_>) -> bool 
         // It is still listed among what was tested, but neither claimed nor modelled.
         named.retain(|n| n.likely() >= 0.5);
     }
-    doubted
 }
 
 /// Doubts causes whose relation keeps more than noise with all that was found; less, where something unnamed had them `doubted` already.

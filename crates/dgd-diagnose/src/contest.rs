@@ -97,13 +97,13 @@ struct Tangents<'a> {
     /// The head may lean on the inlet pressure.
     lean: &'a Tangent,
     /// It may not; fitted when it is first asked for.
-    free: OnceLock<Option<Tangent>>,
+    stiff: OnceLock<Option<Tangent>>,
 }
 
 impl Tangents<'_> {
-    fn free(&self) -> Option<&Tangent> {
+    fn stiff(&self) -> Option<&Tangent> {
         let fitted = || Tangent::beside(self.record, self.state, &[], Bend::Stiff);
-        self.free.get_or_init(fitted).as_ref()
+        self.stiff.get_or_init(fitted).as_ref()
     }
 }
 
@@ -140,7 +140,7 @@ fn contenders(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec<Contend
         record,
         state,
         lean: gate,
-        free: OnceLock::new(),
+        stiff: OnceLock::new(),
     };
     let effects: Vec<&'static dyn Effect> = (catalogue().iter().copied())
         .filter(|effect| {
@@ -197,7 +197,7 @@ fn contender(
     if is_pump(effect)
         && evidence > LEAST
         && let Some(apart) =
-            (tangents.free()).and_then(|free| without_lean(record, free, state, &best))
+            (tangents.stiff()).and_then(|stiff| without_lean(record, stiff, state, &best))
     {
         evidence = evidence.min(apart.evidence - places);
         best = apart;
@@ -299,17 +299,17 @@ fn free_forms(record: &Record, gate: &Tangent, state: &[Applied], contenders: &m
 /// the lean, and must not vanish with it.
 fn without_lean(
     record: &Record,
-    free: &Tangent,
+    stiff: &Tangent,
     state: &[Applied],
     best: &Candidate,
 ) -> Option<Candidate> {
     let effect = best.applied.effect;
     if on_grid(effect.about()) {
-        return scan(record, free, state, effect);
+        return scan(record, stiff, state, effect);
     }
-    let start = weigh(record, free, state, best.applied.clone());
+    let start = weigh(record, stiff, state, best.applied.clone());
     Some(if effect.is_switch() {
-        sharpen(record, free, state, start)
+        sharpen(record, stiff, state, start)
     } else {
         start
     })
@@ -334,7 +334,7 @@ fn far(tangents: &Tangents<'_>, near: &Candidate) -> Option<Candidate> {
     }
     let Tangents { record, state, .. } = *tangents;
     let lean = strong(record, tangents.lean, state, &near.applied)?;
-    let apart = strong(record, tangents.free()?, state, &near.applied)?;
+    let apart = strong(record, tangents.stiff()?, state, &near.applied)?;
     let ratio = lean.applied.parameters[0] / apart.applied.parameters[0];
     (1.0 / APART..=APART).contains(&ratio).then(|| Candidate {
         evidence: lean.evidence.min(apart.evidence),

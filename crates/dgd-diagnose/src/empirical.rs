@@ -43,6 +43,8 @@ pub(crate) struct Correction {
     pub signature: Vec<f64>,
     /// Logarithm of the Bayes factor against nothing.
     pub evidence: f64,
+    /// What the choice of its times cost, which both have paid for, e-folds.
+    pub choice: f64,
     /// The part of it that comes from the relations, which is what effects compete with: none could explain what two transmitters show by
     /// themselves.
     pub borne: f64,
@@ -63,6 +65,13 @@ impl Correction {
         /// E-folds by which it is less likely. Set by hand.
         const LN_PRIOR: f64 = 3.0;
         self.borne - LN_PRIOR
+    }
+
+    /// Pays for the choice of its times.
+    fn pay(&mut self, choice: f64) {
+        self.choice += choice;
+        self.evidence -= choice;
+        self.borne -= choice;
     }
 }
 
@@ -159,7 +168,7 @@ pub(crate) fn corrections(
 }
 
 /// The plausible correction of a relation that tells most beside the curves of a tangent, which may bend no more than they do there; along what those
-/// depend on as well.
+/// depend on as well. Not of the mass balance along the rate of the flow, as that is timing.
 pub(crate) fn most_telling(
     record: &Record,
     tangent: &Tangent,
@@ -168,6 +177,7 @@ pub(crate) fn most_telling(
 ) -> Option<Correction> {
     let places: Vec<(Place, Quantity)> = courses()
         .filter(|(place, _)| place.relation() == relation)
+        .filter(|course| *course != (Place::Balance, Quantity::FlowRate))
         .collect();
     let drawn: Vec<Correction> = (places.par_iter().with_max_len(1))
         .filter_map(|place| drawn(record, tangent, state, None, Course::from(*place)))
@@ -226,7 +236,7 @@ fn without(
         .filter(|(_, c)| doubtful(c))
         .map(|(k, c)| {
             let again = correction(record, &others, state, blocks, &c.curve);
-            (k, again.map_or(0.0, |again| again.evidence))
+            (k, again.map_or(0.0, |again| again.evidence - c.choice))
         })
         .collect()
 }

@@ -1,6 +1,7 @@
 //! Free runs of both models, and what the findings gain on held-out windows.
 
 use crate::diagnosis::{DiagnoseError, HeldOut, Signal, Simulation};
+use crate::held_out::ends_after;
 use crate::numbers::{bridged, mean, tails};
 use crate::record::Record;
 use dgd_effects::{AugmentedModel, FreeRun, Inputs, Setting, UnknownEffect};
@@ -56,11 +57,7 @@ pub(crate) fn simulate(
 
 /// Which samples lie in any of some windows, s, which ascend.
 fn samples_within(t_s: &[f64], windows: &[(f64, f64)]) -> Vec<bool> {
-    let within = |t: &f64| {
-        // Windows ascend: of those that end later, the first begins first.
-        let next = windows.partition_point(|w| w.1 <= *t);
-        windows.get(next).is_some_and(|w| *t >= w.0)
-    };
+    let within = |t: &f64| ends_after(windows, *t).is_some_and(|w| *t >= w.0);
     t_s.iter().map(within).collect()
 }
 

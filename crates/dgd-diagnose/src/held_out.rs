@@ -64,6 +64,11 @@ pub(crate) fn held_out(span: (f64, f64), intervals: &[(f64, f64)]) -> Vec<(f64, 
         .collect()
 }
 
+/// The first of some windows, s, which ascend, that ends after a time.
+pub(crate) fn ends_after(windows: &[(f64, f64)], t_s: f64) -> Option<&(f64, f64)> {
+    windows.get(windows.partition_point(|w| w.1 <= t_s))
+}
+
 /// The named effects fitted again on the training blocks alone.
 ///
 /// The search begins at the grid's best or at the whole recording's answer, whichever leaves less in the training rows: an onset
@@ -100,7 +105,7 @@ pub(crate) fn trained(
                 let later = selection.named[k + 1..].iter().map(|n| &n.applied);
                 let later = later.filter(|one| one.curve().is_some_and(|c| c.is_apart(&held)));
                 let beside: Vec<Applied> = state.iter().chain(later).cloned().collect();
-                let tangent = Tangent::at(record, &beside, excluded, Bend::Loose);
+                let tangent = Tangent::at(record, &beside, excluded, Bend::Stiff);
                 let again = tangent.and_then(|t| anew(record, &t, &beside, excluded, &held));
                 // What the training rows do not show may not be run on the held-out windows.
                 let trained = again.map_or_else(|| held.flattened(), |again| again.curve);

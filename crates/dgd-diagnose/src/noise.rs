@@ -7,7 +7,9 @@ mod memory;
 use crate::layout::{Layout, Section};
 use crate::numbers::spread;
 use crate::relations::Rows;
+use dgd_recording::{Rank, quantile};
 use memory::{autoregression, high_pass};
+use std::slice::SliceIndex;
 
 /// Most that a spread of pressures may be, Pa, and of the balance, m³/s. Set by hand.
 const MOST_PA: f64 = 1e5;
@@ -102,6 +104,12 @@ impl Whitening {
         whitening.starts();
         whitening.filter(wander);
         whitening
+    }
+
+    /// Standard deviation of noise in a row as it is in the middle of some rows, in the unit of the row; NaN where none counts.
+    pub(crate) fn noise(&self, rows: impl SliceIndex<[f64], Output = [f64]>) -> f64 {
+        let weights = self.weight[rows].iter().copied();
+        quantile(weights.filter(|w| *w > 0.0), Rank::MEDIAN).map_or(f64::NAN, |w| 1.0 / w)
     }
 
     /// Kinship, memory and weights of friction and head where mud flows; returns how much the friction varies there, Pa.

@@ -31,15 +31,14 @@ struct Kept {
     over: f64,
 }
 
-/// Tells what remains as something that the catalogue does not hold, and whether anything does: where nothing was named, in the relation that keeps
-/// most; and, where no correction was named, in the pump's head in place of effects with which that keeps more than with a correction.
+/// Tells what remains as something that the catalogue does not hold: where nothing was named, in the relation that keeps most; and, where no correction was named, in the pump's head in place of effects with which that keeps more than with a correction.
 ///
 /// The search weighs corrections where curves bend at will, as pump curves may have any smooth shape. The model that runs has stiff curves, and if
 /// those leave much more than noise, no such shape is the cause. Only the head is asked beside effects: the forms of mud that mixes leave up to
 /// 2.8 times as much as noise of the friction, where they are the cause.
-pub(crate) fn tell(record: &Record, selection: &mut Selection) -> bool {
+pub(crate) fn tell(record: &Record, selection: &mut Selection) {
     if !record.takes(Step::Remains) || !record.takes(Step::Corrections) {
-        return false;
+        return;
     }
     let named = &selection.named;
     let told = if named.is_empty() {
@@ -50,11 +49,10 @@ pub(crate) fn tell(record: &Record, selection: &mut Selection) -> bool {
         None
     };
     let Some(told) = told else {
-        return false;
+        return;
     };
     selection.named.retain(|n| !is_in_head(n));
     selection.named.push(told);
-    true
 }
 
 fn is_in_head(named: &Named) -> bool {

@@ -301,8 +301,15 @@ impl<'a> Round<'a> {
 
     /// The one of some effects that explains most, named whatever its evidence; `None` if the recording excites none of them.
     pub(crate) fn given(&self, ids: &[String]) -> Option<Named> {
-        let given =
-            |c: &&Contender| ids.iter().any(|id| id == c.effect.about().id) && c.best.energy > 0.0;
+        let held = |id: &str| {
+            let mut named = self.state.iter().filter(|one| !one.allowance);
+            named.any(|one| one.effect.about().id == id)
+        };
+        // What comes and goes is weighed at other times as well, but each is asked about once.
+        let given = |c: &&Contender| {
+            let about = c.effect.about();
+            ids.iter().any(|id| id == about.id) && !held(about.id) && c.best.energy > 0.0
+        };
         let given = self.contenders.iter().filter(given).map(Contender::alone);
         let best = given.max_by(|a, b| a.unblurred().total_cmp(&b.unblurred()))?;
         Some(self.suspected(&best))

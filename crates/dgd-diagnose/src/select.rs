@@ -299,7 +299,7 @@ fn shown_beside(first: &mut [First], round: &Round, only: Option<&str>) {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-    use super::{Promised, broken_promises, revised};
+    use super::{Promised, Sought, broken_promises, revised, select};
     use crate::relations::Applied;
     use crate::round::Ruling;
     use crate::selection::Named;
@@ -414,6 +414,18 @@ mod tests {
         assert!(influx(0.0).has_no_size() && influx(-0.0).has_no_size());
         assert!(!influx(1e-9).has_no_size());
         assert!(!correction(("influx", 0.4)).has_no_size());
+    }
+
+    #[test]
+    fn each_suspect_is_fitted_once_though_one_of_them_may_come_again() {
+        let record = drilled(Hidden {
+            influx_m3_s: 3e-3,
+            ..Hidden::default()
+        });
+        let suspects = ["influx", "annulus_area"].map(str::to_owned);
+        let found = select(&record, &[], Sought::Given(&suspects), |_| {}).unwrap();
+        let ids = found.named.iter().map(|n| n.applied.effect.about().id);
+        assert_eq!(ids.collect::<Vec<_>>(), ["influx", "annulus_area"]);
     }
 
     /// A gain of the inflow may be what an influx looks like until that is found.

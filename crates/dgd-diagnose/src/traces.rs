@@ -9,7 +9,6 @@ use crate::relations::Applied;
 use crate::tangent::Tangent;
 use crate::twins::{Pair, Twins};
 use dgd_effects::Relation;
-use dgd_recording::{Rank, quantile};
 
 /// Residuals by relation, before and after: tangents with their hypotheses.
 pub(crate) fn traces(
@@ -86,8 +85,7 @@ fn on_rows(tangent: &Tangent, section: Section, values: &[f64]) -> Vec<f64> {
 /// Standard deviations of noise, and of what instruments within their accuracy may wander by, in a row of a section.
 fn sizes(tangent: &Tangent, section: Section, may: Wander) -> (f64, f64) {
     let rows = tangent.layout.rows(section);
-    let weights = tangent.whitening.weight[rows].iter().copied();
-    let noise = quantile(weights.filter(|w| *w > 0.0), Rank::MEDIAN).map_or(f64::NAN, |w| 1.0 / w);
+    let noise = tangent.whitening.noise(rows);
     let [slow, hidden] = may.of(section);
     (noise, slow.hypot(hidden))
 }

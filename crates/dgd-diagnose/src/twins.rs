@@ -214,8 +214,7 @@ impl Twins {
 
     /// Standard deviation of a block's noise, Pa.
     pub(crate) fn noise_pa(&self) -> f64 {
-        let weights = self.whitening.weight.iter().copied();
-        quantile(weights.filter(|w| *w > 0.0), Rank::MEDIAN).map_or(f64::NAN, |w| 1.0 / w)
+        self.whitening.noise(..)
     }
 
     /// Normal equations of a curve over time that the inlet reads too much by: its knots, of width `unit`, from `from` to

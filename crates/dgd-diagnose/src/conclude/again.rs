@@ -1,12 +1,12 @@
 //! Whether the model that runs holds what was called unknown.
 
+use super::found;
 use super::start::from_model;
 use crate::diagnosis::{Check, DiagnoseError};
 use crate::record::Record;
 use crate::refine::fitted_here;
 use crate::relations::Applied;
-use crate::remains;
-use crate::select::{Sought, select};
+use crate::select::Sought;
 use crate::selection::Named;
 use dgd_effects::{AppliedEffect, Curve};
 
@@ -35,12 +35,8 @@ pub(super) fn again(
     }
     let start = fitted_here(record, &from_model(effects)?, &[]);
     let start: Vec<Applied> = start.into_iter().flatten().collect();
-    let found = select(record, &start, Sought::Any(most), |_| {});
-    Ok(found.map(|mut found| {
-        found.named.retain(|n| n.likely() >= 0.5);
-        remains::tell(record, &mut found);
-        kept(before, evidence(found.named.iter()))
-    }))
+    let found = found(record, &start, Sought::Any(most), |_| {});
+    Ok(found.map(|found| kept(before, evidence(found.named.iter()))))
 }
 
 /// Evidence of the corrections among what is named.

@@ -4,7 +4,7 @@ use crate::belief::unmodelled;
 use crate::diagnosis::{Check, DiagnoseError, Simulation};
 use crate::finding::amiss;
 use crate::free_run::{Part, errors, simulate};
-use crate::held_out::{held_out, model, trained};
+use crate::held_out::{ends_after, held_out, model, trained};
 use crate::record::Record;
 use crate::refine::{fitted_here, unshown};
 use crate::relations::Applied;
@@ -132,9 +132,7 @@ fn blocks_within(record: &Record, windows: &[(f64, f64)]) -> Vec<bool> {
         .map(|b| {
             let from = record.setting.span_s.0 + b as f64 * seconds;
             let to = from + seconds;
-            // Windows ascend: of those that end later, the first begins first.
-            let next = windows.partition_point(|w| w.1 <= from);
-            windows.get(next).is_some_and(|w| to > w.0)
+            ends_after(windows, from).is_some_and(|w| to > w.0)
         })
         .collect()
 }

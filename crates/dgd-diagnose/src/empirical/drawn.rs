@@ -39,6 +39,7 @@ pub(super) fn drawn(
         signature,
         evidence: fit.evidence - owed,
         borne: fit.borne - owed,
+        choice: 0.0,
         freedom: fit.freedom,
         least: least(course),
         seen: None,

@@ -159,9 +159,14 @@ pub(super) fn may_have_frozen(record: &Record, (from_s, to_s): (f64, f64)) -> bo
         &record.flow,
     ];
     (flows.into_iter().chain(&record.inlets)).any(|reading| {
+        let samples = reading.get(first..last.min(reading.len()));
+        // One that is missing neither moves nor stands still.
+        let told: Vec<f64> = (samples.into_iter().flatten().copied())
+            .filter(|value| value.is_finite())
+            .collect();
         let mut stands = 0;
-        (first..last.min(reading.len()).saturating_sub(1)).any(|i| {
-            let moves = reading[i + 1] != reading[i];
+        told.windows(2).any(|pair| {
+            let moves = pair[0] != pair[1];
             let frozen = moves && 2 * stands >= end - first;
             stands = if moves { 0 } else { stands + 1 };
             frozen
@@ -348,8 +353,7 @@ impl<'a> Search<'a> {
             e.place,
             (times.from, times.to),
         )?;
-        found.evidence -= e.choice;
-        found.borne -= e.choice;
+        found.pay(e.choice);
         Some(found)
     }
 }

@@ -135,8 +135,7 @@ impl<'a> Search<'a> {
                 timed_s: Some((from, from + 1.0 / frequency)),
             };
             let mut correction = drawn(self.record, self.tangent, self.state, None, course)?;
-            correction.evidence -= choice;
-            correction.borne -= choice;
+            correction.pay(choice);
             Some(Swing {
                 frequency: *frequency,
                 correction,

@@ -197,6 +197,7 @@ impl Told<'_> {
             curve: Curve::new(place, Quantity::Time, (from, to), knots.collect()),
             signature,
             evidence: self.evidence + borne,
+            choice: 0.0,
             borne,
             freedom: 1.0,
             size: size(place, &self.beyond),

@@ -39,6 +39,7 @@ pub(super) fn sized(
         curve,
         signature,
         evidence,
+        choice: 0.0,
         borne: evidence,
         freedom: energy / (1.0 + energy),
         seen: None,

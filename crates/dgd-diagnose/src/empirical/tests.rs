@@ -87,6 +87,7 @@ pub(super) fn made(place: Place, quantity: Quantity, knots: &[f64], evidence: f6
         curve: Curve::new(place, quantity, (0.0, LENGTH_S), knots.to_vec()),
         signature: Vec::new(),
         evidence,
+        choice: 0.0,
         freedom: 3.0,
         borne: evidence,
         least: place.least(),

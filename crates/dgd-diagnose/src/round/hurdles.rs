@@ -27,7 +27,7 @@ pub(super) const FURTHER: [f64; 6] = [0.0, 8.0, 16.0, 32.0, 64.0, 128.0];
 
 /// By what its hurdle is multiplied where an effect is to stand beside what the catalogue does not hold: of that, knots leave more over than any
 /// footprint tells, and simulated recordings of a single such cause show effects of others up to twice their hurdle.
-pub(super) const BESIDE_UNNAMED: f64 = 3.0;
+pub(super) const HURDLES_BESIDE_UNNAMED: f64 = 3.0;
 
 /// Whether a late meter has been named.
 pub(super) fn timed(state: &[Applied]) -> bool {
@@ -58,7 +58,7 @@ impl Round<'_> {
         let times = if self.unnamed.is_empty() {
             1.0
         } else {
-            BESIDE_UNNAMED
+            HURDLES_BESIDE_UNNAMED
         };
         times * self.beside_named(c) + self.lost_unseen(&c.best.signature)
     }
@@ -72,10 +72,10 @@ impl Round<'_> {
     pub(super) fn unknown_hurdle(&self, r: &Correction) -> f64 {
         /// By what its hurdle, and what a further effect must show, are multiplied beside what has been named. Set by hand.
         const BESIDE_NAMED: f64 = 1.5;
-        const FURTHER: f64 = 2.0;
+        const TIMES_FURTHER: f64 = 2.0;
         let first = if self.known == 0 { 1.0 } else { BESIDE_NAMED };
         first * hurdle(r)
-            + FURTHER * self.further()
+            + TIMES_FURTHER * self.further()
             + self.left_over(&r.signature, true)
             + self.lost_unseen(&r.signature)
     }

@@ -5,7 +5,7 @@ mod gas;
 
 use super::beside::{Beside, Second, left_of, owed_to_timing};
 use super::form::{Bent, MOSTLY, ROUGH};
-use super::hurdles::{BESIDE_UNNAMED, timed};
+use super::hurdles::{HURDLES_BESIDE_UNNAMED, timed};
 use super::suction::Unmeasured;
 use super::{Footprint, Round, Ruling};
 use crate::ablation::Step;
@@ -64,6 +64,7 @@ fn correction(place: Place, evidence: f64) -> Correction {
         curve: Curve::new(place, Quantity::Time, (0.0, 0.0), Vec::new()),
         signature: HERE.to_vec(),
         evidence,
+        choice: 0.0,
         freedom: 3.0,
         borne: evidence,
         size: 2.0 * place.least(),
@@ -367,7 +368,7 @@ fn beside_what_the_catalogue_does_not_hold_only_another_relation_tells() {
         round.unnamed.push(always(Place::Head));
         told(round.ruling())
     };
-    let asked = BESIDE_UNNAMED * (influx(0.0).effect.about().search.belief.hurdle + 8.0);
+    let asked = HURDLES_BESIDE_UNNAMED * (influx(0.0).effect.about().search.belief.hurdle + 8.0);
     assert_eq!(at(asked + 0.1), "influx");
     assert_eq!(at(asked), "nothing");
 }
@@ -413,7 +414,7 @@ fn what_the_suction_may_lose_unseen_is_asked_beyond_the_hurdle() {
         assert_eq!(round.rival_hurdle(&other), hurdle(&other) + more);
         // It is no more beside what the catalogue does not hold.
         round.unnamed = vec![always(Place::Friction)];
-        assert_eq!(round.asked(&effect), BESIDE_UNNAMED * own + more);
+        assert_eq!(round.asked(&effect), HURDLES_BESIDE_UNNAMED * own + more);
         round.unnamed.clear();
         assert_eq!(round.asked(&effect), own + more);
     }

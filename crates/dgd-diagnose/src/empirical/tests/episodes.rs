@@ -63,6 +63,27 @@ fn a_reading_may_have_frozen_that_stands_for_half_an_episode_and_then_moves() {
     assert!(!frozen(half, LENGTH_S));
 }
 
+#[test]
+fn a_missing_sample_neither_moves_a_reading_nor_lets_it_stand() {
+    let (from, to) = WHILE;
+    let booster = |until_s: f64, missing: &dyn Fn(usize) -> bool| {
+        let mut record = alive();
+        let end = record.t_s.partition_point(|t| *t < until_s);
+        record.booster[..end].fill(1e-3);
+        for (i, value) in record.booster.iter_mut().enumerate() {
+            if missing(i) {
+                *value = f64::NAN;
+            }
+        }
+        may_have_frozen(&record, WHILE)
+    };
+    let near_end = alive().t_s.partition_point(|t| *t < to - 60.0);
+    // One that never moves, but for a gap.
+    assert!(!booster(LENGTH_S + 1.0, &|i| i == near_end));
+    // One that is frozen, with gaps.
+    assert!(booster(0.5 * (from + to) + 300.0, &|i| i % 7 == 0));
+}
+
 /// A course along time that explains next to nothing.
 fn asked(place: Place) -> crate::empirical::Correction {
     made(place, Quantity::Time, &[0.0; KNOTS], 5.0)
