@@ -20,7 +20,7 @@ use dgd_recording::{
 use dgd_replay::ReplayError;
 use dgd_screen::Suspicion;
 use dgd_units::Unit;
-use joined::{Joint, Taken};
+use joined::{Joint, Taken, UNDATED};
 use std::fs::File;
 use std::io::Read;
 use std::ops::{Deref, Range};
@@ -36,12 +36,12 @@ pub(crate) struct Loaded {
     pub(crate) issues: Vec<(PathBuf, Issue)>,
     /// What the recordings make unlikely in the well description, with the line.
     pub(crate) suspicions: Vec<String>,
-    /// Samples in the files, without those that fill gaps and seams of the even clock.
+    /// Samples in the files, without those that fill gaps and seams of the even clock and those that repeat a time stamp.
     pub(crate) samples: usize,
-    /// When the clock was at 0, if the first file tells.
-    pub(crate) began: Option<Moment>,
-    /// Whether every file lies on the clock where its dates say.
-    dates_hold: bool,
+    /// When the clock was at 0, or what keeps its times from being told in dates.
+    dates: Result<Moment, &'static str>,
+    /// What has been warned of while reading, and whoever reads the answer must know as well.
+    pub(crate) told: Vec<String>,
 }
 
 /// A well description with its text, so that a warning can name the line.
@@ -190,6 +190,13 @@ fn told<T>(
     }
 }
 
+/// Samples in which some channel has a value.
+fn recorded(recording: &Recording) -> usize {
+    let series = recording.series();
+    let recorded = |i: &usize| series.iter().any(|(_, values)| values[*i].is_finite());
+    (0..recording.len()).filter(recorded).count()
+}
+
 /// Adds what is suspected: one line of the description is told once, however often it shows.
 fn once(suspected: &mut Vec<Suspicion>, found: Vec<Suspicion>) {
     for suspicion in found {
@@ -228,9 +235,15 @@ pub(crate) fn read_recordings(
         }
         let (recording, mapping) =
             Recording::from_table(table, well).map_err(|e| well.unmapped(path, &e, &issues))?;
-        let samples = recording.len();
+        let rows = recording.len();
         let (recording, step_s, clock) =
             recording.onto_grid().map_err(|e| Failure::input(path, e))?;
+        // Rows that lie on one step, or on none, are no samples of their own.
+        let samples = if clock.is_empty() {
+            rows
+        } else {
+            recorded(&recording)
+        };
         issues.extend(mapping.into_iter().chain(clock));
         let found = dgd_screen::suspect(&recording, step_s, well);
         once(&mut suspected, found.map_err(|e| Failure::input(path, e))?);
@@ -248,8 +261,8 @@ pub(crate) fn read_recordings(
                     issues,
                     suspicions: Vec::new(),
                     samples,
-                    began,
-                    dates_hold: true,
+                    dates: began.ok_or(UNDATED),
+                    told: Vec::new(),
                 });
             }
             Some(all) => {
@@ -268,13 +281,22 @@ pub(crate) fn read_recordings(
             }
         }
     }
+    let mut told = Vec::new();
     for (path, issue) in loaded.iter().flat_map(|l| &l.issues) {
-        warn!("{}: {issue}", path.display());
+        let issue_told = format!("{}: {issue}", path.display());
+        warn!("{issue_told}");
+        if issue.kind == IssueKind::UnitDisagrees {
+            told.push(issue_told);
+        }
     }
     let mut loaded = loaded.ok_or_else(|| Failure::Arguments {
         reason: "no recording was given".into(),
     })?;
-    loaded.dates_hold = joint.dates_hold();
+    if let Some(keeps) = joint.keeps_dates() {
+        loaded.dates = Err(keeps);
+    }
+    told.splice(0..0, joint.into_warnings());
+    loaded.told = told;
     loaded.suspicions = suspected.iter().map(|s| well.pointing(s)).collect();
     loaded.suspicions.extend(warnings);
     Ok(loaded)
@@ -362,9 +384,7 @@ impl Loaded {
             .map_err(|e| Failure::input(&source.recordings[0], e))?;
         self.recording = self.recording.slice(kept.clone());
         // Fillers of gaps hold no value.
-        let series = self.recording.series();
-        let recorded = |i: &usize| series.iter().any(|(_, values)| values[*i].is_finite());
-        self.samples = (0..kept.len()).filter(recorded).count();
+        self.samples = recorded(&self.recording);
         Ok(self)
     }
 
@@ -378,7 +398,7 @@ impl Loaded {
         let path = &source.recordings[0];
         let began = self.dated_from();
         let (from_s, to_s) = asked_for
-            .seconds(began)
+            .seconds(self.dates)
             .map_err(|e| Failure::input(path, e))?;
         match window(&self.recording, Some((from_s, to_s))) {
             Ok(kept) => {
@@ -416,7 +436,7 @@ impl Loaded {
 
     /// When the clock was at 0, where all its times become dates by that.
     pub(crate) fn dated_from(&self) -> Option<Moment> {
-        self.began.filter(|_| self.dates_hold)
+        self.dates.ok()
     }
 
     /// Warns of what is suspected, before anything is made of it.

@@ -341,15 +341,23 @@ fn beside_riser(
 }
 
 /// A correction that a model holds, made anew beside the `others`; `None` where the recording does not show it.
+///
+/// Whether it is there is told where curves bend at will, its values beside those of the model that runs.
 pub(crate) fn again(
     record: &Record,
     others: &[Applied],
     held: &Curve,
     excluded: &[bool],
 ) -> Option<Correction> {
-    let tangent = Tangent::at(record, others, excluded, Bend::Loose)?;
-    let found = correction(record, &tangent, others, excluded, held)?;
-    (found.evidence > rival_hurdle(&found)).then_some(found)
+    let made = |bend: Bend| {
+        let tangent = Tangent::at(record, others, excluded, bend)?;
+        correction(record, &tangent, others, excluded, held)
+    };
+    let found = made(Bend::Loose)?;
+    if found.evidence <= rival_hurdle(&found) {
+        return None;
+    }
+    made(Bend::Stiff).or(Some(found))
 }
 
 /// What must be left, once curves bend at will, of a correction that is drawn where they do not, e-folds. Set by hand: a hump of half a bar

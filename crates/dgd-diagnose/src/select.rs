@@ -422,10 +422,10 @@ mod tests {
             influx_m3_s: 3e-3,
             ..Hidden::default()
         });
-        let suspects = ["influx", "annulus_area"].map(str::to_owned);
+        let suspects = ["influx", "pump_wear"].map(str::to_owned);
         let found = select(&record, &[], Sought::Given(&suspects), |_| {}).unwrap();
         let ids = found.named.iter().map(|n| n.applied.effect.about().id);
-        assert_eq!(ids.collect::<Vec<_>>(), ["influx", "annulus_area"]);
+        assert_eq!(ids.collect::<Vec<_>>(), ["influx", "pump_wear"]);
     }
 
     /// A gain of the inflow may be what an influx looks like until that is found.

@@ -46,14 +46,14 @@ impl Window {
         Ok(Self::Dates(first, last))
     }
 
-    /// Seconds of a clock that was at 0 at a moment, if that is known.
-    pub(crate) fn seconds(&self, began: Option<Moment>) -> Result<(f64, f64), String> {
+    /// Seconds of a clock that was at 0 at a moment, or what keeps it from being told in dates.
+    pub(crate) fn seconds(&self, began: Result<Moment, &str>) -> Result<(f64, f64), String> {
         match self {
             Self::Clock(from, to) => Ok((*from, *to)),
             Self::Dates(from, to) => {
-                let began = began.ok_or_else(|| format!(
-                    "--window {self} has dates, but not all of the recordings have: give seconds, as in 3h:5h"
-                ))?;
+                let began = began.map_err(|keeps| {
+                    format!("--window {self} has dates, but {keeps}: give seconds, as in 3h:5h")
+                })?;
                 if from.zoned && !began.zoned {
                     return Err(format!(
                         "--window {self} has a time zone, but the recordings have none: give their own times, without a zone"
@@ -106,16 +106,20 @@ mod tests {
             "2024-10-26T03:00:00/05:30:00",
         ] {
             let window = Window::parse(text).unwrap();
-            assert_eq!(window.seconds(began), Ok((18_000.0, 27_000.0)), "{text}");
-            assert!(window.seconds(None).unwrap_err().contains("3h:5h"));
+            assert_eq!(
+                window.seconds(began.ok_or("")),
+                Ok((18_000.0, 27_000.0)),
+                "{text}"
+            );
+            assert!(window.seconds(Err("")).unwrap_err().contains("3h:5h"));
         }
         let utc = Moment::parse("2024-10-25T22:00Z");
         let zoned = Window::parse("2024-10-26T05:00+02:00/2024-10-26T05:30+02:00").unwrap();
-        assert_eq!(zoned.seconds(utc), Ok((18_000.0, 19_800.0)));
-        assert!(zoned.seconds(began).unwrap_err().contains("zone"));
+        assert_eq!(zoned.seconds(utc.ok_or("")), Ok((18_000.0, 19_800.0)));
+        assert!(zoned.seconds(began.ok_or("")).unwrap_err().contains("zone"));
         // Times are told in UTC where the zone is known, and so a date without one is of UTC.
         let window = Window::parse("2024-10-26T03:00/05:00").unwrap();
-        assert_eq!(window.seconds(utc), Ok((18_000.0, 25_200.0)));
+        assert_eq!(window.seconds(utc.ok_or("")), Ok((18_000.0, 25_200.0)));
     }
 
     #[test]
@@ -145,7 +149,7 @@ mod tests {
     fn a_window_of_the_clock_knows_no_dates() {
         let window = Window::parse("3h:5h").unwrap();
         assert_eq!(window, Window::Clock(10_800.0, 18_000.0));
-        assert_eq!(window.seconds(None), Ok((10_800.0, 18_000.0)));
+        assert_eq!(window.seconds(Err("")), Ok((10_800.0, 18_000.0)));
     }
 
     #[test]

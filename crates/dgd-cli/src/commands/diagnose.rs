@@ -96,11 +96,12 @@ pub(crate) fn carry_out(
     loaded.suspicions.extend(coarse);
     loaded.warn_of_suspicions();
     progress.stage("screening", "");
-    let (samples, began, dated_from) = (loaded.samples, loaded.began, loaded.dated_from());
+    let (samples, dated_from) = (loaded.samples, loaded.dated_from());
     let unused = beyond_two(&mut loaded.recording);
     let prepared = prepare(loaded.recording, loaded.step_s, &screening(source))
         .map_err(|e| Failure::input(first, e))?;
-    let mut warnings = loaded.suspicions;
+    let mut warnings = loaded.told;
+    warnings.extend(loaded.suspicions);
     say::warn(&mut warnings, unused);
     say::warn(&mut warnings, prepared.stuck_for_long());
     let mut start = Vec::new();
@@ -132,7 +133,7 @@ pub(crate) fn carry_out(
     // The report is written beside what was found, not beside the recording as well.
     drop(prepared);
     diagnosis.settings.extend(identified.departures.clone());
-    let began = began.map(|began| ("0 s of the clock".to_owned(), began.to_string()));
+    let began = dated_from.map(|began| ("0 s of the clock".to_owned(), began.to_string()));
     diagnosis.settings.extend(began.clone());
     let mut departures = identified.departures;
     departures.extend(began);

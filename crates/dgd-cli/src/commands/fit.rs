@@ -110,7 +110,8 @@ pub(crate) fn fit(
     identification.model.data.samples = loaded.samples;
     identification.model.data.recordings = names(source);
     // They come first in the answer: what follows may rest on a wrong unit.
-    identification.warnings.splice(0..0, loaded.suspicions);
+    let told = loaded.told.into_iter().chain(loaded.suspicions);
+    identification.warnings.splice(0..0, told);
     identification.warnings.extend(prepared.stuck_for_long());
     let issues = loaded
         .issues

@@ -21,6 +21,8 @@ pub(crate) fn run(arguments: &Mask, global: &Global) -> Result<String, Failure> 
     let first = arguments.source.recordings[0].clone();
     let mut loaded = load::read_recordings(&arguments.source.recordings, &well, &progress)?
         .within(&arguments.source)?;
+    // It has been told once.
+    loaded.told.clear();
     if !loaded.suspicions.is_empty() {
         // What is suspected holds values and tags, which this command tells nobody.
         loaded.suspicions =

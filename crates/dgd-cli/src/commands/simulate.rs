@@ -142,7 +142,8 @@ fn whole(job: &Job<'_>, progress: &Progress) -> Result<Done, Failure> {
     progress.stage("screening", "");
     let prepared = prepare(loaded.recording, loaded.step_s, &screening(source))
         .map_err(|e| Failure::input(first, e))?;
-    let mut warnings = loaded.suspicions;
+    let mut warnings = loaded.told;
+    warnings.extend(loaded.suspicions);
     say::warn(&mut warnings, prepared.stuck_for_long());
     let mut document = (*document).clone();
     let (path, recordings) = (&arguments.model, &source.recordings);

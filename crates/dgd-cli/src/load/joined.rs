@@ -5,6 +5,9 @@ use dgd_recording::{Moment, Recording};
 use std::path::{Path, PathBuf};
 use tracing::warn;
 
+/// What keeps a clock from being told in dates where a recording has none.
+pub(super) const UNDATED: &str = "not all of the recordings have";
+
 /// What was joined so far: where it ends, if a date tells.
 #[derive(Debug, Default)]
 pub(super) struct Joint {
@@ -12,10 +15,14 @@ pub(super) struct Joint {
     dated: Option<Dated>,
     /// Whether the last recording has.
     ends_dated: bool,
+    /// Whether a recording has none.
+    undated: bool,
     /// Whether a recording stands 120 s behind the one before it, wherever its dates are.
     by_rule: bool,
     /// The last recording.
     last: Option<Clock>,
+    /// How recordings were joined, where who reads the answer must know.
+    warnings: Vec<String>,
 }
 
 /// Whence a recording is, and what its file tells of its time.
@@ -64,15 +71,33 @@ impl Joint {
         let dated = (taken.began).map(|began| Dated::of(taken.path, began, recording));
         Self {
             ends_dated: dated.is_some(),
+            undated: dated.is_none(),
             dated,
             by_rule: false,
             last: Clock::of(taken, recording),
+            warnings: Vec::new(),
         }
     }
 
-    /// Whether every recording lies where its dates say.
-    pub(super) fn dates_hold(&self) -> bool {
-        !self.by_rule
+    /// What keeps the joint clock from being told in dates, if anything does.
+    pub(super) fn keeps_dates(&self) -> Option<&'static str> {
+        if self.undated {
+            Some(UNDATED)
+        } else if self.by_rule {
+            Some("not all of the recordings lie where theirs say")
+        } else {
+            None
+        }
+    }
+
+    /// What was warned of.
+    pub(super) fn into_warnings(self) -> Vec<String> {
+        self.warnings
+    }
+
+    fn warn(&mut self, warning: String) {
+        warn!("{warning}");
+        self.warnings.push(warning);
     }
 
     /// Appends a recording to what was joined, as far behind as it was taken unless most would be missing then; 120 s behind where
@@ -88,16 +113,20 @@ impl Joint {
     ) -> Result<usize, Failure> {
         let path = taken.path;
         let dated = (taken.began).map(|began| Dated::of(path, began, &later));
+        self.undated |= dated.is_none();
         let clock = Clock::of(taken, &later);
         let seam = match (&self.dated, &dated) {
             (Some(before), Some(dated)) => {
-                let seam = dated.behind(before, step_s)?;
+                let (seam, doubt) = dated.behind(before, step_s)?;
+                doubt.into_iter().for_each(|doubt| self.warn(doubt));
                 if self.ends_dated { seam } else { Seam::Untold }
             }
+            (None, None) => self.by_clocks(all, &later, clock.as_ref(), step_s),
             _ => Seam::Untold,
         };
         let before = self.dated.as_ref();
-        let told_before = before.map_or(String::new(), |b| b.path.display().to_string());
+        let path_before = (before.map(|b| &b.path)).or(self.last.as_ref().map(|last| &last.path));
+        let told_before = path_before.map_or(String::new(), |path| path.display().to_string());
         let told = path.display();
         let close = before.map_or(0, |b| b.samples) + later.len();
         let mut left_out = 0;
@@ -105,19 +134,19 @@ impl Joint {
             Seam::Missing(seam) if seam <= close => all.append_after(later, step_s, seam),
             Seam::Missing(seam) => {
                 self.by_rule = true;
-                warn!(
+                self.warn(format!(
                     "{told} begins {:.1} h after {told_before} ends; on the joint clock 120 s lie between them",
                     seam as f64 * step_s / 3600.0
-                );
+                ));
                 all.append(later, step_s)
             }
             Seam::Shared(shared) if !same(all, &later, shared) => {
                 let shared = shared.min(later.len());
                 self.by_rule = true;
-                warn!(
+                self.warn(format!(
                     "{told}: its first {shared} samples share times with {told_before} but have other values (was a clock set back?); all are \
                      kept, with 120 s between the two recordings on the joint clock"
-                );
+                ));
                 all.append(later, step_s)
             }
             Seam::Shared(shared) => {
@@ -138,9 +167,9 @@ impl Joint {
                     0 => String::new(),
                     n => format!(", but for {n} values that {told_before} lacks"),
                 };
-                warn!(
+                self.warn(format!(
                     "{told}: its first {known} samples are the last of {told_before}; they are left out{but}"
-                );
+                ));
                 left_out = known;
                 if within {
                     // What was joined still ends with the recording before.
@@ -154,7 +183,7 @@ impl Joint {
                 self.by_rule = true;
                 let reversed = clock.as_ref().zip(self.last.as_ref());
                 if let Some(doubt) = reversed.and_then(|(clock, last)| clock.before(last)) {
-                    warn!("{doubt}");
+                    self.warn(doubt);
                 }
                 all.append(later, step_s)
             }
@@ -165,6 +194,40 @@ impl Joint {
         self.last = clock;
         Ok(left_out)
     }
+
+    /// Where a recording begins in the one before it by clocks that tell no date, if they have the same samples there: clocks that begin
+    /// anew read the same at other times, but of no noisy transmitter twice the same.
+    fn by_clocks(
+        &self,
+        all: &Recording,
+        later: &Recording,
+        clock: Option<&Clock>,
+        step_s: f64,
+    ) -> Seam {
+        /// Fewer samples may be alike by chance, where a rig stands still.
+        const FEWEST: usize = 30;
+        let shared = self.last.as_ref().zip(clock).and_then(|(last, clock)| {
+            let within = (last.from_s..=last.to_s).contains(&clock.from_s);
+            within.then(|| whole((last.to_s - clock.from_s) / step_s) + 1)
+        });
+        match shared {
+            Some(shared) if alike(all, later, shared).is_some_and(|of| of.are_same(FEWEST)) => {
+                Seam::Shared(shared)
+            }
+            _ => Seam::Untold,
+        }
+    }
+}
+
+/// A number of steps, to the nearest whole one; 0 below it.
+fn whole(steps: f64) -> usize {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "not negative; what is too large saturates"
+    )]
+    let whole = steps.round().max(0.0) as usize;
+    whole
 }
 
 impl Clock {
@@ -217,15 +280,15 @@ impl Dated {
         }
     }
 
-    /// How it stands behind another; refused if it begins before it.
-    fn behind(&self, before: &Self, step_s: f64) -> Result<Seam, Failure> {
+    /// How it stands behind another, with what is to be doubted; refused if it begins before it.
+    fn behind(&self, before: &Self, step_s: f64) -> Result<(Seam, Option<String>), Failure> {
         let told_before = before.path.display();
         if self.zoned != before.zoned {
-            warn!(
+            let doubt = format!(
                 "{}: only one of it and {told_before} has a time zone; on the joint clock 120 s lie between them",
                 self.path.display()
             );
-            return Ok(Seam::Untold);
+            return Ok((Seam::Untold, Some(doubt)));
         }
         if self.from_ns < before.from_ns {
             let early_s = 1e-9 * before.from_ns.abs_diff(self.from_ns) as f64;
@@ -240,18 +303,14 @@ impl Dated {
             });
         }
         let ahead_ns = i128::from(self.from_ns) - i128::from(before.to_ns);
-        let steps = (1e-9 * ahead_ns as f64 / step_s).round();
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "positive; what is too large saturates"
-        )]
-        Ok(if ahead_ns > 0 {
+        let steps = 1e-9 * ahead_ns as f64 / step_s;
+        let seam = if ahead_ns > 0 {
             // What begins within half a step is the next sample.
-            Seam::Missing(steps.max(1.0) as usize - 1)
+            Seam::Missing(whole(steps).max(1) - 1)
         } else {
-            Seam::Shared((1.0 - steps) as usize)
-        })
+            Seam::Shared(whole(-steps) + 1)
+        };
+        Ok((seam, None))
     }
 }
 
@@ -272,11 +331,27 @@ fn fill(all: &mut Recording, later: &Recording, start: usize) -> usize {
     filled
 }
 
+/// Samples of two recordings that both have a value.
+struct Compared {
+    all: usize,
+    equal: usize,
+}
+
+impl Compared {
+    /// Whether they are the same but for one in ten, of as many at least.
+    fn are_same(&self, fewest: usize) -> bool {
+        self.all >= fewest && 10 * self.equal >= 9 * self.all
+    }
+}
+
 /// Whether the first samples of a recording are those that another ends with, so many of them, but for one in ten.
 fn same(all: &Recording, later: &Recording, shared: usize) -> bool {
-    let Some(start) = all.len().checked_sub(shared) else {
-        return false;
-    };
+    alike(all, later, shared).is_some_and(|compared| compared.are_same(0))
+}
+
+/// The first samples of a recording beside those that another ends with, so many of them; `None` if it has fewer.
+fn alike(all: &Recording, later: &Recording, shared: usize) -> Option<Compared> {
+    let start = all.len().checked_sub(shared)?;
     let (ended, begun) = (all.series(), later.series());
     let pairs: Vec<(&[f64], &[f64])> = (ended.iter())
         .filter_map(|(channel, ended)| {
@@ -293,7 +368,10 @@ fn same(all: &Recording, later: &Recording, shared: usize) -> bool {
             equal += usize::from(a == b && both.all(|(a, b)| a == b));
         }
     }
-    10 * equal >= 9 * compared
+    Some(Compared {
+        all: compared,
+        equal,
+    })
 }
 
 #[cfg(test)]
@@ -476,6 +554,51 @@ mod tests {
         assert_eq!(doubt(0.0, 200.0), None);
         assert_eq!(doubt(0.0, 0.0), None);
         assert!(Clock::of(taken("none.csv", None), &samples(0, 10)).is_none());
+    }
+
+    #[test]
+    fn by_clocks_without_dates_what_two_recordings_share_counts_once_if_there_is_enough_of_it() {
+        let joined = |from_s: f64, first: u32| {
+            let taken = |name, first_stamp_s| Taken {
+                path: Path::new(name),
+                began: None,
+                first_stamp_s: Some(first_stamp_s),
+            };
+            let mut whole = samples(0, 100);
+            let mut joint = Joint::of(taken("a.csv", 50.0), &whole);
+            let next = samples(first, 60);
+            let left_out = joint.append(&mut whole, next, STEP_S, taken("b.csv", from_s));
+            (left_out.unwrap(), whole.len(), joint.into_warnings())
+        };
+        // The first clock reads 50 to 248 s.
+        let (left_out, length, warnings) = joined(50.0 + 120.0, 60);
+        assert_eq!((left_out, length), (40, 120));
+        let told = "b.csv: its first 40 samples are the last of a.csv; they are left out";
+        assert_eq!(warnings, [told]);
+        // Other samples at these times, from a clock that began anew; and fewer than tell.
+        for (from_s, first) in [(50.0 + 120.0, 200), (50.0, 100), (50.0 + 160.0, 80)] {
+            let (left_out, length, warnings) = joined(from_s, first);
+            assert_eq!((left_out, length, warnings.len()), (0, 220, 0), "{from_s}");
+        }
+    }
+
+    #[test]
+    fn what_keeps_dates_from_a_joint_clock_is_told() {
+        let keeps = |next: Option<Moment>| {
+            let taken = |began| Taken {
+                path: Path::new("a.csv"),
+                began,
+                first_stamp_s: None,
+            };
+            let mut whole = samples(0, 10);
+            let mut joint = Joint::of(taken(began(0, true)), &whole);
+            (joint.append(&mut whole, samples(10, 5), STEP_S, taken(next))).unwrap();
+            (joint.keeps_dates(), joint.into_warnings().len())
+        };
+        assert_eq!(keeps(began(20, true)), (None, 0));
+        let moved = Some("not all of the recordings lie where theirs say");
+        assert_eq!(keeps(began(90_000, true)), (moved, 1));
+        assert_eq!(keeps(None), (Some("not all of the recordings have"), 0));
     }
 
     #[test]

@@ -239,12 +239,15 @@ fn what_cannot_be_simulated_in_blocks_is_simulated_whole_and_says_why() {
         .done();
     let text = bench.text("rig.csv");
     let mut rows: Vec<&str> = text.lines().collect();
+    let (early, late) = rows.split_at(1000);
+    bench.write("early.csv", early.join("\n"));
+    bench.write("late.csv", [&rows[..2], late].concat().join("\n"));
     rows.swap(400, 500);
     bench.write("disordered.csv", rows.join("\n"));
     for (arguments, why) in [
         ("rig.mat --out run.csv", "column after another"),
         ("rig.csv --out run.mat", "column after another"),
-        ("rig.csv rig.csv --out run.csv", "is joined with"),
+        ("early.csv late.csv --out run.csv", "is joined with"),
         ("disordered.csv --out run.csv", "put in order"),
     ] {
         let line = format!("simulate {arguments} --well well.toml --model model.toml");

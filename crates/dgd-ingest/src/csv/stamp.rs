@@ -392,9 +392,11 @@ impl Text<'_> {
 #[derive(Debug, Default)]
 pub(super) struct Clock {
     first_ns: Option<i64>,
-    /// Added since the clock passed midnight, or the full hour.
+    /// Added since the clock passed midnight, or the full hour; less than 0 where it passed them backwards.
     carried_ns: i64,
     last_ns: i64,
+    /// Rows that are later than the one before them, less those that are earlier: rows may run from the newest to the oldest.
+    ahead: i64,
     /// Two fields are hours and minutes, not minutes and seconds.
     two_are_hours: bool,
     /// Another column has the date, so midnight needs no guess.
@@ -429,12 +431,18 @@ impl Clock {
         }
         if period_ns > 0 && !self.dated {
             ns = ns.saturating_add(self.carried_ns);
-            // Back by more than half the dial is a new day; less is a clock put back.
+            // Back by more than half the dial is a new day; less is a clock put back. Of rows that run back, on by more than that is the day before.
             // A dial that counts past its period (`75:02.5`) never comes here.
-            if ns < self.last_ns.saturating_sub(period_ns / 2) {
-                self.carried_ns = self.carried_ns.saturating_add(period_ns);
-                ns = ns.saturating_add(period_ns);
-            }
+            let turned = if self.ahead < 0 && ns > self.last_ns.saturating_add(period_ns / 2) {
+                -period_ns
+            } else if self.ahead >= 0 && ns < self.last_ns.saturating_sub(period_ns / 2) {
+                period_ns
+            } else {
+                0
+            };
+            self.carried_ns = self.carried_ns.saturating_add(turned);
+            ns = ns.saturating_add(turned);
+            self.ahead += ns.cmp(&self.last_ns) as i64;
             self.last_ns = ns;
         }
         ns.saturating_sub(first_ns) as f64 / 1e9
@@ -560,6 +568,20 @@ mod tests {
         );
         assert_eq!(run(&["59:59.9", "00:00.1", "00:00.2"]), [0.0, 0.2, 0.3]);
         assert_eq!(run(&["10:00:00", "09:59:00"]), [0.0, -60.0]);
+        // A gap of more than half a day.
+        assert_eq!(
+            run(&["06:00:00", "06:00:01", "20:00:00"]),
+            [0.0, 1.0, 50_400.0]
+        );
         assert_eq!(run(&["59:59.9", "60:00.0", "60:00.1"]), [0.0, 0.1, 0.2]);
+        // From the newest to the oldest.
+        let newest_first = [
+            "00:00:00.5",
+            "00:00:00",
+            "23:59:59.5",
+            "00:00:00",
+            "23:59:00",
+        ];
+        assert_eq!(run(&newest_first), [0.0, -0.5, -1.0, -0.5, -60.5]);
     }
 }
