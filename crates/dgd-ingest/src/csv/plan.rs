@@ -198,11 +198,15 @@ pub(super) fn nothing(columns: usize) -> IngestError {
     }
 }
 
-/// What to do about a column of which no cell can be read, where its cells begin as dates do.
-fn mend(reading: &Reading) -> &'static str {
-    let shown = reading.unreadable.shown.as_bytes();
+/// What to do about a column of which no cell can be read, where its cells hold units or begin as dates do.
+fn mend(reading: &Reading) -> String {
+    let shown = &reading.unreadable.shown;
+    if let Some(unit) = unit_behind(shown) {
+        return format!(": remove `{unit}` from its cells; a unit belongs in the header");
+    }
+    let shown = shown.as_bytes();
     if reading.head.first.is_none() && stamp::is_slashed(shown) {
-        return ": none of the dates examined distinguishes day from month; write the year first, as in 2024-10-26";
+        return ": none of the dates examined distinguishes day from month; write the year first, as in 2024-10-26".into();
     }
     let mut parts = shown.splitn(3, |b| matches!(b, b'/' | b'-' | b'.' | b' '));
     let mut short = || {
@@ -212,10 +216,19 @@ fn mend(reading: &Reading) -> &'static str {
             .then(|| part.iter().all(u8::is_ascii_digit))
     };
     if short() == Some(true) && short() == Some(true) {
-        ": write times with the year in four digits and first, as in 2024-10-26 15:27:49"
+        ": write times with the year in four digits and first, as in 2024-10-26 15:27:49".into()
     } else {
-        ""
+        String::new()
     }
+}
+
+/// The unit that a cell holds behind its number, if it does.
+fn unit_behind(cell: &str) -> Option<&str> {
+    let of_number = |c: char| c.is_ascii_digit() || matches!(c, '.' | ',' | '+' | '-');
+    let ends = cell.find(|c: char| !of_number(c))?;
+    let (number, unit) = (&cell[..ends], cell[ends..].trim());
+    let is_one = number.replace(',', ".").parse::<f64>().is_ok();
+    (is_one && Unit::parse(unit).is_ok()).then_some(unit)
 }
 
 /// A column of dates and one of clock times are one clock: the latter gets both.

@@ -455,6 +455,26 @@ fn log_nulls_become_missing_and_are_told() {
 }
 
 #[test]
+fn a_column_whose_cells_hold_its_unit_is_told_how_to_mend_it() {
+    let table = read("t,a,b,c\n0,60.5 %,\"1.002,5 gpm\",3 of 5\n1,61 %,900 gpm,4 of 5\n");
+    let said = |tag: &str| {
+        let mut issues = table.issues.iter();
+        let issue = issues.find(|i| i.place.ends_with(&format!("`{tag}`")));
+        issue.unwrap().to_string()
+    };
+    assert!(
+        said("a").contains("remove `%` from its cells"),
+        "{}",
+        said("a")
+    );
+    assert!(
+        said("c").ends_with("the column was skipped"),
+        "{}",
+        said("c")
+    );
+}
+
+#[test]
 fn unreadable_cells_are_counted_with_their_first_place() {
     let table = read("t,a\n0,1\n1,bad\n2,3\n3,worse\n");
     assert_same(values(&table, "a"), &[1.0, NAN, 3.0, NAN]);

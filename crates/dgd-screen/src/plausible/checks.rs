@@ -18,8 +18,8 @@ const FRICTION_FACTOR: (f64, f64) = (0.003, 0.25);
 const RETURNED: (f64, f64) = (0.6, 1.67);
 /// How far the level moves for the volume that the flows leave in the riser.
 const MOVES: (f64, f64) = (0.3, 4.0);
-/// Correlation from which the movement of the level says anything.
-const MOVES_CORRELATION: f64 = 0.7;
+/// Correlation from which a slope says anything.
+const CORRELATION: f64 = 0.7;
 /// Densities of mud, kg/m³.
 const DENSITY_KG_M3: (f64, f64) = (700.0, 2600.0);
 /// Highest speed of a pump in percent, and the highest that must be a share of one.
@@ -216,10 +216,7 @@ fn returned(state: &State<'_>, inlets: &[usize]) -> f64 {
     }
 }
 
-/// Movement of the level over the one that the flows make (Eq. 3.45); NaN where noise hides it.
-///
-/// Noise of the flows makes the slope of level upon flow too small and that of flow upon level
-/// too large, so the one nearer to 1 is given.
+/// Movement of the level over the one that the flows make (Eq. 3.45), as near to 1 as it may be; NaN where noise hides it.
 pub(super) fn moves(state: &State<'_>, inlets: &[usize]) -> f64 {
     let net = |k| state.return_flow(k) - state.inflow(k);
     let metres_a_flow = state.block_s() / state.geometry.riser_area_m2();
@@ -228,37 +225,23 @@ pub(super) fn moves(state: &State<'_>, inlets: &[usize]) -> f64 {
         let drop_pa = state.mean_of(inlets, k - 1) - state.mean_of(inlets, k);
         (expected_m, drop_pa / state.weight_pa_m())
     });
-    let Some(line) = Line::through(pairs) else {
-        return f64::NAN;
-    };
-    if line.correlation < MOVES_CORRELATION {
-        return f64::NAN;
-    }
-    let (low, high) = (line.slope, line.slope / line.correlation.powi(2));
-    if low > 1.0 {
-        low
-    } else if high < 1.0 {
-        high
-    } else {
-        1.0
-    }
+    Line::through(pairs).map_or(f64::NAN, |line| line.slope_from(1.0))
 }
 
-/// Darcy's friction factor by the slope of outlet pressure over q²; NaN where flow does not explain it.
+/// Darcy's friction factor by the slope of outlet pressure over q², as near to what a line can show as it may be; NaN where flow does not
+/// explain it.
 fn friction_factor(state: &State<'_>, outlets: &[usize], flowing: &[usize]) -> f64 {
     let pairs = flowing.iter().map(|k| {
         let flow = state.return_flow(*k);
         (flow * flow.abs(), state.mean_of(outlets, *k))
     });
-    let Some(line) = Line::through(pairs) else {
-        return f64::NAN;
-    };
-    if line.correlation < 0.9 {
-        return f64::NAN;
-    }
     let geometry = &state.geometry;
-    line.slope * 2.0 * state.geometry.line_area_m2().powi(2) * geometry.return_line_id_m
-        / (state.density_kg_m3 * geometry.pump_outlet_depth_m)
+    let slope_of_one = state.density_kg_m3 * geometry.pump_outlet_depth_m
+        / (2.0 * geometry.line_area_m2().powi(2) * geometry.return_line_id_m);
+    let slope = Line::through(pairs).map_or(f64::NAN, |line| {
+        line.slope_from(FRICTION_FACTOR.0 * slope_of_one)
+    });
+    slope / slope_of_one
 }
 
 /// How much closer the outlet pressure follows an inflow than the return flow, where it follows
@@ -339,5 +322,16 @@ impl Line {
             correlation: xy / (xx * yy).sqrt(),
             middle,
         })
+    }
+
+    /// The least slope from `expected` on that it may have, or else the most; NaN where noise hides it.
+    ///
+    /// Noise of x makes the slope of y upon x too small, and noise of y that of x upon y too large: the true one lies between the two.
+    fn slope_from(&self, expected: f64) -> f64 {
+        if self.correlation < CORRELATION {
+            return f64::NAN;
+        }
+        let (least, most) = (self.slope, self.slope / self.correlation.powi(2));
+        least.max(expected).min(most)
     }
 }

@@ -1,6 +1,6 @@
 //! What a recording makes unlikely in its well description.
 
-use super::synthetic::{every, steady};
+use super::synthetic::{PSI, every, steady};
 use dgd_recording::{Channel, ChannelMap, ChannelSource, Geometry, Recording, TimeSource, Well};
 use dgd_screen::{BlockSuspect, ScreenError, Suspicion, coarse, suspect};
 use dgd_units::Unit;
@@ -155,6 +155,28 @@ fn depths_in_feet_are_suspected_and_not_the_pressures() {
     }
     let found = suspicions(&steady(7200, 1.0), &well);
     assert_eq!(only(&found).place.key, "pump_inlet_depth");
+}
+
+/// Where something else moves the outlet pressure nearly as much as the flow does, the friction factor is known within bounds.
+#[test]
+fn a_diameter_in_another_unit_is_suspected_however_steady_the_rig_runs() {
+    let mut recording = steady(7200, 1.0);
+    for outlet in &mut recording.pump_outlet_pressure_pa {
+        for (t, value) in outlet.iter_mut().enumerate() {
+            *value += 13.0 * PSI * (t as f64 / 211.0).sin();
+        }
+    }
+    assert_eq!(suspicions(&recording, &well()), []);
+    for times in [2.54, 1.0 / 2.54] {
+        let mut well = well();
+        well.geometry.return_line_id_m *= times;
+        let found = suspicions(&recording, &well);
+        let said = &only(&found).message;
+        assert!(
+            said.contains("friction factor") && said.contains("0.152 m"),
+            "{said}"
+        );
+    }
 }
 
 #[test]
