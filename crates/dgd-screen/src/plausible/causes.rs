@@ -36,6 +36,14 @@ const DENSITIES: [(f64, &str); 6] = [
 /// Strain beyond the least from which an explanation is no longer worth telling.
 const FURTHER: f64 = 0.25;
 
+/// Which depths.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Depth {
+    All,
+    Inlet,
+    Outlet,
+}
+
 /// A mistake.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Cause {
@@ -47,8 +55,8 @@ pub(super) enum Cause {
     Share(usize),
     /// The clock in another unit.
     Clock(Unit, f64),
-    /// Depths times a factor.
-    Depths(f64, &'static str),
+    /// Depths, or one of them, times a factor.
+    Depths(Depth, f64, &'static str),
     /// The mud's density times a factor.
     Density(f64, &'static str),
     /// The return line's diameter times a factor.
@@ -79,11 +87,17 @@ impl Cause {
                 other.maps[*i].offset *= 100.0;
             }
             Self::Clock(_, factor) => other.time *= factor,
-            Self::Depths(factor, _) => {
+            Self::Depths(which, factor, _) => {
                 let geometry = &mut other.geometry;
-                geometry.pump_inlet_depth_m *= factor;
-                geometry.pump_outlet_depth_m *= factor;
-                if let Some(depth_m) = &mut geometry.riser_pressure_sensor_depth_m {
+                if *which != Depth::Outlet {
+                    geometry.pump_inlet_depth_m *= factor;
+                }
+                if *which != Depth::Inlet {
+                    geometry.pump_outlet_depth_m *= factor;
+                }
+                if let Some(depth_m) = &mut geometry.riser_pressure_sensor_depth_m
+                    && *which == Depth::All
+                {
                     *depth_m *= factor;
                 }
             }
@@ -124,6 +138,8 @@ impl Cause {
                 told.contains(&i) || matches!(self, Self::Depths(..) | Self::Density(..))
             }
             Check::Twins(a, b) => told.contains(&a) || told.contains(&b),
+            Check::Flow(i) => told.contains(&i),
+            Check::Apart => matches!(self, Self::Depths(..)),
             Check::Rise => pressure,
             Check::Returned => flow || matches!(self, Self::Clock(..)),
             Check::Moves => flow || matches!(self, Self::Clock(..) | Self::Riser(..)),
@@ -355,8 +371,10 @@ fn causes(state: &State<'_>, found: &[Fault]) -> Vec<Cause> {
     if inlets.len() > 1 && inlets.len() == outlets.len() {
         causes.push(Cause::Swap(inlets.into_iter().zip(outlets).collect()));
     }
-    if any(|c| matches!(c, Check::Column(_))) {
-        causes.extend(DEPTHS.map(|(factor, words)| Cause::Depths(factor, words)));
+    if any(|c| matches!(c, Check::Column(_) | Check::Apart)) {
+        for which in [Depth::All, Depth::Inlet, Depth::Outlet] {
+            causes.extend(DEPTHS.map(|(factor, words)| Cause::Depths(which, factor, words)));
+        }
     }
     if any(|c| matches!(c, Check::Column(_) | Check::Density)) {
         causes.extend(DENSITIES.map(|(factor, words)| Cause::Density(factor, words)));

@@ -20,6 +20,11 @@ const RETURNED: (f64, f64) = (0.6, 1.67);
 const MOVES: (f64, f64) = (0.3, 4.0);
 /// Correlation from which a slope says anything.
 const CORRELATION: f64 = 0.7;
+/// Highest flow that a rig pumps, m³/s: 30,000 L/min.
+const FLOW_M3_S: f64 = 0.5;
+/// How far a pump's outlet may lie from its inlet, m, and as a share of the deeper one.
+const APART_M: f64 = 50.0;
+const APART: f64 = 0.2;
 /// Densities of mud, kg/m³.
 const DENSITY_KG_M3: (f64, f64) = (700.0, 2600.0);
 /// Highest speed of a pump in percent, and the highest that must be a share of one.
@@ -41,6 +46,10 @@ pub(super) enum Check {
     Twins(usize, usize),
     /// The riser's transmitter against the inlet's.
     Riser(usize),
+    /// Median of a flow.
+    Flow(usize),
+    /// Depth of the pump's outlet below that of its inlet.
+    Apart,
     /// The pump raises the pressure.
     Rise,
     /// Return flow over inflow.
@@ -93,7 +102,18 @@ pub(super) fn faults(state: &State<'_>) -> Vec<Fault> {
     };
     range(Check::Step, state.step_s(), STEP_S);
     range(Check::Density, state.density_kg_m3, DENSITY_KG_M3);
+    let geometry = &state.geometry;
+    let (inlet_m, outlet_m) = (geometry.pump_inlet_depth_m, geometry.pump_outlet_depth_m);
+    let far = APART_M.max(APART * inlet_m.max(outlet_m));
+    range(Check::Apart, outlet_m - inlet_m, (-far, far));
     let flowing = state.flowing();
+    for i in state.flows() {
+        range(
+            Check::Flow(i),
+            state.median(i, &flowing),
+            (f64::NEG_INFINITY, FLOW_M3_S),
+        );
+    }
     let (inlets, outlets) = (state.inlets(), state.outlets());
     let over = |told: &[usize]| median(flowing.iter().map(|k| state.mean_of(told, *k)));
     let (inlet_pa, outlet_pa) = (over(&inlets), over(&outlets));
@@ -115,7 +135,6 @@ pub(super) fn faults(state: &State<'_>) -> Vec<Fault> {
         }
     }
     if let Some(i) = state.facts.find(Channel::RiserPressure) {
-        let geometry = &state.geometry;
         let depth_m = geometry.riser_pressure_sensor_depth_m;
         let deeper_m = depth_m.map_or(0.0, |d| d - geometry.pump_inlet_depth_m);
         let apart = state.median(i, &flowing) - state.weight_pa_m() * deeper_m - inlet_pa;

@@ -1,7 +1,7 @@
 //! Faults and mistakes in words.
 
 use super::WellLine;
-use super::causes::Cause;
+use super::causes::{Cause, Depth};
 use super::checks::{Check, Fault};
 use super::facts::{median, quantile};
 use super::state::State;
@@ -140,6 +140,18 @@ pub(super) fn fault(state: &State<'_>, fault: &Fault) -> String {
             bar(at(i)),
             bar(fault.found.abs()),
         ),
+        Check::Flow(i) => format!(
+            "{} is read as {}: {} are more than rigs pump (up to {})",
+            named(state, i),
+            state.units[i],
+            l_min(fault.found),
+            l_min(fault.high),
+        ),
+        Check::Apart => format!(
+            "the pump's inlet lies at {} m and its outlet at {} m",
+            number(geometry.pump_inlet_depth_m),
+            number(geometry.pump_outlet_depth_m),
+        ),
         Check::Rise => format!(
             "while mud flows, the pressure falls by {} from pump inlet to outlet",
             bar(-fault.found)
@@ -247,9 +259,17 @@ pub(super) fn cause(before: &State<'_>, cause: &Cause, after: &State<'_>) -> Str
         Cause::Clock(unit, _) => {
             format!("as {unit} they would be {} s apart", number(after.step_s()))
         }
-        Cause::Depths(_, words) => format!(
+        Cause::Depths(Depth::All, _, words) => format!(
             "it would fit a pump at {} m, as if the depths were {words}",
             number(after.geometry.pump_inlet_depth_m)
+        ),
+        Cause::Depths(Depth::Inlet, _, words) => format!(
+            "it would fit an inlet at {} m, as if its depth were {words}",
+            number(after.geometry.pump_inlet_depth_m)
+        ),
+        Cause::Depths(Depth::Outlet, _, words) => format!(
+            "it would fit an outlet at {} m, as if its depth were {words}",
+            number(after.geometry.pump_outlet_depth_m)
         ),
         Cause::Density(_, words) => format!(
             "it would fit mud of {} kg/m3, as if its density were {words}",
@@ -274,6 +294,7 @@ pub(super) fn place_of_cause(state: &State<'_>, cause: &Cause) -> WellLine {
         Cause::Swap(pairs) => place_of(state, pairs.first().map(|p| p.0)),
         Cause::Share(i) => place_of(state, Some(*i)),
         Cause::Clock(..) => WellLine::new("channels", "time"),
+        Cause::Depths(Depth::Outlet, ..) => WellLine::new("geometry", "pump_outlet_depth"),
         Cause::Depths(..) => WellLine::new("geometry", "pump_inlet_depth"),
         Cause::Density(..) => WellLine::new("mud", "density"),
         Cause::Line(..) => WellLine::new("geometry", "return_line_id"),
@@ -286,7 +307,10 @@ pub(super) fn place_of_cause(state: &State<'_>, cause: &Cause) -> WellLine {
 pub(super) fn place_of_fault(state: &State<'_>, fault: &Fault) -> WellLine {
     let channel = |channel| place_of(state, state.facts.find(channel));
     match fault.check {
-        Check::Column(i) | Check::Twins(i, _) | Check::Riser(i) => place_of(state, Some(i)),
+        Check::Column(i) | Check::Twins(i, _) | Check::Riser(i) | Check::Flow(i) => {
+            place_of(state, Some(i))
+        }
+        Check::Apart => WellLine::new("geometry", "pump_outlet_depth"),
         Check::Rise => channel(Channel::PumpInletPressure(0)),
         Check::Returned | Check::Moves => channel(Channel::ReturnFlow),
         Check::Friction => WellLine::new("geometry", "return_line_id"),

@@ -157,6 +157,64 @@ fn depths_in_feet_are_suspected_and_not_the_pressures() {
     assert_eq!(only(&found).place.key, "pump_inlet_depth");
 }
 
+#[test]
+fn one_depth_in_feet_is_told_with_its_own_line() {
+    let recording = steady(7200, 1.0);
+    let in_feet = |which: fn(&mut Geometry) -> &mut f64| {
+        let mut well = well();
+        *which(&mut well.geometry) *= 0.3048;
+        only(&suspicions(&recording, &well)).clone()
+    };
+    for (found, key, fits) in [
+        (
+            in_feet(|g| &mut g.pump_inlet_depth_m),
+            "pump_inlet_depth",
+            "an inlet at 350 m",
+        ),
+        (
+            in_feet(|g| &mut g.pump_outlet_depth_m),
+            "pump_outlet_depth",
+            "an outlet at 350 m",
+        ),
+    ] {
+        assert_eq!((found.place.section, found.place.key), ("geometry", key));
+        assert!(
+            found.message.contains("107 m") && found.message.contains(fits),
+            "{found}"
+        );
+    }
+}
+
+#[test]
+fn no_flow_that_no_rig_pumps_is_proposed_and_one_that_is_described_is_told() {
+    let recording = steady(7200, 1.0);
+    let mut well = well();
+    well.channels.topfill_flow = ChannelSource::Constant { si: 1.0 };
+    let filled = Recording {
+        topfill_flow_m3_s: vec![1.0; recording.len()],
+        ..recording.clone()
+    };
+    let told = suspicions(&filled, &well);
+    assert!(
+        told.iter()
+            .any(|s| s.message.contains("60,000 L/min are more than rigs pump")),
+        "{told:#?}"
+    );
+    let mut misread_all = recording.clone();
+    for flow in [
+        &mut misread_all.mud_pump_flow_m3_s,
+        &mut misread_all.booster_flow_m3_s,
+        &mut misread_all.return_flow_m3_s,
+    ] {
+        misread(flow, "m3/min", "gpm");
+    }
+    let told = suspicions(&misread_all, &self::well());
+    assert!(
+        told.iter().all(|s| !s.message.contains("000,000 L/min")),
+        "{told:#?}"
+    );
+}
+
 /// Where something else moves the outlet pressure nearly as much as the flow does, the friction factor is known within bounds.
 #[test]
 fn a_diameter_in_another_unit_is_suspected_however_steady_the_rig_runs() {
