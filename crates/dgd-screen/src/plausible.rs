@@ -4,6 +4,7 @@ mod causes;
 mod checks;
 mod coarse;
 mod facts;
+mod filler;
 mod state;
 mod words;
 
@@ -290,7 +291,7 @@ fn pair_told<'a>(described: &State<'a>, found: &[Fault], both: TwoUnits<'a>) -> 
     }
 }
 
-/// Channels that have no value, hardly any, or always the same.
+/// Channels that have no value, hardly any, or always the same, or a number that stands for none.
 fn mute(facts: &Facts) -> Vec<Suspicion> {
     let state_of = |i: usize| {
         let told = &facts.told[i];
@@ -321,6 +322,17 @@ fn mute(facts: &Facts) -> Vec<Suspicion> {
                 "{} has a value at only {} % of the samples",
                 state_of(i),
                 words::number(100.0 * told.present)
+            ));
+        }
+        if let Some(filler) = told.filler {
+            let read = |si| words::number(told.unit.from_si(si));
+            say(format!(
+                "{} reads {} {} {} times, and besides {} at the most: where that stands for no value, leave the cells empty",
+                state_of(i),
+                read(filler.value),
+                told.unit,
+                filler.times,
+                read(filler.next),
             ));
         }
         let Some(value) = told.constant else {

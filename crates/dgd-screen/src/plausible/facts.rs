@@ -1,5 +1,6 @@
 //! A recording in block means, with what the well description says of each channel.
 
+use super::filler::{Filler, Highest};
 use dgd_recording::{Channel, ChannelSource, Rank, Recording, TimeSource, Well};
 use dgd_units::{Dimension, Unit};
 use rayon::prelude::*;
@@ -15,8 +16,10 @@ pub(super) struct Told {
     /// `None` for a channel without a transmitter.
     pub(super) tag: Option<String>,
     pub(super) unit: Unit,
-    /// Block means, SI; NaN where a block has no value.
+    /// Block means, SI; NaN where a block has no value, or a number that stands for none.
     pub(super) blocks: Vec<f64>,
+    /// That number.
+    pub(super) filler: Option<Filler>,
     /// Share of samples with a value.
     pub(super) present: f64,
     /// The one value that it has throughout, SI.
@@ -47,8 +50,16 @@ impl Facts {
                         blocks.push(mean);
                     }
                 }
+                let filler = Highest::of(values).filler(channel);
+                if let Some(filler) = filler {
+                    for (mean, part) in blocks.iter_mut().zip(values.chunks(block)) {
+                        if part.contains(&filler.value) {
+                            *mean = f64::NAN;
+                        }
+                    }
+                }
                 let present = found as f64 / values.len().max(1) as f64;
-                Told::of(well, channel, blocks, present, constant(values))
+                Told::of(well, channel, (blocks, filler), present, constant(values))
             });
         Self::with(told.collect(), step_s, well)
     }
@@ -56,7 +67,7 @@ impl Facts {
     /// The same of channels that came in blocks.
     pub(super) fn gathered(passes: Vec<(Channel, FactPass)>, step_s: f64, well: &Well) -> Self {
         let told = passes.into_iter().filter_map(|(channel, pass)| {
-            let (blocks, present, constant) = pass.finish();
+            let (blocks, present, constant) = pass.finish(channel);
             Told::of(well, channel, blocks, present, constant)
         });
         Self::with(told.collect(), step_s, well)
@@ -85,7 +96,7 @@ impl Told {
     fn of(
         well: &Well,
         channel: Channel,
-        mut blocks: Vec<f64>,
+        (mut blocks, filler): (Vec<f64>, Option<Filler>),
         present: f64,
         constant: Option<f64>,
     ) -> Option<Self> {
@@ -102,6 +113,7 @@ impl Told {
             tag,
             unit,
             blocks,
+            filler,
             present,
             constant,
         })
@@ -121,7 +133,12 @@ pub(super) struct FactPass {
     /// Sum and number of the finite values of the block that goes on.
     sum: f64,
     count: usize,
+    /// Its highest value.
+    top: f64,
     blocks: Vec<f64>,
+    /// The highest value of each block, and of all.
+    tops: Vec<f64>,
+    highest: Highest,
 }
 
 impl FactPass {
@@ -134,7 +151,10 @@ impl FactPass {
             changed: false,
             sum: 0.0,
             count: 0,
+            top: f64::NEG_INFINITY,
             blocks: Vec::new(),
+            tops: Vec::new(),
+            highest: Highest::default(),
         }
     }
 
@@ -145,6 +165,8 @@ impl FactPass {
     pub(super) fn add(&mut self, values: &[f64]) {
         for v in values {
             if v.is_finite() {
+                self.top = self.top.max(*v);
+                self.highest.add(*v);
                 self.sum += v;
                 self.count += 1;
                 self.changed |= *v != *self.first.get_or_insert(*v);
@@ -159,18 +181,27 @@ impl FactPass {
     fn end_block(&mut self) {
         // In their order, so that the sum is that of `means` to the last bit.
         self.blocks.push(self.sum / self.count as f64);
+        self.tops.push(self.top);
         self.present += self.count;
-        (self.sum, self.count) = (0.0, 0);
+        (self.sum, self.count, self.top) = (0.0, 0, f64::NEG_INFINITY);
     }
 
-    /// Block means, share of samples with a value, the one value.
-    fn finish(mut self) -> (Vec<f64>, f64, Option<f64>) {
+    /// Block means with the number that stands for no value, share of samples with one, the one value.
+    fn finish(mut self, channel: Channel) -> ((Vec<f64>, Option<Filler>), f64, Option<f64>) {
         if !self.samples.is_multiple_of(self.block) {
             self.end_block();
         }
+        let filler = self.highest.filler(channel);
+        if let Some(filler) = filler {
+            for (mean, top) in self.blocks.iter_mut().zip(&self.tops) {
+                if *top == filler.value {
+                    *mean = f64::NAN;
+                }
+            }
+        }
         let constant = self.first.filter(|_| !self.changed);
         (
-            self.blocks,
+            (self.blocks, filler),
             self.present as f64 / self.samples.max(1) as f64,
             constant.filter(|_| self.present >= FEWEST),
         )

@@ -343,6 +343,30 @@ fn an_atmosphere_between_twins_is_suspected_only_where_one_is_gauge() {
 }
 
 #[test]
+fn a_number_that_stands_for_no_value_is_told_and_upsets_nothing_else() {
+    let filled = |every: usize, value: f64| {
+        let mut recording = steady(7200, 1.0);
+        for reading in recording.pump_inlet_pressure_pa[1]
+            .iter_mut()
+            .step_by(every)
+        {
+            *reading = value;
+        }
+        suspicions(&recording, &well())
+    };
+    for (every, times) in [(1200, 6), (300, 24), (50, 144)] {
+        let found = filled(every, 99_999.0 * PSI);
+        let found = only(&found);
+        assert_eq!(found.place.channel, Some(Channel::PumpInletPressure(1)));
+        let told = format!("`PT2` reads 99,999 psia {times} times, and besides 35");
+        assert!(found.message.contains(&told), "{found}");
+    }
+    // Twice may be a spike, and what is not far off a pressure.
+    assert_eq!(filled(3600, 99_999.0 * PSI), []);
+    assert_eq!(filled(1200, 900.0 * PSI), []);
+}
+
+#[test]
 fn a_channel_without_values_and_one_that_rests_are_told() {
     let mut recording = steady(7200, 1.0);
     recording.riser_pressure_pa.as_mut().unwrap().fill(f64::NAN);
