@@ -105,7 +105,7 @@ pub struct Finding {
     /// Natural logarithm of the Bayes factor against the model without it.
     pub evidence: f64,
     /// Evidence that sound recordings, and what else was named, do not reach: that from which it is likely, and the least that it had to show to
-    /// be named. Beside an `unknown` it had to show three times as much; a suspect nothing.
+    /// be named. Beside an `unknown` it had to show three times as much; a suspect, and what remains once the search has ended, nothing.
     pub hurdle: f64,
     /// A test that would tell it from its likeliest serious alternative, of those for which the catalogue knows one.
     pub separating_test: Option<String>,

@@ -24,6 +24,8 @@ pub struct ClockSurvey {
     pub crowded: usize,
     /// Stamps earlier than their predecessor.
     pub backward: usize,
+    /// The stamp, s, behind which the clock goes back furthest, and how far, s.
+    pub furthest_back_s: Option<(f64, f64)>,
     /// Largest distance of a stamp from the even clock, s.
     pub jitter_s: f64,
     /// Where samples are missing.
@@ -234,6 +236,7 @@ impl ClockSurvey {
             step_s: self.step_s * seconds,
             span_s: (self.span_s.0 * seconds, self.span_s.1 * seconds),
             jitter_s: self.jitter_s * seconds,
+            furthest_back_s: (self.furthest_back_s).map(|(at, by)| (at * seconds, by * seconds)),
             gaps: self.gaps.iter().map(gap).collect(),
             ..self.clone()
         }
@@ -263,16 +266,31 @@ impl ClockSurvey {
             self.backward > 0,
             IssueKind::BackwardTime,
             format!(
-                "time runs backwards {}; the samples were put in order",
-                counted(self.backward, "time")
+                "time runs backwards {}{}; the samples were put in order",
+                counted(self.backward, "time"),
+                self.furthest_back_s
+                    .map_or_else(String::new, |(at_s, by_s)| {
+                        format!(
+                            ", furthest by {} s after {} s",
+                            shown(by_s, 6),
+                            shown(at_s, 9)
+                        )
+                    })
             ),
         );
+        // Rows in another order repeat no stamps.
+        let set_back = self.backward > 0 && self.duplicates >= STRETCH * self.backward;
         tell(
             self.duplicates > 0,
             IssueKind::DuplicateTime,
             format!(
-                "{} samples repeat a time stamp; the first of each was kept",
-                self.duplicates
+                "{} samples repeat a time stamp; the first of each was kept{}",
+                self.duplicates,
+                if set_back {
+                    ": was the clock set back?"
+                } else {
+                    ""
+                }
             ),
         );
         let missing: f64 = self

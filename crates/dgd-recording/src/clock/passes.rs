@@ -63,6 +63,8 @@ pub(super) struct Even {
 struct Order {
     missing: usize,
     backward: usize,
+    /// The stamp behind which the clock goes back furthest, and how far.
+    back: Option<(f64, f64)>,
     duplicates: usize,
     first: Option<f64>,
     last: f64,
@@ -229,6 +231,7 @@ impl ClockPasses {
         let mut found = sorted.finish()?;
         found.missing = self.order.missing;
         found.backward = self.order.backward;
+        found.furthest_back_s = self.order.back;
         found.even = false;
         Ok(found)
     }
@@ -267,6 +270,7 @@ impl ClockPasses {
             duplicates,
             crowded,
             backward: order.backward,
+            furthest_back_s: order.back,
             jitter_s,
             even: sound && jitter_s <= ON_CLOCK * step_s,
             gaps,
@@ -306,6 +310,7 @@ impl Even {
             duplicates: 0,
             crowded: 0,
             backward: 0,
+            furthest_back_s: None,
             jitter_s: 0.0,
             gaps: Vec::new(),
             even: true,
@@ -324,6 +329,9 @@ impl Order {
         self.backward += usize::from(step < 0.0);
         self.duplicates += usize::from(step == 0.0);
         self.steps += usize::from(step > 0.0);
+        if step < 0.0 && self.back.is_none_or(|(_, by)| -step > by) {
+            self.back = Some((from, -step));
+        }
         if self
             .jump
             .is_none_or(|(_, longest)| step.total_cmp(&longest).is_ge())

@@ -1,5 +1,5 @@
 use crate::wells::{column, table};
-use dgd_recording::{Column, Run, Table, quantum, survey};
+use dgd_recording::{Column, Run, Table, quantum, survey, survey_clock};
 
 #[test]
 fn a_column_is_summed_up_in_its_own_unit() {
@@ -97,4 +97,30 @@ fn a_suffix_names_a_column_only_if_it_is_the_only_one() {
     assert_eq!(table.find("gom.FT4"), Some(4));
     assert_eq!(table.find("T4"), None);
     assert_eq!(table.rows(), 2);
+}
+
+#[test]
+fn a_clock_that_was_set_back_is_told_with_the_place() {
+    let hour = |from: i32| (0..3600).map(move |i| f64::from(from + i));
+    let set_back: Vec<f64> = hour(0).chain(hour(0)).chain(hour(3600)).collect();
+    let clock = survey_clock(&set_back).unwrap();
+    assert_eq!((clock.backward, clock.duplicates), (1, 3600));
+    assert_eq!(clock.furthest_back_s, Some((3599.0, 3599.0)));
+    let told: Vec<String> = clock.issues().iter().map(ToString::to_string).collect();
+    let place = "time runs backwards 1 time, furthest by 3599 s after 3599 s";
+    assert!(told.iter().any(|t| t.contains(place)), "{told:?}");
+    assert!(
+        told.iter().any(|t| t.ends_with("was the clock set back?")),
+        "{told:?}"
+    );
+
+    // Rows from the newest to the oldest, one of them twice, are no clock that was set back.
+    let mut reversed: Vec<f64> = hour(0).collect();
+    reversed.reverse();
+    reversed.insert(7, reversed[7]);
+    let told = survey_clock(&reversed).unwrap().issues();
+    assert!(
+        told.iter().all(|t| !t.message.contains("set back")),
+        "{told:?}"
+    );
 }
