@@ -107,13 +107,6 @@ pub(super) fn faults(state: &State<'_>) -> Vec<Fault> {
     let far = APART_M.max(APART * inlet_m.max(outlet_m));
     range(Check::Apart, outlet_m - inlet_m, (-far, far));
     let flowing = state.flowing();
-    for i in state.flows() {
-        range(
-            Check::Flow(i),
-            state.median(i, &flowing),
-            (f64::NEG_INFINITY, FLOW_M3_S),
-        );
-    }
     let (inlets, outlets) = (state.inlets(), state.outlets());
     let over = |told: &[usize]| median(flowing.iter().map(|k| state.mean_of(told, *k)));
     let (inlet_pa, outlet_pa) = (over(&inlets), over(&outlets));
@@ -158,6 +151,14 @@ pub(super) fn faults(state: &State<'_>) -> Vec<Fault> {
         range(Check::Speed, high, expected);
         let lifts = lifts(state, i, (&inlets, &outlets), &flowing);
         range(Check::Lifts, lifts, (LIFTS_CORRELATION, 1.0));
+    }
+    // What comes back of it tells more, where it is at fault as well.
+    for i in state.flows() {
+        range(
+            Check::Flow(i),
+            state.median(i, &flowing),
+            (f64::NEG_INFINITY, FLOW_M3_S),
+        );
     }
     faults
 }
