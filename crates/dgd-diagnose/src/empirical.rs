@@ -341,23 +341,38 @@ fn beside_riser(
 }
 
 /// A correction that a model holds, made anew beside the `others`; `None` where the recording does not show it.
-///
-/// Whether it is there is told where curves bend at will, its values beside those of the model that runs.
 pub(crate) fn again(
     record: &Record,
     others: &[Applied],
     held: &Curve,
     excluded: &[bool],
 ) -> Option<Correction> {
-    let made = |bend: Bend| {
-        let tangent = Tangent::at(record, others, excluded, bend)?;
-        correction(record, &tangent, others, excluded, held)
-    };
-    let found = made(Bend::Loose)?;
-    if found.evidence <= rival_hurdle(&found) {
-        return None;
-    }
-    made(Bend::Stiff).or(Some(found))
+    let found = held_on(Bend::Loose, record, others, held, excluded)?;
+    (found.evidence > rival_hurdle(&found)).then_some(found)
+}
+
+/// The same as the model runs with it: whether there is a correction is told where curves bend at will, its values beside stiff ones.
+pub(crate) fn again_as_it_runs(
+    record: &Record,
+    others: &[Applied],
+    held: &Curve,
+    excluded: &[bool],
+) -> Option<Curve> {
+    let found = again(record, others, held, excluded)?;
+    let stiff = held_on(Bend::Stiff, record, others, held, excluded);
+    Some(stiff.unwrap_or(found).curve)
+}
+
+/// A correction that a model holds, beside curves that bend so freely.
+fn held_on(
+    bend: Bend,
+    record: &Record,
+    others: &[Applied],
+    held: &Curve,
+    excluded: &[bool],
+) -> Option<Correction> {
+    let tangent = Tangent::at(record, others, excluded, bend)?;
+    correction(record, &tangent, others, excluded, held)
 }
 
 /// What must be left, once curves bend at will, of a correction that is drawn where they do not, e-folds. Set by hand: a hump of half a bar

@@ -1,7 +1,7 @@
 //! Parameters of named effects, moved to where all of them together explain most.
 
 use crate::cores::both;
-use crate::empirical::again;
+use crate::empirical::again_as_it_runs;
 use crate::incremental::Incremental;
 use crate::record::Record;
 use crate::relations::{Applied, on_grid};
@@ -73,10 +73,11 @@ pub(crate) fn fitted_here(
         others.remove(at);
         if own.is_correction() {
             let held = own.curve();
-            let found = (held.as_ref()).and_then(|held| again(record, &others, held, excluded));
+            let found =
+                (held.as_ref()).and_then(|held| again_as_it_runs(record, &others, held, excluded));
             let of_time = |held: Curve| held.quantity.is_timed() || held.quantity == Quantity::Time;
             if let Some(found) = found {
-                state[k] = Some(Applied::from(&found.curve));
+                state[k] = Some(Applied::from(&found));
             } else if held.is_none_or(of_time) {
                 state[k] = None;
             }

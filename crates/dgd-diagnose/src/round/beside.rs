@@ -10,6 +10,7 @@ use crate::ends_early::ended;
 use crate::record::Record;
 use crate::relations::{Applied, joined, on_grid};
 use crate::tangent::{Bend, Tangent};
+use crate::timing::is_late_meter;
 use dgd_effects::{About, Curve, Place, Quantity, Relation};
 use std::cell::OnceCell;
 use tracing::debug;
@@ -170,11 +171,11 @@ impl<'r, 'a> Beside<'r, 'a> {
             record, unnamed, ..
         } = self.round;
         let left = rivals_beside(record, &gate, self.state(), unnamed);
-        let relation = self.best.effect.about().relation;
+        let about = self.best.effect.about();
         let of_the_rival = left
             .iter()
             .filter(|c| c.curve.is_alike(&rival.curve) || !self.told_before(c));
-        let most = of_the_rival.map(|c| left_of(c, rival, relation));
+        let most = of_the_rival.map(|c| left_of(c, rival, about));
         let itself = |c: &&Correction| c.curve.is_alike(&rival.curve);
         let still = left.iter().find(itself).map_or(0.0, |c| c.borne);
         (most.fold(0.0, f64::max), still > APART * rival.borne)
@@ -189,14 +190,16 @@ impl<'r, 'a> Beside<'r, 'a> {
     }
 }
 
-/// What a correction claims of what an effect of a relation leaves over that a rival tells, e-folds; 0 of one that tells of something else.
-pub(super) fn left_of(c: &Correction, rival: &Correction, relation: Relation) -> f64 {
-    let enters = |place: Place| place.shows_in().contains(&relation);
+/// What a correction claims of what an effect leaves over that a rival tells, e-folds; 0 of one that tells of something else.
+pub(super) fn left_of(c: &Correction, rival: &Correction, about: &About) -> f64 {
+    let enters = |place: Place| place.shows_in().contains(&about.relation);
     let (ours, theirs) = (&c.curve, &rival.curve);
     if ours.place == theirs.place {
         let by_speed = (ours.place, ours.quantity) == (Place::Friction, Quantity::PumpSpeed);
-        return if by_speed && theirs.quantity != Quantity::PumpSpeed {
-            // Speed stands for flow without its meter's noise: of sound recordings, too, friction shows along it.
+        let of_another = theirs.quantity != Quantity::PumpSpeed || is_late_meter(about);
+        return if by_speed && of_another {
+            // Speed stands for flow without its meter's noise: of sound recordings, too, friction shows along it. And without its lateness: friction
+            // along speed is no rival of what makes a meter late, but a part of it.
             (c.claim() - hurdle(c)).max(0.0)
         } else {
             c.claim().max(0.0)

@@ -18,7 +18,7 @@ use crate::scan::{Candidate, weigh};
 use crate::selection::Named;
 use crate::tangent::{Bend, Tangent};
 use crate::test_rig::{Hidden, INFLUX_S, drilled, one, parabolas};
-use dgd_effects::{Curve, Place, Quantity, Relation};
+use dgd_effects::{Curve, Place, Quantity, find};
 use dgd_lsq::dot;
 use dgd_units::STANDARD_ATMOSPHERE_PA;
 
@@ -223,52 +223,57 @@ fn what_a_rival_tells_beside_an_effect_as_well_is_another_cause_and_the_larger_i
 
 #[test]
 fn what_is_left_is_told_where_the_effect_acts_or_the_rival_does() {
-    use Relation::{PumpHead, ReturnLineFriction, RiserMassBalance};
+    let [of_the_line_itself, of_the_riser, of_the_pump] =
+        ["line_restriction", "influx", "pump_wear"].map(|id| find(id).unwrap().about());
     let (line, balance) = (Place::Friction, Place::Balance);
     let of_the_line = correction(line, 100.0);
-    for (place, above, relation, left) in [
+    for (place, above, about, left) in [
         // In the rival's place whatever it tells, and in another place of the effect's relation what no sound recording shows.
-        (line, false, ReturnLineFriction, true),
-        (Place::MeterFactor, true, ReturnLineFriction, true),
-        (Place::MeterFactor, false, ReturnLineFriction, false),
-        (balance, true, ReturnLineFriction, false),
+        (line, false, of_the_line_itself, true),
+        (Place::MeterFactor, true, of_the_line_itself, true),
+        (Place::MeterFactor, false, of_the_line_itself, false),
+        (balance, true, of_the_line_itself, false),
         // A rival of another relation is told by what acts there, too.
-        (line, false, RiserMassBalance, true),
-        (balance, true, RiserMassBalance, true),
-        (balance, false, RiserMassBalance, false),
-        (Place::OutletReading, true, RiserMassBalance, true),
-        (Place::OutletReading, false, RiserMassBalance, false),
-        (balance, true, PumpHead, false),
+        (line, false, of_the_riser, true),
+        (balance, true, of_the_riser, true),
+        (balance, false, of_the_riser, false),
+        (Place::OutletReading, true, of_the_riser, true),
+        (Place::OutletReading, false, of_the_riser, false),
+        (balance, true, of_the_pump, false),
     ] {
         let hurdle = hurdle(&correction(place, 0.0));
         let one = correction(place, if above { hurdle + 5.0 } else { 3.5 });
-        let said = format!("{} {above} beside {relation:?}", place.name());
+        let said = format!("{} {above} beside {}", place.name(), about.id);
         // Of that what it claims in the rival's place, and what it claims beyond a sound recording's in another.
         let expected = match (left, place == of_the_line.curve.place) {
             (false, _) => 0.0,
             (true, true) => one.claim(),
             (true, false) => 2.0,
         };
-        let told = left_of(&one, &of_the_line, relation);
+        let told = left_of(&one, &of_the_line, about);
         assert!((told - expected).abs() < 1e-12, "{said}: {told}");
     }
 }
 
 #[test]
 fn friction_along_the_speed_is_left_beside_another_rival_only_beyond_what_sound_recordings_show() {
-    let relation = Relation::ReturnLineFriction;
+    let [yields, late] = ["yield_stress", "return_flow_delay"].map(|id| find(id).unwrap().about());
     let [time, speed] = [Quantity::Time, Quantity::PumpSpeed];
     let usual = hurdle(&along(speed, correction(Place::Friction, 0.0)));
-    for (of, quantity, evidence, left) in [
-        (time, speed, usual, 0.0),
-        (time, speed, usual + 8.0, 5.0),
-        (speed, speed, 20.0, 17.0),
-        (speed, time, 20.0, 17.0),
-        (time, Quantity::FlowRate, 20.0, 17.0),
+    for (about, of, quantity, evidence, left) in [
+        (yields, time, speed, usual, 0.0),
+        (yields, time, speed, usual + 8.0, 5.0),
+        (yields, speed, speed, 20.0, 17.0),
+        (yields, speed, time, 20.0, 17.0),
+        (yields, time, Quantity::FlowRate, 20.0, 17.0),
+        // Of what makes a meter late it is a part.
+        (late, speed, speed, usual, 0.0),
+        (late, speed, speed, usual + 8.0, 5.0),
+        (late, speed, time, 20.0, 17.0),
     ] {
         let rival = along(of, correction(Place::Friction, 100.0));
         let one = along(quantity, correction(Place::Friction, evidence));
-        let told = left_of(&one, &rival, relation);
+        let told = left_of(&one, &rival, about);
         assert!((told - left).abs() < 1e-9, "{evidence}: {told}");
     }
 }
