@@ -230,9 +230,6 @@ pub(crate) fn read_recordings(
             began,
             first_stamp_s: table.first_stamp_s(&well.channels.time),
         };
-        if began.is_none() && paths[..index].contains(path) {
-            warn!("{} is given twice: its samples count twice", path.display());
-        }
         let (recording, mapping) =
             Recording::from_table(table, well).map_err(|e| well.unmapped(path, &e, &issues))?;
         let rows = recording.len();
@@ -275,6 +272,9 @@ pub(crate) fn read_recordings(
                     return Err(Failure::input(path, reason));
                 }
                 let left_out = joint.append(&mut all.recording, recording, step_s, taken)?;
+                if began.is_none() && left_out == 0 && paths[..index].contains(path) {
+                    warn!("{} is given twice: its samples count twice", path.display());
+                }
                 all.samples += samples.saturating_sub(left_out);
                 all.formats.push(format);
                 all.issues.extend(issues);

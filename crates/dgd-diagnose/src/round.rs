@@ -53,6 +53,8 @@ pub(crate) enum Ruling {
 pub(crate) struct Round<'a> {
     record: &'a Record,
     state: Vec<Applied>,
+    /// How many effects of the model that the search starts from come first in it.
+    held: usize,
     gate: Tangent,
     pub contenders: Vec<Contender>,
     /// How many effects have been named, here or in the model that the search starts from.
@@ -91,6 +93,7 @@ impl<'a> Round<'a> {
             suction: Unmeasured::of(record, &gate, &state),
             record,
             state,
+            held: selection.held,
             gate,
             contenders,
             rivals,
@@ -302,8 +305,8 @@ impl<'a> Round<'a> {
     /// The one of some effects that explains most, named whatever its evidence; `None` if the recording excites none of them.
     pub(crate) fn given(&self, ids: &[String]) -> Option<Named> {
         let held = |id: &str| {
-            let mut named = self.state.iter().filter(|one| !one.allowance);
-            named.any(|one| one.effect.about().id == id)
+            let mut found = self.state[self.held..].iter().filter(|one| !one.allowance);
+            found.any(|one| one.effect.about().id == id)
         };
         // What comes and goes is weighed at other times as well, but each is asked about once.
         let given = |c: &&Contender| {

@@ -428,6 +428,20 @@ mod tests {
         assert_eq!(ids.collect::<Vec<_>>(), ["influx", "pump_wear"]);
     }
 
+    #[test]
+    fn a_suspect_that_the_model_to_start_from_holds_is_asked_about_at_another_time() {
+        let record = drilled(Hidden {
+            influx_m3_s: 3e-3,
+            ..Hidden::default()
+        });
+        let (from, lasts, rise) = INFLUX_S;
+        let held = test_rig::one("influx", &[3e-3, from, lasts, rise]);
+        let suspects = ["influx".to_owned()];
+        let found = select(&record, &[held], Sought::Given(&suspects), |_| {}).unwrap();
+        let ids = found.named.iter().map(|n| n.applied.effect.about().id);
+        assert_eq!(ids.collect::<Vec<_>>(), ["influx"]);
+    }
+
     /// A gain of the inflow may be what an influx looks like until that is found.
     #[test]
     fn what_does_not_show_beside_a_later_one_is_let_go_and_what_does_stays() {

@@ -90,7 +90,7 @@ const MOSTLY: f64 = 0.5;
 /// friction factor is one of a pipe; a pump's speed is in percent; time steps are a recorder's. Of
 /// every single mistake of description (another unit of one or several channels, tags swapped,
 /// depths, density or diameters in another unit) those that mend all of it are named; where none does, a unit of pressures
-/// and one of flows that mend it together, if there are such, each with its line. A pressure or speed that reads one number far beyond all others
+/// and one of flows that mend it together, if there are such, each with its line. A pressure that reads one number more than four times all others
 /// three times or more has a word for no value in it, which is told and left out of all this.
 ///
 /// What it cannot see: all pressures gauge where absolute is said (an atmosphere is no more than

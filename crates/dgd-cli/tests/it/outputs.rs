@@ -153,6 +153,15 @@ fn without_time_and_paths(mut value: Value) -> Value {
 }
 
 #[test]
+fn one_recording_given_twice_is_refused() {
+    let bench = Bench::new();
+    bench.write("a.mat", mat5(&recording(4000)));
+    bench
+        .dgd("fit a.mat a.mat --well well.toml")
+        .refused(&["contains nothing that", "give each stretch of time once"]);
+}
+
+#[test]
 fn consecutive_recordings_are_fitted_as_one() {
     let bench = Bench::new();
     let whole = recording(4000);

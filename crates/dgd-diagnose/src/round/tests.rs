@@ -118,6 +118,7 @@ const RESTRICTED_S: f64 = 1800.0;
 
 fn round(record: &Record, contenders: Vec<Contender>, rivals: Vec<Correction>) -> Round<'_> {
     Round {
+        held: 0,
         record,
         state: Vec::new(),
         gate: Tangent::at(record, &[], &[], Bend::Lean).unwrap(),

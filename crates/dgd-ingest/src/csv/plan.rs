@@ -227,7 +227,7 @@ fn unit_behind(cell: &str) -> Option<&str> {
     let of_number = |c: char| c.is_ascii_digit() || matches!(c, '.' | ',' | '+' | '-');
     let ends = cell.find(|c: char| !of_number(c))?;
     let (number, unit) = (&cell[..ends], cell[ends..].trim());
-    let is_one = number.replace(',', ".").parse::<f64>().is_ok();
+    let is_one = number.contains(|c: char| c.is_ascii_digit());
     (is_one && Unit::parse(unit).is_ok()).then_some(unit)
 }
 

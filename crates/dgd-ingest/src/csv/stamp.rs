@@ -395,8 +395,9 @@ pub(super) struct Clock {
     /// Added since the clock passed midnight, or the full hour; less than 0 where it passed them backwards.
     carried_ns: i64,
     last_ns: i64,
-    /// Rows that are later than the one before them, less those that are earlier: rows may run from the newest to the oldest.
+    /// Rows that are later than the one before them, less those that are earlier, and how many are either: rows may run from the newest to the oldest.
     ahead: i64,
+    moves: i64,
     /// Two fields are hours and minutes, not minutes and seconds.
     two_are_hours: bool,
     /// Another column has the date, so midnight needs no guess.
@@ -433,16 +434,19 @@ impl Clock {
             ns = ns.saturating_add(self.carried_ns);
             // Back by more than half the dial is a new day; less is a clock put back. Of rows that run back, on by more than that is the day before.
             // A dial that counts past its period (`75:02.5`) never comes here.
-            let turned = if self.ahead < 0 && ns > self.last_ns.saturating_add(period_ns / 2) {
+            let reversed = 2 * self.ahead < -self.moves;
+            let turned = if reversed && ns > self.last_ns.saturating_add(period_ns / 2) {
                 -period_ns
-            } else if self.ahead >= 0 && ns < self.last_ns.saturating_sub(period_ns / 2) {
+            } else if !reversed && ns < self.last_ns.saturating_sub(period_ns / 2) {
                 period_ns
             } else {
                 0
             };
             self.carried_ns = self.carried_ns.saturating_add(turned);
             ns = ns.saturating_add(turned);
-            self.ahead += ns.cmp(&self.last_ns) as i64;
+            let ahead = ns.cmp(&self.last_ns) as i64;
+            self.ahead += ahead;
+            self.moves += ahead.abs();
             self.last_ns = ns;
         }
         ns.saturating_sub(first_ns) as f64 / 1e9
@@ -574,6 +578,11 @@ mod tests {
             [0.0, 1.0, 50_400.0]
         );
         assert_eq!(run(&["59:59.9", "60:00.0", "60:00.1"]), [0.0, 0.1, 0.2]);
+        // Neighbours that are swapped run on.
+        let swapped = [
+            "23:59:57", "23:59:56", "23:59:59", "23:59:58", "00:00:01", "00:00:00",
+        ];
+        assert_eq!(run(&swapped), [0.0, -1.0, 2.0, 1.0, 4.0, 3.0]);
         // From the newest to the oldest.
         let newest_first = ["00:00:00.5", "00:00:00", "23:59:59.5", "23:59:00"];
         assert_eq!(run(&newest_first), [0.0, -0.5, -1.0, -60.5]);

@@ -468,6 +468,11 @@ fn a_column_whose_cells_hold_its_unit_is_told_how_to_mend_it() {
         said("a")
     );
     assert!(
+        said("b").contains("remove `gpm` from its cells"),
+        "{}",
+        said("b")
+    );
+    assert!(
         said("c").ends_with("the column was skipped"),
         "{}",
         said("c")

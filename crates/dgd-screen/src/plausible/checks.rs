@@ -258,10 +258,10 @@ fn friction_factor(state: &State<'_>, outlets: &[usize], flowing: &[usize]) -> f
     let geometry = &state.geometry;
     let slope_of_one = state.density_kg_m3 * geometry.pump_outlet_depth_m
         / (2.0 * geometry.line_area_m2().powi(2) * geometry.return_line_id_m);
-    let slope = Line::through(pairs).map_or(f64::NAN, |line| {
-        line.slope_from(FRICTION_FACTOR.0 * slope_of_one)
-    });
-    slope / slope_of_one
+    Line::through(pairs).map_or(f64::NAN, |line| {
+        let slope = line.slope / slope_of_one;
+        Line { slope, ..line }.slope_from(FRICTION_FACTOR.0)
+    })
 }
 
 /// How much closer the outlet pressure follows an inflow than the return flow, where it follows

@@ -55,14 +55,16 @@ impl Highest {
         }
     }
 
-    /// The number that stands for no value in a channel, if it has one. Flows may go from nothing to a full rate.
+    /// The number that stands for no value in a channel, if it has one. Flows and speeds may go from
+    /// next to nothing to a full rate.
     pub(super) fn filler(&self, channel: Channel) -> Option<Filler> {
         /// How far beyond all readings it lies: a pressure has never been seen to do that three times over.
         const BEYOND: f64 = 4.0;
         const FEWEST: usize = 3;
-        let may = is_pressure(channel) || channel == Channel::PumpSpeed;
-        let is_one =
-            may && self.times >= FEWEST && self.next > 0.0 && self.value > BEYOND * self.next;
+        let is_one = is_pressure(channel)
+            && self.times >= FEWEST
+            && self.next > 0.0
+            && self.value > BEYOND * self.next;
         is_one.then_some(Filler {
             value: self.value,
             times: self.times,
