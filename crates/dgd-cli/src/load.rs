@@ -190,6 +190,19 @@ fn told<T>(
     }
 }
 
+/// Warns of issues of files, and gives what whoever reads the answer must know as well: units that a file contradicts.
+fn warn_of<'a>(issues: impl Iterator<Item = (&'a Path, &'a Issue)>) -> Vec<String> {
+    let mut told = Vec::new();
+    for (path, issue) in issues {
+        let warning = format!("{}: {issue}", path.display());
+        warn!("{warning}");
+        if issue.kind == IssueKind::UnitDisagrees {
+            told.push(warning);
+        }
+    }
+    told
+}
+
 /// Samples in which some channel has a value.
 fn recorded(recording: &Recording) -> usize {
     let series = recording.series();
@@ -281,22 +294,16 @@ pub(crate) fn read_recordings(
             }
         }
     }
-    let mut told = Vec::new();
-    for (path, issue) in loaded.iter().flat_map(|l| &l.issues) {
-        let issue_told = format!("{}: {issue}", path.display());
-        warn!("{issue_told}");
-        if issue.kind == IssueKind::UnitDisagrees {
-            told.push(issue_told);
-        }
-    }
+    let issues = loaded.iter().flat_map(|l| &l.issues);
+    let disagreeing = warn_of(issues.map(|(path, issue)| (path.as_path(), issue)));
     let mut loaded = loaded.ok_or_else(|| Failure::Arguments {
         reason: "no recording was given".into(),
     })?;
     if let Some(keeps) = joint.keeps_dates() {
         loaded.dates = Err(keeps);
     }
-    told.splice(0..0, joint.into_warnings());
-    loaded.told = told;
+    loaded.told = joint.into_warnings();
+    loaded.told.extend(disagreeing);
     loaded.suspicions = suspected.iter().map(|s| well.pointing(s)).collect();
     loaded.suspicions.extend(warnings);
     Ok(loaded)

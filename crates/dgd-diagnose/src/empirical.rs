@@ -43,11 +43,11 @@ pub(crate) struct Correction {
     pub signature: Vec<f64>,
     /// Logarithm of the Bayes factor against nothing.
     pub evidence: f64,
-    /// What the choice of its times cost, which both have paid for, e-folds.
-    pub choice: f64,
     /// The part of it that comes from the relations, which is what effects compete with: none could explain what two transmitters show by
     /// themselves.
     pub borne: f64,
+    /// What the choice of its times cost, e-folds: both have paid for it.
+    pub choice: f64,
     /// How many straight parameters its curve is worth.
     pub freedom: f64,
     /// How large its curve is, and the size up to which it may be the accuracy of instruments, in the unit of its place.

@@ -31,7 +31,8 @@ struct Kept {
     over: f64,
 }
 
-/// Tells what remains as something that the catalogue does not hold: where nothing was named, in the relation that keeps most; and, where no correction was named, in the pump's head in place of effects with which that keeps more than with a correction.
+/// Tells what remains as something that the catalogue does not hold: where nothing was named, in the relation that keeps most; and, where no
+/// correction was named, in the pump's head in place of effects with which that keeps more than with a correction.
 ///
 /// The search weighs corrections where curves bend at will, as pump curves may have any smooth shape. The model that runs has stiff curves, and if
 /// those leave much more than noise, no such shape is the cause. Only the head is asked beside effects: the forms of mud that mixes leave up to

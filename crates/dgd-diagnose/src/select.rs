@@ -300,6 +300,7 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
     use super::{Promised, Sought, broken_promises, revised, select};
+    use crate::record::Record;
     use crate::relations::Applied;
     use crate::round::Ruling;
     use crate::selection::Named;
@@ -317,6 +318,14 @@ mod tests {
             held: None,
             most: None,
         }
+    }
+
+    /// Drilling into which mud flows for a while.
+    fn kick() -> Record {
+        drilled(Hidden {
+            influx_m3_s: 3e-3,
+            ..Hidden::default()
+        })
     }
 
     fn gain(probability: f64) -> Named {
@@ -418,10 +427,7 @@ mod tests {
 
     #[test]
     fn each_suspect_is_fitted_once_though_one_of_them_may_come_again() {
-        let record = drilled(Hidden {
-            influx_m3_s: 3e-3,
-            ..Hidden::default()
-        });
+        let record = kick();
         let suspects = ["influx", "pump_wear"].map(str::to_owned);
         let found = select(&record, &[], Sought::Given(&suspects), |_| {}).unwrap();
         let ids = found.named.iter().map(|n| n.applied.effect.about().id);
@@ -430,10 +436,7 @@ mod tests {
 
     #[test]
     fn a_suspect_that_the_model_to_start_from_holds_is_asked_about_at_another_time() {
-        let record = drilled(Hidden {
-            influx_m3_s: 3e-3,
-            ..Hidden::default()
-        });
+        let record = kick();
         let (from, lasts, rise) = INFLUX_S;
         let held = test_rig::one("influx", &[3e-3, from, lasts, rise]);
         let suspects = ["influx".to_owned()];
@@ -447,10 +450,7 @@ mod tests {
     fn what_does_not_show_beside_a_later_one_is_let_go_and_what_does_stays() {
         let (from, lasts, rise) = INFLUX_S;
         let of = |gain: f64| {
-            let mut record = drilled(Hidden {
-                influx_m3_s: 3e-3,
-                ..Hidden::default()
-            });
+            let mut record = kick();
             for read in &mut record.filled.mud_pump {
                 *read *= 1.0 + gain;
             }

@@ -85,13 +85,13 @@ const MOSTLY: f64 = 0.5;
 /// A suspicion rests on what holds for any rig with this geometry, with room for what a
 /// diagnosis is for (meters off by a fifth, transmitters by 5 bar, mud lighter or heavier by as
 /// much as gas and cuttings make it): pressures lie between an empty and a full column of
-/// mud; the pump's inlet and outlet lie near each other; twins agree; the pump raises the pressure; no flow exceeds 30,000 L/min; what is pumped in comes back, between 0.6
-/// and 1.67 times; the level moves with what the flows leave in the riser; the return line's
+/// mud; the pump's inlet and outlet lie near each other; twins agree; the pump raises the pressure; no flow exceeds 30,000 L/min; what is
+/// pumped in comes back, between 0.6 and 1.67 times; the level moves with what the flows leave in the riser; the return line's
 /// friction factor is one of a pipe; a pump's speed is in percent; time steps are a recorder's. Of
 /// every single mistake of description (another unit of one or several channels, tags swapped,
-/// depths, density or diameters in another unit) those that mend all of it are named; where none does, a unit of pressures
-/// and one of flows that mend it together, if there are such, each with its line. A pressure that reads one number more than four times all others
-/// three times or more has a word for no value in it, which is told and left out of all this.
+/// depths or one of them, density or diameters in another unit) those that mend all of it are named; where none does, a unit of pressures
+/// and one of flows that mend it together, if there are such, each with its line. A number that a pressure reads three times or more, and
+/// that lies beyond four times all its other readings, stands for no value: that is told, and it is left out of all this.
 ///
 /// What it cannot see: all pressures gauge where absolute is said (an atmosphere is no more than
 /// a transmitter's bias), UK for US gallons, swapped inflows (only their sum is used), swapped

@@ -17,6 +17,8 @@ pub(crate) struct Screened<'w> {
     blocks: Blocks,
     grid: BlockGrid<'w>,
     screen: BlockScreen,
+    /// What has been warned of, and whoever reads the answer must know as well.
+    told: Vec<String>,
 }
 
 /// Values of a block, 1 MiB: screened and simulated each becomes five to ten, and shorter ones gain nothing.
@@ -65,9 +67,9 @@ pub(crate) fn open<'w>(
         when.say(blocks.bytes(), &why);
         return Ok(None);
     }
-    for issue in blocks.head().issues.iter().chain(&grid.issues()) {
-        warn!("{}: {issue}", path.display());
-    }
+    let of_grid = grid.issues();
+    let issues = blocks.head().issues.iter().chain(&of_grid);
+    let told = super::warn_of(issues.map(|issue| (path, issue)));
     let screen = BlockScreen::new(grid.samples(), grid.step_s(), options);
     Ok(Some(Screened {
         path: path.to_owned(),
@@ -75,6 +77,7 @@ pub(crate) fn open<'w>(
         screen: screen.map_err(|e| Failure::input(path, e))?,
         blocks,
         grid,
+        told,
     }))
 }
 
@@ -101,11 +104,12 @@ impl Screened<'_> {
         self.grid.span_s()
     }
 
-    /// Gathers what the screening must know before it can begin; gives what the recording makes unlikely in the well description.
+    /// Gathers what the screening must know before it can begin; gives what the answer must carry: what was warned of, and what the recording
+    /// makes unlikely in the well description.
     pub(crate) fn look_through(&mut self, progress: &Progress) -> Result<Vec<String>, Failure> {
         let suspect = BlockSuspect::new(self.grid.step_s());
         let mut suspect = Some(suspect.map_err(|e| Failure::input(&self.path, e))?);
-        let mut suspicions = Vec::new();
+        let mut warnings = self.told.clone();
         for pass in 1.. {
             if self.screen.is_last_pass() {
                 break;
@@ -120,15 +124,16 @@ impl Screened<'_> {
             if let Some(suspect) = suspect.take() {
                 let mut found = Vec::new();
                 super::once(&mut found, suspect.finish(self.well));
-                suspicions = found.iter().map(|s| self.well.pointing(s)).collect();
-                for suspicion in &suspicions {
+                for suspicion in &found {
+                    let suspicion = self.well.pointing(suspicion);
                     warn!("{suspicion}");
+                    warnings.push(suspicion);
                 }
             }
             let next = self.screen.next_pass();
             next.map_err(|e| Failure::input(&self.path, e))?;
         }
-        Ok(suspicions)
+        Ok(warnings)
     }
 
     fn pass(

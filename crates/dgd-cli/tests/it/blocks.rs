@@ -232,6 +232,31 @@ fn what_cannot_be_simulated_is_refused_alike() {
 }
 
 #[test]
+fn a_unit_that_the_file_contradicts_is_in_every_answer() {
+    let bench = bench();
+    bench
+        .dgd("fit rig.csv --well well.toml --out model.toml")
+        .done();
+    let text = bench.text("rig.csv");
+    let (head, rows) = text.split_once('\n').unwrap();
+    let (units, rows) = rows.split_once('\n').unwrap();
+    assert!(units.contains("psia"), "{units}");
+    let contradicted = units.replacen("psia", "bara", 1);
+    bench.write("rig.csv", format!("{head}\n{contradicted}\n{rows}"));
+    let simulate = "simulate rig.csv --well well.toml --model model.toml --out run.csv";
+    for (line, schema) in [
+        ("fit rig.csv --well well.toml --out other.toml", "dgd.fit/1"),
+        (simulate, "dgd.simulate/1"),
+        (&format!("{simulate} --in-blocks"), "dgd.simulate/1"),
+    ] {
+        let said = bench.json(line, schema);
+        let warnings = said["warnings"].as_array().unwrap();
+        let told = |w: &serde_json::Value| w.as_str().unwrap().contains("the file gives `bara`");
+        assert!(warnings.iter().any(told), "{line}: {warnings:?}");
+    }
+}
+
+#[test]
 fn what_cannot_be_simulated_in_blocks_is_simulated_whole_and_says_why() {
     let bench = bench();
     bench

@@ -78,9 +78,11 @@ mod tests {
     use super::{doubt_outdone, outdoes};
     use crate::ablation::Step;
     use crate::conclude::believe;
+    use crate::relations::Applied;
     use crate::select::{Sought, select};
     use crate::selection::Named;
     use crate::test_rig::{Hidden, drilled, named};
+    use dgd_effects::{Curve, KNOTS, Place, Quantity};
 
     /// How likely one suspect is, fitted alone and beside what a search for anything finds, where mud flows in for a while.
     fn likely(gain: f64, suspect: &str) -> [f64; 2] {
@@ -140,5 +142,18 @@ mod tests {
         let wear = of("pump_wear", 900.0, &[("influx", 0.2)]);
         assert_eq!(by(&[loss, wear]), Some(("pump_wear", 0.2)));
         assert_eq!(by(&[]), None);
+        // A correction is in the relations of its place, whatever its effect says of itself.
+        let of_place = |place: Place| {
+            let knots = vec![1e-3; KNOTS];
+            Named {
+                evidence: 50.0,
+                applied: Applied::from(&Curve::new(place, Quantity::Time, (0.0, 1e4), knots)),
+                ..of("unknown", 0.0, &[])
+            }
+        };
+        let wear = of("pump_wear", 900.0, &[]);
+        let beside_wear = |place: Place| by(&[of_place(place), wear.clone()]);
+        assert_eq!(beside_wear(Place::Balance), Some(("unknown", 0.0)));
+        assert_eq!(beside_wear(Place::Friction), Some(("pump_wear", 0.0)));
     }
 }

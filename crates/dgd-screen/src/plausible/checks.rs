@@ -19,7 +19,7 @@ const RETURNED: (f64, f64) = (0.6, 1.67);
 /// How far the level moves for the volume that the flows leave in the riser.
 const MOVES: (f64, f64) = (0.3, 4.0);
 /// Correlation from which a slope says anything.
-const CORRELATION: f64 = 0.7;
+const SLOPE_CORRELATION: f64 = 0.7;
 /// Highest flow that a rig pumps, m³/s: 30,000 L/min.
 const FLOW_M3_S: f64 = 0.5;
 /// How far a pump's outlet may lie from its inlet, m, and as a share of the deeper one.
@@ -348,7 +348,7 @@ impl Line {
     ///
     /// Noise of x makes the slope of y upon x too small, and noise of y that of x upon y too large: the true one lies between the two.
     fn slope_from(&self, expected: f64) -> f64 {
-        if self.correlation < CORRELATION {
+        if self.correlation < SLOPE_CORRELATION {
             return f64::NAN;
         }
         let (least, most) = (self.slope, self.slope / self.correlation.powi(2));

@@ -1,13 +1,13 @@
 //! Claims about what swings with a period: found with it, in its place, and nowhere else.
 
 use super::{LENGTH_S, made, off_by, size_in};
-use crate::empirical::{Course, again, anew, corrections, instead_of};
+use crate::empirical::{Correction, Course, again, anew, corrections, hurdle, instead_of, without};
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::relations::FINE_KNOTS;
 use crate::tangent::{Bend, Tangent};
 use crate::test_rig::BLOCK_S;
-use dgd_effects::{Curve, KNOTS, Place, Quantity};
+use dgd_effects::{Curve, KNOTS, Place, Quantity, Relation};
 use std::f64::consts::TAU;
 
 /// Seven and a half times in the recording; between knots of a curve along time.
@@ -56,8 +56,36 @@ fn what_swings_is_found_with_its_period_and_in_its_place() {
         let choice = (LENGTH_S / 600.0 - 2.5).ln();
         let paid = again.evidence - found.evidence;
         assert!((paid - choice).abs() < 0.1, "{paid} {choice}");
+        assert!((found.choice - choice).abs() < 0.1, "{}", found.choice);
         assert_eq!(Course::from(curve).timed_s, Some((curve.from, curve.to)));
     }
+}
+
+#[test]
+fn what_swings_pays_for_its_period_without_stops_too() {
+    let record = swinging(Place::Friction, PERIOD_S);
+    let best = corrections(&record, &[], false).remove(0);
+    let mut found = instead_of(&record, &[], &best).unwrap();
+    // Doubtful, so that it is weighed again without some blocks.
+    found.evidence = hurdle(&found);
+    let stops: Vec<bool> = (0..record.blocks).map(|block| block < 5).collect();
+    let alone = |c: &Correction| {
+        let found = std::slice::from_ref(c);
+        let [(0, alone)] = without(&record, &stops, &[], found, Relation::ReturnLineFriction)[..]
+        else {
+            panic!("it is not weighed again");
+        };
+        alone
+    };
+    let unpaid = Correction {
+        choice: 0.0,
+        ..found.clone()
+    };
+    let paid = alone(&unpaid) - alone(&found);
+    assert!(
+        found.choice > 1.0 && (paid - found.choice).abs() < 1e-9,
+        "{paid}"
+    );
 }
 
 #[test]
