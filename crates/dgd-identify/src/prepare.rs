@@ -118,27 +118,36 @@ impl Prepared {
         }
     }
 
-    /// What is to be said of transmitters that repeated one value for many minutes: what is not used there, and where.
-    /// Short stretches are part of every recording, and a channel that never changes is suspected as such.
+    /// What is to be said of transmitters that repeated one value for many minutes, one message a transmitter: what is not used, and
+    /// where. Short stretches are part of every recording, and a channel that never changes is suspected as such.
     pub fn stuck_for_long(&self) -> Vec<String> {
         /// Seconds from which on a stretch is told.
         const LONG_S: f64 = 600.0;
         let time_s = &self.recording.time_s;
-        let seconds = |run: &Run| {
-            #[expect(clippy::cast_precision_loss, reason = "samples of a run")]
-            let length = run.length as f64;
-            length * self.step_s
-        };
+        #[expect(clippy::cast_precision_loss, reason = "samples of a run")]
+        let seconds = |run: &Run| run.length as f64 * self.step_s;
         let whole = |run: &Run| 10 * run.length >= 9 * time_s.len();
-        let long = (self.stuck.iter()).filter(|(_, run)| seconds(run) >= LONG_S && !whole(run));
-        long.filter_map(|(channel, run)| {
-            let from = time_s.get(run.start)?;
-            Some(format!(
-                "`{channel}` repeats one value from {from:.0} to {:.0} s and is not used there; is it frozen?",
-                from + seconds(run)
-            ))
-        })
-        .collect()
+        self.stuck
+            .chunk_by(|(channel, _), (next, _)| channel == next)
+            .filter_map(|of_one| {
+                let channel = of_one.first()?.0;
+                let runs = || of_one.iter().map(|(_, run)| run);
+                let long = || runs().filter(|run| seconds(run) >= LONG_S && !whole(run));
+                let longest = long().max_by_key(|run| run.length)?;
+                let from = time_s.get(longest.start)?;
+                let to = from + seconds(longest);
+                let times = long().count();
+                Some(if times == 1 {
+                    format!("`{channel}` repeats one value from {from:.0} to {to:.0} s and is not used there; is it frozen?")
+                } else {
+                    format!(
+                        "`{channel}` repeats one value for {:.0} min or more {times} times, {:.1} h in all and longest from {from:.0} to {to:.0} s, and is not used there; is it frozen, or logged only when it changes?",
+                        LONG_S / 60.0,
+                        long().map(seconds).sum::<f64>() / 3600.0
+                    )
+                })
+            })
+            .collect()
     }
 
     /// Samples that identification may use.

@@ -57,6 +57,19 @@ fn a_reading_that_is_frozen_for_many_minutes_is_told_and_a_short_one_is_not() {
 }
 
 #[test]
+fn a_reading_that_freezes_again_and_again_is_told_once() {
+    let mut recording = Rig::default().recording();
+    let read = &mut recording.pump_inlet_pressure_pa[0];
+    for (from, samples) in [(1000, 700), (2000, 300), (3000, 900)] {
+        let frozen = read[from];
+        read[from..from + samples].fill(frozen);
+    }
+    let said = prepared(recording).stuck_for_long();
+    let expected = "`pump_inlet_pressure 1` repeats one value for 10 min or more 2 times, 0.4 h in all and longest from 3000 to 3900 s, and is not used there; is it frozen, or logged only when it changes?";
+    assert_eq!(said, [expected]);
+}
+
+#[test]
 fn a_meter_that_is_logged_now_and_then_is_known_where_it_is_read() {
     let mut recording = Rig::default().recording();
     let read = recording.return_flow_m3_s.clone();
