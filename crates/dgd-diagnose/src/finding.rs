@@ -7,7 +7,7 @@ use crate::numbers::tails;
 use crate::record::Record;
 use crate::selection::Named;
 use crate::twins::Pair;
-use dgd_effects::{About, Curve, Place, Quantity, Relation, find, told_apart_by};
+use dgd_effects::{About, Curve, Excitation, Place, Quantity, Relation, find, told_apart_by};
 
 /// One named effect, or the correction that no effect explains.
 ///
@@ -44,7 +44,7 @@ pub(crate) fn finding(
             .or((about.sensor().is_some() && record.outlets.len() > 1).then_some(Pair::Outlets))
             .map(Pair::name),
         intervals_s: vec![interval],
-        region: region(record, interval),
+        region: region(record, about, interval),
         parameters: estimator.estimates(named),
         curve: curve.as_ref().map(|curve| told_curve(curve, span)),
         held_out,
@@ -227,10 +227,13 @@ fn base_equation(relation: Relation) -> &'static str {
 }
 
 /// The operating region in which an effect acts.
-fn region(record: &Record, interval: (f64, f64)) -> String {
+fn region(record: &Record, about: &About, interval: (f64, f64)) -> String {
     let inside: Vec<usize> = (0..record.t_s.len())
         .filter(|i| record.t_s[*i] >= interval.0 && record.t_s[*i] <= interval.1)
         .collect();
+    if about.search.needs.contains(&Excitation::PumpStops) {
+        return stops(record, &inside);
+    }
     let range = |values: &[f64], least: f64| -> Option<(f64, f64)> {
         let v: Vec<f64> = inside
             .iter()
@@ -251,6 +254,24 @@ fn region(record: &Record, interval: (f64, f64)) -> String {
         ),
         _ => "pump at rest".to_owned(),
     }
+}
+
+/// How often, and for how long, the pump stands in these samples.
+fn stops(record: &Record, inside: &[usize]) -> String {
+    let pumping = &record.filled.pumping;
+    let times = inside
+        .chunk_by(|a, b| pumping[*a] == pumping[*b])
+        .filter(|run| run.first().is_some_and(|i| !pumping[*i]))
+        .count();
+    let rests = inside.iter().filter(|i| !pumping[**i]).count();
+    let minutes = rests as f64 * record.dt_s / 60.0;
+    let lasts = if minutes < 90.0 {
+        format!("{minutes:.0} min")
+    } else {
+        format!("{:.1} h", minutes / 60.0)
+    };
+    let plural = if times == 1 { "" } else { "s" };
+    format!("{times} stop{plural} of the pump, {lasts} at rest")
 }
 
 /// Doubt in a swell that stands no higher than it must; one twice as high is doubted half as much. Set by hand, not calibrated.
@@ -283,7 +304,7 @@ pub(crate) fn heaving(
         shows_in: vec![about.relation],
         pair: None,
         intervals_s: vec![span],
-        region: region(record, span),
+        region: region(record, about, span),
         parameters: about
             .parameters
             .iter()

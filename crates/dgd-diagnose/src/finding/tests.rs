@@ -376,21 +376,41 @@ fn the_region_is_where_all_but_a_tenth_of_the_samples_lie_while_it_acts() {
             60.0 + ((i - 200) % 20) as f64
         };
     }
+    let wear = find("pump_wear").unwrap().about();
     // Twenty levels: the lowest and the highest are the twentieth part at either end.
     assert_eq!(
-        region(&record, (400.0, 798.0)),
+        region(&record, wear, (400.0, 798.0)),
         "return flow 1206 to 1308 L/min, pump speed 61 to 78 %"
     );
     // One sample alone, in which it begins and ends.
     assert_eq!(
-        region(&record, (20.0, 20.0)),
+        region(&record, wear, (20.0, 20.0)),
         "return flow 600 to 600 L/min, pump speed 90 to 90 %"
     );
-    assert_eq!(region(&record, (20.5, 21.5)), "pump at rest");
+    assert_eq!(region(&record, wear, (20.5, 21.5)), "pump at rest");
     record.speed[..100].fill(4.0);
     record.flow[100..200].fill(9e-4);
-    assert_eq!(region(&record, (0.0, 100.0)), "pump at rest");
-    assert_eq!(region(&record, (200.0, 390.0)), "pump at rest");
+    assert_eq!(region(&record, wear, (0.0, 100.0)), "pump at rest");
+    assert_eq!(region(&record, wear, (200.0, 390.0)), "pump at rest");
+}
+
+#[test]
+fn the_region_of_what_acts_at_rest_is_the_stops_while_it_acts() {
+    let mut record = steady(90);
+    let gel = find("gel_strength").unwrap().about();
+    for rest in [20..80, 200..260, 300..330] {
+        record.filled.pumping[rest].fill(false);
+    }
+    let minutes = |samples: f64| format!("{:.0} min", samples * record.dt_s / 60.0);
+    let of = |from: usize, to: usize| region(&record, gel, (record.t_s[from], record.t_s[to]));
+    assert_eq!(
+        of(0, 449),
+        format!("3 stops of the pump, {} at rest", minutes(150.0))
+    );
+    assert_eq!(
+        of(0, 100),
+        format!("1 stop of the pump, {} at rest", minutes(60.0))
+    );
 }
 
 #[test]
