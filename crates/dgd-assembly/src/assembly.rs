@@ -4,7 +4,7 @@ use crate::assemble::{self, shown_sizes};
 use crate::error::{AssemblyError, Problem};
 use crate::network::{Network, NodeKind, Start};
 use crate::record::Window;
-use crate::spec::{Bounds, EffectSetting, Setting, System};
+use crate::spec::{Bounds, EffectSetting, Initial, Measured, Setting, System};
 use dgd_units::Unit;
 
 /// A system that was found to be well posed, compiled.
@@ -179,7 +179,7 @@ impl Assembly {
             .collect();
         for window in 0..self.training_windows() {
             for state in &self.net.states {
-                if let Start::Free(bounds) = &state.start {
+                if let Some(bounds) = state.start.found() {
                     let path = if window == 0 {
                         state.path.clone()
                     } else {
@@ -210,13 +210,9 @@ impl Assembly {
                 bounds.start = value;
             }
         }
-        let free_states = self
-            .net
-            .states
-            .iter()
-            .filter(|s| matches!(s.start, Start::Free(_)));
+        let free_states = self.net.states.iter().filter(|s| s.start.found().is_some());
         for (state, &value) in free_states.zip(&theta[self.net.free.len()..]) {
-            if let Some(crate::spec::Initial::Free(bounds)) = system.initial.get_mut(&state.path) {
+            if let Some(Initial::Free(bounds)) = system.initial.get_mut(&state.path) {
                 bounds.start = value;
             }
         }
@@ -265,6 +261,35 @@ impl Assembly {
         for (name, size) in shown_sizes(&self.net, windows, system.independent == "time") {
             let shown = Setting::Number(size);
             system.scale.entry(name.to_owned()).or_insert(shown);
+        }
+        Self::new(system)
+    }
+
+    /// The same system with states that start from a reading free around it, as far as the first readings of `windows` scatter: all that
+    /// follows a start carries its error along, and a fit that took one reading at its word would lay that error to something else.
+    ///
+    /// # Errors
+    /// [`AssemblyError::IllPosed`] as [`Self::new`].
+    pub fn with_loose_starts(&self, windows: &[Window]) -> Result<Self, AssemblyError> {
+        let mut system = self.system.clone();
+        for state in &self.net.states {
+            let Start::Measured(meter) = state.start else {
+                continue;
+            };
+            let within = (windows.iter())
+                .filter_map(|w| w.readings.get(meter))
+                .map(|readings| first_scatter(readings))
+                .fold(0.0, f64::max);
+            let measured = match system.initial.get(&state.path) {
+                Some(Initial::Measured(given)) => given.measured.clone(),
+                None => self.net.meters[meter].name.clone(),
+                Some(_) => continue,
+            };
+            if within > 0.0 {
+                let within = Some(within);
+                let near = Initial::Measured(Measured { measured, within });
+                system.initial.insert(state.path.clone(), near);
+            }
         }
         Self::new(system)
     }
@@ -439,4 +464,28 @@ pub fn parse_system(text: &str) -> Result<System, AssemblyError> {
             message: crate::near::with_meant(&error.message().trim().replace('\n', "; ")),
         }
     })
+}
+
+/// How far the first of these readings may be off by chance: eight times what consecutive ones scatter about a parabola, or their least
+/// step if that is more. 0 of what does not scatter.
+fn first_scatter(readings: &[f64]) -> f64 {
+    /// Readings that are looked at.
+    const FIRST: usize = 200;
+    const TIMES: f64 = 8.0;
+    let first: Vec<f64> = (readings.iter().copied())
+        .filter(|v| v.is_finite())
+        .take(FIRST)
+        .collect();
+    // Third differences of white noise have twenty times its variance.
+    let third = |w: &[f64]| w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0];
+    let mut size: Vec<f64> = first.windows(4).map(|w| third(w).abs()).collect();
+    if size.is_empty() {
+        return 0.0;
+    }
+    size.sort_by(f64::total_cmp);
+    // The median of what is normally distributed, against its standard deviation.
+    let noise = size[size.len() / 2] / 0.674_5 / 20f64.sqrt();
+    let steps = first.windows(2).map(|w| (w[1] - w[0]).abs());
+    let step = steps.filter(|s| *s > 0.0).fold(f64::INFINITY, f64::min);
+    (TIMES * noise).max(if step.is_finite() { step } else { 0.0 })
 }

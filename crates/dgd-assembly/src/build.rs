@@ -49,7 +49,7 @@ impl Slots {
     }
 }
 
-/// The words nearest to what was written, for a message.
+/// What there is, for a message.
 pub(crate) fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     let all: Vec<&str> = names.into_iter().collect();
     if all.is_empty() {

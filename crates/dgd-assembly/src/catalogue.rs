@@ -82,13 +82,11 @@ pub fn effects_for(assembly: &Assembly) -> Vec<Hypothesis> {
     found
 }
 
-fn place(assembly: &Assembly, i: usize) -> Place<'_> {
+fn place(assembly: &Assembly, i: usize) -> Place {
     let net = &assembly.net;
     let part = &net.parts[i];
     let tank = net.tanks.iter().position(|&t| t == i);
     let mut place = Place {
-        component: &part.name,
-        kind: part.kind,
         has_brim: false,
         has_tank_below: tank.is_some_and(|k| net.below[k].is_some()),
         outlet_stores: false,

@@ -291,7 +291,12 @@ pub(crate) fn chain(graph: &Graph, slots: &Slots, problems: &mut Vec<Problem>) -
             let Some(Location::Node(to)) = location[to].filter(|_| !inner[to]) else {
                 continue;
             };
-            let backwards = members.iter().filter(|m| m.sign < 0.0).count() * 2 > members.len();
+            // As a check valve lets flow pass; without one, as most members point.
+            let one_way = members.iter().find(|m| slots.parts[m.part].check_valve);
+            let backwards = one_way.map_or_else(
+                || members.iter().filter(|m| m.sign < 0.0).count() * 2 > members.len(),
+                |m| m.sign < 0.0,
+            );
             let (mut from, mut to) = (from, to);
             if backwards {
                 members.reverse();

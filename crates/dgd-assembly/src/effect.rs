@@ -114,16 +114,10 @@ pub struct Now<'a> {
 /// What a component went through at a moment, for the rates of an effect's states.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Drive {
-    /// The input (speed, opening, pump input, boundary value) before effects.
+    /// The input (speed, opening, pump input, boundary value), as the effects before this one leave it.
     pub input: f64,
     /// Flow through it; net flow out of a boundary; inflow of a tank, m³/s.
     pub flow_m3_s: f64,
-    /// Level of a tank, m.
-    pub level_m: f64,
-    /// Pressure at its inlet, Pa.
-    pub inlet_pa: f64,
-    /// Pressure at its outlet, Pa.
-    pub outlet_pa: f64,
 }
 
 /// Flows of a tank, which effects may change.
@@ -158,7 +152,7 @@ pub trait Effect: Sync {
     fn about(&self) -> &'static About;
 
     /// Whether it makes sense at this place.
-    fn fits(&self, place: &Place<'_>) -> bool {
+    fn fits(&self, place: &Place) -> bool {
         let _ = place;
         true
     }
@@ -266,11 +260,7 @@ pub trait Effect: Sync {
 
 /// Where an effect might sit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place<'a> {
-    /// Component.
-    pub component: &'a str,
-    /// Its kind.
-    pub kind: Kind,
+pub struct Place {
     /// Tank: it has a finite or free brim.
     pub has_brim: bool,
     /// Tank: a tank lies below, fed by this one.

@@ -109,7 +109,7 @@ pub struct Fit {
     pub covariance: Vec<f64>,
     /// Parameters on a bound.
     pub at_bound: Vec<bool>,
-    /// Root mean square of the residuals of each instrument, in its reading; NaN if it was not fitted.
+    /// Root mean square of the residuals of each instrument, in SI; NaN if it was not fitted.
     pub rms: Vec<f64>,
     /// Half the sum of squares of the scaled residuals (of the weighted ones with a robust loss).
     pub cost: f64,
@@ -125,22 +125,6 @@ pub struct Fit {
     pub iterations: usize,
     /// Simulations of a window.
     pub runs: usize,
-}
-
-/// Element `index` of Halton's sequence in dimension `dimension`.
-fn halton(index: usize, dimension: usize) -> f64 {
-    const PRIMES: [usize; 16] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53];
-    let base = PRIMES[dimension % PRIMES.len()];
-    // Beyond the list the same bases are used again, further along.
-    let (mut i, mut share, mut sum) = (index + 1 + 17 * (dimension / PRIMES.len()), 1.0, 0.0);
-    while i > 0 {
-        #[expect(clippy::cast_precision_loss, reason = "a digit and a small prime")]
-        let (digit, base) = ((i % base) as f64, base as f64);
-        share /= base;
-        sum += share * digit;
-        i /= PRIMES[dimension % PRIMES.len()];
-    }
-    sum
 }
 
 /// Fits the free parameters and initial states of `assembly` to the training windows by the free run (output error):
@@ -215,7 +199,7 @@ pub fn fit(
     }
     let mut best: Option<Minimum> = None;
     let starts = std::iter::once(first)
-        .chain((0..options.more_starts).map(|k| (0..p).map(|d| halton(k, d)).collect()));
+        .chain((0..options.more_starts).map(|k| (0..p).map(|d| lm::halton(k, d)).collect()));
     let short = if options.more_starts == 0 {
         options.iterations
     } else {
@@ -279,7 +263,7 @@ fn conclude(assembly: &Assembly, mut problem: Residual<'_>, minimum: &Minimum) -
     let (covariance, inflation) = match jacobian {
         // As many readings as values leave nothing to tell an error by.
         Some(jacobian) if minimum.residuals.len() > p => {
-            let inflation = inflation(&residuals);
+            let inflation = inflation(&residuals, &problem.scale);
             (covariance(&jacobian, &loose, minimum, inflation), inflation)
         }
         _ => (
@@ -343,10 +327,11 @@ pub(crate) fn root_mean_square(values: &[f64]) -> f64 {
     (values.iter().map(|v| v * v).sum::<f64>() / n).sqrt()
 }
 
-/// From the lag-one correlation of the residuals.
-fn inflation(residuals: &[Vec<Vec<f64>>]) -> f64 {
+/// From the lag-one correlation of the residuals of the outputs that are fitted, those with a scale.
+fn inflation(residuals: &[Vec<Vec<f64>>], scale: &[Option<f64>]) -> f64 {
     let (mut lagged, mut square) = (0.0, 0.0);
-    for column in residuals.iter().flatten() {
+    let fitted = |window| std::iter::zip(window, scale).filter(|(_, s)| s.is_some());
+    for (column, _) in residuals.iter().flat_map(fitted) {
         let size: f64 = column.iter().filter(|v| v.is_finite()).map(|v| v * v).sum();
         if !(size > 0.0) {
             continue;

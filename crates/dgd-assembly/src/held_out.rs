@@ -2,8 +2,8 @@
 
 use crate::assembly::Assembly;
 use crate::error::AssemblyError;
+use crate::network::Start;
 use crate::record::{Portion, Record, Window};
-use crate::spec::{Initial, PartLayout};
 
 /// A held-out window.
 #[derive(Debug, Clone, Default)]
@@ -64,20 +64,15 @@ impl Assembly {
     #[must_use]
     pub fn holds_out_of_one_run(&self) -> bool {
         let record = &self.system().record;
-        let same =
-            |test: &PartLayout| test.channels.is_empty() || test.channels == record.train.channels;
-        self.system().independent == "time" && record.test.as_ref().is_some_and(same)
+        let same = record.channels(Portion::Test) == record.channels(Portion::Train);
+        self.system().independent == "time" && record.test.is_some() && same
     }
 
     /// Whether every state starts from a reading; one that is given or fitted, or that an effect owns, does not.
     #[must_use]
     pub fn starts_measured(&self) -> bool {
-        let system = self.system();
-        let measured = |state: &String| {
-            matches!(system.initial.get(state), Some(Initial::Measured(_)))
-                || (state.ends_with(".level") && !system.initial.contains_key(state))
-        };
-        self.states().iter().all(measured)
+        let mut states = self.net.states.iter();
+        states.all(|state| matches!(state.start, Start::Measured(_)))
     }
 }
 

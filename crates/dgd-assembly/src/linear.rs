@@ -62,6 +62,7 @@ pub fn steady_state(
     }
     // The run remembers that a tank spills at its brim, where it holds the level: that is no steady state.
     let model = Model::still(net, theta, inputs);
+    model.shut_valves(&x);
     let mut residual = size_of_rates(&model, &x, &sizes, time);
     for _ in 0..30 {
         if n == 0 || residual < 1e-13 {
@@ -114,7 +115,14 @@ fn size_of_rates(model: &Model<'_>, x: &[f64], sizes: &[f64], time: f64) -> f64 
     rate.iter()
         .zip(sizes)
         .map(|(r, s)| (r / s * time).abs())
-        .fold(0.0, |m, r| if r.is_nan() { f64::NAN } else { m.max(r) })
+        // `max` drops a NaN on either side.
+        .fold(0.0, |m: f64, r| {
+            if m.is_nan() || r.is_nan() {
+                f64::NAN
+            } else {
+                m.max(r)
+            }
+        })
 }
 
 fn jacobian(model: &Model<'_>, x: &[f64], sizes: &[f64]) -> (DMatrix<f64>, Vec<f64>) {
@@ -134,6 +142,12 @@ fn jacobian(model: &Model<'_>, x: &[f64], sizes: &[f64]) -> (DMatrix<f64>, Vec<f
         }
     }
     model.rhs(0.0, x, &mut rate);
+    // What a shut valve holds has no rate, and no step to make.
+    for j in 0..n {
+        if rate[j] == 0.0 && a.row(j).iter().all(|slope| *slope == 0.0) {
+            a[(j, j)] = 1.0;
+        }
+    }
     (a, rate)
 }
 
@@ -178,6 +192,7 @@ pub fn linearise(
     let sizes: Vec<f64> = net.states.iter().map(|s| s.size).collect();
     let at = |x: &[f64], u: &[f64]| {
         let model = Model::still(net, theta, u);
+        model.shut_valves(state);
         let mut rate = vec![0.0; n];
         model.rhs(0.0, x, &mut rate);
         let mut outputs = vec![vec![f64::NAN]; k];

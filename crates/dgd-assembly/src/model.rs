@@ -234,12 +234,13 @@ impl Work {
                 }
             }
         }
+        // What leaves a heavy chain hangs on the pressures inside it, and these on its acceleration.
+        self.accelerate(net, x);
         self.leave(net, x);
     }
 
     /// Rates of all states; [`solve`](Self::solve) first.
     pub(crate) fn rates(&mut self, net: &Network, x: &[f64], rate: &mut [f64]) {
-        self.accelerate(net, x);
         self.balance(net, x);
         for k in 0..net.tanks.len() {
             rate[k] = if self.mode[k] == Mode::Between {
@@ -266,7 +267,7 @@ impl Work {
             }
         }
         for attached in net.effects.iter().filter(|a| !a.states.is_empty()) {
-            let drive = self.drive(net, attached.part, x);
+            let drive = self.drive(net, attached, x);
             attached.effect.rates(
                 &self.now(net, attached, x),
                 &drive,
@@ -275,15 +276,18 @@ impl Work {
         }
     }
 
-    /// What a part goes through.
-    pub(crate) fn drive(&self, net: &Network, part: usize, x: &[f64]) -> Drive {
+    /// What an effect's part goes through; its input as the effects before this one leave it.
+    pub(crate) fn drive(&self, net: &Network, attached: &Attached, x: &[f64]) -> Drive {
+        let part = attached.part;
         let p = &net.parts[part];
         let mut drive = Drive::default();
         if let Some(&(slot, _)) = net.hooked.iter().find(|(_, i)| *i == part) {
-            drive.input = self.raw[slot];
+            let before = (net.effects_of(part).iter()).take_while(|a| a.base != attached.base);
+            drive.input = before.fold(self.raw[slot], |value, a| {
+                a.effect.input(&self.now(net, a, x), value)
+            });
         }
         if let Some(k) = net.tanks.iter().position(|&t| t == part) {
-            drive.level_m = x[k];
             drive.flow_m3_s = self.inflow[k];
         }
         if let Some((chain, member)) = net.seat[part] {
@@ -294,9 +298,6 @@ impl Work {
         {
             drive.flow_m3_s = -self.arriving(net, node);
         }
-        let at = |end: Option<Location>| end.map_or(ATMOSPHERE_PA, |l| self.pressure_at(net, l, x));
-        drive.inlet_pa = at(net.ends[part][0]);
-        drive.outlet_pa = at(net.ends[part][1]);
         drive
     }
 

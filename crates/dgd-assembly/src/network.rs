@@ -199,6 +199,11 @@ impl Meter {
         unit.map_or((1.0, 0.0), |u| (u.factor, u.offset))
     }
 
+    /// The SI value of its unit's zero.
+    pub(crate) fn zero(&self) -> f64 {
+        self.map().1
+    }
+
     /// What the instrument says of a quantity, both in SI units; gain and offset of its properties `own` are in its own.
     #[inline]
     pub(crate) fn said(&self, own: &[f64], quantity: f64) -> f64 {
@@ -237,11 +242,23 @@ pub(crate) enum Start {
     Given(f64),
     /// First valid sample of a meter.
     Measured(usize),
+    /// The same, off by what is found within these bounds around 0.
+    Near(usize, Bounds),
     Free(Bounds),
     /// Flow at which nothing accelerates.
     Steady,
     /// An effect's own state.
     Effect,
+}
+
+impl Start {
+    /// Bounds of what is found of it, a value for each training window.
+    pub(crate) fn found(&self) -> Option<&Bounds> {
+        match self {
+            Self::Free(bounds) | Self::Near(_, bounds) => Some(bounds),
+            _ => None,
+        }
+    }
 }
 
 #[derive(Debug, Clone)]

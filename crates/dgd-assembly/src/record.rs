@@ -3,8 +3,8 @@
 use crate::assembly::Assembly;
 use crate::build::listed;
 use crate::error::AssemblyError;
-use crate::spec::PartLayout;
 use dgd_units::{Dimension, Unit};
+use std::collections::BTreeMap;
 
 /// Columns of a recording by name, all of one length; borrowed.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -84,7 +84,7 @@ impl Assembly {
             (Portion::Test, None) => return Ok(Vec::new()),
             (Portion::Train | Portion::All, _) => (&layout.train, "record.train"),
         };
-        let samples = self.samples(record, part)?;
+        let samples = self.samples(record, layout.channels(portion))?;
         let spans: &[[f64; 2]] = if portion == Portion::All || part.windows.is_empty() {
             &[[f64::NEG_INFINITY, f64::INFINITY]]
         } else {
@@ -105,10 +105,7 @@ impl Assembly {
             }
             windows.push(window);
         }
-        let another_run = portion == Portion::Test
-            && !part.channels.is_empty()
-            && part.channels != layout.train.channels;
-        if !another_run {
+        if layout.channels(portion) == layout.channels(Portion::Train) {
             let train = layout.train.windows.first();
             let origin = samples.origin(train.map_or(f64::NEG_INFINITY, |w| w[0] * self.net.tick));
             for window in &mut windows {
@@ -118,8 +115,12 @@ impl Assembly {
         Ok(windows)
     }
 
-    /// All samples of a record, under the channels of a part.
-    fn samples(&self, record: &Record<'_>, part: &PartLayout) -> Result<Samples, AssemblyError> {
+    /// All samples of a record, under the channels of a part; those of a relation in the order of its independent variable.
+    fn samples(
+        &self,
+        record: &Record<'_>,
+        channels: &BTreeMap<String, String>,
+    ) -> Result<Samples, AssemblyError> {
         let length = record.columns.first().map_or(0, |c| c.1.len());
         if let Some((name, column)) = record.columns.iter().find(|c| c.1.len() != length) {
             return Err(AssemblyError::Length {
@@ -129,7 +130,7 @@ impl Assembly {
             });
         }
         let time = self.times(record, length)?;
-        let wanted = |channel| part.channels.get(channel).unwrap_or(channel);
+        let wanted = |channel| channels.get(channel).unwrap_or(channel);
         let mut inputs = Vec::new();
         for driven in &self.net.driven {
             let raw = record.column(wanted(&driven.channel), &driven.path)?;
@@ -139,11 +140,15 @@ impl Assembly {
             let raw = record.find(wanted(&m.channel));
             raw.map_or_else(Vec::new, |raw| convert(raw, m.unit))
         });
-        Ok(Samples {
+        let mut samples = Samples {
             time,
             inputs,
             readings: readings.collect(),
-        })
+        };
+        if !samples.time.is_sorted() {
+            samples.sort();
+        }
+        Ok(samples)
     }
 
     fn times(&self, record: &Record<'_>, length: usize) -> Result<Vec<f64>, AssemblyError> {
@@ -180,6 +185,18 @@ struct Samples {
 }
 
 impl Samples {
+    /// Along the independent variable: neighbours are what lies side by side, in whatever order it was written down.
+    fn sort(&mut self) {
+        let mut order: Vec<usize> = (0..self.time.len()).collect();
+        order.sort_by(|&a, &b| self.time[a].total_cmp(&self.time[b]));
+        let columns = self.inputs.iter_mut().chain(&mut self.readings);
+        for column in columns.chain([&mut self.time]) {
+            if !column.is_empty() {
+                *column = order.iter().map(|&i| column[i]).collect();
+            }
+        }
+    }
+
     /// Those of a span, each with the last value of every input.
     fn within(&self, [from, to]: [f64; 2]) -> Window {
         let mut window = Window {

@@ -22,7 +22,7 @@ pub struct Sensitivities {
     pub range: Vec<f64>,
     /// Usual size of each instrument's reading.
     pub size: Vec<f64>,
-    /// How the runs ended; the worst of them.
+    /// How the runs ended: all finished, or as one did that did not.
     pub status: RunStatus,
 }
 
@@ -49,7 +49,8 @@ fn frame(assembly: &Assembly, window: &Window) -> Sensitivities {
     }
 }
 
-/// Sensitivities by central differences of whole runs; right across a brim's overflow as well, and for every effect.
+/// Sensitivities by central differences of whole runs, one-sided at a bound; right across a brim's overflow as well, and for every
+/// effect.
 ///
 /// The relative tolerance is tightened to 1e-8 if `options` ask for less, so that the integrator's steps leave no trace.
 ///
@@ -69,21 +70,28 @@ pub fn sensitivities(
     };
     let mut simulator = Simulator::new(assembly, window, number, &options)?;
     let mut found = frame(assembly, window);
+    let parameters = assembly.parameters();
     for p in 0..theta.len() {
         let h = STEP * found.range[p];
+        // Beyond its bounds a parameter may mean nothing.
+        let over = (theta[p] + h).min(parameters[p].high).max(theta[p]);
+        let under = (theta[p] - h).max(parameters[p].low).min(theta[p]);
         let mut at = |value: f64| {
             let mut moved = theta.to_vec();
             moved[p] = value;
             simulator.run(&moved)
         };
-        let (above, below) = (at(theta[p] + h)?, at(theta[p] - h)?);
+        let (above, below) = (at(over)?, at(under)?);
         for run in [&above, &below] {
             if run.status != RunStatus::Finished {
                 found.status = run.status;
             }
         }
         let difference = |(a, b): (&Vec<f64>, &Vec<f64>)| {
-            a.iter().zip(b).map(|(a, b)| (a - b) / (2.0 * h)).collect()
+            a.iter()
+                .zip(b)
+                .map(|(a, b)| (a - b) / (over - under))
+                .collect()
         };
         found.values.push(
             above

@@ -8,7 +8,7 @@ pub(crate) use running::Model;
 use crate::assembly::Assembly;
 use crate::error::AssemblyError;
 use crate::model::Work;
-use crate::network::{ATMOSPHERE_PA, Attached, Flow, Network, Start};
+use crate::network::{ATMOSPHERE_PA, Attached, Flow, Network, Reading, Start};
 use crate::record::Window;
 use crate::spec::Between;
 use dgd_dynamics::inputs::{Interpolation, Signal, merged_kinks};
@@ -260,7 +260,7 @@ impl<'a> Simulator<'a> {
         let free = net
             .states
             .iter()
-            .filter(|s| matches!(s.start, Start::Free(_)))
+            .filter(|s| s.start.found().is_some())
             .count();
         let number = self.number.min(self.assembly.training_windows() - 1);
         let mut given = theta[net.free.len() + number * free..].iter();
@@ -271,7 +271,7 @@ impl<'a> Simulator<'a> {
                 Start::Given(value) => value,
                 Start::Free(_) => given.next().copied().unwrap_or_default(),
                 Start::Steady | Start::Effect => 0.0,
-                Start::Measured(meter) => {
+                Start::Measured(meter) | Start::Near(meter, _) => {
                     let reading = self
                         .window
                         .readings
@@ -279,8 +279,16 @@ impl<'a> Simulator<'a> {
                         .and_then(|r| r.iter().find(|v| v.is_finite()));
                     let m = &net.meters[meter];
                     let own = &work.values[net.parts[m.part].base..];
+                    let along = match m.reading {
+                        Reading::Flow { sign, .. } => sign,
+                        _ => 1.0,
+                    };
+                    let off = match state.start {
+                        Start::Near(..) => given.next().copied().unwrap_or_default(),
+                        _ => 0.0,
+                    };
                     reading
-                        .map(|&r| m.quantity(own, r))
+                        .map(|&r| along * m.quantity(own, r) + off)
                         .filter(|v| v.is_finite())
                         .ok_or_else(|| AssemblyError::Value {
                             name: state.path.clone(),
@@ -346,7 +354,7 @@ pub(crate) fn settle(net: &Network, work: &mut Work, x: &mut [f64]) {
 
 fn start_effect(net: &Network, work: &mut Work, attached: &Attached, x: &mut [f64]) {
     work.solve(net, x);
-    let drive = work.drive(net, attached.part, x);
+    let drive = work.drive(net, attached, x);
     let mut own = x[attached.states.clone()].to_vec();
     attached
         .effect

@@ -1,5 +1,6 @@
 //! The types of `system.toml`.
 
+use crate::record::Portion;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -21,7 +22,7 @@ pub struct System {
     /// `density` (1000 kg/m³), `viscosity` (0.001 Pa·s), `gravity` (9.80665 m/s²) of the one fluid.
     #[serde(default)]
     pub fluid: BTreeMap<String, Setting>,
-    /// Reference sizes `level`, `flow`, `time`, from which effects take their bounds; estimated if absent.
+    /// Reference sizes `level`, `flow`, `pressure`, `time`, from which effects take their bounds; estimated if absent.
     #[serde(default)]
     pub scale: BTreeMap<String, Setting>,
     /// Components by name.
@@ -144,6 +145,9 @@ pub enum Initial {
 pub struct Measured {
     /// Instrument.
     pub measured: String,
+    /// By how much, SI, the state may be off its reading, which a fit finds for each training window; never part of a file.
+    #[serde(skip)]
+    pub within: Option<f64>,
 }
 
 /// Where a free value starts and within which bounds it is sought.
@@ -180,6 +184,16 @@ pub struct RecordLayout {
     pub test: Option<PartLayout>,
 }
 
+impl RecordLayout {
+    /// The columns that stand for channels in a portion: where the held-out part says nothing of them, those of the training part.
+    #[must_use]
+    pub fn channels(&self, portion: Portion) -> &BTreeMap<String, String> {
+        let own =
+            (self.test.as_ref()).filter(|t| portion == Portion::Test && !t.channels.is_empty());
+        &own.unwrap_or(&self.train).channels
+    }
+}
+
 /// One part of the record.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -187,7 +201,8 @@ pub struct PartLayout {
     /// Windows `[from, to]` of the independent variable, ends included; all samples if empty.
     #[serde(default)]
     pub windows: Vec<[f64; 2]>,
-    /// Columns that stand for the channels in this part, `{ u = "uEst", y = "yEst" }`.
+    /// Columns that stand for the channels in this part, `{ u = "uEst", y = "yEst" }`; of the held-out part those of the training part
+    /// if empty.
     #[serde(default)]
     pub channels: BTreeMap<String, String>,
 }

@@ -6,6 +6,26 @@
 
 mod search;
 mod step;
+/// Element `index`, from 0, of Halton's sequence in dimension `dimension`: within 0 to 1, where more searches begin.
+///
+/// # Source
+/// Halton, J. H., Numerische Mathematik 2 (1960).
+#[must_use]
+pub fn halton(index: usize, dimension: usize) -> f64 {
+    const PRIMES: [usize; 16] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53];
+    let base = PRIMES[dimension % PRIMES.len()];
+    // Beyond the list the same bases are used again, further along.
+    let (mut i, mut share, mut sum) = (index + 1 + 17 * (dimension / PRIMES.len()), 1.0, 0.0);
+    while i > 0 {
+        #[expect(clippy::cast_precision_loss, reason = "a digit and a small prime")]
+        let (digit, base) = ((i % base) as f64, base as f64);
+        share /= base;
+        sum += share * digit;
+        i /= PRIMES[dimension % PRIMES.len()];
+    }
+    sum
+}
+
 #[cfg(test)]
 mod tests;
 

@@ -236,23 +236,16 @@ fn weigh_by_noise(context: &mut Context<'_>, trial: &Trial) {
     }
 }
 
-/// Start number `k` of parameter `d`: Halton's points, in the logarithm where the bounds span decades.
+/// Start number `k`, from 1, of parameter `d`: Halton's points, in the logarithm where the bounds span decades.
 fn spread(low: f64, high: f64, start: f64, k: usize, d: usize) -> f64 {
-    const PRIMES: [usize; 12] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37];
     if !(low.is_finite() && high.is_finite()) {
         return start;
     }
-    let base = PRIMES[d % PRIMES.len()];
-    let (mut i, mut share, mut sum) = (k + 17 * (d / PRIMES.len()), 1.0, 0.0);
-    while i > 0 {
-        share /= base as f64;
-        sum += share * (i % base) as f64;
-        i /= base;
-    }
+    let share = lm::halton(k - 1, d);
     if low > 0.0 && high / low > 100.0 {
-        low * (high / low).powf(sum)
+        low * (high / low).powf(share)
     } else {
-        low + (high - low) * sum
+        low + (high - low) * share
     }
 }
 
@@ -302,10 +295,11 @@ mod tests {
         let data = Data::training(windows.unwrap());
         let mut context = Context {
             assembly: &assembly,
+            asked: &assembly,
             data: &data,
             scale: vec![1.0; assembly.outputs().len()],
             simulation: SimulationOptions::default(),
-            threads: Threads::new(1),
+            threads: &Threads::new(1),
             hypotheses: Vec::new(),
         };
         fit_base(&mut context, 0).unwrap();

@@ -55,8 +55,7 @@ fn sums(number: &[usize], count: usize, a: &[f64], b: &[f64], factor: f64) -> Ve
 /// Probability that the greatest score of all directions is as great when the residual has nothing to do with any of
 /// them: signs of blocks drawn anew, 999 times.
 ///
-/// - `groups`: for each hypothesis, block sums of unit directions times residual; the squares of directions in one group
-///   of `subspaces` add up.
+/// - `groups`: for each hypothesis, block sums of unit directions times residual; the squares of its directions add up.
 pub(crate) fn null_probability<'a>(
     groups: impl Iterator<Item = Vec<&'a [f64]>> + Clone,
     stream: u64,

@@ -113,12 +113,15 @@ pub fn revise(
             found: train.rows.len(),
         });
     }
+    let loose = &assembly.with_loose_starts(&train.windows)?;
+    let threads = &Threads::new(options.threads);
     let mut context = Context {
-        assembly,
+        assembly: loose,
+        asked: assembly,
         data: &train,
         scale: vec![1.0; assembly.outputs().len()],
         simulation: options.simulation,
-        threads: Threads::new(options.threads),
+        threads,
         hypotheses: effects_for(assembly),
     };
     watch(Stage::Baseline);
@@ -192,7 +195,6 @@ fn search(
     let width = Width {
         pool: options.pool,
         scored: options.scored,
-        beam: 2,
         most: options.most_effects,
     };
     let base = Scored {

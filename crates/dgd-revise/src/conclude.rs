@@ -360,12 +360,16 @@ fn contenders(e: &Evidence<'_, '_>) -> Vec<Contender> {
 }
 
 fn model(e: &Evidence<'_, '_>, trial: &Trial, left: &LeftOut) -> Result<Model, ReviseError> {
-    let built = e.context.build(&trial.members).ok_or(ReviseError::NotRun)?;
+    let asked = e.context.as_asked();
+    let built = asked.build(&trial.members).ok_or(ReviseError::NotRun)?;
+    let (paths, theta, _) = Context::start(&built, &trial.values()).ok_or(ReviseError::NotRun)?;
     let jacobian = fresh_jacobian(e.context, trial).ok_or(ReviseError::NotRun)?;
+    let mut parameters = estimates(e.context, trial, &jacobian, left);
+    parameters.retain(|p| paths.contains(&p.path));
     Ok(Model {
-        assembly: built.with_values(&trial.minimum.theta)?,
-        theta: trial.minimum.theta.clone(),
-        parameters: estimates(e.context, trial, &jacobian, left),
+        assembly: built.with_values(&theta)?,
+        theta,
+        parameters,
     })
 }
 

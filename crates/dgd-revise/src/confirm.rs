@@ -25,10 +25,10 @@ impl TestPart {
         }
     }
 
-    /// What an assembly is run over, by window: its last samples are the window's.
-    fn runs<'a>(&'a self, built: &'a Assembly) -> impl Iterator<Item = (Data, usize)> + 'a {
+    /// What is run, by window: its last samples are the window's. The same for every set of effects on `base`, or they could not be compared.
+    fn runs<'a>(&'a self, base: &'a Assembly) -> impl Iterator<Item = (Data, usize)> + 'a {
         self.held_out.iter().map(|held| {
-            let (number, run) = held.run(built);
+            let (number, run) = held.run(base);
             let samples = held.window.time.len();
             (Data::new(vec![run.clone()], vec![number]), samples)
         })
@@ -46,18 +46,21 @@ pub(crate) fn run_test(
     corrected: Option<(&Corrected, &Trial)>,
     test: &TestPart,
 ) -> Option<Readings> {
+    // What a training window's starts were off by says nothing of another.
+    let context = &context.as_asked();
     let built = context.build(&trial.members)?;
-    let theta = &trial.minimum.theta;
+    let theta = &Context::start(&built, &trial.values())?.1;
     let mut all = Vec::new();
-    for (run, samples) in test.runs(&built) {
+    for (run, samples) in test.runs(context.assembly) {
         let outputs = match corrected {
             None => Runner::new(&built, &run, &context.simulation)
                 .ok()?
                 .outputs(theta)?,
             Some((c, plain)) => {
                 // The quantity as the uncorrected model sees it there.
-                let quantities =
-                    empirical::quantities(context, &run, &plain.members, &plain.minimum.theta)?;
+                let alone = context.build(&plain.members)?;
+                let own = Context::start(&alone, &plain.values())?.1;
+                let quantities = empirical::quantities(context, &run, &plain.members, &own)?;
                 let quantity = quantities
                     .into_iter()
                     .find(|(n, _)| *n == c.candidate.along)?

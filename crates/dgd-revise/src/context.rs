@@ -4,18 +4,22 @@ use crate::parallel::Threads;
 use crate::stack::{Data, Runner};
 use dgd_assembly::{Assembly, EffectParameter, Hypothesis, SimulationOptions};
 use dgd_lsq::lm::{self, Bounds, Effort, Minimum};
+use nalgebra::DMatrix;
 use std::collections::BTreeMap;
 
 /// Values by path; what is not named starts where the assembly says.
 pub(crate) type Values = BTreeMap<String, f64>;
 
 pub(crate) struct Context<'a> {
+    /// As it is fitted, its starts loose around the readings that they are taken from.
     pub assembly: &'a Assembly,
+    /// As it was asked about, and is answered: its starts are those readings.
+    pub asked: &'a Assembly,
     pub data: &'a Data,
     /// Size by which residuals are divided, by output.
     pub scale: Vec<f64>,
     pub simulation: SimulationOptions,
-    pub threads: Threads,
+    pub threads: &'a Threads,
     pub hypotheses: Vec<Hypothesis>,
 }
 
@@ -62,7 +66,17 @@ pub(crate) fn with(values: &Values, h: &Hypothesis, own: &[f64]) -> Values {
     all
 }
 
-impl Context<'_> {
+impl<'a> Context<'a> {
+    /// The same with the assembly as it was asked about.
+    pub(crate) fn as_asked(&self) -> Context<'a> {
+        Context {
+            assembly: self.asked,
+            scale: self.scale.clone(),
+            hypotheses: self.hypotheses.clone(),
+            ..*self
+        }
+    }
+
     /// The assembly with a set of effects, all their parameters free; `None` if they contradict each other.
     pub(crate) fn build(&self, members: &[usize]) -> Option<Assembly> {
         let mut built = self.assembly.clone();
@@ -121,7 +135,7 @@ impl Context<'_> {
             members: members.to_vec(),
             paths,
             bounds,
-            minimum,
+            minimum: light(minimum),
         })
     }
 
@@ -146,8 +160,16 @@ impl Context<'_> {
             },
         );
         (minimum.cost <= trial.cost()).then(|| Trial {
-            minimum,
+            minimum: light(minimum),
             ..trial.clone()
         })
+    }
+}
+
+/// Without the Jacobian, as large as the record times the parameters: whoever needs one makes it afresh, and hundreds of trials are kept.
+fn light(minimum: Minimum) -> Minimum {
+    Minimum {
+        jacobian: DMatrix::zeros(0, 0),
+        ..minimum
     }
 }

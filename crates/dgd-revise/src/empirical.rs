@@ -60,7 +60,10 @@ pub(crate) fn quantities(
         all.push((name, column(&|w| data.windows[w].inputs[i].clone())));
     }
     let states = runner.states(theta)?;
-    for (i, name) in context.assembly.states().into_iter().enumerate() {
+    // Effects may have states of their own in between.
+    let places = built.states();
+    for name in context.assembly.states() {
+        let i = places.iter().position(|s| *s == name)?;
         all.push((name, column(&|w| states[w][i].clone())));
     }
     let outputs = runner.outputs(theta)?;
@@ -198,11 +201,6 @@ pub(crate) fn seen(
     candidate: &Candidate,
     values: &[f64],
 ) -> Option<Vec<Vec<f64>>> {
-    let state = context
-        .assembly
-        .states()
-        .iter()
-        .position(|s| *s == candidate.along);
     let output = context
         .assembly
         .outputs()
@@ -212,8 +210,8 @@ pub(crate) fn seen(
         return None;
     };
     let (built, with) = fed(context, data, members, component, candidate, values)?;
+    let state = built.states().iter().position(|s| *s == candidate.along);
     let mut runner = Runner::new(&built, &with, &context.simulation).ok()?;
-    // The correction adds no state, so places stay as they are.
     let (of, all) = match (state, output) {
         (Some(s), _) => (s, runner.states(theta)?),
         (None, Some(o)) => (o, runner.outputs(theta)?),

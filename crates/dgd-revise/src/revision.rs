@@ -255,7 +255,7 @@ pub struct Model {
     pub parameters: Vec<Estimate>,
 }
 
-/// How one instrument's reading is met, in its own unit.
+/// How one instrument's reading is met, in SI.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OutputGain {
     /// Instrument.

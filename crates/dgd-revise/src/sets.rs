@@ -20,6 +20,9 @@ pub(crate) struct Scored {
     pub left: LeftOut,
 }
 
+/// Sets of a size to which more is added.
+const BEAM: usize = 2;
+
 /// How wide to search.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Width {
@@ -27,8 +30,6 @@ pub(crate) struct Width {
     pub pool: usize,
     /// Sets of a size that are fitted to the end and scored.
     pub scored: usize,
-    /// Sets of a size to which more is added.
-    pub beam: usize,
     /// Most effects together.
     pub most: usize,
 }
@@ -131,7 +132,7 @@ pub(crate) fn search(
     watch(2);
     // What does nothing by itself may do something beside another: a level stands above a brim where there is one.
     let idle: Vec<&Screened> = screened.iter().filter(|s| !s.moves).collect();
-    let more = additions(context, blocks, &beam(&all, 1, width), &idle, IDLE);
+    let more = additions(context, blocks, &beam(&all, 1), &idle, IDLE);
     let pairs = pairs(context, base, &usable, &singles, width, more);
     report(context, "pairs", &pairs, base_trial);
     let top: Vec<Trial> = pairs.iter().take(width.scored).cloned().collect();
@@ -145,7 +146,7 @@ pub(crate) fn search(
             break;
         }
         watch(size);
-        let beam = beam(&all, size - 1, width);
+        let beam = beam(&all, size - 1);
         let mut tasks = additions(context, blocks, &beam, &usable, width.pool);
         tasks.extend(additions(context, blocks, &beam, &idle, IDLE));
         let found = try_best(context, &tasks, 3 * width.scored);
@@ -161,11 +162,11 @@ pub(crate) fn search(
 const IDLE: usize = 3;
 
 /// The sets of a size to which more is added.
-fn beam(scored: &[Scored], size: usize, width: Width) -> Vec<&Scored> {
+fn beam(scored: &[Scored], size: usize) -> Vec<&Scored> {
     let of = |s: &&Scored| s.trial.members.len() == size;
     let mut beam: Vec<&Scored> = scored.iter().filter(of).collect();
     beam.sort_by(|a, b| a.left.mean().total_cmp(&b.left.mean()));
-    beam.truncate(width.beam);
+    beam.truncate(BEAM);
     beam
 }
 

@@ -1,5 +1,6 @@
 //! Usual sizes, and the parameters of effects that were left open.
 
+use super::states::written;
 use crate::Dual;
 use crate::build::number;
 use crate::effect::Scale;
@@ -147,6 +148,7 @@ fn tank_level(system: &System, net: &Network, given: &Given, tank: usize) -> f64
     let part = &net.parts[tank];
     let initial = match system.initial.get(&format!("{}.level", part.name)) {
         Some(Initial::Given(level)) => Some(*level),
+        Some(Initial::Written(text)) => written(text, Dimension::Length).ok(),
         Some(Initial::Free(bounds)) => Some(bounds.high),
         _ => None,
     };

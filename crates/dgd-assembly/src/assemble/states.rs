@@ -3,8 +3,8 @@
 use crate::build::listed;
 use crate::error::Problem;
 use crate::network::{Chain, Location, Network, NodeKind, Reading, Start, StateInfo};
-use crate::spec::{Initial, Kind, System};
-use dgd_units::{Dimension, Unit};
+use crate::spec::{Bounds, Initial, Kind, System};
+use dgd_units::{Dimension, Unit, UnitError};
 
 pub(super) fn states(system: &System, net: &mut Network, problems: &mut Vec<Problem>) {
     let mut used: Vec<String> = Vec::new();
@@ -43,13 +43,22 @@ pub(super) fn states(system: &System, net: &mut Network, problems: &mut Vec<Prob
         for member in members {
             let part = &net.parts[member.part];
             let path = format!("{}.flow", part.name);
-            if name.is_empty() && part.kind == Kind::Line {
+            // The state is the chain's flow: of a member that lies the other way it is the opposite.
+            let along = member.sign > 0.0;
+            if name.is_empty() && part.kind == Kind::Line && along {
                 name.clone_from(&path);
             }
             if let Some(start) = start(system, net, &path, Dimension::FlowRate, &mut used, problems)
             {
-                (found, name) = (Some(start), path);
+                found = Some(if along { start } else { opposite(start) });
+                if along {
+                    name = path;
+                }
             }
+        }
+        if name.is_empty() {
+            let at = members.iter().position(|m| m.sign > 0.0).unwrap_or(0);
+            name = format!("{}.flow", net.parts[members[at].part].name);
         }
         let size = net.parts[members[0].part].scale.flow_m3_s;
         list.push(StateInfo {
@@ -81,11 +90,30 @@ pub(super) fn states(system: &System, net: &mut Network, problems: &mut Vec<Prob
     net.states = list;
 }
 
+/// The start of a flow that is counted the other way; of a meter that is settled where it is read.
+fn opposite(start: Start) -> Start {
+    match start {
+        Start::Given(flow) => Start::Given(-flow),
+        Start::Free(bounds) => Start::Free(Bounds {
+            start: -bounds.start,
+            low: -bounds.high,
+            high: -bounds.low,
+        }),
+        other => other,
+    }
+}
+
 fn needed(start: Option<Start>, path: &str, problems: &mut Vec<Problem>) -> Start {
     start.unwrap_or_else(|| {
         problems.push(Problem::new(path, "has no start", "add it to [initial] as a number, `{ measured = \"instrument\" }` or `{ start = .., low = .., high = .. }`"));
         Start::Steady
     })
+}
+
+/// A value written with its unit, in SI.
+pub(super) fn written(text: &str, dimension: Dimension) -> Result<f64, UnitError> {
+    let (value, unit) = dgd_units::split_number(text)?;
+    Ok(Unit::parse_as(unit, dimension)?.to_si(value))
 }
 
 fn start(
@@ -100,9 +128,7 @@ fn start(
     used.push(path.to_owned());
     match initial {
         Initial::Given(value) => Some(Start::Given(*value)),
-        Initial::Written(text) => match dgd_units::split_number(text)
-            .and_then(|(v, u)| Unit::parse_as(u, dimension).map(|u| u.to_si(v)))
-        {
+        Initial::Written(text) => match written(text, dimension) {
             Ok(value) => Some(Start::Given(value)),
             Err(error) => {
                 problems.push(Problem::new(path, error.to_string(), ""));
@@ -136,7 +162,18 @@ fn start(
                     "an instrument that measures the state itself, or a value",
                 ));
             }
-            Some(Start::Measured(meter.unwrap_or_default()))
+            let meter = meter.unwrap_or_default();
+            Some(match m.within {
+                None => Start::Measured(meter),
+                Some(within) => Start::Near(
+                    meter,
+                    Bounds {
+                        start: 0.0,
+                        low: -within,
+                        high: within,
+                    },
+                ),
+            })
         }
         Initial::Free(bounds) => {
             if !(bounds.low < bounds.high

@@ -19,7 +19,9 @@ pub(super) fn effect_slots(slots: &mut Slots, system: &System) {
             Some(part) => asked.push((part, setting)),
         }
     }
-    asked.sort_by_key(|(part, _)| *part);
+    // In the order of the catalogue: what a system is does not hang on the order in which its effects are written.
+    let rank = |id: &str| effects::all().iter().position(|e| e.about().id == id);
+    asked.sort_by_key(|(part, setting)| (*part, rank(&setting.effect)));
     for (part, setting) in asked {
         let kind = slots.parts[part].kind;
         let path = format!("{}.{}", setting.component, setting.effect);

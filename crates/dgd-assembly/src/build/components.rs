@@ -62,9 +62,11 @@ pub(super) fn component_slots(
     if kind == Kind::Line {
         let said = matches!(settings.get("friction"), Some(Setting::Text(word)) if word == "darcy");
         let darcy = friction == Friction::Darcy;
-        if darcy || inertia {
-            line_bore(slots, name, base, &given);
+        if darcy || inertia || given("minor_loss") {
+            let known = |key: &str| settings.contains_key(key);
+            line_bore(slots, name, base, &given, &known);
         }
+        foreign_terms(slots, name, friction, &given);
         // Without a word on friction a bore may stand for the loss of fittings alone.
         if inertia || said || (darcy && !given("minor_loss")) {
             line_length(slots, system, name, base);
@@ -136,16 +138,50 @@ fn friction(
     }
 }
 
-fn line_bore(slots: &mut Slots, name: &str, base: usize, given: &dyn Fn(&str) -> bool) {
+/// A line that needs a cross-section has one.
+fn line_bore(
+    slots: &mut Slots,
+    name: &str,
+    base: usize,
+    given: &dyn Fn(&str) -> bool,
+    known: &dyn Fn(&str) -> bool,
+) {
+    if given("flow_area") {
+        return;
+    }
     let own = &slots.values[base..];
     let (bore, inner) = (own[kinds::line::BORE], own[kinds::line::INNER]);
-    let ring = bore.is_finite() && bore > inner;
-    if !ring && !given("flow_area") && !given("bore") {
+    let mend = "the Darcy law and inertia need `length` and `bore`, a minor loss needs `bore`; or give `flow_area`";
+    if !given("bore") {
+        slots.problem(format!("{name}.bore"), "is missing", mend);
+    } else if known("bore")
+        && (known("inner_diameter") || !given("inner_diameter"))
+        && bore <= inner
+    {
         slots.problem(
             format!("{name}.bore"),
-            "is missing or not above the inner diameter",
-            "the Darcy law and inertia need `length` and `bore`",
+            format!("is {bore} m, not above the inner diameter of {inner} m"),
+            mend,
         );
+    }
+}
+
+/// Terms of one law of friction beside another would change nothing.
+fn foreign_terms(slots: &mut Slots, name: &str, law: Friction, given: &dyn Fn(&str) -> bool) {
+    let polynomial = ["constant", "linear", "quadratic", "cubic"];
+    let power = ["power_coefficient", "exponent"];
+    let terms = polynomial
+        .map(|key| (key, Friction::Polynomial, "polynomial"))
+        .into_iter()
+        .chain(power.map(|key| (key, Friction::Power, "power")));
+    for (key, of, word) in terms {
+        if law != of && given(key) {
+            slots.problem(
+                format!("{name}.{key}"),
+                "belongs to another law of friction than the line has",
+                format!("write `friction = \"{word}\"`, or leave it out"),
+            );
+        }
     }
 }
 

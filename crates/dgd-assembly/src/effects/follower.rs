@@ -30,7 +30,7 @@ impl Effect for Follower {
         self.about
     }
 
-    fn fits(&self, place: &Place<'_>) -> bool {
+    fn fits(&self, place: &Place) -> bool {
         place.driven && place.in_time
     }
 

@@ -46,7 +46,7 @@ impl Effect for This {
         &ABOUT
     }
 
-    fn fits(&self, place: &Place<'_>) -> bool {
+    fn fits(&self, place: &Place) -> bool {
         place.gives_flow && place.in_time
     }
 

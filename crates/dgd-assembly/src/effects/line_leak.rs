@@ -29,7 +29,7 @@ impl Effect for This {
         &ABOUT
     }
 
-    fn fits(&self, place: &Place<'_>) -> bool {
+    fn fits(&self, place: &Place) -> bool {
         place.outlet_stores
     }
 

@@ -10,7 +10,7 @@ impl Effect for OutletLag {
         self.0
     }
 
-    fn fits(&self, place: &Place<'_>) -> bool {
+    fn fits(&self, place: &Place) -> bool {
         place.in_time && place.outlet_stores
     }
 

@@ -32,7 +32,7 @@ impl Effect for This {
         &ABOUT
     }
 
-    fn fits(&self, place: &Place<'_>) -> bool {
+    fn fits(&self, place: &Place) -> bool {
         place.has_brim && place.has_tank_below
     }
 

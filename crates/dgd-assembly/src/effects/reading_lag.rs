@@ -35,7 +35,7 @@ impl Effect for This {
         &ABOUT
     }
 
-    fn fits(&self, place: &Place<'_>) -> bool {
+    fn fits(&self, place: &Place) -> bool {
         place.in_time
     }
 

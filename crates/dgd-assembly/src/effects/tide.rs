@@ -49,7 +49,7 @@ impl Effect for This {
         &ABOUT
     }
 
-    fn fits(&self, place: &Place<'_>) -> bool {
+    fn fits(&self, place: &Place) -> bool {
         !place.gives_flow
     }
 

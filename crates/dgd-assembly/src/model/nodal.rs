@@ -122,7 +122,7 @@ impl Work {
     fn descend(&mut self, net: &Network, island: &Island, x: &[f64]) {
         let n = island.nodes.len();
         let scale = net.parts.first().map_or(1.0, |p| p.scale.flow_m3_s);
-        let mut size = self.node_residual(net, island, x, true);
+        let mut size = self.node_residual(net, island, x);
         for _ in 0..MAX_NODAL {
             if size <= 1e-11 * scale {
                 return;
@@ -142,7 +142,7 @@ impl Work {
                 for k in 0..n {
                     self.pressure[island.nodes[k]] = self.trial[k] + share * self.step[k];
                 }
-                let now = self.node_residual(net, island, x, true);
+                let now = self.node_residual(net, island, x);
                 if now < size {
                     (size, better) = (now, true);
                     break;
@@ -154,7 +154,7 @@ impl Work {
                 for k in 0..n {
                     self.pressure[island.nodes[k]] = self.trial[k];
                 }
-                size = self.node_residual(net, island, x, true);
+                size = self.node_residual(net, island, x);
                 break;
             }
         }
@@ -162,7 +162,7 @@ impl Work {
     }
 
     /// Largest mass imbalance of an island; writes imbalances and `−∂imbalance/∂pressure`.
-    fn node_residual(&mut self, net: &Network, island: &Island, x: &[f64], slope: bool) -> f64 {
+    fn node_residual(&mut self, net: &Network, island: &Island, x: &[f64]) -> f64 {
         let n = island.nodes.len();
         for &c in &island.chains {
             self.flow[c] = if self.flow[c].is_finite() {
@@ -171,9 +171,7 @@ impl Work {
                 0.0
             };
         }
-        if slope {
-            self.matrix[..n * n].fill(0.0);
-        }
+        self.matrix[..n * n].fill(0.0);
         for &c in &island.chains {
             let (from, to) = (net.chains[c].from, net.chains[c].to);
             let q = self.flow_at(net, c, self.pressure[from] - self.pressure[to], x);

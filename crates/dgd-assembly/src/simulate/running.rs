@@ -81,6 +81,17 @@ impl<'a> Model<'a> {
         model
     }
 
+    /// Shuts the check valves of heavy chains that stand still at the state `x` and are not pushed forwards.
+    pub(crate) fn shut_valves(&self, x: &[f64]) {
+        let work = &mut *self.work.borrow_mut();
+        work.solve(self.net, x);
+        for &c in &self.net.valves {
+            if let Flow::State(state) = self.net.chains[c].flow {
+                work.shut[c] = x[state] <= 0.0 && work.push(self.net, c, x).v <= 0.0;
+            }
+        }
+    }
+
     pub(crate) fn feed(&self, work: &mut Work, t: f64) {
         work.t = if self.frozen { 0.0 } else { t - self.start };
         for (driven, piece) in self.net.driven.iter().zip(&self.pieces) {
@@ -147,13 +158,13 @@ impl<'a> Model<'a> {
             .iter()
             .any(|m| !matches!(m.reading, Reading::Level(_)))
         {
-            for &c in &net.valves {
+            // While time stands still, valves stay as they are.
+            for &c in net.valves.iter().filter(|_| !self.frozen) {
                 if let Flow::State(state) = net.chains[c].flow {
                     work.shut[c] = x[state] <= 0.0;
                 }
             }
             work.solve(net, x);
-            work.accelerate(net, x);
         }
         for (meter, column) in net.meters.iter().zip(outputs) {
             column[i] = work.reading(net, meter, x);
@@ -165,11 +176,19 @@ impl<'a> Model<'a> {
         let work = self.work.borrow();
         let since: Vec<f64> = time.iter().map(|t| t - self.start).collect();
         for (meter, column) in self.net.meters.iter().zip(outputs) {
-            for attached in self.net.effects_of(meter.part) {
+            let effects = self.net.effects_of(meter.part);
+            if effects.is_empty() {
+                continue;
+            }
+            // An effect alters what a gauge shows, from the zero of its own unit.
+            let zero = meter.zero();
+            column.iter_mut().for_each(|value| *value -= zero);
+            for attached in effects {
                 attached
                     .effect
                     .reading(&work.now(self.net, attached, &[]), &since, column);
             }
+            column.iter_mut().for_each(|value| *value += zero);
         }
     }
 }

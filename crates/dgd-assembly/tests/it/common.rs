@@ -54,5 +54,12 @@ pub(crate) fn apart(a: &[f64], b: &[f64]) -> f64 {
     a.iter()
         .zip(b)
         .map(|(a, b)| (a - b).abs())
-        .fold(0.0, |m, d| if d.is_nan() { f64::NAN } else { m.max(d) })
+        // `max` drops a NaN on either side.
+        .fold(0.0, |m: f64, d| {
+            if m.is_nan() || d.is_nan() {
+                f64::NAN
+            } else {
+                m.max(d)
+            }
+        })
 }

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 mod common;
+mod composed;
 mod dual_gradient;
 mod effects;
 mod fitting;

@@ -243,7 +243,7 @@ fn smallest(system: &System, tested: &Tested) -> Option<(&'static str, f64, Stri
     let path = format!("{}.{}.{first}", tested.component, tested.effect);
     let measure = Measure::of(system, &path);
     let limit = tested.limit.filter(|l| l.is_finite())?;
-    Some((first, measure.size(limit), measure.symbol))
+    Some((first, measure.shown(limit), measure.symbol))
 }
 
 fn outcome(outcome: Outcome) -> &'static str {
@@ -266,7 +266,7 @@ fn estimate_as_json(assembly: &Assembly, e: &Estimate) -> Value {
     let measure = Measure::of(assembly.system(), &e.path);
     let (low, high) = measure.ends(e.ci95);
     json!({ "path": e.path, "meaning": tell::meaning(assembly, e), "value": measure.shown(e.value), "ci95": [low, high],
-            "standard_error": measure.size(e.standard_error), "at_bound": e.at_bound, "unit": measure.symbol })
+            "standard_error": measure.shown(e.standard_error), "at_bound": e.at_bound, "unit": measure.symbol })
 }
 
 fn finding_as_json(assembly: &Assembly, f: &Finding) -> Value {
@@ -359,7 +359,8 @@ fn as_json(done: &Done) -> Value {
             "members": c.members, "training": c.training, "left_out": c.left_out, "standard_error": c.standard_error,
         })).collect::<Vec<_>>(),
         "sections": revision.sections.iter().map(|s| json!({
-            "from": s.from, "to": s.to, "cause": s.cause, "common": s.common, "own": s.own,
+            "from": s.from, "to": s.to, "cause": s.cause,
+            "common": in_units(&s.common, &done.gauges), "own": in_units(&s.own, &done.gauges),
             "parameters": s.parameters.iter().map(|(p, v)| {
                 let measure = Measure::of(assembly.system(), p);
                 json!({ "path": p, "value": measure.shown(*v), "unit": measure.symbol })
@@ -369,6 +370,13 @@ fn as_json(done: &Done) -> Value {
         "parameters": { "before": model(&revision.before), "after": model(&revision.after) },
         "settings": revision.settings.iter().map(|(n, v)| json!({ "name": n, "value": v })).collect::<Vec<_>>(),
     })
+}
+
+/// Errors by instrument, each in the unit of its instrument.
+fn in_units(errors: &[f64], gauges: &[Gauge]) -> Vec<f64> {
+    let each = errors.iter().zip(gauges);
+    each.map(|(error, gauge)| gauge.difference(*error))
+        .collect()
 }
 
 /// Measured, before and after along all windows.

@@ -12,7 +12,7 @@ use crate::system::measure::Measure;
 use crate::system::runs::{self, Run};
 use crate::system::{self, bounds, diagram, ending, failed, gauges, page};
 use dgd_assembly::{
-    Assembly, Fit, FitOptions, FitStatus, Identifiability, Loss, SimulationOptions, fit,
+    Assembly, Fit, FitOptions, FitStatus, Identifiability, Loss, RunStatus, SimulationOptions, fit,
     identifiability, sensitivities,
 };
 use dgd_documents::{FittedParameter, FittedSystem, write_fitted_system};
@@ -217,6 +217,13 @@ fn told(
     let moved: Result<Vec<_>, _> = windows
         .map(|(k, w)| sensitivities(assembly, theta, w, k, options))
         .collect();
+    if let Ok(moved) = &moved
+        && moved.iter().any(|m| m.status != RunStatus::Finished)
+    {
+        tracing::warn!(
+            "beside the fitted values the system could not always be run, so what the readings show of the parameters holds for a part of the samples"
+        );
+    }
     let found = moved.and_then(|moved| identifiability(&moved));
     if let Err(error) = &found {
         tracing::warn!("the identifiability of the parameters is left out: {error}");
@@ -321,7 +328,7 @@ fn as_json(done: &Done<'_>, files: &Files) -> Value {
             json!({
                 "path": p.path,
                 "value": measure.shown(p.value),
-                "standard_error": measure.size(p.standard_error),
+                "standard_error": measure.shown(p.standard_error),
                 "ci95": [ci95.0, ci95.1],
                 "low": low,
                 "high": high,

@@ -7,7 +7,7 @@ use crate::failure::Failure;
 use crate::load;
 use crate::progress::Progress;
 use crate::say::counted;
-use dgd_assembly::{Assembly, HeldOut, PartLayout, Portion, Record, Window};
+use dgd_assembly::{Assembly, HeldOut, Portion, Record, Window};
 use dgd_recording::{Column, Table};
 use dgd_units::{Dimension, Unit};
 use std::borrow::Cow;
@@ -192,12 +192,18 @@ impl Files<'_> {
         doubts
     }
 
+    /// The column that stands for a channel in a part.
+    fn stands_for<'a>(&'a self, portion: Portion, channel: &'a str) -> &'a str {
+        let named = self.assembly.system().record.channels(portion);
+        named.get(channel).map_or(channel, String::as_str)
+    }
+
     /// The columns that a part of the recording is made of.
     fn named(&self, portion: Portion) -> Result<Vec<(String, Vec<f64>)>, Failure> {
         let layout = &self.assembly.system().record;
-        let (part, name) = match (portion, &layout.test) {
-            (Portion::Test, Some(test)) => (test, "record.test"),
-            _ => (&layout.train, "record.train"),
+        let name = match portion {
+            Portion::Test => "record.test",
+            Portion::Train | Portion::All => "record.train",
         };
         // Both parts are told of what they lack, units once.
         let first = portion == Portion::Train;
@@ -218,7 +224,7 @@ impl Files<'_> {
             return Err(self.untimed());
         }
         for (path, input) in &self.assembly.system().inputs {
-            let wanted = stands_for(part, &input.channel);
+            let wanted = self.stands_for(portion, &input.channel);
             let mend =
                 format!("`channel` of \"{path}\" under [inputs], or `channels` under [{name}]");
             let found = self.found(wanted, &format!("the input `{path}`"), &mend)?;
@@ -228,7 +234,7 @@ impl Files<'_> {
             add(wanted, &found.values);
         }
         for gauge in gauges(self.assembly) {
-            let wanted = stands_for(part, &gauge.channel);
+            let wanted = self.stands_for(portion, &gauge.channel);
             let Some(found) = self.table.column(wanted) else {
                 if portion != Portion::All {
                     tracing::warn!(
@@ -300,9 +306,8 @@ impl Files<'_> {
 
     /// Where there are instruments and none has a column in what is fitted: nothing is left to compare.
     fn unread(&self) -> Option<Failure> {
-        let part = &self.assembly.system().record.train;
         let all = gauges(self.assembly);
-        let wanted = |g: &Gauge| stands_for(part, &g.channel).to_owned();
+        let wanted = |g: &Gauge| self.stands_for(Portion::Train, &g.channel).to_owned();
         if all.is_empty() || all.iter().any(|g| self.table.column(&wanted(g)).is_some()) {
             return None;
         }
@@ -363,9 +368,4 @@ impl Files<'_> {
             );
         }
     }
-}
-
-/// The column that stands for a channel in a part.
-fn stands_for<'a>(part: &'a PartLayout, channel: &'a str) -> &'a str {
-    part.channels.get(channel).map_or(channel, String::as_str)
 }

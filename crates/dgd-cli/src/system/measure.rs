@@ -7,8 +7,6 @@ use dgd_units::Unit;
 /// The unit of a parameter: what an effect does to a reading is told as the instrument reads, all else as the assembly carries it.
 pub(crate) struct Measure {
     unit: Option<Unit>,
-    /// Whether it is a reading itself, and no difference of readings.
-    reading: bool,
     /// Empty for a bare number.
     pub(crate) symbol: String,
 }
@@ -21,33 +19,22 @@ impl Measure {
         if let (Some(component), Some(effect), Some(name)) = names {
             let about = dgd_assembly::effects::find(effect).map(dgd_assembly::Effect::about);
             let known = about.and_then(|a| a.parameters.iter().find(|p| p.name == name));
-            if let Some(parameter) = known.filter(|p| p.size == Size::Reading) {
+            if known.is_some_and(|p| p.size == Size::Reading) {
                 let read = gauge(system, component, system.components.get(component));
                 return Self {
                     unit: read.unit,
-                    // The end of a range changes nothing where it is infinite.
-                    reading: parameter.neutral.is_infinite(),
                     symbol: read.symbol,
                 };
             }
         }
         Self {
             unit: None,
-            reading: false,
             symbol: unit_of(system, path),
         }
     }
 
-    /// A value of the assembly.
+    /// A value of the assembly, or a distance between two; a reading's is counted from the zero of its unit.
     pub(crate) fn shown(&self, si: f64) -> f64 {
-        match self.unit {
-            Some(unit) if self.reading => unit.from_si(si),
-            _ => self.size(si),
-        }
-    }
-
-    /// A distance between two values of the assembly.
-    pub(crate) fn size(&self, si: f64) -> f64 {
         self.unit.map_or(si, |unit| si / unit.factor)
     }
 
@@ -80,8 +67,7 @@ gauge = { kind = "instrument", measures = "pressure", of = "pot", unit = "barg" 
         assert_eq!((drift.shown(5e4), drift.symbol.as_str()), (0.5, "barg"));
         // The greatest reading is counted from the zero of the gauge.
         let limit = of("gauge.reading_clipping.limit");
-        assert!((limit.shown(301_325.0) - 2.0).abs() < 1e-12);
-        assert!((limit.size(2e5) - 2.0).abs() < 1e-12);
+        assert!((limit.shown(2e5) - 2.0).abs() < 1e-12);
         let lag = of("gauge.reading_lag.tau");
         assert_eq!((lag.shown(3.0), lag.symbol.as_str()), (3.0, "s"));
         let offset = of("feed.inflow_offset.offset");

@@ -9,3 +9,4 @@
 mod benches;
 mod naming;
 mod shape;
+mod starts;

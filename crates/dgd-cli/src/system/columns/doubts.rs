@@ -1,9 +1,9 @@
 //! What a recording leaves in doubt before a system is held against it.
 
-use super::{Files, stands_for};
+use super::Files;
 use crate::say::{counted, number};
 use crate::system::{at_default, gauges, property};
-use dgd_assembly::Window;
+use dgd_assembly::{Portion, Window};
 use dgd_units::Dimension;
 
 /// A step of the clock this many times the usual one is a gap.
@@ -35,12 +35,11 @@ pub(super) fn of(files: &Files<'_>, train: &[Window], test: &[Window]) -> Vec<St
 fn missing(files: &Files<'_>) -> Vec<String> {
     /// Share of the samples beyond which an input is taken for one that is logged now and then.
     const SELDOM: f64 = 0.5;
-    let layout = &files.assembly.system().record;
     let mut told: Vec<&str> = Vec::new();
     let mut doubts = Vec::new();
-    for part in std::iter::once(&layout.train).chain(&layout.test) {
+    for portion in [Portion::Train, Portion::Test] {
         for (path, input) in &files.assembly.system().inputs {
-            let tag = stands_for(part, &input.channel);
+            let tag = files.stands_for(portion, &input.channel);
             let Some(column) = files.table.column(tag).filter(|_| !told.contains(&tag)) else {
                 continue;
             };
@@ -77,7 +76,7 @@ fn beyond(files: &Files<'_>, train: &[Window], test: &[Window]) -> Vec<String> {
             (low.min(*v), high.max(*v))
         });
         let input = assembly.system().inputs.get(path)?;
-        let tag = stands_for(&assembly.system().record.train, &input.channel);
+        let tag = files.stands_for(Portion::Train, &input.channel);
         let bare = input.unit.as_deref().is_none_or(|unit| unit == "1");
         let share = property.dimension == Some(Dimension::Number) && property.high == 1.0;
         if high > property.high + slack {
@@ -114,8 +113,8 @@ fn unused(files: &Files<'_>) -> Option<String> {
     let channels = channels.chain(gauges(files.assembly).into_iter().map(|g| g.channel));
     let mut used: Vec<&str> = layout.time.iter().map(String::as_str).collect();
     let channels: Vec<String> = channels.collect();
-    for part in std::iter::once(&layout.train).chain(&layout.test) {
-        used.extend(channels.iter().map(|channel| stands_for(part, channel)));
+    for portion in [Portion::Train, Portion::Test] {
+        used.extend(channels.iter().map(|c| files.stands_for(portion, c)));
     }
     let found: Vec<usize> = (used.iter())
         .filter_map(|tag| files.table.column(tag))
@@ -222,12 +221,12 @@ fn dead(files: &Files<'_>, train: &[Window]) -> Vec<String> {
 /// Held-out samples that are fitted too; a shared end is none.
 fn overlap(files: &Files<'_>, train: &[Window], test: &[Window]) -> Option<String> {
     let assembly = files.assembly;
-    let layout = &assembly.system().record;
-    let held = layout.test.as_ref()?;
+    assembly.system().record.test.as_ref()?;
     let inputs = assembly.system().inputs.values().map(|i| i.channel.clone());
     let mut channels = inputs.chain(gauges(assembly).into_iter().map(|g| g.channel));
     // Other columns are another run.
-    if channels.any(|c| stands_for(&layout.train, &c) != stands_for(held, &c)) {
+    if channels.any(|c| files.stands_for(Portion::Train, &c) != files.stands_for(Portion::Test, &c))
+    {
         return None;
     }
     let ends = |w: &Window| {
