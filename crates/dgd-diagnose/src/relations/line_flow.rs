@@ -16,7 +16,7 @@ const GATE: f64 = 5.0;
 
 /// E-folds an hour that a lag of the meter loses as it is turned round: through a slope over many seconds, which blurs what a delay keeps.
 ///
-/// In 122 simulated recordings of 4 to 8 h of a delay or a store in which both stood out (PROOF.md) a delay that led by less than ten e-folds was a store
+/// In 122 simulated recordings of 4 to 8 h of a delay or a store in which both stood out (PROOF-HISTORY.md) a delay that led by less than ten e-folds was a store
 /// in all of 11, one that led by more than twenty a delay in 63 of 67; the odds were even here.
 const BLURRED: f64 = 3.4;
 /// Hours beyond which it loses no more, for none longer were among them: over 85 h of an independent rig a delay leads by less than this grows.

@@ -89,7 +89,7 @@ impl Round<'_> {
     /// The most that the probability of an effect may be, and which other has the rest: a delay and a store are fitted to the same rows with
     /// all that is allowed for beside either, so how far they are apart, what is lost by turning the meter round put back, tells by itself.
     ///
-    /// The other need not stand out: eight delays of less than 25 e-folds beside which no store did were stores, each of them (PROOF.md).
+    /// The other need not stand out: eight delays of less than 25 e-folds beside which no store did were stores, each of them (PROOF-HISTORY.md).
     fn most(&self, best: &Contender) -> Option<(f64, &'static str)> {
         /// E-folds that make one of the two likelier by a factor e.
         const TEMPERATURE: f64 = 6.3;
