@@ -66,6 +66,9 @@ pub(crate) enum Command {
     /// Locate where model and recording differ, name the missing physics, show how the fit improves
     Diagnose(Diagnose),
     /// List the effects that a diagnosis of a return line can name, and the steps of its search
+    #[command(after_help = "Examples:
+  dgd catalogue
+  dgd catalogue --json | jq '.effects[] | select(.effect == \"influx\")'")]
     Catalogue,
     /// Run an identified model beside a recording
     Simulate(Simulate),
@@ -204,7 +207,7 @@ pub(crate) struct Simulate {
     /// Which equations are simulated and which are driven by the recording
     #[arg(long, value_enum, default_value_t = KindArg::Coupled, conflicts_with = "system")]
     pub(crate) kind: KindArg,
-    /// Riser level at the start, such as "140 m"; measured if absent
+    /// Riser level at the start, as depth below the rotary table, such as "140 m"; measured if absent
     #[arg(
         long,
         value_name = "LENGTH",
@@ -237,11 +240,11 @@ pub(crate) struct Simulate {
 /// Which simulation of chapter 4.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum KindArg {
-    /// Level and flow together (4.3)
+    /// Level and flow together (thesis section 4.3)
     Coupled,
-    /// Level alone, driven by the measured flow (4.1)
+    /// Level alone, driven by the measured flow (section 4.1)
     Riser,
-    /// Flow alone, driven by the measured level (4.2)
+    /// Flow alone, driven by the measured level (section 4.2)
     Flow,
     /// Steady flow at each sample (Eq. 4.2)
     Steady,
@@ -305,12 +308,15 @@ pub(crate) struct Convert {
   dgd demo
   dgd demo --out elsewhere --json")]
 pub(crate) struct Demo {
-    /// Folder for the report, its figures and the model
+    /// Folder for both reports, their figures and models, and the two recordings (some 40 files)
     #[arg(long, value_name = "DIR", default_value = "dgd-demo")]
     pub(crate) out: PathBuf,
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  dgd system kinds tank
+  dgd system check system.toml --draw system.svg")]
 pub(crate) struct SystemCommand {
     #[command(subcommand)]
     pub(crate) action: SystemAction,
@@ -371,7 +377,7 @@ pub(crate) struct Linearise {
         conflicts_with = "system"
     )]
     pub(crate) model: PathBuf,
-    /// Inputs and states of the operating point, in SI units or with a unit
+    /// Inputs and states of the operating point, in SI units or with a unit; every input, unless --at-time takes them from a recording
     #[arg(long, value_name = "KEY=VALUE", num_args = 1.., value_parser = parse_pair)]
     pub(crate) at: Vec<(String, String)>,
     /// Take the operating point from a recording at this time

@@ -94,7 +94,7 @@ pub(crate) fn draw_free_run(
     let figure = complete_dynamics(
         &level.compared(),
         &flow.compared(),
-        &Units::axis("Riser level", units.level),
+        &Units::axis("Riser level, depth", units.level),
         &Units::axis("Flow", units.flow),
     );
     save(outputs, folder, &[figure.map_err(|e| undrawn(folder, &e))?])
@@ -407,7 +407,7 @@ impl<'a> ScaledPair<'a> {
 pub(crate) fn simulations(runs: &[Replay; 4], units: &Units) -> Result<Vec<Figure>, ReportError> {
     let [riser, flow, steady, coupled] = runs;
     let flow_axis = Units::axis("Flow", units.flow);
-    let level_axis = Units::axis("Riser level", units.level);
+    let level_axis = Units::axis("Riser level, depth", units.level);
     let speed_axis = Axis::new("Pump speed [%]");
     let level = ScaledPair::of(riser, &riser.level_m, units.level.0);
     let inflow = scaled(&riser.inflow_m3_s, units.flow.0);

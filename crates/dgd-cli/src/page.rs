@@ -88,8 +88,8 @@ fn lead(fitted: &Fitted, coupled: &Replay) -> String {
     let model = &fitted.identification.model;
     let kept = 100.0 * model.data.kept as f64 / model.data.samples.max(1) as f64;
     let level = coupled.level_m.deviation().map_or(String::new(), |d| {
-        format!(" In a free run over {} h the riser level stays within {} m (root mean square) of the measured one.",
-            brief((coupled.time_s.len() as f64 * model.data.step_s) / 3600.0), brief(d.rmse))
+        format!(" In a free run over {} h the riser level is off by {} m (root mean square; {} m at most).",
+            brief((coupled.time_s.len() as f64 * model.data.step_s) / 3600.0), brief(d.rmse), brief(d.largest))
     });
     format!(
         "The return flow meter is {} s late; the error of friction is {} bar and of pump head {} m (root mean square) over {} samples, {kept:.0} % \

@@ -270,6 +270,12 @@ pub struct Tested {
 }
 
 impl Tested {
+    /// Whether a finding gives its strength whole, as a gain or an area: then [`Self::limit`] is a departure from that of the model, to either side.
+    pub fn is_departure(&self) -> bool {
+        let strength = dgd_effects::find(self.effect).and_then(|e| e.about().parameters.first());
+        strength.is_some_and(|p| p.shown != dgd_effects::Shown::AsCarried)
+    }
+
     /// Whether it was not found, and explained enough when it was first weighed: beside the findings it is not needed.
     pub fn exceeded_its_hurdle(&self) -> bool {
         self.outcome == Outcome::NotSeen && self.evidence > self.hurdle

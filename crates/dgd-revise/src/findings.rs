@@ -12,6 +12,7 @@ use crate::estimates::estimates;
 use crate::floor::Level;
 use crate::locate;
 use crate::revision::{Check, Class, Estimate, Finding, Outcome, Shape, Tested};
+use crate::screen::SHOWS;
 use crate::sets::Scored;
 use crate::stack::Row;
 use crate::strength;
@@ -447,6 +448,8 @@ pub(crate) fn tested(
                 Outcome::Absorbed
             } else if !s.moves || (s.limit.is_finite() && s.limit > reach) {
                 Outcome::NotTestable
+            } else if s.score.sqrt() >= SHOWS && !findings.is_empty() {
+                Outcome::NotNeeded
             } else {
                 Outcome::NotSeen
             };

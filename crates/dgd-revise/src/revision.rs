@@ -212,6 +212,8 @@ pub enum Outcome {
     Possible,
     /// As good as one of the findings.
     Alternative,
+    /// It explains much alone, and adds nothing to the findings or does not stand beside them.
+    NotNeeded,
     /// Looked for and not seen, or with too little weight to be claimed; the checks name those.
     NotSeen,
     /// A re-fit of the free parameters does the same: it cannot be seen here, and it does not matter here.

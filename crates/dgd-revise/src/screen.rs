@@ -8,6 +8,9 @@ use crate::tangent::dot;
 use dgd_assembly::{EffectParameter, Hypothesis};
 use std::sync::Arc;
 
+/// Standard deviations at which an effect shows.
+pub(crate) const SHOWS: f64 = 5.0;
+
 /// An effect at one strength and shape.
 #[derive(Debug, Clone)]
 pub(crate) struct Point {
@@ -243,7 +246,7 @@ fn one(
         let gain = (2.0 * times * slope - times * times * square) / total;
         let score = dot(&white, &base.white_off).powi(2) / white_square;
         if first.neutral.is_finite() {
-            let limit = 5.0 * (values[0] - first.neutral).abs() / white_square.sqrt();
+            let limit = SHOWS * (values[0] - first.neutral).abs() / white_square.sqrt();
             screened.limit = screened.limit.min(limit);
         }
         screened.sums.push((

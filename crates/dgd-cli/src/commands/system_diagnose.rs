@@ -251,6 +251,7 @@ fn outcome(outcome: Outcome) -> &'static str {
         Outcome::Found => "found",
         Outcome::Possible => "possible",
         Outcome::Alternative => "alternative",
+        Outcome::NotNeeded => "not_needed",
         Outcome::NotSeen => "not_seen",
         Outcome::Absorbed => "absorbed",
         Outcome::NotTestable => "not_testable",

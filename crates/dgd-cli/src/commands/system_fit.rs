@@ -280,7 +280,8 @@ fn html(done: &Done<'_>) -> Result<String, ReportError> {
             ci95: page::interval(p, bounds(done.assembly, &p.path)),
         })
         .collect();
-    page::parameters(&mut page, done.assembly, &parameters)?;
+    let includes = "the noise and its autocorrelation, not model error";
+    page::parameters(&mut page, done.assembly, &parameters, includes)?;
     page.section("How well the recording determines them");
     match &done.told {
         Some(told) => page::identifiable(&mut page, told)?,

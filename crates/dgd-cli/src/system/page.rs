@@ -284,10 +284,13 @@ pub(crate) fn errors(assembly: &Assembly, runs: &[Run]) -> Table {
 }
 
 /// Parameters with their doubt, as a table and drawn between their bounds.
+///
+/// - `includes`: what their intervals include.
 pub(crate) fn parameters(
     page: &mut Page,
     assembly: &Assembly,
     fitted: &[Parameter<'_>],
+    includes: &str,
 ) -> Result<(), ReportError> {
     let known = assembly.parameters();
     let mut rows = Vec::new();
@@ -318,7 +321,7 @@ pub(crate) fn parameters(
         });
     }
     page.table(&Table {
-        caption: "Parameters; intervals include the noise and its autocorrelation, not model error, and end at the bounds".into(),
+        caption: format!("Parameters; intervals include {includes}, and end at the bounds"),
         head: [
             "Parameter",
             "Estimate",
@@ -467,7 +470,7 @@ level = { kind = "instrument", measures = "level", of = "tank", channel = "h", u
             };
             let fitted: Vec<Parameter<'_>> = (0..n).map(of).collect();
             let mut page = Page::new("A tank", "");
-            parameters(&mut page, &assembly, &fitted).unwrap();
+            parameters(&mut page, &assembly, &fitted, "noise").unwrap();
             page.html()
         };
         let rows = |html: &str| html.matches("<td>tank.area</td>").count();

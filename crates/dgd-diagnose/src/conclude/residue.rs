@@ -21,8 +21,16 @@ pub(super) fn left(traces: &[Trace]) -> Check {
         .map(|t| format!("{} {:.1} times", name(t), t.excess()))
         .collect();
     let detail = if more.is_empty() {
-        "at most twice what noise and instrument accuracy explain, in the pump head 2.4 times"
-            .to_owned()
+        let each: Vec<String> = (traces.iter())
+            .filter(|t| t.pair.is_none() && t.excess().is_finite())
+            .map(|t| format!("{} {:.1}", name(t), t.excess()))
+            .collect();
+        match each.join(", ") {
+            none if none.is_empty() => "no relation has rows".to_owned(),
+            each => format!(
+                "{each} times what noise and instrument accuracy explain (at most 2, in the pump head 2.4)"
+            ),
+        }
     } else {
         format!(
             "residuals as a multiple of what noise and instrument accuracy explain (root mean square): {}",
@@ -65,7 +73,8 @@ pub(super) fn apart(well: &Well, traces: &[Trace]) -> Option<Check> {
         return None;
     }
     let told: Vec<String> = (pairs.iter())
-        .map(|(pair, off)| format!("{pair} {:+.2} bar", 1e-5 * off))
+        // Without the sign of a zero that was rounded.
+        .map(|(pair, off)| format!("{pair} {:+.2} bar", (1e-3 * off).round() / 100.0 + 0.0))
         .collect();
     Some(Check {
         name: "transmitters of one pressure agree".into(),

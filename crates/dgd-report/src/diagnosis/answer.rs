@@ -4,7 +4,7 @@ use dgd_diagnose::{Diagnosis, Finding, Outcome, Verdict};
 
 use super::html::Html;
 use super::letter;
-use super::quantity::{percent, split};
+use super::quantity::{percent, percent_change, split};
 use super::words::{
     self, RUNGS, Rung, capital, estimated, improvement, listed, strength, title, title_of,
 };
@@ -351,16 +351,7 @@ fn card(diagnosis: &Diagnosis, index: usize, finding: &Finding, html: &mut Html)
     {
         Some(held) => {
             let share = improvement(held.rmse_before, held.rmse_after);
-            let value = share.map_or_else(
-                || "–".to_owned(),
-                |s| {
-                    if s >= 0.0 {
-                        format!("−{}", percent(s))
-                    } else {
-                        format!("+{}", percent(-s))
-                    }
-                },
-            );
+            let value = share.map_or_else(|| "–".to_owned(), |s| percent_change(-s));
             let whose = if diagnosis.findings.len() > 1 {
                 "Held-out error, all findings"
             } else {

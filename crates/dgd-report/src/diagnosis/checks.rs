@@ -87,7 +87,8 @@ fn tested(diagnosis: &Diagnosis, html: &mut Html) {
             ));
         }
         html.table(
-            "The smallest size is the strength that this recording would have shown beside the findings. The evidence is that of each effect \
+            "The smallest size is the strength that this recording would have shown beside the findings; of a gain or an area (±) the departure from \
+             what the model has. The evidence is that of each effect \
              alone, when first tested; sound rigs reach less than the evidence needed. 'Not needed': the effect exceeded this alone but adds \
              nothing to the findings. 'Resembled': it stands in the model for a cause outside the catalogue.",
             &[
@@ -128,7 +129,10 @@ fn row(tested: &Tested, beside: bool) -> Vec<Cell> {
     let (name, unit) = split(tested.strength);
     let limit = tested.limit.filter(|l| l.is_finite()).map_or_else(
         || "–".to_owned(),
-        |limit| format!("{name} {}", unit.value(limit)),
+        |limit| {
+            let side = if tested.is_departure() { "±" } else { "" };
+            format!("{name} {side}{}", unit.value(limit))
+        },
     );
     vec![
         Cell::Named(capital(tested.title), tested.effect.to_owned()),

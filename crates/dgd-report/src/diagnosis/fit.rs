@@ -6,7 +6,7 @@ use super::draw::{
     ACTS, TEXT, WIDTH, border, grid, keys, line, pen, range, stretches, time_label, time_units,
 };
 use super::html::{Cell, Html};
-use super::quantity::{clock, percent, percent_interval, significant, split};
+use super::quantity::{clock, percent_change, percent_changes, significant, split};
 use super::words::{self, capital, improvement};
 use crate::axis::{Scale, Units};
 use crate::color::{INK, Role, SOFT_INK, tone};
@@ -362,7 +362,8 @@ fn errors(diagnosis: &Diagnosis, twofold: bool, html: &mut Html) {
                 Cell::Number(unit.number(e.before)),
                 after,
                 Cell::Number(
-                    improvement(e.before, e.after).map_or_else(|| "–".to_owned(), percent),
+                    improvement(e.before, e.after)
+                        .map_or_else(|| "–".to_owned(), |s| percent_change(-s)),
                 ),
                 Cell::Number(format!("{} better, {} worse", e.better, e.worse)),
                 samples,
@@ -377,7 +378,7 @@ fn errors(diagnosis: &Diagnosis, twofold: bool, html: &mut Html) {
             "Signal",
             "RMSE before",
             "RMSE after",
-            "Improvement",
+            "Change of error",
             "Windows",
             "Samples",
         ]
@@ -431,8 +432,11 @@ fn gains(diagnosis: &Diagnosis, html: &mut Html) {
         Cell::Text(format!("{} [{}]", capital(&name), unit.symbol)),
         Cell::Number(unit.number(held.rmse_before)),
         Cell::Number(unit.number(held.rmse_after)),
-        Cell::Number(improvement.map_or_else(|| "–".to_owned(), percent)),
-        Cell::Number(percent_interval(held.improvement_ci95)),
+        Cell::Number(improvement.map_or_else(|| "–".to_owned(), |s| percent_change(-s))),
+        Cell::Number(percent_changes((
+            -held.improvement_ci95.1,
+            -held.improvement_ci95.0,
+        ))),
     ];
     let several = diagnosis.findings.len() > 1;
     let what = match (held.rmse_after < held.rmse_before, several) {
@@ -447,7 +451,7 @@ fn gains(diagnosis: &Diagnosis, html: &mut Html) {
             "Signal",
             "RMSE without",
             "RMSE with",
-            "Improvement",
+            "Change of error",
             "95 % interval",
         ],
         &[row],

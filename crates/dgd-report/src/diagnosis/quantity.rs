@@ -178,6 +178,23 @@ pub(super) fn percent_interval((low, high): (f64, f64)) -> String {
     format!("{} to {high}", low.trim_end_matches("\u{a0}%"))
 }
 
+/// A change in per cent with its sign, of what became so many times as large less one.
+pub(super) fn percent_change(share: f64) -> String {
+    match share {
+        s if s > 0.0 => format!("+{}", percent(s)),
+        s if s < 0.0 => format!("−{}", percent(-s)),
+        s => percent(s),
+    }
+}
+
+/// Both ends of a change.
+pub(super) fn percent_changes((low, high): (f64, f64)) -> String {
+    if !(low.is_finite() && high.is_finite()) {
+        return "–".to_owned();
+    }
+    format!("{} to {}", percent_change(low), percent_change(high))
+}
+
 /// Seconds as people say them: `234 s`, `41 min`, `2 h 51 min`.
 pub(super) fn clock(seconds: f64) -> String {
     if !seconds.is_finite() {

@@ -340,8 +340,9 @@ fn tell_tested(text: &mut String, diagnosis: &Diagnosis) -> std::fmt::Result {
             let strength = Legible::of(one.strength);
             let limit = one.limit.filter(|l| l.is_finite());
             let [size, unit, name] = limit.map_or([const { String::new() }; 3], |l| {
+                let side = if one.is_departure() { "±" } else { "" };
                 [
-                    brief(l * strength.factor),
+                    format!("{side}{}", brief(l * strength.factor)),
                     strength.unit.to_owned(),
                     strength.words(),
                 ]

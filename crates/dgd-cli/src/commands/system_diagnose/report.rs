@@ -68,7 +68,8 @@ pub(super) fn html(done: &Done, fitted: &FittedSystem) -> Result<String, ReportE
             ci95: told.ci95,
         })
         .collect();
-    page::parameters(&mut page, &revision.after.assembly, &rows)?;
+    let includes = "the noise and its autocorrelation, or the spread between parts of the record if that is wider";
+    page::parameters(&mut page, &revision.after.assembly, &rows, includes)?;
     if revision.sections.len() > 1 {
         page.section("Sections").table(&sections(done));
     }
@@ -277,9 +278,10 @@ fn tested(done: &Done) -> dgd_report::Table {
         Outcome::Found => 0,
         Outcome::Possible => 1,
         Outcome::Alternative => 2,
-        Outcome::NotSeen => 3,
-        Outcome::Absorbed => 4,
-        Outcome::NotTestable => 5,
+        Outcome::NotNeeded => 3,
+        Outcome::NotSeen => 4,
+        Outcome::Absorbed => 5,
+        Outcome::NotTestable => 6,
     };
     let mut ordered: Vec<&Tested> = done.revision.tested.iter().collect();
     ordered.sort_by(|a, b| {
@@ -298,7 +300,7 @@ fn tested(done: &Done) -> dgd_report::Table {
     });
     dgd_report::Table {
         caption: "Share of the squared residual that each would remove alone, its score in standard deviations, and the size that would have \
-                  scored five of them".into(),
+                  scored five of them. 'Not needed': it shows alone, and adds nothing to the findings or does not stand beside them".into(),
         head: ["Component", "Effect", "Outcome", "Share [%]", "Score", "Smallest size"].map(Into::into).to_vec(),
         rows: rows.collect(),
     }
