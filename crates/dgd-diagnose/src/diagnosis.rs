@@ -50,7 +50,7 @@ pub enum Verdict {
     Explained,
     /// Something is named, something else is not: it is told as unknown, or an output runs worse with what is named on the held-out windows.
     PartlyExplained,
-    /// Something is left out that the catalogue does not hold, or of which no cause could be told (without a finding), or none of
+    /// Something is left out that the catalogue does not hold, or of which no cause could be identified (without a finding), or none of
     /// [`Options::suspects`] explains.
     Unexplained,
 }

@@ -54,7 +54,10 @@ pub fn kept_samples(
     panel.keys = vec![
         dot(
             Role::Rejected,
-            format!("All samples ({})", count(all.x.len())),
+            format!(
+                "Rejected ({})",
+                count(all.x.len().saturating_sub(kept.x.len()))
+            ),
         ),
         dot(
             Role::Model,

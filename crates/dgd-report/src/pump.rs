@@ -73,6 +73,9 @@ fn curves(
     }
     let mut order: Vec<&SpeedFamily<'_>> = families.iter().collect();
     order.sort_by(|a, b| a.speed_pct.total_cmp(&b.speed_pct));
+    let whole =
+        (order.iter()).all(|family| short(family.speed_pct) == format!("{:.0}", family.speed_pct));
+    let decimals = usize::from(!whole);
     let mut panel = Panel::new(head, 380.0);
     let mut keys = Vec::new();
     let steps = u32::try_from(order.len().saturating_sub(1).max(1)).unwrap_or(1);
@@ -83,18 +86,20 @@ fn curves(
         panel.clouds.push(Cloud {
             x: family.samples.x,
             y: family.samples.y,
-            color: tone(color, 0.42),
+            color,
             shade: false,
             counted: true,
         });
-        let line = Line::new(family.model.x, family.model.y, Pen::new(color, 2.2));
+        // Paler than its samples, which would vanish on it.
+        let pen = Pen::new(tone(color, 0.6), 2.2);
+        let line = Line::new(family.model.x, family.model.y, pen);
         panel.lines.push(Line {
             counted: false,
             ..line
         });
         keys.push(Key {
             sign: Sign::Line(Pen::new(color, 2.6)),
-            text: format!("{} %", short(family.speed_pct)),
+            text: format!("{:.decimals$} %", family.speed_pct),
         });
     }
     // The highest curve belongs to the highest speed: so does the top of the legend.

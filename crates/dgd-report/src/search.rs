@@ -162,7 +162,7 @@ fn around(steps: &[Step], of: impl Fn(&Step) -> f64) -> Option<[f64; 2]> {
     (low <= high && (range[1] - range[0]).is_finite()).then_some(range)
 }
 
-/// Cost to colour; logarithmic where the cost spans more than a factor of ten.
+/// Cost to colour; logarithmic where the cost spans more than a factor of two, as the start is mostly far off.
 struct Shades {
     low: f64,
     high: f64,
@@ -197,7 +197,7 @@ impl Shades {
             .map(wide)
             .filter(|r| (r[1] - r[0]).is_finite())
             .map(|[low, high]| {
-                let log = low > 0.0 && high > 10.0 * low;
+                let log = low > 0.0 && high > 2.0 * low;
                 Self { low, high, log }
             }))
     }
@@ -232,8 +232,10 @@ impl Shades {
         }
         let leads: &[f64] = if self.high / self.low > 3000.0 {
             &[1.0]
-        } else {
+        } else if self.high / self.low > 10.0 {
             &[1.0, 2.0, 5.0]
+        } else {
+            &[1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0]
         };
         let first = self.low.log10().floor();
         (0..40)

@@ -209,9 +209,14 @@ fn tell_effects(text: &mut String, found: &Found) -> std::fmt::Result {
     write!(text, "{}", table.render())
 }
 
-/// How many there are, and the table of them.
+/// How many there are, and the table of them if there are any.
 fn counted(text: &mut String, count: usize, what: &str, table: &TextTable) -> std::fmt::Result {
-    writeln!(text, "{}\n{}", say::counted(count, what), table.render())
+    let table = if count == 0 {
+        String::new()
+    } else {
+        table.render()
+    };
+    writeln!(text, "{}\n{table}", say::counted(count, what))
 }
 
 fn by_component(found: &Found) -> Vec<(&str, Vec<&'static str>)> {

@@ -25,7 +25,7 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
     match left_out.as_slice() {
         [] if !refuted.is_empty() => format!("{refuted}; {}.", words::beside_suspects(diagnosis)),
         [] if diagnosis.verdict == Verdict::Consistent => nothing(diagnosis),
-        [] => "Model and recording differ by more than noise and instrument accuracy explain, but no cause could be told.".to_owned(),
+        [] => "Model and recording differ by more than noise and instrument accuracy explain, but no cause could be identified.".to_owned(),
         found => {
             let said = match found {
                 [(_, only)] => format!("{}.", clause(only, diagnosis)),
@@ -255,7 +255,7 @@ fn meaning(diagnosis: &Diagnosis) -> &'static str {
         Verdict::Explained => "what was left out is named",
         Verdict::PartlyExplained => "what is named does not explain everything",
         Verdict::Unexplained if diagnosis.findings.is_empty() => {
-            "more than noise is left, and no cause could be told"
+            "more than noise is left, and no cause could be identified"
         }
         Verdict::Unexplained => "something is left out that is not in the catalogue",
     }

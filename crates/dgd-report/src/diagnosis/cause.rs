@@ -144,7 +144,7 @@ fn apart(finding: &Finding, html: &mut Html) {
                     "Not sure:",
                     &format!("{others}, but {}.", other_or_nothing(finding)),
                 ),
-                _ => html.labelled("Told apart:", &format!("{others}.")),
+                _ => html.labelled("Separated:", &format!("{others}.")),
             };
         }
     } else {

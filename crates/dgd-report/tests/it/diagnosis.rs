@@ -274,7 +274,7 @@ fn a_likely_cause_without_rivals_is_no_class_and_no_certainty() {
     ] {
         assert!(text.contains(said), "{said} is not in {text}");
     }
-    for unsaid in ["one of a few", "Told apart:", "would separate them"] {
+    for unsaid in ["one of a few", "Separated:", "would separate them"] {
         assert!(!text.contains(unsaid), "{unsaid}");
     }
 }
@@ -559,9 +559,9 @@ fn empty_and_unequal_series_are_still_a_page() {
     let mut lost = diagnoses::single(1);
     lost.findings.clear();
     assert_eq!(lost.verdict, Verdict::Explained);
-    assert!(words(&page(&lost)).contains("no cause could be told"));
+    assert!(words(&page(&lost)).contains("no cause could be identified"));
     lost.verdict = Verdict::Unexplained;
-    assert!(words(&page(&lost)).contains("more than noise is left, and no cause could be told"));
+    assert!(words(&page(&lost)).contains("more than noise is left, and no cause could be identified"));
 }
 
 #[test]

@@ -106,7 +106,7 @@ fn sentence(diagnosis: &Diagnosis) -> String {
         }
         if diagnosis.verdict == Verdict::Unexplained {
             return format!(
-                "unexplained, the recording differs from the model by more than noise{beyond}, and no cause could be told; see the failed check{off}"
+                "unexplained, the recording differs from the model by more than noise{beyond}, and no cause could be identified; see the failed check{off}"
             );
         }
         let failed = diagnosis.checks.iter().filter(|c| !c.passed).count();

@@ -341,7 +341,7 @@ fn a_consistent_recording_is_told_with_what_would_have_been_seen() {
     let told = tell::tell(&open, &[], "rig.mat", Path::new("out"));
     let first = told.lines().next().unwrap();
     assert!(
-        first.starts_with("rig.mat: unexplained") && first.contains("no cause could be told"),
+        first.starts_with("rig.mat: unexplained") && first.contains("no cause could be identified"),
         "{first}"
     );
     let mut started = diagnosis(Vec::new());

@@ -171,7 +171,7 @@ fn before_and_after(done: &Done) -> dgd_report::Table {
             "Unit",
             "Training",
             "→ after",
-            "Left out",
+            "Cross-validation",
             "→ after",
             "Held out",
             "→ after",
