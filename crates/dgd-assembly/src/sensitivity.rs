@@ -318,6 +318,9 @@ pub fn sensitivities_variational(
             .values
             .push(above.iter().zip(&below).map(difference).collect());
     }
+    if found.status == RunStatus::Finished && system.model.work.borrow().failed {
+        found.status = RunStatus::NotSolved;
+    }
     Ok(found)
 }
 

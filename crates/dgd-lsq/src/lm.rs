@@ -6,26 +6,6 @@
 
 mod search;
 mod step;
-/// Element `index`, from 0, of Halton's sequence in dimension `dimension`: within 0 to 1, where more searches begin.
-///
-/// # Source
-/// Halton, J. H., Numerische Mathematik 2 (1960).
-#[must_use]
-pub fn halton(index: usize, dimension: usize) -> f64 {
-    const PRIMES: [usize; 16] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53];
-    let base = PRIMES[dimension % PRIMES.len()];
-    // Beyond the list the same bases are used again, further along.
-    let (mut i, mut share, mut sum) = (index + 1 + 17 * (dimension / PRIMES.len()), 1.0, 0.0);
-    while i > 0 {
-        #[expect(clippy::cast_precision_loss, reason = "a digit and a small prime")]
-        let (digit, base) = ((i % base) as f64, base as f64);
-        share /= base;
-        sum += share * digit;
-        i /= PRIMES[dimension % PRIMES.len()];
-    }
-    sum
-}
-
 #[cfg(test)]
 mod tests;
 
@@ -72,6 +52,16 @@ impl Bounds {
             }
         }
         Ok(Self { low, high })
+    }
+
+    /// Whether a value of parameter `index` lies at an end of the box, to a millionth of its span.
+    ///
+    /// # Panics
+    /// On a parameter that there is not.
+    #[must_use]
+    pub fn touches(&self, index: usize, value: f64) -> bool {
+        let near = 1e-6 * self.span(index);
+        value - self.low[index] <= near || self.high[index] - value <= near
     }
 
     /// From 0 to 1 for each of `p` parameters.
@@ -292,4 +282,30 @@ pub fn minimise<R: Residuals + ?Sized>(
         }
         Err(nowhere) => *nowhere,
     }
+}
+
+/// Element `index`, from 0, of Halton's sequence in dimension `dimension`: within 0 to 1, where more searches begin.
+///
+/// # Source
+/// Halton, J. H., Numerische Mathematik 2 (1960).
+///
+/// ```
+/// use dgd_lsq::lm::halton;
+/// assert_eq!([0, 1, 2].map(|k| halton(k, 0)), [0.5, 0.25, 0.75]);
+/// assert!((halton(0, 1) - 1.0 / 3.0).abs() < 1e-15);
+/// ```
+#[must_use]
+pub fn halton(index: usize, dimension: usize) -> f64 {
+    const PRIMES: [usize; 16] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53];
+    let base = PRIMES[dimension % PRIMES.len()];
+    // Beyond the list the same bases are used again, further along.
+    let (mut i, mut share, mut sum) = (index + 1 + 17 * (dimension / PRIMES.len()), 1.0, 0.0);
+    while i > 0 {
+        #[expect(clippy::cast_precision_loss, reason = "a digit and a small prime")]
+        let (digit, base) = ((i % base) as f64, base as f64);
+        share /= base;
+        sum += share * digit;
+        i /= PRIMES[dimension % PRIMES.len()];
+    }
+    sum
 }

@@ -88,10 +88,7 @@ pub(crate) fn inside(context: &Context<'_>, trial: &Trial) -> Option<Baseline> {
     let built = context.build(&trial.members)?;
     let declared = Context::start(&built, &Values::new())?.1;
     let (low, high) = (trial.bounds.low(), trial.bounds.high());
-    let at_bound = |theta: &[f64], i: usize| {
-        let near = 1e-6 * (high[i] - low[i]);
-        theta[i] - low[i] <= near || high[i] - theta[i] <= near
-    };
+    let at_bound = |theta: &[f64], i: usize| trial.bounds.touches(i, theta[i]);
     let fitted = &trial.minimum.theta;
     let (held, moving): (Vec<usize>, Vec<usize>) =
         (0..fitted.len()).partition(|&i| at_bound(fitted, i) && !at_bound(&declared, i));

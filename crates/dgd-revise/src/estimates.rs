@@ -25,11 +25,7 @@ pub(crate) fn estimates(
     let free = r.len().saturating_sub(p).max(1) as f64;
     let variance = 2.0 * trial.cost() / free * inflation;
     let at_bound: Vec<bool> = (0..p)
-        .map(|i| {
-            let (low, high) = (trial.bounds.low()[i], trial.bounds.high()[i]);
-            let theta = trial.minimum.theta[i];
-            theta - low <= 1e-6 * (high - low) || high - theta <= 1e-6 * (high - low)
-        })
+        .map(|i| trial.bounds.touches(i, trial.minimum.theta[i]))
         .collect();
     let loose: Vec<usize> = (0..p).filter(|&i| !at_bound[i]).collect();
     let mut curvature = vec![0.0; p];

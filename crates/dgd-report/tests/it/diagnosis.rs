@@ -561,7 +561,9 @@ fn empty_and_unequal_series_are_still_a_page() {
     assert_eq!(lost.verdict, Verdict::Explained);
     assert!(words(&page(&lost)).contains("no cause could be identified"));
     lost.verdict = Verdict::Unexplained;
-    assert!(words(&page(&lost)).contains("more than noise is left, and no cause could be identified"));
+    assert!(
+        words(&page(&lost)).contains("more than noise is left, and no cause could be identified")
+    );
 }
 
 #[test]
