@@ -140,8 +140,14 @@ impl AugmentedModel {
             !passes
         });
         // What came more than once is told once.
-        carried.over.sort_unstable();
-        carried.over.dedup();
+        for ids in [
+            &mut carried.over,
+            &mut carried.ongoing,
+            &mut carried.growing,
+        ] {
+            ids.sort_unstable();
+            ids.dedup();
+        }
         carried
     }
 

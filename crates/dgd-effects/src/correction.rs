@@ -332,7 +332,8 @@ impl Curve {
 
     /// Whether it is an episode that is not over when the recording ends.
     pub fn goes_on(&self) -> bool {
-        self.quantity == Quantity::Episode && self.to - self.from >= LASTING_S
+        // Rounding of its ends on a clock that counts from 1970 is no end.
+        self.quantity == Quantity::Episode && self.to - self.from >= 0.5 * LASTING_S
     }
 
     /// Whether it corrects the same place along the same quantity, by whatever.

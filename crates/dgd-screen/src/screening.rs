@@ -331,6 +331,8 @@ impl Job<'_> {
         );
         if let Some(speed) = speed {
             self.blame(&mut reasons, &speed.faults, Reasons::STUCK_PUMP_SPEED);
+            self.settling(&mut reasons, &speed.faults);
+            self.stopping(&mut reasons, &speed.faults);
         }
         reasons
     }
@@ -375,8 +377,6 @@ impl Job<'_> {
             let here = k * PART..k * PART + part.len();
             self.judge(part, here, channels, inlet_pa, outlet_pa);
         });
-        self.settling(&mut reasons);
-        self.stopping(&mut reasons);
         reasons
     }
 
@@ -450,17 +450,24 @@ impl Job<'_> {
         }
     }
 
+    /// Whether a reading of the speed tells if the pump runs: a gap, a spike and an impossible one do not.
+    fn tells(speed_pct: f64, faults: Faults) -> bool {
+        speed_pct.is_finite()
+            && !faults.contains(Faults::SPIKE)
+            && !faults.contains(Faults::OUT_OF_RANGE)
+    }
+
     /// Marks the seconds after each start of the pump.
-    fn settling(&self, reasons: &mut [Reasons]) {
+    fn settling(&self, reasons: &mut [Reasons], faults: &[Faults]) {
         let settle = samples(self.rules.options.settle_s, self.rules.step_s, 0);
         if settle == 0 {
             return;
         }
         let mut left = 0usize;
         let mut was_off = false;
-        for (reason, w) in reasons.iter_mut().zip(&self.recording.pump_speed_pct) {
-            // A gap says nothing about the pump.
-            if w.is_finite() {
+        let speeds = self.recording.pump_speed_pct.iter().zip(faults);
+        for (reason, (w, faults)) in reasons.iter_mut().zip(speeds) {
+            if Self::tells(*w, *faults) {
                 let off = *w <= self.rules.options.pump_on_above_pct;
                 if was_off && !off {
                     left = settle;
@@ -475,15 +482,16 @@ impl Job<'_> {
     }
 
     /// Marks the samples before each stop of the pump at which it runs down already.
-    fn stopping(&self, reasons: &mut [Reasons]) {
+    fn stopping(&self, reasons: &mut [Reasons], faults: &[Faults]) {
         /// Share of the speed before below which it lifts less than half of what it did, which holds no column: what is above tells of the
         /// meter's delay.
         const RUNNING: f64 = 0.7;
         let longest = samples(self.rules.options.run_down_s, self.rules.step_s, 0);
         let speeds = &self.recording.pump_speed_pct;
-        // From the last sample at which it was on; a gap says nothing about the pump.
+        let tells = |i: usize| Self::tells(speeds[i], faults[i]);
+        // From the last sample at which it was on.
         let mut began = None;
-        for (i, w) in speeds.iter().enumerate().filter(|(_, w)| w.is_finite()) {
+        for (i, w) in speeds.iter().enumerate().filter(|(i, _)| tells(*i)) {
             if *w > self.rules.options.pump_on_above_pct {
                 began.get_or_insert(i);
                 continue;
@@ -492,8 +500,9 @@ impl Job<'_> {
                 continue;
             };
             let before = start.max(i.saturating_sub(longest))..i;
-            let highest = speeds[before.clone()].iter().copied().fold(0.0, f64::max);
-            for k in before {
+            let told = before.filter(|k| tells(*k));
+            let highest = told.clone().map(|k| speeds[k]).fold(0.0, f64::max);
+            for k in told {
                 reasons[k] |= Reasons::STOPPING.when(speeds[k] < RUNNING * highest);
             }
         }

@@ -258,6 +258,10 @@ pub(super) fn drive<V: Vector, M: Stepper<V>, S: System + ?Sized>(
                 step.at(&method, theta, error.get_mut());
                 samples.take_within(&method, &step, event);
                 stalled = if event > t + shortest { 0 } else { stalled + 1 };
+                if stalled > 0 {
+                    // The same long step would dip below zero at its start again.
+                    h = (0.25 * trial).max(shortest);
+                }
                 x.get_mut().copy_from_slice(error.get());
                 t = event;
                 count.events += 1;

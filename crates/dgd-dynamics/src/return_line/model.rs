@@ -254,13 +254,21 @@ impl<'a, const KIND: u8> Line<'a, KIND> {
         }
     }
 
+    /// Pump speed, %: at the end of a ramp down to 0 rounding makes it less, of which a power is no number.
+    #[inline(always)]
+    fn speed(&self, t: f64) -> f64 {
+        let speed = self.second_piece.at(t);
+        // Not `max`, which would hide a NaN.
+        if speed < 0.0 { 0.0 } else { speed }
+    }
+
     /// Drive of mud at rest, Pa: the valve opens as soon as the pump overcomes the standing columns.
     ///
     /// Never part of the loop over the steps, which it would swell.
     #[cold]
     #[inline(never)]
     fn standing(&self, t: f64, level: f64) -> f64 {
-        self.momentum.drive(level, self.second_piece.at(t), 0.0).0
+        self.momentum.drive(level, self.speed(t), 0.0).0
     }
 
     #[inline(always)]
@@ -290,7 +298,7 @@ impl<const KIND: u8> System for Line<'_, KIND> {
             rate[last] = if self.shut {
                 0.0
             } else {
-                self.momentum.rate(level, self.second_piece.at(t), flow)
+                self.momentum.rate(level, self.speed(t), flow)
             };
         }
     }
@@ -314,8 +322,7 @@ impl<const KIND: u8> System for Line<'_, KIND> {
                 by_speed: 0.0,
             }
         } else {
-            self.momentum
-                .linearise(level, self.second_piece.at(t), flow)
+            self.momentum.linearise(level, self.speed(t), flow)
         };
         if KIND == FLOW {
             out.rate[0] = a.rate;
@@ -365,7 +372,8 @@ impl<const KIND: u8> System for Line<'_, KIND> {
         } else {
             let net = flow - self.first_piece.at(t);
             match self.riser {
-                Riser::Free => level.min(self.momentum.line.inlet_depth_m - level),
+                // A nanometre beyond, or rounding alone would cross it there and back without end.
+                Riser::Free => level.min(self.momentum.line.inlet_depth_m - level) + 1e-9,
                 Riser::Full => -net,
                 Riser::Empty => net,
             }

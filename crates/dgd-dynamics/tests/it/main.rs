@@ -7,6 +7,7 @@
 
 mod against_diffsol;
 mod common;
+mod finished;
 mod integrators;
 mod parts;
 mod refusals;

@@ -98,7 +98,11 @@ impl Effect for PipeDisplacement {
                 let (from, to) = (start.max(at.t_s), (start + lasts).min(at.t_s + step_s));
                 (to - from).max(0.0)
             };
-            let moves_s: f64 = starts.iter().skip(next).take(2).map(within).sum();
+            let begun = starts
+                .iter()
+                .skip(next)
+                .take_while(|start| **start < at.t_s + step_s);
+            let moves_s: f64 = begun.map(within).sum();
             changes.inflow_m3_s += volume / lasts * moves_s / step_s;
         })
     }

@@ -122,7 +122,8 @@ impl Effect for Unknown {
                 Quantity::ReturnFlow => at.flow_m3_s,
                 Quantity::PumpSpeed => at.speed_pct,
                 Quantity::SinceStart => (since / 60.0).ln_1p(),
-                Quantity::FlowRate => (at.flow_m3_s - now) / 20.0,
+                // Of a steady ramp its slope, whatever the step.
+                Quantity::FlowRate => (now - before) / at.dt_s.max(1e-3),
                 Quantity::Period => from + (at.t_s - from).rem_euclid(to - from),
             });
             if !value.is_finite() {

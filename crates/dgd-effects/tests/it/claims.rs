@@ -1,7 +1,9 @@
 //! What each effect changes: where, in which direction, how much.
 
 use crate::{AIR_PA, G, RHO, close, drive, moments, setting};
-use dgd_effects::{Changes, Curve, MeterPath, Moment, Place, Quantity, find, shrunk};
+use dgd_effects::{
+    Changes, Connection, Curve, MeterPath, Moment, Place, Quantity, Setting, find, shrunk,
+};
 
 fn at(t_s: f64) -> Moment {
     moments().into_iter().find(|m| m.t_s >= t_s).unwrap()
@@ -433,6 +435,26 @@ fn pipe_may_be_lowered_before_the_mud_pump_starts() {
     assert_eq!(c[3219].inflow_m3_s, 0.0);
     close(c[3220].inflow_m3_s, 0.3 / 120.0, 1e-12);
     assert_eq!(c[3340].inflow_m3_s, 0.0);
+}
+
+#[test]
+fn moves_of_pipe_that_overlap_bring_each_its_volume() {
+    // Four stands, two minutes apart, each on its way for five.
+    let connections = [1000.0, 1120.0, 1240.0, 1360.0].map(|from_s| Connection {
+        from_s,
+        to_s: from_s + 60.0,
+    });
+    let setting = Setting {
+        connections: connections.to_vec(),
+        ..setting()
+    };
+    let c = drive(
+        "pipe_displacement",
+        &[1.0, 0.0, 300.0, 0.0],
+        &setting,
+        &moments(),
+    );
+    close(sum(&c, |c| c.inflow_m3_s), 4.0, 1e-9);
 }
 
 #[test]

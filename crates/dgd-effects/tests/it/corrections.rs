@@ -128,10 +128,20 @@ fn the_rate_of_the_flow_is_that_of_some_twenty_seconds() {
         let found = position(Quantity::FlowRate, -1e-4, 1e-4, &step);
         close((2.0 * found[148] - 1.0) * 1e-4, 0.5 * rate, 0.01);
     }
-    // Of a step as long as that the mean is the flow itself; and a gap is forgotten.
-    let slow = [0.03, 0.05, f64::NAN, 0.04].map(|q| moment(0, 20.0, q));
+    // Of a steady ramp its slope, however seldom it is read.
+    for dt_s in [0.5, 5.0, 20.0, 30.0] {
+        let ramp: Vec<Moment> = (0..400)
+            .map(|i| moment(i, dt_s, 0.03 + 2e-5 * dt_s * i as f64))
+            .collect();
+        let found = position(Quantity::FlowRate, -1e-4, 1e-4, &ramp);
+        close((2.0 * found[399] - 1.0) * 1e-4, 2e-5, 1e-6);
+    }
+    // A gap is forgotten.
+    let slow = [0.03, 0.031, f64::NAN, 0.032].map(|q| moment(0, 20.0, q));
     let found = position(Quantity::FlowRate, -1e-4, 1e-4, &slow);
-    assert!([0, 1, 3].iter().all(|i| (found[*i] - 0.5).abs() < 1e-9));
+    for (i, expected) in [(0, 0.5), (1, 0.75), (3, 0.75)] {
+        assert!((found[i] - expected).abs() < 1e-9, "{found:?}");
+    }
     assert_eq!(found[2], 0.0);
 }
 

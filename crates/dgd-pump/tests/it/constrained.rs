@@ -169,9 +169,31 @@ fn an_iteration_limit_is_a_status_not_an_error() {
     };
     let found = fit_constrained(&recording.samples(), 2.0, 2.0, &options).unwrap();
     assert_eq!(found.status, SolverStatus::IterationLimit);
-    // What the solver had by then is told with how far it is from an optimum.
-    assert!(!found.polished);
-    assert!(found.kkt_residual > 1e-9, "{found:?}");
+    // The sets of held coefficients that it does not point to are tried too.
+    assert!(found.polished && found.kkt_residual < 1e-9, "{found:?}");
+}
+
+#[test]
+fn of_nearly_alike_columns_the_optimum_is_found_too() {
+    let mut held = [0; 3];
+    for seed in 0..200_u32 {
+        let recording = Recording::alike(seed);
+        let options = ConstrainedOptions::default();
+        let found = fit_constrained(&recording.samples(), 2.0, 2.0, &options).unwrap();
+        let (expected, _) = enumerate(&triangle(&recording, 2.0, 2.0), found.floors);
+        let c = [found.fit.curve.c0, found.fit.curve.c1, found.fit.curve.c2];
+        for j in 0..3 {
+            let off = (c[j] - expected[j]).abs();
+            assert!(
+                off <= 1e-6 * expected[j].abs(),
+                "{seed}: {c:?}, {expected:?}"
+            );
+            assert_eq!(found.active[j], expected[j] == found.floors[j], "{seed}");
+            held[j] += u32::from(found.active[j]);
+        }
+        assert!(found.polished, "{seed}: {found:?}");
+    }
+    assert!(held[1] > 20 && held[2] > 20, "few lie on a bound: {held:?}");
 }
 
 #[test]

@@ -48,6 +48,34 @@ impl Recording {
         }
     }
 
+    /// The flow follows the speed almost, and any shape of the head: columns that are nearly alike.
+    pub(crate) fn alike(seed: u32) -> Self {
+        const N: usize = 200;
+        let at = |k: usize| 0.5 * (1.0 + noise(usize::try_from(seed).unwrap() * 5000 + k));
+        let (lowest, spread) = (
+            30.0 + 40.0 * at(0),
+            if seed.is_multiple_of(2) { 10.0 } else { 30.0 },
+        );
+        let tie = if seed.is_multiple_of(3) { 0.99 } else { 0.9 };
+        let (c1, c2) = (10.0 * (at(1) - 0.5), 4e4 * (at(2) - 0.5));
+        let speed: Vec<f64> = (0..N).map(|i| lowest + spread * at(100 + i)).collect();
+        let flow: Vec<f64> = (0..N)
+            .map(|i| 0.0008 * (tie * speed[i] + (1.0 - tie) * 80.0 * at(1000 + i)))
+            .collect();
+        let head = (0..N)
+            .map(|i| {
+                let (w, q) = (speed[i], flow[i]);
+                0.05 * w * w - c1 * w * q - c2 * q * q + (at(2000 + i) - 0.5)
+            })
+            .collect();
+        Self {
+            speed,
+            flow,
+            head,
+            keep: vec![true; N],
+        }
+    }
+
     pub(crate) fn samples(&self) -> Samples<'_> {
         Samples {
             speed_pct: &self.speed,

@@ -88,6 +88,43 @@ fn a_restart_settles_and_the_start_of_the_recording_does_not() {
 }
 
 #[test]
+fn one_bad_reading_of_the_speed_neither_stops_nor_starts_the_pump() {
+    for bad in [0.0, -99.0] {
+        let recording = with_speed(3600, 1.0, |t| {
+            if (t % 110.0 - 50.0).abs() < 0.5 {
+                bad
+            } else {
+                60.0 + (t / 60.0).sin()
+            }
+        });
+        let screening = screen(&recording, 1.0, &ScreenOptions::default()).unwrap();
+        let marked = |reason: Reasons| {
+            screening
+                .reasons
+                .iter()
+                .filter(|r| r.contains(reason))
+                .count()
+        };
+        assert_eq!(marked(Reasons::SETTLING), 0, "{bad}");
+        let kept = screening.keep().iter().filter(|keep| **keep).count();
+        assert!(kept > 3400, "{bad}: {kept}");
+    }
+    // One that is far too high, shortly before a stop.
+    let recording = with_speed(3000, 1.0, |t| match t {
+        950.0 => 999.0,
+        t if t < 1000.0 => 60.0 + (t / 60.0).sin(),
+        _ => 0.0,
+    });
+    let screening = screen(&recording, 1.0, &ScreenOptions::default()).unwrap();
+    let stopping = screening
+        .reasons
+        .iter()
+        .filter(|r| r.contains(Reasons::STOPPING))
+        .count();
+    assert_eq!(stopping, 0);
+}
+
+#[test]
 fn a_pump_that_runs_down_is_left_out_and_one_that_is_throttled_is_not() {
     let recording = with_speed(3000, 1.0, |t| {
         let running = if t < 800.0 { 60.0 } else { 45.0 };
