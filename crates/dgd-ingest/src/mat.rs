@@ -303,7 +303,10 @@ impl Collector {
                 .units
                 .get(base)
                 .cloned()
-                .or_else(|| shelf.unit_of(base));
+                .or_else(|| shelf.unit_as_spelt(base));
+        }
+        for column in self.columns.iter_mut().filter(|c| c.unit.is_none()) {
+            column.unit = shelf.unit_in_any_case(base_of(&column.tag));
         }
         let origin = shelf.origin();
         let unused = shelf.unused();

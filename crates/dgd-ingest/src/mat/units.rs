@@ -6,60 +6,58 @@ use super::MAX_UNIT;
 
 /// The texts of a file, looked up as units.
 pub(super) struct Texts<'a> {
-    by_tag: HashMap<String, usize>,
+    by_tag: HashMap<&'a str, usize>,
+    /// Of each tag in lower case the text, unless several tags differ in nothing else.
+    by_folded: HashMap<String, Option<usize>>,
     texts: &'a [(String, String)],
     used: Vec<bool>,
+    /// Texts that are the unit of a column spelt as they are.
+    spelt: Vec<bool>,
 }
 
-const UNIT_WORDS: [&str; 2] = ["units", "unit"];
+const UNIT_WORDS: [&str; 4] = ["units", "unit", "Units", "Unit"];
 const VALUE_WORDS: [&str; 4] = ["value", "values", "data", "signal"];
 
 impl<'a> Texts<'a> {
     pub(super) fn new(texts: &'a [(String, String)]) -> Self {
-        let by_tag = texts
-            .iter()
-            .enumerate()
-            .map(|(i, (tag, _))| (tag.to_ascii_lowercase(), i))
-            .collect();
+        let by_tag = texts.iter().enumerate();
+        let by_tag = by_tag.map(|(i, (tag, _))| (tag.as_str(), i)).collect();
+        let mut by_folded = HashMap::new();
+        for (i, (tag, _)) in texts.iter().enumerate() {
+            let folded = by_folded.entry(tag.to_ascii_lowercase());
+            folded.and_modify(|text| *text = None).or_insert(Some(i));
+        }
         Self {
             by_tag,
+            by_folded,
             texts,
             used: vec![false; texts.len()],
+            spelt: vec![false; texts.len()],
         }
     }
 
-    fn take(&mut self, tag: &str) -> Option<String> {
-        let index = *self.by_tag.get(tag)?;
+    /// `gom.units.FT1`, `units.gom.FT1`, `units.FT1`, `gom.FT1_unit`, or `gom.FT1.unit` beside `gom.FT1.data`.
+    pub(super) fn unit_as_spelt(&mut self, tag: &str) -> Option<String> {
+        candidates(tag).iter().find_map(|candidate| {
+            let index = *self.by_tag.get(candidate.as_str())?;
+            self.spelt[index] = true;
+            self.take(index)
+        })
+    }
+
+    /// The same in upper or lower case, if it is the unit of no column that is spelt like it; to be asked when those have theirs.
+    pub(super) fn unit_in_any_case(&mut self, tag: &str) -> Option<String> {
+        let candidates = candidates(&tag.to_ascii_lowercase());
+        candidates.iter().find_map(|candidate| {
+            let index = (*self.by_folded.get(candidate)?)?;
+            (!self.spelt[index]).then(|| self.take(index)).flatten()
+        })
+    }
+
+    fn take(&mut self, index: usize) -> Option<String> {
         self.used[index] = true;
         let text = self.texts[index].1.trim();
         (!text.is_empty() && text.len() <= MAX_UNIT).then(|| text.to_owned())
-    }
-
-    /// `gom.units.FT1`, `units.gom.FT1`, `units.FT1`, `gom.FT1_unit`, or `gom.FT1.unit` beside
-    /// `gom.FT1.data`; upper and lower case alike.
-    pub(super) fn unit_of(&mut self, tag: &str) -> Option<String> {
-        if self.texts.is_empty() {
-            return None;
-        }
-        let tag = tag.to_ascii_lowercase();
-        let (head, name) = tag.rsplit_once('.').unwrap_or(("", &tag));
-        for word in UNIT_WORDS {
-            let mut candidates = vec![
-                format!("{word}.{tag}"),
-                format!("{word}.{name}"),
-                format!("{tag}_{word}"),
-            ];
-            if !head.is_empty() {
-                candidates.insert(0, format!("{head}.{word}.{name}"));
-                if VALUE_WORDS.contains(&name) {
-                    candidates.push(format!("{head}.{word}"));
-                }
-            }
-            if let Some(unit) = candidates.iter().find_map(|c| self.take(c)) {
-                return Some(unit);
-            }
-        }
-        None
     }
 
     /// A text named `origin` that looks like an RFC 3339 time.
@@ -94,9 +92,34 @@ impl<'a> Texts<'a> {
     }
 }
 
+/// Where people write the unit of a column.
+fn candidates(tag: &str) -> Vec<String> {
+    let (head, name) = tag.rsplit_once('.').unwrap_or(("", tag));
+    let of_word = |word: &str| {
+        let mut candidates = vec![
+            format!("{word}.{tag}"),
+            format!("{word}.{name}"),
+            format!("{tag}_{word}"),
+        ];
+        if !head.is_empty() {
+            candidates.insert(0, format!("{head}.{word}.{name}"));
+            if VALUE_WORDS.contains(&name) {
+                candidates.push(format!("{head}.{word}"));
+            }
+        }
+        candidates
+    };
+    UNIT_WORDS.into_iter().flat_map(of_word).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::Texts;
+
+    fn unit_of(shelf: &mut Texts<'_>, tag: &str) -> Option<String> {
+        let spelt = shelf.unit_as_spelt(tag);
+        spelt.or_else(|| shelf.unit_in_any_case(tag))
+    }
 
     #[test]
     fn a_unit_is_found_wherever_people_write_it() {
@@ -109,11 +132,12 @@ mod tests {
         ] {
             let texts = [(tag.to_owned(), " gpm ".to_owned())];
             let mut shelf = Texts::new(&texts);
-            assert_eq!(shelf.unit_of("gom.FT1").as_deref(), Some("gpm"), "{tag}");
+            let found = unit_of(&mut shelf, "gom.FT1");
+            assert_eq!(found.as_deref(), Some("gpm"), "{tag}");
             assert_eq!(shelf.unused(), None);
         }
         let texts = [("gom.FT1.unit".to_owned(), "gpm".to_owned())];
-        assert!(Texts::new(&texts).unit_of("gom.FT1.data").is_some());
-        assert!(Texts::new(&texts).unit_of("gom.FT1.offset").is_none());
+        assert!(unit_of(&mut Texts::new(&texts), "gom.FT1.data").is_some());
+        assert!(unit_of(&mut Texts::new(&texts), "gom.FT1.offset").is_none());
     }
 }

@@ -1,7 +1,7 @@
 //! What `dgd-export` writes comes back to the last bit.
 
 use crate::{assert_same, table_of, unit, values};
-use dgd_export::{CsvOptions, McapOptions, write_csv, write_mcap};
+use dgd_export::{CsvOptions, McapOptions, write_csv, write_mat5, write_mat73, write_mcap};
 use dgd_ingest::{BlockOptions, BlockReader, Opened, ReadOptions};
 use dgd_recording::{Column, Table};
 use std::io::Cursor;
@@ -163,5 +163,30 @@ fn single_columns_with_holes_keep_their_rows() {
             crate::values(&table_of(&csv(&table)).unwrap(), "a"),
             &values,
         );
+    }
+}
+
+#[test]
+fn names_that_differ_in_case_alone_keep_their_units_in_mat_files() {
+    let column = |tag: &str, unit: Option<&str>| Column {
+        tag: tag.into(),
+        unit: unit.map(Into::into),
+        values: vec![0.0, 1.0],
+    };
+    for (small, large) in [
+        (Some("s"), Some("degC")),
+        (Some("s"), None),
+        (None, Some("degC")),
+    ] {
+        let table = Table {
+            columns: vec![column("t", small), column("T", large)],
+            ..Table::default()
+        };
+        let mut old = Vec::new();
+        write_mat5(&table, "rig", &mut old).unwrap();
+        for bytes in [old, write_mat73(&table, "rig").unwrap()] {
+            let found = table_of(&bytes).unwrap();
+            assert_eq!((unit(&found, "t"), unit(&found, "T")), (small, large));
+        }
     }
 }
