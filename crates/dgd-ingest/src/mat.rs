@@ -310,6 +310,23 @@ impl Collector {
         }
         let origin = shelf.origin();
         let unused = shelf.unused();
+        let origin = match origin {
+            Some(Err((tag, text))) => {
+                let shown: String = text.chars().take(40).collect();
+                let place = format!("`{tag}`");
+                let message = format!(
+                    "`{shown}` is no time such as 2024-10-22T15:27:49Z; the start is left unknown"
+                );
+                self.issues.push(Issue {
+                    kind: IssueKind::Skipped,
+                    place,
+                    message,
+                });
+                None
+            }
+            Some(Ok(origin)) => Some(origin),
+            None => None,
+        };
         if let Some((first, count)) = unused {
             let message = match count {
                 1 => "it is text; it was passed over".to_owned(),

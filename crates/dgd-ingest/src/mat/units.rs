@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use super::MAX_UNIT;
+use dgd_recording::Table;
 
 /// The texts of a file, looked up as units.
 pub(super) struct Texts<'a> {
@@ -15,6 +16,8 @@ pub(super) struct Texts<'a> {
     spelt: Vec<bool>,
 }
 
+/// Bytes of a time to the second.
+const SECONDS: usize = "2024-10-22T15:27:49".len();
 const UNIT_WORDS: [&str; 4] = ["units", "unit", "Units", "Unit"];
 const VALUE_WORDS: [&str; 4] = ["value", "values", "data", "signal"];
 
@@ -60,24 +63,21 @@ impl<'a> Texts<'a> {
         (!text.is_empty() && text.len() <= MAX_UNIT).then(|| text.to_owned())
     }
 
-    /// A text named `origin` that looks like an RFC 3339 time.
-    pub(super) fn origin(&mut self) -> Option<String> {
-        let looks_like_time = |text: &str| {
-            let b = text.as_bytes();
-            b.len() >= 19
-                && b[..19].iter().zip(b"0000-00-00T00:00:00").all(|(b, like)| {
-                    if *like == b'0' {
-                        b.is_ascii_digit()
-                    } else {
-                        b == like
-                    }
-                })
+    /// A text named `origin` as an RFC 3339 time, `-00:00` behind it where it tells no zone; the tag of the text and itself if it is none.
+    pub(super) fn origin(&mut self) -> Option<Result<String, (&'a str, &'a str)>> {
+        let texts = self.texts.iter().enumerate();
+        let named = texts.filter(|(_, (tag, _))| tag.rsplit('.').next() == Some("origin"));
+        let mut read = named.map(|(index, (tag, text))| {
+            let text = text.trim();
+            (index, rfc3339(text).ok_or((tag.as_str(), text)))
+        });
+        let first = read.next()?;
+        let (index, origin) = match first.1 {
+            Ok(_) => first,
+            Err(_) => read.find(|(_, origin)| origin.is_ok()).unwrap_or(first),
         };
-        let index = self.texts.iter().position(|(tag, text)| {
-            tag.rsplit('.').next() == Some("origin") && looks_like_time(text.trim())
-        })?;
         self.used[index] = true;
-        Some(self.texts[index].1.trim().to_owned())
+        Some(origin)
     }
 
     /// The first text that nothing asked for, and how many there are.
@@ -90,6 +90,20 @@ impl<'a> Texts<'a> {
         let ((first, _), _) = unused.next()?;
         Some((first, 1 + unused.count()))
     }
+}
+
+/// A time as RFC 3339 has it, `-00:00` where it tells no zone; `None` where it is none.
+fn rfc3339(text: &str) -> Option<String> {
+    let zoned = |behind: &str| behind.contains(['Z', 'z', '+', '-']);
+    let zone = match text.get(SECONDS..) {
+        Some(behind) if !zoned(behind) => "-00:00",
+        _ => "",
+    };
+    let time = Table {
+        origin: Some(format!("{text}{zone}")),
+        ..Table::default()
+    };
+    time.origin_ns().and(time.origin)
 }
 
 /// Where people write the unit of a column.
@@ -119,6 +133,22 @@ mod tests {
     fn unit_of(shelf: &mut Texts<'_>, tag: &str) -> Option<String> {
         let spelt = shelf.unit_as_spelt(tag);
         spelt.or_else(|| shelf.unit_in_any_case(tag))
+    }
+
+    #[test]
+    fn an_origin_without_a_zone_says_so_and_what_is_no_time_is_none() {
+        for (text, expected) in [
+            ("2024-10-22T15:27:49", Ok("2024-10-22T15:27:49-00:00")),
+            (" 2024-10-22T15:27:49.5 ", Ok("2024-10-22T15:27:49.5-00:00")),
+            ("2024-10-22T15:27:49+02:00", Ok("2024-10-22T15:27:49+02:00")),
+            ("2024-10-22T15:27:49Z", Ok("2024-10-22T15:27:49Z")),
+            ("2024-13-22T15:27:49", Err(("gom.origin", "2024-13-22T15:27:49"))),
+            ("Stavanger", Err(("gom.origin", "Stavanger"))),
+        ] {
+            let texts = [("gom.origin".to_owned(), text.to_owned())];
+            let found = Texts::new(&texts).origin().expect("a text of that name");
+            assert_eq!(found.as_deref().map_err(|e| *e), expected);
+        }
     }
 
     #[test]
