@@ -3,6 +3,7 @@
 use super::text::{Line, lines, words};
 use super::{MAX_COLUMNS, number, stamp};
 use crate::IngestError;
+use dgd_recording::is_clock_name;
 use dgd_units::Unit;
 
 /// Lines looked at from the start and again from the middle of the file.
@@ -420,12 +421,7 @@ pub(super) fn is_time_name(tag: &str) -> bool {
     if let Some(item) = item(tag) {
         return item == "06";
     }
-    let name = tag.to_lowercase();
-    let stem = name.split(|c: char| !c.is_alphanumeric()).next();
-    matches!(
-        stem.unwrap_or_default(),
-        "t" | "time" | "timestamp" | "epoch" | "unix" | "unixtime" | "datetime" | "date" | "utc"
-    )
+    is_clock_name(tag)
 }
 
 /// `14:11` is hours and minutes as in ISO 8601; a fraction, or more than 23, speaks against it.

@@ -817,3 +817,14 @@ fn text_without_numbers_is_refused() {
         );
     }
 }
+
+#[test]
+fn numbers_from_1970_are_times_under_every_name_of_a_clock() {
+    for name in ["tid", "seconds", "elapsed", "unix", "utc", "Date Time"] {
+        let table = read(&format!("a,{name}\n1,1412640000\n2,1412640002\n"));
+        assert_same(values(&table, name), &[0.0, 2.0]);
+        assert_eq!(table.origin.as_deref(), Some("2014-10-07T00:00:00Z"));
+        // The survey takes no other column for the clock.
+        assert_eq!(dgd_recording::survey(&table).time_column, Some(1), "{name}");
+    }
+}
