@@ -638,9 +638,15 @@ fn split_unit(written: &str) -> (&str, Option<&str>) {
         .map(|(n, u)| (n.trim(), u.trim()))
         .filter(|(n, u)| !n.is_empty() && Unit::parse(u).is_ok());
     match nested.or_else(|| split('(', ')')) {
-        Some((name, unit)) if is_unit_word(unit) => (name, Some(unit)),
+        Some((name, unit)) if is_unit_word(unit) || is_minutes_of(name, unit) => (name, Some(unit)),
         _ => (written, None),
     }
+}
+
+/// Whether `min` behind a name is minutes: `Time (min)`, `Elapsed Time (min)`; `T (min)` is the least temperature.
+fn is_minutes_of(name: &str, unit: &str) -> bool {
+    let is_time = name != "T" && is_time_name(name) || name.to_lowercase().ends_with("time");
+    is_time && unit.eq_ignore_ascii_case("min")
 }
 
 fn is_unit_word(text: &str) -> bool {
@@ -667,6 +673,12 @@ mod tests {
         assert_eq!(split_unit("ROP(1 ft)"), ("ROP(1 ft)", None));
         assert_eq!(split_unit("Flow (in)"), ("Flow (in)", None));
         assert_eq!(split_unit("[gpm]"), ("[gpm]", None));
+        assert_eq!(split_unit("Time (min)"), ("Time", Some("min")));
+        assert_eq!(split_unit("t (min)"), ("t", Some("min")));
+        assert_eq!(split_unit("Run Time (min)"), ("Run Time", Some("min")));
+        assert_eq!(split_unit("T (min)"), ("T (min)", None));
+        assert_eq!(split_unit("Flow (min)"), ("Flow (min)", None));
+        assert_eq!(split_unit("Time (max)"), ("Time (max)", None));
         assert_eq!(split_unit(""), ("", None));
     }
 }
