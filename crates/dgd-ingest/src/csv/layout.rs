@@ -1,5 +1,6 @@
 //! Delimiter, header, units and the sort of each column, from a sample of the lines.
 
+use super::rows::Reading;
 use super::text::{Line, lines, words};
 use super::{MAX_COLUMNS, number, stamp};
 use crate::IngestError;
@@ -44,6 +45,20 @@ pub(super) struct Head {
     pub(super) first: Option<stamp::First>,
     /// What its cells are that are digits alone.
     pub(super) digits: Option<stamp::Digits>,
+}
+
+impl Layout {
+    /// Takes two fields for minutes and seconds in columns whose rows say so, which the sampled ones did not; `false` if there is none.
+    pub(super) fn take_for_minutes(&mut self, columns: &[Reading]) -> bool {
+        let mut any = false;
+        for (head, reading) in self.columns.iter_mut().zip(columns) {
+            if head.two_are_hours && reading.clock.met_minutes() {
+                head.two_are_hours = false;
+                any = true;
+            }
+        }
+        any
+    }
 }
 
 impl Head {
@@ -424,13 +439,9 @@ pub(super) fn is_time_name(tag: &str) -> bool {
     is_clock_name(tag)
 }
 
-/// `14:11` is hours and minutes as in ISO 8601; a fraction, or more than 23, speaks against it.
 fn two_may_be_hours(sort: Sort) -> bool {
     match sort {
-        Sort::Stamp(stamp) => match stamp.kind {
-            stamp::StampKind::Two { fraction } => !fraction && stamp.ns < 24 * 60_000_000_000,
-            _ => true,
-        },
+        Sort::Stamp(stamp) => !stamp.speaks_for_minutes(),
         _ => true,
     }
 }

@@ -13,6 +13,16 @@ pub(super) struct Stamp {
     pub(super) kind: StampKind,
 }
 
+impl Stamp {
+    /// `14:11` is hours and minutes as in ISO 8601; a fraction, or more than 23, speaks against it.
+    pub(super) fn speaks_for_minutes(self) -> bool {
+        match self.kind {
+            StampKind::Two { fraction } => fraction || self.ns >= 24 * 60 * NS_PER_S,
+            _ => false,
+        }
+    }
+}
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum StampKind {
     /// `2024-10-22T15:27:49.648`; `zoned` if it says its offset, which is then applied.
@@ -400,6 +410,8 @@ pub(super) struct Clock {
     moves: i64,
     /// Two fields are hours and minutes, not minutes and seconds.
     two_are_hours: bool,
+    /// Whether one of them cannot be hours.
+    met_minutes: bool,
     /// Another column has the date, so midnight needs no guess.
     pub(super) dated: bool,
     first: Option<Stamp>,
@@ -417,6 +429,7 @@ impl Clock {
     /// Seconds from the first stamp of the column.
     pub(super) fn seconds(&mut self, stamp: Stamp) -> f64 {
         let hours = matches!(stamp.kind, StampKind::Two { .. }) && self.two_are_hours;
+        self.met_minutes |= stamp.speaks_for_minutes();
         let mut ns = if hours { stamp.ns * 60 } else { stamp.ns };
         let period_s = match stamp.kind {
             StampKind::Clock => S_PER_DAY,
@@ -450,6 +463,11 @@ impl Clock {
             self.last_ns = ns;
         }
         ns.saturating_sub(first_ns) as f64 / 1e9
+    }
+
+    /// Whether a stamp was minutes and seconds for certain.
+    pub(super) fn met_minutes(&self) -> bool {
+        self.met_minutes
     }
 
     /// Nanoseconds and whether the zone is known, if the first stamp has a date and a time of day.

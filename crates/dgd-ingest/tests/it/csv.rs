@@ -828,3 +828,37 @@ fn numbers_from_1970_are_times_under_every_name_of_a_clock() {
         assert_eq!(dgd_recording::survey(&table).time_column, Some(1), "{name}");
     }
 }
+
+#[test]
+fn minutes_above_23_far_down_tell_that_two_fields_are_minutes_and_seconds() {
+    // A second a row from 00:00 on: above 23:59 below the sampled rows of the start, and those of the middle are past the hour.
+    let from = |first: u32, rows: u32| -> String {
+        let row = |s: u32| format!("{:02}:{:02},{s}\n", s / 60 % 60, s % 60);
+        (first..first + rows).map(row).collect()
+    };
+    for rows in [2200, 7400] {
+        let text = format!("time,a\n{}", from(0, rows));
+        let table = read(&text);
+        let expected: Vec<f64> = (0..rows).map(f64::from).collect();
+        assert_same(values(&table, "time"), &expected);
+        // In blocks too.
+        let options = dgd_ingest::ReadOptions::default();
+        let limits = dgd_ingest::BlockOptions {
+            cells: 1000,
+            ..Default::default()
+        };
+        let file = std::io::Cursor::new(text);
+        let opened = dgd_ingest::BlockReader::open(file, &options, limits).unwrap();
+        let dgd_ingest::Opened::Blocks(mut blocks) = opened else {
+            panic!("rows of one layout");
+        };
+        let mut found = Vec::new();
+        while let Some(block) = blocks.next_block().unwrap() {
+            found.extend_from_slice(&block.columns[0].values);
+        }
+        assert_same(&found, &expected);
+    }
+    // Hours stay hours.
+    let table = read(&format!("time,a\n{}", from(0, 1440)));
+    assert_same(&values(&table, "time")[..2], &[0.0, 60.0]);
+}
