@@ -70,9 +70,9 @@ impl Head {
         }
     }
 
-    /// Whether what is written above a column is its name.
-    pub(super) fn is_named(&self, written: &str) -> bool {
-        self.named && split_unit(written).0 == self.written
+    /// Whether this is its name, without a unit.
+    pub(super) fn is_named(&self, name: &str) -> bool {
+        self.named && name == self.written
     }
 }
 
@@ -634,7 +634,7 @@ fn bare(unit: &str) -> &str {
 ///
 /// Square brackets always hold a unit. Round ones must hold a known unit or a word that
 /// starts as one, since names have them too: `ROP (1 ft)`, `Flow (in)`.
-fn split_unit(written: &str) -> (&str, Option<&str>) {
+pub(super) fn split_unit(written: &str) -> (&str, Option<&str>) {
     let split = |open: char, close: char| {
         let (name, unit) = written.strip_suffix(close)?.rsplit_once(open)?;
         let (name, unit) = (name.trim(), unit.trim());

@@ -1,11 +1,12 @@
 //! The rows of a text, straight into columns of numbers, a block at a time.
 
-use super::layout::{Head, Layout};
+use super::layout::{Head, Layout, split_unit};
 use super::number;
 use super::stamp::Clock;
 use super::text::{cell, is_whole, words};
 use crate::{IngestError, count};
 use dgd_recording::{Issue, IssueKind};
+use std::collections::HashSet;
 
 /// Cells that a file may have beyond one for each of its bytes: short rows of a wide
 /// table are filled with NaN, and that must not cost more memory than a full table.
@@ -59,6 +60,8 @@ impl Tally {
 pub(super) struct Rows {
     delimiter: u8,
     pub(super) columns: Vec<Reading>,
+    /// What the columns are called in the text.
+    names: HashSet<String>,
     /// Rows that make a block.
     block: usize,
     /// Columns up to the last one with a name: fewer cells than this is a short row.
@@ -95,6 +98,15 @@ struct Row {
     extra: bool,
     /// Whether a cell might be another one with more text behind it.
     open: bool,
+}
+
+/// What a row without a number says of the columns.
+#[derive(Default)]
+struct Again {
+    /// Cells that are the name of a column.
+    named: usize,
+    /// Those of them that stand in other places.
+    moved: usize,
 }
 
 /// A stretch of a text.
@@ -295,6 +307,9 @@ impl Rows {
         Self {
             delimiter: layout.delimiter,
             columns: heads.iter().cloned().map(Reading::new).collect(),
+            names: (heads.iter().filter(|c| c.named))
+                .map(|c| c.written.clone())
+                .collect(),
             block,
             needed: named.map_or(heads.len(), |n| n + 1),
             line: layout.line,
@@ -451,17 +466,8 @@ impl Rows {
             } else if !cut {
                 let first = row.unreadable.first().map_or(0, |u| u.1);
                 let begins = || words(cell(text, first, delimiter).bytes);
-                // Names of columns, and how many of them stand in other places.
-                let (mut named, mut moved) = (0, 0);
-                for (index, start) in &row.unreadable {
-                    let written = words(cell(text, *start, delimiter).bytes);
-                    let is = |c: &Reading| c.head.is_named(&written);
-                    if self.columns.iter().any(is) {
-                        named += 1;
-                        moved += usize::from(!self.columns.get(*index).is_some_and(is));
-                    }
-                }
-                if named > 1 && moved > 0 {
+                let again = self.named_again(text);
+                if again.named > 1 && again.moved > 0 {
                     self.renamed.add(row.line, begins);
                 } else {
                     self.wordy.add(row.line, begins);
@@ -496,6 +502,21 @@ impl Rows {
         } else {
             self.rows += 1;
         }
+    }
+
+    /// What the words of a row without a number say of the columns.
+    fn named_again(&self, text: &[u8]) -> Again {
+        let mut again = Again::default();
+        for (index, start) in &self.row.unreadable {
+            let written = words(cell(text, *start, self.delimiter).bytes);
+            let (name, _) = split_unit(&written);
+            let in_place = (self.columns.get(*index)).is_some_and(|c| c.head.is_named(name));
+            if in_place || self.names.contains(name) {
+                again.named += 1;
+                again.moved += usize::from(!in_place);
+            }
+        }
+        again
     }
 
     /// Puts rows without values, and then the row behind them, into what room the block has.
