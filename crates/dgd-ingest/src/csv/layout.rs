@@ -36,6 +36,8 @@ pub(super) struct Head {
     pub(super) beyond: bool,
     /// Its name as written, which others may share.
     pub(super) written: String,
+    /// The unit behind its name, where another may stand below.
+    beside: Option<String>,
     pub(super) stamps: bool,
     /// A clock whose date stands in another column.
     pub(super) dated: bool,
@@ -68,6 +70,16 @@ impl Head {
             Some(digits) => digits.parse(cell),
             None => stamp::parse(cell, self.first),
         }
+    }
+
+    /// Whether a unit that stands above further rows is another one than its own.
+    pub(super) fn is_in_another(&self, unit: &str) -> bool {
+        let same = |own: &str| match (Unit::parse(own), Unit::parse(unit)) {
+            (Ok(own), Ok(unit)) => own == unit,
+            _ => own.eq_ignore_ascii_case(unit),
+        };
+        let mut own = self.unit.iter().chain(&self.beside).peekable();
+        own.peek().is_some() && !own.any(|own| same(own))
     }
 
     /// Whether this is its name, without a unit.
@@ -208,7 +220,7 @@ fn is_placeholder(line: &Line<'_>, above: Option<&Line<'_>>, below: &Line<'_>) -
     again && filled.all(|c| c == word) && !is_known_unit(word)
 }
 
-fn is_known_unit(cell: &[u8]) -> bool {
+pub(super) fn is_known_unit(cell: &[u8]) -> bool {
     Unit::parse(bare(&words(cell))).is_ok()
 }
 
@@ -548,6 +560,7 @@ fn name(heads: &mut [Head], above: &[Line<'_>], numeric: &[bool]) {
         let (tag, unit) = split_unit(&written);
         head.named = !tag.is_empty();
         head.written = tag.to_owned();
+        head.beside = unit.map(str::to_owned);
         head.tag = if head.named {
             tag.to_owned()
         } else {
@@ -621,7 +634,7 @@ fn is_no_unit(text: &str) -> bool {
 }
 
 /// Without the brackets around it.
-fn bare(unit: &str) -> &str {
+pub(super) fn bare(unit: &str) -> &str {
     let unit = unit.trim();
     let inner = unit.strip_prefix('[').and_then(|u| u.strip_suffix(']'));
     inner

@@ -1,6 +1,6 @@
 //! The rows of a text, straight into columns of numbers, a block at a time.
 
-use super::layout::{Head, Layout, split_unit};
+use super::layout::{Head, Layout, bare, is_known_unit, split_unit};
 use super::number;
 use super::stamp::Clock;
 use super::text::{cell, is_whole, words};
@@ -80,6 +80,8 @@ pub(super) struct Rows {
     wordy: Tally,
     /// Lines that name the columns anew, and otherwise.
     renamed: Tally,
+    /// Lines that state other units than the first header.
+    remeasured: Tally,
     commas: Tally,
     /// Whether a cell has a decimal point; only asked where commas are free.
     pub(super) points: bool,
@@ -107,6 +109,8 @@ struct Again {
     named: usize,
     /// Those of them that stand in other places.
     moved: usize,
+    /// A unit that is another one than the column's.
+    other_unit: Option<String>,
 }
 
 /// A stretch of a text.
@@ -321,6 +325,7 @@ impl Rows {
             long: Tally::default(),
             wordy: Tally::default(),
             renamed: Tally::default(),
+            remeasured: Tally::default(),
             commas: Tally::default(),
             points: false,
             cut: None,
@@ -469,6 +474,8 @@ impl Rows {
                 let again = self.named_again(text);
                 if again.named > 1 && again.moved > 0 {
                     self.renamed.add(row.line, begins);
+                } else if let Some(unit) = again.other_unit.filter(|_| again.named != 1) {
+                    self.remeasured.add(row.line, || unit);
                 } else {
                     self.wordy.add(row.line, begins);
                 }
@@ -507,10 +514,20 @@ impl Rows {
     /// What the words of a row without a number say of the columns.
     fn named_again(&self, text: &[u8]) -> Again {
         let mut again = Again::default();
+        let is_unit = |(_, start): &(usize, usize)| {
+            is_known_unit(cell(text, *start, self.delimiter).bytes)
+        };
+        let units = self.row.texts > 1 && self.row.unreadable.iter().all(is_unit);
         for (index, start) in &self.row.unreadable {
             let written = words(cell(text, *start, self.delimiter).bytes);
-            let (name, _) = split_unit(&written);
-            let in_place = (self.columns.get(*index)).is_some_and(|c| c.head.is_named(name));
+            let (name, beside) = split_unit(&written);
+            let head = self.columns.get(*index).map(|c| &c.head);
+            let in_place = head.is_some_and(|head| head.is_named(name));
+            let unit = beside.filter(|_| in_place).or(units.then(|| bare(&written)));
+            let other = unit.filter(|u| head.is_some_and(|head| head.is_in_another(u)));
+            if let (Some(unit), None) = (other, &again.other_unit) {
+                again.other_unit = Some(unit.to_owned());
+            }
             if in_place || self.names.contains(name) {
                 again.named += 1;
                 again.moved += usize::from(!in_place);
@@ -539,22 +556,31 @@ impl Rows {
         }
     }
 
-    /// Refuses columns that change places on the way.
+    /// Refuses columns that change places or units on the way.
     ///
     /// # Errors
     /// [`IngestError::NotTabular`] with the line that names them anew.
     pub(super) fn check_names(&self) -> Result<(), IngestError> {
-        if self.renamed.count == 0 {
-            return Ok(());
-        }
-        Err(IngestError::NotTabular {
-            place: format!("line {}", self.renamed.line),
-            reason: format!(
+        let (line, reason) = if self.renamed.count > 0 {
+            let reason = format!(
                 "a second header, which begins with `{}`, has its column names in other places than the first",
                 self.renamed.shown
-            ),
+            );
+            (self.renamed.line, reason)
+        } else if self.remeasured.count > 0 {
+            let reason = format!(
+                "a second header has the unit `{}` where the first has another",
+                self.remeasured.shown
+            );
+            (self.remeasured.line, reason)
+        } else {
+            return Ok(());
+        };
+        Err(IngestError::NotTabular {
+            place: format!("line {line}"),
+            reason,
             mend:
-                "split the file there: a column must hold the same quantity from its first line to its last"
+                "split the file there: a column must hold the same quantity, in one unit, from its first line to its last"
                     .into(),
         })
     }

@@ -879,3 +879,35 @@ fn words_in_ten_thousand_columns_are_no_work() {
     // Each word against each name: minutes without optimisation.
     assert!(begun.elapsed().as_secs() < 20, "{:?}", begun.elapsed());
 }
+
+#[test]
+fn a_second_header_with_another_unit_is_refused_with_its_line() {
+    let said = |text: &str| {
+        let options = dgd_ingest::ReadOptions::default();
+        dgd_ingest::read(text.as_bytes(), &options).map_err(|error| error.to_string())
+    };
+    for (first, second) in [
+        ("t [s],FT4 [gpm]", "t [s],FT4 [l/min]"),
+        ("t,FT4\ns,gpm", "t,FT4\ns,l/min"),
+        ("t,FT4\ns,gpm", "s,l/min"),
+        ("t,FT4\ns,gpm", "t (s),FT4 (l/min)"),
+    ] {
+        let text = format!("{first}\n0,1\n1,2\n2,3\n{second}\n3,4\n4,5\n");
+        let refused = said(&text).unwrap_err();
+        assert!(refused.contains("`l/min`") && refused.contains("split"), "{refused}");
+    }
+    for (first, second) in [
+        ("t [s],FT4 [gpm]", "t [s],FT4 [gpm]"),
+        ("t [s],FT4 [gpm]", "t [s],FT4 [gal/min]"),
+        ("t [s],FT4 [gpm]", "t,FT4"),
+        ("t,FT4", "t [s],FT4 [gpm]"),
+        ("t,FT4\ns,gpm", "t,FT4\n[s],[gpm]"),
+        ("t [min],FT4 [gpm]\ns,gpm", "t [min],FT4 [gpm]\ns,gpm"),
+        // A remark.
+        ("t [s],FT4 [gpm]", ",FT4 [l/min]"),
+    ] {
+        let text = format!("{first}\n0,1\n1,2\n2,3\n{second}\n3,4\n4,5\n");
+        let (_, table) = said(&text).unwrap();
+        assert_eq!(values(&table, "FT4").len(), 5, "{second}");
+    }
+}
