@@ -78,6 +78,8 @@ pub(super) struct Rows {
     short: Tally,
     long: Tally,
     wordy: Tally,
+    /// Rows with a word in each column, which stand for a sample.
+    worded: Tally,
     /// Lines that name the columns anew, and otherwise.
     renamed: Tally,
     /// Lines that state other units than the first header.
@@ -109,6 +111,8 @@ struct Again {
     named: usize,
     /// Those of them that stand in other places.
     moved: usize,
+    /// Whether all of them are units.
+    units: bool,
     /// A unit that is another one than the column's.
     other_unit: Option<String>,
 }
@@ -324,6 +328,7 @@ impl Rows {
             short: Tally::default(),
             long: Tally::default(),
             wordy: Tally::default(),
+            worded: Tally::default(),
             renamed: Tally::default(),
             remeasured: Tally::default(),
             commas: Tally::default(),
@@ -476,6 +481,10 @@ impl Rows {
                     self.renamed.add(row.line, begins);
                 } else if let Some(unit) = again.other_unit.filter(|_| again.named != 1) {
                     self.remeasured.add(row.line, || unit);
+                } else if again.named == 0 && !again.units && self.is_filled(text) {
+                    // In a table without a clock the rows below must stay where they are.
+                    self.empty_rows += 1;
+                    self.worded.add(row.line, begins);
                 } else {
                     self.wordy.add(row.line, begins);
                 }
@@ -511,19 +520,26 @@ impl Rows {
         }
     }
 
+    /// Whether a row without a number has a word in each column that has a name, and is no comment.
+    fn is_filled(&self, text: &[u8]) -> bool {
+        let first = self.row.unreadable.first().map_or(0, |u| u.1);
+        let comment = cell(text, first, self.delimiter).bytes.starts_with(b"#");
+        self.row.texts >= self.needed && !comment
+    }
+
     /// What the words of a row without a number say of the columns.
     fn named_again(&self, text: &[u8]) -> Again {
         let mut again = Again::default();
         let is_unit = |(_, start): &(usize, usize)| {
             is_known_unit(cell(text, *start, self.delimiter).bytes)
         };
-        let units = self.row.texts > 1 && self.row.unreadable.iter().all(is_unit);
+        again.units = self.row.texts > 1 && self.row.unreadable.iter().all(is_unit);
         for (index, start) in &self.row.unreadable {
             let written = words(cell(text, *start, self.delimiter).bytes);
             let (name, beside) = split_unit(&written);
             let head = self.columns.get(*index).map(|c| &c.head);
             let in_place = head.is_some_and(|head| head.is_named(name));
-            let unit = beside.filter(|_| in_place).or(units.then(|| bare(&written)));
+            let unit = beside.filter(|_| in_place).or(again.units.then(|| bare(&written)));
             let other = unit.filter(|u| head.is_some_and(|head| head.is_in_another(u)));
             if let (Some(unit), None) = (other, &again.other_unit) {
                 again.other_unit = Some(unit.to_owned());
@@ -623,6 +639,15 @@ impl Rows {
             format!(
                 "{} without a number among the values, the first begins with `{shown}`; left out",
                 count(self.wordy.count, "line")
+            ),
+        );
+        let shown: String = self.worded.shown.chars().take(24).collect();
+        tell(
+            &self.worded,
+            IssueKind::Skipped,
+            format!(
+                "{} with words in all columns, the first begins with `{shown}`; read as NaN where values follow",
+                count(self.worded.count, "row")
             ),
         );
         let doubtful = self.columns.iter().map(|c| c.doubtful_commas(self.points));

@@ -911,3 +911,18 @@ fn a_second_header_with_another_unit_is_refused_with_its_line() {
         assert_eq!(values(&table, "FT4").len(), 5, "{second}");
     }
 }
+
+#[test]
+fn a_row_with_a_word_in_each_column_keeps_its_place() {
+    let bad = "Bad Input,Bad Input\n";
+    let table = read(&format!("FT1,PT1\ngpm,bar\n700,98\n{bad}{bad}702,100\n703,101\n{bad}"));
+    assert_same(values(&table, "FT1"), &[700.0, NAN, NAN, 702.0, 703.0]);
+    let told = issue(&table, IssueKind::Skipped);
+    assert_eq!(told.place, "line 4");
+    assert!(told.message.starts_with("3 rows with words in all columns"), "{told}");
+    // Remarks, comments, units and names are none.
+    for remark in ["Connection made,", "# pause,x", "gpm,bar", "FT1,PT1"] {
+        let table = read(&format!("FT1,PT1\ngpm,bar\n700,98\n{remark}\n702,100\n"));
+        assert_same(values(&table, "FT1"), &[700.0, 702.0]);
+    }
+}
