@@ -2,7 +2,7 @@
 
 use crate::ExportError;
 use crate::number::push;
-use dgd_recording::Table;
+use dgd_recording::{Column, Table};
 use std::io::Write;
 
 /// How to write a CSV file.
@@ -21,7 +21,7 @@ impl Default for CsvOptions {
 /// Writes a table as comma separated text: names, units, then one line a sample.
 ///
 /// Numbers have the fewest digits that read back to the same `f64`; NaN is an empty
-/// cell, and so is what a shorter column lacks. Lines end in LF. `origin` and `issues`
+/// cell, and so is what a shorter column lacks; rows without any value above the first one, and at the end, begin with `NaN`. Lines end in LF. `origin` and `issues`
 /// have no place in the format and are left out.
 ///
 /// # Errors
@@ -61,6 +61,8 @@ pub struct CsvWriter<W> {
     columns: usize,
     /// Where in the text its last row begins, which is written once the next one has come.
     last: Option<usize>,
+    /// Whether a row had a value.
+    begun: bool,
 }
 
 impl<W: Write> CsvWriter<W> {
@@ -86,6 +88,7 @@ impl<W: Write> CsvWriter<W> {
             text,
             columns: head.columns.len(),
             last: None,
+            begun: false,
         })
     }
 
@@ -102,6 +105,12 @@ impl<W: Write> CsvWriter<W> {
                 text.clear();
             }
             let start = text.len();
+            let missing = |column: &Column| column.values.get(row).is_none_or(|v| v.is_nan());
+            self.begun = self.begun || !block.columns.iter().all(missing);
+            if !self.begun {
+                // Readers take empty lines above the first value for none.
+                text.extend_from_slice(b"NaN");
+            }
             for (index, column) in block.columns.iter().enumerate() {
                 if index > 0 {
                     text.push(b',');

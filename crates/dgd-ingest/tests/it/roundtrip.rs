@@ -190,3 +190,19 @@ fn names_that_differ_in_case_alone_keep_their_units_in_mat_files() {
         }
     }
 }
+
+#[test]
+fn rows_without_a_value_keep_their_place_in_text() {
+    let column = |tag: &str, unit: Option<&str>| Column {
+        tag: tag.into(),
+        unit: unit.map(Into::into),
+        values: vec![f64::NAN, f64::NAN, 1.5, f64::NAN, 2.5, f64::NAN],
+    };
+    for unit in [Some("gpm"), None] {
+        let table = Table {
+            columns: vec![column("FT1", unit), column("FT4", unit)],
+            ..Table::default()
+        };
+        assert_equal(&table_of(&csv(&table)).unwrap(), &table);
+    }
+}
