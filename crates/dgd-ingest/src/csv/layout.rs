@@ -4,6 +4,7 @@ use super::rows::Reading;
 use super::text::{Line, lines, words};
 use super::{MAX_COLUMNS, number, stamp};
 use crate::IngestError;
+use crate::tags::tell_apart;
 use dgd_recording::is_clock_name;
 use dgd_units::Unit;
 
@@ -572,20 +573,7 @@ fn name(heads: &mut [Head], above: &[Line<'_>], numeric: &[bool]) {
             .filter(|u| !u.is_empty() && !is_no_unit(u));
         head.unit = below.or(unit.map(str::to_owned));
     }
-    // Channels are found by name, so no two columns may share one.
-    let mut seen = std::collections::BTreeMap::<String, u32>::new();
-    for head in heads.iter_mut() {
-        let count = seen.entry(head.tag.clone()).or_default();
-        *count += 1;
-        if *count > 1 {
-            let mut next = *count;
-            while seen.contains_key(&format!("{}_{next}", head.tag)) {
-                next += 1;
-            }
-            head.tag = format!("{}_{next}", head.tag);
-            seen.insert(head.tag.clone(), 1);
-        }
-    }
+    tell_apart(heads.iter_mut().map(|head| &mut head.tag));
 }
 
 fn is_unit_row(cells: &[&[u8]], names: &Line<'_>, numeric: &[bool]) -> bool {

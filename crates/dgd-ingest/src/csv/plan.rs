@@ -3,6 +3,7 @@
 use super::layout::is_time_name;
 use super::rows::{Reading, Rows};
 use super::stamp::{self, StampKind};
+use crate::tags::renamed;
 use crate::{IngestError, count};
 use dgd_recording::{Column, Issue, IssueKind, Table};
 use dgd_units::{Dimension, Unit};
@@ -102,14 +103,8 @@ impl Plan {
             }
             issues.extend(reading.issues(rows.points));
             if reading.head.named && reading.head.tag != reading.head.written {
-                issues.push(Issue {
-                    kind: IssueKind::Renamed,
-                    place: format!("column {}", index + 1),
-                    message: format!(
-                        "`{}` is the name of a column before it; it is `{}` here",
-                        reading.head.written, reading.head.tag
-                    ),
-                });
+                let head = &reading.head;
+                issues.push(renamed(index, &head.written, &head.tag));
             }
             if date.is_some_and(|date| date.clock_at == index) {
                 clock = Some(columns.len());
