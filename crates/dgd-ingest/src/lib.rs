@@ -21,6 +21,7 @@ mod hdf5;
 mod mat;
 mod mat5;
 mod mcap;
+mod nulls;
 mod tags;
 
 pub use blocks::{BlockError, BlockOptions, BlockReader, Opened};

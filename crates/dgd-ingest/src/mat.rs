@@ -9,6 +9,7 @@ use std::collections::HashMap;
 use dgd_recording::{Column, Issue, IssueKind, Table};
 
 use crate::error::IngestError;
+use crate::nulls::Nulls;
 pub(crate) use array::{Layout, Number, NumberKind, Sink};
 use units::Texts;
 
@@ -296,6 +297,7 @@ impl Collector {
                 },
             });
         }
+        self.blank_log_nulls();
         let mut shelf = Texts::new(&self.texts);
         for column in &mut self.columns {
             let base = base_of(&column.tag);
@@ -353,6 +355,21 @@ impl Collector {
             origin,
             clock: None,
         })
+    }
+
+    fn blank_log_nulls(&mut self) {
+        let mut told = Vec::new();
+        for column in &mut self.columns {
+            let mut nulls = Nulls::default();
+            for (value, number) in column.values.iter_mut().zip(1..) {
+                *value = nulls.blank(*value, number);
+            }
+            let place = |number: u64| format!("`{}`, value {number}", column.tag);
+            told.extend(nulls.told().map(|(number, said)| (place(number), said)));
+        }
+        for (place, message) in told {
+            self.issue(IssueKind::UnreadableValue, place, message);
+        }
     }
 
     fn found(&self) -> String {

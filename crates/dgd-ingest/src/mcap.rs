@@ -352,6 +352,13 @@ fn tell(stream: &mut Stream, issues: &mut Vec<Issue>) {
             ),
         );
     }
+    for member in stream.met() {
+        if let Some((number, said)) = member.nulls.told() {
+            let path = String::from_utf8_lossy(&member.path);
+            let message = format!("member `{path}`: {said}, from message {number} on");
+            tell(IssueKind::UnreadableValue, message);
+        }
+    }
     if stream.cut_arrays > 0 {
         tell(
             IssueKind::Skipped,

@@ -4,7 +4,7 @@ use super::layout::{Head, Layout, bare, is_known_unit, split_unit};
 use super::number;
 use super::stamp::Clock;
 use super::text::{cell, is_whole, words};
-use crate::{IngestError, count};
+use crate::{IngestError, count, nulls};
 use dgd_recording::{Issue, IssueKind};
 use std::collections::HashSet;
 
@@ -196,7 +196,7 @@ impl Reading {
         if self.head.beyond {
             self.beyond.add(line, || format!("{value}"));
         }
-        if !self.head.stamps && number::is_log_null(value) {
+        if !self.head.stamps && nulls::is_log_null(value) {
             self.log_nulls.add(line, || format!("{value}"));
             self.values.push(f64::NAN);
         } else {
@@ -257,11 +257,7 @@ impl Reading {
             count(self.unreadable.count, "cell"),
             self.unreadable.shown
         );
-        let nulls = format!(
-            "{} with {}, which well logs write for no value; read as NaN",
-            count(self.log_nulls.count, "cell"),
-            self.log_nulls.shown
-        );
+        let nulls = nulls::message(self.log_nulls.count, &self.log_nulls.shown);
         let beyond = (self.beyond.count > 0).then(|| Issue {
             kind: IssueKind::Damaged,
             place: format!("line {}, column `{}`", self.beyond.line, self.head.tag),

@@ -3,7 +3,7 @@
 use crate::{assert_same, table_of, unit, values};
 use dgd_export::{CsvOptions, McapOptions, write_csv, write_mat5, write_mat73, write_mcap};
 use dgd_ingest::{BlockOptions, BlockReader, Opened, ReadOptions};
-use dgd_recording::{Column, Table};
+use dgd_recording::{Column, IssueKind, Table};
 use std::io::Cursor;
 
 fn csv(table: &Table) -> Vec<u8> {
@@ -204,5 +204,32 @@ fn rows_without_a_value_keep_their_place_in_text() {
             ..Table::default()
         };
         assert_equal(&table_of(&csv(&table)).unwrap(), &table);
+    }
+}
+
+#[test]
+fn log_nulls_are_missing_and_told_in_every_format() {
+    let column = |tag: &str, values: &[f64]| Column {
+        tag: tag.into(),
+        unit: None,
+        values: values.to_vec(),
+    };
+    let table = Table {
+        columns: vec![
+            column("t", &[0.0, 1.0, 2.0, 3.0]),
+            column("a", &[1.0, -999.25, -9999.0, -999.0]),
+        ],
+        ..Table::default()
+    };
+    let mut old = Vec::new();
+    write_mat5(&table, "rig", &mut old).unwrap();
+    let new = write_mat73(&table, "rig").unwrap();
+    for bytes in [csv(&table), mcap(&table), old, new] {
+        let found = table_of(&bytes).unwrap();
+        let a = &found.column("a").unwrap().values;
+        assert_same(a, &[1.0, f64::NAN, f64::NAN, -999.0]);
+        let told = crate::issue(&found, IssueKind::UnreadableValue).to_string();
+        assert!(told.contains("`a`") || told.contains("`rig.a`"), "{told}");
+        assert!(told.contains("2 cells with -999.25"), "{told}");
     }
 }
