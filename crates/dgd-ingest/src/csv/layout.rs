@@ -42,6 +42,8 @@ pub(super) struct Head {
     pub(super) stamps: bool,
     /// A clock whose date stands in another column.
     pub(super) dated: bool,
+    /// Its dates are written with midnight behind them, beside a clock.
+    midnights: bool,
     /// Cells such as `14:11` are hours and minutes.
     pub(super) two_are_hours: bool,
     /// What comes first in its dates of which the year is last.
@@ -69,6 +71,7 @@ impl Head {
     pub(super) fn stamp(&self, cell: &[u8]) -> Option<stamp::Stamp> {
         match self.digits {
             Some(digits) => digits.parse(cell),
+            None if self.midnights => stamp::parse(cell, self.first)?.as_date(),
             None => stamp::parse(cell, self.first),
         }
     }
@@ -405,7 +408,23 @@ impl Columns {
             self.heads[clock].dated = true;
             self.heads[date].stamps = true;
             self.heads[date].digits = Some(stamp::Digits::Date);
+        } else if let Some(date) = self.midnights(values) {
+            self.heads[clock].dated = true;
+            self.heads[date].midnights = true;
         }
+    }
+
+    /// The first column of dates that are all written with midnight, as databases write a date.
+    fn midnights(&self, values: &[&Line<'_>]) -> Option<usize> {
+        (0..self.heads.len()).find(|index| {
+            let head = &self.heads[*index];
+            let is_one = |cell: &&[u8]| {
+                let stamp = stamp::parse(cell, head.first);
+                stamp.is_some_and(|stamp| stamp.as_date().is_some())
+            };
+            let cells = filled(values, *index);
+            head.stamps && !cells.is_empty() && cells.iter().all(is_one)
+        })
     }
 
     /// The first column of such times.

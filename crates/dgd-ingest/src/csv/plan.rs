@@ -144,8 +144,9 @@ impl Plan {
     pub(super) fn fill(&self, readings: &mut [Reading], table: &mut Table) {
         if let Some(Date { at, clock_at }) = self.date {
             let days = std::mem::take(&mut readings[at].values);
-            for (value, day) in readings[clock_at].values.iter_mut().zip(&days) {
-                *value += day;
+            let Reading { values, joined, .. } = &mut readings[clock_at];
+            for (value, day) in values.iter_mut().zip(&days) {
+                *value = joined.seconds(*value, *day);
             }
             readings[at].values = days;
         }

@@ -2,7 +2,7 @@
 
 use super::layout::{Head, Layout, bare, is_known_unit, split_unit};
 use super::number;
-use super::stamp::Clock;
+use super::stamp::{Clock, Joined};
 use super::text::{cell, is_whole, words};
 use crate::{IngestError, count, nulls};
 use dgd_recording::{Issue, IssueKind};
@@ -17,6 +17,8 @@ pub(super) struct Reading {
     pub(super) head: Head,
     pub(super) values: Vec<f64>,
     pub(super) clock: Clock,
+    /// Of a clock whose date stands in another column.
+    pub(super) joined: Joined,
     /// Cells that gave a number or a time.
     pub(super) readable: u64,
     /// Cells that are neither number, nor time, nor empty.
@@ -183,6 +185,7 @@ impl Reading {
             values: Vec::new(),
             head,
             clock,
+            joined: Joined::default(),
             readable: 0,
             unreadable: Tally::default(),
             log_nulls: Tally::default(),

@@ -14,6 +14,16 @@ pub(super) struct Stamp {
 }
 
 impl Stamp {
+    /// The date of a midnight whose zone is not told.
+    pub(super) fn as_date(self) -> Option<Self> {
+        let midnight = self.ns % (S_PER_DAY * NS_PER_S) == 0;
+        let is_one = midnight && self.kind == StampKind::DateTime { zoned: false };
+        is_one.then_some(Self {
+            kind: StampKind::Date,
+            ..self
+        })
+    }
+
     /// `14:11` is hours and minutes as in ISO 8601; a fraction, or more than 23, speaks against it.
     pub(super) fn speaks_for_minutes(self) -> bool {
         match self.kind {
@@ -481,6 +491,41 @@ impl Clock {
 
     pub(super) fn first(&self) -> Option<Stamp> {
         self.first
+    }
+}
+
+/// Puts times of the day onto the dates of another column, as they come.
+#[derive(Debug, Default)]
+pub(super) struct Joined {
+    /// Time of the day and date of the row before.
+    last: Option<(f64, f64)>,
+    /// Days since a date that stays while the clock passes midnight, such as that of the spud.
+    carried_s: f64,
+    /// As those of [`Clock`].
+    ahead: i64,
+    moves: i64,
+}
+
+impl Joined {
+    /// Seconds from the first row, of seconds from its time of the day and from its date.
+    pub(super) fn seconds(&mut self, of_day_s: f64, date_s: f64) -> f64 {
+        if !(of_day_s + date_s).is_finite() {
+            return f64::NAN;
+        }
+        if let Some((before_s, last_date_s)) = self.last {
+            let fell = of_day_s < before_s - S_PER_DAY as f64 / 2.0;
+            let reversed = 2 * self.ahead < -self.moves;
+            if date_s != last_date_s {
+                self.carried_s = 0.0;
+            } else if fell && !reversed {
+                self.carried_s += S_PER_DAY as f64;
+            }
+            let ahead = (of_day_s + date_s).total_cmp(&(before_s + last_date_s)) as i64;
+            self.ahead += ahead;
+            self.moves += ahead.abs();
+        }
+        self.last = Some((of_day_s, date_s));
+        of_day_s + date_s + self.carried_s
     }
 }
 

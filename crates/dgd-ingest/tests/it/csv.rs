@@ -926,3 +926,30 @@ fn a_row_with_a_word_in_each_column_keeps_its_place() {
         assert_same(values(&table, "FT1"), &[700.0, 702.0]);
     }
 }
+
+#[test]
+fn a_date_written_with_midnight_is_the_date_of_the_clock_beside_it() {
+    for date in ["2024-10-22 00:00:00", "2024-10-22T00:00:00", "22.10.2024 00:00"] {
+        let rows: String = (0..3).map(|s| format!("{date},15:27:0{s},70{s}\n")).collect();
+        let table = read(&format!("DATE,TIME,FT4\n,,gpm\n{rows}"));
+        assert_eq!(tags(&table), ["TIME", "FT4"]);
+        assert_same(values(&table, "TIME"), &[0.0, 1.0, 2.0]);
+        assert_eq!(table.origin.as_deref(), Some("2024-10-22T15:27:00-00:00"));
+    }
+    // A stamp in full is no such date.
+    let table = read("when,TIME,a\n2024-10-22 15:00:00,15:27:00,1\n2024-10-22 15:00:01,15:27:01,2\n");
+    assert_eq!(tags(&table), ["when", "TIME", "a"]);
+    assert_same(values(&table, "when"), &[0.0, 1.0]);
+}
+
+#[test]
+fn a_date_that_stays_does_not_keep_a_clock_from_passing_midnight() {
+    let table = read("Spud Date,Time,a\n2024-10-01,23:59:58,1\n2024-10-01,23:59:59,2\n2024-10-01,00:00:00,3\n2024-10-01,00:00:01,4\n");
+    assert_same(values(&table, "Time"), &[0.0, 1.0, 2.0, 3.0]);
+    // A date that comes a row late.
+    let table = read("Date,Time,a\n2024-10-01,23:59:59,1\n2024-10-01,00:00:00,2\n2024-10-02,00:00:01,3\n2024-10-02,23:00:00,4\n");
+    assert_same(values(&table, "Time"), &[0.0, 1.0, 2.0, 82_801.0]);
+    // From the newest row to the oldest, with a gap of more than half a day.
+    let table = read("Date,Time,a\n2024-10-02,20:00:02,1\n2024-10-02,20:00:01,2\n2024-10-02,06:00:00,3\n2024-10-01,20:00:00,4\n");
+    assert_same(values(&table, "Time"), &[0.0, -1.0, -50_402.0, -86_402.0]);
+}
