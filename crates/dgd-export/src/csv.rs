@@ -75,13 +75,21 @@ impl<W: Write> CsvWriter<W> {
     pub fn new(head: &Table, options: &CsvOptions, writer: W) -> Result<Self, ExportError> {
         crate::check_names(head)?;
         let mut text = Vec::with_capacity(Self::FLUSHED_AT + 4096);
-        line(&mut text, head.columns.iter().map(|c| c.tag.as_str()));
-        if options.units_row && head.columns.iter().any(|c| c.unit.is_some()) {
-            let units = head.columns.iter();
-            line(
-                &mut text,
-                units.map(|c| c.unit.as_deref().unwrap_or_default()),
-            );
+        let unit = |c: &Column| c.unit.clone().unwrap_or_default();
+        let units: Vec<String> = head.columns.iter().map(unit).collect();
+        let tags = head.columns.iter().map(|c| c.tag.as_str());
+        if !options.units_row || units.iter().all(String::is_empty) {
+            line(&mut text, tags);
+        } else if is_sample(head, &units) {
+            let names = tags.zip(&units).map(|(tag, unit)| match unit.as_str() {
+                "" => tag.to_owned(),
+                unit => format!("{tag} [{unit}]"),
+            });
+            let names: Vec<String> = names.collect();
+            line(&mut text, names.iter().map(String::as_str));
+        } else {
+            line(&mut text, tags);
+            line(&mut text, units.iter().map(String::as_str));
         }
         Ok(Self {
             writer,
@@ -145,6 +153,12 @@ impl<W: Write> CsvWriter<W> {
         self.writer.flush()?;
         Ok(())
     }
+}
+
+/// Whether a row of these units would be read as one of values: it holds nothing but `1`.
+fn is_sample(head: &Table, units: &[String]) -> bool {
+    let named = head.columns.iter().all(|c| !c.tag.is_empty());
+    named && units.iter().all(|unit| unit.is_empty() || unit == "1")
 }
 
 fn line<'a>(text: &mut Vec<u8>, cells: impl Iterator<Item = &'a str>) {

@@ -233,3 +233,22 @@ fn log_nulls_are_missing_and_told_in_every_format() {
         assert!(told.contains("2 cells with -999.25"), "{told}");
     }
 }
+
+#[test]
+fn units_of_one_beside_none_come_back_in_text() {
+    let rows = || (0..100).map(f64::from);
+    let column = |tag: &str, unit: Option<&str>, values: Vec<f64>| Column {
+        tag: tag.into(),
+        unit: unit.map(Into::into),
+        values,
+    };
+    let table = Table {
+        columns: vec![
+            column("t", None, rows().collect()),
+            column("valve", Some("1"), rows().map(|i| i / 100.0).collect()),
+            column("p[0]", Some("1"), rows().collect()),
+        ],
+        ..Table::default()
+    };
+    assert_equal(&table_of(&csv(&table)).unwrap(), &table);
+}
