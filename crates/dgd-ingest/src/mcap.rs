@@ -109,7 +109,11 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Table, IngestError> {
                 ),
             });
         }
-        issues.extend(sources.iter().filter_map(|(sources, _)| left_out(stream, sources)));
+        issues.extend(
+            sources
+                .iter()
+                .filter_map(|(sources, _)| left_out(stream, sources)),
+        );
         for member in std::mem::take(&mut stream.members) {
             let values = match &sources {
                 None => member.values,

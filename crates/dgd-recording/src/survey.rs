@@ -225,9 +225,7 @@ pub fn is_clock_name(name: &str) -> bool {
 
 /// A column named or measured like time, or else one that only ever increases.
 fn find_time(columns: &[ColumnSurvey], increases: impl Fn(usize) -> bool) -> Option<usize> {
-    let named = |c: &ColumnSurvey| {
-        is_clock_name(c.tag.rsplit('.').next().unwrap_or_default())
-    };
+    let named = |c: &ColumnSurvey| is_clock_name(c.tag.rsplit('.').next().unwrap_or_default());
     let measured = |c: &ColumnSurvey| c.unit.is_some_and(|u| u.dimension == Dimension::Time);
     let long = |index: usize| columns[index].samples > 1;
     let find = |test: &dyn Fn(usize) -> bool| (0..columns.len()).find(|i| long(*i) && test(*i));

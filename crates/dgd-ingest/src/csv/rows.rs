@@ -529,16 +529,17 @@ impl Rows {
     /// What the words of a row without a number say of the columns.
     fn named_again(&self, text: &[u8]) -> Again {
         let mut again = Again::default();
-        let is_unit = |(_, start): &(usize, usize)| {
-            is_known_unit(cell(text, *start, self.delimiter).bytes)
-        };
+        let is_unit =
+            |(_, start): &(usize, usize)| is_known_unit(cell(text, *start, self.delimiter).bytes);
         again.units = self.row.texts > 1 && self.row.unreadable.iter().all(is_unit);
         for (index, start) in &self.row.unreadable {
             let written = words(cell(text, *start, self.delimiter).bytes);
             let (name, beside) = split_unit(&written);
             let head = self.columns.get(*index).map(|c| &c.head);
             let in_place = head.is_some_and(|head| head.is_named(name));
-            let unit = beside.filter(|_| in_place).or(again.units.then(|| bare(&written)));
+            let unit = beside
+                .filter(|_| in_place)
+                .or(again.units.then(|| bare(&written)));
             let other = unit.filter(|u| head.is_some_and(|head| head.is_in_another(u)));
             if let (Some(unit), None) = (other, &again.other_unit) {
                 again.other_unit = Some(unit.to_owned());

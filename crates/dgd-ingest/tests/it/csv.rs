@@ -894,7 +894,10 @@ fn a_second_header_with_another_unit_is_refused_with_its_line() {
     ] {
         let text = format!("{first}\n0,1\n1,2\n2,3\n{second}\n3,4\n4,5\n");
         let refused = said(&text).unwrap_err();
-        assert!(refused.contains("`l/min`") && refused.contains("split"), "{refused}");
+        assert!(
+            refused.contains("`l/min`") && refused.contains("split"),
+            "{refused}"
+        );
     }
     for (first, second) in [
         ("t [s],FT4 [gpm]", "t [s],FT4 [gpm]"),
@@ -915,11 +918,16 @@ fn a_second_header_with_another_unit_is_refused_with_its_line() {
 #[test]
 fn a_row_with_a_word_in_each_column_keeps_its_place() {
     let bad = "Bad Input,Bad Input\n";
-    let table = read(&format!("FT1,PT1\ngpm,bar\n700,98\n{bad}{bad}702,100\n703,101\n{bad}"));
+    let table = read(&format!(
+        "FT1,PT1\ngpm,bar\n700,98\n{bad}{bad}702,100\n703,101\n{bad}"
+    ));
     assert_same(values(&table, "FT1"), &[700.0, NAN, NAN, 702.0, 703.0]);
     let told = issue(&table, IssueKind::Skipped);
     assert_eq!(told.place, "line 4");
-    assert!(told.message.starts_with("3 rows with words in all columns"), "{told}");
+    assert!(
+        told.message.starts_with("3 rows with words in all columns"),
+        "{told}"
+    );
     // Remarks, comments, units and names are none.
     for remark in ["Connection made,", "# pause,x", "gpm,bar", "FT1,PT1"] {
         let table = read(&format!("FT1,PT1\ngpm,bar\n700,98\n{remark}\n702,100\n"));
@@ -929,27 +937,40 @@ fn a_row_with_a_word_in_each_column_keeps_its_place() {
 
 #[test]
 fn a_date_written_with_midnight_is_the_date_of_the_clock_beside_it() {
-    for date in ["2024-10-22 00:00:00", "2024-10-22T00:00:00", "22.10.2024 00:00"] {
-        let rows: String = (0..3).map(|s| format!("{date},15:27:0{s},70{s}\n")).collect();
+    for date in [
+        "2024-10-22 00:00:00",
+        "2024-10-22T00:00:00",
+        "22.10.2024 00:00",
+    ] {
+        let rows: String = (0..3)
+            .map(|s| format!("{date},15:27:0{s},70{s}\n"))
+            .collect();
         let table = read(&format!("DATE,TIME,FT4\n,,gpm\n{rows}"));
         assert_eq!(tags(&table), ["TIME", "FT4"]);
         assert_same(values(&table, "TIME"), &[0.0, 1.0, 2.0]);
         assert_eq!(table.origin.as_deref(), Some("2024-10-22T15:27:00-00:00"));
     }
     // A stamp in full is no such date.
-    let table = read("when,TIME,a\n2024-10-22 15:00:00,15:27:00,1\n2024-10-22 15:00:01,15:27:01,2\n");
+    let table =
+        read("when,TIME,a\n2024-10-22 15:00:00,15:27:00,1\n2024-10-22 15:00:01,15:27:01,2\n");
     assert_eq!(tags(&table), ["when", "TIME", "a"]);
     assert_same(values(&table, "when"), &[0.0, 1.0]);
 }
 
 #[test]
 fn a_date_that_stays_does_not_keep_a_clock_from_passing_midnight() {
-    let table = read("Spud Date,Time,a\n2024-10-01,23:59:58,1\n2024-10-01,23:59:59,2\n2024-10-01,00:00:00,3\n2024-10-01,00:00:01,4\n");
+    let table = read(
+        "Spud Date,Time,a\n2024-10-01,23:59:58,1\n2024-10-01,23:59:59,2\n2024-10-01,00:00:00,3\n2024-10-01,00:00:01,4\n",
+    );
     assert_same(values(&table, "Time"), &[0.0, 1.0, 2.0, 3.0]);
     // A date that comes a row late.
-    let table = read("Date,Time,a\n2024-10-01,23:59:59,1\n2024-10-01,00:00:00,2\n2024-10-02,00:00:01,3\n2024-10-02,23:00:00,4\n");
+    let table = read(
+        "Date,Time,a\n2024-10-01,23:59:59,1\n2024-10-01,00:00:00,2\n2024-10-02,00:00:01,3\n2024-10-02,23:00:00,4\n",
+    );
     assert_same(values(&table, "Time"), &[0.0, 1.0, 2.0, 82_801.0]);
     // From the newest row to the oldest, with a gap of more than half a day.
-    let table = read("Date,Time,a\n2024-10-02,20:00:02,1\n2024-10-02,20:00:01,2\n2024-10-02,06:00:00,3\n2024-10-01,20:00:00,4\n");
+    let table = read(
+        "Date,Time,a\n2024-10-02,20:00:02,1\n2024-10-02,20:00:01,2\n2024-10-02,06:00:00,3\n2024-10-01,20:00:00,4\n",
+    );
     assert_same(values(&table, "Time"), &[0.0, -1.0, -50_402.0, -86_402.0]);
 }
