@@ -90,6 +90,33 @@ pub(super) struct Rows {
     /// Whether a cell has a decimal point; only asked where commas are free.
     pub(super) points: bool,
     cut: Option<(u64, usize)>,
+    last_cells: LastCells,
+    /// The last cell of the text, if it is a part of a number: its line and what is left of it.
+    part: Option<(u64, String)>,
+}
+
+/// Digits behind the decimal point in the last column with a name.
+#[derive(Default)]
+struct LastCells {
+    rows: usize,
+    /// As many in each of them; `None` once two differ.
+    decimals: Option<usize>,
+}
+
+impl LastCells {
+    /// Rows that show that a column is written with a fixed number of decimals: of numbers in their shortest form every tenth has fewer.
+    const ENOUGH: usize = 100;
+
+    fn add(&mut self, decimals: usize) {
+        let same = self.rows == 0 || self.decimals == Some(decimals);
+        self.decimals = same.then_some(decimals);
+        self.rows += 1;
+    }
+
+    /// Whether a number with so many decimals has lost some.
+    fn are_more_than(&self, decimals: usize) -> bool {
+        self.rows >= Self::ENOUGH && self.decimals.is_some_and(|fixed| decimals < fixed)
+    }
 }
 
 /// One row while it is read.
@@ -97,6 +124,8 @@ pub(super) struct Rows {
 struct Row {
     line: u64,
     cells: usize,
+    /// Where the text of the last column with a name is.
+    last_at: Option<usize>,
     readable: usize,
     texts: usize,
     /// Cells that count only if the row does: column and where its text is.
@@ -333,6 +362,8 @@ impl Rows {
             commas: Tally::default(),
             points: false,
             cut: None,
+            last_cells: LastCells::default(),
+            part: None,
         }
     }
 
@@ -366,6 +397,9 @@ impl Rows {
             }
             self.row.begin(self.line);
             loop {
+                if self.row.cells + 1 == self.needed {
+                    self.row.last_at = Some(at);
+                }
                 let (end, newlines) = self.take(text, at);
                 self.line += u64::from(newlines);
                 self.row.cells += 1;
@@ -462,6 +496,7 @@ impl Rows {
     }
 
     fn finish(&mut self, text: &[u8], ended: bool) {
+        self.look_at_last_cell(text, ended);
         let (row, delimiter) = (&self.row, self.delimiter);
         let is_blank = row.readable == 0 && row.texts == 0;
         let cut = !ended && row.cells < self.needed && !is_blank;
@@ -516,6 +551,31 @@ impl Rows {
             self.held = Some(values.map(|v| v.unwrap_or(f64::NAN)).collect());
         } else {
             self.rows += 1;
+        }
+    }
+
+    /// Blanks the last number of a text without a line end, if it has fewer decimals than all above it: it is cut off within.
+    fn look_at_last_cell(&mut self, text: &[u8], ended: bool) {
+        let (Some(at), Some(column)) = (
+            self.row.last_at,
+            self.columns.get_mut(self.needed.saturating_sub(1)),
+        ) else {
+            return;
+        };
+        if column.head.stamps || column.values.last().is_none_or(|v| v.is_nan()) {
+            return;
+        }
+        let bytes = cell(text, at, self.delimiter).bytes;
+        let point = bytes.iter().rposition(|b| matches!(b, b'.' | b','));
+        let decimals = point.map_or(0, |point| bytes.len() - point - 1);
+        let is_end = !ended && self.row.cells == self.needed;
+        if is_end && self.last_cells.are_more_than(decimals) {
+            if let Some(value) = column.values.last_mut() {
+                *value = f64::NAN;
+            }
+            self.part = Some((self.row.line, words(bytes)));
+        } else {
+            self.last_cells.add(decimals);
         }
     }
 
@@ -662,6 +722,15 @@ impl Rows {
                     self.commas.shown
                 ),
             );
+        }
+        if let Some((line, part)) = &self.part {
+            issues.push(Issue {
+                kind: IssueKind::Truncated,
+                place: format!("line {line}"),
+                message: format!(
+                    "the text ends within a number: `{part}` has fewer decimals than all above it; read as NaN"
+                ),
+            });
         }
         if let Some((line, cells)) = self.cut {
             issues.push(Issue {

@@ -974,3 +974,28 @@ fn a_date_that_stays_does_not_keep_a_clock_from_passing_midnight() {
     );
     assert_same(values(&table, "Time"), &[0.0, -1.0, -50_402.0, -86_402.0]);
 }
+
+#[test]
+fn a_number_cut_off_at_the_end_is_no_value_and_a_missing_line_end_is_no_fault() {
+    let row = |i: u32| format!("{i},{}.{}\n", 700 + i, i % 10);
+    let text = |rows: u32| -> String { (0..rows).map(row).collect() };
+    let read = |text: &str| read(&format!("t,FT1\ns,gpm\n{text}"));
+    for part in ["200,90", "200,900", "200,900.", "200,9"] {
+        let table = read(&format!("{}{part}", text(200)));
+        assert_eq!(values(&table, "t")[200], 200.0);
+        assert!(values(&table, "FT1")[200].is_nan(), "{part}");
+        assert_eq!(issue(&table, IssueKind::Truncated).place, "line 203");
+    }
+    // Whole; ended by a line end; of few rows; and of numbers in their shortest form.
+    let shortest = text(200).replace(".0\n", "\n");
+    for sound in [
+        format!("{}200,900.5", text(200)),
+        format!("{}200,900\n", text(200)),
+        format!("{}20,900", text(20)),
+        format!("{shortest}200,900"),
+    ] {
+        let table = read(&sound);
+        assert!(table.issues.is_empty(), "{:?}", table.issues);
+        assert!(values(&table, "FT1").iter().all(|v| v.is_finite()));
+    }
+}
