@@ -2,7 +2,7 @@
 
 use crate::ExportError;
 use crate::number::push;
-use dgd_recording::Table;
+use dgd_recording::{Column, Table};
 use std::io::Write;
 
 /// How to write a CSV file.
@@ -21,7 +21,7 @@ impl Default for CsvOptions {
 /// Writes a table as comma separated text: names, units, then one line a sample.
 ///
 /// Numbers have the fewest digits that read back to the same `f64`; NaN is an empty
-/// cell, and so is what a shorter column lacks. Lines end in LF. `origin` and `issues`
+/// cell, and so is what a shorter column lacks; rows without any value above the first one, and at the end, begin with `NaN`. Lines end in LF. `origin` and `issues`
 /// have no place in the format and are left out.
 ///
 /// # Errors
@@ -61,6 +61,8 @@ pub struct CsvWriter<W> {
     columns: usize,
     /// Where in the text its last row begins, which is written once the next one has come.
     last: Option<usize>,
+    /// Whether a row had a value.
+    begun: bool,
 }
 
 impl<W: Write> CsvWriter<W> {
@@ -73,19 +75,28 @@ impl<W: Write> CsvWriter<W> {
     pub fn new(head: &Table, options: &CsvOptions, writer: W) -> Result<Self, ExportError> {
         crate::check_names(head)?;
         let mut text = Vec::with_capacity(Self::FLUSHED_AT + 4096);
-        line(&mut text, head.columns.iter().map(|c| c.tag.as_str()));
-        if options.units_row && head.columns.iter().any(|c| c.unit.is_some()) {
-            let units = head.columns.iter();
-            line(
-                &mut text,
-                units.map(|c| c.unit.as_deref().unwrap_or_default()),
-            );
+        let unit = |c: &Column| c.unit.clone().unwrap_or_default();
+        let units: Vec<String> = head.columns.iter().map(unit).collect();
+        let tags = head.columns.iter().map(|c| c.tag.as_str());
+        if !options.units_row || units.iter().all(String::is_empty) {
+            line(&mut text, tags);
+        } else if is_sample(head, &units) {
+            let names = tags.zip(&units).map(|(tag, unit)| match unit.as_str() {
+                "" => tag.to_owned(),
+                unit => format!("{tag} [{unit}]"),
+            });
+            let names: Vec<String> = names.collect();
+            line(&mut text, names.iter().map(String::as_str));
+        } else {
+            line(&mut text, tags);
+            line(&mut text, units.iter().map(String::as_str));
         }
         Ok(Self {
             writer,
             text,
             columns: head.columns.len(),
             last: None,
+            begun: false,
         })
     }
 
@@ -102,6 +113,12 @@ impl<W: Write> CsvWriter<W> {
                 text.clear();
             }
             let start = text.len();
+            let missing = |column: &Column| column.values.get(row).is_none_or(|v| v.is_nan());
+            self.begun = self.begun || !block.columns.iter().all(missing);
+            if !self.begun {
+                // Readers take empty lines above the first value for none.
+                text.extend_from_slice(b"NaN");
+            }
             for (index, column) in block.columns.iter().enumerate() {
                 if index > 0 {
                     text.push(b',');
@@ -136,6 +153,12 @@ impl<W: Write> CsvWriter<W> {
         self.writer.flush()?;
         Ok(())
     }
+}
+
+/// Whether a row of these units would be read as one of values: it holds nothing but `1`.
+fn is_sample(head: &Table, units: &[String]) -> bool {
+    let named = head.columns.iter().all(|c| !c.tag.is_empty());
+    named && units.iter().all(|unit| unit.is_empty() || unit == "1")
 }
 
 fn line<'a>(text: &mut Vec<u8>, cells: impl Iterator<Item = &'a str>) {

@@ -91,8 +91,8 @@ pub struct BlockReader<R> {
 }
 
 enum Blocks {
-    Text(TextBlocks),
-    Log(LogBlocks),
+    Text(Box<TextBlocks>),
+    Log(Box<LogBlocks>),
 }
 
 impl<R> fmt::Debug for BlockReader<R> {
@@ -123,8 +123,11 @@ impl<R: Read + Seek> BlockReader<R> {
         let format = detect::detect(&begin)?;
         let blocks = match format {
             Format::Mat5 | Format::Mat73 => Opened::Whole(WHOLE_MAT),
-            Format::Csv => TextBlocks::open(&mut source, length, limits)?.map(Blocks::Text),
-            Format::Mcap => LogBlocks::open(&mut source, length, limits)?.map(Blocks::Log),
+            Format::Csv => TextBlocks::open(&mut source, length, limits)?
+                .map(|text| Blocks::Text(Box::new(text))),
+            Format::Mcap => {
+                LogBlocks::open(&mut source, length, limits)?.map(|log| Blocks::Log(Box::new(log)))
+            }
         };
         Ok(blocks.map(|blocks| {
             let mut head = match &blocks {

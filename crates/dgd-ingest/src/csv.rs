@@ -29,8 +29,11 @@ pub(crate) const MAX_COLUMNS: usize = 10_000;
 pub(crate) fn read(bytes: &[u8]) -> Result<Table, IngestError> {
     let mut issues = Vec::new();
     let text = text::decode(bytes, &mut issues)?;
-    let layout = layout::layout(&Glimpse::of(&text))?;
+    let mut layout = layout::layout(&Glimpse::of(&text))?;
     let mut rows = rows::read(&text, &layout)?;
+    if layout.take_for_minutes(&rows.columns) {
+        rows = rows::read(&text, &layout)?;
+    }
     rows.check_names()?;
     let mut seen = Seen::new(rows.columns.len());
     seen.add(&rows.columns);

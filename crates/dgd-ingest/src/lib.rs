@@ -21,6 +21,8 @@ mod hdf5;
 mod mat;
 mod mat5;
 mod mcap;
+mod nulls;
+mod tags;
 
 pub use blocks::{BlockError, BlockOptions, BlockReader, Opened};
 pub use detect::detect;

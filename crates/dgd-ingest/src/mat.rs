@@ -9,6 +9,7 @@ use std::collections::HashMap;
 use dgd_recording::{Column, Issue, IssueKind, Table};
 
 use crate::error::IngestError;
+use crate::nulls::Nulls;
 pub(crate) use array::{Layout, Number, NumberKind, Sink};
 use units::Texts;
 
@@ -296,6 +297,7 @@ impl Collector {
                 },
             });
         }
+        self.blank_log_nulls();
         let mut shelf = Texts::new(&self.texts);
         for column in &mut self.columns {
             let base = base_of(&column.tag);
@@ -303,10 +305,30 @@ impl Collector {
                 .units
                 .get(base)
                 .cloned()
-                .or_else(|| shelf.unit_of(base));
+                .or_else(|| shelf.unit_as_spelt(base));
+        }
+        for column in self.columns.iter_mut().filter(|c| c.unit.is_none()) {
+            column.unit = shelf.unit_in_any_case(base_of(&column.tag));
         }
         let origin = shelf.origin();
         let unused = shelf.unused();
+        let origin = match origin {
+            Some(Err((tag, text))) => {
+                let shown: String = text.chars().take(40).collect();
+                let place = format!("`{tag}`");
+                let message = format!(
+                    "`{shown}` is no time such as 2024-10-22T15:27:49Z; the start is left unknown"
+                );
+                self.issues.push(Issue {
+                    kind: IssueKind::Skipped,
+                    place,
+                    message,
+                });
+                None
+            }
+            Some(Ok(origin)) => Some(origin),
+            None => None,
+        };
         if let Some((first, count)) = unused {
             let message = match count {
                 1 => "it is text; it was passed over".to_owned(),
@@ -333,6 +355,21 @@ impl Collector {
             origin,
             clock: None,
         })
+    }
+
+    fn blank_log_nulls(&mut self) {
+        let mut told = Vec::new();
+        for column in &mut self.columns {
+            let mut nulls = Nulls::default();
+            for (value, number) in column.values.iter_mut().zip(1..) {
+                *value = nulls.blank(*value, number);
+            }
+            let place = |number: u64| format!("`{}`, value {number}", column.tag);
+            told.extend(nulls.told().map(|(number, said)| (place(number), said)));
+        }
+        for (place, message) in told {
+            self.issue(IssueKind::UnreadableValue, place, message);
+        }
     }
 
     fn found(&self) -> String {

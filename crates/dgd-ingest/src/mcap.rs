@@ -13,6 +13,7 @@ mod walk;
 
 pub(crate) use blocks::LogBlocks;
 
+use crate::tags::tell_columns_apart;
 use crate::{IngestError, count};
 use dgd_recording::{Column, Issue, IssueKind, Table};
 use records::{Channel, Message, Schema, op};
@@ -108,6 +109,11 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Table, IngestError> {
                 ),
             });
         }
+        issues.extend(
+            sources
+                .iter()
+                .filter_map(|(sources, _)| left_out(stream, sources)),
+        );
         for member in std::mem::take(&mut stream.members) {
             let values = match &sources {
                 None => member.values,
@@ -120,6 +126,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Table, IngestError> {
             columns.push(column(&stream.topic, prefixed, &member.path, units, values));
         }
     }
+    issues.extend(tell_columns_apart(&mut columns));
     Ok(Table {
         columns,
         issues,
@@ -349,6 +356,13 @@ fn tell(stream: &mut Stream, issues: &mut Vec<Issue>) {
             ),
         );
     }
+    for member in stream.met() {
+        if let Some((number, said)) = member.nulls.told() {
+            let path = String::from_utf8_lossy(&member.path);
+            let message = format!("member `{path}`: {said}, from message {number} on");
+            tell(IssueKind::UnreadableValue, message);
+        }
+    }
     if stream.cut_arrays > 0 {
         tell(
             IssueKind::Skipped,
@@ -395,6 +409,23 @@ fn nearest(of_ns: &[u64], at_ns: &[u64]) -> (Vec<Option<usize>>, u64) {
     });
     let sources = sources.collect();
     (sources, farthest)
+}
+
+/// How many messages of a stream are nobody's nearest.
+fn left_out(stream: &Stream, sources: &[Option<usize>]) -> Option<Issue> {
+    let mut used = vec![false; stream.log_ns.len()];
+    for source in sources.iter().flatten() {
+        used[*source] = true;
+    }
+    let left = used.iter().filter(|used| !**used).count();
+    (left > 0).then(|| Issue {
+        kind: IssueKind::Crowded,
+        place: format!("topic `{}`", stream.topic),
+        message: format!(
+            "{left} of its {} are not the nearest to any of the busiest topic; left out",
+            count(used.len() as u64, "message")
+        ),
+    })
 }
 
 fn median_step(ns: &[u64]) -> u64 {

@@ -15,6 +15,11 @@ const RUNG: f64 = 4.0;
 /// The least standard deviation of a component, in steps. A comb of pitch s is left at exp(-2 pi² (sd/s)²): here less
 /// than 1e-2 of it in what one component covers, 1e-14 in all of them together.
 const STEPS: f64 = 0.5;
+/// A coarser common measure of a few changes, of the reference, is that of set-points and not a transmitter's step: noise that
+/// hid it would hide the recording.
+const SET_POINTS: f64 = 0.01;
+/// Changes that [`step_of_plateaus`] looks at; of more than these a [`quantum`] is told.
+const CHANGES: usize = 20;
 /// The periods of the components, samples: whatever one averages over, one of them does not average out.
 const PERIODS: [i64; 7] = [1, 4, 16, 64, 256, 1024, 4096];
 /// Noises that are drawn: inflow, return flow, inlet, outlet.
@@ -24,7 +29,8 @@ pub(crate) const NOISES: usize = 4;
 ///
 /// `reference` is in the unit of the series.
 pub(crate) fn share(transmitters: &[&[f64]], reference: f64) -> f64 {
-    let steps = transmitters.iter().filter_map(|values| quantum(values));
+    let step = |values: &&[f64]| quantum(values).or_else(|| step_of_plateaus(values, reference));
+    let steps = transmitters.iter().filter_map(step);
     let coarsest = steps.fold(0.0, f64::max) / reference;
     let mut share = SHARE;
     // Ends: a step is finite, and so is what it is a share of.
@@ -32,6 +38,30 @@ pub(crate) fn share(transmitters: &[&[f64]], reference: f64) -> f64 {
         share *= RUNG;
     }
     share
+}
+
+/// The step of a transmitter that changes too rarely for [`quantum`]: the largest one of which all changes are multiples, if it
+/// is no more than [`SET_POINTS`].
+fn step_of_plateaus(values: &[f64], reference: f64) -> Option<f64> {
+    let told: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+    let changes = told.windows(2).map(|w| (w[1] - w[0]).abs());
+    let rounding = 1e-9 * reference;
+    let changes = changes.filter(|change| *change > rounding);
+    let step = changes.take(CHANGES).fold(0.0, |step, change| {
+        common_measure(step, change, 1e-6 * reference)
+    });
+    (step > 0.0 && step <= SET_POINTS * reference).then_some(step)
+}
+
+/// Euclid's greatest common measure of two lengths; what is shorter than `least` is none.
+fn common_measure(a: f64, b: f64, least: f64) -> f64 {
+    let (mut long, mut short) = (a.max(b), a.min(b));
+    while short > least {
+        // The nearest multiple, from either side: a remainder just below the step is rounding.
+        let rest = (long - short * (long / short).round()).abs();
+        (long, short) = (short, rest);
+    }
+    long
 }
 
 /// Noises of unit components, one for each of [`NOISES`], as long as the recording.
@@ -258,5 +288,22 @@ mod tests {
             assert!((found - expected).abs() < 1e-9, "{step}: {found}");
         }
         assert!((share(&[&[0.0; 50]], 0.07) - 5e-4).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_few_plateaus_tell_their_step_and_two_set_points_are_none() {
+        let plateaus = |steps: &[f64], step: f64| -> Vec<f64> {
+            let held = steps.iter().map(|n| [n * step * 0.07, f64::NAN]);
+            held.flatten().collect()
+        };
+        for (steps, step, expected) in [
+            (&[150.0, 163.0, 155.0][..], 3.9e-3, 2e-3),
+            (&[150.0, 240.0, 171.0, 203.0], 3.9e-3, 2e-3),
+            (&[0.0, 1.0, 0.0], 0.025, 5e-4),
+            (&[6.0, 7.0, 8.0], 0.1, 5e-4),
+        ] {
+            let found = share(&[&plateaus(steps, step)], 0.07);
+            assert!((found - expected).abs() < 1e-9, "{steps:?}: {found}");
+        }
     }
 }

@@ -28,7 +28,7 @@ pub use readings::{SLOWEST_S, held_for, readings};
 pub use recording::{
     Absent, BlockGrid, Channel, Recording, RecordingError, STANDING_M3_S, Unequal,
 };
-pub use survey::{BlockSurvey, ColumnSurvey, Run, TableSurvey, quantum, survey};
+pub use survey::{BlockSurvey, ColumnSurvey, Run, TableSurvey, is_clock_name, quantum, survey};
 pub use table::{Column, Issue, IssueKind, Table};
 pub use well::{ChannelError, ChannelMap, ChannelSource, Geometry, TimeSource, Well, WellError};
 

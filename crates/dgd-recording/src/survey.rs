@@ -195,16 +195,37 @@ fn quantum_of(mut steps: Vec<f64>) -> Option<f64> {
     None
 }
 
+/// Whether a column of this name, up to its first sign that is neither letter nor digit, is a clock or its date.
+///
+/// ```
+/// use dgd_recording::is_clock_name;
+/// assert!(is_clock_name("Time (UTC)") && is_clock_name("tid") && is_clock_name("unix_s"));
+/// assert!(!is_clock_name("timeout") && !is_clock_name("FT1"));
+/// ```
+#[must_use]
+pub fn is_clock_name(name: &str) -> bool {
+    const NAMES: [&str; 12] = [
+        "t",
+        "time",
+        "timestamp",
+        "datetime",
+        "date",
+        "epoch",
+        "unix",
+        "unixtime",
+        "utc",
+        "tid",
+        "seconds",
+        "elapsed",
+    ];
+    let name = name.to_lowercase();
+    let stem = name.split(|c: char| !c.is_alphanumeric()).next();
+    stem.is_some_and(|stem| NAMES.contains(&stem))
+}
+
 /// A column named or measured like time, or else one that only ever increases.
 fn find_time(columns: &[ColumnSurvey], increases: impl Fn(usize) -> bool) -> Option<usize> {
-    let named = |c: &ColumnSurvey| {
-        let tag = c.tag.rsplit('.').next().unwrap_or_default().to_lowercase();
-        let stem = tag.split(['[', '(', ' ', '_']).next().unwrap_or_default();
-        matches!(
-            stem,
-            "t" | "time" | "timestamp" | "tid" | "seconds" | "elapsed" | "datetime" | "date"
-        )
-    };
+    let named = |c: &ColumnSurvey| is_clock_name(c.tag.rsplit('.').next().unwrap_or_default());
     let measured = |c: &ColumnSurvey| c.unit.is_some_and(|u| u.dimension == Dimension::Time);
     let long = |index: usize| columns[index].samples > 1;
     let find = |test: &dyn Fn(usize) -> bool| (0..columns.len()).find(|i| long(*i) && test(*i));

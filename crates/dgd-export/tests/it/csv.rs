@@ -68,3 +68,16 @@ fn each_refusal_has_its_error() {
     let full = write_csv(&one, &CsvOptions::default(), Full);
     assert!(matches!(full, Err(ExportError::Io(_))));
 }
+
+#[test]
+fn units_of_one_stand_behind_the_names() {
+    let shares = table(vec![
+        column("t", None, &[0.0]),
+        column("valve", Some("1"), &[0.5]),
+        column("p[0]", Some("1"), &[0.25]),
+    ]);
+    assert_eq!(written(&shares, true), "t,valve [1],p[0] [1]\n0,0.5,0.25\n");
+    assert_eq!(written(&shares, false), "t,valve,p[0]\n0,0.5,0.25\n");
+    let empty = table(vec![column("t", Some(""), &[0.0])]);
+    assert_eq!(written(&empty, true), "t\n0\n");
+}

@@ -61,13 +61,13 @@ impl TextBlocks {
         if !glimpse.is_whole(bytes) {
             return Ok(Opened::Whole(WHOLE_LINES));
         }
-        let Ok(layout) = layout::layout(&glimpse) else {
+        let Ok(mut layout) = layout::layout(&glimpse) else {
             // Why not is told from the whole text.
             return Ok(Opened::Whole(WHOLE_TEXT));
         };
         let rows_at = begin + layout.start as u64;
-        let mut pass = Pass::new(&layout, rows_at, end, options);
         let columns = layout.columns.len();
+        let mut pass = Pass::new(&layout, rows_at, end, options);
         let (mut seen, mut rows) = (Seen::new(columns), 0);
         loop {
             let lines = pass.windows.lines;
@@ -77,6 +77,11 @@ impl TextBlocks {
             }
             match pass.next(source)? {
                 Step::Block(read) => rows += read,
+                Step::End if layout.take_for_minutes(&pass.rows.columns) => {
+                    pass = Pass::new(&layout, rows_at, end, options);
+                    (seen, rows) = (Seen::new(columns), 0);
+                    continue;
+                }
                 Step::End => break,
                 Step::Long => return Ok(Opened::Whole(WHOLE_LINES)),
             }

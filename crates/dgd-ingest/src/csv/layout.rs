@@ -1,8 +1,11 @@
 //! Delimiter, header, units and the sort of each column, from a sample of the lines.
 
+use super::rows::Reading;
 use super::text::{Line, lines, words};
 use super::{MAX_COLUMNS, number, stamp};
 use crate::IngestError;
+use crate::tags::tell_apart;
+use dgd_recording::is_clock_name;
 use dgd_units::Unit;
 
 /// Lines looked at from the start and again from the middle of the file.
@@ -34,9 +37,13 @@ pub(super) struct Head {
     pub(super) beyond: bool,
     /// Its name as written, which others may share.
     pub(super) written: String,
+    /// The unit behind its name, where another may stand below.
+    beside: Option<String>,
     pub(super) stamps: bool,
     /// A clock whose date stands in another column.
     pub(super) dated: bool,
+    /// Its dates are written with midnight behind them, beside a clock.
+    midnights: bool,
     /// Cells such as `14:11` are hours and minutes.
     pub(super) two_are_hours: bool,
     /// What comes first in its dates of which the year is last.
@@ -45,18 +52,43 @@ pub(super) struct Head {
     pub(super) digits: Option<stamp::Digits>,
 }
 
+impl Layout {
+    /// Takes two fields for minutes and seconds in columns whose rows say so, which the sampled ones did not; `false` if there is none.
+    pub(super) fn take_for_minutes(&mut self, columns: &[Reading]) -> bool {
+        let mut any = false;
+        for (head, reading) in self.columns.iter_mut().zip(columns) {
+            if head.two_are_hours && reading.clock.met_minutes() {
+                head.two_are_hours = false;
+                any = true;
+            }
+        }
+        any
+    }
+}
+
 impl Head {
     /// Reads a trimmed cell of a column of stamps.
     pub(super) fn stamp(&self, cell: &[u8]) -> Option<stamp::Stamp> {
         match self.digits {
             Some(digits) => digits.parse(cell),
+            None if self.midnights => stamp::parse(cell, self.first)?.as_date(),
             None => stamp::parse(cell, self.first),
         }
     }
 
-    /// Whether what is written above a column is its name.
-    pub(super) fn is_named(&self, written: &str) -> bool {
-        self.named && split_unit(written).0 == self.written
+    /// Whether a unit that stands above further rows is another one than its own.
+    pub(super) fn is_in_another(&self, unit: &str) -> bool {
+        let same = |own: &str| match (Unit::parse(own), Unit::parse(unit)) {
+            (Ok(own), Ok(unit)) => own == unit,
+            _ => own.eq_ignore_ascii_case(unit),
+        };
+        let mut own = self.unit.iter().chain(&self.beside).peekable();
+        own.peek().is_some() && !own.any(|own| same(own))
+    }
+
+    /// Whether this is its name, without a unit.
+    pub(super) fn is_named(&self, name: &str) -> bool {
+        self.named && name == self.written
     }
 }
 
@@ -192,7 +224,7 @@ fn is_placeholder(line: &Line<'_>, above: Option<&Line<'_>>, below: &Line<'_>) -
     again && filled.all(|c| c == word) && !is_known_unit(word)
 }
 
-fn is_known_unit(cell: &[u8]) -> bool {
+pub(super) fn is_known_unit(cell: &[u8]) -> bool {
     Unit::parse(bare(&words(cell))).is_ok()
 }
 
@@ -376,7 +408,23 @@ impl Columns {
             self.heads[clock].dated = true;
             self.heads[date].stamps = true;
             self.heads[date].digits = Some(stamp::Digits::Date);
+        } else if let Some(date) = self.midnights(values) {
+            self.heads[clock].dated = true;
+            self.heads[date].midnights = true;
         }
+    }
+
+    /// The first column of dates that are all written with midnight, as databases write a date.
+    fn midnights(&self, values: &[&Line<'_>]) -> Option<usize> {
+        (0..self.heads.len()).find(|index| {
+            let head = &self.heads[*index];
+            let is_one = |cell: &&[u8]| {
+                let stamp = stamp::parse(cell, head.first);
+                stamp.is_some_and(|stamp| stamp.as_date().is_some())
+            };
+            let cells = filled(values, *index);
+            head.stamps && !cells.is_empty() && cells.iter().all(is_one)
+        })
     }
 
     /// The first column of such times.
@@ -420,21 +468,12 @@ pub(super) fn is_time_name(tag: &str) -> bool {
     if let Some(item) = item(tag) {
         return item == "06";
     }
-    let name = tag.to_lowercase();
-    let stem = name.split(|c: char| !c.is_alphanumeric()).next();
-    matches!(
-        stem.unwrap_or_default(),
-        "t" | "time" | "timestamp" | "epoch" | "unix" | "unixtime" | "datetime" | "date" | "utc"
-    )
+    is_clock_name(tag)
 }
 
-/// `14:11` is hours and minutes as in ISO 8601; a fraction, or more than 23, speaks against it.
 fn two_may_be_hours(sort: Sort) -> bool {
     match sort {
-        Sort::Stamp(stamp) => match stamp.kind {
-            stamp::StampKind::Two { fraction } => !fraction && stamp.ns < 24 * 60_000_000_000,
-            _ => true,
-        },
+        Sort::Stamp(stamp) => !stamp.speaks_for_minutes(),
         _ => true,
     }
 }
@@ -541,6 +580,7 @@ fn name(heads: &mut [Head], above: &[Line<'_>], numeric: &[bool]) {
         let (tag, unit) = split_unit(&written);
         head.named = !tag.is_empty();
         head.written = tag.to_owned();
+        head.beside = unit.map(str::to_owned);
         head.tag = if head.named {
             tag.to_owned()
         } else {
@@ -552,20 +592,7 @@ fn name(heads: &mut [Head], above: &[Line<'_>], numeric: &[bool]) {
             .filter(|u| !u.is_empty() && !is_no_unit(u));
         head.unit = below.or(unit.map(str::to_owned));
     }
-    // Channels are found by name, so no two columns may share one.
-    let mut seen = std::collections::BTreeMap::<String, u32>::new();
-    for head in heads.iter_mut() {
-        let count = seen.entry(head.tag.clone()).or_default();
-        *count += 1;
-        if *count > 1 {
-            let mut next = *count;
-            while seen.contains_key(&format!("{}_{next}", head.tag)) {
-                next += 1;
-            }
-            head.tag = format!("{}_{next}", head.tag);
-            seen.insert(head.tag.clone(), 1);
-        }
-    }
+    tell_apart(heads.iter_mut().map(|head| &mut head.tag));
 }
 
 fn is_unit_row(cells: &[&[u8]], names: &Line<'_>, numeric: &[bool]) -> bool {
@@ -614,7 +641,7 @@ fn is_no_unit(text: &str) -> bool {
 }
 
 /// Without the brackets around it.
-fn bare(unit: &str) -> &str {
+pub(super) fn bare(unit: &str) -> &str {
     let unit = unit.trim();
     let inner = unit.strip_prefix('[').and_then(|u| u.strip_suffix(']'));
     inner
@@ -627,7 +654,7 @@ fn bare(unit: &str) -> &str {
 ///
 /// Square brackets always hold a unit. Round ones must hold a known unit or a word that
 /// starts as one, since names have them too: `ROP (1 ft)`, `Flow (in)`.
-fn split_unit(written: &str) -> (&str, Option<&str>) {
+pub(super) fn split_unit(written: &str) -> (&str, Option<&str>) {
     let split = |open: char, close: char| {
         let (name, unit) = written.strip_suffix(close)?.rsplit_once(open)?;
         let (name, unit) = (name.trim(), unit.trim());
@@ -642,9 +669,15 @@ fn split_unit(written: &str) -> (&str, Option<&str>) {
         .map(|(n, u)| (n.trim(), u.trim()))
         .filter(|(n, u)| !n.is_empty() && Unit::parse(u).is_ok());
     match nested.or_else(|| split('(', ')')) {
-        Some((name, unit)) if is_unit_word(unit) => (name, Some(unit)),
+        Some((name, unit)) if is_unit_word(unit) || is_minutes_of(name, unit) => (name, Some(unit)),
         _ => (written, None),
     }
+}
+
+/// Whether `min` behind a name is minutes: `Time (min)`, `Elapsed Time (min)`; `T (min)` is the least temperature.
+fn is_minutes_of(name: &str, unit: &str) -> bool {
+    let is_time = name != "T" && is_time_name(name) || name.to_lowercase().ends_with("time");
+    is_time && unit.eq_ignore_ascii_case("min")
 }
 
 fn is_unit_word(text: &str) -> bool {
@@ -671,6 +704,12 @@ mod tests {
         assert_eq!(split_unit("ROP(1 ft)"), ("ROP(1 ft)", None));
         assert_eq!(split_unit("Flow (in)"), ("Flow (in)", None));
         assert_eq!(split_unit("[gpm]"), ("[gpm]", None));
+        assert_eq!(split_unit("Time (min)"), ("Time", Some("min")));
+        assert_eq!(split_unit("t (min)"), ("t", Some("min")));
+        assert_eq!(split_unit("Run Time (min)"), ("Run Time", Some("min")));
+        assert_eq!(split_unit("T (min)"), ("T (min)", None));
+        assert_eq!(split_unit("Flow (min)"), ("Flow (min)", None));
+        assert_eq!(split_unit("Time (max)"), ("Time (max)", None));
         assert_eq!(split_unit(""), ("", None));
     }
 }

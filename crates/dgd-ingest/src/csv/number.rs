@@ -149,12 +149,6 @@ pub(super) fn is_missing(cell: &[u8]) -> bool {
             .any(|word| cell.eq_ignore_ascii_case(word.as_bytes()))
 }
 
-/// Values that well logs write for "no value" (LAS and WITS conventions).
-pub(super) fn is_log_null(value: f64) -> bool {
-    const LOG_NULLS: [f64; 2] = [-999.25, -9999.0];
-    value < 0.0 && LOG_NULLS.contains(&value)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -3,6 +3,7 @@
 use super::layout::is_time_name;
 use super::rows::{Reading, Rows};
 use super::stamp::{self, StampKind};
+use crate::tags::renamed;
 use crate::{IngestError, count};
 use dgd_recording::{Column, Issue, IssueKind, Table};
 use dgd_units::{Dimension, Unit};
@@ -102,14 +103,8 @@ impl Plan {
             }
             issues.extend(reading.issues(rows.points));
             if reading.head.named && reading.head.tag != reading.head.written {
-                issues.push(Issue {
-                    kind: IssueKind::Renamed,
-                    place: format!("column {}", index + 1),
-                    message: format!(
-                        "`{}` is the name of a column before it; it is `{}` here",
-                        reading.head.written, reading.head.tag
-                    ),
-                });
+                let head = &reading.head;
+                issues.push(renamed(index, &head.written, &head.tag));
             }
             if date.is_some_and(|date| date.clock_at == index) {
                 clock = Some(columns.len());
@@ -149,8 +144,9 @@ impl Plan {
     pub(super) fn fill(&self, readings: &mut [Reading], table: &mut Table) {
         if let Some(Date { at, clock_at }) = self.date {
             let days = std::mem::take(&mut readings[at].values);
-            for (value, day) in readings[clock_at].values.iter_mut().zip(&days) {
-                *value += day;
+            let Reading { values, joined, .. } = &mut readings[clock_at];
+            for (value, day) in values.iter_mut().zip(&days) {
+                *value = joined.seconds(*value, *day);
             }
             readings[at].values = days;
         }

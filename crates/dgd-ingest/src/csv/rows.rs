@@ -1,11 +1,12 @@
 //! The rows of a text, straight into columns of numbers, a block at a time.
 
-use super::layout::{Head, Layout};
+use super::layout::{Head, Layout, bare, is_known_unit, split_unit};
 use super::number;
-use super::stamp::Clock;
+use super::stamp::{Clock, Joined};
 use super::text::{cell, is_whole, words};
-use crate::{IngestError, count};
+use crate::{IngestError, count, nulls};
 use dgd_recording::{Issue, IssueKind};
+use std::collections::HashSet;
 
 /// Cells that a file may have beyond one for each of its bytes: short rows of a wide
 /// table are filled with NaN, and that must not cost more memory than a full table.
@@ -16,6 +17,8 @@ pub(super) struct Reading {
     pub(super) head: Head,
     pub(super) values: Vec<f64>,
     pub(super) clock: Clock,
+    /// Of a clock whose date stands in another column.
+    pub(super) joined: Joined,
     /// Cells that gave a number or a time.
     pub(super) readable: u64,
     /// Cells that are neither number, nor time, nor empty.
@@ -59,6 +62,8 @@ impl Tally {
 pub(super) struct Rows {
     delimiter: u8,
     pub(super) columns: Vec<Reading>,
+    /// What the columns are called in the text.
+    names: HashSet<String>,
     /// Rows that make a block.
     block: usize,
     /// Columns up to the last one with a name: fewer cells than this is a short row.
@@ -75,12 +80,43 @@ pub(super) struct Rows {
     short: Tally,
     long: Tally,
     wordy: Tally,
+    /// Rows with a word in each column, which stand for a sample.
+    worded: Tally,
     /// Lines that name the columns anew, and otherwise.
     renamed: Tally,
+    /// Lines that state other units than the first header.
+    remeasured: Tally,
     commas: Tally,
     /// Whether a cell has a decimal point; only asked where commas are free.
     pub(super) points: bool,
     cut: Option<(u64, usize)>,
+    last_cells: LastCells,
+    /// The last cell of the text, if it is a part of a number: its line and what is left of it.
+    part: Option<(u64, String)>,
+}
+
+/// Digits behind the decimal point in the last column with a name.
+#[derive(Default)]
+struct LastCells {
+    rows: usize,
+    /// As many in each of them; `None` once two differ.
+    decimals: Option<usize>,
+}
+
+impl LastCells {
+    /// Rows that show that a column is written with a fixed number of decimals: of numbers in their shortest form every tenth has fewer.
+    const ENOUGH: usize = 100;
+
+    fn add(&mut self, decimals: usize) {
+        let same = self.rows == 0 || self.decimals == Some(decimals);
+        self.decimals = same.then_some(decimals);
+        self.rows += 1;
+    }
+
+    /// Whether a number with so many decimals has lost some.
+    fn are_more_than(&self, decimals: usize) -> bool {
+        self.rows >= Self::ENOUGH && self.decimals.is_some_and(|fixed| decimals < fixed)
+    }
 }
 
 /// One row while it is read.
@@ -88,6 +124,8 @@ pub(super) struct Rows {
 struct Row {
     line: u64,
     cells: usize,
+    /// Where the text of the last column with a name is.
+    last_at: Option<usize>,
     readable: usize,
     texts: usize,
     /// Cells that count only if the row does: column and where its text is.
@@ -95,6 +133,19 @@ struct Row {
     extra: bool,
     /// Whether a cell might be another one with more text behind it.
     open: bool,
+}
+
+/// What a row without a number says of the columns.
+#[derive(Default)]
+struct Again {
+    /// Cells that are the name of a column.
+    named: usize,
+    /// Those of them that stand in other places.
+    moved: usize,
+    /// Whether all of them are units.
+    units: bool,
+    /// A unit that is another one than the column's.
+    other_unit: Option<String>,
 }
 
 /// A stretch of a text.
@@ -163,6 +214,7 @@ impl Reading {
             values: Vec::new(),
             head,
             clock,
+            joined: Joined::default(),
             readable: 0,
             unreadable: Tally::default(),
             log_nulls: Tally::default(),
@@ -176,7 +228,7 @@ impl Reading {
         if self.head.beyond {
             self.beyond.add(line, || format!("{value}"));
         }
-        if !self.head.stamps && number::is_log_null(value) {
+        if !self.head.stamps && nulls::is_log_null(value) {
             self.log_nulls.add(line, || format!("{value}"));
             self.values.push(f64::NAN);
         } else {
@@ -237,11 +289,7 @@ impl Reading {
             count(self.unreadable.count, "cell"),
             self.unreadable.shown
         );
-        let nulls = format!(
-            "{} with {}, which well logs write for no value; read as NaN",
-            count(self.log_nulls.count, "cell"),
-            self.log_nulls.shown
-        );
+        let nulls = nulls::message(self.log_nulls.count, &self.log_nulls.shown);
         let beyond = (self.beyond.count > 0).then(|| Issue {
             kind: IssueKind::Damaged,
             place: format!("line {}, column `{}`", self.beyond.line, self.head.tag),
@@ -295,6 +343,9 @@ impl Rows {
         Self {
             delimiter: layout.delimiter,
             columns: heads.iter().cloned().map(Reading::new).collect(),
+            names: (heads.iter().filter(|c| c.named))
+                .map(|c| c.written.clone())
+                .collect(),
             block,
             needed: named.map_or(heads.len(), |n| n + 1),
             line: layout.line,
@@ -305,10 +356,14 @@ impl Rows {
             short: Tally::default(),
             long: Tally::default(),
             wordy: Tally::default(),
+            worded: Tally::default(),
             renamed: Tally::default(),
+            remeasured: Tally::default(),
             commas: Tally::default(),
             points: false,
             cut: None,
+            last_cells: LastCells::default(),
+            part: None,
         }
     }
 
@@ -342,6 +397,9 @@ impl Rows {
             }
             self.row.begin(self.line);
             loop {
+                if self.row.cells + 1 == self.needed {
+                    self.row.last_at = Some(at);
+                }
                 let (end, newlines) = self.take(text, at);
                 self.line += u64::from(newlines);
                 self.row.cells += 1;
@@ -438,6 +496,7 @@ impl Rows {
     }
 
     fn finish(&mut self, text: &[u8], ended: bool) {
+        self.look_at_last_cell(text, ended);
         let (row, delimiter) = (&self.row, self.delimiter);
         let is_blank = row.readable == 0 && row.texts == 0;
         let cut = !ended && row.cells < self.needed && !is_blank;
@@ -451,18 +510,15 @@ impl Rows {
             } else if !cut {
                 let first = row.unreadable.first().map_or(0, |u| u.1);
                 let begins = || words(cell(text, first, delimiter).bytes);
-                // Names of columns, and how many of them stand in other places.
-                let (mut named, mut moved) = (0, 0);
-                for (index, start) in &row.unreadable {
-                    let written = words(cell(text, *start, delimiter).bytes);
-                    let is = |c: &Reading| c.head.is_named(&written);
-                    if self.columns.iter().any(is) {
-                        named += 1;
-                        moved += usize::from(!self.columns.get(*index).is_some_and(is));
-                    }
-                }
-                if named > 1 && moved > 0 {
+                let again = self.named_again(text);
+                if again.named > 1 && again.moved > 0 {
                     self.renamed.add(row.line, begins);
+                } else if let Some(unit) = again.other_unit.filter(|_| again.named != 1) {
+                    self.remeasured.add(row.line, || unit);
+                } else if again.named == 0 && !again.units && self.is_filled(text) {
+                    // In a table without a clock the rows below must stay where they are.
+                    self.empty_rows += 1;
+                    self.worded.add(row.line, begins);
                 } else {
                     self.wordy.add(row.line, begins);
                 }
@@ -498,6 +554,64 @@ impl Rows {
         }
     }
 
+    /// Blanks the last number of a text without a line end, if it has fewer decimals than all above it: it is cut off within.
+    fn look_at_last_cell(&mut self, text: &[u8], ended: bool) {
+        let (Some(at), Some(column)) = (
+            self.row.last_at,
+            self.columns.get_mut(self.needed.saturating_sub(1)),
+        ) else {
+            return;
+        };
+        if column.head.stamps || column.values.last().is_none_or(|v| v.is_nan()) {
+            return;
+        }
+        let bytes = cell(text, at, self.delimiter).bytes;
+        let point = bytes.iter().rposition(|b| matches!(b, b'.' | b','));
+        let decimals = point.map_or(0, |point| bytes.len() - point - 1);
+        let is_end = !ended && self.row.cells == self.needed;
+        if is_end && self.last_cells.are_more_than(decimals) {
+            if let Some(value) = column.values.last_mut() {
+                *value = f64::NAN;
+            }
+            self.part = Some((self.row.line, words(bytes)));
+        } else {
+            self.last_cells.add(decimals);
+        }
+    }
+
+    /// Whether a row without a number has a word in each column that has a name, and is no comment.
+    fn is_filled(&self, text: &[u8]) -> bool {
+        let first = self.row.unreadable.first().map_or(0, |u| u.1);
+        let comment = cell(text, first, self.delimiter).bytes.starts_with(b"#");
+        self.row.texts >= self.needed && !comment
+    }
+
+    /// What the words of a row without a number say of the columns.
+    fn named_again(&self, text: &[u8]) -> Again {
+        let mut again = Again::default();
+        let is_unit =
+            |(_, start): &(usize, usize)| is_known_unit(cell(text, *start, self.delimiter).bytes);
+        again.units = self.row.texts > 1 && self.row.unreadable.iter().all(is_unit);
+        for (index, start) in &self.row.unreadable {
+            let written = words(cell(text, *start, self.delimiter).bytes);
+            let (name, beside) = split_unit(&written);
+            let head = self.columns.get(*index).map(|c| &c.head);
+            let in_place = head.is_some_and(|head| head.is_named(name));
+            let unit = beside
+                .filter(|_| in_place)
+                .or(again.units.then(|| bare(&written)));
+            let other = unit.filter(|u| head.is_some_and(|head| head.is_in_another(u)));
+            if let (Some(unit), None) = (other, &again.other_unit) {
+                again.other_unit = Some(unit.to_owned());
+            }
+            if in_place || self.names.contains(name) {
+                again.named += 1;
+                again.moved += usize::from(!in_place);
+            }
+        }
+        again
+    }
+
     /// Puts rows without values, and then the row behind them, into what room the block has.
     fn fill_empty_rows(&mut self) {
         let Some(held) = &self.held else {
@@ -518,22 +632,31 @@ impl Rows {
         }
     }
 
-    /// Refuses columns that change places on the way.
+    /// Refuses columns that change places or units on the way.
     ///
     /// # Errors
     /// [`IngestError::NotTabular`] with the line that names them anew.
     pub(super) fn check_names(&self) -> Result<(), IngestError> {
-        if self.renamed.count == 0 {
-            return Ok(());
-        }
-        Err(IngestError::NotTabular {
-            place: format!("line {}", self.renamed.line),
-            reason: format!(
+        let (line, reason) = if self.renamed.count > 0 {
+            let reason = format!(
                 "a second header, which begins with `{}`, has its column names in other places than the first",
                 self.renamed.shown
-            ),
+            );
+            (self.renamed.line, reason)
+        } else if self.remeasured.count > 0 {
+            let reason = format!(
+                "a second header has the unit `{}` where the first has another",
+                self.remeasured.shown
+            );
+            (self.remeasured.line, reason)
+        } else {
+            return Ok(());
+        };
+        Err(IngestError::NotTabular {
+            place: format!("line {line}"),
+            reason,
             mend:
-                "split the file there: a column must hold the same quantity from its first line to its last"
+                "split the file there: a column must hold the same quantity, in one unit, from its first line to its last"
                     .into(),
         })
     }
@@ -578,6 +701,15 @@ impl Rows {
                 count(self.wordy.count, "line")
             ),
         );
+        let shown: String = self.worded.shown.chars().take(24).collect();
+        tell(
+            &self.worded,
+            IssueKind::Skipped,
+            format!(
+                "{} with words in all columns, the first begins with `{shown}`; read as NaN where values follow",
+                count(self.worded.count, "row")
+            ),
+        );
         let doubtful = self.columns.iter().map(|c| c.doubtful_commas(self.points));
         // Those are told column by column.
         if self.points && self.commas.count > doubtful.sum() {
@@ -590,6 +722,15 @@ impl Rows {
                     self.commas.shown
                 ),
             );
+        }
+        if let Some((line, part)) = &self.part {
+            issues.push(Issue {
+                kind: IssueKind::Truncated,
+                place: format!("line {line}"),
+                message: format!(
+                    "the text ends within a number: `{part}` has fewer decimals than all above it; read as NaN"
+                ),
+            });
         }
         if let Some((line, cells)) = self.cut {
             issues.push(Issue {

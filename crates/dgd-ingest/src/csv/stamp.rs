@@ -13,6 +13,26 @@ pub(super) struct Stamp {
     pub(super) kind: StampKind,
 }
 
+impl Stamp {
+    /// The date of a midnight whose zone is not told.
+    pub(super) fn as_date(self) -> Option<Self> {
+        let midnight = self.ns % (S_PER_DAY * NS_PER_S) == 0;
+        let is_one = midnight && self.kind == StampKind::DateTime { zoned: false };
+        is_one.then_some(Self {
+            kind: StampKind::Date,
+            ..self
+        })
+    }
+
+    /// `14:11` is hours and minutes as in ISO 8601; a fraction, or more than 23, speaks against it.
+    pub(super) fn speaks_for_minutes(self) -> bool {
+        match self.kind {
+            StampKind::Two { fraction } => fraction || self.ns >= 24 * 60 * NS_PER_S,
+            _ => false,
+        }
+    }
+}
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum StampKind {
     /// `2024-10-22T15:27:49.648`; `zoned` if it says its offset, which is then applied.
@@ -400,6 +420,8 @@ pub(super) struct Clock {
     moves: i64,
     /// Two fields are hours and minutes, not minutes and seconds.
     two_are_hours: bool,
+    /// Whether one of them cannot be hours.
+    met_minutes: bool,
     /// Another column has the date, so midnight needs no guess.
     pub(super) dated: bool,
     first: Option<Stamp>,
@@ -417,6 +439,7 @@ impl Clock {
     /// Seconds from the first stamp of the column.
     pub(super) fn seconds(&mut self, stamp: Stamp) -> f64 {
         let hours = matches!(stamp.kind, StampKind::Two { .. }) && self.two_are_hours;
+        self.met_minutes |= stamp.speaks_for_minutes();
         let mut ns = if hours { stamp.ns * 60 } else { stamp.ns };
         let period_s = match stamp.kind {
             StampKind::Clock => S_PER_DAY,
@@ -452,6 +475,11 @@ impl Clock {
         ns.saturating_sub(first_ns) as f64 / 1e9
     }
 
+    /// Whether a stamp was minutes and seconds for certain.
+    pub(super) fn met_minutes(&self) -> bool {
+        self.met_minutes
+    }
+
     /// Nanoseconds and whether the zone is known, if the first stamp has a date and a time of day.
     pub(super) fn origin(&self) -> Option<(i64, bool)> {
         let first = self.first?;
@@ -463,6 +491,41 @@ impl Clock {
 
     pub(super) fn first(&self) -> Option<Stamp> {
         self.first
+    }
+}
+
+/// Puts times of the day onto the dates of another column, as they come.
+#[derive(Debug, Default)]
+pub(super) struct Joined {
+    /// Time of the day and date of the row before.
+    last: Option<(f64, f64)>,
+    /// Days since a date that stays while the clock passes midnight, such as that of the spud.
+    carried_s: f64,
+    /// As those of [`Clock`].
+    ahead: i64,
+    moves: i64,
+}
+
+impl Joined {
+    /// Seconds from the first row, of seconds from its time of the day and from its date.
+    pub(super) fn seconds(&mut self, of_day_s: f64, date_s: f64) -> f64 {
+        if !(of_day_s + date_s).is_finite() {
+            return f64::NAN;
+        }
+        if let Some((before_s, last_date_s)) = self.last {
+            let fell = of_day_s < before_s - S_PER_DAY as f64 / 2.0;
+            let reversed = 2 * self.ahead < -self.moves;
+            if date_s != last_date_s {
+                self.carried_s = 0.0;
+            } else if fell && !reversed {
+                self.carried_s += S_PER_DAY as f64;
+            }
+            let ahead = (of_day_s + date_s).total_cmp(&(before_s + last_date_s)) as i64;
+            self.ahead += ahead;
+            self.moves += ahead.abs();
+        }
+        self.last = Some((of_day_s, date_s));
+        of_day_s + date_s + self.carried_s
     }
 }
 

@@ -7,6 +7,7 @@ use super::{Log, clock, column, origin, seconds};
 use crate::blocks::{
     BlockError, BlockOptions, Opened, WHOLE_DAMAGED, WHOLE_ORDER, WHOLE_RECORDS, WHOLE_TOPICS,
 };
+use crate::tags::tell_columns_apart;
 use dgd_recording::Table;
 use std::io::{Read, Seek, SeekFrom};
 
@@ -87,7 +88,7 @@ impl LogBlocks {
             ..
         } = pass;
         walked.close();
-        let issues = log.tell(&walked).issues;
+        let mut issues = log.tell(&walked).issues;
         let Some(at) = log.numeric().next() else {
             return Ok(Opened::Whole(WHOLE_TOPICS));
         };
@@ -109,6 +110,7 @@ impl LogBlocks {
         let members =
             (0..stream.members.len()).filter(|k| met.contains(&stream.members[*k].path.as_slice()));
         log.budget.check(rows, met.len())?;
+        issues.extend(tell_columns_apart(&mut columns));
         Ok(Opened::Blocks(Self {
             rows,
             start_ns,

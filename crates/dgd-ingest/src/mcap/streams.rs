@@ -2,6 +2,7 @@
 
 use super::json;
 use crate::IngestError;
+use crate::nulls::Nulls;
 use std::collections::HashMap;
 
 /// Members that the messages of a file may have, all topics together.
@@ -48,6 +49,7 @@ pub(super) struct Member {
     pub(super) values: Vec<f64>,
     /// Whether a message that was not refused had it, among those that are settled.
     met: bool,
+    pub(super) nulls: Nulls,
 }
 
 /// What all streams together may take.
@@ -105,6 +107,7 @@ impl Stream {
                     path: path.to_vec(),
                     values: Vec::new(),
                     met: false,
+                    nulls: Nulls::default(),
                 });
                 Some(at)
             });
@@ -130,11 +133,12 @@ impl Stream {
             }
         }
         let rows = self.log_ns.len();
+        let number = self.messages() as u64 + 1;
         for (at, value) in &self.row {
-            let values = &mut self.members[*at].values;
+            let Member { values, nulls, .. } = &mut self.members[*at];
             budget.spend(rows + 1 - values.len().min(rows + 1))?;
             values.resize(rows, f64::NAN);
-            values.push(*value);
+            values.push(nulls.blank(*value, number));
         }
         self.log_ns.push(log_ns);
         Ok(())

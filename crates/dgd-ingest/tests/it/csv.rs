@@ -817,3 +817,185 @@ fn text_without_numbers_is_refused() {
         );
     }
 }
+
+#[test]
+fn numbers_from_1970_are_times_under_every_name_of_a_clock() {
+    for name in ["tid", "seconds", "elapsed", "unix", "utc", "Date Time"] {
+        let table = read(&format!("a,{name}\n1,1412640000\n2,1412640002\n"));
+        assert_same(values(&table, name), &[0.0, 2.0]);
+        assert_eq!(table.origin.as_deref(), Some("2014-10-07T00:00:00Z"));
+        // The survey takes no other column for the clock.
+        assert_eq!(dgd_recording::survey(&table).time_column, Some(1), "{name}");
+    }
+}
+
+#[test]
+fn minutes_above_23_far_down_tell_that_two_fields_are_minutes_and_seconds() {
+    // A second a row from 00:00 on: above 23:59 below the sampled rows of the start, and those of the middle are past the hour.
+    let from = |first: u32, rows: u32| -> String {
+        let row = |s: u32| format!("{:02}:{:02},{s}\n", s / 60 % 60, s % 60);
+        (first..first + rows).map(row).collect()
+    };
+    for rows in [2200, 7400] {
+        let text = format!("time,a\n{}", from(0, rows));
+        let table = read(&text);
+        let expected: Vec<f64> = (0..rows).map(f64::from).collect();
+        assert_same(values(&table, "time"), &expected);
+        // In blocks too.
+        let options = dgd_ingest::ReadOptions::default();
+        let limits = dgd_ingest::BlockOptions {
+            cells: 1000,
+            ..Default::default()
+        };
+        let file = std::io::Cursor::new(text);
+        let opened = dgd_ingest::BlockReader::open(file, &options, limits).unwrap();
+        let dgd_ingest::Opened::Blocks(mut blocks) = opened else {
+            panic!("rows of one layout");
+        };
+        let mut found = Vec::new();
+        while let Some(block) = blocks.next_block().unwrap() {
+            found.extend_from_slice(&block.columns[0].values);
+        }
+        assert_same(&found, &expected);
+    }
+    // Hours stay hours.
+    let table = read(&format!("time,a\n{}", from(0, 1440)));
+    assert_same(&values(&table, "time")[..2], &[0.0, 60.0]);
+}
+
+#[test]
+fn words_in_ten_thousand_columns_are_no_work() {
+    let row = |cell: &dyn Fn(usize) -> String| -> String {
+        let cells: Vec<String> = (0..10_000).map(cell).collect();
+        cells.join(",") + "\n"
+    };
+    let names = row(&|i| format!("name{i}"));
+    let numbers = row(&|i| i.to_string());
+    let words = row(&|i| format!("x{i}"));
+    let text = format!("{names}{}{}", numbers.repeat(60), words.repeat(20));
+    let begun = std::time::Instant::now();
+    let table = read(&text);
+    assert_eq!(values(&table, "name9999")[1], 9999.0);
+    // Each word against each name: minutes without optimisation.
+    assert!(begun.elapsed().as_secs() < 20, "{:?}", begun.elapsed());
+}
+
+#[test]
+fn a_second_header_with_another_unit_is_refused_with_its_line() {
+    let said = |text: &str| {
+        let options = dgd_ingest::ReadOptions::default();
+        dgd_ingest::read(text.as_bytes(), &options).map_err(|error| error.to_string())
+    };
+    for (first, second) in [
+        ("t [s],FT4 [gpm]", "t [s],FT4 [l/min]"),
+        ("t,FT4\ns,gpm", "t,FT4\ns,l/min"),
+        ("t,FT4\ns,gpm", "s,l/min"),
+        ("t,FT4\ns,gpm", "t (s),FT4 (l/min)"),
+    ] {
+        let text = format!("{first}\n0,1\n1,2\n2,3\n{second}\n3,4\n4,5\n");
+        let refused = said(&text).unwrap_err();
+        assert!(
+            refused.contains("`l/min`") && refused.contains("split"),
+            "{refused}"
+        );
+    }
+    for (first, second) in [
+        ("t [s],FT4 [gpm]", "t [s],FT4 [gpm]"),
+        ("t [s],FT4 [gpm]", "t [s],FT4 [gal/min]"),
+        ("t [s],FT4 [gpm]", "t,FT4"),
+        ("t,FT4", "t [s],FT4 [gpm]"),
+        ("t,FT4\ns,gpm", "t,FT4\n[s],[gpm]"),
+        ("t [min],FT4 [gpm]\ns,gpm", "t [min],FT4 [gpm]\ns,gpm"),
+        // A remark.
+        ("t [s],FT4 [gpm]", ",FT4 [l/min]"),
+    ] {
+        let text = format!("{first}\n0,1\n1,2\n2,3\n{second}\n3,4\n4,5\n");
+        let (_, table) = said(&text).unwrap();
+        assert_eq!(values(&table, "FT4").len(), 5, "{second}");
+    }
+}
+
+#[test]
+fn a_row_with_a_word_in_each_column_keeps_its_place() {
+    let bad = "Bad Input,Bad Input\n";
+    let table = read(&format!(
+        "FT1,PT1\ngpm,bar\n700,98\n{bad}{bad}702,100\n703,101\n{bad}"
+    ));
+    assert_same(values(&table, "FT1"), &[700.0, NAN, NAN, 702.0, 703.0]);
+    let told = issue(&table, IssueKind::Skipped);
+    assert_eq!(told.place, "line 4");
+    assert!(
+        told.message.starts_with("3 rows with words in all columns"),
+        "{told}"
+    );
+    // Remarks, comments, units and names are none.
+    for remark in ["Connection made,", "# pause,x", "gpm,bar", "FT1,PT1"] {
+        let table = read(&format!("FT1,PT1\ngpm,bar\n700,98\n{remark}\n702,100\n"));
+        assert_same(values(&table, "FT1"), &[700.0, 702.0]);
+    }
+}
+
+#[test]
+fn a_date_written_with_midnight_is_the_date_of_the_clock_beside_it() {
+    for date in [
+        "2024-10-22 00:00:00",
+        "2024-10-22T00:00:00",
+        "22.10.2024 00:00",
+    ] {
+        let rows: String = (0..3)
+            .map(|s| format!("{date},15:27:0{s},70{s}\n"))
+            .collect();
+        let table = read(&format!("DATE,TIME,FT4\n,,gpm\n{rows}"));
+        assert_eq!(tags(&table), ["TIME", "FT4"]);
+        assert_same(values(&table, "TIME"), &[0.0, 1.0, 2.0]);
+        assert_eq!(table.origin.as_deref(), Some("2024-10-22T15:27:00-00:00"));
+    }
+    // A stamp in full is no such date.
+    let table =
+        read("when,TIME,a\n2024-10-22 15:00:00,15:27:00,1\n2024-10-22 15:00:01,15:27:01,2\n");
+    assert_eq!(tags(&table), ["when", "TIME", "a"]);
+    assert_same(values(&table, "when"), &[0.0, 1.0]);
+}
+
+#[test]
+fn a_date_that_stays_does_not_keep_a_clock_from_passing_midnight() {
+    let table = read(
+        "Spud Date,Time,a\n2024-10-01,23:59:58,1\n2024-10-01,23:59:59,2\n2024-10-01,00:00:00,3\n2024-10-01,00:00:01,4\n",
+    );
+    assert_same(values(&table, "Time"), &[0.0, 1.0, 2.0, 3.0]);
+    // A date that comes a row late.
+    let table = read(
+        "Date,Time,a\n2024-10-01,23:59:59,1\n2024-10-01,00:00:00,2\n2024-10-02,00:00:01,3\n2024-10-02,23:00:00,4\n",
+    );
+    assert_same(values(&table, "Time"), &[0.0, 1.0, 2.0, 82_801.0]);
+    // From the newest row to the oldest, with a gap of more than half a day.
+    let table = read(
+        "Date,Time,a\n2024-10-02,20:00:02,1\n2024-10-02,20:00:01,2\n2024-10-02,06:00:00,3\n2024-10-01,20:00:00,4\n",
+    );
+    assert_same(values(&table, "Time"), &[0.0, -1.0, -50_402.0, -86_402.0]);
+}
+
+#[test]
+fn a_number_cut_off_at_the_end_is_no_value_and_a_missing_line_end_is_no_fault() {
+    let row = |i: u32| format!("{i},{}.{}\n", 700 + i, i % 10);
+    let text = |rows: u32| -> String { (0..rows).map(row).collect() };
+    let read = |text: &str| read(&format!("t,FT1\ns,gpm\n{text}"));
+    for part in ["200,90", "200,900", "200,900.", "200,9"] {
+        let table = read(&format!("{}{part}", text(200)));
+        assert_eq!(values(&table, "t")[200], 200.0);
+        assert!(values(&table, "FT1")[200].is_nan(), "{part}");
+        assert_eq!(issue(&table, IssueKind::Truncated).place, "line 203");
+    }
+    // Whole; ended by a line end; of few rows; and of numbers in their shortest form.
+    let shortest = text(200).replace(".0\n", "\n");
+    for sound in [
+        format!("{}200,900.5", text(200)),
+        format!("{}200,900\n", text(200)),
+        format!("{}20,900", text(20)),
+        format!("{shortest}200,900"),
+    ] {
+        let table = read(&sound);
+        assert!(table.issues.is_empty(), "{:?}", table.issues);
+        assert!(values(&table, "FT1").iter().all(|v| v.is_finite()));
+    }
+}

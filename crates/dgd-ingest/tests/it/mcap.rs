@@ -429,3 +429,51 @@ fn a_log_written_by_another_library_is_read() {
     assert_eq!(unit(&table, "FT4"), Some("gpm"));
     assert_eq!(table.origin.as_deref(), Some("2014-10-07T00:00:00Z"));
 }
+
+#[test]
+fn a_second_column_of_a_name_gets_another_and_it_is_told() {
+    let mut log = Log::new(WriteOptions::new());
+    let rig = log.channel("/rig", "json", "");
+    let pump = log.channel("/rig/pump", "json", "");
+    for i in 0..3 {
+        log.write(rig, i * SECOND, r#"{"pump":{"speed":50}}"#);
+        log.write(pump, i * SECOND, r#"{"speed":99}"#);
+    }
+    let table = table_of(&log.bytes()).unwrap();
+    assert_same(values(&table, "rig.pump.speed"), &[50.0; 3]);
+    assert_same(values(&table, "rig.pump.speed_2"), &[99.0; 3]);
+    assert_eq!(issue(&table, IssueKind::Renamed).place, "column 3");
+    // Of one topic, which is read in blocks too.
+    let mut log = Log::new(WriteOptions::new());
+    let rig = log.channel("/rig", "json", "");
+    log.write(rig, 0, r#"{"t":7,"rig.t":8}"#);
+    let bytes = log.bytes();
+    let whole = table_of(&bytes).unwrap();
+    assert_same(values(&whole, "rig.t_2"), &[8.0]);
+    let (options, limits) = Default::default();
+    let opened = dgd_ingest::BlockReader::open(Cursor::new(bytes), &options, limits).unwrap();
+    let dgd_ingest::Opened::Blocks(blocks) = opened else {
+        panic!("one topic in order");
+    };
+    assert_eq!(blocks.head().issues, whole.issues);
+    assert_eq!(blocks.head().columns[2].tag, "rig.t_2");
+}
+
+#[test]
+fn messages_that_are_nobodys_nearest_are_counted() {
+    let mut log = Log::new(WriteOptions::new());
+    let slow = log.channel("/slow", "json", "");
+    let fast = log.channel("/fast", "json", "");
+    // Long at 1 Hz, beside two seconds at 50 Hz.
+    for i in 0..200_u64 {
+        log.write(slow, i * SECOND, &format!(r#"{{"a": {i}}}"#));
+    }
+    for i in 0..101_u64 {
+        log.write(fast, i * SECOND / 50, &format!(r#"{{"b": {i}}}"#));
+    }
+    let table = table_of(&log.bytes()).unwrap();
+    assert_same(&values(&table, "fast.b")[..4], &[0.0, 50.0, 100.0, NAN]);
+    let told = issue(&table, IssueKind::Crowded);
+    assert_eq!(told.place, "topic `/fast`");
+    assert!(told.message.starts_with("98 of its 101 messages"), "{told}");
+}

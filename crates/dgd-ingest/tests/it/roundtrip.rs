@@ -1,9 +1,9 @@
 //! What `dgd-export` writes comes back to the last bit.
 
 use crate::{assert_same, table_of, unit, values};
-use dgd_export::{CsvOptions, McapOptions, write_csv, write_mcap};
+use dgd_export::{CsvOptions, McapOptions, write_csv, write_mat5, write_mat73, write_mcap};
 use dgd_ingest::{BlockOptions, BlockReader, Opened, ReadOptions};
-use dgd_recording::{Column, Table};
+use dgd_recording::{Column, IssueKind, Table};
 use std::io::Cursor;
 
 fn csv(table: &Table) -> Vec<u8> {
@@ -164,4 +164,91 @@ fn single_columns_with_holes_keep_their_rows() {
             &values,
         );
     }
+}
+
+#[test]
+fn names_that_differ_in_case_alone_keep_their_units_in_mat_files() {
+    let column = |tag: &str, unit: Option<&str>| Column {
+        tag: tag.into(),
+        unit: unit.map(Into::into),
+        values: vec![0.0, 1.0],
+    };
+    for (small, large) in [
+        (Some("s"), Some("degC")),
+        (Some("s"), None),
+        (None, Some("degC")),
+    ] {
+        let table = Table {
+            columns: vec![column("t", small), column("T", large)],
+            ..Table::default()
+        };
+        let mut old = Vec::new();
+        write_mat5(&table, "rig", &mut old).unwrap();
+        for bytes in [old, write_mat73(&table, "rig").unwrap()] {
+            let found = table_of(&bytes).unwrap();
+            assert_eq!((unit(&found, "t"), unit(&found, "T")), (small, large));
+        }
+    }
+}
+
+#[test]
+fn rows_without_a_value_keep_their_place_in_text() {
+    let column = |tag: &str, unit: Option<&str>| Column {
+        tag: tag.into(),
+        unit: unit.map(Into::into),
+        values: vec![f64::NAN, f64::NAN, 1.5, f64::NAN, 2.5, f64::NAN],
+    };
+    for unit in [Some("gpm"), None] {
+        let table = Table {
+            columns: vec![column("FT1", unit), column("FT4", unit)],
+            ..Table::default()
+        };
+        assert_equal(&table_of(&csv(&table)).unwrap(), &table);
+    }
+}
+
+#[test]
+fn log_nulls_are_missing_and_told_in_every_format() {
+    let column = |tag: &str, values: &[f64]| Column {
+        tag: tag.into(),
+        unit: None,
+        values: values.to_vec(),
+    };
+    let table = Table {
+        columns: vec![
+            column("t", &[0.0, 1.0, 2.0, 3.0]),
+            column("a", &[1.0, -999.25, -9999.0, -999.0]),
+        ],
+        ..Table::default()
+    };
+    let mut old = Vec::new();
+    write_mat5(&table, "rig", &mut old).unwrap();
+    let new = write_mat73(&table, "rig").unwrap();
+    for bytes in [csv(&table), mcap(&table), old, new] {
+        let found = table_of(&bytes).unwrap();
+        let a = &found.column("a").unwrap().values;
+        assert_same(a, &[1.0, f64::NAN, f64::NAN, -999.0]);
+        let told = crate::issue(&found, IssueKind::UnreadableValue).to_string();
+        assert!(told.contains("`a`") || told.contains("`rig.a`"), "{told}");
+        assert!(told.contains("2 cells with -999.25"), "{told}");
+    }
+}
+
+#[test]
+fn units_of_one_beside_none_come_back_in_text() {
+    let rows = || (0..100).map(f64::from);
+    let column = |tag: &str, unit: Option<&str>, values: Vec<f64>| Column {
+        tag: tag.into(),
+        unit: unit.map(Into::into),
+        values,
+    };
+    let table = Table {
+        columns: vec![
+            column("t", None, rows().collect()),
+            column("valve", Some("1"), rows().map(|i| i / 100.0).collect()),
+            column("p[0]", Some("1"), rows().collect()),
+        ],
+        ..Table::default()
+    };
+    assert_equal(&table_of(&csv(&table)).unwrap(), &table);
 }
