@@ -24,10 +24,10 @@ impl Stamp {
         })
     }
 
-    /// `14:11` is hours and minutes as in ISO 8601; a fraction, or more than 23, speaks against it.
+    /// `14:11` is hours and minutes as in ISO 8601; a fraction, or more than the `24:00` that ends a day, speaks against it.
     pub(super) fn speaks_for_minutes(self) -> bool {
         match self.kind {
-            StampKind::Two { fraction } => fraction || self.ns >= 24 * 60 * NS_PER_S,
+            StampKind::Two { fraction } => fraction || self.ns > 24 * 60 * NS_PER_S,
             _ => false,
         }
     }
@@ -420,8 +420,8 @@ pub(super) struct Clock {
     moves: i64,
     /// Two fields are hours and minutes, not minutes and seconds.
     two_are_hours: bool,
-    /// Whether one of them cannot be hours.
-    met_minutes: bool,
+    /// How many of them cannot be hours.
+    minutes: u64,
     /// Another column has the date, so midnight needs no guess.
     pub(super) dated: bool,
     first: Option<Stamp>,
@@ -439,7 +439,7 @@ impl Clock {
     /// Seconds from the first stamp of the column.
     pub(super) fn seconds(&mut self, stamp: Stamp) -> f64 {
         let hours = matches!(stamp.kind, StampKind::Two { .. }) && self.two_are_hours;
-        self.met_minutes |= stamp.speaks_for_minutes();
+        self.minutes += u64::from(stamp.speaks_for_minutes());
         let mut ns = if hours { stamp.ns * 60 } else { stamp.ns };
         let period_s = match stamp.kind {
             StampKind::Clock => S_PER_DAY,
@@ -475,9 +475,9 @@ impl Clock {
         ns.saturating_sub(first_ns) as f64 / 1e9
     }
 
-    /// Whether a stamp was minutes and seconds for certain.
+    /// Whether stamps were minutes and seconds for certain; one alone may be a slip.
     pub(super) fn met_minutes(&self) -> bool {
-        self.met_minutes
+        self.minutes > 1
     }
 
     /// Nanoseconds and whether the zone is known, if the first stamp has a date and a time of day.

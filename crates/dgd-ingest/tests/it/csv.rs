@@ -864,23 +864,6 @@ fn minutes_above_23_far_down_tell_that_two_fields_are_minutes_and_seconds() {
 }
 
 #[test]
-fn words_in_ten_thousand_columns_are_no_work() {
-    let row = |cell: &dyn Fn(usize) -> String| -> String {
-        let cells: Vec<String> = (0..10_000).map(cell).collect();
-        cells.join(",") + "\n"
-    };
-    let names = row(&|i| format!("name{i}"));
-    let numbers = row(&|i| i.to_string());
-    let words = row(&|i| format!("x{i}"));
-    let text = format!("{names}{}{}", numbers.repeat(60), words.repeat(20));
-    let begun = std::time::Instant::now();
-    let table = read(&text);
-    assert_eq!(values(&table, "name9999")[1], 9999.0);
-    // Each word against each name: minutes without optimisation.
-    assert!(begun.elapsed().as_secs() < 20, "{:?}", begun.elapsed());
-}
-
-#[test]
 fn a_second_header_with_another_unit_is_refused_with_its_line() {
     let said = |text: &str| {
         let options = dgd_ingest::ReadOptions::default();
