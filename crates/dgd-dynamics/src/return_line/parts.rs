@@ -211,6 +211,10 @@ impl<const KIND: u8, V: Vector> Going<KIND, V> {
         let running = self.status == Status::Finished && (to > 0 || (last && !self.started));
         let taken = if running { self.system.take() } else { None };
         let Some((system, parts)) = taken else {
+            if self.status == Status::Finished && !self.started {
+                // The whole of it comes again, and more.
+                self.reached_s = Some(time[0]);
+            }
             let nothing = Trajectory {
                 dimension: self.dimension,
                 times: Vec::new(),

@@ -172,6 +172,26 @@ proptest! {
     }
 }
 
+#[test]
+fn a_part_of_which_nothing_was_written_comes_again_from_its_first_sample() {
+    let mut parts = LineParts::coupled(&line(), START, &SimulationOptions::default()).unwrap();
+    // Inputs that do not bend may go on as they are: nothing is decided yet.
+    let still = ([0.05; 3], [60.0; 3]);
+    let first = parts
+        .add(&[0.0, 1.0, 2.0], &still.0, &still.1, false)
+        .unwrap();
+    assert_eq!(first.time_s, [] as [f64; 0]);
+    assert!(
+        parts
+            .add(&[500.0, 501.0, 502.0], &still.0, &still.1, true)
+            .is_err()
+    );
+    let again = parts
+        .add(&[0.0, 1.0, 2.0], &still.0, &still.1, true)
+        .unwrap();
+    assert_eq!(again.time_s, [0.0, 1.0, 2.0]);
+}
+
 /// A part goes on from the sample that was written last, and nothing comes behind the last one.
 #[test]
 fn parts_that_do_not_join_are_refused_and_leave_nothing_behind() {
