@@ -442,7 +442,10 @@ mod tests {
             }
         }
         // What is no number has none.
-        let lost = plain([f64::NAN, -0.25, 0.75], [0.0, 0.125, 0.125]);
+        let lost = Scaled {
+            b: [f64::NAN, -0.25, 0.75],
+            ..problem
+        };
         assert!(lost.polish(&pointing(right)).is_none());
     }
 }
