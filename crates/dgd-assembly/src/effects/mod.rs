@@ -85,6 +85,7 @@ mod unseen_brim;
 mod viscosity_derating;
 mod vortex;
 
+// Those of a component act in this order: along the way of the signal, from the quantity to what is shown of it, and from the command to what it does.
 static ALL: &[&dyn Effect] = &[
     // Tanks.
     &overflow_caught::This,
@@ -106,10 +107,10 @@ static ALL: &[&dyn Effect] = &[
     &flow_threshold::This,
     &backflow_stop::This,
     &reynolds_coefficient::This,
-    &opening_characteristic::This,
-    &opening_lag::THIS,
     &opening_play::THIS,
     &opening_stiction::This,
+    &opening_lag::THIS,
+    &opening_characteristic::This,
     &opening_leak::This,
     &choking::This,
     // What adds to the pressure comes after what multiplies the friction.
@@ -128,15 +129,15 @@ static ALL: &[&dyn Effect] = &[
     &static_head_error::This,
     &column_drift::This,
     // Centrifugal pumps.
+    &speed_lag::THIS,
+    &speed_offset::This,
+    &speed_drift::This,
     &affinity_exponent::This,
     &internal_leakage::This,
     &pump_wear::This,
     &gas_head_loss::This,
     &viscosity_derating::This,
-    &speed_lag::THIS,
     &cavitation::This,
-    &speed_offset::This,
-    &speed_drift::This,
     // Displacement pumps.
     &pump_slip::This,
     &pump_turbulent_slip::This,
@@ -159,19 +160,19 @@ static ALL: &[&dyn Effect] = &[
     &inflow_drift::This,
     &boundary_lag::THIS,
     // Instruments.
+    &reading_delay::This,
+    &reading_lag::This,
+    &reading_backlash::This,
+    &reading_curvature::This,
     &reading_gain::This,
     &reading_offset::This,
-    &reading_clipping::This,
-    &reading_lag::This,
-    &reading_delay::This,
     &reading_drift::This,
-    &reading_quantisation::This,
-    &reading_curvature::This,
-    &reading_backlash::This,
     &low_flow_cutoff::This,
+    &reading_clipping::This,
+    &reading_quantisation::This,
 ];
 
-/// Every effect, in the order of the catalogue.
+/// Every effect, in the order of the catalogue, in which those of a component act.
 #[must_use]
 pub fn all() -> &'static [&'static dyn Effect] {
     ALL

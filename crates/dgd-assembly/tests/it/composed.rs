@@ -124,6 +124,80 @@ fn what_adds_to_the_pressure_is_not_multiplied_with_the_friction_in_any_order() 
 }
 
 #[test]
+fn a_reading_is_bent_before_its_zero_is_off_and_cut_off_after_both() {
+    let written = ["reading_clipping", "reading_offset", "reading_curvature"];
+    let dull = written.iter().fold(parse(FED_TANK), |a, effect| {
+        let free = match *effect {
+            "reading_clipping" => &["limit"][..],
+            "reading_offset" => &["offset"],
+            _ => &["bow"],
+        };
+        a.with_effect("level", effect, free).unwrap()
+    });
+    let time = clock(50, 1.0);
+    let flow = steps(50, 50, 0.0, 0.0);
+    let window = window(&dull, &[("t", &time), ("q", &flow)]);
+    let read = |offset: f64, bow: f64, limit: f64| {
+        let values = [
+            ("level.reading_offset.offset", offset),
+            ("level.reading_curvature.bow", bow),
+            ("level.reading_clipping.limit", limit),
+        ];
+        let run = dull.simulate(&theta(&dull, &values), &window, 0, &tight());
+        run.unwrap().outputs[0].clone()
+    };
+    let plain = read(0.0, 0.0, 1.0);
+    let bent = read(0.0, 0.2, 1.0);
+    let all = read(0.03, 0.2, 0.1);
+    for i in 0..50 {
+        assert!((all[i] - (bent[i] + 0.03).min(0.1)).abs() < 1e-12);
+    }
+    // All three did something.
+    assert!(apart(&plain, &bent) > 1e-3);
+    assert!(all[0] == 0.1 && all[49] < 0.1);
+}
+
+#[test]
+fn a_valve_is_late_before_its_opening_tells() {
+    let text = r#"
+        connections = ["high -> valve -> low"]
+        [components]
+        high = { kind = "boundary", pressure = 3e5 }
+        low = { kind = "boundary", pressure = 1e5 }
+        valve = { kind = "valve", loss_coefficient = 5.0, area = 2e-4 }
+        flow = { kind = "instrument", measures = "flow", of = "valve" }
+        [inputs]
+        "valve.opening" = { channel = "z", between = "held" }
+    "#;
+    let late = parse(text)
+        .with_effect("valve", "opening_characteristic", &["exponent"])
+        .and_then(|a| a.with_effect("valve", "opening_lag", &["tau"]))
+        .unwrap();
+    let time = clock(100, 1.0);
+    let opening: Vec<f64> = time
+        .iter()
+        .map(|t| if *t < 1.0 { 0.25 } else { 1.0 })
+        .collect();
+    let window = window(&late, &[("t", &time), ("z", &opening)]);
+    let values = [
+        ("valve.opening_characteristic.exponent", 1.0),
+        ("valve.opening_lag.tau", 20.0),
+    ];
+    let run = late.simulate(&theta(&late, &values), &window, 0, &tight());
+    let flow = &run.unwrap().outputs[0];
+    // The stem is on its way from a quarter to all; the flow goes with its square.
+    for i in [1, 21, 61] {
+        let stem = 1.0 - 0.75 * (-(time[i] - 1.0) / 20.0).exp();
+        let expected = (stem / 0.25).powi(2);
+        assert!(
+            (flow[i] / flow[0] - expected).abs() < 1e-3 * expected,
+            "{i}: {}",
+            flow[i] / flow[0]
+        );
+    }
+}
+
+#[test]
 fn what_leaves_a_heavy_chain_goes_by_the_pressures_of_its_own_moment() {
     let text = r#"
         connections = ["high -> suction -> main -> low"]
@@ -383,11 +457,11 @@ fn effects_of_an_instrument_count_from_the_zero_of_its_unit() {
         .with_effect("gauge", "reading_gain", &["excess"])
         .unwrap();
     assert!(apart(&read(&high, &[0.1]), &[0.0, 1.1]) < 1e-12);
-    let cut = parse(text).with_effect("gauge", "low_flow_cutoff", &[]);
-    // Where the effect has a place at all.
-    if let Ok(cut) = cut {
-        assert!(apart(&read(&cut, &[]), &[0.0, 1.0]) < 1e-12);
-    }
+    let cut = parse(text)
+        .with_effect("gauge", "low_flow_cutoff", &["cutoff"])
+        .unwrap();
+    assert_eq!(read(&cut, &[1.5e5]), [0.0, 0.0]);
+    assert!(apart(&read(&cut, &[0.5e5]), &[0.0, 1.0]) < 1e-12);
     let topped = parse(text)
         .with_effect("gauge", "reading_clipping", &["limit"])
         .unwrap();

@@ -178,7 +178,7 @@ pub(super) fn percent_interval((low, high): (f64, f64)) -> String {
     format!("{} to {high}", low.trim_end_matches("\u{a0}%"))
 }
 
-/// A change in per cent with its sign, of what became so many times as large less one.
+/// A relative change in per cent, with its sign.
 pub(super) fn percent_change(share: f64) -> String {
     match share {
         s if s > 0.0 => format!("+{}", percent(s)),

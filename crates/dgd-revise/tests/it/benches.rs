@@ -361,7 +361,25 @@ test.channels = { u = "uv", z = "zv", q = "qv", p = "pv" }
     run(text, &columns)
 }
 
-/// Standpipe pressure over depth: bit and string, and a loss in proportion to the flow that the description leaves out:
+/// Standpipe pressure over depth: bit and string. Its last table is `[record]`.
+pub(crate) const WELL: &str = r#"
+independent = "depth"
+connections = ["pump -> string -> bit -> atmosphere"]
+[components]
+pump = { kind = "boundary" }
+string = { kind = "line", quadratic = 0.0 }
+bit = { kind = "orifice", discharge_coefficient = 0.95 }
+standpipe = { kind = "instrument", measures = "pressure", of = "string.inlet", channel = "p" }
+[inputs]
+"pump.flow" = { channel = "q" }
+"string.quadratic" = { channel = "resistance" }
+[free]
+"bit.area" = { start = 5e-4, low = 1e-4, high = 2e-3 }
+[record]
+time = "depth"
+"#;
+
+/// [`WELL`] with a loss in proportion to the flow that the description leaves out:
 /// `loss` at 30 l/s above `from`, `below` beneath it. The deepest 30 % are held out.
 pub(crate) fn well(loss: f64, below: f64, from: f64, n: usize) -> Revision {
     let depth: Vec<f64> = (0..n)
@@ -378,27 +396,10 @@ pub(crate) fn well(loss: f64, below: f64, from: f64, n: usize) -> Revision {
         5e3,
         22,
     );
-    let text = r#"
-independent = "depth"
-connections = ["pump -> string -> bit -> atmosphere"]
-[components]
-pump = { kind = "boundary" }
-string = { kind = "line", quadratic = 0.0 }
-bit = { kind = "orifice", discharge_coefficient = 0.95 }
-standpipe = { kind = "instrument", measures = "pressure", of = "string.inlet", channel = "p" }
-[inputs]
-"pump.flow" = { channel = "q" }
-"string.quadratic" = { channel = "resistance" }
-[free]
-"bit.area" = { start = 5e-4, low = 1e-4, high = 2e-3 }
-[record]
-time = "depth"
-train.windows = [[0.0, 1500.0]]
-test.windows = [[1500.5, 1e9]]
-"#;
+    let parts = "train.windows = [[0.0, 1500.0]]\ntest.windows = [[1500.5, 1e9]]";
     let resistance: Vec<f64> = depth.iter().map(|d| 2.0e6 * d).collect();
     run(
-        text,
+        &format!("{WELL}{parts}"),
         &[
             ("depth", &depth),
             ("q", &q),

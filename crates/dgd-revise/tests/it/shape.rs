@@ -1,6 +1,6 @@
 //! What holds whatever the bench.
 
-use crate::benches::{noisy, steps};
+use crate::benches::{Draws, WELL, noisy, run, steps, told};
 use dgd_assembly::{Assembly, Record};
 use dgd_revise::{Options, ReviseError, Revision, Verdict, revise};
 
@@ -86,6 +86,43 @@ fn a_record_in_twice_the_unit_gives_the_same_names_and_numbers() {
         assert!((2.0 * a.value - b.value).abs() < 1e-3, "{a:?} {b:?}");
     }
     assert!((2.0 * first.outputs[0].test.1 - second.outputs[0].test.1).abs() < 1e-5);
+}
+
+#[test]
+fn the_rows_of_a_relation_may_stand_in_any_order() {
+    const N: usize = 300;
+    for seed in 1..=2 {
+        let mut draws = Draws::new(seed);
+        let mut wander = 0.0;
+        let rows: Vec<[f64; 4]> = (0..N)
+            .map(|i| {
+                let depth = 100.0 + 2000.0 * i as f64 / N as f64;
+                let q = 0.01 + 0.03 * draws.unit();
+                // An error that changes slowly along the depth.
+                wander = 0.97 * wander + 3e3 * draws.normal();
+                let bit = 500.0 * q * q / (0.95_f64 * 4e-4).powi(2);
+                let pressure = 101_325.0 + 2e6 * depth * q * q + bit + wander;
+                [depth, q, 2e6 * depth, pressure + 1e3 * draws.normal()]
+            })
+            .collect();
+        let told_of = |rows: &[[f64; 4]]| {
+            let [depth, q, resistance, p] = [0, 1, 2, 3].map(|k| {
+                let column: Vec<f64> = rows.iter().map(|row| row[k]).collect();
+                column
+            });
+            let columns = [
+                ("depth", &*depth),
+                ("q", &*q),
+                ("resistance", &*resistance),
+                ("p", &*p),
+            ];
+            told(&run(WELL, &columns))
+        };
+        let ascending = told_of(&rows);
+        // Steps that have no factor in common with the number of rows.
+        let shuffled: Vec<[f64; 4]> = (0..N).map(|i| rows[(i * 119 + 7) % N]).collect();
+        assert_eq!(told_of(&shuffled), ascending, "{seed}");
+    }
 }
 
 #[test]

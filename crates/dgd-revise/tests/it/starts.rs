@@ -1,6 +1,6 @@
 //! A tank whose level starts where its gauge reads: the reading is noisy, and the level may be another when the held-out part begins.
 
-use crate::benches::{Draws, names, noisy, rk4, run, told};
+use crate::benches::{names, noisy, rk4, run, told};
 use dgd_revise::Verdict;
 
 /// A tank that a pump keeps emptying; without `[initial]`, so that the gauge says where the level starts.
@@ -79,58 +79,5 @@ fn a_late_pump_is_named_though_the_tank_was_topped_up_between_the_parts() {
             "{topped}: {}",
             told(&found)
         );
-    }
-}
-
-#[test]
-fn the_rows_of_a_relation_may_stand_in_any_order() {
-    let text = r#"
-        independent = "depth"
-        connections = ["pump -> string -> bit -> atmosphere"]
-        [components]
-        pump = { kind = "boundary" }
-        string = { kind = "line", quadratic = 0.0 }
-        bit = { kind = "orifice", discharge_coefficient = 0.95 }
-        standpipe = { kind = "instrument", measures = "pressure", of = "string.inlet", channel = "p" }
-        [inputs]
-        "pump.flow" = { channel = "q" }
-        "string.quadratic" = { channel = "resistance" }
-        [free]
-        "bit.area" = { start = 5e-4, low = 1e-4, high = 2e-3 }
-        [record]
-        time = "depth"
-    "#;
-    const N: usize = 300;
-    for seed in 1..=2 {
-        let mut draws = Draws::new(seed);
-        let mut wander = 0.0;
-        let rows: Vec<[f64; 4]> = (0..N)
-            .map(|i| {
-                let depth = 100.0 + 2000.0 * i as f64 / N as f64;
-                let q = 0.01 + 0.03 * draws.unit();
-                // An error that changes slowly along the depth.
-                wander = 0.97 * wander + 3e3 * draws.normal();
-                let bit = 500.0 * q * q / (0.95_f64 * 4e-4).powi(2);
-                let pressure = 101_325.0 + 2e6 * depth * q * q + bit + wander;
-                [depth, q, 2e6 * depth, pressure + 1e3 * draws.normal()]
-            })
-            .collect();
-        let told_of = |rows: &[[f64; 4]]| {
-            let [depth, q, resistance, p] = [0, 1, 2, 3].map(|k| {
-                let column: Vec<f64> = rows.iter().map(|row| row[k]).collect();
-                column
-            });
-            let columns = [
-                ("depth", &*depth),
-                ("q", &*q),
-                ("resistance", &*resistance),
-                ("p", &*p),
-            ];
-            told(&run(text, &columns))
-        };
-        let ascending = told_of(&rows);
-        // Steps that have no factor in common with the number of rows.
-        let shuffled: Vec<[f64; 4]> = (0..N).map(|i| rows[(i * 119 + 7) % N]).collect();
-        assert_eq!(told_of(&shuffled), ascending, "{seed}");
     }
 }
