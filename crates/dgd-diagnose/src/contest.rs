@@ -424,28 +424,53 @@ pub(crate) fn sustained(
 pub(crate) const SEEN: f64 = 0.03;
 const SEEN_BESIDES: f64 = 3.0;
 
-/// Whether what is there from some time on was not there before: always there, it would explain less.
+/// Whether what is there from some time on was not there before: always there, it would explain less. It owes no more than half of what
+/// it would have done before, which may be little or nothing: mud is lost only above the fracture pressure.
 pub(crate) fn sets_in(record: &Record, gate: &Tangent, state: &[Applied], c: &Candidate) -> bool {
-    always(record, gate, state, c)
-        .is_none_or(|always| (1.0 - SEEN) * c.evidence > always.evidence + SEEN_BESIDES)
+    always(record, gate, state, c).is_none_or(|always| {
+        let before = apart(&always, c) / always.energy;
+        let owed = SEEN.min(0.5 * before) * c.evidence + SEEN_BESIDES;
+        c.evidence > always.evidence + owed || quiet_at_first(record, gate, state, &always)
+    })
 }
 
 /// Share of what an effect that sets in half-way through the recording explains that it would explain without an onset as well; 0 for
 /// effects that do not set in, or pass.
 pub(crate) fn before(record: &Record, gate: &Tangent, state: &[Applied], c: &Candidate) -> f64 {
-    let shared = |always: Candidate| {
-        let (from, to) = record.setting.span_s;
-        let mut middle = c.applied.clone();
-        if let Some(onset) = middle.effect.about().onset() {
-            middle.parameters[onset] = 0.5 * (from + to);
-        }
-        let middle = weigh(record, gate, state, middle);
-        let both = dot(&always.signature, &middle.signature);
-        both * both / (always.energy * middle.energy)
-    };
-    let share = always(record, gate, state, c).map_or(0.0, shared);
+    let share = always(record, gate, state, c)
+        .filter(|always| !quiet_at_first(record, gate, state, always))
+        .map_or(0.0, |always| {
+            let middle = weigh(record, gate, state, setting_in(record, &always, 0.5));
+            let both = dot(&always.signature, &middle.signature);
+            both * both / (always.energy * middle.energy)
+        });
     // From the start it may do nothing at all.
     if share.is_finite() { share } else { 0.0 }
+}
+
+/// The same effect, set in after a share of the recording.
+fn setting_in(record: &Record, c: &Candidate, share: f64) -> Applied {
+    let (from, to) = record.setting.span_s;
+    let mut later = c.applied.clone();
+    if let Some(onset) = later.effect.about().onset() {
+        later.parameters[onset] = from + share * (to - from);
+    }
+    later
+}
+
+/// Whether what is always there does nothing over a good part of the recording, at its start.
+fn quiet_at_first(record: &Record, gate: &Tangent, state: &[Applied], always: &Candidate) -> bool {
+    /// Share of the recording that must pass, and of what is explained that it may then cost. Set by hand.
+    const QUIET: f64 = 0.2;
+    const NOTHING: f64 = 1e-6;
+    let later = weigh(record, gate, state, setting_in(record, always, QUIET));
+    apart(always, &later) <= NOTHING * always.energy
+}
+
+/// Square of what two candidates' signatures differ by.
+fn apart(a: &Candidate, b: &Candidate) -> f64 {
+    let pairs = a.signature.iter().zip(&b.signature);
+    pairs.map(|(a, b)| (a - b).powi(2)).sum()
 }
 
 /// A candidate that sets in and stays, weighed as if it had been there from the start; `None` for others.

@@ -149,6 +149,7 @@ pub(crate) fn model(
         speed_range_pct: range(&speeds),
         ratio_range: range(&ratios),
         span_s: Some(record.setting.span_s),
+        inlet_range_pa: Some(record.setting.inlet_range_pa),
         // What is early has no part in a run: nothing tells what is to come.
         effects: (state.iter())
             .filter(|a| !(a.allowance && a.parameters[0] < 0.0))

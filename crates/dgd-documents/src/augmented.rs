@@ -36,6 +36,9 @@ pub(crate) fn write_augmented(text: &mut String, model: &AugmentedModel) -> std:
     if let Some(span) = model.span_s {
         writeln!(text, "span_s = {}", range(span))?;
     }
+    if let Some(inlet) = model.inlet_range_pa {
+        writeln!(text, "inlet_range_pa = {}", range(inlet))?;
+    }
     if model.effects.is_empty() {
         return writeln!(text, "effects = []");
     }
@@ -106,10 +109,11 @@ pub(crate) fn read_augmented(section: &Section<'_, '_>) -> Option<AugmentedModel
         None
     };
     let (speed_range_pct, ratio_range) = (range("speed_range_pct"), range("ratio_range"));
-    let span_s = match section.get("span_s") {
-        Some(_) => range("span_s").map(Some),
+    let optional = |key| match section.get(key) {
+        Some(_) => range(key).map(Some),
         None => Some(None),
     };
+    let (span_s, inlet_range_pa) = (optional("span_s"), optional("inlet_range_pa"));
     let effects = read_effects(section);
     section.warn_of_unread();
     Some(AugmentedModel {
@@ -124,6 +128,7 @@ pub(crate) fn read_augmented(section: &Section<'_, '_>) -> Option<AugmentedModel
         speed_range_pct: speed_range_pct?,
         ratio_range: ratio_range?,
         span_s: span_s?,
+        inlet_range_pa: inlet_range_pa?,
         effects: effects?,
     })
 }

@@ -44,6 +44,9 @@ pub struct AugmentedModel {
     /// Start and end of the recording that it was identified on, s: what grows over a recording grew over this one.
     /// The recording that it runs on, if none.
     pub span_s: Option<(f64, f64)>,
+    /// [`Setting::inlet_range_pa`] of the recording that it was identified on, Pa absolute: shares of a range are of this one.
+    /// The recording that it runs on, if none.
+    pub inlet_range_pa: Option<(f64, f64)>,
     /// Effects that act.
     pub effects: Vec<AppliedEffect>,
 }
@@ -107,9 +110,11 @@ pub struct CarriedOver {
 }
 
 impl AugmentedModel {
-    /// Takes the effects to a later recording, which begins at `from_s` of its own clock: what set in and had no end acts from there on,
-    /// and what lasted for a while is over. An id that the catalogue does not hold stays as it is.
-    pub fn carry_over(&mut self, from_s: f64) -> CarriedOver {
+    /// Takes the effects to a later recording, of this setting: what set in and had no end acts from its start on, what lasted for a while is
+    /// over, and a pressure stays that pressure. An id that the catalogue does not hold stays as it is.
+    pub fn carry_over(&mut self, setting: &Setting) -> CarriedOver {
+        let from_s = setting.span_s.0;
+        let range_pa = self.inlet_range_pa.replace(setting.inlet_range_pa);
         let mut carried = CarriedOver::default();
         // Before the span that the model was identified on, and so before anything of it that takes time.
         let before_s = self.span_s.map_or(from_s, |(begins, _)| from_s.min(begins));
@@ -125,6 +130,11 @@ impl AugmentedModel {
             };
             if effect.grown(&one.parameters, 1.0).is_some() {
                 carried.growing.push(about.id);
+            }
+            let here = setting.inlet_range_pa;
+            if let Some(p) = range_pa.and_then(|there| effect.ranged(&one.parameters, there, here))
+            {
+                one.parameters = p;
             }
             if passes {
                 carried.over.push(about.id);

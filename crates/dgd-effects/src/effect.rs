@@ -229,6 +229,12 @@ pub trait Effect: Send + Sync {
         None
     }
 
+    /// Parameters that say the same on a recording whose inlet pressure has the range `to`, Pa absolute, instead of `from`; `None` where that
+    /// range does not enter.
+    fn ranged(&self, _parameters: &[f64], _from: (f64, f64), _to: (f64, f64)) -> Option<Vec<f64>> {
+        None
+    }
+
     /// What would show the same if not the rig were at fault but the description of its well, or what is logged, where there is such a thing:
     /// in words with numbers.
     fn same_as(&self, _parameters: &[f64], _setting: &Setting) -> Option<String> {

@@ -327,6 +327,7 @@ fn documents() -> Outcome<()> {
         speed_range_pct: (20.0, 80.0),
         ratio_range: (0.0, 0.001),
         span_s: None,
+        inlet_range_pa: None,
         effects: effects.collect(),
     };
     let base = Base::WellOnly {

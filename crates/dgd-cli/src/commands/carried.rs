@@ -1,23 +1,24 @@
 //! The effects of a model on another recording than the one that it was identified on.
 
 use dgd_documents::ModelDocument;
-use dgd_effects::AppliedEffect;
+use dgd_effects::{AppliedEffect, Setting};
 use dgd_identify::Prepared;
+use dgd_recording::Well;
 use std::path::{Path, PathBuf};
 
 /// Takes the effects of `document`, read from `model`, to `recordings`, screened as `prepared`, where they are none of those
-/// that it was identified on; says what that makes of effects that set in at some time, and which of them grow.
+/// that it was identified on, of this `well`; says what that makes of effects that set in at some time, and which of them grow.
 pub(super) fn carry_over(
     document: &mut ModelDocument,
     model: &Path,
     recordings: &[PathBuf],
-    prepared: &Prepared,
+    (well, prepared): (&Well, &Prepared),
 ) -> Option<String> {
     let known = document.model()?.data.recordings.clone();
     let another = !known.is_empty() && !recordings.iter().any(|path| is_among(&known, path));
     let augmented = document.augmented.as_mut().filter(|_| another)?;
-    let begins = prepared.recording.time_s.first();
-    let carried = augmented.carry_over(begins.copied().unwrap_or_default());
+    let here = Setting::of(well, &prepared.recording, &prepared.inlet_pressure_pa);
+    let carried = augmented.carry_over(&here);
     let grows = match augmented.span_s {
         Some(_) => "grows here as fast as there",
         None => "grows to its strength here, however long it takes",

@@ -108,7 +108,7 @@ pub(crate) fn carry_out(
     if let (Some(path), Some(mut document)) = (search.model, model) {
         say::warn(
             &mut warnings,
-            carry_over(&mut document, path, &source.recordings, &prepared),
+            carry_over(&mut document, path, &source.recordings, (&well, &prepared)),
         );
         start = effects_here(document, &prepared.recording.time_s);
     }

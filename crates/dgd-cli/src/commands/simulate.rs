@@ -149,7 +149,7 @@ fn whole(job: &Job<'_>, progress: &Progress) -> Result<Done, Failure> {
     let (path, recordings) = (&arguments.model, &source.recordings);
     say::warn(
         &mut warnings,
-        carry_over(&mut document, path, recordings, &prepared),
+        carry_over(&mut document, path, recordings, (well, &prepared)),
     );
     let (run, recording) = match (&document.augmented, &document.base) {
         (Some(model), _) => {

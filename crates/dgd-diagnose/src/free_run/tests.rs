@@ -162,6 +162,7 @@ fn model() -> AugmentedModel {
         speed_range_pct: (50.0, 90.0),
         ratio_range: (1e-4, 1e-3),
         span_s: None,
+        inlet_range_pa: None,
         effects: Vec::new(),
     }
 }

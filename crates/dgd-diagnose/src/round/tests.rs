@@ -980,6 +980,25 @@ fn what_is_as_good_from_the_start_on_does_not_set_in() {
 }
 
 #[test]
+fn what_could_not_have_shown_before_need_not_have_set_in() {
+    let mut record = sound();
+    let (from, to) = record.setting.span_s;
+    let (low, high) = record.setting.inlet_range_pa;
+    // Above the middle of its range in the second half alone.
+    for (p, t) in record.inlet.iter_mut().zip(&record.t_s) {
+        let share = if *t < 0.5 * (from + to) { 0.1 } else { 0.9 };
+        *p = low + share * (high - low);
+    }
+    record.filled.inlet.clone_from(&record.inlet);
+    let gate = Tangent::at(&record, &[], &[], Bend::Lean).unwrap();
+    for (fracture, expected) in [(0.5, true), (-1.0, false)] {
+        let one = one("lost_circulation", &[1e-9, from + 300.0, fracture]);
+        let c = weigh(&record, &gate, &[], one);
+        assert_eq!(sets_in(&record, &gate, &[], &c), expected, "{fracture}");
+    }
+}
+
+#[test]
 fn of_late_meters_one_is_named_and_all_else_may_still_be() {
     let record = sound();
     let storage = || contender("line_gas_storage", &[8.0, 0.0], 100.0, HERE);

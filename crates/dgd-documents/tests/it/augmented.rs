@@ -32,6 +32,7 @@ fn augmented(effects: Vec<AppliedEffect>) -> AugmentedModel {
         speed_range_pct: (20.0, 80.0),
         ratio_range: (0.0, 0.001),
         span_s: None,
+        inlet_range_pa: None,
         effects,
     }
 }
@@ -480,6 +481,8 @@ fn any_augmented() -> impl Strategy<Value = AugmentedModel> {
                     speed_range_pct,
                     ratio_range,
                     span_s,
+                    // Another range than that one.
+                    inlet_range_pa: span_s.map(|(from, to)| (-to, -from)),
                     effects,
                 }
             },

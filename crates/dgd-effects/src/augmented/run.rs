@@ -161,7 +161,7 @@ impl<'a> Line<'a> {
                 altered.advance(&mut state, &moment, inputs.inflow_m3_s(i));
                 acceleration = (state.flow_m3_s - before) / inputs.step_s;
             }
-            state.outlet_pa = if moment.pumping && state.flow_m3_s > 0.0 {
+            state.outlet_pa = if state.flow_m3_s > 0.0 {
                 altered.outlet_pa(state.flow_m3_s, acceleration)
             } else {
                 altered.still_pa
@@ -214,7 +214,9 @@ impl<'a> Altered<'a> {
     fn advance(&self, state: &mut State, moment: &Moment, inflow_m3_s: f64) {
         let c = self.changes;
         let rho = self.line.setting.density_kg_m3;
+        // A pump that coasts still pumps when its set-point has stopped.
         let speed_pct = moment.speed_pct + c.speed_pct;
+        let turns = moment.pumping || speed_pct > STANDING_PCT;
         let steps = (moment.dt_s / LONGEST_STEP_S).ceil().clamp(1.0, MOST_STEPS);
         let dt = moment.dt_s / steps;
         #[allow(
@@ -237,7 +239,7 @@ impl<'a> Altered<'a> {
                         0.0
                     }
             };
-            state.flow_m3_s = if moment.pumping {
+            state.flow_m3_s = if turns {
                 implicit(old, dt, self.inertia, balance)
             } else {
                 0.0

@@ -29,7 +29,7 @@ static ABOUT: About = About {
     component: Component::Tank,
     relation: Relation::ReturnLineFriction,
     equation_without: Some("rho = rho_0"),
-    equation: "V d(rho)/dt = q (rho_c s(t) - rho), s = 1 while drilling; p_in gains (rho - rho_0) g V_column/A",
+    equation: "V d(rho)/dt = q (rho_c s(t) - rho), s = 1 while drilling; p_in gains (rho - rho_0) g V_column/A; p_out gains (rho - rho_0) g L",
     source: "cuttings concentration: Bourgoyne et al. 1986; stirred-tank mixing: Levenspiel 1999",
     excited_by: "connections: between them the load builds up and washes out",
     confusable: &[

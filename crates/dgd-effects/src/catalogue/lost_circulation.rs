@@ -76,6 +76,12 @@ impl Effect for LostCirculation {
         })
     }
 
+    fn ranged(&self, p: &[f64], from: (f64, f64), to: (f64, f64)) -> Option<Vec<f64>> {
+        let fracture = from.0 + p[2] * (from.1 - from.0);
+        let share = (fracture - to.0) / (to.1 - to.0);
+        share.is_finite().then(|| vec![p[0], p[1], share])
+    }
+
     fn is_switch(&self) -> bool {
         true
     }

@@ -33,7 +33,7 @@ static ABOUT: About = About {
         },
         Parameter {
             name: "fade",
-            meaning: "flow at which turbulence has halved it, as a share of the largest",
+            meaning: "flow at which turbulence has halved it, as a share of that at 3.5 m/s in the line",
             role: Role::Shape(&[0.3, 1.0, 10.0, 40.0]),
             low: 0.05,
             high: 100.0,

@@ -1,7 +1,9 @@
 //! The correction without physics: along which quantity, and to what, it is made.
 
 use crate::{close, drive, model, moments, setting};
-use dgd_effects::{Changes, Curve, KNOTS, Moment, Place, Quantity, catalogue, find, unknown};
+use dgd_effects::{
+    Changes, Curve, KNOTS, Moment, Place, Quantity, Setting, catalogue, find, unknown,
+};
 
 /// What a quantity is at a moment.
 type Of = fn(&Moment) -> f64;
@@ -273,7 +275,10 @@ fn on_a_later_recording_an_episode_goes_on_from_its_start_or_is_over() {
     let carried = |times: (f64, Option<f64>)| {
         let curve = Curve::episode(Place::Head, times, -4e4);
         let mut model = model(&[("unknown", &curve.parameters())]);
-        let told = model.carry_over(100.0);
+        let told = model.carry_over(&Setting {
+            span_s: (100.0, 4000.0),
+            ..setting()
+        });
         let left = model
             .effects
             .first()

@@ -1,7 +1,7 @@
 //! The two-state model with effects.
 
-use crate::{AIR_PA, G, RHO, close, model, setting, usual};
-use dgd_effects::{AugmentedModel, FreeRun, Inputs, Setting, UnknownEffect, catalogue};
+use crate::{AIR_PA, G, RHO, close, model, moments, setting, usual};
+use dgd_effects::{AugmentedModel, FreeRun, Inputs, Moment, Setting, UnknownEffect, catalogue};
 
 /// Inputs on an even clock: mud pump and speed as functions of time, booster and topfill shut.
 #[derive(Clone)]
@@ -101,6 +101,27 @@ fn a_step_of_the_only_outlet_transmitter_is_read_whole_and_of_one_of_two_by_half
         let step = [("outlet_pressure_bias_step", &[4e4, 0.0, 1.0][..])];
         close(read(outlets, &step) - read(outlets, &[]), share * 4e4, 1e-6);
     }
+}
+
+#[test]
+fn a_late_pump_coasts_when_its_set_point_stops() {
+    const TAU_S: f64 = 12.0;
+    let mud = |t: f64| if t < 600.0 { Q } else { 0.0 };
+    let set = Drive::new(900, 1.0, mud, |t| if t < 600.0 { W } else { 0.0 });
+    // What the lag makes of a set-point that is 0 over the step to 600 s.
+    let coasting = |t: f64| W * (-((t - 599.0).max(0.0)) / TAU_S).exp();
+    let felt = Drive::new(900, 1.0, mud, coasting);
+    let (late, expected) = (
+        set.run(&model(&[("pump_speed_lag", &[TAU_S])]), balanced()),
+        felt.run(&model(&[]), balanced()),
+    );
+    let stiff = set.run(&model(&[]), balanced());
+    for i in 0..900 {
+        close(late.return_flow_m3_s[i], expected.return_flow_m3_s[i], 1e-9);
+        close(late.inlet_pa[i], expected.inlet_pa[i], 1e-9);
+        close(late.outlet_pa[i], expected.outlet_pa[i], 1e-9);
+    }
+    assert!(stiff.inlet_pa[899] > late.inlet_pa[899] + 5e3);
 }
 
 #[test]
@@ -460,6 +481,38 @@ fn what_grows_is_as_strong_at_every_time_by_its_rate_over_another_length() {
 }
 
 #[test]
+fn a_formation_breaks_at_the_same_pressure_on_another_recording() {
+    let there = (160e5, 168e5);
+    let mut model = AugmentedModel {
+        inlet_range_pa: Some(there),
+        ..model(&[("lost_circulation", &[1.5e-9, 0.0, 0.25])])
+    };
+    let lost = |model: &AugmentedModel, inlet_range_pa| {
+        let setting = Setting {
+            inlet_range_pa,
+            ..setting()
+        };
+        let p = &model.effects[0].parameters;
+        let moment = Moment {
+            inlet_pa: 166e5,
+            ..moments()[500]
+        };
+        crate::drive("lost_circulation", p, &setting, &[moment])[0].inflow_m3_s
+    };
+    let own = lost(&model, there);
+    // Above 162 bar.
+    close(own, -1.5e-9 * 4e5, 1e-15);
+    for here in [(140e5, 150e5), (165e5, 165.5e5), there] {
+        let told = model.carry_over(&Setting {
+            inlet_range_pa: here,
+            ..setting()
+        });
+        assert_eq!(told.ongoing, ["lost_circulation"]);
+        close(lost(&model, here), own, 1e-12);
+    }
+}
+
+#[test]
 fn what_grows_is_told_of_another_recording_by_its_rate_and_within_its_bounds() {
     let leak: &[f64] = &[2e-3, 10.0];
     let mut model = AugmentedModel {
@@ -482,7 +535,7 @@ fn what_grows_is_told_of_another_recording_by_its_rate_and_within_its_bounds() {
     close(drift[0], 1.8, 1e-12);
     assert_eq!(told(&model, (0.0, 1e6))[0], [0.05]);
     assert_eq!(
-        model.carry_over(0.0).growing,
+        model.carry_over(&setting()).growing,
         ["pump_wear", "viscosity_drift"]
     );
     // Of a model that was identified on nothing no rate is known.

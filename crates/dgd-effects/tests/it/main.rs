@@ -147,6 +147,7 @@ pub(crate) fn model(effects: &[(&str, &[f64])]) -> AugmentedModel {
         speed_range_pct: (40.0, 100.0),
         ratio_range: (1e-4, 8e-4),
         span_s: None,
+        inlet_range_pa: None,
         effects: effects
             .iter()
             .map(|(id, parameters)| AppliedEffect {

@@ -47,8 +47,10 @@ pub fn coarse(
         let ChannelSource::Column { tag, unit, .. } = source_of(well, channel)? else {
             return None;
         };
-        let held_s = held_for(values) as f64 * step_s;
-        let how = if held_s >= TOO_SELDOM_S && channel != Channel::PumpSpeed {
+        // Of one reading a sample nothing is held: that the recorder is slow is told once, of all channels.
+        let held = held_for(values);
+        let held_s = held as f64 * step_s;
+        let how = if held > 1 && held_s >= TOO_SELDOM_S && channel != Channel::PumpSpeed {
             format!(
                 "gives a reading every {} s and holds it in between",
                 words::number(held_s)

@@ -512,6 +512,9 @@ fn a_noisy_pressure_is_not_coarse_nor_is_one_that_rests_while_mud_stands() {
         *value += 2e4 * (i.min(i / 10 * 10 + 8) % 7) as f64;
     }
     assert_eq!(coarse(&noisy, 1.0, &well()), Ok(vec![]));
+    // Of one reading a sample none is held, however seldom samples are.
+    let seldom = every(30.0, noisy.clone());
+    assert_eq!(coarse(&seldom, 30.0, &well()), Ok(vec![]));
     let mut stopped = noisy.clone();
     stopped.return_flow_m3_s[..5000].fill(0.0);
     stopped.channel_mut(inlet).unwrap()[..5000].fill(24e5);
