@@ -49,6 +49,7 @@ type Write = fn(&Diagnosis, &mut Html);
 /// #     speed_range_pct: (0.0, 100.0),
 /// #     ratio_range: (0.0, 1.0),
 /// #     span_s: None,
+/// #     inlet_range_pa: None,
 /// #     effects: Vec::new(),
 /// # };
 /// # let setting = Setting {

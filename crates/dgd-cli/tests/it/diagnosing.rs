@@ -51,6 +51,7 @@ fn twins(effects: Vec<AppliedEffect>) -> Bench {
             speed_range_pct: (1.0, 100.0),
             ratio_range: (0.0, 0.01),
             span_s: None,
+            inlet_range_pa: None,
             effects,
         }),
     };

@@ -512,6 +512,7 @@ fn model() -> AugmentedModel {
         speed_range_pct: (28.0, 74.0),
         ratio_range: (1e-4, 9e-4),
         span_s: None,
+        inlet_range_pa: None,
         effects: Vec::new(),
     }
 }

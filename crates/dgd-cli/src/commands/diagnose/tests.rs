@@ -89,6 +89,7 @@ fn diagnosis(findings: Vec<Finding>) -> Diagnosis {
         speed_range_pct: (20.0, 80.0),
         ratio_range: (0.0, 0.001),
         span_s: None,
+        inlet_range_pa: None,
         effects: Vec::new(),
     };
     let after = AugmentedModel {
