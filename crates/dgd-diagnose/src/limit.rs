@@ -99,7 +99,7 @@ impl Showing {
 
     /// Evidence, by its energy alone, from which on it would be named.
     fn needed(&self) -> Option<f64> {
-        // What sets in must explain more than if it were always there (`contest::sets_in`).
+        // What sets in must explain more than if it were always there (`contest::sets_in`, which asks this much at most).
         let own = 1.0 - SEEN - self.before;
         (own > 0.0).then(|| (self.hurdle + BEYOND).max(BEYOND / own))
     }

@@ -135,7 +135,7 @@ fn a_reading_is_bent_before_its_zero_is_off_and_cut_off_after_both() {
         a.with_effect("level", effect, free).unwrap()
     });
     let time = clock(50, 1.0);
-    let flow = steps(50, 50, 0.0, 0.0);
+    let flow = [0.0; 50];
     let window = window(&dull, &[("t", &time), ("q", &flow)]);
     let read = |offset: f64, bow: f64, limit: f64| {
         let values = [
