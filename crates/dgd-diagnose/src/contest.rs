@@ -580,8 +580,8 @@ pub(crate) fn hurdle(record: &Record, one: &Applied) -> f64 {
 
 /// By what the hurdle of an effect is multiplied: it may be there for longer than the recordings lasted that it was set on.
 pub(crate) fn times(record: &Record, one: &Applied) -> f64 {
-    let (from, to) = (one.effect.about()).interval_s(&one.parameters, record.setting.span_s);
-    Record::times_usual(to - from)
+    let about = one.effect.about();
+    record.times_usual(about.interval_s(&one.parameters, record.setting.span_s))
 }
 
 /// Whether the strength is more than an instrument's accuracy.

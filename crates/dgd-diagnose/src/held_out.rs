@@ -18,11 +18,24 @@ const WINDOW_S: f64 = 1260.0;
 /// Share of the recording held out.
 const HELD_SHARE: f64 = 0.215;
 
-/// The windows that no fit may see: evenly spread, one in each equal part of the recording.
+/// The windows that no fit may see, s: evenly spread over the hours in which anything was read, none across a gap of them where that can be helped.
+pub(crate) fn held_out_of(record: &Record, intervals: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let (span, told) = (record.setting.span_s, &record.told);
+    let until = |t: f64| told.between_s((span.0, t));
+    let apart = intervals.iter().map(|i| (until(i.0), until(i.1)));
+    // A gap may no more be cut through than a finding's edge.
+    let gaps = told.gaps().iter().map(|gap| (until(gap.0), until(gap.0)));
+    let windows = held_out((0.0, until(span.1)), &apart.chain(gaps).collect::<Vec<_>>());
+    (windows.into_iter())
+        .map(|(from, to)| (told.beyond_s(span.0, from), told.until_s(span.0, to)))
+        .collect()
+}
+
+/// The windows: one in each equal part of the recording.
 ///
 /// A window does not straddle the beginning or the end of a finding (`intervals`), which the samples outside it could
 /// not tell, and lies within a finding where it fits: there is something to show.
-pub(crate) fn held_out(span: (f64, f64), intervals: &[(f64, f64)]) -> Vec<(f64, f64)> {
+fn held_out(span: (f64, f64), intervals: &[(f64, f64)]) -> Vec<(f64, f64)> {
     /// What lies this near, s, a fit on the rest cannot place.
     const MARGIN_S: f64 = 180.0;
     /// Where the middle of a window lies in its part, if it may lie anywhere. Set by hand.

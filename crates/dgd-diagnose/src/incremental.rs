@@ -257,6 +257,7 @@ mod tests {
     use crate::record::{Filled, Record};
     use crate::relations::{Applied, Blocks};
     use crate::test_rig::{normals, setting};
+    use crate::told::Told;
     use dgd_effects::{Changes, Connection, MeterPath, Noise, Role, Setting, catalogue, find};
     use std::sync::Arc;
 
@@ -315,6 +316,7 @@ mod tests {
             seldom: Vec::new(),
             tally: Arc::default(),
             suction_heads: None,
+            told: Told::default(),
             stops: Vec::new(),
             told_every_s: 2.0,
             per_block,

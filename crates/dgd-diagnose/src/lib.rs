@@ -59,6 +59,7 @@ mod tangent;
 mod test_rig;
 mod tested;
 mod timing;
+mod told;
 mod traces;
 mod twins;
 mod vectors;

@@ -6,6 +6,7 @@ use crate::frozen_speed::{quantum, stopping_with_the_flow, without_seldom_rest};
 use crate::numbers::{bridged, mean, whole};
 use crate::stops::{Readings, Stop, stops};
 use crate::suction::heads_lost;
+use crate::told::{Told, reads};
 use dgd_effects::{STANDING_PCT, Setting};
 use dgd_identify::Prepared;
 use dgd_recording::{Channel, Rank, Recording, SLOWEST_S, Well, held_for, quantile, readings};
@@ -66,6 +67,8 @@ pub(crate) struct Record {
     pub tally: Arc<Tally>,
     /// What the suction loses, in velocity heads of the return line; `None` where nothing tells it.
     pub suction_heads: Option<f64>,
+    /// When nothing was read.
+    pub told: Told,
     /// Stops of the pump that tell the path of the return flow's meter.
     pub stops: Vec<Stop>,
 }
@@ -89,9 +92,14 @@ impl Record {
         self.dt_s * self.per_block as f64
     }
 
-    /// By what a hurdle is multiplied for what acts so long, s: a want of form adds to its evidence for as long.
-    pub(crate) fn times_usual(lasts_s: f64) -> f64 {
-        (lasts_s / MEASURED_S).max(1.0)
+    /// By what a hurdle is multiplied for what acts between two times, s: a want of form adds to its evidence for as long as anything is read.
+    pub(crate) fn times_usual(&self, interval_s: (f64, f64)) -> f64 {
+        (self.told.between_s(interval_s) / MEASURED_S).max(1.0)
+    }
+
+    /// For how long anything was read, s.
+    pub(crate) fn told_s(&self) -> f64 {
+        self.told.between_s(self.setting.span_s)
     }
 
     /// How long the recording lasts, s.
@@ -177,6 +185,7 @@ impl Record {
         let told = [&recording.return_flow_m3_s, &prepared.outlet_pressure_pa];
         let told = told.map(|values| new_every_s(values, step_s));
         Self {
+            told: Told::of(&reads(recording), setting.span_s.0, step_s),
             stops,
             suction_heads,
             told_every_s: told.into_iter().fold(dt_s, f64::max),
@@ -272,7 +281,7 @@ struct Clock {
 }
 
 impl Clock {
-    /// For a recording of so many samples, a step apart.
+    /// For a recording of so many samples, a step apart; those of a gap cost as much time as others.
     fn of(step_s: f64, samples: usize) -> Self {
         // Days are searched at half the resolution: they have rows enough.
         let (clock_s, block_s) = if step_s * samples as f64 > LONG_S {

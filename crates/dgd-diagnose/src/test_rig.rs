@@ -10,6 +10,7 @@ use crate::relations::{Applied, Blocks};
 use crate::selection::{Named, Selection};
 use crate::stops::{Readings, Stop, stops};
 use crate::tangent::{Bend, Tangent};
+use crate::told::Told;
 use dgd_effects::{Curves, FRICTION_TERMS, HEAD_TERMS, Noise, Relation, Scale, Setting, find};
 use dgd_identify::Prepared;
 use dgd_recording::{ChannelMap, ChannelSource, Geometry, Recording, TimeSource, Well};
@@ -131,6 +132,7 @@ pub(crate) fn steady(blocks: usize) -> Record {
         seldom: Vec::new(),
         tally: Arc::default(),
         suction_heads: None,
+        told: Told::default(),
         stops: Vec::new(),
         told_every_s: 2.0,
         per_block: PER_BLOCK,

@@ -1,6 +1,6 @@
 //! A recording with its untrusted values blanked and its usable samples marked.
 
-use dgd_recording::{Channel, Recording, Run};
+use dgd_recording::{Channel, Recording, Run, Settle};
 use dgd_screen::{Faults, ScreenError, ScreenOptions, Tally, screen};
 
 /// A screened recording.
@@ -54,7 +54,7 @@ impl Prepared {
 /// Screens a recording on an even clock and blanks what cannot be trusted.
 ///
 /// One transmitter's fault costs only that transmitter: the mean of redundant ones
-/// is then taken over the rest.
+/// is then taken over the rest. Readings are [settled](Settle) first.
 ///
 /// # Errors
 /// [`ScreenError`] if a series is not as long as the clock, the clock is not even by `step_s`, or an option is off.
@@ -63,6 +63,7 @@ pub fn prepare(
     step_s: f64,
     options: &ScreenOptions,
 ) -> Result<Prepared, ScreenError> {
+    Settle::default().add(&mut recording);
     let screening = screen(&recording, step_s, options)?;
     let blank = || {
         for channel in &screening.channels {

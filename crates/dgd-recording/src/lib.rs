@@ -15,6 +15,7 @@ mod origin;
 mod propose;
 mod readings;
 mod recording;
+mod settle;
 mod survey;
 mod table;
 mod well;
@@ -28,6 +29,7 @@ pub use readings::{SLOWEST_S, held_for, readings};
 pub use recording::{
     Absent, BlockGrid, Channel, Recording, RecordingError, STANDING_M3_S, Unequal,
 };
+pub use settle::Settle;
 pub use survey::{BlockSurvey, ColumnSurvey, Run, TableSurvey, is_clock_name, quantum, survey};
 pub use table::{Column, Issue, IssueKind, Table};
 pub use well::{ChannelError, ChannelMap, ChannelSource, Geometry, TimeSource, Well, WellError};

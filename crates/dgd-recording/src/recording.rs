@@ -244,7 +244,7 @@ impl Recording {
     }
 
     /// Every series, in the order of [`Self::series`].
-    fn series_mut(&mut self) -> impl Iterator<Item = &mut Vec<f64>> {
+    pub(crate) fn series_mut(&mut self) -> impl Iterator<Item = &mut Vec<f64>> {
         [
             &mut self.mud_pump_flow_m3_s,
             &mut self.booster_flow_m3_s,

@@ -5,7 +5,7 @@ use super::{Described, When};
 use crate::failure::Failure;
 use crate::progress::Progress;
 use dgd_ingest::BlockOptions;
-use dgd_recording::{BlockGrid, Recording, RecordingError};
+use dgd_recording::{BlockGrid, Recording, RecordingError, Settle};
 use dgd_screen::{BlockScreen, BlockSuspect, ScreenOptions};
 use std::path::{Path, PathBuf};
 use tracing::warn;
@@ -163,8 +163,12 @@ impl Screened<'_> {
     ) -> Result<(), E> {
         let (grid, screen, path) = (&mut self.grid, &mut self.screen, &self.path);
         grid.rewind();
+        let mut settle = Settle::default();
         self.blocks.each(|block| {
-            let given = grid.each(block, |part| take(screen, part).map_err(Stop::Taken));
+            let given = grid.each(block, |mut part| {
+                settle.add(&mut part);
+                take(screen, part).map_err(Stop::Taken)
+            });
             given.map_err(|stop| match stop {
                 Stop::Recording(error) => E::from(Failure::input(path, error)),
                 Stop::Taken(error) => error,

@@ -4,7 +4,7 @@ use crate::belief::unmodelled;
 use crate::diagnosis::{Check, DiagnoseError, Simulation};
 use crate::finding::amiss;
 use crate::free_run::{Part, errors, simulate};
-use crate::held_out::{ends_after, held_out, model, trained};
+use crate::held_out::{ends_after, held_out_of, model, trained};
 use crate::record::Record;
 use crate::refine::{fitted_here, unshown};
 use crate::relations::Applied;
@@ -45,7 +45,7 @@ impl Models {
         let span = record.setting.span_s;
         let acting = selection.named.iter().map(|n| &n.applied).chain(known);
         let intervals: Vec<(f64, f64)> = acting.map(|a| a.interval_s(span)).collect();
-        let windows = held_out(span, &intervals);
+        let windows = held_out_of(record, &intervals);
         let excluded = blocks_within(record, &windows);
         // From what was given, not from what the whole recording made of it: the held-out windows would have had their say.
         let start = fitted_here(record, &kept, &excluded).into_iter().zip(kept);

@@ -43,7 +43,7 @@ pub(super) fn drawn(
         freedom: fit.freedom,
         least: least(course),
         seen: None,
-        times: Record::times_usual(record.lasts_s()),
+        times: record.times_usual(record.setting.span_s),
     })
 }
 

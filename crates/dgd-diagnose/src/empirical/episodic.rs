@@ -99,9 +99,9 @@ pub(super) fn between(
         vec![place.width(); KNOTS],
     );
     let found = sized(record, tangent, state, &unit)?;
-    let lasts_s = acts_s(record, &found.curve);
+    let acts_s = acts_between_s(record, &found.curve);
     let happened = place == Place::Balance
-        && lasts_s < MOSTLY * record.lasts_s()
+        && record.told.between_s(acts_s) < MOSTLY * record.told_s()
         && !may_have_frozen(record, times_s)
         && outlasts_once(record, tangent, &found.signature);
     // It tells that there is something; against an effect, which pays for its form, it pays as any correction does.
@@ -109,7 +109,7 @@ pub(super) fn between(
     let of_something = if happened { 0.0 } else { owed };
     Some(Correction {
         size: size(record, &found.curve),
-        times: Record::times_usual(lasts_s),
+        times: record.times_usual(acts_s),
         evidence: found.evidence - of_something,
         borne: found.borne - owed,
         ..found
@@ -174,17 +174,17 @@ pub(super) fn may_have_frozen(record: &Record, (from_s, to_s): (f64, f64)) -> bo
     })
 }
 
-/// How long an episode acts within the recording, s.
-fn acts_s(record: &Record, curve: &Curve) -> f64 {
-    let acts = curve.episode_s(record.setting.span_s);
-    acts.map_or(record.lasts_s(), |(begins, ends)| ends - begins)
+/// When an episode acts within the recording, s.
+fn acts_between_s(record: &Record, curve: &Curve) -> (f64, f64) {
+    let span_s = record.setting.span_s;
+    curve.episode_s(span_s).unwrap_or(span_s)
 }
 
 /// How large an episode is: its spread over the recording, of days over those about it, or, in the mass balance, which holds no constant of its
 /// own, its size.
 fn size(record: &Record, curve: &Curve) -> f64 {
-    let acts_s = acts_s(record, curve);
-    let about_s = record.lasts_s().min(MEASURED_S.max(2.0 * acts_s));
+    let acts_s = record.told.between_s(acts_between_s(record, curve));
+    let about_s = record.told_s().min(MEASURED_S.max(2.0 * acts_s));
     let share = acts_s / about_s;
     let spread = if curve.place == Place::Balance {
         share

@@ -203,7 +203,7 @@ impl Told<'_> {
             size: size(place, &self.beyond),
             least: LEAST_PA,
             seen: Some(self.fine((place, sign))),
-            times: Record::times_usual(self.record.lasts_s()),
+            times: self.record.times_usual((from, to)),
         }
     }
 }

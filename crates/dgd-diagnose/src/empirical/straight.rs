@@ -43,6 +43,6 @@ pub(super) fn sized(
         borne: evidence,
         freedom: energy / (1.0 + energy),
         seen: None,
-        times: Record::times_usual(record.lasts_s()),
+        times: record.times_usual(record.setting.span_s),
     })
 }

@@ -70,13 +70,38 @@ fn beyond_forty_hours_clock_and_blocks_are_twice_as_long() {
 
 #[test]
 fn hurdles_grow_with_the_hours_beyond_those_they_were_set_on() {
-    for (hours, times) in [(0.0, 1.0), (8.0, 1.0), (12.0, 1.5), (80.0, 10.0)] {
-        assert_eq!(Record::times_usual(3600.0 * hours), times);
-    }
     let (well, prepared) = counted(200, 2.0);
     let mut record = Record::new(&well, &prepared, &[]);
+    for (hours, times) in [(0.0, 1.0), (8.0, 1.0), (12.0, 1.5), (80.0, 10.0)] {
+        let end = 640.0 + 3600.0 * hours;
+        assert_eq!(record.times_usual((640.0, end)), times);
+    }
     record.setting.span_s = (640.0, 4240.0);
-    assert_eq!(record.lasts_s(), 3600.0);
+    assert_eq!((record.lasts_s(), record.told_s()), (3600.0, 3600.0));
+}
+
+#[test]
+fn hours_without_a_reading_are_not_counted() {
+    let (well, mut prepared) = counted(14_401, 10.0);
+    let r = &mut prepared.recording;
+    for values in [
+        &mut r.mud_pump_flow_m3_s,
+        &mut r.booster_flow_m3_s,
+        &mut r.topfill_flow_m3_s,
+        &mut r.return_flow_m3_s,
+        &mut r.pump_speed_pct,
+        &mut r.pump_inlet_pressure_pa[0],
+        &mut r.pump_outlet_pressure_pa[0],
+        &mut prepared.inlet_pressure_pa,
+        &mut prepared.outlet_pressure_pa,
+    ] {
+        values[1000..9640].fill(f64::NAN);
+    }
+    let record = Record::new(&well, &prepared, &[]);
+    assert_eq!(record.lasts_s() - record.told_s(), 86_400.0);
+    let span_s = record.setting.span_s;
+    assert_eq!(record.times_usual(span_s), record.told_s() / 28_800.0);
+    assert_eq!(record.times_usual((0.0, 100_000.0)), 1.0);
 }
 
 #[test]

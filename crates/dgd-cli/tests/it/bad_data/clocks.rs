@@ -1,6 +1,6 @@
 //! Clocks that skip, run back or apart, and other rates.
 
-use super::rig::{PRESSURES, Rig, line_of, strings};
+use super::rig::{Diagnosed, PRESSURES, Rig, line_of, strings};
 
 #[test]
 fn a_clock_in_another_unit_is_told() {
@@ -29,6 +29,33 @@ fn a_clock_that_skips_leaves_a_gap() {
         "{}",
         fitted.err
     );
+}
+
+#[test]
+fn a_gap_of_twenty_hours_costs_a_diagnosis_nothing() {
+    let apart = Rig::sound().each(&["t"], |i, t| if i < 3600 { t } else { t + 72_000.0 });
+    let (apart, sound) = (apart.diagnosed(), Rig::sound().diagnosed());
+    assert_eq!(apart.claimed(), sound.claimed());
+    let hurdles = |of: &Diagnosed| -> Vec<f64> {
+        let findings = of.json["findings"].as_array().unwrap();
+        findings
+            .iter()
+            .map(|f| f["hurdle_ln"].as_f64().unwrap())
+            .collect()
+    };
+    // Twenty-two hours would raise them to nearly three times as much.
+    for (apart, sound) in hurdles(&apart).iter().zip(hurdles(&sound)) {
+        assert!((apart / sound - 1.0).abs() < 0.1, "{apart} for {sound}");
+    }
+    // Held out is a fifth of what was recorded, and nothing of the gap.
+    let windows = apart.json["held_out_s"].as_array().unwrap();
+    let (mut held, gap) = (0.0, 3600.0..75_600.0);
+    for window in windows {
+        let [from, to] = [0, 1].map(|k| window[k].as_f64().unwrap());
+        held += to - from;
+        assert!(to <= gap.start || from >= gap.end - 1.0, "{from} to {to}");
+    }
+    assert!((1200.0..2600.0).contains(&held), "{windows:?}");
 }
 
 #[test]

@@ -44,6 +44,23 @@ fn nan_at_nine_samples_of_ten_is_refused_by_a_fit_and_costs_a_diagnosis_no_cause
 }
 
 #[test]
+fn a_frozen_reading_with_rounding_errors_on_it_is_still_frozen() {
+    let mut random = ChaCha8Rng::seed_from_u64(12);
+    let mut rig = Rig::sound();
+    for tag in CHANNELS {
+        for (i, value) in rig.column(tag).iter_mut().enumerate() {
+            if tag == "PT1" && (2000..2900).contains(&i) {
+                *value = 390.0;
+            }
+            *value *= 1.0 + 1e-10 * (random.random::<f64>() - 0.5);
+        }
+    }
+    let fitted = rig.fitted();
+    fitted.right(1.0);
+    fitted.warns("repeats one value from 2000 to 2900 s");
+}
+
+#[test]
 fn infinite_values_are_gaps() {
     let rig = Rig::sound().each(&["FT4"], |i, q| {
         if (2000..2300).contains(&i) {

@@ -1,0 +1,111 @@
+//! Readings without the dust that arithmetic leaves on them.
+
+use crate::{Channel, Recording};
+use dgd_units::Dimension;
+
+/// Takes out of readings what no transmitter tells, so that one that is held is known by being equal.
+///
+/// Conversion, filtering and interpolation leave rounding errors; a frozen reading then never repeats itself in every bit. A
+/// value within 1 Pa, 10⁻⁸ m³/s or 10⁻⁵ % of the last that was taken as new becomes equal to it. That is less than a hundredth
+/// of what the transmitters of a rig resolve. What is settled already stays as it is. The recording may come in blocks.
+///
+/// ```
+/// use dgd_recording::{Recording, Settle};
+///
+/// let mut recording = Recording {
+///     pump_speed_pct: vec![60.0, 60.0 + 1e-9, 60.0 - 1e-9, 60.1],
+///     ..Recording::default()
+/// };
+/// Settle::default().add(&mut recording);
+/// assert_eq!(recording.pump_speed_pct, [60.0, 60.0, 60.0, 60.1]);
+/// ```
+#[derive(Debug, Clone, Default)]
+pub struct Settle {
+    /// The last new value of each series.
+    last: Vec<f64>,
+}
+
+impl Settle {
+    /// Settles the next samples, in place; all blocks must have the same transmitters.
+    pub fn add(&mut self, block: &mut Recording) {
+        let channels: Vec<Channel> = block.series().iter().map(|(channel, _)| *channel).collect();
+        self.last.resize(channels.len(), f64::NAN);
+        for ((channel, values), last) in channels.iter().zip(block.series_mut()).zip(&mut self.last)
+        {
+            settle(values, resolved(channel.dimension()), last);
+        }
+    }
+}
+
+/// What no transmitter resolves, SI.
+fn resolved(dimension: Dimension) -> f64 {
+    match dimension {
+        Dimension::Pressure => 1.0,
+        Dimension::FlowRate => 1e-8,
+        _ => 1e-5,
+    }
+}
+
+/// Compares with the first value of a run: a slow drift is no run.
+fn settle(values: &mut [f64], least: f64, last: &mut f64) {
+    for value in values {
+        // A missing value compares false and is not a new one.
+        if (*value - *last).abs() < least {
+            *value = *last;
+        } else if value.is_finite() {
+            *last = *value;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn recording(flow: &[f64], inlet: &[f64]) -> Recording {
+        Recording {
+            return_flow_m3_s: flow.to_vec(),
+            pump_inlet_pressure_pa: vec![inlet.to_vec()],
+            ..Recording::default()
+        }
+    }
+
+    #[test]
+    fn dust_goes_and_what_a_transmitter_tells_stays() {
+        let mut one = recording(
+            &[0.03, 0.03 + 1e-12, f64::NAN, 0.03 - 1e-12, 0.03 + 1e-6],
+            &[24e5, 24e5 + 0.4, 24e5 - 0.4, 24e5 + 10.0, f64::INFINITY],
+        );
+        Settle::default().add(&mut one);
+        assert_eq!(one.return_flow_m3_s[..2], [0.03; 2]);
+        assert!(one.return_flow_m3_s[2].is_nan());
+        assert_eq!(one.return_flow_m3_s[3..], [0.03, 0.03 + 1e-6]);
+        let inlet = [24e5, 24e5, 24e5, 24e5 + 10.0, f64::INFINITY];
+        assert_eq!(one.pump_inlet_pressure_pa[0], inlet);
+    }
+
+    #[test]
+    fn a_slow_drift_goes_on_and_blocks_settle_as_the_whole() {
+        let drift: Vec<f64> = (0..1000).map(|i| 24e5 + 0.3 * f64::from(i)).collect();
+        let mut whole = recording(&drift, &drift);
+        Settle::default().add(&mut whole);
+        let settled = &whole.pump_inlet_pressure_pa[0];
+        let off = |(a, b): (&f64, &f64)| (a - b).abs();
+        assert!(settled.iter().zip(&drift).map(off).all(|d| d < 1.0));
+        assert!(settled.windows(5).all(|w| w[0] != w[4]));
+        let mut again = whole.clone();
+        Settle::default().add(&mut again);
+        assert_eq!(again, whole);
+        let mut settle = Settle::default();
+        let mut parts = Recording::default();
+        for part in drift.chunks(7) {
+            let mut part = recording(part, part);
+            settle.add(&mut part);
+            parts.return_flow_m3_s.extend(part.return_flow_m3_s);
+            let inlet = part.pump_inlet_pressure_pa.remove(0);
+            parts.pump_inlet_pressure_pa.resize(1, Vec::new());
+            parts.pump_inlet_pressure_pa[0].extend(inlet);
+        }
+        assert_eq!(parts, whole);
+    }
+}
