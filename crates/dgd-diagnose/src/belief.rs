@@ -106,6 +106,14 @@ const ODDS_BESIDE_UNNAMED: f64 = 0.35;
 /// another, with a wrong one; in 372 more (`dgd-plant conceal`, seeds 851 and 852, earlier code) in none.
 const ODDS_OF_RUNNING_AWAY: f64 = 0.1;
 
+/// By what the odds of effects of the mass balance are multiplied where a clock of some channels' own explains it better. Set by hand.
+const ODDS_BESIDE_OWN_CLOCK: f64 = 0.002;
+
+/// Shares the probability of an effect of the mass balance, which a clock of its own explains better, with what the catalogue does not hold.
+pub(crate) fn own_clock(named: &mut Named) {
+    outside(named, ODDS_BESIDE_OWN_CLOCK);
+}
+
 /// Shares the probability of an effect with which the model runs away with what the catalogue does not hold.
 pub(crate) fn run_away(named: &mut Named) {
     outside(named, ODDS_OF_RUNNING_AWAY);

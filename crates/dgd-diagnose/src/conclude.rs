@@ -1,6 +1,7 @@
 //! From a selection to an answer.
 
 mod again;
+mod clock;
 mod models;
 mod outdone;
 mod residue;
@@ -10,7 +11,7 @@ mod verdict;
 mod worse;
 
 use crate::ablation::Step;
-use crate::belief::{beside_unnamed, calibrate, doubt, left_over, run_away};
+use crate::belief::{beside_unnamed, calibrate, doubt, left_over, own_clock, run_away};
 use crate::diagnosis::{DiagnoseError, Diagnosis, Finding, MOST_STEP_S, Options, Stage, Trace};
 use crate::estimates::Estimator;
 use crate::finding::{finding, heaving};
@@ -27,6 +28,7 @@ use crate::tangent::{Bend, LEAST_ROWS, Tangent};
 use crate::tested::tested;
 use crate::traces::traces;
 use again::again;
+use clock::{OwnClock, own_clock_of};
 use dgd_effects::{About, AppliedEffect, Method, catalogue};
 use dgd_identify::Prepared;
 use dgd_recording::{ChannelSource, Well};
@@ -111,6 +113,11 @@ pub fn diagnose(
         (&models.before_fit, &models.start),
         (&full, &state),
     );
+    let clock = own_clock_of(&record, &full, &selection);
+    if let Some(clock) = &clock {
+        let against = |n: &Named| clock.speaks_against(n);
+        doubt_more(&mut selection.named, sought, against, own_clock);
+    }
     let nothing_left = residue::left(&traces);
     doubt_what_is_left(&traces, &mut selection.named, doubted, sought);
     let away = runs_away(&errors);
@@ -130,6 +137,9 @@ pub fn diagnose(
     let mut findings: Vec<Finding> = named.chain(heaving).collect();
     for finding in &mut findings {
         name_transmitter(finding, well);
+        if let Some(clock) = &clock {
+            clock.tell(finding);
+        }
     }
     findings.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     // A swell moves no run; it is in the model, so that a search that starts from it need not find it again.
@@ -149,6 +159,7 @@ pub fn diagnose(
         .chain([nothing_left])
         .chain(residue::apart(well, &traces))
         .chain(residue::early(&selection.allowances))
+        .chain(clock.as_ref().map(OwnClock::check))
         .collect();
     let work = record.tally.work();
     Ok(Diagnosis {

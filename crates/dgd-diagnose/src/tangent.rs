@@ -108,6 +108,12 @@ impl Tangent {
         Solved::of(record, applied, &blocks, &self.frame()).off
     }
 
+    /// What the model re-fitted to another reading of the recording leaves over, on the rows and by the noise of this one.
+    pub(crate) fn left_over_of(&self, other: &Record, applied: &[Applied]) -> Vec<f64> {
+        let blocks = Blocks::under(other, applied);
+        Solved::of(other, applied, &blocks, &self.frame()).off
+    }
+
     /// What its hypothesis comes to by itself.
     fn ground(&self, record: &Record) -> Arc<Incremental> {
         let run = || Arc::new(Incremental::under(record, &self.applied));

@@ -7,6 +7,9 @@ use dgd_effects::Relation;
 use dgd_recording::Well;
 use dgd_units::STANDARD_GRAVITY_M_S2;
 
+/// The check that channels share one clock.
+pub(super) const ONE_CLOCK: &str = "the channels share one clock";
+
 /// Transmitters of one pressure that differ by more than this, Pa, are not both right. Offsets are fitted, whatever they are.
 const APART_PA: f64 = 1e5;
 
@@ -94,7 +97,7 @@ pub(super) fn early(allowances: &[Applied]) -> Option<Check> {
         .map(|a| format!("{} {} s", a.effect.about().id, a.parameters[0]))
         .collect();
     (!early.is_empty()).then(|| Check {
-        name: "the channels share one clock".into(),
+        name: ONE_CLOCK.into(),
         passed: false,
         detail: format!(
             "{}: ahead of the pressures, which is impossible for a meter; this was allowed for",

@@ -135,7 +135,10 @@ fn stamps_that_are_missing_cost_their_samples_alone() {
 }
 
 fn late(tags: &[&str], by: usize) -> Rig {
-    let mut rig = Rig::sound();
+    later(Rig::sound(), tags, by)
+}
+
+fn later(mut rig: Rig, tags: &[&str], by: usize) -> Rig {
     for tag in tags {
         let column = rig.column(tag);
         let first = column[0];
@@ -184,6 +187,45 @@ fn a_diagnosis_tells_that_the_channels_may_not_share_one_clock() {
     // A string that fills and drains makes the inflow late; that is no clock.
     let early = Rig::sound().fitted();
     early.suspects_nothing();
+}
+
+/// Whatever is not on the clock of the others, no area, string or pipe is made of it, and what flows in is still seen.
+#[test]
+fn a_diagnosis_tells_which_channels_have_a_clock_of_their_own_and_names_no_cause_for_it() {
+    let flows = ["FT1", "FT2", "FT3"];
+    for (tags, told) in [
+        (
+            &flows[..1],
+            "the mud pump's flow is logged 20 s late (`late = \"20 s\"`",
+        ),
+        (
+            &flows,
+            "the flows pumped in are logged 20 s late (`late = \"20 s\"`",
+        ),
+        (
+            &["PT1", "PT2", "PT5"],
+            "the pressures of the pump inlet and the riser are logged 16 s late",
+        ),
+    ] {
+        let found = later(Rig::of_hours(), tags, 20).diagnosed();
+        let mut causes = found.claimed();
+        causes.retain(|id| *id != "unknown");
+        assert_eq!(causes, ["influx"], "{told}: {:#}", found.json["findings"]);
+        let same_as = found.same_as();
+        assert!(
+            same_as
+                .iter()
+                .all(|(id, same)| *id == "unknown" && same.contains(told))
+        );
+        assert!(!same_as.is_empty(), "{told}");
+        let checks = found.json["checks"].as_array().unwrap();
+        let one_clock = checks
+            .iter()
+            .find(|c| c["name"] == "the channels share one clock");
+        assert_eq!(one_clock.unwrap()["passed"], false, "{told}");
+    }
+    let sound = Rig::of_hours().diagnosed();
+    assert!(!sound.json["checks"].to_string().contains("share one clock"));
 }
 
 /// What the warning names mends it: the same findings as on one clock, but for a gain that is hardly likelier than not there.
