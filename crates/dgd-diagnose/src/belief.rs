@@ -114,6 +114,14 @@ pub(crate) fn own_clock(named: &mut Named) {
     outside(named, ODDS_BESIDE_OWN_CLOCK);
 }
 
+/// By what the odds of effects of the mass balance are multiplied where a pump may not be logged. Set by hand.
+const ODDS_BESIDE_UNLOGGED: f64 = 0.001;
+
+/// Shares the probability of an effect of the mass balance, which a pump that is not logged upsets, with what the catalogue does not hold.
+pub(crate) fn unlogged(named: &mut Named) {
+    outside(named, ODDS_BESIDE_UNLOGGED);
+}
+
 /// Shares the probability of an effect with which the model runs away with what the catalogue does not hold.
 pub(crate) fn run_away(named: &mut Named) {
     outside(named, ODDS_OF_RUNNING_AWAY);

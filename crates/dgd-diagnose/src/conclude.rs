@@ -7,11 +7,12 @@ mod outdone;
 mod residue;
 mod settings;
 mod start;
+mod unlogged;
 mod verdict;
 mod worse;
 
 use crate::ablation::Step;
-use crate::belief::{beside_unnamed, calibrate, doubt, left_over, own_clock, run_away};
+use crate::belief::{beside_unnamed, calibrate, doubt, left_over, own_clock, run_away, unlogged};
 use crate::diagnosis::{DiagnoseError, Diagnosis, Finding, MOST_STEP_S, Options, Stage, Trace};
 use crate::estimates::Estimator;
 use crate::finding::{finding, heaving};
@@ -28,7 +29,7 @@ use crate::tangent::{Bend, LEAST_ROWS, Tangent};
 use crate::tested::tested;
 use crate::traces::traces;
 use again::again;
-use clock::{OwnClock, own_clock_of};
+use clock::{OwnClock, in_balance, own_clock_of};
 use dgd_effects::{About, AppliedEffect, Method, catalogue};
 use dgd_identify::Prepared;
 use dgd_recording::{ChannelSource, Well};
@@ -37,6 +38,7 @@ use outdone::doubt_outdone;
 use settings::settings;
 use start::{Start, from_model};
 use tracing::debug;
+use unlogged::Unlogged;
 use verdict::verdict;
 use worse::{runs_away, worse};
 
@@ -118,6 +120,11 @@ pub fn diagnose(
         let against = |n: &Named| clock.speaks_against(n);
         doubt_more(&mut selection.named, sought, against, own_clock);
     }
+    let idle = Unlogged::in_record(&record);
+    let pumped = idle.is_some() && selection.named.iter().any(Unlogged::may_be);
+    if pumped {
+        doubt_more(&mut selection.named, sought, in_balance, unlogged);
+    }
     let nothing_left = residue::left(&traces);
     doubt_what_is_left(&traces, &mut selection.named, doubted, sought);
     let away = runs_away(&errors);
@@ -131,8 +138,14 @@ pub fn diagnose(
     let swelling: Vec<(&About, Swell)> = swelling(swell, &models.start).collect();
     let held_out = headline_gain(&simulation);
     let estimator = Estimator::of(&record, &state, &full);
-    let named =
-        (selection.named.iter()).map(|named| finding(&record, named, &estimator, held_out.clone()));
+    let named = selection.named.iter().map(|named| {
+        let mut told = finding(&record, named, &estimator, held_out.clone());
+        let perhaps = pumped || named.applied.is_correction();
+        if let Some(idle) = idle.filter(|_| perhaps && in_balance(named)) {
+            idle.tell(&mut told);
+        }
+        told
+    });
     let heaving = (swelling.iter()).map(|(about, s)| heaving(&record, about, *s, held_out.clone()));
     let mut findings: Vec<Finding> = named.chain(heaving).collect();
     for finding in &mut findings {

@@ -116,7 +116,7 @@ pub(super) fn own_clock_of(
 }
 
 /// Whether it shows in the mass balance.
-fn in_balance(named: &Named) -> bool {
+pub(super) fn in_balance(named: &Named) -> bool {
     let balance = Relation::RiserMassBalance;
     match named.applied.curve() {
         Some(curve) => curve.place.shows_in().contains(&balance),

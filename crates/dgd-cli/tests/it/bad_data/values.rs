@@ -61,6 +61,24 @@ fn a_frozen_reading_with_rounding_errors_on_it_is_still_frozen() {
 }
 
 #[test]
+fn a_pump_that_is_not_logged_is_told_and_not_called_a_gain() {
+    for (tag, channel) in [("FT1", "mud_pump_flow"), ("FT2", "booster_flow")] {
+        let found = Rig::of_hours().each(&[tag], |_, _| 0.0).diagnosed();
+        assert!(
+            found.claimed().iter().all(|id| *id == "unknown"),
+            "{tag}: {:#}",
+            found.json["findings"]
+        );
+        let told = format!("a pump that is not logged: `{channel}` reads 0 throughout");
+        assert!(
+            found.same_as().iter().any(|(_, same)| **same == told),
+            "{tag}: {:?}",
+            found.same_as()
+        );
+    }
+}
+
+#[test]
 fn infinite_values_are_gaps() {
     let rig = Rig::sound().each(&["FT4"], |i, q| {
         if (2000..2300).contains(&i) {
