@@ -8,11 +8,14 @@ mod residue;
 mod settings;
 mod start;
 mod unlogged;
+mod untrained;
 mod verdict;
 mod worse;
 
 use crate::ablation::Step;
-use crate::belief::{beside_unnamed, calibrate, doubt, left_over, own_clock, run_away, unlogged};
+use crate::belief::{
+    self, beside_unnamed, calibrate, doubt, left_over, own_clock, run_away, unlogged,
+};
 use crate::diagnosis::{DiagnoseError, Diagnosis, Finding, MOST_STEP_S, Options, Stage, Trace};
 use crate::estimates::Estimator;
 use crate::finding::{finding, heaving};
@@ -39,6 +42,7 @@ use settings::settings;
 use start::{Start, from_model};
 use tracing::debug;
 use unlogged::Unlogged;
+use untrained::is_untrained;
 use verdict::verdict;
 use worse::{runs_away, worse};
 
@@ -130,6 +134,15 @@ pub fn diagnose(
     let away = runs_away(&errors);
     doubt_more(&mut selection.named, sought, |_| away, run_away);
 
+    let trained = &models.after.effects;
+    doubt_more(
+        &mut selection.named,
+        sought,
+        |n| is_untrained(n, trained),
+        belief::untrained,
+    );
+    let untrained = untrained::check(&selection.named, trained);
+
     let swell = swell(
         &prepared.inlet_pressure_pa,
         prepared.step_s,
@@ -170,6 +183,7 @@ pub fn diagnose(
         .chain(found_again)
         .chain(placebo(&record, &selection))
         .chain([nothing_left])
+        .chain(untrained)
         .chain(residue::apart(well, &traces))
         .chain(residue::early(&selection.allowances))
         .chain(clock.as_ref().map(OwnClock::check))
