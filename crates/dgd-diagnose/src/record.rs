@@ -92,9 +92,15 @@ impl Record {
         self.dt_s * self.per_block as f64
     }
 
-    /// By what a hurdle is multiplied for what acts between two times, s: a want of form adds to its evidence for as long as anything is read.
+    /// By what a hurdle is multiplied for what acts between two times, s: a want of form adds to its evidence for as long as anything is read, and
+    /// with samples far apart there is more of it, as they blur what the pumps do.
     pub(crate) fn times_usual(&self, interval_s: (f64, f64)) -> f64 {
-        (self.told.between_s(interval_s) / MEASURED_S).max(1.0)
+        /// Longest step on which hurdles hold as they were set, s.
+        const USUAL_STEP_S: f64 = 10.0;
+        /// By which power of the step they grow beyond. Set by hand.
+        const POWER: f64 = 1.5;
+        let lasts = (self.told.between_s(interval_s) / MEASURED_S).max(1.0);
+        lasts * (self.dt_s / USUAL_STEP_S).max(1.0).powf(POWER)
     }
 
     /// For how long anything was read, s.

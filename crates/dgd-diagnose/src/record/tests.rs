@@ -81,6 +81,17 @@ fn hurdles_grow_with_the_hours_beyond_those_they_were_set_on() {
 }
 
 #[test]
+fn hurdles_grow_with_a_step_beyond_ten_seconds() {
+    for (step_s, times) in [(1.0, 1.0), (10.0, 1.0), (40.0, 8.0)] {
+        let (well, prepared) = counted(200, step_s);
+        let record = Record::new(&well, &prepared, &[]);
+        assert!((record.times_usual((0.0, 1000.0)) - times).abs() < 1e-12);
+        let hours = (0.0, 16.0 * 3600.0);
+        assert!((record.times_usual(hours) - 2.0 * times).abs() < 1e-12);
+    }
+}
+
+#[test]
 fn hours_without_a_reading_are_not_counted() {
     let (well, mut prepared) = counted(14_401, 10.0);
     let r = &mut prepared.recording;
