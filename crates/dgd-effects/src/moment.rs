@@ -267,14 +267,18 @@ fn connections(time_s: &[f64], flow_m3_s: &[f64]) -> Vec<Connection> {
     found
 }
 
-/// A first-order lag, exact for an input held over the step.
+/// A first-order lag, exact for an input that runs straight from sample to sample.
+///
+/// Held over the step it would come half a step too soon, and a lag that is fitted would be as much too long.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Lag {
-    value: Option<f64>,
+    /// What it shows, and what it was given last.
+    value: Option<(f64, f64)>,
     tau_s: f64,
-    /// The last step, s, and its share of the way: the clock is even, and exponentials are dear.
+    /// The last step, s, its share of the way, and that of what the input goes on by: the clock is even, and exponentials are dear.
     step_s: f64,
     share: f64,
+    ramp: f64,
 }
 
 impl Lag {
@@ -284,6 +288,15 @@ impl Lag {
             tau_s,
             step_s: 0.0,
             share: 0.0,
+            ramp: 0.0,
+        }
+    }
+
+    /// One that has shown a value for long.
+    pub(crate) fn at(value: f64, tau_s: f64) -> Self {
+        Self {
+            value: Some((value, value)),
+            ..Self::new(tau_s)
         }
     }
 
@@ -294,18 +307,27 @@ impl Lag {
 
     pub(crate) fn step(&mut self, input: f64, dt_s: f64) -> f64 {
         if self.step_s != dt_s {
-            (self.step_s, self.share) = (dt_s, 1.0 - (-dt_s / self.tau_s.max(1e-9)).exp());
+            let (tau_s, share) = lagging(self.tau_s, dt_s);
+            (self.step_s, self.share) = (dt_s, share);
+            self.ramp = 1.0 - share * tau_s / dt_s;
         }
-        let share = self.share;
         let value = match self.value {
-            Some(value) if input.is_finite() => value + share * (input - value),
-            Some(value) => value,
+            Some((value, before)) if input.is_finite() => {
+                value + self.share * (before - value) + self.ramp * (input - before)
+            }
+            Some((value, _)) => return value,
             None if input.is_finite() => input,
             None => return 0.0,
         };
-        self.value = Some(value);
+        self.value = Some((value, input));
         value
     }
+}
+
+/// A time constant of 0 or more, s, and its share of the way in a step.
+pub(crate) fn lagging(tau_s: f64, dt_s: f64) -> (f64, f64) {
+    let tau_s = tau_s.max(0.0);
+    (tau_s, -(-dt_s / tau_s).exp_m1())
 }
 
 /// Least mixed volume, over mud in the riser: below it mixing is at once.

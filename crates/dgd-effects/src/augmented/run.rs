@@ -1,6 +1,7 @@
 //! One window of a free run, sample by sample.
 
 use super::{AugmentedModel, FreeRun, Held, Inputs, MOST_M3_S, STANDING_PCT};
+use crate::moment::Lag;
 use crate::{Action, Changes, MeterPath, Moment, Setting};
 use dgd_recording::STANDING_M3_S;
 use dgd_units::{STANDARD_ATMOSPHERE_PA, STANDARD_GRAVITY_M_S2};
@@ -142,7 +143,7 @@ impl<'a> Line<'a> {
         let mut meter = Meter {
             path: acting.path,
             step_s: inputs.step_s,
-            lagged: flow_m3_s,
+            lag: (acting.path.lag_s > 0.0).then(|| Lag::at(flow_m3_s, acting.path.lag_s)),
             past: Vec::with_capacity(end.saturating_sub(first)),
         };
         let mut run = FreeRun::default();
@@ -264,19 +265,18 @@ impl<'a> Altered<'a> {
 struct Meter {
     path: MeterPath,
     step_s: f64,
-    lagged: f64,
+    lag: Option<Lag>,
     past: Vec<f64>,
 }
 
 impl Meter {
     /// Its next reading; before the window it is taken to have shown what it shows at its start.
     fn reads(&mut self, flow_m3_s: f64) -> f64 {
-        self.lagged = if self.path.lag_s > 0.0 {
-            self.lagged + (1.0 - (-self.step_s / self.path.lag_s).exp()) * (flow_m3_s - self.lagged)
-        } else {
-            flow_m3_s
+        let lagged = match &mut self.lag {
+            Some(lag) => lag.step(flow_m3_s, self.step_s),
+            None => flow_m3_s,
         };
-        self.past.push(self.lagged);
+        self.past.push(lagged);
         delayed(&self.past, self.path.delay_s / self.step_s)
     }
 }

@@ -38,8 +38,8 @@ static ABOUT: About = About {
             hurdle: 7.0,
             scale: 4.0,
         },
-        least: Some(5.5),
-        allowance: &[1.0, 2.0, 3.0, 4.0, 5.0],
+        least: Some(4.0),
+        allowance: &[1.0, 2.0, 3.0],
         timing: Some(Timing::Pump),
         size_error: 0.1,
         ..Search::BASE

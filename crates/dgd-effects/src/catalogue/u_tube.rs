@@ -1,6 +1,6 @@
 //! U-tubing: the drill string gives its mud late.
 
-use crate::moment::Lag;
+use crate::moment::{Lag, lagging};
 use crate::shrunk;
 use crate::{
     About, Action, Belief, Component, Effect, Excitation, Parameter, Relation, Role, Search,
@@ -74,7 +74,8 @@ const USUAL_M3_S: f64 = 0.03;
 
 /// What flows out of the drill string.
 struct DrillString {
-    outflow_m3_s: Option<f64>,
+    /// Its outflow, and what was pumped in, at the last sample, m³/s.
+    last_m3_s: Option<(f64, f64)>,
     fills_s: f64,
     /// Rates at which the outflow beyond the pump's falls: in proportion to it, 1/s, and evenly, m³/s².
     falls: (f64, f64),
@@ -82,10 +83,10 @@ struct DrillString {
 
 impl DrillString {
     fn new(p: &[f64]) -> Self {
-        let fills_s = p[0].max(1e-9);
-        let drains_s = (p[0] * p[1]).max(1e-9);
+        let fills_s = p[0].max(0.0);
+        let drains_s = (p[0] * p[1]).max(1e-12);
         Self {
-            outflow_m3_s: None,
+            last_m3_s: None,
             fills_s,
             falls: (
                 (1.0 - p[2]) / drains_s,
@@ -94,24 +95,27 @@ impl DrillString {
         }
     }
 
-    /// Its outflow after a step, m³/s.
+    /// Its outflow after a step, m³/s, over which what is pumped in runs straight.
     fn step(&mut self, pumped: f64, dt_s: f64) -> f64 {
-        let outflow = match self.outflow_m3_s {
-            Some(outflow) if !pumped.is_finite() => outflow,
-            Some(outflow) if pumped >= outflow => {
-                pumped - (pumped - outflow) * (-dt_s / self.fills_s).exp()
+        let outflow = match self.last_m3_s {
+            Some((outflow, _)) if !pumped.is_finite() => return outflow,
+            Some((outflow, before)) if pumped >= outflow => {
+                let (tau_s, share) = lagging(self.fills_s, dt_s);
+                let ramp = 1.0 - share * tau_s / dt_s;
+                outflow + share * (before - outflow) + ramp * (pumped - before)
             }
-            Some(outflow) => {
+            Some((outflow, before)) => {
                 let (share, even) = self.falls;
-                let beyond = outflow - pumped;
-                // Of dx/dt = -(a x + b); the middle of the step stands for the even part.
-                let left = (-share * dt_s).exp();
-                pumped + (beyond * left - even * dt_s * (-0.5 * share * dt_s).exp()).max(0.0)
+                // Of dx/dt = -(a x + b) for what flows beyond the pump's, which is as much more as the pump's falls.
+                let falls = even + (pumped - before) / dt_s;
+                let gone = -(-share * dt_s).exp_m1();
+                let over = if share > 0.0 { gone / share } else { dt_s };
+                pumped + ((outflow - before) * (1.0 - gone) - falls * over).max(0.0)
             }
             None if pumped.is_finite() => pumped,
             None => return 0.0,
         };
-        self.outflow_m3_s = Some(outflow);
+        self.last_m3_s = Some((outflow, pumped));
         outflow
     }
 }

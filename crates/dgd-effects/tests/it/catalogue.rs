@@ -193,7 +193,7 @@ fn an_effect_without_strength_changes_nothing() {
         let mut p = usual(about);
         p[0] = match about.parameters[0].role {
             Role::Amplitude => 0.0,
-            _ => 1e-9,
+            _ => 1e-12,
         };
         let proportional = about.parameters[0].role == Role::Amplitude;
         for (i, c) in drive(about.id, &p, &setting, &moments).iter().enumerate() {
