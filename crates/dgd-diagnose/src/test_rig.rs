@@ -279,9 +279,10 @@ pub(crate) fn drilled(hidden: Hidden) -> Record {
         }
     }
     if hidden.lag_s > 0.0 {
-        let share = 1.0 - (-DT_S / hidden.lag_s).exp();
-        for i in (1..n).rev() {
-            series[1][i] = series[1][i - 1] + (series[1][i] - series[1][i - 1]) / share;
+        // The set-point is ahead of the speed by its slope.
+        let speed = series[1].clone();
+        for i in 1..n - 1 {
+            series[1][i] += hidden.lag_s * (speed[i + 1] - speed[i - 1]) / (2.0 * DT_S);
         }
     }
     let sizes = [2e-4, 0.05, 500.0, 1500.0, 1e-5];

@@ -124,7 +124,7 @@ fn a_sound_rig_may_hide_as_much_of_a_late_meter_as_of_its_like() {
     let allowed = |id: &str| most_allowed(&find(id).unwrap().about().search);
     assert_eq!(allowed("return_flow_delay"), 2.5);
     assert_eq!(allowed("line_gas_storage"), 2.5);
-    assert_eq!(allowed("pump_speed_lag"), 5.0);
+    assert_eq!(allowed("pump_speed_lag"), 3.0);
     assert_eq!(allowed("u_tube"), 4.0);
     assert_eq!(allowed("influx"), 0.0);
 }

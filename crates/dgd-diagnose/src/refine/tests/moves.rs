@@ -99,10 +99,13 @@ fn a_transmitter_is_not_moved_and_nor_is_what_the_record_does_not_show() {
 fn a_strength_on_a_grid_is_moved_to_where_it_explains_most() {
     let mut record = drilled(Hidden::default());
     // The booster runs now more, now less; what it pumps comes by way of its line.
-    let (tau, mut held) = (12.0_f64, 0.01);
+    let (tau, mut held, mut before) = (12.0_f64, 0.01, 0.01);
+    let share = 1.0 - (-record.dt_s / tau).exp();
     for i in 0..record.t_s.len() {
         let booster = if i / 150 % 2 == 0 { 0.01 } else { 0.02 };
-        held += (1.0 - (-record.dt_s / tau).exp()) * (booster - held);
+        // Straight from sample to sample.
+        held += share * (before - held) + (1.0 - share * tau / record.dt_s) * (booster - before);
+        before = booster;
         record.mud_pump[i] += 0.01 - held;
         record.booster[i] = booster;
     }
