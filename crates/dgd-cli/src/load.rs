@@ -15,7 +15,7 @@ use dgd_documents::{DocumentError, ModelDocument, Problem};
 use dgd_identify::Model;
 use dgd_ingest::{Format, ReadOptions};
 use dgd_recording::{
-    Issue, IssueKind, Moment, Recording, RecordingError, Table, TimeSource, Well, survey,
+    Issue, IssueKind, Moment, Recording, RecordingError, Settle, Table, TimeSource, Well, survey,
 };
 use dgd_replay::ReplayError;
 use dgd_screen::Suspicion;
@@ -246,8 +246,9 @@ pub(crate) fn read_recordings(
         let (recording, mapping) =
             Recording::from_table(table, well).map_err(|e| well.unmapped(path, &e, &issues))?;
         let rows = recording.len();
-        let (recording, step_s, clock) =
+        let (mut recording, step_s, clock) =
             recording.onto_grid().map_err(|e| Failure::input(path, e))?;
+        Settle::default().add(&mut recording);
         // Rows that lie on one step, or on none, are no samples of their own.
         let samples = if clock.is_empty() {
             rows

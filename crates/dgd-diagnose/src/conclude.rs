@@ -119,14 +119,19 @@ pub fn diagnose(
         (&models.before_fit, &models.start),
         (&full, &state),
     );
-    let clock = own_clock_of(&record, &full, &selection);
+    // Of what was suspected alone it would stand for what was not asked for.
+    let clock = match sought {
+        Sought::Any(_) => own_clock_of(&record, &full, &selection),
+        Sought::Given(_) => None,
+    };
     if let Some(clock) = &clock {
         let against = |n: &Named| clock.speaks_against(n);
         doubt_more(&mut selection.named, sought, against, own_clock);
     }
-    let idle = Unlogged::in_record(&record);
-    let pumped = idle.is_some() && selection.named.iter().any(Unlogged::may_be);
-    if pumped {
+    let idle = Unlogged::in_record(&record, &well.channels);
+    let pumped = |n: &Named| Unlogged::may_be(&record, n);
+    let upset = idle.is_some() && selection.named.iter().any(pumped);
+    if upset {
         doubt_more(&mut selection.named, sought, in_balance, unlogged);
     }
     let nothing_left = residue::left(&traces);
@@ -153,9 +158,8 @@ pub fn diagnose(
     let estimator = Estimator::of(&record, &state, &full);
     let named = selection.named.iter().map(|named| {
         let mut told = finding(&record, named, &estimator, held_out.clone());
-        let perhaps = pumped || named.applied.is_correction();
-        if let Some(idle) = idle.filter(|_| perhaps && in_balance(named)) {
-            idle.tell(&mut told);
+        if let Some(idle) = idle {
+            idle.tell(named, upset, &mut told);
         }
         told
     });

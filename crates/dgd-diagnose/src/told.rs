@@ -62,10 +62,19 @@ impl Told {
     }
 }
 
-/// Whether anything was read, sample by sample.
+/// Whether anything was read, sample by sample: the return flow or a pressure at the pump. A constant of the description is no reading, and
+/// without these there is no relation.
 pub(crate) fn reads(recording: &Recording) -> Vec<bool> {
     let mut reads = vec![false; recording.len()];
-    for (_, values) in recording.series() {
+    let (inlets, outlets) = (
+        &recording.pump_inlet_pressure_pa,
+        &recording.pump_outlet_pressure_pa,
+    );
+    for values in inlets
+        .iter()
+        .chain(outlets)
+        .chain([&recording.return_flow_m3_s])
+    {
         for (reads, value) in reads.iter_mut().zip(values) {
             *reads |= value.is_finite();
         }
@@ -84,7 +93,8 @@ mod tests {
         let recording = Recording {
             time_s: (0..50).map(|i| 100.0 + 40.0 * f64::from(i)).collect(),
             return_flow_m3_s: flow.collect(),
-            pump_speed_pct: vec![f64::NAN; 50],
+            pump_inlet_pressure_pa: vec![vec![f64::NAN; 50]],
+            booster_flow_m3_s: vec![0.01; 50],
             ..Recording::default()
         };
         Told::of(&reads(&recording), 100.0, 40.0)

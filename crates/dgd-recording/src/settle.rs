@@ -22,16 +22,23 @@ use dgd_units::Dimension;
 #[derive(Debug, Clone, Default)]
 pub struct Settle {
     /// The last new value of each series.
-    last: Vec<f64>,
+    last: Vec<(Channel, f64)>,
 }
 
 impl Settle {
-    /// Settles the next samples, in place; all blocks must have the same transmitters.
+    /// Settles the next samples, in place; with other transmitters than before it begins anew.
     pub fn add(&mut self, block: &mut Recording) {
         let channels: Vec<Channel> = block.series().iter().map(|(channel, _)| *channel).collect();
-        self.last.resize(channels.len(), f64::NAN);
-        for ((channel, values), last) in channels.iter().zip(block.series_mut()).zip(&mut self.last)
+        if !channels
+            .iter()
+            .eq(self.last.iter().map(|(channel, _)| channel))
         {
+            self.last = channels
+                .into_iter()
+                .map(|channel| (channel, f64::NAN))
+                .collect();
+        }
+        for (values, (channel, last)) in block.series_mut().zip(&mut self.last) {
             settle(values, resolved(channel.dimension()), last);
         }
     }

@@ -50,8 +50,10 @@ pub(super) struct OwnClock {
 /// What a clock of its own must save beyond what the named effects do, e-folds: as much as an allowance that makes something early.
 /// Set by hand.
 const DEAR: f64 = 12.0;
-/// Seconds that are tried, to either side; beyond the last nobody would take one clock for the other.
+/// Seconds that are tried, to either side.
 const TRIED_S: [f64; 5] = [6.0, 14.0, 24.0, 40.0, 70.0];
+/// The most that a finer look may come to, s.
+const MOST_S: f64 = 180.0;
 
 /// The clock that explains more in place of all that was named in the mass balance; `None` where none does.
 ///
@@ -90,7 +92,9 @@ pub(super) fn own_clock_of(
     // Finer about the best, half as far where neither side is better.
     let mut reach_s = 0.5 * best.late_s.abs();
     while reach_s >= 0.5 * record.dt_s {
-        let near = vec![best.late_s - reach_s, best.late_s + reach_s];
+        let near = [best.late_s - reach_s, best.late_s + reach_s];
+        let near = near.into_iter().filter(|late_s| late_s.abs() <= MOST_S);
+        let near = near.collect();
         match most(each(near, |late_s| saves(best.channels, late_s))) {
             Some(nearer) if nearer.saves > best.saves => best = nearer,
             _ => reach_s *= 0.5,
@@ -113,6 +117,14 @@ pub(super) fn own_clock_of(
         .map(|n| n.applied.effect.about().id)
         .collect();
     Some(best)
+}
+
+/// Says of a finding what would look the same as well.
+pub(super) fn also_same_as(finding: &mut Finding, told: String) {
+    finding.same_as = Some(match finding.same_as.take() {
+        Some(known) => format!("{known}; or {told}"),
+        None => told,
+    });
 }
 
 /// Whether it shows in the mass balance.
@@ -180,14 +192,16 @@ impl OwnClock {
 
     /// Says of a finding in the mass balance what would look the same.
     pub(super) fn tell(&self, finding: &mut Finding) {
-        let beside = self.beside.contains(&finding.effect.as_str());
+        let cause = finding.resembles.unwrap_or(&finding.effect);
+        let beside = self.beside.contains(&cause);
         if finding.shows_in.contains(&Relation::RiserMassBalance) && !beside {
             let told = self.told();
             let as_set = if self.late_s > 0.0 { "" } else { "-" };
-            finding.same_as = Some(format!(
+            let told = format!(
                 "a clock of their own: {told} (`late = \"{as_set}{:.0} s\"` beside their tags in the well description)",
                 self.late_s.abs()
-            ));
+            );
+            also_same_as(finding, told);
         }
     }
 

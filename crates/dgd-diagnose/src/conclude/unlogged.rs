@@ -1,100 +1,168 @@
 //! Whether a pump that is not logged may be what looks like a large gain of a flow meter, or like an influx.
 
+use super::clock::{also_same_as, in_balance};
 use crate::diagnosis::Finding;
 use crate::record::Record;
 use crate::selection::Named;
-use dgd_recording::{Channel, STANDING_M3_S};
+use dgd_effects::Place;
+use dgd_recording::{Channel, ChannelMap, ChannelSource, STANDING_M3_S};
 
 /// Share by which strokes and meters may be off together; one of a liner or a gallon may be off by more. Set by hand.
 const GAIN: f64 = 0.15;
 /// Rate of a pump rather than of a kick, m³/s. Set by hand.
 const PUMPED_M3_S: f64 = 0.01;
 
+/// Share of the recording that an influx acts in from which on it does not come and go. Set by hand.
+const MOSTLY: f64 = 0.6;
+
 /// A pump whose flow reads 0 throughout.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Unlogged(Channel);
 
 impl Unlogged {
-    /// The first of mud pump and booster that never shows a flow.
-    pub(super) fn in_record(record: &Record) -> Option<Self> {
+    /// The first of mud pump and booster whose meter never shows a flow; of a constant in the description somebody has thought.
+    pub(super) fn in_record(record: &Record, channels: &ChannelMap) -> Option<Self> {
         let pumps = [
-            (Channel::MudPumpFlow, &record.filled.mud_pump),
-            (Channel::BoosterFlow, &record.filled.booster),
+            (
+                Channel::MudPumpFlow,
+                &channels.mud_pump_flow,
+                &record.filled.mud_pump,
+            ),
+            (
+                Channel::BoosterFlow,
+                &channels.booster_flow,
+                &record.filled.booster,
+            ),
         ];
-        let rests = |flow: &[f64]| flow.iter().all(|q| q.abs() <= STANDING_M3_S);
-        let mut idle = pumps.into_iter().filter(|(_, flow)| rests(flow));
-        idle.next().map(|(channel, _)| Self(channel))
+        let mut idle = pumps.into_iter().filter(|(_, source, flow)| {
+            let metered = matches!(source, ChannelSource::Column { .. });
+            metered && flow.iter().all(|q| q.abs() <= STANDING_M3_S)
+        });
+        idle.next().map(|(channel, ..)| Self(channel))
     }
 
-    /// Whether it may be what a cause is taken for: more comes back than is logged as pumped in.
-    pub(super) fn may_be(named: &Named) -> bool {
+    /// Whether it may be what a cause is taken for: all along more comes back than is logged as pumped in. A kick comes and goes.
+    pub(super) fn may_be(record: &Record, named: &Named) -> bool {
         let strength = named
             .applied
             .parameters
             .first()
             .copied()
             .unwrap_or_default();
+        let acts_s = || {
+            record
+                .told
+                .between_s(named.applied.interval_s(record.setting.span_s))
+        };
         match named.applied.effect.about().id {
             "return_flow_gain" => strength > GAIN,
             "inflow_gain" => strength < -GAIN,
-            "influx" => strength >= PUMPED_M3_S,
+            "influx" => strength >= PUMPED_M3_S && acts_s() > MOSTLY * record.told_s(),
             _ => false,
         }
     }
 
-    /// Says so of a finding.
-    pub(super) fn tell(self, finding: &mut Finding) {
-        finding.same_as = Some(format!(
-            "a pump that is not logged: `{}` reads 0 throughout",
-            self.0.name()
-        ));
+    /// Says so of a finding: of one that it upsets, and of a correction by which more flows in than is logged.
+    pub(super) fn tell(self, named: &Named, upset: bool, finding: &mut Finding) {
+        let more = (named.applied.curve()).is_some_and(|curve| {
+            curve.place == Place::Balance && curve.knots.iter().sum::<f64>() > 0.0
+        });
+        if more || upset && in_balance(named) {
+            let name = self.0.name();
+            also_same_as(
+                finding,
+                format!("a pump that is not logged: `{name}` reads 0 throughout"),
+            );
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+
     use super::Unlogged;
-    use crate::test_rig::{found, named, steady};
-    use dgd_recording::Channel;
+    use crate::record::Record;
+    use crate::relations::Applied;
+    use crate::selection::Named;
+    use crate::test_rig::{found, named, recorded, steady};
+    use dgd_effects::{Curve, KNOTS, Place, Quantity};
+    use dgd_recording::{Channel, ChannelSource};
+    use dgd_units::Unit;
+
+    /// By a description in which the booster is a column.
+    fn idle(record: &Record) -> Option<Unlogged> {
+        let mut channels = recorded(record, 0.0).0.channels;
+        channels.booster_flow = ChannelSource::column("FT2", Unit::parse("m3/s").unwrap());
+        Unlogged::in_record(record, &channels)
+    }
 
     #[test]
-    fn a_pump_without_a_flow_is_told_of_what_it_may_be() {
+    fn a_meter_without_a_flow_is_a_pump_that_may_run() {
         let mut record = steady(10);
-        let idle = Unlogged::in_record;
         assert_eq!(idle(&record), None);
         record.filled.booster.fill(0.0);
-        let found_idle = idle(&record);
-        assert_eq!(found_idle, Some(Unlogged(Channel::BoosterFlow)));
-        let mut finding = found("influx", 0.9);
-        found_idle
-            .into_iter()
-            .for_each(|idle| idle.tell(&mut finding));
-        let told = finding.same_as.unwrap_or_default();
-        assert_eq!(
-            told,
-            "a pump that is not logged: `booster_flow` reads 0 throughout"
-        );
+        assert_eq!(idle(&record), Some(Unlogged(Channel::BoosterFlow)));
+        let mut well = recorded(&record, 0.0).0;
+        well.channels.booster_flow = ChannelSource::Constant { si: 0.0 };
+        assert_eq!(Unlogged::in_record(&record, &well.channels), None);
         record.filled.booster[7] = 0.02;
         assert_eq!(idle(&record), None);
     }
 
     #[test]
     fn more_that_comes_back_than_a_meter_or_a_kick_makes_may_be_a_pump() {
-        for (id, strength, may_be) in [
-            ("return_flow_gain", 0.3, true),
-            ("return_flow_gain", 0.1, false),
-            ("return_flow_gain", -0.3, false),
-            ("inflow_gain", -0.3, true),
-            ("inflow_gain", 0.3, false),
-            ("influx", 0.02, true),
-            ("influx", 0.004, false),
-            ("lost_circulation", 0.02, false),
+        let record = steady(100);
+        let all = record.told_s();
+        for (id, parameters, may_be) in [
+            ("return_flow_gain", [0.3, 0.0, 0.0, 0.0], true),
+            ("return_flow_gain", [0.1, 0.0, 0.0, 0.0], false),
+            ("return_flow_gain", [-0.3, 0.0, 0.0, 0.0], false),
+            ("inflow_gain", [-0.3, 0.0, 0.0, 0.0], true),
+            ("inflow_gain", [0.3, 0.0, 0.0, 0.0], false),
+            ("influx", [0.02, 0.1 * all, 0.8 * all, 0.1], true),
+            ("influx", [0.02, 0.1 * all, 0.4 * all, 0.1], false),
+            ("influx", [0.004, 0.1 * all, 0.8 * all, 0.1], false),
+            ("lost_circulation", [0.02, 0.0, 0.0, 0.0], false),
         ] {
+            let one = named(id, &parameters);
             assert_eq!(
-                Unlogged::may_be(&named(id, &[strength])),
+                Unlogged::may_be(&record, &one),
                 may_be,
-                "{id} {strength}"
+                "{id} {parameters:?}"
             );
         }
+    }
+
+    #[test]
+    fn it_is_told_of_what_it_upsets_and_of_more_that_flows_in_beside_what_is_told_already() {
+        let pump = Unlogged(Channel::BoosterFlow);
+        let told = |named: &Named, upset: bool, before: Option<&str>| {
+            let mut finding = found("influx", 0.9);
+            finding.same_as = before.map(str::to_owned);
+            pump.tell(named, upset, &mut finding);
+            finding.same_as.unwrap_or_default()
+        };
+        let says = "a pump that is not logged: `booster_flow` reads 0 throughout";
+        let kick = named("influx", &[0.02, 0.0, 900.0, 0.1]);
+        assert_eq!(told(&kick, true, None), says);
+        assert_eq!(
+            told(&kick, true, Some("a kick")),
+            format!("a kick; or {says}")
+        );
+        assert_eq!(told(&kick, false, None), "");
+        assert_eq!(told(&named("pump_wear", &[0.1, 0.0]), true, None), "");
+        let curve = |place: Place, flow: f64| Named {
+            applied: Applied::from(&Curve::new(
+                place,
+                Quantity::Time,
+                (0.0, 1e4),
+                vec![flow; KNOTS],
+            )),
+            ..named("influx", &[0.0; 4])
+        };
+        assert_eq!(told(&curve(Place::Balance, 1e-3), false, None), says);
+        assert_eq!(told(&curve(Place::Balance, -1e-3), false, None), "");
+        assert_eq!(told(&curve(Place::InletReading, 1e3), false, None), "");
     }
 }

@@ -137,8 +137,7 @@ impl Columns {
             out.beyond_curves.push(Arc::clone(&free.column));
         }
         // Last, so that two hypotheses have all other columns alike. What a named lateness leaves over for want of form is no clock.
-        let (from, to) = record.setting.span_s;
-        if to - from <= LATE_FLOW_WITHIN_S
+        if record.told_s() <= LATE_FLOW_WITHIN_S
             && record.takes(Step::LateFlows)
             && !applied.iter().any(Applied::names_lateness)
         {
