@@ -187,6 +187,14 @@ impl Finding {
         self.probability + others >= 0.5
     }
 
+    /// Says what else would show the same.
+    pub(crate) fn also_same_as(&mut self, told: String) {
+        self.same_as = Some(match self.same_as.take() {
+            Some(known) => format!("{known}; or {told}"),
+            None => told,
+        });
+    }
+
     /// Alternatives that deserve to be named, likeliest first.
     pub fn serious(&self) -> impl Iterator<Item = &(String, f64)> {
         (self.alternatives.iter()).filter(|(_, probability)| *probability >= Self::SERIOUS)

@@ -2,7 +2,7 @@
 
 use crate::limit::Showing;
 use crate::relations::{Applied, joined};
-use dgd_effects::Curve;
+use dgd_effects::{Curve, Relation};
 
 /// A named effect.
 #[derive(Clone)]
@@ -25,6 +25,14 @@ impl Named {
     /// Whether it is something that the catalogue does not hold, and not what two transmitters show; until the search ends.
     pub(crate) fn is_unnamed(&self) -> bool {
         self.applied.is_correction() && self.held.is_none()
+    }
+
+    /// Whether it shows in a relation.
+    pub(crate) fn shows_in(&self, relation: Relation) -> bool {
+        match self.applied.curve() {
+            Some(curve) => curve.place.shows_in().contains(&relation),
+            None => self.applied.effect.about().relation == relation,
+        }
     }
 
     /// Whether its strength was refined to nothing. A correction's curve has none.

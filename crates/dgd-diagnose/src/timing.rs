@@ -2,7 +2,7 @@
 
 mod allowances;
 
-pub(crate) use allowances::allowances_with;
+pub(crate) use allowances::{EARLY, allowances_with};
 
 use crate::cores::apiece;
 use crate::record::Record;

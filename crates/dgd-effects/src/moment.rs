@@ -307,9 +307,8 @@ impl Lag {
 
     pub(crate) fn step(&mut self, input: f64, dt_s: f64) -> f64 {
         if self.step_s != dt_s {
-            let (tau_s, share) = lagging(self.tau_s, dt_s);
-            (self.step_s, self.share) = (dt_s, share);
-            self.ramp = 1.0 - share * tau_s / dt_s;
+            self.step_s = dt_s;
+            (self.share, self.ramp) = lagging(self.tau_s, dt_s);
         }
         let value = match self.value {
             Some((value, before)) if input.is_finite() => {
@@ -324,10 +323,11 @@ impl Lag {
     }
 }
 
-/// A time constant of 0 or more, s, and its share of the way in a step.
+/// What a lag goes in a step: its share of the way to the input before, and of what the input goes on by.
 pub(crate) fn lagging(tau_s: f64, dt_s: f64) -> (f64, f64) {
     let tau_s = tau_s.max(0.0);
-    (tau_s, -(-dt_s / tau_s).exp_m1())
+    let share = -(-dt_s / tau_s).exp_m1();
+    (share, 1.0 - share * tau_s / dt_s)
 }
 
 /// Least mixed volume, over mud in the riser: below it mixing is at once.

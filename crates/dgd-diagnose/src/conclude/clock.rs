@@ -11,6 +11,7 @@ use crate::record::Record;
 use crate::relations::joined;
 use crate::selection::{Named, Selection};
 use crate::tangent::Tangent;
+use crate::timing::EARLY;
 use dgd_effects::Relation;
 use dgd_lsq::dot;
 use tracing::debug;
@@ -47,15 +48,14 @@ pub(super) struct OwnClock {
     beside: Vec<&'static str>,
 }
 
-/// What a clock of its own must save beyond what the named effects do, e-folds: as much as an allowance that makes something early.
-/// Set by hand.
-const DEAR: f64 = 12.0;
 /// Seconds that are tried, to either side.
 const TRIED_S: [f64; 5] = [6.0, 14.0, 24.0, 40.0, 70.0];
 /// The most that a finer look may come to, s.
 const MOST_S: f64 = 180.0;
 
 /// The clock that explains more in place of all that was named in the mass balance; `None` where none does.
+///
+/// It must save as much beyond them as an allowance that makes something early.
 ///
 /// - `full`: the tangent about all that was found, whose noise and rows all are judged by.
 pub(super) fn own_clock_of(
@@ -79,7 +79,7 @@ pub(super) fn own_clock_of(
         OwnClock {
             channels,
             late_s,
-            saves: now - misfit(&full.left_over_of(&other, &without)) - DEAR,
+            saves: now - misfit(&full.left_over_of(&other, &without)) - EARLY,
             beside: Vec::new(),
         }
     };
@@ -105,7 +105,7 @@ pub(super) fn own_clock_of(
         return None;
     }
     let other = read_earlier(record, best.channels, best.late_s);
-    let left = now - best.saves - DEAR;
+    let left = now - best.saves - EARLY;
     let is_seen = |n: &&Named| {
         let with = misfit(&full.left_over_of(&other, &joined(&without, &n.applied)));
         left - with > n.hurdle
@@ -119,21 +119,9 @@ pub(super) fn own_clock_of(
     Some(best)
 }
 
-/// Says of a finding what would look the same as well.
-pub(super) fn also_same_as(finding: &mut Finding, told: String) {
-    finding.same_as = Some(match finding.same_as.take() {
-        Some(known) => format!("{known}; or {told}"),
-        None => told,
-    });
-}
-
 /// Whether it shows in the mass balance.
 pub(super) fn in_balance(named: &Named) -> bool {
-    let balance = Relation::RiserMassBalance;
-    match named.applied.curve() {
-        Some(curve) => curve.place.shows_in().contains(&balance),
-        None => named.applied.effect.about().relation == balance,
-    }
+    named.shows_in(Relation::RiserMassBalance)
 }
 
 /// The recording with some channels read so much earlier, s, and without gaps in them.
@@ -201,7 +189,7 @@ impl OwnClock {
                 "a clock of their own: {told} (`late = \"{as_set}{:.0} s\"` beside their tags in the well description)",
                 self.late_s.abs()
             );
-            also_same_as(finding, told);
+            finding.also_same_as(told);
         }
     }
 

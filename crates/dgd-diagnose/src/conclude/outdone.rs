@@ -58,10 +58,7 @@ fn outdoes(findings: &[Named], suspect: &Named) -> Option<(&'static str, f64)> {
         let it = n.alternatives.iter().find(|a| a.0 == about.id);
         it.map_or(0.0, |a| a.1)
     };
-    let there = |n: &Named| match n.applied.curve() {
-        Some(curve) => curve.place.shows_in().contains(&about.relation),
-        None => n.applied.effect.about().relation == about.relation,
-    };
+    let there = |n: &Named| n.shows_in(about.relation);
     let by = findings.iter().max_by(|a, b| {
         instead(a)
             .total_cmp(&instead(b))

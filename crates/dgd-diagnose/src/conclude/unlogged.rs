@@ -1,6 +1,6 @@
 //! Whether a pump that is not logged may be what looks like a large gain of a flow meter, or like an influx.
 
-use super::clock::{also_same_as, in_balance};
+use super::clock::in_balance;
 use crate::diagnosis::Finding;
 use crate::record::Record;
 use crate::selection::Named;
@@ -69,10 +69,9 @@ impl Unlogged {
         });
         if more || upset && in_balance(named) {
             let name = self.0.name();
-            also_same_as(
-                finding,
-                format!("a pump that is not logged: `{name}` reads 0 throughout"),
-            );
+            finding.also_same_as(format!(
+                "a pump that is not logged: `{name}` reads 0 throughout"
+            ));
         }
     }
 }

@@ -8,22 +8,29 @@ use crate::test_rig::{recorded, steady};
 use dgd_identify::Prepared;
 use dgd_recording::{Channel, Well};
 
+/// All that was read, and the means of the pressures.
+fn series(prepared: &mut Prepared) -> [&mut Vec<f64>; 9] {
+    let r = &mut prepared.recording;
+    [
+        &mut r.mud_pump_flow_m3_s,
+        &mut r.booster_flow_m3_s,
+        &mut r.topfill_flow_m3_s,
+        &mut r.return_flow_m3_s,
+        &mut r.pump_speed_pct,
+        &mut r.pump_inlet_pressure_pa[0],
+        &mut r.pump_outlet_pressure_pa[0],
+        &mut prepared.inlet_pressure_pa,
+        &mut prepared.outlet_pressure_pa,
+    ]
+}
+
 /// A recording of so many samples, a step apart, whose return flow counts them.
 fn counted(n: usize, step_s: f64) -> (Well, Prepared) {
     let (well, mut prepared) = recorded(&steady(n / 5 + 1), 0.0);
     let r = &mut prepared.recording;
     r.time_s = (0..n).map(|i| step_s * i as f64).collect();
     r.return_flow_m3_s = (0..n).map(|i| i as f64).collect();
-    for values in [
-        &mut r.mud_pump_flow_m3_s,
-        &mut r.booster_flow_m3_s,
-        &mut r.topfill_flow_m3_s,
-        &mut r.pump_speed_pct,
-        &mut r.pump_inlet_pressure_pa[0],
-        &mut r.pump_outlet_pressure_pa[0],
-        &mut prepared.inlet_pressure_pa,
-        &mut prepared.outlet_pressure_pa,
-    ] {
+    for values in series(&mut prepared) {
         values.truncate(n);
     }
     prepared.step_s = step_s;
@@ -94,18 +101,7 @@ fn hurdles_grow_with_a_step_beyond_ten_seconds() {
 #[test]
 fn hours_without_a_reading_are_not_counted() {
     let (well, mut prepared) = counted(14_401, 10.0);
-    let r = &mut prepared.recording;
-    for values in [
-        &mut r.mud_pump_flow_m3_s,
-        &mut r.booster_flow_m3_s,
-        &mut r.topfill_flow_m3_s,
-        &mut r.return_flow_m3_s,
-        &mut r.pump_speed_pct,
-        &mut r.pump_inlet_pressure_pa[0],
-        &mut r.pump_outlet_pressure_pa[0],
-        &mut prepared.inlet_pressure_pa,
-        &mut prepared.outlet_pressure_pa,
-    ] {
+    for values in series(&mut prepared) {
         values[1000..9640].fill(f64::NAN);
     }
     let record = Record::new(&well, &prepared, &[]);

@@ -11,7 +11,7 @@ use dgd_lsq::dot;
 /// Misfit that an allowance must save.
 const EARNED: f64 = 2.0;
 /// What it must save beyond that where it makes something early: that comes of clocks alone, and no rotor, edge or filter makes it.
-const EARLY: f64 = 12.0;
+pub(crate) const EARLY: f64 = 12.0;
 /// Misfit that another value must save beyond the one that is held.
 const BETTER: f64 = 0.05;
 /// How often the allowances are gone through at the most.

@@ -100,8 +100,7 @@ impl DrillString {
         let outflow = match self.last_m3_s {
             Some((outflow, _)) if !pumped.is_finite() => return outflow,
             Some((outflow, before)) if pumped >= outflow => {
-                let (tau_s, share) = lagging(self.fills_s, dt_s);
-                let ramp = 1.0 - share * tau_s / dt_s;
+                let (share, ramp) = lagging(self.fills_s, dt_s);
                 outflow + share * (before - outflow) + ramp * (pumped - before)
             }
             Some((outflow, before)) => {
