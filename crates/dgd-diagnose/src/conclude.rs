@@ -130,8 +130,8 @@ pub fn diagnose(
     }
     let idle = Unlogged::in_record(&record, &well.channels);
     let pumped = |n: &Named| Unlogged::may_be(&record, n);
-    let upset = idle.is_some() && selection.named.iter().any(pumped);
-    if upset {
+    let upset = idle.filter(|_| selection.named.iter().any(pumped));
+    if upset.is_some() {
         doubt_more(&mut selection.named, sought, in_balance, unlogged);
     }
     let nothing_left = residue::left(&traces);
@@ -159,7 +159,7 @@ pub fn diagnose(
     let named = selection.named.iter().map(|named| {
         let mut told = finding(&record, named, &estimator, held_out.clone());
         if let Some(idle) = idle {
-            idle.tell(named, upset, &mut told);
+            idle.tell(named, upset.is_some(), &mut told);
         }
         told
     });
@@ -199,6 +199,9 @@ pub fn diagnose(
         started_from: known.iter().map(|a| a.effect.about().id).collect(),
         suspected: options.suspects.clone(),
         tested,
+        warnings: (clock.iter().map(OwnClock::warning))
+            .chain(upset.map(Unlogged::warning))
+            .collect(),
         checks,
         before: models.before,
         after: models.after,

@@ -18,6 +18,9 @@ pub struct Diagnosis {
     pub suspected: Vec<String>,
     /// Every effect of the catalogue that the model does not hold: seen, not seen and down to which size, or not testable here.
     pub tested: Vec<Tested>,
+    /// What makes the answer doubtful before it is read: not the rig but its description, or what is logged, may be at fault. Who loads
+    /// the recording adds what he suspects, such as units that cannot be; reports tell it first.
+    pub warnings: Vec<String>,
     /// Checks on the findings, passed and failed.
     pub checks: Vec<Check>,
     /// The model without the findings, fitted on the training samples.

@@ -13,11 +13,11 @@ pub const DIAGNOSIS_SCHEMA: &str = "dgd.diagnosis/1";
 /// The members stand in the README. Series are left out (they go into a table of their own), and so is every
 /// number that is not finite: a parameter without a finite estimate, an interval without finite ends. The same
 /// diagnosis gives the same bytes.
-pub fn write_diagnosis(diagnosis: &Diagnosis, warnings: &[String]) -> String {
+pub fn write_diagnosis(diagnosis: &Diagnosis) -> String {
     let mut document = Members::default();
     document.text("schema", DIAGNOSIS_SCHEMA);
     document.text("verdict", diagnosis.verdict.name());
-    document.list("warnings", warnings.iter().map(Json::text));
+    document.list("warnings", diagnosis.warnings.iter().map(Json::text));
     document.list("findings", diagnosis.findings.iter().map(finding));
     document.list(
         "started_from",

@@ -30,7 +30,6 @@ type Write = fn(&Diagnosis, &mut Html);
 ///
 /// - `recording`: name of the recording, for people.
 /// - `command`: the command line that repeats the diagnosis.
-/// - `warnings`: what makes the answer doubtful before it is read, such as units that cannot be; told first.
 ///
 /// Six sections whatever the verdict: the answer in a sentence, where (a timeline by relation), what (candidates and
 /// what would separate them), the equation before and after, the fit on the held-out windows, and the checks with
@@ -60,20 +59,16 @@ type Write = fn(&Diagnosis, &mut Html);
 /// # let simulation =
 /// #     Simulation { t_s: Vec::new(), held_out: Vec::new(), valid: Vec::new(), signals: Vec::new() };
 /// # let diagnosis = Diagnosis {
-/// #     verdict: Verdict::Consistent, findings: Vec::new(), started_from: Vec::new(), suspected: Vec::new(), tested: Vec::new(), checks: Vec::new(),
+/// #     verdict: Verdict::Consistent, findings: Vec::new(), started_from: Vec::new(), suspected: Vec::new(), tested: Vec::new(), warnings: Vec::new(),
+/// #     checks: Vec::new(),
 /// #     before: model.clone(), after: model, setting, simulation, traces: Vec::new(),
 /// #     held_out_s: Vec::new(), began: None, settings: Vec::new(), work: Default::default(),
 /// # };
-/// let html = dgd_report::diagnosis_page(&diagnosis, "rig.csv", "dgd diagnose rig.csv --well well.toml", &[]);
+/// let html = dgd_report::diagnosis_page(&diagnosis, "rig.csv", "dgd diagnose rig.csv --well well.toml");
 /// assert!(html.contains("The model leaves out nothing that this recording could show"));
 /// ```
 #[must_use]
-pub fn diagnosis_page(
-    diagnosis: &Diagnosis,
-    recording: &str,
-    command: &str,
-    warnings: &[String],
-) -> String {
+pub fn diagnosis_page(diagnosis: &Diagnosis, recording: &str, command: &str) -> String {
     let mut page = Page::new(
         format!("Diagnosis of {recording}"),
         answer::sentence(diagnosis),
@@ -87,13 +82,13 @@ pub fn diagnosis_page(
         ("The fit, before and after", fit::write),
         ("Checks, limits and settings", checks::write),
     ];
-    if !warnings.is_empty() {
+    if !diagnosis.warnings.is_empty() {
         page.section("Before you read on")
             .paragraph(
                 "The recording does not match its well description. If a line below is right, the rest of this report is not: correct the \
                  description and diagnose again.",
             )
-            .list(warnings);
+            .list(&diagnosis.warnings);
     }
     for (heading, write) in sections {
         let mut html = Html::default();

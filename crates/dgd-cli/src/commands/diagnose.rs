@@ -32,7 +32,6 @@ pub(crate) struct Diagnosed {
     pub(crate) diagnosis: Diagnosis,
     pub(crate) json: String,
     departures: Vec<(String, String)>,
-    warnings: Vec<String>,
     recording: String,
 }
 
@@ -69,7 +68,7 @@ pub(crate) fn run(arguments: &Diagnose, global: &Global) -> Result<String, Failu
 
 /// The answer for people.
 pub(crate) fn tell(done: &Diagnosed, out: &Path) -> String {
-    say::again(&done.warnings)
+    say::again(&done.diagnosis.warnings)
         + &tell::tell(&done.diagnosis, &done.departures, &done.recording, out)
 }
 
@@ -130,6 +129,8 @@ pub(crate) fn carry_out(
     };
     let mut diagnosis =
         diagnose(&well, &prepared, &options, &mut said).map_err(|e| undiagnosed(first, &e))?;
+    say::warn(&mut warnings, std::mem::take(&mut diagnosis.warnings));
+    diagnosis.warnings = warnings;
     // The report is written beside what was found, not beside the recording as well.
     drop(prepared);
     diagnosis.settings.extend(identified.departures.clone());
@@ -139,14 +140,12 @@ pub(crate) fn carry_out(
     departures.extend(began);
     progress.stage("writing", &out.display().to_string());
     let recording = recordings.join(", ");
-    let page =
-        dgd_report::diagnosis_page(&diagnosis, &recording, &command(source, search), &warnings);
-    let json = write(&diagnosis, &warnings, identified.base, &page, out)?;
+    let page = dgd_report::diagnosis_page(&diagnosis, &recording, &command(source, search));
+    let json = write(&diagnosis, identified.base, &page, out)?;
     Ok(Diagnosed {
         diagnosis,
         departures,
         json,
-        warnings,
         recording,
     })
 }
@@ -195,18 +194,12 @@ fn undiagnosed(path: &Path, error: &DiagnoseError) -> Failure {
 }
 
 /// Writes the four files beside their places, then puts them there together; returns diagnosis.json.
-fn write(
-    diagnosis: &Diagnosis,
-    warnings: &[String],
-    base: Base,
-    page: &str,
-    out: &Path,
-) -> Result<String, Failure> {
+fn write(diagnosis: &Diagnosis, base: Base, page: &str, out: &Path) -> Result<String, Failure> {
     let document = ModelDocument {
         base,
         augmented: Some(diagnosis.after.clone()),
     };
-    let json = write_diagnosis(diagnosis, warnings);
+    let json = write_diagnosis(diagnosis);
     let mut outputs = Outputs::new();
     outputs.add_bytes(&out.join(MODEL), write_model_document(&document))?;
     outputs.add(&out.join(SIMULATION), |writer| {

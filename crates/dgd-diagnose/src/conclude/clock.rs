@@ -3,12 +3,12 @@
 //! A historian that gathers its channels from several systems may have each on its own clock. Mud that is logged late, or a level that
 //! is, leaves at every change of flow what an area, moving pipe or a draining string leave there.
 
-use super::residue::ONE_CLOCK;
+use super::residue::{ONE_CLOCK, is_early};
 use crate::cores::each;
 use crate::diagnosis::{Check, Finding};
 use crate::numbers::{bridged, whole};
 use crate::record::Record;
-use crate::relations::joined;
+use crate::relations::{Applied, joined};
 use crate::selection::{Named, Selection};
 use crate::tangent::Tangent;
 use crate::timing::EARLY;
@@ -36,13 +36,19 @@ impl Channels {
     }
 }
 
-/// A clock of their own.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct OwnClock {
+/// Channels on a clock of their own.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Late {
     channels: Channels,
     /// What was logged so late is read so much earlier, s; early where it is below 0.
-    late_s: f64,
-    /// E-folds by which that explains more than what was named in the balance.
+    by_s: f64,
+}
+
+/// A clock of their own that explains more than what was named in the mass balance.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct OwnClock {
+    late: Late,
+    /// E-folds by which it does.
     saves: f64,
     /// Causes in the balance that are seen with it too.
     beside: Vec<&'static str>,
@@ -53,7 +59,8 @@ const TRIED_S: [f64; 5] = [6.0, 14.0, 24.0, 40.0, 70.0];
 /// The most that a finer look may come to, s.
 const MOST_S: f64 = 180.0;
 
-/// The clock that explains more in place of all that was named in the mass balance; `None` where none does.
+/// The clock that explains more than what was named in the mass balance, in place of it, or of all but the causes that explain most;
+/// `None` where none does. As few causes are kept as may be.
 ///
 /// It must save as much beyond them as an allowance that makes something early.
 ///
@@ -63,59 +70,79 @@ pub(super) fn own_clock_of(
     full: &Tangent,
     selection: &Selection,
 ) -> Option<OwnClock> {
-    if !selection.named.iter().any(in_balance) {
-        return None;
-    }
-    let others = selection.named.iter().filter(|n| !in_balance(n));
-    let without = others.fold(selection.allowances.clone(), |state, n| {
-        joined(&state, &n.applied)
-    });
+    let (balance, others): (Vec<&Named>, Vec<&Named>) =
+        selection.named.iter().partition(|n| in_balance(n));
+    let with = |state: &[Applied], n: &Named| joined(state, &n.applied);
     let misfit = |off: &[f64]| 0.5 * dot(off, off);
+    let given =
+        |allowances: Vec<Applied>| (others.iter()).fold(allowances, |state, n| with(&state, n));
+    let all = given(selection.allowances.clone());
+    let causes = balance.iter().filter(|n| !n.applied.is_correction());
+    let mut causes: Vec<(f64, &Named)> = causes
+        .map(|n| (misfit(&full.left_over(record, &with(&all, n))), *n))
+        .collect();
+    causes.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // In place of what was allowed to be early too: that comes of a clock, and was paid for as one.
+    let mut starts = vec![(EARLY, all)];
+    if selection.allowances.iter().any(is_early) {
+        let none_early = (selection.allowances.iter()).filter(|a| !is_early(a));
+        starts.push((0.0, given(none_early.cloned().collect())));
+    }
     let now = misfit(&full.off);
-    let saves = |channels: Channels, late_s: f64| {
-        let steps = whole(late_s.abs() / record.dt_s);
-        let late_s = (steps as f64 * record.dt_s).copysign(late_s);
-        let other = read_earlier(record, channels, late_s);
-        OwnClock {
-            channels,
-            late_s,
-            saves: now - misfit(&full.left_over_of(&other, &without)) - EARLY,
-            beside: Vec::new(),
+    let left = |other: &Record, state: &[Applied]| misfit(&full.left_over_of(other, state));
+    for kept in 0..balance.len() {
+        if kept > 0 {
+            let (_, cause) = causes.get(kept - 1)?;
+            for (_, state) in &mut starts {
+                *state = with(state, cause);
+            }
         }
+        let clocks = starts.iter().filter_map(|(price, state)| {
+            let (late, least) = best(record, |other| left(other, state))?;
+            Some((now - least - price, late, least, state))
+        });
+        let (saves, late, least, state) = clocks.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        debug!("{late:?} saves {saves} beside {kept} causes");
+        if saves > 0.0 && late.by_s.abs() > 0.0 {
+            let other = read_earlier(record, late);
+            let seen = |n: &Named| least - left(&other, &with(state, n)) > n.hurdle;
+            let ranked = causes.iter().map(|(_, n)| n).enumerate();
+            let beside = ranked.filter(|(rank, n)| *rank < kept || seen(n));
+            return Some(OwnClock {
+                late,
+                saves,
+                beside: beside.map(|(_, n)| n.applied.effect.about().id).collect(),
+            });
+        }
+    }
+    None
+}
+
+/// What leaves least of the recording that is read earlier by it, and that.
+fn best(record: &Record, left: impl Fn(&Record) -> f64 + Sync) -> Option<(Late, f64)> {
+    let tried = |late: Late| {
+        let steps = whole(late.by_s.abs() / record.dt_s);
+        let by_s = (steps as f64 * record.dt_s).copysign(late.by_s);
+        let late = Late { by_s, ..late };
+        (late, left(&read_earlier(record, late)))
     };
-    let most = |of: Vec<OwnClock>| of.into_iter().max_by(|a, b| a.saves.total_cmp(&b.saves));
-    let tried = Channels::ALL.into_iter().flat_map(|channels| {
-        let both = TRIED_S.into_iter().flat_map(|late_s| [late_s, -late_s]);
-        both.map(move |late_s| (channels, late_s))
+    let least = |of: Vec<(Late, f64)>| of.into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
+    let coarse = Channels::ALL.into_iter().flat_map(|channels| {
+        let both = TRIED_S.into_iter().flat_map(|by_s| [by_s, -by_s]);
+        both.map(move |by_s| Late { channels, by_s })
     });
-    let mut best = most(each(tried.collect(), |(of, late_s)| saves(of, late_s)))?;
+    let mut best = least(each(coarse.collect(), tried))?;
     // Finer about the best, half as far where neither side is better.
-    let mut reach_s = 0.5 * best.late_s.abs();
+    let mut reach_s = 0.5 * best.0.by_s.abs();
     while reach_s >= 0.5 * record.dt_s {
-        let near = [best.late_s - reach_s, best.late_s + reach_s];
-        let near = near.into_iter().filter(|late_s| late_s.abs() <= MOST_S);
-        let near = near.collect();
-        match most(each(near, |late_s| saves(best.channels, late_s))) {
-            Some(nearer) if nearer.saves > best.saves => best = nearer,
+        let Late { channels, by_s } = best.0;
+        let near = [by_s - reach_s, by_s + reach_s].map(|by_s| Late { channels, by_s });
+        let near = near.into_iter().filter(|late| late.by_s.abs() <= MOST_S);
+        match least(each(near.collect(), tried)) {
+            Some(nearer) if nearer.1 < best.1 => best = nearer,
             _ => reach_s *= 0.5,
         }
     }
-    debug!("{best:?}");
-    if !(best.saves > 0.0 && best.late_s.abs() > 0.0) {
-        return None;
-    }
-    let other = read_earlier(record, best.channels, best.late_s);
-    let left = now - best.saves - EARLY;
-    let is_seen = |n: &&Named| {
-        let with = misfit(&full.left_over_of(&other, &joined(&without, &n.applied)));
-        left - with > n.hurdle
-    };
-    let named = selection.named.iter();
-    let causes = named.filter(|n| in_balance(n) && !n.applied.is_correction());
-    best.beside = causes
-        .filter(is_seen)
-        .map(|n| n.applied.effect.about().id)
-        .collect();
     Some(best)
 }
 
@@ -124,15 +151,15 @@ pub(super) fn in_balance(named: &Named) -> bool {
     named.shows_in(Relation::RiserMassBalance)
 }
 
-/// The recording with some channels read so much earlier, s, and without gaps in them.
-fn read_earlier(record: &Record, channels: Channels, late_s: f64) -> Record {
+/// The recording with those channels read earlier, and without gaps in them.
+fn read_earlier(record: &Record, late: Late) -> Record {
     let mut other = record.clone();
-    let steps = whole(late_s.abs() / record.dt_s);
+    let steps = whole(late.by_s.abs() / record.dt_s);
     let moved = |values: &mut Vec<f64>| {
         let steps = steps.min(values.len());
         let ends = (values.first().copied(), values.last().copied());
         // What is beyond an end is as at the end.
-        if late_s > 0.0 {
+        if late.by_s > 0.0 {
             values.rotate_left(steps);
             let beyond = values.len() - steps;
             values[beyond..].fill(ends.1.unwrap_or_default());
@@ -142,7 +169,7 @@ fn read_earlier(record: &Record, channels: Channels, late_s: f64) -> Record {
         }
     };
     let Record { inlet, filled, .. } = &mut other;
-    match channels {
+    match late.channels {
         Channels::MudPump => moved(&mut filled.mud_pump),
         Channels::Inflows => {
             for flow in [
@@ -162,6 +189,25 @@ fn read_earlier(record: &Record, channels: Channels, late_s: f64) -> Record {
     other
 }
 
+impl Late {
+    fn told(self) -> String {
+        let (by_s, how) = if self.by_s > 0.0 {
+            (self.by_s, "late")
+        } else {
+            (-self.by_s, "early")
+        };
+        format!("{} logged {by_s:.0} s {how}", self.channels.name())
+    }
+
+    /// What mends it in the well description.
+    fn mend(self) -> String {
+        format!(
+            "`late = \"{:.0} s\"` beside their tags in the well description",
+            self.by_s
+        )
+    }
+}
+
 impl OwnClock {
     /// Whether it makes a cause less likely.
     pub(super) fn speaks_against(&self, named: &Named) -> bool {
@@ -169,28 +215,23 @@ impl OwnClock {
         in_balance(named) && !self.beside.contains(&id)
     }
 
-    /// What the mass balance would look like with one clock.
-    fn told(&self) -> String {
-        let Self {
-            channels, late_s, ..
-        } = self;
-        let (by, how) = (late_s.abs(), if *late_s > 0.0 { "late" } else { "early" });
-        format!("{} logged {by:.0} s {how}", channels.name())
-    }
-
     /// Says of a finding in the mass balance what would look the same.
     pub(super) fn tell(&self, finding: &mut Finding) {
         let cause = finding.resembles.unwrap_or(&finding.effect);
         let beside = self.beside.contains(&cause);
         if finding.shows_in.contains(&Relation::RiserMassBalance) && !beside {
-            let told = self.told();
-            let as_set = if self.late_s > 0.0 { "" } else { "-" };
-            let told = format!(
-                "a clock of their own: {told} (`late = \"{as_set}{:.0} s\"` beside their tags in the well description)",
-                self.late_s.abs()
-            );
-            finding.also_same_as(told);
+            let (told, mend) = (self.late.told(), self.late.mend());
+            finding.also_same_as(format!("a clock of their own: {told} ({mend})"));
         }
+    }
+
+    /// That it may be so, and what to do then.
+    pub(super) fn warning(&self) -> String {
+        format!(
+            "do the channels share one clock? That {} explains the mass balance better than what was named in it. If they do not, set {}",
+            self.late.told(),
+            self.late.mend()
+        )
     }
 
     /// That the channels do not share one clock.
@@ -200,7 +241,7 @@ impl OwnClock {
             passed: false,
             detail: format!(
                 "that {} explains the mass balance better than what was named in it, by {:.0} e-folds; mend the description and diagnose again",
-                self.told(),
+                self.late.told(),
                 self.saves
             ),
         }
@@ -211,14 +252,18 @@ impl OwnClock {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-    use super::{Channels, OwnClock, own_clock_of, read_earlier};
+    use super::{Channels, Late, OwnClock, own_clock_of, read_earlier as read};
     use crate::ablation::Step;
     use crate::record::Record;
     use crate::select::{Sought, select};
-    use crate::selection::Selection;
+    use crate::selection::{Named, Selection};
     use crate::tangent::{Bend, Tangent};
     use crate::test_rig::{Hidden, drilled, found, named, steady};
     use dgd_effects::Relation;
+
+    fn read_earlier(record: &Record, channels: Channels, by_s: f64) -> Record {
+        read(record, Late { channels, by_s })
+    }
 
     fn searched(record: &Record) -> (Selection, Option<OwnClock>) {
         let found = select(record, &[], Sought::Any(3), |_| {}).unwrap();
@@ -268,16 +313,36 @@ mod tests {
         assert_eq!(clock, None);
         let late = read_earlier(&kick, Channels::Inflows, -30.0);
         let clock = searched(&late).1.unwrap();
-        assert!((clock.late_s - 30.0).abs() <= 4.0, "{clock:?}");
-        assert_ne!(clock.channels, Channels::Level);
+        assert!((clock.late.by_s - 30.0).abs() <= 4.0, "{clock:?}");
+        assert_ne!(clock.late.channels, Channels::Level);
         assert!(clock.saves > 0.0, "{clock:?}");
+    }
+
+    #[test]
+    fn a_clock_is_told_beside_a_cause_that_it_cannot_replace() {
+        let mut kick = drilled(Hidden {
+            influx_m3_s: 2e-2,
+            ..Hidden::default()
+        });
+        kick.without = vec![Step::LateFlows];
+        let late = read_earlier(&kick, Channels::Inflows, -60.0);
+        let (found, clock) = searched(&late);
+        let ids = |named: &[Named]| -> Vec<&str> {
+            named.iter().map(|n| n.applied.effect.about().id).collect()
+        };
+        assert_eq!(ids(&found.named), ["influx", "unknown"]);
+        let clock = clock.unwrap();
+        assert!((clock.late.by_s - 60.0).abs() <= 4.0, "{clock:?}");
+        assert_eq!(clock.beside, ["influx"]);
     }
 
     #[test]
     fn causes_of_the_balance_that_are_seen_with_the_clock_too_are_not_doubted() {
         let clock = OwnClock {
-            channels: Channels::Level,
-            late_s: -14.0,
+            late: Late {
+                channels: Channels::Level,
+                by_s: -14.0,
+            },
             saves: 40.0,
             beside: vec!["influx"],
         };

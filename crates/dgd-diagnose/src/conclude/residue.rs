@@ -89,11 +89,16 @@ pub(super) fn apart(well: &Well, traces: &[Trace]) -> Option<Check> {
     })
 }
 
+/// Whether it allows for something that is early.
+pub(super) fn is_early(applied: &Applied) -> bool {
+    let times = applied.effect.about().search.timing.is_some();
+    applied.allowance && times && applied.parameters[0] < 0.0
+}
+
 /// Whether nothing had to be allowed for that is early, which no rotor, edge or filter makes; `None` if nothing had.
 pub(super) fn early(allowances: &[Applied]) -> Option<Check> {
     let early: Vec<String> = (allowances.iter())
-        .filter(|a| a.allowance && a.effect.about().search.timing.is_some())
-        .filter(|a| a.parameters[0] < 0.0)
+        .filter(|a| is_early(a))
         .map(|a| format!("{} {} s", a.effect.about().id, a.parameters[0]))
         .collect();
     (!early.is_empty()).then(|| Check {

@@ -68,11 +68,22 @@ impl Unlogged {
             curve.place == Place::Balance && curve.knots.iter().sum::<f64>() > 0.0
         });
         if more || upset && in_balance(named) {
-            let name = self.0.name();
-            finding.also_same_as(format!(
-                "a pump that is not logged: `{name}` reads 0 throughout"
-            ));
+            let told = self.told();
+            finding.also_same_as(format!("a pump that is not logged: {told}"));
         }
+    }
+
+    /// That it may be so, and what to do then.
+    pub(super) fn warning(self) -> String {
+        format!(
+            "is a pump not logged? {}, and more comes back all along than is logged as pumped in. If it ran, give its flow another column in the \
+             well description",
+            self.told()
+        )
+    }
+
+    fn told(self) -> String {
+        format!("`{}` reads 0 throughout", self.0.name())
     }
 }
 

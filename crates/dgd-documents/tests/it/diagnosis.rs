@@ -96,6 +96,7 @@ fn diagnosis(findings: Vec<Finding>) -> Diagnosis {
                 limit: None,
             },
         ],
+        warnings: vec!["is \"FT1\" in psi?".into()],
         checks: vec![Check {
             name: "placebo".into(),
             passed: true,
@@ -131,7 +132,7 @@ fn diagnosis(findings: Vec<Finding>) -> Diagnosis {
 }
 
 fn read(diagnosis: &Diagnosis) -> Value {
-    serde_json::from_str(&write_diagnosis(diagnosis, &[])).unwrap()
+    serde_json::from_str(&write_diagnosis(diagnosis)).unwrap()
 }
 
 #[test]
@@ -215,11 +216,12 @@ fn a_consistent_recording_has_an_empty_list_of_findings() {
     let value = read(&diagnosis(Vec::new()));
     assert_eq!(value["verdict"], "consistent");
     assert_eq!(value["findings"], json!([]));
+    assert_eq!(value["warnings"], json!(["is \"FT1\" in psi?"]));
 }
 
 #[test]
 fn the_schema_stands_first_and_members_keep_their_order() {
-    let text = write_diagnosis(&diagnosis(vec![finding()]), &[]);
+    let text = write_diagnosis(&diagnosis(vec![finding()]));
     let at = |name: &str| text.find(&format!("\"{name}\":")).unwrap();
     let names = [
         "schema",
@@ -278,7 +280,7 @@ proptest! {
         one.probability = other;
         let mut whole = diagnosis(vec![one]);
         whole.settings = vec![(text.clone(), text.clone()), (text.clone(), String::new())];
-        let written = write_diagnosis(&whole, &[]);
+        let written = write_diagnosis(&whole);
         let value: Value = serde_json::from_str(&written).unwrap();
         let finding = &value["findings"][0];
         prop_assert_eq!(finding["region"].as_str(), Some(text.as_str()));

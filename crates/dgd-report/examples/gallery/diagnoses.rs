@@ -274,6 +274,7 @@ fn made(hours: u32, verdict: Verdict, findings: Vec<Finding>) -> Diagnosis {
         suspected: Vec::new(),
         tested: tested(&findings),
         findings,
+        warnings: Vec::new(),
         checks,
         before: model(),
         after,

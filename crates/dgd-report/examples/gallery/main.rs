@@ -63,7 +63,6 @@ fn main() -> Result<(), Box<dyn Error>> {
             &diagnosis,
             "synthetic-8h.mat",
             "dgd diagnose synthetic-8h.mat --well well.toml --out report",
-            &[],
         );
         std::fs::write(folder.join(format!("diagnosis-{name}.html")), html)?;
     }

@@ -21,7 +21,6 @@ fn page(diagnosis: &Diagnosis) -> String {
         diagnosis,
         "rig.mat",
         "dgd diagnose rig.mat --well well.toml",
-        &[],
     )
 }
 
@@ -384,7 +383,8 @@ fn hostile_names_are_escaped() {
             }
         }
         diagnosis.settings = vec![(HOSTILE.to_owned(), HOSTILE.to_owned())];
-        let html = diagnosis_page(&diagnosis, HOSTILE, HOSTILE, &[HOSTILE.into()]);
+        diagnosis.warnings = vec![HOSTILE.to_owned()];
+        let html = diagnosis_page(&diagnosis, HOSTILE, HOSTILE);
         let document = parse(&html);
         for node in document.descendants().filter(roxmltree::Node::is_element) {
             assert!(

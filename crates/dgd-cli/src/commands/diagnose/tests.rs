@@ -138,6 +138,7 @@ fn diagnosis(findings: Vec<Finding>) -> Diagnosis {
                 limit: None,
             },
         ],
+        warnings: Vec::new(),
         checks: vec![Check {
             name: "placebo".into(),
             passed: false,
@@ -188,7 +189,7 @@ fn the_four_files_are_written_and_the_model_reads_back() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("new");
     let diagnosis = diagnosis(vec![kick()]);
-    let json = write(&diagnosis, &[], base(), "<html/>", &out).unwrap();
+    let json = write(&diagnosis, base(), "<html/>", &out).unwrap();
     let mut names: Vec<String> = std::fs::read_dir(&out)
         .unwrap()
         .map(|e| e.unwrap().file_name().into_string().unwrap())
@@ -224,7 +225,7 @@ fn if_one_file_cannot_be_written_the_others_stay_as_they_were() {
     let out = folder.path();
     std::fs::write(out.join(MODEL), "old").unwrap();
     std::fs::create_dir(out.join(REPORT)).unwrap();
-    let failed = write(&diagnosis(vec![kick()]), &[], base(), "", out).unwrap_err();
+    let failed = write(&diagnosis(vec![kick()]), base(), "", out).unwrap_err();
     assert!(matches!(failed, Failure::Write { .. }), "{failed}");
     assert_eq!(text(out, MODEL), "old");
     // No file under a final or a hidden name has come.

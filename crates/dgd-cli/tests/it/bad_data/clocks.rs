@@ -218,6 +218,12 @@ fn a_diagnosis_tells_which_channels_have_a_clock_of_their_own_and_names_no_cause
                 .all(|(id, same)| *id == "unknown" && same.contains(told))
         );
         assert!(!same_as.is_empty(), "{told}");
+        let warnings = strings(&found.json["warnings"]);
+        let asked = |w: &&str| {
+            w.contains("do the channels share one clock?")
+                && w.contains(told.split(" (").next().unwrap())
+        };
+        assert!(warnings.iter().any(asked), "{told}: {warnings:?}");
         let checks = found.json["checks"].as_array().unwrap();
         let one_clock = checks
             .iter()
