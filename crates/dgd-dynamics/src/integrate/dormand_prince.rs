@@ -1,6 +1,6 @@
 //! Dormand and Prince's explicit 5(4) pair (Hairer, Nørsett and Wanner 1993, II.5).
 
-use super::driver::Stepper;
+use super::driver::{Step, Stepper};
 use super::vector::Vector;
 use super::{Statistics, System};
 
@@ -138,6 +138,18 @@ impl<V: Vector> Stepper<V> for DormandPrince<V> {
     }
 
     #[inline(always)]
+    fn strays<S: System + ?Sized>(
+        &mut self,
+        _: &S,
+        _: f64,
+        _: &Step<'_, V>,
+        _: &mut V,
+        _: &mut Statistics,
+    ) -> bool {
+        // Its steps are too short for any mode to be stiff.
+        false
+    }
+
     fn factor(error: f64, previous: f64) -> f64 {
         let e = error.max(1e-10);
         (0.9 * e.powf(-(0.2 - 0.75 * BETA)) * previous.powf(BETA)).clamp(0.2, 10.0)

@@ -27,6 +27,15 @@ pub(crate) trait Stepper<V: Vector> {
     fn accept(&mut self);
     /// State at the fraction `theta` of the last attempted step, from `x` to `next`.
     fn dense(&self, theta: f64, h: f64, x: &V, next: &V, out: &mut [f64]);
+    /// How far that state is off, written to `error`; false if steps that end right are right in between.
+    fn strays<S: System + ?Sized>(
+        &mut self,
+        system: &S,
+        theta: f64,
+        step: &Step<'_, V>,
+        error: &mut V,
+        count: &mut Statistics,
+    ) -> bool;
     /// By what to multiply the step after a scaled error of `error`; `previous` is that of the
     /// last accepted step.
     fn factor(error: f64, previous: f64) -> f64;
@@ -35,6 +44,10 @@ pub(crate) trait Stepper<V: Vector> {
 /// A step cut short by a break says nothing against the longer proposal if its error is below
 /// this.
 const CUT_IS_FINE: f64 = 0.5;
+/// Fractions of a step with samples within it at which its continuous extension is held to the tolerance, and how many times that it may be off:
+/// it is of a lower order than the step.
+const BETWEEN: [f64; 2] = [0.3, 0.7];
+const MOST_BETWEEN: f64 = 4.0;
 /// Guard crossings at one and the same instant before we call it a deadlock.
 const MAX_STALLED: usize = 16;
 
@@ -84,6 +97,12 @@ impl<'a> Samples<'a> {
         }
     }
 
+    /// Whether some are due before `until`.
+    #[inline(always)]
+    fn are_due_before(&self, until: f64) -> bool {
+        self.pending.first().is_some_and(|due| *due < until)
+    }
+
     /// Those due at `t`, where the state is `x`.
     #[inline(always)]
     fn take(&mut self, t: f64, x: &[f64]) {
@@ -116,11 +135,11 @@ impl<'a> Samples<'a> {
 }
 
 /// A step of `h` from `t`, between its two states.
-struct Step<'a, V> {
-    t: f64,
-    h: f64,
-    x: &'a V,
-    next: &'a V,
+pub(crate) struct Step<'a, V> {
+    pub(super) t: f64,
+    pub(super) h: f64,
+    pub(super) x: &'a V,
+    pub(super) next: &'a V,
 }
 
 impl<V: Vector> Step<'_, V> {
@@ -220,11 +239,22 @@ pub(super) fn drive<V: Vector, M: Stepper<V>, S: System + ?Sized>(
             }
             let (trial, last) = shortened(h, stop - t);
             let solved = method.attempt(system, t, &x, trial, &mut next, &mut error, &mut count);
-            let scaled = if solved {
-                norm(error.get(), x.get(), next.get(), absolute.get(), relative)
-            } else {
-                f64::NAN
+            let size = |error: &V| norm(error.get(), x.get(), next.get(), absolute.get(), relative);
+            let mut scaled = if solved { size(&error) } else { f64::NAN };
+            let reached = if last { stop } else { t + trial };
+            let step = Step {
+                t,
+                h: trial,
+                x: &x,
+                next: &next,
             };
+            if scaled <= 1.0 && samples.are_due_before(reached) {
+                for theta in BETWEEN {
+                    if method.strays(system, theta, &step, &mut error, &mut count) {
+                        scaled = scaled.max(size(&error) / MOST_BETWEEN);
+                    }
+                }
+            }
             if scaled.is_nan() || scaled > 1.0 {
                 count.rejected += 1;
                 let finite = scaled.is_finite();
@@ -245,13 +275,6 @@ pub(super) fn drive<V: Vector, M: Stepper<V>, S: System + ?Sized>(
                 continue;
             }
             count.steps += 1;
-            let reached = if last { stop } else { t + trial };
-            let step = Step {
-                t,
-                h: trial,
-                x: &x,
-                next: &next,
-            };
             if let Some(found) = crossing(system, reached, next.get()) {
                 let (index, theta) = step.locate(&method, system, found, error.get_mut());
                 let event = (t + theta * trial).min(reached);

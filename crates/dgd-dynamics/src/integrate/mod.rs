@@ -29,22 +29,20 @@ pub enum Method {
     DormandPrince,
     /// RODASP 4(3): linearly implicit Rosenbrock, L-stable, stiffly accurate, made to lose little
     /// order where a fast mode follows a moving input, 3rd-order dense output (Steinebach 1995;
-    /// Hairer and Wanner 1996, IV.7). Its dense output is not held to the tolerance on very stiff problems: [`Tolerances`].
+    /// Hairer and Wanner 1996, IV.7).
     #[default]
     Rodasp,
     /// RODAS3 3(2): linearly implicit Rosenbrock of half the evaluations a step, L-stable, stiffly accurate, 2nd-order dense
-    /// output (Sandu et al. 1997). For inputs that bend at every sample, which no step may be longer than. Its dense output as that of
-    /// [`Method::Rodasp`].
+    /// output (Sandu et al. 1997). For inputs that bend at every sample, which no step may be longer than.
     Rodas3,
 }
 
 /// What error a step may make: `absolute[i] + relative·|x[i]|` in the root mean square.
 ///
-/// They are held at the ends of steps. Times in between are written by the method's continuous extension, which they do not watch. Where a
-/// mode is much faster than a step and follows a moving input, as the linearly implicit methods step over it, the extension of
-/// [`Method::Rodasp`] and [`Method::Rodas3`] loses its order and may be off by many times the tolerance, though every step ends right: in
-/// `dx/dt = λ (x - sin t) + cos t` with λ = -1e4/s and 1e-4 by 0.8 with RODASP and 0.6 with RODAS3. Then let [`Options::max_step`] be short, or make the outputs
-/// [`Plan::breaks`], where steps end.
+/// They are held at the ends of steps; times in between are written by the method's continuous extension. Where a mode is much faster than
+/// a step, as the linearly implicit methods step over it, every step may end right and the extension be off by a thousand times the
+/// tolerance. [`Method::Rodasp`] and [`Method::Rodas3`] therefore also look within each step that times lie in, by the difference of rate
+/// and slope (two evaluations), and hold it there to four times the tolerance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tolerances {
     /// Relative tolerance, at least 0.

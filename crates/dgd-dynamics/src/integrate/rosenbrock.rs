@@ -3,7 +3,7 @@
 //! In the form of Hairer and Wanner (1996), IV.7, where `U` replaces the stages so that no product with the Jacobian is
 //! needed: `(I/(hγ) − J)·U_i = f(t + α_i·h, x + Σ a_ij·U_j) + Σ (c_ij/h)·U_j + h·d_i·∂f/∂t`.
 
-use super::driver::Stepper;
+use super::driver::{Step, Stepper};
 use super::vector::{Vector, lu_factor, lu_solve};
 use super::{Linearised, Statistics, System};
 use std::marker::PhantomData;
@@ -117,6 +117,20 @@ fn weighted<const K: usize, V: Vector>(weights: &[f64], stages: &[V], state: usi
     sum
 }
 
+impl<V: Vector, T: Tableau> Rosenbrock<V, T> {
+    /// What bends the continuous extension of a state: the sums of [`Tableau::H`].
+    #[inline(always)]
+    fn bends(&self, state: usize) -> [f64; 2] {
+        T::H.map(|row| weighted::<5, V>(&row, &self.u, state))
+    }
+}
+
+/// A state at the fraction `theta` of a step, in a form in which one at rest stays at rest to the last bit.
+#[inline(always)]
+fn between(theta: f64, from: f64, to: f64, [second, third]: [f64; 2]) -> f64 {
+    from + theta * (to - from + (1.0 - theta) * (second + theta * third))
+}
+
 impl<V: Vector, T: Tableau> Stepper<V> for Rosenbrock<V, T> {
     #[inline(always)]
     fn restart(&mut self) {
@@ -198,13 +212,38 @@ impl<V: Vector, T: Tableau> Stepper<V> for Rosenbrock<V, T> {
     }
 
     fn dense(&self, theta: f64, _h: f64, x: &V, next: &V, out: &mut [f64]) {
-        let rest = 1.0 - theta;
         for (i, out) in out.iter_mut().enumerate() {
-            let [second, third] = T::H.map(|row| weighted::<5, V>(&row, &self.u, i));
-            // In this form a state at rest stays at rest to the last bit.
-            let from = x.get()[i];
-            *out = from + theta * (next.get()[i] - from + rest * (second + theta * third));
+            *out = between(theta, x.get()[i], next.get()[i], self.bends(i));
         }
+    }
+
+    /// By what the rate there differs from the slope of the extension, solved for as a stage is: of a mode much faster than the step that is how far
+    /// the extension is off, and of a slow one what that adds over the step.
+    fn strays<S: System + ?Sized>(
+        &mut self,
+        system: &S,
+        theta: f64,
+        step: &Step<'_, V>,
+        error: &mut V,
+        count: &mut Statistics,
+    ) -> bool {
+        let (from, to) = (step.x.get(), step.next.get());
+        for i in 0..from.len() {
+            self.stage.get_mut()[i] = between(theta, from[i], to[i], self.bends(i));
+        }
+        let error = error.get_mut();
+        system.rhs(step.t + theta * step.h, self.stage.get(), error);
+        count.rhs += 1;
+        for (i, error) in error.iter_mut().enumerate() {
+            let [second, third] = self.bends(i);
+            let moved = to[i] - from[i]
+                + (1.0 - 2.0 * theta) * second
+                + theta * (2.0 - 3.0 * theta) * third;
+            *error -= moved / step.h;
+        }
+        let (factors, rows) = (V::flat(&self.factors), V::index(&self.rows));
+        lu_solve(factors, rows, error, from.len());
+        true
     }
 
     #[inline(always)]
