@@ -1,5 +1,7 @@
 //! Rig motion: a narrow peak of swell in the spectrum of the inlet pressure.
 
+mod averages;
+
 use crate::numbers::{bridged, spread, whole};
 use dgd_recording::{Rank, held_for, quantile};
 use dgd_units::STANDARD_GRAVITY_M_S2;
@@ -171,6 +173,7 @@ fn spectral(pressure_pa: &[f64], step_s: f64, density_kg_m3: f64) -> Result<Swel
         let enough = spectra.len() + still >= LEAST_SEGMENTS;
         return Err(if enough { Unseen::Still } else { Unseen::Short });
     }
+    let (spectra, bins) = averages::undone(spectra, bins, (m, step_s));
     peak(&spectra, &bins, m, step_s, density_kg_m3).ok_or(Unseen::Short)
 }
 
@@ -204,15 +207,8 @@ fn peak(
     density_kg_m3: f64,
 ) -> Option<Swell> {
     let segment_s = m as f64 * step_s;
-    let mean: Vec<f64> = (0..bins.len())
-        .map(|b| spectra.iter().map(|s| s[b]).sum::<f64>() / spectra.len() as f64)
-        .collect();
-    let smooth: Vec<f64> = (0..mean.len())
-        .map(|b| {
-            let r = b.saturating_sub(1)..(b + 2).min(mean.len());
-            mean[r.clone()].iter().sum::<f64>() / r.len() as f64
-        })
-        .collect();
+    let mean = mean(spectra);
+    let smooth = smooth(&mean);
     // The floor falls with frequency where noise is coloured: a straight line in logarithms, at the height of what is near.
     let colour = colour(&smooth, bins);
     let line: Vec<f64> = bins.iter().map(|k| (*k as f64).powf(colour)).collect();
@@ -260,6 +256,24 @@ fn peak(
         limit_m: 2.0 * seen.sqrt() / window / per_metre,
         folded_s: folded(1.0 / frequency, step_s),
     })
+}
+
+/// The mean of some spectra.
+fn mean(spectra: &[Vec<f64>]) -> Vec<f64> {
+    let bins = spectra.first().map_or(0, Vec::len);
+    (0..bins)
+        .map(|b| spectra.iter().map(|s| s[b]).sum::<f64>() / spectra.len() as f64)
+        .collect()
+}
+
+/// The mean of each bin and its neighbours.
+fn smooth(mean: &[f64]) -> Vec<f64> {
+    (0..mean.len())
+        .map(|b| {
+            let r = b.saturating_sub(1)..(b + 2).min(mean.len());
+            mean[r.clone()].iter().sum::<f64>() / r.len() as f64
+        })
+        .collect()
 }
 
 /// Independent powers of the three neighbours that each bin is averaged over: by Hann's window, neighbours share 4/9 of their power, those

@@ -10,7 +10,7 @@ use crate::progress::Progress;
 use crate::say::{self, brief};
 use crate::system::measure::Measure;
 use crate::system::quantity::{self, Quantity};
-use crate::system::{self, Gauge, column, columns, failed, gauges};
+use crate::system::{self, Gauge, column, columns, failed, gauges, runs};
 use dgd_assembly::{Assembly, Record, System};
 use dgd_documents::{FittedParameter, FittedSystem, write_fitted_system};
 use dgd_recording::Table;
@@ -70,12 +70,22 @@ pub(crate) fn run(
             ReviseError::Assembly(error) => failed(path, recording, &error),
             other => Failure::input(recording, other),
         })?;
+    let mut issues = held.issues;
+    let fitted_part = || revision.traces.iter().filter(|t| !t.test);
+    let readings = |o: usize| {
+        let signals = fitted_part().filter_map(move |t| t.outputs.get(o));
+        signals.flat_map(|s| s.measured.iter().copied().zip(s.before.iter().copied()))
+    };
+    for doubt in runs::doubted(assembly, readings) {
+        tracing::warn!("{}: {doubt}", recording.display());
+        issues.push(doubt);
+    }
     progress.stage("writing", &out.display().to_string());
     let done = Done {
         title: system::title(assembly, path),
         recording: system::file_name(recording),
         gauges: gauges(assembly),
-        issues: held.issues,
+        issues,
         revision,
     };
     let fitted = fitted(&done);

@@ -52,6 +52,18 @@ pub(crate) fn simulate(
                 );
             }
         }
+        for (tank, at, full) in &simulation.held {
+            let what = if *full {
+                "reaches its brim, from where on what is too much spills,"
+            } else {
+                "reaches its floor, from where on what flows out comes from nowhere,"
+            };
+            tracing::warn!(
+                "window {number}: {tank} {what} at {} {}",
+                say::brief(*at),
+                clock(assembly).1.unwrap_or_default()
+            );
+        }
         runs.push(Run {
             held_out,
             number,
@@ -99,22 +111,41 @@ pub(crate) fn rms(runs: &[Run], held_out: bool, output: usize) -> (f64, usize) {
 
 /// Instruments whose training readings a run is further off than their own mean would be, each in a sentence.
 pub(crate) fn worse_than_the_mean(assembly: &Assembly, runs: &[Run]) -> Vec<String> {
+    let fitted = || runs.iter().filter(|r| !r.held_out);
+    let readings = |o: usize| {
+        let pairs = fitted().filter_map(move |r| {
+            let measured = r.window.readings.get(o)?;
+            Some(
+                measured
+                    .iter()
+                    .copied()
+                    .zip(r.simulation.outputs[o].iter().copied()),
+            )
+        });
+        pairs.flatten()
+    };
+    doubted(assembly, readings)
+}
+
+/// The same of readings, each with what a model makes of it.
+pub(crate) fn doubted<I: Iterator<Item = (f64, f64)>>(
+    assembly: &Assembly,
+    readings: impl Fn(usize) -> I,
+) -> Vec<String> {
     /// A fit can always come near the mean; well beyond it something is wrong.
     const WORSE: f64 = 1.5;
     let one = |(o, gauge): (usize, Gauge)| {
-        let read: Vec<f64> = runs
-            .iter()
-            .filter(|r| !r.held_out)
-            .filter_map(|r| r.window.readings.get(o))
-            .flatten()
-            .copied()
-            .filter(|v| v.is_finite())
+        let both: Vec<(f64, f64)> = readings(o)
+            .filter(|(measured, simulated)| measured.is_finite() && simulated.is_finite())
             .collect();
         #[expect(clippy::cast_precision_loss, reason = "sample counts")]
-        let n = read.len() as f64;
-        let mean = read.iter().sum::<f64>() / n;
-        let spread = (read.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt();
-        let (off, _) = rms(runs, false, o);
+        let n = both.len() as f64;
+        let rms = |of: &dyn Fn(&(f64, f64)) -> f64| {
+            (both.iter().map(|pair| of(pair).powi(2)).sum::<f64>() / n).sqrt()
+        };
+        let mean = both.iter().map(|(measured, _)| measured).sum::<f64>() / n;
+        let spread = rms(&|(measured, _)| measured - mean);
+        let off = rms(&|(measured, simulated)| simulated - measured);
         // What hardly moves has no mean to be worse than.
         let accuracy = assembly.accuracies()[o].unwrap_or(0.0);
         (spread > 0.0 && off > WORSE * spread && off > accuracy).then(|| {

@@ -2,7 +2,7 @@
 
 use super::Files;
 use crate::say::{counted, number};
-use crate::system::{at_default, gauges, property};
+use crate::system::{Gauge, at_default, gauges, property};
 use dgd_assembly::{Portion, Window};
 use dgd_units::Dimension;
 
@@ -27,6 +27,8 @@ pub(super) fn of(files: &Files<'_>, train: &[Window], test: &[Window]) -> Vec<St
     doubts.extend(beyond(files, train, test));
     doubts.extend(unused(files));
     doubts.extend(dead(files, train));
+    doubts.extend(silent(files, train));
+    doubts.extend(frozen(files, train));
     doubts.extend(overlap(files, train, test));
     doubts
 }
@@ -44,6 +46,13 @@ fn missing(files: &Files<'_>) -> Vec<String> {
                 continue;
             };
             told.push(tag);
+            let late = column.values.iter().take_while(|v| !v.is_finite()).count();
+            if late > 0 && late < column.values.len() {
+                doubts.push(format!(
+                    "`{tag}`, the input `{path}`, has no value in the first {}: runs begin after",
+                    counted(late, "sample")
+                ));
+            }
             let after = column.values.iter().skip_while(|v| !v.is_finite());
             let missing = after.filter(|v| !v.is_finite()).count();
             #[expect(clippy::cast_precision_loss, reason = "sample counts")]
@@ -144,16 +153,20 @@ fn unused(files: &Files<'_>) -> Option<String> {
     ))
 }
 
+/// The unit of the record's clock.
+fn unit<'a>(files: &'a Files<'_>) -> &'a str {
+    let layout = &files.assembly.system().record;
+    layout.unit.as_deref().unwrap_or("s")
+}
+
+/// A time of a window in that unit, to the thousandth.
+fn told_time(files: &Files<'_>, t: f64) -> f64 {
+    (t / files.assembly.tick_s() * 1e3).round() / 1e3
+}
+
 /// Where the clock of a window skips: the longest of its gaps, in the unit of the record.
 fn gaps(files: &Files<'_>, part: &str, windows: &[Window]) -> Vec<String> {
-    let tick = files.assembly.tick_s();
-    let unit = files
-        .assembly
-        .system()
-        .record
-        .unit
-        .as_deref()
-        .unwrap_or("s");
+    let unit = unit(files);
     let one = |window: &Window| {
         let mut steps: Vec<f64> = window.time.windows(2).map(|w| w[1] - w[0]).collect();
         // Nearly the longest: clocks that jitter or are merged have short steps in between.
@@ -167,7 +180,7 @@ fn gaps(files: &Files<'_>, part: &str, windows: &[Window]) -> Vec<String> {
             0 => String::new(),
             n => format!(", and {n} shorter gaps"),
         };
-        let [from, to] = [longest[0], longest[1]].map(|t| (t / tick * 1e3).round() / 1e3);
+        let [from, to] = [longest[0], longest[1]].map(|t| told_time(files, t));
         Some(format!(
             "{part} has no samples from {from} to {to} {unit}{more}: the inputs are unknown there; give it windows before and after"
         ))
@@ -189,7 +202,7 @@ pub(super) fn all_dead(files: &Files<'_>, train: &[Window]) -> bool {
 
 /// Instruments that never move in what is fitted.
 fn dead(files: &Files<'_>, train: &[Window]) -> Vec<String> {
-    let one = |(o, gauge): (usize, &crate::system::Gauge)| {
+    let one = |(o, gauge): (usize, &Gauge)| {
         let mut read = train
             .iter()
             .filter_map(|w| w.readings.get(o))
@@ -214,6 +227,73 @@ fn dead(files: &Files<'_>, train: &[Window]) -> Vec<String> {
     gauges(files.assembly)
         .iter()
         .enumerate()
+        .filter_map(one)
+        .collect()
+}
+
+/// Instruments whose column has next to no reading in what is fitted.
+fn silent(files: &Files<'_>, train: &[Window]) -> Vec<String> {
+    /// Share of the samples below which it may as well not have been recorded.
+    const HARDLY: f64 = 0.1;
+    let all: usize = train.iter().map(|w| w.time.len()).sum();
+    let one = |(o, gauge): (usize, &Gauge)| {
+        let tag = files.stands_for(Portion::Train, &gauge.channel);
+        files.table.column(tag)?;
+        let readings = train.iter().filter_map(|w| w.readings.get(o)).flatten();
+        let read = readings.filter(|v| v.is_finite()).count();
+        #[expect(clippy::cast_precision_loss, reason = "sample counts")]
+        let hardly = (read as f64) < HARDLY * all as f64;
+        hardly.then(|| match read {
+            0 => format!(
+                "`{tag}` has no reading in the fitted part: `{}` says nothing there",
+                gauge.name
+            ),
+            _ => format!(
+                "`{tag}` has {} in {} of the fitted part",
+                counted(read, "reading"),
+                counted(all, "sample")
+            ),
+        })
+    };
+    (gauges(files.assembly).iter().enumerate())
+        .filter_map(one)
+        .collect()
+}
+
+/// Instruments that repeat one value far longer than they usually do: the longest run of each.
+fn frozen(files: &Files<'_>, train: &[Window]) -> Vec<String> {
+    /// Samples that a value is repeated for at the least, and how many times as often as usual.
+    const LONG: usize = 60;
+    const TIMES: usize = 20;
+    let unit = unit(files);
+    let one = |(o, gauge): (usize, &Gauge)| {
+        let mut runs: Vec<(usize, f64, f64, f64)> = Vec::new();
+        for window in train {
+            let mut last = f64::NAN;
+            let readings = window.readings.get(o).into_iter().flatten();
+            for (v, t) in readings.zip(&window.time).filter(|(v, _)| v.is_finite()) {
+                match runs.last_mut().filter(|_| *v == last) {
+                    Some((length, _, to, _)) => (*length, *to) = (*length + 1, *t),
+                    None => runs.push((1, *t, *t, *v)),
+                }
+                last = *v;
+            }
+        }
+        let longest = runs.iter().copied().max_by_key(|run| run.0)?;
+        let mut lengths: Vec<usize> = runs.iter().map(|run| run.0).collect();
+        let usual = *lengths.select_nth_unstable(runs.len() * 9 / 10).1;
+        let (length, from, to, value) = longest;
+        // One that never moves is told apart.
+        (runs.len() > 1 && length >= LONG.max(TIMES * usual)).then(|| {
+            let [from, to] = [from, to].map(|t| told_time(files, t));
+            let value = gauge.with_unit(&number(gauge.shown(value)));
+            format!(
+                "`{}` repeats {value} from {from} to {to} {unit}: if it was stuck, give record.train windows without that",
+                gauge.name
+            )
+        })
+    };
+    (gauges(files.assembly).iter().enumerate())
         .filter_map(one)
         .collect()
 }

@@ -387,3 +387,74 @@ fn an_instrument_without_its_column_is_told_with_the_columns_there_are() {
             ]);
     }
 }
+
+#[test]
+fn transmitters_without_readings_stuck_ones_and_inputs_that_begin_late_are_told() {
+    let replaced = |column: usize, rows: std::ops::Range<usize>, value: &'static str| {
+        altered(move |i, cells| {
+            let mut row = kept(cells);
+            if rows.contains(&i) {
+                value.clone_into(&mut row[column]);
+            }
+            Some(row)
+        })
+    };
+    let told = |bench: &Bench, what: &str| {
+        let (said, json) = fitted(bench);
+        assert_eq!(said.matches(what).count(), 1, "{what}: {said}");
+        assert!(json["issues"].to_string().contains(what), "{json:#}");
+    };
+    let blank = altered(|_, cells| Some([kept(cells), vec![String::new()]].concat()));
+    let (system, text) = (blank.text("two_tanks.toml"), blank.text("two_tanks.csv"));
+    blank.write(
+        "two_tanks.csv",
+        text.replacen("t,u,h2", "t,u,h2,h1", 1)
+            .replacen("s,V,cm", "s,V,cm,cm", 1),
+    );
+    let upper = "[components]\nupper_level = { kind = \"instrument\", measures = \"level\", of = \"upper\", channel = \"h1\", unit = \"cm\" }\n";
+    blank.write("two_tanks.toml", system.replace("[components]\n", upper));
+    told(
+        &blank,
+        "`h1` has no reading in the fitted part: `upper_level` says nothing there",
+    );
+    told(&replaced(2, 30..9999, ""), "has 30 readings in");
+    told(&replaced(2, 100..180, "4.2"), "repeats 4.2");
+    told(
+        &replaced(1, 0..5, ""),
+        "has no value in the first 5 samples",
+    );
+    let (said, _) = fitted(&benches());
+    for what in ["repeats", "no reading", "has no value"] {
+        assert!(!said.contains(what), "{said}");
+    }
+}
+
+#[test]
+fn a_diagnosis_doubts_the_unit_of_a_reading_that_no_model_comes_near() {
+    let bench = benches();
+    let system = bench.text("two_tanks.toml");
+    let wrong = system.replace("unit = \"cm\"", "unit = \"m\"");
+    assert_ne!(wrong, system);
+    bench.write("two_tanks.toml", wrong);
+    let ran = bench.dgd("diagnose two_tanks.csv --system two_tanks.toml --out d");
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    let told = "the model does not explain it; are units and channels right?";
+    assert!(ran.err.contains(told), "{}", ran.err);
+    let json = super::document(&bench, "d/diagnosis.json");
+    assert!(json["issues"].to_string().contains(told), "{json:#}");
+}
+
+#[test]
+fn a_tank_that_spills_is_told_with_the_time() {
+    let bench = benches();
+    let system = bench.text("two_tanks.toml");
+    let low = system.replacen("brim = \"", "brim = \"0.", 1);
+    assert_ne!(low, system);
+    bench.write("low.toml", low);
+    let ran = bench.dgd("simulate two_tanks.csv --system low.toml --out s.csv");
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    let told = "level reaches its brim, from where on what is too much spills, at";
+    assert!(ran.err.contains(told), "{}", ran.err);
+    let sound = bench.dgd("simulate two_tanks.csv --system two_tanks.toml --out s.csv");
+    assert!(!sound.err.contains("brim"), "{}", sound.err);
+}

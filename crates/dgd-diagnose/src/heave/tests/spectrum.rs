@@ -39,6 +39,37 @@ fn an_amplitude_is_as_certain_as_it_says() {
     assert!((4..=15).contains(&beyond), "{beyond}");
 }
 
+/// A mean of the last readings has notches at the periods that its length is a multiple of, between which power stands.
+#[test]
+fn means_of_seconds_of_noise_are_no_swell_and_keep_one_that_is_there() {
+    let mean = |values: &[f64], of: usize| -> Vec<f64> {
+        let all = values
+            .windows(of)
+            .map(|w| w.iter().sum::<f64>() / of as f64);
+        all.collect()
+    };
+    for of in [5, 8, 10, 12, 15, 20, 30, 60] {
+        for (seed, wander) in (40..60).zip([0.0, 0.3].into_iter().cycle()) {
+            let (noise, level) = (normals(seed, 7200), normals(seed + 100, 7200));
+            let mut at = 2e6;
+            let series: Vec<f64> = (noise.iter().zip(&level))
+                .map(|(noise, moved)| {
+                    at += wander * NOISE_PA * moved;
+                    at + NOISE_PA * noise
+                })
+                .collect();
+            let found = swell(&mean(&series, of), 1.0, DENSITY).unwrap();
+            assert!(found.ratio < found.believed, "{of} s, {seed}: {found:?}");
+        }
+        if of <= 10 {
+            let swelling = pressure(7200, 1.0, &[(0.5, 13.0)]);
+            let found = swell(&mean(&swelling, of), 1.0, DENSITY).unwrap();
+            assert!(found.ratio > 2.0 * found.believed, "{of} s: {found:?}");
+            assert!((found.period_s - 13.0).abs() < 0.2, "{of} s: {found:?}");
+        }
+    }
+}
+
 /// Two swells a tenth of a second apart beat over seventeen minutes: stretches of nine differ a lot.
 #[test]
 fn a_swell_in_groups_has_an_amplitude_that_is_less_certain() {
