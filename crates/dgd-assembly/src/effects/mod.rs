@@ -77,6 +77,7 @@ mod splash;
 mod static_head_error;
 mod stroke_ripple;
 mod tail_head;
+mod tank_area;
 mod tank_leak;
 mod taper;
 mod tide;
@@ -91,6 +92,7 @@ static ALL: &[&dyn Effect] = &[
     &overflow_caught::This,
     &unseen_brim::This,
     &brim_head::This,
+    &tank_area::This,
     &taper::This,
     &outlet_offset::This,
     &tank_leak::This,

@@ -103,6 +103,43 @@ fn the_gas_of_a_closed_tank_is_what_its_profile_leaves() {
 }
 
 #[test]
+fn an_area_that_is_off_is_that_of_a_tank_of_the_true_one() {
+    let of = |area: f64| {
+        let text = format!(
+            r#"
+            connections = ["feed -> tank -> outlet -> atmosphere"]
+            [components]
+            feed = {{ kind = "boundary", flow = "1 l/s" }}
+            tank = {{ kind = "tank", area = {area} }}
+            outlet = {{ kind = "orifice", discharge_coefficient = 0.6, area = 5e-4 }}
+            h = {{ kind = "instrument", measures = "level", of = "tank" }}
+            [initial]
+            "tank.level" = 0.2
+            [record]
+            time = "t"
+            "#
+        );
+        Assembly::parse(&text).unwrap()
+    };
+    let t = clock(200, 2.0);
+    let levels = |assembly: &Assembly, theta: &[f64]| {
+        let window = window(assembly, &[("t", &t)]);
+        let run = assembly.simulate(theta, &window, 0, &tight()).unwrap();
+        run.outputs[0].clone()
+    };
+    let off = of(0.5)
+        .with_effect("tank", "tank_area", &["excess"])
+        .unwrap();
+    for excess in [0.0, -0.4, 0.6] {
+        let (as_stated, true_one) = (
+            levels(&off, &[excess]),
+            levels(&of(0.5 * (1.0 + excess)), &[]),
+        );
+        assert!(apart(&as_stated, &true_one) < 1e-9, "{excess}");
+    }
+}
+
+#[test]
 fn the_gas_of_a_closed_tank_is_what_a_taper_leaves() {
     let shapes = [
         "area = 0.5",
