@@ -2,6 +2,7 @@
 
 mod again;
 mod clock;
+mod coverage;
 mod models;
 mod outdone;
 mod residue;
@@ -33,6 +34,7 @@ use crate::tested::tested;
 use crate::traces::traces;
 use again::again;
 use clock::{OwnClock, in_balance, own_clock_of};
+use coverage::Unjudged;
 use dgd_effects::{About, AppliedEffect, Method, catalogue};
 use dgd_identify::Prepared;
 use dgd_recording::{ChannelSource, Well};
@@ -179,6 +181,7 @@ pub fn diagnose(
     });
     models.after.effects.extend(swells);
 
+    let unjudged = Unjudged::of(&record, &full.rows);
     let tested = tested(&record, &selection, &findings, &models.start, swell);
     let sound = not_worse.passed && nothing_left.passed;
     let checks = (start.check(record.setting.span_s).into_iter())
@@ -191,6 +194,7 @@ pub fn diagnose(
         .chain(residue::apart(well, &traces))
         .chain(residue::early(&selection.allowances))
         .chain(clock.as_ref().map(OwnClock::check))
+        .chain(unjudged.iter().map(Unjudged::check))
         .collect();
     let work = record.tally.work();
     Ok(Diagnosis {
@@ -199,7 +203,8 @@ pub fn diagnose(
         started_from: known.iter().map(|a| a.effect.about().id).collect(),
         suspected: options.suspects.clone(),
         tested,
-        warnings: (clock.iter().map(OwnClock::warning))
+        warnings: (unjudged.iter().map(Unjudged::warning))
+            .chain(clock.iter().map(OwnClock::warning))
             .chain(upset.map(Unlogged::warning))
             .collect(),
         checks,

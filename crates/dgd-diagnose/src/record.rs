@@ -28,6 +28,9 @@ pub(crate) const MEASURED_S: f64 = 8.0 * 3600.0;
 /// straight lines lie between its readings, whether the samples there are missing or repeat the last one. What is missing otherwise stays missing.
 const SELDOM: f64 = 0.6;
 
+/// Rows that come irregularly, but as a rule no further apart than this, s, are joined so too.
+const IRREGULAR_S: f64 = 6.0;
+
 /// Share of its quantum that a block of the pump's speed may be off by: rounding alone is 0.29, and the drive rounds too.
 const SPEED_QUANTA: f64 = 0.5;
 
@@ -305,6 +308,15 @@ impl Clock {
     }
 }
 
+/// How a channel is logged now and then.
+#[derive(Clone, Copy)]
+struct Rhythm {
+    /// Usual time between readings, s.
+    every_s: f64,
+    /// The longest time over which straight lines lie between them, s.
+    reach_s: f64,
+}
+
 /// Channels that are logged now and then.
 struct Slow {
     step_s: f64,
@@ -350,6 +362,10 @@ impl Slow {
 
     /// How far apart the readings of a channel are, s; `None` of one that is not logged now and then.
     fn every_s(&self, values: &[f64]) -> Option<f64> {
+        Some(self.rhythm(values)?.every_s)
+    }
+
+    fn rhythm(&self, values: &[f64]) -> Option<Rhythm> {
         let mut last: Option<usize> = None;
         let mut apart = Vec::new();
         for i in self.readings(values) {
@@ -359,9 +375,17 @@ impl Slow {
         if (apart.len() + 1) as f64 >= SELDOM * values.len() as f64 {
             return None;
         }
+        let mean_s = mean(&apart);
         let usual_s = quantile(apart.iter().copied(), Rank::MEDIAN)?;
         let furthest_s = quantile(apart, Rank::Upper(10))?;
-        (usual_s > 1.5 * self.step_s && furthest_s <= SLOWEST_S).then_some(usual_s)
+        if usual_s > 1.5 * self.step_s {
+            let (every_s, reach_s) = (usual_s, SLOWEST_S);
+            return (furthest_s <= reach_s).then_some(Rhythm { every_s, reach_s });
+        }
+        // Rows that come after one, two or five seconds: as if they were all as far apart as they are on the mean.
+        let (every_s, reach_s) = (mean_s, IRREGULAR_S);
+        let seldom = every_s > 1.5 * self.step_s && furthest_s <= reach_s;
+        seldom.then_some(Rhythm { every_s, reach_s })
     }
 
     /// The rig as a recording shows it, with the noise that channels have on the working clock, of step `dt_s`.
@@ -384,12 +408,12 @@ impl Slow {
 
     /// Straight lines between the readings of such a channel, but not over its longer gaps; `None` of any other.
     fn between(&self, values: &[f64]) -> Option<Vec<f64>> {
-        self.every_s(values)?;
+        let Rhythm { reach_s, .. } = self.rhythm(values)?;
         let mut lines = vec![f64::NAN; values.len()];
         let mut last: Option<usize> = None;
         for i in self.readings(values) {
             lines[i] = values[i];
-            let near = |from: &usize| (i - from) as f64 * self.step_s <= SLOWEST_S;
+            let near = |from: &usize| (i - from) as f64 * self.step_s <= reach_s;
             if let Some(from) = last.filter(near) {
                 fill_gaps(&mut lines[from..=i]);
             }

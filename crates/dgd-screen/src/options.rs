@@ -60,7 +60,7 @@ pub struct ScreenOptions {
     pub disagree_longest_s: f64,
     /// Possible pressures, Pa absolute. Default 1e4 to 1.5e8.
     pub pressure_pa: Limits,
-    /// Possible flows, m³/s. Default -0.02 to 0.3; a zero may read a little negative.
+    /// Possible flows, m³/s. Default -0.02 to 0.3; a zero may read a little negative, of what is pumped in by 0.002 at the most.
     pub flow_m3_s: Limits,
     /// Possible speeds, %. Default -2 to 120.
     pub speed_pct: Limits,

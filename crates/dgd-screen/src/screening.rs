@@ -13,6 +13,9 @@ use dgd_recording::{Channel, Recording, Run};
 use rayon::prelude::*;
 use std::ops::Range;
 
+/// How far below zero a pump's meter may read, m³/s: 120 L/min.
+const LEAST_INFLOW_M3_S: f64 = -0.002;
+
 /// What may be used of a recording, and why the rest may not.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Screening {
@@ -126,7 +129,12 @@ impl<'a> Rules<'a> {
         match channel {
             Channel::PumpSpeed => self.options.speed_pct,
             _ if is_pressure(channel) => self.options.pressure_pa,
-            _ => self.options.flow_m3_s,
+            Channel::ReturnFlow => self.options.flow_m3_s,
+            // No mud pump runs backwards: what reads so is a code of the logger.
+            _ => Limits {
+                low: self.options.flow_m3_s.low.max(LEAST_INFLOW_M3_S),
+                ..self.options.flow_m3_s
+            },
         }
     }
 
@@ -190,6 +198,15 @@ impl<'a> Rules<'a> {
         }
     }
 
+    /// The stuck runs of a channel, but of a booster or top-fill that repeats itself for most of the recording: that is pumped at one rate.
+    pub(crate) fn unless_set(self, channel: Channel, stuck: Vec<Run>, samples: usize) -> Vec<Run> {
+        let repeated: usize = stuck.iter().map(|run| run.length).sum();
+        match channel {
+            Channel::BoosterFlow | Channel::TopfillFlow if 2 * repeated > samples => Vec::new(),
+            _ => stuck,
+        }
+    }
+
     /// What runs of one value mean: at their first sample, and from the next on.
     ///
     /// What a flow meter repeats it once read; a pressure has a twin to tell it.
@@ -240,11 +257,12 @@ impl Job<'_> {
             let turning = || self.turning(run);
             rules.is_honest(channel, run.value, steps.quantum, whole, turning, shortest)
         });
-        mark_runs(&mut faults, 0, &found.runs, Rules::faults_of_runs(channel));
+        let runs = rules.unless_set(channel, found.runs, values.len());
+        mark_runs(&mut faults, 0, &runs, Rules::faults_of_runs(channel));
         let (stuck, constant) = if channel == Channel::PumpSpeed {
-            (Vec::new(), found.runs)
+            (Vec::new(), runs)
         } else {
-            (found.runs, Vec::new())
+            (runs, Vec::new())
         };
         ChannelScreen {
             channel,

@@ -253,6 +253,25 @@ fn a_channel_that_is_logged_now_and_then_has_straight_lines_between_and_none_ove
         assert_eq!(slow(step_s).between(&values), None);
         assert_eq!(slow(step_s).every_s(&values), None);
     }
+    // One, two and five seconds apart, eight seconds in eight: joined but over what is longer than six.
+    let mut at = 0;
+    let mut rows = vec![f64::NAN; 400];
+    for apart in [1, 1, 2, 5].into_iter().cycle() {
+        if at >= rows.len() {
+            break;
+        }
+        rows[at] = at as f64;
+        at += apart;
+    }
+    rows[200..208].fill(f64::NAN);
+    let every_s = slow(1.0).every_s(&rows).unwrap();
+    assert!((every_s - 2.25).abs() < 0.1, "{every_s}");
+    let lines = slow(1.0).between(&rows).unwrap();
+    let missing: Vec<usize> = (0..390).filter(|i| !lines[*i].is_finite()).collect();
+    assert!(
+        missing.len() > 6 && missing.iter().all(|i| (195..212).contains(i)),
+        "{missing:?}"
+    );
     // What is missing for another reason is not logged seldom: the first half here.
     let mut half = every(1, 1000);
     half[..600].fill(f64::NAN);

@@ -233,6 +233,7 @@ impl RunPass {
             let (from, to) = (upto(start), upto(end - 1));
             (to.0 - from.0, to.1 - from.1)
         });
-        runs.into_iter().map(|held| held.run).collect()
+        let runs = runs.into_iter().map(|held| held.run).collect();
+        rules.unless_set(known.channel, runs, samples)
     }
 }

@@ -111,3 +111,46 @@ fn an_idle_inflow_is_not_stuck_and_a_frozen_one_rejects_nothing() {
     assert!((300..310).contains(&stuck(Channel::MudPumpFlow)));
     assert!(screening.keep().iter().all(|k| *k));
 }
+
+#[test]
+fn a_booster_or_top_fill_that_rests_for_most_of_a_recording_is_pumped_at_one_rate() {
+    let mut recording = steady(6000, 1.0);
+    let steps = |flow: &mut Vec<f64>, to: usize| {
+        for (k, hour) in flow[..to].chunks_mut(1000).enumerate() {
+            hour.fill((100.0 + k as f64) * GPM);
+        }
+    };
+    steps(&mut recording.booster_flow_m3_s, 3500);
+    steps(&mut recording.topfill_flow_m3_s, 2000);
+    steps(&mut recording.mud_pump_flow_m3_s, 3500);
+    let screening = screen(&recording, 1.0, &ScreenOptions::default()).unwrap();
+    let stuck = |channel| screening.channel(channel).unwrap().count(Faults::STUCK);
+    assert_eq!(stuck(Channel::BoosterFlow), 0);
+    assert!(stuck(Channel::TopfillFlow) > 1900);
+    assert!(stuck(Channel::MudPumpFlow) > 3400);
+}
+
+/// A code such as -248 in a flow in L/min is within what a return flow may read.
+#[test]
+fn no_pump_runs_backwards() {
+    let mut recording = steady(600, 1.0);
+    let code = -248.0 / 60e3;
+    for flow in [
+        &mut recording.mud_pump_flow_m3_s,
+        &mut recording.booster_flow_m3_s,
+        &mut recording.return_flow_m3_s,
+    ] {
+        flow[300..320].fill(code);
+        flow[400] = -0.001;
+    }
+    let screening = screen(&recording, 1.0, &ScreenOptions::default()).unwrap();
+    let outside = |channel| {
+        screening
+            .channel(channel)
+            .unwrap()
+            .count(Faults::OUT_OF_RANGE)
+    };
+    assert_eq!(outside(Channel::MudPumpFlow), 20);
+    assert_eq!(outside(Channel::BoosterFlow), 20);
+    assert_eq!(outside(Channel::ReturnFlow), 0);
+}
