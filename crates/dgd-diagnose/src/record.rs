@@ -375,7 +375,13 @@ impl Slow {
         if (apart.len() + 1) as f64 >= SELDOM * values.len() as f64 {
             return None;
         }
-        let mean_s = mean(&apart);
+        // What lies in longer gaps is not logged at all.
+        let near: Vec<f64> = apart
+            .iter()
+            .copied()
+            .filter(|s| *s <= IRREGULAR_S)
+            .collect();
+        let mean_s = mean(&near);
         let usual_s = quantile(apart.iter().copied(), Rank::MEDIAN)?;
         let furthest_s = quantile(apart, Rank::Upper(10))?;
         if usual_s > 1.5 * self.step_s {
@@ -384,7 +390,7 @@ impl Slow {
         }
         // Rows that come after one, two or five seconds: as if they were all as far apart as they are on the mean.
         let (every_s, reach_s) = (mean_s, IRREGULAR_S);
-        let seldom = every_s > 1.5 * self.step_s && furthest_s <= reach_s;
+        let seldom = SELDOM * every_s > self.step_s && furthest_s <= reach_s;
         seldom.then_some(Rhythm { every_s, reach_s })
     }
 

@@ -71,7 +71,7 @@ type Write = fn(&Diagnosis, &mut Html);
 pub fn diagnosis_page(diagnosis: &Diagnosis, recording: &str, command: &str) -> String {
     let mut page = Page::new(
         format!("Diagnosis of {recording}"),
-        answer::sentence(diagnosis),
+        answer::headline(diagnosis),
     )
     .styled(STYLE);
     let sections: [(&str, Write); 6] = [
@@ -85,8 +85,8 @@ pub fn diagnosis_page(diagnosis: &Diagnosis, recording: &str, command: &str) -> 
     if !diagnosis.warnings.is_empty() {
         page.section("Before you read on")
             .paragraph(
-                "The recording does not match its well description. If a line below is right, the rest of this report is not: correct the \
-                 description and diagnose again.",
+                "The recording or its well description may be at fault. If a line below is right, the rest of this report is not: mend that and \
+                 diagnose again.",
             )
             .list(&diagnosis.warnings);
     }

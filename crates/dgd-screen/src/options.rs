@@ -60,8 +60,10 @@ pub struct ScreenOptions {
     pub disagree_longest_s: f64,
     /// Possible pressures, Pa absolute. Default 1e4 to 1.5e8.
     pub pressure_pa: Limits,
-    /// Possible flows, m³/s. Default -0.02 to 0.3; a zero may read a little negative, of what is pumped in by 0.002 at the most.
+    /// Possible return flows, m³/s. Default -0.02 to 0.3; a zero may read a little negative.
     pub flow_m3_s: Limits,
+    /// Possible flows that are pumped in, m³/s. Default -0.002 to 0.3: no pump runs backwards, and what reads so is a code of the logger.
+    pub inflow_m3_s: Limits,
     /// Possible speeds, %. Default -2 to 120.
     pub speed_pct: Limits,
 }
@@ -89,6 +91,10 @@ impl Default for ScreenOptions {
             },
             flow_m3_s: Limits {
                 low: -0.02,
+                high: 0.3,
+            },
+            inflow_m3_s: Limits {
+                low: -0.002,
                 high: 0.3,
             },
             speed_pct: Limits {
@@ -153,6 +159,7 @@ impl ScreenOptions {
         for (low, high, limits) in [
             ("pressure_pa.low", "pressure_pa.high", self.pressure_pa),
             ("flow_m3_s.low", "flow_m3_s.high", self.flow_m3_s),
+            ("inflow_m3_s.low", "inflow_m3_s.high", self.inflow_m3_s),
             ("speed_pct.low", "speed_pct.high", self.speed_pct),
         ] {
             if limits.high.is_nan() {

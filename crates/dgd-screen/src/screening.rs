@@ -13,9 +13,6 @@ use dgd_recording::{Channel, Recording, Run};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// How far below zero a pump's meter may read, m³/s: 120 L/min.
-const LEAST_INFLOW_M3_S: f64 = -0.002;
-
 /// What may be used of a recording, and why the rest may not.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Screening {
@@ -130,11 +127,7 @@ impl<'a> Rules<'a> {
             Channel::PumpSpeed => self.options.speed_pct,
             _ if is_pressure(channel) => self.options.pressure_pa,
             Channel::ReturnFlow => self.options.flow_m3_s,
-            // No mud pump runs backwards: what reads so is a code of the logger.
-            _ => Limits {
-                low: self.options.flow_m3_s.low.max(LEAST_INFLOW_M3_S),
-                ..self.options.flow_m3_s
-            },
+            _ => self.options.inflow_m3_s,
         }
     }
 
@@ -198,11 +191,17 @@ impl<'a> Rules<'a> {
         }
     }
 
-    /// The stuck runs of a channel, but of a booster or top-fill that repeats itself for most of the recording: that is pumped at one rate.
-    pub(crate) fn unless_set(self, channel: Channel, stuck: Vec<Run>, samples: usize) -> Vec<Run> {
+    /// The stuck runs of a channel, but of a booster or top-fill that goes from one value to another and repeats each, for most of the recording: these
+    /// are rates that were set.
+    ///
+    /// - `pairs`: neighbours that both have a value.
+    pub(crate) fn unless_set(self, channel: Channel, stuck: Vec<Run>, pairs: usize) -> Vec<Run> {
         let repeated: usize = stuck.iter().map(|run| run.length).sum();
+        let differ = stuck.windows(2).any(|two| two[0].value != two[1].value);
         match channel {
-            Channel::BoosterFlow | Channel::TopfillFlow if 2 * repeated > samples => Vec::new(),
+            Channel::BoosterFlow | Channel::TopfillFlow if differ && 2 * repeated > pairs => {
+                Vec::new()
+            }
             _ => stuck,
         }
     }
@@ -257,7 +256,7 @@ impl Job<'_> {
             let turning = || self.turning(run);
             rules.is_honest(channel, run.value, steps.quantum, whole, turning, shortest)
         });
-        let runs = rules.unless_set(channel, found.runs, values.len());
+        let runs = rules.unless_set(channel, found.runs, scan.pairs);
         mark_runs(&mut faults, 0, &runs, Rules::faults_of_runs(channel));
         let (stuck, constant) = if channel == Channel::PumpSpeed {
             (Vec::new(), runs)

@@ -74,7 +74,7 @@ pub(crate) fn run(
     let fitted_part = || revision.traces.iter().filter(|t| !t.test);
     let readings = |o: usize| {
         let signals = fitted_part().filter_map(move |t| t.outputs.get(o));
-        signals.flat_map(|s| s.measured.iter().copied().zip(s.before.iter().copied()))
+        signals.flat_map(|s| s.measured.iter().copied().zip(s.after.iter().copied()))
     };
     for doubt in runs::doubted(assembly, readings) {
         tracing::warn!("{}: {doubt}", recording.display());

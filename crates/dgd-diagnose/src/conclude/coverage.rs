@@ -2,12 +2,15 @@
 
 use crate::diagnosis::Check;
 use crate::layout::{BALANCE_BLOCKS, Section};
+use crate::numbers::whole;
 use crate::record::Record;
-use crate::relations::Rows;
+use crate::relations::{Rows, TOPPED_S};
 use dgd_recording::Channel;
 
 /// Share of what is read that a relation must be judged in; a sound recording judges friction and mass balance nearly all along. Set by hand.
 const LEAST: f64 = 0.5;
+/// Share of the blocks below which a reading is scarce. Set by hand.
+const SCARCE: f64 = 0.9;
 
 /// The relation that is judged for too short a time.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,8 +20,8 @@ pub(super) struct Unjudged {
     causes: &'static str,
     judged_h: f64,
     of_h: f64,
-    /// The channel that it lacks most often, and the share of the samples that have it.
-    lacks: (Channel, f64),
+    /// The channel that it lacks most often, if it lacks one, and the share of the blocks that have it.
+    lacks: Option<(Channel, f64)>,
 }
 
 impl Unjudged {
@@ -34,6 +37,24 @@ impl Unjudged {
             (Channel::BoosterFlow, &record.booster),
             (Channel::TopfillFlow, &record.topfill),
         ];
+        let m = record.per_block;
+        let told: Vec<usize> = (0..record.blocks)
+            .filter(|b| {
+                let from_s = record.t_s[b * m];
+                record.told.between_s((from_s, from_s + record.block_s())) > 0.0
+            })
+            .collect();
+        // As the rows ask for them: a top-fill is set now and then.
+        let reach = whole(TOPPED_S / record.dt_s);
+        let has = |channel: Channel, values: &[f64], b: usize| {
+            if channel == Channel::TopfillFlow {
+                let to = ((b + 1) * m + reach).min(values.len());
+                return values[(b * m).saturating_sub(reach)..to]
+                    .iter()
+                    .any(|v| v.is_finite());
+            }
+            values[b * m..(b + 1) * m].iter().all(|v| v.is_finite())
+        };
         let of = |section: Section, relation, causes, channels: &[(Channel, &Vec<f64>)]| {
             let blocks = if section == Section::Balance {
                 BALANCE_BLOCKS
@@ -42,20 +63,20 @@ impl Unjudged {
             };
             let judged = rows.of_section(section).iter().filter(|row| **row).count();
             let judged_s = (judged * blocks) as f64 * record.block_s();
-            let share = |values: &[f64]| {
-                let read = values.iter().filter(|v| v.is_finite()).count();
-                read as f64 / values.len().max(1) as f64
+            let share = |(channel, values): &(Channel, &Vec<f64>)| {
+                let whole = told.iter().filter(|b| has(*channel, values, **b)).count();
+                (*channel, whole as f64 / told.len().max(1) as f64)
             };
-            let shares = channels
+            let lacks = channels
                 .iter()
-                .map(|(channel, values)| (*channel, share(values)));
-            let lacks = shares.min_by(|a, b| a.1.total_cmp(&b.1))?;
+                .map(share)
+                .min_by(|a, b| a.1.total_cmp(&b.1));
             (judged_s < LEAST * record.told_s()).then(|| Self {
                 relation,
                 causes,
                 judged_h: judged_s / 3600.0,
                 of_h: record.told_s() / 3600.0,
-                lacks,
+                lacks: lacks.filter(|(_, share)| *share < SCARCE),
             })
         };
         let line = of(
@@ -80,12 +101,16 @@ impl Unjudged {
             causes,
             judged_h,
             of_h,
-            lacks: (channel, share),
+            lacks,
         } = self;
+        let lacks = lacks.map_or_else(String::new, |(channel, share)| {
+            format!(
+                ". Of its readings `{channel}` is the scarcest, usable in {:.0} % of that time: is it missing, irregular, or repeating one value (`dgd inspect`)?",
+                100.0 * share
+            )
+        });
         format!(
-            "the {relation} can be judged in {judged_h:.1} of {of_h:.1} h only: {causes} at other times are not seen. Of its readings `{channel}` is the \
-             scarcest, usable in {:.0} % of the samples: is it missing, irregular, or repeating one value (`dgd inspect`)?",
-            100.0 * share
+            "the {relation} can be judged in {judged_h:.1} of {of_h:.1} h only: {causes} at other times are not seen{lacks}"
         )
     }
 
@@ -109,6 +134,8 @@ impl Unjudged {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+
     use super::Unjudged;
     use crate::relations::{Blocks, Rows};
     use crate::test_rig::{Hidden, drilled};
@@ -121,18 +148,19 @@ mod tests {
             |record: &_| Unjudged::of(record, &Rows::of(record, &Blocks::under(record, &[])));
         assert_eq!(told(&record), []);
         let n = record.booster.len();
-        record.booster[n / 2..].fill(f64::NAN);
+        record.booster[2 * n / 3..].fill(f64::NAN);
         assert_eq!(told(&record), []);
         record.booster[n / 8..].fill(f64::NAN);
         let [one] = &told(&record)[..] else {
             panic!("{:?}", told(&record));
         };
+        let (channel, share) = one.lacks.unwrap();
         assert_eq!(
-            (one.relation, one.lacks.0),
+            (one.relation, channel),
             ("riser's mass balance", Channel::BoosterFlow)
         );
-        assert!((0.1..0.15).contains(&one.lacks.1), "{one:?}");
-        assert!(one.judged_h < 0.25 * one.of_h);
+        assert!((0.1..0.15).contains(&share), "{one:?}");
+        assert!(one.judged_h < 0.15 * one.of_h, "{one:?}");
         record.outlet[n / 8..].fill(f64::NAN);
         assert_eq!(told(&record).len(), 2);
     }

@@ -6,14 +6,14 @@
 use super::{colour, floor_about, mean, smooth};
 use crate::numbers::{spread, whole};
 use dgd_recording::{Rank, quantile};
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Longest mean that is looked for, s.
-const LONGEST_S: f64 = 60.0;
-/// Power over floor that some bin falls below if there are notches, and by how much less the bins must scatter without them. Set by hand.
-const NOTCH: f64 = 0.3;
-const SCATTER: f64 = 0.6;
-/// Bins of which a mean passes less than this share of what it does between its notches tell nothing.
+const LONGEST_S: f64 = 40.0;
+/// Power over floor that each notch must lie below, and by how much less the bins must scatter without them. Set by hand.
+const NOTCH: f64 = 0.5;
+const SCATTER: f64 = 0.75;
+/// Beyond its first half a lobe, bins of which a mean passes less than this share of what it does between its notches tell nothing.
 const PASSED: f64 = 0.1;
 /// Noise that came after the mean, over that before it.
 const NOISE: [f64; 5] = [0.0, 1e-3, 3e-3, 1e-2, 3e-2];
@@ -34,23 +34,30 @@ impl Mean {
         let (passed, told) = angles
             .map(|angle| {
                 let share = (n * angle).sin().powi(2);
-                (share / (n * angle.sin()).powi(2) + noise, share > PASSED)
+                let told = share > PASSED || n * angle < FRAC_PI_2;
+                (share / (n * angle.sin()).powi(2) + noise, told)
             })
             .unzip();
         Self { passed, told }
     }
 
-    /// What it tells, without what it does.
-    fn undone(&self, power: &[f64]) -> Vec<f64> {
-        let all = power.iter().zip(&self.passed).zip(&self.told);
-        all.filter(|(_, told)| **told)
-            .map(|((power, passed), _)| power / passed)
+    /// Of the values of all bins those that tell something.
+    fn of_told<T: Copy>(&self, values: &[T]) -> Vec<T> {
+        let all = values.iter().zip(&self.told);
+        all.filter_map(|(value, told)| told.then_some(*value))
             .collect()
     }
 
-    fn told(&self, bins: &[usize]) -> Vec<usize> {
-        let all = bins.iter().zip(&self.told);
-        all.filter_map(|(bin, told)| told.then_some(*bin)).collect()
+    /// A spectrum without what it does, where it tells something.
+    fn undone(&self, power: &[f64]) -> Vec<f64> {
+        let all = power.iter().zip(&self.passed);
+        let undone: Vec<f64> = all.map(|(power, passed)| power / passed).collect();
+        self.of_told(&undone)
+    }
+
+    /// Whether enough is left to tell a floor.
+    fn leaves_half(&self) -> bool {
+        2 * self.told.iter().filter(|told| **told).count() > self.told.len()
     }
 }
 
@@ -61,25 +68,37 @@ pub(super) fn undone(
     (m, step_s): (usize, f64),
 ) -> (Vec<Vec<f64>>, Vec<usize>) {
     let power = smooth(&mean(&spectra));
-    let whole_band = colourless(&power, &bins);
-    let deep = |b: usize| whole_band[b] < NOTCH * floor_about(&whole_band, b);
-    if !(0..power.len()).any(deep) {
-        return (spectra, bins);
-    }
+    let flat = colourless(&power, &bins);
+    let deep: Vec<bool> = (0..flat.len())
+        .map(|b| flat[b] < NOTCH * floor_about(&flat, b))
+        .collect();
+    // Where a notch of a mean of so many readings lies in the band, and whether power is low at each.
+    let has_notches = |readings: &usize| {
+        let spacing = m as f64 / *readings as f64;
+        let places = (1..=readings / 2).map(|k| whole(k as f64 * spacing));
+        let mut notches = places
+            .filter_map(|place| bins.iter().position(|k| *k == place))
+            .peekable();
+        notches.peek().is_some() && notches.all(|b| deep[b])
+    };
     let scatter = |power: &[f64], bins: &[usize]| {
         let flat: Vec<f64> = (colourless(power, bins).iter()).map(|p| p.ln()).collect();
         let middle = quantile(flat.iter().copied(), Rank::MEDIAN).unwrap_or(f64::NAN);
         spread(flat.iter().map(|p| p - middle))
     };
     let means = (2..=whole(LONGEST_S / step_s))
-        .flat_map(|n| NOISE.map(|noise| Mean::of(n, noise, &bins, m)));
-    let best = means
-        .map(|mean| (scatter(&mean.undone(&power), &mean.told(&bins)), mean))
-        .min_by(|a, b| a.0.total_cmp(&b.0));
-    match best {
-        Some((left, mean)) if left < SCATTER * scatter(&power, &bins) => (
+        .filter(has_notches)
+        .flat_map(|n| NOISE.map(|noise| Mean::of(n, noise, &bins, m)))
+        .filter(Mean::leaves_half);
+    let judged = means.map(|mean| {
+        let told = mean.of_told(&bins);
+        let left = scatter(&mean.undone(&power), &told);
+        (left / scatter(&mean.of_told(&power), &told), mean)
+    });
+    match judged.min_by(|a, b| a.0.total_cmp(&b.0)) {
+        Some((left, mean)) if left < SCATTER => (
             spectra.iter().map(|s| mean.undone(s)).collect(),
-            mean.told(&bins),
+            mean.of_told(&bins),
         ),
         _ => (spectra, bins),
     }

@@ -7,7 +7,7 @@ use crate::record::Record;
 use dgd_effects::STANDING_M3_S;
 
 /// A top-fill is started and stopped by hand, now and then: so near to a reading it is what that says, s. Set by hand.
-const TOPPED_S: f64 = 60.0;
+pub(crate) const TOPPED_S: f64 = 60.0;
 
 /// Rise of the outlet during a stop that only a pump makes, Pa: twenty times the 0.05 bar that transmitters wander by. Set by hand.
 const HIDDEN_START_PA: f64 = 1e5;

@@ -137,7 +137,6 @@ impl<V: Vector> Stepper<V> for DormandPrince<V> {
         }
     }
 
-    #[inline(always)]
     fn strays<S: System + ?Sized>(
         &mut self,
         _: &S,
@@ -150,6 +149,7 @@ impl<V: Vector> Stepper<V> for DormandPrince<V> {
         false
     }
 
+    #[inline(always)]
     fn factor(error: f64, previous: f64) -> f64 {
         let e = error.max(1e-10);
         (0.9 * e.powf(-(0.2 - 0.75 * BETA)) * previous.powf(BETA)).clamp(0.2, 10.0)

@@ -44,7 +44,7 @@ pub(crate) trait Stepper<V: Vector> {
 /// A step cut short by a break says nothing against the longer proposal if its error is below
 /// this.
 const CUT_IS_FINE: f64 = 0.5;
-/// Fractions of a step with samples within it at which its continuous extension is held to the tolerance, and how many times that it may be off:
+/// Fractions of a step with samples or an event within it at which its continuous extension is held to the tolerance, and how many times that it may be off:
 /// it is of a lower order than the step.
 const BETWEEN: [f64; 2] = [0.3, 0.7];
 const MOST_BETWEEN: f64 = 4.0;
@@ -248,10 +248,20 @@ pub(super) fn drive<V: Vector, M: Stepper<V>, S: System + ?Sized>(
                 x: &x,
                 next: &next,
             };
-            if scaled <= 1.0 && samples.are_due_before(reached) {
-                for theta in BETWEEN {
-                    if method.strays(system, theta, &step, &mut error, &mut count) {
-                        scaled = scaled.max(size(&error) / MOST_BETWEEN);
+            let mut found = None;
+            if scaled <= 1.0 {
+                found = crossing(system, reached, next.get());
+                if found.is_some() || samples.are_due_before(reached) {
+                    for theta in BETWEEN {
+                        if method.strays(system, theta, &step, &mut error, &mut count) {
+                            let between = size(&error) / MOST_BETWEEN;
+                            // `max` drops a NaN.
+                            scaled = if between.is_nan() {
+                                between
+                            } else {
+                                scaled.max(between)
+                            };
+                        }
                     }
                 }
             }
@@ -275,7 +285,7 @@ pub(super) fn drive<V: Vector, M: Stepper<V>, S: System + ?Sized>(
                 continue;
             }
             count.steps += 1;
-            if let Some(found) = crossing(system, reached, next.get()) {
+            if let Some(found) = found {
                 let (index, theta) = step.locate(&method, system, found, error.get_mut());
                 let event = (t + theta * trial).min(reached);
                 step.at(&method, theta, error.get_mut());

@@ -40,8 +40,8 @@ pub enum Method {
 /// What error a step may make: `absolute[i] + relative·|x[i]|` in the root mean square.
 ///
 /// They are held at the ends of steps; times in between are written by the method's continuous extension. Where a mode is much faster than
-/// a step, as the linearly implicit methods step over it, every step may end right and the extension be off by a thousand times the
-/// tolerance. [`Method::Rodasp`] and [`Method::Rodas3`] therefore also look within each step that times lie in, by the difference of rate
+/// a step, as the linearly implicit methods step over it, every step may end right and the extension be off by many times the
+/// tolerance. [`Method::Rodasp`] and [`Method::Rodas3`] therefore also look within each step that times or an event lie in, by the difference of rate
 /// and slope (two evaluations), and hold it there to four times the tolerance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tolerances {

@@ -65,6 +65,13 @@ impl Effect for LineGasStorage {
         Box::new(|_, _| {})
     }
 
+    fn same_as(&self, p: &[f64], _: &Setting) -> Option<String> {
+        Some(format!(
+            "a return flow whose transmitter damps it by {:.0} s",
+            p[0]
+        ))
+    }
+
     fn memory_s(&self, _: &[f64]) -> f64 {
         0.0
     }

@@ -66,6 +66,10 @@ impl Effect for LineLeak {
         })
     }
 
+    fn same_as(&self, _: &[f64], _: &Setting) -> Option<String> {
+        Some("a return flow meter that reads less from then on; compare it with what is pumped in while the level stands".to_owned())
+    }
+
     fn is_switch(&self) -> bool {
         true
     }

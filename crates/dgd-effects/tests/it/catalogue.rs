@@ -458,6 +458,15 @@ fn an_influx_that_no_well_gives_is_told_as_a_pump() {
 }
 
 #[test]
+fn a_store_and_a_leak_before_the_meter_say_what_the_meter_alone_would_show() {
+    let told = |id: &str, parameters: &[f64]| find(id).unwrap().same_as(parameters, &setting());
+    let store = told("line_gas_storage", &[12.4, 0.0]).unwrap();
+    assert!(store.contains("damps it by 12 s"), "{store}");
+    let leak = told("line_leak", &[1e-3, 600.0]).unwrap();
+    assert!(leak.contains("reads less from then on"), "{leak}");
+}
+
+#[test]
 fn a_gain_is_told_as_the_liner_or_the_gallon_that_would_show_it() {
     let s = setting();
     let told = |id: &str, gain: f64| find(id).unwrap().same_as(&[gain - 1.0], &s);

@@ -9,8 +9,19 @@ use super::words::{
     self, RUNGS, Rung, capital, estimated, improvement, listed, strength, title, title_of,
 };
 
+/// The sentence, and whether to believe it.
+pub(super) fn headline(diagnosis: &Diagnosis) -> String {
+    let sentence = sentence(diagnosis);
+    if diagnosis.warnings.is_empty() {
+        return sentence;
+    }
+    format!(
+        "{sentence} Doubtful: see first what may be wrong with the recording or its description."
+    )
+}
+
 /// The whole diagnosis in a sentence.
-pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
+fn sentence(diagnosis: &Diagnosis) -> String {
     let of = |likely: bool| {
         let all = diagnosis.findings.iter().enumerate();
         all.filter(move |(_, f)| f.is_likely() == likely)

@@ -66,6 +66,18 @@ fn assert_pictures(name: &str, html: &str) -> usize {
 }
 
 #[test]
+fn what_makes_an_answer_doubtful_is_told_in_the_headline_and_before_the_answer() {
+    for (name, mut diagnosis) in diagnoses::all(2) {
+        assert!(!page(&diagnosis).contains("Doubtful:"), "{name}");
+        diagnosis.warnings = vec!["is FT1 in psi?".to_owned()];
+        let html = page(&diagnosis);
+        let at = |text: &str| html.find(text).unwrap();
+        assert!(at("Doubtful: see first") < at("is FT1 in psi?"), "{name}");
+        assert!(at("is FT1 in psi?") < at(">The answer</h2>"), "{name}");
+    }
+}
+
+#[test]
 fn the_timeline_says_what_noise_leaves_and_what_instruments_may_wander_by() {
     for (name, mut diagnosis) in diagnoses::all(2) {
         for trace in &mut diagnosis.traces {

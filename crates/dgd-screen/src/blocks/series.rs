@@ -234,6 +234,6 @@ impl RunPass {
             (to.0 - from.0, to.1 - from.1)
         });
         let runs = runs.into_iter().map(|held| held.run).collect();
-        rules.unless_set(known.channel, runs, samples)
+        rules.unless_set(known.channel, runs, self.count.1)
     }
 }

@@ -50,7 +50,11 @@ pub fn coarse(
         // Of one reading a sample nothing is held: that the recorder is slow is told once, of all channels.
         let held = held_for(values);
         let held_s = held as f64 * step_s;
-        let how = if held > 1 && held_s >= TOO_SELDOM_S && channel != Channel::PumpSpeed {
+        // A booster or top-fill that was set a few times rests in between.
+        let set = matches!(channel, Channel::BoosterFlow | Channel::TopfillFlow)
+            && values.len() < FEWEST * held;
+        let is_slow = held > 1 && held_s >= TOO_SELDOM_S;
+        let how = if is_slow && !set && channel != Channel::PumpSpeed {
             format!(
                 "gives a reading every {} s and holds it in between",
                 words::number(held_s)

@@ -48,7 +48,7 @@ fn means_of_seconds_of_noise_are_no_swell_and_keep_one_that_is_there() {
             .map(|w| w.iter().sum::<f64>() / of as f64);
         all.collect()
     };
-    for of in [5, 8, 10, 12, 15, 20, 30, 60] {
+    for of in [5, 8, 10, 12, 15, 20, 30, 40] {
         for (seed, wander) in (40..60).zip([0.0, 0.3].into_iter().cycle()) {
             let (noise, level) = (normals(seed, 7200), normals(seed + 100, 7200));
             let mut at = 2e6;
@@ -67,6 +67,40 @@ fn means_of_seconds_of_noise_are_no_swell_and_keep_one_that_is_there() {
             assert!(found.ratio > 2.0 * found.believed, "{of} s: {found:?}");
             assert!((found.period_s - 13.0).abs() < 0.2, "{of} s: {found:?}");
         }
+    }
+}
+
+/// A broad swell, of many sines between 11 and 15 s, is seen however often it is read, and what lies beside it is taken for no notch.
+#[test]
+fn a_broad_swell_is_no_mean_of_seconds() {
+    for (step_s, seed) in [0.2, 0.5, 1.0].into_iter().zip(70..) {
+        let phases = normals(seed, 60);
+        let swells: Vec<(f64, f64)> = (0..60)
+            .map(|k| 1.0 / 15.0 + f64::from(k) / 60.0 * (1.0 / 11.0 - 1.0 / 15.0))
+            .zip(&phases)
+            .map(|(f, phase)| (f, 9.0 * phase))
+            .collect();
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a count"
+        )]
+        let n = (7200.0 / step_s) as usize;
+        let noise = normals(seed + 10, n);
+        let series: Vec<f64> = (noise.iter().enumerate())
+            .map(|(i, noise)| {
+                let t = step_s * i as f64;
+                let sine =
+                    |s: &(f64, f64)| pa(0.03) * (std::f64::consts::TAU * s.0 * t + s.1).sin();
+                2e6 + swells.iter().map(sine).sum::<f64>() + NOISE_PA * noise
+            })
+            .collect();
+        let found = swell(&series, step_s, DENSITY).unwrap();
+        assert!(found.ratio > found.believed, "{step_s}: {found:?}");
+        assert!(
+            (10.5..15.5).contains(&found.period_s),
+            "{step_s}: {found:?}"
+        );
     }
 }
 
