@@ -204,7 +204,7 @@ fn a_diagnosis_tells_which_channels_have_a_clock_of_their_own_and_names_no_cause
         ),
         (
             &["PT1", "PT2", "PT5"],
-            "the pressures of the pump inlet and the riser are logged 16 s late",
+            "the pressures of the pump inlet and the riser are logged 18 s late",
         ),
     ] {
         let found = later(Rig::of_hours(), tags, 20).diagnosed();
