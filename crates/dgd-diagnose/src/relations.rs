@@ -15,7 +15,7 @@ pub(crate) use blocks::Blocks;
 pub(crate) use level_rate::{LevelRate, imbalance_per_head};
 pub(crate) use line_flow::{LineFlow, blurred, meter_path};
 pub(crate) use parts::{Parts, Touched};
-pub(crate) use rows::{Rows, TOPPED_S, repeats};
+pub(crate) use rows::{Rows, is_full, is_topped, repeats};
 
 use crate::layout::BALANCE_BLOCKS;
 use crate::record::Record;

@@ -102,6 +102,52 @@ fn the_gas_of_a_closed_tank_is_what_its_profile_leaves() {
     assert!(balance.abs() < 1.0, "{balance}");
 }
 
+/// A stiff header behind a pump, whose valve moves after rests of half a minute: the steps are as long, and what lies within them is right too.
+#[test]
+fn samples_within_long_steps_behind_a_move_of_a_valve_are_right() {
+    let text = r#"
+        connections = ["supply -> pump -> header -> valve -> atmosphere"]
+        [components]
+        supply = { kind = "boundary", pressure = "0.3 barg" }
+        pump = { kind = "centrifugal_pump", c0 = 0.004, c2 = 3e5, check_valve = true }
+        header = { kind = "volume", volume = 0.05, bulk_modulus = 2e7 }
+        valve = { kind = "valve", flow_coefficient = 4e-6 }
+        p = { kind = "instrument", measures = "pressure", of = "header" }
+        [inputs]
+        "pump.speed" = { channel = "n", between = "held", unit = "%" }
+        "valve.opening" = { channel = "z", between = "held", unit = "%" }
+        [initial]
+        "header.pressure" = 3e5
+        [record]
+        time = "t"
+    "#;
+    let assembly = Assembly::parse(text).unwrap();
+    let t = clock(121, 1.0);
+    let opening: Vec<f64> = t
+        .iter()
+        .map(|t| match *t {
+            t if t < 30.0 => 80.0,
+            t if t < 60.0 => 78.0,
+            _ => 79.0,
+        })
+        .collect();
+    let window = window(
+        &assembly,
+        &[("t", &t), ("n", &[72.0; 121]), ("z", &opening)],
+    );
+    let pressures = |options: &SimulationOptions| {
+        let run = assembly.simulate(&[], &window, 0, options).unwrap();
+        run.outputs[0].clone()
+    };
+    let (usual, tight) = (
+        pressures(&SimulationOptions::default()),
+        pressures(&tight()),
+    );
+    // Four times a tolerance of 1e-5 of the pressure and of a tenth of the usual one.
+    let off = apart(&usual, &tight);
+    assert!(off < 4.0 * 1e-5 * 1.1 * 3.3e5, "{off} Pa");
+}
+
 #[test]
 fn an_area_that_is_off_is_that_of_a_tank_of_the_true_one() {
     let of = |area: f64| {

@@ -24,9 +24,6 @@ use std::path::{Path, PathBuf};
 /// Probability from which a name is told without a reserve.
 const LIKELY: f64 = 0.5;
 
-/// How many times further off than their own mean the described model leaves readings that hardly any missing physics explains. Set by hand.
-const WRONG: f64 = 2.0;
-
 /// A revision and what it is told with.
 struct Done {
     title: String,
@@ -79,9 +76,12 @@ pub(crate) fn run(
         let signals = fitted_part().filter_map(move |t| t.outputs.get(o));
         signals.flat_map(|s| s.measured.iter().copied().zip(s.before.iter().copied()))
     };
-    for doubt in runs::doubted(assembly, WRONG, readings) {
-        tracing::warn!("{}: {doubt}", recording.display());
-        issues.push(doubt);
+    // What a named effect explains is no doubt of a unit.
+    if revision.verdict == Verdict::Unexplained {
+        for doubt in runs::doubted(assembly, readings) {
+            tracing::warn!("{}: {doubt}", recording.display());
+            issues.push(doubt);
+        }
     }
     progress.stage("writing", &out.display().to_string());
     let done = Done {

@@ -124,17 +124,16 @@ pub(crate) fn worse_than_the_mean(assembly: &Assembly, runs: &[Run]) -> Vec<Stri
         });
         pairs.flatten()
     };
-    /// A fit can always come near the mean; well beyond it something is wrong.
-    const WORSE: f64 = 1.5;
-    doubted(assembly, WORSE, readings)
+    doubted(assembly, readings)
 }
 
-/// The same of readings, each with what a model makes of it, that are so many times further off than their own mean would be.
+/// The same of readings, each with what a model makes of it.
 pub(crate) fn doubted<I: Iterator<Item = (f64, f64)>>(
     assembly: &Assembly,
-    worse: f64,
     readings: impl Fn(usize) -> I,
 ) -> Vec<String> {
+    /// A fit can always come near the mean; well beyond it something is wrong.
+    const WORSE: f64 = 1.5;
     let one = |(o, gauge): (usize, Gauge)| {
         let both: Vec<(f64, f64)> = readings(o)
             .filter(|(measured, simulated)| measured.is_finite() && simulated.is_finite())
@@ -149,7 +148,7 @@ pub(crate) fn doubted<I: Iterator<Item = (f64, f64)>>(
         let off = rms(&|(measured, simulated)| simulated - measured);
         // What hardly moves has no mean to be worse than.
         let accuracy = assembly.accuracies()[o].unwrap_or(0.0);
-        (spread > 0.0 && off > worse * spread && off > accuracy).then(|| {
+        (spread > 0.0 && off > WORSE * spread && off > accuracy).then(|| {
             let told = |si: f64| gauge.with_unit(&say::number(gauge.difference(si)));
             format!(
                 "`{}` has an error of {}, against {} for its own mean: the model does not explain it; are units and channels right?",

@@ -2,9 +2,8 @@
 
 use crate::diagnosis::Check;
 use crate::layout::{BALANCE_BLOCKS, Section};
-use crate::numbers::whole;
 use crate::record::Record;
-use crate::relations::{Rows, TOPPED_S};
+use crate::relations::{Rows, is_full, is_topped};
 use dgd_recording::Channel;
 
 /// Share of what is read that a relation must be judged in; a sound recording judges friction and mass balance nearly all along. Set by hand.
@@ -44,16 +43,9 @@ impl Unjudged {
                 record.told.between_s((from_s, from_s + record.block_s())) > 0.0
             })
             .collect();
-        // As the rows ask for them: a top-fill is set now and then.
-        let reach = whole(TOPPED_S / record.dt_s);
-        let has = |channel: Channel, values: &[f64], b: usize| {
-            if channel == Channel::TopfillFlow {
-                let to = ((b + 1) * m + reach).min(values.len());
-                return values[(b * m).saturating_sub(reach)..to]
-                    .iter()
-                    .any(|v| v.is_finite());
-            }
-            values[b * m..(b + 1) * m].iter().all(|v| v.is_finite())
+        let has = |channel: Channel, values: &[f64], b: usize| match channel {
+            Channel::TopfillFlow => is_topped(record, b),
+            _ => is_full(record, values, b),
         };
         let of = |section: Section, relation, causes, channels: &[(Channel, &Vec<f64>)]| {
             let blocks = if section == Section::Balance {

@@ -7,7 +7,7 @@ use crate::record::Record;
 use dgd_effects::STANDING_M3_S;
 
 /// A top-fill is started and stopped by hand, now and then: so near to a reading it is what that says, s. Set by hand.
-pub(crate) const TOPPED_S: f64 = 60.0;
+const TOPPED_S: f64 = 60.0;
 
 /// Rise of the outlet during a stop that only a pump makes, Pa: twenty times the 0.05 bar that transmitters wander by. Set by hand.
 const HIDDEN_START_PA: f64 = 1e5;
@@ -37,6 +37,21 @@ pub(crate) struct Rows {
     pub stops: Vec<bool>,
 }
 
+/// Whether a channel has all its samples in a block.
+pub(crate) fn is_full(record: &Record, values: &[f64], b: usize) -> bool {
+    let m = record.per_block;
+    values[b * m..(b + 1) * m].iter().all(|v| v.is_finite())
+}
+
+/// Whether a block is near enough to a reading of the top-fill.
+pub(crate) fn is_topped(record: &Record, b: usize) -> bool {
+    let m = record.per_block;
+    let reach = whole(TOPPED_S / record.dt_s);
+    let last = ((b + 1) * m + reach).min(record.topfill.len());
+    let about = &record.topfill[(b * m).saturating_sub(reach)..last];
+    about.iter().any(|v| v.is_finite())
+}
+
 impl Rows {
     pub(crate) fn of_section(&self, section: Section) -> &[bool] {
         match section {
@@ -49,15 +64,7 @@ impl Rows {
 
     /// Which rows the recording supports.
     pub(crate) fn of(record: &Record, base: &Blocks) -> Self {
-        let m = record.per_block;
-        let full =
-            |values: &[f64], b: usize| values[b * m..(b + 1) * m].iter().all(|v| v.is_finite());
-        let reach = whole(TOPPED_S / record.dt_s);
-        let topped = |b: usize| {
-            let last = ((b + 1) * m + reach).min(record.topfill.len());
-            let about = &record.topfill[(b * m).saturating_sub(reach)..last];
-            about.iter().any(|v| v.is_finite())
-        };
+        let full = |values: &[f64], b: usize| is_full(record, values, b);
         let n = record.blocks;
         let pump = PumpRuns::of(record);
         let frozen = frozen(record, &pump);
@@ -86,7 +93,7 @@ impl Rows {
             let told = |b| {
                 full(&record.mud_pump, b)
                     && full(&record.booster, b)
-                    && topped(b)
+                    && is_topped(record, b)
                     && (pump.turned[b] > 1 || pump.stood[b] > 0)
             };
             *row = (k * BALANCE_BLOCKS..(k + 1) * BALANCE_BLOCKS).all(told)

@@ -1,6 +1,6 @@
 //! Dormand and Prince's explicit 5(4) pair (Hairer, Nørsett and Wanner 1993, II.5).
 
-use super::driver::{Step, Stepper};
+use super::driver::Stepper;
 use super::vector::Vector;
 use super::{Statistics, System};
 
@@ -135,18 +135,6 @@ impl<V: Vector> Stepper<V> for DormandPrince<V> {
             let rest = 1.0 - theta;
             *out = from + theta * (change + rest * (start + theta * (end + rest * top)));
         }
-    }
-
-    fn strays<S: System + ?Sized>(
-        &mut self,
-        _: &S,
-        _: f64,
-        _: &Step<'_, V>,
-        _: &mut V,
-        _: &mut Statistics,
-    ) -> bool {
-        // Its steps are too short for any mode to be stiff.
-        false
     }
 
     #[inline(always)]

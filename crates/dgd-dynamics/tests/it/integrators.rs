@@ -664,36 +664,6 @@ fn a_system_without_states_is_finished() {
     }
 }
 
-/// A fast mode that has rested, so that steps are long, towards a value that jumps at 30 s.
-#[test]
-fn outputs_behind_a_jump_of_a_stiff_system_are_right() {
-    struct Jump;
-    impl System for Jump {
-        fn dimension(&self) -> usize {
-            1
-        }
-        fn rhs(&self, t: f64, x: &[f64], rate: &mut [f64]) {
-            let to = if t < 30.0 { 1.0 } else { 2.0 };
-            rate[0] = -50.0 * (x[0] - to);
-        }
-    }
-    let outputs: Vec<f64> = (0..=60).map(f64::from).collect();
-    let plan = Plan {
-        start: 0.0,
-        end: 60.0,
-        outputs: &outputs,
-        breaks: &[30.0],
-    };
-    for method in [Method::Rodasp, Method::Rodas3] {
-        let options = Options::new(1e-5, vec![1e-6]);
-        let run = integrate(method, &mut Jump, &[1.0], &plan, &options).unwrap();
-        assert_eq!(run.status, Status::Finished);
-        let off = |(t, x): (f64, &[f64])| if t > 30.0 { (x[0] - 2.0).abs() } else { 0.0 };
-        let worst = run.iter().map(off).fold(0.0, f64::max);
-        assert!(worst < 4.0 * (1e-6 + 2e-5), "{method:?}: {worst:e}");
-    }
-}
-
 /// `x' = λ (x - sin t) + cos t` goes along `sin t`; between the ends of long steps an extension that is not held to the tolerance does not.
 #[test]
 fn outputs_of_a_very_stiff_problem_are_right_within_long_steps_at_breaks_and_with_short_steps() {

@@ -419,6 +419,18 @@ fn transmitters_without_readings_and_stuck_ones_are_told() {
     );
     told(&replaced(2, 30..9999, ""), "has 30 readings in");
     told(&replaced(2, 100..180, "4.2"), "repeats 4.2");
+    // Where no window says where to begin.
+    let late = replaced(1, 0..5, "");
+    let system = late.text("two_tanks.toml");
+    let record = system.find("[record]").unwrap();
+    late.write(
+        "two_tanks.toml",
+        format!("{}[record]\ntime = \"t\"\n", &system[..record]),
+    );
+    told(
+        &late,
+        "`u`, the input `pump.input`, has no value in the first 5 samples: runs begin after",
+    );
     let (said, _) = fitted(&benches());
     for what in ["repeats", "no reading", "has no value"] {
         assert!(!said.contains(what), "{said}");
