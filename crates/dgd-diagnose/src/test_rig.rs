@@ -371,6 +371,7 @@ pub(crate) fn recorded(record: &Record, start_s: f64) -> (Well, Prepared) {
         outlet_pressure_pa: record.outlet.clone(),
         tally: Vec::new(),
         stuck: Vec::new(),
+        dropouts: Vec::new(),
         recording,
     };
     (well, prepared)

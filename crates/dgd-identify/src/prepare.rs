@@ -1,7 +1,7 @@
 //! A recording with its untrusted values blanked and its usable samples marked.
 
 use dgd_recording::{Channel, Recording, Run, Settle};
-use dgd_screen::{Faults, ScreenError, ScreenOptions, Tally, screen};
+use dgd_screen::{ChannelScreen, Faults, ScreenError, ScreenOptions, Tally, screen};
 
 /// A screened recording.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,6 +20,8 @@ pub struct Prepared {
     pub tally: Vec<Tally>,
     /// Stretches in which a transmitter repeats one value for longer than by chance, by transmitter.
     pub stuck: Vec<(Channel, Run)>,
+    /// Stretches in which a signal was lost: one value, off the level around it, for up to a minute.
+    pub dropouts: Vec<(Channel, Run)>,
 }
 
 impl Prepared {
@@ -84,14 +86,15 @@ pub fn prepare(
         }
     };
     let ((), (keep, tally)) = rayon::join(blank, || (screening.keep(), screening.tally()));
-    let stuck = screening.channels.iter().flat_map(|one| {
-        let runs = one.stuck.iter();
-        runs.map(|run| (one.channel, *run))
-    });
+    let runs_of = |pick: fn(&ChannelScreen) -> &[Run]| -> Vec<(Channel, Run)> {
+        let of_one = |one| pick(one).iter().map(move |run| (one.channel, *run));
+        screening.channels.iter().flat_map(of_one).collect()
+    };
     Ok(Prepared {
         keep,
         tally,
-        stuck: stuck.collect(),
+        stuck: runs_of(|one| &one.stuck),
+        dropouts: runs_of(|one| &one.dropouts),
         inlet_pressure_pa: screening.inlet_pressure_pa,
         outlet_pressure_pa: screening.outlet_pressure_pa,
         recording,
@@ -119,9 +122,17 @@ impl Prepared {
         }
     }
 
-    /// What is to be said of transmitters that repeated one value for many minutes, one message a transmitter: what is not used, and
-    /// where. Short stretches are part of every recording, and a channel that never changes is suspected as such.
-    pub fn stuck_for_long(&self) -> Vec<String> {
+    /// What is to be said of what is not used: one message a transmitter that repeated one value for many minutes, or whose signal was lost
+    /// again and again, and where.
+    ///
+    /// Short stretches of one value are part of every recording, and a channel that never changes is suspected as such.
+    pub fn not_used(&self) -> Vec<String> {
+        let mut said = self.stuck_for_long();
+        said.extend(self.lost());
+        said
+    }
+
+    fn stuck_for_long(&self) -> Vec<String> {
         /// Seconds from which on a stretch is told.
         const LONG_S: f64 = 600.0;
         let time_s = &self.recording.time_s;
@@ -147,6 +158,26 @@ impl Prepared {
                         long().map(seconds).sum::<f64>() / 3600.0
                     )
                 })
+            })
+            .collect()
+    }
+
+    fn lost(&self) -> Vec<String> {
+        /// So many are told.
+        const MANY: usize = 3;
+        let of_one = self.dropouts.chunk_by(|(one, _), (next, _)| one == next);
+        of_one
+            .filter(|runs| runs.len() >= MANY)
+            .filter_map(|runs| {
+                let (channel, first) = runs.first()?;
+                let from = self.recording.time_s.get(first.start)?;
+                let samples: usize = runs.iter().map(|(_, run)| run.length).sum();
+                #[expect(clippy::cast_precision_loss, reason = "samples of a recording")]
+                let seconds = samples as f64 * self.step_s;
+                Some(format!(
+                    "`{channel}` jumps to one value for seconds and back {} times, {seconds:.0} s in all and first at {from:.0} s, and is not used there; is its signal lost?",
+                    runs.len()
+                ))
             })
             .collect()
     }

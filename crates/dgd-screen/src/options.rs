@@ -53,6 +53,9 @@ pub struct ScreenOptions {
     /// Longest excursion that is a spike, s; at least one sample and at most 50 are
     /// looked at. Default 3.
     pub spike_longest_s: f64,
+    /// Longest excursion of an inflow to one value, repeated exactly, that is a dropout and taken for a spike, s; at most 120 samples are
+    /// looked at. Default 60: a mud pump is not stopped and started again at once, and a logger that has lost a signal writes 0.
+    pub dropout_longest_s: f64,
     /// Robust standard deviations beyond which transmitters disagree. Default 6.
     pub disagree_sigmas: f64,
     /// Longest disagreement that is screened away, s; a longer one is a finding for a
@@ -83,6 +86,7 @@ impl Default for ScreenOptions {
             stuck_chance: 1e-6,
             spike_sigmas: 6.0,
             spike_longest_s: 3.0,
+            dropout_longest_s: 60.0,
             disagree_sigmas: 6.0,
             disagree_longest_s: 60.0,
             pressure_pa: Limits {
@@ -135,6 +139,7 @@ impl ScreenOptions {
             ("frozen_speed_s", self.frozen_speed_s),
             ("spike_sigmas", self.spike_sigmas),
             ("spike_longest_s", self.spike_longest_s),
+            ("dropout_longest_s", self.dropout_longest_s),
             ("disagree_sigmas", self.disagree_sigmas),
             ("disagree_longest_s", self.disagree_longest_s),
         ] {

@@ -131,10 +131,19 @@ impl<'a> Rules<'a> {
         }
     }
 
-    pub(crate) fn spike(self) -> SpikeRule {
+    pub(crate) fn spike(self, channel: Channel) -> SpikeRule {
+        let may_be_set = matches!(channel, Channel::BoosterFlow | Channel::TopfillFlow);
+        let is_inflow = may_be_set || channel == Channel::MudPumpFlow;
+        let dropout_s = if is_inflow {
+            self.options.dropout_longest_s
+        } else {
+            0.0
+        };
         SpikeRule {
             sigmas: self.options.spike_sigmas,
             longest: samples(self.options.spike_longest_s, self.step_s, 1).min(spike::LONGEST),
+            dropout: samples(dropout_s, self.step_s, 0).min(spike::LONGEST_DROPOUT),
+            may_be_set,
         }
     }
 
@@ -245,12 +254,14 @@ impl Job<'_> {
         let limits = rules.limits(channel);
         let mut faults = vec![Faults::NONE; values.len()];
         let steps = scan::steps(values);
-        let rule = rules.spike();
+        let rule = rules.spike(channel);
         let scan = scan::scan(values, limits, spike::least(steps, rule), &mut faults);
         let twins = self.twins(channel);
-        for spike in spike::find(values, &faults, &scan.jumps, steps, rule, &twins) {
-            mark(&mut faults, spike.range, Faults::SPIKE);
+        let spikes = spike::find(values, &faults, &scan.jumps, steps, rule, &twins);
+        for spike in &spikes {
+            mark(&mut faults, spike.range.clone(), Faults::SPIKE);
         }
+        let dropouts = spikes.into_iter().filter(|spike| spike.dropout);
         let found = stuck::find(values, &scan, rules.stuck(channel), |run, shortest| {
             let whole = run.length == values.len();
             let turning = || self.turning(run);
@@ -268,6 +279,7 @@ impl Job<'_> {
             faults,
             stuck,
             constant,
+            dropouts: dropouts.map(|spike| spike.run(values)).collect(),
             shortest_stuck: found.shortest,
             quantum: steps.quantum,
             noise: steps.noise,

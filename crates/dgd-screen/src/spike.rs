@@ -1,10 +1,11 @@
-//! Spikes: a few samples far off, with the same level before and after.
+//! Spikes: a few samples far off, with the same level before and after; and dropouts: one value repeated there for up to a minute.
 //!
 //! A Hampel filter (median of the neighbours, k robust standard deviations), but
 //! only looked at where the series jumps, so that the cost is one cheap pass.
 
 use crate::Faults;
 use crate::scan::{Steps, level, median};
+use dgd_recording::Run;
 use std::ops::Range;
 
 /// How large and how long a spike is.
@@ -12,10 +13,16 @@ use std::ops::Range;
 pub(crate) struct SpikeRule {
     pub(crate) sigmas: f64,
     pub(crate) longest: usize,
+    /// Longest dropout, samples; none is sought where that is 0.
+    pub(crate) dropout: usize,
+    /// The quantity may be set from one value to another and back: a dropout must then have come into noise.
+    pub(crate) may_be_set: bool,
 }
 
 /// No spike is longer, whatever the clock: it bounds the work at each jump.
 pub(crate) const LONGEST: usize = 50;
+/// Nor a dropout.
+pub(crate) const LONGEST_DROPOUT: usize = 120;
 /// Neighbours looked at on either side.
 const BESIDE: usize = 7;
 /// Samples on either side of which these are taken.
@@ -30,6 +37,19 @@ const RETURN_SHARE: f64 = 1.0 / 3.0;
 pub(crate) struct Excursion {
     pub(crate) range: Range<usize>,
     pub(crate) height: f64,
+    /// It repeats one value for longer than a spike lasts.
+    pub(crate) dropout: bool,
+}
+
+impl Excursion {
+    /// The run that a dropout is.
+    pub(crate) fn run(&self, values: &[f64]) -> Run {
+        Run {
+            start: self.range.start,
+            length: self.range.len(),
+            value: values[self.range.start],
+        }
+    }
 }
 
 /// Smallest jump into a spike; infinite for a series that never moves.
@@ -61,16 +81,39 @@ pub(crate) fn find(
         let forward = (1..=rule.longest)
             .map(|l| at..at + l)
             .take_while(|r| r.end <= values.len());
-        let spike = forward.chain(after_gap).find_map(|range| {
-            let height = excursion(values, faults, &range, least, rule.sigmas)?;
+        let own = |range: &Range<usize>| {
+            let height = excursion(values, faults, range, least, rule.sigmas)?;
             let shared = twins.iter().any(|twin| {
-                shows(twin, &range).is_some_and(|h| h * height.signum() > 0.5 * height.abs())
+                shows(twin, range).is_some_and(|h| h * height.signum() > 0.5 * height.abs())
             });
-            (!shared).then_some(Excursion { range, height })
+            (!shared).then_some(height)
+        };
+        let spike = forward
+            .chain(after_gap)
+            .find_map(|range| Some((own(&range)?, range, false)));
+        let excursion = spike.or_else(|| {
+            let range = dropout(values, at, rule)?;
+            Some((own(&range)?, range, true))
         });
-        found.extend(spike);
+        found.extend(excursion.map(|(height, range, dropout)| Excursion {
+            range,
+            height,
+            dropout,
+        }));
     }
     found
+}
+
+/// The samples that repeat the value at `at`, if they are more than a spike has and not too many for a dropout.
+fn dropout(values: &[f64], at: usize, rule: SpikeRule) -> Option<Range<usize>> {
+    let most = &values[at..values.len().min(at + rule.dropout + 1)];
+    let length = most.iter().take_while(|v| **v == values[at]).count();
+    let range = at..at + length;
+    let fits = length > rule.longest && length <= rule.dropout;
+    let before = &values[at.saturating_sub(LOOKED_AT)..at];
+    let after = &values[range.end..values.len().min(range.end + LOOKED_AT)];
+    let moves = |part: &[f64]| part.windows(2).any(|two| two[0] != two[1]);
+    (fits && (!rule.may_be_set || (moves(before) && moves(after)))).then_some(range)
 }
 
 /// Height of `range` over the level around it, if it is a spike.

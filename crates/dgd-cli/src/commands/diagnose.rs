@@ -102,7 +102,7 @@ pub(crate) fn carry_out(
     let mut warnings = loaded.told;
     warnings.extend(loaded.suspicions);
     say::warn(&mut warnings, unused);
-    say::warn(&mut warnings, prepared.stuck_for_long());
+    say::warn(&mut warnings, prepared.not_used());
     let mut start = Vec::new();
     if let (Some(path), Some(mut document)) = (search.model, model) {
         say::warn(

@@ -112,7 +112,7 @@ pub(crate) fn fit(
     // They come first in the answer: what follows may rest on a wrong unit.
     let told = loaded.told.into_iter().chain(loaded.suspicions);
     identification.warnings.splice(0..0, told);
-    identification.warnings.extend(prepared.stuck_for_long());
+    identification.warnings.extend(prepared.not_used());
     let issues = loaded
         .issues
         .iter()

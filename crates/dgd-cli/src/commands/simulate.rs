@@ -144,7 +144,7 @@ fn whole(job: &Job<'_>, progress: &Progress) -> Result<Done, Failure> {
         .map_err(|e| Failure::input(first, e))?;
     let mut warnings = loaded.told;
     warnings.extend(loaded.suspicions);
-    say::warn(&mut warnings, prepared.stuck_for_long());
+    say::warn(&mut warnings, prepared.not_used());
     let mut document = (*document).clone();
     let (path, recordings) = (&arguments.model, &source.recordings);
     say::warn(

@@ -50,7 +50,7 @@ fn a_reading_that_is_frozen_for_many_minutes_is_told_and_a_short_one_is_not() {
         let mut recording = Rig::default().recording();
         let frozen = recording.pump_inlet_pressure_pa[0][3000];
         recording.pump_inlet_pressure_pa[0][3000..3000 + samples].fill(frozen);
-        let said = prepared(recording).stuck_for_long();
+        let said = prepared(recording).not_used();
         let expected = "`pump_inlet_pressure 1` repeats one value from 3000 to 3900 s and is not used there; is it frozen?";
         assert_eq!(said, if told { vec![expected] } else { vec![] });
     }
@@ -64,7 +64,7 @@ fn a_reading_that_freezes_again_and_again_is_told_once() {
         let frozen = read[from];
         read[from..from + samples].fill(frozen);
     }
-    let said = prepared(recording).stuck_for_long();
+    let said = prepared(recording).not_used();
     let expected = "`pump_inlet_pressure 1` repeats one value for 10 min or more 2 times, 0.4 h in all and longest from 3000 to 3900 s, and is not used there; is it frozen, or logged only when it changes?";
     assert_eq!(said, [expected]);
 }

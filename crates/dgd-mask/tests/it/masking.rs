@@ -129,6 +129,7 @@ fn exact() -> (Prepared, Series) {
         outlet_pressure_pa: row(13, 19),
         tally: Vec::new(),
         stuck: Vec::new(),
+        dropouts: Vec::new(),
         recording,
     };
     (prepared, series)

@@ -127,6 +127,7 @@ impl Rig {
             outlet_pressure_pa: outlet,
             tally: Vec::new(),
             stuck: Vec::new(),
+            dropouts: Vec::new(),
             recording,
         };
         (prepared, series)

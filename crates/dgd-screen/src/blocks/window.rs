@@ -5,14 +5,14 @@ use super::series::Known;
 use crate::scan::scan;
 use crate::screening::{Rules, mark_runs};
 use crate::speed::Readings;
-use crate::spike::{self, LONGEST};
+use crate::spike::{self, LONGEST, LONGEST_DROPOUT};
 use crate::{Faults, ScreenOptions};
 use dgd_recording::{Channel, Recording, Run};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Samples that a jump is judged by on either side: the longest spike, its way out and its neighbours.
-pub(super) const LOOKED_BACK_AT: usize = 2 * (LONGEST + spike::LOOKED_AT + 2);
+/// Samples that a jump is judged by on either side: the longest dropout, its way out and its neighbours.
+pub(super) const LOOKED_BACK_AT: usize = 2 * (LONGEST_DROPOUT + spike::LOOKED_AT + 2);
 
 /// Consecutive samples of all channels.
 #[derive(Debug, Default)]
@@ -66,7 +66,7 @@ impl Window {
         step_s: f64,
         at_end: bool,
     ) -> usize {
-        let rule = Rules { step_s, options }.spike();
+        let rules = Rules { step_s, options };
         let end = self.end();
         let to = if at_end {
             end
@@ -84,6 +84,7 @@ impl Window {
                     .collect();
                 let (values, faults) = (&series.values, &series.scanned);
                 let twins = self.twins(all, n);
+                let rule = rules.spike(known.channel);
                 let found = spike::find(values, faults, &jumps, known.steps, rule, &twins);
                 found.into_iter().map(|spike| spike.range).collect()
             })
@@ -237,7 +238,7 @@ impl Series {
         self.scanned.resize(self.values.len(), Faults::NONE);
         // The last sample before is looked at again, for the jump from it.
         let from = old.saturating_sub(1);
-        let least = spike::least(known.steps, rules.spike());
+        let least = spike::least(known.steps, rules.spike(known.channel));
         let limits = rules.limits(known.channel);
         let found = scan(
             &self.values[from..],

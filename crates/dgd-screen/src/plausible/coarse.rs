@@ -1,4 +1,4 @@
-//! Channels of which a historian keeps too little: a deadband, few digits, or a value every half minute.
+//! Channels of which a historian keeps too little: a deadband, few digits, a value every half minute, or lines between a few.
 
 use super::facts::{quantile, source_of};
 use super::{Suspicion, WellLine, words};
@@ -13,11 +13,16 @@ const FEWEST: usize = 20;
 /// Least movement of a pressure that is too coarse, Pa, and of the return flow, m³/s: set by hand.
 const PRESSURE_PA: f64 = 1.5e4;
 const FLOW_M3_S: f64 = 1e-3;
+/// The same of the pump's speed, %, where it moves again within so long, s: a set-point that is set rests longer.
+const SPEED_PCT: f64 = 0.2;
+const SET_S: f64 = 240.0;
+/// Share of the samples of flowing mud at which a channel must move along straight lines to be interpolated. Set by hand: noise leaves less than a tenth.
+const STRAIGHT: f64 = 0.3;
 /// Time between two readings that is too long for causes of seconds to minutes, s: set by hand.
 pub const TOO_SELDOM_S: f64 = 10.0;
 
-/// Channels in which causes are made up by what a historian leaves out: pressures and the return flow that rest while mud flows and then move
-/// by much, and any flow or pressure whose readings are held for [`TOO_SELDOM_S`] or more.
+/// Channels in which causes are made up by what a historian leaves out: pressures, the return flow and a speed that rest while mud flows and then move
+/// by much, any flow or pressure whose readings are held for [`TOO_SELDOM_S`] or more, and any channel that lies on straight lines.
 ///
 /// - `recording`: as read, before any screening, on an even clock; any length.
 /// - `step_s`: step of that clock, s.
@@ -43,7 +48,45 @@ pub fn coarse(
     let flowing: Vec<bool> = (recording.return_flow_m3_s.iter())
         .map(|q| *q > STANDING_M3_S)
         .collect();
-    let told = |(channel, values): (Channel, &[f64])| {
+    let all: Vec<Told> = (recording.series().into_iter())
+        .filter_map(|(channel, values)| Told::of(channel, values, &flowing, step_s, well))
+        .collect();
+    let kept = all.iter().filter_map(|told| match &told.how {
+        How::Kept(how) => Some((told, format!("{} {how}", told.name))),
+        How::OnLines(_) => None,
+    });
+    let suspicions = on_lines(&all).into_iter().chain(kept).map(|(told, what)| Suspicion {
+        place: WellLine::of(told.channel),
+        message: format!(
+            "{what}: this can produce false causes; confirm any finding on an export with all readings"
+        ),
+    });
+    Ok(suspicions.collect())
+}
+
+/// A channel of which too little is kept.
+struct Told {
+    channel: Channel,
+    /// Channel and tag.
+    name: String,
+    how: How,
+}
+
+enum How {
+    /// As a sentence says it.
+    Kept(String),
+    /// This share of the samples moves along straight lines.
+    OnLines(f64),
+}
+
+impl Told {
+    fn of(
+        channel: Channel,
+        values: &[f64],
+        flowing: &[bool],
+        step_s: f64,
+        well: &Well,
+    ) -> Option<Self> {
         let ChannelSource::Column { tag, unit, .. } = source_of(well, channel)? else {
             return None;
         };
@@ -55,33 +98,79 @@ pub fn coarse(
             && values.len() < FEWEST * held;
         let is_slow = held > 1 && held_s >= TOO_SELDOM_S;
         let how = if is_slow && !set && channel != Channel::PumpSpeed {
-            format!(
+            How::Kept(format!(
                 "gives a reading every {} s and holds it in between",
                 words::number(held_s)
-            )
+            ))
+        } else if let Some(share) = straight(values, flowing) {
+            How::OnLines(share)
         } else {
-            let step = movement(channel, values, &flowing)?;
-            format!(
+            let step = movement(channel, values, flowing, step_s)?;
+            How::Kept(format!(
                 "is constant at most samples while mud flows and then moves by {} {unit} or more, as with a deadband or few digits",
                 words::number(step / unit.factor)
-            )
+            ))
         };
-        Some(Suspicion {
-            place: WellLine::of(channel),
-            message: format!(
-                "{channel} `{tag}` {how}: this can produce false causes; confirm any finding on an export with all readings"
-            ),
+        Some(Self {
+            channel,
+            name: format!("{channel} `{tag}`"),
+            how,
         })
+    }
+}
+
+/// What is said of channels on straight lines, with the first of them: whoever made the export did the same to all.
+fn on_lines(all: &[Told]) -> Option<(&Told, String)> {
+    let share = |told: &Told| match told.how {
+        How::OnLines(share) => Some(100.0 * share),
+        How::Kept(_) => None,
     };
-    Ok(recording.series().into_iter().filter_map(told).collect())
+    let told: Vec<&Told> = all.iter().filter(|told| share(told).is_some()).collect();
+    let names: Vec<&str> = told.iter().map(|told| told.name.as_str()).collect();
+    let shares = || told.iter().filter_map(|told| share(told));
+    let most = shares().fold(0.0, f64::max);
+    let (verb, range) = match names.len() {
+        1 => ("moves", format!("{most:.0}")),
+        _ => {
+            let least = shares().fold(most, f64::min);
+            ("move", format!("{least:.0} to {most:.0}"))
+        }
+    };
+    let what = format!(
+        "{} {verb} on straight lines at {range} % of the samples while mud flows, as an archive draws them between the few readings it kept",
+        names.join(", ")
+    );
+    Some((told.first()?, what))
+}
+
+/// Share of the samples of flowing mud at which a channel moves along a straight line, if that is an archive's doing.
+///
+/// Where lines meet, the second difference is large and those beside it are nothing; noise and curves have no such corners.
+fn straight(values: &[f64], flowing: &[bool]) -> Option<f64> {
+    /// By how much a corner stands out over the samples beside it.
+    const STANDS_OUT: f64 = 20.0;
+    let bend = |i: usize| (values[i + 1] - 2.0 * values[i] + values[i - 1]).abs();
+    let inside = || (2..values.len().saturating_sub(2)).filter(|i| flowing[*i]);
+    let corners = inside()
+        .filter_map(|i| Some(bend(i)).filter(|b| *b > STANDS_OUT * bend(i - 1).max(bend(i + 1))));
+    let corners: Vec<f64> = corners.collect();
+    if corners.len() < FEWEST {
+        return None;
+    }
+    let least = quantile(corners.into_iter(), 0.5) / STANDS_OUT;
+    let moves = |i: usize| values[i] != values[i - 1] && values[i + 1] != values[i];
+    let on_lines = inside().filter(|i| moves(*i) && bend(*i) < least).count();
+    let share = on_lines as f64 / inside().count() as f64;
+    (share > STRAIGHT).then_some(share)
 }
 
 /// The least movement of a meter that rests while mud flows, but for the rarest tenth, where it is too much.
-fn movement(channel: Channel, values: &[f64], flowing: &[bool]) -> Option<f64> {
+fn movement(channel: Channel, values: &[f64], flowing: &[bool], step_s: f64) -> Option<f64> {
     let most = match channel {
         Channel::ReturnFlow => FLOW_M3_S,
+        Channel::PumpSpeed => SPEED_PCT,
         other if is_pressure(other) => PRESSURE_PA,
-        // Strokes are counted, and a set-point is set.
+        // Strokes are counted, and boosters are set.
         _ => return None,
     };
     let mut last = f64::NAN;
@@ -96,6 +185,8 @@ fn movement(channel: Channel, values: &[f64], flowing: &[bool]) -> Option<f64> {
         }
     }
     let seldom = moves.len() >= FEWEST && rests as f64 > RESTS * (rests + moves.len()) as f64;
-    let least = seldom.then(|| quantile(moves.into_iter(), 0.1))?;
+    let is_set =
+        channel == Channel::PumpSpeed && rests as f64 * step_s > SET_S * moves.len() as f64;
+    let least = (seldom && !is_set).then(|| quantile(moves.into_iter(), 0.1))?;
     (least >= most).then_some(least)
 }

@@ -479,7 +479,8 @@ fn what_a_historian_leaves_out_is_told_with_its_size_and_what_is_sound_is_not() 
         // Strokes are counted: what is pumped in rests as it likes.
         (pumped, 1.6e-3, 1, None),
         (pumped, 0.0, 60, Some("every 60 s and holds it")),
-        (Channel::PumpSpeed, 1.0, 1, None),
+        (Channel::PumpSpeed, 0.3, 1, Some("by 0.3 % or more")),
+        (Channel::PumpSpeed, 0.1, 1, None),
     ] {
         let recording = kept(steady(7200, 1.0), channel, least, every);
         let found = coarse(&recording, 1.0, &well()).unwrap();
@@ -500,6 +501,58 @@ fn what_a_historian_leaves_out_is_told_with_its_size_and_what_is_sound_is_not() 
     let held = kept(steady(7200, 1.0), back, 0.0, 30);
     assert_eq!(told(&held, 0.2), []);
     assert!(only(&told(&held, 0.5)).message.contains("every 15 s"));
+}
+
+/// What an archive exports that keeps a reading every so many samples, and draws lines in between.
+fn on_lines(mut recording: Recording, channel: Channel, every: usize) -> Recording {
+    let values = recording.channel_mut(channel).unwrap();
+    let read = values.to_vec();
+    for (i, value) in values.iter_mut().enumerate() {
+        let from = i / every * every;
+        let to = (from + every).min(read.len() - 1);
+        *value = read[from] + (read[to] - read[from]) * (i - from) as f64 / every as f64;
+    }
+    recording
+}
+
+#[test]
+fn readings_on_straight_lines_are_told_once_for_all_channels() {
+    let (inlet, back) = (Channel::PumpInletPressure(1), Channel::ReturnFlow);
+    let told = |recording: &Recording| coarse(recording, 1.0, &well()).unwrap();
+    let one = on_lines(steady(7200, 1.0), inlet, 20);
+    assert!(
+        only(&told(&one))
+            .message
+            .contains("`PT2` moves on straight lines at "),
+        "{:?}",
+        told(&one)
+    );
+    let two = on_lines(one, back, 5);
+    let both = told(&two);
+    let said = &only(&both).message;
+    assert!(
+        said.contains("`FT4`, pump_inlet_pressure 2 `PT2` move on straight lines"),
+        "{said}"
+    );
+    assert_eq!(told(&steady(7200, 1.0)), []);
+}
+
+/// A speed that is set moves by as much as one with a deadband, but not as often.
+#[test]
+fn a_speed_that_is_set_is_no_deadband() {
+    let set = |every: usize| {
+        let mut recording = steady(7200, 1.0);
+        for (i, value) in recording.pump_speed_pct.iter_mut().enumerate() {
+            *value = 60.0 + (i / every % 4) as f64;
+        }
+        coarse(&recording, 1.0, &well()).unwrap()
+    };
+    assert_eq!(set(300), []);
+    assert!(
+        only(&set(60)).message.contains("pump_speed"),
+        "{:?}",
+        set(60)
+    );
 }
 
 /// A transmitter that leaps from sample to sample keeps all that it reads, and what rests while mud stands is no deadband.

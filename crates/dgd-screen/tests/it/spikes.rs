@@ -32,6 +32,29 @@ fn dropouts_to_zero_and_leaps_to_full_scale_are_spikes() {
     assert_eq!(screening.keep().iter().filter(|k| !**k).count(), 4);
 }
 
+/// A mud pump is not stopped and started again at once; a booster that is set to a value and back is no fault.
+#[test]
+fn an_inflow_that_drops_to_one_value_for_seconds_has_lost_its_signal() {
+    let mut recording = steady(3000, 1.0);
+    recording.mud_pump_flow_m3_s[500..540].fill(0.0);
+    recording.mud_pump_flow_m3_s[800..825].fill(0.15);
+    // So long is a stop.
+    recording.mud_pump_flow_m3_s[1500..1570].fill(0.0);
+    recording.booster_flow_m3_s[700..730].fill(0.0);
+    let lost: Vec<usize> = (500..540).chain(800..825).collect();
+    assert_eq!(spikes(&recording, Channel::MudPumpFlow), lost);
+    let all: Vec<usize> = (700..730).collect();
+    assert_eq!(spikes(&recording, Channel::BoosterFlow), all);
+    let screening = screen(&recording, 1.0, &ScreenOptions::default()).unwrap();
+    let dropouts = &screening.channel(Channel::MudPumpFlow).unwrap().dropouts;
+    let found: Vec<(usize, usize)> = dropouts.iter().map(|run| (run.start, run.length)).collect();
+    assert_eq!(found, [(500, 40), (800, 25)]);
+    // A rate that was set, by the digit.
+    recording.booster_flow_m3_s.fill(0.01);
+    recording.booster_flow_m3_s[700..730].fill(0.0);
+    assert_eq!(spikes(&recording, Channel::BoosterFlow), [] as [usize; 0]);
+}
+
 #[test]
 fn a_spike_beside_a_gap_is_found() {
     let mut recording = steady(1000, 1.0);

@@ -78,6 +78,25 @@ fn a_pump_that_is_not_logged_is_told_and_not_called_a_gain() {
     }
 }
 
+/// Every ten minutes the signal of a pump is lost for 20 s.
+#[test]
+fn a_pump_whose_signal_drops_out_for_seconds_is_told_and_makes_no_cause() {
+    let lost = |i: usize| (i + 300) % 600 < 20;
+    let sound = Rig::of_hours().diagnosed();
+    for (tag, channel) in [("FT1", "mud_pump_flow"), ("FT2", "booster_flow")] {
+        let dropped = Rig::of_hours().each(&[tag], |i, q| if lost(i) { 0.0 } else { q });
+        let found = dropped.diagnosed();
+        assert_eq!(
+            found.claimed(),
+            sound.claimed(),
+            "{tag}: {:#}",
+            found.json["findings"]
+        );
+        let told = format!("`{channel}` jumps to one value for seconds and back");
+        assert!(found.err.contains(&told), "{}", found.err);
+    }
+}
+
 #[test]
 fn infinite_values_are_gaps() {
     let rig = Rig::sound().each(&["FT4"], |i, q| {
