@@ -3,9 +3,10 @@
 use crate::channel::is_pressure;
 use crate::options::samples;
 use crate::redundant::{self, DisagreeRule};
+use crate::scan::Steps;
 use crate::speed::{self, Readings};
 use crate::spike::{self, SpikeRule};
-use crate::stuck::{self, StuckRule};
+use crate::stuck::{self, Rest, StuckRule};
 use crate::{
     ChannelScreen, Faults, Limits, Reasons, ScreenError, ScreenOptions, Tally, reasons, scan,
 };
@@ -176,27 +177,23 @@ impl<'a> Rules<'a> {
         samples(GAP_S, self.step_s, 0).min(stuck::NEIGHBOURHOOD / 2)
     }
 
-    /// Whether a run of one value may well be honest.
-    ///
-    /// - `whole`: it is the whole series.
-    /// - `turning`: at so many of its samples the pump turns.
-    /// - `shortest`: fewest equal samples that are no chance.
+    /// Whether a run of one value may well be honest; at so many of its samples the pump is `turning`.
     pub(crate) fn is_honest(
         self,
         channel: Channel,
-        value: f64,
-        quantum: f64,
-        whole: bool,
+        steps: Steps,
+        rest: Rest,
         turning: impl FnOnce() -> usize,
-        shortest: usize,
     ) -> bool {
+        let at_zero = rest.value.abs() <= steps.quantum;
         match channel {
             // Nothing need move while the pump is off throughout the run but for fewer samples than a stuck
             // run has. A meter that froze while the pump still turned is not at rest.
-            Channel::ReturnFlow => value.abs() <= quantum || turning() < shortest,
-            Channel::PumpSpeed => value <= self.options.pump_on_above_pct,
+            Channel::ReturnFlow => at_zero || turning() < rest.shortest,
+            Channel::PumpSpeed => rest.value <= self.options.pump_on_above_pct,
             _ if is_pressure(channel) => false,
-            _ => whole || value.abs() <= quantum,
+            Channel::MudPumpFlow if rest.is_counted(steps) => true,
+            _ => rest.whole || at_zero,
         }
     }
 
@@ -263,9 +260,18 @@ impl Job<'_> {
         }
         let dropouts = spikes.into_iter().filter(|spike| spike.dropout);
         let found = stuck::find(values, &scan, rules.stuck(channel), |run, shortest| {
-            let whole = run.length == values.len();
-            let turning = || self.turning(run);
-            rules.is_honest(channel, run.value, steps.quantum, whole, turning, shortest)
+            let beside = |at: Option<usize>| {
+                let beside = at.and_then(|at| values.get(at)).copied();
+                (beside.unwrap_or(f64::NAN) - run.value).abs()
+            };
+            let rest = Rest {
+                value: run.value,
+                whole: run.length == values.len(),
+                came_by: beside(run.start.checked_sub(1)),
+                leaves_by: beside(Some(run.start + run.length)),
+                shortest,
+            };
+            rules.is_honest(channel, steps, rest, || self.turning(run))
         });
         let runs = rules.unless_set(channel, found.runs, scan.pairs);
         mark_runs(&mut faults, 0, &runs, Rules::faults_of_runs(channel));

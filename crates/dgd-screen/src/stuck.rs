@@ -2,7 +2,7 @@
 //!
 //! A run goes on over samples that are missing: a frozen transmitter stays frozen where a logger drops some of its values.
 
-use crate::scan::{Scan, repeats};
+use crate::scan::{Scan, Steps, repeats};
 use dgd_recording::Run;
 
 /// What makes a run of equal values a stuck one.
@@ -90,6 +90,31 @@ const HABIT: f64 = 0.01;
 const FEW: usize = 10;
 /// A share of 1 would make every run honest.
 const MOST_SHARE: f64 = 0.999;
+
+/// A run of one value that may be stuck.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Rest {
+    pub(crate) value: f64,
+    /// It is the whole series.
+    pub(crate) whole: bool,
+    /// By how much it differs from the sample before and from that behind; NaN where there is none.
+    pub(crate) came_by: f64,
+    pub(crate) leaves_by: f64,
+    /// Fewest equal samples that are no chance.
+    pub(crate) shortest: usize,
+}
+
+impl Rest {
+    /// Whether it is a rate that held, as a counter tells it that repeats most of its counts: it moves on to the next one, and what froze has gone
+    /// anywhere meanwhile.
+    pub(crate) fn is_counted(self, steps: Steps) -> bool {
+        /// More than one count, and less than two.
+        const COUNTS: f64 = 1.5;
+        let next = COUNTS * steps.quantum;
+        let slips_by = self.came_by.max(self.leaves_by);
+        steps.noise == 0.0 && slips_by <= next
+    }
+}
 
 /// Finds stuck runs. `honest` says of a run, and of the fewest equal samples that are no chance,
 /// that its quantity may well be constant (a flow of zero); it is not stuck.

@@ -15,6 +15,8 @@ pub(crate) fn most_steps(samples: usize) -> f64 {
 
 /// One odd step in so many is no jitter.
 const ODD_STEPS: usize = 1000;
+/// Where more than one sample in so many shares its step with another, the step is wrong.
+const MOST_CROWDED: usize = 20;
 /// Steps that are held at a time to find their median.
 const HELD: usize = 1 << 17;
 
@@ -68,10 +70,15 @@ struct Order {
     duplicates: usize,
     first: Option<f64>,
     last: f64,
-    /// Steps that are longer than none.
+    /// Steps that are longer than none, and their sum, s.
     steps: usize,
+    forward_s: f64,
     /// The longest step, of equals the last, and the stamp before it.
     jump: Option<(f64, f64)>,
+    /// Samples of this stamp so far.
+    shared: usize,
+    /// How many samples share a stamp as a rule: what is told by most, and by how many more than by others (Boyer and Moore's vote).
+    usual: (usize, usize),
 }
 
 /// The steps around the median.
@@ -81,7 +88,12 @@ struct Near {
     odd: usize,
     sum: f64,
     count: f64,
+    /// Of a half, a third and so on of the median: steps that are no multiples of it, and steps of just it.
+    parts: [(usize, usize); PARTS.len()],
 }
+
+/// Parts of the median step that rows which come irregularly may be multiples of.
+const PARTS: [f64; 4] = [2.0, 3.0, 4.0, 5.0];
 
 /// Stamps on an even clock.
 #[derive(Debug, Default)]
@@ -155,11 +167,11 @@ impl ClockPasses {
                 if let Some(sound) = self.even.sound() {
                     return self.end(Ok(sound));
                 }
-                if self.order.backward > 0 && self.order.coarse(self.samples).is_none() {
+                if self.order.backward > 0 && self.order.coarse().is_none() {
                     self.stage = Stage::Hold;
                     return true;
                 }
-                if let Some(error) = self.order.coarse(self.samples) {
+                if let Some(error) = self.order.coarse() {
                     return self.end(Err(error));
                 }
                 if self.order.steps == 0 {
@@ -187,6 +199,17 @@ impl ClockPasses {
                 }
             }
             Stage::Fit => {
+                // Rows that come every one to three seconds have no mean step.
+                if self.fit.crowded > self.samples / MOST_CROWDED
+                    && let Some(step_s) = self.near.part_s(&self.order)
+                    && step_s < self.fit.step_s
+                {
+                    self.fit = Fit {
+                        step_s,
+                        ..Fit::default()
+                    };
+                    return true;
+                }
                 let fitted = self.fitted();
                 self.end(Ok(fitted))
             }
@@ -329,6 +352,16 @@ impl Order {
         self.backward += usize::from(step < 0.0);
         self.duplicates += usize::from(step == 0.0);
         self.steps += usize::from(step > 0.0);
+        self.forward_s += step.max(0.0);
+        self.shared += 1;
+        if step != 0.0 {
+            let shared = std::mem::take(&mut self.shared);
+            self.usual = match self.usual {
+                (_, 0) => (shared, 1),
+                (usual, votes) if usual == shared => (usual, votes + 1),
+                (usual, votes) => (usual, votes - 1),
+            };
+        }
         if step < 0.0 && self.back.is_none_or(|(_, by)| -step > by) {
             self.back = Some((from, -step));
         }
@@ -343,14 +376,20 @@ impl Order {
 
 impl Order {
     /// Whether stamps have lost their seconds: many samples in a row share each, and those are far apart.
-    fn coarse(&self, samples: usize) -> Option<ClockError> {
+    fn coarse(&self) -> Option<ClockError> {
         const SHARED: usize = 5;
         const APART_S: f64 = 10.0;
         let stamps = self.steps + self.backward + 1;
-        let step_s = (self.last - self.first?).abs() / self.steps.max(self.backward) as f64;
+        // One gap, or a clock that was set back once, leaves the other steps as they are.
+        let (_, longest_s) = self.jump?;
+        let step_s = if self.steps > 1 {
+            (self.forward_s - longest_s.max(0.0)) / (self.steps - 1) as f64
+        } else {
+            (self.last - self.first?).abs() / self.steps.max(self.backward) as f64
+        };
         (self.duplicates >= (SHARED - 1) * stamps && step_s >= APART_S).then(|| {
             ClockError::Coarse {
-                shared: (samples - self.missing) / stamps,
+                shared: self.usual.0,
                 step_s,
             }
         })
@@ -360,11 +399,27 @@ impl Order {
 impl Near {
     fn add(&mut self, step: f64) {
         let steps = step / self.median_s;
-        self.odd += usize::from((steps - steps.round()).abs() > ON_CLOCK);
+        let off = |steps: f64| (steps - steps.round()).abs() > ON_CLOCK;
+        self.odd += usize::from(off(steps));
+        for ((odd, just), parts) in self.parts.iter_mut().zip(PARTS) {
+            *odd += usize::from(off(steps * parts));
+            *just += usize::from((steps * parts).round() == 1.0);
+        }
         if (0.5 * self.median_s..1.5 * self.median_s).contains(&step) {
             self.sum += step;
             self.count += 1.0;
         }
+    }
+
+    /// The part of the median step of which nearly all steps are multiples, and many are no more than it.
+    fn part_s(&self, order: &Order) -> Option<f64> {
+        /// One step in so many, at least, is no more.
+        const JUST: usize = 10;
+        let parts = self.parts.iter().zip(PARTS);
+        let mut fitting = parts.filter(|((odd, just), _)| {
+            odd * ODD_STEPS <= order.steps && just * JUST >= order.steps
+        });
+        fitting.next().map(|(_, parts)| self.median_s / parts)
     }
 
     /// The median step, unless the stamps jitter: its error would then add up over the

@@ -129,20 +129,43 @@ fn rounded_stamps_of_an_odd_step_keep_their_samples() {
 
 #[test]
 fn samples_that_find_their_step_taken_are_counted() {
-    // At a mean of 1 Hz, but most steps near the median of 1.6 s.
+    // At a mean of 1 Hz, but most steps near the median of 1.61 s, and no part of that fits both.
     let mut stamps = vec![0.0];
-    stamps.extend((0..500).flat_map(|i| [1.6, 2.0].map(|t| f64::from(2 * i) + t)));
+    stamps.extend((0..500).flat_map(|i| [1.61, 2.0].map(|t| f64::from(2 * i) + t)));
     let clock = survey_clock(&stamps).unwrap();
     let (gridded, _, issues) = recording(&stamps).onto_grid().unwrap();
     let kept = gridded.pump_speed_pct.iter().filter(|w| w.is_finite());
     assert_eq!(kept.count() + clock.crowded, 1001);
-    assert_eq!((clock.crowded, clock.duplicates), (375, 0));
+    assert_eq!((clock.crowded, clock.duplicates), (379, 0));
     assert_eq!(kinds(&issues).last(), Some(&IssueKind::Crowded));
     let told = issues.last().unwrap().to_string();
     assert!(
-        told.starts_with("time: 375 samples lie on a step of 1.6 s that an earlier sample has"),
+        told.starts_with("time: 379 samples lie on a step of 1.61 s that an earlier sample has"),
         "{told}"
     );
+}
+
+#[test]
+fn rows_every_one_to_three_seconds_lie_on_whole_seconds() {
+    for (steps, step_s) in [([1.0, 2.0, 3.0, 2.0], 1.0), ([0.5, 1.5, 1.0, 2.5], 0.5)] {
+        let mut t = 0.0;
+        let stamps: Vec<f64> = (0..4000)
+            .map(|i| {
+                // In no order that comes again.
+                t += steps[(i * i / 7) % 4];
+                t
+            })
+            .collect();
+        let clock = survey_clock(&stamps).unwrap();
+        assert_eq!(
+            (clock.step_s, clock.crowded, clock.jitter_s),
+            (step_s, 0, 0.0)
+        );
+        let (gridded, _, issues) = recording(&stamps).onto_grid().unwrap();
+        let kept = gridded.pump_speed_pct.iter().filter(|w| w.is_finite());
+        assert_eq!(kept.count(), 4000);
+        assert_eq!(kinds(&issues), [IssueKind::Gap]);
+    }
 }
 
 #[test]

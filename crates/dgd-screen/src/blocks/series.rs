@@ -1,7 +1,7 @@
 //! What the first two passes gather of one channel.
 
 use crate::screening::Rules;
-use crate::stuck::{self, Held, NEIGHBOURHOOD, StuckRule};
+use crate::stuck::{self, Held, NEIGHBOURHOOD, Rest, StuckRule};
 use crate::{scan, scan::Steps};
 use dgd_recording::{Channel, Run};
 use std::collections::{BTreeMap, HashMap};
@@ -108,6 +108,8 @@ pub(super) struct RunPass {
 #[derive(Debug, Clone, Copy)]
 struct Open {
     held: Held,
+    /// The step into it.
+    came_by: f64,
     /// Samples at which the pump turns, up to its last value and since then.
     turning: usize,
     since: usize,
@@ -148,6 +150,11 @@ impl RunPass {
         let (on, gap) = (rules.options.pump_on_above_pct, rules.gap());
         for (i, (v, w)) in (from..).zip(values.iter().zip(speed_pct)) {
             let before = self.count;
+            let came_by = if i > 0 {
+                (v - self.last).abs()
+            } else {
+                f64::NAN
+            };
             if i > 0 {
                 let step = v - self.last;
                 self.count.0 += usize::from(step == 0.0);
@@ -167,10 +174,11 @@ impl RunPass {
                     open.turning += std::mem::take(&mut open.since);
                 }
             } else {
-                self.end_run(None, known, rules);
+                self.end_run(Some(*v), None, known, rules);
                 let first = i.saturating_sub(NEIGHBOURHOOD);
                 self.open = Some(Open {
                     held: Held::at(i, *v),
+                    came_by,
                     turning,
                     since: 0,
                     before,
@@ -182,8 +190,15 @@ impl RunPass {
         }
     }
 
+    /// - `behind`: the sample behind the run.
     /// - `samples`: of the recording, if that is where the run ends.
-    fn end_run(&mut self, samples: Option<usize>, known: &Known, rules: Rules<'_>) {
+    fn end_run(
+        &mut self,
+        behind: Option<f64>,
+        samples: Option<usize>,
+        known: &Known,
+        rules: Rules<'_>,
+    ) {
         let Some(open) = self.open.take() else {
             return;
         };
@@ -191,16 +206,16 @@ impl RunPass {
         if open.held.told < known.shortest || !run.value.is_finite() {
             return;
         }
-        let whole = samples == Some(run.length);
-        let (quantum, turning) = (known.steps.quantum, || open.turning);
-        if !rules.is_honest(
-            known.channel,
-            run.value,
-            quantum,
-            whole,
-            turning,
-            known.shortest,
-        ) {
+        // A sample that is missing between ends it as well.
+        let behind = behind.filter(|_| open.held.is_told());
+        let rest = Rest {
+            value: run.value,
+            whole: samples == Some(run.length),
+            came_by: open.came_by,
+            leaves_by: (behind.unwrap_or(f64::NAN) - run.value).abs(),
+            shortest: known.shortest,
+        };
+        if !rules.is_honest(known.channel, known.steps, rest, || open.turning) {
             self.found.push(Found {
                 held: open.held,
                 counts: [open.neighbourhood, open.before, self.count, (0, 0)],
@@ -210,7 +225,7 @@ impl RunPass {
 
     /// The stuck runs, once all samples have come.
     pub(super) fn stuck(mut self, samples: usize, known: &Known, rules: Rules<'_>) -> Vec<Run> {
-        self.end_run(Some(samples), known, rules);
+        self.end_run(None, Some(samples), known, rules);
         for found in &mut self.found[self.counted..] {
             found.counts[3] = self.count;
         }

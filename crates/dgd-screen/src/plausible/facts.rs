@@ -1,6 +1,7 @@
 //! A recording in block means, with what the well description says of each channel.
 
 use super::filler::{Filler, Highest};
+use crate::channel::is_pressure;
 use dgd_recording::{Channel, ChannelSource, Rank, Recording, TimeSource, Well};
 use dgd_units::{Dimension, Unit};
 use rayon::prelude::*;
@@ -16,7 +17,7 @@ pub(super) struct Told {
     /// `None` for a channel without a transmitter.
     pub(super) tag: Option<String>,
     pub(super) unit: Unit,
-    /// Block means, SI; NaN where a block has no value, or a number that stands for none.
+    /// Block means, SI; NaN where a block has no value, or a number that stands for none, as a pressure below vacuum does.
     pub(super) blocks: Vec<f64>,
     /// That number.
     pub(super) filler: Option<Filler>,
@@ -54,6 +55,13 @@ impl Facts {
                 if let Some(filler) = filler {
                     for (mean, part) in blocks.iter_mut().zip(values.chunks(block)) {
                         if part.contains(&filler.value) {
+                            *mean = f64::NAN;
+                        }
+                    }
+                }
+                if is_pressure(channel) {
+                    for (mean, part) in blocks.iter_mut().zip(values.chunks(block)) {
+                        if part.iter().fold(false, |any, v| any | (*v < 0.0)) {
                             *mean = f64::NAN;
                         }
                     }
@@ -133,11 +141,12 @@ pub(super) struct FactPass {
     /// Sum and number of the finite values of the block that goes on.
     sum: f64,
     count: usize,
-    /// Its highest value.
+    /// Its lowest and highest value.
+    bottom: f64,
     top: f64,
     blocks: Vec<f64>,
-    /// The highest value of each block, and of all.
-    tops: Vec<f64>,
+    /// The lowest and highest value of each block, and the highest of all.
+    ends: Vec<(f64, f64)>,
     highest: Highest,
 }
 
@@ -151,9 +160,10 @@ impl FactPass {
             changed: false,
             sum: 0.0,
             count: 0,
+            bottom: f64::INFINITY,
             top: f64::NEG_INFINITY,
             blocks: Vec::new(),
-            tops: Vec::new(),
+            ends: Vec::new(),
             highest: Highest::default(),
         }
     }
@@ -165,6 +175,7 @@ impl FactPass {
     pub(super) fn add(&mut self, values: &[f64]) {
         for v in values {
             if v.is_finite() {
+                self.bottom = self.bottom.min(*v);
                 self.top = self.top.max(*v);
                 self.highest.add(*v);
                 self.sum += v;
@@ -181,9 +192,10 @@ impl FactPass {
     fn end_block(&mut self) {
         // In their order, so that the sum is that of `means` to the last bit.
         self.blocks.push(self.sum / self.count as f64);
-        self.tops.push(self.top);
+        self.ends.push((self.bottom, self.top));
         self.present += self.count;
-        (self.sum, self.count, self.top) = (0.0, 0, f64::NEG_INFINITY);
+        (self.sum, self.count) = (0.0, 0);
+        (self.bottom, self.top) = (f64::INFINITY, f64::NEG_INFINITY);
     }
 
     /// Block means with the number that stands for no value, share of samples with one, the one value.
@@ -192,11 +204,10 @@ impl FactPass {
             self.end_block();
         }
         let filler = self.highest.filler(channel);
-        if let Some(filler) = filler {
-            for (mean, top) in self.blocks.iter_mut().zip(&self.tops) {
-                if *top == filler.value {
-                    *mean = f64::NAN;
-                }
+        let below_vacuum = |bottom: f64| is_pressure(channel) && bottom < 0.0;
+        for (mean, (bottom, top)) in self.blocks.iter_mut().zip(&self.ends) {
+            if filler.is_some_and(|filler| *top == filler.value) || below_vacuum(*bottom) {
+                *mean = f64::NAN;
             }
         }
         let constant = self.first.filter(|_| !self.changed);

@@ -448,6 +448,20 @@ proptest! {
     }
 }
 
+/// Codes of a logger below vacuum, of seconds, had made the speed suspect.
+#[test]
+fn a_pressure_below_vacuum_upsets_nothing_else() {
+    let mut recording = steady(7200, 1.0);
+    for pressure in &mut recording.pump_outlet_pressure_pa {
+        // Where the pump runs fastest.
+        for k in 0..12 {
+            let at = 565 * k + 120;
+            pressure[at..at + 30].fill(-313.0 * PSI);
+        }
+    }
+    assert_eq!(suspect(&recording, 1.0, &well()), Ok(vec![]));
+}
+
 /// What a historian makes of a recording: a value is kept until one is `least` away, and only every so many samples one is read.
 fn kept(mut recording: Recording, channel: Channel, least: f64, every: usize) -> Recording {
     let values = recording.channel_mut(channel).unwrap();

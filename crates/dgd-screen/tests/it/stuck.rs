@@ -117,7 +117,7 @@ fn a_booster_or_top_fill_that_rests_for_most_of_a_recording_is_pumped_at_one_rat
     let mut recording = steady(6000, 1.0);
     let steps = |flow: &mut Vec<f64>, to: usize| {
         for (k, hour) in flow[..to].chunks_mut(1000).enumerate() {
-            hour.fill((100.0 + k as f64) * GPM);
+            hour.fill((100.0 + 10.0 * k as f64) * GPM);
         }
     };
     steps(&mut recording.booster_flow_m3_s, 3500);
@@ -128,6 +128,30 @@ fn a_booster_or_top_fill_that_rests_for_most_of_a_recording_is_pumped_at_one_rat
     assert_eq!(stuck(Channel::BoosterFlow), 0);
     assert!(stuck(Channel::TopfillFlow) > 1900);
     assert!(stuck(Channel::MudPumpFlow) > 3400);
+}
+
+/// Strokes are counted by the minute: a steady pump has one count for long, and goes from it to the next.
+#[test]
+fn a_pump_that_is_counted_by_strokes_is_not_stuck_until_it_leaps() {
+    let mut recording = steady(6000, 1.0);
+    let stroke = 4.0 * GPM;
+    for (i, flow) in recording.mud_pump_flow_m3_s.iter_mut().enumerate() {
+        // It dwells on the middle of a count, where noise does not show, and on the edge between two.
+        let drift = (3.0 * (i as f64 / 500.0).sin()).round() / 2.0;
+        let noise = *flow / GPM - 500.0;
+        *flow = (125.0 + drift + 0.05 * noise).round() * stroke;
+    }
+    let stuck = |recording: &dgd_recording::Recording| {
+        let screening = screen(recording, 1.0, &ScreenOptions::default()).unwrap();
+        let faults = |i: usize| screening.channel(Channel::MudPumpFlow).unwrap().faults[i];
+        (0..6000)
+            .filter(|i| faults(*i).contains(Faults::STUCK))
+            .count()
+    };
+    assert_eq!(stuck(&recording), 0);
+    // It froze at some count, and the pump went on meanwhile.
+    recording.mud_pump_flow_m3_s[1000..2500].fill(125.0 * stroke);
+    assert_eq!(stuck(&recording), 1499);
 }
 
 /// A code such as -248 in a flow in L/min is within what a return flow may read.

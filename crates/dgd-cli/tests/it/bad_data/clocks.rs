@@ -89,11 +89,16 @@ fn a_recording_that_is_there_twice_counts_once() {
 
 #[test]
 fn stamps_without_seconds_are_refused_with_the_way_round() {
-    let minutes = Rig::sound().each(&["t"], |_, t| 60.0 * (t / 60.0).floor());
-    for ran in [minutes.fit(), minutes.diagnose().1] {
+    let minutes = |t: f64| 60.0 * (t / 60.0).floor();
+    let lost = Rig::sound().each(&["t"], |_, t| minutes(t));
+    // At the end of summer time an hour comes again.
+    let autumn = Rig::sound().each(&["t"], |_, t| {
+        minutes(if t < 5000.0 { t } else { t - 3600.0 })
+    });
+    for ran in [lost.fit(), lost.diagnose().1, autumn.fit()] {
         ran.refused(&[
             "60 consecutive samples share each time stamp",
-            "interval = ",
+            "interval = \"1 s\"",
         ]);
     }
     // Ten a second tell as much as one a second.
