@@ -305,6 +305,17 @@ fn mute(facts: &Facts) -> Vec<Suspicion> {
         quantile(blocks(), 0.05) < 0.5 * quantile(blocks(), 0.95)
     });
     let mut suspicions = Vec::new();
+    // Rows that are missing are missing of every channel.
+    let rows = (facts.told.iter()).fold(0.0, |most: f64, told| most.max(told.present));
+    if rows > 0.0 && rows < MOSTLY {
+        suspicions.push(Suspicion {
+            place: WellLine::new("channels", "time"),
+            message: format!(
+                "no channel has a value at more than {} % of the samples of its clock",
+                words::number(100.0 * rows)
+            ),
+        });
+    }
     for (i, told) in facts
         .told
         .iter()
@@ -318,7 +329,7 @@ fn mute(facts: &Facts) -> Vec<Suspicion> {
                 "{} has no value in the whole recording",
                 state_of(i)
             ));
-        } else if told.present < MOSTLY {
+        } else if told.present < MOSTLY * rows {
             say(format!(
                 "{} has a value at only {} % of the samples",
                 state_of(i),

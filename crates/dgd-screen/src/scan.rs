@@ -11,6 +11,8 @@ pub(crate) struct Steps {
     pub(crate) quantum: f64,
     /// Median of the steps that are not zero.
     pub(crate) typical: f64,
+    /// So many of those looked at are not zero.
+    pub(crate) moves: usize,
 }
 
 /// Normal standard deviations in a median absolute deviation.
@@ -45,6 +47,7 @@ impl Steps {
             // The hundredth part leaves rounding errors of a conversion alone.
             quantum: moving[moving.len() / 100],
             typical: moving[moving.len() / 2],
+            moves: moving.len(),
         }
     }
 }

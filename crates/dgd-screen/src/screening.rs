@@ -6,7 +6,7 @@ use crate::redundant::{self, DisagreeRule};
 use crate::scan::Steps;
 use crate::speed::{self, Readings};
 use crate::spike::{self, SpikeRule};
-use crate::stuck::{self, Rest, StuckRule};
+use crate::stuck::{self, Beside, Rest, StuckRule};
 use crate::{
     ChannelScreen, Faults, Limits, Reasons, ScreenError, ScreenOptions, Tally, reasons, scan,
 };
@@ -192,24 +192,35 @@ impl<'a> Rules<'a> {
             Channel::ReturnFlow => at_zero || turning() < rest.shortest,
             Channel::PumpSpeed => rest.value <= self.options.pump_on_above_pct,
             _ if is_pressure(channel) => false,
-            Channel::MudPumpFlow if rest.is_counted(steps) => true,
             _ => rest.whole || at_zero,
         }
     }
 
-    /// The stuck runs of a channel, but of a booster or top-fill that goes from one value to another and repeats each, for most of the recording: these
-    /// are rates that were set.
+    /// The stuck runs of a channel without those of an inflow that are rates: all of a booster or top-fill that goes from one value to another and
+    /// repeats each for most of the recording, as these were set; and those of a counter.
     ///
     /// - `pairs`: neighbours that both have a value.
-    pub(crate) fn unless_set(self, channel: Channel, stuck: Vec<Run>, pairs: usize) -> Vec<Run> {
+    /// - `beside`: by how much a run differs from the samples on either side.
+    pub(crate) fn unless_rates(
+        self,
+        channel: Channel,
+        mut stuck: Vec<Run>,
+        pairs: usize,
+        steps: Steps,
+        beside: impl Fn(&Run) -> Beside,
+    ) -> Vec<Run> {
         let repeated: usize = stuck.iter().map(|run| run.length).sum();
         let differ = stuck.windows(2).any(|two| two[0].value != two[1].value);
         match channel {
             Channel::BoosterFlow | Channel::TopfillFlow if differ && 2 * repeated > pairs => {
-                Vec::new()
+                stuck.clear();
             }
-            _ => stuck,
+            Channel::MudPumpFlow | Channel::BoosterFlow | Channel::TopfillFlow => {
+                stuck.retain(|run| !beside(run).is_counted(steps));
+            }
+            _ => {}
         }
+        stuck
     }
 
     /// What runs of one value mean: at their first sample, and from the next on.
@@ -260,20 +271,16 @@ impl Job<'_> {
         }
         let dropouts = spikes.into_iter().filter(|spike| spike.dropout);
         let found = stuck::find(values, &scan, rules.stuck(channel), |run, shortest| {
-            let beside = |at: Option<usize>| {
-                let beside = at.and_then(|at| values.get(at)).copied();
-                (beside.unwrap_or(f64::NAN) - run.value).abs()
-            };
             let rest = Rest {
                 value: run.value,
                 whole: run.length == values.len(),
-                came_by: beside(run.start.checked_sub(1)),
-                leaves_by: beside(Some(run.start + run.length)),
                 shortest,
             };
             rules.is_honest(channel, steps, rest, || self.turning(run))
         });
-        let runs = rules.unless_set(channel, found.runs, scan.pairs);
+        let runs = rules.unless_rates(channel, found.runs, scan.pairs, steps, |run| {
+            Beside::of(run, values)
+        });
         mark_runs(&mut faults, 0, &runs, Rules::faults_of_runs(channel));
         let (stuck, constant) = if channel == Channel::PumpSpeed {
             (Vec::new(), runs)

@@ -97,22 +97,38 @@ pub(crate) struct Rest {
     pub(crate) value: f64,
     /// It is the whole series.
     pub(crate) whole: bool,
-    /// By how much it differs from the sample before and from that behind; NaN where there is none.
-    pub(crate) came_by: f64,
-    pub(crate) leaves_by: f64,
     /// Fewest equal samples that are no chance.
     pub(crate) shortest: usize,
 }
 
-impl Rest {
+/// By how much a run differs from the sample before it and from the one behind; NaN where there is none.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Beside {
+    pub(crate) before: f64,
+    pub(crate) behind: f64,
+}
+
+impl Beside {
+    pub(crate) fn of(run: &Run, values: &[f64]) -> Self {
+        let off = |at: Option<usize>| {
+            let value = at.and_then(|at| values.get(at)).copied();
+            (value.unwrap_or(f64::NAN) - run.value).abs()
+        };
+        Self {
+            before: off(run.start.checked_sub(1)),
+            behind: off(Some(run.start + run.length)),
+        }
+    }
+
     /// Whether it is a rate that held, as a counter tells it that repeats most of its counts: it moves on to the next one, and what froze has gone
     /// anywhere meanwhile.
     pub(crate) fn is_counted(self, steps: Steps) -> bool {
         /// More than one count, and less than two.
         const COUNTS: f64 = 1.5;
-        let next = COUNTS * steps.quantum;
-        let slips_by = self.came_by.max(self.leaves_by);
-        steps.noise == 0.0 && slips_by <= next
+        /// Fewer movements tell no count.
+        const FEWEST: usize = 20;
+        let counts = steps.noise == 0.0 && steps.moves >= FEWEST;
+        counts && self.before.max(self.behind) <= COUNTS * steps.quantum
     }
 }
 

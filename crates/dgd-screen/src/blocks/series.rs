@@ -1,7 +1,7 @@
 //! What the first two passes gather of one channel.
 
 use crate::screening::Rules;
-use crate::stuck::{self, Held, NEIGHBOURHOOD, Rest, StuckRule};
+use crate::stuck::{self, Beside, Held, NEIGHBOURHOOD, Rest, StuckRule};
 use crate::{scan, scan::Steps};
 use dgd_recording::{Channel, Run};
 use std::collections::{BTreeMap, HashMap};
@@ -108,8 +108,8 @@ pub(super) struct RunPass {
 #[derive(Debug, Clone, Copy)]
 struct Open {
     held: Held,
-    /// The step into it.
-    came_by: f64,
+    /// By how much it differs from the sample before.
+    before_by: f64,
     /// Samples at which the pump turns, up to its last value and since then.
     turning: usize,
     since: usize,
@@ -121,6 +121,7 @@ struct Open {
 #[derive(Debug, Clone, Copy)]
 struct Found {
     held: Held,
+    beside: Beside,
     /// Up to the first sample of the neighbourhood, the last before the run, the first after it, the last of the neighbourhood.
     counts: [Count; 4],
 }
@@ -150,7 +151,7 @@ impl RunPass {
         let (on, gap) = (rules.options.pump_on_above_pct, rules.gap());
         for (i, (v, w)) in (from..).zip(values.iter().zip(speed_pct)) {
             let before = self.count;
-            let came_by = if i > 0 {
+            let before_by = if i > 0 {
                 (v - self.last).abs()
             } else {
                 f64::NAN
@@ -178,7 +179,7 @@ impl RunPass {
                 let first = i.saturating_sub(NEIGHBOURHOOD);
                 self.open = Some(Open {
                     held: Held::at(i, *v),
-                    came_by,
+                    before_by,
                     turning,
                     since: 0,
                     before,
@@ -211,13 +212,15 @@ impl RunPass {
         let rest = Rest {
             value: run.value,
             whole: samples == Some(run.length),
-            came_by: open.came_by,
-            leaves_by: (behind.unwrap_or(f64::NAN) - run.value).abs(),
             shortest: known.shortest,
         };
         if !rules.is_honest(known.channel, known.steps, rest, || open.turning) {
             self.found.push(Found {
                 held: open.held,
+                beside: Beside {
+                    before: open.before_by,
+                    behind: (behind.unwrap_or(f64::NAN) - run.value).abs(),
+                },
                 counts: [open.neighbourhood, open.before, self.count, (0, 0)],
             });
         }
@@ -249,6 +252,12 @@ impl RunPass {
             (to.0 - from.0, to.1 - from.1)
         });
         let runs = runs.into_iter().map(|held| held.run).collect();
-        rules.unless_set(known.channel, runs, self.count.1)
+        let beside: HashMap<usize, Beside> = (self.found.iter())
+            .map(|found| (found.held.run.start, found.beside))
+            .collect();
+        let pairs = self.count.1;
+        rules.unless_rates(known.channel, runs, pairs, known.steps, |run| {
+            beside[&run.start]
+        })
     }
 }

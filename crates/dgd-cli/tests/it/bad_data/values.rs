@@ -29,7 +29,7 @@ fn nan_at_nine_samples_of_ten_is_refused_by_a_fit_and_costs_a_diagnosis_no_cause
     ran.refused(&[
         "samples passed the screening, expected at least",
         "gap",
-        "return_flow `FT4` has a value at only",
+        "no channel has a value at more than 10",
     ]);
     // Straight lines lie between, as of what is logged now and then; as at 0.1 Hz.
     let seldom = storm(0.9).diagnosed();
