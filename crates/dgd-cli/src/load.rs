@@ -190,13 +190,16 @@ fn told<T>(
     }
 }
 
-/// Warns of issues of files, and gives what whoever reads the answer must know as well: units that a file contradicts.
+/// Warns of issues of files, and gives what whoever reads the answer must know as well: units that a file contradicts, and words for a pump that rests.
 fn warn_of<'a>(issues: impl Iterator<Item = (&'a Path, &'a Issue)>) -> Vec<String> {
     let mut told = Vec::new();
     for (path, issue) in issues {
         let warning = format!("{}: {issue}", path.display());
         warn!("{warning}");
-        if issue.kind == IssueKind::UnitDisagrees {
+        if matches!(
+            issue.kind,
+            IssueKind::UnitDisagrees | IssueKind::WordForZero
+        ) {
             told.push(warning);
         }
     }

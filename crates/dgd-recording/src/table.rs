@@ -122,6 +122,8 @@ pub enum IssueKind {
     Damaged,
     /// A value is not a number; it became NaN.
     UnreadableValue,
+    /// A word such as `Off`, which may stand for 0, became NaN.
+    WordForZero,
     /// A variable of a kind that holds no numbers was passed over.
     Skipped,
     /// Two columns have one name; the later one got another.

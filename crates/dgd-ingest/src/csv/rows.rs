@@ -23,6 +23,8 @@ pub(super) struct Reading {
     pub(super) readable: u64,
     /// Cells that are neither number, nor time, nor empty.
     pub(super) unreadable: Tally,
+    /// Those with a word that may stand for 0.
+    resting: Tally,
     log_nulls: Tally,
     /// Cells with a number to the right of the header's last.
     beyond: Tally,
@@ -217,6 +219,7 @@ impl Reading {
             joined: Joined::default(),
             readable: 0,
             unreadable: Tally::default(),
+            resting: Tally::default(),
             log_nulls: Tally::default(),
             beyond: Tally::default(),
             commas: Commas::default(),
@@ -312,8 +315,19 @@ impl Reading {
                 first.shown.replace(',', "")
             ),
         });
+        let resting = (self.resting.count > 0).then(|| Issue {
+            kind: IssueKind::WordForZero,
+            place: format!("line {}, column `{}`", self.resting.line, self.head.tag),
+            message: format!(
+                "{} with a word that may stand for 0, the first is `{}`; read as NaN (if it does, write 0)",
+                count(self.resting.count, "cell"),
+                self.resting.shown
+            ),
+        });
         [
-            issue(&self.unreadable, texts),
+            resting,
+            // Those alone are told once.
+            issue(&self.unreadable, texts).filter(|_| self.unreadable.count > self.resting.count),
             issue(&self.log_nulls, nulls),
             beyond,
             commas,
@@ -321,6 +335,17 @@ impl Reading {
         .into_iter()
         .flatten()
     }
+}
+
+/// Whether a cell has a word by which a pump or valve is said to rest.
+fn may_stand_for_zero(cell: &[u8]) -> bool {
+    const WORDS: [&[u8]; 7] = [
+        b"off", b"stop", b"stopped", b"closed", b"idle", b"standby", b"no flow",
+    ];
+    let word = cell.trim_ascii();
+    let word = word.strip_prefix(b"\"").unwrap_or(word);
+    let word = word.strip_suffix(b"\"").unwrap_or(word);
+    WORDS.iter().any(|rests| word.eq_ignore_ascii_case(rests))
 }
 
 impl Row {
@@ -540,11 +565,13 @@ impl Rows {
             self.long.add(row.line, || row.cells.to_string());
         }
         for (index, start) in &row.unreadable {
-            let shown = || {
-                let words = words(cell(text, *start, delimiter).bytes);
-                words.chars().take(24).collect()
-            };
-            self.columns[*index].unreadable.add(row.line, shown);
+            let bytes = cell(text, *start, delimiter).bytes;
+            let shown = || words(bytes).chars().take(24).collect();
+            let column = &mut self.columns[*index];
+            if !column.head.stamps && may_stand_for_zero(bytes) {
+                column.resting.add(row.line, shown);
+            }
+            column.unreadable.add(row.line, shown);
         }
         if self.empty_rows > 0 {
             let values = self.columns.iter_mut().map(|c| c.values.pop());

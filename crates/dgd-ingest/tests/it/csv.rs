@@ -492,6 +492,23 @@ fn unreadable_cells_are_counted_with_their_first_place() {
 }
 
 #[test]
+fn a_word_for_rest_is_told_as_such() {
+    let table = read("t,a,b\n0,1,4\n1,Off,bad\n2,3,\"stopped\"\n3, OFF ,1\n");
+    assert_same(values(&table, "a"), &[1.0, NAN, 3.0, NAN]);
+    let told: Vec<String> = (table.issues.iter())
+        .map(|issue| format!("{:?} {}", issue.kind, issue.message))
+        .collect();
+    assert_eq!(
+        told,
+        [
+            "WordForZero 2 cells with a word that may stand for 0, the first is `Off`; read as NaN (if it does, write 0)",
+            "WordForZero 1 cell with a word that may stand for 0, the first is `stopped`; read as NaN (if it does, write 0)",
+            "UnreadableValue 2 cells cannot be read as numbers, the first is `bad`; read as NaN",
+        ]
+    );
+}
+
+#[test]
 fn a_column_of_words_is_passed_over() {
     let table = read("t,state,a\n0,drilling,1\n1,tripping,2\n");
     assert_eq!(tags(&table), ["t", "a"]);
