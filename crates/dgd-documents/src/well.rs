@@ -249,6 +249,10 @@ fn read_column<'a, 'i>(
                 is: Dimension::RotationalSpeed,
                 ..
             }) if dimension == Dimension::Percent => of_full_speed(&inner, key, v, written),
+            Err(UnitError::WrongDimension {
+                is: Dimension::RotationalSpeed,
+                ..
+            }) if dimension == Dimension::FlowRate => of_strokes(&inner, key, v, written),
             Err(error) => {
                 section.problem(v, format!("`unit` of `{key}`: {error}"), None);
                 None
@@ -295,21 +299,58 @@ fn of_full_speed<'a, 'i>(
     }
 }
 
-/// The keys of a column's source: tag, unit, for a tachometer the reading at 100 %, and what its stamps are late by.
+/// The unit of a mud pump's strokes, each of which displaces a `stroke`.
+fn of_strokes<'a, 'i>(
+    inner: &Section<'a, 'i>,
+    key: &str,
+    place: &Value<'i>,
+    written: &str,
+) -> Option<Unit> {
+    let Some(stroke) = inner.get("stroke") else {
+        inner.problem(
+            place,
+            format!("`unit` of `{key}`: `{written}` can be converted to a flow only with the volume of a stroke"),
+            Some("add what a stroke displaces, efficiency included, such as `stroke = \"15.9 L\"`".into()),
+        );
+        return None;
+    };
+    let stroke_m3 = inner.positive("stroke", stroke, Dimension::Volume, "15.9 L")?;
+    match Unit::parse(written).and_then(|unit| unit.in_flow_of(stroke_m3)) {
+        Ok(unit) => Some(unit),
+        Err(error) => {
+            inner.problem(place, format!("`stroke` of `{key}`: {error}"), None);
+            None
+        }
+    }
+}
+
+/// The keys of a column's source: tag, unit, for a tachometer the reading at 100 %, for strokes their volume, and what its stamps are late by.
 fn column_keys(tag: &str, unit: &Unit, late_s: f64) -> String {
     let mut keys = format!("tag = {}, unit = \"{unit}\"", quoted(tag));
     if late_s != 0.0 {
         keys += &format!(", late = \"{late_s} s\"");
     }
-    if unit.dimension != Dimension::Percent || unit.factor == 1.0 {
-        return format!("{{ {keys} }}");
+    if unit.dimension == Dimension::Percent && unit.factor != 1.0 {
+        let full = shortest(100.0 / unit.factor, |full| 100.0 / full == unit.factor);
+        keys += &format!(", full = \"{full} {unit}\"");
     }
-    // The shortest number that is read as the same factor.
-    let exact = 100.0 / unit.factor;
+    if unit.dimension == Dimension::FlowRate && unit.counts_turns() {
+        let turns = Unit::parse_as(unit.symbol, Dimension::RotationalSpeed);
+        let read_as = |m3: f64| turns.as_ref().ok()?.in_flow_of(m3).ok();
+        let one = read_as(1.0).map_or(1.0, |unit| unit.factor);
+        let m3 = shortest(unit.factor / one, |m3| read_as(m3) == Some(*unit));
+        keys += &format!(", stroke = \"{m3} m3\"");
+    }
+    format!("{{ {keys} }}")
+}
+
+/// The shortest number near `exact` that is read as the same.
+fn shortest(exact: f64, same: impl Fn(f64) -> bool) -> f64 {
     let shorter = (0..17).map(|digits| format!("{exact:.digits$e}").parse().unwrap_or(exact));
-    let full = shorter.into_iter().find(|full| 100.0 / full == unit.factor);
-    let full = full.unwrap_or(exact);
-    format!("{{ {keys}, full = \"{full} {unit}\" }}")
+    shorter
+        .into_iter()
+        .find(|number| same(*number))
+        .unwrap_or(exact)
 }
 
 /// Writes a well as `well.toml`; [`read_well`] gives the same well back.

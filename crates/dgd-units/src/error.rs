@@ -50,6 +50,12 @@ pub enum UnitError {
         /// A value that would do.
         example: &'static str,
     },
+    /// A volume that no stroke can have.
+    #[error("a stroke displaces {found_m3} m3, expected a positive number")]
+    Stroke {
+        /// The volume, m³.
+        found_m3: f64,
+    },
     /// A reading that cannot stand for 100 %.
     #[error("100 % is {found}, expected a positive number")]
     Full {

@@ -454,6 +454,37 @@ impl Unit {
         Err(UnitError::Full { found: full })
     }
 
+    /// This unit as one of flow: the strokes of a mud pump, each of which displaces `stroke_m3` (its efficiency included), m³.
+    ///
+    /// # Errors
+    /// [`UnitError::WrongDimension`] unless this is a unit of rotational speed, [`UnitError::Stroke`] unless the volume is above 0, and neither
+    /// so small nor so large that no flow comes of it.
+    ///
+    /// ```
+    /// # use dgd_units::{Dimension, Unit};
+    /// let spm = Unit::parse_as("spm", Dimension::RotationalSpeed)?;
+    /// assert_eq!(spm.in_flow_of(0.015)?.to_si(120.0), 0.03);
+    /// # Ok::<(), dgd_units::UnitError>(())
+    /// ```
+    pub fn in_flow_of(self, stroke_m3: f64) -> Result<Self, UnitError> {
+        const MINUTE_S: f64 = 60.0;
+        let per_minute = self.written(self.symbol, Dimension::RotationalSpeed)?;
+        let factor = per_minute.factor * stroke_m3 / MINUTE_S;
+        if factor > 0.0 && factor.is_finite() {
+            return Ok(unit(self.symbol, Dimension::FlowRate, factor));
+        }
+        Err(UnitError::Stroke {
+            found_m3: stroke_m3,
+        })
+    }
+
+    /// Whether it counts strokes or turns: a unit of rotational speed, or what [`Unit::in_flow_of`] and [`Unit::in_percent_of`] make of it.
+    pub fn counts_turns(self) -> bool {
+        Self::known().any(|known| {
+            known.dimension == Dimension::RotationalSpeed && known.symbol == self.symbol
+        })
+    }
+
     /// The SI unit of a dimension: what [`Unit::parse`] makes of its [symbol](Dimension::si_symbol).
     ///
     /// A `Pa` therefore does not say what its zero is ([`PressureReference::Unstated`]) and is absolute.

@@ -310,7 +310,10 @@ pump_outlet_depth = \"? m\"     # its outlet below the rotary table
     for missing in &proposal.missing {
         let (unit, what) = match *missing {
             "time" => ("s", "or, for even samples, time = { interval = \"1 s\" }"),
-            "mud_pump_flow" => ("gpm", "into the drill string"),
+            "mud_pump_flow" => (
+                "gpm",
+                "into the drill string; strokes have unit = \"spm\", stroke = \"? L\"",
+            ),
             "booster_flow" => ("gpm", "into the riser's foot"),
             "topfill_flow" => ("gpm", "into the riser's top"),
             "return_flow" => ("gpm", "out of the return line, at the rig"),

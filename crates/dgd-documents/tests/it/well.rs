@@ -260,6 +260,39 @@ fn a_tachometer_without_its_full_speed_is_refused_with_what_to_add() {
 }
 
 #[test]
+fn strokes_are_read_as_a_flow_by_their_volume_and_written_back() {
+    let counted = |keys: &str| {
+        GOM.replace(
+            "tag = \"FT1\", unit = \"gpm\"",
+            &format!("tag = \"SPM1\", {keys}"),
+        )
+    };
+    for (keys, at_100_m3_s) in [
+        ("unit = \"spm\", stroke = \"15.9 L\"", 0.0265),
+        ("unit = \"strokes/min\", stroke = \"4.2 gal\"", 0.0265),
+        ("unit = \"Hz\", stroke = \"0.1 bbl\"", 1.5899),
+    ] {
+        let (well, warnings) = read_well(&counted(keys)).unwrap();
+        assert!(warnings.is_empty());
+        let ChannelSource::Column { unit, .. } = &well.channels.mud_pump_flow else {
+            panic!("a column");
+        };
+        assert!(
+            (unit.to_si(100.0) / at_100_m3_s - 1.0).abs() < 1e-3,
+            "{keys}"
+        );
+        let written = write_well(&well);
+        assert!(written.contains("stroke = \"0.01"), "{written}");
+        assert_eq!(read_well(&written).unwrap().0, well);
+    }
+    let error = read_well(&counted("unit = \"spm\"")).unwrap_err();
+    let help = error.problems[0].help.as_ref().unwrap();
+    assert!(help.contains("stroke = \"15.9 L\""), "{error}");
+    let none = counted("unit = \"spm\", stroke = \"0 L\"");
+    assert!(messages(&none)[0].1.contains("expected more than 0"));
+}
+
+#[test]
 fn an_empty_or_absent_tag_is_told() {
     let told = messages(&GOM.replace("\"FT4\"", "\"\""));
     assert_eq!(told, [(18, "`tag` of `return_flow` is empty".to_owned())]);

@@ -5,7 +5,7 @@ use crate::survey_clock;
 use crate::{
     ChannelError, ChannelMap, ChannelSource, ClockError, Issue, IssueKind, Table, TimeSource, Well,
 };
-use dgd_units::{Dimension, PressureReference, Unit};
+use dgd_units::{PressureReference, Unit};
 use rayon::prelude::*;
 
 /// Why a table and a well description do not make a recording.
@@ -296,9 +296,9 @@ fn disagreement(channel: &str, in_file: Option<&str>, described: Unit) -> Option
         (found.pressure_reference, described.pressure_reference),
         (Some(PressureReference::Unstated), _) | (_, Some(PressureReference::Unstated))
     );
-    // A tachometer in percent of its full reading keeps its symbol.
-    let of_full = described.dimension == Dimension::Percent && found.symbol == described.symbol;
-    if of_full || same_scale && (found.offset == described.offset || reference_open) {
+    // A tachometer in percent of its full reading keeps its symbol, and so do strokes.
+    let of_turns = described.dimension != found.dimension && found.symbol == described.symbol;
+    if of_turns || same_scale && (found.offset == described.offset || reference_open) {
         return None;
     }
     Some(Issue {

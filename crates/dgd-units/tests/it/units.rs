@@ -161,6 +161,22 @@ fn a_quantity_is_given_in_the_unit_that_was_passed_and_not_in_its_namesake() {
 }
 
 #[test]
+fn strokes_are_a_flow_by_their_volume() {
+    let spm = Unit::parse("strokes/min").unwrap();
+    let pump = spm.in_flow_of(0.0159).unwrap();
+    assert_eq!(pump.dimension, Dimension::FlowRate);
+    assert!((pump.to_si(100.0) - 0.0265).abs() < 1e-15);
+    assert!(pump.counts_turns() && spm.counts_turns());
+    assert!(!Unit::parse("gpm").unwrap().counts_turns());
+    for stroke_m3 in [0.0, -0.01, f64::NAN, f64::INFINITY] {
+        let error = spm.in_flow_of(stroke_m3).unwrap_err();
+        assert!(matches!(error, UnitError::Stroke { .. }), "{stroke_m3}");
+    }
+    let error = Unit::parse("gpm").unwrap().in_flow_of(0.0159).unwrap_err();
+    assert!(matches!(error, UnitError::WrongDimension { .. }), "{error}");
+}
+
+#[test]
 fn what_cannot_be_100_percent_is_refused() {
     let rpm = Unit::parse("rpm").unwrap();
     for full in [0.0, -0.0, -1800.0, f64::NAN, f64::INFINITY, 1e-320] {
