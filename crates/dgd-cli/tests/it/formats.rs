@@ -393,8 +393,8 @@ fn inspect_finds_clock_steps_and_channels() {
 #[test]
 fn inspect_tells_samples_that_find_their_step_taken() {
     let bench = Bench::bare();
-    // A mean of 1 s, but most steps near the median of 1.6 s.
-    let stamps = (0..200).flat_map(|i| [1.6, 2.0].map(|t| f64::from(2 * i) + t));
+    // A mean of 1 s, but most steps near the median of 1.61 s.
+    let stamps = (0..200).flat_map(|i| [1.61, 2.0].map(|t| f64::from(2 * i) + t));
     let rows: Vec<String> = stamps.map(|t| format!("{t},1\n")).collect();
     let rows = rows.concat();
     bench.write("rig.csv", format!("time [s],FT4\n0,1\n{rows}"));
