@@ -1,7 +1,7 @@
 //! The types of `system.toml`.
 
 use crate::record::Portion;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 use std::collections::BTreeMap;
 
 /// A rig or bench as its file describes it.
@@ -86,7 +86,11 @@ pub enum Kind {
 
 /// Value of a property.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "expected a number in SI units, a text (a choice, or a number with its unit such as \"19.5 in\"), true or false, points such as \
+                 [[0.0, 0.03], [0.9, 0.04]] in SI units, or named numbers"
+)]
 pub enum Setting {
     /// `true` or `false`.
     Flag(bool),
@@ -127,7 +131,11 @@ pub enum Between {
 
 /// State at the start of each window.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "expected a number in SI units, a text with a number and its unit such as \"25 cm\", { measured = \"instrument\" }, or \
+                 { start = .., low = .., high = .. } with numbers in SI units"
+)]
 pub enum Initial {
     /// Known.
     Given(f64),
@@ -152,14 +160,31 @@ pub struct Measured {
 
 /// Where a free value starts and within which bounds it is sought.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "{ start = .., low = .., high = .. } with numbers in SI units"
+)]
 pub struct Bounds {
     /// First guess.
+    #[serde(deserialize_with = "si")]
     pub start: f64,
     /// Least value.
+    #[serde(deserialize_with = "si")]
     pub low: f64,
     /// Greatest value.
+    #[serde(deserialize_with = "si")]
     pub high: f64,
+}
+
+/// A number, told as one without a unit.
+fn si<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    #[derive(Deserialize)]
+    #[serde(untagged, expecting = "expected a number in SI units, without a unit")]
+    enum Number {
+        Si(f64),
+    }
+    let Number::Si(value) = Number::deserialize(from)?;
+    Ok(value)
 }
 
 /// Where the samples are.

@@ -120,11 +120,14 @@ impl Given {
                 high: f64::INFINITY,
                 meaning: "",
             };
-            number(system.scale.get(name)?, &property)
-                .map_err(|message| {
-                    problems.push(Problem::new(format!("scale.{name}"), message, ""))
-                })
-                .ok()
+            let size = number(system.scale.get(name)?, &property).and_then(|size| {
+                let positive = positive(Some(size));
+                positive.ok_or_else(|| format!("is {size}, expected a positive number"))
+            });
+            size.map_err(|message| {
+                problems.push(Problem::new(format!("scale.{name}"), message, ""));
+            })
+            .ok()
         });
         for key in system.scale.keys() {
             if SIZES.iter().all(|(name, _)| name != key) {
@@ -136,10 +139,10 @@ impl Given {
             }
         }
         Self {
-            level: positive(level),
-            flow: positive(flow),
-            pressure: positive(pressure),
-            time: positive(time),
+            level,
+            flow,
+            pressure,
+            time,
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::build::listed;
 use crate::error::Problem;
+use crate::kinds;
 use crate::network::{Chain, Location, Network, NodeKind, Reading, Start, StateInfo};
 use crate::spec::{Bounds, Initial, Kind, System};
 use dgd_units::{Dimension, Unit, UnitError};
@@ -17,6 +18,7 @@ pub(super) fn states(system: &System, net: &mut Network, problems: &mut Vec<Prob
             .position(|m| m.reading == Reading::Level(number));
         let start = start(system, net, &path, Dimension::Length, &mut used, problems)
             .or(meter.map(Start::Measured));
+        problems.extend(start.and_then(|start| above_brim(net, part, start, &path)));
         let size = net.parts[part].scale.level_m;
         list.push(StateInfo {
             start: needed(start, &path, problems),
@@ -88,6 +90,25 @@ pub(super) fn states(system: &System, net: &mut Network, problems: &mut Vec<Prob
         ));
     }
     net.states = list;
+}
+
+/// Why a level cannot start there: above a brim that is known.
+fn above_brim(net: &Network, tank: usize, start: Start, path: &str) -> Option<Problem> {
+    let slot = net.parts[tank].base + kinds::tank::BRIM;
+    let open = net.free.iter().any(|f| f.slot == slot) || net.driven.iter().any(|d| d.slot == slot);
+    let brim_m = net.values[slot];
+    let (verb, level_m) = match start {
+        Start::Given(level_m) => ("starts at", level_m),
+        Start::Free(bounds) => ("is sought up to", bounds.high),
+        _ => return None,
+    };
+    (!open && level_m > brim_m).then(|| {
+        Problem::new(
+            path,
+            format!("{verb} {level_m} m, above the brim at {brim_m} m"),
+            "levels and brims are heights above the tank's floor",
+        )
+    })
 }
 
 /// The start of a flow that is counted the other way; of a meter that is settled where it is read.

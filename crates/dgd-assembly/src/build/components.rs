@@ -48,6 +48,13 @@ pub(super) fn component_slots(
     let profile = points(slots, name, settings.get("area_profile"));
     absent.retain(|(_, path, _)| profile.is_empty() || !path.ends_with(".area"));
     if !profile.is_empty() {
+        if given("area") {
+            slots.problem(
+                format!("{name}.area"),
+                "is given beside `area_profile`, which stands in for it",
+                "give one of them",
+            );
+        }
         slots.values[base + kinds::tank::AREA] = profile[0][1];
     }
     missing.extend(absent);

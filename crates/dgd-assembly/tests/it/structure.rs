@@ -360,3 +360,81 @@ fn a_unit_that_is_suggested_is_of_the_dimension_that_is_asked_for() {
         "{level}"
     );
 }
+
+#[test]
+fn what_contradicts_itself_is_refused_with_its_numbers() {
+    let text = format!("connections = [\"tank -> valve -> atmosphere\"]{HEAD}");
+    assert!(Assembly::parse(&text).is_ok());
+    let tank = |properties: &str, level: &str, more: &str| {
+        let text = text.replace("area = 1.0", properties);
+        problems(&format!(
+            "{}\n{more}",
+            text.replace("\"tank.level\" = 2.0", level)
+        ))
+    };
+    let whole = "\"tank.level\" = 2.0";
+    for (found, said) in [
+        (
+            tank("area = 1.0, brim = \"1.5 m\"", whole, ""),
+            "tank.level: starts at 2 m, above the brim at 1.5 m",
+        ),
+        (
+            tank("area = 1.0, brim = 1.5", "\"tank.level\" = \"160 cm\"", ""),
+            "tank.level: starts at 1.6 m, above the brim at 1.5 m",
+        ),
+        (
+            tank(
+                "area = 1.0, brim = 1.5",
+                "\"tank.level\" = { start = 1.0, low = 0.0, high = 1.8 }",
+                "",
+            ),
+            "tank.level: is sought up to 1.8 m, above the brim at 1.5 m",
+        ),
+        (
+            tank(
+                "area = 1.0, area_profile = [[0.0, 1.0], [2.0, 1.5]]",
+                whole,
+                "",
+            ),
+            "tank.area: is given beside `area_profile`",
+        ),
+        (
+            tank("area = 1.0", whole, "[scale]\ntime = 0.0"),
+            "scale.time: is 0, expected a positive number",
+        ),
+    ] {
+        assert!(found.contains(said), "{found}");
+    }
+    // A brim that is sought may come to lie above.
+    let sought = "[free]\n\"tank.brim\" = { start = 1.5, low = 1.0, high = 3.0 }";
+    let found = tank("area = 1.0", whole, sought);
+    assert!(!found.contains("above the brim"), "{found}");
+}
+
+#[test]
+fn a_value_of_another_form_is_refused_with_the_forms_there_are() {
+    let text = |more: &str| {
+        let text = format!("connections = [\"tank -> valve -> atmosphere\"]{HEAD}{more}");
+        Assembly::parse(&text).unwrap_err().to_string()
+    };
+    for (more, said) in [
+        (
+            "[free]\n\"tank.area\" = 0.6",
+            "start = .., low = .., high = ..",
+        ),
+        (
+            "[free]\n\"tank.area\" = { start = \"1 m2\", low = 0.5, high = 2.0 }",
+            "expected a number in SI units, without a unit",
+        ),
+        (
+            "\"valve.flow\" = { from = 0.1 }",
+            "{ measured = \"instrument\" }",
+        ),
+        (
+            "[fluid]\ndensity = [1000.0]",
+            "a number with its unit such as \"19.5 in\"",
+        ),
+    ] {
+        assert!(text(more).contains(said), "{more}: {}", text(more));
+    }
+}
