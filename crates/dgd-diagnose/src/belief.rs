@@ -1,5 +1,6 @@
 //! From evidence to a probability: of findings at 0.8, four in five are right.
 
+use crate::contest::at_bound;
 use crate::relations::Applied;
 use crate::selection::Named;
 use dgd_effects::unknown;
@@ -71,9 +72,11 @@ pub(crate) fn is_strange(one: &Applied) -> bool {
     !one.is_correction() && parameters.any(|(p, v)| p.is_strange(*v))
 }
 
-/// Shares the probability of an effect whose form has come to an end of what it may be with what the catalogue does not hold.
+/// Shares the probability of an effect whose form has come to an end of what it may be with what the catalogue does not hold; or whose strength
+/// has, as it was fitted anew beside others: at that strength it would not have been named.
 pub(crate) fn doubt(named: &mut Named) {
-    if !is_strange(&named.applied) {
+    let one = &named.applied;
+    if one.is_correction() || !(is_strange(one) || at_bound(one)) {
         return;
     }
     let of_this = logistic(-BARRED);
@@ -149,12 +152,16 @@ pub(crate) fn left_over(named: &mut Named, beside_unnamed: bool) {
 
 /// Shares the probabilities of effects beside which something is told that the catalogue does not hold with that; whether anything is.
 pub(crate) fn beside_unnamed(named: &mut [Named]) -> bool {
-    let unnamed = |n: &Named| n.applied.is_correction() && n.probability > 0.5;
+    let unnamed = |n: &Named| {
+        let own = n.applied.is_correction().then_some(n.probability);
+        let others = n.alternatives.iter();
+        let as_other = others.filter(|a| a.0 == unknown().about().id).map(|a| a.1);
+        own.into_iter().chain(as_other).any(|p| p > 0.5)
+    };
     let any = named.iter().any(unnamed);
     if any {
-        named
-            .iter_mut()
-            .for_each(|one| outside(one, ODDS_BESIDE_UNNAMED));
+        let names = named.iter_mut().filter(|one| !unnamed(one));
+        names.for_each(|one| outside(one, ODDS_BESIDE_UNNAMED));
     }
     any
 }

@@ -56,6 +56,13 @@ fn a_form_at_its_strange_end_is_four_times_likelier_something_else() {
     assert!(!strange("mud_density_change", &[20.0, 3600.0, 3.0, 1.0]));
     assert!(strange("viscosity_drift", &[0.3, 3.0]));
     assert!(!strange("viscosity_drift", &[0.3, -0.9]));
+    // Fitted anew beside another cause, an annulus has come to what none is.
+    let area = &find("annulus_area")
+        .expect("of the catalogue")
+        .about()
+        .parameters[0];
+    assert!(strange("annulus_area", &[area.low]) && strange("annulus_area", &[area.high]));
+    assert!(!strange("annulus_area", &[0.9 * area.low]));
 }
 
 #[test]

@@ -124,6 +124,10 @@ fn a_name_beside_what_the_catalogue_does_not_hold_has_a_third_of_its_odds_and_is
     assert_eq!(unnamed, 0.9);
     assert_eq!(beside(correction(0.4))[0], 0.96);
     assert_eq!(beside(named(HURDLE, 0.9)), [0.96, 0.9]);
+    // A name that is likelier no cause of the catalogue is as good as none, and loses nothing by it.
+    let mut as_good = named(HURDLE, 0.2);
+    as_good.alternatives = vec![("unknown".to_owned(), 0.75)];
+    assert_eq!(beside(as_good), [name, 0.2]);
 }
 
 #[test]
