@@ -78,7 +78,7 @@ pub enum ClockError {
     #[error(
         "some {shared} consecutive samples share each time stamp, and the stamps are {step_s:.0} s apart: they have lost their seconds, or each \
          row appears several times; export again, or give the sample interval instead of the clock, time = {{ interval = \"{} s\" }}",
-        step_s / *shared as f64
+        shown(step_s / *shared as f64, 6)
     )]
     Coarse {
         /// Samples to a stamp.

@@ -15,7 +15,7 @@ impl Faults {
     pub const MISSING: Self = Self(1);
     /// An impossible value.
     pub const OUT_OF_RANGE: Self = Self(1 << 1);
-    /// A few samples far off, with the same level before and after, or one value repeated there for up to a minute.
+    /// A few samples far off, with the same level before and after; of an inflow also a dropout of up to a minute.
     pub const SPIKE: Self = Self(1 << 2);
     /// One value repeated for longer than this channel repeats by chance; of the pump
     /// speed: frozen.
@@ -62,7 +62,7 @@ pub struct ChannelScreen {
     pub stuck: Vec<Run>,
     /// Pump speed only: runs marked constant, the frozen ones included.
     pub constant: Vec<Run>,
-    /// Inflows only: runs of one value off the level around them, where the signal was lost. Spikes among the faults.
+    /// Inflows only: runs of one value, 0 or beyond all rates, where the signal was lost. Spikes among the faults.
     pub dropouts: Vec<Run>,
     /// Fewest equal samples that would count as stuck (pump speed: as constant).
     pub shortest_stuck: usize,

@@ -53,8 +53,8 @@ pub struct ScreenOptions {
     /// Longest excursion that is a spike, s; at least one sample and at most 50 are
     /// looked at. Default 3.
     pub spike_longest_s: f64,
-    /// Longest excursion of an inflow to one value, repeated exactly, that is a dropout and taken for a spike, s; at most 120 samples are
-    /// looked at. Default 60: a mud pump is not stopped and started again at once, and a logger that has lost a signal writes 0.
+    /// Longest dropout of an inflow that is taken for a spike, s: 0, or a number beyond twice its rate, repeated exactly while it pumps; at most 120 samples are
+    /// looked at. Default 60: a pump is not stopped and started again at once, and a logger that has lost a signal writes 0.
     pub dropout_longest_s: f64,
     /// Robust standard deviations beyond which transmitters disagree. Default 6.
     pub disagree_sigmas: f64,

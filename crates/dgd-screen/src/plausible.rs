@@ -306,8 +306,11 @@ fn mute(facts: &Facts) -> Vec<Suspicion> {
     });
     let mut suspicions = Vec::new();
     // Rows that are missing are missing of every channel.
-    let rows = (facts.told.iter()).fold(0.0, |most: f64, told| most.max(told.present));
-    if rows > 0.0 && rows < MOSTLY {
+    let recorded = facts.told.iter().filter(|told| told.tag.is_some());
+    let rows = recorded.fold(0.0, |most: f64, told| most.max(told.present));
+    let some_rows = rows > 0.0 && rows < MOSTLY;
+    let least = if some_rows { MOSTLY * rows } else { MOSTLY };
+    if some_rows {
         suspicions.push(Suspicion {
             place: WellLine::new("channels", "time"),
             message: format!(
@@ -329,7 +332,7 @@ fn mute(facts: &Facts) -> Vec<Suspicion> {
                 "{} has no value in the whole recording",
                 state_of(i)
             ));
-        } else if told.present < MOSTLY * rows {
+        } else if told.present < least {
             say(format!(
                 "{} has a value at only {} % of the samples",
                 state_of(i),

@@ -200,7 +200,7 @@ impl<'a> Rules<'a> {
     /// repeats each for most of the recording, as these were set; and those of a counter.
     ///
     /// - `pairs`: neighbours that both have a value.
-    /// - `beside`: by how much a run differs from the samples on either side.
+    /// - `beside`: the samples on either side of a run.
     pub(crate) fn unless_rates(
         self,
         channel: Channel,
@@ -216,7 +216,7 @@ impl<'a> Rules<'a> {
                 stuck.clear();
             }
             Channel::MudPumpFlow | Channel::BoosterFlow | Channel::TopfillFlow => {
-                stuck.retain(|run| !beside(run).is_counted(steps));
+                stuck.retain(|run| !beside(run).is_counted(run.value, steps));
             }
             _ => {}
         }

@@ -5,7 +5,7 @@
 
 use crate::Faults;
 use crate::scan::{Steps, level, median};
-use dgd_recording::Run;
+use dgd_recording::{Run, STANDING_M3_S};
 use std::ops::Range;
 
 /// How large and how long a spike is.
@@ -13,7 +13,7 @@ use std::ops::Range;
 pub(crate) struct SpikeRule {
     pub(crate) sigmas: f64,
     pub(crate) longest: usize,
-    /// Longest dropout, samples; none is sought where that is 0.
+    /// Longest dropout, samples; 0 for what is no inflow.
     pub(crate) dropout: usize,
     /// The quantity may be set from one value to another and back: a dropout must then have come into noise.
     pub(crate) may_be_set: bool,
@@ -37,7 +37,7 @@ const RETURN_SHARE: f64 = 1.0 / 3.0;
 pub(crate) struct Excursion {
     pub(crate) range: Range<usize>,
     pub(crate) height: f64,
-    /// It repeats one value for longer than a spike lasts.
+    /// The signal of a pump that runs was lost.
     pub(crate) dropout: bool,
 }
 
@@ -90,16 +90,18 @@ pub(crate) fn find(
         };
         let spike = forward
             .chain(after_gap)
-            .find_map(|range| Some((own(&range)?, range, false)));
-        let excursion = spike.or_else(|| {
+            .find_map(|range| Some((own(&range)?, range)));
+        let long = || {
             let range = dropout(values, at, rule)?;
-            Some((own(&range)?, range, true))
-        });
-        found.extend(excursion.map(|(height, range, dropout)| Excursion {
+            let height = own(&range)?;
+            is_lost(values, &range, height, steps, rule).then_some((height, range))
+        };
+        let excursion = spike.or_else(long).map(|(height, range)| Excursion {
+            dropout: is_lost(values, &range, height, steps, rule),
             range,
             height,
-            dropout,
-        }));
+        });
+        found.extend(excursion);
     }
     found
 }
@@ -108,12 +110,33 @@ pub(crate) fn find(
 fn dropout(values: &[f64], at: usize, rule: SpikeRule) -> Option<Range<usize>> {
     let most = &values[at..values.len().min(at + rule.dropout + 1)];
     let length = most.iter().take_while(|v| **v == values[at]).count();
-    let range = at..at + length;
-    let fits = length > rule.longest && length <= rule.dropout;
-    let before = &values[at.saturating_sub(LOOKED_AT)..at];
+    (length > rule.longest && length <= rule.dropout).then_some(at..at + length)
+}
+
+/// Whether an excursion is what a logger writes that has lost the signal of a pump that runs: nothing, or a number beyond what it pumps.
+fn is_lost(
+    values: &[f64],
+    range: &Range<usize>,
+    height: f64,
+    steps: Steps,
+    rule: SpikeRule,
+) -> bool {
+    /// A code is beyond so many times the rate.
+    const BEYOND: f64 = 2.0;
+    let value = values[range.start];
+    let rate = value - height;
+    let runs = rate > STANDING_M3_S && rate > rule.sigmas * steps.noise;
+    let told = value.abs() <= steps.quantum || value > BEYOND * rate;
+    let one_value = values[range.clone()].iter().all(|v| *v == value);
+    let before = &values[range.start.saturating_sub(LOOKED_AT)..range.start];
     let after = &values[range.end..values.len().min(range.end + LOOKED_AT)];
-    let moves = |part: &[f64]| part.windows(2).any(|two| two[0] != two[1]);
-    (fits && (!rule.may_be_set || (moves(before) && moves(after)))).then_some(range)
+    let moves = |part: &[f64]| {
+        let mut finite = part.iter().filter(|v| v.is_finite());
+        let first = finite.next();
+        finite.any(|v| Some(v) != first)
+    };
+    let by_hand = rule.may_be_set && !(moves(before) && moves(after));
+    rule.dropout > 0 && runs && told && one_value && !by_hand
 }
 
 /// Height of `range` over the level around it, if it is a spike.

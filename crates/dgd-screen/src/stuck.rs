@@ -101,34 +101,42 @@ pub(crate) struct Rest {
     pub(crate) shortest: usize,
 }
 
-/// By how much a run differs from the sample before it and from the one behind; NaN where there is none.
+/// The samples on either side of a run, nearest first; NaN where there is none.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Beside {
-    pub(crate) before: f64,
-    pub(crate) behind: f64,
+    pub(crate) before: [f64; NEXT],
+    pub(crate) behind: [f64; NEXT],
 }
+
+/// So many samples on a side tell a ramp.
+pub(crate) const NEXT: usize = 3;
 
 impl Beside {
     pub(crate) fn of(run: &Run, values: &[f64]) -> Self {
-        let off = |at: Option<usize>| {
-            let value = at.and_then(|at| values.get(at)).copied();
-            (value.unwrap_or(f64::NAN) - run.value).abs()
-        };
+        let at = |i: Option<usize>| i.and_then(|i| values.get(i)).copied().unwrap_or(f64::NAN);
         Self {
-            before: off(run.start.checked_sub(1)),
-            behind: off(Some(run.start + run.length)),
+            before: std::array::from_fn(|k| at(run.start.checked_sub(k + 1))),
+            behind: std::array::from_fn(|k| at(Some(run.start + run.length + k))),
         }
     }
 
-    /// Whether it is a rate that held, as a counter tells it that repeats most of its counts: it moves on to the next one, and what froze has gone
-    /// anywhere meanwhile.
-    pub(crate) fn is_counted(self, steps: Steps) -> bool {
+    /// Whether a run of this value is a rate that held, as a counter tells it that repeats most of its counts: it moves on to the next one, or
+    /// along a ramp, and what froze has gone anywhere meanwhile. Where it goes on to the end or to a gap, nothing tells.
+    pub(crate) fn is_counted(self, value: f64, steps: Steps) -> bool {
         /// More than one count, and less than two.
         const COUNTS: f64 = 1.5;
         /// Fewer movements tell no count.
         const FEWEST: usize = 20;
+        let goes_on = |[first, second, third]: [f64; NEXT]| {
+            let next = (first - value).abs() <= COUNTS * steps.quantum;
+            let rises = first > value && second > first && third > second;
+            let falls = first < value && second < first && third < second;
+            next || rises || falls
+        };
         let counts = steps.noise == 0.0 && steps.moves >= FEWEST;
-        counts && self.before.max(self.behind) <= COUNTS * steps.quantum
+        // A meter freezes at what it reads: a run may begin with the recording.
+        let comes_on = self.before[0].is_nan() || goes_on(self.before);
+        counts && comes_on && goes_on(self.behind)
     }
 }
 

@@ -190,7 +190,7 @@ impl ClockPasses {
             Stage::Median => self.next_median(),
             Stage::Near => {
                 self.fit.step_s = self.near.step_s(&self.order);
-                match self.jump() {
+                match self.jump(self.fit.step_s) {
                     Some(error) => self.end(Err(error)),
                     None => {
                         self.stage = Stage::Fit;
@@ -203,6 +203,7 @@ impl ClockPasses {
                 if self.fit.crowded > self.samples / MOST_CROWDED
                     && let Some(step_s) = self.near.part_s(&self.order)
                     && step_s < self.fit.step_s
+                    && self.jump(step_s).is_none()
                 {
                     self.fit = Fit {
                         step_s,
@@ -259,9 +260,9 @@ impl ClockPasses {
         Ok(found)
     }
 
-    /// The jump that makes an even clock implausibly long, if there is one.
-    fn jump(&self) -> Option<ClockError> {
-        let (first, step_s) = (self.order.first?, self.fit.step_s);
+    /// The jump that makes an even clock of this step implausibly long, if there is one.
+    fn jump(&self, step_s: f64) -> Option<ClockError> {
+        let first = self.order.first?;
         let span_s = self.order.last - first;
         let steps = span_s / step_s;
         let most = most_steps(self.samples);
@@ -389,10 +390,17 @@ impl Order {
         };
         (self.duplicates >= (SHARED - 1) * stamps && step_s >= APART_S).then(|| {
             ClockError::Coarse {
-                shared: self.usual.0,
+                shared: self.shared_as_a_rule(stamps),
                 step_s,
             }
         })
+    }
+
+    /// How many samples share a stamp: as many as at most of them, or the mean where those are not most.
+    fn shared_as_a_rule(&self, stamps: usize) -> usize {
+        let (usual, votes) = self.usual;
+        let mean = (stamps + self.duplicates + stamps / 2) / stamps;
+        if 2 * votes > stamps { usual } else { mean }
     }
 }
 

@@ -1,7 +1,7 @@
 //! What the first two passes gather of one channel.
 
 use crate::screening::Rules;
-use crate::stuck::{self, Beside, Held, NEIGHBOURHOOD, Rest, StuckRule};
+use crate::stuck::{self, Beside, Held, NEIGHBOURHOOD, NEXT, Rest, StuckRule};
 use crate::{scan, scan::Steps};
 use dgd_recording::{Channel, Run};
 use std::collections::{BTreeMap, HashMap};
@@ -96,6 +96,10 @@ type Count = (usize, usize);
 pub(super) struct RunPass {
     count: Count,
     last: f64,
+    /// The samples before the next one, nearest first.
+    nearest: [f64; NEXT],
+    /// So many of the samples behind the last run found are still to come.
+    behind: usize,
     /// Counts at the latest samples.
     latest: Vec<Count>,
     open: Option<Open>,
@@ -108,8 +112,8 @@ pub(super) struct RunPass {
 #[derive(Debug, Clone, Copy)]
 struct Open {
     held: Held,
-    /// By how much it differs from the sample before.
-    before_by: f64,
+    /// The samples before it, nearest first.
+    before_it: [f64; NEXT],
     /// Samples at which the pump turns, up to its last value and since then.
     turning: usize,
     since: usize,
@@ -151,11 +155,6 @@ impl RunPass {
         let (on, gap) = (rules.options.pump_on_above_pct, rules.gap());
         for (i, (v, w)) in (from..).zip(values.iter().zip(speed_pct)) {
             let before = self.count;
-            let before_by = if i > 0 {
-                (v - self.last).abs()
-            } else {
-                f64::NAN
-            };
             if i > 0 {
                 let step = v - self.last;
                 self.count.0 += usize::from(step == 0.0);
@@ -175,11 +174,13 @@ impl RunPass {
                     open.turning += std::mem::take(&mut open.since);
                 }
             } else {
-                self.end_run(Some(*v), None, known, rules);
+                self.end_run(None, known, rules);
                 let first = i.saturating_sub(NEIGHBOURHOOD);
                 self.open = Some(Open {
                     held: Held::at(i, *v),
-                    before_by,
+                    before_it: std::array::from_fn(
+                        |k| if i > k { self.nearest[k] } else { f64::NAN },
+                    ),
                     turning,
                     since: 0,
                     before,
@@ -188,18 +189,19 @@ impl RunPass {
             }
             self.latest[i % LATEST] = self.count;
             self.last = *v;
+            self.nearest.rotate_right(1);
+            self.nearest[0] = *v;
+            if let Some(found) = self.found.last_mut()
+                && self.behind > 0
+            {
+                found.beside.behind[NEXT - self.behind] = *v;
+                self.behind -= 1;
+            }
         }
     }
 
-    /// - `behind`: the sample behind the run.
     /// - `samples`: of the recording, if that is where the run ends.
-    fn end_run(
-        &mut self,
-        behind: Option<f64>,
-        samples: Option<usize>,
-        known: &Known,
-        rules: Rules<'_>,
-    ) {
+    fn end_run(&mut self, samples: Option<usize>, known: &Known, rules: Rules<'_>) {
         let Some(open) = self.open.take() else {
             return;
         };
@@ -207,8 +209,6 @@ impl RunPass {
         if open.held.told < known.shortest || !run.value.is_finite() {
             return;
         }
-        // A sample that is missing between ends it as well.
-        let behind = behind.filter(|_| open.held.is_told());
         let rest = Rest {
             value: run.value,
             whole: samples == Some(run.length),
@@ -218,17 +218,19 @@ impl RunPass {
             self.found.push(Found {
                 held: open.held,
                 beside: Beside {
-                    before: open.before_by,
-                    behind: (behind.unwrap_or(f64::NAN) - run.value).abs(),
+                    before: open.before_it,
+                    behind: [f64::NAN; NEXT],
                 },
                 counts: [open.neighbourhood, open.before, self.count, (0, 0)],
             });
+            // Where samples are missing behind it, the first of them has been.
+            self.behind = if open.held.is_told() { NEXT } else { 0 };
         }
     }
 
     /// The stuck runs, once all samples have come.
     pub(super) fn stuck(mut self, samples: usize, known: &Known, rules: Rules<'_>) -> Vec<Run> {
-        self.end_run(None, Some(samples), known, rules);
+        self.end_run(Some(samples), known, rules);
         for found in &mut self.found[self.counted..] {
             found.counts[3] = self.count;
         }

@@ -102,7 +102,10 @@ impl Told {
                 "gives a reading every {} s and holds it in between",
                 words::number(held_s)
             ))
-        } else if let Some(share) = straight(values, flowing) {
+        } else if let Some(share) = straight(values, flowing)
+            && channel != Channel::PumpSpeed
+        {
+            // A speed is ramped.
             How::OnLines(share)
         } else {
             let step = movement(channel, values, flowing, step_s)?;
@@ -129,12 +132,12 @@ fn on_lines(all: &[Told]) -> Option<(&Told, String)> {
     let names: Vec<&str> = told.iter().map(|told| told.name.as_str()).collect();
     let shares = || told.iter().filter_map(|told| share(told));
     let most = shares().fold(0.0, f64::max);
-    let (verb, range) = match names.len() {
-        1 => ("moves", format!("{most:.0}")),
-        _ => {
-            let least = shares().fold(most, f64::min);
-            ("move", format!("{least:.0} to {most:.0}"))
-        }
+    let least = shares().fold(most, f64::min);
+    let verb = if names.len() == 1 { "moves" } else { "move" };
+    let range = if (most - least).abs() < 1.0 {
+        format!("{most:.0}")
+    } else {
+        format!("{least:.0} to {most:.0}")
     };
     let what = format!(
         "{} {verb} on straight lines at {range} % of the samples while mud flows, as an archive draws them between the few readings it kept",
@@ -145,23 +148,34 @@ fn on_lines(all: &[Told]) -> Option<(&Told, String)> {
 
 /// Share of the samples of flowing mud at which a channel moves along a straight line, if that is an archive's doing.
 ///
-/// Where lines meet, the second difference is large and those beside it are nothing; noise and curves have no such corners.
+/// Where lines meet, the second difference is large and those beside it are nothing; noise has no such corners, and a curve leaves the chord
+/// between two of them.
 fn straight(values: &[f64], flowing: &[bool]) -> Option<f64> {
-    /// By how much a corner stands out over the samples beside it.
+    /// By how much a corner stands out over the samples beside it, and over what lies on the lines.
     const STANDS_OUT: f64 = 20.0;
     let bend = |i: usize| (values[i + 1] - 2.0 * values[i] + values[i - 1]).abs();
     let inside = || (2..values.len().saturating_sub(2)).filter(|i| flowing[*i]);
-    let corners = inside()
-        .filter_map(|i| Some(bend(i)).filter(|b| *b > STANDS_OUT * bend(i - 1).max(bend(i + 1))));
-    let corners: Vec<f64> = corners.collect();
+    let is_corner = |i: &usize| bend(*i) > STANDS_OUT * bend(i - 1).max(bend(i + 1));
+    let corners: Vec<usize> = inside().filter(is_corner).collect();
     if corners.len() < FEWEST {
         return None;
     }
-    let least = quantile(corners.into_iter(), 0.5) / STANDS_OUT;
-    let moves = |i: usize| values[i] != values[i - 1] && values[i + 1] != values[i];
-    let on_lines = inside().filter(|i| moves(*i) && bend(*i) < least).count();
+    let least = quantile(corners.iter().map(|i| bend(*i)), 0.5) / STANDS_OUT;
+    let on_chord = |from: usize, to: usize| {
+        let along = |i: usize| {
+            let share = (i - from) as f64 / (to - from) as f64;
+            values[from] + share * (values[to] - values[from])
+        };
+        [1, 2, 3]
+            .map(|quarter| from + quarter * (to - from) / 4)
+            .iter()
+            .all(|i| (values[*i] - along(*i)).abs() < least)
+    };
+    let lines = corners.windows(2).map(|ends| (ends[0], ends[1]));
+    let moving = lines.filter(|(from, to)| values[*from] != values[*to] && on_chord(*from, *to));
+    let on_lines: usize = moving.map(|(from, to)| to - from).sum();
     let share = on_lines as f64 / inside().count() as f64;
-    (share > STRAIGHT).then_some(share)
+    (share > STRAIGHT).then_some(share.min(1.0))
 }
 
 /// The least movement of a meter that rests while mud flows, but for the rarest tenth, where it is too much.
@@ -173,16 +187,21 @@ fn movement(channel: Channel, values: &[f64], flowing: &[bool], step_s: f64) -> 
         // Strokes are counted, and boosters are set.
         _ => return None,
     };
+    // A speed is ramped: of it those movements alone count that begin and end at rest.
+    let alone = channel == Channel::PumpSpeed;
     let mut last = f64::NAN;
+    let (mut two_ago, mut before) = (f64::NAN, f64::NAN);
     let (mut rests, mut moves) = (0, Vec::new());
     for (value, flows) in values.iter().zip(flowing).filter(|(v, _)| v.is_finite()) {
         let step = (value - last).abs();
         last = *value;
-        if *flows && step > 0.0 {
-            moves.push(step);
-        } else if *flows && step == 0.0 {
+        if *flows && step == 0.0 {
             rests += 1;
+            moves.extend((alone && two_ago == 0.0 && before > 0.0).then_some(before));
+        } else if *flows && step > 0.0 && !alone {
+            moves.push(step);
         }
+        (two_ago, before) = (before, step);
     }
     let seldom = moves.len() >= FEWEST && rests as f64 > RESTS * (rests + moves.len()) as f64;
     let is_set =

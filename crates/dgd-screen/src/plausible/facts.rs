@@ -59,13 +59,11 @@ impl Facts {
                         }
                     }
                 }
-                if is_pressure(channel) {
-                    for (mean, part) in blocks.iter_mut().zip(values.chunks(block)) {
-                        if part.iter().fold(false, |any, v| any | (*v < 0.0)) {
-                            *mean = f64::NAN;
-                        }
-                    }
-                }
+                let below = values.chunks(block).map(|part| {
+                    part.iter()
+                        .fold(false, |any, v| any | (v.is_finite() & (*v < 0.0)))
+                });
+                without_codes(channel, &mut blocks, below);
                 let present = found as f64 / values.len().max(1) as f64;
                 Told::of(well, channel, (blocks, filler), present, constant(values))
             });
@@ -204,12 +202,15 @@ impl FactPass {
             self.end_block();
         }
         let filler = self.highest.filler(channel);
-        let below_vacuum = |bottom: f64| is_pressure(channel) && bottom < 0.0;
-        for (mean, (bottom, top)) in self.blocks.iter_mut().zip(&self.ends) {
-            if filler.is_some_and(|filler| *top == filler.value) || below_vacuum(*bottom) {
-                *mean = f64::NAN;
+        if let Some(filler) = filler {
+            for (mean, (_, top)) in self.blocks.iter_mut().zip(&self.ends) {
+                if *top == filler.value {
+                    *mean = f64::NAN;
+                }
             }
         }
+        let below = self.ends.iter().map(|(bottom, _)| *bottom < 0.0);
+        without_codes(channel, &mut self.blocks, below);
         let constant = self.first.filter(|_| !self.changed);
         (
             (self.blocks, filler),
@@ -217,6 +218,16 @@ impl FactPass {
             constant.filter(|_| self.present >= FEWEST),
         )
     }
+}
+
+/// Takes the means of a pressure that hold a value below vacuum, a logger's code; if they are not most: a wrong sign or zero is to be told.
+fn without_codes(channel: Channel, blocks: &mut [f64], below: impl Iterator<Item = bool> + Clone) {
+    let coded = below.clone().filter(|below| *below).count();
+    if !is_pressure(channel) || 2 * coded > blocks.len() {
+        return;
+    }
+    let coded = blocks.iter_mut().zip(below).filter(|(_, below)| *below);
+    coded.for_each(|(mean, _)| *mean = f64::NAN);
 }
 
 fn block_samples(step_s: f64) -> usize {

@@ -1,7 +1,7 @@
 //! What is screened block by block is what is screened at once.
 
 use crate::robust::recording;
-use crate::synthetic::{Noise, every, with_speed};
+use crate::synthetic::{Noise, counted, every, with_speed};
 use dgd_recording::Recording;
 use dgd_screen::{
     BlockScreen, Faults, ScreenError, ScreenOptions, ScreenedBlock, Screening, screen,
@@ -173,6 +173,28 @@ fn a_frozen_speed_is_found_in_blocks() {
                 &in_blocks(&recording, 1.0, &options, &[length]),
             );
         }
+    }
+}
+
+/// What lies beside a run of one count tells whether it held or froze, also where a block ends there.
+#[test]
+fn a_counter_is_judged_alike_in_blocks() {
+    let (mut recording, stroke) = counted();
+    for (from, leap) in [(1000, 4.0), (2500, 1.0), (4000, f64::NAN)] {
+        let at = recording.mud_pump_flow_m3_s[from];
+        recording.mud_pump_flow_m3_s[from..from + 400].fill(at);
+        recording.mud_pump_flow_m3_s[from + 400] = at + leap * stroke;
+    }
+    // A signal that is lost over the edge of two blocks.
+    recording.mud_pump_flow_m3_s[1990..2015].fill(0.0);
+    let options = ScreenOptions::default();
+    let whole = screen(&recording, 1.0, &options).unwrap();
+    for lengths in [&[1000][..], &[1401], &[977], &[1, 3, 64, 2]] {
+        compare(
+            &recording,
+            &whole,
+            &in_blocks(&recording, 1.0, &options, lengths),
+        );
     }
 }
 

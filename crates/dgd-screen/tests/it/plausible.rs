@@ -460,6 +460,11 @@ fn a_pressure_below_vacuum_upsets_nothing_else() {
         }
     }
     assert_eq!(suspect(&recording, 1.0, &well()), Ok(vec![]));
+    // Where most is below vacuum, that is what is wrong.
+    for value in &mut recording.pump_outlet_pressure_pa[0] {
+        *value = -value.abs();
+    }
+    assert!(!suspect(&recording, 1.0, &well()).unwrap().is_empty());
 }
 
 /// What a historian makes of a recording: a value is kept until one is `least` away, and only every so many samples one is read.
@@ -549,6 +554,15 @@ fn readings_on_straight_lines_are_told_once_for_all_channels() {
         "{said}"
     );
     assert_eq!(told(&steady(7200, 1.0)), []);
+    // A rig that was simulated without noise: lags after steps, whose bends are small beside their corners.
+    let mut simulated = steady(14_400, 1.0);
+    let mut lags = 0.04;
+    for (i, flow) in simulated.return_flow_m3_s.iter_mut().enumerate() {
+        let to = if i / 450 % 2 == 0 { 0.04 } else { 0.05 };
+        lags += (to - lags) / 60.0;
+        *flow = lags;
+    }
+    assert_eq!(told(&simulated), []);
 }
 
 /// A speed that is set moves by as much as one with a deadband, but not as often.
@@ -562,6 +576,15 @@ fn a_speed_that_is_set_is_no_deadband() {
         coarse(&recording, 1.0, &well()).unwrap()
     };
     assert_eq!(set(300), []);
+    // Nor is one that is ramped from one set-point to the next.
+    let mut ramped = steady(14_400, 1.0);
+    for (i, value) in ramped.pump_speed_pct.iter_mut().enumerate() {
+        let (k, within) = (i / 200, (i % 200) as f64);
+        let low = if k.is_multiple_of(2) { 55.0 } else { 60.0 };
+        let up = if k.is_multiple_of(2) { 0.5 } else { -0.5 };
+        *value = low + up * within.min(10.0);
+    }
+    assert_eq!(coarse(&ramped, 1.0, &well()).unwrap(), []);
     assert!(
         only(&set(60)).message.contains("pump_speed"),
         "{:?}",

@@ -49,10 +49,35 @@ fn an_inflow_that_drops_to_one_value_for_seconds_has_lost_its_signal() {
     let dropouts = &screening.channel(Channel::MudPumpFlow).unwrap().dropouts;
     let found: Vec<(usize, usize)> = dropouts.iter().map(|run| (run.start, run.length)).collect();
     assert_eq!(found, [(500, 40), (800, 25)]);
-    // A rate that was set, by the digit.
+    // One of a spike's length is lost as well.
+    recording.mud_pump_flow_m3_s[2000..2003].fill(0.0);
+    let screening = screen(&recording, 1.0, &ScreenOptions::default()).unwrap();
+    let dropouts = &screening.channel(Channel::MudPumpFlow).unwrap().dropouts;
+    assert_eq!(dropouts.len(), 3);
+    // A rate that was set, by the digit, beside a missing sample too.
     recording.booster_flow_m3_s.fill(0.01);
     recording.booster_flow_m3_s[700..730].fill(0.0);
+    recording.booster_flow_m3_s[695] = f64::NAN;
+    recording.booster_flow_m3_s[735] = f64::NAN;
     assert_eq!(spikes(&recording, Channel::BoosterFlow), [] as [usize; 0]);
+}
+
+#[test]
+fn short_pumping_and_a_slow_rate_are_no_lost_signal() {
+    let mut recording = steady(3000, 1.0);
+    let rate = recording.mud_pump_flow_m3_s[0];
+    // A slow rate, by the digit.
+    recording.mud_pump_flow_m3_s[500..540].fill(0.6 * rate);
+    // For a while from rest, and a top-fill over its noisy zero.
+    recording.mud_pump_flow_m3_s[1000..2000].fill(0.0);
+    recording.mud_pump_flow_m3_s[1500..1550].fill(0.4 * rate);
+    for (i, flow) in recording.topfill_flow_m3_s.iter_mut().enumerate() {
+        *flow = 1e-5 * (i * 37 % 11) as f64;
+    }
+    recording.topfill_flow_m3_s[800..845].fill(0.01);
+    for channel in [Channel::MudPumpFlow, Channel::TopfillFlow] {
+        assert_eq!(spikes(&recording, channel), [] as [usize; 0], "{channel}");
+    }
 }
 
 #[test]

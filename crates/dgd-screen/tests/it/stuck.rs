@@ -1,4 +1,4 @@
-use crate::synthetic::{GPM, PSI, steady, with_speed};
+use crate::synthetic::{GPM, PSI, counted, steady, with_speed};
 use dgd_recording::Channel;
 use dgd_screen::{Faults, Reasons, ScreenOptions, screen};
 
@@ -133,14 +133,7 @@ fn a_booster_or_top_fill_that_rests_for_most_of_a_recording_is_pumped_at_one_rat
 /// Strokes are counted by the minute: a steady pump has one count for long, and goes from it to the next.
 #[test]
 fn a_pump_that_is_counted_by_strokes_is_not_stuck_until_it_leaps() {
-    let mut recording = steady(6000, 1.0);
-    let stroke = 4.0 * GPM;
-    for (i, flow) in recording.mud_pump_flow_m3_s.iter_mut().enumerate() {
-        // It dwells on the middle of a count, where noise does not show, and on the edge between two.
-        let drift = (3.0 * (i as f64 / 500.0).sin()).round() / 2.0;
-        let noise = *flow / GPM - 500.0;
-        *flow = (125.0 + drift + 0.05 * noise).round() * stroke;
-    }
+    let (recording, stroke) = counted();
     let stuck = |recording: &dgd_recording::Recording| {
         let screening = screen(recording, 1.0, &ScreenOptions::default()).unwrap();
         let faults = |i: usize| screening.channel(Channel::MudPumpFlow).unwrap().faults[i];
@@ -149,9 +142,36 @@ fn a_pump_that_is_counted_by_strokes_is_not_stuck_until_it_leaps() {
             .count()
     };
     assert_eq!(stuck(&recording), 0);
-    // It froze at some count, and the pump went on meanwhile.
-    recording.mud_pump_flow_m3_s[1000..2500].fill(125.0 * stroke);
-    assert_eq!(stuck(&recording), 1499);
+    let frozen = |to: usize, last: usize| {
+        let mut recording = recording.clone();
+        let at = recording.mud_pump_flow_m3_s[999];
+        recording.mud_pump_flow_m3_s[1000..to].fill(at);
+        recording.mud_pump_flow_m3_s[to..last].fill(at + 4.0 * stroke);
+        stuck(&recording)
+    };
+    // It froze at its count, and the pump went on meanwhile; to the end, nothing tells.
+    assert!(frozen(2500, 2700) >= 1500, "{}", frozen(2500, 2700));
+    assert!(frozen(6000, 6000) >= 5000, "{}", frozen(6000, 6000));
+    let mut gap = recording.clone();
+    let at = gap.mud_pump_flow_m3_s[999];
+    gap.mud_pump_flow_m3_s[1000..2500].fill(at);
+    gap.mud_pump_flow_m3_s[2500..2600].fill(f64::NAN);
+    assert!(stuck(&gap) >= 1500, "{}", stuck(&gap));
+    // A pump that runs down and up again leaves its count for good.
+    for ramp in [20, 60] {
+        let mut stops = recording.clone();
+        for k in 0..3 {
+            let from = 1500 * k + 1000;
+            let down = |i: usize| ((125 * (ramp - i)) / ramp) as f64 * stroke;
+            for i in 0..ramp {
+                stops.mud_pump_flow_m3_s[from + i] = down(i + 1);
+                stops.mud_pump_flow_m3_s[from + ramp + 200 + i] = down(ramp - i - 1);
+            }
+            stops.mud_pump_flow_m3_s[from + ramp..from + ramp + 200].fill(0.0);
+            stops.mud_pump_flow_m3_s[from - 700..from].fill(125.0 * stroke);
+        }
+        assert_eq!(stuck(&stops), 0, "{ramp}");
+    }
 }
 
 /// A code such as -248 in a flow in L/min is within what a return flow may read.

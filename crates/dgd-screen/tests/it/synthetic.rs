@@ -37,6 +37,19 @@ pub(crate) fn steady(n: usize, step_s: f64) -> Recording {
     })
 }
 
+/// A mud pump of which strokes a minute are counted, and the flow of one of them, m³/s.
+pub(crate) fn counted() -> (Recording, f64) {
+    let mut recording = steady(6000, 1.0);
+    let stroke = 4.0 * GPM;
+    for (i, flow) in recording.mud_pump_flow_m3_s.iter_mut().enumerate() {
+        // It dwells on the middle of a count, where noise does not show, and on the edge between two.
+        let drift = (3.0 * (i as f64 / 520.0).sin()).round() / 2.0;
+        let noise = *flow / GPM - 500.0;
+        *flow = (125.0 + drift + 0.05 * noise).round() * stroke;
+    }
+    (recording, stroke)
+}
+
 /// The same samples, so many seconds apart.
 pub(crate) fn every(step_s: f64, recording: Recording) -> Recording {
     Recording {
