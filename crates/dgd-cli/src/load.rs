@@ -190,16 +190,24 @@ fn told<T>(
     }
 }
 
-/// Warns of issues of files, and gives what whoever reads the answer must know as well: units that a file contradicts, and words for a pump that rests.
-fn warn_of<'a>(issues: impl Iterator<Item = (&'a Path, &'a Issue)>) -> Vec<String> {
+/// Warns of issues of files, and gives what whoever reads the answer must know as well: units that a file contradicts, and words for a pump that rests
+/// in a column that is used.
+fn warn_of<'a>(well: &Well, issues: impl Iterator<Item = (&'a Path, &'a Issue)>) -> Vec<String> {
+    let tags = well.channels.tags();
+    let is_used = |place: &str| {
+        let mut ends = tags.iter().map(|(_, tag)| format!("{tag}`"));
+        ends.any(|end| place.ends_with(&end))
+    };
     let mut told = Vec::new();
     for (path, issue) in issues {
         let warning = format!("{}: {issue}", path.display());
         warn!("{warning}");
-        if matches!(
-            issue.kind,
-            IssueKind::UnitDisagrees | IssueKind::WordForZero
-        ) {
+        let matters = match issue.kind {
+            IssueKind::UnitDisagrees => true,
+            IssueKind::WordForZero => is_used(&issue.place),
+            _ => false,
+        };
+        if matters {
             told.push(warning);
         }
     }
@@ -299,7 +307,7 @@ pub(crate) fn read_recordings(
         }
     }
     let issues = loaded.iter().flat_map(|l| &l.issues);
-    let disagreeing = warn_of(issues.map(|(path, issue)| (path.as_path(), issue)));
+    let disagreeing = warn_of(well, issues.map(|(path, issue)| (path.as_path(), issue)));
     let mut loaded = loaded.ok_or_else(|| Failure::Arguments {
         reason: "no recording was given".into(),
     })?;

@@ -228,7 +228,11 @@ fn one_by_one<'a>(described: &State<'a>, found: &[Fault]) -> Told<'a> {
             mistakes = usize::MAX;
             suspicions.extend(found.iter().map(|fault| Suspicion {
                 place: words::place_of_fault(&state, fault),
-                message: format!("{}: check tag and unit", words::fault(&state, fault)),
+                message: format!(
+                    "{}: check {}",
+                    words::fault(&state, fault),
+                    words::check_first(&state)
+                ),
             }));
             break;
         };

@@ -308,7 +308,11 @@ const TABLE: &[(Unit, &[&str])] = &[
     (unit("ft/h", Dimension::Velocity, FOOT / 3600.0), &["ft/hr"]),
     (
         unit("rpm", Dimension::RotationalSpeed, 1.0),
-        &["1/min", "rev/min", "spm", "strokes/min"],
+        &["1/min", "rev/min"],
+    ),
+    (
+        unit("spm", Dimension::RotationalSpeed, 1.0),
+        &["strokes/min"],
     ),
     (unit("Hz", Dimension::RotationalSpeed, 60.0), &["1/s"]),
     (unit("N", Dimension::Force, 1.0), &[]),

@@ -81,18 +81,19 @@ impl Plan {
             if date.is_some_and(|date| date.at == index) {
                 continue;
             }
-            let texts = reading.unreadable.count;
+            let texts = reading.texts();
             if reading.readable == 0 && texts > 0 {
                 issues.push(Issue {
                     kind: IssueKind::Skipped,
                     place: format!(
                         "line {}, column `{}`",
-                        reading.unreadable.line, reading.head.tag
+                        reading.first_text().line,
+                        reading.head.tag
                     ),
                     message: format!(
                         "{} without a number (the first is `{}`); the column was skipped{}",
                         count(texts, "cell"),
-                        reading.unreadable.shown,
+                        reading.first_text().shown,
                         mend(reading)
                     ),
                 });
@@ -196,7 +197,7 @@ pub(super) fn nothing(columns: usize) -> IngestError {
 
 /// What to do about a column of which no cell can be read, where its cells hold units or begin as dates do.
 fn mend(reading: &Reading) -> String {
-    let shown = &reading.unreadable.shown;
+    let shown = &reading.first_text().shown;
     if let Some(unit) = unit_behind(shown) {
         return format!(": remove `{unit}` from its cells; a unit belongs in the header");
     }

@@ -21,9 +21,9 @@ pub(super) struct Reading {
     pub(super) joined: Joined,
     /// Cells that gave a number or a time.
     pub(super) readable: u64,
-    /// Cells that are neither number, nor time, nor empty.
-    pub(super) unreadable: Tally,
-    /// Those with a word that may stand for 0.
+    /// Cells that are neither number, nor time, nor empty, nor a word that may stand for 0.
+    unreadable: Tally,
+    /// Cells with such a word.
     resting: Tally,
     log_nulls: Tally,
     /// Cells with a number to the right of the header's last.
@@ -262,6 +262,21 @@ impl Reading {
         }
     }
 
+    /// Cells that are neither number, nor time, nor empty.
+    pub(super) fn texts(&self) -> u64 {
+        self.unreadable.count + self.resting.count
+    }
+
+    /// Where the first of these is.
+    pub(super) fn first_text(&self) -> &Tally {
+        let (one, other) = (&self.unreadable, &self.resting);
+        if one.count == 0 || (other.count > 0 && other.line < one.line) {
+            other
+        } else {
+            one
+        }
+    }
+
     /// What was wrong with its cells; `points` if a cell of the text has a decimal point.
     pub(super) fn issues(&self, points: bool) -> impl Iterator<Item = Issue> {
         let issue = |tally: &Tally, message: String| {
@@ -326,8 +341,7 @@ impl Reading {
         });
         [
             resting,
-            // Those alone are told once.
-            issue(&self.unreadable, texts).filter(|_| self.unreadable.count > self.resting.count),
+            issue(&self.unreadable, texts),
             issue(&self.log_nulls, nulls),
             beyond,
             commas,
@@ -570,8 +584,9 @@ impl Rows {
             let column = &mut self.columns[*index];
             if !column.head.stamps && may_stand_for_zero(bytes) {
                 column.resting.add(row.line, shown);
+            } else {
+                column.unreadable.add(row.line, shown);
             }
-            column.unreadable.add(row.line, shown);
         }
         if self.empty_rows > 0 {
             let values = self.columns.iter_mut().map(|c| c.values.pop());

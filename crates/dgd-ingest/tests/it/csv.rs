@@ -503,9 +503,17 @@ fn a_word_for_rest_is_told_as_such() {
         [
             "WordForZero 2 cells with a word that may stand for 0, the first is `Off`; read as NaN (if it does, write 0)",
             "WordForZero 1 cell with a word that may stand for 0, the first is `stopped`; read as NaN (if it does, write 0)",
-            "UnreadableValue 2 cells cannot be read as numbers, the first is `bad`; read as NaN",
+            "UnreadableValue 1 cell cannot be read as numbers, the first is `bad`; read as NaN",
         ]
     );
+}
+
+#[test]
+fn a_column_of_nothing_but_rest_is_passed_over() {
+    let table = read("t,state,a\n0,Off,1\n1,Off,2\n");
+    assert_eq!(tags(&table), ["t", "a"]);
+    let told = issue(&table, IssueKind::Skipped);
+    assert_eq!(told.place, "line 2, column `state`");
 }
 
 #[test]

@@ -309,6 +309,10 @@ pub(super) fn price(before: &State<'_>, cause: &Cause) -> f64 {
 
 /// Units of a dimension that one of its channels, or several that go together, may be in.
 fn units(state: &State<'_>, dimension: Dimension, recorded: &dyn Fn(&usize) -> bool) -> Vec<Cause> {
+    // Who counts strokes has no unit of flow to be wrong about.
+    let recorded = &|i: &usize| {
+        recorded(i) && !(dimension == Dimension::FlowRate && state.units[*i].counts_turns())
+    };
     let (groups, units) = match dimension {
         Dimension::Pressure => (
             vec![state.inlets(), state.outlets(), state.pressures()],

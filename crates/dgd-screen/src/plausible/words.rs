@@ -201,6 +201,15 @@ pub(super) fn fault(state: &State<'_>, fault: &Fault) -> String {
     }
 }
 
+/// What is to be looked at first in the description.
+pub(super) fn check_first(state: &State<'_>) -> &'static str {
+    if state.flows().iter().any(|i| state.units[*i].counts_turns()) {
+        "tag, unit and `stroke`"
+    } else {
+        "tag and unit"
+    }
+}
+
 fn units_of_flows(state: &State<'_>) -> String {
     let mut symbols: Vec<&str> = state
         .flows()
