@@ -20,7 +20,7 @@ pub struct Prepared {
     pub tally: Vec<Tally>,
     /// Stretches in which a transmitter repeats one value for longer than by chance, by transmitter.
     pub stuck: Vec<(Channel, Run)>,
-    /// Stretches in which a signal was lost: one value, off the level around it, for up to a minute.
+    /// Stretches in which the signal of an inflow was lost, by transmitter.
     pub dropouts: Vec<(Channel, Run)>,
 }
 
