@@ -195,8 +195,10 @@ fn told<T>(
 fn warn_of<'a>(well: &Well, issues: impl Iterator<Item = (&'a Path, &'a Issue)>) -> Vec<String> {
     let tags = well.channels.tags();
     let is_used = |place: &str| {
-        let mut ends = tags.iter().map(|(_, tag)| format!("{tag}`"));
-        ends.any(|end| place.ends_with(&end))
+        let mut columns = tags
+            .iter()
+            .flat_map(|(_, tag)| [format!("`{tag}`"), format!(".{tag}`")]);
+        columns.any(|column| place.ends_with(&column))
     };
     let mut told = Vec::new();
     for (path, issue) in issues {

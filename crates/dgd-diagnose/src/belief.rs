@@ -76,7 +76,8 @@ pub(crate) fn is_strange(one: &Applied) -> bool {
 /// has, as it was fitted anew beside others: at that strength it would not have been named.
 pub(crate) fn doubt(named: &mut Named) {
     let one = &named.applied;
-    if one.is_correction() || !(is_strange(one) || at_bound(one)) {
+    let ends = is_strange(one) || (!one.is_correction() && at_bound(one));
+    if !ends {
         return;
     }
     let of_this = logistic(-BARRED);
@@ -152,18 +153,20 @@ pub(crate) fn left_over(named: &mut Named, beside_unnamed: bool) {
 
 /// Shares the probabilities of effects beside which something is told that the catalogue does not hold with that; whether anything is.
 pub(crate) fn beside_unnamed(named: &mut [Named]) -> bool {
-    let unnamed = |n: &Named| {
-        let own = n.applied.is_correction().then_some(n.probability);
-        let others = n.alternatives.iter();
-        let as_other = others.filter(|a| a.0 == unknown().about().id).map(|a| a.1);
-        own.into_iter().chain(as_other).any(|p| p > 0.5)
-    };
-    let any = named.iter().any(unnamed);
+    let any = named.iter().any(is_unnamed);
     if any {
-        let names = named.iter_mut().filter(|one| !unnamed(one));
+        let names = named.iter_mut().filter(|one| !is_unnamed(one));
         names.for_each(|one| outside(one, ODDS_BESIDE_UNNAMED));
     }
     any
+}
+
+/// Whether a finding is more likely than not what the catalogue does not hold, under that name or another.
+pub(crate) fn is_unnamed(n: &Named) -> bool {
+    let own = n.applied.is_correction().then_some(n.probability);
+    let others = n.alternatives.iter();
+    let as_other = others.filter(|a| a.0 == unknown().about().id).map(|a| a.1);
+    own.into_iter().chain(as_other).any(|p| p > 0.5)
 }
 
 /// Multiplies the odds of an effect, and gives what that takes to what the catalogue does not hold.

@@ -15,7 +15,7 @@ mod worse;
 
 use crate::ablation::Step;
 use crate::belief::{
-    self, beside_unnamed, calibrate, doubt, left_over, own_clock, run_away, unlogged,
+    self, beside_unnamed, calibrate, doubt, is_unnamed, left_over, own_clock, run_away, unlogged,
 };
 use crate::diagnosis::{DiagnoseError, Diagnosis, Finding, MOST_STEP_S, Options, Stage, Trace};
 use crate::estimates::Estimator;
@@ -302,7 +302,10 @@ fn believe(record: &Record, named: &mut Vec<Named>, sought: Sought<'_>) {
 /// Doubts causes whose relation keeps more than noise with all that was found; less, where something unnamed had them `doubted` already.
 fn doubt_what_is_left(traces: &[Trace], named: &mut [Named], doubted: bool, sought: Sought<'_>) {
     let left = |n: &Named| residue::is_left_in(traces, n.applied.effect.about().relation);
-    doubt_more(named, sought, left, |n| left_over(n, doubted));
+    // What is likelier unnamed itself was not.
+    doubt_more(named, sought, left, |n| {
+        left_over(n, doubted && !is_unnamed(n))
+    });
 }
 
 /// Makes those causes less likely of which something `speaks` against them.

@@ -299,7 +299,7 @@ fn of_full_speed<'a, 'i>(
     }
 }
 
-/// The unit of a mud pump's strokes, each of which displaces a `stroke`.
+/// The unit of a flow that is told in strokes, each of which displaces a `stroke`.
 fn of_strokes<'a, 'i>(
     inner: &Section<'a, 'i>,
     key: &str,

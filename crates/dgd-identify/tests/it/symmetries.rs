@@ -123,6 +123,7 @@ fn in_order(prepared: &Prepared, order: &[usize]) -> Prepared {
         outlet_pressure_pa: one(&prepared.outlet_pressure_pa),
         tally: prepared.tally.clone(),
         stuck: prepared.stuck.clone(),
+        dropouts: prepared.dropouts.clone(),
     }
 }
 

@@ -381,10 +381,10 @@ impl Order {
         const SHARED: usize = 5;
         const APART_S: f64 = 10.0;
         let stamps = self.steps + self.backward + 1;
-        // One gap, or a clock that was set back once, leaves the other steps as they are.
-        let (_, longest_s) = self.jump?;
         let step_s = if self.steps > 1 {
-            (self.forward_s - longest_s.max(0.0)) / (self.steps - 1) as f64
+            // One gap, or a clock that was set back once, leaves the other steps as they are.
+            let (_, longest_s) = self.jump?;
+            (self.forward_s - longest_s) / (self.steps - 1) as f64
         } else {
             (self.last - self.first?).abs() / self.steps.max(self.backward) as f64
         };
@@ -396,7 +396,7 @@ impl Order {
         })
     }
 
-    /// How many samples share a stamp: as many as at most of them, or the mean where those are not most.
+    /// How many samples share a stamp: as many as at some three in four of them, or else the mean.
     fn shared_as_a_rule(&self, stamps: usize) -> usize {
         let (usual, votes) = self.usual;
         let mean = (stamps + self.duplicates + stamps / 2) / stamps;

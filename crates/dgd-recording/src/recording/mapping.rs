@@ -5,7 +5,7 @@ use crate::survey_clock;
 use crate::{
     ChannelError, ChannelMap, ChannelSource, ClockError, Issue, IssueKind, Table, TimeSource, Well,
 };
-use dgd_units::{PressureReference, Unit};
+use dgd_units::{Dimension, PressureReference, Unit};
 use rayon::prelude::*;
 
 /// Why a table and a well description do not make a recording.
@@ -296,8 +296,12 @@ fn disagreement(channel: &str, in_file: Option<&str>, described: Unit) -> Option
         (found.pressure_reference, described.pressure_reference),
         (Some(PressureReference::Unstated), _) | (_, Some(PressureReference::Unstated))
     );
-    // A tachometer in percent of its full reading keeps its symbol, and so do strokes.
-    let of_turns = described.dimension != found.dimension && found.symbol == described.symbol;
+    // A tachometer in percent of its full reading keeps its symbol, and so do strokes; `1/min` is `rpm` and `spm`.
+    let turns = Unit::parse_as(described.symbol, Dimension::RotationalSpeed);
+    let of_turns = described.dimension != found.dimension
+        && turns.is_ok_and(|turns| {
+            found.dimension == Dimension::RotationalSpeed && found.factor == turns.factor
+        });
     if of_turns || same_scale && (found.offset == described.offset || reference_open) {
         return None;
     }

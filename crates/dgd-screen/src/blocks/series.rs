@@ -254,12 +254,11 @@ impl RunPass {
             (to.0 - from.0, to.1 - from.1)
         });
         let runs = runs.into_iter().map(|held| held.run).collect();
-        let beside: HashMap<usize, Beside> = (self.found.iter())
-            .map(|found| (found.held.run.start, found.beside))
-            .collect();
         let pairs = self.count.1;
         rules.unless_rates(known.channel, runs, pairs, known.steps, |run| {
-            beside[&run.start]
+            let start = |found: &Found| found.held.run.start;
+            let at = self.found.partition_point(|found| start(found) < run.start);
+            self.found[at].beside
         })
     }
 }

@@ -13,16 +13,16 @@ const FEWEST: usize = 20;
 /// Least movement of a pressure that is too coarse, Pa, and of the return flow, m³/s: set by hand.
 const PRESSURE_PA: f64 = 1.5e4;
 const FLOW_M3_S: f64 = 1e-3;
-/// The same of the pump's speed, %, where it moves again within so long, s: a set-point that is set rests longer.
+/// The same of the pump's speed, %, where it moves again within so long in the mean, s: a set-point that is set rests longer.
 const SPEED_PCT: f64 = 0.2;
 const SET_S: f64 = 240.0;
-/// Share of the samples of flowing mud at which a channel must move along straight lines to be interpolated. Set by hand: noise leaves less than a tenth.
+/// Share of the samples of flowing mud at which a channel must move along straight lines to be interpolated. Set by hand.
 const STRAIGHT: f64 = 0.3;
 /// Time between two readings that is too long for causes of seconds to minutes, s: set by hand.
 pub const TOO_SELDOM_S: f64 = 10.0;
 
 /// Channels in which causes are made up by what a historian leaves out: pressures, the return flow and a speed that rest while mud flows and then move
-/// by much, any flow or pressure whose readings are held for [`TOO_SELDOM_S`] or more, and any channel that lies on straight lines.
+/// by much, any flow or pressure whose readings are held for [`TOO_SELDOM_S`] or more, and any channel but the speed that lies on straight lines.
 ///
 /// - `recording`: as read, before any screening, on an even clock; any length.
 /// - `step_s`: step of that clock, s.
@@ -102,8 +102,8 @@ impl Told {
                 "gives a reading every {} s and holds it in between",
                 words::number(held_s)
             ))
-        } else if let Some(share) = straight(values, flowing)
-            && channel != Channel::PumpSpeed
+        } else if channel != Channel::PumpSpeed
+            && let Some(share) = straight(values, flowing)
         {
             // A speed is ramped.
             How::OnLines(share)

@@ -98,6 +98,45 @@ fn a_pump_whose_signal_drops_out_for_seconds_is_told_and_makes_no_cause() {
 }
 
 #[test]
+fn words_for_rest_are_told_of_the_columns_that_are_used() {
+    let bench = Rig::first(3600).set_up();
+    bench.dgd("convert rig.mat rig.csv").done();
+    let text = bench.text("rig.csv");
+    let at = text
+        .lines()
+        .next()
+        .unwrap()
+        .split(',')
+        .position(|tag| tag.ends_with("FT2"));
+    let rows = text.lines().enumerate().map(|(n, line)| {
+        let mut cells: Vec<&str> = line.split(',').collect();
+        let word = (100..160).contains(&n);
+        if word {
+            cells[at.unwrap()] = "Off";
+        }
+        // A column that nothing uses, though its name ends alike.
+        cells.push(if n == 0 {
+            "OLD_FT2"
+        } else if word {
+            "Off"
+        } else {
+            "1"
+        });
+        cells.join(",")
+    });
+    let rows: Vec<String> = rows.collect();
+    bench.write("rig.csv", rows.join("\n"));
+    let ran = bench.dgd("fit rig.csv --well well.toml --json").done();
+    let told: Value = serde_json::from_str(&ran).unwrap();
+    let told = told["warnings"].to_string();
+    assert!(
+        told.contains("FT2`: 60 cells with a word that may stand for 0"),
+        "{told}"
+    );
+    assert!(!told.contains("OLD_FT2"), "{told}");
+}
+
+#[test]
 fn infinite_values_are_gaps() {
     let rig = Rig::sound().each(&["FT4"], |i, q| {
         if (2000..2300).contains(&i) {

@@ -1,6 +1,6 @@
 //! Claims about the calibration of probabilities.
 
-use crate::belief::{CALIBRATION, beside_unnamed, calibrate, left_over, unmodelled};
+use crate::belief::{CALIBRATION, beside_unnamed, calibrate, is_unnamed, left_over, unmodelled};
 use crate::relations::Applied;
 use crate::selection::Named;
 
@@ -127,6 +127,7 @@ fn a_name_beside_what_the_catalogue_does_not_hold_has_a_third_of_its_odds_and_is
     // A name that is likelier no cause of the catalogue is as good as none, and loses nothing by it.
     let mut as_good = named(HURDLE, 0.2);
     as_good.alternatives = vec![("unknown".to_owned(), 0.75)];
+    assert!(is_unnamed(&as_good) && !is_unnamed(&named(HURDLE, 0.9)));
     assert_eq!(beside(as_good), [name, 0.2]);
 }
 
