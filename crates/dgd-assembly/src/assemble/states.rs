@@ -97,15 +97,15 @@ fn above_brim(net: &Network, tank: usize, start: Start, path: &str) -> Option<Pr
     let slot = net.parts[tank].base + kinds::tank::BRIM;
     let open = net.free.iter().any(|f| f.slot == slot) || net.driven.iter().any(|d| d.slot == slot);
     let brim_m = net.values[slot];
-    let (verb, level_m) = match start {
-        Start::Given(level_m) => ("starts at", level_m),
-        Start::Free(bounds) => ("is sought up to", bounds.high),
+    let level_m = match start {
+        Start::Given(level_m) => level_m,
+        Start::Free(bounds) => bounds.start,
         _ => return None,
     };
     (!open && level_m > brim_m).then(|| {
         Problem::new(
             path,
-            format!("{verb} {level_m} m, above the brim at {brim_m} m"),
+            format!("starts at {level_m} m, above the brim at {brim_m} m"),
             "levels and brims are heights above the tank's floor",
         )
     })

@@ -385,10 +385,10 @@ fn what_contradicts_itself_is_refused_with_its_numbers() {
         (
             tank(
                 "area = 1.0, brim = 1.5",
-                "\"tank.level\" = { start = 1.0, low = 0.0, high = 1.8 }",
+                "\"tank.level\" = { start = 1.7, low = 0.0, high = 1.8 }",
                 "",
             ),
-            "tank.level: is sought up to 1.8 m, above the brim at 1.5 m",
+            "tank.level: starts at 1.7 m, above the brim at 1.5 m",
         ),
         (
             tank(

@@ -69,7 +69,7 @@ pub(crate) fn open<'w>(
     }
     let of_grid = grid.issues();
     let issues = blocks.head().issues.iter().chain(&of_grid);
-    let told = super::warn_of(&well, issues.map(|issue| (path, issue)));
+    let told = super::warn_of(well, issues.map(|issue| (path, issue)));
     let screen = BlockScreen::new(grid.samples(), grid.step_s(), options);
     Ok(Some(Screened {
         path: path.to_owned(),

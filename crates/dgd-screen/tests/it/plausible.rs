@@ -500,8 +500,7 @@ fn what_a_historian_leaves_out_is_told_with_its_size_and_what_is_sound_is_not() 
         (pumped, 0.0, 60, Some("every 60 s and holds it")),
         (Channel::PumpSpeed, 0.3, 1, Some("by 0.3 % or more")),
         (Channel::PumpSpeed, 0.1, 1, None),
-        // So seldom does it move that it may be set.
-        (Channel::PumpSpeed, 4.0, 1, None),
+        (Channel::PumpSpeed, 1.0, 1, Some("by 1 % or more")),
     ] {
         let recording = kept(steady(7200, 1.0), channel, least, every);
         let found = coarse(&recording, 1.0, &well()).unwrap();

@@ -458,6 +458,9 @@ fn a_tank_that_spills_is_told_with_the_time() {
     let system = bench.text("two_tanks.toml");
     let low = system.replacen("brim = \"", "brim = \"0.", 1);
     assert_ne!(low, system);
+    let upper = "\"upper.level\" = { start = 0.1,";
+    assert!(low.contains(upper));
+    let low = low.replace(upper, "\"upper.level\" = { start = 0.002,");
     bench.write("low.toml", low);
     let ran = bench.dgd("simulate two_tanks.csv --system low.toml --out s.csv");
     assert_eq!(ran.status, 0, "{}", ran.err);
