@@ -289,14 +289,9 @@ fn of_full_speed<'a, 'i>(
         return None;
     };
     let full = inner.positive("full", full, Dimension::RotationalSpeed, "1800 rpm")?;
-    let unit = Unit::parse(written).ok()?;
-    match unit.in_percent_of(unit.from_si(full)) {
-        Ok(unit) => Some(unit),
-        Err(error) => {
-            inner.problem(place, format!("`full` of `{key}`: {error}"), None);
-            None
-        }
-    }
+    let unit = Unit::parse(written).and_then(|unit| unit.in_percent_of(unit.from_si(full)));
+    unit.map_err(|error| inner.problem(place, format!("`full` of `{key}`: {error}"), None))
+        .ok()
 }
 
 /// The unit of a flow that is told in strokes, each of which displaces a `stroke`.
@@ -315,13 +310,9 @@ fn of_strokes<'a, 'i>(
         return None;
     };
     let stroke_m3 = inner.positive("stroke", stroke, Dimension::Volume, "15.9 L")?;
-    match Unit::parse(written).and_then(|unit| unit.in_flow_of(stroke_m3)) {
-        Ok(unit) => Some(unit),
-        Err(error) => {
-            inner.problem(place, format!("`stroke` of `{key}`: {error}"), None);
-            None
-        }
-    }
+    let unit = Unit::parse(written).and_then(|unit| unit.in_flow_of(stroke_m3));
+    unit.map_err(|error| inner.problem(place, format!("`stroke` of `{key}`: {error}"), None))
+        .ok()
 }
 
 /// The keys of a column's source: tag, unit, for a tachometer the reading at 100 %, for strokes their volume, and what its stamps are late by.

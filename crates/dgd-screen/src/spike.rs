@@ -93,15 +93,14 @@ pub(crate) fn find(
             .find_map(|range| Some((own(&range)?, range)));
         let long = || {
             let range = dropout(values, at, rule)?;
-            let height = own(&range)?;
-            is_lost(values, &range, height, steps, rule).then_some((height, range))
+            Some((own(&range)?, range))
         };
         let excursion = spike.or_else(long).map(|(height, range)| Excursion {
             dropout: is_lost(values, &range, height, steps, rule),
             range,
             height,
         });
-        found.extend(excursion);
+        found.extend(excursion.filter(|e| e.dropout || e.range.len() <= rule.longest));
     }
     found
 }

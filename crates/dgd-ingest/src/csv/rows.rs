@@ -279,9 +279,9 @@ impl Reading {
 
     /// What was wrong with its cells; `points` if a cell of the text has a decimal point.
     pub(super) fn issues(&self, points: bool) -> impl Iterator<Item = Issue> {
-        let issue = |tally: &Tally, message: String| {
+        let issue = |kind: IssueKind, tally: &Tally, message: String| {
             (tally.count > 0).then(|| Issue {
-                kind: IssueKind::UnreadableValue,
+                kind,
                 place: format!("line {}, column `{}`", tally.line, self.head.tag),
                 message,
             })
@@ -308,15 +308,11 @@ impl Reading {
             self.unreadable.shown
         );
         let nulls = nulls::message(self.log_nulls.count, &self.log_nulls.shown);
-        let beyond = (self.beyond.count > 0).then(|| Issue {
-            kind: IssueKind::Damaged,
-            place: format!("line {}, column `{}`", self.beyond.line, self.head.tag),
-            message: format!(
-                "{} to the right of the header's last name, the first is `{}` (a decimal comma where commas separate the cells?); read as a column without a name",
-                count(self.beyond.count, "cell"),
-                self.beyond.shown
-            ),
-        });
+        let beyond = format!(
+            "{} to the right of the header's last name, the first is `{}` (a decimal comma where commas separate the cells?); read as a column without a name",
+            count(self.beyond.count, "cell"),
+            self.beyond.shown
+        );
         let doubtful = self.doubtful_commas(points);
         let first = &self.commas.doubtful;
         let commas = (doubtful > 0).then(|| Issue {
@@ -330,20 +326,16 @@ impl Reading {
                 first.shown.replace(',', "")
             ),
         });
-        let resting = (self.resting.count > 0).then(|| Issue {
-            kind: IssueKind::WordForZero,
-            place: format!("line {}, column `{}`", self.resting.line, self.head.tag),
-            message: format!(
-                "{} with a word that may stand for 0, the first is `{}`; read as NaN (if it does, write 0)",
-                count(self.resting.count, "cell"),
-                self.resting.shown
-            ),
-        });
+        let resting = format!(
+            "{} with a word that may stand for 0, the first is `{}`; read as NaN (if it does, write 0)",
+            count(self.resting.count, "cell"),
+            self.resting.shown
+        );
         [
-            resting,
-            issue(&self.unreadable, texts),
-            issue(&self.log_nulls, nulls),
-            beyond,
+            issue(IssueKind::WordForZero, &self.resting, resting),
+            issue(IssueKind::UnreadableValue, &self.unreadable, texts),
+            issue(IssueKind::UnreadableValue, &self.log_nulls, nulls),
+            issue(IssueKind::Damaged, &self.beyond, beyond),
             commas,
         ]
         .into_iter()
