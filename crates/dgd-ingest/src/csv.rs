@@ -8,6 +8,7 @@ mod blocks;
 mod layout;
 pub(crate) mod number;
 mod plan;
+mod readings;
 mod rows;
 pub(crate) mod stamp;
 mod text;
@@ -15,8 +16,8 @@ mod text;
 pub(crate) use blocks::TextBlocks;
 
 use crate::IngestError;
-use dgd_recording::Table;
-use layout::Glimpse;
+use dgd_recording::{Issue, Table};
+use layout::{Glimpse, Layout};
 use plan::{Plan, Seen};
 
 /// Columns that a text may have.
@@ -30,9 +31,19 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Table, IngestError> {
     let mut issues = Vec::new();
     let text = text::decode(bytes, &mut issues)?;
     let mut layout = layout::layout(&Glimpse::of(&text))?;
-    let mut rows = rows::read(&text, &layout)?;
+    if let Some(places) = &layout.readings {
+        let (numbered, tags) = places.number(&text, &layout)?;
+        let table = table(&numbered, &mut layout.clone(), issues)?;
+        return places.beside_each_other(table, &layout, tags, bytes.len());
+    }
+    table(&text, &mut layout, issues)
+}
+
+/// The table of a text of this layout.
+fn table(text: &[u8], layout: &mut Layout, issues: Vec<Issue>) -> Result<Table, IngestError> {
+    let mut rows = rows::read(text, layout)?;
     if layout.take_for_minutes(&rows.columns) {
-        rows = rows::read(&text, &layout)?;
+        rows = rows::read(text, layout)?;
     }
     rows.check_names()?;
     let mut seen = Seen::new(rows.columns.len());

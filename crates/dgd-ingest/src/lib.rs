@@ -8,8 +8,9 @@
 //!
 //! Values stay in the units of the file. Which column is which channel, and in which
 //! unit, is for a well description to say (`dgd_recording::Well`). Nothing is filled,
-//! resampled or screened here, with two exceptions that are told as issues: MCAP
-//! messages out of order are sorted, and several MCAP topics are brought onto one clock.
+//! resampled or screened here, with three exceptions that are told as issues: MCAP
+//! messages out of order are sorted, several MCAP topics are brought onto one clock, and
+//! so are the tags of a text that has one reading a line.
 #![deny(missing_docs)]
 
 mod blocks;
@@ -21,6 +22,7 @@ mod hdf5;
 mod mat;
 mod mat5;
 mod mcap;
+mod nearest;
 mod nulls;
 mod tags;
 

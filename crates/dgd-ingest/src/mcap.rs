@@ -13,6 +13,7 @@ mod walk;
 
 pub(crate) use blocks::LogBlocks;
 
+use crate::nearest::{self, nearest};
 use crate::tags::tell_columns_apart;
 use crate::{IngestError, count};
 use dgd_recording::{Column, Issue, IssueKind, Table};
@@ -375,71 +376,17 @@ fn tell(stream: &mut Stream, issues: &mut Vec<Issue>) {
     }
 }
 
-/// For each stamp of the busiest topic the nearest message, and the farthest move in ns.
-///
-/// Nearest, not last: holding the last value would delay one topic against the other by
-/// up to a step, which looks like a slow instrument. A message farther than 0.6 steps of
-/// the slower topic is no neighbour. Of messages with one log time the last counts.
-fn nearest(of_ns: &[u64], at_ns: &[u64]) -> (Vec<Option<usize>>, u64) {
-    let reach = median_step(of_ns).max(median_step(at_ns)) / 5 * 3;
-    let mut farthest = 0;
-    let mut next = 0;
-    let mut before = 0;
-    let in_order = of_ns.is_sorted();
-    let sources = at_ns.iter().map(|at| {
-        // Where the clock of the busiest was set back, the messages of its second stretch are behind. One that was set back
-        // itself is walked on as logged.
-        if *at < before && in_order {
-            next = of_ns.partition_point(|ns| ns <= at).saturating_sub(1);
-        }
-        before = *at;
-        while of_ns
-            .get(next + 1)
-            // Messages that share a log time are equally near: what is behind them must not stay out of reach.
-            .is_some_and(|ns| *ns == of_ns[next] || ns.abs_diff(*at) < of_ns[next].abs_diff(*at))
-        {
-            next += 1;
-        }
-        let distance = of_ns.get(next)?.abs_diff(*at);
-        if distance > reach {
-            return None;
-        }
-        farthest = farthest.max(distance);
-        Some(next)
-    });
-    let sources = sources.collect();
-    (sources, farthest)
-}
-
 /// How many messages of a stream are nobody's nearest.
 fn left_out(stream: &Stream, sources: &[Option<usize>]) -> Option<Issue> {
-    let mut used = vec![false; stream.log_ns.len()];
-    for source in sources.iter().flatten() {
-        used[*source] = true;
-    }
-    let left = used.iter().filter(|used| !**used).count();
+    let left = nearest::left_out(stream.log_ns.len(), sources);
     (left > 0).then(|| Issue {
         kind: IssueKind::Crowded,
         place: format!("topic `{}`", stream.topic),
         message: format!(
             "{left} of its {} are not the nearest to any of the busiest topic; left out",
-            count(used.len() as u64, "message")
+            count(stream.log_ns.len() as u64, "message")
         ),
     })
-}
-
-fn median_step(ns: &[u64]) -> u64 {
-    let mut steps: Vec<u64> = ns
-        .windows(2)
-        // A topic whose clock was set back is left as logged.
-        .map(|w| w[1].saturating_sub(w[0]))
-        .filter(|s| *s > 0)
-        .collect();
-    if steps.is_empty() {
-        return 0;
-    }
-    let middle = steps.len() / 2;
-    *steps.select_nth_unstable(middle).1
 }
 
 fn nothing(issues: &[Issue], messages: usize, truncated_at: Option<usize>) -> IngestError {

@@ -42,6 +42,7 @@ fn both(rows: i32) -> [Vec<u8>; 2] {
 #[test]
 fn memory_is_bounded() {
     by_the_file_whatever_it_claims();
+    by_the_file_with_one_reading_a_line();
     whatever_the_length_in_blocks();
 }
 
@@ -79,6 +80,21 @@ fn by_the_file_whatever_it_claims() {
     assert!(
         found < 2 * decoded + 4 * MIB,
         "{found} bytes for {decoded} decoded"
+    );
+}
+
+/// As many tags as are let through, each with its own times.
+fn by_the_file_with_one_reading_a_line() {
+    let tag = |i: u32| (i.wrapping_mul(2_654_435_761) >> 8) % 100;
+    let line = |i: u32| format!("{i}.{i:05},t{},{i}\n", tag(i));
+    let rows: String = (0..40_000).map(line).collect();
+    let text = format!("time,tag,value\n{rows}");
+    let (table, found) = peak(text.as_bytes());
+    assert_eq!(table.unwrap().1.rows(), 40_000);
+    assert!(
+        found < 20 * MIB + 64 * text.len(),
+        "{found} bytes for {}",
+        text.len()
     );
 }
 

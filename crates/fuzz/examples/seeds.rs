@@ -143,6 +143,11 @@ fn csv() -> Outcome<()> {
     )?;
     save(
         "csv",
+        "readings.csv",
+        b"Tag,Timestamp,Value,Units,Quality\nFT1,2024-10-26 10:00:00,800,gpm,Good\nPT1,2024-10-26 10:00:00,530,psia,Good\nFT1,2024-10-26 10:00:01,801.5,gpm,Bad\nFT1,2024-10-26 10:00:02,802,gpm,Good\nPT1,2024-10-26 10:00:02,529,psia,Good\n",
+    )?;
+    save(
+        "csv",
         "headers.csv",
         b"t,a (bar),b (psi)\n0,1,2\n1,3,4\nt,b (psi),a (bar)\n2,6,5\n3,8,7\n\nTime,a\n(s),(psi)\n4,9\n",
     )?;

@@ -44,7 +44,8 @@ pub fn most_cells(format: Format, bytes: usize) -> usize {
         Format::Mat5 | Format::Mat73 => (1040 * bytes + (1 << 16))
             .min((1 << 23) + 25 * bytes)
             .min(1 << 28),
-        Format::Csv => bytes.max(1 << 20),
+        // Those of tags that have a reading a line each.
+        Format::Csv => 4 * bytes + (1 << 20),
         // Every other byte of what the chunks may unpack to, and the clock beside.
         _ => (64 << 20) + 1000 * bytes + (1 << 20),
     }

@@ -442,3 +442,31 @@ fn every_help_exits_0_and_shows_examples() {
     assert!(bench.dgd("demo --help").done().contains("--out"));
     assert!(bench.dgd("--version").done().starts_with("dgd "));
 }
+
+/// As historians write them: by time or by tag.
+#[test]
+fn one_reading_a_line_gives_the_answer_of_the_table() {
+    let bench = Bench::new();
+    copies(&bench);
+    let text = bench.text("rig.csv");
+    let rows: Vec<Vec<&str>> = text.lines().map(|l| l.split(',').collect()).collect();
+    let (tags, units) = (&rows[0], &rows[1]);
+    let reading =
+        |row: &Vec<&str>, at: usize| format!("{},{},{},{}\n", row[0], tags[at], row[at], units[at]);
+    let by_time = |row| (1..tags.len()).map(move |at| reading(row, at));
+    let by_tag = |at| rows[2..].iter().map(move |row| reading(row, at));
+    let (by_time, by_tag): (String, String) = (
+        rows[2..].iter().flat_map(by_time).collect(),
+        (1..tags.len()).flat_map(by_tag).collect(),
+    );
+    let model = |name: &str| {
+        let fit = format!("fit {name} --well well.toml --out model.toml");
+        bench.dgd(&fit).done();
+        bench.text("model.toml").replace(name, "rig")
+    };
+    let table = model("rig.csv");
+    for (name, readings) in [("by_time.csv", by_time), ("by_tag.csv", by_tag)] {
+        bench.write(name, format!("t,tag,value,unit\n{readings}"));
+        assert_eq!(model(name), table, "{name}");
+    }
+}

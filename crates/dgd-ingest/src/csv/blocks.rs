@@ -4,7 +4,7 @@ use super::layout::{self, Glimpse, Layout};
 use super::plan::{Plan, Seen};
 use super::rows::{self, Rows, Stop, Window};
 use super::text;
-use crate::blocks::{BlockError, BlockOptions, Opened, WHOLE_LINES, WHOLE_TEXT};
+use crate::blocks::{BlockError, BlockOptions, Opened, WHOLE_LINES, WHOLE_READINGS, WHOLE_TEXT};
 use dgd_recording::Table;
 use std::io::{Read, Seek, SeekFrom};
 
@@ -65,6 +65,9 @@ impl TextBlocks {
             // Why not is told from the whole text.
             return Ok(Opened::Whole(WHOLE_TEXT));
         };
+        if layout.readings.is_some() {
+            return Ok(Opened::Whole(WHOLE_READINGS));
+        }
         let rows_at = begin + layout.start as u64;
         let columns = layout.columns.len();
         let mut pass = Pass::new(&layout, rows_at, end, options);

@@ -1,5 +1,6 @@
 //! Delimiter, header, units and the sort of each column, from a sample of the lines.
 
+use super::readings::Places;
 use super::rows::Reading;
 use super::text::{Line, lines, words};
 use super::{MAX_COLUMNS, number, stamp};
@@ -24,6 +25,8 @@ pub(super) struct Layout {
     /// Byte and line of the first row of values.
     pub(super) start: usize,
     pub(super) line: u64,
+    /// Where each line has its reading, if it has but one.
+    pub(super) readings: Option<Places>,
 }
 
 /// What is known of a column before its values are read.
@@ -291,6 +294,7 @@ pub(super) fn layout(glimpse: &Glimpse<'_>) -> Result<Layout, IngestError> {
     columns.date_the_clock(&values);
     Ok(Layout {
         delimiter,
+        readings: Places::of(&columns.heads, &columns.numeric),
         columns: columns.heads,
         start: head[first_row].start,
         line: head[first_row].number,

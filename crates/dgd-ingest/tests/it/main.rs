@@ -15,6 +15,7 @@ mod mat5_bytes;
 mod mat73;
 mod mcap;
 mod mutate;
+mod readings;
 mod roundtrip;
 mod seeds;
 
